@@ -1,0 +1,88 @@
+#!/usr/bin/env bash
+# Sets up what the tests need, then runs them all: catkin_lint, pytest over test/ (unit tests and rostests), and the core's
+# unit tests on Python 3.8, which is Noetic's. Ends with the sum as its last line.
+#   scripts/test.sh                          everything
+#   scripts/test.sh test/unit -k wrap        arguments go to pytest, and only pytest runs
+set -euo pipefail
+# shellcheck source=scripts/lib.sh
+source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
+
+venv38=$root/.venv38
+passed=0 failed=0 skipped=0
+
+main() {
+  bash "$root/scripts/setup.sh" --test
+  drop_root "$@"
+  cd "$root"
+  find_python38        # before ROS and .venv change what PATH and PYTHONPATH say
+  use_loopback
+  if [ $# -gt 0 ]; then
+    source_workspace
+    exec "$venv/bin/python" -m pytest "$@"
+  fi
+  reports=$(mktemp -d)
+  trap 'rm -rf "$reports"' EXIT
+  check_package
+  check_everything_here
+  check_core_on_python38
+  echo
+  echo "$passed passed, $failed failed, $skipped skipped"
+  [ "$failed" -eq 0 ]
+}
+
+# Warnings count too, but for two: catkin_lint does not see what CMakeLists.txt's file(GLOB) finds in scripts/.
+check_package() {
+  say "catkin_lint"
+  if (source_workspace; catkin_lint -W1 --strict --offline --ignore uninstalled_script,argument_error "$root"); then passed=$((passed + 1)); else failed=$((failed + 1)); fi
+}
+
+check_everything_here() {
+  say "pytest test/ on $("$venv/bin/python" --version)"
+  # with the workspace at hand, a rostest that skips itself for want of ROS is a failure
+  (source_workspace; ROSTESTS_REQUIRED=1 run_pytest "$venv/bin/python" test) || true
+  count test
+}
+
+check_core_on_python38() {
+  [ -n "$python38" ] || { say "Python 3.8 NOT checked: none found (python3.8 on PATH, \$PYTHON38, ~/.pyenv/versions/3.8*)"; return; }
+  ensure_venv "$venv38" "$python38" '' requirements.txt requirements-test.txt
+  say "pytest test/unit on $("$venv38/bin/python" --version)"
+  env -u PYTHONPATH bash -c "$(declare -f run_pytest); $(declare -p reports); run_pytest '$venv38/bin/python' test/unit" || true
+  count test/unit
+}
+
+run_pytest() { "$1" -m pytest "$2" --junitxml="$reports/${2//\//-}.xml"; }
+
+# count WHAT: adds a run's numbers up from its report. No report or no test is a failure.
+count() {
+  local numbers
+  if numbers=$("$venv/bin/python" - "$reports/${1//\//-}.xml" <<'PY'
+import sys
+import xml.etree.ElementTree as ElementTree
+suites = list(ElementTree.parse(sys.argv[1]).getroot().iter('testsuite'))
+total, bad, skipped = (sum(int(s.get(key, 0)) for s in suites for key in keys)
+                       for keys in (('tests',), ('failures', 'errors'), ('skipped',)))
+sys.exit('no test ran') if total == 0 else print(total - bad - skipped, bad, skipped)
+PY
+  ); then
+    read -r p f s <<<"$numbers"
+    passed=$((passed + p)) failed=$((failed + f)) skipped=$((skipped + s))
+  else
+    say "pytest $1 ran no test or did not finish"
+    failed=$((failed + 1))
+  fi
+}
+
+find_python38() {
+  local candidate
+  python38=
+  for candidate in "${PYTHON38:-}" "$(command -v python3.8 || true)" "$HOME"/.pyenv/versions/3.8*/bin/python; do
+    # a pyenv shim is there, but does not run unless its version is chosen
+    if [ -n "$candidate" ] && "$candidate" -c 'import sys, venv, ensurepip; sys.exit(sys.version_info[:2] != (3, 8))' 2>/dev/null; then
+      python38=$candidate
+      return
+    fi
+  done
+}
+
+main "$@"

@@ -1,0 +1,1 @@
+"""Realistic wheel encoders and odometry for differential-drive robots on ROS 1."""

@@ -1,0 +1,1 @@
+"""The command-line tools: arguments in, one call into the core, text out."""

@@ -1,0 +1,94 @@
+"""trial_spec: checks the arguments of trial.launch and prints them as the parameter /trial."""
+from __future__ import annotations
+
+import argparse
+import os
+import time
+from pathlib import Path
+from typing import Any, Optional, Sequence
+
+import yaml
+
+from diff_encoder_sim.cli.run import package_folder, run_tool
+from diff_encoder_sim.config import load_yaml
+from diff_encoder_sim.encoder import PerWheel
+from diff_encoder_sim.errors import ConfigError
+from diff_encoder_sim.experiments.definition import Trial, TrialPlan, find_world, load_test
+
+# Keys of config.yaml that a trial's record repeats, so that a bag explains itself.
+RECORDED_KEYS = ('wheel_diameter', 'wheel_separation')
+NO_BAG = 'none'
+SIMULATORS = ('pybullet', 'gazebo')
+
+
+def main(arguments: Optional[Sequence[str]] = None) -> None:
+    """Entry point of the executable."""
+    run_tool('trial.launch', lambda: print(plan(_parse(arguments)).model_dump_json(
+        exclude_none=True)))
+
+
+def plan(options: argparse.Namespace) -> TrialPlan:
+    """The plan for the options.
+
+    Raises:
+        ConfigError: an option, or a file that it names, is bad.
+    """
+    if options.sim not in SIMULATORS:
+        raise ConfigError(f'sim: given {options.sim!r}; allowed: {", ".join(SIMULATORS)}')
+    config = load_yaml(options.config)
+    folder = package_folder()
+    test = load_test(options.test, folder / 'config')
+    trial = Trial.from_mapping({
+        'test': test.model_dump(),
+        'ppr': _value(options.ppr) if options.ppr else config.get('ppr', 90),
+        'number': _value(options.trial), 'odom': options.odom,
+        **{key: config[key] for key in RECORDED_KEYS if key in config}}, 'trial.launch')
+    world = find_world(test.world, folder / 'worlds')
+    return TrialPlan(trial=trial, world=str(world), bag=_bag_path(options.bag, trial))
+
+
+def _value(text: str) -> Any:
+    """A launch argument as roslaunch itself would read it."""
+    try:
+        return yaml.safe_load(text)
+    except yaml.YAMLError:
+        return text
+
+
+def _bag_path(given: str, trial: Trial) -> str:
+    if given == NO_BAG:
+        return ''
+    path = Path(given or Path('bags') / _bag_name(trial))
+    # roslaunch starts commands in another folder than its user's.
+    path = (Path(os.environ.get('PWD', '.')) / path).resolve()
+    if path.exists():
+        raise ConfigError(f'bag: {path} exists; allowed: the path of a new file, or {NO_BAG}')
+    folder = next(parent for parent in path.parents if parent.exists())
+    if not os.access(folder, os.W_OK):
+        raise ConfigError(f'bag: {folder} cannot be written to; allowed: a path in a folder that can')
+    return str(path)
+
+
+def _bag_name(trial: Trial) -> str:
+    moment = time.strftime('%Y%m%dT%H%M%SZ', time.gmtime())
+    return f'{trial.test.name}_{ppr_label(trial.ppr)}ppr_trial{trial.number}_{moment}.bag'
+
+
+def ppr_label(ppr: PerWheel) -> str:
+    """90 where both wheels have 90, else left-right."""
+    left, right = f'{ppr.left:g}', f'{ppr.right:g}'
+    return left if left == right else f'{left}-{right}'
+
+
+def _parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog='trial_spec', description=__doc__,
+        epilog='example: trial_spec --test SL --ppr 90 --trial 3 --bag sl.bag')
+    parser.add_argument('--test', required=True, help='SL, SMT, or a .yaml file')
+    parser.add_argument('--ppr', default='', help='pulses per revolution (default: the config\'s)')
+    parser.add_argument('--trial', default='0', help='number of the trial: its seed')
+    parser.add_argument('--odom', default='encoder', help='encoder or ideal')
+    parser.add_argument('--sim', default='pybullet', help='pybullet or gazebo')
+    parser.add_argument('--bag', default='', help='path of the bag (default: bags/..., none)')
+    parser.add_argument('--config', default=str(package_folder() / 'config' / 'config.yaml'))
+    return parser.parse_args(arguments)

@@ -1,0 +1,239 @@
+"""The incremental wheel encoder: from wheel angle to a pulse count, sampled at a fixed rate.
+
+Equation (1) of the paper, the counter's finite width, and the motor controller's 20 Hz report.
+"""
+from __future__ import annotations
+
+import logging
+import math
+from fractions import Fraction
+from typing import Any, Dict, NamedTuple, Optional, Sequence
+
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+from typing_extensions import Annotated
+
+from diff_encoder_sim.config import Params, did_you_mean
+from diff_encoder_sim.errors import InputFault
+from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND, Step, Timeline
+
+log = logging.getLogger(__name__)
+
+# Far beyond any drive (100,000 km on a 0.2 m wheel), and its pulses still fit an int64.
+LARGEST_ANGLE_RAD = 1e9
+
+# A wheel that no message has named for this long is missing, not merely interleaved.
+MISSING_AFTER_NS = NANOSECONDS_PER_SECOND
+
+
+class PerWheel(Params):
+    """One positive number for each wheel."""
+
+    left: float = Field(gt=0)
+    right: float = Field(gt=0)
+
+
+def _same_for_both(value: Any) -> Any:
+    if isinstance(value, (dict, PerWheel)):
+        return value
+    if isinstance(value, bool) or not isinstance(value, (int, float)) \
+            or not (math.isfinite(value) and value > 0):
+        raise ValueError('a finite number greater than 0, or {left: ..., right: ...} of them')
+    return {'left': value, 'right': value}
+
+
+PulsesPerRevolution = Annotated[PerWheel, BeforeValidator(_same_for_both), Field(
+    description='pulses per wheel revolution')]
+DEFAULT_PPR = PerWheel(left=90, right=90)
+
+
+def _can_count(modulus: int) -> int:
+    if modulus != 0 and not 2 <= modulus <= 2 ** 63:
+        raise ValueError('0 (never wraps), or a whole number from 2 to 2^63')
+    return modulus
+
+
+CounterModulus = Annotated[int, AfterValidator(_can_count), Field(
+    description='counts before the counter wraps: 65536 for int16, 0 for no wrap')]
+
+
+class EncoderParams(Params):
+    """Parameters of gz_diff_encoder_node, under the names that users set."""
+
+    ppr: PulsesPerRevolution = DEFAULT_PPR
+    rate: float = Field(20.0, ge=1e-3, le=1e6, description='reports per second of stamps [Hz]')
+    left_joint: str = Field('left_wheel_joint', min_length=1)
+    right_joint: str = Field('right_wheel_joint', min_length=1)
+    counter_modulus: CounterModulus = 0
+
+    @model_validator(mode='after')
+    def _check_joints_differ(self) -> EncoderParams:
+        if self.left_joint == self.right_joint:
+            raise ValueError('left_joint and right_joint that differ')
+        return self
+
+
+class EncoderSample(NamedTuple):
+    """The counters as read at one instant."""
+
+    stamp_ns: int
+    left_pulses: int
+    right_pulses: int
+
+
+def pulses_from_angle(angle_rad: float, ppr: float) -> int:
+    """Whole pulses at a wheel angle, equation (1): floor, so -0.1 pulse is -1."""
+    return math.floor(angle_rad * ppr / (2.0 * math.pi))
+
+
+def wrap_count(pulses: int, modulus: int) -> int:
+    """What a two's-complement counter of `modulus` states shows: [-modulus/2, modulus/2).
+
+    A modulus of 0 stands for a counter that never wraps.
+    """
+    if modulus == 0:
+        return pulses
+    half = modulus // 2
+    return (pulses + half) % modulus - half
+
+
+def count_difference(newer: int, older: int, modulus: int) -> int:
+    """Pulses between two readings of a wrapping counter, the shorter way round.
+
+    Right in both directions while fewer than modulus/2 pulses pass between readings, and for
+    counters that show [0, modulus) just as for signed ones.
+    """
+    return wrap_count(newer - older, modulus)
+
+
+class BoundarySampler:
+    """Finds the first stamp at or after each boundary of a fixed rate, on the stamps' own time."""
+
+    def __init__(self, rate_hz: float) -> None:
+        # Exact rational arithmetic: 20 Hz boundaries must not drift off 50 ms after an hour.
+        self._rate_per_ns = Fraction(rate_hz).limit_denominator(10 ** 6) / NANOSECONDS_PER_SECOND
+        self._newest_index: Optional[int] = None
+
+    def period_index(self, stamp_ns: int) -> Optional[int]:
+        """Index of the boundary that `stamp_ns` is the first to reach, else None."""
+        index, remainder = divmod(stamp_ns * self._rate_per_ns, 1)
+        # The very first stamp only opens a period, unless it lies on the boundary itself.
+        opens_quietly = self._newest_index is None and remainder != 0
+        is_first = self._newest_index is None or index > self._newest_index
+        if not is_first:
+            return None
+        self._newest_index = index
+        return None if opens_quietly else index
+
+
+class _WheelChannel:
+    """One wheel's way through the encoder: its time, its sampling, its newest sample."""
+
+    def __init__(self, joint: str, ppr: float, rate_hz: float) -> None:
+        self.joint = joint
+        self._ppr = ppr
+        self._sampler = BoundarySampler(rate_hz)
+        self._timeline = Timeline(tolerance_ns=int(2 * NANOSECONDS_PER_SECOND / rate_hz))
+        self.period_index: Optional[int] = None
+        self.stamp_ns = 0
+        self.pulses = 0
+
+    def take(self, stamp_ns: int, angle_rad: float) -> Step:
+        """Feed one angle; after RESTART the channel must be replaced by a new one."""
+        step = self._timeline.advance(stamp_ns)
+        if step is Step.NEW:
+            index = self._sampler.period_index(stamp_ns)
+            if index is not None:
+                self.period_index, self.stamp_ns = index, stamp_ns
+                self.pulses = pulses_from_angle(angle_rad, self._ppr)
+        return step
+
+    @property
+    def last_seen_ns(self) -> Optional[int]:
+        """Stamp of the newest angle taken."""
+        return self._timeline.newest_ns
+
+
+class DiffEncoder:
+    """Both wheels' encoders behind one motor controller that reports at a fixed rate.
+
+    Feed it every joint message. The wheels may come in one message or in several, in any order,
+    among any other joints.
+    """
+
+    def __init__(self, params: EncoderParams) -> None:
+        self.params = params
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget all samples; counts stay what equation (1) says of the angle."""
+        params = self.params
+        self._left = _WheelChannel(params.left_joint, params.ppr.left, params.rate)
+        self._right = _WheelChannel(params.right_joint, params.ppr.right, params.rate)
+        self._first_stamp_ns: Optional[int] = None
+        self._reported_index: Optional[int] = None
+
+    def update(self, stamp_ns: int, names: Sequence[str],
+               angles_rad: Sequence[float]) -> Optional[EncoderSample]:
+        """Take one joint message; returns a sample when both wheels have reached a boundary.
+
+        Args:
+            stamp_ns: the message's stamp [ns].
+            names: joint names.
+            angles_rad: joint positions [rad], in the order of `names`.
+
+        Raises:
+            InputFault: a wheel is named twice, has no finite angle, or has long been missing.
+                The message is dropped and the state is that of before.
+        """
+        angles = {channel: angle for channel in (self._left, self._right)
+                  for angle in [_angle_of(channel.joint, names, angles_rad)] if angle is not None}
+        if any(channel.take(stamp_ns, angle) is Step.RESTART
+               for channel, angle in angles.items()):
+            log.warning('joint stamps went back to %.3f s: encoder restarted',
+                        stamp_ns / NANOSECONDS_PER_SECOND)
+            self.reset()
+            return self.update(stamp_ns, names, angles_rad)
+        self._check_nothing_missing(stamp_ns, names, angles)
+        return self._report()
+
+    def _report(self) -> Optional[EncoderSample]:
+        index = self._left.period_index
+        if index is None or index != self._right.period_index or index == self._reported_index:
+            return None
+        self._reported_index = index
+        modulus = self.params.counter_modulus
+        return EncoderSample(max(self._left.stamp_ns, self._right.stamp_ns),
+                             wrap_count(self._left.pulses, modulus),
+                             wrap_count(self._right.pulses, modulus))
+
+    def _check_nothing_missing(self, stamp_ns: int, names: Sequence[str],
+                               angles: Dict[_WheelChannel, float]) -> None:
+        if self._first_stamp_ns is None:
+            self._first_stamp_ns = stamp_ns
+        for channel in (self._left, self._right):
+            if channel in angles:
+                continue
+            since_ns = (self._first_stamp_ns if channel.last_seen_ns is None
+                        else channel.last_seen_ns)
+            if stamp_ns - since_ns > MISSING_AFTER_NS:
+                raise InputFault(
+                    f'joint {channel.joint!r} not seen for '
+                    f'{(stamp_ns - since_ns) / NANOSECONDS_PER_SECOND:.1f} s; '
+                    f'this message names {list(names)}{did_you_mean(channel.joint, names)}')
+
+
+def _angle_of(joint: str, names: Sequence[str], angles_rad: Sequence[float]) -> Optional[float]:
+    """The joint's angle [rad], or None where the message does not name it."""
+    times_named = list(names).count(joint)
+    if times_named == 0:
+        return None
+    if times_named > 1:
+        raise InputFault(f'joint {joint!r} is named {times_named} times in one message')
+    index = list(names).index(joint)
+    if index >= len(angles_rad):
+        raise InputFault(f'joint {joint!r} has no position: {len(names)} names, '
+                         f'{len(angles_rad)} positions')
+    if not abs(angles_rad[index]) <= LARGEST_ANGLE_RAD:
+        raise InputFault(f'joint {joint!r} has position {angles_rad[index]}; '
+                         f'expected a finite angle [rad]')
+    return angles_rad[index]

@@ -1,0 +1,13 @@
+"""What can be wrong with what we are given: one class for set-up, one for data."""
+from __future__ import annotations
+
+
+class ConfigError(ValueError):
+    """A user's mistake in a file, parameter or argument; the text is one line for them.
+
+    It says where (file and key), what was given and what is allowed, and ends the program.
+    """
+
+
+class InputFault(ValueError):
+    """One bad message in a running system: it is dropped and the last good state stays."""

@@ -1,0 +1,114 @@
+"""What a test asks of the robot, read from config/tests/, and one trial of it."""
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import List, Literal, Optional, Union
+
+from pydantic import Field, model_validator
+
+from diff_encoder_sim.config import Params, load_params
+from diff_encoder_sim.encoder import DEFAULT_PPR, PulsesPerRevolution
+from diff_encoder_sim.errors import ConfigError
+from diff_encoder_sim.se2 import Pose2D, move_along_arc, wrap_angle
+
+
+class PoseParams(Params):
+    """A pose on the floor, as users write it."""
+
+    x: float = Field(0.0, description='[m]')
+    y: float = Field(0.0, description='[m]')
+    yaw: float = Field(0.0, description='counter-clockwise [rad]')
+
+    def pose(self) -> Pose2D:
+        """The same as a core pose."""
+        return Pose2D(self.x, self.y, wrap_angle(self.yaw))
+
+
+class Segment(Params):
+    """One leg of a scripted drive: a straight line or turns in place."""
+
+    straight: Optional[float] = Field(None, description='[m], negative is backwards')
+    turns: Optional[float] = Field(None, description='full turns, counter-clockwise')
+
+    @model_validator(mode='after')
+    def _check_one_motion(self) -> Segment:
+        if (self.straight is None) == (self.turns is None):
+            raise ValueError('either straight or turns')
+        return self
+
+
+class SpeedLimits(Params):
+    """How fast a scripted drive goes: the paper's table 2 unless changed."""
+
+    speed: float = Field(0.45, gt=0, description='[m/s]')
+    acceleration: float = Field(0.7, gt=0, description='[m/s^2]')
+    angular_speed: float = Field(1.0, gt=0, description='[rad/s]')
+    angular_acceleration: float = Field(4.9, gt=0, description='[rad/s^2]')
+
+
+class TestDefinition(Params):
+    """A test: a world, a start, and a drive without feedback."""
+
+    __test__ = False  # tells pytest that the name is a coincidence
+
+    name: str = Field(min_length=1)
+    world: str = Field(min_length=1, description='file under worlds/, or a path')
+    start: PoseParams = PoseParams()
+    drive: List[Segment] = Field(min_length=1)
+    limits: SpeedLimits = SpeedLimits()
+
+    def goal(self) -> Pose2D:
+        """Where the drive ends when all goes to plan; start and goal are in the map frame."""
+        pose = self.start.pose()
+        for segment in self.drive:
+            pose = move_along_arc(pose, segment.straight or 0.0,
+                                  2.0 * math.pi * (segment.turns or 0.0))
+        return pose._replace(yaw_rad=wrap_angle(pose.yaw_rad))
+
+
+class Trial(Params):
+    """One run of a test with one encoder and one seed; written into its bag."""
+
+    test: TestDefinition
+    ppr: PulsesPerRevolution = DEFAULT_PPR
+    number: int = Field(0, ge=0, description='the seed of all that varies between trials')
+    odom: Literal['encoder', 'ideal'] = 'encoder'
+    wheel_diameter: float = Field(0.2, gt=0, description='[m]')
+    wheel_separation: float = Field(0.4, gt=0, description='[m]')
+
+
+class TrialPlan(Params):
+    """A trial and where its files are: what trial.launch hands to the nodes."""
+
+    trial: Trial
+    world: str = Field(description='path of the world file')
+    bag: str = Field(description='path of the bag to record; empty for none')
+
+
+def load_test(name: str, config_folder: Union[str, Path]) -> TestDefinition:
+    """A test by its name (`SL` is config/tests/SL.yaml) or by the path of its file.
+
+    Raises:
+        ConfigError: there is no such test, or its file is bad.
+    """
+    tests_folder = Path(config_folder) / 'tests'
+    path = Path(name) if name.endswith('.yaml') else tests_folder / f'{name}.yaml'
+    if not path.is_file():
+        known = ', '.join(sorted(file.stem for file in tests_folder.glob('*.yaml')))
+        raise ConfigError(f'test: given {name!r}; allowed: {known}, or a .yaml file')
+    return load_params(TestDefinition, path)
+
+
+def find_world(name: str, worlds_folder: Union[str, Path]) -> Path:
+    """Path of a world file given by path or by its name under worlds/.
+
+    Raises:
+        ConfigError: there is no such file.
+    """
+    candidates = [Path(name), Path(worlds_folder) / name, Path(worlds_folder) / f'{name}.world']
+    for path in candidates:
+        if path.is_file():
+            return path.resolve()
+    known = ', '.join(sorted(file.stem for file in Path(worlds_folder).glob('*.world')))
+    raise ConfigError(f'world: given {name!r}; allowed: {known}, or a .world file')

@@ -1,0 +1,1 @@
+"""Bags: which topics a trial records, and reading them back."""

@@ -1,0 +1,13 @@
+"""The topics of a trial's bag."""
+from __future__ import annotations
+
+# Latched JSON texts: what the trial is, and how it ended. A bag without a result is torn.
+TRIAL = '/trial'
+TRIAL_RESULT = '/trial_result'
+
+ODOM = '/odom'
+WORLD_POSE = '/world_pose'
+GLOBAL_POSE = '/global_pose'
+
+RECORDED = (TRIAL, TRIAL_RESULT, '/clock', '/joint_states', '/cmd_vel', '/encoder_pulse', ODOM,
+            WORLD_POSE, GLOBAL_POSE, '/tf', '/tf_static')

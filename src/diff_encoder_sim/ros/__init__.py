@@ -1,0 +1,1 @@
+"""The ROS shell: the only folder that imports rospy, tf2 or messages. Convert, call, publish."""

@@ -1,0 +1,155 @@
+"""Between the core's types and ROS messages: the only place that knows both."""
+from __future__ import annotations
+
+from typing import Iterable, Sequence, Tuple
+
+import numpy as np
+import rospy
+from geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion, TransformStamped, Twist, Vector3
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import JointState
+from std_msgs.msg import ColorRGBA
+from visualization_msgs.msg import Marker, MarkerArray
+
+from diff_encoder_sim.encoder import EncoderSample
+from diff_encoder_sim.errors import InputFault
+from diff_encoder_sim.msg import EncoderPulse
+from diff_encoder_sim.odometry import OdometryEstimate
+from diff_encoder_sim.se2 import Pose2D, quat_xyzw_from_yaw, yaw_from_quat_xyzw
+from diff_encoder_sim.simulation.state import BodyState, JointStates
+from diff_encoder_sim.simulation.world import Box, Cylinder, Plane, Solid, Sphere, World
+
+# Of height, roll and pitch wheels tell nothing; the value is what gazebo_ros_diff_drive writes.
+UNKNOWN_VARIANCE = 1e12
+
+WALL_COLOUR = ColorRGBA(0.62, 0.66, 0.72, 1.0)
+
+
+def ns_from_stamp(stamp: rospy.Time) -> int:
+    """Nanoseconds since the epoch of the clock in use."""
+    return int(stamp.to_nsec())
+
+
+def stamp_from_ns(stamp_ns: int) -> rospy.Time:
+    """ROS time of a whole number of nanoseconds."""
+    return rospy.Time(*divmod(stamp_ns, 1_000_000_000))
+
+
+def joint_state_message(joints: JointStates) -> JointState:
+    """Wheel angles and speeds; efforts are left out."""
+    message = JointState(name=list(joints.names), position=list(joints.angles_rad),
+                         velocity=list(joints.speeds_radps))
+    message.header.stamp = stamp_from_ns(joints.stamp_ns)
+    return message
+
+
+def encoder_pulse_message(sample: EncoderSample, joints: Sequence[str]) -> EncoderPulse:
+    """Both counters, left then right; `joints` are their names in that order."""
+    message = EncoderPulse(name=list(joints), pulses=[sample.left_pulses, sample.right_pulses])
+    message.header.stamp = stamp_from_ns(sample.stamp_ns)
+    return message
+
+
+def encoder_sample(message: EncoderPulse) -> EncoderSample:
+    """Both counters of a message.
+
+    Raises:
+        InputFault: it does not hold exactly two.
+    """
+    if len(message.pulses) != 2:
+        raise InputFault(f'{len(message.pulses)} counters; expected 2, left then right')
+    return EncoderSample(ns_from_stamp(message.header.stamp), *message.pulses)
+
+
+def odometry_message(estimate: OdometryEstimate, odom_frame: str, base_frame: str) -> Odometry:
+    """Pose in the odom frame and twist in the base frame, each with its covariance."""
+    message = Odometry(child_frame_id=base_frame)
+    message.header.stamp = stamp_from_ns(estimate.stamp_ns)
+    message.header.frame_id = odom_frame
+    message.pose.pose = pose_message(estimate.base_pose_in_odom)
+    message.pose.covariance = _planar_covariance(estimate.pose_covariance, (0, 1, 5))
+    message.twist.twist = Twist(Vector3(estimate.linear_velocity_mps, 0, 0),
+                                Vector3(0, 0, estimate.angular_velocity_radps))
+    message.twist.covariance = _planar_covariance(estimate.twist_covariance, (0, 5))
+    return message
+
+
+def transform_message(child_pose: Pose2D, stamp_ns: int, parent_frame: str,
+                      child_frame: str) -> TransformStamped:
+    """A frame's pose in its parent as a transform."""
+    message = TransformStamped(child_frame_id=child_frame)
+    message.header.stamp = stamp_from_ns(stamp_ns)
+    message.header.frame_id = parent_frame
+    message.transform.translation = Vector3(child_pose.x_m, child_pose.y_m, 0.0)
+    message.transform.rotation = Quaternion(*quat_xyzw_from_yaw(child_pose.yaw_rad))
+    return message
+
+
+def pose_stamped_message(pose: Pose2D, stamp_ns: int, frame: str) -> PoseStamped:
+    """A planar pose in a frame at a time."""
+    message = PoseStamped(pose=pose_message(pose))
+    message.header.stamp = stamp_from_ns(stamp_ns)
+    message.header.frame_id = frame
+    return message
+
+
+def pose_message(pose: Pose2D) -> Pose:
+    """A planar pose."""
+    return Pose(Point(pose.x_m, pose.y_m, 0.0), Quaternion(*quat_xyzw_from_yaw(pose.yaw_rad)))
+
+
+def pose_from_message(pose: Pose) -> Pose2D:
+    """Seen from above: height, roll and pitch are dropped.
+
+    Raises:
+        InputFault: a number is not finite, or the quaternion is no rotation.
+    """
+    position, orientation = pose.position, pose.orientation
+    try:
+        yaw_rad = yaw_from_quat_xyzw(orientation.x, orientation.y, orientation.z, orientation.w)
+    except ValueError as error:
+        raise InputFault(str(error)) from None
+    if not np.isfinite((position.x, position.y)).all():
+        raise InputFault(f'position ({position.x}, {position.y}); expected finite numbers [m]')
+    return Pose2D(position.x, position.y, yaw_rad)
+
+
+def body_messages(state: BodyState) -> Tuple[Pose, Twist]:
+    """A body's pose and twist in the world frame, as Gazebo reports them."""
+    return (Pose(Point(*state.position_xyz_m), Quaternion(*state.quat_xyzw)),
+            Twist(Vector3(*state.linear_xyz_mps), Vector3(*state.angular_xyz_radps)))
+
+
+def matrix_pose_message(pose: np.ndarray) -> Pose:
+    """A 4x4 pose that is upright, as models on a floor are."""
+    yaw_rad = float(np.arctan2(pose[1, 0], pose[0, 0]))
+    return Pose(Point(*pose[:3, 3].tolist()), Quaternion(*quat_xyzw_from_yaw(yaw_rad)))
+
+
+def world_markers(world: World, frame: str) -> MarkerArray:
+    """The world's walls and pillars for RViz; its floor is left to RViz's grid."""
+    return MarkerArray([_marker(solid, index, frame) for index, solid in enumerate(world.solids)
+                        if not isinstance(solid.shape, Plane)])
+
+
+def _marker(solid: Solid, index: int, frame: str) -> Marker:
+    marker = Marker(ns='world', id=index, action=Marker.ADD, color=WALL_COLOUR)
+    marker.header.frame_id = frame
+    marker.pose = matrix_pose_message(solid.pose_in_world)
+    shape = solid.shape
+    if isinstance(shape, Box):
+        marker.type, marker.scale = Marker.CUBE, Vector3(*shape.size_xyz_m)
+    elif isinstance(shape, Cylinder):
+        diameter_m = 2.0 * shape.radius_m
+        marker.type = Marker.CYLINDER
+        marker.scale = Vector3(diameter_m, diameter_m, shape.length_m)
+    elif isinstance(shape, Sphere):
+        marker.type, marker.scale = Marker.SPHERE, Vector3(*[2.0 * shape.radius_m] * 3)
+    return marker
+
+
+def _planar_covariance(covariance: np.ndarray, axes: Iterable[int]) -> list:
+    """A 6x6 covariance, row by row, that is known in some of (x, y, z, roll, pitch, yaw)."""
+    full = np.diag(np.full(6, UNKNOWN_VARIANCE))
+    full[np.ix_(list(axes), list(axes))] = covariance
+    return list(full.ravel())

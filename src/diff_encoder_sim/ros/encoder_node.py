@@ -1,0 +1,37 @@
+"""gz_diff_encoder_node: /joint_states in, /encoder_pulse out."""
+from __future__ import annotations
+
+from sensor_msgs.msg import JointState
+
+from diff_encoder_sim.encoder import DiffEncoder, EncoderParams
+from diff_encoder_sim.errors import InputFault
+from diff_encoder_sim.msg import EncoderPulse
+from diff_encoder_sim.odometry import OdometryParams
+from diff_encoder_sim.ros.conversions import encoder_pulse_message, ns_from_stamp
+from diff_encoder_sim.ros.node import log, node_params, publisher, run_node, subscriber
+
+
+class EncoderNode:
+    """Counts pulses of the wheel angles that pass by."""
+
+    def __init__(self) -> None:
+        params = node_params(EncoderParams, OdometryParams)
+        self._joints = (params.left_joint, params.right_joint)
+        self._encoder = DiffEncoder(params)
+        self._pulses = publisher('encoder_pulse', EncoderPulse)
+        self._joint_states = subscriber('joint_states', JointState, self._on_joint_states)
+
+    def _on_joint_states(self, message: JointState) -> None:
+        try:
+            sample = self._encoder.update(ns_from_stamp(message.header.stamp), message.name,
+                                          message.position)
+        except InputFault as fault:
+            log.warning('%s: %s; message dropped', self._joint_states.resolved_name, fault)
+            return
+        if sample is not None:
+            self._pulses.publish(encoder_pulse_message(sample, self._joints))
+
+
+def main() -> None:
+    """Entry point of the executable."""
+    run_node('gz_diff_encoder_node', EncoderNode)

@@ -1,0 +1,67 @@
+"""global_pose_node: where TF says the robot is on the map, as /global_pose at a steady rate."""
+from __future__ import annotations
+
+import rospy
+import tf2_ros
+from geometry_msgs.msg import PoseStamped
+from pydantic import Field
+from tf2_msgs.msg import TFMessage
+
+from diff_encoder_sim.config import Params
+from diff_encoder_sim.encoder import BoundarySampler
+from diff_encoder_sim.ros.conversions import ns_from_stamp
+from diff_encoder_sim.ros.node import log, node_params, publisher, run_node, subscriber
+from diff_encoder_sim.timeline import Step, Timeline
+
+
+class GlobalPoseParams(Params):
+    """Parameters of global_pose_node."""
+
+    map_frame: str = Field('map', min_length=1)
+    base_frame: str = Field('base_link', min_length=1)
+    rate: float = Field(20.0, ge=1e-3, le=1e6, description='[Hz]')
+
+
+class GlobalPoseNode:
+    """Reads map -> base_link whenever a transform arrives, and reports each boundary's once.
+
+    Only new transforms are reported: while the chain is broken or frozen there is silence, not
+    an old pose.
+    """
+
+    def __init__(self) -> None:
+        self._params = node_params(GlobalPoseParams)
+        self._buffer = tf2_ros.Buffer()
+        self._restart()
+        self._poses = publisher('global_pose', PoseStamped)
+        # The listener subscribes first, so the buffer holds a transform before it is looked up.
+        self._listener = tf2_ros.TransformListener(self._buffer, tcp_nodelay=True)
+        self._transforms = subscriber('/tf', TFMessage, self._on_transform)
+
+    def _restart(self) -> None:
+        self._sampler = BoundarySampler(self._params.rate)
+        self._timeline = Timeline(tolerance_ns=0)
+
+    def _on_transform(self, _: TFMessage) -> None:
+        try:
+            transform = self._buffer.lookup_transform(self._params.map_frame,
+                                                      self._params.base_frame, rospy.Time(0))
+        except tf2_ros.TransformException as error:
+            log.info('waiting for %s -> %s: %s', self._params.map_frame, self._params.base_frame,
+                     error)
+            return
+        stamp_ns = ns_from_stamp(transform.header.stamp)
+        step = self._timeline.advance(stamp_ns)
+        if step is Step.RESTART:
+            self._restart()
+        if step is Step.STALE or self._sampler.period_index(stamp_ns) is None:
+            return
+        pose = PoseStamped(header=transform.header)
+        pose.pose.position = transform.transform.translation
+        pose.pose.orientation = transform.transform.rotation
+        self._poses.publish(pose)
+
+
+def main() -> None:
+    """Entry point of the executable."""
+    run_node('global_pose_node', GlobalPoseNode)

@@ -1,0 +1,93 @@
+"""What every node needs: start and end, parameters, log, and topics without delay."""
+from __future__ import annotations
+
+import logging
+import sys
+import time
+from typing import Any, Callable, Dict, Mapping, Optional, Tuple, Type
+
+import rospy
+
+from diff_encoder_sim.config import P, Params, did_you_mean
+from diff_encoder_sim.errors import ConfigError
+
+LOG_AGAIN_AFTER_S = 5.0
+
+log = logging.getLogger('diff_encoder_sim')
+
+
+def run_node(name: str, build: Callable[[], Any],
+             run: Callable[[Any], None] = lambda node: rospy.spin()) -> None:
+    """Start a node, build its object, and let it `run`: by default until shutdown.
+
+    A user's mistake ends it with one line and exit status 1.
+    """
+    rospy.init_node(name)
+    log.setLevel(logging.INFO)
+    log.addHandler(_RosLogHandler())
+    log.propagate = False
+    try:
+        run(build())
+    except ConfigError as error:
+        rospy.logfatal('%s', error)
+        sys.exit(1)
+    except rospy.ROSInterruptException:
+        pass  # asked to end while waiting: what Ctrl-C means
+
+
+def node_params(params_class: Type[P], *also_known: Type[Params],
+                defaults: Optional[Mapping[str, Any]] = None) -> P:
+    """The node's private parameters as `params_class`.
+
+    Args:
+        params_class: what this node uses.
+        also_known: structs of other nodes that share the same YAML file; their keys are no
+            misspellings.
+        defaults: values for what is not given.
+
+    Raises:
+        ConfigError: a value is not allowed, or nobody knows the parameter's name.
+    """
+    source = rospy.get_name()
+    given: Dict[str, Any] = rospy.get_param('~', {})
+    known = set(params_class.model_fields).union(*(other.model_fields for other in also_known))
+    for key in given:
+        if key not in known:
+            raise ConfigError(f'{source}: ~{key}: unknown parameter{did_you_mean(key, known)}')
+    own = {key: value for key, value in given.items() if key in params_class.model_fields}
+    return params_class.from_mapping({**(defaults or {}), **own}, source)
+
+
+def publisher(topic: str, message_class: Type, latch: bool = False) -> rospy.Publisher:
+    """A publisher that sends at once: Nagle's algorithm would hold small messages for 40 ms."""
+    return rospy.Publisher(topic, message_class, queue_size=1000, latch=latch, tcp_nodelay=True)
+
+
+def subscriber(topic: str, message_class: Type, callback: Callable[[Any], None]) -> rospy.Subscriber:
+    """A subscriber that asks its publishers to send at once, and never drops a message."""
+    return rospy.Subscriber(topic, message_class, callback, tcp_nodelay=True)
+
+
+class _RosLogHandler(logging.Handler):
+    """Sends the core's log to /rosout, each place in the code at most once in some seconds.
+
+    By wall time: a paused or reset clock must not silence a warning.
+    """
+
+    _LEVELS = ((logging.ERROR, rospy.logerr), (logging.WARNING, rospy.logwarn),
+               (logging.INFO, rospy.loginfo))
+
+    def __init__(self) -> None:
+        super().__init__(logging.INFO)
+        self._last_s: Dict[Tuple[str, int, str], float] = {}
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Pass a record on unless its like was logged just now."""
+        subject = str(record.args[0]) if isinstance(record.args, tuple) and record.args else ''
+        key = (record.pathname, record.lineno, subject)
+        now_s = time.monotonic()
+        if now_s - self._last_s.get(key, -LOG_AGAIN_AFTER_S) < LOG_AGAIN_AFTER_S:
+            return
+        self._last_s[key] = now_s
+        send = next(send for level, send in self._LEVELS if record.levelno >= level)
+        send('%s', record.getMessage())

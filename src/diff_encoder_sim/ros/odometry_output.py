@@ -1,0 +1,32 @@
+"""The two places where odometry goes: the topic and TF."""
+from __future__ import annotations
+
+import tf2_ros
+from nav_msgs.msg import Odometry
+from tf2_msgs.msg import TFMessage
+
+from diff_encoder_sim.odometry import OdometryEstimate
+from diff_encoder_sim.ros.conversions import odometry_message, transform_message
+from diff_encoder_sim.ros.node import publisher
+
+
+class OdometryOutput:
+    """Publishes estimates on `odom` and, where wanted, as the transform odom -> base."""
+
+    def __init__(self, odom_frame: str, base_frame: str, publish_tf: bool) -> None:
+        self._odom_frame = odom_frame
+        self._base_frame = base_frame
+        self._odom = publisher('odom', Odometry)
+        self._broadcaster = None
+        if publish_tf:
+            # Shares its connections with the broadcaster's, which alone would send with delay.
+            self._undelayed = publisher('/tf', TFMessage)
+            self._broadcaster = tf2_ros.TransformBroadcaster()
+
+    def publish(self, estimate: OdometryEstimate) -> None:
+        """Send one estimate; the caller sees to it that no stamp comes twice."""
+        if self._broadcaster is not None:
+            self._broadcaster.sendTransform(transform_message(
+                estimate.base_pose_in_odom, estimate.stamp_ns, self._odom_frame,
+                self._base_frame))
+        self._odom.publish(odometry_message(estimate, self._odom_frame, self._base_frame))

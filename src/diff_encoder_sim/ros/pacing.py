@@ -1,0 +1,94 @@
+"""How fast simulated time may run: by the wall clock, or by what the graph can follow."""
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from typing import Dict, List
+
+import rospy
+from std_msgs.msg import Header
+
+from diff_encoder_sim.ros.conversions import ns_from_stamp
+from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
+
+log = logging.getLogger(__name__)
+
+# Behind by more than this, the lost time is given up instead of being raced after.
+LARGEST_LAG_S = 0.2
+
+# A topic that keeps the simulation waiting for longer is no longer waited for.
+LONGEST_WAIT_S = 2.0
+
+
+class WallPacer:
+    """Keeps simulated time at a fixed multiple of wall time."""
+
+    def __init__(self, real_time_factor: float) -> None:
+        self._real_time_factor = real_time_factor
+        self._wall_start_s = 0.0
+        self._sim_start_ns = 0
+
+    def restart(self, sim_time_ns: int) -> None:
+        """Count from here: after a pause or a reset."""
+        self._wall_start_s = time.monotonic()
+        self._sim_start_ns = sim_time_ns
+
+    def wait(self, sim_time_ns: int) -> None:
+        """Sleep until the wall clock has come to `sim_time_ns`."""
+        sim_s = (sim_time_ns - self._sim_start_ns) / NANOSECONDS_PER_SECOND
+        lead_s = self._wall_start_s + sim_s / self._real_time_factor - time.monotonic()
+        if lead_s > 0:
+            time.sleep(lead_s)
+        elif lead_s < -LARGEST_LAG_S:
+            self.restart(sim_time_ns)
+
+
+class GraphPacer:
+    """Holds simulated time back until stamped topics have come to it: none is ever outrun.
+
+    The topics are expected at whole multiples of `period_ns`; the simulation may be ahead of the
+    newest expected message by `lead_ns`, so that it computes while the others do.
+    """
+
+    def __init__(self, topics: List[str], period_ns: int, lead_ns: int) -> None:
+        self._period_ns = period_ns
+        self._lead_ns = lead_ns
+        self._moved = threading.Condition()
+        self._newest_ns: Dict[str, int] = {}
+        self._absent = set(topics)
+        # AnyMsg and the header alone: any stamped message will do.
+        self._subscribers = [
+            rospy.Subscriber(topic, rospy.AnyMsg, self._on_message, callback_args=topic,
+                             tcp_nodelay=True) for topic in topics]
+
+    def restart(self, _: int) -> None:
+        """Forget the stamps of before a reset."""
+        with self._moved:
+            self._absent.update(self._newest_ns)
+            self._newest_ns = {}
+
+    def wait(self, sim_time_ns: int) -> None:
+        """Block until every topic has reached the newest multiple of the period."""
+        expected_ns = (sim_time_ns - self._lead_ns) // self._period_ns * self._period_ns
+        if expected_ns < 0:
+            return
+        with self._moved:
+            if not self._moved.wait_for(lambda: not self._behind(expected_ns), LONGEST_WAIT_S):
+                for topic in self._behind(expected_ns):
+                    log.warning('%s has not come to %.2f s of simulated time: going on without it',
+                                topic, expected_ns / NANOSECONDS_PER_SECOND)
+                    self._newest_ns.pop(topic, None)
+                    self._absent.discard(topic)
+
+    def _behind(self, expected_ns: int) -> List[str]:
+        return [topic for topic, newest_ns in self._newest_ns.items()
+                if newest_ns < expected_ns] + list(self._absent)
+
+    def _on_message(self, message: rospy.AnyMsg, topic: str) -> None:
+        header = Header()
+        header.deserialize(message._buff)  # rospy's own name for the bytes of an AnyMsg
+        with self._moved:
+            self._absent.discard(topic)
+            self._newest_ns[topic] = ns_from_stamp(header.stamp)
+            self._moved.notify_all()

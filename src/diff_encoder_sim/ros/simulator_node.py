@@ -1,0 +1,174 @@
+"""simulator_node: the stand-in for Gazebo on its topics and services."""
+from __future__ import annotations
+
+import threading
+import time
+from pathlib import Path
+from typing import List, Union
+
+import rospy
+from geometry_msgs.msg import Twist
+from pydantic import Field
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
+from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
+
+from diff_encoder_sim.errors import InputFault
+from diff_encoder_sim.experiments.definition import PoseParams
+from diff_encoder_sim.ros.conversions import (body_messages, joint_state_message,
+                                              matrix_pose_message, stamp_from_ns)
+from diff_encoder_sim.ros.gazebo_messages import ModelStates
+from diff_encoder_sim.ros.ideal_odometry import IdealOdometry
+from diff_encoder_sim.ros.node import log, node_params, publisher, run_node, subscriber
+from diff_encoder_sim.ros.pacing import GraphPacer, WallPacer
+from diff_encoder_sim.ros.trial_plan import trial_plan
+from diff_encoder_sim.simulation.simulator import TICK_NS, Simulator, SimulatorParams
+from diff_encoder_sim.simulation.state import BodyState
+
+MODEL_STATES_PERIOD_NS = 50_000_000
+PAUSED_CLOCK_PERIOD_S = 0.05
+
+# The odometry's period, and how far physics may run ahead of it.
+GRAPH_PERIOD_NS = 50_000_000
+GRAPH_LEAD_NS = 20_000_000
+
+
+class SimulatorNodeParams(SimulatorParams):
+    """Parameters of simulator_node. World, start and seed are the /trial's unless given."""
+
+    robot: str = Field(min_length=1, description='xacro or URDF file')
+    world: str = Field(min_length=1, description='world file')
+    start: PoseParams = Field(PoseParams(), description='of base_link in the world')
+    seed: int = Field(0, ge=0)
+    real_time_factor: float = Field(
+        1.0, ge=0, description='simulated per wall time; 0: as fast as the graph keeps up')
+    wait_for: List[str] = Field(['/odom'], description='stamped topics that, at real_time_factor '
+                                                       '0, the simulation does not outrun')
+    paused: bool = Field(False, description='wait for /gazebo/unpause_physics')
+    ideal_odom: bool = Field(False, description='publish perfect /odom and its transform')
+
+
+class SimulatorNode:
+    """Runs the simulator in its own thread and speaks for it."""
+
+    def __init__(self) -> None:
+        params = node_params(SimulatorNodeParams, defaults=_trial_defaults())
+        core_params = SimulatorParams(**{name: getattr(params, name)
+                                         for name in SimulatorParams.model_fields})
+        self._simulator = Simulator(Path(params.world), Path(params.robot), core_params,
+                                    params.start.pose(), params.seed)
+        self._lock = threading.RLock()  # the loop and the callbacks share the simulator
+        self._running = threading.Event()
+        self._world_models = [(model.name, matrix_pose_message(model.pose_in_world))
+                              for model in self._simulator.world.models]
+        self._clock = publisher('/clock', Clock)
+        self._joint_states = publisher('joint_states', JointState)
+        self._model_states = publisher('/gazebo/model_states', ModelStates)
+        self._ideal_odometry = IdealOdometry(params.start.pose()) if params.ideal_odom else None
+        self._pacer = _pacer(params)
+        self._commands = subscriber('cmd_vel', Twist, self._on_command)
+        self._services = [rospy.Service(f'/gazebo/{name}', Empty, handler) for name, handler in (
+            ('pause_physics', self._on_pause), ('unpause_physics', self._on_unpause),
+            ('reset_simulation', self._on_reset_simulation), ('reset_world', self._on_reset_world))]
+        if not params.paused:
+            self._on_unpause(EmptyRequest())
+        self._loop = threading.Thread(target=self._run, daemon=True)
+        self._loop.start()
+
+    def _run(self) -> None:
+        try:
+            while not rospy.is_shutdown():
+                if self._running.is_set():
+                    self._step()
+                else:
+                    self._publish_clock()
+                    time.sleep(PAUSED_CLOCK_PERIOD_S)
+        except rospy.ROSException:
+            if not rospy.is_shutdown():  # publishing on closed topics is how a shutdown looks
+                raise
+        except Exception as error:
+            rospy.logfatal('simulation stopped: %s', error)
+            rospy.signal_shutdown(str(error))
+            raise
+
+    def _step(self) -> None:
+        """Say how things stand, wait until time may go on, and let it."""
+        with self._lock:
+            self._publish()
+            next_ns = self._simulator.time_ns + TICK_NS
+        self._pacer.wait(next_ns)
+        with self._lock:
+            if self._running.is_set() and next_ns == self._simulator.time_ns + TICK_NS:
+                self._simulator.tick()
+
+    def _publish_clock(self) -> None:
+        self._clock.publish(Clock(stamp_from_ns(self._simulator.time_ns)))
+
+    def _publish(self) -> None:
+        self._publish_clock()
+        self._joint_states.publish(joint_state_message(self._simulator.joint_states()))
+        if self._simulator.time_ns % MODEL_STATES_PERIOD_NS == 0:
+            state = self._simulator.base()
+            self._publish_model_states(state)
+            if self._ideal_odometry is not None:
+                self._ideal_odometry.publish(self._simulator.time_ns, state)
+
+    def _publish_model_states(self, state: BodyState) -> None:
+        message = ModelStates()
+        for name, pose in self._world_models:
+            message.name.append(name)
+            message.pose.append(pose)
+            message.twist.append(Twist())
+        pose, twist = body_messages(state)
+        message.name.append(self._simulator.robot_name)
+        message.pose.append(pose)
+        message.twist.append(twist)
+        self._model_states.publish(message)
+
+    def _on_command(self, message: Twist) -> None:
+        try:
+            with self._lock:
+                self._simulator.command(message.linear.x, message.angular.z)
+        except InputFault as fault:
+            log.warning('%s: %s; message dropped', self._commands.resolved_name, fault)
+
+    def _on_pause(self, _: EmptyRequest) -> EmptyResponse:
+        self._running.clear()
+        return EmptyResponse()
+
+    def _on_unpause(self, _: EmptyRequest) -> EmptyResponse:
+        with self._lock:
+            if not self._running.is_set():
+                self._pacer.restart(self._simulator.time_ns)
+                self._running.set()
+        return EmptyResponse()
+
+    def _on_reset_simulation(self, _: EmptyRequest) -> EmptyResponse:
+        with self._lock:
+            self._simulator.reset()
+            self._pacer.restart(0)
+        return EmptyResponse()
+
+    def _on_reset_world(self, _: EmptyRequest) -> EmptyResponse:
+        with self._lock:
+            self._simulator.reset_world()
+        return EmptyResponse()
+
+
+def _trial_defaults() -> dict:
+    plan = trial_plan()
+    if plan is None:
+        return {}
+    return {'world': plan.world, 'seed': plan.trial.number,
+            'start': plan.trial.test.start.model_dump()}
+
+
+def _pacer(params: SimulatorNodeParams) -> Union[WallPacer, GraphPacer]:
+    if params.real_time_factor > 0:
+        return WallPacer(params.real_time_factor)
+    return GraphPacer(params.wait_for, GRAPH_PERIOD_NS, GRAPH_LEAD_NS)
+
+
+def main() -> None:
+    """Entry point of the executable."""
+    run_node('simulator_node', SimulatorNode)

@@ -1,0 +1,82 @@
+"""Poses and angles in the plane: the one home for wrapping and composing.
+
+Yaw is counter-clockwise from the x axis, in radians (REP-103).
+"""
+from __future__ import annotations
+
+import math
+from typing import NamedTuple, Tuple
+
+
+class Pose2D(NamedTuple):
+    """A rigid motion of the plane: a frame's pose in its parent frame."""
+
+    x_m: float
+    y_m: float
+    yaw_rad: float
+
+    def compose(self, child: Pose2D) -> Pose2D:
+        """Pose of `child` (given in this frame) in this frame's parent."""
+        cos_yaw, sin_yaw = math.cos(self.yaw_rad), math.sin(self.yaw_rad)
+        return Pose2D(
+            self.x_m + cos_yaw * child.x_m - sin_yaw * child.y_m,
+            self.y_m + sin_yaw * child.x_m + cos_yaw * child.y_m,
+            wrap_angle(self.yaw_rad + child.yaw_rad),
+        )
+
+    def inverse(self) -> Pose2D:
+        """Pose of the parent in this frame."""
+        cos_yaw, sin_yaw = math.cos(self.yaw_rad), math.sin(self.yaw_rad)
+        return Pose2D(
+            -cos_yaw * self.x_m - sin_yaw * self.y_m,
+            sin_yaw * self.x_m - cos_yaw * self.y_m,
+            wrap_angle(-self.yaw_rad),
+        )
+
+    def relative_to(self, reference: Pose2D) -> Pose2D:
+        """This pose as seen from `reference`, both given in the same frame."""
+        return reference.inverse().compose(self)
+
+
+IDENTITY = Pose2D(0.0, 0.0, 0.0)
+
+
+def wrap_angle(angle_rad: float) -> float:
+    """The same direction in [-pi, pi)."""
+    return (angle_rad + math.pi) % (2.0 * math.pi) - math.pi
+
+
+def move_along_arc(pose: Pose2D, distance_m: float, turn_rad: float) -> Pose2D:
+    """Pose after an arc of constant curvature: exact, not the midpoint approximation.
+
+    The chord of an arc of length s that turns by t is s sin(t/2)/(t/2), at the heading
+    half-way. Yaw is not wrapped here, so that whole turns stay countable.
+    """
+    half_turn_rad = 0.5 * turn_rad
+    # Below 1e-4 the series' next term, x^4/120, is under double precision.
+    sinc = (math.sin(half_turn_rad) / half_turn_rad if abs(half_turn_rad) > 1e-4
+            else 1.0 - half_turn_rad * half_turn_rad / 6.0)
+    chord_m = distance_m * sinc
+    chord_yaw_rad = pose.yaw_rad + half_turn_rad
+    return Pose2D(
+        pose.x_m + chord_m * math.cos(chord_yaw_rad),
+        pose.y_m + chord_m * math.sin(chord_yaw_rad),
+        pose.yaw_rad + turn_rad,
+    )
+
+
+def quat_xyzw_from_yaw(yaw_rad: float) -> Tuple[float, float, float, float]:
+    """Unit quaternion of a rotation about z."""
+    return 0.0, 0.0, math.sin(0.5 * yaw_rad), math.cos(0.5 * yaw_rad)
+
+
+def yaw_from_quat_xyzw(x: float, y: float, z: float, w: float) -> float:
+    """Yaw [rad] of a quaternion of any length, roll and pitch dropped.
+
+    Raises:
+        ValueError: the quaternion is zero or not finite.
+    """
+    norm_squared = x * x + y * y + z * z + w * w
+    if not (math.isfinite(norm_squared) and norm_squared > 0.0):
+        raise ValueError(f'no rotation: quaternion ({x}, {y}, {z}, {w})')
+    return math.atan2(2.0 * (w * z + x * y), norm_squared - 2.0 * (y * y + z * z))

@@ -1,0 +1,16 @@
+"""Random generators of a trial: one independent stream per purpose, all from the trial's seed.
+
+The encoder's resolution is not part of the seed, so equal trial numbers draw equal wheel phases
+and noise at every PPR and can be compared in pairs.
+"""
+from __future__ import annotations
+
+import zlib
+
+import numpy as np
+
+
+def generator(seed: int, stream: str) -> np.random.Generator:
+    """Generator for one purpose; adding a stream does not change what the others draw."""
+    # crc32 because Python's own hash of a string differs from process to process.
+    return np.random.default_rng([seed, zlib.crc32(stream.encode('utf-8'))])

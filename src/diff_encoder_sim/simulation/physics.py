@@ -1,0 +1,207 @@
+"""PyBullet behind a narrow door: one robot on static solids, stepped at a fixed rate.
+
+Contact shapes, step and solver iterations are the outcome of a convergence study:
+docs/adr/0001-contact-and-step.md, test/benchmark/physics_convergence.py.
+"""
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+import tempfile
+from typing import Dict, Iterator, NamedTuple, Optional, Tuple
+
+import numpy as np
+import pybullet
+from pydantic import Field
+
+from diff_encoder_sim.config import Params
+from diff_encoder_sim.errors import ConfigError
+from diff_encoder_sim.se2 import Pose2D, quat_xyzw_from_yaw
+from diff_encoder_sim.simulation.robot import RobotModel
+from diff_encoder_sim.simulation.state import BodyState
+from diff_encoder_sim.simulation.world import Box, Cylinder, Plane, Solid, Sphere, World
+
+GRAVITY_MPS2 = 9.81
+TICK_S = 0.01
+SETTLING_TICKS = 50
+
+
+class PhysicsParams(Params):
+    """How finely PyBullet computes."""
+
+    steps_per_tick: int = Field(2, ge=1, le=100, description='physics steps in each 10 ms')
+    solver_iterations: int = Field(50, ge=1, le=1000)
+
+
+class WheelState(NamedTuple):
+    """Both wheels' rotation since the start, left then right."""
+
+    angles_rad: Tuple[float, float]
+    speeds_radps: Tuple[float, float]
+
+
+class BulletPhysics:
+    """A robot in a world. Equal calls give equal results, bit for bit."""
+
+    def __init__(self, world: World, robot: RobotModel, start_pose: Pose2D, wheel_torque_nm: float,
+                 params: PhysicsParams) -> None:
+        self._wheel_torque_nm = wheel_torque_nm
+        self._client = pybullet.connect(pybullet.DIRECT)
+        try:
+            self._configure(params)
+            self._solid_names = {self._add_solid(solid): solid.name for solid in world.solids
+                                 if not isinstance(solid.shape, Plane)}
+            for solid in world.solids:
+                if isinstance(solid.shape, Plane):
+                    self._add_solid(solid)
+            self._robot = self._load(robot)
+            self._wheel_joints = self._find_joints(robot)
+            self._base_in_inertial = self._inverse_inertial_offset()
+            self._rest(start_pose)
+        except BaseException:
+            self.close()
+            raise
+
+    def close(self) -> None:
+        """Free PyBullet's world; the object is of no use afterwards."""
+        if self._client >= 0:
+            pybullet.disconnect(physicsClientId=self._client)
+            self._client = -1
+
+    def tick(self, left_radps: float, right_radps: float) -> None:
+        """Drive the wheels at these speeds, as far as torque allows, for 10 ms."""
+        pybullet.setJointMotorControlArray(
+            self._robot, self._wheel_joints, pybullet.VELOCITY_CONTROL,
+            targetVelocities=(left_radps, right_radps),
+            forces=(self._wheel_torque_nm, self._wheel_torque_nm), physicsClientId=self._client)
+        pybullet.stepSimulation(physicsClientId=self._client)
+
+    def wheels(self) -> WheelState:
+        """Rotation of the wheels against the body since the start."""
+        left, right = pybullet.getJointStates(self._robot, self._wheel_joints,
+                                              physicsClientId=self._client)
+        return WheelState((left[0] - self._resting_angles_rad[0],
+                           right[0] - self._resting_angles_rad[1]), (left[1], right[1]))
+
+    def base(self) -> BodyState:
+        """The true state of base_link in the world."""
+        position, quat = pybullet.getBasePositionAndOrientation(self._robot,
+                                                                physicsClientId=self._client)
+        linear, angular = pybullet.getBaseVelocity(self._robot, physicsClientId=self._client)
+        base_position, base_quat = pybullet.multiplyTransforms(position, quat,
+                                                               *self._base_in_inertial)
+        # The velocity of another point of a rigid body: v + w x r.
+        lever = np.subtract(base_position, position)
+        base_linear = np.add(linear, np.cross(angular, lever))
+        return BodyState(base_position, base_quat, tuple(base_linear.tolist()), angular)
+
+    def place(self, pose: Pose2D) -> None:
+        """Lift the robot to a pose on the floor, at rest, wheel angles as they are."""
+        position, quat = self.base()[:2]
+        self._place_base((pose.x_m, pose.y_m, position[2]), self._level(quat, pose.yaw_rad))
+
+    def obstacle_hit(self) -> Optional[str]:
+        """Name of a solid, other than the floor, that the robot touches, if any."""
+        contacts = pybullet.getContactPoints(bodyA=self._robot, physicsClientId=self._client)
+        return next((self._solid_names[contact[2]] for contact in contacts
+                     if contact[2] in self._solid_names), None)
+
+    def _configure(self, params: PhysicsParams) -> None:
+        pybullet.setGravity(0, 0, -GRAVITY_MPS2, physicsClientId=self._client)
+        pybullet.setPhysicsEngineParameter(
+            fixedTimeStep=TICK_S, numSubSteps=params.steps_per_tick,
+            numSolverIterations=params.solver_iterations, deterministicOverlappingPairs=1,
+            physicsClientId=self._client)
+
+    def _add_solid(self, solid: Solid) -> int:
+        position = solid.pose_in_world[:3, 3]
+        shape = pybullet.createCollisionShape(physicsClientId=self._client,
+                                              **_shape_arguments(solid))
+        return int(pybullet.createMultiBody(
+            baseMass=0, baseCollisionShapeIndex=shape, basePosition=position.tolist(),
+            baseOrientation=_quat_xyzw(solid.pose_in_world[:3, :3]),
+            physicsClientId=self._client))
+
+    def _load(self, robot: RobotModel) -> int:
+        # Merged links cost a fifth less time per step.
+        flags = pybullet.URDF_USE_INERTIA_FROM_FILE | pybullet.URDF_MERGE_FIXED_LINKS
+        with tempfile.NamedTemporaryFile('w', suffix='.urdf') as file:
+            file.write(robot.urdf)
+            file.flush()
+            try:
+                with _stdout_muted():
+                    return int(pybullet.loadURDF(file.name, flags=flags,
+                                                 physicsClientId=self._client))
+            except pybullet.error:
+                raise ConfigError(f'robot {robot.name!r}: PyBullet cannot load its URDF') from None
+
+    def _find_joints(self, robot: RobotModel) -> Tuple[int, int]:
+        count = pybullet.getNumJoints(self._robot, physicsClientId=self._client)
+        infos = [pybullet.getJointInfo(self._robot, index, physicsClientId=self._client)
+                 for index in range(count)]
+        joints: Dict[str, int] = {info[1].decode(): info[0] for info in infos}
+        return joints[robot.left_joint], joints[robot.right_joint]
+
+    def _inverse_inertial_offset(self) -> tuple:
+        """base_link's pose in the frame of the root's mass, which is the one PyBullet reports."""
+        dynamics = pybullet.getDynamicsInfo(self._robot, -1, physicsClientId=self._client)
+        return pybullet.invertTransform(dynamics[3], dynamics[4])
+
+    def _rest(self, start_pose: Pose2D) -> None:
+        """Let the robot settle onto its casters, then put it exactly at the start."""
+        self._resting_angles_rad = (0.0, 0.0)
+        self._place_base((start_pose.x_m, start_pose.y_m, 0.0),
+                         quat_xyzw_from_yaw(start_pose.yaw_rad))
+        for _ in range(SETTLING_TICKS):
+            self.tick(0.0, 0.0)
+        self.place(start_pose)
+        self._resting_angles_rad = self.wheels().angles_rad
+
+    def _level(self, quat_xyzw: tuple, yaw_rad: float) -> tuple:
+        """The same roll and pitch at another yaw."""
+        roll_rad, pitch_rad, _ = pybullet.getEulerFromQuaternion(quat_xyzw)
+        return pybullet.getQuaternionFromEuler((roll_rad, pitch_rad, yaw_rad))
+
+    def _place_base(self, position_xyz_m: tuple, quat_xyzw: tuple) -> None:
+        inertial = pybullet.multiplyTransforms(
+            position_xyz_m, quat_xyzw, *pybullet.invertTransform(*self._base_in_inertial))
+        pybullet.resetBasePositionAndOrientation(self._robot, *inertial,
+                                                 physicsClientId=self._client)
+        pybullet.resetBaseVelocity(self._robot, (0, 0, 0), (0, 0, 0),
+                                   physicsClientId=self._client)
+
+
+@contextlib.contextmanager
+def _stdout_muted() -> Iterator[None]:
+    """Drop what C code prints: PyBullet reports each link that it merges."""
+    sys.stdout.flush()
+    kept = os.dup(1)
+    try:
+        with open(os.devnull, 'wb') as sink:
+            os.dup2(sink.fileno(), 1)
+        yield
+    finally:
+        os.dup2(kept, 1)
+        os.close(kept)
+
+
+def _shape_arguments(solid: Solid) -> dict:
+    shape = solid.shape
+    if isinstance(shape, Box):
+        return {'shapeType': pybullet.GEOM_BOX,
+                'halfExtents': [0.5 * length_m for length_m in shape.size_xyz_m]}
+    if isinstance(shape, Cylinder):
+        return {'shapeType': pybullet.GEOM_CYLINDER, 'radius': shape.radius_m,
+                'height': shape.length_m}
+    if isinstance(shape, Sphere):
+        return {'shapeType': pybullet.GEOM_SPHERE, 'radius': shape.radius_m}
+    return {'shapeType': pybullet.GEOM_PLANE}
+
+
+def _quat_xyzw(rotation: np.ndarray) -> tuple:
+    """Quaternion of a 3x3 rotation, by its roll, pitch and yaw."""
+    pitch_rad = -np.arcsin(np.clip(rotation[2, 0], -1.0, 1.0))
+    roll_rad = np.arctan2(rotation[2, 1], rotation[2, 2])
+    yaw_rad = np.arctan2(rotation[1, 0], rotation[0, 0])
+    return pybullet.getQuaternionFromEuler((roll_rad, pitch_rad, yaw_rad))

@@ -1,0 +1,114 @@
+"""The robot: reads its xacro or URDF file once for the physics, the controller and the nodes."""
+from __future__ import annotations
+
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+from typing import Dict, Mapping, NamedTuple, Tuple, Union
+
+import numpy as np
+import xacro
+
+from diff_encoder_sim.config import did_you_mean
+from diff_encoder_sim.errors import ConfigError
+from diff_encoder_sim.simulation.world import rotation_from_rpy
+
+
+class RobotModel(NamedTuple):
+    """A differential-drive robot as its URDF describes it."""
+
+    name: str
+    urdf: str                   # the XML, xacro expanded
+    left_joint: str
+    right_joint: str
+    left_wheel_radius_m: float
+    right_wheel_radius_m: float
+    wheel_separation_m: float   # between the wheels' contact points
+
+
+def load_robot(path: Union[str, Path], left_joint: str, right_joint: str,
+               xacro_arguments: Mapping[str, str]) -> RobotModel:
+    """Read a robot whose two driven wheels turn about their y axis.
+
+    Args:
+        path: a .xacro file, or a plain URDF (then `xacro_arguments` have no effect).
+        left_joint: name of the left wheel's joint; right_joint: of the right one's.
+        xacro_arguments: values of the file's xacro:arg.
+
+    Raises:
+        ConfigError: the file cannot be read, or has no such wheels.
+    """
+    urdf = expand_xacro(path, xacro_arguments)
+    root = ElementTree.fromstring(urdf)
+    joints = {joint.get('name', ''): joint for joint in root.findall('joint')}
+    left_m = _wheel_centre_in_root(joints, left_joint, path)
+    right_m = _wheel_centre_in_root(joints, right_joint, path)
+    if left_m[1] <= right_m[1]:
+        raise ConfigError(f'{path}: {left_joint!r} is at y = {left_m[1]:.3f} m and {right_joint!r} '
+                          f'at {right_m[1]:.3f} m; allowed: the left wheel left of the right one')
+    return RobotModel(root.get('name', 'robot'), urdf, left_joint, right_joint,
+                      _wheel_radius_m(root, joints[left_joint], path),
+                      _wheel_radius_m(root, joints[right_joint], path),
+                      float(left_m[1] - right_m[1]))
+
+
+def expand_xacro(path: Union[str, Path], arguments: Mapping[str, str]) -> str:
+    """URDF text of a xacro (or plain URDF) file.
+
+    Raises:
+        ConfigError: the file cannot be read or is not a robot.
+    """
+    if not Path(path).is_file():
+        raise ConfigError(f'{path}: no such robot file; allowed: a .xacro or .urdf file')
+    try:
+        document = xacro.process_file(str(path), mappings=dict(arguments))
+    except Exception as error:  # xacro lets XML, expression and file errors of many types through
+        reason = ' '.join(str(error).split()) or type(error).__name__
+        raise ConfigError(f'{path}: not a valid xacro or URDF file: {reason}') from None
+    if document.documentElement.tagName != 'robot':
+        raise ConfigError(f'{path}: given <{document.documentElement.tagName}>; allowed: <robot>')
+    return str(document.toprettyxml(indent='  '))
+
+
+def _wheel_centre_in_root(joints: Dict[str, ElementTree.Element], joint_name: str,
+                          path: Union[str, Path]) -> np.ndarray:
+    """Position (x, y, z) [m] of a joint in the robot's root link, all joints at zero."""
+    if joint_name not in joints:
+        raise ConfigError(f'{path}: joint {joint_name!r} is missing; the file has '
+                          f'{", ".join(joints) or "no joint"}{did_you_mean(joint_name, joints)}')
+    joint_above = {_link(joint, 'child'): joint for joint in joints.values()}
+    joint = joints[joint_name]
+    position_m = np.zeros(3)
+    for _ in joints:
+        rotation, offset_m = _origin(joint)
+        position_m = offset_m + rotation @ position_m
+        parent = _link(joint, 'parent')
+        if parent not in joint_above:
+            return position_m
+        joint = joint_above[parent]
+    raise ConfigError(f'{path}: the links above joint {joint_name!r} form a loop; allowed: a tree')
+
+
+def _origin(joint: ElementTree.Element) -> Tuple[np.ndarray, np.ndarray]:
+    """Rotation (3x3) and translation (3) [m] of a joint's frame in its parent link."""
+    origin = joint.find('origin')
+    attributes = origin.attrib if origin is not None else {}
+    xyz_m = [float(word) for word in attributes.get('xyz', '0 0 0').split()]
+    rpy_rad = [float(word) for word in attributes.get('rpy', '0 0 0').split()]
+    return rotation_from_rpy(*rpy_rad), np.array(xyz_m)
+
+
+def _link(joint: ElementTree.Element, end: str) -> str:
+    element = joint.find(end)
+    return '' if element is None else element.get('link', '')
+
+
+def _wheel_radius_m(root: ElementTree.Element, joint: ElementTree.Element,
+                    path: Union[str, Path]) -> float:
+    """Rolling radius [m]: that of the wheel's collision sphere or cylinder."""
+    link_name = _link(joint, 'child')
+    for shape in ('sphere', 'cylinder'):
+        element = root.find(f"link[@name='{link_name}']/collision/geometry/{shape}")
+        if element is not None:
+            return float(element.get('radius', 'nan'))
+    raise ConfigError(f'{path}: wheel {link_name!r} has no rolling shape; '
+                      f'allowed: a collision sphere (or cylinder)')

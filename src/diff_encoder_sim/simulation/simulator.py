@@ -1,0 +1,143 @@
+"""The simulated robot: commands in, joint states and truth out, on its own clock."""
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Optional, Union
+
+from pydantic import Field
+
+from diff_encoder_sim.config import Params
+from diff_encoder_sim.errors import ConfigError
+from diff_encoder_sim.se2 import Pose2D, yaw_from_quat_xyzw
+from diff_encoder_sim.seeds import generator
+from diff_encoder_sim.simulation.drive import DriveController, DriveParams
+from diff_encoder_sim.simulation.physics import TICK_S, BulletPhysics, PhysicsParams
+from diff_encoder_sim.simulation.robot import load_robot
+from diff_encoder_sim.simulation.state import BodyState, JointStates
+from diff_encoder_sim.simulation.wheel_errors import SlippingWheels, WheelErrorParams
+from diff_encoder_sim.simulation.world import load_world
+
+TICK_NS = round(TICK_S * 1e9)
+
+
+class SimulatorParams(Params):
+    """Everything about the simulated robot that a user can set."""
+
+    left_joint: str = Field('left_wheel_joint', min_length=1)
+    right_joint: str = Field('right_wheel_joint', min_length=1)
+    drive: DriveParams = DriveParams()
+    physics: PhysicsParams = PhysicsParams()
+    wheel_errors: WheelErrorParams = WheelErrorParams()
+
+
+class Simulator:
+    """One robot in one world, advanced tick by tick (10 ms). Same seed, same numbers."""
+
+    def __init__(self, world_file: Union[str, Path], robot_file: Union[str, Path],
+                 params: SimulatorParams, start_pose: Pose2D, seed: int) -> None:
+        """Load both files and put the robot, at rest, at `start_pose` of the world.
+
+        The wheels stand at an angle drawn from the seed: without this, every trial would repeat
+        the same quantisation error.
+
+        Raises:
+            ConfigError: a file is missing or malformed.
+        """
+        self.params = params
+        self.world = load_world(world_file)
+        self._nominal = load_robot(robot_file, params.left_joint, params.right_joint, {})
+        self._true = load_robot(robot_file, params.left_joint, params.right_joint,
+                                params.wheel_errors.xacro_arguments())
+        self._check_errors_took_effect(robot_file)
+        self._start_pose = start_pose
+        self._seed = seed
+        self._controller = DriveController(
+            params.drive, 0.5 * (self._nominal.left_wheel_radius_m
+                                 + self._nominal.right_wheel_radius_m),
+            self._nominal.wheel_separation_m)
+        self._physics: Optional[BulletPhysics] = None
+        self.reset()
+
+    @property
+    def robot_name(self) -> str:
+        """The robot's name in its URDF."""
+        return self._nominal.name
+
+    def close(self) -> None:
+        """Free the physics; the object is of no use afterwards."""
+        if self._physics is not None:
+            self._physics.close()
+
+    def reset(self) -> None:
+        """Everything as at the beginning, time and wheel angles included."""
+        self.close()
+        self.time_ns = 0
+        self._controller.reset()
+        self._physics = BulletPhysics(self.world, self._true, self._start_pose,
+                                      self.params.drive.wheel_torque, self.params.physics)
+        phases_rad = generator(self._seed, 'wheel_phase').uniform(0.0, 2.0 * math.pi, 2)
+        self._phases_rad = tuple(phases_rad.tolist())
+        self._wheels = SlippingWheels(
+            self.params.wheel_errors,
+            (self._true.left_wheel_radius_m, self._true.right_wheel_radius_m),
+            generator(self._seed, 'wheel_slip'))
+        self._read_wheels()
+
+    def reset_world(self) -> None:
+        """Carry the robot back to its start; time and wheel angles go on."""
+        self._controller.reset()
+        self._physics.place(self._start_pose)
+
+    def command(self, linear_mps: float, angular_radps: float) -> None:
+        """Velocity command for base_link.
+
+        Raises:
+            InputFault: the command is not finite.
+        """
+        self._controller.command(self.time_ns, linear_mps, angular_radps)
+
+    def tick(self) -> None:
+        """Advance by 10 ms."""
+        speeds = self._controller.wheel_speeds_radps(self.time_ns, TICK_S)
+        self._physics.tick(*self._wheels.rolling_speeds(*speeds))
+        self.time_ns += TICK_NS
+        self._read_wheels()
+
+    def joint_states(self) -> JointStates:
+        """Wheel angles (phase included) and speeds, as an ideal joint sensor reads them."""
+        return JointStates(self.time_ns, (self.params.left_joint, self.params.right_joint),
+                           self._angles_rad, self._speeds_radps)
+
+    def base(self) -> BodyState:
+        """The true state of base_link in the world frame."""
+        return self._physics.base()
+
+    def base_pose_in_world(self) -> Pose2D:
+        """The true pose of base_link, seen from above."""
+        state = self._physics.base()
+        return Pose2D(state.position_xyz_m[0], state.position_xyz_m[1],
+                      yaw_from_quat_xyzw(*state.quat_xyzw))
+
+    def obstacle_hit(self) -> Optional[str]:
+        """Name of a solid, other than the floor, that the robot touches now, if any."""
+        return self._physics.obstacle_hit()
+
+    def _read_wheels(self) -> None:
+        rolled = self._physics.wheels()
+        turned_rad = self._wheels.turned(rolled.angles_rad)
+        self._angles_rad = tuple(phase + angle
+                                 for phase, angle in zip(self._phases_rad, turned_rad))
+        self._speeds_radps = self._wheels.turning_speeds(*rolled.speeds_radps)
+
+    def _check_errors_took_effect(self, robot_file: Union[str, Path]) -> None:
+        """A robot file without the xacro arguments would silently drop the errors."""
+        errors, nominal, true = self.params.wheel_errors, self._nominal, self._true
+        for key, true_m, nominal_m in (
+                ('left_radius_error', true.left_wheel_radius_m, nominal.left_wheel_radius_m),
+                ('right_radius_error', true.right_wheel_radius_m, nominal.right_wheel_radius_m),
+                ('wheel_separation_error', true.wheel_separation_m, nominal.wheel_separation_m)):
+            wanted_m = nominal_m * (1.0 + getattr(errors, key))
+            if not math.isclose(true_m, wanted_m, rel_tol=1e-6):
+                raise ConfigError(f'{robot_file}: wheel_errors.{key} has no effect on this robot; '
+                                  f'allowed: 0, or a xacro file with arguments as alto has them')

@@ -1,0 +1,67 @@
+"""What real wheels do wrong: geometry that differs from the drawing, and slip. All zero unasked."""
+from __future__ import annotations
+
+from typing import Dict, Tuple
+
+import numpy as np
+from pydantic import Field
+
+from diff_encoder_sim.config import Params
+
+
+class WheelErrorParams(Params):
+    """Errors of the true robot against the nominal one; left out, there are none."""
+
+    left_radius_error: float = Field(0.0, gt=-0.5, lt=0.5, description='relative')
+    right_radius_error: float = Field(0.0, gt=-0.5, lt=0.5, description='relative')
+    wheel_separation_error: float = Field(0.0, gt=-0.5, lt=0.5, description='relative')
+    left_slip: float = Field(0.0, ge=0, lt=1, description='share of the rolling that is lost')
+    right_slip: float = Field(0.0, ge=0, lt=1, description='share of the rolling that is lost')
+    slip_noise: float = Field(0.0, ge=0, description='variance of a wheel\'s lost travel per '
+                                                     'metre of it [m^2/m]')
+
+    def xacro_arguments(self) -> Dict[str, str]:
+        """The geometry errors under the names of the robot file's xacro:arg."""
+        return {'wheel_radius_error_left': repr(self.left_radius_error),
+                'wheel_radius_error_right': repr(self.right_radius_error),
+                'wheel_separation_error': repr(self.wheel_separation_error)}
+
+
+class SlippingWheels:
+    """Turns the rolling of ideal wheels into the turning of wheels that slip.
+
+    The physics rolls without slipping. A wheel with slip s that turns by a rolls by a (1 - s)
+    only, so the angle that its encoder sees is the rolled one divided by 1 - s. Noise is added as
+    a random walk over the distance rolled: the k|ds| of Siegwart and Nourbakhsh, section 5.2.4.
+    """
+
+    def __init__(self, params: WheelErrorParams, radius_m: Tuple[float, float],
+                 rng: np.random.Generator) -> None:
+        self._rolled_share = 1.0 - np.array([params.left_slip, params.right_slip])
+        self._noise_rad_per_sqrt_rad = np.sqrt(params.slip_noise / np.array(radius_m))
+        self._is_ideal = params.slip_noise == 0 and bool(np.all(self._rolled_share == 1))
+        self._rng = rng
+        self._rolled_rad = np.zeros(2)
+        self._noise_rad = np.zeros(2)
+
+    def rolling_speeds(self, left_radps: float, right_radps: float) -> Tuple[float, float]:
+        """Ideal wheels' speeds [rad/s] that move the robot as these wheels' speeds do."""
+        return (left_radps * float(self._rolled_share[0]),
+                right_radps * float(self._rolled_share[1]))
+
+    def turning_speeds(self, left_radps: float, right_radps: float) -> Tuple[float, float]:
+        """Speeds [rad/s] of these wheels when the ideal ones roll so: the mean, without noise."""
+        return (left_radps / float(self._rolled_share[0]),
+                right_radps / float(self._rolled_share[1]))
+
+    def turned(self, rolled_rad: Tuple[float, float]) -> Tuple[float, float]:
+        """Angles turned [rad] since the start, when the ideal wheels have rolled `rolled_rad`."""
+        if self._is_ideal:
+            return rolled_rad
+        now_rad = np.array(rolled_rad)
+        step_rad = np.abs(now_rad - self._rolled_rad)
+        self._noise_rad += (self._noise_rad_per_sqrt_rad * np.sqrt(step_rad)
+                            * self._rng.standard_normal(2))
+        self._rolled_rad = now_rad
+        left_rad, right_rad = (now_rad / self._rolled_share + self._noise_rad).tolist()
+        return left_rad, right_rad

@@ -1,0 +1,173 @@
+"""Worlds: reads the SDF files that Gazebo loads into a list of solid primitives."""
+from __future__ import annotations
+
+import math
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+from typing import Iterator, List, NamedTuple, Optional, Tuple, Union
+
+import numpy as np
+
+from diff_encoder_sim.errors import ConfigError
+
+ALLOWED_SHAPES = ('box', 'cylinder', 'sphere', 'plane')
+
+
+class Box(NamedTuple):
+    """A cuboid, centred on its pose."""
+
+    size_xyz_m: Tuple[float, float, float]
+
+
+class Cylinder(NamedTuple):
+    """A cylinder along z, centred on its pose."""
+
+    radius_m: float
+    length_m: float
+
+
+class Sphere(NamedTuple):
+    """A ball, centred on its pose."""
+
+    radius_m: float
+
+
+class Plane(NamedTuple):
+    """An unbounded floor: z = 0 of its pose is its surface."""
+
+
+Shape = Union[Box, Cylinder, Sphere, Plane]
+
+
+class Solid(NamedTuple):
+    """One collision primitive that stands still in the world."""
+
+    name: str                     # model/link/collision
+    shape: Shape
+    pose_in_world: np.ndarray     # 4x4 homogeneous
+
+
+class Model(NamedTuple):
+    """A named group of solids, as Gazebo reports it in /gazebo/model_states."""
+
+    name: str
+    pose_in_world: np.ndarray     # 4x4 homogeneous
+    solids: List[Solid]
+
+
+class World(NamedTuple):
+    """What a world file holds, as far as a robot can bump into it or see it."""
+
+    name: str
+    models: List[Model]
+
+    @property
+    def solids(self) -> List[Solid]:
+        """All collision primitives of all models."""
+        return [solid for model in self.models for solid in model.solids]
+
+
+def load_world(path: Union[str, Path]) -> World:
+    """Read the static primitives of an SDF 1.x world.
+
+    Raises:
+        ConfigError: the file cannot be read or holds what the stand-in cannot simulate.
+    """
+    element = _world_element(path)
+    if element.find('include') is not None:
+        raise ConfigError(f'{path}: <include> is given; allowed: models of primitives in the file')
+    world = World(element.get('name', Path(path).stem),
+                  [_model_of(model, path) for model in element.findall('model')])
+    if not any(isinstance(solid.shape, Plane) for solid in world.solids):
+        raise ConfigError(f'{path}: there is no floor; allowed: a model with a plane collision')
+    return world
+
+
+def _world_element(path: Union[str, Path]) -> ElementTree.Element:
+    try:
+        root = ElementTree.parse(str(path)).getroot()
+    except OSError as error:
+        raise ConfigError(f'{path}: cannot be read: {error.strerror}') from None
+    except ElementTree.ParseError as error:
+        raise ConfigError(f'{path}: not valid XML: {error}') from None
+    world = root.find('world')
+    if root.tag != 'sdf' or world is None:
+        raise ConfigError(f'{path}: given <{root.tag}>; allowed: <sdf> with a <world>')
+    return world
+
+
+def _model_of(element: ElementTree.Element, path: Union[str, Path]) -> Model:
+    name = element.get('name', 'model')
+    if element.findtext('static', 'false').strip() not in ('true', '1'):
+        raise ConfigError(f'{path}: model {name!r} moves; allowed: <static>true</static>')
+    pose = _pose_of(element, path)
+    return Model(name, pose, list(_solids_of(element, name, pose, path)))
+
+
+def _solids_of(model: ElementTree.Element, model_name: str, model_pose: np.ndarray,
+               path: Union[str, Path]) -> Iterator[Solid]:
+    for link in model.findall('link'):
+        link_pose = model_pose @ _pose_of(link, path)
+        for collision in link.findall('collision'):
+            name = f'{model_name}/{link.get("name")}/{collision.get("name")}'
+            yield Solid(name, _shape_of(collision, name, path),
+                        link_pose @ _pose_of(collision, path))
+
+
+def _shape_of(collision: ElementTree.Element, name: str, path: Union[str, Path]) -> Shape:
+    geometry = collision.find('geometry')
+    element = next(iter(geometry), None) if geometry is not None else None
+    kind = 'nothing' if element is None else element.tag
+    if element is None or kind not in ALLOWED_SHAPES:
+        raise ConfigError(f'{path}: {name}: geometry {kind} is given; '
+                          f'allowed: {", ".join(ALLOWED_SHAPES)}')
+    where = f'{path}: {name}: {kind}'
+    if kind == 'box':
+        x_m, y_m, z_m = _lengths(element.findtext('size'), 3, f'{where} size')
+        return Box((x_m, y_m, z_m))
+    if kind == 'plane':
+        return Plane()
+    radius_m = _lengths(element.findtext('radius'), 1, f'{where} radius')[0]
+    if kind == 'sphere':
+        return Sphere(radius_m)
+    return Cylinder(radius_m, _lengths(element.findtext('length'), 1, f'{where} length')[0])
+
+
+def _lengths(text: Optional[str], count: int, where: str) -> List[float]:
+    lengths_m = _numbers(text, count, where)
+    if min(lengths_m) <= 0:
+        raise ConfigError(f'{where}: given {text!r}; allowed: lengths greater than 0 [m]')
+    return lengths_m
+
+
+def _numbers(text: Optional[str], count: int, where: str) -> List[float]:
+    try:
+        numbers = [float(word) for word in (text or '').split()]
+    except ValueError:
+        numbers = []
+    if len(numbers) != count or not all(math.isfinite(number) for number in numbers):
+        raise ConfigError(f'{where}: given {text!r}; allowed: {count} finite number(s)')
+    return numbers
+
+
+def _pose_of(element: ElementTree.Element, path: Union[str, Path]) -> np.ndarray:
+    """4x4 pose of an element in its parent; SDF writes x y z roll pitch yaw."""
+    text = element.findtext('pose')
+    if text is None:
+        return np.eye(4)
+    where = f'{path}: {element.tag} {element.get("name")!r} pose'
+    x_m, y_m, z_m, roll_rad, pitch_rad, yaw_rad = _numbers(text, 6, where)
+    pose = np.eye(4)
+    pose[:3, :3] = rotation_from_rpy(roll_rad, pitch_rad, yaw_rad)
+    pose[:3, 3] = x_m, y_m, z_m
+    return pose
+
+
+def rotation_from_rpy(roll_rad: float, pitch_rad: float, yaw_rad: float) -> np.ndarray:
+    """3x3 rotation about the fixed axes x, then y, then z (URDF's and SDF's convention)."""
+    cr, sr = math.cos(roll_rad), math.sin(roll_rad)
+    cp, sp = math.cos(pitch_rad), math.sin(pitch_rad)
+    cy, sy = math.cos(yaw_rad), math.sin(yaw_rad)
+    return np.array([[cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+                     [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+                     [-sp, cp * sr, cp * cr]])
