@@ -19,10 +19,13 @@ running_for_someone_else() { [ "$EUID" -eq 0 ] && [ "$owner" -ne 0 ]; }
 
 as_owner() {
   running_for_someone_else || { "$@"; return; }
-  local home groups=(--clear-groups)
-  home=$(getent passwd "$owner" | cut -d: -f6) || home=
-  [ -z "$home" ] || groups=(--init-groups)    # a bind-mounted checkout's owner may have no account here
-  setpriv --reuid="$owner" --regid="$(stat -c %g "$root")" "${groups[@]}" env HOME="${home:-/tmp}" "$@"
+  local name home=/tmp groups=--clear-groups     # a bind-mounted checkout's owner may have no account here
+  if name=$(id -un "$owner" 2>/dev/null); then
+    home=$(getent passwd "$owner" | cut -d: -f6)
+    groups=--init-groups
+  fi
+  setpriv --reuid="$owner" --regid="$(stat -c %g "$root")" "$groups" \
+    env HOME="$home" USER="${name:-$owner}" LOGNAME="${name:-$owner}" "$@"
 }
 
 # --- steps --------------------------------------------------------------------------------------------------------------
@@ -65,7 +68,7 @@ ensure_requirements() {
   key=$(hash_of <"$root/$file")
   ! is_stamped "$mark" "$key" || ! has_requirements "$dir" "$file" || return 0
   as_owner touch "$dir/.incomplete"
-  step "installing into ${dir##*/} from PyPI: $(requirement_names "$file" | tr '\n' ' ')" pip_in "$dir" -r "$root/$file"
+  step "installing into ${dir##*/} from PyPI: $(requirement_names "$file" | paste -sd" ")" pip_in "$dir" -r "$root/$file"
   as_owner rm "$dir/.incomplete"
   stamp "$mark" "$key"
 }

@@ -120,7 +120,7 @@ missing_packages() {
 
 install_apt_packages() {
   local missing
-  missing=$(missing_packages | tr '\n' ' ')
+  missing=$(missing_packages | paste -sd' ')
   [ -n "$missing" ] || return 0
   check_rights "$missing"
   say "needs from apt: $missing"

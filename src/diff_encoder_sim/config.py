@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import difflib
 from pathlib import Path
-from typing import Any, Dict, Mapping, Type, TypeVar, Union
+from typing import Any, Dict, List, Mapping, Type, TypeVar, Union
 
 import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
@@ -25,18 +25,19 @@ class Params(BaseModel):
 
     @classmethod
     def from_mapping(cls: Type[P], mapping: Any, source: str) -> P:
-        """Validate `mapping`; `source` names the file or node in the error.
+        """Validate `mapping`; `source` names the file or node in the error, '' for none.
 
         Raises:
             ConfigError: one line with the key, what was given and what is allowed.
         """
+        prefix = f'{source}: ' if source else ''
         if not isinstance(mapping, Mapping):
-            raise ConfigError(f'{source}: given {mapping!r}; allowed: a mapping with the keys '
+            raise ConfigError(f'{prefix}given {mapping!r}; allowed: a mapping with the keys '
                               f'{", ".join(cls.model_fields)}')
         try:
             return cls.model_validate(dict(mapping))
         except ValidationError as error:
-            raise ConfigError(f'{source}: {_first_problem(cls, error)}') from None
+            raise ConfigError(prefix + _first_problem(cls, error)) from None
 
 
 def load_params(params_class: Type[P], path: Union[str, Path]) -> P:
@@ -46,6 +47,22 @@ def load_params(params_class: Type[P], path: Union[str, Path]) -> P:
         ConfigError: the file cannot be read, is not YAML, or holds a bad value.
     """
     return params_class.from_mapping(load_yaml(path), str(path))
+
+
+def split_params(mapping: Mapping[str, Any], source: str, *params_classes: Type[Params]
+                 ) -> List[Params]:
+    """One struct of each class from a flat mapping that they share.
+
+    Raises:
+        ConfigError: a value is not allowed, or no class knows a key.
+    """
+    known = {name for params_class in params_classes for name in params_class.model_fields}
+    for key in mapping:
+        if key not in known:
+            raise ConfigError(f'{source}: {key}: unknown key{did_you_mean(str(key), known)}')
+    return [params_class.from_mapping(
+        {key: value for key, value in mapping.items() if key in params_class.model_fields}, source)
+        for params_class in params_classes]
 
 
 def load_yaml(path: Union[str, Path]) -> Dict[str, Any]:

@@ -56,6 +56,12 @@ CounterModulus = Annotated[int, AfterValidator(_can_count), Field(
     description='counts before the counter wraps: 65536 for int16, 0 for no wrap')]
 
 
+def ppr_label(ppr: PerWheel) -> str:
+    """90 where both wheels have 90, else left-right."""
+    left, right = f'{ppr.left:g}', f'{ppr.right:g}'
+    return left if left == right else f'{left}-{right}'
+
+
 class EncoderParams(Params):
     """Parameters of gz_diff_encoder_node, under the names that users set."""
 

@@ -10,13 +10,12 @@ from typing import Any, Optional, Sequence
 import yaml
 
 from diff_encoder_sim.cli.run import package_folder, run_tool
-from diff_encoder_sim.config import load_yaml
-from diff_encoder_sim.encoder import PerWheel
+from diff_encoder_sim.config import load_yaml, split_params
+from diff_encoder_sim.encoder import EncoderParams, ppr_label
 from diff_encoder_sim.errors import ConfigError
 from diff_encoder_sim.experiments.definition import Trial, TrialPlan, find_world, load_test
+from diff_encoder_sim.odometry import OdometryParams
 
-# Keys of config.yaml that a trial's record repeats, so that a bag explains itself.
-RECORDED_KEYS = ('wheel_diameter', 'wheel_separation')
 NO_BAG = 'none'
 SIMULATORS = ('pybullet', 'gazebo')
 
@@ -35,14 +34,16 @@ def plan(options: argparse.Namespace) -> TrialPlan:
     """
     if options.sim not in SIMULATORS:
         raise ConfigError(f'sim: given {options.sim!r}; allowed: {", ".join(SIMULATORS)}')
-    config = load_yaml(options.config)
+    _, odometry = split_params(load_yaml(options.config), options.config, EncoderParams,
+                               OdometryParams)
     folder = package_folder()
     test = load_test(options.test, folder / 'config')
     trial = Trial.from_mapping({
-        'test': test.model_dump(),
-        'ppr': _value(options.ppr) if options.ppr else config.get('ppr', 90),
+        'test': test, 'ppr': _value(options.ppr) if options.ppr else odometry.ppr,
         'number': _value(options.trial), 'odom': options.odom,
-        **{key: config[key] for key in RECORDED_KEYS if key in config}}, 'trial.launch')
+        # A bag explains itself: what the odometry believed of the robot goes into it.
+        'wheel_diameter': odometry.wheel_diameter,
+        'wheel_separation': odometry.wheel_separation}, '')
     world = find_world(test.world, folder / 'worlds')
     return TrialPlan(trial=trial, world=str(world), bag=_bag_path(options.bag, trial))
 
@@ -72,12 +73,6 @@ def _bag_path(given: str, trial: Trial) -> str:
 def _bag_name(trial: Trial) -> str:
     moment = time.strftime('%Y%m%dT%H%M%SZ', time.gmtime())
     return f'{trial.test.name}_{ppr_label(trial.ppr)}ppr_trial{trial.number}_{moment}.bag'
-
-
-def ppr_label(ppr: PerWheel) -> str:
-    """90 where both wheels have 90, else left-right."""
-    left, right = f'{ppr.left:g}', f'{ppr.right:g}'
-    return left if left == right else f'{left}-{right}'
 
 
 def _parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:

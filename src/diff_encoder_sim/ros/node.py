@@ -8,7 +8,7 @@ from typing import Any, Callable, Dict, Mapping, Optional, Tuple, Type
 
 import rospy
 
-from diff_encoder_sim.config import P, Params, did_you_mean
+from diff_encoder_sim.config import P, Params, split_params
 from diff_encoder_sim.errors import ConfigError
 
 LOG_AGAIN_AFTER_S = 5.0
@@ -22,17 +22,17 @@ def run_node(name: str, build: Callable[[], Any],
 
     A user's mistake ends it with one line and exit status 1.
     """
-    rospy.init_node(name)
-    log.setLevel(logging.INFO)
-    log.addHandler(_RosLogHandler())
-    log.propagate = False
     try:
+        rospy.init_node(name)
+        log.setLevel(logging.INFO)
+        log.addHandler(_RosLogHandler())
+        log.propagate = False
         run(build())
     except ConfigError as error:
         rospy.logfatal('%s', error)
         sys.exit(1)
-    except rospy.ROSInterruptException:
-        pass  # asked to end while waiting: what Ctrl-C means
+    except (rospy.ROSInterruptException, rospy.exceptions.ROSInitException):
+        log.info('ended while starting or waiting')  # what Ctrl-C means
 
 
 def node_params(params_class: Type[P], *also_known: Type[Params],
@@ -48,14 +48,8 @@ def node_params(params_class: Type[P], *also_known: Type[Params],
     Raises:
         ConfigError: a value is not allowed, or nobody knows the parameter's name.
     """
-    source = rospy.get_name()
-    given: Dict[str, Any] = rospy.get_param('~', {})
-    known = set(params_class.model_fields).union(*(other.model_fields for other in also_known))
-    for key in given:
-        if key not in known:
-            raise ConfigError(f'{source}: ~{key}: unknown parameter{did_you_mean(key, known)}')
-    own = {key: value for key, value in given.items() if key in params_class.model_fields}
-    return params_class.from_mapping({**(defaults or {}), **own}, source)
+    given = {**(defaults or {}), **rospy.get_param('~', {})}
+    return split_params(given, rospy.get_name(), params_class, *also_known)[0]
 
 
 def publisher(topic: str, message_class: Type, latch: bool = False) -> rospy.Publisher:

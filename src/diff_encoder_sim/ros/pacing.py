@@ -1,4 +1,4 @@
-"""How fast simulated time may run: by the wall clock, or by what the graph can follow."""
+"""How fast simulated time may run: by the wall clock, and by what the graph can follow."""
 from __future__ import annotations
 
 import logging
@@ -22,7 +22,7 @@ LONGEST_WAIT_S = 2.0
 
 
 class WallPacer:
-    """Keeps simulated time at a fixed multiple of wall time."""
+    """Keeps simulated time at a fixed multiple of wall time; 0 sets no limit."""
 
     def __init__(self, real_time_factor: float) -> None:
         self._real_time_factor = real_time_factor
@@ -36,6 +36,8 @@ class WallPacer:
 
     def wait(self, sim_time_ns: int) -> None:
         """Sleep until the wall clock has come to `sim_time_ns`."""
+        if self._real_time_factor == 0:
+            return
         sim_s = (sim_time_ns - self._sim_start_ns) / NANOSECONDS_PER_SECOND
         lead_s = self._wall_start_s + sim_s / self._real_time_factor - time.monotonic()
         if lead_s > 0:
@@ -62,7 +64,7 @@ class GraphPacer:
             rospy.Subscriber(topic, rospy.AnyMsg, self._on_message, callback_args=topic,
                              tcp_nodelay=True) for topic in topics]
 
-    def restart(self, _: int) -> None:
+    def restart(self) -> None:
         """Forget the stamps of before a reset."""
         with self._moved:
             self._absent.update(self._newest_ns)

@@ -61,7 +61,9 @@ class ScriptedDriveNode:
     def __init__(self, status: LaunchStatus) -> None:
         self._status = status
         self._params = node_params(ScriptedDriveParams, EncoderParams, OdometryParams)
-        self._trial = required_trial_plan().trial
+        plan = required_trial_plan()
+        self._trial = plan.trial
+        self._record = f'bag: {plan.bag}' if plan.bag else 'no bag'
         self._drive = ScriptedDrive(self._trial.test)
         self._start_ns: Optional[int] = None
         self._true_pose: Optional[Pose2D] = None
@@ -85,7 +87,7 @@ class ScriptedDriveNode:
             rospy.logerr('trial failed: %s', failure)
             sys.exit(1)
         self._report('succeeded', '')
-        rospy.loginfo('trial succeeded')
+        rospy.loginfo('trial succeeded; %s', self._record)
         self._status.succeed()
 
     def _start(self) -> None:

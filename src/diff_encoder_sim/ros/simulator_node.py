@@ -4,7 +4,7 @@ from __future__ import annotations
 import threading
 import time
 from pathlib import Path
-from typing import List, Union
+from typing import List
 
 import rospy
 from geometry_msgs.msg import Twist
@@ -15,15 +15,15 @@ from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 
 from diff_encoder_sim.errors import InputFault
 from diff_encoder_sim.experiments.definition import PoseParams
+from diff_encoder_sim.ros.command_gate import Command, CommandGate
 from diff_encoder_sim.ros.conversions import (body_messages, joint_state_message,
                                               matrix_pose_message, stamp_from_ns)
 from diff_encoder_sim.ros.gazebo_messages import ModelStates
-from diff_encoder_sim.ros.ideal_odometry import IdealOdometry
 from diff_encoder_sim.ros.node import log, node_params, publisher, run_node, subscriber
-from diff_encoder_sim.ros.pacing import GraphPacer, WallPacer
+from diff_encoder_sim.ros.pacing import LONGEST_WAIT_S, GraphPacer, WallPacer
 from diff_encoder_sim.ros.trial_plan import trial_plan
 from diff_encoder_sim.simulation.simulator import TICK_NS, Simulator, SimulatorParams
-from diff_encoder_sim.simulation.state import BodyState
+from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
 
 MODEL_STATES_PERIOD_NS = 50_000_000
 PAUSED_CLOCK_PERIOD_S = 0.05
@@ -42,10 +42,10 @@ class SimulatorNodeParams(SimulatorParams):
     seed: int = Field(0, ge=0)
     real_time_factor: float = Field(
         1.0, ge=0, description='simulated per wall time; 0: as fast as the graph keeps up')
-    wait_for: List[str] = Field(['/odom'], description='stamped topics that, at real_time_factor '
-                                                       '0, the simulation does not outrun')
+    wait_for: List[str] = Field([], description='stamped topics that the simulation never outruns')
+    command_period: float = Field(0.0, ge=0, description='commands answer multiples of this [s] and '
+                                                         'are waited for; 0: taken as they come')
     paused: bool = Field(False, description='wait for /gazebo/unpause_physics')
-    ideal_odom: bool = Field(False, description='publish perfect /odom and its transform')
 
 
 class SimulatorNode:
@@ -64,9 +64,12 @@ class SimulatorNode:
         self._clock = publisher('/clock', Clock)
         self._joint_states = publisher('joint_states', JointState)
         self._model_states = publisher('/gazebo/model_states', ModelStates)
-        self._ideal_odometry = IdealOdometry(params.start.pose()) if params.ideal_odom else None
-        self._pacer = _pacer(params)
+        self._graph_pacer = GraphPacer(params.wait_for, GRAPH_PERIOD_NS, GRAPH_LEAD_NS)
+        self._wall_pacer = WallPacer(params.real_time_factor)
         self._commands = subscriber('cmd_vel', Twist, self._on_command)
+        self._gate = CommandGate(
+            round(params.command_period * NANOSECONDS_PER_SECOND), GRAPH_LEAD_NS, LONGEST_WAIT_S,
+            lambda: self._commands.get_num_connections() > 0)
         self._services = [rospy.Service(f'/gazebo/{name}', Empty, handler) for name, handler in (
             ('pause_physics', self._on_pause), ('unpause_physics', self._on_unpause),
             ('reset_simulation', self._on_reset_simulation), ('reset_world', self._on_reset_world))]
@@ -95,11 +98,22 @@ class SimulatorNode:
         """Say how things stand, wait until time may go on, and let it."""
         with self._lock:
             self._publish()
-            next_ns = self._simulator.time_ns + TICK_NS
-        self._pacer.wait(next_ns)
+            now_ns = self._simulator.time_ns
+        self._graph_pacer.wait(now_ns + TICK_NS)
+        self._wall_pacer.wait(now_ns + TICK_NS)
+        command = self._gate.take(now_ns)
         with self._lock:
-            if self._running.is_set() and next_ns == self._simulator.time_ns + TICK_NS:
-                self._simulator.tick()
+            if now_ns != self._simulator.time_ns:
+                return  # reset meanwhile
+            if command is not None:
+                self._apply(command)
+            self._simulator.tick()
+
+    def _apply(self, command: Command) -> None:
+        try:
+            self._simulator.command(*command)
+        except InputFault as fault:
+            log.warning('%s: %s; message dropped', self._commands.resolved_name, fault)
 
     def _publish_clock(self) -> None:
         self._clock.publish(Clock(stamp_from_ns(self._simulator.time_ns)))
@@ -108,29 +122,22 @@ class SimulatorNode:
         self._publish_clock()
         self._joint_states.publish(joint_state_message(self._simulator.joint_states()))
         if self._simulator.time_ns % MODEL_STATES_PERIOD_NS == 0:
-            state = self._simulator.base()
-            self._publish_model_states(state)
-            if self._ideal_odometry is not None:
-                self._ideal_odometry.publish(self._simulator.time_ns, state)
+            self._publish_model_states()
 
-    def _publish_model_states(self, state: BodyState) -> None:
+    def _publish_model_states(self) -> None:
         message = ModelStates()
         for name, pose in self._world_models:
             message.name.append(name)
             message.pose.append(pose)
             message.twist.append(Twist())
-        pose, twist = body_messages(state)
+        pose, twist = body_messages(self._simulator.base())
         message.name.append(self._simulator.robot_name)
         message.pose.append(pose)
         message.twist.append(twist)
         self._model_states.publish(message)
 
     def _on_command(self, message: Twist) -> None:
-        try:
-            with self._lock:
-                self._simulator.command(message.linear.x, message.angular.z)
-        except InputFault as fault:
-            log.warning('%s: %s; message dropped', self._commands.resolved_name, fault)
+        self._gate.put((message.linear.x, message.angular.z))
 
     def _on_pause(self, _: EmptyRequest) -> EmptyResponse:
         self._running.clear()
@@ -139,14 +146,16 @@ class SimulatorNode:
     def _on_unpause(self, _: EmptyRequest) -> EmptyResponse:
         with self._lock:
             if not self._running.is_set():
-                self._pacer.restart(self._simulator.time_ns)
+                self._wall_pacer.restart(self._simulator.time_ns)
                 self._running.set()
         return EmptyResponse()
 
     def _on_reset_simulation(self, _: EmptyRequest) -> EmptyResponse:
         with self._lock:
             self._simulator.reset()
-            self._pacer.restart(0)
+            self._graph_pacer.restart()
+            self._gate.clear()
+            self._wall_pacer.restart(0)
         return EmptyResponse()
 
     def _on_reset_world(self, _: EmptyRequest) -> EmptyResponse:
@@ -161,12 +170,6 @@ def _trial_defaults() -> dict:
         return {}
     return {'world': plan.world, 'seed': plan.trial.number,
             'start': plan.trial.test.start.model_dump()}
-
-
-def _pacer(params: SimulatorNodeParams) -> Union[WallPacer, GraphPacer]:
-    if params.real_time_factor > 0:
-        return WallPacer(params.real_time_factor)
-    return GraphPacer(params.wait_for, GRAPH_PERIOD_NS, GRAPH_LEAD_NS)
 
 
 def main() -> None:

@@ -1,0 +1,67 @@
+"""When a velocity command takes effect: at once, or at a fixed simulated time."""
+from __future__ import annotations
+
+import logging
+import threading
+from collections import deque
+from typing import Callable, Deque, Optional, Tuple
+
+from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
+
+log = logging.getLogger(__name__)
+
+Command = Tuple[float, float]  # linear [m/s], angular [rad/s]
+
+
+class CommandGate:
+    """Lets commands through once a period, at the same simulated time in every run.
+
+    Commands have no stamp, and how long one is on its way depends on the machine. A controller
+    that answers each boundary of the period with one command is waited for, and its answer takes
+    effect `delay_ns` after the boundary: so a run can be repeated exactly. With a period of 0
+    commands take effect as they come.
+    """
+
+    def __init__(self, period_ns: int, delay_ns: int, patience_s: float,
+                 is_expected: Callable[[], bool]) -> None:
+        """`is_expected` tells whether a controller is connected at all."""
+        self._period_ns = period_ns
+        self._delay_ns = delay_ns
+        self._patience_s = patience_s
+        self._is_expected = is_expected
+        self._arrived = threading.Condition()
+        self._commands: Deque[Command] = deque()
+        self._is_waited_for = True
+
+    def put(self, command: Command) -> None:
+        """Take a command from the controller."""
+        with self._arrived:
+            self._commands.append(command)
+            self._is_waited_for = True
+            self._arrived.notify_all()
+
+    def clear(self) -> None:
+        """Forget what has not taken effect: after a reset."""
+        with self._arrived:
+            self._commands.clear()
+
+    def take(self, sim_time_ns: int) -> Optional[Command]:
+        """The command that takes effect at `sim_time_ns`, if any; may block to wait for it."""
+        with self._arrived:
+            if self._period_ns:
+                if sim_time_ns % self._period_ns != self._delay_ns:
+                    return None
+                self._wait(sim_time_ns)
+            if not self._commands:
+                return None
+            newest = self._commands.pop()
+            self._commands.clear()
+            return newest
+
+    def _wait(self, sim_time_ns: int) -> None:
+        if self._commands or not (self._is_waited_for and self._is_expected()):
+            return
+        if not self._arrived.wait_for(lambda: bool(self._commands), self._patience_s):
+            self._is_waited_for = False
+            log.warning('no velocity command for %.2f s of simulated time: going on without',
+                        sim_time_ns / NANOSECONDS_PER_SECOND)

@@ -1,0 +1,49 @@
+"""ideal_odom_node: perfect odometry from /gazebo/model_states, as plain simulators give it."""
+from __future__ import annotations
+
+import math
+from typing import Optional
+
+import numpy as np
+from geometry_msgs.msg import Twist
+from pydantic import Field
+
+from diff_encoder_sim.odometry import OdometryEstimate
+from diff_encoder_sim.ros.model_states import ModelStateReader, ModelStatesParams
+from diff_encoder_sim.ros.node import node_params, run_node
+from diff_encoder_sim.ros.odometry_output import OdometryOutput
+from diff_encoder_sim.se2 import Pose2D
+
+
+class IdealOdomParams(ModelStatesParams):
+    """Parameters of ideal_odom_node."""
+
+    odom_frame: str = Field('odom', min_length=1)
+    base_frame: str = Field('base_link', min_length=1)
+    publish_tf: bool = True
+
+
+class IdealOdomNode:
+    """Publishes the true pose, as seen from the first one, on /odom and TF."""
+
+    def __init__(self) -> None:
+        params = node_params(IdealOdomParams)
+        self._start_pose: Optional[Pose2D] = None
+        self._newest_ns = 0
+        self._output = OdometryOutput(params.odom_frame, params.base_frame, params.publish_tf)
+        self._reader = ModelStateReader(params, self._on_state)
+
+    def _on_state(self, stamp_ns: int, pose_in_world: Pose2D, twist: Twist) -> None:
+        if self._start_pose is None or stamp_ns < self._newest_ns:
+            self._start_pose = pose_in_world
+        self._newest_ns = stamp_ns
+        forward_mps = (twist.linear.x * math.cos(pose_in_world.yaw_rad)
+                       + twist.linear.y * math.sin(pose_in_world.yaw_rad))
+        self._output.publish(OdometryEstimate(
+            stamp_ns, pose_in_world.relative_to(self._start_pose), forward_mps, twist.angular.z,
+            np.zeros((3, 3)), np.zeros((2, 2))))
+
+
+def main() -> None:
+    """Entry point of the executable."""
+    run_node('ideal_odom_node', IdealOdomNode)

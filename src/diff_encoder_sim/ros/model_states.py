@@ -1,0 +1,90 @@
+"""One model's state out of /gazebo/model_states, dated and at a steady rate."""
+from __future__ import annotations
+
+import threading
+from typing import Callable, Optional
+
+from geometry_msgs.msg import Twist
+from pydantic import Field
+from rosgraph_msgs.msg import Clock
+
+from diff_encoder_sim.config import Params
+from diff_encoder_sim.encoder import BoundarySampler
+from diff_encoder_sim.errors import InputFault
+from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_from_message
+from diff_encoder_sim.ros.gazebo_messages import ModelStates
+from diff_encoder_sim.ros.node import log, subscriber
+from diff_encoder_sim.se2 import Pose2D
+from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND, Step, Timeline
+
+
+class ModelStatesParams(Params):
+    """Which model, how often, and how to date it."""
+
+    model: str = Field('alto', min_length=1, description='the robot in /gazebo/model_states')
+    rate: float = Field(20.0, ge=1e-3, le=1e6, description='[Hz]')
+    states_period: float = Field(
+        0.0, ge=0, description='states come at whole multiples of this [s]; 0: at any time')
+
+
+class ModelStateReader:
+    """Calls back with (stamp_ns, pose in the world, twist in the world) of one model.
+
+    ModelStates has no stamp, and /clock comes on another connection, so sooner or later than the
+    states that hold at its time. Of a simulator that sends states at whole multiples of a period,
+    and waits for the answer (as simulator_node does), the multiple nearest to the clock is the
+    exact time; states that are ahead of the clock wait for it. Of any other simulator, the clock
+    as it stands is the best guess.
+    """
+
+    def __init__(self, params: ModelStatesParams,
+                 callback: Callable[[int, Pose2D, Twist], None]) -> None:
+        self._params = params
+        self._callback = callback
+        self._period_ns = round(params.states_period * NANOSECONDS_PER_SECOND)
+        self._lock = threading.Lock()  # clock and states come in different threads
+        self._clock_ns: Optional[int] = None
+        self._waiting: Optional[ModelStates] = None
+        self._restart()
+        self._clock = subscriber('/clock', Clock, self._on_clock)
+        self._states = subscriber('/gazebo/model_states', ModelStates, self._on_states)
+
+    def _restart(self) -> None:
+        self._sampler = BoundarySampler(self._params.rate)
+        self._timeline = Timeline(tolerance_ns=0)
+
+    def _on_clock(self, message: Clock) -> None:
+        now_ns = ns_from_stamp(message.clock)
+        with self._lock:
+            if self._clock_ns is not None and now_ns < self._clock_ns:
+                self._waiting = None  # of before the reset
+                self._restart()
+            self._clock_ns = now_ns
+            self._date_waiting()
+
+    def _on_states(self, message: ModelStates) -> None:
+        with self._lock:
+            self._waiting = message
+            self._date_waiting()
+
+    def _date_waiting(self) -> None:
+        if self._waiting is None or self._clock_ns is None:
+            return
+        stamp_ns = self._clock_ns
+        if self._period_ns:
+            stamp_ns = round(stamp_ns / self._period_ns) * self._period_ns
+        if self._timeline.advance(stamp_ns) is Step.NEW:
+            message, self._waiting = self._waiting, None
+            if self._sampler.period_index(stamp_ns) is not None:
+                self._report(stamp_ns, message)
+
+    def _report(self, stamp_ns: int, message: ModelStates) -> None:
+        try:
+            if self._params.model not in message.name:
+                raise InputFault(f'model {self._params.model!r} is not among {message.name}')
+            index = message.name.index(self._params.model)
+            pose_in_world = pose_from_message(message.pose[index])
+        except InputFault as fault:
+            log.warning('%s: %s; message dropped', self._states.resolved_name, fault)
+            return
+        self._callback(stamp_ns, pose_in_world, message.twist[index])

@@ -1,0 +1,27 @@
+"""Becoming another package's executable, with the name and remappings that roslaunch gave."""
+from __future__ import annotations
+
+import os
+import sys
+from typing import Sequence
+
+import roslib.packages
+import rospkg
+
+from diff_encoder_sim.errors import ConfigError
+
+
+def become(package: str, executable: str, arguments: Sequence[str], install_hint: str) -> None:
+    """Replace this process by a node of another package, so that signals reach it directly.
+
+    Raises:
+        ConfigError: it is not installed; the text says how to get it.
+    """
+    try:
+        found = roslib.packages.find_node(package, executable)
+    except rospkg.ResourceNotFound:
+        found = []
+    if not found:
+        raise ConfigError(f'{package} {executable} is not installed; {install_hint}')
+    remappings = [argument for argument in sys.argv[1:] if ':=' in argument]
+    os.execv(found[0], [found[0], *arguments, *remappings])
