@@ -127,7 +127,7 @@ def test_the_command_prints_every_trial_and_pools_equal_cells(tmp_path, capsys):
     printed = capsys.readouterr().out
     assert printed.count('succeeded') == 2 and printed.count('torn') == 1
     assert '+0.4000' in printed and '0.3206' in printed      # y error and its sigma at 40 PPR
-    pooled = printed.split('RMS y')[1]
+    pooled = printed.split('RMS x')[1]
     assert '0.4000' in pooled and ' 90 ' not in pooled       # one 90 PPR trial is no spread
 
 

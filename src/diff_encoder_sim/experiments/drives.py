@@ -24,10 +24,8 @@ class Trapezoid(NamedTuple):
 
     @property
     def duration_s(self) -> float:
-        """Time from rest to rest."""
-        if self.distance == 0.0:
-            return 0.0
-        return abs(self.distance) / (self.acceleration * self.ramp_s) + self.ramp_s
+        """Time from rest to rest: two ramps where the top speed is not reached."""
+        return self.ramp_s + max(self.ramp_s, abs(self.distance) / self.top_speed)
 
     def covered(self, time_s: float) -> float:
         """Distance covered after `time_s`, in closed form."""

@@ -1,0 +1,279 @@
+#!/usr/bin/env python3
+"""The contract of gz_diff_odom_node: /encoder_pulse in, /odom and TF out. Started by odom.test."""
+import math
+
+import rosgraph
+import rospy
+import rostest
+from nav_msgs.msg import Odometry
+from std_srvs.srv import Empty
+from tf2_msgs.msg import TFMessage
+
+from diff_encoder_sim.msg import EncoderPulse
+from ros_testing import (NS_PER_S, PERIOD_NS, TIMEOUT_S, Collector, NodeTest, RosoutWatch, angle_between,
+                         connected_publisher, stamp_from_ns, stamp_ns_of, start_test_node, yaw_of)
+
+DISTANCE_PER_PULSE = math.pi * 0.2 / 90  # the plain node's [m]
+SEPARATION = 0.4
+
+
+class Channel:
+    """A node's topics: pulse counts in, odometry and TF out."""
+
+    def __init__(self, namespace, with_tf=True):
+        self.topic = '/%s/encoder_pulse' % namespace
+        self.node = '/%s/gz_diff_odom_node' % namespace
+        self.odom = Collector('/%s/odom' % namespace, Odometry)
+        self.tf = Collector('/%s/tf' % namespace, TFMessage, wait_for_publisher=with_tf)
+        self._pulses = connected_publisher(self.topic, EncoderPulse)
+        rospy.wait_for_service(self.node + '/reset', TIMEOUT_S)
+        self.reset = rospy.ServiceProxy(self.node + '/reset', Empty)
+
+    def send(self, stamp_ns, *pulses):
+        message = EncoderPulse(name=['left_wheel_joint', 'right_wheel_joint'], pulses=pulses)
+        message.header.stamp = stamp_from_ns(stamp_ns)
+        self._pulses.publish(message)
+
+    def transforms(self):
+        return [transform for message in self.tf.messages for transform in message.transforms]
+
+    def clear(self):
+        self.odom.clear()
+        self.tf.clear()
+
+
+def pose_of(message):
+    position = message.pose.pose.position
+    return position.x, position.y, yaw_of(message.pose.pose.orientation)
+
+
+def twist_of(message):
+    return message.twist.twist.linear.x, message.twist.twist.angular.z
+
+
+def numbers_of(message):
+    pose, twist = message.pose.pose, message.twist.twist
+    return [getattr(vector, axis) for vector, axes in (
+        (pose.position, 'xyz'), (pose.orientation, 'xyzw'), (twist.linear, 'xyz'), (twist.angular, 'xyz'))
+        for axis in axes] + list(message.pose.covariance) + list(message.twist.covariance)
+
+
+class OdomTest(NodeTest):
+
+    @classmethod
+    def setUpClass(cls):
+        start_test_node('odom_test')
+        cls.channels = {'plain': Channel('plain'), 'custom': Channel('custom'),
+                        'silent': Channel('silent', with_tf=False)}
+        cls.rosout = RosoutWatch()
+
+    def setUp(self):
+        super().setUp()
+        for channel in self.channels.values():
+            channel.reset()
+            channel.clear()
+
+    def tearDown(self):
+        for name, channel in self.channels.items():
+            for message in channel.odom.messages:
+                self.assertTrue(all(math.isfinite(number) for number in numbers_of(message)), '%s: %s' % (name, message))
+
+    def drive(self, channel, counts, interval_ns=PERIOD_NS):
+        """Report a list of (left, right) counts; returns one odometry message for each."""
+        for index, (left, right) in enumerate(counts):
+            channel.send(self.epoch_ns + index * interval_ns, left, right)
+        messages = channel.odom.wait_for_count(len(counts))
+        self.assert_stamps(messages, [self.epoch_ns + index * interval_ns for index in range(len(counts))])
+        return messages
+
+    def assert_pose(self, message, x, y, yaw, tolerance=1e-9):
+        given = pose_of(message)
+        self.assertAlmostEqual(given[0], x, delta=tolerance)
+        self.assertAlmostEqual(given[1], y, delta=tolerance)
+        self.assertLess(angle_between(given[2], yaw), tolerance, 'yaw %.9f, not %.9f' % (given[2], yaw))
+
+    # --- closed forms -------------------------------------------------------------------------------------------------
+
+    def test_first_report_is_pose_zero_whatever_it_counts(self):
+        for left, right in ((0, 0), (-7, 123456789), (2 ** 62, -2 ** 62)):
+            plain = self.channels['plain']
+            plain.reset()
+            plain.clear()
+            self.epoch_ns += NS_PER_S
+            message = self.drive(plain, [(left, right)])[0]
+            self.assert_pose(message, 0.0, 0.0, 0.0)
+            self.assertEqual(twist_of(message), (0.0, 0.0))
+
+    def test_straight_forward_and_back(self):
+        counts = [(1000 + 5 * step, -300 + 5 * step) for step in (0, 1, 2, 3, 2, 1, 0, -1, -2)]
+        messages = self.drive(self.channels['plain'], counts)
+        for message, (left, _) in zip(messages, counts):
+            self.assert_pose(message, (left - 1000) * DISTANCE_PER_PULSE, 0.0, 0.0)
+        speed = 5 * DISTANCE_PER_PULSE / 0.05
+        for message, sign in zip(messages[1:], (1, 1, 1, -1, -1, -1, -1, -1)):
+            self.assertAlmostEqual(twist_of(message)[0], sign * speed, delta=1e-9)  # signed, unlike a norm
+            self.assertAlmostEqual(twist_of(message)[1], 0.0, delta=1e-9)
+
+    def test_turn_in_place_past_half_a_turn(self):
+        counts = [(-4 * step, 4 * step) for step in range(60)]
+        messages = self.drive(self.channels['plain'], counts)
+        for message, (left, right) in zip(messages, counts):
+            self.assert_pose(message, 0.0, 0.0, (right - left) * DISTANCE_PER_PULSE / SEPARATION)
+        rate = 8 * DISTANCE_PER_PULSE / SEPARATION / 0.05
+        self.assertAlmostEqual(twist_of(messages[-1])[1], rate, delta=1e-9)
+        self.assertAlmostEqual(twist_of(messages[-1])[0], 0.0, delta=1e-9)
+
+    def test_arc_is_exact_however_coarse_the_steps(self):
+        radius = 0.5 * SEPARATION * (3 + 5) / (5 - 3)
+        for step_pulses in (1, 40):
+            plain = self.channels['plain']
+            plain.reset()
+            plain.clear()
+            self.epoch_ns += 100 * NS_PER_S
+            counts = [(3 * step_pulses * step, 5 * step_pulses * step) for step in range(80 // step_pulses + 1)]
+            for message, (left, right) in zip(self.drive(plain, counts), counts):
+                yaw = (right - left) * DISTANCE_PER_PULSE / SEPARATION
+                self.assert_pose(message, radius * math.sin(yaw), radius * (1.0 - math.cos(yaw)), yaw)
+
+    def test_covariance_is_symmetric_positive_and_grows_across_the_way(self):
+        messages = self.drive(self.channels['plain'], [(9 * step, 9 * step) for step in range(50)])
+        for message in messages:
+            covariance = message.pose.covariance
+            self.assertTrue(all(abs(covariance[6 * row + column] - covariance[6 * column + row]) < 1e-12
+                                for row in range(6) for column in range(6)))
+            self.assertTrue(all(covariance[7 * axis] > 0.0 for axis in range(6)))
+        across = [message.pose.covariance[7] for message in messages]
+        self.assertEqual(across, sorted(across))
+        self.assertGreater(across[-1], across[0])
+
+    # --- parameters ---------------------------------------------------------------------------------------------------
+
+    def test_wheels_frames_and_window_as_parameters(self):
+        left_m, right_m = math.pi * 0.3 / 40, math.pi * 0.3 / 1024
+        totals = [(0, 0), (1, 30), (3, 60), (6, 90), (10, 120), (15, 150), (21, 180)]
+        messages = self.drive(self.channels['custom'], totals)
+        self.assertEqual((messages[0].header.frame_id, messages[0].child_frame_id), ('wheel_odom', 'robot'))
+        for index in range(1, len(totals)):
+            first = totals[max(0, index - 4)]
+            duration = 0.05 * min(index, 4)
+            left = (totals[index][0] - first[0]) * left_m / duration
+            right = (totals[index][1] - first[1]) * right_m / duration
+            linear, angular = twist_of(messages[index])
+            self.assertAlmostEqual(linear, 0.5 * (left + right), delta=1e-9)
+            self.assertAlmostEqual(angular, (right - left) / 0.5, delta=1e-9)
+        yaw = (180 * right_m - 21 * left_m) / 0.5
+        self.assertLess(angle_between(pose_of(messages[-1])[2], yaw), 1e-9)
+
+    def test_counters_that_wrap_in_both_directions(self):
+        left_m, right_m = math.pi * 0.3 / 40, math.pi * 0.3 / 1024
+        totals = [(32760 - 5 * step, 32760 + 200 * step) for step in (0, 1, 2, 3, 4, 3, 2, 1, 0, -1)]
+        shown = [((left + 32768) % 65536 - 32768, (right + 32768) % 65536 - 32768) for left, right in totals]
+        self.assertIn((32745, -32176), shown)  # the right counter did wrap
+        messages = self.drive(self.channels['custom'], shown)
+        for message, (left, right) in zip(messages, totals):
+            yaw = ((right - 32760) * right_m - (left - 32760) * left_m) / 0.5
+            self.assertLess(angle_between(pose_of(message)[2], yaw), 1e-9)
+        back = messages[8]  # the same way back along the same arcs
+        self.assert_pose(back, 0.0, 0.0, 0.0)
+        self.assertEqual(self.rosout.warnings_of(self.channels['custom'].node), [])
+
+    # --- TF -----------------------------------------------------------------------------------------------------------
+
+    def check_tf_equals_odom(self, channel):
+        messages = channel.odom.messages
+        channel.tf.wait_for_count(len(messages))
+        transforms = channel.transforms()
+        self.assertEqual([stamp_ns_of(transform) for transform in transforms],
+                         [stamp_ns_of(message) for message in messages])
+        for transform, message in zip(transforms, messages):
+            self.assertEqual(transform.header.frame_id, message.header.frame_id)
+            self.assertEqual(transform.child_frame_id, message.child_frame_id)
+            self.assertEqual((transform.transform.translation.x, transform.transform.translation.y),
+                             pose_of(message)[:2])
+            self.assertEqual(transform.transform.rotation, message.pose.pose.orientation)
+
+    def test_tf_is_odom(self):
+        counts = [(3 * step, 5 * step) for step in range(30)]
+        for name in ('plain', 'custom'):
+            messages = self.drive(self.channels[name], counts)
+            self.check_tf_equals_odom(self.channels[name])
+        self.assertEqual(messages[0].header.frame_id, 'wheel_odom')
+
+    def test_repeated_and_late_stamps_are_neither_published_nor_broadcast(self):
+        plain = self.channels['plain']
+        for step, pulses in ((0, 0), (1, 5), (1, 5), (1, 9), (2, 10), (1, 7), (2, 10), (3, 15)):
+            plain.send(self.epoch_ns + step * PERIOD_NS, pulses, pulses)
+        messages = plain.odom.wait_for_stamp(self.epoch_ns + 3 * PERIOD_NS)
+        self.assert_stamps(messages, [self.epoch_ns + step * PERIOD_NS for step in range(4)])
+        self.check_tf_equals_odom(plain)
+        self.assert_pose(messages[-1], 15 * DISTANCE_PER_PULSE, 0.0, 0.0)
+        self.assertEqual(self.rosout.warnings_of(plain.node), [])
+
+    def test_publish_tf_false(self):
+        silent = self.channels['silent']
+        self.drive(silent, [(step, step) for step in range(20)])
+        publishers = dict(rosgraph.Master(rospy.get_name()).getSystemState()[0])
+        self.assertIn('/plain/tf', publishers)  # shows that the next line can fail
+        self.assertNotIn('/silent/tf', publishers)
+        self.assertEqual(silent.transforms(), [])
+
+    # --- restarts -----------------------------------------------------------------------------------------------------
+
+    def test_reset_service(self):
+        plain = self.channels['plain']
+        self.drive(plain, [(0, 0), (10, 20)])
+        plain.reset()
+        plain.clear()
+        self.epoch_ns += NS_PER_S
+        messages = self.drive(plain, [(15, 25), (19, 29)])
+        self.assert_pose(messages[0], 0.0, 0.0, 0.0)
+        self.assert_pose(messages[1], 4 * DISTANCE_PER_PULSE, 0.0, 0.0)
+        self.assertEqual(twist_of(messages[0]), (0.0, 0.0))
+
+    def test_time_that_jumps_back_restarts_at_zero_with_one_warning(self):
+        plain = self.channels['plain']
+        self.drive(plain, [(5 * step, 9 * step) for step in range(20)])
+        plain.clear()
+        self.epoch_ns -= 800 * NS_PER_S
+        messages = self.drive(plain, [(500 + 5 * step, 700 + 5 * step) for step in range(20)])
+        for step, message in enumerate(messages):
+            self.assert_pose(message, 5 * step * DISTANCE_PER_PULSE, 0.0, 0.0)
+        self.check_tf_equals_odom(plain)
+        warned = self.rosout.wait_for_warning(plain.node, 'back')
+        self.assertEqual(len(warned), 1, warned)
+
+    def test_counter_that_restarts_keeps_the_pose(self):
+        """A jump no wheel can make (max_wheel_speed, 100 rad/s: 71 pulses in 50 ms) is the counter's own."""
+        plain = self.channels['plain']
+        messages = self.drive(plain, [(100000, 100000), (100020, 100020), (0, 0), (20, 20), (20 - 100000, 20)])
+        driven = [0, 20, 20, 40, 40]
+        for message, pulses in zip(messages, driven):
+            self.assert_pose(message, pulses * DISTANCE_PER_PULSE, 0.0, 0.0)
+        self.assertEqual(twist_of(messages[2]), (0.0, 0.0))
+        warned = self.rosout.wait_for_warning(plain.node, 'max_wheel_speed')
+        self.assertLessEqual(len(warned), 2, warned)
+
+    # --- bad input ----------------------------------------------------------------------------------------------------
+
+    def test_wrong_number_of_counters(self):
+        plain = self.channels['plain']
+        plain.send(self.epoch_ns, 10, 10)
+        for step, pulses in enumerate(((), (11,), (11, 11, 11)), start=1):
+            plain.send(self.epoch_ns + step * PERIOD_NS, *pulses)
+        last_ns = self.epoch_ns + 4 * PERIOD_NS
+        plain.send(last_ns, 14, 14)
+        messages = plain.odom.wait_for_stamp(last_ns)
+        self.assert_stamps(messages, [self.epoch_ns, last_ns])
+        self.assert_pose(messages[-1], 4 * DISTANCE_PER_PULSE, 0.0, 0.0)
+        warned = self.rosout.wait_for_warning(plain.node, plain.topic, '2')
+        self.assertEqual(len(warned), 1, warned)
+
+    def test_counts_at_the_ends_of_int64(self):
+        ends = [(-2 ** 63, 2 ** 63 - 1), (2 ** 63 - 1, -2 ** 63), (0, 0), (5, 5)]
+        for name in ('plain', 'custom'):
+            self.drive(self.channels[name], ends)  # tearDown sees that every number is finite
+        self.assert_pose(self.channels['plain'].odom.messages[-1], 5 * DISTANCE_PER_PULSE, 0.0, 0.0)
+
+
+if __name__ == '__main__':
+    rostest.rosrun('diff_encoder_sim', 'odom', OdomTest)

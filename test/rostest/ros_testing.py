@@ -1,0 +1,153 @@
+"""What the rostests share: talking to nodes without losing a message, and waiting on conditions.
+
+Every wait ends as soon as its condition holds; a timeout is only how long a broken node is given before the test fails.
+"""
+import logging
+import math
+import threading
+import time
+import unittest
+import warnings
+
+import rosgraph
+import rospy
+from rosgraph_msgs.msg import Log
+
+TIMEOUT_S = 30.0
+NS_PER_S = 1000000000
+PERIOD_NS = 50000000  # 20 Hz
+
+
+def start_test_node(name):
+    """A node for the test itself; its own /rosout stays out of the way."""
+    rospy.init_node(name, log_level=rospy.ERROR)
+    logging.getLogger('rosout').setLevel(logging.ERROR)
+
+
+def wait_until(condition, what, timeout_s=TIMEOUT_S):
+    """Return the first true value of `condition()`; fail the test when there is none in time."""
+    deadline = time.monotonic() + timeout_s
+    while True:
+        value = condition()
+        if value:
+            return value
+        if time.monotonic() > deadline:
+            raise AssertionError('waited %.0f s in vain for %s' % (timeout_s, what() if callable(what) else what))
+        time.sleep(0.005)
+
+
+def stamp_from_ns(stamp_ns):
+    return rospy.Time(*divmod(stamp_ns, NS_PER_S))
+
+
+def yaw_of(quaternion):
+    """Of a rotation about z, which is what the nodes send."""
+    return 2.0 * math.atan2(quaternion.z, quaternion.w)
+
+
+def angle_between(first, second):
+    return abs((first - second + math.pi) % (2.0 * math.pi) - math.pi)
+
+
+def connected_publisher(topic, message_class, latch=False):
+    """A publisher that at least one subscriber hears: nothing that it sends is lost."""
+    with warnings.catch_warnings():
+        warnings.simplefilter('ignore', SyntaxWarning)
+        # Without a queue `publish` returns when the message is in the socket: messages of two publishers keep their order.
+        publisher = rospy.Publisher(topic, message_class, queue_size=None, latch=latch, tcp_nodelay=True)
+    if not latch:
+        wait_until(lambda: publisher.get_num_connections() > 0, 'a subscriber of ' + topic)
+    return publisher
+
+
+class Collector:
+    """Keeps every message of a topic, from the moment that a publisher is connected."""
+
+    def __init__(self, topic, message_class, wait_for_publisher=True):
+        self.topic = topic
+        self._messages = []
+        self._changed = threading.Condition()
+        self._subscriber = rospy.Subscriber(topic, message_class, self._on_message, tcp_nodelay=True)
+        if wait_for_publisher:
+            wait_until(lambda: self._subscriber.get_num_connections() > 0, 'a publisher of ' + topic)
+
+    def _on_message(self, message):
+        with self._changed:
+            self._messages.append(message)
+            self._changed.notify_all()
+
+    @property
+    def messages(self):
+        with self._changed:
+            return list(self._messages)
+
+    def clear(self):
+        with self._changed:
+            self._messages = []
+
+    def wait_for(self, condition, what, timeout_s=TIMEOUT_S):
+        """All messages, as soon as `condition(messages)` is true."""
+        with self._changed:
+            if not self._changed.wait_for(lambda: condition(self._messages), timeout_s):
+                last = self._messages[-1] if self._messages else None
+                raise AssertionError('%s: %d messages, but not %s in %.0f s. The last one:\n%s'
+                                     % (self.topic, len(self._messages), what, timeout_s, last))
+            return list(self._messages)
+
+    def wait_for_count(self, count, timeout_s=TIMEOUT_S):
+        return self.wait_for(lambda messages: len(messages) >= count, '%d messages' % count, timeout_s)
+
+    def wait_for_stamp(self, stamp_ns, timeout_s=TIMEOUT_S):
+        """All messages, as soon as one with this stamp has come."""
+        return self.wait_for(lambda messages: any(stamp_ns_of(message) == stamp_ns for message in messages),
+                             'the stamp %.6f s' % (stamp_ns / NS_PER_S), timeout_s)
+
+
+def stamp_ns_of(message):
+    return message.header.stamp.to_nsec()
+
+
+class RosoutWatch:
+    """The warnings (and worse) that nodes log."""
+
+    def __init__(self):
+        self._log = Collector('/rosout', Log)
+        # A node that we are not yet connected to could warn unheard.
+        wait_until(lambda: self._log._subscriber.get_num_connections() >= len(self._nodes()), 'every node\'s /rosout')
+
+    @staticmethod
+    def _nodes():
+        publishers = dict(rosgraph.Master(rospy.get_name()).getSystemState()[0])
+        return publishers.get('/rosout', [])
+
+    def clear(self):
+        self._log.clear()
+
+    def warnings_of(self, node):
+        return [entry.msg for entry in self._log.messages if entry.name == node and entry.level >= Log.WARN]
+
+    def wait_for_warning(self, node, *words):
+        """The node's warnings, as soon as one of them has all the words."""
+        def has_come():
+            return any(all(word in text for word in words) for text in self.warnings_of(node))
+        wait_until(has_come, lambda: 'a warning of %s with %s; it warned of %s'
+                   % (node, ', '.join(words), self.warnings_of(node) or 'nothing'))
+        return self.warnings_of(node)
+
+
+class NodeTest(unittest.TestCase):
+    """Base of the test classes: gives each test a stretch of time of its own.
+
+    The nodes live on from test to test, and a stamp that goes back means something to them.
+    """
+
+    _epoch_s = 1000
+
+    def setUp(self):
+        NodeTest._epoch_s += 1000
+        self.epoch_ns = NodeTest._epoch_s * NS_PER_S
+        self.rosout.clear()
+
+    def assert_stamps(self, messages, expected_ns):
+        self.assertEqual([stamp_ns_of(message) - self.epoch_ns for message in messages],
+                         [stamp_ns - self.epoch_ns for stamp_ns in expected_ns])
