@@ -24,6 +24,9 @@ LARGEST_ANGLE_RAD = 1e9
 # A wheel that no message has named for this long is missing, not merely interleaved.
 MISSING_AFTER_NS = NANOSECONDS_PER_SECOND
 
+# So many messages in a row without a newer stamp: the publisher does not set it.
+STAMPS_STAND_STILL_AFTER = 100
+
 
 class PerWheel(Params):
     """One positive number for each wheel."""
@@ -177,6 +180,7 @@ class DiffEncoder:
         self._right = _WheelChannel(params.right_joint, params.ppr.right, params.rate)
         self._first_stamp_ns: Optional[int] = None
         self._reported_index: Optional[int] = None
+        self._stale_in_a_row = 0
 
     def update(self, stamp_ns: int, names: Sequence[str],
                angles_rad: Sequence[float]) -> Optional[EncoderSample]:
@@ -188,17 +192,18 @@ class DiffEncoder:
             angles_rad: joint positions [rad], in the order of `names`.
 
         Raises:
-            InputFault: a wheel is named twice, has no finite angle, or has long been missing.
-                The message is dropped and the state is that of before.
+            InputFault: a wheel is named twice, has no finite angle, or has long been missing, or
+                the stamps stand still. The counts are those of before.
         """
         angles = {channel: angle for channel in (self._left, self._right)
                   for angle in [_angle_of(channel.joint, names, angles_rad)] if angle is not None}
-        if any(channel.take(stamp_ns, angle) is Step.RESTART
-               for channel, angle in angles.items()):
+        steps = [channel.take(stamp_ns, angle) for channel, angle in angles.items()]
+        if Step.RESTART in steps:
             log.warning('joint stamps went back to %.3f s: encoder restarted',
                         stamp_ns / NANOSECONDS_PER_SECOND)
             self.reset()
             return self.update(stamp_ns, names, angles_rad)
+        self._check_stamps_advance(stamp_ns, steps)
         self._check_nothing_missing(stamp_ns, names, angles)
         return self._report()
 
@@ -211,6 +216,16 @@ class DiffEncoder:
         return EncoderSample(max(self._left.stamp_ns, self._right.stamp_ns),
                              wrap_count(self._left.pulses, modulus),
                              wrap_count(self._right.pulses, modulus))
+
+    def _check_stamps_advance(self, stamp_ns: int, steps: Sequence[Step]) -> None:
+        if Step.NEW in steps:
+            self._stale_in_a_row = 0
+        elif steps:
+            self._stale_in_a_row += 1
+        if self._stale_in_a_row >= STAMPS_STAND_STILL_AFTER:
+            raise InputFault(f'stamps stand still at {stamp_ns / NANOSECONDS_PER_SECOND:.3f} s '
+                             f'(the last {self._stale_in_a_row} messages); expected header.stamp '
+                             f'to be the time of each sample')
 
     def _check_nothing_missing(self, stamp_ns: int, names: Sequence[str],
                                angles: Dict[_WheelChannel, float]) -> None:

@@ -155,6 +155,15 @@ def test_a_misspelt_joint_is_named_once_it_is_overdue():
         encoder.update(1050 * MS, NAMES, [0.0, 0.0])
 
 
+def test_stamps_that_nobody_sets_are_reported():
+    encoder = DiffEncoder(EncoderParams(ppr=10))
+    for _ in range(100):
+        encoder.update(0, NAMES, [0.0, 0.0])
+    with pytest.raises(InputFault, match='stamps stand still at 0.000 s'):
+        encoder.update(0, NAMES, [0.0, 0.0])
+    assert encoder.update(50 * MS, NAMES, [turn(2, 10)] * 2) == EncoderSample(50 * MS, 2, 2)
+
+
 @pytest.mark.parametrize('ppr, label', [(90, '90'), ({'left': 40, 'right': 4096}, '40-4096'),
                                         (102.4, '102.4')])
 def test_ppr_label(ppr, label):
