@@ -7,13 +7,13 @@ from __future__ import annotations
 import logging
 import math
 from fractions import Fraction
-from typing import Any, Dict, NamedTuple, Optional, Sequence
+from typing import Any, Dict, NamedTuple, Optional, Sequence, Tuple
 
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 from typing_extensions import Annotated
 
 from diff_encoder_sim.config import Params, did_you_mean
-from diff_encoder_sim.errors import InputFault
+from diff_encoder_sim.errors import EVENT, InputFault
 from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND, Step, Timeline
 
 log = logging.getLogger(__name__)
@@ -135,16 +135,16 @@ class BoundarySampler:
 
 
 class _WheelChannel:
-    """One wheel's way through the encoder: its time, its sampling, its newest sample."""
+    """One wheel's way through the encoder: its time, its sampling, its samples not yet reported."""
 
     def __init__(self, joint: str, ppr: float, rate_hz: float) -> None:
         self.joint = joint
         self._ppr = ppr
         self._sampler = BoundarySampler(rate_hz)
         self._timeline = Timeline(tolerance_ns=int(2 * NANOSECONDS_PER_SECOND / rate_hz))
-        self.period_index: Optional[int] = None
-        self.stamp_ns = 0
-        self.pulses = 0
+        # (stamp, pulses) by period, for as long as the other wheel may be late.
+        self.samples: Dict[int, Tuple[int, int]] = {}
+        self._kept_periods = math.ceil(MISSING_AFTER_NS * rate_hz / NANOSECONDS_PER_SECOND) + 1
 
     def take(self, stamp_ns: int, angle_rad: float) -> Step:
         """Feed one angle; after RESTART the channel must be replaced by a new one."""
@@ -152,9 +152,14 @@ class _WheelChannel:
         if step is Step.NEW:
             index = self._sampler.period_index(stamp_ns)
             if index is not None:
-                self.period_index, self.stamp_ns = index, stamp_ns
-                self.pulses = pulses_from_angle(angle_rad, self._ppr)
+                self.samples[index] = (stamp_ns, pulses_from_angle(angle_rad, self._ppr))
+                self.drop_before(index - self._kept_periods)
         return step
+
+    def drop_before(self, period_index: int) -> None:
+        """Forget samples of periods before this one."""
+        while self.samples and next(iter(self.samples)) < period_index:
+            del self.samples[next(iter(self.samples))]
 
     @property
     def last_seen_ns(self) -> Optional[int]:
@@ -179,7 +184,6 @@ class DiffEncoder:
         self._left = _WheelChannel(params.left_joint, params.ppr.left, params.rate)
         self._right = _WheelChannel(params.right_joint, params.ppr.right, params.rate)
         self._first_stamp_ns: Optional[int] = None
-        self._reported_index: Optional[int] = None
         self._stale_in_a_row = 0
 
     def update(self, stamp_ns: int, names: Sequence[str],
@@ -200,7 +204,7 @@ class DiffEncoder:
         steps = [channel.take(stamp_ns, angle) for channel, angle in angles.items()]
         if Step.RESTART in steps:
             log.warning('joint stamps went back to %.3f s: encoder restarted',
-                        stamp_ns / NANOSECONDS_PER_SECOND)
+                        stamp_ns / NANOSECONDS_PER_SECOND, extra=EVENT)
             self.reset()
             return self.update(stamp_ns, names, angles_rad)
         self._check_stamps_advance(stamp_ns, steps)
@@ -208,14 +212,16 @@ class DiffEncoder:
         return self._report()
 
     def _report(self) -> Optional[EncoderSample]:
-        index = self._left.period_index
-        if index is None or index != self._right.period_index or index == self._reported_index:
+        index = next((index for index in self._left.samples if index in self._right.samples), None)
+        if index is None:
             return None
-        self._reported_index = index
+        left_stamp_ns, left_pulses = self._left.samples[index]
+        right_stamp_ns, right_pulses = self._right.samples[index]
+        for channel in (self._left, self._right):
+            channel.drop_before(index + 1)
         modulus = self.params.counter_modulus
-        return EncoderSample(max(self._left.stamp_ns, self._right.stamp_ns),
-                             wrap_count(self._left.pulses, modulus),
-                             wrap_count(self._right.pulses, modulus))
+        return EncoderSample(max(left_stamp_ns, right_stamp_ns),
+                             wrap_count(left_pulses, modulus), wrap_count(right_pulses, modulus))
 
     def _check_stamps_advance(self, stamp_ns: int, steps: Sequence[Step]) -> None:
         if Step.NEW in steps:

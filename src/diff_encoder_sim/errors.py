@@ -11,3 +11,8 @@ class ConfigError(ValueError):
 
 class InputFault(ValueError):
     """One bad message in a running system: it is dropped and the last good state stays."""
+
+
+# `extra` of a log record about something that happens once, such as a restart. Records without it
+# may come with every message, and are thinned out on their way to the user.
+EVENT = {'event': True}

@@ -17,6 +17,7 @@ from pydantic import Field
 from diff_encoder_sim.config import Params
 from diff_encoder_sim.encoder import (DEFAULT_PPR, CounterModulus, PulsesPerRevolution,
                                       count_difference)
+from diff_encoder_sim.errors import EVENT
 from diff_encoder_sim.se2 import IDENTITY, Pose2D, move_along_arc
 from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND, Step, Timeline
 
@@ -102,7 +103,7 @@ class WheelOdometry:
             return None
         if step is Step.RESTART:
             log.warning('encoder stamps went back to %.3f s: odometry restarted at pose zero',
-                        stamp_ns / NANOSECONDS_PER_SECOND)
+                        stamp_ns / NANOSECONDS_PER_SECOND, extra=EVENT)
             self.reset()
             self._timeline.advance(stamp_ns)
         self._integrate(_Report(stamp_ns, left_count, right_count))
@@ -123,7 +124,7 @@ class WheelOdometry:
         if self._is_implausible(left_pulses, right_pulses, interval_s):
             log.warning('%d left and %d right pulses in %.3f s are faster than max_wheel_speed: '
                         'taken as a counter restart, the pose is kept',
-                        left_pulses, right_pulses, interval_s)
+                        left_pulses, right_pulses, interval_s, extra=EVENT)
             left_pulses = right_pulses = 0
         total = self._totals[-1]
         self._totals.append(_Report(report.stamp_ns, total.left_pulses + left_pulses,

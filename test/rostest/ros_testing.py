@@ -13,7 +13,7 @@ import rosgraph
 import rospy
 from rosgraph_msgs.msg import Log
 
-TIMEOUT_S = 30.0
+TIMEOUT_S = 20.0
 NS_PER_S = 1000000000
 PERIOD_NS = 50000000  # 20 Hz
 
@@ -49,15 +49,22 @@ def angle_between(first, second):
     return abs((first - second + math.pi) % (2.0 * math.pi) - math.pi)
 
 
-def connected_publisher(topic, message_class, latch=False):
+def connected_publisher(topic, message_class):
     """A publisher that at least one subscriber hears: nothing that it sends is lost."""
     with warnings.catch_warnings():
         warnings.simplefilter('ignore', SyntaxWarning)
         # Without a queue `publish` returns when the message is in the socket: messages of two publishers keep their order.
-        publisher = rospy.Publisher(topic, message_class, queue_size=None, latch=latch, tcp_nodelay=True)
-    if not latch:
-        wait_until(lambda: publisher.get_num_connections() > 0, 'a subscriber of ' + topic)
+        publisher = rospy.Publisher(topic, message_class, queue_size=None, tcp_nodelay=True)
+    wait_until(lambda: publisher.get_num_connections() > 0, 'a subscriber of ' + topic)
     return publisher
+
+
+def wait_for_listeners(publisher, nodes):
+    """Wait until each of the nodes hears the publisher."""
+    def are_listening():
+        listeners = dict(rosgraph.Master(rospy.get_name()).getSystemState()[1]).get(publisher.resolved_name, [])
+        return set(nodes) <= set(listeners) and publisher.get_num_connections() >= len(listeners)
+    wait_until(are_listening, '%s at %s' % (', '.join(nodes), publisher.resolved_name))
 
 
 class Collector:

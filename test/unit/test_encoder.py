@@ -106,12 +106,26 @@ def test_wheels_may_come_in_separate_messages_interleaved_with_others():
         EncoderSample((boundary + 2) * MS, boundary, boundary) for boundary in (50, 100, 150)]
 
 
-def test_a_wheel_that_skips_a_boundary_holds_the_report_back():
+def test_a_boundary_that_one_wheel_skips_is_left_out():
     encoder = DiffEncoder(EncoderParams(ppr=10))
     for stamp in (0, 50, 100):
-        encoder.update(stamp * MS, NAMES[:1], [turn(stamp, 10)])
-    assert encoder.update(0, NAMES[1:], [turn(0, 10)]) is None
+        assert encoder.update(stamp * MS, NAMES[:1], [turn(stamp, 10)]) is None
+    assert encoder.update(0, NAMES[1:], [turn(0, 10)]) == EncoderSample(0, 0, 0)
     assert encoder.update(100 * MS, NAMES[1:], [turn(100, 10)]) == EncoderSample(100 * MS, 100, 100)
+
+
+@pytest.mark.parametrize('late_by', [1, 3, 19])
+def test_a_wheel_whose_messages_come_late_is_waited_for(late_by):
+    encoder = DiffEncoder(EncoderParams(ppr=10))
+    stamps = [index * 50 for index in range(60)]
+    samples = []
+    for index, stamp in enumerate(stamps):
+        samples.append(encoder.update(stamp * MS, NAMES[:1], [turn(stamp, 10)]))
+        if index >= late_by:
+            late = stamps[index - late_by]
+            samples.append(encoder.update(late * MS, NAMES[1:], [turn(-late, 10)]))
+    assert [sample for sample in samples if sample] == [
+        EncoderSample(stamp * MS, stamp, -stamp) for stamp in stamps[:-late_by]]
 
 
 def test_repeated_and_overtaken_messages_change_nothing():

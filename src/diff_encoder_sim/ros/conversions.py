@@ -5,9 +5,10 @@ from typing import Iterable, Sequence, Tuple
 
 import numpy as np
 import rospy
-from geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion, TransformStamped, Twist, Vector3
+from geometry_msgs.msg import (Point, Pose, PoseStamped, PoseWithCovarianceStamped, Quaternion,
+                               TransformStamped, Twist, Vector3)
 from nav_msgs.msg import Odometry
-from sensor_msgs.msg import JointState
+from sensor_msgs.msg import JointState, LaserScan
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -15,12 +16,16 @@ from diff_encoder_sim.encoder import EncoderSample
 from diff_encoder_sim.errors import InputFault
 from diff_encoder_sim.msg import EncoderPulse
 from diff_encoder_sim.odometry import OdometryEstimate
+from diff_encoder_sim.scan import Scan
 from diff_encoder_sim.se2 import Pose2D, quat_xyzw_from_yaw, yaw_from_quat_xyzw
 from diff_encoder_sim.simulation.state import BodyState, JointStates
 from diff_encoder_sim.simulation.world import Box, Cylinder, Plane, Solid, Sphere, World
 
 # Of height, roll and pitch wheels tell nothing; the value is what gazebo_ros_diff_drive writes.
 UNKNOWN_VARIANCE = 1e12
+
+# Where x, y and yaw stand in a message's 6x6 covariance.
+PLANAR_AXES = (0, 1, 5)
 
 WALL_COLOUR = ColorRGBA(0.62, 0.66, 0.72, 1.0)
 
@@ -40,6 +45,19 @@ def joint_state_message(joints: JointStates) -> JointState:
     message = JointState(name=list(joints.names), position=list(joints.angles_rad),
                          velocity=list(joints.speeds_radps))
     message.header.stamp = stamp_from_ns(joints.stamp_ns)
+    return message
+
+
+def scan_message(scan: Scan, frame: str, period_s: float) -> LaserScan:
+    """A sweep whose rays were all taken at its stamp, one sweep each `period_s`."""
+    count = len(scan.ranges_m)
+    message = LaserScan(
+        angle_min=scan.angle_min_rad,
+        angle_max=scan.angle_min_rad + (count - 1) * scan.angle_increment_rad,
+        angle_increment=scan.angle_increment_rad, time_increment=0.0, scan_time=period_s,
+        range_min=scan.range_min_m, range_max=scan.range_max_m, ranges=scan.ranges_m.tolist())
+    message.header.stamp = stamp_from_ns(scan.stamp_ns)
+    message.header.frame_id = frame
     return message
 
 
@@ -67,7 +85,7 @@ def odometry_message(estimate: OdometryEstimate, odom_frame: str, base_frame: st
     message.header.stamp = stamp_from_ns(estimate.stamp_ns)
     message.header.frame_id = odom_frame
     message.pose.pose = pose_message(estimate.base_pose_in_odom)
-    message.pose.covariance = _planar_covariance(estimate.pose_covariance, (0, 1, 5))
+    message.pose.covariance = _planar_covariance(estimate.pose_covariance, PLANAR_AXES)
     message.twist.twist = Twist(Vector3(estimate.linear_velocity_mps, 0, 0),
                                 Vector3(0, 0, estimate.angular_velocity_radps))
     message.twist.covariance = _planar_covariance(estimate.twist_covariance, (0, 5))
@@ -112,6 +130,36 @@ def pose_from_message(pose: Pose) -> Pose2D:
     if not np.isfinite((position.x, position.y)).all():
         raise InputFault(f'position ({position.x}, {position.y}); expected finite numbers [m]')
     return Pose2D(position.x, position.y, yaw_rad)
+
+
+def pose_from_transform(transform: TransformStamped) -> Pose2D:
+    """A transform as the child's pose in the parent, seen from above."""
+    translation, rotation = transform.transform.translation, transform.transform.rotation
+    return pose_from_message(Pose(Point(translation.x, translation.y, translation.z), rotation))
+
+
+def pose_with_covariance_message(pose: Pose2D, covariance: np.ndarray, stamp_ns: int,
+                                 frame: str) -> PoseWithCovarianceStamped:
+    """A planar pose with its 3x3 covariance over (x, y, yaw); the rest is zero, as amcl's is."""
+    message = PoseWithCovarianceStamped()
+    message.header.stamp = stamp_from_ns(stamp_ns)
+    message.header.frame_id = frame
+    message.pose.pose = pose_message(pose)
+    full = np.zeros((6, 6))
+    full[np.ix_(PLANAR_AXES, PLANAR_AXES)] = covariance
+    message.pose.covariance = full.ravel().tolist()
+    return message
+
+
+def pose_covariance_from_message(covariance: Sequence[float]) -> np.ndarray:
+    """(3, 3) over (x, y, yaw) of a message's 36 numbers."""
+    return np.array(covariance, dtype=float).reshape(6, 6)[np.ix_(PLANAR_AXES, PLANAR_AXES)]
+
+
+def scan_from_message(message: LaserScan) -> Scan:
+    """A sweep as the core knows it."""
+    return Scan(ns_from_stamp(message.header.stamp), message.angle_min, message.angle_increment,
+                message.range_min, message.range_max, np.array(message.ranges, dtype=float))
 
 
 def body_messages(state: BodyState) -> Tuple[Pose, Twist]:

@@ -1,16 +1,18 @@
 """One model's state out of /gazebo/model_states, dated and at a steady rate."""
 from __future__ import annotations
 
+import math
 import threading
 from typing import Callable, Optional
 
+import rospy
 from geometry_msgs.msg import Twist
 from pydantic import Field
 from rosgraph_msgs.msg import Clock
 
 from diff_encoder_sim.config import Params
 from diff_encoder_sim.encoder import BoundarySampler
-from diff_encoder_sim.errors import InputFault
+from diff_encoder_sim.errors import EVENT, InputFault
 from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_from_message
 from diff_encoder_sim.ros.gazebo_messages import ModelStates
 from diff_encoder_sim.ros.node import log, subscriber
@@ -57,6 +59,8 @@ class ModelStateReader:
         now_ns = ns_from_stamp(message.clock)
         with self._lock:
             if self._clock_ns is not None and now_ns < self._clock_ns:
+                log.warning('/clock went back to %.3f s: %s begins again',
+                            now_ns / NANOSECONDS_PER_SECOND, rospy.get_name(), extra=EVENT)
                 self._waiting = None  # of before the reset
                 self._restart()
             self._clock_ns = now_ns
@@ -83,8 +87,18 @@ class ModelStateReader:
             if self._params.model not in message.name:
                 raise InputFault(f'model {self._params.model!r} is not among {message.name}')
             index = message.name.index(self._params.model)
+            if not index < min(len(message.pose), len(message.twist)):
+                raise InputFault(f'model {self._params.model!r} has no state: {len(message.name)} '
+                                 f'names, {len(message.pose)} poses, {len(message.twist)} twists')
             pose_in_world = pose_from_message(message.pose[index])
+            _check_finite(message.twist[index])
         except InputFault as fault:
             log.warning('%s: %s; message dropped', self._states.resolved_name, fault)
             return
         self._callback(stamp_ns, pose_in_world, message.twist[index])
+
+
+def _check_finite(twist: Twist) -> None:
+    numbers = (twist.linear.x, twist.linear.y, twist.angular.z)
+    if not all(math.isfinite(number) for number in numbers):
+        raise InputFault(f'twist (x, y, yaw) {numbers}; expected finite numbers [m/s, rad/s]')

@@ -2,12 +2,14 @@
 from __future__ import annotations
 
 import logging
+import math
 import sys
 import time
 import warnings
 from typing import Any, Callable, Dict, Mapping, Optional, Tuple, Type
 
 import rospy
+import yaml
 
 from diff_encoder_sim.config import P, Params, split_params
 from diff_encoder_sim.errors import ConfigError
@@ -50,7 +52,18 @@ def node_params(params_class: Type[P], *also_known: Type[Params],
         ConfigError: a value is not allowed, or nobody knows the parameter's name.
     """
     given = {**(defaults or {}), **rospy.get_param('~', {})}
+    given = {key: _mapping_of(value) for key, value in given.items()}
     return split_params(given, rospy.get_name(), params_class, *also_known)[0]
+
+
+def _mapping_of(value: Any) -> Any:
+    """A launch argument's `{left: 90, right: 1024}`, which arrives as text, as a mapping."""
+    if not (isinstance(value, str) and value.startswith('{')):
+        return value
+    try:
+        return yaml.safe_load(value)
+    except yaml.YAMLError:
+        return value
 
 
 def publisher(topic: str, message_class: Type, latch: bool = False) -> rospy.Publisher:
@@ -73,7 +86,7 @@ def subscriber(topic: str, message_class: Type, callback: Callable[[Any], None])
 class _RosLogHandler(logging.Handler):
     """Sends the core's log to /rosout, each place in the code at most once in some seconds.
 
-    By wall time: a paused or reset clock must not silence a warning.
+    Events are exempt. By wall time: a paused or reset clock must not silence a warning.
     """
 
     _LEVELS = ((logging.ERROR, rospy.logerr), (logging.WARNING, rospy.logwarn),
@@ -85,10 +98,12 @@ class _RosLogHandler(logging.Handler):
 
     def emit(self, record: logging.LogRecord) -> None:
         """Pass a record on unless its like was logged just now."""
-        subject = str(record.args[0]) if isinstance(record.args, tuple) and record.args else ''
-        key = (record.pathname, record.lineno, subject)
+        # A topic's name in first place tells one trouble from another; numbers do not.
+        first = record.args[0] if isinstance(record.args, tuple) and record.args else None
+        key = (record.pathname, record.lineno, first if isinstance(first, str) else '')
         now_s = time.monotonic()
-        if now_s - self._last_s.get(key, -LOG_AGAIN_AFTER_S) < LOG_AGAIN_AFTER_S:
+        is_event = getattr(record, 'event', False)
+        if not is_event and now_s - self._last_s.get(key, -math.inf) < LOG_AGAIN_AFTER_S:
             return
         self._last_s[key] = now_s
         send = next(send for level, send in self._LEVELS if record.levelno >= level)

@@ -10,14 +10,14 @@ import rospy
 from geometry_msgs.msg import Twist
 from pydantic import Field
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import JointState
+from sensor_msgs.msg import JointState, LaserScan
 from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 
-from diff_encoder_sim.errors import InputFault
+from diff_encoder_sim.errors import ConfigError, InputFault
 from diff_encoder_sim.experiments.definition import PoseParams
 from diff_encoder_sim.ros.command_gate import Command, CommandGate
 from diff_encoder_sim.ros.conversions import (body_messages, joint_state_message,
-                                              matrix_pose_message, stamp_from_ns)
+                                              matrix_pose_message, scan_message, stamp_from_ns)
 from diff_encoder_sim.ros.gazebo_messages import ModelStates
 from diff_encoder_sim.ros.node import log, node_params, publisher, run_node, subscriber
 from diff_encoder_sim.ros.pacing import LONGEST_WAIT_S, GraphPacer, WallPacer
@@ -63,6 +63,9 @@ class SimulatorNode:
                               for model in self._simulator.world.models]
         self._clock = publisher('/clock', Clock)
         self._joint_states = publisher('joint_states', JointState)
+        self._scans = publisher('scan', LaserScan)
+        self._scan_frame = params.laser_link
+        self._scan_period_ns = _whole_ticks(params.lidar.rate, '~lidar.rate')
         self._model_states = publisher('/gazebo/model_states', ModelStates)
         self._graph_pacer = GraphPacer(params.wait_for, GRAPH_PERIOD_NS, GRAPH_LEAD_NS)
         self._wall_pacer = WallPacer(params.real_time_factor)
@@ -123,6 +126,9 @@ class SimulatorNode:
         self._joint_states.publish(joint_state_message(self._simulator.joint_states()))
         if self._simulator.time_ns % MODEL_STATES_PERIOD_NS == 0:
             self._publish_model_states()
+        if self._simulator.time_ns % self._scan_period_ns == 0:
+            self._scans.publish(scan_message(self._simulator.scan(), self._scan_frame,
+                                             self._scan_period_ns / NANOSECONDS_PER_SECOND))
 
     def _publish_model_states(self) -> None:
         message = ModelStates()
@@ -170,6 +176,19 @@ def _trial_defaults() -> dict:
         return {}
     return {'world': plan.world, 'seed': plan.trial.number,
             'start': plan.trial.test.start.model_dump()}
+
+
+def _whole_ticks(rate_hz: float, key: str) -> int:
+    """The period [ns] of a rate that comes round on ticks.
+
+    Raises:
+        ConfigError: it does not.
+    """
+    period_ns = round(NANOSECONDS_PER_SECOND / rate_hz)
+    if period_ns % TICK_NS:
+        raise ConfigError(f'{rospy.get_name()}: {key}: given {rate_hz:g} Hz; '
+                          f'allowed: a period of whole {TICK_NS // 1_000_000} ms')
+    return period_ns
 
 
 def main() -> None:

@@ -10,7 +10,7 @@ import xacro
 
 from diff_encoder_sim.config import did_you_mean
 from diff_encoder_sim.errors import ConfigError
-from diff_encoder_sim.simulation.world import rotation_from_rpy
+from diff_encoder_sim.simulation.world import parse_lengths, parse_numbers, rotation_from_rpy
 
 
 class RobotModel(NamedTuple):
@@ -23,6 +23,21 @@ class RobotModel(NamedTuple):
     left_wheel_radius_m: float
     right_wheel_radius_m: float
     wheel_separation_m: float   # between the wheels' contact points
+
+    def link_position_m(self, link_name: str) -> np.ndarray:
+        """(3,) position of a link's frame in the root link, all joints at zero.
+
+        Raises:
+            ConfigError: the robot has no such link.
+        """
+        root = ElementTree.fromstring(self.urdf)
+        joints = {joint.get('name', ''): joint for joint in root.findall('joint')}
+        for name, joint in joints.items():
+            if _link(joint, 'child') == link_name:
+                return _position_in_root(joints, name, f'robot {self.name!r}')
+        links = [link.get('name', '') for link in root.findall('link')]
+        raise ConfigError(f'robot {self.name!r}: link {link_name!r} is missing; it has '
+                          f'{", ".join(links)}')
 
 
 def load_robot(path: Union[str, Path], left_joint: str, right_joint: str,
@@ -40,8 +55,8 @@ def load_robot(path: Union[str, Path], left_joint: str, right_joint: str,
     urdf = expand_xacro(path, xacro_arguments)
     root = ElementTree.fromstring(urdf)
     joints = {joint.get('name', ''): joint for joint in root.findall('joint')}
-    left_m = _wheel_centre_in_root(joints, left_joint, path)
-    right_m = _wheel_centre_in_root(joints, right_joint, path)
+    left_m = _position_in_root(joints, left_joint, path)
+    right_m = _position_in_root(joints, right_joint, path)
     if left_m[1] <= right_m[1]:
         raise ConfigError(f'{path}: {left_joint!r} is at y = {left_m[1]:.3f} m and {right_joint!r} '
                           f'at {right_m[1]:.3f} m; allowed: the left wheel left of the right one')
@@ -69,7 +84,7 @@ def expand_xacro(path: Union[str, Path], arguments: Mapping[str, str]) -> str:
     return str(document.toprettyxml(indent='  '))
 
 
-def _wheel_centre_in_root(joints: Dict[str, ElementTree.Element], joint_name: str,
+def _position_in_root(joints: Dict[str, ElementTree.Element], joint_name: str,
                           path: Union[str, Path]) -> np.ndarray:
     """Position (x, y, z) [m] of a joint in the robot's root link, all joints at zero."""
     if joint_name not in joints:
@@ -79,7 +94,7 @@ def _wheel_centre_in_root(joints: Dict[str, ElementTree.Element], joint_name: st
     joint = joints[joint_name]
     position_m = np.zeros(3)
     for _ in joints:
-        rotation, offset_m = _origin(joint)
+        rotation, offset_m = _origin(joint, path)
         position_m = offset_m + rotation @ position_m
         parent = _link(joint, 'parent')
         if parent not in joint_above:
@@ -88,12 +103,13 @@ def _wheel_centre_in_root(joints: Dict[str, ElementTree.Element], joint_name: st
     raise ConfigError(f'{path}: the links above joint {joint_name!r} form a loop; allowed: a tree')
 
 
-def _origin(joint: ElementTree.Element) -> Tuple[np.ndarray, np.ndarray]:
+def _origin(joint: ElementTree.Element, source: Union[str, Path]) -> Tuple[np.ndarray, np.ndarray]:
     """Rotation (3x3) and translation (3) [m] of a joint's frame in its parent link."""
     origin = joint.find('origin')
     attributes = origin.attrib if origin is not None else {}
-    xyz_m = [float(word) for word in attributes.get('xyz', '0 0 0').split()]
-    rpy_rad = [float(word) for word in attributes.get('rpy', '0 0 0').split()]
+    where = f'{source}: joint {joint.get("name")!r} origin'
+    xyz_m = parse_numbers(attributes.get('xyz', '0 0 0'), 3, f'{where} xyz')
+    rpy_rad = parse_numbers(attributes.get('rpy', '0 0 0'), 3, f'{where} rpy')
     return rotation_from_rpy(*rpy_rad), np.array(xyz_m)
 
 
@@ -109,6 +125,6 @@ def _wheel_radius_m(root: ElementTree.Element, joint: ElementTree.Element,
     for shape in ('sphere', 'cylinder'):
         element = root.find(f"link[@name='{link_name}']/collision/geometry/{shape}")
         if element is not None:
-            return float(element.get('radius', 'nan'))
+            return parse_lengths(element.get('radius'), 1, f'{path}: wheel {link_name!r} radius')[0]
     raise ConfigError(f'{path}: wheel {link_name!r} has no rolling shape; '
                       f'allowed: a collision sphere (or cylinder)')

@@ -9,9 +9,11 @@ from pydantic import Field
 
 from diff_encoder_sim.config import Params
 from diff_encoder_sim.errors import ConfigError
+from diff_encoder_sim.scan import Scan
 from diff_encoder_sim.se2 import Pose2D, yaw_from_quat_xyzw
 from diff_encoder_sim.seeds import generator
 from diff_encoder_sim.simulation.drive import DriveController, DriveParams
+from diff_encoder_sim.simulation.lidar import Lidar, LidarParams
 from diff_encoder_sim.simulation.physics import TICK_S, BulletPhysics, PhysicsParams
 from diff_encoder_sim.simulation.robot import load_robot
 from diff_encoder_sim.simulation.state import BodyState, JointStates
@@ -26,7 +28,9 @@ class SimulatorParams(Params):
 
     left_joint: str = Field('left_wheel_joint', min_length=1)
     right_joint: str = Field('right_wheel_joint', min_length=1)
+    laser_link: str = Field('laser', min_length=1, description='the scanner\'s frame')
     drive: DriveParams = DriveParams()
+    lidar: LidarParams = LidarParams()
     physics: PhysicsParams = PhysicsParams()
     wheel_errors: WheelErrorParams = WheelErrorParams()
 
@@ -50,6 +54,9 @@ class Simulator:
         self._true = load_robot(robot_file, params.left_joint, params.right_joint,
                                 params.wheel_errors.xacro_arguments())
         self._check_errors_took_effect(robot_file)
+        laser_m = self._nominal.link_position_m(params.laser_link)
+        self._laser_in_base = Pose2D(float(laser_m[0]), float(laser_m[1]), 0.0)
+        self._scan_height_m = float(laser_m[2])
         self._start_pose = start_pose
         self._seed = seed
         self._controller = DriveController(
@@ -78,6 +85,8 @@ class Simulator:
                                       self.params.drive.wheel_torque, self.params.physics)
         phases_rad = generator(self._seed, 'wheel_phase').uniform(0.0, 2.0 * math.pi, 2)
         self._phases_rad = tuple(phases_rad.tolist())
+        self._lidar = Lidar(self.world, self._scan_height_m, self.params.lidar,
+                            generator(self._seed, 'lidar_noise'))
         self._wheels = SlippingWheels(
             self.params.wheel_errors,
             (self._true.left_wheel_radius_m, self._true.right_wheel_radius_m),
@@ -118,6 +127,11 @@ class Simulator:
         state = self._physics.base()
         return Pose2D(state.position_xyz_m[0], state.position_xyz_m[1],
                       yaw_from_quat_xyzw(*state.quat_xyzw))
+
+    def scan(self) -> Scan:
+        """A sweep of the scanner from where it is now."""
+        return self._lidar.sweep(self.time_ns,
+                                 self.base_pose_in_world().compose(self._laser_in_base))
 
     def obstacle_hit(self) -> Optional[str]:
         """Name of a solid, other than the floor, that the robot touches now, if any."""

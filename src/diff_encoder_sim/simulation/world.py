@@ -123,24 +123,34 @@ def _shape_of(collision: ElementTree.Element, name: str, path: Union[str, Path])
                           f'allowed: {", ".join(ALLOWED_SHAPES)}')
     where = f'{path}: {name}: {kind}'
     if kind == 'box':
-        x_m, y_m, z_m = _lengths(element.findtext('size'), 3, f'{where} size')
+        x_m, y_m, z_m = parse_lengths(element.findtext('size'), 3, f'{where} size')
         return Box((x_m, y_m, z_m))
     if kind == 'plane':
         return Plane()
-    radius_m = _lengths(element.findtext('radius'), 1, f'{where} radius')[0]
+    radius_m = parse_lengths(element.findtext('radius'), 1, f'{where} radius')[0]
     if kind == 'sphere':
         return Sphere(radius_m)
-    return Cylinder(radius_m, _lengths(element.findtext('length'), 1, f'{where} length')[0])
+    return Cylinder(radius_m, parse_lengths(element.findtext('length'), 1, f'{where} length')[0])
 
 
-def _lengths(text: Optional[str], count: int, where: str) -> List[float]:
-    lengths_m = _numbers(text, count, where)
+def parse_lengths(text: Optional[str], count: int, where: str) -> List[float]:
+    """`count` lengths greater than 0 [m] from a file's text; `where` names them in the error.
+
+    Raises:
+        ConfigError: the text is something else.
+    """
+    lengths_m = parse_numbers(text, count, where)
     if min(lengths_m) <= 0:
         raise ConfigError(f'{where}: given {text!r}; allowed: lengths greater than 0 [m]')
     return lengths_m
 
 
-def _numbers(text: Optional[str], count: int, where: str) -> List[float]:
+def parse_numbers(text: Optional[str], count: int, where: str) -> List[float]:
+    """`count` finite numbers from a file's text; `where` names them in the error.
+
+    Raises:
+        ConfigError: the text is something else.
+    """
     try:
         numbers = [float(word) for word in (text or '').split()]
     except ValueError:
@@ -156,7 +166,7 @@ def _pose_of(element: ElementTree.Element, path: Union[str, Path]) -> np.ndarray
     if text is None:
         return np.eye(4)
     where = f'{path}: {element.tag} {element.get("name")!r} pose'
-    x_m, y_m, z_m, roll_rad, pitch_rad, yaw_rad = _numbers(text, 6, where)
+    x_m, y_m, z_m, roll_rad, pitch_rad, yaw_rad = parse_numbers(text, 6, where)
     pose = np.eye(4)
     pose[:3, :3] = rotation_from_rpy(roll_rad, pitch_rad, yaw_rad)
     pose[:3, 3] = x_m, y_m, z_m

@@ -1,0 +1,65 @@
+"""What the particles say: the heaviest cluster's mean, and the spread of them all.
+
+As upstream's pf_cluster_stats: a cluster is a set of connected bins of the histogram.
+"""
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from diff_encoder_sim.localization.histogram import cluster_labels
+from diff_encoder_sim.se2 import Pose2D
+
+
+class ParticleStatistics(NamedTuple):
+    """Of a particle set, in the map frame."""
+
+    mean: Pose2D                # of the heaviest cluster
+    covariance: np.ndarray      # 3x3 over (x [m], y [m], yaw [rad]), of all particles
+    cluster_covariance: np.ndarray  # the same of the heaviest cluster
+    cluster_weight: float       # its share of the weight, 0 to 1
+    cluster_count: int
+
+
+def particle_statistics(particles: np.ndarray, weights: np.ndarray) -> ParticleStatistics:
+    """Cluster particles (n, 3) with weights (n,), sum 1."""
+    labels = cluster_labels(particles)
+    cluster_weights = np.bincount(labels, weights)
+    heaviest = int(np.argmax(cluster_weights))
+    in_heaviest = labels == heaviest
+    mean, cluster_covariance = mean_and_covariance(particles[in_heaviest], weights[in_heaviest])
+    covariance = (cluster_covariance if len(cluster_weights) == 1
+                  else mean_and_covariance(particles, weights)[1])
+    return ParticleStatistics(mean, covariance, cluster_covariance,
+                              float(cluster_weights[heaviest]), len(cluster_weights))
+
+
+class MeanAndCovariance(NamedTuple):
+    """Of weighted poses."""
+
+    mean: Pose2D
+    covariance: np.ndarray   # 3x3; as upstream publishes it, nothing between yaw and x or y
+
+
+def mean_and_covariance(particles: np.ndarray, weights: np.ndarray) -> MeanAndCovariance:
+    """Of particles (n, 3) with weights (n,) of any sum above 0.
+
+    Yaw by circular statistics: the direction of the mean unit vector, and -2 ln of its length,
+    which is the variance of a wrapped normal distribution.
+    """
+    shares = weights / weights.sum()
+    x_m, y_m = float((shares * particles[:, 0]).sum()), float((shares * particles[:, 1]).sum())
+    off_x, off_y = particles[:, 0] - x_m, particles[:, 1] - y_m
+    cos_mean = float((shares * np.cos(particles[:, 2])).sum())
+    sin_mean = float((shares * np.sin(particles[:, 2])).sum())
+    covariance = np.zeros((3, 3))
+    covariance[0, 0] = (shares * off_x * off_x).sum()
+    covariance[0, 1] = covariance[1, 0] = (shares * off_x * off_y).sum()
+    covariance[1, 1] = (shares * off_y * off_y).sum()
+    # Equal headings may give a length of 1 + 1e-16, opposite ones 0: neither has a logarithm to
+    # be published.
+    length = min(max(math.hypot(cos_mean, sin_mean), 1e-12), 1.0)
+    covariance[2, 2] = -2.0 * math.log(length)
+    return MeanAndCovariance(Pose2D(x_m, y_m, math.atan2(sin_mean, cos_mean)), covariance)

@@ -1,0 +1,90 @@
+"""The distance from every cell of a grid to the nearest occupied one, exact and in two passes.
+
+Felzenszwalb and Huttenlocher, "Distance Transforms of Sampled Functions", 2012: first along the
+columns, then along the rows as the lower envelope of parabolas. Upstream's brushfire visits the
+same cells from a queue and is off by a part of a cell now and then.
+"""
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+# Stands for "no occupied cell in this column"; its square still fits an int64 with room to add.
+_FAR = 1 << 28
+
+
+def distance_to_occupied(occupied: np.ndarray, resolution_m: float,
+                         max_distance_m: float) -> np.ndarray:
+    """(height, width) distance [m] between cell centres, cut off at `max_distance_m`.
+
+    Args:
+        occupied: (height, width) bool.
+        resolution_m: side of a cell.
+        max_distance_m: what a cell has that is further away than this from any occupied one.
+    """
+    squared_cells = _squared_distances(np.ascontiguousarray(occupied, dtype=np.bool_))
+    return np.minimum(np.sqrt(squared_cells) * resolution_m, max_distance_m)
+
+
+@njit(cache=True)
+def _squared_distances(occupied: np.ndarray) -> np.ndarray:  # pragma: no cover (compiled)
+    """(height, width) int64 squared distance in cells; about _FAR squared where none is."""
+    height, width = occupied.shape
+    in_column = np.empty((height, width), dtype=np.int64)
+    _along_columns(occupied, in_column)
+    squared = np.empty((height, width), dtype=np.int64)
+    vertices = np.empty(width, dtype=np.int64)
+    starts = np.empty(width, dtype=np.int64)
+    for row in range(height):
+        _along_row(in_column[row], squared[row], vertices, starts)
+    return squared
+
+
+@njit(cache=True)
+def _along_columns(occupied: np.ndarray, distance: np.ndarray) -> None:  # pragma: no cover
+    """Distance to the nearest occupied cell in the same column: once down, once up."""
+    height, width = occupied.shape
+    for column in range(width):
+        distance[0, column] = 0 if occupied[0, column] else _FAR
+    for row in range(1, height):
+        for column in range(width):
+            distance[row, column] = (0 if occupied[row, column]
+                                     else min(distance[row - 1, column] + 1, _FAR))
+    for row in range(height - 2, -1, -1):
+        for column in range(width):
+            distance[row, column] = min(distance[row, column], distance[row + 1, column] + 1)
+
+
+@njit(cache=True)
+def _along_row(heights: np.ndarray, squared: np.ndarray, vertices: np.ndarray,
+               starts: np.ndarray) -> None:  # pragma: no cover
+    """Lower envelope of the parabolas (x - v)^2 + heights[v]^2, in whole numbers.
+
+    `vertices` and `starts` are scratch: the columns whose parabola is on the envelope, and the
+    first column at which each is the lowest.
+    """
+    width = len(heights)
+    count = 1
+    vertices[0] = starts[0] = 0
+    for column in range(1, width):
+        crossing = 0
+        while count > 0:
+            vertex = vertices[count - 1]
+            # From the crossing on, the later parabola is lower.
+            crossing = (column * column - vertex * vertex + heights[column] * heights[column]
+                        - heights[vertex] * heights[vertex]) // (2 * (column - vertex)) + 1
+            if crossing > starts[count - 1]:
+                break
+            count -= 1
+        if count == 0:
+            crossing = 0
+        if crossing < width:
+            vertices[count] = column
+            starts[count] = crossing
+            count += 1
+    index = 0
+    for column in range(width):
+        while index + 1 < count and starts[index + 1] <= column:
+            index += 1
+        offset = column - vertices[index]
+        squared[column] = offset * offset + heights[vertices[index]] * heights[vertices[index]]

@@ -1,0 +1,66 @@
+"""The likelihood field with the rays' probabilities multiplied, and beam skipping.
+
+Probabilistic Robotics, table 6.3, as it stands: upstream's likelihood_field_prob. Beam skipping
+leaves out rays that few particles find near anything on the map: people, moved furniture.
+"""
+from __future__ import annotations
+
+import logging
+
+import numpy as np
+
+from diff_encoder_sim.localization.beams import Beams, beam_step_rounded_up
+from diff_encoder_sim.localization.likelihood_field import (LikelihoodField, count_at_endpoints,
+                                                            sum_over_endpoints)
+from diff_encoder_sim.localization.params import AmclParams
+from diff_encoder_sim.localization.sensor import Likelihoods
+from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
+
+log = logging.getLogger(__name__)
+
+# Stands for the logarithm of a probability of zero, which a sum of logarithms cannot hold.
+_LEAST_LOG = -700.0
+
+
+class LikelihoodFieldProb(LikelihoodField):
+    """Upstream's likelihood_field_prob."""
+
+    def __init__(self, params: AmclParams, grid: OccupancyGrid) -> None:
+        super().__init__(params, grid)
+        self._is_near = (self._distances_m < params.beam_skip_distance).astype(np.int64)
+        # Off the map nothing agrees, however large beam_skip_distance is.
+        self._is_near[[0, -1], :] = 0
+        self._is_near[:, [0, -1]] = 0
+
+    def likelihoods(self, particles: np.ndarray, beams: Beams, converged: bool) -> Likelihoods:
+        """See SensorModel; the largest factor is 1."""
+        poses, ends = self._poses_in_cells(particles), self._ends_in_cells(beams)
+        if self._params.do_beamskip and converged:
+            ends = np.ascontiguousarray(ends[:, self._agreed_beams(poses, ends)])
+        logs = sum_over_endpoints(poses, ends, self._table_for(beams.range_max_m))
+        # Upstream multiplies plain numbers, which 180 unlikely rays make zero for all particles.
+        largest = float(logs.max())
+        return Likelihoods(np.exp(logs - largest), largest)
+
+    def _agreed_beams(self, poses: np.ndarray, ends: np.ndarray) -> np.ndarray:
+        """(k,) which rays enough particles find near something on the map; all if hardly any is.
+
+        Args:
+            poses: (n, 4) column, row, cosine and sine of base in the grid's frame, in cells.
+            ends: (2, k) the rays' ends in the base frame, in cells.
+        """
+        agreeing = count_at_endpoints(poses, ends, self._is_near)
+        kept = agreeing > self._params.beam_skip_threshold * len(poses)
+        skipped_share = 1.0 - kept.mean()
+        if skipped_share >= self._params.beam_skip_error_threshold:
+            log.warning('%.0f %% of the rays are not on the map: the filter may have converged '
+                        'to a wrong place; using all rays', 100.0 * skipped_share)
+            return np.ones_like(kept)
+        return kept
+
+    def _step(self, ray_count: int) -> int:
+        return beam_step_rounded_up(ray_count, self._params.laser_max_beams)
+
+    def _entry(self, probability: np.ndarray) -> np.ndarray:
+        with np.errstate(divide='ignore'):
+            return np.maximum(np.log(probability), _LEAST_LOG)

@@ -1,0 +1,109 @@
+"""Particle sets: how they begin, and what may not get into them.
+
+A set is an array (n, 3) of base poses in the map, x [m], y [m], yaw [rad] in [-pi, pi), with
+weights (n,) that sum to 1.
+"""
+from __future__ import annotations
+
+import numpy as np
+
+from diff_encoder_sim.errors import InputFault
+from diff_encoder_sim.mapping.occupancy_grid import FREE, OccupancyGrid
+from diff_encoder_sim.se2 import Pose2D
+
+# Upstream's pf_alloc: the filter has converged when no particle is further than this from the
+# mean, along x or y [m].
+CONVERGED_WITHIN_M = 0.5
+
+# A coordinate beyond this is no place on any map, and would not fit the histogram's keys [m].
+LARGEST_COORDINATE_M = 1e6
+
+
+def particles_around(pose: Pose2D, covariance: np.ndarray, count: int,
+                     rng: np.random.Generator) -> np.ndarray:
+    """(count, 3) draws from a Gaussian about `pose` (base in the map).
+
+    Of the 3x3 `covariance` the x, y and yaw-yaw entries count, as upstream reads /initialpose.
+    """
+    variances, axes = np.linalg.eigh(np.asarray(covariance, dtype=float)[:2, :2])
+    sigmas = np.sqrt(np.maximum(variances, 0.0))
+    normals = rng.standard_normal((count, 3))
+    particles = np.empty((count, 3))
+    for row in (0, 1):
+        particles[:, row] = (pose[row] + axes[row, 0] * sigmas[0] * normals[:, 0]
+                             + axes[row, 1] * sigmas[1] * normals[:, 1])
+    particles[:, 2] = wrap_angles(pose.yaw_rad + np.sqrt(covariance[2][2]) * normals[:, 2])
+    return particles
+
+
+def particles_everywhere(free_centres: np.ndarray, count: int,
+                         rng: np.random.Generator) -> np.ndarray:
+    """(count, 3) uniform over the cells with centres `free_centres` (m, 2) and all headings."""
+    particles = np.empty((count, 3))
+    particles[:, :2] = free_centres[rng.integers(0, len(free_centres), count)]
+    particles[:, 2] = rng.uniform(-np.pi, np.pi, count)
+    return particles
+
+
+def free_cell_centres(grid: OccupancyGrid) -> np.ndarray:
+    """(m, 2) x, y [m] in the map of the centres of the free cells."""
+    rows, columns = np.nonzero(grid.cells == FREE)
+    local_x = (columns + 0.5) * grid.resolution_m
+    local_y = (rows + 0.5) * grid.resolution_m
+    cos_yaw, sin_yaw = np.cos(grid.origin.yaw_rad), np.sin(grid.origin.yaw_rad)
+    return np.column_stack([grid.origin.x_m + cos_yaw * local_x - sin_yaw * local_y,
+                            grid.origin.y_m + sin_yaw * local_x + cos_yaw * local_y])
+
+
+def has_converged(particles: np.ndarray) -> bool:
+    """Whether all particles (n, 3) lie close to their unweighted mean."""
+    positions = particles[:, :2]
+    return bool((np.abs(positions - positions.mean(axis=0)) <= CONVERGED_WITHIN_M).all())
+
+
+def wrap_angles(angles_rad: np.ndarray) -> np.ndarray:
+    """The same directions in [-pi, pi)."""
+    return (angles_rad + np.pi) % (2.0 * np.pi) - np.pi
+
+
+def check_grid(grid: OccupancyGrid) -> None:
+    """Refuse a map that nothing can be located on.
+
+    Raises:
+        InputFault: no cells, no free cell, or a resolution or origin that is none.
+    """
+    if grid.cells.ndim != 2 or grid.cells.size == 0:
+        raise InputFault(f'map: given {" x ".join(map(str, grid.cells.shape))} cells; '
+                         'allowed: at least 1 x 1')
+    if not (np.isfinite(grid.resolution_m) and grid.resolution_m > 0.0):
+        raise InputFault(f'map: given a resolution of {grid.resolution_m} m; '
+                         'allowed: a finite number greater than 0')
+    check_pose(grid.origin, 'map origin')
+    if not (grid.cells == FREE).any():
+        raise InputFault('map: no cell is free: there is nowhere for the robot to be')
+
+
+def check_pose(pose: Pose2D, name: str) -> None:
+    """Refuse a pose that is none.
+
+    Raises:
+        InputFault: a coordinate is not finite or absurdly large.
+    """
+    if not (abs(pose.x_m) <= LARGEST_COORDINATE_M and abs(pose.y_m) <= LARGEST_COORDINATE_M
+            and np.isfinite(pose.yaw_rad)):
+        raise InputFault(f'{name}: given ({pose.x_m}, {pose.y_m}, {pose.yaw_rad}); '
+                         f'expected finite x, y [m] and yaw [rad]')
+
+
+def check_covariance(covariance: np.ndarray) -> None:
+    """Refuse what is not a covariance over (x, y, yaw).
+
+    Raises:
+        InputFault: not 3x3, not finite, or a variance below zero.
+    """
+    covariance = np.asarray(covariance, dtype=float)
+    if covariance.shape != (3, 3):
+        raise InputFault(f'initial covariance: given shape {covariance.shape}; expected (3, 3)')
+    if not np.isfinite(covariance).all() or (np.diag(covariance) < 0.0).any():
+        raise InputFault(f'initial covariance: given {covariance.tolist()}; '
+                         'expected finite numbers and no variance below 0')

@@ -1,0 +1,1 @@
+"""Maps of the surroundings: occupancy grids, their files, and how they are made."""

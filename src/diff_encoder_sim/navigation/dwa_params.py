@@ -1,0 +1,86 @@
+"""Parameters of the local planner, under dwa_local_planner's names and with its defaults."""
+from __future__ import annotations
+
+from pydantic import Field, model_validator
+
+from diff_encoder_sim.config import Params
+
+
+class DwaParams(Params):
+    """Limits of the robot, tolerances at the goal, simulation, sampling and weights.
+
+    A differential drive does not move sideways: the names for y are accepted, so that upstream's
+    files can be read, and have no effect.
+    """
+
+    max_vel_trans: float = Field(0.55, ge=0, description='[m/s]')
+    min_vel_trans: float = Field(
+        0.1, ge=0, description='a slower sample must at least turn with min_vel_theta [m/s]')
+    max_vel_x: float = Field(0.55, description='[m/s]')
+    min_vel_x: float = Field(0.0, description='negative: may back up [m/s]')
+    max_vel_y: float = 0.0
+    min_vel_y: float = 0.0
+    max_vel_theta: float = Field(1.0, gt=0, description='[rad/s]')
+    min_vel_theta: float = Field(0.4, ge=0, description='also of the turn at the goal [rad/s]')
+    acc_lim_x: float = Field(2.5, gt=0, description='[m/s^2]')
+    acc_lim_y: float = 2.5
+    acc_lim_theta: float = Field(3.2, gt=0, description='[rad/s^2]')
+    acc_lim_trans: float = Field(0.1, ge=0, description='accepted; upstream does not use it either')
+
+    xy_goal_tolerance: float = Field(0.1, gt=0, description='[m]')
+    yaw_goal_tolerance: float = Field(0.1, gt=0, description='[rad]')
+    latch_xy_goal_tolerance: bool = Field(
+        False, description='once within xy_goal_tolerance, only turn')
+    trans_stopped_vel: float = Field(0.1, ge=0, description='slower counts as standing [m/s]')
+    theta_stopped_vel: float = Field(0.1, ge=0, description='slower counts as standing [rad/s]')
+
+    sim_time: float = Field(1.7, gt=0, le=20, description='length of a trajectory [s]')
+    sim_granularity: float = Field(0.025, gt=0, description='between its points [m]')
+    angular_sim_granularity: float = Field(0.1, gt=0, description='between its points [rad]')
+    vx_samples: int = Field(3, ge=1, le=1000)
+    vy_samples: int = 10
+    vth_samples: int = Field(20, ge=1, le=1000)
+    use_dwa: bool = Field(True, description='sample what one control period can reach; false: '
+                                            'what sim_time can, as base_local_planner')
+
+    path_distance_bias: float = Field(32.0, ge=0, description='weight of distance from the path')
+    goal_distance_bias: float = Field(24.0, ge=0, description='weight of distance from the goal')
+    occdist_scale: float = Field(0.01, ge=0, description='weight of the cost under the robot')
+    twirling_scale: float = Field(0.0, ge=0, description='weight of turning')
+    forward_point_distance: float = Field(0.325, description='of the nose from the centre [m]')
+    cheat_factor: float = Field(1.0, ge=0, description='when to let go of the nose at the goal')
+    sum_scores: bool = Field(False, description='cost under the robot: sum, not maximum')
+    oscillation_reset_dist: float = Field(0.05, ge=0, description='[m]')
+    oscillation_reset_angle: float = Field(0.2, ge=0, description='[rad]')
+    turn_to_path_angle: float = Field(
+        2.0, ge=0, le=3.2, description='turn on the spot to a plan that leads off farther round '
+                                       'than this [rad]; 0: never, as upstream')
+    prune_plan: bool = Field(True, description='forget the plan behind the robot')
+
+    stop_time_buffer: float = Field(0.2, ge=0, description='accepted; upstream reads it only')
+    scaling_speed: float = Field(0.25, ge=0, description='accepted; upstream computes a scale '
+                                                         'from it and never applies it')
+    max_scaling_factor: float = Field(0.2, ge=0, description='as scaling_speed')
+    publish_traj_pc: bool = False
+    publish_cost_grid_pc: bool = False
+
+    @model_validator(mode='after')
+    def _check_ranges(self) -> DwaParams:
+        if self.min_vel_x > self.max_vel_x:
+            raise ValueError('min_vel_x not above max_vel_x')
+        if self.min_vel_theta > self.max_vel_theta:
+            raise ValueError('min_vel_theta not above max_vel_theta')
+        return self
+
+    def can_start(self, control_period_s: float) -> bool:
+        """Whether from a stand any sample passes min_vel_trans and min_vel_theta.
+
+        With use_dwa the window after one period must reach one of them. Where it does not,
+        upstream's planner rejects all samples forever.
+        """
+        if not self.use_dwa:
+            return True
+        fastest_mps = max(min(self.max_vel_x, self.acc_lim_x * control_period_s),
+                          -max(self.min_vel_x, -self.acc_lim_x * control_period_s))
+        fastest_radps = min(self.max_vel_theta, self.acc_lim_theta * control_period_s)
+        return fastest_mps >= self.min_vel_trans or fastest_radps >= self.min_vel_theta

@@ -1,0 +1,158 @@
+"""The robot's outline on the floor, and what it costs to stand somewhere with it."""
+from __future__ import annotations
+
+import json
+import math
+from typing import Any, List, NamedTuple, Sequence
+
+import numpy as np
+from numba import njit
+from pydantic import AfterValidator, BeforeValidator, Field
+from typing_extensions import Annotated
+
+LETHAL, NO_INFORMATION = 254, 255
+
+# What a footprint's cost says when there is none, as upstream's CostmapModel.
+IN_OBSTACLE, IN_UNKNOWN, OFF_MAP = -1.0, -2.0, -3.0
+
+
+def _from_text(value: Any) -> Any:
+    # Upstream takes the polygon as text as well: "[[0.25, 0.3], ...]".
+    if isinstance(value, str):
+        try:
+            return json.loads(value)
+        except ValueError:
+            pass
+    return value
+
+
+def _is_polygon(points: List[List[float]]) -> List[List[float]]:
+    if len(points) < 3 or any(len(point) != 2 for point in points):
+        raise ValueError('at least three corners [x, y] [m]')
+    if _outline_radii(np.array(points))[0] <= 0.0 or not _encloses_origin(np.array(points)):
+        raise ValueError('a polygon around base_link')
+    return points
+
+
+FootprintPolygon = Annotated[List[List[float]], AfterValidator(_is_polygon),
+                             BeforeValidator(_from_text), Field(
+    description='corners [x, y] of the robot in base_link, in order around it [m]')]
+
+# ALTO: 0.5 m long, 0.6 m wide, base_link in the middle.
+ALTO_FOOTPRINT = [[0.25, -0.3], [0.25, 0.3], [-0.25, 0.3], [-0.25, -0.3]]
+
+
+class Footprint(NamedTuple):
+    """A polygon around base_link."""
+
+    vertices_m: np.ndarray         # (n, 2) x, y in base_link, padding included
+    inscribed_radius_m: float      # of the largest circle about base_link inside it
+    circumscribed_radius_m: float  # of the smallest circle about base_link around it
+
+
+def make_footprint(points: Sequence[Sequence[float]], padding_m: float = 0.0) -> Footprint:
+    """Footprint of corners [x, y] [m], each moved outwards by `padding_m` along both axes."""
+    vertices_m = np.array(points, dtype=float)
+    vertices_m = vertices_m + np.sign(vertices_m) * padding_m
+    return Footprint(vertices_m, *_outline_radii(vertices_m))
+
+
+def _outline_radii(vertices_m: np.ndarray) -> List[float]:
+    """[smallest, largest] distance of the outline from the origin [m]."""
+    starts, edges = vertices_m, np.roll(vertices_m, -1, axis=0) - vertices_m
+    length_squared = np.maximum(np.einsum('ij,ij->i', edges, edges), 1e-12)
+    along = np.clip(-np.einsum('ij,ij->i', starts, edges) / length_squared, 0.0, 1.0)
+    nearest = starts + along[:, None] * edges
+    return [float(np.hypot(*nearest.T).min()), float(np.hypot(*vertices_m.T).max())]
+
+
+def _encloses_origin(vertices_m: np.ndarray) -> bool:
+    angles = np.arctan2(vertices_m[:, 1], vertices_m[:, 0])
+    turns = (np.diff(np.append(angles, angles[0])) + math.pi) % (2.0 * math.pi) - math.pi
+    return abs(turns.sum()) > math.pi
+
+
+@njit(cache=True)
+def outline_cost(costs: np.ndarray, per_m: float, vertices_m: np.ndarray, x_m: float, y_m: float,
+                 cos_yaw: float, sin_yaw: float) -> float:
+    """Highest cost under the footprint's outline, or why there is none (< 0).
+
+    Only the outline is looked at: an obstacle that is to get inside must cross it.
+
+    Args:
+        costs: (rows, columns) uint8 costmap.
+        per_m: cells in a metre.
+        vertices_m: (n, 2) corners in base_link.
+        x_m, y_m, cos_yaw, sin_yaw: base_link in the grid's own frame.
+    """
+    highest = 0.0
+    last = len(vertices_m) - 1
+    row = math.floor((y_m + sin_yaw * vertices_m[last, 0] + cos_yaw * vertices_m[last, 1]) * per_m)
+    column = math.floor((x_m + cos_yaw * vertices_m[last, 0] - sin_yaw * vertices_m[last, 1]) * per_m)
+    for index in range(len(vertices_m)):
+        to_row = math.floor(
+            (y_m + sin_yaw * vertices_m[index, 0] + cos_yaw * vertices_m[index, 1]) * per_m)
+        to_column = math.floor(
+            (x_m + cos_yaw * vertices_m[index, 0] - sin_yaw * vertices_m[index, 1]) * per_m)
+        cost = line_cost(costs, row, column, to_row, to_column)
+        if cost < 0.0:
+            return cost
+        highest = max(highest, cost)
+        row, column = to_row, to_column
+    return highest
+
+
+@njit(cache=True)
+def line_cost(costs: np.ndarray, row: int, column: int, to_row: int, to_column: int) -> float:
+    """Highest cost on a line of cells (Bresenham), or why there is none (< 0)."""
+    rows, columns = costs.shape
+    if not (0 <= row < rows and 0 <= to_row < rows
+            and 0 <= column < columns and 0 <= to_column < columns):
+        return OFF_MAP
+    down, right = abs(to_row - row), abs(to_column - column)
+    row_step = 1 if to_row > row else -1
+    column_step = 1 if to_column > column else -1
+    error = right - down
+    highest = 0
+    while True:
+        cost = costs[row, column]
+        if cost >= LETHAL:
+            return IN_OBSTACLE if cost == LETHAL else IN_UNKNOWN
+        highest = max(highest, cost)
+        if row == to_row and column == to_column:
+            return float(highest)
+        doubled = 2 * error
+        if doubled > -down:
+            error -= down
+            column += column_step
+        if doubled < right:
+            error += right
+            row += row_step
+
+
+@njit(cache=True)
+def fill_polygon(cells: np.ndarray, per_m: float, corners_m: np.ndarray, value: int) -> None:
+    """Set every cell that a convex polygon (n, 2), in the grid's frame, covers the centre of."""
+    rows, columns = cells.shape
+    first_row = max(0, math.floor(corners_m[:, 1].min() * per_m))
+    last_row = min(rows - 1, math.floor(corners_m[:, 1].max() * per_m))
+    first_column = max(0, math.floor(corners_m[:, 0].min() * per_m))
+    last_column = min(columns - 1, math.floor(corners_m[:, 0].max() * per_m))
+    for row in range(first_row, last_row + 1):
+        for column in range(first_column, last_column + 1):
+            if _is_inside((column + 0.5) / per_m, (row + 0.5) / per_m, corners_m):
+                cells[row, column] = value
+
+
+@njit(cache=True)
+def _is_inside(x_m: float, y_m: float, corners_m: np.ndarray) -> bool:
+    inside = False
+    before = len(corners_m) - 1
+    for index in range(len(corners_m)):
+        x, y = corners_m[index]
+        x_before, y_before = corners_m[before]
+        if (y > y_m) != (y_before > y_m) and \
+                x_m < (x_before - x) * (y_m - y) / (y_before - y) + x:
+            inside = not inside
+        before = index
+    return inside

@@ -1,0 +1,160 @@
+"""The global planner: the cheapest way over a costmap, as navfn."""
+from __future__ import annotations
+
+import math
+from typing import Tuple
+
+import numpy as np
+from pydantic import Field
+
+from diff_encoder_sim.config import Params
+from diff_encoder_sim.navigation.costmap import INSCRIBED, LETHAL, NO_INFORMATION, Costmap
+from diff_encoder_sim.navigation.plan_error import PlanError, PlanProblem
+from diff_encoder_sim.navigation.potential import descend, propagate
+from diff_encoder_sim.se2 import Pose2D
+
+# navfn's COST_OBS: from here on a cell is blocked; the unknown is one below.
+BLOCKED_WEIGHT = 254
+
+
+class NavfnParams(Params):
+    """Parameters of the global planner, under navfn's and global_planner's names."""
+
+    allow_unknown: bool = Field(True, description='plan through what the map does not know')
+    default_tolerance: float = Field(0.0, ge=0, description='how far from the goal is near enough '
+                                                            'when it is blocked [m]')
+    use_dijkstra: bool = Field(True, description='false: A*, which looks towards the goal first')
+    neutral_cost: float = Field(50.0, ge=1, le=253, description='of a cell of free space')
+    cost_factor: float = Field(0.8, ge=0, description='of the costmap\'s cost on top of it')
+    planner_window_x: float = Field(0.0, description='accepted; upstream does not use it either')
+    planner_window_y: float = Field(0.0, description='as planner_window_x')
+    visualize_potential: bool = False
+
+
+class GlobalPlanner:
+    """Makes plans over a costmap; keeps nothing between them."""
+
+    def __init__(self, params: NavfnParams, costmap: Costmap) -> None:
+        self.params = params
+        self.costmap = costmap
+        costs = np.arange(256)
+        weights = np.minimum(params.neutral_cost + params.cost_factor * costs, BLOCKED_WEIGHT - 1)
+        weights[INSCRIBED:] = math.inf
+        weights[NO_INFORMATION] = BLOCKED_WEIGHT - 1 if params.allow_unknown else math.inf
+        self._weight_of_cost = weights
+
+    def make_plan(self, start: Pose2D, goal: Pose2D, tolerance_m: float = -1.0) -> np.ndarray:
+        """(n, 3) x, y [m], yaw [rad] from start to goal in the costmap's frame; n >= 2.
+
+        Points lie half a cell or so apart and look along the path, the last one as the goal.
+
+        Args:
+            start: the robot.
+            goal: where to.
+            tolerance_m: a blocked goal may be replaced by the nearest reachable point within this
+                distance along x and y; below zero stands for default_tolerance.
+
+        Raises:
+            PlanError: there is none; the text says why.
+        """
+        if tolerance_m < 0.0:
+            tolerance_m = self.params.default_tolerance
+        start_cell = self._cell_of('the start', start)
+        goal_cell = self._cell_of('the goal', goal)
+        weights = self._weights(start_cell, start)
+        goal_is_free = weights[goal_cell] < math.inf
+        if not goal_is_free and tolerance_m == 0.0:
+            raise self._blocked(goal)
+        potential = propagate(weights, *start_cell, *goal_cell, self.params.neutral_cost,
+                              not self.params.use_dijkstra and goal_is_free,
+                              goal_is_free and tolerance_m == 0.0)
+        end_cell = self._end_cell(potential, goal_cell, goal, tolerance_m)
+        path = descend(potential, *end_cell)[::-1]
+        if len(path) == 0:
+            raise self._unreachable(goal)
+        end = goal if end_cell == goal_cell else self._centre(end_cell)._replace(yaw_rad=goal.yaw_rad)
+        return self._plan_along(path, start, end)
+
+    def check_goal(self, goal: Pose2D) -> None:
+        """Look for what no waiting will change, without planning.
+
+        Raises:
+            PlanError: the goal is not finite, outside the map or, with no tolerance, in a wall.
+        """
+        self._cell_of('the goal', goal)
+        if self.params.default_tolerance == 0.0 and self.costmap.is_static_obstacle(goal.x_m,
+                                                                                   goal.y_m):
+            raise self._blocked(goal)
+
+    def _cell_of(self, what: str, pose: Pose2D) -> Tuple[int, int]:
+        if not all(math.isfinite(value) for value in pose):
+            raise PlanError(PlanProblem.NOT_FINITE,
+                            f'{what} ({pose.x_m}, {pose.y_m}, {pose.yaw_rad}) is not finite')
+        row, column = self.costmap.cell_at(pose.x_m, pose.y_m)
+        rows, columns = self.costmap.costs.shape
+        # As in navfn the outermost cells are a fence.
+        if not (0 < row < rows - 1 and 0 < column < columns - 1):
+            raise PlanError(PlanProblem.OUTSIDE,
+                            f'{what} ({pose.x_m:.2f}, {pose.y_m:.2f}) is outside the map')
+        return row, column
+
+    def _weights(self, start_cell: Tuple[int, int], start: Pose2D) -> np.ndarray:
+        """(rows, columns) cost of crossing each cell; the robot may always leave where it is."""
+        costs = self.costmap.costs
+        weights = self._weight_of_cost[costs]
+        weights[[0, -1], :] = weights[:, [0, -1]] = math.inf
+        if costs[start_cell] >= INSCRIBED:
+            reach = math.ceil(self.costmap.footprint.inscribed_radius_m * self.costmap.cells_per_m)
+            rows, columns = (slice(max(1, cell - reach), cell + reach + 1) for cell in start_cell)
+            near = weights[rows, columns]
+            near[costs[rows, columns] == INSCRIBED] = BLOCKED_WEIGHT - 1
+            weights[[0, -1], :] = weights[:, [0, -1]] = math.inf
+        weights[start_cell] = self.params.neutral_cost
+        return weights
+
+    def _end_cell(self, potential: np.ndarray, goal_cell: Tuple[int, int], goal: Pose2D,
+                  tolerance_m: float) -> Tuple[int, int]:
+        """The goal's cell, or the reachable one nearest to it within the tolerance."""
+        if potential[goal_cell] < math.inf:
+            return goal_cell
+        reach = math.floor(tolerance_m * self.costmap.cells_per_m)
+        top, left = max(0, goal_cell[0] - reach), max(0, goal_cell[1] - reach)
+        near = potential[top:goal_cell[0] + reach + 1, left:goal_cell[1] + reach + 1]
+        rows, columns = np.nonzero(near < math.inf)
+        if len(rows) == 0:
+            raise self._unreachable(goal)
+        squared = (rows + top - goal_cell[0]) ** 2 + (columns + left - goal_cell[1]) ** 2
+        nearest = int(np.argmin(squared))
+        return int(rows[nearest]) + top, int(columns[nearest]) + left
+
+    def _centre(self, cell: Tuple[int, int]) -> Pose2D:
+        resolution_m = self.costmap.resolution_m
+        return self.costmap.origin.compose(
+            Pose2D((cell[1] + 0.5) * resolution_m, (cell[0] + 0.5) * resolution_m, 0.0))
+
+    def _plan_along(self, path: np.ndarray, start: Pose2D, end: Pose2D) -> np.ndarray:
+        """The plan of a path in cells (n, 2), its ends replaced by the exact poses."""
+        origin, local_m = self.costmap.origin, (path + 0.5) * self.costmap.resolution_m
+        cos_yaw, sin_yaw = math.cos(origin.yaw_rad), math.sin(origin.yaw_rad)
+        middle_m = local_m[1:-1] @ np.array([[cos_yaw, sin_yaw], [-sin_yaw, cos_yaw]]) \
+            + (origin.x_m, origin.y_m)
+        positions_m = np.vstack([[start[:2]], middle_m, [end[:2]]])
+        steps_m = np.diff(positions_m, axis=0)
+        yaws_rad = np.append(np.arctan2(steps_m[:, 1], steps_m[:, 0]), end.yaw_rad)
+        return np.column_stack([positions_m, yaws_rad])
+
+    def _blocked(self, goal: Pose2D) -> PlanError:
+        where = f'the goal ({goal.x_m:.2f}, {goal.y_m:.2f})'
+        cost = self.costmap.cost_at(goal.x_m, goal.y_m)
+        if cost == NO_INFORMATION:
+            return PlanError(PlanProblem.BLOCKED, f'{where} is in unknown space')
+        problem, what = (PlanProblem.IN_WALL, 'a wall of the map') \
+            if self.costmap.is_static_obstacle(goal.x_m, goal.y_m) \
+            else (PlanProblem.BLOCKED, 'an obstacle')
+        return PlanError(problem, f'{where} is in {what}' if cost == LETHAL else
+                         f'{where} is so close to {what} that the robot would touch it')
+
+    @staticmethod
+    def _unreachable(goal: Pose2D) -> PlanError:
+        return PlanError(PlanProblem.UNREACHABLE,
+                         f'there is no way to the goal ({goal.x_m:.2f}, {goal.y_m:.2f})')

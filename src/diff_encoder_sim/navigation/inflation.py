@@ -1,0 +1,120 @@
+"""Inflation: cost that falls with the distance from obstacles, on an exact distance transform.
+
+The cost's decay is upstream's inflation layer: lethal in an obstacle, inscribed where the robot's
+centre would make it touch, then exponential. The distance transform is exact and takes only what
+lies within the inflation radius into account, so that a window costs its area and no more.
+"""
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from diff_encoder_sim.navigation.footprint import LETHAL, NO_INFORMATION
+
+FREE, INSCRIBED = 0, 253
+
+
+def radius_in_cells(radius_m: float, resolution_m: float) -> int:
+    """The inflation radius as upstream counts it: rounded up to whole cells."""
+    return max(0, math.ceil(radius_m / resolution_m - 1e-9))
+
+
+def cost_table(resolution_m: float, inscribed_radius_m: float, inflation_radius_m: float,
+               cost_scaling_factor: float) -> np.ndarray:
+    """(cells^2 + 1,) uint8 cost by the squared distance to the nearest obstacle, in cells^2.
+
+    costmap_2d's InflationLayer::computeCost: 252 exp(-factor (distance - inscribed radius)).
+    """
+    cells = radius_in_cells(inflation_radius_m, resolution_m)
+    distance_m = np.sqrt(np.arange(cells * cells + 1)) * resolution_m
+    decayed = (INSCRIBED - 1) * np.exp(-cost_scaling_factor * (distance_m - inscribed_radius_m))
+    costs = np.where(distance_m <= inscribed_radius_m, INSCRIBED, np.minimum(decayed, INSCRIBED))
+    costs[0] = LETHAL
+    return costs.astype(np.uint8)
+
+
+@njit(cache=True)
+def squared_distances(is_obstacle: np.ndarray, limit: int) -> np.ndarray:
+    """(rows, columns) int32 squared distance in cells to the nearest obstacle; exact up to `limit`.
+
+    Beyond `limit` cells it is some number above limit^2. Two passes: along columns, then over the
+    neighbours in each row, no further than could still be nearer.
+
+    Args:
+        is_obstacle: (rows, columns) bool.
+        limit: largest distance of interest, in cells.
+    """
+    rows, columns = is_obstacle.shape
+    along_column = np.empty((rows, columns), np.int32)
+    for column in range(columns):
+        along_column[0, column] = 0 if is_obstacle[0, column] else limit + 1
+    for row in range(1, rows):
+        for column in range(columns):
+            along_column[row, column] = 0 if is_obstacle[row, column] else \
+                min(along_column[row - 1, column] + 1, limit + 1)
+    for row in range(rows - 2, -1, -1):
+        for column in range(columns):
+            along_column[row, column] = min(along_column[row, column],
+                                            along_column[row + 1, column] + 1)
+    squared = np.empty((rows, columns), np.int32)
+    for row in range(rows):
+        _nearest_in_row(along_column[row], limit, squared[row])
+    return squared
+
+
+@njit(cache=True)
+def _nearest_in_row(along_column: np.ndarray, limit: int, squared: np.ndarray) -> None:
+    columns = len(along_column)
+    near = np.empty(columns, np.int32)   # cells to the nearest column with an obstacle in reach
+    count = limit + 1
+    for column in range(columns):
+        count = 0 if along_column[column] <= limit else min(count + 1, limit + 1)
+        near[column] = count
+    count = limit + 1
+    for column in range(columns - 1, -1, -1):
+        count = 0 if along_column[column] <= limit else min(count + 1, limit + 1)
+        near[column] = min(near[column], count)
+    for column in range(columns):
+        best = along_column[column] * along_column[column]
+        # Nothing to find before the nearest column in reach: far from obstacles this is all.
+        offset = max(1, near[column])
+        while offset <= limit and offset * offset < best:
+            if column >= offset:
+                left = along_column[column - offset]
+                best = min(best, left * left + offset * offset)
+            if column + offset < columns:
+                right = along_column[column + offset]
+                best = min(best, right * right + offset * offset)
+            offset += 1
+        squared[column] = best
+
+
+@njit(cache=True)
+def inflate(base: np.ndarray, costs: np.ndarray, table: np.ndarray, limit: int,
+            first_row: int, last_row: int, first_column: int, last_column: int) -> None:
+    """Write the inflated costs of a window: rows and columns from first to before last.
+
+    Args:
+        base: (rows, columns) uint8 costs before inflation.
+        costs: (rows, columns) uint8, changed inside the window only.
+        table: of `cost_table`; limit: the inflation radius in cells.
+    """
+    rows, columns = base.shape
+    # Obstacles up to a radius outside of the window reach into it.
+    top, left = max(0, first_row - limit), max(0, first_column - limit)
+    bottom, right = min(rows, last_row + limit), min(columns, last_column + limit)
+    squared = squared_distances(base[top:bottom, left:right] == LETHAL, limit)
+    for row in range(first_row, last_row):
+        for column in range(first_column, last_column):
+            cost = base[row, column]
+            distance = squared[row - top, column - left]
+            if distance < len(table):
+                inflated = table[distance]
+                # Inflation spreads into the unknown only where the robot would touch.
+                if cost != NO_INFORMATION:
+                    cost = max(cost, inflated)
+                elif inflated >= INSCRIBED:
+                    cost = inflated
+            costs[row, column] = cost

@@ -1,0 +1,135 @@
+"""What the navigator knows of the robot: its newest inputs, how old they are, where it was when."""
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import Deque, NamedTuple, Optional
+
+from diff_encoder_sim.errors import InputFault
+from diff_encoder_sim.scan import Scan
+from diff_encoder_sim.se2 import Pose2D, wrap_angle
+from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
+
+# Long enough for a scan that comes late through transforms.
+HISTORY_NS = 2 * NANOSECONDS_PER_SECOND
+
+
+class OdometrySample(NamedTuple):
+    """One message of odometry."""
+
+    stamp_ns: int
+    base_pose_in_odom: Pose2D
+    linear_mps: float
+    angular_radps: float
+
+
+class Inputs:
+    """The newest odometry, localization and scan."""
+
+    def __init__(self, laser_pose_in_base: Pose2D) -> None:
+        self.laser_pose_in_base = laser_pose_in_base
+        self.reset()
+
+    def reset(self) -> None:
+        """Nothing has arrived yet."""
+        self._odometry: Deque[OdometrySample] = deque()
+        self._localized_ns: Optional[int] = None
+        self._odom_pose_in_map: Optional[Pose2D] = None
+        self.scan: Optional[Scan] = None
+
+    # ---- arrivals
+
+    def take_odometry(self, stamp_ns: int, base_pose_in_odom: Pose2D, linear_mps: float,
+                      angular_radps: float) -> None:
+        """Enter /odom. A stamp that is not newer is ignored.
+
+        Raises:
+            InputFault: a number is not finite; the state is that of before.
+        """
+        _check_finite('odometry', *base_pose_in_odom, linear_mps, angular_radps)
+        if self._odometry and stamp_ns <= self._odometry[-1].stamp_ns:
+            return
+        self._odometry.append(OdometrySample(stamp_ns, base_pose_in_odom, linear_mps,
+                                             angular_radps))
+        while self._odometry[0].stamp_ns < stamp_ns - HISTORY_NS:
+            self._odometry.popleft()
+
+    def take_localization(self, stamp_ns: int, odom_pose_in_map: Pose2D) -> None:
+        """Enter the transform map->odom; its stamp may lie ahead, as AMCL dates it.
+
+        Raises:
+            InputFault: a number is not finite; the state is that of before.
+        """
+        _check_finite('the transform map->odom', *odom_pose_in_map)
+        self._localized_ns, self._odom_pose_in_map = stamp_ns, odom_pose_in_map
+
+    def take_scan(self, scan: Scan) -> None:
+        """Enter /scan.
+
+        Raises:
+            InputFault: it has no rays, or their directions are not finite.
+        """
+        if len(scan.ranges_m) == 0:
+            raise InputFault('the scan has no rays')
+        _check_finite('the scan', scan.angle_min_rad, scan.angle_increment_rad, scan.range_min_m,
+                      scan.range_max_m)
+        self.scan = scan
+
+    # ---- what they tell
+
+    @property
+    def odometry(self) -> OdometrySample:
+        """The newest; only when nothing is missing."""
+        return self._odometry[-1]
+
+    @property
+    def odom_pose_in_map(self) -> Pose2D:
+        """The newest; only when nothing is missing."""
+        assert self._odom_pose_in_map is not None
+        return self._odom_pose_in_map
+
+    @property
+    def base_pose_in_map(self) -> Pose2D:
+        """Where the robot is by localization; only when nothing is missing."""
+        return self.odom_pose_in_map.compose(self.odometry.base_pose_in_odom)
+
+    def laser_pose_in_odom(self) -> Pose2D:
+        """Where the laser was when it took the newest scan: a turning robot has moved since."""
+        assert self.scan is not None
+        return self.base_pose_in_odom_at(self.scan.stamp_ns).compose(self.laser_pose_in_base)
+
+    def base_pose_in_odom_at(self, stamp_ns: int) -> Pose2D:
+        """The robot at a time, between the odometry messages around it; the end ones outside."""
+        after = None
+        for sample in reversed(self._odometry):
+            if sample.stamp_ns <= stamp_ns:
+                return sample.base_pose_in_odom if after is None \
+                    else _between(sample, after, stamp_ns)
+            after = sample
+        return self._odometry[0].base_pose_in_odom
+
+    def missing(self, now_ns: int, timeout_s: float) -> str:
+        """What has not arrived or is too old, as a sentence; '' when all is fresh."""
+        stamps = (('odometry', self._odometry[-1].stamp_ns if self._odometry else None),
+                  ('localization (map->odom)', self._localized_ns),
+                  ('scan', self.scan.stamp_ns if self.scan else None))
+        for name, stamp_ns in stamps:
+            if stamp_ns is None:
+                return f'no {name} yet'
+            age_s = (now_ns - stamp_ns) / NANOSECONDS_PER_SECOND
+            if age_s > timeout_s:
+                return f'{name} is {age_s:.1f} s old (input_timeout {timeout_s:g} s)'
+        return ''
+
+
+def _between(before: OdometrySample, after: OdometrySample, stamp_ns: int) -> Pose2D:
+    share = (stamp_ns - before.stamp_ns) / (after.stamp_ns - before.stamp_ns)
+    start, end = before.base_pose_in_odom, after.base_pose_in_odom
+    return Pose2D(start.x_m + share * (end.x_m - start.x_m),
+                  start.y_m + share * (end.y_m - start.y_m),
+                  wrap_angle(start.yaw_rad + share * wrap_angle(end.yaw_rad - start.yaw_rad)))
+
+
+def _check_finite(what: str, *values: float) -> None:
+    if not all(math.isfinite(value) for value in values):
+        raise InputFault(f'{what} holds a number that is not finite: {values}')

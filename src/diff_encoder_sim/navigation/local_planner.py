@@ -1,0 +1,122 @@
+"""The local planner: the part of the global plan in sight, to the DWA or to stop-and-rotate."""
+from __future__ import annotations
+
+import math
+from typing import NamedTuple, Optional
+
+import numpy as np
+
+from diff_encoder_sim.navigation.costmap import Costmap
+from diff_encoder_sim.navigation.dwa import DwaPlanner
+from diff_encoder_sim.navigation.dwa_params import DwaParams
+from diff_encoder_sim.navigation.stop_rotate import LatchedStopRotate, Motion
+from diff_encoder_sim.navigation.turn_to_path import TurnToPath
+from diff_encoder_sim.se2 import Pose2D
+
+# Points of the plan farther behind than this are dropped (upstream's prunePlan).
+PRUNE_DISTANCE_M = 1.0
+
+
+class LocalCommand(NamedTuple):
+    """A velocity that keeps clear of obstacles, and the way it is meant to lead."""
+
+    linear_mps: float
+    angular_radps: float
+    poses_in_odom: np.ndarray    # (n, 3); empty while turning at the goal
+
+
+class LocalPlanner:
+    """Follows a plan given in the map frame, planning in the odom frame (DWAPlannerROS)."""
+
+    def __init__(self, params: DwaParams, sim_period_s: float) -> None:
+        self.params = params
+        self.dwa = DwaPlanner(params, sim_period_s)
+        self._stop_rotate = LatchedStopRotate(params, sim_period_s)
+        self._turn_to_path = TurnToPath(params, sim_period_s)
+        self._plan_in_map = np.empty((0, 3))
+        self.points_left = 0         # of the plan, from the one nearest to the robot
+        self.problem = ''            # why the last `compute` gave no command
+        self.plan_in_odom = np.empty((0, 3))   # the part in sight, for displays
+
+    def set_plan(self, plan_in_map: np.ndarray) -> None:
+        """Follow a new plan (n, 3), n > 0: tolerances are open again, old turns forgotten."""
+        self._plan_in_map, self.points_left = plan_in_map, len(plan_in_map)
+        self._stop_rotate.reset()
+        self._turn_to_path.reset()
+        self.dwa.oscillation.reset()
+
+    def extend_plan(self, plan_in_map: np.ndarray) -> None:
+        """Follow a plan that goes on from where the present one leads."""
+        self._plan_in_map = np.vstack([self._plan_in_map, plan_in_map])
+        self.points_left += len(plan_in_map)
+        self._stop_rotate.reset()
+
+    def is_goal_reached(self, motion: Motion, odom_pose_in_map: Pose2D) -> bool:
+        """Whether the robot stands at the plan's end within the tolerances."""
+        return self._stop_rotate.is_goal_reached(motion, self._goal_in_odom(odom_pose_in_map))
+
+    def compute(self, motion: Motion, odom_pose_in_map: Pose2D, costmap: Costmap,
+                ends_at_goal: bool = True) -> Optional[LocalCommand]:
+        """The command for the next control period, None where there is none (see `problem`).
+
+        Args:
+            motion: the robot in the odom frame.
+            odom_pose_in_map: what localization says.
+            costmap: the local one, in the odom frame.
+            ends_at_goal: stop at the plan's end; false while it leads past a waypoint.
+        """
+        self.plan_in_odom = self._plan_in_sight(motion.base_pose, odom_pose_in_map, costmap)
+        if len(self.plan_in_odom) == 0:
+            self.problem = 'the plan is out of sight of the local costmap'
+            return None
+
+        def is_clear(linear_mps: float, angular_radps: float) -> bool:
+            return self.dwa.is_collision_free(motion.base_pose, linear_mps, angular_radps, costmap)
+
+        goal = self._goal_in_odom(odom_pose_in_map)
+        if ends_at_goal and self._stop_rotate.is_position_reached(motion, goal):
+            command = self._stop_rotate.command(motion, goal, is_clear)
+            self.problem = 'turning at the goal would collide' if command is None else ''
+            return None if command is None else LocalCommand(*command, np.empty((0, 3)))
+        command = self._turn_to_path.command(motion, self.plan_in_odom, is_clear)
+        if command is not None:
+            return LocalCommand(*command, np.empty((0, 3)))
+        best = self.dwa.find_best(motion.base_pose, motion.linear_mps, motion.angular_radps,
+                                  costmap, self.plan_in_odom)
+        self.problem = 'no velocity is free of collisions and leads on' if best is None else ''
+        return None if best is None else LocalCommand(best.linear_mps, best.angular_radps,
+                                                      best.poses)
+
+    def _goal_in_odom(self, odom_pose_in_map: Pose2D) -> Pose2D:
+        return Pose2D(*self._plan_in_map[-1]).relative_to(odom_pose_in_map)
+
+    def _plan_in_sight(self, base_pose: Pose2D, odom_pose_in_map: Pose2D,
+                       costmap: Costmap) -> np.ndarray:
+        """(n, 3) the first stretch of the plan that is about inside the window, in odom."""
+        base = odom_pose_in_map.compose(base_pose)
+        distance_m = np.hypot(self._plan_in_map[:, 0] - base.x_m,
+                              self._plan_in_map[:, 1] - base.y_m)
+        sight_m = 0.5 * max(costmap.costs.shape) * costmap.resolution_m
+        visible = distance_m <= sight_m
+        if not visible.any():
+            return np.empty((0, 3))
+        first = int(np.argmax(visible))
+        if self.params.prune_plan:
+            near = distance_m[first:] < PRUNE_DISTANCE_M
+            first += int(np.argmax(near)) if near.any() else 0
+            self._plan_in_map, visible = self._plan_in_map[first:], visible[first:]
+            first = 0
+        leaves = np.flatnonzero(~visible[first:])
+        # With the first point out of sight, so that the plan reaches the window's edge.
+        last = first + int(leaves[0]) + 1 if len(leaves) else len(visible)
+        nearest = first + int(np.argmin(distance_m[-len(visible):][first:last]))
+        self.points_left = len(self._plan_in_map) - nearest
+        return _transform(self._plan_in_map[first:last], odom_pose_in_map.inverse())
+
+
+def _transform(plan: np.ndarray, frame: Pose2D) -> np.ndarray:
+    """(n, 3) poses of a plan, given in `frame`, in its parent; yaw is not wrapped."""
+    cos_yaw, sin_yaw = math.cos(frame.yaw_rad), math.sin(frame.yaw_rad)
+    positions = plan[:, :2] @ np.array([[cos_yaw, sin_yaw], [-sin_yaw, cos_yaw]]) \
+        + (frame.x_m, frame.y_m)
+    return np.column_stack([positions, plan[:, 2] + frame.yaw_rad])

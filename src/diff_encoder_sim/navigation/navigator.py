@@ -1,0 +1,210 @@
+"""The navigator: from a goal to velocity commands, over plan, control and recovery (move_base).
+
+One control period:
+1. Enter what arrived: `take_odometry`, `take_localization`, `take_scan`.
+2. `step(now_ns)`: stop if an input is stale; update the costmaps; plan, control or recover.
+
+All time comes with the arguments; there is no clock, no thread and no randomness, so that equal
+inputs give equal commands. The global plan is made in the map frame, the local one in odom.
+"""
+from __future__ import annotations
+
+import logging
+from typing import Optional, Sequence
+
+import numpy as np
+
+from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
+from diff_encoder_sim.navigation.costmap import Costmap
+from diff_encoder_sim.navigation.global_planner import GlobalPlanner
+from diff_encoder_sim.navigation.goal_run import GoalRun, Tools
+from diff_encoder_sim.navigation.inputs import Inputs
+from diff_encoder_sim.navigation.local_planner import LocalPlanner
+from diff_encoder_sim.navigation.navigator_params import NavigatorParams
+from diff_encoder_sim.navigation.outcome import STOP, Command, GoalStatus, NavigatorOutput, Phase
+from diff_encoder_sim.navigation.recovery import default_recoveries
+from diff_encoder_sim.navigation.route import Route
+from diff_encoder_sim.scan import Scan
+from diff_encoder_sim.se2 import IDENTITY, Pose2D
+from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND, Step, Timeline
+
+log = logging.getLogger(__name__)
+
+# A step called with the time of the one before, or a little earlier, is no jump back.
+TIME_TOLERANCE_NS = 100_000_000
+
+
+class Navigator:
+    """Drives a robot over a map to goals."""
+
+    def __init__(self, params: NavigatorParams, static_map: OccupancyGrid,
+                 laser_pose_in_base: Pose2D) -> None:
+        self.params = params
+        self.inputs = Inputs(laser_pose_in_base)
+        self._timeline = Timeline(TIME_TOLERANCE_NS)
+        self._run: Optional[GoalRun] = None
+        self._is_waiting = True
+        self.set_map(static_map)
+
+    # ---- for the user
+
+    def set_map(self, static_map: OccupancyGrid) -> None:
+        """Navigate on another map: obstacles and the goal are forgotten."""
+        params = self.params
+        self.cancel('the map was changed')
+        global_costmap = Costmap(params.global_costmap, static_map)
+        local_costmap = Costmap(params.local_costmap)
+        self._tools = Tools(
+            params, self.inputs, global_costmap, local_costmap,
+            GlobalPlanner(params.NavfnROS, global_costmap),
+            LocalPlanner(params.DWAPlannerROS, params.control_period_s),
+            default_recoveries(params.DWAPlannerROS, local_costmap, params.conservative_reset_dist,
+                               params.clearing_rotation_allowed)
+            if params.recovery_behavior_enabled else [])
+        self._global_updated_ns: Optional[int] = None
+        self._local_updated_ns: Optional[int] = None
+
+    def set_goal(self, goal: Pose2D) -> None:
+        """Drive to a pose in the map frame; an earlier goal is forgotten."""
+        self.set_route([goal], 0.0)
+
+    def set_route(self, poses: Sequence[Pose2D], pass_radius_m: float) -> None:
+        """Drive through poses in the map frame; the last is a goal, the others are not stopped at.
+
+        A waypoint counts as passed within `pass_radius_m` of it; its heading has no meaning.
+
+        Raises:
+            ValueError: there are no poses.
+        """
+        if len(poses) == 0:
+            raise ValueError('a route needs a pose')
+        self._run = GoalRun(self._tools, Route(poses, pass_radius_m))
+        self._is_waiting = True
+
+    def cancel(self, text: str = 'cancelled') -> None:
+        """Give up the goal; the next step commands a stop."""
+        if self._run and self._run.status is GoalStatus.ACTIVE:
+            self._run.end(GoalStatus.PREEMPTED, text)
+
+    def make_plan(self, start: Optional[Pose2D], goal: Pose2D,
+                  tolerance_m: float = -1.0) -> np.ndarray:
+        """(n, 3) a plan in the map frame that nobody follows; `start` None is the robot.
+
+        Raises:
+            PlanError: there is none; the text says why.
+        """
+        return self._tools.global_planner.make_plan(
+            self.inputs.base_pose_in_map if start is None else start, goal, tolerance_m)
+
+    def clear_costmaps(self) -> None:
+        """Forget all obstacles that are not on the map."""
+        for costmap in (self.global_costmap, self.local_costmap):
+            costmap.clear_obstacles(IDENTITY)
+
+    # ---- for displays
+
+    @property
+    def status(self) -> GoalStatus:
+        """How the newest goal stands."""
+        return self._run.status if self._run else GoalStatus.NONE
+
+    @property
+    def global_costmap(self) -> Costmap:
+        """In the map frame."""
+        return self._tools.global_costmap
+
+    @property
+    def local_costmap(self) -> Costmap:
+        """In the odom frame."""
+        return self._tools.local_costmap
+
+    @property
+    def global_plan_in_map(self) -> np.ndarray:
+        """(n, 3) the plan that is followed, whole."""
+        return self._run.global_plan_in_map if self._run else np.empty((0, 3))
+
+    @property
+    def local_plan_in_odom(self) -> np.ndarray:
+        """(n, 3) the trajectory of the last command; empty when it is none of the DWA's."""
+        return self._run.local_plan_in_odom if self._run else np.empty((0, 3))
+
+    @property
+    def local_planner(self) -> LocalPlanner:
+        """With the plan in sight and the DWA's scores of the last period."""
+        return self._tools.local_planner
+
+    @property
+    def route(self) -> Optional[Route]:
+        """The newest route: its poses, the index of the next and that pose as `target`."""
+        return self._run.route if self._run else None
+
+    # ---- arrivals
+
+    def take_odometry(self, stamp_ns: int, base_pose_in_odom: Pose2D, linear_mps: float,
+                      angular_radps: float) -> None:
+        """Enter /odom; raises InputFault for numbers that are not finite."""
+        self.inputs.take_odometry(stamp_ns, base_pose_in_odom, linear_mps, angular_radps)
+
+    def take_localization(self, stamp_ns: int, odom_pose_in_map: Pose2D) -> None:
+        """Enter map->odom with its stamp; raises InputFault for numbers that are not finite."""
+        self.inputs.take_localization(stamp_ns, odom_pose_in_map)
+
+    def take_scan(self, scan: Scan) -> None:
+        """Enter /scan; raises InputFault for a scan without rays."""
+        self.inputs.take_scan(scan)
+
+    # ---- one control period
+
+    def step(self, now_ns: int) -> NavigatorOutput:
+        """What to command now; call it at controller_frequency.
+
+        Without a goal the costmaps are kept up to date and the command is zero.
+        """
+        if self._timeline.advance(now_ns) is Step.RESTART:
+            self._restart(now_ns)
+        missing = self.inputs.missing(now_ns, self.params.input_timeout)
+        if missing:
+            self._is_waiting = True
+            return self._output(STOP, f'stopped: {missing}')
+        self._update_costmaps(now_ns)
+        run = self._run
+        if run is None or run.status is not GoalStatus.ACTIVE:
+            return self._output(STOP)
+        if self._is_waiting:
+            run.resume(now_ns)
+            self._is_waiting = False
+        return self._output(run.act(now_ns))
+
+    def _restart(self, now_ns: int) -> None:
+        """Time was reset: nothing that is known is of this time."""
+        log.warning('time went back to %.3f s: navigation restarted',
+                    now_ns / NANOSECONDS_PER_SECOND)
+        self.cancel('time went back')
+        self.inputs.reset()
+        self.clear_costmaps()
+        self._global_updated_ns = self._local_updated_ns = None
+
+    def _update_costmaps(self, now_ns: int) -> None:
+        """Each costmap at its own rate, with the newest scan from where that was taken."""
+        inputs = self.inputs
+        laser_in_odom, odom_in_map = inputs.laser_pose_in_odom(), inputs.odom_pose_in_map
+        if self._is_due(self._local_updated_ns, self.params.local_costmap.update_frequency, now_ns):
+            self.local_costmap.update(inputs.odometry.base_pose_in_odom, inputs.scan, laser_in_odom)
+            self._local_updated_ns = now_ns
+        if self._is_due(self._global_updated_ns, self.params.global_costmap.update_frequency,
+                        now_ns):
+            self.global_costmap.update(inputs.base_pose_in_map, inputs.scan,
+                                       odom_in_map.compose(laser_in_odom))
+            self._global_updated_ns = now_ns
+
+    @staticmethod
+    def _is_due(updated_ns: Optional[int], frequency_hz: float, now_ns: int) -> bool:
+        # A nanosecond's rounding must not make it a period later.
+        return updated_ns is None or now_ns - updated_ns >= NANOSECONDS_PER_SECOND / frequency_hz - 1
+
+    def _output(self, command: Command, waiting_text: str = '') -> NavigatorOutput:
+        run = self._run
+        if run is None:
+            return NavigatorOutput(STOP, GoalStatus.NONE, Phase.PLANNING, waiting_text)
+        text = waiting_text if waiting_text and run.status is GoalStatus.ACTIVE else run.text
+        return NavigatorOutput(command, run.status, run.phase, text)

@@ -1,0 +1,53 @@
+"""Parameters of the navigator: move_base's, with those of its parts in move_base's namespaces."""
+from __future__ import annotations
+
+from pydantic import Field, model_validator
+
+from diff_encoder_sim.config import Params
+from diff_encoder_sim.navigation.costmap_params import CostmapParams, local_defaults
+from diff_encoder_sim.navigation.dwa_params import DwaParams
+from diff_encoder_sim.navigation.global_planner import NavfnParams
+
+
+class NavigatorParams(Params):
+    """The whole tree below move_base's private namespace."""
+
+    controller_frequency: float = Field(20.0, gt=0, le=1000, description='[Hz]')
+    planner_frequency: float = Field(0.0, ge=0, description='of new plans on the way [Hz]; 0: '
+                                                            'only when one is needed')
+    planner_patience: float = Field(5.0, ge=0, description='without a plan, before recovery [s]')
+    controller_patience: float = Field(
+        15.0, ge=0, description='without a command, before recovery [s]')
+    max_planning_retries: int = Field(-1, ge=-1, description='before recovery; -1: no limit')
+    oscillation_timeout: float = Field(
+        0.0, ge=0, description='without getting on, before recovery [s]; 0: no limit')
+    oscillation_distance: float = Field(0.5, ge=0, description='that counts as getting on [m]')
+    recovery_behavior_enabled: bool = True
+    clearing_rotation_allowed: bool = True
+    conservative_reset_dist: float = Field(3.0, ge=0, description='[m]')
+    input_timeout: float = Field(
+        0.5, gt=0, description='odometry, localization or scan older than this stop the robot [s]')
+    base_global_planner: str = 'navfn/NavfnROS'
+    base_local_planner: str = 'dwa_local_planner/DWAPlannerROS'
+    shutdown_costmaps: bool = False
+
+    global_costmap: CostmapParams = CostmapParams()
+    local_costmap: CostmapParams = local_defaults()
+    NavfnROS: NavfnParams = NavfnParams()
+    DWAPlannerROS: DwaParams = DwaParams()
+
+    @property
+    def control_period_s(self) -> float:
+        """Between two steps of the navigator [s]."""
+        return 1.0 / self.controller_frequency
+
+    @model_validator(mode='after')
+    def _check_together(self) -> NavigatorParams:
+        if self.global_costmap.rolling_window or self.local_costmap.static_map:
+            raise ValueError('a static global_costmap and a rolling local_costmap')
+        if not self.DWAPlannerROS.can_start(self.control_period_s):
+            raise ValueError(
+                'DWAPlannerROS whose min_vel_trans or min_vel_theta can be reached from a stand '
+                'in one control period (acc_lim_x, acc_lim_theta over controller_frequency), else '
+                'the robot never moves; min_vel_trans: 0.0 is safe')
+        return self

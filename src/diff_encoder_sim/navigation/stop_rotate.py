@@ -1,0 +1,88 @@
+"""The last metre: stop at the goal, turn to its heading (LatchedStopRotateController)."""
+from __future__ import annotations
+
+import math
+from typing import Callable, NamedTuple, Optional, Tuple
+
+from diff_encoder_sim.navigation.dwa_params import DwaParams
+from diff_encoder_sim.se2 import Pose2D, wrap_angle
+
+# Whether a (linear [m/s], angular [rad/s]) command keeps clear of obstacles.
+ClearanceCheck = Callable[[float, float], bool]
+
+
+class Motion(NamedTuple):
+    """Where the robot is and how it moves, by its odometry."""
+
+    base_pose: Pose2D            # in the frame of the goal
+    linear_mps: float
+    angular_radps: float
+
+
+class LatchedStopRotate:
+    """Takes over from the DWA within xy_goal_tolerance of the goal."""
+
+    def __init__(self, params: DwaParams, sim_period_s: float) -> None:
+        self.params = params
+        self._sim_period_s = sim_period_s
+        self.reset()
+
+    def reset(self) -> None:
+        """A new plan: neither at its goal nor turning."""
+        self._is_latched = False
+        self._is_rotating = False
+
+    def is_position_reached(self, motion: Motion, goal: Pose2D) -> bool:
+        """Whether the robot is within tolerance, or was once and that is latched."""
+        distance_m = math.hypot(goal.x_m - motion.base_pose.x_m, goal.y_m - motion.base_pose.y_m)
+        is_near = distance_m <= self.params.xy_goal_tolerance
+        self._is_latched = self._is_latched or is_near
+        return is_near or (self.params.latch_xy_goal_tolerance and self._is_latched)
+
+    def is_goal_reached(self, motion: Motion, goal: Pose2D) -> bool:
+        """Whether the robot stands at the goal, position and heading within tolerance."""
+        return (self.is_position_reached(motion, goal)
+                and abs(self._turn_left(motion, goal)) <= self.params.yaw_goal_tolerance
+                and self._is_stopped(motion))
+
+    def command(self, motion: Motion, goal: Pose2D,
+                is_clear: ClearanceCheck) -> Optional[Tuple[float, float]]:
+        """(linear [m/s], angular [rad/s]) to stop and then turn; None where that would collide."""
+        turn_rad = self._turn_left(motion, goal)
+        if abs(turn_rad) <= self.params.yaw_goal_tolerance:
+            self._is_rotating = False
+            return 0.0, 0.0
+        if not self._is_rotating and not self._is_stopped(motion):
+            command = self._slow_down(motion)
+        else:
+            self._is_rotating = True
+            command = 0.0, self._turning_speed(turn_rad, motion.angular_radps)
+        return command if is_clear(*command) else None
+
+    @staticmethod
+    def _turn_left(motion: Motion, goal: Pose2D) -> float:
+        return wrap_angle(goal.yaw_rad - motion.base_pose.yaw_rad)
+
+    def _is_stopped(self, motion: Motion) -> bool:
+        return (abs(motion.linear_mps) <= self.params.trans_stopped_vel
+                and abs(motion.angular_radps) <= self.params.theta_stopped_vel)
+
+    def _slow_down(self, motion: Motion) -> Tuple[float, float]:
+        """One period of braking at the acceleration limits."""
+        brakes = (self.params.acc_lim_x * self._sim_period_s,
+                  self.params.acc_lim_theta * self._sim_period_s)
+        return (math.copysign(max(0.0, abs(motion.linear_mps) - brakes[0]), motion.linear_mps),
+                math.copysign(max(0.0, abs(motion.angular_radps) - brakes[1]),
+                              motion.angular_radps))
+
+    def _turning_speed(self, turn_rad: float, angular_radps: float) -> float:
+        """As fast as the rest of the turn in a second, as reachable, and as can still be stopped."""
+        params = self.params
+        change = params.acc_lim_theta * self._sim_period_s
+        speed = self._within_limits(abs(turn_rad))
+        speed = min(max(speed, abs(angular_radps) - change), abs(angular_radps) + change)
+        speed = min(speed, math.sqrt(2.0 * params.acc_lim_theta * abs(turn_rad)))
+        return math.copysign(self._within_limits(speed), turn_rad)
+
+    def _within_limits(self, speed_radps: float) -> float:
+        return min(self.params.max_vel_theta, max(self.params.min_vel_theta, speed_radps))

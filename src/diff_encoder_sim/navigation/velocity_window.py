@@ -1,0 +1,71 @@
+"""The dynamic window: which velocities the next control period can reach, and samples of it.
+
+Fox, Burgard and Thrun, The dynamic window approach to collision avoidance, 1997, section III-A.
+"""
+from __future__ import annotations
+
+from typing import List, NamedTuple
+
+import numpy as np
+
+from diff_encoder_sim.navigation.dwa_params import DwaParams
+
+
+class VelocityWindow(NamedTuple):
+    """Reachable velocities, lowest and highest."""
+
+    min_linear_mps: float
+    max_linear_mps: float
+    min_angular_radps: float
+    max_angular_radps: float
+
+
+def velocity_window(params: DwaParams, linear_mps: float, angular_radps: float,
+                    sim_period_s: float, goal_distance_m: float) -> VelocityWindow:
+    """What the acceleration limits leave around a twist, within the velocity limits.
+
+    With use_dwa, what one control period reaches. Without, what sim_time reaches, no faster than
+    would overshoot the goal.
+
+    A quantised twist can be above the limits (at 40 pulses 0.63 m/s is the second step): the window
+    then is the limit alone. Upstream would sample from the limit up to what it believes reachable.
+    """
+    horizon_s, max_linear_mps = sim_period_s, params.max_vel_x
+    if not params.use_dwa:
+        horizon_s = params.sim_time
+        max_linear_mps = max(min(max_linear_mps, goal_distance_m / horizon_s), params.min_vel_x)
+    linear_change, angular_change = params.acc_lim_x * horizon_s, params.acc_lim_theta * horizon_s
+    return VelocityWindow(
+        _clamp(linear_mps - linear_change, params.min_vel_x, max_linear_mps),
+        _clamp(linear_mps + linear_change, params.min_vel_x, max_linear_mps),
+        _clamp(angular_radps - angular_change, -params.max_vel_theta, params.max_vel_theta),
+        _clamp(angular_radps + angular_change, -params.max_vel_theta, params.max_vel_theta))
+
+
+def _clamp(value: float, low: float, high: float) -> float:
+    return min(max(value, low), high)
+
+
+def samples_between(low: float, high: float, count: int) -> List[float]:
+    """Evenly spaced samples with both ends, and 0 added where two of them have it between.
+
+    As upstream's VelocityIterator: at least two, unless the ends are one.
+    """
+    if low == high:
+        return [low]
+    count = max(2, count)
+    step = (high - low) / (count - 1)
+    samples: List[float] = []
+    for index in range(count - 1):
+        value = low + index * step
+        samples.append(value)
+        if value < 0.0 < value + step:
+            samples.append(0.0)
+    return samples + [high]
+
+
+def velocity_samples(window: VelocityWindow, linear_count: int, angular_count: int) -> np.ndarray:
+    """(n, 2) samples (linear [m/s], angular [rad/s]) of a window, angular ones innermost."""
+    linear = samples_between(window.min_linear_mps, window.max_linear_mps, linear_count)
+    angular = samples_between(window.min_angular_radps, window.max_angular_radps, angular_count)
+    return np.array([(v, w) for v in linear for w in angular])

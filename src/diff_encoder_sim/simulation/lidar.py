@@ -1,0 +1,197 @@
+"""A planar laser scanner: exact rays against the world's primitives.
+
+The scan plane cuts each solid into segments (boxes) and circles (cylinders, spheres); a ray is
+then a line against those, in closed form, so there is no grid and no step length.
+"""
+from __future__ import annotations
+
+import math
+from typing import List, Tuple
+
+import numpy as np
+from numba import njit
+from pydantic import Field, model_validator
+
+from diff_encoder_sim.config import Params
+from diff_encoder_sim.errors import ConfigError
+from diff_encoder_sim.scan import Scan
+from diff_encoder_sim.se2 import Pose2D
+from diff_encoder_sim.simulation.world import Box, Cylinder, Solid, Sphere, World
+
+# Below this a solid's axis counts as upright: world files are written with six decimals.
+UPRIGHT_TOLERANCE = 1e-5
+
+TURN_RAD = 2.0 * math.pi
+CORNER = 1e-9  # of a segment's length
+
+
+class LidarParams(Params):
+    """The scanner of the paper's table 2, for navigating."""
+
+    samples: int = Field(1000, ge=1, le=100_000, description='rays in a sweep')
+    angle_min: float = Field(-math.pi, ge=-2 * math.pi, le=2 * math.pi, description='[rad]')
+    angle_span: float = Field(2 * math.pi, gt=0, le=2 * math.pi,
+                              description='swept from the first ray to where the next sweep '
+                                          'begins [rad]')
+    range_min: float = Field(0.15, ge=0, description='[m]')
+    range_max: float = Field(6.0, gt=0, description='[m]')
+    noise: float = Field(0.03, ge=0, description='standard deviation of a range [m]')
+    rate: float = Field(10.0, gt=0, description='sweeps per second [Hz]')
+
+    @model_validator(mode='after')
+    def _check_ranges(self) -> LidarParams:
+        if self.range_min >= self.range_max:
+            raise ValueError('range_min below range_max')
+        return self
+
+
+class Lidar:
+    """Sweeps a world that stands still. All rays of a sweep are taken at one instant."""
+
+    def __init__(self, world: World, scan_height_m: float, params: LidarParams,
+                 rng: np.random.Generator) -> None:
+        self.params = params
+        self._rng = rng
+        self._segments, self._circles = cut_world(world, scan_height_m)
+        self._increment_rad = params.angle_span / params.samples
+        self._bearings_rad = params.angle_min + self._increment_rad * np.arange(params.samples)
+
+    def sweep(self, stamp_ns: int, laser_pose_in_world: Pose2D) -> Scan:
+        """One scan; +inf where nothing returns from within range_max (REP-117).
+
+        Noise is added to what returns. What then lies under range_min is reported as -inf: too
+        close to measure.
+        """
+        ranges_m = self.true_ranges_m(laser_pose_in_world)
+        # Drawn for every ray, so that one ray's hit or miss does not shift the others' noise.
+        noise_m = self.params.noise * self._rng.standard_normal(len(ranges_m))
+        hit = ranges_m <= self.params.range_max
+        measured_m = np.where(hit, ranges_m + noise_m, np.inf)
+        measured_m[hit & (measured_m < self.params.range_min)] = -np.inf
+        measured_m[measured_m > self.params.range_max] = np.inf
+        return Scan(stamp_ns, self.params.angle_min, self._increment_rad, self.params.range_min,
+                    self.params.range_max, measured_m)
+
+    def true_ranges_m(self, laser_pose_in_world: Pose2D) -> np.ndarray:
+        """(samples,) distance to the nearest surface along each ray; +inf where there is none."""
+        return cast_rays(laser_pose_in_world.x_m, laser_pose_in_world.y_m,
+                         laser_pose_in_world.yaw_rad + self._bearings_rad, self._segments,
+                         self._circles)
+
+
+def cut_world(world: World, height_m: float) -> Tuple[np.ndarray, np.ndarray]:
+    """What a horizontal plane at `height_m` meets of the world.
+
+    Returns:
+        (n, 4) segments x0, y0, x1, y1 [m] and (m, 3) circles x, y, radius [m].
+    """
+    segments: List[List[float]] = []
+    circles: List[List[float]] = []
+    for solid in world.solids:
+        above_m = height_m - float(solid.pose_in_world[2, 3])
+        shape = solid.shape
+        x_m, y_m = solid.pose_in_world[:2, 3].tolist()
+        if isinstance(shape, Sphere) and abs(above_m) < shape.radius_m:
+            circles.append([x_m, y_m, math.sqrt(shape.radius_m ** 2 - above_m ** 2)])
+        elif isinstance(shape, Cylinder) and _is_cut(solid, above_m, shape.length_m):
+            circles.append([x_m, y_m, shape.radius_m])
+        elif isinstance(shape, Box) and _is_cut(solid, above_m, shape.size_xyz_m[2]):
+            segments += _sides(solid, shape)
+    return (np.array(segments, dtype=float).reshape(-1, 4),
+            np.array(circles, dtype=float).reshape(-1, 3))
+
+
+def _is_cut(solid: Solid, above_m: float, tall_m: float) -> bool:
+    if abs(solid.pose_in_world[2, 2]) < 1.0 - UPRIGHT_TOLERANCE:
+        raise ConfigError(f'{solid.name}: leans; allowed: upright boxes and cylinders')
+    return abs(above_m) < 0.5 * tall_m
+
+
+def _sides(solid: Solid, box: Box) -> List[List[float]]:
+    half_x_m, half_y_m = 0.5 * box.size_xyz_m[0], 0.5 * box.size_xyz_m[1]
+    corners = np.array([[half_x_m, half_y_m], [-half_x_m, half_y_m], [-half_x_m, -half_y_m],
+                        [half_x_m, -half_y_m]])
+    corners = corners @ solid.pose_in_world[:2, :2].T + solid.pose_in_world[:2, 3]
+    return np.hstack([corners, np.roll(corners, -1, axis=0)]).tolist()
+
+
+@njit(cache=True)
+def cast_rays(x_m: float, y_m: float, bearings_rad: np.ndarray, segments: np.ndarray,
+              circles: np.ndarray) -> np.ndarray:
+    """(n,) distance [m] from a point along each bearing to the nearest segment or circle.
+
+    Instead of each ray asking each surface, each surface is put only to the rays within the angle
+    under which it is seen.
+
+    Args:
+        x_m: the rays' common origin; y_m likewise.
+        bearings_rad: (n,) directions in the same frame, ascending by a constant step over not
+            more than a full circle.
+        segments: (k, 4) x0, y0, x1, y1 [m].
+        circles: (m, 3) x, y, radius [m].
+    """
+    ranges_m = np.full(len(bearings_rad), np.inf)
+    step_rad = bearings_rad[1] - bearings_rad[0] if len(bearings_rad) > 1 else TURN_RAD
+    cosines, sines = np.cos(bearings_rad), np.sin(bearings_rad)
+    for k in range(len(segments)):
+        ax, ay = segments[k, 0] - x_m, segments[k, 1] - y_m
+        bx, by = segments[k, 2] - x_m, segments[k, 3] - y_m
+        seen_rad = math.atan2(ax * by - ay * bx, ax * bx + ay * by)
+        left_rad = math.atan2(ay, ax) + min(seen_rad, 0.0) - bearings_rad[0]
+        for lap in range(2):
+            first, last = _rays_within(left_rad, abs(seen_rad), lap, step_rad, len(ranges_m))
+            _meet_segment(ax, ay, bx, by, cosines, sines, first, last, ranges_m)
+    for k in range(len(circles)):
+        cx, cy, radius_m = circles[k, 0] - x_m, circles[k, 1] - y_m, circles[k, 2]
+        away_m = math.hypot(cx, cy)
+        half_rad = math.asin(radius_m / away_m) if away_m > radius_m else math.pi
+        left_rad = math.atan2(cy, cx) - half_rad - bearings_rad[0]
+        for lap in range(2):
+            first, last = _rays_within(left_rad, 2.0 * half_rad, lap, step_rad, len(ranges_m))
+            _meet_circle(cx, cy, radius_m, cosines, sines, first, last, ranges_m)
+    return ranges_m
+
+
+@njit(cache=True)
+def _rays_within(left_rad: float, width_rad: float, lap: int, step_rad: float,
+                 count: int) -> Tuple[int, int]:
+    """First and last ray in an angle that begins `left_rad` after the first ray's bearing.
+
+    An angle that runs past the full circle comes in two laps. One ray more on either side makes
+    up for rounding; whether a ray really meets the surface is for the caller to find out.
+    """
+    begin_rad = left_rad % TURN_RAD - lap * TURN_RAD
+    first = max(0, int(math.floor(begin_rad / step_rad)))
+    last = min(count - 1, int(math.ceil((begin_rad + width_rad) / step_rad)))
+    return first, last
+
+
+@njit(cache=True)
+def _meet_segment(ax: float, ay: float, bx: float, by: float, cosines: np.ndarray,
+                  sines: np.ndarray, first: int, last: int, ranges_m: np.ndarray) -> None:
+    """Shorten the rays first to last to the segment from a to b, where they meet it."""
+    ex, ey = bx - ax, by - ay
+    for ray in range(first, last + 1):
+        across = cosines[ray] * ey - sines[ray] * ex
+        if across == 0.0:
+            continue  # along the wall: the wall's ends belong to its neighbours too
+        distance_m = (ax * ey - ay * ex) / across
+        share = (ax * sines[ray] - ay * cosines[ray]) / across
+        # Corners that two walls share must not let a ray through.
+        if -CORNER <= share <= 1.0 + CORNER and 0.0 <= distance_m < ranges_m[ray]:
+            ranges_m[ray] = distance_m
+
+
+@njit(cache=True)
+def _meet_circle(cx: float, cy: float, radius_m: float, cosines: np.ndarray, sines: np.ndarray,
+                 first: int, last: int, ranges_m: np.ndarray) -> None:
+    """Shorten the rays first to last to the circle about c, where they meet it."""
+    outside = cx * cx + cy * cy - radius_m * radius_m
+    for ray in range(first, last + 1):
+        along = cx * cosines[ray] + cy * sines[ray]
+        root = along * along - outside
+        if root < 0.0:
+            continue
+        distance_m = along - math.sqrt(root) if outside > 0.0 else along + math.sqrt(root)
+        if 0.0 <= distance_m < ranges_m[ray]:
+            ranges_m[ray] = distance_m

@@ -1,0 +1,199 @@
+#!/usr/bin/env python3
+"""How fast the live graph runs with rtf:=0, at one core and at two, and whether its bag is whole.
+
+Beside it the simulator alone and PyBullet's bare step, which is the limit. Needs the sourced
+workspace. The stopwatch reads /clock twice a second from outside, not pinned to the graph's cores.
+"""
+from __future__ import annotations
+
+import argparse
+import math
+import os
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Dict, List, NamedTuple, Tuple
+
+import numpy as np
+from checkout import print_header
+from diff_encoder_sim.experiments.drives import ScriptedDrive
+from diff_encoder_sim.simulation.physics import PhysicsParams
+from measured_drive import cruise_costs_us, new_simulator, read_test, real_time_factor
+from rosbags.highlevel import AnyReader
+from tabulate import tabulate
+
+REPORT_PERIOD_NS = 50_000_000
+STARTED_S = 1.0          # of simulated time: the graph is connected and in its stride
+TIME_LIMIT_S = 600.0     # of wall time, for one run
+POLL_PERIOD_S = 0.5
+CORES = {'1 core': '0', '2 cores': '0,1'}
+
+
+class Run(NamedTuple):
+    """One live trial."""
+
+    real_time_factor: float
+    expected: int            # encoder samples: one for each 50 ms of /joint_states
+    recorded: int
+    is_odom_one_for_one: bool
+    gaps: int                # steps of the encoder's stamps other than 50 ms
+
+
+def main() -> None:
+    """Measure and print the table."""
+    arguments = _arguments()
+    _check_sourced()
+    print_header(f'Live graph: trial.launch test:={arguments.test} rtf:=0, '
+                 f'best of {arguments.repeats} runs')
+    test = read_test(arguments.test)
+    simulator = new_simulator(test, PhysicsParams())
+    tick_us, bare_us = cruise_costs_us(simulator, test)
+    simulator.close()
+    runs: Dict[str, List[Run]] = {}
+    with tempfile.TemporaryDirectory() as folder:
+        master = _start_master(Path(folder))
+        try:
+            for name in (name for _ in range(arguments.repeats) for name in arguments.cores):
+                runs.setdefault(name, []).append(
+                    _trial(CORES[name], arguments.test, ScriptedDrive(test).duration_s,
+                           Path(folder)))
+        finally:
+            _stop(master)
+    _print_table(tick_us, bare_us, runs)
+    # A trial that failed has stopped this script already; a lost sample is in the table.
+
+
+def _print_table(tick_us: float, bare_us: float, runs: Dict[str, List[Run]]) -> None:
+    bare = real_time_factor(bare_us)
+    rows = [["PyBullet's bare step", f'{bare:.1f}', '1'],
+            ['Simulator.tick alone', f'{real_time_factor(tick_us):.1f}',
+             f'1 / {tick_us / bare_us:.2f}']]
+    for name, several in runs.items():
+        best = max(run.real_time_factor for run in several)
+        lost = [run.expected - run.recorded for run in several]
+        rows.append([f'live graph, {name}', f'{best:.1f}', f'1 / {bare / best:.1f}',
+                     ', '.join(f'{run.real_time_factor:.1f}' for run in several),
+                     several[0].expected, sum(lost),
+                     'yes' if all(run.is_odom_one_for_one for run in several) else 'NO',
+                     sum(run.gaps for run in several)])
+    print(tabulate(rows, ['', 'real-time\nfactor', 'of the\nlimit', 'each run', 'encoder samples\n'
+                          'expected', 'lost,\nall runs', '/odom one\nfor one', 'gaps in\n50 ms'],
+                   disable_numparse=True, colalign=('left',) + ('right',) * 7))
+
+
+def _trial(cores: str, test: str, drive_s: float, folder: Path) -> Run:
+    bag = folder / 'trial.bag'
+    if bag.exists():
+        bag.unlink()
+    launch = subprocess.Popen(
+        ['taskset', '-c', cores, 'roslaunch', 'diff_encoder_sim', 'trial.launch', f'test:={test}',
+         'rtf:=0', f'bag:={bag}'], start_new_session=True, stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE)
+    try:
+        readings = _clock_readings(launch)
+        _, errors = launch.communicate(timeout=30)
+    finally:
+        _stop(launch)
+    if launch.returncode != 0 or not bag.is_file():
+        sys.exit(f'the trial failed with status {launch.returncode}:\n{errors.decode()[-2000:]}')
+    driving = [(wall_s, sim_s) for wall_s, sim_s in readings if STARTED_S < sim_s < drive_s]
+    if len(driving) < 2:
+        sys.exit('the trial was over before its clock could be read twice; take a longer test')
+    (first_wall_s, first_s), (last_wall_s, last_s) = driving[0], driving[-1]
+    return Run((last_s - first_s) / (last_wall_s - first_wall_s), *_check_bag(bag))
+
+
+def _clock_readings(launch: subprocess.Popen) -> List[Tuple[float, float]]:
+    """(wall, simulated) time [s] now and then until the launch ends."""
+    import rospy
+    from rosgraph_msgs.msg import Clock
+    readings, deadline_s = [], time.monotonic() + TIME_LIMIT_S
+    while launch.poll() is None:
+        if time.monotonic() > deadline_s:
+            sys.exit(f'the trial is not over after {TIME_LIMIT_S:.0f} s')
+        try:
+            clock = rospy.wait_for_message('/clock', Clock, timeout=POLL_PERIOD_S).clock
+            readings.append((time.monotonic(), clock.to_sec()))
+            time.sleep(POLL_PERIOD_S)
+        except rospy.ROSException:
+            pass  # not up yet, or already gone
+    return readings
+
+
+def _check_bag(bag: Path) -> Tuple[int, int, bool, int]:
+    """Samples expected and recorded, whether /odom answers each, and gaps between them."""
+    stamps_ns: Dict[str, List[int]] = {'/joint_states': [], '/encoder_pulse': [], '/odom': []}
+    with AnyReader([bag]) as reader:
+        wanted = [connection for connection in reader.connections if connection.topic in stamps_ns]
+        for connection, _, raw in reader.messages(wanted):
+            stamp = reader.deserialize(raw, connection.msgtype).header.stamp
+            stamps_ns[connection.topic].append(stamp.sec * 10 ** 9 + stamp.nanosec)
+    joints, samples = stamps_ns['/joint_states'], stamps_ns['/encoder_pulse']
+    expected = joints[-1] // REPORT_PERIOD_NS - math.ceil(joints[0] / REPORT_PERIOD_NS) + 1
+    gaps = int(np.count_nonzero(np.diff(samples) != REPORT_PERIOD_NS))
+    return expected, len(samples), samples == stamps_ns['/odom'], gaps
+
+
+def _check_sourced() -> None:
+    found = shutil.which('roslaunch') and shutil.which('rospack') and subprocess.run(
+        ['rospack', 'find', 'diff_encoder_sim'], stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL, check=False).returncode == 0
+    if not found:
+        sys.exit('live_graph.py: the workspace is not sourced: source .ws/devel/setup.bash')
+    if not shutil.which('taskset'):
+        sys.exit('live_graph.py: taskset is missing: apt install util-linux')
+
+
+def _start_master(folder: Path) -> subprocess.Popen:
+    """A master on a port of its own, and this process as a node that no clock governs."""
+    with socket.socket() as probe:
+        probe.bind(('127.0.0.1', 0))
+        port = probe.getsockname()[1]
+    os.environ.update(ROS_MASTER_URI=f'http://127.0.0.1:{port}', ROS_IP='127.0.0.1',
+                      ROS_HOME=str(folder / 'ros'), ROS_LOG_DIR=str(folder / 'log'))
+    os.environ.pop('ROS_HOSTNAME', None)
+    # Nodes start with "env python3": it must be this one, which has their libraries.
+    os.environ['PATH'] = f'{Path(sys.executable).parent}:{os.environ["PATH"]}'
+    master = subprocess.Popen(['roscore', '-p', str(port)], start_new_session=True,
+                              stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    import rosgraph
+    import rospy
+    while not rosgraph.is_master_online():
+        if master.poll() is not None:
+            sys.exit(f'roscore ended with status {master.returncode}')
+        time.sleep(0.1)
+    rospy.init_node('live_graph_benchmark', anonymous=True, disable_rostime=True,
+                    disable_rosout=True, disable_signals=True)
+    return master
+
+
+def _stop(process: subprocess.Popen) -> None:
+    """Ask roslaunch to end, so that it ends its nodes; insist if it does not."""
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
+        if process.poll() is not None:
+            return
+        process.send_signal(number)
+        try:
+            process.wait(timeout=20)
+        except subprocess.TimeoutExpired:
+            continue
+
+
+def _arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter,
+        epilog='example: source .ws/devel/setup.bash && '
+               '.venv/bin/python test/benchmark/live_graph.py --repeats 3')
+    parser.add_argument('--test', default='SL', choices=('SL', 'SMT'))
+    parser.add_argument('--cores', nargs='+', default=list(CORES), choices=list(CORES))
+    parser.add_argument('--repeats', type=int, default=3, help='runs, of which the best counts')
+    return parser.parse_args()
+
+
+if __name__ == '__main__':
+    main()

@@ -1,0 +1,221 @@
+#!/usr/bin/env python3
+"""Which of PyBullet's settings make the simulated robot more accurate, or faster at equal accuracy.
+
+Each row changes one thing against what simulation/physics.py does, by changing its calls to
+PyBullet on their way, and repeats the drives of physics_convergence.py.
+"""
+from __future__ import annotations
+
+import argparse
+import math
+import unittest.mock
+from concurrent.futures import ProcessPoolExecutor
+from typing import Any, Callable, Dict, List, NamedTuple
+
+import numpy as np
+import pybullet
+from checkout import print_header
+from diff_encoder_sim.simulation.physics import TICK_S, PhysicsParams
+from diff_encoder_sim.simulation.simulator import Simulator
+from measured_drive import (WINDOWS, bullet_client, compare, cruise_costs_us, new_simulator,
+                            read_test, record_drive)
+from tabulate import tabulate
+
+# More shapes than this PyBullet does not take into one body.
+SHAPES_PER_BODY = 12
+
+HEADERS = ['setting', 'centre of mass\nx, z [m]', 'distance\ndiff. [%]', 'angle\ndiff. [%]',
+           '20 m: true\nyaw [deg]', 'wheel yaw\n[deg]', 'lateral\n[mm]', '5 turns: end\noff [mm]',
+           'us per tick\nstraight / turn']
+
+Hook = Callable[[Simulator, PhysicsParams], None]
+
+
+def _nothing(simulator: Simulator, physics: PhysicsParams) -> None:
+    del simulator, physics
+
+
+class Setting(NamedTuple):
+    """One change against physics.py."""
+
+    engine: Dict[str, Any] = {}       # more arguments of setPhysicsEngineParameter
+    flags_on: int = 0                 # of loadURDF
+    flags_off: int = 0
+    when_loaded: Hook = _nothing
+
+
+def main() -> None:
+    """Print one row a setting."""
+    arguments = _arguments()
+    print_header(f"PyBullet's settings, {arguments.steps} steps in each 10 ms, "
+                 f'{arguments.iterations} iterations')
+    physics = PhysicsParams(steps_per_tick=arguments.steps,
+                            solver_iterations=arguments.iterations)
+    rows = [_in_own_process(name, physics) for name in arguments.settings]
+    print(tabulate(rows, HEADERS, disable_numparse=True, stralign='right'))
+    print(f'\nTimes are processor time of Simulator.tick, 10 ms, the best of {WINDOWS} windows '
+          f'of 0.5 s.')
+
+
+def _in_own_process(name: str, physics: PhysicsParams) -> List[str]:
+    # Some settings are global to PyBullet and outlive the world that they were made in.
+    with ProcessPoolExecutor(max_workers=1) as executor:
+        return executor.submit(_measure, name, physics).result()
+
+
+def _measure(name: str, physics: PhysicsParams) -> List[str]:
+    results, costs_us, offs_m = [], [], []
+    with _calls_changed(SETTINGS[name], physics):
+        for test_name in ('SL', 'SMT'):
+            test = read_test(test_name)
+            simulator = new_simulator(test, physics)
+            SETTINGS[name].when_loaded(simulator, physics)
+            rows = record_drive(simulator, test)
+            results.append(compare(rows))
+            end = rows[-1].true_pose.relative_to(rows[0].true_pose)
+            offs_m.append(math.hypot(end.x_m, end.y_m))
+            centre_m = _centre_of_mass_m(simulator)
+            costs_us.append(cruise_costs_us(simulator, test)[0])
+            simulator.close()
+    straight, turn = results
+    distance = abs(straight.true_distance_m - straight.wheel_distance_m) / straight.true_distance_m
+    angle = abs(turn.true_turn_rad - turn.wheel_turn_rad) / turn.true_turn_rad
+    return [name, f'{centre_m[0]:.4f}, {centre_m[2]:.4f}', f'{100 * distance:.5f}',
+            f'{100 * angle:.5f}', f'{math.degrees(straight.true_turn_rad):+.4f}',
+            f'{math.degrees(straight.wheel_turn_rad):+.4f}', f'{1000 * straight.lateral_m:+.3f}',
+            f'{1000 * offs_m[1]:.3f}', f'{costs_us[0]:.1f} / {costs_us[1]:.1f}']
+
+
+def _calls_changed(setting: Setting, physics: PhysicsParams) -> Any:
+    """Context in which PyBullet's functions get the setting's arguments instead."""
+    load, configure, step = (pybullet.loadURDF, pybullet.setPhysicsEngineParameter,
+                             pybullet.stepSimulation)
+
+    def load_changed(file: str, flags: int = 0, **others: Any) -> int:
+        return int(load(file, flags=(flags | setting.flags_on) & ~setting.flags_off, **others))
+
+    def configure_changed(**arguments: Any) -> None:
+        configure(**{**arguments, **_engine_arguments(setting, physics)})
+
+    def step_changed(physicsClientId: int) -> None:
+        for _ in range(physics.steps_per_tick if 'numSubSteps' in setting.engine else 1):
+            step(physicsClientId=physicsClientId)
+
+    return unittest.mock.patch.multiple(
+        pybullet, loadURDF=load_changed, setPhysicsEngineParameter=configure_changed,
+        stepSimulation=step_changed)
+
+
+def _engine_arguments(setting: Setting, physics: PhysicsParams) -> Dict[str, Any]:
+    if 'numSubSteps' in setting.engine:
+        return {**setting.engine, 'fixedTimeStep': TICK_S / physics.steps_per_tick}
+    return setting.engine
+
+
+def _centre_of_mass_m(simulator: Simulator) -> np.ndarray:
+    """Of the whole robot, in base_link's frame but for a lean of a third of a degree."""
+    client, robot = bullet_client(simulator), simulator._physics._robot
+    base = simulator.base_pose_in_world()
+    moment, mass_kg = np.zeros(3), 0.0
+    for link in range(-1, pybullet.getNumJoints(robot, physicsClientId=client)):
+        link_kg = pybullet.getDynamicsInfo(robot, link, physicsClientId=client)[0]
+        position = (pybullet.getBasePositionAndOrientation(robot, physicsClientId=client)[0]
+                    if link < 0 else
+                    pybullet.getLinkState(robot, link, physicsClientId=client)[0])
+        moment += link_kg * np.array(position)
+        mass_kg += link_kg
+    x_m, y_m, z_m = (moment / mass_kg).tolist()
+    cos_yaw, sin_yaw = math.cos(base.yaw_rad), math.sin(base.yaw_rad)
+    from_base_m = x_m - base.x_m, y_m - base.y_m
+    return np.array([cos_yaw * from_base_m[0] + sin_yaw * from_base_m[1],
+                     cos_yaw * from_base_m[1] - sin_yaw * from_base_m[0], z_m])
+
+
+def _undamp(simulator: Simulator, _: PhysicsParams) -> None:
+    client, robot = bullet_client(simulator), simulator._physics._robot
+    for link in range(-1, pybullet.getNumJoints(robot, physicsClientId=client)):
+        pybullet.changeDynamics(robot, link, linearDamping=0, angularDamping=0, jointDamping=0,
+                                physicsClientId=client)
+
+
+def _lift_chassis_off_floor(simulator: Simulator, _: PhysicsParams) -> None:
+    """No collision between the body's box and the floor; the casters keep theirs."""
+    client, physics = bullet_client(simulator), simulator._physics
+    floors = [body for body in _bodies(client)
+              if body != physics._robot and body not in physics._solid_names]
+    chassis = [link for link in range(pybullet.getNumJoints(physics._robot, physicsClientId=client))
+               if any(shape[2] == pybullet.GEOM_BOX for shape in pybullet.getCollisionShapeData(
+                   physics._robot, link, physicsClientId=client))]
+    for floor in floors:
+        for link in chassis:
+            pybullet.setCollisionFilterPair(physics._robot, floor, link, -1, 0,
+                                            physicsClientId=client)
+
+
+def _join_solids(simulator: Simulator, _: PhysicsParams) -> None:
+    """A few bodies of many shapes instead of a body for each wall and pillar."""
+    client = bullet_client(simulator)
+    shapes = []
+    for body in list(simulator._physics._solid_names):
+        shape = pybullet.getCollisionShapeData(body, -1, physicsClientId=client)[0]
+        shapes.append((shape[2], shape[3], *pybullet.getBasePositionAndOrientation(
+            body, physicsClientId=client)))
+        pybullet.removeBody(body, physicsClientId=client)
+    for first in range(0, len(shapes), SHAPES_PER_BODY):
+        # Lists: tuples make this one function of PyBullet crash.
+        kinds, sizes, positions, quats = map(list, zip(*shapes[first:first + SHAPES_PER_BODY]))
+        joined = pybullet.createCollisionShapeArray(
+            shapeTypes=kinds, halfExtents=[[0.5 * length for length in size] for size in sizes],
+            lengths=[size[0] for size in sizes], radii=[size[1] for size in sizes],
+            collisionFramePositions=positions, collisionFrameOrientations=quats,
+            physicsClientId=client)
+        pybullet.createMultiBody(0, joined, physicsClientId=client)
+
+
+def _remove_solids(simulator: Simulator, _: PhysicsParams) -> None:
+    for body in list(simulator._physics._solid_names):
+        pybullet.removeBody(body, physicsClientId=bullet_client(simulator))
+
+
+def _bodies(client: int) -> List[int]:
+    return [pybullet.getBodyUniqueId(index, physicsClientId=client)
+            for index in range(pybullet.getNumBodies(physicsClientId=client))]
+
+
+SETTINGS: Dict[str, Setting] = {
+    'as shipped': Setting(),
+    'fixed links merged by PyBullet': Setting(flags_on=pybullet.URDF_MERGE_FIXED_LINKS),
+    'fixed links kept': Setting(flags_off=pybullet.URDF_MERGE_FIXED_LINKS),
+    'solver residual 1e-5': Setting({'solverResidualThreshold': 1e-5}),
+    'solver residual 1e-7 (default)': Setting({'solverResidualThreshold': 1e-7}),
+    'solver residual 1e-9': Setting({'solverResidualThreshold': 1e-9}),
+    'solver residual 0': Setting({'solverResidualThreshold': 0.0}),
+    'contactERP 0.8': Setting({'contactERP': 0.8}),
+    'frictionERP 0.8': Setting({'frictionERP': 0.8}),
+    'friction cone': Setting({'enableConeFriction': 1}),
+    'contact breaking at 2 mm': Setting({'contactBreakingThreshold': 0.002}),
+    'order of pairs left open': Setting({'deterministicOverlappingPairs': 0}),
+    'no damping': Setting(when_loaded=_undamp),
+    'steps one by one': Setting({'numSubSteps': 0}),
+    'chassis passes the floor': Setting(when_loaded=_lift_chassis_off_floor),
+    'solids joined': Setting(when_loaded=_join_solids),
+    'no solids but the floor': Setting(when_loaded=_remove_solids),
+}
+
+
+def _arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter,
+        epilog="example: .venv/bin/python test/benchmark/physics_settings.py --settings "
+               "'as shipped' 'solver residual 0'")
+    parser.add_argument('--settings', nargs='+', choices=tuple(SETTINGS), default=list(SETTINGS),
+                        metavar='NAME', help='default: all')
+    parser.add_argument('--steps', type=int, default=PhysicsParams().steps_per_tick,
+                        help='in each 10 ms')
+    parser.add_argument('--iterations', type=int, default=PhysicsParams().solver_iterations,
+                        help='of the contact solver')
+    return parser.parse_args()
+
+
+if __name__ == '__main__':
+    main()
