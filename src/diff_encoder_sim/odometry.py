@@ -29,6 +29,10 @@ LATE_REPORT_TOLERANCE_NS = 100_000_000
 # Variance of a position that is uniform within one pulse, in pulses squared.
 PULSE_VARIANCE = 1.0 / 12.0
 
+# Standard deviation, in pulses along x and along y, of what does not quite average out under way;
+# measured by NEES (test/benchmark/quantisation.py).
+RESIDUAL_PULSES = 0.03
+
 
 class OdometryParams(Params):
     """Parameters of gz_diff_odom_node, under the names that users set.
@@ -232,4 +236,6 @@ def quantisation_covariance(base_pose_in_odom: Pose2D, left_m_per_pulse: float,
         [-x_m / wheel_separation_m, x_m / wheel_separation_m, 0.5 * sin_yaw, 0.5 * sin_yaw],
         np.array([-1.0, 1.0, -1.0, 1.0]) / wheel_separation_m])
     pulse_m = np.array([left_m_per_pulse, right_m_per_pulse] * 2)
-    return PULSE_VARIANCE * (columns * pulse_m ** 2) @ columns.T
+    residual_m = RESIDUAL_PULSES * max(left_m_per_pulse, right_m_per_pulse)
+    return (PULSE_VARIANCE * (columns * pulse_m ** 2) @ columns.T
+            + np.diag([residual_m ** 2, residual_m ** 2, 0.0]))

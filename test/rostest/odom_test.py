@@ -22,6 +22,7 @@ class Channel:
     """A node's topics: pulse counts in, odometry and TF out."""
 
     def __init__(self, namespace, with_tf=True):
+        self._with_tf = with_tf
         self.topic = '/%s/encoder_pulse' % namespace
         self.node = '/%s/gz_diff_odom_node' % namespace
         self.odom = Collector('/%s/odom' % namespace, Odometry)
@@ -39,6 +40,8 @@ class Channel:
         return [transform for message in self.tf.messages for transform in message.transforms]
 
     def clear(self):
+        if self._with_tf:  # it comes over a connection of its own, maybe later
+            self.tf.wait_for_count(len(self.odom.messages))
         self.odom.clear()
         self.tf.clear()
 

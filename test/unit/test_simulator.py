@@ -3,6 +3,7 @@ import math
 from pathlib import Path
 
 import numpy as np
+import pybullet
 import pytest
 
 from diff_encoder_sim.config import load_params
@@ -107,6 +108,27 @@ def test_it_starts_at_rest_exactly_where_it_was_put(make_simulator):
         simulator.tick()
     assert tuple(simulator.base_pose_in_world()) == pytest.approx((-3.4, -0.85, 2.0), abs=1e-4)
     assert abs(simulator.base().position_xyz_m[2]) < 1e-3
+
+
+def test_pybullet_has_the_masses_of_the_robot_file(make_simulator):
+    """The front caster's share of the weight tells where the centre of mass is: 0.05 m ahead."""
+    simulator = make_simulator()
+    robot, client = simulator._physics._robot, simulator._physics._client
+    links = range(-1, pybullet.getNumJoints(robot, physicsClientId=client))
+    masses_kg = [pybullet.getDynamicsInfo(robot, link, physicsClientId=client)[0] for link in links]
+    assert sum(masses_kg) == pytest.approx(80.0)
+    load_n: dict = {}
+    for _ in range(20):
+        simulator.tick()
+    for contact in pybullet.getContactPoints(bodyA=robot, physicsClientId=client):
+        name = pybullet.getJointInfo(robot, contact[3], physicsClientId=client)[1].decode()
+        load_n[name] = load_n.get(name, 0.0) + contact[9]
+    # Shares: PyBullet gives the force of a sub-step over the whole step.
+    share = {name: load / sum(load_n.values()) for name, load in load_n.items()}
+    caster_share = 0.05 / 0.19
+    assert share == pytest.approx({'front_caster_joint': caster_share,
+                                   'left_wheel_joint': (1 - caster_share) / 2,
+                                   'right_wheel_joint': (1 - caster_share) / 2}, rel=0.01)
 
 
 def test_running_into_a_wall_is_noticed(make_simulator):

@@ -52,6 +52,11 @@ class DwaParams(Params):
     sum_scores: bool = Field(False, description='cost under the robot: sum, not maximum')
     oscillation_reset_dist: float = Field(0.05, ge=0, description='[m]')
     oscillation_reset_angle: float = Field(0.2, ge=0, description='[rad]')
+    twist_resolution_x: float = Field(
+        0.0, ge=0, description='how wrong the odometry\'s speed may be: within this the last '
+                               'command is believed instead [m/s]; 0: never, as upstream')
+    twist_resolution_theta: float = Field(
+        0.0, ge=0, description='as twist_resolution_x, of the turning speed [rad/s]')
     turn_to_path_angle: float = Field(
         2.0, ge=0, le=3.2, description='turn on the spot to a plan that leads off farther round '
                                        'than this [rad]; 0: never, as upstream')

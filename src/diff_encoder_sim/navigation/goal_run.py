@@ -48,6 +48,7 @@ class GoalRun:
         self.status, self.phase, self.text = GoalStatus.ACTIVE, Phase.PLANNING, ''
         self.global_plan_in_map = np.empty((0, 3))
         self.local_plan_in_odom = np.empty((0, 3))
+        self._command = STOP                        # the last one given
         self._trigger = Trigger.PLANNING
         self._problem = ''                          # what recovery was called for
         self._recovery_index = 0
@@ -60,6 +61,7 @@ class GoalRun:
     def resume(self, now_ns: int) -> None:
         """Begin, or go on after inputs were missing: with fresh patience and a fresh plan."""
         self._last_control_ns = now_ns
+        self._command = STOP
         self._go_to_planning(now_ns)
 
     def end(self, status: GoalStatus, text: str) -> None:
@@ -69,6 +71,10 @@ class GoalRun:
 
     def act(self, now_ns: int) -> Command:
         """The command for one control period."""
+        self._command = self._act(now_ns)
+        return self._command
+
+    def _act(self, now_ns: int) -> Command:
         self._watch_progress(now_ns)
         if self.phase is Phase.CONTROLLING:
             self._keep_plan_up(now_ns)
@@ -157,6 +163,7 @@ class GoalRun:
         if self.route.is_last and tools.local_planner.is_goal_reached(motion, odom_pose_in_map):
             self.end(GoalStatus.SUCCEEDED, 'goal reached')
             return STOP
+        motion = tools.local_planner.believed_motion(motion, *self._command)
         best = tools.local_planner.compute(motion, odom_pose_in_map, tools.local_costmap,
                                            ends_at_goal=self.route.is_last)
         if best is None:

@@ -87,6 +87,21 @@ class LocalPlanner:
         return None if best is None else LocalCommand(best.linear_mps, best.angular_radps,
                                                       best.poses)
 
+    def believed_motion(self, motion: Motion, linear_mps: float, angular_radps: float) -> Motion:
+        """The motion by odometry, with the last command's twist as far as odometry allows it.
+
+        An encoder of 40 pulses at 20 Hz knows a wheel's speed to +-0.31 m/s. Taken as it is, a
+        wheel that ticks alone puts the dynamic window around a sharp turn that is not there, and
+        the next command is that turn.
+        """
+        linear_band, angular_band = (self.params.twist_resolution_x,
+                                     self.params.twist_resolution_theta)
+        return Motion(motion.base_pose,
+                      min(max(linear_mps, motion.linear_mps - linear_band),
+                          motion.linear_mps + linear_band),
+                      min(max(angular_radps, motion.angular_radps - angular_band),
+                          motion.angular_radps + angular_band))
+
     def _goal_in_odom(self, odom_pose_in_map: Pose2D) -> Pose2D:
         return Pose2D(*self._plan_in_map[-1]).relative_to(odom_pose_in_map)
 
