@@ -24,6 +24,7 @@ WHEEL_RADIUS_M, WHEEL_SEPARATION_M = 0.1, 0.4
 TABLE_2 = {'max_vel_x': 0.45, 'max_vel_trans': 0.45, 'min_vel_trans': 0.0, 'max_vel_theta': 1.0,
            'min_vel_theta': 0.2, 'acc_lim_x': 0.7, 'acc_lim_theta': 4.9,
            'xy_goal_tolerance': 0.05, 'yaw_goal_tolerance': 0.052, 'goal_distance_bias': 15.0,
+           'path_distance_bias': 20.0,
            'latch_xy_goal_tolerance': True}
 
 

@@ -28,10 +28,20 @@ def test_the_multi_turn_is_the_papers():
     assert test.goal() == pytest.approx(test.start.pose())
 
 
-@pytest.mark.parametrize('name', ['SL', 'SMT'])
+@pytest.mark.parametrize('name', ['SL', 'SMT', 'DLD'])
 def test_the_worlds_of_the_tests_are_there(name):
     world = find_world(load_test(name, ROOT / 'config').world, ROOT / 'worlds')
     assert world.is_absolute() and world.suffix == '.world'
+
+
+def test_the_long_distance_is_the_papers():
+    test = load_test('DLD', ROOT / 'config')
+    points = [test.start.pose()[:2]] + [(point.x, point.y) for leg in test.route
+                                        for point in leg.through or []] + [test.goal()[:2]]
+    assert sum(math.dist(a, b) for a, b in zip(points, points[1:])) == pytest.approx(95, abs=2)
+    with pytest.raises(ConfigError, match='DLD has no drive'):
+        plan('--test', 'DLD')
+    assert plan('--test', 'DLD', '--nav', 'embedded').trial.nav == 'embedded'
 
 
 def test_a_users_own_test_is_found_by_its_path(tmp_path):
@@ -43,8 +53,11 @@ def test_a_users_own_test_is_found_by_its_path(tmp_path):
 
 
 @pytest.mark.parametrize('content, complaint', [
-    ('name: a\nworld: b\n', 'drive: missing'),
-    ('name: a\nworld: b\ndrive: []\n', 'drive: given \\[\\]'),
+    ('name: a\nworld: b\n', 'a drive, a route, or both'),
+    ('name: a\nworld: b\ndrive: []\n', 'a drive, a route, or both'),
+    ('name: a\nworld: b\nroute: [{turns: 1}]\n', 'whose last leg is a goal'),
+    ('name: a\nworld: b\nroute: [{through: []}]\n', 'route.0.through: given'),
+    ('name: a\nworld: b\nroute: [{goal: {x: 1.0}, turns: 2}]\n', 'one of goal, through, turns'),
     ('name: a\nworld: b\ndrive: [{straight: 1, turns: 1}]\n', 'drive.0: given .*either straight or'),
     ('name: a\nworld: b\ndrive: [{}]\n', 'either straight or turns'),
     ('name: a\nworld: b\ndrive: [{straight: .nan}]\n', 'drive.0.straight: given nan'),
@@ -60,7 +73,7 @@ def test_a_bad_test_file_is_named_with_its_key(tmp_path, content, complaint):
 
 
 @pytest.mark.parametrize('arguments, complaint', [
-    (['--test', 'XX'], "test: given 'XX'; allowed: SL, SMT"),
+    (['--test', 'XX'], "test: given 'XX'; allowed: DLD, SL, SMT"),
     (['--ppr', '0'], 'ppr: given 0; allowed'), (['--ppr', 'many'], "ppr: given 'many'"),
     (['--ppr', '.nan'], 'ppr: given nan'), (['--ppr', '{left: 40}'], 'ppr.right: missing'),
     (['--ppr', '[40'], "ppr: given '\\[40'"), (['--trial', '-1'], 'number: given -1'),
@@ -109,4 +122,4 @@ def test_an_unknown_world_is_named():
 def test_the_tool_prints_one_line_and_exits_with_1(capsys):
     with pytest.raises(SystemExit) as caught:
         trial_spec.main(['--test', 'XX'])
-    assert caught.value.code == "trial.launch: test: given 'XX'; allowed: SL, SMT, or a .yaml file"
+    assert caught.value.code == "trial.launch: test: given 'XX'; allowed: DLD, SL, SMT, or a .yaml file"

@@ -13,7 +13,8 @@ from diff_encoder_sim.cli.run import package_folder, run_tool
 from diff_encoder_sim.config import load_yaml, split_params
 from diff_encoder_sim.encoder import EncoderParams, ppr_label
 from diff_encoder_sim.errors import ConfigError
-from diff_encoder_sim.experiments.definition import Trial, TrialPlan, find_world, load_test
+from diff_encoder_sim.experiments.definition import (TestDefinition, Trial, TrialPlan,
+                                                     find_world, load_test)
 from diff_encoder_sim.odometry import OdometryParams
 
 NO_BAG = 'none'
@@ -40,12 +41,22 @@ def plan(options: argparse.Namespace) -> TrialPlan:
     test = load_test(options.test, folder / 'config')
     trial = Trial.from_mapping({
         'test': test, 'ppr': _value(options.ppr) if options.ppr else odometry.ppr,
-        'number': _value(options.trial), 'odom': options.odom,
+        'number': _value(options.trial), 'odom': options.odom, 'nav': options.nav,
         # A bag explains itself: what the odometry believed of the robot goes into it.
         'wheel_diameter': odometry.wheel_diameter,
         'wheel_separation': odometry.wheel_separation}, '')
+    _check_way(test, options.nav)
     world = find_world(test.world, folder / 'worlds')
-    return TrialPlan(trial=trial, world=str(world), bag=_bag_path(options.bag, trial))
+    return TrialPlan(trial=trial, world=str(world), map=str(world.with_suffix('.yaml')),
+                     bag=_bag_path(options.bag, trial))
+
+
+def _check_way(test: TestDefinition, nav: str) -> None:
+    if nav == 'scripted' and not test.drive:
+        raise ConfigError(f'nav: given scripted, but {test.name} has no drive; allowed: embedded, '
+                          f'upstream')
+    if nav != 'scripted' and not test.route:
+        raise ConfigError(f'nav: given {nav}, but {test.name} has no route; allowed: scripted')
 
 
 def _value(text: str) -> Any:
@@ -83,6 +94,7 @@ def _parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
     parser.add_argument('--ppr', default='', help='pulses per revolution (default: the config\'s)')
     parser.add_argument('--trial', default='0', help='number of the trial: its seed')
     parser.add_argument('--odom', default='encoder', help='encoder or ideal')
+    parser.add_argument('--nav', default='scripted', help='scripted, embedded or upstream')
     parser.add_argument('--sim', default='pybullet', help='pybullet or gazebo')
     parser.add_argument('--bag', default='', help='path of the bag (default: bags/..., none)')
     parser.add_argument('--config', default=str(package_folder() / 'config' / 'config.yaml'))

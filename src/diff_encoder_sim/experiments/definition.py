@@ -38,6 +38,29 @@ class Segment(Params):
         return self
 
 
+class Point(Params):
+    """A point on the floor."""
+
+    x: float = Field(description='[m]')
+    y: float = Field(description='[m]')
+
+
+class Leg(Params):
+    """One leg of a route that is navigated: a goal, waypoints on the way to one, or turns."""
+
+    goal: Optional[PoseParams] = Field(None, description='in the map frame')
+    through: Optional[List[Point]] = Field(None, min_length=1,
+                                           description='passed without stopping, in this order')
+    turns: Optional[float] = Field(None, description='full turns in place by what the robot '
+                                                     'believes, counter-clockwise')
+
+    @model_validator(mode='after')
+    def _check_one_kind(self) -> Leg:
+        if sum(part is not None for part in (self.goal, self.through, self.turns)) != 1:
+            raise ValueError('one of goal, through, turns')
+        return self
+
+
 class SpeedLimits(Params):
     """How fast a scripted drive goes: the paper's table 2 unless changed."""
 
@@ -48,18 +71,34 @@ class SpeedLimits(Params):
 
 
 class TestDefinition(Params):
-    """A test: a world, a start, and a drive without feedback."""
+    """A test: a world, a start, a route to navigate, and a drive without feedback."""
 
     __test__ = False  # tells pytest that the name is a coincidence
 
     name: str = Field(min_length=1)
     world: str = Field(min_length=1, description='file under worlds/, or a path')
     start: PoseParams = PoseParams()
-    drive: List[Segment] = Field(min_length=1)
+    drive: List[Segment] = Field([], description='for nav:=scripted')
+    route: List[Leg] = Field([], description='for navigation; the last leg is a goal')
+    pass_radius: float = Field(0.5, gt=0, description='that counts as passing a waypoint [m]')
     limits: SpeedLimits = SpeedLimits()
 
+    @model_validator(mode='after')
+    def _check_there_is_a_way(self) -> TestDefinition:
+        if not (self.drive or self.route):
+            raise ValueError('a drive, a route, or both')
+        if self.route and self.route[-1].goal is None:
+            raise ValueError('a route whose last leg is a goal')
+        return self
+
     def goal(self) -> Pose2D:
-        """Where the drive ends when all goes to plan; start and goal are in the map frame."""
+        """Where the robot is to end, in the map frame."""
+        if self.route:
+            return self.route[-1].goal.pose()
+        return self.drive_end()
+
+    def drive_end(self) -> Pose2D:
+        """Where the scripted drive ends when all goes to plan, in the map frame."""
         pose = self.start.pose()
         for segment in self.drive:
             pose = move_along_arc(pose, segment.straight or 0.0,
@@ -74,8 +113,13 @@ class Trial(Params):
     ppr: PulsesPerRevolution = DEFAULT_PPR
     number: int = Field(0, ge=0, description='the seed of all that varies between trials')
     odom: Literal['encoder', 'ideal'] = 'encoder'
+    nav: Literal['scripted', 'embedded', 'upstream'] = 'scripted'
     wheel_diameter: float = Field(0.2, gt=0, description='[m]')
     wheel_separation: float = Field(0.4, gt=0, description='[m]')
+
+    def goal(self) -> Pose2D:
+        """Where the robot is to end, in the map frame."""
+        return self.test.drive_end() if self.nav == 'scripted' else self.test.goal()
 
 
 class TrialPlan(Params):
@@ -83,6 +127,7 @@ class TrialPlan(Params):
 
     trial: Trial
     world: str = Field(description='path of the world file')
+    map: str = Field(description='path of its map\'s YAML file')
     bag: str = Field(description='path of the bag to record; empty for none')
 
 

@@ -10,7 +10,7 @@ import rospy
 import tf2_ros
 from geometry_msgs.msg import PoseArray, PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
-from nav_msgs.srv import GetMap, SetMap, SetMapRequest, SetMapResponse
+from nav_msgs.srv import SetMap, SetMapRequest, SetMapResponse
 from pydantic import Field
 from sensor_msgs.msg import LaserScan
 from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
@@ -23,6 +23,7 @@ from diff_encoder_sim.ros.conversions import (ns_from_stamp, pose_covariance_fro
                                               pose_from_message, pose_from_transform,
                                               pose_message, pose_with_covariance_message,
                                               scan_from_message, stamp_from_ns, transform_message)
+from diff_encoder_sim.ros.map_client import fetch_map
 from diff_encoder_sim.ros.map_conversions import grid_from_message
 from diff_encoder_sim.ros.node import log, node_params, publisher, run_node, subscriber
 from diff_encoder_sim.ros.trial_plan import trial_plan
@@ -71,16 +72,7 @@ class AmclNode:
         if self._params.use_map_topic:
             self._maps = subscriber('map', OccupancyGridMessage, self._on_map)
         else:
-            threading.Thread(target=self._fetch_map, daemon=True).start()
-
-    def _fetch_map(self) -> None:
-        while not rospy.is_shutdown():
-            try:
-                rospy.wait_for_service('static_map', timeout=5.0)
-                self._use_map(rospy.ServiceProxy('static_map', GetMap)().map)
-                return
-            except (rospy.ROSException, rospy.ServiceException) as error:
-                log.warning('waiting for the map: %s', error)
+            fetch_map(self._use_map)
 
     def _on_map(self, message: OccupancyGridMessage) -> None:
         if self._amcl is None or not self._params.first_map_only:

@@ -13,6 +13,7 @@ from diff_encoder_sim.errors import ConfigError
 from diff_encoder_sim.mapping.map_files import load_map
 from diff_encoder_sim.ros.map_conversions import map_message
 from diff_encoder_sim.ros.node import node_params, publisher, run_node
+from diff_encoder_sim.ros.trial_plan import trial_plan
 
 
 class MapServerParams(Params):
@@ -38,11 +39,17 @@ class MapServerNode:
 
 
 def main() -> None:
-    """Entry point of the executable: map_server_node MAP.yaml, as upstream's map_server."""
+    """Entry point of the executable: map_server_node MAP.yaml, as upstream's map_server.
+
+    Without an argument it serves the map of the running trial.
+    """
     run_node('map_server', lambda: MapServerNode(_map_file(rospy.myargv(sys.argv)[1:])))
 
 
 def _map_file(arguments: list) -> str:
+    plan = trial_plan()
+    if not arguments and plan is not None:
+        return plan.map
     if len(arguments) != 1:
         raise ConfigError(f'arguments: given {" ".join(arguments)!r}; allowed: one map .yaml file')
     return str(arguments[0])

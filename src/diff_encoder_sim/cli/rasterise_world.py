@@ -1,0 +1,34 @@
+"""rasterise_world: makes a map file straight from a world file."""
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Optional, Sequence
+
+from diff_encoder_sim.cli.run import run_tool
+from diff_encoder_sim.mapping.map_files import save_map
+from diff_encoder_sim.mapping.rasterise import rasterise
+from diff_encoder_sim.simulation.world import load_world
+
+
+def main(arguments: Optional[Sequence[str]] = None) -> None:
+    """Entry point of the executable."""
+    run_tool('rasterise_world', lambda: _rasterise(_parse(arguments)))
+
+
+def _rasterise(options: argparse.Namespace) -> None:
+    grid = rasterise(load_world(options.world), options.height, options.resolution, *options.free)
+    print(save_map(grid, options.out or options.world.with_suffix('')))
+
+
+def _parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog='rasterise_world', description=__doc__,
+        epilog='example: rasterise_world worlds/hallway.world --free -10 0')
+    parser.add_argument('world', type=Path, help='.world file')
+    parser.add_argument('--free', type=float, nargs=2, default=(0.0, 0.0), metavar=('X', 'Y'),
+                        help='a point in free space [m]')
+    parser.add_argument('--height', type=float, default=1.12, help='of the scan plane [m]')
+    parser.add_argument('--resolution', type=float, default=0.05, help='side of a cell [m]')
+    parser.add_argument('--out', type=Path, help='path without suffix (default: beside the world)')
+    return parser.parse_args(arguments)

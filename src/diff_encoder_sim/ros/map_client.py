@@ -1,0 +1,31 @@
+"""Getting the map: from the service static_map, as upstream's nodes do."""
+from __future__ import annotations
+
+import threading
+from typing import Callable
+
+import rospy
+from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
+from nav_msgs.srv import GetMap
+
+from diff_encoder_sim.ros.node import log
+
+PATIENCE_S = 5.0
+
+
+def fetch_map(use_map: Callable[[OccupancyGridMessage], None]) -> None:
+    """Call `use_map` once with the map, from a thread, as soon as somebody serves it."""
+    threading.Thread(target=_fetch, args=(use_map,), daemon=True).start()
+
+
+def _fetch(use_map: Callable[[OccupancyGridMessage], None]) -> None:
+    while not rospy.is_shutdown():
+        try:
+            rospy.wait_for_service('static_map', timeout=PATIENCE_S)
+            message = rospy.ServiceProxy('static_map', GetMap)().map
+        except (rospy.ROSException, rospy.ServiceException) as error:
+            if not rospy.is_shutdown():
+                log.warning('waiting for the map: %s', error)
+            continue
+        use_map(message)
+        return

@@ -1,0 +1,74 @@
+"""What people see of the navigator: plans and costmaps, on move_base's topics."""
+from __future__ import annotations
+
+from typing import Dict
+
+import numpy as np
+import rospy
+from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
+from nav_msgs.msg import Path
+
+from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
+from diff_encoder_sim.navigation.costmap import Costmap
+from diff_encoder_sim.navigation.navigator import Navigator
+from diff_encoder_sim.ros.conversions import pose_stamped_message, stamp_from_ns
+from diff_encoder_sim.ros.map_conversions import map_message
+from diff_encoder_sim.ros.node import publisher
+from diff_encoder_sim.se2 import Pose2D
+from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
+
+PLANS_PERIOD_NS = 200_000_000
+
+# Costs 0 to 255 as costmap_2d shows them: 1 to 98 for inflation, 99 inscribed, 100 lethal.
+_SHOWN = np.concatenate([[0], np.linspace(1, 98, 252).astype(np.int64), [99, 100, -1]]).astype(
+    np.int8)
+
+
+class NavigationViews:
+    """Publishes what somebody listens to, at a leisurely rate."""
+
+    def __init__(self, map_frame: str, odom_frame: str) -> None:
+        self._map_frame, self._odom_frame = map_frame, odom_frame
+        self._global_plans = publisher('~NavfnROS/plan', Path)
+        self._local_plans = publisher('~DWAPlannerROS/local_plan', Path)
+        self._global_costmaps = publisher('~global_costmap/costmap', OccupancyGridMessage)
+        self._local_costmaps = publisher('~local_costmap/costmap', OccupancyGridMessage)
+        self._shown_ns: Dict[rospy.Publisher, int] = {}
+
+    def show(self, navigator: Navigator, now_ns: int) -> None:
+        """Publish what is due."""
+        plans = ((self._global_plans, self._map_frame, navigator.global_plan_in_map),
+                 (self._local_plans, self._odom_frame, navigator.local_plan_in_odom))
+        for plan_publisher, frame, poses in plans:
+            if self._is_due(plan_publisher, PLANS_PERIOD_NS, now_ns):
+                plan_publisher.publish(path_message(poses, now_ns, frame))
+        for costmap_publisher, frame, costmap in (
+                (self._global_costmaps, self._map_frame, navigator.global_costmap),
+                (self._local_costmaps, self._odom_frame, navigator.local_costmap)):
+            frequency_hz = costmap.params.publish_frequency
+            if frequency_hz > 0 and self._is_due(
+                    costmap_publisher, round(NANOSECONDS_PER_SECOND / frequency_hz), now_ns):
+                costmap_publisher.publish(costmap_message(costmap, now_ns, frame))
+
+    def _is_due(self, view: rospy.Publisher, period_ns: int, now_ns: int) -> bool:
+        last_ns = self._shown_ns.get(view)
+        if not view.get_num_connections() or (last_ns is not None
+                                              and 0 <= now_ns - last_ns < period_ns):
+            return False
+        self._shown_ns[view] = now_ns
+        return True
+
+
+def path_message(poses: np.ndarray, stamp_ns: int, frame: str) -> Path:
+    """(n, 3) poses as a path."""
+    message = Path(poses=[pose_stamped_message(Pose2D(*row), stamp_ns, frame)
+                          for row in poses.tolist()])
+    message.header.stamp = stamp_from_ns(stamp_ns)
+    message.header.frame_id = frame
+    return message
+
+
+def costmap_message(costmap: Costmap, stamp_ns: int, frame: str) -> OccupancyGridMessage:
+    """A costmap in the occupancy values that RViz colours as costs."""
+    grid = OccupancyGrid(_SHOWN[costmap.costs], costmap.resolution_m, costmap.origin)
+    return map_message(grid, stamp_ns, frame)

@@ -1,0 +1,138 @@
+"""The life of a live trial: the graph comes up, time runs, somebody drives, the result is told."""
+from __future__ import annotations
+
+import json
+import math
+import sys
+import time
+from typing import Callable, Optional, Sequence
+
+import rospy
+from geometry_msgs.msg import PoseStamped
+from pydantic import Field
+from std_msgs.msg import String
+from std_srvs.srv import Empty
+
+from diff_encoder_sim.config import Params
+from diff_encoder_sim.errors import InputFault
+from diff_encoder_sim.recording import topics
+from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_from_message
+from diff_encoder_sim.ros.graph import wait_until_heard
+from diff_encoder_sim.ros.launch_status import LaunchStatus
+from diff_encoder_sim.ros.node import log, publisher, subscriber
+from diff_encoder_sim.ros.trial_plan import required_trial_plan
+from diff_encoder_sim.se2 import Pose2D
+
+LAST_MESSAGES_S = 0.5     # of wall time, for what is on its way into the bag
+POLL_PERIOD_S = 0.1
+
+# Each must have a publisher that all its subscribers hear before time may run.
+GRAPH = ('/clock', '/joint_states', '/gazebo/model_states', topics.TRIAL, topics.TRIAL_RESULT,
+         topics.ODOM, topics.WORLD_POSE, topics.GLOBAL_POSE, '/cmd_vel', '/tf', '/tf_static')
+
+
+class TrialParams(Params):
+    """Parameters of every node that runs a trial."""
+
+    odom_frame: str = Field('odom', min_length=1)
+    map_frame: str = Field('map', min_length=1)
+    start_timeout: float = Field(60.0, gt=0, description='for the graph to come up [s of wall]')
+    stall_timeout: float = Field(20.0, gt=0, description='without a true pose [s of wall]')
+    goal_distance: float = Field(0.5, gt=0, description='truth farther off fails the trial [m]')
+
+
+class TrialFailed(Exception):
+    """Why the trial did not come to its end."""
+
+
+class TrialRunner:
+    """Starts a trial, watches over it, and reports how it ended; driving is others' work."""
+
+    def __init__(self, status: LaunchStatus, params: TrialParams,
+                 on_world_pose: Callable[[int, Pose2D], None]) -> None:
+        """`on_world_pose` is called with (stamp_ns, true pose in the map) at 20 Hz."""
+        self._status = status
+        self._params = params
+        self._on_true_pose = on_world_pose
+        plan = required_trial_plan()
+        self.trial = plan.trial
+        self._record = f'bag: {plan.bag}' if plan.bag else 'no bag'
+        self._true_pose: Optional[Pose2D] = None
+        self._last_heard_s = time.monotonic()
+        self._info = publisher(topics.TRIAL, String, latch=True)
+        self._result = publisher(topics.TRIAL_RESULT, String, latch=True)
+        self._info.publish(String(self.trial.model_dump_json()))
+        self._world_pose = subscriber(topics.WORLD_POSE, PoseStamped, self._on_world_pose)
+
+    def run(self, drive: Callable[[], None], also_heard: Sequence[str] = ()) -> None:
+        """Let time run, `drive`, and tell the result; exits with status 1 when it failed.
+
+        Args:
+            drive: returns when the driving is done; raises TrialFailed.
+            also_heard: topics that must be connected, too, before time runs.
+        """
+        try:
+            self._start(also_heard)
+            drive()
+            self._check_goal()
+        except TrialFailed as failure:
+            self._report('failed', str(failure))
+            rospy.logerr('trial failed: %s', failure)
+            sys.exit(1)
+        self._report('succeeded', '')
+        rospy.loginfo('trial succeeded; %s', self._record)
+        self._status.succeed()
+
+    def wait_for(self, is_done: Callable[[], bool]) -> None:
+        """Block until `is_done`.
+
+        Raises:
+            TrialFailed: the trial was stopped, or simulated time stands still.
+        """
+        while not is_done():
+            if rospy.is_shutdown():
+                raise TrialFailed('stopped before its end')
+            if time.monotonic() - self._last_heard_s > self._params.stall_timeout:
+                raise TrialFailed(f'no {topics.WORLD_POSE} for '
+                                  f'{self._params.stall_timeout:.0f} s')
+            time.sleep(POLL_PERIOD_S)
+
+    def _start(self, also_heard: Sequence[str]) -> None:
+        missing = wait_until_heard((*GRAPH, *also_heard), self._params.start_timeout)
+        if rospy.is_shutdown():
+            raise TrialFailed('stopped before it began')
+        if missing:
+            raise TrialFailed(f'after {self._params.start_timeout:.0f} s still not connected: '
+                              f'{", ".join(missing)}')
+        self._last_heard_s = time.monotonic()
+        _call('/gazebo/unpause_physics')
+
+    def _check_goal(self) -> None:
+        goal = self.trial.goal()
+        distance_m = math.hypot(self._true_pose.x_m - goal.x_m, self._true_pose.y_m - goal.y_m)
+        if distance_m > self._params.goal_distance:
+            raise TrialFailed(f'the robot stands {distance_m:.2f} m from the goal; allowed: '
+                              f'{self._params.goal_distance:.2f} m')
+
+    def _on_world_pose(self, message: PoseStamped) -> None:
+        try:
+            self._true_pose = pose_from_message(message.pose)
+        except InputFault as fault:
+            log.warning('%s: %s; message dropped', topics.WORLD_POSE, fault)
+            return
+        self._last_heard_s = time.monotonic()
+        self._on_true_pose(ns_from_stamp(message.header.stamp), self._true_pose)
+
+    def _report(self, outcome: str, reason: str) -> None:
+        if rospy.is_shutdown():
+            return
+        _call('/gazebo/pause_physics')
+        self._result.publish(String(json.dumps({'outcome': outcome, 'reason': reason})))
+        time.sleep(LAST_MESSAGES_S)
+
+
+def _call(service: str) -> None:
+    try:
+        rospy.ServiceProxy(service, Empty)()
+    except rospy.ServiceException as error:
+        log.warning('%s: %s', service, error)
