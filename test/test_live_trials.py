@@ -17,6 +17,7 @@ TRIAL = ROOT / 'launch' / 'trial.launch'
 TICK_NS, PERIOD_NS = 10000000, 50000000  # 100 Hz, 20 Hz
 WHEEL_DIAMETER, SEPARATION = 0.2, 0.4
 LINE_LENGTH = 2.0
+DRIVE_NS = 5500000000  # 2 m at 0.45 m/s, sped up and slowed down at 0.7 m/s^2, take 5.1 s
 # Five turns or 20 m may differ from wheel-angle kinematics by a thousandth.
 SLIP = 1e-3
 OUTPUT = 'launch.txt'
@@ -110,7 +111,9 @@ def trial(request):
 def test_trials_run_without_a_warning(line_bags, turn_bag):
     for bag in [*line_bags, turn_bag]:
         lines = bag.with_name(OUTPUT).read_text().splitlines()
-        assert [line for line in lines if 'WARN' in line or 'ERROR' in line] == []
+        # roscpp says so of any simulator that starts paused, when the machine is slow
+        wanted = 'no clock published'
+        assert [line for line in lines if ('WARN' in line or 'ERROR' in line) and wanted not in line] == []
 
 
 def test_bag_is_complete(trial):
@@ -233,8 +236,7 @@ def test_same_trial_twice_is_the_same(line_bags):
     for contents in (Bag.angles, Bag.pulses):
         one, other = contents(first), contents(second)
         shorter = min(len(one), len(other))
-        # The run is paused by a service call at its end, so a few samples at rest may come or not.
-        assert max(len(one), len(other)) - shorter <= 20
+        assert one[shorter - 1][0] > DRIVE_NS  # the run is paused by a service call: only the rest at its end may differ
         assert one[:shorter] == other[:shorter]
 
 

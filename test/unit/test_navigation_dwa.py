@@ -114,7 +114,7 @@ def test_distances_go_around_obstacles():
     distance = np.empty((7, 7), np.int32)
     assert plan_distance(costs, 1.0, np.array([[0.5, 0.5], [1.5, 0.5]]), False, distance)
     assert distance[0, :3].tolist() == [0, 0, 1]
-    assert distance[0, 4] == 5 + 6 + 6 - 3 + 0             # down to row 6, past the wall, up again
+    assert distance[0, 4] == 6 + 3 + 6                     # down to row 6, past the wall, up again
     assert distance[2, 3] == 49 and distance[6, 6] == 49   # blocked, unknown
     costs[6, 3] = 254
     plan_distance(costs, 1.0, np.array([[0.5, 0.5], [1.5, 0.5]]), False, distance)
@@ -206,7 +206,7 @@ def test_path_critic_rejects_ways_through_inscribed_cells():
     """The outline alone would pass: with a robot of a few centimetres it sees no lethal cell."""
     tiny = [[0.01, 0.01], [-0.01, 0.01], [-0.01, -0.01], [0.01, -0.01]]
     costmap = local_costmap(footprint=tiny, footprint_padding=0.0)
-    costmap.costs[:, 36] = 253
+    costmap.costs[20:40, 36] = 253
     result = scored(DwaPlanner(dwa_params(), PERIOD_S), costmap, straight_plan())
     assert set(result.totals) == {critics.BLOCKED}
 
@@ -220,7 +220,8 @@ def test_samples_slower_than_both_minima_are_no_trajectories():
 def test_a_robot_that_could_never_start_is_a_config_error():
     """0.7 m/s^2 in 50 ms is 0.035 m/s: below upstream's default min_vel_trans of 0.1."""
     with pytest.raises(ConfigError, match='min_vel_trans'):
-        NavigatorParams.from_mapping({'DWAPlannerROS': {**TABLE_2, 'min_vel_trans': 0.1}}, 'x.yaml')
+        NavigatorParams.from_mapping({'DWAPlannerROS': {
+            **TABLE_2, 'min_vel_trans': 0.1, 'min_vel_theta': 0.4}}, 'x.yaml')
     NavigatorParams()                                      # upstream's own defaults can
 
 

@@ -94,9 +94,10 @@ def test_potential_is_the_fixpoint_of_the_wave_equation():
                 weight = weights[row - 1, column - 1]
                 along = min(expected[row, column - 1], expected[row, column + 1])
                 across = min(expected[row - 1, column], expected[row + 1, column])
-                low, apart = min(along, across), abs(along - across)
+                low, high = min(along, across), max(along, across)
                 if np.isfinite(low) and np.isfinite(weight):
-                    new = low + weight if not apart < weight else \
+                    apart = high - low
+                    new = low + weight if apart >= weight else \
                         low + 0.5 * (apart + math.sqrt(2 * weight ** 2 - apart ** 2))
                     expected[row, column] = min(expected[row, column], new)
     potential = propagate(weights, 12, 15, 0, 0, 50.0, False, False)

@@ -232,7 +232,7 @@ class Costmap:
 def static_costs(cells: np.ndarray, params: CostmapParams) -> np.ndarray:
     """(rows, columns) uint8 costs of occupancy -1 to 100, as costmap_2d's static layer reads them."""
     scaled = np.zeros(cells.shape) if params.trinary_costmap else \
-        LETHAL * np.maximum(cells, 0) / params.lethal_cost_threshold
+        float(LETHAL) * np.maximum(cells, 0) / params.lethal_cost_threshold
     costs = np.where(cells >= params.lethal_cost_threshold, LETHAL, scaled)
     return np.where(cells < 0, NO_INFORMATION if params.track_unknown_space else FREE,
                     costs).astype(np.uint8)

@@ -109,8 +109,7 @@ class GoalRun:
 
     def _replan(self, now_ns: int) -> None:
         self._planned_ns = now_ns
-        for pose in self.route.poses[self.route.next_index:]:
-            self._tools.global_planner.check_goal(pose)
+        self.route.check(self._tools.global_planner.check_goal)
         self.global_plan_in_map = self.route.plan(self._tools.inputs.base_pose_in_map,
                                                   self._tools.global_planner.make_plan)
         self._tools.local_planner.set_plan(self.global_plan_in_map)

@@ -1,8 +1,9 @@
 """Where to go: one goal, or waypoints that are passed on the way to it."""
 from __future__ import annotations
 
+import contextlib
 import math
-from typing import Callable, List, Sequence
+from typing import Callable, Iterator, List, Sequence
 
 import numpy as np
 
@@ -47,6 +48,16 @@ class Route:
         if len(self.poses) == 1:
             return 'the goal'
         return f'waypoint {self.next_index + 1} of {len(self.poses)}'
+
+    def check(self, check_goal: Callable[[Pose2D], None]) -> None:
+        """Look at all poses that are left, before the robot starts for one that is not.
+
+        Raises:
+            PlanError: `check_goal` raised it; the text names the waypoint.
+        """
+        for index in range(self.next_index, len(self.poses)):
+            with self._naming(index):
+                check_goal(self.poses[index])
 
     def plan(self, start: Pose2D, make_plan: MakePlan) -> np.ndarray:
         """(n, 3) from the robot over the target to the waypoint after it.
@@ -109,14 +120,20 @@ class Route:
         return [beyond[1:]]
 
     def _leg(self, start: Pose2D, index: int, make_plan: MakePlan) -> np.ndarray:
-        try:
+        with self._naming(index):
             self._last_leg = make_plan(start, self.poses[index])
+        return self._last_leg
+
+    @contextlib.contextmanager
+    def _naming(self, index: int) -> Iterator[None]:
+        """What goes wrong with a pose of several is said with its number."""
+        try:
+            yield
         except PlanError as error:
             if len(self.poses) == 1:
                 raise
             raise PlanError(error.problem,
                             f'waypoint {index + 1} of {len(self.poses)}: {error}') from None
-        return self._last_leg
 
 
 def _goes_on(before: np.ndarray, beyond: np.ndarray) -> bool:

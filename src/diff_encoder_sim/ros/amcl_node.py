@@ -106,35 +106,33 @@ class AmclNode:
         self._process()
 
     def _process(self) -> None:
-        """Take the waiting scans in order, as far as the odometry has come."""
+        """Take the waiting scans in order, as far as transforms have come."""
         with self._lock:
             while self._waiting and self._amcl is not None:
                 message = self._waiting[0]
                 try:
-                    odom_pose = self._lookup(self._params.odom_frame_id, message.header.stamp)
-                except tf2_ros.ExtrapolationException as error:
-                    if 'future' in str(error):
-                        return  # comes with one of the next transforms
-                    log.warning('%s: %s; scan dropped', self._scans.resolved_name, error)
-                    odom_pose = None
+                    laser_pose = self._lookup(self._params.base_frame_id, message.header.frame_id,
+                                              rospy.Time(0))
+                    odom_pose = self._lookup(self._params.odom_frame_id,
+                                             self._params.base_frame_id, message.header.stamp)
                 except tf2_ros.TransformException as error:
+                    if 'past' not in str(error):
+                        log.debug('waiting for %s', error)
+                        return
                     log.warning('%s: %s; scan dropped', self._scans.resolved_name, error)
-                    odom_pose = None
+                    self._waiting.popleft()
+                    continue
                 self._waiting.popleft()
-                if odom_pose is not None:
-                    self._localize(message, odom_pose)
+                self._localize(message, odom_pose, laser_pose)
 
-    def _lookup(self, frame: str, stamp: rospy.Time) -> Pose2D:
-        return pose_from_transform(self._buffer.lookup_transform(
-            frame, self._params.base_frame_id, stamp))
+    def _lookup(self, parent: str, child: str, stamp: rospy.Time) -> Pose2D:
+        return pose_from_transform(self._buffer.lookup_transform(parent, child, stamp))
 
-    def _localize(self, message: LaserScan, odom_pose: Pose2D) -> None:
+    def _localize(self, message: LaserScan, odom_pose: Pose2D, laser_pose: Pose2D) -> None:
         try:
-            laser_pose = pose_from_transform(self._buffer.lookup_transform(
-                self._params.base_frame_id, message.header.frame_id, rospy.Time(0)))
             scan = scan_from_message(message)
             estimate = self._amcl.update(odom_pose, scan, laser_pose)
-        except (InputFault, tf2_ros.TransformException) as fault:
+        except InputFault as fault:
             log.warning('%s: %s; scan dropped', self._scans.resolved_name, fault)
             return
         if estimate is not None:

@@ -11,6 +11,8 @@ from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
 log = logging.getLogger(__name__)
 
 Command = Tuple[float, float]  # linear [m/s], angular [rad/s]
+STANDSTILL: Command = (0.0, 0.0)
+IDLE_PATIENCE_S = 0.02  # of wall time
 
 
 class CommandGate:
@@ -32,6 +34,8 @@ class CommandGate:
         self._arrived = threading.Condition()
         self._commands: Deque[Command] = deque()
         self._is_waited_for = True
+        self._is_moving = False
+        self._is_first = True
 
     def put(self, command: Command) -> None:
         """Take a command from the controller."""
@@ -56,12 +60,17 @@ class CommandGate:
                 return None
             newest = self._commands.pop()
             self._commands.clear()
+            self._is_moving = newest != STANDSTILL
             return newest
 
     def _wait(self, sim_time_ns: int) -> None:
         if self._commands or not (self._is_waited_for and self._is_expected()):
             return
-        if not self._arrived.wait_for(lambda: bool(self._commands), self._patience_s):
+        # Of a robot at rest nobody may be in charge, between one goal and the next.
+        patience_s = self._patience_s if self._is_moving or self._is_first else IDLE_PATIENCE_S
+        self._is_first = False
+        if not self._arrived.wait_for(lambda: bool(self._commands), patience_s):
             self._is_waited_for = False
-            log.warning('no velocity command for %.2f s of simulated time: going on without',
-                        sim_time_ns / NANOSECONDS_PER_SECOND)
+            if self._is_moving:
+                log.warning('no velocity command for %.2f s of simulated time: going on without',
+                            sim_time_ns / NANOSECONDS_PER_SECOND)

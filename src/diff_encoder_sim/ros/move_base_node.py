@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from typing import Optional
 
 import actionlib
@@ -19,7 +20,7 @@ from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 from diff_encoder_sim.errors import ConfigError, InputFault
 from diff_encoder_sim.navigation.navigator import Navigator
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
-from diff_encoder_sim.navigation.outcome import Command, GoalStatus
+from diff_encoder_sim.navigation.outcome import STOP, Command, GoalStatus
 from diff_encoder_sim.navigation.plan_error import PlanError
 from diff_encoder_sim.ros.conversions import (ns_from_stamp, pose_from_message,
                                               pose_from_transform, pose_stamped_message,
@@ -29,6 +30,10 @@ from diff_encoder_sim.ros.map_conversions import grid_from_message
 from diff_encoder_sim.ros.navigation_views import NavigationViews, path_message
 from diff_encoder_sim.ros.node import log, node_params, publisher, run_node, subscriber
 from diff_encoder_sim.se2 import Pose2D
+from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
+
+
+WATCHDOG_PERIOD_S = 0.1
 
 
 class MoveBaseNode:
@@ -50,14 +55,15 @@ class MoveBaseNode:
         self._views = NavigationViews(self._map_frame, self._odom_frame)
         self._server = actionlib.SimpleActionServer(rospy.get_name(), MoveBaseAction,
                                                     auto_start=False)
-        self._server.register_goal_callback(self._on_goal)
-        self._server.register_preempt_callback(self._on_preempt)
         self._server.start()
         self._services = [rospy.Service('~make_plan', GetPlan, self._on_make_plan),
                           rospy.Service('~clear_costmaps', Empty, self._on_clear_costmaps)]
         self._simple_goals = subscriber('move_base_simple/goal', PoseStamped, self._on_simple_goal)
         self._scans = subscriber('scan', LaserScan, self._on_scan)
         self._odometry = subscriber('odom', Odometry, self._on_odometry)
+        self._stepped_ns, self._stepped_at_s = 0, time.monotonic()
+        self._watchdog = rospy.Timer(rospy.Duration(WATCHDOG_PERIOD_S), self._on_watchdog,
+                                     reset=True)
         fetch_map(self._on_map)
 
     # ---- arrivals
@@ -110,7 +116,19 @@ class MoveBaseNode:
 
     # ---- one control period
 
+    def _on_watchdog(self, _: rospy.timer.TimerEvent) -> None:
+        """Stop when no odometry comes: nothing else would step, and the last command would stand."""
+        with self._lock:
+            silent_s = time.monotonic() - self._stepped_at_s
+            age_s = (ns_from_stamp(rospy.Time.now()) - self._stepped_ns) / NANOSECONDS_PER_SECOND
+            # By both clocks: a loaded machine delays messages, and a paused simulation sends none.
+            if self._is_driving and min(silent_s, age_s) > self._params.input_timeout:
+                log.warning('%s: none for %.1f s; stopped', self._odometry.resolved_name, age_s)
+                self._command(STOP)
+
     def _step(self, now_ns: int) -> None:
+        self._stepped_ns, self._stepped_at_s = now_ns, time.monotonic()
+        self._look_for_goals()
         output = self._navigator.step(now_ns)
         if output.status is GoalStatus.ACTIVE:
             self._is_driving = True
@@ -150,28 +168,24 @@ class MoveBaseNode:
 
     # ---- the action and the services
 
-    def _on_goal(self) -> None:
-        goal: MoveBaseGoal = self._server.accept_new_goal()
-        with self._lock:
+    def _look_for_goals(self) -> None:
+        """By asking, not by callback: the action server calls back with its own lock held."""
+        if self._server.is_new_goal_available():
+            goal: MoveBaseGoal = self._server.accept_new_goal()
             try:
                 self._set_goal(goal.target_pose)
             except InputFault as fault:
                 log.warning('goal: %s; refused', fault)
                 self._server.set_aborted(MoveBaseResult(), str(fault))
+        elif self._server.is_active() and self._server.is_preempt_requested():
+            self._navigator.cancel()
 
     def _set_goal(self, target: PoseStamped) -> None:
         frame = target.header.frame_id.lstrip('/')
         if frame != self._map_frame:
             raise InputFault(f'in frame {frame!r}; expected {self._map_frame!r}')
-        pose = pose_from_message(target.pose)
-        if self._navigator is None:
-            raise InputFault('there is no map, scan or transform to the laser yet')
-        self._navigator.set_goal(pose)
-
-    def _on_preempt(self) -> None:
-        with self._lock:
-            if self._navigator is not None and not self._server.is_new_goal_available():
-                self._navigator.cancel()
+        self._navigator.set_goal(pose_from_message(target.pose))
+        self._is_driving = True
 
     def _on_simple_goal(self, message: PoseStamped) -> None:
         self._goals.publish(MoveBaseActionGoal(goal=MoveBaseGoal(target_pose=message)))

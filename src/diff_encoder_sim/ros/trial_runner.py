@@ -23,6 +23,7 @@ from diff_encoder_sim.ros.node import log, publisher, subscriber
 from diff_encoder_sim.ros.trial_plan import required_trial_plan
 from diff_encoder_sim.se2 import Pose2D
 
+FIRST_MESSAGES_S = 0.2    # of wall time, for latched messages on connections just made
 LAST_MESSAGES_S = 0.5     # of wall time, for what is on its way into the bag
 POLL_PERIOD_S = 0.1
 
@@ -104,6 +105,7 @@ class TrialRunner:
         if missing:
             raise TrialFailed(f'after {self._params.start_timeout:.0f} s still not connected: '
                               f'{", ".join(missing)}')
+        time.sleep(FIRST_MESSAGES_S)
         self._last_heard_s = time.monotonic()
         _call('/gazebo/unpause_physics')
 
