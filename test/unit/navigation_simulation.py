@@ -30,7 +30,8 @@ TABLE_2 = {'max_vel_x': 0.45, 'max_vel_trans': 0.45, 'min_vel_trans': 0.0, 'max_
 
 def navigator_params(dwa=None, **changes):
     """Table 2 and the defaults, with changes."""
-    return NavigatorParams.from_mapping({'DWAPlannerROS': {**TABLE_2, **(dwa or {})}, **changes}, '')
+    return NavigatorParams.from_mapping(
+        {'DWAPlannerROS': {**TABLE_2, **(dwa or {})}, **changes}, '')
 
 
 class Shapes(NamedTuple):
@@ -83,7 +84,7 @@ def read_shapes(name):
 
 
 def rasterise(shapes, low, high, resolution_m=0.05):
-    """The map of a world between two corners (x, y): a cell is occupied where a solid touches it."""
+    """The map of a world between two corners (x, y): occupied where a solid touches a cell."""
     columns, rows = (math.ceil((h - l) / resolution_m) for l, h in zip(low, high))
     cells = np.full((rows, columns), FREE, np.int8)
     for x_share, y_share in ((a, b) for a in (0.02, 0.5, 0.98) for b in (0.02, 0.5, 0.98)):

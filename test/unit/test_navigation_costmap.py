@@ -27,6 +27,10 @@ def scan_of(ranges_by_degree, rays=360):
     return Scan(0, 0.0, math.radians(1.0), 0.15, 6.0, ranges)
 
 
+def random_walls():
+    return np.where(np.random.default_rng(1).random((160, 200)) < 0.01, 100, 0)
+
+
 # ---- footprint
 
 def test_radii_of_the_padded_rectangle():
@@ -169,7 +173,7 @@ def test_window_moves_with_the_robot_by_whole_cells_and_remembers():
 
 def test_a_global_update_by_windows_equals_one_from_scratch():
     random = np.random.default_rng(1)
-    cells = np.where(random.random((160, 200)) < 0.01, 100, 0)
+    cells = random_walls()
     origin = Pose2D(-1.0, -2.0, 0.3)
     costmap = static_costmap(cells, origin)
     for index in range(6):
@@ -178,6 +182,16 @@ def test_a_global_update_by_windows_equals_one_from_scratch():
     windowed = costmap.costs.copy()
     costmap._refresh(costmap._everything())
     assert (costmap.costs == windowed).all()
+
+
+@pytest.mark.parametrize('inflation_radius', [0.0, 0.55])
+def test_a_robot_off_the_map_changes_nothing(inflation_radius):
+    costmap = static_costmap(random_walls(), inflation_radius=inflation_radius)
+    before = costmap.costs.copy()
+    for pose in (Pose2D(-50.0, 2.0, 1.0), Pose2D(2.0, 1e6, 0.0), Pose2D(900.0, 900.0, 0.0)):
+        costmap.update(pose, scan_of({0: 1.0, 90: math.inf}), pose)
+        costmap.clear_obstacles(pose, 3.0)
+    assert (costmap.costs == before).all()
 
 
 def test_scans_overrule_the_map_only_upwards():

@@ -55,7 +55,8 @@ def test_window_is_what_one_period_reaches():
 
 def test_window_stays_within_the_limits():
     params = dwa_params(min_vel_x=-0.1)
-    assert velocity_window(params, 0.44, 0.9, PERIOD_S, 5.0) == pytest.approx((0.405, 0.45, 0.655, 1.0))
+    assert velocity_window(params, 0.44, 0.9, PERIOD_S, 5.0) == pytest.approx(
+        (0.405, 0.45, 0.655, 1.0))
     assert velocity_window(params, -0.09, -1.0, PERIOD_S, 5.0)[:2] == pytest.approx((-0.1, -0.055))
 
 
@@ -81,7 +82,8 @@ def test_samples_hold_both_ends_and_zero():
 
 def test_default_sample_count_is_upstreams():
     """3 x 20, and one more turn of 0 where the window spans it."""
-    assert len(velocity_samples(velocity_window(dwa_params(), 0.2, 0.0, PERIOD_S, 5.0), 3, 20)) == 63
+    window = velocity_window(dwa_params(), 0.2, 0.0, PERIOD_S, 5.0)
+    assert len(velocity_samples(window, 3, 20)) == 63
 
 
 def test_the_trajectory_is_upstreams():
@@ -150,7 +152,8 @@ def test_obstacle_critic_rejects_collisions_and_takes_the_highest_cost():
     assert (blocked.totals == critics.COLLIDES).all() and blocked.best == -1
     costmap = local_costmap([(0.3, 0.62)])
     beside = scored(planner, costmap, straight_plan())
-    index = next(i for i, (v, w) in enumerate(beside.samples) if w == 0.0 and v == max(beside.samples[:, 0]))
+    index = next(i for i, (v, w) in enumerate(beside.samples)
+                 if w == 0.0 and v == max(beside.samples[:, 0]))
     assert 0.0 < beside.scores[index, critics.OBSTACLE] <= 253
 
 

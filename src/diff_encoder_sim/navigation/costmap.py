@@ -73,7 +73,8 @@ class Costmap:
         self.resolution_m = params.resolution
         rows, columns = (max(1, round(size_m / params.resolution))
                          for size_m in (params.height, params.width))
-        self.origin = Pose2D(-0.5 * columns * self.resolution_m, -0.5 * rows * self.resolution_m, 0.0)
+        self.origin = Pose2D(-0.5 * columns * self.resolution_m, -0.5 * rows * self.resolution_m,
+                             0.0)
         self._static, self._unseen = None, FREE
         self._allocate((rows, columns))
 
@@ -123,8 +124,9 @@ class Costmap:
         if self._static is None or not self.contains(row, column):
             return False
         reach = math.floor(self.footprint.inscribed_radius_m * self._per_m)
-        rows, columns = np.nonzero(self._static[max(0, row - reach):row + reach + 1,
-                                                max(0, column - reach):column + reach + 1] == LETHAL)
+        near = self._static[max(0, row - reach):row + reach + 1,
+                            max(0, column - reach):column + reach + 1]
+        rows, columns = np.nonzero(near == LETHAL)
         squared = (rows - min(row, reach)) ** 2 + (columns - min(column, reach)) ** 2
         return bool(len(squared)) and bool(
             math.sqrt(squared.min()) * self.resolution_m <= self.footprint.inscribed_radius_m)
@@ -201,6 +203,8 @@ class Costmap:
 
     def _refresh(self, window: _Window) -> None:
         """Combine the layers inside a window and inflate as far as that reaches."""
+        if window.first_row >= window.last_row or window.first_column >= window.last_column:
+            return                # all of it is off the map
         rows, columns = self.costs.shape
         cells = np.s_[window.first_row:window.last_row, window.first_column:window.last_column]
         obstacles = self._obstacles[cells]
@@ -230,7 +234,7 @@ class Costmap:
 
 
 def static_costs(cells: np.ndarray, params: CostmapParams) -> np.ndarray:
-    """(rows, columns) uint8 costs of occupancy -1 to 100, as costmap_2d's static layer reads them."""
+    """(rows, columns) uint8 costs of occupancy -1 to 100, as costmap_2d's static layer."""
     scaled = np.zeros(cells.shape) if params.trinary_costmap else \
         float(LETHAL) * np.maximum(cells, 0) / params.lethal_cost_threshold
     costs = np.where(cells >= params.lethal_cost_threshold, LETHAL, scaled)

@@ -6,7 +6,7 @@ gives a trajectory a cost, the sum decides, and one below zero rejects:
 | column | critic | cost | below zero |
 |---|---|---|---|
 | 0 | oscillation | 0 | -5: against the direction it is bound to |
-| 1 | obstacle | highest cost under the outline and at the centre | -6 in collision, -7 off the map |
+| 1 | obstacle | highest cost under outline and centre | -6 in collision, -7 off the map |
 | 2 | goal front | cells from the nose to the goal ahead of the plan | -4 off the map |
 | 3 | alignment | cells from the nose to the plan | -4 off the map |
 | 4 | path | cells from the centre to the plan | -2 no way, -3 blocked, -4 off the map |
@@ -136,9 +136,11 @@ def score_samples(costs: np.ndarray, per_m: float, vertices_m: np.ndarray, pose:
         scores: (n, 7), filled with the critics' costs, unscaled; totals: (n,), with the sums.
     """
     best = -1
-    points = np.empty((1 + step_count(
-        np.abs(samples[:, 0]).max(), np.abs(samples[:, 1]).max(), simulation[0], simulation[1],
-        simulation[2]), 3))
+    most = 0
+    for index in range(len(samples)):
+        most = max(most, step_count(samples[index, 0], samples[index, 1], simulation[0],
+                                    simulation[1], simulation[2]))
+    points = np.empty((most, 3))
     for index in range(len(samples)):
         linear_mps, angular_radps = samples[index]
         scores[index, :] = 0.0

@@ -110,7 +110,7 @@ class DwaPlanner:
                     and plan_distance(costs, per_m, front_m, True, self._grids[2]))
 
     def _scales(self, costmap: Costmap, goal_m: float) -> np.ndarray:
-        """(7,) weights of the critics; those of distances are per metre, so times the resolution."""
+        """(7,) weights of the critics; biases are per metre, distances in cells."""
         params = self.params
         path = params.path_distance_bias * costmap.resolution_m
         goal = params.goal_distance_bias * costmap.resolution_m

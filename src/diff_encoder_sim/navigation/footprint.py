@@ -88,7 +88,8 @@ def outline_cost(costs: np.ndarray, per_m: float, vertices_m: np.ndarray, x_m: f
     highest = 0.0
     last = len(vertices_m) - 1
     row = math.floor((y_m + sin_yaw * vertices_m[last, 0] + cos_yaw * vertices_m[last, 1]) * per_m)
-    column = math.floor((x_m + cos_yaw * vertices_m[last, 0] - sin_yaw * vertices_m[last, 1]) * per_m)
+    column = math.floor(
+        (x_m + cos_yaw * vertices_m[last, 0] - sin_yaw * vertices_m[last, 1]) * per_m)
     for index in range(len(vertices_m)):
         to_row = math.floor(
             (y_m + sin_yaw * vertices_m[index, 0] + cos_yaw * vertices_m[index, 1]) * per_m)
@@ -134,10 +135,15 @@ def line_cost(costs: np.ndarray, row: int, column: int, to_row: int, to_column: 
 def fill_polygon(cells: np.ndarray, per_m: float, corners_m: np.ndarray, value: int) -> None:
     """Set every cell that a convex polygon (n, 2), in the grid's frame, covers the centre of."""
     rows, columns = cells.shape
-    first_row = max(0, math.floor(corners_m[:, 1].min() * per_m))
-    last_row = min(rows - 1, math.floor(corners_m[:, 1].max() * per_m))
-    first_column = max(0, math.floor(corners_m[:, 0].min() * per_m))
-    last_column = min(columns - 1, math.floor(corners_m[:, 0].max() * per_m))
+    low_x = high_x = corners_m[0, 0]
+    low_y = high_y = corners_m[0, 1]
+    for index in range(1, len(corners_m)):
+        low_x, high_x = min(low_x, corners_m[index, 0]), max(high_x, corners_m[index, 0])
+        low_y, high_y = min(low_y, corners_m[index, 1]), max(high_y, corners_m[index, 1])
+    first_row = max(0, math.floor(low_y * per_m))
+    last_row = min(rows - 1, math.floor(high_y * per_m))
+    first_column = max(0, math.floor(low_x * per_m))
+    last_column = min(columns - 1, math.floor(high_x * per_m))
     for row in range(first_row, last_row + 1):
         for column in range(first_column, last_column + 1):
             if _is_inside((column + 0.5) / per_m, (row + 0.5) / per_m, corners_m):

@@ -72,7 +72,8 @@ class GlobalPlanner:
         path = descend(potential, *end_cell)[::-1]
         if len(path) == 0:
             raise self._unreachable(goal)
-        end = goal if end_cell == goal_cell else self._centre(end_cell)._replace(yaw_rad=goal.yaw_rad)
+        end = goal if end_cell == goal_cell else \
+            self._centre(end_cell)._replace(yaw_rad=goal.yaw_rad)
         return self._plan_along(path, start, end)
 
     def check_goal(self, goal: Pose2D) -> None:

@@ -139,7 +139,7 @@ class GoalRun:
                 log.debug('no new plan: %s', error)
 
     def _lead_on(self, now_ns: int) -> None:
-        """After a waypoint: lengthen the plan, or make one from here where the route turned back."""
+        """After a waypoint: lengthen the plan, or where the route turned back, plan anew."""
         if not self.route.plan_goes_on:
             self._replan(now_ns)
             return

@@ -61,7 +61,8 @@ def _seed(costs: np.ndarray, per_m: float, plan_m: np.ndarray, only_end: bool,
     filled, end = 0, -1
     for index in range(len(plan_m)):
         before = max(0, index - 1)
-        x_step, y_step = plan_m[index] - plan_m[before]
+        x_step = plan_m[index, 0] - plan_m[before, 0]
+        y_step = plan_m[index, 1] - plan_m[before, 1]
         # No gaps between the points wider than a cell.
         steps = max(1, math.ceil(math.sqrt(x_step * x_step + y_step * y_step) * per_m))
         for step in range(1, steps + 1):

@@ -200,7 +200,8 @@ class Navigator:
     @staticmethod
     def _is_due(updated_ns: Optional[int], frequency_hz: float, now_ns: int) -> bool:
         # A nanosecond's rounding must not make it a period later.
-        return updated_ns is None or now_ns - updated_ns >= NANOSECONDS_PER_SECOND / frequency_hz - 1
+        period_ns = NANOSECONDS_PER_SECOND / frequency_hz - 1
+        return updated_ns is None or now_ns - updated_ns >= period_ns
 
     def _output(self, command: Command, waiting_text: str = '') -> NavigatorOutput:
         run = self._run

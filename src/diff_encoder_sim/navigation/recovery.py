@@ -53,8 +53,8 @@ class ClearCostmap(Recovery):
     def step(self, view: RecoveryView) -> RecoveryStep:
         view.global_costmap.clear_obstacles(view.base_pose_in_map, self._reset_distance_m)
         view.local_costmap.clear_obstacles(view.base_pose_in_odom, self._reset_distance_m)
-        return RecoveryStep(True, text=f'obstacles outside a square of {self._reset_distance_m:.2f} m '
-                                       f'forgotten')
+        side = f'{self._reset_distance_m:.2f} m'
+        return RecoveryStep(True, text=f'obstacles outside a square of {side} forgotten')
 
 
 class Rotate(Recovery):

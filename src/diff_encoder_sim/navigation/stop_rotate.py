@@ -76,7 +76,7 @@ class LatchedStopRotate:
                               motion.angular_radps))
 
     def _turning_speed(self, turn_rad: float, angular_radps: float) -> float:
-        """As fast as the rest of the turn in a second, as reachable, and as can still be stopped."""
+        """The rest of the turn in a second, if reachable and if it can still be stopped."""
         params = self.params
         change = params.acc_lim_theta * self._sim_period_s
         speed = self._within_limits(abs(turn_rad))
