@@ -20,6 +20,7 @@ WORLD = '_world:=%s' % (ROOT / 'worlds' / 'hallway.world')
 ROBOT = '_robot:=%s' % (ROOT / 'urdf' / 'alto.urdf.xacro')
 ENCODER, ODOM, SIMULATOR = 'gz_diff_encoder_node', 'gz_diff_odom_node', 'simulator_node'
 PPR_ALLOWED = 'greater than 0'
+AWAIT_MASTER = 'import rosgraph, time\nwhile not rosgraph.is_master_online(): time.sleep(0.05)'
 
 ROBOT_FILE = '''<robot name="box">
   <link name="base_link">
@@ -143,7 +144,7 @@ def outcomes(folder):
     require_ros()
     with Graph(folder / 'ros') as graph, ThreadPoolExecutor(3) as pool:
         core = graph.start('roscore', '-p', str(graph.port))
-        graph.run(sys.executable, '-c', 'import rospy, rosgraph, time\nwhile not rosgraph.is_master_online(): time.sleep(0.05)')
+        graph.run(sys.executable, '-c', AWAIT_MASTER)
         runs = {}
         for index, (name, (node, parameters, _)) in enumerate(BAD_PARAMETERS.items()):
             # a name of its own, as parameters outlive the node

@@ -80,11 +80,11 @@ class WheelOdometry:
         circumference_m = math.pi * params.wheel_diameter
         self._left_m_per_pulse = circumference_m / params.ppr.left
         self._right_m_per_pulse = circumference_m / params.ppr.right
+        self._timeline = Timeline(LATE_REPORT_TOLERANCE_NS)
         self.reset()
 
     def reset(self) -> None:
-        """Back to pose zero; the next report, whatever it counts, is the new start."""
-        self._timeline = Timeline(LATE_REPORT_TOLERANCE_NS)
+        """Back to pose zero; the next report of a new stamp, whatever it counts, is the start."""
         self._counters: Optional[_Report] = None
         self._totals: Deque[_Report] = deque(maxlen=self.params.velocity_window + 1)
         self._pose = IDENTITY
@@ -109,7 +109,6 @@ class WheelOdometry:
             log.warning('encoder stamps went back to %.3f s: odometry restarted at pose zero',
                         stamp_ns / NANOSECONDS_PER_SECOND, extra=EVENT)
             self.reset()
-            self._timeline.advance(stamp_ns)
         self._integrate(_Report(stamp_ns, left_count, right_count))
         return self._estimate(stamp_ns)
 

@@ -60,8 +60,8 @@ class PosesTest(NodeTest):
         cls.tf = connected_publisher('/tf', TFMessage)
         wait_for_listeners(cls.tf, ['/global_pose_node'])
         wait_for_listeners(cls.states, ['/world_pose_node', '/mapped/world_pose_node', '/ideal_odom_node'])
-        wait_for_listeners(cls.clock, ['%s/world_pose_node' % name for name in (
-            '', '/mapped', '/gazebo_like', '/misnamed', '/malformed')] + ['/ideal_odom_node', '/bad_twist/ideal_odom_node', '/global_pose_node'])
+        readers = ['%s/world_pose_node' % name for name in ('', '/mapped', '/gazebo_like', '/misnamed', '/malformed')]
+        wait_for_listeners(cls.clock, [*readers, '/ideal_odom_node', '/bad_twist/ideal_odom_node', '/global_pose_node'])
         cls.rosout = RosoutWatch()
 
     def setUp(self):

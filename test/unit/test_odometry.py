@@ -223,6 +223,7 @@ def test_reset_takes_the_next_report_as_the_start():
     wheel_odometry.update(0, 0, 0)
     wheel_odometry.update(50 * MS, 9, 9)
     wheel_odometry.reset()
+    assert wheel_odometry.update(50 * MS, 9, 9) is None  # its stamp has been published already
     assert wheel_odometry.update(100 * MS, 18, 18).base_pose_in_odom == (0, 0, 0)
 
 

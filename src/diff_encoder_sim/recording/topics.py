@@ -5,9 +5,10 @@ from __future__ import annotations
 TRIAL = '/trial'
 TRIAL_RESULT = '/trial_result'
 
+CLOCK = '/clock'
 ODOM = '/odom'
 WORLD_POSE = '/world_pose'
 GLOBAL_POSE = '/global_pose'
 
-RECORDED = (TRIAL, TRIAL_RESULT, '/clock', '/joint_states', '/cmd_vel', '/encoder_pulse', ODOM,
+RECORDED = (TRIAL, TRIAL_RESULT, CLOCK, '/joint_states', '/cmd_vel', '/encoder_pulse', ODOM,
             WORLD_POSE, GLOBAL_POSE, '/tf', '/tf_static')

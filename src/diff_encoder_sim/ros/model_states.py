@@ -61,7 +61,8 @@ class ModelStateReader:
             if self._clock_ns is not None and now_ns < self._clock_ns:
                 log.warning('/clock went back to %.3f s: %s begins again',
                             now_ns / NANOSECONDS_PER_SECOND, rospy.get_name(), extra=EVENT)
-                self._waiting = None  # of before the reset
+                if self._period_ns == 0:
+                    self._waiting = None  # of before the reset; else it is the first after it
                 self._restart()
             self._clock_ns = now_ns
             self._date_waiting()

@@ -51,7 +51,10 @@ def node_params(params_class: Type[P], *also_known: Type[Params],
     Raises:
         ConfigError: a value is not allowed, or nobody knows the parameter's name.
     """
-    given = {**(defaults or {}), **rospy.get_param('~', {})}
+    private = rospy.get_param('~', {})
+    if not isinstance(private, dict):
+        raise ConfigError(f'{rospy.get_name()}: given {private!r}; allowed: parameters below it')
+    given = {**(defaults or {}), **private}
     given = {key: _mapping_of(value) for key, value in given.items()}
     return split_params(given, rospy.get_name(), params_class, *also_known)[0]
 

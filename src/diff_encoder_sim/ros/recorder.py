@@ -1,25 +1,69 @@
-"""record_trial: becomes `rosbag record` for the topics and the bag of the running trial."""
+"""record_trial: rosbag's library writing the running trial's topics, without losing a message.
+
+Not the program `rosbag record`: its queue holds 100 messages a topic and drops the oldest, and at
+rtf 0 that is a twentieth of a second on a busy machine. Here a slow disk or a loaded processor
+holds the publishers back instead.
+"""
 from __future__ import annotations
 
+import os
+import threading
 from pathlib import Path
+from typing import List
 
-from diff_encoder_sim.cli.run import run_tool
+import genpy
+import rosbag
+import rospy
+from rosgraph_msgs.msg import Clock
+
 from diff_encoder_sim.errors import ConfigError
-from diff_encoder_sim.recording.topics import RECORDED
-from diff_encoder_sim.ros.processes import become
+from diff_encoder_sim.recording.topics import CLOCK, RECORDED
+from diff_encoder_sim.ros.node import run_node
 from diff_encoder_sim.ros.trial_plan import required_trial_plan
+
+# The format has no message at time 0; what comes before the clock gets the first instant after.
+EARLIEST = rospy.Time(0, 1)
+
+
+class Recorder:
+    """Writes each message as it comes; the bag gets its name when it is whole."""
+
+    def __init__(self) -> None:
+        self._path = Path(required_trial_plan().bag)
+        self._unfinished = self._path.with_name(self._path.name + '.active')
+        self._lock = threading.Lock()  # each topic comes in a thread of its own
+        try:
+            self._path.parent.mkdir(parents=True, exist_ok=True)
+            self._bag = rosbag.Bag(str(self._unfinished), 'w', compression=rosbag.Compression.LZ4)
+        except OSError as error:
+            raise ConfigError(f'bag: {self._path} cannot be made: {error.strerror}') from None
+        self._subscribers: List[rospy.Subscriber] = [
+            # -1: no limit; rospy's own listening to /clock has one, and shares the connection.
+            rospy.Subscriber(topic, Clock if topic == CLOCK else rospy.AnyMsg, self._write,
+                             callback_args=topic, queue_size=-1, tcp_nodelay=True)
+            for topic in RECORDED]
+        rospy.on_shutdown(self._finish)
+
+    def _write(self, message: genpy.Message, topic: str) -> None:
+        header = message._connection_header  # rospy's own name for what the publisher said
+        is_raw = isinstance(message, rospy.AnyMsg)  # but /clock, which rospy itself reads, is not
+        content = (header['type'], message._buff, header['md5sum'], None) if is_raw else message
+        try:
+            with self._lock:
+                if self._bag is not None:
+                    self._bag.write(topic, content, max(rospy.Time.now(), EARLIEST), raw=is_raw,
+                                    connection_header=header)
+        except OSError as error:
+            rospy.logfatal('bag: %s cannot be written: %s', self._unfinished, error.strerror)
+            rospy.signal_shutdown('recording failed')
+
+    def _finish(self) -> None:
+        with self._lock:
+            bag, self._bag = self._bag, None
+            bag.close()
+            os.replace(str(self._unfinished), str(self._path))
 
 
 def main() -> None:
     """Entry point of the executable."""
-    run_tool('record_trial', _record)
-
-
-def _record() -> None:
-    bag = Path(required_trial_plan().bag)
-    try:
-        bag.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ConfigError(f'bag: {bag.parent} cannot be made: {error.strerror}') from None
-    become('rosbag', 'record', ['-O', str(bag), '--lz4', *RECORDED],
-           'apt install rosbag (ros-noetic-rosbag), or bag:=none')
+    run_node('record_trial', Recorder)

@@ -1,12 +1,13 @@
-"""trial_view_node: what RViz needs beside the trial's own topics: the world, and both paths."""
+"""trial_view_node: what RViz needs beside the trial's own topics: the world, and the paths."""
 from __future__ import annotations
 
 from geometry_msgs.msg import PoseStamped
-from nav_msgs.msg import Path
+from nav_msgs.msg import Odometry, Path
 from visualization_msgs.msg import MarkerArray
 
 from diff_encoder_sim.recording import topics
-from diff_encoder_sim.ros.conversions import ns_from_stamp, world_markers
+from diff_encoder_sim.ros.conversions import (ns_from_stamp, pose_from_message,
+                                              pose_stamped_message, world_markers)
 from diff_encoder_sim.ros.node import publisher, run_node, subscriber
 from diff_encoder_sim.ros.trial_plan import required_trial_plan
 from diff_encoder_sim.simulation.world import load_world
@@ -17,15 +18,15 @@ POSES_PER_PATH_MESSAGE = 10  # a path is sent whole each time: twice a second is
 
 
 class PathTrail:
-    """Collects a pose topic into a path topic."""
+    """Collects poses on the map into a path topic."""
 
-    def __init__(self, pose_topic: str, path_topic: str) -> None:
+    def __init__(self, path_topic: str) -> None:
         self._path = Path()
         self._timeline = Timeline(tolerance_ns=0)
         self._paths = publisher(path_topic, Path, latch=True)
-        self._poses = subscriber(pose_topic, PoseStamped, self._on_pose)
 
-    def _on_pose(self, message: PoseStamped) -> None:
+    def add(self, message: PoseStamped) -> None:
+        """One more pose; time that jumps back begins a new path."""
         step = self._timeline.advance(ns_from_stamp(message.header.stamp))
         if step is Step.RESTART:
             self._path.poses = []
@@ -38,14 +39,24 @@ class PathTrail:
 
 
 class TrialViewNode:
-    """The world's walls as markers; odometry's path (through TF) against the true one."""
+    """The world's walls as markers; the paths of odometry, of localization, and the true one."""
 
     def __init__(self) -> None:
-        world = load_world(required_trial_plan().world)
+        plan = required_trial_plan()
+        self._start = plan.trial.test.start.pose()
         self._markers = publisher('world_markers', MarkerArray, latch=True)
-        self._markers.publish(world_markers(world, MAP_FRAME))
-        self._trails = [PathTrail(topics.GLOBAL_POSE, 'odom_path'),
-                        PathTrail(topics.WORLD_POSE, 'world_pose_path')]
+        self._markers.publish(world_markers(load_world(plan.world), MAP_FRAME))
+        self._odom_trail = PathTrail('odom_path')
+        self._subscribers = [
+            subscriber(topics.ODOM, Odometry, self._on_odom),
+            subscriber(topics.GLOBAL_POSE, PoseStamped, PathTrail('global_pose_path').add),
+            subscriber(topics.WORLD_POSE, PoseStamped, PathTrail('world_pose_path').add)]
+
+    def _on_odom(self, message: Odometry) -> None:
+        """Odometry alone, from the surveyed start: where dead reckoning would be."""
+        pose = self._start.compose(pose_from_message(message.pose.pose))
+        self._odom_trail.add(pose_stamped_message(pose, ns_from_stamp(message.header.stamp),
+                                                  MAP_FRAME))
 
 
 def main() -> None:
