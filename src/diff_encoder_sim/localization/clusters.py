@@ -5,9 +5,10 @@ As upstream's pf_cluster_stats: a cluster is a set of connected bins of the hist
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, Tuple
 
 import numpy as np
+from numba import njit
 
 from diff_encoder_sim.localization.histogram import cluster_labels
 from diff_encoder_sim.se2 import Pose2D
@@ -36,6 +37,20 @@ def particle_statistics(particles: np.ndarray, weights: np.ndarray) -> ParticleS
                               float(cluster_weights[heaviest]), len(cluster_weights))
 
 
+@njit(cache=True)
+def _mean_unit_vector(particles: np.ndarray, shares: np.ndarray) -> Tuple[float, float]:
+    """Weighted mean of (cos yaw, sin yaw).
+
+    One after another: numpy 1.24's cosine of a strided array differed in the last bit from one run
+    to the next, by where the array lay in memory.
+    """
+    cos_sum, sin_sum = 0.0, 0.0
+    for index in range(len(shares)):
+        cos_sum += shares[index] * math.cos(particles[index, 2])
+        sin_sum += shares[index] * math.sin(particles[index, 2])
+    return cos_sum, sin_sum
+
+
 class MeanAndCovariance(NamedTuple):
     """Of weighted poses."""
 
@@ -52,8 +67,7 @@ def mean_and_covariance(particles: np.ndarray, weights: np.ndarray) -> MeanAndCo
     shares = weights / weights.sum()
     x_m, y_m = float((shares * particles[:, 0]).sum()), float((shares * particles[:, 1]).sum())
     off_x, off_y = particles[:, 0] - x_m, particles[:, 1] - y_m
-    cos_mean = float((shares * np.cos(particles[:, 2])).sum())
-    sin_mean = float((shares * np.sin(particles[:, 2])).sum())
+    cos_mean, sin_mean = _mean_unit_vector(particles, shares)
     covariance = np.zeros((3, 3))
     covariance[0, 0] = (shares * off_x * off_x).sum()
     covariance[0, 1] = covariance[1, 0] = (shares * off_x * off_y).sum()
