@@ -19,7 +19,7 @@ import numpy as np
 from checkout import print_header
 from diff_encoder_sim.encoder import DiffEncoder, EncoderParams
 from diff_encoder_sim.odometry import OdometryParams, WheelOdometry
-from diff_encoder_sim.se2 import Pose2D, wrap_angle
+from diff_encoder_sim.se2 import wrap_angle
 from diff_encoder_sim.seeds import generator
 from diff_encoder_sim.simulation.physics import PhysicsParams
 from diff_encoder_sim.simulation.wheel_errors import SlippingWheels, WheelErrorParams

@@ -6,7 +6,7 @@ import pytest
 
 from diff_encoder_sim.cli import trial_spec
 from diff_encoder_sim.errors import ConfigError
-from diff_encoder_sim.experiments.definition import TestDefinition, find_world, load_test
+from diff_encoder_sim.experiments.definition import find_world, load_test
 
 ROOT = Path(__file__).resolve().parents[2]
 
