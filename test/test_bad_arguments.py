@@ -60,6 +60,7 @@ FILES = {
     'negative.yaml': 'wheel_diameter: -0.2\n',
     'no_such_world.yaml': 'name: t\nworld: moon\ndrive: [{straight: 1.0}]\n',
     'two_motions.yaml': 'name: t\nworld: hallway\ndrive: [{straight: 1.0, turns: 1}]\n',
+    'no_route.yaml': 'name: t\nworld: hallway\ndrive: [{straight: 1.0}]\n',
     'no_drive.yaml': 'name: t\nworld: hallway\ndrive: []\n',
     'exists.bag': 'a bag of somebody',
 }
@@ -96,6 +97,8 @@ BAD_PARAMETERS = {
     'misspelt joint': (SIMULATOR, [WORLD, ROBOT, '_left_joint:=left_weel_joint'],
                        ['left_weel_joint', "did you mean 'left_wheel_joint'"]),
     'real time factor': (SIMULATOR, [WORLD, ROBOT, '_real_time_factor:=-1'], ['real_time_factor', '-1', 'greater']),
+    'command period': (SIMULATOR, [WORLD, ROBOT, '_command_period:=0.02'], ['command_period', '0.02', 'above 20 ms']),
+    'scan rate': (SIMULATOR, [WORLD, ROBOT, '_lidar:={rate: 30}'], ['lidar.rate', '30 Hz', 'whole 10 ms']),
     'limit': (SIMULATOR, [WORLD, ROBOT, '_drive:={max_linear_speed: 0}'], ['drive.max_linear_speed', '0', 'greater']),
 }
 
@@ -109,6 +112,9 @@ BAD_ARGUMENTS = {
     'robot': (['robot:={}/nobody.urdf', 'bag:=none'], ['nobody.urdf', 'no such robot file']),
     'missing config': (['config:={}/nowhere.yaml'], ['nowhere.yaml']),
     'config is no YAML': (['config:={}/no_yaml.yaml'], ['no_yaml.yaml', 'YAML']),
+    'nav': (['nav:=foo'], ['nav', 'foo', 'embedded', 'upstream', 'scripted']),
+    'no route': (['test:={}/no_route.yaml'], ['nav', 'embedded', 't has no route', 'scripted']),
+    'map': (['map:={}/nowhere.yaml'], ['map', 'nowhere.yaml', 'rasterise_world']),
 }
 
 # The same by trial_spec alone, to which trial.launch hands its arguments: words of its line
@@ -123,7 +129,7 @@ BAD_SPECS = {
     'config is a list': (['--config={}/list.yaml'], ['list.yaml', 'list']),
     'config misspelt': (['--config={}/misspelt.yaml'], ['misspelt.yaml', 'wheel_diametre', 'wheel_diameter']),
     'config value': (['--config={}/negative.yaml'], ['negative.yaml', 'wheel_diameter', '-0.2', 'greater than 0']),
-    'test names no world': (['--test={}/no_such_world.yaml'], ['world', 'moon', 'hallway']),
+    'test names no world': (['--test={}/no_such_world.yaml', '--nav=scripted'], ['world', 'moon', 'hallway']),
     'test with two motions': (['--test={}/two_motions.yaml'], ['two_motions.yaml', 'straight', 'turns']),
     'test without a drive': (['--test={}/no_drive.yaml'], ['no_drive.yaml', 'drive']),
 }
@@ -234,7 +240,7 @@ def test_trial_ends_when_a_node_refuses_its_parameters(tmp_path):
     """Not every argument is checked before: the launch must fail with the node."""
     require_ros()
     with Graph(tmp_path / 'ros') as graph:
-        launch = graph.launch(TRIAL, 'test:=%s' % (DATA / 'short_line.yaml'), 'rtf:=-1', 'bag:=none')
+        launch = graph.launch(TRIAL, 'test:=%s' % (DATA / 'short_line.yaml'), 'nav:=scripted', 'rtf:=-1', 'bag:=none')
         assert launch.wait() != 0
         naming = [line for line in launch.output().splitlines() if 'FATAL' in line]
         assert len(naming) == 1

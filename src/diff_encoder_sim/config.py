@@ -76,7 +76,7 @@ def load_yaml(path: Union[str, Path]) -> Dict[str, Any]:
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, 'strerror', None) or 'not UTF-8 text'
         raise ConfigError(f'{path}: cannot be read: {reason}') from None
-    except yaml.YAMLError as error:
+    except Exception as error:  # of a bad number or date PyYAML lets other types through
         mark = getattr(error, 'problem_mark', None)
         line = f', line {mark.line + 1}' if mark else ''
         raise ConfigError(f'{path}{line}: not valid YAML: '

@@ -4,16 +4,25 @@
 What is asserted of motion is asserted on the stamps; only the real-time factor is about the wall clock, and loosely.
 """
 import math
+import subprocess
 import time
+from pathlib import Path
 
+import numpy as np
 import rospy
+import rosservice
 import rostest
 from geometry_msgs.msg import Twist
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import JointState
+from sensor_msgs.msg import JointState, LaserScan
 from std_srvs.srv import Empty
+from tf2_msgs.msg import TFMessage
 
-from diff_encoder_sim.ros.gazebo_messages import ModelStates
+from diff_encoder_sim.ros.gazebo_messages import GetModelState, ModelStates, SetModelState
+from diff_encoder_sim.se2 import Pose2D, quat_xyzw_from_yaw
+from diff_encoder_sim.simulation.lidar import Lidar, LidarParams
+from diff_encoder_sim.simulation.robot import load_robot
+from diff_encoder_sim.simulation.world import load_world
 from ros_testing import (NS_PER_S, TIMEOUT_S, Collector, NodeTest, RosoutWatch, angle_between, connected_publisher,
                          stamp_ns_of, start_test_node, wait_for_listeners, wait_until, yaw_of)
 
@@ -23,6 +32,10 @@ ACCELERATION = 1.5         # default max_linear_acceleration [m/s^2]
 TOP_SPEED = 1.0            # default max_linear_speed [m/s]
 COMMAND_TIMEOUT = 0.5      # default command_timeout [s]
 NAN = float('nan')
+ROOT = Path(__file__).resolve().parents[2]
+START = -10.0, 0.5, 0.3    # of `first`; the others' is 0
+SCAN_PERIOD_NS = 100000000
+RAYS, NOISE = 1000, 0.03   # default lidar.samples and lidar.noise [m]
 
 
 class Simulator:
@@ -35,15 +48,19 @@ class Simulator:
         self.joints = Collector('/%s/joint_states' % name, JointState)
         self.models = Collector('/%s/model_states' % name, ModelStates)
         self.raw_models = Collector('/%s/model_states' % name, rospy.AnyMsg)
+        self.scans = Collector('/%s/scan' % name, LaserScan)
         for service in ('pause_physics', 'unpause_physics', 'reset_simulation', 'reset_world'):
             full_name = '/%s/%s' % (name, service)
             rospy.wait_for_service(full_name, TIMEOUT_S)
             setattr(self, service, rospy.ServiceProxy(full_name, Empty))
+        models = '/gazebo' if name == 'first' else '/' + name
+        self.set_model_state = rospy.ServiceProxy(models + '/set_model_state', SetModelState)
+        self.get_model_state = rospy.ServiceProxy(models + '/get_model_state', GetModelState)
         self._commands = connected_publisher(self.command_topic, Twist)
         wait_for_listeners(self._commands, [self.node])
 
     def clear(self):
-        for collector in (self.clock, self.joints, self.models, self.raw_models):
+        for collector in (self.clock, self.joints, self.models, self.raw_models, self.scans):
             collector.clear()
 
     def command(self, linear, angular=0.0):
@@ -78,6 +95,23 @@ class Simulator:
     def pose(self):
         return self.pose_in(self.models.wait_for_count(1)[-1])
 
+    def place(self, x=2.0, y=-0.5, yaw=1.0, model='alto', frame='', orientation=None, twist=(0.0, 0.0, 0.0)):
+        """Ask for the robot to be elsewhere; the response."""
+        request = SetModelState._request_class()
+        state = request.model_state
+        state.model_name, state.reference_frame = model, frame
+        state.pose.position.x, state.pose.position.y = x, y
+        quaternion = state.pose.orientation
+        quaternion.x, quaternion.y, quaternion.z, quaternion.w = orientation or quat_xyzw_from_yaw(yaw)
+        state.twist.linear.x, state.twist.linear.y, state.twist.angular.z = twist
+        return self.set_model_state(request)
+
+    def true_pose(self):
+        """By the service, so that it is the newest even in a pause."""
+        response = self.get_model_state('alto', 'world')
+        assert response.success, response
+        return response.pose.position.x, response.pose.position.y, yaw_of(response.pose.orientation)
+
     @staticmethod
     def pose_in(message):
         pose = message.pose[message.name.index('alto')]
@@ -87,6 +121,15 @@ class Simulator:
 def wheel_speeds(linear, angular):
     half = 0.5 * SEPARATION * angular
     return (linear - half) / WHEEL_RADIUS, (linear + half) / WHEEL_RADIUS
+
+
+def true_ranges(x, y, yaw):
+    """What the scanner sees without noise when base_link is there; inf beyond its range."""
+    robot = load_robot(ROOT / 'urdf' / 'alto.urdf.xacro', 'left_wheel_joint', 'right_wheel_joint', {})
+    mount = robot.link_position_m('laser')
+    lidar = Lidar(load_world(ROOT / 'worlds' / 'hallway.world'), mount[2], LidarParams(), np.random.default_rng(0))
+    ranges = lidar.true_ranges_m(Pose2D(x, y, yaw).compose(Pose2D(mount[0], mount[1], 0.0)))
+    return np.where(ranges <= lidar.params.range_max, ranges, np.inf)
 
 
 def clock_stamps(simulator):
@@ -153,7 +196,7 @@ class SimulatorTest(NodeTest):
         self.assertEqual(len(message.name), len(message.pose))
         self.assertEqual(len(message.name), len(message.twist))
         self.assertGreater(len(message.name), 2)
-        self.assert_pose(Simulator.pose_in(message), (-10.0, 0.5, 0.3), 1e-6)
+        self.assert_pose(Simulator.pose_in(message), START, 1e-6)
 
     def test_wheel_phases_come_from_the_seed(self):
         phases = []
@@ -169,6 +212,153 @@ class SimulatorTest(NodeTest):
         self.assertTrue(all(abs(one - another) > 1e-3 for one, another in zip(first, other)), phases)
         self.assertGreater(abs(first[0] - first[1]), 1e-3)
         self.assertTrue(all(0.0 <= phase <= 2.0 * math.pi for pair in phases for phase in pair))
+
+    # --- scan ---------------------------------------------------------------------------------------------------------
+
+    def scans_of(self, simulator, count):
+        """The first scans since a reset."""
+        simulator.scans.clear()
+        simulator.unpause_physics()
+        scans = simulator.scans.wait_for_count(count)[:count]
+        simulator.pause_physics()
+        return scans
+
+    def test_scan_comes_at_its_rate_and_says_how_it_was_taken(self):
+        scans = self.scans_of(self.first, 4)
+        self.assertEqual([stamp_ns_of(scan) for scan in scans], [period * SCAN_PERIOD_NS for period in range(4)])
+        for scan in scans:
+            self.assertEqual(scan.header.frame_id, 'laser')
+            self.assertEqual(len(scan.ranges), RAYS)
+            self.assertEqual(len(scan.intensities), 0)
+            self.assertAlmostEqual(scan.angle_min, -math.pi, places=6)
+            self.assertAlmostEqual(scan.angle_increment, 2.0 * math.pi / RAYS, places=6)
+            self.assertAlmostEqual(scan.angle_max, math.pi - 2.0 * math.pi / RAYS, places=6)
+            self.assertAlmostEqual(scan.scan_time, 0.1, places=6)
+            self.assertEqual(scan.time_increment, 0.0)
+            self.assertAlmostEqual(scan.range_min, 0.15, places=6)
+            self.assertAlmostEqual(scan.range_max, 6.0, places=6)
+
+    def test_scan_is_the_geometry_at_the_start_and_noise_of_the_seed(self):
+        first, same, other = (self.scans_of(simulator, 1)[0] for simulator in (self.first, self.same, self.other))
+        noises = []
+        for scan, start in ((first, START), (same, (0.0, 0.0, 0.0)), (other, (0.0, 0.0, 0.0))):
+            expected = true_ranges(*start)
+            ranges = np.array(scan.ranges)
+            # A surface that is just within range may be lost to noise; none appears from beyond.
+            self.assertTrue(np.isposinf(ranges[np.isinf(expected)]).all())
+            self.assertTrue(np.isfinite(ranges[expected < 6.0 - 6.0 * NOISE]).all())
+            self.assertGreater(np.isinf(expected).sum(), 10)
+            noise = np.where(np.isfinite(ranges), ranges, np.nan) - np.where(np.isfinite(expected), expected, np.nan)
+            self.assertLess(np.nanmax(np.abs(noise)), 6.0 * NOISE)
+            self.assertAlmostEqual(np.nanstd(noise), NOISE, delta=0.15 * NOISE)
+            noises.append(noise)
+        both = np.isfinite(noises[0]) & np.isfinite(noises[1])
+        self.assertGreater(both.sum(), 300)
+        self.assertLess(np.abs(noises[0] - noises[1])[both].max(), 1e-5)  # one seed; ranges have 32 bits
+        self.assertGreater(np.nanmax(np.abs(noises[1] - noises[2])), NOISE)
+
+    def test_scan_repeats_itself_after_a_reset(self):
+        before = [scan.ranges for scan in self.scans_of(self.same, 2)]
+        self.assertNotEqual(before[0], before[1])
+        self.same.reset_simulation()
+        self.assertEqual([scan.ranges for scan in self.scans_of(self.same, 2)], before)
+
+    def test_scanner_is_mounted_as_in_the_robot_file(self):
+        static = Collector('/tf_static', TFMessage).wait_for(
+            lambda messages: any(transform.child_frame_id == 'laser' for message in messages
+                                 for transform in message.transforms), 'base_link to laser')
+        mount = next(transform for message in static for transform in message.transforms
+                     if transform.child_frame_id == 'laser')
+        self.assertEqual(mount.header.frame_id, 'base_link')
+        robot = load_robot(ROOT / 'urdf' / 'alto.urdf.xacro', 'left_wheel_joint', 'right_wheel_joint', {})
+        translation, rotation = mount.transform.translation, mount.transform.rotation
+        self.assertEqual((rotation.x, rotation.y, rotation.z), (0.0, 0.0, 0.0))
+        np.testing.assert_allclose((translation.x, translation.y, translation.z), robot.link_position_m('laser'),
+                                   atol=1e-9)
+
+    # --- moved by hand ------------------------------------------------------------------------------------------------
+
+    def test_services_are_gazebos_own_types(self):
+        """As gazebo_msgs has them, so that programs that use it can call."""
+        self.assertEqual((SetModelState._type, SetModelState._md5sum),
+                         ('gazebo_msgs/SetModelState', '5b3ab0281d4f5445def017e3a2e4a07b'))
+        self.assertEqual((GetModelState._type, GetModelState._md5sum),
+                         ('gazebo_msgs/GetModelState', '4c515e936d3319c9610c559c60bfc3d4'))
+        service = '/gazebo/set_model_state'
+        self.assertEqual(rosservice.get_service_type(service), 'gazebo_msgs/SetModelState')
+        self.assertEqual(rosservice.get_service_headers(service, rosservice.get_service_uri(service))['md5sum'],
+                         SetModelState._md5sum)
+
+    def test_kidnapped_robot_is_elsewhere_and_its_encoder_sees_nothing(self):
+        self.first.unpause_physics()
+        self.first.joints.wait_for_stamp(3 * TICK_NS)
+        self.first.pause_physics()
+        self.wait_until_time_stands(self.first)
+        joints = self.first.joints.messages[-1]
+        for frame, pose in (('', (2.0, -0.5, 1.0)), ('world', (-3.0, 0.5, -2.0))):
+            response = self.first.place(*pose, frame=frame)
+            self.assertTrue(response.success, response)
+            self.assert_pose(self.first.true_pose(), pose, 1e-6)
+        self.first.clear()
+        self.first.unpause_physics()
+        after = self.first.joints.wait_for_count(2)[1]
+        self.assertLessEqual(stamp_ns_of(after) - stamp_ns_of(joints), 3 * TICK_NS)  # time went on
+        np.testing.assert_allclose(after.position, joints.position, atol=1e-3)
+        scan = self.first.scans.wait_for_count(1)[0]
+        expected = true_ranges(-3.0, 0.5, -2.0)
+        seen = np.isfinite(expected) & np.isfinite(scan.ranges)
+        self.assertGreater(seen.sum(), 300)
+        self.assertLess(np.median(np.abs(np.array(scan.ranges) - expected)[seen]), 2.0 * NOISE)
+
+    def test_command_place_robot(self):
+        command = ['rosrun', 'diff_encoder_sim', 'place_robot']
+        done = subprocess.run(command + ['-3.5', '0.25', '-1.5'], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                              timeout=2.0 * TIMEOUT_S)
+        self.assertEqual(done.returncode, 0, done.stdout)
+        self.assert_pose(self.first.true_pose(), (-3.5, 0.25, -1.5), 1e-6)
+        done = subprocess.run(command + ['nan', '0', '0'], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                              timeout=2.0 * TIMEOUT_S)
+        self.assertEqual(done.returncode, 1, done.stdout)
+        self.assertEqual(len(done.stdout.splitlines()), 1, done.stdout)
+        self.assertIn(b'position', done.stdout)
+        self.assert_pose(self.first.true_pose(), (-3.5, 0.25, -1.5), 1e-6)
+
+    def test_placed_robot_moves_as_its_twist_says(self):
+        response = self.first.place(twist=(0.2, -0.1, 0.5))
+        self.assertTrue(response.success, response)
+        twist = self.first.get_model_state('alto', '').twist
+        self.assertAlmostEqual(twist.linear.x, 0.2, places=2)
+        self.assertAlmostEqual(twist.linear.y, -0.1, places=2)
+        self.assertAlmostEqual(twist.angular.z, 0.5, places=6)
+
+    def test_what_cannot_be_is_refused_and_nothing_moves(self):
+        upside_down = (1.0, 0.0, 0.0, 0.0)
+        on_its_side = (math.sin(math.pi / 4), 0.0, 0.0, math.cos(math.pi / 4))
+        for arguments, words in (
+                (dict(model='atlo'), ("'atlo' does not exist", "did you mean 'alto'")),
+                (dict(model=''), ("'' does not exist",)),
+                (dict(model='hallway_walls'), ("'hallway_walls' is fixed", "'alto'")),
+                (dict(frame='base_link'), ("'base_link'", "'world'")),
+                (dict(x=NAN), ('position', 'nan')), (dict(y=float('inf')), ('position', 'inf')),
+                (dict(x=1e300), ('position', '1e+300')),
+                (dict(orientation=(0.0, 0.0, 0.0, 0.0)), ('no rotation',)),
+                (dict(orientation=(0.0, 0.0, NAN, 1.0)), ('no rotation',)),
+                (dict(orientation=upside_down), ('lean', '3.14')),
+                (dict(orientation=on_its_side), ('lean', '1.57')),
+                (dict(twist=(NAN, 0.0, 0.0)), ('twist', 'nan'))):
+            response = self.first.place(**arguments)
+            self.assertFalse(response.success, arguments)
+            for word in words:
+                self.assertIn(word, response.status_message)
+        self.assert_pose(self.first.true_pose(), START, 1e-6)
+
+    def test_states_of_all_models_can_be_asked_for(self):
+        response = self.first.get_model_state('hallway_walls', '')
+        self.assertTrue(response.success, response)
+        for name, frame in (('nobody', ''), ('alto', 'laser')):
+            response = self.first.get_model_state(name, frame)
+            self.assertFalse(response.success)
+            self.assertIn(repr(frame or name), response.status_message)
 
     # --- time ---------------------------------------------------------------------------------------------------------
 
@@ -216,7 +406,7 @@ class SimulatorTest(NodeTest):
         again = [message for message in self.first.joints.wait_for_stamp(0) if stamp_ns_of(message) == 0][0]
         self.assertEqual(again.position, first_message.position)
         self.first.models.clear()
-        self.assert_pose(self.first.pose(), (-10.0, 0.5, 0.3), 1e-3)  # and the last command is forgotten
+        self.assert_pose(self.first.pose(), START, 1e-3)  # and the last command is forgotten
 
     def test_reset_world_carries_the_robot_back_and_time_goes_on(self):
         self.first.unpause_physics()
@@ -225,7 +415,7 @@ class SimulatorTest(NodeTest):
         self.first.reset_world()
         self.first.models.clear()
         self.first.models.wait_for_count(2)  # the first may have been on its way
-        self.assert_pose(self.first.pose(), (-10.0, 0.5, 0.3), 0.05)
+        self.assert_pose(self.first.pose(), START, 0.05)
         stamps = clock_stamps(self.first)
         self.assertEqual(stamps, sorted(stamps))
         self.assertGreater(self.first.now_ns(), before_ns)

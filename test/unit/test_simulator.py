@@ -10,6 +10,7 @@ from diff_encoder_sim.config import load_params
 from diff_encoder_sim.errors import ConfigError
 from diff_encoder_sim.se2 import Pose2D
 from diff_encoder_sim.simulation.simulator import Simulator, SimulatorParams
+from diff_encoder_sim.simulation.state import PlanarVelocity
 
 ROOT = Path(__file__).resolve().parents[2]
 RADIUS_M, SEPARATION_M = 0.1, 0.4
@@ -99,6 +100,46 @@ def test_reset_world_carries_the_robot_back_and_leaves_time_and_wheels(make_simu
     simulator.reset_world()
     assert tuple(simulator.base_pose_in_world()) == pytest.approx((-10, 0, 0), abs=1e-6)
     assert (simulator.time_ns, simulator.joint_states().angles_rad) == (time_ns, angles)
+
+
+def test_a_kidnapped_robot_is_elsewhere_and_its_wheels_know_nothing(make_simulator):
+    simulator = make_simulator()
+    drive(simulator, 0.45, 0.3, 2.0)
+    time_ns, joints = simulator.time_ns, simulator.joint_states()
+    scan_before = simulator.scan().ranges_m
+    simulator.place(Pose2D(5.0, 1.0, -2.0))
+    assert tuple(simulator.base_pose_in_world()) == pytest.approx((5.0, 1.0, -2.0), abs=1e-6)
+    assert simulator.base().linear_xyz_mps == pytest.approx((0, 0, 0), abs=1e-12)
+    assert (simulator.time_ns, simulator.joint_states()) == (time_ns, joints)
+    assert not np.allclose(simulator.scan().ranges_m, scan_before, atol=0.5)
+    simulator.tick()
+    assert simulator.time_ns == time_ns + 10_000_000
+    assert simulator.joint_states().angles_rad == pytest.approx(joints.angles_rad, abs=1e-3)
+
+
+def test_a_robot_that_is_placed_while_driving_drives_on(make_simulator):
+    simulator = make_simulator()
+    for _ in range(100):
+        simulator.command(0.45, 0.0)
+        simulator.tick()
+    turned = simulator.joint_states().angles_rad
+    simulator.place(Pose2D(0.0, 0.0, math.pi / 2), PlanarVelocity(0.0, 0.45, 0.0))
+    for _ in range(100):
+        simulator.command(0.45, 0.0)
+        simulator.tick()
+    end = simulator.base_pose_in_world()
+    assert tuple(end) == pytest.approx((0.0, 0.45, math.pi / 2), abs=0.005)
+    wheel_m = RADIUS_M * (np.array(simulator.joint_states().angles_rad) - turned)
+    assert wheel_m == pytest.approx(end.y_m, abs=0.002)
+
+
+def test_the_velocity_of_a_placed_robot_is_that_of_its_base(make_simulator):
+    """Its centre of mass, 0.05 m ahead, moves otherwise when it turns."""
+    simulator = make_simulator()
+    simulator.place(Pose2D(1.0, 0.5, 1.0), PlanarVelocity(0.2, -0.1, 0.7))
+    base = simulator.base()
+    assert base.linear_xyz_mps == pytest.approx((0.2, -0.1, 0.0), abs=1e-3)
+    assert base.angular_xyz_radps == pytest.approx((0.0, 0.0, 0.7), abs=1e-9)
 
 
 def test_it_starts_at_rest_exactly_where_it_was_put(make_simulator):

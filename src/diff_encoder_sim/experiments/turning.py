@@ -8,9 +8,10 @@ from diff_encoder_sim.experiments.definition import SpeedLimits
 from diff_encoder_sim.se2 import wrap_angle
 from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
 
-# Braking begins early enough for a deceleration of this share of the limit: commands take a
-# while to take effect.
+# The robot is slowed down by at most this share of the deceleration limit, and in the end in
+# proportion to what is left: commands take a while to take effect, and it must not overshoot.
 BRAKING_SHARE = 0.3
+APPROACH_PER_S = 1.5
 STOP_WITHIN_RAD = 0.02
 
 
@@ -23,24 +24,33 @@ class TurnInPlace:
         self._turned_rad = 0.0
         self._rate_radps = 0.0
         self._last_yaw_rad: Optional[float] = None
-        self._last_ns = 0
+        self._last_ns: Optional[int] = None
         self.is_over = False
 
     def rate(self, now_ns: int, yaw_rad: float) -> float:
-        """Angular velocity to command [rad/s], given the heading believed now."""
-        interval_s = 0.0
-        if self._last_yaw_rad is not None:
-            self._turned_rad += wrap_angle(yaw_rad - self._last_yaw_rad)
-            interval_s = (now_ns - self._last_ns) / NANOSECONDS_PER_SECOND
-        self._last_yaw_rad, self._last_ns = yaw_rad, now_ns
-        left_rad = self._angle_rad - self._turned_rad
-        if abs(left_rad) < STOP_WITHIN_RAD:
-            self.is_over = True
+        """Angular velocity to command [rad/s], given the heading believed now.
+
+        While the heading is not finite, the robot slows down to a stand; what it turns meanwhile,
+        up to half a turn, is counted afterwards.
+        """
+        last_ns = now_ns if self._last_ns is None else self._last_ns
+        interval_s = max(0, now_ns - last_ns) / NANOSECONDS_PER_SECOND
+        self._last_ns = now_ns
+        wanted_radps = self._wanted_rate(yaw_rad) if math.isfinite(yaw_rad) else 0.0
+        if self.is_over:
             return 0.0
-        limits = self._limits
-        braking_radps = math.sqrt(2.0 * BRAKING_SHARE * limits.angular_acceleration
-                                  * abs(left_rad))
-        wanted_radps = math.copysign(min(limits.angular_speed, braking_radps), left_rad)
-        change_radps = limits.angular_acceleration * interval_s
+        change_radps = self._limits.angular_acceleration * interval_s
         self._rate_radps += max(-change_radps, min(change_radps, wanted_radps - self._rate_radps))
         return self._rate_radps
+
+    def _wanted_rate(self, yaw_rad: float) -> float:
+        """The rate to reach [rad/s] with what is left to turn, however fast."""
+        if self._last_yaw_rad is not None:
+            self._turned_rad += wrap_angle(yaw_rad - self._last_yaw_rad)
+        self._last_yaw_rad = yaw_rad
+        left_rad = self._angle_rad - self._turned_rad
+        self.is_over = abs(left_rad) < STOP_WITHIN_RAD
+        braking_radps = math.sqrt(2.0 * BRAKING_SHARE * self._limits.angular_acceleration
+                                  * abs(left_rad))
+        return math.copysign(min(self._limits.angular_speed, braking_radps,
+                                 APPROACH_PER_S * abs(left_rad)), left_rad)

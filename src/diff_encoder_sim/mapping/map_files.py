@@ -1,22 +1,25 @@
 """Map files as map_server reads and map_saver writes them: a YAML file beside an image."""
 from __future__ import annotations
 
+import os
 from pathlib import Path
-from typing import List, Literal, Union
+from typing import Callable, List, Literal, Union
 
 import numpy as np
 import yaml
-from PIL import Image, UnidentifiedImageError
-from pydantic import Field, model_validator
+from PIL import Image
+from pydantic import Field, field_validator, model_validator
 
 from diff_encoder_sim.config import Params, load_params
 from diff_encoder_sim.errors import ConfigError
+from diff_encoder_sim.mapping.map_image import read_image
 from diff_encoder_sim.mapping.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from diff_encoder_sim.se2 import Pose2D
 
-# What map_saver writes, and from which occupancy on.
+# What map_saver writes.
 FREE_GREY, OCCUPIED_GREY, UNKNOWN_GREY = 254, 0, 205
-SAVED_FREE_BELOW, SAVED_OCCUPIED_ABOVE = 25, 65
+
+ORIGIN_DIGITS = 9  # in a saved file: nanometres, so that a yaw survives its way as a quaternion
 
 
 class MapFileParams(Params):
@@ -31,10 +34,30 @@ class MapFileParams(Params):
     free_thresh: float = Field(0.196, ge=0, le=1)
     mode: Literal['trinary', 'scale', 'raw'] = 'trinary'
 
+    @field_validator('image')
+    @classmethod
+    def _check_image(cls, image: str) -> str:
+        if not image.isprintable():
+            raise ValueError('a file name')
+        return image
+
     @model_validator(mode='after')
     def _check_thresholds(self) -> MapFileParams:
         if self.free_thresh >= self.occupied_thresh:
             raise ValueError('free_thresh below occupied_thresh')
+        return self
+
+
+class SavingParams(Params):
+    """From which occupancy on a cell is saved as free or as occupied: map_saver's options."""
+
+    free: int = Field(25, ge=0, le=100, description='at most, of a free cell [%]')
+    occ: int = Field(65, ge=1, le=100, description='at least, of an occupied cell [%]')
+
+    @model_validator(mode='after')
+    def _check_order(self) -> SavingParams:
+        if self.free >= self.occ:
+            raise ValueError('free below occ')
         return self
 
 
@@ -45,65 +68,86 @@ def load_map(path: Union[str, Path]) -> OccupancyGrid:
         ConfigError: one of the two files cannot be read, or holds a bad value.
     """
     params = load_params(MapFileParams, path)
-    pixels = _read_image(Path(path).parent / params.image)
-    cells = _raw_cells(pixels) if params.mode == 'raw' else _cells(pixels, params)
+    cells = _cells(read_image(Path(path).parent / params.image), params)
     # Images have their first row on top, grids at the bottom.
     return OccupancyGrid(np.ascontiguousarray(cells[::-1]), params.resolution,
                          Pose2D(*params.origin))
 
 
-def save_map(grid: OccupancyGrid, stem: Union[str, Path]) -> Path:
+def save_map(grid: OccupancyGrid, stem: Union[str, Path],
+             params: SavingParams = SavingParams()) -> Path:
     """Write STEM.pgm and STEM.yaml as map_saver does; returns the YAML file's path.
 
+    Files of these names are replaced, each at one stroke: whoever reads, or a kill, never meets
+    half a file.
+
     Raises:
-        ConfigError: the folder cannot be written to.
+        ConfigError: the stem names no file, or its folder cannot be written to.
     """
     stem = Path(stem)
+    if not stem.name:
+        raise ConfigError(f'{stem}: a folder; allowed: the path of a file without suffix')
     cells = grid.cells[::-1]
     pixels = np.full(cells.shape, UNKNOWN_GREY, dtype=np.uint8)
-    pixels[(cells >= 0) & (cells < SAVED_FREE_BELOW)] = FREE_GREY
-    pixels[cells > SAVED_OCCUPIED_ABOVE] = OCCUPIED_GREY
-    params = MapFileParams(image=f'{stem.name}.pgm', resolution=grid.resolution_m,
-                           origin=[float(part) for part in grid.origin])
+    pixels[(cells >= 0) & (cells <= params.free)] = FREE_GREY
+    pixels[cells >= params.occ] = OCCUPIED_GREY
+    description = MapFileParams.from_mapping({
+        'image': f'{stem.name}.pgm', 'resolution': grid.resolution_m,
+        'origin': [round(float(part), ORIGIN_DIGITS) for part in grid.origin]}, str(stem))
+    text = yaml.safe_dump(description.model_dump(), sort_keys=False)
     yaml_path = stem.parent / f'{stem.name}.yaml'
-    try:
-        Image.fromarray(pixels).save(stem.parent / params.image)
-        yaml_path.write_text(yaml.safe_dump(params.model_dump(), sort_keys=False))
-    except OSError as error:
-        raise ConfigError(f'{stem.parent}: cannot be written to: {error.strerror}') from None
+    _replace(stem.parent / description.image,
+             lambda path: Image.fromarray(pixels).save(path, format='PPM'))
+    _replace(yaml_path, lambda path: path.write_text(text, encoding='utf-8'))
     return yaml_path
 
 
-def _read_image(path: Path) -> np.ndarray:
-    """(rows, columns, channels) of 0 to 255."""
+def _replace(path: Path, write: Callable[[Path], object]) -> None:
+    """Write a file beside its place, and put it there when it is whole."""
+    unfinished = path.with_name(f'.{path.name}.{os.getpid()}')
     try:
-        with Image.open(path) as image:
-            if image.mode not in ('L', 'LA', 'RGB', 'RGBA'):
-                image = image.convert('RGBA' if 'transparency' in image.info else 'L')
-            pixels = np.asarray(image)
-    except UnidentifiedImageError:
-        raise ConfigError(f'{path}: not an image; allowed: PGM or PNG') from None
-    except (OSError, ValueError, SyntaxError) as error:
-        reason = getattr(error, 'strerror', None) or error
-        raise ConfigError(f'{path}: cannot be read: {reason}') from None
-    return pixels.reshape(pixels.shape[0], pixels.shape[1], -1)
+        write(unfinished)
+        os.replace(unfinished, path)
+    except OSError as error:
+        reason = error.strerror or error
+        raise ConfigError(f'{path}: cannot be written: {reason}') from None
+    finally:
+        _remove(unfinished)
 
 
-def _raw_cells(pixels: np.ndarray) -> np.ndarray:
-    """Grey values as they are: 0 to 100 occupancy, anything above unknown."""
-    grey = pixels.mean(axis=2)
-    return np.where(grey <= OCCUPIED, grey, UNKNOWN).astype(np.int8)
+def _remove(path: Path) -> None:
+    try:
+        path.unlink()
+    except OSError:
+        pass  # in its place by now, or never there
 
 
 def _cells(pixels: np.ndarray, params: MapFileParams) -> np.ndarray:
+    """(rows, columns) int8 of an image, first row on top.
+
+    As in map_server, alpha is one more channel of the mean in trinary mode, and in scale mode
+    tells which of the greys in between are known.
+    """
     has_alpha = pixels.shape[2] in (2, 4)
-    scale = params.mode == 'scale'
-    # In scale mode alpha says which pixels are known; in trinary it is one more channel.
-    grey = (pixels[:, :, :-1] if has_alpha and scale else pixels).mean(axis=2)
-    occupancy = (grey if params.negate else 255.0 - grey) / 255.0
+    colours = pixels[:, :, :-1] if has_alpha and params.mode != 'trinary' else pixels
+    channels = colours.shape[2]
+    # A table over all sums that can occur spares arrays of numbers as large as the image.
+    sums = colours.sum(axis=2, dtype=np.uint16)
+    cells = _table(params.mode, channels, params)[sums]
+    if has_alpha and params.mode == 'scale':
+        cells = np.where(pixels[:, :, -1] == 0, _table('trinary', channels, params)[sums], cells)
+    return cells
+
+
+def _table(mode: str, channels: int, params: MapFileParams) -> np.ndarray:
+    """The cell for each sum over a pixel's channels."""
+    grey = np.arange(255 * channels + 1) / channels
+    if params.negate:
+        grey = 255.0 - grey
+    if mode == 'raw':  # occupancy as it is; anything above 100 is unknown
+        return np.where(np.floor(grey) <= OCCUPIED, grey, UNKNOWN).astype(np.int8)
+    occupancy = (255.0 - grey) / 255.0
     between = (occupancy - params.free_thresh) / (params.occupied_thresh - params.free_thresh)
-    cells = 1 + 98 * between if scale else np.full(grey.shape, float(UNKNOWN))
-    if has_alpha and scale:
-        cells = np.where(pixels[:, :, -1] == 0, UNKNOWN, cells)
+    cells = 1 + 98 * between if mode == 'scale' else np.full(grey.shape, float(UNKNOWN))
     cells = np.where(occupancy < params.free_thresh, FREE, cells)
     return np.where(occupancy > params.occupied_thresh, OCCUPIED, cells).astype(np.int8)

@@ -1,52 +1,84 @@
-"""gazebo_msgs/ModelStates, installed or not.
+"""gazebo_msgs, installed or not: what of it the nodes speak.
 
-Debian's ROS lacks gazebo_msgs. Where it is missing, the class is built from its definition under
-its real name, so its checksum is that of the original and any client that has the package can
-subscribe.
+Debian's ROS lacks gazebo_msgs. Where it is missing, each class is built from its definition under
+its real name, so its checksum is that of the original, and any program that has the package can
+talk to it.
 """
 from __future__ import annotations
 
-from typing import Type
+from typing import Dict, Type
 
-_DEFINITION = '''\
-# broadcast all model states in world frame
-string[] name                 # model names
-geometry_msgs/Pose[] pose     # desired pose in world frame
-geometry_msgs/Twist[] twist   # desired twist in world frame
-================================================================================
-MSG: geometry_msgs/Pose
-Point position
-Quaternion orientation
-================================================================================
-MSG: geometry_msgs/Point
-float64 x
-float64 y
-float64 z
-================================================================================
-MSG: geometry_msgs/Quaternion
-float64 x
-float64 y
-float64 z
-float64 w
-================================================================================
-MSG: geometry_msgs/Twist
-Vector3 linear
-Vector3 angular
-================================================================================
-MSG: geometry_msgs/Vector3
-float64 x
-float64 y
-float64 z
-'''
+from genmsg import MsgContext, SrvSpec, compute_md5
+from genpy.dynamic import generate_dynamic
+from geometry_msgs.msg import Pose, Twist
+from std_msgs.msg import Header
 
+_SEPARATOR = '\n' + 80 * '=' + '\n'
 
-def _model_states_class() -> Type:
-    try:
-        from gazebo_msgs.msg import ModelStates as installed
-        return installed
-    except ImportError:
-        from genpy.dynamic import generate_dynamic
-        return generate_dynamic('gazebo_msgs/ModelStates', _DEFINITION)['gazebo_msgs/ModelStates']
+_MODEL_STATES = '''\
+string[] name
+geometry_msgs/Pose[] pose
+geometry_msgs/Twist[] twist'''
+
+_MODEL_STATE = '''\
+string model_name
+geometry_msgs/Pose pose
+geometry_msgs/Twist twist
+string reference_frame'''
+
+_SET_MODEL_STATE_REQUEST = 'gazebo_msgs/ModelState model_state'
+
+_SET_MODEL_STATE_RESPONSE = '''\
+bool success
+string status_message'''
+
+_GET_MODEL_STATE_REQUEST = '''\
+string model_name
+string relative_entity_name'''
+
+_GET_MODEL_STATE_RESPONSE = '''\
+std_msgs/Header header
+geometry_msgs/Pose pose
+geometry_msgs/Twist twist
+bool success
+string status_message'''
 
 
-ModelStates = _model_states_class()
+def built_message(name: str, definition: str) -> Type:
+    """The class of a gazebo_msgs message, from the fields in its .msg file."""
+    return _built_messages(name, definition)[name]
+
+
+def built_service(name: str, request: str, response: str) -> Type:
+    """The class of a gazebo_msgs service, from both halves of its .srv file."""
+    messages = _built_messages(f'{name}Request', request)
+    messages.update(_built_messages(f'{name}Response', response))
+    context = MsgContext.create_default()
+    for message_name, message in messages.items():
+        context.register(message_name, message._spec)  # genpy's own name for what it parsed
+    request_class, response_class = messages[f'{name}Request'], messages[f'{name}Response']
+    spec = SrvSpec(request_class._spec, response_class._spec, f'{request}\n---\n{response}', name)
+    return type(name.split('/')[1], (), {
+        '_type': name, '_md5sum': compute_md5(context, spec),
+        '_request_class': request_class, '_response_class': response_class})
+
+
+def _built_messages(name: str, definition: str) -> Dict[str, Type]:
+    """The class of a message by its name, and those of what it is made of."""
+    parts = [f'MSG: {part._type}\n{part._full_text}' for part in (Pose, Twist, Header)]
+    parts.append(f'MSG: gazebo_msgs/ModelState\n{_MODEL_STATE}')
+    return dict(generate_dynamic(name, _SEPARATOR.join([definition, *parts])))
+
+
+try:
+    from gazebo_msgs.msg import ModelStates
+except ImportError:
+    ModelStates = built_message('gazebo_msgs/ModelStates', _MODEL_STATES)
+
+try:
+    from gazebo_msgs.srv import GetModelState, SetModelState
+except ImportError:
+    SetModelState = built_service('gazebo_msgs/SetModelState', _SET_MODEL_STATE_REQUEST,
+                                  _SET_MODEL_STATE_RESPONSE)
+    GetModelState = built_service('gazebo_msgs/GetModelState', _GET_MODEL_STATE_REQUEST,
+                                  _GET_MODEL_STATE_RESPONSE)

@@ -36,4 +36,5 @@ def grid_from_message(message: OccupancyGridMessage) -> OccupancyGrid:
         raise InputFault(f'map resolution {info.resolution} m; expected a length greater than 0')
     cells = np.array(message.data, dtype=np.int8).reshape(info.height, info.width)
     # The field is 32 bits wide: 0.05 arrives as 0.05000000074505806.
-    return OccupancyGrid(cells, round(info.resolution, 7), pose_from_message(info.origin))
+    resolution_m = float(str(np.float32(info.resolution)))
+    return OccupancyGrid(cells, resolution_m, pose_from_message(info.origin))

@@ -11,6 +11,7 @@ from pydantic import Field
 from diff_encoder_sim.config import Params
 from diff_encoder_sim.errors import ConfigError
 from diff_encoder_sim.mapping.map_files import load_map
+from diff_encoder_sim.ros.conversions import ns_from_stamp
 from diff_encoder_sim.ros.map_conversions import map_message
 from diff_encoder_sim.ros.node import node_params, publisher, run_node
 from diff_encoder_sim.ros.trial_plan import trial_plan
@@ -27,7 +28,8 @@ class MapServerNode:
 
     def __init__(self, map_file: str) -> None:
         params = node_params(MapServerParams)
-        self._message = map_message(load_map(map_file), 0, params.frame_id)
+        grid = load_map(map_file)
+        self._message = map_message(grid, ns_from_stamp(rospy.Time.now()), params.frame_id)
         self._maps = publisher('map', OccupancyGrid, latch=True)
         self._metadata = publisher('map_metadata', MapMetaData, latch=True)
         self._service = rospy.Service('static_map', GetMap, self._on_request)
@@ -50,6 +52,9 @@ def _map_file(arguments: list) -> str:
     plan = trial_plan()
     if not arguments and plan is not None:
         return plan.map
+    if len(arguments) == 2:  # an image and its resolution: upstream's deprecated form
+        raise ConfigError(f'arguments: given {" ".join(arguments)!r}; allowed: one map .yaml file, '
+                          f'which names the image and has the resolution')
     if len(arguments) != 1:
         raise ConfigError(f'arguments: given {" ".join(arguments)!r}; allowed: one map .yaml file')
     return str(arguments[0])

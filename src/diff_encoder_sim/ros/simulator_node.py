@@ -16,11 +16,10 @@ from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 from diff_encoder_sim.errors import ConfigError, InputFault
 from diff_encoder_sim.experiments.definition import PoseParams
 from diff_encoder_sim.ros.command_gate import Command, CommandGate
-from diff_encoder_sim.ros.conversions import (body_messages, joint_state_message,
-                                              matrix_pose_message, scan_message, stamp_from_ns)
-from diff_encoder_sim.ros.gazebo_messages import ModelStates
+from diff_encoder_sim.ros.conversions import joint_state_message, scan_message, stamp_from_ns
 from diff_encoder_sim.ros.node import log, node_params, publisher, run_node, subscriber
 from diff_encoder_sim.ros.pacing import LONGEST_WAIT_S, GraphPacer, WallPacer
+from diff_encoder_sim.ros.simulated_models import SimulatedModels
 from diff_encoder_sim.ros.trial_plan import trial_plan
 from diff_encoder_sim.simulation.simulator import TICK_NS, Simulator, SimulatorParams
 from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
@@ -43,8 +42,9 @@ class SimulatorNodeParams(SimulatorParams):
     real_time_factor: float = Field(
         1.0, ge=0, description='simulated per wall time; 0: as fast as the graph keeps up')
     wait_for: List[str] = Field([], description='stamped topics that the simulation never outruns')
-    command_period: float = Field(0.0, ge=0, description='commands answer multiples of this [s] and '
-                                                         'are waited for; 0: taken as they come')
+    command_period: float = Field(
+        0.0, ge=0, le=10, description='commands answer multiples of this [s] and are waited for; '
+                                      '0: taken as they come')
     paused: bool = Field(False, description='wait for /gazebo/unpause_physics')
 
 
@@ -59,19 +59,17 @@ class SimulatorNode:
                                     params.start.pose(), params.seed)
         self._lock = threading.RLock()  # the loop and the callbacks share the simulator
         self._running = threading.Event()
-        self._world_models = [(model.name, matrix_pose_message(model.pose_in_world))
-                              for model in self._simulator.world.models]
         self._clock = publisher('/clock', Clock)
         self._joint_states = publisher('joint_states', JointState)
         self._scans = publisher('scan', LaserScan)
         self._scan_frame = params.laser_link
-        self._scan_period_ns = _whole_ticks(params.lidar.rate, '~lidar.rate')
-        self._model_states = publisher('/gazebo/model_states', ModelStates)
+        self._scan_period_ns = _scan_period_ns(params.lidar.rate)
+        self._models = SimulatedModels(self._simulator, self._lock)
         self._graph_pacer = GraphPacer(params.wait_for, GRAPH_PERIOD_NS, GRAPH_LEAD_NS)
         self._wall_pacer = WallPacer(params.real_time_factor)
         self._commands = subscriber('cmd_vel', Twist, self._on_command)
         self._gate = CommandGate(
-            round(params.command_period * NANOSECONDS_PER_SECOND), GRAPH_LEAD_NS, LONGEST_WAIT_S,
+            _command_period_ns(params.command_period), GRAPH_LEAD_NS, LONGEST_WAIT_S,
             lambda: self._commands.get_num_connections() > 0)
         self._services = [rospy.Service(f'/gazebo/{name}', Empty, handler) for name, handler in (
             ('pause_physics', self._on_pause), ('unpause_physics', self._on_unpause),
@@ -125,22 +123,10 @@ class SimulatorNode:
         self._publish_clock()
         self._joint_states.publish(joint_state_message(self._simulator.joint_states()))
         if self._simulator.time_ns % MODEL_STATES_PERIOD_NS == 0:
-            self._publish_model_states()
+            self._models.publish()
         if self._simulator.time_ns % self._scan_period_ns == 0:
             self._scans.publish(scan_message(self._simulator.scan(), self._scan_frame,
                                              self._scan_period_ns / NANOSECONDS_PER_SECOND))
-
-    def _publish_model_states(self) -> None:
-        message = ModelStates()
-        for name, pose in self._world_models:
-            message.name.append(name)
-            message.pose.append(pose)
-            message.twist.append(Twist())
-        pose, twist = body_messages(self._simulator.base())
-        message.name.append(self._simulator.robot_name)
-        message.pose.append(pose)
-        message.twist.append(twist)
-        self._model_states.publish(message)
 
     def _on_command(self, message: Twist) -> None:
         self._gate.put((message.linear.x, message.angular.z))
@@ -178,16 +164,20 @@ def _trial_defaults() -> dict:
             'start': plan.trial.test.start.model_dump()}
 
 
-def _whole_ticks(rate_hz: float, key: str) -> int:
-    """The period [ns] of a rate that comes round on ticks.
-
-    Raises:
-        ConfigError: it does not.
-    """
+def _scan_period_ns(rate_hz: float) -> int:
     period_ns = round(NANOSECONDS_PER_SECOND / rate_hz)
     if period_ns % TICK_NS:
-        raise ConfigError(f'{rospy.get_name()}: {key}: given {rate_hz:g} Hz; '
-                          f'allowed: a period of whole {TICK_NS // 1_000_000} ms')
+        raise ConfigError(f'{rospy.get_name()}: lidar.rate: given {rate_hz:g} Hz; allowed: a '
+                          f'period of whole {TICK_NS // 1_000_000} ms')
+    return period_ns
+
+
+def _command_period_ns(period_s: float) -> int:
+    period_ns = round(period_s * NANOSECONDS_PER_SECOND)
+    if period_ns and (period_ns % TICK_NS or period_ns <= GRAPH_LEAD_NS):
+        raise ConfigError(f'{rospy.get_name()}: command_period: given {period_s:g} s; allowed: 0, '
+                          f'or whole {TICK_NS // 1_000_000} ms above '
+                          f'{GRAPH_LEAD_NS // 1_000_000} ms')
     return period_ns
 
 

@@ -36,7 +36,7 @@ class LidarParams(Params):
     range_min: float = Field(0.15, ge=0, description='[m]')
     range_max: float = Field(6.0, gt=0, description='[m]')
     noise: float = Field(0.03, ge=0, description='standard deviation of a range [m]')
-    rate: float = Field(10.0, gt=0, description='sweeps per second [Hz]')
+    rate: float = Field(10.0, ge=0.01, le=100, description='sweeps per second [Hz]')
 
     @model_validator(mode='after')
     def _check_ranges(self) -> LidarParams:

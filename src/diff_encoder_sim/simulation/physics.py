@@ -16,7 +16,7 @@ from diff_encoder_sim.config import Params
 from diff_encoder_sim.errors import ConfigError
 from diff_encoder_sim.se2 import Pose2D, quat_xyzw_from_yaw
 from diff_encoder_sim.simulation.robot import RobotModel
-from diff_encoder_sim.simulation.state import BodyState
+from diff_encoder_sim.simulation.state import AT_REST, BodyState, PlanarVelocity
 from diff_encoder_sim.simulation.world import Box, Cylinder, Plane, Solid, Sphere, World
 
 GRAVITY_MPS2 = 9.81
@@ -94,10 +94,11 @@ class BulletPhysics:
         base_linear = np.add(linear, np.cross(angular, lever))
         return BodyState(base_position, base_quat, tuple(base_linear.tolist()), angular)
 
-    def place(self, pose: Pose2D) -> None:
-        """Lift the robot to a pose on the floor, at rest, wheel angles as they are."""
+    def place(self, pose: Pose2D, velocity: PlanarVelocity = AT_REST) -> None:
+        """Lift the robot to a pose on the floor, moving at a velocity, wheel angles as they are."""
         position, quat = self.base()[:2]
-        self._place_base((pose.x_m, pose.y_m, position[2]), self._level(quat, pose.yaw_rad))
+        self._place_base((pose.x_m, pose.y_m, position[2]), self._level(quat, pose.yaw_rad),
+                         velocity)
 
     def obstacle_hit(self) -> Optional[str]:
         """Name of a solid, other than the floor, that the robot touches, if any."""
@@ -161,13 +162,17 @@ class BulletPhysics:
         roll_rad, pitch_rad, _ = pybullet.getEulerFromQuaternion(quat_xyzw)
         return pybullet.getQuaternionFromEuler((roll_rad, pitch_rad, yaw_rad))
 
-    def _place_base(self, position_xyz_m: tuple, quat_xyzw: tuple) -> None:
+    def _place_base(self, position_xyz_m: tuple, quat_xyzw: tuple,
+                    velocity: PlanarVelocity = AT_REST) -> None:
         inertial = pybullet.multiplyTransforms(
             position_xyz_m, quat_xyzw, *pybullet.invertTransform(*self._base_in_inertial))
         pybullet.resetBasePositionAndOrientation(self._robot, *inertial,
                                                  physicsClientId=self._client)
-        pybullet.resetBaseVelocity(self._robot, (0, 0, 0), (0, 0, 0),
-                                   physicsClientId=self._client)
+        lever_m = np.subtract(inertial[0], position_xyz_m).tolist()
+        x_mps, y_mps, yaw_radps = velocity
+        pybullet.resetBaseVelocity(
+            self._robot, (x_mps - yaw_radps * lever_m[1], y_mps + yaw_radps * lever_m[0], 0.0),
+            (0.0, 0.0, yaw_radps), physicsClientId=self._client)
 
 
 def _shape_arguments(solid: Solid) -> dict:

@@ -16,7 +16,7 @@ from diff_encoder_sim.simulation.drive import DriveController, DriveParams
 from diff_encoder_sim.simulation.lidar import Lidar, LidarParams
 from diff_encoder_sim.simulation.physics import TICK_S, BulletPhysics, PhysicsParams
 from diff_encoder_sim.simulation.robot import load_robot
-from diff_encoder_sim.simulation.state import BodyState, JointStates
+from diff_encoder_sim.simulation.state import AT_REST, BodyState, JointStates, PlanarVelocity
 from diff_encoder_sim.simulation.wheel_errors import SlippingWheels, WheelErrorParams
 from diff_encoder_sim.simulation.world import load_world
 
@@ -55,7 +55,7 @@ class Simulator:
                                 params.wheel_errors.xacro_arguments())
         self._check_errors_took_effect(robot_file)
         laser_m = self._nominal.link_position_m(params.laser_link)
-        self._laser_in_base = Pose2D(float(laser_m[0]), float(laser_m[1]), 0.0)
+        self.laser_pose_in_base = Pose2D(float(laser_m[0]), float(laser_m[1]), 0.0)
         self._scan_height_m = float(laser_m[2])
         self._start_pose = start_pose
         self._seed = seed
@@ -98,6 +98,14 @@ class Simulator:
         self._controller.reset()
         self._physics.place(self._start_pose)
 
+    def place(self, base_pose_in_world: Pose2D,
+              base_velocity_in_world: PlanarVelocity = AT_REST) -> None:
+        """Carry the robot off: time, wheel angles and the command go on.
+
+        The encoder sees nothing of it, which makes this the kidnapped robot problem.
+        """
+        self._physics.place(base_pose_in_world, base_velocity_in_world)
+
     def command(self, linear_mps: float, angular_radps: float) -> None:
         """Velocity command for base_link.
 
@@ -131,7 +139,7 @@ class Simulator:
     def scan(self) -> Scan:
         """A sweep of the scanner from where it is now."""
         return self._lidar.sweep(self.time_ns,
-                                 self.base_pose_in_world().compose(self._laser_in_base))
+                                 self.base_pose_in_world().compose(self.laser_pose_in_base))
 
     def obstacle_hit(self) -> Optional[str]:
         """Name of a solid, other than the floor, that the robot touches now, if any."""

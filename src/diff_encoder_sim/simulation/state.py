@@ -20,3 +20,14 @@ class BodyState(NamedTuple):
     quat_xyzw: Tuple[float, float, float, float]
     linear_xyz_mps: Tuple[float, float, float]
     angular_xyz_radps: Tuple[float, float, float]
+
+
+class PlanarVelocity(NamedTuple):
+    """How base_link moves over the floor, in the world frame."""
+
+    x_mps: float
+    y_mps: float
+    yaw_radps: float
+
+
+AT_REST = PlanarVelocity(0.0, 0.0, 0.0)

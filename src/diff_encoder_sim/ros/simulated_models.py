@@ -1,0 +1,133 @@
+"""The simulated robot and world as Gazebo's models: their states, and moving the robot by hand."""
+from __future__ import annotations
+
+import math
+import threading
+from typing import Any, Dict, Tuple
+
+import rospy
+from geometry_msgs.msg import Pose, Quaternion, Twist
+
+from diff_encoder_sim.config import did_you_mean
+from diff_encoder_sim.errors import EVENT, InputFault
+from diff_encoder_sim.ros.conversions import (body_messages, matrix_pose_message,
+                                              pose_from_message, stamp_from_ns)
+from diff_encoder_sim.ros.gazebo_messages import GetModelState, ModelStates, SetModelState
+from diff_encoder_sim.ros.node import log, publisher
+from diff_encoder_sim.se2 import Pose2D
+from diff_encoder_sim.simulation.simulator import Simulator
+from diff_encoder_sim.simulation.state import PlanarVelocity
+
+WORLD_FRAMES = ('', 'world')
+
+# What a robot at rest on its casters leans by is far less; a robot on its side far more.
+LARGEST_LEAN_RAD = 0.1
+
+# Far beyond this the physics runs out of digits, and then into NaN.
+LARGEST_NUMBER = 1e4
+
+
+class SimulatedModels:
+    """/gazebo/model_states, /gazebo/set_model_state and /gazebo/get_model_state."""
+
+    def __init__(self, simulator: Simulator, lock: threading.RLock) -> None:
+        """`lock` is held whenever the simulator is touched."""
+        self._simulator = simulator
+        self._lock = lock
+        self._fixed = {model.name: (matrix_pose_message(model.pose_in_world), Twist())
+                       for model in simulator.world.models}
+        self._states = publisher('/gazebo/model_states', ModelStates)
+        self._services = [
+            rospy.Service('/gazebo/set_model_state', SetModelState, self._on_set),
+            rospy.Service('/gazebo/get_model_state', GetModelState, self._on_get)]
+
+    def publish(self) -> None:
+        """All models' states as they are now."""
+        message = ModelStates()
+        for name, (pose, twist) in self._all().items():
+            message.name.append(name)
+            message.pose.append(pose)
+            message.twist.append(twist)
+        self._states.publish(message)
+
+    def _all(self) -> Dict[str, Tuple[Pose, Twist]]:
+        return {**self._fixed,
+                self._simulator.robot_name: body_messages(self._simulator.base())}
+
+    def _on_set(self, request: Any) -> Any:
+        state, response = request.model_state, SetModelState._response_class()
+        try:
+            self._check_names(state.model_name, state.reference_frame)
+            if state.model_name != self._simulator.robot_name:
+                raise InputFault(f'model {state.model_name!r} is fixed; only '
+                                 f'{self._simulator.robot_name!r} can be moved')
+            pose, velocity = _upright_pose(state.pose), _planar_velocity(state.twist)
+        except InputFault as fault:
+            response.status_message = str(fault)
+            return response
+        with self._lock:
+            self._simulator.place(pose, velocity)
+        response.success = True
+        response.status_message = (f'{state.model_name} placed at ({pose.x_m:.3f}, {pose.y_m:.3f})'
+                                   f' m, yaw {pose.yaw_rad:.3f} rad')
+        log.info('%s', response.status_message, extra=EVENT)
+        return response
+
+    def _on_get(self, request: Any) -> Any:
+        response = GetModelState._response_class()
+        response.header.frame_id = request.relative_entity_name
+        try:
+            self._check_names(request.model_name, request.relative_entity_name)
+        except InputFault as fault:
+            response.status_message = str(fault)
+            return response
+        with self._lock:
+            response.header.stamp = stamp_from_ns(self._simulator.time_ns)
+            response.pose, response.twist = self._all()[request.model_name]
+        response.success = True
+        return response
+
+    def _check_names(self, model: str, frame: str) -> None:
+        names = [*self._fixed, self._simulator.robot_name]
+        if model not in names:
+            raise InputFault(f'model {model!r} does not exist{did_you_mean(model, names)}')
+        if frame not in WORLD_FRAMES:
+            raise InputFault(f"reference frame {frame!r}; expected '' or 'world'")
+
+
+def _upright_pose(pose: Pose) -> Pose2D:
+    """Where a robot with this pose stands on the floor: its height and a slight lean are dropped.
+
+    Raises:
+        InputFault: a number is beyond reason, the quaternion is no rotation, or the robot would
+            lie.
+    """
+    _check_numbers('position [m]', pose.position.x, pose.position.y, pose.position.z)
+    planar = pose_from_message(pose)
+    if _lean_rad(pose.orientation) > LARGEST_LEAN_RAD:
+        raise InputFault(f'the robot would lean by {_lean_rad(pose.orientation):.2f} rad; '
+                         f'expected an upright robot, roll and pitch 0')
+    return planar
+
+
+def _lean_rad(quaternion: Quaternion) -> float:
+    """Angle between the vertical and the z axis of a body with this orientation."""
+    across = math.hypot(quaternion.x, quaternion.y)
+    return 2.0 * math.atan2(across, math.hypot(quaternion.z, quaternion.w))
+
+
+def _planar_velocity(twist: Twist) -> PlanarVelocity:
+    """A twist over the floor; what lifts or tips the robot is dropped.
+
+    Raises:
+        InputFault: a number is beyond reason.
+    """
+    linear, angular = twist.linear, twist.angular
+    _check_numbers('twist [m/s, rad/s]', linear.x, linear.y, linear.z,
+                   angular.x, angular.y, angular.z)
+    return PlanarVelocity(linear.x, linear.y, angular.z)
+
+
+def _check_numbers(what: str, *numbers: float) -> None:
+    if not all(abs(number) <= LARGEST_NUMBER for number in numbers):  # NaN is not
+        raise InputFault(f'{what} {numbers}; expected numbers within +-{LARGEST_NUMBER:g}')

@@ -1,0 +1,165 @@
+#!/usr/bin/env python3
+"""map_server_node serves what its file says, map_saver saves what is served. Started by map_server.test."""
+import subprocess
+import tempfile
+import unittest
+from pathlib import Path
+
+import numpy as np
+import rospy
+import rostest
+from nav_msgs.msg import MapMetaData, OccupancyGrid
+from nav_msgs.srv import GetMap
+
+from diff_encoder_sim.mapping.map_files import load_map
+from ros_testing import TIMEOUT_S, Collector, start_test_node, wait_until, yaw_of
+
+WORLDS = Path(__file__).resolve().parents[2] / 'worlds'
+# turned_map.pgm from below, row by row: occupancies of 0, 120, 205 and 254 are 1, 0.53, 0.196 and 0.004.
+TURNED = [100, 0, -1, 0, 0, 0, -1, -1, 100, -1, 0, 100]
+SAVER = ['rosrun', 'diff_encoder_sim', 'map_saver']
+
+
+class Saver:
+    """A map_saver that runs in a folder of its own."""
+
+    def __init__(self, folder, *arguments):
+        self._log = Path(folder, 'log')
+        with open(str(self._log), 'wb') as out:
+            self._process = subprocess.Popen(SAVER + list(arguments), cwd=str(folder), stdin=subprocess.DEVNULL,
+                                             stdout=out, stderr=subprocess.STDOUT)
+
+    def lines(self):
+        return [line for line in self._log.read_text().splitlines() if line.strip()]
+
+    def wait(self):
+        """(exit code, lines of output)"""
+        try:
+            return self._process.wait(2.0 * TIMEOUT_S), self.lines()
+        finally:
+            self.end()
+
+    def end(self):
+        if self._process.poll() is None:
+            self._process.kill()
+            self._process.wait()
+
+
+def latched(topic, message):
+    publisher = rospy.Publisher(topic, OccupancyGrid, queue_size=1, latch=True)
+    publisher.publish(message)
+    return publisher
+
+
+def map_message(width=2, height=1, resolution=0.05, cells=(0, 100), w=1.0):
+    message = OccupancyGrid(data=list(cells))
+    message.info.width, message.info.height, message.info.resolution = width, height, resolution
+    message.info.origin.orientation.w = w
+    return message
+
+
+class MapServerTest(unittest.TestCase):
+
+    @classmethod
+    def setUpClass(cls):
+        start_test_node('map_server_test')
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+
+    # --- the server ---------------------------------------------------------------------------------------------------
+
+    def test_map_is_that_of_the_file(self):
+        served = Collector('/map', OccupancyGrid).wait_for_count(1)[0]
+        self.assertEqual(served.header.frame_id, 'map')
+        self.assertEqual(list(served.data), TURNED)
+        info = served.info
+        self.assertEqual((info.width, info.height), (4, 3))
+        self.assertAlmostEqual(info.resolution, 0.05, places=7)
+        self.assertEqual((info.origin.position.x, info.origin.position.y, info.origin.position.z), (-1.5, 0.25, 0.0))
+        self.assertAlmostEqual(yaw_of(info.origin.orientation), 0.3, places=12)
+        self.assertGreater(info.map_load_time.to_sec(), 0.0)
+        self.assertEqual(served.header.stamp, info.map_load_time)
+
+    def test_all_three_ways_give_the_same_to_everyone_who_comes_late(self):
+        rospy.wait_for_service('/static_map', TIMEOUT_S)
+        answered = rospy.ServiceProxy('/static_map', GetMap)().map
+        for _ in range(2):
+            served = Collector('/map', OccupancyGrid).wait_for_count(1)[0]
+            metadata = Collector('/map_metadata', MapMetaData).wait_for_count(1)[0]
+            served.header.seq = answered.header.seq  # rospy numbers what it publishes
+            self.assertEqual(served, answered)
+            self.assertEqual(metadata, answered.info)
+
+    def test_two_servers_serve_in_their_namespaces_and_frames(self):
+        served = Collector('/site/map', OccupancyGrid).wait_for_count(1)[0]
+        self.assertEqual(served.header.frame_id, 'site_map')
+        grid = load_map(WORLDS / 'hallway.yaml')
+        self.assertEqual((served.info.width, served.info.height), (grid.width, grid.height))
+        self.assertTrue((np.array(served.data).reshape(grid.cells.shape) == grid.cells).all())
+
+    # --- the saver ----------------------------------------------------------------------------------------------------
+
+    def test_served_and_saved_and_served_again_is_the_same(self):
+        for arguments, stem, original in (
+                ([], 'map', Path(__file__).parent / 'data' / 'turned_map.yaml'),
+                (['-f', 'hall', 'map:=/site/map'], 'hall', WORLDS / 'hallway.yaml')):
+            code, lines = Saver(self.folder, *arguments).wait()
+            self.assertEqual(code, 0, lines)
+            self.assertEqual(len(lines), 1, lines)
+            self.assertIn(str(self.folder.resolve() / (stem + '.yaml')), lines[0])
+            saved, first = load_map(self.folder / (stem + '.yaml')), load_map(original)
+            self.assertTrue((saved.cells == first.cells).all())
+            self.assertEqual((saved.resolution_m, saved.origin), (first.resolution_m, first.origin))
+        self.assertEqual(sorted(entry.name for entry in self.folder.iterdir()),
+                         ['hall.pgm', 'hall.yaml', 'log', 'map.pgm', 'map.yaml'])
+
+    def test_thresholds(self):
+        publisher = latched('/grey/map', map_message(4, 1, cells=(10, 40, 60, 127)))
+        code, lines = Saver(self.folder, '--free', '40', '--occ', '60', 'map:=/grey/map').wait()
+        publisher.unregister()
+        self.assertEqual(code, 0, lines)
+        self.assertEqual(load_map(self.folder / 'map.yaml').cells.tolist(), [[0, 0, 100, 100]])
+
+    def test_a_map_that_is_none_ends_it_with_one_line(self):
+        nan = float('nan')
+        for message, word in ((map_message(resolution=nan), 'resolution nan'),
+                              (map_message(resolution=0.0), 'resolution 0'),
+                              (map_message(0, 0, cells=()), '0 x 0 cells'), (map_message(3), 'with 2 values'),
+                              (map_message(w=0.0), 'no rotation')):
+            publisher = latched('/bad/map', message)
+            code, lines = Saver(self.folder, 'map:=/bad/map').wait()
+            publisher.unregister()
+            self.assertEqual(code, 1, lines)
+            self.assertEqual(len(lines), 1, lines)
+            self.assertIn('/bad/map', lines[0])
+            self.assertIn(word, lines[0])
+            self.assertEqual([entry.name for entry in self.folder.iterdir()], ['log'])
+
+    def test_a_place_that_cannot_be_written_to_and_bad_options(self):
+        for arguments, words in ((['-f', '/proc/1/map'], ['/proc/1/map.pgm', 'cannot be written']),
+                                 (['-f', 'no/folder/map'], ['no/folder/map.pgm', 'No such file']),
+                                 (['--occ', '101'], ['occ', '101', 'less than or equal to 100']),
+                                 (['--free', '70'], ['free below occ'])):
+            code, lines = Saver(self.folder, *arguments).wait()
+            self.assertEqual(code, 1, lines)
+            self.assertEqual(len(lines), 1, lines)
+            for word in words:
+                self.assertIn(word, lines[0])
+
+    def test_it_waits_for_a_map_and_says_so(self):
+        saver = Saver(self.folder, 'map:=/late/map')
+        self.addCleanup(saver.end)
+        wait_until(saver.lines, 'a line that it waits', 3.0 * TIMEOUT_S)
+        self.assertIn('no map on /late/map yet', saver.lines()[0])
+        publisher = latched('/late/map', map_message())
+        code, lines = saver.wait()
+        publisher.unregister()
+        self.assertEqual(code, 0, lines)
+        self.assertEqual(load_map(self.folder / 'map.yaml').cells.tolist(), [[0, 100]])
+
+
+if __name__ == '__main__':
+    rostest.rosrun('diff_encoder_sim', 'map_files', MapServerTest)
