@@ -40,7 +40,7 @@ def test_the_long_distance_is_the_papers():
                                         for point in leg.through or []] + [test.goal()[:2]]
     assert sum(math.dist(a, b) for a, b in zip(points, points[1:])) == pytest.approx(95, abs=2)
     with pytest.raises(ConfigError, match='DLD has no drive'):
-        plan('--test', 'DLD')
+        plan('--test', 'DLD', '--nav', 'scripted')
     assert plan('--test', 'DLD', '--nav', 'embedded').trial.nav == 'embedded'
 
 
@@ -48,7 +48,7 @@ def test_a_users_own_test_is_found_by_its_path(tmp_path):
     path = tmp_path / 'mine.yaml'
     path.write_text('name: mine\nworld: hallway\nstart: {x: 1.0, y: 0.5, yaw: 1.5707963267948966}\n'
                     'drive: [{straight: 2.0}, {turns: 0.25}, {straight: -1.0}]\n')
-    goal = plan('--test', str(path)).trial.test.goal()
+    goal = plan('--test', str(path), '--nav', 'scripted').trial.test.goal()
     assert goal == pytest.approx((2.0, 2.5, -math.pi))
 
 

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import List, Optional, Sequence
 
 from diff_encoder_sim.analysis.errors import odometry_error
-from diff_encoder_sim.analysis.table import AnalysedTrial, pooled_table, trial_table
+from diff_encoder_sim.analysis.table import (AnalysedTrial, goal_table, pooled_table,
+                                             trial_table)
 from diff_encoder_sim.cli.run import run_tool
 from diff_encoder_sim.errors import ConfigError
 from diff_encoder_sim.recording.reading import read_trial
@@ -15,6 +16,9 @@ from diff_encoder_sim.recording.reading import read_trial
 LEGEND = ('error: /odom minus /world_pose at the end, along (x) and across (y) the start heading.\n'
           'sigma: what whole pulses alone cause, one standard deviation over all wheel phases\n'
           '       (closed form; straight line of length S: sigma y = (S d/L) sqrt(1/6)).')
+
+GOAL_LEGEND = ('seconds: simulated. Then where each source says that the robot ended, minus the goal: '
+               'distance, and\nheading; /odom as seen from the true start.')
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> None:
@@ -34,8 +38,8 @@ def _analyze(options: argparse.Namespace) -> None:
             print(f'analyze: {error}', file=sys.stderr)
     if analysed:
         analysed.sort(key=_order)
-        print('\n\n'.join(text for text in (trial_table(analysed), pooled_table(analysed), LEGEND)
-                          if text))
+        print('\n\n'.join(text for text in (trial_table(analysed), pooled_table(analysed), LEGEND,
+                                            goal_table(analysed), GOAL_LEGEND) if text))
     if problems:
         sys.exit(1)
 

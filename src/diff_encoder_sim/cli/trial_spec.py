@@ -5,10 +5,12 @@ import argparse
 import os
 import time
 from pathlib import Path
-from typing import Any, Optional, Sequence
+from typing import Any, Optional, Sequence, Union
 
 import yaml
 
+from diff_encoder_sim.cli.packages import (GAZEBO, UPSTREAM_NAVIGATION, require,
+                                           roslaunch_only_lists)
 from diff_encoder_sim.cli.run import package_folder, run_tool
 from diff_encoder_sim.config import load_yaml, split_params
 from diff_encoder_sim.encoder import EncoderParams, ppr_label
@@ -46,8 +48,9 @@ def plan(options: argparse.Namespace) -> TrialPlan:
         'wheel_diameter': odometry.wheel_diameter,
         'wheel_separation': odometry.wheel_separation}, '')
     _check_way(test, options.nav)
+    _check_packages(options.nav, options.sim)
     world = find_world(test.world, folder / 'worlds')
-    return TrialPlan(trial=trial, world=str(world), map=str(world.with_suffix('.yaml')),
+    return TrialPlan(trial=trial, world=str(world), map=_map_path(options, world),
                      bag=_bag_path(options.bag, trial))
 
 
@@ -57,6 +60,28 @@ def _check_way(test: TestDefinition, nav: str) -> None:
                           f'upstream')
     if nav != 'scripted' and not test.route:
         raise ConfigError(f'nav: given {nav}, but {test.name} has no route; allowed: scripted')
+
+
+def _check_packages(nav: str, sim: str) -> None:
+    if roslaunch_only_lists():
+        return  # what is in a launch file can be seen anywhere
+    if nav == 'upstream':
+        require(UPSTREAM_NAVIGATION)
+    if sim == 'gazebo':
+        require(GAZEBO)
+
+
+def _map_path(options: argparse.Namespace, world: Path) -> str:
+    path = _users_path(options.map) if options.map else world.with_suffix('.yaml')
+    if options.nav != 'scripted' and not path.is_file():
+        raise ConfigError(f'map: there is no {path}; allowed: a map .yaml file, as made by '
+                          f'rosrun diff_encoder_sim rasterise_world {world}')
+    return str(path)
+
+
+def _users_path(given: Union[str, Path]) -> Path:
+    # roslaunch starts commands in another folder than its user's.
+    return (Path(os.environ.get('PWD', '.')) / given).resolve()
 
 
 def _value(text: str) -> Any:
@@ -70,9 +95,7 @@ def _value(text: str) -> Any:
 def _bag_path(given: str, trial: Trial) -> str:
     if given == NO_BAG:
         return ''
-    path = Path(given or Path('bags') / _bag_name(trial))
-    # roslaunch starts commands in another folder than its user's.
-    path = (Path(os.environ.get('PWD', '.')) / path).resolve()
+    path = _users_path(given or Path('bags') / _bag_name(trial))
     if path.exists():
         raise ConfigError(f'bag: {path} exists; allowed: the path of a new file, or {NO_BAG}')
     folder = next(parent for parent in path.parents if parent.exists())
@@ -90,12 +113,13 @@ def _parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog='trial_spec', description=__doc__,
         epilog='example: trial_spec --test SL --ppr 90 --trial 3 --bag sl.bag')
-    parser.add_argument('--test', required=True, help='SL, SMT, or a .yaml file')
+    parser.add_argument('--test', required=True, help='SL, SMT, DLD, or a .yaml file')
     parser.add_argument('--ppr', default='', help='pulses per revolution (default: the config\'s)')
     parser.add_argument('--trial', default='0', help='number of the trial: its seed')
     parser.add_argument('--odom', default='encoder', help='encoder or ideal')
-    parser.add_argument('--nav', default='scripted', help='scripted, embedded or upstream')
+    parser.add_argument('--nav', default='embedded', help='embedded, upstream or scripted')
     parser.add_argument('--sim', default='pybullet', help='pybullet or gazebo')
+    parser.add_argument('--map', default='', help='its YAML file (default: that of the world)')
     parser.add_argument('--bag', default='', help='path of the bag (default: bags/..., none)')
     parser.add_argument('--config', default=str(package_folder() / 'config' / 'config.yaml'))
     return parser.parse_args(arguments)

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 from pydantic import Field, model_validator
+from typing_extensions import Literal
 
 from diff_encoder_sim.config import Params
 
@@ -52,11 +53,9 @@ class DwaParams(Params):
     sum_scores: bool = Field(False, description='cost under the robot: sum, not maximum')
     oscillation_reset_dist: float = Field(0.05, ge=0, description='[m]')
     oscillation_reset_angle: float = Field(0.2, ge=0, description='[rad]')
-    twist_resolution_x: float = Field(
-        0.0, ge=0, description='how wrong the odometry\'s speed may be: within this the last '
-                               'command is believed instead [m/s]; 0: never, as upstream')
-    twist_resolution_theta: float = Field(
-        0.0, ge=0, description='as twist_resolution_x, of the turning speed [rad/s]')
+    twist_sigmas: float = Field(
+        0.0, ge=0, description='the last command is believed instead of the odometry\'s twist '
+                               'within so many of its standard deviations; 0: never, as upstream')
     turn_to_path_angle: float = Field(
         2.0, ge=0, le=3.2, description='turn on the spot to a plan that leads off farther round '
                                        'than this [rad]; 0: never, as upstream')
@@ -68,6 +67,9 @@ class DwaParams(Params):
     max_scaling_factor: float = Field(0.2, ge=0, description='as scaling_speed')
     publish_traj_pc: bool = False
     publish_cost_grid_pc: bool = False
+    global_frame_id: str = Field('odom', description='accepted; of trajectories shown as points')
+    odom_topic: Literal['odom', '/odom'] = 'odom'
+    restore_defaults: bool = Field(False, description='accepted; of dynamic_reconfigure')
 
     @model_validator(mode='after')
     def _check_ranges(self) -> DwaParams:

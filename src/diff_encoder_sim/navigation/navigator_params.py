@@ -1,12 +1,18 @@
 """Parameters of the navigator: move_base's, with those of its parts in move_base's namespaces."""
 from __future__ import annotations
 
+from typing import Any, Dict, List
+
 from pydantic import Field, model_validator
 
 from diff_encoder_sim.config import Params
 from diff_encoder_sim.navigation.costmap_params import CostmapParams, local_defaults
 from diff_encoder_sim.navigation.dwa_params import DwaParams
 from diff_encoder_sim.navigation.global_planner import NavfnParams
+
+# Upstream's, in its order; clearing_rotation_allowed takes the turns out.
+RECOVERY_TYPES = ['clear_costmap_recovery/ClearCostmapRecovery', 'rotate_recovery/RotateRecovery',
+                  'clear_costmap_recovery/ClearCostmapRecovery']
 
 
 class NavigatorParams(Params):
@@ -27,9 +33,20 @@ class NavigatorParams(Params):
     conservative_reset_dist: float = Field(3.0, ge=0, description='[m]')
     input_timeout: float = Field(
         0.5, gt=0, description='odometry, localization or scan older than this stop the robot [s]')
+    max_unseen_travel: float = Field(
+        0.3, ge=0, description='commanded while the pose of odometry stays the same, before the '
+                               'goal is given up [m]; 0: no limit, as upstream')
     base_global_planner: str = 'navfn/NavfnROS'
     base_local_planner: str = 'dwa_local_planner/DWAPlannerROS'
     shutdown_costmaps: bool = False
+    recovery_behaviors: List[Dict[str, str]] = Field(
+        [], description="upstream's usual three, or nothing, which means the same")
+    clearing_radius: float = Field(0.46, description='accepted; upstream reads it only')
+    make_plan_clear_costmap: bool = Field(True, description='accepted: planning changes no costmap')
+    make_plan_add_unreachable_goal: bool = Field(True, description='accepted')
+    restore_defaults: bool = Field(False, description='accepted; of dynamic_reconfigure')
+    latch_xy_goal_tolerance: bool = Field(
+        False, description="the DWA's, which upstream reads here and not in its namespace")
 
     global_costmap: CostmapParams = CostmapParams()
     local_costmap: CostmapParams = local_defaults()
@@ -40,6 +57,22 @@ class NavigatorParams(Params):
     def control_period_s(self) -> float:
         """Between two steps of the navigator [s]."""
         return 1.0 / self.controller_frequency
+
+    @model_validator(mode='before')
+    @classmethod
+    def _take_latch(cls, given: Any) -> Any:
+        name, planner = 'latch_xy_goal_tolerance', 'DWAPlannerROS'
+        if not (isinstance(given, dict) and name in given
+                and isinstance(given.get(planner, {}), dict)):
+            return given
+        return {**given, planner: {**given.get(planner, {}), name: given[name]}}
+
+    @model_validator(mode='after')
+    def _check_recoveries(self) -> NavigatorParams:
+        types = [behaviour.get('type', '') for behaviour in self.recovery_behaviors]
+        if types and types != RECOVERY_TYPES:
+            raise ValueError(f'recovery_behaviors of the types {", ".join(RECOVERY_TYPES)}')
+        return self
 
     @model_validator(mode='after')
     def _check_together(self) -> NavigatorParams:

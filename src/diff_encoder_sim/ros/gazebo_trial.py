@@ -3,12 +3,11 @@ from __future__ import annotations
 
 import sys
 
+from diff_encoder_sim.cli.packages import GAZEBO
 from diff_encoder_sim.cli.run import run_tool
 from diff_encoder_sim.errors import ConfigError
 from diff_encoder_sim.ros.processes import become
 from diff_encoder_sim.ros.trial_plan import required_trial_plan
-
-INSTALL_HINT = 'apt install ros-noetic-gazebo-ros-pkgs, or sim:=pybullet'
 
 
 def main() -> None:
@@ -21,11 +20,11 @@ def _become_gazebo(words: list) -> None:
     plan = required_trial_plan()
     if words == ['server']:
         # -u: paused, until the trial finds every node connected.
-        become('gazebo_ros', 'gzserver', ['-u', '-e', 'ode', plan.world], INSTALL_HINT)
+        become('gazebo_ros', 'gzserver', ['-u', '-e', 'ode', plan.world], GAZEBO.install_hint)
     elif len(words) == 2 and words[0] == 'spawn':
         start = plan.trial.test.start
         become('gazebo_ros', 'spawn_model',
                ['-urdf', '-param', 'gazebo_robot_description', '-model', words[1],
-                '-x', str(start.x), '-y', str(start.y), '-Y', str(start.yaw)], INSTALL_HINT)
+                '-x', str(start.x), '-y', str(start.y), '-Y', str(start.yaw)], GAZEBO.install_hint)
     else:
         raise ConfigError(f'arguments: given {" ".join(words)!r}; allowed: server, or spawn MODEL')

@@ -1,0 +1,102 @@
+"""Reading costmap_2d's layered parameters: everything brought to the flat names of one costmap.
+
+costmap_2d takes a list of plugins, each with parameters in a namespace of its own, or the older
+flat form. Names are the same in both, so a layer's parameters only move up.
+"""
+from __future__ import annotations
+
+import math
+from typing import Any, Dict, List, Mapping
+
+STATIC, OBSTACLE, INFLATION = (f'costmap_2d::{kind}Layer'
+                               for kind in ('Static', 'Obstacle', 'Inflation'))
+ORDER = (STATIC, OBSTACLE, INFLATION)
+# What the layers are called where no plugins are listed.
+USUAL_NAMES = {'static_layer': STATIC, 'obstacle_layer': OBSTACLE, 'inflation_layer': INFLATION}
+
+# A layer's own, which mean something else, or nothing, for the whole costmap.
+NOT_MOVED = {STATIC: ('enabled',), INFLATION: ('enabled',),
+             OBSTACLE: ('enabled', 'track_unknown_space', 'transform_tolerance')}
+# A scan source may have ranges of its own; with one source they are the costmap's.
+RANGES = ('obstacle_range', 'raytrace_range')
+CIRCLE_CORNERS = 16
+
+
+def flattened(given: Mapping[str, Any]) -> Dict[str, Any]:
+    """A costmap's parameters as users write them, as the flat ones that CostmapParams has.
+
+    Raises:
+        ValueError: layers or sources that this package's costmap does not have.
+    """
+    flat = dict(given)
+    if 'plugins' in flat:
+        _merge_listed_layers(flat)
+    else:
+        for name in USUAL_NAMES:
+            _merge_layer(flat, name, USUAL_NAMES[name])
+    _name_the_source_scan(flat)
+    _make_footprint_of_radius(flat)
+    return flat
+
+
+def _merge_listed_layers(flat: Dict[str, Any]) -> None:
+    """As upstream with plugins: they alone say which layers there are."""
+    plugins = _checked_plugins(flat.pop('plugins'))
+    kinds = [plugin['type'] for plugin in plugins]
+    flat.pop('map_type', None)
+    flat['static_map'] = STATIC in kinds
+    for plugin in plugins:
+        _merge_layer(flat, plugin['name'], plugin['type'])
+    if OBSTACLE not in kinds:
+        flat['observation_sources'] = ''
+    if INFLATION not in kinds:
+        flat['inflation_radius'] = 0.0
+
+
+def _checked_plugins(plugins: Any) -> List[Dict[str, str]]:
+    if not isinstance(plugins, list) or not all(
+            isinstance(plugin, dict) and isinstance(plugin.get('name'), str)
+            and isinstance(plugin.get('type'), str) for plugin in plugins):
+        raise ValueError('plugins: a list of {name: ..., type: ...}')
+    kinds = [plugin['type'] for plugin in plugins]
+    if kinds != [kind for kind in ORDER if kind in kinds]:
+        raise ValueError(f'plugins of the types {", ".join(ORDER)}, in this order, each once '
+                         f'at most')
+    return plugins
+
+
+def _merge_layer(flat: Dict[str, Any], name: str, kind: str) -> None:
+    layer = flat.pop(name, {})
+    if not isinstance(layer, dict):
+        raise ValueError(f'{name}: a mapping, the parameters of this layer')
+    if layer.get('enabled', True) is not True:
+        raise ValueError(f'{name}.enabled: true; take the layer out of plugins instead')
+    for key, value in layer.items():
+        if key not in NOT_MOVED[kind]:
+            flat.setdefault(key, value)  # what both have is the costmap's, as upstream
+
+
+def _name_the_source_scan(flat: Dict[str, Any]) -> None:
+    sources = str(flat.get('observation_sources', 'scan')).split()
+    if len(sources) > 1:
+        raise ValueError(f'observation_sources: one laser, not {len(sources)}')
+    if sources and sources != ['scan']:
+        flat['observation_sources'] = 'scan'
+        flat['scan'] = {'topic': sources[0], **flat.pop(sources[0], {})}
+    source = flat.get('scan')
+    if isinstance(source, dict):
+        flat.update({key: source[key] for key in RANGES if key in source})
+        flat['scan'] = {key: value for key, value in source.items() if key not in RANGES}
+
+
+def _make_footprint_of_radius(flat: Dict[str, Any]) -> None:
+    radius_m = flat.pop('robot_radius', None)
+    if flat.get('footprint') in ('', '[]', []):
+        del flat['footprint']  # upstream's way to say that there is none
+    if radius_m is None or 'footprint' in flat:
+        return
+    if isinstance(radius_m, bool) or not isinstance(radius_m, (int, float)) or not radius_m > 0.0:
+        raise ValueError(f'robot_radius: greater than 0, not {radius_m!r}')
+    angles = [2.0 * math.pi * index / CIRCLE_CORNERS for index in range(CIRCLE_CORNERS)]
+    flat['footprint'] = [[radius_m * math.cos(angle), radius_m * math.sin(angle)]
+                         for angle in angles]

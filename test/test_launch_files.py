@@ -1,0 +1,347 @@
+"""What each launch file starts for which arguments, and that all of it is there.
+
+Upstream's navigation and Gazebo may be missing; packages of the same names take their place, whose
+programs write down how they were started.
+"""
+import itertools
+import os
+import shlex
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+
+sys.path.insert(0, str(Path(__file__).parent / 'rostest'))
+from live_graph import DATA, ROOT, Graph, require_ros  # noqa: E402
+
+pytestmark = [pytest.mark.rostest, pytest.mark.timeout(280)]
+
+LAUNCH, SCRIPTS = ROOT / 'launch', ROOT / 'scripts'
+TRIAL = LAUNCH / 'trial.launch'
+OWN = 'diff_encoder_sim'
+OPTIONAL = {'rviz'}
+UPSTREAM = ('map_server', 'amcl', 'move_base')
+AMCL, NAVIGATION = (yaml.safe_load((ROOT / 'config' / name).read_text())
+                    for name in ('amcl.yaml', 'navigation.yaml'))
+
+CHOICES = {'nav': ('embedded', 'upstream', 'scripted'), 'sim': ('pybullet', 'gazebo'),
+           'odom': ('encoder', 'ideal'), 'rviz': ('true', 'false'), 'bag': ('', 'none')}
+COMBINATIONS = [dict(zip(CHOICES, values)) for values in itertools.product(*CHOICES.values())]
+
+
+def trial_nodes(nav, sim, odom, rviz, bag):
+    """{node: (package, type)} of trial.launch"""
+    nodes = {'robot_state_publisher': ('robot_state_publisher', 'robot_state_publisher')}
+    own = ['world_pose_node', 'global_pose_node']
+    own += ['simulator_node'] if sim == 'pybullet' else []
+    own += ['gz_diff_encoder_node', 'gz_diff_odom_node'] if odom == 'encoder' else ['ideal_odom_node']
+    own += ['scripted_drive_node'] if nav == 'scripted' else ['navigation_trial_node']
+    own += ['record_trial'] if bag != 'none' else []
+    own += ['trial_view_node'] if rviz == 'true' else []
+    nodes.update({name: (OWN, name) for name in own})
+    if sim == 'gazebo':
+        nodes.update({name: (OWN, 'gazebo_trial') for name in ('gazebo', 'spawn_robot')})
+    if nav != 'scripted':
+        nodes.update({name: (OWN, 'upstream_node' if nav == 'upstream' else name + '_node')
+                      for name in UPSTREAM})
+    if rviz == 'true':
+        nodes['rviz'] = ('rviz', 'rviz')
+    return nodes
+
+
+def words(choice):
+    return ['%s:=%s' % pair for pair in choice.items()]
+
+
+@pytest.fixture
+def load(monkeypatch):
+    """Loads a launch file as roslaunch does, but runs no command: (what it holds, commands of parameters)."""
+    require_ros()
+    import roslaunch.config
+    import roslaunch.loader
+    commands = {}
+    as_it_is = roslaunch.loader.Loader.param_value
+
+    def param_value(self, verbose, name, ptype, value, textfile, binfile, command):
+        if command is None:
+            return as_it_is(self, verbose, name, ptype, value, textfile, binfile, command)
+        commands[name] = shlex.split(command)
+        return 'output of a command'
+
+    monkeypatch.setattr(roslaunch.loader.Loader, 'param_value', param_value)
+
+    def load(path, *arguments):
+        commands.clear()
+        file = (str(path), list(arguments))
+        return roslaunch.config.load_config_default([file], None, assign_machines=False), commands
+    return load
+
+
+def types(config):
+    return {node.name: (node.package, node.type) for node in config.nodes}
+
+
+def params(config):
+    return {name: param.value for name, param in config.params.items()}
+
+
+def check_all_is_there(config):
+    import roslib.packages
+    for node in config.nodes:
+        if node.package not in OPTIONAL:
+            found = roslib.packages.find_node(node.package, node.type)
+            assert found and os.access(found[0], os.X_OK), node.name
+    texts = [text for text in params(config).values() if isinstance(text, str)]
+    texts += [node.args for node in config.nodes]
+    for word in itertools.chain(*(text.split() for text in texts)):
+        if word.startswith('/'):
+            assert Path(word).exists(), word
+    for file in config.roslaunch_files:
+        assert Path(file).is_file(), file
+
+
+@pytest.mark.parametrize('choice', COMBINATIONS, ids=lambda choice: '-'.join(filter(None, choice.values())))
+def test_trial_starts_what_it_should(choice, load):
+    config, commands = load(TRIAL, *words(choice))
+    assert types(config) == trial_nodes(**choice)
+    roles = {'gazebo': 'server', 'spawn_robot': 'spawn alto', **{name: name for name in UPSTREAM}}
+    for node in config.nodes:
+        assert node.type not in ('upstream_node', 'gazebo_trial') or node.args.strip() == roles[node.name]
+    check_all_is_there(config)
+    spec = commands['trial']
+    for name in ('nav', 'sim', 'odom', 'bag'):
+        assert '--%s=%s' % (name, choice[name]) in spec
+    must_stay = {node.name for node in config.nodes if node.required}
+    may_end = {'robot_state_publisher', 'spawn_robot', 'trial_view_node', 'rviz'}
+    assert must_stay == set(types(config)) - may_end
+
+
+@pytest.mark.parametrize('nav', ['embedded', 'upstream'])
+def test_both_stacks_get_the_same_parameters(nav, load):
+    config, _ = load(TRIAL, 'nav:=' + nav)
+    found = params(config)
+    for name, value in AMCL.items():
+        assert found['/amcl/' + name] == value
+    for name in ('controller_frequency', 'base_local_planner', 'latch_xy_goal_tolerance'):
+        assert found['/move_base/' + name] == NAVIGATION[name]
+    assert found['/move_base/DWAPlannerROS/max_vel_x'] == NAVIGATION['DWAPlannerROS']['max_vel_x']
+    assert found['/move_base/local_costmap/scan/clearing'] is True
+    assert {'/amcl/', '/move_base/'} <= {name.rstrip('/') + '/' for name in config.clear_params}
+    # nobody can wait for upstream's commands
+    assert found['/simulator_node/command_period'] == (0.0 if nav == 'upstream' else 0.05)
+
+
+def test_a_users_own_files_reach_their_nodes(tmp_path, load):
+    (tmp_path / 'amcl.yaml').write_text('laser_max_beams: 7\n')
+    (tmp_path / 'navigation.yaml').write_text('DWAPlannerROS: {max_vel_x: 0.1}\n')
+    config, commands = load(TRIAL, 'amcl_config:=%s/amcl.yaml' % tmp_path, 'map:=my.yaml',
+                            'navigation_config:=%s/navigation.yaml' % tmp_path)
+    found = params(config)
+    assert found['/amcl/laser_max_beams'] == 7
+    assert found['/move_base/DWAPlannerROS/max_vel_x'] == 0.1
+    assert '/move_base/controller_frequency' not in found
+    assert '--map=my.yaml' in commands['trial']
+
+
+@pytest.mark.parametrize('file, arguments, expected', [
+    ('encoder_odometry.launch', [], {'gz_diff_encoder_node', 'gz_diff_odom_node'}),
+    ('simulator.launch', [], {'simulator_node'}),
+    ('gazebo.launch', [], {'gazebo', 'spawn_robot'}),
+    ('navigation.launch', [], set(UPSTREAM)),
+    ('navigation.launch', ['stack:=upstream'], set(UPSTREAM)),
+])
+def test_each_part_can_be_launched_alone(file, arguments, expected, load):
+    config, _ = load(LAUNCH / file, *arguments)
+    assert set(types(config)) == expected
+    check_all_is_there(config)
+
+
+def test_no_launch_file_is_forgotten():
+    assert {file.name for file in LAUNCH.iterdir()} == {
+        'trial.launch', 'encoder_odometry.launch', 'simulator.launch', 'gazebo.launch', 'navigation.launch'}
+
+
+# --- by the commands that users type: no master, and nothing else, runs -------------------------------
+
+def test_roslaunch_lists_what_is_not_installed(tmp_path):
+    """To look at nodes and files needs no upstream package and no Gazebo."""
+    require_ros()
+    choice = dict(nav='upstream', sim='gazebo', odom='encoder', rviz='true', bag='none')
+    with Graph(tmp_path) as graph:
+        hide_other_packages(graph)
+        code, output = graph.run('roslaunch', '--nodes', TRIAL, *words(choice))
+        assert code == 0, output
+        assert {line.lstrip('/') for line in output.split()} == set(trial_nodes(**choice))
+        code, output = graph.run('roslaunch', '--files', TRIAL, *words(choice))
+        assert code == 0, output
+        assert {Path(line).name for line in output.split()} == {
+            'trial.launch', 'gazebo.launch', 'encoder_odometry.launch', 'navigation.launch'}
+
+
+@pytest.mark.parametrize('argument, missing', [
+    ('nav:=upstream', ['map_server, amcl, move_base, dwa_local_planner are', 'ros-noetic-navigation',
+                       'nav:=embedded']),
+    ('sim:=gazebo', ['gazebo_ros is', 'ros-noetic-gazebo-ros-pkgs', 'sim:=pybullet']),
+])
+def test_a_missing_package_is_named_before_anything_starts(argument, missing, tmp_path):
+    require_ros()
+    with Graph(tmp_path) as graph:
+        hide_other_packages(graph)
+        launch = graph.launch(TRIAL, argument, 'bag:=none')
+        assert launch.wait() != 0
+        name, _, value = argument.partition(':=')
+        lines = [line for line in launch.output().splitlines() if line.startswith('trial.launch: ')]
+        assert len(lines) == 1, launch.output()
+        for part in ['%s: given %s, but ' % (name, value), 'not installed', *missing]:
+            assert part in lines[0]
+        assert 'process[' not in launch.output()
+
+
+def hide_other_packages(graph):
+    """Lets this workspace be found, what trial.launch always needs, and nothing else."""
+    import rospkg
+    packages = rospkg.RosPack()
+    needed = graph.home / 'needed'
+    needed.mkdir()
+    for name in ('robot_state_publisher', 'roslaunch'):
+        (needed / name).symlink_to(packages.get_path(name))
+    graph.environment['ROS_PACKAGE_PATH'] = '%s:%s' % (Path(packages.get_path(OWN)).parent, needed)
+
+
+# --- the programs that take upstream's names ---------------------------------------------------------
+
+AWAIT_MASTER = 'import rosgraph, time\nwhile not rosgraph.is_master_online(): time.sleep(0.05)'
+WRITE_ARGUMENTS = '#!/bin/sh\nfor word; do echo "$word"; done > "$STARTED/$(basename "$0")"\n'
+
+
+def make_packages(folder, programs):
+    """Packages {name: {program: text}} in a folder of their own."""
+    for package, texts in programs.items():
+        (folder / package).mkdir(parents=True)
+        (folder / package / 'package.xml').write_text(
+            '<package><name>%s</name><version>1.0.0</version><description>a stand-in</description>'
+            '<maintainer email="a@b.c">a</maintainer><license>BSD</license></package>' % package)
+        for program, text in texts.items():
+            (folder / package / program).write_text(text)
+            (folder / package / program).chmod(0o755)
+
+
+def add_packages(graph, folder):
+    graph.environment['ROS_PACKAGE_PATH'] = '%s:%s' % (folder, os.environ['ROS_PACKAGE_PATH'])
+
+
+@pytest.fixture(scope='module')
+def stand_ins(tmp_path_factory):
+    """A master with a trial's parameter, and the other packages, whose programs write their arguments."""
+    require_ros()
+    folder = tmp_path_factory.mktemp('stand_ins')
+    make_packages(folder / 'packages', {
+        **{name: {name: WRITE_ARGUMENTS} for name in UPSTREAM}, 'dwa_local_planner': {},
+        'gazebo_ros': {'gzserver': WRITE_ARGUMENTS, 'spawn_model': WRITE_ARGUMENTS}})
+    with Graph(folder / 'ros') as graph:
+        add_packages(graph, folder / 'packages')
+        graph.environment['STARTED'] = str(folder)
+        core = graph.start('roscore', '-p', str(graph.port))
+        graph.run(sys.executable, '-c', AWAIT_MASTER)
+        code, plan = graph.run(sys.executable, SCRIPTS / 'trial_spec', '--test=SMT', '--nav=upstream',
+                               '--sim=gazebo', '--bag=none')
+        assert code == 0, plan
+        code, output = graph.run('rosparam', 'set', '/trial', plan)
+        assert code == 0, output
+        yield graph, folder
+        core.send_signal(2)
+        core.wait(20.0)
+
+
+def started_with(stand_ins, program, *command):
+    """Arguments that a program was started with by one of our executables."""
+    graph, folder = stand_ins
+    code, output = graph.run(sys.executable, SCRIPTS / command[0], *command[1:])
+    assert code == 0, output
+    return (folder / program).read_text().splitlines()
+
+
+REMAPPINGS = ['__name:=this', 'scan:=front/scan', '__log:=/tmp/none.log']
+
+
+def test_map_server_gets_the_trials_map(stand_ins):
+    assert started_with(stand_ins, 'map_server', 'upstream_node', 'map_server', *REMAPPINGS) == [
+        str(ROOT / 'worlds' / 'ros_logo.yaml'), *REMAPPINGS]
+
+
+def test_map_server_gets_the_map_that_is_given(stand_ins):
+    assert started_with(stand_ins, 'map_server', 'upstream_node', 'map_server', 'my.yaml') == ['my.yaml']
+
+
+def test_amcl_starts_where_the_robot_does(stand_ins):
+    assert started_with(stand_ins, 'amcl', 'upstream_node', 'amcl', *REMAPPINGS) == [
+        '_initial_pose_x:=-3.4', '_initial_pose_y:=-0.85', '_initial_pose_a:=0.0', *REMAPPINGS]
+
+
+def test_amcl_starts_where_the_users_file_says(stand_ins):
+    graph, _ = stand_ins
+    assert graph.run('rosparam', 'set', '/my_amcl', '{initial_pose_y: 1.0}')[0] == 0
+    assert started_with(stand_ins, 'amcl', 'upstream_node', 'amcl', '__name:=my_amcl') == [
+        '_initial_pose_x:=-3.4', '_initial_pose_a:=0.0', '__name:=my_amcl']
+
+
+def test_move_base_gets_what_roslaunch_gave(stand_ins):
+    assert started_with(stand_ins, 'move_base', 'upstream_node', 'move_base', *REMAPPINGS) == REMAPPINGS
+
+
+def test_gazebo_gets_the_trials_world(stand_ins):
+    assert started_with(stand_ins, 'gzserver', 'gazebo_trial', 'server', *REMAPPINGS) == [
+        '-u', '-e', 'ode', str(ROOT / 'worlds' / 'ros_logo.world'), *REMAPPINGS]
+
+
+def test_gazebo_gets_the_robot_at_the_trials_start(stand_ins):
+    assert started_with(stand_ins, 'spawn_model', 'gazebo_trial', 'spawn', 'alto') == [
+        '-urdf', '-param', 'gazebo_robot_description', '-model', 'alto',
+        '-x', '-3.4', '-y', '-0.85', '-Y', '0.0']
+
+
+@pytest.mark.parametrize('command, complaint', [
+    (['upstream_node'], 'allowed: map_server [MAP.yaml], amcl, or move_base'),
+    (['upstream_node', 'gmapping'], "given 'gmapping'"),
+    (['upstream_node', 'amcl', 'fast'], "given 'amcl fast'"),
+    (['gazebo_trial', 'client'], "given 'client'"),
+])
+def test_other_arguments_are_refused_in_one_line(command, complaint, stand_ins):
+    graph, _ = stand_ins
+    code, output = graph.run(sys.executable, SCRIPTS / command[0], *command[1:])
+    assert code == 1
+    assert complaint in output
+    assert len(output.splitlines()) == 1
+
+
+def test_a_program_that_is_missing_is_named_in_one_line(stand_ins, tmp_path):
+    """The package is there, but was not built."""
+    graph, _ = stand_ins
+    make_packages(tmp_path, {'move_base': {}})
+    code, output = graph.run('env', 'ROS_PACKAGE_PATH=%s' % tmp_path, sys.executable,
+                             SCRIPTS / 'upstream_node', 'move_base')
+    assert code == 1
+    assert output.splitlines() == [
+        "upstream_node: move_base move_base is not installed; apt install ros-noetic-navigation "
+        "(not in Debian's ROS), or nav:=embedded"]
+
+
+# --- a trial with nodes that behave as upstream's do -------------------------------------------------
+
+def test_a_trial_with_upstreams_nodes_reaches_its_goal(tmp_path):
+    """This package's own, under upstream's names; move_base offers its action only when time runs."""
+    wait = DATA.parent / 'wait_for_clock.py'
+    become = '#!/bin/sh\nexec %s %s/%s_node "$@"\n'
+    programs = {name: {name: become % (sys.executable, SCRIPTS, name)} for name in UPSTREAM}
+    programs['move_base']['move_base'] = programs['move_base']['move_base'].replace(
+        'exec', '%s %s 1.0 || exit 1\nexec' % (sys.executable, wait))
+    make_packages(tmp_path / 'packages', {**programs, 'dwa_local_planner': {}})
+    require_ros()
+    with Graph(tmp_path / 'ros') as graph:
+        add_packages(graph, tmp_path / 'packages')
+        launch = graph.launch(TRIAL, 'test:=%s' % (DATA / 'short_route.yaml'), 'nav:=upstream', 'rtf:=2',
+                              'bag:=none')
+        assert launch.wait() == 0, launch.output()
+        assert 'trial succeeded' in launch.output()
+        assert graph.is_gone(10.0), 'it left processes behind'
