@@ -65,6 +65,11 @@ class OdometryEstimate(NamedTuple):
     pose_covariance: np.ndarray    # 3x3 over (x [m], y [m], yaw [rad]) in the odom frame
     twist_covariance: np.ndarray   # 2x2 over (linear [m/s], angular [rad/s])
 
+    def twist_std(self) -> Tuple[float, float]:
+        """Standard deviations of the twist, linear [m/s] and angular [rad/s]."""
+        linear_std_mps, angular_std_radps = np.sqrt(np.diag(self.twist_covariance)).tolist()
+        return linear_std_mps, angular_std_radps
+
 
 class _Report(NamedTuple):
     stamp_ns: int

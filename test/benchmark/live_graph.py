@@ -47,7 +47,7 @@ class Run(NamedTuple):
 def main() -> None:
     """Measure and print the table."""
     arguments = _arguments()
-    _check_sourced()
+    check_sourced()
     print_header(f'Live graph: trial.launch test:={arguments.test} rtf:=0, '
                  f'best of {arguments.repeats} runs')
     test = read_test(arguments.test)
@@ -56,14 +56,14 @@ def main() -> None:
     simulator.close()
     runs: Dict[str, List[Run]] = {}
     with tempfile.TemporaryDirectory() as folder:
-        master = _start_master(Path(folder))
+        master = start_master(Path(folder))
         try:
             for name in (name for _ in range(arguments.repeats) for name in arguments.cores):
                 runs.setdefault(name, []).append(
                     _trial(CORES[name], arguments.test, ScriptedDrive(test).duration_s,
                            Path(folder)))
         finally:
-            _stop(master)
+            stop(master)
     _print_table(tick_us, bare_us, runs)
     # A trial that failed has stopped this script already; a lost sample is in the table.
 
@@ -92,13 +92,13 @@ def _trial(cores: str, test: str, drive_s: float, folder: Path) -> Run:
         bag.unlink()
     launch = subprocess.Popen(
         ['taskset', '-c', cores, 'roslaunch', 'diff_encoder_sim', 'trial.launch', f'test:={test}',
-         'rtf:=0', f'bag:={bag}'], start_new_session=True, stdout=subprocess.DEVNULL,
+         'nav:=scripted', 'rtf:=0', f'bag:={bag}'], start_new_session=True, stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE)
     try:
         readings = _clock_readings(launch)
         _, errors = launch.communicate(timeout=30)
     finally:
-        _stop(launch)
+        stop(launch)
     if launch.returncode != 0 or not bag.is_file():
         sys.exit(f'the trial failed with status {launch.returncode}:\n{errors.decode()[-2000:]}')
     driving = [(wall_s, sim_s) for wall_s, sim_s in readings if STARTED_S < sim_s < drive_s]
@@ -139,17 +139,18 @@ def _check_bag(bag: Path) -> Tuple[int, int, bool, int]:
     return expected, len(samples), samples == stamps_ns['/odom'], gaps
 
 
-def _check_sourced() -> None:
+def check_sourced() -> None:
+    """End with one line where roslaunch or this package is not to be found."""
     found = shutil.which('roslaunch') and shutil.which('rospack') and subprocess.run(
         ['rospack', 'find', 'diff_encoder_sim'], stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL, check=False).returncode == 0
     if not found:
-        sys.exit('live_graph.py: the workspace is not sourced: source .ws/devel/setup.bash')
+        sys.exit('the workspace is not sourced: source .ws/devel/setup.bash')
     if not shutil.which('taskset'):
-        sys.exit('live_graph.py: taskset is missing: apt install util-linux')
+        sys.exit('taskset is missing: apt install util-linux')
 
 
-def _start_master(folder: Path) -> subprocess.Popen:
+def start_master(folder: Path) -> subprocess.Popen:
     """A master on a port of its own, and this process as a node that no clock governs."""
     with socket.socket() as probe:
         probe.bind(('127.0.0.1', 0))
@@ -172,7 +173,7 @@ def _start_master(folder: Path) -> subprocess.Popen:
     return master
 
 
-def _stop(process: subprocess.Popen) -> None:
+def stop(process: subprocess.Popen) -> None:
     """Ask roslaunch to end, so that it ends its nodes; insist if it does not."""
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGKILL):
         if process.poll() is not None:

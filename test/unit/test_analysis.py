@@ -8,7 +8,7 @@ import pytest
 from rosbags.rosbag1 import Writer
 from rosbags.typesys import Stores, get_typestore
 
-from diff_encoder_sim.analysis.errors import odometry_error, quantisation_std
+from diff_encoder_sim.analysis.errors import goal_errors, odometry_error, quantisation_std
 from diff_encoder_sim.cli import analyze
 from diff_encoder_sim.errors import ConfigError
 from diff_encoder_sim.experiments.definition import Trial, load_test
@@ -115,6 +115,19 @@ def test_sigma_is_the_designs_closed_form(ppr, lateral_m, heading_deg):
     assert math.degrees(sigma[2]) == pytest.approx(heading_deg, rel=0.03)
 
 
+def test_goal_errors_are_in_the_goals_frame_and_odometry_counts_from_the_start(tmp_path):
+    test = load_test('SL', ROOT / 'config').model_dump()
+    test['start'] = {'x': 5.0, 'y': 2.0, 'yaw': math.pi / 2}
+    test['route'] = [{'goal': {'x': 4.0, 'y': 5.0, 'yaw': math.pi}}]
+    about = Trial.from_mapping({'test': test, 'nav': 'embedded'}, '')
+    path = write_bag(tmp_path / 'a.bag', about, [(0, 0, 0), (3.0, 0.8, 1.6)],
+                     [(5.0, 2.0, math.pi / 2), (4.1, 5.3, 3.0)])
+    errors = goal_errors(read_trial(path))
+    assert set(errors) == {'/odom', '/world_pose'}       # the others are silent
+    assert errors['/odom'] == pytest.approx([-0.2, 0.0, 1.6 - math.pi / 2])
+    assert errors['/world_pose'] == pytest.approx([-0.1, -0.3, 3.0 - math.pi])
+
+
 def test_ideal_odometry_has_no_closed_form_error():
     assert (quantisation_std(trial(odom='ideal'), Pose2D(20.0, 0.0, 0.0)) == 0).all()
 
@@ -126,8 +139,9 @@ def test_the_command_prints_every_trial_and_pools_equal_cells(tmp_path, capsys):
     analyze.main([str(tmp_path)])
     printed = capsys.readouterr().out
     assert printed.count('succeeded') == 2 and printed.count('torn') == 1
+    assert '/global_pose' in printed and '0.5099' in printed   # odometry ends (-0.1, 0.5) m off the goal
     assert '+0.4000' in printed and '0.3206' in printed      # y error and its sigma at 40 PPR
-    pooled = printed.split('RMS x')[1]
+    pooled = printed.split('RMS x')[1].split('sigma:')[0]
     assert '0.4000' in pooled and ' 90 ' not in pooled       # one 90 PPR trial is no spread
 
 

@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Dict, NamedTuple
 
 import numpy as np
 
@@ -47,6 +47,24 @@ def odometry_error(recording: TrialRecording) -> OdometryError:
         errors[-1], quantisation_std(recording.trial, Pose2D(*true_x_y_yaw[-1].tolist())),
         float(np.sqrt(np.mean(errors[:, 0] ** 2 + errors[:, 1] ** 2))),
         float(np.sum(np.hypot(steps[:, 0], steps[:, 1]))), float(np.sum(turns_rad)))
+
+
+def goal_errors(recording: TrialRecording) -> Dict[str, np.ndarray]:
+    """Of each pose topic, how far from the goal it says that the robot ended.
+
+    (3,) x [m], y [m], yaw [rad] in the goal's frame, by topic; /odom is seen from the true start.
+    Topics without a message are left out.
+
+    Raises:
+        ConfigError: a pose is not finite.
+    """
+    goal, errors = recording.trial.goal(), {}
+    for topic in recording.poses:
+        end_pose = Pose2D(*_poses(recording, topic).x_y_yaw[-1].tolist())
+        if topic == topics.ODOM:
+            end_pose = recording.trial.test.start.pose().compose(end_pose)
+        errors[topic] = np.array(end_pose.relative_to(goal))
+    return errors
 
 
 def quantisation_std(trial: Trial, end_pose: Pose2D) -> np.ndarray:

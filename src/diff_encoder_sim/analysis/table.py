@@ -2,14 +2,16 @@
 from __future__ import annotations
 
 import math
-from typing import List, NamedTuple, Sequence
+from typing import List, NamedTuple, Optional, Sequence
 
 import numpy as np
 from tabulate import tabulate
 
-from diff_encoder_sim.analysis.errors import OdometryError
+from diff_encoder_sim.analysis.errors import OdometryError, goal_errors
 from diff_encoder_sim.encoder import ppr_label
+from diff_encoder_sim.recording import topics
 from diff_encoder_sim.recording.reading import TrialRecording
+from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
 
 UNITS = np.array([1.0, 1.0, 180.0 / math.pi])  # errors are shown in m, m, degrees
 
@@ -33,6 +35,34 @@ def trial_table(trials: Sequence[AnalysedTrial]) -> str:
              *(f'{value:.4f}' for value in error.quantisation_std * UNITS),
              f'{error.position_rmse_m:.4f}'] for recording, error in trials]
     return tabulate(rows, headers, disable_numparse=True, stralign='right')
+
+
+def goal_table(trials: Sequence[AnalysedTrial]) -> str:
+    """One row a trial: where each source says that it ended, minus the goal."""
+    sources = (topics.ODOM, topics.AMCL_POSE, topics.GLOBAL_POSE, topics.WORLD_POSE)
+    headers = ['test', 'PPR', 'trial', 'seconds',
+               *(f'{source}\n{unit}' for source in sources for unit in ('[m]', '[deg]'))]
+    rows = []
+    for recording, _ in trials:
+        errors = goal_errors(recording)
+        row = [recording.trial.test.name, ppr_name(recording), recording.trial.number,
+               f'{_duration_s(recording):.1f}']
+        for source in sources:
+            row += _distance_and_angle(errors.get(source))
+        rows.append(row)
+    return tabulate(rows, headers, disable_numparse=True, stralign='right')
+
+
+def _duration_s(recording: TrialRecording) -> float:
+    stamps_ns = recording.poses[topics.WORLD_POSE].stamps_ns
+    return float(stamps_ns[-1] - stamps_ns[0]) / NANOSECONDS_PER_SECOND
+
+
+def _distance_and_angle(error: Optional[np.ndarray]) -> List[str]:
+    if error is None:
+        return ['', '']
+    x_m, y_m, yaw_deg = (error * UNITS).tolist()
+    return [f'{math.hypot(x_m, y_m):.4f}', f'{yaw_deg:+.2f}']
 
 
 def pooled_table(trials: Sequence[AnalysedTrial]) -> str:

@@ -81,6 +81,8 @@ class TestDefinition(Params):
     drive: List[Segment] = Field([], description='for nav:=scripted')
     route: List[Leg] = Field([], description='for navigation; the last leg is a goal')
     pass_radius: float = Field(0.5, gt=0, description='that counts as passing a waypoint [m]')
+    time_limit: float = Field(600.0, gt=0, description='for a route; longer fails the trial '
+                                                       '[s, simulated]')
     limits: SpeedLimits = SpeedLimits()
 
     @model_validator(mode='after')

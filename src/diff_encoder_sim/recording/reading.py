@@ -15,10 +15,11 @@ from diff_encoder_sim.recording import topics
 from diff_encoder_sim.se2 import yaw_from_quat_xyzw
 from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
 
-POSE_TOPICS = (topics.ODOM, topics.WORLD_POSE, topics.GLOBAL_POSE)
+POSE_TOPICS = (topics.ODOM, topics.AMCL_POSE, topics.GLOBAL_POSE, topics.WORLD_POSE)
 # Where each message type keeps its geometry_msgs/Pose.
 POSE_PATHS = {
     'geometry_msgs/msg/PoseStamped': ('pose',),
+    'geometry_msgs/msg/PoseWithCovarianceStamped': ('pose', 'pose'),
     'nav_msgs/msg/Odometry': ('pose', 'pose'),
 }
 

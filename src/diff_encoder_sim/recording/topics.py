@@ -7,8 +7,12 @@ TRIAL_RESULT = '/trial_result'
 
 CLOCK = '/clock'
 ODOM = '/odom'
-WORLD_POSE = '/world_pose'
+AMCL_POSE = '/amcl_pose'
 GLOBAL_POSE = '/global_pose'
+WORLD_POSE = '/world_pose'
 
-RECORDED = (TRIAL, TRIAL_RESULT, CLOCK, '/joint_states', '/cmd_vel', '/encoder_pulse', ODOM,
-            WORLD_POSE, GLOBAL_POSE, '/tf', '/tf_static')
+# A trial without navigation leaves the last two lines silent.
+RECORDED = (TRIAL, TRIAL_RESULT, CLOCK, '/joint_states', '/gazebo/model_states', '/cmd_vel',
+            '/encoder_pulse', ODOM, GLOBAL_POSE, WORLD_POSE, '/tf', '/tf_static', '/scan',
+            AMCL_POSE, '/initialpose', '/map', '/map_metadata',
+            '/move_base/goal', '/move_base/result')

@@ -1,6 +1,7 @@
 """Between the core's types and ROS messages: the only place that knows both."""
 from __future__ import annotations
 
+import math
 from typing import Iterable, Sequence, Tuple
 
 import numpy as np
@@ -160,6 +161,18 @@ def scan_from_message(message: LaserScan) -> Scan:
     """A sweep as the core knows it."""
     return Scan(ns_from_stamp(message.header.stamp), message.angle_min, message.angle_increment,
                 message.range_min, message.range_max, np.array(message.ranges, dtype=float))
+
+
+def twist_std_from_message(message: Odometry) -> Tuple[float, float]:
+    """Standard deviations of odometry's twist, linear [m/s] and angular [rad/s].
+
+    Raises:
+        InputFault: a variance is negative or not a number.
+    """
+    variances = message.twist.covariance[0], message.twist.covariance[35]
+    if not all(variance >= 0.0 for variance in variances):
+        raise InputFault(f'variances of the twist {variances}; expected none below 0')
+    return math.sqrt(variances[0]), math.sqrt(variances[1])
 
 
 def body_messages(state: BodyState) -> Tuple[Pose, Twist]:

@@ -1,105 +1,98 @@
-"""navigation_trial_node: sends a test's route to move_base, leg by leg, and ends with the trial."""
+"""navigation_trial_node: takes the robot along a test's route by move_base, ends with the trial."""
 from __future__ import annotations
 
-import math
 import threading
-from typing import Optional
+from typing import Optional, Tuple
 
 import actionlib
-from actionlib_msgs.msg import GoalStatus
-from geometry_msgs.msg import PoseStamped, Twist, Vector3
+import rospy
+from actionlib_msgs.msg import GoalStatus as ActionStatus
+from geometry_msgs.msg import Twist, Vector3
 from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 
-from diff_encoder_sim.errors import InputFault
-from diff_encoder_sim.experiments.definition import Leg, SpeedLimits
-from diff_encoder_sim.experiments.turning import TurnInPlace
+from diff_encoder_sim.experiments.route_driver import DriverOutput, RouteDriver, RouteFailed
+from diff_encoder_sim.navigation.outcome import GoalStatus
 from diff_encoder_sim.recording import topics
-from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_from_message, pose_stamped_message
+from diff_encoder_sim.ros.conversions import pose_stamped_message
 from diff_encoder_sim.ros.launch_status import LaunchStatus
-from diff_encoder_sim.ros.node import log, node_params, publisher, run_node, subscriber
-from diff_encoder_sim.ros.trial_runner import TrialFailed, TrialParams, TrialRunner
+from diff_encoder_sim.ros.node import log, node_params, publisher, run_node
+from diff_encoder_sim.ros.pose_subscriber import pose_subscriber
+from diff_encoder_sim.ros.trial_runner import (TrialFailed, TrialParams, TrialRunner,
+                                               distance_from_goal)
 from diff_encoder_sim.se2 import Pose2D
 
 ACTION = 'move_base'
 
+_STATUS = {ActionStatus.PENDING: GoalStatus.ACTIVE, ActionStatus.ACTIVE: GoalStatus.ACTIVE,
+           ActionStatus.SUCCEEDED: GoalStatus.SUCCEEDED,
+           ActionStatus.PREEMPTED: GoalStatus.PREEMPTED}
+
 
 class NavigationTrialNode:
-    """Drives by goals. Where it is, it knows from /global_pose, as the robot does."""
+    """Steps the route's driver with each /global_pose, and does for it what it wants."""
 
     def __init__(self, status: LaunchStatus) -> None:
         self._params = node_params(TrialParams)
-        self._believed: Optional[Pose2D] = None
-        self._now_ns = 0
-        self._turn: Optional[TurnInPlace] = None
-        self._turned = threading.Event()
         self._runner = TrialRunner(status, self._params, lambda stamp_ns, pose: None)
+        self._driver = RouteDriver(self._runner.trial.test)
+        self._believed: Optional[Pose2D] = None
+        self._failure: Optional[RouteFailed] = None
+        self._has_goal = False
+        self._may_drive, self._ended = threading.Event(), threading.Event()
         self._commands = publisher('cmd_vel', Twist)
         self._action = actionlib.SimpleActionClient(ACTION, MoveBaseAction)
-        self._global_pose = subscriber(topics.GLOBAL_POSE, PoseStamped, self._on_global_pose)
+        self._global_pose = pose_subscriber(topics.GLOBAL_POSE, self._on_global_pose)
 
     def run(self) -> None:
         """Blocks until the trial is over."""
-        self._runner.run(self._drive, ('/scan', '/amcl_pose', '/map', f'/{ACTION}/status'))
+        heard = ['/scan', '/amcl_pose', '/map']
+        if self._runner.trial.nav != 'upstream':
+            heard.append(f'/{ACTION}/status')
+            self._may_drive.set()
+        self._runner.run(self._drive, heard)
 
     def _drive(self) -> None:
-        self._runner.wait_for(lambda: self._believed is not None)
-        for leg in self._runner.trial.test.route:
-            self._drive_leg(leg)
+        if not self._may_drive.is_set():
+            # Upstream's move_base offers its action only when time runs and AMCL localizes.
+            self._runner.wait_for(self._is_served)
+            self._may_drive.set()
+        self._runner.wait_for(self._ended.is_set)
+        if self._failure is not None:
+            self._action.cancel_all_goals()
+            raise TrialFailed(str(self._failure))
+        log.info('%s ends %s', topics.GLOBAL_POSE,
+                 distance_from_goal(self._believed, self._runner.trial.goal()))
 
-    def _drive_leg(self, leg: Leg) -> None:
-        if leg.turns is not None:
-            self._turn_in_place(leg.turns, self._runner.trial.test.limits)
-        elif leg.through is not None:
-            points = [(point.x, point.y) for point in leg.through]
-            for index, point in enumerate(points):
-                ahead = points[min(index + 1, len(points) - 1)]
-                self._pass(Pose2D(*point, math.atan2(ahead[1] - point[1], ahead[0] - point[0])))
-        elif leg.goal is not None:
-            self._send(leg.goal.pose())
-            self._runner.wait_for(self._has_ended)
-            self._check_reached('the goal')
+    def _is_served(self) -> bool:
+        # Waiting goes by simulated time, so it is only begun when it will not be for long.
+        return (self._action.action_client.last_status_msg is not None
+                and self._action.wait_for_server(rospy.Duration(0.1)))
 
-    def _pass(self, waypoint: Pose2D) -> None:
-        """Go on as soon as the waypoint is near: a new goal takes the place of this one."""
-        self._send(waypoint)
-        self._runner.wait_for(lambda: self._is_near(waypoint) or self._has_ended())
-        if not self._is_near(waypoint):
-            self._check_reached(f'the waypoint ({waypoint.x_m:.2f}, {waypoint.y_m:.2f})')
-
-    def _send(self, pose: Pose2D) -> None:
-        self._action.send_goal(MoveBaseGoal(target_pose=pose_stamped_message(
-            pose, self._now_ns, self._params.map_frame)))
-
-    def _has_ended(self) -> bool:
-        return self._action.get_state() not in (GoalStatus.PENDING, GoalStatus.ACTIVE)
-
-    def _is_near(self, waypoint: Pose2D) -> bool:
-        return math.hypot(self._believed.x_m - waypoint.x_m, self._believed.y_m - waypoint.y_m
-                          ) <= self._runner.trial.test.pass_radius
-
-    def _check_reached(self, what: str) -> None:
-        if self._action.get_state() != GoalStatus.SUCCEEDED:
-            raise TrialFailed(f'{what} was not reached: '
-                              f'{self._action.get_goal_status_text() or "given up"}')
-
-    def _turn_in_place(self, turns: float, limits: SpeedLimits) -> None:
-        self._turned.clear()
-        self._turn = TurnInPlace(2.0 * math.pi * turns, limits)
-        self._runner.wait_for(self._turned.is_set)
-
-    def _on_global_pose(self, message: PoseStamped) -> None:
-        try:
-            self._believed = pose_from_message(message.pose)
-        except InputFault as fault:
-            log.warning('%s: %s; message dropped', topics.GLOBAL_POSE, fault)
+    def _on_global_pose(self, stamp_ns: int, base_pose_in_map: Pose2D) -> None:
+        if self._ended.is_set() or not self._may_drive.is_set():
             return
-        self._now_ns = ns_from_stamp(message.header.stamp)
-        if self._turn is not None:
-            rate_radps = self._turn.rate(self._now_ns, self._believed.yaw_rad)
-            self._commands.publish(Twist(Vector3(), Vector3(0, 0, rate_radps)))
-            if self._turn.is_over:
-                self._turn = None
-                self._turned.set()
+        self._believed = base_pose_in_map
+        try:
+            self._obey(stamp_ns, self._driver.step(stamp_ns, base_pose_in_map,
+                                                   *self._goal_status()))
+        except RouteFailed as failure:
+            self._failure = failure
+        if self._failure is not None or self._driver.is_over:
+            self._ended.set()
+
+    def _goal_status(self) -> Tuple[GoalStatus, str]:
+        if not self._has_goal:
+            return GoalStatus.NONE, ''
+        return (_STATUS.get(self._action.get_state(), GoalStatus.ABORTED),
+                self._action.get_goal_status_text())
+
+    def _obey(self, stamp_ns: int, wanted: DriverOutput) -> None:
+        if wanted.turn_rate_radps is not None:
+            self._commands.publish(Twist(Vector3(), Vector3(0, 0, wanted.turn_rate_radps)))
+        if wanted.goal_in_map is not None:
+            self._action.send_goal(MoveBaseGoal(target_pose=pose_stamped_message(
+                wanted.goal_in_map, stamp_ns, self._params.map_frame)))
+            self._has_goal = True
 
 
 def main() -> None:

@@ -8,20 +8,18 @@ import time
 from typing import Callable, Optional, Sequence
 
 import rospy
-from geometry_msgs.msg import PoseStamped
 from pydantic import Field
 from std_msgs.msg import String
 from std_srvs.srv import Empty
 
 from diff_encoder_sim.config import Params
-from diff_encoder_sim.errors import InputFault
 from diff_encoder_sim.recording import topics
-from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_from_message
 from diff_encoder_sim.ros.graph import wait_until_heard
 from diff_encoder_sim.ros.launch_status import LaunchStatus
-from diff_encoder_sim.ros.node import log, publisher, subscriber
+from diff_encoder_sim.ros.node import log, publisher
+from diff_encoder_sim.ros.pose_subscriber import pose_subscriber
 from diff_encoder_sim.ros.trial_plan import required_trial_plan
-from diff_encoder_sim.se2 import Pose2D
+from diff_encoder_sim.se2 import Pose2D, wrap_angle
 
 FIRST_MESSAGES_S = 0.2    # of wall time, for latched messages on connections just made
 LAST_MESSAGES_S = 0.5     # of wall time, for what is on its way into the bag
@@ -63,7 +61,7 @@ class TrialRunner:
         self._info = publisher(topics.TRIAL, String, latch=True)
         self._result = publisher(topics.TRIAL_RESULT, String, latch=True)
         self._info.publish(String(self.trial.model_dump_json()))
-        self._world_pose = subscriber(topics.WORLD_POSE, PoseStamped, self._on_world_pose)
+        self._world_pose = pose_subscriber(topics.WORLD_POSE, self._on_world_pose)
 
     def run(self, drive: Callable[[], None], also_heard: Sequence[str] = ()) -> None:
         """Let time run, `drive`, and tell the result; exits with status 1 when it failed.
@@ -111,19 +109,16 @@ class TrialRunner:
 
     def _check_goal(self) -> None:
         goal = self.trial.goal()
+        log.info('%s ends %s', topics.WORLD_POSE, distance_from_goal(self._true_pose, goal))
         distance_m = math.hypot(self._true_pose.x_m - goal.x_m, self._true_pose.y_m - goal.y_m)
         if distance_m > self._params.goal_distance:
             raise TrialFailed(f'the robot stands {distance_m:.2f} m from the goal; allowed: '
                               f'{self._params.goal_distance:.2f} m')
 
-    def _on_world_pose(self, message: PoseStamped) -> None:
-        try:
-            self._true_pose = pose_from_message(message.pose)
-        except InputFault as fault:
-            log.warning('%s: %s; message dropped', topics.WORLD_POSE, fault)
-            return
+    def _on_world_pose(self, stamp_ns: int, base_pose_in_map: Pose2D) -> None:
+        self._true_pose = base_pose_in_map
         self._last_heard_s = time.monotonic()
-        self._on_true_pose(ns_from_stamp(message.header.stamp), self._true_pose)
+        self._on_true_pose(stamp_ns, base_pose_in_map)
 
     def _report(self, outcome: str, reason: str) -> None:
         if rospy.is_shutdown():
@@ -131,6 +126,13 @@ class TrialRunner:
         _call('/gazebo/pause_physics')
         self._result.publish(String(json.dumps({'outcome': outcome, 'reason': reason})))
         time.sleep(LAST_MESSAGES_S)
+
+
+def distance_from_goal(pose: Pose2D, goal: Pose2D) -> str:
+    """How far off, for people: distance and angle, both without sign."""
+    distance_m = math.hypot(pose.x_m - goal.x_m, pose.y_m - goal.y_m)
+    angle_deg = abs(math.degrees(wrap_angle(pose.yaw_rad - goal.yaw_rad)))
+    return f'{distance_m:.3f} m and {angle_deg:.1f} degrees from the goal'
 
 
 def _call(service: str) -> None:

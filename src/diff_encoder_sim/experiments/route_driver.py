@@ -1,0 +1,126 @@
+"""Takes a robot along a test's route: goals for the navigator one after another, turns by itself."""
+from __future__ import annotations
+
+import math
+from typing import List, NamedTuple, Optional, Union
+
+from diff_encoder_sim.experiments.definition import Leg, TestDefinition
+from diff_encoder_sim.experiments.turning import TurnInPlace
+from diff_encoder_sim.navigation.outcome import GoalStatus
+from diff_encoder_sim.se2 import Pose2D
+from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
+
+SETTLING_S = 1.0          # at rest, before the result counts
+
+
+class RouteFailed(Exception):
+    """Why the route was not driven to its end."""
+
+
+class Destination(NamedTuple):
+    """A pose to send to the navigator."""
+
+    pose_in_map: Pose2D
+    is_stop: bool         # False: a waypoint, left for the next one as soon as it is near
+
+    def describe(self) -> str:
+        """In words, for messages."""
+        if self.is_stop:
+            return 'the goal'
+        return f'the waypoint ({self.pose_in_map.x_m:.2f}, {self.pose_in_map.y_m:.2f})'
+
+
+class DriverOutput(NamedTuple):
+    """What the driver wants now."""
+
+    goal_in_map: Optional[Pose2D] = None        # for the navigator, in place of its present one
+    turn_rate_radps: Optional[float] = None     # for /cmd_vel; None: the navigator is in charge
+
+
+class RouteDriver:
+    """Call `step` with each belief of where the robot is, until it `is_over`.
+
+    Where the robot is, it knows from localization alone, as the robot does.
+    """
+
+    def __init__(self, test: TestDefinition) -> None:
+        self._test = test
+        self._stages = _stages(test)
+        self._index = -1
+        self._turn: Optional[TurnInPlace] = None
+        self._reached_ns: Optional[int] = None
+        self._started_ns: Optional[int] = None
+        self.is_over = False
+
+    def step(self, now_ns: int, base_pose_in_map: Pose2D, status: GoalStatus,
+             status_text: str) -> DriverOutput:
+        """What to do now.
+
+        Args:
+            now_ns: stamp of the pose.
+            base_pose_in_map: where the robot believes to be.
+            status: how the goal sent last stands with the navigator.
+            status_text: its reason, for messages.
+
+        Raises:
+            RouteFailed: the navigator gave a goal up, or the test's time limit is over.
+        """
+        if self._started_ns is None:
+            self._started_ns = now_ns
+            return self._begin_next(now_ns, base_pose_in_map)
+        if now_ns - self._started_ns > self._test.time_limit * NANOSECONDS_PER_SECOND:
+            raise RouteFailed(f'not at its end after {self._test.time_limit:.0f} s (time_limit)')
+        if self._reached_ns is not None:
+            self.is_over = now_ns - self._reached_ns >= SETTLING_S * NANOSECONDS_PER_SECOND
+            return DriverOutput()
+        if self._turn is not None:
+            return self._go_on_turning(now_ns, base_pose_in_map)
+        if self._is_done(self._stages[self._index], base_pose_in_map, status, status_text):
+            return self._begin_next(now_ns, base_pose_in_map)
+        return DriverOutput()
+
+    def _begin_next(self, now_ns: int, base_pose_in_map: Pose2D) -> DriverOutput:
+        self._index += 1
+        if self._index == len(self._stages):
+            self._reached_ns = now_ns
+            return DriverOutput()
+        stage = self._stages[self._index]
+        if isinstance(stage, Destination):
+            return DriverOutput(goal_in_map=stage.pose_in_map)
+        self._turn = TurnInPlace(stage, self._test.limits)
+        return self._go_on_turning(now_ns, base_pose_in_map)
+
+    def _go_on_turning(self, now_ns: int, base_pose_in_map: Pose2D) -> DriverOutput:
+        rate_radps = self._turn.rate(now_ns, base_pose_in_map.yaw_rad)
+        if not self._turn.is_over:
+            return DriverOutput(turn_rate_radps=rate_radps)
+        self._turn = None
+        return self._begin_next(now_ns, base_pose_in_map)._replace(turn_rate_radps=rate_radps)
+
+    def _is_done(self, stage: Destination, base_pose_in_map: Pose2D, status: GoalStatus,
+                 status_text: str) -> bool:
+        offset_m = math.hypot(base_pose_in_map.x_m - stage.pose_in_map.x_m,
+                              base_pose_in_map.y_m - stage.pose_in_map.y_m)
+        if not stage.is_stop and offset_m <= self._test.pass_radius:
+            return True
+        if status.is_over and status is not GoalStatus.SUCCEEDED:
+            raise RouteFailed(f'{stage.describe()} was not reached: '
+                              f'{status_text or status.value}')
+        return status is GoalStatus.SUCCEEDED
+
+
+def _stages(test: TestDefinition) -> List[Union[Destination, float]]:
+    """Destinations, and turns in place [rad], in the order of the test."""
+    return [stage for leg in test.route for stage in _stages_of(leg)]
+
+
+def _stages_of(leg: Leg) -> List[Union[Destination, float]]:
+    if leg.turns is not None:
+        return [2.0 * math.pi * leg.turns]
+    if leg.goal is not None:
+        return [Destination(leg.goal.pose(), True)]
+    points = [(point.x, point.y) for point in leg.through]
+    # Of a waypoint the heading has no meaning, but a navigator that gets there should look ahead.
+    ahead = points[1:] + points[-1:]
+    return [Destination(Pose2D(*point, math.atan2(after[1] - point[1], after[0] - point[0])), False)
+            for point, after in zip(points, ahead)]

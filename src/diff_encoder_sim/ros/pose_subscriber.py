@@ -1,0 +1,25 @@
+"""Listening to a stamped pose, seen from above."""
+from __future__ import annotations
+
+from typing import Callable
+
+import rospy
+from geometry_msgs.msg import PoseStamped
+
+from diff_encoder_sim.errors import InputFault
+from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_from_message
+from diff_encoder_sim.ros.node import log, subscriber
+from diff_encoder_sim.se2 import Pose2D
+
+
+def pose_subscriber(topic: str, callback: Callable[[int, Pose2D], None]) -> rospy.Subscriber:
+    """Calls back with (stamp_ns, pose in the message's frame); a pose that is none is dropped."""
+    def on_message(message: PoseStamped) -> None:
+        try:
+            pose = pose_from_message(message.pose)
+        except InputFault as fault:
+            log.warning('%s: %s; message dropped', topic, fault)
+            return
+        callback(ns_from_stamp(message.header.stamp), pose)
+
+    return subscriber(topic, PoseStamped, on_message)
