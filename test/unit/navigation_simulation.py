@@ -149,14 +149,15 @@ class Robot:
             self.now_ns += TICK_NS
 
     def odometry(self):
-        """(base_pose_in_odom, linear, angular) as read now; call at 20 Hz."""
+        """(base_pose_in_odom, linear, angular and what is known of them) as read now; call at 20 Hz."""
         if self._ppr is None:
             self.base_in_odom = IDENTITY.compose(self.pose.relative_to(self._start))
             return self.base_in_odom, self.linear, self.angular
         counts = np.floor(self._wheels * self._ppr / (2.0 * math.pi)).astype(int).tolist()
         estimate = self._odometry.update(self.now_ns, *counts)
         self.base_in_odom = estimate.base_pose_in_odom
-        return self.base_in_odom, estimate.linear_velocity_mps, estimate.angular_velocity_radps
+        return (self.base_in_odom, estimate.linear_velocity_mps, estimate.angular_velocity_radps,
+                *estimate.twist_std())
 
     def localization(self):
         """map->odom of a perfect localization."""

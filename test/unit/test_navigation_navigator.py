@@ -18,8 +18,8 @@ XY_TOLERANCE_M, YAW_TOLERANCE_RAD = 0.05, 0.052
 # Between pillars the robot should keep off them: a wide and slow decay, as for TurtleBot 3.
 WIDE = {'inflation_radius': 1.0, 'cost_scaling_factor': 3.0}
 
-# One pulse of each wheel in 50 ms at 40 pulses: what the odometry's twist may be wrong by.
-BELIEF_40 = {'twist_resolution_x': 0.315, 'twist_resolution_theta': 1.571}
+# The square root of 12: a pulse, of which a count's rounding error has this share as deviation.
+BELIEF = {'twist_sigmas': 3.47}
 
 PASSAGE = 1.87 / 2      # pillars stand on multiples of 1.87 m
 
@@ -62,7 +62,7 @@ def assert_at(loop, goal):
 
 # ---- driving
 
-@pytest.mark.parametrize('ppr, dwa', [(None, {}), (4096, {}), (90, {}), (40, BELIEF_40)])
+@pytest.mark.parametrize('ppr, dwa', [(None, {}), (4096, {}), (90, {}), (40, BELIEF)])
 def test_twenty_metres_down_the_hallway(hallway, ppr, dwa):
     loop = ClosedLoop(*hallway, Pose2D(-10.0, 0.0, 0.0), ppr, params=navigator_params(dwa))
     goal = Pose2D(10.0, 0.0, 0.0)
@@ -82,7 +82,7 @@ def test_upstreams_reading_of_a_coarse_twist_is_slow_but_safe(hallway):
     assert loop.robot.pose.x_m > 6.0
 
 
-@pytest.mark.parametrize('ppr, dwa', [(None, {}), (90, {}), (40, BELIEF_40)])
+@pytest.mark.parametrize('ppr, dwa', [(None, {}), (90, {}), (40, BELIEF)])
 def test_an_s_course_around_pillars(ros_logo, ppr, dwa):
     route = [Pose2D(-PASSAGE, PASSAGE, 0.0), Pose2D(PASSAGE, -PASSAGE, 0.0),
              Pose2D(3 * PASSAGE, PASSAGE, 1.57)]
@@ -239,14 +239,14 @@ def test_nothing_moves_before_the_first_inputs(room):
     navigator = Navigator(navigator_params(), room[1], LASER_IN_BASE)
     navigator.set_goal(Pose2D(1.0, 0.0, 0.0))
     output = navigator.step(0)
-    assert output.command == STOP and output.text == 'stopped: no odometry yet'
+    assert output.command == STOP and output.text == 'stopped: odometry has not come yet'
 
 
 def test_a_transform_dated_ahead_is_fresh(room):
     loop = ClosedLoop(*room, IDENTITY)
     loop.step()
     loop.navigator.take_localization(loop.robot.now_ns + 400_000_000, IDENTITY)
-    assert loop.navigator.inputs.missing(loop.robot.now_ns, 0.5) == ''
+    assert loop.navigator.inputs.missing(loop.robot.now_ns, 0.5) is None
 
 
 def test_a_scan_counts_from_where_it_was_taken(room):
@@ -265,7 +265,7 @@ def test_bad_inputs_are_refused_and_change_nothing(room):
         navigator.take_localization(0, Pose2D(0.0, math.inf, 0.0))
     with pytest.raises(InputFault, match='no rays'):
         navigator.take_scan(Scan(0, 0.0, 0.1, 0.1, 6.0, np.empty(0)))
-    assert navigator.inputs.missing(0, 0.5) == 'no odometry yet'
+    assert navigator.inputs.missing(0, 0.5) == ('odometry', 'has not come yet')
 
 
 def test_time_that_jumps_back_ends_the_goal_and_starts_over(room):

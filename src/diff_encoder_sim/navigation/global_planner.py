@@ -57,6 +57,8 @@ class GlobalPlanner:
         Raises:
             PlanError: there is none; the text says why.
         """
+        if not math.isfinite(tolerance_m):
+            raise PlanError(PlanProblem.NOT_FINITE, f'the tolerance {tolerance_m} is not finite')
         if tolerance_m < 0.0:
             tolerance_m = self.params.default_tolerance
         start_cell = self._cell_of('the start', start)

@@ -7,9 +7,10 @@ from typing import List, NamedTuple, Optional
 
 import numpy as np
 
+from diff_encoder_sim.errors import EVENT
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.global_planner import GlobalPlanner
-from diff_encoder_sim.navigation.inputs import Inputs
+from diff_encoder_sim.navigation.inputs import Inputs, Missing
 from diff_encoder_sim.navigation.local_planner import LocalPlanner
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
 from diff_encoder_sim.navigation.outcome import STOP, Command, GoalStatus, Phase, Trigger
@@ -17,6 +18,7 @@ from diff_encoder_sim.navigation.plan_error import PlanError
 from diff_encoder_sim.navigation.recovery import Recovery, RecoveryView
 from diff_encoder_sim.navigation.route import Route
 from diff_encoder_sim.navigation.stop_rotate import Motion
+from diff_encoder_sim.navigation.travel_watch import TravelWatch
 from diff_encoder_sim.se2 import Pose2D
 from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
 
@@ -37,18 +39,22 @@ class Tools(NamedTuple):
     global_planner: GlobalPlanner
     local_planner: LocalPlanner
     recoveries: List[Recovery]
+    travel_watch: TravelWatch
 
 
 class GoalRun:
     """Drives one route to its end, whatever that is."""
 
-    def __init__(self, tools: Tools, route: Route) -> None:
+    def __init__(self, tools: Tools, route: Route, command: Command = STOP) -> None:
+        """`command` is in force already: that of the run which this one takes over from."""
         self._tools, self._params = tools, tools.params
         self.route = route
         self.status, self.phase, self.text = GoalStatus.ACTIVE, Phase.PLANNING, ''
         self.global_plan_in_map = np.empty((0, 3))
         self.local_plan_in_odom = np.empty((0, 3))
-        self._command = STOP                        # the last one given
+        self.command = command                      # the last one given
+        self._is_under_way = False                  # not before the first step, nor when waiting
+        self._waits_for: Optional[Missing] = None
         self._trigger = Trigger.PLANNING
         self._problem = ''                          # what recovery was called for
         self._recovery_index = 0
@@ -58,11 +64,12 @@ class GoalRun:
         self._planned_ns: Optional[int] = None      # the last attempt, good or not
         self._last_plan_ns = self._last_control_ns = self._last_progress_ns = 0
 
-    def resume(self, now_ns: int) -> None:
-        """Begin, or go on after inputs were missing: with fresh patience and a fresh plan."""
-        self._last_control_ns = now_ns
-        self._command = STOP
-        self._go_to_planning(now_ns)
+    def wait(self, missing: Missing) -> None:
+        """Stand for want of an input; the next `act` goes on with fresh patience and plan."""
+        if self._waits_for is None:
+            log.warning('%s; stopped', missing, extra=EVENT)
+        self.command, self._waits_for, self._is_under_way = STOP, missing, False
+        self.text = f'stopped: {missing}'
 
     def end(self, status: GoalStatus, text: str) -> None:
         """Nothing more is done."""
@@ -71,8 +78,18 @@ class GoalRun:
 
     def act(self, now_ns: int) -> Command:
         """The command for one control period."""
-        self._command = self._act(now_ns)
-        return self._command
+        if not self._is_under_way:
+            self._set_out(now_ns)
+        self._watch_travel(now_ns)
+        self.command = self._act(now_ns) if self.status is GoalStatus.ACTIVE else STOP
+        return self.command
+
+    def _set_out(self, now_ns: int) -> None:
+        if self._waits_for is not None:
+            log.info('%s is back: planning anew', self._waits_for.what, extra=EVENT)
+        self._is_under_way, self._waits_for = True, None
+        self._last_control_ns = now_ns
+        self._go_to_planning(now_ns)
 
     def _act(self, now_ns: int) -> Command:
         self._watch_progress(now_ns)
@@ -162,7 +179,7 @@ class GoalRun:
         if self.route.is_last and tools.local_planner.is_goal_reached(motion, odom_pose_in_map):
             self.end(GoalStatus.SUCCEEDED, 'goal reached')
             return STOP
-        motion = tools.local_planner.believed_motion(motion, *self._command)
+        motion = tools.local_planner.believed_motion(odometry, self.command)
         best = tools.local_planner.compute(motion, odom_pose_in_map, tools.local_costmap,
                                            ends_at_goal=self.route.is_last)
         if best is None:
@@ -185,6 +202,15 @@ class GoalRun:
         progress_ns, planned_ns = self._last_progress_ns, self._planned_ns
         self._go_to_planning(now_ns)
         self._last_progress_ns, self._planned_ns = progress_ns, planned_ns
+
+    def _watch_travel(self, now_ns: int) -> None:
+        """Give up when odometry does not see what was commanded."""
+        watch = self._tools.travel_watch
+        watch.enter(now_ns, self._tools.inputs.odometry.base_pose_in_odom, self.command)
+        if watch.is_over_limit:
+            watch.forget()
+            self.end(GoalStatus.ABORTED, f'odometry has not moved for {watch.limit_m:.2f} m of '
+                                         f'commanded travel (max_unseen_travel)')
 
     def _watch_progress(self, now_ns: int) -> None:
         """move_base's oscillation check: has the robot left where it was?"""

@@ -5,6 +5,8 @@ import math
 from collections import deque
 from typing import Deque, NamedTuple, Optional
 
+import numpy as np
+
 from diff_encoder_sim.errors import InputFault
 from diff_encoder_sim.scan import Scan
 from diff_encoder_sim.se2 import Pose2D, wrap_angle
@@ -12,6 +14,10 @@ from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
 
 # Long enough for a scan that comes late through transforms.
 HISTORY_NS = 2 * NANOSECONDS_PER_SECOND
+
+# AMCL dates its transform ahead, by a second at most; what lies farther ahead is of another clock
+# and would pass as fresh for ever.
+MOST_AHEAD_S = 2.0
 
 
 class OdometrySample(NamedTuple):
@@ -21,6 +27,18 @@ class OdometrySample(NamedTuple):
     base_pose_in_odom: Pose2D
     linear_mps: float
     angular_radps: float
+    linear_std_mps: float = 0.0       # by its covariance; 0: it says nothing of it
+    angular_std_radps: float = 0.0
+
+
+class Missing(NamedTuple):
+    """An input that cannot be driven by."""
+
+    what: str    # its name
+    why: str     # the rest of the sentence
+
+    def __str__(self) -> str:
+        return f'{self.what} {self.why}'
 
 
 class Inputs:
@@ -36,21 +54,24 @@ class Inputs:
         self._localized_ns: Optional[int] = None
         self._odom_pose_in_map: Optional[Pose2D] = None
         self.scan: Optional[Scan] = None
+        self._scan_pose_in_base = self.laser_pose_in_base
 
     # ---- arrivals
 
     def take_odometry(self, stamp_ns: int, base_pose_in_odom: Pose2D, linear_mps: float,
-                      angular_radps: float) -> None:
+                      angular_radps: float, linear_std_mps: float = 0.0,
+                      angular_std_radps: float = 0.0) -> None:
         """Enter /odom. A stamp that is not newer is ignored.
 
         Raises:
             InputFault: a number is not finite; the state is that of before.
         """
-        _check_finite('odometry', *base_pose_in_odom, linear_mps, angular_radps)
+        _check_finite('odometry', *base_pose_in_odom, linear_mps, angular_radps, linear_std_mps,
+                      angular_std_radps)
         if self._odometry and stamp_ns <= self._odometry[-1].stamp_ns:
             return
         self._odometry.append(OdometrySample(stamp_ns, base_pose_in_odom, linear_mps,
-                                             angular_radps))
+                                             angular_radps, linear_std_mps, angular_std_radps))
         while self._odometry[0].stamp_ns < stamp_ns - HISTORY_NS:
             self._odometry.popleft()
 
@@ -63,17 +84,26 @@ class Inputs:
         _check_finite('the transform map->odom', *odom_pose_in_map)
         self._localized_ns, self._odom_pose_in_map = stamp_ns, odom_pose_in_map
 
-    def take_scan(self, scan: Scan) -> None:
-        """Enter /scan.
+    def take_scan(self, scan: Scan, laser_pose_in_base: Optional[Pose2D] = None) -> None:
+        """Enter /scan, taken at `laser_pose_in_base` if that is another one than usual.
 
         Raises:
-            InputFault: it has no rays, or their directions are not finite.
+            InputFault: no ray of it tells anything, or their directions are not finite; the
+                state is that of before.
         """
         if len(scan.ranges_m) == 0:
             raise InputFault('the scan has no rays')
         _check_finite('the scan', scan.angle_min_rad, scan.angle_increment_rad, scan.range_min_m,
                       scan.range_max_m)
+        ranges_m = np.asarray(scan.ranges_m)
+        # An open space is all +inf. A blind laser sends what is no measurement.
+        if not (((ranges_m >= scan.range_min_m) & (ranges_m <= scan.range_max_m))
+                | (ranges_m == math.inf)).any():
+            raise InputFault(f'none of {len(ranges_m)} ranges is valid: from {scan.range_min_m:g} '
+                             f'to {scan.range_max_m:g} m, or +inf for no return')
         self.scan = scan
+        self._scan_pose_in_base = self.laser_pose_in_base if laser_pose_in_base is None \
+            else laser_pose_in_base
 
     # ---- what they tell
 
@@ -89,14 +119,19 @@ class Inputs:
         return self._odom_pose_in_map
 
     @property
+    def knows_pose(self) -> bool:
+        """Whether there is a `base_pose_in_map`, however old."""
+        return bool(self._odometry) and self._odom_pose_in_map is not None
+
+    @property
     def base_pose_in_map(self) -> Pose2D:
-        """Where the robot is by localization; only when nothing is missing."""
+        """Where the robot is by localization; only when `knows_pose`."""
         return self.odom_pose_in_map.compose(self.odometry.base_pose_in_odom)
 
     def laser_pose_in_odom(self) -> Pose2D:
         """Where the laser was when it took the newest scan: a turning robot has moved since."""
         assert self.scan is not None
-        return self.base_pose_in_odom_at(self.scan.stamp_ns).compose(self.laser_pose_in_base)
+        return self.base_pose_in_odom_at(self.scan.stamp_ns).compose(self._scan_pose_in_base)
 
     def base_pose_in_odom_at(self, stamp_ns: int) -> Pose2D:
         """The robot at a time, between the odometry messages around it; the end ones outside."""
@@ -108,18 +143,20 @@ class Inputs:
             after = sample
         return self._odometry[0].base_pose_in_odom
 
-    def missing(self, now_ns: int, timeout_s: float) -> str:
-        """What has not arrived or is too old, as a sentence; '' when all is fresh."""
+    def missing(self, now_ns: int, timeout_s: float) -> Optional[Missing]:
+        """The first of what has not arrived or is too old; None when all is fresh."""
         stamps = (('odometry', self._odometry[-1].stamp_ns if self._odometry else None),
                   ('localization (map->odom)', self._localized_ns),
                   ('scan', self.scan.stamp_ns if self.scan else None))
         for name, stamp_ns in stamps:
             if stamp_ns is None:
-                return f'no {name} yet'
+                return Missing(name, 'has not come yet')
             age_s = (now_ns - stamp_ns) / NANOSECONDS_PER_SECOND
             if age_s > timeout_s:
-                return f'{name} is {age_s:.1f} s old (input_timeout {timeout_s:g} s)'
-        return ''
+                return Missing(name, f'is {age_s:.1f} s old (input_timeout {timeout_s:g} s)')
+            if -age_s > MOST_AHEAD_S:
+                return Missing(name, f'is dated {-age_s:.1f} s ahead')
+        return None
 
 
 def _between(before: OdometrySample, after: OdometrySample, stamp_ns: int) -> Pose2D:

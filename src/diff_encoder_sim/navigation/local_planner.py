@@ -9,6 +9,8 @@ import numpy as np
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.dwa import DwaPlanner
 from diff_encoder_sim.navigation.dwa_params import DwaParams
+from diff_encoder_sim.navigation.inputs import OdometrySample
+from diff_encoder_sim.navigation.outcome import Command
 from diff_encoder_sim.navigation.stop_rotate import LatchedStopRotate, Motion
 from diff_encoder_sim.navigation.turn_to_path import TurnToPath
 from diff_encoder_sim.se2 import Pose2D
@@ -87,20 +89,19 @@ class LocalPlanner:
         return None if best is None else LocalCommand(best.linear_mps, best.angular_radps,
                                                       best.poses)
 
-    def believed_motion(self, motion: Motion, linear_mps: float, angular_radps: float) -> Motion:
+    def believed_motion(self, odometry: OdometrySample, command: Command) -> Motion:
         """The motion by odometry, with the last command's twist as far as odometry allows it.
 
         An encoder of 40 pulses at 20 Hz knows a wheel's speed to +-0.31 m/s. Taken as it is, a
         wheel that ticks alone puts the dynamic window around a sharp turn that is not there, and
-        the next command is that turn.
+        the next command is that turn (docs/adr/0007-coarse-twist.md).
         """
-        linear_band, angular_band = (self.params.twist_resolution_x,
-                                     self.params.twist_resolution_theta)
-        return Motion(motion.base_pose,
-                      min(max(linear_mps, motion.linear_mps - linear_band),
-                          motion.linear_mps + linear_band),
-                      min(max(angular_radps, motion.angular_radps - angular_band),
-                          motion.angular_radps + angular_band))
+        sigmas = self.params.twist_sigmas
+        return Motion(odometry.base_pose_in_odom,
+                      _within(command.linear_mps, odometry.linear_mps,
+                              sigmas * odometry.linear_std_mps),
+                      _within(command.angular_radps, odometry.angular_radps,
+                              sigmas * odometry.angular_std_radps))
 
     def _goal_in_odom(self, odom_pose_in_map: Pose2D) -> Pose2D:
         return Pose2D(*self._plan_in_map[-1]).relative_to(odom_pose_in_map)
@@ -127,6 +128,10 @@ class LocalPlanner:
         nearest = first + int(np.argmin(distance_m[-len(visible):][first:last]))
         self.points_left = len(self._plan_in_map) - nearest
         return _transform(self._plan_in_map[first:last], odom_pose_in_map.inverse())
+
+
+def _within(value: float, centre: float, band: float) -> float:
+    return min(max(value, centre - band), centre + band)
 
 
 def _transform(plan: np.ndarray, frame: Pose2D) -> np.ndarray:

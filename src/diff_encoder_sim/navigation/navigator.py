@@ -14,16 +14,18 @@ from typing import Optional, Sequence
 
 import numpy as np
 
+from diff_encoder_sim.errors import InputFault
 from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.global_planner import GlobalPlanner
 from diff_encoder_sim.navigation.goal_run import GoalRun, Tools
-from diff_encoder_sim.navigation.inputs import Inputs
+from diff_encoder_sim.navigation.inputs import Inputs, Missing
 from diff_encoder_sim.navigation.local_planner import LocalPlanner
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
 from diff_encoder_sim.navigation.outcome import STOP, Command, GoalStatus, NavigatorOutput, Phase
 from diff_encoder_sim.navigation.recovery import default_recoveries
 from diff_encoder_sim.navigation.route import Route
+from diff_encoder_sim.navigation.travel_watch import TravelWatch
 from diff_encoder_sim.scan import Scan
 from diff_encoder_sim.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND, Step, Timeline
@@ -38,12 +40,11 @@ class Navigator:
     """Drives a robot over a map to goals."""
 
     def __init__(self, params: NavigatorParams, static_map: OccupancyGrid,
-                 laser_pose_in_base: Pose2D) -> None:
+                 laser_pose_in_base: Pose2D = IDENTITY) -> None:
         self.params = params
         self.inputs = Inputs(laser_pose_in_base)
         self._timeline = Timeline(TIME_TOLERANCE_NS)
         self._run: Optional[GoalRun] = None
-        self._is_waiting = True
         self.set_map(static_map)
 
     # ---- for the user
@@ -60,7 +61,8 @@ class Navigator:
             LocalPlanner(params.DWAPlannerROS, params.control_period_s),
             default_recoveries(params.DWAPlannerROS, local_costmap, params.conservative_reset_dist,
                                params.clearing_rotation_allowed)
-            if params.recovery_behavior_enabled else [])
+            if params.recovery_behavior_enabled else [],
+            TravelWatch(params.max_unseen_travel, local_costmap.footprint.inscribed_radius_m))
         self._global_updated_ns: Optional[int] = None
         self._local_updated_ns: Optional[int] = None
 
@@ -78,8 +80,9 @@ class Navigator:
         """
         if len(poses) == 0:
             raise ValueError('a route needs a pose')
-        self._run = GoalRun(self._tools, Route(poses, pass_radius_m))
-        self._is_waiting = True
+        last = self._run
+        command = last.command if last and last.status is GoalStatus.ACTIVE else STOP
+        self._run = GoalRun(self._tools, Route(poses, pass_radius_m), command)
 
     def cancel(self, text: str = 'cancelled') -> None:
         """Give up the goal; the next step commands a stop."""
@@ -92,7 +95,10 @@ class Navigator:
 
         Raises:
             PlanError: there is none; the text says why.
+            InputFault: the robot is meant, and where that is, is not known yet.
         """
+        if start is None and not self.inputs.knows_pose:
+            raise InputFault('where the robot is, is not known yet')
         return self._tools.global_planner.make_plan(
             self.inputs.base_pose_in_map if start is None else start, goal, tolerance_m)
 
@@ -129,6 +135,12 @@ class Navigator:
         return self._run.local_plan_in_odom if self._run else np.empty((0, 3))
 
     @property
+    def plan_in_sight_in_odom(self) -> np.ndarray:
+        """(n, 3) the part of the global plan that is followed now; empty without a goal."""
+        return self.local_planner.plan_in_odom if self.status is GoalStatus.ACTIVE \
+            else np.empty((0, 3))
+
+    @property
     def local_planner(self) -> LocalPlanner:
         """With the plan in sight and the DWA's scores of the last period."""
         return self._tools.local_planner
@@ -141,17 +153,25 @@ class Navigator:
     # ---- arrivals
 
     def take_odometry(self, stamp_ns: int, base_pose_in_odom: Pose2D, linear_mps: float,
-                      angular_radps: float) -> None:
-        """Enter /odom; raises InputFault for numbers that are not finite."""
-        self.inputs.take_odometry(stamp_ns, base_pose_in_odom, linear_mps, angular_radps)
+                      angular_radps: float, linear_std_mps: float = 0.0,
+                      angular_std_radps: float = 0.0) -> None:
+        """Enter /odom; raises InputFault for numbers that are not finite.
+
+        The standard deviations are those of the twist; 0 where nothing is known of them.
+        """
+        self.inputs.take_odometry(stamp_ns, base_pose_in_odom, linear_mps, angular_radps,
+                                  linear_std_mps, angular_std_radps)
 
     def take_localization(self, stamp_ns: int, odom_pose_in_map: Pose2D) -> None:
         """Enter map->odom with its stamp; raises InputFault for numbers that are not finite."""
         self.inputs.take_localization(stamp_ns, odom_pose_in_map)
 
-    def take_scan(self, scan: Scan) -> None:
-        """Enter /scan; raises InputFault for a scan without rays."""
-        self.inputs.take_scan(scan)
+    def take_scan(self, scan: Scan, laser_pose_in_base: Optional[Pose2D] = None) -> None:
+        """Enter /scan; raises InputFault for a scan that tells nothing.
+
+        The laser is where the constructor was told, or for this scan where it is told here.
+        """
+        self.inputs.take_scan(scan, laser_pose_in_base)
 
     # ---- one control period
 
@@ -163,17 +183,19 @@ class Navigator:
         if self._timeline.advance(now_ns) is Step.RESTART:
             self._restart(now_ns)
         missing = self.inputs.missing(now_ns, self.params.input_timeout)
-        if missing:
-            self._is_waiting = True
-            return self._output(STOP, f'stopped: {missing}')
+        if missing is not None:
+            return self.wait(missing)
         self._update_costmaps(now_ns)
         run = self._run
         if run is None or run.status is not GoalStatus.ACTIVE:
             return self._output(STOP)
-        if self._is_waiting:
-            run.resume(now_ns)
-            self._is_waiting = False
         return self._output(run.act(now_ns))
+
+    def wait(self, missing: Missing) -> NavigatorOutput:
+        """Stop for this period. In place of `step` where there is no odometry to step with."""
+        if self._run and self._run.status is GoalStatus.ACTIVE:
+            self._run.wait(missing)
+        return self._output(STOP, f'stopped: {missing}')
 
     def _restart(self, now_ns: int) -> None:
         """Time was reset: nothing that is known is of this time."""
@@ -181,6 +203,7 @@ class Navigator:
                     now_ns / NANOSECONDS_PER_SECOND)
         self.cancel('time went back')
         self.inputs.reset()
+        self._tools.travel_watch.forget()
         self.clear_costmaps()
         self._global_updated_ns = self._local_updated_ns = None
 
@@ -203,9 +226,8 @@ class Navigator:
         period_ns = NANOSECONDS_PER_SECOND / frequency_hz - 1
         return updated_ns is None or now_ns - updated_ns >= period_ns
 
-    def _output(self, command: Command, waiting_text: str = '') -> NavigatorOutput:
+    def _output(self, command: Command, idle_text: str = '') -> NavigatorOutput:
         run = self._run
         if run is None:
-            return NavigatorOutput(STOP, GoalStatus.NONE, Phase.PLANNING, waiting_text)
-        text = waiting_text if waiting_text and run.status is GoalStatus.ACTIVE else run.text
-        return NavigatorOutput(command, run.status, run.phase, text)
+            return NavigatorOutput(STOP, GoalStatus.NONE, Phase.PLANNING, idle_text)
+        return NavigatorOutput(command, run.status, run.phase, run.text)

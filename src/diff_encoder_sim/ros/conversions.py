@@ -166,13 +166,10 @@ def scan_from_message(message: LaserScan) -> Scan:
 def twist_std_from_message(message: Odometry) -> Tuple[float, float]:
     """Standard deviations of odometry's twist, linear [m/s] and angular [rad/s].
 
-    Raises:
-        InputFault: a variance is negative or not a number.
+    A negative variance, which some drivers send for one that they do not know, counts as 0.
     """
     variances = message.twist.covariance[0], message.twist.covariance[35]
-    if not all(variance >= 0.0 for variance in variances):
-        raise InputFault(f'variances of the twist {variances}; expected none below 0')
-    return math.sqrt(variances[0]), math.sqrt(variances[1])
+    return math.sqrt(max(variances[0], 0.0)), math.sqrt(max(variances[1], 0.0))
 
 
 def body_messages(state: BodyState) -> Tuple[Pose, Twist]:

@@ -1,39 +1,39 @@
 """move_base_node: navigation on upstream move_base's action, topics, services and parameters."""
 from __future__ import annotations
 
+import logging
 import threading
 import time
 from typing import Optional
 
-import actionlib
 import rospy
-import tf2_ros
 from geometry_msgs.msg import PoseStamped, Twist, Vector3
-from move_base_msgs.msg import (MoveBaseAction, MoveBaseActionGoal, MoveBaseFeedback, MoveBaseGoal,
-                                MoveBaseResult)
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
 from nav_msgs.msg import Odometry
 from nav_msgs.srv import GetPlan, GetPlanRequest, GetPlanResponse
 from sensor_msgs.msg import LaserScan
 from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 
-from diff_encoder_sim.errors import ConfigError, InputFault
+from diff_encoder_sim.errors import InputFault
+from diff_encoder_sim.navigation.inputs import Missing
 from diff_encoder_sim.navigation.navigator import Navigator
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
-from diff_encoder_sim.navigation.outcome import STOP, Command, GoalStatus
+from diff_encoder_sim.navigation.outcome import STOP, Command, GoalStatus, NavigatorOutput
 from diff_encoder_sim.navigation.plan_error import PlanError
-from diff_encoder_sim.ros.conversions import (ns_from_stamp, pose_from_message,
-                                              pose_from_transform, pose_stamped_message,
-                                              scan_from_message)
+from diff_encoder_sim.navigation.warm_up import warm_up
+from diff_encoder_sim.ros.conversions import (ns_from_stamp, pose_from_message, scan_from_message,
+                                              twist_std_from_message)
+from diff_encoder_sim.ros.goal_server import GoalServer
 from diff_encoder_sim.ros.map_client import fetch_map
 from diff_encoder_sim.ros.map_conversions import grid_from_message
 from diff_encoder_sim.ros.navigation_views import NavigationViews, path_message
 from diff_encoder_sim.ros.node import log, node_params, publisher, run_node, subscriber
+from diff_encoder_sim.ros.robot_frames import RobotFrames
 from diff_encoder_sim.se2 import Pose2D
 from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
 
-
 WATCHDOG_PERIOD_S = 0.1
+LONG_WARM_UP_S = 1.0
 
 
 class MoveBaseNode:
@@ -41,174 +41,167 @@ class MoveBaseNode:
 
     def __init__(self) -> None:
         self._params = node_params(NavigatorParams)
-        self._map_frame = self._params.global_costmap.global_frame
-        self._odom_frame = self._params.local_costmap.global_frame
-        self._base_frame = self._params.local_costmap.robot_base_frame
-        self._lock = threading.RLock()  # topics, services and the action come in threads
+        _warm_up()
+        self._lock = threading.RLock()  # topics, services and the map come in threads
         self._navigator: Optional[Navigator] = None
-        self._map: Optional[OccupancyGridMessage] = None
-        self._is_driving = False
-        self._buffer = tf2_ros.Buffer()
-        self._listener = tf2_ros.TransformListener(self._buffer, tcp_nodelay=True)
+        self._is_driving = self._has_had_scan = False
+        self._heard_ns, self._heard_at_s = 0, time.monotonic()  # the newest good /odom
         self._commands = publisher('cmd_vel', Twist)
-        self._goals = publisher('~goal', MoveBaseActionGoal)
-        self._views = NavigationViews(self._map_frame, self._odom_frame)
-        self._server = actionlib.SimpleActionServer(rospy.get_name(), MoveBaseAction,
-                                                    auto_start=False)
-        self._server.start()
+        local = self._params.local_costmap
+        self._frames = RobotFrames(self._params.global_costmap.global_frame, local.global_frame,
+                                   local.robot_base_frame)
+        self._views = NavigationViews(self._frames.map_frame, self._frames.odom_frame)
+        self._goals = GoalServer(self._frames)
         self._services = [rospy.Service('~make_plan', GetPlan, self._on_make_plan),
                           rospy.Service('~clear_costmaps', Empty, self._on_clear_costmaps)]
-        self._simple_goals = subscriber('move_base_simple/goal', PoseStamped, self._on_simple_goal)
         self._scans = subscriber('scan', LaserScan, self._on_scan)
         self._odometry = subscriber('odom', Odometry, self._on_odometry)
-        self._stepped_ns, self._stepped_at_s = 0, time.monotonic()
         self._watchdog = rospy.Timer(rospy.Duration(WATCHDOG_PERIOD_S), self._on_watchdog,
                                      reset=True)
+        rospy.on_shutdown(self._on_shutdown)
         fetch_map(self._on_map)
 
     # ---- arrivals
 
     def _on_map(self, message: OccupancyGridMessage) -> None:
+        try:
+            navigator = Navigator(self._params, grid_from_message(message))
+        except InputFault as fault:
+            log.warning('map: %s; not used', fault)
+            return
         with self._lock:
-            self._map = message
+            self._navigator = navigator
 
     def _on_scan(self, message: LaserScan) -> None:
-        try:
-            with self._lock:
-                if self._navigator is None and self._map is not None:
-                    self._begin(message.header.frame_id)
-                if self._navigator is not None:
-                    self._navigator.take_scan(scan_from_message(message))
-        except (InputFault, tf2_ros.TransformException) as fault:
-            log.warning('%s: %s; scan dropped', self._scans.resolved_name, fault)
-
-    def _begin(self, laser_frame: str) -> None:
-        laser_pose = pose_from_transform(self._buffer.lookup_transform(
-            self._base_frame, laser_frame, rospy.Time(0)))
-        try:
-            self._navigator = Navigator(self._params, grid_from_message(self._map), laser_pose)
-        except ConfigError as error:
-            raise InputFault(str(error)) from None
+        with self._lock:
+            if self._navigator is None:
+                return
+            try:
+                mount = self._frames.laser_mount(message.header.frame_id)
+                self._navigator.take_scan(mount.level(scan_from_message(message)),
+                                          mount.laser_pose_in_base)
+            except InputFault as fault:
+                # robot_state_publisher tells of the laser only once simulated time runs.
+                log.log(logging.WARNING if self._has_had_scan else logging.INFO,
+                        '%s: %s; scan dropped', self._scans.resolved_name, fault)
+            self._has_had_scan = True
 
     def _on_odometry(self, message: Odometry) -> None:
-        stamp_ns = ns_from_stamp(message.header.stamp)
+        now_ns = ns_from_stamp(message.header.stamp)
         with self._lock:
             if self._navigator is None:
                 return
             try:
                 self._navigator.take_odometry(
-                    stamp_ns, pose_from_message(message.pose.pose),
-                    message.twist.twist.linear.x, message.twist.twist.angular.z)
+                    now_ns, pose_from_message(message.pose.pose),
+                    message.twist.twist.linear.x, message.twist.twist.angular.z,
+                    *twist_std_from_message(message))
             except InputFault as fault:
                 log.warning('%s: %s; message dropped', self._odometry.resolved_name, fault)
                 return
-            self._take_localization()
-            self._step(stamp_ns)
+            self._heard_ns, self._heard_at_s = now_ns, time.monotonic()
+            self._take_localization(now_ns)
+            self._look_for_goals(now_ns)
+            age_s = self._odometry_age_s()
+            if age_s > self._params.input_timeout:
+                self._answer(now_ns, self._wait(f'came {age_s:.1f} s late'))
+            else:
+                self._answer(now_ns, self._navigator.step(now_ns))
 
-    def _take_localization(self) -> None:
+    def _take_localization(self, now_ns: int) -> None:
         try:
-            transform = self._buffer.lookup_transform(self._map_frame, self._odom_frame,
-                                                      rospy.Time(0))
-            self._navigator.take_localization(ns_from_stamp(transform.header.stamp),
-                                              pose_from_transform(transform))
-        except (tf2_ros.TransformException, InputFault) as fault:
+            found = self._frames.odom_pose_in_map(now_ns)
+            if found is not None:
+                self._navigator.take_localization(*found)
+        except InputFault as fault:
             log.warning('/tf: %s', fault)
 
     # ---- one control period
 
     def _on_watchdog(self, _: rospy.timer.TimerEvent) -> None:
-        """Stop when no odometry comes: nothing else would step, and the last command would stand."""
+        """Without /odom nothing else would stop the robot, or look for goals and cancels."""
         with self._lock:
-            silent_s = time.monotonic() - self._stepped_at_s
-            age_s = (ns_from_stamp(rospy.Time.now()) - self._stepped_ns) / NANOSECONDS_PER_SECOND
+            if self._navigator is None:
+                if self._goals.has_new_goal:
+                    log.warning('a goal waits: there is no map yet')
+                return
+            silent_s = time.monotonic() - self._heard_at_s
             # By both clocks: a loaded machine delays messages, and a paused simulation sends none.
-            if self._is_driving and min(silent_s, age_s) > self._params.input_timeout:
-                log.warning('%s: none for %.1f s; stopped', self._odometry.resolved_name, age_s)
-                self._command(STOP)
+            if min(silent_s, abs(self._odometry_age_s())) > self._params.input_timeout:
+                now_ns = ns_from_stamp(rospy.Time.now())
+                self._look_for_goals(now_ns)
+                self._answer(now_ns, self._wait(f'has been silent for {silent_s:.1f} s'))
 
-    def _step(self, now_ns: int) -> None:
-        self._stepped_ns, self._stepped_at_s = now_ns, time.monotonic()
-        self._look_for_goals()
-        output = self._navigator.step(now_ns)
+    def _look_for_goals(self, now_ns: int) -> None:
+        self._goals.poll(self._navigator, now_ns)
+        self._is_driving |= self._navigator.status is GoalStatus.ACTIVE
+
+    def _odometry_age_s(self) -> float:
+        return (ns_from_stamp(rospy.Time.now()) - self._heard_ns) / NANOSECONDS_PER_SECOND
+
+    def _wait(self, why: str) -> NavigatorOutput:
+        return self._navigator.wait(Missing(
+            self._odometry.resolved_name,
+            f'{why} (input_timeout {self._params.input_timeout:g} s)'))
+
+    def _answer(self, now_ns: int, output: NavigatorOutput) -> None:
+        """Tell the robot, the goal's sender and displays."""
         if output.status is GoalStatus.ACTIVE:
-            self._is_driving = True
             self._command(output.command)
-            self._give_feedback(now_ns)
-            if output.text:
-                log.info('%s', output.text)
+            self._goals.report(self._navigator, now_ns, output.text)
         elif self._is_driving:
             self._is_driving = False
-            self._command(output.command)
-            self._end_goal(output.status, output.text)
+            self._command(STOP)
+            self._goals.end(output.status, output.text)
         self._views.show(self._navigator, now_ns)
 
     def _command(self, command: Command) -> None:
         self._commands.publish(Twist(Vector3(command.linear_mps, 0, 0),
                                      Vector3(0, 0, command.angular_radps)))
 
-    def _give_feedback(self, now_ns: int) -> None:
-        if self._server.is_active() and self._navigator.inputs.scan is not None:
-            try:
-                pose = self._navigator.inputs.base_pose_in_map
-            except (AssertionError, IndexError):
-                return
-            self._server.publish_feedback(MoveBaseFeedback(
-                base_position=pose_stamped_message(pose, now_ns, self._map_frame)))
+    def _on_shutdown(self) -> None:
+        with self._lock:
+            if self._is_driving:
+                self._command(STOP)
+                self._goals.end(GoalStatus.ABORTED, 'the node was shut down')
+            self._navigator = None      # a message that is still on its way moves nothing
 
-    def _end_goal(self, status: GoalStatus, text: str) -> None:
-        if not self._server.is_active():
-            return
-        if status is GoalStatus.SUCCEEDED:
-            self._server.set_succeeded(MoveBaseResult(), text)
-        elif status is GoalStatus.PREEMPTED:
-            self._server.set_preempted(MoveBaseResult(), text)
-        else:
-            log.warning('goal given up: %s', text)
-            self._server.set_aborted(MoveBaseResult(), text)
-
-    # ---- the action and the services
-
-    def _look_for_goals(self) -> None:
-        """By asking, not by callback: the action server calls back with its own lock held."""
-        if self._server.is_new_goal_available():
-            goal: MoveBaseGoal = self._server.accept_new_goal()
-            try:
-                self._set_goal(goal.target_pose)
-            except InputFault as fault:
-                log.warning('goal: %s; refused', fault)
-                self._server.set_aborted(MoveBaseResult(), str(fault))
-        elif self._server.is_active() and self._server.is_preempt_requested():
-            self._navigator.cancel()
-
-    def _set_goal(self, target: PoseStamped) -> None:
-        frame = target.header.frame_id.lstrip('/')
-        if frame != self._map_frame:
-            raise InputFault(f'in frame {frame!r}; expected {self._map_frame!r}')
-        self._navigator.set_goal(pose_from_message(target.pose))
-        self._is_driving = True
-
-    def _on_simple_goal(self, message: PoseStamped) -> None:
-        self._goals.publish(MoveBaseActionGoal(goal=MoveBaseGoal(target_pose=message)))
+    # ---- services
 
     def _on_make_plan(self, request: GetPlanRequest) -> GetPlanResponse:
         with self._lock:
             if self._navigator is None:
                 raise rospy.ServiceException('there is no map yet')
-            start: Optional[Pose2D] = (pose_from_message(request.start.pose)
-                                       if request.start.header.frame_id else None)
             try:
-                poses = self._navigator.make_plan(start, pose_from_message(request.goal.pose),
+                start: Optional[Pose2D] = None
+                if request.start.header.frame_id:
+                    start = self._pose_in_map('start', request.start)
+                poses = self._navigator.make_plan(start, self._pose_in_map('goal', request.goal),
                                                   request.tolerance)
             except (PlanError, InputFault) as error:
                 raise rospy.ServiceException(str(error)) from None
         return GetPlanResponse(plan=path_message(poses, ns_from_stamp(rospy.Time.now()),
-                                                 self._map_frame))
+                                                 self._frames.map_frame))
+
+    def _pose_in_map(self, what: str, message: PoseStamped) -> Pose2D:
+        try:
+            return self._frames.pose_in_map(message)
+        except InputFault as fault:
+            raise InputFault(f'{what}: {fault}') from None
 
     def _on_clear_costmaps(self, _: EmptyRequest) -> EmptyResponse:
         with self._lock:
             if self._navigator is not None:
                 self._navigator.clear_costmaps()
         return EmptyResponse()
+
+
+def _warm_up() -> None:
+    started_s = time.monotonic()
+    warm_up()
+    took_s = time.monotonic() - started_s
+    if took_s > LONG_WARM_UP_S:
+        log.info('compiled in %.1f s, for this start and those to come', took_s)
 
 
 def main() -> None:

@@ -5,11 +5,13 @@ from typing import Dict
 
 import numpy as np
 import rospy
+from geometry_msgs.msg import Point32, PolygonStamped
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
 from nav_msgs.msg import Path
 
 from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.navigation.costmap import Costmap
+from diff_encoder_sim.navigation.footprint import Footprint
 from diff_encoder_sim.navigation.navigator import Navigator
 from diff_encoder_sim.ros.conversions import pose_stamped_message, stamp_from_ns
 from diff_encoder_sim.ros.map_conversions import map_message
@@ -17,7 +19,7 @@ from diff_encoder_sim.ros.node import publisher
 from diff_encoder_sim.se2 import Pose2D
 from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
 
-PLANS_PERIOD_NS = 200_000_000
+LINES_PERIOD_NS = 200_000_000    # of plans and outlines
 
 # Costs 0 to 255 as costmap_2d shows them: 1 to 98 for inflation, 99 inscribed, 100 lethal.
 _SHOWN = np.concatenate([[0], np.linspace(1, 98, 252).astype(np.int64), [99, 100, -1]]).astype(
@@ -30,7 +32,10 @@ class NavigationViews:
     def __init__(self, map_frame: str, odom_frame: str) -> None:
         self._map_frame, self._odom_frame = map_frame, odom_frame
         self._global_plans = publisher('~NavfnROS/plan', Path)
+        self._plans_in_sight = publisher('~DWAPlannerROS/global_plan', Path)
         self._local_plans = publisher('~DWAPlannerROS/local_plan', Path)
+        self._global_outlines = publisher('~global_costmap/footprint', PolygonStamped)
+        self._local_outlines = publisher('~local_costmap/footprint', PolygonStamped)
         self._global_costmaps = publisher('~global_costmap/costmap', OccupancyGridMessage)
         self._local_costmaps = publisher('~local_costmap/costmap', OccupancyGridMessage)
         self._shown_ns: Dict[rospy.Publisher, int] = {}
@@ -38,10 +43,27 @@ class NavigationViews:
     def show(self, navigator: Navigator, now_ns: int) -> None:
         """Publish what is due."""
         plans = ((self._global_plans, self._map_frame, navigator.global_plan_in_map),
+                 (self._plans_in_sight, self._odom_frame, navigator.plan_in_sight_in_odom),
                  (self._local_plans, self._odom_frame, navigator.local_plan_in_odom))
         for plan_publisher, frame, poses in plans:
-            if self._is_due(plan_publisher, PLANS_PERIOD_NS, now_ns):
+            if self._is_due(plan_publisher, LINES_PERIOD_NS, now_ns):
                 plan_publisher.publish(path_message(poses, now_ns, frame))
+        if navigator.inputs.knows_pose:
+            self._show_outlines(navigator, now_ns)
+        self._show_costmaps(navigator, now_ns)
+
+    def _show_outlines(self, navigator: Navigator, now_ns: int) -> None:
+        inputs = navigator.inputs
+        for outline_publisher, frame, costmap, base_pose in (
+                (self._global_outlines, self._map_frame, navigator.global_costmap,
+                 inputs.base_pose_in_map),
+                (self._local_outlines, self._odom_frame, navigator.local_costmap,
+                 inputs.odometry.base_pose_in_odom)):
+            if self._is_due(outline_publisher, LINES_PERIOD_NS, now_ns):
+                outline_publisher.publish(outline_message(costmap.footprint, base_pose, now_ns,
+                                                          frame))
+
+    def _show_costmaps(self, navigator: Navigator, now_ns: int) -> None:
         for costmap_publisher, frame, costmap in (
                 (self._global_costmaps, self._map_frame, navigator.global_costmap),
                 (self._local_costmaps, self._odom_frame, navigator.local_costmap)):
@@ -63,6 +85,18 @@ def path_message(poses: np.ndarray, stamp_ns: int, frame: str) -> Path:
     """(n, 3) poses as a path."""
     message = Path(poses=[pose_stamped_message(Pose2D(*row), stamp_ns, frame)
                           for row in poses.tolist()])
+    message.header.stamp = stamp_from_ns(stamp_ns)
+    message.header.frame_id = frame
+    return message
+
+
+def outline_message(footprint: Footprint, base_pose: Pose2D, stamp_ns: int, frame: str
+                    ) -> PolygonStamped:
+    """The robot's outline where it stands."""
+    message = PolygonStamped()
+    for x_m, y_m in footprint.vertices_m.tolist():
+        corner = base_pose.compose(Pose2D(x_m, y_m, 0.0))
+        message.polygon.points.append(Point32(corner.x_m, corner.y_m, 0.0))
     message.header.stamp = stamp_from_ns(stamp_ns)
     message.header.frame_id = frame
     return message

@@ -87,7 +87,7 @@ def subscriber(topic: str, message_class: Type, callback: Callable[[Any], None])
 
 
 class _RosLogHandler(logging.Handler):
-    """Sends the core's log to /rosout, each place in the code at most once in some seconds.
+    """Sends the core's log to /rosout, each message at most once in some seconds.
 
     Events are exempt. By wall time: a paused or reset clock must not silence a warning.
     """
@@ -97,13 +97,14 @@ class _RosLogHandler(logging.Handler):
 
     def __init__(self) -> None:
         super().__init__(logging.INFO)
-        self._last_s: Dict[Tuple[str, int, str], float] = {}
+        self._last_s: Dict[Tuple[str, str], float] = {}
 
     def emit(self, record: logging.LogRecord) -> None:
         """Pass a record on unless its like was logged just now."""
         # A topic's name in first place tells one trouble from another; numbers do not.
         first = record.args[0] if isinstance(record.args, tuple) and record.args else None
-        key = (record.pathname, record.lineno, first if isinstance(first, str) else '')
+        # Not by file and line: under rospy's loggers these are the thread's, not the caller's.
+        key = (str(record.msg), first if isinstance(first, str) else '')
         now_s = time.monotonic()
         is_event = getattr(record, 'event', False)
         if not is_event and now_s - self._last_s.get(key, -math.inf) < LOG_AGAIN_AFTER_S:
