@@ -10,13 +10,16 @@ from typing import NamedTuple, Optional
 
 import numpy as np
 
+from diff_encoder_sim.localization.beams import Beams
 from diff_encoder_sim.localization.clusters import particle_statistics
 from diff_encoder_sim.localization.laser_models import laser_model
+from diff_encoder_sim.localization.lost import LostDetector
 from diff_encoder_sim.localization.motion import motion_model
 from diff_encoder_sim.localization.params import AmclParams
-from diff_encoder_sim.localization.particles import (check_covariance, check_grid, check_pose,
-                                                     free_cell_centres, has_converged,
-                                                     particles_around, particles_everywhere)
+from diff_encoder_sim.localization.particles import (CONVERGED_WITHIN_M, check_covariance,
+                                                     check_grid, check_pose, free_cell_centres,
+                                                     has_converged, particles_around,
+                                                     particles_everywhere, weight_near)
 from diff_encoder_sim.localization.resampling import (LikelihoodAverages, effective_count,
                                                       kld_limits, resample)
 from diff_encoder_sim.localization.sensor import Likelihoods
@@ -26,6 +29,10 @@ from diff_encoder_sim.se2 import Pose2D, wrap_angle
 
 # Of a number that still fits a double.
 LARGEST_EXPONENT = 700.0
+
+# Particles have settled when all but a few, which recovery may have drawn anywhere, lie as close
+# together as converged ones.
+SETTLED_WEIGHT = 0.9
 
 
 class AmclEstimate(NamedTuple):
@@ -90,6 +97,7 @@ class Amcl:
         self.grid = grid
         self._free_centres = free_cell_centres(grid)
         self._laser_model = laser_model(params, grid)
+        self._lost = LostDetector(params, grid)
         self._estimate = None
         self._begin(particles_around(pose, covariance, params.max_particles, self._rng))
         self._force_update = params.force_update_after_set_map
@@ -113,6 +121,8 @@ class Amcl:
         """Begin again with the robot anywhere on the map's free cells, heading anywhere."""
         self._begin(particles_everywhere(self._free_centres, self.params.max_particles,
                                          self._rng))
+        self._is_anywhere = True
+        self._lost.declare_lost()
 
     def request_nomotion_update(self) -> None:
         """Let the next scan update the filter though the robot has not moved."""
@@ -140,6 +150,21 @@ class Amcl:
         """The transform map->odom to broadcast after every scan, None before the first estimate."""
         return self._estimate.odom_pose_in_map if self._estimate else None
 
+    @property
+    def is_lost(self) -> bool:
+        """Whether scans contradict the filter: then nobody should drive by `odom_pose_in_map`."""
+        return self._lost.is_lost
+
+    @property
+    def fit_share(self) -> Optional[float]:
+        """Share of the newest scan's rays that fit the map, 0 to 1; None before there is one."""
+        return self._lost.share
+
+    @property
+    def least_fit_share(self) -> float:
+        """The share below which a scan is bad now: more while lost than else."""
+        return self._lost.least_share
+
     # The filter.
 
     def update(self, odom_pose: Pose2D, scan: Scan,
@@ -148,7 +173,8 @@ class Amcl:
 
         The filter updates on the first scan after it began, and whenever the robot has moved by
         update_min_d along x or y or turned by update_min_a, or an update was requested. Estimates
-        come on the first update and on those that resample, each resample_interval-th.
+        come on the first update and on those that resample, each resample_interval-th. Every scan
+        tells whether the robot is lost.
 
         Args:
             odom_pose: base in odom at the scan's stamp.
@@ -160,10 +186,20 @@ class Amcl:
         """
         check_pose(odom_pose, 'odometry pose')
         check_pose(laser_pose_in_base, 'laser pose')
-        is_first = self._odom_pose is None
-        if not (is_first or self._force_update or self._has_moved(odom_pose, self._odom_pose)):
-            return None
         beams = self._laser_model.beams(scan, laser_pose_in_base)
+        estimate = self._update_filter(odom_pose, beams, scan.stamp_ns)
+        if self._estimate is not None:
+            self._lost.judge(self._estimate.odom_pose_in_map.compose(odom_pose), scan,
+                             laser_pose_in_base,
+                             may_be_found=self._has_settled or not self._is_anywhere)
+        return estimate
+
+    def _update_filter(self, odom_pose: Pose2D, beams: Beams,
+                       stamp_ns: int) -> Optional[AmclEstimate]:
+        is_first = self._odom_pose is None
+        if not (is_first or self._force_update or self._is_settling_on_the_spot()
+                or self._has_moved(odom_pose, self._odom_pose)):
+            return None
         if not is_first:
             # A request made before the first scan, which updates anyway, waits for the second.
             self._force_update = False
@@ -178,18 +214,28 @@ class Amcl:
             self._resample()
         if not (is_resampling_due or is_first):
             return None
-        self._estimate = self._new_estimate(scan.stamp_ns, odom_pose)
+        self._estimate = self._new_estimate(stamp_ns, odom_pose)
         return self._estimate
 
     def _begin(self, particles: np.ndarray) -> None:
         """Take particles of equal weight; the next scan is the first."""
         self._particles = particles
         self._weights = np.full(len(particles), 1.0 / len(particles))
-        self._statistics = particle_statistics(self._particles, self._weights)
+        self._is_anywhere = self._has_settled = False
+        self._take_statistics()
         self._has_converged = False
         self._averages.reset()
         self._odom_pose: Optional[Pose2D] = None
         self._updates_since_begin = 0
+        self._lost.start_counting_again()
+
+    def _is_settling_on_the_spot(self) -> bool:
+        """A lost robot should not move, so scans from where it stands must do.
+
+        Only to settle around a pose that somebody gave: over a whole map, or after a kidnapping,
+        particles would settle at a wrong place that looks alike.
+        """
+        return self.is_lost and not (self._has_settled or self._is_anywhere)
 
     def _has_moved(self, odom_pose: Pose2D, last: Pose2D) -> bool:
         """Whether far enough since the last update; along x or y, not as the crow flies."""
@@ -222,7 +268,13 @@ class Amcl:
             if share_anywhere > 0.0:
                 # Upstream: or the filter would spiral off into complete randomness.
                 self._averages.reset()
+        self._take_statistics()
+
+    def _take_statistics(self) -> None:
         self._statistics = particle_statistics(self._particles, self._weights)
+        # Once and for all: the noise of a long move spreads particles, but not to other places.
+        self._has_settled = self._has_settled or SETTLED_WEIGHT <= weight_near(
+            self._particles, self._weights, self._statistics.mean, CONVERGED_WITHIN_M)
 
     def _is_weight_spread(self) -> bool:
         """Whether selective_resampling is on and over half of the particles still count."""

@@ -81,6 +81,9 @@ def check_scan(scan: Scan) -> None:
     if not (math.isfinite(scan.angle_min_rad) and math.isfinite(scan.angle_increment_rad)):
         raise InputFault(f'scan: given bearings from {scan.angle_min_rad} in steps of '
                          f'{scan.angle_increment_rad} rad; expected finite numbers')
+    if len(scan.ranges_m) > 1 and scan.angle_increment_rad == 0.0:
+        raise InputFault(f'scan: given {len(scan.ranges_m)} rays in one direction '
+                         '(angle_increment 0); expected each in its own')
 
 
 def nothing_seen(scan: Scan, beams: Beams) -> InputFault:

@@ -78,6 +78,11 @@ class AmclParams(Params):
     odom_alpha4: Alpha = 0.2
     odom_alpha5: Alpha = 0.2
 
+    # When the robot counts as lost. Not upstream's: lost_share 0 is never, as upstream has it.
+    lost_share: Probability = Field(0.0, description='of rays that fit; below, a scan is bad')
+    lost_distance: float = Field(0.2, gt=0, description='from the map, for a ray to fit [m]')
+    lost_scans: int = Field(5, ge=1, description='bad scans in a row to be lost, good to be found')
+
     # What only the node uses.
     odom_frame_id: FrameId = 'odom'
     base_frame_id: FrameId = 'base_link'

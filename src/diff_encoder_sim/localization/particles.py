@@ -61,6 +61,13 @@ def has_converged(particles: np.ndarray) -> bool:
     return bool((np.abs(positions - positions.mean(axis=0)) <= CONVERGED_WITHIN_M).all())
 
 
+def weight_near(particles: np.ndarray, weights: np.ndarray, pose: Pose2D,
+                within_m: float) -> float:
+    """Share of the weights (n,), sum 1, of particles (n, 3) this close to a pose along x and y."""
+    offsets_m = np.abs(particles[:, :2] - (pose.x_m, pose.y_m))
+    return float(weights[(offsets_m <= within_m).all(axis=1)].sum())
+
+
 def wrap_angles(angles_rad: np.ndarray) -> np.ndarray:
     """The same directions in [-pi, pi)."""
     return (angles_rad + np.pi) % (2.0 * np.pi) - np.pi

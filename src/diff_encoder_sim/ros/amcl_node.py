@@ -2,13 +2,13 @@
 from __future__ import annotations
 
 import threading
-from collections import deque
-from typing import Deque, Optional
+import time
+from typing import Optional, Tuple
 
 import numpy as np
 import rospy
 import tf2_ros
-from geometry_msgs.msg import PoseArray, PoseWithCovarianceStamped
+from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
 from nav_msgs.srv import SetMap, SetMapRequest, SetMapResponse
 from pydantic import Field
@@ -16,24 +16,29 @@ from sensor_msgs.msg import LaserScan
 from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 from tf2_msgs.msg import TFMessage
 
-from diff_encoder_sim.errors import InputFault
-from diff_encoder_sim.localization.amcl import Amcl, AmclEstimate
+from diff_encoder_sim.errors import EVENT, InputFault
+from diff_encoder_sim.localization.amcl import Amcl
 from diff_encoder_sim.localization.params import AmclParams
+from diff_encoder_sim.localization.particles import check_covariance, check_pose
+from diff_encoder_sim.localization.warm_up import warm_up
+from diff_encoder_sim.ros.amcl_output import AmclOutput
+from diff_encoder_sim.ros.amcl_scans import ScanQueue
 from diff_encoder_sim.ros.conversions import (ns_from_stamp, pose_covariance_from_message,
-                                              pose_from_message, pose_from_transform,
-                                              pose_message, pose_with_covariance_message,
-                                              scan_from_message, stamp_from_ns, transform_message)
+                                              pose_from_message, pose_from_transform)
 from diff_encoder_sim.ros.map_client import fetch_map
 from diff_encoder_sim.ros.map_conversions import grid_from_message
 from diff_encoder_sim.ros.node import log, node_params, publisher, run_node, subscriber
 from diff_encoder_sim.ros.trial_plan import trial_plan
 from diff_encoder_sim.scan import Scan
-from diff_encoder_sim.se2 import Pose2D
+from diff_encoder_sim.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.seeds import generator
 from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND, Step, Timeline
 
-# Scans that may wait for the odometry of their time: ten seconds of them at 10 Hz.
-LONGEST_QUEUE = 100
+SILENCE_S = 15.0
+LONG_COMPILATION_S = 1.0
+
+# A base pose in the map with its 3x3 covariance over (x [m], y [m], yaw [rad]).
+Guess = Tuple[Pose2D, np.ndarray]
 
 
 class AmclNodeParams(AmclParams):
@@ -46,19 +51,26 @@ class AmclNode:
     """Waits for a map, then feeds each scan to the filter with the odometry of its time."""
 
     def __init__(self) -> None:
-        self._params = node_params(AmclNodeParams, defaults=_trial_defaults())
+        params = node_params(AmclNodeParams, defaults=_trial_defaults())
+        # Frame ids may begin with '/', as they did before tf2.
+        self._params = params.model_copy(update={
+            name: getattr(params, name).lstrip('/')
+            for name in ('odom_frame_id', 'base_frame_id', 'global_frame_id')})
+        _compile(self._params)
         self._lock = threading.RLock()  # scans, transforms and services come in threads
         self._amcl: Optional[Amcl] = None
+        self._guess: Optional[Guess] = None    # from before there was a map
         self._rng = generator(self._params.seed, 'amcl')
-        self._waiting: Deque[LaserScan] = deque(maxlen=LONGEST_QUEUE)
         self._timeline = Timeline(tolerance_ns=NANOSECONDS_PER_SECOND // 10)
         self._buffer = tf2_ros.Buffer(rospy.Duration(30.0))
         self._listener = tf2_ros.TransformListener(self._buffer, tcp_nodelay=True)
         self._undelayed = publisher('/tf', TFMessage)
-        self._broadcaster = tf2_ros.TransformBroadcaster()
-        self._poses = publisher('amcl_pose', PoseWithCovarianceStamped, latch=True)
-        self._clouds = publisher('particlecloud', PoseArray)
+        self._output = AmclOutput(self._params)
+        self._queue = ScanQueue(rospy.resolve_name('scan'), self._buffer,
+                                self._params.base_frame_id, self._params.odom_frame_id,
+                                self._localize)
         self._subscribe()
+        rospy.on_shutdown(self._output.save)
 
     def _subscribe(self) -> None:
         self._services = [
@@ -69,116 +81,138 @@ class AmclNode:
                                          self._on_initial_pose)
         self._scans = subscriber('scan', LaserScan, self._on_scan)
         self._transforms = subscriber('/tf', TFMessage, lambda _: self._process())
+        self._has_heard = False
+        self._silence = rospy.Timer(rospy.Duration(SILENCE_S), self._on_silence, reset=True)
         if self._params.use_map_topic:
             self._maps = subscriber('map', OccupancyGridMessage, self._on_map)
         else:
-            fetch_map(self._use_map)
+            fetch_map(self._use_first_map)
+
+    # ---- maps
+
+    def _use_first_map(self, message: OccupancyGridMessage) -> None:
+        with self._lock:
+            if self._amcl is None:      # set_map may have been quicker
+                self._try_map(message)
 
     def _on_map(self, message: OccupancyGridMessage) -> None:
-        if self._amcl is None or not self._params.first_map_only:
-            self._use_map(message)
+        with self._lock:
+            if self._amcl is None or not self._params.first_map_only:
+                self._try_map(message)
 
-    def _use_map(self, message: OccupancyGridMessage, pose: Optional[Pose2D] = None,
-                 covariance: Optional[np.ndarray] = None) -> bool:
+    def _try_map(self, message: OccupancyGridMessage) -> None:
         try:
-            grid = grid_from_message(message)
-            with self._lock:
-                if self._amcl is None:
-                    self._amcl = Amcl(self._params, grid, self._rng)
-                else:
-                    self._amcl.set_map(grid, pose, covariance)
+            self._use_map(message, self._guess or self._output.saved)
         except InputFault as fault:
             log.warning('map: %s; not used', fault)
-            return False
-        return True
+
+    def _use_map(self, message: OccupancyGridMessage, guess: Optional[Guess]) -> None:
+        """Begin on a map; without a guess, at the parameters' initial pose."""
+        grid = grid_from_message(message)
+        frame = message.header.frame_id.lstrip('/')
+        if frame != self._params.global_frame_id:
+            log.warning('map: in frame %r; used as if in global_frame_id %r', frame,
+                        self._params.global_frame_id)
+        with self._lock:
+            amcl = self._amcl or Amcl(self._params, grid, self._rng)
+            if guess is not None:
+                amcl.set_map(grid, *guess)
+            elif self._amcl is not None:
+                amcl.set_map(grid)
+            self._amcl, self._guess = amcl, None
+            self._output.restart()
+
+    def _on_set_map(self, request: SetMapRequest) -> SetMapResponse:
+        try:
+            self._use_map(request.map, self._read_guess(request.initial_pose))
+        except InputFault as fault:
+            log.warning('set_map: %s; ignored', fault, extra=EVENT)
+            return SetMapResponse(success=False)
+        return SetMapResponse(success=True)
+
+    # ---- scans
 
     def _on_scan(self, message: LaserScan) -> None:
+        self._has_heard = True
         with self._lock:
             step = self._timeline.advance(ns_from_stamp(message.header.stamp))
             if step is Step.RESTART:
                 log.warning('scan stamps went back: localization begins again')
-                self._waiting.clear()
+                self._queue.clear()
                 self._buffer.clear()
                 if self._amcl is not None:
                     self._amcl.set_map(self._amcl.grid)
+                    self._output.restart()
             if step is not Step.STALE:
-                self._waiting.append(message)
+                self._queue.add(message)
         self._process()
 
     def _process(self) -> None:
-        """Take the waiting scans in order, as far as transforms have come."""
         with self._lock:
-            while self._waiting and self._amcl is not None:
-                message = self._waiting[0]
-                try:
-                    laser_pose = self._lookup(self._params.base_frame_id, message.header.frame_id,
-                                              rospy.Time(0))
-                    odom_pose = self._lookup(self._params.odom_frame_id,
-                                             self._params.base_frame_id, message.header.stamp)
-                except tf2_ros.TransformException as error:
-                    if 'past' not in str(error):
-                        log.debug('waiting for %s', error)
-                        return
-                    log.warning('%s: %s; scan dropped', self._scans.resolved_name, error)
-                    self._waiting.popleft()
-                    continue
-                self._waiting.popleft()
-                self._localize(message, odom_pose, laser_pose)
+            if self._amcl is not None:
+                self._queue.process()
 
-    def _lookup(self, parent: str, child: str, stamp: rospy.Time) -> Pose2D:
-        return pose_from_transform(self._buffer.lookup_transform(parent, child, stamp))
+    def _localize(self, scan: Scan, odom_pose: Pose2D, laser_pose: Pose2D) -> None:
+        estimate = self._amcl.update(odom_pose, scan, laser_pose)
+        self._output.tell(self._amcl, scan.stamp_ns, odom_pose, estimate)
 
-    def _localize(self, message: LaserScan, odom_pose: Pose2D, laser_pose: Pose2D) -> None:
-        try:
-            scan = scan_from_message(message)
-            estimate = self._amcl.update(odom_pose, scan, laser_pose)
-        except InputFault as fault:
-            log.warning('%s: %s; scan dropped', self._scans.resolved_name, fault)
-            return
-        if estimate is not None:
-            self._report(estimate)
-        self._broadcast(scan)
+    def _on_silence(self, _: rospy.timer.TimerEvent) -> None:
+        if not self._has_heard:
+            log.warning('%s: no scan for %.0f s', self._scans.resolved_name, SILENCE_S)
+        self._has_heard = False
 
-    def _report(self, estimate: AmclEstimate) -> None:
-        frame = self._params.global_frame_id
-        self._poses.publish(pose_with_covariance_message(
-            estimate.base_pose_in_map, estimate.covariance, estimate.stamp_ns, frame))
-        if self._clouds.get_num_connections():
-            cloud = PoseArray(poses=[pose_message(Pose2D(*row))
-                                     for row in estimate.particles.tolist()])
-            cloud.header.stamp = stamp_from_ns(estimate.stamp_ns)
-            cloud.header.frame_id = frame
-            self._clouds.publish(cloud)
-
-    def _broadcast(self, scan: Scan) -> None:
-        odom_pose_in_map = self._amcl.odom_pose_in_map
-        if odom_pose_in_map is None or not self._params.tf_broadcast:
-            return
-        # Dated ahead: until the next scan, transforms of newer odometry find this one.
-        ahead_ns = round(self._params.transform_tolerance * NANOSECONDS_PER_SECOND)
-        self._broadcaster.sendTransform(transform_message(
-            odom_pose_in_map, scan.stamp_ns + ahead_ns, self._params.global_frame_id,
-            self._params.odom_frame_id))
+    # ---- what people ask for
 
     def _on_initial_pose(self, message: PoseWithCovarianceStamped) -> None:
-        frame = message.header.frame_id
-        if frame.lstrip('/') != self._params.global_frame_id:
-            log.warning('%s: pose in frame %r; expected %r; ignored',
-                        self._initial_poses.resolved_name, frame, self._params.global_frame_id)
-            return
         try:
+            guess = self._read_guess(message)
             with self._lock:
                 if self._amcl is None:
-                    raise InputFault('there is no map yet')
-                self._amcl.set_pose(pose_from_message(message.pose.pose),
-                                    pose_covariance_from_message(message.pose.covariance))
+                    self._guess = guess
+                else:
+                    self._amcl.set_pose(*guess)
         except InputFault as fault:
-            log.warning('%s: %s; ignored', self._initial_poses.resolved_name, fault)
+            log.warning('%s: %s; ignored', self._initial_poses.resolved_name, fault,
+                        extra=EVENT)
+
+    def _read_guess(self, message: PoseWithCovarianceStamped) -> Guess:
+        """Where the robot is now, by what somebody says of the time of the stamp.
+
+        Raises:
+            InputFault: it is no pose, or in another frame than the map's.
+        """
+        frame = message.header.frame_id.lstrip('/')
+        if not frame:
+            log.warning('initial pose: without a frame; taken as in %r',
+                        self._params.global_frame_id)
+        elif frame != self._params.global_frame_id:
+            raise InputFault(f'pose in frame {frame!r}; expected {self._params.global_frame_id!r}')
+        pose = pose_from_message(message.pose.pose)
+        covariance = pose_covariance_from_message(message.pose.covariance)
+        check_pose(pose, 'initial pose')
+        check_covariance(covariance)
+        return pose.compose(self._moved_since(message.header.stamp)), covariance
+
+    def _moved_since(self, stamp: rospy.Time) -> Pose2D:
+        """Where the base is now, in the base frame of that time, by odometry; 0 means now."""
+        frames = self._params.odom_frame_id, self._params.base_frame_id
+        try:
+            now = self._buffer.lookup_transform(*frames, rospy.Time(0))
+            if stamp.is_zero() or stamp >= now.header.stamp:
+                return IDENTITY
+            then = self._buffer.lookup_transform(*frames, stamp)
+        except tf2_ros.TransformException as error:
+            if not stamp.is_zero():
+                log.warning('initial pose: not corrected for motion since its stamp: %s', error)
+            return IDENTITY
+        return pose_from_transform(now).relative_to(pose_from_transform(then))
 
     def _on_global_localization(self, _: EmptyRequest) -> EmptyResponse:
         with self._lock:
             if self._amcl is not None:
                 self._amcl.global_localization()
+                log.info('the robot may be anywhere on the map: drive it by hand', extra=EVENT)
+                self._output.expect_lost(self._amcl)
         return EmptyResponse()
 
     def _on_nomotion_update(self, _: EmptyRequest) -> EmptyResponse:
@@ -187,15 +221,14 @@ class AmclNode:
                 self._amcl.request_nomotion_update()
         return EmptyResponse()
 
-    def _on_set_map(self, request: SetMapRequest) -> SetMapResponse:
-        initial = request.initial_pose.pose
-        try:
-            pose = pose_from_message(initial.pose)
-            covariance = pose_covariance_from_message(initial.covariance)
-        except InputFault as fault:
-            log.warning('set_map: %s; ignored', fault)
-            return SetMapResponse(success=False)
-        return SetMapResponse(success=self._use_map(request.map, pose, covariance))
+
+def _compile(params: AmclParams) -> None:
+    """Before anything is subscribed to: scans that come meanwhile would be lost."""
+    start_s = time.monotonic()
+    warm_up(params)
+    took_s = time.monotonic() - start_s
+    if took_s > LONG_COMPILATION_S:
+        log.info('compiled the kernels in %.1f s; later starts take them from the cache', took_s)
 
 
 def _trial_defaults() -> dict:

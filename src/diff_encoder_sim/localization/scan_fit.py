@@ -1,0 +1,114 @@
+"""How well a scan agrees with the map at one pose.
+
+Upstream's amcl vouches for its pose however little the scans agree with it. Why rays are counted
+as they are here, with the measurements: docs/adr/0006-lost-detection.md.
+"""
+from __future__ import annotations
+
+import math
+from typing import NamedTuple, Optional, Tuple
+
+import numpy as np
+from numba import njit
+
+from diff_encoder_sim.localization.beams import select_beams
+from diff_encoder_sim.localization.distance import distance_to_occupied
+from diff_encoder_sim.localization.params import AmclParams
+from diff_encoder_sim.mapping.occupancy_grid import OCCUPIED, OccupancyGrid
+from diff_encoder_sim.scan import Scan
+from diff_encoder_sim.se2 import Pose2D
+
+# Of a scan about so many rays are looked at, evenly spread.
+RAYS = 200
+
+# People and moved things end rays short of what the map shows; a wrong pose does so too. So these
+# rays count, but less than those that would have passed through something on the map.
+SHORT_WEIGHT = 0.25
+
+# Where fewer rays than this have met the map or should have, there is no verdict.
+LEAST_RAYS = 10
+
+# Not laser_max_range: the farther rays tell more of the place, and a half blocked view less.
+_SCANS_OWN_LIMITS = AmclParams()
+
+_OFF_MAP, _UNKNOWN, _CLEAR, _NEAR, _OCCUPIED = range(5)
+
+
+class ScanFit(NamedTuple):
+    """How many rays of a scan ended where, by the map, from some pose."""
+
+    fitting: int    # close to something occupied
+    through: int    # beyond something occupied
+    short: int      # at nothing that the map shows
+
+    @property
+    def share(self) -> Optional[float]:
+        """Share of rays that fit, 0 to 1; None where there are too few for a verdict."""
+        if self.fitting + self.through + self.short < LEAST_RAYS:
+            return None
+        return self.fitting / (self.fitting + self.through + SHORT_WEIGHT * self.short)
+
+
+class FitMap:
+    """A map prepared for the question how well a scan fits."""
+
+    def __init__(self, grid: OccupancyGrid, distance_m: float) -> None:
+        """A ray that ends within `distance_m` of the centre of an occupied cell fits."""
+        is_occupied = grid.cells == OCCUPIED
+        is_near = distance_to_occupied(is_occupied, grid.resolution_m,
+                                       2.0 * distance_m) <= distance_m
+        is_known = (grid.cells >= 0) & (grid.cells <= OCCUPIED)
+        self._kinds = np.select([is_occupied, is_near, is_known], [_OCCUPIED, _NEAR, _CLEAR],
+                                _UNKNOWN).astype(np.int8)
+        self._grid, self._distance_m = grid, distance_m
+
+    def fit(self, base_pose_in_map: Pose2D, scan: Scan, laser_pose_in_base: Pose2D) -> ScanFit:
+        """Sort a scan's rays that returned, within the scan's own limits of range.
+
+        Raises:
+            InputFault: the scan's range limit is none.
+        """
+        beams = select_beams(scan, max(1, len(scan.ranges_m) // RAYS), laser_pose_in_base,
+                             _SCANS_OWN_LIMITS).hits()
+        base = base_pose_in_map.relative_to(self._grid.origin)
+        laser = base.compose(Pose2D(beams.laser_x_m, beams.laser_y_m, 0.0))
+        cell_m = self._grid.resolution_m
+        return ScanFit(*_sort_rays(laser.x_m / cell_m, laser.y_m / cell_m,
+                                   base.yaw_rad + beams.bearings_rad, beams.ranges_m / cell_m,
+                                   self._distance_m / cell_m, self._kinds))
+
+
+@njit(cache=True)
+def _sort_rays(laser_x: float, laser_y: float, directions_rad: np.ndarray, ranges: np.ndarray,
+               distance: float, kinds: np.ndarray) -> Tuple[int, int, int]:  # pragma: no cover
+    """(fitting, through, short) of rays in the grid's frame, lengths in cells."""
+    fitting = through = short = 0
+    for j in range(len(ranges)):
+        cos_direction, sin_direction = math.cos(directions_rad[j]), math.sin(directions_rad[j])
+        end = _kind_at(kinds, laser_x + ranges[j] * cos_direction,
+                       laser_y + ranges[j] * sin_direction)
+        if end >= _NEAR:
+            fitting += 1
+            continue
+        is_blocked = False
+        # Half a cell at a time: of a wall it steps over no more than a cell's corner.
+        for step in range(1, int(2.0 * (ranges[j] - distance))):
+            kind = _kind_at(kinds, laser_x + 0.5 * step * cos_direction,
+                            laser_y + 0.5 * step * sin_direction)
+            is_blocked = kind == _OCCUPIED
+            if is_blocked or kind == _OFF_MAP:
+                break
+        if is_blocked:
+            through += 1
+        elif end == _CLEAR:
+            short += 1
+    return fitting, through, short
+
+
+@njit(cache=True)
+def _kind_at(kinds: np.ndarray, x: float, y: float) -> int:  # pragma: no cover (compiled)
+    """What the map has at a point, in cells."""
+    column, row = int(math.floor(x)), int(math.floor(y))
+    if column < 0 or row < 0 or column >= kinds.shape[1] or row >= kinds.shape[0]:
+        return _OFF_MAP
+    return kinds[row, column]

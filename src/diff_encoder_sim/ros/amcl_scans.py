@@ -1,0 +1,133 @@
+"""Scans on their way to the filter: each waits until /tf tells where it was taken."""
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import Callable, Deque, List, Optional, Set, Tuple
+
+import rospy
+import tf2_ros
+from geometry_msgs.msg import TransformStamped
+from sensor_msgs.msg import LaserScan
+
+from diff_encoder_sim.errors import EVENT, InputFault
+from diff_encoder_sim.ros.conversions import (ns_from_stamp, pose_from_transform,
+                                              scan_from_message)
+from diff_encoder_sim.ros.laser_mount import LaserMount, laser_mount
+from diff_encoder_sim.ros.node import log
+from diff_encoder_sim.scan import Scan
+from diff_encoder_sim.se2 import Pose2D
+from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
+
+# A scan waits until one comes that is so much newer; and so many may wait.
+PATIENCE_NS = 2 * NANOSECONDS_PER_SECOND
+LONGEST_QUEUE = 100
+
+# A laser that leans more is worth a warning: its ranges are taken as if it were level.
+LEVEL_WITHIN_RAD = math.radians(5.0)
+
+
+class ScanQueue:
+    """Hands on scans in order, with the odometry of their time; not safe to share by threads.
+
+    A scan that nothing is known of does not hold up the ones behind it, and is dropped with a
+    warning when it has waited too long.
+    """
+
+    def __init__(self, topic: str, buffer: tf2_ros.Buffer, base_frame: str, odom_frame: str,
+                 take: Callable[[Scan, Pose2D, Pose2D], None]) -> None:
+        """`take` gets a scan, the base's pose in odom and the laser's in base."""
+        self._topic, self._buffer, self._take = topic, buffer, take
+        self._base_frame, self._odom_frame = base_frame, odom_frame
+        self._waiting: Deque[LaserScan] = deque(maxlen=LONGEST_QUEUE)
+        self._leaning: Set[str] = set()
+        self._used_ns: Optional[int] = None
+
+    def add(self, message: LaserScan) -> None:
+        """Let a scan wait; it is later than those before it."""
+        self._waiting.append(message)
+
+    def clear(self) -> None:
+        """Forget the scans that wait."""
+        self._waiting.clear()
+        self._used_ns = None
+
+    def process(self) -> None:
+        """Hand on what can be, and drop what has waited too long."""
+        newest_ns = ns_from_stamp(self._waiting[-1].header.stamp) if self._waiting else 0
+        held: List[Tuple[LaserScan, _NotYet]] = []
+        for message in self._waiting:
+            try:
+                mount = self._mount(message.header.frame_id.lstrip('/'))
+                odom_pose = self._odom_pose(message.header.stamp)
+            except InputFault as fault:
+                self._warn_bad(fault)
+            except _NotYet as reason:
+                waited_ns = newest_ns - ns_from_stamp(message.header.stamp)
+                if waited_ns < PATIENCE_NS and not reason.is_too_late:
+                    held.append((message, reason))
+                else:
+                    self._warn_untaken(reason)
+            else:
+                for _, reason in held:     # older than what the filter is going to know
+                    self._warn_untaken(reason)
+                held.clear()
+                self._hand_on(message, odom_pose, mount)
+        self._waiting = deque((message for message, _ in held), maxlen=LONGEST_QUEUE)
+
+    def _hand_on(self, message: LaserScan, odom_pose: Pose2D, mount: LaserMount) -> None:
+        scan = mount.level(scan_from_message(message))
+        try:
+            self._take(scan, odom_pose, mount.laser_pose_in_base)
+        except InputFault as fault:
+            self._warn_bad(fault)
+            return
+        if self._used_ns is not None and scan.stamp_ns - self._used_ns > PATIENCE_NS:
+            log.info('%s: scans are used again, after %.1f s', self._topic,
+                     (scan.stamp_ns - self._used_ns) / NANOSECONDS_PER_SECOND, extra=EVENT)
+        self._used_ns = scan.stamp_ns
+
+    def _warn_bad(self, fault: InputFault) -> None:
+        log.warning('%s: %s; scan dropped', self._topic, fault)
+
+    def _warn_untaken(self, reason: _NotYet) -> None:
+        log.warning('%s: %s; scan dropped', self._topic, reason)
+
+    def _mount(self, laser_frame: str) -> LaserMount:
+        mount = laser_mount(self._laser_transform(laser_frame))
+        if mount.lean_rad > LEVEL_WITHIN_RAD and laser_frame not in self._leaning:
+            self._leaning.add(laser_frame)
+            log.warning('%s: frame %r leans by %.0f degrees; its scans are used as if it were '
+                        'level', self._topic, laser_frame, math.degrees(mount.lean_rad),
+                        extra=EVENT)
+        return mount
+
+    def _odom_pose(self, stamp: rospy.Time) -> Pose2D:
+        """Where the base was in odom."""
+        frames = self._odom_frame, self._base_frame
+        try:
+            newest = self._buffer.get_latest_common_time(*frames)
+        except tf2_ros.TransformException as error:
+            raise _NotYet(*frames, str(error)) from None
+        try:
+            return pose_from_transform(self._buffer.lookup_transform(*frames, stamp))
+        except tf2_ros.TransformException:
+            # tf2's own words may be of map->odom, which is dated ahead.
+            gap_s = (newest - stamp).to_sec()
+            why = (f'the newest is {-gap_s:.1f} s older' if gap_s < 0.0
+                   else 'it is older than those that are known')
+            raise _NotYet(*frames, why, is_too_late=gap_s > 0.0) from None
+
+    def _laser_transform(self, laser_frame: str) -> TransformStamped:
+        try:
+            return self._buffer.lookup_transform(self._base_frame, laser_frame, rospy.Time(0))
+        except tf2_ros.TransformException as error:
+            raise _NotYet(self._base_frame, laser_frame, str(error)) from None
+
+
+class _NotYet(Exception):
+    """/tf does not tell where something is; if it is too late, no waiting will help."""
+
+    def __init__(self, parent: str, child: str, why: str, is_too_late: bool = False) -> None:
+        super().__init__(f'no transform from {child!r} to {parent!r} of its time ({why})')
+        self.is_too_late = is_too_late

@@ -1,0 +1,426 @@
+#!/usr/bin/env python3
+"""The contract of amcl_node. Started by amcl.test."""
+import math
+import sys
+from pathlib import Path
+
+import numpy as np
+import rospy
+import rostest
+import tf2_ros
+from geometry_msgs.msg import PoseArray, PoseWithCovarianceStamped, Quaternion
+from nav_msgs.msg import OccupancyGrid
+from nav_msgs.srv import GetMap, GetMapResponse, SetMap
+from rosgraph_msgs.msg import Log
+from sensor_msgs.msg import LaserScan
+from std_srvs.srv import Empty
+from tf2_msgs.msg import TFMessage
+
+from diff_encoder_sim.ros.conversions import (pose_from_message, pose_from_transform, pose_with_covariance_message,
+                                              scan_message, transform_message)
+from diff_encoder_sim.ros.map_conversions import map_message
+from diff_encoder_sim.se2 import IDENTITY, Pose2D
+from ros_testing import (NS_PER_S, Collector, NodeTest, RosoutWatch, angle_between, connected_publisher, stamp_from_ns,
+                         stamp_ns_of, start_test_node, wait_for_listeners, wait_until)
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'unit'))
+from amcl_world import moved, pillar_room, simulated_scan  # noqa: E402
+
+NODE, OTHER = '/amcl', '/by_topic/amcl'
+SCAN_PERIOD_NS = 100000000
+TOLERANCE_NS = 400000000  # config/amcl.yaml
+NAN = float('nan')
+START = Pose2D(0.9, -0.6, 1.8)
+ELSEWHERE = Pose2D(-2.0, -0.2, -0.9)
+ODOM_START = Pose2D(4.0, -3.0, 0.5)
+LASER = Pose2D(0.1, 0.0, 0.3)
+SURE, UNSURE = np.diag([0.0025, 0.0025, 0.0025]), np.diag([0.04, 0.04, 0.01])
+
+
+class AmclTest(NodeTest):
+
+    @classmethod
+    def setUpClass(cls):
+        start_test_node('amcl_test')
+        cls.room = pillar_room()
+        cls.map = map_message(cls.room, 0, 'map')
+        cls.served = rospy.Service('static_map', GetMap, lambda _: GetMapResponse(map=cls.map))
+        cls.tf = connected_publisher('/tf', TFMessage)
+        cls.scans = connected_publisher('/scan', LaserScan)
+        cls.guesses = connected_publisher('/initialpose', PoseWithCovarianceStamped)
+        cls.maps = connected_publisher('/by_topic/map', OccupancyGrid)
+        wait_for_listeners(cls.tf, [NODE, OTHER])
+        wait_for_listeners(cls.scans, [NODE, OTHER])
+        cls.static = tf2_ros.StaticTransformBroadcaster()
+        down, lean = (transform_message(LASER, 0, 'base_link', name) for name in ('laser_down', 'laser_lean'))
+        # Half a turn about the laser's own x axis; 20 degrees about its y axis.
+        half_yaw = 0.5 * LASER.yaw_rad
+        down.transform.rotation = Quaternion(math.cos(half_yaw), math.sin(half_yaw), 0.0, 0.0)
+        lean_rad = math.radians(10.0)
+        lean.transform.rotation = Quaternion(-math.sin(half_yaw) * math.sin(lean_rad),
+                                             math.cos(half_yaw) * math.sin(lean_rad),
+                                             math.sin(half_yaw) * math.cos(lean_rad),
+                                             math.cos(half_yaw) * math.cos(lean_rad))
+        cls.static.sendTransform([transform_message(LASER, 0, 'base_link', 'laser'), down, lean])
+        cls.poses = Collector('/amcl_pose', PoseWithCovarianceStamped)
+        cls.clouds = Collector('/particlecloud', PoseArray)
+        cls.transforms = Collector('/tf', TFMessage)
+        cls.log = Collector('/rosout', Log)
+        cls.set_map = rospy.ServiceProxy('set_map', SetMap)
+        cls.rosout = RosoutWatch()
+        cls.wait_for_the_map(cls())
+
+    def runTest(self):
+        """Makes an instance without a test possible."""
+
+    def wait_for_the_map(self):
+        """The node fetches it by itself; scans until it answers one."""
+        self.epoch_ns = self.now_ns = 500 * NS_PER_S
+        self.true_pose, self.odom_pose = START, ODOM_START
+
+        def is_answered():
+            self.send_scan(self.scan())
+            return self.answers()
+        wait_until(is_answered, 'an answer to a scan')
+
+    def setUp(self):
+        super().setUp()
+        self.now_ns = self.epoch_ns
+        self.begin(START, START, SURE)
+
+    def begin(self, true_pose, guess, covariance):
+        """The robot stands somewhere, and the filter begins at a guess."""
+        self.true_pose, self.odom_pose = true_pose, ODOM_START
+        self.assertTrue(self.set_map(self.map, self.guess(guess, covariance)).success)
+        self.forget()
+
+    def forget(self):
+        for collector in (self.poses, self.clouds, self.transforms):
+            collector.clear()
+
+    # --- playing the robot
+
+    def guess(self, pose, covariance=SURE, stamp_ns=0, frame='map'):
+        return pose_with_covariance_message(pose, covariance, stamp_ns, frame)
+
+    def scan(self, frame='laser', ray_count=180, true_pose=None, mount=LASER):
+        scan = simulated_scan(self.room, true_pose or self.true_pose, ray_count=ray_count, laser_pose_in_base=mount)
+        return scan_message(scan._replace(stamp_ns=0), frame, 0.1)
+
+    def send_scan(self, message, with_odometry=True):
+        """A scan of now; a tenth of a second passes. Returns its stamp."""
+        stamp_ns = self.now_ns
+        self.now_ns += SCAN_PERIOD_NS
+        if with_odometry:
+            self.tf.publish(TFMessage([transform_message(self.odom_pose, stamp_ns, 'odom', 'base_link')]))
+        message.header.stamp = stamp_from_ns(stamp_ns)
+        self.scans.publish(message)
+        return stamp_ns
+
+    def move(self, forward_m, turn_rad):
+        """Odometry sees a little less of it."""
+        self.true_pose = moved(self.true_pose, forward_m, turn_rad)
+        self.odom_pose = moved(self.odom_pose, 0.99 * forward_m, 0.99 * turn_rad)
+
+    def answers(self, frame='map'):
+        """Transforms to odom by the stamp of the scan that they answer."""
+        return {stamp_ns_of(one) - TOLERANCE_NS: one for message in self.transforms.messages
+                for one in message.transforms if one.header.frame_id == frame}
+
+    def answered(self, stamp_ns):
+        """The base's pose in the map at a scan, waited for, by the transform that answers it."""
+        wait_until(lambda: stamp_ns in self.answers(), 'map->odom for the scan of %.1f s' % (stamp_ns / NS_PER_S))
+        return pose_from_transform(self.answers()[stamp_ns]).compose(self.odom_pose)
+
+    def localized(self):
+        """A good scan's answer."""
+        return self.answered(self.send_scan(self.scan()))
+
+    def assert_near(self, pose, expected, within_m, within_deg=5.0):
+        self.assertLess(math.hypot(pose.x_m - expected.x_m, pose.y_m - expected.y_m), within_m, (pose, expected))
+        self.assertLess(angle_between(pose.yaw_rad, expected.yaw_rad), math.radians(within_deg), (pose, expected))
+
+    def be_kidnapped(self, to):
+        """Carried off unseen by odometry, until the node has noticed; returns the scans' stamps."""
+        self.true_pose = to
+        self.rosout.clear()
+        stamps = [self.send_scan(self.scan()) for _ in range(8)]
+        self.rosout.wait_for_warning(NODE, 'lost:')
+        self.assertEqual(len(self.rosout.warnings_of(NODE)), 1, self.rosout.warnings_of(NODE))
+        return stamps
+
+    def scans_until_found(self):
+        count = len(self.answers())
+
+        def is_found():
+            self.send_scan(self.scan())
+            return len(self.answers()) > count
+        wait_until(is_found, 'map->odom again')
+
+    def wait_for_line(self, words):
+        wait_until(lambda: any(entry.name == NODE and words in entry.msg for entry in self.log.messages),
+                   'a line with ' + words)
+
+    # --- estimates
+
+    def test_the_transform_is_dated_ahead(self):
+        self.assert_near(self.localized(), START, 0.05)
+        self.poses.wait_for_stamp(self.epoch_ns)
+        estimate = self.poses.messages[-1]
+        self.assertEqual(estimate.header.frame_id, 'map')
+        self.assert_near(pose_from_message(estimate.pose.pose), START, 0.05)
+        transform = self.answers()[self.epoch_ns]
+        self.assertEqual(transform.child_frame_id, 'odom')
+        # Without a new estimate the old transform is sent again for each scan.
+        again = self.send_scan(self.scan())
+        self.answered(again)
+        self.assertEqual(self.answers()[again].transform, transform.transform)
+        self.assertEqual([stamp_ns_of(message) for message in self.poses.messages], [self.epoch_ns])
+
+    def test_it_converges_from_a_guess_that_is_off(self):
+        self.begin(START, Pose2D(START.x_m + 0.2, START.y_m - 0.2, START.yaw_rad + 0.1), UNSURE)
+        for _ in range(14):
+            pose = self.localized()
+            believed_of = self.true_pose
+            self.move(0.3, 0.42)
+        self.assert_near(pose, believed_of, 0.12)
+
+    def test_a_cloud_after_each_update_and_a_pose_after_each_second(self):
+        stamps = []
+        for _ in range(5):
+            stamps.append(self.send_scan(self.scan()))
+            self.answered(stamps[-1])
+            self.answered(self.send_scan(self.scan()))  # on the spot: no update
+            self.move(0.3, 0.42)
+        self.clouds.wait_for_count(5)
+        self.poses.wait_for_count(3)
+        self.assert_stamps(self.clouds.messages, stamps)
+        self.assert_stamps(self.poses.messages, [stamps[0], stamps[1], stamps[3]])
+        cloud = self.clouds.messages[0]
+        self.assertEqual((cloud.header.frame_id, len(cloud.poses)), ('map', 3000))
+
+    def test_an_update_without_motion_on_request(self):
+        self.localized()
+        rospy.ServiceProxy('request_nomotion_update', Empty)()
+        stamp_ns = self.send_scan(self.scan())
+        self.clouds.wait_for_stamp(stamp_ns)
+        self.localized()
+        self.assertEqual(len(self.clouds.messages), 2)
+
+    def test_global_localization_spreads_the_cloud(self):
+        self.localized()
+        rospy.ServiceProxy('global_localization', Empty)()
+        stamp_ns = self.send_scan(self.scan())
+        self.clouds.wait_for_stamp(stamp_ns)
+        positions = np.array([[pose.position.x, pose.position.y] for pose in self.clouds.messages[-1].poses])
+        self.assertGreater(positions.std(axis=0).min(), 1.0)
+        for _ in range(6):
+            self.send_scan(self.scan())
+        self.guesses.publish(self.guess(START))
+        self.scans_until_found()
+        self.assert_near(self.localized(), START, 0.1)
+        self.assertNotIn(stamp_ns, self.answers())  # nobody knew then
+
+    def test_the_pose_is_saved(self):
+        self.localized()
+
+        def is_saved():
+            self.localized()
+            return abs(rospy.get_param(NODE + '/initial_pose_x') - START.x_m) < 0.05
+        wait_until(is_saved, 'initial_pose_x of the estimate')
+        self.assertAlmostEqual(rospy.get_param(NODE + '/initial_pose_y'), START.y_m, delta=0.05)
+        self.assertAlmostEqual(rospy.get_param(NODE + '/initial_pose_a'), START.yaw_rad, delta=0.1)
+        self.assertAlmostEqual(rospy.get_param(NODE + '/initial_cov_xx'), 0.0025, delta=0.001)
+        self.assertFalse(rospy.has_param(OTHER + '/initial_pose_y'))  # save_pose_rate 0
+
+    # --- what people say
+
+    def test_a_bad_map_or_pose_is_refused(self):
+        before = self.localized()
+        no_rotation = self.guess(START)
+        no_rotation.pose.pose.orientation = Quaternion(0, 0, 0, 0)
+        bad = [self.guess(Pose2D(NAN, 0, 0)), no_rotation, self.guess(START, -SURE),
+               self.guess(START, np.diag([NAN, 1, 1])), self.guess(START, frame='odom')]
+        empty = OccupancyGrid()
+        for given, words in [(self.guess(ELSEWHERE), 'map of 0 x 0'), *zip(bad, ('position', 'no rotation', 'variance',
+                                                                                 'finite', "'odom'"))]:
+            self.assertFalse(self.set_map(empty if '0 x 0' in words else self.map, given).success)
+            self.rosout.wait_for_warning(NODE, 'set_map', words)
+        self.rosout.clear()
+        for given in bad:
+            self.guesses.publish(given)
+        wait_until(lambda: len(self.rosout.warnings_of(NODE)) >= len(bad), 'a warning of each pose')
+        self.assertEqual(len(self.rosout.warnings_of(NODE)), len(bad))
+        self.assert_near(self.localized(), before, 1e-9, 1e-6)  # neither begun again nor shaken
+
+    def send_guess(self, pose, stamp_ns, frame='map'):
+        """Published, and the scans until the node has begun there; returns where that is now."""
+        count = len(self.poses.messages)
+        self.guesses.publish(self.guess(pose, stamp_ns=stamp_ns, frame=frame))
+
+        def has_begun():
+            self.localized()
+            return len(self.poses.messages) > count
+        wait_until(has_begun, 'an estimate from the new pose')
+        return pose_from_message(self.poses.messages[-1].pose.pose)
+
+    def test_a_pose_of_some_time_ago_is_moved_by_odometry(self):
+        old_ns = self.send_scan(self.scan())
+        self.answered(old_ns)
+        said = self.true_pose
+        self.move(0.4, 0.5)
+        self.localized()
+        self.assert_near(self.send_guess(said, old_ns), self.true_pose, 0.05)
+
+    def test_a_pose_of_now(self):
+        self.localized()
+        for stamp_ns in (0, self.now_ns + NS_PER_S):
+            self.assert_near(self.send_guess(self.true_pose, stamp_ns), self.true_pose, 0.05)
+        self.assertEqual(self.rosout.warnings_of(NODE), [])
+
+    def test_a_pose_from_before_all_odometry_is_taken_as_it_is(self):
+        self.localized()
+        self.assert_near(self.send_guess(START, self.epoch_ns - 500 * NS_PER_S), START, 0.05)
+        self.rosout.wait_for_warning(NODE, 'initial pose', 'not corrected')
+
+    def test_a_pose_without_a_frame_is_in_the_map(self):
+        self.localized()
+        self.assert_near(self.send_guess(START, 0, frame=''), START, 0.05)
+        self.rosout.wait_for_warning(NODE, 'without a frame')
+
+    # --- bad scans
+
+    def assert_dropped(self, message, *words):
+        """The scan is not answered but warned of, and the next good one is used as ever."""
+        self.rosout.clear()
+        self.move(0.3, 0.2)  # an update is due
+        stamp_ns = self.send_scan(message)
+        self.assert_near(self.localized(), self.true_pose, 0.15)
+        self.assertNotIn(stamp_ns, self.answers(), message)
+        return stamp_ns
+
+    def test_scans_that_tell_nothing_are_dropped(self):
+        self.localized()
+        good = self.scan()
+        for ranges in ([math.inf] * 180, [NAN] * 180, [100.0] * 180, [0.0] * 180, []):
+            self.assert_dropped(self.with_fields(good, ranges=ranges))
+        for fields in (dict(angle_increment=0.0), dict(angle_increment=NAN), dict(angle_min=math.inf),
+                       dict(range_max=0.0), dict(range_max=NAN)):
+            self.assert_dropped(self.with_fields(good, **fields))
+        self.rosout.clear()
+
+        def is_warned():
+            self.send_scan(self.with_fields(good, ranges=[]))
+            return self.rosout.warnings_of(NODE)
+        self.assertIn('/scan: scan: given 0 ranges', wait_until(is_warned, 'a warning')[0])
+
+    @staticmethod
+    def with_fields(message, **fields):
+        values = {name: getattr(message, name) for name in message.__slots__}
+        values['header'] = type(message.header)(frame_id=message.header.frame_id)
+        return LaserScan(**{**values, **fields})
+
+    def test_scans_of_any_length_are_used(self):
+        for ray_count in (180, 90, 361, 1, 2, 1000, 180):
+            stamp_ns = self.send_scan(self.scan(ray_count=ray_count))
+            self.answered(stamp_ns)
+            self.clouds.wait_for_stamp(stamp_ns)
+            self.move(0.0, 0.6)
+
+    def test_scans_from_an_unknown_frame_do_not_hold_up_others(self):
+        self.localized()
+        unknown = []
+
+        def is_warned():    # once in some seconds
+            unknown.append(self.send_scan(self.scan(frame='nowhere')))
+            self.localized()
+            return any("'nowhere'" in text and 'dropped' in text for text in self.rosout.warnings_of(NODE))
+        wait_until(is_warned, 'a warning that names the frame')
+        for _ in range(30):
+            unknown.append(self.send_scan(self.scan(frame='')))
+        self.localized()
+        self.assertFalse(set(unknown) & set(self.answers()))
+
+    def test_a_laser_upside_down(self):
+        for _ in range(6):
+            upright = self.scan()
+            # Seen from below the rays go clockwise: the first is where the last was, but for its sign.
+            flipped = self.with_fields(upright, ranges=upright.ranges[::-1], angle_min=-upright.angle_max)
+            flipped.header.frame_id = 'laser_down'
+            pose, believed_of = self.answered(self.send_scan(flipped)), self.true_pose
+            self.move(0.3, 0.42)
+            self.assert_near(pose, believed_of, 0.12)
+
+    def test_a_laser_that_leans_is_used_with_a_warning(self):
+        self.answered(self.send_scan(self.scan(frame='laser_lean')))
+        self.rosout.wait_for_warning(NODE, "'laser_lean'", '20 degrees')
+
+    # --- lost
+
+    def test_without_odometry_it_says_so_and_goes_on_when_it_is_back(self):
+        self.localized()
+        gap, scan = [], self.scan()
+
+        def is_warned():    # once in some seconds
+            gap.append(self.send_scan(scan, with_odometry=False))
+            return any("'base_link' to 'odom'" in text for text in self.rosout.warnings_of(NODE))
+        wait_until(is_warned, 'a warning that names the frames')
+        self.assertFalse(set(gap) & set(self.answers()))
+        self.now_ns += 10 * NS_PER_S
+        self.assert_near(self.localized(), START, 0.05)
+        self.assertFalse(set(gap) & set(self.answers()))
+        self.wait_for_line('used again')
+
+    def test_carried_off_it_stops_vouching_until_carried_back(self):
+        self.localized()
+        kidnapped = self.be_kidnapped(ELSEWHERE)
+        self.true_pose = START
+        self.scans_until_found()
+        self.assert_near(self.localized(), START, 0.05)
+        self.assertFalse(set(kidnapped[5:]) & set(self.answers()))
+        self.assertTrue(set(kidnapped[:4]) <= set(self.answers()))  # not at the first bad scan
+        self.wait_for_line('found:')
+
+    def test_carried_off_it_is_found_by_a_pose(self):
+        self.localized()
+        self.be_kidnapped(ELSEWHERE)
+        near = Pose2D(ELSEWHERE.x_m + 0.15, ELSEWHERE.y_m - 0.1, ELSEWHERE.yaw_rad + 0.1)
+        self.guesses.publish(self.guess(near, UNSURE))
+        self.scans_until_found()
+        self.assert_near(self.localized(), ELSEWHERE, 0.3, 12.0)
+
+    def test_odometry_that_froze_and_is_right_again(self):
+        self.localized()
+        frozen = self.odom_pose
+        self.move(1.0, -1.0)
+        true_pose, odom_pose, self.odom_pose = self.true_pose, self.odom_pose, frozen
+        self.be_kidnapped(true_pose)
+        self.odom_pose = odom_pose
+        self.scans_until_found()
+        self.assert_near(self.localized(), true_pose, 0.1)
+
+    def test_a_scan_waits_for_odometry_also_when_map_to_odom_is_newer(self):
+        """That is dated ahead, and when there is but one of it tf2 calls the scan's time too early."""
+        self.localized()
+        waiting = self.send_scan(self.scan(), with_odometry=False)
+        for _ in range(20):
+            self.tf.publish(TFMessage([transform_message(IDENTITY, self.now_ns, 'base_link', 'wheel')]))
+        self.tf.publish(TFMessage([transform_message(self.odom_pose, waiting, 'odom', 'base_link')]))
+        self.answered(waiting)
+
+    # --- maps by topic
+
+    def test_a_map_by_topic_and_names_with_slashes(self):
+        self.maps.publish(map_message(self.room, 0, 'site'))
+
+        def is_answered():
+            self.send_scan(self.scan(true_pose=Pose2D(0.5, 0.0, 0.0)))
+            return [one for message in self.transforms.messages for one in message.transforms
+                    if one.header.frame_id == 'site']
+        transform = wait_until(is_answered, 'a transform from site')[-1]
+        self.assertEqual(transform.child_frame_id, 'odom')
+        self.assert_near(pose_from_transform(transform).compose(self.odom_pose), Pose2D(0.5, 0.0, 0.0), 0.1)
+
+
+if __name__ == '__main__':
+    rostest.rosrun('diff_encoder_sim', 'amcl_test', AmclTest)
