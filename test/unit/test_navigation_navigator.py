@@ -50,12 +50,16 @@ def wide_params(dwa=None, **changes):
                             **changes)
 
 
+def distance_m(pose, goal):
+    return math.hypot(pose.x_m - goal.x_m, pose.y_m - goal.y_m)
+
+
 def assert_at(loop, goal):
     """The true pose is at the goal: tolerance, and the little that it rolls out after."""
     output = loop.outputs[-1]
     assert output.status is GoalStatus.SUCCEEDED, output.text
     pose = loop.robot.pose
-    assert math.hypot(pose.x_m - goal.x_m, pose.y_m - goal.y_m) <= XY_TOLERANCE_M + 0.02
+    assert distance_m(pose, goal) <= XY_TOLERANCE_M + 0.02
     assert abs(wrap_angle(pose.yaw_rad - goal.yaw_rad)) <= YAW_TOLERANCE_RAD + 0.02
     assert not loop.touched
 
@@ -87,22 +91,17 @@ def test_an_s_course_around_pillars(ros_logo, ppr, dwa):
     route = [Pose2D(-PASSAGE, PASSAGE, 0.0), Pose2D(PASSAGE, -PASSAGE, 0.0),
              Pose2D(3 * PASSAGE, PASSAGE, 1.57)]
     loop = ClosedLoop(*ros_logo, Pose2D(-3 * PASSAGE, PASSAGE, 0.0), ppr, params=wide_params(dwa))
-    loop.navigator.set_route(route, pass_radius_m=0.3)
+    for index, goal in enumerate(route):
+        loop.navigator.set_goal(goal)
+        while index < len(route) - 1 and distance_m(loop.robot.pose, goal) > 0.5:
+            loop.step()
+            assert len(loop.outputs) < 800
+    passed = len(loop.outputs)
     loop.run(40.0)
     assert_at(loop, route[-1])
     # It does not stop at waypoints, only slows in the bends before them.
-    speeds = [output.command.linear_mps for output in loop.outputs
-              if output.text != 'driving to waypoint 3 of 3'][20:-1]
-    assert len(speeds) > 200 and np.mean(speeds) > 0.35
-
-
-def test_a_route_that_turns_back_comes_back(room):
-    loop = ClosedLoop(*room, Pose2D(-1.0, 0.0, 0.0))
-    goal = Pose2D(-1.0, 0.0, 3.0)
-    loop.navigator.set_route([Pose2D(1.0, 0.0, 0.0), goal], pass_radius_m=0.3)
-    loop.run(30.0)
-    assert_at(loop, goal)
-    assert max(pose.x_m for pose in loop.trace) > 0.6
+    speeds = [output.command.linear_mps for output in loop.outputs[20:passed]]
+    assert len(speeds) > 100 and np.mean(speeds) > 0.35
 
 
 def test_a_goal_behind_the_robot(room):
@@ -140,14 +139,6 @@ def test_impossible_goals_are_given_up_at_once(room, goal, text):
     loop.navigator.set_goal(goal)
     output = loop.run(1.0)
     assert output.status is GoalStatus.ABORTED and text in output.text
-
-
-def test_a_bad_waypoint_is_named_before_the_robot_starts(room):
-    loop = ClosedLoop(*room, IDENTITY)
-    loop.navigator.set_route([Pose2D(1, 0, 0), Pose2D(2, 0, 0), Pose2D(9, 0, 0), IDENTITY], 0.3)
-    output = loop.run(1.0)
-    assert output.status is GoalStatus.ABORTED
-    assert output.text == 'waypoint 3 of 4: the goal (9.00, 0.00) is outside the map'
 
 
 PATIENCE = {'planner_patience': 0.5, 'controller_patience': 1.0}

@@ -9,7 +9,7 @@ from typing import Iterator, NamedTuple, Optional, Tuple, Union
 
 from diff_encoder_sim.config import load_params, load_yaml, split_params
 from diff_encoder_sim.encoder import DiffEncoder, EncoderParams
-from diff_encoder_sim.experiments.definition import Trial, TrialPlan
+from diff_encoder_sim.experiments.definition import TrialPlan
 from diff_encoder_sim.experiments.route_driver import RouteDriver
 from diff_encoder_sim.localization.amcl import Amcl, AmclEstimate
 from diff_encoder_sim.localization.params import AmclParams
@@ -18,6 +18,7 @@ from diff_encoder_sim.navigation.navigator import Navigator
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
 from diff_encoder_sim.navigation.outcome import Command, GoalStatus, NavigatorOutput
 from diff_encoder_sim.odometry import OdometryEstimate, OdometryParams, WheelOdometry
+from diff_encoder_sim.scan import Scan
 from diff_encoder_sim.se2 import Pose2D
 from diff_encoder_sim.seeds import generator
 from diff_encoder_sim.simulation.simulator import Simulator, SimulatorParams
@@ -83,6 +84,7 @@ class LockstepTrial:
         self._navigator = Navigator(params.navigator, grid, self._laser_pose)
         self._driver = RouteDriver(trial.test)
         self._scan_period_ns = round(NANOSECONDS_PER_SECOND / params.simulator.lidar.rate)
+        self._odom_pose_in_map: Optional[Pose2D] = None         # as /tf has it
         self._command: Optional[Tuple[int, Command]] = None    # and when it takes effect
 
     def run(self) -> Iterator[Report]:
@@ -108,13 +110,18 @@ class LockstepTrial:
         report = self._control(odometry) if odometry is not None else None
         # After control: a live AMCL is at work while the navigator decides.
         if simulator.time_ns % self._scan_period_ns == 0 and odometry is not None:
-            self._amcl.update(odometry.base_pose_in_odom, scan, self._laser_pose)
-            self._navigator.take_localization(scan.stamp_ns + self._tolerance_ns,
-                                              self._amcl.odom_pose_in_map)
+            self._localize(odometry, scan)
         if self._command is not None and self._command[0] == simulator.time_ns:
             simulator.command(*self._command[1])
         simulator.tick()
         return report
+
+    def _localize(self, odometry: OdometryEstimate, scan: Scan) -> None:
+        self._amcl.update(odometry.base_pose_in_odom, scan, self._laser_pose)
+        if not self._amcl.is_lost:
+            self._odom_pose_in_map = self._amcl.odom_pose_in_map
+            self._navigator.take_localization(scan.stamp_ns + self._tolerance_ns,
+                                              self._odom_pose_in_map)
 
     def _read_wheels(self) -> Optional[OdometryEstimate]:
         joints = self._simulator.joint_states()
@@ -130,10 +137,9 @@ class LockstepTrial:
         output = self._navigator.step(stamp_ns)
         if was_active:
             self._send(output.command)
-        odom_pose_in_map = self._amcl.odom_pose_in_map
         believed = None
-        if odom_pose_in_map is not None:
-            believed = odom_pose_in_map.compose(odometry.base_pose_in_odom)
+        if self._odom_pose_in_map is not None:
+            believed = self._odom_pose_in_map.compose(odometry.base_pose_in_odom)
             self._drive_on(stamp_ns, believed, output)
         return Report(stamp_ns, self._simulator.base_pose_in_world(), odometry, believed,
                       self._amcl.last_estimate, output)

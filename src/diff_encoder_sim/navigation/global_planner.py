@@ -78,17 +78,6 @@ class GlobalPlanner:
             self._centre(end_cell)._replace(yaw_rad=goal.yaw_rad)
         return self._plan_along(path, start, end)
 
-    def check_goal(self, goal: Pose2D) -> None:
-        """Look for what no waiting will change, without planning.
-
-        Raises:
-            PlanError: the goal is not finite, outside the map or, with no tolerance, in a wall.
-        """
-        self._cell_of('the goal', goal)
-        if self.params.default_tolerance == 0.0 and self.costmap.is_static_obstacle(goal.x_m,
-                                                                                   goal.y_m):
-            raise self._blocked(goal)
-
     def _cell_of(self, what: str, pose: Pose2D) -> Tuple[int, int]:
         if not all(math.isfinite(value) for value in pose):
             raise PlanError(PlanProblem.NOT_FINITE,

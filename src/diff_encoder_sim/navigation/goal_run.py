@@ -16,7 +16,6 @@ from diff_encoder_sim.navigation.navigator_params import NavigatorParams
 from diff_encoder_sim.navigation.outcome import STOP, Command, GoalStatus, Phase, Trigger
 from diff_encoder_sim.navigation.plan_error import PlanError
 from diff_encoder_sim.navigation.recovery import Recovery, RecoveryView
-from diff_encoder_sim.navigation.route import Route
 from diff_encoder_sim.navigation.stop_rotate import Motion
 from diff_encoder_sim.navigation.travel_watch import TravelWatch
 from diff_encoder_sim.se2 import Pose2D
@@ -27,6 +26,8 @@ log = logging.getLogger(__name__)
 # Without a planner_frequency a failed plan is tried again as often as costmaps change. Upstream's
 # thread tries without a pause.
 PLAN_RETRY_S = 0.2
+
+DRIVING = 'driving to the goal'
 
 
 class Tools(NamedTuple):
@@ -43,12 +44,12 @@ class Tools(NamedTuple):
 
 
 class GoalRun:
-    """Drives one route to its end, whatever that is."""
+    """Drives to one goal, or to whatever end that comes to."""
 
-    def __init__(self, tools: Tools, route: Route, command: Command = STOP) -> None:
+    def __init__(self, tools: Tools, goal: Pose2D, command: Command = STOP) -> None:
         """`command` is in force already: that of the run which this one takes over from."""
         self._tools, self._params = tools, tools.params
-        self.route = route
+        self._goal = goal                           # in the map frame
         self.status, self.phase, self.text = GoalStatus.ACTIVE, Phase.PLANNING, ''
         self.global_plan_in_map = np.empty((0, 3))
         self.local_plan_in_odom = np.empty((0, 3))
@@ -126,12 +127,11 @@ class GoalRun:
 
     def _replan(self, now_ns: int) -> None:
         self._planned_ns = now_ns
-        self.route.check(self._tools.global_planner.check_goal)
-        self.global_plan_in_map = self.route.plan(self._tools.inputs.base_pose_in_map,
-                                                  self._tools.global_planner.make_plan)
+        self.global_plan_in_map = self._tools.global_planner.make_plan(
+            self._tools.inputs.base_pose_in_map, self._goal)
         self._tools.local_planner.set_plan(self.global_plan_in_map)
         self._last_plan_ns, self._planning_retries = now_ns, 0
-        self.text = f'driving to {self.route.describe()}'
+        self.text = DRIVING
 
     def _is_plan_due(self, now_ns: int, default_period_s: float) -> bool:
         frequency_hz = self._params.planner_frequency
@@ -139,31 +139,13 @@ class GoalRun:
         return self._planned_ns is None or _is_over(self._planned_ns, period_s, now_ns)
 
     def _keep_plan_up(self, now_ns: int) -> None:
-        """While driving: lead on past waypoints, and replan at planner_frequency."""
-        try:
-            if self.route.advance(self._tools.inputs.base_pose_in_map,
-                                  self._tools.local_planner.points_left):
-                self._lead_on(now_ns)
-        except PlanError as error:
-            self.text = str(error)
-            self._go_to_planning(now_ns)
-            return
+        """While driving: replan at planner_frequency."""
         if self._is_plan_due(now_ns, math.inf):
             try:
                 self._replan(now_ns)
             except PlanError as error:
                 # The old plan still leads somewhere: follow it until control fails.
                 log.debug('no new plan: %s', error)
-
-    def _lead_on(self, now_ns: int) -> None:
-        """After a waypoint: lengthen the plan, or where the route turned back, plan anew."""
-        if not self.route.plan_goes_on:
-            self._replan(now_ns)
-            return
-        added = self.route.plan_beyond(self._tools.global_planner.make_plan)
-        self.global_plan_in_map = np.vstack([self.global_plan_in_map, added])
-        self._tools.local_planner.extend_plan(added)
-        self.text = f'driving to {self.route.describe()}'
 
     def _go_to_planning(self, now_ns: int) -> None:
         self.phase, self._planned_ns = Phase.PLANNING, None
@@ -176,18 +158,17 @@ class GoalRun:
         tools, odometry = self._tools, self._tools.inputs.odometry
         motion = Motion(odometry.base_pose_in_odom, odometry.linear_mps, odometry.angular_radps)
         odom_pose_in_map = tools.inputs.odom_pose_in_map
-        if self.route.is_last and tools.local_planner.is_goal_reached(motion, odom_pose_in_map):
+        if tools.local_planner.is_goal_reached(motion, odom_pose_in_map):
             self.end(GoalStatus.SUCCEEDED, 'goal reached')
             return STOP
         motion = tools.local_planner.believed_motion(odometry, self.command)
-        best = tools.local_planner.compute(motion, odom_pose_in_map, tools.local_costmap,
-                                           ends_at_goal=self.route.is_last)
+        best = tools.local_planner.compute(motion, odom_pose_in_map, tools.local_costmap)
         if best is None:
             self._control_failed(now_ns)
             return STOP
         self._last_control_ns = now_ns
         self.local_plan_in_odom = best.poses_in_odom
-        self.text = f'driving to {self.route.describe()}'
+        self.text = DRIVING
         if self._trigger is Trigger.CONTROLLING:
             self._recovery_index = 0
         return Command(best.linear_mps, best.angular_radps)

@@ -36,36 +36,28 @@ class LocalPlanner:
         self._stop_rotate = LatchedStopRotate(params, sim_period_s)
         self._turn_to_path = TurnToPath(params, sim_period_s)
         self._plan_in_map = np.empty((0, 3))
-        self.points_left = 0         # of the plan, from the one nearest to the robot
         self.problem = ''            # why the last `compute` gave no command
         self.plan_in_odom = np.empty((0, 3))   # the part in sight, for displays
 
     def set_plan(self, plan_in_map: np.ndarray) -> None:
         """Follow a new plan (n, 3), n > 0: tolerances are open again, old turns forgotten."""
-        self._plan_in_map, self.points_left = plan_in_map, len(plan_in_map)
+        self._plan_in_map = plan_in_map
         self._stop_rotate.reset()
         self._turn_to_path.reset()
         self.dwa.oscillation.reset()
-
-    def extend_plan(self, plan_in_map: np.ndarray) -> None:
-        """Follow a plan that goes on from where the present one leads."""
-        self._plan_in_map = np.vstack([self._plan_in_map, plan_in_map])
-        self.points_left += len(plan_in_map)
-        self._stop_rotate.reset()
 
     def is_goal_reached(self, motion: Motion, odom_pose_in_map: Pose2D) -> bool:
         """Whether the robot stands at the plan's end within the tolerances."""
         return self._stop_rotate.is_goal_reached(motion, self._goal_in_odom(odom_pose_in_map))
 
-    def compute(self, motion: Motion, odom_pose_in_map: Pose2D, costmap: Costmap,
-                ends_at_goal: bool = True) -> Optional[LocalCommand]:
+    def compute(self, motion: Motion, odom_pose_in_map: Pose2D,
+                costmap: Costmap) -> Optional[LocalCommand]:
         """The command for the next control period, None where there is none (see `problem`).
 
         Args:
             motion: the robot in the odom frame.
             odom_pose_in_map: what localization says.
             costmap: the local one, in the odom frame.
-            ends_at_goal: stop at the plan's end; false while it leads past a waypoint.
         """
         self.plan_in_odom = self._plan_in_sight(motion.base_pose, odom_pose_in_map, costmap)
         if len(self.plan_in_odom) == 0:
@@ -76,7 +68,7 @@ class LocalPlanner:
             return self.dwa.is_collision_free(motion.base_pose, linear_mps, angular_radps, costmap)
 
         goal = self._goal_in_odom(odom_pose_in_map)
-        if ends_at_goal and self._stop_rotate.is_position_reached(motion, goal):
+        if self._stop_rotate.is_position_reached(motion, goal):
             command = self._stop_rotate.command(motion, goal, is_clear)
             self.problem = 'turning at the goal would collide' if command is None else ''
             return None if command is None else LocalCommand(*command, np.empty((0, 3)))
@@ -125,8 +117,6 @@ class LocalPlanner:
         leaves = np.flatnonzero(~visible[first:])
         # With the first point out of sight, so that the plan reaches the window's edge.
         last = first + int(leaves[0]) + 1 if len(leaves) else len(visible)
-        nearest = first + int(np.argmin(distance_m[-len(visible):][first:last]))
-        self.points_left = len(self._plan_in_map) - nearest
         return _transform(self._plan_in_map[first:last], odom_pose_in_map.inverse())
 
 

@@ -10,7 +10,7 @@ inputs give equal commands. The global plan is made in the map frame, the local 
 from __future__ import annotations
 
 import logging
-from typing import Optional, Sequence
+from typing import Optional
 
 import numpy as np
 
@@ -24,7 +24,6 @@ from diff_encoder_sim.navigation.local_planner import LocalPlanner
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
 from diff_encoder_sim.navigation.outcome import STOP, Command, GoalStatus, NavigatorOutput, Phase
 from diff_encoder_sim.navigation.recovery import default_recoveries
-from diff_encoder_sim.navigation.route import Route
 from diff_encoder_sim.navigation.travel_watch import TravelWatch
 from diff_encoder_sim.scan import Scan
 from diff_encoder_sim.se2 import IDENTITY, Pose2D
@@ -68,21 +67,9 @@ class Navigator:
 
     def set_goal(self, goal: Pose2D) -> None:
         """Drive to a pose in the map frame; an earlier goal is forgotten."""
-        self.set_route([goal], 0.0)
-
-    def set_route(self, poses: Sequence[Pose2D], pass_radius_m: float) -> None:
-        """Drive through poses in the map frame; the last is a goal, the others are not stopped at.
-
-        A waypoint counts as passed within `pass_radius_m` of it; its heading has no meaning.
-
-        Raises:
-            ValueError: there are no poses.
-        """
-        if len(poses) == 0:
-            raise ValueError('a route needs a pose')
         last = self._run
         command = last.command if last and last.status is GoalStatus.ACTIVE else STOP
-        self._run = GoalRun(self._tools, Route(poses, pass_radius_m), command)
+        self._run = GoalRun(self._tools, goal, command)
 
     def cancel(self, text: str = 'cancelled') -> None:
         """Give up the goal; the next step commands a stop."""
@@ -144,11 +131,6 @@ class Navigator:
     def local_planner(self) -> LocalPlanner:
         """With the plan in sight and the DWA's scores of the last period."""
         return self._tools.local_planner
-
-    @property
-    def route(self) -> Optional[Route]:
-        """The newest route: its poses, the index of the next and that pose as `target`."""
-        return self._run.route if self._run else None
 
     # ---- arrivals
 
