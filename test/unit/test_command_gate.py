@@ -14,8 +14,8 @@ LONG_S, SHORT_S = 20.0, 0.01
 SLOW, FAST = (0.1, 0.0), (0.2, 0.0)
 
 
-def gate(period_ns=PERIOD_NS, patience_s=SHORT_S, is_expected=True):
-    return CommandGate(period_ns, DELAY_NS, patience_s, lambda: is_expected)
+def gate(period_ns=PERIOD_NS, patience_s=SHORT_S, is_expected=True, is_from_start=True):
+    return CommandGate(period_ns, DELAY_NS, patience_s, lambda: is_expected, is_from_start)
 
 
 def take_in_thread(some_gate, sim_time_ns):
@@ -95,14 +95,20 @@ def test_patience_ends_with_one_warning_until_the_controller_is_back(caplog):
 
 def test_a_robot_at_rest_is_not_waited_with_for_long(caplog):
     """Between two goals nobody commands; the full patience would stall the simulation."""
-    resting = gate(patience_s=LONG_S)
+    resting = gate(patience_s=LONG_S, is_from_start=False)
     resting.put(STANDSTILL)
     assert resting.take(DELAY_NS) == STANDSTILL
-    resting._is_first = False  # the start, when nodes come up, is over
     thread, taken = take_in_thread(resting, DELAY_NS + PERIOD_NS)
     thread.join(0.5 * LONG_S)
     assert taken == [None]
     assert caplog.records == []
+
+
+def test_a_controller_that_starts_later_is_not_waited_for_at_the_start():
+    late = gate(patience_s=LONG_S, is_from_start=False)
+    thread, taken = take_in_thread(late, DELAY_NS)
+    thread.join(0.5 * LONG_S)
+    assert taken == [None]
 
 
 def test_clear_forgets_what_has_not_taken_effect():

@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import threading
 from pathlib import Path
+from types import SimpleNamespace
 from typing import List
 
 import genpy
@@ -47,7 +48,9 @@ class Recorder:
     def _write(self, message: genpy.Message, topic: str) -> None:
         header = message._connection_header  # rospy's own name for what the publisher said
         is_raw = isinstance(message, rospy.AnyMsg)  # but /clock, which rospy itself reads, is not
-        content = (header['type'], message._buff, header['md5sum'], None) if is_raw else message
+        # rosbag asks for the message's class, for its checksum alone: it need not be installed.
+        stand_in = SimpleNamespace(_md5sum=header['md5sum'])
+        content = (header['type'], message._buff, header['md5sum'], stand_in) if is_raw else message
         try:
             with self._lock:
                 if self._bag is not None:

@@ -45,6 +45,7 @@ class SimulatorNodeParams(SimulatorParams):
     command_period: float = Field(
         0.0, ge=0, le=10, description='commands answer multiples of this [s] and are waited for; '
                                       '0: taken as they come')
+    command_at_start: bool = Field(False, description='the first command is waited for, too')
     paused: bool = Field(False, description='wait for /gazebo/unpause_physics')
 
 
@@ -70,7 +71,7 @@ class SimulatorNode:
         self._commands = subscriber('cmd_vel', Twist, self._on_command)
         self._gate = CommandGate(
             _command_period_ns(params.command_period), GRAPH_LEAD_NS, LONGEST_WAIT_S,
-            lambda: self._commands.get_num_connections() > 0)
+            lambda: self._commands.get_num_connections() > 0, params.command_at_start)
         self._services = [rospy.Service(f'/gazebo/{name}', Empty, handler) for name, handler in (
             ('pause_physics', self._on_pause), ('unpause_physics', self._on_unpause),
             ('reset_simulation', self._on_reset_simulation), ('reset_world', self._on_reset_world))]
