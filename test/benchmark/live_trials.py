@@ -40,7 +40,7 @@ def main() -> None:
         finally:
             stop(master)
     print()
-    print(tabulate(rows, ['test', 'PPR', 'outcome', 'simulated\n[s]', 'of it per\nwall time',
+    print(tabulate(rows, ['test', 'PPR', 'outcome', 'simulated\n[s]', 'x real time,\nwith start',
                           '/global_pose\nto goal [mm]', '\n[deg]', '/world_pose\nto goal [mm]',
                           '\n[deg]', 'warnings'], disable_numparse=True, stralign='right'))
     sys.exit(any(row[2] != 'succeeded' for row in rows))

@@ -8,8 +8,12 @@ import pytest
 from diff_encoder_sim.experiments.definition import TestDefinition, Trial, TrialPlan, find_world
 from diff_encoder_sim.experiments.lockstep import LockstepTrial, load_robot_params
 from diff_encoder_sim.experiments.route_driver import RouteFailed
+from diff_encoder_sim.mapping.map_files import save_map
+from diff_encoder_sim.mapping.rasterise import rasterise
+from diff_encoder_sim.simulation.world import load_world
 
 ROOT = Path(__file__).resolve().parents[2]
+SCAN_HEIGHT_M = 0.3
 # 3 m and a turn of 40 degrees in the hallway; a turn and a bend between the pillars.
 HALL = {'name': 'hall', 'world': 'hallway', 'start': {'x': -3.0},
         'route': [{'goal': {'x': 0.0, 'y': 0.0, 'yaw': 0.7}}]}
@@ -18,12 +22,12 @@ BEND = {'name': 'bend', 'world': 'ros_logo', 'start': {'x': -3.4, 'y': -0.85},
                   {'goal': {'x': 0.0, 'y': -0.935}}]}
 
 
-def lockstep(test, ppr=90, number=1, **changes):
+def lockstep(test, ppr=90, number=1, map_file=None, **changes):
     test = TestDefinition.from_mapping({**test, **changes}, '')
     world = find_world(test.world, ROOT / 'worlds')
     plan = TrialPlan(trial=Trial(test=test, ppr={'left': ppr, 'right': ppr}, number=number,
                                  nav='embedded'),
-                     world=str(world), map=str(world.with_suffix('.yaml')), bag='')
+                     world=str(world), map=str(map_file or world.with_suffix('.yaml')), bag='')
     return LockstepTrial(plan, ROOT / 'urdf' / 'alto.urdf.xacro', load_robot_params(ROOT / 'config'))
 
 
@@ -44,6 +48,14 @@ def test_it_ends_at_its_goal_within_tolerance_by_its_belief(test, ppr):
     distance_m, turn_rad = distance_and_turn(last.true_pose_in_map, goal)
     assert distance_m < 0.25
     assert turn_rad < 0.2
+
+
+def test_a_map_of_another_resolution_will_do(tmp_path):
+    coarse = rasterise(load_world(ROOT / 'worlds' / 'hallway.world'), SCAN_HEIGHT_M, 0.1, 0.0, 0.0)
+    *_, last = lockstep(HALL, map_file=save_map(coarse, tmp_path / 'coarse')).run()
+    goal = TestDefinition.from_mapping(HALL, '').route[-1].goal
+    assert distance_and_turn(last.believed_pose_in_map, goal)[0] < 0.06
+    assert distance_and_turn(last.true_pose_in_map, goal)[0] < 0.25
 
 
 def test_reports_come_at_twenty_hertz_and_belief_follows_truth():
