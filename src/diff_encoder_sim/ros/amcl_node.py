@@ -2,7 +2,6 @@
 from __future__ import annotations
 
 import threading
-import time
 from typing import Optional, Tuple
 
 import numpy as np
@@ -22,12 +21,13 @@ from diff_encoder_sim.localization.params import AmclParams
 from diff_encoder_sim.localization.particles import check_covariance, check_pose
 from diff_encoder_sim.localization.warm_up import warm_up
 from diff_encoder_sim.ros.amcl_output import AmclOutput
-from diff_encoder_sim.ros.amcl_scans import ScanQueue
 from diff_encoder_sim.ros.conversions import (ns_from_stamp, pose_covariance_from_message,
                                               pose_from_message, pose_from_transform)
 from diff_encoder_sim.ros.map_client import fetch_map
 from diff_encoder_sim.ros.map_conversions import grid_from_message
-from diff_encoder_sim.ros.node import log, node_params, publisher, run_node, subscriber
+from diff_encoder_sim.ros.node import (compile_first, log, node_params, publisher, run_node,
+                                       subscriber)
+from diff_encoder_sim.ros.scan_queue import ScanQueue
 from diff_encoder_sim.ros.trial_plan import trial_plan
 from diff_encoder_sim.scan import Scan
 from diff_encoder_sim.se2 import IDENTITY, Pose2D
@@ -35,7 +35,6 @@ from diff_encoder_sim.seeds import generator
 from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND, Step, Timeline
 
 SILENCE_S = 15.0
-LONG_COMPILATION_S = 1.0
 
 # A base pose in the map with its 3x3 covariance over (x [m], y [m], yaw [rad]).
 Guess = Tuple[Pose2D, np.ndarray]
@@ -56,7 +55,7 @@ class AmclNode:
         self._params = params.model_copy(update={
             name: getattr(params, name).lstrip('/')
             for name in ('odom_frame_id', 'base_frame_id', 'global_frame_id')})
-        _compile(self._params)
+        compile_first(lambda: warm_up(self._params))
         self._lock = threading.RLock()  # scans, transforms and services come in threads
         self._amcl: Optional[Amcl] = None
         self._guess: Optional[Guess] = None    # from before there was a map
@@ -220,15 +219,6 @@ class AmclNode:
             if self._amcl is not None:
                 self._amcl.request_nomotion_update()
         return EmptyResponse()
-
-
-def _compile(params: AmclParams) -> None:
-    """Before anything is subscribed to: scans that come meanwhile would be lost."""
-    start_s = time.monotonic()
-    warm_up(params)
-    took_s = time.monotonic() - start_s
-    if took_s > LONG_COMPILATION_S:
-        log.info('compiled the kernels in %.1f s; later starts take them from the cache', took_s)
 
 
 def _trial_defaults() -> dict:

@@ -27,13 +27,13 @@ from diff_encoder_sim.ros.goal_server import GoalServer
 from diff_encoder_sim.ros.map_client import fetch_map
 from diff_encoder_sim.ros.map_conversions import grid_from_message
 from diff_encoder_sim.ros.navigation_views import NavigationViews, path_message
-from diff_encoder_sim.ros.node import log, node_params, publisher, run_node, subscriber
+from diff_encoder_sim.ros.node import (compile_first, log, node_params, publisher, run_node,
+                                       subscriber)
 from diff_encoder_sim.ros.robot_frames import RobotFrames
 from diff_encoder_sim.se2 import Pose2D
 from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
 
 WATCHDOG_PERIOD_S = 0.1
-LONG_WARM_UP_S = 1.0
 
 
 class MoveBaseNode:
@@ -41,7 +41,7 @@ class MoveBaseNode:
 
     def __init__(self) -> None:
         self._params = node_params(NavigatorParams)
-        _warm_up()
+        compile_first(warm_up)
         self._lock = threading.RLock()  # topics, services and the map come in threads
         self._navigator: Optional[Navigator] = None
         self._is_driving = self._has_had_scan = False
@@ -194,14 +194,6 @@ class MoveBaseNode:
             if self._navigator is not None:
                 self._navigator.clear_costmaps()
         return EmptyResponse()
-
-
-def _warm_up() -> None:
-    started_s = time.monotonic()
-    warm_up()
-    took_s = time.monotonic() - started_s
-    if took_s > LONG_WARM_UP_S:
-        log.info('compiled in %.1f s, for this start and those to come', took_s)
 
 
 def main() -> None:

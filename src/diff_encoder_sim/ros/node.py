@@ -15,6 +15,7 @@ from diff_encoder_sim.config import P, Params, split_params
 from diff_encoder_sim.errors import ConfigError
 
 LOG_AGAIN_AFTER_S = 5.0
+LONG_COMPILATION_S = 1.0
 
 log = logging.getLogger('diff_encoder_sim')
 
@@ -84,6 +85,15 @@ def publisher(topic: str, message_class: Type, latch: bool = False) -> rospy.Pub
 def subscriber(topic: str, message_class: Type, callback: Callable[[Any], None]) -> rospy.Subscriber:
     """A subscriber that asks its publishers to send at once, and never drops a message."""
     return rospy.Subscriber(topic, message_class, callback, tcp_nodelay=True)
+
+
+def compile_first(warm_up: Callable[[], None]) -> None:
+    """Run a node's kernels once, before it subscribes: what came meanwhile would be late or lost."""
+    start_s = time.monotonic()
+    warm_up()
+    took_s = time.monotonic() - start_s
+    if took_s > LONG_COMPILATION_S:
+        log.info('compiled the kernels in %.1f s; later starts take them from the cache', took_s)
 
 
 class _RosLogHandler(logging.Handler):

@@ -1,4 +1,4 @@
-"""Scans on their way to the filter: each waits until /tf tells where it was taken."""
+"""Scans on their way to a filter: each waits until /tf tells where it was taken."""
 from __future__ import annotations
 
 import math
