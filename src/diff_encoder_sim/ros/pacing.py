@@ -50,27 +50,30 @@ class GraphPacer:
     """Holds simulated time back until stamped topics have come to it: none is ever outrun.
 
     The topics are expected at whole multiples of `period_ns`; the simulation may be ahead of the
-    newest expected message by `lead_ns`, so that it computes while the others do. A topic counts
-    from its first message on: some begin only when time runs, as /global_pose with localization.
+    newest expected message by `lead_ns`, so that it computes while the others do.
     """
 
-    def __init__(self, topics: List[str], period_ns: int, lead_ns: int) -> None:
+    def __init__(self, topics: List[str], topics_once_begun: List[str], period_ns: int,
+                 lead_ns: int) -> None:
+        """`topics` begin with time; others begin later, and count from their first message on."""
         self._period_ns = period_ns
         self._lead_ns = lead_ns
         self._moved = threading.Condition()
         self._newest_ns: Dict[str, int] = {}
+        self._absent = set(topics)
+        self._begin_with_time = frozenset(topics)
         # AnyMsg and the header alone: any stamped message will do.
         self._subscribers = [
             rospy.Subscriber(topic, rospy.AnyMsg, self._on_message, callback_args=topic,
-                             tcp_nodelay=True) for topic in topics]
+                             tcp_nodelay=True) for topic in [*topics, *topics_once_begun]]
 
     def restart(self) -> None:
         """Forget the stamps of before a reset."""
         with self._moved:
-            self._newest_ns = {}
+            self._newest_ns, self._absent = {}, set(self._begin_with_time)
 
     def wait(self, sim_time_ns: int) -> None:
-        """Block until every topic that has begun has reached the newest multiple of the period."""
+        """Block until every topic has reached the newest multiple of the period."""
         expected_ns = (sim_time_ns - self._lead_ns) // self._period_ns * self._period_ns
         if expected_ns < 0:
             return
@@ -79,15 +82,17 @@ class GraphPacer:
                 for topic in self._behind(expected_ns):
                     log.warning('%s has not come to %.2f s of simulated time: going on without it',
                                 topic, expected_ns / NANOSECONDS_PER_SECOND)
-                    del self._newest_ns[topic]
+                    self._newest_ns.pop(topic, None)
+                    self._absent.discard(topic)
 
     def _behind(self, expected_ns: int) -> List[str]:
         return [topic for topic, newest_ns in self._newest_ns.items()
-                if newest_ns < expected_ns]
+                if newest_ns < expected_ns] + list(self._absent)
 
     def _on_message(self, message: rospy.AnyMsg, topic: str) -> None:
         header = Header()
         header.deserialize(message._buff)  # rospy's own name for the bytes of an AnyMsg
         with self._moved:
+            self._absent.discard(topic)
             self._newest_ns[topic] = ns_from_stamp(header.stamp)
             self._moved.notify_all()

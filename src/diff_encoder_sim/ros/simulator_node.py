@@ -42,6 +42,7 @@ class SimulatorNodeParams(SimulatorParams):
     real_time_factor: float = Field(
         1.0, ge=0, description='simulated per wall time; 0: as fast as the graph keeps up')
     wait_for: List[str] = Field([], description='stamped topics that the simulation never outruns')
+    wait_for_once_begun: List[str] = Field([], description='the same, from their first message')
     command_period: float = Field(
         0.0, ge=0, le=10, description='commands answer multiples of this [s] and are waited for; '
                                       '0: taken as they come')
@@ -66,7 +67,8 @@ class SimulatorNode:
         self._scan_frame = params.laser_link
         self._scan_period_ns = _scan_period_ns(params.lidar.rate)
         self._models = SimulatedModels(self._simulator, self._lock)
-        self._graph_pacer = GraphPacer(params.wait_for, GRAPH_PERIOD_NS, GRAPH_LEAD_NS)
+        self._graph_pacer = GraphPacer(params.wait_for, params.wait_for_once_begun, GRAPH_PERIOD_NS,
+                                       GRAPH_LEAD_NS)
         self._wall_pacer = WallPacer(params.real_time_factor)
         self._commands = subscriber('cmd_vel', Twist, self._on_command)
         self._gate = CommandGate(
