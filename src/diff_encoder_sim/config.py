@@ -33,7 +33,7 @@ class Params(BaseModel):
         prefix = f'{source}: ' if source else ''
         if not isinstance(mapping, Mapping):
             raise ConfigError(f'{prefix}given {mapping!r}; allowed: a mapping with the keys '
-                              f'{", ".join(cls.model_fields)}')
+                              f'{", ".join(_keys(cls))}')
         try:
             return cls.model_validate(dict(mapping))
         except ValidationError as error:
@@ -56,12 +56,12 @@ def split_params(mapping: Mapping[str, Any], source: str, *params_classes: Type[
     Raises:
         ConfigError: a value is not allowed, or no class knows a key.
     """
-    known = {name for params_class in params_classes for name in params_class.model_fields}
+    known = {key for params_class in params_classes for key in _keys(params_class)}
     for key in mapping:
         if key not in known:
             raise ConfigError(f'{source}: {key}: unknown key{did_you_mean(str(key), known)}')
     return [params_class.from_mapping(
-        {key: value for key, value in mapping.items() if key in params_class.model_fields}, source)
+        {key: value for key, value in mapping.items() if key in _keys(params_class)}, source)
         for params_class in params_classes]
 
 
@@ -94,11 +94,16 @@ def did_you_mean(given: str, known: Any) -> str:
     return f'; did you mean {close[0]!r}?' if close else ''
 
 
+def _keys(params_class: Type[Params]) -> List[str]:
+    """What users write: a field's alias where its name would be Python's own (`str`)."""
+    return [field.alias or name for name, field in params_class.model_fields.items()]
+
+
 def _first_problem(params_class: Type[Params], error: ValidationError) -> str:
     problem = error.errors()[0]
     key = '.'.join(str(part) for part in problem['loc']) or 'value'
     if problem['type'] == 'extra_forbidden':
-        return f'{key}: unknown key{did_you_mean(key, params_class.model_fields)}'
+        return f'{key}: unknown key{did_you_mean(key, _keys(params_class))}'
     if problem['type'] == 'missing':
         return f'{key}: missing'
     allowed = problem['msg'].replace('Input should be ', '').replace('Value error, ', '')

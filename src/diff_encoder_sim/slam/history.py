@@ -1,0 +1,39 @@
+"""The paths of the particles, as a tree: those that were redrawn from one have a past in common."""
+from __future__ import annotations
+
+from typing import List, NamedTuple
+
+import numpy as np
+
+from diff_encoder_sim.se2 import Pose2D
+
+
+class StampedPose(NamedTuple):
+    """Where the base was when a scan was entered."""
+
+    stamp_ns: int
+    base_pose_in_map: Pose2D
+
+
+class History:
+    """Poses of all particles at each update, and from which particle of the update before."""
+
+    def __init__(self) -> None:
+        self._stamps_ns: List[int] = []
+        self._poses: List[np.ndarray] = []
+        self._parents: List[np.ndarray] = []
+
+    def add(self, stamp_ns: int, particles: np.ndarray, parents: np.ndarray) -> None:
+        """Append an update: (n, 3) poses, and (n,) who each particle was before it."""
+        self._stamps_ns.append(stamp_ns)
+        self._poses.append(particles)
+        self._parents.append(parents)
+
+    def path(self, particle: int) -> List[StampedPose]:
+        """Where a particle of the newest update has been, oldest first."""
+        path = []
+        for stamp_ns, poses, parents in zip(reversed(self._stamps_ns), reversed(self._poses),
+                                            reversed(self._parents)):
+            path.append(StampedPose(stamp_ns, Pose2D(*poses[particle].tolist())))
+            particle = int(parents[particle])
+        return path[::-1]

@@ -1,0 +1,79 @@
+"""Mapping a recorded drive: odometry and scans as they were recorded, as fast as it goes."""
+from __future__ import annotations
+
+import logging
+from bisect import bisect_left
+from typing import Iterable, Sequence
+
+from diff_encoder_sim.errors import ConfigError, InputFault
+from diff_encoder_sim.scan import Scan
+from diff_encoder_sim.se2 import Pose2D, wrap_angle
+from diff_encoder_sim.slam.grid_slam import GridSlam
+from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
+
+log = logging.getLogger(__name__)
+
+
+def map_recording(slam: GridSlam, odometry: OdometryTrack, scans: Iterable[Scan],
+                  laser_pose_in_base: Pose2D) -> int:
+    """Feed a recording to a mapper; returns how many scans were entered into the map.
+
+    Each throttle_scans-th scan is taken. One that odometry's time does not reach, that is older
+    than the one before, or that cannot be used otherwise, is left out with a warning.
+
+    Args:
+        slam: fresh, or with a map to go on with.
+        odometry: of the whole drive.
+        scans: in the order of their stamps.
+        laser_pose_in_base: where the laser is mounted.
+
+    Raises:
+        ConfigError: there is no odometry, no scan, or none that can be used.
+    """
+    if not odometry.stamps_ns:
+        raise ConfigError('no odometry for the scans; allowed: a recording of both')
+    given = entered = 0
+    for given, scan in enumerate(scans, 1):
+        if (given - 1) % slam.params.throttle_scans:
+            continue
+        try:
+            entered += slam.update(odometry.at(scan.stamp_ns), scan, laser_pose_in_base) is not None
+        except InputFault as fault:
+            log.warning('scan at %.3f s: %s; left out', scan.stamp_ns / NANOSECONDS_PER_SECOND,
+                        fault)
+    if not given:
+        raise ConfigError('no scans for the odometry; allowed: a recording of both')
+    if slam.last_estimate is None:
+        raise ConfigError(f'none of {given} scans could be used: see the warnings')
+    return entered
+
+
+class OdometryTrack:
+    """Odometry's poses by time."""
+
+    def __init__(self, stamps_ns: Sequence[int], base_poses_in_odom: Sequence[Pose2D]) -> None:
+        """Take poses in the order they came; from where time goes back, none, with a warning."""
+        end = next((index for index in range(1, len(stamps_ns))
+                    if stamps_ns[index] < stamps_ns[index - 1]), len(stamps_ns))
+        if end < len(stamps_ns):
+            log.warning('odometry goes back in time to %.3f s: only the drive before is mapped',
+                        stamps_ns[end] / NANOSECONDS_PER_SECOND)
+        self.stamps_ns, self._poses = list(stamps_ns[:end]), list(base_poses_in_odom[:end])
+
+    def at(self, stamp_ns: int) -> Pose2D:
+        """The pose at a time, interpolated.
+
+        Raises:
+            InputFault: the time is before the first pose or after the last.
+        """
+        after = bisect_left(self.stamps_ns, stamp_ns)
+        if after < len(self.stamps_ns) and self.stamps_ns[after] == stamp_ns:
+            return self._poses[after]
+        if not 0 < after < len(self.stamps_ns):
+            raise InputFault('no odometry for its time')
+        start, end = self._poses[after - 1], self._poses[after]
+        share = ((stamp_ns - self.stamps_ns[after - 1])
+                 / (self.stamps_ns[after] - self.stamps_ns[after - 1]))
+        return Pose2D(start.x_m + share * (end.x_m - start.x_m),
+                      start.y_m + share * (end.y_m - start.y_m),
+                      wrap_angle(start.yaw_rad + share * wrap_angle(end.yaw_rad - start.yaw_rad)))

@@ -1,0 +1,170 @@
+"""The maps of all particles: patches of cells, shared until one particle writes (copy on write).
+
+Each particle has a table of patches; a patch that several tables name is copied before one of them
+changes it. So what particles have in common is in memory once.
+"""
+from __future__ import annotations
+
+import math
+from typing import NamedTuple, Tuple
+
+import numpy as np
+
+from diff_encoder_sim.errors import InputFault
+
+SIDE = 32               # cells along a patch; a power of two
+SHIFT, MASK = 5, SIDE - 1
+
+# What a cell holds.
+HITS, VISITS, MEAN_X, MEAN_Y = range(4)
+
+# In every table where nothing has been seen: a patch that stays empty.
+EMPTY = 0
+
+FIRST_CAPACITY = 256    # patches
+
+# Entries of all particles' tables together: 100 MB, and 1.4 km either way for 30 particles.
+MOST_ENTRIES = 25_000_000
+
+# By how much more than is needed a map grows: upstream's.
+ENLARGE_M = 10.0
+
+
+class Extent(NamedTuple):
+    """A rectangle of the map frame [m]."""
+
+    xmin_m: float
+    ymin_m: float
+    xmax_m: float
+    ymax_m: float
+
+
+class Counts(NamedTuple):
+    """Rays that ended in cells, or ended in or passed them, in a rectangle of a grid."""
+
+    hits: np.ndarray        # (height, width) float32
+    visits: np.ndarray      # (height, width) float32
+    first_row: int          # in the grid
+    first_column: int
+
+
+class PatchMaps:
+    """One grid per particle.
+
+    Attributes:
+        cells: (capacity, SIDE, SIDE, 4) float32, a patch's cells by row and column: rays that
+            ended in the cell, rays that ended in or passed it, and the mean of the ends, from the
+            cell's corner, in cells. Whole numbers are exact up to 2^24, where counting stops.
+        table: (particles, rows, columns) int32, where in `cells` a particle's patches are.
+        references: (capacity,) int32, how many entries of `table` name a patch.
+        free: (capacity,) int32, patches in nobody's use, the first `free_count[0]` of them.
+    """
+
+    def __init__(self, extent: Extent, cell_m: float, particle_count: int) -> None:
+        """Empty maps that cover `extent`."""
+        self.cell_m = cell_m
+        self.origin_x_m, self.origin_y_m = extent.xmin_m, extent.ymin_m
+        rows = _patches_along(extent.ymax_m - extent.ymin_m, cell_m)
+        columns = _patches_along(extent.xmax_m - extent.xmin_m, cell_m)
+        self.table = np.zeros((particle_count, rows, columns), np.int32)
+        self.cells = np.zeros((FIRST_CAPACITY, SIDE, SIDE, 4), np.float32)
+        self.references = np.zeros(FIRST_CAPACITY, np.int32)
+        self.free, self.free_count = _free_patches(self.references)
+
+    @property
+    def patch_count(self) -> int:
+        """Patches in use, each counted once however many particles share it."""
+        return len(self.references) - 1 - int(self.free_count[0])
+
+    @property
+    def unshared_patch_count(self) -> int:
+        """Patches that there would be if every particle had its own grid of what it has seen."""
+        return int(np.count_nonzero(self.table))
+
+    @property
+    def memory_bytes(self) -> int:
+        """Memory of the patches in use and of the tables."""
+        return self.patch_count * self.cells[0].nbytes + self.table.nbytes
+
+    def ensure_free(self, count: int) -> None:
+        """Make room so that `count` patches can be taken; capacity doubles."""
+        capacity = len(self.references)
+        missing = count - int(self.free_count[0])
+        if missing <= 0:
+            return
+        while capacity < len(self.references) + missing:
+            capacity *= 2
+        # Zeros that nobody touches take no memory.
+        cells = np.zeros((capacity,) + self.cells.shape[1:], np.float32)
+        references = np.zeros(capacity, np.int32)
+        in_use = self.references > 0
+        np.copyto(cells[:len(in_use)], self.cells, where=in_use[:, None, None, None])
+        references[:len(in_use)] = self.references
+        self.cells, self.references = cells, references
+        self.free, self.free_count = _free_patches(references)
+
+    def cover(self, extent: Extent) -> None:
+        """Grow where `extent` is not on the maps yet.
+
+        Raises:
+            InputFault: the maps would be absurdly large. They stay as they are.
+        """
+        patch_m = SIDE * self.cell_m
+        rows, columns = self.table.shape[1:]
+        left = _beyond(self.origin_x_m - extent.xmin_m, patch_m)
+        right = _beyond(extent.xmax_m - self.origin_x_m - columns * patch_m, patch_m)
+        below = _beyond(self.origin_y_m - extent.ymin_m, patch_m)
+        above = _beyond(extent.ymax_m - self.origin_y_m - rows * patch_m, patch_m)
+        if left or right or below or above:
+            size = len(self.table) * (below + rows + above) * (left + columns + right)
+            if size > MOST_ENTRIES:
+                raise InputFault(f'the map would have to reach from {extent.xmin_m:.0f} to '
+                                 f'{extent.xmax_m:.0f} m along x and from {extent.ymin_m:.0f} to '
+                                 f'{extent.ymax_m:.0f} m along y: too large')
+            self.table = np.pad(self.table, ((0, 0), (below, above), (left, right)))
+            self.origin_x_m -= left * patch_m
+            self.origin_y_m -= below * patch_m
+
+    def redraw(self, indices: np.ndarray) -> None:
+        """Give particle i the map of particle `indices[i]`; nothing but tables is copied."""
+        self.table = self.table[indices]
+        self.references = np.bincount(self.table.ravel(), minlength=len(self.references)
+                                      ).astype(np.int32)
+        self.references[EMPTY] = 0
+        self.free, self.free_count = _free_patches(self.references)
+
+    def counts(self, particle: int) -> Counts:
+        """What a particle has seen."""
+        row, column = np.nonzero(self.table[particle])
+        if len(row) == 0:
+            return Counts(np.zeros((0, 0), np.float32), np.zeros((0, 0), np.float32), 0, 0)
+        top, left = int(row.min()), int(column.min())
+        rows, columns = int(row.max()) + 1 - top, int(column.max()) + 1 - left
+        counts = np.zeros((2, rows, SIDE, columns, SIDE), np.float32)
+        patches = self.cells[self.table[particle, row, column]]
+        counts[0, row - top, :, column - left, :] = patches[..., HITS]
+        counts[1, row - top, :, column - left, :] = patches[..., VISITS]
+        hits, visits = counts.reshape(2, rows * SIDE, columns * SIDE)
+        return Counts(hits, visits, top * SIDE, left * SIDE)
+
+
+def table_size(extent: Extent, cell_m: float, particle_count: int) -> int:
+    """Entries of the tables of maps that cover `extent`; at most MOST_ENTRIES are allowed."""
+    return (particle_count * _patches_along(extent.ymax_m - extent.ymin_m, cell_m)
+            * _patches_along(extent.xmax_m - extent.xmin_m, cell_m))
+
+
+def _patches_along(length_m: float, cell_m: float) -> int:
+    return max(1, math.ceil(length_m / (cell_m * SIDE) - 1e-9))
+
+
+def _beyond(missing_m: float, patch_m: float) -> int:
+    return math.ceil((missing_m + ENLARGE_M) / patch_m) if missing_m > 0.0 else 0
+
+
+def _free_patches(references: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+    """(capacity,) patches without references, those of low index last, and (1,) how many."""
+    free = np.zeros(len(references), np.int32)
+    found = np.nonzero(references[1:] == 0)[0][::-1] + 1
+    free[:len(found)] = found
+    return free, np.array([len(found)], np.int64)

@@ -1,0 +1,70 @@
+"""The improved proposal: where a particle goes, by odometry and scan together.
+
+Grisetti, Stachniss and Burgard, "Improved Techniques for Grid Mapping with Rao-Blackwellized
+Particle Filters", IEEE T-RO 2007, section III-B and algorithm 1.
+"""
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from diff_encoder_sim.se2 import Pose2D
+from diff_encoder_sim.slam.kernels import propose_poses
+from diff_encoder_sim.slam.motion import apply_moves, move_sigmas
+from diff_encoder_sim.slam.params import GridSlamParams
+from diff_encoder_sim.slam.patches import PatchMaps
+from diff_encoder_sim.slam.rays import Rays
+
+
+class Proposed(NamedTuple):
+    """One step of all particles."""
+
+    particles: np.ndarray       # (n, 3) base poses in the map, drawn
+    log_factors: np.ndarray     # (n,) what each particle's log-weight grows by
+    scores: np.ndarray          # (n,) of the best match, 0 to the number of matched rays
+
+
+def propose(maps: PatchMaps, particles: np.ndarray, move: Pose2D, rays: Rays,
+            params: GridSlamParams, rng: np.random.Generator) -> Proposed:
+    """Move the particles by odometry's `move` (in the base frame) and a scan.
+
+    Each starts where odometry puts it and climbs to the best match (algorithm 1, line 7). About
+    that it tries a lattice of poses, takes mean and covariance of them by likelihood times motion
+    model (lines 12 to 21), draws its new pose from that Gaussian, and is weighted by their sum
+    (lines 22 to 24). Where the best match scores not more than minimumScore, it draws from the
+    motion model and is weighted by the likelihood there (lines 8 to 10).
+
+    Args:
+        maps: of the particles; covers all that the rays reach.
+        particles: (n, 3) base poses in the map, before the move.
+        rng: drawn from 3 n times, whatever the move, so that equal seeds stay in step.
+    """
+    sigmas = move_sigmas(move, params)
+    normals = rng.standard_normal(particles.shape)
+    # Into cells from the maps' corner, and back again.
+    scale = np.array([1.0 / maps.cell_m, 1.0 / maps.cell_m, 1.0])
+    corner = np.array([maps.origin_x_m, maps.origin_y_m, 0.0])
+    expected = (apply_moves(particles, np.array(move)) - corner) * scale
+    fallback = (apply_moves(particles, np.array(move) + sigmas * normals) - corner) * scale
+    cell_m2 = maps.cell_m ** 2
+    drawn, log_factors, scores = propose_poses(
+        maps.table, maps.cells, expected, fallback, normals,
+        rays.matched_ends_m() / maps.cell_m, params.kernelSize, -cell_m2 / params.sigma,
+        -cell_m2 / params.lsigma / params.ogain, params.lstep / maps.cell_m, params.astep,
+        params.iterations, params.minimumScore, _lattice(params) * scale, sigmas * scale)
+    drawn = drawn / scale + corner
+    drawn[:, 2] = (drawn[:, 2] + np.pi) % (2.0 * np.pi) - np.pi
+    return Proposed(drawn, log_factors, scores)
+
+
+def _lattice(params: GridSlamParams) -> np.ndarray:
+    """(k, 3) offsets [m, m, rad] from the best match to try."""
+    places_m = _steps(params.llsamplerange, params.llsamplestep)
+    turns_rad = _steps(params.lasamplerange, params.lasamplestep)
+    return np.stack(np.meshgrid(places_m, places_m, turns_rad, indexing='ij'), -1).reshape(-1, 3)
+
+
+def _steps(extent: float, step: float) -> np.ndarray:
+    count = int(extent / step + 1e-9)
+    return step * np.arange(-count, count + 1)
