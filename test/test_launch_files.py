@@ -22,8 +22,8 @@ TRIAL = LAUNCH / 'trial.launch'
 OWN = 'diff_encoder_sim'
 OPTIONAL = {'rviz'}
 UPSTREAM = ('map_server', 'amcl', 'move_base')
-AMCL, NAVIGATION = (yaml.safe_load((ROOT / 'config' / name).read_text())
-                    for name in ('amcl.yaml', 'navigation.yaml'))
+AMCL, NAVIGATION, SLAM = (yaml.safe_load((ROOT / 'config' / name).read_text())
+                          for name in ('amcl.yaml', 'navigation.yaml', 'slam.yaml'))
 
 CHOICES = {'nav': ('embedded', 'upstream', 'scripted'), 'sim': ('pybullet', 'gazebo'),
            'odom': ('encoder', 'ideal'), 'rviz': ('true', 'false'), 'bag': ('', 'none')}
@@ -157,9 +157,24 @@ def test_each_part_can_be_launched_alone(file, arguments, expected, load):
     check_all_is_there(config)
 
 
+@pytest.mark.parametrize('slam, odom', itertools.product(('embedded', 'upstream'), ('ideal', 'encoder')))
+def test_mapping_drives_and_maps(slam, odom, load):
+    config, commands = load(LAUNCH / 'mapping.launch', 'world:=ros_logo', 'slam:=' + slam, 'odom:=' + odom)
+    expected = trial_nodes(nav='scripted', sim='pybullet', odom=odom, rviz='false', bag='none')
+    own = 'slam_node' if slam == 'embedded' else 'upstream_node'
+    assert types(config) == {**expected, 'slam_gmapping': ('diff_encoder_sim', own)}
+    check_all_is_there(config)
+    found = params(config)
+    assert found['/slam_gmapping/particles'] == SLAM['particles']
+    assert found['/simulator_node/lidar/noise'] == 0.01          # as the paper maps with
+    assert '--save-map=maps/ros_logo' in commands['trial'] and '--slam=' + slam in commands['trial']
+    assert str(ROOT / 'config' / 'mapping' / 'ros_logo.yaml') in commands['trial']
+
+
 def test_no_launch_file_is_forgotten():
     assert {file.name for file in LAUNCH.iterdir()} == {
-        'trial.launch', 'encoder_odometry.launch', 'simulator.launch', 'gazebo.launch', 'navigation.launch'}
+        'trial.launch', 'encoder_odometry.launch', 'simulator.launch', 'gazebo.launch', 'navigation.launch',
+        'slam.launch', 'mapping.launch'}
 
 
 # --- by the commands that users type: no master, and nothing else, runs -------------------------------

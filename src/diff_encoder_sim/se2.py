@@ -65,6 +65,13 @@ def move_along_arc(pose: Pose2D, distance_m: float, turn_rad: float) -> Pose2D:
     )
 
 
+def interpolate(start: Pose2D, end: Pose2D, share: float) -> Pose2D:
+    """The pose a share of the way from one to another, by the shorter turn; yaw in [-pi, pi)."""
+    return Pose2D(start.x_m + share * (end.x_m - start.x_m),
+                  start.y_m + share * (end.y_m - start.y_m),
+                  wrap_angle(start.yaw_rad + share * wrap_angle(end.yaw_rad - start.yaw_rad)))
+
+
 def quat_xyzw_from_yaw(yaw_rad: float) -> Tuple[float, float, float, float]:
     """Unit quaternion of a rotation about z."""
     return 0.0, 0.0, math.sin(0.5 * yaw_rad), math.cos(0.5 * yaw_rad)

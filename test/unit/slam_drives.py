@@ -6,6 +6,7 @@ from typing import Dict, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 
+from diff_encoder_sim.config import load_yaml
 from diff_encoder_sim.encoder import DiffEncoder, EncoderParams
 from diff_encoder_sim.mapping.evaluation import (map_accuracy, path_error, true_surface,
                                                  visible_points)
@@ -27,9 +28,7 @@ SPEED_MPS, TURN_RATE_RADPS, NEAR_M = 0.45, 1.0, 0.35
 
 
 # For a scanner with 1 to 3 cm of noise; the rest are slam_gmapping's defaults.
-MAPPING = dict(linearUpdate=0.3, angularUpdate=0.2, lskip=4, sigma=0.002, lsigma=0.0005, ogain=1.0,
-               llsamplerange=0.002, llsamplestep=0.002, lasamplerange=0.0005,
-               lasamplestep=0.0005, xmin=-20.0, ymin=-10.0, xmax=20.0, ymax=10.0)
+MAPPING = load_yaml(ROOT / 'config' / 'slam.yaml')
 
 
 class Tour(NamedTuple):

@@ -23,6 +23,9 @@ class OtherPackages(NamedTuple):
 UPSTREAM_NAVIGATION = OtherPackages(
     'nav', 'upstream', ('map_server', 'amcl', 'move_base', 'dwa_local_planner'),
     "apt install ros-noetic-navigation (not in Debian's ROS), or nav:=embedded")
+UPSTREAM_SLAM = OtherPackages('slam', 'upstream', ('gmapping',),
+                              "apt install ros-noetic-gmapping (not in Debian's ROS), or "
+                              'slam:=embedded')
 GAZEBO = OtherPackages('sim', 'gazebo', ('gazebo_ros',),
                        'apt install ros-noetic-gazebo-ros-pkgs, or sim:=pybullet')
 

@@ -9,7 +9,7 @@ from typing import Any, Optional, Sequence, Union
 
 import yaml
 
-from diff_encoder_sim.cli.packages import (GAZEBO, UPSTREAM_NAVIGATION, require,
+from diff_encoder_sim.cli.packages import (GAZEBO, UPSTREAM_NAVIGATION, UPSTREAM_SLAM, require,
                                            roslaunch_only_lists)
 from diff_encoder_sim.cli.run import package_folder, run_tool
 from diff_encoder_sim.config import load_yaml, split_params
@@ -48,10 +48,15 @@ def plan(options: argparse.Namespace) -> TrialPlan:
         'wheel_diameter': odometry.wheel_diameter,
         'wheel_separation': odometry.wheel_separation}, '')
     _check_way(test, options.nav)
-    _check_packages(options.nav, options.sim)
+    if options.slam != 'none' and options.nav != 'scripted':
+        raise ConfigError(f'slam: given {options.slam} with nav {options.nav}; allowed: nav:=scripted, '
+                          f'or slam:=none')
+    _check_packages(options)
     world = find_world(test.world, folder / 'worlds')
-    return TrialPlan(trial=trial, world=str(world), map=_map_path(options, world),
-                     bag=_bag_path(options.bag, trial))
+    return TrialPlan.from_mapping({
+        'trial': trial, 'world': str(world), 'map': _map_path(options, world),
+        'bag': _bag_path(options.bag, trial), 'slam': options.slam,
+        'save_map': str(_new_file('save_map', options.save_map)) if options.save_map else ''}, '')
 
 
 def _check_way(test: TestDefinition, nav: str) -> None:
@@ -62,12 +67,14 @@ def _check_way(test: TestDefinition, nav: str) -> None:
         raise ConfigError(f'nav: given {nav}, but {test.name} has no route; allowed: scripted')
 
 
-def _check_packages(nav: str, sim: str) -> None:
+def _check_packages(options: argparse.Namespace) -> None:
     if roslaunch_only_lists():
         return  # what is in a launch file can be seen anywhere
-    if nav == 'upstream':
+    if options.nav == 'upstream':
         require(UPSTREAM_NAVIGATION)
-    if sim == 'gazebo':
+    if options.slam == 'upstream':
+        require(UPSTREAM_SLAM)
+    if options.sim == 'gazebo':
         require(GAZEBO)
 
 
@@ -98,10 +105,16 @@ def _bag_path(given: str, trial: Trial) -> str:
     path = _users_path(given or Path('bags') / _bag_name(trial))
     if path.exists():
         raise ConfigError(f'bag: {path} exists; allowed: the path of a new file, or {NO_BAG}')
+    return str(_new_file('bag', path))
+
+
+def _new_file(argument: str, given: Union[str, Path]) -> Path:
+    path = _users_path(given)
     folder = next(parent for parent in path.parents if parent.exists())
     if not os.access(folder, os.W_OK):
-        raise ConfigError(f'bag: {folder} cannot be written to; allowed: a path in a folder that can')
-    return str(path)
+        raise ConfigError(f'{argument}: {folder} cannot be written to; allowed: a path in a folder '
+                          f'that can')
+    return path
 
 
 def _bag_name(trial: Trial) -> str:
@@ -118,6 +131,8 @@ def _parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
     parser.add_argument('--trial', default='0', help='number of the trial: its seed')
     parser.add_argument('--odom', default='encoder', help='encoder or ideal')
     parser.add_argument('--nav', default='embedded', help='embedded, upstream or scripted')
+    parser.add_argument('--slam', default='none', help='none, embedded or upstream')
+    parser.add_argument('--save-map', default='', help='path without suffix for the map made')
     parser.add_argument('--sim', default='pybullet', help='pybullet or gazebo')
     parser.add_argument('--map', default='', help='its YAML file (default: that of the world)')
     parser.add_argument('--bag', default='', help='path of the bag (default: bags/..., none)')

@@ -131,6 +131,8 @@ class TrialPlan(Params):
     world: str = Field(description='path of the world file')
     map: str = Field(description='path of its map\'s YAML file')
     bag: str = Field(description='path of the bag to record; empty for none')
+    slam: Literal['none', 'embedded', 'upstream'] = 'none'
+    save_map: str = Field('', description='path, without suffix, for the map that is made')
 
 
 def load_test(name: str, config_folder: Union[str, Path]) -> TestDefinition:

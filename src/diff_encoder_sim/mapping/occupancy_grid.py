@@ -9,6 +9,9 @@ from diff_encoder_sim.se2 import Pose2D
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 
+# Of a map that SLAM made, as much unknown is kept around what is known.
+SAVED_MARGIN_M = 0.5
+
 
 class OccupancyGrid(NamedTuple):
     """A map as in nav_msgs/OccupancyGrid.
@@ -42,6 +45,17 @@ class OccupancyGrid(NamedTuple):
         """(row, column) of the cell that holds a point of the map frame; may be outside."""
         local = Pose2D(x_m, y_m, 0.0).relative_to(self.origin)
         return int(np.floor(local.y_m / self.resolution_m)), int(np.floor(local.x_m / self.resolution_m))
+
+    def cropped(self, margin_m: float) -> OccupancyGrid:
+        """The part that is known and a margin around it; the whole where nothing is."""
+        rows, columns = np.nonzero(self.cells != UNKNOWN)
+        if len(rows) == 0:
+            return self
+        margin = round(margin_m / self.resolution_m)
+        top, left = max(0, rows.min() - margin), max(0, columns.min() - margin)
+        corner = self.origin.compose(Pose2D(left * self.resolution_m, top * self.resolution_m, 0.0))
+        cells = self.cells[top:rows.max() + 1 + margin, left:columns.max() + 1 + margin]
+        return OccupancyGrid(np.ascontiguousarray(cells), self.resolution_m, corner)
 
     def contains(self, row: int, column: int) -> bool:
         """Whether a cell is on the grid."""

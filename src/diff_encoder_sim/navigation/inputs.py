@@ -9,7 +9,7 @@ import numpy as np
 
 from diff_encoder_sim.errors import InputFault
 from diff_encoder_sim.scan import Scan
-from diff_encoder_sim.se2 import Pose2D, wrap_angle
+from diff_encoder_sim.se2 import Pose2D, interpolate
 from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
 
 # Long enough for a scan that comes late through transforms.
@@ -161,10 +161,7 @@ class Inputs:
 
 def _between(before: OdometrySample, after: OdometrySample, stamp_ns: int) -> Pose2D:
     share = (stamp_ns - before.stamp_ns) / (after.stamp_ns - before.stamp_ns)
-    start, end = before.base_pose_in_odom, after.base_pose_in_odom
-    return Pose2D(start.x_m + share * (end.x_m - start.x_m),
-                  start.y_m + share * (end.y_m - start.y_m),
-                  wrap_angle(start.yaw_rad + share * wrap_angle(end.yaw_rad - start.yaw_rad)))
+    return interpolate(before.base_pose_in_odom, after.base_pose_in_odom, share)
 
 
 def _check_finite(what: str, *values: float) -> None:

@@ -3,15 +3,17 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any, Dict, List, NamedTuple, Optional, Tuple, Union
+from typing import (Any, Container, Dict, Iterable, Iterator, List, NamedTuple, Optional, Tuple,
+                    Union)
 
 import numpy as np
-from rosbags.highlevel import AnyReader, AnyReaderError
-from rosbags.rosbag1 import ReaderError
+from rosbags.highlevel import AnyReader
+from rosbags.interfaces import Connection
 
 from diff_encoder_sim.errors import ConfigError
 from diff_encoder_sim.experiments.definition import Trial
 from diff_encoder_sim.recording import topics
+from diff_encoder_sim.recording.opening import open_bag
 from diff_encoder_sim.se2 import yaw_from_quat_xyzw
 from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
 
@@ -48,36 +50,54 @@ def read_trial(path: Union[str, Path]) -> TrialRecording:
         ConfigError: the file is no readable bag, or not one of a trial.
     """
     path = Path(path)
-    if not path.is_file():
-        raise ConfigError(f'{path}: no such bag')
-    try:
-        with AnyReader([path]) as reader:
-            return _trial_recording(path, reader)
-    except (AnyReaderError, ReaderError, EOFError) as error:
-        raise ConfigError(f'{path}: not a readable bag: {error}') from None
+    with open_bag(path) as reader:
+        return _trial_recording(path, reader)
+
+
+def trial_of(path: Union[str, Path]) -> Optional[Trial]:
+    """The trial that a bag is of; None when it says nothing of one.
+
+    Raises:
+        ConfigError: the file is no readable bag, or what it says is bad.
+    """
+    path = Path(path)
+    with open_bag(path) as reader:
+        return _trial(_texts(reader), path)
 
 
 def _trial_recording(path: Path, reader: AnyReader) -> TrialRecording:
-    texts: Dict[str, str] = {}
-    poses: Dict[str, List[Tuple[int, float, float, float]]] = {}
-    wanted = (topics.TRIAL, topics.TRIAL_RESULT, *POSE_TOPICS)
-    connections = [connection for connection in reader.connections if connection.topic in wanted]
-    for connection, _, raw in reader.messages(connections) if connections else ():
-        message = reader.deserialize(raw, connection.msgtype)
-        if connection.msgtype in POSE_PATHS:
-            poses.setdefault(connection.topic, []).append(
-                _stamped_pose(message, connection, path))
-        elif connection.msgtype == 'std_msgs/msg/String':
-            texts[connection.topic] = message.data
-    result = _json(texts.get(topics.TRIAL_RESULT), topics.TRIAL_RESULT, path) or {}
-    trial = _json(texts.get(topics.TRIAL), topics.TRIAL, path)
+    texts = _texts(reader)
+    trial = _trial(texts, path)
     if trial is None:
         raise ConfigError(f'{path}: no {topics.TRIAL} message; expected a bag that trial.launch '
                           f'recorded')
+    result = _json(texts.get(topics.TRIAL_RESULT), topics.TRIAL_RESULT, path) or {}
+    poses: Dict[str, List[Tuple[int, float, float, float]]] = {}
+    for connection, message in _messages(reader, POSE_TOPICS, POSE_PATHS):
+        poses.setdefault(connection.topic, []).append(_stamped_pose(message, connection, path))
     return TrialRecording(
-        path, Trial.from_mapping(trial, f'{path}: {topics.TRIAL}'),
-        str(result.get('outcome', 'torn')), str(result.get('reason', '')),
+        path, trial, str(result.get('outcome', 'torn')), str(result.get('reason', '')),
         {topic: _series(rows) for topic, rows in poses.items()})
+
+
+def _messages(reader: AnyReader, names: Iterable[str], kinds: Container[str]
+              ) -> Iterator[Tuple[Connection, Any]]:
+    """Messages of some topics, if they are of a kind that is expected."""
+    connections = [connection for connection in reader.connections
+                   if connection.topic in names and connection.msgtype in kinds]
+    for connection, _, raw in reader.messages(connections) if connections else ():
+        yield connection, reader.deserialize(raw, connection.msgtype)
+
+
+def _texts(reader: AnyReader) -> Dict[str, str]:
+    """What the latched texts of a trial say, by topic."""
+    return {connection.topic: message.data for connection, message in _messages(
+        reader, (topics.TRIAL, topics.TRIAL_RESULT), ('std_msgs/msg/String',))}
+
+
+def _trial(texts: Dict[str, str], path: Path) -> Optional[Trial]:
+    about = _json(texts.get(topics.TRIAL), topics.TRIAL, path)
+    return None if about is None else Trial.from_mapping(about, f'{path}: {topics.TRIAL}')
 
 
 def _stamped_pose(message: Any, connection: Any, path: Path) -> Tuple[int, float, float, float]:

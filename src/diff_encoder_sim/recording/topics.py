@@ -6,13 +6,15 @@ TRIAL = '/trial'
 TRIAL_RESULT = '/trial_result'
 
 CLOCK = '/clock'
+SCAN = '/scan'
 ODOM = '/odom'
 AMCL_POSE = '/amcl_pose'
 GLOBAL_POSE = '/global_pose'
 WORLD_POSE = '/world_pose'
+TF_STATIC = '/tf_static'
 
 # A trial without navigation leaves the last two lines silent.
 RECORDED = (TRIAL, TRIAL_RESULT, CLOCK, '/joint_states', '/gazebo/model_states', '/cmd_vel',
-            '/encoder_pulse', ODOM, GLOBAL_POSE, WORLD_POSE, '/tf', '/tf_static', '/scan',
+            '/encoder_pulse', ODOM, GLOBAL_POSE, WORLD_POSE, '/tf', TF_STATIC, SCAN,
             AMCL_POSE, '/initialpose', '/map', '/map_metadata',
             '/move_base/goal', '/move_base/result')

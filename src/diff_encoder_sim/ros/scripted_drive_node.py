@@ -7,11 +7,14 @@ from typing import Optional
 import tf2_ros
 from geometry_msgs.msg import Twist, Vector3
 
+from diff_encoder_sim.errors import ConfigError
 from diff_encoder_sim.experiments.drives import ScriptedDrive
 from diff_encoder_sim.ros.conversions import transform_message
 from diff_encoder_sim.ros.launch_status import LaunchStatus
+from diff_encoder_sim.ros.map_keeper import MapKeeper
 from diff_encoder_sim.ros.node import node_params, publisher, run_node
-from diff_encoder_sim.ros.trial_runner import TrialParams, TrialRunner
+from diff_encoder_sim.ros.trial_plan import required_trial_plan
+from diff_encoder_sim.ros.trial_runner import TrialFailed, TrialParams, TrialRunner
 from diff_encoder_sim.se2 import Pose2D
 from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
 
@@ -29,11 +32,26 @@ class ScriptedDriveNode:
         self._commands = publisher('cmd_vel', Twist)
         self._runner = TrialRunner(status, params, self._on_true_pose)
         self._drive = ScriptedDrive(self._runner.trial.test)
-        self._broadcast_start(params)
+        plan = required_trial_plan()
+        if plan.slam == 'none':
+            self._broadcast_start(params)
+        self._map_keeper = MapKeeper(plan.save_map) if plan.save_map else None
 
     def run(self) -> None:
         """Blocks until the trial is over."""
-        self._runner.run(lambda: self._runner.wait_for(self._finished.is_set))
+        try:
+            self._runner.run(self._drive_and_map)
+        finally:
+            if self._map_keeper is not None and not self._map_keeper.is_saved:
+                self._map_keeper.save()     # of a trial that failed: what there is
+
+    def _drive_and_map(self) -> None:
+        self._runner.wait_for(self._finished.is_set)
+        if self._map_keeper is not None:
+            try:
+                self._map_keeper.save()
+            except ConfigError as error:
+                raise TrialFailed(str(error)) from None
 
     def _on_true_pose(self, stamp_ns: int, _: Pose2D) -> None:
         if self._start_ns is None or stamp_ns < self._start_ns:  # time was reset: from the top

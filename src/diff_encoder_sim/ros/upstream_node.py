@@ -1,4 +1,4 @@
-"""upstream_node: becomes upstream's map_server, amcl or move_base, set up for the trial."""
+"""upstream_node: becomes upstream's map_server, amcl, move_base or slam_gmapping, set up for the trial."""
 from __future__ import annotations
 
 import sys
@@ -7,13 +7,16 @@ from typing import List
 import rosgraph.names
 import rospy
 
-from diff_encoder_sim.cli.packages import UPSTREAM_NAVIGATION
+from diff_encoder_sim.cli.packages import UPSTREAM_NAVIGATION, UPSTREAM_SLAM
 from diff_encoder_sim.cli.run import run_tool
 from diff_encoder_sim.errors import ConfigError
 from diff_encoder_sim.ros.processes import become
 from diff_encoder_sim.ros.trial_plan import required_trial_plan, trial_plan
 
-NODES = ('map_server', 'amcl', 'move_base')
+# Of each node the package, and how to get it.
+NODES = {'map_server': ('map_server', UPSTREAM_NAVIGATION), 'amcl': ('amcl', UPSTREAM_NAVIGATION),
+         'move_base': ('move_base', UPSTREAM_NAVIGATION),
+         'slam_gmapping': ('gmapping', UPSTREAM_SLAM)}
 
 
 def main() -> None:
@@ -25,13 +28,13 @@ def main() -> None:
 def _become_upstream(words: List[str]) -> None:
     if not words or words[0] not in NODES or (words[1:] and words[0] != 'map_server'):
         raise ConfigError(f'arguments: given {" ".join(words)!r}; allowed: map_server [MAP.yaml], '
-                          f'amcl, or move_base')
+                          f'amcl, move_base, or slam_gmapping')
     if words[0] == 'map_server':
         arguments = words[1:] or [required_trial_plan().map]
     else:
         arguments = _initial_pose() if words[0] == 'amcl' else []
-    # Each package's program has the package's name.
-    become(words[0], words[0], arguments, UPSTREAM_NAVIGATION.install_hint)
+    package, needed = NODES[words[0]]
+    become(package, words[0], arguments, needed.install_hint)
 
 
 def _initial_pose() -> List[str]:

@@ -47,12 +47,15 @@ class SlamEstimate(NamedTuple):
 class GridSlam:
     """The mapper: feed it every scan with the odometry's pose at the scan's time.
 
-    The map frame is odom's as it was on the first scan. Every random draw comes from `rng`: equal
+    The map frame is odom's as it was on the first scan, unless a start is given. Every random draw comes from `rng`: equal
     seeds and inputs give equal results, bit for bit.
     """
 
-    def __init__(self, params: GridSlamParams, rng: np.random.Generator) -> None:
+    def __init__(self, params: GridSlamParams, rng: np.random.Generator,
+                 start_pose_in_map: Optional[Pose2D] = None) -> None:
+        """`start_pose_in_map` is where the base is on the first scan, if somebody knows."""
         self.params = params
+        self._start_pose = start_pose_in_map
         self._rng = rng
         self.maps = PatchMaps(Extent(params.xmin, params.ymin, params.xmax, params.ymax),
                               params.delta, params.particles)
@@ -155,7 +158,8 @@ class GridSlam:
                 or 0.0 <= params.temporalUpdate < waited_s)
 
     def _begin(self, odom_pose: Pose2D, stamp_ns: int, rays: Rays) -> SlamEstimate:
-        self._particles = np.tile(np.array(odom_pose), (self.params.particles, 1))
+        start_pose = odom_pose if self._start_pose is None else self._start_pose
+        self._particles = np.tile(np.array(start_pose), (self.params.particles, 1))
         self._enter(rays)
         # Equal maps: one does for all.
         self.maps.redraw(np.zeros(self.params.particles, int))

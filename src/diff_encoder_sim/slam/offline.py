@@ -7,7 +7,7 @@ from typing import Iterable, Sequence
 
 from diff_encoder_sim.errors import ConfigError, InputFault
 from diff_encoder_sim.scan import Scan
-from diff_encoder_sim.se2 import Pose2D, wrap_angle
+from diff_encoder_sim.se2 import Pose2D, interpolate
 from diff_encoder_sim.slam.grid_slam import GridSlam
 from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
 
@@ -74,6 +74,4 @@ class OdometryTrack:
         start, end = self._poses[after - 1], self._poses[after]
         share = ((stamp_ns - self.stamps_ns[after - 1])
                  / (self.stamps_ns[after] - self.stamps_ns[after - 1]))
-        return Pose2D(start.x_m + share * (end.x_m - start.x_m),
-                      start.y_m + share * (end.y_m - start.y_m),
-                      wrap_angle(start.yaw_rad + share * wrap_angle(end.yaw_rad - start.yaw_rad)))
+        return interpolate(start, end, share)

@@ -1,0 +1,65 @@
+"""map_bag: builds a map from the scans and the odometry of a bag, by grid SLAM."""
+from __future__ import annotations
+
+import argparse
+import logging
+import time
+from pathlib import Path
+from typing import Optional, Sequence
+
+from diff_encoder_sim.cli.run import package_folder, run_tool
+from diff_encoder_sim.config import load_params
+from diff_encoder_sim.mapping.map_files import save_map
+from diff_encoder_sim.mapping.occupancy_grid import SAVED_MARGIN_M
+from diff_encoder_sim.recording import topics
+from diff_encoder_sim.recording.opening import open_bag
+from diff_encoder_sim.recording.reading import trial_of
+from diff_encoder_sim.recording.scans import ScanBag
+from diff_encoder_sim.seeds import generator
+from diff_encoder_sim.slam.grid_slam import GridSlam
+from diff_encoder_sim.slam.offline import OdometryTrack, map_recording
+from diff_encoder_sim.slam.params import GridSlamParams
+from diff_encoder_sim.slam.warm_up import warm_up
+from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
+
+
+def main(arguments: Optional[Sequence[str]] = None) -> None:
+    """Entry point of the executable."""
+    logging.basicConfig(format='map_bag: %(message)s')
+    run_tool('map_bag', lambda: _map_bag(_parse(arguments)))
+
+
+def _map_bag(options: argparse.Namespace) -> None:
+    params = load_params(GridSlamParams, options.config)
+    trial = trial_of(options.bag)
+    start = trial.test.start.pose() if trial else None
+    slam = GridSlam(params, generator(trial.number if trial else options.seed, 'slam'), start)
+    warm_up(params)
+    begin_s = time.perf_counter()
+    with open_bag(options.bag) as reader:
+        drive = ScanBag(options.bag, reader, options.scan, options.odom)
+        track = OdometryTrack(drive.odometry_ns, drive.base_poses_in_odom)
+        entered = map_recording(slam, track, drive.scans(), drive.laser_pose_in_base)
+    took_s = time.perf_counter() - begin_s
+    path = save_map(slam.map().cropped(SAVED_MARGIN_M),
+                    options.stem or options.bag.with_suffix(''))
+    drive_s = (track.stamps_ns[-1] - track.stamps_ns[0]) / NANOSECONDS_PER_SECOND
+    print(f'{path}: {entered} scans of a drive of {drive_s:.1f} s, in {took_s:.1f} s: '
+          f'{drive_s / took_s:.0f} times real time')
+
+
+def _parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog='map_bag', description=__doc__,
+        epilog='example: map_bag bags/drive.bag -f maps/office; a bag of trial.launch begins at '
+               'its surveyed start, any other at odometry\'s zero')
+    parser.add_argument('bag', type=Path, help='with scans, odometry and /tf_static')
+    parser.add_argument('-f', dest='stem', type=Path, metavar='STEM',
+                        help='writes STEM.pgm and STEM.yaml (default: beside the bag)')
+    parser.add_argument('--config', type=Path, default=package_folder() / 'config' / 'slam.yaml',
+                        help='parameters by slam_gmapping\'s names (default: config/slam.yaml)')
+    parser.add_argument('--scan', default=topics.SCAN, help='topic (default: %(default)s)')
+    parser.add_argument('--odom', default=topics.ODOM, help='topic (default: %(default)s)')
+    parser.add_argument('--seed', type=int, default=0,
+                        help='of a bag that is no trial\'s (default: %(default)s)')
+    return parser.parse_args(arguments)

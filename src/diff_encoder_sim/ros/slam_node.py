@@ -1,0 +1,137 @@
+"""slam_node: grid SLAM on slam_gmapping's topics, service, parameters and transform."""
+from __future__ import annotations
+
+import threading
+from typing import Optional
+
+import rospy
+import tf2_ros
+from nav_msgs.msg import MapMetaData
+from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
+from nav_msgs.srv import GetMap, GetMapRequest, GetMapResponse
+from pydantic import Field
+from sensor_msgs.msg import LaserScan
+from std_msgs.msg import Float64
+from tf2_msgs.msg import TFMessage
+
+from diff_encoder_sim.errors import EVENT
+from diff_encoder_sim.ros.conversions import ns_from_stamp, transform_message
+from diff_encoder_sim.ros.map_conversions import map_message
+from diff_encoder_sim.ros.node import (compile_first, log, node_params, publisher, run_node,
+                                       subscriber)
+from diff_encoder_sim.ros.scan_queue import ScanQueue
+from diff_encoder_sim.ros.trial_plan import trial_plan
+from diff_encoder_sim.scan import Scan
+from diff_encoder_sim.se2 import Pose2D
+from diff_encoder_sim.seeds import generator
+from diff_encoder_sim.slam.grid_slam import GridSlam
+from diff_encoder_sim.slam.params import GridSlamParams
+from diff_encoder_sim.slam.warm_up import warm_up
+from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
+
+SILENCE_S = 15.0
+
+
+class SlamNodeParams(GridSlamParams):
+    """Parameters of slam_node: slam_gmapping's, and the seed of all random draws."""
+
+    seed: int = Field(0, ge=0)
+
+
+class SlamNode:
+    """Feeds each scan to the mapper with the odometry of its time, and speaks for it."""
+
+    def __init__(self) -> None:
+        plan = trial_plan()
+        self._params = node_params(SlamNodeParams,
+                                   defaults={'seed': plan.trial.number} if plan else {})
+        compile_first(lambda: warm_up(self._params))
+        # In a trial the map's frame is the world's: the start is surveyed.
+        start = plan.trial.test.start.pose() if plan else None
+        self._slam = GridSlam(self._params, generator(self._params.seed, 'slam'), start)
+        self._lock = threading.RLock()  # scans, transforms, timers and the service come in threads
+        self._scan_count = 0
+        self._mapped_ns: Optional[int] = None
+        self._told_ns: Optional[int] = None
+        self._buffer = tf2_ros.Buffer(rospy.Duration(30.0))
+        self._listener = tf2_ros.TransformListener(self._buffer, tcp_nodelay=True)
+        self._broadcaster = tf2_ros.TransformBroadcaster()
+        self._maps = publisher('map', OccupancyGridMessage, latch=True)
+        self._metadata = publisher('map_metadata', MapMetaData, latch=True)
+        self._entropies = publisher('~entropy', Float64)
+        self._service = rospy.Service('dynamic_map', GetMap, self._on_dynamic_map)
+        self._queue = ScanQueue(rospy.resolve_name('scan'), self._buffer, self._params.base_frame,
+                                self._params.odom_frame, self._take)
+        self._scans = subscriber('scan', LaserScan, self._on_scan)
+        self._transforms = subscriber('/tf', TFMessage, lambda _: self._process())
+        self._has_heard = False
+        self._silence = rospy.Timer(rospy.Duration(SILENCE_S), self._on_silence, reset=True)
+        if self._params.transform_publish_period > 0.0:
+            self._timer = rospy.Timer(rospy.Duration(self._params.transform_publish_period),
+                                      self._broadcast, reset=True)
+
+    # ---- scans
+
+    def _on_scan(self, message: LaserScan) -> None:
+        self._has_heard = True
+        with self._lock:
+            self._scan_count += 1
+            if (self._scan_count - 1) % self._params.throttle_scans == 0:
+                self._queue.add(message)
+        self._process()
+
+    def _process(self) -> None:
+        with self._lock:
+            self._queue.process()
+
+    def _take(self, scan: Scan, odom_pose: Pose2D, laser_pose: Pose2D) -> None:
+        estimate = self._slam.update(odom_pose, scan, laser_pose)
+        if estimate is None:
+            return
+        self._entropies.publish(Float64(estimate.entropy))
+        interval_ns = self._params.map_update_interval * NANOSECONDS_PER_SECOND
+        if self._mapped_ns is None or scan.stamp_ns - self._mapped_ns >= interval_ns:
+            self._mapped_ns = scan.stamp_ns
+            self._publish_map(scan.stamp_ns)
+
+    def _on_silence(self, _: rospy.timer.TimerEvent) -> None:
+        if not self._has_heard:
+            log.warning('%s: no scan for %.0f s; the map so far is kept',
+                        self._scans.resolved_name, SILENCE_S, extra=EVENT)
+        self._has_heard = False
+
+    # ---- what it tells
+
+    def _publish_map(self, stamp_ns: int) -> None:
+        message = map_message(self._slam.map(), stamp_ns, self._params.map_frame)
+        self._maps.publish(message)
+        self._metadata.publish(message.info)
+
+    def _broadcast(self, _: rospy.timer.TimerEvent) -> None:
+        """map->odom, dated ahead, so that newer odometry finds it."""
+        with self._lock:
+            odom_pose_in_map = self._slam.odom_pose_in_map
+        if odom_pose_in_map is None:
+            return
+        delay_s = self._params.tf_delay
+        if delay_s < 0.0:
+            delay_s = self._params.transform_publish_period
+        stamp_ns = ns_from_stamp(rospy.Time.now()) + round(delay_s * NANOSECONDS_PER_SECOND)
+        if stamp_ns == self._told_ns:
+            return      # the clock stands, or came late: tf2 warns of a stamp that it knows
+        self._told_ns = stamp_ns
+        self._broadcaster.sendTransform(transform_message(
+            odom_pose_in_map, stamp_ns, self._params.map_frame, self._params.odom_frame))
+
+    def _on_dynamic_map(self, _: GetMapRequest) -> GetMapResponse:
+        """The map as it stands now."""
+        with self._lock:
+            if self._slam.last_estimate is None:
+                raise rospy.ServiceException('there is no map yet')
+            return GetMapResponse(map=map_message(
+                self._slam.map(), ns_from_stamp(rospy.Time.now()), self._params.map_frame))
+
+
+def main() -> None:
+    """Entry point of the executable."""
+    run_node('slam_gmapping', SlamNode)
