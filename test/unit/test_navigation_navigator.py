@@ -104,6 +104,18 @@ def test_an_s_course_around_pillars(ros_logo, ppr, dwa):
     assert len(speeds) > 100 and np.mean(speeds) > 0.35
 
 
+@pytest.mark.parametrize('distance', [0.06, 0.35])
+@pytest.mark.parametrize('bearing_deg', range(0, 360, 30))
+def test_a_goal_close_by_in_any_direction(room, distance, bearing_deg):
+    """Straight behind, the DWA alone would dither for ever."""
+    bearing = math.radians(bearing_deg)
+    loop = ClosedLoop(*room, IDENTITY, 4096)
+    goal = Pose2D(distance * math.cos(bearing), distance * math.sin(bearing), 0.0)
+    loop.navigator.set_goal(goal)
+    loop.run(20.0)
+    assert_at(loop, goal)
+
+
 def test_a_goal_behind_the_robot(room):
     loop = ClosedLoop(*room, Pose2D(1.5, 0.0, 0.0))
     goal = Pose2D(-1.5, 0.0, 0.0)

@@ -132,3 +132,13 @@ def test_order_of_recoveries_is_move_bases():
     assert names(True) == ['conservative_reset', 'rotate_recovery', 'aggressive_reset',
                            'rotate_recovery']
     assert names(False) == ['conservative_reset', 'aggressive_reset']
+
+
+def test_a_margin_lets_the_robot_come_closer_before_it_turns():
+    """Localization moves by millimetres while it turns: who stopped on the edge would be outside."""
+    motion = Motion(Pose2D(0.0, 0.0, 0.0), 0.0, 0.0)
+    for margin, distance_m, is_reached in ((0.0, 0.049, True), (0.2, 0.041, False), (0.2, 0.039, True)):
+        controller = LatchedStopRotate(DwaParams.from_mapping(
+            {'xy_goal_tolerance': 0.05, 'latch_margin': margin, 'latch_xy_goal_tolerance': True}, ''), 0.05)
+        assert controller.is_position_reached(motion, Pose2D(distance_m, 0.0, 0.0)) is is_reached
+    assert controller.is_position_reached(motion, Pose2D(0.06, 0.0, 0.0))      # latched

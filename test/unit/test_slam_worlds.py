@@ -24,4 +24,6 @@ def test_the_map_of_a_coarse_encoder(case):
     assert accuracy.correct_share >= 0.95
     assert accuracy.mapped_share >= 0.97
     assert error.rmse_m < 0.05
-    assert slam.maps.patch_count < 0.85 * slam.maps.unshared_patch_count
+    # Of the ROS-logo world each scan sees most patches, so there particles have little to share.
+    most_share = {'hallway': 0.85, 'ros_logo': 0.95}[case.drive.world.name]
+    assert slam.maps.patch_count < most_share * slam.maps.unshared_patch_count

@@ -116,7 +116,7 @@ PLUGINS = [{'name': 'static_layer', 'type': 'costmap_2d::StaticLayer'},
 # What upstream does not know and ignores.
 OWN_AMCL = {'seed', 'lost_share', 'lost_distance', 'lost_scans'}
 OWN_MOVE_BASE = {'input_timeout', 'max_unseen_travel'}
-OWN_DWA = {'twist_sigmas', 'turn_to_path_angle'}
+OWN_DWA = {'twist_sigmas', 'latch_margin', 'turn_to_path_angle'}
 
 
 def read(name):

@@ -56,6 +56,9 @@ class DwaParams(Params):
     twist_sigmas: float = Field(
         0.0, ge=0, description='the last command is believed instead of the odometry\'s twist '
                                'within so many of its standard deviations; 0: never, as upstream')
+    latch_margin: float = Field(
+        0.0, ge=0, le=0.9, description='share of xy_goal_tolerance to be inside of it before it is '
+                                       'latched; 0: none, as upstream')
     turn_to_path_angle: float = Field(
         2.0, ge=0, le=3.2, description='turn on the spot to a plan that leads off farther round '
                                        'than this [rad]; 0: never, as upstream')

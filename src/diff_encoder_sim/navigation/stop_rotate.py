@@ -35,9 +35,11 @@ class LatchedStopRotate:
     def is_position_reached(self, motion: Motion, goal: Pose2D) -> bool:
         """Whether the robot is within tolerance, or was once and that is latched."""
         distance_m = math.hypot(goal.x_m - motion.base_pose.x_m, goal.y_m - motion.base_pose.y_m)
-        is_near = distance_m <= self.params.xy_goal_tolerance
-        self._is_latched = self._is_latched or is_near
-        return is_near or (self.params.latch_xy_goal_tolerance and self._is_latched)
+        params = self.params
+        self._is_latched |= distance_m <= (1.0 - params.latch_margin) * params.xy_goal_tolerance
+        if params.latch_xy_goal_tolerance:
+            return self._is_latched
+        return distance_m <= params.xy_goal_tolerance
 
     def is_goal_reached(self, motion: Motion, goal: Pose2D) -> bool:
         """Whether the robot stands at the goal, position and heading within tolerance."""

@@ -46,7 +46,7 @@ class TurnToPath:
             is_clear: a turn that would collide is not made.
         """
         bearing_rad = self._bearing(motion.base_pose, plan)
-        if self._angle_rad == 0.0 or bearing_rad is None:
+        if self._angle_rad == 0.0:
             return None
         limit_rad = self._angle_rad * (SHARE_LEFT if self._is_turning else 1.0)
         if abs(wrap_angle(bearing_rad - motion.base_pose.yaw_rad)) <= limit_rad:
@@ -57,12 +57,11 @@ class TurnToPath:
         return self._turner.command(motion, goal, is_clear)
 
     @staticmethod
-    def _bearing(base_pose: Pose2D, plan: np.ndarray) -> Optional[float]:
-        """Direction from the robot to where the plan leads; None at its end."""
+    def _bearing(base_pose: Pose2D, plan: np.ndarray) -> float:
+        """Direction from the robot to where the plan leads, near its end to that."""
         offsets = plan[:, :2] - (base_pose.x_m, base_pose.y_m)
         nearest = int(np.argmin(np.hypot(offsets[:, 0], offsets[:, 1])))
         travelled_m = np.cumsum(np.hypot(*np.diff(plan[nearest:, :2], axis=0).T))
-        if len(travelled_m) == 0 or travelled_m[-1] < LOOKAHEAD_M:
-            return None
-        ahead = offsets[nearest + 1 + int(np.argmax(travelled_m >= LOOKAHEAD_M))]
+        is_far = travelled_m >= LOOKAHEAD_M
+        ahead = offsets[nearest + 1 + int(np.argmax(is_far))] if is_far.any() else offsets[-1]
         return math.atan2(ahead[1], ahead[0])
