@@ -157,7 +157,8 @@ def test_each_part_can_be_launched_alone(file, arguments, expected, load):
     check_all_is_there(config)
 
 
-@pytest.mark.parametrize('slam, odom', itertools.product(('embedded', 'upstream'), ('ideal', 'encoder')))
+@pytest.mark.parametrize('slam', ['embedded', 'upstream'])
+@pytest.mark.parametrize('odom', ['ideal', 'encoder'])
 def test_mapping_drives_and_maps(slam, odom, load):
     config, commands = load(LAUNCH / 'mapping.launch', 'world:=ros_logo', 'slam:=' + slam, 'odom:=' + odom)
     expected = trial_nodes(nav='scripted', sim='pybullet', odom=odom, rviz='false', bag='none')
@@ -168,7 +169,8 @@ def test_mapping_drives_and_maps(slam, odom, load):
     assert found['/slam_gmapping/particles'] == SLAM['particles']
     assert found['/simulator_node/lidar/noise'] == 0.01          # as the paper maps with
     assert '--save-map=maps/ros_logo' in commands['trial'] and '--slam=' + slam in commands['trial']
-    assert str(ROOT / 'config' / 'mapping' / 'ros_logo.yaml') in commands['trial']
+    assert any(word.startswith('--test=/') and word.endswith('/config/mapping/ros_logo.yaml')
+               for word in commands['trial'])
 
 
 def test_no_launch_file_is_forgotten():

@@ -87,7 +87,7 @@ def test_a_killed_mapper_fails_the_launch_and_leaves_the_map_so_far(tmp_path):
 
 @pytest.mark.parametrize('arguments, texts', [
     (['world:=moon'], ['moon.yaml']),
-    (['out:=/proc/no/map'], ['save_map', '/proc', 'cannot be written']),
+    (['out:=/etc/hostname/map'], ['save_map', '/etc/hostname', 'cannot be written']),
     (['slam:=cartographer'], ['slam', 'cartographer', 'embedded']),
     (['slam:=upstream'], ['slam: given upstream', 'gmapping', 'ros-noetic-gmapping']),
 ])

@@ -111,7 +111,7 @@ def _bag_path(given: str, trial: Trial) -> str:
 def _new_file(argument: str, given: Union[str, Path]) -> Path:
     path = _users_path(given)
     folder = next(parent for parent in path.parents if parent.exists())
-    if not os.access(folder, os.W_OK):
+    if not (folder.is_dir() and os.access(folder, os.W_OK)):
         raise ConfigError(f'{argument}: {folder} cannot be written to; allowed: a path in a folder '
                           f'that can')
     return path
