@@ -319,7 +319,7 @@ def test_gazebo_gets_the_robot_at_the_trials_start(stand_ins):
 
 
 @pytest.mark.parametrize('command, complaint', [
-    (['upstream_node'], 'allowed: map_server [MAP.yaml], amcl, or move_base'),
+    (['upstream_node'], 'allowed: map_server [MAP.yaml], amcl, move_base, or slam_gmapping'),
     (['upstream_node', 'gmapping'], "given 'gmapping'"),
     (['upstream_node', 'amcl', 'fast'], "given 'amcl fast'"),
     (['gazebo_trial', 'client'], "given 'client'"),
