@@ -58,8 +58,7 @@ class ScanQueue:
         held: List[Tuple[LaserScan, _NotYet]] = []
         for message in self._waiting:
             try:
-                mount = self._mount(message.header.frame_id.lstrip('/'))
-                odom_pose = self._odom_pose(message.header.stamp)
+                place = self._place(message)
             except InputFault as fault:
                 self._warn_bad(fault)
             except _NotYet as reason:
@@ -69,11 +68,28 @@ class ScanQueue:
                 else:
                     self._warn_untaken(reason)
             else:
-                for _, reason in held:     # older than what the filter is going to know
-                    self._warn_untaken(reason)
+                for older, _ in held:
+                    self._take_or_drop(older)
                 held.clear()
-                self._hand_on(message, odom_pose, mount)
+                self._hand_on(message, *place)
         self._waiting = deque((message for message, _ in held), maxlen=LONGEST_QUEUE)
+
+    def _take_or_drop(self, message: LaserScan) -> None:
+        """The last chance of a scan that is older than what the filter is going to know.
+
+        /tf comes in another thread: what was not there a moment ago may be now.
+        """
+        try:
+            self._hand_on(message, *self._place(message))
+        except InputFault as fault:
+            self._warn_bad(fault)
+        except _NotYet as reason:
+            self._warn_untaken(reason)
+
+    def _place(self, message: LaserScan) -> Tuple[Pose2D, LaserMount]:
+        """Where the base was in odom, and how the laser is mounted."""
+        mount = self._mount(message.header.frame_id.lstrip('/'))
+        return self._odom_pose(message.header.stamp), mount
 
     def _hand_on(self, message: LaserScan, odom_pose: Pose2D, mount: LaserMount) -> None:
         scan = mount.level(scan_from_message(message))
@@ -91,7 +107,7 @@ class ScanQueue:
         log.warning('%s: %s; scan dropped', self._topic, fault)
 
     def _warn_untaken(self, reason: _NotYet) -> None:
-        log.warning('%s: %s; scan dropped', self._topic, reason)
+        log.warning('%s: scan dropped: %s', self._topic, reason)
 
     def _mount(self, laser_frame: str) -> LaserMount:
         mount = laser_mount(self._laser_transform(laser_frame))
