@@ -22,11 +22,16 @@ class MapKeeper:
         """`stem` is the path of the map files without suffix."""
         self._stem = Path(stem)
         self._newest: Optional[OccupancyGridMessage] = None
-        self.is_saved = False
+        self._is_saved = False
         self._maps = subscriber('map', OccupancyGridMessage, self._on_map)
 
     def _on_map(self, message: OccupancyGridMessage) -> None:
         self._newest = message
+
+    @property
+    def has_unsaved(self) -> bool:
+        """Whether a map has come and none was saved yet."""
+        return self._newest is not None and not self._is_saved
 
     def save(self) -> Path:
         """Write the map as it stands, or as it was last heard of; returns the YAML file's path.
@@ -43,7 +48,7 @@ class MapKeeper:
             raise ConfigError(f'{self._stem}: {fault}') from None
         self._stem.parent.mkdir(parents=True, exist_ok=True)
         path = save_map(grid, self._stem)
-        self.is_saved = True
+        self._is_saved = True
         log.info('the map is saved: %s', path, extra=EVENT)
         return path
 

@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 import threading
-from typing import Optional
+from typing import Optional, Tuple
 
 import tf2_ros
 from geometry_msgs.msg import Twist, Vector3
@@ -33,16 +33,19 @@ class ScriptedDriveNode:
         self._runner = TrialRunner(status, params, self._on_true_pose)
         self._drive = ScriptedDrive(self._runner.trial.test)
         plan = required_trial_plan()
-        if plan.slam == 'none':
+        is_mapping = plan.slam != 'none'
+        # A mapper may have to compile first; the robot does not drive before it listens.
+        self._also_heard: Tuple[str, ...] = ('/scan', '/map') if is_mapping else ()
+        if not is_mapping:
             self._broadcast_start(params)
         self._map_keeper = MapKeeper(plan.save_map) if plan.save_map else None
 
     def run(self) -> None:
         """Blocks until the trial is over."""
         try:
-            self._runner.run(self._drive_and_map)
+            self._runner.run(self._drive_and_map, self._also_heard)
         finally:
-            if self._map_keeper is not None and not self._map_keeper.is_saved:
+            if self._map_keeper is not None and self._map_keeper.has_unsaved:
                 self._map_keeper.save()     # of a trial that failed: what there is
 
     def _drive_and_map(self) -> None:
