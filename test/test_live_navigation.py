@@ -80,6 +80,9 @@ def test_carried_off_it_says_so_and_stops_and_goes_on_when_told_where_it_is(tmp_
         assert code == 0, output
         wait_for_line(launch, 'lost')
         wait_for_line(launch, 'stopped')
+        # It drove on for half a second: set down once more, where it is going to be told to be.
+        code, output = graph.run(sys.executable, ROOT / 'scripts' / 'place_robot', *ELSEWHERE)
+        assert code == 0, output
         code, output = graph.run('rostopic', 'pub', '-1', '/initialpose', 'geometry_msgs/PoseWithCovarianceStamped',
                                  initial_pose(*ELSEWHERE))
         assert code == 0, output

@@ -24,6 +24,7 @@ from diff_encoder_sim.se2 import Pose2D
 ACTION = 'move_base'
 
 _STATUS = {ActionStatus.PENDING: GoalStatus.ACTIVE, ActionStatus.ACTIVE: GoalStatus.ACTIVE,
+           ActionStatus.PREEMPTING: GoalStatus.ACTIVE, ActionStatus.RECALLING: GoalStatus.ACTIVE,
            ActionStatus.SUCCEEDED: GoalStatus.SUCCEEDED,
            ActionStatus.PREEMPTED: GoalStatus.PREEMPTED}
 
@@ -37,10 +38,11 @@ class NavigationTrialNode:
         self._driver = RouteDriver(self._runner.trial.test)
         self._believed: Optional[Pose2D] = None
         self._failure: Optional[RouteFailed] = None
-        self._has_goal = False
+        self._goal: Optional[actionlib.ClientGoalHandle] = None
         self._may_drive, self._ended = threading.Event(), threading.Event()
         self._commands = publisher('cmd_vel', Twist)
-        self._action = actionlib.SimpleActionClient(ACTION, MoveBaseAction)
+        # Not the simple client: it may hear of a goal before it knows it, and logs an error.
+        self._action = actionlib.ActionClient(ACTION, MoveBaseAction)
         self._global_pose = pose_subscriber(topics.GLOBAL_POSE, self._on_global_pose)
 
     def run(self) -> None:
@@ -65,7 +67,7 @@ class NavigationTrialNode:
 
     def _is_served(self) -> bool:
         # Waiting goes by simulated time, so it is only begun when it will not be for long.
-        return (self._action.action_client.last_status_msg is not None
+        return (self._action.last_status_msg is not None
                 and self._action.wait_for_server(rospy.Duration(0.1)))
 
     def _on_global_pose(self, stamp_ns: int, base_pose_in_map: Pose2D) -> None:
@@ -81,18 +83,17 @@ class NavigationTrialNode:
             self._ended.set()
 
     def _goal_status(self) -> Tuple[GoalStatus, str]:
-        if not self._has_goal:
+        if self._goal is None:
             return GoalStatus.NONE, ''
-        return (_STATUS.get(self._action.get_state(), GoalStatus.ABORTED),
-                self._action.get_goal_status_text())
+        return (_STATUS.get(self._goal.get_goal_status(), GoalStatus.ABORTED),
+                self._goal.get_goal_status_text())
 
     def _obey(self, stamp_ns: int, wanted: DriverOutput) -> None:
         if wanted.turn_rate_radps is not None:
             self._commands.publish(Twist(Vector3(), Vector3(0, 0, wanted.turn_rate_radps)))
         if wanted.goal_in_map is not None:
-            self._action.send_goal(MoveBaseGoal(target_pose=pose_stamped_message(
+            self._goal = self._action.send_goal(MoveBaseGoal(target_pose=pose_stamped_message(
                 wanted.goal_in_map, stamp_ns, self._params.map_frame)))
-            self._has_goal = True
 
 
 def main() -> None:

@@ -3,11 +3,10 @@ from __future__ import annotations
 
 import logging
 import math
-import re
 import sys
 import time
 import warnings
-from typing import Any, Callable, Dict, Mapping, Optional, Type
+from typing import Any, Callable, Dict, Mapping, Optional, Tuple, Type
 
 import rospy
 import yaml
@@ -16,7 +15,6 @@ from diff_encoder_sim.config import P, Params, split_params
 from diff_encoder_sim.errors import ConfigError
 
 LOG_AGAIN_AFTER_S = 5.0
-NUMBER = re.compile(r'[-+]?\d[\d.e+-]*')
 LONG_COMPILATION_S = 1.0
 
 log = logging.getLogger('diff_encoder_sim')
@@ -109,13 +107,14 @@ class _RosLogHandler(logging.Handler):
 
     def __init__(self) -> None:
         super().__init__(logging.INFO)
-        self._last_s: Dict[str, float] = {}
+        self._last_s: Dict[Tuple[str, str], float] = {}
 
     def emit(self, record: logging.LogRecord) -> None:
         """Pass a record on unless its like was logged just now."""
-        # Topic and reason tell one trouble from another, its numbers do not. Not by file and
-        # line: under rospy's loggers these are the thread's, not the caller's.
-        key = NUMBER.sub('', record.getMessage())
+        # A topic's name in first place tells one trouble from another; numbers do not.
+        first = record.args[0] if isinstance(record.args, tuple) and record.args else None
+        # Not by file and line: under rospy's loggers these are the thread's, not the caller's.
+        key = (str(record.msg), first if isinstance(first, str) else '')
         now_s = time.monotonic()
         is_event = getattr(record, 'event', False)
         if not is_event and now_s - self._last_s.get(key, -math.inf) < LOG_AGAIN_AFTER_S:

@@ -39,14 +39,13 @@ class ScanQueue:
         """`take` gets a scan, the base's pose in odom and the laser's in base."""
         self._topic, self._buffer, self._take = topic, buffer, take
         self._base_frame, self._odom_frame = base_frame, odom_frame
-        # And why not, of those that were tried in vain.
-        self._waiting: Deque[Tuple[LaserScan, Optional[_NotYet]]] = deque(maxlen=LONGEST_QUEUE)
+        self._waiting: Deque[LaserScan] = deque(maxlen=LONGEST_QUEUE)
         self._leaning: Set[str] = set()
         self._used_ns: Optional[int] = None
 
     def add(self, message: LaserScan) -> None:
         """Let a scan wait; it is later than those before it."""
-        self._waiting.append((message, None))
+        self._waiting.append(message)
 
     def clear(self) -> None:
         """Forget the scans that wait."""
@@ -55,40 +54,25 @@ class ScanQueue:
 
     def process(self) -> None:
         """Hand on what can be, and drop what has waited too long."""
-        if not self._waiting:
-            return
-        newest_ns = self._newest_ns()
-        held: List[Tuple[LaserScan, _NotYet]] = []
-        for message, reason in self._waiting:
-            waited_ns = newest_ns - ns_from_stamp(message.header.stamp)
-            if reason is not None and waited_ns >= PATIENCE_NS:
-                self._warn_untaken(reason)  # over a long gap tf2 would only guess
-                continue
+        newest_ns = ns_from_stamp(self._waiting[-1].header.stamp) if self._waiting else 0
+        held: List[LaserScan] = []
+        for message in self._waiting:
             try:
                 place = self._place(message)
             except InputFault as fault:
                 self._warn_bad(fault)
-            except _NotYet as not_yet:
-                if waited_ns < PATIENCE_NS and not not_yet.is_too_late:
-                    held.append((message, not_yet))
+            except _NotYet as reason:
+                waited_ns = newest_ns - ns_from_stamp(message.header.stamp)
+                if waited_ns < PATIENCE_NS and not reason.is_too_late:
+                    held.append(message)
                 else:
-                    self._warn_untaken(not_yet)
+                    self._warn_untaken(reason)
             else:
-                for older, _ in held:
+                for older in held:
                     self._take_or_drop(older)
                 held.clear()
                 self._hand_on(message, *place)
         self._waiting = deque(held, maxlen=LONGEST_QUEUE)
-
-    def _newest_ns(self) -> int:
-        """Of scans and odometry."""
-        stamps_ns = [ns_from_stamp(self._waiting[-1][0].header.stamp)]
-        try:
-            stamps_ns.append(ns_from_stamp(self._buffer.get_latest_common_time(
-                self._odom_frame, self._base_frame)))
-        except tf2_ros.TransformException:
-            pass    # no odometry yet
-        return max(stamps_ns)
 
     def _take_or_drop(self, message: LaserScan) -> None:
         """The last chance of a scan that is older than what the filter is going to know.

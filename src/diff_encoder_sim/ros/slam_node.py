@@ -27,7 +27,7 @@ from diff_encoder_sim.seeds import generator
 from diff_encoder_sim.slam.grid_slam import GridSlam
 from diff_encoder_sim.slam.params import GridSlamParams
 from diff_encoder_sim.slam.warm_up import warm_up
-from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND, Step, Timeline
 
 SILENCE_S = 15.0
 
@@ -51,6 +51,7 @@ class SlamNode:
         self._slam = GridSlam(self._params, generator(self._params.seed, 'slam'), start)
         self._lock = threading.RLock()  # scans, transforms, timers and the service come in threads
         self._scan_count = 0
+        self._timeline = Timeline(tolerance_ns=NANOSECONDS_PER_SECOND // 10)
         self._mapped_ns: Optional[int] = None
         self._told_ns: Optional[int] = None
         self._buffer = tf2_ros.Buffer(rospy.Duration(30.0))
@@ -75,6 +76,11 @@ class SlamNode:
     def _on_scan(self, message: LaserScan) -> None:
         self._has_heard = True
         with self._lock:
+            stamp_ns = ns_from_stamp(message.header.stamp)
+            if self._timeline.advance(stamp_ns) is Step.RESTART:
+                log.warning('scan stamps went back to %.3f s: nothing is added until they are '
+                            'where they were; the map so far is kept',
+                            stamp_ns / NANOSECONDS_PER_SECOND, extra=EVENT)
             self._scan_count += 1
             if (self._scan_count - 1) % self._params.throttle_scans == 0:
                 self._queue.add(message)
