@@ -30,8 +30,10 @@ def read_image(path: Path) -> np.ndarray:
         raise ConfigError(f'{path}: not an image, or one without pixels; '
                           f'allowed: PGM or PNG') from None
     except Exception as error:  # of a torn image PIL complains in many types
-        reason = getattr(error, 'strerror', None) or ' '.join(str(error).split())
-        raise ConfigError(f'{path}: cannot be read: {reason or type(error).__name__}') from None
+        reason = getattr(error, 'strerror', None)
+        if reason is None:
+            reason = f'truncated or damaged ({" ".join(str(error).split()) or type(error).__name__})'
+        raise ConfigError(f'{path}: cannot be read: {reason}') from None
 
 
 def _pixels(image: Image.Image) -> np.ndarray:
