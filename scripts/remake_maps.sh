@@ -12,5 +12,5 @@ for world in "$@"; do
   port=$(free_port)
   say "mapping $world"
   ROS_MASTER_URI=http://127.0.0.1:$port roslaunch -p "$port" diff_encoder_sim mapping.launch \
-    world:="$world" rtf:=3 out:="$root/worlds/$world" || die "$world was not mapped (roslaunch ended with $?)"
+    world:="$world" rtf:=0 out:="$root/worlds/$world" || die "$world was not mapped (roslaunch ended with $?)"
 done

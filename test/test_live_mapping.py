@@ -25,7 +25,7 @@ def mapped(tmp_path_factory):
     require_ros()
     folder = tmp_path_factory.mktemp('mapping')
     with Graph(folder) as graph:
-        launch = graph.launch(MAPPING, TOUR, 'rtf:=2', 'out:=%s' % (folder / 'map'), 'bag:=%s' % (folder / 'tour.bag'))
+        launch = graph.launch(MAPPING, TOUR, 'rtf:=0', 'out:=%s' % (folder / 'map'), 'bag:=%s' % (folder / 'tour.bag'))
         assert launch.wait() == 0, launch.output()
         assert graph.is_gone(10.0), 'it left processes behind'
         return folder, launch.output()

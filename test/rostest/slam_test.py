@@ -7,13 +7,14 @@ from pathlib import Path
 import rospy
 import rostest
 import tf2_ros
+from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import MapMetaData, OccupancyGrid
 from nav_msgs.srv import GetMap
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Float64
 from tf2_msgs.msg import TFMessage
 
-from diff_encoder_sim.ros.conversions import pose_from_transform, scan_message, transform_message
+from diff_encoder_sim.ros.conversions import pose_from_message, pose_from_transform, scan_message, transform_message
 from diff_encoder_sim.ros.map_conversions import grid_from_message
 from diff_encoder_sim.se2 import Pose2D
 from ros_testing import (NS_PER_S, Collector, NodeTest, RosoutWatch, angle_between, connected_publisher, stamp_from_ns,
@@ -41,6 +42,7 @@ class SlamTest(NodeTest):
         cls.maps = Collector('/map', OccupancyGrid)
         cls.metadata = Collector('/map_metadata', MapMetaData)
         cls.entropies = Collector('/slam_gmapping/entropy', Float64)
+        cls.poses = Collector('/slam_gmapping/pose', PoseStamped)
         cls.transforms = Collector('/tf', TFMessage)
         cls.dynamic_map = rospy.ServiceProxy('dynamic_map', GetMap)
         cls.rosout = RosoutWatch()
@@ -106,6 +108,12 @@ class SlamTest(NodeTest):
         self.assertLess(math.hypot(pose.x_m, pose.y_m), 0.03)
         self.assertLess(angle_between(pose.yaw_rad, 0.0), 0.02)
         self.assertEqual(newest.child_frame_id, 'odom')
+
+        def of_now(messages):
+            return [one for one in messages if one.header.stamp == stamp_from_ns(self.now_ns)]
+        answer, = of_now(self.poses.wait_for(of_now, 'the pose of the newest scan'))
+        self.assertEqual(answer.header.frame_id, 'map')
+        self.assertAlmostEqual(pose_from_message(answer.pose).x_m, 4 * 0.4, delta=0.03)
 
     def test_3_scans_without_odometry_are_named_and_the_map_is_kept(self):
         before = self.dynamic_map().map.data

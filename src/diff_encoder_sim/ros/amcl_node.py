@@ -79,7 +79,9 @@ class AmclNode:
         self._initial_poses = subscriber('initialpose', PoseWithCovarianceStamped,
                                          self._on_initial_pose)
         self._scans = subscriber('scan', LaserScan, self._on_scan)
-        self._transforms = subscriber('/tf', TFMessage, lambda _: self._process())
+        # The mount may come last, after the scan and its odometry.
+        self._transforms = [subscriber(topic, TFMessage, lambda _: self._process())
+                            for topic in ('/tf', '/tf_static')]
         self._has_heard = False
         self._silence = rospy.Timer(rospy.Duration(SILENCE_S), self._on_silence, reset=True)
         if self._params.use_map_topic:

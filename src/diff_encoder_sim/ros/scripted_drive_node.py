@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 import threading
-from typing import Optional, Tuple
+from typing import Optional
 
 import tf2_ros
 from geometry_msgs.msg import Twist, Vector3
@@ -19,6 +19,9 @@ from diff_encoder_sim.se2 import Pose2D
 from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
 
 COMMAND_PERIOD_S = 0.05
+# What must be connected before time runs, by `slam`; of the embedded one time waits for the pose.
+TOPICS_OF_MAPPERS = {'embedded': ('/scan', '/map', '/slam_gmapping/pose'),
+                     'upstream': ('/scan', '/map')}
 SETTLING_S = 1.0          # of simulated time, at rest, before the result counts
 
 
@@ -33,10 +36,9 @@ class ScriptedDriveNode:
         self._runner = TrialRunner(status, params, self._on_true_pose)
         self._drive = ScriptedDrive(self._runner.trial.test)
         plan = required_trial_plan()
-        is_mapping = plan.slam != 'none'
         # A mapper may have to compile first; the robot does not drive before it listens.
-        self._also_heard: Tuple[str, ...] = ('/scan', '/map') if is_mapping else ()
-        if not is_mapping:
+        self._also_heard = TOPICS_OF_MAPPERS.get(plan.slam, ())
+        if plan.slam == 'none':
             self._broadcast_start(params)
         self._map_keeper = MapKeeper(plan.save_map) if plan.save_map else None
 

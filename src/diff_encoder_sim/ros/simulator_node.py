@@ -31,6 +31,10 @@ PAUSED_CLOCK_PERIOD_S = 0.05
 GRAPH_PERIOD_NS = 50_000_000
 GRAPH_LEAD_NS = 20_000_000
 
+# How far it may run ahead of the answer to a scan: robot_state_publisher needs 20 ms to tell where
+# the laser is; and odometry newer than the scan must not be there yet, as tf2 rounds otherwise then.
+SCAN_LEAD_NS = 50_000_000
+
 
 class SimulatorNodeParams(SimulatorParams):
     """Parameters of simulator_node. World, start and seed are the /trial's unless given."""
@@ -43,6 +47,8 @@ class SimulatorNodeParams(SimulatorParams):
         1.0, ge=0, description='simulated per wall time; 0: as fast as the graph keeps up')
     wait_for: List[str] = Field([], description='stamped topics that the simulation never outruns')
     wait_for_once_begun: List[str] = Field([], description='the same, from their first message')
+    wait_for_after_scans: List[str] = Field(
+        [], description='stamped topics that answer each scan and are not outrun either')
     command_period: float = Field(
         0.0, ge=0, le=10, description='commands answer multiples of this [s] and are waited for; '
                                       '0: taken as they come')
@@ -69,6 +75,8 @@ class SimulatorNode:
         self._models = SimulatedModels(self._simulator, self._lock)
         self._graph_pacer = GraphPacer(params.wait_for, params.wait_for_once_begun, GRAPH_PERIOD_NS,
                                        GRAPH_LEAD_NS)
+        self._scan_pacer = GraphPacer(params.wait_for_after_scans, [], self._scan_period_ns,
+                                      SCAN_LEAD_NS)
         self._wall_pacer = WallPacer(params.real_time_factor)
         self._commands = subscriber('cmd_vel', Twist, self._on_command)
         self._gate = CommandGate(
@@ -104,6 +112,7 @@ class SimulatorNode:
             self._publish()
             now_ns = self._simulator.time_ns
         self._graph_pacer.wait(now_ns + TICK_NS)
+        self._scan_pacer.wait(now_ns + TICK_NS)
         self._wall_pacer.wait(now_ns + TICK_NS)
         command = self._gate.take(now_ns)
         with self._lock:
@@ -149,6 +158,7 @@ class SimulatorNode:
         with self._lock:
             self._simulator.reset()
             self._graph_pacer.restart()
+            self._scan_pacer.restart()
             self._gate.clear()
             self._wall_pacer.restart(0)
         return EmptyResponse()

@@ -6,6 +6,7 @@ from typing import Optional
 
 import rospy
 import tf2_ros
+from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import MapMetaData
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
 from nav_msgs.srv import GetMap, GetMapRequest, GetMapResponse
@@ -15,7 +16,8 @@ from std_msgs.msg import Float64
 from tf2_msgs.msg import TFMessage
 
 from diff_encoder_sim.errors import EVENT
-from diff_encoder_sim.ros.conversions import ns_from_stamp, transform_message
+from diff_encoder_sim.ros.conversions import (ns_from_stamp, pose_stamped_message,
+                                              transform_message)
 from diff_encoder_sim.ros.map_conversions import map_message
 from diff_encoder_sim.ros.node import (compile_first, log, node_params, publisher, run_node,
                                        subscriber)
@@ -60,11 +62,14 @@ class SlamNode:
         self._maps = publisher('map', OccupancyGridMessage, latch=True)
         self._metadata = publisher('map_metadata', MapMetaData, latch=True)
         self._entropies = publisher('~entropy', Float64)
+        self._poses = publisher('~pose', PoseStamped)
         self._service = rospy.Service('dynamic_map', GetMap, self._on_dynamic_map)
         self._queue = ScanQueue(rospy.resolve_name('scan'), self._buffer, self._params.base_frame,
                                 self._params.odom_frame, self._take)
         self._scans = subscriber('scan', LaserScan, self._on_scan)
-        self._transforms = subscriber('/tf', TFMessage, lambda _: self._process())
+        # The mount may come last, after the scan and its odometry.
+        self._transforms = [subscriber(topic, TFMessage, lambda _: self._process())
+                            for topic in ('/tf', '/tf_static')]
         self._has_heard = False
         self._silence = rospy.Timer(rospy.Duration(SILENCE_S), self._on_silence, reset=True)
         if self._params.transform_publish_period > 0.0:
@@ -81,9 +86,7 @@ class SlamNode:
                 log.warning('scan stamps went back to %.3f s: nothing is added until they are '
                             'where they were; the map so far is kept',
                             stamp_ns / NANOSECONDS_PER_SECOND, extra=EVENT)
-            self._scan_count += 1
-            if (self._scan_count - 1) % self._params.throttle_scans == 0:
-                self._queue.add(message)
+            self._queue.add(message)
         self._process()
 
     def _process(self) -> None:
@@ -91,6 +94,16 @@ class SlamNode:
             self._queue.process()
 
     def _take(self, scan: Scan, odom_pose: Pose2D, laser_pose: Pose2D) -> None:
+        self._scan_count += 1
+        if (self._scan_count - 1) % self._params.throttle_scans == 0:
+            self._map(scan, odom_pose, laser_pose)
+        # Of every scan, so that whoever sends them can wait for the mapper.
+        if self._slam.odom_pose_in_map is not None:
+            self._poses.publish(pose_stamped_message(
+                self._slam.odom_pose_in_map.compose(odom_pose), scan.stamp_ns,
+                self._params.map_frame))
+
+    def _map(self, scan: Scan, odom_pose: Pose2D, laser_pose: Pose2D) -> None:
         estimate = self._slam.update(odom_pose, scan, laser_pose)
         if estimate is None:
             return
