@@ -13,7 +13,8 @@ from typing import List, NamedTuple, Optional, Tuple
 import numpy as np
 from checkout import ROOT, print_header
 from diff_encoder_sim.experiments.definition import Trial, TrialPlan, find_world, load_test
-from diff_encoder_sim.experiments.lockstep import LockstepTrial, Report, load_robot_params
+from diff_encoder_sim.experiments.lockstep import LockstepTrial, Report
+from diff_encoder_sim.experiments.robot_params import load_robot_params
 from diff_encoder_sim.experiments.route_driver import RouteFailed
 from diff_encoder_sim.se2 import Pose2D
 from tabulate import tabulate

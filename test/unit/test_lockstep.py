@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.experiments.definition import TestDefinition, Trial, TrialPlan, find_world
-from diff_encoder_sim.experiments.lockstep import LockstepTrial, load_robot_params
+from diff_encoder_sim.experiments.lockstep import LockstepTrial
+from diff_encoder_sim.experiments.robot_params import load_robot_params
 from diff_encoder_sim.experiments.route_driver import RouteFailed
 from diff_encoder_sim.mapping.map_files import save_map
 from diff_encoder_sim.mapping.rasterise import rasterise

@@ -7,50 +7,24 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Iterator, NamedTuple, Optional, Tuple, Union
 
-from diff_encoder_sim.config import load_params, load_yaml, split_params
-from diff_encoder_sim.encoder import DiffEncoder, EncoderParams
+from diff_encoder_sim.encoder import DiffEncoder
 from diff_encoder_sim.experiments.definition import TrialPlan
+from diff_encoder_sim.experiments.robot_params import RobotParams
 from diff_encoder_sim.experiments.route_driver import RouteDriver
 from diff_encoder_sim.localization.amcl import Amcl, AmclEstimate
-from diff_encoder_sim.localization.params import AmclParams
 from diff_encoder_sim.mapping.map_files import load_map
 from diff_encoder_sim.navigation.navigator import Navigator
-from diff_encoder_sim.navigation.navigator_params import NavigatorParams
 from diff_encoder_sim.navigation.outcome import Command, GoalStatus, NavigatorOutput
-from diff_encoder_sim.odometry import OdometryEstimate, OdometryParams, WheelOdometry
+from diff_encoder_sim.odometry import OdometryEstimate, WheelOdometry
 from diff_encoder_sim.scan import Scan
 from diff_encoder_sim.se2 import Pose2D
 from diff_encoder_sim.seeds import generator
-from diff_encoder_sim.simulation.simulator import Simulator, SimulatorParams
+from diff_encoder_sim.simulation.simulator import Simulator
 from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
 
 # From an odometry message to the moment when the command that answers it moves the wheels: as the
 # live simulator's command gate has it.
 COMMAND_DELAY_NS = 20_000_000
-
-
-class RobotParams(NamedTuple):
-    """The YAML files of config/, each as its nodes read it."""
-
-    encoder: EncoderParams
-    odometry: OdometryParams
-    simulator: SimulatorParams
-    amcl: AmclParams
-    navigator: NavigatorParams
-
-
-def load_robot_params(config_folder: Union[str, Path]) -> RobotParams:
-    """What trial.launch gives its nodes.
-
-    Raises:
-        ConfigError: a file is missing or bad.
-    """
-    folder = Path(config_folder)
-    wheels = folder / 'config.yaml'
-    encoder, odometry = split_params(load_yaml(wheels), str(wheels), EncoderParams, OdometryParams)
-    return RobotParams(encoder, odometry, load_params(SimulatorParams, folder / 'simulator.yaml'),
-                       load_params(AmclParams, folder / 'amcl.yaml'),
-                       load_params(NavigatorParams, folder / 'navigation.yaml'))
 
 
 class Report(NamedTuple):
