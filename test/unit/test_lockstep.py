@@ -5,11 +5,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from diff_encoder_sim.errors import ConfigError
 from diff_encoder_sim.experiments.definition import TestDefinition, Trial, TrialPlan, find_world
+from diff_encoder_sim.experiments.latency import LatencyParams
 from diff_encoder_sim.experiments.lockstep import LockstepTrial
+from diff_encoder_sim.experiments.publications import Publications
 from diff_encoder_sim.experiments.robot_params import load_robot_params
-from diff_encoder_sim.experiments.route_driver import RouteFailed
-from diff_encoder_sim.mapping.map_files import save_map
+from diff_encoder_sim.experiments.outcome import Outcome
+from diff_encoder_sim.mapping.map_files import load_map, save_map
 from diff_encoder_sim.mapping.rasterise import rasterise
 from diff_encoder_sim.simulation.world import load_world
 
@@ -23,13 +26,16 @@ BEND = {'name': 'bend', 'world': 'ros_logo', 'start': {'x': -3.4, 'y': -0.85},
                   {'goal': {'x': 0.0, 'y': -0.935}}]}
 
 
-def lockstep(test, ppr=90, number=1, map_file=None, **changes):
+def lockstep(test, ppr=90, number=1, map_file=None, nav='embedded', latency=LatencyParams(), publications=None,
+             encoder_rate=20.0, **changes):
     test = TestDefinition.from_mapping({**test, **changes}, '')
     world = find_world(test.world, ROOT / 'worlds')
     plan = TrialPlan(trial=Trial(test=test, ppr={'left': ppr, 'right': ppr}, number=number,
-                                 nav='embedded'),
+                                 nav=nav),
                      world=str(world), map=str(map_file or world.with_suffix('.yaml')), bag='')
-    return LockstepTrial(plan, ROOT / 'urdf' / 'alto.urdf.xacro', load_robot_params(ROOT / 'config'))
+    params = load_robot_params(ROOT / 'config')
+    params = params._replace(latency=latency, encoder=params.encoder.model_copy(update={'rate': encoder_rate}))
+    return LockstepTrial(plan, ROOT / 'urdf' / 'alto.urdf.xacro', params, publications)
 
 
 def distance_and_turn(pose, goal):
@@ -77,11 +83,79 @@ def test_the_same_trial_is_the_same_bit_for_bit_and_another_is_not():
     assert first != other
 
 
+def ended(trial):
+    """How a trial ends, after it was run."""
+    for _ in trial.run():
+        pass
+    return trial.ending
+
+
 def test_a_goal_in_a_wall_fails_with_the_reason():
-    with pytest.raises(RouteFailed, match='the goal was not reached'):
-        list(lockstep(HALL, route=[{'goal': {'x': -3.0, 'y': 3.1}}]).run())
+    ending = ended(lockstep(HALL, route=[{'goal': {'x': -3.0, 'y': 3.1}}]))
+    assert ending.outcome is Outcome.ABORTED
+    assert 'the goal was not reached' in ending.reason
 
 
 def test_a_trial_that_takes_too_long_fails():
-    with pytest.raises(RouteFailed, match='time_limit'):
-        list(lockstep(HALL, time_limit=2.0).run())
+    ending = ended(lockstep(HALL, time_limit=2.0))
+    assert ending == (Outcome.TIMED_OUT, 'not at its end after 2 s (time_limit)')
+
+
+def test_a_robot_that_runs_into_a_wall_has_collided():
+    ending = ended(lockstep(HALL, nav='scripted', start={'x': 0.0, 'yaw': math.pi / 2}, drive=[{'straight': 6.0}]))
+    assert ending.outcome is Outcome.COLLISION
+    assert 'hallway' in ending.reason and '(0.00, 2.' in ending.reason
+
+
+def test_a_robot_that_believes_to_be_at_the_goal_but_is_not_is_lost(tmp_path):
+    """Its map lies 0.8 m too far ahead, and so does what it takes for the goal."""
+    grid = load_map(ROOT / 'worlds' / 'hallway.yaml')
+    ahead = grid._replace(origin=grid.origin._replace(x_m=grid.origin.x_m + 0.8))
+    ending = ended(lockstep(HALL, map_file=save_map(ahead, tmp_path / 'ahead')))
+    assert ending.outcome is Outcome.LOST
+    assert 'from the goal; allowed: 0.50 m' in ending.reason
+
+
+def test_latencies_delay_what_they_say(tmp_path):
+    slow = LatencyParams(odometry=0.03, localization=0.1, command=0.05)
+    heard = {name: [] for name in ('odometry', 'odom_in_map', 'scan')}
+
+    class Ears(Publications):
+        def scan(self, scan):
+            heard['scan'].append((scan.stamp_ns, scan.stamp_ns))
+
+        def odometry(self, now_ns, estimate):
+            heard['odometry'].append((now_ns, estimate.stamp_ns))
+
+        def odom_in_map(self, now_ns, stamp_ns, odom_pose_in_map):
+            heard['odom_in_map'].append((now_ns, stamp_ns))
+
+    quick, late = (lockstep(HALL, latency=latency) for latency in (LatencyParams(), slow))
+    trial = lockstep(HALL, latency=slow, publications=Ears())
+    assert ended(trial).outcome is Outcome.SUCCEEDED
+    assert {now_ns - stamp_ns for now_ns, stamp_ns in heard['odometry']} == {30_000_000}
+    # Dated ahead by transform_tolerance, 0.4 s.
+    assert {now_ns - stamp_ns for now_ns, stamp_ns in heard['odom_in_map']} == {130_000_000 - 400_000_000}
+    starts = [next(trial.time_ns for report in trial.run() if report.true_pose_in_map.x_m > -2.999)
+              for trial in (quick, late)]
+    assert 0.08e9 <= starts[1] - starts[0] <= 0.3e9
+
+
+@pytest.mark.parametrize('value', [0.005, -0.01, 11.0, float('nan')])
+def test_a_latency_is_whole_ticks(value):
+    with pytest.raises(ConfigError, match='command'):
+        LatencyParams.from_mapping({'command': value}, 'lockstep.yaml')
+
+
+def test_a_scripted_drive_needs_no_localization_and_is_told_on_the_map():
+    *_, last = lockstep(HALL, 1024, nav='scripted', drive=[{'straight': 1.0}]).run()
+    assert last.true_pose_in_map.x_m == pytest.approx(-2.0, abs=1e-3)
+    assert last.believed_pose_in_map.x_m == pytest.approx(-2.0, abs=2e-3)
+    assert last.estimate is None
+
+
+def test_scans_between_two_odometry_messages_are_localized_by_interpolation():
+    """An encoder that reports at 8 Hz, 125 ms, against scans each 100 ms."""
+    *_, last = lockstep(HALL, 1024, encoder_rate=8.0).run()
+    assert distance_and_turn(last.believed_pose_in_map, TestDefinition.from_mapping(HALL, '').route[-1].goal)[0] < 0.06
+    assert last.estimate.stamp_ns % 125_000_000 != 0

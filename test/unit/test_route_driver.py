@@ -4,7 +4,8 @@ import math
 import pytest
 
 from diff_encoder_sim.experiments.definition import TestDefinition
-from diff_encoder_sim.experiments.route_driver import RouteDriver, RouteFailed
+from diff_encoder_sim.experiments.outcome import Outcome, RouteFailed
+from diff_encoder_sim.experiments.route_driver import RouteDriver
 from diff_encoder_sim.navigation.outcome import GoalStatus
 from diff_encoder_sim.se2 import Pose2D, wrap_angle
 
@@ -75,9 +76,10 @@ def test_a_goal_given_up_fails_the_route_and_says_why(status):
         clock.step(0, 0, status=status, text='no way')
 
 
-def test_a_route_has_a_time_limit():
-    clock = Clock(driver([{'goal': {'x': 2.0}}], time_limit=1.0))
-    for _ in range(21):
-        clock.step(0, 0)
-    with pytest.raises(RouteFailed, match=r'after 1 s \(time_limit\)'):
-        clock.step(0, 0)
+def test_a_route_has_a_time_limit_whether_the_robot_knows_where_it_is_or_not():
+    driven = driver([{'goal': {'x': 2.0}}], time_limit=1.0)
+    for index in range(21):
+        driven.watch(7 * PERIOD_NS + index * PERIOD_NS)
+    with pytest.raises(RouteFailed, match=r'after 1 s \(time_limit\)') as failure:
+        driven.watch(7 * PERIOD_NS + 21 * PERIOD_NS)
+    assert failure.value.ending.outcome is Outcome.TIMED_OUT

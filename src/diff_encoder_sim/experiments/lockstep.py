@@ -1,30 +1,30 @@
-"""A navigated trial in one process, on simulated time: the live graph's parts, ticked in order.
+"""A trial in one process, on simulated time: the live graph's parts, each at its rate.
 
 Equal trials and parameters give equal numbers, bit for bit.
 """
 from __future__ import annotations
 
+import math
 from pathlib import Path
-from typing import Iterator, NamedTuple, Optional, Tuple, Union
+from typing import Iterator, List, NamedTuple, Optional, Union
 
 from diff_encoder_sim.encoder import DiffEncoder
 from diff_encoder_sim.experiments.definition import TrialPlan
+from diff_encoder_sim.experiments.latency import latency_ns
+from diff_encoder_sim.experiments.outcome import Ending, Outcome, RouteFailed, miss
+from diff_encoder_sim.experiments.pilots import NavigatingPilot, Pilot, ScriptedPilot
+from diff_encoder_sim.experiments.publications import Publications
 from diff_encoder_sim.experiments.robot_params import RobotParams
-from diff_encoder_sim.experiments.route_driver import RouteDriver
-from diff_encoder_sim.localization.amcl import Amcl, AmclEstimate
-from diff_encoder_sim.mapping.map_files import load_map
-from diff_encoder_sim.navigation.navigator import Navigator
-from diff_encoder_sim.navigation.outcome import Command, GoalStatus, NavigatorOutput
+from diff_encoder_sim.experiments.schedule import Schedule
+from diff_encoder_sim.localization.amcl import AmclEstimate
+from diff_encoder_sim.navigation.outcome import Command, NavigatorOutput
 from diff_encoder_sim.odometry import OdometryEstimate, WheelOdometry
-from diff_encoder_sim.scan import Scan
 from diff_encoder_sim.se2 import Pose2D
-from diff_encoder_sim.seeds import generator
-from diff_encoder_sim.simulation.simulator import Simulator
+from diff_encoder_sim.simulation.simulator import TICK_NS, Simulator
 from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
 
-# From an odometry message to the moment when the command that answers it moves the wheels: as the
-# live simulator's command gate has it.
-COMMAND_DELAY_NS = 20_000_000
+# Of /gazebo/model_states, and of /world_pose that is made from it.
+STATES_PERIOD_NS = 50_000_000
 
 
 class Report(NamedTuple):
@@ -39,91 +39,119 @@ class Report(NamedTuple):
 
 
 class LockstepTrial:
-    """One robot, its sensors and its navigation; `run` yields a report each 50 ms."""
+    """One robot in its world, and who drives it. The map's frame is the world's."""
 
-    def __init__(self, plan: TrialPlan, robot_file: Union[str, Path], params: RobotParams) -> None:
+    def __init__(self, plan: TrialPlan, robot_file: Union[str, Path], params: RobotParams,
+                 publications: Optional[Publications] = None) -> None:
+        """
+        Raises:
+            ConfigError: a file is missing or bad, or a rate does not fit into 10 ms.
+        """
         trial = plan.trial
-        start = trial.test.start
-        self._simulator = Simulator(plan.world, robot_file, params.simulator, start.pose(),
-                                    trial.number)
+        self._trial = trial
+        self._publications = publications or Publications()
+        self._simulator = Simulator(plan.world, robot_file, params.simulator,
+                                    trial.test.start.pose(), trial.number)
         self._encoder = DiffEncoder(params.encoder.model_copy(update={'ppr': trial.ppr}))
         self._odometry = WheelOdometry(params.odometry.model_copy(update={'ppr': trial.ppr}))
-        grid = load_map(plan.map)
-        at_start = {'initial_pose_x': start.x, 'initial_pose_y': start.y,
-                    'initial_pose_a': start.yaw}
-        self._amcl = Amcl(params.amcl.model_copy(update=at_start), grid,
-                          generator(trial.number, 'amcl'))
-        self._tolerance_ns = round(params.amcl.transform_tolerance * NANOSECONDS_PER_SECOND)
-        self._laser_pose = self._simulator.laser_pose_in_base
-        self._navigator = Navigator(params.navigator, grid, self._laser_pose)
-        self._driver = RouteDriver(trial.test)
-        self._scan_period_ns = round(NANOSECONDS_PER_SECOND / params.simulator.lidar.rate)
-        self._odom_pose_in_map: Optional[Pose2D] = None         # as /tf has it
-        self._command: Optional[Tuple[int, Command]] = None    # and when it takes effect
+        self._odometry_latency_ns = latency_ns(params.latency.odometry)
+        self._command_latency_ns = latency_ns(params.latency.command)
+        self._schedule = Schedule()
+        self._schedule.every(TICK_NS, self._read_joints)
+        self._schedule.every(STATES_PERIOD_NS, self._look)
+        self._schedule.every(round(NANOSECONDS_PER_SECOND / params.simulator.lidar.rate),
+                             self._sweep)
+        self._publications.trial(trial)
+        self._pilot = self._make_pilot(plan, params)
+        self._reports: List[Report] = []
+        self._true_pose = trial.test.start.pose()
+        self.distance_m = 0.0                   # that base_link has come along the floor
+        self.last_report: Optional[Report] = None
+        self.ending: Optional[Ending] = None    # None while it runs
+
+    @property
+    def time_ns(self) -> int:
+        """Simulated time."""
+        return self._simulator.time_ns
+
+    @property
+    def true_pose_in_map(self) -> Pose2D:
+        """Where the robot stands."""
+        return self._true_pose
 
     def run(self) -> Iterator[Report]:
-        """Drive the route; ends when the robot rests at its end.
-
-        Raises:
-            RouteFailed: it did not get there.
-        """
+        """Drive to the end, which is then in `ending`; yields each message of odometry."""
         try:
-            while not self._driver.is_over:
-                report = self._tick()
-                if report is not None:
-                    yield report
+            while self.ending is None:
+                self._tick()
+                yield from self._reports
+                self._reports.clear()
+            self._publications.ending(self._simulator.time_ns, self.ending)
         finally:
             self._simulator.close()
 
-    def _tick(self) -> Optional[Report]:
-        simulator = self._simulator
-        odometry = self._read_wheels()
-        if simulator.time_ns % self._scan_period_ns == 0:
-            scan = simulator.scan()
-            self._navigator.take_scan(scan)
-        report = self._control(odometry) if odometry is not None else None
-        # After control: a live AMCL is at work while the navigator decides.
-        if simulator.time_ns % self._scan_period_ns == 0 and odometry is not None:
-            self._localize(odometry, scan)
-        if self._command is not None and self._command[0] == simulator.time_ns:
-            simulator.command(*self._command[1])
-        simulator.tick()
-        return report
+    def _tick(self) -> None:
+        try:
+            self._schedule.run_until(self._simulator.time_ns)
+        except RouteFailed as failure:
+            self.ending = failure.ending
+            return
+        if self._pilot.is_over:
+            reason = miss(self._true_pose, self._trial.goal())
+            self.ending = Ending(Outcome.LOST, reason) if reason else Ending(Outcome.SUCCEEDED)
+            return
+        self._simulator.tick()
 
-    def _localize(self, odometry: OdometryEstimate, scan: Scan) -> None:
-        self._amcl.update(odometry.base_pose_in_odom, scan, self._laser_pose)
-        if not self._amcl.is_lost:
-            self._odom_pose_in_map = self._amcl.odom_pose_in_map
-            self._navigator.take_localization(scan.stamp_ns + self._tolerance_ns,
-                                              self._odom_pose_in_map)
+    def _make_pilot(self, plan: TrialPlan, params: RobotParams) -> Pilot:
+        if plan.trial.nav == 'scripted':
+            return ScriptedPilot(plan, self._send, self._publications)
+        return NavigatingPilot(plan, params, self._simulator.laser_pose_in_base, self._schedule,
+                               self._send, self._publications)
 
-    def _read_wheels(self) -> Optional[OdometryEstimate]:
+    # ---- at their rates
+
+    def _read_joints(self) -> None:
         joints = self._simulator.joint_states()
+        self._publications.joint_states(joints)
         sample = self._encoder.update(*joints[:3])
-        return None if sample is None else self._odometry.update(*sample)
+        if sample is None:
+            return
+        self._publications.encoder_pulse(sample)
+        estimate = self._odometry.update(*sample)
+        if estimate is not None:
+            due_ns = self._simulator.time_ns + self._odometry_latency_ns
+            self._schedule.at(due_ns, lambda: self._take_odometry(due_ns, estimate))
 
-    def _control(self, odometry: OdometryEstimate) -> Report:
-        stamp_ns = odometry.stamp_ns
-        self._navigator.take_odometry(stamp_ns, odometry.base_pose_in_odom,
-                                      odometry.linear_velocity_mps,
-                                      odometry.angular_velocity_radps, *odometry.twist_std())
-        was_active = self._navigator.status is GoalStatus.ACTIVE
-        output = self._navigator.step(stamp_ns)
-        if was_active:
-            self._send(output.command)
-        believed = None
-        if self._odom_pose_in_map is not None:
-            believed = self._odom_pose_in_map.compose(odometry.base_pose_in_odom)
-            self._drive_on(stamp_ns, believed, output)
-        return Report(stamp_ns, self._simulator.base_pose_in_world(), odometry, believed,
-                      self._amcl.last_estimate, output)
+    def _look(self) -> None:
+        """The truth, and whether the robot has run into something."""
+        now_ns, pose = self._simulator.time_ns, self._simulator.base_pose_in_world()
+        self.distance_m += math.hypot(pose.x_m - self._true_pose.x_m,
+                                      pose.y_m - self._true_pose.y_m)
+        self._true_pose = pose
+        self._publications.models(now_ns, self._simulator)
+        self._publications.world_pose(now_ns, pose)
+        hit = self._simulator.obstacle_hit()
+        if hit is not None:
+            raise RouteFailed(Outcome.COLLISION, f'the robot touches {hit} at '
+                                                 f'({pose.x_m:.2f}, {pose.y_m:.2f}) m')
+        self._pilot.take_true_time(now_ns)
 
-    def _drive_on(self, stamp_ns: int, believed: Pose2D, output: NavigatorOutput) -> None:
-        wanted = self._driver.step(stamp_ns, believed, output.status, output.text)
-        if wanted.goal_in_map is not None:
-            self._navigator.set_goal(wanted.goal_in_map)
-        if wanted.turn_rate_radps is not None:
-            self._send(Command(0.0, wanted.turn_rate_radps))
+    def _sweep(self) -> None:
+        scan = self._simulator.scan()
+        self._publications.scan(scan)
+        self._pilot.take_scan(scan)
 
-    def _send(self, command: Command) -> None:
-        self._command = self._simulator.time_ns + COMMAND_DELAY_NS, command
+    # ---- after their latency
+
+    def _take_odometry(self, now_ns: int, estimate: OdometryEstimate) -> None:
+        self._publications.odometry(now_ns, estimate)
+        self._pilot.take_odometry(now_ns, estimate)
+        self.last_report = Report(estimate.stamp_ns, self._true_pose, estimate,
+                                  self._pilot.believed_pose_in_map, self._pilot.estimate,
+                                  self._pilot.navigation)
+        self._reports.append(self.last_report)
+
+    def _send(self, now_ns: int, command: Command) -> None:
+        self._publications.command(now_ns, command)
+        self._schedule.at(now_ns + self._command_latency_ns,
+                          lambda: self._simulator.command(*command))

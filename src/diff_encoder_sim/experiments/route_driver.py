@@ -5,16 +5,13 @@ import math
 from typing import List, NamedTuple, Optional, Union
 
 from diff_encoder_sim.experiments.definition import Leg, TestDefinition
+from diff_encoder_sim.experiments.outcome import Outcome, RouteFailed
 from diff_encoder_sim.experiments.turning import TurnInPlace
 from diff_encoder_sim.navigation.outcome import GoalStatus
 from diff_encoder_sim.se2 import Pose2D
 from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
 
 SETTLING_S = 1.0          # at rest, before the result counts
-
-
-class RouteFailed(Exception):
-    """Why the route was not driven to its end."""
 
 
 class Destination(NamedTuple):
@@ -38,7 +35,7 @@ class DriverOutput(NamedTuple):
 
 
 class RouteDriver:
-    """Call `step` with each belief of where the robot is, until it `is_over`.
+    """Call `step` with each belief of where the robot is, until it `is_over`; and `watch` always.
 
     Where the robot is, it knows from localization alone, as the robot does.
     """
@@ -52,6 +49,18 @@ class RouteDriver:
         self._started_ns: Optional[int] = None
         self.is_over = False
 
+    def watch(self, now_ns: int) -> None:
+        """To be called at a steady rate, whether the robot knows where it is or not.
+
+        Raises:
+            RouteFailed: the test's time limit, from the first call on, is over.
+        """
+        if self._started_ns is None:
+            self._started_ns = now_ns
+        if now_ns - self._started_ns > self._test.time_limit * NANOSECONDS_PER_SECOND:
+            raise RouteFailed(Outcome.TIMED_OUT,
+                              f'not at its end after {self._test.time_limit:.0f} s (time_limit)')
+
     def step(self, now_ns: int, base_pose_in_map: Pose2D, status: GoalStatus,
              status_text: str) -> DriverOutput:
         """What to do now.
@@ -63,13 +72,10 @@ class RouteDriver:
             status_text: its reason, for messages.
 
         Raises:
-            RouteFailed: the navigator gave a goal up, or the test's time limit is over.
+            RouteFailed: the navigator gave a goal up.
         """
-        if self._started_ns is None:
-            self._started_ns = now_ns
+        if self._index < 0:
             return self._begin_next(now_ns, base_pose_in_map)
-        if now_ns - self._started_ns > self._test.time_limit * NANOSECONDS_PER_SECOND:
-            raise RouteFailed(f'not at its end after {self._test.time_limit:.0f} s (time_limit)')
         if self._reached_ns is not None:
             self.is_over = now_ns - self._reached_ns >= SETTLING_S * NANOSECONDS_PER_SECOND
             return DriverOutput()
@@ -104,8 +110,8 @@ class RouteDriver:
         if not stage.is_stop and offset_m <= self._test.pass_radius:
             return True
         if status.is_over and status is not GoalStatus.SUCCEEDED:
-            raise RouteFailed(f'{stage.describe()} was not reached: '
-                              f'{status_text or status.value}')
+            raise RouteFailed(Outcome.ABORTED, f'{stage.describe()} was not reached: '
+                                               f'{status_text or status.value}')
         return status is GoalStatus.SUCCEEDED
 
 

@@ -10,7 +10,8 @@ from actionlib_msgs.msg import GoalStatus as ActionStatus
 from geometry_msgs.msg import Twist, Vector3
 from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 
-from diff_encoder_sim.experiments.route_driver import DriverOutput, RouteDriver, RouteFailed
+from diff_encoder_sim.experiments.outcome import RouteFailed
+from diff_encoder_sim.experiments.route_driver import DriverOutput, RouteDriver
 from diff_encoder_sim.navigation.outcome import GoalStatus
 from diff_encoder_sim.recording import topics
 from diff_encoder_sim.ros.conversions import pose_stamped_message
@@ -34,7 +35,7 @@ class NavigationTrialNode:
 
     def __init__(self, status: LaunchStatus) -> None:
         self._params = node_params(TrialParams)
-        self._runner = TrialRunner(status, self._params, lambda stamp_ns, pose: None)
+        self._runner = TrialRunner(status, self._params, self._watch)
         self._driver = RouteDriver(self._runner.trial.test)
         self._believed: Optional[Pose2D] = None
         self._failure: Optional[RouteFailed] = None
@@ -61,7 +62,7 @@ class NavigationTrialNode:
         self._runner.wait_for(self._ended.is_set)
         if self._failure is not None:
             self._action.cancel_all_goals()
-            raise TrialFailed(str(self._failure))
+            raise TrialFailed(*reversed(self._failure.ending))
         log.info('%s ends %s', topics.GLOBAL_POSE,
                  distance_from_goal(self._believed, self._runner.trial.goal()))
 
@@ -69,6 +70,14 @@ class NavigationTrialNode:
         # Waiting goes by simulated time, so it is only begun when it will not be for long.
         return (self._action.last_status_msg is not None
                 and self._action.wait_for_server(rospy.Duration(0.1)))
+
+    def _watch(self, stamp_ns: int, _: Pose2D) -> None:
+        """A robot that has lost its way gets no pose, but its time runs."""
+        try:
+            self._driver.watch(stamp_ns)
+        except RouteFailed as failure:
+            self._failure = self._failure or failure
+            self._ended.set()
 
     def _on_global_pose(self, stamp_ns: int, base_pose_in_map: Pose2D) -> None:
         if self._ended.is_set() or not self._may_drive.is_set():

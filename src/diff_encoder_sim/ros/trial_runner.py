@@ -13,6 +13,7 @@ from std_msgs.msg import String
 from std_srvs.srv import Empty
 
 from diff_encoder_sim.config import Params
+from diff_encoder_sim.experiments.outcome import GOAL_DISTANCE_M, Outcome, miss
 from diff_encoder_sim.recording import topics
 from diff_encoder_sim.ros.graph import wait_until_heard
 from diff_encoder_sim.ros.launch_status import LaunchStatus
@@ -37,11 +38,15 @@ class TrialParams(Params):
     map_frame: str = Field('map', min_length=1)
     start_timeout: float = Field(60.0, gt=0, description='for the graph to come up [s of wall]')
     stall_timeout: float = Field(20.0, gt=0, description='without a true pose [s of wall]')
-    goal_distance: float = Field(0.5, gt=0, description='truth farther off fails the trial [m]')
+    goal_distance: float = Field(GOAL_DISTANCE_M, gt=0, description='truth farther off fails the trial [m]')
 
 
 class TrialFailed(Exception):
-    """Why the trial did not come to its end."""
+    """Why the trial did not come to its end; without an outcome of the robot's it is the graph's fault."""
+
+    def __init__(self, reason: str, outcome: Optional[Outcome] = None) -> None:
+        super().__init__(reason)
+        self.outcome = outcome.value if outcome else 'failed'
 
 
 class TrialRunner:
@@ -75,10 +80,10 @@ class TrialRunner:
             drive()
             self._check_goal()
         except TrialFailed as failure:
-            self._report('failed', str(failure))
+            self._report(failure.outcome, str(failure))
             rospy.logerr('trial failed: %s', failure)
             sys.exit(1)
-        self._report('succeeded', '')
+        self._report(Outcome.SUCCEEDED.value, '')
         rospy.loginfo('trial succeeded; %s', self._record)
         self._status.succeed()
 
@@ -110,10 +115,9 @@ class TrialRunner:
     def _check_goal(self) -> None:
         goal = self.trial.goal()
         log.info('%s ends %s', topics.WORLD_POSE, distance_from_goal(self._true_pose, goal))
-        distance_m = math.hypot(self._true_pose.x_m - goal.x_m, self._true_pose.y_m - goal.y_m)
-        if distance_m > self._params.goal_distance:
-            raise TrialFailed(f'the robot stands {distance_m:.2f} m from the goal; allowed: '
-                              f'{self._params.goal_distance:.2f} m')
+        reason = miss(self._true_pose, goal, self._params.goal_distance)
+        if reason is not None:
+            raise TrialFailed(reason, Outcome.LOST)
 
     def _on_world_pose(self, stamp_ns: int, base_pose_in_map: Pose2D) -> None:
         self._true_pose = base_pose_in_map

@@ -1,0 +1,63 @@
+"""What the parts of a trial in lockstep say, topic by topic; who listens, redefines it."""
+from __future__ import annotations
+
+from diff_encoder_sim.encoder import EncoderSample
+from diff_encoder_sim.experiments.definition import Trial
+from diff_encoder_sim.experiments.outcome import Ending
+from diff_encoder_sim.localization.amcl import AmclEstimate
+from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
+from diff_encoder_sim.navigation.outcome import Command, GoalStatus
+from diff_encoder_sim.odometry import OdometryEstimate
+from diff_encoder_sim.scan import Scan
+from diff_encoder_sim.se2 import Pose2D
+from diff_encoder_sim.simulation.simulator import Simulator
+from diff_encoder_sim.simulation.state import JointStates
+
+
+class Publications:
+    """Nobody listens. Each method is one publication on the live graph's topics, at `now_ns`."""
+
+    def trial(self, trial: Trial) -> None:
+        """/trial, before time runs."""
+
+    def ending(self, now_ns: int, ending: Ending) -> None:
+        """/trial_result."""
+
+    def map(self, grid: OccupancyGrid) -> None:
+        """/map and /map_metadata, before time runs."""
+
+    def joint_states(self, joints: JointStates) -> None:
+        """/clock and /joint_states of each tick, and the wheels on /tf."""
+
+    def models(self, now_ns: int, simulator: Simulator) -> None:
+        """/gazebo/model_states."""
+
+    def world_pose(self, now_ns: int, base_pose_in_map: Pose2D) -> None:
+        """/world_pose: the truth."""
+
+    def scan(self, scan: Scan) -> None:
+        """/scan."""
+
+    def encoder_pulse(self, sample: EncoderSample) -> None:
+        """/encoder_pulse."""
+
+    def odometry(self, now_ns: int, estimate: OdometryEstimate) -> None:
+        """/odom, and odom->base_link on /tf."""
+
+    def amcl_pose(self, now_ns: int, estimate: AmclEstimate) -> None:
+        """/amcl_pose."""
+
+    def odom_in_map(self, now_ns: int, stamp_ns: int, odom_pose_in_map: Pose2D) -> None:
+        """map->odom on /tf, with its stamp."""
+
+    def global_pose(self, now_ns: int, stamp_ns: int, base_pose_in_map: Pose2D) -> None:
+        """/global_pose: where the robot believes to be."""
+
+    def command(self, now_ns: int, command: Command) -> None:
+        """/cmd_vel."""
+
+    def goal(self, now_ns: int, goal_in_map: Pose2D) -> None:
+        """/move_base/goal."""
+
+    def goal_result(self, now_ns: int, status: GoalStatus, text: str) -> None:
+        """/move_base/result of the goal sent last."""

@@ -1,0 +1,43 @@
+"""Simulated time as a queue of what happens when: parts at their rates, answers after their latency."""
+from __future__ import annotations
+
+import heapq
+from typing import Callable, List, Tuple
+
+Action = Callable[[], None]
+
+
+class Schedule:
+    """Actions by time [ns]; those of one time in a fixed order.
+
+    First what comes at a rate, in the order in which it was entered; then what was put off until
+    then, in the order in which that was done.
+    """
+
+    def __init__(self) -> None:
+        # (time [ns], rank among those of one time, period [ns] or 0, action); ranks are unique.
+        self._queue: List[Tuple[int, Tuple[int, int], int, Action]] = []
+        self._count = 0
+
+    def every(self, period_ns: int, action: Action) -> None:
+        """Do it at 0 and at every multiple of the period."""
+        self._push(0, 0, period_ns, action)
+
+    def at(self, time_ns: int, action: Action) -> None:
+        """Do it once."""
+        self._push(time_ns, 1, 0, action)
+
+    def run_until(self, time_ns: int) -> None:
+        """Do all that is due up to and including a time; it may enter more."""
+        queue = self._queue
+        while queue and queue[0][0] <= time_ns:
+            due_ns, rank, period_ns, action = queue[0]
+            if period_ns:
+                heapq.heapreplace(queue, (due_ns + period_ns, rank, period_ns, action))
+            else:
+                heapq.heappop(queue)
+            action()
+
+    def _push(self, time_ns: int, kind: int, period_ns: int, action: Action) -> None:
+        self._count += 1
+        heapq.heappush(self._queue, (time_ns, (kind, self._count), period_ns, action))
