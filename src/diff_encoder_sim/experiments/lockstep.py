@@ -19,12 +19,14 @@ from diff_encoder_sim.experiments.schedule import Schedule
 from diff_encoder_sim.localization.amcl import AmclEstimate
 from diff_encoder_sim.navigation.outcome import Command, NavigatorOutput
 from diff_encoder_sim.odometry import OdometryEstimate, WheelOdometry
-from diff_encoder_sim.se2 import Pose2D
+from diff_encoder_sim.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.simulation.simulator import TICK_NS, Simulator
 from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
 
 # Of /gazebo/model_states, and of /world_pose that is made from it.
 STATES_PERIOD_NS = 50_000_000
+
+WORLD_POSE_IN_MAP = IDENTITY
 
 
 class Report(NamedTuple):
@@ -61,7 +63,7 @@ class LockstepTrial:
         self._schedule.every(STATES_PERIOD_NS, self._look)
         self._schedule.every(round(NANOSECONDS_PER_SECOND / params.simulator.lidar.rate),
                              self._sweep)
-        self._publications.trial(trial)
+        self._publications.begin(trial, self._simulator, robot_file)
         self._pilot = self._make_pilot(plan, params)
         self._reports: List[Report] = []
         self._true_pose = trial.test.start.pose()
@@ -116,7 +118,7 @@ class LockstepTrial:
         sample = self._encoder.update(*joints[:3])
         if sample is None:
             return
-        self._publications.encoder_pulse(sample)
+        self._publications.encoder_pulse(self._simulator.time_ns, sample)
         estimate = self._odometry.update(*sample)
         if estimate is not None:
             due_ns = self._simulator.time_ns + self._odometry_latency_ns
@@ -124,7 +126,9 @@ class LockstepTrial:
 
     def _look(self) -> None:
         """The truth, and whether the robot has run into something."""
-        now_ns, pose = self._simulator.time_ns, self._simulator.base_pose_in_world()
+        now_ns = self._simulator.time_ns
+        # Composed as world_pose_node does, for equal bits.
+        pose = WORLD_POSE_IN_MAP.compose(self._simulator.base_pose_in_world())
         self.distance_m += math.hypot(pose.x_m - self._true_pose.x_m,
                                       pose.y_m - self._true_pose.y_m)
         self._true_pose = pose
@@ -151,7 +155,7 @@ class LockstepTrial:
                                   self._pilot.navigation)
         self._reports.append(self.last_report)
 
-    def _send(self, now_ns: int, command: Command) -> None:
-        self._publications.command(now_ns, command)
+    def _send(self, now_ns: int, command: Command, is_navigators: bool) -> None:
+        self._publications.command(now_ns, command, is_navigators)
         self._schedule.at(now_ns + self._command_latency_ns,
                           lambda: self._simulator.command(*command))

@@ -28,7 +28,8 @@ from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
 SCRIPT_PERIOD_S = 0.05
 SETTLING_S = 1.0
 
-SendCommand = Callable[[int, Command], None]    # at a time [ns]
+# At a time [ns]; whether it is the navigator's.
+SendCommand = Callable[[int, Command, bool], None]
 
 
 class Pilot(Protocol):
@@ -65,7 +66,8 @@ class ScriptedPilot:
     def take_true_time(self, now_ns: int) -> None:
         """Send the command for the period that begins."""
         elapsed_s = now_ns / NANOSECONDS_PER_SECOND
-        self._send(now_ns, Command(*self._drive.command(elapsed_s, elapsed_s + SCRIPT_PERIOD_S)))
+        self._send(now_ns, Command(*self._drive.command(elapsed_s, elapsed_s + SCRIPT_PERIOD_S)),
+                   False)
         self.is_over = elapsed_s > self._drive.duration_s + SETTLING_S
 
     def take_scan(self, scan: Scan) -> None:
@@ -142,7 +144,7 @@ class NavigatingPilot:
         was_active = navigator.status is GoalStatus.ACTIVE
         self.navigation = navigator.step(stamp_ns)
         if was_active:
-            self._send(now_ns, self.navigation.command)
+            self._send(now_ns, self.navigation.command, True)
             self._tell_result(now_ns)
         if stamp_ns <= self._localized_until_ns:
             self.believed_pose_in_map = self._odom_pose_in_map.compose(odometry.base_pose_in_odom)
@@ -156,9 +158,9 @@ class NavigatingPilot:
             if self._navigator.status is GoalStatus.ACTIVE:
                 self._publications.goal_result(now_ns, GoalStatus.PREEMPTED, '')
             self._navigator.set_goal(wanted.goal_in_map)
-            self._publications.goal(now_ns, wanted.goal_in_map)
+            self._publications.goal(now_ns, stamp_ns, wanted.goal_in_map)
         if wanted.turn_rate_radps is not None:
-            self._send(now_ns, Command(0.0, wanted.turn_rate_radps))
+            self._send(now_ns, Command(0.0, wanted.turn_rate_radps), False)
 
     def _tell_result(self, now_ns: int) -> None:
         if self.navigation.status.is_over:

@@ -1,6 +1,9 @@
 """What the parts of a trial in lockstep say, topic by topic; who listens, redefines it."""
 from __future__ import annotations
 
+from pathlib import Path
+from typing import Union
+
 from diff_encoder_sim.encoder import EncoderSample
 from diff_encoder_sim.experiments.definition import Trial
 from diff_encoder_sim.experiments.outcome import Ending
@@ -17,7 +20,7 @@ from diff_encoder_sim.simulation.state import JointStates
 class Publications:
     """Nobody listens. Each method is one publication on the live graph's topics, at `now_ns`."""
 
-    def trial(self, trial: Trial) -> None:
+    def begin(self, trial: Trial, simulator: Simulator, robot_file: Union[str, Path]) -> None:
         """/trial, before time runs."""
 
     def ending(self, now_ns: int, ending: Ending) -> None:
@@ -38,7 +41,7 @@ class Publications:
     def scan(self, scan: Scan) -> None:
         """/scan."""
 
-    def encoder_pulse(self, sample: EncoderSample) -> None:
+    def encoder_pulse(self, now_ns: int, sample: EncoderSample) -> None:
         """/encoder_pulse."""
 
     def odometry(self, now_ns: int, estimate: OdometryEstimate) -> None:
@@ -53,11 +56,11 @@ class Publications:
     def global_pose(self, now_ns: int, stamp_ns: int, base_pose_in_map: Pose2D) -> None:
         """/global_pose: where the robot believes to be."""
 
-    def command(self, now_ns: int, command: Command) -> None:
-        """/cmd_vel."""
+    def command(self, now_ns: int, command: Command, is_navigators: bool) -> None:
+        """/cmd_vel, from the navigator or from who drives the trial."""
 
-    def goal(self, now_ns: int, goal_in_map: Pose2D) -> None:
-        """/move_base/goal."""
+    def goal(self, now_ns: int, stamp_ns: int, goal_in_map: Pose2D) -> None:
+        """/move_base/goal; the stamp is that of the pose at which it was decided."""
 
     def goal_result(self, now_ns: int, status: GoalStatus, text: str) -> None:
         """/move_base/result of the goal sent last."""

@@ -126,6 +126,6 @@ def _check_it_took_effect(params: RobotParams, key: str, value: Any) -> None:
                      and path[0] in type(part).model_fields)
     for name in path:
         used = getattr(used, name)
-    if isinstance(used, (bool, int, float, str)) and not isinstance(value, list) and used != value:
+    if isinstance(used, (bool, int, float, str)) and used != value:
         raise ConfigError(f'{key}: given {value!r} has no effect: another key of '
                           f'config/{stem}.yaml makes it {used!r}')

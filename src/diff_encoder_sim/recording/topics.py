@@ -1,20 +1,93 @@
-"""The topics of a trial's bag."""
+"""The topics of a trial's bag: what each holds, and who publishes it."""
 from __future__ import annotations
+
+from typing import Dict, Literal, NamedTuple, Tuple
 
 # Latched JSON texts: what the trial is, and how it ended. A bag without a result is torn.
 TRIAL = '/trial'
 TRIAL_RESULT = '/trial_result'
 
 CLOCK = '/clock'
+JOINT_STATES = '/joint_states'
+MODEL_STATES = '/gazebo/model_states'
 SCAN = '/scan'
+CMD_VEL = '/cmd_vel'
+ENCODER_PULSE = '/encoder_pulse'
 ODOM = '/odom'
 AMCL_POSE = '/amcl_pose'
+INITIAL_POSE = '/initialpose'
 GLOBAL_POSE = '/global_pose'
 WORLD_POSE = '/world_pose'
+TF = '/tf'
 TF_STATIC = '/tf_static'
+MAP = '/map'
+MAP_METADATA = '/map_metadata'
+GOAL = '/move_base/goal'
+RESULT = '/move_base/result'
 
-# A trial without navigation leaves the last two lines silent.
-RECORDED = (TRIAL, TRIAL_RESULT, CLOCK, '/joint_states', '/gazebo/model_states', '/cmd_vel',
-            '/encoder_pulse', ODOM, GLOBAL_POSE, WORLD_POSE, '/tf', TF_STATIC, SCAN,
-            AMCL_POSE, '/initialpose', '/map', '/map_metadata',
-            '/move_base/goal', '/move_base/result')
+# The nodes of trial.launch and mapping.launch that publish them.
+SIMULATOR_NODE = '/simulator_node'
+STATE_PUBLISHER_NODE = '/robot_state_publisher'
+ENCODER_NODE = '/gz_diff_encoder_node'
+ODOM_NODE = '/gz_diff_odom_node'
+IDEAL_ODOM_NODE = '/ideal_odom_node'
+WORLD_POSE_NODE = '/world_pose_node'
+GLOBAL_POSE_NODE = '/global_pose_node'
+MAP_NODE = '/map_server'
+SLAM_NODE = '/slam_gmapping'
+AMCL_NODE = '/amcl'
+MOVE_BASE_NODE = '/move_base'
+NAVIGATION_TRIAL_NODE = '/navigation_trial_node'
+SCRIPTED_DRIVE_NODE = '/scripted_drive_node'
+
+_TRIAL_NODES = (NAVIGATION_TRIAL_NODE, SCRIPTED_DRIVE_NODE)
+
+RecordMode = Literal['full', 'minimal', 'none']
+
+
+class RecordedTopic(NamedTuple):
+    """One topic of a trial."""
+
+    name: str
+    message_type: str           # as rosbags spells it
+    nodes: Tuple[str, ...]      # that publish it, by the callerid of their connections
+    is_latched: bool = False
+    is_bulk: bool = False       # analysis does without; left out of a minimal recording
+
+
+# A trial without navigation leaves the last lines silent, and /initialpose is for people.
+TOPICS = (
+    RecordedTopic(TRIAL, 'std_msgs/msg/String', _TRIAL_NODES, is_latched=True),
+    RecordedTopic(TRIAL_RESULT, 'std_msgs/msg/String', _TRIAL_NODES, is_latched=True),
+    RecordedTopic(CLOCK, 'rosgraph_msgs/msg/Clock', (SIMULATOR_NODE,), is_bulk=True),
+    RecordedTopic(JOINT_STATES, 'sensor_msgs/msg/JointState', (SIMULATOR_NODE,), is_bulk=True),
+    RecordedTopic(MODEL_STATES, 'gazebo_msgs/msg/ModelStates', (SIMULATOR_NODE,), is_bulk=True),
+    RecordedTopic(CMD_VEL, 'geometry_msgs/msg/Twist', (*_TRIAL_NODES, MOVE_BASE_NODE)),
+    RecordedTopic(ENCODER_PULSE, 'diff_encoder_sim/msg/EncoderPulse', (ENCODER_NODE,)),
+    RecordedTopic(ODOM, 'nav_msgs/msg/Odometry', (ODOM_NODE, IDEAL_ODOM_NODE)),
+    RecordedTopic(GLOBAL_POSE, 'geometry_msgs/msg/PoseStamped', (GLOBAL_POSE_NODE,)),
+    RecordedTopic(WORLD_POSE, 'geometry_msgs/msg/PoseStamped', (WORLD_POSE_NODE,)),
+    RecordedTopic(TF, 'tf2_msgs/msg/TFMessage',
+                  (STATE_PUBLISHER_NODE, ODOM_NODE, IDEAL_ODOM_NODE, AMCL_NODE), is_bulk=True),
+    RecordedTopic(TF_STATIC, 'tf2_msgs/msg/TFMessage', (STATE_PUBLISHER_NODE, SCRIPTED_DRIVE_NODE),
+                  is_latched=True, is_bulk=True),
+    RecordedTopic(SCAN, 'sensor_msgs/msg/LaserScan', (SIMULATOR_NODE,), is_bulk=True),
+    RecordedTopic(AMCL_POSE, 'geometry_msgs/msg/PoseWithCovarianceStamped', (AMCL_NODE,),
+                  is_latched=True),
+    RecordedTopic(INITIAL_POSE, 'geometry_msgs/msg/PoseWithCovarianceStamped', ()),
+    RecordedTopic(MAP, 'nav_msgs/msg/OccupancyGrid', (MAP_NODE, SLAM_NODE), is_latched=True,
+                  is_bulk=True),
+    RecordedTopic(MAP_METADATA, 'nav_msgs/msg/MapMetaData', (MAP_NODE, SLAM_NODE),
+                  is_latched=True, is_bulk=True),
+    RecordedTopic(GOAL, 'move_base_msgs/msg/MoveBaseActionGoal', (NAVIGATION_TRIAL_NODE,)),
+    RecordedTopic(RESULT, 'move_base_msgs/msg/MoveBaseActionResult', (MOVE_BASE_NODE,)),
+)
+RECORDED = tuple(topic.name for topic in TOPICS)
+
+_TOPICS_OF_MODE: Dict[RecordMode, Tuple[RecordedTopic, ...]] = {
+    'full': TOPICS, 'minimal': tuple(topic for topic in TOPICS if not topic.is_bulk), 'none': ()}
+
+
+def recorded_topics(mode: RecordMode) -> Dict[str, RecordedTopic]:
+    """The topics that a mode records, by name."""
+    return {topic.name: topic for topic in _TOPICS_OF_MODE[mode]}

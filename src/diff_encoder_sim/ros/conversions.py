@@ -17,13 +17,11 @@ from diff_encoder_sim.encoder import EncoderSample
 from diff_encoder_sim.errors import InputFault
 from diff_encoder_sim.msg import EncoderPulse
 from diff_encoder_sim.odometry import OdometryEstimate
+from diff_encoder_sim.recording.definitions import UNKNOWN_VARIANCE
 from diff_encoder_sim.scan import Scan
 from diff_encoder_sim.se2 import Pose2D, quat_xyzw_from_yaw, yaw_from_quat_xyzw
 from diff_encoder_sim.simulation.state import BodyState, JointStates
 from diff_encoder_sim.simulation.world import Box, Cylinder, Plane, Solid, Sphere, World
-
-# Of height, roll and pitch wheels tell nothing; the value is what gazebo_ros_diff_drive writes.
-UNKNOWN_VARIANCE = 1e12
 
 # Where x, y and yaw stand in a message's 6x6 covariance.
 PLANAR_AXES = (0, 1, 5)

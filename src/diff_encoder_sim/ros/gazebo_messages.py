@@ -13,12 +13,9 @@ from genpy.dynamic import generate_dynamic
 from geometry_msgs.msg import Pose, Twist
 from std_msgs.msg import Header
 
-_SEPARATOR = '\n' + 80 * '=' + '\n'
+from diff_encoder_sim.recording.definitions import MODEL_STATES
 
-_MODEL_STATES = '''\
-string[] name
-geometry_msgs/Pose[] pose
-geometry_msgs/Twist[] twist'''
+_SEPARATOR = '\n' + 80 * '=' + '\n'
 
 _MODEL_STATE = '''\
 string model_name
@@ -73,7 +70,7 @@ def _built_messages(name: str, definition: str) -> Dict[str, Type]:
 try:
     from gazebo_msgs.msg import ModelStates
 except ImportError:
-    ModelStates = built_message('gazebo_msgs/ModelStates', _MODEL_STATES)
+    ModelStates = built_message('gazebo_msgs/ModelStates', MODEL_STATES)
 
 try:
     from gazebo_msgs.srv import GetModelState, SetModelState

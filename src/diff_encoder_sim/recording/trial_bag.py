@@ -1,0 +1,128 @@
+"""Writing a trial's bag, as rosbag record would from the nodes of a live trial."""
+from __future__ import annotations
+
+import contextlib
+import itertools
+import os
+import struct
+from pathlib import Path
+from types import TracebackType
+from typing import Dict, Iterator, NamedTuple, Optional, Tuple, Type, Union
+
+from rosbags.interfaces import Connection
+from rosbags.rosbag1 import Writer
+
+from diff_encoder_sim.recording.topics import RecordMode, recorded_topics
+from diff_encoder_sim.recording.typestore import definition
+
+# The format has no message at time 0; a trial's first instant is the first after.
+EARLIEST_NS = 1
+
+_SEQ = struct.Struct('<I')
+
+
+class _Publisher(NamedTuple):
+    """One node's connection of one topic."""
+
+    connection: Connection
+    seqs: Optional[Iterator[int]]   # of its messages; None where they have no header
+
+
+class TrialBag:
+    """A bag that is whole or absent: a context, after which the file has its name.
+
+    When the context ends by an exception there is no file. Equal calls write equal bytes.
+    """
+
+    def __init__(self, path: Union[str, Path], mode: RecordMode) -> None:
+        """A file that is there already gives way when the new one is whole; 'none' writes none."""
+        self._path = Path(path)
+        self._unfinished = self._path.with_name(self._path.name + '.active')
+        self._topics = recorded_topics(mode)
+        self._publishers: Dict[Tuple[str, str], _Publisher] = {}
+        self._writer: Optional[Writer] = None
+
+    def wants(self, topic: str) -> bool:
+        """Whether the mode records a topic, so that its message need not be made otherwise."""
+        return topic in self._topics
+
+    def write(self, topic: str, node: str, message: bytes, time_ns: int) -> None:
+        """Record a message as `node` publishes it at `time_ns`; nothing if it is not wanted.
+
+        Args:
+            topic: by its full name.
+            node: by its full name, as in `topics.TOPICS`.
+            message: serialised; the seq of a leading header is filled in, from 1.
+            time_ns: of the simulated clock, not before the time of the message before.
+
+        Raises:
+            OSError: the file cannot be written; it names the bag and keeps the errno.
+            ValueError: the node does not publish the topic.
+        """
+        if topic not in self._topics:
+            return
+        publisher = self._publishers.get((topic, node)) or self._advertise(topic, node)
+        if publisher.seqs is not None:
+            message = _SEQ.pack(next(publisher.seqs)) + message[_SEQ.size:]
+        try:
+            self._writer.write(publisher.connection, max(time_ns, EARLIEST_NS), message)
+        except OSError as error:
+            raise self._named(error) from None
+
+    def _advertise(self, topic: str, node: str) -> _Publisher:
+        about = self._topics[topic]
+        if node not in about.nodes:
+            raise ValueError(f'{node} does not publish {topic}; expected one of {about.nodes}')
+        told = definition(about.message_type)
+        connection = self._writer.add_connection(
+            topic, about.message_type, msgdef=told.text, md5sum=told.md5sum, callerid=node,
+            latching=int(about.is_latched))
+        publisher = _Publisher(connection, itertools.count(1) if told.has_header else None)
+        self._publishers[topic, node] = publisher
+        return publisher
+
+    def __enter__(self) -> TrialBag:
+        """
+        Raises:
+            OSError: the file cannot be made; it names the bag and keeps the errno.
+        """
+        if not self._topics:
+            return self
+        try:
+            self._path.parent.mkdir(parents=True, exist_ok=True)
+            with contextlib.suppress(FileNotFoundError):
+                self._unfinished.unlink()       # of a process that was killed
+            self._writer = Writer(self._unfinished)
+            self._writer.open()
+        except OSError as error:
+            self._discard()
+            raise self._named(error) from None
+        return self
+
+    def __exit__(self, error_type: Optional[Type[BaseException]], _: Optional[BaseException],
+                 __: Optional[TracebackType]) -> None:
+        if self._writer is None:
+            return
+        if error_type is not None:
+            self._discard()
+            return
+        try:
+            self._writer.close()
+            os.replace(str(self._unfinished), str(self._path))
+        except OSError as error:
+            self._discard()
+            raise self._named(error) from None
+        except BaseException:       # an interrupt, for one
+            self._discard()
+            raise
+
+    def _discard(self) -> None:
+        # Closing writes what is buffered, and on a full disk fails once more.
+        with contextlib.suppress(OSError):
+            if self._writer is not None and self._writer.bio is not None:
+                self._writer.bio.close()
+        with contextlib.suppress(OSError):
+            self._unfinished.unlink()
+
+    def _named(self, error: OSError) -> OSError:
+        return OSError(error.errno, f'bag cannot be written: {error.strerror}', str(self._path))

@@ -1,0 +1,96 @@
+"""A trial on the live graph and in lockstep: the same messages, byte for byte, in bags of one kind."""
+import sys
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent / 'rostest'))
+from live_graph import DATA, ROOT, Graph, require_ros  # noqa: E402
+
+from diff_encoder_sim.experiments.definition import Trial, TrialPlan, find_world, load_test  # noqa: E402
+from diff_encoder_sim.experiments.robot_params import load_robot_params  # noqa: E402
+from diff_encoder_sim.experiments.trial_run import run_trial  # noqa: E402
+
+pytestmark = [pytest.mark.rostest, pytest.mark.timeout(180)]
+
+TOUR, PPR, NUMBER = DATA / 'short_tour.yaml', 90, 3
+# What does not depend on how long a message was on its way.
+STAMPED = ('/joint_states', '/gazebo/model_states', '/scan', '/encoder_pulse', '/odom', '/world_pose', '/global_pose')
+ONCE = ('/trial', '/trial_result')
+
+
+@pytest.fixture(scope='module')
+def bags(tmp_path_factory):
+    """(live, lockstep): raw messages by topic, each (type, bytes, md5sum)."""
+    require_ros()
+    folder = tmp_path_factory.mktemp('both')
+    with Graph(folder) as graph:
+        launch = graph.launch(ROOT / 'launch' / 'trial.launch', 'test:=%s' % TOUR, 'nav:=scripted', 'rtf:=0',
+                              'ppr:=%d' % PPR, 'trial:=%d' % NUMBER, 'bag:=%s' % (folder / 'live.bag'))
+        assert launch.wait() == 0, launch.output()
+    test = load_test(str(TOUR), ROOT / 'config')
+    world = find_world(test.world, ROOT / 'worlds')
+    run_trial(TrialPlan(trial=Trial(test=test, ppr={'left': PPR, 'right': PPR}, number=NUMBER, nav='scripted'),
+                        world=str(world), map=str(world.with_suffix('.yaml')), bag=str(folder / 'lockstep.bag')),
+              ROOT / 'urdf' / 'alto.urdf.xacro', load_robot_params(ROOT / 'config'), 'full')
+    return [messages_of(folder / name) for name in ('live.bag', 'lockstep.bag')]
+
+
+def messages_of(path):
+    import rosbag
+    messages = {}
+    for topic, (kind, content, md5sum, *_), _ in rosbag.Bag(str(path)).read_messages(raw=True):
+        messages.setdefault(topic, []).append((kind, content, md5sum))
+    return messages
+
+
+@pytest.mark.parametrize('topic', STAMPED)
+def test_every_message_is_the_same_byte_for_byte(bags, topic):
+    live, lockstep = (messages[topic] for messages in bags)
+    # Simulated time goes on a little while the live graph ends.
+    assert 0 <= len(live) - len(lockstep) < 0.1 * len(lockstep)
+    assert live[:len(lockstep)] == lockstep
+
+
+@pytest.mark.parametrize('topic', ONCE)
+def test_what_is_said_once_is_the_same(bags, topic):
+    live, lockstep = (messages[topic] for messages in bags)
+    assert live == lockstep and len(live) == 1
+
+
+def test_both_have_the_same_topics_of_the_same_types(bags):
+    live, lockstep = ({topic: messages[0][::2] for topic, messages in bag.items()} for bag in bags)
+    assert live == lockstep
+
+
+def test_commands_and_clock_are_the_same_in_order(bags):
+    live, lockstep = bags
+    assert live['/cmd_vel'][:len(lockstep['/cmd_vel'])] == lockstep['/cmd_vel']
+    # While it is paused, the live simulator says 0 again and again.
+    assert set(lockstep['/clock']) <= set(live['/clock'])
+
+
+def test_the_frames_are_the_same(bags):
+    """robot_state_publisher's own rounding and times excepted: KDL differs in the last bit."""
+    live, lockstep = ({(transform.header.stamp.to_nsec(), transform.child_frame_id): transform
+                       for message in bag['/tf'] for transform in transforms_of(message[1])} for bag in bags)
+    common = live.keys() & lockstep.keys()
+    assert {child for _, child in common} == {'base_link', 'left_wheel', 'right_wheel'}
+    assert len(common) > 0.4 * len(lockstep)
+    for key in common:
+        assert numbers_of(live[key]) == pytest.approx(numbers_of(lockstep[key]), abs=1e-15), key
+    fixed = [{transform.child_frame_id: numbers_of(transform) for message in bag['/tf_static']
+              for transform in transforms_of(message[1])} for bag in bags]
+    assert fixed[0].keys() == fixed[1].keys() >= {'laser', 'odom'}
+    for child, numbers in fixed[0].items():
+        assert numbers == pytest.approx(fixed[1][child], abs=1e-12), child
+
+
+def transforms_of(content):
+    from tf2_msgs.msg import TFMessage
+    return TFMessage().deserialize(content).transforms
+
+
+def numbers_of(transform):
+    place, turn = transform.transform.translation, transform.transform.rotation
+    return [place.x, place.y, place.z, turn.x, turn.y, turn.z, turn.w]
