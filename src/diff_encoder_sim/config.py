@@ -102,6 +102,8 @@ def _keys(params_class: Type[Params]) -> List[str]:
 def _first_problem(params_class: Type[Params], error: ValidationError) -> str:
     problem = error.errors()[0]
     key = '.'.join(str(part) for part in problem['loc']) or 'value'
+    if not key.isprintable():
+        key = repr(key)     # the line stays one
     if problem['type'] == 'extra_forbidden':
         return f'{key}: unknown key{did_you_mean(key, _keys(params_class))}'
     if problem['type'] == 'missing':

@@ -15,8 +15,7 @@ from diff_encoder_sim.cli.run import package_folder, run_tool
 from diff_encoder_sim.config import load_yaml, split_params
 from diff_encoder_sim.encoder import EncoderParams, ppr_label
 from diff_encoder_sim.errors import ConfigError
-from diff_encoder_sim.experiments.definition import (TestDefinition, Trial, TrialPlan,
-                                                     find_world, load_test)
+from diff_encoder_sim.experiments.definition import Trial, TrialPlan, find_world, load_test
 from diff_encoder_sim.odometry import OdometryParams
 
 NO_BAG = 'none'
@@ -47,7 +46,7 @@ def plan(options: argparse.Namespace) -> TrialPlan:
         # A bag explains itself: what the odometry believed of the robot goes into it.
         'wheel_diameter': odometry.wheel_diameter,
         'wheel_separation': odometry.wheel_separation}, '')
-    _check_way(test, options.nav)
+    test.check_way(options.nav)
     if options.slam != 'none' and options.nav != 'scripted':
         raise ConfigError(f'slam: given {options.slam} with nav {options.nav}; allowed: nav:=scripted, '
                           f'or slam:=none')
@@ -57,14 +56,6 @@ def plan(options: argparse.Namespace) -> TrialPlan:
         'trial': trial, 'world': str(world), 'map': _map_path(options, world),
         'bag': _bag_path(options.bag, trial), 'slam': options.slam,
         'save_map': str(_new_file('save_map', options.save_map)) if options.save_map else ''}, '')
-
-
-def _check_way(test: TestDefinition, nav: str) -> None:
-    if nav == 'scripted' and not test.drive:
-        raise ConfigError(f'nav: given scripted, but {test.name} has no drive; allowed: embedded, '
-                          f'upstream')
-    if nav != 'scripted' and not test.route:
-        raise ConfigError(f'nav: given {nav}, but {test.name} has no route; allowed: scripted')
 
 
 def _check_packages(options: argparse.Namespace) -> None:

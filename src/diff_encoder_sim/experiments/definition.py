@@ -99,6 +99,18 @@ class TestDefinition(Params):
             return self.route[-1].goal.pose()
         return self.drive_end()
 
+    def check_way(self, nav: str) -> None:
+        """Check that there is a way for this kind of navigation.
+
+        Raises:
+            ConfigError: scripted needs a drive, any other a route.
+        """
+        if nav == 'scripted' and not self.drive:
+            raise ConfigError(f'nav: given scripted, but {self.name} has no drive; allowed: '
+                              f'embedded, upstream')
+        if nav != 'scripted' and not self.route:
+            raise ConfigError(f'nav: given {nav}, but {self.name} has no route; allowed: scripted')
+
     def drive_end(self) -> Pose2D:
         """Where the scripted drive ends when all goes to plan, in the map frame."""
         pose = self.start.pose()

@@ -1,0 +1,1 @@
+"""Campaigns: the same tests over encoders and parameters, many trials each, into one folder."""

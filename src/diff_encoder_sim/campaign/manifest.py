@@ -1,0 +1,100 @@
+"""manifest.json: what a results folder holds the results of, and what they were computed with."""
+from __future__ import annotations
+
+import importlib.metadata
+import os
+import platform
+import subprocess
+import xml.etree.ElementTree as ElementTree
+from datetime import datetime, timezone
+from pathlib import Path
+from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple
+
+from diff_encoder_sim.campaign.definition import Campaign
+
+# Those that a result can depend on, and the engine.
+LIBRARIES = ('numpy', 'numba', 'pybullet', 'rosbags', 'pydantic', 'xacro', 'dask', 'distributed')
+ABSENT = '(absent)'
+
+
+def manifest_of(campaign: Campaign, run: Dict[str, Any]) -> Dict[str, Any]:
+    """The content of a new folder's manifest; `run` is from `describe_run`."""
+    seed, trials = campaign.params.seed, campaign.params.trials
+    return {'name': campaign.params.name, 'fingerprint': campaign.fingerprint(),
+            'seeds': {'first': seed + 1, 'last': seed + trials}, 'runs': [run],
+            'configuration': campaign.resolved()}
+
+
+def describe_run(package_folder: Path, command: Sequence[str]) -> Dict[str, Any]:
+    """What this process computes with: versions, commit, machine, command line and time."""
+    return {'started': datetime.now(timezone.utc).isoformat(timespec='seconds'),
+            'command': list(command), 'versions': _versions(package_folder),
+            'commit': _commit(package_folder), 'machine': _machine()}
+
+
+def differences(old: Any, new: Any) -> List[str]:
+    """In which keys two resolved configurations differ, each with both values, in a line each."""
+    there, here = dict(_flat(old, '')), dict(_flat(new, ''))
+    return [f'{key}: {there.get(key, ABSENT)!r} there, {here.get(key, ABSENT)!r} here'
+            for key in {**there, **here} if there.get(key, ABSENT) != here.get(key, ABSENT)]
+
+
+def _flat(value: Any, path: str) -> Iterator[Tuple[str, Any]]:
+    """Single values by dotted paths."""
+    if not isinstance(value, (dict, list)):
+        yield path, value
+        return
+    items = value.items() if isinstance(value, dict) else enumerate(value)
+    for key, below in items:
+        yield from _flat(below, f'{path}.{key}' if path else str(key))
+
+
+def _versions(package_folder: Path) -> Dict[str, Optional[str]]:
+    versions: Dict[str, Optional[str]] = {
+        'diff_encoder_sim': _package_version(package_folder), 'python': platform.python_version()}
+    for library in LIBRARIES:
+        try:
+            versions[library] = importlib.metadata.version(library)
+        except importlib.metadata.PackageNotFoundError:
+            versions[library] = None
+    return versions
+
+
+def _package_version(package_folder: Path) -> Optional[str]:
+    try:
+        return ElementTree.parse(str(package_folder / 'package.xml')).findtext('version')
+    except (OSError, ElementTree.ParseError):
+        return None
+
+
+def _commit(package_folder: Path) -> Optional[Dict[str, Any]]:
+    """Of the checkout; None where the package is installed, even within some other checkout."""
+    if _git(package_folder, 'ls-files', '--error-unmatch', 'package.xml') is None:
+        return None
+    return {'id': _git(package_folder, 'rev-parse', 'HEAD'),
+            'is_dirty': _git(package_folder, 'status', '--porcelain') != ''}
+
+
+def _git(folder: Path, *arguments: str) -> Optional[str]:
+    try:
+        done = subprocess.run(['git', '-C', str(folder), *arguments], stdout=subprocess.PIPE,
+                              stderr=subprocess.DEVNULL, check=True, timeout=10)
+    except (OSError, subprocess.SubprocessError):
+        return None
+    return done.stdout.decode('utf-8', 'replace').strip()
+
+
+def _machine() -> Dict[str, Any]:
+    return {'host': platform.node(), 'cpu': _cpu_model(), 'cores': os.cpu_count(),
+            'usable_cores': len(os.sched_getaffinity(0)),
+            'memory_bytes': os.sysconf('SC_PAGE_SIZE') * os.sysconf('SC_PHYS_PAGES'),
+            'os': platform.platform()}
+
+
+def _cpu_model() -> str:
+    try:
+        lines = Path('/proc/cpuinfo').read_text(encoding='utf-8').splitlines()
+    except OSError:
+        lines = []
+    names = [line.split(':', 1)[1].strip() for line in lines if line.startswith('model name')]
+    return names[0] if names else platform.machine()
