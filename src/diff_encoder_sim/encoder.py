@@ -119,17 +119,18 @@ class BoundarySampler:
 
     def __init__(self, rate_hz: float) -> None:
         # Exact rational arithmetic: 20 Hz boundaries must not drift off 50 ms after an hour.
-        self._rate_per_ns = Fraction(rate_hz).limit_denominator(10 ** 6) / NANOSECONDS_PER_SECOND
+        rate_per_ns = Fraction(rate_hz).limit_denominator(10 ** 6) / NANOSECONDS_PER_SECOND
+        # As two whole numbers, because a Fraction takes ten times as long for a product.
+        self._periods, self._in_ns = rate_per_ns.numerator, rate_per_ns.denominator
         self._newest_index: Optional[int] = None
 
     def period_index(self, stamp_ns: int) -> Optional[int]:
         """Index of the boundary that `stamp_ns` is the first to reach, else None."""
-        index, remainder = divmod(stamp_ns * self._rate_per_ns, 1)
+        index, remainder = divmod(stamp_ns * self._periods, self._in_ns)
+        if self._newest_index is not None and index <= self._newest_index:
+            return None
         # The very first stamp only opens a period, unless it lies on the boundary itself.
         opens_quietly = self._newest_index is None and remainder != 0
-        is_first = self._newest_index is None or index > self._newest_index
-        if not is_first:
-            return None
         self._newest_index = index
         return None if opens_quietly else index
 
@@ -183,6 +184,7 @@ class DiffEncoder:
         params = self.params
         self._left = _WheelChannel(params.left_joint, params.ppr.left, params.rate)
         self._right = _WheelChannel(params.right_joint, params.ppr.right, params.rate)
+        self._channels = self._left, self._right
         self._first_stamp_ns: Optional[int] = None
         self._stale_in_a_row = 0
 
@@ -199,25 +201,28 @@ class DiffEncoder:
             InputFault: a wheel is named twice, has no finite angle, or has long been missing, or
                 the stamps stand still. The counts are those of before.
         """
-        angles = {channel: angle for channel in (self._left, self._right)
-                  for angle in [_angle_of(channel.joint, names, angles_rad)] if angle is not None}
-        steps = [channel.take(stamp_ns, angle) for channel, angle in angles.items()]
+        angles = [_angle_of(channel.joint, names, angles_rad) for channel in self._channels]
+        steps = [channel.take(stamp_ns, angle)
+                 for channel, angle in zip(self._channels, angles) if angle is not None]
         if Step.RESTART in steps:
             log.warning('joint stamps went back to %.3f s: encoder restarted',
                         stamp_ns / NANOSECONDS_PER_SECOND, extra=EVENT)
             self.reset()
             return self.update(stamp_ns, names, angles_rad)
         self._check_stamps_advance(stamp_ns, steps)
-        self._check_nothing_missing(stamp_ns, names, angles)
+        if len(steps) < len(self._channels):
+            self._check_nothing_missing(stamp_ns, names)
         return self._report()
 
     def _report(self) -> Optional[EncoderSample]:
+        if not (self._left.samples and self._right.samples):
+            return None
         index = next((index for index in self._left.samples if index in self._right.samples), None)
         if index is None:
             return None
         left_stamp_ns, left_pulses = self._left.samples[index]
         right_stamp_ns, right_pulses = self._right.samples[index]
-        for channel in (self._left, self._right):
+        for channel in self._channels:
             channel.drop_before(index + 1)
         modulus = self.params.counter_modulus
         return EncoderSample(max(left_stamp_ns, right_stamp_ns),
@@ -233,12 +238,11 @@ class DiffEncoder:
                              f'(the last {self._stale_in_a_row} messages); expected header.stamp '
                              f'to be the time of each sample')
 
-    def _check_nothing_missing(self, stamp_ns: int, names: Sequence[str],
-                               angles: Dict[_WheelChannel, float]) -> None:
+    def _check_nothing_missing(self, stamp_ns: int, names: Sequence[str]) -> None:
         if self._first_stamp_ns is None:
             self._first_stamp_ns = stamp_ns
-        for channel in (self._left, self._right):
-            if channel in angles:
+        for channel in self._channels:
+            if channel.joint in names:
                 continue
             since_ns = (self._first_stamp_ns if channel.last_seen_ns is None
                         else channel.last_seen_ns)
@@ -251,12 +255,12 @@ class DiffEncoder:
 
 def _angle_of(joint: str, names: Sequence[str], angles_rad: Sequence[float]) -> Optional[float]:
     """The joint's angle [rad], or None where the message does not name it."""
-    times_named = list(names).count(joint)
+    times_named = names.count(joint)
     if times_named == 0:
         return None
     if times_named > 1:
         raise InputFault(f'joint {joint!r} is named {times_named} times in one message')
-    index = list(names).index(joint)
+    index = names.index(joint)
     if index >= len(angles_rad):
         raise InputFault(f'joint {joint!r} has no position: {len(names)} names, '
                          f'{len(angles_rad)} positions')

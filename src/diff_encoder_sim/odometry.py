@@ -6,6 +6,7 @@ is split into samples.
 """
 from __future__ import annotations
 
+import functools
 import logging
 import math
 from collections import deque
@@ -18,6 +19,8 @@ from diff_encoder_sim.config import Params
 from diff_encoder_sim.encoder import (DEFAULT_PPR, CounterModulus, PulsesPerRevolution,
                                       count_difference)
 from diff_encoder_sim.errors import EVENT
+from diff_encoder_sim.odometry_covariance import (PULSE_VARIANCE, propagate_motion_noise,
+                                                  quantisation_covariance)
 from diff_encoder_sim.se2 import IDENTITY, Pose2D, move_along_arc
 from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND, Step, Timeline
 
@@ -25,13 +28,6 @@ log = logging.getLogger(__name__)
 
 # Reports come at 20 Hz or so; one that is further back than this belongs to a new run.
 LATE_REPORT_TOLERANCE_NS = 100_000_000
-
-# Variance of a position that is uniform within one pulse, in pulses squared.
-PULSE_VARIANCE = 1.0 / 12.0
-
-# Standard deviation, in pulses along x and along y, of what does not quite average out under way;
-# measured by NEES (test/benchmark/quantisation.py).
-RESIDUAL_PULSES = 0.03
 
 
 class OdometryParams(Params):
@@ -67,8 +63,7 @@ class OdometryEstimate(NamedTuple):
 
     def twist_std(self) -> Tuple[float, float]:
         """Standard deviations of the twist, linear [m/s] and angular [rad/s]."""
-        linear_std_mps, angular_std_radps = np.sqrt(np.diag(self.twist_covariance)).tolist()
-        return linear_std_mps, angular_std_radps
+        return (math.sqrt(self.twist_covariance[0, 0]), math.sqrt(self.twist_covariance[1, 1]))
 
 
 class _Report(NamedTuple):
@@ -177,69 +172,22 @@ class WheelOdometry:
             return 0.0, 0.0, np.zeros((2, 2))
         left_m = (newest.left_pulses - oldest.left_pulses) * self._left_m_per_pulse
         right_m = (newest.right_pulses - oldest.right_pulses) * self._right_m_per_pulse
-        # Rows: what a metre of the left and of the right wheel adds to the twist.
-        jacobian = np.array([[0.5, 0.5], [-1.0, 1.0]])
-        jacobian[1] /= self.params.wheel_separation
-        jacobian /= interval_s
-        linear_mps, angular_radps = jacobian @ (left_m, right_m)
+        jacobian = _twist_by_travel(self.params.wheel_separation, interval_s)
+        linear_mps, angular_radps = (jacobian @ (left_m, right_m)).tolist()
         # A difference of two readings carries two independent rounding errors.
         travel_variance = [
             2.0 * PULSE_VARIANCE * m_per_pulse ** 2 + self.params.motion_noise * abs(travel_m)
             for m_per_pulse, travel_m in ((self._left_m_per_pulse, left_m),
                                           (self._right_m_per_pulse, right_m))]
-        covariance = jacobian @ np.diag(travel_variance) @ jacobian.T
-        return float(linear_mps), float(angular_radps), covariance
+        return linear_mps, angular_radps, (jacobian * travel_variance) @ jacobian.T
 
 
-def propagate_motion_noise(covariance: np.ndarray, yaw_rad: float, left_m: float, right_m: float,
-                           wheel_separation_m: float, motion_noise: float) -> np.ndarray:
-    """3x3 covariance of (x, y, yaw) after one more step of both wheels.
-
-    Siegwart and Nourbakhsh, Introduction to Autonomous Mobile Robots, section 5.2.4: each
-    wheel's travel has a variance proportional to its length and independent of the other's.
-
-    Args:
-        covariance: 3x3, before the step.
-        yaw_rad: heading before the step.
-        left_m: travel of the left wheel; right_m: of the right.
-        wheel_separation_m: between the contact points.
-        motion_noise: variance per metre of travel [m^2/m].
-    """
-    travel_m = 0.5 * (left_m + right_m)
-    mid_yaw_rad = yaw_rad + 0.5 * (right_m - left_m) / wheel_separation_m
-    cos_yaw, sin_yaw = math.cos(mid_yaw_rad), math.sin(mid_yaw_rad)
-    pose_jacobian = np.array([[1.0, 0.0, -travel_m * sin_yaw],
-                              [0.0, 1.0, travel_m * cos_yaw],
-                              [0.0, 0.0, 1.0]])
-    lever = 0.5 * travel_m / wheel_separation_m
-    wheel_jacobian = np.array([
-        [0.5 * cos_yaw + lever * sin_yaw, 0.5 * cos_yaw - lever * sin_yaw],
-        [0.5 * sin_yaw - lever * cos_yaw, 0.5 * sin_yaw + lever * cos_yaw],
-        [-1.0 / wheel_separation_m, 1.0 / wheel_separation_m]])
-    wheel_variance = motion_noise * np.abs((left_m, right_m))
-    return (pose_jacobian @ covariance @ pose_jacobian.T
-            + (wheel_jacobian * wheel_variance) @ wheel_jacobian.T)
-
-
-def quantisation_covariance(base_pose_in_odom: Pose2D, left_m_per_pulse: float,
-                            right_m_per_pulse: float, wheel_separation_m: float) -> np.ndarray:
-    """3x3 covariance of (x, y, yaw) that whole pulses cause: bounded, no random walk.
-
-    Each wheel stands anywhere within a pulse twice: at the start and now. What it had left of its
-    pulse at the start turns and shifts the whole path about the start; what it has left now turns
-    and shifts the robot where it stands. In between, the rounding averages out. For a straight
-    drive of length S this gives the lateral spread (S d/L) sqrt(1/6), and everywhere the heading
-    spread (d/L) sqrt(1/3) (docs/adr/0002-odometry-covariance.md).
-    """
-    x_m, y_m, yaw_rad = base_pose_in_odom
-    cos_yaw, sin_yaw = math.cos(yaw_rad), math.sin(yaw_rad)
-    # Each column: where a wheel's travel of one metre, at the start or now, moves the pose.
-    columns = np.array([
-        [0.5 + y_m / wheel_separation_m, 0.5 - y_m / wheel_separation_m,
-         0.5 * cos_yaw, 0.5 * cos_yaw],
-        [-x_m / wheel_separation_m, x_m / wheel_separation_m, 0.5 * sin_yaw, 0.5 * sin_yaw],
-        np.array([-1.0, 1.0, -1.0, 1.0]) / wheel_separation_m])
-    pulse_m = np.array([left_m_per_pulse, right_m_per_pulse] * 2)
-    residual_m = RESIDUAL_PULSES * max(left_m_per_pulse, right_m_per_pulse)
-    return (PULSE_VARIANCE * (columns * pulse_m ** 2) @ columns.T
-            + np.diag([residual_m ** 2, residual_m ** 2, 0.0]))
+# Reports come at one rate, so hardly ever another interval.
+@functools.lru_cache(maxsize=16)
+def _twist_by_travel(wheel_separation_m: float, interval_s: float) -> np.ndarray:
+    """2x2 read-only; columns: what a metre of the left and of the right wheel adds to the twist."""
+    jacobian = np.array([[0.5, 0.5], [-1.0, 1.0]])
+    jacobian[1] /= wheel_separation_m
+    jacobian /= interval_s
+    jacobian.setflags(write=False)
+    return jacobian

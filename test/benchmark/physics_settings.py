@@ -10,13 +10,14 @@ import argparse
 import math
 import unittest.mock
 from concurrent.futures import ProcessPoolExecutor
-from typing import Any, Callable, Dict, List, NamedTuple
+from typing import Any, Callable, Dict, List, NamedTuple, Tuple
 
 import numpy as np
 import pybullet
 from checkout import print_header
-from diff_encoder_sim.simulation.physics import TICK_S, PhysicsParams
+from diff_encoder_sim.simulation.physics import TICK_S, PhysicsParams, _shape_arguments
 from diff_encoder_sim.simulation.simulator import Simulator
+from diff_encoder_sim.simulation.world import Plane
 from measured_drive import (WINDOWS, bullet_client, compare, cruise_costs_us, new_simulator,
                             read_test, record_drive)
 from tabulate import tabulate
@@ -154,22 +155,38 @@ def _lift_chassis_off_floor(simulator: Simulator, _: PhysicsParams) -> None:
 
 def _join_solids(simulator: Simulator, _: PhysicsParams) -> None:
     """A few bodies of many shapes instead of a body for each wall and pillar."""
-    client = bullet_client(simulator)
-    shapes = []
-    for body in list(simulator._physics._solid_names):
-        shape = pybullet.getCollisionShapeData(body, -1, physicsClientId=client)[0]
-        shapes.append((shape[2], shape[3], *pybullet.getBasePositionAndOrientation(
-            body, physicsClientId=client)))
-        pybullet.removeBody(body, physicsClientId=client)
-    for first in range(0, len(shapes), SHAPES_PER_BODY):
+    client, placed = bullet_client(simulator), _removed_solids(simulator)
+    for first in range(0, len(placed), SHAPES_PER_BODY):
         # Lists: tuples make this one function of PyBullet crash.
-        kinds, sizes, positions, quats = map(list, zip(*shapes[first:first + SHAPES_PER_BODY]))
+        shapes, positions, quats = map(list, zip(*placed[first:first + SHAPES_PER_BODY]))
         joined = pybullet.createCollisionShapeArray(
-            shapeTypes=kinds, halfExtents=[[0.5 * length for length in size] for size in sizes],
-            lengths=[size[0] for size in sizes], radii=[size[1] for size in sizes],
+            shapeTypes=[shape['shapeType'] for shape in shapes],
+            halfExtents=[shape.get('halfExtents', [0.0] * 3) for shape in shapes],
+            lengths=[shape.get('height', 0.0) for shape in shapes],
+            radii=[shape.get('radius', 0.0) for shape in shapes],
             collisionFramePositions=positions, collisionFrameOrientations=quats,
             physicsClientId=client)
-        pybullet.createMultiBody(0, joined, physicsClientId=client)
+        pybullet.createMultiBody(0, joined, useMaximalCoordinates=1, physicsClientId=client)
+
+
+def _solids_as_multibodies(simulator: Simulator, _: PhysicsParams) -> None:
+    """Each solid what PyBullet makes of it by default: a body that might have links and joints."""
+    client = bullet_client(simulator)
+    for shape, position, quat in _removed_solids(simulator):
+        shape_id = pybullet.createCollisionShape(physicsClientId=client, **shape)
+        pybullet.createMultiBody(0, shape_id, basePosition=position, baseOrientation=quat,
+                                 physicsClientId=client)
+
+
+def _removed_solids(simulator: Simulator) -> List[Tuple[Dict[str, Any], Any, Any]]:
+    """Shape, position and orientation of each solid, which is then gone."""
+    client, placed = bullet_client(simulator), []
+    solids = [solid for solid in simulator.world.solids if not isinstance(solid.shape, Plane)]
+    for body, solid in zip(simulator._physics._solid_names, solids):
+        placed.append((_shape_arguments(solid), *pybullet.getBasePositionAndOrientation(
+            body, physicsClientId=client)))
+        pybullet.removeBody(body, physicsClientId=client)
+    return placed
 
 
 def _remove_solids(simulator: Simulator, _: PhysicsParams) -> None:
@@ -194,9 +211,12 @@ SETTINGS: Dict[str, Setting] = {
     'frictionERP 0.8': Setting({'frictionERP': 0.8}),
     'friction cone': Setting({'enableConeFriction': 1}),
     'contact breaking at 2 mm': Setting({'contactBreakingThreshold': 0.002}),
+    'direct solver (Dantzig)': Setting(
+        {'constraintSolverType': pybullet.CONSTRAINT_SOLVER_LCP_DANTZIG}),
     'order of pairs left open': Setting({'deterministicOverlappingPairs': 0}),
     'no damping': Setting(when_loaded=_undamp),
     'steps one by one': Setting({'numSubSteps': 0}),
+    'solids as multibodies': Setting(when_loaded=_solids_as_multibodies),
     'chassis passes the floor': Setting(when_loaded=_lift_chassis_off_floor),
     'solids joined': Setting(when_loaded=_join_solids),
     'no solids but the floor': Setting(when_loaded=_remove_solids),

@@ -7,7 +7,7 @@ from amcl_world import RANGE_MAX_M, pillar_room, simulated_scan
 
 from diff_encoder_sim.errors import InputFault
 from diff_encoder_sim.localization.beam_model import cast_ray
-from diff_encoder_sim.localization.beams import beam_step, beam_step_rounded_up
+from diff_encoder_sim.localization.beams import beam_step, beam_step_rounded_up, select_beams
 from diff_encoder_sim.localization.distance import distance_to_occupied
 from diff_encoder_sim.localization.laser_models import laser_model
 from diff_encoder_sim.localization.likelihood_field import LikelihoodField
@@ -74,6 +74,22 @@ def test_step_between_beams_is_upstreams():
     assert beam_step(1000, 180) == 5          # so 200 beams, not 180
     assert beam_step_rounded_up(1000, 180) == 6
     assert beam_step(20, 30) == beam_step_rounded_up(20, 30) == 1
+
+
+@pytest.mark.parametrize('hits_only', [True, False])
+@pytest.mark.parametrize('dtype', [np.float32, np.float64])
+def test_the_rays_that_count_are_those_within_limits(hits_only, dtype):
+    rng = np.random.default_rng(2)
+    ranges_m = rng.uniform(-0.5, 7.0, 500).astype(dtype)
+    ranges_m[rng.integers(0, 500, 60)] = rng.choice([np.nan, np.inf, -np.inf, 0.15, 3.5], 60)
+    ranges_m.setflags(write=False)    # as of a message
+    beams = select_beams(Scan(0, -2.0, 0.01, 0.15, 6.0, ranges_m), 3, LASER_POSE, params(),
+                         hits_only)
+    expected = [(range_m if 0.15 < range_m <= 3.5 else 3.5, 0.3 + (-2.0 + 0.03 * ray))
+                for ray, range_m in enumerate(ranges_m[::3].astype(float).tolist())
+                if not math.isnan(range_m) and (0.15 < range_m < 3.5 or not hits_only)]
+    assert np.column_stack(beams[:2]) == pytest.approx(np.array(expected), rel=1e-14)
+    assert beams[2:] == (LASER_POSE.x_m, LASER_POSE.y_m, 3.5)
 
 
 def reference_rays(grid, scan, particle, step):

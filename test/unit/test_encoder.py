@@ -1,5 +1,6 @@
 """The encoder: equation (1), the counter's width, sampling on stamps, and bad messages."""
 import math
+from fractions import Fraction
 
 import pytest
 from hypothesis import given
@@ -61,6 +62,18 @@ def test_the_first_stamp_off_a_boundary_only_opens_its_period():
 def test_boundaries_do_not_drift_in_an_hour_of_a_rate_that_is_no_whole_period():
     stamps = range(0, 3600 * 10 ** 9, 10 ** 9 // 100)
     assert len(stamps_sampled(30, stamps)) == 3600 * 30
+
+
+@given(st.floats(1e-3, 1e6), st.integers(0, 2 * 10 ** 18), st.data())
+def test_boundaries_are_exact_for_any_rate(rate, start_ns, data):
+    steps_ns = data.draw(st.lists(st.integers(1, max(2, int(3e9 / rate))), max_size=20))
+    stamps = [start_ns + sum(steps_ns[:index]) for index in range(len(steps_ns) + 1)]
+    exact = Fraction(rate).limit_denominator(10 ** 6) / 10 ** 9
+    periods = [stamp * exact // 1 for stamp in stamps]
+    sampler = BoundarySampler(rate)
+    assert [sampler.period_index(stamp) for stamp in stamps] == [
+        period if period not in periods[:index] and (index or stamp * exact == period) else None
+        for index, (stamp, period) in enumerate(zip(stamps, periods))]
 
 
 @given(st.lists(st.integers(1, 200), min_size=5, max_size=60))

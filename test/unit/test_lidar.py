@@ -103,6 +103,17 @@ def test_noise_has_the_spread_that_was_asked_for_and_comes_from_the_seed():
     assert abs(errors_m.mean()) < 0.004
 
 
+def test_each_ray_is_measured_with_its_own_noise_and_then_cut_to_the_limits():
+    params = dict(noise=0.5, range_min=0.9, range_max=2.5)
+    scanner, pose = lidar(ROOM, seed=4, **params), Pose2D(0.2, 0.1, 0.3)
+    true_m = scanner.true_ranges_m(pose)
+    noisy_m = true_m + 0.5 * np.random.default_rng(4).standard_normal(1000)
+    expected = np.where((true_m > 2.5) | (noisy_m > 2.5), np.inf,
+                        np.where(noisy_m < 0.9, -np.inf, noisy_m))
+    assert scanner.sweep(0, pose).ranges_m.tolist() == expected.tolist()
+    assert 50 < np.isneginf(expected).sum() < 500 and 50 < np.isposinf(expected).sum() < 900
+
+
 def test_no_return_is_plus_inf_and_too_close_is_minus_inf():
     scanner = lidar([solid(Box((0.1, 0.5, 2.0)), x_m=0.15)], samples=4, range_max=2.0)
     scan = scanner.sweep(7, Pose2D(0, 0, 0))

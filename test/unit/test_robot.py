@@ -80,6 +80,29 @@ def test_a_missing_file_is_refused():
         expand_xacro('/nowhere/robot.xacro', {})
 
 
+def test_a_robot_file_that_was_edited_is_read_again(tmp_path):
+    path = tmp_path / 'small.urdf'
+    for radius in ('0.05', '0.07', '0.05'):
+        path.write_text(SMALL.replace('sphere radius="0.05"', f'sphere radius="{radius}"'))
+        assert load_robot(path, 'jl', 'jr', {}).left_wheel_radius_m == float(radius)
+
+
+@pytest.mark.parametrize('body', [
+    '<xacro:include filename="{folder}/size.xacro"/><link name="${{size}}"/>',
+    '<xacro:property name="sizes" value="${{xacro.load_yaml(\'{folder}/size.yaml\')}}"/>'
+    '<link name="${{sizes[\'size\']}}"/>', '<link name="$(optenv ROBOT_SIZE none)"/>'])
+def test_what_a_robot_file_draws_on_is_read_again(tmp_path, monkeypatch, body):
+    path = tmp_path / 'robot.xacro'
+    path.write_text('<robot name="r" xmlns:xacro="http://ros.org/wiki/xacro">'
+                    + body.format(folder=tmp_path) + '</robot>')
+    for size in ('small', 'large'):
+        (tmp_path / 'size.xacro').write_text('<robot xmlns:xacro="http://ros.org/wiki/xacro">'
+                                             f'<xacro:property name="size" value="{size}"/></robot>')
+        (tmp_path / 'size.yaml').write_text(f'size: {size}')
+        monkeypatch.setenv('ROBOT_SIZE', size)
+        assert f'<link name="{size}"/>' in expand_xacro(path, {})
+
+
 @pytest.mark.parametrize('root_inertia', ['true', 'false'])
 @pytest.mark.skipif(shutil.which('check_urdf') is None, reason='check_urdf is not installed')
 def test_check_urdf_passes(tmp_path, root_inertia):

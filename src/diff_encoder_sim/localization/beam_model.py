@@ -19,6 +19,9 @@ from diff_encoder_sim.mapping.occupancy_grid import FREE, OccupancyGrid
 class BeamModel(SensorModel):
     """Upstream's beam."""
 
+    # Here a ray without a return tells something: laser_z_max.
+    _hits_only = False
+
     def __init__(self, params: AmclParams, grid: OccupancyGrid) -> None:
         super().__init__(params, grid)
         # As upstream: a ray ends at what is unknown, and at the border.
@@ -35,10 +38,6 @@ class BeamModel(SensorModel):
         return Likelihoods(_weigh_by_casting(
             self._poses_in_cells(particles), laser, directions, beams.ranges_m,
             beams.range_max_m, self._blocked, self._grid.resolution_m, mixture), 0.0)
-
-    def _usable(self, beams: Beams) -> Beams:
-        """Here a ray without a return tells something: laser_z_max."""
-        return beams
 
 
 @njit(cache=True)

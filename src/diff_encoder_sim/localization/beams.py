@@ -2,9 +2,10 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, Tuple
 
 import numpy as np
+from numba import njit
 
 from diff_encoder_sim.errors import InputFault
 from diff_encoder_sim.localization.params import AmclParams
@@ -20,12 +21,6 @@ class Beams(NamedTuple):
     laser_x_m: float           # where all rays start, in the base frame
     laser_y_m: float
     range_max_m: float
-
-    def hits(self) -> Beams:
-        """Those that returned."""
-        returned = self.ranges_m < self.range_max_m
-        return self._replace(ranges_m=self.ranges_m[returned],
-                             bearings_rad=self.bearings_rad[returned])
 
     def endpoints_in_base(self) -> np.ndarray:
         """(k, 2) x, y [m] of the rays' ends."""
@@ -43,8 +38,9 @@ def beam_step_rounded_up(ray_count: int, max_beams: int) -> int:
     return math.ceil(ray_count / max_beams)
 
 
-def select_beams(scan: Scan, step: int, laser_pose_in_base: Pose2D, params: AmclParams) -> Beams:
-    """Each step-th ray that is a number.
+def select_beams(scan: Scan, step: int, laser_pose_in_base: Pose2D, params: AmclParams,
+                 hits_only: bool) -> Beams:
+    """Each step-th ray that is a number, or of those only the rays that returned.
 
     Readings at or below the least range become no return, as upstream treats them; so do those
     at or beyond the largest, infinity included.
@@ -60,14 +56,31 @@ def select_beams(scan: Scan, step: int, laser_pose_in_base: Pose2D, params: Amcl
     if not (0.0 < range_max_m < math.inf):
         raise InputFault(f'scan: given a range limit of {range_max_m} m; '
                          'expected a finite number greater than 0')
-    ranges_m = np.asarray(scan.ranges_m[::step], dtype=float)
-    bearings_rad = scan.angle_min_rad + scan.angle_increment_rad * step * np.arange(len(ranges_m))
-    is_number = ~np.isnan(ranges_m)
-    ranges_m = ranges_m[is_number]
-    no_return = (ranges_m <= range_min_m) | (ranges_m > range_max_m)
-    return Beams(np.where(no_return, range_max_m, ranges_m),
-                 laser_pose_in_base.yaw_rad + bearings_rad[is_number],
-                 laser_pose_in_base.x_m, laser_pose_in_base.y_m, range_max_m)
+    # A copy, whatever the scan's array is like: the kernel is compiled for one kind of array.
+    ranges_m, bearings_rad = _rays_in_base(
+        np.array(scan.ranges_m[::step], dtype=float), range_min_m, range_max_m, hits_only,
+        scan.angle_min_rad, scan.angle_increment_rad * step, laser_pose_in_base.yaw_rad)
+    return Beams(ranges_m, bearings_rad, laser_pose_in_base.x_m, laser_pose_in_base.y_m,
+                 range_max_m)
+
+
+@njit(cache=True)
+def _rays_in_base(ranges_m: np.ndarray, range_min_m: float, range_max_m: float, hits_only: bool,
+                  first_rad: float, step_rad: float, laser_yaw_rad: float
+                  ) -> Tuple[np.ndarray, np.ndarray]:  # pragma: no cover (compiled)
+    """(k,) ranges and (k,) bearings in the base frame of the rays (n,) that are numbers."""
+    kept_m, bearings_rad = np.empty(len(ranges_m)), np.empty(len(ranges_m))
+    count = 0
+    for ray in range(len(ranges_m)):
+        range_m = ranges_m[ray]
+        if range_m <= range_min_m or range_m > range_max_m:
+            range_m = range_max_m
+        if math.isnan(range_m) or (hits_only and range_m >= range_max_m):
+            continue
+        kept_m[count] = range_m
+        bearings_rad[count] = laser_yaw_rad + (first_rad + step_rad * ray)
+        count += 1
+    return kept_m[:count], bearings_rad[:count]
 
 
 def check_scan(scan: Scan) -> None:

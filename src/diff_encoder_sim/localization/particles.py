@@ -5,6 +5,8 @@ weights (n,) that sum to 1.
 """
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from diff_encoder_sim.errors import InputFault
@@ -97,7 +99,7 @@ def check_pose(pose: Pose2D, name: str) -> None:
         InputFault: a coordinate is not finite or absurdly large.
     """
     if not (abs(pose.x_m) <= LARGEST_COORDINATE_M and abs(pose.y_m) <= LARGEST_COORDINATE_M
-            and np.isfinite(pose.yaw_rad)):
+            and math.isfinite(pose.yaw_rad)):
         raise InputFault(f'{name}: given ({pose.x_m}, {pose.y_m}, {pose.yaw_rad}); '
                          f'expected finite x, y [m] and yaw [rad]')
 

@@ -69,7 +69,7 @@ class FitMap:
             InputFault: the scan's range limit is none.
         """
         beams = select_beams(scan, max(1, len(scan.ranges_m) // RAYS), laser_pose_in_base,
-                             _SCANS_OWN_LIMITS).hits()
+                             _SCANS_OWN_LIMITS, hits_only=True)
         base = base_pose_in_map.relative_to(self._grid.origin)
         laser = base.compose(Pose2D(beams.laser_x_m, beams.laser_y_m, 0.0))
         cell_m = self._grid.resolution_m

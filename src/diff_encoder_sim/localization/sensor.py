@@ -27,6 +27,9 @@ class Likelihoods(NamedTuple):
 class SensorModel(abc.ABC):
     """A laser model on one map."""
 
+    # The likelihood fields know nothing of rays without a return.
+    _hits_only = True
+
     def __init__(self, params: AmclParams, grid: OccupancyGrid) -> None:
         self._params = params
         self._grid = grid
@@ -38,18 +41,14 @@ class SensorModel(abc.ABC):
             InputFault: none does.
         """
         check_scan(scan)
-        beams = self._usable(select_beams(scan, self._step(len(scan.ranges_m)),
-                                          laser_pose_in_base, self._params))
+        beams = select_beams(scan, self._step(len(scan.ranges_m)), laser_pose_in_base,
+                             self._params, self._hits_only)
         if len(beams.ranges_m) == 0:
             raise nothing_seen(scan, beams)
         return beams
 
     def _step(self, ray_count: int) -> int:
         return beam_step(ray_count, self._params.laser_max_beams)
-
-    def _usable(self, beams: Beams) -> Beams:
-        """The likelihood fields know nothing of rays without a return."""
-        return beams.hits()
 
     @abc.abstractmethod
     def likelihoods(self, particles: np.ndarray, beams: Beams, converged: bool) -> Likelihoods:

