@@ -12,8 +12,9 @@ from diff_encoder_sim.navigation.dwa_params import DwaParams
 from diff_encoder_sim.navigation.map_grid import plan_distance
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
 from diff_encoder_sim.navigation.oscillation import OscillationMemory
-from diff_encoder_sim.navigation.turn_to_path import TurnToPath
 from diff_encoder_sim.navigation.stop_rotate import Motion
+from diff_encoder_sim.navigation.trajectories import roll_out, step_count
+from diff_encoder_sim.navigation.turn_to_path import TurnToPath
 from diff_encoder_sim.navigation.velocity_window import (samples_between, velocity_samples,
                                                          velocity_window)
 from diff_encoder_sim.se2 import IDENTITY, Pose2D
@@ -42,8 +43,7 @@ def straight_plan(length_m=1.4, bearing_rad=0.0):
 
 
 def scored(planner, costmap, plan, twist=(0.3, 0.0), pose=IDENTITY):
-    planner.find_best(pose, *twist, costmap, plan)
-    return planner.last_scored
+    return planner.score_all(pose, *twist, costmap, plan)
 
 
 # ---- window and samples
@@ -76,8 +76,9 @@ def test_samples_hold_both_ends_and_zero():
     assert samples_between(-0.245, 0.245, 4) == pytest.approx(
         [-0.245, -0.0816667, 0.0, 0.0816667, 0.245])
     assert samples_between(0.1, 0.3, 3) == pytest.approx([0.1, 0.2, 0.3])
-    assert samples_between(0.1, 0.3, 1) == [0.1, 0.3]
-    assert samples_between(0.2, 0.2, 20) == [0.2]
+    assert samples_between(0.1, 0.3, 1).tolist() == [0.1, 0.3]
+    assert samples_between(0.2, 0.2, 20).tolist() == [0.2]
+    assert samples_between(-0.2, 0.2, 3).tolist() == [-0.2, 0.0, 0.2]        # it is there already
 
 
 def test_default_sample_count_is_upstreams():
@@ -88,11 +89,10 @@ def test_default_sample_count_is_upstreams():
 
 def test_the_trajectory_is_upstreams():
     """Points no farther apart than the granularities, the start in and the end out."""
-    steps = critics.step_count(0.4, 0.5, 1.7, 0.025, 0.1)
+    steps = step_count(0.4, 0.5, 1.7, 0.025, 0.1)
     assert steps == 28                                     # 0.68 m / 0.025 m
     points = np.empty((steps, 3))
-    critics.roll_out(np.zeros(3), np.zeros(2), np.array([0.4, 0.5]), steps, 1.7, np.ones(2), False,
-                     points)
+    roll_out(np.zeros(3), np.zeros(2), np.array([0.4, 0.5]), steps, 1.7, np.ones(2), False, points)
     assert points[0].tolist() == [0.0, 0.0, 0.0]
     assert points[-1, 2] == pytest.approx(0.5 * 1.7 * 27 / 28)
     radius_m = 0.4 / 0.5
@@ -102,8 +102,8 @@ def test_the_trajectory_is_upstreams():
 
 def test_without_dwa_the_trajectory_accelerates():
     points = np.empty((17, 3))
-    critics.roll_out(np.zeros(3), np.array([0.0, 0.0]), np.array([0.4, 0.0]), 17, 1.7,
-                     np.array([0.5, 3.0]), True, points)
+    roll_out(np.zeros(3), np.array([0.0, 0.0]), np.array([0.4, 0.0]), 17, 1.7, np.array([0.5, 3.0]),
+             True, points)
     assert points[3, 0] == pytest.approx((0.05 + 0.1 + 0.15) * 0.1)
 
 
@@ -148,8 +148,10 @@ def test_obstacle_critic_rejects_collisions_and_takes_the_highest_cost():
     free = scored(planner, local_costmap(), straight_plan())
     assert (free.scores[:, critics.OBSTACLE] == 0.0).all()
     # Within 0.265 m of travel the front would be in it: at 0.265 m/s for 1.7 s all collide.
-    blocked = scored(planner, local_costmap([(0.52, 0.0)]), straight_plan())
+    alone = DwaPlanner(dwa_params(path_distance_bias=0.0, goal_distance_bias=0.0), PERIOD_S)
+    blocked = scored(alone, local_costmap([(0.52, 0.0)]), straight_plan())
     assert (blocked.totals == critics.COLLIDES).all() and blocked.best == -1
+    assert scored(planner, local_costmap([(0.52, 0.0)]), straight_plan()).best == -1
     costmap = local_costmap([(0.3, 0.62)])
     beside = scored(planner, costmap, straight_plan())
     index = next(i for i, (v, w) in enumerate(beside.samples)
@@ -161,10 +163,9 @@ def test_path_and_goal_critics_count_cells_from_the_last_point():
     planner = DwaPlanner(dwa_params(), PERIOD_S)
     result = scored(planner, local_costmap(), straight_plan(1.0) + (0.0, 0.3, 0.0))
     for (v, w), scores in zip(result.samples, result.scores):
-        steps = critics.step_count(v, w, 1.7, 0.025, 0.1)
+        steps = step_count(v, w, 1.7, 0.025, 0.1)
         points = np.empty((steps, 3))
-        critics.roll_out(np.zeros(3), np.zeros(2), np.array([v, w]), steps, 1.7, np.ones(2), False,
-                         points)
+        roll_out(np.zeros(3), np.zeros(2), np.array([v, w]), steps, 1.7, np.ones(2), False, points)
         cell = np.floor((points[-1, :2] + 1.5) / 0.05)
         goal = np.floor((np.array([1.0, 0.3]) + 1.5) / 0.05 + 1e-9)
         assert scores[critics.GOAL] == np.abs(goal - cell).sum()

@@ -7,7 +7,7 @@ inflation of both. Costs: 0 free to 252, 253 inscribed (the robot touches howeve
 from __future__ import annotations
 
 import math
-from typing import NamedTuple, Optional, Tuple
+from typing import Optional, Tuple
 
 import numpy as np
 
@@ -16,22 +16,15 @@ from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.navigation import footprint as outlines
 from diff_encoder_sim.navigation.costmap_params import CostmapParams
 from diff_encoder_sim.navigation.footprint import LETHAL, NO_INFORMATION
+from diff_encoder_sim.navigation.grid_window import GridWindow, window_around
 from diff_encoder_sim.navigation.inflation import (FREE, INSCRIBED, cost_table, inflate,
                                                    radius_in_cells)
 from diff_encoder_sim.navigation.raytrace import clear_and_mark
+from diff_encoder_sim.navigation.scoring import outline_cost
 from diff_encoder_sim.scan import Scan
 from diff_encoder_sim.se2 import Pose2D
 
 __all__ = ['Costmap', 'FREE', 'INSCRIBED', 'LETHAL', 'NO_INFORMATION']
-
-
-class _Window(NamedTuple):
-    """Cells from first to before last."""
-
-    first_row: int
-    last_row: int
-    first_column: int
-    last_column: int
 
 
 class Costmap:
@@ -57,7 +50,7 @@ class Costmap:
         self._table = cost_table(self.resolution_m, self.footprint.inscribed_radius_m,
                                  params.inflation_radius, params.cost_scaling_factor)
         self._limit = radius_in_cells(params.inflation_radius, self.resolution_m)
-        self._refresh(self._everything())
+        self._changed: Optional[GridWindow] = self._everything()    # not in `_costs` yet
 
     def _take_map(self, grid: OccupancyGrid) -> None:
         if grid.cells.size == 0:
@@ -79,10 +72,19 @@ class Costmap:
         self._allocate((rows, columns))
 
     def _allocate(self, shape: Tuple[int, int]) -> None:
-        self._per_m = 1.0 / self.resolution_m
+        self.shape, self._per_m = shape, 1.0 / self.resolution_m
         self._obstacles = np.full(shape, self._unseen, np.uint8)
         self._base = np.empty(shape, np.uint8)
-        self.costs = np.empty(shape, np.uint8)
+        self._costs = np.empty(shape, np.uint8)
+
+    @property
+    def costs(self) -> np.ndarray:
+        """(rows, columns) uint8, changed in place when it is asked for after an update."""
+        # Inflation is most of an update's work, and between two plans nobody looks at a whole map.
+        if self._changed is not None:
+            self._refresh(self._changed)
+            self._changed = None
+        return self._costs
 
     # ---- where things are
 
@@ -102,7 +104,7 @@ class Costmap:
 
     def contains(self, row: int, column: int) -> bool:
         """Whether a cell is on the map."""
-        return 0 <= row < self.costs.shape[0] and 0 <= column < self.costs.shape[1]
+        return 0 <= row < self.shape[0] and 0 <= column < self.shape[1]
 
     def cost_at(self, x_m: float, y_m: float) -> Optional[int]:
         """Cost of the cell that holds a point, None outside."""
@@ -115,8 +117,8 @@ class Costmap:
         Below zero where it cannot stand: footprint.IN_OBSTACLE, IN_UNKNOWN or OFF_MAP.
         """
         local = self.pose_in_grid(base_pose)
-        return outlines.outline_cost(self.costs, self._per_m, self.footprint.vertices_m, local.x_m,
-                                     local.y_m, math.cos(local.yaw_rad), math.sin(local.yaw_rad))
+        return outline_cost(self.costs, self._per_m, self.footprint.vertices_m, local.x_m,
+                            local.y_m, math.cos(local.yaw_rad), math.sin(local.yaw_rad))
 
     def is_static_obstacle(self, x_m: float, y_m: float) -> bool:
         """Whether the static map alone keeps the robot's centre from a point."""
@@ -135,7 +137,7 @@ class Costmap:
 
     def update(self, base_pose: Pose2D, scan: Optional[Scan] = None,
                laser_pose: Optional[Pose2D] = None) -> None:
-        """One cycle: move the window, enter a scan, free the robot's own place, inflate.
+        """One cycle: move the window, enter a scan, free the robot's own place.
 
         Args:
             base_pose: the robot now.
@@ -154,19 +156,19 @@ class Costmap:
         if self.params.footprint_clearing_enabled:
             self._clear_footprint(base_pose)
         for place, reach_m in touched if self._static is not None else ():
-            self._refresh(self._around(place, reach_m))
+            self._note_change(window_around(place, reach_m, self._per_m, self.shape))
         if self._static is None:
-            self._refresh(self._everything())
+            self._note_change(self._everything())
 
     def clear_obstacles(self, base_pose: Pose2D, reset_distance_m: float = 0.0) -> None:
         """Forget the obstacle layer outside a square of this side around the robot."""
-        kept = self._around(self.pose_in_grid(base_pose), 0.5 * reset_distance_m)
         cleared = np.full_like(self._obstacles, self._unseen)
         if reset_distance_m > 0.0:
-            inside = np.s_[kept.first_row:kept.last_row, kept.first_column:kept.last_column]
-            cleared[inside] = self._obstacles[inside]
+            kept = window_around(self.pose_in_grid(base_pose), 0.5 * reset_distance_m, self._per_m,
+                                 self.shape).cells
+            cleared[kept] = self._obstacles[kept]
         self._obstacles = cleared
-        self._refresh(self._everything())
+        self._note_change(self._everything())
 
     def _enter(self, scan: Scan, laser: Pose2D) -> None:
         params, source = self.params, self.params.scan
@@ -186,7 +188,7 @@ class Costmap:
 
     def _roll_to(self, base_pose: Pose2D) -> None:
         """Centre the window on the robot by whole cells, keeping what stays in sight."""
-        rows, columns = self.costs.shape
+        rows, columns = self.shape
         local = self.pose_in_grid(base_pose)
         down = math.floor(local.y_m * self._per_m) - rows // 2
         right = math.floor(local.x_m * self._per_m) - columns // 2
@@ -201,36 +203,26 @@ class Costmap:
         self.origin = Pose2D(self.origin.x_m + right * self.resolution_m,
                              self.origin.y_m + down * self.resolution_m, 0.0)
 
-    def _refresh(self, window: _Window) -> None:
+    def _note_change(self, window: GridWindow) -> None:
+        """Have a window refreshed before anyone sees its costs."""
+        if not window.is_empty:      # else all of it is off the map
+            self._changed = window if self._changed is None else self._changed.around_both(window)
+
+    def _refresh(self, window: GridWindow) -> None:
         """Combine the layers inside a window and inflate as far as that reaches."""
-        if window.first_row >= window.last_row or window.first_column >= window.last_column:
-            return                # all of it is off the map
-        rows, columns = self.costs.shape
-        cells = np.s_[window.first_row:window.last_row, window.first_column:window.last_column]
-        obstacles = self._obstacles[cells]
+        obstacles = self._obstacles[window.cells]
         if self._static is None:
-            self._base[cells] = obstacles
+            self._base[window.cells] = obstacles
         else:
-            static = self._static[cells]
+            static = self._static[window.cells]
             seen = obstacles != NO_INFORMATION
             higher = seen & ((static == NO_INFORMATION) | (obstacles > static))
-            self._base[cells] = np.where(higher, obstacles, static)
-        inflate(self._base, self.costs, self._table, self._limit,
-                max(0, window.first_row - self._limit), min(rows, window.last_row + self._limit),
-                max(0, window.first_column - self._limit),
-                min(columns, window.last_column + self._limit))
+            self._base[window.cells] = np.where(higher, obstacles, static)
+        inflate(self._base, self._costs, self._table, self._limit,
+                *window.with_margin(self._limit, self.shape))
 
-    def _everything(self) -> _Window:
-        return _Window(0, self.costs.shape[0], 0, self.costs.shape[1])
-
-    def _around(self, place: Pose2D, reach_m: float) -> _Window:
-        rows, columns = self.costs.shape
-        bounds = [(math.floor((centre_m - reach_m) * self._per_m),
-                   math.floor((centre_m + reach_m) * self._per_m) + 1)
-                  for centre_m in (place.y_m, place.x_m)]
-        (first_row, last_row), (first_column, last_column) = bounds
-        return _Window(*(min(max(0, value), size) for value, size in (
-            (first_row, rows), (last_row, rows), (first_column, columns), (last_column, columns))))
+    def _everything(self) -> GridWindow:
+        return GridWindow(0, self.shape[0], 0, self.shape[1])
 
 
 def static_costs(cells: np.ndarray, params: CostmapParams) -> np.ndarray:

@@ -73,65 +73,6 @@ def _encloses_origin(vertices_m: np.ndarray) -> bool:
 
 
 @njit(cache=True)
-def outline_cost(costs: np.ndarray, per_m: float, vertices_m: np.ndarray, x_m: float, y_m: float,
-                 cos_yaw: float, sin_yaw: float) -> float:
-    """Highest cost under the footprint's outline, or why there is none (< 0).
-
-    Only the outline is looked at: an obstacle that is to get inside must cross it.
-
-    Args:
-        costs: (rows, columns) uint8 costmap.
-        per_m: cells in a metre.
-        vertices_m: (n, 2) corners in base_link.
-        x_m, y_m, cos_yaw, sin_yaw: base_link in the grid's own frame.
-    """
-    highest = 0.0
-    last = len(vertices_m) - 1
-    row = math.floor((y_m + sin_yaw * vertices_m[last, 0] + cos_yaw * vertices_m[last, 1]) * per_m)
-    column = math.floor(
-        (x_m + cos_yaw * vertices_m[last, 0] - sin_yaw * vertices_m[last, 1]) * per_m)
-    for index in range(len(vertices_m)):
-        to_row = math.floor(
-            (y_m + sin_yaw * vertices_m[index, 0] + cos_yaw * vertices_m[index, 1]) * per_m)
-        to_column = math.floor(
-            (x_m + cos_yaw * vertices_m[index, 0] - sin_yaw * vertices_m[index, 1]) * per_m)
-        cost = line_cost(costs, row, column, to_row, to_column)
-        if cost < 0.0:
-            return cost
-        highest = max(highest, cost)
-        row, column = to_row, to_column
-    return highest
-
-
-@njit(cache=True)
-def line_cost(costs: np.ndarray, row: int, column: int, to_row: int, to_column: int) -> float:
-    """Highest cost on a line of cells (Bresenham), or why there is none (< 0)."""
-    rows, columns = costs.shape
-    if not (0 <= row < rows and 0 <= to_row < rows
-            and 0 <= column < columns and 0 <= to_column < columns):
-        return OFF_MAP
-    down, right = abs(to_row - row), abs(to_column - column)
-    row_step = 1 if to_row > row else -1
-    column_step = 1 if to_column > column else -1
-    error = right - down
-    highest = 0
-    while True:
-        cost = costs[row, column]
-        if cost >= LETHAL:
-            return IN_OBSTACLE if cost == LETHAL else IN_UNKNOWN
-        highest = max(highest, cost)
-        if row == to_row and column == to_column:
-            return float(highest)
-        doubled = 2 * error
-        if doubled > -down:
-            error -= down
-            column += column_step
-        if doubled < right:
-            error += right
-            row += row_step
-
-
-@njit(cache=True)
 def fill_polygon(cells: np.ndarray, per_m: float, corners_m: np.ndarray, value: int) -> None:
     """Set every cell that a convex polygon (n, 2), in the grid's frame, covers the centre of."""
     rows, columns = cells.shape

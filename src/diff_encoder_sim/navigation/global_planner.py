@@ -83,7 +83,7 @@ class GlobalPlanner:
             raise PlanError(PlanProblem.NOT_FINITE,
                             f'{what} ({pose.x_m}, {pose.y_m}, {pose.yaw_rad}) is not finite')
         row, column = self.costmap.cell_at(pose.x_m, pose.y_m)
-        rows, columns = self.costmap.costs.shape
+        rows, columns = self.costmap.shape
         # As in navfn the outermost cells are a fence.
         if not (0 < row < rows - 1 and 0 < column < columns - 1):
             raise PlanError(PlanProblem.OUTSIDE,

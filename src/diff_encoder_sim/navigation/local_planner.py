@@ -2,9 +2,10 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple, Optional
+from typing import NamedTuple, Optional, Tuple
 
 import numpy as np
+from numba import njit
 
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.dwa import DwaPlanner
@@ -13,7 +14,7 @@ from diff_encoder_sim.navigation.inputs import OdometrySample
 from diff_encoder_sim.navigation.outcome import Command
 from diff_encoder_sim.navigation.stop_rotate import LatchedStopRotate, Motion
 from diff_encoder_sim.navigation.turn_to_path import TurnToPath
-from diff_encoder_sim.se2 import Pose2D
+from diff_encoder_sim.se2 import IDENTITY, Pose2D
 
 # Points of the plan farther behind than this are dropped (upstream's prunePlan).
 PRUNE_DISTANCE_M = 1.0
@@ -35,20 +36,23 @@ class LocalPlanner:
         self.dwa = DwaPlanner(params, sim_period_s)
         self._stop_rotate = LatchedStopRotate(params, sim_period_s)
         self._turn_to_path = TurnToPath(params, sim_period_s)
-        self._plan_in_map = np.empty((0, 3))
+        self._plan_in_map = self._whole_in_odom = np.empty((0, 3))
+        self._goal_in_odom = IDENTITY
+        self._odom_pose_in_map: Optional[Pose2D] = None    # by which these are in odom
         self.problem = ''            # why the last `compute` gave no command
         self.plan_in_odom = np.empty((0, 3))   # the part in sight, for displays
 
     def set_plan(self, plan_in_map: np.ndarray) -> None:
         """Follow a new plan (n, 3), n > 0: tolerances are open again, old turns forgotten."""
-        self._plan_in_map = plan_in_map
+        self._plan_in_map, self._odom_pose_in_map = plan_in_map, None
         self._stop_rotate.reset()
         self._turn_to_path.reset()
         self.dwa.oscillation.reset()
 
     def is_goal_reached(self, motion: Motion, odom_pose_in_map: Pose2D) -> bool:
         """Whether the robot stands at the plan's end within the tolerances."""
-        return self._stop_rotate.is_goal_reached(motion, self._goal_in_odom(odom_pose_in_map))
+        self._locate(odom_pose_in_map)
+        return self._stop_rotate.is_goal_reached(motion, self._goal_in_odom)
 
     def compute(self, motion: Motion, odom_pose_in_map: Pose2D,
                 costmap: Costmap) -> Optional[LocalCommand]:
@@ -59,6 +63,7 @@ class LocalPlanner:
             odom_pose_in_map: what localization says.
             costmap: the local one, in the odom frame.
         """
+        self._locate(odom_pose_in_map)
         self.plan_in_odom = self._plan_in_sight(motion.base_pose, odom_pose_in_map, costmap)
         if len(self.plan_in_odom) == 0:
             self.problem = 'the plan is out of sight of the local costmap'
@@ -67,7 +72,7 @@ class LocalPlanner:
         def is_clear(linear_mps: float, angular_radps: float) -> bool:
             return self.dwa.is_collision_free(motion.base_pose, linear_mps, angular_radps, costmap)
 
-        goal = self._goal_in_odom(odom_pose_in_map)
+        goal = self._goal_in_odom
         if self._stop_rotate.is_position_reached(motion, goal):
             command = self._stop_rotate.command(motion, goal, is_clear)
             self.problem = 'turning at the goal would collide' if command is None else ''
@@ -95,29 +100,51 @@ class LocalPlanner:
                       _within(command.angular_radps, odometry.angular_radps,
                               sigmas * odometry.angular_std_radps))
 
-    def _goal_in_odom(self, odom_pose_in_map: Pose2D) -> Pose2D:
-        return Pose2D(*self._plan_in_map[-1]).relative_to(odom_pose_in_map)
+    def _locate(self, odom_pose_in_map: Pose2D) -> None:
+        """Bring plan and goal into the odom frame; localization moves that only now and then."""
+        if odom_pose_in_map != self._odom_pose_in_map:
+            self._odom_pose_in_map = odom_pose_in_map
+            self._whole_in_odom = _transform(self._plan_in_map, odom_pose_in_map.inverse())
+            goal_in_map = Pose2D(*self._plan_in_map[-1].tolist())
+            self._goal_in_odom = goal_in_map.relative_to(odom_pose_in_map)
 
     def _plan_in_sight(self, base_pose: Pose2D, odom_pose_in_map: Pose2D,
                        costmap: Costmap) -> np.ndarray:
         """(n, 3) the first stretch of the plan that is about inside the window, in odom."""
         base = odom_pose_in_map.compose(base_pose)
-        distance_m = np.hypot(self._plan_in_map[:, 0] - base.x_m,
-                              self._plan_in_map[:, 1] - base.y_m)
-        sight_m = 0.5 * max(costmap.costs.shape) * costmap.resolution_m
-        visible = distance_m <= sight_m
-        if not visible.any():
-            return np.empty((0, 3))
-        first = int(np.argmax(visible))
-        if self.params.prune_plan:
-            near = distance_m[first:] < PRUNE_DISTANCE_M
-            first += int(np.argmax(near)) if near.any() else 0
-            self._plan_in_map, visible = self._plan_in_map[first:], visible[first:]
-            first = 0
-        leaves = np.flatnonzero(~visible[first:])
-        # With the first point out of sight, so that the plan reaches the window's edge.
-        last = first + int(leaves[0]) + 1 if len(leaves) else len(visible)
-        return _transform(self._plan_in_map[first:last], odom_pose_in_map.inverse())
+        first, last = stretch_in_sight(
+            self._plan_in_map, base.x_m, base.y_m, 0.5 * max(costmap.shape) * costmap.resolution_m,
+            PRUNE_DISTANCE_M if self.params.prune_plan else 0.0)
+        in_sight = self._whole_in_odom[first:last]
+        if self.params.prune_plan and len(in_sight) > 0:
+            self._plan_in_map = self._plan_in_map[first:]
+            self._whole_in_odom = self._whole_in_odom[first:]
+        return in_sight
+
+
+@njit(cache=True)
+def stretch_in_sight(plan: np.ndarray, x_m: float, y_m: float, sight_m: float, prune_m: float
+                     ) -> Tuple[int, int]:
+    """First and behind the last of a plan's points (n, 3) to follow from a place; (0, 0) for none.
+
+    From the first within `sight_m`, or the first after it within `prune_m`, to the first that is
+    out of sight again: with that one, so that the stretch reaches the window's edge.
+    """
+    distance_m = np.hypot(plan[:, 0] - x_m, plan[:, 1] - y_m)
+    first = 0
+    while first < len(plan) and distance_m[first] > sight_m:
+        first += 1
+    if first == len(plan):
+        return 0, 0
+    near = first
+    while near < len(plan) and distance_m[near] >= prune_m:
+        near += 1
+    if near < len(plan):
+        first = near
+    last = first
+    while last < len(plan) and distance_m[last] <= sight_m:
+        last += 1
+    return first, min(last + 1, len(plan))
 
 
 def _within(value: float, centre: float, band: float) -> float:

@@ -12,6 +12,38 @@ from numba import njit
 from diff_encoder_sim.navigation.footprint import NO_INFORMATION
 from diff_encoder_sim.navigation.inflation import INSCRIBED
 
+# The layers of `plan_distances`.
+TO_PLAN, TO_END, TO_FRONT = range(3)
+
+
+@njit(cache=True)
+def plan_distances(costs: np.ndarray, per_m: float, origin: np.ndarray, plan: np.ndarray,
+                   base: np.ndarray, nose_m: float, grids: np.ndarray) -> bool:
+    """Fill `grids` (3, rows, columns) int32: cells to the plan, to its end, to the nose's goal.
+
+    Args:
+        costs, per_m: as in `plan_distance`, which also says when it is False.
+        origin: (3,) x, y, yaw of the grid's corner.
+        plan: (n, 3) in the frame of `origin`, n > 0.
+        base: (3,) the robot in the grid's own frame.
+        nose_m: from the robot's centre to its nose.
+    """
+    cos_yaw, sin_yaw = math.cos(origin[2]), math.sin(origin[2])
+    plan_m = np.empty((len(plan), 2))
+    for index in range(len(plan)):
+        x_m, y_m = plan[index, 0] - origin[0], plan[index, 1] - origin[1]
+        plan_m[index, 0] = x_m * cos_yaw + y_m * sin_yaw
+        plan_m[index, 1] = y_m * cos_yaw - x_m * sin_yaw
+    front_m = plan_m.copy()
+    # The nose's goal lies behind the goal as the robot sees it, not along the goal's heading: that
+    # would swing around when the robot must turn at the end.
+    bearing_rad = math.atan2(plan_m[-1, 1] - base[1], plan_m[-1, 0] - base[0])
+    front_m[-1, 0] += nose_m * math.cos(bearing_rad)
+    front_m[-1, 1] += nose_m * math.sin(bearing_rad)
+    return (plan_distance(costs, per_m, plan_m, False, grids[TO_PLAN])
+            and plan_distance(costs, per_m, plan_m, True, grids[TO_END])
+            and plan_distance(costs, per_m, front_m, True, grids[TO_FRONT]))
+
 
 @njit(cache=True)
 def plan_distance(costs: np.ndarray, per_m: float, plan_m: np.ndarray, only_end: bool,
@@ -34,23 +66,43 @@ def plan_distance(costs: np.ndarray, per_m: float, plan_m: np.ndarray, only_end:
     filled = _seed(costs, per_m, plan_m, only_end, distance, queue)
     if filled == 0:
         return False
+    # A fence around the grid, so that the wave need not ask where it ends.
+    wide = columns + 2
+    fenced = np.full((rows + 2) * wide, blocked, np.int32)
+    is_free = np.zeros((rows + 2) * wide, np.bool_)
+    for row in range(rows):
+        first = (row + 1) * wide + 1
+        fenced[first:first + columns] = distance[row]
+        is_free[first:first + columns] = costs[row] < INSCRIBED
+    for place in range(filled):
+        row, column = queue[place] // columns, queue[place] % columns
+        queue[place] = (row + 1) * wide + column + 1
+    _spread(fenced, is_free, wide, blocked, queue, filled)
+    for row in range(rows):
+        first = (row + 1) * wide + 1
+        distance[row] = fenced[first:first + columns]
+    return True
+
+
+@njit(cache=True)
+def _spread(fenced: np.ndarray, is_free: np.ndarray, wide: int, blocked: int, queue: np.ndarray,
+            filled: int) -> None:
+    """Run the wave over a flat grid, `wide` cells a row, from the cells in the queue."""
+    unreached = blocked + 1
     taken = 0
     while taken < filled:
-        row, column = queue[taken] // columns, queue[taken] % columns
+        cell = queue[taken]
         taken += 1
-        farther = distance[row, column] + 1
-        for side in range(4):
-            to_row = row + (side == 0) - (side == 1)
-            to_column = column + (side == 2) - (side == 3)
-            if 0 <= to_row < rows and 0 <= to_column < columns \
-                    and distance[to_row, to_column] == unreached:
-                if costs[to_row, to_column] >= INSCRIBED:
-                    distance[to_row, to_column] = blocked
-                else:
-                    distance[to_row, to_column] = farther
-                    queue[filled] = to_row * columns + to_column
+        farther = fenced[cell] + 1
+        for step in (-wide, wide, -1, 1):
+            to_cell = cell + step
+            if fenced[to_cell] == unreached:
+                if is_free[to_cell]:
+                    fenced[to_cell] = farther
+                    queue[filled] = to_cell
                     filled += 1
-    return True
+                else:
+                    fenced[to_cell] = blocked
 
 
 @njit(cache=True)

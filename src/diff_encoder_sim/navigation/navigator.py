@@ -129,7 +129,7 @@ class Navigator:
 
     @property
     def local_planner(self) -> LocalPlanner:
-        """With the plan in sight and the DWA's scores of the last period."""
+        """With the plan in sight, and the DWA."""
         return self._tools.local_planner
 
     # ---- arrivals
@@ -191,15 +191,14 @@ class Navigator:
 
     def _update_costmaps(self, now_ns: int) -> None:
         """Each costmap at its own rate, with the newest scan from where that was taken."""
-        inputs = self.inputs
-        laser_in_odom, odom_in_map = inputs.laser_pose_in_odom(), inputs.odom_pose_in_map
-        if self._is_due(self._local_updated_ns, self.params.local_costmap.update_frequency, now_ns):
-            self.local_costmap.update(inputs.odometry.base_pose_in_odom, inputs.scan, laser_in_odom)
+        inputs, params = self.inputs, self.params
+        if self._is_due(self._local_updated_ns, params.local_costmap.update_frequency, now_ns):
+            self.local_costmap.update(inputs.odometry.base_pose_in_odom, inputs.scan,
+                                      inputs.laser_pose_in_odom())
             self._local_updated_ns = now_ns
-        if self._is_due(self._global_updated_ns, self.params.global_costmap.update_frequency,
-                        now_ns):
+        if self._is_due(self._global_updated_ns, params.global_costmap.update_frequency, now_ns):
             self.global_costmap.update(inputs.base_pose_in_map, inputs.scan,
-                                       odom_in_map.compose(laser_in_odom))
+                                       inputs.odom_pose_in_map.compose(inputs.laser_pose_in_odom()))
             self._global_updated_ns = now_ns
 
     @staticmethod

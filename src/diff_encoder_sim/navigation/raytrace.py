@@ -29,29 +29,41 @@ def clear_and_mark(cells: np.ndarray, per_m: float, x_m: float, y_m: float, yaw_
         ranges_m: (n,) as in Scan.
         inf_is_valid: whether +inf means free up to raytrace_range.
     """
+    rows, columns = cells.shape
     row, column = math.floor(y_m * per_m), math.floor(x_m * per_m)
-    if clears and 0 <= row < cells.shape[0] and 0 <= column < cells.shape[1]:
-        for index in range(len(ranges_m)):
-            range_m = ranges_m[index]
-            is_empty = range_m == math.inf
-            if is_empty and not inf_is_valid:
-                continue
-            if is_empty or (range_min_m <= range_m <= range_max_m):
-                bearing_rad = yaw_rad + angle_min_rad + index * angle_increment_rad
-                reach_m = min(range_m, raytrace_range_m)
-                _clear_ray(cells, row, column,
-                           math.floor((y_m + reach_m * math.sin(bearing_rad)) * per_m),
-                           math.floor((x_m + reach_m * math.cos(bearing_rad)) * per_m),
-                           range_m > raytrace_range_m)
+    clears = clears and 0 <= row < rows and 0 <= column < columns
+    hits, hit_count = np.empty((len(ranges_m), 2), np.int64), 0
+    last_row, last_column, last_is_longer = row, column, False
+    for index in range(len(ranges_m)):
+        range_m = ranges_m[index]
+        is_valid = inf_is_valid if range_m == math.inf else range_min_m <= range_m <= range_max_m
+        if not is_valid:
+            continue
+        bearing_rad = yaw_rad + angle_min_rad + index * angle_increment_rad
+        sin_bearing, cos_bearing = math.sin(bearing_rad), math.cos(bearing_rad)
+        if clears:
+            reach_m = min(range_m, raytrace_range_m)
+            to_row = math.floor((y_m + reach_m * sin_bearing) * per_m)
+            to_column = math.floor((x_m + reach_m * cos_bearing) * per_m)
+            is_longer = range_m > raytrace_range_m
+            # Neighbouring rays often end in one cell: then they pass the same ones.
+            if to_row != last_row or to_column != last_column or is_longer != last_is_longer:
+                _clear_ray(cells, row, column, to_row, to_column, is_longer)
+                last_row, last_column, last_is_longer = to_row, to_column, is_longer
+        if range_m <= obstacle_range_m and range_m < math.inf:
+            hits[hit_count, 0] = math.floor((y_m + range_m * sin_bearing) * per_m)
+            hits[hit_count, 1] = math.floor((x_m + range_m * cos_bearing) * per_m)
+            hit_count += 1
     if marks:
-        for index in range(len(ranges_m)):
-            range_m = ranges_m[index]
-            if range_min_m <= range_m <= min(range_max_m, obstacle_range_m):
-                bearing_rad = yaw_rad + angle_min_rad + index * angle_increment_rad
-                row = math.floor((y_m + range_m * math.sin(bearing_rad)) * per_m)
-                column = math.floor((x_m + range_m * math.cos(bearing_rad)) * per_m)
-                if 0 <= row < cells.shape[0] and 0 <= column < cells.shape[1]:
-                    cells[row, column] = LETHAL
+        _mark(cells, hits[:hit_count])
+
+
+@njit(cache=True)
+def _mark(cells: np.ndarray, hits: np.ndarray) -> None:
+    for index in range(len(hits)):
+        row, column = hits[index]
+        if 0 <= row < cells.shape[0] and 0 <= column < cells.shape[1]:
+            cells[row, column] = LETHAL
 
 
 @njit(cache=True)
@@ -63,13 +75,11 @@ def _clear_ray(cells: np.ndarray, row: int, column: int, to_row: int, to_column:
     row_step = 1 if to_row > row else -1
     column_step = 1 if to_column > column else -1
     error = right - down
-    while 0 <= row < rows and 0 <= column < columns:
-        at_end = row == to_row and column == to_column
-        # The cell of the hit itself stays what it was: no ray has passed it.
-        if not at_end or with_end:
-            cells[row, column] = FREE
-        if at_end:
+    # The cell of the hit itself stays what it was: no ray has passed it.
+    for _ in range(max(down, right) + with_end):
+        if not (0 <= row < rows and 0 <= column < columns):
             return
+        cells[row, column] = FREE
         doubled = 2 * error
         if doubled > -down:
             error -= down

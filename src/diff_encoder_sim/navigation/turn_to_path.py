@@ -11,10 +11,11 @@ import math
 from typing import Optional, Tuple
 
 import numpy as np
+from numba import njit
 
 from diff_encoder_sim.navigation.dwa_params import DwaParams
 from diff_encoder_sim.navigation.stop_rotate import ClearanceCheck, LatchedStopRotate, Motion
-from diff_encoder_sim.se2 import Pose2D, wrap_angle
+from diff_encoder_sim.se2 import wrap_angle
 
 # How far ahead on the plan the robot looks for its direction: about its own length.
 LOOKAHEAD_M = 0.5
@@ -45,9 +46,9 @@ class TurnToPath:
             plan: (n, 3) in the same frame, n > 0.
             is_clear: a turn that would collide is not made.
         """
-        bearing_rad = self._bearing(motion.base_pose, plan)
         if self._angle_rad == 0.0:
             return None
+        bearing_rad = bearing_ahead(plan, motion.base_pose.x_m, motion.base_pose.y_m)
         limit_rad = self._angle_rad * (SHARE_LEFT if self._is_turning else 1.0)
         if abs(wrap_angle(bearing_rad - motion.base_pose.yaw_rad)) <= limit_rad:
             self.reset()
@@ -56,12 +57,18 @@ class TurnToPath:
         goal = motion.base_pose._replace(yaw_rad=bearing_rad)
         return self._turner.command(motion, goal, is_clear)
 
-    @staticmethod
-    def _bearing(base_pose: Pose2D, plan: np.ndarray) -> float:
-        """Direction from the robot to where the plan leads, near its end to that."""
-        offsets = plan[:, :2] - (base_pose.x_m, base_pose.y_m)
-        nearest = int(np.argmin(np.hypot(offsets[:, 0], offsets[:, 1])))
-        travelled_m = np.cumsum(np.hypot(*np.diff(plan[nearest:, :2], axis=0).T))
-        is_far = travelled_m >= LOOKAHEAD_M
-        ahead = offsets[nearest + 1 + int(np.argmax(is_far))] if is_far.any() else offsets[-1]
-        return math.atan2(ahead[1], ahead[0])
+
+@njit(cache=True)
+def bearing_ahead(plan: np.ndarray, x_m: float, y_m: float) -> float:
+    """Direction [rad] from a place to where the plan (n, 3) leads on, near its end to that."""
+    nearest, least_m = 0, math.inf
+    for index in range(len(plan)):
+        distance_m = math.hypot(plan[index, 0] - x_m, plan[index, 1] - y_m)
+        if distance_m < least_m:
+            nearest, least_m = index, distance_m
+    ahead, travelled_m = nearest, 0.0
+    while ahead < len(plan) - 1 and travelled_m < LOOKAHEAD_M:
+        travelled_m += math.hypot(plan[ahead + 1, 0] - plan[ahead, 0],
+                                  plan[ahead + 1, 1] - plan[ahead, 1])
+        ahead += 1
+    return math.atan2(plan[ahead, 1] - y_m, plan[ahead, 0] - x_m)

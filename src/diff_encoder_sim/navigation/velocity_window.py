@@ -4,9 +4,10 @@ Fox, Burgard and Thrun, The dynamic window approach to collision avoidance, 1997
 """
 from __future__ import annotations
 
-from typing import List, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 
 from diff_encoder_sim.navigation.dwa_params import DwaParams
 
@@ -46,26 +47,41 @@ def _clamp(value: float, low: float, high: float) -> float:
     return min(max(value, low), high)
 
 
-def samples_between(low: float, high: float, count: int) -> List[float]:
+@njit(cache=True)
+def samples_between(low: float, high: float, count: int) -> np.ndarray:
     """Evenly spaced samples with both ends, and 0 added where two of them have it between.
 
     As upstream's VelocityIterator: at least two, unless the ends are one.
     """
     if low == high:
-        return [low]
+        return np.array([low])
     count = max(2, count)
     step = (high - low) / (count - 1)
-    samples: List[float] = []
+    samples, filled = np.empty(count + 1), 0
     for index in range(count - 1):
         value = low + index * step
-        samples.append(value)
+        samples[filled] = value
+        filled += 1
         if value < 0.0 < value + step:
-            samples.append(0.0)
-    return samples + [high]
+            samples[filled] = 0.0
+            filled += 1
+    samples[filled] = high
+    return samples[:filled + 1]
+
+
+@njit(cache=True)
+def _velocity_samples(min_linear_mps: float, max_linear_mps: float, min_angular_radps: float,
+                      max_angular_radps: float, linear_count: int, angular_count: int
+                      ) -> np.ndarray:
+    linear = samples_between(min_linear_mps, max_linear_mps, linear_count)
+    angular = samples_between(min_angular_radps, max_angular_radps, angular_count)
+    samples = np.empty((len(linear) * len(angular), 2))
+    for index in range(len(samples)):
+        samples[index, 0] = linear[index // len(angular)]
+        samples[index, 1] = angular[index % len(angular)]
+    return samples
 
 
 def velocity_samples(window: VelocityWindow, linear_count: int, angular_count: int) -> np.ndarray:
     """(n, 2) samples (linear [m/s], angular [rad/s]) of a window, angular ones innermost."""
-    linear = samples_between(window.min_linear_mps, window.max_linear_mps, linear_count)
-    angular = samples_between(window.min_angular_radps, window.max_angular_radps, angular_count)
-    return np.array([(v, w) for v in linear for w in angular])
+    return _velocity_samples(*window, linear_count, angular_count)
