@@ -42,7 +42,8 @@ class CampaignParams(Params):
     seed: int = Field(0, ge=0, lt=2 ** 62, description='trial k has the seed `seed` + k')
     nav: Literal['embedded', 'scripted'] = 'embedded'
     record: RecordMode = 'minimal'
-    robot: Line = Field('', description="xacro or URDF file; empty for the package's ALTO")
+    robot: Line = Field('', description='xacro, URDF, or a file like config/alto.yaml; '
+                                           "empty for the package's ALTO")
     overrides: Dict[Line, Any] = Field({}, alias='set', description='parameters of all trials')
     vary: Dict[Line, Annotated[List[Any], Field(min_length=1)]] = Field(
         {}, description='values of parameters: each combination is a cell of its own')

@@ -9,6 +9,7 @@ from typing import Any, Iterator, List, Mapping, Optional, Sequence, Tuple, Unio
 from diff_encoder_sim.campaign.definition import (MOST_CELLS, MOST_TRIALS, Campaign,
                                                   CampaignParams, Cell, Varied, text_of)
 from diff_encoder_sim.campaign.files import TrialFiles, collect
+from diff_encoder_sim.campaign.robot_file import Robot, load_robot_file
 from diff_encoder_sim.config import load_yaml
 from diff_encoder_sim.encoder import ppr_label
 from diff_encoder_sim.errors import ConfigError
@@ -27,7 +28,8 @@ def load_campaign(name: str, package_folder: Union[str, Path],
     """A campaign by its name (`paper` is config/campaigns/paper.yaml) or its file's path.
 
     Args:
-        name: paths of tests and of the robot in a file are relative to that file.
+        name: paths of tests and of the robot in a file are relative to that file; on the command
+            line to where the user stands.
         package_folder: where config/, worlds/ and urdf/ are.
         replace: values from the command line that come before the file's; None is none.
 
@@ -39,6 +41,7 @@ def load_campaign(name: str, package_folder: Union[str, Path],
     given = {key: value for key, value in (replace or {}).items() if value is not None}
     params = _load_params(path, given)
     config = load_robot_config(package_folder / 'config')
+    robot = _load_robot(params, Path() if 'robot' in given else path.parent, package_folder)
     with _named('' if 'tests' in given else path):
         tests = _load_tests(params, None if 'tests' in given else path.parent,
                             package_folder / 'config')
@@ -46,8 +49,8 @@ def load_campaign(name: str, package_folder: Union[str, Path],
         _check_unique('ppr', [ppr_label(ppr) for ppr in params.ppr])
     with _named(path):
         _check_size(params)
-        combinations = _resolve(params, config)
-        files = _collect(params, tests, combinations, path.parent, package_folder)
+        combinations = _resolve(params, config, robot.overrides)
+        files = _collect(params, tests, combinations, robot.urdf, package_folder)
     return Campaign(params, _cells(params, tests, combinations), files)
 
 
@@ -87,6 +90,20 @@ def _load_tests(params: CampaignParams, folder: Optional[Path],
     return tests
 
 
+def _load_robot(params: CampaignParams, folder: Path, package_folder: Path) -> Robot:
+    """The robot, if not the package's; its overrides are checked here, where its file has a name."""
+    if not params.robot:
+        return Robot(package_folder / 'urdf' / 'alto.urdf.xacro', {})
+    robot = load_robot_file(folder / params.robot)
+    with _named(folder / params.robot):
+        for key in robot.overrides:
+            check_key(key)
+            if key in params.vary:
+                raise ConfigError(f'{key}: given here, and under vary in the campaign; allowed: one '
+                                  f'of them')
+    return robot
+
+
 def _check_size(params: CampaignParams) -> None:
     cells = params.cell_count()
     if cells > MOST_CELLS or cells * params.trials > MOST_TRIALS:
@@ -94,24 +111,23 @@ def _check_size(params: CampaignParams) -> None:
                           f'cells, {MOST_TRIALS} trials')
 
 
-def _resolve(params: CampaignParams, config: RobotConfig) -> List[Tuple[Varied, RobotParams]]:
-    """Each combination of what is varied, with all parameters."""
+def _resolve(params: CampaignParams, config: RobotConfig, robot_overrides: Mapping[str, Any]
+             ) -> List[Tuple[Varied, RobotParams]]:
+    """Each combination of what is varied, with all parameters; the campaign's come before the robot's."""
     for key in (*params.overrides, *params.vary):
         check_key(key)
     for key, values in params.vary.items():
         if key in params.overrides:
             raise ConfigError(f'{key}: given under set and vary; allowed: one of them')
         _check_unique(key, [text_of(value) for value in values])
-    return [(varied, override(config, {**params.overrides, **dict(varied)}))
+    return [(varied, override(config, {**robot_overrides, **params.overrides, **dict(varied)}))
             for varied in params.combinations()]
 
 
 def _collect(params: CampaignParams, tests: Sequence[TestDefinition],
-             combinations: Sequence[Tuple[Varied, RobotParams]], folder: Path,
+             combinations: Sequence[Tuple[Varied, RobotParams]], robot: Path,
              package_folder: Path) -> TrialFiles:
-    """The files of the trials; a robot other than the package's is relative to `folder`."""
-    robot = (folder / params.robot if params.robot
-             else package_folder / 'urdf' / 'alto.urdf.xacro')
+    """The files of the trials."""
     worlds = package_folder / 'worlds'
     files = collect(tests, worlds, robot, needs_maps=params.nav != 'scripted')
     simulators = [robot_params.simulator for _, robot_params in combinations]

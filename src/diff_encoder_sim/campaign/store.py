@@ -54,6 +54,7 @@ class ResultStore:
             self._refuse_foreign(must_resume)
             self.folder.mkdir(parents=True, exist_ok=True)
             self._lock(opened)
+            self._refuse_foreign(must_resume)       # again, now that nobody else writes here
             self._begin_or_resume(run)
             self._table = open(self.folder / TABLE, 'ab', buffering=0)
             opened.enter_context(self._table)
@@ -149,9 +150,10 @@ class ResultStore:
             manifest = {**old, 'runs': [*old['runs'], run]}
             self._rows = self._read_rows()
         _remove_unfinished(self.folder)
+        # First of all: without it, whatever is in the folder is not this program's.
+        write_file(path, json.dumps(manifest, indent=1).encode('utf-8'))
         if self._campaign.params.record != 'none':
             (self.folder / BAGS).mkdir(exist_ok=True)
-        write_file(path, json.dumps(manifest, indent=1).encode('utf-8'))
         self._write_table()
 
     def _check_same(self, old: Dict[str, Any], new: Dict[str, Any]) -> None:

@@ -1,0 +1,181 @@
+"""Runs a campaign's trials on Dask workers, and keeps each result as soon as it is there."""
+from __future__ import annotations
+
+import asyncio
+import collections
+import concurrent.futures
+import contextlib
+import queue
+import time
+import uuid
+from pathlib import Path
+from typing import Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
+
+from distributed import Client, Future, KilledWorker
+
+from diff_encoder_sim.campaign.atomic import write_file
+from diff_encoder_sim.campaign.definition import Campaign, TrialJob
+from diff_encoder_sim.campaign.progress import Progress
+from diff_encoder_sim.campaign.store import ResultStore
+from diff_encoder_sim.campaign.worker import (FinishedTrial, MachineFault, ResultsFolder, RunTrial,
+                                              run_task)
+from diff_encoder_sim.errors import ConfigError
+from diff_encoder_sim.experiments.trial_run import run_trial
+
+TICK_S = 1.0
+# Trials under way per thread of the workers: one runs, one waits there for its turn.
+TRIALS_PER_THREAD = 2
+PROBE_PREFIX = '.probe-'
+
+_CANCELLED = (asyncio.CancelledError, concurrent.futures.CancelledError)
+
+
+class CampaignFault(Exception):
+    """The campaign cannot go on: why, in one line. What is finished is kept."""
+
+
+class UnrunTrial(NamedTuple):
+    """A trial without a result."""
+
+    job: TrialJob
+    reason: str
+    killed_workers: bool    # rather than raised an error
+
+
+def run_campaign(client: Client, campaign: Campaign, store: ResultStore, progress: Progress,
+                 run: RunTrial = run_trial) -> List[UnrunTrial]:
+    """Run the trials that `store` has no result of; returns those that could not be run.
+
+    Raises:
+        CampaignFault: the scheduler is gone, or a machine cannot run trials or keep their results.
+    """
+    with _probe(store.folder) as results:
+        engine = _Engine(client, campaign, store, progress, results, run)
+        unrun = engine.run(store.pending())
+        # One trial that kills its workers takes the blameless with it: each once more, alone.
+        killers = [trial.job for trial in unrun if trial.killed_workers]
+        unrun = [trial for trial in unrun if not trial.killed_workers]
+        return unrun + engine.run(killers, at_once=1)
+
+
+class _Engine:
+    """A sliding window of trials on the workers."""
+
+    def __init__(self, client: Client, campaign: Campaign, store: ResultStore, progress: Progress,
+                 results: ResultsFolder, run: RunTrial) -> None:
+        self._client = client
+        self._store = store
+        self._progress = progress
+        self._results = results
+        self._run = run
+        # Unique on a scheduler that serves several campaigns.
+        self._name = uuid.uuid4().hex[:8]
+        # A task, not scattered data: Dask makes it again when the worker that holds it dies.
+        self._campaign = client.submit(_identity, campaign, key=f'campaign-{self._name}',
+                                       pure=False)
+        self._running: Dict[str, Tuple[TrialJob, Future]] = {}
+        self._ended: queue.SimpleQueue[Future] = queue.SimpleQueue()
+        self._threads = 0
+        self._next_tick_s = 0.0
+
+    def run(self, jobs: Sequence[TrialJob], at_once: Optional[int] = None) -> List[UnrunTrial]:
+        """Run trials, `at_once` at a time or as many as keep all workers busy."""
+        waiting = collections.deque(jobs)
+        unrun = []
+        while waiting or self._running:
+            self._tick()
+            limit = at_once or max(1, TRIALS_PER_THREAD * self._threads)
+            while waiting and len(self._running) < limit:
+                self._submit(waiting.popleft())
+            with contextlib.suppress(queue.Empty):
+                job, future = self._running.pop(self._ended.get(timeout=TICK_S).key)
+                problem = self._keep_result(job, future)
+                if problem is not None:
+                    unrun.append(problem)
+        return unrun
+
+    def _submit(self, job: TrialJob) -> None:
+        bag = self._store.bag_path(job)
+        # Job indices begin anew in no campaign: a key names one attempt of the client.
+        future = self._client.submit(
+            run_task, self._campaign, job, bag, self._results, self._run,
+            key=f'trial-{self._name}-{job.index}-{uuid.uuid4().hex[:8]}', pure=False)
+        self._running[future.key] = job, future
+        future.add_done_callback(self._ended.put)
+
+    def _keep_result(self, job: TrialJob, future: Future) -> Optional[UnrunTrial]:
+        try:
+            finished = future.result()
+        except KilledWorker:
+            return UnrunTrial(job, 'each worker that began it died', True)
+        except (MachineFault, ImportError) as error:
+            raise self._fault(str(error)) from None
+        except _CANCELLED:
+            raise self._scheduler_gone() from None
+        except Exception as error:      # of a trial: a fault of this program, not of the others
+            self._check_scheduler()
+            return UnrunTrial(job, f'{type(error).__name__}: {error}', False)
+        self._keep(finished)
+        return None
+
+    def _keep(self, finished: FinishedTrial) -> None:
+        try:
+            if finished.bag is not None:
+                write_file(self._store.folder / finished.row.bag, finished.bag)
+            self._store.append(finished.row)
+        except OSError as error:
+            raise self._fault(f'{error.filename}: cannot be written: {error.strerror}') from None
+        except ConfigError as error:
+            raise self._fault(str(error)) from None
+        self._progress.add(finished.row)
+
+    def _tick(self) -> None:
+        """Once a second: see whether the scheduler and which workers are there."""
+        if time.monotonic() < self._next_tick_s:
+            return
+        self._check_scheduler()
+        try:
+            self._threads = sum(self._client.nthreads().values())
+        except OSError:
+            raise self._scheduler_gone() from None
+        self._progress.tick(self._threads)
+        self._next_tick_s = time.monotonic() + TICK_S
+
+    def _check_scheduler(self) -> None:
+        # While a client reconnects, the scheduler has already dropped its tasks.
+        if self._client.status != 'running':
+            raise self._scheduler_gone()
+
+    def _scheduler_gone(self) -> CampaignFault:
+        return self._fault('the scheduler does not answer any more')
+
+    def _fault(self, reason: str) -> CampaignFault:
+        return CampaignFault(f'{reason}; {self._progress.count()} are done, the same command goes '
+                             f'on')
+
+
+@contextlib.contextmanager
+def _probe(folder: Union[str, Path]) -> Iterator[ResultsFolder]:
+    """A file by which workers find out whether they see the results folder.
+
+    Raises:
+        CampaignFault: it cannot be written.
+    """
+    folder = Path(folder).resolve()
+    nonce = uuid.uuid4().hex
+    probe = folder / f'{PROBE_PREFIX}{nonce}'
+    try:
+        for left_by_a_kill in folder.glob(f'{PROBE_PREFIX}*'):
+            left_by_a_kill.unlink()
+        write_file(probe, nonce.encode('utf-8'))
+    except OSError as error:
+        raise CampaignFault(f'{error.filename}: cannot be written: {error.strerror}') from None
+    try:
+        yield ResultsFolder(str(folder), probe.name, nonce)
+    finally:
+        with contextlib.suppress(OSError):
+            probe.unlink()
+
+
+def _identity(campaign: Campaign) -> Campaign:
+    return campaign

@@ -1,0 +1,146 @@
+"""How far a campaign is, on stderr, and what came of it."""
+from __future__ import annotations
+
+import collections
+import time
+from typing import Callable, Dict, List, Optional, Sequence, TextIO, Tuple
+
+from tabulate import tabulate
+from tqdm import tqdm
+
+from diff_encoder_sim.campaign.row import OUTCOMES, TrialRow
+from diff_encoder_sim.experiments.outcome import Outcome
+
+LINE_EVERY_SHARE = 0.1
+LINE_EVERY_S = 30.0
+
+
+class Progress:
+    """Counts trials; a subclass shows them. A context, at whose end the display is closed."""
+
+    def __init__(self, total: int, done: Sequence[TrialRow], stream: TextIO,
+                 clock: Callable[[], float] = time.monotonic) -> None:
+        """`done` are the results of runs before this one; `clock` gives seconds."""
+        self.total = total
+        self.done = len(done)
+        self._stream = stream
+        self._clock = clock
+        self._began_s = clock()
+        self._done_before = len(done)
+        self._failed = sum(_has_failed(row) for row in done)
+        self._simulated_s = 0.0
+        self._workers = 0
+
+    def __enter__(self) -> Progress:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._close()
+
+    def add(self, row: TrialRow) -> None:
+        """Count a trial that has ended."""
+        self.done += 1
+        self._failed += _has_failed(row)
+        self._simulated_s += row.duration_s
+        self._show()
+
+    def tick(self, workers: int) -> None:
+        """Show that time passes."""
+        self._workers = workers
+        self._show()
+
+    def count(self) -> str:
+        """Such as 120 of 360 trials."""
+        return f'{self.done} of {self.total} trials'
+
+    def text(self) -> str:
+        """The state in one line."""
+        left_s = self._left_s()
+        plural = '' if self._workers == 1 else 's'
+        return ', '.join([
+            self.count(), f'{self._failed} failed', f'{self._workers} worker{plural}',
+            f'{self.real_time_factor():.0f} x real time',
+            f'{tqdm.format_interval(left_s) if left_s is not None else "?"} left'])
+
+    @property
+    def done_now(self) -> int:
+        """Trials that this run has added."""
+        return self.done - self._done_before
+
+    def wall_time_s(self) -> float:
+        """Since the start [s]."""
+        return self._clock() - self._began_s
+
+    def real_time_factor(self) -> float:
+        """Simulated seconds done per second of wall time."""
+        return self._simulated_s / max(self.wall_time_s(), 1e-9)
+
+    def _left_s(self) -> Optional[float]:
+        if self.done_now == 0:
+            return None if self.done < self.total else 0.0
+        return self.wall_time_s() / self.done_now * (self.total - self.done)
+
+    def _show(self) -> None:
+        raise NotImplementedError
+
+    def _close(self) -> None:
+        pass
+
+
+class ProgressBar(Progress):
+    """For a terminal."""
+
+    def __init__(self, total: int, done: Sequence[TrialRow], stream: TextIO,
+                 clock: Callable[[], float] = time.monotonic) -> None:
+        super().__init__(total, done, stream, clock)
+        self._bar = tqdm(total=total, initial=self.done, file=stream, dynamic_ncols=True,
+                         bar_format='{percentage:3.0f}% |{bar}| {desc}', desc=self.text())
+
+    def _show(self) -> None:
+        self._bar.set_description_str(self.text(), refresh=False)
+        self._bar.update(self.done - self._bar.n)
+
+    def _close(self) -> None:
+        self._bar.refresh()
+        self._bar.close()
+
+
+class ProgressLines(Progress):
+    """For a file or a pipe: a line every 10 % or 30 s."""
+
+    def __init__(self, total: int, done: Sequence[TrialRow], stream: TextIO,
+                 clock: Callable[[], float] = time.monotonic) -> None:
+        super().__init__(total, done, stream, clock)
+        self._shown_done = self.done
+        self._shown_s = self._began_s
+
+    def _show(self) -> None:
+        now_s = self._clock()
+        is_far = self.done - self._shown_done >= LINE_EVERY_SHARE * self.total
+        is_last = self.done == self.total > self._shown_done
+        if is_far or is_last or now_s - self._shown_s >= LINE_EVERY_S:
+            print(self.text(), file=self._stream, flush=True)
+            self._shown_done, self._shown_s = self.done, now_s
+
+
+def progress_on(stream: TextIO, total: int, done: Sequence[TrialRow]) -> Progress:
+    """A bar on a terminal, lines elsewhere."""
+    return (ProgressBar if stream.isatty() else ProgressLines)(total, done, stream)
+
+
+def outcome_table(rows: Sequence[TrialRow]) -> str:
+    """How many trials of each cell ended in which way; ways that none ended in are left out."""
+    cells: Dict[Tuple[str, ...], collections.Counter] = {}
+    for row in rows:
+        cell = (row.test, *(text for _, text in row.varied), row.ppr)
+        cells.setdefault(cell, collections.Counter())[row.outcome] += 1
+    shown = [outcome for outcome in OUTCOMES if any(counts[outcome] for counts in cells.values())]
+    varied = [key for key, _ in rows[0].varied] if rows else []
+    table: List[List[object]] = [[*cell, sum(counts.values()), *(counts[name] for name in shown)]
+                                 for cell, counts in cells.items()]
+    return tabulate(table, ['test', *varied, 'PPR', 'trials', *shown], disable_numparse=True,
+                    colalign=('left', *['right'] * (len(varied) + 2 + len(shown))))
+
+
+def _has_failed(row: TrialRow) -> bool:
+    return row.outcome != Outcome.SUCCEEDED.value

@@ -1,0 +1,117 @@
+"""What a Dask worker does with one trial: files in, the row out, the bag into its place."""
+from __future__ import annotations
+
+import os
+import platform
+import threading
+import time
+import uuid
+from pathlib import Path
+from typing import Callable, NamedTuple, Optional
+
+from distributed import get_worker
+
+from diff_encoder_sim.campaign.atomic import UNFINISHED_SUFFIX
+from diff_encoder_sim.campaign.definition import Campaign, TrialJob
+from diff_encoder_sim.campaign.row import TrialRow
+from diff_encoder_sim.encoder import ppr_label
+from diff_encoder_sim.experiments.definition import TrialPlan
+from diff_encoder_sim.experiments.robot_params import RobotParams
+from diff_encoder_sim.experiments.trial_run import TrialResult
+from diff_encoder_sim.recording.topics import RecordMode
+
+# experiments.trial_run.run_trial, or what stands in for it.
+RunTrial = Callable[[TrialPlan, Path, RobotParams, RecordMode], TrialResult]
+
+# PyBullet is not made for threads: a worker that has several takes turns.
+_one_trial = threading.Lock()
+
+
+class MachineFault(Exception):
+    """The worker's machine cannot run trials (a full disk, no memory): why, in one line."""
+
+
+class ResultsFolder(NamedTuple):
+    """Where the client keeps the results, and what tells a worker that it sees the same folder."""
+
+    path: str       # absolute, on the client's machine
+    probe: str      # name of a file in it
+    nonce: str      # content of that file
+
+    def is_shared(self) -> bool:
+        """Whether this process sees the client's folder and can write there."""
+        try:
+            seen = Path(self.path, self.probe).read_text(encoding='utf-8')
+        except (OSError, UnicodeDecodeError):
+            return False
+        return seen == self.nonce and os.access(self.path, os.W_OK)
+
+
+class FinishedTrial(NamedTuple):
+    """What goes back to the client."""
+
+    row: TrialRow
+    bag: Optional[bytes]    # None: not recorded, or in its place already
+
+
+def run_task(campaign: Campaign, job: TrialJob, bag: str, results: ResultsFolder,
+             run: RunTrial) -> FinishedTrial:
+    """The task: `run_job` with the worker's own temporary folder, which goes when the worker goes.
+
+    Raises:
+        MachineFault: a file cannot be written, or the memory is full.
+    """
+    with _one_trial:
+        try:
+            return run_job(campaign, job, bag, results, run, Path(get_worker().local_directory))
+        except (OSError, MemoryError) as error:
+            raise MachineFault(f'worker on {platform.node()}: {_in_one_line(error)}') from None
+
+
+def run_job(campaign: Campaign, job: TrialJob, bag: str, results: ResultsFolder, run: RunTrial,
+            scratch: Path) -> FinishedTrial:
+    """Run one trial.
+
+    Args:
+        bag: path of its bag below the results folder; '' for none.
+        scratch: a folder of this process for what need not be kept.
+
+    Raises:
+        OSError: a file cannot be written.
+    """
+    is_shared = results.is_shared()
+    placed = Path(results.path, bag)
+    # A name of its own for each attempt: Dask may believe a worker dead that is still at work.
+    unfinished = (placed.parent if is_shared else scratch) / (
+        f'.{placed.name}.{uuid.uuid4().hex[:8]}{UNFINISHED_SUFFIX}')
+    row = _run(campaign, job, bag, unfinished, run, scratch)
+    if bag and is_shared:
+        os.replace(str(unfinished), str(placed))
+    return FinishedTrial(row, _take(unfinished) if bag and not is_shared else None)
+
+
+def _run(campaign: Campaign, job: TrialJob, bag: str, bag_path: Path, run: RunTrial,
+         scratch: Path) -> TrialRow:
+    cell = campaign.cells[job.cell_index]
+    files = campaign.files.materialise(scratch)
+    world = files.worlds[cell.test.name]
+    plan = TrialPlan(trial=campaign.trial_of(job), world=world.world, map=world.map,
+                     bag=str(bag_path) if bag else '')
+    began_s = time.perf_counter()
+    result = run(plan, files.robot, cell.robot_params, campaign.params.record)
+    wall_time_s = time.perf_counter() - began_s
+    return TrialRow(cell.test.name, ppr_label(cell.ppr), cell.varied_texts(), job.trial, job.seed,
+                    result.ending.outcome.value, result.ending.reason, result.duration_s,
+                    result.errors, result.distance_m, wall_time_s, bag)
+
+
+def _take(path: Path) -> bytes:
+    content = path.read_bytes()
+    path.unlink()
+    return content
+
+
+def _in_one_line(error: BaseException) -> str:
+    if isinstance(error, OSError) and error.filename:
+        return f'{error.filename}: {error.strerror}'
+    return ' '.join(str(error).split()) or type(error).__name__

@@ -1,0 +1,45 @@
+"""The campaign command with trials that take no time, or as long as the environment says.
+
+Not a test: test_campaign.py and benchmark/campaign_overhead.py run it, and workers import it.
+"""
+import os
+import signal
+import time
+from pathlib import Path
+
+from diff_encoder_sim.cli.campaign import main
+from diff_encoder_sim.experiments.outcome import Ending, Outcome
+from diff_encoder_sim.experiments.trial_run import TrialResult
+from diff_encoder_sim.se2 import Pose2D
+
+TRIAL_S = 'CAMPAIGN_TRIALS_LAST_S'
+FOLDER = 'CAMPAIGN_TRIALS_FOLDER'   # of a log of attempts, and of what is to go wrong
+LOG = 'attempts'
+
+
+def trial(plan, robot_file, params, record):
+    """A result and a bag that depend on the plan alone."""
+    number = plan.trial.number
+    folder = Path(os.environ[FOLDER])
+    with open(folder / LOG, 'a') as log:
+        log.write('%s %s\n' % (os.getpid(), number))
+    if (folder / ('kills_%d' % number)).exists():
+        os.kill(os.getpid(), signal.SIGKILL)
+    if (folder / ('raises_%d' % number)).exists():
+        raise ZeroDivisionError('of trial %d' % number)
+    if (folder / ('disk_full_%d' % number)).exists():
+        raise OSError(28, 'No space left on device', plan.bag)
+    time.sleep(float(os.environ.get(TRIAL_S, '0')))
+    if plan.bag:
+        Path(plan.bag).write_bytes(b'%d' % number * 1000)
+    assert Path(plan.world).is_file() and Path(plan.map).is_file() and Path(robot_file).is_file()
+    outcome = Outcome.TIMED_OUT if number % 5 == 0 else Outcome.SUCCEEDED
+    error = Pose2D(number / 3.0, plan.trial.ppr.left, 0.0)
+    return TrialResult(Ending(outcome), 50.0 + number / 7.0, 20.0,
+                       {'odom': error, 'amcl': None, 'global': error, 'world': error})
+
+
+if __name__ == '__main__':
+    # Workers know it by its module's name, not as part of the script that was started.
+    from campaign_trials import trial as importable_trial
+    main(run=importable_trial)
