@@ -176,7 +176,7 @@ def test_mapping_drives_and_maps(slam, odom, load):
 def test_no_launch_file_is_forgotten():
     assert {file.name for file in LAUNCH.iterdir()} == {
         'trial.launch', 'encoder_odometry.launch', 'simulator.launch', 'gazebo.launch', 'navigation.launch',
-        'slam.launch', 'mapping.launch'}
+        'slam.launch', 'mapping.launch', 'replay.launch'}
 
 
 # --- by the commands that users type: no master, and nothing else, runs -------------------------------

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import os
 import threading
+import time
 from pathlib import Path
 from types import SimpleNamespace
-from typing import List
+from typing import List, Sequence
 
 import genpy
 import rosbag
@@ -29,10 +30,15 @@ EARLIEST = rospy.Time(0, 1)
 class Recorder:
     """Writes each message as it comes; the bag gets its name when it is whole."""
 
-    def __init__(self) -> None:
-        self._path = Path(required_trial_plan().bag)
+    def __init__(self, path: Path, topics: Sequence[str]) -> None:
+        """
+        Raises:
+            ConfigError: the file cannot be made.
+        """
+        self._path = path
         self._unfinished = self._path.with_name(self._path.name + '.active')
         self._lock = threading.Lock()  # each topic comes in a thread of its own
+        self.last_heard_s = time.monotonic()
         try:
             self._path.parent.mkdir(parents=True, exist_ok=True)
             self._bag = rosbag.Bag(str(self._unfinished), 'w', compression=rosbag.Compression.LZ4)
@@ -42,10 +48,19 @@ class Recorder:
             # -1: no limit; rospy's own listening to /clock has one, and shares the connection.
             rospy.Subscriber(topic, Clock if topic == CLOCK else rospy.AnyMsg, self._write,
                              callback_args=topic, queue_size=-1, tcp_nodelay=True)
-            for topic in RECORDED]
-        rospy.on_shutdown(self._finish)
+            for topic in topics]
+        rospy.on_shutdown(self.finish)
+
+    def finish(self) -> None:
+        """Close the bag and give it its name; what comes later is not recorded."""
+        with self._lock:
+            bag, self._bag = self._bag, None
+            if bag is not None:
+                bag.close()
+                os.replace(str(self._unfinished), str(self._path))
 
     def _write(self, message: genpy.Message, topic: str) -> None:
+        self.last_heard_s = time.monotonic()
         header = message._connection_header  # rospy's own name for what the publisher said
         is_raw = isinstance(message, rospy.AnyMsg)  # but /clock, which rospy itself reads, is not
         # rosbag asks for the message's class, for its checksum alone: it need not be installed.
@@ -60,13 +75,7 @@ class Recorder:
             rospy.logfatal('bag: %s cannot be written: %s', self._unfinished, error.strerror)
             rospy.signal_shutdown('recording failed')
 
-    def _finish(self) -> None:
-        with self._lock:
-            bag, self._bag = self._bag, None
-            bag.close()
-            os.replace(str(self._unfinished), str(self._path))
-
 
 def main() -> None:
     """Entry point of the executable."""
-    run_node('record_trial', Recorder)
+    run_node('record_trial', lambda: Recorder(Path(required_trial_plan().bag), RECORDED))

@@ -1,0 +1,1 @@
+"""What a recorded drive would have looked like with other encoders."""

@@ -1,0 +1,64 @@
+"""The bag that reencoding writes for a PPR, with the topics of the live nodes."""
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Tuple
+
+from diff_encoder_sim.encoder import EncoderSample
+from diff_encoder_sim.experiments.definition import Trial
+from diff_encoder_sim.odometry import OdometryEstimate, OdometryParams
+from diff_encoder_sim.recording import messages, topics
+from diff_encoder_sim.recording.trial_bag import TrialBag
+from diff_encoder_sim.reencoding.ros1_stream import Message
+
+# What odometry is compared with, and how a trial ended, by the node that told it.
+COPIED = {topics.WORLD_POSE: topics.WORLD_POSE_NODE,
+          topics.TRIAL_RESULT: topics.NAVIGATION_TRIAL_NODE}
+
+
+class ReencodedBag(TrialBag):
+    """Publishes what the nodes would have, at the time of the message that led to it.
+
+    Memory does not grow with the bag.
+    """
+
+    def __init__(self, path: Path, joints: Tuple[str, str], params: OdometryParams) -> None:
+        """`joints` are left, right; `params` tell the frames, and whether there is a transform."""
+        super().__init__(path, 'full')
+        self._joints, self._params = joints, params
+        self._chunks_seen = 0
+
+    def encoder_pulse(self, time_ns: int, sample: EncoderSample) -> None:
+        """/encoder_pulse."""
+        self.write(topics.ENCODER_PULSE, topics.ENCODER_NODE,
+                   messages.encoder_pulse_message(sample, self._joints), time_ns)
+
+    def odometry(self, time_ns: int, estimate: OdometryEstimate) -> None:
+        """/odom, and odom->base_link on /tf."""
+        odom_frame, base_frame = self._params.odom_frame, self._params.base_frame
+        if self._params.publish_tf:
+            transform = messages.transform(estimate.base_pose_in_odom, estimate.stamp_ns,
+                                           odom_frame, base_frame)
+            self.write(topics.TF, topics.ODOM_NODE, messages.tf_message(transform), time_ns)
+        self.write(topics.ODOM, topics.ODOM_NODE,
+                   messages.odometry_message(estimate, odom_frame, base_frame), time_ns)
+
+    def trial(self, time_ns: int, trial: Trial) -> None:
+        """/trial."""
+        self.write(topics.TRIAL, topics.NAVIGATION_TRIAL_NODE,
+                   messages.text_message(trial.model_dump_json()), time_ns)
+
+    def copy(self, message: Message) -> None:
+        """One of `COPIED`, as it is."""
+        self.write(message.topic, COPIED[message.topic], message.raw, message.time_ns)
+
+    def write(self, topic: str, node: str, message: bytes, time_ns: int) -> None:
+        super().write(topic, node, message, time_ns)
+        chunks = self._writer.chunks
+        if len(chunks) == self._chunks_seen:
+            return
+        self._chunks_seen = len(chunks)
+        # rosbags keeps the place of every message; of a chunk that is written it needs how many.
+        for chunk in chunks[-2:-1]:
+            for connection_id, places in chunk.connections.items():
+                chunk.connections[connection_id] = range(len(places))

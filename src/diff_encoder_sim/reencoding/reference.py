@@ -1,0 +1,129 @@
+"""Where the robot was by another account: a topic of poses, or two frames of /tf."""
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Dict, Iterator, Optional, Tuple, Union
+
+from diff_encoder_sim.errors import ConfigError
+from diff_encoder_sim.recording.topics import TF, TF_STATIC, WORLD_POSE
+from diff_encoder_sim.reencoding.bag_source import BagSource
+from diff_encoder_sim.reencoding.ros1_stream import Message
+from diff_encoder_sim.reencoding.wire import (POSE_TYPES, TRANSFORMS, StampedPose, decode_pose,
+                                              decode_transforms)
+from diff_encoder_sim.se2 import IDENTITY, Pose2D
+
+ARROW = '->'
+
+# A chain of more frames goes in a circle.
+_LONGEST_CHAIN = 100
+
+
+class PoseTopic:
+    """Poses of a topic."""
+
+    def __init__(self, topic: str, message_type: str, is_cdr: bool) -> None:
+        self.name, self.topics = topic, (topic,)
+        self._type, self._is_cdr = message_type, is_cdr
+
+    def poses(self, message: Message) -> Iterator[StampedPose]:
+        """
+        Raises:
+            InputFault: the message is torn, or its pose is not finite.
+        """
+        yield decode_pose(self._type, message.raw, self._is_cdr)
+
+
+class FramePair:
+    """A frame's pose in another, up the chain of transforms.
+
+    A pose comes with every transform of the lowest frame in the chain that is not fixed; the
+    frames above stand where they were told to be last, as AMCL's map -> odom does.
+    """
+
+    topics = (TF, TF_STATIC)
+
+    def __init__(self, parent_frame: str, child_frame: str, is_cdr: bool) -> None:
+        self.name = f'{parent_frame}{ARROW}{child_frame}'
+        self._parent, self._child = parent_frame, child_frame
+        self._is_cdr = is_cdr
+        self._fixed: Dict[str, StampedPose] = {}    # by child frame
+        self._moving: Dict[str, StampedPose] = {}
+
+    def poses(self, message: Message) -> Iterator[StampedPose]:
+        """
+        Raises:
+            InputFault: the message is torn, or a pose in it is not finite.
+        """
+        frames = self._fixed if message.topic == TF_STATIC else self._moving
+        for transform in decode_transforms(message.raw, self._is_cdr):
+            frames[transform.child_frame] = transform
+            if frames is self._moving and transform.child_frame == self._lowest_moving():
+                pose = self._pose()
+                if pose is not None:
+                    yield StampedPose(transform.stamp_ns, self._parent, self._child, pose)
+
+    def _lowest_moving(self) -> str:
+        frame = self._child
+        for _ in range(_LONGEST_CHAIN):
+            if frame not in self._fixed:
+                break
+            frame = self._fixed[frame].parent_frame
+        return frame
+
+    def _pose(self) -> Optional[Pose2D]:
+        """None while the chain does not reach the parent."""
+        frame, pose = self._child, IDENTITY
+        for _ in range(_LONGEST_CHAIN):
+            if frame == self._parent:
+                return pose
+            transform = self._fixed.get(frame) or self._moving.get(frame)
+            if transform is None:
+                break
+            frame, pose = transform.parent_frame, transform.pose.compose(pose)
+        return None
+
+
+Reference = Union[PoseTopic, FramePair]
+
+
+def find_reference(path: Path, source: BagSource, given: str) -> Optional[Reference]:
+    """What to compare with: as given, else /world_pose where the bag has it, else nothing.
+
+    Args:
+        path: of the bag, for messages.
+        source: the bag.
+        given: a topic, or frames as 'map->base_link'; empty for the default.
+
+    Raises:
+        ConfigError: what is given is not there, or of another type.
+    """
+    if ARROW in given:
+        return _frame_pair(path, source, given)
+    topic = given or WORLD_POSE
+    kind = source.topics.get(topic)
+    if kind in POSE_TYPES:
+        return PoseTopic(topic, kind, source.is_cdr)
+    if not given:
+        return None
+    raise ConfigError(f'{path}: --reference: given {given}, which is '
+                      f'{"of " + kind if kind else "not there"}; allowed: '
+                      f'{", ".join(_allowed(source)) or "it has no poses"}')
+
+
+def _frame_pair(path: Path, source: BagSource, given: str) -> FramePair:
+    parent_frame, _, child_frame = given.partition(ARROW)
+    frames: Tuple[str, str] = (parent_frame.strip(' /'), child_frame.strip(' /'))
+    if not all(frames) or frames[0] == frames[1]:
+        raise ConfigError(f'--reference: given {given!r}; allowed: two frames, as '
+                          f'map{ARROW}base_link')
+    if source.topics.get(TF) != TRANSFORMS:
+        raise ConfigError(f'{path}: --reference: given {given}, but there is no {TF} of '
+                          f'{TRANSFORMS}')
+    return FramePair(*frames, source.is_cdr)
+
+
+def _allowed(source: BagSource) -> Iterator[str]:
+    """Topics of poses, and frames where there are any."""
+    yield from sorted(topic for topic, kind in source.topics.items() if kind in POSE_TYPES)
+    if source.topics.get(TF) == TRANSFORMS:
+        yield f'two frames of {TF} as map{ARROW}base_link'

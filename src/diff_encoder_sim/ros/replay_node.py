@@ -1,0 +1,155 @@
+"""replay_node: plays a recorded drive to the encoder and the odometry, and records what they say.
+
+`rosbag play` publishes the wheel angles, and of a trial the truth; recorded odometry, transforms
+and counts are left out. It starts when the live nodes listen, and the launch ends with it.
+"""
+from __future__ import annotations
+
+import os
+import subprocess
+import time
+from pathlib import Path
+from typing import List, Optional
+
+import rosgraph
+import rospy
+from pydantic import Field
+from std_msgs.msg import String
+
+from diff_encoder_sim.config import Params
+from diff_encoder_sim.encoder import EncoderParams, ppr_label
+from diff_encoder_sim.errors import ConfigError
+from diff_encoder_sim.experiments.definition import Trial
+from diff_encoder_sim.odometry import OdometryParams
+from diff_encoder_sim.recording import topics
+from diff_encoder_sim.reencoding.bag_output import COPIED
+from diff_encoder_sim.reencoding.bag_source import BagSource, open_source
+from diff_encoder_sim.reencoding.recorded_trial import recorded_trial, with_encoder
+from diff_encoder_sim.reencoding.wheels import WheelOptions, find_wheels
+from diff_encoder_sim.reencoding.wire import JOINT_STATE
+from diff_encoder_sim.ros.launch_status import LaunchStatus
+from diff_encoder_sim.ros.node import log, node_params, publisher, run_node
+from diff_encoder_sim.ros.recorder import Recorder
+
+RECORDED = (topics.ENCODER_PULSE, topics.ODOM, topics.TF, topics.TRIAL, *COPIED)
+
+POLL_PERIOD_S = 0.1
+QUIET_S = 1.0       # of wall time without a message, after which none is on its way any more
+
+
+class ReplayParams(Params):
+    """Parameters of replay_node, beside those of the encoder and the odometry."""
+
+    bag: str = Field(min_length=1, description='of ROS 1, with wheel angles')
+    out: str = Field('', description='path of the new bag; empty: bags/BAG_PPRppr_replay.bag')
+    joint_states: str = Field('', description='topic of the wheel angles; empty: the only one')
+    speed: float = Field(1.0, gt=0, le=100, description='played per recorded time')
+    start_timeout: float = Field(60.0, gt=0, description='for the graph to come up [s of wall]')
+
+
+class ReplayNode:
+    """One drive, from its first message to its last."""
+
+    def __init__(self, status: LaunchStatus) -> None:
+        self._status = status
+        self._params = node_params(ReplayParams, EncoderParams, OdometryParams)
+        self._encoder = node_params(EncoderParams, OdometryParams, ReplayParams)
+        self._odometry = node_params(OdometryParams, EncoderParams, ReplayParams)
+        self._bag = _users_path(self._params.bag)
+        self._out = self._new_bag()
+        with open_source(self._bag) as source:
+            self._topic = self._wheel_topic(source)
+            self._copied = [topic for topic in COPIED if topic in source.topics]
+            trial = recorded_trial(self._bag, source)
+        self._recorder = Recorder(self._out, RECORDED)
+        self._tell(trial)
+
+    def run(self) -> None:
+        """Blocks until the drive is over."""
+        self._wait_for_listeners()
+        self._play()
+        while time.monotonic() - self._recorder.last_heard_s < QUIET_S:
+            time.sleep(POLL_PERIOD_S)
+        self._recorder.finish()
+        if not rospy.is_shutdown():
+            log.info('replay is over; bag: %s', self._out)
+            self._status.succeed()
+
+    def _wheel_topic(self, source: BagSource) -> str:
+        if source.is_cdr or source.fault:
+            raise ConfigError(f'{self._bag}: rosbag play cannot read it ('
+                              f'{source.fault or "of ROS 2"}); allowed: a whole bag of ROS 1, or '
+                              f'reencode, which reads it')
+        wheels = find_wheels(self._bag, source, WheelOptions(
+            self._params.joint_states, left_joint=self._encoder.left_joint,
+            right_joint=self._encoder.right_joint), self._encoder)
+        if wheels.message_type != JOINT_STATE:
+            raise ConfigError(f'{self._bag}: {wheels.topic} are counts; expected {JOINT_STATE}, or '
+                              f'reencode, which takes counts')
+        return wheels.topic
+
+    def _new_bag(self) -> Path:
+        name = f'{self._bag.stem}_{ppr_label(self._encoder.ppr)}ppr_replay.bag'
+        path = _users_path(self._params.out or str(Path('bags') / name))
+        if path.exists():
+            raise ConfigError(f'out: {path} exists; allowed: the path of a new file')
+        return path
+
+    def _tell(self, trial: Optional[Trial]) -> None:
+        if trial is not None:
+            self._trial = publisher(topics.TRIAL, String, latch=True)
+            self._trial.publish(String(with_encoder(
+                trial, self._encoder.ppr, self._odometry).model_dump_json()))
+
+    def _wait_for_listeners(self) -> None:
+        """Until the encoder hears and the odometry hears the encoder.
+
+        Raises:
+            ConfigError: they did not come up.
+        """
+        master = rosgraph.Master(rospy.get_name())
+        deadline_s = time.monotonic() + self._params.start_timeout
+        while not rospy.is_shutdown():
+            listeners = {topic: set(nodes) - {rospy.get_name()}
+                         for topic, nodes in master.getSystemState()[1]}
+            missing = [topic for topic in (topics.JOINT_STATES, topics.ENCODER_PULSE)
+                       if not listeners.get(topic)]
+            if not missing:
+                return
+            if time.monotonic() > deadline_s:
+                raise ConfigError(f'after {self._params.start_timeout:.0f} s nobody listens to '
+                                  f'{", ".join(missing)}; expected started from replay.launch')
+            time.sleep(POLL_PERIOD_S)
+
+    def _play(self) -> None:
+        """
+        Raises:
+            ConfigError: rosbag play failed.
+        """
+        player = subprocess.Popen(self._command(), stdin=subprocess.DEVNULL,
+                                  stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        while player.poll() is None and not rospy.is_shutdown():
+            time.sleep(POLL_PERIOD_S)
+        player.terminate()
+        output, _ = player.communicate()
+        if player.returncode and not rospy.is_shutdown():
+            raise ConfigError(f'{self._bag}: rosbag play: {" ".join(output.split())}')
+
+    def _command(self) -> List[str]:
+        # A queue without limit: what a busy listener has not taken yet is late, and not lost.
+        return ['rosbag', 'play', '--quiet', '--clock', '--wait-for-subscribers', '--delay', '1',
+                '--queue', '0', '--rate', str(self._params.speed),
+                '--topics', self._topic, *self._copied, '--bags', str(self._bag),
+                f'{self._topic}:={topics.JOINT_STATES}']
+
+
+def _users_path(given: str) -> Path:
+    # roslaunch starts nodes in another folder than its user's.
+    return (Path(os.environ.get('PWD', '.')) / given).resolve()
+
+
+def main() -> None:
+    """Entry point of the executable."""
+    # First of all, so that whatever goes wrong from here on fails the launch.
+    status = LaunchStatus()
+    run_node('replay_node', lambda: ReplayNode(status), ReplayNode.run)

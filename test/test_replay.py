@@ -1,0 +1,117 @@
+"""replay.launch: the live nodes say what reencode says, pulse for pulse; and what it refuses."""
+import sys
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent / 'rostest'))
+sys.path.insert(0, str(Path(__file__).parent / 'unit'))
+from live_graph import DATA, ROOT, Graph, complaints, require_ros  # noqa: E402
+from reencoding_drives import ROS2, drive, without_index, write_ros1, write_ros2  # noqa: E402
+
+from diff_encoder_sim.cli import reencode  # noqa: E402
+from diff_encoder_sim.experiments.definition import Trial, TrialPlan, find_world, load_test  # noqa: E402
+from diff_encoder_sim.experiments.robot_params import load_robot_params  # noqa: E402
+from diff_encoder_sim.experiments.trial_run import run_trial  # noqa: E402
+from diff_encoder_sim.recording.reading import read_trial  # noqa: E402
+
+pytestmark = [pytest.mark.rostest, pytest.mark.timeout(180)]
+
+REPLAY = ROOT / 'launch' / 'replay.launch'
+TOUR, RECORDED_PPR = DATA / 'short_tour.yaml', 90
+SAME = ('/encoder_pulse', '/odom', '/tf', '/trial', '/trial_result', '/world_pose')
+
+
+@pytest.fixture(scope='module')
+def trial_bag(tmp_path_factory):
+    """A drive in lockstep, as a campaign records it in full."""
+    path = tmp_path_factory.mktemp('trial') / 'tour.bag'
+    test = load_test(str(TOUR), ROOT / 'config')
+    world = find_world(test.world, ROOT / 'worlds')
+    ppr = {'left': RECORDED_PPR, 'right': RECORDED_PPR}
+    run_trial(TrialPlan(trial=Trial(test=test, ppr=ppr, number=3, nav='scripted'), world=str(world),
+                        map=str(world.with_suffix('.yaml')), bag=str(path)),
+              ROOT / 'urdf' / 'alto.urdf.xacro', load_robot_params(ROOT / 'config'), 'full')
+    return path
+
+
+def messages_of(path):
+    import rosbag
+    messages = {}
+    with rosbag.Bag(str(path)) as bag:
+        for topic, (kind, content, md5sum, *_), _ in bag.read_messages(raw=True):
+            messages.setdefault(topic, []).append((kind, content, md5sum))
+    return messages
+
+
+def replay(folder, *arguments):
+    """(exit code, output)"""
+    with Graph(folder) as graph:
+        launch = graph.launch(REPLAY, *arguments)
+        code = launch.wait()
+        assert graph.is_gone(10.0), 'it left processes behind'
+        return code, launch.output()
+
+
+@pytest.mark.parametrize('ppr, speed', [(40, 1), (1024, 5)])
+def test_the_live_nodes_say_what_reencode_says(tmp_path, trial_bag, ppr, speed):
+    require_ros()
+    live = tmp_path / 'live.bag'
+    code, output = replay(tmp_path / 'ros', 'bag:=%s' % trial_bag, 'ppr:=%d' % ppr, 'out:=%s' % live,
+                          'speed:=%d' % speed)
+    assert code == 0 and complaints(output) == [], output
+    reencode.main([str(trial_bag), '--ppr', str(ppr), '--out', str(tmp_path / 'out')])
+    found, expected = (messages_of(path) for path in (live, tmp_path / 'out' / ('tour_%dppr.bag' % ppr)))
+    assert set(found) == set(expected) == set(SAME)
+    for topic in SAME:
+        assert found[topic] == expected[topic], topic
+    recording = read_trial(live)        # as analysis does
+    assert (recording.trial.ppr.left, recording.outcome) == (ppr, 'succeeded')
+
+
+def test_the_recorded_ppr_gives_what_was_recorded(tmp_path, trial_bag):
+    require_ros()
+    reencode.main([str(trial_bag), '--ppr', str(RECORDED_PPR), '--out', str(tmp_path)])
+    found, recorded = (messages_of(path) for path in (tmp_path / 'tour_90ppr.bag', trial_bag))
+    for topic in ('/encoder_pulse', '/odom', '/trial', '/trial_result', '/world_pose'):
+        assert found[topic] == recorded[topic], topic
+    assert set(found['/tf']) < set(recorded['/tf'])
+
+
+def test_joints_of_other_names_on_another_topic(tmp_path):
+    require_ros()
+    names = ('robot_l', 'robot_r')
+    bag = write_ros1(tmp_path / 'a.bag', drive(count=201, joint_topic='/robot/joints', names=names, reference=None))
+    code, output = replay(tmp_path / 'ros', 'bag:=%s' % bag, 'out:=%s' % (tmp_path / 'live.bag'), 'left:=robot_l',
+                          'right:=robot_r', 'ppr:={left: 90, right: 1024}')
+    assert code == 0, output
+    reencode.main([str(bag), '--ppr', '{left: 90, right: 1024}', '--left', 'robot_l', '--right', 'robot_r',
+                   '--out', str(tmp_path / 'out')])
+    found, expected = (messages_of(path) for path in (tmp_path / 'live.bag', *(tmp_path / 'out').glob('*.bag')))
+    assert found == expected and len(found['/encoder_pulse']) == 41
+
+
+def write_unindexed(path, rows):
+    path.write_bytes(without_index(write_ros1(path.with_name('b.bag'), rows).read_bytes()))
+
+
+@pytest.mark.parametrize('name, write, rows, arguments, texts', [
+    ('a.bag', None, None, [], ['no such bag']),
+    ('a', write_ros2, drive(ROS2), [], ['of ROS 2', 'reencode']),
+    ('a.bag', write_ros1, drive(names=('a', 'b')), [], ["'left_wheel_joint'", 'a, b']),
+    ('a.bag', write_unindexed, drive(), [], ['no index', 'reencode']),
+    ('a.bag', write_ros1, drive(), ['out:=/etc/hostname'], ['out: /etc/hostname exists']),
+    ('a.bag', write_ros1, drive(), ['speed:=0'], ['speed', 'greater than 0']),
+])
+def test_what_cannot_be_replayed_is_named_in_one_line(tmp_path, name, write, rows, arguments, texts):
+    require_ros()
+    if write is not None:
+        write(tmp_path / name, rows)
+    out = 'out:=%s' % (tmp_path / 'live.bag')
+    code, output = replay(tmp_path / 'ros', 'bag:=%s' % (tmp_path / name), *(
+        arguments if 'out' in ''.join(arguments) else [out, *arguments]))
+    lines = [line for line in output.splitlines() if 'FATAL' in line]
+    assert code != 0 and len(lines) == 1, output
+    for text in texts:
+        assert text in lines[0]
+    assert not (tmp_path / 'live.bag').exists()
