@@ -13,6 +13,7 @@ from typing import Any, Dict, Iterator, List, Optional, Tuple, Type, Union
 
 from diff_encoder_sim.campaign.atomic import UNFINISHED_SUFFIX, write_file
 from diff_encoder_sim.campaign.definition import Campaign, TrialJob
+from diff_encoder_sim.campaign.folder import BAGS, LOCK, MANIFEST, TABLE
 from diff_encoder_sim.campaign.manifest import differences, manifest_of
 from diff_encoder_sim.campaign.row import (TrialRow, csv_fields, csv_line, fields_of, header,
                                            row_of)
@@ -21,7 +22,6 @@ from diff_encoder_sim.errors import ConfigError
 
 log = logging.getLogger(__name__)
 
-MANIFEST, TABLE, BAGS, LOCK = 'manifest.json', 'trials.csv', 'bags', '.lock'
 DIFFERENCES_SHOWN = 3
 
 

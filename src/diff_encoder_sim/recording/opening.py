@@ -7,8 +7,12 @@ from typing import Iterator, Union
 
 from rosbags.highlevel import AnyReader, AnyReaderError
 from rosbags.rosbag1 import ReaderError
+from rosbags.typesys import TypesysError
 
 from diff_encoder_sim.errors import ConfigError
+
+# What rosbags and its decompressors raise where bytes of a bag have changed.
+DAMAGE = (TypesysError, OSError, RuntimeError, ValueError, LookupError, AssertionError)
 
 
 @contextlib.contextmanager
@@ -22,7 +26,25 @@ def open_bag(path: Union[str, Path]) -> Iterator[AnyReader]:
     if not path.exists():
         raise ConfigError(f'{path}: no such bag')
     try:
-        with AnyReader([path]) as reader:
+        with contextlib.ExitStack() as opened:
+            with naming_damage(path):
+                reader = opened.enter_context(AnyReader([path]))
             yield reader
     except (AnyReaderError, ReaderError, EOFError) as error:
         raise ConfigError(f'{path}: not a readable bag: {error}') from None
+
+
+@contextlib.contextmanager
+def naming_damage(path: Path) -> Iterator[None]:
+    """While messages are read: one line about a bag of which bytes have changed.
+
+    Raises:
+        ConfigError: in place of what rosbags raises.
+    """
+    try:
+        yield
+    except ConfigError:
+        raise
+    except DAMAGE as error:
+        raise ConfigError(f'{path}: a damaged bag: {type(error).__name__} {error}; expected it as '
+                          f'it was recorded') from None

@@ -1,10 +1,12 @@
 """Reads a trial's bag back into arrays."""
 from __future__ import annotations
 
+import contextlib
 import json
+import math
+import struct
 from pathlib import Path
-from typing import (Any, Container, Dict, Iterable, Iterator, List, NamedTuple, Optional, Tuple,
-                    Union)
+from typing import Any, Dict, Iterator, List, NamedTuple, Optional, Tuple, Union
 
 import numpy as np
 from rosbags.highlevel import AnyReader
@@ -13,24 +15,36 @@ from rosbags.interfaces import Connection
 from diff_encoder_sim.errors import ConfigError
 from diff_encoder_sim.experiments.definition import Trial
 from diff_encoder_sim.recording import topics
-from diff_encoder_sim.recording.opening import open_bag
+from diff_encoder_sim.recording.opening import naming_damage, open_bag
+from diff_encoder_sim.recording.typestore import definition
 from diff_encoder_sim.se2 import yaw_from_quat_xyzw
 from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
 
-POSE_TOPICS = (topics.ODOM, topics.AMCL_POSE, topics.GLOBAL_POSE, topics.WORLD_POSE)
-# Where each message type keeps its geometry_msgs/Pose.
-POSE_PATHS = {
-    'geometry_msgs/msg/PoseStamped': ('pose',),
-    'geometry_msgs/msg/PoseWithCovarianceStamped': ('pose', 'pose'),
-    'nav_msgs/msg/Odometry': ('pose', 'pose'),
+TEXT, ODOMETRY = 'std_msgs/msg/String', 'nav_msgs/msg/Odometry'
+# What is read, and of which type it must be.
+TEXT_TOPICS = {topics.TRIAL: TEXT, topics.TRIAL_RESULT: TEXT}
+POSE_TOPICS = {
+    topics.ODOM: ODOMETRY,
+    topics.AMCL_POSE: 'geometry_msgs/msg/PoseWithCovarianceStamped',
+    topics.GLOBAL_POSE: 'geometry_msgs/msg/PoseStamped',
+    topics.WORLD_POSE: 'geometry_msgs/msg/PoseStamped',
 }
+
+# On the wire (little endian) a stamped pose begins with seq, stamp and frame_id; a second text,
+# child_frame_id, stands before the geometry_msgs/Pose of an Odometry. Taken apart here because
+# rosbags' deserialiser takes ten times as long, and a campaign has millions of them.
+_STAMP, _STAMP_OFFSET = struct.Struct('<2I'), 4
+_LENGTH, _TEXT_OFFSET = struct.Struct('<I'), 12
+_POSE = struct.Struct('<7d')
+
+StampedPose = Tuple[int, float, float, float]   # [ns], [m], [m], [rad]
 
 
 class PoseSeries(NamedTuple):
-    """Poses of one topic in the frame of its header, by their stamps."""
+    """Poses of one topic in the frame of its header, by their stamps; at least one."""
 
     stamps_ns: np.ndarray   # (n,) int64, as recorded
-    x_y_yaw: np.ndarray     # (n, 3) [m, m, rad], yaw in [-pi, pi)
+    x_y_yaw: np.ndarray     # (n, 3) [m, m, rad], finite, yaw in [-pi, pi)
 
 
 class TrialRecording(NamedTuple):
@@ -38,19 +52,20 @@ class TrialRecording(NamedTuple):
 
     path: Path
     trial: Trial
-    outcome: str            # succeeded, failed, or torn when the bag has no result
+    outcome: str            # succeeded, or how it failed; torn when the bag has no result
     reason: str             # of a failure
-    poses: Dict[str, PoseSeries]
+    poses: Dict[str, PoseSeries]    # by topic; those without a message are left out
 
 
 def read_trial(path: Union[str, Path]) -> TrialRecording:
     """Read one bag of a trial.
 
     Raises:
-        ConfigError: the file is no readable bag, or not one of a trial.
+        ConfigError: the file is no readable bag, not one of a trial, of several robots, or a pose
+            in it is not finite.
     """
     path = Path(path)
-    with open_bag(path) as reader:
+    with _opened(path) as reader:
         return _trial_recording(path, reader)
 
 
@@ -61,61 +76,109 @@ def trial_of(path: Union[str, Path]) -> Optional[Trial]:
         ConfigError: the file is no readable bag, or what it says is bad.
     """
     path = Path(path)
+    with _opened(path) as reader:
+        return _trial(_texts(reader, path), path)
+
+
+@contextlib.contextmanager
+def _opened(path: Path) -> Iterator[AnyReader]:
     with open_bag(path) as reader:
-        return _trial(_texts(reader), path)
+        if reader.is2:
+            raise ConfigError(f'{path}: a ROS 2 bag; expected a trial\'s, of ROS 1')
+        yield reader
 
 
 def _trial_recording(path: Path, reader: AnyReader) -> TrialRecording:
-    texts = _texts(reader)
+    texts = _texts(reader, path)
     trial = _trial(texts, path)
     if trial is None:
         raise ConfigError(f'{path}: no {topics.TRIAL} message; expected a bag that trial.launch '
-                          f'recorded')
+                          f'or a campaign recorded')
     result = _json(texts.get(topics.TRIAL_RESULT), topics.TRIAL_RESULT, path) or {}
-    poses: Dict[str, List[Tuple[int, float, float, float]]] = {}
-    for connection, message in _messages(reader, POSE_TOPICS, POSE_PATHS):
-        poses.setdefault(connection.topic, []).append(_stamped_pose(message, connection, path))
-    return TrialRecording(
-        path, trial, str(result.get('outcome', 'torn')), str(result.get('reason', '')),
-        {topic: _series(rows) for topic, rows in poses.items()})
+    return TrialRecording(path, trial, str(result.get('outcome', 'torn')),
+                          str(result.get('reason', '')), _poses(reader, path))
 
 
-def _messages(reader: AnyReader, names: Iterable[str], kinds: Container[str]
-              ) -> Iterator[Tuple[Connection, Any]]:
-    """Messages of some topics, if they are of a kind that is expected."""
-    connections = [connection for connection in reader.connections
-                   if connection.topic in names and connection.msgtype in kinds]
-    for connection, _, raw in reader.messages(connections) if connections else ():
-        yield connection, reader.deserialize(raw, connection.msgtype)
-
-
-def _texts(reader: AnyReader) -> Dict[str, str]:
+def _texts(reader: AnyReader, path: Path) -> Dict[str, str]:
     """What the latched texts of a trial say, by topic."""
-    return {connection.topic: message.data for connection, message in _messages(
-        reader, (topics.TRIAL, topics.TRIAL_RESULT), ('std_msgs/msg/String',))}
+    texts = {}
+    for connection, raw in _messages(reader, TEXT_TOPICS, path):
+        with naming_damage(path):
+            texts[connection.topic] = reader.deserialize(raw, connection.msgtype).data
+    return texts
+
+
+def _poses(reader: AnyReader, path: Path) -> Dict[str, PoseSeries]:
+    _check_one_robot(reader, path)
+    rows: Dict[str, List[StampedPose]] = {}
+    for connection, raw in _messages(reader, POSE_TOPICS, path):
+        topic = connection.topic
+        try:
+            rows.setdefault(topic, []).append(stamped_pose(raw, connection.msgtype))
+        except (ValueError, struct.error) as error:
+            raise ConfigError(f'{path}: {topic}: message {len(rows[topic]) + 1}: {error}; '
+                              f'expected a finite pose') from None
+    return {topic: PoseSeries(np.array([row[0] for row in of_topic], dtype=np.int64),
+                              np.array([row[1:] for row in of_topic]))
+            for topic, of_topic in rows.items()}
+
+
+def stamped_pose(raw: bytes, message_type: str) -> StampedPose:
+    """Stamp, x, y and yaw of a serialised message of one of POSE_TOPICS' types.
+
+    Raises:
+        ValueError: a number is not finite, or the quaternion is zero.
+        struct.error: the message is too short.
+    """
+    offset = _TEXT_OFFSET
+    for _ in range(2 if message_type == ODOMETRY else 1):
+        offset += _LENGTH.size + _LENGTH.unpack_from(raw, offset)[0]
+    x_m, y_m, z_m, *quat_xyzw = _POSE.unpack_from(raw, offset)
+    if not math.isfinite(x_m + y_m + z_m):
+        raise ValueError(f'no position: ({x_m}, {y_m}, {z_m})')
+    seconds, nanoseconds = _STAMP.unpack_from(raw, _STAMP_OFFSET)
+    return (seconds * NANOSECONDS_PER_SECOND + nanoseconds, x_m, y_m,
+            yaw_from_quat_xyzw(*quat_xyzw))
+
+
+def _check_one_robot(reader: AnyReader, path: Path) -> None:
+    """What several robots publish would be taken for one robot that jumps."""
+    spoken = [connection for connection in reader.connections if connection.msgcount]
+    odometry = sorted({connection.topic for connection in spoken
+                       if connection.msgtype == ODOMETRY})
+    if len(odometry) > 1:
+        raise ConfigError(f'{path}: odometry on {" and ".join(odometry)}; expected one robot, '
+                          f'on {topics.ODOM}')
+    for topic in POSE_TOPICS:
+        nodes = sorted({str(connection.ext.callerid) for connection in spoken
+                        if connection.topic == topic})
+        if len(nodes) > 1:
+            raise ConfigError(f'{path}: {topic} is published by {" and ".join(nodes)}; expected '
+                              f'one robot, and one node on each topic')
+
+
+def _messages(reader: AnyReader, kinds: Dict[str, str], path: Path
+              ) -> Iterator[Tuple[Connection, bytes]]:
+    """Messages of some topics as they are on the wire.
+
+    Raises:
+        ConfigError: a topic is of another type than `kinds` says.
+    """
+    connections = [connection for connection in reader.connections if connection.topic in kinds]
+    for connection in connections:
+        kind = kinds[connection.topic]
+        if connection.msgtype != kind or connection.digest != definition(kind).md5sum:
+            raise ConfigError(f'{path}: {connection.topic} is {connection.msgtype} '
+                              f'({connection.digest}); expected {kind} '
+                              f'({definition(kind).md5sum})')
+    with naming_damage(path):
+        for connection, _, raw in reader.messages(connections) if connections else ():
+            yield connection, raw
 
 
 def _trial(texts: Dict[str, str], path: Path) -> Optional[Trial]:
     about = _json(texts.get(topics.TRIAL), topics.TRIAL, path)
     return None if about is None else Trial.from_mapping(about, f'{path}: {topics.TRIAL}')
-
-
-def _stamped_pose(message: Any, connection: Any, path: Path) -> Tuple[int, float, float, float]:
-    pose = message
-    for name in POSE_PATHS[connection.msgtype]:
-        pose = getattr(pose, name)
-    stamp, quat = message.header.stamp, pose.orientation
-    try:
-        yaw_rad = yaw_from_quat_xyzw(quat.x, quat.y, quat.z, quat.w)
-    except ValueError as error:
-        raise ConfigError(f'{path}: {connection.topic}: {error}') from None
-    return (stamp.sec * NANOSECONDS_PER_SECOND + stamp.nanosec,
-            pose.position.x, pose.position.y, yaw_rad)
-
-
-def _series(rows: List[Tuple[int, float, float, float]]) -> PoseSeries:
-    return PoseSeries(np.array([row[0] for row in rows], dtype=np.int64),
-                      np.array([row[1:] for row in rows], dtype=float))
 
 
 def _json(text: Optional[str], topic: str, path: Path) -> Optional[Dict[str, Any]]:

@@ -1,0 +1,83 @@
+"""One trial from its bag: everything recomputed from what was recorded."""
+from __future__ import annotations
+
+import multiprocessing
+import os
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+from typing import Dict, List, NamedTuple, Optional, Sequence, Union
+
+from diff_encoder_sim.analysis.dataset import IDEAL, TOPIC_OF_SOURCE, RobotGeometry, TrialData
+from diff_encoder_sim.analysis.errors import goal_errors, poses_in_map
+from diff_encoder_sim.analysis.path_errors import PathErrors, path_errors, path_length_m
+from diff_encoder_sim.encoder import ppr_label
+from diff_encoder_sim.errors import ConfigError
+from diff_encoder_sim.experiments.definition import Trial
+from diff_encoder_sim.recording import topics
+from diff_encoder_sim.recording.reading import POSE_TOPICS, TrialRecording, read_trial
+from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
+
+
+# For a worker at a time: enough that handing them over costs nothing.
+BAGS_PER_TASK = 4
+
+
+class BagTrial(NamedTuple):
+    """What a bag tells of its trial."""
+
+    trial: Trial        # what was asked for
+    data: TrialData     # what came of it; nothing is varied
+
+
+def read_bag_trials(paths: Sequence[Path]) -> List[Union[BagTrial, str]]:
+    """Of each bag what it tells, or a line that says why it cannot be analysed; on all cores."""
+    workers = min(len(os.sched_getaffinity(0)), len(paths))
+    if workers < 2:
+        return [_trial_or_reason(path) for path in paths]
+    # Forked: there at once, and the script that was started is not run again.
+    with ProcessPoolExecutor(workers, multiprocessing.get_context('fork')) as pool:
+        return list(pool.map(_trial_or_reason, paths, chunksize=BAGS_PER_TASK))
+
+
+def read_bag_trial(path: Path) -> BagTrial:
+    """Read and analyse a bag.
+
+    Raises:
+        ConfigError: it is no readable bag of a trial, or lacks /odom or /world_pose.
+    """
+    recording = read_trial(path)
+    for topic in (topics.ODOM, topics.WORLD_POSE):
+        if topic not in recording.poses:
+            raise ConfigError(f'{path}: no message on {topic}; expected {POSE_TOPICS[topic]}')
+    trial, errors = recording.trial, goal_errors(recording)
+    truth = recording.poses[topics.WORLD_POSE]
+    return BagTrial(trial, TrialData(
+        trial.test.name, label_of(trial), (), trial.number, trial.number, recording.outcome,
+        recording.reason, float(truth.stamps_ns.max() - truth.stamps_ns.min())
+        / NANOSECONDS_PER_SECOND, path_length_m(truth),
+        {source: tuple(errors[topic].tolist()) if topic in errors else None
+         for source, topic in TOPIC_OF_SOURCE.items()},
+        _path_errors(recording), path))
+
+
+def label_of(trial: Trial) -> str:
+    """The trial's encoder in a word, as a cell has it."""
+    return IDEAL if trial.odom == 'ideal' else ppr_label(trial.ppr)
+
+
+def robot_of(trial: Trial) -> RobotGeometry:
+    """The robot as the trial's odometry believes it."""
+    return RobotGeometry(trial.wheel_diameter, trial.wheel_separation)
+
+
+def _trial_or_reason(path: Path) -> Union[BagTrial, str]:
+    try:
+        return read_bag_trial(path)
+    except ConfigError as error:
+        return str(error)
+
+
+def _path_errors(recording: TrialRecording) -> Dict[str, Optional[PathErrors]]:
+    poses = poses_in_map(recording)
+    return {source: path_errors(poses[topic], poses[topics.WORLD_POSE]) if topic in poses else None
+            for source, topic in TOPIC_OF_SOURCE.items() if topic != topics.WORLD_POSE}

@@ -1,0 +1,104 @@
+"""What is analysed: trials, how each ended, and how far each source of poses was off."""
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any, Dict, List, NamedTuple, Optional, Tuple
+
+from diff_encoder_sim.analysis.path_errors import PathErrors
+from diff_encoder_sim.campaign.row import SOURCES
+from diff_encoder_sim.recording import topics
+
+TOPIC_OF_SOURCE = dict(zip(SOURCES, (topics.ODOM, topics.AMCL_POSE, topics.GLOBAL_POSE,
+                                     topics.WORLD_POSE)))
+
+# The paper's tests in its order; others follow.
+PAPER_TESTS = ('SL', 'SMT', 'DLD')
+
+# The label of trials whose odometry is the simulator's, without an encoder.
+IDEAL = 'ideal'
+
+Varied = Tuple[Tuple[str, str], ...]    # parameters and their values, as a table shows them
+XYYaw = Tuple[float, float, float]      # [m], [m], [rad]
+
+
+class Cell(NamedTuple):
+    """What trials have in common that are pooled: all but the seed."""
+
+    test: str
+    ppr: str            # encoder.ppr_label, or IDEAL
+    varied: Varied
+
+
+class TrialData(NamedTuple):
+    """One trial."""
+
+    test: str
+    ppr: str
+    varied: Varied
+    trial: int          # equal numbers in other cells drew the same things: they are pairs
+    seed: int
+    outcome: str        # experiments.outcome.Outcome's values; 'failed' where an old bag says so;
+                        # 'torn' for a bag without a result
+    reason: str         # of any but succeeded
+    duration_s: float   # simulated
+    distance_m: float   # length of the true path
+    # By source, final pose minus goal: x and y along the map's axes, yaw in [-pi, pi); None where
+    # the source never had a pose.
+    errors: Dict[str, Optional[XYYaw]]
+    # By source but the truth itself, against the truth on the way; None where there was nothing to
+    # compare. Empty where there is no bag.
+    paths: Dict[str, Optional[PathErrors]]
+    bag: Optional[Path]
+
+    @property
+    def cell(self) -> Cell:
+        """Where it belongs."""
+        return Cell(self.test, self.ppr, self.varied)
+
+
+class RobotGeometry(NamedTuple):
+    """What turns pulses into metres, as odometry believes it."""
+
+    wheel_diameter_m: float
+    wheel_separation_m: float
+
+
+class Dataset(NamedTuple):
+    """Trials to be analysed together."""
+
+    title: str
+    trials: List[TrialData]         # in the order of `cells`, then by number
+    notes: List[str]                # what could not be analysed and why, a line each
+    manifest: Optional[Dict[str, Any]]      # of a campaign
+    folder: Optional[Path]          # of a campaign
+    robot: RobotGeometry            # of the first trial, where a campaign varies it
+
+    def cells(self) -> Dict[Cell, List[TrialData]]:
+        """Trials by cell: tests in the paper's order, then what is varied, then PPR ascending."""
+        pooled: Dict[Cell, List[TrialData]] = {}
+        for trial in self.trials:
+            pooled.setdefault(trial.cell, []).append(trial)
+        tests = [*PAPER_TESTS, *_in_order(cell.test for cell in pooled)]
+        varied = _in_order(cell.varied for cell in pooled)
+        return {cell: pooled[cell] for cell in sorted(pooled, key=lambda cell: (
+            tests.index(cell.test), varied.index(cell.varied), ppr_order(cell.ppr)))}
+
+
+def ppr_value(label: str) -> Optional[float]:
+    """Pulses per revolution of both wheels; None where they differ or there is no encoder."""
+    try:
+        return float(label)
+    except ValueError:
+        return None
+
+
+def ppr_order(label: str) -> Tuple[float, str]:
+    """To sort by: ascending, then wheels that differ, then ideal odometry."""
+    value = ppr_value(label)
+    return (math.inf if value is None else value), label
+
+
+def _in_order(values: Any) -> List[Any]:
+    """Each once, in the order of first appearance."""
+    return list(dict.fromkeys(values))

@@ -1,0 +1,68 @@
+"""The figures of an analysis: PNG and SVG, the same bytes for the same data."""
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Dict, Iterator, List, NamedTuple, Optional
+
+import matplotlib
+from matplotlib.figure import Figure as Drawing
+
+from diff_encoder_sim.analysis.dataset import TOPIC_OF_SOURCE, Dataset
+from diff_encoder_sim.analysis.figures.distributions import draw_distributions
+from diff_encoder_sim.analysis.figures.setups import trial_of_each_test
+from diff_encoder_sim.analysis.figures.spread import draw_spread
+from diff_encoder_sim.analysis.figures.style import STYLE, Figure, save
+from diff_encoder_sim.analysis.figures.trajectories import MOST_TRIALS, draw_trajectories
+from diff_encoder_sim.analysis.figures.variants import Variant, variants_of
+from diff_encoder_sim.analysis.figures.xy_errors import draw_xy_errors
+from diff_encoder_sim.analysis.paper_cells import X, YAW
+from diff_encoder_sim.experiments.definition import Trial
+
+
+class Drawn(NamedTuple):
+    """A figure before it is written."""
+
+    name: str
+    caption: str
+    drawing: Optional[Drawing]      # None where there is nothing to show
+
+
+def write_figures(dataset: Dataset, folder: Path) -> List[Figure]:
+    """Write all figures into `folder`, which is made; those without data are left out.
+
+    Where parameters are varied besides PPR, each of their combinations has figures of its own.
+
+    Raises:
+        ConfigError: a bag cannot be read.
+        OSError: a file cannot be written.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    asked = trial_of_each_test(dataset)
+    figures = []
+    with matplotlib.rc_context(STYLE):
+        for variant in variants_of(dataset):
+            note = f' ({variant.description})' if variant.description else ''
+            for drawn in _draw(dataset, variant, asked):
+                if drawn.drawing is not None:
+                    figures.append(save(drawn.drawing, drawn.name + variant.suffix,
+                                        f'{drawn.caption}{note}.', folder))
+    return figures
+
+
+def _draw(dataset: Dataset, variant: Variant, asked: Dict[str, Trial]) -> Iterator[Drawn]:
+    """One figure after the other, so that only one is in memory."""
+    for source, topic in TOPIC_OF_SOURCE.items():
+        yield Drawn(f'fig4_xy_errors_{source}',
+                    f'Final {topic} minus the goal; the circle has a radius of {X.tolerance:g} m',
+                    draw_xy_errors(variant, source))
+    for source, topic in TOPIC_OF_SOURCE.items():
+        yield Drawn(f'fig5_distributions_{source}',
+                    f'Final {topic} minus the goal by encoder; shaded: within {X.tolerance:g} m '
+                    f'and {YAW.tolerance:g} degrees', draw_distributions(variant, source))
+    for test in variant.tests():
+        if test in asked:
+            yield Drawn(f'trajectories_{test}',
+                        f'{test}: true paths and /odom, of the first {MOST_TRIALS} trials of each '
+                        f'encoder at most', draw_trajectories(variant, test, asked[test]))
+    yield Drawn('spread_vs_ppr', 'Standard deviation against the encoder\'s resolution, with 95 % '
+                                 'intervals', draw_spread(variant, dataset.robot, asked))

@@ -1,0 +1,34 @@
+"""What figures are made of: the trials of one variant, by cell, and their errors."""
+from __future__ import annotations
+
+from typing import Dict, List, NamedTuple
+
+from diff_encoder_sim.analysis.dataset import Cell, Dataset, TrialData, ppr_order
+
+
+class Variant(NamedTuple):
+    """Trials with the same values of all parameters that the campaign varies besides PPR."""
+
+    suffix: str         # of its figures' names; '' where there is one variant
+    description: str    # for captions: '' or the values
+    labels: List[str]   # encoders of the whole dataset, ascending: the same colours in all
+    cells: Dict[Cell, List[TrialData]]
+
+    def tests(self) -> List[str]:
+        """In the dataset's order."""
+        return list(dict.fromkeys(cell.test for cell in self.cells))
+
+    def of_test(self, test: str) -> Dict[str, List[TrialData]]:
+        """Trials of a test by encoder, ascending."""
+        return {cell.ppr: trials for cell, trials in self.cells.items() if cell.test == test}
+
+
+def variants_of(dataset: Dataset) -> List[Variant]:
+    """The dataset's trials, apart by what was varied."""
+    cells = dataset.cells()
+    labels = sorted({cell.ppr for cell in cells}, key=ppr_order)
+    all_varied = list(dict.fromkeys(cell.varied for cell in cells))
+    return [Variant('' if len(all_varied) == 1 else f'_variant{number}',
+                    ', '.join(f'{key} {value}' for key, value in varied), labels,
+                    {cell: trials for cell, trials in cells.items() if cell.varied == varied})
+            for number, varied in enumerate(all_varied, start=1)]

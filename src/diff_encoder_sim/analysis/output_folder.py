@@ -1,0 +1,65 @@
+"""The folder that an analysis writes: all of it or nothing, and only over an earlier analysis."""
+from __future__ import annotations
+
+import contextlib
+import os
+import shutil
+import uuid
+from pathlib import Path
+from typing import Iterator
+
+from diff_encoder_sim.errors import ConfigError
+
+# The files that analyze wrote, one a line; a folder with others in it is somebody's.
+CONTENTS = '.analysis'
+
+
+@contextlib.contextmanager
+def output_folder(path: Path) -> Iterator[Path]:
+    """A folder to write into, which takes `path`'s place when the context ends without an error.
+
+    Raises:
+        ConfigError: `path` has something in it that analyze did not write, or cannot be written.
+    """
+    path = path.resolve()
+    _check_replaceable(path)
+    # Beside it, so that relative links stay right and the renaming is at one stroke.
+    made = path.with_name(f'.{path.name}-{uuid.uuid4().hex[:8]}')
+    try:
+        with _named_errors(path):
+            made.mkdir(parents=True)
+            yield made
+            names = sorted(str(file.relative_to(made)) for file in made.rglob('*'))
+            (made / CONTENTS).write_text('\n'.join(names), encoding='utf-8')
+            _replace(path, made)
+    finally:
+        shutil.rmtree(str(made), ignore_errors=True)     # moved by now, unless there was an error
+
+
+def _check_replaceable(path: Path) -> None:
+    with _named_errors(path):
+        if path.exists() and not path.is_dir():
+            raise ConfigError(f'{path}: not a folder; expected a new or empty one')
+        there = {str(file.relative_to(path)) for file in path.rglob('*')}
+        contents = path / CONTENTS
+        ours = contents.read_text(encoding='utf-8').split('\n') if contents.is_file() else []
+    others = sorted(there - {CONTENTS, *ours})
+    if others:
+        raise ConfigError(f'{path}: holds {others[0]!r}, which analyze did not write; expected '
+                          f'a new or empty folder, or an earlier analysis: --out names another')
+
+
+def _replace(path: Path, made: Path) -> None:
+    old = made.with_name(f'{made.name}-old')
+    if path.exists():
+        os.rename(str(path), str(old))
+    os.rename(str(made), str(path))
+    shutil.rmtree(str(old), ignore_errors=True)
+
+
+@contextlib.contextmanager
+def _named_errors(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise ConfigError(f'{path}: cannot be written: {error.strerror or error}') from None

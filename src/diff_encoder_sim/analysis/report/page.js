@@ -1,0 +1,41 @@
+'use strict';
+
+// Sort a table by the column of the button that was pressed, the other way round the next time.
+function sortBy(button) {
+  const head = button.closest('th');
+  const table = head.closest('table');
+  const column = head.cellIndex;
+  const ascending = head.getAttribute('aria-sort') !== 'ascending';
+  for (const other of head.parentElement.children) {
+    other.removeAttribute('aria-sort');
+  }
+  head.setAttribute('aria-sort', ascending ? 'ascending' : 'descending');
+  const key = (row) => row.cells[column].textContent.trim();
+  const order = (one, other) => {
+    const [a, b] = [Number(key(one)), Number(key(other))];
+    if (Number.isNaN(a) !== Number.isNaN(b)) {
+      return Number.isNaN(a) ? 1 : -1;      // absent numbers last, either way
+    }
+    return (Number.isNaN(a) ? key(one).localeCompare(key(other)) : a - b) * (ascending ? 1 : -1);
+  };
+  const body = table.tBodies[0];
+  body.append(...[...body.rows].sort(order));
+}
+
+for (const button of document.querySelectorAll('th button')) {
+  button.addEventListener('click', () => sortBy(button));
+}
+
+// Paper cannot be unfolded; what is only for the screen, or said in short as well, stays as it is.
+let unfolded = [];
+addEventListener('beforeprint', () => {
+  unfolded = [...document.querySelectorAll('details:not([open], .screen, .folded)')];
+  for (const details of unfolded) {
+    details.open = true;
+  }
+});
+addEventListener('afterprint', () => {
+  for (const details of unfolded) {
+    details.open = false;
+  }
+});

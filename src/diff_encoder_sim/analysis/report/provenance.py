@@ -1,0 +1,86 @@
+"""Where the numbers come from: what ran, on what, and the commands that run it again."""
+from __future__ import annotations
+
+import importlib.metadata
+import platform
+import shlex
+from typing import Any, Dict, List, NamedTuple, Optional
+
+import yaml
+
+from diff_encoder_sim.analysis.dataset import Dataset
+
+# What the analysis computes and draws with; the campaign's manifest has its own.
+LIBRARIES = ('numpy', 'scipy', 'matplotlib')
+
+
+class Fact(NamedTuple):
+    """A term and what there is to say of it."""
+
+    term: str
+    text: str
+
+
+class Run(NamedTuple):
+    """One start of a campaign: killed ones have several."""
+
+    started: str
+    facts: List[Fact]
+
+
+class Provenance(NamedTuple):
+    """All that the report says of its origin."""
+
+    commands: List[str]             # that give the same results again; none for bags
+    facts: List[Fact]
+    runs: List[Run]
+    configuration: Optional[str]    # YAML
+
+
+def provenance(dataset: Dataset) -> Provenance:
+    """From the campaign's manifest, where there is one."""
+    manifest = dataset.manifest or {}
+    facts = [Fact('analysed with', _versions(_own_versions()))]
+    if 'fingerprint' in manifest:
+        facts.append(Fact('fingerprint of the configuration', str(manifest['fingerprint'])))
+    if isinstance(manifest.get('seeds'), dict):
+        facts.append(Fact('seeds', ' to '.join(map(str, manifest['seeds'].values()))))
+    runs = [run for run in manifest.get('runs', []) if isinstance(run, dict)]
+    configuration = manifest.get('configuration')
+    return Provenance(_commands(dataset, runs), facts, [_run(run) for run in runs],
+                      configuration and yaml.safe_dump(configuration, sort_keys=False))
+
+
+def _commands(dataset: Dataset, runs: List[Dict[str, Any]]) -> List[str]:
+    if dataset.folder is None or not runs:
+        return []
+    arguments = list(map(str, runs[0].get('command', [])))[1:]
+    return [shlex.join(['rosrun', 'diff_encoder_sim', 'campaign', *arguments]),
+            shlex.join(['rosrun', 'diff_encoder_sim', 'analyze', str(dataset.folder)])]
+
+
+def _run(run: Dict[str, Any]) -> Run:
+    machine, commit = run.get('machine') or {}, run.get('commit') or {}
+    facts = [Fact('command', shlex.join(map(str, run.get('command', [])))),
+             Fact('versions', _versions(run.get('versions') or {}))]
+    if commit:
+        facts.append(Fact('commit', f'{commit.get("id")}'
+                                    f'{" with changes" if commit.get("is_dirty") else ""}'))
+    if machine:
+        facts.append(Fact('machine', _machine(machine)))
+    return Run(str(run.get('started', '')), facts)
+
+
+def _machine(machine: Dict[str, Any]) -> str:
+    memory_gib = int(machine.get('memory_bytes') or 0) / 2 ** 30
+    return (f'{machine.get("cpu")}, {machine.get("usable_cores")} of {machine.get("cores")} cores, '
+            f'{memory_gib:.0f} GiB, {machine.get("os")}')
+
+
+def _versions(versions: Dict[str, Optional[str]]) -> str:
+    return ', '.join(f'{name} {version}' for name, version in versions.items() if version)
+
+
+def _own_versions() -> Dict[str, Optional[str]]:
+    return {'python': platform.python_version(),
+            **{library: importlib.metadata.version(library) for library in LIBRARIES}}

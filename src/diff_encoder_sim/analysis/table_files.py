@@ -1,0 +1,189 @@
+"""Tables as data, and how they are written: CSV to compute with, Markdown and LaTeX to read."""
+from __future__ import annotations
+
+import csv
+import io
+from pathlib import Path
+from typing import Callable, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
+
+# So many groups of columns fit the width of a page; more follow below, with the key columns again.
+GROUPS_ABREAST = 4
+
+_LATEX_ESCAPES = str.maketrans({
+    '\\': r'\textbackslash{}', '~': r'\textasciitilde{}', '^': r'\textasciicircum{}',
+    **{char: f'\\{char}' for char in '&%$#_{}'}})
+
+
+class Number(NamedTuple):
+    """A number, and how many decimals people are shown of it; CSV has all."""
+
+    value: Optional[float]      # None where there is no such number
+    decimals: int
+
+
+class Label(NamedTuple):
+    """A text that programs look for, and what people read instead."""
+
+    name: str
+    head: str
+
+
+Entry = Union[str, Label, Number]
+
+
+class Column(NamedTuple):
+    """A column; those with an empty group stand first and are what rows are known by."""
+
+    name: str           # in CSV, with the unit
+    head: str           # for people, with the unit
+    group: str = ''     # a head over neighbouring columns
+
+
+class Table(NamedTuple):
+    """A table, without regard to what it is written as."""
+
+    name: str           # of its files, without suffix
+    title: str
+    columns: List[Column]
+    rows: List[List[Entry]]     # an entry for each column
+    notes: List[str]            # below it, a sentence or two each
+
+
+def csv_text(table: Table) -> str:
+    """All digits, empty where there is no number; title and notes are left out."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator='\n')
+    writer.writerow([column.name for column in table.columns])
+    writer.writerows([_exact(entry) for entry in row] for row in table.rows)
+    return text.getvalue()
+
+
+def markdown_text(table: Table) -> str:
+    """As GitHub shows it."""
+    parts = [f'**{_markdown(table.title)}**']
+    for columns in _abreast(table.columns):
+        heads = [f'{table.columns[index].group} {table.columns[index].head}'.strip()
+                 for index in columns]
+        is_number = [_is_number(table, index) for index in columns]
+        lines = [_markdown_row(heads),
+                 _markdown_row('---:' if right else ':---' for right in is_number)]
+        lines += [_markdown_row(_rounded(row[index], '–') for index in columns)
+                  for row in table.rows]
+        parts.append('\n'.join(lines))
+    parts.append('\n'.join(f'- {_markdown(note)}' for note in table.notes))
+    return '\n\n'.join(part for part in parts if part) + '\n'
+
+
+def latex_text(table: Table) -> str:
+    """A table environment to be read by \\input in a document that uses booktabs."""
+    lines = [r'% \usepackage{booktabs}', r'\begin{table}', r'\centering\scriptsize',
+             r'\setlength{\tabcolsep}{3pt}', rf'\caption{{{_latex(table.title)}}}',
+             rf'\label{{tab:{table.name}}}']
+    for columns in _abreast(table.columns):
+        lines += _latex_tabular(table, columns)
+    lines += [rf'\par\raggedright {_latex(note)}' for note in table.notes]
+    return '\n'.join([*lines, r'\end{table}', ''])
+
+
+WRITERS: Dict[str, Callable[[Table], str]] = {
+    'csv': csv_text, 'md': markdown_text, 'tex': latex_text}
+
+
+def write_table(table: Table, folder: Path) -> List[Path]:
+    """Write the table in each format into an existing folder; returns the files' paths.
+
+    Raises:
+        OSError: a file cannot be written.
+    """
+    paths = []
+    for suffix, text_of in WRITERS.items():
+        path = folder / f'{table.name}.{suffix}'
+        # Lines end as the CSV writer has it, whatever the system.
+        path.write_bytes(text_of(table).encode('utf-8'))
+        paths.append(path)
+    return paths
+
+
+def _abreast(columns: Sequence[Column]) -> Iterator[List[int]]:
+    """Indices of the columns that stand beside each other, the key columns in each."""
+    keys = [index for index, column in enumerate(columns) if not column.group]
+    groups = list(dict.fromkeys(column.group for column in columns if column.group))
+    for first in range(0, max(len(groups), 1), GROUPS_ABREAST):
+        shown = groups[first:first + GROUPS_ABREAST]
+        yield keys + [index for index, column in enumerate(columns) if column.group in shown]
+
+
+def _is_number(table: Table, index: int) -> bool:
+    return bool(table.rows) and all(isinstance(row[index], Number) for row in table.rows)
+
+
+def _exact(entry: Entry) -> str:
+    if not isinstance(entry, Number):
+        return entry.name if isinstance(entry, Label) else entry
+    if entry.value is None:
+        return ''
+    return repr(float(entry.value) if entry.decimals else int(entry.value))
+
+
+def _rounded(entry: Entry, absent: str) -> str:
+    if not isinstance(entry, Number):
+        return entry.head if isinstance(entry, Label) else entry
+    if entry.value is None:
+        return absent
+    # Adding zero takes the sign from what is rounded to zero.
+    return f'{round(entry.value, entry.decimals) + 0.0:.{entry.decimals}f}'
+
+
+def _markdown(text: str) -> str:
+    for char in '\\|_*<':
+        text = text.replace(char, f'\\{char}')
+    return text
+
+
+def _markdown_row(texts: Iterator[str]) -> str:
+    return f'| {" | ".join(map(_markdown, texts))} |'
+
+
+def _latex_tabular(table: Table, columns: Sequence[int]) -> List[str]:
+    alignment = ''.join('r' if _is_number(table, index) else 'l' for index in columns)
+    heads = ' & '.join(_latex(table.columns[index].head) for index in columns)
+    lines = [rf'\begin{{tabular}}{{{alignment}}}', r'\toprule', *_latex_groups(table, columns),
+             rf'{heads} \\', r'\midrule']
+    for number, row in enumerate(table.rows):
+        if number and row[0] != table.rows[number - 1][0]:
+            lines.append(r'\midrule')
+        lines.append(' & '.join(_latex_entry(row[index]) for index in columns) + r' \\')
+    return [*lines, r'\bottomrule', r'\end{tabular}', r'\par\medskip']
+
+
+def _latex_groups(table: Table, columns: Sequence[int]) -> List[str]:
+    """The line of heads over several columns, and the rules below them; none without groups."""
+    cells, rules = [], []
+    for group, first, last in _runs([table.columns[index].group for index in columns]):
+        if group:
+            cells.append(rf'\multicolumn{{{last - first + 1}}}{{c}}{{{_latex(group)}}}')
+            rules.append(rf'\cmidrule(lr){{{first}-{last}}}')
+        else:
+            cells += [''] * (last - first + 1)
+    return [' & '.join(cells) + r' \\', ' '.join(rules)] if rules else []
+
+
+def _runs(texts: Sequence[str]) -> List[Tuple[str, int, int]]:
+    """Equal neighbours: the text, the first and the last position, from 1."""
+    runs: List[Tuple[str, int, int]] = []
+    for position, text in enumerate(texts, start=1):
+        if runs and runs[-1][0] == text:
+            runs[-1] = (text, runs[-1][1], position)
+        else:
+            runs.append((text, position, position))
+    return runs
+
+
+def _latex_entry(entry: Entry) -> str:
+    text = _rounded(entry, '--')
+    is_known = isinstance(entry, Number) and entry.value is not None
+    return text.replace('-', '$-$') if is_known else _latex(text)
+
+
+def _latex(text: str) -> str:
+    return text.translate(_LATEX_ESCAPES)

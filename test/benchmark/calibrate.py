@@ -1,0 +1,242 @@
+#!/usr/bin/env python3
+"""Fits the simulation's wheel errors to one column of the paper, /odom at 4096 PPR: see
+docs/adr/0012-calibration.md. Prints the `set:` part of config/campaigns/paper.yaml, which slip
+each spread of the column alone would ask for, and, from trials driven with the result, how well
+the column is met. About six minutes of two cores."""
+from __future__ import annotations
+
+import argparse
+import math
+import multiprocessing
+import os
+from typing import Dict, Iterator, List, NamedTuple, Sequence, Tuple
+
+import numpy as np
+from checkout import ROOT, print_header
+from diff_encoder_sim.analysis.paper_cells import (TRIALS, PaperCell, Y,
+                                                   load_paper_cells)
+from diff_encoder_sim.experiments.definition import Trial, TrialPlan, find_world, load_test
+from diff_encoder_sim.experiments.lockstep import LockstepTrial
+from diff_encoder_sim.experiments.robot_params import load_robot_config, override
+from diff_encoder_sim.se2 import Pose2D, wrap_angle
+from scipy import stats
+from scipy.optimize import minimize
+from tabulate import tabulate
+
+TESTS = ('SL', 'SMT', 'DLD')
+SOURCE, PPR = 'odom', 4096
+CONFIG, ROBOT = ROOT / 'config', ROOT / 'urdf' / 'alto.urdf.xacro'
+
+# Log10 of the slip noise and the radius difference in units of 1e-4: where the search begins.
+SIMPLEX = np.array([[-8.0, 0.0], [-7.0, 0.0], [-7.5, 1.0]])
+SETS = 2000     # of the paper's size, drawn for each statistic's spread
+
+# How finely the paper gives SL's y: last digits [m], and one trial more or less.
+RESOLUTION = {'min': 1e-3, 'max': 1e-3, 'std': 1e-3, 'pct_within': 100.0 / TRIALS}
+
+Drives = Dict[str, List['Drive']]       # by test
+
+
+class WheelErrors(NamedTuple):
+    """What is fitted."""
+
+    slip_noise: float               # [m^2/m]
+    radius_difference: float        # right minus left, relative
+
+    def overrides(self) -> Dict[str, float]:
+        """As a campaign sets them, with two digits."""
+        half = float(f'{0.5 * self.radius_difference:.1e}')
+        values = {'left_radius_error': -half, 'right_radius_error': half,
+                  'slip_noise': float(f'{self.slip_noise:.1e}')}
+        return {f'simulator.wheel_errors.{name}': value for name, value in values.items()}
+
+
+class Drive(NamedTuple):
+    """A trial, and what wheel errors would do to its odometry, to first order."""
+
+    error: np.ndarray       # (3,) final /odom minus goal: x [m], y [m], yaw [rad]
+    by_radius: np.ndarray   # (3,) its change per unit of radius difference
+    noise: np.ndarray       # (3, 3) covariance per unit of slip noise
+
+
+def drive(job: Tuple[str, int, Dict[str, float]]) -> Drive:
+    """Run one trial of (test, seed, overrides) at 4096 PPR."""
+    name, seed, overrides = job
+    test = load_test(name, CONFIG)
+    world = find_world(test.world, ROOT / 'worlds')
+    trial = Trial(test=test, ppr={'left': PPR, 'right': PPR}, number=seed, nav='embedded')
+    plan = TrialPlan(trial=trial, world=str(world), map=str(world.with_suffix('.yaml')), bag='')
+    params = override(load_robot_config(CONFIG), overrides)
+    reports = list(LockstepTrial(plan, ROBOT, params).run())
+    truth = np.array([report.true_pose_in_map for report in reports])
+    end = test.start.pose().compose(reports[-1].odometry.base_pose_in_odom)
+    return Drive(_minus(end, trial.goal()), *sensitivities(truth, trial.wheel_separation))
+
+
+def _minus(pose: Pose2D, goal: Pose2D) -> np.ndarray:
+    return np.array([pose.x_m - goal.x_m, pose.y_m - goal.y_m,
+                     wrap_angle(pose.yaw_rad - goal.yaw_rad)])
+
+
+def sensitivities(truth: np.ndarray, separation_m: float) -> Tuple[np.ndarray, np.ndarray]:
+    """Of the final odometry, when a wheel on the way seems to travel more than it does.
+
+    Args:
+        truth: (n, 3) true poses on the way, x [m], y [m], yaw [rad].
+
+    Returns:
+        `by_radius` and `noise` of a Drive.
+    """
+    steps = np.diff(truth, axis=0)
+    turns = (steps[:, 2] + math.pi) % (2.0 * math.pi) - math.pi
+    middle = truth[:-1] + 0.5 * np.column_stack((steps[:, :2], turns))
+    cos_yaw, sin_yaw = np.cos(middle[:, 2]), np.sin(middle[:, 2])
+    lengths_m = steps[:, 0] * cos_yaw + steps[:, 1] * sin_yaw
+    left_m, right_m = (lengths_m + side * 0.5 * separation_m * turns for side in (-1.0, 1.0))
+    # A metre more of a wheel shifts the end and turns it about where the robot then is.
+    shift = 0.5 * np.column_stack((cos_yaw, sin_yaw, np.zeros(len(turns))))
+    turn = np.column_stack((middle[:, 1] - truth[-1, 1], truth[-1, 0] - middle[:, 0],
+                            np.ones(len(turns)))) / separation_m
+    by_left, by_right = shift - turn, shift + turn
+    # A larger wheel turns less for the same way.
+    by_radius = 0.5 * (left_m @ by_left - right_m @ by_right)
+    noise = (by_left.T @ (np.abs(left_m)[:, None] * by_left)
+             + by_right.T @ (np.abs(right_m)[:, None] * by_right))
+    return by_radius, noise
+
+
+def column() -> Iterator[PaperCell]:
+    """The paper's cells that are looked at."""
+    return (cell for cell in load_paper_cells()
+            if (cell.source, cell.ppr) == (SOURCE, str(PPR)))
+
+
+def is_fitted(cell: PaperCell) -> bool:
+    """SL's y: its route is the paper's to the metre, and wheel errors make it, not the stopping."""
+    return cell.test == 'SL' and cell.quantity is Y
+
+
+class Fit:
+    """How likely the paper's numbers are with given wheel errors.
+
+    From the trials driven, sets of the paper's size are drawn and given slip; each statistic is
+    then judged by its mean and spread over the sets, as if Gaussian and independent.
+    """
+
+    def __init__(self, drives: Sequence[Drive]) -> None:
+        self._cells = [cell for cell in column() if is_fitted(cell)]
+        rng = np.random.default_rng(0)
+        chosen = rng.integers(len(drives), size=(SETS, TRIALS))
+        of_y = Y.component
+        self._errors_m = np.array([one.error[of_y] for one in drives])[chosen]
+        self._by_radius_m = np.array([one.by_radius[of_y] for one in drives])[chosen]
+        noise_m = np.sqrt([one.noise[of_y, of_y] for one in drives])[chosen]
+        self._noise_m = noise_m * rng.standard_normal(chosen.shape)
+
+    def misfit(self, errors: WheelErrors) -> float:
+        """Minus twice the log likelihood, but for a constant."""
+        y_m = (self._errors_m + errors.radius_difference * self._by_radius_m
+               + math.sqrt(errors.slip_noise) * self._noise_m)
+        total = 0.0
+        for cell in self._cells:
+            values = statistic(y_m, cell)
+            variance = values.var() + RESOLUTION[cell.statistic] ** 2 / 12.0
+            total += (cell.value - values.mean()) ** 2 / variance + math.log(variance)
+        return total
+
+    def search(self) -> np.ndarray:
+        """The vector of the least misfit."""
+        return minimize(lambda vector: self.misfit(from_vector(vector)), SIMPLEX[0],
+                        method='Nelder-Mead', options={'initial_simplex': SIMPLEX}).x
+
+    def interval(self, best: np.ndarray, component: int) -> Tuple[float, float]:
+        """How far one component can go, the other held, by the 95 % of the likelihood ratio."""
+        limit = self.misfit(from_vector(best)) + stats.chi2.ppf(0.95, 1)
+        ends = best[component] + np.linspace(-2.0, 2.0, 401)
+        inside = [end for end in ends if self.misfit(from_vector(
+            np.where(np.arange(2) == component, end, best))) <= limit]
+        return min(inside), max(inside)
+
+
+def from_vector(vector: Sequence[float]) -> WheelErrors:
+    """What the search varies, as wheel errors."""
+    return WheelErrors(float(10.0 ** vector[0]), float(vector[1] * 1e-4))
+
+
+def statistic(values: np.ndarray, cell: PaperCell) -> np.ndarray:
+    """The cell's statistic over the last axis of errors in the paper's unit."""
+    if cell.statistic == 'pct_within':
+        return 100.0 * np.mean(np.abs(values) <= cell.quantity.tolerance, axis=-1)
+    if cell.statistic == 'std':
+        return values.std(axis=-1, ddof=1)
+    return values.min(axis=-1) if cell.statistic == 'min' else values.max(axis=-1)
+
+
+def asked_for(drives: Drives) -> str:
+    """Of each spread of the column, the slip noise that alone would make it; a table."""
+    rows = []
+    for cell in column():
+        if cell.statistic != 'std':
+            continue
+        of = cell.quantity.component
+        ideal = np.var([one.error[of] for one in drives[cell.test]], ddof=1)
+        per_noise = np.mean([one.noise[of, of] for one in drives[cell.test]])
+        variances = (cell.value / cell.quantity.scale) ** 2 * (TRIALS - 1) / stats.chi2(
+            TRIALS - 1).ppf([0.975, 0.5, 0.025])
+        noise = (variances - ideal) / per_noise
+        rows.append([cell.test, cell.quantity.name, cell.value,
+                     f'{math.sqrt(ideal) * cell.quantity.scale:.4f}',
+                     *(f'{value:.1e}' if value > 0.0 else 'none' for value in noise)])
+    return tabulate(rows, ['test', 'spread of', 'paper', 'ideal wheels', 'slip noise\nat least',
+                           'best', 'at most'], disable_numparse=True, stralign='right')
+
+
+def column_table(campaigns: Sequence[Tuple[str, Drives]]) -> str:
+    """The paper's column beside that of each campaign."""
+    rows = []
+    for cell in column():
+        errors = [cell.quantity.scale * np.array(
+            [one.error[cell.quantity.component] for one in drives[cell.test]])
+            for _, drives in campaigns]
+        rows.append([cell.test, cell.quantity.name, cell.statistic, cell.value,
+                     *(f'{statistic(of_one, cell):.3f}' for of_one in errors),
+                     'yes' if is_fitted(cell) else ''])
+    return tabulate(rows, ['test', 'error', 'statistic', 'paper', *(name for name, _ in campaigns),
+                           'fitted to'], disable_numparse=True, stralign='right')
+
+
+def run_trials(trials: int, workers: int, overrides: Dict[str, float]) -> Drives:
+    """All tests with some parameters changed."""
+    jobs = [(test, seed, overrides) for test in TESTS for seed in range(1, trials + 1)]
+    with multiprocessing.Pool(workers) as pool:
+        drives = pool.map(drive, jobs, chunksize=1)
+    return {test: [one for job, one in zip(jobs, drives) if job[0] == test] for test in TESTS}
+
+
+def main() -> None:
+    """Drive, fit, drive with the result, and print."""
+    arguments = _arguments()
+    print_header(f'Wheel errors fitted to {SOURCE} at {PPR} PPR, {arguments.trials} trials a test')
+    ideal = run_trials(arguments.trials, arguments.workers, {})
+    print(asked_for(ideal))
+    fit = Fit(ideal['SL'])
+    best = fit.search()
+    errors = from_vector(best)
+    print('\nset:', *(f'  {key}: {value:.1e}' for key, value in errors.overrides().items()),
+          sep='\n')
+    slips, radii = fit.interval(best, 0), fit.interval(best, 1)
+    print(f'\n95 % intervals: slip_noise {10 ** slips[0]:.1e} to {10 ** slips[1]:.1e}, radius '
+          f'difference {1e-4 * radii[0]:.1e} to {1e-4 * radii[1]:.1e}\n', flush=True)
+    driven = run_trials(arguments.trials, arguments.workers, errors.overrides())
+    print(column_table([('ideal wheels', ideal), ('fitted', driven)]))
+
+
+def _arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('--trials', type=int, default=30)
+    parser.add_argument('--workers', type=int, default=os.cpu_count())
+    return parser.parse_args()
+
+
+if __name__ == '__main__':
+    main()
