@@ -193,7 +193,7 @@ def test_bag_names_say_what_was_varied_and_stay_in_their_folder(tmp_path):
     assert [campaign.bag_name(job) for job in campaign.jobs()][:3] == [
         'SL_40-90_counter_modulus0_noise0.01_001.bag', 'SL_40-90_counter_modulus0_noise0.01_002.bag',
         'SL_40-90_counter_modulus0_noise0.03_001.bag']
-    names = ['../../x', '/etc/passwd', 'a b', 'a_b', 'A_B', 'ü' * 300, 'v' * 300]
+    names = ['a_b', 'A_B', 'a.b', 'v' * 60]
     for index, name in enumerate(names):
         (tmp_path / f'{index}.yaml').write_text(yaml.safe_dump(
             {'name': name, 'world': 'hallway', 'drive': [{'straight': 1}]}))
@@ -204,6 +204,7 @@ def test_bag_names_say_what_was_varied_and_stay_in_their_folder(tmp_path):
     assert all(re.fullmatch(r'[A-Za-z0-9_.+-]{1,200}', bag) and '/' not in bag for bag in bags)
 
 
-def test_a_name_that_would_break_a_line_is_refused(tmp_path):
-    (tmp_path / 't.yaml').write_text('name: "a\\nb"\nworld: hallway\ndrive: [{straight: 1}]\n')
-    assert 'printable' in complaint(tmp_path, tests=['t.yaml'], nav='scripted')
+@pytest.mark.parametrize('name', ['../../x', '/etc/passwd', 'a b', 'a\nb', '.x', 'ü', 'v' * 61])
+def test_a_name_that_is_no_file_name_is_refused(tmp_path, name):
+    (tmp_path / 't.yaml').write_text(yaml.safe_dump({'name': name, 'world': 'hallway', 'drive': [{'straight': 1}]}))
+    assert 't.yaml: name: given' in complaint(tmp_path, tests=['t.yaml'], nav='scripted')

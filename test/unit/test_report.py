@@ -58,11 +58,10 @@ def test_sixteen_trials_can_show_the_share_and_fifteen_cannot():
 
 
 def test_the_answer_has_a_line_for_each_test_and_source():
-    lines = answer(dataset(cell('SL', '40', 'odom', [IN]), cell('SMT', '90', 'odom', [IN])),
-                   ['world', 'odom'])
+    lines = answer(dataset(cell('SL', '40', 'odom', [IN]), cell('SMT', '90', 'odom', [IN])))
     assert [(line.test, line.source, list(line.shares)) for line in lines] == [
-        ('SL', 'world', ['40']), ('SL', 'odom', ['40']), ('SMT', 'world', ['90']),
-        ('SMT', 'odom', ['90'])]
+        (test, source, [ppr]) for test, ppr in (('SL', '40'), ('SMT', '90'))
+        for source in ('world', 'global', 'odom')]
 
 
 # ---- the main line
@@ -93,6 +92,11 @@ def test_few_trials_are_counted_and_called_few():
                            f'far end {GOAL}: in truth SL 9 of 10; by odometry alone SL 6 of 10.')
 
 
+def test_what_the_robot_believes_is_told_where_it_believed_something():
+    assert main_line(dataset(cell('SL', '40', 'global', rows(30, 0)))).endswith(
+        '(95 % confidence): as the robot believes SL with 40 PPR.')
+
+
 def test_one_trial_and_none_with_a_pose():
     assert main_line(dataset(cell('SL', '40', 'world', [IN]))).endswith('in truth SL 1 of 1.')
     assert main_line(dataset([trial('SL', '40', 1, outcome='lost')])) == (
@@ -105,8 +109,7 @@ def test_many_sets_of_parameters_are_counted_and_few_are_named():
                                         varied=(('simulator.lidar.noise', value),))
                                    for value in values)))
     assert 'in truth SL (noise 0.01) and SL (noise 0.03) with 40 PPR;' in line(['0.01', '0.03'])
-    assert 'in truth in 7 of 7 cells of test, parameters and encoder; by odometry alone in 0 of 7' \
-        in line('1234567')
+    assert 'in truth in 7 of 7 cells; by odometry alone in 0 of 7' in line('1234567')
 
 
 def test_encoders_without_one_ppr_are_named_too():

@@ -19,6 +19,9 @@ FEWEST_TO_RESAMPLE = 5
 # Sums of squares that cancel to less than this share of what they came from are rounding.
 ROUNDING = 1e-12
 
+# Above it a bound of a spread, relative to the spread, says nothing.
+WIDEST = 100.0
+
 # Of the logarithm of a spread; what is below is rounding.
 SMALLEST_ERROR = 1e-6
 
@@ -82,7 +85,7 @@ def bootstrap_std_interval(values: np.ndarray, level: float, rng: np.random.Gene
     Efron and Tibshirani, An Introduction to the Bootstrap, section 12.5. With 30 normal values its
     95 % cover the truth in 93 %; percentile and BCa intervals do in 87 and 88 %.
     (0, infinity) for fewer than five values and for two values equally often, (0, 0) where all
-    are equal.
+    are equal. A bound that is WIDEST times the spread is none: one far-off value makes it so.
     """
     if len(values) < FEWEST_TO_RESAMPLE:
         return Interval(0.0, math.inf)
@@ -98,7 +101,7 @@ def bootstrap_std_interval(values: np.ndarray, level: float, rng: np.random.Gene
     quantiles = np.quantile(deviations, [0.5 + 0.5 * level, 0.5 - 0.5 * level])
     with np.errstate(over='ignore'):
         low, high = np.exp(log_std - quantiles * error).tolist()
-    return Interval(low, high)
+    return Interval(low, high if high < WIDEST * spread(values) else math.inf)
 
 
 def spread_ratio(first: np.ndarray, second: np.ndarray, level: float = 0.95) -> PairedResult:

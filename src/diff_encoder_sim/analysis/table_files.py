@@ -61,13 +61,13 @@ def csv_text(table: Table) -> str:
 def markdown_text(table: Table) -> str:
     """As GitHub shows it."""
     parts = [f'**{_markdown(table.title)}**']
-    for columns in _abreast(table.columns):
+    for columns in abreast(table.columns):
         heads = [f'{table.columns[index].group} {table.columns[index].head}'.strip()
                  for index in columns]
-        is_number = [_is_number(table, index) for index in columns]
+        is_number = [is_number_column(table, index) for index in columns]
         lines = [_markdown_row(heads),
                  _markdown_row('---:' if right else ':---' for right in is_number)]
-        lines += [_markdown_row(_rounded(row[index], '–') for index in columns)
+        lines += [_markdown_row(rounded(row[index], '–') for index in columns)
                   for row in table.rows]
         parts.append('\n'.join(lines))
     parts.append('\n'.join(f'- {_markdown(note)}' for note in table.notes))
@@ -79,7 +79,7 @@ def latex_text(table: Table) -> str:
     lines = [r'% \usepackage{booktabs}', r'\begin{table}', r'\centering\scriptsize',
              r'\setlength{\tabcolsep}{3pt}', rf'\caption{{{_latex(table.title)}}}',
              rf'\label{{tab:{table.name}}}']
-    for columns in _abreast(table.columns):
+    for columns in abreast(table.columns):
         lines += _latex_tabular(table, columns)
     lines += [rf'\par\raggedright {_latex(note)}' for note in table.notes]
     return '\n'.join([*lines, r'\end{table}', ''])
@@ -104,7 +104,7 @@ def write_table(table: Table, folder: Path) -> List[Path]:
     return paths
 
 
-def _abreast(columns: Sequence[Column]) -> Iterator[List[int]]:
+def abreast(columns: Sequence[Column]) -> Iterator[List[int]]:
     """Indices of the columns that stand beside each other, the key columns in each."""
     keys = [index for index, column in enumerate(columns) if not column.group]
     groups = list(dict.fromkeys(column.group for column in columns if column.group))
@@ -113,7 +113,8 @@ def _abreast(columns: Sequence[Column]) -> Iterator[List[int]]:
         yield keys + [index for index, column in enumerate(columns) if column.group in shown]
 
 
-def _is_number(table: Table, index: int) -> bool:
+def is_number_column(table: Table, index: int) -> bool:
+    """Whether a column's entries stand to the right."""
     return bool(table.rows) and all(isinstance(row[index], Number) for row in table.rows)
 
 
@@ -125,7 +126,8 @@ def _exact(entry: Entry) -> str:
     return repr(float(entry.value) if entry.decimals else int(entry.value))
 
 
-def _rounded(entry: Entry, absent: str) -> str:
+def rounded(entry: Entry, absent: str) -> str:
+    """An entry as people read it; `absent` stands for a number that there is not."""
     if not isinstance(entry, Number):
         return entry.head if isinstance(entry, Label) else entry
     if entry.value is None:
@@ -145,7 +147,7 @@ def _markdown_row(texts: Iterator[str]) -> str:
 
 
 def _latex_tabular(table: Table, columns: Sequence[int]) -> List[str]:
-    alignment = ''.join('r' if _is_number(table, index) else 'l' for index in columns)
+    alignment = ''.join('r' if is_number_column(table, index) else 'l' for index in columns)
     heads = ' & '.join(_latex(table.columns[index].head) for index in columns)
     lines = [rf'\begin{{tabular}}{{{alignment}}}', r'\toprule', *_latex_groups(table, columns),
              rf'{heads} \\', r'\midrule']
@@ -159,7 +161,7 @@ def _latex_tabular(table: Table, columns: Sequence[int]) -> List[str]:
 def _latex_groups(table: Table, columns: Sequence[int]) -> List[str]:
     """The line of heads over several columns, and the rules below them; none without groups."""
     cells, rules = [], []
-    for group, first, last in _runs([table.columns[index].group for index in columns]):
+    for group, first, last in equal_neighbours([table.columns[index].group for index in columns]):
         if group:
             cells.append(rf'\multicolumn{{{last - first + 1}}}{{c}}{{{_latex(group)}}}')
             rules.append(rf'\cmidrule(lr){{{first}-{last}}}')
@@ -168,7 +170,7 @@ def _latex_groups(table: Table, columns: Sequence[int]) -> List[str]:
     return [' & '.join(cells) + r' \\', ' '.join(rules)] if rules else []
 
 
-def _runs(texts: Sequence[str]) -> List[Tuple[str, int, int]]:
+def equal_neighbours(texts: Sequence[str]) -> List[Tuple[str, int, int]]:
     """Equal neighbours: the text, the first and the last position, from 1."""
     runs: List[Tuple[str, int, int]] = []
     for position, text in enumerate(texts, start=1):
@@ -180,7 +182,7 @@ def _runs(texts: Sequence[str]) -> List[Tuple[str, int, int]]:
 
 
 def _latex_entry(entry: Entry) -> str:
-    text = _rounded(entry, '--')
+    text = rounded(entry, '--')
     is_known = isinstance(entry, Number) and entry.value is not None
     return text.replace('-', '$-$') if is_known else _latex(text)
 

@@ -84,8 +84,6 @@ def _load_tests(params: CampaignParams, folder: Optional[Path],
                        config_folder) for name in params.tests]
     _check_unique('tests', [test.name for test in tests])
     for test in tests:
-        if not test.name.isprintable():
-            raise ConfigError(f'tests: name: given {test.name!r}; allowed: printable characters')
         test.check_way(params.nav)
     return tests
 

@@ -75,7 +75,8 @@ class TestDefinition(Params):
 
     __test__ = False  # tells pytest that the name is a coincidence
 
-    name: str = Field(min_length=1)
+    # It becomes part of file names.
+    name: str = Field(min_length=1, max_length=60, pattern=r'^[A-Za-z0-9][A-Za-z0-9_.+-]*$')
     world: str = Field(min_length=1, description='file under worlds/, or a path')
     start: PoseParams = PoseParams()
     drive: List[Segment] = Field([], description='for nav:=scripted')

@@ -18,6 +18,10 @@ from diff_encoder_sim.analysis.tables import ppr_head
 
 LEVEL = 0.95
 
+# What the robot did, what it believed, and what it would have believed without a map.
+WORDS_OF_SOURCE = {'world': 'in truth', 'global': 'as the robot believes',
+                   'odom': 'by odometry alone'}
+
 # Thirty trials of thirty show no more than 88 per cent: the paper's count cannot show 90.
 REQUIRED_SHARE = 0.8
 
@@ -56,15 +60,15 @@ class Line(NamedTuple):
     shares: Dict[str, Optional[Share]]      # by encoder, ascending; None without a final pose
 
 
-def answer(dataset: Dataset, sources: Sequence[str]) -> List[Line]:
-    """By test and set of parameters, a row for each source."""
+def answer(dataset: Dataset) -> List[Line]:
+    """By test and set of parameters, a row for each of `WORDS_OF_SOURCE`."""
     cells = dataset.cells()
     labels = list(dict.fromkeys(cell.ppr for cell in cells))
     return [Line(test, varied, source, {
         label: share_within(cells[Cell(test, label, varied)], source)
         for label in labels if Cell(test, label, varied) in cells})
         for test, varied in dict.fromkeys((cell.test, cell.varied) for cell in cells)
-        for source in sources]
+        for source in WORDS_OF_SOURCE]
 
 
 def share_within(trials: Sequence[TrialData], source: str) -> Optional[Share]:

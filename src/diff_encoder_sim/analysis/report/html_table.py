@@ -3,7 +3,8 @@ from __future__ import annotations
 
 from typing import List, NamedTuple
 
-from diff_encoder_sim.analysis.table_files import Table, _abreast, _is_number, _rounded, _runs
+from diff_encoder_sim.analysis.table_files import (Table, abreast, equal_neighbours,
+                                                   is_number_column, rounded)
 
 
 class Group(NamedTuple):
@@ -46,16 +47,16 @@ class HtmlTable(NamedTuple):
 
 def html_table(table: Table) -> HtmlTable:
     """The table's texts; numbers are rounded, absent ones a dash."""
-    return HtmlTable(table.title, [_block(table, columns) for columns in _abreast(table.columns)],
+    return HtmlTable(table.title, [_block(table, columns) for columns in abreast(table.columns)],
                      table.notes)
 
 
 def _block(table: Table, columns: List[int]) -> Block:
     shown = [table.columns[index] for index in columns]
     groups = [Group(text, last - first + 1)
-              for text, first, last in _runs([column.group for column in shown])]
+              for text, first, last in equal_neighbours([column.group for column in shown])]
     has_groups = any(group.text for group in groups)
-    heads = [Head(column.head, bool(column.group) or _is_number(table, index))
+    heads = [Head(column.head, bool(column.group) or is_number_column(table, index))
              for column, index in zip(shown, columns)]
     keys = sum(not column.group for column in shown) if has_groups else 1
     return Block(groups if has_groups else [], heads, keys, _rows(table, columns))
@@ -65,5 +66,5 @@ def _rows(table: Table, columns: List[int]) -> List[Row]:
     rows = []
     for number, row in enumerate(table.rows):
         is_first = number > 0 and row[0] != table.rows[number - 1][0]
-        rows.append(Row([_rounded(row[index], '–') for index in columns], is_first))
+        rows.append(Row([rounded(row[index], '–') for index in columns], is_first))
     return rows

@@ -5,16 +5,13 @@ from typing import Callable, Dict, List, Sequence
 
 from diff_encoder_sim.analysis.dataset import Dataset, ppr_value
 from diff_encoder_sim.analysis.paper_cells import X, YAW
-from diff_encoder_sim.analysis.report.answer import (LEVEL, REQUIRED_SHARE, Line, Reach, Share,
-                                                     answer, encoder_names, fewest_trials,
-                                                     listed)
+from diff_encoder_sim.analysis.report.answer import (LEVEL, REQUIRED_SHARE, WORDS_OF_SOURCE, Line,
+                                                     Reach, Share, answer, encoder_names,
+                                                     fewest_trials, listed)
 from diff_encoder_sim.experiments.outcome import Outcome
 
-# What the robot did, and what it would have believed without a map.
-SOURCES = {'world': 'in truth', 'odom': 'by odometry alone'}
-
-# A sentence names so many tests, or sets of parameters, and no more.
-MOST_NAMED = 6
+# A sentence names so many tests, as the paper has, and no more; sets of parameters count.
+MOST_NAMED = 3
 
 GOAL = f'within {X.tolerance:g} m and {YAW.tolerance:g} degrees of the goal'
 
@@ -22,7 +19,7 @@ GOAL = f'within {X.tolerance:g} m and {YAW.tolerance:g} degrees of the goal'
 def main_line(dataset: Dataset) -> str:
     """One or two sentences."""
     lines = [line._replace(shares={label: share for label, share in line.shares.items() if share})
-             for line in answer(dataset, list(SOURCES))]
+             for line in answer(dataset)]
     lines = [line for line in lines if line.shares]
     if not lines:
         return 'No trial ended with a pose: nothing can be said.'
@@ -48,7 +45,7 @@ def _by_source(lines: Sequence[Line], told: Callable[[Line], str],
                told_of_many: Callable[[Sequence[Line]], str]) -> str:
     """What is told of each test, or of all where there are many; tests of the same go together."""
     parts = []
-    for source, words in SOURCES.items():
+    for source, words in WORDS_OF_SOURCE.items():
         of_source = [line for line in lines if line.source == source]
         if len(of_source) > MOST_NAMED:
             parts.append(f'{words} {told_of_many(of_source)}')
@@ -88,7 +85,7 @@ def _open(undecided: Sequence[str]) -> str:
 def _count_reached(lines: Sequence[Line]) -> str:
     shares = _shares(lines)
     reached = sum(share.reach is Reach.YES for share in shares)
-    return f'in {reached} of {len(shares)} cells of test, parameters and encoder'
+    return f'in {reached} of {len(shares)} cells'
 
 
 def _counts(line: Line) -> str:

@@ -15,8 +15,8 @@ from diff_encoder_sim.analysis.paper_cells import X, YAW
 from diff_encoder_sim.analysis.report.against_paper import (accuracy_table, cell_tables,
                                                             errata_table, finding_counts,
                                                             score_table)
-from diff_encoder_sim.analysis.report.answer import (REQUIRED_SHARE, Line, answer,
-                                                     encoder_names, listed)
+from diff_encoder_sim.analysis.report.answer import (REQUIRED_SHARE, WORDS_OF_SOURCE, Line,
+                                                     answer, encoder_names, listed)
 from diff_encoder_sim.analysis.report.closed_form import closed_form_table
 from diff_encoder_sim.analysis.report.encoders import compare_encoders
 from diff_encoder_sim.analysis.report.html_table import html_table
@@ -28,9 +28,6 @@ from diff_encoder_sim.analysis.tables import all_tables, ppr_head
 
 NAME = 'report.html'
 TEMPLATE = 'page.html'
-
-# What the robot did, what it believed, and what it would have believed without a map.
-WORDS_OF_SOURCE = {'world': 'in truth', 'global': 'as the robot believes', 'odom': 'odometry alone'}
 
 
 class Report(NamedTuple):
@@ -86,7 +83,7 @@ def _answer(dataset: Dataset) -> Dict[str, Any]:
     heads = [{'words': words, 'topic': TOPIC_OF_SOURCE[source]}
              for source, words in WORDS_OF_SOURCE.items()]
     by_test: Dict[str, List[Line]] = {}
-    for line in answer(dataset, list(WORDS_OF_SOURCE)):
+    for line in answer(dataset):
         by_test.setdefault(', '.join([line.test, *_texts(line.varied)]), []).append(line)
     return {'tolerance': f'{X.tolerance:g} m in x and in y and {YAW.tolerance:g} degrees',
             'required_percent': round(100 * REQUIRED_SHARE),
