@@ -91,6 +91,9 @@ class LockstepTrial:
             self._publications.ending(self._simulator.time_ns, self.ending)
         finally:
             self._simulator.close()
+            # Maps and filters go now: parts know each other in circles, which Python collects late.
+            self._schedule.clear()
+            del self._pilot
 
     def _tick(self) -> None:
         try:

@@ -27,6 +27,10 @@ class Schedule:
         """Do it once."""
         self._push(time_ns, 1, 0, action)
 
+    def clear(self) -> None:
+        """Forget all."""
+        self._queue.clear()
+
     def run_until(self, time_ns: int) -> None:
         """Do all that is due up to and including a time; it may enter more."""
         queue = self._queue
