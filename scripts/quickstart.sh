@@ -1,16 +1,17 @@
 #!/usr/bin/env bash
 # Sets up, runs a small campaign, and makes a report of it: which encoder reaches which accuracy, in about a minute.
 #   scripts/quickstart.sh                            config/campaigns/quick.yaml
-#   scripts/quickstart.sh --config paper --trials 3  options go to campaign instead of the default ones; without --out the
-#                                                    results go to a new folder below results/
+#   scripts/quickstart.sh --config paper --trials 3  options go to campaign; without --out the results go to a new folder
+#                                                    below results/
 set -euo pipefail
 # shellcheck source=scripts/lib.sh
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
 arguments=("$@")
-[ $# -gt 0 ] || arguments=(--config quick)
+[[ " $* " =~ \ --config[\ =] ]] || arguments=(--config quick "$@")
 
 main() {
+  [[ " ${arguments[*]} " != *" --help "* ]] || { sed -n '2,5s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0; }
   bash "$root/scripts/setup.sh"
   drop_root "${arguments[@]}"
   choose_folder

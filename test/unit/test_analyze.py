@@ -52,7 +52,8 @@ def test_what_is_wrong_is_said_and_the_rest_is_analysed(tmp_path, capsys, caplog
 
 
 def test_nothing_to_analyse_is_one_line_and_leaves_nothing_behind(tmp_path):
-    assert refusal(tmp_path / 'no.bag') == f'analyze: {tmp_path}/no.bag: no such bag'
+    for name in ('no.bag', 'no/folder/no.bag'):
+        assert refusal(tmp_path / name) == f'analyze: {tmp_path / name}: no such bag'
     (tmp_path / 'empty').mkdir()
     assert 'no .bag file in this folder' in refusal(tmp_path / 'empty')
     assert [path.name for path in tmp_path.rglob('*')] == ['empty']

@@ -70,3 +70,12 @@ def test_a_bad_robot_file_is_named(tmp_path, content, text):
     with pytest.raises(ConfigError, match='robot.yaml|none.xacro') as error:
         campaign(path)
     assert text in str(error.value)
+
+
+def test_a_robot_that_collides_as_a_mesh_is_refused(tmp_path):
+    path = robot_file(tmp_path)
+    robot = (tmp_path / 'robot.xacro').read_text(encoding='utf-8')
+    mesh = '<link name="horn"><collision><geometry><mesh filename="horn.stl"/></geometry></collision></link></robot>'
+    (tmp_path / 'robot.xacro').write_text(robot.replace('</robot>', mesh), encoding='utf-8')
+    with pytest.raises(ConfigError, match='robot.xacro has a mesh as collision shape'):
+        campaign(path)

@@ -147,6 +147,11 @@ def test_a_latency_is_whole_ticks(value):
         LatencyParams.from_mapping({'command': value}, 'lockstep.yaml')
 
 
+def test_what_needs_the_live_graph_is_refused():
+    with pytest.raises(ConfigError, match='nav upstream.*allowed: encoder; embedded or scripted'):
+        lockstep(HALL, nav='upstream')
+
+
 def test_a_scripted_drive_needs_no_localization_and_is_told_on_the_map():
     *_, last = lockstep(HALL, 1024, nav='scripted', drive=[{'straight': 1.0}]).run()
     assert last.true_pose_in_map.x_m == pytest.approx(-2.0, abs=1e-3)

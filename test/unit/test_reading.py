@@ -104,10 +104,11 @@ def test_a_damaged_bag_is_read_or_named(tmp_path):
     whole = write_bag(tmp_path / 'whole.bag', trial()).read_bytes()
     rng, path, refused = np.random.default_rng(5), tmp_path / 'damaged.bag', 0
     for position, value in zip(rng.integers(len(whole), size=300).tolist(), rng.integers(256, size=300).tolist()):
-        path.write_bytes(whole[:position] + bytes([value]) + whole[position + 1:])
-        try:
-            read_trial(path)
-        except ConfigError as error:
-            refused += 1
-            assert str(error).startswith(f'{path}: ')
+        for damage, lost in ((bytes([value]), 1), (bytes(200), value)):
+            path.write_bytes(whole[:position] + damage + whole[position + lost:])
+            try:
+                read_trial(path)
+            except ConfigError as error:
+                refused += 1
+                assert str(error).startswith(f'{path}: ') and '\n' not in str(error)
     assert refused > 50

@@ -230,6 +230,7 @@ def no_time(path):
      ['left_wheel_joint', 'wheel_1, wheel_2']),
     (lambda path: write_ros1(path, drive()[1:2]), [], ['no topic of sensor_msgs/msg/JointState', '/world_pose']),
     (whole, ['--joint-states', '/world_pose'], ['PoseStamped', '/joint_states']),
+    (whole, ['--pulses-ppr', '1024'], ['--pulses-ppr', '/joint_states has wheel angles', '--pulses TOPIC']),
     (whole, ['--joint-states', '/a', '--pulses', '/b'], ['given both']),
     (whole, ['--left', 'arm'], ["'arm'", ', '.join(JOINTS)]),
     (whole, ['--left', JOINTS[1]], ['both wheels']),

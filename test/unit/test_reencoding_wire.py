@@ -74,7 +74,20 @@ def test_a_torn_message_is_a_fault_wherever_it_is_torn(maker):
 
 
 @MAKERS
-@pytest.mark.parametrize('pose', [Pose2D(np.nan, 0.0, 0.0), Pose2D(0.0, np.inf, 0.0), Pose2D(0.0, 0.0, np.nan)])
+def test_a_torn_message_leaves_the_next_ones_as_they_are(maker):
+    decoder = wire.JointDecoder(wire.JOINT_STATE, maker.is_ros2)
+    raw = maker.raw(maker.joint_state(7, (1.0, 2.0)))
+    expected = decoder.decode(raw)
+    other = maker.raw(maker.joint_state(7, (1.0, 2.0, 3.0), ('a', 'b', 'c')))
+    for size in range(other.index(np.array([1.0]).tobytes())):
+        with pytest.raises(InputFault):
+            decoder.decode(other[:size])
+        assert decoder.decode(raw) == expected
+
+
+@MAKERS
+@pytest.mark.parametrize('pose', [Pose2D(np.nan, 0.0, 0.0), Pose2D(0.0, np.inf, 0.0), Pose2D(0.0, 0.0, np.nan),
+                                  Pose2D(1e200, 0.0, 0.0)])
 def test_a_pose_that_is_not_finite_is_a_fault(maker, pose):
     kind = 'geometry_msgs/msg/PoseStamped'
     with pytest.raises(InputFault, match='no position|no rotation'):

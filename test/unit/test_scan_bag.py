@@ -87,7 +87,8 @@ def test_scans_odometry_and_mount(tmp_path):
      '/scan is nav_msgs/msg/Odometry; expected sensor_msgs/msg/LaserScan'),
     (dict(scans=[scan(0, [1.0])], mount=MOUNT, poses=[odometry(0, 0, 0, T['Quaternion'](0.0, 0.0, 0.0, 0.0))]),
      '/odom: '),
-], ids=['no scan', 'no odometry', 'no mount', 'other frame', 'circle', 'type', 'no rotation'])
+    (dict(scans=[scan(0, [1.0])], mount=MOUNT, poses=[odometry(0, math.nan, 0)]), '/odom: no position: (nan, 0.0)'),
+], ids=['no scan', 'no odometry', 'no mount', 'other frame', 'circle', 'type', 'no rotation', 'no position'])
 def test_what_is_missing_is_named_in_one_line(tmp_path, parts, complaint):
     path = write(tmp_path / 'a.bag', **parts)
     with pytest.raises(ConfigError) as caught:

@@ -7,7 +7,6 @@ together, by Holm for p-values and by Bonferroni for intervals.
 from __future__ import annotations
 
 import enum
-import math
 from typing import Callable, List, NamedTuple, Sequence
 
 import numpy as np
@@ -17,6 +16,7 @@ from diff_encoder_sim.analysis.paper_cells import QUANTITIES, count_within, with
 from diff_encoder_sim.analysis.statistics import (Interval, holm, mcnemar, spread, spread_ratio,
                                                   std_interval, wilcoxon, wilson)
 from diff_encoder_sim.experiments.outcome import Outcome
+from diff_encoder_sim.se2 import wrap_angle
 
 SIGNIFICANCE = 0.05
 
@@ -165,7 +165,7 @@ def amcl_matches_global(trials: TrialsByCell) -> List[Evidence]:
             evidence.append(_nothing(f'{test} at {ppr} PPR'))
             continue
         turned = np.array(both)[:, 0] - np.array(both)[:, 1]
-        turned[:, 2] = (turned[:, 2] + math.pi) % (2.0 * math.pi) - math.pi
+        turned[:, 2] = wrap_angle(turned[:, 2])
         largest = np.abs(turned).max(axis=0) * [quantity.scale for quantity in QUANTITIES]
         agree = largest <= NEGLIGIBLE_SHARE * np.array([one.tolerance for one in QUANTITIES])
         evidence.append(Evidence(

@@ -25,6 +25,7 @@ def output_folder(path: Path) -> Iterator[Path]:
     _check_replaceable(path)
     # Beside it, so that relative links stay right and the renaming is at one stroke.
     made = path.with_name(f'.{path.name}-{uuid.uuid4().hex[:8]}')
+    missing = [parent for parent in made.parents if not parent.exists()]
     try:
         with _named_errors(path):
             made.mkdir(parents=True)
@@ -34,18 +35,23 @@ def output_folder(path: Path) -> Iterator[Path]:
             _replace(path, made)
     finally:
         shutil.rmtree(str(made), ignore_errors=True)     # moved by now, unless there was an error
+        with contextlib.suppress(OSError):      # likewise: the first that is not empty stays
+            for parent in missing:
+                parent.rmdir()
 
 
 def _check_replaceable(path: Path) -> None:
     with _named_errors(path):
         if path.exists() and not path.is_dir():
             raise ConfigError(f'{path}: not a folder; expected a new or empty one')
-        there = {str(file.relative_to(path)) for file in path.rglob('*')}
         contents = path / CONTENTS
         ours = contents.read_text(encoding='utf-8').split('\n') if contents.is_file() else []
-    others = sorted(there - {CONTENTS, *ours})
-    if others:
-        raise ConfigError(f'{path}: holds {others[0]!r}, which analyze did not write; expected '
+        known = {CONTENTS, *ours}
+        # The first will do: somebody's whole home folder may have been named.
+        other = next((name for name in (str(file.relative_to(path)) for file in path.rglob('*'))
+                      if name not in known), None)
+    if other is not None:
+        raise ConfigError(f'{path}: holds {other!r}, which analyze did not write; expected '
                           f'a new or empty folder, or an earlier analysis: --out names another')
 
 

@@ -15,7 +15,7 @@ from diff_encoder_sim.analysis.dataset import Cell, Dataset, ppr_value
 from diff_encoder_sim.analysis.paper_cells import (TRIALS, PaperCell, Quantity, count_within,
                                                    final_errors, load_paper_cells)
 from diff_encoder_sim.analysis.paper_errata import errata_of
-from diff_encoder_sim.analysis.statistics import Interval, std_interval, wilson
+from diff_encoder_sim.analysis.statistics import Interval, spread, std_interval, wilson
 from diff_encoder_sim.analysis.table3 import Table3Row, table_3
 
 LEVEL = 0.95
@@ -43,12 +43,6 @@ class ComparedCell(NamedTuple):
     trials: int                 # ours
     agreement: Agreement
     errata: List[str]           # keys of paper_errata.ERRATA
-
-    @property
-    def is_in_interval(self) -> Optional[bool]:
-        """Whether the paper's number, taken as exact, lies in our interval; None without one."""
-        interval = self.agreement.interval
-        return interval and bool(interval.low <= self.paper.value <= interval.high)
 
     @property
     def is_compatible(self) -> Optional[bool]:
@@ -109,9 +103,9 @@ def compare_with_paper(dataset: Dataset) -> PaperComparison:
 def compare_std(values: np.ndarray, paper_std: float, quantity: Quantity) -> Optional[Agreement]:
     """By the F-test, which takes errors for Gaussian; None for fewer than two values."""
     from scipy import stats
-    if len(values) < 2:
+    ours = spread(values)
+    if ours is None:
         return None
-    ours = float(np.std(values, ddof=1))
     # What was printed stands for all numbers that round to it: the nearest counts.
     theirs = float(np.clip(ours, max(0.0, paper_std - HALF_A_DIGIT), paper_std + HALF_A_DIGIT))
     interval = std_interval(values, LEVEL)

@@ -10,11 +10,12 @@ from typing import Dict, Iterator, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 
-from diff_encoder_sim.analysis.dataset import IDEAL, Cell, Dataset, TrialData, Varied
+from diff_encoder_sim.analysis.dataset import Cell, Dataset, TrialData, Varied
 from diff_encoder_sim.analysis.paper_cells import (QUANTITIES, Quantity, final_errors,
                                                    with_final_error)
 from diff_encoder_sim.analysis.statistics import (Interval, PairedResult, holm, mcnemar,
                                                   spread_ratio, wilcoxon)
+from diff_encoder_sim.analysis.tables import ppr_head
 from diff_encoder_sim.campaign.row import SOURCES
 
 SIGNIFICANCE = 0.05
@@ -51,7 +52,7 @@ class PprComparison(NamedTuple):
     @property
     def verdict(self) -> str:
         """In words."""
-        result, (more, less) = self.result, map(_name, self.pprs)
+        result, (more, less) = self.result, map(ppr_head, self.pprs)
         nothing = 1.0 if self.question is Question.SPREAD else 0.0
         if not self.is_distinguishable:
             return f'{more} and {less} are not distinguishable with {result.pairs} trials'
@@ -105,10 +106,6 @@ def _answers(first: Sequence[TrialData], second: Sequence[TrialData], source: st
     sizes = [np.abs(values) for values in errors]
     return [(Question.SPREAD, spread_ratio(*errors)), (Question.ERROR, wilcoxon(*sizes)),
             (Question.WITHIN, mcnemar(*(size <= quantity.tolerance for size in sizes)))]
-
-
-def _name(ppr: str) -> str:
-    return 'ideal odometry' if ppr == IDEAL else f'{ppr} PPR'
 
 
 def _swapped(result: PairedResult, question: Question) -> PairedResult:

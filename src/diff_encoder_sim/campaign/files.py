@@ -121,7 +121,10 @@ def _add_map(contents: Dict[str, bytes], path: Path, is_needed: bool) -> str:
 
 
 def _check_robot(path: Path) -> None:
-    expand_xacro(path, {})
+    robot = ElementTree.fromstring(expand_xacro(path, {}))
+    if robot.find('.//collision/geometry/mesh') is not None:
+        raise ConfigError(f'robot: {path} has a mesh as collision shape, which workers would not '
+                          f'have; allowed: box, cylinder, sphere')
     tags = (element.tag for element in ElementTree.parse(str(path)).iter())
     if any(tag.rpartition('}')[2] == 'include' for tag in tags):
         raise ConfigError(f'robot: {path} includes other files, which workers would not have; '

@@ -89,7 +89,7 @@ def _load_tests(params: CampaignParams, folder: Optional[Path],
 
 
 def _load_robot(params: CampaignParams, folder: Path, package_folder: Path) -> Robot:
-    """The robot, if not the package's; its overrides are checked here, where its file has a name."""
+    """The robot; overrides of its own file are checked here, where that file has a name."""
     if not params.robot:
         return Robot(package_folder / 'urdf' / 'alto.urdf.xacro', {})
     robot = load_robot_file(folder / params.robot)
@@ -97,8 +97,8 @@ def _load_robot(params: CampaignParams, folder: Path, package_folder: Path) -> R
         for key in robot.overrides:
             check_key(key)
             if key in params.vary:
-                raise ConfigError(f'{key}: given here, and under vary in the campaign; allowed: one '
-                                  f'of them')
+                raise ConfigError(f'{key}: given here, and under vary in the campaign; allowed: '
+                                  f'one of them')
     return robot
 
 
@@ -111,15 +111,29 @@ def _check_size(params: CampaignParams) -> None:
 
 def _resolve(params: CampaignParams, config: RobotConfig, robot_overrides: Mapping[str, Any]
              ) -> List[Tuple[Varied, RobotParams]]:
-    """Each combination of what is varied, with all parameters; the campaign's come before the robot's."""
+    """Each combination of what is varied, with all parameters; the robot's give way to these."""
     for key in (*params.overrides, *params.vary):
         check_key(key)
-    for key, values in params.vary.items():
-        if key in params.overrides:
+        if key in params.overrides and key in params.vary:
             raise ConfigError(f'{key}: given under set and vary; allowed: one of them')
+    resolved = [(varied, override(config, {**robot_overrides, **params.overrides, **dict(varied)}))
+                for varied in params.combinations()]
+    # Not before: YAML has values, such as dates, that no parameter allows and no text can show.
+    for key, values in params.vary.items():
         _check_unique(key, [text_of(value) for value in values])
-    return [(varied, override(config, {**robot_overrides, **params.overrides, **dict(varied)}))
-            for varied in params.combinations()]
+    for _, robot_params in resolved:
+        _check_joints(robot_params)
+    return resolved
+
+
+def _check_joints(params: RobotParams) -> None:
+    """An encoder on a joint that nobody turns would fail each trial after its first second."""
+    turned = params.simulator.left_joint, params.simulator.right_joint
+    for key in ('left_joint', 'right_joint'):
+        joint = getattr(params.encoder, key)
+        if joint not in turned:
+            raise ConfigError(f'config.{key}: given {joint!r}; allowed: what simulator.left_joint '
+                              f'and simulator.right_joint say: {" or ".join(turned)}')
 
 
 def _collect(params: CampaignParams, tests: Sequence[TestDefinition],

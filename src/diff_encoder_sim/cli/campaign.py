@@ -59,7 +59,8 @@ def _campaign(options: argparse.Namespace, run: RunTrial) -> None:
         progress = progress_on(sys.stderr, len(campaign.jobs()), store.rows)
         with progress, _told(progress):
             unrun = _run_pending(options, campaign, store, progress, run)
-        print(store.finish())
+            table = store.finish()
+        print(table)
         print(_summary(store, progress))
     if unrun:
         sys.exit(_unrun_text(campaign, unrun))

@@ -64,12 +64,13 @@ def main(arguments: Optional[Sequence[str]] = None) -> None:
 
 
 def _reencode(options: argparse.Namespace) -> None:
-    files = _output_files(options.out, options.bag, _pprs(options.ppr))
+    pprs = _pprs(options.ppr)
+    files = _output_files(options.out, options.bag, pprs)
     begin_s = time.perf_counter()
     with open_source(options.bag) as source:
         inputs = _inputs(options, source)
-        _check_coarser(_pprs(options.ppr), inputs.wheels)
-        runs = [WheelsAtPpr(ppr, inputs.encoder, inputs.odometry) for ppr in _pprs(options.ppr)]
+        _check_coarser(pprs, inputs.wheels)
+        runs = [WheelsAtPpr(ppr, inputs.encoder, inputs.odometry) for ppr in pprs]
         try:
             with contextlib.ExitStack() as stack:
                 for run in runs:
@@ -80,7 +81,8 @@ def _reencode(options: argparse.Namespace) -> None:
             if files:
                 _write_new(files[CSV_NAME], csv_table(runs))
         except OSError as error:
-            raise ConfigError(f'{error.filename}: {error.strerror}') from None
+            where = error.filename or options.out or options.bag
+            raise ConfigError(f'{where}: {error.strerror}') from None
         _warn(options.bag, source, inputs, runs, summary)
     _print(inputs, runs, summary, time.perf_counter() - begin_s)
     for path in files.values():
@@ -95,6 +97,9 @@ def _inputs(options: argparse.Namespace, source: BagSource) -> Inputs:
     wheels = find_wheels(options.bag, source, WheelOptions(
         options.joint_states, options.pulses, pulses_ppr or (trial and trial.ppr), options.left,
         options.right), encoder)
+    if pulses_ppr is not None and wheels.ppr is None:
+        raise ConfigError(f'--pulses-ppr: given, but {wheels.topic} has wheel angles; expected '
+                          f'--pulses TOPIC with it, or neither')
     joints = {'left_joint': wheels.joints[0], 'right_joint': wheels.joints[1]}
     return Inputs(options.bag, trial, wheels,
                   find_reference(options.bag, source, options.reference),
@@ -173,7 +178,8 @@ def _output_files(folder: Optional[Path], bag: Path, pprs: Sequence[PerWheel]) -
     """
     if folder is None:
         return {}
-    files = {ppr_label(ppr): folder / f'{bag.stem}_{ppr_label(ppr)}ppr.bag' for ppr in pprs}
+    stem = bag.resolve().stem       # of `.`, too
+    files = {ppr_label(ppr): folder / f'{stem}_{ppr_label(ppr)}ppr.bag' for ppr in pprs}
     files[CSV_NAME] = folder / CSV_NAME
     for path in files.values():
         if path.exists():

@@ -1,6 +1,7 @@
 """What the command-line tools share."""
 from __future__ import annotations
 
+import signal
 import sys
 from pathlib import Path
 from typing import Callable
@@ -14,6 +15,9 @@ def run_tool(name: str, tool: Callable[[], None]) -> None:
         tool()
     except ConfigError as error:
         sys.exit(f'{name}: {error}')
+    except KeyboardInterrupt:
+        print(f'{name}: stopped', file=sys.stderr)
+        sys.exit(128 + signal.SIGINT)
     except BrokenPipeError:
         # The reader (head, less) has gone: nothing more to say, and nothing to say about it.
         sys.stderr.close()

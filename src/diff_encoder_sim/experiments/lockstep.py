@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Iterator, List, NamedTuple, Optional, Union
 
 from diff_encoder_sim.encoder import DiffEncoder
+from diff_encoder_sim.errors import ConfigError
 from diff_encoder_sim.experiments.definition import TrialPlan
 from diff_encoder_sim.experiments.latency import latency_ns
 from diff_encoder_sim.experiments.outcome import Ending, Outcome, RouteFailed, miss
@@ -47,9 +48,12 @@ class LockstepTrial:
                  publications: Optional[Publications] = None) -> None:
         """
         Raises:
-            ConfigError: a file is missing or bad, or a rate does not fit into 10 ms.
+            ConfigError: a file is missing or bad, or the trial is one for the live graph.
         """
         trial = plan.trial
+        if trial.odom != 'encoder' or trial.nav == 'upstream' or plan.slam != 'none':
+            raise ConfigError(f'lockstep: given odom {trial.odom}, nav {trial.nav}, slam '
+                              f'{plan.slam}; allowed: encoder; embedded or scripted; none')
         self._trial = trial
         self._publications = publications or Publications()
         self._simulator = Simulator(plan.world, robot_file, params.simulator,
@@ -63,8 +67,7 @@ class LockstepTrial:
         self._schedule.every(STATES_PERIOD_NS, self._look)
         self._schedule.every(round(NANOSECONDS_PER_SECOND / params.simulator.lidar.rate),
                              self._sweep)
-        self._publications.begin(trial, self._simulator, robot_file)
-        self._pilot = self._make_pilot(plan, params)
+        self._pilot = self._begin(plan, robot_file, params)
         self._reports: List[Report] = []
         self._true_pose = trial.test.start.pose()
         self.distance_m = 0.0                   # that base_link has come along the floor
@@ -106,6 +109,14 @@ class LockstepTrial:
             self.ending = Ending(Outcome.LOST, reason) if reason else Ending(Outcome.SUCCEEDED)
             return
         self._simulator.tick()
+
+    def _begin(self, plan: TrialPlan, robot_file: Union[str, Path], params: RobotParams) -> Pilot:
+        try:
+            self._publications.begin(plan.trial, self._simulator, robot_file)
+            return self._make_pilot(plan, params)
+        except BaseException:       # of a full disk, a bad map: nobody else could free the physics
+            self._simulator.close()
+            raise
 
     def _make_pilot(self, plan: TrialPlan, params: RobotParams) -> Pilot:
         if plan.trial.nav == 'scripted':

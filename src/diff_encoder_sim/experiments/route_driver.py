@@ -1,4 +1,4 @@
-"""Takes a robot along a test's route: goals for the navigator one after another, turns by itself."""
+"""Takes a robot along a test's route: goals for the navigator one by one, turns by itself."""
 from __future__ import annotations
 
 import math

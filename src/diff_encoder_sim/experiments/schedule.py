@@ -1,4 +1,4 @@
-"""Simulated time as a queue of what happens when: parts at their rates, answers after their latency."""
+"""Simulated time as a queue: parts at their rates, answers after their latency."""
 from __future__ import annotations
 
 import heapq

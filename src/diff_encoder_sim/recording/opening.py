@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import contextlib
+import struct
 from pathlib import Path
 from typing import Iterator, Union
 
@@ -12,7 +13,8 @@ from rosbags.typesys import TypesysError
 from diff_encoder_sim.errors import ConfigError
 
 # What rosbags and its decompressors raise where bytes of a bag have changed.
-DAMAGE = (TypesysError, OSError, RuntimeError, ValueError, LookupError, AssertionError)
+DAMAGE = (TypesysError, OSError, RuntimeError, ValueError, LookupError, AssertionError,
+          struct.error, MemoryError)
 
 
 @contextlib.contextmanager
@@ -31,7 +33,7 @@ def open_bag(path: Union[str, Path]) -> Iterator[AnyReader]:
                 reader = opened.enter_context(AnyReader([path]))
             yield reader
     except (AnyReaderError, ReaderError, EOFError) as error:
-        raise ConfigError(f'{path}: not a readable bag: {error}') from None
+        raise ConfigError(f'{path}: not a readable bag: {_in_one_line(error)}') from None
 
 
 @contextlib.contextmanager
@@ -46,5 +48,9 @@ def naming_damage(path: Path) -> Iterator[None]:
     except ConfigError:
         raise
     except DAMAGE as error:
-        raise ConfigError(f'{path}: a damaged bag: {type(error).__name__} {error}; expected it as '
-                          f'it was recorded') from None
+        raise ConfigError(f'{path}: a damaged bag: {type(error).__name__} {_in_one_line(error)}; '
+                          f'expected it as it was recorded') from None
+
+
+def _in_one_line(error: Exception) -> str:
+    return ' '.join(str(error).split())

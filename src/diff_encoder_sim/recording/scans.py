@@ -1,6 +1,7 @@
 """Scans, odometry and the laser's mount out of a bag: what mapping needs."""
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any, Dict, Iterator, List, Tuple
 
@@ -29,7 +30,8 @@ class ScanBag:
             reader: from `open_bag`, for as long as this is used.
 
         Raises:
-            ConfigError: a topic is missing or of another type, or nothing tells where the laser is.
+            ConfigError: a topic is missing or of another type, a pose is not finite, or nothing
+                tells where the laser is.
         """
         self._path, self._reader = path, reader
         self._scan_connections = self._connections(scan_topic, LASER_SCAN)
@@ -75,8 +77,8 @@ class ScanBag:
         frame, pose = laser_frame, IDENTITY
         while frame != base_frame:
             if frame not in fixed:
-                raise ConfigError(f'{self._path}: {topics.TF_STATIC} does not lead from the scans\' '
-                                  f'frame {laser_frame!r} to odometry\'s {base_frame!r}')
+                raise ConfigError(f'{self._path}: {topics.TF_STATIC} does not lead from the '
+                                  f'scans\' frame {laser_frame!r} to odometry\'s {base_frame!r}')
             frame, pose_in_parent = fixed.pop(frame)    # popped, so that a circle ends
             pose = pose_in_parent.compose(pose)
         return pose
@@ -99,7 +101,11 @@ class ScanBag:
             yaw_rad = yaw_from_quat_xyzw(rotation.x, rotation.y, rotation.z, rotation.w)
         except ValueError as error:
             raise ConfigError(f'{self._path}: {topic}: {error}') from None
-        return Pose2D(float(position.x), float(position.y), yaw_rad)
+        x_m, y_m = float(position.x), float(position.y)
+        if not (math.isfinite(x_m) and math.isfinite(y_m)):
+            raise ConfigError(f'{self._path}: {topic}: no position: ({x_m}, {y_m}); expected '
+                              f'finite numbers')
+        return Pose2D(x_m, y_m, yaw_rad)
 
 
 def _stamp_ns(message: Any) -> int:

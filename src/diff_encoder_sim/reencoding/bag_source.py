@@ -5,8 +5,7 @@ import contextlib
 from pathlib import Path
 from typing import Collection, Iterator, Union
 
-from rosbags.highlevel import AnyReader, AnyReaderError
-from rosbags.rosbag2 import ReaderError
+from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
 from diff_encoder_sim.errors import ConfigError
@@ -48,16 +47,19 @@ def open_source(path: Path) -> Iterator[BagSource]:
     """
     if not path.exists():
         raise ConfigError(f'{path}: no such bag')
-    try:
-        if path.is_file() and _beginning(path) == MAGIC:
-            yield _not_empty(path, Ros1Stream(path))
-            return
-        # Older recorders leave the definitions out; nothing is made of them here, either.
-        with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
-            yield _not_empty(path, Ros2Stream(reader))
-    except (AnyReaderError, ReaderError, FileNotFoundError) as error:
-        raise ConfigError(f'{path}: not a readable bag: {" ".join(str(error).split())}; expected a '
-                          f'file of ROS 1, or a folder, .db3 or .mcap of ROS 2') from None
+    if path.is_file() and _beginning(path) == MAGIC:
+        yield _not_empty(path, Ros1Stream(path))
+        return
+    with contextlib.ExitStack() as opened:
+        try:
+            # Older recorders leave the definitions out; nothing is made of them here, either.
+            reader = opened.enter_context(AnyReader(
+                [path], default_typestore=get_typestore(Stores.ROS2_HUMBLE)))
+        except Exception as error:  # as for messages; where sizes are damaged, of memory, too
+            why = ' '.join(str(error).split()) or type(error).__name__
+            raise ConfigError(f'{path}: not a readable bag: {why}; expected a file of ROS 1, or a '
+                              f'folder, .db3 or .mcap of ROS 2') from None
+        yield _not_empty(path, Ros2Stream(reader))
 
 
 def _beginning(path: Path) -> bytes:

@@ -118,7 +118,7 @@ class Ros1Stream:
                 file.seek(length, os.SEEK_CUR)
                 continue
             # A recorder that is killed leaves its last chunk with a length of 0.
-            data = file.read(length or size)
+            data = file.read(min(length or size, size))
             if len(data) != length:
                 self.fault = f'torn in the chunk at byte {begins_at}'
             yield self._uncompressed(fields.get(b'compression', b''), data, begins_at)

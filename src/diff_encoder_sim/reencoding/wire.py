@@ -29,6 +29,8 @@ _WITH_CHILD_FRAME = (ODOMETRY, TRANSFORM_STAMPED)
 # Before the header's frame stand its stamp and, of four bytes, ROS 1's seq or CDR's representation.
 _STAMP_AT, _FRAME_AT = 4, 12
 _CDR_BEGIN = 4
+# No robot comes so far; squares of more may not be finite.
+_FARTHEST_M = 1e9
 _LENGTH, _STAMP, _POSE = struct.Struct('<I'), struct.Struct('<2I'), struct.Struct('<7d')
 
 
@@ -81,11 +83,12 @@ class JointDecoder:
     def _learn(self, raw: bytes) -> None:
         fields = _Fields(raw, self._is_cdr)
         fields.header()
-        self._names = tuple(fields.text() for _ in range(fields.length()))
-        self._values_at = fields.place(_LENGTH.size)
+        names = tuple(fields.text() for _ in range(fields.length()))
+        values_at = fields.place(_LENGTH.size)
         fields.length()
-        self._first_value_at = fields.place(8)
-        self._beginning = raw[_FRAME_AT:self._values_at]
+        # All at once, so that nothing of a torn message is taken for the next one's.
+        self._names, self._beginning = names, raw[_FRAME_AT:values_at]
+        self._values_at, self._first_value_at = values_at, fields.place(8)
 
 
 def decode_pose(message_type: str, raw: bytes, is_cdr: bool) -> StampedPose:
@@ -156,6 +159,6 @@ class _Fields:
             pose = Pose2D(x_m, y_m, yaw_from_quat_xyzw(*quat_xyzw))
         except ValueError as error:
             raise InputFault(str(error)) from None
-        if not math.isfinite(x_m + y_m):
+        if not math.hypot(x_m, y_m) <= _FARTHEST_M:
             raise InputFault(f'no position: ({x_m}, {y_m})')
         return StampedPose(stamp_ns, parent_frame.lstrip('/'), child_frame.lstrip('/'), pose)

@@ -1,4 +1,4 @@
-"""PyBullet, imported without the line that it prints: tools print results where that line goes."""
+"""PyBullet, imported without the line that it prints into tools' results and progress bars."""
 from __future__ import annotations
 
 import contextlib
@@ -8,23 +8,32 @@ import sys
 from typing import Iterator
 
 
+# Which of the two it goes to depends on PyBullet's version.
+STDOUT, STDERR = 1, 2
+
+
 @contextlib.contextmanager
-def _silent_stdout() -> Iterator[None]:
+def _silence(*descriptors: int) -> Iterator[None]:
     """Of C as well: the line comes from printf, which sys.stdout knows nothing of."""
     sys.stdout.flush()
+    sys.stderr.flush()
     flush_c = ctypes.CDLL(None).fflush
     flush_c(None)
-    kept = os.dup(1)
+    kept = [os.dup(descriptor) for descriptor in descriptors]
     nowhere = os.open(os.devnull, os.O_WRONLY)
     try:
-        os.dup2(nowhere, 1)
+        for descriptor in descriptors:
+            os.dup2(nowhere, descriptor)
         yield
     finally:
         flush_c(None)
-        os.dup2(kept, 1)
-        os.close(kept)
+        for descriptor, copy in zip(descriptors, kept):
+            os.dup2(copy, descriptor)
+            os.close(copy)
         os.close(nowhere)
 
 
-with _silent_stdout():
-    import pybullet  # noqa: F401  (what this module is for)
+with _silence(STDOUT, STDERR):
+    import pybullet
+
+__all__ = ['pybullet']

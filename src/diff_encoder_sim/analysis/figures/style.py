@@ -28,7 +28,6 @@ STYLE: Dict[str, Any] = {
     'svg.fonttype': 'none', 'svg.hashsalt': 'diff_encoder_sim'}
 
 TOLERANCE_COLOUR = '0.35'
-TRUTH_COLOUR = '0.1'
 
 # Where in viridis, which runs from dark to light and so can be told in grey, coarse encoders begin
 # and fine ones end; its yellow end is too pale for points on white.
