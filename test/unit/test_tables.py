@@ -131,8 +131,8 @@ def test_files_of_a_dataset(tmp_path):
     paths = write_tables(synthetic_dataset(trials=3), tmp_path / 'analysis' / 'tables')
     names = ['table3', *(name + more for name in ('table4', 'table5', 'table6', 'table6_amcl')
                          for more in ('', '_intervals'))]
-    assert sorted(path.name for path in paths) == sorted(f'{name}.{suffix}' for name in names
-                                                         for suffix in ('csv', 'md', 'tex'))
+    assert sorted(path.name for path in paths) == sorted(['comparisons.csv', *(
+        f'{name}.{suffix}' for name in names for suffix in ('csv', 'md', 'tex'))])
     assert all(path.stat().st_size > 0 for path in paths)
 
 

@@ -13,17 +13,19 @@ from typing import Dict, List, NamedTuple, Optional, Sequence
 import numpy as np
 
 from diff_encoder_sim.analysis.dataset import (IDEAL, TOPIC_OF_SOURCE, Cell, Dataset, TrialData,
-                                               Varied, ppr_order, ppr_value)
+                                               ppr_order, ppr_value)
 from diff_encoder_sim.analysis.paper_cells import (QUANTITIES, X, YAW, Quantity, count_within,
                                                    final_errors, with_final_error)
+from diff_encoder_sim.analysis.path_tables import path_error_table
 from diff_encoder_sim.analysis.statistics import (bootstrap_std_interval, mean_interval, spread,
                                                   std_interval, wilson)
 from diff_encoder_sim.analysis.table3 import pulse_accuracy
 from diff_encoder_sim.analysis.table_files import (Column, Entry, Label, Number, Table,
-                                                   write_table)
+                                                   csv_text, write_table)
+from diff_encoder_sim.analysis.table_keys import (LEVEL, cell_head, ppr_head, varied_keys,
+                                                  varied_values)
 from diff_encoder_sim.experiments.outcome import Outcome
 
-LEVEL = 0.95
 BOOTSTRAP_SEED = 0      # equal data, equal intervals
 
 # The paper's tables and their sources; it has none of /amcl_pose.
@@ -54,18 +56,25 @@ def write_tables(dataset: Dataset, folder: Path) -> List[Path]:
     Raises:
         OSError: a file cannot be written.
     """
+    # Imported here: comparisons name encoders as this module does.
+    from diff_encoder_sim.analysis.comparison_table import comparison_table
     folder.mkdir(parents=True, exist_ok=True)
-    return [path for table in all_tables(dataset) for path in write_table(table, folder)]
+    paths = [path for table in all_tables(dataset) for path in write_table(table, folder)]
+    # Hundreds of rows: nobody reads them on paper.
+    comparisons = folder / 'comparisons.csv'
+    comparisons.write_bytes(csv_text(comparison_table(dataset)).encode('utf-8'))
+    return [*paths, comparisons]
 
 
 def all_tables(dataset: Dataset) -> List[Table]:
-    """Tables 3 to 6 of a dataset, and the intervals of 4 to 6."""
+    """Tables 3 to 6 of a dataset, the intervals of 4 to 6, and errors on the way if known."""
     labels = _labels(dataset)
     pprs = [value for value in map(ppr_value, labels) if value is not None]
     tables = [accuracy_table(pprs, *dataset.robot)]
     for name in TABLES:
         tables += [goal_table(dataset, name), interval_table(dataset, name)]
-    return tables
+    on_the_way = path_error_table(dataset)
+    return tables if on_the_way is None else [*tables, on_the_way]
 
 
 def accuracy_table(pprs: Sequence[float], wheel_diameter_m: float,
@@ -94,7 +103,7 @@ def goal_table(dataset: Dataset, name: str) -> Table:
         name: of `TABLES`.
     """
     source, labels, cells = TABLES[name], _labels(dataset), dataset.cells()
-    keys = _varied_keys(dataset)
+    keys = varied_keys(dataset)
     columns = [Column('test', 'test'), *(Column(key, key) for key in keys),
                Column('statistic', 'statistic')]
     columns += [Column(f'{_ppr_name(label)}_{quantity.name}', _quantity_head(quantity),
@@ -104,7 +113,7 @@ def goal_table(dataset: Dataset, name: str) -> Table:
         numbers = {label: cell_statistics(cells.get(Cell(test, label, varied), []), source)
                    for label in labels}
         for statistic in STATISTICS:
-            rows.append([test, *_values(varied, keys), statistic.label, *(
+            rows.append([test, *varied_values(varied, keys), statistic.label, *(
                 _number(numbers[label][quantity], statistic, quantity)
                 for label in labels for quantity in QUANTITIES)])
     return Table(name, _title(name), columns, rows, _goal_notes(dataset, source))
@@ -131,7 +140,7 @@ def _statistics(values: np.ndarray, quantity: Quantity) -> Dict[str, Optional[fl
 
 def interval_table(dataset: Dataset, name: str) -> Table:
     """The 95 % intervals of one of `TABLES`: a row for each test, PPR and quantity."""
-    source, keys = TABLES[name], _varied_keys(dataset)
+    source, keys = TABLES[name], varied_keys(dataset)
     columns = [Column('test', 'test'), *(Column(key, key) for key in keys), Column('ppr', 'PPR'),
                Column('quantity', 'error'), Column('trials', 'trials'),
                *_columns_with_interval('mean'), *_columns_with_interval('std', 'std. dev.'),
@@ -139,7 +148,7 @@ def interval_table(dataset: Dataset, name: str) -> Table:
                Column('std_bootstrap_high', 'to', 'std. dev., bootstrap'),
                *_columns_with_interval('pct_within', '% within')]
     rows: List[List[Entry]] = [
-        [cell.test, *_values(cell.varied, keys), cell.ppr,
+        [cell.test, *varied_values(cell.varied, keys), cell.ppr,
          Label(quantity.name, _quantity_head(quantity)),
          *_estimates(final_errors(trials, source, quantity), quantity)]
         for cell, trials in dataset.cells().items() for quantity in QUANTITIES]
@@ -167,11 +176,6 @@ def _estimates(values: np.ndarray, quantity: Quantity) -> List[Entry]:
             *(Number(value, PERCENT_DECIMALS) for value in (numbers['pct_within'], *shares))]
 
 
-def ppr_head(label: str) -> str:
-    """An encoder for people."""
-    return 'ideal odometry' if label == IDEAL else f'{label} PPR'
-
-
 def _quantity_head(quantity: Quantity) -> str:
     return f'{quantity.axis} [{quantity.unit}]'
 
@@ -183,14 +187,6 @@ def _ppr_name(label: str) -> str:
 def _labels(dataset: Dataset) -> List[str]:
     """The dataset's encoders, ascending."""
     return sorted({trial.ppr for trial in dataset.trials}, key=ppr_order)
-
-
-def _varied_keys(dataset: Dataset) -> List[str]:
-    return list(dict.fromkeys(key for trial in dataset.trials for key, _ in trial.varied))
-
-
-def _values(varied: Varied, keys: Sequence[str]) -> List[str]:
-    return [dict(varied).get(key, '') for key in keys]
 
 
 def _number(numbers: Dict[str, Optional[float]], statistic: Statistic,
@@ -217,12 +213,6 @@ def _goal_notes(dataset: Dataset, source: str) -> List[str]:
             notes.append(f'{cell_head(cell)}: {endings[Outcome.SUCCEEDED.value]} of {len(trials)} '
                          f'trials succeeded{_listed(failed)}; {left_out} without a final pose.')
     return notes
-
-
-def cell_head(cell: Cell) -> str:
-    """A cell for people."""
-    varied = ''.join(f', {key} {value}' for key, value in cell.varied)
-    return f'{cell.test}, {ppr_head(cell.ppr)}{varied}'
 
 
 def _listed(texts: Sequence[str]) -> str:

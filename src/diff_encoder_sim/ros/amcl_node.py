@@ -12,6 +12,7 @@ from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
 from nav_msgs.srv import SetMap, SetMapRequest, SetMapResponse
 from pydantic import Field
 from sensor_msgs.msg import LaserScan
+from std_msgs.msg import Header
 from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 from tf2_msgs.msg import TFMessage
 
@@ -22,7 +23,8 @@ from diff_encoder_sim.localization.particles import check_covariance, check_pose
 from diff_encoder_sim.localization.warm_up import warm_up
 from diff_encoder_sim.ros.amcl_output import AmclOutput
 from diff_encoder_sim.ros.conversions import (ns_from_stamp, pose_covariance_from_message,
-                                              pose_from_message, pose_from_transform)
+                                              pose_from_message, pose_from_transform,
+                                              stamp_from_ns)
 from diff_encoder_sim.ros.map_client import fetch_map
 from diff_encoder_sim.ros.map_conversions import grid_from_message
 from diff_encoder_sim.ros.node import (compile_first, log, node_params, publisher, run_node,
@@ -64,6 +66,8 @@ class AmclNode:
         self._buffer = tf2_ros.Buffer(rospy.Duration(30.0))
         self._listener = tf2_ros.TransformListener(self._buffer, tcp_nodelay=True)
         self._undelayed = publisher('/tf', TFMessage)
+        # Whoever sends the scans can wait for it: upstream says nothing of most of them.
+        self._taken = publisher('~scan_taken', Header)
         self._output = AmclOutput(self._params)
         self._queue = ScanQueue(rospy.resolve_name('scan'), self._buffer,
                                 self._params.base_frame_id, self._params.odom_frame_id,
@@ -156,6 +160,7 @@ class AmclNode:
     def _localize(self, scan: Scan, odom_pose: Pose2D, laser_pose: Pose2D) -> None:
         estimate = self._amcl.update(odom_pose, scan, laser_pose)
         self._output.tell(self._amcl, scan.stamp_ns, odom_pose, estimate)
+        self._taken.publish(Header(stamp=stamp_from_ns(scan.stamp_ns)))
 
     def _on_silence(self, _: rospy.timer.TimerEvent) -> None:
         if not self._has_heard:

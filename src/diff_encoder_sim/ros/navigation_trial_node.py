@@ -50,7 +50,7 @@ class NavigationTrialNode:
         """Blocks until the trial is over."""
         heard = ['/scan', '/amcl_pose', '/map']
         if self._runner.trial.nav != 'upstream':
-            heard.append(f'/{ACTION}/status')
+            heard += [f'/{ACTION}/status', '/amcl/scan_taken']
             self._may_drive.set()
         self._runner.run(self._drive, heard)
 
