@@ -15,7 +15,7 @@ from diff_encoder_sim.analysis.paper_cells import (QUANTITIES, Quantity, final_e
                                                    with_final_error)
 from diff_encoder_sim.analysis.statistics import (Interval, PairedResult, holm, mcnemar,
                                                   spread_ratio, wilcoxon)
-from diff_encoder_sim.analysis.tables import ppr_head
+from diff_encoder_sim.analysis.table_keys import ppr_head
 from diff_encoder_sim.campaign.row import SOURCES
 
 SIGNIFICANCE = 0.05

@@ -12,6 +12,7 @@ from typing import Dict, List, NamedTuple, Optional, Sequence
 
 import numpy as np
 
+from diff_encoder_sim.analysis.comparison_table import comparison_table
 from diff_encoder_sim.analysis.dataset import (IDEAL, TOPIC_OF_SOURCE, Cell, Dataset, TrialData,
                                                ppr_order, ppr_value)
 from diff_encoder_sim.analysis.paper_cells import (QUANTITIES, X, YAW, Quantity, count_within,
@@ -56,8 +57,6 @@ def write_tables(dataset: Dataset, folder: Path) -> List[Path]:
     Raises:
         OSError: a file cannot be written.
     """
-    # Imported here: comparisons name encoders as this module does.
-    from diff_encoder_sim.analysis.comparison_table import comparison_table
     folder.mkdir(parents=True, exist_ok=True)
     paths = [path for table in all_tables(dataset) for path in write_table(table, folder)]
     # Hundreds of rows: nobody reads them on paper.

@@ -17,7 +17,7 @@ from diff_encoder_sim.analysis.errors import poses_in_map
 from diff_encoder_sim.analysis.figures import style
 from diff_encoder_sim.analysis.figures.setups import map_of
 from diff_encoder_sim.analysis.figures.variants import Variant
-from diff_encoder_sim.analysis.tables import ppr_head
+from diff_encoder_sim.analysis.table_keys import ppr_head
 from diff_encoder_sim.experiments.definition import Trial
 from diff_encoder_sim.experiments.outcome import Outcome
 from diff_encoder_sim.mapping.occupancy_grid import OCCUPIED, UNKNOWN, OccupancyGrid

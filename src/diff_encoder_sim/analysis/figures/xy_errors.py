@@ -14,7 +14,7 @@ from diff_encoder_sim.analysis.dataset import TrialData
 from diff_encoder_sim.analysis.figures import style
 from diff_encoder_sim.analysis.figures.variants import Variant
 from diff_encoder_sim.analysis.paper_cells import X, Y, final_errors
-from diff_encoder_sim.analysis.tables import ppr_head
+from diff_encoder_sim.analysis.table_keys import ppr_head
 
 MOST_ABREAST = 5
 LEAST_ABREAST = 3       # as wide as three, fewer panels stay

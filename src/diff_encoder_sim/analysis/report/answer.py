@@ -14,7 +14,7 @@ from diff_encoder_sim.analysis.dataset import IDEAL, Cell, Dataset, TrialData, V
 from diff_encoder_sim.analysis.paper_cells import (QUANTITIES, X, Y, YAW, Quantity, final_errors,
                                                    with_final_error)
 from diff_encoder_sim.analysis.statistics import Interval, wilson
-from diff_encoder_sim.analysis.tables import ppr_head
+from diff_encoder_sim.analysis.table_keys import ppr_head
 
 LEVEL = 0.95
 

@@ -11,7 +11,7 @@ from diff_encoder_sim.analysis.figures.spread import closed_form_std, odometry_m
 from diff_encoder_sim.analysis.paper_cells import QUANTITIES
 from diff_encoder_sim.analysis.statistics import std_interval
 from diff_encoder_sim.analysis.table_files import Column, Entry, Table
-from diff_encoder_sim.analysis.tables import LEVEL, cell_head
+from diff_encoder_sim.analysis.table_keys import LEVEL, cell_head
 
 # Spreads run over three decades: few millimetres are many.
 SCALED = {'m': ('mm', 1e3), 'deg': ('deg', 1.0)}
