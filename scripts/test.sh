@@ -24,8 +24,11 @@ main() {
   trap 'rm -rf "$reports"' EXIT
   check_package
   # Beside each other: rostests wait most of the time.
-  check_core_on_python38 >"$reports/python38.log" 2>&1 &
-  local core_on_python38=$!
+  set -m      # a process group of its own, to be ended with this script
+  check_core_on_python38 >"$reports/python38.log" 2>&1 </dev/null &
+  core_on_python38=$!
+  set +m
+  trap 'kill -- "-$core_on_python38" 2>/dev/null || true; rm -rf "$reports"' EXIT
   check_everything_here
   say "waiting for Python 3.8"
   wait "$core_on_python38" || true
