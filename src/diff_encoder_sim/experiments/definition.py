@@ -28,8 +28,11 @@ class PoseParams(Params):
 class Segment(Params):
     """One leg of a scripted drive: a straight line or turns in place."""
 
-    straight: Optional[float] = Field(None, description='[m], negative is backwards')
-    turns: Optional[float] = Field(None, description='full turns, counter-clockwise')
+    # A mistyped number must not drive for hours: a script has no time limit.
+    straight: Optional[float] = Field(None, ge=-1000.0, le=1000.0,
+                                      description='[m], negative is backwards')
+    turns: Optional[float] = Field(None, ge=-1000.0, le=1000.0,
+                                   description='full turns, counter-clockwise')
 
     @model_validator(mode='after')
     def _check_one_motion(self) -> Segment:

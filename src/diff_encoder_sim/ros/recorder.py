@@ -59,6 +59,14 @@ class Recorder:
                 bag.close()
                 os.replace(str(self._unfinished), str(self._path))
 
+    def discard(self) -> None:
+        """Leave no bag, as nothing in it is of use."""
+        with self._lock:
+            bag, self._bag = self._bag, None
+            if bag is not None:
+                bag.close()
+                self._unfinished.unlink()
+
     def _write(self, message: genpy.Message, topic: str) -> None:
         self.last_heard_s = time.monotonic()
         header = message._connection_header  # rospy's own name for what the publisher said

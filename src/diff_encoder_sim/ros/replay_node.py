@@ -66,8 +66,12 @@ class ReplayNode:
 
     def run(self) -> None:
         """Blocks until the drive is over."""
-        self._wait_for_listeners()
-        self._play()
+        try:
+            self._wait_for_listeners()
+            self._play()
+        except ConfigError:
+            self._recorder.discard()
+            raise
         while time.monotonic() - self._recorder.last_heard_s < QUIET_S:
             time.sleep(POLL_PERIOD_S)
         self._recorder.finish()
