@@ -141,7 +141,8 @@ def test_a_mistake_on_the_command_line_is_not_blamed_on_the_file(tmp_path, repla
     ({'vary': {NOISE: [0.1, 0.1]}}, 'simulator.lidar.noise: given 0.1 2 times; allowed: once'),
     ({'vary': {NOISE: [0.1, 'much']}}, "lidar.noise: given 'much'"),
     ({'vary': {NOISE: [datetime.date(2020, 1, 1)]}}, 'lidar.noise: given datetime'),
-    ({'vary': {NOISE: [b'much']}}, "lidar.noise: given b'much'"), ({'vary': {NOISE: [{1, 2}]}}, 'noise: given {1, 2}'),
+    # Where ROS is imported, PyYAML reads !!binary as a class of xmlrpc's.
+    ({'vary': {NOISE: [b'much']}}, 'lidar.noise: given'), ({'vary': {NOISE: [{1, 2}]}}, 'noise: given {1, 2}'),
     ({'vary': {NOISE: [0.1]}, 'set': {NOISE: 0.2}}, 'given under set and vary; allowed: one of them'),
     ({'vary': {NOISE: [n / 1e5 for n in range(9999)]}}, 'given 39996 cells of 2 trials'),
     ({'vary': {NOISE: list(range(1000)), MODULUS: list(range(1000)), 'amcl.kld_err': [1] * 1000}},

@@ -11,14 +11,17 @@ import rospy
 POLL_PERIOD_S = 0.1
 
 
-def unheard(topics: Iterable[str]) -> List[str]:
-    """Topics that nobody publishes, or that a registered subscriber is not yet connected to."""
+def unheard(topics: Iterable[str], if_published: Iterable[str] = ()) -> List[str]:
+    """Topics that nobody publishes, or that a registered subscriber is not yet connected to.
+
+    Of `if_published` it does not matter whether somebody publishes them.
+    """
     master = rosgraph.Master(rospy.get_name())
     publishers, subscribers, _ = master.getSystemState()
     publishers_of, subscribers_of = dict(publishers), dict(subscribers)
     links: Dict[str, Set[Tuple[str, str]]] = {}
     missing = []
-    for topic in topics:
+    for topic in (*topics, *(topic for topic in if_published if topic in publishers_of)):
         for node in publishers_of.get(topic, []):
             if node not in links:
                 links[node] = _outbound_links(master.lookupNode(node))
@@ -30,12 +33,13 @@ def unheard(topics: Iterable[str]) -> List[str]:
     return missing
 
 
-def wait_until_heard(topics: Iterable[str], timeout_s: float) -> List[str]:
+def wait_until_heard(topics: Iterable[str], if_published: Iterable[str],
+                     timeout_s: float) -> List[str]:
     """Wait, by the wall clock, until `unheard` is empty; returns what is left at the timeout."""
     deadline_s = time.monotonic() + timeout_s
     while True:
         try:
-            missing = unheard(topics)
+            missing = unheard(topics, if_published)
         except (OSError, rosgraph.MasterException) as error:  # a node that is going or coming
             missing = [str(error)]
         if not missing or time.monotonic() > deadline_s or rospy.is_shutdown():

@@ -30,6 +30,9 @@ POLL_PERIOD_S = 0.1
 GRAPH = ('/clock', '/joint_states', '/gazebo/model_states', topics.TRIAL, topics.TRIAL_RESULT,
          topics.ODOM, topics.WORLD_POSE, topics.GLOBAL_POSE, '/cmd_vel', '/tf', '/tf_static')
 
+# Of what else is recorded nothing must be missed either, as far as the trial has it.
+ALSO_RECORDED = tuple(topic for topic in topics.RECORDED if topic not in GRAPH)
+
 
 class TrialParams(Params):
     """Parameters of every node that runs a trial."""
@@ -102,7 +105,8 @@ class TrialRunner:
             time.sleep(POLL_PERIOD_S)
 
     def _start(self, also_heard: Sequence[str]) -> None:
-        missing = wait_until_heard((*GRAPH, *also_heard), self._params.start_timeout)
+        missing = wait_until_heard((*GRAPH, *also_heard), ALSO_RECORDED,
+                                   self._params.start_timeout)
         if rospy.is_shutdown():
             raise TrialFailed('stopped before it began')
         if missing:
