@@ -15,7 +15,6 @@ from checkout import ROOT, print_header
 from diff_encoder_sim.experiments.definition import Trial, TrialPlan, find_world, load_test
 from diff_encoder_sim.experiments.lockstep import LockstepTrial, Report
 from diff_encoder_sim.experiments.robot_params import load_robot_params
-from diff_encoder_sim.experiments.route_driver import RouteFailed
 from diff_encoder_sim.se2 import Pose2D
 from tabulate import tabulate
 
@@ -46,15 +45,10 @@ def run_trial(cell: Tuple[str, int, int]) -> Result:
                                  nav='embedded'),
                      world=str(world), map=str(world.with_suffix('.yaml')), bag='')
     loop = LockstepTrial(plan, ROBOT, load_robot_params(CONFIG))
-    begin_s, failure, reports = time.perf_counter(), '', []
-    try:
-        for report in loop.run():
-            reports.append(report)
-    except RouteFailed as error:
-        failure = str(error)
+    begin_s, reports = time.perf_counter(), list(loop.run())
     last, goal = reports[-1], plan.trial.goal()
     believed = last.believed_pose_in_map
-    return Result(failure, last.stamp_ns * 1e-9, time.perf_counter() - begin_s,
+    return Result(loop.ending.reason, last.stamp_ns * 1e-9, time.perf_counter() - begin_s,
                   believed and believed.relative_to(goal), last.true_pose_in_map.relative_to(goal),
                   _nees(reports))
 
