@@ -7,6 +7,8 @@ from typing import List, NamedTuple, Tuple
 from diff_encoder_sim.experiments.definition import Segment, SpeedLimits, TestDefinition
 
 PAUSE_BETWEEN_SEGMENTS_S = 0.5
+COMMAND_PERIOD_S = 0.05
+SETTLING_S = 1.0          # at rest, before a result counts
 
 
 class Trapezoid(NamedTuple):
@@ -54,6 +56,14 @@ class ScriptedDrive:
             self._legs.append((start_s, linear, angular))
             start_s += max(linear.duration_s, angular.duration_s) + PAUSE_BETWEEN_SEGMENTS_S
         self.duration_s = start_s
+
+    def command_at(self, elapsed_s: float) -> Tuple[float, float]:
+        """What holds from a time since the start for a period: as `command`."""
+        return self.command(elapsed_s, elapsed_s + COMMAND_PERIOD_S)
+
+    def is_over(self, elapsed_s: float) -> bool:
+        """Whether the robot has been at rest for long enough."""
+        return elapsed_s > self.duration_s + SETTLING_S
 
     def command(self, from_s: float, to_s: float) -> Tuple[float, float]:
         """Mean linear [m/s] and angular [rad/s] velocity between two times since the start.

@@ -21,11 +21,8 @@ from diff_encoder_sim.localization.amcl import AmclEstimate
 from diff_encoder_sim.navigation.outcome import Command, NavigatorOutput
 from diff_encoder_sim.odometry import OdometryEstimate, WheelOdometry
 from diff_encoder_sim.se2 import IDENTITY, Pose2D
-from diff_encoder_sim.simulation.simulator import TICK_NS, Simulator
+from diff_encoder_sim.simulation.simulator import STATES_PERIOD_NS, TICK_NS, Simulator
 from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
-
-# Of /gazebo/model_states, and of /world_pose that is made from it.
-STATES_PERIOD_NS = 50_000_000
 
 WORLD_POSE_IN_MAP = IDENTITY
 

@@ -24,10 +24,6 @@ from diff_encoder_sim.se2 import IDENTITY, Pose2D, interpolate
 from diff_encoder_sim.seeds import generator
 from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
 
-# As the live scripted_drive_node has them.
-SCRIPT_PERIOD_S = 0.05
-SETTLING_S = 1.0
-
 # At a time [ns]; whether it is the navigator's.
 SendCommand = Callable[[int, Command, bool], None]
 
@@ -66,9 +62,8 @@ class ScriptedPilot:
     def take_true_time(self, now_ns: int) -> None:
         """Send the command for the period that begins."""
         elapsed_s = now_ns / NANOSECONDS_PER_SECOND
-        self._send(now_ns, Command(*self._drive.command(elapsed_s, elapsed_s + SCRIPT_PERIOD_S)),
-                   False)
-        self.is_over = elapsed_s > self._drive.duration_s + SETTLING_S
+        self._send(now_ns, Command(*self._drive.command_at(elapsed_s)), False)
+        self.is_over = self._drive.is_over(elapsed_s)
 
     def take_scan(self, scan: Scan) -> None:
         """Nobody looks at it."""

@@ -5,13 +5,12 @@ import math
 from typing import List, NamedTuple, Optional, Union
 
 from diff_encoder_sim.experiments.definition import Leg, TestDefinition
+from diff_encoder_sim.experiments.drives import SETTLING_S
 from diff_encoder_sim.experiments.outcome import Outcome, RouteFailed
 from diff_encoder_sim.experiments.turning import TurnInPlace
 from diff_encoder_sim.navigation.outcome import GoalStatus
 from diff_encoder_sim.se2 import Pose2D
 from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
-
-SETTLING_S = 1.0          # at rest, before the result counts
 
 
 class Destination(NamedTuple):

@@ -18,11 +18,9 @@ from diff_encoder_sim.ros.trial_runner import TrialFailed, TrialParams, TrialRun
 from diff_encoder_sim.se2 import Pose2D
 from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
 
-COMMAND_PERIOD_S = 0.05
 # What must be connected before time runs, by `slam`; of the embedded one time waits for the pose.
 TOPICS_OF_MAPPERS = {'embedded': ('/scan', '/map', '/slam_gmapping/pose'),
                      'upstream': ('/scan', '/map')}
-SETTLING_S = 1.0          # of simulated time, at rest, before the result counts
 
 
 class ScriptedDriveNode:
@@ -62,9 +60,9 @@ class ScriptedDriveNode:
         if self._start_ns is None or stamp_ns < self._start_ns:  # time was reset: from the top
             self._start_ns = stamp_ns
         elapsed_s = (stamp_ns - self._start_ns) / NANOSECONDS_PER_SECOND
-        linear_mps, angular_radps = self._drive.command(elapsed_s, elapsed_s + COMMAND_PERIOD_S)
+        linear_mps, angular_radps = self._drive.command_at(elapsed_s)
         self._commands.publish(Twist(Vector3(linear_mps, 0, 0), Vector3(0, 0, angular_radps)))
-        if elapsed_s > self._drive.duration_s + SETTLING_S:
+        if self._drive.is_over(elapsed_s):
             self._finished.set()
 
     def _broadcast_start(self, params: TrialParams) -> None:

@@ -21,10 +21,10 @@ from diff_encoder_sim.ros.node import log, node_params, publisher, run_node, sub
 from diff_encoder_sim.ros.pacing import LONGEST_WAIT_S, GraphPacer, WallPacer
 from diff_encoder_sim.ros.simulated_models import SimulatedModels
 from diff_encoder_sim.ros.trial_plan import trial_plan
-from diff_encoder_sim.simulation.simulator import TICK_NS, Simulator, SimulatorParams
+from diff_encoder_sim.simulation.simulator import (STATES_PERIOD_NS, TICK_NS, Simulator,
+                                                   SimulatorParams)
 from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
 
-MODEL_STATES_PERIOD_NS = 50_000_000
 PAUSED_CLOCK_PERIOD_S = 0.05
 
 # The odometry's period, and how far physics may run ahead of it.
@@ -134,7 +134,7 @@ class SimulatorNode:
     def _publish(self) -> None:
         self._publish_clock()
         self._joint_states.publish(joint_state_message(self._simulator.joint_states()))
-        if self._simulator.time_ns % MODEL_STATES_PERIOD_NS == 0:
+        if self._simulator.time_ns % STATES_PERIOD_NS == 0:
             self._models.publish()
         if self._simulator.time_ns % self._scan_period_ns == 0:
             self._scans.publish(scan_message(self._simulator.scan(), self._scan_frame,

@@ -22,6 +22,9 @@ from diff_encoder_sim.simulation.world import load_world
 
 TICK_NS = round(TICK_S * 1e9)
 
+# Of /gazebo/model_states, and of the true pose that is made from it.
+STATES_PERIOD_NS = 50_000_000
+
 
 class SimulatorParams(Params):
     """Everything about the simulated robot that a user can set."""
