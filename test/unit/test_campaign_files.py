@@ -9,7 +9,7 @@ import pytest
 import yaml
 from campaign_files import ROOT, package_copy
 
-from diff_encoder_sim.campaign import atomic
+from diff_encoder_sim import atomic
 from diff_encoder_sim.campaign.files import collect
 from diff_encoder_sim.errors import ConfigError
 from diff_encoder_sim.experiments.definition import load_test

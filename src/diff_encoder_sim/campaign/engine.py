@@ -13,7 +13,7 @@ from typing import Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple, 
 
 from distributed import Client, Future, KilledWorker
 
-from diff_encoder_sim.campaign.atomic import write_file
+from diff_encoder_sim.atomic import write_file
 from diff_encoder_sim.campaign.definition import Campaign, TrialJob
 from diff_encoder_sim.campaign.progress import Progress
 from diff_encoder_sim.campaign.store import ResultStore

@@ -11,7 +11,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Dict, Iterator, List, Optional, Tuple, Type, Union
 
-from diff_encoder_sim.campaign.atomic import UNFINISHED_SUFFIX, write_file
+from diff_encoder_sim.atomic import UNFINISHED_SUFFIX, write_file
 from diff_encoder_sim.campaign.definition import Campaign, TrialJob
 from diff_encoder_sim.campaign.folder import BAGS, LOCK, MANIFEST, TABLE
 from diff_encoder_sim.campaign.manifest import differences, manifest_of

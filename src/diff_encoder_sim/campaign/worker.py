@@ -11,7 +11,7 @@ from typing import Callable, NamedTuple, Optional
 
 from distributed import get_worker
 
-from diff_encoder_sim.campaign.atomic import UNFINISHED_SUFFIX
+from diff_encoder_sim.atomic import UNFINISHED_SUFFIX
 from diff_encoder_sim.campaign.definition import Campaign, TrialJob
 from diff_encoder_sim.campaign.row import TrialRow
 from diff_encoder_sim.encoder import ppr_label

@@ -1,15 +1,16 @@
 """Map files as map_server reads and map_saver writes them: a YAML file beside an image."""
 from __future__ import annotations
 
-import os
+import io
 from pathlib import Path
-from typing import Callable, List, Literal, Union
+from typing import List, Literal, Union
 
 import numpy as np
 import yaml
 from PIL import Image
 from pydantic import Field, field_validator, model_validator
 
+from diff_encoder_sim.atomic import write_file
 from diff_encoder_sim.config import Params, load_params
 from diff_encoder_sim.errors import ConfigError
 from diff_encoder_sim.mapping.map_image import read_image
@@ -96,30 +97,18 @@ def save_map(grid: OccupancyGrid, stem: Union[str, Path],
         'origin': [round(float(part), ORIGIN_DIGITS) for part in grid.origin]}, str(stem))
     text = yaml.safe_dump(description.model_dump(), sort_keys=False)
     yaml_path = stem.parent / f'{stem.name}.yaml'
-    _replace(stem.parent / description.image,
-             lambda path: Image.fromarray(pixels).save(path, format='PPM'))
-    _replace(yaml_path, lambda path: path.write_text(text, encoding='utf-8'))
+    image = io.BytesIO()
+    Image.fromarray(pixels).save(image, format='PPM')
+    _write(stem.parent / description.image, image.getvalue())
+    _write(yaml_path, text.encode('utf-8'))
     return yaml_path
 
 
-def _replace(path: Path, write: Callable[[Path], object]) -> None:
-    """Write a file beside its place, and put it there when it is whole."""
-    unfinished = path.with_name(f'.{path.name}.{os.getpid()}')
+def _write(path: Path, content: bytes) -> None:
     try:
-        write(unfinished)
-        os.replace(unfinished, path)
+        write_file(path, content)
     except OSError as error:
-        reason = error.strerror or error
-        raise ConfigError(f'{path}: cannot be written: {reason}') from None
-    finally:
-        _remove(unfinished)
-
-
-def _remove(path: Path) -> None:
-    try:
-        path.unlink()
-    except OSError:
-        pass  # in its place by now, or never there
+        raise ConfigError(f'{path}: cannot be written: {error.strerror or error}') from None
 
 
 def _cells(pixels: np.ndarray, params: MapFileParams) -> np.ndarray:

@@ -12,6 +12,7 @@ from typing import Dict, Iterator, NamedTuple, Optional, Tuple, Type, Union
 from rosbags.interfaces import Connection
 from rosbags.rosbag1 import Writer
 
+from diff_encoder_sim.atomic import UNFINISHED_SUFFIX
 from diff_encoder_sim.recording.topics import RecordMode, recorded_topics
 from diff_encoder_sim.recording.typestore import definition
 
@@ -37,7 +38,7 @@ class TrialBag:
     def __init__(self, path: Union[str, Path], mode: RecordMode) -> None:
         """A file that is there already gives way when the new one is whole; 'none' writes none."""
         self._path = Path(path)
-        self._unfinished = self._path.with_name(self._path.name + '.active')
+        self._unfinished = self._path.with_name(self._path.name + UNFINISHED_SUFFIX)
         self._topics = recorded_topics(mode)
         self._publishers: Dict[Tuple[str, str], _Publisher] = {}
         self._writer: Optional[Writer] = None

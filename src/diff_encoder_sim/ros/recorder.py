@@ -18,6 +18,7 @@ import rosbag
 import rospy
 from rosgraph_msgs.msg import Clock
 
+from diff_encoder_sim.atomic import UNFINISHED_SUFFIX
 from diff_encoder_sim.errors import ConfigError
 from diff_encoder_sim.recording.topics import CLOCK, RECORDED
 from diff_encoder_sim.ros.node import run_node
@@ -36,7 +37,7 @@ class Recorder:
             ConfigError: the file cannot be made.
         """
         self._path = path
-        self._unfinished = self._path.with_name(self._path.name + '.active')
+        self._unfinished = self._path.with_name(self._path.name + UNFINISHED_SUFFIX)
         self._lock = threading.Lock()  # each topic comes in a thread of its own
         self.last_heard_s = time.monotonic()
         try:
