@@ -17,7 +17,7 @@ from tornado.websocket import WebSocketClientConnection, websocket_connect
 START_TIMEOUT_S = 60.0
 ANSWER_TIMEOUT_S = 60.0
 END_TIMEOUT_S = 10.0
-MOST_BYTES = 64 * 1024 * 1024      # of a picture or a PDF
+MOST_BYTES = 64 * 1024 * 1024      # of a PDF
 
 
 def chromium() -> Optional[str]:
@@ -62,11 +62,6 @@ class Page:
                            awaitPromise=True)
         assert 'exceptionDetails' not in result, result
         return result['result'].get('value')
-
-    def screenshot(self) -> bytes:
-        """PNG of the whole page, however long."""
-        return base64.b64decode(self.call('Page.captureScreenshot',
-                                          captureBeyondViewport=True)['data'])
 
     def pdf(self) -> bytes:
         """As it prints."""

@@ -287,27 +287,10 @@ class Run:
             assert '/trial_result' not in recorded
 
 
-def kill_node(run, node):
-    os.kill(run.launch.pid_of(node), signal.SIGKILL)
-
-
-def test_launch_fails_with_a_killed_simulator(tmp_path):
+@pytest.mark.parametrize('node', ['simulator_node', 'gz_diff_odom_node', 'scripted_drive_node'])
+def test_launch_fails_with_a_killed_node(tmp_path, node):
     with Run(tmp_path) as run:
-        kill_node(run, 'simulator_node')
-        run.check_failed()
-        run.check_bag_is_torn()
-
-
-def test_launch_fails_with_a_killed_odometry_node(tmp_path):
-    with Run(tmp_path) as run:
-        kill_node(run, 'gz_diff_odom_node')
-        run.check_failed()
-        run.check_bag_is_torn()
-
-
-def test_launch_fails_when_the_drive_itself_is_killed(tmp_path):
-    with Run(tmp_path) as run:
-        kill_node(run, 'scripted_drive_node')
+        os.kill(run.launch.pid_of(node), signal.SIGKILL)
         run.check_failed()
         run.check_bag_is_torn()
 

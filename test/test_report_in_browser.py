@@ -7,8 +7,7 @@ import pytest
 
 from browser import chromium, opened_page
 
-from diff_encoder_sim.analysis.figures import write_figures
-from diff_encoder_sim.analysis.report import write_report
+from diff_encoder_sim.analysis.outputs import REPORT, write_analysis
 
 sys.path.insert(0, str(Path(__file__).parent / 'unit'))
 
@@ -32,7 +31,8 @@ def report(tmp_path_factory):
     trials[0][0] = trials[0][0]._replace(outcome='collision', reason='touched <pillar_3>')
     made = dataset(*trials)
     folder = tmp_path_factory.mktemp('analysis')
-    return write_report(made, write_figures(made, folder / 'figures'), folder).path
+    write_analysis(made, folder)
+    return folder / REPORT
 
 
 @pytest.fixture(scope='module')

@@ -13,6 +13,11 @@ class InputFault(ValueError):
     """One bad message in a running system: it is dropped and the last good state stays."""
 
 
+def in_one_line(error: BaseException) -> str:
+    """What an error of a library says, for one of ours; its type's name where it says nothing."""
+    return ' '.join(str(error).split()) or type(error).__name__
+
+
 # `extra` of a log record about something that happens once, such as a restart. Records without it
 # may come with every message, and are thinned out on their way to the user.
 EVENT = {'event': True}

@@ -6,15 +6,11 @@ from __future__ import annotations
 
 import argparse
 import math
-import os
-import subprocess
-import sys
-import tempfile
 import time
 from typing import Callable, List, NamedTuple, Tuple
 
 import numpy as np
-from checkout import ROOT, print_header
+from checkout import ROOT, first_call_s, print_header
 from diff_encoder_sim.localization.amcl import Amcl
 from diff_encoder_sim.localization.clusters import particle_statistics
 from diff_encoder_sim.localization.laser_models import laser_model
@@ -191,17 +187,12 @@ def _accuracy(name: str, place: Place, trials: int) -> List[str]:
 
 def _print_compile_time() -> None:
     """From the import to the first estimate in a new process, with an empty cache and with it."""
-    code = (f'import sys; sys.path.insert(0, {str(ROOT / "test/benchmark")!r}); '
-            'import amcl; amcl.first_update_s()')
-    with tempfile.TemporaryDirectory() as cache:
-        for state in ('compiling', 'compiled'):
-            done = subprocess.run([sys.executable, '-c', code], stdout=subprocess.PIPE,
-                                  env={**os.environ, 'NUMBA_CACHE_DIR': cache}, check=True)
-            print(f'first update in a new process, {state}: {done.stdout.decode().strip()} s')
+    for state, spent_s in zip(('compiling', 'compiled'), first_call_s('amcl', 'first_update_s')):
+        print(f'first update in a new process, {state}: {spent_s:.2f} s')
 
 
-def first_update_s() -> None:
-    """Print what the filter takes from its making to its first two updates."""
+def first_update_s() -> float:
+    """What the filter takes from its making to its first two updates."""
     grid = OccupancyGrid(np.zeros((50, 50), np.int8), 0.1, Pose2D(-2.5, -2.5, 0.0))
     grid.cells[0] = 100
     scan = Scan(0, 0.0, 0.1, 0.1, 6.0, np.full(60, 1.0))
@@ -209,7 +200,7 @@ def first_update_s() -> None:
     amcl = Amcl(AmclParams(), grid, np.random.default_rng(0))
     for _ in range(2):
         _forced(amcl, scan)
-    print(f'{time.perf_counter() - began_s:.2f}')
+    return time.perf_counter() - began_s
 
 
 def _forced(amcl: Amcl, scan: Scan) -> None:

@@ -13,12 +13,11 @@ from typing import Dict, Iterator, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 from checkout import ROOT, print_header
-from diff_encoder_sim.analysis.paper_cells import (TRIALS, PaperCell, Y,
-                                                   load_paper_cells)
-from diff_encoder_sim.experiments.definition import Trial, TrialPlan, find_world, load_test
+from diff_encoder_sim.analysis.paper_cells import TRIALS, PaperCell, Y, load_paper_cells
 from diff_encoder_sim.experiments.lockstep import LockstepTrial
 from diff_encoder_sim.experiments.robot_params import load_robot_config, override
 from diff_encoder_sim.se2 import Pose2D, wrap_angle
+from plans import plan_of
 from scipy import stats
 from scipy.optimize import minimize
 from tabulate import tabulate
@@ -62,14 +61,11 @@ class Drive(NamedTuple):
 def drive(job: Tuple[str, int, Dict[str, float]]) -> Drive:
     """Run one trial of (test, seed, overrides) at 4096 PPR."""
     name, seed, overrides = job
-    test = load_test(name, CONFIG)
-    world = find_world(test.world, ROOT / 'worlds')
-    trial = Trial(test=test, ppr={'left': PPR, 'right': PPR}, number=seed, nav='embedded')
-    plan = TrialPlan(trial=trial, world=str(world), map=str(world.with_suffix('.yaml')), bag='')
-    params = override(load_robot_config(CONFIG), overrides)
+    plan = plan_of(name, PPR, seed)
+    trial, params = plan.trial, override(load_robot_config(CONFIG), overrides)
     reports = list(LockstepTrial(plan, ROBOT, params).run())
     truth = np.array([report.true_pose_in_map for report in reports])
-    end = test.start.pose().compose(reports[-1].odometry.base_pose_in_odom)
+    end = trial.test.start.pose().compose(reports[-1].odometry.base_pose_in_odom)
     return Drive(_minus(end, trial.goal()), *sensitivities(truth, trial.wheel_separation))
 
 

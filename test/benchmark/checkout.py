@@ -6,7 +6,9 @@ import os
 import platform
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
+from typing import Tuple
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -14,35 +16,34 @@ ROOT = Path(__file__).resolve().parents[2]
 if importlib.util.find_spec('diff_encoder_sim') is None:
     sys.path.insert(0, str(ROOT / 'src'))
 
+from diff_encoder_sim.machine import cpu_model, git  # noqa: E402
+
 
 def print_header(title: str) -> None:
     """Title, machine, python and commit: a number without them cannot be compared."""
     load = ', '.join(f'{value:.1f}' for value in os.getloadavg())
     print(title)
-    print(f'machine: {_processor()}, {os.cpu_count()} cores, {platform.system()} '
+    print(f'machine: {cpu_model()}, {os.cpu_count()} cores, {platform.system()} '
           f'{platform.release()}; load average {load}')
     print(f'python:  {platform.python_version()}')
     print(f'commit:  {_commit()}')
     print(flush=True)
 
 
-def _processor() -> str:
-    try:
-        lines = Path('/proc/cpuinfo').read_text(encoding='utf-8').splitlines()
-    except OSError:
-        lines = []
-    names = [line.split(':', 1)[1].strip() for line in lines if line.startswith('model name')]
-    return names[0] if names else platform.machine()
+def first_call_s(benchmark: str, function: str) -> Tuple[float, float]:
+    """What a benchmark's function returns in a new process: compiling, then with what was compiled."""
+    code = f'import {benchmark}; print({benchmark}.{function}())'
+    with tempfile.TemporaryDirectory() as cache:
+        outputs = [subprocess.run([sys.executable, '-c', code], stdout=subprocess.PIPE, check=True,
+                                  cwd=str(Path(__file__).parent),
+                                  env={**os.environ, 'NUMBA_CACHE_DIR': cache}).stdout
+                   for _ in range(2)]
+    compiling_s, compiled_s = (float(output.split()[-1]) for output in outputs)   # PyBullet greets first
+    return compiling_s, compiled_s
 
 
 def _commit() -> str:
-    commit = _git('rev-parse', '--short', 'HEAD')
+    commit = git(ROOT, 'rev-parse', '--short', 'HEAD')
     if not commit:
         return 'not a git checkout'
-    return f'{commit} with changes' if _git('status', '--porcelain', 'src', 'urdf') else commit
-
-
-def _git(*arguments: str) -> str:
-    done = subprocess.run(['git', '-C', str(ROOT), *arguments], stdout=subprocess.PIPE,
-                          stderr=subprocess.DEVNULL, check=False)
-    return done.stdout.decode().strip()
+    return f'{commit} with changes' if git(ROOT, 'status', '--porcelain', 'src', 'urdf') else commit

@@ -12,10 +12,10 @@ from typing import List, NamedTuple, Optional, Tuple
 
 import numpy as np
 from checkout import ROOT, print_header
-from diff_encoder_sim.experiments.definition import Trial, TrialPlan, find_world, load_test
 from diff_encoder_sim.experiments.lockstep import LockstepTrial, Report
 from diff_encoder_sim.experiments.robot_params import load_robot_params
 from diff_encoder_sim.se2 import Pose2D
+from plans import plan_of
 from tabulate import tabulate
 
 ROBOT = ROOT / 'urdf' / 'alto.urdf.xacro'
@@ -39,11 +39,7 @@ class Result(NamedTuple):
 def run_trial(cell: Tuple[str, int, int]) -> Result:
     """One trial of (test, PPR, number)."""
     name, ppr, number = cell
-    test = load_test(name, CONFIG)
-    world = find_world(test.world, ROOT / 'worlds')
-    plan = TrialPlan(trial=Trial(test=test, ppr={'left': ppr, 'right': ppr}, number=number,
-                                 nav='embedded'),
-                     world=str(world), map=str(world.with_suffix('.yaml')), bag='')
+    plan = plan_of(name, ppr, number)
     loop = LockstepTrial(plan, ROBOT, load_robot_params(CONFIG))
     begin_s, reports = time.perf_counter(), list(loop.run())
     last, goal = reports[-1], plan.trial.goal()

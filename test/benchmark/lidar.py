@@ -5,17 +5,12 @@ from __future__ import annotations
 
 import argparse
 import math
-import os
-import subprocess
-import sys
-import tempfile
 import time
-from pathlib import Path
 from typing import Callable, List, NamedTuple
 
 import numpy as np
 import pybullet
-from checkout import ROOT, print_header
+from checkout import ROOT, first_call_s, print_header
 from tabulate import tabulate
 
 from diff_encoder_sim.se2 import Pose2D
@@ -93,7 +88,8 @@ def main() -> None:
     repeats = arguments.parse_args().repeats
     print_header(f'Cost of a sweep: best of {repeats} rounds over {POSES} poses, one thread')
     print(_table('first sweep of a new process', ['numba cache', 's'],
-                 [[state, f'{_first_sweep_s(cache):.3f}'] for state, cache in _CACHES]))
+                 [[state, f'{spent_s:.3f}'] for state, spent_s in zip(
+                     ('empty', 'filled'), first_call_s('lidar', 'first_sweep_s'))]))
     headers = ['rays', 'solids', 'numba\n[ms]', 'PyBullet\n[ms]', 'ratio',
                'difference\nof 99 % [mm]']
     print(_table('the shipped worlds', ['world'] + headers,
@@ -118,18 +114,6 @@ def first_sweep_s() -> float:
     began_s = time.perf_counter()
     lidar.sweep(0, Pose2D(0.0, 0.0, 0.0))
     return time.perf_counter() - began_s
-
-
-_FOLDER = tempfile.TemporaryDirectory()
-_CACHES = (('empty', Path(_FOLDER.name)), ('filled', Path(_FOLDER.name)))
-
-
-def _first_sweep_s(cache: Path) -> float:
-    code = (f'import sys; sys.path.insert(0, {str(ROOT / "test/benchmark")!r}); '
-            'import lidar; print(lidar.first_sweep_s())')
-    done = subprocess.run([sys.executable, '-c', code], stdout=subprocess.PIPE, check=True,
-                          env={**os.environ, 'NUMBA_CACHE_DIR': str(cache)})
-    return float(done.stdout.decode().split()[-1])  # PyBullet greets first
 
 
 def _compare(world: World, poses: List[Pose2D], rays: int, repeats: int) -> List[str]:

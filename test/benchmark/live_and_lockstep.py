@@ -19,7 +19,6 @@ from typing import Dict, List, Tuple
 import numpy as np
 from checkout import ROOT, print_header
 from diff_encoder_sim.analysis.errors import goal_errors
-from diff_encoder_sim.experiments.definition import Trial, TrialPlan, find_world, load_test
 from diff_encoder_sim.experiments.robot_params import load_robot_params
 from diff_encoder_sim.experiments.trial_run import run_trial
 from diff_encoder_sim.recording import topics
@@ -27,6 +26,7 @@ from diff_encoder_sim.recording.opening import open_bag
 from diff_encoder_sim.recording.reading import read_trial
 from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
 from live_graph import check_sourced, start_master, stop
+from plans import plan_of
 from scipy.stats import ks_2samp
 from tabulate import tabulate
 
@@ -99,12 +99,7 @@ def _both(test: str, ppr: int, trial: int, nav: str, arguments: argparse.Namespa
                    stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
     if not live.is_file():
         sys.exit(f'the live trial left no bag: {test}, {ppr} PPR, trial {trial}, nav:={nav}')
-    definition = load_test(test, CONFIG)
-    world = find_world(definition.world, ROOT / 'worlds')
-    run_trial(TrialPlan(trial=Trial(test=definition, ppr={'left': ppr, 'right': ppr}, number=trial,
-                                    nav=nav),
-                        world=str(world), map=str(world.with_suffix('.yaml')), bag=str(lockstep)),
-              ROBOT, load_robot_params(CONFIG), 'minimal')
+    run_trial(plan_of(test, ppr, trial, nav, str(lockstep)), ROBOT, load_robot_params(CONFIG), 'minimal')
     return live, lockstep
 
 

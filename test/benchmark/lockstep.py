@@ -12,7 +12,7 @@ from typing import Any, Callable, Dict, List, Tuple
 
 from checkout import ROOT, print_header
 from diff_encoder_sim.encoder import DiffEncoder
-from diff_encoder_sim.experiments.definition import Trial, TrialPlan, find_world, load_test
+from diff_encoder_sim.experiments.definition import TrialPlan
 from diff_encoder_sim.experiments.lockstep import LockstepTrial
 from diff_encoder_sim.experiments.robot_params import RobotParams, load_robot_params
 from diff_encoder_sim.experiments.trial_run import run_trial
@@ -24,6 +24,8 @@ from diff_encoder_sim.recording.trial_bag import TrialBag
 from diff_encoder_sim.simulation.physics import BulletPhysics
 from diff_encoder_sim.simulation.quiet_pybullet import pybullet
 from diff_encoder_sim.simulation.simulator import TICK_NS, Simulator
+from measured_drive import bullet_client
+from plans import plan_of
 from tabulate import tabulate
 
 ROBOT = ROOT / 'urdf' / 'alto.urdf.xacro'
@@ -79,7 +81,7 @@ def main() -> None:
     os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
     print_header(f'{arguments.test} {arguments.ppr} PPR in lockstep, on one core')
     with tempfile.TemporaryDirectory() as folder:
-        plan = _plan(arguments, Path(folder))
+        plan = plan_of(arguments.test, arguments.ppr, arguments.trial, bag=str(Path(folder) / 'trial.bag'))
         params = load_robot_params(ROOT / 'config')
         run_trial(plan, ROBOT, params, 'full')          # compiles, fills caches
         rows, costs_s = [], {}
@@ -115,7 +117,7 @@ def _run(plan: TrialPlan, params: RobotParams, mode: str) -> Tuple[float, float]
 def _bare_stepping_s(plan: TrialPlan, params: RobotParams, duration_s: float) -> float:
     """The robot drives straight and turns by turns; nothing but stepSimulation is measured."""
     simulator = Simulator(plan.world, ROBOT, params.simulator, plan.trial.test.start.pose(), 0)
-    client, spent_s = simulator._physics._client, 0.0
+    client, spent_s = bullet_client(simulator), 0.0
     try:
         simulator.command(0.0, 0.5)
         for _ in range(100):
@@ -127,14 +129,6 @@ def _bare_stepping_s(plan: TrialPlan, params: RobotParams, duration_s: float) ->
     finally:
         simulator.close()
     return spent_s
-
-
-def _plan(arguments: argparse.Namespace, folder: Path) -> TrialPlan:
-    test = load_test(arguments.test, ROOT / 'config')
-    world = find_world(test.world, ROOT / 'worlds')
-    return TrialPlan(trial=Trial(test=test, ppr={'left': arguments.ppr, 'right': arguments.ppr},
-                                 number=arguments.trial, nav='embedded'),
-                     world=str(world), map=str(world.with_suffix('.yaml')), bag=str(folder / 'trial.bag'))
 
 
 def _arguments() -> argparse.Namespace:

@@ -9,7 +9,7 @@ from typing import Callable, List, NamedTuple, Tuple
 import pybullet
 from checkout import ROOT
 from diff_encoder_sim.experiments.definition import TestDefinition, find_world, load_test
-from diff_encoder_sim.experiments.drives import ScriptedDrive
+from diff_encoder_sim.experiments.drives import SETTLING_S, ScriptedDrive
 from diff_encoder_sim.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.simulation.physics import TICK_S, PhysicsParams
 from diff_encoder_sim.simulation.simulator import Simulator, SimulatorParams
@@ -20,7 +20,6 @@ WHEEL_SEPARATION_M = 0.4
 
 REPORTS_PER_SECOND = 20
 TICKS_PER_REPORT = round(1.0 / (REPORTS_PER_SECOND * TICK_S))
-SETTLING_S = 1.0
 
 # A tick takes tens of microseconds: half a second of simulated time is long enough to time, short
 # enough that some windows have the processor's caches to themselves.

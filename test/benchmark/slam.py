@@ -9,15 +9,12 @@ from __future__ import annotations
 
 import argparse
 import math
-import os
-import subprocess
 import sys
-import tempfile
 import time
 from typing import List
 
 import numpy as np
-from checkout import ROOT, print_header
+from checkout import ROOT, first_call_s, print_header
 from tabulate import tabulate
 
 sys.path.insert(0, str(ROOT / 'test' / 'unit'))
@@ -120,16 +117,15 @@ def _accuracy(cases, arguments: argparse.Namespace) -> List[List[str]]:
 
 def _print_compile_time() -> None:
     """From the mapper's making to its second scan in a new process, cache empty and filled."""
-    code = (f'import sys; sys.path[:0] = [{str(ROOT / "src")!r}]; import time; '
-            'from diff_encoder_sim.slam.warm_up import warm_up; '
-            'from diff_encoder_sim.slam.params import GridSlamParams; '
-            'began_s = time.perf_counter(); warm_up(GridSlamParams()); '
-            'print(f"{time.perf_counter() - began_s:.2f}")')
-    with tempfile.TemporaryDirectory() as cache:
-        for state in ('compiling', 'compiled'):
-            done = subprocess.run([sys.executable, '-c', code], stdout=subprocess.PIPE,
-                                  env={**os.environ, 'NUMBA_CACHE_DIR': cache}, check=True)
-            print(f'first scans in a new process, {state}: {done.stdout.decode().strip()} s')
+    for state, spent_s in zip(('compiling', 'compiled'), first_call_s('slam', 'first_scans_s')):
+        print(f'first scans in a new process, {state}: {spent_s:.2f} s')
+
+
+def first_scans_s() -> float:
+    """What the mapper takes from its making to its second scan."""
+    began_s = time.perf_counter()
+    warm_up(GridSlamParams())
+    return time.perf_counter() - began_s
 
 
 def _arguments() -> argparse.Namespace:

@@ -15,6 +15,7 @@ from diff_encoder_sim.se2 import Pose2D
 ROOT = Path(__file__).resolve().parents[2]
 SMALL = {'name': 'small', 'tests': ['SL', 'SMT'], 'ppr': [40, 90], 'trials': 2}
 NOISE = 'simulator.lidar.noise'
+TWO_NOISES = {'tests': ['SL'], 'vary': {NOISE: [0.01, 0.03]}}
 RUN = {'versions': {'numpy': '1'}, 'commit': None}
 
 

@@ -12,7 +12,7 @@ def trial(test, ppr, number, outcome='succeeded', varied=(), **errors):
     in_rad = {source: errors.get(source) and (*errors[source][:2], math.radians(errors[source][2]))
               for source in SOURCES}
     return TrialData(test, ppr, varied, number, number, outcome, '', 60.0, 20.0, in_rad,
-                     dict.fromkeys(SOURCES), None)
+                     dict.fromkeys(SOURCES), None, None)
 
 
 def cell(test, ppr, source, rows, **others):
@@ -24,4 +24,4 @@ def cell(test, ppr, source, rows, **others):
 def dataset(*cells):
     """Of lists of trials."""
     return Dataset('made for a test', [trial for of_cell in cells for trial in of_cell], [], None,
-                   None, RobotGeometry(0.2, 0.4))
+                   None, RobotGeometry(0.2, 0.4), {})

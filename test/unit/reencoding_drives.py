@@ -7,7 +7,7 @@ from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from diff_encoder_sim.recording.definitions import ENCODER_PULSE
+from diff_encoder_sim.recording.definitions import ENCODER_PULSE_FIELDS
 from diff_encoder_sim.recording.typestore import STORE
 from diff_encoder_sim.se2 import IDENTITY, move_along_arc, quat_xyzw_from_yaw
 
@@ -17,7 +17,7 @@ TICK_NS, START_NS = 10_000_000, 5_000_000_000
 COMPRESSIONS = (None, Writer1.CompressionFormat.BZ2, Writer1.CompressionFormat.LZ4)
 
 STORE2 = get_typestore(Stores.ROS2_HUMBLE)
-STORE2.register(get_types_from_msg(ENCODER_PULSE.replace('Header ', 'std_msgs/Header ', 1),
+STORE2.register(get_types_from_msg(ENCODER_PULSE_FIELDS.replace('Header ', 'std_msgs/Header ', 1),
                                    'diff_encoder_sim/msg/EncoderPulse'))
 
 

@@ -16,12 +16,12 @@ def trial_data(test='SL', ppr='90', number=1, errors=(0.0, 0.0, 0.0), **other):
         errors = {source: errors for source in SOURCES}
     return TrialData(**{**dict(test=test, ppr=ppr, varied=(), trial=number, seed=number,
                                outcome='succeeded', reason='', duration_s=48.0, distance_m=20.0,
-                               errors=errors, paths={}, bag=None), **other})
+                               errors=errors, paths={}, tracks=None, bag=None), **other})
 
 
 def dataset_of(trials, **other):
     return Dataset(**{**dict(title='synthetic', trials=list(trials), notes=[], manifest=None, folder=None,
-                             robot=ALTO), **other})
+                             robot=ALTO, asked={}), **other})
 
 
 def synthetic_dataset(tests=('SL', 'SMT', 'DLD'), pprs=('40', '90', '1024', '4096'), trials=30, variants=((),)):

@@ -3,19 +3,9 @@ import json
 import logging
 
 import pytest
-from campaign_files import NOISE, RUN, kill, refusal, run, small_campaign
+from campaign_files import RUN, kill, refusal, run
 
 from diff_encoder_sim.campaign.store import ResultStore
-
-
-@pytest.fixture(name='campaign', scope='module')
-def fixture_campaign(tmp_path_factory):
-    return small_campaign(tmp_path_factory.mktemp('campaign'), vary={NOISE: [0.01, 0.03]}, tests=['SL'])
-
-
-@pytest.fixture(name='whole')
-def fixture_whole(campaign, tmp_path):
-    return run(campaign, tmp_path / 'whole')
 
 
 def test_a_torn_last_line_is_dropped_wherever_it_was_torn(campaign, tmp_path, whole):

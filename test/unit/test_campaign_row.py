@@ -1,13 +1,8 @@
 """Rows of trials.csv: what they say, and that they read back."""
 import pytest
-from campaign_files import NOISE, row_of_job, small_campaign
+from campaign_files import NOISE, row_of_job
 
 from diff_encoder_sim.campaign.row import csv_fields, csv_line, fields_of, header, row_of
-
-
-@pytest.fixture(name='campaign', scope='module')
-def fixture_campaign(tmp_path_factory):
-    return small_campaign(tmp_path_factory.mktemp('campaign'), vary={NOISE: [0.01, 0.03]}, tests=['SL'])
 
 
 def test_columns_carry_units():

@@ -3,26 +3,17 @@ import csv
 import errno
 import json
 import resource
+import signal
 import subprocess
 import sys
 
 import pytest
-from campaign_files import NOISE, ROOT, RUN, kill, refusal, row_of_job, run, small_campaign
+from campaign_files import NOISE, ROOT, RUN, TWO_NOISES, kill, refusal, row_of_job, run, small_campaign
 
 from diff_encoder_sim.campaign import store as store_module
 from diff_encoder_sim.campaign.manifest import describe_run, differences
 from diff_encoder_sim.campaign.store import ResultStore
 from diff_encoder_sim.errors import ConfigError
-
-
-@pytest.fixture(name='campaign', scope='module')
-def fixture_campaign(tmp_path_factory):
-    return small_campaign(tmp_path_factory.mktemp('campaign'), vary={NOISE: [0.01, 0.03]}, tests=['SL'])
-
-
-@pytest.fixture(name='whole')
-def fixture_whole(campaign, tmp_path):
-    return run(campaign, tmp_path / 'whole')
 
 
 # ---- a folder from its beginning to its end
@@ -90,7 +81,7 @@ def test_without_bags_there_is_no_folder_for_them(tmp_path):
 def test_another_configuration_is_refused_with_what_differs(campaign, tmp_path):
     kill(tmp_path / 'out', campaign, 1)
     before = {path: path.read_bytes() for path in (tmp_path / 'out').iterdir() if path.is_file()}
-    other = small_campaign(tmp_path, vary={NOISE: [0.01, 0.03]}, tests=['SL'], trials=5)
+    other = small_campaign(tmp_path, **TWO_NOISES, trials=5)
     text = refusal(tmp_path / 'out', other)
     assert 'trials: 2 there, 5 here; allowed: the same configuration' in text
     other = small_campaign(tmp_path, vary={NOISE: [0.01, 0.04]}, ppr=[1, 2, 3], seed=9)
@@ -151,9 +142,10 @@ def test_two_campaigns_do_not_write_into_one_folder(campaign, tmp_path):
 def test_a_lock_dies_with_its_process(campaign, tmp_path):
     script = ('import fcntl, os, signal, sys; file = open(sys.argv[1], "ab"); '
               'fcntl.flock(file, fcntl.LOCK_EX); os.kill(os.getpid(), signal.SIGKILL)')
-    subprocess.run([sys.executable, '-c', script, tmp_path / '.lock'], check=False)
-    with ResultStore(tmp_path, campaign, RUN):
-        pass
+    holder = subprocess.run([sys.executable, '-c', script, tmp_path / '.lock'], check=False)
+    assert holder.returncode == -signal.SIGKILL
+    with ResultStore(tmp_path, campaign, RUN) as store:
+        assert store.pending() == campaign.jobs()
 
 
 def test_without_locks_there_is_a_warning(campaign, tmp_path, monkeypatch, caplog):

@@ -6,9 +6,9 @@ import pytest
 
 from diff_encoder_sim.campaign.loading import load_campaign
 from diff_encoder_sim.campaign.worker import ResultsFolder, run_job
-from diff_encoder_sim.cli.run import package_folder
 from diff_encoder_sim.experiments.outcome import Ending, Outcome
 from diff_encoder_sim.experiments.trial_run import TrialResult
+from diff_encoder_sim.installation import package_folder
 from diff_encoder_sim.se2 import Pose2D
 
 BAG = 'bags/SL_40_002.bag'

@@ -3,10 +3,12 @@ import json
 import math
 import shutil
 
+import numpy as np
 import pytest
 from campaign_files import NOISE, RUN, row_of_job, small_campaign
 from trial_bags import ROOT, TRUTH, trial, write_bag
 
+from diff_encoder_sim.analysis.bag_trial import MOST_POINTS
 from diff_encoder_sim.analysis.dataset import SOURCES, Cell, Dataset, RobotGeometry, TrialData, ppr_value
 from diff_encoder_sim.analysis.loading import load_dataset
 from diff_encoder_sim.campaign.store import ResultStore
@@ -17,7 +19,7 @@ ALTO = RobotGeometry(0.2, 0.4)
 
 
 def data(test, ppr, number=1, varied=()):
-    return TrialData(test, ppr, varied, number, number, 'succeeded', '', 1.0, 1.0, {}, {}, None)
+    return TrialData(test, ppr, varied, number, number, 'succeeded', '', 1.0, 1.0, {}, {}, None, None)
 
 
 def finish(campaign, folder, count=None):
@@ -53,14 +55,14 @@ def refusal(*paths):
 
 def test_cells_are_in_the_papers_order():
     trials = [data(test, ppr) for test in ('office', 'DLD', 'SL') for ppr in ('ideal', '1024', '40', '90-1024')]
-    cells = Dataset('', trials, [], None, None, ALTO).cells()
+    cells = Dataset('', trials, [], None, None, ALTO, {}).cells()
     assert [cell[:2] for cell in cells] == [(test, ppr) for test in ('SL', 'DLD', 'office')
                                             for ppr in ('40', '1024', '90-1024', 'ideal')]
 
 
 def test_what_is_varied_is_not_pooled():
     trials = [data('SL', '40', number, ((NOISE, value),)) for value in ('0.03', '0.01') for number in (1, 2)]
-    cells = Dataset('', trials, [], None, None, ALTO).cells()
+    cells = Dataset('', trials, [], None, None, ALTO, {}).cells()
     assert list(cells) == [Cell('SL', '40', ((NOISE, '0.03'),)), Cell('SL', '40', ((NOISE, '0.01'),))]
     assert all(len(pooled) == 2 for pooled in cells.values())
 
@@ -76,11 +78,13 @@ def test_a_campaign_is_its_table_and_the_way_from_its_bags(finished):
     dataset = load_dataset([finished])
     assert (dataset.title, dataset.folder, dataset.robot, dataset.notes) == ('small', finished, ALTO, [])
     assert dataset.manifest == json.loads((finished / 'manifest.json').read_text())
+    assert {test: (asked.test, asked.nav) for test, asked in dataset.asked.items()} == {
+        test: (load_test(test, ROOT / 'config'), 'embedded') for test in ('SL', 'SMT')}
     assert [(trial.test, trial.ppr, trial.trial, trial.seed) for trial in dataset.trials] == [
         (test, ppr, number, number) for test in ('SL', 'SMT') for ppr in ('40', '90') for number in (1, 2)]
     second = dataset.trials[1]
     assert second.errors['odom'] == (1 / 3, -1e-17, 0.0) and second.duration_s == 50.05
-    assert second.bag == finished / 'bags' / 'SL_40_002.bag'
+    assert second.bag == finished / 'bags' / 'SL_40_002.bag' and len(second.tracks.true) == 3
     assert set(second.paths) == {'odom', 'amcl', 'global'} and second.paths['amcl'] is None
     assert second.paths['odom'].ate_rmse_m == pytest.approx(math.sqrt((0.3 ** 2 + 0.1 ** 2 + 0.4 ** 2) / 3))
 
@@ -88,7 +92,8 @@ def test_a_campaign_is_its_table_and_the_way_from_its_bags(finished):
 def test_without_bags_the_table_is_analysed_alone(folder):
     shutil.rmtree(folder / 'bags')
     dataset = load_dataset([folder])
-    assert len(dataset.trials) == 8 and all(trial.paths == {} and trial.bag is None for trial in dataset.trials)
+    assert len(dataset.trials) == 8
+    assert all((trial.paths, trial.tracks, trial.bag) == ({}, None, None) for trial in dataset.trials)
     assert dataset.notes == [f'{folder}/bags: has bags of 0 of 8 trials; of the others nothing is known about '
                              f'the way']
 
@@ -174,6 +179,16 @@ def test_a_bag_tells_what_its_row_would(tmp_path):
     assert found.errors['world'] == pytest.approx((0.0, 0.1, 0.02))
     assert found.paths['odom'].ate_max_m == pytest.approx(math.hypot(0.1, 0.4))
     assert found.paths['global'].count == 2 and found.paths['amcl'] is None
+    assert found.tracks.true.tolist() == [[-10.0, 0.0], [0.0, 0.0], [10.0, 0.1]]
+    assert found.tracks.odometry == pytest.approx(np.array([[-10.0, 0.0], [0.0, 0.3], [9.9, 0.5]]))
+    assert dataset.asked == {'SL': trial(number=7)}
+
+
+def test_tracks_are_thinned_and_keep_their_ends(tmp_path):
+    odom = [(0.01 * index, 0.0, 0.0) for index in range(3 * MOST_POINTS)]
+    found, = load_dataset([write_bag(tmp_path / 'a.bag', trial(), odom=odom)]).trials
+    assert found.tracks.odometry.shape == (MOST_POINTS, 2)
+    assert found.tracks.odometry[[0, -1], 0] == pytest.approx([-10.0, -10.0 + odom[-1][0]])
 
 
 def test_bags_are_sorted_into_cells(tmp_path):

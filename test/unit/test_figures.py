@@ -8,15 +8,15 @@ import pytest
 from PIL import Image
 from synthetic_trials import ALTO, dataset_of, synthetic_dataset, trial_data
 
+from diff_encoder_sim.analysis.closed_form import closed_form_std, odometry_minus_truth
+from diff_encoder_sim.analysis.dataset import Tracks
 from diff_encoder_sim.analysis.figures import style, trajectories, variants_of, write_figures
 from diff_encoder_sim.analysis.figures.distributions import draw_distributions
-from diff_encoder_sim.analysis.figures.spread import closed_form_std, draw_spread, odometry_minus_truth
+from diff_encoder_sim.analysis.figures.spread import draw_spread
 from diff_encoder_sim.analysis.figures.trajectories import draw_trajectories
 from diff_encoder_sim.analysis.figures.xy_errors import draw_xy_errors
 from diff_encoder_sim.analysis.paper_cells import X, YAW
 from diff_encoder_sim.experiments.definition import PoseParams, Trial, load_test
-from diff_encoder_sim.recording import topics
-from diff_encoder_sim.recording.reading import PoseSeries, TrialRecording
 
 CONFIG = Path(__file__).resolve().parents[2] / 'config'
 SOURCES = ('odom', 'amcl', 'global', 'world')
@@ -29,14 +29,8 @@ def asked_of(test, start_yaw_rad=0.0):
     return Trial(test=definition.model_copy(update={'start': start}), nav='embedded')
 
 
-def manifest():
-    """As far as figures read it."""
-    return {'configuration': {'nav': 'embedded', 'tests': [
-        {**load_test(test, CONFIG).model_dump(), 'files': {}} for test in ('SL', 'SMT', 'DLD')]}}
-
-
 def small_campaign():
-    return synthetic_dataset(tests=('SL',), pprs=('40', '90'), trials=6)._replace(manifest=manifest())
+    return synthetic_dataset(tests=('SL',), pprs=('40', '90'), trials=6)._replace(asked={'SL': asked_of('SL')})
 
 
 def shown(drawing):
@@ -159,39 +153,32 @@ def test_spread_has_a_line_for_each_source_and_the_closed_form():
     assert closed_form.get_ydata() == pytest.approx([0.321, 0.142, 0.0125, 0.0031], rel=0.02)
 
 
-@pytest.fixture(name='bags')
-def fixture_bags(monkeypatch, tmp_path):
-    """Bags whose odometry starts right and leaves by a metre in twenty, of a dataset with two encoders."""
-    def read_trial(path):
-        way_m = np.linspace(0.0, 20.0, 5000)
-        series = [PoseSeries(np.arange(5000), np.column_stack((way_m + start_m, slope * way_m, 0.0 * way_m)))
-                  for start_m, slope in ((-10.0, 0.0), (0.0, 0.05))]
-        return TrialRecording(path, asked_of('SL'), 'succeeded', '',
-                              dict(zip((topics.WORLD_POSE, topics.ODOM), series)))
-    monkeypatch.setattr(trajectories, 'read_trial', read_trial)
-    return dataset_of(trial_data('SL', ppr, number, bag=tmp_path / f'{number}.bag',
-                                 outcome='succeeded' if number else 'collision')
-                      for ppr in ('40', '90') for number in range(12))._replace(manifest=manifest())
+def driven():
+    """A dataset with two encoders, whose odometry starts right and leaves by a metre in twenty."""
+    x_m = np.linspace(-10.0, 10.0, 50)
+    tracks = Tracks(*(np.column_stack((x_m, slope * (x_m + 10.0))) for slope in (0.0, 0.05)))
+    return dataset_of((trial_data('SL', ppr, number, tracks=tracks, outcome='succeeded' if number else 'collision')
+                       for ppr in ('40', '90') for number in range(12)), asked={'SL': asked_of('SL')})
 
 
-def test_trajectories_are_in_the_map_thinned_and_few(bags):
-    panels = shown(draw_trajectories(variants_of(bags)[0], 'SL', asked_of('SL')))
+def test_trajectories_are_over_the_map_and_few():
+    panels = shown(draw_trajectories(variants_of(driven())[0], 'SL', asked_of('SL')))
     assert [panel.get_title() for panel in panels] == ['SL, 40 PPR', 'SL, 90 PPR']
     true, odometry = (each.get_segments() for each in panels[0].collections)
     assert len(true) == len(odometry) == trajectories.MOST_TRIALS
-    assert len(odometry[0]) == trajectories.MOST_POINTS
     assert odometry[0][0] == pytest.approx([-10.0, 0.0]) and odometry[0][-1] == pytest.approx([10.0, 1.0])
     assert len(panels[0].images) == 1
     assert len(panels[0].lines) == 3     # start, goal, and the end of the trial that failed
 
 
-def test_trajectories_need_bags(bags, tmp_path):
-    assert 'trajectories_SL' in [figure.name for figure in write_figures(bags, tmp_path / 'with')]
-    without = bags._replace(trials=[trial._replace(bag=None) for trial in bags.trials])
+def test_trajectories_need_tracks(tmp_path):
+    dataset = driven()
+    assert 'trajectories_SL' in [figure.name for figure in write_figures(dataset, tmp_path / 'with')]
+    without = dataset._replace(trials=[trial._replace(tracks=None) for trial in dataset.trials])
     assert 'trajectories_SL' not in [figure.name for figure in write_figures(without, tmp_path / 'without')]
 
 
-def test_a_world_that_is_not_here_has_no_map(bags):
+def test_a_world_that_is_not_here_has_no_map():
     asked = asked_of('SL')
     elsewhere = asked.model_copy(update={'test': asked.test.model_copy(update={'world': '/nowhere/else.world'})})
-    assert len(shown(draw_trajectories(variants_of(bags)[0], 'SL', elsewhere))[0].images) == 0
+    assert len(shown(draw_trajectories(variants_of(driven())[0], 'SL', elsewhere))[0].images) == 0

@@ -14,6 +14,7 @@ from diff_encoder_sim.experiments.robot_params import load_robot_params
 from diff_encoder_sim.experiments.outcome import Outcome
 from diff_encoder_sim.mapping.map_files import load_map, save_map
 from diff_encoder_sim.mapping.rasterise import rasterise
+from diff_encoder_sim.navigation.outcome import STOP
 from diff_encoder_sim.simulation.world import load_world
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -145,6 +146,42 @@ def test_latencies_delay_what_they_say(tmp_path):
 def test_a_latency_is_whole_ticks(value):
     with pytest.raises(ConfigError, match='command'):
         LatencyParams.from_mapping({'command': value}, 'lockstep.yaml')
+
+
+def test_scans_that_tell_nothing_are_dropped_and_the_robot_stops_and_goes_on():
+    """As live: AMCL uses none, so its transform grows old. In a wide hall none returns from near enough."""
+    trial, speeds_mps = lockstep(HALL), []
+    sweep, blinded = trial._simulator.scan, [False]
+    trial._simulator.scan = lambda: blind(sweep()) if blinded[0] else sweep()
+    for report in trial.run():
+        now_s = report.stamp_ns * 1e-9
+        blinded[0] = 2.0 <= now_s < 5.0
+        if 3.5 <= now_s < 5.0:
+            speeds_mps.append(report.odometry.linear_velocity_mps)
+            assert report.navigation.text.startswith('stopped: localization (map->odom) is')
+    assert len(speeds_mps) == 30 and max(speeds_mps) == 0.0
+    assert trial.ending.outcome is Outcome.SUCCEEDED
+
+
+def blind(scan):
+    return scan._replace(ranges_m=np.full_like(scan.ranges_m, np.inf))
+
+
+def test_a_turn_in_place_stops_too_and_goes_on():
+    commands = []
+
+    class Ears(Publications):
+        def command(self, now_ns, command, is_navigators):
+            commands.append((now_ns * 1e-9, command, is_navigators))
+
+    trial = lockstep(BEND, publications=Ears())
+    sweep = trial._simulator.scan
+    trial._simulator.scan = lambda: blind(sweep()) if 1.0 <= trial.time_ns * 1e-9 < 4.0 else sweep()
+    rates = {report.stamp_ns * 1e-9: report.odometry.angular_velocity_radps for report in trial.run()}
+    blinded = [command for now_s, command, _ in commands if 2.0 < now_s < 4.0]
+    assert len(blinded) > 30 and set(blinded) == {STOP}
+    assert max(abs(rate) for now_s, rate in rates.items() if 2.5 < now_s < 4.0) == 0.0
+    assert trial.ending.outcome is Outcome.SUCCEEDED
 
 
 def test_what_needs_the_live_graph_is_refused():

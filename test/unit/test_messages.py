@@ -10,7 +10,7 @@ from rosbags.typesys import get_types_from_msg
 
 from diff_encoder_sim.navigation.outcome import GoalStatus
 from diff_encoder_sim.recording import messages
-from diff_encoder_sim.recording.definitions import ENCODER_PULSE
+from diff_encoder_sim.recording.definitions import ENCODER_PULSE_FIELDS
 from diff_encoder_sim.recording.topics import TOPICS
 from diff_encoder_sim.recording.typestore import STORE, definition
 from diff_encoder_sim.se2 import yaw_from_quat_xyzw
@@ -80,7 +80,7 @@ def test_every_recorded_type_is_upstreams():
 def test_the_encoders_definition_is_that_of_its_msg_file():
     text = (ROOT / 'msg' / 'EncoderPulse.msg').read_text()
     name = 'diff_encoder_sim/msg/EncoderPulse'
-    assert get_types_from_msg(text, name) == get_types_from_msg(ENCODER_PULSE, name)
+    assert get_types_from_msg(text, name) == get_types_from_msg(ENCODER_PULSE_FIELDS, name)
 
 
 def test_a_leading_header_is_known_as_such():

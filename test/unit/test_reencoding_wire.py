@@ -4,6 +4,7 @@ import pytest
 from reencoding_drives import ROS1, ROS2
 
 from diff_encoder_sim.errors import InputFault
+from diff_encoder_sim.recording.definitions import ENCODER_PULSE, JOINT_STATE
 from diff_encoder_sim.reencoding import wire
 from diff_encoder_sim.se2 import Pose2D
 
@@ -13,7 +14,7 @@ NAMES = (('left', 'right'), ('a', 'bb', 'ccc', 'dddd', 'räder'), (), ('x',))
 
 @MAKERS
 def test_joint_states(maker):
-    rng, decoder = np.random.default_rng(1), wire.JointDecoder(wire.JOINT_STATE, maker.is_ros2)
+    rng, decoder = np.random.default_rng(1), wire.JointDecoder(JOINT_STATE, maker.is_ros2)
     for _ in range(200):
         names, stamp_ns = NAMES[rng.integers(len(NAMES))], int(rng.integers(0, 2**31 * 10**9))
         message = maker.joint_state(stamp_ns, rng.normal(size=rng.integers(0, 6)), names)
@@ -25,7 +26,7 @@ def test_joint_states(maker):
 
 @MAKERS
 def test_encoder_pulses(maker):
-    decoder = wire.JointDecoder(wire.ENCODER_PULSE, maker.is_ros2)
+    decoder = wire.JointDecoder(ENCODER_PULSE, maker.is_ros2)
     for counts in ([2**63 - 1, -2**63], [0, -1], [5]):
         assert list(decoder.decode(maker.raw(maker.pulses(7, counts))).values) == counts
 
@@ -57,14 +58,14 @@ def test_a_torn_message_is_a_fault_wherever_it_is_torn(maker):
     joints = maker.raw(maker.joint_state(7, (1.0, 2.0)))
     pose = maker.raw(maker.pose(kind, 7, Pose2D(1.0, 2.0, 0.5)))
     transforms = maker.raw(maker.tf(maker.transform(5, Pose2D(1.0, 2.0, 0.5), 'map', 'odom')))
-    decoder = wire.JointDecoder(wire.JOINT_STATE, maker.is_ros2)
+    decoder = wire.JointDecoder(JOINT_STATE, maker.is_ros2)
     values_end = joints.index(np.array([1.0, 2.0]).tobytes()) + 16
     pose_end = pose.index(np.array([1.0, 2.0, 0.0]).tobytes()) + 56
     for size in range(values_end):
         with pytest.raises(InputFault):
             decoder.decode(joints[:size])
         with pytest.raises(InputFault):
-            wire.JointDecoder(wire.JOINT_STATE, maker.is_ros2).decode(joints[:size])
+            wire.JointDecoder(JOINT_STATE, maker.is_ros2).decode(joints[:size])
     for size in range(pose_end):
         with pytest.raises(InputFault):
             wire.decode_pose(kind, pose[:size], maker.is_ros2)
@@ -75,7 +76,7 @@ def test_a_torn_message_is_a_fault_wherever_it_is_torn(maker):
 
 @MAKERS
 def test_a_torn_message_leaves_the_next_ones_as_they_are(maker):
-    decoder = wire.JointDecoder(wire.JOINT_STATE, maker.is_ros2)
+    decoder = wire.JointDecoder(JOINT_STATE, maker.is_ros2)
     raw = maker.raw(maker.joint_state(7, (1.0, 2.0)))
     expected = decoder.decode(raw)
     other = maker.raw(maker.joint_state(7, (1.0, 2.0, 3.0), ('a', 'b', 'c')))

@@ -8,6 +8,7 @@ import pytest
 from paper_datasets import cell, dataset, trial
 
 from diff_encoder_sim.analysis.figures.style import Figure
+from diff_encoder_sim.analysis.ppr_comparison import compare_pprs
 from diff_encoder_sim.analysis.report import write_report
 from diff_encoder_sim.analysis.report.answer import Reach, answer, fewest_trials, share_within
 from diff_encoder_sim.analysis.report.closed_form import closed_form_table
@@ -16,8 +17,12 @@ from diff_encoder_sim.analysis.report.main_line import main_line
 from diff_encoder_sim.analysis.report.pictures import data_uri
 from diff_encoder_sim.analysis.report.provenance import provenance
 from diff_encoder_sim.analysis.report.trials import bag_links
+from diff_encoder_sim.analysis.tables import all_tables
+from diff_encoder_sim.experiments.definition import Trial
 
 IN, OUT, TURNED = (0.01, -0.02, 1.0), (0.01, 0.3, 1.0), (0.01, -0.02, 4.0)
+SL = {'name': 'SL', 'world': 'hallway', 'start': {'x': 0.0, 'y': 0.0, 'yaw': 0.0},
+      'route': [{'goal': {'x': 20.0, 'y': 0.0, 'yaw': 0.0}}]}
 GOAL = 'within 0.05 m and 3 degrees of the goal'
 
 # HTML elements that have no end.
@@ -62,6 +67,12 @@ def test_the_answer_has_a_line_for_each_test_and_source():
     assert [(line.test, line.source, list(line.shares)) for line in lines] == [
         (test, source, [ppr]) for test, ppr in (('SL', '40'), ('SMT', '90'))
         for source in ('world', 'global', 'odom')]
+
+
+def test_encoders_are_in_the_order_of_their_pulses_also_where_the_first_test_has_not_all():
+    lines = answer(dataset(cell('SL', '90', 'odom', [IN]), cell('SMT', '40', 'odom', [IN]),
+                           cell('SMT', '90', 'odom', [IN])))
+    assert [list(line.shares) for line in lines if line.source == 'odom'] == [['90'], ['40', '90']]
 
 
 # ---- the main line
@@ -123,8 +134,8 @@ def test_encoders_without_one_ppr_are_named_too():
 def test_encoders_that_differ_are_named_worse_first():
     wide = [(0.0, 0.1 * (-1) ** number * (1 + number % 5), 0.0) for number in range(30)]
     narrow = [(x, 0.01 * y, yaw) for x, y, yaw in wide]
-    told = compare_encoders(dataset(cell('SL', '40', 'odom', wide), cell('SL', '90', 'odom', wide),
-                                    cell('SL', '1024', 'odom', narrow)))
+    told = compare_encoders(compare_pprs(dataset(
+        cell('SL', '40', 'odom', wide), cell('SL', '90', 'odom', wide), cell('SL', '1024', 'odom', narrow))))
     assert told.table.rows == [['SL', '/odom, y', *['40 than 1024; 90 than 1024'] * 3]]
     assert [verdict[:40] for verdict in told.verdicts['SL']][:1] == [
         '/odom, y: 40 PPR spreads more than 1024 ']
@@ -132,8 +143,8 @@ def test_encoders_that_differ_are_named_worse_first():
 
 
 def test_equal_encoders_do_not_differ():
-    told = compare_encoders(dataset(cell('SL', '40', 'odom', [IN, OUT, TURNED]),
-                                    cell('SL', '90', 'odom', [IN, OUT, TURNED])))
+    told = compare_encoders(compare_pprs(dataset(cell('SL', '40', 'odom', [IN, OUT, TURNED]),
+                                                 cell('SL', '90', 'odom', [IN, OUT, TURNED]))))
     assert told.table is None and not told.verdicts and told.count == 9
 
 
@@ -144,15 +155,14 @@ def manifest():
         'versions': {'numpy': '2.0', 'dask': None}, 'commit': {'id': 'abc', 'is_dirty': True},
         'machine': {'cpu': 'a chip', 'cores': 4, 'usable_cores': 2, 'memory_bytes': 8 * 2 ** 30,
                     'os': 'Linux'}}],
-        'configuration': {'nav': 'embedded', 'tests': [{
-            'name': 'SL', 'world': 'hallway', 'start': {'x': 0.0, 'y': 0.0, 'yaw': 0.0},
-            'route': [{'goal': {'x': 20.0, 'y': 0.0, 'yaw': 0.0}}]}]}}
+        'configuration': {'nav': 'embedded', 'tests': [SL]}}
 
 
 def test_the_closed_form_is_that_of_a_straight_drive():
     made = dataset(cell('SL', '40', 'odom', [(0.0, 0.3, 1.0), (0.0, -0.3, -1.0)]))
     made = made._replace(trials=[one._replace(errors={**one.errors, 'world': (0.0, 0.0, 0.0)})
-                                 for one in made.trials], manifest=manifest())
+                                 for one in made.trials],
+                         asked={'SL': Trial.from_mapping({'test': SL, 'nav': 'embedded'}, '')})
     cells = {row[1]: row[2:] for row in closed_form_table(made).rows}
     # (S d / L) sqrt(1/6) = 321 mm and (d / L) sqrt(1/3) = 1.30 degrees; 0.3 m sqrt(2) = 424 mm.
     assert cells['y [mm]'][0] == '321' and cells['y [mm]'][1].startswith('424 (')
@@ -210,10 +220,10 @@ def figure(tmp_path):
 
 
 def page_of(made, folder, figures=()):
-    report = write_report(made, figures, folder)
-    assert report.path == folder / 'report.html'
-    assert report.main_line in html.unescape(report.path.read_text(encoding='utf-8'))
-    return report.path.read_text(encoding='utf-8')
+    path = folder / 'report.html'
+    sentence = write_report(made, all_tables(made), compare_pprs(made), figures, path)
+    assert sentence in html.unescape(path.read_text(encoding='utf-8'))
+    return path.read_text(encoding='utf-8')
 
 
 def test_the_page_is_one_file_with_heads_captions_and_texts_for_pictures(tmp_path, figure):

@@ -9,9 +9,8 @@ from synthetic_trials import dataset_of, synthetic_dataset, trial_data
 
 from diff_encoder_sim.analysis.dataset import Dataset
 from diff_encoder_sim.analysis.table_files import (Column, Label, Number, Table, csv_text, latex_text, markdown_text,
-                                                   write_table)
-from diff_encoder_sim.analysis.tables import (accuracy_table, all_tables, goal_table, interval_table,
-                                              write_tables)
+                                                   write_tables)
+from diff_encoder_sim.analysis.tables import accuracy_table, all_tables, goal_table, interval_table
 
 DEG = math.pi / 180.0
 # x [m], y [m], yaw: of three trials; within 0.05 m: 2 and 1 of them; within 3 degrees: 2.
@@ -127,23 +126,29 @@ def test_table_3_leaves_encoders_without_one_ppr_out():
     assert [row[0] for row in tables['table3'].rows] == ['90']
 
 
+def written(folder, *tables, csv_only=()):
+    """Contents of the files, by name."""
+    write_tables(tables, csv_only, folder)
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
 def test_files_of_a_dataset(tmp_path):
-    paths = write_tables(synthetic_dataset(trials=3), tmp_path / 'analysis' / 'tables')
+    files = written(tmp_path / 'analysis' / 'tables', *all_tables(synthetic_dataset(trials=3)))
     names = ['table3', *(name + more for name in ('table4', 'table5', 'table6', 'table6_amcl')
                          for more in ('', '_intervals'))]
-    assert sorted(path.name for path in paths) == sorted(['comparisons.csv', *(
-        f'{name}.{suffix}' for name in names for suffix in ('csv', 'md', 'tex'))])
-    assert all(path.stat().st_size > 0 for path in paths)
+    assert sorted(files) == sorted(f'{name}.{suffix}' for name in names for suffix in ('csv', 'md', 'tex'))
+    assert all(files.values())
 
 
 def test_the_same_dataset_gives_the_same_bytes(tmp_path):
-    first, second = (write_tables(synthetic_dataset(trials=4), tmp_path / name) for name in 'ab')
-    assert [path.read_bytes() for path in first] == [path.read_bytes() for path in second]
+    first, second = (written(tmp_path / name, *all_tables(synthetic_dataset(trials=4))) for name in 'ab')
+    assert first == second
 
 
 def test_tables_of_no_trials_are_empty(tmp_path):
-    assert all(table.rows == [] for table in all_tables(dataset_of([])))
-    write_tables(dataset_of([]), tmp_path)
+    tables = all_tables(dataset_of([]))
+    assert all(table.rows == [] for table in tables)
+    assert len(written(tmp_path, *tables)) == 3 * len(tables)
 
 
 def test_csv_has_all_digits():
@@ -195,7 +200,7 @@ def test_latex_environments_are_balanced_and_tests_are_ruled_off():
     assert '$-$0.' in text
 
 
-def test_a_table_is_written_in_each_format(tmp_path):
-    paths = write_table(small_table(), tmp_path)
-    assert [path.name for path in paths] == ['small.csv', 'small.md', 'small.tex']
-    assert paths[0].read_bytes().startswith(b'key,0x,0y\n')
+def test_a_table_is_written_in_each_format_or_as_csv_alone(tmp_path):
+    files = written(tmp_path, small_table(), csv_only=[small_table()._replace(name='long')])
+    assert sorted(files) == ['long.csv', 'small.csv', 'small.md', 'small.tex']
+    assert files['small.csv'] == files['long.csv'] and files['long.csv'].startswith(b'key,0x,0y\n')

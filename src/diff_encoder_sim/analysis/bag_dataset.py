@@ -33,7 +33,7 @@ def bag_dataset(paths: Sequence[Path]) -> Dataset:
     title = paths[0].resolve().stem if len(paths) == 1 else f'{len(found)} trials'
     return Dataset(title, [bag.data._replace(varied=tuple(
         (key, str(getattr(bag.trial, key))) for key in varied)) for bag in found], notes, None,
-        None, robot_of(found[0].trial))
+        None, robot_of(found[0].trial), {bag.trial.test.name: bag.trial for bag in found[::-1]})
 
 
 def _bags_in(paths: Sequence[Path]) -> List[Path]:

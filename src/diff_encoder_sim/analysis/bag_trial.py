@@ -7,19 +7,23 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Dict, List, NamedTuple, Optional, Sequence, Union
 
-from diff_encoder_sim.analysis.dataset import IDEAL, TOPIC_OF_SOURCE, RobotGeometry, TrialData
+import numpy as np
+
+from diff_encoder_sim.analysis.dataset import (IDEAL, TOPIC_OF_SOURCE, RobotGeometry, Tracks,
+                                               TrialData)
 from diff_encoder_sim.analysis.errors import goal_errors, poses_in_map
 from diff_encoder_sim.analysis.path_errors import PathErrors, path_errors, path_length_m
 from diff_encoder_sim.encoder import ppr_label
 from diff_encoder_sim.errors import ConfigError
 from diff_encoder_sim.experiments.definition import Trial
 from diff_encoder_sim.recording import topics
-from diff_encoder_sim.recording.reading import POSE_TOPICS, TrialRecording, read_trial
+from diff_encoder_sim.recording.reading import POSE_TOPICS, PoseSeries, read_trial
 from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
-
 
 # For a worker at a time: enough that handing them over costs nothing.
 BAGS_PER_TASK = 4
+
+MOST_POINTS = 600       # of a track
 
 
 class BagTrial(NamedTuple):
@@ -49,15 +53,15 @@ def read_bag_trial(path: Path) -> BagTrial:
     for topic in (topics.ODOM, topics.WORLD_POSE):
         if topic not in recording.poses:
             raise ConfigError(f'{path}: no message on {topic}; expected {POSE_TOPICS[topic]}')
-    trial, errors = recording.trial, goal_errors(recording)
-    truth = recording.poses[topics.WORLD_POSE]
+    trial, errors, poses = recording.trial, goal_errors(recording), poses_in_map(recording)
+    truth = poses[topics.WORLD_POSE]
     return BagTrial(trial, TrialData(
         trial.test.name, label_of(trial), (), trial.number, trial.number, recording.outcome,
         recording.reason, float(truth.stamps_ns.max() - truth.stamps_ns.min())
         / NANOSECONDS_PER_SECOND, path_length_m(truth),
         {source: tuple(errors[topic].tolist()) if topic in errors else None
          for source, topic in TOPIC_OF_SOURCE.items()},
-        _path_errors(recording), path))
+        _path_errors(poses), _tracks(poses), path))
 
 
 def label_of(trial: Trial) -> str:
@@ -77,7 +81,15 @@ def _trial_or_reason(path: Path) -> Union[BagTrial, str]:
         return str(error)
 
 
-def _path_errors(recording: TrialRecording) -> Dict[str, Optional[PathErrors]]:
-    poses = poses_in_map(recording)
+def _path_errors(poses: Dict[str, PoseSeries]) -> Dict[str, Optional[PathErrors]]:
     return {source: path_errors(poses[topic], poses[topics.WORLD_POSE]) if topic in poses else None
             for source, topic in TOPIC_OF_SOURCE.items() if topic != topics.WORLD_POSE}
+
+
+def _tracks(poses: Dict[str, PoseSeries]) -> Tracks:
+    return Tracks(*(_thinned(poses[topic].x_y_yaw[:, :2])
+                    for topic in (topics.WORLD_POSE, topics.ODOM)))
+
+
+def _thinned(points: np.ndarray) -> np.ndarray:
+    return points[np.unique(np.linspace(0, len(points) - 1, MOST_POINTS).round().astype(int))]

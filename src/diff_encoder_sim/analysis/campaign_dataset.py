@@ -28,12 +28,13 @@ def campaign_dataset(folder: Path) -> Dataset:
     for index, bag in zip(bags, read_bag_trials(list(bags.values()))):
         trials[index], problem = _with_paths(trials[index], bag, manifest)
         notes += problem
-    return Dataset(manifest.name, trials, notes, manifest.content, folder, manifest.robots[0])
+    return Dataset(manifest.name, trials, notes, manifest.content, folder, manifest.robots[0],
+                   manifest.asked)
 
 
 def _data_of(row: TrialRow) -> TrialData:
     return TrialData(row.test, row.ppr, row.varied, row.trial, row.seed, row.outcome, row.reason,
-                     row.duration_s, row.distance_m, row.errors, {}, None)
+                     row.duration_s, row.distance_m, row.errors, {}, None, None)
 
 
 def _bags_of_rows(folder: Path, rows: Sequence[TrialRow]) -> Tuple[Dict[int, Path], List[str]]:
@@ -55,8 +56,8 @@ def _with_paths(trial: TrialData, bag: Union[BagTrial, str],
     """The trial with what its bag tells, or why not."""
     if isinstance(bag, str):
         return trial, [bag]
-    about = bag.trial
-    expected = {'test': manifest.tests[trial.test], 'number': trial.seed, 'nav': manifest.nav}
+    about, asked = bag.trial, manifest.asked[trial.test]
+    expected = {'test': asked.test, 'number': trial.seed, 'nav': asked.nav}
     differing = [key for key, value in expected.items() if getattr(about, key) != value]
     if ppr_label(about.ppr) != trial.ppr:
         differing.append('ppr')
@@ -65,4 +66,4 @@ def _with_paths(trial: TrialData, bag: Union[BagTrial, str],
     if differing:
         return trial, [f'{bag.data.bag}: its trial has another {", ".join(differing)}; expected '
                        f'the trial of its line in trials.csv']
-    return trial._replace(paths=bag.data.paths, bag=bag.data.bag), []
+    return trial._replace(paths=bag.data.paths, tracks=bag.data.tracks, bag=bag.data.bag), []

@@ -11,7 +11,7 @@ from diff_encoder_sim.analysis.dataset import RobotGeometry
 from diff_encoder_sim.campaign.folder import MANIFEST, TABLE
 from diff_encoder_sim.campaign.row import TrialRow, csv_fields, header, row_of
 from diff_encoder_sim.errors import ConfigError
-from diff_encoder_sim.experiments.definition import TestDefinition
+from diff_encoder_sim.experiments.definition import Trial
 
 
 class Manifest(NamedTuple):
@@ -19,8 +19,7 @@ class Manifest(NamedTuple):
 
     content: Dict[str, Any]             # all of it
     name: str
-    tests: Dict[str, TestDefinition]    # by name
-    nav: str
+    asked: Dict[str, Trial]             # by test
     robots: List[RobotGeometry]         # of each set of parameters
     varied_keys: List[str]
     trial_count: int                    # of the whole campaign
@@ -58,15 +57,15 @@ def _manifest(path: Path) -> Manifest:
     try:
         content = json.loads(_text(path))
         configuration = content['configuration']
-        tests = [TestDefinition.from_mapping(
-            {key: value for key, value in test.items() if key != 'files'}, f'{path}: tests')
+        asked = [Trial.from_mapping(
+            {'nav': configuration['nav'],
+             'test': {key: value for key, value in test.items() if key != 'files'}}, str(path))
             for test in configuration['tests']]
         parameters = configuration['parameters']
-        count = (len(tests) * len(parameters) * len(configuration['ppr'])
+        count = (len(asked) * len(parameters) * len(configuration['ppr'])
                  * configuration['trials'])
         return Manifest(
-            content, str(content['name']), {test.name: test for test in tests},
-            str(configuration['nav']),
+            content, str(content['name']), {trial.test.name: trial for trial in asked},
             [RobotGeometry(float(each['odometry']['wheel_diameter']),
                            float(each['odometry']['wheel_separation'])) for each in parameters],
             sorted(parameters[0]['varied']), int(count))
@@ -91,7 +90,7 @@ def _rows(path: Path, manifest: Manifest) -> Tuple[List[TrialRow], List[str]]:
                 _check(fields == head)
                 continue
             row = row_of(fields, manifest.varied_keys)
-            _check(row.test in manifest.tests and row.identity() not in seen and _is_finite(row))
+            _check(row.test in manifest.asked and row.identity() not in seen and _is_finite(row))
         except ValueError:
             raise ConfigError(f'{path}: line {number} is not of the campaign of {MANIFEST}, is '
                               f'there twice or has a number that is not finite; expected it as '

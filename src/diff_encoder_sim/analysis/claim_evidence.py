@@ -13,12 +13,10 @@ import numpy as np
 
 from diff_encoder_sim.analysis.claim_samples import Pair, Sample, TrialsByCell
 from diff_encoder_sim.analysis.paper_cells import QUANTITIES, count_within, with_final_error
-from diff_encoder_sim.analysis.statistics import (Interval, holm, mcnemar, spread, spread_ratio,
-                                                  std_interval, wilcoxon, wilson)
+from diff_encoder_sim.analysis.statistics import (SIGNIFICANCE, Interval, holm, mcnemar, spread,
+                                                  spread_ratio, std_interval, wilcoxon, wilson)
 from diff_encoder_sim.experiments.outcome import Outcome
 from diff_encoder_sim.se2 import wrap_angle
-
-SIGNIFICANCE = 0.05
 
 # Of the tolerance: a difference below that is negligible.
 NEGLIGIBLE_SHARE = 0.1

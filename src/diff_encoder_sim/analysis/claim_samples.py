@@ -6,8 +6,7 @@ from typing import Dict, List, NamedTuple, Sequence, Tuple
 import numpy as np
 
 from diff_encoder_sim.analysis.dataset import TOPIC_OF_SOURCE, TrialData
-from diff_encoder_sim.analysis.paper_cells import (X, Y, Quantity, final_errors,
-                                                   with_final_error)
+from diff_encoder_sim.analysis.paper_cells import X, Y, Quantity, equal_trials, final_errors
 
 # Of one set of parameters, by test and PPR.
 TrialsByCell = Dict[Tuple[str, str], List[TrialData]]
@@ -44,10 +43,7 @@ def pairs_of_pprs(trials: TrialsByCell, source: str, tests: Sequence[str],
     pairs = []
     for test in tests:
         for two in pprs:
-            first, second = ({trial.trial: trial for trial in with_final_error(
-                trials.get((test, ppr), []), source)} for ppr in two)
-            both = [number for number in first if number in second]
-            cells = [first[number] for number in both], [second[number] for number in both]
+            cells = equal_trials(*(trials.get((test, ppr), []) for ppr in two), source)
             pairs += [Pair(f'{TOPIC_OF_SOURCE[source]} in {test}, {quantity.axis}',
                            (f'{two[0]} PPR', f'{two[1]} PPR'),
                            (final_errors(cells[0], source, quantity),

@@ -1,12 +1,12 @@
 """The table of all comparisons between encoders, those that show no difference included."""
 from __future__ import annotations
 
-from typing import List
+from typing import List, Sequence
 
 from diff_encoder_sim.analysis.dataset import Dataset
-from diff_encoder_sim.analysis.ppr_comparison import PprComparison, compare_pprs
+from diff_encoder_sim.analysis.ppr_comparison import PprComparison
 from diff_encoder_sim.analysis.table_files import Column, Entry, Number, Table
-from diff_encoder_sim.analysis.table_keys import varied_keys, varied_values
+from diff_encoder_sim.analysis.table_keys import key_columns, key_entries, varied_keys
 
 DECIMALS = 4
 
@@ -15,8 +15,8 @@ _COLUMNS = [Column(name, name) for name in (
     'verdict')]
 
 
-def comparison_table(dataset: Dataset) -> Table:
-    """A row for each comparison of `compare_pprs`.
+def comparison_table(dataset: Dataset, compared: Sequence[PprComparison]) -> Table:
+    """A row for each of the dataset's comparisons.
 
     The estimate is of a against b: for `spread` the ratio of standard deviations, for `error` the
     difference of absolute errors in the unit of the error, for `within` the difference of shares
@@ -24,10 +24,9 @@ def comparison_table(dataset: Dataset) -> Table:
     corrected for the number of comparisons.
     """
     keys = varied_keys(dataset)
-    columns = [Column('test', 'test'), *(Column(key, key) for key in keys), *_COLUMNS]
-    rows: List[List[Entry]] = [[one.test, *varied_values(one.varied, keys), *_entries(one)]
-                               for one in compare_pprs(dataset)]
-    return Table('comparisons', 'Encoders compared', columns, rows, [])
+    rows: List[List[Entry]] = [[*key_entries(one.test, one.varied, keys), *_entries(one)]
+                               for one in compared]
+    return Table('comparisons', 'Encoders compared', [*key_columns(keys), *_COLUMNS], rows, [])
 
 
 def _entries(one: PprComparison) -> List[Entry]:

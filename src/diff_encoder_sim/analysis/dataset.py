@@ -5,8 +5,11 @@ import math
 from pathlib import Path
 from typing import Any, Dict, List, NamedTuple, Optional, Tuple
 
+import numpy as np
+
 from diff_encoder_sim.analysis.path_errors import PathErrors
 from diff_encoder_sim.campaign.row import SOURCES
+from diff_encoder_sim.experiments.definition import Trial
 from diff_encoder_sim.recording import topics
 
 TOPIC_OF_SOURCE = dict(zip(SOURCES, (topics.ODOM, topics.AMCL_POSE, topics.GLOBAL_POSE,
@@ -30,6 +33,13 @@ class Cell(NamedTuple):
     varied: Varied
 
 
+class Tracks(NamedTuple):
+    """The way of one trial in the map frame, thinned to what a figure can show."""
+
+    true: np.ndarray        # (n, 2) [m]
+    odometry: np.ndarray    # (n, 2) [m]
+
+
 class TrialData(NamedTuple):
     """One trial."""
 
@@ -49,6 +59,7 @@ class TrialData(NamedTuple):
     # By source but the truth itself, against the truth on the way; None where there was nothing to
     # compare. Empty where there is no bag.
     paths: Dict[str, Optional[PathErrors]]
+    tracks: Optional[Tracks]        # None where there is no bag
     bag: Optional[Path]
 
     @property
@@ -73,6 +84,11 @@ class Dataset(NamedTuple):
     manifest: Optional[Dict[str, Any]]      # of a campaign
     folder: Optional[Path]          # of a campaign
     robot: RobotGeometry            # of the first trial, where a campaign varies it
+    asked: Dict[str, Trial]         # by test, one trial as it was asked for
+
+    def encoders(self) -> List[str]:
+        """Labels of all encoders, ascending."""
+        return sorted({trial.ppr for trial in self.trials}, key=ppr_order)
 
     def cells(self) -> Dict[Cell, List[TrialData]]:
         """Trials by cell: tests in the paper's order, then what is varied, then PPR ascending."""

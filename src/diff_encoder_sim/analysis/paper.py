@@ -10,15 +10,16 @@ from collections import Counter
 from typing import Callable, Dict, List, NamedTuple, Optional, Tuple
 
 import numpy as np
+from scipy import stats
 
 from diff_encoder_sim.analysis.dataset import Cell, Dataset, ppr_value
 from diff_encoder_sim.analysis.paper_cells import (TRIALS, PaperCell, Quantity, count_within,
                                                    final_errors, load_paper_cells)
 from diff_encoder_sim.analysis.paper_errata import errata_of
-from diff_encoder_sim.analysis.statistics import Interval, spread, std_interval, wilson
+from diff_encoder_sim.analysis.statistics import (LEVEL, SIGNIFICANCE, Interval, spread,
+                                                  std_interval, wilson)
 from diff_encoder_sim.analysis.table3 import Table3Row, table_3
 
-LEVEL = 0.95
 # The only cells that parameters were fitted to: table, test, PPR and quantity
 # (docs/adr/0012-calibration.md).
 CALIBRATED = (4, 'SL', '4096', 'y_m')
@@ -47,7 +48,8 @@ class ComparedCell(NamedTuple):
     @property
     def is_compatible(self) -> Optional[bool]:
         """Whether chance alone explains the difference; None where that cannot be told."""
-        return None if self.agreement.p_value is None else self.agreement.p_value >= 1.0 - LEVEL
+        p_value = self.agreement.p_value
+        return None if p_value is None else p_value >= SIGNIFICANCE
 
     @property
     def is_calibrated(self) -> bool:
@@ -102,7 +104,6 @@ def compare_with_paper(dataset: Dataset) -> PaperComparison:
 
 def compare_std(values: np.ndarray, paper_std: float, quantity: Quantity) -> Optional[Agreement]:
     """By the F-test, which takes errors for Gaussian; None for fewer than two values."""
-    from scipy import stats
     ours = spread(values)
     if ours is None:
         return None
@@ -121,7 +122,6 @@ def compare_std(values: np.ndarray, paper_std: float, quantity: Quantity) -> Opt
 def compare_pct_within(values: np.ndarray, paper_pct: float, quantity: Quantity
                        ) -> Optional[Agreement]:
     """By Fisher's exact test; None without a value."""
-    from scipy import stats
     if len(values) == 0:
         return None
     ours, theirs = count_within(values, quantity), round(paper_pct / 100.0 * TRIALS)

@@ -1,16 +1,16 @@
-"""The paper's tables 4 to 6 as data: config/paper/tables_4_5_6.csv."""
+"""The paper's tables 4 to 6 as data, and our final errors in their terms."""
 from __future__ import annotations
 
 import csv
 import math
 from pathlib import Path
-from typing import List, NamedTuple, Optional, Sequence, Union
+from typing import List, NamedTuple, Optional, Sequence, Tuple, Union
 
 import numpy as np
 
 from diff_encoder_sim.analysis.dataset import TrialData
-from diff_encoder_sim.cli.run import package_folder
 from diff_encoder_sim.errors import ConfigError
+from diff_encoder_sim.installation import package_folder
 
 TRIALS = 30                         # behind each cell
 PPRS = ('40', '90', '1024', '4096')
@@ -38,6 +38,11 @@ class Quantity(NamedTuple):
         """Of scaled errors: m or deg."""
         return self.name.rpartition('_')[2]
 
+    @property
+    def head(self) -> str:
+        """For people."""
+        return f'{self.axis} [{self.unit}]'
+
 
 QUANTITIES = (Quantity('x_m', 0, 1.0, 0.05), Quantity('y_m', 1, 1.0, 0.05),
               Quantity('yaw_deg', 2, 180.0 / math.pi, 3.0))
@@ -57,7 +62,7 @@ class PaperCell(NamedTuple):
 
 
 def load_paper_cells(path: Optional[Union[str, Path]] = None) -> List[PaperCell]:
-    """The cells in the file's order; the package's own file unless another is given.
+    """The cells in the file's order; config/paper/tables_4_5_6.csv unless another is given.
 
     Raises:
         ConfigError: the file cannot be read, or a line of it is bad.
@@ -85,6 +90,15 @@ def with_final_error(trials: Sequence[TrialData], source: str) -> List[TrialData
             if trial.outcome != 'torn' and trial.errors.get(source) is not None]
 
 
+def equal_trials(first: Sequence[TrialData], second: Sequence[TrialData], source: str
+                 ) -> Tuple[List[TrialData], List[TrialData]]:
+    """Of two cells the trials of equal number that both have a final error, in one order."""
+    of_first, of_second = ({trial.trial: trial for trial in with_final_error(trials, source)}
+                           for trials in (first, second))
+    numbers = [number for number in of_first if number in of_second]
+    return [of_first[number] for number in numbers], [of_second[number] for number in numbers]
+
+
 def final_errors(trials: Sequence[TrialData], source: str, quantity: Quantity) -> np.ndarray:
     """(n,) final pose minus goal of `with_final_error`, in the paper's unit."""
     return quantity.scale * np.array([trial.errors[source][quantity.component]
@@ -94,3 +108,11 @@ def final_errors(trials: Sequence[TrialData], source: str, quantity: Quantity) -
 def count_within(values: np.ndarray, quantity: Quantity) -> int:
     """How many errors are within the paper's tolerance."""
     return int(np.count_nonzero(np.abs(values) <= quantity.tolerance))
+
+
+def count_within_all(trials: Sequence[TrialData], source: str,
+                     quantities: Sequence[Quantity] = QUANTITIES) -> int:
+    """How many of `with_final_error` are within the tolerances of all quantities at once."""
+    return int(np.count_nonzero(np.all(
+        [np.abs(final_errors(trials, source, quantity)) <= quantity.tolerance
+         for quantity in quantities], axis=0)))

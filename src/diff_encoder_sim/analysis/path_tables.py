@@ -6,12 +6,12 @@ from typing import Callable, List, Optional, Sequence
 
 import numpy as np
 
-from diff_encoder_sim.analysis.dataset import TOPIC_OF_SOURCE, Cell, Dataset
+from diff_encoder_sim.analysis.dataset import TOPIC_OF_SOURCE, Dataset
 from diff_encoder_sim.analysis.paper_cells import with_final_error
 from diff_encoder_sim.analysis.path_errors import RPE_DISTANCES_M, PathErrors
-from diff_encoder_sim.analysis.statistics import mean_interval, spread
+from diff_encoder_sim.analysis.statistics import LEVEL, mean_interval, spread
 from diff_encoder_sim.analysis.table_files import Column, Entry, Label, Number, Table
-from diff_encoder_sim.analysis.table_keys import LEVEL, varied_keys, varied_values
+from diff_encoder_sim.analysis.table_keys import key_columns, key_entries, varied_keys
 
 DECIMALS_M, DECIMALS_DEG = 4, 3
 
@@ -21,15 +21,16 @@ _WHOLE = 'whole path'
 def path_error_table(dataset: Dataset) -> Optional[Table]:
     """Rows cell and source, numbers over its trials; None for a dataset without paths."""
     keys = varied_keys(dataset)
-    columns = [Column('test', 'test'), *(Column(key, key) for key in keys), Column('ppr', 'PPR'),
-               Column('source', 'source'), Column('trials', 'trials'), *_columns()]
+    columns = [*key_columns(keys), Column('ppr', 'PPR'), Column('source', 'source'),
+               Column('trials', 'trials'), *_columns()]
     rows: List[List[Entry]] = []
     for cell, trials in dataset.cells().items():
         for source, topic in TOPIC_OF_SOURCE.items():
             paths = [path for path in (trial.paths.get(source) for trial in
                                        with_final_error(trials, source)) if path]
             if paths:
-                rows.append([*_keys(cell, keys), Label(source, topic), *_numbers(paths)])
+                rows.append([*key_entries(cell.test, cell.varied, keys), cell.ppr,
+                             Label(source, topic), *_numbers(paths)])
     if not rows:
         return None
     return Table('path_errors', 'Errors over the whole path', columns, rows, [
@@ -37,10 +38,6 @@ def path_error_table(dataset: Dataset) -> Optional[Table]:
         f'{100 * LEVEL:g} % interval (t-distribution) and standard deviation, and the largest '
         'distance in any trial. RPE: error of the motion over stretches of the true path; mean of '
         'the RMSE of those trials whose path is so long. inf: too few trials for a bound.'])
-
-
-def _keys(cell: Cell, keys: Sequence[str]) -> List[Entry]:
-    return [cell.test, *varied_values(cell.varied, keys), cell.ppr]
 
 
 def _columns() -> List[Column]:

@@ -11,14 +11,12 @@ from typing import Dict, Iterator, List, NamedTuple, Sequence, Tuple
 import numpy as np
 
 from diff_encoder_sim.analysis.dataset import Cell, Dataset, TrialData, Varied
-from diff_encoder_sim.analysis.paper_cells import (QUANTITIES, Quantity, final_errors,
-                                                   with_final_error)
-from diff_encoder_sim.analysis.statistics import (Interval, PairedResult, holm, mcnemar,
-                                                  spread_ratio, wilcoxon)
+from diff_encoder_sim.analysis.paper_cells import (QUANTITIES, Quantity, equal_trials,
+                                                   final_errors)
+from diff_encoder_sim.analysis.statistics import (SIGNIFICANCE, Interval, PairedResult, holm,
+                                                  mcnemar, spread_ratio, wilcoxon)
 from diff_encoder_sim.analysis.table_keys import ppr_head
 from diff_encoder_sim.campaign.row import SOURCES
-
-SIGNIFICANCE = 0.05
 
 # Equal pulse counts give equal errors but for rounding, which must not look like a spread.
 DECIMALS = 9
@@ -96,13 +94,10 @@ def _cells_in_pairs(cells: Dict[Cell, List[TrialData]]
 
 def _answers(first: Sequence[TrialData], second: Sequence[TrialData], source: str,
              quantity: Quantity) -> List[Tuple[Question, PairedResult]]:
-    by_number = [{trial.trial: trial for trial in with_final_error(trials, source)}
-                 for trials in (first, second)]
-    numbers = [number for number in by_number[0] if number in by_number[1]]
-    if not numbers:
+    pairs = equal_trials(first, second, source)
+    if not pairs[0]:
         return []
-    errors = [np.round(final_errors([of_cell[number] for number in numbers], source, quantity),
-                       DECIMALS) for of_cell in by_number]
+    errors = [np.round(final_errors(trials, source, quantity), DECIMALS) for trials in pairs]
     sizes = [np.abs(values) for values in errors]
     return [(Question.SPREAD, spread_ratio(*errors)), (Question.ERROR, wilcoxon(*sizes)),
             (Question.WITHIN, mcnemar(*(size <= quantity.tolerance for size in sizes)))]

@@ -13,6 +13,9 @@ from scipy import stats
 
 from diff_encoder_sim.analysis.signed_rank import means_beyond_interval, signed_rank_p
 
+LEVEL = 0.95            # of all intervals that are shown
+SIGNIFICANCE = 0.05     # p-values below it tell a difference
+
 # Resamples of fewer values are too often without a spread themselves.
 FEWEST_TO_RESAMPLE = 5
 
@@ -49,7 +52,7 @@ def spread(values: np.ndarray) -> Optional[float]:
     return float(np.std(values, ddof=1)) if np.ptp(values) > 0.0 else 0.0
 
 
-def wilson(successes: int, n: int, level: float = 0.95) -> Interval:
+def wilson(successes: int, n: int, level: float = LEVEL) -> Interval:
     """Wilson's score interval of a share; (0, 1) without trials."""
     if n == 0:
         return Interval(0.0, 1.0)
@@ -57,16 +60,16 @@ def wilson(successes: int, n: int, level: float = 0.95) -> Interval:
     return Interval(float(low), float(high))
 
 
-def mean_interval(values: np.ndarray, level: float = 0.95) -> Interval:
+def mean_interval(values: np.ndarray, level: float = LEVEL) -> Interval:
     """Student's t interval of the mean; unbounded for fewer than two values."""
     std = spread(values)
     if std is None:
         return Interval(-math.inf, math.inf)
-    margin = _t_quantile(level, len(values) - 1) * std / math.sqrt(len(values))
+    margin = float(stats.t.ppf(0.5 + 0.5 * level, len(values) - 1)) * std / math.sqrt(len(values))
     return Interval(float(np.mean(values)) - margin, float(np.mean(values)) + margin)
 
 
-def std_interval(values: np.ndarray, level: float = 0.95) -> Interval:
+def std_interval(values: np.ndarray, level: float = LEVEL) -> Interval:
     """Chi-square interval of the spread of normally distributed values.
 
     (0, infinity) for fewer than two values, (0, 0) where all are equal.
@@ -104,7 +107,7 @@ def bootstrap_std_interval(values: np.ndarray, level: float, rng: np.random.Gene
     return Interval(low, high if high < WIDEST * spread(values) else math.inf)
 
 
-def spread_ratio(first: np.ndarray, second: np.ndarray, level: float = 0.95) -> PairedResult:
+def spread_ratio(first: np.ndarray, second: np.ndarray, level: float = LEVEL) -> PairedResult:
     """Spread of the first over that of the second, for pairs of any distribution.
 
     The interval is the jackknife's of the ratio's logarithm (Miller 1968). The p-value is its own
@@ -130,7 +133,7 @@ def spread_ratio(first: np.ndarray, second: np.ndarray, level: float = 0.95) -> 
                         max(_t_test_p(pseudo_values), rank_p_value))
 
 
-def wilcoxon(first: np.ndarray, second: np.ndarray, level: float = 0.95) -> PairedResult:
+def wilcoxon(first: np.ndarray, second: np.ndarray, level: float = LEVEL) -> PairedResult:
     """How far the first lies above the second: the signed-rank test, with ties too.
 
     The estimate is Hodges and Lehmann's (the median of the means of any two differences), the
@@ -149,7 +152,7 @@ def wilcoxon(first: np.ndarray, second: np.ndarray, level: float = 0.95) -> Pair
     return PairedResult(pairs, float(np.median(means)), interval, signed_rank_p(differences))
 
 
-def mcnemar(first: np.ndarray, second: np.ndarray, level: float = 0.95) -> PairedResult:
+def mcnemar(first: np.ndarray, second: np.ndarray, level: float = LEVEL) -> PairedResult:
     """How much more often the first is true than the second: share minus share.
 
     McNemar's exact test; the interval is Bonett and Price's of 2012.
@@ -203,17 +206,9 @@ def _ratio(first: Optional[float], second: Optional[float]) -> float:
     return first / second if second > 0.0 else math.inf
 
 
-def _t_quantile(level: float, freedom: int) -> float:
-    return float(stats.t.ppf(0.5 + 0.5 * level, freedom))
-
-
 def _t_test_p(values: np.ndarray) -> float:
     """Of a mean of zero."""
-    return _two_sided_t(float(np.mean(values)), spread(values) / math.sqrt(len(values)),
-                        len(values) - 1)
-
-
-def _two_sided_t(deviation: float, error: float, freedom: int) -> float:
-    if deviation == 0.0:
+    mean, error = float(np.mean(values)), spread(values) / math.sqrt(len(values))
+    if mean == 0.0:
         return 1.0
-    return float(2.0 * stats.t.sf(abs(deviation) / error, freedom)) if error > 0.0 else 0.0
+    return float(2.0 * stats.t.sf(abs(mean) / error, len(values) - 1)) if error > 0.0 else 0.0

@@ -8,8 +8,9 @@ import numpy as np
 from tabulate import tabulate
 
 from diff_encoder_sim.analysis.dataset import Dataset, TrialData, Varied, XYYaw
-from diff_encoder_sim.analysis.paper_cells import (QUANTITIES, X, Y, YAW, final_errors,
+from diff_encoder_sim.analysis.paper_cells import (X, Y, YAW, count_within_all, final_errors,
                                                    with_final_error)
+from diff_encoder_sim.analysis.table_keys import varied_texts
 from diff_encoder_sim.campaign.row import SOURCES
 from diff_encoder_sim.experiments.outcome import Outcome
 
@@ -56,16 +57,12 @@ def trial_table(dataset: Dataset) -> str:
 
 
 def _name(test: str, varied: Varied) -> str:
-    return '\n'.join([test, *(f'{key} {value}' for key, value in varied)])
+    return '\n'.join([test, *varied_texts(varied)])
 
 
 def _share_within(trials: Sequence[TrialData], source: str) -> str:
-    ended = with_final_error(trials, source)
-    if not ended:
-        return ''
-    within = np.all([np.abs(final_errors(ended, source, quantity)) <= quantity.tolerance
-                     for quantity in QUANTITIES], axis=0)
-    return f'{100.0 * np.mean(within):.0f}'
+    count = len(with_final_error(trials, source))
+    return f'{100.0 * (count_within_all(trials, source) / count):.0f}' if count else ''
 
 
 def _spread(trials: Sequence[TrialData], source: str) -> str:

@@ -89,19 +89,18 @@ WRITERS: Dict[str, Callable[[Table], str]] = {
     'csv': csv_text, 'md': markdown_text, 'tex': latex_text}
 
 
-def write_table(table: Table, folder: Path) -> List[Path]:
-    """Write the table in each format into an existing folder; returns the files' paths.
+def write_tables(tables: Sequence[Table], csv_only: Sequence[Table], folder: Path) -> None:
+    """Write tables in each format, and more as CSV alone, into `folder`, which is made.
 
     Raises:
         OSError: a file cannot be written.
     """
-    paths = []
-    for suffix, text_of in WRITERS.items():
-        path = folder / f'{table.name}.{suffix}'
+    folder.mkdir(parents=True, exist_ok=True)
+    files = [(table, suffix) for table in tables for suffix in WRITERS]
+    files += [(table, 'csv') for table in csv_only]
+    for table, suffix in files:
         # Lines end as the CSV writer has it, whatever the system.
-        path.write_bytes(text_of(table).encode('utf-8'))
-        paths.append(path)
-    return paths
+        (folder / f'{table.name}.{suffix}').write_bytes(WRITERS[suffix](table).encode('utf-8'))
 
 
 def abreast(columns: Sequence[Column]) -> Iterator[List[int]]:

@@ -4,8 +4,7 @@ from __future__ import annotations
 from typing import List, Sequence
 
 from diff_encoder_sim.analysis.dataset import IDEAL, Cell, Dataset, Varied
-
-LEVEL = 0.95        # of all intervals in tables
+from diff_encoder_sim.analysis.table_files import Column
 
 
 def ppr_head(label: str) -> str:
@@ -15,8 +14,17 @@ def ppr_head(label: str) -> str:
 
 def cell_head(cell: Cell) -> str:
     """A cell for people."""
-    varied = ''.join(f', {key} {value}' for key, value in cell.varied)
-    return f'{cell.test}, {ppr_head(cell.ppr)}{varied}'
+    return ', '.join([cell.test, ppr_head(cell.ppr), *varied_texts(cell.varied)])
+
+
+def head_of_test(test: str, varied: Varied) -> str:
+    """A test with one set of parameters, for people."""
+    return ', '.join([test, *varied_texts(varied)])
+
+
+def varied_texts(varied: Varied) -> List[str]:
+    """Each parameter with its value."""
+    return [f'{key} {value}' for key, value in varied]
 
 
 def varied_keys(dataset: Dataset) -> List[str]:
@@ -24,6 +32,11 @@ def varied_keys(dataset: Dataset) -> List[str]:
     return list(dict.fromkeys(key for trial in dataset.trials for key, _ in trial.varied))
 
 
-def varied_values(varied: Varied, keys: Sequence[str]) -> List[str]:
-    """A value for each key, empty where it is not varied."""
-    return [dict(varied).get(key, '') for key in keys]
+def key_columns(keys: Sequence[str]) -> List[Column]:
+    """The first columns of a table: the test, and each of `varied_keys`."""
+    return [Column('test', 'test'), *(Column(key, key) for key in keys)]
+
+
+def key_entries(test: str, varied: Varied, keys: Sequence[str]) -> List[str]:
+    """An entry for each of `key_columns`, empty where a key is not varied."""
+    return [test, *(dict(varied).get(key, '') for key in keys)]

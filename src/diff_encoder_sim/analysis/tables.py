@@ -7,24 +7,21 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from pathlib import Path
 from typing import Dict, List, NamedTuple, Optional, Sequence
 
 import numpy as np
 
-from diff_encoder_sim.analysis.comparison_table import comparison_table
 from diff_encoder_sim.analysis.dataset import (IDEAL, TOPIC_OF_SOURCE, Cell, Dataset, TrialData,
-                                               ppr_order, ppr_value)
+                                               ppr_value)
 from diff_encoder_sim.analysis.paper_cells import (QUANTITIES, X, YAW, Quantity, count_within,
                                                    final_errors, with_final_error)
 from diff_encoder_sim.analysis.path_tables import path_error_table
-from diff_encoder_sim.analysis.statistics import (bootstrap_std_interval, mean_interval, spread,
-                                                  std_interval, wilson)
+from diff_encoder_sim.analysis.statistics import (LEVEL, bootstrap_std_interval, mean_interval,
+                                                  spread, std_interval, wilson)
 from diff_encoder_sim.analysis.table3 import pulse_accuracy
-from diff_encoder_sim.analysis.table_files import (Column, Entry, Label, Number, Table,
-                                                   csv_text, write_table)
-from diff_encoder_sim.analysis.table_keys import (LEVEL, cell_head, ppr_head, varied_keys,
-                                                  varied_values)
+from diff_encoder_sim.analysis.table_files import Column, Entry, Label, Number, Table
+from diff_encoder_sim.analysis.table_keys import (cell_head, key_columns, key_entries, ppr_head,
+                                                  varied_keys)
 from diff_encoder_sim.experiments.outcome import Outcome
 
 BOOTSTRAP_SEED = 0      # equal data, equal intervals
@@ -51,24 +48,9 @@ STATISTICS = (Statistic(Label('min', 'min'), None), Statistic(Label('max', 'max'
               Statistic(Label('trials', 'trials'), 0))
 
 
-def write_tables(dataset: Dataset, folder: Path) -> List[Path]:
-    """Write all tables into `folder`, which is made; returns the files' paths.
-
-    Raises:
-        OSError: a file cannot be written.
-    """
-    folder.mkdir(parents=True, exist_ok=True)
-    paths = [path for table in all_tables(dataset) for path in write_table(table, folder)]
-    # Hundreds of rows: nobody reads them on paper.
-    comparisons = folder / 'comparisons.csv'
-    comparisons.write_bytes(csv_text(comparison_table(dataset)).encode('utf-8'))
-    return [*paths, comparisons]
-
-
 def all_tables(dataset: Dataset) -> List[Table]:
     """Tables 3 to 6 of a dataset, the intervals of 4 to 6, and errors on the way if known."""
-    labels = _labels(dataset)
-    pprs = [value for value in map(ppr_value, labels) if value is not None]
+    pprs = [value for value in map(ppr_value, dataset.encoders()) if value is not None]
     tables = [accuracy_table(pprs, *dataset.robot)]
     for name in TABLES:
         tables += [goal_table(dataset, name), interval_table(dataset, name)]
@@ -101,18 +83,17 @@ def goal_table(dataset: Dataset, name: str) -> Table:
     Args:
         name: of `TABLES`.
     """
-    source, labels, cells = TABLES[name], _labels(dataset), dataset.cells()
+    source, labels, cells = TABLES[name], dataset.encoders(), dataset.cells()
     keys = varied_keys(dataset)
-    columns = [Column('test', 'test'), *(Column(key, key) for key in keys),
-               Column('statistic', 'statistic')]
-    columns += [Column(f'{_ppr_name(label)}_{quantity.name}', _quantity_head(quantity),
-                       ppr_head(label)) for label in labels for quantity in QUANTITIES]
+    columns = [*key_columns(keys), Column('statistic', 'statistic')]
+    columns += [Column(f'{_ppr_name(label)}_{quantity.name}', quantity.head, ppr_head(label))
+                for label in labels for quantity in QUANTITIES]
     rows: List[List[Entry]] = []
     for test, varied in dict.fromkeys((cell.test, cell.varied) for cell in cells):
         numbers = {label: cell_statistics(cells.get(Cell(test, label, varied), []), source)
                    for label in labels}
         for statistic in STATISTICS:
-            rows.append([test, *varied_values(varied, keys), statistic.label, *(
+            rows.append([*key_entries(test, varied, keys), statistic.label, *(
                 _number(numbers[label][quantity], statistic, quantity)
                 for label in labels for quantity in QUANTITIES)])
     return Table(name, _title(name), columns, rows, _goal_notes(dataset, source))
@@ -140,15 +121,14 @@ def _statistics(values: np.ndarray, quantity: Quantity) -> Dict[str, Optional[fl
 def interval_table(dataset: Dataset, name: str) -> Table:
     """The 95 % intervals of one of `TABLES`: a row for each test, PPR and quantity."""
     source, keys = TABLES[name], varied_keys(dataset)
-    columns = [Column('test', 'test'), *(Column(key, key) for key in keys), Column('ppr', 'PPR'),
-               Column('quantity', 'error'), Column('trials', 'trials'),
-               *_columns_with_interval('mean'), *_columns_with_interval('std', 'std. dev.'),
+    columns = [*key_columns(keys), Column('ppr', 'PPR'), Column('quantity', 'error'),
+               Column('trials', 'trials'), *_columns_with_interval('mean'),
+               *_columns_with_interval('std', 'std. dev.'),
                Column('std_bootstrap_low', 'from', 'std. dev., bootstrap'),
                Column('std_bootstrap_high', 'to', 'std. dev., bootstrap'),
                *_columns_with_interval('pct_within', '% within')]
     rows: List[List[Entry]] = [
-        [cell.test, *varied_values(cell.varied, keys), cell.ppr,
-         Label(quantity.name, _quantity_head(quantity)),
+        [*key_entries(cell.test, cell.varied, keys), cell.ppr, Label(quantity.name, quantity.head),
          *_estimates(final_errors(trials, source, quantity), quantity)]
         for cell, trials in dataset.cells().items() for quantity in QUANTITIES]
     title = f'{_title(name)}: {100 * LEVEL:g} % intervals'
@@ -175,17 +155,8 @@ def _estimates(values: np.ndarray, quantity: Quantity) -> List[Entry]:
             *(Number(value, PERCENT_DECIMALS) for value in (numbers['pct_within'], *shares))]
 
 
-def _quantity_head(quantity: Quantity) -> str:
-    return f'{quantity.axis} [{quantity.unit}]'
-
-
 def _ppr_name(label: str) -> str:
     return label if label == IDEAL else f'ppr{label}'
-
-
-def _labels(dataset: Dataset) -> List[str]:
-    """The dataset's encoders, ascending."""
-    return sorted({trial.ppr for trial in dataset.trials}, key=ppr_order)
 
 
 def _number(numbers: Dict[str, Optional[float]], statistic: Statistic,

@@ -28,11 +28,6 @@ PACKAGES = ['numpy', 'numba']
 COMPARED = ('python', 'dask', 'distributed', *PACKAGES)
 
 
-def usable_cores() -> int:
-    """Cores that this process may use, which can be fewer than the machine has."""
-    return len(os.sched_getaffinity(0))
-
-
 @contextlib.contextmanager
 def local_client(workers: int) -> Iterator[Client]:
     """A cluster of `workers` processes on loopback, one thread each; it ends with the context.

@@ -4,13 +4,13 @@ from __future__ import annotations
 import importlib.metadata
 import os
 import platform
-import subprocess
 import xml.etree.ElementTree as ElementTree
 from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple
 
 from diff_encoder_sim.campaign.definition import Campaign
+from diff_encoder_sim.machine import cpu_model, git, usable_cores
 
 # Those that a result can depend on, and the engine.
 LIBRARIES = ('numpy', 'numba', 'pybullet', 'rosbags', 'pydantic', 'xacro', 'dask', 'distributed')
@@ -69,32 +69,14 @@ def _package_version(package_folder: Path) -> Optional[str]:
 
 def _commit(package_folder: Path) -> Optional[Dict[str, Any]]:
     """Of the checkout; None where the package is installed, even within some other checkout."""
-    if _git(package_folder, 'ls-files', '--error-unmatch', 'package.xml') is None:
+    if git(package_folder, 'ls-files', '--error-unmatch', 'package.xml') is None:
         return None
-    return {'id': _git(package_folder, 'rev-parse', 'HEAD'),
-            'is_dirty': _git(package_folder, 'status', '--porcelain') != ''}
-
-
-def _git(folder: Path, *arguments: str) -> Optional[str]:
-    try:
-        done = subprocess.run(['git', '-C', str(folder), *arguments], stdout=subprocess.PIPE,
-                              stderr=subprocess.DEVNULL, check=True, timeout=10)
-    except (OSError, subprocess.SubprocessError):
-        return None
-    return done.stdout.decode('utf-8', 'replace').strip()
+    return {'id': git(package_folder, 'rev-parse', 'HEAD'),
+            'is_dirty': git(package_folder, 'status', '--porcelain') != ''}
 
 
 def _machine() -> Dict[str, Any]:
-    return {'host': platform.node(), 'cpu': _cpu_model(), 'cores': os.cpu_count(),
-            'usable_cores': len(os.sched_getaffinity(0)),
+    return {'host': platform.node(), 'cpu': cpu_model(), 'cores': os.cpu_count(),
+            'usable_cores': usable_cores(),
             'memory_bytes': os.sysconf('SC_PAGE_SIZE') * os.sysconf('SC_PHYS_PAGES'),
             'os': platform.platform()}
-
-
-def _cpu_model() -> str:
-    try:
-        lines = Path('/proc/cpuinfo').read_text(encoding='utf-8').splitlines()
-    except OSError:
-        lines = []
-    names = [line.split(':', 1)[1].strip() for line in lines if line.startswith('model name')]
-    return names[0] if names else platform.machine()

@@ -15,6 +15,7 @@ from diff_encoder_sim.atomic import UNFINISHED_SUFFIX
 from diff_encoder_sim.campaign.definition import Campaign, TrialJob
 from diff_encoder_sim.campaign.row import TrialRow
 from diff_encoder_sim.encoder import ppr_label
+from diff_encoder_sim.errors import in_one_line
 from diff_encoder_sim.experiments.definition import TrialPlan
 from diff_encoder_sim.experiments.robot_params import RobotParams
 from diff_encoder_sim.experiments.trial_run import TrialResult
@@ -65,7 +66,7 @@ def run_task(campaign: Campaign, job: TrialJob, bag: str, results: ResultsFolder
         try:
             return run_job(campaign, job, bag, results, run, Path(get_worker().local_directory))
         except (OSError, MemoryError) as error:
-            raise MachineFault(f'worker on {platform.node()}: {_in_one_line(error)}') from None
+            raise MachineFault(f'worker on {platform.node()}: {_reason(error)}') from None
 
 
 def run_job(campaign: Campaign, job: TrialJob, bag: str, results: ResultsFolder, run: RunTrial,
@@ -111,7 +112,7 @@ def _take(path: Path) -> bytes:
     return content
 
 
-def _in_one_line(error: BaseException) -> str:
+def _reason(error: BaseException) -> str:
     if isinstance(error, OSError) and error.filename:
         return f'{error.filename}: {error.strerror}'
-    return ' '.join(str(error).split()) or type(error).__name__
+    return in_one_line(error)

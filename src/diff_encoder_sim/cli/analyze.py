@@ -8,12 +8,11 @@ from typing import Optional, Sequence
 
 from diff_encoder_sim.analysis.loading import load_dataset
 from diff_encoder_sim.analysis.output_folder import output_folder
-from diff_encoder_sim.analysis.outputs import write_analysis
+from diff_encoder_sim.analysis.outputs import REPORT, write_analysis
 from diff_encoder_sim.analysis.summary import summary
 from diff_encoder_sim.cli.run import run_tool
 
 DEFAULT_NAME = 'analysis'
-REPORT = 'report.html'
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> None:

@@ -7,8 +7,9 @@ import time
 from pathlib import Path
 from typing import Optional, Sequence
 
-from diff_encoder_sim.cli.run import package_folder, run_tool
+from diff_encoder_sim.cli.run import run_tool
 from diff_encoder_sim.config import load_params
+from diff_encoder_sim.installation import package_folder
 from diff_encoder_sim.mapping.map_files import save_map
 from diff_encoder_sim.mapping.occupancy_grid import SAVED_MARGIN_M
 from diff_encoder_sim.recording import topics

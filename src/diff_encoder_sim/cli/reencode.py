@@ -16,11 +16,12 @@ from typing import Dict, List, NamedTuple, Optional, Sequence, Set
 
 import yaml
 
-from diff_encoder_sim.cli.run import package_folder, run_tool
+from diff_encoder_sim.cli.run import run_tool
 from diff_encoder_sim.config import load_yaml, split_params
 from diff_encoder_sim.encoder import EncoderParams, PerWheel, ppr_label
 from diff_encoder_sim.errors import ConfigError
 from diff_encoder_sim.experiments.definition import Trial
+from diff_encoder_sim.installation import package_folder
 from diff_encoder_sim.odometry import OdometryParams
 from diff_encoder_sim.reencoding.bag_output import ReencodedBag
 from diff_encoder_sim.reencoding.bag_source import BagSource, open_source
@@ -149,7 +150,8 @@ def _print(inputs: Inputs, runs: Sequence[WheelsAtPpr], summary: DriveSummary,
 
 
 def _pprs(texts: Sequence[str]) -> List[PerWheel]:
-    """
+    """As they were given, each once.
+
     Raises:
         ConfigError: one is no PPR, or given twice.
     """

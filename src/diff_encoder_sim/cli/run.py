@@ -1,10 +1,11 @@
 """What the command-line tools share."""
 from __future__ import annotations
 
+import os
 import signal
 import sys
 from pathlib import Path
-from typing import Callable
+from typing import Callable, Union
 
 from diff_encoder_sim.errors import ConfigError
 
@@ -24,16 +25,6 @@ def run_tool(name: str, tool: Callable[[], None]) -> None:
         sys.exit(0)
 
 
-def package_folder() -> Path:
-    """Where config/, worlds/ and urdf/ are: the checkout, or the installed share folder.
-
-    Raises:
-        ConfigError: neither is there.
-    """
-    here = Path(__file__).resolve()
-    # src/diff_encoder_sim/cli in a checkout, lib/python3/dist-packages/... when installed.
-    for folder in here.parents:
-        for candidate in (folder, folder / 'share' / 'diff_encoder_sim'):
-            if (candidate / 'config' / 'config.yaml').is_file():
-                return candidate
-    raise ConfigError(f'config/config.yaml: not found above {here}')
+def users_path(given: Union[str, Path]) -> Path:
+    """A path as roslaunch's user means it: commands are started in another folder than theirs."""
+    return (Path(os.environ.get('PWD', '.')) / given).resolve()

@@ -11,11 +11,15 @@ import yaml
 
 from diff_encoder_sim.cli.packages import (GAZEBO, UPSTREAM_NAVIGATION, UPSTREAM_SLAM, require,
                                            roslaunch_only_lists)
-from diff_encoder_sim.cli.run import package_folder, run_tool
+from diff_encoder_sim.cli.run import run_tool, users_path
 from diff_encoder_sim.config import load_yaml, split_params
 from diff_encoder_sim.encoder import EncoderParams, ppr_label
 from diff_encoder_sim.errors import ConfigError
-from diff_encoder_sim.experiments.definition import Trial, TrialPlan, find_world, load_test
+from diff_encoder_sim.experiments.definition import (TestDefinition, Trial, TrialPlan,
+                                                      find_world, load_test)
+from diff_encoder_sim.installation import package_folder
+from diff_encoder_sim.mapping.map_files import load_map
+from diff_encoder_sim.mapping.occupancy_grid import OCCUPIED
 from diff_encoder_sim.odometry import OdometryParams
 
 NO_BAG = 'none'
@@ -48,12 +52,15 @@ def plan(options: argparse.Namespace) -> TrialPlan:
         'wheel_separation': odometry.wheel_separation}, '')
     test.check_way(options.nav)
     if options.slam != 'none' and options.nav != 'scripted':
-        raise ConfigError(f'slam: given {options.slam} with nav {options.nav}; allowed: nav:=scripted, '
-                          f'or slam:=none')
+        raise ConfigError(f'slam: given {options.slam} with nav {options.nav}; allowed: '
+                          f'nav:=scripted, or slam:=none')
     _check_packages(options)
     world = find_world(test.world, folder / 'worlds')
+    map_path = _map_path(options, world)
+    if options.nav != 'scripted':
+        _check_start(test, map_path)
     return TrialPlan.from_mapping({
-        'trial': trial, 'world': str(world), 'map': _map_path(options, world),
+        'trial': trial, 'world': str(world), 'map': map_path,
         'bag': _bag_path(options.bag, trial), 'slam': options.slam,
         'save_map': str(_new_file('save_map', options.save_map)) if options.save_map else ''}, '')
 
@@ -70,16 +77,21 @@ def _check_packages(options: argparse.Namespace) -> None:
 
 
 def _map_path(options: argparse.Namespace, world: Path) -> str:
-    path = _users_path(options.map) if options.map else world.with_suffix('.yaml')
+    path = users_path(options.map) if options.map else world.with_suffix('.yaml')
     if options.nav != 'scripted' and not path.is_file():
         raise ConfigError(f'map: there is no {path}; allowed: a map .yaml file, as made by '
                           f'rosrun diff_encoder_sim rasterise_world {world}')
     return str(path)
 
 
-def _users_path(given: Union[str, Path]) -> Path:
-    # roslaunch starts commands in another folder than its user's.
-    return (Path(os.environ.get('PWD', '.')) / given).resolve()
+def _check_start(test: TestDefinition, map_path: str) -> None:
+    """A robot that AMCL cannot see would stand until the test's time limit."""
+    grid, start = load_map(map_path), test.start
+    cell = grid.cell_at(start.x, start.y)
+    if not grid.contains(*cell) or grid.cells[cell] == OCCUPIED:
+        where = 'in a wall of' if grid.contains(*cell) else 'outside'
+        raise ConfigError(f'test {test.name}: start: given ({start.x:.2f}, {start.y:.2f}), {where} '
+                          f'the map {map_path}; allowed: where the robot has room')
 
 
 def _value(text: str) -> Any:
@@ -93,14 +105,14 @@ def _value(text: str) -> Any:
 def _bag_path(given: str, trial: Trial) -> str:
     if given == NO_BAG:
         return ''
-    path = _users_path(given or Path('bags') / _bag_name(trial))
+    path = users_path(given or Path('bags') / _bag_name(trial))
     if path.exists():
         raise ConfigError(f'bag: {path} exists; allowed: the path of a new file, or {NO_BAG}')
     return str(_new_file('bag', path))
 
 
 def _new_file(argument: str, given: Union[str, Path]) -> Path:
-    path = _users_path(given)
+    path = users_path(given)
     folder = next(parent for parent in path.parents if parent.exists())
     if not (folder.is_dir() and os.access(folder, os.W_OK)):
         raise ConfigError(f'{argument}: {folder} cannot be written to; allowed: a path in a folder '

@@ -42,8 +42,11 @@ class BagPublications(Publications):
         self._trial_node = topics.NAVIGATION_TRIAL_NODE
         self._goal: Optional[messages.SentGoal] = None
         self._frames: Optional[RobotFrames] = None
+        self._frames_told_ns = 0
+        self._models: Optional[messages.ModelStatesMessages] = None
 
     def begin(self, trial: Trial, simulator: Simulator, robot_file: Union[str, Path]) -> None:
+        """/trial, and on /tf_static where odometry begins if nothing localizes."""
         if trial.nav == 'scripted':
             self._trial_node = topics.SCRIPTED_DRIVE_NODE
         self._write(topics.TRIAL, self._trial_node, 0,
@@ -54,7 +57,6 @@ class BagPublications(Publications):
                             trial.test.start.pose(), 0, self._map_frame, self._odom_frame)))
         if self._bag.wants(topics.TF):
             self._frames = RobotFrames(expand_xacro(robot_file, DESCRIPTION_ARGUMENTS))
-        self._frames_told_ns = 0
         self._models = messages.ModelStatesMessages(simulator.world, simulator.robot_name)
 
     def ending(self, now_ns: int, ending: Ending) -> None:

@@ -31,7 +31,9 @@ from diff_encoder_sim.encoder import EncoderSample
 from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.navigation.outcome import GoalStatus
 from diff_encoder_sim.odometry import OdometryEstimate
-from diff_encoder_sim.recording.definitions import UNKNOWN_VARIANCE
+from diff_encoder_sim.recording.definitions import (MOVE_BASE_ACTION_GOAL,
+                                                    MOVE_BASE_ACTION_RESULT, MOVE_BASE_GOAL,
+                                                    MOVE_BASE_RESULT, UNKNOWN_VARIANCE)
 from diff_encoder_sim.recording.packing import (QuatXyzw, Vector, packed_header, packed_numbers,
                                                 packed_pose, packed_sequence, packed_text,
                                                 packed_texts, packed_time, packed_twist)
@@ -47,10 +49,10 @@ _ACTION_STATUS = {GoalStatus.PREEMPTED: GoalStatusMessage.PREEMPTED,
                   GoalStatus.SUCCEEDED: GoalStatusMessage.SUCCEEDED,
                   GoalStatus.ABORTED: GoalStatusMessage.ABORTED}
 
-_MoveBaseGoal = STORE.types['move_base_msgs/msg/MoveBaseGoal']
-_MoveBaseResult = STORE.types['move_base_msgs/msg/MoveBaseResult']
-_MoveBaseActionGoal = STORE.types['move_base_msgs/msg/MoveBaseActionGoal']
-_MoveBaseActionResult = STORE.types['move_base_msgs/msg/MoveBaseActionResult']
+_MoveBaseGoal = STORE.types[MOVE_BASE_GOAL]
+_MoveBaseResult = STORE.types[MOVE_BASE_RESULT]
+_MoveBaseActionGoal = STORE.types[MOVE_BASE_ACTION_GOAL]
+_MoveBaseActionResult = STORE.types[MOVE_BASE_ACTION_RESULT]
 
 
 class SentGoal(NamedTuple):

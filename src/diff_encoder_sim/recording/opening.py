@@ -10,7 +10,7 @@ from rosbags.highlevel import AnyReader, AnyReaderError
 from rosbags.rosbag1 import ReaderError
 from rosbags.typesys import TypesysError
 
-from diff_encoder_sim.errors import ConfigError
+from diff_encoder_sim.errors import ConfigError, in_one_line
 
 # What rosbags and its decompressors raise where bytes of a bag have changed.
 DAMAGE = (TypesysError, OSError, RuntimeError, ValueError, LookupError, AssertionError,
@@ -33,7 +33,7 @@ def open_bag(path: Union[str, Path]) -> Iterator[AnyReader]:
                 reader = opened.enter_context(AnyReader([path]))
             yield reader
     except (AnyReaderError, ReaderError, EOFError) as error:
-        raise ConfigError(f'{path}: not a readable bag: {_in_one_line(error)}') from None
+        raise ConfigError(f'{path}: not a readable bag: {in_one_line(error)}') from None
 
 
 @contextlib.contextmanager
@@ -48,9 +48,6 @@ def naming_damage(path: Path) -> Iterator[None]:
     except ConfigError:
         raise
     except DAMAGE as error:
-        raise ConfigError(f'{path}: a damaged bag: {type(error).__name__} {_in_one_line(error)}; '
-                          f'expected it as it was recorded') from None
-
-
-def _in_one_line(error: Exception) -> str:
-    return ' '.join(str(error).split())
+        said = ' '.join(str(error).split())
+        raise ConfigError(f'{path}: a damaged bag: {type(error).__name__} {said}; expected it as '
+                          f'it was recorded') from None

@@ -15,19 +15,20 @@ from rosbags.interfaces import Connection
 from diff_encoder_sim.errors import ConfigError
 from diff_encoder_sim.experiments.definition import Trial
 from diff_encoder_sim.recording import topics
+from diff_encoder_sim.recording.definitions import (ODOMETRY, POSE_STAMPED,
+                                                    POSE_WITH_COVARIANCE, STRING)
 from diff_encoder_sim.recording.opening import naming_damage, open_bag
 from diff_encoder_sim.recording.typestore import definition
 from diff_encoder_sim.se2 import yaw_from_quat_xyzw
 from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
 
-TEXT, ODOMETRY = 'std_msgs/msg/String', 'nav_msgs/msg/Odometry'
 # What is read, and of which type it must be.
-TEXT_TOPICS = {topics.TRIAL: TEXT, topics.TRIAL_RESULT: TEXT}
+TEXT_TOPICS = {topics.TRIAL: STRING, topics.TRIAL_RESULT: STRING}
 POSE_TOPICS = {
     topics.ODOM: ODOMETRY,
-    topics.AMCL_POSE: 'geometry_msgs/msg/PoseWithCovarianceStamped',
-    topics.GLOBAL_POSE: 'geometry_msgs/msg/PoseStamped',
-    topics.WORLD_POSE: 'geometry_msgs/msg/PoseStamped',
+    topics.AMCL_POSE: POSE_WITH_COVARIANCE,
+    topics.GLOBAL_POSE: POSE_STAMPED,
+    topics.WORLD_POSE: POSE_STAMPED,
 }
 
 # On the wire (little endian) a stamped pose begins with seq, stamp and frame_id; a second text,

@@ -11,12 +11,10 @@ from rosbags.interfaces import Connection
 
 from diff_encoder_sim.errors import ConfigError
 from diff_encoder_sim.recording import topics
+from diff_encoder_sim.recording.definitions import LASER_SCAN, ODOMETRY, TRANSFORMS
 from diff_encoder_sim.scan import Scan
 from diff_encoder_sim.se2 import IDENTITY, Pose2D, yaw_from_quat_xyzw
 from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
-
-LASER_SCAN, ODOMETRY, TF = ('sensor_msgs/msg/LaserScan', 'nav_msgs/msg/Odometry',
-                            'tf2_msgs/msg/TFMessage')
 
 
 class ScanBag:
@@ -86,8 +84,9 @@ class ScanBag:
     def _fixed_frames(self) -> Dict[str, Tuple[str, Pose2D]]:
         """Of each fixed frame: its parent, and its pose in that."""
         frames: Dict[str, Tuple[str, Pose2D]] = {}
-        connections = [connection for connection in self._reader.connections
-                       if connection.topic == topics.TF_STATIC and connection.msgtype == TF]
+        connections = [
+            connection for connection in self._reader.connections
+            if connection.topic == topics.TF_STATIC and connection.msgtype == TRANSFORMS]
         for connection, _, raw in self._reader.messages(connections) if connections else ():
             for stamped in self._reader.deserialize(raw, connection.msgtype).transforms:
                 frames[stamped.child_frame_id.lstrip('/')] = (

@@ -3,6 +3,8 @@ from __future__ import annotations
 
 from typing import Dict, Literal, NamedTuple, Tuple
 
+from diff_encoder_sim.recording import definitions
+
 # Latched JSON texts: what the trial is, and how it ended. A bag without a result is torn.
 TRIAL = '/trial'
 TRIAL_RESULT = '/trial_result'
@@ -57,30 +59,29 @@ class RecordedTopic(NamedTuple):
 
 # A trial without navigation leaves the last lines silent, and /initialpose is for people.
 TOPICS = (
-    RecordedTopic(TRIAL, 'std_msgs/msg/String', _TRIAL_NODES, is_latched=True),
-    RecordedTopic(TRIAL_RESULT, 'std_msgs/msg/String', _TRIAL_NODES, is_latched=True),
-    RecordedTopic(CLOCK, 'rosgraph_msgs/msg/Clock', (SIMULATOR_NODE,), is_bulk=True),
-    RecordedTopic(JOINT_STATES, 'sensor_msgs/msg/JointState', (SIMULATOR_NODE,), is_bulk=True),
-    RecordedTopic(MODEL_STATES, 'gazebo_msgs/msg/ModelStates', (SIMULATOR_NODE,), is_bulk=True),
-    RecordedTopic(CMD_VEL, 'geometry_msgs/msg/Twist', (*_TRIAL_NODES, MOVE_BASE_NODE)),
-    RecordedTopic(ENCODER_PULSE, 'diff_encoder_sim/msg/EncoderPulse', (ENCODER_NODE,)),
-    RecordedTopic(ODOM, 'nav_msgs/msg/Odometry', (ODOM_NODE, IDEAL_ODOM_NODE)),
-    RecordedTopic(GLOBAL_POSE, 'geometry_msgs/msg/PoseStamped', (GLOBAL_POSE_NODE,)),
-    RecordedTopic(WORLD_POSE, 'geometry_msgs/msg/PoseStamped', (WORLD_POSE_NODE,)),
-    RecordedTopic(TF, 'tf2_msgs/msg/TFMessage',
+    RecordedTopic(TRIAL, definitions.STRING, _TRIAL_NODES, is_latched=True),
+    RecordedTopic(TRIAL_RESULT, definitions.STRING, _TRIAL_NODES, is_latched=True),
+    RecordedTopic(CLOCK, definitions.CLOCK, (SIMULATOR_NODE,), is_bulk=True),
+    RecordedTopic(JOINT_STATES, definitions.JOINT_STATE, (SIMULATOR_NODE,), is_bulk=True),
+    RecordedTopic(MODEL_STATES, definitions.MODEL_STATES, (SIMULATOR_NODE,), is_bulk=True),
+    RecordedTopic(CMD_VEL, definitions.TWIST, (*_TRIAL_NODES, MOVE_BASE_NODE)),
+    RecordedTopic(ENCODER_PULSE, definitions.ENCODER_PULSE, (ENCODER_NODE,)),
+    RecordedTopic(ODOM, definitions.ODOMETRY, (ODOM_NODE, IDEAL_ODOM_NODE)),
+    RecordedTopic(GLOBAL_POSE, definitions.POSE_STAMPED, (GLOBAL_POSE_NODE,)),
+    RecordedTopic(WORLD_POSE, definitions.POSE_STAMPED, (WORLD_POSE_NODE,)),
+    RecordedTopic(TF, definitions.TRANSFORMS,
                   (STATE_PUBLISHER_NODE, ODOM_NODE, IDEAL_ODOM_NODE, AMCL_NODE), is_bulk=True),
-    RecordedTopic(TF_STATIC, 'tf2_msgs/msg/TFMessage', (STATE_PUBLISHER_NODE, SCRIPTED_DRIVE_NODE),
+    RecordedTopic(TF_STATIC, definitions.TRANSFORMS, (STATE_PUBLISHER_NODE, SCRIPTED_DRIVE_NODE),
                   is_latched=True, is_bulk=True),
-    RecordedTopic(SCAN, 'sensor_msgs/msg/LaserScan', (SIMULATOR_NODE,), is_bulk=True),
-    RecordedTopic(AMCL_POSE, 'geometry_msgs/msg/PoseWithCovarianceStamped', (AMCL_NODE,),
-                  is_latched=True),
-    RecordedTopic(INITIAL_POSE, 'geometry_msgs/msg/PoseWithCovarianceStamped', ()),
-    RecordedTopic(MAP, 'nav_msgs/msg/OccupancyGrid', (MAP_NODE, SLAM_NODE), is_latched=True,
+    RecordedTopic(SCAN, definitions.LASER_SCAN, (SIMULATOR_NODE,), is_bulk=True),
+    RecordedTopic(AMCL_POSE, definitions.POSE_WITH_COVARIANCE, (AMCL_NODE,), is_latched=True),
+    RecordedTopic(INITIAL_POSE, definitions.POSE_WITH_COVARIANCE, ()),
+    RecordedTopic(MAP, definitions.OCCUPANCY_GRID, (MAP_NODE, SLAM_NODE), is_latched=True,
                   is_bulk=True),
-    RecordedTopic(MAP_METADATA, 'nav_msgs/msg/MapMetaData', (MAP_NODE, SLAM_NODE),
-                  is_latched=True, is_bulk=True),
-    RecordedTopic(GOAL, 'move_base_msgs/msg/MoveBaseActionGoal', (NAVIGATION_TRIAL_NODE,)),
-    RecordedTopic(RESULT, 'move_base_msgs/msg/MoveBaseActionResult', (MOVE_BASE_NODE,)),
+    RecordedTopic(MAP_METADATA, definitions.MAP_METADATA, (MAP_NODE, SLAM_NODE), is_latched=True,
+                  is_bulk=True),
+    RecordedTopic(GOAL, definitions.MOVE_BASE_ACTION_GOAL, (NAVIGATION_TRIAL_NODE,)),
+    RecordedTopic(RESULT, definitions.MOVE_BASE_ACTION_RESULT, (MOVE_BASE_NODE,)),
 )
 RECORDED = tuple(topic.name for topic in TOPICS)
 

@@ -2,18 +2,27 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Tuple
+from typing import List, Tuple
 
 from diff_encoder_sim.encoder import EncoderSample
 from diff_encoder_sim.experiments.definition import Trial
 from diff_encoder_sim.odometry import OdometryEstimate, OdometryParams
 from diff_encoder_sim.recording import messages, topics
 from diff_encoder_sim.recording.trial_bag import TrialBag
+from diff_encoder_sim.reencoding.bag_source import BagSource
 from diff_encoder_sim.reencoding.ros1_stream import Message
 
 # What odometry is compared with, and how a trial ended, by the node that told it.
 COPIED = {topics.WORLD_POSE: topics.WORLD_POSE_NODE,
           topics.TRIAL_RESULT: topics.NAVIGATION_TRIAL_NODE}
+
+
+def copied_topics(source: BagSource) -> List[str]:
+    """Those of `COPIED` that a bag has as a trial's has them; none of ROS 2's other encoding."""
+    if source.is_cdr:
+        return []
+    known = topics.recorded_topics('full')
+    return [topic for topic in COPIED if source.topics.get(topic) == known[topic].message_type]
 
 
 class ReencodedBag(TrialBag):
@@ -53,6 +62,7 @@ class ReencodedBag(TrialBag):
         self.write(message.topic, COPIED[message.topic], message.raw, message.time_ns)
 
     def write(self, topic: str, node: str, message: bytes, time_ns: int) -> None:
+        """As `TrialBag.write`, but it forgets where the messages of finished chunks are."""
         super().write(topic, node, message, time_ns)
         chunks = self._writer.chunks
         if len(chunks) == self._chunks_seen:

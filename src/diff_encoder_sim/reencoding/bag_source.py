@@ -8,7 +8,7 @@ from typing import Collection, Iterator, Union
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
-from diff_encoder_sim.errors import ConfigError
+from diff_encoder_sim.errors import ConfigError, in_one_line
 from diff_encoder_sim.reencoding.ros1_stream import MAGIC, Message, Ros1Stream
 
 
@@ -32,7 +32,7 @@ class Ros2Stream:
             for connection, time_ns, raw in self._reader.messages(connections):
                 yield Message(connection.topic, time_ns, bytes(raw))
         except Exception as error:  # each storage has its own, some from libraries of rosbags'
-            self.fault = f'damaged: {" ".join(str(error).split())}'
+            self.fault = f'damaged: {in_one_line(error)}'
 
 
 BagSource = Union[Ros1Stream, Ros2Stream]
@@ -56,9 +56,8 @@ def open_source(path: Path) -> Iterator[BagSource]:
             reader = opened.enter_context(AnyReader(
                 [path], default_typestore=get_typestore(Stores.ROS2_HUMBLE)))
         except Exception as error:  # as for messages; where sizes are damaged, of memory, too
-            why = ' '.join(str(error).split()) or type(error).__name__
-            raise ConfigError(f'{path}: not a readable bag: {why}; expected a file of ROS 1, or a '
-                              f'folder, .db3 or .mcap of ROS 2') from None
+            raise ConfigError(f'{path}: not a readable bag: {in_one_line(error)}; expected a file '
+                              f'of ROS 1, or a folder, .db3 or .mcap of ROS 2') from None
         yield _not_empty(path, Ros2Stream(reader))
 
 

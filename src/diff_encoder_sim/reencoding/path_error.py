@@ -117,9 +117,11 @@ class _Stretches:
         self._count, self._position_sum, self._yaw_sum = 0, 0.0, 0.0
 
     def restart(self) -> None:
+        """Stretches that have not ended never will."""
         self._open.clear()
 
     def add(self, length_m: float, estimate: Pose2D, reference: Pose2D, is_start: bool) -> None:
+        """Take the next pair, `length_m` along the reference; a stretch may begin at it."""
         while self._open and length_m - self._open[0].length_m >= self._distance_m:
             start = self._open.popleft()
             error = estimate.relative_to(start.estimate).relative_to(
@@ -131,6 +133,7 @@ class _Stretches:
             self._open.append(_Start(length_m, estimate, reference))
 
     def result(self) -> RelativeError:
+        """Of the stretches that have ended; not a number before the first."""
         count = self._count or math.nan
         return RelativeError(self._count, math.sqrt(self._position_sum / count),
                              math.sqrt(self._yaw_sum / count))

@@ -9,11 +9,10 @@ from diff_encoder_sim.encoder import PerWheel
 from diff_encoder_sim.errors import ConfigError
 from diff_encoder_sim.experiments.definition import Trial
 from diff_encoder_sim.odometry import OdometryParams
+from diff_encoder_sim.recording.definitions import STRING
 from diff_encoder_sim.recording.topics import TRIAL
 from diff_encoder_sim.recording.typestore import STORE
 from diff_encoder_sim.reencoding.bag_source import BagSource
-
-_TEXT = 'std_msgs/msg/String'
 
 
 def recorded_trial(path: Path, source: BagSource) -> Optional[Trial]:
@@ -22,13 +21,13 @@ def recorded_trial(path: Path, source: BagSource) -> Optional[Trial]:
     Raises:
         ConfigError: what the bag says is no trial.
     """
-    if source.is_cdr or source.topics.get(TRIAL) != _TEXT:
+    if source.is_cdr or source.topics.get(TRIAL) != STRING:
         return None
     message = next(source.messages((TRIAL,)), None)
     if message is None:
         return None
     try:
-        about = json.loads(STORE.deserialize_ros1(message.raw, _TEXT).data)
+        about = json.loads(STORE.deserialize_ros1(message.raw, STRING).data)
     except ValueError as error:
         raise ConfigError(f'{path}: {TRIAL}: not JSON: {error}') from None
     return Trial.from_mapping(about, f'{path}: {TRIAL}')

@@ -9,7 +9,7 @@ from diff_encoder_sim.errors import InputFault
 from diff_encoder_sim.experiments.definition import Trial
 from diff_encoder_sim.odometry import OdometryParams, WheelOdometry
 from diff_encoder_sim.recording import topics
-from diff_encoder_sim.reencoding.bag_output import COPIED, ReencodedBag
+from diff_encoder_sim.reencoding.bag_output import ReencodedBag, copied_topics
 from diff_encoder_sim.reencoding.bag_source import BagSource
 from diff_encoder_sim.reencoding.path_error import PathComparison
 from diff_encoder_sim.reencoding.recorded_trial import with_encoder
@@ -115,7 +115,7 @@ class Reencoder:
             OSError: a bag cannot be written.
         """
         reference = self._reference.topics if self._reference else ()
-        copied = _copied(source, trial)
+        copied = [*copied_topics(source), *([topics.TRIAL] if trial else [])]
         for message in source.messages((self._topic, *reference, *copied)):
             if message.topic == self._topic:
                 self._take_wheels(message)
@@ -176,12 +176,3 @@ class Reencoder:
                 run.bag.trial(message.time_ns, run.trial(trial))
             else:
                 run.bag.copy(message)
-
-
-def _copied(source: BagSource, trial: Optional[Trial]) -> List[str]:
-    """Topics that go into every bag, if they are what they are in a trial's."""
-    if source.is_cdr:
-        return []
-    known = topics.recorded_topics('full')
-    return [topic for topic in (*COPIED, *((topics.TRIAL,) if trial else ()))
-            if source.topics.get(topic) == known[topic].message_type]

@@ -5,11 +5,11 @@ from pathlib import Path
 from typing import Dict, Iterator, Optional, Tuple, Union
 
 from diff_encoder_sim.errors import ConfigError
+from diff_encoder_sim.recording.definitions import TRANSFORMS
 from diff_encoder_sim.recording.topics import TF, TF_STATIC, WORLD_POSE
 from diff_encoder_sim.reencoding.bag_source import BagSource
 from diff_encoder_sim.reencoding.ros1_stream import Message
-from diff_encoder_sim.reencoding.wire import (POSE_TYPES, TRANSFORMS, StampedPose, decode_pose,
-                                              decode_transforms)
+from diff_encoder_sim.reencoding.wire import POSE_TYPES, StampedPose, decode_pose, decode_transforms
 from diff_encoder_sim.se2 import IDENTITY, Pose2D
 
 ARROW = '->'
@@ -26,7 +26,8 @@ class PoseTopic:
         self._type, self._is_cdr = message_type, is_cdr
 
     def poses(self, message: Message) -> Iterator[StampedPose]:
-        """
+        """The one pose of a message.
+
         Raises:
             InputFault: the message is torn, or its pose is not finite.
         """
@@ -50,7 +51,8 @@ class FramePair:
         self._moving: Dict[str, StampedPose] = {}
 
     def poses(self, message: Message) -> Iterator[StampedPose]:
-        """
+        """Those that a message of transforms, added to the ones before, tells of.
+
         Raises:
             InputFault: the message is torn, or a pose in it is not finite.
         """

@@ -9,9 +9,9 @@ from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 from diff_encoder_sim.encoder import EncoderParams, PerWheel, count_difference
 from diff_encoder_sim.errors import ConfigError, InputFault
+from diff_encoder_sim.recording.definitions import ENCODER_PULSE, JOINT_STATE
 from diff_encoder_sim.reencoding.bag_source import BagSource
-from diff_encoder_sim.reencoding.wire import (ENCODER_PULSE, JOINT_STATE, JointDecoder,
-                                              JointValues)
+from diff_encoder_sim.reencoding.wire import JointDecoder, JointValues
 
 # Joints may come in several messages in turn, so more than the first tells their names.
 MESSAGES_LOOKED_AT = 500

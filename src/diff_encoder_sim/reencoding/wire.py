@@ -11,16 +11,10 @@ import struct
 from typing import Iterator, NamedTuple, Sequence, Tuple
 
 from diff_encoder_sim.errors import InputFault
+from diff_encoder_sim.recording.definitions import (ENCODER_PULSE, ODOMETRY, POSE_STAMPED,
+                                                    POSE_WITH_COVARIANCE, TRANSFORM_STAMPED)
 from diff_encoder_sim.se2 import Pose2D, yaw_from_quat_xyzw
 from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
-
-JOINT_STATE = 'sensor_msgs/msg/JointState'
-ENCODER_PULSE = 'diff_encoder_sim/msg/EncoderPulse'
-TRANSFORMS = 'tf2_msgs/msg/TFMessage'
-ODOMETRY = 'nav_msgs/msg/Odometry'
-POSE_STAMPED = 'geometry_msgs/msg/PoseStamped'
-POSE_WITH_COVARIANCE = 'geometry_msgs/msg/PoseWithCovarianceStamped'
-TRANSFORM_STAMPED = 'geometry_msgs/msg/TransformStamped'
 
 POSE_TYPES = (ODOMETRY, POSE_STAMPED, POSE_WITH_COVARIANCE, TRANSFORM_STAMPED)
 # Those with child_frame_id between header and pose.
@@ -65,7 +59,8 @@ class JointDecoder:
         self._names: Tuple[str, ...] = ()
 
     def decode(self, raw: bytes) -> JointValues:
-        """
+        """What a message says of its joints.
+
         Raises:
             InputFault: the message is torn, or in a foreign byte order.
         """

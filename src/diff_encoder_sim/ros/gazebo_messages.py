@@ -13,7 +13,7 @@ from genpy.dynamic import generate_dynamic
 from geometry_msgs.msg import Pose, Twist
 from std_msgs.msg import Header
 
-from diff_encoder_sim.recording.definitions import MODEL_STATES
+from diff_encoder_sim.recording.definitions import MODEL_STATES_FIELDS
 
 _SEPARATOR = '\n' + 80 * '=' + '\n'
 
@@ -70,7 +70,7 @@ def _built_messages(name: str, definition: str) -> Dict[str, Type]:
 try:
     from gazebo_msgs.msg import ModelStates
 except ImportError:
-    ModelStates = built_message('gazebo_msgs/ModelStates', MODEL_STATES)
+    ModelStates = built_message('gazebo_msgs/ModelStates', MODEL_STATES_FIELDS)
 
 try:
     from gazebo_msgs.srv import GetModelState, SetModelState

@@ -5,7 +5,6 @@ and counts are left out. It starts when the live nodes listen, and the launch en
 """
 from __future__ import annotations
 
-import os
 import subprocess
 import time
 from pathlib import Path
@@ -16,17 +15,18 @@ import rospy
 from pydantic import Field
 from std_msgs.msg import String
 
+from diff_encoder_sim.cli.run import users_path
 from diff_encoder_sim.config import Params
 from diff_encoder_sim.encoder import EncoderParams, ppr_label
 from diff_encoder_sim.errors import ConfigError
 from diff_encoder_sim.experiments.definition import Trial
 from diff_encoder_sim.odometry import OdometryParams
 from diff_encoder_sim.recording import topics
-from diff_encoder_sim.reencoding.bag_output import COPIED
+from diff_encoder_sim.recording.definitions import JOINT_STATE
+from diff_encoder_sim.reencoding.bag_output import COPIED, copied_topics
 from diff_encoder_sim.reencoding.bag_source import BagSource, open_source
 from diff_encoder_sim.reencoding.recorded_trial import recorded_trial, with_encoder
 from diff_encoder_sim.reencoding.wheels import WheelOptions, find_wheels
-from diff_encoder_sim.reencoding.wire import JOINT_STATE
 from diff_encoder_sim.ros.launch_status import LaunchStatus
 from diff_encoder_sim.ros.node import log, node_params, publisher, run_node
 from diff_encoder_sim.ros.recorder import Recorder
@@ -55,11 +55,11 @@ class ReplayNode:
         self._params = node_params(ReplayParams, EncoderParams, OdometryParams)
         self._encoder = node_params(EncoderParams, OdometryParams, ReplayParams)
         self._odometry = node_params(OdometryParams, EncoderParams, ReplayParams)
-        self._bag = _users_path(self._params.bag)
+        self._bag = users_path(self._params.bag)
         self._out = self._new_bag()
         with open_source(self._bag) as source:
             self._topic = self._wheel_topic(source)
-            self._copied = [topic for topic in COPIED if topic in source.topics]
+            self._copied = copied_topics(source)
             trial = recorded_trial(self._bag, source)
         self._recorder = Recorder(self._out, RECORDED)
         self._tell(trial)
@@ -94,7 +94,7 @@ class ReplayNode:
 
     def _new_bag(self) -> Path:
         name = f'{self._bag.stem}_{ppr_label(self._encoder.ppr)}ppr_replay.bag'
-        path = _users_path(self._params.out or str(Path('bags') / name))
+        path = users_path(self._params.out or str(Path('bags') / name))
         if path.exists():
             raise ConfigError(f'out: {path} exists; allowed: the path of a new file')
         return path
@@ -126,7 +126,8 @@ class ReplayNode:
             time.sleep(POLL_PERIOD_S)
 
     def _play(self) -> None:
-        """
+        """Until rosbag play has ended.
+
         Raises:
             ConfigError: rosbag play failed.
         """
@@ -145,11 +146,6 @@ class ReplayNode:
                 '--queue', '0', '--rate', str(self._params.speed),
                 '--topics', self._topic, *self._copied, '--bags', str(self._bag),
                 f'{self._topic}:={topics.JOINT_STATES}']
-
-
-def _users_path(given: str) -> Path:
-    # roslaunch starts nodes in another folder than its user's.
-    return (Path(os.environ.get('PWD', '.')) / given).resolve()
 
 
 def main() -> None:

@@ -2,21 +2,19 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Dict, Iterator, List, NamedTuple, Optional
+from typing import Iterator, List, NamedTuple, Optional
 
 import matplotlib
 from matplotlib.figure import Figure as Drawing
 
 from diff_encoder_sim.analysis.dataset import TOPIC_OF_SOURCE, Dataset
 from diff_encoder_sim.analysis.figures.distributions import draw_distributions
-from diff_encoder_sim.analysis.figures.setups import trial_of_each_test
 from diff_encoder_sim.analysis.figures.spread import draw_spread
 from diff_encoder_sim.analysis.figures.style import STYLE, Figure, save
 from diff_encoder_sim.analysis.figures.trajectories import MOST_TRIALS, draw_trajectories
 from diff_encoder_sim.analysis.figures.variants import Variant, variants_of
 from diff_encoder_sim.analysis.figures.xy_errors import draw_xy_errors
 from diff_encoder_sim.analysis.paper_cells import X, YAW
-from diff_encoder_sim.experiments.definition import Trial
 
 
 class Drawn(NamedTuple):
@@ -33,23 +31,21 @@ def write_figures(dataset: Dataset, folder: Path) -> List[Figure]:
     Where parameters are varied besides PPR, each of their combinations has figures of its own.
 
     Raises:
-        ConfigError: a bag cannot be read.
         OSError: a file cannot be written.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    asked = trial_of_each_test(dataset)
     figures = []
     with matplotlib.rc_context(STYLE):
         for variant in variants_of(dataset):
             note = f' ({variant.description})' if variant.description else ''
-            for drawn in _draw(dataset, variant, asked):
+            for drawn in _draw(dataset, variant):
                 if drawn.drawing is not None:
                     figures.append(save(drawn.drawing, drawn.name + variant.suffix,
                                         f'{drawn.caption}{note}.', folder))
     return figures
 
 
-def _draw(dataset: Dataset, variant: Variant, asked: Dict[str, Trial]) -> Iterator[Drawn]:
+def _draw(dataset: Dataset, variant: Variant) -> Iterator[Drawn]:
     """One figure after the other, so that only one is in memory."""
     for source, topic in TOPIC_OF_SOURCE.items():
         yield Drawn(f'fig4_xy_errors_{source}',
@@ -60,9 +56,10 @@ def _draw(dataset: Dataset, variant: Variant, asked: Dict[str, Trial]) -> Iterat
                     f'Final {topic} minus the goal by encoder; shaded: within {X.tolerance:g} m '
                     f'and {YAW.tolerance:g} degrees', draw_distributions(variant, source))
     for test in variant.tests():
-        if test in asked:
+        if test in dataset.asked:
             yield Drawn(f'trajectories_{test}',
                         f'{test}: true paths and /odom, of the first {MOST_TRIALS} trials of each '
-                        f'encoder at most', draw_trajectories(variant, test, asked[test]))
+                        f'encoder at most', draw_trajectories(variant, test, dataset.asked[test]))
     yield Drawn('spread_vs_ppr', 'Standard deviation against the encoder\'s resolution, with 95 % '
-                                 'intervals', draw_spread(variant, dataset.robot, asked))
+                                 'intervals',
+                draw_spread(variant, dataset.robot, dataset.asked))

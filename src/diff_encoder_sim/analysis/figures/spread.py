@@ -10,16 +10,14 @@ from matplotlib.figure import Figure as Drawing
 from matplotlib.ticker import (FixedLocator, FuncFormatter, LogLocator, NullFormatter,
                                NullLocator)
 
+from diff_encoder_sim.analysis.closed_form import closed_form_std, odometry_minus_truth
 from diff_encoder_sim.analysis.dataset import RobotGeometry, TrialData, ppr_value
 from diff_encoder_sim.analysis.figures import style
 from diff_encoder_sim.analysis.figures.variants import Variant
-from diff_encoder_sim.analysis.paper_cells import QUANTITIES, YAW, Quantity, final_errors
-from diff_encoder_sim.analysis.statistics import spread, std_interval
+from diff_encoder_sim.analysis.paper_cells import QUANTITIES, Quantity, final_errors
+from diff_encoder_sim.analysis.statistics import LEVEL, spread, std_interval
 from diff_encoder_sim.experiments.definition import Trial
-from diff_encoder_sim.odometry_covariance import quantisation_covariance
-from diff_encoder_sim.se2 import Pose2D, wrap_angle
 
-LEVEL = 0.95
 HEIGHT_TO_WIDTH = 0.95
 ROOM = style.Room(left_in=0.7, between_in=0.72, above_in=0.22, below_in=0.22, legend_in=0.55)
 
@@ -35,7 +33,6 @@ NEAREST_NAMES = 1.0 / 7.0
 # Axes that span more have a name at each decade only.
 DECADE_NAMES_FROM = 30.0
 
-
 # Plain, also where a log axis would have powers of ten.
 NUMBERS = FuncFormatter(lambda number, _: f'{number:g}')
 
@@ -47,15 +44,6 @@ class Series(NamedTuple):
     colour: str         # of Okabe and Ito's palette, which the colour-blind can tell
     marker: str
     values: Callable[[Sequence[TrialData], Quantity], np.ndarray]    # of a cell
-
-
-def odometry_minus_truth(trials: Sequence[TrialData], quantity: Quantity) -> np.ndarray:
-    """(n,) final /odom minus final /world_pose: what of the error is the odometry's own."""
-    both = [trial for trial in trials if trial.errors.get('odom') and trial.errors.get('world')]
-    difference = (final_errors(both, 'odom', quantity) - final_errors(both, 'world', quantity))
-    if quantity is YAW:
-        return quantity.scale * wrap_angle(difference / quantity.scale)
-    return difference
 
 
 def _of(source: str) -> Callable[[Sequence[TrialData], Quantity], np.ndarray]:
@@ -94,21 +82,6 @@ def draw_spread(variant: Variant, robot: RobotGeometry,
              for line, label in zip(*panel.get_legend_handles_labels())}
     figure.legend(list(lines.values()), list(lines), loc='lower center', ncols=3)
     return figure
-
-
-def closed_form_std(asked: Trial, robot: RobotGeometry, ppr: float) -> np.ndarray:
-    """(3,) of what whole pulses cause at the goal, along the map's axes: [m], [m], [rad]."""
-    start, m_per_pulse = asked.test.start.pose(), math.pi * robot.wheel_diameter_m / ppr
-    covariance = quantisation_covariance(asked.goal().relative_to(start), m_per_pulse, m_per_pulse,
-                                         robot.wheel_separation_m)
-    turn = np.eye(3)
-    turn[:2, :2] = _rotation(start)
-    return np.sqrt(np.diag(turn @ covariance @ turn.T))
-
-
-def _rotation(pose: Pose2D) -> np.ndarray:
-    cos_yaw, sin_yaw = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
-    return np.array([[cos_yaw, -sin_yaw], [sin_yaw, cos_yaw]])
 
 
 def _by_ppr(variant: Variant, test: str) -> Dict[float, List[TrialData]]:

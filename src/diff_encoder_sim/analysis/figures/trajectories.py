@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 import math
-from typing import Dict, Iterator, List, NamedTuple, Optional, Sequence
+from typing import Dict, List, NamedTuple, Optional, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,22 +13,20 @@ from matplotlib.lines import Line2D
 from matplotlib.transforms import Affine2D
 
 from diff_encoder_sim.analysis.dataset import TrialData
-from diff_encoder_sim.analysis.errors import poses_in_map
 from diff_encoder_sim.analysis.figures import style
-from diff_encoder_sim.analysis.figures.setups import map_of
 from diff_encoder_sim.analysis.figures.variants import Variant
 from diff_encoder_sim.analysis.table_keys import ppr_head
-from diff_encoder_sim.experiments.definition import Trial
+from diff_encoder_sim.errors import ConfigError
+from diff_encoder_sim.experiments.definition import Trial, find_world
 from diff_encoder_sim.experiments.outcome import Outcome
+from diff_encoder_sim.installation import package_folder
+from diff_encoder_sim.mapping.map_files import load_map
 from diff_encoder_sim.mapping.occupancy_grid import OCCUPIED, UNKNOWN, OccupancyGrid
-from diff_encoder_sim.recording import topics
-from diff_encoder_sim.recording.reading import read_trial
 
-# More would hide each other, and each bag takes a tenth of a second to read.
+# More would hide each other.
 MOST_TRIALS = 10
-MOST_POINTS = 600       # of a path
 
-# Of what is shown around the paths, and how oblong that may be.
+# Of what is shown around the tracks, and how oblong that may be.
 MARGIN = 0.08
 LEAST_SIDE_M = 0.1
 MOST_OBLONG = 3.6
@@ -37,14 +35,6 @@ WIDE_FROM = 2.0         # width to height; wider panels stand below each other
 ROOM = style.Room(left_in=0.7, between_in=0.12, above_in=0.22, below_in=0.22, legend_in=0.42)
 
 FREE_GREY, UNKNOWN_GREY, OCCUPIED_GREY = '1.0', '0.94', '0.6'
-
-
-class Paths(NamedTuple):
-    """Of one trial, thinned, in the map frame."""
-
-    true: np.ndarray    # (n, 2) [m]
-    odometry: np.ndarray    # (n, 2) [m]
-    succeeded: bool
 
 
 class View(NamedTuple):
@@ -57,51 +47,45 @@ class View(NamedTuple):
 
 
 def draw_trajectories(variant: Variant, test: str, asked: Trial) -> Optional[Drawing]:
-    """A panel for each encoder; None where no trial of the test has a bag.
-
-    Raises:
-        ConfigError: a bag cannot be read.
-    """
-    paths = {label: list(_read(trials)) for label, trials in variant.of_test(test).items()}
-    paths = {label: each for label, each in paths.items() if each}
-    if not paths:
+    """A panel for each encoder; None where no trial of the test has a bag."""
+    shown = {label: [trial for trial in trials if trial.tracks][:MOST_TRIALS]
+             for label, trials in variant.of_test(test).items()}
+    shown = {label: trials for label, trials in shown.items() if trials}
+    if not shown:
         return None
-    view = _view([path for each in paths.values() for path in each], asked)
-    columns = _columns(view, len(paths))
-    rows = math.ceil(len(paths) / columns)
+    view = _view([trial for trials in shown.values() for trial in trials], asked)
+    columns = _columns(view, len(shown))
+    rows = math.ceil(len(shown) / columns)
     figure, panels = style.panel_grid(rows, columns, ROOM, view.height / view.width)
-    colours, grid = style.ppr_colours(variant.labels), map_of(asked)
-    for panel, (label, each) in zip(panels.flat, paths.items()):
-        _draw_panel(panel, view, grid, each, colours[label])
-        _mark(panel, asked, each)
+    colours, grid = style.ppr_colours(variant.labels), _map_of(asked)
+    for panel, (label, trials) in zip(panels.flat, shown.items()):
+        _draw_panel(panel, view, grid, trials, colours[label])
+        _mark(panel, asked, trials)
         panel.set_title(f'{test}, {ppr_head(label)}')
-    style.hide_unused(panels.flat, len(paths))
+    style.hide_unused(panels.flat, len(shown))
     for panel in panels[-1]:
         panel.set_xlabel('x [m]')
     for panel in panels[:, 0]:
         panel.set_ylabel('y [m]')
     for panel in panels[:, 1:].flat:
         panel.tick_params(labelleft=False)
-    figure.legend(handles=_legend(colours[next(iter(paths))]), loc='lower center', ncols=5)
+    figure.legend(handles=_legend(colours[next(iter(shown))]), loc='lower center', ncols=5)
     return figure
 
 
-def _read(trials: Sequence[TrialData]) -> Iterator[Paths]:
-    for trial in [trial for trial in trials if trial.bag][:MOST_TRIALS]:
-        poses = poses_in_map(read_trial(trial.bag))
-        yield Paths(_thinned(poses[topics.WORLD_POSE].x_y_yaw[:, :2]),
-                    _thinned(poses[topics.ODOM].x_y_yaw[:, :2]),
-                    trial.outcome == Outcome.SUCCEEDED.value)
+def _map_of(asked: Trial) -> Optional[OccupancyGrid]:
+    """The map beside the test's world; None where this machine has no such world, or no map."""
+    try:
+        world = find_world(asked.test.world, package_folder() / 'worlds')
+        return load_map(world.with_suffix('.yaml'))
+    except ConfigError:
+        return None
 
 
-def _thinned(points: np.ndarray) -> np.ndarray:
-    return points[np.unique(np.linspace(0, len(points) - 1, MOST_POINTS).round().astype(int))]
-
-
-def _view(paths: Sequence[Paths], asked: Trial) -> View:
-    """All paths, start and goal, with a margin."""
+def _view(trials: Sequence[TrialData], asked: Trial) -> View:
+    """All tracks, start and goal, with a margin."""
     ends = [[pose.x_m, pose.y_m] for pose in (asked.test.start.pose(), asked.goal())]
-    points = np.vstack([*(each for path in paths for each in path[:2]), ends])
+    points = np.vstack([*(track for trial in trials for track in trial.tracks), ends])
     low, high = points.min(axis=0), points.max(axis=0)
     width, height = np.maximum(high - low, LEAST_SIDE_M) * (1.0 + 2.0 * MARGIN)
     width, height = max(width, height / MOST_OBLONG), max(height, width / MOST_OBLONG)
@@ -116,12 +100,13 @@ def _columns(view: View, count: int) -> int:
     return min(count, 2 if count <= 4 else 4)
 
 
-def _draw_panel(panel: Axes, view: View, grid: Optional[OccupancyGrid], paths: Sequence[Paths],
-                colour: object) -> None:
+def _draw_panel(panel: Axes, view: View, grid: Optional[OccupancyGrid],
+                trials: Sequence[TrialData], colour: object) -> None:
     if grid is not None:
         _draw_map(panel, grid)
-    for lines, line_colour, width in (([path.true for path in paths], '0.45', 1.5),
-                                      ([path.odometry for path in paths], colour, 0.7)):
+    for lines, line_colour, width in (
+            ([trial.tracks.true for trial in trials], '0.45', 1.5),
+            ([trial.tracks.odometry for trial in trials], colour, 0.7)):
         panel.add_collection(LineCollection(lines, colors=[line_colour], linewidths=width,
                                             alpha=0.8, rasterized=True))
     panel.set(aspect='equal', xlim=(view.left, view.left + view.width),
@@ -140,13 +125,13 @@ def _draw_map(panel: Axes, grid: OccupancyGrid) -> None:
                  extent=(0.0, width_m, 0.0, height_m), transform=placed + panel.transData)
 
 
-def _mark(panel: Axes, asked: Trial, paths: Sequence[Paths]) -> None:
+def _mark(panel: Axes, asked: Trial, trials: Sequence[TrialData]) -> None:
     """Start, goal, and where trials ended that did not succeed."""
     for pose, style_of in ((asked.test.start.pose(), START), (asked.goal(), GOAL)):
         panel.plot(pose.x_m, pose.y_m, linestyle='', zorder=4, **style_of)
-    for path in paths:
-        if not path.succeeded:
-            panel.plot(*path.true[-1], linestyle='', zorder=5, **FAILED)
+    for trial in trials:
+        if trial.outcome != Outcome.SUCCEEDED.value:
+            panel.plot(*trial.tracks.true[-1], linestyle='', zorder=5, **FAILED)
 
 
 START: Dict[str, object] = {'marker': 'o', 'markersize': 6, 'markerfacecolor': 'none',

@@ -3,7 +3,8 @@ from __future__ import annotations
 
 from typing import Dict, List, NamedTuple
 
-from diff_encoder_sim.analysis.dataset import Cell, Dataset, TrialData, ppr_order
+from diff_encoder_sim.analysis.dataset import Cell, Dataset, TrialData
+from diff_encoder_sim.analysis.table_keys import varied_texts
 
 
 class Variant(NamedTuple):
@@ -26,9 +27,8 @@ class Variant(NamedTuple):
 def variants_of(dataset: Dataset) -> List[Variant]:
     """The dataset's trials, apart by what was varied."""
     cells = dataset.cells()
-    labels = sorted({cell.ppr for cell in cells}, key=ppr_order)
     all_varied = list(dict.fromkeys(cell.varied for cell in cells))
     return [Variant('' if len(all_varied) == 1 else f'_variant{number}',
-                    ', '.join(f'{key} {value}' for key, value in varied), labels,
+                    ', '.join(varied_texts(varied)), dataset.encoders(),
                     {cell: trials for cell, trials in cells.items() if cell.varied == varied})
             for number, varied in enumerate(all_varied, start=1)]

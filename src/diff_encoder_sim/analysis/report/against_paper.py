@@ -11,7 +11,7 @@ from diff_encoder_sim.analysis.paper import ComparedCell, PaperComparison
 from diff_encoder_sim.analysis.paper_cells import STATISTICS, Quantity
 from diff_encoder_sim.analysis.paper_errata import ERRATA
 from diff_encoder_sim.analysis.table_files import Column, Entry, Number, Table
-from diff_encoder_sim.analysis.tables import cell_head
+from diff_encoder_sim.analysis.table_keys import cell_head
 from diff_encoder_sim.campaign.row import SOURCES
 
 HEADS = {'min': 'min', 'max': 'max', 'std': 'std. dev.', 'pct_within': '% within'}
@@ -85,7 +85,7 @@ def _rows(compared: Sequence[ComparedCell]) -> List[List[Entry]]:
     by_row: Dict[Tuple[str, Quantity], Dict[str, ComparedCell]] = {}
     for one in compared:
         by_row.setdefault((cell_head(one.cell), one.paper.quantity), {})[one.paper.statistic] = one
-    return [[head, f'{quantity.axis} [{quantity.unit}]', *(
+    return [[head, quantity.head, *(
         text for statistic in STATISTICS for text in _texts(of_row.get(statistic)))]
         for (head, quantity), of_row in by_row.items()]
 

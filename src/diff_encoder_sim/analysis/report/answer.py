@@ -8,15 +8,10 @@ from __future__ import annotations
 import enum
 from typing import Dict, List, NamedTuple, Optional, Sequence
 
-import numpy as np
-
 from diff_encoder_sim.analysis.dataset import IDEAL, Cell, Dataset, TrialData, Varied
-from diff_encoder_sim.analysis.paper_cells import (QUANTITIES, X, Y, YAW, Quantity, final_errors,
-                                                   with_final_error)
-from diff_encoder_sim.analysis.statistics import Interval, wilson
+from diff_encoder_sim.analysis.paper_cells import X, Y, YAW, count_within_all, with_final_error
+from diff_encoder_sim.analysis.statistics import LEVEL, Interval, wilson
 from diff_encoder_sim.analysis.table_keys import ppr_head
-
-LEVEL = 0.95
 
 # What the robot did, what it believed, and what it would have believed without a map.
 WORDS_OF_SOURCE = {'world': 'in truth', 'global': 'as the robot believes',
@@ -62,8 +57,7 @@ class Line(NamedTuple):
 
 def answer(dataset: Dataset) -> List[Line]:
     """By test and set of parameters, a row for each of `WORDS_OF_SOURCE`."""
-    cells = dataset.cells()
-    labels = list(dict.fromkeys(cell.ppr for cell in cells))
+    cells, labels = dataset.cells(), dataset.encoders()
     return [Line(test, varied, source, {
         label: share_within(cells[Cell(test, label, varied)], source)
         for label in labels if Cell(test, label, varied) in cells})
@@ -76,9 +70,9 @@ def share_within(trials: Sequence[TrialData], source: str) -> Optional[Share]:
     count = len(with_final_error(trials, source))
     if count == 0:
         return None
-    within = _count_within(trials, source, QUANTITIES)
-    return Share(count, within, _count_within(trials, source, (X, Y)),
-                 _count_within(trials, source, (YAW,)), wilson(within, count, LEVEL))
+    within = count_within_all(trials, source)
+    return Share(count, within, count_within_all(trials, source, (X, Y)),
+                 count_within_all(trials, source, (YAW,)), wilson(within, count, LEVEL))
 
 
 def fewest_trials() -> int:
@@ -99,10 +93,3 @@ def encoder_names(labels: Sequence[str]) -> str:
 def listed(texts: Sequence[str]) -> str:
     """As a sentence has it: a, b and c."""
     return ' and '.join([', '.join(texts[:-1]), texts[-1]] if len(texts) > 1 else texts)
-
-
-def _count_within(trials: Sequence[TrialData], source: str,
-                  quantities: Sequence[Quantity]) -> int:
-    return int(np.count_nonzero(np.all(
-        [np.abs(final_errors(trials, source, quantity)) <= quantity.tolerance
-         for quantity in quantities], axis=0)))

@@ -5,13 +5,12 @@ from typing import List, Optional
 
 import numpy as np
 
+from diff_encoder_sim.analysis.closed_form import closed_form_std, odometry_minus_truth
 from diff_encoder_sim.analysis.dataset import Dataset, ppr_value
-from diff_encoder_sim.analysis.figures.setups import trial_of_each_test
-from diff_encoder_sim.analysis.figures.spread import closed_form_std, odometry_minus_truth
 from diff_encoder_sim.analysis.paper_cells import QUANTITIES
-from diff_encoder_sim.analysis.statistics import std_interval
+from diff_encoder_sim.analysis.statistics import LEVEL, spread, std_interval
 from diff_encoder_sim.analysis.table_files import Column, Entry, Table
-from diff_encoder_sim.analysis.table_keys import LEVEL, cell_head
+from diff_encoder_sim.analysis.table_keys import cell_head
 
 # Spreads run over three decades: few millimetres are many.
 SCALED = {'m': ('mm', 1e3), 'deg': ('deg', 1.0)}
@@ -20,12 +19,12 @@ DIGITS = 3
 
 def closed_form_table(dataset: Dataset) -> Optional[Table]:
     """Rows cell and axis; None where no cell has both numbers."""
-    asked, rows = trial_of_each_test(dataset), []
+    rows: List[List[Entry]] = []
     for cell, trials in dataset.cells().items():
         ppr = ppr_value(cell.ppr)
-        if ppr is None or cell.test not in asked:
+        if ppr is None or cell.test not in dataset.asked:
             continue
-        expected = closed_form_std(asked[cell.test], dataset.robot, ppr)
+        expected = closed_form_std(dataset.asked[cell.test], dataset.robot, ppr)
         for quantity in QUANTITIES:
             values = odometry_minus_truth(trials, quantity)
             if len(values) > 1:
@@ -52,7 +51,7 @@ def _row(cell: str, error: str, values: np.ndarray, expected: float) -> List[Ent
         verdict = 'above'
     elif interval.high < expected:
         verdict = 'below'
-    return [cell, error, _digits(expected), f'{_digits(float(np.std(values, ddof=1)))} '
+    return [cell, error, _digits(expected), f'{_digits(spread(values))} '
             f'({_digits(interval.low)} to {_digits(interval.high)})', verdict]
 
 

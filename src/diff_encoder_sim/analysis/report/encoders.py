@@ -3,10 +3,11 @@ from __future__ import annotations
 
 from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
-from diff_encoder_sim.analysis.dataset import TOPIC_OF_SOURCE, Dataset
-from diff_encoder_sim.analysis.ppr_comparison import (SIGNIFICANCE, PprComparison, Question,
-                                                      compare_pprs)
+from diff_encoder_sim.analysis.dataset import TOPIC_OF_SOURCE
+from diff_encoder_sim.analysis.ppr_comparison import PprComparison, Question
+from diff_encoder_sim.analysis.statistics import SIGNIFICANCE
 from diff_encoder_sim.analysis.table_files import Column, Entry, Table
+from diff_encoder_sim.analysis.table_keys import head_of_test
 from diff_encoder_sim.campaign.row import SOURCES
 
 # What the worse of two encoders does.
@@ -24,9 +25,8 @@ class EncoderComparison(NamedTuple):
     verdicts: Dict[str, List[str]]  # by test: a sentence for each difference
 
 
-def compare_encoders(dataset: Dataset) -> EncoderComparison:
-    """All comparisons of the dataset; only what differs, all of them considered, is told."""
-    compared = compare_pprs(dataset)
+def compare_encoders(compared: Sequence[PprComparison]) -> EncoderComparison:
+    """Only what differs, all comparisons of the dataset considered, is told."""
     tests = list(dict.fromkeys(map(_test, compared)))
     different = sorted((one for one in compared if one.is_distinguishable), key=lambda one: (
         tests.index(_test(one)), SOURCES.index(one.source), one.quantity.component))
@@ -71,7 +71,7 @@ def _is_first_worse(one: PprComparison) -> bool:
 
 
 def _test(one: PprComparison) -> str:
-    return ', '.join([one.test, *(f'{key} {value}' for key, value in one.varied)])
+    return head_of_test(one.test, one.varied)
 
 
 def _error(one: PprComparison) -> str:

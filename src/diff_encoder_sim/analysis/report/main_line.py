@@ -5,9 +5,11 @@ from typing import Callable, Dict, List, Sequence
 
 from diff_encoder_sim.analysis.dataset import Dataset, ppr_value
 from diff_encoder_sim.analysis.paper_cells import X, YAW
-from diff_encoder_sim.analysis.report.answer import (LEVEL, REQUIRED_SHARE, WORDS_OF_SOURCE, Line,
-                                                     Reach, Share, answer, encoder_names,
-                                                     fewest_trials, listed)
+from diff_encoder_sim.analysis.report.answer import (REQUIRED_SHARE, WORDS_OF_SOURCE, Line, Reach,
+                                                     Share, answer, encoder_names, fewest_trials,
+                                                     listed)
+from diff_encoder_sim.analysis.statistics import LEVEL
+from diff_encoder_sim.analysis.table_keys import varied_texts
 from diff_encoder_sim.experiments.outcome import Outcome
 
 # A sentence names so many tests, as the paper has, and no more; sets of parameters count.
@@ -106,5 +108,5 @@ def _failures(dataset: Dataset) -> str:
 
 
 def _name(line: Line) -> str:
-    varied = ', '.join(f'{key.rpartition(".")[2]} {value}' for key, value in line.varied)
-    return f'{line.test} ({varied})' if varied else line.test
+    varied = varied_texts(tuple((key.rpartition('.')[2], value) for key, value in line.varied))
+    return f'{line.test} ({", ".join(varied)})' if varied else line.test

@@ -3,7 +3,7 @@ from __future__ import annotations
 
 from collections import Counter
 from pathlib import Path
-from typing import Any, Dict, List, NamedTuple, Sequence
+from typing import Any, Dict, List, Sequence
 
 import jinja2
 
@@ -12,6 +12,7 @@ from diff_encoder_sim.analysis.dataset import TOPIC_OF_SOURCE, Dataset
 from diff_encoder_sim.analysis.figures.style import Figure
 from diff_encoder_sim.analysis.paper import compare_with_paper
 from diff_encoder_sim.analysis.paper_cells import X, YAW
+from diff_encoder_sim.analysis.ppr_comparison import PprComparison
 from diff_encoder_sim.analysis.report.against_paper import (accuracy_table, cell_tables,
                                                             errata_table, finding_counts,
                                                             score_table)
@@ -24,37 +25,35 @@ from diff_encoder_sim.analysis.report.main_line import main_line
 from diff_encoder_sim.analysis.report.pictures import data_uri
 from diff_encoder_sim.analysis.report.provenance import provenance
 from diff_encoder_sim.analysis.report.trials import bag_links, failure_table, trial_table
-from diff_encoder_sim.analysis.tables import all_tables, ppr_head
+from diff_encoder_sim.analysis.table_files import Table
+from diff_encoder_sim.analysis.table_keys import head_of_test, ppr_head, varied_texts
 
-NAME = 'report.html'
 TEMPLATE = 'page.html'
 
 
-class Report(NamedTuple):
-    """What was written."""
+def write_report(dataset: Dataset, tables: Sequence[Table], compared: Sequence[PprComparison],
+                 figures: Sequence[Figure], path: Path) -> str:
+    """Write the page into an existing folder; returns its main line, the answer in a sentence.
 
-    path: Path
-    main_line: str      # the answer in a sentence
-
-
-def write_report(dataset: Dataset, figures: Sequence[Figure], folder: Path) -> Report:
-    """Write report.html into an existing folder.
+    Args:
+        tables: `all_tables` of the dataset.
+        compared: `compare_pprs` of the dataset.
 
     Raises:
-        ConfigError: a bag or the file of the paper's numbers cannot be read.
+        ConfigError: the file of the paper's numbers cannot be read.
         OSError: a figure cannot be read, or the file not be written.
     """
     sentence = main_line(dataset)
-    path = folder / NAME
     page = _environment().get_template(TEMPLATE).render(
         title=dataset.title, main_line=sentence, scope=_scope(dataset),
         notes=dataset.notes, origin=provenance(dataset),
         figures=[{'caption': figure.caption, 'uri': data_uri(figure.svg, figure.png)}
                  for figure in figures],
-        **_answer(dataset), **_tables(dataset), **_trials(dataset, folder), paper=_paper(dataset))
+        **_answer(dataset), **_tables(dataset, tables, compared), **_trials(dataset, path.parent),
+        paper=_paper(dataset))
     # The same bytes on every system.
     path.write_bytes(page.encode('utf-8'))
-    return Report(path, sentence)
+    return sentence
 
 
 def _environment() -> jinja2.Environment:
@@ -70,12 +69,10 @@ def _scope(dataset: Dataset) -> str:
     counts = Counter(map(len, cells.values()))
     fewest, most = min(counts, default=0), max(counts, default=0)
     each = f'{most}' if fewest == most else f'{fewest} to {most}'
-    tests, encoders = (list(dict.fromkeys(getattr(cell, key) for cell in cells))
-                       for key in ('test', 'ppr'))
-    robot = dataset.robot
-    return (f'{len(dataset.trials)} trials: {listed(tests)} with {encoder_names(encoders)}, {each} '
-            f'a cell. Wheel diameter {robot.wheel_diameter_m:g} m, separation '
-            f'{robot.wheel_separation_m:g} m.')
+    tests, robot = list(dict.fromkeys(cell.test for cell in cells)), dataset.robot
+    return (f'{len(dataset.trials)} trials: {listed(tests)} with '
+            f'{encoder_names(dataset.encoders())}, {each} a cell. Wheel diameter '
+            f'{robot.wheel_diameter_m:g} m, separation {robot.wheel_separation_m:g} m.')
 
 
 def _answer(dataset: Dataset) -> Dict[str, Any]:
@@ -84,7 +81,7 @@ def _answer(dataset: Dataset) -> Dict[str, Any]:
              for source, words in WORDS_OF_SOURCE.items()]
     by_test: Dict[str, List[Line]] = {}
     for line in answer(dataset):
-        by_test.setdefault(', '.join([line.test, *_texts(line.varied)]), []).append(line)
+        by_test.setdefault(head_of_test(line.test, line.varied), []).append(line)
     return {'tolerance': f'{X.tolerance:g} m in x and in y and {YAW.tolerance:g} degrees',
             'required_percent': round(100 * REQUIRED_SHARE),
             'answer': [{'name': name, 'heads': heads, 'rows': [
@@ -92,9 +89,9 @@ def _answer(dataset: Dataset) -> Dict[str, Any]:
                 for label in lines[0].shares]} for name, lines in by_test.items()]}
 
 
-def _tables(dataset: Dataset) -> Dict[str, Any]:
-    tables = all_tables(dataset)
-    encoders, closed_form = compare_encoders(dataset), closed_form_table(dataset)
+def _tables(dataset: Dataset, tables: Sequence[Table],
+            compared: Sequence[PprComparison]) -> Dict[str, Any]:
+    encoders, closed_form = compare_encoders(compared), closed_form_table(dataset)
     return {'goal_tables': [html_table(table) for table in tables
                             if not table.name.endswith('_intervals')],
             'interval_tables': [html_table(table) for table in tables
@@ -115,13 +112,9 @@ def _paper(dataset: Dataset) -> Dict[str, Any]:
         return {'cells': []}
     judged: Dict[str, List[Dict[str, Any]]] = {}
     for claim in judge_claims(dataset):
-        judged.setdefault(', '.join(_texts(claim.varied)), []).append(
+        judged.setdefault(', '.join(varied_texts(claim.varied)), []).append(
             {**claim._asdict(), 'counts': finding_counts(claim)})
     return {'cells': [html_table(table) for table in (accuracy_table(comparison),
                                                       *cell_tables(comparison))],
             'scores': html_table(score_table(comparison)), 'errata': html_table(errata_table()),
             'claims': [{'name': name, 'claims': claims} for name, claims in judged.items()]}
-
-
-def _texts(varied: Sequence[Any]) -> List[str]:
-    return [f'{key} {value}' for key, value in varied]

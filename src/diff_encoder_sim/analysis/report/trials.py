@@ -9,7 +9,8 @@ from typing import List, NamedTuple, Optional
 
 from diff_encoder_sim.analysis.dataset import TOPIC_OF_SOURCE, Dataset, TrialData, XYYaw
 from diff_encoder_sim.analysis.table_files import Column, Entry, Number, Table
-from diff_encoder_sim.analysis.tables import cell_head
+from diff_encoder_sim.analysis.table_keys import (cell_head, key_columns, key_entries,
+                                                  varied_keys)
 from diff_encoder_sim.campaign.row import SOURCES
 from diff_encoder_sim.experiments.outcome import Outcome
 
@@ -23,10 +24,10 @@ class BagLink(NamedTuple):
 
 def trial_table(dataset: Dataset) -> Table:
     """Where each source says that the robot ended, minus the goal, and its error on the way."""
-    keys = list(dict.fromkeys(key for trial in dataset.trials for key, _ in trial.varied))
-    columns = [Column('test', 'test'), *(Column(key, key) for key in keys), Column('ppr', 'PPR'),
-               Column('trial', 'trial'), Column('outcome', 'outcome'),
-               Column('duration_s', 'time [s]'), Column('distance_m', 'path [m]')]
+    keys = varied_keys(dataset)
+    columns = [*key_columns(keys), Column('ppr', 'PPR'), Column('trial', 'trial'),
+               Column('outcome', 'outcome'), Column('duration_s', 'time [s]'),
+               Column('distance_m', 'path [m]')]
     columns += [Column(f'{source}_{part}', f'{topic} {head}')
                 for source, topic in TOPIC_OF_SOURCE.items()
                 for part, head in (('m', '[m]'), ('deg', '[deg]'))]
@@ -56,7 +57,7 @@ def bag_links(dataset: Dataset, folder: Path) -> List[Optional[BagLink]]:
 
 def _row(trial: TrialData, keys: List[str]) -> List[Entry]:
     path = trial.paths.get('odom')
-    return [trial.test, *(dict(trial.varied).get(key, '') for key in keys), trial.ppr,
+    return [*key_entries(trial.test, trial.varied, keys), trial.ppr,
             Number(trial.trial, 0), trial.outcome.replace('_', ' '), Number(trial.duration_s, 1),
             Number(trial.distance_m, 2), *(number for source in SOURCES
                                            for number in _off_by(trial.errors.get(source))),

@@ -1,0 +1,37 @@
+"""What whole pulses alone explain of the odometry's error at the goal, and what was measured."""
+from __future__ import annotations
+
+import math
+from typing import Sequence
+
+import numpy as np
+
+from diff_encoder_sim.analysis.dataset import RobotGeometry, TrialData
+from diff_encoder_sim.analysis.paper_cells import YAW, Quantity, final_errors
+from diff_encoder_sim.experiments.definition import Trial
+from diff_encoder_sim.odometry_covariance import quantisation_covariance
+from diff_encoder_sim.se2 import Pose2D, wrap_angle
+
+
+def closed_form_std(asked: Trial, robot: RobotGeometry, ppr: float) -> np.ndarray:
+    """(3,) of what whole pulses cause at the goal, along the map's axes: [m], [m], [rad]."""
+    start, m_per_pulse = asked.test.start.pose(), math.pi * robot.wheel_diameter_m / ppr
+    covariance = quantisation_covariance(asked.goal().relative_to(start), m_per_pulse, m_per_pulse,
+                                         robot.wheel_separation_m)
+    turn = np.eye(3)
+    turn[:2, :2] = _rotation(start)
+    return np.sqrt(np.diag(turn @ covariance @ turn.T))
+
+
+def odometry_minus_truth(trials: Sequence[TrialData], quantity: Quantity) -> np.ndarray:
+    """(n,) final /odom minus final /world_pose: what of the error is the odometry's own."""
+    both = [trial for trial in trials if trial.errors.get('odom') and trial.errors.get('world')]
+    difference = (final_errors(both, 'odom', quantity) - final_errors(both, 'world', quantity))
+    if quantity is YAW:
+        return quantity.scale * wrap_angle(difference / quantity.scale)
+    return difference
+
+
+def _rotation(pose: Pose2D) -> np.ndarray:
+    cos_yaw, sin_yaw = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
+    return np.array([[cos_yaw, -sin_yaw], [sin_yaw, cos_yaw]])

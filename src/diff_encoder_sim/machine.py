@@ -1,0 +1,33 @@
+"""What results are computed on: this machine, and the commit of a checkout."""
+from __future__ import annotations
+
+import os
+import platform
+import subprocess
+from pathlib import Path
+from typing import Optional
+
+
+def cpu_model() -> str:
+    """The processor's name; its architecture where Linux does not tell."""
+    try:
+        lines = Path('/proc/cpuinfo').read_text(encoding='utf-8').splitlines()
+    except OSError:
+        lines = []
+    names = [line.split(':', 1)[1].strip() for line in lines if line.startswith('model name')]
+    return names[0] if names else platform.machine()
+
+
+def usable_cores() -> int:
+    """Cores that this process may use, which can be fewer than the machine has."""
+    return len(os.sched_getaffinity(0))
+
+
+def git(folder: Path, *arguments: str) -> Optional[str]:
+    """What a git command in a folder prints; None where it fails or there is no git."""
+    try:
+        done = subprocess.run(['git', '-C', str(folder), *arguments], stdout=subprocess.PIPE,
+                              stderr=subprocess.DEVNULL, check=True, timeout=10)
+    except (OSError, subprocess.SubprocessError):
+        return None
+    return done.stdout.decode('utf-8', 'replace').strip()
