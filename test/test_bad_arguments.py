@@ -98,7 +98,7 @@ BAD_PARAMETERS = {
                        ['left_weel_joint', "did you mean 'left_wheel_joint'"]),
     'real time factor': (SIMULATOR, [WORLD, ROBOT, '_real_time_factor:=-1'], ['real_time_factor', '-1', 'greater']),
     'command period': (SIMULATOR, [WORLD, ROBOT, '_command_period:=0.02'], ['command_period', '0.02', 'above 20 ms']),
-    'scan rate': (SIMULATOR, [WORLD, ROBOT, '_lidar:={rate: 30}'], ['lidar.rate', '30 Hz', 'whole 10 ms']),
+    'scan rate': (SIMULATOR, [WORLD, ROBOT, '_lidar:={rate: 30}'], ['lidar', "'rate': 30", 'whole 10 ms']),
     'limit': (SIMULATOR, [WORLD, ROBOT, '_drive:={max_linear_speed: 0}'], ['drive.max_linear_speed', '0', 'greater']),
 }
 

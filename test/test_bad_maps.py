@@ -14,6 +14,8 @@ GOOD = {'image': 'good.pgm', 'resolution': '0.05', 'origin': '[0, 0, 0]'}
 IMAGES = {
     'good.pgm': b'P5 2 1 255\n\x00\xfe',
     'empty.pgm': b'P5 0 0 255\n',
+    'nothing.pgm': b'',
+    'nothing.yaml': b'',
     'torn.pgm': b'P5 100 100 255\n\x00\xfe',
     'text.pgm': b'resolution: 0.05\n',
     'huge.pgm': b'P5 1000000 1000000 255\n\x00',
@@ -23,6 +25,7 @@ IMAGES = {
 BAD_MAPS = {
     'image missing': ({'image': 'nowhere.pgm'}, ['nowhere.pgm', 'No such file']),
     'image without pixels': ({'image': 'empty.pgm'}, ['empty.pgm', 'without pixels', 'PGM or PNG']),
+    'image file empty': ({'image': 'nothing.pgm'}, ['nothing.pgm', 'not an image']),
     'image cut off': ({'image': 'torn.pgm'}, ['torn.pgm', 'truncated']),
     'image is text': ({'image': 'text.pgm'}, ['text.pgm', 'not an image', 'PGM or PNG']),
     'image too large': ({'image': 'huge.pgm'}, ['huge.pgm', 'too large', 'pixels']),
@@ -42,6 +45,7 @@ BAD_ARGUMENTS = {
     'no file': ([], ['arguments', 'one map .yaml file']),
     'deprecated': (['{}/good.pgm', '0.05'], ['good.pgm 0.05', 'one map .yaml file, which names the image']),
     'YAML missing': (['{}/nowhere.yaml'], ['nowhere.yaml', 'No such file']),
+    'YAML empty': (['{}/nothing.yaml'], ['nothing.yaml', 'image: missing']),
     'an image': (['{}/good.pgm'], ['good.pgm', 'cannot be read']),
 }
 

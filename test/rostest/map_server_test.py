@@ -51,10 +51,10 @@ def latched(topic, message):
     return publisher
 
 
-def map_message(width=2, height=1, resolution=0.05, cells=(0, 100), w=1.0):
+def map_message(width=2, height=1, resolution=0.05, cells=(0, 100), w=1.0, x=0.0):
     message = OccupancyGrid(data=list(cells))
     message.info.width, message.info.height, message.info.resolution = width, height, resolution
-    message.info.origin.orientation.w = w
+    message.info.origin.orientation.w, message.info.origin.position.x = w, x
     return message
 
 
@@ -116,19 +116,21 @@ class MapServerTest(unittest.TestCase):
         self.assertEqual(sorted(entry.name for entry in self.folder.iterdir()),
                          ['hall.pgm', 'hall.yaml', 'log', 'map.pgm', 'map.yaml'])
 
-    def test_thresholds(self):
-        publisher = latched('/grey/map', map_message(4, 1, cells=(10, 40, 60, 127)))
+    def test_thresholds_and_another_resolution(self):
+        publisher = latched('/grey/map', map_message(4, 1, 0.02, (10, 40, 60, 127)))
         code, lines = Saver(self.folder, '--free', '40', '--occ', '60', 'map:=/grey/map').wait()
         publisher.unregister()
         self.assertEqual(code, 0, lines)
-        self.assertEqual(load_map(self.folder / 'map.yaml').cells.tolist(), [[0, 0, 100, 100]])
+        saved = load_map(self.folder / 'map.yaml')
+        self.assertEqual(saved.cells.tolist(), [[0, 0, 100, 100]])
+        self.assertEqual(saved.resolution_m, 0.02)  # not the 0.0199999996 of a message's 32 bits
 
     def test_a_map_that_is_none_ends_it_with_one_line(self):
         nan = float('nan')
         for message, word in ((map_message(resolution=nan), 'resolution nan'),
                               (map_message(resolution=0.0), 'resolution 0'),
                               (map_message(0, 0, cells=()), '0 x 0 cells'), (map_message(3), 'with 2 values'),
-                              (map_message(w=0.0), 'no rotation')):
+                              (map_message(w=0.0), 'no rotation'), (map_message(x=nan), 'position (nan')):
             publisher = latched('/bad/map', message)
             code, lines = Saver(self.folder, 'map:=/bad/map').wait()
             publisher.unregister()

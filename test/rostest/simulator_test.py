@@ -126,7 +126,7 @@ def wheel_speeds(linear, angular):
 def true_ranges(x, y, yaw):
     """What the scanner sees without noise when base_link is there; inf beyond its range."""
     robot = load_robot(ROOT / 'urdf' / 'alto.urdf.xacro', 'left_wheel_joint', 'right_wheel_joint', {})
-    mount = robot.link_position_m('laser')
+    mount = robot.link_pose_in_root('laser')[:3, 3]
     lidar = Lidar(load_world(ROOT / 'worlds' / 'hallway.world'), mount[2], LidarParams(), np.random.default_rng(0))
     ranges = lidar.true_ranges_m(Pose2D(x, y, yaw).compose(Pose2D(mount[0], mount[1], 0.0)))
     return np.where(ranges <= lidar.params.range_max, ranges, np.inf)
@@ -238,6 +238,12 @@ class SimulatorTest(NodeTest):
             self.assertAlmostEqual(scan.range_min, 0.15, places=6)
             self.assertAlmostEqual(scan.range_max, 6.0, places=6)
 
+    def test_scan_time_is_that_of_the_rate(self):
+        scans = self.scans_of(self.other, 3)
+        self.assertEqual([stamp_ns_of(scan) for scan in scans], [0, 2 * SCAN_PERIOD_NS, 4 * SCAN_PERIOD_NS])
+        for scan in scans:
+            self.assertAlmostEqual(scan.scan_time, 0.2, places=6)
+
     def test_scan_is_the_geometry_at_the_start_and_noise_of_the_seed(self):
         first, same, other = (self.scans_of(simulator, 1)[0] for simulator in (self.first, self.same, self.other))
         noises = []
@@ -273,8 +279,8 @@ class SimulatorTest(NodeTest):
         robot = load_robot(ROOT / 'urdf' / 'alto.urdf.xacro', 'left_wheel_joint', 'right_wheel_joint', {})
         translation, rotation = mount.transform.translation, mount.transform.rotation
         self.assertEqual((rotation.x, rotation.y, rotation.z), (0.0, 0.0, 0.0))
-        np.testing.assert_allclose((translation.x, translation.y, translation.z), robot.link_position_m('laser'),
-                                   atol=1e-9)
+        np.testing.assert_allclose((translation.x, translation.y, translation.z),
+                                   robot.link_pose_in_root('laser')[:3, 3], atol=1e-9)
 
     # --- moved by hand ------------------------------------------------------------------------------------------------
 
@@ -477,8 +483,8 @@ class SimulatorTest(NodeTest):
         self.first.drive(0.45, duration=0.2)
         self.first.joints.clear()
         silent_since = self.first.now_ns() / NS_PER_S
-        self.first.joints.wait_for(lambda messages: messages and all(abs(speed) < 0.01 for speed in messages[-1].velocity),
-                                   'a standstill')
+        self.first.joints.wait_for(
+            lambda messages: messages and all(abs(speed) < 0.01 for speed in messages[-1].velocity), 'a standstill')
         slower = next(stamp for stamp, velocity in self.speeds() if max(velocity) < 0.9 * 0.45 / WHEEL_RADIUS)
         # The last command may have taken effect a moment before or after the clock was read.
         self.assertGreater(slower - silent_since, 0.5 * COMMAND_TIMEOUT)

@@ -132,6 +132,11 @@ def test_bad_parameters_are_named(params, complaint):
         LidarParams.from_mapping(params, 'lidar.yaml')
 
 
+@pytest.mark.parametrize('rate_hz, period_ns', [(10.0, 100_000_000), (0.01, 100_000_000_000), (3.0, 333_333_333)])
+def test_the_period_is_that_of_the_rate(rate_hz, period_ns):
+    assert LidarParams(rate=rate_hz).period_ns == period_ns
+
+
 def test_a_leaning_box_is_refused():
     leaning = solid(Box((1, 1, 2)))
     leaning.pose_in_world[:3, :3] = rotation_from_rpy(0.2, 0, 0)

@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
+from diff_encoder_sim.cli.rasterise_world import main as rasterise_world
 from diff_encoder_sim.errors import ConfigError
 from diff_encoder_sim.mapping.map_files import SavingParams, load_map, save_map
 from diff_encoder_sim.mapping.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
@@ -70,6 +71,15 @@ def test_alpha_is_one_more_channel_in_trinary_mode_and_none_in_raw_mode(tmp_path
                     ).cells.tolist() == [[-1, -1, 90, 91, 100]]
 
 
+def test_grey_with_alpha_is_read_as_colour_with_alpha(tmp_path):
+    """So does SDL: (3 * 0 + 255) / 4 = 64 is an occupancy of 0.75, 205 of 0.147, (254, 0) of 0.253."""
+    pixels = np.array([[[0, 255], [100, 255], [205, 255], [254, 0]]], dtype=np.uint8)
+    text = YAML.replace('m.pgm', 'm.png')
+    for mode, cells in (('trinary', [100, -1, 0, -1]), ('scale', [100, 89, 1, 0]), ('raw', [0, 100, -1, -1])):
+        path = write(tmp_path, pixels, text + f'mode: {mode}\n', 'm.png')
+        assert load_map(path).cells.tolist() == [cells], mode
+
+
 GREYS = [[0, 205, 254]]  # occupied, unknown, free
 
 
@@ -100,10 +110,41 @@ def test_every_kind_of_pixel_is_read_alike(tmp_path, content):
     assert load_map(path).cells.tolist() == [[OCCUPIED, UNKNOWN, FREE]]
 
 
+@pytest.mark.parametrize('mode, transparent', [('L', 205), ('L', 7), ('RGB', (205, 205, 205))])
+def test_one_transparent_colour_is_no_alpha(tmp_path, mode, transparent):
+    """Averaged with an alpha of 255, 205 would be free."""
+    path = write(tmp_path, GREYS, YAML.replace('m.pgm', 'm'))
+    image = Image.fromarray(np.array(GREYS, dtype=np.uint8)).convert(mode)
+    (tmp_path / 'm').write_bytes(png(image, transparency=transparent))
+    assert load_map(path).cells.tolist() == [[OCCUPIED, UNKNOWN, FREE]]
+
+
+def test_of_16_bits_the_upper_8_count(tmp_path):
+    pixels = np.array([[0, 255, 256, 100 * 256, 100 * 257, 101 * 256]], dtype=np.uint16)
+    path = write(tmp_path, GREYS, YAML.replace('m.pgm', 'm') + 'mode: raw\n')
+    (tmp_path / 'm').write_bytes(png(Image.fromarray(pixels)))
+    assert load_map(path).cells.tolist() == [[0, 0, 1, 100, 100, -1]]
+
+
 def test_black_and_white_of_one_bit(tmp_path):
     path = write(tmp_path, GREYS)
     (tmp_path / 'm.pgm').write_bytes(b'P4 3 1\n\x40')  # 1 is black
     assert load_map(path).cells.tolist() == [[FREE, OCCUPIED, FREE]]
+
+
+def test_numbers_are_read_as_map_servers_parser_reads_them(tmp_path):
+    """To PyYAML an exponent without a point, and a number in quotes, are text."""
+    text = ('image: m.pgm\nresolution: 5e-2\norigin: [1e-05, "-2.5", 0]\noccupied_thresh: "0.65"\n'
+            'free_thresh: 2e-1\n')
+    grid = load_map(write(tmp_path, GREYS, text))
+    assert (grid.resolution_m, grid.origin) == (0.05, (1e-05, -2.5, 0.0))
+    assert grid.cells.tolist() == [[OCCUPIED, FREE, FREE]]  # 205 is an occupancy of 0.196
+
+
+@pytest.mark.parametrize('resolution_m', [0.01, 0.025, 0.1, 1.0])
+def test_maps_of_any_resolution_come_back(tmp_path, resolution_m):
+    grid = OccupancyGrid(np.zeros((2, 3), dtype=np.int8), resolution_m, Pose2D(0, 0, 0))
+    assert load_map(save_map(grid, tmp_path / 'm')).resolution_m == resolution_m
 
 
 def test_what_is_saved_is_read_back(tmp_path):
@@ -155,6 +196,8 @@ def test_saving_replaces_files_whole_and_leaves_nothing_else(tmp_path, monkeypat
     (YAML.replace('m.pgm', '"m\\0.pgm"'), 'm.yaml: image: given .* allowed: a file name'),
     (YAML + 'negate: 2\n', 'm.yaml: negate: given 2'),
     (YAML.replace('0.05', '.nan'), 'm.yaml: resolution: given nan'),
+    (YAML.replace('0.05', '"nan"'), 'm.yaml: resolution: given nan'),
+    (YAML.replace('0.05', 'fine'), "m.yaml: resolution: given 'fine'; allowed: a valid number"),
     (YAML.replace('-1.0', '.nan'), 'm.yaml: origin.0: given nan'),
     (YAML.replace(', 0.0]', ']'), 'm.yaml: origin: given'),
     (YAML.replace('m.pgm', 'n.pgm'), 'n.pgm: cannot be read: No such file'),
@@ -262,7 +305,29 @@ def test_the_hallways_walls_are_drawn_alike_on_both_sides():
 def test_a_free_point_in_a_wall_or_outside_is_refused():
     world = load_world(WORLDS / 'hallway.world')
     for point in ((16.1, 0.0), (500.0, 0.0)):
-        with pytest.raises(ConfigError, match='free point'):
+        with pytest.raises(ConfigError, match=fr'free point \({point[0]}, 0.0\)'):
             rasterise(world, 1.12, 0.05, *point)
     with pytest.raises(ConfigError, match='nothing to map'):
         rasterise(world, 30.0, 0.05, 0.0, 0.0)
+    with pytest.raises(ConfigError, match='resolution 0.001 m: a map of .* cells; allowed: at most'):
+        rasterise(world, 1.12, 0.001, 0.0, 0.0)
+
+
+def test_the_tool_writes_a_map_that_is_read_back(tmp_path, capsys):
+    world_file = str(WORLDS / 'hallway.world')
+    rasterise_world([world_file, '--free', '-10', '0', '--resolution', '0.1', '--out', str(tmp_path / 'hall')])
+    assert capsys.readouterr().out.strip() == str(tmp_path / 'hall.yaml')
+    grid, expected = load_map(tmp_path / 'hall.yaml'), rasterise(load_world(world_file), 1.12, 0.1, -10.0, 0.0)
+    assert (grid.cells == expected.cells).all() and grid.origin == expected.origin
+
+
+@pytest.mark.parametrize('arguments, complaint', [
+    (['--resolution', '0'], 'resolution: given 0'), (['--resolution', '-1'], 'resolution: given -1'),
+    (['--resolution', 'nan'], 'resolution: given nan'), (['--resolution', '1e-9'], 'resolution: given 1e-09'),
+    (['--resolution', '1e300'], 'resolution: given 1e'), (['--height', 'inf'], 'height: given inf'),
+    (['--free', '0', 'nan'], 'free.1: given nan'), (['--free', '1e300', '0'], 'free point')])
+def test_the_tool_names_a_bad_argument_in_one_line(tmp_path, arguments, complaint):
+    with pytest.raises(SystemExit) as caught:
+        rasterise_world([str(WORLDS / 'hallway.world'), '--out', str(tmp_path / 'm'), *arguments])
+    assert complaint in caught.value.code and '\n' not in caught.value.code
+    assert not list(tmp_path.iterdir())

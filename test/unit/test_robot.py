@@ -4,6 +4,7 @@ import subprocess
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from diff_encoder_sim.config import load_yaml
@@ -57,6 +58,11 @@ def test_a_plain_urdf_with_turned_frames_between_base_and_wheels(tmp_path):
     robot = load_robot(path, 'jl', 'jr', {})
     assert robot.wheel_separation_m == pytest.approx(0.4)
     assert (robot.left_wheel_radius_m, robot.right_wheel_radius_m) == (0.05, 0.06)
+    turned = [[0, -1, 0, 0.1], [1, 0, 0, 0.2], [0, 0, 1, 0], [0, 0, 0, 1]]
+    assert robot.link_pose_in_root('l') == pytest.approx(np.array(turned), abs=1e-15)
+    assert (robot.link_pose_in_root('base_link') == np.eye(4)).all()
+    with pytest.raises(ConfigError, match="link 'laser' is missing; it has base_link, axle, l, r"):
+        robot.link_pose_in_root('laser')
 
 
 @pytest.mark.parametrize('change, joints, complaint', [

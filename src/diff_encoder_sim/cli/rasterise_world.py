@@ -3,12 +3,23 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Optional, Sequence
+from typing import List, Optional, Sequence
+
+from pydantic import Field
 
 from diff_encoder_sim.cli.run import run_tool
+from diff_encoder_sim.config import Params
 from diff_encoder_sim.mapping.map_files import save_map
 from diff_encoder_sim.mapping.rasterise import rasterise
 from diff_encoder_sim.simulation.world import load_world
+
+
+class RasteriseParams(Params):
+    """How a world is rasterised."""
+
+    free: List[float] = Field(min_length=2, max_length=2, description='a point x, y [m]')
+    height: float = Field(description='of the scan plane [m]')
+    resolution: float = Field(ge=0.001, le=10, description='side of a cell [m]')
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> None:
@@ -17,7 +28,10 @@ def main(arguments: Optional[Sequence[str]] = None) -> None:
 
 
 def _rasterise(options: argparse.Namespace) -> None:
-    grid = rasterise(load_world(options.world), options.height, options.resolution, *options.free)
+    params = RasteriseParams.from_mapping({
+        'free': options.free, 'height': options.height, 'resolution': options.resolution},
+        'arguments')
+    grid = rasterise(load_world(options.world), params.height, params.resolution, *params.free)
     print(save_map(grid, options.out or options.world.with_suffix('')))
 
 
@@ -26,7 +40,7 @@ def _parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
         prog='rasterise_world', description=__doc__,
         epilog='example: rasterise_world worlds/hallway.world --free -10 0')
     parser.add_argument('world', type=Path, help='.world file')
-    parser.add_argument('--free', type=float, nargs=2, default=(0.0, 0.0), metavar=('X', 'Y'),
+    parser.add_argument('--free', type=float, nargs=2, default=[0.0, 0.0], metavar=('X', 'Y'),
                         help='a point in free space [m]')
     parser.add_argument('--height', type=float, default=1.12, help='of the scan plane [m]')
     parser.add_argument('--resolution', type=float, default=0.05, help='side of a cell [m]')

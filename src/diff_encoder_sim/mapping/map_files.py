@@ -3,7 +3,7 @@ from __future__ import annotations
 
 import io
 from pathlib import Path
-from typing import List, Literal, Union
+from typing import Any, List, Literal, Union
 
 import numpy as np
 import yaml
@@ -42,11 +42,26 @@ class MapFileParams(Params):
             raise ValueError('a file name')
         return image
 
+    @field_validator('resolution', 'origin', 'occupied_thresh', 'free_thresh', mode='before')
+    @classmethod
+    def _read_numbers(cls, value: Any) -> Any:
+        """PyYAML takes 5e-2 and "0.05" for text; map_server's parser takes them for numbers."""
+        if isinstance(value, list):
+            return [_number(part) for part in value]
+        return _number(value)
+
     @model_validator(mode='after')
     def _check_thresholds(self) -> MapFileParams:
         if self.free_thresh >= self.occupied_thresh:
             raise ValueError('free_thresh below occupied_thresh')
         return self
+
+
+def _number(value: Any) -> Any:
+    try:
+        return float(value) if isinstance(value, str) else value
+    except ValueError:
+        return value
 
 
 class SavingParams(Params):
@@ -117,7 +132,7 @@ def _cells(pixels: np.ndarray, params: MapFileParams) -> np.ndarray:
     As in map_server, alpha is one more channel of the mean in trinary mode, and in scale mode
     tells which of the greys in between are known.
     """
-    has_alpha = pixels.shape[2] in (2, 4)
+    has_alpha = pixels.shape[2] == 4
     colours = pixels[:, :, :-1] if has_alpha and params.mode != 'trinary' else pixels
     channels = colours.shape[2]
     # A table over all sums that can occur spares arrays of numbers as large as the image.

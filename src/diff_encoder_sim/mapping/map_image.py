@@ -7,13 +7,16 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, UnidentifiedImageError
 
-from diff_encoder_sim.errors import ConfigError
+from diff_encoder_sim.errors import ConfigError, in_one_line
 
 FORMATS = ('PPM', 'PNG')  # PPM is PIL's name for all of PGM's family
 
 
 def read_image(path: Path) -> np.ndarray:
-    """(rows, columns, channels) of 0 to 255: one of grey or three of colour, and maybe alpha.
+    """(rows, columns, channels) of 0 to 255: one of grey, three of colour, or four with alpha.
+
+    Grey with alpha becomes colour with alpha, and a single transparent grey or colour is not
+    alpha: so does SDL, by which map_server reads, and in the mean of all channels it matters.
 
     Raises:
         ConfigError: it cannot be read, or is larger than PIL's limit.
@@ -32,20 +35,20 @@ def read_image(path: Path) -> np.ndarray:
     except Exception as error:  # of a torn image PIL complains in many types
         reason = getattr(error, 'strerror', None)
         if reason is None:
-            reason = f'truncated or damaged ({" ".join(str(error).split()) or type(error).__name__})'
+            reason = f'truncated or damaged ({in_one_line(error)})'
         raise ConfigError(f'{path}: cannot be read: {reason}') from None
 
 
 def _pixels(image: Image.Image) -> np.ndarray:
-    if image.mode.startswith('I'):  # of 16 bits
-        return (np.asarray(image)[:, :, np.newaxis] // 257).astype(np.uint8)
-    if 'transparency' in image.info:
+    if image.mode.startswith('I'):  # of 16 bits: the upper 8, as SDL
+        return (np.asarray(image)[:, :, np.newaxis] >> 8).astype(np.uint8)
+    if image.mode == 'LA' or (image.mode == 'P' and 'transparency' in image.info):
         image = image.convert('RGBA')
     elif image.mode == 'P':
         image = image.convert('RGB')
     elif image.mode == '1':
         image = image.convert('L')
-    if image.mode not in ('L', 'LA', 'RGB', 'RGBA'):
+    if image.mode not in ('L', 'RGB', 'RGBA'):
         raise ValueError(f'pixels of type {image.mode}; allowed: grey or colour of 8 or 16 bits')
     pixels = np.asarray(image)
     return pixels.reshape(pixels.shape[0], pixels.shape[1], -1)

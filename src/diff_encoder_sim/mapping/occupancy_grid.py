@@ -44,7 +44,8 @@ class OccupancyGrid(NamedTuple):
     def cell_at(self, x_m: float, y_m: float) -> Tuple[int, int]:
         """(row, column) of the cell that holds a point of the map frame; may be outside."""
         local = Pose2D(x_m, y_m, 0.0).relative_to(self.origin)
-        return int(np.floor(local.y_m / self.resolution_m)), int(np.floor(local.x_m / self.resolution_m))
+        return (int(np.floor(local.y_m / self.resolution_m)),
+                int(np.floor(local.x_m / self.resolution_m)))
 
     def cropped(self, margin_m: float) -> OccupancyGrid:
         """The part that is known and a margin around it; the whole where nothing is."""

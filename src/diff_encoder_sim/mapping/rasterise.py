@@ -14,6 +14,7 @@ from diff_encoder_sim.simulation.world import Box, Cylinder, Solid, Sphere, Worl
 
 MARGIN_CELLS = 10
 POINTS_PER_CELL = 8
+MOST_CELLS = 25_000_000  # a minute's work
 
 
 def rasterise(world: World, height_m: float, resolution_m: float,
@@ -31,13 +32,17 @@ def rasterise(world: World, height_m: float, resolution_m: float,
         free_x_m: a point that is free, in the world frame; free_y_m likewise.
 
     Raises:
-        ConfigError: the free point is inside a wall, or nothing is at that height.
+        ConfigError: the free point is inside a wall, nothing is at that height, or the cells
+            would be too many.
     """
     points_m = surface_points(world, height_m, resolution_m / POINTS_PER_CELL)
     if len(points_m) == 0:
         raise ConfigError(f'world {world.name!r}: nothing to map at a height of {height_m} m')
     lowest = np.floor(points_m.min(axis=0) / resolution_m) - MARGIN_CELLS
     highest = np.ceil(points_m.max(axis=0) / resolution_m) + MARGIN_CELLS
+    if (highest - lowest).prod() > MOST_CELLS:
+        raise ConfigError(f'resolution {resolution_m:g} m: a map of '
+                          f'{(highest - lowest).prod():.0f} cells; allowed: at most {MOST_CELLS}')
     width, height = (highest - lowest).astype(int).tolist()
     corner_m = np.round((lowest - 0.5) * resolution_m, 9)
     grid = OccupancyGrid(np.full((height, width), UNKNOWN, dtype=np.int8), resolution_m,
@@ -46,7 +51,11 @@ def rasterise(world: World, height_m: float, resolution_m: float,
     grid.cells[columns_rows[:, 1], columns_rows[:, 0]] = OCCUPIED
     if any(_is_inside(solid, free_x_m, free_y_m, height_m) for solid in world.solids):
         raise ConfigError(f'free point ({free_x_m}, {free_y_m}): it is in a wall')
-    _fill(grid, grid.cell_at(free_x_m, free_y_m))
+    seed = grid.cell_at(free_x_m, free_y_m)
+    if not grid.contains(*seed) or grid.cells[seed] != UNKNOWN:
+        raise ConfigError(f'free point ({free_x_m}, {free_y_m}): it is outside of the map or on a '
+                          f'surface')
+    _fill(grid, seed)
     return grid
 
 
@@ -76,9 +85,7 @@ def _is_inside(solid: Solid, x_m: float, y_m: float, z_m: float) -> bool:
 
 
 def _fill(grid: OccupancyGrid, seed: Tuple[int, int]) -> None:
-    """Mark as free what is connected to the seed, and as unknown the surfaces that it never meets."""
-    if not grid.contains(*seed) or grid.cells[seed] != UNKNOWN:
-        raise ConfigError(f'free point in cell {seed}: it is outside of the map or on a surface')
+    """Mark as free what is connected to the seed, as unknown the surfaces that this never meets."""
     met = np.zeros(grid.cells.shape, dtype=bool)
     grid.cells[seed] = FREE
     waiting: Deque[Tuple[int, int]] = deque([seed])

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import sys
+from typing import List
 
 import rospy
 from nav_msgs.msg import MapMetaData, OccupancyGrid
@@ -48,7 +49,7 @@ def main() -> None:
     run_node('map_server', lambda: MapServerNode(_map_file(rospy.myargv(sys.argv)[1:])))
 
 
-def _map_file(arguments: list) -> str:
+def _map_file(arguments: List[str]) -> str:
     plan = trial_plan()
     if not arguments and plan is not None:
         return plan.map
@@ -57,4 +58,4 @@ def _map_file(arguments: list) -> str:
                           f'which names the image and has the resolution')
     if len(arguments) != 1:
         raise ConfigError(f'arguments: given {" ".join(arguments)!r}; allowed: one map .yaml file')
-    return str(arguments[0])
+    return arguments[0]

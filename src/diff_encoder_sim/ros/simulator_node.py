@@ -32,7 +32,8 @@ GRAPH_PERIOD_NS = 50_000_000
 GRAPH_LEAD_NS = 20_000_000
 
 # How far it may run ahead of the answer to a scan: robot_state_publisher needs 20 ms to tell where
-# the laser is; and odometry newer than the scan must not be there yet, as tf2 rounds otherwise then.
+# the laser is; and odometry newer than the scan must not be there yet, as tf2 then rounds
+# otherwise.
 SCAN_LEAD_NS = 50_000_000
 
 
@@ -71,7 +72,7 @@ class SimulatorNode:
         self._joint_states = publisher('joint_states', JointState)
         self._scans = publisher('scan', LaserScan)
         self._scan_frame = params.laser_link
-        self._scan_period_ns = _scan_period_ns(params.lidar.rate)
+        self._scan_period_ns = params.lidar.period_ns
         self._models = SimulatedModels(self._simulator, self._lock)
         self._graph_pacer = GraphPacer(params.wait_for, params.wait_for_once_begun, GRAPH_PERIOD_NS,
                                        GRAPH_LEAD_NS)
@@ -175,14 +176,6 @@ def _trial_defaults() -> dict:
         return {}
     return {'world': plan.world, 'seed': plan.trial.number,
             'start': plan.trial.test.start.model_dump()}
-
-
-def _scan_period_ns(rate_hz: float) -> int:
-    period_ns = round(NANOSECONDS_PER_SECOND / rate_hz)
-    if period_ns % TICK_NS:
-        raise ConfigError(f'{rospy.get_name()}: lidar.rate: given {rate_hz:g} Hz; allowed: a '
-                          f'period of whole {TICK_NS // 1_000_000} ms')
-    return period_ns
 
 
 def _command_period_ns(period_s: float) -> int:

@@ -17,6 +17,7 @@ from diff_encoder_sim.errors import ConfigError
 from diff_encoder_sim.scan import Scan
 from diff_encoder_sim.se2 import Pose2D
 from diff_encoder_sim.simulation.world import Box, Cylinder, Solid, Sphere, World
+from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
 
 # Below this a solid's axis counts as upright: world files are written with six decimals.
 UPRIGHT_TOLERANCE = 1e-5
@@ -43,6 +44,11 @@ class LidarParams(Params):
         if self.range_min >= self.range_max:
             raise ValueError('range_min below range_max')
         return self
+
+    @property
+    def period_ns(self) -> int:
+        """From sweep to sweep."""
+        return round(NANOSECONDS_PER_SECOND / self.rate)
 
 
 class Lidar:

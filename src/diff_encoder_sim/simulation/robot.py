@@ -11,7 +11,7 @@ import numpy as np
 import xacro
 
 from diff_encoder_sim.config import did_you_mean
-from diff_encoder_sim.errors import ConfigError
+from diff_encoder_sim.errors import ConfigError, in_one_line
 from diff_encoder_sim.simulation.world import parse_lengths, parse_numbers, rotation_from_rpy
 
 
@@ -30,8 +30,8 @@ class RobotModel(NamedTuple):
     right_wheel_radius_m: float
     wheel_separation_m: float   # between the wheels' contact points
 
-    def link_position_m(self, link_name: str) -> np.ndarray:
-        """(3,) position of a link's frame in the root link, all joints at zero.
+    def link_pose_in_root(self, link_name: str) -> np.ndarray:
+        """(4, 4) homogeneous pose of a link's frame in the root link, all joints at zero.
 
         Raises:
             ConfigError: the robot has no such link.
@@ -40,8 +40,10 @@ class RobotModel(NamedTuple):
         joints = {joint.get('name', ''): joint for joint in root.findall('joint')}
         for name, joint in joints.items():
             if _link(joint, 'child') == link_name:
-                return _position_in_root(joints, name, f'robot {self.name!r}')
+                return _pose_in_root(joints, name, f'robot {self.name!r}')
         links = [link.get('name', '') for link in root.findall('link')]
+        if link_name in links:
+            return np.eye(4)    # the root itself
         raise ConfigError(f'robot {self.name!r}: link {link_name!r} is missing; it has '
                           f'{", ".join(links)}')
 
@@ -61,8 +63,8 @@ def load_robot(path: Union[str, Path], left_joint: str, right_joint: str,
     urdf = expand_xacro(path, xacro_arguments)
     root = ElementTree.fromstring(urdf)
     joints = {joint.get('name', ''): joint for joint in root.findall('joint')}
-    left_m = _position_in_root(joints, left_joint, path)
-    right_m = _position_in_root(joints, right_joint, path)
+    left_m = _pose_in_root(joints, left_joint, path)[:3, 3]
+    right_m = _pose_in_root(joints, right_joint, path)[:3, 3]
     if left_m[1] <= right_m[1]:
         raise ConfigError(f'{path}: {left_joint!r} is at y = {left_m[1]:.3f} m and {right_joint!r} '
                           f'at {right_m[1]:.3f} m; allowed: the left wheel left of the right one')
@@ -90,8 +92,8 @@ def _expand(path: str, content: bytes, arguments: Tuple[Tuple[str, str], ...]) -
     try:
         document = xacro.process_file(path, mappings=dict(arguments))
     except Exception as error:  # xacro lets XML, expression and file errors of many types through
-        reason = ' '.join(str(error).split()) or type(error).__name__
-        raise ConfigError(f'{path}: not a valid xacro or URDF file: {reason}') from None
+        raise ConfigError(
+            f'{path}: not a valid xacro or URDF file: {in_one_line(error)}') from None
     if document.documentElement.tagName != 'robot':
         raise ConfigError(f'{path}: given <{document.documentElement.tagName}>; allowed: <robot>')
     return str(document.toprettyxml(indent='  '))
@@ -101,33 +103,35 @@ def _expand(path: str, content: bytes, arguments: Tuple[Tuple[str, str], ...]) -
 _expand_once = functools.lru_cache(maxsize=32)(_expand)
 
 
-def _position_in_root(joints: Dict[str, ElementTree.Element], joint_name: str,
-                          path: Union[str, Path]) -> np.ndarray:
-    """Position (x, y, z) [m] of a joint in the robot's root link, all joints at zero."""
+def _pose_in_root(joints: Dict[str, ElementTree.Element], joint_name: str,
+                  path: Union[str, Path]) -> np.ndarray:
+    """(4, 4) homogeneous pose of a joint in the robot's root link, all joints at zero."""
     if joint_name not in joints:
         raise ConfigError(f'{path}: joint {joint_name!r} is missing; the file has '
                           f'{", ".join(joints) or "no joint"}{did_you_mean(joint_name, joints)}')
     joint_above = {_link(joint, 'child'): joint for joint in joints.values()}
     joint = joints[joint_name]
-    position_m = np.zeros(3)
+    pose = np.eye(4)
     for _ in joints:
-        rotation, offset_m = _origin(joint, path)
-        position_m = offset_m + rotation @ position_m
+        pose = _origin(joint, path) @ pose
         parent = _link(joint, 'parent')
         if parent not in joint_above:
-            return position_m
+            return pose
         joint = joint_above[parent]
     raise ConfigError(f'{path}: the links above joint {joint_name!r} form a loop; allowed: a tree')
 
 
-def _origin(joint: ElementTree.Element, source: Union[str, Path]) -> Tuple[np.ndarray, np.ndarray]:
-    """Rotation (3x3) and translation (3) [m] of a joint's frame in its parent link."""
+def _origin(joint: ElementTree.Element, source: Union[str, Path]) -> np.ndarray:
+    """(4, 4) homogeneous pose of a joint's frame in its parent link."""
     origin = joint.find('origin')
     attributes = origin.attrib if origin is not None else {}
     where = f'{source}: joint {joint.get("name")!r} origin'
     xyz_m = parse_numbers(attributes.get('xyz', '0 0 0'), 3, f'{where} xyz')
     rpy_rad = parse_numbers(attributes.get('rpy', '0 0 0'), 3, f'{where} rpy')
-    return rotation_from_rpy(*rpy_rad), np.array(xyz_m)
+    pose = np.eye(4)
+    pose[:3, :3] = rotation_from_rpy(*rpy_rad)
+    pose[:3, 3] = xyz_m
+    return pose
 
 
 def _link(joint: ElementTree.Element, end: str) -> str:

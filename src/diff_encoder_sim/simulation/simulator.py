@@ -5,7 +5,8 @@ import math
 from pathlib import Path
 from typing import Optional, Union
 
-from pydantic import Field
+import numpy as np
+from pydantic import Field, field_validator
 
 from diff_encoder_sim.config import Params
 from diff_encoder_sim.errors import ConfigError
@@ -25,6 +26,9 @@ TICK_NS = round(TICK_S * 1e9)
 # Of /gazebo/model_states, and of the true pose that is made from it.
 STATES_PERIOD_NS = 50_000_000
 
+# A scanner that leans less is taken for level, as the nodes that read its scans take it.
+LARGEST_LEAN_RAD = math.radians(5.0)
+
 
 class SimulatorParams(Params):
     """Everything about the simulated robot that a user can set."""
@@ -36,6 +40,13 @@ class SimulatorParams(Params):
     lidar: LidarParams = LidarParams()
     physics: PhysicsParams = PhysicsParams()
     wheel_errors: WheelErrorParams = WheelErrorParams()
+
+    @field_validator('lidar')
+    @classmethod
+    def _check_scan_period(cls, lidar: LidarParams) -> LidarParams:
+        if lidar.period_ns % TICK_NS:
+            raise ValueError(f'a rate whose period is whole {TICK_NS // 1_000_000} ms')
+        return lidar
 
 
 class Simulator:
@@ -57,9 +68,10 @@ class Simulator:
         self._true = load_robot(robot_file, params.left_joint, params.right_joint,
                                 params.wheel_errors.xacro_arguments())
         self._check_errors_took_effect(robot_file)
-        laser_m = self._nominal.link_position_m(params.laser_link)
-        self.laser_pose_in_base = Pose2D(float(laser_m[0]), float(laser_m[1]), 0.0)
-        self._scan_height_m = float(laser_m[2])
+        laser_pose = self._nominal.link_pose_in_root(params.laser_link)
+        self.laser_pose_in_base = _seen_from_above(
+            laser_pose, f'{robot_file}: link {params.laser_link!r}')
+        self._laser_above_base_m = float(laser_pose[2, 3])
         self._start_pose = start_pose
         self._seed = seed
         self._controller = DriveController(
@@ -88,6 +100,8 @@ class Simulator:
                                       self.params.drive.wheel_torque, self.params.physics)
         phases_rad = generator(self._seed, 'wheel_phase').uniform(0.0, 2.0 * math.pi, 2)
         self._phases_rad = tuple(phases_rad.tolist())
+        # base_link may be at the floor, where ALTO's is, or at the axle.
+        self._scan_height_m = self._physics.base_pose()[0][2] + self._laser_above_base_m
         self._lidar = Lidar(self.world, self._scan_height_m, self.params.lidar,
                             generator(self._seed, 'lidar_noise'))
         self._wheels = SlippingWheels(
@@ -165,3 +179,17 @@ class Simulator:
             if not math.isclose(true_m, wanted_m, rel_tol=1e-6):
                 raise ConfigError(f'{robot_file}: wheel_errors.{key} has no effect on this robot; '
                                   f'allowed: 0, or a xacro file with arguments as alto has them')
+
+
+def _seen_from_above(laser_pose_in_base: np.ndarray, where: str) -> Pose2D:
+    """A scanner's mount (4, 4) in the plane; `where` names it in the error.
+
+    Raises:
+        ConfigError: it leans, or hangs upside down.
+    """
+    lean_rad = math.acos(min(1.0, max(-1.0, float(laser_pose_in_base[2, 2]))))
+    if lean_rad > LARGEST_LEAN_RAD:
+        raise ConfigError(f'{where}: leans by {math.degrees(lean_rad):.0f} degrees; allowed: a '
+                          f'scanner upright within {math.degrees(LARGEST_LEAN_RAD):.0f} degrees')
+    x_m, y_m = laser_pose_in_base[:2, 3].tolist()
+    return Pose2D(x_m, y_m, math.atan2(laser_pose_in_base[1, 0], laser_pose_in_base[0, 0]))
