@@ -26,7 +26,7 @@ from ros_testing import (NS_PER_S, Collector, NodeTest, RosoutWatch, angle_betwe
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'unit'))
 from amcl_world import moved, pillar_room, simulated_scan  # noqa: E402
 
-NODE, OTHER = '/amcl', '/by_topic/amcl'
+NODE, OTHER, QUIET = '/amcl', '/by_topic/amcl', '/quiet/amcl'
 SCAN_PERIOD_NS = 100000000
 TOLERANCE_NS = 400000000  # config/amcl.yaml
 NAN = float('nan')
@@ -49,8 +49,9 @@ class AmclTest(NodeTest):
         cls.scans = connected_publisher('/scan', LaserScan)
         cls.guesses = connected_publisher('/initialpose', PoseWithCovarianceStamped)
         cls.maps = connected_publisher('/by_topic/map', OccupancyGrid)
-        wait_for_listeners(cls.tf, [NODE, OTHER])
-        wait_for_listeners(cls.scans, [NODE, OTHER])
+        cls.quiet_maps = connected_publisher('/quiet/map', OccupancyGrid)
+        wait_for_listeners(cls.tf, [NODE, OTHER, QUIET])
+        wait_for_listeners(cls.scans, [NODE, OTHER, QUIET])
         cls.static = tf2_ros.StaticTransformBroadcaster()
         down, lean = (transform_message(LASER, 0, 'base_link', name) for name in ('laser_down', 'laser_lean'))
         # Half a turn about the laser's own x axis; 20 degrees about its y axis.
@@ -198,6 +199,21 @@ class AmclTest(NodeTest):
         self.assert_stamps(self.poses.messages, [stamps[0], stamps[1], stamps[3]])
         cloud = self.clouds.messages[0]
         self.assertEqual((cloud.header.frame_id, len(cloud.poses)), ('map', 3000))
+
+    def test_the_covariance_stands_where_the_message_has_it(self):
+        """6x6 row by row over x, y, z and three rotations; the first estimate's is the guess's."""
+        covariance = np.array([[0.04, 0.03, 0.0], [0.03, 0.09, 0.0], [0.0, 0.0, 0.01]])
+        self.begin(START, START, covariance)
+        self.localized()
+        self.poses.wait_for_stamp(self.epoch_ns)
+        sent = np.reshape(self.poses.messages[-1].pose.covariance, (6, 6))
+        np.testing.assert_allclose(sent[np.ix_((0, 1, 5), (0, 1, 5))], covariance, atol=0.01)
+        self.assertEqual(np.count_nonzero(sent), 5)
+
+    def test_who_comes_late_hears_the_newest_pose_and_cloud(self):
+        self.localized()
+        for topic, message_class in (('/amcl_pose', PoseWithCovarianceStamped), ('/particlecloud', PoseArray)):
+            self.assert_stamps(Collector(topic, message_class).wait_for_count(1), [self.epoch_ns])
 
     def test_an_update_without_motion_on_request(self):
         self.localized()
@@ -357,6 +373,21 @@ class AmclTest(NodeTest):
 
     # --- lost
 
+    def test_time_that_goes_back_begins_again(self):
+        self.localized()
+        self.forget()
+        self.now_ns = self.epoch_ns - 100 * NS_PER_S
+        self.true_pose = IDENTITY           # as the parameters have it
+        stamps = []
+
+        def is_answered():
+            stamps.append(self.send_scan(self.scan()))
+            return self.answers()
+        answers = wait_until(is_answered, 'map->odom after time went back')
+        self.assertTrue(set(answers) <= set(stamps))
+        self.assert_near(self.localized(), IDENTITY, 0.3)
+        self.rosout.wait_for_warning(NODE, 'went back', 'begins again')
+
     def test_without_odometry_it_says_so_and_goes_on_when_it_is_back(self):
         self.localized()
         gap, scan = [], self.scan()
@@ -419,6 +450,22 @@ class AmclTest(NodeTest):
         transform = wait_until(is_answered, 'a transform from site')[-1]
         self.assertEqual(transform.child_frame_id, 'odom')
         self.assert_near(pose_from_transform(transform).compose(self.odom_pose), Pose2D(0.5, 0.0, 0.0), 0.1)
+
+
+    def test_one_map_is_enough_and_the_transform_may_be_for_others_to_send(self):
+        poses = Collector('/quiet/amcl_pose', PoseWithCovarianceStamped)
+        self.quiet_maps.publish(map_message(self.room, 0, 'yard'))
+
+        def is_located():
+            self.localized()
+            return poses.messages
+        self.assertEqual(wait_until(is_located, 'an estimate in the yard')[0].header.frame_id, 'yard')
+        self.quiet_maps.publish(map_message(self.room, 0, 'yard'))
+        for _ in range(10):
+            self.localized()
+        self.assertEqual(len(poses.messages), 1)    # not begun again
+        self.assertNotIn('yard', {one.header.frame_id for message in self.transforms.messages
+                                  for one in message.transforms})
 
 
 if __name__ == '__main__':

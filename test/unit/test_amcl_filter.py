@@ -187,6 +187,16 @@ def test_an_update_can_be_requested_without_motion(drive):
     assert filter_.update(IDENTITY, scan, IDENTITY) is None
 
 
+def test_a_requested_update_outlives_a_new_pose(drive):
+    """As upstream: the first scan after it updates anyway, so the request is for the second."""
+    filter_ = amcl()
+    filter_.request_nomotion_update()
+    filter_.set_pose(START, 0.01 * np.eye(3))
+    for _ in range(4):
+        filter_.update(IDENTITY, drive[0][2], IDENTITY)
+    assert filter_.update_count == 2
+
+
 def test_weights_last_from_one_resampling_to_the_next(drive):
     """As in Noetic: two scans on the spot multiply."""
     scan = drive[0][2]
@@ -331,6 +341,7 @@ def test_a_bad_map_is_refused_and_the_old_one_stays(grid, message):
     (Pose2D(1e300, 0, 0), np.eye(3), 'initial pose'),
     (IDENTITY, np.full((3, 3), np.nan), 'initial covariance'),
     (IDENTITY, -np.eye(3), 'no variance below 0'),
+    (IDENTITY, 1e300 * np.eye(3), 'initial covariance'),
     (IDENTITY, np.eye(6), 'shape .6, 6.')])
 def test_a_bad_initial_pose_is_refused_and_the_particles_stay(pose, covariance, message):
     filter_ = amcl()

@@ -262,7 +262,10 @@ def test_no_return_tells_the_beam_model_something_and_nan_does_not():
     (dict(angle_min_rad=np.nan), 'bearings from nan'),
     (dict(angle_increment_rad=np.inf), 'in steps of inf'),
     (dict(range_max_m=np.nan), 'range limit of nan'),
+    (dict(angle_increment_rad=1e307), 'in steps of 1e.307'),
     (dict(range_max_m=-1.0), 'range limit of -1'),
+    (dict(range_min_m=np.nan), 'least range of nan'),
+    (dict(range_min_m=-0.1), 'least range of -0.1'),
     (dict(ranges_m=np.ones((2, 2))), 'expected at least one')])
 def test_a_scan_without_geometry_is_refused(changes, message):
     scan = Scan(0, 0.0, 0.1, 0.15, 6.0, np.ones(36))._replace(**changes)

@@ -53,6 +53,23 @@ def test_rays_against_one_wall(range_m, expected):
     assert FitMap(wall_ahead(), DISTANCE_M).fit(IDENTITY, rays_ahead(range_m), IDENTITY) == expected
 
 
+@pytest.mark.parametrize('laser_x_m, range_m, expected', [
+    (-5.0, 7.025, ScanFit(20, 0, 0)), (-5.0, 6.0, ScanFit(0, 0, 20)),
+    (-5.0, 7.4, ScanFit(0, 20, 0)), (-5.0, 1e12, ScanFit(0, 20, 0)),
+    (-5.0, 1.0, ScanFit(0, 0, 0)),           # not even to the map
+    (-1e5, 1e5 + 2.4, ScanFit(0, 20, 0)), (3.0, 1e12, ScanFit(0, 0, 0))])
+def test_rays_from_off_the_map_are_followed_onto_it(laser_x_m, range_m, expected):
+    here = Pose2D(laser_x_m, 0.0, 0.0)
+    straight = rays_ahead(range_m)._replace(angle_increment_rad=0.0)
+    assert FitMap(wall_ahead(), DISTANCE_M).fit(here, straight, IDENTITY) == expected
+
+
+def test_rays_that_pass_the_map_by_do_not_count():
+    for y_m, yaw_rad in ((-9.0, 0.0), (-9.0, 1.5), (9.0, math.pi), (2.6, math.pi / 4)):
+        here = Pose2D(-9.0, y_m, yaw_rad)
+        assert FitMap(wall_ahead(), DISTANCE_M).fit(here, rays_ahead(40.0), IDENTITY).share is None
+
+
 def test_rays_that_end_where_the_map_says_nothing_do_not_count():
     grid = wall_ahead()
     grid.cells[:, 60:] = UNKNOWN        # the wall included
@@ -145,6 +162,26 @@ def test_carried_off_and_back():
     assert feed(filter_, ELSEWHERE, 20) == [False] * 4 + [True] * 16
     assert filter_.particles is particles
     assert feed(filter_, START, 6) == [True] * 4 + [False] * 2
+
+
+@pytest.mark.parametrize('degrees', range(0, 360, 30))
+def test_begun_two_metres_off(degrees):
+    """Whichever way, off the map or not: lost at the fifth scan, found by a better pose."""
+    guess = Pose2D(START.x_m + 2.0 * math.cos(math.radians(degrees)),
+                   START.y_m + 2.0 * math.sin(math.radians(degrees)), START.yaw_rad)
+    filter_ = amcl(initial_pose_x=guess.x_m, initial_pose_y=guess.y_m)
+    assert feed(filter_, START, 10) == [False] * 4 + [True] * 6
+    filter_.set_pose(moved(START, 0.1, 0.05), 0.01 * np.eye(3))
+    assert not feed(filter_, START, 10)[-1]
+    assert np.subtract(filter_.odom_pose_in_map, START) == pytest.approx(0, abs=0.2)
+
+
+def test_limits_that_the_parameters_replace_are_no_fault():
+    """A scan without limits of its own, where laser_*_range say where they are."""
+    filter_ = amcl(laser_min_range=0.1, laser_max_range=5.0)
+    scan = simulated_scan(ROOM, START)._replace(range_min_m=-1.0, range_max_m=math.inf)
+    assert filter_.update(IDENTITY, scan, IDENTITY) is not None
+    assert filter_.fit_share == 1.0
 
 
 def test_upstreams_default_is_never_lost():

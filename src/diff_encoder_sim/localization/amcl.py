@@ -115,7 +115,7 @@ class Amcl:
         check_pose(pose, 'initial pose')
         check_covariance(covariance)
         self._begin(particles_around(pose, covariance, self.params.max_particles, self._rng))
-        self._force_update = self.params.force_update_after_initialpose
+        self._force_update |= self.params.force_update_after_initialpose
 
     def global_localization(self) -> None:
         """Begin again with the robot anywhere on the map's free cells, heading anywhere."""

@@ -46,7 +46,7 @@ def select_beams(scan: Scan, step: int, laser_pose_in_base: Pose2D, params: Amcl
     at or beyond the largest, infinity included.
 
     Raises:
-        InputFault: the scan's range limit is none.
+        InputFault: a range limit of the scan is none.
     """
     range_max_m, range_min_m = float(scan.range_max_m), float(scan.range_min_m)
     if params.laser_max_range > 0.0:
@@ -56,6 +56,9 @@ def select_beams(scan: Scan, step: int, laser_pose_in_base: Pose2D, params: Amcl
     if not (0.0 < range_max_m < math.inf):
         raise InputFault(f'scan: given a range limit of {range_max_m} m; '
                          'expected a finite number greater than 0')
+    if not (0.0 <= range_min_m < math.inf):
+        raise InputFault(f'scan: given a least range of {range_min_m} m; '
+                         'expected a finite number of at least 0')
     # A copy, whatever the scan's array is like: the kernel is compiled for one kind of array.
     ranges_m, bearings_rad = _rays_in_base(
         np.array(scan.ranges_m[::step], dtype=float), range_min_m, range_max_m, hits_only,
@@ -91,7 +94,7 @@ def check_scan(scan: Scan) -> None:
     """
     if np.ndim(scan.ranges_m) != 1 or len(scan.ranges_m) == 0:
         raise InputFault(f'scan: given {np.size(scan.ranges_m)} ranges; expected at least one')
-    if not (math.isfinite(scan.angle_min_rad) and math.isfinite(scan.angle_increment_rad)):
+    if not math.isfinite(scan.angle_min_rad + scan.angle_increment_rad * len(scan.ranges_m)):
         raise InputFault(f'scan: given bearings from {scan.angle_min_rad} in steps of '
                          f'{scan.angle_increment_rad} rad; expected finite numbers')
     if len(scan.ranges_m) > 1 and scan.angle_increment_rad == 0.0:

@@ -6,7 +6,7 @@ the node starts with its own 0.001 and 0.1, so those are the defaults here. 0 an
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, Optional
 
 from pydantic import BeforeValidator, Field, model_validator
 from typing_extensions import Annotated, Literal
@@ -67,6 +67,8 @@ class AmclParams(Params):
     beam_skip_distance: float = Field(0.5, ge=0, description='[m]')
     beam_skip_threshold: Probability = 0.3
     beam_skip_error_threshold: Probability = 0.9
+    beam_skip_error_threshold_: Optional[Probability] = Field(
+        None, exclude=True, description='older name of the same')
 
     # The odometry. Alphas: rotation from rotation, rotation from translation, translation from
     # translation, translation from rotation; the fifth is of the omni models only.
@@ -97,6 +99,16 @@ class AmclParams(Params):
     std_warn_level_y: float = Field(0.2, ge=0, description='[m]')
     std_warn_level_yaw: float = Field(0.1, ge=0, description='[rad]')
     bag_scan_period: float = -1.0                                     # [s]
+    restore_defaults: bool = Field(False, exclude=True,
+                                   description='accepted; of dynamic_reconfigure')
+
+    @model_validator(mode='before')
+    @classmethod
+    def _take_older_name(cls, given: Any) -> Any:
+        older = 'beam_skip_error_threshold_'    # as dynamic_reconfigure has it; goes first
+        if given.get(older) is None:
+            return given
+        return {**given, older[:-1]: given[older], older: None}
 
     @model_validator(mode='after')
     def _check_particle_range(self) -> AmclParams:

@@ -108,11 +108,12 @@ def check_covariance(covariance: np.ndarray) -> None:
     """Refuse what is not a covariance over (x, y, yaw).
 
     Raises:
-        InputFault: not 3x3, not finite, or a variance below zero.
+        InputFault: not 3x3, not finite, absurdly large, or a variance below zero.
     """
     covariance = np.asarray(covariance, dtype=float)
     if covariance.shape != (3, 3):
         raise InputFault(f'initial covariance: given shape {covariance.shape}; expected (3, 3)')
-    if not np.isfinite(covariance).all() or (np.diag(covariance) < 0.0).any():
+    if (not (np.abs(covariance) <= LARGEST_COORDINATE_M ** 2).all()
+            or (np.diag(covariance) < 0.0).any()):
         raise InputFault(f'initial covariance: given {covariance.tolist()}; '
                          'expected finite numbers and no variance below 0')

@@ -28,8 +28,9 @@ SHORT_WEIGHT = 0.25
 # Where fewer rays than this have met the map or should have, there is no verdict.
 LEAST_RAYS = 10
 
-# Not laser_max_range: the farther rays tell more of the place, and a half blocked view less.
-_SCANS_OWN_LIMITS = AmclParams()
+# Not laser_max_range: the farther rays tell more of the place, and a half blocked view less. These
+# stand where a scan has no limits of its own (below 0, +inf) and laser_*_range make up for it.
+_SCANS_OWN_LIMITS = AmclParams(laser_min_range=1e-9, laser_max_range=1e15)
 
 _OFF_MAP, _UNKNOWN, _CLEAR, _NEAR, _OCCUPIED = range(5)
 
@@ -92,7 +93,8 @@ def _sort_rays(laser_x: float, laser_y: float, directions_rad: np.ndarray, range
             continue
         is_blocked = False
         # Half a cell at a time: of a wall it steps over no more than a cell's corner.
-        for step in range(1, int(2.0 * (ranges[j] - distance))):
+        way = _way_to_map(laser_x, laser_y, cos_direction, sin_direction, ranges[j], kinds.shape)
+        for step in range(1 + int(2.0 * way), int(2.0 * (ranges[j] - distance))):
             kind = _kind_at(kinds, laser_x + 0.5 * step * cos_direction,
                             laser_y + 0.5 * step * sin_direction)
             is_blocked = kind == _OCCUPIED
@@ -103,6 +105,21 @@ def _sort_rays(laser_x: float, laser_y: float, directions_rad: np.ndarray, range
         elif end == _CLEAR:
             short += 1
     return fitting, through, short
+
+
+@njit(cache=True)
+def _way_to_map(x: float, y: float, cos_direction: float, sin_direction: float, length: float,
+                shape: Tuple[int, int]) -> float:  # pragma: no cover (compiled)
+    """How far along a ray the map begins: 0 from a laser on it, `length` where it never does."""
+    enter, leave = 0.0, length
+    for start, slope, size in ((x, cos_direction, float(shape[1])),
+                               (y, sin_direction, float(shape[0]))):
+        if slope != 0.0:
+            enter = max(enter, min(-start / slope, (size - start) / slope))
+            leave = min(leave, max(-start / slope, (size - start) / slope))
+        elif start < 0.0 or start >= size:
+            return length
+    return enter if enter < leave else length
 
 
 @njit(cache=True)

@@ -26,7 +26,7 @@ class AmclOutput:
         self._params = params
         self._broadcaster = tf2_ros.TransformBroadcaster()
         self._poses = publisher('amcl_pose', PoseWithCovarianceStamped, latch=True)
-        self._clouds = publisher('particlecloud', PoseArray)
+        self._clouds = publisher('particlecloud', PoseArray, latch=True)
         # The newest that can be saved, and the one that was: pose in the map, covariance.
         self._to_save: Optional[Tuple[Pose2D, np.ndarray]] = None
         self.saved: Optional[Tuple[Pose2D, np.ndarray]] = None
@@ -62,8 +62,6 @@ class AmclOutput:
             self._save_when_due(stamp_ns)
 
     def _publish_cloud(self, amcl: Amcl, stamp_ns: int) -> None:
-        if not self._clouds.get_num_connections():
-            return
         cloud = PoseArray(poses=[pose_message(Pose2D(*row)) for row in amcl.particles.tolist()])
         cloud.header.stamp = stamp_from_ns(stamp_ns)
         cloud.header.frame_id = self._params.global_frame_id
