@@ -61,6 +61,7 @@ class Robot:
         self.muted = set()                    # of '/odom', '/scan', '/tf'
         self.is_frozen = False                # an encoder has come off: odometry stays what it was
         self.change_scan = self.change_odometry = unchanged
+        self.odometry_per_period = 1
         self._odometry_pose = self.pose_in_odom()
         self._periods, self._is_answered = 0, False
         self.commands = Collector('/cmd_vel', Twist)
@@ -109,7 +110,9 @@ class Robot:
         if '/scan' not in self.muted and self._periods % 2 == 0:
             self._publishers['/scan'].publish(self.change_scan(self._scan(stamp)))
         if '/odom' not in self.muted:
-            self._publishers['/odom'].publish(self.change_odometry(self._odometry(stamp)))
+            for number in reversed(range(self.odometry_per_period)):
+                sent_ns = self.now_ns - number * PERIOD_NS // self.odometry_per_period
+                self._publishers['/odom'].publish(self.change_odometry(self._odometry(stamp_from_ns(sent_ns))))
         self._periods += 1
         self._follow(heard)
 

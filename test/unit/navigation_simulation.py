@@ -95,6 +95,13 @@ def rasterise(shapes, low, high, resolution_m=0.05):
     return OccupancyGrid(cells, resolution_m, Pose2D(*low, 0.0))
 
 
+def walled_room():
+    """A room of 6 x 4 m inside around the origin, and its map."""
+    shapes = shapes_of([[0, 2.1, 0, 3.2, 0.1], [0, -2.1, 0, 3.2, 0.1],
+                        [3.1, 0, 0, 0.1, 2.2], [-3.1, 0, 0, 0.1, 2.2]], [])
+    return shapes, rasterise(shapes, (-3.5, -2.5), (3.5, 2.5))
+
+
 @njit(cache=True)
 def cast(x, y, yaw, rays, segments, circles):
     """(rays,) distance to the first solid around a laser, inf without one [m]."""

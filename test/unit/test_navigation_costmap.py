@@ -157,6 +157,29 @@ def test_the_robot_frees_where_it_stands():
     assert costmap.cost_at(0.02, 0.0) == FREE
 
 
+def test_nothing_is_left_under_the_outline_of_the_robot():
+    """Of a cell that the outline crosses, the centre may lie outside: upstream frees it, too."""
+    random = np.random.default_rng(2)
+    for _ in range(50):
+        pose = Pose2D(*random.uniform(-0.2, 0.2, 2), random.uniform(-3.0, 3.0))
+        costmap = Costmap(local_defaults())
+        costmap.update(pose)
+        costmap._obstacles[:] = LETHAL
+        costmap.update(pose)
+        assert costmap.footprint_cost(pose) >= 0.0
+        assert (costmap.costs == LETHAL).mean() > 0.8
+
+
+def test_a_window_may_keep_apart_what_no_ray_has_seen():
+    costmap = Costmap(local_defaults(track_unknown_space=True))
+    costmap.update(IDENTITY, scan_of({0: 1.02}), IDENTITY)
+    assert [costmap.cost_at(x, 0.0) for x in (0.0, 0.4, 1.02, 1.4)] == [FREE, FREE, LETHAL, NO_INFORMATION]
+    costmap.clear_obstacles(IDENTITY)
+    assert costmap.cost_at(0.5, 0.0) == NO_INFORMATION
+    costmap.update(Pose2D(0.5, 0.0, 0.0))
+    assert costmap.cost_at(1.9, 0.0) == NO_INFORMATION
+
+
 def test_window_moves_with_the_robot_by_whole_cells_and_remembers():
     costmap = Costmap(local_defaults())
     costmap.update(IDENTITY, scan_of({0: 1.02}), IDENTITY)
@@ -223,8 +246,9 @@ def test_static_obstacles_are_told_from_seen_ones():
     assert not costmap.is_static_obstacle(2.5, 3.5)
 
 
-@pytest.mark.parametrize('params', [{'rolling_window': True}, {'static_map': False},
-                                    {'observation_sources': 'sonar'}])
+@pytest.mark.parametrize('params', [{'rolling_window': True, 'static_map': True}, {'static_map': False},
+                                    {'observation_sources': 'sonar'},
+                                    {'rolling_window': True, 'resolution': 0.0005}])
 def test_params_that_make_no_costmap_are_refused(params):
     with pytest.raises(ConfigError):
         CostmapParams.from_mapping(params, 'costmap.yaml')

@@ -11,7 +11,7 @@ from diff_encoder_sim.navigation.plan_error import PlanError
 from diff_encoder_sim.scan import Scan
 from diff_encoder_sim.se2 import IDENTITY, Pose2D, wrap_angle
 from navigation_simulation import (LASER_IN_BASE, ClosedLoop, navigator_params, rasterise,
-                                   read_shapes, shapes_of)
+                                   read_shapes, walled_room)
 
 XY_TOLERANCE_M, YAW_TOLERANCE_RAD = 0.05, 0.052
 
@@ -36,17 +36,14 @@ def ros_logo():
     return shapes, rasterise(shapes, (-6.5, -6.5), (7.0, 6.5))
 
 
-@pytest.fixture(scope='module')
-def room():
-    """6 x 4 m inside."""
-    shapes = shapes_of([[0, 2.1, 0, 3.2, 0.1], [0, -2.1, 0, 3.2, 0.1],
-                        [3.1, 0, 0, 0.1, 2.2], [-3.1, 0, 0, 0.1, 2.2]], [])
-    return shapes, rasterise(shapes, (-3.5, -2.5), (3.5, 2.5))
+@pytest.fixture(name='room', scope='module')
+def fixture_room():
+    return walled_room()
 
 
 def wide_params(dwa=None, **changes):
     return navigator_params({'occdist_scale': 0.02, **(dwa or {})}, global_costmap=WIDE,
-                            local_costmap={**WIDE, 'static_map': False, 'rolling_window': True},
+                            local_costmap={**WIDE, 'global_frame': 'odom', 'rolling_window': True},
                             **changes)
 
 
@@ -266,6 +263,10 @@ def test_bad_inputs_are_refused_and_change_nothing(room):
         navigator.take_odometry(0, Pose2D(math.nan, 0.0, 0.0), 0.0, 0.0)
     with pytest.raises(InputFault, match='map->odom'):
         navigator.take_localization(0, Pose2D(0.0, math.inf, 0.0))
+    with pytest.raises(InputFault, match='1e[+]300, 0 m off'):
+        navigator.take_odometry(0, Pose2D(1e300, 0.0, 0.0), 0.0, 0.0)
+    with pytest.raises(InputFault, match='map->odom is 0, -1e[+]10 m off'):
+        navigator.take_localization(0, Pose2D(0.0, -1e10, 0.0))
     with pytest.raises(InputFault, match='no rays'):
         navigator.take_scan(Scan(0, 0.0, 0.1, 0.1, 6.0, np.empty(0)))
     assert navigator.inputs.missing(0, 0.5) == ('odometry', 'has not come yet')

@@ -139,7 +139,8 @@ START = Pose2D(1.0, 2.5, 0.0)
     (Pose2D(math.nan, 1.0, 0.0), PlanProblem.NOT_FINITE,
      r'the goal \(nan, 1.0, 0.0\) is not finite'),
     (Pose2D(1.0, 1.0, math.inf), PlanProblem.NOT_FINITE, 'not finite'),
-    (Pose2D(7.0, 1.0, 0.0), PlanProblem.OUTSIDE, r'the goal \(7.00, 1.00\) is outside the map'),
+    (Pose2D(7.0, 1.0, 0.0), PlanProblem.OUTSIDE, r'the goal \(7, 1\) is outside the map'),
+    (Pose2D(1e308, -1e308, 0.0), PlanProblem.OUTSIDE, 'outside the map'),
     (Pose2D(3.02, 2.5, 0.0), PlanProblem.IN_WALL,
      r'the goal \(3.02, 2.50\) is in a wall of the map'),
     (Pose2D(2.9, 2.5, 0.0), PlanProblem.IN_WALL, 'so close to a wall of the map'),
@@ -174,6 +175,12 @@ def test_tolerance_takes_the_nearest_free_point():
     assert made_by.costmap.cost_at(plan[-1, 0], plan[-1, 1]) < 253
     with pytest.raises(PlanError):
         made_by.make_plan(START, Pose2D(2.95, 2.5, 0.5), tolerance_m=0.1)
+
+
+def test_the_tolerance_is_never_less_than_the_default():
+    made_by = planner(walled(), default_tolerance=0.4)
+    goal = Pose2D(2.95, 2.5, 0.5)
+    assert made_by.make_plan(START, goal, 0.1).tolist() == made_by.make_plan(START, goal).tolist()
 
 
 def test_a_robot_pressed_to_a_wall_may_leave():

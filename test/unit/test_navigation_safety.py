@@ -14,18 +14,15 @@ from diff_encoder_sim.navigation.plan_error import PlanError
 from diff_encoder_sim.navigation.travel_watch import TravelWatch
 from diff_encoder_sim.scan import Scan
 from diff_encoder_sim.se2 import IDENTITY, Pose2D
-from navigation_simulation import ClosedLoop, navigator_params, rasterise, shapes_of
+from navigation_simulation import ClosedLoop, navigator_params, walled_room
 
 PERIOD_NS = 50_000_000
 AHEAD = Pose2D(2.0, 0.0, 0.0)
 
 
-@pytest.fixture(scope='module')
-def room():
-    """6 x 4 m inside."""
-    shapes = shapes_of([[0, 2.1, 0, 3.2, 0.1], [0, -2.1, 0, 3.2, 0.1],
-                        [3.1, 0, 0, 0.1, 2.2], [-3.1, 0, 0, 0.1, 2.2]], [])
-    return shapes, rasterise(shapes, (-3.5, -2.5), (3.5, 2.5))
+@pytest.fixture(name='room', scope='module')
+def fixture_room():
+    return walled_room()
 
 
 def freeze(loop):
@@ -229,9 +226,7 @@ def compiled():
 warm_up()
 before = compiled()
 assert sum(before.values()) > 5, before
-shapes = simulation.shapes_of([[0, 2.1, 0, 3.2, 0.1], [0, -2.1, 0, 3.2, 0.1], [3.1, 0, 0, 0.1, 2.2],
-                               [-3.1, 0, 0, 0.1, 2.2]], [])
-grid = simulation.rasterise(shapes, (-3.5, -2.5), (3.5, 2.5))
+shapes, grid = simulation.walled_room()
 loop = simulation.ClosedLoop(shapes.with_box(1.0, 0.0, 0.1, 4.0), grid, Pose2D(-1.0, 0.0, 0.0),
                              params=simulation.navigator_params(planner_patience=0.5,
                                                                 NavfnROS={'use_dijkstra': False}))

@@ -196,6 +196,17 @@ def test_amcl_takes_every_parameter_of_upstream_at_its_default():
     assert AmclParams.from_mapping(AMCL, 'amcl') == AmclParams()
 
 
+def test_amcl_takes_what_upstreams_node_writes_to_the_parameter_server():
+    """dynamic_reconfigure adds restore_defaults, and has an older name for one of the others."""
+    older = 'beam_skip_error_threshold_'
+    dumped = {**AMCL, 'restore_defaults': False, older: 0.0}
+    assert AmclParams.from_mapping(dumped, 'amcl') == AmclParams(beam_skip_error_threshold=0.0)
+    with pytest.raises(ConfigError, match='beam_skip_error_threshold: given 1.5'):
+        AmclParams.from_mapping({older: 1.5}, 'amcl')
+    # What has no effect leaves the campaigns' fingerprints as they are.
+    assert not {older, 'restore_defaults'} & set(AmclParams().model_dump())
+
+
 def navigation(**changes):
     """Upstream's whole tree, its own way, for this planner and a laser."""
     source = {**SOURCE, 'data_type': 'LaserScan'}
@@ -277,6 +288,7 @@ REFUSED = {
     'another topic': ({'scan': {'topic': '/base_scan'}}, 'remap'),
     'topic by the source': ({'observation_sources': 'laser', 'laser': {}}, "given 'laser'"),
     'maximum': ({'use_maximum': True}, 'use_maximum: given True; allowed: False'),
+    'too fine': ({'plugins': PLUGINS[1:], 'rolling_window': True, 'resolution': 1e-4}, '25000000 cells'),
     'radius': ({'robot_radius': -0.2}, 'robot_radius: greater than 0, not -0.2'),
     'radius is text': ({'robot_radius': 'wide'}, "not 'wide'"),
 }
@@ -290,6 +302,26 @@ def test_what_the_costmap_cannot_do_is_named_in_one_line(name):
     assert complaint in str(caught.value)
     assert str(caught.value).startswith('/move_base: global_costmap')
     assert '\n' not in str(caught.value)
+
+
+@pytest.mark.parametrize('given, complaint', [
+    ({'base_local_planner': 'teb_local_planner/TebLocalPlannerROS'},
+     "base_local_planner: given 'teb_local_planner/TebLocalPlannerROS'; allowed: "
+     "'dwa_local_planner/DWAPlannerROS'"),
+    ({'base_global_planner': 'global_planner/GlobalPlanner'}, "allowed: 'navfn/NavfnROS'"),
+    # Upstream's default is map: the robot would take its odometry for where it is on the map.
+    ({'local_costmap': {'rolling_window': True}}, "local_costmap.global_frame that is /odom's"),
+    ({'local_costmap': {'rolling_window': True, 'global_frame': '/map'}}, 'and not global_costmap')])
+def test_what_the_navigator_cannot_do_is_named_in_one_line(given, complaint):
+    with pytest.raises(ConfigError) as caught:
+        NavigatorParams.from_mapping(given, '/move_base')
+    assert complaint in str(caught.value) and '\n' not in str(caught.value)
+
+
+def test_a_rolling_window_needs_no_static_map_to_be_switched_off():
+    params = NavigatorParams.from_mapping(
+        {'local_costmap': {'rolling_window': True, 'global_frame': 'odom'}}, '')
+    assert (params.local_costmap.static_map, params.local_costmap.track_unknown_space) == (False, False)
 
 
 def test_recovery_behaviours_are_upstreams_usual_ones():

@@ -19,7 +19,7 @@ from diff_encoder_sim.navigation.footprint import LETHAL, NO_INFORMATION
 from diff_encoder_sim.navigation.grid_window import GridWindow, window_around
 from diff_encoder_sim.navigation.inflation import (FREE, INSCRIBED, cost_table, inflate,
                                                    radius_in_cells)
-from diff_encoder_sim.navigation.raytrace import clear_and_mark
+from diff_encoder_sim.navigation.raytrace import clear_and_mark, free_outline
 from diff_encoder_sim.navigation.scoring import outline_cost
 from diff_encoder_sim.scan import Scan
 from diff_encoder_sim.se2 import Pose2D
@@ -68,7 +68,8 @@ class Costmap:
                          for size_m in (params.height, params.width))
         self.origin = Pose2D(-0.5 * columns * self.resolution_m, -0.5 * rows * self.resolution_m,
                              0.0)
-        self._static, self._unseen = None, FREE
+        self._static = None
+        self._unseen = NO_INFORMATION if params.track_unknown_space else FREE
         self._allocate((rows, columns))
 
     def _allocate(self, shape: Tuple[int, int]) -> None:
@@ -184,7 +185,9 @@ class Costmap:
         local = self.pose_in_grid(base_pose)
         cos_yaw, sin_yaw = math.cos(local.yaw_rad), math.sin(local.yaw_rad)
         turned = self.footprint.vertices_m @ np.array([[cos_yaw, sin_yaw], [-sin_yaw, cos_yaw]])
-        outlines.fill_polygon(self._obstacles, self._per_m, turned + (local.x_m, local.y_m), FREE)
+        corners_m = turned + (local.x_m, local.y_m)
+        outlines.fill_polygon(self._obstacles, self._per_m, corners_m, FREE)
+        free_outline(self._obstacles, self._per_m, corners_m)
 
     def _roll_to(self, base_pose: Pose2D) -> None:
         """Centre the window on the robot by whole cells, keeping what stays in sight."""

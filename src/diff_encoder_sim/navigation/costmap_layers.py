@@ -36,6 +36,9 @@ def flattened(given: Mapping[str, Any]) -> Dict[str, Any]:
             _merge_layer(flat, name, USUAL_NAMES[name])
     _name_the_source_scan(flat)
     _make_footprint_of_radius(flat)
+    if flat.get('rolling_window') is True:
+        for key in ('static_map', 'track_unknown_space'):
+            flat.setdefault(key, False)
     return flat
 
 

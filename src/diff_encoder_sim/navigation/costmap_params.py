@@ -11,6 +11,10 @@ from diff_encoder_sim.navigation.costmap_layers import flattened
 from diff_encoder_sim.navigation.footprint import ALTO_FOOTPRINT, FootprintPolygon
 
 
+# Of a rolling window: 200 m x 200 m in cells of 4 cm.
+MOST_CELLS = 25_000_000
+
+
 def _is_scan(topic: str) -> str:
     if topic.lstrip('/') != 'scan':
         raise ValueError("'scan' (remap the node's scan for another)")
@@ -22,15 +26,16 @@ class ScanSource(Params):
 
     topic: Annotated[str, AfterValidator(_is_scan)] = 'scan'
     data_type: Literal['LaserScan'] = 'LaserScan'
-    sensor_frame: str = ''
+    sensor_frame: str = Field('', description="accepted: the scan's own counts")
     marking: bool = True
     clearing: bool = Field(True, description="upstream's default is false: nothing is ever cleared")
     inf_is_valid: bool = Field(
         True, description='+inf, no return (REP 117), clears; upstream\'s default is false')
-    expected_update_rate: float = Field(0.0, ge=0, description='[s]')
+    expected_update_rate: float = Field(
+        0.0, ge=0, description='accepted: input_timeout stops the robot instead [s]')
     observation_persistence: float = Field(0.0, ge=0, description='accepted: one scan at a time')
-    min_obstacle_height: float = 0.0
-    max_obstacle_height: float = 2.0
+    min_obstacle_height: float = Field(0.0, description='accepted: a scan has one height [m]')
+    max_obstacle_height: float = Field(2.0, description='as min_obstacle_height')
 
 
 class CostmapParams(Params):
@@ -54,9 +59,11 @@ class CostmapParams(Params):
     always_send_full_costmap: bool = Field(False, description='accepted: it always is')
     origin_x: float = Field(0.0, description='accepted: the map, or the robot, has the say')
     origin_y: float = Field(0.0, description='as origin_x')
-    transform_tolerance: float = Field(0.3, ge=0, description='[s]')
+    transform_tolerance: float = Field(
+        0.3, ge=0, description='accepted: input_timeout stops the robot instead [s]')
     track_unknown_space: bool = Field(
-        True, description='what the map does not know stays unknown; false: it counts as free')
+        True, description='what neither map nor scan knows is unknown; false: free, which is '
+                          'the default of a rolling window and of upstream')
     lethal_cost_threshold: int = Field(100, ge=1, le=100, description='occupancy of a wall')
     trinary_costmap: bool = Field(True, description='occupancy below the threshold is free')
     unknown_cost_value: Literal[-1] = -1
@@ -65,7 +72,7 @@ class CostmapParams(Params):
     subscribe_to_updates: Literal[False] = False
     combination_method: Literal[1] = Field(1, description='the higher of map and obstacle counts')
     max_obstacle_height: float = Field(2.0, description='accepted: a scan has one height [m]')
-    observation_sources: str = 'scan'
+    observation_sources: str = Field('scan', description="upstream's default is none")
     scan: ScanSource = ScanSource()
     obstacle_range: float = Field(2.5, gt=0, description='farthest hit that is marked [m]')
     raytrace_range: float = Field(3.0, gt=0, description='how far rays clear [m]')
@@ -85,6 +92,8 @@ class CostmapParams(Params):
     def _check_kind(self) -> CostmapParams:
         if self.static_map == self.rolling_window:
             raise ValueError('either static_map or rolling_window')
+        if self.width * self.height > MOST_CELLS * self.resolution ** 2:
+            raise ValueError(f'width, height and resolution of no more than {MOST_CELLS} cells')
         if self.observation_sources not in ('', 'scan'):
             raise ValueError("observation_sources: 'scan', or empty")
         return self

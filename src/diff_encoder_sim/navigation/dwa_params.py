@@ -1,4 +1,7 @@
-"""Parameters of the local planner, under dwa_local_planner's names and with its defaults."""
+"""Parameters of the local planner, under dwa_local_planner's names and with its defaults.
+
+But for prune_plan and the weights of path and goal, which stand in config/navigation.yaml.
+"""
 from __future__ import annotations
 
 from pydantic import Field, model_validator
@@ -36,8 +39,9 @@ class DwaParams(Params):
     theta_stopped_vel: float = Field(0.1, ge=0, description='slower counts as standing [rad/s]')
 
     sim_time: float = Field(1.7, gt=0, le=20, description='length of a trajectory [s]')
-    sim_granularity: float = Field(0.025, gt=0, description='between its points [m]')
-    angular_sim_granularity: float = Field(0.1, gt=0, description='between its points [rad]')
+    sim_granularity: float = Field(0.025, ge=0.001, description='between its points [m]')
+    angular_sim_granularity: float = Field(
+        0.1, ge=0.001, description='between its points [rad]')
     vx_samples: int = Field(3, ge=1, le=1000)
     vy_samples: int = 10
     vth_samples: int = Field(20, ge=1, le=1000)

@@ -9,6 +9,7 @@ from pydantic import Field
 
 from diff_encoder_sim.config import Params
 from diff_encoder_sim.navigation.costmap import INSCRIBED, LETHAL, NO_INFORMATION, Costmap
+from diff_encoder_sim.navigation.inputs import FARTHEST_M
 from diff_encoder_sim.navigation.plan_error import PlanError, PlanProblem
 from diff_encoder_sim.navigation.potential import descend, propagate
 from diff_encoder_sim.se2 import Pose2D
@@ -43,7 +44,7 @@ class GlobalPlanner:
         weights[NO_INFORMATION] = BLOCKED_WEIGHT - 1 if params.allow_unknown else math.inf
         self._weight_of_cost = weights
 
-    def make_plan(self, start: Pose2D, goal: Pose2D, tolerance_m: float = -1.0) -> np.ndarray:
+    def make_plan(self, start: Pose2D, goal: Pose2D, tolerance_m: float = 0.0) -> np.ndarray:
         """(n, 3) x, y [m], yaw [rad] from start to goal in the costmap's frame; n >= 2.
 
         Points lie half a cell or so apart and look along the path, the last one as the goal.
@@ -52,15 +53,14 @@ class GlobalPlanner:
             start: the robot.
             goal: where to.
             tolerance_m: a blocked goal may be replaced by the nearest reachable point within this
-                distance along x and y; below zero stands for default_tolerance.
+                distance along x and y; default_tolerance if that is more.
 
         Raises:
             PlanError: there is none; the text says why.
         """
         if not math.isfinite(tolerance_m):
             raise PlanError(PlanProblem.NOT_FINITE, f'the tolerance {tolerance_m} is not finite')
-        if tolerance_m < 0.0:
-            tolerance_m = self.params.default_tolerance
+        tolerance_m = max(tolerance_m, self.params.default_tolerance)
         start_cell = self._cell_of('the start', start)
         goal_cell = self._cell_of('the goal', goal)
         weights = self._weights(start_cell, start)
@@ -82,13 +82,14 @@ class GlobalPlanner:
         if not all(math.isfinite(value) for value in pose):
             raise PlanError(PlanProblem.NOT_FINITE,
                             f'{what} ({pose.x_m}, {pose.y_m}, {pose.yaw_rad}) is not finite')
-        row, column = self.costmap.cell_at(pose.x_m, pose.y_m)
-        rows, columns = self.costmap.shape
-        # As in navfn the outermost cells are a fence.
-        if not (0 < row < rows - 1 and 0 < column < columns - 1):
-            raise PlanError(PlanProblem.OUTSIDE,
-                            f'{what} ({pose.x_m:.2f}, {pose.y_m:.2f}) is outside the map')
-        return row, column
+        if max(abs(pose.x_m), abs(pose.y_m)) <= FARTHEST_M:
+            row, column = self.costmap.cell_at(pose.x_m, pose.y_m)
+            rows, columns = self.costmap.shape
+            # As in navfn the outermost cells are a fence.
+            if 0 < row < rows - 1 and 0 < column < columns - 1:
+                return row, column
+        raise PlanError(PlanProblem.OUTSIDE, f'{what} ({pose.x_m:.6g}, {pose.y_m:.6g}) is outside '
+                                             f'the map')
 
     def _weights(self, start_cell: Tuple[int, int], start: Pose2D) -> np.ndarray:
         """(rows, columns) cost of crossing each cell; the robot may always leave where it is."""

@@ -19,6 +19,9 @@ HISTORY_NS = 2 * NANOSECONDS_PER_SECOND
 # and would pass as fresh for ever.
 MOST_AHEAD_S = 2.0
 
+# Farther is no place [m]: counted in cells it would be no number.
+FARTHEST_M = 1e9
+
 
 class OdometrySample(NamedTuple):
     """One message of odometry."""
@@ -64,10 +67,10 @@ class Inputs:
         """Enter /odom. A stamp that is not newer is ignored.
 
         Raises:
-            InputFault: a number is not finite; the state is that of before.
+            InputFault: a number is not finite, or too far off; the state is that of before.
         """
-        _check_finite('odometry', *base_pose_in_odom, linear_mps, angular_radps, linear_std_mps,
-                      angular_std_radps)
+        _check_place('odometry', base_pose_in_odom)
+        _check_finite('odometry', linear_mps, angular_radps, linear_std_mps, angular_std_radps)
         if self._odometry and stamp_ns <= self._odometry[-1].stamp_ns:
             return
         self._odometry.append(OdometrySample(stamp_ns, base_pose_in_odom, linear_mps,
@@ -79,9 +82,9 @@ class Inputs:
         """Enter the transform map->odom; its stamp may lie ahead, as AMCL dates it.
 
         Raises:
-            InputFault: a number is not finite; the state is that of before.
+            InputFault: a number is not finite, or too far off; the state is that of before.
         """
-        _check_finite('the transform map->odom', *odom_pose_in_map)
+        _check_place('the transform map->odom', odom_pose_in_map)
         self._localized_ns, self._odom_pose_in_map = stamp_ns, odom_pose_in_map
 
     def take_scan(self, scan: Scan, laser_pose_in_base: Optional[Pose2D] = None) -> None:
@@ -162,6 +165,12 @@ class Inputs:
 def _between(before: OdometrySample, after: OdometrySample, stamp_ns: int) -> Pose2D:
     share = (stamp_ns - before.stamp_ns) / (after.stamp_ns - before.stamp_ns)
     return interpolate(before.base_pose_in_odom, after.base_pose_in_odom, share)
+
+
+def _check_place(what: str, pose: Pose2D) -> None:
+    _check_finite(what, *pose)
+    if max(abs(pose.x_m), abs(pose.y_m)) > FARTHEST_M:
+        raise InputFault(f'{what} is {pose.x_m:g}, {pose.y_m:g} m off')
 
 
 def _check_finite(what: str, *values: float) -> None:

@@ -77,7 +77,7 @@ class Navigator:
             self._run.end(GoalStatus.PREEMPTED, text)
 
     def make_plan(self, start: Optional[Pose2D], goal: Pose2D,
-                  tolerance_m: float = -1.0) -> np.ndarray:
+                  tolerance_m: float = 0.0) -> np.ndarray:
         """(n, 3) a plan in the map frame that nobody follows; `start` None is the robot.
 
         Raises:

@@ -4,6 +4,7 @@ from __future__ import annotations
 from typing import Any, Dict, List
 
 from pydantic import Field, model_validator
+from typing_extensions import Literal
 
 from diff_encoder_sim.config import Params
 from diff_encoder_sim.navigation.costmap_params import CostmapParams, local_defaults
@@ -36,14 +37,16 @@ class NavigatorParams(Params):
     max_unseen_travel: float = Field(
         0.3, ge=0, description='commanded while the pose of odometry stays the same, before the '
                                'goal is given up [m]; 0: no limit, as upstream')
-    base_global_planner: str = 'navfn/NavfnROS'
-    base_local_planner: str = 'dwa_local_planner/DWAPlannerROS'
-    shutdown_costmaps: bool = False
+    base_global_planner: Literal['navfn/NavfnROS'] = 'navfn/NavfnROS'
+    base_local_planner: Literal['dwa_local_planner/DWAPlannerROS'] = \
+        'dwa_local_planner/DWAPlannerROS'
+    shutdown_costmaps: bool = Field(False, description='accepted: they are always kept up')
     recovery_behaviors: List[Dict[str, str]] = Field(
-        [], description="upstream's usual three, or nothing, which means the same")
+        [], description="upstream's usual three, or nothing; a second turn follows either way")
     clearing_radius: float = Field(0.46, description='accepted; upstream reads it only')
     make_plan_clear_costmap: bool = Field(True, description='accepted: planning changes no costmap')
-    make_plan_add_unreachable_goal: bool = Field(True, description='accepted')
+    make_plan_add_unreachable_goal: bool = Field(
+        True, description='accepted: a plan ends where the robot can get to')
     restore_defaults: bool = Field(False, description='accepted; of dynamic_reconfigure')
     latch_xy_goal_tolerance: bool = Field(
         False, description="the DWA's, which upstream reads here and not in its namespace")
@@ -78,6 +81,11 @@ class NavigatorParams(Params):
     def _check_together(self) -> NavigatorParams:
         if self.global_costmap.rolling_window or self.local_costmap.static_map:
             raise ValueError('a static global_costmap and a rolling local_costmap')
+        frames = {costmap.global_frame.lstrip('/')
+                  for costmap in (self.global_costmap, self.local_costmap)}
+        if len(frames) == 1:
+            raise ValueError("local_costmap.global_frame that is /odom's, such as odom, and not "
+                             "global_costmap's")
         if not self.DWAPlannerROS.can_start(self.control_period_s):
             raise ValueError(
                 'DWAPlannerROS whose min_vel_trans or min_vel_theta can be reached from a stand '

@@ -1,4 +1,4 @@
-"""The obstacle layer's update from a scan: clear along each ray, then mark its end."""
+"""The obstacle layer's update: clear along each ray, mark its end, free the robot's outline."""
 from __future__ import annotations
 
 import math
@@ -64,6 +64,20 @@ def _mark(cells: np.ndarray, hits: np.ndarray) -> None:
         row, column = hits[index]
         if 0 <= row < cells.shape[0] and 0 <= column < cells.shape[1]:
             cells[row, column] = LETHAL
+
+
+@njit(cache=True)
+def free_outline(cells: np.ndarray, per_m: float, corners_m: np.ndarray) -> None:
+    """Free the cells under the sides of a polygon (n, 2), in the grid's own frame.
+
+    Their centres may lie outside of it; who stands there has them under its outline all the same.
+    """
+    row, column = math.floor(corners_m[-1, 1] * per_m), math.floor(corners_m[-1, 0] * per_m)
+    for index in range(len(corners_m)):
+        to_row = math.floor(corners_m[index, 1] * per_m)
+        to_column = math.floor(corners_m[index, 0] * per_m)
+        _clear_ray(cells, row, column, to_row, to_column, True)
+        row, column = to_row, to_column
 
 
 @njit(cache=True)

@@ -6,6 +6,7 @@ import threading
 import time
 from typing import Optional
 
+import numpy as np
 import rospy
 from geometry_msgs.msg import PoseStamped, Twist, Vector3
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
@@ -15,6 +16,7 @@ from sensor_msgs.msg import LaserScan
 from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 
 from diff_encoder_sim.errors import InputFault
+from diff_encoder_sim.navigation.control_rate import ControlRate
 from diff_encoder_sim.navigation.inputs import Missing
 from diff_encoder_sim.navigation.navigator import Navigator
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
@@ -37,7 +39,7 @@ WATCHDOG_PERIOD_S = 0.1
 
 
 class MoveBaseNode:
-    """Steps the navigator with each /odom message, and speaks for it."""
+    """Steps the navigator with /odom at controller_frequency, and speaks for it."""
 
     def __init__(self) -> None:
         self._params = node_params(NavigatorParams)
@@ -46,6 +48,7 @@ class MoveBaseNode:
         self._navigator: Optional[Navigator] = None
         self._is_driving = self._has_had_scan = False
         self._heard_ns, self._heard_at_s = 0, time.monotonic()  # the newest good /odom
+        self._control_rate = ControlRate(self._params.controller_frequency)
         self._commands = publisher('cmd_vel', Twist)
         local = self._params.local_costmap
         self._frames = RobotFrames(self._params.global_costmap.global_frame, local.global_frame,
@@ -92,6 +95,7 @@ class MoveBaseNode:
             if self._navigator is None:
                 return
             try:
+                self._frames.check_odometry(message.header.frame_id)
                 self._navigator.take_odometry(
                     now_ns, pose_from_message(message.pose.pose),
                     message.twist.twist.linear.x, message.twist.twist.angular.z,
@@ -100,13 +104,13 @@ class MoveBaseNode:
                 log.warning('%s: %s; message dropped', self._odometry.resolved_name, fault)
                 return
             self._heard_ns, self._heard_at_s = now_ns, time.monotonic()
-            self._take_localization(now_ns)
-            self._look_for_goals(now_ns)
-            age_s = self._odometry_age_s()
-            if age_s > self._params.input_timeout:
-                self._answer(now_ns, self._wait(f'came {age_s:.1f} s late'))
-            else:
-                self._answer(now_ns, self._navigator.step(now_ns))
+            if not self._control_rate.is_due(now_ns):
+                return
+            try:
+                self._control(now_ns)
+            except Exception:
+                self._command(STOP)     # rospy logs it and goes on: not with the last command
+                raise
 
     def _take_localization(self, now_ns: int) -> None:
         try:
@@ -117,6 +121,15 @@ class MoveBaseNode:
             log.warning('/tf: %s', fault)
 
     # ---- one control period
+
+    def _control(self, now_ns: int) -> None:
+        self._take_localization(now_ns)
+        self._look_for_goals(now_ns)
+        age_s = self._odometry_age_s()
+        if age_s > self._params.input_timeout:
+            self._answer(now_ns, self._wait(f'came {age_s:.1f} s late'))
+        else:
+            self._answer(now_ns, self._navigator.step(now_ns))
 
     def _on_watchdog(self, _: rospy.timer.TimerEvent) -> None:
         """Without /odom nothing else would stop the robot, or look for goals and cancels."""
@@ -178,8 +191,12 @@ class MoveBaseNode:
                     start = self._pose_in_map('start', request.start)
                 poses = self._navigator.make_plan(start, self._pose_in_map('goal', request.goal),
                                                   request.tolerance)
-            except (PlanError, InputFault) as error:
-                raise rospy.ServiceException(str(error)) from None
+            except InputFault as fault:
+                raise rospy.ServiceException(str(fault)) from None
+            except PlanError as error:
+                # As upstream: a question well put has an answer, which is no plan.
+                log.warning('make_plan: %s', str(error))
+                poses = np.empty((0, 3))
         return GetPlanResponse(plan=path_message(poses, ns_from_stamp(rospy.Time.now()),
                                                  self._frames.map_frame))
 

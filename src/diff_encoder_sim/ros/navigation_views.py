@@ -1,7 +1,7 @@
 """What people see of the navigator: plans and costmaps, on move_base's topics."""
 from __future__ import annotations
 
-from typing import Dict
+from typing import Dict, Type
 
 import numpy as np
 import rospy
@@ -15,7 +15,6 @@ from diff_encoder_sim.navigation.footprint import Footprint
 from diff_encoder_sim.navigation.navigator import Navigator
 from diff_encoder_sim.ros.conversions import pose_stamped_message, stamp_from_ns
 from diff_encoder_sim.ros.map_conversions import map_message
-from diff_encoder_sim.ros.node import publisher
 from diff_encoder_sim.se2 import Pose2D
 from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
 
@@ -31,13 +30,13 @@ class NavigationViews:
 
     def __init__(self, map_frame: str, odom_frame: str) -> None:
         self._map_frame, self._odom_frame = map_frame, odom_frame
-        self._global_plans = publisher('~NavfnROS/plan', Path)
-        self._plans_in_sight = publisher('~DWAPlannerROS/global_plan', Path)
-        self._local_plans = publisher('~DWAPlannerROS/local_plan', Path)
-        self._global_outlines = publisher('~global_costmap/footprint', PolygonStamped)
-        self._local_outlines = publisher('~local_costmap/footprint', PolygonStamped)
-        self._global_costmaps = publisher('~global_costmap/costmap', OccupancyGridMessage)
-        self._local_costmaps = publisher('~local_costmap/costmap', OccupancyGridMessage)
+        self._global_plans = display_publisher('~NavfnROS/plan', Path)
+        self._plans_in_sight = display_publisher('~DWAPlannerROS/global_plan', Path)
+        self._local_plans = display_publisher('~DWAPlannerROS/local_plan', Path)
+        self._global_outlines = display_publisher('~global_costmap/footprint', PolygonStamped)
+        self._local_outlines = display_publisher('~local_costmap/footprint', PolygonStamped)
+        self._global_costmaps = display_publisher('~global_costmap/costmap', OccupancyGridMessage)
+        self._local_costmaps = display_publisher('~local_costmap/costmap', OccupancyGridMessage)
         self._shown_ns: Dict[rospy.Publisher, int] = {}
 
     def show(self, navigator: Navigator, now_ns: int) -> None:
@@ -79,6 +78,11 @@ class NavigationViews:
             return False
         self._shown_ns[view] = now_ns
         return True
+
+
+def display_publisher(topic: str, message_class: Type) -> rospy.Publisher:
+    """A publisher that drops a message rather than wait for who looks: the robot must not."""
+    return rospy.Publisher(topic, message_class, queue_size=1)
 
 
 def path_message(poses: np.ndarray, stamp_ns: int, frame: str) -> Path:

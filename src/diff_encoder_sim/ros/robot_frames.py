@@ -46,6 +46,16 @@ class RobotFrames:
             return None
         return stamp_ns, pose_from_transform(transform)
 
+    def check_odometry(self, frame: str) -> None:
+        """Whether /odom is of the frame that navigation calls odom; it may name none.
+
+        Raises:
+            InputFault: it is of another.
+        """
+        if frame.lstrip('/') not in ('', self.odom_frame):
+            raise InputFault(f'from frame {frame!r}; expected {self.odom_frame!r} '
+                             f'(local_costmap/global_frame)')
+
     def laser_mount(self, laser_frame: str) -> LaserMount:
         """How the laser of a scan's frame is mounted on the robot.
 
