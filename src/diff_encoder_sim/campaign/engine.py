@@ -43,15 +43,15 @@ class UnrunTrial(NamedTuple):
 
 
 def run_campaign(client: Client, campaign: Campaign, store: ResultStore, progress: Progress,
-                 run: RunTrial = run_trial) -> List[UnrunTrial]:
-    """Run the trials that `store` has no result of; returns those that could not be run.
+                 jobs: Sequence[TrialJob], run: RunTrial = run_trial) -> List[UnrunTrial]:
+    """Run trials that `store` has no result of yet; returns those that could not be run.
 
     Raises:
         CampaignFault: the scheduler is gone, or a machine cannot run trials or keep their results.
     """
     with _probe(store.folder) as results:
         engine = _Engine(client, campaign, store, progress, results, run)
-        unrun = engine.run(store.pending())
+        unrun = engine.run(jobs)
         # One trial that kills its workers takes the blameless with it: each once more, alone.
         killers = [trial.job for trial in unrun if trial.killed_workers]
         unrun = [trial for trial in unrun if not trial.killed_workers]

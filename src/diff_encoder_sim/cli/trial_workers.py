@@ -1,0 +1,118 @@
+"""What the tools that run trials share: workers, signals that stop them, trials that did not run."""
+from __future__ import annotations
+
+import argparse
+import contextlib
+import logging
+import math
+import signal
+import sys
+from pathlib import Path
+from typing import Callable, ContextManager, Dict, Iterator, List, Sequence
+
+from distributed import Client
+
+from diff_encoder_sim.campaign.cluster import connected_client, local_client
+from diff_encoder_sim.campaign.definition import Campaign
+from diff_encoder_sim.campaign.engine import CampaignFault, UnrunTrial
+from diff_encoder_sim.campaign.progress import Progress
+from diff_encoder_sim.cli.run import run_tool
+from diff_encoder_sim.machine import usable_cores
+
+STOPPING_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+UNRUN_SHOWN = 5
+
+
+class _Stopped(BaseException):
+    """By a signal. Not an Exception: nothing on its way up takes it for an error."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__(number)
+        self.number = number
+        self.when = 'before the first trial'
+
+
+def run_trials_tool(name: str, tool: Callable[[], None]) -> None:
+    """Run a tool that runs trials; a fault or a signal prints one line and sets the exit status."""
+    logging.basicConfig(format=f'{name}: %(message)s')
+    try:
+        with _signals_raise():
+            run_tool(name, tool)
+    except CampaignFault as fault:
+        sys.exit(f'{name}: {fault}')
+    except _Stopped as stopped:
+        print(f'{name}: stopped {stopped.when}', file=sys.stderr)
+        sys.exit(128 + stopped.number)
+
+
+@contextlib.contextmanager
+def told(progress: Progress) -> Iterator[None]:
+    """Let who is told that the tool was stopped know how far it is."""
+    try:
+        yield
+    except _Stopped as stopped:
+        stopped.when = f'after {progress.count()}; the same command goes on'
+        raise
+
+
+def add_workers(parser: argparse.ArgumentParser) -> None:
+    """The options that say where trials run."""
+    where = parser.add_mutually_exclusive_group()
+    where.add_argument('--workers', type=count, metavar='N',
+                       help='processes on this machine (default: one for each core)')
+    where.add_argument('--scheduler', metavar='ADDRESS',
+                       help='of a running Dask cluster, such as tcp://host:8786 (docs/cluster.md)')
+
+
+def workers(options: argparse.Namespace, pending: int) -> ContextManager[Client]:
+    """The workers that the options ask for, on this machine no more than trials are pending."""
+    if options.scheduler is not None:
+        return connected_client(options.scheduler)
+    return local_client(min(options.workers or usable_cores(), pending))
+
+
+def unrun_text(name: str, campaign: Campaign, unrun: Sequence[UnrunTrial]) -> str:
+    """Which trials could not be run and why, for the terminal."""
+    by_reason: Dict[str, List[str]] = {}
+    for trial in unrun:
+        bag = Path(campaign.bag_name(trial.job)).stem
+        by_reason.setdefault(trial.reason, []).append(bag)
+    lines = []
+    for reason, bags in by_reason.items():
+        more = ', ...' if len(bags) > UNRUN_SHOWN else ''
+        lines.append(f'{name}: {len(bags)} trials could not be run ({reason}): '
+                     f'{", ".join(bags[:UNRUN_SHOWN])}{more}')
+    return '\n'.join(lines + [f'{name}: the same command tries them again'])
+
+
+def positive(text: str) -> float:
+    """An argument that is a number greater than 0."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not (math.isfinite(value) and value > 0):
+        raise argparse.ArgumentTypeError(f'given {text!r}; allowed: a number greater than 0')
+    return value
+
+
+def count(text: str) -> int:
+    """An argument that is a whole number from 1."""
+    if not (text.isascii() and text.isdigit() and int(text) > 0):
+        raise argparse.ArgumentTypeError(f'given {text!r}; allowed: a whole number from 1')
+    return int(text)
+
+
+@contextlib.contextmanager
+def _signals_raise() -> Iterator[None]:
+    def stop(number: int, _: object) -> None:
+        for each in STOPPING_SIGNALS:
+            signal.signal(each, signal.SIG_DFL)     # a second one ends the process at once
+        raise _Stopped(number)
+
+    before = {number: signal.signal(number, stop) for number in STOPPING_SIGNALS}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
