@@ -5,6 +5,7 @@ programs write down how they were started.
 """
 import itertools
 import os
+import re
 import shlex
 import sys
 from pathlib import Path
@@ -346,19 +347,44 @@ def test_a_program_that_is_missing_is_named_in_one_line(stand_ins, tmp_path):
 
 # --- a trial with nodes that behave as upstream's do -------------------------------------------------
 
-def test_a_trial_with_upstreams_nodes_reaches_its_goal(tmp_path):
-    """This package's own, under upstream's names; move_base offers its action only when time runs."""
+VIEW = 'until rosparam get /trial > /dev/null 2>&1; do sleep 0.2; done; exec %s %s/trial_view_node'
+LIST_TOPICS = 'while :; do rostopic list -p >> published 2> /dev/null; sleep 0.3; done'
+
+
+@pytest.fixture(scope='module')
+def upstream_trial(tmp_path_factory):
+    """(exit code, output, what is published, whether all processes went) of a trial of ours under upstream's names.
+
+    move_base offers its action only when time runs. What rviz:=true starts is there, but for RViz itself.
+    """
+    require_ros()
+    folder = tmp_path_factory.mktemp('upstream_trial')
     wait = DATA.parent / 'wait_for_clock.py'
     become = '#!/bin/sh\nexec %s %s/%s_node "$@"\n'
     programs = {name: {name: become % (sys.executable, SCRIPTS, name)} for name in UPSTREAM}
     programs['move_base']['move_base'] = programs['move_base']['move_base'].replace(
         'exec', '%s %s 1.0 || exit 1\nexec' % (sys.executable, wait))
-    make_packages(tmp_path / 'packages', {**programs, 'dwa_local_planner': {}})
-    require_ros()
-    with Graph(tmp_path / 'ros') as graph:
-        add_packages(graph, tmp_path / 'packages')
-        launch = graph.launch(TRIAL, 'test:=%s' % (DATA / 'short_route.yaml'), 'nav:=upstream', 'rtf:=2',
-                              'bag:=none')
-        assert launch.wait() == 0, launch.output()
-        assert 'trial succeeded' in launch.output()
-        assert graph.is_gone(10.0), 'it left processes behind'
+    make_packages(folder / 'packages', {**programs, 'dwa_local_planner': {}})
+    with Graph(folder / 'ros') as graph:
+        add_packages(graph, folder / 'packages')
+        launch = graph.launch(TRIAL, 'test:=%s' % (DATA / 'short_route.yaml'), 'nav:=upstream', 'rtf:=2', 'bag:=none')
+        others = [graph.start('sh', '-c', script) for script in (VIEW % (sys.executable, SCRIPTS), LIST_TOPICS)]
+        code = launch.wait()
+        for other in others:
+            other.send_signal(9)
+        published = set((graph.home / 'published').read_text().split())
+        yield code, launch.output(), published, graph.is_gone(10.0)
+
+
+def test_a_trial_with_upstreams_nodes_reaches_its_goal(upstream_trial):
+    code, output, _, is_gone = upstream_trial
+    assert code == 0, output
+    assert 'trial succeeded' in output
+    assert is_gone, 'it left processes behind'
+
+
+def test_all_that_rviz_shows_is_published(upstream_trial):
+    text = (ROOT / 'config' / 'rviz' / 'trial.rviz').read_text()
+    shown = set(re.findall(r'Topic: (/\S+)', text)) - {'/initialpose', '/move_base_simple/goal'}    # RViz's own
+    assert len(shown) == 15
+    assert shown - upstream_trial[2] == set()

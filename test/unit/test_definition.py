@@ -63,6 +63,8 @@ def test_a_users_own_test_is_found_by_its_path(tmp_path):
     ('name: a\nworld: b\ndrive: [{straight: .nan}]\n', 'drive.0.straight: given nan'),
     ('name: a\nworld: b\ndrive: [{straight: 1}]\nstart: {x: far}\n', "start.x: given 'far'"),
     ('name: a\nworld: b\ndrive: [{straight: 1}]\nlimits: {speed: 0}\n', 'limits.speed: given 0'),
+    ('name: a\nworld: b\nroute: [{goal: {x: 1.0e+7}}]\n', 'route.0.goal.x: given 10000000.0; allowed: less'),
+    ('name: a\nworld: b\nroute: [{through: [{x: 0, y: -.inf}]}, {goal: {}}]\n', 'route.0.through.0.y: given -inf'),
     ('name: a\nwrold: b\ndrive: [{straight: 1}]\n', "unknown key; did you mean 'world'|world: miss")])
 def test_a_bad_test_file_is_named_with_its_key(tmp_path, content, complaint):
     path = tmp_path / 'bad.yaml'
@@ -70,6 +72,17 @@ def test_a_bad_test_file_is_named_with_its_key(tmp_path, content, complaint):
     with pytest.raises(ConfigError, match=complaint) as caught:
         load_test(str(path), ROOT / 'config')
     assert str(caught.value).startswith(f'{path}: ')
+
+
+@pytest.mark.parametrize('start, where', [('{x: -30.0, y: 0.5}', r'\(-30.00, 0.50\), outside'),
+                                          ('{x: 0.0, y: 2.98}', r'\(0.00, 2.98\), in a wall of')])
+def test_a_start_off_the_map_is_named_before_anything_starts(tmp_path, start, where):
+    """Nothing would find the robot there: it would stand until the test's time limit."""
+    path = tmp_path / 'away.yaml'
+    path.write_text(f'name: away\nworld: hallway\nstart: {start}\nroute: [{{goal: {{}}}}]\ndrive: [{{turns: 1}}]\n')
+    with pytest.raises(ConfigError, match=f'test away: start: given {where} the map .*hallway.yaml'):
+        plan('--test', str(path))
+    assert plan('--test', str(path), '--nav', 'scripted').trial.nav == 'scripted'
 
 
 @pytest.mark.parametrize('arguments, complaint', [

@@ -1,11 +1,12 @@
 """A test's route, driven by beliefs that the test makes up."""
+import logging
 import math
 
 import pytest
 
 from diff_encoder_sim.experiments.definition import TestDefinition
 from diff_encoder_sim.experiments.outcome import Outcome, RouteFailed
-from diff_encoder_sim.experiments.route_driver import RouteDriver
+from diff_encoder_sim.experiments.route_driver import BELIEF_TIMEOUT_S, RouteDriver
 from diff_encoder_sim.navigation.outcome import GoalStatus
 from diff_encoder_sim.se2 import Pose2D, wrap_angle
 
@@ -83,3 +84,28 @@ def test_a_route_has_a_time_limit_whether_the_robot_knows_where_it_is_or_not():
     with pytest.raises(RouteFailed, match=r'after 1 s \(time_limit\)') as failure:
         driven.watch(7 * PERIOD_NS + 21 * PERIOD_NS)
     assert failure.value.ending.outcome is Outcome.TIMED_OUT
+
+
+def test_a_robot_that_turns_stops_while_no_belief_comes_and_turns_on_from_a_stand(caplog):
+    """The navigator watches over its inputs only while it has a goal."""
+    caplog.set_level(logging.INFO)
+    clock = Clock(driver([{'turns': 2}, {'goal': {'yaw': 0.0}}]))
+    rates = [clock.step(0, 0, 0.01 * index).turn_rate_radps for index in range(20)]
+    assert rates[-1] == 1.0
+    watched = {index: clock.driven.watch(clock.now_ns + index * PERIOD_NS).turn_rate_radps for index in range(30)}
+    fresh = round(BELIEF_TIMEOUT_S * 1e9) // PERIOD_NS
+    assert watched == {index: None if index <= fresh else 0.0 for index in range(30)}
+    clock.now_ns += 30 * PERIOD_NS
+    again = [clock.step(0, 0, 0.2).turn_rate_radps for _ in range(3)]
+    assert again == pytest.approx([0.0, 4.9 * 0.05, 2 * 4.9 * 0.05])
+    assert clock.driven.watch(clock.now_ns).turn_rate_radps is None
+    assert [record.getMessage() for record in caplog.records] == [
+        'the pose is 0.6 s old: stopped turning', 'the pose is back: turning on']
+
+
+def test_of_a_robot_that_drives_to_a_goal_the_navigator_takes_care():
+    clock = Clock(driver([{'turns': 1}, {'goal': {'x': 2.0}}]))
+    yaw_rad = 0.0
+    while clock.step(0, 0, wrap_angle(yaw_rad)).goal_in_map is None:
+        yaw_rad += 0.05
+    assert clock.driven.watch(clock.now_ns + 10 ** 10).turn_rate_radps is None

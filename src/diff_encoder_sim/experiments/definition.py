@@ -13,11 +13,15 @@ from diff_encoder_sim.errors import ConfigError
 from diff_encoder_sim.se2 import Pose2D, move_along_arc, wrap_angle
 
 
+# A coordinate farther off is a mistyped number [m].
+FARTHEST_M = 1e6
+
+
 class PoseParams(Params):
     """A pose on the floor, as users write it."""
 
-    x: float = Field(0.0, description='[m]')
-    y: float = Field(0.0, description='[m]')
+    x: float = Field(0.0, ge=-FARTHEST_M, le=FARTHEST_M, description='[m]')
+    y: float = Field(0.0, ge=-FARTHEST_M, le=FARTHEST_M, description='[m]')
     yaw: float = Field(0.0, description='counter-clockwise [rad]')
 
     def pose(self) -> Pose2D:
@@ -44,8 +48,8 @@ class Segment(Params):
 class Point(Params):
     """A point on the floor."""
 
-    x: float = Field(description='[m]')
-    y: float = Field(description='[m]')
+    x: float = Field(ge=-FARTHEST_M, le=FARTHEST_M, description='[m]')
+    y: float = Field(ge=-FARTHEST_M, le=FARTHEST_M, description='[m]')
 
 
 class Leg(Params):

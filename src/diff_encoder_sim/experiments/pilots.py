@@ -1,18 +1,20 @@
 """Who drives a trial in lockstep: navigation by what the robot believes, or a script."""
 from __future__ import annotations
 
+import logging
 from collections import deque
 from typing import Callable, Deque, Optional
 
 from typing_extensions import Protocol
 
+from diff_encoder_sim.errors import InputFault
 from diff_encoder_sim.experiments.definition import TrialPlan
 from diff_encoder_sim.experiments.drives import ScriptedDrive
 from diff_encoder_sim.experiments.latency import latency_ns
 from diff_encoder_sim.experiments.outcome import Outcome, RouteFailed
 from diff_encoder_sim.experiments.publications import Publications
 from diff_encoder_sim.experiments.robot_params import RobotParams
-from diff_encoder_sim.experiments.route_driver import RouteDriver
+from diff_encoder_sim.experiments.route_driver import DriverOutput, RouteDriver
 from diff_encoder_sim.experiments.schedule import Schedule
 from diff_encoder_sim.localization.amcl import Amcl, AmclEstimate
 from diff_encoder_sim.mapping.map_files import load_map
@@ -23,6 +25,8 @@ from diff_encoder_sim.scan import Scan
 from diff_encoder_sim.se2 import IDENTITY, Pose2D, interpolate
 from diff_encoder_sim.seeds import generator
 from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
+
+log = logging.getLogger(__name__)
 
 # At a time [ns]; whether it is the navigator's.
 SendCommand = Callable[[int, Command, bool], None]
@@ -91,6 +95,7 @@ class NavigatingPilot:
         self._driver = RouteDriver(plan.trial.test)
         self._schedule, self._send, self._publications = schedule, send, publications
         self._scans: Deque[Scan] = deque()          # that odometry has not come to
+        self._is_scan_bad = False
         self._odometry: Optional[OdometryEstimate] = None
         self._odom_pose_in_map, self._localized_until_ns = IDENTITY, -1     # as /tf has it
         self._goal_status = GoalStatus.NONE
@@ -110,7 +115,7 @@ class NavigatingPilot:
     def take_true_time(self, now_ns: int) -> None:
         """Watch over the test's time limit."""
         try:
-            self._driver.watch(now_ns)
+            self._obey(now_ns, now_ns, self._driver.watch(now_ns))
         except RouteFailed as failure:
             raise self._explained(failure) from None
 
@@ -147,8 +152,11 @@ class NavigatingPilot:
             self._drive_on(now_ns, stamp_ns)
 
     def _drive_on(self, now_ns: int, stamp_ns: int) -> None:
-        wanted = self._driver.step(stamp_ns, self.believed_pose_in_map, self.navigation.status,
-                                   self.navigation.text)
+        self._obey(now_ns, stamp_ns,
+                   self._driver.step(stamp_ns, self.believed_pose_in_map, self.navigation.status,
+                                     self.navigation.text))
+
+    def _obey(self, now_ns: int, stamp_ns: int, wanted: DriverOutput) -> None:
         if wanted.goal_in_map is not None:
             if self._navigator.status is GoalStatus.ACTIVE:
                 self._publications.goal_result(now_ns, GoalStatus.PREEMPTED, '')
@@ -173,7 +181,14 @@ class NavigatingPilot:
         pose = self._odom_pose_at(scan.stamp_ns, odometry)
         if pose is None:
             return
-        estimate = self._amcl.update(pose, scan, self._laser_pose)
+        try:
+            estimate = self._amcl.update(pose, scan, self._laser_pose)
+        except InputFault as fault:
+            if not self._is_scan_bad:
+                log.warning('%s; dropped, with those like it that follow', fault)
+            self._is_scan_bad = True
+            return
+        self._is_scan_bad = False
         odom_pose_in_map = None if self._amcl.is_lost else self._amcl.odom_pose_in_map
         told_ns = now_ns + self._latency_ns
         self._schedule.at(told_ns, lambda: self._tell(told_ns, scan.stamp_ns, estimate,

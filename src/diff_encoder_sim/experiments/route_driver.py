@@ -1,9 +1,11 @@
 """Takes a robot along a test's route: goals for the navigator one by one, turns by itself."""
 from __future__ import annotations
 
+import logging
 import math
 from typing import List, NamedTuple, Optional, Union
 
+from diff_encoder_sim.errors import EVENT
 from diff_encoder_sim.experiments.definition import Leg, TestDefinition
 from diff_encoder_sim.experiments.drives import SETTLING_S
 from diff_encoder_sim.experiments.outcome import Outcome, RouteFailed
@@ -11,6 +13,11 @@ from diff_encoder_sim.experiments.turning import TurnInPlace
 from diff_encoder_sim.navigation.outcome import GoalStatus
 from diff_encoder_sim.se2 import Pose2D
 from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
+
+# A robot that turns is stopped when its newest belief is older; the navigator's default, too.
+BELIEF_TIMEOUT_S = 0.5
+
+log = logging.getLogger(__name__)
 
 
 class Destination(NamedTuple):
@@ -46,10 +53,15 @@ class RouteDriver:
         self._turn: Optional[TurnInPlace] = None
         self._reached_ns: Optional[int] = None
         self._started_ns: Optional[int] = None
+        self._believed_ns = 0
+        self._is_halted = False
         self.is_over = False
 
-    def watch(self, now_ns: int) -> None:
+    def watch(self, now_ns: int) -> DriverOutput:
         """To be called at a steady rate, whether the robot knows where it is or not.
+
+        Returns:
+            A stop, while the robot turns and no belief has come for BELIEF_TIMEOUT_S.
 
         Raises:
             RouteFailed: the test's time limit, from the first call on, is over.
@@ -59,6 +71,14 @@ class RouteDriver:
         if now_ns - self._started_ns > self._test.time_limit * NANOSECONDS_PER_SECOND:
             raise RouteFailed(Outcome.TIMED_OUT,
                               f'not at its end after {self._test.time_limit:.0f} s (time_limit)')
+        age_s = (now_ns - self._believed_ns) / NANOSECONDS_PER_SECOND
+        if self._turn is None or age_s <= BELIEF_TIMEOUT_S:
+            return DriverOutput()
+        if not self._is_halted:
+            log.warning('the pose is %.1f s old: stopped turning', age_s, extra=EVENT)
+        self._is_halted = True
+        self._turn.halt()
+        return DriverOutput(turn_rate_radps=0.0)
 
     def step(self, now_ns: int, base_pose_in_map: Pose2D, status: GoalStatus,
              status_text: str) -> DriverOutput:
@@ -73,6 +93,10 @@ class RouteDriver:
         Raises:
             RouteFailed: the navigator gave a goal up.
         """
+        self._believed_ns = now_ns
+        if self._is_halted:
+            log.info('the pose is back: turning on', extra=EVENT)
+            self._is_halted = False
         if self._index < 0:
             return self._begin_next(now_ns, base_pose_in_map)
         if self._reached_ns is not None:

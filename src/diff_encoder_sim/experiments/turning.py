@@ -43,6 +43,10 @@ class TurnInPlace:
         self._rate_radps += max(-change_radps, min(change_radps, wanted_radps - self._rate_radps))
         return self._rate_radps
 
+    def halt(self) -> None:
+        """Begin again from a stand: the robot was stopped, for want of a heading."""
+        self._rate_radps, self._last_ns = 0.0, None
+
     def _wanted_rate(self, yaw_rad: float) -> float:
         """The rate to reach [rad/s] with what is left to turn, however fast."""
         if self._last_yaw_rad is not None:

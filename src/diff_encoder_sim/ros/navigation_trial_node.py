@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 import threading
-from typing import Optional, Tuple
+from typing import Callable, Optional, Tuple
 
 import actionlib
 import rospy
@@ -40,6 +40,7 @@ class NavigationTrialNode:
         self._believed: Optional[Pose2D] = None
         self._failure: Optional[RouteFailed] = None
         self._goal: Optional[actionlib.ClientGoalHandle] = None
+        self._lock = threading.Lock()   # true and believed poses come in threads
         self._may_drive, self._ended = threading.Event(), threading.Event()
         self._commands = publisher('cmd_vel', Twist)
         # Not the simple client: it may hear of a goal before it knows it, and logs an error.
@@ -62,6 +63,7 @@ class NavigationTrialNode:
         self._runner.wait_for(self._ended.is_set)
         if self._failure is not None:
             self._action.cancel_all_goals()
+            self._commands.publish(Twist())     # a turn is nobody else's to end
             raise TrialFailed(*reversed(self._failure.ending))
         log.info('%s ends %s', topics.GLOBAL_POSE,
                  distance_from_goal(self._believed, self._runner.trial.goal()))
@@ -73,23 +75,25 @@ class NavigationTrialNode:
 
     def _watch(self, stamp_ns: int, _: Pose2D) -> None:
         """A robot that has lost its way gets no pose, but its time runs."""
-        try:
-            self._driver.watch(stamp_ns)
-        except RouteFailed as failure:
-            self._failure = self._failure or failure
-            self._ended.set()
+        self._drive_on(stamp_ns, lambda: self._driver.watch(stamp_ns))
 
     def _on_global_pose(self, stamp_ns: int, base_pose_in_map: Pose2D) -> None:
         if self._ended.is_set() or not self._may_drive.is_set():
             return
         self._believed = base_pose_in_map
-        try:
-            self._obey(stamp_ns, self._driver.step(stamp_ns, base_pose_in_map,
-                                                   *self._goal_status()))
-        except RouteFailed as failure:
-            self._failure = failure
-        if self._failure is not None or self._driver.is_over:
-            self._ended.set()
+        self._drive_on(stamp_ns, lambda: self._driver.step(stamp_ns, base_pose_in_map,
+                                                           *self._goal_status()))
+
+    def _drive_on(self, stamp_ns: int, decide: Callable[[], DriverOutput]) -> None:
+        with self._lock:
+            if self._ended.is_set():
+                return
+            try:
+                self._obey(stamp_ns, decide())
+            except RouteFailed as failure:
+                self._failure = failure
+            if self._failure is not None or self._driver.is_over:
+                self._ended.set()
 
     def _goal_status(self) -> Tuple[GoalStatus, str]:
         if self._goal is None:
