@@ -115,3 +115,27 @@ def test_time_that_jumps_back_changes_no_rate():
     assert before > 0.0
     assert task.rate(0, 0.0) == before
     assert task.rate(PERIOD_NS, 0.0) == pytest.approx(2.0 * before)
+
+
+@pytest.mark.parametrize('turns', [5.0, -5.0])
+@pytest.mark.parametrize('step_rad', [0.056, 0.079])
+def test_a_belief_too_coarse_to_stop_by_ends_within_one_of_its_steps(turns, step_rad):
+    """An encoder of 28 or 20 PPR: no heading that it can tell is within STOP_WITHIN_RAD of the whole angle."""
+    def belief(robot):
+        return wrap_angle(step_rad * (math.floor((robot.turned_rad - turns * 2.0 * math.pi) / step_rad) + 0.5))
+    robot, task, _ = turn(2.0 * math.pi * turns, belief=belief)
+    assert task.is_over
+    assert robot.turned_rad == pytest.approx(2.0 * math.pi * turns, abs=step_rad)
+
+
+def test_a_belief_that_jumps_past_the_end_is_turned_back_to():
+    """Localization corrects itself: once is no sign of coarseness."""
+    corrections = [0.0]
+
+    def belief(robot):
+        if robot.turned_rad > math.pi - 0.1:
+            corrections[0] = 0.3
+        return wrap_angle(robot.yaw_rad + corrections[0])
+    robot, task, _ = turn(math.pi, belief=belief)
+    assert task.is_over
+    assert robot.turned_rad == pytest.approx(math.pi - 0.3, abs=2 * STOP_WITHIN_RAD)

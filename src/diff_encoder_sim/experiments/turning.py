@@ -14,6 +14,9 @@ BRAKING_SHARE = 0.3
 APPROACH_PER_S = 1.5
 STOP_WITHIN_RAD = 0.02
 
+# A belief that steps over that to and fro, as below 40 PPR it does, will come no nearer.
+MOST_CROSSINGS = 2
+
 
 class TurnInPlace:
     """Speeds up, turns, and slows down towards a total angle that may be many turns."""
@@ -22,6 +25,7 @@ class TurnInPlace:
         self._angle_rad = angle_rad
         self._limits = limits
         self._turned_rad = 0.0
+        self._crossings = 0
         self._rate_radps = 0.0
         self._last_yaw_rad: Optional[float] = None
         self._last_ns: Optional[int] = None
@@ -49,11 +53,13 @@ class TurnInPlace:
 
     def _wanted_rate(self, yaw_rad: float) -> float:
         """The rate to reach [rad/s] with what is left to turn, however fast."""
+        left_before_rad = self._angle_rad - self._turned_rad
         if self._last_yaw_rad is not None:
             self._turned_rad += wrap_angle(yaw_rad - self._last_yaw_rad)
         self._last_yaw_rad = yaw_rad
         left_rad = self._angle_rad - self._turned_rad
-        self.is_over = abs(left_rad) < STOP_WITHIN_RAD
+        self._crossings += left_rad * left_before_rad < 0.0
+        self.is_over = abs(left_rad) < STOP_WITHIN_RAD or self._crossings >= MOST_CROSSINGS
         braking_radps = math.sqrt(2.0 * BRAKING_SHARE * self._limits.angular_acceleration
                                   * abs(left_rad))
         return math.copysign(min(self._limits.angular_speed, braking_radps,
