@@ -388,6 +388,15 @@ class AmclTest(NodeTest):
         self.assert_near(self.localized(), IDENTITY, 0.3)
         self.rosout.wait_for_warning(NODE, 'went back', 'begins again')
 
+    def test_a_scan_from_the_future_is_dropped_and_nothing_begins_again(self):
+        self.localized()
+        ahead = self.scan()
+        ahead.header.stamp = rospy.Time.now() + rospy.Duration(60.0)
+        self.scans.publish(ahead)
+        self.assert_near(self.localized(), START, 0.05)
+        self.rosout.wait_for_warning(NODE, 'ahead of now')
+        self.assertEqual(len(self.rosout.warnings_of(NODE)), 1, self.rosout.warnings_of(NODE))
+
     def test_without_odometry_it_says_so_and_goes_on_when_it_is_back(self):
         self.localized()
         gap, scan = [], self.scan()

@@ -38,6 +38,10 @@ from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND, Step, Timeline
 
 SILENCE_S = 15.0
 
+# Clocks within a robot differ by less. After a scan from farther ahead the next would look like a
+# restart.
+MOST_AHEAD_NS = NANOSECONDS_PER_SECOND
+
 # A base pose in the map with its 3x3 covariance over (x [m], y [m], yaw [rad]).
 Guess = Tuple[Pose2D, np.ndarray]
 
@@ -139,8 +143,13 @@ class AmclNode:
 
     def _on_scan(self, message: LaserScan) -> None:
         self._has_heard = True
+        stamp_ns, now_ns = ns_from_stamp(message.header.stamp), ns_from_stamp(rospy.Time.now())
+        if 0 < now_ns < stamp_ns - MOST_AHEAD_NS:
+            log.warning('%s: stamped %.1f s ahead of now; scan dropped', self._scans.resolved_name,
+                        (stamp_ns - now_ns) / NANOSECONDS_PER_SECOND)
+            return
         with self._lock:
-            step = self._timeline.advance(ns_from_stamp(message.header.stamp))
+            step = self._timeline.advance(stamp_ns)
             if step is Step.RESTART:
                 log.warning('scan stamps went back: localization begins again')
                 self._queue.clear()
