@@ -9,8 +9,9 @@ from paper_datasets import cell, dataset, trial
 
 from diff_encoder_sim.analysis.figures.style import Figure
 from diff_encoder_sim.analysis.ppr_comparison import compare_pprs
+from diff_encoder_sim.analysis.reach import Reach, fewest_trials, share_within
 from diff_encoder_sim.analysis.report import write_report
-from diff_encoder_sim.analysis.report.answer import Reach, answer, fewest_trials, share_within
+from diff_encoder_sim.analysis.report.answer import answer
 from diff_encoder_sim.analysis.report.closed_form import closed_form_table
 from diff_encoder_sim.analysis.report.encoders import compare_encoders
 from diff_encoder_sim.analysis.report.main_line import main_line

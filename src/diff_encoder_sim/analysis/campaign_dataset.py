@@ -24,7 +24,7 @@ def campaign_dataset(folder: Path) -> Dataset:
         raise ConfigError(f'{folder}: no trial is finished; expected some')
     bags, missing = _bags_of_rows(folder, rows)
     notes = notes + missing
-    trials = [_data_of(row) for row in rows]
+    trials = [data_of(row) for row in rows]
     for index, bag in zip(bags, read_bag_trials(list(bags.values()))):
         trials[index], problem = _with_paths(trials[index], bag, manifest)
         notes += problem
@@ -32,7 +32,8 @@ def campaign_dataset(folder: Path) -> Dataset:
                    manifest.asked)
 
 
-def _data_of(row: TrialRow) -> TrialData:
+def data_of(row: TrialRow) -> TrialData:
+    """A trial by its line in trials.csv alone: nothing is known about the way."""
     return TrialData(row.test, row.ppr, row.varied, row.trial, row.seed, row.outcome, row.reason,
                      row.duration_s, row.distance_m, row.errors, {}, None, None)
 

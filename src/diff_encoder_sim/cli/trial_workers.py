@@ -1,4 +1,4 @@
-"""What the tools that run trials share: workers, signals that stop them, trials that did not run."""
+"""What tools that run trials share: workers, signals that stop them, trials that did not run."""
 from __future__ import annotations
 
 import argparse

@@ -5,9 +5,9 @@ from typing import Callable, Dict, List, Sequence
 
 from diff_encoder_sim.analysis.dataset import Dataset, ppr_value
 from diff_encoder_sim.analysis.paper_cells import X, YAW
-from diff_encoder_sim.analysis.report.answer import (REQUIRED_SHARE, WORDS_OF_SOURCE, Line, Reach,
-                                                     Share, answer, encoder_names, fewest_trials,
-                                                     listed)
+from diff_encoder_sim.analysis.reach import (REQUIRED_SHARE, WORDS_OF_SOURCE, Reach, Share,
+                                              fewest_trials)
+from diff_encoder_sim.analysis.report.answer import Line, answer, encoder_names, listed
 from diff_encoder_sim.analysis.statistics import LEVEL
 from diff_encoder_sim.analysis.table_keys import varied_texts
 from diff_encoder_sim.experiments.outcome import Outcome

@@ -13,11 +13,11 @@ from diff_encoder_sim.analysis.figures.style import Figure
 from diff_encoder_sim.analysis.paper import compare_with_paper
 from diff_encoder_sim.analysis.paper_cells import X, YAW
 from diff_encoder_sim.analysis.ppr_comparison import PprComparison
+from diff_encoder_sim.analysis.reach import REQUIRED_SHARE, WORDS_OF_SOURCE
 from diff_encoder_sim.analysis.report.against_paper import (accuracy_table, cell_tables,
                                                             errata_table, finding_counts,
                                                             score_table)
-from diff_encoder_sim.analysis.report.answer import (REQUIRED_SHARE, WORDS_OF_SOURCE, Line,
-                                                     answer, encoder_names, listed)
+from diff_encoder_sim.analysis.report.answer import Line, answer, encoder_names, listed
 from diff_encoder_sim.analysis.report.closed_form import closed_form_table
 from diff_encoder_sim.analysis.report.encoders import compare_encoders
 from diff_encoder_sim.analysis.report.html_table import html_table

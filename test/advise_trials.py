@@ -1,0 +1,25 @@
+"""The advise command with trials that take no time, and whose odometry is off by 10 m / PPR.
+
+Not a test: test_advise.py runs it, and workers import it.
+"""
+from pathlib import Path
+
+from diff_encoder_sim.cli.advise import main
+from diff_encoder_sim.experiments.outcome import Ending, Outcome
+from diff_encoder_sim.experiments.trial_run import TrialResult
+from diff_encoder_sim.se2 import Pose2D
+
+
+def trial(plan, robot_file, params, record):
+    """A result that depends on the encoder alone."""
+    if plan.bag:
+        Path(plan.bag).write_bytes(b'a bag')
+    at_goal, off = Pose2D(0.01, 0.02, 0.0), Pose2D(0.01, 0.02 + 10.0 / plan.trial.ppr.left, 0.0)
+    return TrialResult(Ending(Outcome.SUCCEEDED), 50.0, 20.0,
+                       {'odom': off, 'amcl': None, 'global': at_goal, 'world': at_goal})
+
+
+if __name__ == '__main__':
+    # Workers know it by its module's name, not as part of the script that was started.
+    from advise_trials import trial as importable_trial
+    main(run=importable_trial)
