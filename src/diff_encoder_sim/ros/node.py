@@ -82,13 +82,14 @@ def publisher(topic: str, message_class: Type, latch: bool = False) -> rospy.Pub
                                tcp_nodelay=True)
 
 
-def subscriber(topic: str, message_class: Type, callback: Callable[[Any], None]) -> rospy.Subscriber:
+def subscriber(topic: str, message_class: Type,
+               callback: Callable[[Any], None]) -> rospy.Subscriber:
     """A subscriber that asks its publishers to send at once, and never drops a message."""
     return rospy.Subscriber(topic, message_class, callback, tcp_nodelay=True)
 
 
 def compile_first(warm_up: Callable[[], None]) -> None:
-    """Run a node's kernels once, before it subscribes: what came meanwhile would be late or lost."""
+    """Run a node's kernels once, before it subscribes: what came meanwhile would be lost."""
     start_s = time.monotonic()
     warm_up()
     took_s = time.monotonic() - start_s

@@ -29,5 +29,5 @@ def required_trial_plan() -> TrialPlan:
     """
     plan = trial_plan()
     if plan is None:
-        raise ConfigError(f'{PARAMETER}: missing; allowed: started from trial.launch, which sets it')
+        raise ConfigError(f'{PARAMETER}: missing; allowed: as trial.launch sets it')
     return plan

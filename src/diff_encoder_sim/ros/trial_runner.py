@@ -41,11 +41,12 @@ class TrialParams(Params):
     map_frame: str = Field('map', min_length=1)
     start_timeout: float = Field(60.0, gt=0, description='for the graph to come up [s of wall]')
     stall_timeout: float = Field(20.0, gt=0, description='without a true pose [s of wall]')
-    goal_distance: float = Field(GOAL_DISTANCE_M, gt=0, description='truth farther off fails the trial [m]')
+    goal_distance: float = Field(GOAL_DISTANCE_M, gt=0,
+                                 description='truth farther off fails the trial [m]')
 
 
 class TrialFailed(Exception):
-    """Why the trial did not come to its end; without an outcome of the robot's it is the graph's fault."""
+    """Why the trial did not end; without an outcome of the robot's it is the graph's fault."""
 
     def __init__(self, reason: str, outcome: Optional[Outcome] = None) -> None:
         super().__init__(reason)

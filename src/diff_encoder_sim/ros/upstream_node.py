@@ -1,4 +1,4 @@
-"""upstream_node: becomes upstream's map_server, amcl, move_base or slam_gmapping, set up for the trial."""
+"""upstream_node: becomes upstream's map_server, amcl, move_base or slam_gmapping for a trial."""
 from __future__ import annotations
 
 import sys

@@ -47,8 +47,8 @@ class SlamEstimate(NamedTuple):
 class GridSlam:
     """The mapper: feed it every scan with the odometry's pose at the scan's time.
 
-    The map frame is odom's as it was on the first scan, unless a start is given. Every random draw comes from `rng`: equal
-    seeds and inputs give equal results, bit for bit.
+    The map frame is odom's as it was on the first scan, unless a start is given. Every random draw
+    comes from `rng`: equal seeds and inputs give equal results, bit for bit.
     """
 
     def __init__(self, params: GridSlamParams, rng: np.random.Generator,
