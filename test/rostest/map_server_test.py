@@ -9,7 +9,7 @@ import numpy as np
 import rospy
 import rostest
 from nav_msgs.msg import MapMetaData, OccupancyGrid
-from nav_msgs.srv import GetMap
+from nav_msgs.srv import GetMap, LoadMap, LoadMapResponse
 
 from diff_encoder_sim.mapping.map_files import load_map
 from ros_testing import TIMEOUT_S, Collector, start_test_node, wait_until, yaw_of
@@ -99,6 +99,23 @@ class MapServerTest(unittest.TestCase):
         grid = load_map(WORLDS / 'hallway.yaml')
         self.assertEqual((served.info.width, served.info.height), (grid.width, grid.height))
         self.assertTrue((np.array(served.data).reshape(grid.cells.shape) == grid.cells).all())
+
+    def test_another_map_takes_its_place_and_a_bad_one_does_not(self):
+        rospy.wait_for_service('/site/change_map', TIMEOUT_S)
+        change = rospy.ServiceProxy('/site/change_map', LoadMap)
+        served = Collector('/site/map', OccupancyGrid)
+        self.addCleanup(change, str(WORLDS / 'hallway.yaml'))
+        answer = change(str(WORLDS / 'ros_logo.yaml'))
+        self.assertEqual(answer.result, LoadMapResponse.RESULT_SUCCESS)
+        self.assertEqual(answer.map.header.frame_id, 'site_map')
+        grid = load_map(WORLDS / 'ros_logo.yaml')
+        self.assertEqual(list(answer.map.data), grid.cells.ravel().tolist())
+        wait_until(lambda: served.messages and served.messages[-1].data == answer.map.data, 'the new map')
+        (self.folder / 'bad.yaml').write_text('image: none.pgm')
+        for path, result in ((self.folder / 'none.yaml', LoadMapResponse.RESULT_MAP_DOES_NOT_EXIST),
+                             (self.folder / 'bad.yaml', LoadMapResponse.RESULT_INVALID_MAP_DATA)):
+            self.assertEqual(change(str(path)).result, result)
+        self.assertEqual(rospy.ServiceProxy('/site/static_map', GetMap)().map.data, answer.map.data)
 
     # --- the saver ----------------------------------------------------------------------------------------------------
 

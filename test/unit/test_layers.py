@@ -40,3 +40,10 @@ def test_only_the_ros_folder_names_ros_modules():
                  if line.strip().startswith(('import ', 'from '))
                  and any(word in line for word in ('rospy', 'tf2', '_msgs', '_srvs', 'roslib'))]
     assert offenders == []
+
+
+def test_only_tools_and_nodes_use_the_command_line():
+    offenders = [str(path) for path in (SOURCE / 'diff_encoder_sim').rglob('*.py')
+                 if path.relative_to(SOURCE / 'diff_encoder_sim').parts[0] not in ('cli', 'ros')
+                 and 'diff_encoder_sim.cli' in path.read_text()]
+    assert offenders == []

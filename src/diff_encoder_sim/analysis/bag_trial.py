@@ -2,7 +2,6 @@
 from __future__ import annotations
 
 import multiprocessing
-import os
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Dict, List, NamedTuple, Optional, Sequence, Union
@@ -16,6 +15,7 @@ from diff_encoder_sim.analysis.path_errors import PathErrors, path_errors, path_
 from diff_encoder_sim.encoder import ppr_label
 from diff_encoder_sim.errors import ConfigError
 from diff_encoder_sim.experiments.definition import Trial
+from diff_encoder_sim.machine import usable_cores
 from diff_encoder_sim.recording import topics
 from diff_encoder_sim.recording.reading import POSE_TOPICS, PoseSeries, read_trial
 from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
@@ -35,7 +35,7 @@ class BagTrial(NamedTuple):
 
 def read_bag_trials(paths: Sequence[Path]) -> List[Union[BagTrial, str]]:
     """Of each bag what it tells, or a line that says why it cannot be analysed; on all cores."""
-    workers = min(len(os.sched_getaffinity(0)), len(paths))
+    workers = min(usable_cores(), len(paths))
     if workers < 2:
         return [_trial_or_reason(path) for path in paths]
     # Forked: there at once, and the script that was started is not run again.

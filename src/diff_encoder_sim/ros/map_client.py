@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from typing import Callable
 
 import rospy
@@ -11,6 +12,7 @@ from nav_msgs.srv import GetMap
 from diff_encoder_sim.ros.node import log
 
 PATIENCE_S = 5.0
+BETWEEN_REQUESTS_S = 1.0
 
 
 def fetch_map(use_map: Callable[[OccupancyGridMessage], None]) -> None:
@@ -26,6 +28,7 @@ def _fetch(use_map: Callable[[OccupancyGridMessage], None]) -> None:
         except (rospy.ROSException, rospy.ServiceException) as error:
             if not rospy.is_shutdown():
                 log.warning('waiting for the map: %s', error)
+                time.sleep(BETWEEN_REQUESTS_S)      # a server that refuses answers at once
             continue
         use_map(message)
         return

@@ -1,12 +1,14 @@
-"""map_server_node: a map file on /map, /map_metadata and the service static_map."""
+"""map_server_node: a map file on /map, /map_metadata, static_map; change_map takes another."""
 from __future__ import annotations
 
 import sys
+from pathlib import Path
 from typing import List
 
 import rospy
 from nav_msgs.msg import MapMetaData, OccupancyGrid
-from nav_msgs.srv import GetMap, GetMapRequest, GetMapResponse
+from nav_msgs.srv import (GetMap, GetMapRequest, GetMapResponse, LoadMap, LoadMapRequest,
+                          LoadMapResponse)
 from pydantic import Field
 
 from diff_encoder_sim.config import Params
@@ -14,7 +16,7 @@ from diff_encoder_sim.errors import ConfigError
 from diff_encoder_sim.mapping.map_files import load_map
 from diff_encoder_sim.ros.conversions import ns_from_stamp
 from diff_encoder_sim.ros.map_conversions import map_message
-from diff_encoder_sim.ros.node import node_params, publisher, run_node
+from diff_encoder_sim.ros.node import log, node_params, publisher, run_node
 from diff_encoder_sim.ros.trial_plan import trial_plan
 
 
@@ -25,20 +27,39 @@ class MapServerParams(Params):
 
 
 class MapServerNode:
-    """Serves one map for as long as it lives."""
+    """Serves one map at a time for as long as it lives."""
 
     def __init__(self, map_file: str) -> None:
-        params = node_params(MapServerParams)
-        grid = load_map(map_file)
-        self._message = map_message(grid, ns_from_stamp(rospy.Time.now()), params.frame_id)
+        self._params = node_params(MapServerParams)
+        self._message = self._load(map_file)
         self._maps = publisher('map', OccupancyGrid, latch=True)
         self._metadata = publisher('map_metadata', MapMetaData, latch=True)
-        self._service = rospy.Service('static_map', GetMap, self._on_request)
+        self._services = [rospy.Service('static_map', GetMap, self._on_get),
+                          rospy.Service('change_map', LoadMap, self._on_change)]
+        self._publish()
+
+    def _load(self, map_file: str) -> OccupancyGrid:
+        return map_message(load_map(map_file), ns_from_stamp(rospy.Time.now()),
+                           self._params.frame_id)
+
+    def _publish(self) -> None:
         self._maps.publish(self._message)
         self._metadata.publish(self._message.info)
 
-    def _on_request(self, _: GetMapRequest) -> GetMapResponse:
+    def _on_get(self, _: GetMapRequest) -> GetMapResponse:
         return GetMapResponse(map=self._message)
+
+    def _on_change(self, request: LoadMapRequest) -> LoadMapResponse:
+        """Upstream's answers; a map that cannot be loaded leaves the one that is there."""
+        if not Path(request.map_url).is_file():
+            return LoadMapResponse(result=LoadMapResponse.RESULT_MAP_DOES_NOT_EXIST)
+        try:
+            self._message = self._load(request.map_url)
+        except ConfigError as error:
+            log.error('change_map: %s', error)
+            return LoadMapResponse(result=LoadMapResponse.RESULT_INVALID_MAP_DATA)
+        self._publish()
+        return LoadMapResponse(map=self._message, result=LoadMapResponse.RESULT_SUCCESS)
 
 
 def main() -> None:
