@@ -5,8 +5,8 @@ import pytest
 from diff_encoder_sim.navigation.costmap import LETHAL, Costmap
 from diff_encoder_sim.navigation.costmap_params import CostmapParams, local_defaults
 from diff_encoder_sim.navigation.dwa_params import DwaParams
-from diff_encoder_sim.navigation.recovery import (ClearCostmap, RecoveryView, Rotate,
-                                                  default_recoveries)
+from diff_encoder_sim.navigation.navigator_params import CLEAR_COSTMAP, ROTATE, NavigatorParams
+from diff_encoder_sim.navigation.recovery import ClearCostmap, RecoveryView, Rotate, recoveries
 from diff_encoder_sim.navigation.stop_rotate import LatchedStopRotate, Motion
 from diff_encoder_sim.se2 import IDENTITY, Pose2D, wrap_angle
 from navigation_simulation import TABLE_2, rasterise, shapes_of
@@ -101,7 +101,7 @@ def test_clearing_forgets_what_is_far_in_both_costmaps():
 
 
 def test_rotation_goes_once_around():
-    rotate, yaw, speeds = Rotate(dwa_params()), 0.3, []
+    rotate, yaw, speeds = Rotate('turn', dwa_params()), 0.3, []
     for index in range(400):
         result = rotate.step(view(Pose2D(0.0, 0.0, wrap_angle(yaw)), now_s=0.05 * index))
         if result.is_done:
@@ -114,24 +114,40 @@ def test_rotation_goes_once_around():
 
 
 def test_rotation_does_not_begin_where_it_would_collide():
-    assert Rotate(dwa_params()).step(view(marked=[(0.35, 0.0)])).text.startswith('cannot turn')
-    assert not Rotate(dwa_params()).step(view(marked=[(0.5, 0.0)])).is_done
+    assert Rotate('turn', dwa_params()).step(view(marked=[(0.35, 0.0)])).text.startswith('cannot turn')
+    assert not Rotate('turn', dwa_params()).step(view(marked=[(0.5, 0.0)])).is_done
 
 
 def test_rotation_gives_up_on_a_robot_that_does_not_turn():
-    rotate = Rotate(dwa_params())
+    rotate = Rotate('turn', dwa_params())
     assert not rotate.step(view()).is_done
     assert not rotate.step(view(now_s=30.0)).is_done
     assert 'does not follow' in rotate.step(view(now_s=32.0)).text
 
 
+CLOSE_BY_M = 4.0 * math.hypot(0.26, 0.31)    # of ALTO's corners, with footprint_padding
+
+
+def behaviours(**params):
+    """(name, side of the square that is kept, or None for a turn) of what is tried, in order."""
+    return [(recovery.name, getattr(recovery, '_reset_distance_m', None)) for recovery in recoveries(
+        NavigatorParams.from_mapping({'local_costmap': {'rolling_window': True, 'global_frame': 'odom'}, **params}, ''),
+        Costmap(local_defaults()))]
+
+
 def test_order_of_recoveries_is_move_bases():
-    def names(rotation_allowed):
-        return [recovery.name for recovery in default_recoveries(
-            dwa_params(), Costmap(local_defaults()), 3.0, rotation_allowed)]
-    assert names(True) == ['conservative_reset', 'rotate_recovery', 'aggressive_reset',
-                           'rotate_recovery']
-    assert names(False) == ['conservative_reset', 'aggressive_reset']
+    far, near = ('conservative_reset', 2.0), ('aggressive_reset', pytest.approx(CLOSE_BY_M))
+    turn = ('rotate_recovery', None)
+    assert behaviours(conservative_reset_dist=2.0) == [far, turn, near, turn]
+    assert behaviours(conservative_reset_dist=2.0, clearing_rotation_allowed=False) == [far, near]
+    assert behaviours(recovery_behavior_enabled=False) == []
+
+
+def test_recoveries_are_those_that_are_listed():
+    listed = [{'name': 'look_around', 'type': ROTATE}, {'name': 'aggressive_reset', 'type': CLEAR_COSTMAP},
+              {'name': 'mine', 'type': CLEAR_COSTMAP}]
+    assert behaviours(recovery_behaviors=listed, clearing_rotation_allowed=False) == [
+        ('look_around', None), ('aggressive_reset', pytest.approx(CLOSE_BY_M)), ('mine', 3.0)]
 
 
 def test_a_margin_lets_the_robot_come_closer_before_it_turns():

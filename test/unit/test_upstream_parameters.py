@@ -324,13 +324,14 @@ def test_a_rolling_window_needs_no_static_map_to_be_switched_off():
     assert (params.local_costmap.static_map, params.local_costmap.track_unknown_space) == (False, False)
 
 
-def test_recovery_behaviours_are_upstreams_usual_ones():
-    usual = [{'name': 'conservative_reset', 'type': 'clear_costmap_recovery/ClearCostmapRecovery'},
-             {'name': 'rotate_recovery', 'type': 'rotate_recovery/RotateRecovery'},
-             {'name': 'aggressive_reset', 'type': 'clear_costmap_recovery/ClearCostmapRecovery'}]
-    NavigatorParams.from_mapping(navigation(recovery_behaviors=usual), '')
-    with pytest.raises(ConfigError, match='recovery_behaviors of the types clear_costmap_recovery'):
-        NavigatorParams.from_mapping(navigation(recovery_behaviors=usual[1:]), '')
+@pytest.mark.parametrize('listed, complaint', [
+    ([{'name': 'a', 'type': 'move_slow_and_clear/MoveSlowAndClear'}], 'MoveSlowAndClear'),
+    ([{'name': 'a'}], 'type'), ([{'type': 'rotate_recovery/RotateRecovery'}], 'name'),
+    (2 * [{'name': 'a', 'type': 'rotate_recovery/RotateRecovery'}], 'a name of its own')])
+def test_recovery_behaviours_that_there_are_not(listed, complaint):
+    with pytest.raises(ConfigError, match='recovery_behaviors') as caught:
+        NavigatorParams.from_mapping(navigation(recovery_behaviors=listed), '')
+    assert complaint in str(caught.value)
 
 
 @pytest.mark.parametrize('given, latches', [

@@ -23,7 +23,7 @@ from diff_encoder_sim.navigation.inputs import Inputs, Missing
 from diff_encoder_sim.navigation.local_planner import LocalPlanner
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
 from diff_encoder_sim.navigation.outcome import STOP, Command, GoalStatus, NavigatorOutput, Phase
-from diff_encoder_sim.navigation.recovery import default_recoveries
+from diff_encoder_sim.navigation.recovery import recoveries
 from diff_encoder_sim.navigation.travel_watch import TravelWatch
 from diff_encoder_sim.scan import Scan
 from diff_encoder_sim.se2 import IDENTITY, Pose2D
@@ -58,9 +58,7 @@ class Navigator:
             params, self.inputs, global_costmap, local_costmap,
             GlobalPlanner(params.NavfnROS, global_costmap),
             LocalPlanner(params.DWAPlannerROS, params.control_period_s),
-            default_recoveries(params.DWAPlannerROS, local_costmap, params.conservative_reset_dist,
-                               params.clearing_rotation_allowed)
-            if params.recovery_behavior_enabled else [],
+            recoveries(params, local_costmap),
             TravelWatch(params.max_unseen_travel, local_costmap.footprint.inscribed_radius_m))
         self._global_updated_ns: Optional[int] = None
         self._local_updated_ns: Optional[int] = None

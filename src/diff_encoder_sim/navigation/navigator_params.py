@@ -1,7 +1,7 @@
 """Parameters of the navigator: move_base's, with those of its parts in move_base's namespaces."""
 from __future__ import annotations
 
-from typing import Any, Dict, List
+from typing import Any, List
 
 from pydantic import Field, model_validator
 from typing_extensions import Literal
@@ -11,9 +11,15 @@ from diff_encoder_sim.navigation.costmap_params import CostmapParams, local_defa
 from diff_encoder_sim.navigation.dwa_params import DwaParams
 from diff_encoder_sim.navigation.global_planner import NavfnParams
 
-# Upstream's, in its order; clearing_rotation_allowed takes the turns out.
-RECOVERY_TYPES = ['clear_costmap_recovery/ClearCostmapRecovery', 'rotate_recovery/RotateRecovery',
-                  'clear_costmap_recovery/ClearCostmapRecovery']
+CLEAR_COSTMAP = 'clear_costmap_recovery/ClearCostmapRecovery'
+ROTATE = 'rotate_recovery/RotateRecovery'
+
+
+class BehaviourParams(Params):
+    """An entry of recovery_behaviors."""
+
+    name: str = Field(min_length=1)
+    type: Literal['clear_costmap_recovery/ClearCostmapRecovery', 'rotate_recovery/RotateRecovery']
 
 
 class NavigatorParams(Params):
@@ -30,7 +36,7 @@ class NavigatorParams(Params):
         0.0, ge=0, description='without getting on, before recovery [s]; 0: no limit')
     oscillation_distance: float = Field(0.5, ge=0, description='that counts as getting on [m]')
     recovery_behavior_enabled: bool = True
-    clearing_rotation_allowed: bool = True
+    clearing_rotation_allowed: bool = Field(True, description="of upstream's usual recoveries")
     conservative_reset_dist: float = Field(3.0, ge=0, description='[m]')
     input_timeout: float = Field(
         0.5, gt=0, description='odometry, localization or scan older than this stop the robot [s]')
@@ -41,8 +47,8 @@ class NavigatorParams(Params):
     base_local_planner: Literal['dwa_local_planner/DWAPlannerROS'] = \
         'dwa_local_planner/DWAPlannerROS'
     shutdown_costmaps: bool = Field(False, description='accepted: they are always kept up')
-    recovery_behaviors: List[Dict[str, str]] = Field(
-        [], description="upstream's usual three, or nothing; a second turn follows either way")
+    recovery_behaviors: List[BehaviourParams] = Field(
+        [], description="in the order they are tried; empty: upstream's usual four")
     clearing_radius: float = Field(0.46, description='accepted; upstream reads it only')
     make_plan_clear_costmap: bool = Field(True, description='accepted: planning changes no costmap')
     make_plan_add_unreachable_goal: bool = Field(
@@ -72,9 +78,9 @@ class NavigatorParams(Params):
 
     @model_validator(mode='after')
     def _check_recoveries(self) -> NavigatorParams:
-        types = [behaviour.get('type', '') for behaviour in self.recovery_behaviors]
-        if types and types != RECOVERY_TYPES:
-            raise ValueError(f'recovery_behaviors of the types {", ".join(RECOVERY_TYPES)}')
+        names = [behaviour.name for behaviour in self.recovery_behaviors]
+        if len(set(names)) < len(names):
+            raise ValueError('recovery_behaviors with a name of its own each')
         return self
 
     @model_validator(mode='after')

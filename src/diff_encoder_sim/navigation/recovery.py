@@ -6,7 +6,15 @@ from typing import List, NamedTuple, Optional
 
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.dwa_params import DwaParams
+from diff_encoder_sim.navigation.navigator_params import CLEAR_COSTMAP, ROTATE, NavigatorParams
 from diff_encoder_sim.se2 import Pose2D, wrap_angle
+
+# What move_base does when it is not told: clear far away, turn, clear close by, turn.
+USUAL = (('conservative_reset', CLEAR_COSTMAP), ('rotate_recovery', ROTATE),
+         ('aggressive_reset', CLEAR_COSTMAP), ('rotate_recovery', ROTATE))
+
+# clear_costmap_recovery's own, for behaviours of other names.
+RESET_DISTANCE_M = 3.0
 
 
 class RecoveryView(NamedTuple):
@@ -60,12 +68,12 @@ class ClearCostmap(Recovery):
 class Rotate(Recovery):
     """One full turn on the spot to the left, as rotate_recovery, unless something is in the way."""
 
-    name = 'rotate_recovery'
     sim_granularity_rad = 0.017
     min_in_place_vel_theta = 0.4
     tolerance_rad = 0.1
 
-    def __init__(self, params: DwaParams) -> None:
+    def __init__(self, name: str, params: DwaParams) -> None:
+        self.name = name
         self._params = params
         self.start()
 
@@ -104,9 +112,14 @@ class Rotate(Recovery):
             for step in range(steps))
 
 
-def default_recoveries(params: DwaParams, costmap: Costmap, conservative_reset_dist_m: float,
-                       rotation_allowed: bool) -> List[Recovery]:
-    """move_base's: clear far away, turn, clear close by, turn."""
-    turn: List[Recovery] = [Rotate(params)] if rotation_allowed else []
-    return [ClearCostmap('conservative_reset', conservative_reset_dist_m), *turn,
-            ClearCostmap('aggressive_reset', 4.0 * costmap.footprint.circumscribed_radius_m), *turn]
+def recoveries(params: NavigatorParams, costmap: Costmap) -> List[Recovery]:
+    """The behaviours that the parameters ask for, in the order they are tried."""
+    if not params.recovery_behavior_enabled:
+        return []
+    wanted = [(one.name, one.type) for one in params.recovery_behaviors] or [
+        (name, kind) for name, kind in USUAL if params.clearing_rotation_allowed or kind != ROTATE]
+    reset_distances_m = {'conservative_reset': params.conservative_reset_dist,
+                         'aggressive_reset': 4.0 * costmap.footprint.circumscribed_radius_m}
+    return [Rotate(name, params.DWAPlannerROS) if kind == ROTATE
+            else ClearCostmap(name, reset_distances_m.get(name, RESET_DISTANCE_M))
+            for name, kind in wanted]
