@@ -74,13 +74,15 @@ def test_a_bad_test_file_is_named_with_its_key(tmp_path, content, complaint):
     assert str(caught.value).startswith(f'{path}: ')
 
 
-@pytest.mark.parametrize('start, where', [('{x: -30.0, y: 0.5}', r'\(-30.00, 0.50\), outside'),
-                                          ('{x: 0.0, y: 2.98}', r'\(0.00, 2.98\), in a wall of')])
-def test_a_start_off_the_map_is_named_before_anything_starts(tmp_path, start, where):
+@pytest.mark.parametrize('world, start, where', [
+    ('hallway', '{x: -30.0, y: 0.5}', r'\(-30.00, 0.50\), outside'),
+    ('hallway', '{x: 0.0, y: 2.98}', r'\(0.00, 2.98\), in a wall of'),
+    ('ros_logo', '{x: 1.87}', r'\(1.87, 0.00\), in what is unknown to')])     # within a pillar
+def test_a_start_that_the_map_forbids_is_named_before_anything_starts(tmp_path, world, start, where):
     """Nothing would find the robot there: it would stand until the test's time limit."""
     path = tmp_path / 'away.yaml'
-    path.write_text(f'name: away\nworld: hallway\nstart: {start}\nroute: [{{goal: {{}}}}]\ndrive: [{{turns: 1}}]\n')
-    with pytest.raises(ConfigError, match=f'test away: start: given {where} the map .*hallway.yaml'):
+    path.write_text(f'name: away\nworld: {world}\nstart: {start}\nroute: [{{goal: {{}}}}]\ndrive: [{{turns: 1}}]\n')
+    with pytest.raises(ConfigError, match=f'test away: start: given {where} the map .*{world}.yaml'):
         plan('--test', str(path))
     assert plan('--test', str(path), '--nav', 'scripted').trial.nav == 'scripted'
 

@@ -19,7 +19,7 @@ from diff_encoder_sim.experiments.definition import (TestDefinition, Trial, Tria
                                                       find_world, load_test)
 from diff_encoder_sim.installation import package_folder
 from diff_encoder_sim.mapping.map_files import load_map
-from diff_encoder_sim.mapping.occupancy_grid import OCCUPIED
+from diff_encoder_sim.mapping.occupancy_grid import OCCUPIED, UNKNOWN
 from diff_encoder_sim.odometry import OdometryParams
 
 NO_BAG = 'none'
@@ -88,8 +88,9 @@ def _check_start(test: TestDefinition, map_path: str) -> None:
     """A robot that AMCL cannot see would stand until the test's time limit."""
     grid, start = load_map(map_path), test.start
     cell = grid.cell_at(start.x, start.y)
-    if not grid.contains(*cell) or grid.cells[cell] == OCCUPIED:
-        where = 'in a wall of' if grid.contains(*cell) else 'outside'
+    where = 'outside' if not grid.contains(*cell) else {
+        OCCUPIED: 'in a wall of', UNKNOWN: 'in what is unknown to'}.get(int(grid.cells[cell]))
+    if where is not None:
         raise ConfigError(f'test {test.name}: start: given ({start.x:.2f}, {start.y:.2f}), {where} '
                           f'the map {map_path}; allowed: where the robot has room')
 
