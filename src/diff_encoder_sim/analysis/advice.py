@@ -12,7 +12,6 @@ from diff_encoder_sim.analysis.reach import Reach, Share, share_within
 from diff_encoder_sim.analysis.statistics import LEVEL
 from diff_encoder_sim.analysis.table_keys import head_of_test, ppr_head
 from diff_encoder_sim.experiments.outcome import Outcome
-from diff_encoder_sim.se2 import wrap_angle
 
 # Where the odometry alone ended, minus where the robot did: beside the sources of errors.
 DRIFT = 'drift'
@@ -111,12 +110,9 @@ class Advisor:
 def _judged(trial: TrialData) -> TrialData:
     """With its drift. A robot that gave up is not at its goal, wherever it stands."""
     errors = dict(trial.errors)
-    odom, world = errors.get('odom'), errors.get('world')
     if trial.outcome != Outcome.SUCCEEDED.value:
         errors.update({source: NOWHERE for source in WORDS})
-    errors[DRIFT] = None
-    if odom is not None and world is not None:
-        errors[DRIFT] = odom[0] - world[0], odom[1] - world[1], wrap_angle(odom[2] - world[2])
+    errors[DRIFT] = trial.odometry_minus_truth
     return trial._replace(errors=errors)
 
 

@@ -7,10 +7,10 @@ from typing import Sequence
 import numpy as np
 
 from diff_encoder_sim.analysis.dataset import RobotGeometry, TrialData
-from diff_encoder_sim.analysis.paper_cells import YAW, Quantity, final_errors
+from diff_encoder_sim.analysis.paper_cells import Quantity
 from diff_encoder_sim.experiments.definition import Trial
 from diff_encoder_sim.odometry_covariance import quantisation_covariance
-from diff_encoder_sim.se2 import Pose2D, wrap_angle
+from diff_encoder_sim.se2 import Pose2D
 
 
 def closed_form_std(asked: Trial, robot: RobotGeometry, ppr: float) -> np.ndarray:
@@ -24,12 +24,10 @@ def closed_form_std(asked: Trial, robot: RobotGeometry, ppr: float) -> np.ndarra
 
 
 def odometry_minus_truth(trials: Sequence[TrialData], quantity: Quantity) -> np.ndarray:
-    """(n,) final /odom minus final /world_pose: what of the error is the odometry's own."""
-    both = [trial for trial in trials if trial.errors.get('odom') and trial.errors.get('world')]
-    difference = (final_errors(both, 'odom', quantity) - final_errors(both, 'world', quantity))
-    if quantity is YAW:
-        return quantity.scale * wrap_angle(difference / quantity.scale)
-    return difference
+    """(n,) of the trials that have it, in the quantity's unit."""
+    return quantity.scale * np.array([
+        trial.odometry_minus_truth[quantity.component] for trial in trials
+        if trial.odometry_minus_truth is not None])
 
 
 def _rotation(pose: Pose2D) -> np.ndarray:

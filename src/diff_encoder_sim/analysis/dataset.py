@@ -11,6 +11,7 @@ from diff_encoder_sim.analysis.path_errors import PathErrors
 from diff_encoder_sim.campaign.row import SOURCES
 from diff_encoder_sim.experiments.definition import Trial
 from diff_encoder_sim.recording import topics
+from diff_encoder_sim.se2 import wrap_angle
 
 TOPIC_OF_SOURCE = dict(zip(SOURCES, (topics.ODOM, topics.AMCL_POSE, topics.GLOBAL_POSE,
                                      topics.WORLD_POSE)))
@@ -66,6 +67,14 @@ class TrialData(NamedTuple):
     def cell(self) -> Cell:
         """Where it belongs."""
         return Cell(self.test, self.ppr, self.varied)
+
+    @property
+    def odometry_minus_truth(self) -> Optional[XYYaw]:
+        """Final /odom minus final /world_pose: what of the error is the odometry's own."""
+        odom, world = self.errors.get('odom'), self.errors.get('world')
+        if odom is None or world is None:
+            return None
+        return odom[0] - world[0], odom[1] - world[1], wrap_angle(odom[2] - world[2])
 
 
 class RobotGeometry(NamedTuple):
