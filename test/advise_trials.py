@@ -4,10 +4,10 @@ Not a test: test_advise.py runs it, and workers import it.
 """
 from pathlib import Path
 
+from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.cli.advise import main
-from diff_encoder_sim.experiments.outcome import Ending, Outcome
-from diff_encoder_sim.experiments.trial_run import TrialResult
-from diff_encoder_sim.se2 import Pose2D
+from diff_encoder_sim.lockstep.trial_run import TrialResult
+from diff_encoder_sim.trials.trial_outcome import Ending, Outcome
 
 
 def trial(plan, robot_file, params, record):

@@ -7,10 +7,10 @@ import signal
 import time
 from pathlib import Path
 
+from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.cli.campaign import main
-from diff_encoder_sim.experiments.outcome import Ending, Outcome
-from diff_encoder_sim.experiments.trial_run import TrialResult
-from diff_encoder_sim.se2 import Pose2D
+from diff_encoder_sim.lockstep.trial_run import TrialResult
+from diff_encoder_sim.trials.trial_outcome import Ending, Outcome
 
 TRIAL_S = 'CAMPAIGN_TRIALS_LAST_S'
 FOLDER = 'CAMPAIGN_TRIALS_FOLDER'   # of a log of attempts, and of what is to go wrong

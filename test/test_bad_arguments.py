@@ -1,16 +1,13 @@
 """A user's mistake stops a node, or a trial, with one line that names it: what was given, what is allowed."""
 import sys
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent / 'rostest'))
-from live_graph import DATA, ROOT, Graph, require_ros  # noqa: E402
-
-from diff_encoder_sim.cli import trial_spec  # noqa: E402
-from diff_encoder_sim.errors import ConfigError  # noqa: E402
-from diff_encoder_sim.simulation.robot import load_robot  # noqa: E402
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.cli import trial_spec
+from diff_encoder_sim.simulation.robot import load_robot
+from launched_graph import DATA, ROOT, Graph, require_ros
 
 pytestmark = [pytest.mark.rostest, pytest.mark.timeout(200)]
 

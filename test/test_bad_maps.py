@@ -3,10 +3,9 @@ import sys
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
-
 from test_bad_arguments import AWAIT_MASTER, SCRIPTS, run_and_read
 
-from live_graph import Graph, require_ros  # test_bad_arguments knows where it is
+from launched_graph import Graph, require_ros  # test_bad_arguments knows where it is
 
 pytestmark = [pytest.mark.rostest, pytest.mark.timeout(200)]
 

@@ -13,11 +13,10 @@ import time
 from collections import Counter
 from pathlib import Path
 
+import campaign_trials
 import psutil
 import pytest
 from distributed import Client
-
-import campaign_trials
 
 HERE = Path(__file__).resolve().parent
 TRIALS = 24

@@ -13,8 +13,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-sys.path.insert(0, str(Path(__file__).parent / 'rostest'))
-from live_graph import DATA, ROOT, Graph, require_ros  # noqa: E402
+from launched_graph import DATA, ROOT, Graph, require_ros
 
 pytestmark = [pytest.mark.rostest, pytest.mark.timeout(280)]
 

@@ -1,18 +1,14 @@
 """A trial on the live graph and in lockstep: the same messages, byte for byte, in bags of one kind."""
-import sys
-from pathlib import Path
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent / 'rostest'))
-from live_graph import DATA, ROOT, Graph, require_ros  # noqa: E402
-
-from diff_encoder_sim.experiments.definition import Trial, TrialPlan, find_world, load_test  # noqa: E402
-from diff_encoder_sim.experiments.robot_params import load_robot_params  # noqa: E402
-from diff_encoder_sim.experiments.trial_run import run_trial  # noqa: E402
-from diff_encoder_sim.recording.bag_publications import DESCRIPTION_ARGUMENTS  # noqa: E402
-from diff_encoder_sim.simulation.robot import expand_xacro  # noqa: E402
-from diff_encoder_sim.simulation.robot_frames import RobotFrames  # noqa: E402
+from diff_encoder_sim.lockstep.bag_publications import DESCRIPTION_ARGUMENTS
+from diff_encoder_sim.lockstep.robot_params import load_robot_params
+from diff_encoder_sim.lockstep.trial_run import run_trial
+from diff_encoder_sim.simulation.link_frames import RobotFrames
+from diff_encoder_sim.simulation.robot import expand_xacro
+from diff_encoder_sim.trials.trial_definition import Trial, TrialPlan, find_world, load_test
+from launched_graph import DATA, ROOT, Graph, require_ros
 
 pytestmark = [pytest.mark.rostest, pytest.mark.timeout(180)]
 

@@ -2,16 +2,13 @@
 import signal
 import sys
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent / 'rostest'))
-from live_graph import DATA, ROOT, Graph, complaints, require_ros  # noqa: E402
-
-from diff_encoder_sim.mapping.map_files import load_map  # noqa: E402
-from diff_encoder_sim.mapping.occupancy_grid import FREE, OCCUPIED  # noqa: E402
+from diff_encoder_sim.mapping.map_files import load_map
+from diff_encoder_sim.mapping.occupancy_grid import FREE, OCCUPIED
+from launched_graph import DATA, ROOT, Graph, complaints, require_ros
 
 pytestmark = [pytest.mark.rostest, pytest.mark.timeout(280)]
 

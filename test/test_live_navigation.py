@@ -2,15 +2,12 @@
 import math
 import sys
 import time
-from pathlib import Path
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent / 'rostest'))
-from live_graph import DATA, ROOT, Graph, complaints, require_ros  # noqa: E402
-
-from diff_encoder_sim.recording.reading import read_trial  # noqa: E402
-from diff_encoder_sim.se2 import Pose2D, quat_xyzw_from_yaw  # noqa: E402
+from diff_encoder_sim.base.se2 import Pose2D, quat_xyzw_from_yaw
+from diff_encoder_sim.recording.trial_recording import read_trial
+from launched_graph import DATA, ROOT, Graph, complaints, require_ros
 
 pytestmark = [pytest.mark.rostest, pytest.mark.timeout(280)]
 

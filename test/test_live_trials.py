@@ -4,12 +4,10 @@ import math
 import os
 import signal
 import sys
-from pathlib import Path
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent / 'rostest'))
-from live_graph import DATA, ROOT, Graph, complaints, require_ros  # noqa: E402
+from launched_graph import DATA, ROOT, Graph, complaints, require_ros
 
 pytestmark = [pytest.mark.rostest, pytest.mark.timeout(280)]
 

@@ -1,19 +1,14 @@
 """replay.launch: the live nodes say what reencode says, pulse for pulse; and what it refuses."""
-import sys
-from pathlib import Path
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent / 'rostest'))
-sys.path.insert(0, str(Path(__file__).parent / 'unit'))
-from live_graph import DATA, ROOT, Graph, complaints, require_ros  # noqa: E402
-from reencoding_drives import ROS2, drive, without_index, write_ros1, write_ros2  # noqa: E402
-
-from diff_encoder_sim.cli import reencode  # noqa: E402
-from diff_encoder_sim.experiments.definition import Trial, TrialPlan, find_world, load_test  # noqa: E402
-from diff_encoder_sim.experiments.robot_params import load_robot_params  # noqa: E402
-from diff_encoder_sim.experiments.trial_run import run_trial  # noqa: E402
-from diff_encoder_sim.recording.reading import read_trial  # noqa: E402
+from diff_encoder_sim.cli import reencode
+from diff_encoder_sim.lockstep.robot_params import load_robot_params
+from diff_encoder_sim.lockstep.trial_run import run_trial
+from diff_encoder_sim.recording.trial_recording import read_trial
+from diff_encoder_sim.trials.trial_definition import Trial, TrialPlan, find_world, load_test
+from launched_graph import DATA, ROOT, Graph, complaints, require_ros
+from reencoding_drives import ROS2, drive, without_index, write_ros1, write_ros2
 
 pytestmark = [pytest.mark.rostest, pytest.mark.timeout(180)]
 

@@ -1,17 +1,11 @@
 """report.html in a real browser: nothing to complain of, all to be seen, on a phone and in print."""
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from browser import chromium, opened_page
-
 from diff_encoder_sim.analysis.outputs import REPORT, write_analysis
-
-sys.path.insert(0, str(Path(__file__).parent / 'unit'))
-
-from paper_datasets import cell, dataset  # noqa: E402
+from paper_datasets import cell, dataset
 
 BROWSER = chromium()
 pytestmark = pytest.mark.skipif(BROWSER is None, reason='no Chromium on this machine')

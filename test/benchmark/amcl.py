@@ -11,19 +11,20 @@ from typing import Callable, List, NamedTuple, Tuple
 
 import numpy as np
 from checkout import ROOT, first_call_s, print_header
-from diff_encoder_sim.localization.amcl import Amcl
-from diff_encoder_sim.localization.clusters import particle_statistics
-from diff_encoder_sim.localization.laser_models import laser_model
-from diff_encoder_sim.localization.motion import motion_model
-from diff_encoder_sim.localization.params import AmclParams
-from diff_encoder_sim.localization.resampling import kld_limits, resample
-from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
-from diff_encoder_sim.mapping.rasterise import rasterise
-from diff_encoder_sim.scan import Scan
-from diff_encoder_sim.se2 import IDENTITY, Pose2D, wrap_angle
-from diff_encoder_sim.simulation.lidar import Lidar, LidarParams
-from diff_encoder_sim.simulation.world import load_world
 from tabulate import tabulate
+
+from diff_encoder_sim.base.laser_scan import Scan
+from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, wrap_angle
+from diff_encoder_sim.localization.amcl import Amcl
+from diff_encoder_sim.localization.amcl_params import AmclParams
+from diff_encoder_sim.localization.clusters import particle_statistics
+from diff_encoder_sim.localization.kld_resampling import kld_limits, resample
+from diff_encoder_sim.localization.laser_models import laser_model
+from diff_encoder_sim.localization.odometry_motion import motion_model
+from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
+from diff_encoder_sim.simulation.lidar import Lidar, LidarParams
+from diff_encoder_sim.simulation.rasterise import rasterise
+from diff_encoder_sim.simulation.world import load_world
 
 RESOLUTION_M, SCAN_HEIGHT_M = 0.05, 0.3
 # Table 2 of the paper.

@@ -10,18 +10,19 @@ from typing import Callable, Dict, Iterator, List, Tuple
 
 import numpy as np
 from checkout import ROOT, print_header
-from diff_encoder_sim.config import load_yaml
+from tabulate import tabulate
+
+from diff_encoder_sim.base.laser_scan import Scan
+from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, wrap_angle
+from diff_encoder_sim.base.typed_params import load_yaml
 from diff_encoder_sim.localization.amcl import Amcl
+from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.distance import distance_to_occupied
-from diff_encoder_sim.localization.params import AmclParams
 from diff_encoder_sim.localization.scan_fit import FitMap
 from diff_encoder_sim.mapping.map_files import load_map
 from diff_encoder_sim.mapping.occupancy_grid import FREE, OccupancyGrid
-from diff_encoder_sim.scan import Scan
-from diff_encoder_sim.se2 import IDENTITY, Pose2D, wrap_angle
 from diff_encoder_sim.simulation.lidar import Lidar, LidarParams
 from diff_encoder_sim.simulation.world import load_world
-from tabulate import tabulate
 
 SCAN_HEIGHT_M, CLEARANCE_M = 1.12, 0.45
 STARTS = {'hallway': (-10.0, 0.0), 'ros_logo': (-3.4, -0.85)}
@@ -54,7 +55,7 @@ class Place:
     # ---- shares
 
     def print_shares(self) -> None:
-        """Quantiles of the share, and how often it is below lost_share."""
+        """Quantiles of the share, and how often it is below lost_fraction."""
         scans = [self.lidar.sweep(0, pose) for pose in self.poses]
         rows: List[Tuple[str, List[Scan], Callable[[Pose2D], Pose2D]]] = [
             ('within 10 cm, 3 deg', scans, self._near)]
@@ -73,7 +74,7 @@ class Place:
                       for pose, scan in zip(self.poses, taken)]
             shares = np.array([share for share in shares if share is not None])
             table.append([title, *np.quantile(shares, [0, .01, .05, .5, .95, .99]),
-                          (shares < self.params['lost_share']).mean()])
+                          (shares < self.params['lost_fraction']).mean()])
         print(tabulate(table, ['', 'min', '1 %', '5 %', '50 %', '95 %', '99 %', 'bad'], floatfmt='.2f'))
         begin_s = time.perf_counter()
         for pose, scan in zip(self.poses, scans):

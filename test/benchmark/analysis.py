@@ -15,19 +15,20 @@ from typing import Dict, List
 import numpy as np
 import psutil
 from checkout import ROOT, print_header
-from diff_encoder_sim.campaign.definition import Campaign
-from diff_encoder_sim.campaign.loading import load_campaign
-from diff_encoder_sim.campaign.row import TrialRow
-from diff_encoder_sim.campaign.store import ResultStore
-from diff_encoder_sim.encoder import ppr_label
-from diff_encoder_sim.experiments.definition import TrialPlan, find_world
-from diff_encoder_sim.experiments.trial_run import TrialResult, run_trial
-from diff_encoder_sim.recording import topics
-from diff_encoder_sim.recording.messages import text_message
-from diff_encoder_sim.recording.opening import open_bag
-from diff_encoder_sim.recording.trial_bag import TrialBag
-from diff_encoder_sim.se2 import Pose2D
 from tabulate import tabulate
+
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.campaign.campaign_definition import Campaign
+from diff_encoder_sim.campaign.campaign_loading import load_campaign
+from diff_encoder_sim.campaign.store import ResultStore
+from diff_encoder_sim.campaign.trial_row import TrialRow
+from diff_encoder_sim.encoders.pulses import ppr_label
+from diff_encoder_sim.lockstep.trial_run import TrialResult, run_trial
+from diff_encoder_sim.recording import topics
+from diff_encoder_sim.recording.bag_opening import open_bag
+from diff_encoder_sim.recording.trial_bag import TrialBag
+from diff_encoder_sim.serialization.encoding import text_message
+from diff_encoder_sim.trials.trial_definition import TrialPlan, find_world
 
 ROBOT = ROOT / 'urdf' / 'alto.urdf.xacro'
 MEMORY_PERIOD_S = 0.1

@@ -13,14 +13,15 @@ from typing import Dict, Iterator, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 from checkout import ROOT, print_header
-from diff_encoder_sim.analysis.paper_cells import TRIALS, PaperCell, Y, load_paper_cells
-from diff_encoder_sim.experiments.lockstep import LockstepTrial
-from diff_encoder_sim.experiments.robot_params import load_robot_config, override
-from diff_encoder_sim.se2 import Pose2D, wrap_angle
 from plans import plan_of
 from scipy import stats
 from scipy.optimize import minimize
 from tabulate import tabulate
+
+from diff_encoder_sim.analysis.paper.paper_cells import TRIALS, PaperCell, Y, load_paper_cells
+from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
+from diff_encoder_sim.lockstep.lockstep_trial import LockstepTrial
+from diff_encoder_sim.lockstep.robot_params import load_robot_config, override
 
 TESTS = ('SL', 'SMT', 'DLD')
 SOURCE, PPR = 'odom', 4096

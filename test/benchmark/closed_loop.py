@@ -12,11 +12,12 @@ from typing import List, NamedTuple, Optional, Tuple
 
 import numpy as np
 from checkout import ROOT, print_header
-from diff_encoder_sim.experiments.lockstep import LockstepTrial, Report
-from diff_encoder_sim.experiments.robot_params import load_robot_params
-from diff_encoder_sim.se2 import Pose2D
 from plans import plan_of
 from tabulate import tabulate
+
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.lockstep.lockstep_trial import LockstepTrial, Report
+from diff_encoder_sim.lockstep.robot_params import load_robot_params
 
 ROBOT = ROOT / 'urdf' / 'alto.urdf.xacro'
 CONFIG = ROOT / 'config'
@@ -43,7 +44,7 @@ def run_trial(cell: Tuple[str, int, int]) -> Result:
     loop = LockstepTrial(plan, ROBOT, load_robot_params(CONFIG))
     begin_s, reports = time.perf_counter(), list(loop.run())
     last, goal = reports[-1], plan.trial.goal()
-    believed = last.believed_pose_in_map
+    believed = last.estimated_pose_in_map
     return Result(loop.ending.reason, last.stamp_ns * 1e-9, time.perf_counter() - begin_s,
                   believed and believed.relative_to(goal), last.true_pose_in_map.relative_to(goal),
                   _nees(reports))

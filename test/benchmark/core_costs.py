@@ -9,9 +9,10 @@ import time
 from typing import Callable, List, Sequence, Tuple
 
 from checkout import print_header
-from diff_encoder_sim.encoder import DiffEncoder, EncoderParams
-from diff_encoder_sim.odometry import OdometryParams, WheelOdometry
 from tabulate import tabulate
+
+from diff_encoder_sim.encoders.wheel_encoder import DiffEncoder, EncoderParams
+from diff_encoder_sim.odometry.wheel_odometry import OdometryParams, WheelOdometry
 
 JOINTS = ('left_wheel_joint', 'right_wheel_joint')
 JOINT_PERIOD_NS = 10_000_000

@@ -13,10 +13,9 @@ import pybullet
 from checkout import ROOT, first_call_s, print_header
 from tabulate import tabulate
 
-from diff_encoder_sim.se2 import Pose2D
+from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.simulation.lidar import Lidar, LidarParams
-from diff_encoder_sim.simulation.world import (Box, Cylinder, Model, Plane, Solid, World,
-                                               load_world)
+from diff_encoder_sim.simulation.world import Box, Cylinder, Model, Plane, Solid, World, load_world
 
 SCAN_HEIGHT_M, RANGE_MAX_M = 1.12, 6.0  # ALTO's
 RAYS, PRIMITIVES = (100, 360, 1000, 3600, 10_000), (10, 30, 100, 300, 1000)

@@ -18,17 +18,18 @@ from typing import Dict, List, Tuple
 
 import numpy as np
 from checkout import ROOT, print_header
-from diff_encoder_sim.analysis.errors import goal_errors
-from diff_encoder_sim.experiments.robot_params import load_robot_params
-from diff_encoder_sim.experiments.trial_run import run_trial
-from diff_encoder_sim.recording import topics
-from diff_encoder_sim.recording.opening import open_bag
-from diff_encoder_sim.recording.reading import read_trial
-from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
 from live_graph import check_sourced, start_master, stop
 from plans import plan_of
 from scipy.stats import ks_2samp
 from tabulate import tabulate
+
+from diff_encoder_sim.analysis.goal_errors import goal_errors
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.lockstep.robot_params import load_robot_params
+from diff_encoder_sim.lockstep.trial_run import run_trial
+from diff_encoder_sim.recording import topics
+from diff_encoder_sim.recording.bag_opening import open_bag
+from diff_encoder_sim.recording.trial_recording import read_trial
 
 CONFIG, ROBOT = ROOT / 'config', ROOT / 'urdf' / 'alto.urdf.xacro'
 SOURCES = (topics.ODOM, topics.AMCL_POSE, topics.GLOBAL_POSE, topics.WORLD_POSE)

@@ -21,11 +21,12 @@ from typing import Dict, List, NamedTuple, Tuple
 
 import numpy as np
 from checkout import print_header
-from diff_encoder_sim.experiments.drives import ScriptedDrive
-from diff_encoder_sim.simulation.physics import PhysicsParams
 from measured_drive import cruise_costs_us, new_simulator, read_test, real_time_factor
 from rosbags.highlevel import AnyReader
 from tabulate import tabulate
+
+from diff_encoder_sim.simulation.physics import PhysicsParams
+from diff_encoder_sim.trials.scripted_drive import ScriptedDrive
 
 REPORT_PERIOD_NS = 50_000_000
 STARTED_S = 1.0          # of simulated time: the graph is connected and in its stride

@@ -14,11 +14,12 @@ from typing import List, Optional
 
 import numpy as np
 from checkout import print_header
-from diff_encoder_sim.analysis.errors import goal_errors
-from diff_encoder_sim.recording import topics
-from diff_encoder_sim.recording.reading import read_trial
 from live_graph import check_sourced, start_master, stop
 from tabulate import tabulate
+
+from diff_encoder_sim.analysis.goal_errors import goal_errors
+from diff_encoder_sim.recording import topics
+from diff_encoder_sim.recording.trial_recording import read_trial
 
 TIME_LIMIT_S = 900.0     # of wall time, for one trial
 CORES = '0,1'

@@ -11,22 +11,23 @@ from pathlib import Path
 from typing import Any, Callable, Dict, List, Tuple
 
 from checkout import ROOT, print_header
-from diff_encoder_sim.encoder import DiffEncoder
-from diff_encoder_sim.experiments.definition import TrialPlan
-from diff_encoder_sim.experiments.lockstep import LockstepTrial
-from diff_encoder_sim.experiments.robot_params import RobotParams, load_robot_params
-from diff_encoder_sim.experiments.trial_run import run_trial
+from measured_drive import bullet_client
+from plans import plan_of
+from tabulate import tabulate
+
+from diff_encoder_sim.encoders.wheel_encoder import DiffEncoder
 from diff_encoder_sim.localization.amcl import Amcl
+from diff_encoder_sim.lockstep.bag_publications import BagPublications
+from diff_encoder_sim.lockstep.lockstep_trial import LockstepTrial
+from diff_encoder_sim.lockstep.robot_params import RobotParams, load_robot_params
+from diff_encoder_sim.lockstep.trial_run import run_trial
 from diff_encoder_sim.navigation.navigator import Navigator
-from diff_encoder_sim.odometry import WheelOdometry
-from diff_encoder_sim.recording.bag_publications import BagPublications
+from diff_encoder_sim.odometry.wheel_odometry import WheelOdometry
 from diff_encoder_sim.recording.trial_bag import TrialBag
 from diff_encoder_sim.simulation.physics import BulletPhysics
 from diff_encoder_sim.simulation.quiet_pybullet import pybullet
 from diff_encoder_sim.simulation.simulator import TICK_NS, Simulator
-from measured_drive import bullet_client
-from plans import plan_of
-from tabulate import tabulate
+from diff_encoder_sim.trials.trial_definition import TrialPlan
 
 ROBOT = ROOT / 'urdf' / 'alto.urdf.xacro'
 # The parts, and the methods whose time counts as theirs; what is called within them is not counted twice.

@@ -19,8 +19,9 @@ import numpy as np
 from checkout import ROOT, print_header
 from tabulate import tabulate
 
-sys.path.insert(0, str(ROOT / 'test' / 'unit'))
+sys.path.insert(0, str(ROOT / 'test' / 'support'))
 
+from diff_encoder_sim.base.se2 import Pose2D  # noqa: E402
 from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid  # noqa: E402
 from diff_encoder_sim.navigation.costmap import Costmap  # noqa: E402
 from diff_encoder_sim.navigation.costmap_params import CostmapParams, local_defaults  # noqa: E402
@@ -28,9 +29,7 @@ from diff_encoder_sim.navigation.dwa import DwaPlanner  # noqa: E402
 from diff_encoder_sim.navigation.dwa_params import DwaParams  # noqa: E402
 from diff_encoder_sim.navigation.global_planner import GlobalPlanner, NavfnParams  # noqa: E402
 from diff_encoder_sim.navigation.inflation import squared_distances  # noqa: E402
-from diff_encoder_sim.se2 import Pose2D  # noqa: E402
-from navigation_simulation import (LASER_IN_BASE, TABLE_2, ClosedLoop, Robot,  # noqa: E402
-                                   navigator_params, rasterise, read_shapes)
+from navigation_simulation import LASER_IN_BASE, TABLE_2, ClosedLoop, Robot, navigator_params, rasterise, read_shapes  # noqa: E402
 
 PERIOD_S = 0.05
 
@@ -90,7 +89,7 @@ _CACHE = tempfile.TemporaryDirectory()
 
 def _compile_row(name: str) -> List[Any]:
     """Seconds until a new process has driven its first step; both share one cache folder."""
-    script = FIRST_DRIVE.format(source=str(ROOT / 'src'), tests=str(ROOT / 'test' / 'unit'))
+    script = FIRST_DRIVE.format(source=str(ROOT / 'src'), tests=str(ROOT / 'test' / 'support'))
     done = subprocess.run([sys.executable, '-c', script], stdout=subprocess.PIPE, check=True,
                           env={**os.environ, 'NUMBA_CACHE_DIR': str(Path(_CACHE.name))})
     return [name, float(done.stdout)]

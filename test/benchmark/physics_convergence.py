@@ -16,11 +16,21 @@ from pathlib import Path
 from typing import Dict, List
 
 from checkout import print_header
+from measured_drive import (
+    ROBOT,
+    WHEEL_RADIUS_M,
+    WINDOWS,
+    compare,
+    cruise_costs_us,
+    new_simulator,
+    read_test,
+    real_time_factor,
+    record_drive,
+)
+from tabulate import tabulate
+
 from diff_encoder_sim.simulation.physics import TICK_S, PhysicsParams
 from diff_encoder_sim.simulation.robot import expand_xacro
-from measured_drive import (ROBOT, WHEEL_RADIUS_M, WINDOWS, compare, cruise_costs_us,
-                            new_simulator, read_test, real_time_factor, record_drive)
-from tabulate import tabulate
 
 CYLINDER_WIDTH_M = 0.04
 STEP_RATES_HZ = (200, 500, 1000)   # each divides 10 ms

@@ -15,12 +15,12 @@ from typing import Any, Callable, Dict, List, NamedTuple, Tuple
 import numpy as np
 import pybullet
 from checkout import print_header
+from measured_drive import WINDOWS, bullet_client, compare, cruise_costs_us, new_simulator, read_test, record_drive
+from tabulate import tabulate
+
 from diff_encoder_sim.simulation.physics import TICK_S, PhysicsParams, _shape_arguments
 from diff_encoder_sim.simulation.simulator import Simulator
 from diff_encoder_sim.simulation.world import Plane
-from measured_drive import (WINDOWS, bullet_client, compare, cruise_costs_us, new_simulator,
-                            read_test, record_drive)
-from tabulate import tabulate
 
 # More shapes than this PyBullet does not take into one body.
 SHAPES_PER_BODY = 12

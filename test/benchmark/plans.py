@@ -2,7 +2,8 @@
 from __future__ import annotations
 
 from checkout import ROOT
-from diff_encoder_sim.experiments.definition import Trial, TrialPlan, find_world, load_test
+
+from diff_encoder_sim.trials.trial_definition import Trial, TrialPlan, find_world, load_test
 
 
 def plan_of(test: str, ppr: float, number: int, nav: str = 'embedded', bag: str = '') -> TrialPlan:

@@ -17,15 +17,15 @@ from typing import Dict, List, NamedTuple, Tuple
 
 import numpy as np
 from checkout import print_header
-from diff_encoder_sim.encoder import DiffEncoder, EncoderParams
-from diff_encoder_sim.odometry import OdometryParams, WheelOdometry
-from diff_encoder_sim.se2 import wrap_angle
-from diff_encoder_sim.seeds import generator
+from measured_drive import WHEEL_RADIUS_M, WHEEL_SEPARATION_M, Row, compare, new_simulator, read_test, record_drive
+from tabulate import tabulate
+
+from diff_encoder_sim.base.se2 import wrap_angle
+from diff_encoder_sim.base.seeds import generator
+from diff_encoder_sim.encoders.wheel_encoder import DiffEncoder, EncoderParams
+from diff_encoder_sim.odometry.wheel_odometry import OdometryParams, WheelOdometry
 from diff_encoder_sim.simulation.physics import PhysicsParams
 from diff_encoder_sim.simulation.wheel_errors import SlippingWheels, WheelErrorParams
-from measured_drive import (WHEEL_RADIUS_M, WHEEL_SEPARATION_M, Row, compare, new_simulator,
-                            read_test, record_drive)
-from tabulate import tabulate
 
 JOINTS = ('left_wheel_joint', 'right_wheel_joint')
 PPRS = (40, 90, 1024, 4096)

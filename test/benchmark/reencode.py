@@ -13,11 +13,13 @@ from pathlib import Path
 from typing import List, NamedTuple
 
 from checkout import ROOT, print_header
-from diff_encoder_sim.recording import messages, topics
-from diff_encoder_sim.recording.trial_bag import TrialBag
-from diff_encoder_sim.se2 import Pose2D, move_along_arc
-from diff_encoder_sim.simulation.state import JointStates
 from tabulate import tabulate
+
+from diff_encoder_sim.base.se2 import Pose2D, move_along_arc
+from diff_encoder_sim.recording import topics
+from diff_encoder_sim.recording.trial_bag import TrialBag
+from diff_encoder_sim.serialization import encoding
+from diff_encoder_sim.simulation.state import JointStates
 
 JOINTS = ('left_wheel_joint', 'right_wheel_joint')
 TICK_NS = 10_000_000
@@ -75,16 +77,16 @@ def _write_drive(path: Path, duration_s: int) -> None:
     with TrialBag(path, 'full') as bag:
         for tick in range(duration_s * 100):
             now_ns = tick * TICK_NS
-            bag.write(topics.CLOCK, topics.SIMULATOR_NODE, messages.clock_message(now_ns), now_ns)
-            bag.write(topics.JOINT_STATES, topics.SIMULATOR_NODE, messages.joint_state_message(
+            bag.write(topics.CLOCK, topics.SIMULATOR_NODE, encoding.clock_message(now_ns), now_ns)
+            bag.write(topics.JOINT_STATES, topics.SIMULATOR_NODE, encoding.joint_state_message(
                 JointStates(now_ns, JOINTS, (LEFT_RADPS * tick / 100, RIGHT_RADPS * tick / 100),
                             (LEFT_RADPS, RIGHT_RADPS))), now_ns)
             if tick % 2 == 0:
-                bag.write(topics.TF, topics.STATE_PUBLISHER_NODE, messages.tf_message(
-                    messages.transform(pose, now_ns, 'base_link', 'left_wheel')), now_ns)
+                bag.write(topics.TF, topics.STATE_PUBLISHER_NODE, encoding.tf_message(
+                    encoding.transform(pose, now_ns, 'base_link', 'left_wheel')), now_ns)
             if tick % 5 == 0:
                 bag.write(topics.WORLD_POSE, topics.WORLD_POSE_NODE,
-                          messages.pose_stamped_message(pose, now_ns, 'map'), now_ns)
+                          encoding.pose_stamped_message(pose, now_ns, 'map'), now_ns)
                 pose = move_along_arc(pose, travel_m, turn_rad)
 
 

@@ -17,11 +17,11 @@ import numpy as np
 from checkout import ROOT, first_call_s, print_header
 from tabulate import tabulate
 
-sys.path.insert(0, str(ROOT / 'test' / 'unit'))
+sys.path.insert(0, str(ROOT / 'test' / 'support'))
 
 from diff_encoder_sim.slam.grid_slam import GridSlam  # noqa: E402
-from diff_encoder_sim.slam.params import GridSlamParams  # noqa: E402
-from diff_encoder_sim.slam.warm_up import warm_up  # noqa: E402
+from diff_encoder_sim.slam.slam_params import GridSlamParams  # noqa: E402
+from diff_encoder_sim.slam.slam_warm_up import warm_up  # noqa: E402
 from slam_drives import HALLWAY, MAPPING, PPRS, ROS_LOGO, Case  # noqa: E402
 
 PARTICLES, SKIPS = (5, 15, 30, 60), (9, 4, 1, 0)
@@ -102,8 +102,8 @@ def _accuracy(cases, arguments: argparse.Namespace) -> List[List[str]]:
         for odometry, scans in SENSORS:
             results = [case.map(odometry, scans, seed, particles=arguments.particles)
                        for seed in range(arguments.seeds)]
-            correct = [100.0 * accuracy.correct_share for accuracy, _, _, _ in results]
-            mapped = [100.0 * accuracy.mapped_share for accuracy, _, _, _ in results]
+            correct = [100.0 * accuracy.correct_fraction for accuracy, _, _, _ in results]
+            mapped = [100.0 * accuracy.mapped_fraction for accuracy, _, _, _ in results]
             off_mm = [1e3 * error.rmse_m for _, error, _, _ in results]
             speed = [case.drive.duration_s / spent_s for _, _, _, spent_s in results]
             rows.append([world, odometry,

@@ -11,19 +11,35 @@ import tf2_ros
 from geometry_msgs.msg import PoseArray, PoseWithCovarianceStamped, Quaternion
 from nav_msgs.msg import OccupancyGrid
 from nav_msgs.srv import GetMap, GetMapResponse, SetMap
+from ros_testing import (
+    NS_PER_S,
+    Collector,
+    NodeTest,
+    RosoutWatch,
+    angle_between,
+    connected_publisher,
+    stamp_from_ns,
+    stamp_ns_of,
+    start_test_node,
+    wait_for_listeners,
+    wait_until,
+)
 from rosgraph_msgs.msg import Log
 from sensor_msgs.msg import LaserScan
 from std_srvs.srv import Empty
 from tf2_msgs.msg import TFMessage
 
-from diff_encoder_sim.ros.conversions import (pose_from_message, pose_from_transform, pose_with_covariance_message,
-                                              scan_message, transform_message)
+from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
+from diff_encoder_sim.ros.conversions import (
+    pose_from_message,
+    pose_from_transform,
+    pose_with_covariance_message,
+    scan_message,
+    transform_message,
+)
 from diff_encoder_sim.ros.map_conversions import map_message
-from diff_encoder_sim.se2 import IDENTITY, Pose2D
-from ros_testing import (NS_PER_S, Collector, NodeTest, RosoutWatch, angle_between, connected_publisher, stamp_from_ns,
-                         stamp_ns_of, start_test_node, wait_for_listeners, wait_until)
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'unit'))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'support'))
 from amcl_world import moved, pillar_room, simulated_scan  # noqa: E402
 
 NODE, OTHER, QUIET = '/amcl', '/by_topic/amcl', '/quiet/amcl'

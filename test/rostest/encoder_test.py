@@ -5,11 +5,20 @@ import random
 import time
 
 import rostest
+from ros_testing import (
+    NS_PER_S,
+    PERIOD_NS,
+    Collector,
+    NodeTest,
+    RosoutWatch,
+    connected_publisher,
+    stamp_from_ns,
+    stamp_ns_of,
+    start_test_node,
+)
 from sensor_msgs.msg import JointState
 
 from diff_encoder_sim.msg import EncoderPulse
-from ros_testing import (NS_PER_S, PERIOD_NS, Collector, NodeTest, RosoutWatch, connected_publisher, stamp_from_ns,
-                         stamp_ns_of, start_test_node)
 
 PPR = 40  # of every node but the one in /custom
 LEFT, RIGHT = 'left_wheel_joint', 'right_wheel_joint'

@@ -7,14 +7,21 @@ import rospy
 from geometry_msgs.msg import PolygonStamped, Twist
 from move_base_msgs.msg import MoveBaseActionResult
 from nav_msgs.msg import OccupancyGrid, Odometry
+from ros_testing import (
+    PERIOD_NS,
+    TIMEOUT_S,
+    Collector,
+    connected_publisher,
+    stamp_from_ns,
+    stamp_ns_of,
+    wait_for_listeners,
+)
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import LaserScan
 from tf2_msgs.msg import TFMessage
 
+from diff_encoder_sim.base.se2 import Pose2D, move_along_arc
 from diff_encoder_sim.ros.conversions import pose_message, transform_message
-from diff_encoder_sim.se2 import Pose2D, move_along_arc
-from ros_testing import (PERIOD_NS, TIMEOUT_S, Collector, connected_publisher, stamp_from_ns, stamp_ns_of,
-                         wait_for_listeners)
 
 NODE = '/move_base'
 NAN, INF = float('nan'), float('inf')

@@ -16,15 +16,25 @@ import rostest
 from actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 from geometry_msgs.msg import PolygonStamped, Pose, PoseStamped
 from move_base_msgs.msg import MoveBaseActionFeedback, MoveBaseActionGoal
+from move_base_robot import INF, NAN, NODE, ODOM_IN_MAP, Robot, room_map, twist_of, unchanged, with_ranges
 from nav_msgs.msg import Path
 from nav_msgs.srv import GetMap, GetMapResponse, GetPlan, GetPlanRequest
+from ros_testing import (
+    TIMEOUT_S,
+    Collector,
+    NodeTest,
+    RosoutWatch,
+    angle_between,
+    connected_publisher,
+    stamp_from_ns,
+    start_test_node,
+    wait_for_listeners,
+    wait_until,
+)
 from std_srvs.srv import Empty
 
+from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.ros.conversions import pose_from_message, pose_stamped_message
-from diff_encoder_sim.se2 import Pose2D
-from move_base_robot import INF, NAN, NODE, ODOM_IN_MAP, Robot, room_map, twist_of, unchanged, with_ranges
-from ros_testing import (TIMEOUT_S, Collector, NodeTest, RosoutWatch, angle_between, connected_publisher, stamp_from_ns,
-                         start_test_node, wait_for_listeners, wait_until)
 
 START = Pose2D(-2.0, -1.0, 0.0)
 NEAR = Pose2D(-1.3, -0.9, 0.3)       # two seconds from the start

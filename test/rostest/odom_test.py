@@ -7,12 +7,24 @@ import rosgraph
 import rospy
 import rostest
 from nav_msgs.msg import Odometry
+from ros_testing import (
+    NS_PER_S,
+    PERIOD_NS,
+    TIMEOUT_S,
+    Collector,
+    NodeTest,
+    RosoutWatch,
+    angle_between,
+    connected_publisher,
+    stamp_from_ns,
+    stamp_ns_of,
+    start_test_node,
+    yaw_of,
+)
 from std_srvs.srv import Empty
 from tf2_msgs.msg import TFMessage
 
 from diff_encoder_sim.msg import EncoderPulse
-from ros_testing import (NS_PER_S, PERIOD_NS, TIMEOUT_S, Collector, NodeTest, RosoutWatch, angle_between,
-                         connected_publisher, stamp_from_ns, stamp_ns_of, start_test_node, yaw_of)
 
 DISTANCE_PER_PULSE = math.pi * 0.2 / 90  # the plain node's [m]
 SEPARATION = 0.4

@@ -6,12 +6,25 @@ import time
 import rostest
 from geometry_msgs.msg import Pose, PoseStamped, Quaternion, TransformStamped, Twist
 from nav_msgs.msg import Odometry
+from ros_testing import (
+    NS_PER_S,
+    PERIOD_NS,
+    Collector,
+    NodeTest,
+    RosoutWatch,
+    angle_between,
+    connected_publisher,
+    stamp_from_ns,
+    stamp_ns_of,
+    start_test_node,
+    wait_for_listeners,
+    wait_until,
+    yaw_of,
+)
 from rosgraph_msgs.msg import Clock
 from tf2_msgs.msg import TFMessage
 
 from diff_encoder_sim.ros.gazebo_messages import ModelStates
-from ros_testing import (NS_PER_S, PERIOD_NS, Collector, NodeTest, RosoutWatch, angle_between, connected_publisher,
-                         stamp_from_ns, stamp_ns_of, start_test_node, wait_for_listeners, wait_until, yaw_of)
 
 GAZEBO_MD5 = '48c080191eb15c41858319b4d8a609c2'  # gazebo_msgs/ModelStates as Gazebo has it
 NAN = float('nan')

@@ -11,11 +11,11 @@ import tempfile
 import rosbag
 import rostest
 from nav_msgs.msg import Odometry
+from ros_testing import NS_PER_S, Collector, NodeTest, RosoutWatch, stamp_from_ns, stamp_ns_of, start_test_node, yaw_of
 from sensor_msgs.msg import JointState
 from tf2_msgs.msg import TFMessage
 
 from diff_encoder_sim.msg import EncoderPulse
-from ros_testing import NS_PER_S, Collector, NodeTest, RosoutWatch, stamp_from_ns, stamp_ns_of, start_test_node, yaw_of
 
 PPR = 40
 START_NS = 100 * NS_PER_S

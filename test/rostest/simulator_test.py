@@ -13,18 +13,30 @@ import rospy
 import rosservice
 import rostest
 from geometry_msgs.msg import Twist
+from ros_testing import (
+    NS_PER_S,
+    TIMEOUT_S,
+    Collector,
+    NodeTest,
+    RosoutWatch,
+    angle_between,
+    connected_publisher,
+    stamp_ns_of,
+    start_test_node,
+    wait_for_listeners,
+    wait_until,
+    yaw_of,
+)
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState, LaserScan
 from std_srvs.srv import Empty
 from tf2_msgs.msg import TFMessage
 
+from diff_encoder_sim.base.se2 import Pose2D, quat_xyzw_from_yaw
 from diff_encoder_sim.ros.gazebo_messages import GetModelState, ModelStates, SetModelState
-from diff_encoder_sim.se2 import Pose2D, quat_xyzw_from_yaw
 from diff_encoder_sim.simulation.lidar import Lidar, LidarParams
 from diff_encoder_sim.simulation.robot import load_robot
 from diff_encoder_sim.simulation.world import load_world
-from ros_testing import (NS_PER_S, TIMEOUT_S, Collector, NodeTest, RosoutWatch, angle_between, connected_publisher,
-                         stamp_ns_of, start_test_node, wait_for_listeners, wait_until, yaw_of)
 
 TICK_NS = 10000000
 WHEEL_RADIUS, SEPARATION = 0.1, 0.4

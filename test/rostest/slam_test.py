@@ -10,17 +10,26 @@ import tf2_ros
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import MapMetaData, OccupancyGrid
 from nav_msgs.srv import GetMap
+from ros_testing import (
+    NS_PER_S,
+    Collector,
+    NodeTest,
+    RosoutWatch,
+    angle_between,
+    connected_publisher,
+    stamp_from_ns,
+    start_test_node,
+    wait_for_listeners,
+)
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Float64
 from tf2_msgs.msg import TFMessage
 
+from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.ros.conversions import pose_from_message, pose_from_transform, scan_message, transform_message
 from diff_encoder_sim.ros.map_conversions import grid_from_message
-from diff_encoder_sim.se2 import Pose2D
-from ros_testing import (NS_PER_S, Collector, NodeTest, RosoutWatch, angle_between, connected_publisher, stamp_from_ns,
-                         start_test_node, wait_for_listeners)
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'unit'))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'support'))
 from slam_room import SEGMENTS, room_scan  # noqa: E402
 
 NODE = '/slam_gmapping'

@@ -10,7 +10,7 @@ settings.load_profile('repeatable')
 @pytest.fixture(name='campaign', scope='module')
 def fixture_campaign(tmp_path_factory):
     """SL at two noises of the LiDAR, two PPR and two trials each."""
-    from campaign_files import TWO_NOISES, small_campaign   # here: other tests do without its imports
+    from campaign_files import TWO_NOISES, small_campaign  # here: other tests do without its imports
     return small_campaign(tmp_path_factory.mktemp('campaign'), **TWO_NOISES)
 
 

@@ -1,9 +1,8 @@
 """The core must run where there is no ROS."""
 import subprocess
 import sys
-from pathlib import Path
 
-SOURCE = Path(__file__).resolve().parents[2] / 'src'
+from places import SOURCE
 
 IMPORT_ALL_WITHOUT_ROS = '''
 import importlib, pkgutil, re, sys

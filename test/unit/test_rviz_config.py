@@ -1,9 +1,10 @@
 """config/rviz/trial.rviz shows what a trial has to show; that its topics are published, test_launch_files.py holds."""
-from pathlib import Path
 
 import yaml
 
-CONFIG = Path(__file__).resolve().parents[2] / 'config' / 'rviz' / 'trial.rviz'
+from places import CONFIG as CONFIG_FOLDER
+
+CONFIG = CONFIG_FOLDER / 'rviz' / 'trial.rviz'
 
 # What is shown, by its topic
 SHOWN = {

@@ -8,17 +8,16 @@ from typing import Dict, List, NamedTuple, Optional, Sequence, Union
 
 import numpy as np
 
-from diff_encoder_sim.analysis.dataset import (IDEAL, TOPIC_OF_SOURCE, RobotGeometry, Tracks,
-                                               TrialData)
-from diff_encoder_sim.analysis.errors import goal_errors, poses_in_map
-from diff_encoder_sim.analysis.path_errors import PathErrors, path_errors, path_length_m
-from diff_encoder_sim.encoder import ppr_label
-from diff_encoder_sim.errors import ConfigError
-from diff_encoder_sim.experiments.definition import Trial
-from diff_encoder_sim.machine import usable_cores
+from diff_encoder_sim.analysis.dataset import IDEAL, TOPIC_OF_SOURCE, RobotGeometry, Tracks, TrialData
+from diff_encoder_sim.analysis.goal_errors import goal_errors, poses_in_map
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.host_info import usable_cores
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.encoders.pulses import ppr_label
+from diff_encoder_sim.evaluation.path_errors import PathErrors, path_errors, path_length_m
 from diff_encoder_sim.recording import topics
-from diff_encoder_sim.recording.reading import POSE_TOPICS, PoseSeries, read_trial
-from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.recording.trial_recording import POSE_TOPICS, PoseSeries, read_trial
+from diff_encoder_sim.trials.trial_definition import Trial
 
 # For a worker at a time: enough that handing them over costs nothing.
 BAGS_PER_TASK = 4

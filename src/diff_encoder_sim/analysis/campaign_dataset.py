@@ -7,10 +7,10 @@ from typing import Dict, List, Sequence, Tuple, Union
 from diff_encoder_sim.analysis.bag_trial import BagTrial, read_bag_trials, robot_of
 from diff_encoder_sim.analysis.campaign_folder import Manifest, read_campaign
 from diff_encoder_sim.analysis.dataset import Dataset, TrialData
+from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.campaign.folder import BAGS
-from diff_encoder_sim.campaign.row import TrialRow
-from diff_encoder_sim.encoder import ppr_label
-from diff_encoder_sim.errors import ConfigError
+from diff_encoder_sim.campaign.trial_row import TrialRow
+from diff_encoder_sim.encoders.pulses import ppr_label
 
 
 def campaign_dataset(folder: Path) -> Dataset:

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any, Dict, List, NamedTuple, Set, Tuple
 
 from diff_encoder_sim.analysis.dataset import RobotGeometry
+from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.campaign.folder import MANIFEST, TABLE
-from diff_encoder_sim.campaign.row import TrialRow, csv_fields, header, row_of
-from diff_encoder_sim.errors import ConfigError
-from diff_encoder_sim.experiments.definition import Trial
+from diff_encoder_sim.campaign.trial_row import TrialRow, csv_fields, header, row_of
+from diff_encoder_sim.trials.trial_definition import Trial
 
 
 class Manifest(NamedTuple):

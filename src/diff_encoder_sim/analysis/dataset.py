@@ -7,11 +7,11 @@ from typing import Any, Dict, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from diff_encoder_sim.analysis.path_errors import PathErrors
-from diff_encoder_sim.campaign.row import SOURCES
-from diff_encoder_sim.experiments.definition import Trial
+from diff_encoder_sim.base.se2 import wrap_angle
+from diff_encoder_sim.campaign.trial_row import SOURCES
+from diff_encoder_sim.evaluation.path_errors import PathErrors
 from diff_encoder_sim.recording import topics
-from diff_encoder_sim.se2 import wrap_angle
+from diff_encoder_sim.trials.trial_definition import Trial
 
 TOPIC_OF_SOURCE = dict(zip(SOURCES, (topics.ODOM, topics.AMCL_POSE, topics.GLOBAL_POSE,
                                      topics.WORLD_POSE)))

@@ -8,7 +8,7 @@ import uuid
 from pathlib import Path
 from typing import Iterator
 
-from diff_encoder_sim.errors import ConfigError
+from diff_encoder_sim.base.errors import ConfigError
 
 # The files that analyze wrote, one a line; a folder with others in it is somebody's.
 CONTENTS = '.analysis'

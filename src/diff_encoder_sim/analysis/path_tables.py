@@ -7,11 +7,11 @@ from typing import Callable, List, Optional, Sequence
 import numpy as np
 
 from diff_encoder_sim.analysis.dataset import TOPIC_OF_SOURCE, Dataset
-from diff_encoder_sim.analysis.paper_cells import with_final_error
-from diff_encoder_sim.analysis.path_errors import RPE_DISTANCES_M, PathErrors
-from diff_encoder_sim.analysis.statistics import LEVEL, mean_interval, spread
+from diff_encoder_sim.analysis.paper.paper_cells import with_final_error
 from diff_encoder_sim.analysis.table_files import Column, Entry, Label, Number, Table
 from diff_encoder_sim.analysis.table_keys import key_columns, key_entries, varied_keys
+from diff_encoder_sim.evaluation.path_errors import RPE_DISTANCES_M, PathErrors
+from diff_encoder_sim.evaluation.sample_statistics import LEVEL, mean_interval, spread
 
 DECIMALS_M, DECIMALS_DEG = 4, 3
 

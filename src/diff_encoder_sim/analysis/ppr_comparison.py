@@ -11,12 +11,18 @@ from typing import Dict, Iterator, List, NamedTuple, Sequence, Tuple
 import numpy as np
 
 from diff_encoder_sim.analysis.dataset import Cell, Dataset, TrialData, Varied
-from diff_encoder_sim.analysis.paper_cells import (QUANTITIES, Quantity, equal_trials,
-                                                   final_errors)
-from diff_encoder_sim.analysis.statistics import (SIGNIFICANCE, Interval, PairedResult, holm,
-                                                  mcnemar, spread_ratio, wilcoxon)
+from diff_encoder_sim.analysis.paper.paper_cells import QUANTITIES, Quantity, equal_trials, final_errors
 from diff_encoder_sim.analysis.table_keys import ppr_head
-from diff_encoder_sim.campaign.row import SOURCES
+from diff_encoder_sim.campaign.trial_row import SOURCES
+from diff_encoder_sim.evaluation.sample_statistics import (
+    SIGNIFICANCE,
+    Interval,
+    PairedResult,
+    holm,
+    mcnemar,
+    spread_ratio,
+    wilcoxon,
+)
 
 # Equal pulse counts give equal errors but for rounding, which must not look like a spread.
 DECIMALS = 9

@@ -11,18 +11,29 @@ from typing import Dict, List, NamedTuple, Optional, Sequence
 
 import numpy as np
 
-from diff_encoder_sim.analysis.dataset import (IDEAL, TOPIC_OF_SOURCE, Cell, Dataset, TrialData,
-                                               ppr_value)
-from diff_encoder_sim.analysis.paper_cells import (QUANTITIES, X, YAW, Quantity, count_within,
-                                                   final_errors, with_final_error)
+from diff_encoder_sim.analysis.dataset import IDEAL, TOPIC_OF_SOURCE, Cell, Dataset, TrialData, ppr_value
+from diff_encoder_sim.analysis.paper.paper_cells import (
+    QUANTITIES,
+    YAW,
+    Quantity,
+    X,
+    count_within,
+    final_errors,
+    with_final_error,
+)
 from diff_encoder_sim.analysis.path_tables import path_error_table
-from diff_encoder_sim.analysis.statistics import (LEVEL, bootstrap_std_interval, mean_interval,
-                                                  spread, std_interval, wilson)
-from diff_encoder_sim.analysis.table3 import pulse_accuracy
+from diff_encoder_sim.analysis.pulse_resolution import pulse_accuracy
 from diff_encoder_sim.analysis.table_files import Column, Entry, Label, Number, Table
-from diff_encoder_sim.analysis.table_keys import (cell_head, key_columns, key_entries, ppr_head,
-                                                  varied_keys)
-from diff_encoder_sim.experiments.outcome import Outcome
+from diff_encoder_sim.analysis.table_keys import cell_head, key_columns, key_entries, ppr_head, varied_keys
+from diff_encoder_sim.evaluation.sample_statistics import (
+    LEVEL,
+    bootstrap_std_interval,
+    mean_interval,
+    spread,
+    std_interval,
+    wilson,
+)
+from diff_encoder_sim.trials.trial_outcome import Outcome
 
 BOOTSTRAP_SEED = 0      # equal data, equal intervals
 

@@ -14,7 +14,7 @@ from distributed import Client, LocalCluster, rpc
 from distributed.security import Security
 from distributed.versions import get_versions
 
-from diff_encoder_sim.errors import ConfigError
+from diff_encoder_sim.base.errors import ConfigError
 
 log = logging.getLogger(__name__)
 

@@ -13,14 +13,13 @@ from typing import Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple, 
 
 from distributed import Client, Future, KilledWorker
 
-from diff_encoder_sim.atomic import write_file
-from diff_encoder_sim.campaign.definition import Campaign, TrialJob
+from diff_encoder_sim.base.atomic_files import write_file
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.campaign.campaign_definition import Campaign, TrialJob
 from diff_encoder_sim.campaign.progress import Progress
 from diff_encoder_sim.campaign.store import ResultStore
-from diff_encoder_sim.campaign.worker import (FinishedTrial, MachineFault, ResultsFolder, RunTrial,
-                                              run_task)
-from diff_encoder_sim.errors import ConfigError
-from diff_encoder_sim.experiments.trial_run import run_trial
+from diff_encoder_sim.campaign.worker import FinishedTrial, MachineFault, ResultsFolder, RunTrial, run_task
+from diff_encoder_sim.lockstep.trial_run import run_trial
 
 TICK_S = 1.0
 # Trials under way per thread of the workers: one runs, one waits there for its turn.

@@ -9,8 +9,8 @@ from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple
 
-from diff_encoder_sim.campaign.definition import Campaign
-from diff_encoder_sim.machine import cpu_model, git, usable_cores
+from diff_encoder_sim.base.host_info import cpu_model, git, usable_cores
+from diff_encoder_sim.campaign.campaign_definition import Campaign
 
 # Those that a result can depend on, and the engine.
 LIBRARIES = ('numpy', 'numba', 'pybullet', 'rosbags', 'pydantic', 'xacro', 'dask', 'distributed')

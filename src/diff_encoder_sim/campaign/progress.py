@@ -8,8 +8,8 @@ from typing import Callable, Dict, List, Optional, Sequence, TextIO, Tuple
 from tabulate import tabulate
 from tqdm import tqdm
 
-from diff_encoder_sim.campaign.row import OUTCOMES, TrialRow
-from diff_encoder_sim.experiments.outcome import Outcome
+from diff_encoder_sim.campaign.trial_row import OUTCOMES, TrialRow
+from diff_encoder_sim.trials.trial_outcome import Outcome
 
 LINE_EVERY_SHARE = 0.1
 LINE_EVERY_S = 30.0

@@ -6,7 +6,7 @@ from typing import Any, Dict, NamedTuple
 
 from pydantic import Field
 
-from diff_encoder_sim.config import Params, load_params
+from diff_encoder_sim.base.typed_params import Params, load_params
 
 
 class RobotFileParams(Params):

@@ -11,14 +11,13 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Dict, Iterator, List, Optional, Tuple, Type, Union
 
-from diff_encoder_sim.atomic import UNFINISHED_SUFFIX, write_file
-from diff_encoder_sim.campaign.definition import Campaign, TrialJob
+from diff_encoder_sim.base.atomic_files import UNFINISHED_SUFFIX, write_file
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.campaign.campaign_definition import Campaign, TrialJob
 from diff_encoder_sim.campaign.folder import BAGS, LOCK, MANIFEST, TABLE
 from diff_encoder_sim.campaign.manifest import differences, manifest_of
-from diff_encoder_sim.campaign.row import (TrialRow, csv_fields, csv_line, fields_of, header,
-                                           row_of)
-from diff_encoder_sim.encoder import ppr_label
-from diff_encoder_sim.errors import ConfigError
+from diff_encoder_sim.campaign.trial_row import TrialRow, csv_fields, csv_line, fields_of, header, row_of
+from diff_encoder_sim.encoders.pulses import ppr_label
 
 log = logging.getLogger(__name__)
 

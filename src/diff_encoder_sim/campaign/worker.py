@@ -11,15 +11,15 @@ from typing import Callable, NamedTuple, Optional
 
 from distributed import get_worker
 
-from diff_encoder_sim.atomic import UNFINISHED_SUFFIX
-from diff_encoder_sim.campaign.definition import Campaign, TrialJob
-from diff_encoder_sim.campaign.row import TrialRow
-from diff_encoder_sim.encoder import ppr_label
-from diff_encoder_sim.errors import in_one_line
-from diff_encoder_sim.experiments.definition import TrialPlan
-from diff_encoder_sim.experiments.robot_params import RobotParams
-from diff_encoder_sim.experiments.trial_run import TrialResult
+from diff_encoder_sim.base.atomic_files import UNFINISHED_SUFFIX
+from diff_encoder_sim.base.errors import in_one_line
+from diff_encoder_sim.campaign.campaign_definition import Campaign, TrialJob
+from diff_encoder_sim.campaign.trial_row import TrialRow
+from diff_encoder_sim.encoders.pulses import ppr_label
+from diff_encoder_sim.lockstep.robot_params import RobotParams
+from diff_encoder_sim.lockstep.trial_run import TrialResult
 from diff_encoder_sim.recording.topics import RecordMode
+from diff_encoder_sim.trials.trial_definition import TrialPlan
 
 # experiments.trial_run.run_trial, or what stands in for it.
 RunTrial = Callable[[TrialPlan, Path, RobotParams, RecordMode], TrialResult]

@@ -9,25 +9,24 @@ from typing import List, Optional, Sequence
 
 from distributed import Client
 
-from diff_encoder_sim.analysis.advice import WORDS, Advisor, Tolerance
+from diff_encoder_sim.advice.encoder_search import WORDS, Advisor, Tolerance
 from diff_encoder_sim.analysis.campaign_dataset import data_of
 from diff_encoder_sim.analysis.dataset import TrialData, ppr_value
-from diff_encoder_sim.analysis.paper_cells import YAW, X
-from diff_encoder_sim.analysis.reach import REQUIRED_SHARE, fewest_trials
-from diff_encoder_sim.analysis.statistics import LEVEL
-from diff_encoder_sim.campaign.definition import Campaign, TrialJob
+from diff_encoder_sim.analysis.paper.paper_cells import YAW, X
+from diff_encoder_sim.analysis.within_tolerance import REQUIRED_FRACTION, fewest_trials
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.paths import package_folder
+from diff_encoder_sim.campaign.campaign_definition import Campaign, TrialJob
+from diff_encoder_sim.campaign.campaign_loading import load_campaign
 from diff_encoder_sim.campaign.engine import run_campaign
-from diff_encoder_sim.campaign.loading import load_campaign
 from diff_encoder_sim.campaign.manifest import describe_run
 from diff_encoder_sim.campaign.progress import progress_on
 from diff_encoder_sim.campaign.store import ResultStore
 from diff_encoder_sim.campaign.worker import RunTrial
-from diff_encoder_sim.cli.trial_workers import (add_workers, count, positive, run_trials_tool, told,
-                                                unrun_text, workers)
-from diff_encoder_sim.encoder import ppr_label
-from diff_encoder_sim.errors import ConfigError
-from diff_encoder_sim.experiments.trial_run import run_trial
-from diff_encoder_sim.installation import package_folder
+from diff_encoder_sim.cli.trial_workers import add_workers, count, positive, run_trials_tool, told, unrun_text, workers
+from diff_encoder_sim.encoders.pulses import ppr_label
+from diff_encoder_sim.evaluation.sample_statistics import LEVEL
+from diff_encoder_sim.lockstep.trial_run import run_trial
 
 # Trials of each test after which to look whether an encoder is decided: every so many, at most so
 # many.
@@ -51,7 +50,7 @@ def _advise(options: argparse.Namespace, run: RunTrial) -> None:
     with _Bench(options, campaign, run) as bench:
         advisor = Advisor(labels, looks, tolerance, bench.trials_with)
         found = {source: advisor.smallest(source) for source in WORDS}
-    print(f'{advisor.table()}\nyes: at least {100 * REQUIRED_SHARE:.0f} % of the trials end within '
+    print(f'{advisor.table()}\nyes: at least {100 * REQUIRED_FRACTION:.0f} % of the trials end within '
           f'{tolerance.position_m:g} m in x and y and {tolerance.yaw_deg:g} degrees, with '
           f'{100 * LEVEL:.0f} % confidence;\nno: fewer do; ?: undecided.\n\nYes in every test:')
     for source, label in found.items():
@@ -68,7 +67,7 @@ def _looks(trials: int) -> List[int]:
     """After how many trials to look; an error where so few cannot show the required share."""
     if trials < fewest_trials():
         raise ConfigError(f'--trials: given {trials}; allowed: from {fewest_trials()}, as fewer '
-                          f'cannot show a share of {100 * REQUIRED_SHARE:.0f} %')
+                          f'cannot show a share of {100 * REQUIRED_FRACTION:.0f} %')
     return [*range(LOOK_EVERY, trials, LOOK_EVERY), trials]
 
 

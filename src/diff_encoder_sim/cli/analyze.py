@@ -6,11 +6,11 @@ import logging
 from pathlib import Path
 from typing import Optional, Sequence
 
-from diff_encoder_sim.analysis.loading import load_dataset
+from diff_encoder_sim.analysis.dataset_loading import load_dataset
 from diff_encoder_sim.analysis.output_folder import output_folder
 from diff_encoder_sim.analysis.outputs import REPORT, write_analysis
-from diff_encoder_sim.analysis.summary import summary
-from diff_encoder_sim.cli.run import run_tool
+from diff_encoder_sim.analysis.terminal_summary import summary
+from diff_encoder_sim.base.console import run_tool
 
 DEFAULT_NAME = 'analysis'
 

@@ -6,17 +6,16 @@ import sys
 from pathlib import Path
 from typing import List, Optional, Sequence
 
-from diff_encoder_sim.campaign.definition import Campaign
+from diff_encoder_sim.base.paths import package_folder
+from diff_encoder_sim.campaign.campaign_definition import Campaign
+from diff_encoder_sim.campaign.campaign_loading import load_campaign
 from diff_encoder_sim.campaign.engine import UnrunTrial, run_campaign
-from diff_encoder_sim.campaign.loading import load_campaign
 from diff_encoder_sim.campaign.manifest import describe_run
 from diff_encoder_sim.campaign.progress import Progress, outcome_table, progress_on
 from diff_encoder_sim.campaign.store import ResultStore
 from diff_encoder_sim.campaign.worker import RunTrial
-from diff_encoder_sim.cli.trial_workers import (add_workers, count, positive, run_trials_tool, told,
-                                                unrun_text, workers)
-from diff_encoder_sim.experiments.trial_run import run_trial
-from diff_encoder_sim.installation import package_folder
+from diff_encoder_sim.cli.trial_workers import add_workers, count, positive, run_trials_tool, told, unrun_text, workers
+from diff_encoder_sim.lockstep.trial_run import run_trial
 
 
 def main(arguments: Optional[Sequence[str]] = None, run: RunTrial = run_trial) -> None:

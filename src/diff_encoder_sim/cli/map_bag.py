@@ -7,21 +7,21 @@ import time
 from pathlib import Path
 from typing import Optional, Sequence
 
-from diff_encoder_sim.cli.run import run_tool
-from diff_encoder_sim.config import load_params
-from diff_encoder_sim.installation import package_folder
+from diff_encoder_sim.base.console import run_tool
+from diff_encoder_sim.base.paths import package_folder
+from diff_encoder_sim.base.seeds import generator
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.base.typed_params import load_params
 from diff_encoder_sim.mapping.map_files import save_map
 from diff_encoder_sim.mapping.occupancy_grid import SAVED_MARGIN_M
 from diff_encoder_sim.recording import topics
-from diff_encoder_sim.recording.opening import open_bag
-from diff_encoder_sim.recording.reading import trial_of
-from diff_encoder_sim.recording.scans import ScanBag
-from diff_encoder_sim.seeds import generator
+from diff_encoder_sim.recording.bag_opening import open_bag
+from diff_encoder_sim.recording.scan_bag import ScanBag
+from diff_encoder_sim.recording.trial_recording import trial_of
 from diff_encoder_sim.slam.grid_slam import GridSlam
 from diff_encoder_sim.slam.offline import OdometryTrack, map_recording
-from diff_encoder_sim.slam.params import GridSlamParams
-from diff_encoder_sim.slam.warm_up import warm_up
-from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.slam.slam_params import GridSlamParams
+from diff_encoder_sim.slam.slam_warm_up import warm_up
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> None:

@@ -7,10 +7,10 @@ from typing import List, Optional, Sequence
 
 from pydantic import Field
 
-from diff_encoder_sim.cli.run import run_tool
-from diff_encoder_sim.config import Params
+from diff_encoder_sim.base.console import run_tool
+from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.mapping.map_files import save_map
-from diff_encoder_sim.mapping.rasterise import rasterise
+from diff_encoder_sim.simulation.rasterise import rasterise
 from diff_encoder_sim.simulation.world import load_world
 
 

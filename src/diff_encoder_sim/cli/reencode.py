@@ -16,20 +16,21 @@ from typing import Dict, List, NamedTuple, Optional, Sequence, Set
 
 import yaml
 
-from diff_encoder_sim.cli.run import run_tool
-from diff_encoder_sim.config import load_yaml, split_params
-from diff_encoder_sim.encoder import EncoderParams, PerWheel, ppr_label
-from diff_encoder_sim.errors import ConfigError
-from diff_encoder_sim.experiments.definition import Trial
-from diff_encoder_sim.installation import package_folder
-from diff_encoder_sim.odometry import OdometryParams
+from diff_encoder_sim.base.console import run_tool
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.paths import package_folder
+from diff_encoder_sim.base.typed_params import load_yaml, split_params
+from diff_encoder_sim.encoders.pulses import PerWheel, ppr_label
+from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
+from diff_encoder_sim.odometry.wheel_odometry import OdometryParams
+from diff_encoder_sim.recording.bag_source import BagSource, open_source
 from diff_encoder_sim.reencoding.bag_output import ReencodedBag
-from diff_encoder_sim.reencoding.bag_source import BagSource, open_source
 from diff_encoder_sim.reencoding.recorded_trial import recorded_trial
 from diff_encoder_sim.reencoding.reencoder import DriveSummary, Reencoder, WheelsAtPpr
 from diff_encoder_sim.reencoding.reference import Reference, find_reference
 from diff_encoder_sim.reencoding.result_table import csv_table, text_table
 from diff_encoder_sim.reencoding.wheels import WheelOptions, WheelTopic, find_wheels
+from diff_encoder_sim.trials.trial_definition import Trial
 
 PAPER_PPR = ('40', '90', '1024', '4096')
 CSV_NAME = 'reencode.csv'

@@ -3,8 +3,8 @@ from __future__ import annotations
 
 import argparse
 
-from diff_encoder_sim.cli.run import run_tool
-from diff_encoder_sim.errors import ConfigError
+from diff_encoder_sim.base.console import run_tool
+from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.simulation.robot import expand_xacro
 
 

@@ -9,18 +9,23 @@ from typing import Any, Optional, Sequence, Union
 
 import yaml
 
-from diff_encoder_sim.cli.packages import (GAZEBO, UPSTREAM_NAVIGATION, UPSTREAM_SLAM, require,
-                                           roslaunch_only_lists)
-from diff_encoder_sim.cli.run import run_tool, users_path
-from diff_encoder_sim.config import load_yaml, split_params
-from diff_encoder_sim.encoder import EncoderParams, ppr_label
-from diff_encoder_sim.errors import ConfigError
-from diff_encoder_sim.experiments.definition import (TestDefinition, Trial, TrialPlan,
-                                                      find_world, load_test)
-from diff_encoder_sim.installation import package_folder
+from diff_encoder_sim.base.console import run_tool, users_path
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.paths import package_folder
+from diff_encoder_sim.base.typed_params import load_yaml, split_params
+from diff_encoder_sim.encoders.pulses import ppr_label
+from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 from diff_encoder_sim.mapping.map_files import load_map
 from diff_encoder_sim.mapping.occupancy_grid import OCCUPIED, UNKNOWN
-from diff_encoder_sim.odometry import OdometryParams
+from diff_encoder_sim.odometry.wheel_odometry import OdometryParams
+from diff_encoder_sim.trials.required_packages import (
+    GAZEBO,
+    UPSTREAM_NAVIGATION,
+    UPSTREAM_SLAM,
+    require,
+    roslaunch_only_lists,
+)
+from diff_encoder_sim.trials.trial_definition import TestDefinition, Trial, TrialPlan, find_world, load_test
 
 NO_BAG = 'none'
 SIMULATORS = ('pybullet', 'gazebo')

@@ -12,12 +12,12 @@ from typing import Callable, ContextManager, Dict, Iterator, List, Sequence
 
 from distributed import Client
 
+from diff_encoder_sim.base.console import run_tool
+from diff_encoder_sim.base.host_info import usable_cores
+from diff_encoder_sim.campaign.campaign_definition import Campaign
 from diff_encoder_sim.campaign.cluster import connected_client, local_client
-from diff_encoder_sim.campaign.definition import Campaign
 from diff_encoder_sim.campaign.engine import CampaignFault, UnrunTrial
 from diff_encoder_sim.campaign.progress import Progress
-from diff_encoder_sim.cli.run import run_tool
-from diff_encoder_sim.machine import usable_cores
 
 STOPPING_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 UNRUN_SHOWN = 5

@@ -13,5 +13,5 @@ The algorithm is that of amcl in the navigation stack (Noetic). It departs from 
 - gives no laser_z_max to rays without a return, but to those that are too short, in the beam
   model: here both (beams.py);
 - lets a scan in which nothing returned move and resample the particles: here it is a fault;
-- never asks whether the robot is lost (lost.py; off unless lost_share is set).
+- never asks whether the robot is lost (lost.py; off unless lost_fraction is set).
 """

@@ -10,22 +10,28 @@ from typing import NamedTuple, Optional
 
 import numpy as np
 
+from diff_encoder_sim.base.laser_scan import Scan
+from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
+from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.beams import Beams
 from diff_encoder_sim.localization.clusters import particle_statistics
+from diff_encoder_sim.localization.kld_resampling import LikelihoodAverages, effective_count, kld_limits, resample
 from diff_encoder_sim.localization.laser_models import laser_model
 from diff_encoder_sim.localization.lost import LostDetector
-from diff_encoder_sim.localization.motion import motion_model
-from diff_encoder_sim.localization.params import AmclParams
-from diff_encoder_sim.localization.particles import (CONVERGED_WITHIN_M, check_covariance,
-                                                     check_grid, check_pose, free_cell_centres,
-                                                     has_converged, particles_around,
-                                                     particles_everywhere, weight_near)
-from diff_encoder_sim.localization.resampling import (LikelihoodAverages, effective_count,
-                                                      kld_limits, resample)
+from diff_encoder_sim.localization.odometry_motion import motion_model
+from diff_encoder_sim.localization.particles import (
+    CONVERGED_WITHIN_M,
+    check_covariance,
+    check_grid,
+    check_pose,
+    free_cell_centres,
+    has_converged,
+    particles_around,
+    particles_everywhere,
+    weight_near,
+)
 from diff_encoder_sim.localization.sensor import Likelihoods
 from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
-from diff_encoder_sim.scan import Scan
-from diff_encoder_sim.se2 import Pose2D, wrap_angle
 
 # Of a number that still fits a double.
 LARGEST_EXPONENT = 700.0

@@ -10,8 +10,8 @@ import math
 import numpy as np
 from numba import njit
 
+from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.beams import Beams
-from diff_encoder_sim.localization.params import AmclParams
 from diff_encoder_sim.localization.sensor import Likelihoods, SensorModel
 from diff_encoder_sim.mapping.occupancy_grid import FREE, OccupancyGrid
 

@@ -7,10 +7,10 @@ from typing import NamedTuple, Tuple
 import numpy as np
 from numba import njit
 
-from diff_encoder_sim.errors import InputFault
-from diff_encoder_sim.localization.params import AmclParams
-from diff_encoder_sim.scan import Scan
-from diff_encoder_sim.se2 import Pose2D
+from diff_encoder_sim.base.errors import InputFault
+from diff_encoder_sim.base.laser_scan import Scan
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.localization.amcl_params import AmclParams
 
 
 class Beams(NamedTuple):

@@ -10,8 +10,8 @@ from typing import NamedTuple, Tuple
 import numpy as np
 from numba import njit
 
+from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.localization.histogram import cluster_labels
-from diff_encoder_sim.se2 import Pose2D
 
 
 class ParticleStatistics(NamedTuple):

@@ -10,9 +10,9 @@ from typing import Optional, Tuple
 import numpy as np
 from numba import njit
 
+from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.beams import Beams
 from diff_encoder_sim.localization.distance import distance_to_occupied
-from diff_encoder_sim.localization.params import AmclParams
 from diff_encoder_sim.localization.sensor import Likelihoods, SensorModel
 from diff_encoder_sim.mapping.occupancy_grid import OCCUPIED, OccupancyGrid
 

@@ -3,23 +3,23 @@ from __future__ import annotations
 
 from typing import Optional
 
-from diff_encoder_sim.localization.params import AmclParams
+from diff_encoder_sim.base.laser_scan import Scan
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.scan_fit import FitMap
 from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
-from diff_encoder_sim.scan import Scan
-from diff_encoder_sim.se2 import Pose2D
 
 
 class LostDetector:
     """Lost after lost_scans bad scans in a row, found after as many good ones.
 
     A wrong place near by may fit half of a scan. So to be found takes more than not to be lost:
-    a share halfway from lost_share to 1.
+    a share halfway from lost_fraction to 1.
     """
 
     def __init__(self, params: AmclParams, grid: OccupancyGrid) -> None:
-        self._map = FitMap(grid, params.lost_distance) if params.lost_share > 0.0 else None
-        self._lost_share, self._lost_scans = params.lost_share, params.lost_scans
+        self._map = FitMap(grid, params.lost_distance) if params.lost_fraction > 0.0 else None
+        self._lost_fraction, self._lost_scans = params.lost_fraction, params.lost_scans
         self.is_lost = False
         self.share: Optional[float] = None   # of the newest scan that allowed a verdict
         self._against = 0                    # scans in a row that contradict is_lost
@@ -27,7 +27,7 @@ class LostDetector:
     @property
     def least_share(self) -> float:
         """What a good scan's share must have now."""
-        return 0.5 * (self._lost_share + 1.0) if self.is_lost else self._lost_share
+        return 0.5 * (self._lost_fraction + 1.0) if self.is_lost else self._lost_fraction
 
     def judge(self, base_pose_in_map: Pose2D, scan: Scan, laser_pose_in_base: Pose2D,
               may_be_found: bool) -> None:

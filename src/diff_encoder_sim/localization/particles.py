@@ -9,9 +9,9 @@ import math
 
 import numpy as np
 
-from diff_encoder_sim.errors import InputFault
+from diff_encoder_sim.base.errors import InputFault
+from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.mapping.occupancy_grid import FREE, OccupancyGrid
-from diff_encoder_sim.se2 import Pose2D
 
 # Upstream's pf_alloc: the filter has converged when no particle is further than this from the
 # mean, along x or y [m].

@@ -11,12 +11,12 @@ from typing import NamedTuple, Optional, Tuple
 import numpy as np
 from numba import njit
 
+from diff_encoder_sim.base.laser_scan import Scan
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.beams import select_beams
 from diff_encoder_sim.localization.distance import distance_to_occupied
-from diff_encoder_sim.localization.params import AmclParams
 from diff_encoder_sim.mapping.occupancy_grid import OCCUPIED, OccupancyGrid
-from diff_encoder_sim.scan import Scan
-from diff_encoder_sim.se2 import Pose2D
 
 # Of a scan about so many rays are looked at, evenly spread.
 RAYS = 200

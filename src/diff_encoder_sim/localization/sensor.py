@@ -6,12 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from diff_encoder_sim.localization.beams import (Beams, beam_step, check_scan, nothing_seen,
-                                                 select_beams)
-from diff_encoder_sim.localization.params import AmclParams
+from diff_encoder_sim.base.laser_scan import Scan
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.localization.amcl_params import AmclParams
+from diff_encoder_sim.localization.beams import Beams, beam_step, check_scan, nothing_seen, select_beams
 from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
-from diff_encoder_sim.scan import Scan
-from diff_encoder_sim.se2 import Pose2D
 
 
 class Likelihoods(NamedTuple):

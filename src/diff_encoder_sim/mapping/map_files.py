@@ -10,12 +10,12 @@ import yaml
 from PIL import Image
 from pydantic import Field, field_validator, model_validator
 
-from diff_encoder_sim.atomic import write_file
-from diff_encoder_sim.config import Params, load_params
-from diff_encoder_sim.errors import ConfigError
+from diff_encoder_sim.base.atomic_files import write_file
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.base.typed_params import Params, load_params
 from diff_encoder_sim.mapping.map_image import read_image
 from diff_encoder_sim.mapping.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
-from diff_encoder_sim.se2 import Pose2D
 
 # What map_saver writes.
 FREE_GREY, OCCUPIED_GREY, UNKNOWN_GREY = 254, 0, 205

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, UnidentifiedImageError
 
-from diff_encoder_sim.errors import ConfigError, in_one_line
+from diff_encoder_sim.base.errors import ConfigError, in_one_line
 
 FORMATS = ('PPM', 'PNG')  # PPM is PIL's name for all of PGM's family
 

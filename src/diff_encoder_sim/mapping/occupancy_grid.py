@@ -5,7 +5,7 @@ from typing import NamedTuple, Tuple
 
 import numpy as np
 
-from diff_encoder_sim.se2 import Pose2D
+from diff_encoder_sim.base.se2 import Pose2D
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 

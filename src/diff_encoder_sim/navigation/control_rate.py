@@ -3,7 +3,7 @@ from __future__ import annotations
 
 from typing import Optional
 
-from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 
 
 class ControlRate:

@@ -11,18 +11,17 @@ from typing import Optional, Tuple
 
 import numpy as np
 
-from diff_encoder_sim.errors import ConfigError
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.laser_scan import Scan
+from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.navigation import footprint as outlines
 from diff_encoder_sim.navigation.costmap_params import CostmapParams
 from diff_encoder_sim.navigation.footprint import LETHAL, NO_INFORMATION
 from diff_encoder_sim.navigation.grid_window import GridWindow, window_around
-from diff_encoder_sim.navigation.inflation import (FREE, INSCRIBED, cost_table, inflate,
-                                                   radius_in_cells)
+from diff_encoder_sim.navigation.inflation import FREE, INSCRIBED, cost_table, inflate, radius_in_cells
 from diff_encoder_sim.navigation.raytrace import clear_and_mark, free_outline
 from diff_encoder_sim.navigation.scoring import outline_cost
-from diff_encoder_sim.scan import Scan
-from diff_encoder_sim.se2 import Pose2D
 
 __all__ = ['Costmap', 'FREE', 'INSCRIBED', 'LETHAL', 'NO_INFORMATION']
 

@@ -10,6 +10,7 @@ from typing import NamedTuple, Optional
 
 import numpy as np
 
+from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.navigation import critics
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.dwa_params import DwaParams
@@ -18,7 +19,6 @@ from diff_encoder_sim.navigation.oscillation import OscillationMemory
 from diff_encoder_sim.navigation.scoring import score_samples, stays_clear
 from diff_encoder_sim.navigation.trajectories import approach, roll_out, roll_out_all, step_count
 from diff_encoder_sim.navigation.velocity_window import velocity_samples, velocity_window
-from diff_encoder_sim.se2 import Pose2D
 
 
 class Trajectory(NamedTuple):

@@ -7,7 +7,7 @@ from __future__ import annotations
 from pydantic import Field, model_validator
 from typing_extensions import Literal
 
-from diff_encoder_sim.config import Params
+from diff_encoder_sim.base.typed_params import Params
 
 
 class DwaParams(Params):

@@ -7,12 +7,12 @@ from typing import Tuple
 import numpy as np
 from pydantic import Field
 
-from diff_encoder_sim.config import Params
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.navigation.costmap import INSCRIBED, LETHAL, NO_INFORMATION, Costmap
 from diff_encoder_sim.navigation.inputs import FARTHEST_M
 from diff_encoder_sim.navigation.plan_error import PlanError, PlanProblem
 from diff_encoder_sim.navigation.potential import descend, propagate
-from diff_encoder_sim.se2 import Pose2D
 
 # navfn's COST_OBS: from here on a cell is blocked; the unknown is one below.
 BLOCKED_WEIGHT = 254

@@ -7,19 +7,19 @@ from typing import List, NamedTuple, Optional
 
 import numpy as np
 
-from diff_encoder_sim.errors import EVENT
+from diff_encoder_sim.base.errors import EVENT
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.global_planner import GlobalPlanner
+from diff_encoder_sim.navigation.goal_status import STOP, Command, GoalStatus, Phase, Trigger
 from diff_encoder_sim.navigation.inputs import Inputs, Missing
 from diff_encoder_sim.navigation.local_planner import LocalPlanner
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
-from diff_encoder_sim.navigation.outcome import STOP, Command, GoalStatus, Phase, Trigger
 from diff_encoder_sim.navigation.plan_error import PlanError
 from diff_encoder_sim.navigation.recovery import Recovery, RecoveryView
 from diff_encoder_sim.navigation.stop_rotate import Motion
 from diff_encoder_sim.navigation.travel_watch import TravelWatch
-from diff_encoder_sim.se2 import Pose2D
-from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
 
 log = logging.getLogger(__name__)
 
@@ -161,7 +161,7 @@ class GoalRun:
         if tools.local_planner.is_goal_reached(motion, odom_pose_in_map):
             self.end(GoalStatus.SUCCEEDED, 'goal reached')
             return STOP
-        motion = tools.local_planner.believed_motion(odometry, self.command)
+        motion = tools.local_planner.odometry_motion(odometry, self.command)
         best = tools.local_planner.compute(motion, odom_pose_in_map, tools.local_costmap)
         if best is None:
             self._control_failed(now_ns)

@@ -4,7 +4,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple, Tuple
 
-from diff_encoder_sim.se2 import Pose2D
+from diff_encoder_sim.base.se2 import Pose2D
 
 
 class GridWindow(NamedTuple):

@@ -7,10 +7,10 @@ from typing import Deque, NamedTuple, Optional
 
 import numpy as np
 
-from diff_encoder_sim.errors import InputFault
-from diff_encoder_sim.scan import Scan
-from diff_encoder_sim.se2 import Pose2D, interpolate
-from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.base.errors import InputFault
+from diff_encoder_sim.base.laser_scan import Scan
+from diff_encoder_sim.base.se2 import Pose2D, interpolate
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 
 # Long enough for a scan that comes late through transforms.
 HISTORY_NS = 2 * NANOSECONDS_PER_SECOND

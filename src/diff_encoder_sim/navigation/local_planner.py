@@ -7,14 +7,14 @@ from typing import NamedTuple, Optional, Tuple
 import numpy as np
 from numba import njit
 
+from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.dwa import DwaPlanner
 from diff_encoder_sim.navigation.dwa_params import DwaParams
+from diff_encoder_sim.navigation.goal_status import Command
 from diff_encoder_sim.navigation.inputs import OdometrySample
-from diff_encoder_sim.navigation.outcome import Command
 from diff_encoder_sim.navigation.stop_rotate import LatchedStopRotate, Motion
 from diff_encoder_sim.navigation.turn_to_path import TurnToPath
-from diff_encoder_sim.se2 import IDENTITY, Pose2D
 
 # Points of the plan farther behind than this are dropped (upstream's prunePlan).
 PRUNE_DISTANCE_M = 1.0
@@ -86,7 +86,7 @@ class LocalPlanner:
         return None if best is None else LocalCommand(best.linear_mps, best.angular_radps,
                                                       best.poses)
 
-    def believed_motion(self, odometry: OdometrySample, command: Command) -> Motion:
+    def odometry_motion(self, odometry: OdometrySample, command: Command) -> Motion:
         """The motion by odometry, with the last command's twist as far as odometry allows it.
 
         An encoder of 40 pulses at 20 Hz knows a wheel's speed to +-0.31 m/s. Taken as it is, a

@@ -14,20 +14,20 @@ from typing import Optional
 
 import numpy as np
 
-from diff_encoder_sim.errors import InputFault
+from diff_encoder_sim.base.errors import InputFault
+from diff_encoder_sim.base.laser_scan import Scan
+from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
 from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.global_planner import GlobalPlanner
 from diff_encoder_sim.navigation.goal_run import GoalRun, Tools
+from diff_encoder_sim.navigation.goal_status import STOP, Command, GoalStatus, NavigatorOutput, Phase
 from diff_encoder_sim.navigation.inputs import Inputs, Missing
 from diff_encoder_sim.navigation.local_planner import LocalPlanner
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
-from diff_encoder_sim.navigation.outcome import STOP, Command, GoalStatus, NavigatorOutput, Phase
 from diff_encoder_sim.navigation.recovery import recoveries
 from diff_encoder_sim.navigation.travel_watch import TravelWatch
-from diff_encoder_sim.scan import Scan
-from diff_encoder_sim.se2 import IDENTITY, Pose2D
-from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND, Step, Timeline
 
 log = logging.getLogger(__name__)
 

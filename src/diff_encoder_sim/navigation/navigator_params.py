@@ -6,7 +6,7 @@ from typing import Any, List
 from pydantic import Field, model_validator
 from typing_extensions import Literal
 
-from diff_encoder_sim.config import Params
+from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.navigation.costmap_params import CostmapParams, local_defaults
 from diff_encoder_sim.navigation.dwa_params import DwaParams
 from diff_encoder_sim.navigation.global_planner import NavfnParams

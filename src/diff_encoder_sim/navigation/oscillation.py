@@ -8,8 +8,8 @@ from typing import Optional
 
 import numpy as np
 
+from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.navigation.dwa_params import DwaParams
-from diff_encoder_sim.se2 import Pose2D, wrap_angle
 
 
 class _Direction:

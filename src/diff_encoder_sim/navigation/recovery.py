@@ -4,10 +4,10 @@ from __future__ import annotations
 import math
 from typing import List, NamedTuple, Optional
 
+from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.dwa_params import DwaParams
 from diff_encoder_sim.navigation.navigator_params import CLEAR_COSTMAP, ROTATE, NavigatorParams
-from diff_encoder_sim.se2 import Pose2D, wrap_angle
 
 # What move_base does when it is not told: clear far away, turn, clear close by, turn.
 USUAL = (('conservative_reset', CLEAR_COSTMAP), ('rotate_recovery', ROTATE),

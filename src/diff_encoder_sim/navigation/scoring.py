@@ -12,10 +12,23 @@ import math
 import numpy as np
 from numba import njit
 
-from diff_encoder_sim.navigation.critics import (ALIGNMENT, BLOCKED, CENTRE_OFF_MAP, COLLIDES,
-                                                 CRITICS, GOAL, GOAL_FRONT, NO_TRAJECTORY, OBSTACLE,
-                                                 OFF_MAP, OSCILLATES, OSCILLATION, PATH, TWIRLING,
-                                                 UNREACHABLE)
+from diff_encoder_sim.navigation.critics import (
+    ALIGNMENT,
+    BLOCKED,
+    CENTRE_OFF_MAP,
+    COLLIDES,
+    CRITICS,
+    GOAL,
+    GOAL_FRONT,
+    NO_TRAJECTORY,
+    OBSTACLE,
+    OFF_MAP,
+    OSCILLATES,
+    OSCILLATION,
+    PATH,
+    TWIRLING,
+    UNREACHABLE,
+)
 from diff_encoder_sim.navigation.footprint import IN_OBSTACLE, IN_UNKNOWN, LETHAL
 from diff_encoder_sim.navigation.footprint import OFF_MAP as OUTLINE_OFF_MAP
 from diff_encoder_sim.navigation.map_grid import TO_END, TO_FRONT, TO_PLAN

@@ -4,8 +4,8 @@ from __future__ import annotations
 import math
 from typing import Callable, NamedTuple, Optional, Tuple
 
+from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.navigation.dwa_params import DwaParams
-from diff_encoder_sim.se2 import Pose2D, wrap_angle
 
 # Whether a (linear [m/s], angular [rad/s]) command keeps clear of obstacles.
 ClearanceCheck = Callable[[float, float], bool]

@@ -3,9 +3,9 @@ from __future__ import annotations
 
 from typing import Optional
 
-from diff_encoder_sim.navigation.outcome import Command
-from diff_encoder_sim.se2 import Pose2D
-from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.navigation.goal_status import Command
 
 
 class TravelWatch:

@@ -13,9 +13,9 @@ from typing import Optional, Tuple
 import numpy as np
 from numba import njit
 
+from diff_encoder_sim.base.se2 import wrap_angle
 from diff_encoder_sim.navigation.dwa_params import DwaParams
 from diff_encoder_sim.navigation.stop_rotate import ClearanceCheck, LatchedStopRotate, Motion
-from diff_encoder_sim.se2 import wrap_angle
 
 # How far ahead on the plan the robot looks for its direction: about its own length.
 LOOKAHEAD_M = 0.5

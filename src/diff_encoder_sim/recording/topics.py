@@ -3,7 +3,7 @@ from __future__ import annotations
 
 from typing import Dict, Literal, NamedTuple, Tuple
 
-from diff_encoder_sim.recording import definitions
+from diff_encoder_sim.serialization import message_types
 
 # Latched JSON texts: what the trial is, and how it ended. A bag without a result is torn.
 TRIAL = '/trial'
@@ -59,29 +59,29 @@ class RecordedTopic(NamedTuple):
 
 # A trial without navigation leaves the last lines silent, and /initialpose is for people.
 TOPICS = (
-    RecordedTopic(TRIAL, definitions.STRING, _TRIAL_NODES, is_latched=True),
-    RecordedTopic(TRIAL_RESULT, definitions.STRING, _TRIAL_NODES, is_latched=True),
-    RecordedTopic(CLOCK, definitions.CLOCK, (SIMULATOR_NODE,), is_bulk=True),
-    RecordedTopic(JOINT_STATES, definitions.JOINT_STATE, (SIMULATOR_NODE,), is_bulk=True),
-    RecordedTopic(MODEL_STATES, definitions.MODEL_STATES, (SIMULATOR_NODE,), is_bulk=True),
-    RecordedTopic(CMD_VEL, definitions.TWIST, (*_TRIAL_NODES, MOVE_BASE_NODE)),
-    RecordedTopic(ENCODER_PULSE, definitions.ENCODER_PULSE, (ENCODER_NODE,)),
-    RecordedTopic(ODOM, definitions.ODOMETRY, (ODOM_NODE, IDEAL_ODOM_NODE)),
-    RecordedTopic(GLOBAL_POSE, definitions.POSE_STAMPED, (GLOBAL_POSE_NODE,)),
-    RecordedTopic(WORLD_POSE, definitions.POSE_STAMPED, (WORLD_POSE_NODE,)),
-    RecordedTopic(TF, definitions.TRANSFORMS,
+    RecordedTopic(TRIAL, message_types.STRING, _TRIAL_NODES, is_latched=True),
+    RecordedTopic(TRIAL_RESULT, message_types.STRING, _TRIAL_NODES, is_latched=True),
+    RecordedTopic(CLOCK, message_types.CLOCK, (SIMULATOR_NODE,), is_bulk=True),
+    RecordedTopic(JOINT_STATES, message_types.JOINT_STATE, (SIMULATOR_NODE,), is_bulk=True),
+    RecordedTopic(MODEL_STATES, message_types.MODEL_STATES, (SIMULATOR_NODE,), is_bulk=True),
+    RecordedTopic(CMD_VEL, message_types.TWIST, (*_TRIAL_NODES, MOVE_BASE_NODE)),
+    RecordedTopic(ENCODER_PULSE, message_types.ENCODER_PULSE, (ENCODER_NODE,)),
+    RecordedTopic(ODOM, message_types.ODOMETRY, (ODOM_NODE, IDEAL_ODOM_NODE)),
+    RecordedTopic(GLOBAL_POSE, message_types.POSE_STAMPED, (GLOBAL_POSE_NODE,)),
+    RecordedTopic(WORLD_POSE, message_types.POSE_STAMPED, (WORLD_POSE_NODE,)),
+    RecordedTopic(TF, message_types.TRANSFORMS,
                   (STATE_PUBLISHER_NODE, ODOM_NODE, IDEAL_ODOM_NODE, AMCL_NODE), is_bulk=True),
-    RecordedTopic(TF_STATIC, definitions.TRANSFORMS, (STATE_PUBLISHER_NODE, SCRIPTED_DRIVE_NODE),
+    RecordedTopic(TF_STATIC, message_types.TRANSFORMS, (STATE_PUBLISHER_NODE, SCRIPTED_DRIVE_NODE),
                   is_latched=True, is_bulk=True),
-    RecordedTopic(SCAN, definitions.LASER_SCAN, (SIMULATOR_NODE,), is_bulk=True),
-    RecordedTopic(AMCL_POSE, definitions.POSE_WITH_COVARIANCE, (AMCL_NODE,), is_latched=True),
-    RecordedTopic(INITIAL_POSE, definitions.POSE_WITH_COVARIANCE, ()),
-    RecordedTopic(MAP, definitions.OCCUPANCY_GRID, (MAP_NODE, SLAM_NODE), is_latched=True,
+    RecordedTopic(SCAN, message_types.LASER_SCAN, (SIMULATOR_NODE,), is_bulk=True),
+    RecordedTopic(AMCL_POSE, message_types.POSE_WITH_COVARIANCE, (AMCL_NODE,), is_latched=True),
+    RecordedTopic(INITIAL_POSE, message_types.POSE_WITH_COVARIANCE, ()),
+    RecordedTopic(MAP, message_types.OCCUPANCY_GRID, (MAP_NODE, SLAM_NODE), is_latched=True,
                   is_bulk=True),
-    RecordedTopic(MAP_METADATA, definitions.MAP_METADATA, (MAP_NODE, SLAM_NODE), is_latched=True,
+    RecordedTopic(MAP_METADATA, message_types.MAP_METADATA, (MAP_NODE, SLAM_NODE), is_latched=True,
                   is_bulk=True),
-    RecordedTopic(GOAL, definitions.MOVE_BASE_ACTION_GOAL, (NAVIGATION_TRIAL_NODE,)),
-    RecordedTopic(RESULT, definitions.MOVE_BASE_ACTION_RESULT, (MOVE_BASE_NODE,)),
+    RecordedTopic(GOAL, message_types.MOVE_BASE_ACTION_GOAL, (NAVIGATION_TRIAL_NODE,)),
+    RecordedTopic(RESULT, message_types.MOVE_BASE_ACTION_RESULT, (MOVE_BASE_NODE,)),
 )
 RECORDED = tuple(topic.name for topic in TOPICS)
 

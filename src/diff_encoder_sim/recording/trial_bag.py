@@ -12,9 +12,9 @@ from typing import Dict, Iterator, NamedTuple, Optional, Tuple, Type, Union
 from rosbags.interfaces import Connection
 from rosbags.rosbag1 import Writer
 
-from diff_encoder_sim.atomic import UNFINISHED_SUFFIX
+from diff_encoder_sim.base.atomic_files import UNFINISHED_SUFFIX
 from diff_encoder_sim.recording.topics import RecordMode, recorded_topics
-from diff_encoder_sim.recording.typestore import definition
+from diff_encoder_sim.serialization.typestore import definition
 
 # The format has no message at time 0; a trial's first instant is the first after.
 EARLIEST_NS = 1

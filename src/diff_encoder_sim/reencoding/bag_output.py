@@ -4,13 +4,14 @@ from __future__ import annotations
 from pathlib import Path
 from typing import List, Tuple
 
-from diff_encoder_sim.encoder import EncoderSample
-from diff_encoder_sim.experiments.definition import Trial
-from diff_encoder_sim.odometry import OdometryEstimate, OdometryParams
-from diff_encoder_sim.recording import messages, topics
+from diff_encoder_sim.encoders.wheel_encoder import EncoderSample
+from diff_encoder_sim.odometry.wheel_odometry import OdometryEstimate, OdometryParams
+from diff_encoder_sim.recording import topics
+from diff_encoder_sim.recording.bag_source import BagSource
 from diff_encoder_sim.recording.trial_bag import TrialBag
-from diff_encoder_sim.reencoding.bag_source import BagSource
-from diff_encoder_sim.reencoding.ros1_stream import Message
+from diff_encoder_sim.serialization import encoding
+from diff_encoder_sim.serialization.ros1_stream import Message
+from diff_encoder_sim.trials.trial_definition import Trial
 
 # What odometry is compared with, and how a trial ended, by the node that told it.
 COPIED = {topics.WORLD_POSE: topics.WORLD_POSE_NODE,
@@ -40,22 +41,22 @@ class ReencodedBag(TrialBag):
     def encoder_pulse(self, time_ns: int, sample: EncoderSample) -> None:
         """/encoder_pulse."""
         self.write(topics.ENCODER_PULSE, topics.ENCODER_NODE,
-                   messages.encoder_pulse_message(sample, self._joints), time_ns)
+                   encoding.encoder_pulse_message(sample, self._joints), time_ns)
 
     def odometry(self, time_ns: int, estimate: OdometryEstimate) -> None:
         """/odom, and odom->base_link on /tf."""
         odom_frame, base_frame = self._params.odom_frame, self._params.base_frame
         if self._params.publish_tf:
-            transform = messages.transform(estimate.base_pose_in_odom, estimate.stamp_ns,
+            transform = encoding.transform(estimate.base_pose_in_odom, estimate.stamp_ns,
                                            odom_frame, base_frame)
-            self.write(topics.TF, topics.ODOM_NODE, messages.tf_message(transform), time_ns)
+            self.write(topics.TF, topics.ODOM_NODE, encoding.tf_message(transform), time_ns)
         self.write(topics.ODOM, topics.ODOM_NODE,
-                   messages.odometry_message(estimate, odom_frame, base_frame), time_ns)
+                   encoding.odometry_message(estimate, odom_frame, base_frame), time_ns)
 
     def trial(self, time_ns: int, trial: Trial) -> None:
         """/trial."""
         self.write(topics.TRIAL, topics.NAVIGATION_TRIAL_NODE,
-                   messages.text_message(trial.model_dump_json()), time_ns)
+                   encoding.text_message(trial.model_dump_json()), time_ns)
 
     def copy(self, message: Message) -> None:
         """One of `COPIED`, as it is."""

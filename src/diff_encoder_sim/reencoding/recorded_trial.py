@@ -5,14 +5,14 @@ import json
 from pathlib import Path
 from typing import Optional
 
-from diff_encoder_sim.encoder import PerWheel
-from diff_encoder_sim.errors import ConfigError
-from diff_encoder_sim.experiments.definition import Trial
-from diff_encoder_sim.odometry import OdometryParams
-from diff_encoder_sim.recording.definitions import STRING
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.encoders.pulses import PerWheel
+from diff_encoder_sim.odometry.wheel_odometry import OdometryParams
+from diff_encoder_sim.recording.bag_source import BagSource
 from diff_encoder_sim.recording.topics import TRIAL
-from diff_encoder_sim.recording.typestore import STORE
-from diff_encoder_sim.reencoding.bag_source import BagSource
+from diff_encoder_sim.serialization.message_types import STRING
+from diff_encoder_sim.serialization.typestore import STORE
+from diff_encoder_sim.trials.trial_definition import Trial
 
 
 def recorded_trial(path: Path, source: BagSource) -> Optional[Trial]:

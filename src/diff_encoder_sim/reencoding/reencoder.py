@@ -4,21 +4,22 @@ from __future__ import annotations
 from collections import Counter
 from typing import Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 
-from diff_encoder_sim.encoder import DiffEncoder, EncoderParams, PerWheel
-from diff_encoder_sim.errors import InputFault
-from diff_encoder_sim.experiments.definition import Trial
-from diff_encoder_sim.odometry import OdometryParams, WheelOdometry
+from diff_encoder_sim.base.errors import InputFault
+from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.encoders.pulses import PerWheel
+from diff_encoder_sim.encoders.wheel_encoder import DiffEncoder, EncoderParams
+from diff_encoder_sim.evaluation.path_error import PathComparison
+from diff_encoder_sim.odometry.wheel_odometry import OdometryParams, WheelOdometry
 from diff_encoder_sim.recording import topics
+from diff_encoder_sim.recording.bag_source import BagSource
 from diff_encoder_sim.reencoding.bag_output import ReencodedBag, copied_topics
-from diff_encoder_sim.reencoding.bag_source import BagSource
-from diff_encoder_sim.reencoding.path_error import PathComparison
 from diff_encoder_sim.reencoding.recorded_trial import with_encoder
 from diff_encoder_sim.reencoding.reference import Reference
-from diff_encoder_sim.reencoding.ros1_stream import Message
 from diff_encoder_sim.reencoding.wheels import CountedAngles, WheelTopic
-from diff_encoder_sim.reencoding.wire import JointDecoder, JointValues
-from diff_encoder_sim.se2 import IDENTITY, Pose2D
-from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.serialization.decoding import JointDecoder, JointValues
+from diff_encoder_sim.serialization.ros1_stream import Message
+from diff_encoder_sim.trials.trial_definition import Trial
 
 
 class Faults:

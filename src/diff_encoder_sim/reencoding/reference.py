@@ -4,13 +4,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Dict, Iterator, Optional, Tuple, Union
 
-from diff_encoder_sim.errors import ConfigError
-from diff_encoder_sim.recording.definitions import TRANSFORMS
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
+from diff_encoder_sim.recording.bag_source import BagSource
 from diff_encoder_sim.recording.topics import TF, TF_STATIC, WORLD_POSE
-from diff_encoder_sim.reencoding.bag_source import BagSource
-from diff_encoder_sim.reencoding.ros1_stream import Message
-from diff_encoder_sim.reencoding.wire import POSE_TYPES, StampedPose, decode_pose, decode_transforms
-from diff_encoder_sim.se2 import IDENTITY, Pose2D
+from diff_encoder_sim.serialization.decoding import POSE_TYPES, StampedPose, decode_pose, decode_transforms
+from diff_encoder_sim.serialization.message_types import TRANSFORMS
+from diff_encoder_sim.serialization.ros1_stream import Message
 
 ARROW = '->'
 

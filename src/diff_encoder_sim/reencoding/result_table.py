@@ -8,8 +8,8 @@ from typing import Dict, List, Optional, Sequence
 
 from tabulate import tabulate
 
-from diff_encoder_sim.encoder import ppr_label
-from diff_encoder_sim.reencoding.path_error import RPE_DISTANCES_M, PathError
+from diff_encoder_sim.encoders.pulses import ppr_label
+from diff_encoder_sim.evaluation.path_error import RPE_DISTANCES_M, PathError
 from diff_encoder_sim.reencoding.reencoder import WheelsAtPpr
 
 _HEADERS = ['PPR', 'reports', 'common\nstamps', 'ATE\n[m]', 'max\n[m]', 'yaw\n[deg]',

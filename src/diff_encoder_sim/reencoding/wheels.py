@@ -7,11 +7,13 @@ import re
 from pathlib import Path
 from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
-from diff_encoder_sim.encoder import EncoderParams, PerWheel, count_difference
-from diff_encoder_sim.errors import ConfigError, InputFault
-from diff_encoder_sim.recording.definitions import ENCODER_PULSE, JOINT_STATE
-from diff_encoder_sim.reencoding.bag_source import BagSource
-from diff_encoder_sim.reencoding.wire import JointDecoder, JointValues
+from diff_encoder_sim.base.errors import ConfigError, InputFault
+from diff_encoder_sim.encoders.counter import count_difference
+from diff_encoder_sim.encoders.pulses import PerWheel
+from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
+from diff_encoder_sim.recording.bag_source import BagSource
+from diff_encoder_sim.serialization.decoding import JointDecoder, JointValues
+from diff_encoder_sim.serialization.message_types import ENCODER_PULSE, JOINT_STATE
 
 # Joints may come in several messages in turn, so more than the first tells their names.
 MESSAGES_LOOKED_AT = 500

@@ -16,25 +16,28 @@ from std_msgs.msg import Header
 from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 from tf2_msgs.msg import TFMessage
 
-from diff_encoder_sim.errors import EVENT, InputFault
+from diff_encoder_sim.base.errors import EVENT, InputFault
+from diff_encoder_sim.base.laser_scan import Scan
+from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
+from diff_encoder_sim.base.seeds import generator
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
 from diff_encoder_sim.localization.amcl import Amcl
-from diff_encoder_sim.localization.params import AmclParams
+from diff_encoder_sim.localization.amcl_params import AmclParams
+from diff_encoder_sim.localization.amcl_warm_up import warm_up
 from diff_encoder_sim.localization.particles import check_covariance, check_pose
-from diff_encoder_sim.localization.warm_up import warm_up
 from diff_encoder_sim.ros.amcl_output import AmclOutput
-from diff_encoder_sim.ros.conversions import (ns_from_stamp, pose_covariance_from_message,
-                                              pose_from_message, pose_from_transform,
-                                              stamp_from_ns)
+from diff_encoder_sim.ros.conversions import (
+    ns_from_stamp,
+    pose_covariance_from_message,
+    pose_from_message,
+    pose_from_transform,
+    stamp_from_ns,
+)
 from diff_encoder_sim.ros.map_client import fetch_map
 from diff_encoder_sim.ros.map_conversions import grid_from_message
-from diff_encoder_sim.ros.node import (compile_first, log, node_params, publisher, run_node,
-                                       subscriber)
+from diff_encoder_sim.ros.node import compile_first, log, node_params, publisher, run_node, subscriber
 from diff_encoder_sim.ros.scan_queue import ScanQueue
 from diff_encoder_sim.ros.trial_plan import trial_plan
-from diff_encoder_sim.scan import Scan
-from diff_encoder_sim.se2 import IDENTITY, Pose2D
-from diff_encoder_sim.seeds import generator
-from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND, Step, Timeline
 
 SILENCE_S = 15.0
 

@@ -9,14 +9,18 @@ import rospy
 import tf2_ros
 from geometry_msgs.msg import PoseArray, PoseWithCovarianceStamped
 
-from diff_encoder_sim.errors import EVENT
+from diff_encoder_sim.base.errors import EVENT
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.localization.amcl import Amcl, AmclEstimate
-from diff_encoder_sim.localization.params import AmclParams
-from diff_encoder_sim.ros.conversions import (pose_message, pose_with_covariance_message,
-                                              stamp_from_ns, transform_message)
+from diff_encoder_sim.localization.amcl_params import AmclParams
+from diff_encoder_sim.ros.conversions import (
+    pose_message,
+    pose_with_covariance_message,
+    stamp_from_ns,
+    transform_message,
+)
 from diff_encoder_sim.ros.node import log, publisher
-from diff_encoder_sim.se2 import Pose2D
-from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
 
 
 class AmclOutput:
@@ -80,10 +84,10 @@ class AmclOutput:
 
     def _tell_of_loss(self, amcl: Amcl) -> None:
         if amcl.is_lost and not self._was_lost:
-            log.warning('lost: %.0f %% of the rays agree with the map (lost_share: %.0f %%); '
+            log.warning('lost: %.0f %% of the rays agree with the map (lost_fraction: %.0f %%); '
                         'no map->odom until they do. Carry the robot back, give its pose by '
                         '/initialpose, or call global_localization and drive it by hand',
-                        100.0 * amcl.fit_share, 100.0 * self._params.lost_share, extra=EVENT)
+                        100.0 * amcl.fit_share, 100.0 * self._params.lost_fraction, extra=EVENT)
         elif self._was_lost and not amcl.is_lost:
             log.info('found: %.0f %% of the rays agree with the map', 100.0 * amcl.fit_share,
                      extra=EVENT)

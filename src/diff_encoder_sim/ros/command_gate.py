@@ -6,7 +6,7 @@ import threading
 from collections import deque
 from typing import Callable, Deque, Optional, Tuple
 
-from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 
 log = logging.getLogger(__name__)
 

@@ -6,20 +6,28 @@ from typing import Iterable, Sequence, Tuple
 
 import numpy as np
 import rospy
-from geometry_msgs.msg import (Point, Pose, PoseStamped, PoseWithCovarianceStamped, Quaternion,
-                               TransformStamped, Twist, Vector3)
+from geometry_msgs.msg import (
+    Point,
+    Pose,
+    PoseStamped,
+    PoseWithCovarianceStamped,
+    Quaternion,
+    TransformStamped,
+    Twist,
+    Vector3,
+)
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState, LaserScan
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
-from diff_encoder_sim.encoder import EncoderSample
-from diff_encoder_sim.errors import InputFault
+from diff_encoder_sim.base.errors import InputFault
+from diff_encoder_sim.base.laser_scan import Scan
+from diff_encoder_sim.base.se2 import Pose2D, quat_xyzw_from_yaw, yaw_from_quat_xyzw
+from diff_encoder_sim.encoders.wheel_encoder import EncoderSample
 from diff_encoder_sim.msg import EncoderPulse
-from diff_encoder_sim.odometry import OdometryEstimate
-from diff_encoder_sim.recording.definitions import UNKNOWN_VARIANCE
-from diff_encoder_sim.scan import Scan
-from diff_encoder_sim.se2 import Pose2D, quat_xyzw_from_yaw, yaw_from_quat_xyzw
+from diff_encoder_sim.odometry.wheel_odometry import OdometryEstimate
+from diff_encoder_sim.serialization.message_types import UNKNOWN_VARIANCE
 from diff_encoder_sim.simulation.state import BodyState, JointStates
 from diff_encoder_sim.simulation.world import Box, Cylinder, Plane, Solid, Sphere, World
 

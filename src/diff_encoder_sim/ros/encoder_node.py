@@ -3,10 +3,10 @@ from __future__ import annotations
 
 from sensor_msgs.msg import JointState
 
-from diff_encoder_sim.encoder import DiffEncoder, EncoderParams
-from diff_encoder_sim.errors import InputFault
+from diff_encoder_sim.base.errors import InputFault
+from diff_encoder_sim.encoders.wheel_encoder import DiffEncoder, EncoderParams
 from diff_encoder_sim.msg import EncoderPulse
-from diff_encoder_sim.odometry import OdometryParams
+from diff_encoder_sim.odometry.wheel_odometry import OdometryParams
 from diff_encoder_sim.ros.conversions import encoder_pulse_message, ns_from_stamp
 from diff_encoder_sim.ros.node import log, node_params, publisher, run_node, subscriber
 

@@ -13,7 +13,7 @@ from genpy.dynamic import generate_dynamic
 from geometry_msgs.msg import Pose, Twist
 from std_msgs.msg import Header
 
-from diff_encoder_sim.recording.definitions import MODEL_STATES_FIELDS
+from diff_encoder_sim.serialization.message_types import MODEL_STATES_FIELDS
 
 _SEPARATOR = '\n' + 80 * '=' + '\n'
 

@@ -3,11 +3,11 @@ from __future__ import annotations
 
 import sys
 
-from diff_encoder_sim.cli.packages import GAZEBO
-from diff_encoder_sim.cli.run import run_tool
-from diff_encoder_sim.errors import ConfigError
+from diff_encoder_sim.base.console import run_tool
+from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.ros.processes import become
 from diff_encoder_sim.ros.trial_plan import required_trial_plan
+from diff_encoder_sim.trials.required_packages import GAZEBO
 
 
 def main() -> None:

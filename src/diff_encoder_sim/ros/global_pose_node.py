@@ -7,11 +7,11 @@ from geometry_msgs.msg import PoseStamped
 from pydantic import Field
 from tf2_msgs.msg import TFMessage
 
-from diff_encoder_sim.config import Params
-from diff_encoder_sim.encoder import BoundarySampler
+from diff_encoder_sim.base.stamps import Step, Timeline
+from diff_encoder_sim.base.typed_params import Params
+from diff_encoder_sim.encoders.sampling import BoundarySampler
 from diff_encoder_sim.ros.conversions import ns_from_stamp
 from diff_encoder_sim.ros.node import log, node_params, publisher, run_node, subscriber
-from diff_encoder_sim.timeline import Step, Timeline
 
 
 class GlobalPoseParams(Params):

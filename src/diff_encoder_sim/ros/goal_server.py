@@ -4,15 +4,14 @@ from __future__ import annotations
 import actionlib
 import rospy
 from geometry_msgs.msg import PoseStamped
-from move_base_msgs.msg import (MoveBaseAction, MoveBaseActionGoal, MoveBaseFeedback, MoveBaseGoal,
-                                MoveBaseResult)
+from move_base_msgs.msg import MoveBaseAction, MoveBaseActionGoal, MoveBaseFeedback, MoveBaseGoal, MoveBaseResult
 
-from diff_encoder_sim.errors import EVENT, InputFault
+from diff_encoder_sim.base.errors import EVENT, InputFault
+from diff_encoder_sim.navigation.goal_status import GoalStatus
 from diff_encoder_sim.navigation.navigator import Navigator
-from diff_encoder_sim.navigation.outcome import GoalStatus
 from diff_encoder_sim.ros.conversions import pose_stamped_message
 from diff_encoder_sim.ros.node import log, publisher, subscriber
-from diff_encoder_sim.ros.robot_frames import RobotFrames
+from diff_encoder_sim.ros.tf_frames import RobotFrames
 
 
 class GoalServer:

@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 from geometry_msgs.msg import TransformStamped
 
+from diff_encoder_sim.base.laser_scan import Scan
+from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.ros.conversions import pose_from_transform
-from diff_encoder_sim.scan import Scan
-from diff_encoder_sim.se2 import Pose2D
 
 
 class LaserMount(NamedTuple):

@@ -4,9 +4,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from nav_msgs.msg import MapMetaData, OccupancyGrid as OccupancyGridMessage
+from nav_msgs.msg import MapMetaData
+from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
 
-from diff_encoder_sim.errors import InputFault
+from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.ros.conversions import pose_from_message, pose_message, stamp_from_ns
 

@@ -8,7 +8,7 @@ import rospy
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
 from nav_msgs.srv import GetMap
 
-from diff_encoder_sim.errors import EVENT, ConfigError, InputFault
+from diff_encoder_sim.base.errors import EVENT, ConfigError, InputFault
 from diff_encoder_sim.mapping.map_files import save_map
 from diff_encoder_sim.mapping.occupancy_grid import SAVED_MARGIN_M
 from diff_encoder_sim.ros.map_conversions import grid_from_message

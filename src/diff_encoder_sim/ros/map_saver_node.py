@@ -7,8 +7,8 @@ from pathlib import Path
 import rospy
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
 
-from diff_encoder_sim.cli.run import run_tool
-from diff_encoder_sim.errors import EVENT, ConfigError, InputFault
+from diff_encoder_sim.base.console import run_tool
+from diff_encoder_sim.base.errors import EVENT, ConfigError, InputFault
 from diff_encoder_sim.mapping.map_files import SavingParams, save_map
 from diff_encoder_sim.ros.map_conversions import grid_from_message
 from diff_encoder_sim.ros.node import log, run_node

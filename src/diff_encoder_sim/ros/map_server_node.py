@@ -7,12 +7,11 @@ from typing import List
 
 import rospy
 from nav_msgs.msg import MapMetaData, OccupancyGrid
-from nav_msgs.srv import (GetMap, GetMapRequest, GetMapResponse, LoadMap, LoadMapRequest,
-                          LoadMapResponse)
+from nav_msgs.srv import GetMap, GetMapRequest, GetMapResponse, LoadMap, LoadMapRequest, LoadMapResponse
 from pydantic import Field
 
-from diff_encoder_sim.config import Params
-from diff_encoder_sim.errors import ConfigError
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.mapping.map_files import load_map
 from diff_encoder_sim.ros.conversions import ns_from_stamp
 from diff_encoder_sim.ros.map_conversions import map_message

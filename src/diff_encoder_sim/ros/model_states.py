@@ -10,14 +10,14 @@ from geometry_msgs.msg import Twist
 from pydantic import Field
 from rosgraph_msgs.msg import Clock
 
-from diff_encoder_sim.config import Params
-from diff_encoder_sim.encoder import BoundarySampler
-from diff_encoder_sim.errors import EVENT, InputFault
+from diff_encoder_sim.base.errors import EVENT, InputFault
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
+from diff_encoder_sim.base.typed_params import Params
+from diff_encoder_sim.encoders.sampling import BoundarySampler
 from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_from_message
 from diff_encoder_sim.ros.gazebo_messages import ModelStates
 from diff_encoder_sim.ros.node import log, subscriber
-from diff_encoder_sim.se2 import Pose2D
-from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND, Step, Timeline
 
 
 class ModelStatesParams(Params):

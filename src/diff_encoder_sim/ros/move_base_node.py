@@ -15,25 +15,23 @@ from nav_msgs.srv import GetPlan, GetPlanRequest, GetPlanResponse
 from sensor_msgs.msg import LaserScan
 from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 
-from diff_encoder_sim.errors import InputFault
+from diff_encoder_sim.base.errors import InputFault
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.navigation.control_rate import ControlRate
+from diff_encoder_sim.navigation.goal_status import STOP, Command, GoalStatus, NavigatorOutput
 from diff_encoder_sim.navigation.inputs import Missing
+from diff_encoder_sim.navigation.navigation_warm_up import warm_up
 from diff_encoder_sim.navigation.navigator import Navigator
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
-from diff_encoder_sim.navigation.outcome import STOP, Command, GoalStatus, NavigatorOutput
 from diff_encoder_sim.navigation.plan_error import PlanError
-from diff_encoder_sim.navigation.warm_up import warm_up
-from diff_encoder_sim.ros.conversions import (ns_from_stamp, pose_from_message, scan_from_message,
-                                              twist_std_from_message)
+from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_from_message, scan_from_message, twist_std_from_message
 from diff_encoder_sim.ros.goal_server import GoalServer
 from diff_encoder_sim.ros.map_client import fetch_map
 from diff_encoder_sim.ros.map_conversions import grid_from_message
 from diff_encoder_sim.ros.navigation_views import NavigationViews, path_message
-from diff_encoder_sim.ros.node import (compile_first, log, node_params, publisher, run_node,
-                                       subscriber)
-from diff_encoder_sim.ros.robot_frames import RobotFrames
-from diff_encoder_sim.se2 import Pose2D
-from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.ros.node import compile_first, log, node_params, publisher, run_node, subscriber
+from diff_encoder_sim.ros.tf_frames import RobotFrames
 
 WATCHDOG_PERIOD_S = 0.1
 

@@ -10,17 +10,16 @@ from actionlib_msgs.msg import GoalStatus as ActionStatus
 from geometry_msgs.msg import Twist, Vector3
 from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 
-from diff_encoder_sim.experiments.outcome import RouteFailed
-from diff_encoder_sim.experiments.route_driver import DriverOutput, RouteDriver
-from diff_encoder_sim.navigation.outcome import GoalStatus
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.navigation.goal_status import GoalStatus
 from diff_encoder_sim.recording import topics
 from diff_encoder_sim.ros.conversions import pose_stamped_message
 from diff_encoder_sim.ros.launch_status import LaunchStatus
 from diff_encoder_sim.ros.node import log, node_params, publisher, run_node
 from diff_encoder_sim.ros.pose_subscriber import pose_subscriber
-from diff_encoder_sim.ros.trial_runner import (TrialFailed, TrialParams, TrialRunner,
-                                               distance_from_goal)
-from diff_encoder_sim.se2 import Pose2D
+from diff_encoder_sim.ros.trial_runner import TrialFailed, TrialParams, TrialRunner, distance_from_goal
+from diff_encoder_sim.trials.route_driver import DriverOutput, RouteDriver
+from diff_encoder_sim.trials.trial_outcome import RouteFailed
 
 ACTION = 'move_base'
 
@@ -89,7 +88,7 @@ class NavigationTrialNode:
             if self._ended.is_set():
                 return
             try:
-                self._obey(stamp_ns, decide())
+                self._apply(stamp_ns, decide())
             except RouteFailed as failure:
                 self._failure = failure
             if self._failure is not None or self._driver.is_over:
@@ -101,7 +100,7 @@ class NavigationTrialNode:
         return (_STATUS.get(self._goal.get_goal_status(), GoalStatus.ABORTED),
                 self._goal.get_goal_status_text())
 
-    def _obey(self, stamp_ns: int, wanted: DriverOutput) -> None:
+    def _apply(self, stamp_ns: int, wanted: DriverOutput) -> None:
         if wanted.turn_rate_radps is not None:
             self._commands.publish(Twist(Vector3(), Vector3(0, 0, wanted.turn_rate_radps)))
         if wanted.goal_in_map is not None:

@@ -9,14 +9,14 @@ from geometry_msgs.msg import Point32, PolygonStamped
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
 from nav_msgs.msg import Path
 
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.footprint import Footprint
 from diff_encoder_sim.navigation.navigator import Navigator
 from diff_encoder_sim.ros.conversions import pose_stamped_message, stamp_from_ns
 from diff_encoder_sim.ros.map_conversions import map_message
-from diff_encoder_sim.se2 import Pose2D
-from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
 
 LINES_PERIOD_NS = 200_000_000    # of plans and outlines
 

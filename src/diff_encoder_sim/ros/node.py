@@ -11,8 +11,8 @@ from typing import Any, Callable, Dict, Mapping, Optional, Tuple, Type
 import rospy
 import yaml
 
-from diff_encoder_sim.config import P, Params, split_params
-from diff_encoder_sim.errors import ConfigError
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.typed_params import P, Params, split_params
 
 LOG_AGAIN_AFTER_S = 5.0
 LONG_COMPILATION_S = 1.0

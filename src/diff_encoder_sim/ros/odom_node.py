@@ -6,10 +6,10 @@ import threading
 import rospy
 from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 
-from diff_encoder_sim.encoder import EncoderParams
-from diff_encoder_sim.errors import InputFault
+from diff_encoder_sim.base.errors import InputFault
+from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 from diff_encoder_sim.msg import EncoderPulse
-from diff_encoder_sim.odometry import OdometryParams, WheelOdometry
+from diff_encoder_sim.odometry.wheel_odometry import OdometryParams, WheelOdometry
 from diff_encoder_sim.ros.conversions import encoder_sample
 from diff_encoder_sim.ros.node import log, node_params, run_node, subscriber
 from diff_encoder_sim.ros.odometry_output import OdometryOutput

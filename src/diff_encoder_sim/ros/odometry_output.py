@@ -5,7 +5,7 @@ import tf2_ros
 from nav_msgs.msg import Odometry
 from tf2_msgs.msg import TFMessage
 
-from diff_encoder_sim.odometry import OdometryEstimate
+from diff_encoder_sim.odometry.wheel_odometry import OdometryEstimate
 from diff_encoder_sim.ros.conversions import odometry_message, transform_message
 from diff_encoder_sim.ros.node import publisher
 

@@ -9,8 +9,8 @@ from typing import Dict, List
 import rospy
 from std_msgs.msg import Header
 
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.ros.conversions import ns_from_stamp
-from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
 
 log = logging.getLogger(__name__)
 

@@ -5,11 +5,11 @@ import argparse
 
 import rospy
 
-from diff_encoder_sim.cli.run import run_tool
-from diff_encoder_sim.errors import ConfigError
+from diff_encoder_sim.base.console import run_tool
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.ros.conversions import pose_message
 from diff_encoder_sim.ros.gazebo_messages import SetModelState
-from diff_encoder_sim.se2 import Pose2D
 
 SERVICE = '/gazebo/set_model_state'
 

@@ -6,10 +6,10 @@ from typing import Callable
 import rospy
 from geometry_msgs.msg import PoseStamped
 
-from diff_encoder_sim.errors import InputFault
+from diff_encoder_sim.base.errors import InputFault
+from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_from_message
 from diff_encoder_sim.ros.node import log, subscriber
-from diff_encoder_sim.se2 import Pose2D
 
 
 def pose_subscriber(topic: str, callback: Callable[[int, Pose2D], None]) -> rospy.Subscriber:

@@ -8,7 +8,7 @@ from typing import Sequence
 import roslib.packages
 import rospkg
 
-from diff_encoder_sim.errors import ConfigError
+from diff_encoder_sim.base.errors import ConfigError
 
 
 def become(package: str, executable: str, arguments: Sequence[str], install_hint: str) -> None:

@@ -18,8 +18,8 @@ import rosbag
 import rospy
 from rosgraph_msgs.msg import Clock
 
-from diff_encoder_sim.atomic import UNFINISHED_SUFFIX
-from diff_encoder_sim.errors import ConfigError
+from diff_encoder_sim.base.atomic_files import UNFINISHED_SUFFIX
+from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.recording.topics import CLOCK, RECORDED
 from diff_encoder_sim.ros.node import run_node
 from diff_encoder_sim.ros.trial_plan import required_trial_plan

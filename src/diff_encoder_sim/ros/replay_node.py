@@ -15,21 +15,22 @@ import rospy
 from pydantic import Field
 from std_msgs.msg import String
 
-from diff_encoder_sim.cli.run import users_path
-from diff_encoder_sim.config import Params
-from diff_encoder_sim.encoder import EncoderParams, ppr_label
-from diff_encoder_sim.errors import ConfigError
-from diff_encoder_sim.experiments.definition import Trial
-from diff_encoder_sim.odometry import OdometryParams
+from diff_encoder_sim.base.console import users_path
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.typed_params import Params
+from diff_encoder_sim.encoders.pulses import ppr_label
+from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
+from diff_encoder_sim.odometry.wheel_odometry import OdometryParams
 from diff_encoder_sim.recording import topics
-from diff_encoder_sim.recording.definitions import JOINT_STATE
+from diff_encoder_sim.recording.bag_source import BagSource, open_source
 from diff_encoder_sim.reencoding.bag_output import COPIED, copied_topics
-from diff_encoder_sim.reencoding.bag_source import BagSource, open_source
 from diff_encoder_sim.reencoding.recorded_trial import recorded_trial, with_encoder
 from diff_encoder_sim.reencoding.wheels import WheelOptions, find_wheels
 from diff_encoder_sim.ros.launch_status import LaunchStatus
 from diff_encoder_sim.ros.node import log, node_params, publisher, run_node
 from diff_encoder_sim.ros.recorder import Recorder
+from diff_encoder_sim.serialization.message_types import JOINT_STATE
+from diff_encoder_sim.trials.trial_definition import Trial
 
 RECORDED = (topics.ENCODER_PULSE, topics.ODOM, topics.TF, topics.TRIAL, *COPIED)
 

@@ -10,14 +10,13 @@ import tf2_ros
 from geometry_msgs.msg import TransformStamped
 from sensor_msgs.msg import LaserScan
 
-from diff_encoder_sim.errors import EVENT, InputFault
-from diff_encoder_sim.ros.conversions import (ns_from_stamp, pose_from_transform,
-                                              scan_from_message)
+from diff_encoder_sim.base.errors import EVENT, InputFault
+from diff_encoder_sim.base.laser_scan import Scan
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_from_transform, scan_from_message
 from diff_encoder_sim.ros.laser_mount import LaserMount, laser_mount
 from diff_encoder_sim.ros.node import log
-from diff_encoder_sim.scan import Scan
-from diff_encoder_sim.se2 import Pose2D
-from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
 
 # A scan waits until one comes that is so much newer; and so many may wait.
 PATIENCE_NS = 2 * NANOSECONDS_PER_SECOND

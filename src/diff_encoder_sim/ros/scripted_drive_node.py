@@ -7,16 +7,16 @@ from typing import Optional
 import tf2_ros
 from geometry_msgs.msg import Twist, Vector3
 
-from diff_encoder_sim.errors import ConfigError
-from diff_encoder_sim.experiments.drives import ScriptedDrive
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.ros.conversions import transform_message
 from diff_encoder_sim.ros.launch_status import LaunchStatus
 from diff_encoder_sim.ros.map_keeper import MapKeeper
 from diff_encoder_sim.ros.node import node_params, publisher, run_node
 from diff_encoder_sim.ros.trial_plan import required_trial_plan
 from diff_encoder_sim.ros.trial_runner import TrialFailed, TrialParams, TrialRunner
-from diff_encoder_sim.se2 import Pose2D
-from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.trials.scripted_drive import ScriptedDrive
 
 # What must be connected before time runs, by `slam`; of the embedded one time waits for the pose.
 TOPICS_OF_MAPPERS = {'embedded': ('/scan', '/map', '/slam_gmapping/pose'),

@@ -8,13 +8,12 @@ from typing import Any, Dict, Tuple
 import rospy
 from geometry_msgs.msg import Pose, Quaternion, Twist
 
-from diff_encoder_sim.config import did_you_mean
-from diff_encoder_sim.errors import EVENT, InputFault
-from diff_encoder_sim.ros.conversions import (body_messages, matrix_pose_message,
-                                              pose_from_message, stamp_from_ns)
+from diff_encoder_sim.base.errors import EVENT, InputFault
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.base.typed_params import did_you_mean
+from diff_encoder_sim.ros.conversions import body_messages, matrix_pose_message, pose_from_message, stamp_from_ns
 from diff_encoder_sim.ros.gazebo_messages import GetModelState, ModelStates, SetModelState
 from diff_encoder_sim.ros.node import log, publisher
-from diff_encoder_sim.se2 import Pose2D
 from diff_encoder_sim.simulation.simulator import Simulator
 from diff_encoder_sim.simulation.state import PlanarVelocity
 

@@ -13,17 +13,16 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState, LaserScan
 from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 
-from diff_encoder_sim.errors import ConfigError, InputFault
-from diff_encoder_sim.experiments.definition import PoseParams
+from diff_encoder_sim.base.errors import ConfigError, InputFault
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.ros.command_gate import Command, CommandGate
 from diff_encoder_sim.ros.conversions import joint_state_message, scan_message, stamp_from_ns
 from diff_encoder_sim.ros.node import log, node_params, publisher, run_node, subscriber
 from diff_encoder_sim.ros.pacing import LONGEST_WAIT_S, GraphPacer, WallPacer
 from diff_encoder_sim.ros.simulated_models import SimulatedModels
 from diff_encoder_sim.ros.trial_plan import trial_plan
-from diff_encoder_sim.simulation.simulator import (STATES_PERIOD_NS, TICK_NS, Simulator,
-                                                   SimulatorParams)
-from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.simulation.simulator import STATES_PERIOD_NS, TICK_NS, Simulator, SimulatorParams
+from diff_encoder_sim.trials.trial_definition import PoseParams
 
 PAUSED_CLOCK_PERIOD_S = 0.05
 

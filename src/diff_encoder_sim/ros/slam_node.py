@@ -15,21 +15,19 @@ from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Float64
 from tf2_msgs.msg import TFMessage
 
-from diff_encoder_sim.errors import EVENT
-from diff_encoder_sim.ros.conversions import (ns_from_stamp, pose_stamped_message,
-                                              transform_message)
+from diff_encoder_sim.base.errors import EVENT
+from diff_encoder_sim.base.laser_scan import Scan
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.base.seeds import generator
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
+from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_stamped_message, transform_message
 from diff_encoder_sim.ros.map_conversions import map_message
-from diff_encoder_sim.ros.node import (compile_first, log, node_params, publisher, run_node,
-                                       subscriber)
+from diff_encoder_sim.ros.node import compile_first, log, node_params, publisher, run_node, subscriber
 from diff_encoder_sim.ros.scan_queue import ScanQueue
 from diff_encoder_sim.ros.trial_plan import trial_plan
-from diff_encoder_sim.scan import Scan
-from diff_encoder_sim.se2 import Pose2D
-from diff_encoder_sim.seeds import generator
 from diff_encoder_sim.slam.grid_slam import GridSlam
-from diff_encoder_sim.slam.params import GridSlamParams
-from diff_encoder_sim.slam.warm_up import warm_up
-from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND, Step, Timeline
+from diff_encoder_sim.slam.slam_params import GridSlamParams
+from diff_encoder_sim.slam.slam_warm_up import warm_up
 
 SILENCE_S = 15.0
 

@@ -5,8 +5,8 @@ from typing import Optional
 
 import rospy
 
-from diff_encoder_sim.errors import ConfigError
-from diff_encoder_sim.experiments.definition import TrialPlan
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.trials.trial_definition import TrialPlan
 
 PARAMETER = '/trial'
 

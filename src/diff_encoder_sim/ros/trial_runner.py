@@ -12,15 +12,15 @@ from pydantic import Field
 from std_msgs.msg import String
 from std_srvs.srv import Empty
 
-from diff_encoder_sim.config import Params
-from diff_encoder_sim.experiments.outcome import GOAL_DISTANCE_M, Outcome, miss
+from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
+from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.recording import topics
 from diff_encoder_sim.ros.graph import wait_until_heard
 from diff_encoder_sim.ros.launch_status import LaunchStatus
 from diff_encoder_sim.ros.node import log, publisher
 from diff_encoder_sim.ros.pose_subscriber import pose_subscriber
 from diff_encoder_sim.ros.trial_plan import required_trial_plan
-from diff_encoder_sim.se2 import Pose2D, wrap_angle
+from diff_encoder_sim.trials.trial_outcome import GOAL_DISTANCE_M, Outcome, goal_error
 
 FIRST_MESSAGES_S = 0.2    # of wall time, for latched messages on connections just made
 LAST_MESSAGES_S = 0.5     # of wall time, for what is on its way into the bag
@@ -120,7 +120,7 @@ class TrialRunner:
     def _check_goal(self) -> None:
         goal = self.trial.goal()
         log.info('%s ends %s', topics.WORLD_POSE, distance_from_goal(self._true_pose, goal))
-        reason = miss(self._true_pose, goal, self._params.goal_distance)
+        reason = goal_error(self._true_pose, goal, self._params.goal_distance)
         if reason is not None:
             raise TrialFailed(reason, Outcome.LOST)
 

@@ -5,13 +5,12 @@ from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry, Path
 from visualization_msgs.msg import MarkerArray
 
+from diff_encoder_sim.base.stamps import Step, Timeline
 from diff_encoder_sim.recording import topics
-from diff_encoder_sim.ros.conversions import (ns_from_stamp, pose_from_message,
-                                              pose_stamped_message, world_markers)
+from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_from_message, pose_stamped_message, world_markers
 from diff_encoder_sim.ros.node import publisher, run_node, subscriber
 from diff_encoder_sim.ros.trial_plan import required_trial_plan
 from diff_encoder_sim.simulation.world import load_world
-from diff_encoder_sim.timeline import Step, Timeline
 
 MAP_FRAME = 'map'
 POSES_PER_PATH_MESSAGE = 10  # a path is sent whole each time: twice a second is enough to watch

@@ -7,11 +7,11 @@ from typing import List
 import rosgraph.names
 import rospy
 
-from diff_encoder_sim.cli.packages import UPSTREAM_NAVIGATION, UPSTREAM_SLAM
-from diff_encoder_sim.cli.run import run_tool
-from diff_encoder_sim.errors import ConfigError
+from diff_encoder_sim.base.console import run_tool
+from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.ros.processes import become
 from diff_encoder_sim.ros.trial_plan import required_trial_plan, trial_plan
+from diff_encoder_sim.trials.required_packages import UPSTREAM_NAVIGATION, UPSTREAM_SLAM
 
 # Of each node the package, and how to get it.
 NODES = {'map_server': ('map_server', UPSTREAM_NAVIGATION), 'amcl': ('amcl', UPSTREAM_NAVIGATION),

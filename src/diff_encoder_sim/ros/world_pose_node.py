@@ -4,11 +4,11 @@ from __future__ import annotations
 from geometry_msgs.msg import PoseStamped, Twist
 from pydantic import Field
 
-from diff_encoder_sim.experiments.definition import PoseParams
+from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.ros.conversions import pose_stamped_message
 from diff_encoder_sim.ros.model_states import ModelStateReader, ModelStatesParams
 from diff_encoder_sim.ros.node import node_params, publisher, run_node
-from diff_encoder_sim.se2 import Pose2D
+from diff_encoder_sim.trials.trial_definition import PoseParams
 
 
 class WorldPoseParams(ModelStatesParams):

@@ -7,9 +7,9 @@ from typing import Tuple
 
 from pydantic import Field
 
-from diff_encoder_sim.config import Params
-from diff_encoder_sim.errors import InputFault
-from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.base.errors import InputFault
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.base.typed_params import Params
 
 log = logging.getLogger(__name__)
 

@@ -12,12 +12,12 @@ import numpy as np
 from numba import njit
 from pydantic import Field, model_validator
 
-from diff_encoder_sim.config import Params
-from diff_encoder_sim.errors import ConfigError
-from diff_encoder_sim.scan import Scan
-from diff_encoder_sim.se2 import Pose2D
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.laser_scan import Scan
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.simulation.world import Box, Cylinder, Solid, Sphere, World
-from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
 
 # Below this a solid's axis counts as upright: world files are written with six decimals.
 UPRIGHT_TOLERANCE = 1e-5

@@ -12,9 +12,9 @@ from typing import Dict, NamedTuple, Optional, Tuple
 import numpy as np
 from pydantic import Field
 
-from diff_encoder_sim.config import Params
-from diff_encoder_sim.errors import ConfigError
-from diff_encoder_sim.se2 import Pose2D, quat_xyzw_from_yaw
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.se2 import Pose2D, quat_xyzw_from_yaw
+from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.simulation.quiet_pybullet import pybullet
 from diff_encoder_sim.simulation.robot import RobotModel
 from diff_encoder_sim.simulation.state import AT_REST, BodyState, PlanarVelocity

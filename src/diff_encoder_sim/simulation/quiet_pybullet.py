@@ -7,7 +7,6 @@ import os
 import sys
 from typing import Iterator
 
-
 # Which of the two it goes to depends on PyBullet's version.
 STDOUT, STDERR = 1, 2
 

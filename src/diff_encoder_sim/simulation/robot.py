@@ -10,10 +10,9 @@ from typing import Dict, Mapping, NamedTuple, Tuple, Union
 import numpy as np
 import xacro
 
-from diff_encoder_sim.config import did_you_mean
-from diff_encoder_sim.errors import ConfigError, in_one_line
+from diff_encoder_sim.base.errors import ConfigError, in_one_line
+from diff_encoder_sim.base.typed_params import did_you_mean
 from diff_encoder_sim.simulation.world import parse_lengths, parse_numbers, rotation_from_rpy
-
 
 # What a xacro file may draw on besides its own text and arguments: other files, the environment.
 _DRAWS_ON_OTHERS = re.compile(rb'include|load_yaml|\$\((?!arg\b)')

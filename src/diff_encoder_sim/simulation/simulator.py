@@ -8,11 +8,11 @@ from typing import Optional, Union
 import numpy as np
 from pydantic import Field, field_validator
 
-from diff_encoder_sim.config import Params
-from diff_encoder_sim.errors import ConfigError
-from diff_encoder_sim.scan import Scan
-from diff_encoder_sim.se2 import Pose2D, yaw_from_quat_xyzw
-from diff_encoder_sim.seeds import generator
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.laser_scan import Scan
+from diff_encoder_sim.base.se2 import Pose2D, yaw_from_quat_xyzw
+from diff_encoder_sim.base.seeds import generator
+from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.simulation.drive import DriveController, DriveParams
 from diff_encoder_sim.simulation.lidar import Lidar, LidarParams
 from diff_encoder_sim.simulation.physics import TICK_S, BulletPhysics, PhysicsParams

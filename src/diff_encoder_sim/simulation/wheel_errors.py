@@ -7,7 +7,7 @@ from typing import Dict, Tuple
 import numpy as np
 from pydantic import Field
 
-from diff_encoder_sim.config import Params
+from diff_encoder_sim.base.typed_params import Params
 
 
 class WheelErrorParams(Params):

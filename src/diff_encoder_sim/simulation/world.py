@@ -8,7 +8,7 @@ from typing import Iterator, List, NamedTuple, Optional, Tuple, Union
 
 import numpy as np
 
-from diff_encoder_sim.errors import ConfigError
+from diff_encoder_sim.base.errors import ConfigError
 
 ALLOWED_SHAPES = ('box', 'cylinder', 'sphere', 'plane')
 

@@ -11,22 +11,22 @@ from typing import List, NamedTuple, Optional
 
 import numpy as np
 
-from diff_encoder_sim.errors import InputFault
+from diff_encoder_sim.base.errors import InputFault
+from diff_encoder_sim.base.laser_scan import Scan
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.localization.kld_resampling import effective_count
 from diff_encoder_sim.localization.particles import check_pose
-from diff_encoder_sim.localization.resampling import effective_count
 from diff_encoder_sim.mapping.occupancy_grid import UNKNOWN, OccupancyGrid
-from diff_encoder_sim.scan import Scan
-from diff_encoder_sim.se2 import Pose2D
 from diff_encoder_sim.slam.history import History, StampedPose
-from diff_encoder_sim.slam.motion import apply_moves
+from diff_encoder_sim.slam.map_update import register
+from diff_encoder_sim.slam.move_noise import apply_moves
 from diff_encoder_sim.slam.occupancy import occupancy
-from diff_encoder_sim.slam.params import GridSlamParams
 from diff_encoder_sim.slam.patches import SIDE, Extent, PatchMaps
 from diff_encoder_sim.slam.proposal import propose
 from diff_encoder_sim.slam.rays import Rays, usable_rays
-from diff_encoder_sim.slam.registration import register
-from diff_encoder_sim.slam.resampling import entropy_of, normalised, systematic_indices
-from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.slam.slam_params import GridSlamParams
+from diff_encoder_sim.slam.systematic_resampling import entropy_of, normalised, systematic_indices
 
 # Room for scan matching to look around the expected pose, beyond what the rays reach.
 MATCH_MARGIN_M = 1.0

@@ -5,7 +5,7 @@ from typing import List, NamedTuple
 
 import numpy as np
 
-from diff_encoder_sim.se2 import Pose2D
+from diff_encoder_sim.base.se2 import Pose2D
 
 
 class StampedPose(NamedTuple):

@@ -5,11 +5,11 @@ import logging
 from bisect import bisect_left
 from typing import Iterable, Sequence
 
-from diff_encoder_sim.errors import ConfigError, InputFault
-from diff_encoder_sim.scan import Scan
-from diff_encoder_sim.se2 import Pose2D, interpolate
+from diff_encoder_sim.base.errors import ConfigError, InputFault
+from diff_encoder_sim.base.laser_scan import Scan
+from diff_encoder_sim.base.se2 import Pose2D, interpolate
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.slam.grid_slam import GridSlam
-from diff_encoder_sim.timeline import NANOSECONDS_PER_SECOND
 
 log = logging.getLogger(__name__)
 

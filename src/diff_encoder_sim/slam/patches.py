@@ -10,7 +10,7 @@ from typing import NamedTuple, Tuple
 
 import numpy as np
 
-from diff_encoder_sim.errors import InputFault
+from diff_encoder_sim.base.errors import InputFault
 
 SIDE = 32               # cells along a patch; a power of two
 SHIFT, MASK = 5, SIDE - 1

@@ -9,12 +9,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from diff_encoder_sim.se2 import Pose2D
+from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.slam.kernels import propose_poses
-from diff_encoder_sim.slam.motion import apply_moves, move_sigmas
-from diff_encoder_sim.slam.params import GridSlamParams
+from diff_encoder_sim.slam.move_noise import apply_moves, move_sigmas
 from diff_encoder_sim.slam.patches import PatchMaps
 from diff_encoder_sim.slam.rays import Rays
+from diff_encoder_sim.slam.slam_params import GridSlamParams
 
 
 class Proposed(NamedTuple):

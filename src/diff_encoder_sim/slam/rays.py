@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from diff_encoder_sim.errors import InputFault
+from diff_encoder_sim.base.errors import InputFault
+from diff_encoder_sim.base.laser_scan import Scan
+from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.localization.beams import check_scan
-from diff_encoder_sim.scan import Scan
-from diff_encoder_sim.se2 import Pose2D
-from diff_encoder_sim.slam.params import GridSlamParams
+from diff_encoder_sim.slam.slam_params import GridSlamParams
 
 # Upstream's margin below the scan's own limit, where maxRange is not given [m].
 RANGE_MARGIN_M = 0.01

@@ -11,10 +11,10 @@ from diff_encoder_sim.analysis.dataset import TOPIC_OF_SOURCE, Dataset
 from diff_encoder_sim.analysis.figures.distributions import draw_distributions
 from diff_encoder_sim.analysis.figures.spread import draw_spread
 from diff_encoder_sim.analysis.figures.style import STYLE, Figure, save
-from diff_encoder_sim.analysis.figures.trajectories import MOST_TRIALS, draw_trajectories
+from diff_encoder_sim.analysis.figures.trajectory_plot import MOST_TRIALS, draw_trajectories
 from diff_encoder_sim.analysis.figures.variants import Variant, variants_of
 from diff_encoder_sim.analysis.figures.xy_errors import draw_xy_errors
-from diff_encoder_sim.analysis.paper_cells import X, YAW
+from diff_encoder_sim.analysis.paper.paper_cells import YAW, X
 
 
 class Drawn(NamedTuple):

@@ -7,16 +7,15 @@ from typing import Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Drawing
-from matplotlib.ticker import (FixedLocator, FuncFormatter, LogLocator, NullFormatter,
-                               NullLocator)
+from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullFormatter, NullLocator
 
 from diff_encoder_sim.analysis.closed_form import closed_form_std, odometry_minus_truth
 from diff_encoder_sim.analysis.dataset import RobotGeometry, TrialData, ppr_value
 from diff_encoder_sim.analysis.figures import style
 from diff_encoder_sim.analysis.figures.variants import Variant
-from diff_encoder_sim.analysis.paper_cells import QUANTITIES, Quantity, final_errors
-from diff_encoder_sim.analysis.statistics import LEVEL, spread, std_interval
-from diff_encoder_sim.experiments.definition import Trial
+from diff_encoder_sim.analysis.paper.paper_cells import QUANTITIES, Quantity, final_errors
+from diff_encoder_sim.evaluation.sample_statistics import LEVEL, spread, std_interval
+from diff_encoder_sim.trials.trial_definition import Trial
 
 HEIGHT_TO_WIDTH = 0.95
 ROOM = style.Room(left_in=0.7, between_in=0.72, above_in=0.22, below_in=0.22, legend_in=0.55)

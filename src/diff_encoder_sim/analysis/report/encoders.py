@@ -5,10 +5,10 @@ from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 from diff_encoder_sim.analysis.dataset import TOPIC_OF_SOURCE
 from diff_encoder_sim.analysis.ppr_comparison import PprComparison, Question
-from diff_encoder_sim.analysis.statistics import SIGNIFICANCE
 from diff_encoder_sim.analysis.table_files import Column, Entry, Table
 from diff_encoder_sim.analysis.table_keys import head_of_test
-from diff_encoder_sim.campaign.row import SOURCES
+from diff_encoder_sim.campaign.trial_row import SOURCES
+from diff_encoder_sim.evaluation.sample_statistics import SIGNIFICANCE
 
 # What the worse of two encoders does.
 HEADS = {Question.SPREAD: 'spreads more', Question.ERROR: 'is farther off',

@@ -7,26 +7,30 @@ from typing import Any, Dict, List, Sequence
 
 import jinja2
 
-from diff_encoder_sim.analysis.claims import judge_claims
 from diff_encoder_sim.analysis.dataset import TOPIC_OF_SOURCE, Dataset
 from diff_encoder_sim.analysis.figures.style import Figure
-from diff_encoder_sim.analysis.paper import compare_with_paper
-from diff_encoder_sim.analysis.paper_cells import X, YAW
+from diff_encoder_sim.analysis.paper.against_paper import (
+    accuracy_table,
+    cell_tables,
+    errata_table,
+    finding_counts,
+    score_table,
+)
+from diff_encoder_sim.analysis.paper.claims import judge_claims
+from diff_encoder_sim.analysis.paper.paper_cells import YAW, X
+from diff_encoder_sim.analysis.paper.paper_comparison import compare_with_paper
 from diff_encoder_sim.analysis.ppr_comparison import PprComparison
-from diff_encoder_sim.analysis.reach import REQUIRED_SHARE, WORDS_OF_SOURCE
-from diff_encoder_sim.analysis.report.against_paper import (accuracy_table, cell_tables,
-                                                            errata_table, finding_counts,
-                                                            score_table)
-from diff_encoder_sim.analysis.report.answer import Line, answer, encoder_names, listed
-from diff_encoder_sim.analysis.report.closed_form import closed_form_table
+from diff_encoder_sim.analysis.report.closed_form_table import closed_form_table
 from diff_encoder_sim.analysis.report.encoders import compare_encoders
+from diff_encoder_sim.analysis.report.headline import main_line
 from diff_encoder_sim.analysis.report.html_table import html_table
-from diff_encoder_sim.analysis.report.main_line import main_line
 from diff_encoder_sim.analysis.report.pictures import data_uri
 from diff_encoder_sim.analysis.report.provenance import provenance
+from diff_encoder_sim.analysis.report.summary import Line, answer, encoder_names, listed
 from diff_encoder_sim.analysis.report.trials import bag_links, failure_table, trial_table
 from diff_encoder_sim.analysis.table_files import Table
 from diff_encoder_sim.analysis.table_keys import head_of_test, ppr_head, varied_texts
+from diff_encoder_sim.analysis.within_tolerance import REQUIRED_FRACTION, WORDS_OF_SOURCE
 
 TEMPLATE = 'page.html'
 
@@ -83,7 +87,7 @@ def _answer(dataset: Dataset) -> Dict[str, Any]:
     for line in answer(dataset):
         by_test.setdefault(head_of_test(line.test, line.varied), []).append(line)
     return {'tolerance': f'{X.tolerance:g} m in x and in y and {YAW.tolerance:g} degrees',
-            'required_percent': round(100 * REQUIRED_SHARE),
+            'required_percent': round(100 * REQUIRED_FRACTION),
             'answer': [{'name': name, 'heads': heads, 'rows': [
                 {'encoder': ppr_head(label), 'shares': [line.shares[label] for line in lines]}
                 for label in lines[0].shares]} for name, lines in by_test.items()]}

@@ -9,10 +9,9 @@ from typing import List, NamedTuple, Optional
 
 from diff_encoder_sim.analysis.dataset import TOPIC_OF_SOURCE, Dataset, TrialData, XYYaw
 from diff_encoder_sim.analysis.table_files import Column, Entry, Number, Table
-from diff_encoder_sim.analysis.table_keys import (cell_head, key_columns, key_entries,
-                                                  varied_keys)
-from diff_encoder_sim.campaign.row import SOURCES
-from diff_encoder_sim.experiments.outcome import Outcome
+from diff_encoder_sim.analysis.table_keys import cell_head, key_columns, key_entries, varied_keys
+from diff_encoder_sim.campaign.trial_row import SOURCES
+from diff_encoder_sim.trials.trial_outcome import Outcome
 
 
 class BagLink(NamedTuple):

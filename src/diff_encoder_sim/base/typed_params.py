@@ -1,0 +1,113 @@
+"""Typed parameters: defaults in code, values from YAML or ROS, checked once, at the edge.
+
+Every component declares a frozen subclass of `Params` beside its algorithm. Field names are the
+names that users write in YAML and ROS parameters; units stand in each field's description.
+"""
+from __future__ import annotations
+
+import difflib
+from pathlib import Path
+from typing import Any, Dict, List, Mapping, Type, TypeVar, Union
+
+import yaml
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from diff_encoder_sim.base.errors import ConfigError
+
+P = TypeVar('P', bound='Params')
+
+
+class Params(BaseModel):
+    """Base of all parameter structs: frozen, strict (no text as numbers), no unknown keys."""
+
+    model_config = ConfigDict(frozen=True, strict=True, extra='forbid', allow_inf_nan=False,
+                              validate_default=True)
+
+    @classmethod
+    def from_mapping(cls: Type[P], mapping: Any, source: str) -> P:
+        """Validate `mapping`; `source` names the file or node in the error, '' for none.
+
+        Raises:
+            ConfigError: one line with the key, what was given and what is allowed.
+        """
+        prefix = f'{source}: ' if source else ''
+        if not isinstance(mapping, Mapping):
+            raise ConfigError(f'{prefix}given {mapping!r}; allowed: a mapping with the keys '
+                              f'{", ".join(_keys(cls))}')
+        try:
+            return cls.model_validate(dict(mapping))
+        except ValidationError as error:
+            raise ConfigError(prefix + _first_problem(cls, error)) from None
+
+
+def load_params(params_class: Type[P], path: Union[str, Path]) -> P:
+    """Read a YAML file into `params_class`.
+
+    Raises:
+        ConfigError: the file cannot be read, is not YAML, or holds a bad value.
+    """
+    return params_class.from_mapping(load_yaml(path), str(path))
+
+
+def split_params(mapping: Mapping[str, Any], source: str, *params_classes: Type[Params]
+                 ) -> List[Params]:
+    """One struct of each class from a flat mapping that they share.
+
+    Raises:
+        ConfigError: a value is not allowed, or no class knows a key.
+    """
+    known = {key for params_class in params_classes for key in _keys(params_class)}
+    for key in mapping:
+        if key not in known:
+            raise ConfigError(f'{source}: {key}: unknown key{did_you_mean(str(key), known)}')
+    return [params_class.from_mapping(
+        {key: value for key, value in mapping.items() if key in _keys(params_class)}, source)
+        for params_class in params_classes]
+
+
+def load_yaml(path: Union[str, Path]) -> Dict[str, Any]:
+    """The mapping in a YAML file, by safe_load; an empty file is an empty mapping.
+
+    Raises:
+        ConfigError: the file cannot be read, is not YAML, or is not a mapping.
+    """
+    try:
+        content = yaml.safe_load(Path(path).read_text(encoding='utf-8'))
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, 'strerror', None) or 'not UTF-8 text'
+        raise ConfigError(f'{path}: cannot be read: {reason}') from None
+    except Exception as error:  # of a bad number or date PyYAML lets other types through
+        mark = getattr(error, 'problem_mark', None)
+        line = f', line {mark.line + 1}' if mark else ''
+        raise ConfigError(f'{path}{line}: not valid YAML: '
+                          f'{getattr(error, "problem", None) or "cannot be parsed"}') from None
+    if content is None:
+        return {}
+    if not isinstance(content, dict):
+        raise ConfigError(f'{path}: given a {type(content).__name__}; allowed: keys and values')
+    return content
+
+
+def did_you_mean(given: str, known: Any) -> str:
+    """'; did you mean X?' when one of `known` is close to `given`, else nothing."""
+    close = difflib.get_close_matches(given, list(known), n=1)
+    return f'; did you mean {close[0]!r}?' if close else ''
+
+
+def _keys(params_class: Type[Params]) -> List[str]:
+    """What users write: a field's alias where its name would be Python's own (`str`)."""
+    return [field.alias or name for name, field in params_class.model_fields.items()]
+
+
+def _first_problem(params_class: Type[Params], error: ValidationError) -> str:
+    problem = error.errors()[0]
+    key = '.'.join(str(part) for part in problem['loc']) or 'value'
+    if not key.isprintable():
+        key = repr(key)     # the line stays one
+    if problem['type'] == 'extra_forbidden':
+        return f'{key}: unknown key{did_you_mean(key, _keys(params_class))}'
+    if problem['type'] == 'missing':
+        return f'{key}: missing'
+    allowed = problem['msg'].replace('Input should be ', '').replace('Value error, ', '')
+    given = repr(problem['input'])
+    return f'{key}: given {given if len(given) < 80 else given[:77] + "..."}; allowed: {allowed}'

@@ -1,0 +1,178 @@
+"""Reads a campaign file, checks all of it, and resolves it into cells."""
+from __future__ import annotations
+
+import contextlib
+import re
+from pathlib import Path
+from typing import Any, Iterator, List, Mapping, Optional, Sequence, Tuple, Union
+
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.se2 import IDENTITY
+from diff_encoder_sim.base.typed_params import load_yaml
+from diff_encoder_sim.campaign.campaign_definition import (
+    MOST_CELLS,
+    MOST_TRIALS,
+    Campaign,
+    CampaignParams,
+    Cell,
+    Varied,
+    text_of,
+)
+from diff_encoder_sim.campaign.files import TrialFiles, collect
+from diff_encoder_sim.campaign.robot_file import Robot, load_robot_file
+from diff_encoder_sim.encoders.pulses import ppr_label
+from diff_encoder_sim.lockstep.robot_params import RobotConfig, RobotParams, check_key, load_robot_config, override
+from diff_encoder_sim.simulation.simulator import Simulator
+from diff_encoder_sim.trials.trial_definition import TestDefinition, find_world, load_test
+
+# Leaves room for a trial's number and for the name that a file has while it is unfinished.
+LONGEST_LABEL = 150
+
+
+def load_campaign(name: str, package_folder: Union[str, Path],
+                  replace: Optional[Mapping[str, Any]] = None) -> Campaign:
+    """A campaign by its name (`paper` is config/campaigns/paper.yaml) or its file's path.
+
+    Args:
+        name: paths of tests and of the robot in a file are relative to that file; on the command
+            line to where the user stands.
+        package_folder: where config/, worlds/ and urdf/ are.
+        replace: values from the command line that come before the file's; None is none.
+
+    Raises:
+        ConfigError: a file is missing or bad, or a value is not allowed.
+    """
+    package_folder = Path(package_folder)
+    path = _find(name, package_folder / 'config' / 'campaigns')
+    given = {key: value for key, value in (replace or {}).items() if value is not None}
+    params = _load_params(path, given)
+    config = load_robot_config(package_folder / 'config')
+    robot = _load_robot(params, Path() if 'robot' in given else path.parent, package_folder)
+    with _named('' if 'tests' in given else path):
+        tests = _load_tests(params, None if 'tests' in given else path.parent,
+                            package_folder / 'config')
+    with _named('' if 'ppr' in given else path):
+        _check_unique('ppr', [ppr_label(ppr) for ppr in params.ppr])
+    with _named(path):
+        _check_size(params)
+        combinations = _resolve(params, config, robot.overrides)
+        files = _collect(params, tests, combinations, robot.urdf, package_folder)
+    return Campaign(params, _cells(params, tests, combinations), files)
+
+
+def _find(name: str, folder: Path) -> Path:
+    path = Path(name) if name.endswith('.yaml') else folder / f'{name}.yaml'
+    if not path.is_file():
+        known = ', '.join(sorted(file.stem for file in folder.glob('*.yaml')))
+        raise ConfigError(f'campaign: given {name!r}; allowed: {known}, or a .yaml file')
+    return path
+
+
+def _load_params(path: Path, given: Mapping[str, Any]) -> CampaignParams:
+    content = load_yaml(path)
+    params = CampaignParams.from_mapping(content, str(path))
+    return CampaignParams.from_mapping({**content, **given}, '') if given else params
+
+
+@contextlib.contextmanager
+def _named(source: Union[str, Path]) -> Iterator[None]:
+    """Put the campaign's file, or nothing, before what is wrong."""
+    try:
+        yield
+    except ConfigError as error:
+        raise ConfigError(f'{source}: {error}' if source else str(error)) from None
+
+
+def _load_tests(params: CampaignParams, folder: Optional[Path],
+                config_folder: Path) -> List[TestDefinition]:
+    """The tests; files among them are relative to `folder`, else to where the user stands."""
+    tests = [load_test(str(folder / name) if folder and name.endswith('.yaml') else name,
+                       config_folder) for name in params.tests]
+    _check_unique('tests', [test.name for test in tests])
+    for test in tests:
+        test.check_way(params.nav)
+    return tests
+
+
+def _load_robot(params: CampaignParams, folder: Path, package_folder: Path) -> Robot:
+    """The robot; overrides of its own file are checked here, where that file has a name."""
+    if not params.robot:
+        return Robot(package_folder / 'urdf' / 'alto.urdf.xacro', {})
+    robot = load_robot_file(folder / params.robot)
+    with _named(folder / params.robot):
+        for key in robot.overrides:
+            check_key(key)
+            if key in params.vary:
+                raise ConfigError(f'{key}: given here, and under vary in the campaign; allowed: '
+                                  f'one of them')
+    return robot
+
+
+def _check_size(params: CampaignParams) -> None:
+    cells = params.cell_count()
+    if cells > MOST_CELLS or cells * params.trials > MOST_TRIALS:
+        raise ConfigError(f'given {cells} cells of {params.trials} trials; allowed: {MOST_CELLS} '
+                          f'cells, {MOST_TRIALS} trials')
+
+
+def _resolve(params: CampaignParams, config: RobotConfig, robot_overrides: Mapping[str, Any]
+             ) -> List[Tuple[Varied, RobotParams]]:
+    """Each combination of what is varied, with all parameters; the robot's give way to these."""
+    for key in (*params.overrides, *params.vary):
+        check_key(key)
+        if key in params.overrides and key in params.vary:
+            raise ConfigError(f'{key}: given under set and vary; allowed: one of them')
+    resolved = [(varied, override(config, {**robot_overrides, **params.overrides, **dict(varied)}))
+                for varied in params.combinations()]
+    # Not before: YAML has values, such as dates, that no parameter allows and no text can show.
+    for key, values in params.vary.items():
+        _check_unique(key, [text_of(value) for value in values])
+    for _, robot_params in resolved:
+        _check_joints(robot_params)
+    return resolved
+
+
+def _check_joints(params: RobotParams) -> None:
+    """An encoder on a joint that nobody turns would fail each trial after its first second."""
+    turned = params.simulator.left_joint, params.simulator.right_joint
+    for key in ('left_joint', 'right_joint'):
+        joint = getattr(params.encoder, key)
+        if joint not in turned:
+            raise ConfigError(f'config.{key}: given {joint!r}; allowed: what simulator.left_joint '
+                              f'and simulator.right_joint say: {" or ".join(turned)}')
+
+
+def _collect(params: CampaignParams, tests: Sequence[TestDefinition],
+             combinations: Sequence[Tuple[Varied, RobotParams]], robot: Path,
+             package_folder: Path) -> TrialFiles:
+    """The files of the trials."""
+    worlds = package_folder / 'worlds'
+    files = collect(tests, worlds, robot, needs_maps=params.nav != 'scripted')
+    simulators = [robot_params.simulator for _, robot_params in combinations]
+    # What names parts of the robot file, or changes it, must find them there.
+    differing = {(simulator.left_joint, simulator.right_joint, simulator.laser_link,
+                  simulator.wheel_errors): simulator for simulator in simulators}
+    for simulator in differing.values():
+        Simulator(find_world(tests[0].world, worlds), robot, simulator, IDENTITY, seed=0).close()
+    return files
+
+
+def _check_unique(key: str, texts: Sequence[str]) -> None:
+    for text in texts:
+        if texts.count(text) > 1:
+            raise ConfigError(f'{key}: given {text} {texts.count(text)} times; allowed: once')
+
+
+def _cells(params: CampaignParams, tests: Sequence[TestDefinition],
+           combinations: Sequence[Tuple[Varied, RobotParams]]) -> List[Cell]:
+    cells = [Cell(_label(test, ppr_label(ppr), varied), test, ppr, varied, robot_params)
+             for test in tests for varied, robot_params in combinations for ppr in params.ppr]
+    # Some file systems take SL_a and sl_A for one name.
+    if len({cell.label.casefold() for cell in cells}) < len(cells):
+        cells = [cell._replace(label=f'{cell.label}_c{index}') for index, cell in enumerate(cells)]
+    return cells
+
+
+def _label(test: TestDefinition, ppr: str, varied: Varied) -> str:
+    parts = [test.name, ppr, *(key.rpartition('.')[2] + text_of(value) for key, value in varied)]
+    return '_'.join(re.sub(r'[^A-Za-z0-9.+-]+', '_', part) for part in parts)[:LONGEST_LABEL]

@@ -1,0 +1,104 @@
+"""One trial's result: a row of trials.csv, which the csv module, pandas and spreadsheets read."""
+from __future__ import annotations
+
+import csv
+import io
+from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
+
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.trials.trial_outcome import Outcome
+
+# Where a pose is said to be at the end: /odom, /amcl_pose, /global_pose, /world_pose.
+SOURCES = ('odom', 'amcl', 'global', 'world')
+PARTS = ('x_m', 'y_m', 'yaw_rad')
+OUTCOMES = tuple(outcome.value for outcome in Outcome)
+
+
+class TrialRow(NamedTuple):
+    """A trial and how it ended."""
+
+    test: str
+    ppr: str                          # as encoder.ppr_label says it
+    varied: Tuple[Tuple[str, str], ...]    # dotted keys of parameters, and their values as text
+    trial: int
+    seed: int
+    outcome: str                      # one of OUTCOMES
+    reason: str                       # of any but succeeded
+    duration_s: float                 # simulated
+    # Final pose minus goal by source: x [m] and y [m] along the map's axes, yaw [rad] wrapped;
+    # None where the source never had a pose.
+    errors: Dict[str, Optional[Pose2D]]
+    distance_m: float                 # length of the true path
+    wall_time_s: float
+    bag: str                          # path below the results folder; '' for none
+
+    def identity(self) -> Tuple:
+        """Which trial it is of: the first fields, to seed."""
+        return self[:5]
+
+
+def header(varied_keys: Sequence[str]) -> List[str]:
+    """The names of the columns, with their units."""
+    return ['test', 'ppr', *varied_keys, 'trial', 'seed', 'outcome', 'reason', 'duration_s',
+            *(f'{source}_{part}' for source in SOURCES for part in PARTS),
+            'distance_m', 'wall_time_s', 'bag']
+
+
+def fields_of(row: TrialRow) -> List[str]:
+    """The row as texts; numbers read back as the same numbers, wall time to the millisecond."""
+    errors = [row.errors.get(source) or ('',) * len(PARTS) for source in SOURCES]
+    values = [row.test, row.ppr, *(text for _, text in row.varied), row.trial, row.seed,
+              row.outcome, _one_line(row.reason), float(row.duration_s),
+              *(part if part == '' else float(part) for error in errors for part in error),
+              float(row.distance_m), round(float(row.wall_time_s), 3), row.bag]
+    return [value if isinstance(value, str) else repr(value) for value in values]
+
+
+def row_of(fields: Sequence[str], varied_keys: Sequence[str]) -> TrialRow:
+    """The row that `fields_of` made into texts.
+
+    Raises:
+        ValueError: these are not the fields of a row.
+    """
+    names = header(varied_keys)
+    if len(fields) != len(names):
+        raise ValueError(f'{len(fields)} fields; expected {len(names)}')
+    by_name = dict(zip(names, fields))
+    if by_name['outcome'] not in OUTCOMES:
+        raise ValueError(f'outcome {by_name["outcome"]!r}; expected {", ".join(OUTCOMES)}')
+    return TrialRow(
+        by_name['test'], by_name['ppr'], tuple((key, by_name[key]) for key in varied_keys),
+        int(by_name['trial']), int(by_name['seed']), by_name['outcome'], by_name['reason'],
+        float(by_name['duration_s']), {source: _error(by_name, source) for source in SOURCES},
+        float(by_name['distance_m']), float(by_name['wall_time_s']), by_name['bag'])
+
+
+def csv_line(fields: Sequence[str]) -> bytes:
+    """One line of a CSV file, its end included."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator='\n').writerow(fields)
+    return text.getvalue().encode('utf-8')
+
+
+def csv_fields(line: bytes) -> List[str]:
+    """What `csv_line` made into a line, with or without its end.
+
+    Raises:
+        ValueError: this is no such line.
+    """
+    try:
+        return next(csv.reader([line.decode('utf-8')], strict=True))
+    except csv.Error as error:
+        raise ValueError(str(error)) from None
+
+
+def _one_line(text: str) -> str:
+    """A row is one line of the file: whatever a reason says, it must not end the line."""
+    return ''.join(char if char.isprintable() else ' ' for char in text)
+
+
+def _error(by_name: Dict[str, str], source: str) -> Optional[Pose2D]:
+    texts = [by_name[f'{source}_{part}'] for part in PARTS]
+    if texts == [''] * len(PARTS):
+        return None
+    return Pose2D(*map(float, texts))

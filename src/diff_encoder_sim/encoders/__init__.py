@@ -1,0 +1,1 @@
+"""Wheel encoders: from wheel angles to pulse counts."""

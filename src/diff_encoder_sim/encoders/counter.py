@@ -1,0 +1,35 @@
+"""The counter behind an encoder: its finite width, and differences between two readings."""
+from __future__ import annotations
+
+from pydantic import AfterValidator, Field
+from typing_extensions import Annotated
+
+
+def _can_count(modulus: int) -> int:
+    if modulus != 0 and not 2 <= modulus <= 2 ** 63:
+        raise ValueError('0 (never wraps), or a whole number from 2 to 2^63')
+    return modulus
+
+
+CounterModulus = Annotated[int, AfterValidator(_can_count), Field(
+    description='counts before the counter wraps: 65536 for int16, 0 for no wrap')]
+
+
+def wrap_count(pulses: int, modulus: int) -> int:
+    """What a two's-complement counter of `modulus` states shows: [-modulus/2, modulus/2).
+
+    A modulus of 0 stands for a counter that never wraps.
+    """
+    if modulus == 0:
+        return pulses
+    half = modulus // 2
+    return (pulses + half) % modulus - half
+
+
+def count_difference(newer: int, older: int, modulus: int) -> int:
+    """Pulses between two readings of a wrapping counter, the shorter way round.
+
+    Right in both directions while fewer than modulus/2 pulses pass between readings, and for
+    counters that show [0, modulus) just as for signed ones.
+    """
+    return wrap_count(newer - older, modulus)

@@ -1,0 +1,42 @@
+"""Pulses per revolution, and whole pulses at a wheel angle (equation 1)."""
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from pydantic import BeforeValidator, Field
+from typing_extensions import Annotated
+
+from diff_encoder_sim.base.typed_params import Params
+
+
+class PerWheel(Params):
+    """One positive number for each wheel."""
+
+    left: float = Field(gt=0)
+    right: float = Field(gt=0)
+
+
+def _same_for_both(value: Any) -> Any:
+    if isinstance(value, (dict, PerWheel)):
+        return value
+    if isinstance(value, bool) or not isinstance(value, (int, float)) \
+            or not (math.isfinite(value) and value > 0):
+        raise ValueError('a finite number greater than 0, or {left: ..., right: ...} of them')
+    return {'left': value, 'right': value}
+
+
+PulsesPerRevolution = Annotated[PerWheel, BeforeValidator(_same_for_both), Field(
+    description='pulses per wheel revolution')]
+DEFAULT_PPR = PerWheel(left=90, right=90)
+
+
+def ppr_label(ppr: PerWheel) -> str:
+    """90 where both wheels have 90, else left-right."""
+    left, right = f'{ppr.left:g}', f'{ppr.right:g}'
+    return left if left == right else f'{left}-{right}'
+
+
+def pulses_from_angle(angle_rad: float, ppr: float) -> int:
+    """Whole pulses at a wheel angle, equation (1): floor, so -0.1 pulse is -1."""
+    return math.floor(angle_rad * ppr / (2.0 * math.pi))

@@ -1,0 +1,188 @@
+"""The incremental wheel encoder: from wheel angle to a pulse count, sampled at a fixed rate.
+
+Equation (1) of the paper, the counter's finite width, and the motor controller's 20 Hz report.
+"""
+from __future__ import annotations
+
+import logging
+import math
+from typing import Dict, NamedTuple, Optional, Sequence, Tuple
+
+from pydantic import Field, model_validator
+
+from diff_encoder_sim.base.errors import EVENT, InputFault
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
+from diff_encoder_sim.base.typed_params import Params, did_you_mean
+from diff_encoder_sim.encoders.counter import CounterModulus, wrap_count
+from diff_encoder_sim.encoders.pulses import DEFAULT_PPR, PulsesPerRevolution, pulses_from_angle
+from diff_encoder_sim.encoders.sampling import BoundarySampler
+
+log = logging.getLogger(__name__)
+
+# Far beyond any drive (100,000 km on a 0.2 m wheel), and its pulses still fit an int64.
+LARGEST_ANGLE_RAD = 1e9
+
+# A wheel that no message has named for this long is missing, not merely interleaved.
+MISSING_AFTER_NS = NANOSECONDS_PER_SECOND
+
+# So many messages in a row without a newer stamp: the publisher does not set it.
+STAMPS_STAND_STILL_AFTER = 100
+
+
+class EncoderParams(Params):
+    """Parameters of gz_diff_encoder_node, under the names that users set."""
+
+    ppr: PulsesPerRevolution = DEFAULT_PPR
+    rate: float = Field(20.0, ge=1e-3, le=1e6, description='reports per second of stamps [Hz]')
+    left_joint: str = Field('left_wheel_joint', min_length=1)
+    right_joint: str = Field('right_wheel_joint', min_length=1)
+    counter_modulus: CounterModulus = 0
+
+    @model_validator(mode='after')
+    def _check_joints_differ(self) -> EncoderParams:
+        if self.left_joint == self.right_joint:
+            raise ValueError('left_joint and right_joint that differ')
+        return self
+
+
+class EncoderSample(NamedTuple):
+    """The counters as read at one instant."""
+
+    stamp_ns: int
+    left_pulses: int
+    right_pulses: int
+
+
+class _WheelChannel:
+    """One wheel's way through the encoder: its time, its sampling, its samples not yet reported."""
+
+    def __init__(self, joint: str, ppr: float, rate_hz: float) -> None:
+        self.joint = joint
+        self._ppr = ppr
+        self._sampler = BoundarySampler(rate_hz)
+        self._timeline = Timeline(tolerance_ns=int(2 * NANOSECONDS_PER_SECOND / rate_hz))
+        # (stamp, pulses) by period, for as long as the other wheel may be late.
+        self.samples: Dict[int, Tuple[int, int]] = {}
+        self._kept_periods = math.ceil(MISSING_AFTER_NS * rate_hz / NANOSECONDS_PER_SECOND) + 1
+
+    def take(self, stamp_ns: int, angle_rad: float) -> Step:
+        """Feed one angle; after RESTART the channel must be replaced by a new one."""
+        step = self._timeline.advance(stamp_ns)
+        if step is Step.NEW:
+            index = self._sampler.period_index(stamp_ns)
+            if index is not None:
+                self.samples[index] = (stamp_ns, pulses_from_angle(angle_rad, self._ppr))
+                self.drop_before(index - self._kept_periods)
+        return step
+
+    def drop_before(self, period_index: int) -> None:
+        """Forget samples of periods before this one."""
+        while self.samples and next(iter(self.samples)) < period_index:
+            del self.samples[next(iter(self.samples))]
+
+    @property
+    def last_seen_ns(self) -> Optional[int]:
+        """Stamp of the newest angle taken."""
+        return self._timeline.newest_ns
+
+
+class DiffEncoder:
+    """Both wheels' encoders behind one motor controller that reports at a fixed rate.
+
+    Feed it every joint message. The wheels may come in one message or in several, in any order,
+    among any other joints.
+    """
+
+    def __init__(self, params: EncoderParams) -> None:
+        self.params = params
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget all samples; counts stay what equation (1) says of the angle."""
+        params = self.params
+        self._left = _WheelChannel(params.left_joint, params.ppr.left, params.rate)
+        self._right = _WheelChannel(params.right_joint, params.ppr.right, params.rate)
+        self._channels = self._left, self._right
+        self._first_stamp_ns: Optional[int] = None
+        self._stale_in_a_row = 0
+
+    def update(self, stamp_ns: int, names: Sequence[str],
+               angles_rad: Sequence[float]) -> Optional[EncoderSample]:
+        """Take one joint message; returns a sample when both wheels have reached a boundary.
+
+        Args:
+            stamp_ns: the message's stamp [ns].
+            names: joint names.
+            angles_rad: joint positions [rad], in the order of `names`.
+
+        Raises:
+            InputFault: a wheel is named twice, has no finite angle, or has long been missing, or
+                the stamps stand still. The counts are those of before.
+        """
+        angles = [_angle_of(channel.joint, names, angles_rad) for channel in self._channels]
+        steps = [channel.take(stamp_ns, angle)
+                 for channel, angle in zip(self._channels, angles) if angle is not None]
+        if Step.RESTART in steps:
+            log.warning('joint stamps went back to %.3f s: encoder restarted',
+                        stamp_ns / NANOSECONDS_PER_SECOND, extra=EVENT)
+            self.reset()
+            return self.update(stamp_ns, names, angles_rad)
+        self._check_stamps_advance(stamp_ns, steps)
+        if len(steps) < len(self._channels):
+            self._check_nothing_missing(stamp_ns, names)
+        return self._report()
+
+    def _report(self) -> Optional[EncoderSample]:
+        if not (self._left.samples and self._right.samples):
+            return None
+        index = next((index for index in self._left.samples if index in self._right.samples), None)
+        if index is None:
+            return None
+        left_stamp_ns, left_pulses = self._left.samples[index]
+        right_stamp_ns, right_pulses = self._right.samples[index]
+        for channel in self._channels:
+            channel.drop_before(index + 1)
+        modulus = self.params.counter_modulus
+        return EncoderSample(max(left_stamp_ns, right_stamp_ns),
+                             wrap_count(left_pulses, modulus), wrap_count(right_pulses, modulus))
+
+    def _check_stamps_advance(self, stamp_ns: int, steps: Sequence[Step]) -> None:
+        if Step.NEW in steps:
+            self._stale_in_a_row = 0
+        elif steps:
+            self._stale_in_a_row += 1
+        if self._stale_in_a_row >= STAMPS_STAND_STILL_AFTER:
+            raise InputFault(f'stamps stand still at {stamp_ns / NANOSECONDS_PER_SECOND:.3f} s '
+                             f'(the last {self._stale_in_a_row} messages); expected header.stamp '
+                             f'to be the time of each sample')
+
+    def _check_nothing_missing(self, stamp_ns: int, names: Sequence[str]) -> None:
+        if self._first_stamp_ns is None:
+            self._first_stamp_ns = stamp_ns
+        for channel in self._channels:
+            if channel.joint in names:
+                continue
+            since_ns = (self._first_stamp_ns if channel.last_seen_ns is None
+                        else channel.last_seen_ns)
+            if stamp_ns - since_ns > MISSING_AFTER_NS:
+                raise InputFault(
+                    f'joint {channel.joint!r} not seen for '
+                    f'{(stamp_ns - since_ns) / NANOSECONDS_PER_SECOND:.1f} s; '
+                    f'this message names {list(names)}{did_you_mean(channel.joint, names)}')
+
+
+def _angle_of(joint: str, names: Sequence[str], angles_rad: Sequence[float]) -> Optional[float]:
+    """The joint's angle [rad], or None where the message does not name it."""
+    times_named = names.count(joint)
+    if times_named == 0:
+        return None
+    if times_named > 1:
+        raise InputFault(f'joint {joint!r} is named {times_named} times in one message')
+    index = names.index(joint)
+    if index >= len(angles_rad):
+        raise InputFault(f'joint {joint!r} has no position: {len(names)} names, '
+                         f'{len(angles_rad)} positions')
+    if not abs(angles_rad[index]) <= LARGEST_ANGLE_RAD:
+        raise InputFault(f'joint {joint!r} has position {angles_rad[index]}; '
+                         f'expected a finite angle [rad]')
+    return angles_rad[index]

@@ -1,0 +1,176 @@
+"""How true a map and a path are, against the world's geometry and the true path."""
+from __future__ import annotations
+
+import math
+from typing import NamedTuple, Sequence, Tuple
+
+import numpy as np
+
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
+from diff_encoder_sim.mapping.occupancy_grid import OCCUPIED, OccupancyGrid
+from diff_encoder_sim.simulation.lidar import cast_rays, cut_world
+from diff_encoder_sim.simulation.rasterise import rasterise, surface_points
+from diff_encoder_sim.simulation.world import World
+
+SPACING_M = 0.01        # between the points that stand for a surface
+
+# A raster to tell which surfaces can be seen at all from where the robot is [m].
+RASTER_M = 0.05
+
+# Distances are compared in cells; as much of one is rounding.
+ROUNDING_CELLS = 1e-6
+
+
+class MapAccuracy(NamedTuple):
+    """A map against the true surfaces; a cell is as far from another as their centres are."""
+
+    occupied_cells: int
+    correct_fraction: float    # of occupied cells: a cell that a true surface crosses is near
+    close_fraction: float      # of occupied cells, more strictly: the centre is near a true surface
+    mapped_fraction: float     # of the visible surface's length: an occupied cell is near
+
+
+class PathError(NamedTuple):
+    """A path against the true one, both placed so that they begin at the same pose."""
+
+    rmse_m: float
+    largest_m: float
+    largest_yaw_rad: float
+
+
+def map_accuracy(grid: OccupancyGrid, map_pose_in_world: Pose2D, surface_m: np.ndarray,
+                 visible_m: np.ndarray, near_m: float) -> MapAccuracy:
+    """Compare a map with the truth.
+
+    Args:
+        grid: 100 is occupied.
+        map_pose_in_world: where the map's frame is.
+        surface_m: (n, 2) points of the world on every surface, from `true_surface`.
+        visible_m: (m, 2) those that could have been seen, from `visible_points`.
+        near_m: what near means; one cell is the least that makes sense.
+
+    Raises:
+        ConfigError: no surface, or none visible: nothing to compare with.
+    """
+    if len(surface_m) == 0 or len(visible_m) == 0:
+        raise ConfigError(f'{len(surface_m)} points of surface, {len(visible_m)} of it visible: '
+                          'no map can be compared with that')
+    grid_pose = map_pose_in_world.compose(grid.origin)
+    near_cells = near_m / grid.resolution_m
+    # Wide enough for all points, so that none needs a special case.
+    surface, visible = (_in_cells(points, grid_pose, grid.resolution_m)
+                        for points in (surface_m, visible_m))
+    rows, columns = np.nonzero(grid.cells == OCCUPIED)
+    occupied = np.column_stack([columns, rows]) + 0.5
+    if len(occupied) == 0:
+        return MapAccuracy(0, math.nan, math.nan, 0.0)
+    crossed = np.unique(np.floor(surface), axis=0) + 0.5
+    return MapAccuracy(
+        len(occupied),
+        float(_is_near(occupied, crossed, near_cells).mean()),
+        float(_is_near(occupied, surface, near_cells).mean()),
+        float(_is_near(np.floor(visible) + 0.5, occupied, near_cells).mean()))
+
+
+def true_surface(world: World, height_m: float, free_x_m: float, free_y_m: float) -> np.ndarray:
+    """(n, 2) points of the surfaces around a free point [m], in the world frame.
+
+    What is hidden inside walls is left out, but for what lies within a raster cell of the face.
+
+    Raises:
+        ConfigError: as `rasterise`.
+    """
+    points_m = surface_points(world, height_m, SPACING_M)
+    raster = rasterise(world, height_m, RASTER_M, free_x_m, free_y_m)
+    columns, rows = np.floor(_in_cells(points_m, raster.origin, RASTER_M) + 1e-9).astype(int).T
+    return points_m[raster.cells[rows, columns] == OCCUPIED]
+
+
+def visible_points(world: World, height_m: float, surface_m: np.ndarray,
+                   laser_poses_in_world: Sequence[Pose2D], bearings_rad: np.ndarray,
+                   range_m: float) -> np.ndarray:
+    """(m, 2) points of a surface that a scanner without noise would have met under way.
+
+    Args:
+        world: what is scanned; height_m: of the scan plane.
+        surface_m: (n, 2) from `true_surface`.
+        laser_poses_in_world: where it scanned from.
+        bearings_rad: (k,) its rays, equally spaced.
+        range_m: how far it sees.
+    """
+    segments, circles = cut_world(world, height_m)
+    ends = []
+    for pose in laser_poses_in_world:
+        directions_rad = pose.yaw_rad + bearings_rad
+        ranges_m = cast_rays(pose.x_m, pose.y_m, directions_rad, segments, circles)
+        seen = ranges_m < range_m
+        ends.append(np.column_stack([pose.x_m + ranges_m[seen] * np.cos(directions_rad[seen]),
+                                     pose.y_m + ranges_m[seen] * np.sin(directions_rad[seen])]))
+    # Thinned to a raster finer than the points lie: nothing is lost, and the search is short.
+    ends_m = np.unique(np.round(np.concatenate(ends) / (0.5 * SPACING_M)), axis=0
+                       ) * (0.5 * SPACING_M)
+    return surface_m[_is_near(surface_m / SPACING_M, ends_m / SPACING_M, 1.0)]
+
+
+def path_error(estimated: Sequence[Pose2D], true: Sequence[Pose2D]) -> PathError:
+    """Absolute trajectory error, after the first poses are laid upon each other.
+
+    Nothing is fitted: an error of the first heading counts over the whole path.
+
+    Raises:
+        ConfigError: no poses, or not as many of one as of the other.
+    """
+    if len(estimated) != len(true) or not true:
+        raise ConfigError(f'{len(estimated)} estimated poses for {len(true)} true ones; allowed: '
+                          'as many, and at least one')
+    place = true[0].compose(estimated[0].inverse())
+    placed = [place.compose(pose) for pose in estimated]
+    errors_m = np.array([math.hypot(a.x_m - b.x_m, a.y_m - b.y_m) for a, b in zip(placed, true)])
+    yaw_rad = max(abs(wrap_angle(a.yaw_rad - b.yaw_rad)) for a, b in zip(placed, true))
+    return PathError(float(np.sqrt(np.mean(errors_m ** 2))), float(errors_m.max()), yaw_rad)
+
+
+def _in_cells(points_m: np.ndarray, origin: Pose2D, cell_m: float) -> np.ndarray:
+    """(n, 2) points of the frame that `origin` is given in, as column and row, not rounded."""
+    cos_yaw, sin_yaw = math.cos(origin.yaw_rad), math.sin(origin.yaw_rad)
+    x_m, y_m = points_m[:, 0] - origin.x_m, points_m[:, 1] - origin.y_m
+    return np.column_stack([cos_yaw * x_m + sin_yaw * y_m, cos_yaw * y_m - sin_yaw * x_m]) / cell_m
+
+
+def _is_near(points: np.ndarray, others: np.ndarray, distance: float) -> np.ndarray:
+    """(n,) bool: whether some of the others (m, 2) is within a distance of each point (n, 2).
+
+    Only others in the same or a neighbouring square of a coarse raster are looked at.
+    """
+    limit = distance * (1.0 + ROUNDING_CELLS) + ROUNDING_CELLS
+    order, starts, squares, width = _sorted_into_squares(others, limit)
+    lowest = others.min(axis=0) - limit
+    columns, rows = np.floor((points - lowest) / limit).astype(int).T
+    found = np.zeros(len(points), bool)
+    for row_offset in (-1, 0, 1):
+        for column_offset in (-1, 0, 1):
+            row, column = rows + row_offset, columns + column_offset
+            asked = np.nonzero((column >= 0) & (column < width) & ~found)[0]
+            keys = row[asked] * width + column[asked]
+            place = np.minimum(np.searchsorted(squares, keys), len(squares) - 1)
+            is_there = squares[place] == keys
+            asked, place = asked[is_there], place[is_there]
+            for offset in range(int((starts[1:] - starts[:-1]).max())):
+                index = starts[place] + offset
+                valid = index < starts[place + 1]
+                gap = points[asked[valid]] - others[order[index[valid]]]
+                found[asked[valid]] |= (gap * gap).sum(axis=1) <= limit * limit
+    return found
+
+
+def _sorted_into_squares(points: np.ndarray, side: float
+                         ) -> Tuple[np.ndarray, np.ndarray, np.ndarray, int]:
+    """Points in the order of the squares they are in, where each begins, its key, and the width."""
+    lowest = points.min(axis=0) - side
+    columns, rows = np.floor((points - lowest) / side).astype(int).T
+    width = int(columns.max()) + 2
+    keys = rows * width + columns
+    order = np.argsort(keys, kind='stable')
+    squares, starts = np.unique(keys[order], return_index=True)
+    return order, np.append(starts, len(points)), squares, width

@@ -1,1 +1,0 @@
-"""The paper's tests: what the robot is to do, and what a trial is."""

@@ -1,0 +1,92 @@
+"""Drawing the next particles: as many as the spread needs, a few of them anywhere.
+
+KLD-sampling (Fox, IJRR 2003) with the recovery of augmented MCL (Probabilistic Robotics, table
+8.3), as upstream's pf_update_resample combines them: independent draws from the cumulative
+weights, one at a time, until there are enough for the bins that they fill.
+"""
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from diff_encoder_sim.localization.amcl_params import AmclParams
+from diff_encoder_sim.localization.histogram import draw_until_enough
+
+
+class LikelihoodAverages:
+    """Slow and fast averages of the likelihood; when the fast one falls behind, the robot is lost.
+
+    Probabilistic Robotics, table 8.3, lines 10 to 13.
+    """
+
+    def __init__(self, alpha_slow: float, alpha_fast: float) -> None:
+        self._alpha_slow, self._alpha_fast = alpha_slow, alpha_fast
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin with the next likelihood."""
+        self.slow = self.fast = 0.0
+
+    def add(self, likelihood: float) -> None:
+        """Take the mean likelihood of one update."""
+        self.slow = _averaged(self.slow, likelihood, self._alpha_slow)
+        self.fast = _averaged(self.fast, likelihood, self._alpha_fast)
+
+    def share_anywhere(self) -> float:
+        """Share of particles to draw anywhere on the map, 0 to 1."""
+        if self.slow == 0.0:
+            return 0.0
+        return max(0.0, 1.0 - self.fast / self.slow)
+
+
+def _averaged(average: float, value: float, alpha: float) -> float:
+    return value if average == 0.0 else average + alpha * (value - average)
+
+
+def effective_count(weights: np.ndarray) -> float:
+    """How many equally weighted particles would say as much (weights sum to 1)."""
+    return 1.0 / float((weights * weights).sum())
+
+
+def kld_limits(params: AmclParams) -> np.ndarray:
+    """(max_particles + 1,) particles needed where k bins are filled, by k."""
+    return np.array([kld_limit(bins, params.kld_err, params.kld_z, params.min_particles,
+                               params.max_particles)
+                     for bins in range(params.max_particles + 1)])
+
+
+def kld_limit(bin_count: int, kld_err: float, kld_z: float, min_particles: int,
+              max_particles: int) -> int:
+    """Particles that keep the divergence from the true posterior below `kld_err` (table 8.4).
+
+    The Wilson-Hilferty approximation of the chi-square quantile with bin_count - 1 degrees of
+    freedom. One bin gives no bound, and as upstream has it, the most particles.
+    """
+    if bin_count <= 1:
+        return max_particles
+    freedom = bin_count - 1.0
+    variance = 2.0 / (9.0 * freedom)
+    root = 1.0 - variance + math.sqrt(variance) * kld_z
+    count = math.ceil(freedom / (2.0 * kld_err) * root ** 3)
+    return min(max(count, min_particles), max_particles)
+
+
+def resample(particles: np.ndarray, weights: np.ndarray, limits: np.ndarray,
+             share_anywhere: float, free_centres: np.ndarray,
+             rng: np.random.Generator) -> np.ndarray:
+    """(m, 3) particles of equal weight drawn from a weighted set.
+
+    Args:
+        particles: (n, 3) base poses in the map.
+        weights: (n,), sum 1.
+        limits: from `kld_limits`; m is at most its length less 1.
+        share_anywhere: probability that a particle is drawn from the whole map instead.
+        free_centres: (c, 2) x, y [m] of the cells to draw those from.
+        rng: drawn from as for the most particles, so that equal seeds stay in step.
+    """
+    most = len(limits) - 1
+    uniforms = rng.random((most, 2))
+    anywhere = rng.random((most, 2)) if share_anywhere > 0.0 else uniforms
+    return draw_until_enough(particles, np.cumsum(weights), limits, share_anywhere, free_centres,
+                             uniforms, anywhere)

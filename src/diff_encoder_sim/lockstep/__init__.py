@@ -1,0 +1,1 @@
+"""A whole trial in one process, on simulated time."""

@@ -1,0 +1,1 @@
+"""Wheel odometry: from pulse counts to pose, twist and covariance."""

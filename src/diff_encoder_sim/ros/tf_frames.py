@@ -1,0 +1,88 @@
+"""What navigation asks of /tf: where odom, the laser and goals are."""
+from __future__ import annotations
+
+from typing import Optional, Tuple
+
+import rospy
+import tf2_ros
+from geometry_msgs.msg import PoseStamped, TransformStamped
+
+from diff_encoder_sim.base.errors import InputFault
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.navigation.inputs import MOST_AHEAD_S
+from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_from_message, pose_from_transform
+from diff_encoder_sim.ros.laser_mount import LaserMount, laser_mount
+
+# A goal's z axis may lean by so much: upstream's 1 - cos.
+MOST_TILT = 1e-3
+
+
+class RobotFrames:
+    """The newest transforms between the frames of navigation; frame ids may begin with '/'."""
+
+    def __init__(self, map_frame: str, odom_frame: str, base_frame: str) -> None:
+        self.map_frame, self.odom_frame = map_frame.lstrip('/'), odom_frame.lstrip('/')
+        self.base_frame = base_frame.lstrip('/')
+        self._buffer = tf2_ros.Buffer()
+        self._listener = tf2_ros.TransformListener(self._buffer, tcp_nodelay=True)
+
+    def odom_pose_in_map(self, now_ns: int) -> Optional[Tuple[int, Pose2D]]:
+        """map->odom with its stamp, None while there is none.
+
+        Raises:
+            InputFault: it is no pose.
+        """
+        try:
+            transform = self._buffer.lookup_transform(self.map_frame, self.odom_frame,
+                                                      rospy.Time(0))
+        except tf2_ros.TransformException:
+            return None
+        # A static transform has no stamp.
+        stamp_ns = ns_from_stamp(transform.header.stamp) or now_ns
+        if stamp_ns - now_ns > MOST_AHEAD_S * NANOSECONDS_PER_SECOND:
+            # From before time was reset. tf2 would keep it, and refuse those of now as too old.
+            self._buffer.clear()
+            return None
+        return stamp_ns, pose_from_transform(transform)
+
+    def check_odometry(self, frame: str) -> None:
+        """Whether /odom is of the frame that navigation calls odom; it may name none.
+
+        Raises:
+            InputFault: it is of another.
+        """
+        if frame.lstrip('/') not in ('', self.odom_frame):
+            raise InputFault(f'from frame {frame!r}; expected {self.odom_frame!r} '
+                             f'(local_costmap/global_frame)')
+
+    def laser_mount(self, laser_frame: str) -> LaserMount:
+        """How the laser of a scan's frame is mounted on the robot.
+
+        Raises:
+            InputFault: /tf does not tell, or tells no pose.
+        """
+        return laser_mount(self._lookup(self.base_frame, laser_frame))
+
+    def pose_in_map(self, message: PoseStamped) -> Pose2D:
+        """A goal or start in the map frame, by the newest transform, whatever its stamp.
+
+        Raises:
+            InputFault: it is no upright pose, or /tf does not know its frame.
+        """
+        pose = pose_from_message(message.pose)
+        rotation = message.pose.orientation
+        leaning = rotation.x ** 2 + rotation.y ** 2
+        if 2.0 * leaning > MOST_TILT * (leaning + rotation.z ** 2 + rotation.w ** 2):
+            raise InputFault('the z axis of the pose is not upright')
+        if message.header.frame_id.lstrip('/') == self.map_frame:
+            return pose                 # also before /tf knows of the map
+        frame_in_map = self._lookup(self.map_frame, message.header.frame_id)
+        return pose_from_transform(frame_in_map).compose(pose)
+
+    def _lookup(self, parent: str, child: str) -> TransformStamped:
+        try:
+            return self._buffer.lookup_transform(parent, child.lstrip('/'), rospy.Time(0))
+        except tf2_ros.TransformException as error:
+            reason = str(error).rstrip('. ')
+            raise InputFault(f'no transform from frame {child!r} to {parent!r}: {reason}') from None

@@ -1,0 +1,1 @@
+"""ROS messages and bag records as bytes: encoding beside decoding."""

@@ -1,0 +1,102 @@
+"""A map straight from a world file: what a perfect mapper with a scanner would draw."""
+from __future__ import annotations
+
+from collections import deque
+from typing import Deque, Tuple
+
+import numpy as np
+
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.mapping.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from diff_encoder_sim.simulation.lidar import cut_world
+from diff_encoder_sim.simulation.world import Box, Cylinder, Solid, Sphere, World
+
+MARGIN_CELLS = 10
+POINTS_PER_CELL = 8
+MOST_CELLS = 25_000_000  # a minute's work
+
+
+def rasterise(world: World, height_m: float, resolution_m: float,
+              free_x_m: float, free_y_m: float) -> OccupancyGrid:
+    """The surfaces at `height_m` occupied, all that is reachable from a free point free.
+
+    What lies behind the surfaces stays unknown. Cells are centred on multiples of the resolution:
+    walls are built on such lines, and would else all be drawn half a cell to one side, which
+    localization on the map would follow.
+
+    Args:
+        world: the map frame is its frame.
+        height_m: of the scan plane.
+        resolution_m: side of a cell.
+        free_x_m: a point that is free, in the world frame; free_y_m likewise.
+
+    Raises:
+        ConfigError: the free point is inside a wall, nothing is at that height, or the cells
+            would be too many.
+    """
+    points_m = surface_points(world, height_m, resolution_m / POINTS_PER_CELL)
+    if len(points_m) == 0:
+        raise ConfigError(f'world {world.name!r}: nothing to map at a height of {height_m} m')
+    lowest = np.floor(points_m.min(axis=0) / resolution_m) - MARGIN_CELLS
+    highest = np.ceil(points_m.max(axis=0) / resolution_m) + MARGIN_CELLS
+    if (highest - lowest).prod() > MOST_CELLS:
+        raise ConfigError(f'resolution {resolution_m:g} m: a map of '
+                          f'{(highest - lowest).prod():.0f} cells; allowed: at most {MOST_CELLS}')
+    width, height = (highest - lowest).astype(int).tolist()
+    corner_m = np.round((lowest - 0.5) * resolution_m, 9)
+    grid = OccupancyGrid(np.full((height, width), UNKNOWN, dtype=np.int8), resolution_m,
+                         Pose2D(float(corner_m[0]), float(corner_m[1]), 0.0))
+    columns_rows = np.floor((points_m - corner_m) / resolution_m + 1e-9).astype(int)
+    grid.cells[columns_rows[:, 1], columns_rows[:, 0]] = OCCUPIED
+    if any(_is_inside(solid, free_x_m, free_y_m, height_m) for solid in world.solids):
+        raise ConfigError(f'free point ({free_x_m}, {free_y_m}): it is in a wall')
+    seed = grid.cell_at(free_x_m, free_y_m)
+    if not grid.contains(*seed) or grid.cells[seed] != UNKNOWN:
+        raise ConfigError(f'free point ({free_x_m}, {free_y_m}): it is outside of the map or on a '
+                          f'surface')
+    _fill(grid, seed)
+    return grid
+
+
+def surface_points(world: World, height_m: float, spacing_m: float) -> np.ndarray:
+    """(n, 2) points [m] at most `spacing_m` apart on every surface at a height, hidden ones too."""
+    segments, circles = cut_world(world, height_m)
+    lines = []
+    for x0, y0, x1, y1 in segments:
+        count = int(np.ceil(np.hypot(x1 - x0, y1 - y0) / spacing_m)) + 1
+        lines.append(np.column_stack([np.linspace(x0, x1, count), np.linspace(y0, y1, count)]))
+    for x, y, radius_m in circles:
+        count = int(np.ceil(2.0 * np.pi * radius_m / spacing_m)) + 1
+        angles_rad = np.linspace(0.0, 2.0 * np.pi, count)
+        lines.append(np.column_stack([x + radius_m * np.cos(angles_rad),
+                                      y + radius_m * np.sin(angles_rad)]))
+    return np.concatenate(lines) if lines else np.empty((0, 2))
+
+
+def _is_inside(solid: Solid, x_m: float, y_m: float, z_m: float) -> bool:
+    local = np.linalg.inv(solid.pose_in_world) @ (x_m, y_m, z_m, 1.0)
+    shape = solid.shape
+    if isinstance(shape, Box):
+        return bool((np.abs(local[:3]) <= 0.5 * np.array(shape.size_xyz_m)).all())
+    if isinstance(shape, Cylinder):
+        return bool(np.hypot(*local[:2]) <= shape.radius_m and abs(local[2]) <= shape.length_m / 2)
+    return isinstance(shape, Sphere) and bool(np.linalg.norm(local[:3]) <= shape.radius_m)
+
+
+def _fill(grid: OccupancyGrid, seed: Tuple[int, int]) -> None:
+    """Mark as free what is connected to the seed, as unknown the surfaces that this never meets."""
+    met = np.zeros(grid.cells.shape, dtype=bool)
+    grid.cells[seed] = FREE
+    waiting: Deque[Tuple[int, int]] = deque([seed])
+    while waiting:
+        row, column = waiting.popleft()
+        for cell in ((row + 1, column), (row - 1, column), (row, column + 1), (row, column - 1)):
+            if not grid.contains(*cell):
+                raise ConfigError('the world is open: free space reaches the edge of the map')
+            if grid.cells[cell] == UNKNOWN:
+                grid.cells[cell] = FREE
+                waiting.append(cell)
+            elif grid.cells[cell] == OCCUPIED:
+                met[cell] = True
+    grid.cells[(grid.cells == OCCUPIED) & ~met] = UNKNOWN

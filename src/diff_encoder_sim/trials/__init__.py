@@ -1,0 +1,1 @@
+"""Tests, trials and their outcomes, and who drives a robot through a test."""

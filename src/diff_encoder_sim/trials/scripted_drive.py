@@ -1,0 +1,85 @@
+"""Scripted drives: velocity profiles that cover a distance exactly, without feedback."""
+from __future__ import annotations
+
+import math
+from typing import List, NamedTuple, Tuple
+
+from diff_encoder_sim.trials.trial_definition import Segment, SpeedLimits, TestDefinition
+
+PAUSE_BETWEEN_SEGMENTS_S = 0.5
+COMMAND_PERIOD_S = 0.05
+SETTLING_S = 1.0          # at rest, before a result counts
+
+
+class Trapezoid(NamedTuple):
+    """Speed up, cruise, slow down: from rest to rest over a signed distance [m or rad]."""
+
+    distance: float
+    top_speed: float      # reached or not, > 0
+    acceleration: float   # and deceleration, > 0
+
+    @property
+    def ramp_s(self) -> float:
+        """Time to speed up; equal to that to slow down."""
+        return min(self.top_speed / self.acceleration,
+                   math.sqrt(abs(self.distance) / self.acceleration))
+
+    @property
+    def duration_s(self) -> float:
+        """Time from rest to rest: two ramps where the top speed is not reached."""
+        return self.ramp_s + max(self.ramp_s, abs(self.distance) / self.top_speed)
+
+    def covered(self, time_s: float) -> float:
+        """Distance covered after `time_s`, in closed form."""
+        left_s = self.duration_s - time_s
+        if time_s <= 0.0:
+            covered = 0.0
+        elif left_s <= 0.0:
+            covered = abs(self.distance)
+        elif time_s < self.ramp_s:
+            covered = 0.5 * self.acceleration * time_s ** 2
+        elif left_s < self.ramp_s:
+            covered = abs(self.distance) - 0.5 * self.acceleration * left_s ** 2
+        else:
+            covered = self.acceleration * self.ramp_s * (time_s - 0.5 * self.ramp_s)
+        return math.copysign(covered, self.distance)
+
+
+class ScriptedDrive:
+    """A test's segments one after another, as velocity commands over time."""
+
+    def __init__(self, test: TestDefinition) -> None:
+        self._legs: List[Tuple[float, Trapezoid, Trapezoid]] = []
+        start_s = 0.0
+        for segment in test.drive:
+            linear, angular = _profiles(segment, test.limits)
+            self._legs.append((start_s, linear, angular))
+            start_s += max(linear.duration_s, angular.duration_s) + PAUSE_BETWEEN_SEGMENTS_S
+        self.duration_s = start_s
+
+    def command_at(self, elapsed_s: float) -> Tuple[float, float]:
+        """What holds from a time since the start for a period: as `command`."""
+        return self.command(elapsed_s, elapsed_s + COMMAND_PERIOD_S)
+
+    def is_over(self, elapsed_s: float) -> bool:
+        """Whether the robot has been at rest for long enough."""
+        return elapsed_s > self.duration_s + SETTLING_S
+
+    def command(self, from_s: float, to_s: float) -> Tuple[float, float]:
+        """Mean linear [m/s] and angular [rad/s] velocity between two times since the start.
+
+        A command holds until the next one comes. Its mean, not its value at one instant, makes
+        the held commands add up to the exact distance.
+        """
+        interval_s = to_s - from_s
+        linear_m = angular_rad = 0.0
+        for start_s, linear, angular in self._legs:
+            linear_m += linear.covered(to_s - start_s) - linear.covered(from_s - start_s)
+            angular_rad += angular.covered(to_s - start_s) - angular.covered(from_s - start_s)
+        return linear_m / interval_s, angular_rad / interval_s
+
+
+def _profiles(segment: Segment, limits: SpeedLimits) -> Tuple[Trapezoid, Trapezoid]:
+    return (Trapezoid(segment.straight or 0.0, limits.speed, limits.acceleration),
+            Trapezoid(2.0 * math.pi * (segment.turns or 0.0), limits.angular_speed,
+                      limits.angular_acceleration))

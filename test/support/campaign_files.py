@@ -1,0 +1,75 @@
+"""A small campaign for tests, its rows, and its folder after some of its trials."""
+import shutil
+
+import pytest
+import yaml
+
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.campaign.campaign_loading import load_campaign
+from diff_encoder_sim.campaign.store import ResultStore
+from diff_encoder_sim.campaign.trial_row import SOURCES, TrialRow
+from diff_encoder_sim.encoders.pulses import ppr_label
+from places import ROOT
+
+SMALL = {'name': 'small', 'tests': ['SL', 'SMT'], 'ppr': [40, 90], 'trials': 2}
+NOISE = 'simulator.lidar.noise'
+TWO_NOISES = {'tests': ['SL'], 'vary': {NOISE: [0.01, 0.03]}}
+RUN = {'versions': {'numpy': '1'}, 'commit': None}
+
+
+def package_copy(folder):
+    """What a campaign reads of the package, to be changed."""
+    for name in ('config', 'worlds', 'urdf'):
+        shutil.copytree(ROOT / name, folder / name)
+    return folder
+
+
+def campaign_file(folder, **changes):
+    """The small campaign with changes; a change to None takes the key out."""
+    content = {key: value for key, value in {**SMALL, **changes}.items() if value is not None}
+    path = folder / 'small.yaml'
+    path.write_text(yaml.safe_dump(content))
+    return path
+
+
+def small_campaign(folder, **changes):
+    return load_campaign(str(campaign_file(folder, **changes)), ROOT)
+
+
+def row_of_job(campaign, job, bag='', **changes):
+    """Some result; another for each job."""
+    cell = campaign.cells[job.cell_index]
+    errors = {source: Pose2D(job.index / 3, -1e-17, 0.1 * number)
+              for number, source in enumerate(SOURCES)}
+    row = TrialRow(cell.test.name, ppr_label(cell.ppr), cell.varied_texts(), job.trial, job.seed,
+                   'succeeded', '', 49.05 + job.index, errors, 20.000000000000004, 1.25, bag)
+    return row._replace(**changes)
+
+
+def run(campaign, folder, jobs=None):
+    """Finish some trials, in an order of their own; as a campaign does, but for the trials."""
+    with ResultStore(folder, campaign, RUN) as store:
+        for job in store.pending() if jobs is None else jobs:
+            bag = store.bag_path(job)
+            if bag:
+                (folder / bag).write_bytes(b'bag')
+            store.append(row_of_job(campaign, job, bag))
+        store.finish()
+    return (folder / 'trials.csv').read_bytes()
+
+
+def kill(folder, campaign, count, order=lambda jobs: jobs):
+    """A folder as it is when a campaign was killed after `count` trials."""
+    with ResultStore(folder, campaign, RUN) as store:
+        for job in order(store.pending())[:count]:
+            (folder / store.bag_path(job)).write_bytes(b'bag')
+            store.append(row_of_job(campaign, job, store.bag_path(job)))
+
+
+def refusal(folder, campaign, **options):
+    """The one line with which the folder is refused."""
+    with pytest.raises(ConfigError) as caught:
+        ResultStore(folder, campaign, RUN, **options)
+    assert '\n' not in str(caught.value)
+    return str(caught.value)

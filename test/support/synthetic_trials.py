@@ -1,0 +1,40 @@
+"""Datasets of Gaussian errors, for tests of what is made of a dataset."""
+import math
+import zlib
+
+import numpy as np
+
+from diff_encoder_sim.analysis.dataset import Dataset, RobotGeometry, TrialData
+from diff_encoder_sim.campaign.trial_row import SOURCES
+
+ALTO = RobotGeometry(0.2, 0.4)
+
+
+def trial_data(test='SL', ppr='90', number=1, errors=(0.0, 0.0, 0.0), **other):
+    """One trial; `errors` of all sources alike, or by source."""
+    if not isinstance(errors, dict):
+        errors = {source: errors for source in SOURCES}
+    return TrialData(**{**dict(test=test, ppr=ppr, varied=(), trial=number, seed=number,
+                               outcome='succeeded', reason='', duration_s=48.0, distance_m=20.0,
+                               errors=errors, paths={}, tracks=None, bag=None), **other})
+
+
+def dataset_of(trials, **other):
+    return Dataset(**{**dict(title='synthetic', trials=list(trials), notes=[], manifest=None, folder=None,
+                             robot=ALTO, asked={}), **other})
+
+
+def synthetic_dataset(tests=('SL', 'SMT', 'DLD'), pprs=('40', '90', '1024', '4096'), trials=30, variants=((),)):
+    """Odometry that spreads as whole pulses let it, and a truth that does not depend on the encoder."""
+    return dataset_of(_drawn_trial(test, ppr, varied, number) for test in tests for varied in variants
+                      for ppr in pprs for number in range(1, trials + 1))
+
+
+def _drawn_trial(test, ppr, varied, number):
+    rng = np.random.default_rng([number, zlib.crc32(f'{test} {ppr}'.encode())])
+    pulses = 40.0 / float(ppr) if ppr.isdigit() else 0.0
+    truth = rng.normal(0.0, [0.015, 0.01, math.radians(0.7)])
+    odometry = truth + rng.normal(0.0, 1.0, 3) * pulses * [0.01, 0.3, math.radians(1.3)]
+    errors = {'odom': tuple(odometry.tolist()), 'world': tuple(truth.tolist())}
+    errors['amcl'] = errors['global'] = tuple((truth + rng.normal(0.0, 0.005, 3)).tolist())
+    return trial_data(test, ppr, number, errors, varied=varied)

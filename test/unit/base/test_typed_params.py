@@ -1,0 +1,89 @@
+"""A user's mistake gets one line: where, which key, what was given, what is allowed."""
+import math
+
+import pytest
+
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.typed_params import did_you_mean, load_params, load_yaml, split_params
+from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
+from diff_encoder_sim.odometry.wheel_odometry import OdometryParams
+
+
+@pytest.mark.parametrize('key, value', [
+    ('ppr', 0), ('ppr', -90), ('ppr', math.nan), ('ppr', math.inf), ('ppr', 'ninety'),
+    ('ppr', True), ('ppr', None), ('ppr', [90]), ('ppr', {'left': 90}),
+    ('ppr', {'left': 90, 'right': 0}), ('ppr', {'left': 90, 'right': 90, 'middle': 1}),
+    ('rate', 0), ('rate', '20'), ('rate', math.nan), ('rate', 1e9), ('counter_modulus', -1),
+    ('counter_modulus', 1), ('counter_modulus', 2.5), ('counter_modulus', 2 ** 64),
+    ('left_joint', ''), ('left_joint', 3), ('left_joint', 'right_wheel_joint')])
+def test_bad_encoder_values_are_refused_in_one_line(key, value):
+    with pytest.raises(ConfigError, match='^robot.yaml: ') as caught:
+        EncoderParams.from_mapping({key: value}, 'robot.yaml')
+    assert '\n' not in str(caught.value)
+    if value != 'right_wheel_joint':
+        assert f': {key}' in str(caught.value)
+
+
+@pytest.mark.parametrize('key', ['wheel_diameter', 'wheel_separation', 'max_wheel_speed'])
+@pytest.mark.parametrize('value', [0, -0.2, math.nan, math.inf, '0.2'])
+def test_bad_odometry_values_are_refused(key, value):
+    with pytest.raises(ConfigError, match=f'node: {key}: given .*; allowed: '):
+        OdometryParams.from_mapping({key: value}, 'node')
+
+
+def test_a_misspelt_key_is_named_with_what_was_probably_meant():
+    with pytest.raises(ConfigError, match="f.yaml: pprr: unknown key; did you mean 'ppr'\\?"):
+        EncoderParams.from_mapping({'pprr': 90}, 'f.yaml')
+
+
+def test_a_number_stands_for_both_wheels():
+    both = EncoderParams.from_mapping({'ppr': 40}, '')
+    assert both == EncoderParams.from_mapping({'ppr': {'left': 40, 'right': 40}}, '')
+    assert (both.ppr.left, both.ppr.right) == (40, 40)
+
+
+def test_whole_numbers_are_fine_where_a_length_is_wanted():
+    assert OdometryParams.from_mapping({'wheel_separation': 1}, '').wheel_separation == 1.0
+
+
+def test_params_cannot_be_changed_afterwards():
+    with pytest.raises(ValueError, match='frozen'):
+        EncoderParams().rate = 10.0
+
+
+def test_a_shared_file_serves_several_structs_and_still_finds_misspellings():
+    encoder, odometry = split_params({'ppr': 40, 'rate': 10.0, 'wheel_diameter': 0.3}, 'c.yaml',
+                                     EncoderParams, OdometryParams)
+    assert (encoder.rate, odometry.wheel_diameter, odometry.ppr.left) == (10.0, 0.3, 40)
+    with pytest.raises(ConfigError, match="c.yaml: wheel_diametre: unknown.*'wheel_diameter'"):
+        split_params({'wheel_diametre': 0.3}, 'c.yaml', EncoderParams, OdometryParams)
+
+
+@pytest.mark.parametrize('content, complaint', [
+    (b'ppr: [1', 'line 1.*not valid YAML'),
+    (b'- a\n- b\n', 'given a list'),
+    (b'ppr: !!python/object/apply:os.system ["false"]', 'not valid YAML'),
+    (b'\xff\xfe\x00', 'cannot be read|not valid YAML'),
+    (b'ppr: 0\n', 'ppr: given 0')])
+def test_a_bad_file_is_named(tmp_path, content, complaint):
+    path = tmp_path / 'bad.yaml'
+    path.write_bytes(content)
+    with pytest.raises(ConfigError, match=complaint) as caught:
+        load_params(EncoderParams, path)
+    assert str(caught.value).startswith(str(path))
+    assert '\n' not in str(caught.value)
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(ConfigError, match='nowhere.yaml: cannot be read: No such file'):
+        load_yaml(tmp_path / 'nowhere.yaml')
+
+
+def test_an_empty_file_means_all_defaults(tmp_path):
+    path = tmp_path / 'empty.yaml'
+    path.write_text('# nothing\n')
+    assert load_params(EncoderParams, path) == EncoderParams()
+
+
+def test_did_you_mean_is_silent_without_a_likely_word():
+    assert did_you_mean('zzz', ['ppr', 'rate']) == ''

@@ -1,0 +1,81 @@
+"""A robot of one's own in a campaign: config/alto.yaml as the pattern."""
+import shutil
+
+import pytest
+import yaml
+
+from campaign_files import ROOT
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.campaign.campaign_loading import load_campaign
+
+ALTO = ROOT / 'config' / 'alto.yaml'
+URDF = ROOT / 'urdf' / 'alto.urdf.xacro'
+
+
+def campaign(robot, **replace):
+    return load_campaign('quick', ROOT, {'robot': str(robot), **replace})
+
+
+def robot_file(folder, **overrides):
+    """A copy of alto.yaml with other numbers, its URDF beside it."""
+    content = yaml.safe_load(ALTO.read_text(encoding='utf-8'))
+    content['urdf'] = 'robot.xacro'
+    content['set'].update({key.replace('__', '.'): value for key, value in overrides.items()})
+    shutil.copy(str(URDF), str(folder / 'robot.xacro'))
+    path = folder / 'robot.yaml'
+    path.write_text(yaml.safe_dump(content), encoding='utf-8')
+    return path
+
+
+def test_the_pattern_is_the_packages_own_robot():
+    default, pattern = load_campaign('quick', ROOT), campaign(ALTO)
+    assert [cell.robot_params for cell in pattern.cells] == [cell.robot_params for cell in default.cells]
+    assert pattern.files == default.files
+    assert pattern.fingerprint() == default.fingerprint()
+
+
+def test_a_robots_numbers_reach_every_cell_and_its_trials(tmp_path):
+    other = campaign(robot_file(tmp_path, config__wheel_separation=0.5, simulator__lidar__noise=0.02))
+    assert {(cell.robot_params.odometry.wheel_separation, cell.robot_params.simulator.lidar.noise)
+            for cell in other.cells} == {(0.5, 0.02)}
+    assert other.trial_of(other.jobs()[0]).wheel_separation == 0.5
+    assert other.fingerprint() != load_campaign('quick', ROOT).fingerprint()
+
+
+def test_what_a_campaign_sets_comes_before_the_robots(tmp_path):
+    robot = robot_file(tmp_path, simulator__lidar__noise=0.02)
+    path = tmp_path / 'campaign.yaml'
+    path.write_text(yaml.safe_dump({'name': 'n', 'tests': ['SL'], 'ppr': [90], 'robot': robot.name,
+                                    'set': {'simulator.lidar.noise': 0.05}}), encoding='utf-8')
+    cell, = load_campaign(str(path), ROOT).cells
+    assert cell.robot_params.simulator.lidar.noise == 0.05
+
+
+@pytest.mark.parametrize('overrides, texts', [
+    ({'config__wheel_diametre': 0.2}, ['robot.yaml', 'config.wheel_diametre', "did you mean 'config.wheel_diameter'"]),
+    ({'config__wheel_diameter': -1.0}, ['wheel_diameter', '-1.0', 'greater than 0']),
+    ({'config__left_joint': 'left', 'simulator__left_joint': 'left'}, ["joint 'left' is missing"])])
+def test_a_bad_number_is_named(tmp_path, overrides, texts):
+    with pytest.raises(ConfigError) as error:
+        campaign(robot_file(tmp_path, **overrides))
+    for text in texts:
+        assert text in str(error.value)
+
+
+@pytest.mark.parametrize('content, text', [('urdf: 3', 'urdf: given 3'), ('set: {}', 'urdf: missing'),
+                                           ('urdf: none.xacro', 'none.xacro'), ('[1', 'not valid YAML')])
+def test_a_bad_robot_file_is_named(tmp_path, content, text):
+    path = tmp_path / 'robot.yaml'
+    path.write_text(content, encoding='utf-8')
+    with pytest.raises(ConfigError, match='robot.yaml|none.xacro') as error:
+        campaign(path)
+    assert text in str(error.value)
+
+
+def test_a_robot_that_collides_as_a_mesh_is_refused(tmp_path):
+    path = robot_file(tmp_path)
+    robot = (tmp_path / 'robot.xacro').read_text(encoding='utf-8')
+    mesh = '<link name="horn"><collision><geometry><mesh filename="horn.stl"/></geometry></collision></link></robot>'
+    (tmp_path / 'robot.xacro').write_text(robot.replace('</robot>', mesh), encoding='utf-8')
+    with pytest.raises(ConfigError, match='robot.xacro has a mesh as collision shape'):
+        campaign(path)

@@ -1,0 +1,76 @@
+"""One trial on a worker: where its bag goes, and what comes back."""
+import os
+from pathlib import Path
+
+import pytest
+
+from diff_encoder_sim.base.paths import package_folder
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.campaign.campaign_loading import load_campaign
+from diff_encoder_sim.campaign.worker import ResultsFolder, run_job
+from diff_encoder_sim.lockstep.trial_run import TrialResult
+from diff_encoder_sim.trials.trial_outcome import Ending, Outcome
+
+BAG = 'bags/SL_40_002.bag'
+ERRORS = {'odom': Pose2D(0.1, 0.2, 0.3), 'amcl': None, 'global': None, 'world': Pose2D(0.0, 0.0, 0.0)}
+
+
+@pytest.fixture(scope='module')
+def campaign():
+    return load_campaign('paper', package_folder(), {'tests': ['SL'], 'ppr': [40.0], 'trials': 3})
+
+
+@pytest.fixture
+def results(tmp_path):
+    folder = tmp_path / 'results'
+    (folder / 'bags').mkdir(parents=True)
+    (folder / '.probe-1').write_text('1')
+    return ResultsFolder(str(folder), '.probe-1', '1')
+
+
+def trial(plan, robot_file, params, record):
+    assert Path(plan.world).is_file() and Path(plan.map).is_file() and robot_file.is_file()
+    if plan.bag:
+        Path(plan.bag).write_bytes(b'bag of %d' % plan.trial.number)
+    return TrialResult(Ending(Outcome.LOST, 'no idea'), 48.5, 19.9, ERRORS)
+
+
+def full_disk(plan, robot_file, params, record):
+    raise OSError(28, 'No space left on device', plan.bag)
+
+
+def test_a_shared_folder_gets_the_bag_and_the_row_says_where(campaign, results, tmp_path):
+    row, bag = run_job(campaign, campaign.jobs()[1], BAG, results, trial, tmp_path / 'scratch')
+    assert bag is None
+    assert (Path(results.path) / BAG).read_bytes() == b'bag of 2'
+    assert row[:8] == ('SL', '40', (), 2, 2, 'lost', 'no idea', 48.5)
+    assert (row.errors, row.distance_m, row.bag) == (ERRORS, 19.9, BAG)
+    assert os.listdir(os.path.join(results.path, 'bags')) == ['SL_40_002.bag']
+
+
+@pytest.mark.parametrize('change', [{'nonce': 'of another run'}, {'probe': 'absent'}, {'path': '/nowhere'}])
+def test_any_other_folder_gets_nothing_and_the_bag_comes_back(campaign, results, tmp_path, change):
+    scratch = tmp_path / 'scratch'
+    row, bag = run_job(campaign, campaign.jobs()[1], BAG, results._replace(**change), trial, scratch)
+    assert (bag, row.bag) == (b'bag of 2', BAG)
+    assert not os.listdir(os.path.join(results.path, 'bags'))
+    assert not list(scratch.rglob('*.active'))
+
+
+@pytest.mark.parametrize('nonce', ['1', 'of another run'])
+def test_without_recording_there_is_no_bag(campaign, results, tmp_path, nonce):
+    row, bag = run_job(campaign, campaign.jobs()[1], '', results._replace(nonce=nonce), trial, tmp_path / 'scratch')
+    assert (row.bag, bag) == ('', None)
+    assert not os.listdir(os.path.join(results.path, 'bags'))
+
+
+def test_a_full_disk_names_the_bag(campaign, results, tmp_path):
+    with pytest.raises(OSError) as caught:
+        run_job(campaign, campaign.jobs()[1], BAG, results, full_disk, tmp_path / 'scratch')
+    assert 'SL_40_002.bag' in caught.value.filename
+
+
+def test_a_folder_that_cannot_be_written_is_not_shared(results, monkeypatch):
+    assert results.is_shared()
+    monkeypatch.setattr(os, 'access', lambda path, mode: False)
+    assert not results.is_shared()

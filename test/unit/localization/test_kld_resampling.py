@@ -1,0 +1,196 @@
+"""How many particles, which ones, and what they say."""
+import math
+
+import numpy as np
+import pytest
+
+from diff_encoder_sim.localization.amcl_params import AmclParams
+from diff_encoder_sim.localization.clusters import mean_and_covariance, particle_statistics
+from diff_encoder_sim.localization.kld_resampling import (
+    LikelihoodAverages,
+    effective_count,
+    kld_limit,
+    kld_limits,
+    resample,
+)
+
+CORNERS = np.array([[0.25, 0.25], [5.25, 0.25], [0.25, 5.25], [5.25, 5.25]])
+
+# Exact 99 % quantiles of the chi-square distribution by degrees of freedom (any table).
+CHI_SQUARE_99 = {10: 23.209, 50: 76.154, 100: 135.807}
+Z_99 = 2.3263479
+
+
+def fixed_count(count):
+    return np.full(count + 1, count)
+
+
+@pytest.mark.parametrize('freedom', CHI_SQUARE_99)
+def test_kld_limit_is_the_chi_square_bound(freedom):
+    """n = chi-square / (2 error) with k - 1 degrees of freedom; Wilson-Hilferty is within 0.2 %."""
+    exact = CHI_SQUARE_99[freedom] / (2 * 0.01)
+    assert kld_limit(freedom + 1, 0.01, Z_99, 1, 10 ** 6) == pytest.approx(exact, rel=2e-3)
+
+
+def test_kld_limit_keeps_the_divergence_within_bounds():
+    """Of sample sets of that size, 99 % diverge less than kld_err from what they are drawn from."""
+    bins, kld_err = 30, 0.05
+    shares = np.random.default_rng(0).dirichlet(np.ones(bins))
+    count = kld_limit(bins, kld_err, Z_99, 1, 10 ** 6)
+    drawn = np.random.default_rng(1).multinomial(count, shares, size=20_000) / count
+    terms = np.where(drawn > 0, drawn * np.log(np.where(drawn > 0, drawn, 1.0) / shares), 0.0)
+    assert (terms.sum(axis=1) <= kld_err).mean() == pytest.approx(0.99, abs=0.005)
+
+
+def test_kld_limit_by_hand_and_at_its_ends():
+    # k = 31: 30 / 0.04 (1 - 2/270 + 0.99 sqrt(2/270))^3
+    assert kld_limit(31, 0.02, 0.99, 100, 5000) == math.ceil(
+        750 * (1 - 2 / 270 + 0.99 * math.sqrt(2 / 270)) ** 3) == 940
+    assert kld_limit(2, 0.02, 0.99, 100, 5000) == 100
+    assert kld_limit(5000, 0.02, 0.99, 100, 5000) == 5000
+    assert kld_limit(1, 0.02, 0.99, 100, 5000) == 5000     # as upstream: one bin is no bound
+    assert kld_limit(0, 0.02, 0.99, 100, 5000) == 5000
+
+
+def test_particles_stop_when_the_bins_they_fill_have_enough():
+    limits = kld_limits(AmclParams(min_particles=10, max_particles=4000, kld_err=0.02))
+    rng = np.random.default_rng(0)
+    for spread in (0.3, 1.0, 3.0):
+        cloud = np.column_stack([rng.normal(0, spread, (4000, 2)), np.zeros(4000)])
+        drawn = resample(cloud, np.full(4000, 1 / 4000), limits, 0.0, CORNERS, rng)
+        bins = len(np.unique(np.floor(drawn[:, :2] / 0.5), axis=0))
+        # Upstream stops at the first particle past the limit.
+        assert len(drawn) == min(limits[bins] + 1, 4000)
+    one_bin = np.zeros((50, 3)) + 0.1
+    assert len(resample(one_bin, np.full(50, 0.02), limits, 0.0, CORNERS, rng)) == 4000
+
+
+def test_particles_are_drawn_by_their_weights():
+    weights = np.array([0.5, 0.0, 0.3, 0.15, 0.05])
+    particles = np.column_stack([np.arange(5.0), np.zeros((5, 2))])
+    drawn = resample(particles, weights, fixed_count(100_000), 0.0, CORNERS,
+                     np.random.default_rng(2))
+    counts = np.bincount(drawn[:, 0].astype(int), minlength=5)
+    assert counts[1] == 0
+    expected = 100_000 * weights[weights > 0]
+    # Chi-square with three degrees of freedom: 16.3 is the 99.9 % quantile.
+    assert ((counts[weights > 0] - expected) ** 2 / expected).sum() < 16.3
+
+
+def test_draws_are_independent_not_of_low_variance():
+    """Each is multinomial: the count of a particle varies as n p (1 - p)."""
+    particles = np.column_stack([np.arange(4.0), np.zeros((4, 2))])
+    rng = np.random.default_rng(3)
+    counts = [(resample(particles, np.full(4, 0.25), fixed_count(400), 0.0, CORNERS,
+                        rng)[:, 0] == 0).sum() for _ in range(1000)]
+    assert np.mean(counts) == pytest.approx(100, abs=1.5)
+    assert np.var(counts) == pytest.approx(75, rel=0.2)
+
+
+def test_the_lost_share_is_drawn_anywhere():
+    particles = np.full((10, 3), 0.1)
+    drawn = resample(particles, np.full(10, 0.1), fixed_count(40_000), 0.3, CORNERS,
+                     np.random.default_rng(4))
+    anywhere = drawn[(drawn != 0.1).all(axis=1)]
+    assert len(anywhere) / 40_000 == pytest.approx(0.3, abs=0.01)
+    cells = [(anywhere[:, :2] == corner).all(axis=1).mean() for corner in CORNERS]
+    assert cells == pytest.approx([0.25] * 4, abs=0.02)
+    headings = np.histogram(anywhere[:, 2], bins=8, range=(-math.pi, math.pi))[0] / len(anywhere)
+    assert headings == pytest.approx([1 / 8] * 8, abs=0.02)
+
+
+def test_averages_of_the_likelihood_call_for_recovery():
+    averages = LikelihoodAverages(alpha_slow=0.001, alpha_fast=0.1)
+    assert averages.share_anywhere() == 0.0
+    averages.add(2.0)
+    assert averages.share_anywhere() == 0.0
+    averages.add(1.0)
+    assert (averages.slow, averages.fast) == pytest.approx((1.999, 1.9))
+    assert averages.share_anywhere() == pytest.approx(1 - 1.9 / 1.999)
+    averages.add(10.0)
+    assert averages.share_anywhere() == 0.0
+    averages.reset()
+    averages.add(0.5)
+    assert (averages.slow, averages.fast) == (0.5, 0.5)
+
+
+def test_no_recovery_without_alphas():
+    averages = LikelihoodAverages(0.0, 0.0)
+    for likelihood in (2.0, 1e-9):
+        averages.add(likelihood)
+    assert averages.share_anywhere() == 0.0
+
+
+def test_effective_count():
+    assert effective_count(np.full(8, 1 / 8)) == pytest.approx(8)
+    assert effective_count(np.array([1.0, 0.0])) == pytest.approx(1)
+
+
+def cloud(rng, centre, count, sigma=0.05):
+    return np.array(centre) + sigma * rng.standard_normal((count, 3))
+
+
+def test_the_heaviest_cluster_is_the_estimate():
+    """By weight, not by number; the spread is that of all particles, as upstream publishes it."""
+    rng = np.random.default_rng(5)
+    light, heavy = cloud(rng, (0.0, 0.0, 0.0), 900), cloud(rng, (5.0, 2.0, 1.0), 100)
+    particles = np.vstack([light, heavy])
+    weights = np.concatenate([np.full(900, 0.4 / 900), np.full(100, 0.6 / 100)])
+    statistics = particle_statistics(particles, weights)
+    assert statistics.mean == pytest.approx(heavy.mean(axis=0), abs=1e-3)
+    assert statistics.cluster_weight == pytest.approx(0.6)
+    assert statistics.cluster_count == 2
+    assert statistics.cluster_covariance[0, 0] == pytest.approx(heavy[:, 0].var(), rel=1e-9)
+    assert statistics.covariance[0, 0] == pytest.approx(0.24 * 25.0, rel=0.02)
+
+
+def test_bins_that_touch_are_one_cluster_and_a_gap_parts_them():
+    chain = np.column_stack([np.arange(0.25, 5.0, 0.5), np.arange(0.25, 5.0, 0.5), np.zeros(10)])
+    weights = np.full(10, 0.1)
+    assert particle_statistics(chain, weights).cluster_count == 1
+    gap = np.delete(chain, 5, axis=0)
+    assert particle_statistics(gap, np.full(9, 1 / 9)).cluster_count == 2
+
+
+def test_clusters_reach_around_half_a_turn():
+    """Where upstream cuts a cluster in two at +-180 degrees."""
+    yaw = np.array([3.1, 3.12, -3.1, -3.13])
+    statistics = particle_statistics(np.column_stack([np.zeros((4, 2)), yaw]), np.full(4, 0.25))
+    assert statistics.cluster_count == 1
+    assert abs(statistics.mean.yaw_rad) == pytest.approx(
+        np.mean([3.1, 3.12, 2 * math.pi - 3.1, 2 * math.pi - 3.13]), abs=1e-3)
+    assert statistics.covariance[2, 2] < 0.01
+
+
+def test_clusters_are_those_of_a_plain_flood_fill():
+    rng = np.random.default_rng(6)
+    particles = np.column_stack([rng.uniform(-4, 4, (150, 2)), rng.uniform(-np.pi, np.pi, 150)])
+    weights = rng.random(150)
+    bins = {tuple(key) for key in np.floor(particles / [0.5, 0.5, math.pi / 18]).astype(int)}
+    clusters = 0
+    while bins:
+        clusters += 1
+        pending = [bins.pop()]
+        while pending:
+            x, y, yaw = pending.pop()
+            near = {(x + i, y + j, (yaw + k + 18) % 36 - 18)
+                    for i in (-1, 0, 1) for j in (-1, 0, 1) for k in (-1, 0, 1)} & bins
+            bins -= near
+            pending += near
+    assert particle_statistics(particles, weights / weights.sum()).cluster_count == clusters
+
+
+def test_covariance_of_a_known_gaussian():
+    rng = np.random.default_rng(7)
+    covariance = np.array([[0.04, 0.01, 0.0], [0.01, 0.09, 0.0], [0.0, 0.0, 0.06]])
+    draws = rng.multivariate_normal([1000.0, -2000.0, 3.1], covariance, 100_000)
+    mean, measured = mean_and_covariance(draws, np.ones(100_000))
+    assert mean == pytest.approx((1000.0, -2000.0, 3.1), abs=0.005)
+    assert measured == pytest.approx(covariance, abs=0.001)
+
+
+def test_covariance_stays_a_number_at_its_ends():
+    same = np.zeros((5, 3)) + 0.3
+    assert (mean_and_covariance(same, np.full(5, 0.2)).covariance == pytest.approx(0, abs=1e-12))
+    opposite = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, -math.pi]])
+    assert np.isfinite(mean_and_covariance(opposite, np.full(2, 0.5)).covariance).all()

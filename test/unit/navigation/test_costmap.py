@@ -1,0 +1,262 @@
+"""Costmap layers against their definitions and against brute force."""
+import math
+
+import numpy as np
+import pytest
+
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.laser_scan import Scan
+from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
+from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
+from diff_encoder_sim.navigation.costmap import FREE, INSCRIBED, LETHAL, NO_INFORMATION, Costmap
+from diff_encoder_sim.navigation.costmap_params import CostmapParams, local_defaults
+from diff_encoder_sim.navigation.footprint import IN_OBSTACLE, OFF_MAP, make_footprint
+from diff_encoder_sim.navigation.inflation import squared_distances
+
+INSCRIBED_M = 0.26      # of 0.5 x 0.6 m and 0.01 m of padding
+
+
+def static_costmap(cells, origin=IDENTITY, **params):
+    return Costmap(CostmapParams.from_mapping(params, ''),
+                   OccupancyGrid(np.asarray(cells, np.int8), 0.05, origin))
+
+
+def scan_of(ranges_by_degree, rays=360):
+    ranges = np.full(rays, np.nan)
+    for degree, range_m in ranges_by_degree.items():
+        ranges[degree] = range_m
+    return Scan(0, 0.0, math.radians(1.0), 0.15, 6.0, ranges)
+
+
+def random_walls():
+    return np.where(np.random.default_rng(1).random((160, 200)) < 0.01, 100, 0)
+
+
+# ---- footprint
+
+def test_radii_of_the_padded_rectangle():
+    footprint = make_footprint([[0.25, 0.3], [-0.25, 0.3], [-0.25, -0.3], [0.25, -0.3]], 0.01)
+    assert footprint.inscribed_radius_m == pytest.approx(INSCRIBED_M)
+    assert footprint.circumscribed_radius_m == pytest.approx(math.hypot(0.26, 0.31))
+
+
+def test_footprint_is_read_from_text_as_upstream_does():
+    params = CostmapParams.from_mapping({'footprint': '[[0.2, 0.1], [-0.2, 0.1], [0, -0.3]]'}, '')
+    assert params.footprint == [[0.2, 0.1], [-0.2, 0.1], [0.0, -0.3]]
+
+
+@pytest.mark.parametrize('footprint', [[[0, 1], [1, 0]], [[1, 1], [2, 1], [2, 2]], 'round',
+                                       [[0.1, 0.1, 0.1], [-0.1, 0.1], [0, -0.1]]])
+def test_a_footprint_must_be_a_polygon_around_the_robot(footprint):
+    with pytest.raises(ConfigError, match='footprint'):
+        CostmapParams.from_mapping({'footprint': footprint}, '')
+
+
+def test_footprint_cost_depends_on_heading():
+    cells = np.zeros((100, 100))
+    cells[:, 57] = 100                                  # a wall at x = 2.85 to 2.90
+    costmap = static_costmap(cells, inflation_radius=0.3)
+    assert costmap.footprint_cost(Pose2D(2.55, 2.5, 0.0)) >= 0.0          # 0.26 m ahead: clear
+    assert costmap.footprint_cost(Pose2D(2.55, 2.5, math.pi / 2)) == IN_OBSTACLE   # 0.31 m
+    assert costmap.footprint_cost(Pose2D(0.2, 2.5, 0.0)) == OFF_MAP
+
+
+# ---- inflation
+
+@pytest.mark.parametrize('seed', range(5))
+def test_distance_transform_equals_brute_force_up_to_the_limit(seed):
+    random = np.random.default_rng(seed)
+    is_obstacle = random.random((40, 55)) < random.choice([0.002, 0.02, 0.3])
+    limit = int(random.integers(1, 25))
+    squared = squared_distances(is_obstacle, limit)
+    rows, columns = np.nonzero(is_obstacle)
+    row, column = np.indices(is_obstacle.shape)
+    exact = ((row[..., None] - rows) ** 2 + (column[..., None] - columns) ** 2).min(
+        axis=-1, initial=10 ** 6)
+    within = exact <= limit * limit
+    assert (squared[within] == exact[within]).all()
+    assert (squared[~within] > limit * limit).all()
+
+
+def test_inflation_follows_upstreams_formula():
+    cells = np.zeros((81, 81))
+    cells[40, 40] = 100
+    costmap = static_costmap(cells, inflation_radius=0.8, cost_scaling_factor=4.0)
+    row, column = np.indices(cells.shape)
+    distance_m = np.hypot(row - 40, column - 40) * 0.05
+    expected = np.floor(252.0 * np.exp(-4.0 * (distance_m - INSCRIBED_M)))
+    expected[distance_m <= INSCRIBED_M] = INSCRIBED
+    expected[distance_m > 0.8 + 1e-9] = FREE
+    expected[40, 40] = LETHAL
+    assert (costmap.costs == expected).all()
+
+
+def test_inflation_enters_the_unknown_only_where_the_robot_would_touch():
+    cells = np.full((41, 41), -1)
+    cells[20, 20] = 100
+    costs = static_costmap(cells).costs
+    assert costs[20, 20] == LETHAL and costs[20, 25] == INSCRIBED
+    assert costs[20, 26] == NO_INFORMATION
+
+
+def test_static_layer_reads_occupancy_as_upstream():
+    cells = np.array([[0, 50, 100], [-1, 99, 65]])
+    assert static_costmap(cells, inflation_radius=0.0).costs.tolist() == [
+        [0, 0, 254], [255, 0, 0]]
+    assert static_costmap(cells, inflation_radius=0.0, lethal_cost_threshold=65,
+                          track_unknown_space=False).costs.tolist() == [[0, 0, 254], [0, 254, 254]]
+    assert static_costmap(cells, inflation_radius=0.0, trinary_costmap=False).costs[0, 1] == 127
+
+
+# ---- obstacles
+
+def test_a_hit_is_marked_and_inflated_within_obstacle_range_only():
+    costmap = Costmap(local_defaults(width=6.0, height=6.0))
+    costmap.update(IDENTITY, scan_of({0: 1.02, 90: 2.6}), IDENTITY)
+    assert costmap.cost_at(1.02, 0.0) == LETHAL
+    assert costmap.cost_at(0.8, 0.0) == INSCRIBED
+    assert costmap.cost_at(0.0, 2.6) == FREE          # farther than obstacle_range 2.5
+
+
+def test_a_longer_range_clears_what_stood_in_its_way():
+    costmap = Costmap(local_defaults())
+    costmap.update(IDENTITY, scan_of({0: 1.02}), IDENTITY)
+    costmap.update(IDENTITY, scan_of({0: 0.72}), IDENTITY)
+    assert costmap.cost_at(1.02, 0.0) == LETHAL       # behind the new hit: not seen, so kept
+    costmap.update(IDENTITY, scan_of({0: 1.32}), IDENTITY)
+    assert costmap.cost_at(0.72, 0.0) < INSCRIBED and costmap.cost_at(1.32, 0.0) == LETHAL
+
+
+@pytest.mark.parametrize('inf_is_valid', [True, False])
+def test_no_return_clears_only_if_it_is_valid(inf_is_valid):
+    costmap = Costmap(local_defaults(scan={'inf_is_valid': inf_is_valid}))
+    costmap.update(IDENTITY, scan_of({0: 1.02}), IDENTITY)
+    costmap.update(IDENTITY, scan_of({0: math.inf}), IDENTITY)
+    assert (costmap.cost_at(1.02, 0.0) == FREE) is inf_is_valid
+
+
+@pytest.mark.parametrize('range_m', [math.nan, -1.0, 0.0, 0.1, 6.5, -math.inf])
+def test_ranges_that_say_nothing_change_nothing(range_m):
+    costmap = Costmap(local_defaults())
+    costmap.update(IDENTITY, scan_of({0: 1.02}), IDENTITY)
+    before = costmap.costs.copy()
+    costmap.update(IDENTITY, scan_of({degree: range_m for degree in range(360)}), IDENTITY)
+    assert (costmap.costs == before).all()
+
+
+def test_rays_start_where_the_laser_was():
+    costmap = Costmap(local_defaults())
+    costmap.update(IDENTITY, scan_of({90: 0.5}), Pose2D(0.12, 0.0, math.pi / 2))
+    assert costmap.cost_at(0.12 - 0.5, 0.0) == LETHAL
+
+
+def test_the_robot_frees_where_it_stands():
+    costmap = Costmap(local_defaults())
+    costmap.update(Pose2D(-1.0, 0.0, 0.0), scan_of({0: 1.02}), Pose2D(-1.0, 0.0, 0.0))
+    assert costmap.cost_at(0.02, 0.0) == LETHAL
+    costmap.update(Pose2D(0.0, 0.0, 0.4))
+    assert costmap.cost_at(0.02, 0.0) == FREE
+
+
+def test_nothing_is_left_under_the_outline_of_the_robot():
+    """Of a cell that the outline crosses, the centre may lie outside: upstream frees it, too."""
+    random = np.random.default_rng(2)
+    for _ in range(50):
+        pose = Pose2D(*random.uniform(-0.2, 0.2, 2), random.uniform(-3.0, 3.0))
+        costmap = Costmap(local_defaults())
+        costmap.update(pose)
+        costmap._obstacles[:] = LETHAL
+        costmap.update(pose)
+        assert costmap.footprint_cost(pose) >= 0.0
+        assert (costmap.costs == LETHAL).mean() > 0.8
+
+
+def test_a_window_may_keep_apart_what_no_ray_has_seen():
+    costmap = Costmap(local_defaults(track_unknown_space=True))
+    costmap.update(IDENTITY, scan_of({0: 1.02}), IDENTITY)
+    assert [costmap.cost_at(x, 0.0) for x in (0.0, 0.4, 1.02, 1.4)] == [FREE, FREE, LETHAL, NO_INFORMATION]
+    costmap.clear_obstacles(IDENTITY)
+    assert costmap.cost_at(0.5, 0.0) == NO_INFORMATION
+    costmap.update(Pose2D(0.5, 0.0, 0.0))
+    assert costmap.cost_at(1.9, 0.0) == NO_INFORMATION
+
+
+def test_window_moves_with_the_robot_by_whole_cells_and_remembers():
+    costmap = Costmap(local_defaults())
+    costmap.update(IDENTITY, scan_of({0: 1.02}), IDENTITY)
+    costmap.update(Pose2D(0.63, -0.31, 1.0))
+    assert costmap.cost_at(1.02, 0.0) == LETHAL
+    steps = np.array(costmap.origin[:2]) / 0.05
+    assert steps == pytest.approx(np.round(steps), abs=1e-9)
+    row, column = costmap.cell_at(0.63, -0.31)
+    assert (row, column) == (30, 30)
+    costmap.update(Pose2D(5.0, 0.0, 0.0))             # out of the window: forgotten
+    costmap.update(IDENTITY)
+    assert (costmap.costs == FREE).all()
+
+
+def test_a_global_update_by_windows_equals_one_from_scratch():
+    random = np.random.default_rng(1)
+    cells = random_walls()
+    origin = Pose2D(-1.0, -2.0, 0.3)
+    costmap = static_costmap(cells, origin)
+    for index in range(6):
+        pose = origin.compose(Pose2D(2.0 + index, 4.0, 0.7 * index))
+        costmap.update(pose, scan_of(dict(enumerate(random.uniform(0.3, 4.0, 360)))), pose)
+    windowed = costmap.costs.copy()
+    costmap._refresh(costmap._everything())
+    assert (costmap.costs == windowed).all()
+
+
+@pytest.mark.parametrize('inflation_radius', [0.0, 0.55])
+def test_a_robot_off_the_map_changes_nothing(inflation_radius):
+    costmap = static_costmap(random_walls(), inflation_radius=inflation_radius)
+    before = costmap.costs.copy()
+    for pose in (Pose2D(-50.0, 2.0, 1.0), Pose2D(2.0, 1e6, 0.0), Pose2D(900.0, 900.0, 0.0)):
+        costmap.update(pose, scan_of({0: 1.0, 90: math.inf}), pose)
+        costmap.clear_obstacles(pose, 3.0)
+    assert (costmap.costs == before).all()
+
+
+def test_scans_overrule_the_map_only_upwards():
+    cells = np.zeros((100, 100))
+    cells[:, 70] = 100
+    costmap = static_costmap(cells)
+    pose = Pose2D(2.5, 2.5, 0.0)
+    costmap.update(pose, scan_of({0: 2.2, 90: 1.0}), pose)
+    assert costmap.cost_at(3.52, 2.5) == LETHAL       # the wall stays although a ray went through
+    assert costmap.cost_at(2.5, 3.5) == LETHAL        # what the map does not show is added
+
+
+def test_clearing_keeps_a_square_around_the_robot():
+    costmap = Costmap(local_defaults(width=6.0, height=6.0))
+    costmap.update(IDENTITY, scan_of({0: 1.02, 90: 2.02}), IDENTITY)
+    costmap.clear_obstacles(IDENTITY, 3.0)
+    assert costmap.cost_at(1.02, 0.0) == LETHAL and costmap.cost_at(0.0, 2.02) == FREE
+    costmap.clear_obstacles(IDENTITY)
+    assert (costmap.costs == FREE).all()
+
+
+def test_static_obstacles_are_told_from_seen_ones():
+    cells = np.zeros((100, 100))
+    cells[:, 70] = 100
+    costmap = static_costmap(cells)
+    pose = Pose2D(2.5, 2.5, 0.0)
+    costmap.update(pose, scan_of({90: 1.0}), pose)
+    assert costmap.is_static_obstacle(3.3, 2.5) and not costmap.is_static_obstacle(3.2, 2.5)
+    assert not costmap.is_static_obstacle(2.5, 3.5)
+
+
+@pytest.mark.parametrize('params', [{'rolling_window': True, 'static_map': True}, {'static_map': False},
+                                    {'observation_sources': 'sonar'},
+                                    {'rolling_window': True, 'resolution': 0.0005}])
+def test_params_that_make_no_costmap_are_refused(params):
+    with pytest.raises(ConfigError):
+        CostmapParams.from_mapping(params, 'costmap.yaml')
+
+
+def test_a_costmap_needs_a_map_or_a_window():
+    with pytest.raises(ConfigError):
+        Costmap(CostmapParams())
+    with pytest.raises(ConfigError):
+        static_costmap(np.zeros((0, 0)))

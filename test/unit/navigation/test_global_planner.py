@@ -1,0 +1,195 @@
+"""Global plans: optimal against references, free of collisions, and clear about failure."""
+import heapq
+import math
+
+import numpy as np
+import pytest
+
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
+from diff_encoder_sim.navigation.costmap import Costmap
+from diff_encoder_sim.navigation.costmap_params import CostmapParams
+from diff_encoder_sim.navigation.global_planner import GlobalPlanner, NavfnParams
+from diff_encoder_sim.navigation.plan_error import PlanError, PlanProblem
+from diff_encoder_sim.navigation.potential import propagate
+
+RESOLUTION_M = 0.05
+
+
+def planner(cells, origin=Pose2D(0.0, 0.0, 0.0), costmap_params=None, **params):
+    grid = OccupancyGrid(np.asarray(cells, np.int8), RESOLUTION_M, origin)
+    costmap = Costmap(CostmapParams.from_mapping(costmap_params or {}, ''), grid)
+    return GlobalPlanner(NavfnParams.from_mapping(params, ''), costmap)
+
+
+def random_cells(seed, shape=(120, 160)):
+    """Free space with blocks in it."""
+    random = np.random.default_rng(seed)
+    cells = np.zeros(shape, np.int8)
+    for _ in range(12):
+        row, column = random.integers(15, shape[0] - 25), random.integers(25, shape[1] - 35)
+        cells[row:row + random.integers(2, 12), column:column + random.integers(2, 12)] = 100
+    return cells
+
+
+def dijkstra(weights, start):
+    """Cheapest costs over the eight neighbours, by the book: a step costs its length times the
+    mean weight of its ends."""
+    costs = np.full(weights.shape, np.inf)
+    costs[start] = 0.0
+    heap = [(0.0, start)]
+    while heap:
+        cost, (row, column) = heapq.heappop(heap)
+        if cost > costs[row, column]:
+            continue
+        for down in (-1, 0, 1):
+            for right in (-1, 0, 1):
+                to = row + down, column + right
+                if (down or right) and 0 <= to[0] < weights.shape[0] \
+                        and 0 <= to[1] < weights.shape[1] and np.isfinite(weights[to]) \
+                        and np.isfinite(weights[row, to[1]] + weights[to[0], column]):
+                    new = cost + 0.5 * math.hypot(down, right) * (
+                        weights[row, column] + weights[to])
+                    if new < costs[to]:
+                        costs[to] = new
+                        heapq.heappush(heap, (new, to))
+    return costs
+
+
+def cost_along(plan, weights):
+    """Cost of a plan: weight integrated over its length in cells."""
+    points = plan[:, :2] / RESOLUTION_M
+    steps = np.diff(points, axis=0)
+    total = 0.0
+    for share in (0.1, 0.3, 0.5, 0.7, 0.9):
+        cells = np.floor(points[:-1] + share * steps).astype(int)
+        total += 0.2 * (np.hypot(*steps.T) * weights[cells[:, 1], cells[:, 0]]).sum()
+    return total
+
+
+@pytest.mark.parametrize('seed', range(6))
+@pytest.mark.parametrize('use_dijkstra', [True, False])
+def test_plans_cost_no_more_than_a_reference_dijkstras(seed, use_dijkstra):
+    """A grid path bends by 45 degrees only and is up to 8 % longer than a plan."""
+    made_by = planner(random_cells(seed), use_dijkstra=use_dijkstra)
+    start, goal = Pose2D(0.52, 0.52, 0.0), Pose2D(7.43, 5.33, 1.0)
+    plan = made_by.make_plan(start, goal)
+    weights = made_by._weight_of_cost[made_by.costmap.costs]
+    reference = dijkstra(weights, made_by.costmap.cell_at(*start[:2]))
+    best = reference[made_by.costmap.cell_at(*goal[:2])]
+    assert 0.90 * best < cost_along(plan, weights) < 1.01 * best
+    cells = [made_by.costmap.cell_at(x, y) for x, y, _ in plan]
+    assert all(np.isfinite(weights[cell]) for cell in cells)
+
+
+def test_potential_is_the_fixpoint_of_the_wave_equation():
+    """Sweeping the eikonal update over all cells until nothing changes gives the same."""
+    random = np.random.default_rng(3)
+    weights = random.uniform(50.0, 250.0, (25, 30))
+    weights[random.random(weights.shape) < 0.2] = np.inf
+    weights[12, 15] = 50.0
+    expected = np.full((27, 32), np.inf)
+    expected[13, 16] = 0.0
+    for _ in range(200):
+        for row in range(1, 26):
+            for column in range(1, 31):
+                weight = weights[row - 1, column - 1]
+                along = min(expected[row, column - 1], expected[row, column + 1])
+                across = min(expected[row - 1, column], expected[row + 1, column])
+                low, high = min(along, across), max(along, across)
+                if np.isfinite(low) and np.isfinite(weight):
+                    apart = high - low
+                    new = low + weight if apart >= weight else \
+                        low + 0.5 * (apart + math.sqrt(2 * weight ** 2 - apart ** 2))
+                    expected[row, column] = min(expected[row, column], new)
+    potential = propagate(weights, 12, 15, 0, 0, 50.0, False, False)
+    assert potential == pytest.approx(expected[1:-1, 1:-1])
+
+
+def test_a_plan_in_the_open_is_straight_and_looks_along_itself():
+    plan = planner(np.zeros((100, 200))).make_plan(Pose2D(1.0, 1.0, 2.0), Pose2D(9.0, 4.0, -1.0))
+    assert tuple(plan[0, :2]) == (1.0, 1.0) and tuple(plan[-1]) == (9.0, 4.0, -1.0)
+    steps = np.diff(plan[:, :2], axis=0)
+    assert np.hypot(*steps.T).sum() == pytest.approx(math.hypot(8.0, 3.0), rel=0.01)
+    assert np.hypot(*steps.T).max() < 2.0 * RESOLUTION_M
+    assert plan[:-1, 2] == pytest.approx(np.arctan2(steps[:, 1], steps[:, 0]))
+
+
+def test_the_map_may_be_turned_and_shifted():
+    origin = Pose2D(-3.0, 2.0, 0.7)
+    cells = random_cells(1)
+    straight = planner(cells).make_plan(Pose2D(0.52, 0.52, 0.0), Pose2D(7.43, 5.33, 0.2))
+    turned = planner(cells, origin).make_plan(origin.compose(Pose2D(0.52, 0.52, 0.0)),
+                                              origin.compose(Pose2D(7.43, 5.33, 0.2)))
+    assert len(straight) == len(turned)
+    for there, here in zip(straight.tolist(), turned.tolist()):
+        assert here[:2] == pytest.approx(origin.compose(Pose2D(*there))[:2], abs=1e-9)
+
+
+def walled():
+    """Two rooms with no door between them."""
+    cells = np.zeros((100, 120), np.int8)
+    cells[:, 60] = 100
+    return cells
+
+
+START = Pose2D(1.0, 2.5, 0.0)
+
+
+@pytest.mark.parametrize('goal, problem, text', [
+    (Pose2D(math.nan, 1.0, 0.0), PlanProblem.NOT_FINITE,
+     r'the goal \(nan, 1.0, 0.0\) is not finite'),
+    (Pose2D(1.0, 1.0, math.inf), PlanProblem.NOT_FINITE, 'not finite'),
+    (Pose2D(7.0, 1.0, 0.0), PlanProblem.OUTSIDE, r'the goal \(7, 1\) is outside the map'),
+    (Pose2D(1e308, -1e308, 0.0), PlanProblem.OUTSIDE, 'outside the map'),
+    (Pose2D(3.02, 2.5, 0.0), PlanProblem.IN_WALL,
+     r'the goal \(3.02, 2.50\) is in a wall of the map'),
+    (Pose2D(2.9, 2.5, 0.0), PlanProblem.IN_WALL, 'so close to a wall of the map'),
+    (Pose2D(5.0, 2.5, 0.0), PlanProblem.UNREACHABLE, r'no way to the goal \(5.00, 2.50\)')])
+def test_failures_say_what_is_wrong(goal, problem, text):
+    with pytest.raises(PlanError, match=text) as caught:
+        planner(walled()).make_plan(START, goal)
+    assert caught.value.problem is problem
+
+
+def test_a_start_outside_the_map_is_an_error_too():
+    with pytest.raises(PlanError, match='the start .* outside'):
+        planner(walled()).make_plan(Pose2D(-1.0, 0.0, 0.0), START)
+
+
+def test_unknown_space_is_a_way_only_if_allowed():
+    cells = np.zeros((60, 120), np.int8)
+    cells[:, 50:60] = -1
+    goal = Pose2D(5.0, 1.5, 0.0)
+    assert len(planner(cells).make_plan(Pose2D(1.0, 1.5, 0.0), goal)) > 2
+    with pytest.raises(PlanError, match='no way'):
+        planner(cells, allow_unknown=False).make_plan(Pose2D(1.0, 1.5, 0.0), goal)
+    with pytest.raises(PlanError, match='unknown space'):
+        planner(cells, allow_unknown=False).make_plan(START, Pose2D(2.7, 1.5, 0.0))
+
+
+def test_tolerance_takes_the_nearest_free_point():
+    made_by = planner(walled())
+    plan = made_by.make_plan(START, Pose2D(2.95, 2.5, 0.5), tolerance_m=0.4)
+    assert plan[-1, 2] == 0.5
+    assert math.hypot(plan[-1, 0] - 2.95, plan[-1, 1] - 2.5) <= 0.4
+    assert made_by.costmap.cost_at(plan[-1, 0], plan[-1, 1]) < 253
+    with pytest.raises(PlanError):
+        made_by.make_plan(START, Pose2D(2.95, 2.5, 0.5), tolerance_m=0.1)
+
+
+def test_the_tolerance_is_never_less_than_the_default():
+    made_by = planner(walled(), default_tolerance=0.4)
+    goal = Pose2D(2.95, 2.5, 0.5)
+    assert made_by.make_plan(START, goal, 0.1).tolist() == made_by.make_plan(START, goal).tolist()
+
+
+def test_a_robot_pressed_to_a_wall_may_leave():
+    """Localization is off by centimetres: inscribed cells under the robot must not lock it in."""
+    plan = planner(walled()).make_plan(Pose2D(2.85, 2.5, 0.0), START)
+    assert tuple(plan[0, :2]) == (2.85, 2.5)
+
+
+def test_start_and_goal_in_one_cell():
+    plan = planner(walled()).make_plan(START, Pose2D(1.01, 2.51, 3.0))
+    assert plan.tolist() == [[1.0, 2.5, pytest.approx(math.pi / 4)], [1.01, 2.51, 3.0]]

@@ -1,0 +1,250 @@
+"""A trial's bag: what the nodes' connections would be, whole or absent, the same bytes each time."""
+import contextlib
+import errno
+import os
+import resource
+
+import numpy as np
+import pytest
+from rosbags.rosbag1 import Writer
+
+import message_values as values
+from diff_encoder_sim.base.laser_scan import Scan
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.navigation.goal_status import GoalStatus
+from diff_encoder_sim.recording import topics
+from diff_encoder_sim.recording.bag_opening import open_bag
+from diff_encoder_sim.recording.trial_bag import TrialBag
+from diff_encoder_sim.recording.trial_recording import read_trial
+from diff_encoder_sim.serialization import encoding
+from diff_encoder_sim.serialization.typestore import definition
+from diff_encoder_sim.trials.trial_definition import Trial, load_test
+from places import ROOT
+
+SCAN = Scan(0, -3.0, 0.01, 0.15, 6.0, np.linspace(0.2, 5.0, 600))
+GRID = values.grid(np.random.default_rng(0))
+ODOM_POSE = encoding.tf_message(encoding.transform(Pose2D(1.0, 2.0, 0.5), 7, 'odom', 'base_link'))
+MAP_POSE = encoding.tf_message(encoding.transform(Pose2D(3.0, 2.0, 0.1), 7, 'map', 'odom'))
+
+
+def pose(stamp_ns=0):
+    return encoding.pose_stamped_message(Pose2D(1.0, 2.0, 0.5), stamp_ns, 'map')
+
+
+def write_some(bag, count=20):
+    """Some of the topics, over and again."""
+    for index in range(count):
+        now_ns = index * 10_000_000
+        bag.write(topics.CLOCK, topics.SIMULATOR_NODE, encoding.clock_message(now_ns), now_ns)
+        bag.write(topics.TF, topics.ODOM_NODE, ODOM_POSE, now_ns)
+        bag.write(topics.WORLD_POSE, topics.WORLD_POSE_NODE, pose(now_ns), now_ns)
+        bag.write(topics.SCAN, topics.SIMULATOR_NODE, encoding.scan_message(SCAN, 'laser', 0.1), now_ns)
+        bag.write(topics.TF, topics.AMCL_NODE, MAP_POSE, now_ns)
+
+
+def one_of_each():
+    """(topic, node, message) of all that nodes publish."""
+    rng = np.random.default_rng(1)
+    stamped, sent = values.pose(rng), encoding.SentGoal(topics.NAVIGATION_TRIAL_NODE, 1, 5)
+    made = {
+        topics.CLOCK: encoding.clock_message(7), topics.JOINT_STATES: encoding.joint_state_message(values.joints(rng)),
+        topics.MODEL_STATES: encoding.ModelStatesMessages(values.world(rng), 'alto').message(values.body(rng)),
+        topics.CMD_VEL: encoding.twist_message(0.4, 0.1),
+        topics.ENCODER_PULSE: encoding.encoder_pulse_message(values.encoder_sample(rng), values.JOINTS),
+        topics.ODOM: encoding.odometry_message(values.estimate(rng), 'odom', 'base_link'),
+        topics.GLOBAL_POSE: pose(), topics.WORLD_POSE: pose(), topics.TF: ODOM_POSE, topics.TF_STATIC: MAP_POSE,
+        topics.SCAN: encoding.scan_message(SCAN, 'laser', 0.1),
+        topics.AMCL_POSE: encoding.pose_with_covariance_message(stamped, values.covariance(rng, 3), 7, 'map'),
+        topics.MAP: encoding.map_message(GRID, 7, 'map'), topics.MAP_METADATA: encoding.map_metadata_message(GRID, 7),
+        topics.GOAL: encoding.goal_message(sent, stamped, 5, 'map'),
+        topics.RESULT: encoding.result_message(sent, GoalStatus.SUCCEEDED, 'goal reached', 7),
+        topics.TRIAL: encoding.text_message('{}'), topics.TRIAL_RESULT: encoding.text_message('{}')}
+    return [(topic, node, made[topic.name]) for topic in topics.TOPICS for node in topic.nodes]
+
+
+def written(path):
+    """Each message as (topic, time, message), and the connections in their order."""
+    with open_bag(path) as reader:
+        return ([(connection.topic, time_ns, reader.deserialize(raw, connection.msgtype))
+                 for connection, time_ns, raw in reader.messages()],
+                sorted(reader.connections, key=lambda connection: connection.id))
+
+
+@contextlib.contextmanager
+def largest_file(size):
+    """The kernel refuses to let a file grow further, as it does on a full disk."""
+    _, hard = before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+def test_each_publisher_has_its_connection_in_order_of_use(tmp_path):
+    path = tmp_path / 'a.bag'
+    with TrialBag(path, 'full') as bag:
+        write_some(bag)
+        bag.write(topics.TRIAL_RESULT, topics.NAVIGATION_TRIAL_NODE, encoding.text_message('{}'), 10**9)
+    _, connections = written(path)
+    assert [(connection.topic, connection.ext.callerid, connection.ext.latching, connection.msgcount)
+            for connection in connections] == [
+        ('/clock', '/simulator_node', 0, 20), ('/tf', '/gz_diff_odom_node', 0, 20),
+        ('/world_pose', '/world_pose_node', 0, 20), ('/scan', '/simulator_node', 0, 20), ('/tf', '/amcl', 0, 20),
+        ('/trial_result', '/navigation_trial_node', 1, 1)]
+
+
+def test_each_publisher_counts_its_headers_from_one(tmp_path):
+    path = tmp_path / 'a.bag'
+    with TrialBag(path, 'full') as bag:
+        for _ in range(3):
+            bag.write(topics.ODOM, topics.ODOM_NODE, pose(), 5)     # any type that begins with a header
+            bag.write(topics.WORLD_POSE, topics.WORLD_POSE_NODE, pose(), 5)
+            bag.write(topics.TF, topics.ODOM_NODE, ODOM_POSE, 5)
+    with open_bag(path) as reader:
+        raw = {topic: [bytes(raw) for connection, _, raw in reader.messages() if connection.topic == topic]
+               for topic in (topics.ODOM, topics.WORLD_POSE, topics.TF)}
+    for topic in (topics.ODOM, topics.WORLD_POSE):
+        assert raw[topic] == [bytes([seq, 0, 0, 0]) + pose()[4:] for seq in (1, 2, 3)]
+    assert raw[topics.TF] == [ODOM_POSE] * 3
+
+
+def test_times_are_kept_and_nothing_is_at_zero(tmp_path):
+    path = tmp_path / 'a.bag'
+    with TrialBag(path, 'full') as bag:
+        for time_ns in (0, 1, 10_000_000, 3_000_000_001):
+            bag.write(topics.CLOCK, topics.SIMULATOR_NODE, encoding.clock_message(time_ns), time_ns)
+    found, _ = written(path)
+    assert [time_ns for _, time_ns, _ in found] == [1, 1, 10_000_000, 3_000_000_001]
+    assert [message.clock.nanosec for _, _, message in found] == [0, 1, 10_000_000, 1]
+
+
+def test_equal_calls_write_equal_bytes(tmp_path):
+    contents = []
+    for name in ('first.bag', 'second.bag'):
+        with TrialBag(tmp_path / name, 'full') as bag:
+            write_some(bag, count=1000)     # several chunks
+        contents.append((tmp_path / name).read_bytes())
+    assert len(contents[0]) > 2 * 2**20
+    assert contents[0] == contents[1]
+
+
+def test_a_minimal_recording_is_what_analysis_reads(tmp_path):
+    path = tmp_path / 'a.bag'
+    trial = Trial(test=load_test('SL', ROOT / 'config'), ppr=90, number=1)
+    with TrialBag(path, 'minimal') as bag:
+        bag.write(topics.TRIAL, topics.NAVIGATION_TRIAL_NODE, encoding.text_message(trial.model_dump_json()), 0)
+        write_some(bag)
+        bag.write(topics.TRIAL_RESULT, topics.NAVIGATION_TRIAL_NODE,
+                  encoding.text_message('{"outcome": "succeeded", "reason": ""}'), 10**9)
+    recording = read_trial(path)
+    assert (recording.trial, recording.outcome) == (trial, 'succeeded')
+    assert recording.poses[topics.WORLD_POSE].stamps_ns.tolist() == [10_000_000 * index for index in range(20)]
+    assert {connection.topic for connection in written(path)[1]} == {'/trial', '/world_pose', '/trial_result'}
+
+
+def test_what_each_mode_records():
+    everything = set(topics.RECORDED)
+    bulk = {'/clock', '/joint_states', '/gazebo/model_states', '/tf', '/tf_static', '/scan', '/map', '/map_metadata'}
+    for mode, recorded in (('full', everything), ('minimal', everything - bulk), ('none', set())):
+        bag = TrialBag('a.bag', mode)
+        assert {topic for topic in topics.RECORDED if bag.wants(topic)} == recorded
+    assert len(everything) == 19
+
+
+def test_the_mode_none_writes_no_file(tmp_path):
+    with TrialBag(tmp_path / 'bags' / 'a.bag', 'none') as bag:
+        write_some(bag)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_node_that_does_not_publish_a_topic_is_refused(tmp_path):
+    with pytest.raises(ValueError, match='/amcl does not publish /odom; expected one of .*/gz_diff_odom_node'):
+        with TrialBag(tmp_path / 'a.bag', 'full') as bag:
+            bag.write(topics.ODOM, topics.AMCL_NODE, pose(), 5)
+
+
+@pytest.mark.parametrize('error', [RuntimeError, KeyboardInterrupt, SystemExit])
+@pytest.mark.parametrize('count', [0, 1, 1000])
+def test_an_exception_leaves_no_file(tmp_path, error, count):
+    with pytest.raises(error):
+        with TrialBag(tmp_path / 'a.bag', 'full') as bag:
+            write_some(bag, count)
+            raise error
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_until_it_is_whole_it_has_another_name(tmp_path):
+    with TrialBag(tmp_path / 'bags' / 'a.bag', 'full') as bag:
+        write_some(bag)
+        assert os.listdir(str(tmp_path / 'bags')) == ['a.bag.active']
+    assert os.listdir(str(tmp_path / 'bags')) == ['a.bag']
+
+
+def test_what_a_killed_process_left_is_replaced(tmp_path):
+    path = tmp_path / 'a.bag'
+    (tmp_path / 'a.bag.active').write_bytes(b'torn')
+    path.write_bytes(b'old')
+    with TrialBag(path, 'full') as bag:
+        write_some(bag)
+        assert path.read_bytes() == b'old'
+    assert os.listdir(str(tmp_path)) == ['a.bag']
+    assert len(written(path)[0]) == 100
+
+
+# Some fail at a chunk of 1 MiB, some at the last chunk or the index, when the bag is closed.
+@pytest.mark.parametrize('size', [0, 5_000, 100_000, 2_000_000])
+def test_a_file_that_cannot_grow_is_named_and_removed(tmp_path, size):
+    path = tmp_path / 'a.bag'
+    with pytest.raises(OSError) as caught, largest_file(size):
+        with TrialBag(path, 'full') as bag:
+            write_some(bag, count=1000)
+    assert (caught.value.errno, caught.value.filename) == (errno.EFBIG, str(path))
+    assert 'bag cannot be written: File too large' in str(caught.value)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize('method', ['open', 'write', 'close'])
+def test_a_full_disk_can_be_told(tmp_path, monkeypatch, method):
+    def full(*_):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(Writer, method, full)
+    with pytest.raises(OSError, match='bag cannot be written: No space left on device') as caught:
+        with TrialBag(tmp_path / 'a.bag', 'full') as bag:
+            write_some(bag)
+    assert caught.value.errno == errno.ENOSPC
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize('name', ['file/bags/a.bag', 'folder'])
+def test_a_path_that_cannot_be_is_named(tmp_path, name):
+    (tmp_path / 'file').write_text('')
+    (tmp_path / 'folder').mkdir()
+    with pytest.raises(OSError, match='bag cannot be written') as caught:
+        with TrialBag(tmp_path / name, 'full') as bag:
+            write_some(bag)
+    assert caught.value.filename == str(tmp_path / name)
+    assert sorted(os.listdir(str(tmp_path))) == ['file', 'folder']
+
+
+def test_ros_reads_it(tmp_path):
+    rosbag = pytest.importorskip('rosbag')
+    path = tmp_path / 'a.bag'
+    expected = {}
+    with TrialBag(path, 'full') as bag:
+        for time_ns in range(0, 10**10, 10**7):     # several chunks
+            for topic, node, message in one_of_each():
+                bag.write(topic.name, node, message, time_ns)
+                md5sum = definition(topic.message_type).md5sum
+                expected.setdefault((topic.name, node), (topic.message_type.replace('/msg/', '/'), md5sum,
+                                                         str(int(topic.is_latched))))
+    with rosbag.Bag(str(path)) as read:
+        headers = [{key: value.decode() for key, value in connection.header.items()}
+                   for connection in read._get_connections()]
+        assert {(about['topic'], about['callerid']): (about['type'], about['md5sum'], about['latching'])
+                for about in headers} == expected
+        times_ns = [time.to_nsec() for _, _, time in read.read_messages()]
+        assert times_ns == sorted(times_ns)
+        assert len(times_ns) == 1000 * len(expected) == read.get_message_count()
+        assert f'messages:    {len(times_ns)}' in str(read)     # what rosbag info prints

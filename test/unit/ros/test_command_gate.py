@@ -1,0 +1,135 @@
+"""When commands take effect. The gate is of the ROS shell, but needs no ROS."""
+import logging
+import subprocess
+import sys
+import threading
+
+from diff_encoder_sim.ros.command_gate import STANDSTILL, CommandGate
+from places import SOURCE
+
+MS = 1_000_000
+PERIOD_NS, DELAY_NS = 50 * MS, 20 * MS
+LONG_S, SHORT_S = 20.0, 0.01
+SLOW, FAST = (0.1, 0.0), (0.2, 0.0)
+
+
+def gate(period_ns=PERIOD_NS, patience_s=SHORT_S, is_expected=True, is_from_start=True):
+    return CommandGate(period_ns, DELAY_NS, patience_s, lambda: is_expected, is_from_start)
+
+
+def take_in_thread(some_gate, sim_time_ns):
+    """A take that is waiting: (thread, list that its result goes to)."""
+    taken = []
+    thread = threading.Thread(target=lambda: taken.append(some_gate.take(sim_time_ns)), daemon=True)
+    thread.start()
+    return thread, taken
+
+
+def test_it_imports_without_ros():
+    code = ("import sys; sys.modules['rospy'] = None\n"
+            'import diff_encoder_sim.ros.command_gate')
+    done = subprocess.run([sys.executable, '-c', code], env={'PYTHONPATH': str(SOURCE), 'PATH': ''})
+    assert done.returncode == 0
+
+
+def test_without_a_period_the_newest_command_is_taken_at_once_and_once():
+    free = gate(period_ns=0)
+    assert free.take(0) is None
+    free.put(SLOW)
+    free.put(FAST)
+    assert free.take(10 * MS) == FAST
+    assert free.take(20 * MS) is None
+
+
+def test_with_a_period_commands_take_effect_a_delay_after_each_boundary_only():
+    periodic = gate()
+    times_ns = []
+    for tick in range(20):
+        periodic.put(SLOW)
+        if periodic.take(tick * 10 * MS) is not None:
+            times_ns.append(tick * 10)
+    assert times_ns == [20, 70, 120, 170]
+
+
+def test_of_several_answers_the_newest_counts_and_none_is_left_over():
+    periodic = gate(is_expected=False)
+    periodic.put(SLOW)
+    periodic.put(FAST)
+    assert periodic.take(DELAY_NS) == FAST
+    assert periodic.take(DELAY_NS + PERIOD_NS) is None
+
+
+def test_a_controller_is_waited_for():
+    patient = gate(patience_s=LONG_S)
+    thread, taken = take_in_thread(patient, DELAY_NS)
+    thread.join(0.05)
+    assert thread.is_alive()  # nothing has come
+    patient.put(SLOW)
+    thread.join(LONG_S)
+    assert taken == [SLOW]
+
+
+def test_nobody_is_waited_for_where_no_controller_is_connected():
+    lonely = gate(patience_s=LONG_S, is_expected=False)
+    thread, taken = take_in_thread(lonely, DELAY_NS)
+    thread.join(0.5 * LONG_S)
+    assert taken == [None]
+
+
+def test_patience_ends_with_one_warning_until_the_controller_is_back(caplog):
+    periodic = gate()
+    periodic.put(SLOW)
+    assert periodic.take(DELAY_NS) == SLOW
+    with caplog.at_level(logging.WARNING):
+        for period in range(1, 4):
+            assert periodic.take(DELAY_NS + period * PERIOD_NS) is None
+    assert len(caplog.records) == 1  # only the first was waited for
+    assert '0.07 s' in caplog.records[0].getMessage()
+    periodic.put(FAST)
+    assert periodic.take(DELAY_NS + 4 * PERIOD_NS) == FAST
+    with caplog.at_level(logging.WARNING):
+        assert periodic.take(DELAY_NS + 5 * PERIOD_NS) is None
+    assert len(caplog.records) == 2  # it was waited for again
+
+
+def test_a_robot_at_rest_is_not_waited_with_for_long(caplog):
+    """Between two goals nobody commands; the full patience would stall the simulation."""
+    resting = gate(patience_s=LONG_S, is_from_start=False)
+    resting.put(STANDSTILL)
+    assert resting.take(DELAY_NS) == STANDSTILL
+    thread, taken = take_in_thread(resting, DELAY_NS + PERIOD_NS)
+    thread.join(0.5 * LONG_S)
+    assert taken == [None]
+    assert caplog.records == []
+
+
+def test_a_controller_that_starts_later_is_not_waited_for_at_the_start():
+    late = gate(patience_s=LONG_S, is_from_start=False)
+    thread, taken = take_in_thread(late, DELAY_NS)
+    thread.join(0.5 * LONG_S)
+    assert taken == [None]
+
+
+def test_clear_forgets_what_has_not_taken_effect():
+    periodic = gate()
+    periodic.put(SLOW)
+    periodic.clear()
+    assert periodic.take(DELAY_NS) is None
+
+
+def test_no_command_is_lost_between_threads():
+    """A controller that answers each boundary is heard each time."""
+    periodic, taken, count = gate(patience_s=LONG_S), [], 200
+    boundary = threading.Semaphore(0)
+
+    def control():
+        for number in range(count):
+            boundary.acquire()
+            periodic.put((number + 1.0, 0.0))
+    controller = threading.Thread(target=control, daemon=True)
+    controller.start()
+    for period in range(count):
+        boundary.release()
+        taken.append(periodic.take(DELAY_NS + period * PERIOD_NS))
+    controller.join(LONG_S)
+    assert taken == [(number + 1.0, 0.0) for number in range(count)]

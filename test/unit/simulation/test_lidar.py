@@ -1,0 +1,142 @@
+"""The scanner against geometry by hand, brute force, and its own noise."""
+import math
+
+import numpy as np
+import pytest
+
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.simulation.lidar import Lidar, LidarParams, cut_world
+from diff_encoder_sim.simulation.world import Box, Cylinder, Model, Solid, Sphere, World, load_world, rotation_from_rpy
+from places import WORLDS
+
+HEIGHT_M = 1.12
+
+
+def solid(shape, x_m=0.0, y_m=0.0, z_m=1.0, yaw_rad=0.0):
+    pose = np.eye(4)
+    pose[:3, :3] = rotation_from_rpy(0, 0, yaw_rad)
+    pose[:3, 3] = x_m, y_m, z_m
+    return Solid('m/l/c', shape, pose)
+
+
+def lidar(solids, seed=0, **params):
+    world = World('w', [Model('m', np.eye(4), list(solids))])
+    return Lidar(world, HEIGHT_M, LidarParams(**{'noise': 0.0, **params}),
+                 np.random.default_rng(seed))
+
+
+ROOM = [solid(Box((0.2, 10.0, 2.0)), x_m=3.1), solid(Box((0.2, 10.0, 2.0)), x_m=-2.1),
+        solid(Box((10.0, 0.2, 2.0)), y_m=2.1), solid(Box((10.0, 0.2, 2.0)), y_m=-1.1)]
+
+
+@pytest.mark.parametrize('yaw_rad', [0.0, 1.0, -2.5, 9.0])
+def test_a_rectangular_room_by_hand(yaw_rad):
+    scanner = lidar(ROOM, samples=720)
+    ranges_m = scanner.true_ranges_m(Pose2D(0.0, 0.0, yaw_rad))
+    bearings_rad = yaw_rad - math.pi + 2 * math.pi / 720 * np.arange(720)
+    x, y = np.cos(bearings_rad) + 1e-15, np.sin(bearings_rad) + 1e-15  # never just 0
+    expected = np.minimum(np.where(x > 0, 3.0 / x, -2.0 / x), np.where(y > 0, 2.0 / y, -1.0 / y))
+    assert ranges_m == pytest.approx(expected, abs=1e-9)
+
+
+def test_a_pillar_is_seen_as_a_circle():
+    scanner = lidar([solid(Cylinder(0.5, 2.0), x_m=2.0)], samples=3600)
+    ranges_m = scanner.true_ranges_m(Pose2D(0.0, 0.0, 0.0))
+    seen = np.isfinite(ranges_m)
+    assert ranges_m.min() == pytest.approx(1.5, abs=1e-6)
+    assert seen.sum() * 2 * math.pi / 3600 == pytest.approx(2 * math.asin(0.25), abs=0.004)
+
+
+def test_a_sphere_is_cut_at_the_scan_height():
+    _, circles = cut_world(World('w', [Model('m', np.eye(4), [solid(Sphere(0.5), z_m=HEIGHT_M - 0.3)])]),
+                           HEIGHT_M)
+    assert circles == pytest.approx(np.array([[0, 0, 0.4]]))
+
+
+def test_what_is_above_or_below_the_scan_plane_is_not_seen():
+    scanner = lidar([solid(Box((1, 1, 1.0)), x_m=2, z_m=0.5), solid(Cylinder(1, 1.0), x_m=-3, z_m=2.0)])
+    assert np.isinf(scanner.true_ranges_m(Pose2D(0, 0, 0))).all()
+
+
+def brute_force_m(scanner, pose, bearings_rad):
+    ranges_m = np.full(len(bearings_rad), np.inf)
+    for index, bearing in enumerate(bearings_rad):
+        dx, dy = math.cos(bearing), math.sin(bearing)
+        for x0, y0, x1, y1 in scanner._segments - np.tile([pose.x_m, pose.y_m], 2):
+            across = dx * (y1 - y0) - dy * (x1 - x0)
+            if across:
+                away, share = (x0 * (y1 - y0) - y0 * (x1 - x0)) / across, (x0 * dy - y0 * dx) / across
+                if away >= 0 and 0 <= share <= 1:
+                    ranges_m[index] = min(ranges_m[index], away)
+        for x, y, radius in scanner._circles - [pose.x_m, pose.y_m, 0]:
+            along, root = x * dx + y * dy, (x * dx + y * dy) ** 2 - x * x - y * y + radius ** 2
+            if root >= 0:
+                for away in (along - math.sqrt(root), along + math.sqrt(root)):
+                    if away >= 0:
+                        ranges_m[index] = min(ranges_m[index], away)
+    return ranges_m
+
+
+@pytest.mark.parametrize('name', ['hallway', 'ros_logo'])
+@pytest.mark.parametrize('angle_min, angle_span', [(-math.pi, 2 * math.pi), (-1.0, 2.5), (2.0, 5.0)])
+def test_the_shipped_worlds_against_brute_force(name, angle_min, angle_span):
+    scanner = Lidar(load_world(WORLDS / f'{name}.world'), HEIGHT_M,
+                    LidarParams(samples=97, angle_min=angle_min, angle_span=angle_span),
+                    np.random.default_rng(0))
+    rng = np.random.default_rng(3)
+    for _ in range(6):
+        pose = Pose2D(*rng.uniform(-2.5, 2.5, 2), rng.uniform(-7, 7))
+        bearings_rad = pose.yaw_rad + angle_min + angle_span / 97 * np.arange(97)
+        ranges_m = scanner.true_ranges_m(pose)
+        assert ranges_m == pytest.approx(brute_force_m(scanner, pose, bearings_rad), abs=1e-9)
+
+
+def test_noise_has_the_spread_that_was_asked_for_and_comes_from_the_seed():
+    pose = Pose2D(0, 0, 0)
+    sweeps = [lidar(ROOM, seed=seed, noise=0.03).sweep(0, pose).ranges_m for seed in (1, 1, 2)]
+    assert (sweeps[0] == sweeps[1]).all() and not (sweeps[0] == sweeps[2]).any()
+    errors_m = sweeps[0] - lidar(ROOM).true_ranges_m(pose)
+    assert errors_m.std() == pytest.approx(0.03, rel=0.1)      # 1000 rays: 99.9 % within 8 %
+    assert abs(errors_m.mean()) < 0.004
+
+
+def test_each_ray_is_measured_with_its_own_noise_and_then_cut_to_the_limits():
+    params = dict(noise=0.5, range_min=0.9, range_max=2.5)
+    scanner, pose = lidar(ROOM, seed=4, **params), Pose2D(0.2, 0.1, 0.3)
+    true_m = scanner.true_ranges_m(pose)
+    noisy_m = true_m + 0.5 * np.random.default_rng(4).standard_normal(1000)
+    expected = np.where((true_m > 2.5) | (noisy_m > 2.5), np.inf,
+                        np.where(noisy_m < 0.9, -np.inf, noisy_m))
+    assert scanner.sweep(0, pose).ranges_m.tolist() == expected.tolist()
+    assert 50 < np.isneginf(expected).sum() < 500 and 50 < np.isposinf(expected).sum() < 900
+
+
+def test_no_return_is_plus_inf_and_too_close_is_minus_inf():
+    scanner = lidar([solid(Box((0.1, 0.5, 2.0)), x_m=0.15)], samples=4, range_max=2.0)
+    scan = scanner.sweep(7, Pose2D(0, 0, 0))
+    assert scan.ranges_m.tolist() == [math.inf, math.inf, -math.inf, math.inf]
+    far = lidar(ROOM, range_max=2.5, samples=4).sweep(7, Pose2D(0, 0, 0))
+    assert far.ranges_m == pytest.approx([2.0, 1.0, math.inf, 2.0])
+    assert (far.stamp_ns, far.range_max_m) == (7, 2.5)
+    assert far.bearings_rad() == pytest.approx([-math.pi, -math.pi / 2, 0, math.pi / 2])
+
+
+@pytest.mark.parametrize('params, complaint', [
+    ({'samples': 0}, 'samples: given 0'), ({'range_min': 7.0}, 'range_min below range_max'),
+    ({'noise': -0.1}, 'noise: given -0.1'), ({'angle_span': 7.0}, 'angle_span: given 7.0')])
+def test_bad_parameters_are_named(params, complaint):
+    with pytest.raises(ConfigError, match=complaint):
+        LidarParams.from_mapping(params, 'lidar.yaml')
+
+
+@pytest.mark.parametrize('rate_hz, period_ns', [(10.0, 100_000_000), (0.01, 100_000_000_000), (3.0, 333_333_333)])
+def test_the_period_is_that_of_the_rate(rate_hz, period_ns):
+    assert LidarParams(rate=rate_hz).period_ns == period_ns
+
+
+def test_a_leaning_box_is_refused():
+    leaning = solid(Box((1, 1, 2)))
+    leaning.pose_in_world[:3, :3] = rotation_from_rpy(0.2, 0, 0)
+    with pytest.raises(ConfigError, match='m/l/c: leans'):
+        lidar([leaning])

@@ -1,0 +1,29 @@
+"""Maps of the shipped worlds against their geometry, from simulated drives."""
+import pytest
+
+from slam_drives import HALLWAY, ROS_LOGO, Case
+
+PARTICLES = 6
+
+
+@pytest.fixture(scope='session', params=[HALLWAY, ROS_LOGO], ids=lambda tour: tour.world)
+def case(request):
+    return Case(request.param, pprs=(40,))
+
+
+def test_the_map_of_ideal_odometry(case):
+    accuracy, error, _, _ = case.map('ideal', 'fine', particles=PARTICLES)
+    assert accuracy.correct_fraction >= 0.99
+    assert accuracy.mapped_fraction >= 0.97
+    assert error.rmse_m < 0.03
+
+
+def test_the_map_of_a_coarse_encoder(case):
+    """40 PPR and 3 cm of noise: odometry alone ends decimetres off."""
+    accuracy, error, slam, _ = case.map('40', 'coarse', particles=PARTICLES)
+    assert accuracy.correct_fraction >= 0.95
+    assert accuracy.mapped_fraction >= 0.97
+    assert error.rmse_m < 0.05
+    # Of the ROS-logo world each scan sees most patches, so there particles have little to share.
+    most_share = {'hallway': 0.85, 'ros_logo': 0.95}[case.drive.world.name]
+    assert slam.maps.patch_count < most_share * slam.maps.unshared_patch_count

@@ -1,0 +1,66 @@
+"""Scripted drives: profiles in closed form, and commands that add up exactly."""
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from diff_encoder_sim.trials.scripted_drive import ScriptedDrive, Trapezoid
+from diff_encoder_sim.trials.trial_definition import TestDefinition
+
+profiles = st.builds(Trapezoid, st.floats(-50, 50), st.floats(0.1, 3), st.floats(0.1, 5))
+
+
+def definition(*segments, **limits):
+    return TestDefinition.from_mapping(
+        {'name': 'T', 'world': 'hallway', 'drive': list(segments), 'limits': limits}, 'test')
+
+
+def test_a_long_profile_by_hand():
+    profile = Trapezoid(distance=20.0, top_speed=0.5, acceleration=1.0)
+    assert profile.ramp_s == 0.5
+    assert profile.duration_s == pytest.approx(40.5)
+    assert profile.covered(0.5) == pytest.approx(0.125)
+    assert profile.covered(20.25) == pytest.approx(10.0)
+    assert profile.covered(40.5) == profile.covered(99) == 20.0
+
+
+def test_a_short_profile_never_reaches_its_top_speed():
+    profile = Trapezoid(distance=-0.04, top_speed=0.5, acceleration=1.0)
+    assert profile.ramp_s == pytest.approx(0.2)
+    assert profile.duration_s == pytest.approx(0.4)
+    assert profile.covered(0.2) == pytest.approx(-0.02)
+
+
+@given(profiles, st.lists(st.floats(0, 1), min_size=2, max_size=20))
+def test_speed_and_acceleration_stay_within_limits(profile, fractions):
+    step_s = 1e-3
+    for time_s in (fraction * profile.duration_s for fraction in fractions):
+        here, ahead, beyond = (profile.covered(time_s + index * step_s) for index in range(3))
+        assert abs(ahead - here) <= profile.top_speed * step_s * (1 + 1e-6) + 1e-9
+        assert abs(beyond - 2 * ahead + here) <= profile.acceleration * step_s ** 2 * (1 + 1e-6) + 1e-9
+
+
+@given(profiles)
+def test_a_profile_begins_and_ends_at_rest_and_covers_the_distance(profile):
+    assert profile.covered(0) == 0
+    assert profile.covered(profile.duration_s) == pytest.approx(profile.distance, abs=1e-9)
+    assert profile.covered(profile.duration_s * 0.5) == pytest.approx(0.5 * profile.distance, abs=1e-9)
+
+
+@given(st.floats(0.1, 20), st.floats(0.02, 0.3))
+def test_commands_held_for_a_period_add_up_to_the_exact_distance(distance, period_s):
+    drive = ScriptedDrive(definition({'straight': distance}, {'turns': -0.5}))
+    steps = math.ceil(drive.duration_s / period_s)
+    commands = [drive.command(index * period_s, (index + 1) * period_s) for index in range(steps)]
+    assert sum(linear for linear, _ in commands) * period_s == pytest.approx(distance)
+    assert sum(angular for _, angular in commands) * period_s == pytest.approx(-math.pi)
+
+
+def test_segments_follow_one_another_with_a_pause():
+    drive = ScriptedDrive(definition({'straight': 1.0}, {'turns': 1.0}, speed=1.0, acceleration=1.0))
+    assert drive.command(0.99, 1.01)[0] == pytest.approx(1.0, abs=0.02)
+    assert drive.command(2.1, 2.4) == (0.0, 0.0)
+    linear, angular = drive.command(4.0, 4.1)
+    assert linear == 0.0 and angular == pytest.approx(1.0)
+    assert drive.command(drive.duration_s, drive.duration_s + 1) == (0.0, 0.0)
