@@ -1,4 +1,5 @@
 """Makes the package importable for `pytest` in a checkout whose workspace is not sourced (core tests need no ROS)."""
+
 import importlib.util
 import sys
 from pathlib import Path

@@ -2,6 +2,7 @@
 
 Not a test: test_advise.py runs it, and workers import it.
 """
+
 from pathlib import Path
 
 from diff_encoder_sim.base.se2 import Pose2D
@@ -15,11 +16,13 @@ def trial(plan, robot_file, params, record):
     if plan.bag:
         Path(plan.bag).write_bytes(b'a bag')
     at_goal, off = Pose2D(0.01, 0.02, 0.0), Pose2D(0.01, 0.02 + 10.0 / plan.trial.ppr.left, 0.0)
-    return TrialResult(Ending(Outcome.SUCCEEDED), 50.0, 20.0,
-                       {'odom': off, 'amcl': None, 'global': at_goal, 'world': at_goal})
+    return TrialResult(
+        Ending(Outcome.SUCCEEDED), 50.0, 20.0, {'odom': off, 'amcl': None, 'global': at_goal, 'world': at_goal}
+    )
 
 
 if __name__ == '__main__':
     # Workers know it by its module's name, not as part of the script that was started.
     from advise_trials import trial as importable_trial
+
     main(run=importable_trial)

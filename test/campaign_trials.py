@@ -2,6 +2,7 @@
 
 Not a test: test_campaign.py and benchmark/campaign_overhead.py run it, and workers import it.
 """
+
 import os
 import signal
 import time
@@ -13,7 +14,7 @@ from diff_encoder_sim.lockstep.trial_run import TrialResult
 from diff_encoder_sim.trials.trial_outcome import Ending, Outcome
 
 TRIAL_S = 'CAMPAIGN_TRIALS_LAST_S'
-FOLDER = 'CAMPAIGN_TRIALS_FOLDER'   # of a log of attempts, and of what is to go wrong
+FOLDER = 'CAMPAIGN_TRIALS_FOLDER'  # of a log of attempts, and of what is to go wrong
 LOG = 'attempts'
 
 
@@ -35,11 +36,13 @@ def trial(plan, robot_file, params, record):
     assert Path(plan.world).is_file() and Path(plan.map).is_file() and Path(robot_file).is_file()
     outcome = Outcome.TIMED_OUT if number % 5 == 0 else Outcome.SUCCEEDED
     error = Pose2D(number / 3.0, plan.trial.ppr.left, 0.0)
-    return TrialResult(Ending(outcome), 50.0 + number / 7.0, 20.0,
-                       {'odom': error, 'amcl': None, 'global': error, 'world': error})
+    return TrialResult(
+        Ending(outcome), 50.0 + number / 7.0, 20.0, {'odom': error, 'amcl': None, 'global': error, 'world': error}
+    )
 
 
 if __name__ == '__main__':
     # Workers know it by its module's name, not as part of the script that was started.
     from campaign_trials import trial as importable_trial
+
     main(run=importable_trial)

@@ -1,4 +1,5 @@
 """The advise command on real worker processes."""
+
 import os
 import subprocess
 import sys
@@ -14,8 +15,14 @@ pytestmark = pytest.mark.timeout(120)
 
 def advise(*arguments, cwd):
     environment = {**os.environ, 'PYTHONPATH': os.pathsep.join([str(HERE), *filter(None, sys.path)])}
-    return subprocess.run([sys.executable, str(HERE / 'advise_trials.py'), *map(str, arguments)], cwd=str(cwd),
-                          env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True)
+    return subprocess.run(
+        [sys.executable, str(HERE / 'advise_trials.py'), *map(str, arguments)],
+        cwd=str(cwd),
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        universal_newlines=True,
+    )
 
 
 @pytest.fixture(scope='module')
@@ -32,7 +39,8 @@ def test_the_answer_names_the_smallest_encoder_by_each_question(first):
         'Yes in every test:',
         '  the robot is at its goal: from 40 PPR on, the smallest candidate',
         '  it believes that it is: from 40 PPR on, the smallest candidate',
-        '  its odometry is right: from 256 PPR on']
+        '  its odometry is right: from 256 PPR on',
+    ]
     assert '0/16 no' in done.stdout and '16/16 yes' in done.stdout
 
 
@@ -51,15 +59,20 @@ def test_another_tolerance_goes_on_with_the_same_trials(first):
     assert finer.stdout.splitlines()[-3:] == [
         '  the robot is at its goal: with no encoder up to 1024 PPR',
         '  it believes that it is: with no encoder up to 1024 PPR',
-        '  its odometry is right: from 1024 PPR on']
+        '  its odometry is right: from 1024 PPR on',
+    ]
     assert 'navigation stops within 0.05 m of a goal' in finer.stderr
 
 
-@pytest.mark.parametrize('arguments, told', [
-    (['--trials', '15'], '--trials: given 15; allowed: from 16'),
-    (['--tolerance', '0'], "given '0'; allowed: a number greater than 0"),
-    (['--candidates', 'nothing'], "given 'nothing'; allowed: paper, quick, sweep, or a .yaml file"),
-    (['--robot', 'nothing.yaml'], 'nothing.yaml')])
+@pytest.mark.parametrize(
+    'arguments, told',
+    [
+        (['--trials', '15'], '--trials: given 15; allowed: from 16'),
+        (['--tolerance', '0'], "given '0'; allowed: a number greater than 0"),
+        (['--candidates', 'nothing'], "given 'nothing'; allowed: paper, quick, sweep, or a .yaml file"),
+        (['--robot', 'nothing.yaml'], 'nothing.yaml'),
+    ],
+)
 def test_a_mistake_is_one_line_and_leaves_nothing(arguments, told, tmp_path):
     done = advise(*CANDIDATES, *arguments, cwd=tmp_path)
     assert done.returncode != 0 and done.stdout == ''

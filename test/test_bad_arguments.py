@@ -1,4 +1,5 @@
 """A user's mistake stops a node, or a trial, with one line that names it: what was given, what is allowed."""
+
 import sys
 from concurrent.futures import ThreadPoolExecutor
 
@@ -19,7 +20,7 @@ ENCODER, ODOM, SIMULATOR = 'gz_diff_encoder_node', 'gz_diff_odom_node', 'simulat
 PPR_ALLOWED = 'greater than 0'
 AWAIT_MASTER = 'import rosgraph, time\nwhile not rosgraph.is_master_online(): time.sleep(0.05)'
 
-ROBOT_FILE = '''<robot name="box">
+ROBOT_FILE = """<robot name="box">
   <link name="base_link">
     <inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
   <link name="left"><collision><geometry><sphere {radius}/></geometry></collision></link>
@@ -29,7 +30,7 @@ ROBOT_FILE = '''<robot name="box">
   <joint name="right_wheel_joint" type="continuous"><parent link="base_link"/><child link="right"/>
     <origin xyz="0 -0.2 0"/><axis xyz="0 1 0"/></joint>
 </robot>
-'''
+"""
 
 # What is wrong: the left wheel's radius and origin in ROBOT_FILE, words of the error
 BAD_ROBOTS = {
@@ -49,7 +50,7 @@ FILES = {
     'torn.world': '<sdf version="1.6"><world name="torn">',
     'no_floor.world': '<sdf version="1.6"><world name="bare"/></sdf>',
     'mesh.world': '<sdf version="1.6"><world name="w"><model name="m"><static>1</static><link name="l"><collision name="c">'
-                  '<geometry><mesh><uri>a.dae</uri></mesh></geometry></collision></link></model></world></sdf>',
+    '<geometry><mesh><uri>a.dae</uri></mesh></geometry></collision></link></model></world></sdf>',
     'torn.urdf': '<robot name="torn"><link',
     'no_yaml.yaml': 'ppr: [90\nrate: 20\n',
     'list.yaml': '- ppr\n- 90\n',
@@ -73,7 +74,11 @@ BAD_PARAMETERS = {
     'ppr zero of one wheel': (ODOM, ['_ppr:={left: 90, right: 0}'], ['ppr.right', '0', PPR_ALLOWED]),
     'misspelt': (ENCODER, ['_counter_modulos:=65536'], ['counter_modulos', 'counter_modulus']),
     'unknown': (ODOM, ['_colour:=red'], ['colour']),
-    'same joint twice': (ENCODER, ['_left_joint:=wheel', '_right_joint:=wheel'], ['left_joint', 'right_joint', 'differ']),
+    'same joint twice': (
+        ENCODER,
+        ['_left_joint:=wheel', '_right_joint:=wheel'],
+        ['left_joint', 'right_joint', 'differ'],
+    ),
     'modulus': (ODOM, ['_counter_modulus:=1'], ['counter_modulus', '1', '2']),
     'rate': (ENCODER, ['_rate:=0'], ['rate', '0', 'greater']),
     'window': (ODOM, ['_velocity_window:=0'], ['velocity_window', '0', 'greater']),
@@ -91,8 +96,11 @@ BAD_PARAMETERS = {
     'mesh': (SIMULATOR, [ROBOT, '_world:={}/mesh.world'], ['mesh.world', 'mesh', 'box']),
     'missing robot': (SIMULATOR, [WORLD, '_robot:={}/nobody.urdf'], ['nobody.urdf', 'no such robot file']),
     'torn robot': (SIMULATOR, [WORLD, '_robot:={}/torn.urdf'], ['torn.urdf', 'not a valid']),
-    'misspelt joint': (SIMULATOR, [WORLD, ROBOT, '_left_joint:=left_weel_joint'],
-                       ['left_weel_joint', "did you mean 'left_wheel_joint'"]),
+    'misspelt joint': (
+        SIMULATOR,
+        [WORLD, ROBOT, '_left_joint:=left_weel_joint'],
+        ['left_weel_joint', "did you mean 'left_wheel_joint'"],
+    ),
     'real time factor': (SIMULATOR, [WORLD, ROBOT, '_real_time_factor:=-1'], ['real_time_factor', '-1', 'greater']),
     'command period': (SIMULATOR, [WORLD, ROBOT, '_command_period:=0.02'], ['command_period', '0.02', 'above 20 ms']),
     'scan rate': (SIMULATOR, [WORLD, ROBOT, '_lidar:={rate: 30}'], ['lidar', "'rate': 30", 'whole 10 ms']),

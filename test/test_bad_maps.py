@@ -1,4 +1,5 @@
 """A map that cannot be served ends map_server_node with one line: file, key, what was given, what is allowed."""
+
 import sys
 from concurrent.futures import ThreadPoolExecutor
 
@@ -56,8 +57,9 @@ def outcomes(tmp_path_factory):
     folder = tmp_path_factory.mktemp('bad_maps')
     for name, content in IMAGES.items():
         (folder / name).write_bytes(content)
-    arguments = {name: [word.replace('{}', str(folder)) for word in words]
-                 for name, (words, _) in BAD_ARGUMENTS.items()}
+    arguments = {
+        name: [word.replace('{}', str(folder)) for word in words] for name, (words, _) in BAD_ARGUMENTS.items()
+    }
     for index, (name, (keys, _)) in enumerate(BAD_MAPS.items()):
         path = folder / ('bad_%d.yaml' % index)
         path.write_text(''.join('%s: %s\n' % pair for pair in {**GOOD, **keys}.items() if pair[1] is not None))
@@ -65,9 +67,12 @@ def outcomes(tmp_path_factory):
     with Graph(folder / 'ros') as graph, ThreadPoolExecutor(3) as pool:
         core = graph.start('roscore', '-p', str(graph.port))
         graph.run(sys.executable, '-c', AWAIT_MASTER)
-        runs = {name: pool.submit(run_and_read, graph, [sys.executable, SCRIPTS / 'map_server_node',
-                                                        '__name:=bad_%d' % index, *words])
-                for index, (name, words) in enumerate(arguments.items())}
+        runs = {
+            name: pool.submit(
+                run_and_read, graph, [sys.executable, SCRIPTS / 'map_server_node', '__name:=bad_%d' % index, *words]
+            )
+            for index, (name, words) in enumerate(arguments.items())
+        }
         yield {name: run.result() for name, run in runs.items()}
         core.send_signal(2)
         core.wait(20.0)

@@ -2,6 +2,7 @@
 
 Trials take no time (campaign_trials.py); what a trial computes has tests of its own.
 """
+
 import csv
 import json
 import os
@@ -36,10 +37,21 @@ class Machine:
         self._processes = []
 
     def start(self, *command, trial_s=0.0, **options):
-        environment = {**os.environ, 'PYTHONPATH': os.pathsep.join([str(HERE), *filter(None, sys.path)]),
-                       campaign_trials.FOLDER: str(self.folder), campaign_trials.TRIAL_S: str(trial_s)}
-        process = subprocess.Popen([sys.executable, *map(str, command)], env=environment, cwd=str(self.folder),
-                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True, **options)
+        environment = {
+            **os.environ,
+            'PYTHONPATH': os.pathsep.join([str(HERE), *filter(None, sys.path)]),
+            campaign_trials.FOLDER: str(self.folder),
+            campaign_trials.TRIAL_S: str(trial_s),
+        }
+        process = subprocess.Popen(
+            [sys.executable, *map(str, command)],
+            env=environment,
+            cwd=str(self.folder),
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            start_new_session=True,
+            **options,
+        )
         self._processes.append(process)
         return process
 
@@ -49,14 +61,37 @@ class Machine:
     def cluster(self, workers=2, trial_s=0.0, preload=()):
         """A scheduler and workers without nannies; returns the address and the processes."""
         about = self.folder / 'scheduler.json'
-        scheduler = self.start('-m', 'distributed.cli.dask_scheduler', '--host', '127.0.0.1', '--port', '0',
-                               '--no-dashboard', '--scheduler-file', about)
+        scheduler = self.start(
+            '-m',
+            'distributed.cli.dask_scheduler',
+            '--host',
+            '127.0.0.1',
+            '--port',
+            '0',
+            '--no-dashboard',
+            '--scheduler-file',
+            about,
+        )
         wait_until(lambda: about.exists() and about.read_text().endswith('}'))
         address = json.loads(about.read_text())['address']
         started = [
-            self.start('-m', 'distributed.cli.dask_worker', address, '--no-nanny', '--nthreads', '1', '--no-dashboard',
-                       '--memory-limit', '0', '--local-directory', self.folder / 'scratch', *preload, trial_s=trial_s)
-            for _ in range(workers)]
+            self.start(
+                '-m',
+                'distributed.cli.dask_worker',
+                address,
+                '--no-nanny',
+                '--nthreads',
+                '1',
+                '--no-dashboard',
+                '--memory-limit',
+                '0',
+                '--local-directory',
+                self.folder / 'scratch',
+                *preload,
+                trial_s=trial_s,
+            )
+            for _ in range(workers)
+        ]
         with Client(address, set_as_default=False) as client:
             client.wait_for_workers(workers, timeout=PATIENCE_S)
         return address, scheduler, started
@@ -122,7 +157,8 @@ def campaign_lines(lines):
 def test_each_trial_has_a_row_and_a_bag(undisturbed):
     rows, bags = undisturbed
     assert [(row['ppr'], int(row['trial'])) for row in rows] == [
-        (ppr, trial) for ppr in ('40', '90') for trial in range(1, 13)]
+        (ppr, trial) for ppr in ('40', '90') for trial in range(1, 13)
+    ]
     assert Counter(row['outcome'] for row in rows) == {'succeeded': 20, 'timed_out': 4}
     assert sorted('bags/' + name for name in bags) == sorted(row['bag'] for row in rows)
 
@@ -143,7 +179,7 @@ def test_a_worker_killed_in_mid_campaign_costs_no_trial(machine, undisturbed):
     workers[0].kill()
     code, _, err = finish(client)
     assert (code, campaign_lines(err)) == (0, [])
-    assert len(machine.attempts()) > TRIALS     # what it was at was begun again
+    assert len(machine.attempts()) > TRIALS  # what it was at was begun again
     assert results(machine.out) == undisturbed
 
 
@@ -208,7 +244,8 @@ def test_a_trial_that_kills_its_workers_does_not_stop_the_others(machine, undist
     assert any('ZeroDivisionError: of trial 3' in line and 'SL_40_003' in line for line in said)
     assert any('each worker that began it died' in line and 'SL_40_007' in line for line in said)
     assert [row['trial'] for row in results(machine.out)[0]] == [
-        str(trial) for trial in range(1, 13) if trial not in (3, 7)]
+        str(trial) for trial in range(1, 13) if trial not in (3, 7)
+    ]
 
 
 def test_a_full_disk_on_a_worker_stops_the_campaign(machine, undisturbed):
@@ -224,7 +261,7 @@ def test_a_full_disk_on_a_worker_stops_the_campaign(machine, undisturbed):
 
 @pytest.mark.parametrize('address', ['nowhere', 'tcp://127.0.0.1:{}'])
 def test_an_address_without_a_scheduler_is_told_in_a_line(machine, address):
-    with socket.socket() as listener:       # that never says a word
+    with socket.socket() as listener:  # that never says a word
         listener.bind(('127.0.0.1', 0))
         listener.listen()
         code, _, err = finish(machine.campaign('--scheduler', address.format(listener.getsockname()[1])))

@@ -3,6 +3,7 @@
 Upstream's navigation and Gazebo may be missing; packages of the same names take their place, whose
 programs write down how they were started.
 """
+
 import itertools
 import os
 import re
@@ -22,11 +23,17 @@ TRIAL = LAUNCH / 'trial.launch'
 OWN = 'diff_encoder_sim'
 OPTIONAL = {'rviz'}
 UPSTREAM = ('map_server', 'amcl', 'move_base')
-AMCL, NAVIGATION, SLAM = (yaml.safe_load((ROOT / 'config' / name).read_text())
-                          for name in ('amcl.yaml', 'navigation.yaml', 'slam.yaml'))
+AMCL, NAVIGATION, SLAM = (
+    yaml.safe_load((ROOT / 'config' / name).read_text()) for name in ('amcl.yaml', 'navigation.yaml', 'slam.yaml')
+)
 
-CHOICES = {'nav': ('embedded', 'upstream', 'scripted'), 'sim': ('pybullet', 'gazebo'),
-           'odom': ('encoder', 'ideal'), 'rviz': ('true', 'false'), 'bag': ('', 'none')}
+CHOICES = {
+    'nav': ('embedded', 'upstream', 'scripted'),
+    'sim': ('pybullet', 'gazebo'),
+    'odom': ('encoder', 'ideal'),
+    'rviz': ('true', 'false'),
+    'bag': ('', 'none'),
+}
 COMBINATIONS = [dict(zip(CHOICES, values)) for values in itertools.product(*CHOICES.values())]
 
 
@@ -43,8 +50,7 @@ def trial_nodes(nav, sim, odom, rviz, bag):
     if sim == 'gazebo':
         nodes.update({name: (OWN, 'gazebo_trial') for name in ('gazebo', 'spawn_robot')})
     if nav != 'scripted':
-        nodes.update({name: (OWN, 'upstream_node' if nav == 'upstream' else name + '_node')
-                      for name in UPSTREAM})
+        nodes.update({name: (OWN, 'upstream_node' if nav == 'upstream' else name + '_node') for name in UPSTREAM})
     if rviz == 'true':
         nodes['rviz'] = ('rviz', 'rviz')
     return nodes
@@ -60,6 +66,7 @@ def load(monkeypatch):
     require_ros()
     import roslaunch.config
     import roslaunch.loader
+
     commands = {}
     as_it_is = roslaunch.loader.Loader.param_value
 
@@ -75,6 +82,7 @@ def load(monkeypatch):
         commands.clear()
         file = (str(path), list(arguments))
         return roslaunch.config.load_config_default([file], None, assign_machines=False), commands
+
     return load
 
 
@@ -88,6 +96,7 @@ def params(config):
 
 def check_all_is_there(config):
     import roslib.packages
+
     for node in config.nodes:
         if node.package not in OPTIONAL:
             found = roslib.packages.find_node(node.package, node.type)
@@ -135,8 +144,12 @@ def test_both_stacks_get_the_same_parameters(nav, load):
 def test_a_users_own_files_reach_their_nodes(tmp_path, load):
     (tmp_path / 'amcl.yaml').write_text('laser_max_beams: 7\n')
     (tmp_path / 'navigation.yaml').write_text('DWAPlannerROS: {max_vel_x: 0.1}\n')
-    config, commands = load(TRIAL, 'amcl_config:=%s/amcl.yaml' % tmp_path, 'map:=my.yaml',
-                            'navigation_config:=%s/navigation.yaml' % tmp_path)
+    config, commands = load(
+        TRIAL,
+        'amcl_config:=%s/amcl.yaml' % tmp_path,
+        'map:=my.yaml',
+        'navigation_config:=%s/navigation.yaml' % tmp_path,
+    )
     found = params(config)
     assert found['/amcl/laser_max_beams'] == 7
     assert found['/move_base/DWAPlannerROS/max_vel_x'] == 0.1
@@ -144,13 +157,16 @@ def test_a_users_own_files_reach_their_nodes(tmp_path, load):
     assert '--map=my.yaml' in commands['trial']
 
 
-@pytest.mark.parametrize('file, arguments, expected', [
-    ('encoder_odometry.launch', [], {'gz_diff_encoder_node', 'gz_diff_odom_node'}),
-    ('simulator.launch', [], {'simulator_node'}),
-    ('gazebo.launch', [], {'gazebo', 'spawn_robot'}),
-    ('navigation.launch', [], set(UPSTREAM)),
-    ('navigation.launch', ['stack:=upstream'], set(UPSTREAM)),
-])
+@pytest.mark.parametrize(
+    'file, arguments, expected',
+    [
+        ('encoder_odometry.launch', [], {'gz_diff_encoder_node', 'gz_diff_odom_node'}),
+        ('simulator.launch', [], {'simulator_node'}),
+        ('gazebo.launch', [], {'gazebo', 'spawn_robot'}),
+        ('navigation.launch', [], set(UPSTREAM)),
+        ('navigation.launch', ['stack:=upstream'], set(UPSTREAM)),
+    ],
+)
 def test_each_part_can_be_launched_alone(file, arguments, expected, load):
     config, _ = load(LAUNCH / file, *arguments)
     assert set(types(config)) == expected
@@ -167,19 +183,28 @@ def test_mapping_drives_and_maps(slam, odom, load):
     check_all_is_there(config)
     found = params(config)
     assert found['/slam_gmapping/particles'] == SLAM['particles']
-    assert found['/simulator_node/lidar/noise'] == 0.01          # as the paper maps with
+    assert found['/simulator_node/lidar/noise'] == 0.01  # as the paper maps with
     assert '--save-map=maps/ros_logo' in commands['trial'] and '--slam=' + slam in commands['trial']
-    assert any(word.startswith('--test=/') and word.endswith('/config/mapping/ros_logo.yaml')
-               for word in commands['trial'])
+    assert any(
+        word.startswith('--test=/') and word.endswith('/config/mapping/ros_logo.yaml') for word in commands['trial']
+    )
 
 
 def test_no_launch_file_is_forgotten():
     assert {file.name for file in LAUNCH.iterdir()} == {
-        'trial.launch', 'encoder_odometry.launch', 'simulator.launch', 'gazebo.launch', 'navigation.launch',
-        'slam.launch', 'mapping.launch', 'replay.launch'}
+        'trial.launch',
+        'encoder_odometry.launch',
+        'simulator.launch',
+        'gazebo.launch',
+        'navigation.launch',
+        'slam.launch',
+        'mapping.launch',
+        'replay.launch',
+    }
 
 
 # --- by the commands that users type: no master, and nothing else, runs -------------------------------
+
 
 def test_roslaunch_lists_what_is_not_installed(tmp_path):
     """To look at nodes and files needs no upstream package and no Gazebo."""
@@ -193,14 +218,23 @@ def test_roslaunch_lists_what_is_not_installed(tmp_path):
         code, output = graph.run('roslaunch', '--files', TRIAL, *words(choice))
         assert code == 0, output
         assert {Path(line).name for line in output.split()} == {
-            'trial.launch', 'gazebo.launch', 'encoder_odometry.launch', 'navigation.launch'}
+            'trial.launch',
+            'gazebo.launch',
+            'encoder_odometry.launch',
+            'navigation.launch',
+        }
 
 
-@pytest.mark.parametrize('argument, missing', [
-    ('nav:=upstream', ['map_server, amcl, move_base, dwa_local_planner are', 'ros-noetic-navigation',
-                       'nav:=embedded']),
-    ('sim:=gazebo', ['gazebo_ros is', 'ros-noetic-gazebo-ros-pkgs', 'sim:=pybullet']),
-])
+@pytest.mark.parametrize(
+    'argument, missing',
+    [
+        (
+            'nav:=upstream',
+            ['map_server, amcl, move_base, dwa_local_planner are', 'ros-noetic-navigation', 'nav:=embedded'],
+        ),
+        ('sim:=gazebo', ['gazebo_ros is', 'ros-noetic-gazebo-ros-pkgs', 'sim:=pybullet']),
+    ],
+)
 def test_a_missing_package_is_named_before_anything_starts(argument, missing, tmp_path):
     require_ros()
     with Graph(tmp_path) as graph:
@@ -218,6 +252,7 @@ def test_a_missing_package_is_named_before_anything_starts(argument, missing, tm
 def hide_other_packages(graph):
     """Lets this workspace be found, what trial.launch always needs, and nothing else."""
     import rospkg
+
     packages = rospkg.RosPack()
     needed = graph.home / 'needed'
     needed.mkdir()
@@ -238,7 +273,8 @@ def make_packages(folder, programs):
         (folder / package).mkdir(parents=True)
         (folder / package / 'package.xml').write_text(
             '<package><name>%s</name><version>1.0.0</version><description>a stand-in</description>'
-            '<maintainer email="a@b.c">a</maintainer><license>BSD</license></package>' % package)
+            '<maintainer email="a@b.c">a</maintainer><license>BSD</license></package>' % package
+        )
         for program, text in texts.items():
             (folder / package / program).write_text(text)
             (folder / package / program).chmod(0o755)
@@ -253,16 +289,22 @@ def stand_ins(tmp_path_factory):
     """A master with a trial's parameter, and the other packages, whose programs write their arguments."""
     require_ros()
     folder = tmp_path_factory.mktemp('stand_ins')
-    make_packages(folder / 'packages', {
-        **{name: {name: WRITE_ARGUMENTS} for name in UPSTREAM}, 'dwa_local_planner': {},
-        'gazebo_ros': {'gzserver': WRITE_ARGUMENTS, 'spawn_model': WRITE_ARGUMENTS}})
+    make_packages(
+        folder / 'packages',
+        {
+            **{name: {name: WRITE_ARGUMENTS} for name in UPSTREAM},
+            'dwa_local_planner': {},
+            'gazebo_ros': {'gzserver': WRITE_ARGUMENTS, 'spawn_model': WRITE_ARGUMENTS},
+        },
+    )
     with Graph(folder / 'ros') as graph:
         add_packages(graph, folder / 'packages')
         graph.environment['STARTED'] = str(folder)
         core = graph.start('roscore', '-p', str(graph.port))
         graph.run(sys.executable, '-c', AWAIT_MASTER)
-        code, plan = graph.run(sys.executable, SCRIPTS / 'trial_spec', '--test=SMT', '--nav=upstream',
-                               '--sim=gazebo', '--bag=none')
+        code, plan = graph.run(
+            sys.executable, SCRIPTS / 'trial_spec', '--test=SMT', '--nav=upstream', '--sim=gazebo', '--bag=none'
+        )
         assert code == 0, plan
         code, output = graph.run('rosparam', 'set', '/trial', plan)
         assert code == 0, output
@@ -284,7 +326,9 @@ REMAPPINGS = ['__name:=this', 'scan:=front/scan', '__log:=/tmp/none.log']
 
 def test_map_server_gets_the_trials_map(stand_ins):
     assert started_with(stand_ins, 'map_server', 'upstream_node', 'map_server', *REMAPPINGS) == [
-        str(ROOT / 'worlds' / 'ros_logo.yaml'), *REMAPPINGS]
+        str(ROOT / 'worlds' / 'ros_logo.yaml'),
+        *REMAPPINGS,
+    ]
 
 
 def test_map_server_gets_the_map_that_is_given(stand_ins):
@@ -293,14 +337,21 @@ def test_map_server_gets_the_map_that_is_given(stand_ins):
 
 def test_amcl_starts_where_the_robot_does(stand_ins):
     assert started_with(stand_ins, 'amcl', 'upstream_node', 'amcl', *REMAPPINGS) == [
-        '_initial_pose_x:=-3.4', '_initial_pose_y:=-0.85', '_initial_pose_a:=0.0', *REMAPPINGS]
+        '_initial_pose_x:=-3.4',
+        '_initial_pose_y:=-0.85',
+        '_initial_pose_a:=0.0',
+        *REMAPPINGS,
+    ]
 
 
 def test_amcl_starts_where_the_users_file_says(stand_ins):
     graph, _ = stand_ins
     assert graph.run('rosparam', 'set', '/my_amcl', '{initial_pose_y: 1.0}')[0] == 0
     assert started_with(stand_ins, 'amcl', 'upstream_node', 'amcl', '__name:=my_amcl') == [
-        '_initial_pose_x:=-3.4', '_initial_pose_a:=0.0', '__name:=my_amcl']
+        '_initial_pose_x:=-3.4',
+        '_initial_pose_a:=0.0',
+        '__name:=my_amcl',
+    ]
 
 
 def test_move_base_gets_what_roslaunch_gave(stand_ins):
@@ -309,21 +360,39 @@ def test_move_base_gets_what_roslaunch_gave(stand_ins):
 
 def test_gazebo_gets_the_trials_world(stand_ins):
     assert started_with(stand_ins, 'gzserver', 'gazebo_trial', 'server', *REMAPPINGS) == [
-        '-u', '-e', 'ode', str(ROOT / 'worlds' / 'ros_logo.world'), *REMAPPINGS]
+        '-u',
+        '-e',
+        'ode',
+        str(ROOT / 'worlds' / 'ros_logo.world'),
+        *REMAPPINGS,
+    ]
 
 
 def test_gazebo_gets_the_robot_at_the_trials_start(stand_ins):
     assert started_with(stand_ins, 'spawn_model', 'gazebo_trial', 'spawn', 'alto') == [
-        '-urdf', '-param', 'gazebo_robot_description', '-model', 'alto',
-        '-x', '-3.4', '-y', '-0.85', '-Y', '0.0']
+        '-urdf',
+        '-param',
+        'gazebo_robot_description',
+        '-model',
+        'alto',
+        '-x',
+        '-3.4',
+        '-y',
+        '-0.85',
+        '-Y',
+        '0.0',
+    ]
 
 
-@pytest.mark.parametrize('command, complaint', [
-    (['upstream_node'], 'allowed: map_server [MAP.yaml], amcl, move_base, or slam_gmapping'),
-    (['upstream_node', 'gmapping'], "given 'gmapping'"),
-    (['upstream_node', 'amcl', 'fast'], "given 'amcl fast'"),
-    (['gazebo_trial', 'client'], "given 'client'"),
-])
+@pytest.mark.parametrize(
+    'command, complaint',
+    [
+        (['upstream_node'], 'allowed: map_server [MAP.yaml], amcl, move_base, or slam_gmapping'),
+        (['upstream_node', 'gmapping'], "given 'gmapping'"),
+        (['upstream_node', 'amcl', 'fast'], "given 'amcl fast'"),
+        (['gazebo_trial', 'client'], "given 'client'"),
+    ],
+)
 def test_other_arguments_are_refused_in_one_line(command, complaint, stand_ins):
     graph, _ = stand_ins
     code, output = graph.run(sys.executable, SCRIPTS / command[0], *command[1:])
@@ -336,12 +405,14 @@ def test_a_program_that_is_missing_is_named_in_one_line(stand_ins, tmp_path):
     """The package is there, but was not built."""
     graph, _ = stand_ins
     make_packages(tmp_path, {'move_base': {}})
-    code, output = graph.run('env', 'ROS_PACKAGE_PATH=%s' % tmp_path, sys.executable,
-                             SCRIPTS / 'upstream_node', 'move_base')
+    code, output = graph.run(
+        'env', 'ROS_PACKAGE_PATH=%s' % tmp_path, sys.executable, SCRIPTS / 'upstream_node', 'move_base'
+    )
     assert code == 1
     assert output.splitlines() == [
-        "upstream_node: move_base move_base is not installed; apt install ros-noetic-navigation "
-        "(not in Debian's ROS), or nav:=embedded"]
+        'upstream_node: move_base move_base is not installed; apt install ros-noetic-navigation '
+        "(not in Debian's ROS), or nav:=embedded"
+    ]
 
 
 # --- a trial with nodes that behave as upstream's do -------------------------------------------------
@@ -362,7 +433,8 @@ def upstream_trial(tmp_path_factory):
     become = '#!/bin/sh\nexec %s %s/%s_node "$@"\n'
     programs = {name: {name: become % (sys.executable, SCRIPTS, name)} for name in UPSTREAM}
     programs['move_base']['move_base'] = programs['move_base']['move_base'].replace(
-        'exec', '%s %s 1.0 || exit 1\nexec' % (sys.executable, wait))
+        'exec', '%s %s 1.0 || exit 1\nexec' % (sys.executable, wait)
+    )
     make_packages(folder / 'packages', {**programs, 'dwa_local_planner': {}})
     with Graph(folder / 'ros') as graph:
         add_packages(graph, folder / 'packages')
@@ -384,6 +456,6 @@ def test_a_trial_with_upstreams_nodes_reaches_its_goal(upstream_trial):
 
 def test_all_that_rviz_shows_is_published(upstream_trial):
     text = (ROOT / 'config' / 'rviz' / 'trial.rviz').read_text()
-    shown = set(re.findall(r'Topic: (/\S+)', text)) - {'/initialpose', '/move_base_simple/goal'}    # RViz's own
+    shown = set(re.findall(r'Topic: (/\S+)', text)) - {'/initialpose', '/move_base_simple/goal'}  # RViz's own
     assert len(shown) == 15
     assert shown - upstream_trial[2] == set()

@@ -24,19 +24,35 @@ def bags(tmp_path_factory):
     require_ros()
     folder = tmp_path_factory.mktemp('both')
     with Graph(folder) as graph:
-        launch = graph.launch(ROOT / 'launch' / 'trial.launch', 'test:=%s' % TOUR, 'nav:=scripted', 'rtf:=0',
-                              'ppr:=%d' % PPR, 'trial:=%d' % NUMBER, 'bag:=%s' % (folder / 'live.bag'))
+        launch = graph.launch(
+            ROOT / 'launch' / 'trial.launch',
+            'test:=%s' % TOUR,
+            'nav:=scripted',
+            'rtf:=0',
+            'ppr:=%d' % PPR,
+            'trial:=%d' % NUMBER,
+            'bag:=%s' % (folder / 'live.bag'),
+        )
         assert launch.wait() == 0, launch.output()
     test = load_test(str(TOUR), ROOT / 'config')
     world = find_world(test.world, ROOT / 'worlds')
-    run_trial(TrialPlan(trial=Trial(test=test, ppr={'left': PPR, 'right': PPR}, number=NUMBER, nav='scripted'),
-                        world=str(world), map=str(world.with_suffix('.yaml')), bag=str(folder / 'lockstep.bag')),
-              ROOT / 'urdf' / 'alto.urdf.xacro', load_robot_params(ROOT / 'config'), 'full')
+    run_trial(
+        TrialPlan(
+            trial=Trial(test=test, ppr={'left': PPR, 'right': PPR}, number=NUMBER, nav='scripted'),
+            world=str(world),
+            map=str(world.with_suffix('.yaml')),
+            bag=str(folder / 'lockstep.bag'),
+        ),
+        ROOT / 'urdf' / 'alto.urdf.xacro',
+        load_robot_params(ROOT / 'config'),
+        'full',
+    )
     return [messages_of(folder / name) for name in ('live.bag', 'lockstep.bag')]
 
 
 def messages_of(path):
     import rosbag
+
     messages = {}
     for topic, (kind, content, md5sum, *_), _ in rosbag.Bag(str(path)).read_messages(raw=True):
         messages.setdefault(topic, []).append((kind, content, md5sum))
@@ -48,7 +64,7 @@ def test_every_message_is_the_same_byte_for_byte(bags, topic):
     live, lockstep = (messages[topic] for messages in bags)
     # Simulated time goes on a little while the live graph ends.
     assert 0 <= len(live) - len(lockstep) < 0.1 * len(lockstep)
-    assert live[:len(lockstep)] == lockstep
+    assert live[: len(lockstep)] == lockstep
 
 
 @pytest.mark.parametrize('topic', ONCE)
@@ -64,7 +80,7 @@ def test_both_have_the_same_topics_of_the_same_types(bags):
 
 def test_commands_and_clock_are_the_same_in_order(bags):
     live, lockstep = bags
-    assert live['/cmd_vel'][:len(lockstep['/cmd_vel'])] == lockstep['/cmd_vel']
+    assert live['/cmd_vel'][: len(lockstep['/cmd_vel'])] == lockstep['/cmd_vel']
     # While it is paused, the live simulator says 0 again and again.
     assert set(lockstep['/clock']) <= set(live['/clock'])
 
@@ -72,27 +88,47 @@ def test_commands_and_clock_are_the_same_in_order(bags):
 def test_the_wheels_frames_are_those_that_robot_state_publisher_tells(bags):
     """At its times, which depend on the machine; KDL rounds differently in the last bit."""
     from sensor_msgs.msg import JointState
+
     live, _ = bags
     states = [JointState().deserialize(content) for _, content, _ in live['/joint_states']]
     angles = {state.header.stamp.to_nsec(): dict(zip(state.name, state.position)) for state in states}
     frames = RobotFrames(expand_xacro(ROOT / 'urdf' / 'alto.urdf.xacro', DESCRIPTION_ARGUMENTS))
-    told = [transform for _, content, _ in live['/tf'] for transform in transforms_of(content)
-            if transform.header.frame_id == 'base_link']
+    told = [
+        transform
+        for _, content, _ in live['/tf']
+        for transform in transforms_of(content)
+        if transform.header.frame_id == 'base_link'
+    ]
     assert len(told) > 50
     for transform in told:
-        ours, = [frame for frame in frames.turned(angles[transform.header.stamp.to_nsec()])
-                 if frame.child == transform.child_frame_id]
+        (ours,) = [
+            frame
+            for frame in frames.turned(angles[transform.header.stamp.to_nsec()])
+            if frame.child == transform.child_frame_id
+        ]
         assert numbers_of(transform) == pytest.approx([*ours.translation_xyz_m, *ours.quat_xyzw], abs=1e-15)
 
 
 def test_the_fixed_frames_and_odometrys_are_the_same(bags):
-    live, lockstep = ({(transform.header.stamp.to_nsec(), transform.child_frame_id): numbers_of(transform)
-                       for _, content, _ in bag['/tf'] for transform in transforms_of(content)
-                       if transform.header.frame_id == 'odom'} for bag in bags)
+    live, lockstep = (
+        {
+            (transform.header.stamp.to_nsec(), transform.child_frame_id): numbers_of(transform)
+            for _, content, _ in bag['/tf']
+            for transform in transforms_of(content)
+            if transform.header.frame_id == 'odom'
+        }
+        for bag in bags
+    )
     assert len(lockstep) > 100
     assert {key: live[key] for key in lockstep} == lockstep
-    live, lockstep = ({transform.child_frame_id: numbers_of(transform) for _, content, _ in bag['/tf_static']
-                       for transform in transforms_of(content)} for bag in bags)
+    live, lockstep = (
+        {
+            transform.child_frame_id: numbers_of(transform)
+            for _, content, _ in bag['/tf_static']
+            for transform in transforms_of(content)
+        }
+        for bag in bags
+    )
     assert live.keys() == lockstep.keys() >= {'laser', 'odom'}
     for child, numbers in live.items():
         assert numbers == pytest.approx(lockstep[child], abs=1e-12), child
@@ -100,6 +136,7 @@ def test_the_fixed_frames_and_odometrys_are_the_same(bags):
 
 def transforms_of(content):
     from tf2_msgs.msg import TFMessage
+
     return TFMessage().deserialize(content).transforms
 
 

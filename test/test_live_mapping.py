@@ -1,4 +1,5 @@
 """mapping.launch: what it saves, that a bag gives the same map, and that no fault loses the map so far."""
+
 import signal
 import sys
 import time
@@ -34,14 +35,15 @@ def test_the_map_shows_the_walls_where_they_are(mapped):
     # The hallway ends at x = -16, and the start is surveyed: the map's frame is the world's.
     assert grid.cells[grid.cell_at(-14.0, 0.0)] == FREE
     row, column = grid.cell_at(-16.0, 0.0)
-    assert (grid.cells[row - 5:row + 6, column - 1:column + 2] == OCCUPIED).any(axis=1).all()
+    assert (grid.cells[row - 5 : row + 6, column - 1 : column + 2] == OCCUPIED).any(axis=1).all()
 
 
 def test_the_bag_gives_the_same_map_byte_for_byte(mapped):
     folder, _ = mapped
     with Graph(folder / 'offline') as graph:
-        code, output = graph.run(sys.executable, ROOT / 'scripts' / 'map_bag', folder / 'tour.bag',
-                                 '-f', folder / 'offline' / 'map')
+        code, output = graph.run(
+            sys.executable, ROOT / 'scripts' / 'map_bag', folder / 'tour.bag', '-f', folder / 'offline' / 'map'
+        )
     assert code == 0, output
     assert 'times real time' in output
     for name in ('map.pgm', 'map.yaml'):
@@ -54,8 +56,12 @@ def test_what_slam_gmapping_tells(tmp_path):
     with Graph(tmp_path) as graph:
         launch = graph.launch(MAPPING, TOUR, 'rtf:=1', 'out:=%s' % (tmp_path / 'map'))
         graph.wait_for_clock(1.0)
-        for topic, text in (('/map', 'frame_id: "map"'), ('/map_metadata', 'resolution: 0.05'),
-                            ('/slam_gmapping/entropy', 'data:'), ('/global_pose', 'frame_id: "map"')):
+        for topic, text in (
+            ('/map', 'frame_id: "map"'),
+            ('/map_metadata', 'resolution: 0.05'),
+            ('/slam_gmapping/entropy', 'data:'),
+            ('/global_pose', 'frame_id: "map"'),
+        ):
             code, output = graph.run('rostopic', 'echo', '--noarr', '-n', '1', topic)
             assert code == 0 and text in output, (topic, output)
         code, output = graph.run('rosservice', 'type', '/dynamic_map')
@@ -82,12 +88,15 @@ def test_a_killed_mapper_fails_the_launch_and_leaves_the_map_so_far(tmp_path):
     assert np.count_nonzero(load_map(tmp_path / 'map.yaml').cells == OCCUPIED) > 50
 
 
-@pytest.mark.parametrize('arguments, texts', [
-    (['world:=moon'], ['moon.yaml']),
-    (['out:=/etc/hostname/map'], ['save_map', '/etc/hostname', 'cannot be written']),
-    (['slam:=cartographer'], ['slam', 'cartographer', 'embedded']),
-    (['slam:=upstream'], ['slam: given upstream', 'gmapping', 'ros-noetic-gmapping']),
-])
+@pytest.mark.parametrize(
+    'arguments, texts',
+    [
+        (['world:=moon'], ['moon.yaml']),
+        (['out:=/etc/hostname/map'], ['save_map', '/etc/hostname', 'cannot be written']),
+        (['slam:=cartographer'], ['slam', 'cartographer', 'embedded']),
+        (['slam:=upstream'], ['slam: given upstream', 'gmapping', 'ros-noetic-gmapping']),
+    ],
+)
 def test_bad_arguments_are_named_before_anything_starts(tmp_path, arguments, texts):
     require_ros()
     with Graph(tmp_path) as graph:

@@ -1,4 +1,5 @@
 """Navigated trials on the whole graph: they end at the goal by belief, and a robot carried off stops."""
+
 import math
 import sys
 import time
@@ -14,10 +15,24 @@ pytestmark = [pytest.mark.rostest, pytest.mark.timeout(280)]
 TRIAL = ROOT / 'launch' / 'trial.launch'
 BEND = 'test:=%s' % (DATA / 'bend.yaml')
 GOAL = Pose2D(1.9, -0.935, 0.0)
-ELSEWHERE = (2.7, 0.9, math.pi / 2)     # east of the pillars, where no wall is as it was
-TRIAL_TOPICS = ('/clock', '/joint_states', '/scan', '/gazebo/model_states', '/cmd_vel', '/encoder_pulse', '/odom',
-                '/amcl_pose', '/global_pose', '/world_pose', '/map', '/tf', '/tf_static', '/move_base/goal',
-                '/move_base/result')
+ELSEWHERE = (2.7, 0.9, math.pi / 2)  # east of the pillars, where no wall is as it was
+TRIAL_TOPICS = (
+    '/clock',
+    '/joint_states',
+    '/scan',
+    '/gazebo/model_states',
+    '/cmd_vel',
+    '/encoder_pulse',
+    '/odom',
+    '/amcl_pose',
+    '/global_pose',
+    '/world_pose',
+    '/map',
+    '/tf',
+    '/tf_static',
+    '/move_base/goal',
+    '/move_base/result',
+)
 
 
 @pytest.fixture(scope='module', params=[40, 1024])
@@ -36,7 +51,7 @@ def test_it_ends_at_its_goal_by_its_belief(finished):
     recording = read_trial(finished[0])
     assert recording.outcome == 'succeeded'
     end = Pose2D(*recording.poses['/global_pose'].x_y_yaw[-1].tolist()).relative_to(GOAL)
-    assert math.hypot(end.x_m, end.y_m) < 0.06      # 0.05 m, latched before it turned
+    assert math.hypot(end.x_m, end.y_m) < 0.06  # 0.05 m, latched before it turned
     assert abs(end.yaw_rad) < 0.052
     truth = recording.poses['/world_pose'].x_y_yaw[-1]
     assert math.hypot(truth[0] - GOAL.x_m, truth[1] - GOAL.y_m) < 0.2
@@ -45,22 +60,31 @@ def test_it_ends_at_its_goal_by_its_belief(finished):
 def test_belief_follows_truth_all_the_way(finished):
     poses = read_trial(finished[0]).poses
     truth = dict(zip(poses['/world_pose'].stamps_ns.tolist(), poses['/world_pose'].x_y_yaw.tolist()))
-    errors = [math.hypot(x - truth[stamp][0], y - truth[stamp][1])
-              for stamp, (x, y, _) in zip(poses['/global_pose'].stamps_ns.tolist(),
-                                          poses['/global_pose'].x_y_yaw.tolist()) if stamp in truth]
+    errors = [
+        math.hypot(x - truth[stamp][0], y - truth[stamp][1])
+        for stamp, (x, y, _) in zip(poses['/global_pose'].stamps_ns.tolist(), poses['/global_pose'].x_y_yaw.tolist())
+        if stamp in truth
+    ]
     assert len(errors) > 200
     assert max(errors) < 0.3
 
 
 def test_it_runs_without_a_warning_and_records_every_topic(finished):
     from rosbags.highlevel import AnyReader
+
     bag, output = finished
     assert complaints(output) == []
     with AnyReader([bag]) as reader:
         counts = {topic: info.msgcount for topic, info in reader.topics.items()}
-        scans, results = ([reader.deserialize(raw, connection.msgtype) for connection, _, raw in reader.messages(
-            [connection for connection in reader.connections if connection.topic == topic])]
-            for topic in ('/scan', '/move_base/result'))
+        scans, results = (
+            [
+                reader.deserialize(raw, connection.msgtype)
+                for connection, _, raw in reader.messages(
+                    [connection for connection in reader.connections if connection.topic == topic]
+                )
+            ]
+            for topic in ('/scan', '/move_base/result')
+        )
     assert [topic for topic in TRIAL_TOPICS if not counts.get(topic)] == []
     stamps_ns = [scan.header.stamp.sec * 10**9 + scan.header.stamp.nanosec for scan in scans]
     assert stamps_ns == list(range(0, 10**8 * len(scans), 10**8))
@@ -72,7 +96,7 @@ def test_carried_off_it_says_so_and_stops_and_goes_on_when_told_where_it_is(tmp_
     require_ros()
     with Graph(tmp_path) as graph:
         launch = graph.launch(TRIAL, BEND, 'ppr:=1024', 'rtf:=2', 'bag:=%s' % (tmp_path / 'trial.bag'))
-        graph.wait_for_clock(7.0)       # turned, and on its way
+        graph.wait_for_clock(7.0)  # turned, and on its way
         code, output = graph.run(sys.executable, ROOT / 'scripts' / 'place_robot', *ELSEWHERE)
         assert code == 0, output
         wait_for_line(launch, 'lost')
@@ -80,8 +104,9 @@ def test_carried_off_it_says_so_and_stops_and_goes_on_when_told_where_it_is(tmp_
         # It drove on for half a second: set down once more, where it is going to be told to be.
         code, output = graph.run(sys.executable, ROOT / 'scripts' / 'place_robot', *ELSEWHERE)
         assert code == 0, output
-        code, output = graph.run('rostopic', 'pub', '-1', '/initialpose', 'geometry_msgs/PoseWithCovarianceStamped',
-                                 initial_pose(*ELSEWHERE))
+        code, output = graph.run(
+            'rostopic', 'pub', '-1', '/initialpose', 'geometry_msgs/PoseWithCovarianceStamped', initial_pose(*ELSEWHERE)
+        )
         assert code == 0, output
         assert launch.wait() == 0, launch.output()
     recording = read_trial(tmp_path / 'trial.bag')
@@ -105,7 +130,11 @@ def initial_pose(x, y, yaw):
     covariance[0] = covariance[7] = 0.04
     covariance[35] = 0.03
     return '{header: {frame_id: map}, pose: {pose: {position: {x: %f, y: %f}, orientation: %s}, covariance: %s}}' % (
-        x, y, quat, covariance)
+        x,
+        y,
+        quat,
+        covariance,
+    )
 
 
 def longest_stand_s(series):

@@ -1,4 +1,5 @@
 """The whole graph by trial.launch: what the bags of short trials hold, and how a launch ends."""
+
 import json
 import math
 import os
@@ -26,6 +27,7 @@ class Bag:
 
     def __init__(self, path):
         from rosbags.highlevel import AnyReader
+
         self.messages = {}
         with AnyReader([path]) as reader:
             for connection, time_ns, raw in reader.messages():
@@ -39,7 +41,7 @@ class Bag:
         return [stamp for stamp, _ in self.messages[topic]]
 
     def text(self, topic):
-        (_, message), = self.messages[topic]
+        ((_, message),) = self.messages[topic]
         return json.loads(message.data)
 
     def pulses(self):
@@ -53,8 +55,9 @@ class Bag:
         found = []
         for stamp, message in self[topic]:
             pose = message.pose.pose if topic == '/odom' else message.pose
-            found.append((stamp, (pose.position.x, pose.position.y,
-                                  2.0 * math.atan2(pose.orientation.z, pose.orientation.w))))
+            found.append(
+                (stamp, (pose.position.x, pose.position.y, 2.0 * math.atan2(pose.orientation.z, pose.orientation.w)))
+            )
         return found
 
 
@@ -79,15 +82,21 @@ def run_trial(folder, *arguments):
 def line_bags(tmp_path_factory):
     """The same trial of the straight line, run twice."""
     folder = tmp_path_factory.mktemp('line')
-    return [run_trial(folder / name, 'test:=%s' % (DATA / 'short_line.yaml'), 'ppr:=40', 'trial:=7')
-            for name in ('first', 'second')]
+    return [
+        run_trial(folder / name, 'test:=%s' % (DATA / 'short_line.yaml'), 'ppr:=40', 'trial:=7')
+        for name in ('first', 'second')
+    ]
 
 
 @pytest.fixture(scope='module')
 def turn_bag(tmp_path_factory):
     """A turn in place, with another encoder on each wheel."""
-    return run_trial(tmp_path_factory.mktemp('turn'), 'test:=%s' % (DATA / 'one_turn.yaml'),
-                     'ppr:={left: 90, right: 1024}', 'trial:=8')
+    return run_trial(
+        tmp_path_factory.mktemp('turn'),
+        'test:=%s' % (DATA / 'one_turn.yaml'),
+        'ppr:={left: 90, right: 1024}',
+        'trial:=8',
+    )
 
 
 @pytest.fixture(scope='module')
@@ -113,8 +122,19 @@ def test_trials_run_without_a_warning(line_bags, turn_bag):
 
 def test_bag_is_complete(trial):
     bag, ppr = trial
-    for topic in ('/trial', '/trial_result', '/clock', '/joint_states', '/cmd_vel', '/encoder_pulse', '/odom',
-                  '/world_pose', '/global_pose', '/tf', '/tf_static'):
+    for topic in (
+        '/trial',
+        '/trial_result',
+        '/clock',
+        '/joint_states',
+        '/cmd_vel',
+        '/encoder_pulse',
+        '/odom',
+        '/world_pose',
+        '/global_pose',
+        '/tf',
+        '/tf_static',
+    ):
         assert bag.messages.get(topic), topic
     assert bag.text('/trial_result')['outcome'] == 'succeeded'
     assert bag.text('/trial')['ppr'] == {'left': ppr[0], 'right': ppr[1]}
@@ -185,8 +205,9 @@ def test_heading_stays_within_a_pulse_a_wheel_of_the_truth(trial):
     bound = sum(math.pi * WHEEL_DIAMETER / wheel_ppr for wheel_ppr in ppr) / SEPARATION
     truth = dict(bag.poses('/world_pose'))
     start_yaw = truth[0][2]
-    errors = [abs(wrapped(yaw - (truth[stamp][2] - start_yaw))) for stamp, (_, _, yaw) in bag.poses('/odom')
-              if stamp in truth]
+    errors = [
+        abs(wrapped(yaw - (truth[stamp][2] - start_yaw))) for stamp, (_, _, yaw) in bag.poses('/odom') if stamp in truth
+    ]
     assert max(errors) < bound + SLIP * 2.0 * math.pi
     assert max(errors) > 0.1 * bound  # an odometry without an encoder would be far better
 
@@ -202,7 +223,7 @@ def test_line_ends_within_the_quantisation_bound(line):
     # Straight ahead both wheels turn alike, so at most one pulse between them bends the whole way.
     heading_bound = pulse / SEPARATION
     assert abs(odom[1] - truth[1]) < heading_bound * LINE_LENGTH + SLIP * LINE_LENGTH
-    assert abs(odom[0] - driven) < pulse + 0.5 * heading_bound ** 2 * LINE_LENGTH + SLIP * LINE_LENGTH
+    assert abs(odom[0] - driven) < pulse + 0.5 * heading_bound**2 * LINE_LENGTH + SLIP * LINE_LENGTH
 
 
 def test_turn_goes_round_in_place(turn):
@@ -231,19 +252,24 @@ def test_same_trial_twice_is_the_same(line_bags):
     for contents in (Bag.angles, Bag.pulses):
         one, other = contents(first), contents(second)
         shorter = min(len(one), len(other))
-        assert one[shorter - 1][0] > DRIVE_NS  # the run is paused by a service call: only the rest at its end may differ
+        assert (
+            one[shorter - 1][0] > DRIVE_NS
+        )  # the run is paused by a service call: only the rest at its end may differ
         assert one[:shorter] == other[:shorter]
 
 
 def test_analyze_tells_where_odometry_and_truth_ended(line_bags, turn_bag, tmp_path):
     bag = Bag(line_bags[0])
     with Graph(tmp_path) as graph:
-        code, output = graph.run(sys.executable, ROOT / 'scripts' / 'analyze', line_bags[0], turn_bag,
-                                 '--out', tmp_path / 'analysis')
+        code, output = graph.run(
+            sys.executable, ROOT / 'scripts' / 'analyze', line_bags[0], turn_bag, '--out', tmp_path / 'analysis'
+        )
     assert code == 0, output
-    row, = [line.split() for line in output.splitlines() if line.split()[:4] == ['short_line', '40', '7', 'succeeded']]
+    (row,) = [
+        line.split() for line in output.splitlines() if line.split()[:4] == ['short_line', '40', '7', 'succeeded']
+    ]
     # Of odometry from its own start, of the truth from the surveyed one, 10 m behind the map's origin.
-    for column, topic, start_x in ((6, '/odom', 0.0), (10, '/world_pose', -10.0)):     # nothing of AMCL
+    for column, topic, start_x in ((6, '/odom', 0.0), (10, '/world_pose', -10.0)):  # nothing of AMCL
         x_m, y_m, _ = bag.poses(topic)[-1][1]
         assert float(row[column]) == pytest.approx(math.hypot(x_m - start_x - LINE_LENGTH, y_m), abs=2e-4), topic
     assert any(line.split()[:2] == ['one_turn', '90-1024'] for line in output.splitlines()), output
@@ -252,6 +278,7 @@ def test_analyze_tells_where_odometry_and_truth_ended(line_bags, turn_bag, tmp_p
 
 # --- how a launch ends ------------------------------------------------------------------------------------------------
 
+
 class Run:
     """A trial in real time that is on its way and would take a minute."""
 
@@ -259,8 +286,9 @@ class Run:
         require_ros()
         self.graph = Graph(folder)
         self.bag = folder / 'trial.bag'
-        self.launch = self.graph.launch(launch_file, 'nav:=scripted', 'test:=SL', 'ppr:=40', 'bag:=%s' % self.bag,
-                                        *arguments)
+        self.launch = self.graph.launch(
+            launch_file, 'nav:=scripted', 'test:=SL', 'ppr:=40', 'bag:=%s' % self.bag, *arguments
+        )
 
     def __enter__(self):
         try:

@@ -24,14 +24,23 @@ def trial_bag(tmp_path_factory):
     test = load_test(str(TOUR), ROOT / 'config')
     world = find_world(test.world, ROOT / 'worlds')
     ppr = {'left': RECORDED_PPR, 'right': RECORDED_PPR}
-    run_trial(TrialPlan(trial=Trial(test=test, ppr=ppr, number=3, nav='scripted'), world=str(world),
-                        map=str(world.with_suffix('.yaml')), bag=str(path)),
-              ROOT / 'urdf' / 'alto.urdf.xacro', load_robot_params(ROOT / 'config'), 'full')
+    run_trial(
+        TrialPlan(
+            trial=Trial(test=test, ppr=ppr, number=3, nav='scripted'),
+            world=str(world),
+            map=str(world.with_suffix('.yaml')),
+            bag=str(path),
+        ),
+        ROOT / 'urdf' / 'alto.urdf.xacro',
+        load_robot_params(ROOT / 'config'),
+        'full',
+    )
     return path
 
 
 def messages_of(path):
     import rosbag
+
     messages = {}
     with rosbag.Bag(str(path)) as bag:
         for topic, (kind, content, md5sum, *_), _ in bag.read_messages(raw=True):
@@ -52,15 +61,16 @@ def replay(folder, *arguments):
 def test_the_live_nodes_say_what_reencode_says(tmp_path, trial_bag, ppr, speed):
     require_ros()
     live = tmp_path / 'live.bag'
-    code, output = replay(tmp_path / 'ros', 'bag:=%s' % trial_bag, 'ppr:=%d' % ppr, 'out:=%s' % live,
-                          'speed:=%d' % speed)
+    code, output = replay(
+        tmp_path / 'ros', 'bag:=%s' % trial_bag, 'ppr:=%d' % ppr, 'out:=%s' % live, 'speed:=%d' % speed
+    )
     assert code == 0 and complaints(output) == [], output
     reencode.main([str(trial_bag), '--ppr', str(ppr), '--out', str(tmp_path / 'out')])
     found, expected = (messages_of(path) for path in (live, tmp_path / 'out' / ('tour_%dppr.bag' % ppr)))
     assert set(found) == set(expected) == set(SAME)
     for topic in SAME:
         assert found[topic] == expected[topic], topic
-    recording = read_trial(live)        # as analysis does
+    recording = read_trial(live)  # as analysis does
     assert (recording.trial.ppr.left, recording.outcome) == (ppr, 'succeeded')
 
 
@@ -77,11 +87,28 @@ def test_joints_of_other_names_on_another_topic(tmp_path):
     require_ros()
     names = ('robot_l', 'robot_r')
     bag = write_ros1(tmp_path / 'a.bag', drive(count=201, joint_topic='/robot/joints', names=names, reference=None))
-    code, output = replay(tmp_path / 'ros', 'bag:=%s' % bag, 'out:=%s' % (tmp_path / 'live.bag'), 'left:=robot_l',
-                          'right:=robot_r', 'ppr:={left: 90, right: 1024}')
+    code, output = replay(
+        tmp_path / 'ros',
+        'bag:=%s' % bag,
+        'out:=%s' % (tmp_path / 'live.bag'),
+        'left:=robot_l',
+        'right:=robot_r',
+        'ppr:={left: 90, right: 1024}',
+    )
     assert code == 0, output
-    reencode.main([str(bag), '--ppr', '{left: 90, right: 1024}', '--left', 'robot_l', '--right', 'robot_r',
-                   '--out', str(tmp_path / 'out')])
+    reencode.main(
+        [
+            str(bag),
+            '--ppr',
+            '{left: 90, right: 1024}',
+            '--left',
+            'robot_l',
+            '--right',
+            'robot_r',
+            '--out',
+            str(tmp_path / 'out'),
+        ]
+    )
     found, expected = (messages_of(path) for path in (tmp_path / 'live.bag', *(tmp_path / 'out').glob('*.bag')))
     assert found == expected and len(found['/encoder_pulse']) == 41
 
@@ -90,21 +117,27 @@ def write_unindexed(path, rows):
     path.write_bytes(without_index(write_ros1(path.with_name('b.bag'), rows).read_bytes()))
 
 
-@pytest.mark.parametrize('name, write, rows, arguments, texts', [
-    ('a.bag', None, None, [], ['no such bag']),
-    ('a', write_ros2, drive(ROS2), [], ['of ROS 2', 'reencode']),
-    ('a.bag', write_ros1, drive(names=('a', 'b')), [], ["'left_wheel_joint'", 'a, b']),
-    ('a.bag', write_unindexed, drive(), [], ['no index', 'reencode']),
-    ('a.bag', write_ros1, drive(), ['out:=/etc/hostname'], ['out: /etc/hostname exists']),
-    ('a.bag', write_ros1, drive(), ['speed:=0'], ['speed', 'greater than 0']),
-])
+@pytest.mark.parametrize(
+    'name, write, rows, arguments, texts',
+    [
+        ('a.bag', None, None, [], ['no such bag']),
+        ('a', write_ros2, drive(ROS2), [], ['of ROS 2', 'reencode']),
+        ('a.bag', write_ros1, drive(names=('a', 'b')), [], ["'left_wheel_joint'", 'a, b']),
+        ('a.bag', write_unindexed, drive(), [], ['no index', 'reencode']),
+        ('a.bag', write_ros1, drive(), ['out:=/etc/hostname'], ['out: /etc/hostname exists']),
+        ('a.bag', write_ros1, drive(), ['speed:=0'], ['speed', 'greater than 0']),
+    ],
+)
 def test_what_cannot_be_replayed_is_named_in_one_line(tmp_path, name, write, rows, arguments, texts):
     require_ros()
     if write is not None:
         write(tmp_path / name, rows)
     out = 'out:=%s' % (tmp_path / 'live.bag')
-    code, output = replay(tmp_path / 'ros', 'bag:=%s' % (tmp_path / name), *(
-        arguments if 'out' in ''.join(arguments) else [out, *arguments]))
+    code, output = replay(
+        tmp_path / 'ros',
+        'bag:=%s' % (tmp_path / name),
+        *(arguments if 'out' in ''.join(arguments) else [out, *arguments]),
+    )
     lines = [line for line in output.splitlines() if 'FATAL' in line]
     assert code != 0 and len(lines) == 1, output
     for text in texts:

@@ -12,16 +12,20 @@ pytestmark = pytest.mark.skipif(BROWSER is None, reason='no Chromium on this mac
 
 DESKTOP_PX, PHONE_PX = 1200, 390
 
-TRIAL_NUMBERS = ('[...document.querySelectorAll("#trials details tbody tr")].map('
-                 'row => Number(row.cells[2].textContent))')
+TRIAL_NUMBERS = (
+    '[...document.querySelectorAll("#trials details tbody tr")].map(row => Number(row.cells[2].textContent))'
+)
 
 
 @pytest.fixture(scope='module')
 def report(tmp_path_factory):
     """Of 36 trials, one of them a failure."""
     rng = np.random.default_rng(6)
-    trials = [cell(test, ppr, 'world', rng.normal(0.0, [0.02, 0.02, 1.0], (6, 3)).tolist())
-              for test in ('SL', 'SMT') for ppr in ('40', '1024', '4096')]
+    trials = [
+        cell(test, ppr, 'world', rng.normal(0.0, [0.02, 0.02, 1.0], (6, 3)).tolist())
+        for test in ('SL', 'SMT')
+        for ppr in ('40', '1024', '4096')
+    ]
     trials[0][0] = trials[0][0]._replace(outcome='collision', reason='touched <pillar_3>')
     made = dataset(*trials)
     folder = tmp_path_factory.mktemp('analysis')
@@ -39,30 +43,29 @@ def page(tmp_path_factory):
 def test_it_is_shown_without_a_complaint_and_without_the_net(page, report, width_px):
     page.open(report, width_px)
     assert page.complaints() == []
-    asked = {request['request']['url'].partition(':')[0]
-             for request in page.of_kind('Network.requestWillBeSent')}
+    asked = {request['request']['url'].partition(':')[0] for request in page.of_kind('Network.requestWillBeSent')}
     assert asked <= {'file', 'data'}
 
 
 @pytest.mark.parametrize('width_px', [DESKTOP_PX, PHONE_PX])
 def test_every_figure_can_be_seen(page, report, width_px):
     page.open(report, width_px)
-    sizes = page.evaluate('[...document.images].map(image => '
-                          '[image.complete, image.naturalWidth, image.clientWidth, image.clientHeight])')
+    sizes = page.evaluate(
+        '[...document.images].map(image => [image.complete, image.naturalWidth, image.clientWidth, image.clientHeight])'
+    )
     assert len(sizes) > 2
-    assert all(complete and natural > 0 and width > 300 and height > 100
-               for complete, natural, width, height in sizes)
+    assert all(complete and natural > 0 and width > 300 and height > 100 for complete, natural, width, height in sizes)
 
 
 def test_a_phone_scrolls_wide_tables_but_not_the_page(page, report):
     page.open(report, PHONE_PX)
     page.evaluate('document.querySelectorAll("details").forEach(details => details.open = true)')
     assert page.evaluate('document.documentElement.scrollWidth') <= PHONE_PX
-    assert page.evaluate('[...document.querySelectorAll(".wide")].some('
-                         'box => box.scrollWidth > box.clientWidth)')
+    assert page.evaluate('[...document.querySelectorAll(".wide")].some(box => box.scrollWidth > box.clientWidth)')
     # What is read first fits.
-    assert page.evaluate('[...document.querySelectorAll("#answer .wide")].every('
-                         'box => box.scrollWidth <= box.clientWidth)')
+    assert page.evaluate(
+        '[...document.querySelectorAll("#answer .wide")].every(box => box.scrollWidth <= box.clientWidth)'
+    )
 
 
 def test_a_press_on_a_head_sorts_the_trials_and_another_turns_them(page, report):
@@ -81,7 +84,8 @@ def test_it_prints_with_the_tables_unfolded_and_the_trials_left_out(page, report
         window.unfolded = [...document.querySelectorAll('details')].map((details) => details.open);
     })""")
     assert page.pdf().startswith(b'%PDF')
-    is_screen = page.evaluate('[...document.querySelectorAll("details")].map('
-                              'details => details.matches(".screen, .folded"))')
+    is_screen = page.evaluate(
+        '[...document.querySelectorAll("details")].map(details => details.matches(".screen, .folded"))'
+    )
     assert page.evaluate('window.unfolded') == [not for_screen for for_screen in is_screen]
     assert not page.evaluate('[...document.querySelectorAll("details")].some(details => details.open)')

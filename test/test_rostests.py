@@ -3,6 +3,7 @@
 rostest's exit code alone is not trusted: a test node that dies early can look fine, so its result files must show
 at least one test and no failure.
 """
+
 import importlib.util
 import os
 import shutil
@@ -16,7 +17,7 @@ import pytest
 
 ROSTESTS = sorted((Path(__file__).parent / 'rostest').glob('*.test'))
 DEFAULT_TIME_LIMIT = 60.0  # rostest's own, for a <test> without time-limit, in seconds
-START_AND_STOP = 60.0      # master and nodes up and down, on a loaded machine
+START_AND_STOP = 60.0  # master and nodes up and down, on a loaded machine
 TAIL_LINES = 60
 
 
@@ -63,14 +64,26 @@ def run_rostest(path: Path, home: Path, limit: float):
 
     Not with --text, which shows more but leaves no result files and an exit code that is "not accurate".
     """
-    environment = dict(os.environ, ROS_IP='127.0.0.1', ROS_HOME=str(home), ROS_LOG_DIR=str(home / 'log'),
-                       ROS_TEST_RESULTS_DIR=str(home / 'test_results'), PYTHONUNBUFFERED='1')
+    environment = dict(
+        os.environ,
+        ROS_IP='127.0.0.1',
+        ROS_HOME=str(home),
+        ROS_LOG_DIR=str(home / 'log'),
+        ROS_TEST_RESULTS_DIR=str(home / 'test_results'),
+        PYTHONUNBUFFERED='1',
+    )
     environment.pop('ROS_HOSTNAME', None)
     log = home / 'rostest.out'
     with open(log, 'wb') as out:
-        process = subprocess.Popen(['rostest', str(path)], cwd=str(home), env=environment,
-                                   stdin=subprocess.DEVNULL, stdout=out, stderr=subprocess.STDOUT,
-                                   start_new_session=True)
+        process = subprocess.Popen(
+            ['rostest', str(path)],
+            cwd=str(home),
+            env=environment,
+            stdin=subprocess.DEVNULL,
+            stdout=out,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
+        )
         try:
             code = process.wait(limit)
         except subprocess.TimeoutExpired:
@@ -129,6 +142,10 @@ def result_problems(results: Path):
         if file.name.startswith('rosunit-'):
             ran += tests
             problems += [] if tests else [f'no test in {file.name}']
-        problems += [f'{suite.get(kind)} {kind} in {file.name}' for suite in suites for kind in ('failures', 'errors')
-                     if int(suite.get(kind, 0) or 0)]
+        problems += [
+            f'{suite.get(kind)} {kind} in {file.name}'
+            for suite in suites
+            for kind in ('failures', 'errors')
+            if int(suite.get(kind, 0) or 0)
+        ]
     return problems if ran else problems + ['no test ran']

@@ -2,6 +2,7 @@
 """What one AMCL update costs: by particles and beams, by its parts, by laser model, by map size,
 and as KLD-sampling adapts it on the shipped worlds. Compile time stands apart. Then how far off
 it is there, and whether its covariance says so."""
+
 from __future__ import annotations
 
 import argparse
@@ -28,8 +29,16 @@ from diff_encoder_sim.simulation.world import load_world
 
 RESOLUTION_M, SCAN_HEIGHT_M = 0.05, 0.3
 # Table 2 of the paper.
-PAPER = dict(max_particles=3000, laser_max_range=3.5, laser_max_beams=180, laser_z_hit=0.9,
-             laser_z_short=0.05, laser_z_rand=0.5, laser_sigma_hit=0.2, kld_err=0.02)
+PAPER = dict(
+    max_particles=3000,
+    laser_max_range=3.5,
+    laser_max_beams=180,
+    laser_z_hit=0.9,
+    laser_z_short=0.05,
+    laser_z_rand=0.5,
+    laser_sigma_hit=0.2,
+    kld_err=0.02,
+)
 PARTICLES, BEAMS = (100, 300, 1000, 3000, 10000), (30, 60, 180, 360)
 UPSTREAM_MS = 'upstream in C++ on such a machine: 14.9 ms at 3000 x 180, 0.85 ms as KLD adapts it'
 
@@ -54,29 +63,50 @@ def main() -> None:
     print_header('Cost of an AMCL update, one thread')
     _print_compile_time()
     for title, headers, rows in (
-            ('ms per update, hallway, likelihood field, no KLD limit, resampled each time',
-             ['particles'] + [f'{beams} beams' for beams in BEAMS], _by_size(arguments.calls)),
-            ('ms for each part, 3000 particles x 180 beams',
-             ['part', 'ms'], _by_part(arguments.calls)),
-            ('ms to weigh 3000 particles x 180 beams, by laser model',
-             ['model', 'ms'], _by_model(max(arguments.calls // 10, 3))),
-            ('by map size, 3000 particles all over it x 180 beams',
-             ['map [m]', 'cell [m]', 'cells', 'new map\n[ms]', 'weigh\n[ms]'],
-             _by_map(arguments.calls)),
-            ("as KLD-sampling adapts it, the paper's table 2",
-             ['test', 'updates', 'particles\nmedian', 'most', 'update\nmedian [ms]',
-              '95 % [ms]', 'worst [ms]'], [_as_adapted('SL', SL), _as_adapted('SMT', SMT)]),
-            (f"at the end of {arguments.trials} trials of those, with exact odometry",
-             ['test', 'error x\n[mm]', 'error y\n[mm]', 'error yaw\n[deg]', 'std. dev.\nx [mm]',
-              'y [mm]', 'yaw [deg]', 'NEES'],
-             [_accuracy(name, place, arguments.trials) for name, place in (('SL', SL),
-                                                                           ('SMT', SMT))])):
+        (
+            'ms per update, hallway, likelihood field, no KLD limit, resampled each time',
+            ['particles'] + [f'{beams} beams' for beams in BEAMS],
+            _by_size(arguments.calls),
+        ),
+        ('ms for each part, 3000 particles x 180 beams', ['part', 'ms'], _by_part(arguments.calls)),
+        (
+            'ms to weigh 3000 particles x 180 beams, by laser model',
+            ['model', 'ms'],
+            _by_model(max(arguments.calls // 10, 3)),
+        ),
+        (
+            'by map size, 3000 particles all over it x 180 beams',
+            ['map [m]', 'cell [m]', 'cells', 'new map\n[ms]', 'weigh\n[ms]'],
+            _by_map(arguments.calls),
+        ),
+        (
+            "as KLD-sampling adapts it, the paper's table 2",
+            ['test', 'updates', 'particles\nmedian', 'most', 'update\nmedian [ms]', '95 % [ms]', 'worst [ms]'],
+            [_as_adapted('SL', SL), _as_adapted('SMT', SMT)],
+        ),
+        (
+            f'at the end of {arguments.trials} trials of those, with exact odometry',
+            [
+                'test',
+                'error x\n[mm]',
+                'error y\n[mm]',
+                'error yaw\n[deg]',
+                'std. dev.\nx [mm]',
+                'y [mm]',
+                'yaw [deg]',
+                'NEES',
+            ],
+            [_accuracy(name, place, arguments.trials) for name, place in (('SL', SL), ('SMT', SMT))],
+        ),
+    ):
         print(f'\n{title}\n')
         print(tabulate(rows, headers, disable_numparse=True, stralign='right'))
     print(f'\nWall time, median of {arguments.calls} calls; {UPSTREAM_MS}.')
-    print('Errors are root mean squares over trials, standard deviations those of the published '
-          'covariance.\nNEES: mean squared error by that covariance; 3 is consistent, less is '
-          'cautious.')
+    print(
+        'Errors are root mean squares over trials, standard deviations those of the published '
+        'covariance.\nNEES: mean squared error by that covariance; 3 is consistent, less is '
+        'cautious.'
+    )
 
 
 def _by_size(calls: int) -> List[List[str]]:
@@ -85,8 +115,9 @@ def _by_size(calls: int) -> List[List[str]]:
     for particles in PARTICLES:
         row = [f'{particles}']
         for beams in BEAMS:
-            amcl = _amcl(grid, SL, laser_max_beams=beams, min_particles=particles,
-                         max_particles=particles, resample_interval=1)
+            amcl = _amcl(
+                grid, SL, laser_max_beams=beams, min_particles=particles, max_particles=particles, resample_interval=1
+            )
             scan = _thinned(lidar.sweep(0, SL.start), beams)
             row.append(f'{_median_ms(lambda: _forced(amcl, scan), calls):.2f}')
         rows.append(row)
@@ -106,15 +137,20 @@ def _by_part(calls: int) -> List[List[str]]:
         ('prepare the scan', lambda: model.beams(scan, IDENTITY)),
         ('weigh the particles', lambda: model.likelihoods(particles, beams, False)),
         ('resample', lambda: resample(particles, weights, limits, 0.0, centres, rng)),
-        ('cluster', lambda: particle_statistics(particles, weights))]
+        ('cluster', lambda: particle_statistics(particles, weights)),
+    ]
     return [[name, f'{_median_ms(part, calls):.3f}'] for name, part in parts]
 
 
 def _by_model(calls: int) -> List[List[str]]:
     lidar, grid = _scanner_and_map(SL, 180)
     rows = []
-    for name, changes in (('likelihood_field', {}), ('likelihood_field_prob', {}),
-                          ('  with beam skipping', {'do_beamskip': True}), ('beam', {})):
+    for name, changes in (
+        ('likelihood_field', {}),
+        ('likelihood_field_prob', {}),
+        ('  with beam skipping', {'do_beamskip': True}),
+        ('beam', {}),
+    ):
         model_type = name if not changes else 'likelihood_field_prob'
         model = laser_model(_params(SL, laser_model_type=model_type, **changes), grid)
         particles = _amcl(grid, SL).particles
@@ -126,8 +162,7 @@ def _by_model(calls: int) -> List[List[str]]:
 
 def _by_map(calls: int) -> List[List[str]]:
     rows = []
-    for side_m, cell_m in ((5, 0.05), (10, 0.05), (20, 0.05), (40, 0.05), (80, 0.05),
-                           (40, 0.025)):
+    for side_m, cell_m in ((5, 0.05), (10, 0.05), (20, 0.05), (40, 0.05), (80, 0.05), (40, 0.025)):
         cells = round(side_m / cell_m)
         occupied = np.random.default_rng(0).random((cells, cells)) < 0.01
         grid = OccupancyGrid(np.where(occupied, 100, 0).astype(np.int8), cell_m, IDENTITY)
@@ -138,8 +173,7 @@ def _by_map(calls: int) -> List[List[str]]:
         beams = model.beams(scan, IDENTITY)
         build_ms = _median_ms(lambda: amcl.set_map(grid), 5)
         weigh_ms = _median_ms(lambda: model.likelihoods(amcl.particles, beams, False), calls)
-        rows.append([f'{side_m} x {side_m}', f'{cell_m}', f'{cells * cells}', f'{build_ms:.1f}',
-                     f'{weigh_ms:.2f}'])
+        rows.append([f'{side_m} x {side_m}', f'{cell_m}', f'{cells * cells}', f'{build_ms:.1f}', f'{weigh_ms:.2f}'])
     return rows
 
 
@@ -152,9 +186,15 @@ def _as_adapted(name: str, place: Place) -> List[str]:
         costs_ms.append(_ms(lambda: amcl.update(pose, scan, IDENTITY)))
         counts.append(len(amcl.particles))
         pose = pose.compose(Pose2D(place.forward_m, 0.0, place.turn_rad))
-    return [name, f'{amcl.update_count}', f'{np.median(counts):.0f}', f'{max(counts)}',
-            f'{np.median(costs_ms):.2f}', f'{np.percentile(costs_ms, 95):.2f}',
-            f'{max(costs_ms):.2f}']
+    return [
+        name,
+        f'{amcl.update_count}',
+        f'{np.median(counts):.0f}',
+        f'{max(counts)}',
+        f'{np.median(costs_ms):.2f}',
+        f'{np.percentile(costs_ms, 95):.2f}',
+        f'{max(costs_ms):.2f}',
+    ]
 
 
 def _accuracy(name: str, place: Place, trials: int) -> List[str]:
@@ -164,9 +204,11 @@ def _accuracy(name: str, place: Place, trials: int) -> List[str]:
     for trial in range(trials):
         rng = np.random.default_rng([trial, 7])
         off = rng.standard_normal(3) * [0.5, 0.5, math.pi / 12]
-        guess = dict(initial_pose_x=place.start.x_m + off[0],
-                     initial_pose_y=place.start.y_m + off[1],
-                     initial_pose_a=place.start.yaw_rad + off[2])
+        guess = dict(
+            initial_pose_x=place.start.x_m + off[0],
+            initial_pose_y=place.start.y_m + off[1],
+            initial_pose_a=place.start.yaw_rad + off[2],
+        )
         amcl, pose = Amcl(_params(place, **guess), grid, rng), place.start
         for _ in range(place.updates):
             estimate = amcl.update(pose, lidar.sweep(0, pose), IDENTITY)
@@ -181,9 +223,12 @@ def _accuracy(name: str, place: Place, trials: int) -> List[str]:
     sigmas = np.sqrt(np.mean(variances, axis=0)) * units
     # Nothing but x and y is correlated in what upstream publishes, and these little.
     nees = float(np.mean(np.sum(np.square(errors) / variances, axis=1)))
-    return ([name] + [f'{value:.{digits}f}' for value, digits in zip(rms, (0, 0, 2))]
-            + [f'{value:.{digits}f}' for value, digits in zip(sigmas, (0, 0, 2))]
-            + [f'{nees:.2f}'])
+    return (
+        [name]
+        + [f'{value:.{digits}f}' for value, digits in zip(rms, (0, 0, 2))]
+        + [f'{value:.{digits}f}' for value, digits in zip(sigmas, (0, 0, 2))]
+        + [f'{nees:.2f}']
+    )
 
 
 def _print_compile_time() -> None:
@@ -210,8 +255,7 @@ def _forced(amcl: Amcl, scan: Scan) -> None:
 
 
 def _params(place: Place, **changes: object) -> AmclParams:
-    return AmclParams(**{**PAPER, 'initial_pose_x': place.start.x_m,
-                         'initial_pose_y': place.start.y_m, **changes})
+    return AmclParams(**{**PAPER, 'initial_pose_x': place.start.x_m, 'initial_pose_y': place.start.y_m, **changes})
 
 
 def _amcl(grid: OccupancyGrid, place: Place, **changes: object) -> Amcl:
@@ -227,8 +271,9 @@ def _scanner_and_map(place: Place, samples: int) -> Tuple[Lidar, OccupancyGrid]:
 def _thinned(scan: Scan, beams: int) -> Scan:
     """So many rays of it, all of which return."""
     step = len(scan.ranges_m) // beams
-    return scan._replace(angle_increment_rad=scan.angle_increment_rad * step,
-                         ranges_m=np.minimum(scan.ranges_m[::step][:beams], 3.4))
+    return scan._replace(
+        angle_increment_rad=scan.angle_increment_rad * step, ranges_m=np.minimum(scan.ranges_m[::step][:beams], 3.4)
+    )
 
 
 def _median_ms(call: Callable[[], object], calls: int) -> float:

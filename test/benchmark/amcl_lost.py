@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """What lost detection sees: shares of fitting rays at right and wrong poses and among people, and what
 the filter makes of it (docs/adr/0006-lost-detection.md). A minute."""
+
 from __future__ import annotations
 
 import argparse
@@ -47,8 +48,7 @@ class Place:
     def __init__(self, name: str, count: int) -> None:
         self.name, self.grid = name, load_map(ROOT / 'worlds' / f'{name}.yaml')
         self.rng = np.random.default_rng(1)
-        self.lidar = Lidar(load_world(ROOT / 'worlds' / f'{name}.world'), SCAN_HEIGHT_M,
-                           LidarParams(), self.rng)
+        self.lidar = Lidar(load_world(ROOT / 'worlds' / f'{name}.world'), SCAN_HEIGHT_M, LidarParams(), self.rng)
         self.params = load_yaml(ROOT / 'config' / 'amcl.yaml')
         self.poses = free_poses(self.grid, STARTS[name], count, self.rng)
 
@@ -57,8 +57,7 @@ class Place:
     def print_shares(self) -> None:
         """Quantiles of the share, and how often it is below lost_fraction."""
         scans = [self.lidar.sweep(0, pose) for pose in self.poses]
-        rows: List[Tuple[str, List[Scan], Callable[[Pose2D], Pose2D]]] = [
-            ('within 10 cm, 3 deg', scans, self._near)]
+        rows: List[Tuple[str, List[Scan], Callable[[Pose2D], Pose2D]]] = [('within 10 cm, 3 deg', scans, self._near)]
         for share in (1 / 3, 1 / 2, 2 / 3):
             blocked = [block(scan, share, self.rng) for scan in scans]
             rows.append((f'{share:.2f} of the view: people', blocked, self._near))
@@ -70,11 +69,15 @@ class Place:
         print(f'\n{self.name}: share of rays that fit')
         table = []
         for title, taken, believed in rows:
-            shares = [fit_map.fit(believed(pose), scan, IDENTITY).share
-                      for pose, scan in zip(self.poses, taken)]
+            shares = [fit_map.fit(believed(pose), scan, IDENTITY).share for pose, scan in zip(self.poses, taken)]
             shares = np.array([share for share in shares if share is not None])
-            table.append([title, *np.quantile(shares, [0, .01, .05, .5, .95, .99]),
-                          (shares < self.params['lost_fraction']).mean()])
+            table.append(
+                [
+                    title,
+                    *np.quantile(shares, [0, 0.01, 0.05, 0.5, 0.95, 0.99]),
+                    (shares < self.params['lost_fraction']).mean(),
+                ]
+            )
         print(tabulate(table, ['', 'min', '1 %', '5 %', '50 %', '95 %', '99 %', 'bad'], floatfmt='.2f'))
         begin_s = time.perf_counter()
         for pose, scan in zip(self.poses, scans):
@@ -82,8 +85,7 @@ class Place:
         print(f'{(time.perf_counter() - begin_s) / len(scans) * 1e6:.0f} us a scan that fits badly')
 
     def _near(self, pose: Pose2D) -> Pose2D:
-        return turned(moved(pose, 0.1 * math.sqrt(self.rng.random()), self._angle()),
-                      self.rng.uniform(-3.0, 3.0))
+        return turned(moved(pose, 0.1 * math.sqrt(self.rng.random()), self._angle()), self.rng.uniform(-3.0, 3.0))
 
     def _off(self, off_m: float) -> Callable[[Pose2D], Pose2D]:
         return lambda pose: moved(pose, off_m, self._angle())
@@ -161,14 +163,16 @@ class Place:
 def end_of(amcl: Amcl, odom_pose: Pose2D, true_pose: Pose2D) -> Tuple[bool, float, float]:
     """Whether it is lost, and how far off [m, degrees]."""
     pose = amcl.odom_pose_in_map.compose(odom_pose)
-    return (amcl.is_lost, math.hypot(pose.x_m - true_pose.x_m, pose.y_m - true_pose.y_m),
-            abs(math.degrees(wrap_angle(pose.yaw_rad - true_pose.yaw_rad))))
+    return (
+        amcl.is_lost,
+        math.hypot(pose.x_m - true_pose.x_m, pose.y_m - true_pose.y_m),
+        abs(math.degrees(wrap_angle(pose.yaw_rad - true_pose.yaw_rad))),
+    )
 
 
 def moved(pose: Pose2D, off_m: float, direction_rad: float) -> Pose2D:
     """In the map's frame."""
-    return Pose2D(pose.x_m + off_m * math.cos(direction_rad),
-                  pose.y_m + off_m * math.sin(direction_rad), pose.yaw_rad)
+    return Pose2D(pose.x_m + off_m * math.cos(direction_rad), pose.y_m + off_m * math.sin(direction_rad), pose.yaw_rad)
 
 
 def turned(pose: Pose2D, degrees: float) -> Pose2D:
@@ -188,8 +192,7 @@ def block(scan: Scan, share: float, rng: np.random.Generator) -> Scan:
     return scan._replace(ranges_m=np.minimum(scan.ranges_m, nearest_m))
 
 
-def free_poses(grid: OccupancyGrid, start: Tuple[float, float], count: int,
-               rng: np.random.Generator) -> List[Pose2D]:
+def free_poses(grid: OccupancyGrid, start: Tuple[float, float], count: int, rng: np.random.Generator) -> List[Pose2D]:
     """Drawn from where the robot fits and can get to from the start."""
     fits = distance_to_occupied(grid.cells != FREE, grid.resolution_m, 1.0) > CLEARANCE_M
     reached, edge = {grid.cell_at(*start)}, [grid.cell_at(*start)]
@@ -200,8 +203,10 @@ def free_poses(grid: OccupancyGrid, start: Tuple[float, float], count: int,
                 reached.add(cell)
                 edge.append(cell)
     cells = sorted(reached)
-    return [Pose2D(*grid.cell_centre(*cells[index]), rng.uniform(-math.pi, math.pi))
-            for index in rng.integers(0, len(cells), count)]
+    return [
+        Pose2D(*grid.cell_centre(*cells[index]), rng.uniform(-math.pi, math.pi))
+        for index in rng.integers(0, len(cells), count)
+    ]
 
 
 if __name__ == '__main__':

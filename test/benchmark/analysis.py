@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """Seconds and memory of `analyze` for a whole campaign: with its bags, and from trials.csv alone."""
+
 from __future__ import annotations
 
 import argparse
@@ -48,10 +49,18 @@ def main() -> None:
         alone = Path(stack.enter_context(tempfile.TemporaryDirectory()))
         for name in ('manifest.json', 'trials.csv'):
             shutil.copy(str(folder / name), str(alone))
-        rows = [[name, len(campaign.jobs()), *_measured(of_folder)]
-                for name, of_folder in (('bags', folder), ('trials.csv alone', alone))]
-    print(tabulate(rows, ['from', 'trials', 'wall time\n[s]', 'processor\n[s]', 'memory, most\n[MB]'],
-                   disable_numparse=True, colalign=('left', *['right'] * 4)))
+        rows = [
+            [name, len(campaign.jobs()), *_measured(of_folder)]
+            for name, of_folder in (('bags', folder), ('trials.csv alone', alone))
+        ]
+    print(
+        tabulate(
+            rows,
+            ['from', 'trials', 'wall time\n[s]', 'processor\n[s]', 'memory, most\n[MB]'],
+            disable_numparse=True,
+            colalign=('left', *['right'] * 4),
+        )
+    )
     print('\nmemory: proportional set size of all processes together, ten times a second.')
 
 
@@ -68,32 +77,57 @@ def _make(campaign: Campaign, folder: Path) -> None:
                 world = find_world(cell.test.world, ROOT / 'worlds')
                 recorded[name] = run_trial(
                     TrialPlan(trial=trial, world=str(world), map=str(world.with_suffix('.yaml')), bag=str(source)),
-                    ROBOT, cell.robot_params, 'minimal')
+                    ROBOT,
+                    cell.robot_params,
+                    'minimal',
+                )
             _copy(source, folder / bag, trial.model_dump_json())
             result = recorded[name]
-            errors = {key: Pose2D(*(np.array(error) + rng.normal(0.0, SPREAD)).tolist())
-                      for key, error in result.errors.items()}
-            store.append(TrialRow(name, ppr_label(cell.ppr), cell.varied_texts(), job.trial, job.seed,
-                                  result.ending.outcome.value, result.ending.reason, result.duration_s, errors,
-                                  result.distance_m, 1.0, bag))
+            errors = {
+                key: Pose2D(*(np.array(error) + rng.normal(0.0, SPREAD)).tolist())
+                for key, error in result.errors.items()
+            }
+            store.append(
+                TrialRow(
+                    name,
+                    ppr_label(cell.ppr),
+                    cell.varied_texts(),
+                    job.trial,
+                    job.seed,
+                    result.ending.outcome.value,
+                    result.ending.reason,
+                    result.duration_s,
+                    errors,
+                    result.distance_m,
+                    1.0,
+                    bag,
+                )
+            )
         store.finish()
 
 
 def _copy(source: Path, target: Path, about: str) -> None:
     with open_bag(source) as reader, TrialBag(target, 'minimal') as bag:
         for connection, time_ns, raw in reader.messages():
-            bag.write(connection.topic, connection.ext.callerid,
-                      text_message(about) if connection.topic == topics.TRIAL else raw, time_ns)
+            bag.write(
+                connection.topic,
+                connection.ext.callerid,
+                text_message(about) if connection.topic == topics.TRIAL else raw,
+                time_ns,
+            )
 
 
 def _measured(folder: Path) -> List[str]:
     began_s = time.perf_counter()
-    process = psutil.Popen([sys.executable, str(ROOT / 'scripts' / 'analyze'), str(folder)],
-                           stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    process = psutil.Popen(
+        [sys.executable, str(ROOT / 'scripts' / 'analyze'), str(folder)],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
     most_bytes, processor_s = 0, 0.0
     while process.poll() is None:
         with contextlib.suppress(psutil.Error):
-            processor_s = sum(process.cpu_times()[:4])      # of its children, too, that have ended
+            processor_s = sum(process.cpu_times()[:4])  # of its children, too, that have ended
             everyone = [process, *process.children(recursive=True)]
             most_bytes = max(most_bytes, sum(each.memory_full_info().pss for each in everyone))
         time.sleep(MEMORY_PERIOD_S)
@@ -104,8 +138,10 @@ def _measured(folder: Path) -> List[str]:
 
 def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter,
-        epilog='example: .venv/bin/python test/benchmark/analysis.py --folder /tmp/paper')
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        epilog='example: .venv/bin/python test/benchmark/analysis.py --folder /tmp/paper',
+    )
     parser.add_argument('--config', default='paper', help='campaign (default: %(default)s)')
     parser.add_argument('--folder', type=Path, metavar='DIR', help='made once and kept, to be measured again')
     return parser.parse_args()

@@ -3,6 +3,7 @@
 docs/adr/0012-calibration.md. Prints the `set:` part of config/campaigns/paper.yaml, which slip
 each spread of the column alone would ask for, and, from trials driven with the result, how well
 the column is met. About six minutes of two cores."""
+
 from __future__ import annotations
 
 import argparse
@@ -29,34 +30,33 @@ CONFIG, ROBOT = ROOT / 'config', ROOT / 'urdf' / 'alto.urdf.xacro'
 
 # Log10 of the slip noise and the radius difference in units of 1e-4: where the search begins.
 SIMPLEX = np.array([[-8.0, 0.0], [-7.0, 0.0], [-7.5, 1.0]])
-SETS = 2000     # of the paper's size, drawn for each statistic's spread
+SETS = 2000  # of the paper's size, drawn for each statistic's spread
 
 # How finely the paper gives SL's y: last digits [m], and one trial more or less.
 RESOLUTION = {'min': 1e-3, 'max': 1e-3, 'std': 1e-3, 'pct_within': 100.0 / TRIALS}
 
-Drives = Dict[str, List['Drive']]       # by test
+Drives = Dict[str, List['Drive']]  # by test
 
 
 class WheelErrors(NamedTuple):
     """What is fitted."""
 
-    slip_noise: float               # [m^2/m]
-    radius_difference: float        # right minus left, relative
+    slip_noise: float  # [m^2/m]
+    radius_difference: float  # right minus left, relative
 
     def overrides(self) -> Dict[str, float]:
         """As a campaign sets them, with two digits."""
         half = float(f'{0.5 * self.radius_difference:.1e}')
-        values = {'left_radius_error': -half, 'right_radius_error': half,
-                  'slip_noise': float(f'{self.slip_noise:.1e}')}
+        values = {'left_radius_error': -half, 'right_radius_error': half, 'slip_noise': float(f'{self.slip_noise:.1e}')}
         return {f'simulator.wheel_errors.{name}': value for name, value in values.items()}
 
 
 class Drive(NamedTuple):
     """A trial, and what wheel errors would do to its odometry, to first order."""
 
-    error: np.ndarray       # (3,) final /odom minus goal: x [m], y [m], yaw [rad]
-    by_radius: np.ndarray   # (3,) its change per unit of radius difference
-    noise: np.ndarray       # (3, 3) covariance per unit of slip noise
+    error: np.ndarray  # (3,) final /odom minus goal: x [m], y [m], yaw [rad]
+    by_radius: np.ndarray  # (3,) its change per unit of radius difference
+    noise: np.ndarray  # (3, 3) covariance per unit of slip noise
 
 
 def drive(job: Tuple[str, int, Dict[str, float]]) -> Drive:
@@ -71,8 +71,7 @@ def drive(job: Tuple[str, int, Dict[str, float]]) -> Drive:
 
 
 def _minus(pose: Pose2D, goal: Pose2D) -> np.ndarray:
-    return np.array([pose.x_m - goal.x_m, pose.y_m - goal.y_m,
-                     wrap_angle(pose.yaw_rad - goal.yaw_rad)])
+    return np.array([pose.x_m - goal.x_m, pose.y_m - goal.y_m, wrap_angle(pose.yaw_rad - goal.yaw_rad)])
 
 
 def sensitivities(truth: np.ndarray, separation_m: float) -> Tuple[np.ndarray, np.ndarray]:
@@ -92,20 +91,19 @@ def sensitivities(truth: np.ndarray, separation_m: float) -> Tuple[np.ndarray, n
     left_m, right_m = (lengths_m + side * 0.5 * separation_m * turns for side in (-1.0, 1.0))
     # A metre more of a wheel shifts the end and turns it about where the robot then is.
     shift = 0.5 * np.column_stack((cos_yaw, sin_yaw, np.zeros(len(turns))))
-    turn = np.column_stack((middle[:, 1] - truth[-1, 1], truth[-1, 0] - middle[:, 0],
-                            np.ones(len(turns)))) / separation_m
+    turn = (
+        np.column_stack((middle[:, 1] - truth[-1, 1], truth[-1, 0] - middle[:, 0], np.ones(len(turns)))) / separation_m
+    )
     by_left, by_right = shift - turn, shift + turn
     # A larger wheel turns less for the same way.
     by_radius = 0.5 * (left_m @ by_left - right_m @ by_right)
-    noise = (by_left.T @ (np.abs(left_m)[:, None] * by_left)
-             + by_right.T @ (np.abs(right_m)[:, None] * by_right))
+    noise = by_left.T @ (np.abs(left_m)[:, None] * by_left) + by_right.T @ (np.abs(right_m)[:, None] * by_right)
     return by_radius, noise
 
 
 def column() -> Iterator[PaperCell]:
     """The paper's cells that are looked at."""
-    return (cell for cell in load_paper_cells()
-            if (cell.source, cell.ppr) == (SOURCE, str(PPR)))
+    return (cell for cell in load_paper_cells() if (cell.source, cell.ppr) == (SOURCE, str(PPR)))
 
 
 def is_fitted(cell: PaperCell) -> bool:
@@ -132,8 +130,9 @@ class Fit:
 
     def misfit(self, errors: WheelErrors) -> float:
         """Minus twice the log likelihood, but for a constant."""
-        y_m = (self._errors_m + errors.radius_difference * self._by_radius_m
-               + math.sqrt(errors.slip_noise) * self._noise_m)
+        y_m = (
+            self._errors_m + errors.radius_difference * self._by_radius_m + math.sqrt(errors.slip_noise) * self._noise_m
+        )
         total = 0.0
         for cell in self._cells:
             values = statistic(y_m, cell)
@@ -143,15 +142,20 @@ class Fit:
 
     def search(self) -> np.ndarray:
         """The vector of the least misfit."""
-        return minimize(lambda vector: self.misfit(from_vector(vector)), SIMPLEX[0],
-                        method='Nelder-Mead', options={'initial_simplex': SIMPLEX}).x
+        return minimize(
+            lambda vector: self.misfit(from_vector(vector)),
+            SIMPLEX[0],
+            method='Nelder-Mead',
+            options={'initial_simplex': SIMPLEX},
+        ).x
 
     def interval(self, best: np.ndarray, component: int) -> Tuple[float, float]:
         """How far one component can go, the other held, by the 95 % of the likelihood ratio."""
         limit = self.misfit(from_vector(best)) + stats.chi2.ppf(0.95, 1)
         ends = best[component] + np.linspace(-2.0, 2.0, 401)
-        inside = [end for end in ends if self.misfit(from_vector(
-            np.where(np.arange(2) == component, end, best))) <= limit]
+        inside = [
+            end for end in ends if self.misfit(from_vector(np.where(np.arange(2) == component, end, best))) <= limit
+        ]
         return min(inside), max(inside)
 
 
@@ -178,28 +182,51 @@ def asked_for(drives: Drives) -> str:
         of = cell.quantity.component
         ideal = np.var([one.error[of] for one in drives[cell.test]], ddof=1)
         per_noise = np.mean([one.noise[of, of] for one in drives[cell.test]])
-        variances = (cell.value / cell.quantity.scale) ** 2 * (TRIALS - 1) / stats.chi2(
-            TRIALS - 1).ppf([0.975, 0.5, 0.025])
+        variances = (
+            (cell.value / cell.quantity.scale) ** 2 * (TRIALS - 1) / stats.chi2(TRIALS - 1).ppf([0.975, 0.5, 0.025])
+        )
         noise = (variances - ideal) / per_noise
-        rows.append([cell.test, cell.quantity.name, cell.value,
-                     f'{math.sqrt(ideal) * cell.quantity.scale:.4f}',
-                     *(f'{value:.1e}' if value > 0.0 else 'none' for value in noise)])
-    return tabulate(rows, ['test', 'spread of', 'paper', 'ideal wheels', 'slip noise\nat least',
-                           'best', 'at most'], disable_numparse=True, stralign='right')
+        rows.append(
+            [
+                cell.test,
+                cell.quantity.name,
+                cell.value,
+                f'{math.sqrt(ideal) * cell.quantity.scale:.4f}',
+                *(f'{value:.1e}' if value > 0.0 else 'none' for value in noise),
+            ]
+        )
+    return tabulate(
+        rows,
+        ['test', 'spread of', 'paper', 'ideal wheels', 'slip noise\nat least', 'best', 'at most'],
+        disable_numparse=True,
+        stralign='right',
+    )
 
 
 def column_table(campaigns: Sequence[Tuple[str, Drives]]) -> str:
     """The paper's column beside that of each campaign."""
     rows = []
     for cell in column():
-        errors = [cell.quantity.scale * np.array(
-            [one.error[cell.quantity.component] for one in drives[cell.test]])
-            for _, drives in campaigns]
-        rows.append([cell.test, cell.quantity.name, cell.statistic, cell.value,
-                     *(f'{statistic(of_one, cell):.3f}' for of_one in errors),
-                     'yes' if is_fitted(cell) else ''])
-    return tabulate(rows, ['test', 'error', 'statistic', 'paper', *(name for name, _ in campaigns),
-                           'fitted to'], disable_numparse=True, stralign='right')
+        errors = [
+            cell.quantity.scale * np.array([one.error[cell.quantity.component] for one in drives[cell.test]])
+            for _, drives in campaigns
+        ]
+        rows.append(
+            [
+                cell.test,
+                cell.quantity.name,
+                cell.statistic,
+                cell.value,
+                *(f'{statistic(of_one, cell):.3f}' for of_one in errors),
+                'yes' if is_fitted(cell) else '',
+            ]
+        )
+    return tabulate(
+        rows,
+        ['test', 'error', 'statistic', 'paper', *(name for name, _ in campaigns), 'fitted to'],
+        disable_numparse=True,
+        stralign='right',
+    )
 
 
 def run_trials(trials: int, workers: int, overrides: Dict[str, float]) -> Drives:
@@ -219,11 +246,13 @@ def main() -> None:
     fit = Fit(ideal['SL'])
     best = fit.search()
     errors = from_vector(best)
-    print('\nset:', *(f'  {key}: {value:.1e}' for key, value in errors.overrides().items()),
-          sep='\n')
+    print('\nset:', *(f'  {key}: {value:.1e}' for key, value in errors.overrides().items()), sep='\n')
     slips, radii = fit.interval(best, 0), fit.interval(best, 1)
-    print(f'\n95 % intervals: slip_noise {10 ** slips[0]:.1e} to {10 ** slips[1]:.1e}, radius '
-          f'difference {1e-4 * radii[0]:.1e} to {1e-4 * radii[1]:.1e}\n', flush=True)
+    print(
+        f'\n95 % intervals: slip_noise {10 ** slips[0]:.1e} to {10 ** slips[1]:.1e}, radius '
+        f'difference {1e-4 * radii[0]:.1e} to {1e-4 * radii[1]:.1e}\n',
+        flush=True,
+    )
     driven = run_trials(arguments.trials, arguments.workers, errors.overrides())
     print(column_table([('ideal wheels', ideal), ('fitted', driven)]))
 

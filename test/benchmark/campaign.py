@@ -3,6 +3,7 @@
 
 The paper's 360 trials with --trials 30; less for a first look.
 """
+
 from __future__ import annotations
 
 import argparse
@@ -30,8 +31,8 @@ class Run(NamedTuple):
     wall_s: float
     simulated_s: float
     outcomes: Dict[str, int]
-    early_mb: float     # resident memory of the largest worker, after a tenth of the time
-    late_mb: float      # and in the last tenth
+    early_mb: float  # resident memory of the largest worker, after a tenth of the time
+    late_mb: float  # and in the last tenth
     peak_mb: float
 
 
@@ -43,13 +44,34 @@ def main() -> None:
     for workers in arguments.workers:
         with tempfile.TemporaryDirectory() as folder:
             run = runs[workers] = _run(arguments, workers, Path(folder) / 'out')
-        rows.append([workers, f'{run.wall_s:.1f}', f'{run.simulated_s / run.wall_s:.0f}',
-                     ', '.join(f'{count} {outcome}' for outcome, count in sorted(run.outcomes.items())),
-                     f'{run.early_mb:.0f}', f'{run.late_mb:.0f}', f'{run.peak_mb:.0f}'])
+        rows.append(
+            [
+                workers,
+                f'{run.wall_s:.1f}',
+                f'{run.simulated_s / run.wall_s:.0f}',
+                ', '.join(f'{count} {outcome}' for outcome, count in sorted(run.outcomes.items())),
+                f'{run.early_mb:.0f}',
+                f'{run.late_mb:.0f}',
+                f'{run.peak_mb:.0f}',
+            ]
+        )
         print(f'{workers} workers: {run.wall_s:.1f} s', file=sys.stderr, flush=True)
-    print(tabulate(rows, ['workers', 'wall [s],\nwith start', 'times\nreal time', 'trials',
-                          'a worker resident\nearly [MB]', '\nlate [MB]', '\npeak [MB]'],
-                   disable_numparse=True, stralign='right'))
+    print(
+        tabulate(
+            rows,
+            [
+                'workers',
+                'wall [s],\nwith start',
+                'times\nreal time',
+                'trials',
+                'a worker resident\nearly [MB]',
+                '\nlate [MB]',
+                '\npeak [MB]',
+            ],
+            disable_numparse=True,
+            stralign='right',
+        )
+    )
     if 1 in runs and len(runs) > 1:
         most = max(runs)
         print(f'\n{most} workers are {runs[1].wall_s / runs[most].wall_s:.2f} times as fast as 1')
@@ -58,10 +80,24 @@ def main() -> None:
 def _run(arguments: argparse.Namespace, workers: int, out: Path) -> Run:
     begin_s = time.monotonic()
     campaign = subprocess.Popen(
-        [sys.executable, str(ROOT / 'scripts' / 'campaign'), '--config', arguments.config, '--out', str(out),
-         '--trials', str(arguments.trials), '--workers', str(workers), '--record', arguments.record,
-         *(['--tests', *arguments.tests] if arguments.tests else [])],
-        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        [
+            sys.executable,
+            str(ROOT / 'scripts' / 'campaign'),
+            '--config',
+            arguments.config,
+            '--out',
+            str(out),
+            '--trials',
+            str(arguments.trials),
+            '--workers',
+            str(workers),
+            '--record',
+            arguments.record,
+            *(['--tests', *arguments.tests] if arguments.tests else []),
+        ],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
     samples: List[float] = []
     watcher = threading.Thread(target=_watch, args=(campaign, samples))
     watcher.start()
@@ -74,15 +110,20 @@ def _run(arguments: argparse.Namespace, workers: int, out: Path) -> Run:
         trials = list(csv.DictReader(file))
     outcomes = [trial['outcome'] for trial in trials]
     tenth = max(1, len(samples) // 10)
-    return Run(wall_s, sum(float(trial['duration_s']) for trial in trials),
-               {outcome: outcomes.count(outcome) for outcome in set(outcomes)},
-               samples[tenth], max(samples[-tenth:]), max(samples))
+    return Run(
+        wall_s,
+        sum(float(trial['duration_s']) for trial in trials),
+        {outcome: outcomes.count(outcome) for outcome in set(outcomes)},
+        samples[tenth],
+        max(samples[-tenth:]),
+        max(samples),
+    )
 
 
 def _watch(campaign: subprocess.Popen, samples: List[float]) -> None:
     """Resident memory [MB] of the largest process below the client's, again and again."""
     while campaign.poll() is None:
-        with contextlib.suppress(psutil.Error):     # one that ended meanwhile
+        with contextlib.suppress(psutil.Error):  # one that ended meanwhile
             below = psutil.Process(campaign.pid).children(recursive=True)
             if below:
                 samples.append(max(process.memory_info().rss for process in below) / MEGABYTE)

@@ -1,4 +1,5 @@
 """Finds the package in this checkout, and says what a table was measured on."""
+
 from __future__ import annotations
 
 import importlib.util
@@ -23,8 +24,9 @@ def print_header(title: str) -> None:
     """Title, machine, python and commit: a number without them cannot be compared."""
     load = ', '.join(f'{value:.1f}' for value in os.getloadavg())
     print(title)
-    print(f'machine: {cpu_model()}, {os.cpu_count()} cores, {platform.system()} '
-          f'{platform.release()}; load average {load}')
+    print(
+        f'machine: {cpu_model()}, {os.cpu_count()} cores, {platform.system()} {platform.release()}; load average {load}'
+    )
     print(f'python:  {platform.python_version()}')
     print(f'commit:  {_commit()}')
     print(flush=True)
@@ -34,11 +36,17 @@ def first_call_s(benchmark: str, function: str) -> Tuple[float, float]:
     """What a benchmark's function returns in a new process: compiling, then with what was compiled."""
     code = f'import {benchmark}; print({benchmark}.{function}())'
     with tempfile.TemporaryDirectory() as cache:
-        outputs = [subprocess.run([sys.executable, '-c', code], stdout=subprocess.PIPE, check=True,
-                                  cwd=str(Path(__file__).parent),
-                                  env={**os.environ, 'NUMBA_CACHE_DIR': cache}).stdout
-                   for _ in range(2)]
-    compiling_s, compiled_s = (float(output.split()[-1]) for output in outputs)   # PyBullet greets first
+        outputs = [
+            subprocess.run(
+                [sys.executable, '-c', code],
+                stdout=subprocess.PIPE,
+                check=True,
+                cwd=str(Path(__file__).parent),
+                env={**os.environ, 'NUMBA_CACHE_DIR': cache},
+            ).stdout
+            for _ in range(2)
+        ]
+    compiling_s, compiled_s = (float(output.split()[-1]) for output in outputs)  # PyBullet greets first
     return compiling_s, compiled_s
 
 

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """The paper's tests navigated in lockstep, by pulses per revolution: how many reach the goal, where
 the robot believes to stand and where it stands, and whether AMCL's covariance says so (NEES)."""
+
 from __future__ import annotations
 
 import argparse
@@ -29,12 +30,12 @@ ESTIMATES_PER_TRIAL = 20
 class Result(NamedTuple):
     """One trial."""
 
-    failure: str                            # '' when it reached its goal
+    failure: str  # '' when it reached its goal
     duration_s: float
     wall_s: float
-    believed_error: Optional[Pose2D]        # /global_pose in the goal's frame
+    believed_error: Optional[Pose2D]  # /global_pose in the goal's frame
     true_error: Optional[Pose2D]
-    nees: List[float]                       # of AMCL's estimates against the truth, each of 3 degrees
+    nees: List[float]  # of AMCL's estimates against the truth, each of 3 degrees
 
 
 def run_trial(cell: Tuple[str, int, int]) -> Result:
@@ -45,23 +46,28 @@ def run_trial(cell: Tuple[str, int, int]) -> Result:
     begin_s, reports = time.perf_counter(), list(loop.run())
     last, goal = reports[-1], plan.trial.goal()
     believed = last.estimated_pose_in_map
-    return Result(loop.ending.reason, last.stamp_ns * 1e-9, time.perf_counter() - begin_s,
-                  believed and believed.relative_to(goal), last.true_pose_in_map.relative_to(goal),
-                  _nees(reports))
+    return Result(
+        loop.ending.reason,
+        last.stamp_ns * 1e-9,
+        time.perf_counter() - begin_s,
+        believed and believed.relative_to(goal),
+        last.true_pose_in_map.relative_to(goal),
+        _nees(reports),
+    )
 
 
 def _nees(reports: List[Report]) -> List[float]:
     """Of estimates as they came, each against the truth at its stamp."""
     truth = {report.stamp_ns: report.true_pose_in_map for report in reports}
-    estimates = {report.estimate.stamp_ns: report.estimate for report in reports
-                 if report.estimate is not None}
-    chosen = list(estimates.values())[::max(1, len(estimates) // ESTIMATES_PER_TRIAL)]
+    estimates = {report.estimate.stamp_ns: report.estimate for report in reports if report.estimate is not None}
+    chosen = list(estimates.values())[:: max(1, len(estimates) // ESTIMATES_PER_TRIAL)]
     values = []
     for estimate in chosen:
         # In the map's axes, as the covariance is.
         here, true = estimate.base_pose_in_map, truth[estimate.stamp_ns]
-        error = np.array([here.x_m - true.x_m, here.y_m - true.y_m,
-                          math.remainder(here.yaw_rad - true.yaw_rad, 2.0 * math.pi)])
+        error = np.array(
+            [here.x_m - true.x_m, here.y_m - true.y_m, math.remainder(here.yaw_rad - true.yaw_rad, 2.0 * math.pi)]
+        )
         values.append(float(error @ np.linalg.solve(estimate.covariance, error)) / 3.0)
     return values
 
@@ -70,8 +76,12 @@ def main() -> None:
     """Run the cells and print the table."""
     arguments = _arguments()
     print_header(f'{arguments.trials} trials of each test and PPR in lockstep')
-    cells = [(test, ppr, arguments.first + number) for test in arguments.tests
-             for ppr in arguments.ppr for number in range(arguments.trials)]
+    cells = [
+        (test, ppr, arguments.first + number)
+        for test in arguments.tests
+        for ppr in arguments.ppr
+        for number in range(arguments.trials)
+    ]
     with multiprocessing.Pool(arguments.workers) as pool:
         results = dict(zip(cells, pool.imap(run_trial, cells)))
     rows = []
@@ -82,13 +92,34 @@ def main() -> None:
             for key, result in cell.items():
                 if result.failure:
                     print(f'{key[0]} {key[1]} PPR trial {key[2]}: {result.failure}')
-    print(tabulate(rows, ['test', 'PPR', 'reached', 'time [s]\nmedian', 'most',
-                          'within,\nbelieved', 'within,\ntrue', 'believed\nxy [mm]', 'yaw [deg]',
-                          'true\nxy [mm]', 'yaw [deg]', 'NEES\nmean', 'median', 'x real\ntime'],
-                   disable_numparse=True, stralign='right'))
-    print(f'\nWithin {XY_TOLERANCE_M} m and {math.degrees(YAW_TOLERANCE_RAD):.0f} degrees of the '
-          f'goal; errors are root mean squares. NEES is divided by 3: 1 for a covariance that is '
-          f'right, less for one that is too cautious.')
+    print(
+        tabulate(
+            rows,
+            [
+                'test',
+                'PPR',
+                'reached',
+                'time [s]\nmedian',
+                'most',
+                'within,\nbelieved',
+                'within,\ntrue',
+                'believed\nxy [mm]',
+                'yaw [deg]',
+                'true\nxy [mm]',
+                'yaw [deg]',
+                'NEES\nmean',
+                'median',
+                'x real\ntime',
+            ],
+            disable_numparse=True,
+            stralign='right',
+        )
+    )
+    print(
+        f'\nWithin {XY_TOLERANCE_M} m and {math.degrees(YAW_TOLERANCE_RAD):.0f} degrees of the '
+        f'goal; errors are root mean squares. NEES is divided by 3: 1 for a covariance that is '
+        f'right, less for one that is too cautious.'
+    )
 
 
 def _row(results: List[Result]) -> List[str]:
@@ -97,23 +128,33 @@ def _row(results: List[Result]) -> List[str]:
     nees = [value for result in results for value in result.nees]
     believed = [result.believed_error for result in good]
     true = [result.true_error for result in good]
-    return [f'{len(good)}/{len(results)}', f'{np.median(durations):.1f}', f'{max(durations):.1f}',
-            _within(believed), _within(true), *_rms(believed), *_rms(true),
-            f'{np.mean(nees):.2f}', f'{np.median(nees):.2f}',
-            f'{sum(durations) / sum(result.wall_s for result in results):.0f}']
+    return [
+        f'{len(good)}/{len(results)}',
+        f'{np.median(durations):.1f}',
+        f'{max(durations):.1f}',
+        _within(believed),
+        _within(true),
+        *_rms(believed),
+        *_rms(true),
+        f'{np.mean(nees):.2f}',
+        f'{np.median(nees):.2f}',
+        f'{sum(durations) / sum(result.wall_s for result in results):.0f}',
+    ]
 
 
 def _within(errors: List[Pose2D]) -> str:
-    inside = sum(math.hypot(error.x_m, error.y_m) <= XY_TOLERANCE_M
-                 and abs(error.yaw_rad) <= YAW_TOLERANCE_RAD for error in errors)
+    inside = sum(
+        math.hypot(error.x_m, error.y_m) <= XY_TOLERANCE_M and abs(error.yaw_rad) <= YAW_TOLERANCE_RAD
+        for error in errors
+    )
     return f'{inside}/{len(errors)}'
 
 
 def _rms(errors: List[Pose2D]) -> Tuple[str, str]:
     if not errors:
         return '-', '-'
-    square_m2 = np.mean([error.x_m ** 2 + error.y_m ** 2 for error in errors])
-    square_rad2 = np.mean([error.yaw_rad ** 2 for error in errors])
+    square_m2 = np.mean([error.x_m**2 + error.y_m**2 for error in errors])
+    square_rad2 = np.mean([error.yaw_rad**2 for error in errors])
     return f'{1e3 * math.sqrt(square_m2):.1f}', f'{math.degrees(math.sqrt(square_rad2)):.2f}'
 
 

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """What one sweep of the scanner costs: the ray caster beside PyBullet's rayTestBatch on the same
 rays, with what its compiler takes apart, and how both grow with rays and with the world."""
+
 from __future__ import annotations
 
 import argparse
@@ -31,8 +32,7 @@ class Place(NamedTuple):
     high_m: tuple
 
 
-PLACES = (Place('hallway', (-10.0, -1.0), (10.0, 1.0)),
-          Place('ros_logo', (-3.6, -0.9), (-2.8, 0.9)))
+PLACES = (Place('hallway', (-10.0, -1.0), (10.0, 1.0)), Place('ros_logo', (-3.6, -0.9), (-2.8, 0.9)))
 
 
 class BulletRays:
@@ -52,32 +52,35 @@ class BulletRays:
         """(n,) distance along each ray, RANGE_MAX_M where nothing is."""
         angles_rad = pose.yaw_rad + bearings_rad
         start = [pose.x_m, pose.y_m, SCAN_HEIGHT_M]
-        ends = np.column_stack([pose.x_m + RANGE_MAX_M * np.cos(angles_rad),
-                                pose.y_m + RANGE_MAX_M * np.sin(angles_rad),
-                                np.full(len(angles_rad), SCAN_HEIGHT_M)]).tolist()
+        ends = np.column_stack(
+            [
+                pose.x_m + RANGE_MAX_M * np.cos(angles_rad),
+                pose.y_m + RANGE_MAX_M * np.sin(angles_rad),
+                np.full(len(angles_rad), SCAN_HEIGHT_M),
+            ]
+        ).tolist()
         hits = []
         most = pybullet.MAX_RAY_INTERSECTION_BATCH_SIZE
         for first in range(0, len(ends), most):
-            batch = ends[first:first + most]
-            hits += pybullet.rayTestBatch([start] * len(batch), batch,
-                                          physicsClientId=self._client)
+            batch = ends[first : first + most]
+            hits += pybullet.rayTestBatch([start] * len(batch), batch, physicsClientId=self._client)
         return RANGE_MAX_M * np.array([hit[2] for hit in hits])
 
     def _add(self, solid: Solid) -> None:
         shape, yaw_rad = solid.shape, math.atan2(*solid.pose_in_world[[1, 0], 0])
         if isinstance(shape, Box):
-            kind = dict(shapeType=pybullet.GEOM_BOX,
-                        halfExtents=[0.5 * side_m for side_m in shape.size_xyz_m])
+            kind = dict(shapeType=pybullet.GEOM_BOX, halfExtents=[0.5 * side_m for side_m in shape.size_xyz_m])
         elif isinstance(shape, Cylinder):
-            kind = dict(shapeType=pybullet.GEOM_CYLINDER, radius=shape.radius_m,
-                        height=shape.length_m)
+            kind = dict(shapeType=pybullet.GEOM_CYLINDER, radius=shape.radius_m, height=shape.length_m)
         else:
             raise TypeError(shape)
         pybullet.createMultiBody(
-            0, pybullet.createCollisionShape(physicsClientId=self._client, **kind),
+            0,
+            pybullet.createCollisionShape(physicsClientId=self._client, **kind),
             basePosition=solid.pose_in_world[:3, 3].tolist(),
             baseOrientation=pybullet.getQuaternionFromEuler((0.0, 0.0, yaw_rad)),
-            physicsClientId=self._client)
+            physicsClientId=self._client,
+        )
 
 
 def main() -> None:
@@ -86,30 +89,52 @@ def main() -> None:
     arguments.add_argument('--repeats', type=int, default=10, help='rounds over all poses')
     repeats = arguments.parse_args().repeats
     print_header(f'Cost of a sweep: best of {repeats} rounds over {POSES} poses, one thread')
-    print(_table('first sweep of a new process', ['numba cache', 's'],
-                 [[state, f'{spent_s:.3f}'] for state, spent_s in zip(
-                     ('empty', 'filled'), first_call_s('lidar', 'first_sweep_s'))]))
-    headers = ['rays', 'solids', 'numba\n[ms]', 'PyBullet\n[ms]', 'ratio',
-               'difference\nof 99 % [mm]']
-    print(_table('the shipped worlds', ['world'] + headers,
-                 [[place.name] + _compare(load_world(ROOT / 'worlds' / f'{place.name}.world'),
-                                          _poses(place.low_m, place.high_m), 1000, repeats)
-                  for place in PLACES]))
+    print(
+        _table(
+            'first sweep of a new process',
+            ['numba cache', 's'],
+            [
+                [state, f'{spent_s:.3f}']
+                for state, spent_s in zip(('empty', 'filled'), first_call_s('lidar', 'first_sweep_s'))
+            ],
+        )
+    )
+    headers = ['rays', 'solids', 'numba\n[ms]', 'PyBullet\n[ms]', 'ratio', 'difference\nof 99 % [mm]']
+    print(
+        _table(
+            'the shipped worlds',
+            ['world'] + headers,
+            [
+                [place.name]
+                + _compare(
+                    load_world(ROOT / 'worlds' / f'{place.name}.world'),
+                    _poses(place.low_m, place.high_m),
+                    1000,
+                    repeats,
+                )
+                for place in PLACES
+            ],
+        )
+    )
     hallway, poses = load_world(ROOT / 'worlds' / 'hallway.world'), _poses(*PLACES[0][1:])
-    print(_table('by rays, hallway', headers,
-                 [_compare(hallway, poses, rays, repeats) for rays in RAYS]))
-    print(_table(f'by solids, strewn over {SIDE_M:g} x {SIDE_M:g} m', headers,
-                 [_compare(_strewn_world(count), _poses((-2.0, -2.0), (2.0, 2.0)), 1000, repeats)
-                  for count in PRIMITIVES]))
-    print('numba is the exact distances alone; a whole sweep with its noise, in the hallway: '
-          f'{_sweep_ms(hallway, poses, repeats):.3f} ms.\n99 % of the rays agree as shown; of the '
-          'others most graze an edge.')
+    print(_table('by rays, hallway', headers, [_compare(hallway, poses, rays, repeats) for rays in RAYS]))
+    print(
+        _table(
+            f'by solids, strewn over {SIDE_M:g} x {SIDE_M:g} m',
+            headers,
+            [_compare(_strewn_world(count), _poses((-2.0, -2.0), (2.0, 2.0)), 1000, repeats) for count in PRIMITIVES],
+        )
+    )
+    print(
+        'numba is the exact distances alone; a whole sweep with its noise, in the hallway: '
+        f'{_sweep_ms(hallway, poses, repeats):.3f} ms.\n99 % of the rays agree as shown; of the '
+        'others most graze an edge.'
+    )
 
 
 def first_sweep_s() -> float:
     """Seconds for the first sweep in this process: compiling, or loading what was compiled."""
-    lidar = Lidar(load_world(ROOT / 'worlds' / 'hallway.world'), SCAN_HEIGHT_M, LidarParams(),
-                  np.random.default_rng(0))
+    lidar = Lidar(load_world(ROOT / 'worlds' / 'hallway.world'), SCAN_HEIGHT_M, LidarParams(), np.random.default_rng(0))
     began_s = time.perf_counter()
     lidar.sweep(0, Pose2D(0.0, 0.0, 0.0))
     return time.perf_counter() - began_s
@@ -121,17 +146,25 @@ def _compare(world: World, poses: List[Pose2D], rays: int, repeats: int) -> List
     bearings_rad = params.angle_min + params.angle_span / rays * np.arange(rays)
     bullet = BulletRays(world)
     try:
-        differences_m = np.concatenate([
-            np.abs(np.minimum(lidar.true_ranges_m(pose), RANGE_MAX_M)
-                   - bullet.ranges_m(pose, bearings_rad)) for pose in poses])
+        differences_m = np.concatenate(
+            [
+                np.abs(np.minimum(lidar.true_ranges_m(pose), RANGE_MAX_M) - bullet.ranges_m(pose, bearings_rad))
+                for pose in poses
+            ]
+        )
         ours_ms = _best_ms(lidar.true_ranges_m, poses, repeats)
-        theirs_ms = _best_ms(lambda pose: bullet.ranges_m(pose, bearings_rad), poses,
-                             max(1, repeats // 5))
+        theirs_ms = _best_ms(lambda pose: bullet.ranges_m(pose, bearings_rad), poses, max(1, repeats // 5))
     finally:
         bullet.close()
     solids = sum(not isinstance(solid.shape, Plane) for solid in world.solids)
-    return [f'{rays}', f'{solids}', f'{ours_ms:.3f}', f'{theirs_ms:.2f}',
-            f'{theirs_ms / ours_ms:.0f}', f'{1e3 * np.percentile(differences_m, 99):.3f}']
+    return [
+        f'{rays}',
+        f'{solids}',
+        f'{ours_ms:.3f}',
+        f'{theirs_ms:.2f}',
+        f'{theirs_ms / ours_ms:.0f}',
+        f'{1e3 * np.percentile(differences_m, 99):.3f}',
+    ]
 
 
 def _sweep_ms(world: World, poses: List[Pose2D], repeats: int) -> float:
@@ -152,8 +185,7 @@ def _best_ms(cast: Callable[[Pose2D], object], poses: List[Pose2D], repeats: int
 
 def _poses(low_m: tuple, high_m: tuple) -> List[Pose2D]:
     rng = np.random.default_rng(7)
-    return [Pose2D(*rng.uniform(low_m, high_m), rng.uniform(-math.pi, math.pi))
-            for _ in range(POSES)]
+    return [Pose2D(*rng.uniform(low_m, high_m), rng.uniform(-math.pi, math.pi)) for _ in range(POSES)]
 
 
 def _strewn_world(count: int) -> World:
@@ -165,16 +197,14 @@ def _strewn_world(count: int) -> World:
         if max(abs(pose[:2, 3])) < 3.0:
             continue
         yaw_rad = rng.uniform(-math.pi, math.pi)
-        pose[:2, :2] = [[math.cos(yaw_rad), -math.sin(yaw_rad)],
-                        [math.sin(yaw_rad), math.cos(yaw_rad)]]
+        pose[:2, :2] = [[math.cos(yaw_rad), -math.sin(yaw_rad)], [math.sin(yaw_rad), math.cos(yaw_rad)]]
         shape = Box((0.3, 0.2, 2.0)) if len(solids) % 2 else Cylinder(0.15, 2.0)
         solids.append(Solid(f'strewn/{len(solids)}', shape, pose))
     return World('strewn', [Model('strewn', np.eye(4), solids)])
 
 
 def _table(title: str, headers: List[str], rows: List[List[str]]) -> str:
-    return (f'{title}\n\n' + tabulate(rows, headers, disable_numparse=True, stralign='right')
-            + '\n')
+    return f'{title}\n\n' + tabulate(rows, headers, disable_numparse=True, stralign='right') + '\n'
 
 
 if __name__ == '__main__':

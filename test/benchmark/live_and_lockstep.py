@@ -6,6 +6,7 @@ distributions of the final errors of each source of poses, by the two-sample Kol
 test, and their means; with enough trials a difference that matters would show. Needs the sourced
 workspace.
 """
+
 from __future__ import annotations
 
 import argparse
@@ -62,8 +63,15 @@ def _compare_scripted(arguments: argparse.Namespace, folder: Path) -> bool:
             common = sorted(live.keys() & lockstep.keys())
             off = np.abs([np.subtract(live[stamp_ns], lockstep[stamp_ns]) for stamp_ns in common])
             rows.append([test, ppr, len(live), len(lockstep), len(common), np.max(off, initial=0)])
-    print(tabulate(rows, ['scripted', 'PPR', 'samples\nlive', 'lockstep', 'of one stamp',
-                          'largest difference\n[pulses]'], stralign='right'), '\n', flush=True)
+    print(
+        tabulate(
+            rows,
+            ['scripted', 'PPR', 'samples\nlive', 'lockstep', 'of one stamp', 'largest difference\n[pulses]'],
+            stralign='right',
+        ),
+        '\n',
+        flush=True,
+    )
     return any(row[-1] > 1 or row[4] < max(1, 0.99 * row[2]) for row in rows)
 
 
@@ -71,33 +79,61 @@ def _compare_navigated(arguments: argparse.Namespace, folder: Path) -> bool:
     rows, p_values = [], []
     for test in arguments.tests:
         for ppr in arguments.ppr:
-            errors = np.array([[_errors(bag) for bag in _both(test, ppr, trial, 'embedded', arguments, folder)]
-                               for trial in range(1, arguments.trials + 1)])    # trial, way, source, axis
+            errors = np.array(
+                [
+                    [_errors(bag) for bag in _both(test, ppr, trial, 'embedded', arguments, folder)]
+                    for trial in range(1, arguments.trials + 1)
+                ]
+            )  # trial, way, source, axis
             for i, source in enumerate(SOURCES):
                 for j, axis in enumerate(AXES):
                     live, lockstep = errors[:, 0, i, j], errors[:, 1, i, j]
                     p_values.append(ks_2samp(live, lockstep).pvalue)
-                    rows.append([test, ppr, source, axis, *(
-                        f'{values.mean():+.1f} +- {values.std(ddof=1):.1f}' for values in (live, lockstep)),
-                        f'{p_values[-1]:.2f}'])
+                    rows.append(
+                        [
+                            test,
+                            ppr,
+                            source,
+                            axis,
+                            *(f'{values.mean():+.1f} +- {values.std(ddof=1):.1f}' for values in (live, lockstep)),
+                            f'{p_values[-1]:.2f}',
+                        ]
+                    )
             print(f'{test} {ppr} PPR done', file=sys.stderr, flush=True)
-    print(tabulate(rows, ['test', 'PPR', 'source', 'axis', 'live: mean +- sigma', 'lockstep',
-                          'p'], disable_numparse=True, stralign='right'))
+    print(
+        tabulate(
+            rows,
+            ['test', 'PPR', 'source', 'axis', 'live: mean +- sigma', 'lockstep', 'p'],
+            disable_numparse=True,
+            stralign='right',
+        )
+    )
     least = min(p_values, default=1.0)
     limit = SIGNIFICANCE / max(1, len(p_values))
-    print(f'\nleast p {least:.4f}; the two differ below {limit:.5f} (Bonferroni over '
-          f'{len(p_values)} comparisons)')
+    print(f'\nleast p {least:.4f}; the two differ below {limit:.5f} (Bonferroni over {len(p_values)} comparisons)')
     return bool(least < limit)
 
 
-def _both(test: str, ppr: int, trial: int, nav: str, arguments: argparse.Namespace,
-          folder: Path) -> Tuple[Path, Path]:
+def _both(test: str, ppr: int, trial: int, nav: str, arguments: argparse.Namespace, folder: Path) -> Tuple[Path, Path]:
     live, lockstep = (folder / f'{way}.bag' for way in ('live', 'lockstep'))
     for bag in (live, lockstep):
         bag.unlink(missing_ok=True)
-    subprocess.run(['roslaunch', 'diff_encoder_sim', 'trial.launch', f'nav:={nav}', f'test:={test}',
-                    f'ppr:={ppr}', f'trial:={trial}', f'rtf:={arguments.rtf}', f'bag:={live}'],
-                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
+    subprocess.run(
+        [
+            'roslaunch',
+            'diff_encoder_sim',
+            'trial.launch',
+            f'nav:={nav}',
+            f'test:={test}',
+            f'ppr:={ppr}',
+            f'trial:={trial}',
+            f'rtf:={arguments.rtf}',
+            f'bag:={live}',
+        ],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        check=False,
+    )
     if not live.is_file():
         sys.exit(f'the live trial left no bag: {test}, {ppr} PPR, trial {trial}, nav:={nav}')
     run_trial(plan_of(test, ppr, trial, nav, str(lockstep)), ROBOT, load_robot_params(CONFIG), 'minimal')
@@ -108,8 +144,7 @@ def _counts(bag: Path) -> Dict[int, List[int]]:
     """Both counters by stamp."""
     counts = {}
     with open_bag(bag) as reader:
-        connections = [connection for connection in reader.connections
-                       if connection.topic == topics.ENCODER_PULSE]
+        connections = [connection for connection in reader.connections if connection.topic == topics.ENCODER_PULSE]
         for connection, _, raw in reader.messages(connections):
             message = reader.deserialize(raw, connection.msgtype)
             stamp = message.header.stamp
@@ -125,9 +160,11 @@ def _errors(bag: Path) -> np.ndarray:
 
 def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter,
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
         epilog='example: source .ws/devel/setup.bash && '
-               '.venv/bin/python test/benchmark/live_and_lockstep.py --trials 10 --tests SMT')
+        '.venv/bin/python test/benchmark/live_and_lockstep.py --trials 10 --tests SMT',
+    )
     parser.add_argument('--scripted', nargs='*', default=['SL', 'SMT'])
     parser.add_argument('--tests', nargs='*', default=['SL', 'SMT', 'DLD'])
     parser.add_argument('--ppr', nargs='+', type=int, default=[40, 4096])

@@ -4,6 +4,7 @@
 Beside it the simulator alone and PyBullet's bare step, which is the limit. Needs the sourced
 workspace. The stopwatch reads /clock twice a second from outside, not pinned to the graph's cores.
 """
+
 from __future__ import annotations
 
 import argparse
@@ -29,8 +30,8 @@ from diff_encoder_sim.simulation.physics import PhysicsParams
 from diff_encoder_sim.trials.scripted_drive import ScriptedDrive
 
 REPORT_PERIOD_NS = 50_000_000
-STARTED_S = 1.0          # of simulated time: the graph is connected and in its stride
-TIME_LIMIT_S = 600.0     # of wall time, for one run
+STARTED_S = 1.0  # of simulated time: the graph is connected and in its stride
+TIME_LIMIT_S = 600.0  # of wall time, for one run
 POLL_PERIOD_S = 0.5
 CORES = {'1 core': '0', '2 cores': '0,1'}
 
@@ -39,18 +40,17 @@ class Run(NamedTuple):
     """One live trial."""
 
     real_time_factor: float
-    expected: int            # encoder samples: one for each 50 ms of /joint_states
+    expected: int  # encoder samples: one for each 50 ms of /joint_states
     recorded: int
     is_odom_one_for_one: bool
-    gaps: int                # steps of the encoder's stamps other than 50 ms
+    gaps: int  # steps of the encoder's stamps other than 50 ms
 
 
 def main() -> None:
     """Measure and print the table."""
     arguments = _arguments()
     check_sourced()
-    print_header(f'Live graph: trial.launch test:={arguments.test} rtf:=0, '
-                 f'best of {arguments.repeats} runs')
+    print_header(f'Live graph: trial.launch test:={arguments.test} rtf:=0, best of {arguments.repeats} runs')
     test = read_test(arguments.test)
     simulator = new_simulator(test, PhysicsParams())
     tick_us, bare_us = cruise_costs_us(simulator, test)
@@ -61,8 +61,8 @@ def main() -> None:
         try:
             for name in (name for _ in range(arguments.repeats) for name in arguments.cores):
                 runs.setdefault(name, []).append(
-                    _trial(CORES[name], arguments.test, ScriptedDrive(test).duration_s,
-                           Path(folder)))
+                    _trial(CORES[name], arguments.test, ScriptedDrive(test).duration_s, Path(folder))
+                )
         finally:
             stop(master)
     _print_table(tick_us, bare_us, runs)
@@ -71,20 +71,42 @@ def main() -> None:
 
 def _print_table(tick_us: float, bare_us: float, runs: Dict[str, List[Run]]) -> None:
     bare = real_time_factor(bare_us)
-    rows = [["PyBullet's bare step", f'{bare:.1f}', '1'],
-            ['Simulator.tick alone', f'{real_time_factor(tick_us):.1f}',
-             f'1 / {tick_us / bare_us:.2f}']]
+    rows = [
+        ["PyBullet's bare step", f'{bare:.1f}', '1'],
+        ['Simulator.tick alone', f'{real_time_factor(tick_us):.1f}', f'1 / {tick_us / bare_us:.2f}'],
+    ]
     for name, several in runs.items():
         best = max(run.real_time_factor for run in several)
         lost = [run.expected - run.recorded for run in several]
-        rows.append([f'live graph, {name}', f'{best:.1f}', f'1 / {bare / best:.1f}',
-                     ', '.join(f'{run.real_time_factor:.1f}' for run in several),
-                     several[0].expected, sum(lost),
-                     'yes' if all(run.is_odom_one_for_one for run in several) else 'NO',
-                     sum(run.gaps for run in several)])
-    print(tabulate(rows, ['', 'real-time\nfactor', 'of the\nlimit', 'each run', 'encoder samples\n'
-                          'expected', 'lost,\nall runs', '/odom one\nfor one', 'gaps in\n50 ms'],
-                   disable_numparse=True, colalign=('left',) + ('right',) * 7))
+        rows.append(
+            [
+                f'live graph, {name}',
+                f'{best:.1f}',
+                f'1 / {bare / best:.1f}',
+                ', '.join(f'{run.real_time_factor:.1f}' for run in several),
+                several[0].expected,
+                sum(lost),
+                'yes' if all(run.is_odom_one_for_one for run in several) else 'NO',
+                sum(run.gaps for run in several),
+            ]
+        )
+    print(
+        tabulate(
+            rows,
+            [
+                '',
+                'real-time\nfactor',
+                'of the\nlimit',
+                'each run',
+                'encoder samples\nexpected',
+                'lost,\nall runs',
+                '/odom one\nfor one',
+                'gaps in\n50 ms',
+            ],
+            disable_numparse=True,
+            colalign=('left',) + ('right',) * 7,
+        )
+    )
 
 
 def _trial(cores: str, test: str, drive_s: float, folder: Path) -> Run:
@@ -92,9 +114,22 @@ def _trial(cores: str, test: str, drive_s: float, folder: Path) -> Run:
     if bag.exists():
         bag.unlink()
     launch = subprocess.Popen(
-        ['taskset', '-c', cores, 'roslaunch', 'diff_encoder_sim', 'trial.launch', f'test:={test}',
-         'nav:=scripted', 'rtf:=0', f'bag:={bag}'], start_new_session=True, stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE)
+        [
+            'taskset',
+            '-c',
+            cores,
+            'roslaunch',
+            'diff_encoder_sim',
+            'trial.launch',
+            f'test:={test}',
+            'nav:=scripted',
+            'rtf:=0',
+            f'bag:={bag}',
+        ],
+        start_new_session=True,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+    )
     try:
         readings = _clock_readings(launch)
         _, errors = launch.communicate(timeout=30)
@@ -113,6 +148,7 @@ def _clock_readings(launch: subprocess.Popen) -> List[Tuple[float, float]]:
     """(wall, simulated) time [s] now and then until the launch ends."""
     import rospy
     from rosgraph_msgs.msg import Clock
+
     readings, deadline_s = [], time.monotonic() + TIME_LIMIT_S
     while launch.poll() is None:
         if time.monotonic() > deadline_s:
@@ -133,7 +169,7 @@ def _check_bag(bag: Path) -> Tuple[int, int, bool, int]:
         wanted = [connection for connection in reader.connections if connection.topic in stamps_ns]
         for connection, _, raw in reader.messages(wanted):
             stamp = reader.deserialize(raw, connection.msgtype).header.stamp
-            stamps_ns[connection.topic].append(stamp.sec * 10 ** 9 + stamp.nanosec)
+            stamps_ns[connection.topic].append(stamp.sec * 10**9 + stamp.nanosec)
     joints, samples = stamps_ns['/joint_states'], stamps_ns['/encoder_pulse']
     expected = joints[-1] // REPORT_PERIOD_NS - math.ceil(joints[0] / REPORT_PERIOD_NS) + 1
     gaps = int(np.count_nonzero(np.diff(samples) != REPORT_PERIOD_NS))
@@ -142,9 +178,14 @@ def _check_bag(bag: Path) -> Tuple[int, int, bool, int]:
 
 def check_sourced() -> None:
     """End with one line where roslaunch or this package is not to be found."""
-    found = shutil.which('roslaunch') and shutil.which('rospack') and subprocess.run(
-        ['rospack', 'find', 'diff_encoder_sim'], stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL, check=False).returncode == 0
+    found = (
+        shutil.which('roslaunch')
+        and shutil.which('rospack')
+        and subprocess.run(
+            ['rospack', 'find', 'diff_encoder_sim'], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False
+        ).returncode
+        == 0
+    )
     if not found:
         sys.exit('the workspace is not sourced: source .ws/devel/setup.bash')
     if not shutil.which('taskset'):
@@ -156,21 +197,28 @@ def start_master(folder: Path) -> subprocess.Popen:
     with socket.socket() as probe:
         probe.bind(('127.0.0.1', 0))
         port = probe.getsockname()[1]
-    os.environ.update(ROS_MASTER_URI=f'http://127.0.0.1:{port}', ROS_IP='127.0.0.1',
-                      ROS_HOME=str(folder / 'ros'), ROS_LOG_DIR=str(folder / 'log'))
+    os.environ.update(
+        ROS_MASTER_URI=f'http://127.0.0.1:{port}',
+        ROS_IP='127.0.0.1',
+        ROS_HOME=str(folder / 'ros'),
+        ROS_LOG_DIR=str(folder / 'log'),
+    )
     os.environ.pop('ROS_HOSTNAME', None)
     # Nodes start with "env python3": it must be this one, which has their libraries.
     os.environ['PATH'] = f'{Path(sys.executable).parent}:{os.environ["PATH"]}'
-    master = subprocess.Popen(['roscore', '-p', str(port)], start_new_session=True,
-                              stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    master = subprocess.Popen(
+        ['roscore', '-p', str(port)], start_new_session=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    )
     import rosgraph
     import rospy
+
     while not rosgraph.is_master_online():
         if master.poll() is not None:
             sys.exit(f'roscore ended with status {master.returncode}')
         time.sleep(0.1)
-    rospy.init_node('live_graph_benchmark', anonymous=True, disable_rostime=True,
-                    disable_rosout=True, disable_signals=True)
+    rospy.init_node(
+        'live_graph_benchmark', anonymous=True, disable_rostime=True, disable_rosout=True, disable_signals=True
+    )
     return master
 
 
@@ -188,9 +236,10 @@ def stop(process: subprocess.Popen) -> None:
 
 def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter,
-        epilog='example: source .ws/devel/setup.bash && '
-               '.venv/bin/python test/benchmark/live_graph.py --repeats 3')
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        epilog='example: source .ws/devel/setup.bash && .venv/bin/python test/benchmark/live_graph.py --repeats 3',
+    )
     parser.add_argument('--test', default='SL', choices=('SL', 'SMT'))
     parser.add_argument('--cores', nargs='+', default=list(CORES), choices=list(CORES))
     parser.add_argument('--repeats', type=int, default=3, help='runs, of which the best counts')

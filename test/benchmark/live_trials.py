@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Navigated trials on the live graph, one cell after another: whether each ends at its goal, and how
 far from it the robot believes to be and is. Needs the sourced workspace."""
+
 from __future__ import annotations
 
 import argparse
@@ -21,7 +22,7 @@ from diff_encoder_sim.analysis.goal_errors import goal_errors
 from diff_encoder_sim.recording import topics
 from diff_encoder_sim.recording.trial_recording import read_trial
 
-TIME_LIMIT_S = 900.0     # of wall time, for one trial
+TIME_LIMIT_S = 900.0  # of wall time, for one trial
 CORES = '0,1'
 
 
@@ -41,19 +42,49 @@ def main() -> None:
         finally:
             stop(master)
     print()
-    print(tabulate(rows, ['test', 'PPR', 'outcome', 'simulated\n[s]', 'x real time,\nwith start',
-                          '/global_pose\nto goal [mm]', '\n[deg]', '/world_pose\nto goal [mm]',
-                          '\n[deg]', 'warnings'], disable_numparse=True, stralign='right'))
+    print(
+        tabulate(
+            rows,
+            [
+                'test',
+                'PPR',
+                'outcome',
+                'simulated\n[s]',
+                'x real time,\nwith start',
+                '/global_pose\nto goal [mm]',
+                '\n[deg]',
+                '/world_pose\nto goal [mm]',
+                '\n[deg]',
+                'warnings',
+            ],
+            disable_numparse=True,
+            stralign='right',
+        )
+    )
     sys.exit(any(row[2] != 'succeeded' for row in rows))
 
 
 def _trial(test: str, ppr: int, arguments: argparse.Namespace, folder: Path) -> List[object]:
     bag, begin_s = folder / f'{test}_{ppr}.bag', time.monotonic()
     launch = subprocess.Popen(
-        ['taskset', '-c', CORES, 'roslaunch', 'diff_encoder_sim', 'trial.launch', 'nav:=embedded',
-         f'test:={test}', f'ppr:={ppr}', f'rtf:={arguments.rtf}', f'trial:={arguments.trial}',
-         f'bag:={bag}'],
-        start_new_session=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+        [
+            'taskset',
+            '-c',
+            CORES,
+            'roslaunch',
+            'diff_encoder_sim',
+            'trial.launch',
+            'nav:=embedded',
+            f'test:={test}',
+            f'ppr:={ppr}',
+            f'rtf:={arguments.rtf}',
+            f'trial:={arguments.trial}',
+            f'bag:={bag}',
+        ],
+        start_new_session=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+    )
     try:
         output, _ = launch.communicate(timeout=TIME_LIMIT_S)
     except subprocess.TimeoutExpired:
@@ -70,9 +101,14 @@ def _trial(test: str, ppr: int, arguments: argparse.Namespace, folder: Path) -> 
     stamps_ns = recording.poses[topics.WORLD_POSE].stamps_ns
     driven_s = float(stamps_ns[-1] - stamps_ns[0]) * 1e-9
     bag.unlink()
-    return [recording.outcome, f'{driven_s:.1f}', f'{driven_s / wall_s:.2f}',
-            *_distance_and_angle(errors.get(topics.GLOBAL_POSE)),
-            *_distance_and_angle(errors.get(topics.WORLD_POSE)), len(complaints)]
+    return [
+        recording.outcome,
+        f'{driven_s:.1f}',
+        f'{driven_s / wall_s:.2f}',
+        *_distance_and_angle(errors.get(topics.GLOBAL_POSE)),
+        *_distance_and_angle(errors.get(topics.WORLD_POSE)),
+        len(complaints),
+    ]
 
 
 def _distance_and_angle(error: Optional[np.ndarray]) -> List[str]:
@@ -83,9 +119,10 @@ def _distance_and_angle(error: Optional[np.ndarray]) -> List[str]:
 
 def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter,
-        epilog='example: source .ws/devel/setup.bash && '
-               '.venv/bin/python test/benchmark/live_trials.py --rtf 3')
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        epilog='example: source .ws/devel/setup.bash && .venv/bin/python test/benchmark/live_trials.py --rtf 3',
+    )
     parser.add_argument('--tests', nargs='+', default=['SL', 'SMT', 'DLD'])
     parser.add_argument('--ppr', nargs='+', type=int, default=[40, 90, 1024, 4096])
     parser.add_argument('--rtf', type=float, default=1.0)

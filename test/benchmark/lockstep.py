@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """What a closed-loop trial in lockstep costs: times real time, the share of each part, and PyBullet's
 bare stepping of the same duration, which is the limit. One process, one thread, processor time."""
+
 from __future__ import annotations
 
 import argparse
@@ -41,7 +42,8 @@ PARTS: List[Tuple[str, type, Tuple[str, ...]]] = [
     ('navigation (costmaps, planner, DWA)', Navigator, ('take_scan', 'take_odometry', 'step', 'set_goal')),
     ('serialising and writing', BagPublications, ('_write',)),
     ('serialising and writing', TrialBag, ('__exit__',)),
-    ('setting up', LockstepTrial, ('__init__',))]
+    ('setting up', LockstepTrial, ('__init__',)),
+]
 
 
 class Stopwatch:
@@ -49,7 +51,7 @@ class Stopwatch:
 
     def __init__(self) -> None:
         self.spent_s: Dict[str, float] = {}
-        self._stack: List[float] = []       # time spent in parts called by the part that runs
+        self._stack: List[float] = []  # time spent in parts called by the part that runs
 
     def __enter__(self) -> Stopwatch:
         self._originals = [(kind, name, getattr(kind, name)) for _, kind, names in PARTS for name in names]
@@ -73,6 +75,7 @@ class Stopwatch:
                 self.spent_s[part] = self.spent_s.get(part, 0.0) + took_s - self._stack.pop()
                 if self._stack:
                     self._stack[-1] += took_s
+
         return measured
 
 
@@ -84,28 +87,49 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         plan = plan_of(arguments.test, arguments.ppr, arguments.trial, bag=str(Path(folder) / 'trial.bag'))
         params = load_robot_params(ROOT / 'config')
-        run_trial(plan, ROBOT, params, 'full')          # compiles, fills caches
+        run_trial(plan, ROBOT, params, 'full')  # compiles, fills caches
         rows, costs_s = [], {}
         for mode in ('full', 'minimal', 'none'):
-            duration_s, costs_s[mode] = min((_run(plan, params, mode) for _ in range(arguments.repeats)),
-                                            key=lambda run: run[1])
+            duration_s, costs_s[mode] = min(
+                (_run(plan, params, mode) for _ in range(arguments.repeats)), key=lambda run: run[1]
+            )
             size_mb = os.path.getsize(plan.bag) * 1e-6 if mode != 'none' else 0.0
-            rows.append([f'record {mode}', f'{duration_s:.1f}', f'{costs_s[mode]:.2f}',
-                         f'{duration_s / costs_s[mode]:.0f}', f'{size_mb:.1f}'])
+            rows.append(
+                [
+                    f'record {mode}',
+                    f'{duration_s:.1f}',
+                    f'{costs_s[mode]:.2f}',
+                    f'{duration_s / costs_s[mode]:.0f}',
+                    f'{size_mb:.1f}',
+                ]
+            )
         bare_s = min(_bare_stepping_s(plan, params, duration_s) for _ in range(arguments.repeats))
         rows.append(['bare stepping', f'{duration_s:.1f}', f'{bare_s:.2f}', f'{duration_s / bare_s:.0f}', ''])
-        print(tabulate(rows, ['', 'simulated [s]', 'processor [s]', 'times real time', 'bag [MB]'],
-                       disable_numparse=True, stralign='right'))
+        print(
+            tabulate(
+                rows,
+                ['', 'simulated [s]', 'processor [s]', 'times real time', 'bag [MB]'],
+                disable_numparse=True,
+                stralign='right',
+            )
+        )
         print(f'\nthe whole trial takes {costs_s["full"] / bare_s:.1f} times the bare stepping\n')
         with Stopwatch() as stopwatch:
             begin_s = time.process_time()
             run_trial(plan, ROBOT, params, 'full')
             whole_s = time.process_time() - begin_s
     shares = {**stopwatch.spent_s, 'the rest': whole_s - sum(stopwatch.spent_s.values())}
-    print(tabulate([[part, f'{100.0 * spent_s / whole_s:.1f}', f'{1e3 * spent_s / duration_s:.2f}']
-                    for part, spent_s in sorted(shares.items(), key=lambda item: -item[1])],
-                   ['part (record full, measured)', 'share [%]', 'ms per simulated s'], disable_numparse=True,
-                   stralign='right'))
+    print(
+        tabulate(
+            [
+                [part, f'{100.0 * spent_s / whole_s:.1f}', f'{1e3 * spent_s / duration_s:.2f}']
+                for part, spent_s in sorted(shares.items(), key=lambda item: -item[1])
+            ],
+            ['part (record full, measured)', 'share [%]', 'ms per simulated s'],
+            disable_numparse=True,
+            stralign='right',
+        )
+    )
 
 
 def _run(plan: TrialPlan, params: RobotParams, mode: str) -> Tuple[float, float]:

@@ -1,4 +1,5 @@
 """Drives the simulated robot through a test and compares truth with wheel angles."""
+
 from __future__ import annotations
 
 import math
@@ -32,8 +33,8 @@ class Row(NamedTuple):
     """The robot at one report of its encoder."""
 
     stamp_ns: int
-    angles_rad: Tuple[float, float]   # turned since the start, left and right
-    true_pose: Pose2D                 # in the world
+    angles_rad: Tuple[float, float]  # turned since the start, left and right
+    true_pose: Pose2D  # in the world
 
 
 class Comparison(NamedTuple):
@@ -43,7 +44,7 @@ class Comparison(NamedTuple):
     wheel_distance_m: float
     true_turn_rad: float
     wheel_turn_rad: float
-    lateral_m: float                  # of the end, left of the start pose's x axis
+    lateral_m: float  # of the end, left of the start pose's x axis
 
 
 def read_test(name: str) -> TestDefinition:
@@ -51,11 +52,11 @@ def read_test(name: str) -> TestDefinition:
     return load_test(name, ROOT / 'config')
 
 
-def new_simulator(test: TestDefinition, physics: PhysicsParams,
-                  robot: Path = ROBOT) -> Simulator:
+def new_simulator(test: TestDefinition, physics: PhysicsParams, robot: Path = ROBOT) -> Simulator:
     """The test's world with the robot at its start."""
-    return Simulator(find_world(test.world, ROOT / 'worlds'), robot,
-                     SimulatorParams(physics=physics), test.start.pose(), seed=0)
+    return Simulator(
+        find_world(test.world, ROOT / 'worlds'), robot, SimulatorParams(physics=physics), test.start.pose(), seed=0
+    )
 
 
 def record_drive(simulator: Simulator, test: TestDefinition) -> List[Row]:
@@ -64,8 +65,7 @@ def record_drive(simulator: Simulator, test: TestDefinition) -> List[Row]:
     start_angles_rad = simulator.joint_states().angles_rad
     rows = [_row(simulator, start_angles_rad)]
     for report in range(math.ceil((script.duration_s + SETTLING_S) * REPORTS_PER_SECOND)):
-        simulator.command(*script.command(report / REPORTS_PER_SECOND,
-                                          (report + 1) / REPORTS_PER_SECOND))
+        simulator.command(*script.command(report / REPORTS_PER_SECOND, (report + 1) / REPORTS_PER_SECOND))
         for _ in range(TICKS_PER_REPORT):
             simulator.tick()
         rows.append(_row(simulator, start_angles_rad))
@@ -80,9 +80,13 @@ def compare(rows: List[Row]) -> Comparison:
         distance_m += math.hypot(step.x_m, step.y_m)
         turn_rad += wrap_angle(step.yaw_rad)
     left_m, right_m = (WHEEL_RADIUS_M * angle_rad for angle_rad in rows[-1].angles_rad)
-    return Comparison(distance_m, 0.5 * (left_m + right_m), turn_rad,
-                      (right_m - left_m) / WHEEL_SEPARATION_M,
-                      rows[-1].true_pose.relative_to(rows[0].true_pose).y_m)
+    return Comparison(
+        distance_m,
+        0.5 * (left_m + right_m),
+        turn_rad,
+        (right_m - left_m) / WHEEL_SEPARATION_M,
+        rows[-1].true_pose.relative_to(rows[0].true_pose).y_m,
+    )
 
 
 def cruise_costs_us(simulator: Simulator, test: TestDefinition) -> Tuple[float, float]:
@@ -102,8 +106,7 @@ def cruise_costs_us(simulator: Simulator, test: TestDefinition) -> Tuple[float, 
     for _ in range(WINDOWS):
         simulator.command(*command)
         tick_us = min(tick_us, _window_us(simulator.tick))
-        bare_us = min(bare_us,
-                      _window_us(lambda: pybullet.stepSimulation(physicsClientId=client)))
+        bare_us = min(bare_us, _window_us(lambda: pybullet.stepSimulation(physicsClientId=client)))
     return tick_us, bare_us
 
 
@@ -127,6 +130,5 @@ def _window_us(call: Callable[[], None]) -> float:
 
 def _row(simulator: Simulator, start_angles_rad: Tuple[float, ...]) -> Row:
     joints = simulator.joint_states()
-    left_rad, right_rad = (angle_rad - start_rad for angle_rad, start_rad
-                           in zip(joints.angles_rad, start_angles_rad))
+    left_rad, right_rad = (angle_rad - start_rad for angle_rad, start_rad in zip(joints.angles_rad, start_angles_rad))
     return Row(joints.stamp_ns, (left_rad, right_rad), simulator.base_pose_in_world())

@@ -6,6 +6,7 @@ The robot drives 20 m straight at 0.45 m/s and turns five times in place at 1 ra
 roll without slipping must turn as far as the robot moves: the two columns of difference must
 stay below 0.1 %. Nothing is asserted; the table is for reading.
 """
+
 from __future__ import annotations
 
 import argparse
@@ -33,12 +34,22 @@ from diff_encoder_sim.simulation.physics import TICK_S, PhysicsParams
 from diff_encoder_sim.simulation.robot import expand_xacro
 
 CYLINDER_WIDTH_M = 0.04
-STEP_RATES_HZ = (200, 500, 1000)   # each divides 10 ms
+STEP_RATES_HZ = (200, 500, 1000)  # each divides 10 ms
 ITERATIONS = (10, 20, 50, 100)
 
-HEADERS = ['wheel\ncontact', 'step\n[Hz]', 'iter-\nations', 'distance\ndiff. [%]',
-           'angle\ndiff. [%]', '20 m: true\nyaw [deg]', 'wheel yaw\n[deg]', 'lateral\n[mm]',
-           'us per step\nstraight / turn', 'real-time\nfactor', 'tick /\nbare step']
+HEADERS = [
+    'wheel\ncontact',
+    'step\n[Hz]',
+    'iter-\nations',
+    'distance\ndiff. [%]',
+    'angle\ndiff. [%]',
+    '20 m: true\nyaw [deg]',
+    'wheel yaw\n[deg]',
+    'lateral\n[mm]',
+    'us per step\nstraight / turn',
+    'real-time\nfactor',
+    'tick /\nbare step',
+]
 
 
 def main() -> None:
@@ -47,15 +58,20 @@ def main() -> None:
     print_header('Convergence of the physics: 20 m straight at 0.45 m/s, five turns at 1 rad/s')
     with tempfile.TemporaryDirectory() as folder:
         robots = {'sphere': ROBOT, 'cylinder': _cylinder_robot(Path(folder))}
-        rows = [_measure(contact, robots, rate_hz, iterations)
-                for contact in arguments.contacts
-                for rate_hz in arguments.rates for iterations in arguments.iterations]
+        rows = [
+            _measure(contact, robots, rate_hz, iterations)
+            for contact in arguments.contacts
+            for rate_hz in arguments.rates
+            for iterations in arguments.iterations
+        ]
     print(tabulate(rows, HEADERS, disable_numparse=True, stralign='right'))
-    print(f'\ndiff.: |truth - wheel angles| over the distance and over the angle. us per step: '
-          f"PyBullet's bare stepSimulation\non this robot in this world, the limit. Real-time "
-          f'factor: of Simulator.tick, straight drive. Tick / bare step: time\nof 10 ms through '
-          f'our code over time of the bare steps in it. Times are processor time, the '
-          f'best of {WINDOWS} windows of 0.5 s.')
+    print(
+        f'\ndiff.: |truth - wheel angles| over the distance and over the angle. us per step: '
+        f"PyBullet's bare stepSimulation\non this robot in this world, the limit. Real-time "
+        f'factor: of Simulator.tick, straight drive. Tick / bare step: time\nof 10 ms through '
+        f'our code over time of the bare steps in it. Times are processor time, the '
+        f'best of {WINDOWS} windows of 0.5 s.'
+    )
 
 
 def _measure(contact: str, robots: Dict[str, Path], rate_hz: int, iterations: int) -> List[str]:
@@ -72,11 +88,19 @@ def _measure(contact: str, robots: Dict[str, Path], rate_hz: int, iterations: in
     (tick_us, bare_us), (_, turn_bare_us) = costs_us
     distance = abs(straight.true_distance_m - straight.wheel_distance_m) / straight.true_distance_m
     angle = abs(turn.true_turn_rad - turn.wheel_turn_rad) / turn.true_turn_rad
-    return [contact, str(rate_hz), str(iterations), f'{100 * distance:.4f}', f'{100 * angle:.4f}',
-            f'{math.degrees(straight.true_turn_rad):+.4f}',
-            f'{math.degrees(straight.wheel_turn_rad):+.4f}', f'{1000 * straight.lateral_m:+.2f}',
-            f'{bare_us / steps:.1f} / {turn_bare_us / steps:.1f}',
-            f'{real_time_factor(tick_us):.0f}', f'{tick_us / bare_us:.2f}']
+    return [
+        contact,
+        str(rate_hz),
+        str(iterations),
+        f'{100 * distance:.4f}',
+        f'{100 * angle:.4f}',
+        f'{math.degrees(straight.true_turn_rad):+.4f}',
+        f'{math.degrees(straight.wheel_turn_rad):+.4f}',
+        f'{1000 * straight.lateral_m:+.2f}',
+        f'{bare_us / steps:.1f} / {turn_bare_us / steps:.1f}',
+        f'{real_time_factor(tick_us):.0f}',
+        f'{tick_us / bare_us:.2f}',
+    ]
 
 
 def _cylinder_robot(folder: Path) -> Path:
@@ -84,11 +108,10 @@ def _cylinder_robot(folder: Path) -> Path:
     root = ElementTree.fromstring(expand_xacro(ROBOT, {}))
     for side in ('left', 'right'):
         collision = root.find(f"link[@name='{side}_wheel']/collision")
-        collision.find('origin').set('rpy', f'{math.pi / 2} 0 0')   # URDF cylinders stand upright
+        collision.find('origin').set('rpy', f'{math.pi / 2} 0 0')  # URDF cylinders stand upright
         geometry = collision.find('geometry')
         geometry.clear()
-        ElementTree.SubElement(geometry, 'cylinder', radius=str(WHEEL_RADIUS_M),
-                               length=str(CYLINDER_WIDTH_M))
+        ElementTree.SubElement(geometry, 'cylinder', radius=str(WHEEL_RADIUS_M), length=str(CYLINDER_WIDTH_M))
     path = folder / 'cylinder_wheels.urdf'
     path.write_text(ElementTree.tostring(root, encoding='unicode'), encoding='utf-8')
     return path
@@ -96,15 +119,20 @@ def _cylinder_robot(folder: Path) -> Path:
 
 def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter,
-        epilog='example: .venv/bin/python test/benchmark/physics_convergence.py --rates 200 '
-               '--iterations 50 100')
-    parser.add_argument('--contacts', nargs='+', choices=('sphere', 'cylinder'),
-                        default=['sphere', 'cylinder'])
-    parser.add_argument('--rates', nargs='+', type=int, choices=(100, 200, 500, 1000, 2000),
-                        default=STEP_RATES_HZ, help='physics steps per second')
-    parser.add_argument('--iterations', nargs='+', type=int, default=ITERATIONS,
-                        help='of the contact solver')
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        epilog='example: .venv/bin/python test/benchmark/physics_convergence.py --rates 200 --iterations 50 100',
+    )
+    parser.add_argument('--contacts', nargs='+', choices=('sphere', 'cylinder'), default=['sphere', 'cylinder'])
+    parser.add_argument(
+        '--rates',
+        nargs='+',
+        type=int,
+        choices=(100, 200, 500, 1000, 2000),
+        default=STEP_RATES_HZ,
+        help='physics steps per second',
+    )
+    parser.add_argument('--iterations', nargs='+', type=int, default=ITERATIONS, help='of the contact solver')
     return parser.parse_args()
 
 

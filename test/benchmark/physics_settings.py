@@ -4,6 +4,7 @@
 Each row changes one thing against what simulation/physics.py does, by changing its calls to
 PyBullet on their way, and repeats the drives of physics_convergence.py.
 """
+
 from __future__ import annotations
 
 import argparse
@@ -25,9 +26,17 @@ from diff_encoder_sim.simulation.world import Plane
 # More shapes than this PyBullet does not take into one body.
 SHAPES_PER_BODY = 12
 
-HEADERS = ['setting', 'centre of mass\nx, z [m]', 'distance\ndiff. [%]', 'angle\ndiff. [%]',
-           '20 m: true\nyaw [deg]', 'wheel yaw\n[deg]', 'lateral\n[mm]', '5 turns: end\noff [mm]',
-           'us per tick\nstraight / turn']
+HEADERS = [
+    'setting',
+    'centre of mass\nx, z [m]',
+    'distance\ndiff. [%]',
+    'angle\ndiff. [%]',
+    '20 m: true\nyaw [deg]',
+    'wheel yaw\n[deg]',
+    'lateral\n[mm]',
+    '5 turns: end\noff [mm]',
+    'us per tick\nstraight / turn',
+]
 
 Hook = Callable[[Simulator, PhysicsParams], None]
 
@@ -39,8 +48,8 @@ def _nothing(simulator: Simulator, physics: PhysicsParams) -> None:
 class Setting(NamedTuple):
     """One change against physics.py."""
 
-    engine: Dict[str, Any] = {}       # more arguments of setPhysicsEngineParameter
-    flags_on: int = 0                 # of loadURDF
+    engine: Dict[str, Any] = {}  # more arguments of setPhysicsEngineParameter
+    flags_on: int = 0  # of loadURDF
     flags_off: int = 0
     when_loaded: Hook = _nothing
 
@@ -48,14 +57,11 @@ class Setting(NamedTuple):
 def main() -> None:
     """Print one row a setting."""
     arguments = _arguments()
-    print_header(f"PyBullet's settings, {arguments.steps} steps in each 10 ms, "
-                 f'{arguments.iterations} iterations')
-    physics = PhysicsParams(steps_per_tick=arguments.steps,
-                            solver_iterations=arguments.iterations)
+    print_header(f"PyBullet's settings, {arguments.steps} steps in each 10 ms, {arguments.iterations} iterations")
+    physics = PhysicsParams(steps_per_tick=arguments.steps, solver_iterations=arguments.iterations)
     rows = [_in_own_process(name, physics) for name in arguments.settings]
     print(tabulate(rows, HEADERS, disable_numparse=True, stralign='right'))
-    print(f'\nTimes are processor time of Simulator.tick, 10 ms, the best of {WINDOWS} windows '
-          f'of 0.5 s.')
+    print(f'\nTimes are processor time of Simulator.tick, 10 ms, the best of {WINDOWS} windows of 0.5 s.')
 
 
 def _in_own_process(name: str, physics: PhysicsParams) -> List[str]:
@@ -81,16 +87,22 @@ def _measure(name: str, physics: PhysicsParams) -> List[str]:
     straight, turn = results
     distance = abs(straight.true_distance_m - straight.wheel_distance_m) / straight.true_distance_m
     angle = abs(turn.true_turn_rad - turn.wheel_turn_rad) / turn.true_turn_rad
-    return [name, f'{centre_m[0]:.4f}, {centre_m[2]:.4f}', f'{100 * distance:.5f}',
-            f'{100 * angle:.5f}', f'{math.degrees(straight.true_turn_rad):+.4f}',
-            f'{math.degrees(straight.wheel_turn_rad):+.4f}', f'{1000 * straight.lateral_m:+.3f}',
-            f'{1000 * offs_m[1]:.3f}', f'{costs_us[0]:.1f} / {costs_us[1]:.1f}']
+    return [
+        name,
+        f'{centre_m[0]:.4f}, {centre_m[2]:.4f}',
+        f'{100 * distance:.5f}',
+        f'{100 * angle:.5f}',
+        f'{math.degrees(straight.true_turn_rad):+.4f}',
+        f'{math.degrees(straight.wheel_turn_rad):+.4f}',
+        f'{1000 * straight.lateral_m:+.3f}',
+        f'{1000 * offs_m[1]:.3f}',
+        f'{costs_us[0]:.1f} / {costs_us[1]:.1f}',
+    ]
 
 
 def _calls_changed(setting: Setting, physics: PhysicsParams) -> Any:
     """Context in which PyBullet's functions get the setting's arguments instead."""
-    load, configure, step = (pybullet.loadURDF, pybullet.setPhysicsEngineParameter,
-                             pybullet.stepSimulation)
+    load, configure, step = (pybullet.loadURDF, pybullet.setPhysicsEngineParameter, pybullet.stepSimulation)
 
     def load_changed(file: str, flags: int = 0, **others: Any) -> int:
         return int(load(file, flags=(flags | setting.flags_on) & ~setting.flags_off, **others))
@@ -103,8 +115,8 @@ def _calls_changed(setting: Setting, physics: PhysicsParams) -> Any:
             step(physicsClientId=physicsClientId)
 
     return unittest.mock.patch.multiple(
-        pybullet, loadURDF=load_changed, setPhysicsEngineParameter=configure_changed,
-        stepSimulation=step_changed)
+        pybullet, loadURDF=load_changed, setPhysicsEngineParameter=configure_changed, stepSimulation=step_changed
+    )
 
 
 def _engine_arguments(setting: Setting, physics: PhysicsParams) -> Dict[str, Any]:
@@ -120,37 +132,42 @@ def _centre_of_mass_m(simulator: Simulator) -> np.ndarray:
     moment, mass_kg = np.zeros(3), 0.0
     for link in range(-1, pybullet.getNumJoints(robot, physicsClientId=client)):
         link_kg = pybullet.getDynamicsInfo(robot, link, physicsClientId=client)[0]
-        position = (pybullet.getBasePositionAndOrientation(robot, physicsClientId=client)[0]
-                    if link < 0 else
-                    pybullet.getLinkState(robot, link, physicsClientId=client)[0])
+        position = (
+            pybullet.getBasePositionAndOrientation(robot, physicsClientId=client)[0]
+            if link < 0
+            else pybullet.getLinkState(robot, link, physicsClientId=client)[0]
+        )
         moment += link_kg * np.array(position)
         mass_kg += link_kg
     x_m, y_m, z_m = (moment / mass_kg).tolist()
     cos_yaw, sin_yaw = math.cos(base.yaw_rad), math.sin(base.yaw_rad)
     from_base_m = x_m - base.x_m, y_m - base.y_m
-    return np.array([cos_yaw * from_base_m[0] + sin_yaw * from_base_m[1],
-                     cos_yaw * from_base_m[1] - sin_yaw * from_base_m[0], z_m])
+    return np.array(
+        [cos_yaw * from_base_m[0] + sin_yaw * from_base_m[1], cos_yaw * from_base_m[1] - sin_yaw * from_base_m[0], z_m]
+    )
 
 
 def _undamp(simulator: Simulator, _: PhysicsParams) -> None:
     client, robot = bullet_client(simulator), simulator._physics._robot
     for link in range(-1, pybullet.getNumJoints(robot, physicsClientId=client)):
-        pybullet.changeDynamics(robot, link, linearDamping=0, angularDamping=0, jointDamping=0,
-                                physicsClientId=client)
+        pybullet.changeDynamics(robot, link, linearDamping=0, angularDamping=0, jointDamping=0, physicsClientId=client)
 
 
 def _lift_chassis_off_floor(simulator: Simulator, _: PhysicsParams) -> None:
     """No collision between the body's box and the floor; the casters keep theirs."""
     client, physics = bullet_client(simulator), simulator._physics
-    floors = [body for body in _bodies(client)
-              if body != physics._robot and body not in physics._solid_names]
-    chassis = [link for link in range(pybullet.getNumJoints(physics._robot, physicsClientId=client))
-               if any(shape[2] == pybullet.GEOM_BOX for shape in pybullet.getCollisionShapeData(
-                   physics._robot, link, physicsClientId=client))]
+    floors = [body for body in _bodies(client) if body != physics._robot and body not in physics._solid_names]
+    chassis = [
+        link
+        for link in range(pybullet.getNumJoints(physics._robot, physicsClientId=client))
+        if any(
+            shape[2] == pybullet.GEOM_BOX
+            for shape in pybullet.getCollisionShapeData(physics._robot, link, physicsClientId=client)
+        )
+    ]
     for floor in floors:
         for link in chassis:
-            pybullet.setCollisionFilterPair(physics._robot, floor, link, -1, 0,
-                                            physicsClientId=client)
+            pybullet.setCollisionFilterPair(physics._robot, floor, link, -1, 0, physicsClientId=client)
 
 
 def _join_solids(simulator: Simulator, _: PhysicsParams) -> None:
@@ -158,14 +175,16 @@ def _join_solids(simulator: Simulator, _: PhysicsParams) -> None:
     client, placed = bullet_client(simulator), _removed_solids(simulator)
     for first in range(0, len(placed), SHAPES_PER_BODY):
         # Lists: tuples make this one function of PyBullet crash.
-        shapes, positions, quats = map(list, zip(*placed[first:first + SHAPES_PER_BODY]))
+        shapes, positions, quats = map(list, zip(*placed[first : first + SHAPES_PER_BODY]))
         joined = pybullet.createCollisionShapeArray(
             shapeTypes=[shape['shapeType'] for shape in shapes],
             halfExtents=[shape.get('halfExtents', [0.0] * 3) for shape in shapes],
             lengths=[shape.get('height', 0.0) for shape in shapes],
             radii=[shape.get('radius', 0.0) for shape in shapes],
-            collisionFramePositions=positions, collisionFrameOrientations=quats,
-            physicsClientId=client)
+            collisionFramePositions=positions,
+            collisionFrameOrientations=quats,
+            physicsClientId=client,
+        )
         pybullet.createMultiBody(0, joined, useMaximalCoordinates=1, physicsClientId=client)
 
 
@@ -174,8 +193,7 @@ def _solids_as_multibodies(simulator: Simulator, _: PhysicsParams) -> None:
     client = bullet_client(simulator)
     for shape, position, quat in _removed_solids(simulator):
         shape_id = pybullet.createCollisionShape(physicsClientId=client, **shape)
-        pybullet.createMultiBody(0, shape_id, basePosition=position, baseOrientation=quat,
-                                 physicsClientId=client)
+        pybullet.createMultiBody(0, shape_id, basePosition=position, baseOrientation=quat, physicsClientId=client)
 
 
 def _removed_solids(simulator: Simulator) -> List[Tuple[Dict[str, Any], Any, Any]]:
@@ -183,8 +201,7 @@ def _removed_solids(simulator: Simulator) -> List[Tuple[Dict[str, Any], Any, Any
     client, placed = bullet_client(simulator), []
     solids = [solid for solid in simulator.world.solids if not isinstance(solid.shape, Plane)]
     for body, solid in zip(simulator._physics._solid_names, solids):
-        placed.append((_shape_arguments(solid), *pybullet.getBasePositionAndOrientation(
-            body, physicsClientId=client)))
+        placed.append((_shape_arguments(solid), *pybullet.getBasePositionAndOrientation(body, physicsClientId=client)))
         pybullet.removeBody(body, physicsClientId=client)
     return placed
 
@@ -195,8 +212,10 @@ def _remove_solids(simulator: Simulator, _: PhysicsParams) -> None:
 
 
 def _bodies(client: int) -> List[int]:
-    return [pybullet.getBodyUniqueId(index, physicsClientId=client)
-            for index in range(pybullet.getNumBodies(physicsClientId=client))]
+    return [
+        pybullet.getBodyUniqueId(index, physicsClientId=client)
+        for index in range(pybullet.getNumBodies(physicsClientId=client))
+    ]
 
 
 SETTINGS: Dict[str, Setting] = {
@@ -211,8 +230,7 @@ SETTINGS: Dict[str, Setting] = {
     'frictionERP 0.8': Setting({'frictionERP': 0.8}),
     'friction cone': Setting({'enableConeFriction': 1}),
     'contact breaking at 2 mm': Setting({'contactBreakingThreshold': 0.002}),
-    'direct solver (Dantzig)': Setting(
-        {'constraintSolverType': pybullet.CONSTRAINT_SOLVER_LCP_DANTZIG}),
+    'direct solver (Dantzig)': Setting({'constraintSolverType': pybullet.CONSTRAINT_SOLVER_LCP_DANTZIG}),
     'order of pairs left open': Setting({'deterministicOverlappingPairs': 0}),
     'no damping': Setting(when_loaded=_undamp),
     'steps one by one': Setting({'numSubSteps': 0}),
@@ -225,15 +243,18 @@ SETTINGS: Dict[str, Setting] = {
 
 def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter,
-        epilog="example: .venv/bin/python test/benchmark/physics_settings.py --settings "
-               "'as shipped' 'solver residual 0'")
-    parser.add_argument('--settings', nargs='+', choices=tuple(SETTINGS), default=list(SETTINGS),
-                        metavar='NAME', help='default: all')
-    parser.add_argument('--steps', type=int, default=PhysicsParams().steps_per_tick,
-                        help='in each 10 ms')
-    parser.add_argument('--iterations', type=int, default=PhysicsParams().solver_iterations,
-                        help='of the contact solver')
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        epilog='example: .venv/bin/python test/benchmark/physics_settings.py --settings '
+        "'as shipped' 'solver residual 0'",
+    )
+    parser.add_argument(
+        '--settings', nargs='+', choices=tuple(SETTINGS), default=list(SETTINGS), metavar='NAME', help='default: all'
+    )
+    parser.add_argument('--steps', type=int, default=PhysicsParams().steps_per_tick, help='in each 10 ms')
+    parser.add_argument(
+        '--iterations', type=int, default=PhysicsParams().solver_iterations, help='of the contact solver'
+    )
     return parser.parse_args()
 
 

@@ -1,4 +1,5 @@
 """Plans of trials in lockstep, with this checkout's worlds and maps."""
+
 from __future__ import annotations
 
 from checkout import ROOT
@@ -10,5 +11,9 @@ def plan_of(test: str, ppr: float, number: int, nav: str = 'embedded', bag: str 
     """One trial of a test by its name; an empty `bag` is none."""
     definition = load_test(test, ROOT / 'config')
     world = find_world(definition.world, ROOT / 'worlds')
-    return TrialPlan(trial=Trial(test=definition, ppr={'left': ppr, 'right': ppr}, number=number, nav=nav),
-                     world=str(world), map=str(world.with_suffix('.yaml')), bag=bag)
+    return TrialPlan(
+        trial=Trial(test=definition, ppr={'left': ppr, 'right': ppr}, number=number, nav=nav),
+        world=str(world),
+        map=str(world.with_suffix('.yaml')),
+        bag=bag,
+    )

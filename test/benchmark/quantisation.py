@@ -6,6 +6,7 @@ WheelOdometry from the wheel phases that the simulator draws for each seed. The 
 judged at its goal, the turn at a random moment of its last round at full speed, since the closed
 form is the mean over angles that are no whole number of pulses. Errors are odometry minus truth.
 """
+
 from __future__ import annotations
 
 import argparse
@@ -50,8 +51,8 @@ Z_99 = 2.5758293035489004
 class End(NamedTuple):
     """Odometry against truth at one instant of one seed's drive."""
 
-    error: np.ndarray        # (3,) x [m], y [m], yaw [rad] in the start's frame
-    covariance: np.ndarray   # (3, 3) as the odometry states it
+    error: np.ndarray  # (3,) x [m], y [m], yaw [rad] in the start's frame
+    covariance: np.ndarray  # (3, 3) as the odometry states it
 
 
 def main() -> None:
@@ -61,15 +62,21 @@ def main() -> None:
     drives = {name: _record(name) for name in ('SL', 'SMT')}
     seeds = range(1, arguments.seeds + 1)
     with ProcessPoolExecutor(os.cpu_count()) as executor:
+
         def ends(name: str, ppr: float, noise: float, at_goal: bool) -> List[End]:
             run = functools.partial(_run, drives[name], ppr, noise, at_goal)
             return list(executor.map(run, seeds, chunksize=10))
 
-        _print_spread({(name, ppr): ends(name, ppr, 0.0, name == 'SL')
-                       for name in drives for ppr in PPRS})
+        _print_spread({(name, ppr): ends(name, ppr, 0.0, name == 'SL') for name in drives for ppr in PPRS})
         noises = [(0.0, PPRS)] + [(noise, SLIP_PPRS) for noise in SLIP_NOISES_M2_PER_M]
-        _print_nees({(name, ppr, noise): ends(name, ppr, noise, False)
-                     for name in drives for noise, pprs in noises for ppr in pprs})
+        _print_nees(
+            {
+                (name, ppr, noise): ends(name, ppr, noise, False)
+                for name in drives
+                for noise, pprs in noises
+                for ppr in pprs
+            }
+        )
 
 
 def _record(name: str) -> List[Row]:
@@ -78,9 +85,12 @@ def _record(name: str) -> List[Row]:
     rows = record_drive(simulator, test)
     simulator.close()
     drive = compare(rows)
-    print(f'{name}: true path {drive.true_distance_m:.5f} m, wheels {drive.wheel_distance_m:.5f} '
-          f'm; true turn {math.degrees(drive.true_turn_rad):.4f} deg, '
-          f'wheels {math.degrees(drive.wheel_turn_rad):.4f} deg', flush=True)
+    print(
+        f'{name}: true path {drive.true_distance_m:.5f} m, wheels {drive.wheel_distance_m:.5f} '
+        f'm; true turn {math.degrees(drive.true_turn_rad):.4f} deg, '
+        f'wheels {math.degrees(drive.wheel_turn_rad):.4f} deg',
+        flush=True,
+    )
     return rows
 
 
@@ -88,19 +98,18 @@ def _run(rows: List[Row], ppr: float, noise: float, at_goal: bool, seed: int) ->
     """One seed's drive through the real encoder and odometry, up to where it is judged."""
     # The simulator's own draws: Simulator.reset.
     phases_rad = generator(seed, 'wheel_phase').uniform(0.0, 2.0 * math.pi, 2)
-    wheels = SlippingWheels(WheelErrorParams(slip_noise=noise), (WHEEL_RADIUS_M, WHEEL_RADIUS_M),
-                            generator(seed, 'wheel_slip'))
+    wheels = SlippingWheels(
+        WheelErrorParams(slip_noise=noise), (WHEEL_RADIUS_M, WHEEL_RADIUS_M), generator(seed, 'wheel_slip')
+    )
     encoder = DiffEncoder(EncoderParams(ppr=ppr))
     odometry = WheelOdometry(OdometryParams(ppr=ppr, motion_noise=noise))
     end = len(rows) - 1 if at_goal else _random_end(rows, seed)
     estimate = None
-    for row in rows[:end + 1]:
-        sample = encoder.update(row.stamp_ns, JOINTS,
-                                (phases_rad + wheels.turned(row.angles_rad)).tolist())
+    for row in rows[: end + 1]:
+        sample = encoder.update(row.stamp_ns, JOINTS, (phases_rad + wheels.turned(row.angles_rad)).tolist())
         estimate = odometry.update(*sample)
     pose, truth = estimate.base_pose_in_odom, rows[end].true_pose.relative_to(rows[0].true_pose)
-    error = np.array([pose.x_m - truth.x_m, pose.y_m - truth.y_m,
-                      wrap_angle(pose.yaw_rad - truth.yaw_rad)])
+    error = np.array([pose.x_m - truth.x_m, pose.y_m - truth.y_m, wrap_angle(pose.yaw_rad - truth.yaw_rad)])
     return End(error, estimate.pose_covariance)
 
 
@@ -126,37 +135,88 @@ def _print_spread(cells: Dict[Tuple[str, float], List[End]]) -> None:
             closed = math.degrees(d_over_l * math.sqrt(1.0 / 3.0))
         count = len(values)
         std = float(np.std(values, ddof=1))
-        low, high = (std * math.sqrt((count - 1) / chi_square_quantile(z, count - 1))
-                     for z in (Z_99, -Z_99))
+        low, high = (std * math.sqrt((count - 1) / chi_square_quantile(z, count - 1)) for z in (Z_99, -Z_99))
         half_width = Z_99 * std / math.sqrt(count)
         mean = float(np.mean(values))
-        table.append([label, ppr, f'{std:.5f}', f'{low:.5f} .. {high:.5f}', f'{closed:.5f}',
-                      _yes(low <= closed <= high), f'{mean:+.5f}', f'{half_width:.5f}',
-                      _yes(abs(mean) <= half_width)])
+        table.append(
+            [
+                label,
+                ppr,
+                f'{std:.5f}',
+                f'{low:.5f} .. {high:.5f}',
+                f'{closed:.5f}',
+                _yes(low <= closed <= high),
+                f'{mean:+.5f}',
+                f'{half_width:.5f}',
+                _yes(abs(mean) <= half_width),
+            ]
+        )
     print()
-    print(tabulate(table, ['error', 'PPR', 'standard\ndeviation', '99 % interval of it',
-                           'closed\nform', 'inside', 'mean', '99 %\n+-', '0 is\ninside'],
-                   disable_numparse=True, stralign='right'))
-    print("\nIntervals by chi-square (Wilson and Hilferty's approximation); errors of rounding "
-          'have shorter tails\nthan a normal distribution, so they are a little wide.')
+    print(
+        tabulate(
+            table,
+            [
+                'error',
+                'PPR',
+                'standard\ndeviation',
+                '99 % interval of it',
+                'closed\nform',
+                'inside',
+                'mean',
+                '99 %\n+-',
+                '0 is\ninside',
+            ],
+            disable_numparse=True,
+            stralign='right',
+        )
+    )
+    print(
+        "\nIntervals by chi-square (Wilson and Hilferty's approximation); errors of rounding "
+        'have shorter tails\nthan a normal distribution, so they are a little wide.'
+    )
 
 
 def _print_nees(cells: Dict[Tuple[str, float, float], List[End]]) -> None:
     table = []
     for (name, ppr, noise), ends in cells.items():
         nees = np.array([end.error @ np.linalg.solve(end.covariance, end.error) for end in ends])
-        axes = np.array([end.error ** 2 / np.diag(end.covariance) for end in ends])
+        axes = np.array([end.error**2 / np.diag(end.covariance) for end in ends])
         count = len(ends)
         low, high = (chi_square_quantile(z, 3 * count) / (3 * count) for z in (-Z_99, Z_99))
         mean = float(np.mean(nees)) / 3.0
-        table.append(['straight' if name == 'SL' else 'turn', ppr, f'{noise:g}', f'{mean:.3f}',
-                      f'{low:.3f} .. {high:.3f}', _verdict(mean, low, high),
-                      *(f'{value:.2f}' for value in np.mean(axes, axis=0))])
-    print('\nNEES of the odometry\'s pose covariance, both drives judged at a random moment '
-          'before they brake\n(of the last round, of the last metre)\n')
-    print(tabulate(table, ['drive', 'PPR', 'slip noise\n[m^2/m]', 'mean NEES\n/ 3',
-                           '99 % interval', 'verdict', 'x alone', 'y alone', 'yaw alone'],
-                   disable_numparse=True, stralign='right'))
+        table.append(
+            [
+                'straight' if name == 'SL' else 'turn',
+                ppr,
+                f'{noise:g}',
+                f'{mean:.3f}',
+                f'{low:.3f} .. {high:.3f}',
+                _verdict(mean, low, high),
+                *(f'{value:.2f}' for value in np.mean(axes, axis=0)),
+            ]
+        )
+    print(
+        "\nNEES of the odometry's pose covariance, both drives judged at a random moment "
+        'before they brake\n(of the last round, of the last metre)\n'
+    )
+    print(
+        tabulate(
+            table,
+            [
+                'drive',
+                'PPR',
+                'slip noise\n[m^2/m]',
+                'mean NEES\n/ 3',
+                '99 % interval',
+                'verdict',
+                'x alone',
+                'y alone',
+                'yaw alone',
+            ],
+            disable_numparse=True,
+            stralign='right',
+        )
+    )
     print(NEES_NOTES)
 
 
@@ -176,8 +236,10 @@ def _yes(is_true: bool) -> str:
 
 def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter,
-        epilog='example: .venv/bin/python test/benchmark/quantisation.py --seeds 200')
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        epilog='example: .venv/bin/python test/benchmark/quantisation.py --seeds 200',
+    )
     parser.add_argument('--seeds', type=int, default=200)
     return parser.parse_args()
 

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """What recording a trial in lockstep costs: each message made, serialised and written."""
+
 from __future__ import annotations
 
 import argparse
@@ -36,30 +37,52 @@ class Case(NamedTuple):
     topic: str
     node: str
     rate_hz: int
-    make: Callable[[int], bytes]    # of the time [ns]
+    make: Callable[[int], bytes]  # of the time [ns]
 
 
 def main() -> None:
     """Print the table."""
     arguments = _arguments()
-    print_header(f'Cost of a recording: {arguments.messages} messages of each kind, best of '
-                 f'{arguments.repeats} runs')
+    print_header(f'Cost of a recording: {arguments.messages} messages of each kind, best of {arguments.repeats} runs')
     rows, total_ms = [], 0.0
     for case in _cases():
         make_us = min(_make_us(case, arguments.messages) for _ in range(arguments.repeats))
         all_us = min(_record_us(case, arguments.messages) for _ in range(arguments.repeats))
         total_ms += all_us * case.rate_hz / 1000
-        rows.append([f'{case.topic} {case.node}', case.rate_hz, len(case.make(0)), f'{make_us:.1f}',
-                     f'{_rosbags_us(case, arguments.messages):.1f}', f'{all_us:.1f}',
-                     f'{all_us * case.rate_hz / 1000:.2f}'])
+        rows.append(
+            [
+                f'{case.topic} {case.node}',
+                case.rate_hz,
+                len(case.make(0)),
+                f'{make_us:.1f}',
+                f'{_rosbags_us(case, arguments.messages):.1f}',
+                f'{all_us:.1f}',
+                f'{all_us * case.rate_hz / 1000:.2f}',
+            ]
+        )
     count = sum(case.rate_hz for case in _cases())
     rows.append(['all', count, '', '', '', f'{1000 * total_ms / count:.1f}', f'{total_ms:.2f}'])
-    print(tabulate(rows, ['topic, node', 'per simulated\nsecond', 'bytes', 'made\n[us]',
-                          'rosbags\nalone [us]', 'in the bag\n[us]', 'ms per\nsimulated s'],
-                   disable_numparse=True, colalign=('left', *['right'] * 6)))
-    print(f'\nProcessor time. "rosbags alone" is its serialiser without the making of the object; '
-          f'"in the bag" is all\ntogether, index included. A bag by itself: '
-          f'{_empty_bag_ms(arguments.repeats):.1f} ms.')
+    print(
+        tabulate(
+            rows,
+            [
+                'topic, node',
+                'per simulated\nsecond',
+                'bytes',
+                'made\n[us]',
+                'rosbags\nalone [us]',
+                'in the bag\n[us]',
+                'ms per\nsimulated s',
+            ],
+            disable_numparse=True,
+            colalign=('left', *['right'] * 6),
+        )
+    )
+    print(
+        f'\nProcessor time. "rosbags alone" is its serialiser without the making of the object; '
+        f'"in the bag" is all\ntogether, index included. A bag by itself: '
+        f'{_empty_bag_ms(arguments.repeats):.1f} ms.'
+    )
 
 
 def _cases() -> List[Case]:
@@ -72,31 +95,73 @@ def _cases() -> List[Case]:
     estimate = odometry.update(50_000_000, 3, 4)
     return [
         Case(topics.CLOCK, topics.SIMULATOR_NODE, 100, encoding.clock_message),
-        Case(topics.JOINT_STATES, topics.SIMULATOR_NODE, 100,
-             lambda now_ns: encoding.joint_state_message(
-                 JointStates(now_ns, JOINTS, (1.2, 3.4), (4.5, 4.4)))),
-        Case(topics.TF, topics.STATE_PUBLISHER_NODE, 50, lambda now_ns: encoding.tf_message(
-            *(encoding.spatial_transform((0.0, 0.2, 0.1), QUAT_XYZW, now_ns, 'base_link', wheel)
-              for wheel in WHEELS))),
-        Case(topics.TF, topics.ODOM_NODE, 20, lambda now_ns: encoding.tf_message(
-            encoding.transform(POSE, now_ns, 'odom', 'base_link'))),
-        Case(topics.TF, topics.AMCL_NODE, 10, lambda now_ns: encoding.tf_message(
-            encoding.transform(POSE, now_ns, 'map', 'odom'))),
+        Case(
+            topics.JOINT_STATES,
+            topics.SIMULATOR_NODE,
+            100,
+            lambda now_ns: encoding.joint_state_message(JointStates(now_ns, JOINTS, (1.2, 3.4), (4.5, 4.4))),
+        ),
+        Case(
+            topics.TF,
+            topics.STATE_PUBLISHER_NODE,
+            50,
+            lambda now_ns: encoding.tf_message(
+                *(
+                    encoding.spatial_transform((0.0, 0.2, 0.1), QUAT_XYZW, now_ns, 'base_link', wheel)
+                    for wheel in WHEELS
+                )
+            ),
+        ),
+        Case(
+            topics.TF,
+            topics.ODOM_NODE,
+            20,
+            lambda now_ns: encoding.tf_message(encoding.transform(POSE, now_ns, 'odom', 'base_link')),
+        ),
+        Case(
+            topics.TF,
+            topics.AMCL_NODE,
+            10,
+            lambda now_ns: encoding.tf_message(encoding.transform(POSE, now_ns, 'map', 'odom')),
+        ),
         Case(topics.MODEL_STATES, topics.SIMULATOR_NODE, 20, lambda _: models.message(body)),
-        Case(topics.ODOM, topics.ODOM_NODE, 20, lambda now_ns: encoding.odometry_message(
-            estimate._replace(stamp_ns=now_ns), 'odom', 'base_link')),
-        Case(topics.WORLD_POSE, topics.WORLD_POSE_NODE, 20,
-             lambda now_ns: encoding.pose_stamped_message(POSE, now_ns, 'map')),
-        Case(topics.GLOBAL_POSE, topics.GLOBAL_POSE_NODE, 20,
-             lambda now_ns: encoding.pose_stamped_message(POSE, now_ns, 'map')),
-        Case(topics.ENCODER_PULSE, topics.ENCODER_NODE, 20,
-             lambda now_ns: encoding.encoder_pulse_message(EncoderSample(now_ns, 3, 4), JOINTS)),
-        Case(topics.CMD_VEL, topics.NAVIGATION_TRIAL_NODE, 20,
-             lambda _: encoding.twist_message(0.45, 0.3)),
-        Case(topics.SCAN, topics.SIMULATOR_NODE, 10, lambda now_ns: encoding.scan_message(
-            Scan(now_ns, -3.14, 0.00628, 0.15, 6.0, grid_scan), 'laser', 0.1)),
-        Case(topics.AMCL_POSE, topics.AMCL_NODE, 1,
-             lambda now_ns: encoding.pose_with_covariance_message(POSE, np.eye(3), now_ns, 'map')),
+        Case(
+            topics.ODOM,
+            topics.ODOM_NODE,
+            20,
+            lambda now_ns: encoding.odometry_message(estimate._replace(stamp_ns=now_ns), 'odom', 'base_link'),
+        ),
+        Case(
+            topics.WORLD_POSE,
+            topics.WORLD_POSE_NODE,
+            20,
+            lambda now_ns: encoding.pose_stamped_message(POSE, now_ns, 'map'),
+        ),
+        Case(
+            topics.GLOBAL_POSE,
+            topics.GLOBAL_POSE_NODE,
+            20,
+            lambda now_ns: encoding.pose_stamped_message(POSE, now_ns, 'map'),
+        ),
+        Case(
+            topics.ENCODER_PULSE,
+            topics.ENCODER_NODE,
+            20,
+            lambda now_ns: encoding.encoder_pulse_message(EncoderSample(now_ns, 3, 4), JOINTS),
+        ),
+        Case(topics.CMD_VEL, topics.NAVIGATION_TRIAL_NODE, 20, lambda _: encoding.twist_message(0.45, 0.3)),
+        Case(
+            topics.SCAN,
+            topics.SIMULATOR_NODE,
+            10,
+            lambda now_ns: encoding.scan_message(Scan(now_ns, -3.14, 0.00628, 0.15, 6.0, grid_scan), 'laser', 0.1),
+        ),
+        Case(
+            topics.AMCL_POSE,
+            topics.AMCL_NODE,
+            1,
+            lambda now_ns: encoding.pose_with_covariance_message(POSE, np.eye(3), now_ns, 'map'),
+        ),
     ]
 
 
@@ -141,8 +206,10 @@ def _empty_bag_ms(repeats: int) -> float:
 
 def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter,
-        epilog='example: .venv/bin/python test/benchmark/recording.py --repeats 10')
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        epilog='example: .venv/bin/python test/benchmark/recording.py --repeats 10',
+    )
     parser.add_argument('--messages', type=int, default=5000, help='in each run')
     parser.add_argument('--repeats', type=int, default=5, help='runs, of which the best counts')
     return parser.parse_args()

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """How much faster than real time `reencode` is for each PPR, and that its memory is flat."""
+
 from __future__ import annotations
 
 import argparse
@@ -37,8 +38,10 @@ class Run(NamedTuple):
 def main() -> None:
     """Print the table."""
     arguments = _arguments()
-    print_header(f'reencode: wheel angles at 100 Hz, truth at 20 Hz, clock and transforms that are '
-                 f'passed over; best of {arguments.repeats} runs')
+    print_header(
+        f'reencode: wheel angles at 100 Hz, truth at 20 Hz, clock and transforms that are '
+        f'passed over; best of {arguments.repeats} runs'
+    )
     rows = []
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -50,20 +53,31 @@ def main() -> None:
                 for is_written in (False, True):
                     run = _best(folder, bag, pprs, is_written, arguments.repeats)
                     drive_s = (run.processor_s - base.processor_s) / len(pprs)
-                    rows.append([f'{hours:g}', len(pprs), 'yes' if is_written else 'no',
-                                 f'{run.processor_s:.1f}', f'{hours * 3600 / drive_s:.0f}',
-                                 f'{run.peak_mib:.0f}'])
+                    rows.append(
+                        [
+                            f'{hours:g}',
+                            len(pprs),
+                            'yes' if is_written else 'no',
+                            f'{run.processor_s:.1f}',
+                            f'{hours * 3600 / drive_s:.0f}',
+                            f'{run.peak_mib:.0f}',
+                        ]
+                    )
             bag.unlink()
-    print(tabulate(rows, ['drive [h]', 'PPRs', 'bags\nwritten', 'processor\n[s]',
-                          'times real time,\nper PPR', 'peak\nmemory [MiB]'], disable_numparse=True,
-                   colalign=('right',) * 6))
+    print(
+        tabulate(
+            rows,
+            ['drive [h]', 'PPRs', 'bags\nwritten', 'processor\n[s]', 'times real time,\nper PPR', 'peak\nmemory [MiB]'],
+            disable_numparse=True,
+            colalign=('right',) * 6,
+        )
+    )
     print(f'\nThe start takes {base.processor_s:.2f} s, which the factor leaves out.')
 
 
 def _drive(path: Path, duration_s: int) -> Path:
     """A bag, written in a process of its own: a command's peak memory begins with its parent's."""
-    writer = multiprocessing.get_context('spawn').Process(target=_write_drive,
-                                                          args=(path, duration_s))
+    writer = multiprocessing.get_context('spawn').Process(target=_write_drive, args=(path, duration_s))
     writer.start()
     writer.join()
     return path
@@ -78,15 +92,30 @@ def _write_drive(path: Path, duration_s: int) -> None:
         for tick in range(duration_s * 100):
             now_ns = tick * TICK_NS
             bag.write(topics.CLOCK, topics.SIMULATOR_NODE, encoding.clock_message(now_ns), now_ns)
-            bag.write(topics.JOINT_STATES, topics.SIMULATOR_NODE, encoding.joint_state_message(
-                JointStates(now_ns, JOINTS, (LEFT_RADPS * tick / 100, RIGHT_RADPS * tick / 100),
-                            (LEFT_RADPS, RIGHT_RADPS))), now_ns)
+            bag.write(
+                topics.JOINT_STATES,
+                topics.SIMULATOR_NODE,
+                encoding.joint_state_message(
+                    JointStates(
+                        now_ns, JOINTS, (LEFT_RADPS * tick / 100, RIGHT_RADPS * tick / 100), (LEFT_RADPS, RIGHT_RADPS)
+                    )
+                ),
+                now_ns,
+            )
             if tick % 2 == 0:
-                bag.write(topics.TF, topics.STATE_PUBLISHER_NODE, encoding.tf_message(
-                    encoding.transform(pose, now_ns, 'base_link', 'left_wheel')), now_ns)
+                bag.write(
+                    topics.TF,
+                    topics.STATE_PUBLISHER_NODE,
+                    encoding.tf_message(encoding.transform(pose, now_ns, 'base_link', 'left_wheel')),
+                    now_ns,
+                )
             if tick % 5 == 0:
-                bag.write(topics.WORLD_POSE, topics.WORLD_POSE_NODE,
-                          encoding.pose_stamped_message(pose, now_ns, 'map'), now_ns)
+                bag.write(
+                    topics.WORLD_POSE,
+                    topics.WORLD_POSE_NODE,
+                    encoding.pose_stamped_message(pose, now_ns, 'map'),
+                    now_ns,
+                )
                 pose = move_along_arc(pose, travel_m, turn_rad)
 
 
@@ -97,8 +126,14 @@ def _best(folder: Path, bag: Path, pprs: List[str], is_written: bool, repeats: i
 
 def _run(folder: Path, bag: Path, pprs: List[str], is_written: bool) -> Run:
     out = folder / f'out-{time.monotonic_ns()}'
-    command = [sys.executable, str(ROOT / 'scripts' / 'reencode'), str(bag), '--ppr', *pprs,
-               *(['--out', str(out)] if is_written else [])]
+    command = [
+        sys.executable,
+        str(ROOT / 'scripts' / 'reencode'),
+        str(bag),
+        '--ppr',
+        *pprs,
+        *(['--out', str(out)] if is_written else []),
+    ]
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
     _, status, usage = os.wait4(process.pid, 0)
     process.returncode = os.WEXITSTATUS(status)
@@ -110,10 +145,13 @@ def _run(folder: Path, bag: Path, pprs: List[str], is_written: bool) -> Run:
 
 def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter,
-        epilog='example: .venv/bin/python test/benchmark/reencode.py --hours 0.25 1 10')
-    parser.add_argument('--hours', type=float, nargs='+', default=[0.1, 0.5],
-                        help='lengths of the drives (default: %(default)s)')
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        epilog='example: .venv/bin/python test/benchmark/reencode.py --hours 0.25 1 10',
+    )
+    parser.add_argument(
+        '--hours', type=float, nargs='+', default=[0.1, 0.5], help='lengths of the drives (default: %(default)s)'
+    )
     parser.add_argument('--repeats', type=int, default=2, help='runs (default: %(default)s)')
     return parser.parse_args()
 

@@ -5,6 +5,7 @@ Drives of the simulated robot through both shipped worlds, 10 scans a second of 
 map: occupied cells that are within a cell of a true surface, and the visible surface that has an
 occupied cell within a cell. Of the path: the absolute error after the first poses are aligned.
 """
+
 from __future__ import annotations
 
 import argparse
@@ -41,32 +42,50 @@ def main() -> None:
     cases = {tour.world: Case(tour) for tour in (HALLWAY, ROS_LOGO)}
     rays = [f'{math.ceil(1000 / (skip + 1))} matched' for skip in SKIPS]
     for title, headers, rows in (
-            ('ms for a scan that is entered into the map, hallway, 1000 rays entered',
-             ['particles'] + rays, lambda: _by_size(cases['hallway'], arguments.scans)),
-            ('memory of the maps on the way, 30 particles, hallway, ideal odometry',
-             ['known [m^2]', 'shared\n[MB]', 'each its own\npatches [MB]',
-              'whole grids\n[MB]'], lambda: _by_map(cases['hallway'])),
-            (f'accuracy, {arguments.particles} particles: median and worst of {arguments.seeds} '
-             'seeds; ideal odometry with 1 cm, the others with 3 cm of range noise',
-             ['world', 'odometry', 'correct [%]', 'surface\nmapped [%]', 'path error\n[mm]',
-              'without\ndrawing [mm]', 'faster than\nreal time'],
-             lambda: _accuracy(cases, arguments))):
+        (
+            'ms for a scan that is entered into the map, hallway, 1000 rays entered',
+            ['particles'] + rays,
+            lambda: _by_size(cases['hallway'], arguments.scans),
+        ),
+        (
+            'memory of the maps on the way, 30 particles, hallway, ideal odometry',
+            ['known [m^2]', 'shared\n[MB]', 'each its own\npatches [MB]', 'whole grids\n[MB]'],
+            lambda: _by_map(cases['hallway']),
+        ),
+        (
+            f'accuracy, {arguments.particles} particles: median and worst of {arguments.seeds} '
+            'seeds; ideal odometry with 1 cm, the others with 3 cm of range noise',
+            [
+                'world',
+                'odometry',
+                'correct [%]',
+                'surface\nmapped [%]',
+                'path error\n[mm]',
+                'without\ndrawing [mm]',
+                'faster than\nreal time',
+            ],
+            lambda: _accuracy(cases, arguments),
+        ),
+    ):
         print(f'\n{title}\n', flush=True)
         print(tabulate(rows(), headers, disable_numparse=True, stralign='right'), flush=True)
-    print(f'\nScans are entered each {MAPPING["linearUpdate"]} m or '
-          f'{MAPPING["angularUpdate"]} rad; others cost nothing. Correct: within a cell of a cell '
-          'that a surface crosses. Without drawing: each particle takes the best match itself.')
+    print(
+        f'\nScans are entered each {MAPPING["linearUpdate"]} m or '
+        f'{MAPPING["angularUpdate"]} rad; others cost nothing. Correct: within a cell of a cell '
+        'that a surface crosses. Without drawing: each particle takes the best match itself.'
+    )
 
 
 def _by_size(case: Case, scans: int) -> List[List[str]]:
-    return [[f'{particles}'] + [f'{_scan_ms(case, particles, skip, scans):.1f}' for skip in SKIPS]
-            for particles in PARTICLES]
+    return [
+        [f'{particles}'] + [f'{_scan_ms(case, particles, skip, scans):.1f}' for skip in SKIPS]
+        for particles in PARTICLES
+    ]
 
 
 def _scan_ms(case: Case, particles: int, skip: int, scans: int) -> float:
     """Median over the scans entered, but for the first."""
-    slam = GridSlam(GridSlamParams(**{**MAPPING, 'particles': particles, 'lskip': skip}),
-                    np.random.default_rng(0))
+    slam = GridSlam(GridSlamParams(**{**MAPPING, 'particles': particles, 'lskip': skip}), np.random.default_rng(0))
     costs_ms: List[float] = []
     for odom_pose, scan in zip(case.drive.odometry['ideal'], case.drive.scans['fine']):
         began_s = time.process_time()
@@ -82,17 +101,20 @@ def _by_map(case: Case) -> List[List[str]]:
     params = GridSlamParams(**MAPPING)
     slam, rows = GridSlam(params, np.random.default_rng(0)), []
     count = len(case.drive.true_poses)
-    for index, (odom_pose, scan) in enumerate(zip(case.drive.odometry['ideal'],
-                                                  case.drive.scans['fine']), 1):
+    for index, (odom_pose, scan) in enumerate(zip(case.drive.odometry['ideal'], case.drive.scans['fine']), 1):
         slam.update(odom_pose, scan, case.drive.laser_pose_in_base)
         if index in (1, count // 8, count // 4, count // 2, count):
             known = np.argwhere(slam.map().cells >= 0)
             height, width = known.max(axis=0) - known.min(axis=0) + 1
             patch_bytes = slam.maps.cells[0].nbytes
-            rows.append([f'{len(known) * params.delta ** 2:.0f}',
-                         f'{slam.maps.memory_bytes / MEGABYTE:.1f}',
-                         f'{slam.maps.unshared_patch_count * patch_bytes / MEGABYTE:.1f}',
-                         f'{params.particles * height * width * BYTES_PER_CELL / MEGABYTE:.1f}'])
+            rows.append(
+                [
+                    f'{len(known) * params.delta**2:.0f}',
+                    f'{slam.maps.memory_bytes / MEGABYTE:.1f}',
+                    f'{slam.maps.unshared_patch_count * patch_bytes / MEGABYTE:.1f}',
+                    f'{params.particles * height * width * BYTES_PER_CELL / MEGABYTE:.1f}',
+                ]
+            )
     return rows
 
 
@@ -100,18 +122,24 @@ def _accuracy(cases, arguments: argparse.Namespace) -> List[List[str]]:
     rows = []
     for world, case in cases.items():
         for odometry, scans in SENSORS:
-            results = [case.map(odometry, scans, seed, particles=arguments.particles)
-                       for seed in range(arguments.seeds)]
+            results = [
+                case.map(odometry, scans, seed, particles=arguments.particles) for seed in range(arguments.seeds)
+            ]
             correct = [100.0 * accuracy.correct_fraction for accuracy, _, _, _ in results]
             mapped = [100.0 * accuracy.mapped_fraction for accuracy, _, _, _ in results]
             off_mm = [1e3 * error.rmse_m for _, error, _, _ in results]
             speed = [case.drive.duration_s / spent_s for _, _, _, spent_s in results]
-            rows.append([world, odometry,
-                         f'{np.median(correct):.1f}, {min(correct):.1f}',
-                         f'{np.median(mapped):.1f}, {min(mapped):.1f}',
-                         f'{np.median(off_mm):.0f}, {max(off_mm):.0f}',
-                         f'{1e3 * case.map(odometry, scans, **BEST_MATCH)[1].rmse_m:.0f}',
-                         f'{np.median(speed):.0f}, {min(speed):.0f}'])
+            rows.append(
+                [
+                    world,
+                    odometry,
+                    f'{np.median(correct):.1f}, {min(correct):.1f}',
+                    f'{np.median(mapped):.1f}, {min(mapped):.1f}',
+                    f'{np.median(off_mm):.0f}, {max(off_mm):.0f}',
+                    f'{1e3 * case.map(odometry, scans, **BEST_MATCH)[1].rmse_m:.0f}',
+                    f'{np.median(speed):.0f}, {min(speed):.0f}',
+                ]
+            )
     return rows
 
 

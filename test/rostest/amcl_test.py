@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """The contract of amcl_node. Started by amcl.test."""
+
 import math
 import sys
 from pathlib import Path
@@ -54,7 +55,6 @@ SURE, UNSURE = np.diag([0.0025, 0.0025, 0.0025]), np.diag([0.04, 0.04, 0.01])
 
 
 class AmclTest(NodeTest):
-
     @classmethod
     def setUpClass(cls):
         start_test_node('amcl_test')
@@ -74,10 +74,12 @@ class AmclTest(NodeTest):
         half_yaw = 0.5 * LASER.yaw_rad
         down.transform.rotation = Quaternion(math.cos(half_yaw), math.sin(half_yaw), 0.0, 0.0)
         lean_rad = math.radians(10.0)
-        lean.transform.rotation = Quaternion(-math.sin(half_yaw) * math.sin(lean_rad),
-                                             math.cos(half_yaw) * math.sin(lean_rad),
-                                             math.sin(half_yaw) * math.cos(lean_rad),
-                                             math.cos(half_yaw) * math.cos(lean_rad))
+        lean.transform.rotation = Quaternion(
+            -math.sin(half_yaw) * math.sin(lean_rad),
+            math.cos(half_yaw) * math.sin(lean_rad),
+            math.sin(half_yaw) * math.cos(lean_rad),
+            math.cos(half_yaw) * math.cos(lean_rad),
+        )
         cls.static.sendTransform([transform_message(LASER, 0, 'base_link', 'laser'), down, lean])
         cls.poses = Collector('/amcl_pose', PoseWithCovarianceStamped)
         cls.clouds = Collector('/particlecloud', PoseArray)
@@ -98,6 +100,7 @@ class AmclTest(NodeTest):
         def is_answered():
             self.send_scan(self.scan())
             return self.answers()
+
         wait_until(is_answered, 'an answer to a scan')
 
     def setUp(self):
@@ -141,8 +144,12 @@ class AmclTest(NodeTest):
 
     def answers(self, frame='map'):
         """Transforms to odom by the stamp of the scan that they answer."""
-        return {stamp_ns_of(one) - TOLERANCE_NS: one for message in self.transforms.messages
-                for one in message.transforms if one.header.frame_id == frame}
+        return {
+            stamp_ns_of(one) - TOLERANCE_NS: one
+            for message in self.transforms.messages
+            for one in message.transforms
+            if one.header.frame_id == frame
+        }
 
     def answered(self, stamp_ns):
         """The base's pose in the map at a scan, waited for, by the transform that answers it."""
@@ -172,11 +179,14 @@ class AmclTest(NodeTest):
         def is_found():
             self.send_scan(self.scan())
             return len(self.answers()) > count
+
         wait_until(is_found, 'map->odom again')
 
     def wait_for_line(self, words):
-        wait_until(lambda: any(entry.name == NODE and words in entry.msg for entry in self.log.messages),
-                   'a line with ' + words)
+        wait_until(
+            lambda: any(entry.name == NODE and words in entry.msg for entry in self.log.messages),
+            'a line with ' + words,
+        )
 
     # --- estimates
 
@@ -259,6 +269,7 @@ class AmclTest(NodeTest):
         def is_saved():
             self.localized()
             return abs(rospy.get_param(NODE + '/initial_pose_x') - START.x_m) < 0.05
+
         wait_until(is_saved, 'initial_pose_x of the estimate')
         self.assertAlmostEqual(rospy.get_param(NODE + '/initial_pose_y'), START.y_m, delta=0.05)
         self.assertAlmostEqual(rospy.get_param(NODE + '/initial_pose_a'), START.yaw_rad, delta=0.1)
@@ -271,11 +282,18 @@ class AmclTest(NodeTest):
         before = self.localized()
         no_rotation = self.guess(START)
         no_rotation.pose.pose.orientation = Quaternion(0, 0, 0, 0)
-        bad = [self.guess(Pose2D(NAN, 0, 0)), no_rotation, self.guess(START, -SURE),
-               self.guess(START, np.diag([NAN, 1, 1])), self.guess(START, frame='odom')]
+        bad = [
+            self.guess(Pose2D(NAN, 0, 0)),
+            no_rotation,
+            self.guess(START, -SURE),
+            self.guess(START, np.diag([NAN, 1, 1])),
+            self.guess(START, frame='odom'),
+        ]
         empty = OccupancyGrid()
-        for given, words in [(self.guess(ELSEWHERE), 'map of 0 x 0'), *zip(bad, ('position', 'no rotation', 'variance',
-                                                                                 'finite', "'odom'"))]:
+        for given, words in [
+            (self.guess(ELSEWHERE), 'map of 0 x 0'),
+            *zip(bad, ('position', 'no rotation', 'variance', 'finite', "'odom'")),
+        ]:
             self.assertFalse(self.set_map(empty if '0 x 0' in words else self.map, given).success)
             self.rosout.wait_for_warning(NODE, 'set_map', words)
         self.rosout.clear()
@@ -293,6 +311,7 @@ class AmclTest(NodeTest):
         def has_begun():
             self.localized()
             return len(self.poses.messages) > count
+
         wait_until(has_begun, 'an estimate from the new pose')
         return pose_from_message(self.poses.messages[-1].pose.pose)
 
@@ -336,14 +355,20 @@ class AmclTest(NodeTest):
         good = self.scan()
         for ranges in ([math.inf] * 180, [NAN] * 180, [100.0] * 180, [0.0] * 180, []):
             self.assert_dropped(self.with_fields(good, ranges=ranges))
-        for fields in (dict(angle_increment=0.0), dict(angle_increment=NAN), dict(angle_min=math.inf),
-                       dict(range_max=0.0), dict(range_max=NAN)):
+        for fields in (
+            dict(angle_increment=0.0),
+            dict(angle_increment=NAN),
+            dict(angle_min=math.inf),
+            dict(range_max=0.0),
+            dict(range_max=NAN),
+        ):
             self.assert_dropped(self.with_fields(good, **fields))
         self.rosout.clear()
 
         def is_warned():
             self.send_scan(self.with_fields(good, ranges=[]))
             return self.rosout.warnings_of(NODE)
+
         self.assertIn('/scan: scan: given 0 ranges', wait_until(is_warned, 'a warning')[0])
 
     @staticmethod
@@ -363,10 +388,11 @@ class AmclTest(NodeTest):
         self.localized()
         unknown = []
 
-        def is_warned():    # once in some seconds
+        def is_warned():  # once in some seconds
             unknown.append(self.send_scan(self.scan(frame='nowhere')))
             self.localized()
             return any("'nowhere'" in text and 'dropped' in text for text in self.rosout.warnings_of(NODE))
+
         wait_until(is_warned, 'a warning that names the frame')
         for _ in range(30):
             unknown.append(self.send_scan(self.scan(frame='')))
@@ -393,12 +419,13 @@ class AmclTest(NodeTest):
         self.localized()
         self.forget()
         self.now_ns = self.epoch_ns - 100 * NS_PER_S
-        self.true_pose = IDENTITY           # as the parameters have it
+        self.true_pose = IDENTITY  # as the parameters have it
         stamps = []
 
         def is_answered():
             stamps.append(self.send_scan(self.scan()))
             return self.answers()
+
         answers = wait_until(is_answered, 'map->odom after time went back')
         self.assertTrue(set(answers) <= set(stamps))
         self.assert_near(self.localized(), IDENTITY, 0.3)
@@ -417,9 +444,10 @@ class AmclTest(NodeTest):
         self.localized()
         gap, scan = [], self.scan()
 
-        def is_warned():    # once in some seconds
+        def is_warned():  # once in some seconds
             gap.append(self.send_scan(scan, with_odometry=False))
             return any("'base_link' to 'odom'" in text for text in self.rosout.warnings_of(NODE))
+
         wait_until(is_warned, 'a warning that names the frames')
         self.assertFalse(set(gap) & set(self.answers()))
         self.now_ns += 10 * NS_PER_S
@@ -470,12 +498,16 @@ class AmclTest(NodeTest):
 
         def is_answered():
             self.send_scan(self.scan(true_pose=Pose2D(0.5, 0.0, 0.0)))
-            return [one for message in self.transforms.messages for one in message.transforms
-                    if one.header.frame_id == 'site']
+            return [
+                one
+                for message in self.transforms.messages
+                for one in message.transforms
+                if one.header.frame_id == 'site'
+            ]
+
         transform = wait_until(is_answered, 'a transform from site')[-1]
         self.assertEqual(transform.child_frame_id, 'odom')
         self.assert_near(pose_from_transform(transform).compose(self.odom_pose), Pose2D(0.5, 0.0, 0.0), 0.1)
-
 
     def test_one_map_is_enough_and_the_transform_may_be_for_others_to_send(self):
         poses = Collector('/quiet/amcl_pose', PoseWithCovarianceStamped)
@@ -484,13 +516,15 @@ class AmclTest(NodeTest):
         def is_located():
             self.localized()
             return poses.messages
+
         self.assertEqual(wait_until(is_located, 'an estimate in the yard')[0].header.frame_id, 'yard')
         self.quiet_maps.publish(map_message(self.room, 0, 'yard'))
         for _ in range(10):
             self.localized()
-        self.assertEqual(len(poses.messages), 1)    # not begun again
-        self.assertNotIn('yard', {one.header.frame_id for message in self.transforms.messages
-                                  for one in message.transforms})
+        self.assertEqual(len(poses.messages), 1)  # not begun again
+        self.assertNotIn(
+            'yard', {one.header.frame_id for message in self.transforms.messages for one in message.transforms}
+        )
 
 
 if __name__ == '__main__':

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """The contract of gz_diff_encoder_node: /joint_states in, /encoder_pulse out. Started by encoder.test."""
+
 import math
 import random
 import time
@@ -60,12 +61,13 @@ def first_at_each_boundary(stamps_ns):
 
 
 class EncoderTest(NodeTest):
-
     @classmethod
     def setUpClass(cls):
         start_test_node('encoder_test')
-        cls.channels = {name: Channel(name) for name in (
-            'plain', 'custom', 'split', 'not_finite', 'twice', 'no_position', 'missing')}
+        cls.channels = {
+            name: Channel(name)
+            for name in ('plain', 'custom', 'split', 'not_finite', 'twice', 'no_position', 'missing')
+        }
         cls.rosout = RosoutWatch()
 
     def setUp(self):
@@ -180,8 +182,9 @@ class EncoderTest(NodeTest):
         reports = split.pulses.wait_for_stamp(last_ns)
         complete = [(stamp_ns_of(report) - self.epoch_ns, tuple(report.pulses)) for report in reports]
         # The very first period opens with right's first sample, which is not on a boundary.
-        self.assertEqual(complete[-len(wanted) + 1:],
-                         [(index * 10000000 + 4000000, (index, -index - 1)) for index in wanted][1:])
+        self.assertEqual(
+            complete[-len(wanted) + 1 :], [(index * 10000000 + 4000000, (index, -index - 1)) for index in wanted][1:]
+        )
         self.assertLessEqual(len(complete), len(wanted))
 
     def test_wheels_from_two_publishers(self):
@@ -226,12 +229,12 @@ class EncoderTest(NodeTest):
 
         def faulty(stamp_ns):
             channel.send(stamp_ns, [LEFT, RIGHT], [angle(10.5), bad[stamp_ns // 10000000 % 4]])
+
         self.check_fault('not_finite', faulty, RIGHT)
 
     def test_joint_named_twice(self):
         channel = self.channels['twice']
-        self.check_fault('twice', lambda stamp_ns: channel.send(
-            stamp_ns, [LEFT, RIGHT, LEFT], [1.0, 2.0, 3.0]), LEFT)
+        self.check_fault('twice', lambda stamp_ns: channel.send(stamp_ns, [LEFT, RIGHT, LEFT], [1.0, 2.0, 3.0]), LEFT)
 
     def test_names_without_positions(self):
         channel = self.channels['no_position']

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """map_server_node serves what its file says, map_saver saves what is served. Started by map_server.test."""
+
 import subprocess
 import tempfile
 import unittest
@@ -26,8 +27,9 @@ class Saver:
     def __init__(self, folder, *arguments):
         self._log = Path(folder, 'log')
         with open(str(self._log), 'wb') as out:
-            self._process = subprocess.Popen(SAVER + list(arguments), cwd=str(folder), stdin=subprocess.DEVNULL,
-                                             stdout=out, stderr=subprocess.STDOUT)
+            self._process = subprocess.Popen(
+                SAVER + list(arguments), cwd=str(folder), stdin=subprocess.DEVNULL, stdout=out, stderr=subprocess.STDOUT
+            )
 
     def lines(self):
         return [line for line in self._log.read_text().splitlines() if line.strip()]
@@ -59,7 +61,6 @@ def map_message(width=2, height=1, resolution=0.05, cells=(0, 100), w=1.0, x=0.0
 
 
 class MapServerTest(unittest.TestCase):
-
     @classmethod
     def setUpClass(cls):
         start_test_node('map_server_test')
@@ -112,8 +113,10 @@ class MapServerTest(unittest.TestCase):
         self.assertEqual(list(answer.map.data), grid.cells.ravel().tolist())
         wait_until(lambda: served.messages and served.messages[-1].data == answer.map.data, 'the new map')
         (self.folder / 'bad.yaml').write_text('image: none.pgm')
-        for path, result in ((self.folder / 'none.yaml', LoadMapResponse.RESULT_MAP_DOES_NOT_EXIST),
-                             (self.folder / 'bad.yaml', LoadMapResponse.RESULT_INVALID_MAP_DATA)):
+        for path, result in (
+            (self.folder / 'none.yaml', LoadMapResponse.RESULT_MAP_DOES_NOT_EXIST),
+            (self.folder / 'bad.yaml', LoadMapResponse.RESULT_INVALID_MAP_DATA),
+        ):
             self.assertEqual(change(str(path)).result, result)
         self.assertEqual(rospy.ServiceProxy('/site/static_map', GetMap)().map.data, answer.map.data)
 
@@ -121,8 +124,9 @@ class MapServerTest(unittest.TestCase):
 
     def test_served_and_saved_and_served_again_is_the_same(self):
         for arguments, stem, original in (
-                ([], 'map', Path(__file__).parent / 'data' / 'turned_map.yaml'),
-                (['-f', 'hall', 'map:=/site/map'], 'hall', WORLDS / 'hallway.yaml')):
+            ([], 'map', Path(__file__).parent / 'data' / 'turned_map.yaml'),
+            (['-f', 'hall', 'map:=/site/map'], 'hall', WORLDS / 'hallway.yaml'),
+        ):
             code, lines = Saver(self.folder, *arguments).wait()
             self.assertEqual(code, 0, lines)
             self.assertEqual(len(lines), 1, lines)
@@ -130,8 +134,10 @@ class MapServerTest(unittest.TestCase):
             saved, first = load_map(self.folder / (stem + '.yaml')), load_map(original)
             self.assertTrue((saved.cells == first.cells).all())
             self.assertEqual((saved.resolution_m, saved.origin), (first.resolution_m, first.origin))
-        self.assertEqual(sorted(entry.name for entry in self.folder.iterdir()),
-                         ['hall.pgm', 'hall.yaml', 'log', 'map.pgm', 'map.yaml'])
+        self.assertEqual(
+            sorted(entry.name for entry in self.folder.iterdir()),
+            ['hall.pgm', 'hall.yaml', 'log', 'map.pgm', 'map.yaml'],
+        )
 
     def test_thresholds_and_another_resolution(self):
         publisher = latched('/grey/map', map_message(4, 1, 0.02, (10, 40, 60, 127)))
@@ -144,10 +150,14 @@ class MapServerTest(unittest.TestCase):
 
     def test_a_map_that_is_none_ends_it_with_one_line(self):
         nan = float('nan')
-        for message, word in ((map_message(resolution=nan), 'resolution nan'),
-                              (map_message(resolution=0.0), 'resolution 0'),
-                              (map_message(0, 0, cells=()), '0 x 0 cells'), (map_message(3), 'with 2 values'),
-                              (map_message(w=0.0), 'no rotation'), (map_message(x=nan), 'position (nan')):
+        for message, word in (
+            (map_message(resolution=nan), 'resolution nan'),
+            (map_message(resolution=0.0), 'resolution 0'),
+            (map_message(0, 0, cells=()), '0 x 0 cells'),
+            (map_message(3), 'with 2 values'),
+            (map_message(w=0.0), 'no rotation'),
+            (map_message(x=nan), 'position (nan'),
+        ):
             publisher = latched('/bad/map', message)
             code, lines = Saver(self.folder, 'map:=/bad/map').wait()
             publisher.unregister()
@@ -158,10 +168,12 @@ class MapServerTest(unittest.TestCase):
             self.assertEqual([entry.name for entry in self.folder.iterdir()], ['log'])
 
     def test_a_place_that_cannot_be_written_to_and_bad_options(self):
-        for arguments, words in ((['-f', '/proc/1/map'], ['/proc/1/map.pgm', 'cannot be written']),
-                                 (['-f', 'no/folder/map'], ['no/folder/map.pgm', 'No such file']),
-                                 (['--occ', '101'], ['occ', '101', 'less than or equal to 100']),
-                                 (['--free', '70'], ['free below occ'])):
+        for arguments, words in (
+            (['-f', '/proc/1/map'], ['/proc/1/map.pgm', 'cannot be written']),
+            (['-f', 'no/folder/map'], ['no/folder/map.pgm', 'No such file']),
+            (['--occ', '101'], ['occ', '101', 'less than or equal to 100']),
+            (['--free', '70'], ['free below occ']),
+        ):
             code, lines = Saver(self.folder, *arguments).wait()
             self.assertEqual(code, 1, lines)
             self.assertEqual(len(lines), 1, lines)

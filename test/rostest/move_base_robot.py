@@ -1,4 +1,5 @@
 """A kinematic robot in a room, for move_base.test: what it publishes, and how it follows commands."""
+
 import math
 import time
 
@@ -30,8 +31,15 @@ LASER_IN_BASE, BACK_LASER_IN_BASE = Pose2D(0.12, 0.0, 0.0), Pose2D(-0.12, 0.0, -
 RAYS, RANGE_MIN, RANGE_MAX = 180, 0.15, 6.0
 
 # Solids of the room [m]: x from, x to, y from, y to. The walls, one across the room, and a closed cell in a corner.
-SOLIDS = [(-3.2, 3.2, -2.2, -2.0), (-3.2, 3.2, 2.0, 2.2), (-3.2, -3.0, -2.2, 2.2), (3.0, 3.2, -2.2, 2.2),
-          (0.4, 0.6, -2.0, 0.4), (1.6, 1.8, 0.6, 2.0), (1.6, 3.0, 0.6, 0.8)]
+SOLIDS = [
+    (-3.2, 3.2, -2.2, -2.0),
+    (-3.2, 3.2, 2.0, 2.2),
+    (-3.2, -3.0, -2.2, 2.2),
+    (3.0, 3.2, -2.2, 2.2),
+    (0.4, 0.6, -2.0, 0.4),
+    (1.6, 1.8, 0.6, 2.0),
+    (1.6, 3.0, 0.6, 0.8),
+]
 
 
 def room_map():
@@ -65,21 +73,29 @@ class Robot:
 
     def __init__(self, start_ns):
         self.now_ns, self.pose, self.twist = start_ns, Pose2D(-2.0, -1.0, 0.0), (0.0, 0.0)
-        self.muted = set()                    # of '/odom', '/scan', '/tf'
-        self.is_frozen = False                # an encoder has come off: odometry stays what it was
+        self.muted = set()  # of '/odom', '/scan', '/tf'
+        self.is_frozen = False  # an encoder has come off: odometry stays what it was
         self.change_scan = self.change_odometry = unchanged
         self.odometry_per_period = 1
         self._odometry_pose = self.pose_in_odom()
         self._periods, self._is_answered = 0, False
         self.commands = Collector('/cmd_vel', Twist)
         self.results = Collector(NODE + '/result', MoveBaseActionResult)
-        self.sent = set()                     # ids of all goals
+        self.sent = set()  # ids of all goals
         self._outlines = Collector(NODE + '/local_costmap/footprint', PolygonStamped)
-        self._publishers = {topic: connected_publisher(topic, message) for topic, message in (
-            ('/clock', Clock), ('/tf', TFMessage), ('/scan', LaserScan), ('/odom', Odometry))}
+        self._publishers = {
+            topic: connected_publisher(topic, message)
+            for topic, message in (('/clock', Clock), ('/tf', TFMessage), ('/scan', LaserScan), ('/odom', Odometry))
+        }
         self._static = rospy.Publisher('/tf_static', TFMessage, queue_size=1, latch=True)
-        self._static.publish(TFMessage([transform_message(LASER_IN_BASE, start_ns, 'base_link', 'laser'),
-                                        transform_message(BACK_LASER_IN_BASE, start_ns, 'base_link', 'back_laser')]))
+        self._static.publish(
+            TFMessage(
+                [
+                    transform_message(LASER_IN_BASE, start_ns, 'base_link', 'laser'),
+                    transform_message(BACK_LASER_IN_BASE, start_ns, 'base_link', 'back_laser'),
+                ]
+            )
+        )
         for publisher in [*self._publishers.values(), self._static]:
             wait_for_listeners(publisher, [NODE])
 
@@ -102,9 +118,15 @@ class Robot:
             if value:
                 return value
             if time.monotonic() > deadline:
-                raise AssertionError('waited %.0f s in vain for %s; robot at %s, last commands %s' % (
-                    timeout_s, what() if callable(what) else what, tuple(self.pose),
-                    [twist_of(message) for message in self.commands.messages[-5:]]))
+                raise AssertionError(
+                    'waited %.0f s in vain for %s; robot at %s, last commands %s'
+                    % (
+                        timeout_s,
+                        what() if callable(what) else what,
+                        tuple(self.pose),
+                        [twist_of(message) for message in self.commands.messages[-5:]],
+                    )
+                )
 
     def _live(self):
         self.now_ns += PERIOD_NS
@@ -112,8 +134,7 @@ class Robot:
         heard = len(self.commands.messages)
         self._publishers['/clock'].publish(Clock(stamp))
         if '/tf' not in self.muted:
-            self._publishers['/tf'].publish(TFMessage([transform_message(
-                ODOM_IN_MAP, self.now_ns, 'map', 'odom')]))
+            self._publishers['/tf'].publish(TFMessage([transform_message(ODOM_IN_MAP, self.now_ns, 'map', 'odom')]))
         if '/scan' not in self.muted and self._periods % 2 == 0:
             self._publishers['/scan'].publish(self.change_scan(self._scan(stamp)))
         if '/odom' not in self.muted:
@@ -154,8 +175,12 @@ class Robot:
         return self.sent - {result.status.goal_id.id for result in self.results.messages}
 
     def _scan(self, stamp):
-        scan = LaserScan(angle_increment=2.0 * math.pi / RAYS, range_min=RANGE_MIN, range_max=RANGE_MAX,
-                         ranges=ranges_from(self.pose.compose(LASER_IN_BASE)).tolist())
+        scan = LaserScan(
+            angle_increment=2.0 * math.pi / RAYS,
+            range_min=RANGE_MIN,
+            range_max=RANGE_MAX,
+            ranges=ranges_from(self.pose.compose(LASER_IN_BASE)).tolist(),
+        )
         scan.header.stamp, scan.header.frame_id = stamp, 'laser'
         return scan
 
@@ -179,7 +204,9 @@ def unchanged(message):
 
 def with_ranges(value):
     """A change of a scan: every range is `value`."""
+
     def change(scan):
         scan.ranges = [value] * len(scan.ranges)
         return scan
+
     return change

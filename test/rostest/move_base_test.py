@@ -3,6 +3,7 @@
 
 Simulated time is the test's: it goes on when the node has answered, so that nothing depends on the machine's speed.
 """
+
 import math
 import os
 import signal
@@ -37,10 +38,10 @@ from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.ros.conversions import pose_from_message, pose_stamped_message
 
 START = Pose2D(-2.0, -1.0, 0.0)
-NEAR = Pose2D(-1.3, -0.9, 0.3)       # two seconds from the start
+NEAR = Pose2D(-1.3, -0.9, 0.3)  # two seconds from the start
 FAR = Pose2D(-1.0, 1.2, 1.5)
 STOP = (0.0, 0.0)
-STOPPED_AFTER_S = 0.5                # input_timeout
+STOPPED_AFTER_S = 0.5  # input_timeout
 
 
 def subscriber_that_never_reads(topic, message_type):
@@ -50,17 +51,17 @@ def subscriber_that_never_reads(topic, message_type):
     hung = socket.socket()
     hung.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
     hung.connect((host, port))
-    rosgraph.network.write_ros_handshake_header(hung, {'topic': topic, 'type': message_type, 'md5sum': '*',
-                                                       'callerid': '/hung'})
+    rosgraph.network.write_ros_handshake_header(
+        hung, {'topic': topic, 'type': message_type, 'md5sum': '*', 'callerid': '/hung'}
+    )
     return hung
 
 
 class MoveBaseTest(NodeTest):
-
     @classmethod
     def setUpClass(cls):
         start_test_node('move_base_test')
-        cls.robot = Robot(1000 * 10 ** 9)
+        cls.robot = Robot(1000 * 10**9)
         cls.feedback = Collector(NODE + '/feedback', MoveBaseActionFeedback)
         cls.status = Collector(NODE + '/status', GoalStatusArray)
         cls.current_goals = Collector(NODE + '/current_goal', PoseStamped)
@@ -112,8 +113,9 @@ class MoveBaseTest(NodeTest):
         return next((result for result in self.robot.results.messages if result.status.goal_id.id == goal_id), None)
 
     def assert_ends(self, goal_id, status, *words):
-        result = self.robot.live_until(lambda: self.result(goal_id), lambda: 'the result of %s; status: %s' % (
-            goal_id, self.text_of(goal_id)))
+        result = self.robot.live_until(
+            lambda: self.result(goal_id), lambda: 'the result of %s; status: %s' % (goal_id, self.text_of(goal_id))
+        )
         self.assertEqual(result.status.status, status, result.status.text)
         for word in words:
             self.assertIn(word, result.status.text)
@@ -167,9 +169,11 @@ class MoveBaseTest(NodeTest):
         for word in words:
             self.assertIn(word, self.text_of(goal_id))
         self.rosout.wait_for_warning(NODE, 'stopped', *words)
-        if dropped:      # what comes with each message is logged every five seconds
-            self.robot.live_until(lambda: any(all(word in text for word in dropped)
-                                              for text in self.rosout.warnings_of(NODE)), 'a warning of the drops')
+        if dropped:  # what comes with each message is logged every five seconds
+            self.robot.live_until(
+                lambda: any(all(word in text for word in dropped) for text in self.rosout.warnings_of(NODE)),
+                'a warning of the drops',
+            )
         mend_it()
         self.wait_for_motion()
         self.assertIsNone(self.result(goal_id))
@@ -178,9 +182,16 @@ class MoveBaseTest(NodeTest):
     # ---- goals
 
     def test_a_goal_is_reached(self):
-        views = [Collector('%s/%s' % (NODE, topic), message) for topic, message in (
-            ('NavfnROS/plan', Path), ('DWAPlannerROS/global_plan', Path), ('DWAPlannerROS/local_plan', Path),
-            ('global_costmap/footprint', PolygonStamped), ('local_costmap/footprint', PolygonStamped))]
+        views = [
+            Collector('%s/%s' % (NODE, topic), message)
+            for topic, message in (
+                ('NavfnROS/plan', Path),
+                ('DWAPlannerROS/global_plan', Path),
+                ('DWAPlannerROS/local_plan', Path),
+                ('global_costmap/footprint', PolygonStamped),
+                ('local_costmap/footprint', PolygonStamped),
+            )
+        ]
         result = self.assert_ends(self.send(NEAR), GoalStatus.SUCCEEDED, 'goal reached')
         self.assert_at(NEAR)
         shown = self.current_goals.wait_for_count(1)[0]
@@ -192,16 +203,25 @@ class MoveBaseTest(NodeTest):
         self.assertLess(math.hypot(pose.x_m - NEAR.x_m, pose.y_m - NEAR.y_m), 0.2)
         for collector, frame in zip(views, ('map', 'odom', 'odom', 'map', 'odom')):
             messages = collector.wait_for(
-                lambda messages: any(message.poses if isinstance(message, Path) else message.polygon.points
-                                     for message in messages), 'a line')
+                lambda messages: any(
+                    message.poses if isinstance(message, Path) else message.polygon.points for message in messages
+                ),
+                'a line',
+            )
             self.assertEqual({message.header.frame_id for message in messages}, {frame})
 
     def test_a_cancelled_goal_stops_within_a_period(self):
         goal_id = self.drive()
         self.cancels.publish(GoalID(id=goal_id))
-        wait_until(lambda: any(status.status == GoalStatus.PREEMPTING for message in self.status.messages
-                               for status in message.status_list), 'the request to arrive')
-        self.robot.live(2)      # the server says so a moment before it knows
+        wait_until(
+            lambda: any(
+                status.status == GoalStatus.PREEMPTING
+                for message in self.status.messages
+                for status in message.status_list
+            ),
+            'the request to arrive',
+        )
+        self.robot.live(2)  # the server says so a moment before it knows
         self.assertEqual(self.robot.twist, STOP)
         self.assert_ends(goal_id, GoalStatus.PREEMPTED, 'cancelled')
 
@@ -227,15 +247,21 @@ class MoveBaseTest(NodeTest):
         self.assertAlmostEqual(shown.pose.position.x, NEAR.x_m)
 
     def goals_known(self):
-        return [status.goal_id.id for message in self.status.messages for status in message.status_list
-                if not status.goal_id.id.startswith('goal ')]
+        return [
+            status.goal_id.id
+            for message in self.status.messages
+            for status in message.status_list
+            if not status.goal_id.id.startswith('goal ')
+        ]
 
     def test_goals_that_are_no_poses_are_refused(self):
-        for target, words in ((pose_stamped_message(Pose2D(NAN, 0.0, 0.0), 0, 'map'), ('position', 'nan')),
-                              (pose_stamped_message(Pose2D(0.0, 0.0, NAN), 0, 'map'), ('no rotation',)),
-                              (PoseStamped(), ('no rotation',)),
-                              (self.leaning(), ('upright',)),
-                              (pose_stamped_message(NEAR, 0, 'moon'), ("'moon'", "'map'"))):
+        for target, words in (
+            (pose_stamped_message(Pose2D(NAN, 0.0, 0.0), 0, 'map'), ('position', 'nan')),
+            (pose_stamped_message(Pose2D(0.0, 0.0, NAN), 0, 'map'), ('no rotation',)),
+            (PoseStamped(), ('no rotation',)),
+            (self.leaning(), ('upright',)),
+            (pose_stamped_message(NEAR, 0, 'moon'), ("'moon'", "'map'")),
+        ):
             self.assert_ends(self.new_goal(target), GoalStatus.ABORTED, *words)
             self.assertEqual(len(self.rosout.wait_for_warning(NODE, 'refused')), 1)
             self.rosout.clear()
@@ -254,18 +280,22 @@ class MoveBaseTest(NodeTest):
         self.assert_ends(first, GoalStatus.PREEMPTED)
 
     def test_goals_that_cannot_be_reached_are_given_up(self):
-        for goal, words in ((Pose2D(9.0, 0.0, 0.0), 'outside the map'), (Pose2D(0.5, 0.0, 0.0), 'in a wall'),
-                            (Pose2D(2.4, 1.4, 0.0), 'after 2 recovery behaviours: there is no way')):
+        for goal, words in (
+            (Pose2D(9.0, 0.0, 0.0), 'outside the map'),
+            (Pose2D(0.5, 0.0, 0.0), 'in a wall'),
+            (Pose2D(2.4, 1.4, 0.0), 'after 2 recovery behaviours: there is no way'),
+        ):
             sent_ns = self.robot.now_ns
             self.assert_ends(self.send(goal), GoalStatus.ABORTED, words)
-            self.assertLess(self.robot.now_ns - sent_ns, 5 * 10 ** 9)
+            self.assertLess(self.robot.now_ns - sent_ns, 5 * 10**9)
         self.drive()
 
     # ---- inputs
 
     def test_odometry_falls_silent(self):
-        self.assert_stops_and_resumes(lambda: self.robot.muted.add('/odom'), self.robot.muted.clear,
-                                      '/odom', 'silent', 'input_timeout 0.5 s')
+        self.assert_stops_and_resumes(
+            lambda: self.robot.muted.add('/odom'), self.robot.muted.clear, '/odom', 'silent', 'input_timeout 0.5 s'
+        )
 
     def test_a_goal_can_be_cancelled_while_odometry_is_silent(self):
         goal_id = self.drive()
@@ -275,20 +305,24 @@ class MoveBaseTest(NodeTest):
         self.assert_ends(goal_id, GoalStatus.PREEMPTED)
 
     def test_the_scan_falls_silent(self):
-        delay_s = self.assert_stops_and_resumes(lambda: self.robot.muted.add('/scan'), self.robot.muted.clear,
-                                                'scan', 'old', 'input_timeout 0.5 s')
+        delay_s = self.assert_stops_and_resumes(
+            lambda: self.robot.muted.add('/scan'), self.robot.muted.clear, 'scan', 'old', 'input_timeout 0.5 s'
+        )
         self.assertLessEqual(delay_s, STOPPED_AFTER_S + 0.2)
 
     def test_localization_stops(self):
-        delay_s = self.assert_stops_and_resumes(lambda: self.robot.muted.add('/tf'), self.robot.muted.clear,
-                                                'map->odom', 'old')
+        delay_s = self.assert_stops_and_resumes(
+            lambda: self.robot.muted.add('/tf'), self.robot.muted.clear, 'map->odom', 'old'
+        )
         self.assertLessEqual(delay_s, STOPPED_AFTER_S + 0.2)
 
     def test_a_laser_without_a_valid_range(self):
         def blind():
             self.robot.change_scan = with_ranges(NAN)
-        self.assert_stops_and_resumes(blind, self.see_again, 'scan', 'old',
-                                      dropped=('/scan', 'none of 180 ranges is valid'))
+
+        self.assert_stops_and_resumes(
+            blind, self.see_again, 'scan', 'old', dropped=('/scan', 'none of 180 ranges is valid')
+        )
 
     def test_a_scan_from_an_unknown_frame(self):
         def change(scan):
@@ -297,8 +331,10 @@ class MoveBaseTest(NodeTest):
 
         def move_to_the_moon():
             self.robot.change_scan = change
-        self.assert_stops_and_resumes(move_to_the_moon, self.see_again, 'scan', 'old',
-                                      dropped=('/scan', "from frame 'moon' to 'base_link'"))
+
+        self.assert_stops_and_resumes(
+            move_to_the_moon, self.see_again, 'scan', 'old', dropped=('/scan', "from frame 'moon' to 'base_link'")
+        )
 
     def see_again(self):
         self.robot.change_scan = unchanged
@@ -313,6 +349,7 @@ class MoveBaseTest(NodeTest):
 
         def mend_it():
             self.robot.change_odometry = unchanged
+
         self.assert_stops_and_resumes(break_it, mend_it, '/odom', 'silent', dropped=('/odom', 'position (nan'))
 
     def test_odometry_of_another_frame(self):
@@ -325,8 +362,10 @@ class MoveBaseTest(NodeTest):
 
         def mend_it():
             self.robot.change_odometry = unchanged
-        self.assert_stops_and_resumes(break_it, mend_it, '/odom', 'silent',
-                                      dropped=('/odom', "from frame 'wheels'; expected 'odom'"))
+
+        self.assert_stops_and_resumes(
+            break_it, mend_it, '/odom', 'silent', dropped=('/odom', "from frame 'wheels'; expected 'odom'")
+        )
 
     def test_odometry_at_100_hz_is_controlled_at_20(self):
         self.robot.odometry_per_period = 5
@@ -337,7 +376,7 @@ class MoveBaseTest(NodeTest):
 
     def test_a_display_that_hangs_does_not_stop_the_robot(self):
         hung = subscriber_that_never_reads(NODE + '/global_costmap/costmap', 'nav_msgs/OccupancyGrid')
-        for _ in range(5):      # about 4 MB of costmaps: more than fits into its socket
+        for _ in range(5):  # about 4 MB of costmaps: more than fits into its socket
             self.robot.place(START)
             self.assert_ends(self.send(NEAR), GoalStatus.SUCCEEDED)
         hung.close()
@@ -352,6 +391,7 @@ class MoveBaseTest(NodeTest):
 
         def mend_it():
             self.robot.change_odometry = unchanged
+
         self.assert_stops_and_resumes(break_it, mend_it, '/odom', 's late')
 
     def test_scans_of_any_length_from_any_laser_and_of_open_space_will_do(self):
@@ -364,6 +404,7 @@ class MoveBaseTest(NodeTest):
                 return scan
             scan.header.frame_id, scan.ranges = 'back_laser', [2.0, NAN, INF]
             return scan
+
         self.scans = 0
         self.robot.change_scan = change
         self.rosout.clear()
@@ -382,10 +423,10 @@ class MoveBaseTest(NodeTest):
 
     def test_time_that_goes_back_restarts(self):
         goal_id = self.drive()
-        self.robot.now_ns -= 60 * 10 ** 9
+        self.robot.now_ns -= 60 * 10**9
         self.assert_ends(goal_id, GoalStatus.PREEMPTED, 'time went back')
         self.rosout.wait_for_warning(NODE, 'time went back')
-        self.robot.now_ns += 60 * 10 ** 9        # the action server takes no goal that is older than the last
+        self.robot.now_ns += 60 * 10**9  # the action server takes no goal that is older than the last
         self.robot.live(20)
         self.drive()
 
@@ -397,19 +438,24 @@ class MoveBaseTest(NodeTest):
         points = [(pose.pose.position.x, pose.pose.position.y) for pose in plan]
         self.assertLess(math.hypot(points[0][0] - START.x_m, points[0][1] - START.y_m), 0.01)
         self.assertAlmostEqual(points[-1][0], 2.0)
-        self.assertGreater(max(y for _, y in points), 0.4)      # around the wall
+        self.assertGreater(max(y for _, y in points), 0.4)  # around the wall
         start, goal = Pose2D(-1.0, 1.0, 0.0), Pose2D(1.5, -1.0, 0.0)
-        plan = self.plan(goal.relative_to(ODOM_IN_MAP), 'odom',
-                         start=pose_stamped_message(start.relative_to(ODOM_IN_MAP), 0, '/odom'))
+        plan = self.plan(
+            goal.relative_to(ODOM_IN_MAP),
+            'odom',
+            start=pose_stamped_message(start.relative_to(ODOM_IN_MAP), 0, '/odom'),
+        )
         ends = [pose_from_message(pose.pose) for pose in (plan[0], plan[-1])]
         self.assertAlmostEqual(math.hypot(ends[0].x_m - start.x_m, ends[0].y_m - start.y_m), 0.0)
         self.assertAlmostEqual(math.hypot(ends[1].x_m - goal.x_m, ends[1].y_m - goal.y_m), 0.0)
 
     def test_where_there_is_no_plan_make_plan_gives_an_empty_one_and_logs_why(self):
         """As upstream: its clients look at the number of poses."""
-        for error, words in ((self.plan_error(Pose2D(0.5, 0.0, 0.0)), 'in a wall'),
-                             (self.plan_error(Pose2D(2.4, 1.4, 0.0)), 'no way to the goal'),
-                             (self.plan_error(FAR, tolerance=NAN), 'tolerance')):
+        for error, words in (
+            (self.plan_error(Pose2D(0.5, 0.0, 0.0)), 'in a wall'),
+            (self.plan_error(Pose2D(2.4, 1.4, 0.0)), 'no way to the goal'),
+            (self.plan_error(FAR, tolerance=NAN), 'tolerance'),
+        ):
             self.assertEqual(error, 'no plan')
             self.rosout.wait_for_warning(NODE, 'make_plan', words)
 
@@ -417,9 +463,11 @@ class MoveBaseTest(NodeTest):
         self.assertIn('no map yet', self.plan_without_map)
         bad_start = PoseStamped(pose=Pose())
         bad_start.header.frame_id = 'map'
-        for error, words in ((self.plan_error(Pose2D(NAN, 0.0, 0.0)), 'goal: position (nan'),
-                             (self.plan_error(FAR, 'moon'), "goal: no transform from frame 'moon' to 'map'"),
-                             (self.plan_error(FAR, start=bad_start), 'start: no rotation')):
+        for error, words in (
+            (self.plan_error(Pose2D(NAN, 0.0, 0.0)), 'goal: position (nan'),
+            (self.plan_error(FAR, 'moon'), "goal: no transform from frame 'moon' to 'map'"),
+            (self.plan_error(FAR, start=bad_start), 'start: no rotation'),
+        ):
             self.assertIn(words, error)
 
     def test_clear_costmaps_forgets_obstacles(self):

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """The contract of gz_diff_odom_node: /encoder_pulse in, /odom and TF out. Started by odom.test."""
+
 import math
 
 import numpy as np
@@ -69,18 +70,31 @@ def twist_of(message):
 
 def numbers_of(message):
     pose, twist = message.pose.pose, message.twist.twist
-    return [getattr(vector, axis) for vector, axes in (
-        (pose.position, 'xyz'), (pose.orientation, 'xyzw'), (twist.linear, 'xyz'), (twist.angular, 'xyz'))
-        for axis in axes] + list(message.pose.covariance) + list(message.twist.covariance)
+    return (
+        [
+            getattr(vector, axis)
+            for vector, axes in (
+                (pose.position, 'xyz'),
+                (pose.orientation, 'xyzw'),
+                (twist.linear, 'xyz'),
+                (twist.angular, 'xyz'),
+            )
+            for axis in axes
+        ]
+        + list(message.pose.covariance)
+        + list(message.twist.covariance)
+    )
 
 
 class OdomTest(NodeTest):
-
     @classmethod
     def setUpClass(cls):
         start_test_node('odom_test')
-        cls.channels = {'plain': Channel('plain'), 'custom': Channel('custom'),
-                        'silent': Channel('silent', with_tf=False)}
+        cls.channels = {
+            'plain': Channel('plain'),
+            'custom': Channel('custom'),
+            'silent': Channel('silent', with_tf=False),
+        }
         cls.rosout = RosoutWatch()
 
     def setUp(self):
@@ -92,7 +106,9 @@ class OdomTest(NodeTest):
     def tearDown(self):
         for name, channel in self.channels.items():
             for message in channel.odom.messages:
-                self.assertTrue(all(math.isfinite(number) for number in numbers_of(message)), '%s: %s' % (name, message))
+                self.assertTrue(
+                    all(math.isfinite(number) for number in numbers_of(message)), '%s: %s' % (name, message)
+                )
 
     def drive(self, channel, counts, interval_ns=PERIOD_NS):
         """Report a list of (left, right) counts; returns one odometry message for each."""
@@ -111,7 +127,7 @@ class OdomTest(NodeTest):
     # --- closed forms -------------------------------------------------------------------------------------------------
 
     def test_first_report_is_pose_zero_whatever_it_counts(self):
-        for left, right in ((0, 0), (-7, 123456789), (2 ** 62, -2 ** 62)):
+        for left, right in ((0, 0), (-7, 123456789), (2**62, -(2**62))):
             plain = self.channels['plain']
             plain.reset()
             plain.clear()
@@ -203,13 +219,15 @@ class OdomTest(NodeTest):
         messages = channel.odom.messages
         channel.tf.wait_for_count(len(messages))
         transforms = channel.transforms()
-        self.assertEqual([stamp_ns_of(transform) for transform in transforms],
-                         [stamp_ns_of(message) for message in messages])
+        self.assertEqual(
+            [stamp_ns_of(transform) for transform in transforms], [stamp_ns_of(message) for message in messages]
+        )
         for transform, message in zip(transforms, messages):
             self.assertEqual(transform.header.frame_id, message.header.frame_id)
             self.assertEqual(transform.child_frame_id, message.child_frame_id)
-            self.assertEqual((transform.transform.translation.x, transform.transform.translation.y),
-                             pose_of(message)[:2])
+            self.assertEqual(
+                (transform.transform.translation.x, transform.transform.translation.y), pose_of(message)[:2]
+            )
             self.assertEqual(transform.transform.rotation, message.pose.pose.orientation)
 
     def test_tf_is_odom(self):
@@ -289,7 +307,7 @@ class OdomTest(NodeTest):
         self.assertEqual(len(warned), 1, warned)
 
     def test_counts_at_the_ends_of_int64(self):
-        ends = [(-2 ** 63, 2 ** 63 - 1), (2 ** 63 - 1, -2 ** 63), (0, 0), (5, 5)]
+        ends = [(-(2**63), 2**63 - 1), (2**63 - 1, -(2**63)), (0, 0), (5, 5)]
         for name in ('plain', 'custom'):
             self.drive(self.channels[name], ends)  # tearDown sees that every number is finite
         self.assert_pose(self.channels['plain'].odom.messages[-1], 5 * DISTANCE_PER_PULSE, 0.0, 0.0)

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """The contracts of world_pose_node, ideal_odom_node and global_pose_node. Started by poses.test."""
+
 import math
 import time
 
@@ -37,9 +38,11 @@ def pose_message(x, y, yaw):
 
 
 def states(pose, twist=None, name='alto'):
-    return ModelStates(name=['ground_plane', name, 'box'],
-                       pose=[pose_message(9, 9, 1), pose, pose_message(-9, 9, 1)],
-                       twist=[Twist(), twist or Twist(), Twist()])
+    return ModelStates(
+        name=['ground_plane', name, 'box'],
+        pose=[pose_message(9, 9, 1), pose, pose_message(-9, 9, 1)],
+        twist=[Twist(), twist or Twist(), Twist()],
+    )
 
 
 def transform(parent, child, stamp_ns, x, y, yaw):
@@ -53,14 +56,15 @@ def transform(parent, child, stamp_ns, x, y, yaw):
 
 
 class PosesTest(NodeTest):
-
     @classmethod
     def setUpClass(cls):
         start_test_node('poses_test')
         cls.clock = connected_publisher('/clock', Clock)
         cls.states = connected_publisher('/gazebo/model_states', ModelStates)
-        cls.own_states = {name: connected_publisher('/%s/model_states' % name, ModelStates)
-                          for name in ('gazebo_like', 'misnamed', 'malformed', 'bad_twist')}
+        cls.own_states = {
+            name: connected_publisher('/%s/model_states' % name, ModelStates)
+            for name in ('gazebo_like', 'misnamed', 'malformed', 'bad_twist')
+        }
         cls.world = Collector('/world_pose', PoseStamped)
         cls.mapped = Collector('/mapped/world_pose', PoseStamped)
         cls.gazebo_like = Collector('/gazebo_like/world_pose', PoseStamped)
@@ -79,8 +83,17 @@ class PosesTest(NodeTest):
 
     def setUp(self):
         super().setUp()
-        self.collectors = (self.world, self.mapped, self.gazebo_like, self.misnamed, self.malformed, self.odom,
-                           self.bad_twist, self.ideal_tf, self.global_pose)
+        self.collectors = (
+            self.world,
+            self.mapped,
+            self.gazebo_like,
+            self.misnamed,
+            self.malformed,
+            self.odom,
+            self.bad_twist,
+            self.ideal_tf,
+            self.global_pose,
+        )
         self.now_ns = self.epoch_ns
         self.settle()
         for collector in self.collectors:
@@ -88,6 +101,7 @@ class PosesTest(NodeTest):
 
     def settle(self):
         """Time has made a leap. /clock comes over a connection of its own: go on until all answer with its time."""
+
         def is_settled():
             self.now_ns += PERIOD_NS
             self.publish_clock()
@@ -96,6 +110,7 @@ class PosesTest(NodeTest):
             while not self.have_answered() and time.monotonic() < deadline:
                 time.sleep(0.001)
             return self.have_answered()
+
         wait_until(is_settled, 'poses at the new time')
         self.now_ns += PERIOD_NS
         self.epoch_ns = self.now_ns
@@ -167,6 +182,7 @@ class PosesTest(NodeTest):
                 self.own_states['gazebo_like'].publish(states(pose_message(1, 2, 3)))
                 self.now_ns += 1000000
             return len(self.gazebo_like.messages) >= 20
+
         wait_until(have_come, 'a second of poses')
         periods = [stamp_ns_of(message) // PERIOD_NS for message in self.gazebo_like.messages]
         self.assertEqual(len(set(periods)), len(periods))  # never two in one 50 ms
@@ -183,12 +199,14 @@ class PosesTest(NodeTest):
         def is_answered():
             self.send_apart(name, message)
             return len(collector.messages) > count
+
         wait_until(is_answered, 'an answer to good states')
 
     def send_until_warned(self, name, message, node):
         def is_warned():
             self.send_apart(name, message)
             return self.rosout.warnings_of(node)
+
         wait_until(is_warned, 'a warning of ' + node)
 
     def test_unknown_model_is_named_with_the_known_ones(self):
@@ -214,10 +232,15 @@ class PosesTest(NodeTest):
         def is_answered():
             self.drive([good], [])
             return all(stamp_ns_of(collector.messages[-1]) > last_ns for collector in (self.world, self.odom))
+
         wait_until(is_answered, 'good poses after the bad')
-        self.assertEqual({(message.pose.position.x, message.pose.position.y) for message in self.world.messages}, {(1, 2)})
-        self.assertEqual({(message.pose.pose.position.x, message.twist.twist.linear.x) for message in self.odom.messages},
-                         {(self.odom.messages[0].pose.pose.position.x, 0.0)})
+        self.assertEqual(
+            {(message.pose.position.x, message.pose.position.y) for message in self.world.messages}, {(1, 2)}
+        )
+        self.assertEqual(
+            {(message.pose.pose.position.x, message.twist.twist.linear.x) for message in self.odom.messages},
+            {(self.odom.messages[0].pose.pose.position.x, 0.0)},
+        )
 
     def test_names_without_poses(self):
         good = states(pose_message(1, 2, 0.3))
@@ -267,8 +290,9 @@ class PosesTest(NodeTest):
             self.assertAlmostEqual(message.twist.twist.angular.z, 0.7, delta=1e-9)
         transforms = [one for message in self.ideal_tf.wait_for_count(5) for one in message.transforms]
         self.assertEqual([stamp_ns_of(one) for one in transforms], [stamp_ns_of(message) for message in messages])
-        self.assertEqual([one.transform.translation.x for one in transforms],
-                         [message.pose.pose.position.x for message in messages])
+        self.assertEqual(
+            [one.transform.translation.x for one in transforms], [message.pose.pose.position.x for message in messages]
+        )
 
     def test_ideal_odometry_never_says_nan_of_the_twist(self):
         pose, twist = pose_message(1, 2, 0.3), Twist()
@@ -304,8 +328,11 @@ class PosesTest(NodeTest):
     def check_20_hz(self, start_ns):
         for step in range(101):  # 100 Hz
             self.send_odometry(start_ns + step * 10000000, 0.01 * step)
-        messages = [message for message in self.global_pose.wait_for_stamp(start_ns + NS_PER_S)
-                    if stamp_ns_of(message) >= start_ns]
+        messages = [
+            message
+            for message in self.global_pose.wait_for_stamp(start_ns + NS_PER_S)
+            if stamp_ns_of(message) >= start_ns
+        ]
         self.assert_stamps(messages, [start_ns + step * PERIOD_NS for step in range(21)])
         for step, message in enumerate(messages):
             self.assertEqual(message.header.frame_id, 'map')
@@ -324,6 +351,7 @@ class PosesTest(NodeTest):
             self.send_odometry(self.now_ns + 10000000, 0.0)
             self.localize()
             return self.global_pose.messages
+
         wait_until(is_answered, 'a pose on the map')
         self.assertLess(stamp_ns_of(self.global_pose.messages[0]), self.epoch_ns)
         start_ns = (self.now_ns // PERIOD_NS + 2) * PERIOD_NS

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """`rosbag play --clock --loop` through the encoder and the odometry. Started by replay.test."""
+
 import math
 import os
 import random
@@ -50,7 +51,6 @@ def loops_of(messages):
 
 
 class ReplayTest(NodeTest):
-
     @classmethod
     def setUpClass(cls):
         start_test_node('replay_test')
@@ -68,8 +68,12 @@ class ReplayTest(NodeTest):
         bag = os.path.join(self.folder, 'drive.bag')
         angles = write_drive(bag)
         with open(os.path.join(self.folder, 'play.txt'), 'w') as out:
-            player = subprocess.Popen(['rosbag', 'play', '--quiet', '--clock', '--loop', '-d', '1', '-r', str(FASTER), bag],
-                                      stdin=subprocess.DEVNULL, stdout=out, stderr=out)
+            player = subprocess.Popen(
+                ['rosbag', 'play', '--quiet', '--clock', '--loop', '-d', '1', '-r', str(FASTER), bag],
+                stdin=subprocess.DEVNULL,
+                stdout=out,
+                stderr=out,
+            )
         try:
             self.odom.wait_for(lambda messages: len(loops_of(messages)) > LOOPS, 'the fourth time round', 60.0)
         finally:
@@ -83,7 +87,7 @@ class ReplayTest(NodeTest):
         reports = list(range(START_NS, START_NS + DURATION_TICKS * TICK_NS + 1, 5 * TICK_NS))
         for index, (pulse_loop, odom_loop) in enumerate(zip(pulse_loops, odom_loops)):
             stamps = [stamp_ns_of(message) for message in pulse_loop]
-            self.assertEqual(stamps, reports[-len(stamps):] if index == 0 else reports)
+            self.assertEqual(stamps, reports[-len(stamps) :] if index == 0 else reports)
             self.assertEqual([stamp_ns_of(message) for message in odom_loop], stamps)
             self.check_pulses(pulse_loop, angles)
             self.check_odometry(pulse_loop, odom_loop)
@@ -91,8 +95,10 @@ class ReplayTest(NodeTest):
 
     def check_pulses(self, loop, angles):
         for message in loop:
-            self.assertEqual(list(message.pulses),
-                             [math.floor(angle * PPR / (2.0 * math.pi)) for angle in angles[stamp_ns_of(message)]])
+            self.assertEqual(
+                list(message.pulses),
+                [math.floor(angle * PPR / (2.0 * math.pi)) for angle in angles[stamp_ns_of(message)]],
+            )
 
     def check_odometry(self, pulse_loop, odom_loop):
         """From zero each time, with the heading that the counts say."""

@@ -2,6 +2,7 @@
 
 Every wait ends as soon as its condition holds; a timeout is only how long a broken node is given before the test fails.
 """
+
 import logging
 import math
 import threading
@@ -61,9 +62,11 @@ def connected_publisher(topic, message_class):
 
 def wait_for_listeners(publisher, nodes):
     """Wait until each of the nodes hears the publisher."""
+
     def are_listening():
         listeners = dict(rosgraph.Master(rospy.get_name()).getSystemState()[1]).get(publisher.resolved_name, [])
         return set(nodes) <= set(listeners) and publisher.get_num_connections() >= len(listeners)
+
     wait_until(are_listening, '%s at %s' % (', '.join(nodes), publisher.resolved_name))
 
 
@@ -97,8 +100,10 @@ class Collector:
         with self._changed:
             if not self._changed.wait_for(lambda: condition(self._messages), timeout_s):
                 last = self._messages[-1] if self._messages else None
-                raise AssertionError('%s: %d messages, but not %s in %.0f s. The last one:\n%s'
-                                     % (self.topic, len(self._messages), what, timeout_s, last))
+                raise AssertionError(
+                    '%s: %d messages, but not %s in %.0f s. The last one:\n%s'
+                    % (self.topic, len(self._messages), what, timeout_s, last)
+                )
             return list(self._messages)
 
     def wait_for_count(self, count, timeout_s=TIMEOUT_S):
@@ -106,8 +111,11 @@ class Collector:
 
     def wait_for_stamp(self, stamp_ns, timeout_s=TIMEOUT_S):
         """All messages, as soon as one with this stamp has come."""
-        return self.wait_for(lambda messages: any(stamp_ns_of(message) == stamp_ns for message in messages),
-                             'the stamp %.6f s' % (stamp_ns / NS_PER_S), timeout_s)
+        return self.wait_for(
+            lambda messages: any(stamp_ns_of(message) == stamp_ns for message in messages),
+            'the stamp %.6f s' % (stamp_ns / NS_PER_S),
+            timeout_s,
+        )
 
 
 def stamp_ns_of(message):
@@ -120,7 +128,7 @@ class RosoutWatch:
     def __init__(self):
         self._log = Collector('/rosout', Log)
         # A node that we are not yet connected to could warn unheard.
-        wait_until(lambda: self._log._subscriber.get_num_connections() >= len(self._nodes()), 'every node\'s /rosout')
+        wait_until(lambda: self._log._subscriber.get_num_connections() >= len(self._nodes()), "every node's /rosout")
 
     @staticmethod
     def _nodes():
@@ -135,10 +143,17 @@ class RosoutWatch:
 
     def wait_for_warning(self, node, *words):
         """The node's warnings, as soon as one of them has all the words."""
+
         def has_come():
             return any(all(word in text for word in words) for text in self.warnings_of(node))
-        wait_until(has_come, lambda: 'a warning of %s with %s; it warned of %s'
-                   % (node, ', '.join(words), self.warnings_of(node) or 'nothing'))
+
+        wait_until(
+            has_come,
+            lambda: (
+                'a warning of %s with %s; it warned of %s'
+                % (node, ', '.join(words), self.warnings_of(node) or 'nothing')
+            ),
+        )
         return self.warnings_of(node)
 
 
@@ -156,5 +171,7 @@ class NodeTest(unittest.TestCase):
         self.rosout.clear()
 
     def assert_stamps(self, messages, expected_ns):
-        self.assertEqual([stamp_ns_of(message) - self.epoch_ns for message in messages],
-                         [stamp_ns - self.epoch_ns for stamp_ns in expected_ns])
+        self.assertEqual(
+            [stamp_ns_of(message) - self.epoch_ns for message in messages],
+            [stamp_ns - self.epoch_ns for stamp_ns in expected_ns],
+        )

@@ -3,6 +3,7 @@
 
 What is asserted of motion is asserted on the stamps; only the real-time factor is about the wall clock, and loosely.
 """
+
 import math
 import subprocess
 import time
@@ -40,14 +41,14 @@ from diff_encoder_sim.simulation.world import load_world
 
 TICK_NS = 10000000
 WHEEL_RADIUS, SEPARATION = 0.1, 0.4
-ACCELERATION = 1.5         # default max_linear_acceleration [m/s^2]
-TOP_SPEED = 1.0            # default max_linear_speed [m/s]
-COMMAND_TIMEOUT = 0.5      # default command_timeout [s]
+ACCELERATION = 1.5  # default max_linear_acceleration [m/s^2]
+TOP_SPEED = 1.0  # default max_linear_speed [m/s]
+COMMAND_TIMEOUT = 0.5  # default command_timeout [s]
 NAN = float('nan')
 ROOT = Path(__file__).resolve().parents[2]
-START = -10.0, 0.5, 0.3    # of `first`; the others' is 0
+START = -10.0, 0.5, 0.3  # of `first`; the others' is 0
 SCAN_PERIOD_NS = 100000000
-RAYS, NOISE = 1000, 0.03   # default lidar.samples and lidar.noise [m]
+RAYS, NOISE = 1000, 0.03  # default lidar.samples and lidar.noise [m]
 
 
 class Simulator:
@@ -93,13 +94,15 @@ class Simulator:
             if reached_ns is None and self.moves_at(linear, angular):
                 reached_ns = self.now_ns()
             if time.monotonic() > deadline:
-                raise AssertionError('does not drive at %s m/s, %s rad/s:\n%s'
-                                     % (linear, angular, self.joints.messages[-1]))
+                raise AssertionError(
+                    'does not drive at %s m/s, %s rad/s:\n%s' % (linear, angular, self.joints.messages[-1])
+                )
 
     def moves_at(self, linear, angular=0.0):
         joints = self.joints.messages
-        return bool(joints) and all(abs(speed - wanted) < 0.02 for speed, wanted in zip(
-            joints[-1].velocity, wheel_speeds(linear, angular)))
+        return bool(joints) and all(
+            abs(speed - wanted) < 0.02 for speed, wanted in zip(joints[-1].velocity, wheel_speeds(linear, angular))
+        )
 
     def now_ns(self):
         return self.clock.wait_for_count(1)[-1].clock.to_nsec()
@@ -149,7 +152,6 @@ def clock_stamps(simulator):
 
 
 class SimulatorTest(NodeTest):
-
     @classmethod
     def setUpClass(cls):
         start_test_node('simulator_test')
@@ -168,8 +170,9 @@ class SimulatorTest(NodeTest):
     def wait_until_time_stands(self, simulator):
         """While paused the clock repeats itself."""
         simulator.clock.clear()
-        simulator.clock.wait_for(lambda messages: len(messages) > 3 and messages[-1].clock == messages[-3].clock,
-                                 'three times the same')
+        simulator.clock.wait_for(
+            lambda messages: len(messages) > 3 and messages[-1].clock == messages[-3].clock, 'three times the same'
+        )
 
     def assert_pose(self, given, expected, tolerance):
         self.assertLess(math.hypot(given[0] - expected[0], given[1] - expected[1]), tolerance, given)
@@ -283,29 +286,40 @@ class SimulatorTest(NodeTest):
 
     def test_scanner_is_mounted_as_in_the_robot_file(self):
         static = Collector('/tf_static', TFMessage).wait_for(
-            lambda messages: any(transform.child_frame_id == 'laser' for message in messages
-                                 for transform in message.transforms), 'base_link to laser')
-        mount = next(transform for message in static for transform in message.transforms
-                     if transform.child_frame_id == 'laser')
+            lambda messages: any(
+                transform.child_frame_id == 'laser' for message in messages for transform in message.transforms
+            ),
+            'base_link to laser',
+        )
+        mount = next(
+            transform for message in static for transform in message.transforms if transform.child_frame_id == 'laser'
+        )
         self.assertEqual(mount.header.frame_id, 'base_link')
         robot = load_robot(ROOT / 'urdf' / 'alto.urdf.xacro', 'left_wheel_joint', 'right_wheel_joint', {})
         translation, rotation = mount.transform.translation, mount.transform.rotation
         self.assertEqual((rotation.x, rotation.y, rotation.z), (0.0, 0.0, 0.0))
-        np.testing.assert_allclose((translation.x, translation.y, translation.z),
-                                   robot.link_pose_in_root('laser')[:3, 3], atol=1e-9)
+        np.testing.assert_allclose(
+            (translation.x, translation.y, translation.z), robot.link_pose_in_root('laser')[:3, 3], atol=1e-9
+        )
 
     # --- moved by hand ------------------------------------------------------------------------------------------------
 
     def test_services_are_gazebos_own_types(self):
         """As gazebo_msgs has them, so that programs that use it can call."""
-        self.assertEqual((SetModelState._type, SetModelState._md5sum),
-                         ('gazebo_msgs/SetModelState', '5b3ab0281d4f5445def017e3a2e4a07b'))
-        self.assertEqual((GetModelState._type, GetModelState._md5sum),
-                         ('gazebo_msgs/GetModelState', '4c515e936d3319c9610c559c60bfc3d4'))
+        self.assertEqual(
+            (SetModelState._type, SetModelState._md5sum),
+            ('gazebo_msgs/SetModelState', '5b3ab0281d4f5445def017e3a2e4a07b'),
+        )
+        self.assertEqual(
+            (GetModelState._type, GetModelState._md5sum),
+            ('gazebo_msgs/GetModelState', '4c515e936d3319c9610c559c60bfc3d4'),
+        )
         service = '/gazebo/set_model_state'
         self.assertEqual(rosservice.get_service_type(service), 'gazebo_msgs/SetModelState')
-        self.assertEqual(rosservice.get_service_headers(service, rosservice.get_service_uri(service))['md5sum'],
-                         SetModelState._md5sum)
+        self.assertEqual(
+            rosservice.get_service_headers(service, rosservice.get_service_uri(service))['md5sum'],
+            SetModelState._md5sum,
+        )
 
     def test_kidnapped_robot_is_elsewhere_and_its_encoder_sees_nothing(self):
         self.first.unpause_physics()
@@ -330,12 +344,17 @@ class SimulatorTest(NodeTest):
 
     def test_command_place_robot(self):
         command = ['rosrun', 'diff_encoder_sim', 'place_robot']
-        done = subprocess.run(command + ['-3.5', '0.25', '-1.5'], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                              timeout=2.0 * TIMEOUT_S)
+        done = subprocess.run(
+            command + ['-3.5', '0.25', '-1.5'],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            timeout=2.0 * TIMEOUT_S,
+        )
         self.assertEqual(done.returncode, 0, done.stdout)
         self.assert_pose(self.first.true_pose(), (-3.5, 0.25, -1.5), 1e-6)
-        done = subprocess.run(command + ['nan', '0', '0'], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                              timeout=2.0 * TIMEOUT_S)
+        done = subprocess.run(
+            command + ['nan', '0', '0'], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=2.0 * TIMEOUT_S
+        )
         self.assertEqual(done.returncode, 1, done.stdout)
         self.assertEqual(len(done.stdout.splitlines()), 1, done.stdout)
         self.assertIn(b'position', done.stdout)
@@ -353,17 +372,19 @@ class SimulatorTest(NodeTest):
         upside_down = (1.0, 0.0, 0.0, 0.0)
         on_its_side = (math.sin(math.pi / 4), 0.0, 0.0, math.cos(math.pi / 4))
         for arguments, words in (
-                (dict(model='atlo'), ("'atlo' does not exist", "did you mean 'alto'")),
-                (dict(model=''), ("'' does not exist",)),
-                (dict(model='hallway_walls'), ("'hallway_walls' is fixed", "'alto'")),
-                (dict(frame='base_link'), ("'base_link'", "'world'")),
-                (dict(x=NAN), ('position', 'nan')), (dict(y=float('inf')), ('position', 'inf')),
-                (dict(x=1e300), ('position', '1e+300')),
-                (dict(orientation=(0.0, 0.0, 0.0, 0.0)), ('no rotation',)),
-                (dict(orientation=(0.0, 0.0, NAN, 1.0)), ('no rotation',)),
-                (dict(orientation=upside_down), ('lean', '3.14')),
-                (dict(orientation=on_its_side), ('lean', '1.57')),
-                (dict(twist=(NAN, 0.0, 0.0)), ('twist', 'nan'))):
+            (dict(model='atlo'), ("'atlo' does not exist", "did you mean 'alto'")),
+            (dict(model=''), ("'' does not exist",)),
+            (dict(model='hallway_walls'), ("'hallway_walls' is fixed", "'alto'")),
+            (dict(frame='base_link'), ("'base_link'", "'world'")),
+            (dict(x=NAN), ('position', 'nan')),
+            (dict(y=float('inf')), ('position', 'inf')),
+            (dict(x=1e300), ('position', '1e+300')),
+            (dict(orientation=(0.0, 0.0, 0.0, 0.0)), ('no rotation',)),
+            (dict(orientation=(0.0, 0.0, NAN, 1.0)), ('no rotation',)),
+            (dict(orientation=upside_down), ('lean', '3.14')),
+            (dict(orientation=on_its_side), ('lean', '1.57')),
+            (dict(twist=(NAN, 0.0, 0.0)), ('twist', 'nan')),
+        ):
             response = self.first.place(**arguments)
             self.assertFalse(response.success, arguments)
             for word in words:
@@ -471,6 +492,7 @@ class SimulatorTest(NodeTest):
         def disturb():
             self.first.command(*bad[0])
             bad.append(bad.pop(0))
+
         self.first.drive(0.3, duration=0.6, disturbance=disturb)
         for _, velocity in self.speeds():
             for speed in velocity:
@@ -496,7 +518,8 @@ class SimulatorTest(NodeTest):
         self.first.joints.clear()
         silent_since = self.first.now_ns() / NS_PER_S
         self.first.joints.wait_for(
-            lambda messages: messages and all(abs(speed) < 0.01 for speed in messages[-1].velocity), 'a standstill')
+            lambda messages: messages and all(abs(speed) < 0.01 for speed in messages[-1].velocity), 'a standstill'
+        )
         slower = next(stamp for stamp, velocity in self.speeds() if max(velocity) < 0.9 * 0.45 / WHEEL_RADIUS)
         # The last command may have taken effect a moment before or after the clock was read.
         self.assertGreater(slower - silent_since, 0.5 * COMMAND_TIMEOUT)

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """The contract of slam_node: slam_gmapping's. Started by slam.test."""
+
 import math
 import sys
 from pathlib import Path
@@ -38,7 +39,6 @@ STEP_NS = NS_PER_S // 10
 
 
 class SlamTest(NodeTest):
-
     @classmethod
     def setUpClass(cls):
         start_test_node('slam_test')
@@ -56,7 +56,7 @@ class SlamTest(NodeTest):
         cls.dynamic_map = rospy.ServiceProxy('dynamic_map', GetMap)
         cls.rosout = RosoutWatch()
         cls.now_ns = 1000 * NS_PER_S
-        cls.true_pose = Pose2D(0.0, -0.5, 0.0)     # odometry begins here at zero
+        cls.true_pose = Pose2D(0.0, -0.5, 0.0)  # odometry begins here at zero
 
     def setUp(self):
         super().setUp()
@@ -105,13 +105,14 @@ class SlamTest(NodeTest):
         # The map's frame is odom's, which began at the robot; the room's wall is at x = 2.48.
         wall_m = SEGMENTS[0][2]
         row, column = grid.cell_at(wall_m, 0.5)
-        wall = (grid.cells[row - 5:row + 6, column - 1:column + 2] == 100).any(axis=1)
-        self.assertGreater(wall.mean(), 0.3)    # far off, rays lie more than a cell apart
+        wall = (grid.cells[row - 5 : row + 6, column - 1 : column + 2] == 100).any(axis=1)
+        self.assertGreater(wall.mean(), 0.3)  # far off, rays lie more than a cell apart
         self.assertEqual(grid.cells[grid.cell_at(1.0, 0.5)], 0)
         self.maps.wait_for_count(2)
 
         def chains(messages):
             return [one for message in messages for one in message.transforms if one.header.frame_id == 'map']
+
         newest = chains(self.transforms.wait_for(chains, 'a transform from map'))[-1]
         pose = pose_from_transform(newest)
         self.assertLess(math.hypot(pose.x_m, pose.y_m), 0.03)
@@ -120,7 +121,8 @@ class SlamTest(NodeTest):
 
         def of_now(messages):
             return [one for one in messages if one.header.stamp == stamp_from_ns(self.now_ns)]
-        answer, = of_now(self.poses.wait_for(of_now, 'the pose of the newest scan'))
+
+        (answer,) = of_now(self.poses.wait_for(of_now, 'the pose of the newest scan'))
         self.assertEqual(answer.header.frame_id, 'map')
         self.assertAlmostEqual(pose_from_message(answer.pose).x_m, 4 * 0.4, delta=0.03)
 
@@ -133,7 +135,7 @@ class SlamTest(NodeTest):
         self.assertEqual(self.dynamic_map().map.data, before)
         entered = self.entered()
         self.send()
-        self.wait_for_entered(entered + 1)      # it goes on when odometry does
+        self.wait_for_entered(entered + 1)  # it goes on when odometry does
 
     def test_4_bad_scans_are_named_and_good_ones_go_on(self):
         nothing = scan_message(room_scan(self.true_pose), 'laser', 0.1)
@@ -143,7 +145,7 @@ class SlamTest(NodeTest):
         entered = self.entered()
         self.turn()
         self.send(scan_message(room_scan(self.true_pose, laser_pose_in_base=LASER, ray_count=200), 'laser', 0.1))
-        self.wait_for_entered(entered + 1)      # of another length
+        self.wait_for_entered(entered + 1)  # of another length
 
     def test_5_time_that_goes_back_is_named_and_the_map_is_kept(self):
         before = self.dynamic_map().map.data

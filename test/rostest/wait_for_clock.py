@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """Ends when /clock has come to the given time [s]: lets a test outside of the graph know that it runs."""
+
 import sys
 import threading
 

@@ -1,4 +1,5 @@
 """A small map and simulated scans for the tests of AMCL."""
+
 import math
 
 import numpy as np
@@ -19,12 +20,11 @@ def pillar_room():
     cells[70:100, 95:120] = OCCUPIED
     y, x = np.mgrid[:height, :width] + 0.5
     for pillar_x, pillar_y, radius in ((30, 25, 4), (85, 30, 3), (38, 72, 5), (70, 60, 2.5)):
-        cells[(x - pillar_x) ** 2 + (y - pillar_y) ** 2 <= radius ** 2] = OCCUPIED
+        cells[(x - pillar_x) ** 2 + (y - pillar_y) ** 2 <= radius**2] = OCCUPIED
     return OccupancyGrid(cells, RESOLUTION_M, Pose2D(-3.0, -2.5, 0.0))
 
 
-def simulated_scan(grid, base_pose, rng=None, ray_count=180, sigma_m=0.0,
-                   laser_pose_in_base=IDENTITY, stamp_ns=0):
+def simulated_scan(grid, base_pose, rng=None, ray_count=180, sigma_m=0.0, laser_pose_in_base=IDENTITY, stamp_ns=0):
     """What a laser sees at a base pose in the map: marched through the cells in steps of 2 mm."""
     increment = 2.0 * math.pi / ray_count
     laser = base_pose.compose(laser_pose_in_base)
@@ -36,8 +36,7 @@ def simulated_scan(grid, base_pose, rng=None, ray_count=180, sigma_m=0.0,
     rows = np.floor((local.y_m + distances * np.sin(directions)) / grid.resolution_m)
     inside = (columns >= 0) & (columns < grid.width) & (rows >= 0) & (rows < grid.height)
     occupied = np.zeros(columns.shape, dtype=bool)
-    occupied[inside] = grid.cells[rows[inside].astype(int),
-                                  columns[inside].astype(int)] == OCCUPIED
+    occupied[inside] = grid.cells[rows[inside].astype(int), columns[inside].astype(int)] == OCCUPIED
     ranges = np.where(occupied.any(axis=1), distances[occupied.argmax(axis=1)], np.inf)
     if rng is not None:
         ranges = ranges + sigma_m * rng.standard_normal(ray_count)

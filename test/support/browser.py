@@ -1,4 +1,5 @@
 """A headless Chromium for tests, driven over its debugging protocol on loopback."""
+
 from __future__ import annotations
 
 import asyncio
@@ -17,7 +18,7 @@ from tornado.websocket import WebSocketClientConnection, websocket_connect
 START_TIMEOUT_S = 60.0
 ANSWER_TIMEOUT_S = 60.0
 END_TIMEOUT_S = 10.0
-MOST_BYTES = 64 * 1024 * 1024      # of a PDF
+MOST_BYTES = 64 * 1024 * 1024  # of a PDF
 
 
 def chromium() -> Optional[str]:
@@ -37,8 +38,7 @@ class Page:
     def call(self, method: str, **params: Any) -> Dict[str, Any]:
         """Result of a command; what happens meanwhile goes to `events`."""
         self._number += 1
-        self._loop.run_until_complete(self._send(
-            json.dumps({'id': self._number, 'method': method, 'params': params})))
+        self._loop.run_until_complete(self._send(json.dumps({'id': self._number, 'method': method, 'params': params})))
         while True:
             message = self._next()
             if message.get('id') == self._number:
@@ -47,8 +47,9 @@ class Page:
 
     def open(self, path: Path, width_px: int) -> None:
         """Load a file into a window of this width, and wait until it is loaded."""
-        self.call('Emulation.setDeviceMetricsOverride', width=width_px, height=844,
-                  deviceScaleFactor=1, mobile=width_px < 600)
+        self.call(
+            'Emulation.setDeviceMetricsOverride', width=width_px, height=844, deviceScaleFactor=1, mobile=width_px < 600
+        )
         for domain in ('Page', 'Runtime', 'Log', 'Network'):
             self.call(f'{domain}.enable')
         self.events.clear()
@@ -58,15 +59,13 @@ class Page:
 
     def evaluate(self, expression: str) -> Any:
         """Value of a JavaScript expression, promises awaited."""
-        result = self.call('Runtime.evaluate', expression=expression, returnByValue=True,
-                           awaitPromise=True)
+        result = self.call('Runtime.evaluate', expression=expression, returnByValue=True, awaitPromise=True)
         assert 'exceptionDetails' not in result, result
         return result['result'].get('value')
 
     def pdf(self) -> bytes:
         """As it prints."""
-        return base64.b64decode(self.call('Page.printToPDF', preferCSSPageSize=True,
-                                          printBackground=True)['data'])
+        return base64.b64decode(self.call('Page.printToPDF', preferCSSPageSize=True, printBackground=True)['data'])
 
     def of_kind(self, method: str) -> List[Dict[str, Any]]:
         """Parameters of the events of a kind since the page was opened."""
@@ -74,11 +73,13 @@ class Page:
 
     def complaints(self) -> List[str]:
         """Whatever the console shows as a warning or an error."""
-        logged = [event['entry']['text'] for event in self.of_kind('Log.entryAdded')
-                  if event['entry']['level'] in ('warning', 'error')]
+        logged = [
+            event['entry']['text']
+            for event in self.of_kind('Log.entryAdded')
+            if event['entry']['level'] in ('warning', 'error')
+        ]
         called = [str(event['args']) for event in self.of_kind('Runtime.consoleAPICalled')]
-        thrown = [str(event['exceptionDetails'])
-                  for event in self.of_kind('Runtime.exceptionThrown')]
+        thrown = [str(event['exceptionDetails']) for event in self.of_kind('Runtime.exceptionThrown')]
         return logged + called + thrown
 
     def _next(self) -> Dict[str, Any]:
@@ -104,11 +105,22 @@ def opened_page(executable: str, profile: Path) -> Iterator[Page]:
         profile: an empty folder for what the browser keeps.
     """
     # Containers run as root, where Chromium's own sandbox cannot start; the pages are ours.
-    process = subprocess.Popen([
-        executable, '--headless', '--no-sandbox', '--disable-gpu', '--disable-dev-shm-usage',
-        '--no-first-run', '--disable-background-networking', '--remote-debugging-port=0',
-        f'--user-data-dir={profile}', 'about:blank'], stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL)
+    process = subprocess.Popen(
+        [
+            executable,
+            '--headless',
+            '--no-sandbox',
+            '--disable-gpu',
+            '--disable-dev-shm-usage',
+            '--no-first-run',
+            '--disable-background-networking',
+            '--remote-debugging-port=0',
+            f'--user-data-dir={profile}',
+            'about:blank',
+        ],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
     loop = asyncio.new_event_loop()
     try:
         socket = loop.run_until_complete(_connected(_address(profile)))
@@ -135,5 +147,4 @@ def _address(profile: Path) -> str:
         time.sleep(0.05)
     port = port_file.read_text(encoding='ascii').split('\n')[0]
     with urllib.request.urlopen(f'http://127.0.0.1:{port}/json/list') as answer:
-        return next(tab['webSocketDebuggerUrl'] for tab in json.load(answer)
-                    if tab['type'] == 'page')
+        return next(tab['webSocketDebuggerUrl'] for tab in json.load(answer) if tab['type'] == 'page')

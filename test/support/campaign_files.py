@@ -1,4 +1,5 @@
 """A small campaign for tests, its rows, and its folder after some of its trials."""
+
 import shutil
 
 import pytest
@@ -40,10 +41,21 @@ def small_campaign(folder, **changes):
 def row_of_job(campaign, job, bag='', **changes):
     """Some result; another for each job."""
     cell = campaign.cells[job.cell_index]
-    errors = {source: Pose2D(job.index / 3, -1e-17, 0.1 * number)
-              for number, source in enumerate(SOURCES)}
-    row = TrialRow(cell.test.name, ppr_label(cell.ppr), cell.varied_texts(), job.trial, job.seed,
-                   'succeeded', '', 49.05 + job.index, errors, 20.000000000000004, 1.25, bag)
+    errors = {source: Pose2D(job.index / 3, -1e-17, 0.1 * number) for number, source in enumerate(SOURCES)}
+    row = TrialRow(
+        cell.test.name,
+        ppr_label(cell.ppr),
+        cell.varied_texts(),
+        job.trial,
+        job.seed,
+        'succeeded',
+        '',
+        49.05 + job.index,
+        errors,
+        20.000000000000004,
+        1.25,
+        bag,
+    )
     return row._replace(**changes)
 
 

@@ -1,4 +1,5 @@
 """Starts whole graphs for pytest, each with a master and a ROS_HOME of its own, and ends all of their processes."""
+
 import os
 import re
 import signal
@@ -23,8 +24,11 @@ HARMLESS = ('no clock published', 'terminated before handshake header received')
 
 def complaints(output):
     """Warnings and errors in a launch's output."""
-    return [line for line in output.splitlines()
-            if ('WARN' in line or 'ERROR' in line) and not any(text in line for text in HARMLESS)]
+    return [
+        line
+        for line in output.splitlines()
+        if ('WARN' in line or 'ERROR' in line) and not any(text in line for text in HARMLESS)
+    ]
 
 
 def require_ros():
@@ -50,8 +54,14 @@ class Graph:
         self.home.mkdir(parents=True, exist_ok=True)
         self.port = free_port()
         self.environment = dict(
-            os.environ, ROS_MASTER_URI='http://127.0.0.1:%d' % self.port, ROS_IP='127.0.0.1', ROS_HOME=str(self.home),
-            ROS_LOG_DIR=str(self.home / 'log'), PYTHONUNBUFFERED='1', PWD=str(self.home))
+            os.environ,
+            ROS_MASTER_URI='http://127.0.0.1:%d' % self.port,
+            ROS_IP='127.0.0.1',
+            ROS_HOME=str(self.home),
+            ROS_LOG_DIR=str(self.home / 'log'),
+            PYTHONUNBUFFERED='1',
+            PWD=str(self.home),
+        )
         self.environment.pop('ROS_HOSTNAME', None)
         self._count = 0
 
@@ -102,8 +112,14 @@ class Process:
         self._log = log
         with open(log, 'wb') as out:
             self._process = subprocess.Popen(
-                [str(word) for word in command], env=environment, cwd=str(folder), stdin=subprocess.DEVNULL,
-                stdout=out, stderr=subprocess.STDOUT, start_new_session=True)
+                [str(word) for word in command],
+                env=environment,
+                cwd=str(folder),
+                stdin=subprocess.DEVNULL,
+                stdout=out,
+                stderr=subprocess.STDOUT,
+                start_new_session=True,
+            )
 
     def wait(self, timeout_s=TIME_LIMIT_S):
         try:

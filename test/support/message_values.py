@@ -1,4 +1,5 @@
 """Values of a trial, drawn at random, for the tests of messages."""
+
 import numpy as np
 
 from diff_encoder_sim.base.laser_scan import Scan
@@ -45,7 +46,7 @@ def scan(rng):
 
 
 def encoder_sample(rng):
-    return EncoderSample(stamp_ns(rng), *rng.integers(-2**62, 2**62, 2).tolist())
+    return EncoderSample(stamp_ns(rng), *rng.integers(-(2**62), 2**62, 2).tolist())
 
 
 def estimate(rng):

@@ -1,4 +1,5 @@
 """A kinematic robot with a laser in a world of boxes and cylinders: closed loops for the tests."""
+
 import math
 from typing import NamedTuple
 
@@ -20,25 +21,33 @@ RAYS, RANGE_MIN_M, RANGE_MAX_M = 360, 0.15, 6.0
 WHEEL_RADIUS_M, WHEEL_SEPARATION_M = 0.1, 0.4
 
 # Table 2 of the paper. min_vel_trans must be reachable from a stand: 0.7 m/s^2 over 50 ms.
-TABLE_2 = {'max_vel_x': 0.45, 'max_vel_trans': 0.45, 'min_vel_trans': 0.0, 'max_vel_theta': 1.0,
-           'min_vel_theta': 0.2, 'acc_lim_x': 0.7, 'acc_lim_theta': 4.9,
-           'xy_goal_tolerance': 0.05, 'yaw_goal_tolerance': 0.052, 'goal_distance_bias': 15.0,
-           'path_distance_bias': 20.0,
-           'latch_xy_goal_tolerance': True}
+TABLE_2 = {
+    'max_vel_x': 0.45,
+    'max_vel_trans': 0.45,
+    'min_vel_trans': 0.0,
+    'max_vel_theta': 1.0,
+    'min_vel_theta': 0.2,
+    'acc_lim_x': 0.7,
+    'acc_lim_theta': 4.9,
+    'xy_goal_tolerance': 0.05,
+    'yaw_goal_tolerance': 0.052,
+    'goal_distance_bias': 15.0,
+    'path_distance_bias': 20.0,
+    'latch_xy_goal_tolerance': True,
+}
 
 
 def navigator_params(dwa=None, **changes):
     """Table 2 and the defaults, with changes."""
-    return NavigatorParams.from_mapping(
-        {'DWAPlannerROS': {**TABLE_2, **(dwa or {})}, **changes}, '')
+    return NavigatorParams.from_mapping({'DWAPlannerROS': {**TABLE_2, **(dwa or {})}, **changes}, '')
 
 
 class Shapes(NamedTuple):
     """A world as seen from above."""
 
-    segments: np.ndarray   # (n, 4) x0, y0, x1, y1 of the boxes' sides [m]
-    circles: np.ndarray    # (n, 3) x, y, radius [m]
-    boxes: np.ndarray      # (n, 5) x, y, yaw, half length, half width
+    segments: np.ndarray  # (n, 4) x0, y0, x1, y1 of the boxes' sides [m]
+    circles: np.ndarray  # (n, 3) x, y, radius [m]
+    boxes: np.ndarray  # (n, 5) x, y, yaw, half length, half width
 
     def contain(self, points):
         """(n,) whether points (n, 2) lie in a solid."""
@@ -54,19 +63,23 @@ class Shapes(NamedTuple):
 
     def with_box(self, x, y, length, width, yaw=0.0):
         """The same and one box more."""
-        return shapes_of(np.vstack([self.boxes, [[x, y, yaw, length / 2, width / 2]]]),
-                         self.circles)
+        return shapes_of(np.vstack([self.boxes, [[x, y, yaw, length / 2, width / 2]]]), self.circles)
 
 
 def shapes_of(boxes, circles):
     """Shapes of boxes (n, 5) and circles (n, 3)."""
     segments = []
     for x, y, yaw, half_length, half_width in boxes:
-        corners = [Pose2D(x, y, yaw).compose(Pose2D(sx * half_length, sy * half_width, 0.0))[:2]
-                   for sx, sy in ((1, 1), (-1, 1), (-1, -1), (1, -1))]
+        corners = [
+            Pose2D(x, y, yaw).compose(Pose2D(sx * half_length, sy * half_width, 0.0))[:2]
+            for sx, sy in ((1, 1), (-1, 1), (-1, -1), (1, -1))
+        ]
         segments += [[*corners[i], *corners[(i + 1) % 4]] for i in range(4)]
-    return Shapes(np.array(segments, float).reshape(-1, 4), np.array(circles, float).reshape(-1, 3),
-                  np.array(boxes, float).reshape(-1, 5))
+    return Shapes(
+        np.array(segments, float).reshape(-1, 4),
+        np.array(circles, float).reshape(-1, 3),
+        np.array(boxes, float).reshape(-1, 5),
+    )
 
 
 def read_shapes(name):
@@ -87,8 +100,9 @@ def rasterise(shapes, low, high, resolution_m=0.05):
     columns, rows = (math.ceil((h - l) / resolution_m) for l, h in zip(low, high))
     cells = np.full((rows, columns), FREE, np.int8)
     for x_share, y_share in ((a, b) for a in (0.02, 0.5, 0.98) for b in (0.02, 0.5, 0.98)):
-        x, y = np.meshgrid(low[0] + (np.arange(columns) + x_share) * resolution_m,
-                           low[1] + (np.arange(rows) + y_share) * resolution_m)
+        x, y = np.meshgrid(
+            low[0] + (np.arange(columns) + x_share) * resolution_m, low[1] + (np.arange(rows) + y_share) * resolution_m
+        )
         inside = shapes.contain(np.column_stack([x.ravel(), y.ravel()]))
         cells[inside.reshape(cells.shape)] = OCCUPIED
     return OccupancyGrid(cells, resolution_m, Pose2D(*low, 0.0))
@@ -96,8 +110,9 @@ def rasterise(shapes, low, high, resolution_m=0.05):
 
 def walled_room():
     """A room of 6 x 4 m inside around the origin, and its map."""
-    shapes = shapes_of([[0, 2.1, 0, 3.2, 0.1], [0, -2.1, 0, 3.2, 0.1],
-                        [3.1, 0, 0, 0.1, 2.2], [-3.1, 0, 0, 0.1, 2.2]], [])
+    shapes = shapes_of(
+        [[0, 2.1, 0, 3.2, 0.1], [0, -2.1, 0, 3.2, 0.1], [3.1, 0, 0, 0.1, 2.2], [-3.1, 0, 0, 0.1, 2.2]], []
+    )
     return shapes, rasterise(shapes, (-3.5, -2.5), (3.5, 2.5))
 
 
@@ -138,10 +153,10 @@ class Robot:
         self._odometry = WheelOdometry(OdometryParams.from_mapping({'ppr': ppr or 1}, ''))
         self.base_in_odom = IDENTITY
         xs, ys = np.linspace(-0.25, 0.25, 26), np.linspace(-0.3, 0.3, 31)
-        self._outline = np.vstack([np.column_stack([xs, np.full_like(xs, side)])
-                                   for side in (-0.3, 0.3)]
-                                  + [np.column_stack([np.full_like(ys, side), ys])
-                                     for side in (-0.25, 0.25)])
+        self._outline = np.vstack(
+            [np.column_stack([xs, np.full_like(xs, side)]) for side in (-0.3, 0.3)]
+            + [np.column_stack([np.full_like(ys, side), ys]) for side in (-0.25, 0.25)]
+        )
 
     def drive(self, command, ticks):
         """Follow a command for some ticks of 10 ms."""
@@ -150,8 +165,7 @@ class Robot:
             self.angular += np.clip(command.angular_radps - self.angular, -6 * TICK_S, 6 * TICK_S)
             self.pose = move_along_arc(self.pose, self.linear * TICK_S, self.angular * TICK_S)
             half = 0.5 * WHEEL_SEPARATION_M * self.angular
-            self._wheels += np.array([self.linear - half, self.linear + half]) \
-                * TICK_S / WHEEL_RADIUS_M
+            self._wheels += np.array([self.linear - half, self.linear + half]) * TICK_S / WHEEL_RADIUS_M
             self.now_ns += TICK_NS
 
     def odometry(self):
@@ -162,8 +176,7 @@ class Robot:
         counts = np.floor(self._wheels * self._ppr / (2.0 * math.pi)).astype(int).tolist()
         estimate = self._odometry.update(self.now_ns, *counts)
         self.base_in_odom = estimate.base_pose_in_odom
-        return (self.base_in_odom, estimate.linear_velocity_mps, estimate.angular_velocity_radps,
-                *estimate.twist_std())
+        return (self.base_in_odom, estimate.linear_velocity_mps, estimate.angular_velocity_radps, *estimate.twist_std())
 
     def localization(self):
         """map->odom of a perfect localization."""
@@ -174,8 +187,14 @@ class Robot:
         laser = self.pose.compose(LASER_IN_BASE)
         ranges = cast(*laser, RAYS, self.shapes.segments, self.shapes.circles)
         ranges[ranges > RANGE_MAX_M] = np.inf
-        return Scan(self.now_ns, 0.0, 2.0 * math.pi / RAYS, RANGE_MIN_M, RANGE_MAX_M,
-                    ranges + self._random.normal(0.0, sigma_m, RAYS))
+        return Scan(
+            self.now_ns,
+            0.0,
+            2.0 * math.pi / RAYS,
+            RANGE_MIN_M,
+            RANGE_MAX_M,
+            ranges + self._random.normal(0.0, sigma_m, RAYS),
+        )
 
     def touches(self):
         """Whether the true outline is in a solid."""
@@ -191,7 +210,7 @@ class ClosedLoop:
         self.robot = Robot(shapes, start, ppr, seed)
         self.navigator = Navigator(params or navigator_params(), grid, LASER_IN_BASE)
         self.period = 0
-        self.muted = set()      # inputs that do not arrive: 'odometry', 'localization', 'scan'
+        self.muted = set()  # inputs that do not arrive: 'odometry', 'localization', 'scan'
         self.outputs, self.trace, self.touched = [], [], False
 
     def step(self):

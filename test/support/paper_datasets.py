@@ -1,4 +1,5 @@
 """Datasets made of chosen final errors, for the tests of what is compared with the paper."""
+
 from __future__ import annotations
 
 import math
@@ -9,19 +10,27 @@ from diff_encoder_sim.campaign.trial_row import SOURCES
 
 def trial(test, ppr, number, outcome='succeeded', varied=(), **errors):
     """A trial with errors (x [m], y [m], yaw [deg]) by source; a source left out has none."""
-    in_rad = {source: errors.get(source) and (*errors[source][:2], math.radians(errors[source][2]))
-              for source in SOURCES}
-    return TrialData(test, ppr, varied, number, number, outcome, '', 60.0, 20.0, in_rad,
-                     dict.fromkeys(SOURCES), None, None)
+    in_rad = {
+        source: errors.get(source) and (*errors[source][:2], math.radians(errors[source][2])) for source in SOURCES
+    }
+    return TrialData(
+        test, ppr, varied, number, number, outcome, '', 60.0, 20.0, in_rad, dict.fromkeys(SOURCES), None, None
+    )
 
 
 def cell(test, ppr, source, rows, **others):
     """Trials 1, 2, ... whose errors of one source are `rows`."""
-    return [trial(test, ppr, number, **{source: row}, **others)
-            for number, row in enumerate(rows, start=1)]
+    return [trial(test, ppr, number, **{source: row}, **others) for number, row in enumerate(rows, start=1)]
 
 
 def dataset(*cells):
     """Of lists of trials."""
-    return Dataset('made for a test', [trial for of_cell in cells for trial in of_cell], [], None,
-                   None, RobotGeometry(0.2, 0.4), {})
+    return Dataset(
+        'made for a test',
+        [trial for of_cell in cells for trial in of_cell],
+        [],
+        None,
+        None,
+        RobotGeometry(0.2, 0.4),
+        {},
+    )

@@ -1,4 +1,5 @@
 """Recorded drives for the tests of reencoding, in bags of every kind."""
+
 import re
 
 import numpy as np
@@ -17,8 +18,11 @@ TICK_NS, START_NS = 10_000_000, 5_000_000_000
 COMPRESSIONS = (None, Writer1.CompressionFormat.BZ2, Writer1.CompressionFormat.LZ4)
 
 STORE2 = get_typestore(Stores.ROS2_HUMBLE)
-STORE2.register(get_types_from_msg(ENCODER_PULSE_FIELDS.replace('Header ', 'std_msgs/Header ', 1),
-                                   'diff_encoder_sim/msg/EncoderPulse'))
+STORE2.register(
+    get_types_from_msg(
+        ENCODER_PULSE_FIELDS.replace('Header ', 'std_msgs/Header ', 1), 'diff_encoder_sim/msg/EncoderPulse'
+    )
+)
 
 
 class Maker:
@@ -37,12 +41,22 @@ class Maker:
         return self.make('std_msgs/msg/Header', stamp=time, frame_id=frame, **seq)
 
     def joint_state(self, stamp_ns, angles_rad, names=JOINTS):
-        return self.make('sensor_msgs/msg/JointState', header=self.header(stamp_ns), name=list(names),
-                         position=np.array(angles_rad, float), velocity=np.zeros(len(angles_rad)), effort=np.zeros(0))
+        return self.make(
+            'sensor_msgs/msg/JointState',
+            header=self.header(stamp_ns),
+            name=list(names),
+            position=np.array(angles_rad, float),
+            velocity=np.zeros(len(angles_rad)),
+            effort=np.zeros(0),
+        )
 
     def pulses(self, stamp_ns, counts, names=JOINTS):
-        return self.make('diff_encoder_sim/msg/EncoderPulse', header=self.header(stamp_ns), name=list(names),
-                         pulses=np.array(counts, np.int64))
+        return self.make(
+            'diff_encoder_sim/msg/EncoderPulse',
+            header=self.header(stamp_ns),
+            name=list(names),
+            pulses=np.array(counts, np.int64),
+        )
 
     def _xyz(self, kind, pose):
         return self.make('geometry_msgs/msg/' + kind, x=pose.x_m, y=pose.y_m, z=0.0)
@@ -57,10 +71,14 @@ class Maker:
         return self.make('geometry_msgs/msg/PoseWithCovariance', pose=self._pose(pose), covariance=np.zeros(36))
 
     def transform(self, stamp_ns, pose, parent, child):
-        return self.make('geometry_msgs/msg/TransformStamped', header=self.header(stamp_ns, parent),
-                         child_frame_id=child, transform=self.make(
-                             'geometry_msgs/msg/Transform', translation=self._xyz('Vector3', pose),
-                             rotation=self._quat(pose)))
+        return self.make(
+            'geometry_msgs/msg/TransformStamped',
+            header=self.header(stamp_ns, parent),
+            child_frame_id=child,
+            transform=self.make(
+                'geometry_msgs/msg/Transform', translation=self._xyz('Vector3', pose), rotation=self._quat(pose)
+            ),
+        )
 
     def tf(self, *transforms):
         return self.make('tf2_msgs/msg/TFMessage', transforms=list(transforms))
@@ -76,14 +94,19 @@ class Maker:
             return self.make(kind, header=header, pose=self._with_covariance(pose))
         zero = self.make('geometry_msgs/msg/Vector3', x=0.0, y=0.0, z=0.0)
         twist = self.make('geometry_msgs/msg/Twist', linear=zero, angular=zero)
-        return self.make(kind, header=header, child_frame_id='base_link', pose=self._with_covariance(pose),
-                         twist=self.make('geometry_msgs/msg/TwistWithCovariance', twist=twist,
-                                         covariance=np.zeros(36)))
+        return self.make(
+            kind,
+            header=header,
+            child_frame_id='base_link',
+            pose=self._with_covariance(pose),
+            twist=self.make('geometry_msgs/msg/TwistWithCovariance', twist=twist, covariance=np.zeros(36)),
+        )
 
     def raw(self, message):
         kind = message.__msgtype__
-        return bytes(self.store.serialize_cdr(message, kind) if self.is_ros2
-                     else self.store.serialize_ros1(message, kind))
+        return bytes(
+            self.store.serialize_cdr(message, kind) if self.is_ros2 else self.store.serialize_ros1(message, kind)
+        )
 
 
 ROS1, ROS2 = Maker(STORE), Maker(STORE2)
@@ -102,8 +125,14 @@ def true_poses(angles):
     return poses
 
 
-def drive(maker=ROS1, count=501, joint_topic='/joint_states', reference='/world_pose',
-          kind='geometry_msgs/msg/PoseStamped', names=JOINTS):
+def drive(
+    maker=ROS1,
+    count=501,
+    joint_topic='/joint_states',
+    reference='/world_pose',
+    kind='geometry_msgs/msg/PoseStamped',
+    names=JOINTS,
+):
     """[(topic, time [ns], message)] of a bend, with the truth at 20 Hz."""
     angles = angles_rad(count)
     rows = []
@@ -127,8 +156,9 @@ def write_ros1(path, rows, compression=None, chunk_bytes=20_000):
 def write_ros2(path, rows, plugin='sqlite3'):
     try:
         from rosbags.rosbag2 import StoragePlugin
+
         options = {'version': 8, 'storage_plugin': StoragePlugin[plugin.upper()]}
-    except ImportError:     # rosbags for Python 3.8 reads both, and writes sqlite3 only
+    except ImportError:  # rosbags for Python 3.8 reads both, and writes sqlite3 only
         if plugin != 'sqlite3':
             pytest.skip('this rosbags cannot write ' + plugin)
         options = {}
@@ -149,13 +179,15 @@ def _write(writer, rows, store, serialize):
 def without_index(content):
     """As a recorder leaves a bag when it is killed: index_pos is 0, and the index is missing."""
     begin = content.index(b'index_pos=') + len(b'index_pos=')
-    index_at = int.from_bytes(content[begin:begin + 8], 'little')
-    return content[:begin] + bytes(8) + content[begin + 8:index_at]
+    index_at = int.from_bytes(content[begin : begin + 8], 'little')
+    return content[:begin] + bytes(8) + content[begin + 8 : index_at]
 
 
 def with_fields_in_order(content, order):
     """An uncompressed bag whose messages have their record's fields in another order."""
+
     def swap(match):
         fields = {'op': match[1], 'conn': match[2], 'time': match[3]}
         return b''.join(fields[name] for name in order)
+
     return re.sub(rb'(\x04\0\0\0op=\x02)(\x09\0\0\0conn=.{4})(\x0d\0\0\0time=.{8})', swap, content, flags=re.DOTALL)

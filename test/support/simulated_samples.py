@@ -1,4 +1,5 @@
 """Samples whose truth is known, and how often intervals may miss it by chance."""
+
 import math
 
 import numpy as np
@@ -12,10 +13,12 @@ def contaminated(rng, size):
     return rng.normal(0.0, np.where(rng.random(size) < 0.05, 5.0, 1.0)) / math.sqrt(0.95 + 0.05 * 25.0)
 
 
-DRAWS = {'normal': lambda rng, size: rng.normal(0.0, 1.0, size),
-         'uniform': lambda rng, size: rng.uniform(-math.sqrt(3.0), math.sqrt(3.0), size),
-         'laplace': lambda rng, size: rng.laplace(0.0, math.sqrt(0.5), size),
-         'contaminated': contaminated}
+DRAWS = {
+    'normal': lambda rng, size: rng.normal(0.0, 1.0, size),
+    'uniform': lambda rng, size: rng.uniform(-math.sqrt(3.0), math.sqrt(3.0), size),
+    'laplace': lambda rng, size: rng.laplace(0.0, math.sqrt(0.5), size),
+    'contaminated': contaminated,
+}
 
 
 def share_covering(intervals, truth):

@@ -1,4 +1,5 @@
 """Mapping drives through the shipped worlds, for tests and benchmark of SLAM."""
+
 import math
 import time
 from typing import Dict, List, NamedTuple, Sequence, Tuple
@@ -43,9 +44,9 @@ class Drive(NamedTuple):
     world: World
     scan_height_m: float
     laser_pose_in_base: Pose2D
-    true_poses: List[Pose2D]                 # base in the world
-    odometry: Dict[str, List[Pose2D]]        # 'ideal' or the PPR: base in odom
-    scans: Dict[str, List[Scan]]             # 'fine' with 1 cm of noise, 'coarse' with 3 cm
+    true_poses: List[Pose2D]  # base in the world
+    odometry: Dict[str, List[Pose2D]]  # 'ideal' or the PPR: base in odom
+    scans: Dict[str, List[Scan]]  # 'fine' with 1 cm of noise, 'coarse' with 3 cm
 
     @property
     def duration_s(self):
@@ -53,24 +54,46 @@ class Drive(NamedTuple):
 
 
 HALLWAY = Tour('hallway', Pose2D(-10.0, 0.0, 0.0), [(14.0, 0.0), (-14.0, 0.0), (-10.0, 0.0)])
-ROS_LOGO = Tour('ros_logo', Pose2D(-3.4, -0.85, 0.0), [
-    (-1.9, -0.935), (0.0, -0.935), (2.7, -0.935), (2.8, 0.935), (2.3, 2.7), (-2.3, 2.7),
-    (-2.8, 0.935), (0.0, 0.935), (0.935, 0.0), (0.935, -2.7), (-2.3, -2.7), (-3.0, -1.4),
-    (-1.9, -0.935)])
+ROS_LOGO = Tour(
+    'ros_logo',
+    Pose2D(-3.4, -0.85, 0.0),
+    [
+        (-1.9, -0.935),
+        (0.0, -0.935),
+        (2.7, -0.935),
+        (2.8, 0.935),
+        (2.3, 2.7),
+        (-2.3, 2.7),
+        (-2.8, 0.935),
+        (0.0, 0.935),
+        (0.935, 0.0),
+        (0.935, -2.7),
+        (-2.3, -2.7),
+        (-3.0, -1.4),
+        (-1.9, -0.935),
+    ],
+)
 
 
 def record(tour: Tour, pprs: Sequence[int] = PPRS, seed: int = 1) -> Drive:
     """Drive a tour with ideal odometry, some encoders and both scanners on board."""
-    simulator = Simulator(ROOT / 'worlds' / f'{tour.world}.world',
-                          ROOT / 'urdf' / 'alto.urdf.xacro', SimulatorParams(), tour.start, seed)
-    wheels = {f'{ppr}': (DiffEncoder(EncoderParams(ppr=ppr)),
-                         WheelOdometry(OdometryParams(ppr=ppr))) for ppr in pprs}
+    simulator = Simulator(
+        ROOT / 'worlds' / f'{tour.world}.world', ROOT / 'urdf' / 'alto.urdf.xacro', SimulatorParams(), tour.start, seed
+    )
+    wheels = {f'{ppr}': (DiffEncoder(EncoderParams(ppr=ppr)), WheelOdometry(OdometryParams(ppr=ppr))) for ppr in pprs}
     height_m = simulator._scan_height_m
-    lidars = {name: Lidar(simulator.world, height_m, LidarParams(noise=noise_m),
-                          generator(seed, f'{name} scans'))
-              for name, noise_m in (('fine', 0.01), ('coarse', 0.03))}
-    drive = Drive(simulator.world, height_m, simulator.laser_pose_in_base, [],
-                  {name: [] for name in ('ideal', *wheels)}, {name: [] for name in lidars})
+    lidars = {
+        name: Lidar(simulator.world, height_m, LidarParams(noise=noise_m), generator(seed, f'{name} scans'))
+        for name, noise_m in (('fine', 0.01), ('coarse', 0.03))
+    }
+    drive = Drive(
+        simulator.world,
+        height_m,
+        simulator.laser_pose_in_base,
+        [],
+        {name: [] for name in ('ideal', *wheels)},
+        {name: [] for name in lidars},
+    )
     points, tick = list(tour.points), 0
     while points:
         pose = simulator.base_pose_in_world()
@@ -110,15 +133,15 @@ class Case:
         self.drive = drive = record(tour, pprs)
         self.surface = true_surface(drive.world, drive.scan_height_m, *tour.start[:2])
         lasers = [pose.compose(drive.laser_pose_in_base) for pose in drive.true_poses]
-        self.visible = visible_points(drive.world, drive.scan_height_m, self.surface, lasers,
-                                      drive.scans['fine'][0].bearings_rad(), RANGE_M)
+        self.visible = visible_points(
+            drive.world, drive.scan_height_m, self.surface, lasers, drive.scans['fine'][0].bearings_rad(), RANGE_M
+        )
 
     def map(self, odometry: str, scans: str, seed: int = 1, **changes):
         """Accuracy of the map, error of the path, the mapper, and its processor time [s]."""
         slam = GridSlam(GridSlamParams(**{**MAPPING, **changes}), np.random.default_rng(seed))
         true, spent_s = [], 0.0
-        for pose, odom_pose, scan in zip(self.drive.true_poses, self.drive.odometry[odometry],
-                                         self.drive.scans[scans]):
+        for pose, odom_pose, scan in zip(self.drive.true_poses, self.drive.odometry[odometry], self.drive.scans[scans]):
             began_s = time.process_time()
             estimate = slam.update(odom_pose, scan, self.drive.laser_pose_in_base)
             spent_s += time.process_time() - began_s
@@ -126,6 +149,5 @@ class Case:
                 true.append(pose)
         path = [step.base_pose_in_map for step in slam.trajectory]
         grid = slam.map()
-        accuracy = map_accuracy(grid, true[0].compose(path[0].inverse()), self.surface,
-                                self.visible, grid.resolution_m)
+        accuracy = map_accuracy(grid, true[0].compose(path[0].inverse()), self.surface, self.visible, grid.resolution_m)
         return accuracy, path_error(path, true), slam, spent_s

@@ -1,4 +1,5 @@
 """Datasets of Gaussian errors, for tests of what is made of a dataset."""
+
 import math
 import zlib
 
@@ -14,20 +15,46 @@ def trial_data(test='SL', ppr='90', number=1, errors=(0.0, 0.0, 0.0), **other):
     """One trial; `errors` of all sources alike, or by source."""
     if not isinstance(errors, dict):
         errors = {source: errors for source in SOURCES}
-    return TrialData(**{**dict(test=test, ppr=ppr, varied=(), trial=number, seed=number,
-                               outcome='succeeded', reason='', duration_s=48.0, distance_m=20.0,
-                               errors=errors, paths={}, tracks=None, bag=None), **other})
+    return TrialData(
+        **{
+            **dict(
+                test=test,
+                ppr=ppr,
+                varied=(),
+                trial=number,
+                seed=number,
+                outcome='succeeded',
+                reason='',
+                duration_s=48.0,
+                distance_m=20.0,
+                errors=errors,
+                paths={},
+                tracks=None,
+                bag=None,
+            ),
+            **other,
+        }
+    )
 
 
 def dataset_of(trials, **other):
-    return Dataset(**{**dict(title='synthetic', trials=list(trials), notes=[], manifest=None, folder=None,
-                             robot=ALTO, asked={}), **other})
+    return Dataset(
+        **{
+            **dict(title='synthetic', trials=list(trials), notes=[], manifest=None, folder=None, robot=ALTO, asked={}),
+            **other,
+        }
+    )
 
 
 def synthetic_dataset(tests=('SL', 'SMT', 'DLD'), pprs=('40', '90', '1024', '4096'), trials=30, variants=((),)):
     """Odometry that spreads as whole pulses let it, and a truth that does not depend on the encoder."""
-    return dataset_of(_drawn_trial(test, ppr, varied, number) for test in tests for varied in variants
-                      for ppr in pprs for number in range(1, trials + 1))
+    return dataset_of(
+        _drawn_trial(test, ppr, varied, number)
+        for test in tests
+        for varied in variants
+        for ppr in pprs
+        for number in range(1, trials + 1)
+    )
 
 
 def _drawn_trial(test, ppr, varied, number):

@@ -1,4 +1,5 @@
 """What unit tests share."""
+
 import pytest
 from hypothesis import settings
 
@@ -11,6 +12,7 @@ settings.load_profile('repeatable')
 def fixture_campaign(tmp_path_factory):
     """SL at two noises of the LiDAR, two PPR and two trials each."""
     from campaign_files import TWO_NOISES, small_campaign  # here: other tests do without its imports
+
     return small_campaign(tmp_path_factory.mktemp('campaign'), **TWO_NOISES)
 
 
@@ -18,4 +20,5 @@ def fixture_campaign(tmp_path_factory):
 def fixture_whole(campaign, tmp_path):
     """The table of that campaign when nothing has disturbed it."""
     from campaign_files import run
+
     return run(campaign, tmp_path / 'whole')

@@ -8,11 +8,22 @@ CONFIG = CONFIG_FOLDER / 'rviz' / 'trial.rviz'
 
 # What is shown, by its topic
 SHOWN = {
-    '/map': 'Map', '/move_base/global_costmap/costmap': 'Map', '/move_base/local_costmap/costmap': 'Map',
-    '/scan': 'LaserScan', '/particlecloud': 'PoseArray',
-    '/move_base/NavfnROS/plan': 'Path', '/move_base/DWAPlannerROS/local_plan': 'Path',
-    '/odom': 'Odometry', '/amcl_pose': 'PoseWithCovariance', '/global_pose': 'Pose', '/world_pose': 'Pose',
-    '/odom_path': 'Path', '/global_pose_path': 'Path', '/world_pose_path': 'Path', '/world_markers': 'MarkerArray'}
+    '/map': 'Map',
+    '/move_base/global_costmap/costmap': 'Map',
+    '/move_base/local_costmap/costmap': 'Map',
+    '/scan': 'LaserScan',
+    '/particlecloud': 'PoseArray',
+    '/move_base/NavfnROS/plan': 'Path',
+    '/move_base/DWAPlannerROS/local_plan': 'Path',
+    '/odom': 'Odometry',
+    '/amcl_pose': 'PoseWithCovariance',
+    '/global_pose': 'Pose',
+    '/world_pose': 'Pose',
+    '/odom_path': 'Path',
+    '/global_pose_path': 'Path',
+    '/world_pose_path': 'Path',
+    '/world_markers': 'MarkerArray',
+}
 POSES = ('/odom', '/amcl_pose', '/global_pose', '/world_pose')
 
 
@@ -30,13 +41,15 @@ def shown():
     assert manager['Global Options']['Fixed Frame'] == 'map'
     found = list(displays(manager['Displays']))
     assert {'rviz/RobotModel', 'rviz/TF'} < {display['Class'] for display in found}
-    return {topic: display for display in found
-            for topic in [display.get('Topic') or display.get('Marker Topic')] if topic}
+    return {
+        topic: display for display in found for topic in [display.get('Topic') or display.get('Marker Topic')] if topic
+    }
 
 
 def test_map_scan_particles_costmaps_plans_and_poses_are_shown():
     assert {topic: display['Class'] for topic, display in shown().items()} == {
-        topic: 'rviz/' + kind for topic, kind in SHOWN.items()}
+        topic: 'rviz/' + kind for topic, kind in SHOWN.items()
+    }
 
 
 def test_the_four_poses_are_arrows_that_can_be_told_apart():

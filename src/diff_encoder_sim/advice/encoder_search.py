@@ -1,4 +1,5 @@
 """The smallest encoder with which a robot ends its tests within a tolerance."""
+
 from __future__ import annotations
 
 import math
@@ -17,14 +18,13 @@ from diff_encoder_sim.trials.trial_outcome import Outcome
 DRIFT = 'drift'
 
 # The questions, by the source that answers them.
-WORDS = {'world': 'the robot is at its goal', 'global': 'it believes that it is',
-         DRIFT: 'its odometry is right'}
+WORDS = {'world': 'the robot is at its goal', 'global': 'it believes that it is', DRIFT: 'its odometry is right'}
 
 NOWHERE = (math.inf, math.inf, math.inf)
 
 _MARKS = {Reach.YES: 'yes', Reach.NO: 'no', Reach.UNDECIDED: '?'}
 
-Test = Tuple[str, Varied]       # with its set of parameters
+Test = Tuple[str, Varied]  # with its set of parameters
 
 
 class Tolerance(NamedTuple):
@@ -36,8 +36,11 @@ class Tolerance(NamedTuple):
     @property
     def quantities(self) -> Tuple[Quantity, ...]:
         """As shares are counted by."""
-        return (X._replace(tolerance=self.position_m), Y._replace(tolerance=self.position_m),
-                YAW._replace(tolerance=self.yaw_deg))
+        return (
+            X._replace(tolerance=self.position_m),
+            Y._replace(tolerance=self.position_m),
+            YAW._replace(tolerance=self.yaw_deg),
+        )
 
 
 class Advisor:
@@ -47,8 +50,13 @@ class Advisor:
     several times would find by chance what is not so: each look has its part of 1 - LEVEL.
     """
 
-    def __init__(self, labels: Sequence[str], looks: Sequence[int], tolerance: Tolerance,
-                 trials_with: Callable[[str, int], List[TrialData]]) -> None:
+    def __init__(
+        self,
+        labels: Sequence[str],
+        looks: Sequence[int],
+        tolerance: Tolerance,
+        trials_with: Callable[[str, int], List[TrialData]],
+    ) -> None:
         """Of what to ask, and whom.
 
         Args:
@@ -78,18 +86,26 @@ class Advisor:
     def table(self) -> str:
         """What the encoders that were tried reach: a row for each test by each question."""
         labels = [label for label in self._labels if label in self._tried]
-        rows = [[head_of_test(*test), words,
-                 *(_text(self._share(label, test, source)) for label in labels)]
-                for test in self._tried[labels[-1]] for source, words in WORDS.items()]
-        return tabulate(rows, ['test', '', *map(ppr_head, labels)], disable_numparse=True,
-                        colalign=('left', 'left', *['right'] * len(labels)))
+        rows = [
+            [head_of_test(*test), words, *(_text(self._share(label, test, source)) for label in labels)]
+            for test in self._tried[labels[-1]]
+            for source, words in WORDS.items()
+        ]
+        return tabulate(
+            rows,
+            ['test', '', *map(ppr_head, labels)],
+            disable_numparse=True,
+            colalign=('left', 'left', *['right'] * len(labels)),
+        )
 
     def _reaches(self, label: str, source: str) -> bool:
         """Whether all tests are known to."""
         for count in self._looks:
             self._look(label, count)
-            reached = [share.reach if share else Reach.NO for share in (
-                self._share(label, test, source) for test in self._tried[label])]
+            reached = [
+                share.reach if share else Reach.NO
+                for share in (self._share(label, test, source) for test in self._tried[label])
+            ]
             if Reach.UNDECIDED not in reached or Reach.NO in reached:
                 break
         return all(reach is Reach.YES for reach in reached)

@@ -1,4 +1,5 @@
 """The dataset of bags that belong to no campaign: everything recomputed from what was recorded."""
+
 from __future__ import annotations
 
 import logging
@@ -31,9 +32,15 @@ def bag_dataset(paths: Sequence[Path]) -> Dataset:
         raise ConfigError(notes[-1])
     varied = _differences(found, notes)
     title = paths[0].resolve().stem if len(paths) == 1 else f'{len(found)} trials'
-    return Dataset(title, [bag.data._replace(varied=tuple(
-        (key, str(getattr(bag.trial, key))) for key in varied)) for bag in found], notes, None,
-        None, robot_of(found[0].trial), {bag.trial.test.name: bag.trial for bag in found[::-1]})
+    return Dataset(
+        title,
+        [bag.data._replace(varied=tuple((key, str(getattr(bag.trial, key))) for key in varied)) for bag in found],
+        notes,
+        None,
+        None,
+        robot_of(found[0].trial),
+        {bag.trial.test.name: bag.trial for bag in found[::-1]},
+    )
 
 
 def _bags_in(paths: Sequence[Path]) -> List[Path]:
@@ -52,7 +59,7 @@ def _bags_in(paths: Sequence[Path]) -> List[Path]:
             raise ConfigError(f'{path}: has a campaign in {campaigns[0]}; expected that folder')
         found = sorted(path.rglob('*.bag'))
         if not found:
-            raise ConfigError(f'{path}: no .bag file in this folder, and no campaign\'s results')
+            raise ConfigError(f"{path}: no .bag file in this folder, and no campaign's results")
         bags += found
     return bags
 
@@ -65,13 +72,13 @@ def _distinct(bags: Sequence[BagTrial], notes: List[str]) -> List[BagTrial]:
         test = first_of_test.setdefault(bag.trial.test.name, bag)
         same = first_of_trial.setdefault(bag.trial.model_dump_json(), bag)
         if bag.trial.test != test.trial.test:
-            notes.append(f'{bag.data.bag}: another {bag.trial.test.name} than in {test.data.bag}; '
-                         f'expected one definition of a test; left out')
+            notes.append(
+                f'{bag.data.bag}: another {bag.trial.test.name} than in {test.data.bag}; '
+                f'expected one definition of a test; left out'
+            )
         elif same is not bag:
-            notes.append(f'{bag.data.bag}: the same trial as {same.data.bag}; expected each once; '
-                         f'left out')
-    return [bag for bag in first_of_trial.values()
-            if bag.trial.test == first_of_test[bag.trial.test.name].trial.test]
+            notes.append(f'{bag.data.bag}: the same trial as {same.data.bag}; expected each once; left out')
+    return [bag for bag in first_of_trial.values() if bag.trial.test == first_of_test[bag.trial.test.name].trial.test]
 
 
 def _differences(bags: Sequence[BagTrial], notes: List[str]) -> List[str]:
@@ -81,6 +88,8 @@ def _differences(bags: Sequence[BagTrial], notes: List[str]) -> List[str]:
         values = sorted({str(getattr(bag.trial, key)) for bag in bags})
         if len(values) > 1:
             keys.append(key)
-            notes.append(f'{bags[0].data.bag} and others: {key} is {" or ".join(values)}; trials '
-                         f'are pooled only where it is the same')
+            notes.append(
+                f'{bags[0].data.bag} and others: {key} is {" or ".join(values)}; trials '
+                f'are pooled only where it is the same'
+            )
     return keys

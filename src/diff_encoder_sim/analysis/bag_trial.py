@@ -1,4 +1,5 @@
 """One trial from its bag: everything recomputed from what was recorded."""
+
 from __future__ import annotations
 
 import multiprocessing
@@ -22,14 +23,14 @@ from diff_encoder_sim.trials.trial_definition import Trial
 # For a worker at a time: enough that handing them over costs nothing.
 BAGS_PER_TASK = 4
 
-MOST_POINTS = 600       # of a track
+MOST_POINTS = 600  # of a track
 
 
 class BagTrial(NamedTuple):
     """What a bag tells of its trial."""
 
-    trial: Trial        # what was asked for
-    data: TrialData     # what came of it; nothing is varied
+    trial: Trial  # what was asked for
+    data: TrialData  # what came of it; nothing is varied
 
 
 def read_bag_trials(paths: Sequence[Path]) -> List[Union[BagTrial, str]]:
@@ -54,13 +55,27 @@ def read_bag_trial(path: Path) -> BagTrial:
             raise ConfigError(f'{path}: no message on {topic}; expected {POSE_TOPICS[topic]}')
     trial, errors, poses = recording.trial, goal_errors(recording), poses_in_map(recording)
     truth = poses[topics.WORLD_POSE]
-    return BagTrial(trial, TrialData(
-        trial.test.name, label_of(trial), (), trial.number, trial.number, recording.outcome,
-        recording.reason, float(truth.stamps_ns.max() - truth.stamps_ns.min())
-        / NANOSECONDS_PER_SECOND, path_length_m(truth),
-        {source: tuple(errors[topic].tolist()) if topic in errors else None
-         for source, topic in TOPIC_OF_SOURCE.items()},
-        _path_errors(poses), _tracks(poses), path))
+    return BagTrial(
+        trial,
+        TrialData(
+            trial.test.name,
+            label_of(trial),
+            (),
+            trial.number,
+            trial.number,
+            recording.outcome,
+            recording.reason,
+            float(truth.stamps_ns.max() - truth.stamps_ns.min()) / NANOSECONDS_PER_SECOND,
+            path_length_m(truth),
+            {
+                source: tuple(errors[topic].tolist()) if topic in errors else None
+                for source, topic in TOPIC_OF_SOURCE.items()
+            },
+            _path_errors(poses),
+            _tracks(poses),
+            path,
+        ),
+    )
 
 
 def label_of(trial: Trial) -> str:
@@ -81,13 +96,15 @@ def _trial_or_reason(path: Path) -> Union[BagTrial, str]:
 
 
 def _path_errors(poses: Dict[str, PoseSeries]) -> Dict[str, Optional[PathErrors]]:
-    return {source: path_errors(poses[topic], poses[topics.WORLD_POSE]) if topic in poses else None
-            for source, topic in TOPIC_OF_SOURCE.items() if topic != topics.WORLD_POSE}
+    return {
+        source: path_errors(poses[topic], poses[topics.WORLD_POSE]) if topic in poses else None
+        for source, topic in TOPIC_OF_SOURCE.items()
+        if topic != topics.WORLD_POSE
+    }
 
 
 def _tracks(poses: Dict[str, PoseSeries]) -> Tracks:
-    return Tracks(*(_thinned(poses[topic].x_y_yaw[:, :2])
-                    for topic in (topics.WORLD_POSE, topics.ODOM)))
+    return Tracks(*(_thinned(poses[topic].x_y_yaw[:, :2]) for topic in (topics.WORLD_POSE, topics.ODOM)))
 
 
 def _thinned(points: np.ndarray) -> np.ndarray:

@@ -1,4 +1,5 @@
 """A campaign's dataset: trials.csv, and from the bags what happened on the way."""
+
 from __future__ import annotations
 
 from pathlib import Path
@@ -28,32 +29,44 @@ def campaign_dataset(folder: Path) -> Dataset:
     for index, bag in zip(bags, read_bag_trials(list(bags.values()))):
         trials[index], problem = _with_paths(trials[index], bag, manifest)
         notes += problem
-    return Dataset(manifest.name, trials, notes, manifest.content, folder, manifest.robots[0],
-                   manifest.asked)
+    return Dataset(manifest.name, trials, notes, manifest.content, folder, manifest.robots[0], manifest.asked)
 
 
 def data_of(row: TrialRow) -> TrialData:
     """A trial by its line in trials.csv alone: nothing is known about the way."""
-    return TrialData(row.test, row.ppr, row.varied, row.trial, row.seed, row.outcome, row.reason,
-                     row.duration_s, row.distance_m, row.errors, {}, None, None)
+    return TrialData(
+        row.test,
+        row.ppr,
+        row.varied,
+        row.trial,
+        row.seed,
+        row.outcome,
+        row.reason,
+        row.duration_s,
+        row.distance_m,
+        row.errors,
+        {},
+        None,
+        None,
+    )
 
 
 def _bags_of_rows(folder: Path, rows: Sequence[TrialRow]) -> Tuple[Dict[int, Path], List[str]]:
     """Paths of the bags that are there, by the row's index, and notes of what is not."""
-    bags = {index: folder / row.bag for index, row in enumerate(rows)
-            if row.bag and (folder / row.bag).is_file()}
+    bags = {index: folder / row.bag for index, row in enumerate(rows) if row.bag and (folder / row.bag).is_file()}
     notes = []
     if len(bags) < len(rows):
-        notes.append(f'{folder / BAGS}: has bags of {len(bags)} of {len(rows)} trials; of the '
-                     f'others nothing is known about the way')
+        notes.append(
+            f'{folder / BAGS}: has bags of {len(bags)} of {len(rows)} trials; of the '
+            f'others nothing is known about the way'
+        )
     strangers = sorted(set((folder / BAGS).glob('*.bag')) - set(bags.values()))
     if strangers:
         notes.append(f'{strangers[0]}: not a bag of trials.csv ({len(strangers)} such); left out')
     return bags, notes
 
 
-def _with_paths(trial: TrialData, bag: Union[BagTrial, str],
-                manifest: Manifest) -> Tuple[TrialData, List[str]]:
+def _with_paths(trial: TrialData, bag: Union[BagTrial, str], manifest: Manifest) -> Tuple[TrialData, List[str]]:
     """The trial with what its bag tells, or why not."""
     if isinstance(bag, str):
         return trial, [bag]
@@ -65,6 +78,8 @@ def _with_paths(trial: TrialData, bag: Union[BagTrial, str],
     if robot_of(about) not in manifest.robots:
         differing.append('wheel_diameter, wheel_separation')
     if differing:
-        return trial, [f'{bag.data.bag}: its trial has another {", ".join(differing)}; expected '
-                       f'the trial of its line in trials.csv']
+        return trial, [
+            f'{bag.data.bag}: its trial has another {", ".join(differing)}; expected '
+            f'the trial of its line in trials.csv'
+        ]
     return trial._replace(paths=bag.data.paths, tracks=bag.data.tracks, bag=bag.data.bag), []

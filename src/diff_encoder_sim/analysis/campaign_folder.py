@@ -1,4 +1,5 @@
 """The results of a campaign as its folder has them: manifest.json and trials.csv."""
+
 from __future__ import annotations
 
 import itertools
@@ -17,12 +18,12 @@ from diff_encoder_sim.trials.trial_definition import Trial
 class Manifest(NamedTuple):
     """What manifest.json says that trials are compared with."""
 
-    content: Dict[str, Any]             # all of it
+    content: Dict[str, Any]  # all of it
     name: str
-    asked: Dict[str, Trial]             # by test
-    robots: List[RobotGeometry]         # of each set of parameters
+    asked: Dict[str, Trial]  # by test
+    robots: List[RobotGeometry]  # of each set of parameters
     varied_keys: List[str]
-    trial_count: int                    # of the whole campaign
+    trial_count: int  # of the whole campaign
 
 
 class CampaignFolder(NamedTuple):
@@ -30,7 +31,7 @@ class CampaignFolder(NamedTuple):
 
     manifest: Manifest
     rows: List[TrialRow]
-    notes: List[str]        # what is missing, a line each
+    notes: List[str]  # what is missing, a line each
 
 
 def is_campaign(folder: Path) -> bool:
@@ -48,8 +49,10 @@ def read_campaign(folder: Path) -> CampaignFolder:
     rows, notes = _rows(folder / TABLE, manifest)
     missing = manifest.trial_count - len(rows)
     if missing > 0:
-        notes.append(f'{folder / TABLE}: has {len(rows)} of {manifest.trial_count} trials; the '
-                     f'same campaign command runs the others')
+        notes.append(
+            f'{folder / TABLE}: has {len(rows)} of {manifest.trial_count} trials; the '
+            f'same campaign command runs the others'
+        )
     return CampaignFolder(manifest, rows, notes)
 
 
@@ -57,21 +60,28 @@ def _manifest(path: Path) -> Manifest:
     try:
         content = json.loads(_text(path))
         configuration = content['configuration']
-        asked = [Trial.from_mapping(
-            {'nav': configuration['nav'],
-             'test': {key: value for key, value in test.items() if key != 'files'}}, str(path))
-            for test in configuration['tests']]
+        asked = [
+            Trial.from_mapping(
+                {'nav': configuration['nav'], 'test': {key: value for key, value in test.items() if key != 'files'}},
+                str(path),
+            )
+            for test in configuration['tests']
+        ]
         parameters = configuration['parameters']
-        count = (len(asked) * len(parameters) * len(configuration['ppr'])
-                 * configuration['trials'])
+        count = len(asked) * len(parameters) * len(configuration['ppr']) * configuration['trials']
         return Manifest(
-            content, str(content['name']), {trial.test.name: trial for trial in asked},
-            [RobotGeometry(float(each['odometry']['wheel_diameter']),
-                           float(each['odometry']['wheel_separation'])) for each in parameters],
-            sorted(parameters[0]['varied']), int(count))
+            content,
+            str(content['name']),
+            {trial.test.name: trial for trial in asked},
+            [
+                RobotGeometry(float(each['odometry']['wheel_diameter']), float(each['odometry']['wheel_separation']))
+                for each in parameters
+            ],
+            sorted(parameters[0]['varied']),
+            int(count),
+        )
     except (KeyError, IndexError, TypeError, AttributeError, json.JSONDecodeError):
-        raise ConfigError(f'{path}: not the manifest of a campaign; expected it as campaign wrote '
-                          f'it') from None
+        raise ConfigError(f'{path}: not the manifest of a campaign; expected it as campaign wrote it') from None
 
 
 def _rows(path: Path, manifest: Manifest) -> Tuple[List[TrialRow], List[str]]:
@@ -92,9 +102,11 @@ def _rows(path: Path, manifest: Manifest) -> Tuple[List[TrialRow], List[str]]:
             row = row_of(fields, manifest.varied_keys)
             _check(row.test in manifest.asked and row.identity() not in seen and _is_finite(row))
         except ValueError:
-            raise ConfigError(f'{path}: line {number} is not of the campaign of {MANIFEST}, is '
-                              f'there twice or has a number that is not finite; expected it as '
-                              f'campaign wrote it') from None
+            raise ConfigError(
+                f'{path}: line {number} is not of the campaign of {MANIFEST}, is '
+                f'there twice or has a number that is not finite; expected it as '
+                f'campaign wrote it'
+            ) from None
         seen.add(row.identity())
         rows.append(row)
     return rows, notes
@@ -114,7 +126,6 @@ def _text(path: Path) -> str:
     try:
         return path.read_text(encoding='utf-8')
     except FileNotFoundError:
-        raise ConfigError(f'{path}: no such file; expected a folder that campaign wrote, or '
-                          f'bags') from None
+        raise ConfigError(f'{path}: no such file; expected a folder that campaign wrote, or bags') from None
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigError(f'{path}: cannot be read: {error}') from None

@@ -1,4 +1,5 @@
 """The table of all comparisons between encoders, those that show no difference included."""
+
 from __future__ import annotations
 
 from typing import List, Sequence
@@ -10,9 +11,22 @@ from diff_encoder_sim.analysis.table_keys import key_columns, key_entries, varie
 
 DECIMALS = 4
 
-_COLUMNS = [Column(name, name) for name in (
-    'source', 'question', 'error', 'ppr_a', 'ppr_b', 'pairs', 'estimate', 'low', 'high', 'p_holm',
-    'verdict')]
+_COLUMNS = [
+    Column(name, name)
+    for name in (
+        'source',
+        'question',
+        'error',
+        'ppr_a',
+        'ppr_b',
+        'pairs',
+        'estimate',
+        'low',
+        'high',
+        'p_holm',
+        'verdict',
+    )
+]
 
 
 def comparison_table(dataset: Dataset, compared: Sequence[PprComparison]) -> Table:
@@ -24,14 +38,19 @@ def comparison_table(dataset: Dataset, compared: Sequence[PprComparison]) -> Tab
     corrected for the number of comparisons.
     """
     keys = varied_keys(dataset)
-    rows: List[List[Entry]] = [[*key_entries(one.test, one.varied, keys), *_entries(one)]
-                               for one in compared]
+    rows: List[List[Entry]] = [[*key_entries(one.test, one.varied, keys), *_entries(one)] for one in compared]
     return Table('comparisons', 'Encoders compared', [*key_columns(keys), *_COLUMNS], rows, [])
 
 
 def _entries(one: PprComparison) -> List[Entry]:
     """An entry for each of `_COLUMNS`."""
     result = one.result
-    return [one.source, one.question.value, one.quantity.name, *one.pprs, Number(result.pairs, 0),
-            *(Number(value, DECIMALS) for value in (result.estimate, *result.interval,
-                                                    one.p_adjusted)), one.verdict]
+    return [
+        one.source,
+        one.question.value,
+        one.quantity.name,
+        *one.pprs,
+        Number(result.pairs, 0),
+        *(Number(value, DECIMALS) for value in (result.estimate, *result.interval, one.p_adjusted)),
+        one.verdict,
+    ]

@@ -1,4 +1,5 @@
 """What is analysed: trials, how each ended, and how far each source of poses was off."""
+
 from __future__ import annotations
 
 import math
@@ -13,8 +14,7 @@ from diff_encoder_sim.evaluation.path_errors import PathErrors
 from diff_encoder_sim.recording import topics
 from diff_encoder_sim.trials.trial_definition import Trial
 
-TOPIC_OF_SOURCE = dict(zip(SOURCES, (topics.ODOM, topics.AMCL_POSE, topics.GLOBAL_POSE,
-                                     topics.WORLD_POSE)))
+TOPIC_OF_SOURCE = dict(zip(SOURCES, (topics.ODOM, topics.AMCL_POSE, topics.GLOBAL_POSE, topics.WORLD_POSE)))
 
 # The paper's tests in its order; others follow.
 PAPER_TESTS = ('SL', 'SMT', 'DLD')
@@ -22,23 +22,23 @@ PAPER_TESTS = ('SL', 'SMT', 'DLD')
 # The label of trials whose odometry is the simulator's, without an encoder.
 IDEAL = 'ideal'
 
-Varied = Tuple[Tuple[str, str], ...]    # parameters and their values, as a table shows them
-XYYaw = Tuple[float, float, float]      # [m], [m], [rad]
+Varied = Tuple[Tuple[str, str], ...]  # parameters and their values, as a table shows them
+XYYaw = Tuple[float, float, float]  # [m], [m], [rad]
 
 
 class Cell(NamedTuple):
     """What trials have in common that are pooled: all but the seed."""
 
     test: str
-    ppr: str            # encoder.ppr_label, or IDEAL
+    ppr: str  # encoder.ppr_label, or IDEAL
     varied: Varied
 
 
 class Tracks(NamedTuple):
     """The way of one trial in the map frame, thinned to what a figure can show."""
 
-    true: np.ndarray        # (n, 2) [m]
-    odometry: np.ndarray    # (n, 2) [m]
+    true: np.ndarray  # (n, 2) [m]
+    odometry: np.ndarray  # (n, 2) [m]
 
 
 class TrialData(NamedTuple):
@@ -47,20 +47,20 @@ class TrialData(NamedTuple):
     test: str
     ppr: str
     varied: Varied
-    trial: int          # equal numbers in other cells drew the same things: they are pairs
+    trial: int  # equal numbers in other cells drew the same things: they are pairs
     seed: int
-    outcome: str        # experiments.outcome.Outcome's values; 'failed' where an old bag says so;
-                        # 'torn' for a bag without a result
-    reason: str         # of any but succeeded
-    duration_s: float   # simulated
-    distance_m: float   # length of the true path
+    outcome: str  # experiments.outcome.Outcome's values; 'failed' where an old bag says so;
+    # 'torn' for a bag without a result
+    reason: str  # of any but succeeded
+    duration_s: float  # simulated
+    distance_m: float  # length of the true path
     # By source, final pose minus goal: x and y along the map's axes, yaw in [-pi, pi); None where
     # the source never had a pose.
     errors: Dict[str, Optional[XYYaw]]
     # By source but the truth itself, against the truth on the way; None where there was nothing to
     # compare. Empty where there is no bag.
     paths: Dict[str, Optional[PathErrors]]
-    tracks: Optional[Tracks]        # None where there is no bag
+    tracks: Optional[Tracks]  # None where there is no bag
     bag: Optional[Path]
 
     @property
@@ -88,12 +88,12 @@ class Dataset(NamedTuple):
     """Trials to be analysed together."""
 
     title: str
-    trials: List[TrialData]         # in the order of `cells`, then by number
-    notes: List[str]                # what could not be analysed and why, a line each
-    manifest: Optional[Dict[str, Any]]      # of a campaign
-    folder: Optional[Path]          # of a campaign
-    robot: RobotGeometry            # of the first trial, where a campaign varies it
-    asked: Dict[str, Trial]         # by test, one trial as it was asked for
+    trials: List[TrialData]  # in the order of `cells`, then by number
+    notes: List[str]  # what could not be analysed and why, a line each
+    manifest: Optional[Dict[str, Any]]  # of a campaign
+    folder: Optional[Path]  # of a campaign
+    robot: RobotGeometry  # of the first trial, where a campaign varies it
+    asked: Dict[str, Trial]  # by test, one trial as it was asked for
 
     def encoders(self) -> List[str]:
         """Labels of all encoders, ascending."""
@@ -106,8 +106,12 @@ class Dataset(NamedTuple):
             pooled.setdefault(trial.cell, []).append(trial)
         tests = [*PAPER_TESTS, *_in_order(cell.test for cell in pooled)]
         varied = _in_order(cell.varied for cell in pooled)
-        return {cell: pooled[cell] for cell in sorted(pooled, key=lambda cell: (
-            tests.index(cell.test), varied.index(cell.varied), ppr_order(cell.ppr)))}
+        return {
+            cell: pooled[cell]
+            for cell in sorted(
+                pooled, key=lambda cell: (tests.index(cell.test), varied.index(cell.varied), ppr_order(cell.ppr))
+            )
+        }
 
 
 def ppr_value(label: str) -> Optional[float]:

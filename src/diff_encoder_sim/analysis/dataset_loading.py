@@ -1,4 +1,5 @@
 """Makes a dataset of what the user names: a campaign's folder, or bags of trials."""
+
 from __future__ import annotations
 
 import logging
@@ -24,10 +25,10 @@ def load_dataset(paths: Sequence[Path]) -> Dataset:
     """
     campaigns = [path for path in paths if path.is_dir() and is_campaign(path)]
     if campaigns and len(paths) > 1:
-        raise ConfigError(f'{campaigns[0]}: a campaign\'s folder; expected it alone, or bags')
+        raise ConfigError(f"{campaigns[0]}: a campaign's folder; expected it alone, or bags")
     dataset = campaign_dataset(campaigns[0]) if campaigns else bag_dataset(paths)
     for note in dataset.notes:
         log.warning('%s', note)
-    return dataset._replace(trials=[
-        trial for trials in dataset.cells().values()
-        for trial in sorted(trials, key=lambda trial: trial.trial)])
+    return dataset._replace(
+        trials=[trial for trials in dataset.cells().values() for trial in sorted(trials, key=lambda trial: trial.trial)]
+    )

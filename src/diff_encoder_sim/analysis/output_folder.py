@@ -1,4 +1,5 @@
 """The folder that an analysis writes: all of it or nothing, and only over an earlier analysis."""
+
 from __future__ import annotations
 
 import contextlib
@@ -34,8 +35,8 @@ def output_folder(path: Path) -> Iterator[Path]:
             (made / CONTENTS).write_text('\n'.join(names), encoding='utf-8')
             _replace(path, made)
     finally:
-        shutil.rmtree(str(made), ignore_errors=True)     # moved by now, unless there was an error
-        with contextlib.suppress(OSError):      # likewise: the first that is not empty stays
+        shutil.rmtree(str(made), ignore_errors=True)  # moved by now, unless there was an error
+        with contextlib.suppress(OSError):  # likewise: the first that is not empty stays
             for parent in missing:
                 parent.rmdir()
 
@@ -48,11 +49,14 @@ def _check_replaceable(path: Path) -> None:
         ours = contents.read_text(encoding='utf-8').split('\n') if contents.is_file() else []
         known = {CONTENTS, *ours}
         # The first will do: somebody's whole home folder may have been named.
-        other = next((name for name in (str(file.relative_to(path)) for file in path.rglob('*'))
-                      if name not in known), None)
+        other = next(
+            (name for name in (str(file.relative_to(path)) for file in path.rglob('*')) if name not in known), None
+        )
     if other is not None:
-        raise ConfigError(f'{path}: holds {other!r}, which analyze did not write; expected '
-                          f'a new or empty folder, or an earlier analysis: --out names another')
+        raise ConfigError(
+            f'{path}: holds {other!r}, which analyze did not write; expected '
+            f'a new or empty folder, or an earlier analysis: --out names another'
+        )
 
 
 def _replace(path: Path, made: Path) -> None:

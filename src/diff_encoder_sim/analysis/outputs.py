@@ -1,4 +1,5 @@
 """All files of an analysis."""
+
 from __future__ import annotations
 
 from pathlib import Path
@@ -22,6 +23,7 @@ def write_analysis(dataset: Dataset, folder: Path) -> str:
     from diff_encoder_sim.analysis.report import write_report
     from diff_encoder_sim.analysis.table_files import write_tables
     from diff_encoder_sim.analysis.tables import all_tables
+
     tables, compared = all_tables(dataset), compare_pprs(dataset)
     # Hundreds of comparisons: nobody reads them on paper.
     write_tables(tables, [comparison_table(dataset, compared)], folder / 'tables')

@@ -2,6 +2,7 @@
 
 Equal trial numbers drew the same noise with each encoder, so that they are compared in pairs.
 """
+
 from __future__ import annotations
 
 import enum
@@ -31,9 +32,9 @@ DECIMALS = 9
 class Question(enum.Enum):
     """In what two encoders may differ."""
 
-    SPREAD = 'spread'       # standard deviation: estimate is a ratio
-    ERROR = 'error'         # absolute value: estimate is a difference
-    WITHIN = 'within'       # share within tolerance: estimate is a difference
+    SPREAD = 'spread'  # standard deviation: estimate is a ratio
+    ERROR = 'error'  # absolute value: estimate is a difference
+    WITHIN = 'within'  # share within tolerance: estimate is a difference
 
 
 class PprComparison(NamedTuple):
@@ -44,9 +45,9 @@ class PprComparison(NamedTuple):
     source: str
     quantity: Quantity
     question: Question
-    pprs: Tuple[str, str]       # the coarser first
-    result: PairedResult        # of the coarser against the finer
-    p_adjusted: float           # by Holm, over all comparisons of equal source and question
+    pprs: Tuple[str, str]  # the coarser first
+    result: PairedResult  # of the coarser against the finer
+    p_adjusted: float  # by Holm, over all comparisons of equal source and question
 
     @property
     def is_distinguishable(self) -> bool:
@@ -70,14 +71,17 @@ def compare_pprs(dataset: Dataset) -> List[PprComparison]:
 
     Trials without a final pose in one of the two are left out.
     """
-    compared = [PprComparison(
-        coarse.test, coarse.varied, source, quantity, question, (coarse.ppr, fine.ppr), result, 1.0)
+    compared = [
+        PprComparison(coarse.test, coarse.varied, source, quantity, question, (coarse.ppr, fine.ppr), result, 1.0)
         for (coarse, first), (fine, second) in _cells_in_pairs(dataset.cells())
-        for source in SOURCES for quantity in QUANTITIES
-        for question, result in _answers(first, second, source, quantity)]
+        for source in SOURCES
+        for quantity in QUANTITIES
+        for question, result in _answers(first, second, source, quantity)
+    ]
     for source, question in itertools.product(SOURCES, Question):
-        _adjust(compared, [index for index, one in enumerate(compared)
-                           if (one.source, one.question) == (source, question)])
+        _adjust(
+            compared, [index for index, one in enumerate(compared) if (one.source, one.question) == (source, question)]
+        )
     return compared
 
 
@@ -91,30 +95,32 @@ def _adjust(compared: List[PprComparison], family: Sequence[int]) -> None:
 _CellTrials = Tuple[Cell, List[TrialData]]
 
 
-def _cells_in_pairs(cells: Dict[Cell, List[TrialData]]
-                    ) -> Iterator[Tuple[_CellTrials, _CellTrials]]:
+def _cells_in_pairs(cells: Dict[Cell, List[TrialData]]) -> Iterator[Tuple[_CellTrials, _CellTrials]]:
     for first, second in itertools.combinations(cells.items(), 2):
         if (first[0].test, first[0].varied) == (second[0].test, second[0].varied):
             yield first, second
 
 
-def _answers(first: Sequence[TrialData], second: Sequence[TrialData], source: str,
-             quantity: Quantity) -> List[Tuple[Question, PairedResult]]:
+def _answers(
+    first: Sequence[TrialData], second: Sequence[TrialData], source: str, quantity: Quantity
+) -> List[Tuple[Question, PairedResult]]:
     pairs = equal_trials(first, second, source)
     if not pairs[0]:
         return []
     errors = [np.round(final_errors(trials, source, quantity), DECIMALS) for trials in pairs]
     sizes = [np.abs(values) for values in errors]
-    return [(Question.SPREAD, spread_ratio(*errors)), (Question.ERROR, wilcoxon(*sizes)),
-            (Question.WITHIN, mcnemar(*(size <= quantity.tolerance for size in sizes)))]
+    return [
+        (Question.SPREAD, spread_ratio(*errors)),
+        (Question.ERROR, wilcoxon(*sizes)),
+        (Question.WITHIN, mcnemar(*(size <= quantity.tolerance for size in sizes))),
+    ]
 
 
 def _swapped(result: PairedResult, question: Question) -> PairedResult:
     """The second against the first."""
     low, high = result.interval
     if question is Question.SPREAD:
-        return result._replace(estimate=_inverse(result.estimate),
-                               interval=Interval(_inverse(high), _inverse(low)))
+        return result._replace(estimate=_inverse(result.estimate), interval=Interval(_inverse(high), _inverse(low)))
     return result._replace(estimate=-result.estimate, interval=Interval(-high, -low))
 
 
@@ -127,11 +133,14 @@ def _told(result: PairedResult, other: str, question: Question, quantity: Quanti
     if question is Question.SPREAD:
         if np.isinf(result.estimate):
             return f'spreads, {other} does not: all its {result.pairs} errors are equal'
-        return (f'spreads more than {other} (ratio {result.estimate:.3g}, 95 % interval '
-                f'{low:.3g} to {high:.3g})')
+        return f'spreads more than {other} (ratio {result.estimate:.3g}, 95 % interval {low:.3g} to {high:.3g})'
     if question is Question.ERROR:
-        return (f'is farther off than {other} (by {result.estimate:.2g} {quantity.unit}, '
-                f'95 % interval {low:.2g} to {high:.2g})')
-    return (f'is within {quantity.tolerance:g} {quantity.unit} more often than {other} (by '
-            f'{100.0 * result.estimate:.0f} points, 95 % interval {100.0 * low:.0f} to '
-            f'{100.0 * high:.0f})')
+        return (
+            f'is farther off than {other} (by {result.estimate:.2g} {quantity.unit}, '
+            f'95 % interval {low:.2g} to {high:.2g})'
+        )
+    return (
+        f'is within {quantity.tolerance:g} {quantity.unit} more often than {other} (by '
+        f'{100.0 * result.estimate:.0f} points, 95 % interval {100.0 * low:.0f} to '
+        f'{100.0 * high:.0f})'
+    )

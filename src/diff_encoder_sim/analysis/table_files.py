@@ -1,4 +1,5 @@
 """Tables as data, and how they are written: CSV to compute with, Markdown and LaTeX to read."""
+
 from __future__ import annotations
 
 import csv
@@ -9,15 +10,20 @@ from typing import Callable, Dict, Iterator, List, NamedTuple, Optional, Sequenc
 # So many groups of columns fit the width of a page; more follow below, with the key columns again.
 GROUPS_ABREAST = 4
 
-_LATEX_ESCAPES = str.maketrans({
-    '\\': r'\textbackslash{}', '~': r'\textasciitilde{}', '^': r'\textasciicircum{}',
-    **{char: f'\\{char}' for char in '&%$#_{}'}})
+_LATEX_ESCAPES = str.maketrans(
+    {
+        '\\': r'\textbackslash{}',
+        '~': r'\textasciitilde{}',
+        '^': r'\textasciicircum{}',
+        **{char: f'\\{char}' for char in '&%$#_{}'},
+    }
+)
 
 
 class Number(NamedTuple):
     """A number, and how many decimals people are shown of it; CSV has all."""
 
-    value: Optional[float]      # None where there is no such number
+    value: Optional[float]  # None where there is no such number
     decimals: int
 
 
@@ -34,19 +40,19 @@ Entry = Union[str, Label, Number]
 class Column(NamedTuple):
     """A column; those with an empty group stand first and are what rows are known by."""
 
-    name: str           # in CSV, with the unit
-    head: str           # for people, with the unit
-    group: str = ''     # a head over neighbouring columns
+    name: str  # in CSV, with the unit
+    head: str  # for people, with the unit
+    group: str = ''  # a head over neighbouring columns
 
 
 class Table(NamedTuple):
     """A table, without regard to what it is written as."""
 
-    name: str           # of its files, without suffix
+    name: str  # of its files, without suffix
     title: str
     columns: List[Column]
-    rows: List[List[Entry]]     # an entry for each column
-    notes: List[str]            # below it, a sentence or two each
+    rows: List[List[Entry]]  # an entry for each column
+    notes: List[str]  # below it, a sentence or two each
 
 
 def csv_text(table: Table) -> str:
@@ -62,13 +68,10 @@ def markdown_text(table: Table) -> str:
     """As GitHub shows it."""
     parts = [f'**{_markdown(table.title)}**']
     for columns in abreast(table.columns):
-        heads = [f'{table.columns[index].group} {table.columns[index].head}'.strip()
-                 for index in columns]
+        heads = [f'{table.columns[index].group} {table.columns[index].head}'.strip() for index in columns]
         is_number = [is_number_column(table, index) for index in columns]
-        lines = [_markdown_row(heads),
-                 _markdown_row('---:' if right else ':---' for right in is_number)]
-        lines += [_markdown_row(rounded(row[index], '–') for index in columns)
-                  for row in table.rows]
+        lines = [_markdown_row(heads), _markdown_row('---:' if right else ':---' for right in is_number)]
+        lines += [_markdown_row(rounded(row[index], '–') for index in columns) for row in table.rows]
         parts.append('\n'.join(lines))
     parts.append('\n'.join(f'- {_markdown(note)}' for note in table.notes))
     return '\n\n'.join(part for part in parts if part) + '\n'
@@ -76,17 +79,21 @@ def markdown_text(table: Table) -> str:
 
 def latex_text(table: Table) -> str:
     """A table environment to be read by \\input in a document that uses booktabs."""
-    lines = [r'% \usepackage{booktabs}', r'\begin{table}', r'\centering\scriptsize',
-             r'\setlength{\tabcolsep}{3pt}', rf'\caption{{{_latex(table.title)}}}',
-             rf'\label{{tab:{table.name}}}']
+    lines = [
+        r'% \usepackage{booktabs}',
+        r'\begin{table}',
+        r'\centering\scriptsize',
+        r'\setlength{\tabcolsep}{3pt}',
+        rf'\caption{{{_latex(table.title)}}}',
+        rf'\label{{tab:{table.name}}}',
+    ]
     for columns in abreast(table.columns):
         lines += _latex_tabular(table, columns)
     lines += [rf'\par\raggedright {_latex(note)}' for note in table.notes]
     return '\n'.join([*lines, r'\end{table}', ''])
 
 
-WRITERS: Dict[str, Callable[[Table], str]] = {
-    'csv': csv_text, 'md': markdown_text, 'tex': latex_text}
+WRITERS: Dict[str, Callable[[Table], str]] = {'csv': csv_text, 'md': markdown_text, 'tex': latex_text}
 
 
 def write_tables(tables: Sequence[Table], csv_only: Sequence[Table], folder: Path) -> None:
@@ -108,7 +115,7 @@ def abreast(columns: Sequence[Column]) -> Iterator[List[int]]:
     keys = [index for index, column in enumerate(columns) if not column.group]
     groups = list(dict.fromkeys(column.group for column in columns if column.group))
     for first in range(0, max(len(groups), 1), GROUPS_ABREAST):
-        shown = groups[first:first + GROUPS_ABREAST]
+        shown = groups[first : first + GROUPS_ABREAST]
         yield keys + [index for index, column in enumerate(columns) if column.group in shown]
 
 
@@ -148,8 +155,13 @@ def _markdown_row(texts: Iterator[str]) -> str:
 def _latex_tabular(table: Table, columns: Sequence[int]) -> List[str]:
     alignment = ''.join('r' if is_number_column(table, index) else 'l' for index in columns)
     heads = ' & '.join(_latex(table.columns[index].head) for index in columns)
-    lines = [rf'\begin{{tabular}}{{{alignment}}}', r'\toprule', *_latex_groups(table, columns),
-             rf'{heads} \\', r'\midrule']
+    lines = [
+        rf'\begin{{tabular}}{{{alignment}}}',
+        r'\toprule',
+        *_latex_groups(table, columns),
+        rf'{heads} \\',
+        r'\midrule',
+    ]
     for number, row in enumerate(table.rows):
         if number and row[0] != table.rows[number - 1][0]:
             lines.append(r'\midrule')

@@ -1,4 +1,5 @@
 """What rows and columns of all tables are known by: encoders, cells and what is varied."""
+
 from __future__ import annotations
 
 from typing import List, Sequence

@@ -3,6 +3,7 @@
 In the paper's shape, with the mean, which it leaves out, and with 95 % intervals in tables of
 their own.
 """
+
 from __future__ import annotations
 
 import math
@@ -35,12 +36,11 @@ from diff_encoder_sim.evaluation.sample_statistics import (
 )
 from diff_encoder_sim.trials.trial_outcome import Outcome
 
-BOOTSTRAP_SEED = 0      # equal data, equal intervals
+BOOTSTRAP_SEED = 0  # equal data, equal intervals
 
 # The paper's tables and their sources; it has none of /amcl_pose.
 TABLES = {'table4': 'odom', 'table5': 'world', 'table6': 'global', 'table6_amcl': 'amcl'}
-TITLES = {'table4': 'Table 4', 'table5': 'Table 5', 'table6': 'Table 6',
-          'table6_amcl': 'Like table 6'}
+TITLES = {'table4': 'Table 4', 'table5': 'Table 5', 'table6': 'Table 6', 'table6_amcl': 'Like table 6'}
 
 DECIMALS = {'m': 4, 'deg': 3}
 PERCENT_DECIMALS = 1
@@ -50,13 +50,17 @@ class Statistic(NamedTuple):
     """A row of tables 4 to 6 for each test."""
 
     label: Label
-    decimals: Optional[int]     # None: those of the quantity
+    decimals: Optional[int]  # None: those of the quantity
 
 
-STATISTICS = (Statistic(Label('min', 'min'), None), Statistic(Label('max', 'max'), None),
-              Statistic(Label('mean', 'mean'), None), Statistic(Label('std', 'std. dev.'), None),
-              Statistic(Label('pct_within', '% within'), PERCENT_DECIMALS),
-              Statistic(Label('trials', 'trials'), 0))
+STATISTICS = (
+    Statistic(Label('min', 'min'), None),
+    Statistic(Label('max', 'max'), None),
+    Statistic(Label('mean', 'mean'), None),
+    Statistic(Label('std', 'std. dev.'), None),
+    Statistic(Label('pct_within', '% within'), PERCENT_DECIMALS),
+    Statistic(Label('trials', 'trials'), 0),
+)
 
 
 def all_tables(dataset: Dataset) -> List[Table]:
@@ -69,23 +73,35 @@ def all_tables(dataset: Dataset) -> List[Table]:
     return tables if on_the_way is None else [*tables, on_the_way]
 
 
-def accuracy_table(pprs: Sequence[float], wheel_diameter_m: float,
-                   wheel_separation_m: float) -> Table:
+def accuracy_table(pprs: Sequence[float], wheel_diameter_m: float, wheel_separation_m: float) -> Table:
     """Table 3 for any robot: what one pulse is worth."""
-    columns = [Column('ppr', 'PPR'), Column('linear_mm', 'linear accuracy [mm]'),
-               Column('two_wheel_angle_deg', 'angular accuracy, both wheels [deg]'),
-               Column('one_wheel_angle_deg', 'angular accuracy, one wheel [deg]')]
+    columns = [
+        Column('ppr', 'PPR'),
+        Column('linear_mm', 'linear accuracy [mm]'),
+        Column('two_wheel_angle_deg', 'angular accuracy, both wheels [deg]'),
+        Column('one_wheel_angle_deg', 'angular accuracy, one wheel [deg]'),
+    ]
     rows: List[List[Entry]] = []
     for ppr in pprs:
         worth = pulse_accuracy(ppr, wheel_diameter_m, wheel_separation_m)
-        rows.append([f'{ppr:g}', Number(1e3 * worth.linear_m, 3),
-                     Number(math.degrees(worth.two_wheel_angle_rad), 4),
-                     Number(math.degrees(worth.one_wheel_angle_rad), 4)])
-    return Table('table3', 'Table 3. Expected accuracy of the encoder: plus or minus one pulse',
-                 columns, rows, [
-                     f'Wheel diameter {wheel_diameter_m:g} m, wheel separation '
-                     f'{wheel_separation_m:g} m.',
-                     'Both wheels: one pulse each, in opposite directions, as in the paper.'])
+        rows.append(
+            [
+                f'{ppr:g}',
+                Number(1e3 * worth.linear_m, 3),
+                Number(math.degrees(worth.two_wheel_angle_rad), 4),
+                Number(math.degrees(worth.one_wheel_angle_rad), 4),
+            ]
+        )
+    return Table(
+        'table3',
+        'Table 3. Expected accuracy of the encoder: plus or minus one pulse',
+        columns,
+        rows,
+        [
+            f'Wheel diameter {wheel_diameter_m:g} m, wheel separation {wheel_separation_m:g} m.',
+            'Both wheels: one pulse each, in opposite directions, as in the paper.',
+        ],
+    )
 
 
 def goal_table(dataset: Dataset, name: str) -> Table:
@@ -97,81 +113,111 @@ def goal_table(dataset: Dataset, name: str) -> Table:
     source, labels, cells = TABLES[name], dataset.encoders(), dataset.cells()
     keys = varied_keys(dataset)
     columns = [*key_columns(keys), Column('statistic', 'statistic')]
-    columns += [Column(f'{_ppr_name(label)}_{quantity.name}', quantity.head, ppr_head(label))
-                for label in labels for quantity in QUANTITIES]
+    columns += [
+        Column(f'{_ppr_name(label)}_{quantity.name}', quantity.head, ppr_head(label))
+        for label in labels
+        for quantity in QUANTITIES
+    ]
     rows: List[List[Entry]] = []
     for test, varied in dict.fromkeys((cell.test, cell.varied) for cell in cells):
-        numbers = {label: cell_statistics(cells.get(Cell(test, label, varied), []), source)
-                   for label in labels}
+        numbers = {label: cell_statistics(cells.get(Cell(test, label, varied), []), source) for label in labels}
         for statistic in STATISTICS:
-            rows.append([*key_entries(test, varied, keys), statistic.label, *(
-                _number(numbers[label][quantity], statistic, quantity)
-                for label in labels for quantity in QUANTITIES)])
+            rows.append(
+                [
+                    *key_entries(test, varied, keys),
+                    statistic.label,
+                    *(
+                        _number(numbers[label][quantity], statistic, quantity)
+                        for label in labels
+                        for quantity in QUANTITIES
+                    ),
+                ]
+            )
     return Table(name, _title(name), columns, rows, _goal_notes(dataset, source))
 
 
-def cell_statistics(trials: Sequence[TrialData],
-                    source: str) -> Dict[Quantity, Dict[str, Optional[float]]]:
+def cell_statistics(trials: Sequence[TrialData], source: str) -> Dict[Quantity, Dict[str, Optional[float]]]:
     """Numbers of a cell by quantity and by name of `STATISTICS`; None where there is none.
 
     In metres, degrees and per cent. The standard deviation is that of a sample (n - 1).
     """
-    return {quantity: _statistics(final_errors(trials, source, quantity), quantity)
-            for quantity in QUANTITIES}
+    return {quantity: _statistics(final_errors(trials, source, quantity), quantity) for quantity in QUANTITIES}
 
 
 def _statistics(values: np.ndarray, quantity: Quantity) -> Dict[str, Optional[float]]:
     if not len(values):
         return {**dict.fromkeys(statistic.label.name for statistic in STATISTICS), 'trials': 0}
-    return {'min': float(values.min()), 'max': float(values.max()), 'mean': float(values.mean()),
-            'std': spread(values),
-            'pct_within': 100.0 * count_within(values, quantity) / len(values),
-            'trials': len(values)}
+    return {
+        'min': float(values.min()),
+        'max': float(values.max()),
+        'mean': float(values.mean()),
+        'std': spread(values),
+        'pct_within': 100.0 * count_within(values, quantity) / len(values),
+        'trials': len(values),
+    }
 
 
 def interval_table(dataset: Dataset, name: str) -> Table:
     """The 95 % intervals of one of `TABLES`: a row for each test, PPR and quantity."""
     source, keys = TABLES[name], varied_keys(dataset)
-    columns = [*key_columns(keys), Column('ppr', 'PPR'), Column('quantity', 'error'),
-               Column('trials', 'trials'), *_columns_with_interval('mean'),
-               *_columns_with_interval('std', 'std. dev.'),
-               Column('std_bootstrap_low', 'from', 'std. dev., bootstrap'),
-               Column('std_bootstrap_high', 'to', 'std. dev., bootstrap'),
-               *_columns_with_interval('pct_within', '% within')]
+    columns = [
+        *key_columns(keys),
+        Column('ppr', 'PPR'),
+        Column('quantity', 'error'),
+        Column('trials', 'trials'),
+        *_columns_with_interval('mean'),
+        *_columns_with_interval('std', 'std. dev.'),
+        Column('std_bootstrap_low', 'from', 'std. dev., bootstrap'),
+        Column('std_bootstrap_high', 'to', 'std. dev., bootstrap'),
+        *_columns_with_interval('pct_within', '% within'),
+    ]
     rows: List[List[Entry]] = [
-        [*key_entries(cell.test, cell.varied, keys), cell.ppr, Label(quantity.name, quantity.head),
-         *_estimates(final_errors(trials, source, quantity), quantity)]
-        for cell, trials in dataset.cells().items() for quantity in QUANTITIES]
+        [
+            *key_entries(cell.test, cell.varied, keys),
+            cell.ppr,
+            Label(quantity.name, quantity.head),
+            *_estimates(final_errors(trials, source, quantity), quantity),
+        ]
+        for cell, trials in dataset.cells().items()
+        for quantity in QUANTITIES
+    ]
     title = f'{_title(name)}: {100 * LEVEL:g} % intervals'
-    return Table(f'{name}_intervals', title, columns, rows, [
-        'Mean: by the t-distribution. Standard deviation: by chi-square, which takes errors for '
-        'Gaussian, and by the bootstrap, which does not. % within: Wilson. inf: too few trials for '
-        'a bound.'])
+    return Table(
+        f'{name}_intervals',
+        title,
+        columns,
+        rows,
+        [
+            'Mean: by the t-distribution. Standard deviation: by chi-square, which takes errors for '
+            'Gaussian, and by the bootstrap, which does not. % within: Wilson. inf: too few trials for '
+            'a bound.'
+        ],
+    )
 
 
 def _columns_with_interval(name: str, head: str = '') -> List[Column]:
     group = head or name
-    return [Column(name, 'value', group), Column(f'{name}_low', 'from', group),
-            Column(f'{name}_high', 'to', group)]
+    return [Column(name, 'value', group), Column(f'{name}_low', 'from', group), Column(f'{name}_high', 'to', group)]
 
 
 def _estimates(values: np.ndarray, quantity: Quantity) -> List[Entry]:
     """Count, then mean, spread and share within tolerance, each with its interval."""
     numbers, decimals = _statistics(values, quantity), DECIMALS[quantity.unit]
     bootstrap = bootstrap_std_interval(values, LEVEL, np.random.default_rng(BOOTSTRAP_SEED))
-    in_unit = [numbers['mean'], *mean_interval(values, LEVEL), numbers['std'],
-               *std_interval(values, LEVEL), *bootstrap]
+    in_unit = [numbers['mean'], *mean_interval(values, LEVEL), numbers['std'], *std_interval(values, LEVEL), *bootstrap]
     shares = [100.0 * bound for bound in wilson(count_within(values, quantity), len(values), LEVEL)]
-    return [Number(numbers['trials'], 0), *(Number(value, decimals) for value in in_unit),
-            *(Number(value, PERCENT_DECIMALS) for value in (numbers['pct_within'], *shares))]
+    return [
+        Number(numbers['trials'], 0),
+        *(Number(value, decimals) for value in in_unit),
+        *(Number(value, PERCENT_DECIMALS) for value in (numbers['pct_within'], *shares)),
+    ]
 
 
 def _ppr_name(label: str) -> str:
     return label if label == IDEAL else f'ppr{label}'
 
 
-def _number(numbers: Dict[str, Optional[float]], statistic: Statistic,
-            quantity: Quantity) -> Number:
+def _number(numbers: Dict[str, Optional[float]], statistic: Statistic, quantity: Quantity) -> Number:
     decimals = DECIMALS[quantity.unit] if statistic.decimals is None else statistic.decimals
     return Number(numbers[statistic.label.name], decimals)
 
@@ -182,17 +228,22 @@ def _title(name: str) -> str:
 
 def _goal_notes(dataset: Dataset, source: str) -> List[str]:
     """How to read the table, and which trials did not go well or are left out."""
-    notes = [f'x and y along the map\'s axes. Within: {X.tolerance:g} m in x and in y, '
-             f'{YAW.tolerance:g} degrees in yaw. All trials that ended with a pose count, '
-             f'however they ended.']
+    notes = [
+        f"x and y along the map's axes. Within: {X.tolerance:g} m in x and in y, "
+        f'{YAW.tolerance:g} degrees in yaw. All trials that ended with a pose count, '
+        f'however they ended.'
+    ]
     for cell, trials in dataset.cells().items():
         endings = Counter(trial.outcome for trial in trials)
-        failed = [f'{count} {outcome}' for outcome, count in sorted(endings.items())
-                  if outcome != Outcome.SUCCEEDED.value]
+        failed = [
+            f'{count} {outcome}' for outcome, count in sorted(endings.items()) if outcome != Outcome.SUCCEEDED.value
+        ]
         left_out = len(trials) - len(with_final_error(trials, source))
         if failed or left_out:
-            notes.append(f'{cell_head(cell)}: {endings[Outcome.SUCCEEDED.value]} of {len(trials)} '
-                         f'trials succeeded{_listed(failed)}; {left_out} without a final pose.')
+            notes.append(
+                f'{cell_head(cell)}: {endings[Outcome.SUCCEEDED.value]} of {len(trials)} '
+                f'trials succeeded{_listed(failed)}; {left_out} without a final pose.'
+            )
     return notes
 
 

@@ -1,4 +1,5 @@
 """What the terminal shows of a dataset: one row a cell, or one row a trial where there are few."""
+
 from __future__ import annotations
 
 import math
@@ -13,11 +14,12 @@ from diff_encoder_sim.analysis.table_keys import varied_texts
 from diff_encoder_sim.campaign.trial_row import SOURCES
 from diff_encoder_sim.trials.trial_outcome import Outcome
 
-CELL_LEGEND = (f'%: trials that end within {X.tolerance:g} m of the goal in x and y each, and '
-               f'within {YAW.tolerance:g} degrees,\nby what each source says (world is the truth); '
-               f'spread: standard deviation, x and y together.')
-TRIAL_LEGEND = ('Where each source says that the robot ended, minus the goal: distance and heading '
-                '(world is the truth).')
+CELL_LEGEND = (
+    f'%: trials that end within {X.tolerance:g} m of the goal in x and y each, and '
+    f'within {YAW.tolerance:g} degrees,\nby what each source says (world is the truth); '
+    f'spread: standard deviation, x and y together.'
+)
+TRIAL_LEGEND = 'Where each source says that the robot ended, minus the goal: distance and heading (world is the truth).'
 
 
 def summary(dataset: Dataset) -> str:
@@ -29,8 +31,13 @@ def summary(dataset: Dataset) -> str:
 
 def cell_table(dataset: Dataset) -> str:
     """One row a cell: how many trials, how many succeeded, and each source at the goal."""
-    headers = ['test', 'PPR', 'trials', 'reached', *(
-        f'{source}\n{what}' for source in SOURCES for what in ('%', 'spread\n[m]'))]
+    headers = [
+        'test',
+        'PPR',
+        'trials',
+        'reached',
+        *(f'{source}\n{what}' for source in SOURCES for what in ('%', 'spread\n[m]')),
+    ]
     rows = []
     for cell, trials in dataset.cells().items():
         reached = sum(trial.outcome == Outcome.SUCCEEDED.value for trial in trials)
@@ -43,12 +50,25 @@ def cell_table(dataset: Dataset) -> str:
 
 def trial_table(dataset: Dataset) -> str:
     """One row a trial: how it ended and where."""
-    headers = ['test', 'PPR', 'trial', 'outcome', 'seconds', 'path\n[m]', *(
-        f'{source}\n{unit}' for source in SOURCES for unit in ('[m]', '[deg]'))]
+    headers = [
+        'test',
+        'PPR',
+        'trial',
+        'outcome',
+        'seconds',
+        'path\n[m]',
+        *(f'{source}\n{unit}' for source in SOURCES for unit in ('[m]', '[deg]')),
+    ]
     rows = []
     for trial in dataset.trials:
-        row = [_name(trial.test, trial.varied), trial.ppr, trial.trial, trial.outcome,
-               f'{trial.duration_s:.1f}', f'{trial.distance_m:.2f}']
+        row = [
+            _name(trial.test, trial.varied),
+            trial.ppr,
+            trial.trial,
+            trial.outcome,
+            f'{trial.duration_s:.1f}',
+            f'{trial.distance_m:.2f}',
+        ]
         for source in SOURCES:
             row += _distance_and_heading(trial.errors.get(source))
         rows.append(row)

@@ -3,6 +3,7 @@
 A cell reaches the tolerance when at least four trials in five end within it, and that is known with
 95 % confidence: for that Wilson's interval of the share must lie on one side.
 """
+
 from __future__ import annotations
 
 import enum
@@ -13,8 +14,7 @@ from diff_encoder_sim.analysis.paper.paper_cells import QUANTITIES, Quantity, co
 from diff_encoder_sim.evaluation.sample_statistics import LEVEL, Interval, wilson
 
 # What the robot did, what it believed, and what it would have believed without a map.
-WORDS_OF_SOURCE = {'world': 'in truth', 'global': 'as the robot believes',
-                   'odom': 'by odometry alone'}
+WORDS_OF_SOURCE = {'world': 'in truth', 'global': 'as the robot believes', 'odom': 'by odometry alone'}
 
 # Thirty trials of thirty show no more than 88 per cent: the paper's count cannot show 90.
 REQUIRED_FRACTION = 0.8
@@ -31,11 +31,11 @@ class Reach(enum.Enum):
 class Share(NamedTuple):
     """How many trials of a cell end within the tolerance, as a source says."""
 
-    trials: int             # that ended with a pose of the source
-    within: int             # in position and heading
-    within_position: int    # in x and in y
+    trials: int  # that ended with a pose of the source
+    within: int  # in position and heading
+    within_position: int  # in x and in y
     within_heading: int
-    interval: Interval      # of the share `within`
+    interval: Interval  # of the share `within`
 
     @property
     def reach(self) -> Reach:
@@ -45,9 +45,9 @@ class Share(NamedTuple):
         return Reach.NO if self.interval.high < REQUIRED_FRACTION else Reach.UNDECIDED
 
 
-def fraction_within(trials: Sequence[TrialData], source: str,
-                 tolerances: Sequence[Quantity] = QUANTITIES,
-                 level: float = LEVEL) -> Optional[Share]:
+def fraction_within(
+    trials: Sequence[TrialData], source: str, tolerances: Sequence[Quantity] = QUANTITIES, level: float = LEVEL
+) -> Optional[Share]:
     """Of the trials that ended with a pose of the source, however they ended; None without one.
 
     Args:
@@ -59,8 +59,13 @@ def fraction_within(trials: Sequence[TrialData], source: str,
         return None
     x, y, yaw = tolerances
     within = count_within_all(trials, source, tolerances)
-    return Share(count, within, count_within_all(trials, source, (x, y)),
-                 count_within_all(trials, source, (yaw,)), wilson(within, count, level))
+    return Share(
+        count,
+        within,
+        count_within_all(trials, source, (x, y)),
+        count_within_all(trials, source, (yaw,)),
+        wilson(within, count, level),
+    )
 
 
 def fewest_trials() -> int:

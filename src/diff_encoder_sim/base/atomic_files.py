@@ -1,4 +1,5 @@
 """Files that are whole or absent, whatever is killed and whenever."""
+
 from __future__ import annotations
 
 import contextlib
@@ -28,5 +29,5 @@ def write_file(path: Union[str, Path], content: bytes) -> None:
     except OSError as error:
         raise OSError(error.errno, error.strerror, str(path)) from None
     finally:
-        with contextlib.suppress(OSError):    # in its place by now
+        with contextlib.suppress(OSError):  # in its place by now
             unfinished.unlink()

@@ -1,4 +1,5 @@
 """What the command-line tools share."""
+
 from __future__ import annotations
 
 import os

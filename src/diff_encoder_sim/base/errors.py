@@ -1,4 +1,5 @@
 """What can be wrong with what we are given: one class for set-up, one for data."""
+
 from __future__ import annotations
 
 

@@ -1,4 +1,5 @@
 """What results are computed on: this machine, and the commit of a checkout."""
+
 from __future__ import annotations
 
 import os
@@ -26,8 +27,13 @@ def usable_cores() -> int:
 def git(folder: Path, *arguments: str) -> Optional[str]:
     """What a git command in a folder prints; None where it fails or there is no git."""
     try:
-        done = subprocess.run(['git', '-C', str(folder), *arguments], stdout=subprocess.PIPE,
-                              stderr=subprocess.DEVNULL, check=True, timeout=10)
+        done = subprocess.run(
+            ['git', '-C', str(folder), *arguments],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            check=True,
+            timeout=10,
+        )
     except (OSError, subprocess.SubprocessError):
         return None
     return done.stdout.decode('utf-8', 'replace').strip()

@@ -1,4 +1,5 @@
 """One sweep of a planar laser scanner."""
+
 from __future__ import annotations
 
 from typing import NamedTuple
@@ -9,12 +10,12 @@ import numpy as np
 class Scan(NamedTuple):
     """Ranges over equally spaced bearings in the laser's frame (sensor_msgs/LaserScan)."""
 
-    stamp_ns: int               # of the first ray
-    angle_min_rad: float        # bearing of the first ray, counter-clockwise
+    stamp_ns: int  # of the first ray
+    angle_min_rad: float  # bearing of the first ray, counter-clockwise
     angle_increment_rad: float  # between rays
     range_min_m: float
     range_max_m: float
-    ranges_m: np.ndarray        # (n,); +inf where nothing returned, out of range where not valid
+    ranges_m: np.ndarray  # (n,); +inf where nothing returned, out of range where not valid
 
     def bearings_rad(self) -> np.ndarray:
         """(n,) bearing of each ray in the laser's frame."""

@@ -2,6 +2,7 @@
 
 Yaw is counter-clockwise from the x axis, in radians (REP-103).
 """
+
 from __future__ import annotations
 
 import math
@@ -28,9 +29,7 @@ class Pose2D(NamedTuple):
         """Pose of the parent in this frame."""
         cos_yaw, sin_yaw = math.cos(self.yaw_rad), math.sin(self.yaw_rad)
         return Pose2D(
-            -cos_yaw * self.x_m - sin_yaw * self.y_m,
-            sin_yaw * self.x_m - cos_yaw * self.y_m,
-            wrap_angle(-self.yaw_rad),
+            -cos_yaw * self.x_m - sin_yaw * self.y_m, sin_yaw * self.x_m - cos_yaw * self.y_m, wrap_angle(-self.yaw_rad)
         )
 
     def relative_to(self, reference: Pose2D) -> Pose2D:
@@ -54,8 +53,11 @@ def move_along_arc(pose: Pose2D, distance_m: float, turn_rad: float) -> Pose2D:
     """
     half_turn_rad = 0.5 * turn_rad
     # Below 1e-4 the series' next term, x^4/120, is under double precision.
-    sinc = (math.sin(half_turn_rad) / half_turn_rad if abs(half_turn_rad) > 1e-4
-            else 1.0 - half_turn_rad * half_turn_rad / 6.0)
+    sinc = (
+        math.sin(half_turn_rad) / half_turn_rad
+        if abs(half_turn_rad) > 1e-4
+        else 1.0 - half_turn_rad * half_turn_rad / 6.0
+    )
     chord_m = distance_m * sinc
     chord_yaw_rad = pose.yaw_rad + half_turn_rad
     return Pose2D(
@@ -67,9 +69,11 @@ def move_along_arc(pose: Pose2D, distance_m: float, turn_rad: float) -> Pose2D:
 
 def interpolate(start: Pose2D, end: Pose2D, share: float) -> Pose2D:
     """The pose a share of the way from one to another, by the shorter turn; yaw in [-pi, pi)."""
-    return Pose2D(start.x_m + share * (end.x_m - start.x_m),
-                  start.y_m + share * (end.y_m - start.y_m),
-                  wrap_angle(start.yaw_rad + share * wrap_angle(end.yaw_rad - start.yaw_rad)))
+    return Pose2D(
+        start.x_m + share * (end.x_m - start.x_m),
+        start.y_m + share * (end.y_m - start.y_m),
+        wrap_angle(start.yaw_rad + share * wrap_angle(end.yaw_rad - start.yaw_rad)),
+    )
 
 
 def quat_xyzw_from_yaw(yaw_rad: float) -> Tuple[float, float, float, float]:

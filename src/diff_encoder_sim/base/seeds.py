@@ -3,6 +3,7 @@
 The encoder's resolution is not part of the seed, so equal trial numbers draw equal wheel phases
 and noise at every PPR and can be compared in pairs.
 """
+
 from __future__ import annotations
 
 import zlib

@@ -1,4 +1,5 @@
 """What a message's stamp means for a component that keeps state over time."""
+
 from __future__ import annotations
 
 import enum

@@ -3,6 +3,7 @@
 Every component declares a frozen subclass of `Params` beside its algorithm. Field names are the
 names that users write in YAML and ROS parameters; units stand in each field's description.
 """
+
 from __future__ import annotations
 
 import difflib
@@ -20,8 +21,7 @@ P = TypeVar('P', bound='Params')
 class Params(BaseModel):
     """Base of all parameter structs: frozen, strict (no text as numbers), no unknown keys."""
 
-    model_config = ConfigDict(frozen=True, strict=True, extra='forbid', allow_inf_nan=False,
-                              validate_default=True)
+    model_config = ConfigDict(frozen=True, strict=True, extra='forbid', allow_inf_nan=False, validate_default=True)
 
     @classmethod
     def from_mapping(cls: Type[P], mapping: Any, source: str) -> P:
@@ -32,8 +32,7 @@ class Params(BaseModel):
         """
         prefix = f'{source}: ' if source else ''
         if not isinstance(mapping, Mapping):
-            raise ConfigError(f'{prefix}given {mapping!r}; allowed: a mapping with the keys '
-                              f'{", ".join(_keys(cls))}')
+            raise ConfigError(f'{prefix}given {mapping!r}; allowed: a mapping with the keys {", ".join(_keys(cls))}')
         try:
             return cls.model_validate(dict(mapping))
         except ValidationError as error:
@@ -49,8 +48,7 @@ def load_params(params_class: Type[P], path: Union[str, Path]) -> P:
     return params_class.from_mapping(load_yaml(path), str(path))
 
 
-def split_params(mapping: Mapping[str, Any], source: str, *params_classes: Type[Params]
-                 ) -> List[Params]:
+def split_params(mapping: Mapping[str, Any], source: str, *params_classes: Type[Params]) -> List[Params]:
     """One struct of each class from a flat mapping that they share.
 
     Raises:
@@ -60,9 +58,10 @@ def split_params(mapping: Mapping[str, Any], source: str, *params_classes: Type[
     for key in mapping:
         if key not in known:
             raise ConfigError(f'{source}: {key}: unknown key{did_you_mean(str(key), known)}')
-    return [params_class.from_mapping(
-        {key: value for key, value in mapping.items() if key in _keys(params_class)}, source)
-        for params_class in params_classes]
+    return [
+        params_class.from_mapping({key: value for key, value in mapping.items() if key in _keys(params_class)}, source)
+        for params_class in params_classes
+    ]
 
 
 def load_yaml(path: Union[str, Path]) -> Dict[str, Any]:
@@ -79,8 +78,9 @@ def load_yaml(path: Union[str, Path]) -> Dict[str, Any]:
     except Exception as error:  # of a bad number or date PyYAML lets other types through
         mark = getattr(error, 'problem_mark', None)
         line = f', line {mark.line + 1}' if mark else ''
-        raise ConfigError(f'{path}{line}: not valid YAML: '
-                          f'{getattr(error, "problem", None) or "cannot be parsed"}') from None
+        raise ConfigError(
+            f'{path}{line}: not valid YAML: {getattr(error, "problem", None) or "cannot be parsed"}'
+        ) from None
     if content is None:
         return {}
     if not isinstance(content, dict):
@@ -103,7 +103,7 @@ def _first_problem(params_class: Type[Params], error: ValidationError) -> str:
     problem = error.errors()[0]
     key = '.'.join(str(part) for part in problem['loc']) or 'value'
     if not key.isprintable():
-        key = repr(key)     # the line stays one
+        key = repr(key)  # the line stays one
     if problem['type'] == 'extra_forbidden':
         return f'{key}: unknown key{did_you_mean(key, _keys(params_class))}'
     if problem['type'] == 'missing':

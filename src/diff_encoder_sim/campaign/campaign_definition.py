@@ -1,4 +1,5 @@
 """What a campaign is: parameters, cells and trials."""
+
 from __future__ import annotations
 
 import hashlib
@@ -20,7 +21,7 @@ from diff_encoder_sim.trials.trial_definition import TestDefinition, Trial
 # A mistyped list, or one list too many, is told at once and not after the memory is full.
 MOST_CELLS, MOST_TRIALS = 10_000, 1_000_000
 
-Varied = Tuple[Tuple[str, Any], ...]    # dotted keys, in their alphabet's order, and values
+Varied = Tuple[Tuple[str, Any], ...]  # dotted keys, in their alphabet's order, and values
 
 
 def _is_printable(text: str) -> str:
@@ -39,14 +40,14 @@ class CampaignParams(Params):
     tests: List[Line] = Field(min_length=1, description='names under config/tests/, or .yaml files')
     ppr: List[PulsesPerRevolution] = Field(min_length=1)
     trials: int = Field(30, ge=1, le=MOST_TRIALS, description='of each cell')
-    seed: int = Field(0, ge=0, lt=2 ** 62, description='trial k has the seed `seed` + k')
+    seed: int = Field(0, ge=0, lt=2**62, description='trial k has the seed `seed` + k')
     nav: Literal['embedded', 'scripted'] = 'embedded'
     record: RecordMode = 'minimal'
-    robot: Line = Field('', description='xacro, URDF, or a file like config/alto.yaml; '
-                                           "empty for the package's ALTO")
+    robot: Line = Field('', description="xacro, URDF, or a file like config/alto.yaml; empty for the package's ALTO")
     overrides: Dict[Line, Any] = Field({}, alias='set', description='parameters of all trials')
     vary: Dict[Line, Annotated[List[Any], Field(min_length=1)]] = Field(
-        {}, description='values of parameters: each combination is a cell of its own')
+        {}, description='values of parameters: each combination is a cell of its own'
+    )
 
     def combinations(self) -> Iterator[Varied]:
         """Of the varied parameters; one empty combination where nothing is varied."""
@@ -62,11 +63,11 @@ class CampaignParams(Params):
 class Cell(NamedTuple):
     """One test with one encoder and one set of parameters: trials that differ by seed alone."""
 
-    label: str                  # for file names and people, one of its own: SL_90_noise0.03
+    label: str  # for file names and people, one of its own: SL_90_noise0.03
     test: TestDefinition
     ppr: PerWheel
     varied: Varied
-    robot_params: RobotParams   # resolved
+    robot_params: RobotParams  # resolved
 
     def varied_texts(self) -> Tuple[Tuple[str, str], ...]:
         """What is varied, as a table shows it."""
@@ -76,9 +77,9 @@ class Cell(NamedTuple):
 class TrialJob(NamedTuple):
     """One trial of a campaign."""
 
-    index: int         # in the order of the results
+    index: int  # in the order of the results
     cell_index: int
-    trial: int         # from 1 in each cell
+    trial: int  # from 1 in each cell
     seed: int
 
 
@@ -86,22 +87,29 @@ class Campaign(NamedTuple):
     """All that is needed to run the trials, on any machine."""
 
     params: CampaignParams
-    cells: List[Cell]          # by test, then varied parameters, then PPR
+    cells: List[Cell]  # by test, then varied parameters, then PPR
     files: TrialFiles
 
     def jobs(self) -> List[TrialJob]:
         """Every trial; equal trial numbers have equal seeds in all cells, and compare in pairs."""
         numbers = itertools.product(range(len(self.cells)), range(1, self.params.trials + 1))
-        return [TrialJob(index, cell_index, trial, self.params.seed + trial)
-                for index, (cell_index, trial) in enumerate(numbers)]
+        return [
+            TrialJob(index, cell_index, trial, self.params.seed + trial)
+            for index, (cell_index, trial) in enumerate(numbers)
+        ]
 
     def trial_of(self, job: TrialJob) -> Trial:
         """What the job's trial is, as it is written into its bag."""
         cell = self.cells[job.cell_index]
         odometry = cell.robot_params.odometry
-        return Trial(test=cell.test, ppr=cell.ppr, number=job.seed, nav=self.params.nav,
-                     wheel_diameter=odometry.wheel_diameter,
-                     wheel_separation=odometry.wheel_separation)
+        return Trial(
+            test=cell.test,
+            ppr=cell.ppr,
+            number=job.seed,
+            nav=self.params.nav,
+            wheel_diameter=odometry.wheel_diameter,
+            wheel_separation=odometry.wheel_separation,
+        )
 
     def bag_name(self, job: TrialJob) -> str:
         """File name of the job's bag: SL_90_007.bag."""
@@ -111,17 +119,24 @@ class Campaign(NamedTuple):
     def resolved(self) -> Dict[str, Any]:
         """Everything that determines the results, for JSON: all parameters, files by sha256."""
         params = self.params
-        of_one_test = self.cells[:len(self.cells) // len(params.tests)]
+        of_one_test = self.cells[: len(self.cells) // len(params.tests)]
         encoders = len(params.ppr)
         return {
-            'tests': [{**cell.test.model_dump(mode='json'),
-                       'files': self.files.worlds[cell.test.name]._asdict()}
-                      for cell in self.cells[::len(of_one_test)]],
-            'parameters': [{'varied': dict(cell.varied), **_dumped(cell.robot_params)}
-                           for cell in of_one_test[::encoders]],
+            'tests': [
+                {**cell.test.model_dump(mode='json'), 'files': self.files.worlds[cell.test.name]._asdict()}
+                for cell in self.cells[:: len(of_one_test)]
+            ],
+            'parameters': [
+                {'varied': dict(cell.varied), **_dumped(cell.robot_params)} for cell in of_one_test[::encoders]
+            ],
             'ppr': [ppr.model_dump(mode='json') for ppr in params.ppr],
-            'trials': params.trials, 'seed': params.seed, 'nav': params.nav,
-            'record': params.record, 'robot': self.files.robot, 'files': self.files.sha256()}
+            'trials': params.trials,
+            'seed': params.seed,
+            'nav': params.nav,
+            'record': params.record,
+            'robot': self.files.robot,
+            'files': self.files.sha256(),
+        }
 
     def fingerprint(self) -> str:
         """sha256 over `resolved`: campaigns of equal fingerprints have equal results."""

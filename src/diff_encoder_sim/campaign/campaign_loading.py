@@ -1,4 +1,5 @@
 """Reads a campaign file, checks all of it, and resolves it into cells."""
+
 from __future__ import annotations
 
 import contextlib
@@ -29,8 +30,7 @@ from diff_encoder_sim.trials.trial_definition import TestDefinition, find_world,
 LONGEST_LABEL = 150
 
 
-def load_campaign(name: str, package_folder: Union[str, Path],
-                  replace: Optional[Mapping[str, Any]] = None) -> Campaign:
+def load_campaign(name: str, package_folder: Union[str, Path], replace: Optional[Mapping[str, Any]] = None) -> Campaign:
     """A campaign by its name (`paper` is config/campaigns/paper.yaml) or its file's path.
 
     Args:
@@ -49,8 +49,7 @@ def load_campaign(name: str, package_folder: Union[str, Path],
     config = load_robot_config(package_folder / 'config')
     robot = _load_robot(params, Path() if 'robot' in given else path.parent, package_folder)
     with _named('' if 'tests' in given else path):
-        tests = _load_tests(params, None if 'tests' in given else path.parent,
-                            package_folder / 'config')
+        tests = _load_tests(params, None if 'tests' in given else path.parent, package_folder / 'config')
     with _named('' if 'ppr' in given else path):
         _check_unique('ppr', [ppr_label(ppr) for ppr in params.ppr])
     with _named(path):
@@ -83,11 +82,12 @@ def _named(source: Union[str, Path]) -> Iterator[None]:
         raise ConfigError(f'{source}: {error}' if source else str(error)) from None
 
 
-def _load_tests(params: CampaignParams, folder: Optional[Path],
-                config_folder: Path) -> List[TestDefinition]:
+def _load_tests(params: CampaignParams, folder: Optional[Path], config_folder: Path) -> List[TestDefinition]:
     """The tests; files among them are relative to `folder`, else to where the user stands."""
-    tests = [load_test(str(folder / name) if folder and name.endswith('.yaml') else name,
-                       config_folder) for name in params.tests]
+    tests = [
+        load_test(str(folder / name) if folder and name.endswith('.yaml') else name, config_folder)
+        for name in params.tests
+    ]
     _check_unique('tests', [test.name for test in tests])
     for test in tests:
         test.check_way(params.nav)
@@ -103,27 +103,30 @@ def _load_robot(params: CampaignParams, folder: Path, package_folder: Path) -> R
         for key in robot.overrides:
             check_key(key)
             if key in params.vary:
-                raise ConfigError(f'{key}: given here, and under vary in the campaign; allowed: '
-                                  f'one of them')
+                raise ConfigError(f'{key}: given here, and under vary in the campaign; allowed: one of them')
     return robot
 
 
 def _check_size(params: CampaignParams) -> None:
     cells = params.cell_count()
     if cells > MOST_CELLS or cells * params.trials > MOST_TRIALS:
-        raise ConfigError(f'given {cells} cells of {params.trials} trials; allowed: {MOST_CELLS} '
-                          f'cells, {MOST_TRIALS} trials')
+        raise ConfigError(
+            f'given {cells} cells of {params.trials} trials; allowed: {MOST_CELLS} cells, {MOST_TRIALS} trials'
+        )
 
 
-def _resolve(params: CampaignParams, config: RobotConfig, robot_overrides: Mapping[str, Any]
-             ) -> List[Tuple[Varied, RobotParams]]:
+def _resolve(
+    params: CampaignParams, config: RobotConfig, robot_overrides: Mapping[str, Any]
+) -> List[Tuple[Varied, RobotParams]]:
     """Each combination of what is varied, with all parameters; the robot's give way to these."""
     for key in (*params.overrides, *params.vary):
         check_key(key)
         if key in params.overrides and key in params.vary:
             raise ConfigError(f'{key}: given under set and vary; allowed: one of them')
-    resolved = [(varied, override(config, {**robot_overrides, **params.overrides, **dict(varied)}))
-                for varied in params.combinations()]
+    resolved = [
+        (varied, override(config, {**robot_overrides, **params.overrides, **dict(varied)}))
+        for varied in params.combinations()
+    ]
     # Not before: YAML has values, such as dates, that no parameter allows and no text can show.
     for key, values in params.vary.items():
         _check_unique(key, [text_of(value) for value in values])
@@ -138,20 +141,28 @@ def _check_joints(params: RobotParams) -> None:
     for key in ('left_joint', 'right_joint'):
         joint = getattr(params.encoder, key)
         if joint not in turned:
-            raise ConfigError(f'config.{key}: given {joint!r}; allowed: what simulator.left_joint '
-                              f'and simulator.right_joint say: {" or ".join(turned)}')
+            raise ConfigError(
+                f'config.{key}: given {joint!r}; allowed: what simulator.left_joint '
+                f'and simulator.right_joint say: {" or ".join(turned)}'
+            )
 
 
-def _collect(params: CampaignParams, tests: Sequence[TestDefinition],
-             combinations: Sequence[Tuple[Varied, RobotParams]], robot: Path,
-             package_folder: Path) -> TrialFiles:
+def _collect(
+    params: CampaignParams,
+    tests: Sequence[TestDefinition],
+    combinations: Sequence[Tuple[Varied, RobotParams]],
+    robot: Path,
+    package_folder: Path,
+) -> TrialFiles:
     """The files of the trials."""
     worlds = package_folder / 'worlds'
     files = collect(tests, worlds, robot, needs_maps=params.nav != 'scripted')
     simulators = [robot_params.simulator for _, robot_params in combinations]
     # What names parts of the robot file, or changes it, must find them there.
-    differing = {(simulator.left_joint, simulator.right_joint, simulator.laser_link,
-                  simulator.wheel_errors): simulator for simulator in simulators}
+    differing = {
+        (simulator.left_joint, simulator.right_joint, simulator.laser_link, simulator.wheel_errors): simulator
+        for simulator in simulators
+    }
     for simulator in differing.values():
         Simulator(find_world(tests[0].world, worlds), robot, simulator, IDENTITY, seed=0).close()
     return files
@@ -163,10 +174,15 @@ def _check_unique(key: str, texts: Sequence[str]) -> None:
             raise ConfigError(f'{key}: given {text} {texts.count(text)} times; allowed: once')
 
 
-def _cells(params: CampaignParams, tests: Sequence[TestDefinition],
-           combinations: Sequence[Tuple[Varied, RobotParams]]) -> List[Cell]:
-    cells = [Cell(_label(test, ppr_label(ppr), varied), test, ppr, varied, robot_params)
-             for test in tests for varied, robot_params in combinations for ppr in params.ppr]
+def _cells(
+    params: CampaignParams, tests: Sequence[TestDefinition], combinations: Sequence[Tuple[Varied, RobotParams]]
+) -> List[Cell]:
+    cells = [
+        Cell(_label(test, ppr_label(ppr), varied), test, ppr, varied, robot_params)
+        for test in tests
+        for varied, robot_params in combinations
+        for ppr in params.ppr
+    ]
     # Some file systems take SL_a and sl_A for one name.
     if len({cell.label.casefold() for cell in cells}) < len(cells):
         cells = [cell._replace(label=f'{cell.label}_c{index}') for index, cell in enumerate(cells)]

@@ -1,4 +1,5 @@
 """The workers that a campaign runs on: processes of this machine, or a Dask cluster by address."""
+
 from __future__ import annotations
 
 import asyncio
@@ -37,9 +38,15 @@ def local_client(workers: int) -> Iterator[Client]:
     """
     _silence()
     with dask.config.set(DASK_CONFIG), _interrupts_stay_here():
-        cluster = LocalCluster(n_workers=workers, threads_per_worker=1, processes=True,
-                               host='127.0.0.1', dashboard_address=None, memory_limit=0,
-                               silence_logs=logging.CRITICAL)
+        cluster = LocalCluster(
+            n_workers=workers,
+            threads_per_worker=1,
+            processes=True,
+            host='127.0.0.1',
+            dashboard_address=None,
+            memory_limit=0,
+            silence_logs=logging.CRITICAL,
+        )
     try:
         with Client(cluster, set_as_default=False) as client:
             try:
@@ -59,7 +66,7 @@ def connected_client(address: str) -> Iterator[Client]:
     """
     _silence()
     with dask.config.set(DASK_CONFIG), warnings.catch_warnings():
-        warnings.simplefilter('ignore')     # about versions, which are checked here
+        warnings.simplefilter('ignore')  # about versions, which are checked here
         _check_scheduler(address)
         with Client(address, timeout=CONNECT_TIMEOUT_S, set_as_default=False) as client:
             _check_workers(client, address)
@@ -70,15 +77,17 @@ def _check_scheduler(address: str) -> None:
     # Before a Client is made: of one that cannot connect the end is long and loud.
     try:
         versions = asyncio.run(asyncio.wait_for(_scheduler_versions(address), CONNECT_TIMEOUT_S))
-    except Exception as error:      # many kinds, by address and by what answers there
+    except Exception as error:  # many kinds, by address and by what answers there
         reason = str(error) or f'no answer within {CONNECT_TIMEOUT_S} s'
-        raise ConfigError(f'--scheduler: given {address!r}: {reason}; allowed: the address of a '
-                          f'running Dask scheduler, such as tcp://127.0.0.1:8786') from None
+        raise ConfigError(
+            f'--scheduler: given {address!r}: {reason}; allowed: the address of a '
+            f'running Dask scheduler, such as tcp://127.0.0.1:8786'
+        ) from None
     _check_versions(versions, f'scheduler {address}')
 
 
 async def _scheduler_versions(address: str) -> Dict[str, Any]:
-    security = Security().get_connection_args('client')     # from Dask's own configuration
+    security = Security().get_connection_args('client')  # from Dask's own configuration
     async with rpc(address, timeout=CONNECT_TIMEOUT_S, connection_args=security) as scheduler:
         return await scheduler.versions(packages=PACKAGES)
 
@@ -87,8 +96,10 @@ def _check_versions(versions: Dict[str, Any], name: str) -> None:
     here = _compared(get_versions(packages=PACKAGES))
     for package, version in _compared(versions).items():
         if version != here[package]:
-            raise ConfigError(f'--scheduler: {package} is {version or "not installed"} on {name}, '
-                              f'{here[package]} here; allowed: the same on all machines')
+            raise ConfigError(
+                f'--scheduler: {package} is {version or "not installed"} on {name}, '
+                f'{here[package]} here; allowed: the same on all machines'
+            )
 
 
 def _compared(versions: Dict[str, Any]) -> Dict[str, str]:
@@ -105,8 +116,10 @@ def _check_workers(client: Client, address: str) -> None:
     if not threads:
         log.warning('%s has no workers yet: waiting for them', address)
     if any(count > 1 for count in threads):
-        log.warning('%s has workers of several threads, which run one trial at a time: better '
-                    'several workers of --nthreads 1', address)
+        log.warning(
+            '%s has workers of several threads, which run one trial at a time: better several workers of --nthreads 1',
+            address,
+        )
 
 
 def _kill_workers(cluster: LocalCluster) -> None:

@@ -1,4 +1,5 @@
 """Runs a campaign's trials on Dask workers, and keeps each result as soon as it is there."""
+
 from __future__ import annotations
 
 import asyncio
@@ -38,11 +39,17 @@ class UnrunTrial(NamedTuple):
 
     job: TrialJob
     reason: str
-    killed_workers: bool    # rather than raised an error
+    killed_workers: bool  # rather than raised an error
 
 
-def run_campaign(client: Client, campaign: Campaign, store: ResultStore, progress: Progress,
-                 jobs: Sequence[TrialJob], run: RunTrial = run_trial) -> List[UnrunTrial]:
+def run_campaign(
+    client: Client,
+    campaign: Campaign,
+    store: ResultStore,
+    progress: Progress,
+    jobs: Sequence[TrialJob],
+    run: RunTrial = run_trial,
+) -> List[UnrunTrial]:
     """Run trials that `store` has no result of yet; returns those that could not be run.
 
     Raises:
@@ -60,8 +67,15 @@ def run_campaign(client: Client, campaign: Campaign, store: ResultStore, progres
 class _Engine:
     """A sliding window of trials on the workers."""
 
-    def __init__(self, client: Client, campaign: Campaign, store: ResultStore, progress: Progress,
-                 results: ResultsFolder, run: RunTrial) -> None:
+    def __init__(
+        self,
+        client: Client,
+        campaign: Campaign,
+        store: ResultStore,
+        progress: Progress,
+        results: ResultsFolder,
+        run: RunTrial,
+    ) -> None:
         self._client = client
         self._store = store
         self._progress = progress
@@ -70,8 +84,7 @@ class _Engine:
         # Unique on a scheduler that serves several campaigns.
         self._name = uuid.uuid4().hex[:8]
         # A task, not scattered data: Dask makes it again when the worker that holds it dies.
-        self._campaign = client.submit(_identity, campaign, key=f'campaign-{self._name}',
-                                       pure=False)
+        self._campaign = client.submit(_identity, campaign, key=f'campaign-{self._name}', pure=False)
         self._running: Dict[str, Tuple[TrialJob, Future]] = {}
         self._ended: queue.SimpleQueue[Future] = queue.SimpleQueue()
         self._threads = 0
@@ -97,8 +110,15 @@ class _Engine:
         bag = self._store.bag_path(job)
         # Job indices begin anew in no campaign: a key names one attempt of the client.
         future = self._client.submit(
-            run_task, self._campaign, job, bag, self._results, self._run,
-            key=f'trial-{self._name}-{job.index}-{uuid.uuid4().hex[:8]}', pure=False)
+            run_task,
+            self._campaign,
+            job,
+            bag,
+            self._results,
+            self._run,
+            key=f'trial-{self._name}-{job.index}-{uuid.uuid4().hex[:8]}',
+            pure=False,
+        )
         self._running[future.key] = job, future
         future.add_done_callback(self._ended.put)
 
@@ -111,7 +131,7 @@ class _Engine:
             raise self._fault(str(error)) from None
         except _CANCELLED:
             raise self._scheduler_gone() from None
-        except Exception as error:      # of a trial: a fault of this program, not of the others
+        except Exception as error:  # of a trial: a fault of this program, not of the others
             self._check_scheduler()
             return UnrunTrial(job, f'{type(error).__name__}: {error}', False)
         self._keep(finished)
@@ -149,8 +169,7 @@ class _Engine:
         return self._fault('the scheduler does not answer any more')
 
     def _fault(self, reason: str) -> CampaignFault:
-        return CampaignFault(f'{reason}; {self._progress.count()} are done, the same command goes '
-                             f'on')
+        return CampaignFault(f'{reason}; {self._progress.count()} are done, the same command goes on')
 
 
 @contextlib.contextmanager

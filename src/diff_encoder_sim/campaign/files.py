@@ -1,4 +1,5 @@
 """The files that trials read, by content: for workers that do not see the client's folders."""
+
 from __future__ import annotations
 
 import hashlib
@@ -19,7 +20,7 @@ from diff_encoder_sim.simulation.robot import expand_xacro
 from diff_encoder_sim.simulation.world import load_world
 from diff_encoder_sim.trials.trial_definition import TestDefinition, find_world
 
-NAME_DIGITS = 16    # of a sha256, where it names a folder
+NAME_DIGITS = 16  # of a sha256, where it names a folder
 
 
 class WorldFiles(NamedTuple):
@@ -33,20 +34,19 @@ class PlacedFiles(NamedTuple):
     """Where the files are on this machine."""
 
     robot: Path
-    worlds: Dict[str, WorldFiles]    # by the name of the test
+    worlds: Dict[str, WorldFiles]  # by the name of the test
 
 
 class TrialFiles(NamedTuple):
     """Worlds, maps and the robot; small when pickled."""
 
-    contents: Dict[str, bytes]       # compressed by zlib, by path below the folder
-    robot: str                       # its path below the folder
-    worlds: Dict[str, WorldFiles]    # by the name of the test
+    contents: Dict[str, bytes]  # compressed by zlib, by path below the folder
+    robot: str  # its path below the folder
+    worlds: Dict[str, WorldFiles]  # by the name of the test
 
     def sha256(self) -> Dict[str, str]:
         """Of each file's content, by path below the folder."""
-        return {name: _sha256(zlib.decompress(content))
-                for name, content in sorted(self.contents.items())}
+        return {name: _sha256(zlib.decompress(content)) for name, content in sorted(self.contents.items())}
 
     def materialise(self, folder: Union[str, Path]) -> PlacedFiles:
         """Write the files below `folder`, unless they are there.
@@ -60,9 +60,10 @@ class TrialFiles(NamedTuple):
         placed = Path(folder) / digest[:NAME_DIGITS]
         if not placed.is_dir():
             self._write(placed)
-        return PlacedFiles(placed / self.robot, {
-            test: WorldFiles(*(name and str(placed / name) for name in files))
-            for test, files in self.worlds.items()})
+        return PlacedFiles(
+            placed / self.robot,
+            {test: WorldFiles(*(name and str(placed / name) for name in files)) for test, files in self.worlds.items()},
+        )
 
     def _write(self, placed: Path) -> None:
         placed.parent.mkdir(parents=True, exist_ok=True)
@@ -75,12 +76,13 @@ class TrialFiles(NamedTuple):
             os.rename(unfinished, placed)
         except OSError:
             shutil.rmtree(unfinished, ignore_errors=True)
-            if not placed.is_dir():    # another process was first
+            if not placed.is_dir():  # another process was first
                 raise
 
 
-def collect(tests: Sequence[TestDefinition], worlds_folder: Union[str, Path],
-            robot_file: Union[str, Path], needs_maps: bool) -> TrialFiles:
+def collect(
+    tests: Sequence[TestDefinition], worlds_folder: Union[str, Path], robot_file: Union[str, Path], needs_maps: bool
+) -> TrialFiles:
     """Read what the tests need, and check that it can be used.
 
     Args:
@@ -99,7 +101,8 @@ def collect(tests: Sequence[TestDefinition], worlds_folder: Union[str, Path],
         load_world(world)
         worlds[test.name] = WorldFiles(
             _add(contents, {world.name: world.read_bytes()})[0],
-            _add_map(contents, world.with_suffix('.yaml'), needs_maps))
+            _add_map(contents, world.with_suffix('.yaml'), needs_maps),
+        )
     _check_robot(Path(robot_file))
     robot = _add(contents, {Path(robot_file).name: Path(robot_file).read_bytes()})[0]
     return TrialFiles(contents, robot, worlds)
@@ -108,8 +111,10 @@ def collect(tests: Sequence[TestDefinition], worlds_folder: Union[str, Path],
 def _add_map(contents: Dict[str, bytes], path: Path, is_needed: bool) -> str:
     if not path.is_file():
         if is_needed:
-            raise ConfigError(f'map: there is no {path}; allowed: a map .yaml file beside its '
-                              f'world, as made by rosrun diff_encoder_sim rasterise_world')
+            raise ConfigError(
+                f'map: there is no {path}; allowed: a map .yaml file beside its '
+                f'world, as made by rosrun diff_encoder_sim rasterise_world'
+            )
         return ''
     load_map(path)
     description = load_yaml(path)
@@ -123,12 +128,12 @@ def _add_map(contents: Dict[str, bytes], path: Path, is_needed: bool) -> str:
 def _check_robot(path: Path) -> None:
     robot = ElementTree.fromstring(expand_xacro(path, {}))
     if robot.find('.//collision/geometry/mesh') is not None:
-        raise ConfigError(f'robot: {path} has a mesh as collision shape, which workers would not '
-                          f'have; allowed: box, cylinder, sphere')
+        raise ConfigError(
+            f'robot: {path} has a mesh as collision shape, which workers would not have; allowed: box, cylinder, sphere'
+        )
     tags = (element.tag for element in ElementTree.parse(str(path)).iter())
     if any(tag.rpartition('}')[2] == 'include' for tag in tags):
-        raise ConfigError(f'robot: {path} includes other files, which workers would not have; '
-                          f'allowed: all in one file')
+        raise ConfigError(f'robot: {path} includes other files, which workers would not have; allowed: all in one file')
 
 
 def _add(contents: Dict[str, bytes], files: Dict[str, bytes]) -> Sequence[str]:

@@ -1,4 +1,5 @@
 """manifest.json: what a results folder holds the results of, and what they were computed with."""
+
 from __future__ import annotations
 
 import importlib.metadata
@@ -20,23 +21,34 @@ ABSENT = '(absent)'
 def manifest_of(campaign: Campaign, run: Dict[str, Any]) -> Dict[str, Any]:
     """The content of a new folder's manifest; `run` is from `describe_run`."""
     seed, trials = campaign.params.seed, campaign.params.trials
-    return {'name': campaign.params.name, 'fingerprint': campaign.fingerprint(),
-            'seeds': {'first': seed + 1, 'last': seed + trials}, 'runs': [run],
-            'configuration': campaign.resolved()}
+    return {
+        'name': campaign.params.name,
+        'fingerprint': campaign.fingerprint(),
+        'seeds': {'first': seed + 1, 'last': seed + trials},
+        'runs': [run],
+        'configuration': campaign.resolved(),
+    }
 
 
 def describe_run(package_folder: Path, command: Sequence[str]) -> Dict[str, Any]:
     """What this process computes with: versions, commit, machine, command line and time."""
-    return {'started': datetime.now(timezone.utc).isoformat(timespec='seconds'),
-            'command': list(command), 'versions': _versions(package_folder),
-            'commit': _commit(package_folder), 'machine': _machine()}
+    return {
+        'started': datetime.now(timezone.utc).isoformat(timespec='seconds'),
+        'command': list(command),
+        'versions': _versions(package_folder),
+        'commit': _commit(package_folder),
+        'machine': _machine(),
+    }
 
 
 def differences(old: Any, new: Any) -> List[str]:
     """In which keys two resolved configurations differ, each with both values, in a line each."""
     there, here = dict(_flat(old, '')), dict(_flat(new, ''))
-    return [f'{key}: {there.get(key, ABSENT)!r} there, {here.get(key, ABSENT)!r} here'
-            for key in {**there, **here} if there.get(key, ABSENT) != here.get(key, ABSENT)]
+    return [
+        f'{key}: {there.get(key, ABSENT)!r} there, {here.get(key, ABSENT)!r} here'
+        for key in {**there, **here}
+        if there.get(key, ABSENT) != here.get(key, ABSENT)
+    ]
 
 
 def _flat(value: Any, path: str) -> Iterator[Tuple[str, Any]]:
@@ -51,7 +63,9 @@ def _flat(value: Any, path: str) -> Iterator[Tuple[str, Any]]:
 
 def _versions(package_folder: Path) -> Dict[str, Optional[str]]:
     versions: Dict[str, Optional[str]] = {
-        'diff_encoder_sim': _package_version(package_folder), 'python': platform.python_version()}
+        'diff_encoder_sim': _package_version(package_folder),
+        'python': platform.python_version(),
+    }
     for library in LIBRARIES:
         try:
             versions[library] = importlib.metadata.version(library)
@@ -71,12 +85,18 @@ def _commit(package_folder: Path) -> Optional[Dict[str, Any]]:
     """Of the checkout; None where the package is installed, even within some other checkout."""
     if git(package_folder, 'ls-files', '--error-unmatch', 'package.xml') is None:
         return None
-    return {'id': git(package_folder, 'rev-parse', 'HEAD'),
-            'is_dirty': git(package_folder, 'status', '--porcelain') != ''}
+    return {
+        'id': git(package_folder, 'rev-parse', 'HEAD'),
+        'is_dirty': git(package_folder, 'status', '--porcelain') != '',
+    }
 
 
 def _machine() -> Dict[str, Any]:
-    return {'host': platform.node(), 'cpu': cpu_model(), 'cores': os.cpu_count(),
-            'usable_cores': usable_cores(),
-            'memory_bytes': os.sysconf('SC_PAGE_SIZE') * os.sysconf('SC_PHYS_PAGES'),
-            'os': platform.platform()}
+    return {
+        'host': platform.node(),
+        'cpu': cpu_model(),
+        'cores': os.cpu_count(),
+        'usable_cores': usable_cores(),
+        'memory_bytes': os.sysconf('SC_PAGE_SIZE') * os.sysconf('SC_PHYS_PAGES'),
+        'os': platform.platform(),
+    }

@@ -1,4 +1,5 @@
 """How far a campaign is, on stderr, and what came of it."""
+
 from __future__ import annotations
 
 import collections
@@ -18,8 +19,9 @@ LINE_EVERY_S = 30.0
 class Progress:
     """Counts trials; a subclass shows them. A context, at whose end the display is closed."""
 
-    def __init__(self, total: int, done: Sequence[TrialRow], stream: TextIO,
-                 clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(
+        self, total: int, done: Sequence[TrialRow], stream: TextIO, clock: Callable[[], float] = time.monotonic
+    ) -> None:
         """`done` are the results of runs before this one; `clock` gives seconds."""
         self.total = total
         self.done = len(done)
@@ -57,10 +59,15 @@ class Progress:
         """The state in one line."""
         left_s = self._left_s()
         plural = '' if self._workers == 1 else 's'
-        return ', '.join([
-            self.count(), f'{self._failed} failed', f'{self._workers} worker{plural}',
-            f'{self.real_time_factor():.0f} x real time',
-            f'{tqdm.format_interval(left_s) if left_s is not None else "?"} left'])
+        return ', '.join(
+            [
+                self.count(),
+                f'{self._failed} failed',
+                f'{self._workers} worker{plural}',
+                f'{self.real_time_factor():.0f} x real time',
+                f'{tqdm.format_interval(left_s) if left_s is not None else "?"} left',
+            ]
+        )
 
     @property
     def done_now(self) -> int:
@@ -90,11 +97,18 @@ class Progress:
 class ProgressBar(Progress):
     """For a terminal."""
 
-    def __init__(self, total: int, done: Sequence[TrialRow], stream: TextIO,
-                 clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(
+        self, total: int, done: Sequence[TrialRow], stream: TextIO, clock: Callable[[], float] = time.monotonic
+    ) -> None:
         super().__init__(total, done, stream, clock)
-        self._bar = tqdm(total=total, initial=self.done, file=stream, dynamic_ncols=True,
-                         bar_format='{percentage:3.0f}% |{bar}| {desc}', desc=self.text())
+        self._bar = tqdm(
+            total=total,
+            initial=self.done,
+            file=stream,
+            dynamic_ncols=True,
+            bar_format='{percentage:3.0f}% |{bar}| {desc}',
+            desc=self.text(),
+        )
 
     def _show(self) -> None:
         self._bar.set_description_str(self.text(), refresh=False)
@@ -108,8 +122,9 @@ class ProgressBar(Progress):
 class ProgressLines(Progress):
     """For a file or a pipe: a line every 10 % or 30 s."""
 
-    def __init__(self, total: int, done: Sequence[TrialRow], stream: TextIO,
-                 clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(
+        self, total: int, done: Sequence[TrialRow], stream: TextIO, clock: Callable[[], float] = time.monotonic
+    ) -> None:
         super().__init__(total, done, stream, clock)
         self._shown_done = self.done
         self._shown_s = self._began_s
@@ -136,10 +151,15 @@ def outcome_table(rows: Sequence[TrialRow]) -> str:
         cells.setdefault(cell, collections.Counter())[row.outcome] += 1
     shown = [outcome for outcome in OUTCOMES if any(counts[outcome] for counts in cells.values())]
     varied = [key for key, _ in rows[0].varied] if rows else []
-    table: List[List[object]] = [[*cell, sum(counts.values()), *(counts[name] for name in shown)]
-                                 for cell, counts in cells.items()]
-    return tabulate(table, ['test', *varied, 'PPR', 'trials', *shown], disable_numparse=True,
-                    colalign=('left', *['right'] * (len(varied) + 2 + len(shown))))
+    table: List[List[object]] = [
+        [*cell, sum(counts.values()), *(counts[name] for name in shown)] for cell, counts in cells.items()
+    ]
+    return tabulate(
+        table,
+        ['test', *varied, 'PPR', 'trials', *shown],
+        disable_numparse=True,
+        colalign=('left', *['right'] * (len(varied) + 2 + len(shown))),
+    )
 
 
 def _has_failed(row: TrialRow) -> bool:

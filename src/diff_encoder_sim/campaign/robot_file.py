@@ -1,4 +1,5 @@
 """A robot as users describe theirs: its URDF, and what differs from the files of config/."""
+
 from __future__ import annotations
 
 from pathlib import Path
@@ -20,7 +21,7 @@ class Robot(NamedTuple):
     """A robot's own files and numbers."""
 
     urdf: Path
-    overrides: Dict[str, Any]    # by dotted keys, as robot_params.override takes them
+    overrides: Dict[str, Any]  # by dotted keys, as robot_params.override takes them
 
 
 def load_robot_file(path: Path) -> Robot:

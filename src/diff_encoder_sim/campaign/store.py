@@ -1,4 +1,5 @@
 """The results folder of a campaign: manifest.json, trials.csv, bags/. It survives any kill."""
+
 from __future__ import annotations
 
 import contextlib
@@ -31,8 +32,9 @@ class ResultStore:
     is pending.
     """
 
-    def __init__(self, folder: Union[str, Path], campaign: Campaign, run: Dict[str, Any],
-                 must_resume: bool = False) -> None:
+    def __init__(
+        self, folder: Union[str, Path], campaign: Campaign, run: Dict[str, Any], must_resume: bool = False
+    ) -> None:
         """Begin a folder, or go on with one.
 
         Args:
@@ -48,12 +50,12 @@ class ResultStore:
         self._campaign = campaign
         self._varied_keys = sorted(campaign.params.vary)
         self._jobs = _jobs_by_identity(campaign)
-        self._rows: Dict[int, TrialRow] = {}     # by index of job
+        self._rows: Dict[int, TrialRow] = {}  # by index of job
         with contextlib.ExitStack() as opened, _named_errors(self.folder):
             self._refuse_foreign(must_resume)
             self.folder.mkdir(parents=True, exist_ok=True)
             self._lock(opened)
-            self._refuse_foreign(must_resume)       # again, now that nobody else writes here
+            self._refuse_foreign(must_resume)  # again, now that nobody else writes here
             self._begin_or_resume(run)
             self._table = open(self.folder / TABLE, 'ab', buffering=0)
             opened.enter_context(self._table)
@@ -62,8 +64,9 @@ class ResultStore:
     def __enter__(self) -> ResultStore:
         return self
 
-    def __exit__(self, kind: Optional[Type[BaseException]], error: Optional[BaseException],
-                 traceback: Optional[TracebackType]) -> None:
+    def __exit__(
+        self, kind: Optional[Type[BaseException]], error: Optional[BaseException], traceback: Optional[TracebackType]
+    ) -> None:
         self._opened.close()
 
     @property
@@ -117,15 +120,19 @@ class ResultStore:
     def _refuse_foreign(self, must_resume: bool) -> None:
         has_manifest = (self.folder / MANIFEST).is_file()
         if must_resume and not has_manifest:
-            raise ConfigError(f'{self.folder}: nothing to resume: no {MANIFEST}; allowed: a folder '
-                              f'with results, or no --resume')
+            raise ConfigError(
+                f'{self.folder}: nothing to resume: no {MANIFEST}; allowed: a folder with results, or no --resume'
+            )
         if has_manifest or not self.folder.exists():
             return
-        others = sorted(path.name for path in self.folder.iterdir()
-                        if path.name != LOCK and path.suffix != UNFINISHED_SUFFIX)
+        others = sorted(
+            path.name for path in self.folder.iterdir() if path.name != LOCK and path.suffix != UNFINISHED_SUFFIX
+        )
         if others:
-            raise ConfigError(f'{self.folder}: holds {others[0]!r} and no {MANIFEST}; allowed: an '
-                              f'empty or new folder, or one with results of this campaign')
+            raise ConfigError(
+                f'{self.folder}: holds {others[0]!r} and no {MANIFEST}; allowed: an '
+                f'empty or new folder, or one with results of this campaign'
+            )
 
     def _lock(self, opened: contextlib.ExitStack) -> None:
         """Held until this process ends, however it does."""
@@ -133,11 +140,13 @@ class ResultStore:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            raise ConfigError(f'{self.folder}: another campaign is writing here; allowed: one at a '
-                              f'time') from None
+            raise ConfigError(f'{self.folder}: another campaign is writing here; allowed: one at a time') from None
         except OSError as error:
-            log.warning('%s: this file system has no locks (%s): do not start a second campaign '
-                        'here', self.folder, error.strerror)
+            log.warning(
+                '%s: this file system has no locks (%s): do not start a second campaign here',
+                self.folder,
+                error.strerror,
+            )
 
     def _begin_or_resume(self, run: Dict[str, Any]) -> None:
         path = self.folder / MANIFEST
@@ -164,7 +173,8 @@ class ResultStore:
         raise ConfigError(
             f'{self.folder}: has results of another configuration: '
             f'{"; ".join(found[:DIFFERENCES_SHOWN])}{f"; and {more} more" if more > 0 else ""}; '
-            f'allowed: the same configuration to go on, or another folder')
+            f'allowed: the same configuration to go on, or another folder'
+        )
 
     # ---- trials.csv
 
@@ -173,7 +183,7 @@ class ResultStore:
         path = self.folder / TABLE
         content = path.read_bytes() if path.is_file() else b''
         # A line is written at one stroke and ends last: what follows the last end is torn.
-        whole = content[:content.rfind(b'\n') + 1]
+        whole = content[: content.rfind(b'\n') + 1]
         rows: Dict[int, TrialRow] = {}
         for job, row in self._parsed(whole, path):
             has_bag = not row.bag or (self.folder / row.bag).is_file()
@@ -192,9 +202,11 @@ class ResultStore:
                 if row.bag != self.bag_path(job):
                     raise ValueError
             except (ValueError, KeyError):
-                raise ConfigError(f'{path}: line {number} is not of this campaign; allowed: as it '
-                                  f'was written, or without the line to run its trial '
-                                  f'again') from None
+                raise ConfigError(
+                    f'{path}: line {number} is not of this campaign; allowed: as it '
+                    f'was written, or without the line to run its trial '
+                    f'again'
+                ) from None
             yield job, row
 
     def _write_table(self) -> None:
@@ -207,8 +219,7 @@ def _named_errors(path: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise ConfigError(f'{error.filename or path}: cannot be read or written: '
-                          f'{error.strerror or error}') from None
+        raise ConfigError(f'{error.filename or path}: cannot be read or written: {error.strerror or error}') from None
 
 
 def _jobs_by_identity(campaign: Campaign) -> Dict[Tuple, TrialJob]:
@@ -219,22 +230,19 @@ def _jobs_by_identity(campaign: Campaign) -> Dict[Tuple, TrialJob]:
 
 def _write_all(file: io.FileIO, content: bytes) -> None:
     while content:
-        content = content[file.write(content):]
+        content = content[file.write(content) :]
     os.fsync(file.fileno())
 
 
 def _warn_of_other_code(folder: Path, first: Dict[str, Any], run: Dict[str, Any]) -> None:
-    changes = differences(*({key: about.get(key) for key in ('versions', 'commit')}
-                            for about in (first, run)))
+    changes = differences(*({key: about.get(key) for key in ('versions', 'commit')} for about in (first, run)))
     if changes:
-        log.warning('%s: begun with other code, results may not compare: %s', folder,
-                    '; '.join(changes))
+        log.warning('%s: begun with other code, results may not compare: %s', folder, '; '.join(changes))
 
 
 def _remove_unfinished(folder: Path) -> None:
     """What a killed campaign had not finished writing."""
-    for path in (*folder.glob(f'*{UNFINISHED_SUFFIX}'),
-                 *(folder / BAGS).glob(f'*{UNFINISHED_SUFFIX}')):
+    for path in (*folder.glob(f'*{UNFINISHED_SUFFIX}'), *(folder / BAGS).glob(f'*{UNFINISHED_SUFFIX}')):
         path.unlink()
 
 

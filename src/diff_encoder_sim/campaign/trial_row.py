@@ -1,4 +1,5 @@
 """One trial's result: a row of trials.csv, which the csv module, pandas and spreadsheets read."""
+
 from __future__ import annotations
 
 import csv
@@ -18,19 +19,19 @@ class TrialRow(NamedTuple):
     """A trial and how it ended."""
 
     test: str
-    ppr: str                          # as encoder.ppr_label says it
-    varied: Tuple[Tuple[str, str], ...]    # dotted keys of parameters, and their values as text
+    ppr: str  # as encoder.ppr_label says it
+    varied: Tuple[Tuple[str, str], ...]  # dotted keys of parameters, and their values as text
     trial: int
     seed: int
-    outcome: str                      # one of OUTCOMES
-    reason: str                       # of any but succeeded
-    duration_s: float                 # simulated
+    outcome: str  # one of OUTCOMES
+    reason: str  # of any but succeeded
+    duration_s: float  # simulated
     # Final pose minus goal by source: x [m] and y [m] along the map's axes, yaw [rad] wrapped;
     # None where the source never had a pose.
     errors: Dict[str, Optional[Pose2D]]
-    distance_m: float                 # length of the true path
+    distance_m: float  # length of the true path
     wall_time_s: float
-    bag: str                          # path below the results folder; '' for none
+    bag: str  # path below the results folder; '' for none
 
     def identity(self) -> Tuple:
         """Which trial it is of: the first fields, to seed."""
@@ -39,18 +40,39 @@ class TrialRow(NamedTuple):
 
 def header(varied_keys: Sequence[str]) -> List[str]:
     """The names of the columns, with their units."""
-    return ['test', 'ppr', *varied_keys, 'trial', 'seed', 'outcome', 'reason', 'duration_s',
-            *(f'{source}_{part}' for source in SOURCES for part in PARTS),
-            'distance_m', 'wall_time_s', 'bag']
+    return [
+        'test',
+        'ppr',
+        *varied_keys,
+        'trial',
+        'seed',
+        'outcome',
+        'reason',
+        'duration_s',
+        *(f'{source}_{part}' for source in SOURCES for part in PARTS),
+        'distance_m',
+        'wall_time_s',
+        'bag',
+    ]
 
 
 def fields_of(row: TrialRow) -> List[str]:
     """The row as texts; numbers read back as the same numbers, wall time to the millisecond."""
     errors = [row.errors.get(source) or ('',) * len(PARTS) for source in SOURCES]
-    values = [row.test, row.ppr, *(text for _, text in row.varied), row.trial, row.seed,
-              row.outcome, _one_line(row.reason), float(row.duration_s),
-              *(part if part == '' else float(part) for error in errors for part in error),
-              float(row.distance_m), round(float(row.wall_time_s), 3), row.bag]
+    values = [
+        row.test,
+        row.ppr,
+        *(text for _, text in row.varied),
+        row.trial,
+        row.seed,
+        row.outcome,
+        _one_line(row.reason),
+        float(row.duration_s),
+        *(part if part == '' else float(part) for error in errors for part in error),
+        float(row.distance_m),
+        round(float(row.wall_time_s), 3),
+        row.bag,
+    ]
     return [value if isinstance(value, str) else repr(value) for value in values]
 
 
@@ -67,10 +89,19 @@ def row_of(fields: Sequence[str], varied_keys: Sequence[str]) -> TrialRow:
     if by_name['outcome'] not in OUTCOMES:
         raise ValueError(f'outcome {by_name["outcome"]!r}; expected {", ".join(OUTCOMES)}')
     return TrialRow(
-        by_name['test'], by_name['ppr'], tuple((key, by_name[key]) for key in varied_keys),
-        int(by_name['trial']), int(by_name['seed']), by_name['outcome'], by_name['reason'],
-        float(by_name['duration_s']), {source: _error(by_name, source) for source in SOURCES},
-        float(by_name['distance_m']), float(by_name['wall_time_s']), by_name['bag'])
+        by_name['test'],
+        by_name['ppr'],
+        tuple((key, by_name[key]) for key in varied_keys),
+        int(by_name['trial']),
+        int(by_name['seed']),
+        by_name['outcome'],
+        by_name['reason'],
+        float(by_name['duration_s']),
+        {source: _error(by_name, source) for source in SOURCES},
+        float(by_name['distance_m']),
+        float(by_name['wall_time_s']),
+        by_name['bag'],
+    )
 
 
 def csv_line(fields: Sequence[str]) -> bytes:

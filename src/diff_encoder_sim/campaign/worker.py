@@ -1,4 +1,5 @@
 """What a Dask worker does with one trial: files in, the row out, the bag into its place."""
+
 from __future__ import annotations
 
 import os
@@ -35,9 +36,9 @@ class MachineFault(Exception):
 class ResultsFolder(NamedTuple):
     """Where the client keeps the results, and what tells a worker that it sees the same folder."""
 
-    path: str       # absolute, on the client's machine
-    probe: str      # name of a file in it
-    nonce: str      # content of that file
+    path: str  # absolute, on the client's machine
+    probe: str  # name of a file in it
+    nonce: str  # content of that file
 
     def is_shared(self) -> bool:
         """Whether this process sees the client's folder and can write there."""
@@ -52,11 +53,10 @@ class FinishedTrial(NamedTuple):
     """What goes back to the client."""
 
     row: TrialRow
-    bag: Optional[bytes]    # None: not recorded, or in its place already
+    bag: Optional[bytes]  # None: not recorded, or in its place already
 
 
-def run_task(campaign: Campaign, job: TrialJob, bag: str, results: ResultsFolder,
-             run: RunTrial) -> FinishedTrial:
+def run_task(campaign: Campaign, job: TrialJob, bag: str, results: ResultsFolder, run: RunTrial) -> FinishedTrial:
     """The task: `run_job` with the worker's own temporary folder, which goes when the worker goes.
 
     Raises:
@@ -69,8 +69,9 @@ def run_task(campaign: Campaign, job: TrialJob, bag: str, results: ResultsFolder
             raise MachineFault(f'worker on {platform.node()}: {_reason(error)}') from None
 
 
-def run_job(campaign: Campaign, job: TrialJob, bag: str, results: ResultsFolder, run: RunTrial,
-            scratch: Path) -> FinishedTrial:
+def run_job(
+    campaign: Campaign, job: TrialJob, bag: str, results: ResultsFolder, run: RunTrial, scratch: Path
+) -> FinishedTrial:
     """Run one trial.
 
     Args:
@@ -84,26 +85,36 @@ def run_job(campaign: Campaign, job: TrialJob, bag: str, results: ResultsFolder,
     placed = Path(results.path, bag)
     # A name of its own for each attempt: Dask may believe a worker dead that is still at work.
     unfinished = (placed.parent if is_shared else scratch) / (
-        f'.{placed.name}.{uuid.uuid4().hex[:8]}{UNFINISHED_SUFFIX}')
+        f'.{placed.name}.{uuid.uuid4().hex[:8]}{UNFINISHED_SUFFIX}'
+    )
     row = _run(campaign, job, bag, unfinished, run, scratch)
     if bag and is_shared:
         os.replace(str(unfinished), str(placed))
     return FinishedTrial(row, _take(unfinished) if bag and not is_shared else None)
 
 
-def _run(campaign: Campaign, job: TrialJob, bag: str, bag_path: Path, run: RunTrial,
-         scratch: Path) -> TrialRow:
+def _run(campaign: Campaign, job: TrialJob, bag: str, bag_path: Path, run: RunTrial, scratch: Path) -> TrialRow:
     cell = campaign.cells[job.cell_index]
     files = campaign.files.materialise(scratch)
     world = files.worlds[cell.test.name]
-    plan = TrialPlan(trial=campaign.trial_of(job), world=world.world, map=world.map,
-                     bag=str(bag_path) if bag else '')
+    plan = TrialPlan(trial=campaign.trial_of(job), world=world.world, map=world.map, bag=str(bag_path) if bag else '')
     began_s = time.perf_counter()
     result = run(plan, files.robot, cell.robot_params, campaign.params.record)
     wall_time_s = time.perf_counter() - began_s
-    return TrialRow(cell.test.name, ppr_label(cell.ppr), cell.varied_texts(), job.trial, job.seed,
-                    result.ending.outcome.value, result.ending.reason, result.duration_s,
-                    result.errors, result.distance_m, wall_time_s, bag)
+    return TrialRow(
+        cell.test.name,
+        ppr_label(cell.ppr),
+        cell.varied_texts(),
+        job.trial,
+        job.seed,
+        result.ending.outcome.value,
+        result.ending.reason,
+        result.duration_s,
+        result.errors,
+        result.distance_m,
+        wall_time_s,
+        bag,
+    )
 
 
 def _take(path: Path) -> bytes:

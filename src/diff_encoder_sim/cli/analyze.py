@@ -1,4 +1,5 @@
 """analyze: tables, figures and a report of a campaign's results, or of recorded trials."""
+
 from __future__ import annotations
 
 import argparse
@@ -36,11 +37,23 @@ def _beside(path: Path) -> Path:
 
 def _parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
-        prog='analyze', description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter,
-        epilog='examples:\n  analyze results/paper\n  analyze sl.bag bags/ --out comparison')
-    parser.add_argument('paths', nargs='+', type=Path, metavar='DIR|BAG',
-                        help='a campaign\'s folder; or bags of trials, and folders of them')
-    parser.add_argument('--out', type=Path, metavar='DIR',
-                        help='new or empty, or an earlier analysis, which it replaces (default: '
-                             'analysis/ in the folder, or beside the first bag)')
+        prog='analyze',
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        epilog='examples:\n  analyze results/paper\n  analyze sl.bag bags/ --out comparison',
+    )
+    parser.add_argument(
+        'paths',
+        nargs='+',
+        type=Path,
+        metavar='DIR|BAG',
+        help="a campaign's folder; or bags of trials, and folders of them",
+    )
+    parser.add_argument(
+        '--out',
+        type=Path,
+        metavar='DIR',
+        help='new or empty, or an earlier analysis, which it replaces (default: '
+        'analysis/ in the folder, or beside the first bag)',
+    )
     return parser.parse_args(arguments)

@@ -1,4 +1,5 @@
 """map_bag: builds a map from the scans and the odometry of a bag, by grid SLAM."""
+
 from __future__ import annotations
 
 import argparse
@@ -42,25 +43,32 @@ def _map_bag(options: argparse.Namespace) -> None:
         track = OdometryTrack(drive.odometry_ns, drive.base_poses_in_odom)
         entered = map_recording(slam, track, drive.scans(), drive.laser_pose_in_base)
     took_s = time.perf_counter() - begin_s
-    path = save_map(slam.map().cropped(SAVED_MARGIN_M),
-                    options.stem or options.bag.with_suffix(''))
+    path = save_map(slam.map().cropped(SAVED_MARGIN_M), options.stem or options.bag.with_suffix(''))
     drive_s = (track.stamps_ns[-1] - track.stamps_ns[0]) / NANOSECONDS_PER_SECOND
-    print(f'{path}: {entered} scans of a drive of {drive_s:.1f} s, in {took_s:.1f} s: '
-          f'{drive_s / took_s:.0f} times real time')
+    print(
+        f'{path}: {entered} scans of a drive of {drive_s:.1f} s, in {took_s:.1f} s: '
+        f'{drive_s / took_s:.0f} times real time'
+    )
 
 
 def _parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
-        prog='map_bag', description=__doc__,
+        prog='map_bag',
+        description=__doc__,
         epilog='example: map_bag bags/drive.bag -f maps/office; a bag of trial.launch begins at '
-               'its surveyed start, any other at odometry\'s zero')
+        "its surveyed start, any other at odometry's zero",
+    )
     parser.add_argument('bag', type=Path, help='with scans, odometry and /tf_static')
-    parser.add_argument('-f', dest='stem', type=Path, metavar='STEM',
-                        help='writes STEM.pgm and STEM.yaml (default: beside the bag)')
-    parser.add_argument('--config', type=Path, default=package_folder() / 'config' / 'slam.yaml',
-                        help='parameters by slam_gmapping\'s names (default: config/slam.yaml)')
+    parser.add_argument(
+        '-f', dest='stem', type=Path, metavar='STEM', help='writes STEM.pgm and STEM.yaml (default: beside the bag)'
+    )
+    parser.add_argument(
+        '--config',
+        type=Path,
+        default=package_folder() / 'config' / 'slam.yaml',
+        help="parameters by slam_gmapping's names (default: config/slam.yaml)",
+    )
     parser.add_argument('--scan', default=topics.SCAN, help='topic (default: %(default)s)')
     parser.add_argument('--odom', default=topics.ODOM, help='topic (default: %(default)s)')
-    parser.add_argument('--seed', type=int, default=0,
-                        help='of a bag that is no trial\'s (default: %(default)s)')
+    parser.add_argument('--seed', type=int, default=0, help="of a bag that is no trial's (default: %(default)s)")
     return parser.parse_args(arguments)

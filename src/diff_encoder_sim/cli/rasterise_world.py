@@ -1,4 +1,5 @@
 """rasterise_world: makes a map file straight from a world file."""
+
 from __future__ import annotations
 
 import argparse
@@ -28,20 +29,21 @@ def main(arguments: Optional[Sequence[str]] = None) -> None:
 
 
 def _rasterise(options: argparse.Namespace) -> None:
-    params = RasteriseParams.from_mapping({
-        'free': options.free, 'height': options.height, 'resolution': options.resolution},
-        'arguments')
+    params = RasteriseParams.from_mapping(
+        {'free': options.free, 'height': options.height, 'resolution': options.resolution}, 'arguments'
+    )
     grid = rasterise(load_world(options.world), params.height, params.resolution, *params.free)
     print(save_map(grid, options.out or options.world.with_suffix('')))
 
 
 def _parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
-        prog='rasterise_world', description=__doc__,
-        epilog='example: rasterise_world worlds/hallway.world --free -10 0')
+        prog='rasterise_world', description=__doc__, epilog='example: rasterise_world worlds/hallway.world --free -10 0'
+    )
     parser.add_argument('world', type=Path, help='.world file')
-    parser.add_argument('--free', type=float, nargs=2, default=[0.0, 0.0], metavar=('X', 'Y'),
-                        help='a point in free space [m]')
+    parser.add_argument(
+        '--free', type=float, nargs=2, default=[0.0, 0.0], metavar=('X', 'Y'), help='a point in free space [m]'
+    )
     parser.add_argument('--height', type=float, default=1.12, help='of the scan plane [m]')
     parser.add_argument('--resolution', type=float, default=0.05, help='side of a cell [m]')
     parser.add_argument('--out', type=Path, help='path without suffix (default: beside the world)')

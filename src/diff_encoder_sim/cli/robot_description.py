@@ -1,4 +1,5 @@
 """robot_description: prints the URDF of a xacro file, with xacro's arguments name:=value."""
+
 from __future__ import annotations
 
 import argparse
@@ -15,8 +16,10 @@ def main() -> None:
 
 def _print_urdf() -> None:
     parser = argparse.ArgumentParser(
-        prog='robot_description', description=__doc__,
-        epilog='example: robot_description urdf/alto.urdf.xacro root_inertia:=false')
+        prog='robot_description',
+        description=__doc__,
+        epilog='example: robot_description urdf/alto.urdf.xacro root_inertia:=false',
+    )
     parser.add_argument('file', help='.xacro or .urdf file')
     parser.add_argument('arguments', nargs='*', metavar='name:=value', help='xacro arguments')
     options = parser.parse_args()

@@ -1,4 +1,5 @@
 """trial_spec: checks the arguments of trial.launch and prints them as the parameter /trial."""
+
 from __future__ import annotations
 
 import argparse
@@ -33,8 +34,7 @@ SIMULATORS = ('pybullet', 'gazebo')
 
 def main(arguments: Optional[Sequence[str]] = None) -> None:
     """Entry point of the executable."""
-    run_tool('trial.launch', lambda: print(plan(_parse(arguments)).model_dump_json(
-        exclude_none=True)))
+    run_tool('trial.launch', lambda: print(plan(_parse(arguments)).model_dump_json(exclude_none=True)))
 
 
 def plan(options: argparse.Namespace) -> TrialPlan:
@@ -45,29 +45,41 @@ def plan(options: argparse.Namespace) -> TrialPlan:
     """
     if options.sim not in SIMULATORS:
         raise ConfigError(f'sim: given {options.sim!r}; allowed: {", ".join(SIMULATORS)}')
-    _, odometry = split_params(load_yaml(options.config), options.config, EncoderParams,
-                               OdometryParams)
+    _, odometry = split_params(load_yaml(options.config), options.config, EncoderParams, OdometryParams)
     folder = package_folder()
     test = load_test(options.test, folder / 'config')
-    trial = Trial.from_mapping({
-        'test': test, 'ppr': _value(options.ppr) if options.ppr else odometry.ppr,
-        'number': _value(options.trial), 'odom': options.odom, 'nav': options.nav,
-        # A bag explains itself: what the odometry believed of the robot goes into it.
-        'wheel_diameter': odometry.wheel_diameter,
-        'wheel_separation': odometry.wheel_separation}, '')
+    trial = Trial.from_mapping(
+        {
+            'test': test,
+            'ppr': _value(options.ppr) if options.ppr else odometry.ppr,
+            'number': _value(options.trial),
+            'odom': options.odom,
+            'nav': options.nav,
+            # A bag explains itself: what the odometry believed of the robot goes into it.
+            'wheel_diameter': odometry.wheel_diameter,
+            'wheel_separation': odometry.wheel_separation,
+        },
+        '',
+    )
     test.check_way(options.nav)
     if options.slam != 'none' and options.nav != 'scripted':
-        raise ConfigError(f'slam: given {options.slam} with nav {options.nav}; allowed: '
-                          f'nav:=scripted, or slam:=none')
+        raise ConfigError(f'slam: given {options.slam} with nav {options.nav}; allowed: nav:=scripted, or slam:=none')
     _check_packages(options)
     world = find_world(test.world, folder / 'worlds')
     map_path = _map_path(options, world)
     if options.nav != 'scripted':
         _check_start(test, map_path)
-    return TrialPlan.from_mapping({
-        'trial': trial, 'world': str(world), 'map': map_path,
-        'bag': _bag_path(options.bag, trial), 'slam': options.slam,
-        'save_map': str(_new_file('save_map', options.save_map)) if options.save_map else ''}, '')
+    return TrialPlan.from_mapping(
+        {
+            'trial': trial,
+            'world': str(world),
+            'map': map_path,
+            'bag': _bag_path(options.bag, trial),
+            'slam': options.slam,
+            'save_map': str(_new_file('save_map', options.save_map)) if options.save_map else '',
+        },
+        '',
+    )
 
 
 def _check_packages(options: argparse.Namespace) -> None:
@@ -84,8 +96,10 @@ def _check_packages(options: argparse.Namespace) -> None:
 def _map_path(options: argparse.Namespace, world: Path) -> str:
     path = users_path(options.map) if options.map else world.with_suffix('.yaml')
     if options.nav != 'scripted' and not path.is_file():
-        raise ConfigError(f'map: there is no {path}; allowed: a map .yaml file, as made by '
-                          f'rosrun diff_encoder_sim rasterise_world {world}')
+        raise ConfigError(
+            f'map: there is no {path}; allowed: a map .yaml file, as made by '
+            f'rosrun diff_encoder_sim rasterise_world {world}'
+        )
     return str(path)
 
 
@@ -93,11 +107,16 @@ def _check_start(test: TestDefinition, map_path: str) -> None:
     """A robot that AMCL cannot see would stand until the test's time limit."""
     grid, start = load_map(map_path), test.start
     cell = grid.cell_at(start.x, start.y)
-    where = 'outside' if not grid.contains(*cell) else {
-        OCCUPIED: 'in a wall of', UNKNOWN: 'in what is unknown to'}.get(int(grid.cells[cell]))
+    where = (
+        'outside'
+        if not grid.contains(*cell)
+        else {OCCUPIED: 'in a wall of', UNKNOWN: 'in what is unknown to'}.get(int(grid.cells[cell]))
+    )
     if where is not None:
-        raise ConfigError(f'test {test.name}: start: given ({start.x:.2f}, {start.y:.2f}), {where} '
-                          f'the map {map_path}; allowed: where the robot has room')
+        raise ConfigError(
+            f'test {test.name}: start: given ({start.x:.2f}, {start.y:.2f}), {where} '
+            f'the map {map_path}; allowed: where the robot has room'
+        )
 
 
 def _value(text: str) -> Any:
@@ -121,8 +140,7 @@ def _new_file(argument: str, given: Union[str, Path]) -> Path:
     path = users_path(given)
     folder = next(parent for parent in path.parents if parent.exists())
     if not (folder.is_dir() and os.access(folder, os.W_OK)):
-        raise ConfigError(f'{argument}: {folder} cannot be written to; allowed: a path in a folder '
-                          f'that can')
+        raise ConfigError(f'{argument}: {folder} cannot be written to; allowed: a path in a folder that can')
     return path
 
 
@@ -133,10 +151,10 @@ def _bag_name(trial: Trial) -> str:
 
 def _parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
-        prog='trial_spec', description=__doc__,
-        epilog='example: trial_spec --test SL --ppr 90 --trial 3 --bag sl.bag')
+        prog='trial_spec', description=__doc__, epilog='example: trial_spec --test SL --ppr 90 --trial 3 --bag sl.bag'
+    )
     parser.add_argument('--test', required=True, help='SL, SMT, DLD, or a .yaml file')
-    parser.add_argument('--ppr', default='', help='pulses per revolution (default: the config\'s)')
+    parser.add_argument('--ppr', default='', help="pulses per revolution (default: the config's)")
     parser.add_argument('--trial', default='0', help='number of the trial: its seed')
     parser.add_argument('--odom', default='encoder', help='encoder or ideal')
     parser.add_argument('--nav', default='embedded', help='embedded, upstream or scripted')

@@ -1,4 +1,5 @@
 """What tools that run trials share: workers, signals that stop them, trials that did not run."""
+
 from __future__ import annotations
 
 import argparse
@@ -58,10 +59,12 @@ def told(progress: Progress) -> Iterator[None]:
 def add_workers(parser: argparse.ArgumentParser) -> None:
     """The options that say where trials run."""
     where = parser.add_mutually_exclusive_group()
-    where.add_argument('--workers', type=count, metavar='N',
-                       help='processes on this machine (default: one for each core)')
-    where.add_argument('--scheduler', metavar='ADDRESS',
-                       help='of a running Dask cluster, such as tcp://host:8786 (docs/cluster.md)')
+    where.add_argument(
+        '--workers', type=count, metavar='N', help='processes on this machine (default: one for each core)'
+    )
+    where.add_argument(
+        '--scheduler', metavar='ADDRESS', help='of a running Dask cluster, such as tcp://host:8786 (docs/cluster.md)'
+    )
 
 
 def workers(options: argparse.Namespace, pending: int) -> ContextManager[Client]:
@@ -80,8 +83,7 @@ def unrun_text(name: str, campaign: Campaign, unrun: Sequence[UnrunTrial]) -> st
     lines = []
     for reason, bags in by_reason.items():
         more = ', ...' if len(bags) > UNRUN_SHOWN else ''
-        lines.append(f'{name}: {len(bags)} trials could not be run ({reason}): '
-                     f'{", ".join(bags[:UNRUN_SHOWN])}{more}')
+        lines.append(f'{name}: {len(bags)} trials could not be run ({reason}): {", ".join(bags[:UNRUN_SHOWN])}{more}')
     return '\n'.join(lines + [f'{name}: the same command tries them again'])
 
 
@@ -107,7 +109,7 @@ def count(text: str) -> int:
 def _signals_raise() -> Iterator[None]:
     def stop(number: int, _: object) -> None:
         for each in STOPPING_SIGNALS:
-            signal.signal(each, signal.SIG_DFL)     # a second one ends the process at once
+            signal.signal(each, signal.SIG_DFL)  # a second one ends the process at once
         raise _Stopped(number)
 
     before = {number: signal.signal(number, stop) for number in STOPPING_SIGNALS}

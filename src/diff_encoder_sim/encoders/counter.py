@@ -1,4 +1,5 @@
 """The counter behind an encoder: its finite width, and differences between two readings."""
+
 from __future__ import annotations
 
 from pydantic import AfterValidator, Field
@@ -6,13 +7,16 @@ from typing_extensions import Annotated
 
 
 def _can_count(modulus: int) -> int:
-    if modulus != 0 and not 2 <= modulus <= 2 ** 63:
+    if modulus != 0 and not 2 <= modulus <= 2**63:
         raise ValueError('0 (never wraps), or a whole number from 2 to 2^63')
     return modulus
 
 
-CounterModulus = Annotated[int, AfterValidator(_can_count), Field(
-    description='counts before the counter wraps: 65536 for int16, 0 for no wrap')]
+CounterModulus = Annotated[
+    int,
+    AfterValidator(_can_count),
+    Field(description='counts before the counter wraps: 65536 for int16, 0 for no wrap'),
+]
 
 
 def wrap_count(pulses: int, modulus: int) -> int:

@@ -1,4 +1,5 @@
 """Pulses per revolution, and whole pulses at a wheel angle (equation 1)."""
+
 from __future__ import annotations
 
 import math
@@ -20,14 +21,14 @@ class PerWheel(Params):
 def _same_for_both(value: Any) -> Any:
     if isinstance(value, (dict, PerWheel)):
         return value
-    if isinstance(value, bool) or not isinstance(value, (int, float)) \
-            or not (math.isfinite(value) and value > 0):
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not (math.isfinite(value) and value > 0):
         raise ValueError('a finite number greater than 0, or {left: ..., right: ...} of them')
     return {'left': value, 'right': value}
 
 
-PulsesPerRevolution = Annotated[PerWheel, BeforeValidator(_same_for_both), Field(
-    description='pulses per wheel revolution')]
+PulsesPerRevolution = Annotated[
+    PerWheel, BeforeValidator(_same_for_both), Field(description='pulses per wheel revolution')
+]
 DEFAULT_PPR = PerWheel(left=90, right=90)
 
 

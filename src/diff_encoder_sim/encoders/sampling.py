@@ -1,4 +1,5 @@
 """Reports at a fixed rate, kept on the stamps of the samples."""
+
 from __future__ import annotations
 
 from fractions import Fraction
@@ -12,7 +13,7 @@ class BoundarySampler:
 
     def __init__(self, rate_hz: float) -> None:
         # Exact rational arithmetic: 20 Hz boundaries must not drift off 50 ms after an hour.
-        rate_per_ns = Fraction(rate_hz).limit_denominator(10 ** 6) / NANOSECONDS_PER_SECOND
+        rate_per_ns = Fraction(rate_hz).limit_denominator(10**6) / NANOSECONDS_PER_SECOND
         # As two whole numbers, because a Fraction takes ten times as long for a product.
         self._periods, self._in_ns = rate_per_ns.numerator, rate_per_ns.denominator
         self._newest_index: Optional[int] = None

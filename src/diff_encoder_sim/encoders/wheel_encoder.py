@@ -2,6 +2,7 @@
 
 Equation (1) of the paper, the counter's finite width, and the motor controller's 20 Hz report.
 """
+
 from __future__ import annotations
 
 import logging
@@ -106,8 +107,7 @@ class DiffEncoder:
         self._first_stamp_ns: Optional[int] = None
         self._stale_in_a_row = 0
 
-    def update(self, stamp_ns: int, names: Sequence[str],
-               angles_rad: Sequence[float]) -> Optional[EncoderSample]:
+    def update(self, stamp_ns: int, names: Sequence[str], angles_rad: Sequence[float]) -> Optional[EncoderSample]:
         """Take one joint message; returns a sample when both wheels have reached a boundary.
 
         Args:
@@ -120,11 +120,11 @@ class DiffEncoder:
                 the stamps stand still. The counts are those of before.
         """
         angles = [_angle_of(channel.joint, names, angles_rad) for channel in self._channels]
-        steps = [channel.take(stamp_ns, angle)
-                 for channel, angle in zip(self._channels, angles) if angle is not None]
+        steps = [channel.take(stamp_ns, angle) for channel, angle in zip(self._channels, angles) if angle is not None]
         if Step.RESTART in steps:
-            log.warning('joint stamps went back to %.3f s: encoder restarted',
-                        stamp_ns / NANOSECONDS_PER_SECOND, extra=EVENT)
+            log.warning(
+                'joint stamps went back to %.3f s: encoder restarted', stamp_ns / NANOSECONDS_PER_SECOND, extra=EVENT
+            )
             self.reset()
             return self.update(stamp_ns, names, angles_rad)
         self._check_stamps_advance(stamp_ns, steps)
@@ -143,8 +143,9 @@ class DiffEncoder:
         for channel in self._channels:
             channel.drop_before(index + 1)
         modulus = self.params.counter_modulus
-        return EncoderSample(max(left_stamp_ns, right_stamp_ns),
-                             wrap_count(left_pulses, modulus), wrap_count(right_pulses, modulus))
+        return EncoderSample(
+            max(left_stamp_ns, right_stamp_ns), wrap_count(left_pulses, modulus), wrap_count(right_pulses, modulus)
+        )
 
     def _check_stamps_advance(self, stamp_ns: int, steps: Sequence[Step]) -> None:
         if Step.NEW in steps:
@@ -152,9 +153,11 @@ class DiffEncoder:
         elif steps:
             self._stale_in_a_row += 1
         if self._stale_in_a_row >= STAMPS_STAND_STILL_AFTER:
-            raise InputFault(f'stamps stand still at {stamp_ns / NANOSECONDS_PER_SECOND:.3f} s '
-                             f'(the last {self._stale_in_a_row} messages); expected header.stamp '
-                             f'to be the time of each sample')
+            raise InputFault(
+                f'stamps stand still at {stamp_ns / NANOSECONDS_PER_SECOND:.3f} s '
+                f'(the last {self._stale_in_a_row} messages); expected header.stamp '
+                f'to be the time of each sample'
+            )
 
     def _check_nothing_missing(self, stamp_ns: int, names: Sequence[str]) -> None:
         if self._first_stamp_ns is None:
@@ -162,13 +165,13 @@ class DiffEncoder:
         for channel in self._channels:
             if channel.joint in names:
                 continue
-            since_ns = (self._first_stamp_ns if channel.last_seen_ns is None
-                        else channel.last_seen_ns)
+            since_ns = self._first_stamp_ns if channel.last_seen_ns is None else channel.last_seen_ns
             if stamp_ns - since_ns > MISSING_AFTER_NS:
                 raise InputFault(
                     f'joint {channel.joint!r} not seen for '
                     f'{(stamp_ns - since_ns) / NANOSECONDS_PER_SECOND:.1f} s; '
-                    f'this message names {list(names)}{did_you_mean(channel.joint, names)}')
+                    f'this message names {list(names)}{did_you_mean(channel.joint, names)}'
+                )
 
 
 def _angle_of(joint: str, names: Sequence[str], angles_rad: Sequence[float]) -> Optional[float]:
@@ -180,9 +183,7 @@ def _angle_of(joint: str, names: Sequence[str], angles_rad: Sequence[float]) -> 
         raise InputFault(f'joint {joint!r} is named {times_named} times in one message')
     index = names.index(joint)
     if index >= len(angles_rad):
-        raise InputFault(f'joint {joint!r} has no position: {len(names)} names, '
-                         f'{len(angles_rad)} positions')
+        raise InputFault(f'joint {joint!r} has no position: {len(names)} names, {len(angles_rad)} positions')
     if not abs(angles_rad[index]) <= LARGEST_ANGLE_RAD:
-        raise InputFault(f'joint {joint!r} has position {angles_rad[index]}; '
-                         f'expected a finite angle [rad]')
+        raise InputFault(f'joint {joint!r} has position {angles_rad[index]}; expected a finite angle [rad]')
     return angles_rad[index]

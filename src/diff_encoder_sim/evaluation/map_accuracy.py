@@ -1,4 +1,5 @@
 """How true a map and a path are, against the world's geometry and the true path."""
+
 from __future__ import annotations
 
 import math
@@ -13,7 +14,7 @@ from diff_encoder_sim.simulation.lidar import cast_rays, cut_world
 from diff_encoder_sim.simulation.rasterise import rasterise, surface_points
 from diff_encoder_sim.simulation.world import World
 
-SPACING_M = 0.01        # between the points that stand for a surface
+SPACING_M = 0.01  # between the points that stand for a surface
 
 # A raster to tell which surfaces can be seen at all from where the robot is [m].
 RASTER_M = 0.05
@@ -26,9 +27,9 @@ class MapAccuracy(NamedTuple):
     """A map against the true surfaces; a cell is as far from another as their centres are."""
 
     occupied_cells: int
-    correct_fraction: float    # of occupied cells: a cell that a true surface crosses is near
-    close_fraction: float      # of occupied cells, more strictly: the centre is near a true surface
-    mapped_fraction: float     # of the visible surface's length: an occupied cell is near
+    correct_fraction: float  # of occupied cells: a cell that a true surface crosses is near
+    close_fraction: float  # of occupied cells, more strictly: the centre is near a true surface
+    mapped_fraction: float  # of the visible surface's length: an occupied cell is near
 
 
 class PathError(NamedTuple):
@@ -39,8 +40,9 @@ class PathError(NamedTuple):
     largest_yaw_rad: float
 
 
-def map_accuracy(grid: OccupancyGrid, map_pose_in_world: Pose2D, surface_m: np.ndarray,
-                 visible_m: np.ndarray, near_m: float) -> MapAccuracy:
+def map_accuracy(
+    grid: OccupancyGrid, map_pose_in_world: Pose2D, surface_m: np.ndarray, visible_m: np.ndarray, near_m: float
+) -> MapAccuracy:
     """Compare a map with the truth.
 
     Args:
@@ -54,13 +56,13 @@ def map_accuracy(grid: OccupancyGrid, map_pose_in_world: Pose2D, surface_m: np.n
         ConfigError: no surface, or none visible: nothing to compare with.
     """
     if len(surface_m) == 0 or len(visible_m) == 0:
-        raise ConfigError(f'{len(surface_m)} points of surface, {len(visible_m)} of it visible: '
-                          'no map can be compared with that')
+        raise ConfigError(
+            f'{len(surface_m)} points of surface, {len(visible_m)} of it visible: no map can be compared with that'
+        )
     grid_pose = map_pose_in_world.compose(grid.origin)
     near_cells = near_m / grid.resolution_m
     # Wide enough for all points, so that none needs a special case.
-    surface, visible = (_in_cells(points, grid_pose, grid.resolution_m)
-                        for points in (surface_m, visible_m))
+    surface, visible = (_in_cells(points, grid_pose, grid.resolution_m) for points in (surface_m, visible_m))
     rows, columns = np.nonzero(grid.cells == OCCUPIED)
     occupied = np.column_stack([columns, rows]) + 0.5
     if len(occupied) == 0:
@@ -70,7 +72,8 @@ def map_accuracy(grid: OccupancyGrid, map_pose_in_world: Pose2D, surface_m: np.n
         len(occupied),
         float(_is_near(occupied, crossed, near_cells).mean()),
         float(_is_near(occupied, surface, near_cells).mean()),
-        float(_is_near(np.floor(visible) + 0.5, occupied, near_cells).mean()))
+        float(_is_near(np.floor(visible) + 0.5, occupied, near_cells).mean()),
+    )
 
 
 def true_surface(world: World, height_m: float, free_x_m: float, free_y_m: float) -> np.ndarray:
@@ -87,9 +90,14 @@ def true_surface(world: World, height_m: float, free_x_m: float, free_y_m: float
     return points_m[raster.cells[rows, columns] == OCCUPIED]
 
 
-def visible_points(world: World, height_m: float, surface_m: np.ndarray,
-                   laser_poses_in_world: Sequence[Pose2D], bearings_rad: np.ndarray,
-                   range_m: float) -> np.ndarray:
+def visible_points(
+    world: World,
+    height_m: float,
+    surface_m: np.ndarray,
+    laser_poses_in_world: Sequence[Pose2D],
+    bearings_rad: np.ndarray,
+    range_m: float,
+) -> np.ndarray:
     """(m, 2) points of a surface that a scanner without noise would have met under way.
 
     Args:
@@ -105,11 +113,16 @@ def visible_points(world: World, height_m: float, surface_m: np.ndarray,
         directions_rad = pose.yaw_rad + bearings_rad
         ranges_m = cast_rays(pose.x_m, pose.y_m, directions_rad, segments, circles)
         seen = ranges_m < range_m
-        ends.append(np.column_stack([pose.x_m + ranges_m[seen] * np.cos(directions_rad[seen]),
-                                     pose.y_m + ranges_m[seen] * np.sin(directions_rad[seen])]))
+        ends.append(
+            np.column_stack(
+                [
+                    pose.x_m + ranges_m[seen] * np.cos(directions_rad[seen]),
+                    pose.y_m + ranges_m[seen] * np.sin(directions_rad[seen]),
+                ]
+            )
+        )
     # Thinned to a raster finer than the points lie: nothing is lost, and the search is short.
-    ends_m = np.unique(np.round(np.concatenate(ends) / (0.5 * SPACING_M)), axis=0
-                       ) * (0.5 * SPACING_M)
+    ends_m = np.unique(np.round(np.concatenate(ends) / (0.5 * SPACING_M)), axis=0) * (0.5 * SPACING_M)
     return surface_m[_is_near(surface_m / SPACING_M, ends_m / SPACING_M, 1.0)]
 
 
@@ -122,13 +135,14 @@ def path_error(estimated: Sequence[Pose2D], true: Sequence[Pose2D]) -> PathError
         ConfigError: no poses, or not as many of one as of the other.
     """
     if len(estimated) != len(true) or not true:
-        raise ConfigError(f'{len(estimated)} estimated poses for {len(true)} true ones; allowed: '
-                          'as many, and at least one')
+        raise ConfigError(
+            f'{len(estimated)} estimated poses for {len(true)} true ones; allowed: as many, and at least one'
+        )
     place = true[0].compose(estimated[0].inverse())
     placed = [place.compose(pose) for pose in estimated]
     errors_m = np.array([math.hypot(a.x_m - b.x_m, a.y_m - b.y_m) for a, b in zip(placed, true)])
     yaw_rad = max(abs(wrap_angle(a.yaw_rad - b.yaw_rad)) for a, b in zip(placed, true))
-    return PathError(float(np.sqrt(np.mean(errors_m ** 2))), float(errors_m.max()), yaw_rad)
+    return PathError(float(np.sqrt(np.mean(errors_m**2))), float(errors_m.max()), yaw_rad)
 
 
 def _in_cells(points_m: np.ndarray, origin: Pose2D, cell_m: float) -> np.ndarray:
@@ -164,8 +178,7 @@ def _is_near(points: np.ndarray, others: np.ndarray, distance: float) -> np.ndar
     return found
 
 
-def _sorted_into_squares(points: np.ndarray, side: float
-                         ) -> Tuple[np.ndarray, np.ndarray, np.ndarray, int]:
+def _sorted_into_squares(points: np.ndarray, side: float) -> Tuple[np.ndarray, np.ndarray, np.ndarray, int]:
     """Points in the order of the squares they are in, where each begins, its key, and the width."""
     lowest = points.min(axis=0) - side
     columns, rows = np.floor((points - lowest) / side).astype(int).T

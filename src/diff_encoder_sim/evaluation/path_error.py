@@ -2,6 +2,7 @@
 
 Both paths are seen from where they have their first stamp in common; nothing is fitted.
 """
+
 from __future__ import annotations
 
 import math
@@ -35,13 +36,13 @@ class RelativeError(NamedTuple):
 class PathError(NamedTuple):
     """Estimate minus reference, both as seen from their first common stamp."""
 
-    count: int                  # of common stamps
-    position_rmse_m: float      # absolute trajectory error (ATE)
+    count: int  # of common stamps
+    position_rmse_m: float  # absolute trajectory error (ATE)
     position_max_m: float
     yaw_rmse_rad: float
-    end: Pose2D                 # at the last common stamp; along and across the start heading
-    length_m: float             # of the reference
-    relative: Dict[float, RelativeError]    # by length of the stretch [m]
+    end: Pose2D  # at the last common stamp; along and across the start heading
+    length_m: float  # of the reference
+    relative: Dict[float, RelativeError]  # by length of the stretch [m]
 
 
 class RunningPathError:
@@ -68,21 +69,20 @@ class RunningPathError:
         if self._starts is None:
             self._starts = estimate, reference
             self._last_reference = reference
-        self._length_m += math.hypot(reference.x_m - self._last_reference.x_m,
-                                     reference.y_m - self._last_reference.y_m)
+        self._length_m += math.hypot(reference.x_m - self._last_reference.x_m, reference.y_m - self._last_reference.y_m)
         self._last_reference = reference
-        self._add_absolute(estimate.relative_to(self._starts[0]),
-                           reference.relative_to(self._starts[1]))
+        self._add_absolute(estimate.relative_to(self._starts[0]), reference.relative_to(self._starts[1]))
         self._add_relative(estimate, reference)
 
     def _add_absolute(self, estimate: Pose2D, reference: Pose2D) -> None:
-        self._end = Pose2D(estimate.x_m - reference.x_m, estimate.y_m - reference.y_m,
-                           wrap_angle(estimate.yaw_rad - reference.yaw_rad))
-        square = self._end.x_m ** 2 + self._end.y_m ** 2
+        self._end = Pose2D(
+            estimate.x_m - reference.x_m, estimate.y_m - reference.y_m, wrap_angle(estimate.yaw_rad - reference.yaw_rad)
+        )
+        square = self._end.x_m**2 + self._end.y_m**2
         self._count += 1
         self._position_sum += square
         self._position_max = max(self._position_max, square)
-        self._yaw_sum += self._end.yaw_rad ** 2
+        self._yaw_sum += self._end.yaw_rad**2
 
     def _add_relative(self, estimate: Pose2D, reference: Pose2D) -> None:
         is_start = self._length_m - self._last_start_m >= START_SPACING_M
@@ -96,10 +96,14 @@ class RunningPathError:
         if self._count == 0:
             return None
         return PathError(
-            self._count, math.sqrt(self._position_sum / self._count),
-            math.sqrt(self._position_max), math.sqrt(self._yaw_sum / self._count), self._end,
-            self._length_m, {distance_m: stretches.result()
-                             for distance_m, stretches in self._stretches.items()})
+            self._count,
+            math.sqrt(self._position_sum / self._count),
+            math.sqrt(self._position_max),
+            math.sqrt(self._yaw_sum / self._count),
+            self._end,
+            self._length_m,
+            {distance_m: stretches.result() for distance_m, stretches in self._stretches.items()},
+        )
 
 
 class _Start(NamedTuple):
@@ -124,19 +128,17 @@ class _Stretches:
         """Take the next pair, `length_m` along the reference; a stretch may begin at it."""
         while self._open and length_m - self._open[0].length_m >= self._distance_m:
             start = self._open.popleft()
-            error = estimate.relative_to(start.estimate).relative_to(
-                reference.relative_to(start.reference))
+            error = estimate.relative_to(start.estimate).relative_to(reference.relative_to(start.reference))
             self._count += 1
-            self._position_sum += error.x_m ** 2 + error.y_m ** 2
-            self._yaw_sum += error.yaw_rad ** 2
+            self._position_sum += error.x_m**2 + error.y_m**2
+            self._yaw_sum += error.yaw_rad**2
         if is_start:
             self._open.append(_Start(length_m, estimate, reference))
 
     def result(self) -> RelativeError:
         """Of the stretches that have ended; not a number before the first."""
         count = self._count or math.nan
-        return RelativeError(self._count, math.sqrt(self._position_sum / count),
-                             math.sqrt(self._yaw_sum / count))
+        return RelativeError(self._count, math.sqrt(self._position_sum / count), math.sqrt(self._yaw_sum / count))
 
 
 class PathComparison:

@@ -2,6 +2,7 @@
 
 Both are in the map frame and nothing is aligned: an error of the heading at the start counts.
 """
+
 from __future__ import annotations
 
 from typing import Dict, List, NamedTuple, Optional, Tuple
@@ -30,8 +31,8 @@ class PathErrors(NamedTuple):
     ate_rmse_m: float
     ate_max_m: float
     yaw_rmse_rad: float
-    rpe: Dict[float, RelativeError]     # by true path length [m]; none where the path is shorter
-    count: int                          # poses compared
+    rpe: Dict[float, RelativeError]  # by true path length [m]; none where the path is shorter
+    count: int  # poses compared
 
 
 def path_errors(estimate: PoseSeries, truth: PoseSeries) -> Optional[PathErrors]:
@@ -46,8 +47,13 @@ def path_errors(estimate: PoseSeries, truth: PoseSeries) -> Optional[PathErrors]
     estimated, true = estimated[is_known], true[is_known]
     offsets = estimated - true
     distances_m = np.hypot(offsets[:, 0], offsets[:, 1])
-    return PathErrors(_rms(distances_m), float(distances_m.max()), _rms(wrap_angle(offsets[:, 2])),
-                      relative_errors(estimated, true), len(true))
+    return PathErrors(
+        _rms(distances_m),
+        float(distances_m.max()),
+        _rms(wrap_angle(offsets[:, 2])),
+        relative_errors(estimated, true),
+        len(true),
+    )
 
 
 def relative_errors(estimated: np.ndarray, true: np.ndarray) -> Dict[float, RelativeError]:
@@ -65,8 +71,9 @@ def relative_errors(estimated: np.ndarray, true: np.ndarray) -> Dict[float, Rela
         ends = _stretch_ends(steps_m, distance_m)
         if len(ends) > 1:
             difference = _motions(estimated[ends]) - _motions(true[ends])
-            errors[distance_m] = RelativeError(_rms(np.hypot(difference[:, 0], difference[:, 1])),
-                                               _rms(wrap_angle(difference[:, 2])))
+            errors[distance_m] = RelativeError(
+                _rms(np.hypot(difference[:, 0], difference[:, 1])), _rms(wrap_angle(difference[:, 2]))
+            )
     return errors
 
 
@@ -90,8 +97,7 @@ def _interpolated(stamps_ns: np.ndarray, series: PoseSeries) -> Tuple[np.ndarray
     share = (stamps_ns - known_ns[before]) / np.maximum(gaps_ns, 1)
     steps = poses[after] - poses[before]
     steps[:, 2] = wrap_angle(steps[:, 2])
-    is_known = ((known_ns[before] <= stamps_ns) & (stamps_ns <= known_ns[after])
-                & (gaps_ns <= LONGEST_GAP_NS))
+    is_known = (known_ns[before] <= stamps_ns) & (stamps_ns <= known_ns[after]) & (gaps_ns <= LONGEST_GAP_NS)
     return poses[before] + share[:, np.newaxis] * steps, is_known
 
 
@@ -110,8 +116,9 @@ def _motions(poses: np.ndarray) -> np.ndarray:
     """(n - 1, 3) each pose as seen from the one before; yaw is not wrapped."""
     steps, yaws_rad = np.diff(poses, axis=0), poses[:-1, 2]
     cos_yaw, sin_yaw = np.cos(yaws_rad), np.sin(yaws_rad)
-    return np.column_stack((cos_yaw * steps[:, 0] + sin_yaw * steps[:, 1],
-                            cos_yaw * steps[:, 1] - sin_yaw * steps[:, 0], steps[:, 2]))
+    return np.column_stack(
+        (cos_yaw * steps[:, 0] + sin_yaw * steps[:, 1], cos_yaw * steps[:, 1] - sin_yaw * steps[:, 0], steps[:, 2])
+    )
 
 
 def _rms(values: np.ndarray) -> float:

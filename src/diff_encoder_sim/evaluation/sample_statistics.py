@@ -3,6 +3,7 @@
 Spread is the standard deviation with n - 1. No result is NaN: where a sample is too small to tell,
 intervals are as wide as the quantity allows and p-values are 1. All p-values are two-sided.
 """
+
 from __future__ import annotations
 
 import math
@@ -13,8 +14,8 @@ from scipy import stats
 
 from diff_encoder_sim.evaluation.signed_rank import means_beyond_interval, signed_rank_p
 
-LEVEL = 0.95            # of all intervals that are shown
-SIGNIFICANCE = 0.05     # p-values below it tell a difference
+LEVEL = 0.95  # of all intervals that are shown
+SIGNIFICANCE = 0.05  # p-values below it tell a difference
 
 # Resamples of fewer values are too often without a spread themselves.
 FEWEST_TO_RESAMPLE = 5
@@ -41,8 +42,8 @@ class PairedResult(NamedTuple):
 
     pairs: int
     estimate: float
-    interval: Interval      # for this comparison alone
-    p_value: float          # that of no difference; likewise
+    interval: Interval  # for this comparison alone
+    p_value: float  # that of no difference; likewise
 
 
 def spread(values: np.ndarray) -> Optional[float]:
@@ -81,8 +82,9 @@ def std_interval(values: np.ndarray, level: float = LEVEL) -> Interval:
     return Interval(std * math.sqrt(freedom / low), std * math.sqrt(freedom / high))
 
 
-def bootstrap_std_interval(values: np.ndarray, level: float, rng: np.random.Generator,
-                           resamples: int = 2000) -> Interval:
+def bootstrap_std_interval(
+    values: np.ndarray, level: float, rng: np.random.Generator, resamples: int = 2000
+) -> Interval:
     """Interval of the spread of values of any distribution: bootstrap-t of its logarithm.
 
     Efron and Tibshirani, An Introduction to the Bootstrap, section 12.5. With 30 normal values its
@@ -119,18 +121,17 @@ def spread_ratio(first: np.ndarray, second: np.ndarray, level: float = LEVEL) ->
     pairs, ratio = len(first), _ratio(spread(first), spread(second))
     if pairs < 3:
         return PairedResult(pairs, ratio, Interval(0.0, math.inf), 1.0)
-    squares = [np.square(values - np.mean(values)) if spread(values) else np.zeros(pairs)
-               for values in (first, second)]
+    squares = [np.square(values - np.mean(values)) if spread(values) else np.zeros(pairs) for values in (first, second)]
     # Without one pair, the sums of squares about the mean that is then left.
     without = [np.sum(square) - square * pairs / (pairs - 1) for square in squares]
     rank_p_value = signed_rank_p(squares[0] - squares[1])
     if any((left <= ROUNDING * np.sum(square)).any() for left, square in zip(without, squares)):
         return PairedResult(pairs, ratio, Interval(0.0, math.inf), rank_p_value)
-    pseudo_values = (pairs * math.log(ratio)
-                     - (pairs - 1) * 0.5 * np.log(without[0] / without[1]))
+    pseudo_values = pairs * math.log(ratio) - (pairs - 1) * 0.5 * np.log(without[0] / without[1])
     low, high = mean_interval(pseudo_values, level)
-    return PairedResult(pairs, ratio, Interval(math.exp(low), math.exp(high)),
-                        max(_t_test_p(pseudo_values), rank_p_value))
+    return PairedResult(
+        pairs, ratio, Interval(math.exp(low), math.exp(high)), max(_t_test_p(pseudo_values), rank_p_value)
+    )
 
 
 def wilcoxon(first: np.ndarray, second: np.ndarray, level: float = LEVEL) -> PairedResult:
@@ -147,8 +148,9 @@ def wilcoxon(first: np.ndarray, second: np.ndarray, level: float = LEVEL) -> Pai
     rows, columns = np.triu_indices(pairs)
     means = np.sort(0.5 * (differences[rows] + differences[columns]))
     beyond = means_beyond_interval(pairs, level)
-    interval = (Interval(-math.inf, math.inf) if beyond == 0
-                else Interval(float(means[beyond - 1]), float(means[-beyond])))
+    interval = (
+        Interval(-math.inf, math.inf) if beyond == 0 else Interval(float(means[beyond - 1]), float(means[-beyond]))
+    )
     return PairedResult(pairs, float(np.median(means)), interval, signed_rank_p(differences))
 
 
@@ -164,13 +166,14 @@ def mcnemar(first: np.ndarray, second: np.ndarray, level: float = LEVEL) -> Pair
         return PairedResult(0, 0.0, Interval(-1.0, 1.0), 1.0)
     shares = [(only + 1.0) / (pairs + 2.0) for only in (only_first, only_second)]
     middle = shares[0] - shares[1]
-    margin = float(stats.norm.ppf(0.5 + 0.5 * level)) * math.sqrt(
-        (sum(shares) - middle ** 2) / (pairs + 2.0))
+    margin = float(stats.norm.ppf(0.5 + 0.5 * level)) * math.sqrt((sum(shares) - middle**2) / (pairs + 2.0))
     changed = only_first + only_second
     return PairedResult(
-        pairs, (only_first - only_second) / pairs,
+        pairs,
+        (only_first - only_second) / pairs,
         Interval(max(-1.0, middle - margin), min(1.0, middle + margin)),
-        float(stats.binomtest(only_first, changed).pvalue) if changed else 1.0)
+        float(stats.binomtest(only_first, changed).pvalue) if changed else 1.0,
+    )
 
 
 def holm(p_values: Sequence[float]) -> List[float]:

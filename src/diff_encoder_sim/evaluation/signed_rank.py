@@ -3,6 +3,7 @@
 Under no difference, each rank is positive or negative by a fair coin. scipy's test is exact only
 without ties, and odometry errors are whole pulses, so that ties are common.
 """
+
 from __future__ import annotations
 
 import math

@@ -3,6 +3,7 @@
 Thrun, Burgard and Fox, Probabilistic Robotics, table 8.3 (augmented MCL) with Fox's KLD-sampling
 ("Adapting the sample size in particle filters through KLD-sampling", IJRR 2003).
 """
+
 from __future__ import annotations
 
 import math
@@ -44,14 +45,14 @@ SETTLED_WEIGHT = 0.9
 class AmclEstimate(NamedTuple):
     """Where the robot was when a scan was taken, in the map frame."""
 
-    stamp_ns: int                    # the scan's
-    base_pose_in_map: Pose2D         # mean of the heaviest cluster
-    covariance: np.ndarray           # 3x3 over (x [m], y [m], yaw [rad]), of all particles
-    odom_pose_in_map: Pose2D         # the transform map->odom that makes base_pose_in_map true
-    cluster_weight: float            # share of the particles' weight in that cluster, 0 to 1
+    stamp_ns: int  # the scan's
+    base_pose_in_map: Pose2D  # mean of the heaviest cluster
+    covariance: np.ndarray  # 3x3 over (x [m], y [m], yaw [rad]), of all particles
+    odom_pose_in_map: Pose2D  # the transform map->odom that makes base_pose_in_map true
+    cluster_weight: float  # share of the particles' weight in that cluster, 0 to 1
     cluster_count: int
-    particles: np.ndarray            # (n, 3) x [m], y [m], yaw [rad] in the map; do not change
-    weights: np.ndarray              # (n,), sum 1; do not change
+    particles: np.ndarray  # (n, 3) x [m], y [m], yaw [rad] in the map; do not change
+    weights: np.ndarray  # (n,), sum 1; do not change
 
 
 class Amcl:
@@ -73,14 +74,15 @@ class Amcl:
         self._averages = LikelihoodAverages(params.recovery_alpha_slow, params.recovery_alpha_fast)
         self._limits = kld_limits(params)
         self._estimate: Optional[AmclEstimate] = None
-        self.update_count = 0           # filter updates so far; /particlecloud is due after each
+        self.update_count = 0  # filter updates so far; /particlecloud is due after each
         self.set_map(grid)
         self._force_update = False
 
     # What it can be told.
 
-    def set_map(self, grid: OccupancyGrid, pose: Optional[Pose2D] = None,
-                covariance: Optional[np.ndarray] = None) -> None:
+    def set_map(
+        self, grid: OccupancyGrid, pose: Optional[Pose2D] = None, covariance: Optional[np.ndarray] = None
+    ) -> None:
         """Begin again on another map, at `pose` (default: the parameters' initial pose).
 
         Args:
@@ -96,8 +98,7 @@ class Amcl:
         if pose is None:
             pose = Pose2D(params.initial_pose_x, params.initial_pose_y, params.initial_pose_a)
         if covariance is None:
-            covariance = np.diag([params.initial_cov_xx, params.initial_cov_yy,
-                                  params.initial_cov_aa])
+            covariance = np.diag([params.initial_cov_xx, params.initial_cov_yy, params.initial_cov_aa])
         check_pose(pose, 'initial pose')
         check_covariance(covariance)
         self.grid = grid
@@ -125,8 +126,7 @@ class Amcl:
 
     def global_localization(self) -> None:
         """Begin again with the robot anywhere on the map's free cells, heading anywhere."""
-        self._begin(particles_everywhere(self._free_centres, self.params.max_particles,
-                                         self._rng))
+        self._begin(particles_everywhere(self._free_centres, self.params.max_particles, self._rng))
         self._is_anywhere = True
         self._lost.declare_lost()
 
@@ -173,8 +173,7 @@ class Amcl:
 
     # The filter.
 
-    def update(self, odom_pose: Pose2D, scan: Scan,
-               laser_pose_in_base: Pose2D) -> Optional[AmclEstimate]:
+    def update(self, odom_pose: Pose2D, scan: Scan, laser_pose_in_base: Pose2D) -> Optional[AmclEstimate]:
         """Take one scan; an estimate when one is due, else None.
 
         The filter updates on the first scan after it began, and whenever the robot has moved by
@@ -195,22 +194,27 @@ class Amcl:
         beams = self._laser_model.beams(scan, laser_pose_in_base)
         estimate = self._update_filter(odom_pose, beams, scan.stamp_ns)
         if self._estimate is not None:
-            self._lost.judge(self._estimate.odom_pose_in_map.compose(odom_pose), scan,
-                             laser_pose_in_base,
-                             may_be_found=self._has_settled or not self._is_anywhere)
+            self._lost.judge(
+                self._estimate.odom_pose_in_map.compose(odom_pose),
+                scan,
+                laser_pose_in_base,
+                may_be_found=self._has_settled or not self._is_anywhere,
+            )
         return estimate
 
-    def _update_filter(self, odom_pose: Pose2D, beams: Beams,
-                       stamp_ns: int) -> Optional[AmclEstimate]:
+    def _update_filter(self, odom_pose: Pose2D, beams: Beams, stamp_ns: int) -> Optional[AmclEstimate]:
         is_first = self._odom_pose is None
-        if not (is_first or self._force_update or self._is_settling_on_the_spot()
-                or self._has_moved(odom_pose, self._odom_pose)):
+        if not (
+            is_first
+            or self._force_update
+            or self._is_settling_on_the_spot()
+            or self._has_moved(odom_pose, self._odom_pose)
+        ):
             return None
         if not is_first:
             # A request made before the first scan, which updates anyway, waits for the second.
             self._force_update = False
-            self._particles = self._motion_model(self._particles, self._odom_pose, odom_pose,
-                                                 self._rng)
+            self._particles = self._motion_model(self._particles, self._odom_pose, odom_pose, self._rng)
         self._odom_pose = odom_pose
         self._weigh(self._laser_model.likelihoods(self._particles, beams, self._has_converged))
         self.update_count += 1
@@ -246,9 +250,11 @@ class Amcl:
     def _has_moved(self, odom_pose: Pose2D, last: Pose2D) -> bool:
         """Whether far enough since the last update; along x or y, not as the crow flies."""
         params = self.params
-        return (abs(odom_pose.x_m - last.x_m) > params.update_min_d
-                or abs(odom_pose.y_m - last.y_m) > params.update_min_d
-                or abs(wrap_angle(odom_pose.yaw_rad - last.yaw_rad)) > params.update_min_a)
+        return (
+            abs(odom_pose.x_m - last.x_m) > params.update_min_d
+            or abs(odom_pose.y_m - last.y_m) > params.update_min_d
+            or abs(wrap_angle(odom_pose.yaw_rad - last.yaw_rad)) > params.update_min_a
+        )
 
     def _weigh(self, likelihoods: Likelihoods) -> None:
         """Multiply the weights by the scan's likelihoods (table 8.3, lines 5 to 13)."""
@@ -267,8 +273,9 @@ class Amcl:
         """Draw new particles (table 8.3, lines 14 to 19), if selective_resampling finds it due."""
         if not self._is_weight_spread():
             share_anywhere = self._averages.share_anywhere()
-            self._particles = resample(self._particles, self._weights, self._limits,
-                                       share_anywhere, self._free_centres, self._rng)
+            self._particles = resample(
+                self._particles, self._weights, self._limits, share_anywhere, self._free_centres, self._rng
+            )
             self._weights = np.full(len(self._particles), 1.0 / len(self._particles))
             self._has_converged = has_converged(self._particles)
             if share_anywhere > 0.0:
@@ -280,16 +287,22 @@ class Amcl:
         self._statistics = particle_statistics(self._particles, self._weights)
         # Once and for all: the noise of a long move spreads particles, but not to other places.
         self._has_settled = self._has_settled or SETTLED_WEIGHT <= weight_near(
-            self._particles, self._weights, self._statistics.mean, CONVERGED_WITHIN_M)
+            self._particles, self._weights, self._statistics.mean, CONVERGED_WITHIN_M
+        )
 
     def _is_weight_spread(self) -> bool:
         """Whether selective_resampling is on and over half of the particles still count."""
-        return (self.params.selective_resampling
-                and effective_count(self._weights) > 0.5 * len(self._weights))
+        return self.params.selective_resampling and effective_count(self._weights) > 0.5 * len(self._weights)
 
     def _new_estimate(self, stamp_ns: int, odom_pose: Pose2D) -> AmclEstimate:
         statistics = self._statistics
         return AmclEstimate(
-            stamp_ns, statistics.mean, statistics.covariance,
-            statistics.mean.compose(odom_pose.inverse()), statistics.cluster_weight,
-            statistics.cluster_count, self._particles, self._weights)
+            stamp_ns,
+            statistics.mean,
+            statistics.covariance,
+            statistics.mean.compose(odom_pose.inverse()),
+            statistics.cluster_weight,
+            statistics.cluster_count,
+            self._particles,
+            self._weights,
+        )

@@ -3,6 +3,7 @@
 Upstream's amcl_node.cpp and its AMCL.cfg disagree on recovery_alpha_slow and recovery_alpha_fast;
 the node starts with its own 0.001 and 0.1, so those are the defaults here. 0 and 0 turn it off.
 """
+
 from __future__ import annotations
 
 import math
@@ -43,18 +44,17 @@ class AmclParams(Params):
     force_update_after_initialpose: bool = False
     force_update_after_set_map: bool = False
 
-    initial_pose_x: float = 0.0                                       # [m]
-    initial_pose_y: float = 0.0                                       # [m]
-    initial_pose_a: float = 0.0                                       # [rad]
-    initial_cov_xx: float = Field(0.25, ge=0)                         # [m^2]
-    initial_cov_yy: float = Field(0.25, ge=0)                         # [m^2]
-    initial_cov_aa: float = Field((math.pi / 12.0) ** 2, ge=0)        # [rad^2]
+    initial_pose_x: float = 0.0  # [m]
+    initial_pose_y: float = 0.0  # [m]
+    initial_pose_a: float = 0.0  # [rad]
+    initial_cov_xx: float = Field(0.25, ge=0)  # [m^2]
+    initial_cov_yy: float = Field(0.25, ge=0)  # [m^2]
+    initial_cov_aa: float = Field((math.pi / 12.0) ** 2, ge=0)  # [rad^2]
 
     # The laser. Ranges of 0 or less stand for what the scan itself says.
-    laser_model_type: Literal['beam', 'likelihood_field',
-                              'likelihood_field_prob'] = 'likelihood_field'
-    laser_min_range: float = -1.0                                     # [m]
-    laser_max_range: float = -1.0                                     # [m]
+    laser_model_type: Literal['beam', 'likelihood_field', 'likelihood_field_prob'] = 'likelihood_field'
+    laser_min_range: float = -1.0  # [m]
+    laser_max_range: float = -1.0  # [m]
     laser_max_beams: int = Field(30, ge=2)
     laser_z_hit: MixtureWeight = 0.95
     laser_z_short: MixtureWeight = 0.1
@@ -67,13 +67,11 @@ class AmclParams(Params):
     beam_skip_distance: float = Field(0.5, ge=0, description='[m]')
     beam_skip_threshold: Probability = 0.3
     beam_skip_error_threshold: Probability = 0.9
-    beam_skip_error_threshold_: Optional[Probability] = Field(
-        None, exclude=True, description='older name of the same')
+    beam_skip_error_threshold_: Optional[Probability] = Field(None, exclude=True, description='older name of the same')
 
     # The odometry. Alphas: rotation from rotation, rotation from translation, translation from
     # translation, translation from rotation; the fifth is of the omni models only.
-    odom_model_type: Annotated[Literal['diff', 'diff-corrected'],
-                               BeforeValidator(_no_omni)] = 'diff'
+    odom_model_type: Annotated[Literal['diff', 'diff-corrected'], BeforeValidator(_no_omni)] = 'diff'
     odom_alpha1: Alpha = 0.2
     odom_alpha2: Alpha = 0.2
     odom_alpha3: Alpha = 0.2
@@ -91,21 +89,20 @@ class AmclParams(Params):
     global_frame_id: FrameId = 'map'
     tf_broadcast: bool = True
     transform_tolerance: float = Field(0.1, ge=0, description='post-dates map->odom [s]')
-    save_pose_rate: float = 0.5                                       # [Hz]; 0 or less: never
-    gui_publish_rate: float = -1.0                                    # [Hz]
+    save_pose_rate: float = 0.5  # [Hz]; 0 or less: never
+    gui_publish_rate: float = -1.0  # [Hz]
     use_map_topic: bool = False
     first_map_only: bool = False
     std_warn_level_x: float = Field(0.2, ge=0, description='[m]')
     std_warn_level_y: float = Field(0.2, ge=0, description='[m]')
     std_warn_level_yaw: float = Field(0.1, ge=0, description='[rad]')
-    bag_scan_period: float = -1.0                                     # [s]
-    restore_defaults: bool = Field(False, exclude=True,
-                                   description='accepted; of dynamic_reconfigure')
+    bag_scan_period: float = -1.0  # [s]
+    restore_defaults: bool = Field(False, exclude=True, description='accepted; of dynamic_reconfigure')
 
     @model_validator(mode='before')
     @classmethod
     def _take_older_name(cls, given: Any) -> Any:
-        older = 'beam_skip_error_threshold_'    # as dynamic_reconfigure has it; goes first
+        older = 'beam_skip_error_threshold_'  # as dynamic_reconfigure has it; goes first
         if given.get(older) is None:
             return given
         return {**given, older[:-1]: given[older], older: None}
@@ -113,6 +110,5 @@ class AmclParams(Params):
     @model_validator(mode='after')
     def _check_particle_range(self) -> AmclParams:
         if self.min_particles > self.max_particles:
-            raise ValueError(f'min_particles ({self.min_particles}) of at most max_particles '
-                             f'({self.max_particles})')
+            raise ValueError(f'min_particles ({self.min_particles}) of at most max_particles ({self.max_particles})')
         return self

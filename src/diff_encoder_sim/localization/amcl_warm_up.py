@@ -1,4 +1,5 @@
 """Compiling ahead: a live filter must not spend its first scans on numba's compiler."""
+
 from __future__ import annotations
 
 import math
@@ -20,8 +21,14 @@ def warm_up(params: AmclParams) -> None:
 
     Takes milliseconds where numba's cache is filled, some seconds where it is not.
     """
-    few = params.model_copy(update={'min_particles': PARTICLES, 'max_particles': PARTICLES,
-                                    'resample_interval': 1, 'selective_resampling': False})
+    few = params.model_copy(
+        update={
+            'min_particles': PARTICLES,
+            'max_particles': PARTICLES,
+            'resample_interval': 1,
+            'selective_resampling': False,
+        }
+    )
     cells = np.full((CELLS, CELLS), OCCUPIED, np.int8)
     cells[1:-1, 1:-1] = FREE
     corner_m = -0.5 * CELLS * RESOLUTION_M

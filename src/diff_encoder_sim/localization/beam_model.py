@@ -3,6 +3,7 @@
 Probabilistic Robotics, table 6.1, with upstream's sum of cubes (see likelihood_field.py) and its
 Bresenham lines from cell to cell.
 """
+
 from __future__ import annotations
 
 import math
@@ -30,21 +31,44 @@ class BeamModel(SensorModel):
     def likelihoods(self, particles: np.ndarray, beams: Beams, converged: bool) -> Likelihoods:
         """See SensorModel."""
         params = self._params
-        mixture = np.array([params.laser_z_hit, params.laser_z_short, params.laser_z_max,
-                            params.laser_z_rand, params.laser_sigma_hit,
-                            params.laser_lambda_short])
+        mixture = np.array(
+            [
+                params.laser_z_hit,
+                params.laser_z_short,
+                params.laser_z_max,
+                params.laser_z_rand,
+                params.laser_sigma_hit,
+                params.laser_lambda_short,
+            ]
+        )
         laser = np.array([beams.laser_x_m, beams.laser_y_m]) / self._grid.resolution_m
         directions = np.stack([np.cos(beams.bearings_rad), np.sin(beams.bearings_rad)])
-        return Likelihoods(_weigh_by_casting(
-            self._poses_in_cells(particles), laser, directions, beams.ranges_m,
-            beams.range_max_m, self._blocked, self._grid.resolution_m, mixture), 0.0)
+        return Likelihoods(
+            _weigh_by_casting(
+                self._poses_in_cells(particles),
+                laser,
+                directions,
+                beams.ranges_m,
+                beams.range_max_m,
+                self._blocked,
+                self._grid.resolution_m,
+                mixture,
+            ),
+            0.0,
+        )
 
 
 @njit(cache=True)
-def _weigh_by_casting(poses: np.ndarray, laser: np.ndarray, directions: np.ndarray,
-                      ranges_m: np.ndarray, range_max_m: float, blocked: np.ndarray,
-                      resolution_m: float, mixture: np.ndarray
-                      ) -> np.ndarray:  # pragma: no cover (compiled)
+def _weigh_by_casting(
+    poses: np.ndarray,
+    laser: np.ndarray,
+    directions: np.ndarray,
+    ranges_m: np.ndarray,
+    range_max_m: float,
+    blocked: np.ndarray,
+    resolution_m: float,
+    mixture: np.ndarray,
+) -> np.ndarray:  # pragma: no cover (compiled)
     """(n,) one plus the sum over rays of their probability cubed.
 
     Args:
@@ -65,24 +89,29 @@ def _weigh_by_casting(poses: np.ndarray, laser: np.ndarray, directions: np.ndarr
         factor = 1.0
         for j in range(len(ranges_m)):
             expected_m = resolution_m * cast_ray(
-                blocked, column, row,
+                blocked,
+                column,
+                row,
                 column + reach * (cos_yaw * directions[0, j] - sin_yaw * directions[1, j]),
-                row + reach * (sin_yaw * directions[0, j] + cos_yaw * directions[1, j]), reach)
+                row + reach * (sin_yaw * directions[0, j] + cos_yaw * directions[1, j]),
+                reach,
+            )
             factor += ray_probability(ranges_m[j], expected_m, range_max_m, mixture) ** 3
         factors[i] = factor
     return factors
 
 
 @njit(cache=True)
-def ray_probability(range_m: float, expected_m: float, range_max_m: float,
-                    mixture: np.ndarray) -> float:  # pragma: no cover (compiled)
+def ray_probability(
+    range_m: float, expected_m: float, range_max_m: float, mixture: np.ndarray
+) -> float:  # pragma: no cover (compiled)
     """Of a measured range where the map says `expected_m`; table 6.1 without its normalisers.
 
     `mixture` is z_hit, z_short, z_max, z_rand, sigma_hit [m], lambda_short [1/m].
     """
     z_hit, z_short, z_max, z_rand, sigma_hit_m, lambda_short = mixture
     excess_m = range_m - expected_m
-    probability = z_hit * math.exp(-excess_m ** 2 / (2.0 * sigma_hit_m ** 2))
+    probability = z_hit * math.exp(-(excess_m**2) / (2.0 * sigma_hit_m**2))
     if excess_m < 0.0:
         probability += z_short * lambda_short * math.exp(-lambda_short * range_m)
     if range_m >= range_max_m:
@@ -93,8 +122,9 @@ def ray_probability(range_m: float, expected_m: float, range_max_m: float,
 
 
 @njit(cache=True)
-def cast_ray(blocked: np.ndarray, column: float, row: float, end_column: float, end_row: float,
-             reach: float) -> float:  # pragma: no cover (compiled)
+def cast_ray(
+    blocked: np.ndarray, column: float, row: float, end_column: float, end_row: float, reach: float
+) -> float:  # pragma: no cover (compiled)
     """Cells from a point to the first blocked cell on the line to another, as the centres lie.
 
     Bresenham's line; the cell it starts in does not block it. `reach` if none does.

@@ -1,4 +1,5 @@
 """The rays of a scan that weigh the particles: a subset, in the base frame, within limits."""
+
 from __future__ import annotations
 
 import math
@@ -16,16 +17,20 @@ from diff_encoder_sim.localization.amcl_params import AmclParams
 class Beams(NamedTuple):
     """Rays in the base frame; a range of `range_max_m` stands for no return."""
 
-    ranges_m: np.ndarray       # (k,), 0 to range_max_m
-    bearings_rad: np.ndarray   # (k,) in the base frame
-    laser_x_m: float           # where all rays start, in the base frame
+    ranges_m: np.ndarray  # (k,), 0 to range_max_m
+    bearings_rad: np.ndarray  # (k,) in the base frame
+    laser_x_m: float  # where all rays start, in the base frame
     laser_y_m: float
     range_max_m: float
 
     def endpoints_in_base(self) -> np.ndarray:
         """(k, 2) x, y [m] of the rays' ends."""
-        return np.column_stack([self.laser_x_m + self.ranges_m * np.cos(self.bearings_rad),
-                                self.laser_y_m + self.ranges_m * np.sin(self.bearings_rad)])
+        return np.column_stack(
+            [
+                self.laser_x_m + self.ranges_m * np.cos(self.bearings_rad),
+                self.laser_y_m + self.ranges_m * np.sin(self.bearings_rad),
+            ]
+        )
 
 
 def beam_step(ray_count: int, max_beams: int) -> int:
@@ -38,8 +43,7 @@ def beam_step_rounded_up(ray_count: int, max_beams: int) -> int:
     return math.ceil(ray_count / max_beams)
 
 
-def select_beams(scan: Scan, step: int, laser_pose_in_base: Pose2D, params: AmclParams,
-                 hits_only: bool) -> Beams:
+def select_beams(scan: Scan, step: int, laser_pose_in_base: Pose2D, params: AmclParams, hits_only: bool) -> Beams:
     """Each step-th ray that is a number, or of those only the rays that returned.
 
     Readings at or below the least range become no return, as upstream treats them; so do those
@@ -54,23 +58,32 @@ def select_beams(scan: Scan, step: int, laser_pose_in_base: Pose2D, params: Amcl
     if params.laser_min_range > 0.0:
         range_min_m = max(range_min_m, params.laser_min_range)
     if not (0.0 < range_max_m < math.inf):
-        raise InputFault(f'scan: given a range limit of {range_max_m} m; '
-                         'expected a finite number greater than 0')
+        raise InputFault(f'scan: given a range limit of {range_max_m} m; expected a finite number greater than 0')
     if not (0.0 <= range_min_m < math.inf):
-        raise InputFault(f'scan: given a least range of {range_min_m} m; '
-                         'expected a finite number of at least 0')
+        raise InputFault(f'scan: given a least range of {range_min_m} m; expected a finite number of at least 0')
     # A copy, whatever the scan's array is like: the kernel is compiled for one kind of array.
     ranges_m, bearings_rad = _rays_in_base(
-        np.array(scan.ranges_m[::step], dtype=float), range_min_m, range_max_m, hits_only,
-        scan.angle_min_rad, scan.angle_increment_rad * step, laser_pose_in_base.yaw_rad)
-    return Beams(ranges_m, bearings_rad, laser_pose_in_base.x_m, laser_pose_in_base.y_m,
-                 range_max_m)
+        np.array(scan.ranges_m[::step], dtype=float),
+        range_min_m,
+        range_max_m,
+        hits_only,
+        scan.angle_min_rad,
+        scan.angle_increment_rad * step,
+        laser_pose_in_base.yaw_rad,
+    )
+    return Beams(ranges_m, bearings_rad, laser_pose_in_base.x_m, laser_pose_in_base.y_m, range_max_m)
 
 
 @njit(cache=True)
-def _rays_in_base(ranges_m: np.ndarray, range_min_m: float, range_max_m: float, hits_only: bool,
-                  first_rad: float, step_rad: float, laser_yaw_rad: float
-                  ) -> Tuple[np.ndarray, np.ndarray]:  # pragma: no cover (compiled)
+def _rays_in_base(
+    ranges_m: np.ndarray,
+    range_min_m: float,
+    range_max_m: float,
+    hits_only: bool,
+    first_rad: float,
+    step_rad: float,
+    laser_yaw_rad: float,
+) -> Tuple[np.ndarray, np.ndarray]:  # pragma: no cover (compiled)
     """(k,) ranges and (k,) bearings in the base frame of the rays (n,) that are numbers."""
     kept_m, bearings_rad = np.empty(len(ranges_m)), np.empty(len(ranges_m))
     count = 0
@@ -95,14 +108,19 @@ def check_scan(scan: Scan) -> None:
     if np.ndim(scan.ranges_m) != 1 or len(scan.ranges_m) == 0:
         raise InputFault(f'scan: given {np.size(scan.ranges_m)} ranges; expected at least one')
     if not math.isfinite(scan.angle_min_rad + scan.angle_increment_rad * len(scan.ranges_m)):
-        raise InputFault(f'scan: given bearings from {scan.angle_min_rad} in steps of '
-                         f'{scan.angle_increment_rad} rad; expected finite numbers')
+        raise InputFault(
+            f'scan: given bearings from {scan.angle_min_rad} in steps of '
+            f'{scan.angle_increment_rad} rad; expected finite numbers'
+        )
     if len(scan.ranges_m) > 1 and scan.angle_increment_rad == 0.0:
-        raise InputFault(f'scan: given {len(scan.ranges_m)} rays in one direction '
-                         '(angle_increment 0); expected each in its own')
+        raise InputFault(
+            f'scan: given {len(scan.ranges_m)} rays in one direction (angle_increment 0); expected each in its own'
+        )
 
 
 def nothing_seen(scan: Scan, beams: Beams) -> InputFault:
     """The fault of a scan that cannot tell one place from another."""
-    return InputFault(f'scan: none of {len(scan.ranges_m)} rays, of those used, returned from '
-                      f'within {beams.range_max_m:g} m: nothing to locate the robot by')
+    return InputFault(
+        f'scan: none of {len(scan.ranges_m)} rays, of those used, returned from '
+        f'within {beams.range_max_m:g} m: nothing to locate the robot by'
+    )

@@ -2,6 +2,7 @@
 
 As upstream's pf_cluster_stats: a cluster is a set of connected bins of the histogram.
 """
+
 from __future__ import annotations
 
 import math
@@ -17,10 +18,10 @@ from diff_encoder_sim.localization.histogram import cluster_labels
 class ParticleStatistics(NamedTuple):
     """Of a particle set, in the map frame."""
 
-    mean: Pose2D                # of the heaviest cluster
-    covariance: np.ndarray      # 3x3 over (x [m], y [m], yaw [rad]), of all particles
+    mean: Pose2D  # of the heaviest cluster
+    covariance: np.ndarray  # 3x3 over (x [m], y [m], yaw [rad]), of all particles
     cluster_covariance: np.ndarray  # the same of the heaviest cluster
-    cluster_weight: float       # its share of the weight, 0 to 1
+    cluster_weight: float  # its share of the weight, 0 to 1
     cluster_count: int
 
 
@@ -31,10 +32,10 @@ def particle_statistics(particles: np.ndarray, weights: np.ndarray) -> ParticleS
     heaviest = int(np.argmax(cluster_weights))
     in_heaviest = labels == heaviest
     mean, cluster_covariance = mean_and_covariance(particles[in_heaviest], weights[in_heaviest])
-    covariance = (cluster_covariance if len(cluster_weights) == 1
-                  else mean_and_covariance(particles, weights)[1])
-    return ParticleStatistics(mean, covariance, cluster_covariance,
-                              float(cluster_weights[heaviest]), len(cluster_weights))
+    covariance = cluster_covariance if len(cluster_weights) == 1 else mean_and_covariance(particles, weights)[1]
+    return ParticleStatistics(
+        mean, covariance, cluster_covariance, float(cluster_weights[heaviest]), len(cluster_weights)
+    )
 
 
 @njit(cache=True)
@@ -55,7 +56,7 @@ class MeanAndCovariance(NamedTuple):
     """Of weighted poses."""
 
     mean: Pose2D
-    covariance: np.ndarray   # 3x3; as upstream publishes it, nothing between yaw and x or y
+    covariance: np.ndarray  # 3x3; as upstream publishes it, nothing between yaw and x or y
 
 
 def mean_and_covariance(particles: np.ndarray, weights: np.ndarray) -> MeanAndCovariance:

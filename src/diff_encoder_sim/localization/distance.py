@@ -4,6 +4,7 @@ Felzenszwalb and Huttenlocher, "Distance Transforms of Sampled Functions", 2012:
 columns, then along the rows as the lower envelope of parabolas. Upstream's brushfire visits the
 same cells from a queue and is off by a part of a cell now and then.
 """
+
 from __future__ import annotations
 
 import numpy as np
@@ -13,8 +14,7 @@ from numba import njit
 _FAR = 1 << 28
 
 
-def distance_to_occupied(occupied: np.ndarray, resolution_m: float,
-                         max_distance_m: float) -> np.ndarray:
+def distance_to_occupied(occupied: np.ndarray, resolution_m: float, max_distance_m: float) -> np.ndarray:
     """(height, width) distance [m] between cell centres, cut off at `max_distance_m`.
 
     Args:
@@ -48,16 +48,16 @@ def _along_columns(occupied: np.ndarray, distance: np.ndarray) -> None:  # pragm
         distance[0, column] = 0 if occupied[0, column] else _FAR
     for row in range(1, height):
         for column in range(width):
-            distance[row, column] = (0 if occupied[row, column]
-                                     else min(distance[row - 1, column] + 1, _FAR))
+            distance[row, column] = 0 if occupied[row, column] else min(distance[row - 1, column] + 1, _FAR)
     for row in range(height - 2, -1, -1):
         for column in range(width):
             distance[row, column] = min(distance[row, column], distance[row + 1, column] + 1)
 
 
 @njit(cache=True)
-def _along_row(heights: np.ndarray, squared: np.ndarray, vertices: np.ndarray,
-               starts: np.ndarray) -> None:  # pragma: no cover
+def _along_row(
+    heights: np.ndarray, squared: np.ndarray, vertices: np.ndarray, starts: np.ndarray
+) -> None:  # pragma: no cover
     """Lower envelope of the parabolas (x - v)^2 + heights[v]^2, in whole numbers.
 
     `vertices` and `starts` are scratch: the columns whose parabola is on the envelope, and the
@@ -71,8 +71,12 @@ def _along_row(heights: np.ndarray, squared: np.ndarray, vertices: np.ndarray,
         while count > 0:
             vertex = vertices[count - 1]
             # From the crossing on, the later parabola is lower.
-            crossing = (column * column - vertex * vertex + heights[column] * heights[column]
-                        - heights[vertex] * heights[vertex]) // (2 * (column - vertex)) + 1
+            crossing = (
+                column * column
+                - vertex * vertex
+                + heights[column] * heights[column]
+                - heights[vertex] * heights[vertex]
+            ) // (2 * (column - vertex)) + 1
             if crossing > starts[count - 1]:
                 break
             count -= 1

@@ -7,6 +7,7 @@ neighbours, where upstream's are a full turn apart.
 All its kernels are in this file: numba's cache on disk does not see that a kernel in another file,
 which one calls, has changed.
 """
+
 from __future__ import annotations
 
 import math
@@ -25,9 +26,15 @@ _YAW_BITS = 6
 
 
 @njit(cache=True)
-def draw_until_enough(particles: np.ndarray, cumulative: np.ndarray, limits: np.ndarray,
-                      share_anywhere: float, free_centres: np.ndarray, uniforms: np.ndarray,
-                      anywhere: np.ndarray) -> np.ndarray:  # pragma: no cover (compiled)
+def draw_until_enough(
+    particles: np.ndarray,
+    cumulative: np.ndarray,
+    limits: np.ndarray,
+    share_anywhere: float,
+    free_centres: np.ndarray,
+    uniforms: np.ndarray,
+    anywhere: np.ndarray,
+) -> np.ndarray:  # pragma: no cover (compiled)
     """(m, 3) particles drawn one by one until there are enough for the bins that they fill.
 
     Args:
@@ -93,8 +100,9 @@ def cluster_labels(particles: np.ndarray) -> np.ndarray:  # pragma: no cover (co
 
 
 @njit(cache=True)
-def _label_connected(table: np.ndarray, slot: int, label: int, label_of_slot: np.ndarray,
-                     pending: np.ndarray) -> None:  # pragma: no cover (compiled)
+def _label_connected(
+    table: np.ndarray, slot: int, label: int, label_of_slot: np.ndarray, pending: np.ndarray
+) -> None:  # pragma: no cover (compiled)
     """Give `label` to a bin and all that touch it, corners included, by way of others."""
     label_of_slot[slot] = label
     pending[0] = slot
@@ -123,23 +131,27 @@ def _new_table(largest_count: int) -> np.ndarray:  # pragma: no cover (compiled)
 @njit(cache=True)
 def _key_of_pose(x_m: float, y_m: float, yaw_rad: float) -> int:  # pragma: no cover (compiled)
     """The key of the bin that holds a pose."""
-    return _key_of_bin(int(math.floor(x_m / BIN_M)), int(math.floor(y_m / BIN_M)),
-                       int(math.floor(yaw_rad * (BINS_PER_TURN / (2.0 * math.pi)))))
+    return _key_of_bin(
+        int(math.floor(x_m / BIN_M)),
+        int(math.floor(y_m / BIN_M)),
+        int(math.floor(yaw_rad * (BINS_PER_TURN / (2.0 * math.pi)))),
+    )
 
 
 @njit(cache=True)
 def _key_of_bin(bin_x: int, bin_y: int, bin_yaw: int) -> int:  # pragma: no cover (compiled)
     """The key of a bin by its indices; the heading's may be any whole number."""
-    return ((((bin_x + _OFFSET) & _MASK) << 28 | ((bin_y + _OFFSET) & _MASK)) << _YAW_BITS
-            | bin_yaw % BINS_PER_TURN)
+    return (((bin_x + _OFFSET) & _MASK) << 28 | ((bin_y + _OFFSET) & _MASK)) << _YAW_BITS | bin_yaw % BINS_PER_TURN
 
 
 @njit(cache=True)
 def _neighbour(key: int, step_x: int, step_y: int, step_yaw: int) -> int:  # pragma: no cover
     """The key of the bin so many steps away."""
-    return _key_of_bin((key >> (28 + _YAW_BITS)) - _OFFSET + step_x,
-                       ((key >> _YAW_BITS) & _MASK) - _OFFSET + step_y,
-                       (key & ((1 << _YAW_BITS) - 1)) + step_yaw)
+    return _key_of_bin(
+        (key >> (28 + _YAW_BITS)) - _OFFSET + step_x,
+        ((key >> _YAW_BITS) & _MASK) - _OFFSET + step_y,
+        (key & ((1 << _YAW_BITS) - 1)) + step_yaw,
+    )
 
 
 @njit(cache=True)

@@ -4,6 +4,7 @@ KLD-sampling (Fox, IJRR 2003) with the recovery of augmented MCL (Probabilistic 
 8.3), as upstream's pf_update_resample combines them: independent draws from the cumulative
 weights, one at a time, until there are enough for the bins that they fill.
 """
+
 from __future__ import annotations
 
 import math
@@ -51,13 +52,15 @@ def effective_count(weights: np.ndarray) -> float:
 
 def kld_limits(params: AmclParams) -> np.ndarray:
     """(max_particles + 1,) particles needed where k bins are filled, by k."""
-    return np.array([kld_limit(bins, params.kld_err, params.kld_z, params.min_particles,
-                               params.max_particles)
-                     for bins in range(params.max_particles + 1)])
+    return np.array(
+        [
+            kld_limit(bins, params.kld_err, params.kld_z, params.min_particles, params.max_particles)
+            for bins in range(params.max_particles + 1)
+        ]
+    )
 
 
-def kld_limit(bin_count: int, kld_err: float, kld_z: float, min_particles: int,
-              max_particles: int) -> int:
+def kld_limit(bin_count: int, kld_err: float, kld_z: float, min_particles: int, max_particles: int) -> int:
     """Particles that keep the divergence from the true posterior below `kld_err` (table 8.4).
 
     The Wilson-Hilferty approximation of the chi-square quantile with bin_count - 1 degrees of
@@ -68,13 +71,18 @@ def kld_limit(bin_count: int, kld_err: float, kld_z: float, min_particles: int,
     freedom = bin_count - 1.0
     variance = 2.0 / (9.0 * freedom)
     root = 1.0 - variance + math.sqrt(variance) * kld_z
-    count = math.ceil(freedom / (2.0 * kld_err) * root ** 3)
+    count = math.ceil(freedom / (2.0 * kld_err) * root**3)
     return min(max(count, min_particles), max_particles)
 
 
-def resample(particles: np.ndarray, weights: np.ndarray, limits: np.ndarray,
-             share_anywhere: float, free_centres: np.ndarray,
-             rng: np.random.Generator) -> np.ndarray:
+def resample(
+    particles: np.ndarray,
+    weights: np.ndarray,
+    limits: np.ndarray,
+    share_anywhere: float,
+    free_centres: np.ndarray,
+    rng: np.random.Generator,
+) -> np.ndarray:
     """(m, 3) particles of equal weight drawn from a weighted set.
 
     Args:
@@ -88,5 +96,4 @@ def resample(particles: np.ndarray, weights: np.ndarray, limits: np.ndarray,
     most = len(limits) - 1
     uniforms = rng.random((most, 2))
     anywhere = rng.random((most, 2)) if share_anywhere > 0.0 else uniforms
-    return draw_until_enough(particles, np.cumsum(weights), limits, share_anywhere, free_centres,
-                             uniforms, anywhere)
+    return draw_until_enough(particles, np.cumsum(weights), limits, share_anywhere, free_centres, uniforms, anywhere)

@@ -3,6 +3,7 @@
 Probabilistic Robotics, table 6.3, with upstream's way of combining rays: one plus the sum of the
 cubes of their probabilities. It is no probability, but forgives what is not on the map.
 """
+
 from __future__ import annotations
 
 from typing import Optional, Tuple
@@ -18,7 +19,7 @@ from diff_encoder_sim.mapping.occupancy_grid import OCCUPIED, OccupancyGrid
 
 # Table entries are multiples of this, so that a sum of some hundred of them is exact in double
 # precision: in whatever order the compiler's vectors add, weights come out equal.
-_QUANTUM = 2.0 ** -36
+_QUANTUM = 2.0**-36
 
 
 class LikelihoodField(SensorModel):
@@ -28,9 +29,10 @@ class LikelihoodField(SensorModel):
         super().__init__(params, grid)
         # One cell wider all around: what is off the map is as far as can be from anything.
         self._distances_m = np.pad(
-            distance_to_occupied(grid.cells == OCCUPIED, grid.resolution_m,
-                                 params.laser_likelihood_max_dist),
-            1, constant_values=params.laser_likelihood_max_dist)
+            distance_to_occupied(grid.cells == OCCUPIED, grid.resolution_m, params.laser_likelihood_max_dist),
+            1,
+            constant_values=params.laser_likelihood_max_dist,
+        )
         self._table: Optional[Tuple[float, np.ndarray]] = None
 
     @property
@@ -40,8 +42,9 @@ class LikelihoodField(SensorModel):
 
     def likelihoods(self, particles: np.ndarray, beams: Beams, converged: bool) -> Likelihoods:
         """See SensorModel."""
-        sums = sum_over_endpoints(self._poses_in_cells(particles), self._ends_in_cells(beams),
-                                  self._table_for(beams.range_max_m))
+        sums = sum_over_endpoints(
+            self._poses_in_cells(particles), self._ends_in_cells(beams), self._table_for(beams.range_max_m)
+        )
         return Likelihoods(1.0 + sums, 0.0)
 
     def _table_for(self, range_max_m: float) -> np.ndarray:
@@ -56,18 +59,19 @@ class LikelihoodField(SensorModel):
         return np.ascontiguousarray(beams.endpoints_in_base().T) / self._grid.resolution_m
 
     def _entry(self, probability: np.ndarray) -> np.ndarray:
-        return probability ** 3
+        return probability**3
 
 
 def ray_probability(distance_m: np.ndarray, params: AmclParams, range_max_m: float) -> np.ndarray:
     """Of a ray that ends `distance_m` from an obstacle: a hit, or anything (table 6.3, line 7)."""
-    hit = np.exp(-distance_m ** 2 / (2.0 * params.laser_sigma_hit ** 2))
+    hit = np.exp(-(distance_m**2) / (2.0 * params.laser_sigma_hit**2))
     return params.laser_z_hit * hit + params.laser_z_rand / range_max_m
 
 
 @njit(cache=True, fastmath={'reassoc', 'nsz'})
-def sum_over_endpoints(poses: np.ndarray, ends: np.ndarray,
-                       table: np.ndarray) -> np.ndarray:  # pragma: no cover (compiled)
+def sum_over_endpoints(
+    poses: np.ndarray, ends: np.ndarray, table: np.ndarray
+) -> np.ndarray:  # pragma: no cover (compiled)
     """(n,) sums of the table's entries where the rays end.
 
     Args:
@@ -84,8 +88,7 @@ def sum_over_endpoints(poses: np.ndarray, ends: np.ndarray,
         total = 0.0
         for j in range(ends.shape[1]):
             # Cut off at the border: no test whether a ray leaves the map.
-            x = min(max(column + cos_yaw * ends[0, j] - sin_yaw * ends[1, j] + 1.0, 0.0),
-                    last_column)
+            x = min(max(column + cos_yaw * ends[0, j] - sin_yaw * ends[1, j] + 1.0, 0.0), last_column)
             y = min(max(row + sin_yaw * ends[0, j] + cos_yaw * ends[1, j] + 1.0, 0.0), last_row)
             total += entries[int(y) * width + int(x)]
         sums[i] = total
@@ -93,17 +96,16 @@ def sum_over_endpoints(poses: np.ndarray, ends: np.ndarray,
 
 
 @njit(cache=True)
-def count_at_endpoints(poses: np.ndarray, ends: np.ndarray,
-                       table: np.ndarray) -> np.ndarray:  # pragma: no cover (compiled)
+def count_at_endpoints(
+    poses: np.ndarray, ends: np.ndarray, table: np.ndarray
+) -> np.ndarray:  # pragma: no cover (compiled)
     """(k,) sums over poses of the table's entries where each ray ends; as above otherwise."""
     height, width = table.shape
     counts = np.zeros(ends.shape[1], dtype=np.int64)
     for i in range(len(poses)):
         column, row, cos_yaw, sin_yaw = poses[i]
         for j in range(ends.shape[1]):
-            x = min(max(column + cos_yaw * ends[0, j] - sin_yaw * ends[1, j] + 1.0, 0.0),
-                    width - 1.0)
-            y = min(max(row + sin_yaw * ends[0, j] + cos_yaw * ends[1, j] + 1.0, 0.0),
-                    height - 1.0)
+            x = min(max(column + cos_yaw * ends[0, j] - sin_yaw * ends[1, j] + 1.0, 0.0), width - 1.0)
+            y = min(max(row + sin_yaw * ends[0, j] + cos_yaw * ends[1, j] + 1.0, 0.0), height - 1.0)
             counts[j] += table[int(y), int(x)]
     return counts

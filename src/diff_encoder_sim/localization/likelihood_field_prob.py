@@ -3,6 +3,7 @@
 Probabilistic Robotics, table 6.3, as it stands: upstream's likelihood_field_prob. Beam skipping
 leaves out rays that few particles find near anything on the map: people, moved furniture.
 """
+
 from __future__ import annotations
 
 import logging
@@ -52,8 +53,11 @@ class LikelihoodFieldProb(LikelihoodField):
         kept = agreeing > self._params.beam_skip_threshold * len(poses)
         skipped_share = 1.0 - kept.mean()
         if skipped_share >= self._params.beam_skip_error_threshold:
-            log.warning('%.0f %% of the rays are not on the map: the filter may have converged '
-                        'to a wrong place; using all rays', 100.0 * skipped_share)
+            log.warning(
+                '%.0f %% of the rays are not on the map: the filter may have converged '
+                'to a wrong place; using all rays',
+                100.0 * skipped_share,
+            )
             return np.ones_like(kept)
         return kept
 

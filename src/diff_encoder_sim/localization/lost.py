@@ -1,4 +1,5 @@
 """Whether the robot is where the filter says: a verdict over some scans, one way and the other."""
+
 from __future__ import annotations
 
 from typing import Optional
@@ -21,16 +22,15 @@ class LostDetector:
         self._map = FitMap(grid, params.lost_distance) if params.lost_fraction > 0.0 else None
         self._lost_fraction, self._lost_scans = params.lost_fraction, params.lost_scans
         self.is_lost = False
-        self.share: Optional[float] = None   # of the newest scan that allowed a verdict
-        self._against = 0                    # scans in a row that contradict is_lost
+        self.share: Optional[float] = None  # of the newest scan that allowed a verdict
+        self._against = 0  # scans in a row that contradict is_lost
 
     @property
     def least_share(self) -> float:
         """What a good scan's share must have now."""
         return 0.5 * (self._lost_fraction + 1.0) if self.is_lost else self._lost_fraction
 
-    def judge(self, base_pose_in_map: Pose2D, scan: Scan, laser_pose_in_base: Pose2D,
-              may_be_found: bool) -> None:
+    def judge(self, base_pose_in_map: Pose2D, scan: Scan, laser_pose_in_base: Pose2D, may_be_found: bool) -> None:
         """Take a scan.
 
         Args:

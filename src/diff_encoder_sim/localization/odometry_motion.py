@@ -3,6 +3,7 @@
 A move between two odometry poses is a turn, a straight drive and another turn, each with Gaussian
 noise that the alphas scale.
 """
+
 from __future__ import annotations
 
 import math
@@ -33,10 +34,10 @@ def motion_model(params: AmclParams) -> MotionModel:
     """The model that odom_model_type names, with the parameters' alphas."""
     noise = diff_corrected_noise if params.odom_model_type == 'diff-corrected' else diff_noise
 
-    def sample(particles: np.ndarray, previous: Pose2D, current: Pose2D,
-               rng: np.random.Generator) -> np.ndarray:
+    def sample(particles: np.ndarray, previous: Pose2D, current: Pose2D, rng: np.random.Generator) -> np.ndarray:
         move = decompose(previous, current)
         return sample_motion(particles, move, noise(move, params), rng)
+
     return sample
 
 
@@ -44,10 +45,8 @@ def decompose(previous: Pose2D, current: Pose2D) -> Move:
     """The move between two base poses in odom (table 5.6, lines 2 to 4)."""
     x_m, y_m = current.x_m - previous.x_m, current.y_m - previous.y_m
     translation_m = math.hypot(x_m, y_m)
-    rotation1_rad = (wrap_angle(math.atan2(y_m, x_m) - previous.yaw_rad)
-                     if translation_m >= SMALL_TRANSLATION_M else 0.0)
-    return Move(rotation1_rad, translation_m,
-                wrap_angle(current.yaw_rad - previous.yaw_rad - rotation1_rad))
+    rotation1_rad = wrap_angle(math.atan2(y_m, x_m) - previous.yaw_rad) if translation_m >= SMALL_TRANSLATION_M else 0.0
+    return Move(rotation1_rad, translation_m, wrap_angle(current.yaw_rad - previous.yaw_rad - rotation1_rad))
 
 
 def diff_corrected_noise(move: Move, params: AmclParams) -> Move:
@@ -69,10 +68,12 @@ def _variances(move: Move, params: AmclParams) -> Move:
     """Variances of a move's parts (table 5.6, lines 5 to 7)."""
     turn1 = _turn_from_straight(move.rotation1_rad) ** 2
     turn2 = _turn_from_straight(move.rotation2_rad) ** 2
-    drive = move.translation_m ** 2
-    return Move(params.odom_alpha1 * turn1 + params.odom_alpha2 * drive,
-                params.odom_alpha3 * drive + params.odom_alpha4 * (turn1 + turn2),
-                params.odom_alpha1 * turn2 + params.odom_alpha2 * drive)
+    drive = move.translation_m**2
+    return Move(
+        params.odom_alpha1 * turn1 + params.odom_alpha2 * drive,
+        params.odom_alpha3 * drive + params.odom_alpha4 * (turn1 + turn2),
+        params.odom_alpha1 * turn2 + params.odom_alpha2 * drive,
+    )
 
 
 def _turn_from_straight(rotation_rad: float) -> float:
@@ -80,8 +81,7 @@ def _turn_from_straight(rotation_rad: float) -> float:
     return min(abs(wrap_angle(rotation_rad)), abs(wrap_angle(rotation_rad - math.pi)))
 
 
-def sample_motion(particles: np.ndarray, move: Move, sigmas: Move,
-                  rng: np.random.Generator) -> np.ndarray:
+def sample_motion(particles: np.ndarray, move: Move, sigmas: Move, rng: np.random.Generator) -> np.ndarray:
     """Each particle moved by its own noisy copy of a move (table 5.6, lines 5 to 11).
 
     Args:

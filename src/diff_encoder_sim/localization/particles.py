@@ -3,6 +3,7 @@
 A set is an array (n, 3) of base poses in the map, x [m], y [m], yaw [rad] in [-pi, pi), with
 weights (n,) that sum to 1.
 """
+
 from __future__ import annotations
 
 import math
@@ -21,8 +22,7 @@ CONVERGED_WITHIN_M = 0.5
 LARGEST_COORDINATE_M = 1e6
 
 
-def particles_around(pose: Pose2D, covariance: np.ndarray, count: int,
-                     rng: np.random.Generator) -> np.ndarray:
+def particles_around(pose: Pose2D, covariance: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:
     """(count, 3) draws from a Gaussian about `pose` (base in the map).
 
     Of the 3x3 `covariance` the x, y and yaw-yaw entries count, as upstream reads /initialpose.
@@ -32,14 +32,14 @@ def particles_around(pose: Pose2D, covariance: np.ndarray, count: int,
     normals = rng.standard_normal((count, 3))
     particles = np.empty((count, 3))
     for row in (0, 1):
-        particles[:, row] = (pose[row] + axes[row, 0] * sigmas[0] * normals[:, 0]
-                             + axes[row, 1] * sigmas[1] * normals[:, 1])
+        particles[:, row] = (
+            pose[row] + axes[row, 0] * sigmas[0] * normals[:, 0] + axes[row, 1] * sigmas[1] * normals[:, 1]
+        )
     particles[:, 2] = wrap_angles(pose.yaw_rad + np.sqrt(covariance[2][2]) * normals[:, 2])
     return particles
 
 
-def particles_everywhere(free_centres: np.ndarray, count: int,
-                         rng: np.random.Generator) -> np.ndarray:
+def particles_everywhere(free_centres: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:
     """(count, 3) uniform over the cells with centres `free_centres` (m, 2) and all headings."""
     particles = np.empty((count, 3))
     particles[:, :2] = free_centres[rng.integers(0, len(free_centres), count)]
@@ -53,8 +53,12 @@ def free_cell_centres(grid: OccupancyGrid) -> np.ndarray:
     local_x = (columns + 0.5) * grid.resolution_m
     local_y = (rows + 0.5) * grid.resolution_m
     cos_yaw, sin_yaw = np.cos(grid.origin.yaw_rad), np.sin(grid.origin.yaw_rad)
-    return np.column_stack([grid.origin.x_m + cos_yaw * local_x - sin_yaw * local_y,
-                            grid.origin.y_m + sin_yaw * local_x + cos_yaw * local_y])
+    return np.column_stack(
+        [
+            grid.origin.x_m + cos_yaw * local_x - sin_yaw * local_y,
+            grid.origin.y_m + sin_yaw * local_x + cos_yaw * local_y,
+        ]
+    )
 
 
 def has_converged(particles: np.ndarray) -> bool:
@@ -63,8 +67,7 @@ def has_converged(particles: np.ndarray) -> bool:
     return bool((np.abs(positions - positions.mean(axis=0)) <= CONVERGED_WITHIN_M).all())
 
 
-def weight_near(particles: np.ndarray, weights: np.ndarray, pose: Pose2D,
-                within_m: float) -> float:
+def weight_near(particles: np.ndarray, weights: np.ndarray, pose: Pose2D, within_m: float) -> float:
     """Share of the weights (n,), sum 1, of particles (n, 3) this close to a pose along x and y."""
     offsets_m = np.abs(particles[:, :2] - (pose.x_m, pose.y_m))
     return float(weights[(offsets_m <= within_m).all(axis=1)].sum())
@@ -82,11 +85,9 @@ def check_grid(grid: OccupancyGrid) -> None:
         InputFault: no cells, no free cell, or a resolution or origin that is none.
     """
     if grid.cells.ndim != 2 or grid.cells.size == 0:
-        raise InputFault(f'map: given {" x ".join(map(str, grid.cells.shape))} cells; '
-                         'allowed: at least 1 x 1')
+        raise InputFault(f'map: given {" x ".join(map(str, grid.cells.shape))} cells; allowed: at least 1 x 1')
     if not (np.isfinite(grid.resolution_m) and grid.resolution_m > 0.0):
-        raise InputFault(f'map: given a resolution of {grid.resolution_m} m; '
-                         'allowed: a finite number greater than 0')
+        raise InputFault(f'map: given a resolution of {grid.resolution_m} m; allowed: a finite number greater than 0')
     check_pose(grid.origin, 'map origin')
     if not (grid.cells == FREE).any():
         raise InputFault('map: no cell is free: there is nowhere for the robot to be')
@@ -98,10 +99,12 @@ def check_pose(pose: Pose2D, name: str) -> None:
     Raises:
         InputFault: a coordinate is not finite or absurdly large.
     """
-    if not (abs(pose.x_m) <= LARGEST_COORDINATE_M and abs(pose.y_m) <= LARGEST_COORDINATE_M
-            and math.isfinite(pose.yaw_rad)):
-        raise InputFault(f'{name}: given ({pose.x_m}, {pose.y_m}, {pose.yaw_rad}); '
-                         f'expected finite x, y [m] and yaw [rad]')
+    if not (
+        abs(pose.x_m) <= LARGEST_COORDINATE_M and abs(pose.y_m) <= LARGEST_COORDINATE_M and math.isfinite(pose.yaw_rad)
+    ):
+        raise InputFault(
+            f'{name}: given ({pose.x_m}, {pose.y_m}, {pose.yaw_rad}); expected finite x, y [m] and yaw [rad]'
+        )
 
 
 def check_covariance(covariance: np.ndarray) -> None:
@@ -113,7 +116,7 @@ def check_covariance(covariance: np.ndarray) -> None:
     covariance = np.asarray(covariance, dtype=float)
     if covariance.shape != (3, 3):
         raise InputFault(f'initial covariance: given shape {covariance.shape}; expected (3, 3)')
-    if (not (np.abs(covariance) <= LARGEST_COORDINATE_M ** 2).all()
-            or (np.diag(covariance) < 0.0).any()):
-        raise InputFault(f'initial covariance: given {covariance.tolist()}; '
-                         'expected finite numbers and no variance below 0')
+    if not (np.abs(covariance) <= LARGEST_COORDINATE_M**2).all() or (np.diag(covariance) < 0.0).any():
+        raise InputFault(
+            f'initial covariance: given {covariance.tolist()}; expected finite numbers and no variance below 0'
+        )

@@ -3,6 +3,7 @@
 Upstream's amcl vouches for its pose however little the scans agree with it. Why rays are counted
 as they are here, with the measurements: docs/adr/0006-lost-detection.md.
 """
+
 from __future__ import annotations
 
 import math
@@ -38,9 +39,9 @@ _OFF_MAP, _UNKNOWN, _CLEAR, _NEAR, _OCCUPIED = range(5)
 class ScanFit(NamedTuple):
     """How many rays of a scan ended where, by the map, from some pose."""
 
-    fitting: int    # close to something occupied
-    through: int    # beyond something occupied
-    short: int      # at nothing that the map shows
+    fitting: int  # close to something occupied
+    through: int  # beyond something occupied
+    short: int  # at nothing that the map shows
 
     @property
     def share(self) -> Optional[float]:
@@ -56,11 +57,9 @@ class FitMap:
     def __init__(self, grid: OccupancyGrid, distance_m: float) -> None:
         """A ray that ends within `distance_m` of the centre of an occupied cell fits."""
         is_occupied = grid.cells == OCCUPIED
-        is_near = distance_to_occupied(is_occupied, grid.resolution_m,
-                                       2.0 * distance_m) <= distance_m
+        is_near = distance_to_occupied(is_occupied, grid.resolution_m, 2.0 * distance_m) <= distance_m
         is_known = (grid.cells >= 0) & (grid.cells <= OCCUPIED)
-        self._kinds = np.select([is_occupied, is_near, is_known], [_OCCUPIED, _NEAR, _CLEAR],
-                                _UNKNOWN).astype(np.int8)
+        self._kinds = np.select([is_occupied, is_near, is_known], [_OCCUPIED, _NEAR, _CLEAR], _UNKNOWN).astype(np.int8)
         self._grid, self._distance_m = grid, distance_m
 
     def fit(self, base_pose_in_map: Pose2D, scan: Scan, laser_pose_in_base: Pose2D) -> ScanFit:
@@ -69,25 +68,33 @@ class FitMap:
         Raises:
             InputFault: the scan's range limit is none.
         """
-        beams = select_beams(scan, max(1, len(scan.ranges_m) // RAYS), laser_pose_in_base,
-                             _SCANS_OWN_LIMITS, hits_only=True)
+        beams = select_beams(
+            scan, max(1, len(scan.ranges_m) // RAYS), laser_pose_in_base, _SCANS_OWN_LIMITS, hits_only=True
+        )
         base = base_pose_in_map.relative_to(self._grid.origin)
         laser = base.compose(Pose2D(beams.laser_x_m, beams.laser_y_m, 0.0))
         cell_m = self._grid.resolution_m
-        return ScanFit(*_sort_rays(laser.x_m / cell_m, laser.y_m / cell_m,
-                                   base.yaw_rad + beams.bearings_rad, beams.ranges_m / cell_m,
-                                   self._distance_m / cell_m, self._kinds))
+        return ScanFit(
+            *_sort_rays(
+                laser.x_m / cell_m,
+                laser.y_m / cell_m,
+                base.yaw_rad + beams.bearings_rad,
+                beams.ranges_m / cell_m,
+                self._distance_m / cell_m,
+                self._kinds,
+            )
+        )
 
 
 @njit(cache=True)
-def _sort_rays(laser_x: float, laser_y: float, directions_rad: np.ndarray, ranges: np.ndarray,
-               distance: float, kinds: np.ndarray) -> Tuple[int, int, int]:  # pragma: no cover
+def _sort_rays(
+    laser_x: float, laser_y: float, directions_rad: np.ndarray, ranges: np.ndarray, distance: float, kinds: np.ndarray
+) -> Tuple[int, int, int]:  # pragma: no cover
     """(fitting, through, short) of rays in the grid's frame, lengths in cells."""
     fitting = through = short = 0
     for j in range(len(ranges)):
         cos_direction, sin_direction = math.cos(directions_rad[j]), math.sin(directions_rad[j])
-        end = _kind_at(kinds, laser_x + ranges[j] * cos_direction,
-                       laser_y + ranges[j] * sin_direction)
+        end = _kind_at(kinds, laser_x + ranges[j] * cos_direction, laser_y + ranges[j] * sin_direction)
         if end >= _NEAR:
             fitting += 1
             continue
@@ -95,8 +102,7 @@ def _sort_rays(laser_x: float, laser_y: float, directions_rad: np.ndarray, range
         # Half a cell at a time: of a wall it steps over no more than a cell's corner.
         way = _way_to_map(laser_x, laser_y, cos_direction, sin_direction, ranges[j], kinds.shape)
         for step in range(1 + int(2.0 * way), int(2.0 * (ranges[j] - distance))):
-            kind = _kind_at(kinds, laser_x + 0.5 * step * cos_direction,
-                            laser_y + 0.5 * step * sin_direction)
+            kind = _kind_at(kinds, laser_x + 0.5 * step * cos_direction, laser_y + 0.5 * step * sin_direction)
             is_blocked = kind == _OCCUPIED
             if is_blocked or kind == _OFF_MAP:
                 break
@@ -108,12 +114,12 @@ def _sort_rays(laser_x: float, laser_y: float, directions_rad: np.ndarray, range
 
 
 @njit(cache=True)
-def _way_to_map(x: float, y: float, cos_direction: float, sin_direction: float, length: float,
-                shape: Tuple[int, int]) -> float:  # pragma: no cover (compiled)
+def _way_to_map(
+    x: float, y: float, cos_direction: float, sin_direction: float, length: float, shape: Tuple[int, int]
+) -> float:  # pragma: no cover (compiled)
     """How far along a ray the map begins: 0 from a laser on it, `length` where it never does."""
     enter, leave = 0.0, length
-    for start, slope, size in ((x, cos_direction, float(shape[1])),
-                               (y, sin_direction, float(shape[0]))):
+    for start, slope, size in ((x, cos_direction, float(shape[1])), (y, sin_direction, float(shape[0]))):
         if slope != 0.0:
             enter = max(enter, min(-start / slope, (size - start) / slope))
             leave = min(leave, max(-start / slope, (size - start) / slope))

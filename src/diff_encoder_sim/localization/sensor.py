@@ -1,4 +1,5 @@
 """What every laser model offers: built for one map, it weighs particles by a scan."""
+
 from __future__ import annotations
 
 import abc
@@ -19,7 +20,7 @@ class Likelihoods(NamedTuple):
     Apart, because a product over 180 beams need not fit a double.
     """
 
-    factors: np.ndarray   # (n,), 0 or more
+    factors: np.ndarray  # (n,), 0 or more
     log_scale: float
 
 
@@ -40,8 +41,7 @@ class SensorModel(abc.ABC):
             InputFault: none does.
         """
         check_scan(scan)
-        beams = select_beams(scan, self._step(len(scan.ranges_m)), laser_pose_in_base,
-                             self._params, self._hits_only)
+        beams = select_beams(scan, self._step(len(scan.ranges_m)), laser_pose_in_base, self._params, self._hits_only)
         if len(beams.ranges_m) == 0:
             raise nothing_seen(scan, beams)
         return beams
@@ -70,6 +70,11 @@ class SensorModel(abc.ABC):
         cos_origin, sin_origin = np.cos(origin.yaw_rad), np.sin(origin.yaw_rad)
         x_m, y_m = particles[:, 0] - origin.x_m, particles[:, 1] - origin.y_m
         yaw_rad = particles[:, 2] - origin.yaw_rad
-        return np.column_stack([(cos_origin * x_m + sin_origin * y_m) / cell_m,
-                                (cos_origin * y_m - sin_origin * x_m) / cell_m,
-                                np.cos(yaw_rad), np.sin(yaw_rad)])
+        return np.column_stack(
+            [
+                (cos_origin * x_m + sin_origin * y_m) / cell_m,
+                (cos_origin * y_m - sin_origin * x_m) / cell_m,
+                np.cos(yaw_rad),
+                np.sin(yaw_rad),
+            ]
+        )

@@ -1,4 +1,5 @@
 """A trial in lockstep, recorded as the live graph is: same topics, types and frames."""
+
 from __future__ import annotations
 
 import json
@@ -50,33 +51,32 @@ class BagPublications(Publications):
         """/trial, and on /tf_static where odometry begins if nothing localizes."""
         if trial.nav == 'scripted':
             self._trial_node = topics.SCRIPTED_DRIVE_NODE
-        self._write(topics.TRIAL, self._trial_node, 0,
-                    lambda: encoding.text_message(trial.model_dump_json()))
+        self._write(topics.TRIAL, self._trial_node, 0, lambda: encoding.text_message(trial.model_dump_json()))
         if trial.nav == 'scripted':
-            self._write(topics.TF_STATIC, self._trial_node, 0,
-                        lambda: encoding.tf_message(encoding.transform(
-                            trial.test.start.pose(), 0, self._map_frame, self._odom_frame)))
+            self._write(
+                topics.TF_STATIC,
+                self._trial_node,
+                0,
+                lambda: encoding.tf_message(
+                    encoding.transform(trial.test.start.pose(), 0, self._map_frame, self._odom_frame)
+                ),
+            )
         if self._bag.wants(topics.TF):
             self._frames = RobotFrames(expand_xacro(robot_file, DESCRIPTION_ARGUMENTS))
         self._models = encoding.ModelStatesMessages(simulator.world, simulator.robot_name)
 
     def ending(self, now_ns: int, ending: Ending) -> None:
         text = json.dumps({'outcome': ending.outcome.value, 'reason': ending.reason})
-        self._write(topics.TRIAL_RESULT, self._trial_node, now_ns,
-                    lambda: encoding.text_message(text))
+        self._write(topics.TRIAL_RESULT, self._trial_node, now_ns, lambda: encoding.text_message(text))
 
     def map(self, grid: OccupancyGrid) -> None:
-        self._write(topics.MAP, topics.MAP_NODE, 0,
-                    lambda: encoding.map_message(grid, 0, self._map_frame))
-        self._write(topics.MAP_METADATA, topics.MAP_NODE, 0,
-                    lambda: encoding.map_metadata_message(grid, 0))
+        self._write(topics.MAP, topics.MAP_NODE, 0, lambda: encoding.map_message(grid, 0, self._map_frame))
+        self._write(topics.MAP_METADATA, topics.MAP_NODE, 0, lambda: encoding.map_metadata_message(grid, 0))
 
     def joint_states(self, joints: JointStates) -> None:
         now_ns = joints.stamp_ns
-        self._write(topics.CLOCK, topics.SIMULATOR_NODE, now_ns,
-                    lambda: encoding.clock_message(now_ns))
-        self._write(topics.JOINT_STATES, topics.SIMULATOR_NODE, now_ns,
-                    lambda: encoding.joint_state_message(joints))
+        self._write(topics.CLOCK, topics.SIMULATOR_NODE, now_ns, lambda: encoding.clock_message(now_ns))
+        self._write(topics.JOINT_STATES, topics.SIMULATOR_NODE, now_ns, lambda: encoding.joint_state_message(joints))
         if self._frames and now_ns - self._frames_published_ns >= FRAMES_PERIOD_NS:
             self._publish_frames(joints)
 
@@ -84,65 +84,106 @@ class BagPublications(Publications):
         """robot_state_publisher's part; what is fixed, once."""
         now_ns = joints.stamp_ns
         if self._frames_published_ns == 0:
-            self._write(topics.TF_STATIC, topics.STATE_PUBLISHER_NODE, now_ns,
-                        lambda: self._frames_message(self._frames.fixed, now_ns))
+            self._write(
+                topics.TF_STATIC,
+                topics.STATE_PUBLISHER_NODE,
+                now_ns,
+                lambda: self._frames_message(self._frames.fixed, now_ns),
+            )
         self._frames_published_ns = now_ns
-        self._write(topics.TF, topics.STATE_PUBLISHER_NODE, now_ns,
-                    lambda: self._frames_message(
-                        self._frames.turned(dict(zip(joints.names, joints.angles_rad))), now_ns))
+        self._write(
+            topics.TF,
+            topics.STATE_PUBLISHER_NODE,
+            now_ns,
+            lambda: self._frames_message(self._frames.turned(dict(zip(joints.names, joints.angles_rad))), now_ns),
+        )
 
     @staticmethod
     def _frames_message(frames: List[LinkFrame], stamp_ns: int) -> bytes:
-        return encoding.tf_message(*(
-            encoding.spatial_transform(frame.translation_xyz_m, frame.quat_xyzw, stamp_ns,
-                                       frame.parent, frame.child) for frame in frames))
+        return encoding.tf_message(
+            *(
+                encoding.spatial_transform(
+                    frame.translation_xyz_m, frame.quat_xyzw, stamp_ns, frame.parent, frame.child
+                )
+                for frame in frames
+            )
+        )
 
     def models(self, now_ns: int, simulator: Simulator) -> None:
-        self._write(topics.MODEL_STATES, topics.SIMULATOR_NODE, now_ns,
-                    lambda: self._models.message(simulator.base()))
+        self._write(topics.MODEL_STATES, topics.SIMULATOR_NODE, now_ns, lambda: self._models.message(simulator.base()))
 
     def world_pose(self, now_ns: int, base_pose_in_map: Pose2D) -> None:
-        self._write(topics.WORLD_POSE, topics.WORLD_POSE_NODE, now_ns,
-                    lambda: encoding.pose_stamped_message(base_pose_in_map, now_ns,
-                                                          self._map_frame))
+        self._write(
+            topics.WORLD_POSE,
+            topics.WORLD_POSE_NODE,
+            now_ns,
+            lambda: encoding.pose_stamped_message(base_pose_in_map, now_ns, self._map_frame),
+        )
 
     def scan(self, scan: Scan) -> None:
         simulator = self._params.simulator
-        self._write(topics.SCAN, topics.SIMULATOR_NODE, scan.stamp_ns,
-                    lambda: encoding.scan_message(scan, simulator.laser_link,
-                                                  1.0 / simulator.lidar.rate))
+        self._write(
+            topics.SCAN,
+            topics.SIMULATOR_NODE,
+            scan.stamp_ns,
+            lambda: encoding.scan_message(scan, simulator.laser_link, 1.0 / simulator.lidar.rate),
+        )
 
     def encoder_pulse(self, now_ns: int, sample: EncoderSample) -> None:
-        self._write(topics.ENCODER_PULSE, topics.ENCODER_NODE, now_ns,
-                    lambda: encoding.encoder_pulse_message(sample, self._joints))
+        self._write(
+            topics.ENCODER_PULSE,
+            topics.ENCODER_NODE,
+            now_ns,
+            lambda: encoding.encoder_pulse_message(sample, self._joints),
+        )
 
     def odometry(self, now_ns: int, estimate: OdometryEstimate) -> None:
         if self._params.odometry.publish_tf:
-            self._publish_transform(now_ns, topics.ODOM_NODE, estimate.base_pose_in_odom,
-                                 estimate.stamp_ns, self._odom_frame, self._base_frame)
-        self._write(topics.ODOM, topics.ODOM_NODE, now_ns,
-                    lambda: encoding.odometry_message(estimate, self._odom_frame,
-                                                      self._base_frame))
+            self._publish_transform(
+                now_ns,
+                topics.ODOM_NODE,
+                estimate.base_pose_in_odom,
+                estimate.stamp_ns,
+                self._odom_frame,
+                self._base_frame,
+            )
+        self._write(
+            topics.ODOM,
+            topics.ODOM_NODE,
+            now_ns,
+            lambda: encoding.odometry_message(estimate, self._odom_frame, self._base_frame),
+        )
 
     def amcl_pose(self, now_ns: int, estimate: AmclEstimate) -> None:
-        self._write(topics.AMCL_POSE, topics.AMCL_NODE, now_ns,
-                    lambda: encoding.pose_with_covariance_message(
-                        estimate.base_pose_in_map, estimate.covariance, estimate.stamp_ns,
-                        self._map_frame))
+        self._write(
+            topics.AMCL_POSE,
+            topics.AMCL_NODE,
+            now_ns,
+            lambda: encoding.pose_with_covariance_message(
+                estimate.base_pose_in_map, estimate.covariance, estimate.stamp_ns, self._map_frame
+            ),
+        )
 
     def odom_in_map(self, now_ns: int, stamp_ns: int, odom_pose_in_map: Pose2D) -> None:
-        self._publish_transform(now_ns, topics.AMCL_NODE, odom_pose_in_map, stamp_ns,
-                             self._map_frame, self._odom_frame)
+        self._publish_transform(now_ns, topics.AMCL_NODE, odom_pose_in_map, stamp_ns, self._map_frame, self._odom_frame)
 
-    def _publish_transform(self, now_ns: int, node: str, child_pose: Pose2D, stamp_ns: int,
-                        parent_frame: str, child_frame: str) -> None:
-        self._write(topics.TF, node, now_ns, lambda: encoding.tf_message(
-            encoding.transform(child_pose, stamp_ns, parent_frame, child_frame)))
+    def _publish_transform(
+        self, now_ns: int, node: str, child_pose: Pose2D, stamp_ns: int, parent_frame: str, child_frame: str
+    ) -> None:
+        self._write(
+            topics.TF,
+            node,
+            now_ns,
+            lambda: encoding.tf_message(encoding.transform(child_pose, stamp_ns, parent_frame, child_frame)),
+        )
 
     def global_pose(self, now_ns: int, stamp_ns: int, base_pose_in_map: Pose2D) -> None:
-        self._write(topics.GLOBAL_POSE, topics.GLOBAL_POSE_NODE, now_ns,
-                    lambda: encoding.pose_stamped_message(base_pose_in_map, stamp_ns,
-                                                          self._map_frame))
+        self._write(
+            topics.GLOBAL_POSE,
+            topics.GLOBAL_POSE_NODE,
+            now_ns,
+            lambda: encoding.pose_stamped_message(base_pose_in_map, stamp_ns, self._map_frame),
+        )
 
     def command(self, now_ns: int, command: Command, is_navigators: bool) -> None:
         node = topics.MOVE_BASE_NODE if is_navigators else self._trial_node
@@ -151,13 +192,20 @@ class BagPublications(Publications):
     def goal(self, now_ns: int, stamp_ns: int, goal_in_map: Pose2D) -> None:
         number = self._goal.number + 1 if self._goal else 1
         self._goal = encoding.SentGoal(self._trial_node, number, now_ns)
-        self._write(topics.GOAL, self._trial_node, now_ns,
-                    lambda: encoding.goal_message(self._goal, goal_in_map, stamp_ns,
-                                                  self._map_frame))
+        self._write(
+            topics.GOAL,
+            self._trial_node,
+            now_ns,
+            lambda: encoding.goal_message(self._goal, goal_in_map, stamp_ns, self._map_frame),
+        )
 
     def goal_result(self, now_ns: int, status: GoalStatus, text: str) -> None:
-        self._write(topics.RESULT, topics.MOVE_BASE_NODE, now_ns,
-                    lambda: encoding.result_message(self._goal, status, text, now_ns))
+        self._write(
+            topics.RESULT,
+            topics.MOVE_BASE_NODE,
+            now_ns,
+            lambda: encoding.result_message(self._goal, status, text, now_ns),
+        )
 
     def _write(self, topic: str, node: str, now_ns: int, make: Callable[[], bytes]) -> None:
         if self._bag.wants(topic):

@@ -1,4 +1,5 @@
 """Who drives a trial in lockstep: navigation by what the robot believes, or a script."""
+
 from __future__ import annotations
 
 import logging
@@ -36,8 +37,8 @@ class Driver(Protocol):
     """What the trial asks of whoever drives."""
 
     is_over: bool
-    estimate: Optional[AmclEstimate]                # AMCL's newest, if there is one
-    estimated_pose_in_map: Optional[Pose2D]          # /global_pose as it was said last
+    estimate: Optional[AmclEstimate]  # AMCL's newest, if there is one
+    estimated_pose_in_map: Optional[Pose2D]  # /global_pose as it was said last
     navigation: NavigatorOutput
 
     def take_true_time(self, now_ns: int) -> None:
@@ -81,23 +82,28 @@ class ScriptedDriver:
 class NavigatingDriver:
     """AMCL, the navigator and the driver of the test's route."""
 
-    def __init__(self, plan: TrialPlan, params: RobotParams, laser_pose_in_base: Pose2D,
-                 schedule: Schedule, send: SendCommand, publications: Publications) -> None:
+    def __init__(
+        self,
+        plan: TrialPlan,
+        params: RobotParams,
+        laser_pose_in_base: Pose2D,
+        schedule: Schedule,
+        send: SendCommand,
+        publications: Publications,
+    ) -> None:
         grid, start = load_map(plan.map), plan.trial.test.start
-        at_start = {'initial_pose_x': start.x, 'initial_pose_y': start.y,
-                    'initial_pose_a': start.yaw}
-        self._amcl = Amcl(params.amcl.model_copy(update=at_start), grid,
-                          generator(plan.trial.number, 'amcl'))
+        at_start = {'initial_pose_x': start.x, 'initial_pose_y': start.y, 'initial_pose_a': start.yaw}
+        self._amcl = Amcl(params.amcl.model_copy(update=at_start), grid, generator(plan.trial.number, 'amcl'))
         self._tolerance_ns = latency_ns(params.amcl.transform_tolerance)
         self._latency_ns = latency_ns(params.latency.localization)
         self._laser_pose = laser_pose_in_base
         self._navigator = Navigator(params.navigator, grid, laser_pose_in_base)
         self._driver = RouteDriver(plan.trial.test)
         self._schedule, self._send, self._publications = schedule, send, publications
-        self._scans: Deque[Scan] = deque()          # that odometry has not come to
+        self._scans: Deque[Scan] = deque()  # that odometry has not come to
         self._is_scan_bad = False
         self._odometry: Optional[OdometryEstimate] = None
-        self._odom_pose_in_map, self._localized_until_ns = IDENTITY, -1     # as /tf has it
+        self._odom_pose_in_map, self._localized_until_ns = IDENTITY, -1  # as /tf has it
         self._goal_status = GoalStatus.NONE
         self.estimated_pose_in_map: Optional[Pose2D] = None
         publications.map(grid)
@@ -138,9 +144,13 @@ class NavigatingDriver:
 
     def _control(self, now_ns: int, odometry: OdometryEstimate) -> None:
         stamp_ns, navigator = odometry.stamp_ns, self._navigator
-        navigator.take_odometry(stamp_ns, odometry.base_pose_in_odom,
-                                odometry.linear_velocity_mps, odometry.angular_velocity_radps,
-                                *odometry.twist_std())
+        navigator.take_odometry(
+            stamp_ns,
+            odometry.base_pose_in_odom,
+            odometry.linear_velocity_mps,
+            odometry.angular_velocity_radps,
+            *odometry.twist_std(),
+        )
         was_active = navigator.status is GoalStatus.ACTIVE
         self.navigation = navigator.step(stamp_ns)
         if was_active:
@@ -152,9 +162,11 @@ class NavigatingDriver:
             self._drive_on(now_ns, stamp_ns)
 
     def _drive_on(self, now_ns: int, stamp_ns: int) -> None:
-        self._apply(now_ns, stamp_ns,
-                   self._driver.step(stamp_ns, self.estimated_pose_in_map, self.navigation.status,
-                                     self.navigation.text))
+        self._apply(
+            now_ns,
+            stamp_ns,
+            self._driver.step(stamp_ns, self.estimated_pose_in_map, self.navigation.status, self.navigation.text),
+        )
 
     def _apply(self, now_ns: int, stamp_ns: int, wanted: DriverOutput) -> None:
         if wanted.goal_in_map is not None:
@@ -191,8 +203,7 @@ class NavigatingDriver:
         self._is_scan_bad = False
         odom_pose_in_map = None if self._amcl.is_lost else self._amcl.odom_pose_in_map
         told_ns = now_ns + self._latency_ns
-        self._schedule.at(told_ns, lambda: self._tell(told_ns, scan.stamp_ns, estimate,
-                                                      odom_pose_in_map))
+        self._schedule.at(told_ns, lambda: self._tell(told_ns, scan.stamp_ns, estimate, odom_pose_in_map))
 
     def _odom_pose_at(self, stamp_ns: int, newest: OdometryEstimate) -> Optional[Pose2D]:
         """As tf2 has it: interpolated between two estimates; None before the first."""
@@ -200,12 +211,12 @@ class NavigatingDriver:
             return newest.base_pose_in_odom
         if self._odometry is None:
             return None
-        share = ((stamp_ns - self._odometry.stamp_ns)
-                 / (newest.stamp_ns - self._odometry.stamp_ns))
+        share = (stamp_ns - self._odometry.stamp_ns) / (newest.stamp_ns - self._odometry.stamp_ns)
         return interpolate(self._odometry.base_pose_in_odom, newest.base_pose_in_odom, share)
 
-    def _tell(self, now_ns: int, stamp_ns: int, estimate: Optional[AmclEstimate],
-              odom_pose_in_map: Optional[Pose2D]) -> None:
+    def _tell(
+        self, now_ns: int, stamp_ns: int, estimate: Optional[AmclEstimate], odom_pose_in_map: Optional[Pose2D]
+    ) -> None:
         if estimate is not None:
             self._publications.amcl_pose(now_ns, estimate)
         if odom_pose_in_map is not None:

@@ -1,4 +1,5 @@
 """How long the parts of the robot take, in a trial in lockstep."""
+
 from __future__ import annotations
 
 from pydantic import Field, field_validator

@@ -2,6 +2,7 @@
 
 Equal trials and parameters give equal numbers, bit for bit.
 """
+
 from __future__ import annotations
 
 import math
@@ -33,28 +34,34 @@ class Report(NamedTuple):
     stamp_ns: int
     true_pose_in_map: Pose2D
     odometry: OdometryEstimate
-    estimated_pose_in_map: Optional[Pose2D]     # /global_pose; None before localization
-    estimate: Optional[AmclEstimate]           # the newest of AMCL's
+    estimated_pose_in_map: Optional[Pose2D]  # /global_pose; None before localization
+    estimate: Optional[AmclEstimate]  # the newest of AMCL's
     navigation: NavigatorOutput
 
 
 class LockstepTrial:
     """One robot in its world, and who drives it. The map's frame is the world's."""
 
-    def __init__(self, plan: TrialPlan, robot_file: Union[str, Path], params: RobotParams,
-                 publications: Optional[Publications] = None) -> None:
+    def __init__(
+        self,
+        plan: TrialPlan,
+        robot_file: Union[str, Path],
+        params: RobotParams,
+        publications: Optional[Publications] = None,
+    ) -> None:
         """
         Raises:
             ConfigError: a file is missing or bad, or the trial is one for the live graph.
         """
         trial = plan.trial
         if trial.odom != 'encoder' or trial.nav == 'upstream' or plan.slam != 'none':
-            raise ConfigError(f'lockstep: given odom {trial.odom}, nav {trial.nav}, slam '
-                              f'{plan.slam}; allowed: encoder; embedded or scripted; none')
+            raise ConfigError(
+                f'lockstep: given odom {trial.odom}, nav {trial.nav}, slam '
+                f'{plan.slam}; allowed: encoder; embedded or scripted; none'
+            )
         self._trial = trial
         self._publications = publications or Publications()
-        self._simulator = Simulator(plan.world, robot_file, params.simulator,
-                                    trial.test.start.pose(), trial.number)
+        self._simulator = Simulator(plan.world, robot_file, params.simulator, trial.test.start.pose(), trial.number)
         self._encoder = DiffEncoder(params.encoder.model_copy(update={'ppr': trial.ppr}))
         self._odometry = WheelOdometry(params.odometry.model_copy(update={'ppr': trial.ppr}))
         self._odometry_latency_ns = latency_ns(params.latency.odometry)
@@ -62,14 +69,13 @@ class LockstepTrial:
         self._schedule = Schedule()
         self._schedule.every(TICK_NS, self._read_joints)
         self._schedule.every(STATES_PERIOD_NS, self._sample_truth)
-        self._schedule.every(round(NANOSECONDS_PER_SECOND / params.simulator.lidar.rate),
-                             self._scan)
+        self._schedule.every(round(NANOSECONDS_PER_SECOND / params.simulator.lidar.rate), self._scan)
         self._driver = self._begin(plan, robot_file, params)
         self._reports: List[Report] = []
         self._true_pose = trial.test.start.pose()
-        self.distance_m = 0.0                   # that base_link has come along the floor
+        self.distance_m = 0.0  # that base_link has come along the floor
         self.last_report: Optional[Report] = None
-        self.ending: Optional[Ending] = None    # None while it runs
+        self.ending: Optional[Ending] = None  # None while it runs
 
     @property
     def time_ns(self) -> int:
@@ -111,15 +117,16 @@ class LockstepTrial:
         try:
             self._publications.begin(plan.trial, self._simulator, robot_file)
             return self._make_driver(plan, params)
-        except BaseException:       # of a full disk, a bad map: nobody else could free the physics
+        except BaseException:  # of a full disk, a bad map: nobody else could free the physics
             self._simulator.close()
             raise
 
     def _make_driver(self, plan: TrialPlan, params: RobotParams) -> Driver:
         if plan.trial.nav == 'scripted':
             return ScriptedDriver(plan, self._send, self._publications)
-        return NavigatingDriver(plan, params, self._simulator.laser_pose_in_base, self._schedule,
-                               self._send, self._publications)
+        return NavigatingDriver(
+            plan, params, self._simulator.laser_pose_in_base, self._schedule, self._send, self._publications
+        )
 
     # ---- at their rates
 
@@ -140,15 +147,13 @@ class LockstepTrial:
         now_ns = self._simulator.time_ns
         # Composed as world_pose_node does, for equal bits.
         pose = WORLD_POSE_IN_MAP.compose(self._simulator.base_pose_in_world())
-        self.distance_m += math.hypot(pose.x_m - self._true_pose.x_m,
-                                      pose.y_m - self._true_pose.y_m)
+        self.distance_m += math.hypot(pose.x_m - self._true_pose.x_m, pose.y_m - self._true_pose.y_m)
         self._true_pose = pose
         self._publications.models(now_ns, self._simulator)
         self._publications.world_pose(now_ns, pose)
         hit = self._simulator.obstacle_hit()
         if hit is not None:
-            raise RouteFailed(Outcome.COLLISION, f'the robot touches {hit} at '
-                                                 f'({pose.x_m:.2f}, {pose.y_m:.2f}) m')
+            raise RouteFailed(Outcome.COLLISION, f'the robot touches {hit} at ({pose.x_m:.2f}, {pose.y_m:.2f}) m')
         self._driver.take_true_time(now_ns)
 
     def _scan(self) -> None:
@@ -161,12 +166,16 @@ class LockstepTrial:
     def _take_odometry(self, now_ns: int, estimate: OdometryEstimate) -> None:
         self._publications.odometry(now_ns, estimate)
         self._driver.take_odometry(now_ns, estimate)
-        self.last_report = Report(estimate.stamp_ns, self._true_pose, estimate,
-                                  self._driver.estimated_pose_in_map, self._driver.estimate,
-                                  self._driver.navigation)
+        self.last_report = Report(
+            estimate.stamp_ns,
+            self._true_pose,
+            estimate,
+            self._driver.estimated_pose_in_map,
+            self._driver.estimate,
+            self._driver.navigation,
+        )
         self._reports.append(self.last_report)
 
     def _send(self, now_ns: int, command: Command, is_navigators: bool) -> None:
         self._publications.command(now_ns, command, is_navigators)
-        self._schedule.at(now_ns + self._command_latency_ns,
-                          lambda: self._simulator.command(*command))
+        self._schedule.at(now_ns + self._command_latency_ns, lambda: self._simulator.command(*command))

@@ -1,4 +1,5 @@
 """What the parts of a trial in lockstep say, topic by topic; who listens, redefines it."""
+
 from __future__ import annotations
 
 from pathlib import Path

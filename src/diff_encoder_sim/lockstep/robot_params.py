@@ -1,4 +1,5 @@
 """The parameters of a robot's every part, as the files of config/ give them."""
+
 from __future__ import annotations
 
 from pathlib import Path
@@ -15,16 +16,22 @@ from diff_encoder_sim.simulation.simulator import SimulatorParams
 
 # The files by their stems, in the order of RobotParams.
 CONFIG_FILES: Dict[str, Tuple[Type[Params], ...]] = {
-    'config': (EncoderParams, OdometryParams), 'simulator': (SimulatorParams,),
-    'amcl': (AmclParams,), 'navigation': (NavigatorParams,),
-    'lockstep': (LatencyParams,)}
+    'config': (EncoderParams, OdometryParams),
+    'simulator': (SimulatorParams,),
+    'amcl': (AmclParams,),
+    'navigation': (NavigatorParams,),
+    'lockstep': (LatencyParams,),
+}
 
 # What a trial sets itself, and from where: an override of it would have no effect.
-SET_BY_TRIALS = {'config.ppr': "the campaign's ppr", 'config.ppr.left': "the campaign's ppr",
-                 'config.ppr.right': "the campaign's ppr",
-                 'amcl.initial_pose_x': "the test's start",
-                 'amcl.initial_pose_y': "the test's start",
-                 'amcl.initial_pose_a': "the test's start"}
+SET_BY_TRIALS = {
+    'config.ppr': "the campaign's ppr",
+    'config.ppr.left': "the campaign's ppr",
+    'config.ppr.right': "the campaign's ppr",
+    'amcl.initial_pose_x': "the test's start",
+    'amcl.initial_pose_y': "the test's start",
+    'amcl.initial_pose_a': "the test's start",
+}
 
 RobotConfig = Dict[str, Dict[str, Any]]
 
@@ -94,11 +101,16 @@ def check_key(key: str) -> None:
     """
     if key in SET_BY_TRIALS:
         raise ConfigError(f'{key}: every trial sets it; allowed: {SET_BY_TRIALS[key]}')
-    known = [f'{stem}.{name}' for stem, params_classes in CONFIG_FILES.items()
-             for params_class in params_classes for name in _dotted_keys(params_class)]
+    known = [
+        f'{stem}.{name}'
+        for stem, params_classes in CONFIG_FILES.items()
+        for params_class in params_classes
+        for name in _dotted_keys(params_class)
+    ]
     if key not in known:
-        hint = did_you_mean(key, known) or ('; allowed: a parameter of a file of config/, such as '
-                                            'simulator.lidar.noise')
+        hint = did_you_mean(key, known) or (
+            '; allowed: a parameter of a file of config/, such as simulator.lidar.noise'
+        )
         raise ConfigError(f'{key}: unknown key{hint}')
 
 
@@ -122,10 +134,8 @@ def _check_it_took_effect(params: RobotParams, key: str, value: Any) -> None:
     """move_base's namespaces overlap: what one sets, another can set again."""
     stem, *path = key.split('.')
     classes = CONFIG_FILES[stem]
-    used: Any = next(part for part in params if isinstance(part, classes)
-                     and path[0] in type(part).model_fields)
+    used: Any = next(part for part in params if isinstance(part, classes) and path[0] in type(part).model_fields)
     for name in path:
         used = getattr(used, name)
     if isinstance(used, (bool, int, float, str)) and used != value:
-        raise ConfigError(f'{key}: given {value!r} has no effect: another key of '
-                          f'config/{stem}.yaml makes it {used!r}')
+        raise ConfigError(f'{key}: given {value!r} has no effect: another key of config/{stem}.yaml makes it {used!r}')

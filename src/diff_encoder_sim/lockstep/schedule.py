@@ -1,4 +1,5 @@
 """Simulated time as a queue: parts at their rates, answers after their latency."""
+
 from __future__ import annotations
 
 import heapq

@@ -1,4 +1,5 @@
 """A whole trial in lockstep, from its plan to its bag and its result."""
+
 from __future__ import annotations
 
 from pathlib import Path
@@ -19,15 +20,14 @@ class TrialResult(NamedTuple):
     """How a trial ended, and where, by each source of poses."""
 
     ending: Ending
-    duration_s: float       # simulated
-    distance_m: float       # that base_link came along the floor
+    duration_s: float  # simulated
+    distance_m: float  # that base_link came along the floor
     # Final pose minus goal, x and y along the map's axes, by odom, amcl, global and world; None
     # where there is no pose.
     errors: Dict[str, Optional[Pose2D]]
 
 
-def run_trial(plan: TrialPlan, robot_file: Union[str, Path], params: RobotParams,
-              record: RecordMode) -> TrialResult:
+def run_trial(plan: TrialPlan, robot_file: Union[str, Path], params: RobotParams, record: RecordMode) -> TrialResult:
     """Run a trial and, unless `record` is none, write its bag to `plan.bag`: whole, or not at all.
 
     Raises:
@@ -43,20 +43,21 @@ def run_trial(plan: TrialPlan, robot_file: Union[str, Path], params: RobotParams
 def _run(trial: LockstepTrial, plan: TrialPlan) -> TrialResult:
     for _ in trial.run():
         pass
-    return TrialResult(trial.ending, trial.time_ns / NANOSECONDS_PER_SECOND, trial.distance_m,
-                       _final_errors(trial, plan))
+    return TrialResult(
+        trial.ending, trial.time_ns / NANOSECONDS_PER_SECOND, trial.distance_m, _final_errors(trial, plan)
+    )
 
 
 def _final_errors(trial: LockstepTrial, plan: TrialPlan) -> Dict[str, Optional[Pose2D]]:
     last, start = trial.last_report, plan.trial.test.start.pose()
-    poses: Dict[str, Optional[Pose2D]] = {'odom': None, 'amcl': None, 'global': None,
-                                          'world': trial.true_pose_in_map}
+    poses: Dict[str, Optional[Pose2D]] = {'odom': None, 'amcl': None, 'global': None, 'world': trial.true_pose_in_map}
     if last is not None:
         # Odometry begins at zero, where the robot was surveyed to stand.
         poses['odom'] = start.compose(last.odometry.base_pose_in_odom)
         poses['amcl'] = last.estimate and last.estimate.base_pose_in_map
         poses['global'] = last.estimated_pose_in_map
     goal = plan.trial.goal()
-    return {source: pose and Pose2D(pose.x_m - goal.x_m, pose.y_m - goal.y_m,
-                                    wrap_angle(pose.yaw_rad - goal.yaw_rad))
-            for source, pose in poses.items()}
+    return {
+        source: pose and Pose2D(pose.x_m - goal.x_m, pose.y_m - goal.y_m, wrap_angle(pose.yaw_rad - goal.yaw_rad))
+        for source, pose in poses.items()
+    }

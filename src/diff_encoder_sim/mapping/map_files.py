@@ -1,4 +1,5 @@
 """Map files as map_server reads and map_saver writes them: a YAML file beside an image."""
+
 from __future__ import annotations
 
 import io
@@ -28,8 +29,9 @@ class MapFileParams(Params):
 
     image: str = Field(min_length=1, description='PGM or PNG; relative to the YAML file')
     resolution: float = Field(gt=0, description='side of a pixel [m]')
-    origin: List[float] = Field(min_length=3, max_length=3,
-                                description='pose of the lower left corner: x, y [m], yaw [rad]')
+    origin: List[float] = Field(
+        min_length=3, max_length=3, description='pose of the lower left corner: x, y [m], yaw [rad]'
+    )
     negate: Literal[0, 1, False, True] = 0
     occupied_thresh: float = Field(0.65, ge=0, le=1)
     free_thresh: float = Field(0.196, ge=0, le=1)
@@ -86,12 +88,10 @@ def load_map(path: Union[str, Path]) -> OccupancyGrid:
     params = load_params(MapFileParams, path)
     cells = _cells(read_image(Path(path).parent / params.image), params)
     # Images have their first row on top, grids at the bottom.
-    return OccupancyGrid(np.ascontiguousarray(cells[::-1]), params.resolution,
-                         Pose2D(*params.origin))
+    return OccupancyGrid(np.ascontiguousarray(cells[::-1]), params.resolution, Pose2D(*params.origin))
 
 
-def save_map(grid: OccupancyGrid, stem: Union[str, Path],
-             params: SavingParams = SavingParams()) -> Path:
+def save_map(grid: OccupancyGrid, stem: Union[str, Path], params: SavingParams = SavingParams()) -> Path:
     """Write STEM.pgm and STEM.yaml as map_saver does; returns the YAML file's path.
 
     Files of these names are replaced, each at one stroke: whoever reads, or a kill, never meets
@@ -107,9 +107,14 @@ def save_map(grid: OccupancyGrid, stem: Union[str, Path],
     pixels = np.full(cells.shape, UNKNOWN_GREY, dtype=np.uint8)
     pixels[(cells >= 0) & (cells <= params.free)] = FREE_GREY
     pixels[cells >= params.occ] = OCCUPIED_GREY
-    description = MapFileParams.from_mapping({
-        'image': f'{stem.name}.pgm', 'resolution': grid.resolution_m,
-        'origin': [round(float(part), ORIGIN_DIGITS) for part in grid.origin]}, str(stem))
+    description = MapFileParams.from_mapping(
+        {
+            'image': f'{stem.name}.pgm',
+            'resolution': grid.resolution_m,
+            'origin': [round(float(part), ORIGIN_DIGITS) for part in grid.origin],
+        },
+        str(stem),
+    )
     text = yaml.safe_dump(description.model_dump(), sort_keys=False)
     yaml_path = stem.parent / f'{stem.name}.yaml'
     image = io.BytesIO()

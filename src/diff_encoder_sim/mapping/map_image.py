@@ -1,4 +1,5 @@
 """The image of a map file: PGM or PNG, of any kind of pixel, as grey or colour of 8 bits."""
+
 from __future__ import annotations
 
 import warnings
@@ -27,11 +28,9 @@ def read_image(path: Path) -> np.ndarray:
             with Image.open(path, formats=FORMATS) as image:
                 return _pixels(image)
     except (Image.DecompressionBombWarning, Image.DecompressionBombError):
-        raise ConfigError(f'{path}: image too large; allowed: at most '
-                          f'{Image.MAX_IMAGE_PIXELS} pixels') from None
+        raise ConfigError(f'{path}: image too large; allowed: at most {Image.MAX_IMAGE_PIXELS} pixels') from None
     except UnidentifiedImageError:
-        raise ConfigError(f'{path}: not an image, or one without pixels; '
-                          f'allowed: PGM or PNG') from None
+        raise ConfigError(f'{path}: not an image, or one without pixels; allowed: PGM or PNG') from None
     except Exception as error:  # of a torn image PIL complains in many types
         reason = getattr(error, 'strerror', None)
         if reason is None:

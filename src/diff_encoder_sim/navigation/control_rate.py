@@ -1,4 +1,5 @@
 """When a control period begins, where odometry comes at a rate of its own."""
+
 from __future__ import annotations
 
 from typing import Optional

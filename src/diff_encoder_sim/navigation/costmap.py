@@ -4,6 +4,7 @@ Three layers as in costmap_2d: the static map, obstacles that scans mark and cle
 inflation of both. Costs: 0 free to 252, 253 inscribed (the robot touches however it stands),
 254 lethal (an obstacle), 255 unknown.
 """
+
 from __future__ import annotations
 
 import math
@@ -46,10 +47,11 @@ class Costmap:
             self._take_map(static_map)
         else:
             self._open_window()
-        self._table = cost_table(self.resolution_m, self.footprint.inscribed_radius_m,
-                                 params.inflation_radius, params.cost_scaling_factor)
+        self._table = cost_table(
+            self.resolution_m, self.footprint.inscribed_radius_m, params.inflation_radius, params.cost_scaling_factor
+        )
         self._limit = radius_in_cells(params.inflation_radius, self.resolution_m)
-        self._changed: Optional[GridWindow] = self._everything()    # not in `_costs` yet
+        self._changed: Optional[GridWindow] = self._everything()  # not in `_costs` yet
 
     def _take_map(self, grid: OccupancyGrid) -> None:
         if grid.cells.size == 0:
@@ -63,10 +65,8 @@ class Costmap:
     def _open_window(self) -> None:
         params = self.params
         self.resolution_m = params.resolution
-        rows, columns = (max(1, round(size_m / params.resolution))
-                         for size_m in (params.height, params.width))
-        self.origin = Pose2D(-0.5 * columns * self.resolution_m, -0.5 * rows * self.resolution_m,
-                             0.0)
+        rows, columns = (max(1, round(size_m / params.resolution)) for size_m in (params.height, params.width))
+        self.origin = Pose2D(-0.5 * columns * self.resolution_m, -0.5 * rows * self.resolution_m, 0.0)
         self._static = None
         self._unseen = NO_INFORMATION if params.track_unknown_space else FREE
         self._allocate((rows, columns))
@@ -117,8 +117,15 @@ class Costmap:
         Below zero where it cannot stand: footprint.IN_OBSTACLE, IN_UNKNOWN or OFF_MAP.
         """
         local = self.pose_in_grid(base_pose)
-        return outline_cost(self.costs, self._per_m, self.footprint.vertices_m, local.x_m,
-                            local.y_m, math.cos(local.yaw_rad), math.sin(local.yaw_rad))
+        return outline_cost(
+            self.costs,
+            self._per_m,
+            self.footprint.vertices_m,
+            local.x_m,
+            local.y_m,
+            math.cos(local.yaw_rad),
+            math.sin(local.yaw_rad),
+        )
 
     def is_static_obstacle(self, x_m: float, y_m: float) -> bool:
         """Whether the static map alone keeps the robot's centre from a point."""
@@ -126,17 +133,16 @@ class Costmap:
         if self._static is None or not self.contains(row, column):
             return False
         reach = math.floor(self.footprint.inscribed_radius_m * self._per_m)
-        near = self._static[max(0, row - reach):row + reach + 1,
-                            max(0, column - reach):column + reach + 1]
+        near = self._static[max(0, row - reach) : row + reach + 1, max(0, column - reach) : column + reach + 1]
         rows, columns = np.nonzero(near == LETHAL)
         squared = (rows - min(row, reach)) ** 2 + (columns - min(column, reach)) ** 2
         return bool(len(squared)) and bool(
-            math.sqrt(squared.min()) * self.resolution_m <= self.footprint.inscribed_radius_m)
+            math.sqrt(squared.min()) * self.resolution_m <= self.footprint.inscribed_radius_m
+        )
 
     # ---- what changes it
 
-    def update(self, base_pose: Pose2D, scan: Optional[Scan] = None,
-               laser_pose: Optional[Pose2D] = None) -> None:
+    def update(self, base_pose: Pose2D, scan: Optional[Scan] = None, laser_pose: Optional[Pose2D] = None) -> None:
         """One cycle: move the window, enter a scan, free the robot's own place.
 
         Args:
@@ -164,8 +170,7 @@ class Costmap:
         """Forget the obstacle layer outside a square of this side around the robot."""
         cleared = np.full_like(self._obstacles, self._unseen)
         if reset_distance_m > 0.0:
-            kept = window_around(self.pose_in_grid(base_pose), 0.5 * reset_distance_m, self._per_m,
-                                 self.shape).cells
+            kept = window_around(self.pose_in_grid(base_pose), 0.5 * reset_distance_m, self._per_m, self.shape).cells
             cleared[kept] = self._obstacles[kept]
         self._obstacles = cleared
         self._note_change(self._everything())
@@ -174,11 +179,23 @@ class Costmap:
         params, source = self.params, self.params.scan
         if not params.observation_sources:
             return
-        clear_and_mark(self._obstacles, self._per_m, laser.x_m, laser.y_m, laser.yaw_rad,
-                       scan.angle_min_rad, scan.angle_increment_rad,
-                       np.asarray(scan.ranges_m, dtype=np.float64), scan.range_min_m,
-                       scan.range_max_m, params.raytrace_range, params.obstacle_range,
-                       source.inf_is_valid, source.clearing, source.marking)
+        clear_and_mark(
+            self._obstacles,
+            self._per_m,
+            laser.x_m,
+            laser.y_m,
+            laser.yaw_rad,
+            scan.angle_min_rad,
+            scan.angle_increment_rad,
+            np.asarray(scan.ranges_m, dtype=np.float64),
+            scan.range_min_m,
+            scan.range_max_m,
+            params.raytrace_range,
+            params.obstacle_range,
+            source.inf_is_valid,
+            source.clearing,
+            source.marking,
+        )
 
     def _clear_footprint(self, base_pose: Pose2D) -> None:
         local = self.pose_in_grid(base_pose)
@@ -198,16 +215,17 @@ class Costmap:
             return
         moved = np.full_like(self._obstacles, self._unseen)
         if abs(down) < rows and abs(right) < columns:
-            moved[max(0, -down):rows - max(0, down), max(0, -right):columns - max(0, right)] = \
-                self._obstacles[max(0, down):rows - max(0, -down),
-                                max(0, right):columns - max(0, -right)]
+            moved[max(0, -down) : rows - max(0, down), max(0, -right) : columns - max(0, right)] = self._obstacles[
+                max(0, down) : rows - max(0, -down), max(0, right) : columns - max(0, -right)
+            ]
         self._obstacles = moved
-        self.origin = Pose2D(self.origin.x_m + right * self.resolution_m,
-                             self.origin.y_m + down * self.resolution_m, 0.0)
+        self.origin = Pose2D(
+            self.origin.x_m + right * self.resolution_m, self.origin.y_m + down * self.resolution_m, 0.0
+        )
 
     def _note_change(self, window: GridWindow) -> None:
         """Have a window refreshed before anyone sees its costs."""
-        if not window.is_empty:      # else all of it is off the map
+        if not window.is_empty:  # else all of it is off the map
             self._changed = window if self._changed is None else self._changed.around_both(window)
 
     def _refresh(self, window: GridWindow) -> None:
@@ -220,8 +238,7 @@ class Costmap:
             seen = obstacles != NO_INFORMATION
             higher = seen & ((static == NO_INFORMATION) | (obstacles > static))
             self._base[window.cells] = np.where(higher, obstacles, static)
-        inflate(self._base, self._costs, self._table, self._limit,
-                *window.with_margin(self._limit, self.shape))
+        inflate(self._base, self._costs, self._table, self._limit, *window.with_margin(self._limit, self.shape))
 
     def _everything(self) -> GridWindow:
         return GridWindow(0, self.shape[0], 0, self.shape[1])
@@ -229,8 +246,10 @@ class Costmap:
 
 def static_costs(cells: np.ndarray, params: CostmapParams) -> np.ndarray:
     """(rows, columns) uint8 costs of occupancy -1 to 100, as costmap_2d's static layer."""
-    scaled = np.zeros(cells.shape) if params.trinary_costmap else \
-        float(LETHAL) * np.maximum(cells, 0) / params.lethal_cost_threshold
+    scaled = (
+        np.zeros(cells.shape)
+        if params.trinary_costmap
+        else float(LETHAL) * np.maximum(cells, 0) / params.lethal_cost_threshold
+    )
     costs = np.where(cells >= params.lethal_cost_threshold, LETHAL, scaled)
-    return np.where(cells < 0, NO_INFORMATION if params.track_unknown_space else FREE,
-                    costs).astype(np.uint8)
+    return np.where(cells < 0, NO_INFORMATION if params.track_unknown_space else FREE, costs).astype(np.uint8)

@@ -3,20 +3,23 @@
 costmap_2d takes a list of plugins, each with parameters in a namespace of its own, or the older
 flat form. Names are the same in both, so a layer's parameters only move up.
 """
+
 from __future__ import annotations
 
 import math
 from typing import Any, Dict, List, Mapping
 
-STATIC, OBSTACLE, INFLATION = (f'costmap_2d::{kind}Layer'
-                               for kind in ('Static', 'Obstacle', 'Inflation'))
+STATIC, OBSTACLE, INFLATION = (f'costmap_2d::{kind}Layer' for kind in ('Static', 'Obstacle', 'Inflation'))
 ORDER = (STATIC, OBSTACLE, INFLATION)
 # What the layers are called where no plugins are listed.
 USUAL_NAMES = {'static_layer': STATIC, 'obstacle_layer': OBSTACLE, 'inflation_layer': INFLATION}
 
 # A layer's own, which mean something else, or nothing, for the whole costmap.
-NOT_MOVED = {STATIC: ('enabled',), INFLATION: ('enabled',),
-             OBSTACLE: ('enabled', 'track_unknown_space', 'transform_tolerance')}
+NOT_MOVED = {
+    STATIC: ('enabled',),
+    INFLATION: ('enabled',),
+    OBSTACLE: ('enabled', 'track_unknown_space', 'transform_tolerance'),
+}
 # A scan source may have ranges of its own; with one source they are the costmap's.
 RANGES = ('obstacle_range', 'raytrace_range')
 CIRCLE_CORNERS = 16
@@ -58,13 +61,13 @@ def _merge_listed_layers(flat: Dict[str, Any]) -> None:
 
 def _checked_plugins(plugins: Any) -> List[Dict[str, str]]:
     if not isinstance(plugins, list) or not all(
-            isinstance(plugin, dict) and isinstance(plugin.get('name'), str)
-            and isinstance(plugin.get('type'), str) for plugin in plugins):
+        isinstance(plugin, dict) and isinstance(plugin.get('name'), str) and isinstance(plugin.get('type'), str)
+        for plugin in plugins
+    ):
         raise ValueError('plugins: a list of {name: ..., type: ...}')
     kinds = [plugin['type'] for plugin in plugins]
     if kinds != [kind for kind in ORDER if kind in kinds]:
-        raise ValueError(f'plugins of the types {", ".join(ORDER)}, in this order, each once '
-                         f'at most')
+        raise ValueError(f'plugins of the types {", ".join(ORDER)}, in this order, each once at most')
     return plugins
 
 
@@ -101,5 +104,4 @@ def _make_footprint_of_radius(flat: Dict[str, Any]) -> None:
     if isinstance(radius_m, bool) or not isinstance(radius_m, (int, float)) or not radius_m > 0.0:
         raise ValueError(f'robot_radius: greater than 0, not {radius_m!r}')
     angles = [2.0 * math.pi * index / CIRCLE_CORNERS for index in range(CIRCLE_CORNERS)]
-    flat['footprint'] = [[radius_m * math.cos(angle), radius_m * math.sin(angle)]
-                         for angle in angles]
+    flat['footprint'] = [[radius_m * math.cos(angle), radius_m * math.sin(angle)] for angle in angles]

@@ -1,4 +1,5 @@
 """Parameters of a costmap, under costmap_2d's names: with a list of plugins, or flat, without."""
+
 from __future__ import annotations
 
 from typing import Any
@@ -28,10 +29,8 @@ class ScanSource(Params):
     sensor_frame: str = Field('', description="accepted: the scan's own counts")
     marking: bool = True
     clearing: bool = Field(True, description="upstream's default is false: nothing is ever cleared")
-    inf_is_valid: bool = Field(
-        True, description='+inf, no return (REP 117), clears; upstream\'s default is false')
-    expected_update_rate: float = Field(
-        0.0, ge=0, description='accepted: input_timeout stops the robot instead [s]')
+    inf_is_valid: bool = Field(True, description="+inf, no return (REP 117), clears; upstream's default is false")
+    expected_update_rate: float = Field(0.0, ge=0, description='accepted: input_timeout stops the robot instead [s]')
     observation_persistence: float = Field(0.0, ge=0, description='accepted: one scan at a time')
     min_obstacle_height: float = Field(0.0, description='accepted: a scan has one height [m]')
     max_obstacle_height: float = Field(2.0, description='as min_obstacle_height')
@@ -48,7 +47,7 @@ class CostmapParams(Params):
     robot_base_frame: str = Field('base_link', min_length=1)
     map_type: Literal['costmap'] = 'costmap'
     map_topic: Literal['map', '/map'] = 'map'
-    static_map: bool = Field(True, description='the size and the walls are the map\'s')
+    static_map: bool = Field(True, description="the size and the walls are the map's")
     rolling_window: bool = Field(False, description='a window that moves with the robot')
     width: float = Field(3.0, gt=0, le=200, description='of a rolling window [m]')
     height: float = Field(3.0, gt=0, le=200, description='of a rolling window [m]')
@@ -58,11 +57,12 @@ class CostmapParams(Params):
     always_send_full_costmap: bool = Field(False, description='accepted: it always is')
     origin_x: float = Field(0.0, description='accepted: the map, or the robot, has the say')
     origin_y: float = Field(0.0, description='as origin_x')
-    transform_tolerance: float = Field(
-        0.3, ge=0, description='accepted: input_timeout stops the robot instead [s]')
+    transform_tolerance: float = Field(0.3, ge=0, description='accepted: input_timeout stops the robot instead [s]')
     track_unknown_space: bool = Field(
-        True, description='what neither map nor scan knows is unknown; false: free, which is '
-                          'the default of a rolling window and of upstream')
+        True,
+        description='what neither map nor scan knows is unknown; false: free, which is '
+        'the default of a rolling window and of upstream',
+    )
     lethal_cost_threshold: int = Field(100, ge=1, le=100, description='occupancy of a wall')
     trinary_costmap: bool = Field(True, description='occupancy below the threshold is free')
     unknown_cost_value: Literal[-1] = -1
@@ -91,7 +91,7 @@ class CostmapParams(Params):
     def _check_kind(self) -> CostmapParams:
         if self.static_map == self.rolling_window:
             raise ValueError('either static_map or rolling_window')
-        if self.width * self.height > MOST_CELLS * self.resolution ** 2:
+        if self.width * self.height > MOST_CELLS * self.resolution**2:
             raise ValueError(f'width, height and resolution of no more than {MOST_CELLS} cells')
         if self.observation_sources not in ('', 'scan'):
             raise ValueError("observation_sources: 'scan', or empty")
@@ -101,5 +101,5 @@ class CostmapParams(Params):
 def local_defaults(**changes: object) -> CostmapParams:
     """The usual local costmap: 3 x 3 m, rolling, in the odom frame."""
     return CostmapParams.from_mapping(
-        {'static_map': False, 'rolling_window': True, 'global_frame': 'odom', **changes}, '')
-
+        {'static_map': False, 'rolling_window': True, 'global_frame': 'odom', **changes}, ''
+    )

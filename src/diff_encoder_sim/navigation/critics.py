@@ -16,6 +16,7 @@ gives a trajectory a cost, the weighted sum decides, and one below zero rejects:
 Distances are those of the trajectory's last point; every point is checked. The kernels are in
 scoring.py.
 """
+
 from __future__ import annotations
 
 OSCILLATION, OBSTACLE, GOAL_FRONT, ALIGNMENT, PATH, GOAL, TWIRLING = range(7)

@@ -2,6 +2,7 @@
 
 But for prune_plan and the weights of path and goal, which stand in config/navigation.yaml.
 """
+
 from __future__ import annotations
 
 from pydantic import Field, model_validator
@@ -18,8 +19,7 @@ class DwaParams(Params):
     """
 
     max_vel_trans: float = Field(0.55, ge=0, description='[m/s]')
-    min_vel_trans: float = Field(
-        0.1, ge=0, description='a slower sample must at least turn with min_vel_theta [m/s]')
+    min_vel_trans: float = Field(0.1, ge=0, description='a slower sample must at least turn with min_vel_theta [m/s]')
     max_vel_x: float = Field(0.55, description='[m/s]')
     min_vel_x: float = Field(0.0, description='negative: may back up [m/s]')
     max_vel_y: float = 0.0
@@ -33,20 +33,19 @@ class DwaParams(Params):
 
     xy_goal_tolerance: float = Field(0.1, gt=0, description='[m]')
     yaw_goal_tolerance: float = Field(0.1, gt=0, description='[rad]')
-    latch_xy_goal_tolerance: bool = Field(
-        False, description='once within xy_goal_tolerance, only turn')
+    latch_xy_goal_tolerance: bool = Field(False, description='once within xy_goal_tolerance, only turn')
     trans_stopped_vel: float = Field(0.1, ge=0, description='slower counts as standing [m/s]')
     theta_stopped_vel: float = Field(0.1, ge=0, description='slower counts as standing [rad/s]')
 
     sim_time: float = Field(1.7, gt=0, le=20, description='length of a trajectory [s]')
     sim_granularity: float = Field(0.025, ge=0.001, description='between its points [m]')
-    angular_sim_granularity: float = Field(
-        0.1, ge=0.001, description='between its points [rad]')
+    angular_sim_granularity: float = Field(0.1, ge=0.001, description='between its points [rad]')
     vx_samples: int = Field(3, ge=1, le=1000)
     vy_samples: int = 10
     vth_samples: int = Field(20, ge=1, le=1000)
-    use_dwa: bool = Field(True, description='sample what one control period can reach; false: '
-                                            'what sim_time can, as base_local_planner')
+    use_dwa: bool = Field(
+        True, description='sample what one control period can reach; false: what sim_time can, as base_local_planner'
+    )
 
     path_distance_bias: float = Field(32.0, ge=0, description='weight of distance from the path')
     goal_distance_bias: float = Field(24.0, ge=0, description='weight of distance from the goal')
@@ -58,19 +57,29 @@ class DwaParams(Params):
     oscillation_reset_dist: float = Field(0.05, ge=0, description='[m]')
     oscillation_reset_angle: float = Field(0.2, ge=0, description='[rad]')
     twist_sigmas: float = Field(
-        0.0, ge=0, description='the last command is believed instead of the odometry\'s twist '
-                               'within so many of its standard deviations; 0: never, as upstream')
+        0.0,
+        ge=0,
+        description="the last command is believed instead of the odometry's twist "
+        'within so many of its standard deviations; 0: never, as upstream',
+    )
     latch_margin: float = Field(
-        0.0, ge=0, le=0.9, description='share of xy_goal_tolerance to be inside of it before it is '
-                                       'latched; 0: none, as upstream')
+        0.0,
+        ge=0,
+        le=0.9,
+        description='share of xy_goal_tolerance to be inside of it before it is latched; 0: none, as upstream',
+    )
     turn_to_path_angle: float = Field(
-        2.0, ge=0, le=3.2, description='turn on the spot to a plan that leads off farther round '
-                                       'than this [rad]; 0: never, as upstream')
+        2.0,
+        ge=0,
+        le=3.2,
+        description='turn on the spot to a plan that leads off farther round than this [rad]; 0: never, as upstream',
+    )
     prune_plan: bool = Field(True, description='forget the plan behind the robot')
 
     stop_time_buffer: float = Field(0.2, ge=0, description='accepted; upstream reads it only')
-    scaling_speed: float = Field(0.25, ge=0, description='accepted; upstream computes a scale '
-                                                         'from it and never applies it')
+    scaling_speed: float = Field(
+        0.25, ge=0, description='accepted; upstream computes a scale from it and never applies it'
+    )
     max_scaling_factor: float = Field(0.2, ge=0, description='as scaling_speed')
     publish_traj_pc: bool = False
     publish_cost_grid_pc: bool = False
@@ -94,7 +103,9 @@ class DwaParams(Params):
         """
         if not self.use_dwa:
             return True
-        fastest_mps = max(min(self.max_vel_x, self.acc_lim_x * control_period_s),
-                          -max(self.min_vel_x, -self.acc_lim_x * control_period_s))
+        fastest_mps = max(
+            min(self.max_vel_x, self.acc_lim_x * control_period_s),
+            -max(self.min_vel_x, -self.acc_lim_x * control_period_s),
+        )
         fastest_radps = min(self.max_vel_theta, self.acc_lim_theta * control_period_s)
         return fastest_mps >= self.min_vel_trans or fastest_radps >= self.min_vel_theta

@@ -1,4 +1,5 @@
 """The robot's outline on the floor, and what it costs to stand somewhere with it."""
+
 from __future__ import annotations
 
 import json
@@ -34,9 +35,12 @@ def _is_polygon(points: List[List[float]]) -> List[List[float]]:
     return points
 
 
-FootprintPolygon = Annotated[List[List[float]], AfterValidator(_is_polygon),
-                             BeforeValidator(_from_text), Field(
-    description='corners [x, y] of the robot in base_link, in order around it [m]')]
+FootprintPolygon = Annotated[
+    List[List[float]],
+    AfterValidator(_is_polygon),
+    BeforeValidator(_from_text),
+    Field(description='corners [x, y] of the robot in base_link, in order around it [m]'),
+]
 
 # ALTO: 0.5 m long, 0.6 m wide, base_link in the middle.
 ALTO_FOOTPRINT = [[0.25, -0.3], [0.25, 0.3], [-0.25, 0.3], [-0.25, -0.3]]
@@ -45,8 +49,8 @@ ALTO_FOOTPRINT = [[0.25, -0.3], [0.25, 0.3], [-0.25, 0.3], [-0.25, -0.3]]
 class Footprint(NamedTuple):
     """A polygon around base_link."""
 
-    vertices_m: np.ndarray         # (n, 2) x, y in base_link, padding included
-    inscribed_radius_m: float      # of the largest circle about base_link inside it
+    vertices_m: np.ndarray  # (n, 2) x, y in base_link, padding included
+    inscribed_radius_m: float  # of the largest circle about base_link inside it
     circumscribed_radius_m: float  # of the smallest circle about base_link around it
 
 
@@ -98,8 +102,7 @@ def _is_inside(x_m: float, y_m: float, corners_m: np.ndarray) -> bool:
     for index in range(len(corners_m)):
         x, y = corners_m[index]
         x_before, y_before = corners_m[before]
-        if (y > y_m) != (y_before > y_m) and \
-                x_m < (x_before - x) * (y_m - y) / (y_before - y) + x:
+        if (y > y_m) != (y_before > y_m) and x_m < (x_before - x) * (y_m - y) / (y_before - y) + x:
             inside = not inside
         before = index
     return inside

@@ -1,4 +1,5 @@
 """The global planner: the cheapest way over a costmap, as navfn."""
+
 from __future__ import annotations
 
 import math
@@ -22,11 +23,12 @@ class NavfnParams(Params):
     """Parameters of the global planner, under navfn's and global_planner's names."""
 
     allow_unknown: bool = Field(True, description='plan through what the map does not know')
-    default_tolerance: float = Field(0.0, ge=0, description='how far from the goal is near enough '
-                                                            'when it is blocked [m]')
+    default_tolerance: float = Field(
+        0.0, ge=0, description='how far from the goal is near enough when it is blocked [m]'
+    )
     use_dijkstra: bool = Field(True, description='false: A*, which looks towards the goal first')
     neutral_cost: float = Field(50.0, ge=1, le=253, description='of a cell of free space')
-    cost_factor: float = Field(0.8, ge=0, description='of the costmap\'s cost on top of it')
+    cost_factor: float = Field(0.8, ge=0, description="of the costmap's cost on top of it")
     planner_window_x: float = Field(0.0, description='accepted; upstream does not use it either')
     planner_window_y: float = Field(0.0, description='as planner_window_x')
     visualize_potential: bool = False
@@ -67,29 +69,31 @@ class GlobalPlanner:
         goal_is_free = weights[goal_cell] < math.inf
         if not goal_is_free and tolerance_m == 0.0:
             raise self._blocked(goal)
-        potential = propagate(weights, *start_cell, *goal_cell, self.params.neutral_cost,
-                              not self.params.use_dijkstra and goal_is_free,
-                              goal_is_free and tolerance_m == 0.0)
+        potential = propagate(
+            weights,
+            *start_cell,
+            *goal_cell,
+            self.params.neutral_cost,
+            not self.params.use_dijkstra and goal_is_free,
+            goal_is_free and tolerance_m == 0.0,
+        )
         end_cell = self._end_cell(potential, goal_cell, goal, tolerance_m)
         path = descend(potential, *end_cell)[::-1]
         if len(path) == 0:
             raise self._unreachable(goal)
-        end = goal if end_cell == goal_cell else \
-            self._centre(end_cell)._replace(yaw_rad=goal.yaw_rad)
+        end = goal if end_cell == goal_cell else self._centre(end_cell)._replace(yaw_rad=goal.yaw_rad)
         return self._plan_along(path, start, end)
 
     def _cell_of(self, what: str, pose: Pose2D) -> Tuple[int, int]:
         if not all(math.isfinite(value) for value in pose):
-            raise PlanError(PlanProblem.NOT_FINITE,
-                            f'{what} ({pose.x_m}, {pose.y_m}, {pose.yaw_rad}) is not finite')
+            raise PlanError(PlanProblem.NOT_FINITE, f'{what} ({pose.x_m}, {pose.y_m}, {pose.yaw_rad}) is not finite')
         if max(abs(pose.x_m), abs(pose.y_m)) <= FARTHEST_M:
             row, column = self.costmap.cell_at(pose.x_m, pose.y_m)
             rows, columns = self.costmap.shape
             # As in navfn the outermost cells are a fence.
             if 0 < row < rows - 1 and 0 < column < columns - 1:
                 return row, column
-        raise PlanError(PlanProblem.OUTSIDE, f'{what} ({pose.x_m:.6g}, {pose.y_m:.6g}) is outside '
-                                             f'the map')
+        raise PlanError(PlanProblem.OUTSIDE, f'{what} ({pose.x_m:.6g}, {pose.y_m:.6g}) is outside the map')
 
     def _weights(self, start_cell: Tuple[int, int], start: Pose2D) -> np.ndarray:
         """(rows, columns) cost of crossing each cell; the robot may always leave where it is."""
@@ -105,14 +109,15 @@ class GlobalPlanner:
         weights[start_cell] = self.params.neutral_cost
         return weights
 
-    def _end_cell(self, potential: np.ndarray, goal_cell: Tuple[int, int], goal: Pose2D,
-                  tolerance_m: float) -> Tuple[int, int]:
+    def _end_cell(
+        self, potential: np.ndarray, goal_cell: Tuple[int, int], goal: Pose2D, tolerance_m: float
+    ) -> Tuple[int, int]:
         """The goal's cell, or the reachable one nearest to it within the tolerance."""
         if potential[goal_cell] < math.inf:
             return goal_cell
         reach = math.floor(tolerance_m * self.costmap.cells_per_m)
         top, left = max(0, goal_cell[0] - reach), max(0, goal_cell[1] - reach)
-        near = potential[top:goal_cell[0] + reach + 1, left:goal_cell[1] + reach + 1]
+        near = potential[top : goal_cell[0] + reach + 1, left : goal_cell[1] + reach + 1]
         rows, columns = np.nonzero(near < math.inf)
         if len(rows) == 0:
             raise self._unreachable(goal)
@@ -122,15 +127,13 @@ class GlobalPlanner:
 
     def _centre(self, cell: Tuple[int, int]) -> Pose2D:
         resolution_m = self.costmap.resolution_m
-        return self.costmap.origin.compose(
-            Pose2D((cell[1] + 0.5) * resolution_m, (cell[0] + 0.5) * resolution_m, 0.0))
+        return self.costmap.origin.compose(Pose2D((cell[1] + 0.5) * resolution_m, (cell[0] + 0.5) * resolution_m, 0.0))
 
     def _plan_along(self, path: np.ndarray, start: Pose2D, end: Pose2D) -> np.ndarray:
         """The plan of a path in cells (n, 2), its ends replaced by the exact poses."""
         origin, local_m = self.costmap.origin, (path + 0.5) * self.costmap.resolution_m
         cos_yaw, sin_yaw = math.cos(origin.yaw_rad), math.sin(origin.yaw_rad)
-        middle_m = local_m[1:-1] @ np.array([[cos_yaw, sin_yaw], [-sin_yaw, cos_yaw]]) \
-            + (origin.x_m, origin.y_m)
+        middle_m = local_m[1:-1] @ np.array([[cos_yaw, sin_yaw], [-sin_yaw, cos_yaw]]) + (origin.x_m, origin.y_m)
         positions_m = np.vstack([[start[:2]], middle_m, [end[:2]]])
         steps_m = np.diff(positions_m, axis=0)
         yaws_rad = np.append(np.arctan2(steps_m[:, 1], steps_m[:, 0]), end.yaw_rad)
@@ -141,13 +144,18 @@ class GlobalPlanner:
         cost = self.costmap.cost_at(goal.x_m, goal.y_m)
         if cost == NO_INFORMATION:
             return PlanError(PlanProblem.BLOCKED, f'{where} is in unknown space')
-        problem, what = (PlanProblem.IN_WALL, 'a wall of the map') \
-            if self.costmap.is_static_obstacle(goal.x_m, goal.y_m) \
+        problem, what = (
+            (PlanProblem.IN_WALL, 'a wall of the map')
+            if self.costmap.is_static_obstacle(goal.x_m, goal.y_m)
             else (PlanProblem.BLOCKED, 'an obstacle')
-        return PlanError(problem, f'{where} is in {what}' if cost == LETHAL else
-                         f'{where} is so close to {what} that the robot would touch it')
+        )
+        return PlanError(
+            problem,
+            f'{where} is in {what}'
+            if cost == LETHAL
+            else f'{where} is so close to {what} that the robot would touch it',
+        )
 
     @staticmethod
     def _unreachable(goal: Pose2D) -> PlanError:
-        return PlanError(PlanProblem.UNREACHABLE,
-                         f'there is no way to the goal ({goal.x_m:.2f}, {goal.y_m:.2f})')
+        return PlanError(PlanProblem.UNREACHABLE, f'there is no way to the goal ({goal.x_m:.2f}, {goal.y_m:.2f})')

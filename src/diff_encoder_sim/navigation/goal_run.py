@@ -1,4 +1,5 @@
 """One goal from plan to end: move_base's executeCycle, with its three states and its patience."""
+
 from __future__ import annotations
 
 import logging
@@ -49,20 +50,20 @@ class GoalRun:
     def __init__(self, tools: Tools, goal: Pose2D, command: Command = STOP) -> None:
         """`command` is in force already: that of the run which this one takes over from."""
         self._tools, self._params = tools, tools.params
-        self._goal = goal                           # in the map frame
+        self._goal = goal  # in the map frame
         self.status, self.phase, self.text = GoalStatus.ACTIVE, Phase.PLANNING, ''
         self.global_plan_in_map = np.empty((0, 3))
         self.local_plan_in_odom = np.empty((0, 3))
-        self.command = command                      # the last one given
-        self._is_under_way = False                  # not before the first step, nor when waiting
+        self.command = command  # the last one given
+        self._is_under_way = False  # not before the first step, nor when waiting
         self._waits_for: Optional[Missing] = None
         self._trigger = Trigger.PLANNING
-        self._problem = ''                          # what recovery was called for
+        self._problem = ''  # what recovery was called for
         self._recovery_index = 0
         self._is_recovering = False
         self._planning_retries = 0
         self._progress_pose: Optional[Pose2D] = None
-        self._planned_ns: Optional[int] = None      # the last attempt, good or not
+        self._planned_ns: Optional[int] = None  # the last attempt, good or not
         self._last_plan_ns = self._last_control_ns = self._last_progress_ns = 0
 
     def wait(self, missing: Missing) -> None:
@@ -117,8 +118,10 @@ class GoalRun:
             self._planning_retries += 1
             if error.problem.is_lasting:
                 self.end(GoalStatus.ABORTED, str(error))
-            elif (_is_over(self._last_plan_ns, self._params.planner_patience, now_ns)
-                  or 0 <= self._params.max_planning_retries < self._planning_retries):
+            elif (
+                _is_over(self._last_plan_ns, self._params.planner_patience, now_ns)
+                or 0 <= self._params.max_planning_retries < self._planning_retries
+            ):
                 self._call_recovery(Trigger.PLANNING)
             return
         if self._trigger is Trigger.PLANNING:
@@ -127,8 +130,7 @@ class GoalRun:
 
     def _replan(self, now_ns: int) -> None:
         self._planned_ns = now_ns
-        self.global_plan_in_map = self._tools.global_planner.make_plan(
-            self._tools.inputs.base_pose_in_map, self._goal)
+        self.global_plan_in_map = self._tools.global_planner.make_plan(self._tools.inputs.base_pose_in_map, self._goal)
         self._tools.local_planner.set_plan(self.global_plan_in_map)
         self._last_plan_ns, self._planning_retries = now_ns, 0
         self.text = DRIVING
@@ -190,21 +192,24 @@ class GoalRun:
         watch.enter(now_ns, self._tools.inputs.odometry.base_pose_in_odom, self.command)
         if watch.is_over_limit:
             watch.forget()
-            self.end(GoalStatus.ABORTED, f'odometry has not moved for {watch.limit_m:.2f} m of '
-                                         f'commanded travel (max_unseen_travel)')
+            self.end(
+                GoalStatus.ABORTED,
+                f'odometry has not moved for {watch.limit_m:.2f} m of commanded travel (max_unseen_travel)',
+            )
 
     def _watch_progress(self, now_ns: int) -> None:
         """move_base's oscillation check: has the robot left where it was?"""
         here, since = self._tools.inputs.base_pose_in_map, self._progress_pose
-        if since is None or math.hypot(here.x_m - since.x_m, here.y_m - since.y_m) \
-                >= self._params.oscillation_distance:
+        if since is None or math.hypot(here.x_m - since.x_m, here.y_m - since.y_m) >= self._params.oscillation_distance:
             self._progress_pose, self._last_progress_ns = here, now_ns
             if self._trigger is Trigger.OSCILLATION:
                 self._recovery_index = 0
-        elif (self.phase is Phase.CONTROLLING and self._params.oscillation_timeout > 0.0
-              and _is_over(self._last_progress_ns, self._params.oscillation_timeout, now_ns)):
-            self.text = f'still within {self._params.oscillation_distance} m after ' \
-                        f'{self._params.oscillation_timeout} s'
+        elif (
+            self.phase is Phase.CONTROLLING
+            and self._params.oscillation_timeout > 0.0
+            and _is_over(self._last_progress_ns, self._params.oscillation_timeout, now_ns)
+        ):
+            self.text = f'still within {self._params.oscillation_distance} m after {self._params.oscillation_timeout} s'
             self._call_recovery(Trigger.OSCILLATION)
 
     # ---- recovery
@@ -225,9 +230,15 @@ class GoalRun:
             recovery.start()
             self._is_recovering = True
         inputs = self._tools.inputs
-        result = recovery.step(RecoveryView(
-            now_ns, inputs.base_pose_in_map, inputs.odometry.base_pose_in_odom,
-            self._tools.global_costmap, self._tools.local_costmap))
+        result = recovery.step(
+            RecoveryView(
+                now_ns,
+                inputs.base_pose_in_map,
+                inputs.odometry.base_pose_in_odom,
+                self._tools.global_costmap,
+                self._tools.local_costmap,
+            )
+        )
         self.text = f'{recovery.name}: {result.text}'
         if not result.is_done:
             return Command(0.0, result.angular_radps)

@@ -1,4 +1,5 @@
 """What the navigator answers each control period."""
+
 from __future__ import annotations
 
 import enum
@@ -49,7 +50,7 @@ STOP = Command(0.0, 0.0)
 class NavigatorOutput(NamedTuple):
     """One control period's result."""
 
-    command: Command      # zero whenever there is nothing to drive for, or no safe way to
+    command: Command  # zero whenever there is nothing to drive for, or no safe way to
     status: GoalStatus
-    phase: Phase          # has a meaning while the status is ACTIVE
-    text: str             # one line for people: what is going on, or why it is over
+    phase: Phase  # has a meaning while the status is ACTIVE
+    text: str  # one line for people: what is going on, or why it is over

@@ -4,6 +4,7 @@ The cost's decay is upstream's inflation layer: lethal in an obstacle, inscribed
 centre would make it touch, then exponential. The distance transform is exact and takes only what
 lies within the inflation radius into account, so that a window costs its area and no more.
 """
+
 from __future__ import annotations
 
 import math
@@ -21,8 +22,9 @@ def radius_in_cells(radius_m: float, resolution_m: float) -> int:
     return max(0, math.ceil(radius_m / resolution_m - 1e-9))
 
 
-def cost_table(resolution_m: float, inscribed_radius_m: float, inflation_radius_m: float,
-               cost_scaling_factor: float) -> np.ndarray:
+def cost_table(
+    resolution_m: float, inscribed_radius_m: float, inflation_radius_m: float, cost_scaling_factor: float
+) -> np.ndarray:
     """(cells^2 + 1,) uint8 cost by the squared distance to the nearest obstacle, in cells^2.
 
     costmap_2d's InflationLayer::computeCost: 252 exp(-factor (distance - inscribed radius)).
@@ -52,12 +54,12 @@ def squared_distances(is_obstacle: np.ndarray, limit: int) -> np.ndarray:
         along_column[0, column] = 0 if is_obstacle[0, column] else limit + 1
     for row in range(1, rows):
         for column in range(columns):
-            along_column[row, column] = 0 if is_obstacle[row, column] else \
-                min(along_column[row - 1, column] + 1, limit + 1)
+            along_column[row, column] = (
+                0 if is_obstacle[row, column] else min(along_column[row - 1, column] + 1, limit + 1)
+            )
     for row in range(rows - 2, -1, -1):
         for column in range(columns):
-            along_column[row, column] = min(along_column[row, column],
-                                            along_column[row + 1, column] + 1)
+            along_column[row, column] = min(along_column[row, column], along_column[row + 1, column] + 1)
     squared = np.empty((rows, columns), np.int32)
     for row in range(rows):
         _nearest_in_row(along_column[row], limit, squared[row])
@@ -67,7 +69,7 @@ def squared_distances(is_obstacle: np.ndarray, limit: int) -> np.ndarray:
 @njit(cache=True)
 def _nearest_in_row(along_column: np.ndarray, limit: int, squared: np.ndarray) -> None:
     columns = len(along_column)
-    near = np.empty(columns, np.int32)   # cells to the nearest column with an obstacle in reach
+    near = np.empty(columns, np.int32)  # cells to the nearest column with an obstacle in reach
     count = limit + 1
     for column in range(columns):
         count = 0 if along_column[column] <= limit else min(count + 1, limit + 1)
@@ -92,8 +94,16 @@ def _nearest_in_row(along_column: np.ndarray, limit: int, squared: np.ndarray) -
 
 
 @njit(cache=True)
-def inflate(base: np.ndarray, costs: np.ndarray, table: np.ndarray, limit: int,
-            first_row: int, last_row: int, first_column: int, last_column: int) -> None:
+def inflate(
+    base: np.ndarray,
+    costs: np.ndarray,
+    table: np.ndarray,
+    limit: int,
+    first_row: int,
+    last_row: int,
+    first_column: int,
+    last_column: int,
+) -> None:
     """Write the inflated costs of a window: rows and columns from first to before last.
 
     Args:

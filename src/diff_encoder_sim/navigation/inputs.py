@@ -1,4 +1,5 @@
 """What the navigator knows of the robot: its newest inputs, how old they are, where it was when."""
+
 from __future__ import annotations
 
 import math
@@ -30,15 +31,15 @@ class OdometrySample(NamedTuple):
     base_pose_in_odom: Pose2D
     linear_mps: float
     angular_radps: float
-    linear_std_mps: float = 0.0       # by its covariance; 0: it says nothing of it
+    linear_std_mps: float = 0.0  # by its covariance; 0: it says nothing of it
     angular_std_radps: float = 0.0
 
 
 class Missing(NamedTuple):
     """An input that cannot be driven by."""
 
-    what: str    # its name
-    why: str     # the rest of the sentence
+    what: str  # its name
+    why: str  # the rest of the sentence
 
     def __str__(self) -> str:
         return f'{self.what} {self.why}'
@@ -61,9 +62,15 @@ class Inputs:
 
     # ---- arrivals
 
-    def take_odometry(self, stamp_ns: int, base_pose_in_odom: Pose2D, linear_mps: float,
-                      angular_radps: float, linear_std_mps: float = 0.0,
-                      angular_std_radps: float = 0.0) -> None:
+    def take_odometry(
+        self,
+        stamp_ns: int,
+        base_pose_in_odom: Pose2D,
+        linear_mps: float,
+        angular_radps: float,
+        linear_std_mps: float = 0.0,
+        angular_std_radps: float = 0.0,
+    ) -> None:
         """Enter /odom. A stamp that is not newer is ignored.
 
         Raises:
@@ -73,8 +80,9 @@ class Inputs:
         _check_finite('odometry', linear_mps, angular_radps, linear_std_mps, angular_std_radps)
         if self._odometry and stamp_ns <= self._odometry[-1].stamp_ns:
             return
-        self._odometry.append(OdometrySample(stamp_ns, base_pose_in_odom, linear_mps,
-                                             angular_radps, linear_std_mps, angular_std_radps))
+        self._odometry.append(
+            OdometrySample(stamp_ns, base_pose_in_odom, linear_mps, angular_radps, linear_std_mps, angular_std_radps)
+        )
         while self._odometry[0].stamp_ns < stamp_ns - HISTORY_NS:
             self._odometry.popleft()
 
@@ -96,17 +104,16 @@ class Inputs:
         """
         if len(scan.ranges_m) == 0:
             raise InputFault('the scan has no rays')
-        _check_finite('the scan', scan.angle_min_rad, scan.angle_increment_rad, scan.range_min_m,
-                      scan.range_max_m)
+        _check_finite('the scan', scan.angle_min_rad, scan.angle_increment_rad, scan.range_min_m, scan.range_max_m)
         ranges_m = np.asarray(scan.ranges_m)
         # An open space is all +inf. A blind laser sends what is no measurement.
-        if not (((ranges_m >= scan.range_min_m) & (ranges_m <= scan.range_max_m))
-                | (ranges_m == math.inf)).any():
-            raise InputFault(f'none of {len(ranges_m)} ranges is valid: from {scan.range_min_m:g} '
-                             f'to {scan.range_max_m:g} m, or +inf for no return')
+        if not (((ranges_m >= scan.range_min_m) & (ranges_m <= scan.range_max_m)) | (ranges_m == math.inf)).any():
+            raise InputFault(
+                f'none of {len(ranges_m)} ranges is valid: from {scan.range_min_m:g} '
+                f'to {scan.range_max_m:g} m, or +inf for no return'
+            )
         self.scan = scan
-        self._scan_pose_in_base = self.laser_pose_in_base if laser_pose_in_base is None \
-            else laser_pose_in_base
+        self._scan_pose_in_base = self.laser_pose_in_base if laser_pose_in_base is None else laser_pose_in_base
 
     # ---- what they tell
 
@@ -141,16 +148,17 @@ class Inputs:
         after = None
         for sample in reversed(self._odometry):
             if sample.stamp_ns <= stamp_ns:
-                return sample.base_pose_in_odom if after is None \
-                    else _between(sample, after, stamp_ns)
+                return sample.base_pose_in_odom if after is None else _between(sample, after, stamp_ns)
             after = sample
         return self._odometry[0].base_pose_in_odom
 
     def missing(self, now_ns: int, timeout_s: float) -> Optional[Missing]:
         """The first of what has not arrived or is too old; None when all is fresh."""
-        stamps = (('odometry', self._odometry[-1].stamp_ns if self._odometry else None),
-                  ('localization (map->odom)', self._localized_ns),
-                  ('scan', self.scan.stamp_ns if self.scan else None))
+        stamps = (
+            ('odometry', self._odometry[-1].stamp_ns if self._odometry else None),
+            ('localization (map->odom)', self._localized_ns),
+            ('scan', self.scan.stamp_ns if self.scan else None),
+        )
         for name, stamp_ns in stamps:
             if stamp_ns is None:
                 return Missing(name, 'has not come yet')

@@ -1,4 +1,5 @@
 """The local planner: the part of the global plan in sight, to the DWA or to stop-and-rotate."""
+
 from __future__ import annotations
 
 import math
@@ -25,7 +26,7 @@ class LocalCommand(NamedTuple):
 
     linear_mps: float
     angular_radps: float
-    poses_in_odom: np.ndarray    # (n, 3); empty while turning at the goal
+    poses_in_odom: np.ndarray  # (n, 3); empty while turning at the goal
 
 
 class LocalPlanner:
@@ -38,9 +39,9 @@ class LocalPlanner:
         self._turn_to_path = TurnToPath(params, sim_period_s)
         self._plan_in_map = self._whole_in_odom = np.empty((0, 3))
         self._goal_in_odom = IDENTITY
-        self._odom_pose_in_map: Optional[Pose2D] = None    # by which these are in odom
-        self.problem = ''            # why the last `compute` gave no command
-        self.plan_in_odom = np.empty((0, 3))   # the part in sight, for displays
+        self._odom_pose_in_map: Optional[Pose2D] = None  # by which these are in odom
+        self.problem = ''  # why the last `compute` gave no command
+        self.plan_in_odom = np.empty((0, 3))  # the part in sight, for displays
 
     def set_plan(self, plan_in_map: np.ndarray) -> None:
         """Follow a new plan (n, 3), n > 0: tolerances are open again, old turns forgotten."""
@@ -54,8 +55,7 @@ class LocalPlanner:
         self._locate(odom_pose_in_map)
         return self._stop_rotate.is_goal_reached(motion, self._goal_in_odom)
 
-    def compute(self, motion: Motion, odom_pose_in_map: Pose2D,
-                costmap: Costmap) -> Optional[LocalCommand]:
+    def compute(self, motion: Motion, odom_pose_in_map: Pose2D, costmap: Costmap) -> Optional[LocalCommand]:
         """The command for the next control period, None where there is none (see `problem`).
 
         Args:
@@ -80,11 +80,9 @@ class LocalPlanner:
         command = self._turn_to_path.command(motion, self.plan_in_odom, is_clear)
         if command is not None:
             return LocalCommand(*command, np.empty((0, 3)))
-        best = self.dwa.find_best(motion.base_pose, motion.linear_mps, motion.angular_radps,
-                                  costmap, self.plan_in_odom)
+        best = self.dwa.find_best(motion.base_pose, motion.linear_mps, motion.angular_radps, costmap, self.plan_in_odom)
         self.problem = 'no velocity is free of collisions and leads on' if best is None else ''
-        return None if best is None else LocalCommand(best.linear_mps, best.angular_radps,
-                                                      best.poses)
+        return None if best is None else LocalCommand(best.linear_mps, best.angular_radps, best.poses)
 
     def odometry_motion(self, odometry: OdometrySample, command: Command) -> Motion:
         """The motion by odometry, with the last command's twist as far as odometry allows it.
@@ -94,11 +92,11 @@ class LocalPlanner:
         the next command is that turn (docs/adr/0007-coarse-twist.md).
         """
         sigmas = self.params.twist_sigmas
-        return Motion(odometry.base_pose_in_odom,
-                      _within(command.linear_mps, odometry.linear_mps,
-                              sigmas * odometry.linear_std_mps),
-                      _within(command.angular_radps, odometry.angular_radps,
-                              sigmas * odometry.angular_std_radps))
+        return Motion(
+            odometry.base_pose_in_odom,
+            _within(command.linear_mps, odometry.linear_mps, sigmas * odometry.linear_std_mps),
+            _within(command.angular_radps, odometry.angular_radps, sigmas * odometry.angular_std_radps),
+        )
 
     def _locate(self, odom_pose_in_map: Pose2D) -> None:
         """Bring plan and goal into the odom frame; localization moves that only now and then."""
@@ -108,13 +106,16 @@ class LocalPlanner:
             goal_in_map = Pose2D(*self._plan_in_map[-1].tolist())
             self._goal_in_odom = goal_in_map.relative_to(odom_pose_in_map)
 
-    def _plan_in_sight(self, base_pose: Pose2D, odom_pose_in_map: Pose2D,
-                       costmap: Costmap) -> np.ndarray:
+    def _plan_in_sight(self, base_pose: Pose2D, odom_pose_in_map: Pose2D, costmap: Costmap) -> np.ndarray:
         """(n, 3) the first stretch of the plan that is about inside the window, in odom."""
         base = odom_pose_in_map.compose(base_pose)
         first, last = stretch_in_sight(
-            self._plan_in_map, base.x_m, base.y_m, 0.5 * max(costmap.shape) * costmap.resolution_m,
-            PRUNE_DISTANCE_M if self.params.prune_plan else 0.0)
+            self._plan_in_map,
+            base.x_m,
+            base.y_m,
+            0.5 * max(costmap.shape) * costmap.resolution_m,
+            PRUNE_DISTANCE_M if self.params.prune_plan else 0.0,
+        )
         in_sight = self._whole_in_odom[first:last]
         if self.params.prune_plan and len(in_sight) > 0:
             self._plan_in_map = self._plan_in_map[first:]
@@ -123,8 +124,7 @@ class LocalPlanner:
 
 
 @njit(cache=True)
-def stretch_in_sight(plan: np.ndarray, x_m: float, y_m: float, sight_m: float, prune_m: float
-                     ) -> Tuple[int, int]:
+def stretch_in_sight(plan: np.ndarray, x_m: float, y_m: float, sight_m: float, prune_m: float) -> Tuple[int, int]:
     """First and behind the last of a plan's points (n, 3) to follow from a place; (0, 0) for none.
 
     From the first within `sight_m`, or the first after it within `prune_m`, to the first that is
@@ -154,6 +154,5 @@ def _within(value: float, centre: float, band: float) -> float:
 def _transform(plan: np.ndarray, frame: Pose2D) -> np.ndarray:
     """(n, 3) poses of a plan, given in `frame`, in its parent; yaw is not wrapped."""
     cos_yaw, sin_yaw = math.cos(frame.yaw_rad), math.sin(frame.yaw_rad)
-    positions = plan[:, :2] @ np.array([[cos_yaw, sin_yaw], [-sin_yaw, cos_yaw]]) \
-        + (frame.x_m, frame.y_m)
+    positions = plan[:, :2] @ np.array([[cos_yaw, sin_yaw], [-sin_yaw, cos_yaw]]) + (frame.x_m, frame.y_m)
     return np.column_stack([positions, plan[:, 2] + frame.yaw_rad])

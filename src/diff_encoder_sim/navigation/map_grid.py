@@ -2,6 +2,7 @@
 
 base_local_planner's MapGrid: a wavefront over the four neighbours, in cells.
 """
+
 from __future__ import annotations
 
 import math
@@ -17,8 +18,15 @@ TO_PLAN, TO_END, TO_FRONT = range(3)
 
 
 @njit(cache=True)
-def plan_distances(costs: np.ndarray, per_m: float, origin: np.ndarray, plan: np.ndarray,
-                   base: np.ndarray, nose_m: float, grids: np.ndarray) -> bool:
+def plan_distances(
+    costs: np.ndarray,
+    per_m: float,
+    origin: np.ndarray,
+    plan: np.ndarray,
+    base: np.ndarray,
+    nose_m: float,
+    grids: np.ndarray,
+) -> bool:
     """Fill `grids` (3, rows, columns) int32: cells to the plan, to its end, to the nose's goal.
 
     Args:
@@ -40,14 +48,15 @@ def plan_distances(costs: np.ndarray, per_m: float, origin: np.ndarray, plan: np
     bearing_rad = math.atan2(plan_m[-1, 1] - base[1], plan_m[-1, 0] - base[0])
     front_m[-1, 0] += nose_m * math.cos(bearing_rad)
     front_m[-1, 1] += nose_m * math.sin(bearing_rad)
-    return (plan_distance(costs, per_m, plan_m, False, grids[TO_PLAN])
-            and plan_distance(costs, per_m, plan_m, True, grids[TO_END])
-            and plan_distance(costs, per_m, front_m, True, grids[TO_FRONT]))
+    return (
+        plan_distance(costs, per_m, plan_m, False, grids[TO_PLAN])
+        and plan_distance(costs, per_m, plan_m, True, grids[TO_END])
+        and plan_distance(costs, per_m, front_m, True, grids[TO_FRONT])
+    )
 
 
 @njit(cache=True)
-def plan_distance(costs: np.ndarray, per_m: float, plan_m: np.ndarray, only_end: bool,
-                  distance: np.ndarray) -> bool:
+def plan_distance(costs: np.ndarray, per_m: float, plan_m: np.ndarray, only_end: bool, distance: np.ndarray) -> bool:
     """Fill `distance` (rows, columns) int32; False where no point of the plan is on known cells.
 
     Cells that block the robot's centre get the number of cells, cells that the wave does not
@@ -72,21 +81,20 @@ def plan_distance(costs: np.ndarray, per_m: float, plan_m: np.ndarray, only_end:
     is_free = np.zeros((rows + 2) * wide, np.bool_)
     for row in range(rows):
         first = (row + 1) * wide + 1
-        fenced[first:first + columns] = distance[row]
-        is_free[first:first + columns] = costs[row] < INSCRIBED
+        fenced[first : first + columns] = distance[row]
+        is_free[first : first + columns] = costs[row] < INSCRIBED
     for place in range(filled):
         row, column = queue[place] // columns, queue[place] % columns
         queue[place] = (row + 1) * wide + column + 1
     _spread(fenced, is_free, wide, blocked, queue, filled)
     for row in range(rows):
         first = (row + 1) * wide + 1
-        distance[row] = fenced[first:first + columns]
+        distance[row] = fenced[first : first + columns]
     return True
 
 
 @njit(cache=True)
-def _spread(fenced: np.ndarray, is_free: np.ndarray, wide: int, blocked: int, queue: np.ndarray,
-            filled: int) -> None:
+def _spread(fenced: np.ndarray, is_free: np.ndarray, wide: int, blocked: int, queue: np.ndarray, filled: int) -> None:
     """Run the wave over a flat grid, `wide` cells a row, from the cells in the queue."""
     unreached = blocked + 1
     taken = 0
@@ -106,8 +114,9 @@ def _spread(fenced: np.ndarray, is_free: np.ndarray, wide: int, blocked: int, qu
 
 
 @njit(cache=True)
-def _seed(costs: np.ndarray, per_m: float, plan_m: np.ndarray, only_end: bool,
-          distance: np.ndarray, queue: np.ndarray) -> int:
+def _seed(
+    costs: np.ndarray, per_m: float, plan_m: np.ndarray, only_end: bool, distance: np.ndarray, queue: np.ndarray
+) -> int:
     """Put the plan's cells at distance 0 into the queue; returns how many."""
     rows, columns = costs.shape
     filled, end = 0, -1
@@ -120,8 +129,7 @@ def _seed(costs: np.ndarray, per_m: float, plan_m: np.ndarray, only_end: bool,
         for step in range(1, steps + 1):
             row = math.floor((plan_m[before, 1] + y_step * step / steps) * per_m)
             column = math.floor((plan_m[before, 0] + x_step * step / steps) * per_m)
-            if 0 <= row < rows and 0 <= column < columns \
-                    and costs[row, column] != NO_INFORMATION:
+            if 0 <= row < rows and 0 <= column < columns and costs[row, column] != NO_INFORMATION:
                 end = row * columns + column
                 if not only_end and distance[row, column] != 0:
                     distance[row, column] = 0
@@ -133,8 +141,7 @@ def _seed(costs: np.ndarray, per_m: float, plan_m: np.ndarray, only_end: bool,
 
 
 @njit(cache=True)
-def _finish_seed(only_end: bool, end: int, filled: int, columns: int, distance: np.ndarray,
-                 queue: np.ndarray) -> int:
+def _finish_seed(only_end: bool, end: int, filled: int, columns: int, distance: np.ndarray, queue: np.ndarray) -> int:
     if only_end and end >= 0:
         distance[end // columns, end % columns] = 0
         queue[0] = end

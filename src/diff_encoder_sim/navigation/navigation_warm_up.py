@@ -1,4 +1,5 @@
 """Compiling ahead: the first control period must not take the seconds that numba needs."""
+
 from __future__ import annotations
 
 import math
@@ -23,8 +24,7 @@ def warm_up() -> None:
     cells = np.full((CELLS, CELLS), OCCUPIED, np.int8)
     cells[1:-1, 1:-1] = FREE
     corner_m = -0.5 * CELLS * RESOLUTION_M
-    navigator = Navigator(NavigatorParams(),
-                          OccupancyGrid(cells, RESOLUTION_M, Pose2D(corner_m, corner_m, 0.0)))
+    navigator = Navigator(NavigatorParams(), OccupancyGrid(cells, RESOLUTION_M, Pose2D(corner_m, corner_m, 0.0)))
     navigator.set_goal(Pose2D(1.0, 0.0, 0.0))
     # Ahead of the robot, then at the goal but turned away from its heading.
     for period, pose in enumerate((IDENTITY, Pose2D(1.0, 0.0, 1.0))):

@@ -7,6 +7,7 @@ One control period:
 All time comes with the arguments; there is no clock, no thread and no randomness, so that equal
 inputs give equal commands. The global plan is made in the map frame, the local one in odom.
 """
+
 from __future__ import annotations
 
 import logging
@@ -38,8 +39,9 @@ TIME_TOLERANCE_NS = 100_000_000
 class Navigator:
     """Drives a robot over a map to goals."""
 
-    def __init__(self, params: NavigatorParams, static_map: OccupancyGrid,
-                 laser_pose_in_base: Pose2D = IDENTITY) -> None:
+    def __init__(
+        self, params: NavigatorParams, static_map: OccupancyGrid, laser_pose_in_base: Pose2D = IDENTITY
+    ) -> None:
         self.params = params
         self.inputs = Inputs(laser_pose_in_base)
         self._timeline = Timeline(TIME_TOLERANCE_NS)
@@ -55,11 +57,15 @@ class Navigator:
         global_costmap = Costmap(params.global_costmap, static_map)
         local_costmap = Costmap(params.local_costmap)
         self._tools = Tools(
-            params, self.inputs, global_costmap, local_costmap,
+            params,
+            self.inputs,
+            global_costmap,
+            local_costmap,
             GlobalPlanner(params.NavfnROS, global_costmap),
             LocalPlanner(params.DWAPlannerROS, params.control_period_s),
             recoveries(params, local_costmap),
-            TravelWatch(params.max_unseen_travel, local_costmap.footprint.inscribed_radius_m))
+            TravelWatch(params.max_unseen_travel, local_costmap.footprint.inscribed_radius_m),
+        )
         self._global_updated_ns: Optional[int] = None
         self._local_updated_ns: Optional[int] = None
 
@@ -74,8 +80,7 @@ class Navigator:
         if self._run and self._run.status is GoalStatus.ACTIVE:
             self._run.end(GoalStatus.PREEMPTED, text)
 
-    def make_plan(self, start: Optional[Pose2D], goal: Pose2D,
-                  tolerance_m: float = 0.0) -> np.ndarray:
+    def make_plan(self, start: Optional[Pose2D], goal: Pose2D, tolerance_m: float = 0.0) -> np.ndarray:
         """(n, 3) a plan in the map frame that nobody follows; `start` None is the robot.
 
         Raises:
@@ -85,7 +90,8 @@ class Navigator:
         if start is None and not self.inputs.knows_pose:
             raise InputFault('where the robot is, is not known yet')
         return self._tools.global_planner.make_plan(
-            self.inputs.base_pose_in_map if start is None else start, goal, tolerance_m)
+            self.inputs.base_pose_in_map if start is None else start, goal, tolerance_m
+        )
 
     def clear_costmaps(self) -> None:
         """Forget all obstacles that are not on the map."""
@@ -122,8 +128,7 @@ class Navigator:
     @property
     def plan_in_sight_in_odom(self) -> np.ndarray:
         """(n, 3) the part of the global plan that is followed now; empty without a goal."""
-        return self.local_planner.plan_in_odom if self.status is GoalStatus.ACTIVE \
-            else np.empty((0, 3))
+        return self.local_planner.plan_in_odom if self.status is GoalStatus.ACTIVE else np.empty((0, 3))
 
     @property
     def local_planner(self) -> LocalPlanner:
@@ -132,15 +137,22 @@ class Navigator:
 
     # ---- arrivals
 
-    def take_odometry(self, stamp_ns: int, base_pose_in_odom: Pose2D, linear_mps: float,
-                      angular_radps: float, linear_std_mps: float = 0.0,
-                      angular_std_radps: float = 0.0) -> None:
+    def take_odometry(
+        self,
+        stamp_ns: int,
+        base_pose_in_odom: Pose2D,
+        linear_mps: float,
+        angular_radps: float,
+        linear_std_mps: float = 0.0,
+        angular_std_radps: float = 0.0,
+    ) -> None:
         """Enter /odom; raises InputFault for numbers that are not finite.
 
         The standard deviations are those of the twist; 0 where nothing is known of them.
         """
-        self.inputs.take_odometry(stamp_ns, base_pose_in_odom, linear_mps, angular_radps,
-                                  linear_std_mps, angular_std_radps)
+        self.inputs.take_odometry(
+            stamp_ns, base_pose_in_odom, linear_mps, angular_radps, linear_std_mps, angular_std_radps
+        )
 
     def take_localization(self, stamp_ns: int, odom_pose_in_map: Pose2D) -> None:
         """Enter map->odom with its stamp; raises InputFault for numbers that are not finite."""
@@ -179,8 +191,7 @@ class Navigator:
 
     def _restart(self, now_ns: int) -> None:
         """Time was reset: nothing that is known is of this time."""
-        log.warning('time went back to %.3f s: navigation restarted',
-                    now_ns / NANOSECONDS_PER_SECOND)
+        log.warning('time went back to %.3f s: navigation restarted', now_ns / NANOSECONDS_PER_SECOND)
         self.cancel('time went back')
         self.inputs.reset()
         self._tools.travel_watch.forget()
@@ -191,12 +202,12 @@ class Navigator:
         """Each costmap at its own rate, with the newest scan from where that was taken."""
         inputs, params = self.inputs, self.params
         if self._is_due(self._local_updated_ns, params.local_costmap.update_frequency, now_ns):
-            self.local_costmap.update(inputs.odometry.base_pose_in_odom, inputs.scan,
-                                      inputs.laser_pose_in_odom())
+            self.local_costmap.update(inputs.odometry.base_pose_in_odom, inputs.scan, inputs.laser_pose_in_odom())
             self._local_updated_ns = now_ns
         if self._is_due(self._global_updated_ns, params.global_costmap.update_frequency, now_ns):
-            self.global_costmap.update(inputs.base_pose_in_map, inputs.scan,
-                                       inputs.odom_pose_in_map.compose(inputs.laser_pose_in_odom()))
+            self.global_costmap.update(
+                inputs.base_pose_in_map, inputs.scan, inputs.odom_pose_in_map.compose(inputs.laser_pose_in_odom())
+            )
             self._global_updated_ns = now_ns
 
     @staticmethod

@@ -1,4 +1,5 @@
 """Parameters of the navigator: move_base's, with those of its parts in move_base's namespaces."""
+
 from __future__ import annotations
 
 from typing import Any, List
@@ -26,36 +27,37 @@ class NavigatorParams(Params):
     """The whole tree below move_base's private namespace."""
 
     controller_frequency: float = Field(20.0, gt=0, le=1000, description='[Hz]')
-    planner_frequency: float = Field(0.0, ge=0, description='of new plans on the way [Hz]; 0: '
-                                                            'only when one is needed')
+    planner_frequency: float = Field(0.0, ge=0, description='of new plans on the way [Hz]; 0: only when one is needed')
     planner_patience: float = Field(5.0, ge=0, description='without a plan, before recovery [s]')
-    controller_patience: float = Field(
-        15.0, ge=0, description='without a command, before recovery [s]')
+    controller_patience: float = Field(15.0, ge=0, description='without a command, before recovery [s]')
     max_planning_retries: int = Field(-1, ge=-1, description='before recovery; -1: no limit')
-    oscillation_timeout: float = Field(
-        0.0, ge=0, description='without getting on, before recovery [s]; 0: no limit')
+    oscillation_timeout: float = Field(0.0, ge=0, description='without getting on, before recovery [s]; 0: no limit')
     oscillation_distance: float = Field(0.5, ge=0, description='that counts as getting on [m]')
     recovery_behavior_enabled: bool = True
     clearing_rotation_allowed: bool = Field(True, description="of upstream's usual recoveries")
     conservative_reset_dist: float = Field(3.0, ge=0, description='[m]')
     input_timeout: float = Field(
-        0.5, gt=0, description='odometry, localization or scan older than this stop the robot [s]')
+        0.5, gt=0, description='odometry, localization or scan older than this stop the robot [s]'
+    )
     max_unseen_travel: float = Field(
-        0.3, ge=0, description='commanded while the pose of odometry stays the same, before the '
-                               'goal is given up [m]; 0: no limit, as upstream')
+        0.3,
+        ge=0,
+        description='commanded while the pose of odometry stays the same, before the '
+        'goal is given up [m]; 0: no limit, as upstream',
+    )
     base_global_planner: Literal['navfn/NavfnROS'] = 'navfn/NavfnROS'
-    base_local_planner: Literal['dwa_local_planner/DWAPlannerROS'] = \
-        'dwa_local_planner/DWAPlannerROS'
+    base_local_planner: Literal['dwa_local_planner/DWAPlannerROS'] = 'dwa_local_planner/DWAPlannerROS'
     shutdown_costmaps: bool = Field(False, description='accepted: they are always kept up')
     recovery_behaviors: List[BehaviourParams] = Field(
-        [], description="in the order they are tried; empty: upstream's usual four")
+        [], description="in the order they are tried; empty: upstream's usual four"
+    )
     clearing_radius: float = Field(0.46, description='accepted; upstream reads it only')
     make_plan_clear_costmap: bool = Field(True, description='accepted: planning changes no costmap')
-    make_plan_add_unreachable_goal: bool = Field(
-        True, description='accepted: a plan ends where the robot can get to')
+    make_plan_add_unreachable_goal: bool = Field(True, description='accepted: a plan ends where the robot can get to')
     restore_defaults: bool = Field(False, description='accepted; of dynamic_reconfigure')
     latch_xy_goal_tolerance: bool = Field(
-        False, description="the DWA's, which upstream reads here and not in its namespace")
+        False, description="the DWA's, which upstream reads here and not in its namespace"
+    )
 
     global_costmap: CostmapParams = CostmapParams()
     local_costmap: CostmapParams = local_defaults()
@@ -71,8 +73,7 @@ class NavigatorParams(Params):
     @classmethod
     def _take_latch(cls, given: Any) -> Any:
         name, planner = 'latch_xy_goal_tolerance', 'DWAPlannerROS'
-        if not (isinstance(given, dict) and name in given
-                and isinstance(given.get(planner, {}), dict)):
+        if not (isinstance(given, dict) and name in given and isinstance(given.get(planner, {}), dict)):
             return given
         return {**given, planner: {**given.get(planner, {}), name: given[name]}}
 
@@ -87,14 +88,13 @@ class NavigatorParams(Params):
     def _check_together(self) -> NavigatorParams:
         if self.global_costmap.rolling_window or self.local_costmap.static_map:
             raise ValueError('a static global_costmap and a rolling local_costmap')
-        frames = {costmap.global_frame.lstrip('/')
-                  for costmap in (self.global_costmap, self.local_costmap)}
+        frames = {costmap.global_frame.lstrip('/') for costmap in (self.global_costmap, self.local_costmap)}
         if len(frames) == 1:
-            raise ValueError("local_costmap.global_frame that is /odom's, such as odom, and not "
-                             "global_costmap's")
+            raise ValueError("local_costmap.global_frame that is /odom's, such as odom, and not global_costmap's")
         if not self.DWAPlannerROS.can_start(self.control_period_s):
             raise ValueError(
                 'DWAPlannerROS whose min_vel_trans or min_vel_theta can be reached from a stand '
                 'in one control period (acc_lim_x, acc_lim_theta over controller_frequency), else '
-                'the robot never moves; min_vel_trans: 0.0 is safe')
+                'the robot never moves; min_vel_trans: 0.0 is safe'
+            )
         return self

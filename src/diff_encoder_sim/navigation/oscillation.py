@@ -2,6 +2,7 @@
 
 base_local_planner's OscillationCostFunction, for forward and backward and for left and right.
 """
+
 from __future__ import annotations
 
 from typing import Optional
@@ -49,8 +50,9 @@ class OscillationMemory:
 
     def allowed(self) -> np.ndarray:
         """(4,) bool: forward, backward, left, right."""
-        return np.array([self._linear.allows(1), self._linear.allows(-1),
-                         self._angular.allows(1), self._angular.allows(-1)])
+        return np.array(
+            [self._linear.allows(1), self._linear.allows(-1), self._angular.allows(1), self._angular.allows(-1)]
+        )
 
     def update(self, base_pose: Pose2D, linear_mps: float, angular_radps: float) -> None:
         """Enter the command that was chosen at a pose."""
@@ -67,5 +69,4 @@ class OscillationMemory:
         params = self._params
         squared_m = (base_pose.x_m - since.x_m) ** 2 + (base_pose.y_m - since.y_m) ** 2
         turned_rad = abs(wrap_angle(base_pose.yaw_rad - since.yaw_rad))
-        return (squared_m > params.oscillation_reset_dist ** 2
-                or turned_rad > params.oscillation_reset_angle)
+        return squared_m > params.oscillation_reset_dist**2 or turned_rad > params.oscillation_reset_angle

@@ -1,4 +1,5 @@
 """Why there is no plan."""
+
 from __future__ import annotations
 
 import enum

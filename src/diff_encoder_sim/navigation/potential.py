@@ -6,6 +6,7 @@ order of cost, where navfn takes them in rough batches, and the interpolation is
 of the eikonal equation (Sethian, A fast marching level set method, 1996), of which navfn's is a
 quadratic fit.
 """
+
 from __future__ import annotations
 
 import math
@@ -14,13 +15,20 @@ from typing import Tuple
 import numpy as np
 from numba import njit
 
-STEP_CELLS = 0.5   # along the descent, navfn's pathStep
+STEP_CELLS = 0.5  # along the descent, navfn's pathStep
 
 
 @njit(cache=True)
-def propagate(weights: np.ndarray, start_row: int, start_column: int, goal_row: int,
-              goal_column: int, least_weight: float, uses_heuristic: bool, stops_at_goal: bool
-              ) -> np.ndarray:
+def propagate(
+    weights: np.ndarray,
+    start_row: int,
+    start_column: int,
+    goal_row: int,
+    goal_column: int,
+    least_weight: float,
+    uses_heuristic: bool,
+    stops_at_goal: bool,
+) -> np.ndarray:
     """(rows, columns) float64 potential: cost from the start, inf where not reached.
 
     Args:
@@ -42,10 +50,9 @@ def propagate(weights: np.ndarray, start_row: int, start_column: int, goal_row: 
         key, cell = keys[0], cells[0]
         size = _pop(keys, cells, size)
         row, column = cell // columns, cell % columns
-        ahead = least_weight * math.hypot(row - goal_row, column - goal_column) \
-            if uses_heuristic else 0.0
+        ahead = least_weight * math.hypot(row - goal_row, column - goal_column) if uses_heuristic else 0.0
         if key > potential[row, column] + ahead + 1e-9:
-            continue                      # an entry that a cheaper way has overtaken
+            continue  # an entry that a cheaper way has overtaken
         if key > enough:
             break
         if stops_at_goal and row == goal_row and column == goal_column:
@@ -74,10 +81,13 @@ def _wave(potential: np.ndarray, weights: np.ndarray, row: int, column: int) -> 
     weight = weights[row, column]
     if weight == np.inf:
         return np.inf
-    along = min(potential[row, column - 1] if column > 0 else np.inf,
-                potential[row, column + 1] if column + 1 < columns else np.inf)
-    across = min(potential[row - 1, column] if row > 0 else np.inf,
-                 potential[row + 1, column] if row + 1 < rows else np.inf)
+    along = min(
+        potential[row, column - 1] if column > 0 else np.inf,
+        potential[row, column + 1] if column + 1 < columns else np.inf,
+    )
+    across = min(
+        potential[row - 1, column] if row > 0 else np.inf, potential[row + 1, column] if row + 1 < rows else np.inf
+    )
     low, high = min(along, across), max(along, across)
     if high - low >= weight:
         return low + weight
@@ -181,8 +191,11 @@ def _slope(potential: np.ndarray, row: int, column: int, down: int, right: int) 
     slope = 0.0
     if row - down >= 0 and column - right >= 0 and potential[row - down, column - right] < np.inf:
         slope += potential[row, column] - potential[row - down, column - right]
-    if row + down < potential.shape[0] and column + right < potential.shape[1] \
-            and potential[row + down, column + right] < np.inf:
+    if (
+        row + down < potential.shape[0]
+        and column + right < potential.shape[1]
+        and potential[row + down, column + right] < np.inf
+    ):
         slope += potential[row + down, column + right] - potential[row, column]
     return slope
 
@@ -197,7 +210,7 @@ def _interpolated(potential: np.ndarray, x: float, y: float) -> float:
     height = 0.0
     for corner in range(4):
         share = (down if corner // 2 else 1.0 - down) * (right if corner % 2 else 1.0 - right)
-        if share > 0.0:               # 0 times infinity is no number
+        if share > 0.0:  # 0 times infinity is no number
             height += share * potential[row + corner // 2, column + corner % 2]
     return height
 

@@ -1,4 +1,5 @@
 """The obstacle layer's update: clear along each ray, mark its end, free the robot's outline."""
+
 from __future__ import annotations
 
 import math
@@ -12,11 +13,23 @@ FREE = 0
 
 
 @njit(cache=True)
-def clear_and_mark(cells: np.ndarray, per_m: float, x_m: float, y_m: float, yaw_rad: float,
-                   angle_min_rad: float, angle_increment_rad: float, ranges_m: np.ndarray,
-                   range_min_m: float, range_max_m: float, raytrace_range_m: float,
-                   obstacle_range_m: float, inf_is_valid: bool, clears: bool,
-                   marks: bool) -> None:
+def clear_and_mark(
+    cells: np.ndarray,
+    per_m: float,
+    x_m: float,
+    y_m: float,
+    yaw_rad: float,
+    angle_min_rad: float,
+    angle_increment_rad: float,
+    ranges_m: np.ndarray,
+    range_min_m: float,
+    range_max_m: float,
+    raytrace_range_m: float,
+    obstacle_range_m: float,
+    inf_is_valid: bool,
+    clears: bool,
+    marks: bool,
+) -> None:
     """Enter one scan into an obstacle layer.
 
     All rays clear before any marks: a ray that grazes what another one hit must not erase it. A
@@ -81,8 +94,7 @@ def free_outline(cells: np.ndarray, per_m: float, corners_m: np.ndarray) -> None
 
 
 @njit(cache=True)
-def _clear_ray(cells: np.ndarray, row: int, column: int, to_row: int, to_column: int,
-               with_end: bool) -> None:
+def _clear_ray(cells: np.ndarray, row: int, column: int, to_row: int, to_column: int, with_end: bool) -> None:
     """Free the cells of a line (Bresenham) up to its end or the edge of the grid."""
     rows, columns = cells.shape
     down, right = abs(to_row - row), abs(to_column - column)

@@ -1,4 +1,5 @@
 """Recovery behaviours: forget obstacles, turn around, in the hope that a way opens."""
+
 from __future__ import annotations
 
 import math
@@ -10,8 +11,12 @@ from diff_encoder_sim.navigation.dwa_params import DwaParams
 from diff_encoder_sim.navigation.navigator_params import CLEAR_COSTMAP, ROTATE, NavigatorParams
 
 # What move_base does when it is not told: clear far away, turn, clear close by, turn.
-USUAL = (('conservative_reset', CLEAR_COSTMAP), ('rotate_recovery', ROTATE),
-         ('aggressive_reset', CLEAR_COSTMAP), ('rotate_recovery', ROTATE))
+USUAL = (
+    ('conservative_reset', CLEAR_COSTMAP),
+    ('rotate_recovery', ROTATE),
+    ('aggressive_reset', CLEAR_COSTMAP),
+    ('rotate_recovery', ROTATE),
+)
 
 # clear_costmap_recovery's own, for behaviours of other names.
 RESET_DISTANCE_M = 3.0
@@ -107,9 +112,10 @@ class Rotate(Recovery):
 
     def _can_turn(self, costmap: Costmap, pose: Pose2D, left_rad: float) -> bool:
         steps = math.ceil(left_rad / self.sim_granularity_rad)
-        return all(costmap.footprint_cost(
-            pose._replace(yaw_rad=pose.yaw_rad + step * self.sim_granularity_rad)) >= 0.0
-            for step in range(steps))
+        return all(
+            costmap.footprint_cost(pose._replace(yaw_rad=pose.yaw_rad + step * self.sim_granularity_rad)) >= 0.0
+            for step in range(steps)
+        )
 
 
 def recoveries(params: NavigatorParams, costmap: Costmap) -> List[Recovery]:
@@ -117,9 +123,15 @@ def recoveries(params: NavigatorParams, costmap: Costmap) -> List[Recovery]:
     if not params.recovery_behavior_enabled:
         return []
     wanted = [(one.name, one.type) for one in params.recovery_behaviors] or [
-        (name, kind) for name, kind in USUAL if params.clearing_rotation_allowed or kind != ROTATE]
-    reset_distances_m = {'conservative_reset': params.conservative_reset_dist,
-                         'aggressive_reset': 4.0 * costmap.footprint.circumscribed_radius_m}
-    return [Rotate(name, params.DWAPlannerROS) if kind == ROTATE
-            else ClearCostmap(name, reset_distances_m.get(name, RESET_DISTANCE_M))
-            for name, kind in wanted]
+        (name, kind) for name, kind in USUAL if params.clearing_rotation_allowed or kind != ROTATE
+    ]
+    reset_distances_m = {
+        'conservative_reset': params.conservative_reset_dist,
+        'aggressive_reset': 4.0 * costmap.footprint.circumscribed_radius_m,
+    }
+    return [
+        Rotate(name, params.DWAPlannerROS)
+        if kind == ROTATE
+        else ClearCostmap(name, reset_distances_m.get(name, RESET_DISTANCE_M))
+        for name, kind in wanted
+    ]

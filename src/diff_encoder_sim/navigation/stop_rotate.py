@@ -1,4 +1,5 @@
 """The last metre: stop at the goal, turn to its heading (LatchedStopRotateController)."""
+
 from __future__ import annotations
 
 import math
@@ -14,7 +15,7 @@ ClearanceCheck = Callable[[float, float], bool]
 class Motion(NamedTuple):
     """Where the robot is and how it moves, by its odometry."""
 
-    base_pose: Pose2D            # in the frame of the goal
+    base_pose: Pose2D  # in the frame of the goal
     linear_mps: float
     angular_radps: float
 
@@ -43,12 +44,13 @@ class LatchedStopRotate:
 
     def is_goal_reached(self, motion: Motion, goal: Pose2D) -> bool:
         """Whether the robot stands at the goal, position and heading within tolerance."""
-        return (self.is_position_reached(motion, goal)
-                and abs(self._turn_left(motion, goal)) <= self.params.yaw_goal_tolerance
-                and self._is_stopped(motion))
+        return (
+            self.is_position_reached(motion, goal)
+            and abs(self._turn_left(motion, goal)) <= self.params.yaw_goal_tolerance
+            and self._is_stopped(motion)
+        )
 
-    def command(self, motion: Motion, goal: Pose2D,
-                is_clear: ClearanceCheck) -> Optional[Tuple[float, float]]:
+    def command(self, motion: Motion, goal: Pose2D, is_clear: ClearanceCheck) -> Optional[Tuple[float, float]]:
         """(linear [m/s], angular [rad/s]) to stop and then turn; None where that would collide."""
         turn_rad = self._turn_left(motion, goal)
         if abs(turn_rad) <= self.params.yaw_goal_tolerance:
@@ -66,16 +68,18 @@ class LatchedStopRotate:
         return wrap_angle(goal.yaw_rad - motion.base_pose.yaw_rad)
 
     def _is_stopped(self, motion: Motion) -> bool:
-        return (abs(motion.linear_mps) <= self.params.trans_stopped_vel
-                and abs(motion.angular_radps) <= self.params.theta_stopped_vel)
+        return (
+            abs(motion.linear_mps) <= self.params.trans_stopped_vel
+            and abs(motion.angular_radps) <= self.params.theta_stopped_vel
+        )
 
     def _slow_down(self, motion: Motion) -> Tuple[float, float]:
         """One period of braking at the acceleration limits."""
-        brakes = (self.params.acc_lim_x * self._sim_period_s,
-                  self.params.acc_lim_theta * self._sim_period_s)
-        return (math.copysign(max(0.0, abs(motion.linear_mps) - brakes[0]), motion.linear_mps),
-                math.copysign(max(0.0, abs(motion.angular_radps) - brakes[1]),
-                              motion.angular_radps))
+        brakes = (self.params.acc_lim_x * self._sim_period_s, self.params.acc_lim_theta * self._sim_period_s)
+        return (
+            math.copysign(max(0.0, abs(motion.linear_mps) - brakes[0]), motion.linear_mps),
+            math.copysign(max(0.0, abs(motion.angular_radps) - brakes[1]), motion.angular_radps),
+        )
 
     def _turning_speed(self, turn_rad: float, angular_radps: float) -> float:
         """The rest of the turn in a second, if reachable and if it can still be stopped."""

@@ -1,4 +1,5 @@
 """Where velocity samples lead: base_local_planner's SimpleTrajectoryGenerator."""
+
 from __future__ import annotations
 
 import math
@@ -9,11 +10,13 @@ from numba import njit
 
 
 @njit(cache=True)
-def step_count(linear_mps: float, angular_radps: float, sim_time_s: float, granularity_m: float,
-               angular_granularity_rad: float) -> int:
+def step_count(
+    linear_mps: float, angular_radps: float, sim_time_s: float, granularity_m: float, angular_granularity_rad: float
+) -> int:
     """Points of a trajectory, none farther apart than the granularities."""
-    return math.ceil(max(abs(linear_mps) * sim_time_s / granularity_m,
-                         abs(angular_radps) * sim_time_s / angular_granularity_rad))
+    return math.ceil(
+        max(abs(linear_mps) * sim_time_s / granularity_m, abs(angular_radps) * sim_time_s / angular_granularity_rad)
+    )
 
 
 @njit(cache=True)
@@ -25,9 +28,16 @@ def approach(value: float, target: float, largest_step: float) -> float:
 
 
 @njit(cache=True)
-def roll_out(pose: np.ndarray, twist: np.ndarray, sample: np.ndarray, steps: int,
-             sim_time_s: float, accelerations: np.ndarray, accelerates: bool,
-             points: np.ndarray) -> None:
+def roll_out(
+    pose: np.ndarray,
+    twist: np.ndarray,
+    sample: np.ndarray,
+    steps: int,
+    sim_time_s: float,
+    accelerations: np.ndarray,
+    accelerates: bool,
+    points: np.ndarray,
+) -> None:
     """Fill `points` (steps, 3) x, y, yaw: from the start pose, the end of the last step left out.
 
     Args:
@@ -51,9 +61,15 @@ def roll_out(pose: np.ndarray, twist: np.ndarray, sample: np.ndarray, steps: int
 
 
 @njit(cache=True)
-def roll_out_all(pose: np.ndarray, twist: np.ndarray, samples: np.ndarray, simulation: np.ndarray,
-                 limits: np.ndarray, accelerations: np.ndarray, accelerates: bool
-                 ) -> Tuple[np.ndarray, np.ndarray]:
+def roll_out_all(
+    pose: np.ndarray,
+    twist: np.ndarray,
+    samples: np.ndarray,
+    simulation: np.ndarray,
+    limits: np.ndarray,
+    accelerations: np.ndarray,
+    accelerates: bool,
+) -> Tuple[np.ndarray, np.ndarray]:
     """(n, most steps, 3) points of each sample, and (n,) how many: 0 where it is no trajectory.
 
     Args:
@@ -67,11 +83,11 @@ def roll_out_all(pose: np.ndarray, twist: np.ndarray, samples: np.ndarray, simul
         linear_mps, angular_radps = abs(samples[index, 0]), abs(samples[index, 1])
         is_too_slow = linear_mps + 1e-4 < limits[0] and angular_radps + 1e-4 < limits[2]
         if not is_too_slow and linear_mps - 1e-4 <= limits[1]:
-            steps[index] = step_count(linear_mps, angular_radps, simulation[0], simulation[1],
-                                      simulation[2])
+            steps[index] = step_count(linear_mps, angular_radps, simulation[0], simulation[1], simulation[2])
     points = np.empty((len(samples), steps.max(), 3))
     for index in range(len(samples)):
         if steps[index] > 0:
-            roll_out(pose, twist, samples[index], steps[index], simulation[0], accelerations,
-                     accelerates, points[index])
+            roll_out(
+                pose, twist, samples[index], steps[index], simulation[0], accelerations, accelerates, points[index]
+            )
     return points, steps

@@ -1,4 +1,5 @@
 """Does the odometry see the robot move? An encoder that came off sends the same pose for ever."""
+
 from __future__ import annotations
 
 from typing import Optional
@@ -28,8 +29,7 @@ class TravelWatch:
         if base_pose_in_odom != self._pose:
             self.unseen_m, self._pose = 0.0, base_pose_in_odom
         else:
-            speed_mps = (abs(command.linear_mps)
-                         + abs(command.angular_radps) * self._turning_radius_m)
+            speed_mps = abs(command.linear_mps) + abs(command.angular_radps) * self._turning_radius_m
             self.unseen_m += speed_mps * max(0, now_ns - self._entered_ns) / NANOSECONDS_PER_SECOND
         self._entered_ns = now_ns
 

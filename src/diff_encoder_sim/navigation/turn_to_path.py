@@ -5,6 +5,7 @@ measure the nose first gets farther from the goal however the robot turns: a loc
 dynamic window is too small to see across (`test_navigation_dwa.py` shows it). Upstream has it too;
 ROS 2's rotation shim controller is the same remedy. turn_to_path_angle: 0.0 switches it off.
 """
+
 from __future__ import annotations
 
 import math
@@ -37,8 +38,7 @@ class TurnToPath:
         self._is_turning = False
         self._turner.reset()
 
-    def command(self, motion: Motion, plan: np.ndarray,
-                is_clear: ClearanceCheck) -> Optional[Tuple[float, float]]:
+    def command(self, motion: Motion, plan: np.ndarray, is_clear: ClearanceCheck) -> Optional[Tuple[float, float]]:
         """(linear [m/s], angular [rad/s]) of the turn; None when there is none to make.
 
         Args:
@@ -68,7 +68,6 @@ def bearing_ahead(plan: np.ndarray, x_m: float, y_m: float) -> float:
             nearest, least_m = index, distance_m
     ahead, travelled_m = nearest, 0.0
     while ahead < len(plan) - 1 and travelled_m < LOOKAHEAD_M:
-        travelled_m += math.hypot(plan[ahead + 1, 0] - plan[ahead, 0],
-                                  plan[ahead + 1, 1] - plan[ahead, 1])
+        travelled_m += math.hypot(plan[ahead + 1, 0] - plan[ahead, 0], plan[ahead + 1, 1] - plan[ahead, 1])
         ahead += 1
     return math.atan2(plan[ahead, 1] - y_m, plan[ahead, 0] - x_m)

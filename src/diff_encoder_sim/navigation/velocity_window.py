@@ -2,6 +2,7 @@
 
 Fox, Burgard and Thrun, The dynamic window approach to collision avoidance, 1997, section III-A.
 """
+
 from __future__ import annotations
 
 from typing import NamedTuple
@@ -21,8 +22,9 @@ class VelocityWindow(NamedTuple):
     max_angular_radps: float
 
 
-def velocity_window(params: DwaParams, linear_mps: float, angular_radps: float,
-                    sim_period_s: float, goal_distance_m: float) -> VelocityWindow:
+def velocity_window(
+    params: DwaParams, linear_mps: float, angular_radps: float, sim_period_s: float, goal_distance_m: float
+) -> VelocityWindow:
     """What the acceleration limits leave around a twist, within the velocity limits.
 
     With use_dwa, what one control period reaches. Without, what sim_time reaches, no faster than
@@ -40,7 +42,8 @@ def velocity_window(params: DwaParams, linear_mps: float, angular_radps: float,
         _clamp(linear_mps - linear_change, params.min_vel_x, max_linear_mps),
         _clamp(linear_mps + linear_change, params.min_vel_x, max_linear_mps),
         _clamp(angular_radps - angular_change, -params.max_vel_theta, params.max_vel_theta),
-        _clamp(angular_radps + angular_change, -params.max_vel_theta, params.max_vel_theta))
+        _clamp(angular_radps + angular_change, -params.max_vel_theta, params.max_vel_theta),
+    )
 
 
 def _clamp(value: float, low: float, high: float) -> float:
@@ -66,13 +69,18 @@ def samples_between(low: float, high: float, count: int) -> np.ndarray:
             samples[filled] = 0.0
             filled += 1
     samples[filled] = high
-    return samples[:filled + 1]
+    return samples[: filled + 1]
 
 
 @njit(cache=True)
-def _velocity_samples(min_linear_mps: float, max_linear_mps: float, min_angular_radps: float,
-                      max_angular_radps: float, linear_count: int, angular_count: int
-                      ) -> np.ndarray:
+def _velocity_samples(
+    min_linear_mps: float,
+    max_linear_mps: float,
+    min_angular_radps: float,
+    max_angular_radps: float,
+    linear_count: int,
+    angular_count: int,
+) -> np.ndarray:
     linear = samples_between(min_linear_mps, max_linear_mps, linear_count)
     angular = samples_between(min_angular_radps, max_angular_radps, angular_count)
     samples = np.empty((len(linear) * len(angular), 2))

@@ -3,6 +3,7 @@
 Why in this way: docs/adr/0002-odometry-covariance.md. Matrices are worked out in plain numbers:
 for so small ones, numpy's calls take far longer than the arithmetic.
 """
+
 from __future__ import annotations
 
 import math
@@ -20,8 +21,14 @@ PULSE_VARIANCE = 1.0 / 12.0
 RESIDUAL_PULSES = 0.03
 
 
-def propagate_motion_noise(covariance: np.ndarray, yaw_rad: float, left_m: float, right_m: float,
-                           wheel_separation_m: float, motion_noise: float) -> np.ndarray:
+def propagate_motion_noise(
+    covariance: np.ndarray,
+    yaw_rad: float,
+    left_m: float,
+    right_m: float,
+    wheel_separation_m: float,
+    motion_noise: float,
+) -> np.ndarray:
     """3x3 covariance of (x, y, yaw) after one more step of both wheels.
 
     Siegwart and Nourbakhsh, Introduction to Autonomous Mobile Robots, section 5.2.4: each
@@ -39,26 +46,29 @@ def propagate_motion_noise(covariance: np.ndarray, yaw_rad: float, left_m: float
     cos_yaw, sin_yaw = math.cos(mid_yaw_rad), math.sin(mid_yaw_rad)
     lever, turn = 0.5 * travel_m / wheel_separation_m, 1.0 / wheel_separation_m
     # What a metre of the left and of the right wheel adds to the pose.
-    by_wheels = ((0.5 * cos_yaw + lever * sin_yaw, 0.5 * sin_yaw - lever * cos_yaw, -turn),
-                 (0.5 * cos_yaw - lever * sin_yaw, 0.5 * sin_yaw + lever * cos_yaw, turn))
+    by_wheels = (
+        (0.5 * cos_yaw + lever * sin_yaw, 0.5 * sin_yaw - lever * cos_yaw, -turn),
+        (0.5 * cos_yaw - lever * sin_yaw, 0.5 * sin_yaw + lever * cos_yaw, turn),
+    )
     variances = (motion_noise * abs(left_m), motion_noise * abs(right_m))
-    return (_turned_by_heading(covariance, -travel_m * sin_yaw, travel_m * cos_yaw)
-            + _covariance(by_wheels, variances))
+    return _turned_by_heading(covariance, -travel_m * sin_yaw, travel_m * cos_yaw) + _covariance(by_wheels, variances)
 
 
-def _turned_by_heading(covariance: np.ndarray, x_per_yaw_m: float,
-                       y_per_yaw_m: float) -> np.ndarray:
+def _turned_by_heading(covariance: np.ndarray, x_per_yaw_m: float, y_per_yaw_m: float) -> np.ndarray:
     """J C J' of a 3x3 covariance C, for a J that is the identity but for x and y by yaw."""
     (xx, xy, x_yaw), (_, yy, y_yaw), (_, _, yaw_yaw) = covariance.tolist()
     new_x_yaw, new_y_yaw = x_yaw + x_per_yaw_m * yaw_yaw, y_yaw + y_per_yaw_m * yaw_yaw
     new_xy = xy + x_per_yaw_m * y_yaw + y_per_yaw_m * new_x_yaw
-    return np.array([[xx + x_per_yaw_m * (x_yaw + new_x_yaw), new_xy, new_x_yaw],
-                     [new_xy, yy + y_per_yaw_m * (y_yaw + new_y_yaw), new_y_yaw],
-                     [new_x_yaw, new_y_yaw, yaw_yaw]])
+    return np.array(
+        [
+            [xx + x_per_yaw_m * (x_yaw + new_x_yaw), new_xy, new_x_yaw],
+            [new_xy, yy + y_per_yaw_m * (y_yaw + new_y_yaw), new_y_yaw],
+            [new_x_yaw, new_y_yaw, yaw_yaw],
+        ]
+    )
 
 
-def _covariance(columns: Iterable[Tuple[float, float, float]],
-                variances: Iterable[float]) -> np.ndarray:
+def _covariance(columns: Iterable[Tuple[float, float, float]], variances: Iterable[float]) -> np.ndarray:
     """3x3 of an (x, y, yaw) that moves by a column times an error for each, of its own variance."""
     xx = xy = yy = x_yaw = y_yaw = yaw_yaw = 0.0
     for (x, y, yaw), variance in zip(columns, variances):
@@ -71,8 +81,9 @@ def _covariance(columns: Iterable[Tuple[float, float, float]],
     return np.array([[xx, xy, x_yaw], [xy, yy, y_yaw], [x_yaw, y_yaw, yaw_yaw]])
 
 
-def quantisation_covariance(base_pose_in_odom: Pose2D, left_m_per_pulse: float,
-                            right_m_per_pulse: float, wheel_separation_m: float) -> np.ndarray:
+def quantisation_covariance(
+    base_pose_in_odom: Pose2D, left_m_per_pulse: float, right_m_per_pulse: float, wheel_separation_m: float
+) -> np.ndarray:
     """3x3 covariance of (x, y, yaw) that whole pulses cause: bounded, no random walk.
 
     Each wheel stands anywhere within a pulse twice: at the start and now. What it had left of its
@@ -83,13 +94,17 @@ def quantisation_covariance(base_pose_in_odom: Pose2D, left_m_per_pulse: float,
     """
     x_m, y_m, yaw_rad = base_pose_in_odom
     cos_yaw, sin_yaw = math.cos(yaw_rad), math.sin(yaw_rad)
-    x_turns, y_turns, turn = (x_m / wheel_separation_m, y_m / wheel_separation_m,
-                              1.0 / wheel_separation_m)
+    x_turns, y_turns, turn = (x_m / wheel_separation_m, y_m / wheel_separation_m, 1.0 / wheel_separation_m)
     # Where a metre of the left and of the right wheel at the start, and of both now, moves the
     # pose; last what does not average out, along x and along y.
-    columns = ((0.5 + y_turns, -x_turns, -turn), (0.5 - y_turns, x_turns, turn),
-               (0.5 * cos_yaw, 0.5 * sin_yaw, -turn), (0.5 * cos_yaw, 0.5 * sin_yaw, turn),
-               (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
-    left, right = PULSE_VARIANCE * left_m_per_pulse ** 2, PULSE_VARIANCE * right_m_per_pulse ** 2
+    columns = (
+        (0.5 + y_turns, -x_turns, -turn),
+        (0.5 - y_turns, x_turns, turn),
+        (0.5 * cos_yaw, 0.5 * sin_yaw, -turn),
+        (0.5 * cos_yaw, 0.5 * sin_yaw, turn),
+        (1.0, 0.0, 0.0),
+        (0.0, 1.0, 0.0),
+    )
+    left, right = PULSE_VARIANCE * left_m_per_pulse**2, PULSE_VARIANCE * right_m_per_pulse**2
     residual = (RESIDUAL_PULSES * max(left_m_per_pulse, right_m_per_pulse)) ** 2
     return _covariance(columns, (left, right, left, right, residual, residual))

@@ -4,6 +4,7 @@ Pulses are accumulated as whole numbers and only then turned into metres, so the
 function of the totals and never random-walks, and an equal motion gives an equal pose however it
 is split into samples.
 """
+
 from __future__ import annotations
 
 import functools
@@ -45,10 +46,8 @@ class OdometryParams(Params):
     wheel_separation: float = Field(0.4, gt=0, description='between the contact points [m]')
     counter_modulus: CounterModulus = 0
     velocity_window: int = Field(1, ge=1, description='report intervals that the twist spans')
-    motion_noise: float = Field(
-        1e-6, ge=0, description='variance of a wheel\'s travel per metre of it [m^2/m]')
-    max_wheel_speed: float = Field(
-        100.0, gt=0, description='a faster wheel [rad/s] is a counter that was restarted')
+    motion_noise: float = Field(1e-6, ge=0, description="variance of a wheel's travel per metre of it [m^2/m]")
+    max_wheel_speed: float = Field(100.0, gt=0, description='a faster wheel [rad/s] is a counter that was restarted')
     odom_frame: str = Field('odom', min_length=1)
     base_frame: str = Field('base_link', min_length=1)
     publish_tf: bool = True
@@ -58,11 +57,11 @@ class OdometryEstimate(NamedTuple):
     """What the wheels tell at one instant."""
 
     stamp_ns: int
-    base_pose_in_odom: Pose2D      # yaw in [-pi, pi)
-    linear_velocity_mps: float     # along base_link's x, signed
+    base_pose_in_odom: Pose2D  # yaw in [-pi, pi)
+    linear_velocity_mps: float  # along base_link's x, signed
     angular_velocity_radps: float  # counter-clockwise
-    pose_covariance: np.ndarray    # 3x3 over (x [m], y [m], yaw [rad]) in the odom frame
-    twist_covariance: np.ndarray   # 2x2 over (linear [m/s], angular [rad/s])
+    pose_covariance: np.ndarray  # 3x3 over (x [m], y [m], yaw [rad]) in the odom frame
+    twist_covariance: np.ndarray  # 2x2 over (linear [m/s], angular [rad/s])
 
     def twist_std(self) -> Tuple[float, float]:
         """Standard deviations of the twist, linear [m/s] and angular [rad/s]."""
@@ -93,8 +92,7 @@ class WheelOdometry:
         self._pose = IDENTITY
         self._motion_covariance = np.zeros((3, 3))
 
-    def update(self, stamp_ns: int, left_count: int,
-               right_count: int) -> Optional[OdometryEstimate]:
+    def update(self, stamp_ns: int, left_count: int, right_count: int) -> Optional[OdometryEstimate]:
         """Take one report of the counters; None when its stamp is stale.
 
         A stamp that jumps back restarts from pose zero. A count that jumps further than a wheel
@@ -109,8 +107,11 @@ class WheelOdometry:
         if step is Step.STALE:
             return None
         if step is Step.RESTART:
-            log.warning('encoder stamps went back to %.3f s: odometry restarted at pose zero',
-                        stamp_ns / NANOSECONDS_PER_SECOND, extra=EVENT)
+            log.warning(
+                'encoder stamps went back to %.3f s: odometry restarted at pose zero',
+                stamp_ns / NANOSECONDS_PER_SECOND,
+                extra=EVENT,
+            )
             self.reset()
         self._integrate(_Report(stamp_ns, left_count, right_count))
         return self._estimate(stamp_ns)
@@ -128,30 +129,40 @@ class WheelOdometry:
         right_pulses = count_difference(report.right_pulses, previous.right_pulses, modulus)
         interval_s = (report.stamp_ns - previous.stamp_ns) / NANOSECONDS_PER_SECOND
         if self._is_implausible(left_pulses, right_pulses, interval_s):
-            log.warning('%d left and %d right pulses in %.3f s are faster than max_wheel_speed: '
-                        'taken as a counter restart, the pose is kept',
-                        left_pulses, right_pulses, interval_s, extra=EVENT)
+            log.warning(
+                '%d left and %d right pulses in %.3f s are faster than max_wheel_speed: '
+                'taken as a counter restart, the pose is kept',
+                left_pulses,
+                right_pulses,
+                interval_s,
+                extra=EVENT,
+            )
             left_pulses = right_pulses = 0
         total = self._totals[-1]
-        self._totals.append(_Report(report.stamp_ns, total.left_pulses + left_pulses,
-                                    total.right_pulses + right_pulses))
+        self._totals.append(
+            _Report(report.stamp_ns, total.left_pulses + left_pulses, total.right_pulses + right_pulses)
+        )
         if left_pulses or right_pulses:
-            self._move_pose(left_pulses * self._left_m_per_pulse,
-                            right_pulses * self._right_m_per_pulse)
+            self._move_pose(left_pulses * self._left_m_per_pulse, right_pulses * self._right_m_per_pulse)
 
     def _move_pose(self, left_m: float, right_m: float) -> None:
         start = self._pose
-        moved = move_along_arc(start, 0.5 * (left_m + right_m),
-                               (right_m - left_m) / self.params.wheel_separation)
+        moved = move_along_arc(start, 0.5 * (left_m + right_m), (right_m - left_m) / self.params.wheel_separation)
         # The heading comes from the totals: adding up rounded increments would let it drift.
         self._pose = moved._replace(yaw_rad=self._heading_rad(self._totals[-1]))
         self._motion_covariance = propagate_motion_noise(
-            self._motion_covariance, start.yaw_rad, left_m, right_m,
-            self.params.wheel_separation, self.params.motion_noise)
+            self._motion_covariance,
+            start.yaw_rad,
+            left_m,
+            right_m,
+            self.params.wheel_separation,
+            self.params.motion_noise,
+        )
 
     def _heading_rad(self, total: _Report) -> float:
-        return (total.right_pulses * self._right_m_per_pulse
-                - total.left_pulses * self._left_m_per_pulse) / self.params.wheel_separation
+        return (
+            total.right_pulses * self._right_m_per_pulse - total.left_pulses * self._left_m_per_pulse
+        ) / self.params.wheel_separation
 
     def _is_implausible(self, left_pulses: int, right_pulses: int, interval_s: float) -> bool:
         ppr = self.params.ppr
@@ -161,11 +172,10 @@ class WheelOdometry:
     def _estimate(self, stamp_ns: int) -> OdometryEstimate:
         linear_mps, angular_radps, twist_covariance = self._twist()
         pose_covariance = self._motion_covariance + quantisation_covariance(
-            self._pose, self._left_m_per_pulse, self._right_m_per_pulse,
-            self.params.wheel_separation)
+            self._pose, self._left_m_per_pulse, self._right_m_per_pulse, self.params.wheel_separation
+        )
         wrapped_pose = IDENTITY.compose(self._pose)
-        return OdometryEstimate(stamp_ns, wrapped_pose, linear_mps, angular_radps,
-                                pose_covariance, twist_covariance)
+        return OdometryEstimate(stamp_ns, wrapped_pose, linear_mps, angular_radps, pose_covariance, twist_covariance)
 
     def _twist(self) -> Tuple[float, float, np.ndarray]:
         """Mean twist over the window [m/s, rad/s] and its 2x2 covariance."""
@@ -179,9 +189,9 @@ class WheelOdometry:
         linear_mps, angular_radps = (jacobian @ (left_m, right_m)).tolist()
         # A difference of two readings carries two independent rounding errors.
         travel_variance = [
-            2.0 * PULSE_VARIANCE * m_per_pulse ** 2 + self.params.motion_noise * abs(travel_m)
-            for m_per_pulse, travel_m in ((self._left_m_per_pulse, left_m),
-                                          (self._right_m_per_pulse, right_m))]
+            2.0 * PULSE_VARIANCE * m_per_pulse**2 + self.params.motion_noise * abs(travel_m)
+            for m_per_pulse, travel_m in ((self._left_m_per_pulse, left_m), (self._right_m_per_pulse, right_m))
+        ]
         return linear_mps, angular_radps, (jacobian * travel_variance) @ jacobian.T
 
 

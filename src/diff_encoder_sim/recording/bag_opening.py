@@ -1,4 +1,5 @@
 """Opening a bag, with what is wrong with it in one line."""
+
 from __future__ import annotations
 
 import contextlib
@@ -13,8 +14,7 @@ from rosbags.typesys import TypesysError
 from diff_encoder_sim.base.errors import ConfigError, in_one_line
 
 # What rosbags and its decompressors raise where bytes of a bag have changed.
-DAMAGE = (TypesysError, OSError, RuntimeError, ValueError, LookupError, AssertionError,
-          struct.error, MemoryError)
+DAMAGE = (TypesysError, OSError, RuntimeError, ValueError, LookupError, AssertionError, struct.error, MemoryError)
 
 
 @contextlib.contextmanager
@@ -49,5 +49,6 @@ def naming_damage(path: Path) -> Iterator[None]:
         raise
     except DAMAGE as error:
         said = ' '.join(str(error).split())
-        raise ConfigError(f'{path}: a damaged bag: {type(error).__name__} {said}; expected it as '
-                          f'it was recorded') from None
+        raise ConfigError(
+            f'{path}: a damaged bag: {type(error).__name__} {said}; expected it as it was recorded'
+        ) from None

@@ -1,4 +1,5 @@
 """A recorded drive in any kind of bag: its topics, and its messages as a stream."""
+
 from __future__ import annotations
 
 import contextlib
@@ -24,8 +25,7 @@ class Ros2Stream:
 
     def messages(self, topics: Collection[str]) -> Iterator[Message]:
         """Of some topics, in the order of their recording, as far as they can be read."""
-        connections = [connection for connection in self._reader.connections
-                       if connection.topic in topics]
+        connections = [connection for connection in self._reader.connections if connection.topic in topics]
         if not connections:
             return
         try:
@@ -53,11 +53,12 @@ def open_source(path: Path) -> Iterator[BagSource]:
     with contextlib.ExitStack() as opened:
         try:
             # Older recorders leave the definitions out; nothing is made of them here, either.
-            reader = opened.enter_context(AnyReader(
-                [path], default_typestore=get_typestore(Stores.ROS2_HUMBLE)))
+            reader = opened.enter_context(AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE)))
         except Exception as error:  # as for messages; where sizes are damaged, of memory, too
-            raise ConfigError(f'{path}: not a readable bag: {in_one_line(error)}; expected a file '
-                              f'of ROS 1, or a folder, .db3 or .mcap of ROS 2') from None
+            raise ConfigError(
+                f'{path}: not a readable bag: {in_one_line(error)}; expected a file '
+                f'of ROS 1, or a folder, .db3 or .mcap of ROS 2'
+            ) from None
         yield _not_empty(path, Ros2Stream(reader))
 
 

@@ -1,4 +1,5 @@
 """Scans, odometry and the laser's mount out of a bag: what mapping needs."""
+
 from __future__ import annotations
 
 import math
@@ -20,8 +21,9 @@ from diff_encoder_sim.serialization.message_types import LASER_SCAN, ODOMETRY, T
 class ScanBag:
     """A drive with a laser. Scans are read as they are asked for."""
 
-    def __init__(self, path: Path, reader: AnyReader, scan_topic: str = topics.SCAN,
-                 odom_topic: str = topics.ODOM) -> None:
+    def __init__(
+        self, path: Path, reader: AnyReader, scan_topic: str = topics.SCAN, odom_topic: str = topics.ODOM
+    ) -> None:
         """
         Args:
             path: for messages.
@@ -41,13 +43,17 @@ class ScanBag:
         """In the order they were recorded."""
         for connection, _, raw in self._reader.messages(self._scan_connections):
             message = self._reader.deserialize(raw, connection.msgtype)
-            yield Scan(_stamp_ns(message), float(message.angle_min),
-                       float(message.angle_increment), float(message.range_min),
-                       float(message.range_max), np.asarray(message.ranges, dtype=float))
+            yield Scan(
+                _stamp_ns(message),
+                float(message.angle_min),
+                float(message.angle_increment),
+                float(message.range_min),
+                float(message.range_max),
+                np.asarray(message.ranges, dtype=float),
+            )
 
     def _connections(self, topic: str, kind: str) -> List[Connection]:
-        found = [connection for connection in self._reader.connections
-                 if connection.topic == topic]
+        found = [connection for connection in self._reader.connections if connection.topic == topic]
         others = sorted({connection.msgtype for connection in found} - {kind})
         if others:
             raise ConfigError(f'{self._path}: {topic} is {", ".join(others)}; expected {kind}')
@@ -55,15 +61,13 @@ class ScanBag:
             raise ConfigError(f'{self._path}: no message on {topic}; expected {kind}')
         return found
 
-    def _read_odometry(self, connections: List[Connection]
-                       ) -> Tuple[List[int], List[Pose2D], str]:
+    def _read_odometry(self, connections: List[Connection]) -> Tuple[List[int], List[Pose2D], str]:
         """Stamps, base poses, and the base's frame."""
         stamps_ns, poses, base_frame = [], [], ''
         for connection, _, raw in self._reader.messages(connections):
             message = self._reader.deserialize(raw, connection.msgtype)
             stamps_ns.append(_stamp_ns(message))
-            poses.append(self._planar(message.pose.pose.position, message.pose.pose.orientation,
-                                      connection.topic))
+            poses.append(self._planar(message.pose.pose.position, message.pose.pose.orientation, connection.topic))
             base_frame = message.child_frame_id.lstrip('/')
         return stamps_ns, poses, base_frame
 
@@ -75,9 +79,11 @@ class ScanBag:
         frame, pose = laser_frame, IDENTITY
         while frame != base_frame:
             if frame not in fixed:
-                raise ConfigError(f'{self._path}: {topics.TF_STATIC} does not lead from the '
-                                  f'scans\' frame {laser_frame!r} to odometry\'s {base_frame!r}')
-            frame, pose_in_parent = fixed.pop(frame)    # popped, so that a circle ends
+                raise ConfigError(
+                    f'{self._path}: {topics.TF_STATIC} does not lead from the '
+                    f"scans' frame {laser_frame!r} to odometry's {base_frame!r}"
+                )
+            frame, pose_in_parent = fixed.pop(frame)  # popped, so that a circle ends
             pose = pose_in_parent.compose(pose)
         return pose
 
@@ -85,14 +91,16 @@ class ScanBag:
         """Of each fixed frame: its parent, and its pose in that."""
         frames: Dict[str, Tuple[str, Pose2D]] = {}
         connections = [
-            connection for connection in self._reader.connections
-            if connection.topic == topics.TF_STATIC and connection.msgtype == TRANSFORMS]
+            connection
+            for connection in self._reader.connections
+            if connection.topic == topics.TF_STATIC and connection.msgtype == TRANSFORMS
+        ]
         for connection, _, raw in self._reader.messages(connections) if connections else ():
             for stamped in self._reader.deserialize(raw, connection.msgtype).transforms:
                 frames[stamped.child_frame_id.lstrip('/')] = (
                     stamped.header.frame_id.lstrip('/'),
-                    self._planar(stamped.transform.translation, stamped.transform.rotation,
-                                 connection.topic))
+                    self._planar(stamped.transform.translation, stamped.transform.rotation, connection.topic),
+                )
         return frames
 
     def _planar(self, position: Any, rotation: Any, topic: str) -> Pose2D:
@@ -102,8 +110,7 @@ class ScanBag:
             raise ConfigError(f'{self._path}: {topic}: {error}') from None
         x_m, y_m = float(position.x), float(position.y)
         if not (math.isfinite(x_m) and math.isfinite(y_m)):
-            raise ConfigError(f'{self._path}: {topic}: no position: ({x_m}, {y_m}); expected '
-                              f'finite numbers')
+            raise ConfigError(f'{self._path}: {topic}: no position: ({x_m}, {y_m}); expected finite numbers')
         return Pose2D(x_m, y_m, yaw_rad)
 
 

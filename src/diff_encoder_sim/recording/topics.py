@@ -1,4 +1,5 @@
 """The topics of a trial's bag: what each holds, and who publishes it."""
+
 from __future__ import annotations
 
 from typing import Dict, Literal, NamedTuple, Tuple
@@ -51,10 +52,10 @@ class RecordedTopic(NamedTuple):
     """One topic of a trial."""
 
     name: str
-    message_type: str           # as rosbags spells it
-    nodes: Tuple[str, ...]      # that publish it, by the callerid of their connections
+    message_type: str  # as rosbags spells it
+    nodes: Tuple[str, ...]  # that publish it, by the callerid of their connections
     is_latched: bool = False
-    is_bulk: bool = False       # analysis does without; left out of a minimal recording
+    is_bulk: bool = False  # analysis does without; left out of a minimal recording
 
 
 # A trial without navigation leaves the last lines silent, and /initialpose is for people.
@@ -69,24 +70,27 @@ TOPICS = (
     RecordedTopic(ODOM, message_types.ODOMETRY, (ODOM_NODE, IDEAL_ODOM_NODE)),
     RecordedTopic(GLOBAL_POSE, message_types.POSE_STAMPED, (GLOBAL_POSE_NODE,)),
     RecordedTopic(WORLD_POSE, message_types.POSE_STAMPED, (WORLD_POSE_NODE,)),
-    RecordedTopic(TF, message_types.TRANSFORMS,
-                  (STATE_PUBLISHER_NODE, ODOM_NODE, IDEAL_ODOM_NODE, AMCL_NODE), is_bulk=True),
-    RecordedTopic(TF_STATIC, message_types.TRANSFORMS, (STATE_PUBLISHER_NODE, SCRIPTED_DRIVE_NODE),
-                  is_latched=True, is_bulk=True),
+    RecordedTopic(
+        TF, message_types.TRANSFORMS, (STATE_PUBLISHER_NODE, ODOM_NODE, IDEAL_ODOM_NODE, AMCL_NODE), is_bulk=True
+    ),
+    RecordedTopic(
+        TF_STATIC, message_types.TRANSFORMS, (STATE_PUBLISHER_NODE, SCRIPTED_DRIVE_NODE), is_latched=True, is_bulk=True
+    ),
     RecordedTopic(SCAN, message_types.LASER_SCAN, (SIMULATOR_NODE,), is_bulk=True),
     RecordedTopic(AMCL_POSE, message_types.POSE_WITH_COVARIANCE, (AMCL_NODE,), is_latched=True),
     RecordedTopic(INITIAL_POSE, message_types.POSE_WITH_COVARIANCE, ()),
-    RecordedTopic(MAP, message_types.OCCUPANCY_GRID, (MAP_NODE, SLAM_NODE), is_latched=True,
-                  is_bulk=True),
-    RecordedTopic(MAP_METADATA, message_types.MAP_METADATA, (MAP_NODE, SLAM_NODE), is_latched=True,
-                  is_bulk=True),
+    RecordedTopic(MAP, message_types.OCCUPANCY_GRID, (MAP_NODE, SLAM_NODE), is_latched=True, is_bulk=True),
+    RecordedTopic(MAP_METADATA, message_types.MAP_METADATA, (MAP_NODE, SLAM_NODE), is_latched=True, is_bulk=True),
     RecordedTopic(GOAL, message_types.MOVE_BASE_ACTION_GOAL, (NAVIGATION_TRIAL_NODE,)),
     RecordedTopic(RESULT, message_types.MOVE_BASE_ACTION_RESULT, (MOVE_BASE_NODE,)),
 )
 RECORDED = tuple(topic.name for topic in TOPICS)
 
 _TOPICS_OF_MODE: Dict[RecordMode, Tuple[RecordedTopic, ...]] = {
-    'full': TOPICS, 'minimal': tuple(topic for topic in TOPICS if not topic.is_bulk), 'none': ()}
+    'full': TOPICS,
+    'minimal': tuple(topic for topic in TOPICS if not topic.is_bulk),
+    'none': (),
+}
 
 
 def recorded_topics(mode: RecordMode) -> Dict[str, RecordedTopic]:

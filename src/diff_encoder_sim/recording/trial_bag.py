@@ -1,4 +1,5 @@
 """Writing a trial's bag, as rosbag record would from the nodes of a live trial."""
+
 from __future__ import annotations
 
 import contextlib
@@ -26,7 +27,7 @@ class _Publisher(NamedTuple):
     """One node's connection of one topic."""
 
     connection: Connection
-    seqs: Optional[Iterator[int]]   # of its messages; None where they have no header
+    seqs: Optional[Iterator[int]]  # of its messages; None where they have no header
 
 
 class TrialBag:
@@ -64,7 +65,7 @@ class TrialBag:
             return
         publisher = self._publishers.get((topic, node)) or self._advertise(topic, node)
         if publisher.seqs is not None:
-            message = _SEQ.pack(next(publisher.seqs)) + message[_SEQ.size:]
+            message = _SEQ.pack(next(publisher.seqs)) + message[_SEQ.size :]
         try:
             self._writer.write(publisher.connection, max(time_ns, EARLIEST_NS), message)
         except OSError as error:
@@ -76,8 +77,13 @@ class TrialBag:
             raise ValueError(f'{node} does not publish {topic}; expected one of {about.nodes}')
         told = definition(about.message_type)
         connection = self._writer.add_connection(
-            topic, about.message_type, msgdef=told.text, md5sum=told.md5sum, callerid=node,
-            latching=int(about.is_latched))
+            topic,
+            about.message_type,
+            msgdef=told.text,
+            md5sum=told.md5sum,
+            callerid=node,
+            latching=int(about.is_latched),
+        )
         publisher = _Publisher(connection, itertools.count(1) if told.has_header else None)
         self._publishers[topic, node] = publisher
         return publisher
@@ -92,7 +98,7 @@ class TrialBag:
         try:
             self._path.parent.mkdir(parents=True, exist_ok=True)
             with contextlib.suppress(FileNotFoundError):
-                self._unfinished.unlink()       # of a process that was killed
+                self._unfinished.unlink()  # of a process that was killed
             self._writer = Writer(self._unfinished)
             self._writer.open()
         except OSError as error:
@@ -100,8 +106,9 @@ class TrialBag:
             raise self._named(error) from None
         return self
 
-    def __exit__(self, error_type: Optional[Type[BaseException]], _: Optional[BaseException],
-                 __: Optional[TracebackType]) -> None:
+    def __exit__(
+        self, error_type: Optional[Type[BaseException]], _: Optional[BaseException], __: Optional[TracebackType]
+    ) -> None:
         if self._writer is None:
             return
         if error_type is not None:
@@ -113,7 +120,7 @@ class TrialBag:
         except OSError as error:
             self._discard()
             raise self._named(error) from None
-        except BaseException:       # an interrupt, for one
+        except BaseException:  # an interrupt, for one
             self._discard()
             raise
 

@@ -1,4 +1,5 @@
 """Reads a trial's bag back into arrays."""
+
 from __future__ import annotations
 
 import contextlib
@@ -37,14 +38,14 @@ _STAMP, _STAMP_OFFSET = struct.Struct('<2I'), 4
 _LENGTH, _TEXT_OFFSET = struct.Struct('<I'), 12
 _POSE = struct.Struct('<7d')
 
-StampedPose = Tuple[int, float, float, float]   # [ns], [m], [m], [rad]
+StampedPose = Tuple[int, float, float, float]  # [ns], [m], [m], [rad]
 
 
 class PoseSeries(NamedTuple):
     """Poses of one topic in the frame of its header, by their stamps; at least one."""
 
-    stamps_ns: np.ndarray   # (n,) int64, as recorded
-    x_y_yaw: np.ndarray     # (n, 3) [m, m, rad], finite, yaw in [-pi, pi)
+    stamps_ns: np.ndarray  # (n,) int64, as recorded
+    x_y_yaw: np.ndarray  # (n, 3) [m, m, rad], finite, yaw in [-pi, pi)
 
 
 class TrialRecording(NamedTuple):
@@ -52,9 +53,9 @@ class TrialRecording(NamedTuple):
 
     path: Path
     trial: Trial
-    outcome: str            # succeeded, or how it failed; torn when the bag has no result
-    reason: str             # of a failure
-    poses: Dict[str, PoseSeries]    # by topic; those without a message are left out
+    outcome: str  # succeeded, or how it failed; torn when the bag has no result
+    reason: str  # of a failure
+    poses: Dict[str, PoseSeries]  # by topic; those without a message are left out
 
 
 def read_trial(path: Union[str, Path]) -> TrialRecording:
@@ -84,7 +85,7 @@ def trial_of(path: Union[str, Path]) -> Optional[Trial]:
 def _opened(path: Path) -> Iterator[AnyReader]:
     with open_bag(path) as reader:
         if reader.is2:
-            raise ConfigError(f'{path}: a ROS 2 bag; expected a trial\'s, of ROS 1')
+            raise ConfigError(f"{path}: a ROS 2 bag; expected a trial's, of ROS 1")
         yield reader
 
 
@@ -92,11 +93,11 @@ def _trial_recording(path: Path, reader: AnyReader) -> TrialRecording:
     texts = _texts(reader, path)
     trial = _trial(texts, path)
     if trial is None:
-        raise ConfigError(f'{path}: no {topics.TRIAL} message; expected a bag that trial.launch '
-                          f'or a campaign recorded')
+        raise ConfigError(f'{path}: no {topics.TRIAL} message; expected a bag that trial.launch or a campaign recorded')
     result = _json(texts.get(topics.TRIAL_RESULT), topics.TRIAL_RESULT, path) or {}
-    return TrialRecording(path, trial, str(result.get('outcome', 'torn')),
-                          str(result.get('reason', '')), _poses(reader, path))
+    return TrialRecording(
+        path, trial, str(result.get('outcome', 'torn')), str(result.get('reason', '')), _poses(reader, path)
+    )
 
 
 def _texts(reader: AnyReader, path: Path) -> Dict[str, str]:
@@ -116,11 +117,15 @@ def _poses(reader: AnyReader, path: Path) -> Dict[str, PoseSeries]:
         try:
             rows.setdefault(topic, []).append(stamped_pose(raw, connection.msgtype))
         except (ValueError, struct.error) as error:
-            raise ConfigError(f'{path}: {topic}: message {len(rows[topic]) + 1}: {error}; '
-                              f'expected a finite pose') from None
-    return {topic: PoseSeries(np.array([row[0] for row in of_topic], dtype=np.int64),
-                              np.array([row[1:] for row in of_topic]))
-            for topic, of_topic in rows.items()}
+            raise ConfigError(
+                f'{path}: {topic}: message {len(rows[topic]) + 1}: {error}; expected a finite pose'
+            ) from None
+    return {
+        topic: PoseSeries(
+            np.array([row[0] for row in of_topic], dtype=np.int64), np.array([row[1:] for row in of_topic])
+        )
+        for topic, of_topic in rows.items()
+    }
 
 
 def stamped_pose(raw: bytes, message_type: str) -> StampedPose:
@@ -137,28 +142,24 @@ def stamped_pose(raw: bytes, message_type: str) -> StampedPose:
     if not math.isfinite(x_m + y_m + z_m):
         raise ValueError(f'no position: ({x_m}, {y_m}, {z_m})')
     seconds, nanoseconds = _STAMP.unpack_from(raw, _STAMP_OFFSET)
-    return (seconds * NANOSECONDS_PER_SECOND + nanoseconds, x_m, y_m,
-            yaw_from_quat_xyzw(*quat_xyzw))
+    return (seconds * NANOSECONDS_PER_SECOND + nanoseconds, x_m, y_m, yaw_from_quat_xyzw(*quat_xyzw))
 
 
 def _check_one_robot(reader: AnyReader, path: Path) -> None:
     """What several robots publish would be taken for one robot that jumps."""
     spoken = [connection for connection in reader.connections if connection.msgcount]
-    odometry = sorted({connection.topic for connection in spoken
-                       if connection.msgtype == ODOMETRY})
+    odometry = sorted({connection.topic for connection in spoken if connection.msgtype == ODOMETRY})
     if len(odometry) > 1:
-        raise ConfigError(f'{path}: odometry on {" and ".join(odometry)}; expected one robot, '
-                          f'on {topics.ODOM}')
+        raise ConfigError(f'{path}: odometry on {" and ".join(odometry)}; expected one robot, on {topics.ODOM}')
     for topic in POSE_TOPICS:
-        nodes = sorted({str(connection.ext.callerid) for connection in spoken
-                        if connection.topic == topic})
+        nodes = sorted({str(connection.ext.callerid) for connection in spoken if connection.topic == topic})
         if len(nodes) > 1:
-            raise ConfigError(f'{path}: {topic} is published by {" and ".join(nodes)}; expected '
-                              f'one robot, and one node on each topic')
+            raise ConfigError(
+                f'{path}: {topic} is published by {" and ".join(nodes)}; expected one robot, and one node on each topic'
+            )
 
 
-def _messages(reader: AnyReader, kinds: Dict[str, str], path: Path
-              ) -> Iterator[Tuple[Connection, bytes]]:
+def _messages(reader: AnyReader, kinds: Dict[str, str], path: Path) -> Iterator[Tuple[Connection, bytes]]:
     """Messages of some topics as they are on the wire.
 
     Raises:
@@ -168,9 +169,11 @@ def _messages(reader: AnyReader, kinds: Dict[str, str], path: Path
     for connection in connections:
         kind = kinds[connection.topic]
         if connection.msgtype != kind or connection.digest != definition(kind).md5sum:
-            raise ConfigError(f'{path}: {connection.topic} is {connection.msgtype} '
-                              f'({connection.digest}); expected {kind} '
-                              f'({definition(kind).md5sum})')
+            raise ConfigError(
+                f'{path}: {connection.topic} is {connection.msgtype} '
+                f'({connection.digest}); expected {kind} '
+                f'({definition(kind).md5sum})'
+            )
     with naming_damage(path):
         for connection, _, raw in reader.messages(connections) if connections else ():
             yield connection, raw

@@ -1,4 +1,5 @@
 """The bag that reencoding writes for a PPR, with the topics of the live nodes."""
+
 from __future__ import annotations
 
 from pathlib import Path
@@ -14,8 +15,7 @@ from diff_encoder_sim.serialization.ros1_stream import Message
 from diff_encoder_sim.trials.trial_definition import Trial
 
 # What odometry is compared with, and how a trial ended, by the node that told it.
-COPIED = {topics.WORLD_POSE: topics.WORLD_POSE_NODE,
-          topics.TRIAL_RESULT: topics.NAVIGATION_TRIAL_NODE}
+COPIED = {topics.WORLD_POSE: topics.WORLD_POSE_NODE, topics.TRIAL_RESULT: topics.NAVIGATION_TRIAL_NODE}
 
 
 def copied_topics(source: BagSource) -> List[str]:
@@ -40,23 +40,21 @@ class ReencodedBag(TrialBag):
 
     def encoder_pulse(self, time_ns: int, sample: EncoderSample) -> None:
         """/encoder_pulse."""
-        self.write(topics.ENCODER_PULSE, topics.ENCODER_NODE,
-                   encoding.encoder_pulse_message(sample, self._joints), time_ns)
+        self.write(
+            topics.ENCODER_PULSE, topics.ENCODER_NODE, encoding.encoder_pulse_message(sample, self._joints), time_ns
+        )
 
     def odometry(self, time_ns: int, estimate: OdometryEstimate) -> None:
         """/odom, and odom->base_link on /tf."""
         odom_frame, base_frame = self._params.odom_frame, self._params.base_frame
         if self._params.publish_tf:
-            transform = encoding.transform(estimate.base_pose_in_odom, estimate.stamp_ns,
-                                           odom_frame, base_frame)
+            transform = encoding.transform(estimate.base_pose_in_odom, estimate.stamp_ns, odom_frame, base_frame)
             self.write(topics.TF, topics.ODOM_NODE, encoding.tf_message(transform), time_ns)
-        self.write(topics.ODOM, topics.ODOM_NODE,
-                   encoding.odometry_message(estimate, odom_frame, base_frame), time_ns)
+        self.write(topics.ODOM, topics.ODOM_NODE, encoding.odometry_message(estimate, odom_frame, base_frame), time_ns)
 
     def trial(self, time_ns: int, trial: Trial) -> None:
         """/trial."""
-        self.write(topics.TRIAL, topics.NAVIGATION_TRIAL_NODE,
-                   encoding.text_message(trial.model_dump_json()), time_ns)
+        self.write(topics.TRIAL, topics.NAVIGATION_TRIAL_NODE, encoding.text_message(trial.model_dump_json()), time_ns)
 
     def copy(self, message: Message) -> None:
         """One of `COPIED`, as it is."""

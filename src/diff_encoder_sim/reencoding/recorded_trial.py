@@ -1,4 +1,5 @@
 """What a bag says of the trial that it was recorded from."""
+
 from __future__ import annotations
 
 import json
@@ -35,6 +36,11 @@ def recorded_trial(path: Path, source: BagSource) -> Optional[Trial]:
 
 def with_encoder(trial: Trial, ppr: PerWheel, odometry: OdometryParams) -> Trial:
     """The same trial, as if it had been driven with another encoder and odometry."""
-    return trial.model_copy(update={
-        'ppr': ppr, 'odom': 'encoder', 'wheel_diameter': odometry.wheel_diameter,
-        'wheel_separation': odometry.wheel_separation})
+    return trial.model_copy(
+        update={
+            'ppr': ppr,
+            'odom': 'encoder',
+            'wheel_diameter': odometry.wheel_diameter,
+            'wheel_separation': odometry.wheel_separation,
+        }
+    )

@@ -1,4 +1,5 @@
 """From wheel angles to what encoder and odometry would have made of them at another PPR."""
+
 from __future__ import annotations
 
 from collections import Counter
@@ -26,7 +27,7 @@ class Faults:
     """Messages that were dropped: how many, and why the first was."""
 
     def __init__(self) -> None:
-        self._first: Dict[str, str] = {}    # by topic
+        self._first: Dict[str, str] = {}  # by topic
         self._counts: Counter = Counter()
 
     def add(self, topic: str, fault: InputFault) -> None:
@@ -47,8 +48,8 @@ class WheelsAtPpr:
         self.ppr = ppr
         self.comparison = PathComparison()
         self.reports = 0
-        self.bag: Optional[ReencodedBag] = None     # what is published goes there
-        self.stamped_pose: Tuple[int, Pose2D] = (0, IDENTITY)   # the last, base in odom
+        self.bag: Optional[ReencodedBag] = None  # what is published goes there
+        self.stamped_pose: Tuple[int, Pose2D] = (0, IDENTITY)  # the last, base in odom
         self._encoder = DiffEncoder(encoder.model_copy(update={'ppr': ppr}))
         self._odometry = WheelOdometry(odometry.model_copy(update={'ppr': ppr}))
 
@@ -80,16 +81,22 @@ class WheelsAtPpr:
 class DriveSummary(NamedTuple):
     """What was read of a drive."""
 
-    messages: int       # of the wheels
-    duration_s: float   # between the first and the last of them, by the recorder's clock
-    faults: List[str]   # one line for each topic
+    messages: int  # of the wheels
+    duration_s: float  # between the first and the last of them, by the recorder's clock
+    faults: List[str]  # one line for each topic
 
 
 class Reencoder:
     """Lets a recorded drive pass by every PPR at once, and compares where each says it went."""
 
-    def __init__(self, wheels: WheelTopic, reference: Optional[Reference],
-                 runs: Sequence[WheelsAtPpr], is_cdr: bool, counter_modulus: int) -> None:
+    def __init__(
+        self,
+        wheels: WheelTopic,
+        reference: Optional[Reference],
+        runs: Sequence[WheelsAtPpr],
+        is_cdr: bool,
+        counter_modulus: int,
+    ) -> None:
         """
         Args:
             wheels: where the angles come from.

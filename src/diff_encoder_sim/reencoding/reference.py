@@ -1,4 +1,5 @@
 """Where the robot was by another account: a topic of poses, or two frames of /tf."""
+
 from __future__ import annotations
 
 from pathlib import Path
@@ -47,7 +48,7 @@ class FramePair:
         self.name = f'{parent_frame}{ARROW}{child_frame}'
         self._parent, self._child = parent_frame, child_frame
         self._is_cdr = is_cdr
-        self._fixed: Dict[str, StampedPose] = {}    # by child frame
+        self._fixed: Dict[str, StampedPose] = {}  # by child frame
         self._moving: Dict[str, StampedPose] = {}
 
     def poses(self, message: Message) -> Iterator[StampedPose]:
@@ -107,20 +108,20 @@ def find_reference(path: Path, source: BagSource, given: str) -> Optional[Refere
         return PoseTopic(topic, kind, source.is_cdr)
     if not given:
         return None
-    raise ConfigError(f'{path}: --reference: given {given}, which is '
-                      f'{"of " + kind if kind else "not there"}; allowed: '
-                      f'{", ".join(_allowed(source)) or "it has no poses"}')
+    raise ConfigError(
+        f'{path}: --reference: given {given}, which is '
+        f'{"of " + kind if kind else "not there"}; allowed: '
+        f'{", ".join(_allowed(source)) or "it has no poses"}'
+    )
 
 
 def _frame_pair(path: Path, source: BagSource, given: str) -> FramePair:
     parent_frame, _, child_frame = given.partition(ARROW)
     frames: Tuple[str, str] = (parent_frame.strip(' /'), child_frame.strip(' /'))
     if not all(frames) or frames[0] == frames[1]:
-        raise ConfigError(f'--reference: given {given!r}; allowed: two frames, as '
-                          f'map{ARROW}base_link')
+        raise ConfigError(f'--reference: given {given!r}; allowed: two frames, as map{ARROW}base_link')
     if source.topics.get(TF) != TRANSFORMS:
-        raise ConfigError(f'{path}: --reference: given {given}, but there is no {TF} of '
-                          f'{TRANSFORMS}')
+        raise ConfigError(f'{path}: --reference: given {given}, but there is no {TF} of {TRANSFORMS}')
     return FramePair(*frames, source.is_cdr)
 
 

@@ -1,4 +1,5 @@
 """amcl_node: localization on upstream amcl's topics, services, parameters and transform."""
+
 from __future__ import annotations
 
 import threading
@@ -61,13 +62,16 @@ class AmclNode:
     def __init__(self) -> None:
         params = node_params(AmclNodeParams, defaults=_trial_defaults())
         # Frame ids may begin with '/', as they did before tf2.
-        self._params = params.model_copy(update={
-            name: getattr(params, name).lstrip('/')
-            for name in ('odom_frame_id', 'base_frame_id', 'global_frame_id')})
+        self._params = params.model_copy(
+            update={
+                name: getattr(params, name).lstrip('/')
+                for name in ('odom_frame_id', 'base_frame_id', 'global_frame_id')
+            }
+        )
         compile_first(lambda: warm_up(self._params))
         self._lock = threading.RLock()  # scans, transforms and services come in threads
         self._amcl: Optional[Amcl] = None
-        self._guess: Optional[Guess] = None    # from before there was a map
+        self._guess: Optional[Guess] = None  # from before there was a map
         self._rng = generator(self._params.seed, 'amcl')
         self._timeline = Timeline(tolerance_ns=NANOSECONDS_PER_SECOND // 10)
         self._buffer = tf2_ros.Buffer(rospy.Duration(30.0))
@@ -76,9 +80,13 @@ class AmclNode:
         # Whoever sends the scans can wait for it: upstream says nothing of most of them.
         self._taken = publisher('~scan_taken', Header)
         self._output = AmclOutput(self._params)
-        self._queue = ScanQueue(rospy.resolve_name('scan'), self._buffer,
-                                self._params.base_frame_id, self._params.odom_frame_id,
-                                self._localize)
+        self._queue = ScanQueue(
+            rospy.resolve_name('scan'),
+            self._buffer,
+            self._params.base_frame_id,
+            self._params.odom_frame_id,
+            self._localize,
+        )
         self._subscribe()
         rospy.on_shutdown(self._output.save)
 
@@ -86,13 +94,12 @@ class AmclNode:
         self._services = [
             rospy.Service('global_localization', Empty, self._on_global_localization),
             rospy.Service('request_nomotion_update', Empty, self._on_nomotion_update),
-            rospy.Service('set_map', SetMap, self._on_set_map)]
-        self._initial_poses = subscriber('initialpose', PoseWithCovarianceStamped,
-                                         self._on_initial_pose)
+            rospy.Service('set_map', SetMap, self._on_set_map),
+        ]
+        self._initial_poses = subscriber('initialpose', PoseWithCovarianceStamped, self._on_initial_pose)
         self._scans = subscriber('scan', LaserScan, self._on_scan)
         # The mount may come last, after the scan and its odometry.
-        self._transforms = [subscriber(topic, TFMessage, lambda _: self._process())
-                            for topic in ('/tf', '/tf_static')]
+        self._transforms = [subscriber(topic, TFMessage, lambda _: self._process()) for topic in ('/tf', '/tf_static')]
         self._has_heard = False
         self._silence = rospy.Timer(rospy.Duration(SILENCE_S), self._on_silence, reset=True)
         if self._params.use_map_topic:
@@ -104,7 +111,7 @@ class AmclNode:
 
     def _use_first_map(self, message: OccupancyGridMessage) -> None:
         with self._lock:
-            if self._amcl is None:      # set_map may have been quicker
+            if self._amcl is None:  # set_map may have been quicker
                 self._try_map(message)
 
     def _on_map(self, message: OccupancyGridMessage) -> None:
@@ -123,8 +130,7 @@ class AmclNode:
         grid = grid_from_message(message)
         frame = message.header.frame_id.lstrip('/')
         if frame != self._params.global_frame_id:
-            log.warning('map: in frame %r; used as if in global_frame_id %r', frame,
-                        self._params.global_frame_id)
+            log.warning('map: in frame %r; used as if in global_frame_id %r', frame, self._params.global_frame_id)
         with self._lock:
             amcl = self._amcl or Amcl(self._params, grid, self._rng)
             if guess is not None:
@@ -148,8 +154,11 @@ class AmclNode:
         self._has_heard = True
         stamp_ns, now_ns = ns_from_stamp(message.header.stamp), ns_from_stamp(rospy.Time.now())
         if 0 < now_ns < stamp_ns - MOST_AHEAD_NS:
-            log.warning('%s: stamped %.1f s ahead of now; scan dropped', self._scans.resolved_name,
-                        (stamp_ns - now_ns) / NANOSECONDS_PER_SECOND)
+            log.warning(
+                '%s: stamped %.1f s ahead of now; scan dropped',
+                self._scans.resolved_name,
+                (stamp_ns - now_ns) / NANOSECONDS_PER_SECOND,
+            )
             return
         with self._lock:
             step = self._timeline.advance(stamp_ns)
@@ -190,8 +199,7 @@ class AmclNode:
                 else:
                     self._amcl.set_pose(*guess)
         except InputFault as fault:
-            log.warning('%s: %s; ignored', self._initial_poses.resolved_name, fault,
-                        extra=EVENT)
+            log.warning('%s: %s; ignored', self._initial_poses.resolved_name, fault, extra=EVENT)
 
     def _read_guess(self, message: PoseWithCovarianceStamped) -> Guess:
         """Where the robot is now, by what somebody says of the time of the stamp.
@@ -201,8 +209,7 @@ class AmclNode:
         """
         frame = message.header.frame_id.lstrip('/')
         if not frame:
-            log.warning('initial pose: without a frame; taken as in %r',
-                        self._params.global_frame_id)
+            log.warning('initial pose: without a frame; taken as in %r', self._params.global_frame_id)
         elif frame != self._params.global_frame_id:
             raise InputFault(f'pose in frame {frame!r}; expected {self._params.global_frame_id!r}')
         pose = pose_from_message(message.pose.pose)
@@ -245,8 +252,12 @@ def _trial_defaults() -> dict:
     if plan is None:
         return {}
     start = plan.trial.test.start
-    return {'initial_pose_x': start.x, 'initial_pose_y': start.y, 'initial_pose_a': start.yaw,
-            'seed': plan.trial.number}
+    return {
+        'initial_pose_x': start.x,
+        'initial_pose_y': start.y,
+        'initial_pose_a': start.yaw,
+        'seed': plan.trial.number,
+    }
 
 
 def main() -> None:

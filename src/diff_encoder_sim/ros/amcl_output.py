@@ -1,4 +1,5 @@
 """What amcl_node tells: topics, the transform map->odom, the saved pose, and its state in words."""
+
 from __future__ import annotations
 
 import math
@@ -39,7 +40,7 @@ class AmclOutput:
     def restart(self) -> None:
         """Localization begins again: what was said is of the past."""
         self._was_lost = False
-        self._is_spread = True       # a beginning is, and nobody needs to hear it
+        self._is_spread = True  # a beginning is, and nobody needs to hear it
         self._seen_updates = 0
         self._saved_ns: Optional[int] = None
 
@@ -47,16 +48,17 @@ class AmclOutput:
         """If the robot is lost, it is by request, and nobody needs to hear it."""
         self._was_lost = amcl.is_lost
 
-    def tell(self, amcl: Amcl, stamp_ns: int, odom_pose: Pose2D,
-             estimate: Optional[AmclEstimate]) -> None:
+    def tell(self, amcl: Amcl, stamp_ns: int, odom_pose: Pose2D, estimate: Optional[AmclEstimate]) -> None:
         """What came of a scan that was taken at `odom_pose`; `estimate` if there is a new one."""
         if amcl.update_count != self._seen_updates:
             self._seen_updates = amcl.update_count
             self._publish_cloud(amcl, stamp_ns)
         if estimate is not None:
-            self._poses.publish(pose_with_covariance_message(
-                estimate.base_pose_in_map, estimate.covariance, stamp_ns,
-                self._params.global_frame_id))
+            self._poses.publish(
+                pose_with_covariance_message(
+                    estimate.base_pose_in_map, estimate.covariance, stamp_ns, self._params.global_frame_id
+                )
+            )
             self._warn_of_spread(estimate)
         self._tell_of_loss(amcl)
         if amcl.last_estimate is not None and not amcl.is_lost:
@@ -76,42 +78,50 @@ class AmclOutput:
             return
         # Dated ahead: until the next scan, transforms of newer odometry find this one.
         ahead_ns = round(self._params.transform_tolerance * NANOSECONDS_PER_SECOND)
-        self._broadcaster.sendTransform(transform_message(
-            odom_pose_in_map, stamp_ns + ahead_ns, self._params.global_frame_id,
-            self._params.odom_frame_id))
+        self._broadcaster.sendTransform(
+            transform_message(
+                odom_pose_in_map, stamp_ns + ahead_ns, self._params.global_frame_id, self._params.odom_frame_id
+            )
+        )
 
     # ---- in words
 
     def _tell_of_loss(self, amcl: Amcl) -> None:
         if amcl.is_lost and not self._was_lost:
-            log.warning('lost: %.0f %% of the rays agree with the map (lost_fraction: %.0f %%); '
-                        'no map->odom until they do. Carry the robot back, give its pose by '
-                        '/initialpose, or call global_localization and drive it by hand',
-                        100.0 * amcl.fit_share, 100.0 * self._params.lost_fraction, extra=EVENT)
+            log.warning(
+                'lost: %.0f %% of the rays agree with the map (lost_fraction: %.0f %%); '
+                'no map->odom until they do. Carry the robot back, give its pose by '
+                '/initialpose, or call global_localization and drive it by hand',
+                100.0 * amcl.fit_share,
+                100.0 * self._params.lost_fraction,
+                extra=EVENT,
+            )
         elif self._was_lost and not amcl.is_lost:
-            log.info('found: %.0f %% of the rays agree with the map', 100.0 * amcl.fit_share,
-                     extra=EVENT)
+            log.info('found: %.0f %% of the rays agree with the map', 100.0 * amcl.fit_share, extra=EVENT)
         self._was_lost = amcl.is_lost
 
     def _warn_of_spread(self, estimate: AmclEstimate) -> None:
         """By std_warn_level_*, which upstream has for its diagnostics."""
         sigmas = np.sqrt(np.diag(estimate.covariance))
-        limits = (self._params.std_warn_level_x, self._params.std_warn_level_y,
-                  self._params.std_warn_level_yaw)
+        limits = (self._params.std_warn_level_x, self._params.std_warn_level_y, self._params.std_warn_level_yaw)
         is_spread = bool((sigmas > limits).any())
         if is_spread and not self._is_spread:
-            log.warning('the estimate is spread by %.2f m, %.2f m, %.0f degrees '
-                        '(std_warn_level: %.2f m, %.2f m, %.0f degrees)',
-                        sigmas[0], sigmas[1], math.degrees(sigmas[2]),
-                        limits[0], limits[1], math.degrees(limits[2]))
+            log.warning(
+                'the estimate is spread by %.2f m, %.2f m, %.0f degrees (std_warn_level: %.2f m, %.2f m, %.0f degrees)',
+                sigmas[0],
+                sigmas[1],
+                math.degrees(sigmas[2]),
+                limits[0],
+                limits[1],
+                math.degrees(limits[2]),
+            )
         self._is_spread = is_spread
 
     # ---- the saved pose
 
     def _save_when_due(self, stamp_ns: int) -> None:
         rate = self._params.save_pose_rate
-        if rate > 0.0 and (self._saved_ns is None
-                           or stamp_ns - self._saved_ns >= NANOSECONDS_PER_SECOND / rate):
+        if rate > 0.0 and (self._saved_ns is None or stamp_ns - self._saved_ns >= NANOSECONDS_PER_SECOND / rate):
             self._saved_ns = stamp_ns
             self.save()
 
@@ -121,9 +131,14 @@ class AmclOutput:
             return
         pose, covariance = self._to_save
         try:
-            for name, value in (('pose_x', pose.x_m), ('pose_y', pose.y_m),
-                                ('pose_a', pose.yaw_rad), ('cov_xx', covariance[0, 0]),
-                                ('cov_yy', covariance[1, 1]), ('cov_aa', covariance[2, 2])):
+            for name, value in (
+                ('pose_x', pose.x_m),
+                ('pose_y', pose.y_m),
+                ('pose_a', pose.yaw_rad),
+                ('cov_xx', covariance[0, 0]),
+                ('cov_yy', covariance[1, 1]),
+                ('cov_aa', covariance[2, 2]),
+            ):
                 rospy.set_param(f'~initial_{name}', float(value))
         except (rospy.ROSException, OSError) as error:
             log.warning('the pose is not saved: %s', error)

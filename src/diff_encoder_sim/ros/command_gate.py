@@ -1,4 +1,5 @@
 """When a velocity command takes effect: at once, or at a fixed simulated time."""
+
 from __future__ import annotations
 
 import logging
@@ -24,8 +25,9 @@ class CommandGate:
     commands take effect as they come.
     """
 
-    def __init__(self, period_ns: int, delay_ns: int, patience_s: float,
-                 is_expected: Callable[[], bool], is_from_start: bool) -> None:
+    def __init__(
+        self, period_ns: int, delay_ns: int, patience_s: float, is_expected: Callable[[], bool], is_from_start: bool
+    ) -> None:
         """
         Args:
             period_ns: of the controller.
@@ -79,5 +81,7 @@ class CommandGate:
         if not self._arrived.wait_for(lambda: bool(self._commands), patience_s):
             self._is_waited_for = False
             if self._is_moving:
-                log.warning('no velocity command for %.2f s of simulated time: going on without',
-                            sim_time_ns / NANOSECONDS_PER_SECOND)
+                log.warning(
+                    'no velocity command for %.2f s of simulated time: going on without',
+                    sim_time_ns / NANOSECONDS_PER_SECOND,
+                )

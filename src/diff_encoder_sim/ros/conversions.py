@@ -1,4 +1,5 @@
 """Between the core's types and ROS messages: the only place that knows both."""
+
 from __future__ import annotations
 
 import math
@@ -49,8 +50,7 @@ def stamp_from_ns(stamp_ns: int) -> rospy.Time:
 
 def joint_state_message(joints: JointStates) -> JointState:
     """Wheel angles and speeds; efforts are left out."""
-    message = JointState(name=list(joints.names), position=list(joints.angles_rad),
-                         velocity=list(joints.speeds_radps))
+    message = JointState(name=list(joints.names), position=list(joints.angles_rad), velocity=list(joints.speeds_radps))
     message.header.stamp = stamp_from_ns(joints.stamp_ns)
     return message
 
@@ -61,8 +61,13 @@ def scan_message(scan: Scan, frame: str, period_s: float) -> LaserScan:
     message = LaserScan(
         angle_min=scan.angle_min_rad,
         angle_max=scan.angle_min_rad + (count - 1) * scan.angle_increment_rad,
-        angle_increment=scan.angle_increment_rad, time_increment=0.0, scan_time=period_s,
-        range_min=scan.range_min_m, range_max=scan.range_max_m, ranges=scan.ranges_m.tolist())
+        angle_increment=scan.angle_increment_rad,
+        time_increment=0.0,
+        scan_time=period_s,
+        range_min=scan.range_min_m,
+        range_max=scan.range_max_m,
+        ranges=scan.ranges_m.tolist(),
+    )
     message.header.stamp = stamp_from_ns(scan.stamp_ns)
     message.header.frame_id = frame
     return message
@@ -93,14 +98,14 @@ def odometry_message(estimate: OdometryEstimate, odom_frame: str, base_frame: st
     message.header.frame_id = odom_frame
     message.pose.pose = pose_message(estimate.base_pose_in_odom)
     message.pose.covariance = _planar_covariance(estimate.pose_covariance, PLANAR_AXES)
-    message.twist.twist = Twist(Vector3(estimate.linear_velocity_mps, 0, 0),
-                                Vector3(0, 0, estimate.angular_velocity_radps))
+    message.twist.twist = Twist(
+        Vector3(estimate.linear_velocity_mps, 0, 0), Vector3(0, 0, estimate.angular_velocity_radps)
+    )
     message.twist.covariance = _planar_covariance(estimate.twist_covariance, (0, 5))
     return message
 
 
-def transform_message(child_pose: Pose2D, stamp_ns: int, parent_frame: str,
-                      child_frame: str) -> TransformStamped:
+def transform_message(child_pose: Pose2D, stamp_ns: int, parent_frame: str, child_frame: str) -> TransformStamped:
     """A frame's pose in its parent as a transform."""
     message = TransformStamped(child_frame_id=child_frame)
     message.header.stamp = stamp_from_ns(stamp_ns)
@@ -145,8 +150,9 @@ def pose_from_transform(transform: TransformStamped) -> Pose2D:
     return pose_from_message(Pose(Point(translation.x, translation.y, translation.z), rotation))
 
 
-def pose_with_covariance_message(pose: Pose2D, covariance: np.ndarray, stamp_ns: int,
-                                 frame: str) -> PoseWithCovarianceStamped:
+def pose_with_covariance_message(
+    pose: Pose2D, covariance: np.ndarray, stamp_ns: int, frame: str
+) -> PoseWithCovarianceStamped:
     """A planar pose with its 3x3 covariance over (x, y, yaw); the rest is zero, as amcl's is."""
     message = PoseWithCovarianceStamped()
     message.header.stamp = stamp_from_ns(stamp_ns)
@@ -165,8 +171,14 @@ def pose_covariance_from_message(covariance: Sequence[float]) -> np.ndarray:
 
 def scan_from_message(message: LaserScan) -> Scan:
     """A sweep as the core knows it."""
-    return Scan(ns_from_stamp(message.header.stamp), message.angle_min, message.angle_increment,
-                message.range_min, message.range_max, np.array(message.ranges, dtype=float))
+    return Scan(
+        ns_from_stamp(message.header.stamp),
+        message.angle_min,
+        message.angle_increment,
+        message.range_min,
+        message.range_max,
+        np.array(message.ranges, dtype=float),
+    )
 
 
 def twist_std_from_message(message: Odometry) -> Tuple[float, float]:
@@ -180,8 +192,10 @@ def twist_std_from_message(message: Odometry) -> Tuple[float, float]:
 
 def body_messages(state: BodyState) -> Tuple[Pose, Twist]:
     """A body's pose and twist in the world frame, as Gazebo reports them."""
-    return (Pose(Point(*state.position_xyz_m), Quaternion(*state.quat_xyzw)),
-            Twist(Vector3(*state.linear_xyz_mps), Vector3(*state.angular_xyz_radps)))
+    return (
+        Pose(Point(*state.position_xyz_m), Quaternion(*state.quat_xyzw)),
+        Twist(Vector3(*state.linear_xyz_mps), Vector3(*state.angular_xyz_radps)),
+    )
 
 
 def matrix_pose_message(pose: np.ndarray) -> Pose:
@@ -192,8 +206,9 @@ def matrix_pose_message(pose: np.ndarray) -> Pose:
 
 def world_markers(world: World, frame: str) -> MarkerArray:
     """The world's walls and pillars for RViz; its floor is left to RViz's grid."""
-    return MarkerArray([_marker(solid, index, frame) for index, solid in enumerate(world.solids)
-                        if not isinstance(solid.shape, Plane)])
+    return MarkerArray(
+        [_marker(solid, index, frame) for index, solid in enumerate(world.solids) if not isinstance(solid.shape, Plane)]
+    )
 
 
 def _marker(solid: Solid, index: int, frame: str) -> Marker:

@@ -1,4 +1,5 @@
 """gz_diff_encoder_node: /joint_states in, /encoder_pulse out."""
+
 from __future__ import annotations
 
 from sensor_msgs.msg import JointState
@@ -23,8 +24,7 @@ class EncoderNode:
 
     def _on_joint_states(self, message: JointState) -> None:
         try:
-            sample = self._encoder.update(ns_from_stamp(message.header.stamp), message.name,
-                                          message.position)
+            sample = self._encoder.update(ns_from_stamp(message.header.stamp), message.name, message.position)
         except InputFault as fault:
             log.warning('%s: %s; message dropped', self._joint_states.resolved_name, fault)
             return

@@ -4,6 +4,7 @@ Debian's ROS lacks gazebo_msgs. Where it is missing, each class is built from it
 its real name, so its checksum is that of the original, and any program that has the package can
 talk to it.
 """
+
 from __future__ import annotations
 
 from typing import Dict, Type
@@ -17,28 +18,28 @@ from diff_encoder_sim.serialization.message_types import MODEL_STATES_FIELDS
 
 _SEPARATOR = '\n' + 80 * '=' + '\n'
 
-_MODEL_STATE = '''\
+_MODEL_STATE = """\
 string model_name
 geometry_msgs/Pose pose
 geometry_msgs/Twist twist
-string reference_frame'''
+string reference_frame"""
 
 _SET_MODEL_STATE_REQUEST = 'gazebo_msgs/ModelState model_state'
 
-_SET_MODEL_STATE_RESPONSE = '''\
+_SET_MODEL_STATE_RESPONSE = """\
 bool success
-string status_message'''
+string status_message"""
 
-_GET_MODEL_STATE_REQUEST = '''\
+_GET_MODEL_STATE_REQUEST = """\
 string model_name
-string relative_entity_name'''
+string relative_entity_name"""
 
-_GET_MODEL_STATE_RESPONSE = '''\
+_GET_MODEL_STATE_RESPONSE = """\
 std_msgs/Header header
 geometry_msgs/Pose pose
 geometry_msgs/Twist twist
 bool success
-string status_message'''
+string status_message"""
 
 
 def built_message(name: str, definition: str) -> Type:
@@ -55,9 +56,16 @@ def built_service(name: str, request: str, response: str) -> Type:
         context.register(message_name, message._spec)  # genpy's own name for what it parsed
     request_class, response_class = messages[f'{name}Request'], messages[f'{name}Response']
     spec = SrvSpec(request_class._spec, response_class._spec, f'{request}\n---\n{response}', name)
-    return type(name.split('/')[1], (), {
-        '_type': name, '_md5sum': compute_md5(context, spec),
-        '_request_class': request_class, '_response_class': response_class})
+    return type(
+        name.split('/')[1],
+        (),
+        {
+            '_type': name,
+            '_md5sum': compute_md5(context, spec),
+            '_request_class': request_class,
+            '_response_class': response_class,
+        },
+    )
 
 
 def _built_messages(name: str, definition: str) -> Dict[str, Type]:
@@ -75,7 +83,5 @@ except ImportError:
 try:
     from gazebo_msgs.srv import GetModelState, SetModelState
 except ImportError:
-    SetModelState = built_service('gazebo_msgs/SetModelState', _SET_MODEL_STATE_REQUEST,
-                                  _SET_MODEL_STATE_RESPONSE)
-    GetModelState = built_service('gazebo_msgs/GetModelState', _GET_MODEL_STATE_REQUEST,
-                                  _GET_MODEL_STATE_RESPONSE)
+    SetModelState = built_service('gazebo_msgs/SetModelState', _SET_MODEL_STATE_REQUEST, _SET_MODEL_STATE_RESPONSE)
+    GetModelState = built_service('gazebo_msgs/GetModelState', _GET_MODEL_STATE_REQUEST, _GET_MODEL_STATE_RESPONSE)

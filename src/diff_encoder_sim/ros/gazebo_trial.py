@@ -1,4 +1,5 @@
 """gazebo_trial: becomes Gazebo's server with the trial's world, or puts the robot into it."""
+
 from __future__ import annotations
 
 import sys
@@ -23,8 +24,23 @@ def _become_gazebo(words: list) -> None:
         become('gazebo_ros', 'gzserver', ['-u', '-e', 'ode', plan.world], GAZEBO.install_hint)
     elif len(words) == 2 and words[0] == 'spawn':
         start = plan.trial.test.start
-        become('gazebo_ros', 'spawn_model',
-               ['-urdf', '-param', 'gazebo_robot_description', '-model', words[1],
-                '-x', str(start.x), '-y', str(start.y), '-Y', str(start.yaw)], GAZEBO.install_hint)
+        become(
+            'gazebo_ros',
+            'spawn_model',
+            [
+                '-urdf',
+                '-param',
+                'gazebo_robot_description',
+                '-model',
+                words[1],
+                '-x',
+                str(start.x),
+                '-y',
+                str(start.y),
+                '-Y',
+                str(start.yaw),
+            ],
+            GAZEBO.install_hint,
+        )
     else:
         raise ConfigError(f'arguments: given {" ".join(words)!r}; allowed: server, or spawn MODEL')

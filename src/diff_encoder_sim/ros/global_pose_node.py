@@ -1,4 +1,5 @@
 """global_pose_node: where TF says the robot is on the map, as /global_pose at a steady rate."""
+
 from __future__ import annotations
 
 import rospy
@@ -44,11 +45,9 @@ class GlobalPoseNode:
 
     def _on_transform(self, _: TFMessage) -> None:
         try:
-            transform = self._buffer.lookup_transform(self._params.map_frame,
-                                                      self._params.base_frame, rospy.Time(0))
+            transform = self._buffer.lookup_transform(self._params.map_frame, self._params.base_frame, rospy.Time(0))
         except tf2_ros.TransformException as error:
-            log.info('waiting for %s -> %s: %s', self._params.map_frame, self._params.base_frame,
-                     error)
+            log.info('waiting for %s -> %s: %s', self._params.map_frame, self._params.base_frame, error)
             return
         stamp_ns = ns_from_stamp(transform.header.stamp)
         step = self._timeline.advance(stamp_ns)

@@ -1,4 +1,5 @@
 """The action move_base as a server, and the topic move_base_simple/goal that leads to it."""
+
 from __future__ import annotations
 
 import actionlib
@@ -25,8 +26,7 @@ class GoalServer:
         self._frames = frames
         self._current_goals = publisher('~current_goal', PoseStamped)
         self._goals = publisher('~goal', MoveBaseActionGoal)
-        self._server = actionlib.SimpleActionServer(rospy.get_name(), MoveBaseAction,
-                                                    auto_start=False)
+        self._server = actionlib.SimpleActionServer(rospy.get_name(), MoveBaseAction, auto_start=False)
         self._server.start()
         self._keep_status_up()
         self._simple_goals = subscriber('move_base_simple/goal', PoseStamped, self._on_simple_goal)
@@ -36,8 +36,9 @@ class GoalServer:
         server = self._server.action_server
         if server.status_frequency > 0.0:
             server.status_timer.shutdown()
-            server.status_timer = rospy.Timer(rospy.Duration(1.0 / server.status_frequency),
-                                              server.publish_status_async, reset=True)
+            server.status_timer = rospy.Timer(
+                rospy.Duration(1.0 / server.status_frequency), server.publish_status_async, reset=True
+            )
 
     @property
     def has_new_goal(self) -> bool:
@@ -65,8 +66,7 @@ class GoalServer:
             self._server.set_aborted(MoveBaseResult(), str(fault))
             return
         navigator.set_goal(pose_in_map)
-        self._current_goals.publish(pose_stamped_message(pose_in_map, now_ns,
-                                                         self._frames.map_frame))
+        self._current_goals.publish(pose_stamped_message(pose_in_map, now_ns, self._frames.map_frame))
 
     def report(self, navigator: Navigator, now_ns: int, text: str) -> None:
         """Feedback, and the text of the goal's status on `~status`."""
@@ -74,8 +74,13 @@ class GoalServer:
             return
         self._server.current_goal.get_goal_status().text = text
         if navigator.inputs.knows_pose:
-            self._server.publish_feedback(MoveBaseFeedback(base_position=pose_stamped_message(
-                navigator.inputs.base_pose_in_map, now_ns, self._frames.map_frame)))
+            self._server.publish_feedback(
+                MoveBaseFeedback(
+                    base_position=pose_stamped_message(
+                        navigator.inputs.base_pose_in_map, now_ns, self._frames.map_frame
+                    )
+                )
+            )
 
     def end(self, status: GoalStatus, text: str) -> None:
         """The result of the goal, unless it is over already."""

@@ -1,4 +1,5 @@
 """Who is connected to whom: a trial starts when every subscriber hears its publishers."""
+
 from __future__ import annotations
 
 import time
@@ -26,15 +27,16 @@ def unheard(topics: Iterable[str], if_published: Iterable[str] = ()) -> List[str
             if node not in links:
                 links[node] = _outbound_links(master.lookupNode(node))
         wanted = set(subscribers_of.get(topic, []))
-        heard_by = [{listener for link_topic, listener in links[node] if link_topic == topic}
-                    for node in publishers_of.get(topic, [])]
+        heard_by = [
+            {listener for link_topic, listener in links[node] if link_topic == topic}
+            for node in publishers_of.get(topic, [])
+        ]
         if not heard_by or any(wanted - listeners for listeners in heard_by):
             missing.append(topic)
     return missing
 
 
-def wait_until_heard(topics: Iterable[str], if_published: Iterable[str],
-                     timeout_s: float) -> List[str]:
+def wait_until_heard(topics: Iterable[str], if_published: Iterable[str], timeout_s: float) -> List[str]:
     """Wait, by the wall clock, until `unheard` is empty; returns what is left at the timeout."""
     deadline_s = time.monotonic() + timeout_s
     while True:
@@ -53,5 +55,4 @@ def _outbound_links(node_uri: str) -> Set[Tuple[str, str]]:
     if code != 1:
         raise OSError(message)
     # id, destination, direction, transport, topic, connected, ...
-    return {(connection[4], connection[1]) for connection in connections
-            if connection[2] == 'o' and connection[5]}
+    return {(connection[4], connection[1]) for connection in connections if connection[2] == 'o' and connection[5]}

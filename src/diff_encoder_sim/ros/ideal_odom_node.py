@@ -1,4 +1,5 @@
 """ideal_odom_node: perfect odometry from /gazebo/model_states, as plain simulators give it."""
+
 from __future__ import annotations
 
 import math
@@ -37,11 +38,19 @@ class IdealOdomNode:
         if self._start_pose is None or stamp_ns < self._newest_ns:
             self._start_pose = pose_in_world
         self._newest_ns = stamp_ns
-        forward_mps = (twist.linear.x * math.cos(pose_in_world.yaw_rad)
-                       + twist.linear.y * math.sin(pose_in_world.yaw_rad))
-        self._output.publish(OdometryEstimate(
-            stamp_ns, pose_in_world.relative_to(self._start_pose), forward_mps, twist.angular.z,
-            np.zeros((3, 3)), np.zeros((2, 2))))
+        forward_mps = twist.linear.x * math.cos(pose_in_world.yaw_rad) + twist.linear.y * math.sin(
+            pose_in_world.yaw_rad
+        )
+        self._output.publish(
+            OdometryEstimate(
+                stamp_ns,
+                pose_in_world.relative_to(self._start_pose),
+                forward_mps,
+                twist.angular.z,
+                np.zeros((3, 3)),
+                np.zeros((2, 2)),
+            )
+        )
 
 
 def main() -> None:

@@ -1,4 +1,5 @@
 """How a laser is mounted: where, which way up, how far off level."""
+
 from __future__ import annotations
 
 import math
@@ -16,14 +17,13 @@ class LaserMount(NamedTuple):
 
     laser_pose_in_base: Pose2D
     is_upside_down: bool
-    lean_rad: float     # of the scanned plane, from level
+    lean_rad: float  # of the scanned plane, from level
 
     def level(self, scan: Scan) -> Scan:
         """The same rays counter-clockwise as seen from above."""
         if not self.is_upside_down:
             return scan
-        return scan._replace(angle_min_rad=-scan.angle_min_rad,
-                             angle_increment_rad=-scan.angle_increment_rad)
+        return scan._replace(angle_min_rad=-scan.angle_min_rad, angle_increment_rad=-scan.angle_increment_rad)
 
 
 def laser_mount(transform: TransformStamped) -> LaserMount:
@@ -34,8 +34,8 @@ def laser_mount(transform: TransformStamped) -> LaserMount:
     """
     pose = pose_from_transform(transform)
     rotation = transform.transform.rotation
-    aside = rotation.x ** 2 + rotation.y ** 2
-    upright = rotation.z ** 2 + rotation.w ** 2
+    aside = rotation.x**2 + rotation.y**2
+    upright = rotation.z**2 + rotation.w**2
     # Of the laser's z axis, the part along the base's.
     up = (upright - aside) / (upright + aside)
     return LaserMount(pose, up < 0.0, math.acos(min(abs(up), 1.0)))

@@ -5,6 +5,7 @@ a watcher outside of roslaunch's reach waits for the trial's word. Hearing none,
 roslaunch stop every node in good order and then ends roslaunch itself by a signal, which shells
 see as a failure. docs/adr/0003-exit-status.md has the alternatives.
 """
+
 from __future__ import annotations
 
 import os
@@ -30,8 +31,8 @@ class LaunchStatus:
         roslaunch_pid = os.getppid()
         if _is_roslaunch(roslaunch_pid):
             self._watcher = subprocess.Popen(
-                [sys.executable, '-m', __name__, str(roslaunch_pid)], stdin=subprocess.PIPE,
-                start_new_session=True)
+                [sys.executable, '-m', __name__, str(roslaunch_pid)], stdin=subprocess.PIPE, start_new_session=True
+            )
 
     def succeed(self) -> None:
         """Let roslaunch end with status 0."""

@@ -1,4 +1,5 @@
 """Getting the map: from the service static_map, as upstream's nodes do."""
+
 from __future__ import annotations
 
 import threading
@@ -28,7 +29,7 @@ def _fetch(use_map: Callable[[OccupancyGridMessage], None]) -> None:
         except (rospy.ROSException, rospy.ServiceException) as error:
             if not rospy.is_shutdown():
                 log.warning('waiting for the map: %s', error)
-                time.sleep(BETWEEN_REQUESTS_S)      # a server that refuses answers at once
+                time.sleep(BETWEEN_REQUESTS_S)  # a server that refuses answers at once
             continue
         use_map(message)
         return

@@ -1,4 +1,5 @@
 """Between occupancy grids and nav_msgs."""
+
 from __future__ import annotations
 
 import math
@@ -15,8 +16,13 @@ from diff_encoder_sim.ros.conversions import pose_from_message, pose_message, st
 def map_message(grid: OccupancyGrid, stamp_ns: int, frame: str) -> OccupancyGridMessage:
     """A grid as a message, row by row from the origin."""
     stamp = stamp_from_ns(stamp_ns)
-    info = MapMetaData(map_load_time=stamp, resolution=grid.resolution_m, width=grid.width,
-                       height=grid.height, origin=pose_message(grid.origin))
+    info = MapMetaData(
+        map_load_time=stamp,
+        resolution=grid.resolution_m,
+        width=grid.width,
+        height=grid.height,
+        origin=pose_message(grid.origin),
+    )
     message = OccupancyGridMessage(info=info, data=grid.cells.ravel().tolist())
     message.header.stamp = stamp
     message.header.frame_id = frame
@@ -31,8 +37,10 @@ def grid_from_message(message: OccupancyGridMessage) -> OccupancyGrid:
     """
     info = message.info
     if info.width * info.height == 0 or len(message.data) != info.width * info.height:
-        raise InputFault(f'map of {info.width} x {info.height} cells with {len(message.data)} '
-                         f'values; expected as many values as cells, and some')
+        raise InputFault(
+            f'map of {info.width} x {info.height} cells with {len(message.data)} '
+            f'values; expected as many values as cells, and some'
+        )
     if not (math.isfinite(info.resolution) and info.resolution > 0):
         raise InputFault(f'map resolution {info.resolution} m; expected a length greater than 0')
     cells = np.array(message.data, dtype=np.int8).reshape(info.height, info.width)

@@ -1,4 +1,5 @@
 """Keeps the map that is being made, so that no fault loses it, and saves it."""
+
 from __future__ import annotations
 
 from pathlib import Path
@@ -55,7 +56,7 @@ class MapKeeper:
     @staticmethod
     def _map_as_it_stands() -> Optional[OccupancyGridMessage]:
         if rospy.is_shutdown():
-            return None     # the mapper is going, too
+            return None  # the mapper is going, too
         try:
             return rospy.ServiceProxy('dynamic_map', GetMap)().map
         except rospy.ServiceException:

@@ -1,4 +1,5 @@
 """map_saver: writes the map on a topic to a map file, as upstream's map_saver."""
+
 from __future__ import annotations
 
 import argparse
@@ -35,8 +36,15 @@ def _save_next_map(stem: Path, params: SavingParams) -> None:
     except InputFault as fault:
         raise ConfigError(f'{topic}: {fault}') from None
     path = save_map(grid, stem, params)
-    log.info('%s: %d x %d cells of %g m are saved as %s', topic, grid.width, grid.height,
-             grid.resolution_m, path.resolve(), extra=EVENT)
+    log.info(
+        '%s: %d x %d cells of %g m are saved as %s',
+        topic,
+        grid.width,
+        grid.height,
+        grid.resolution_m,
+        path.resolve(),
+        extra=EVENT,
+    )
 
 
 def _next_map(topic: str) -> OccupancyGridMessage:
@@ -52,12 +60,16 @@ def _next_map(topic: str) -> OccupancyGridMessage:
 
 def _parse() -> argparse.Namespace:
     parser = argparse.ArgumentParser(
-        prog='map_saver', description=__doc__,
-        epilog='example: map_saver -f ~/maps/office map:=/my_map')
-    parser.add_argument('-f', dest='stem', type=Path, default=Path('map'), metavar='STEM',
-                        help='writes STEM.pgm and STEM.yaml (default: %(default)s)')
-    parser.add_argument('--occ', type=int, default=65,
-                        help='occupied from here on [%%] (default: %(default)s)')
-    parser.add_argument('--free', type=int, default=25,
-                        help='free up to here [%%] (default: %(default)s)')
+        prog='map_saver', description=__doc__, epilog='example: map_saver -f ~/maps/office map:=/my_map'
+    )
+    parser.add_argument(
+        '-f',
+        dest='stem',
+        type=Path,
+        default=Path('map'),
+        metavar='STEM',
+        help='writes STEM.pgm and STEM.yaml (default: %(default)s)',
+    )
+    parser.add_argument('--occ', type=int, default=65, help='occupied from here on [%%] (default: %(default)s)')
+    parser.add_argument('--free', type=int, default=25, help='free up to here [%%] (default: %(default)s)')
     return parser.parse_args(rospy.myargv()[1:])

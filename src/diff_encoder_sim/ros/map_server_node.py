@@ -1,4 +1,5 @@
 """map_server_node: a map file on /map, /map_metadata, static_map; change_map takes another."""
+
 from __future__ import annotations
 
 import sys
@@ -33,13 +34,14 @@ class MapServerNode:
         self._message = self._load(map_file)
         self._maps = publisher('map', OccupancyGrid, latch=True)
         self._metadata = publisher('map_metadata', MapMetaData, latch=True)
-        self._services = [rospy.Service('static_map', GetMap, self._on_get),
-                          rospy.Service('change_map', LoadMap, self._on_change)]
+        self._services = [
+            rospy.Service('static_map', GetMap, self._on_get),
+            rospy.Service('change_map', LoadMap, self._on_change),
+        ]
         self._publish()
 
     def _load(self, map_file: str) -> OccupancyGrid:
-        return map_message(load_map(map_file), ns_from_stamp(rospy.Time.now()),
-                           self._params.frame_id)
+        return map_message(load_map(map_file), ns_from_stamp(rospy.Time.now()), self._params.frame_id)
 
     def _publish(self) -> None:
         self._maps.publish(self._message)
@@ -74,8 +76,10 @@ def _map_file(arguments: List[str]) -> str:
     if not arguments and plan is not None:
         return plan.map
     if len(arguments) == 2:  # an image and its resolution: upstream's deprecated form
-        raise ConfigError(f'arguments: given {" ".join(arguments)!r}; allowed: one map .yaml file, '
-                          f'which names the image and has the resolution')
+        raise ConfigError(
+            f'arguments: given {" ".join(arguments)!r}; allowed: one map .yaml file, '
+            f'which names the image and has the resolution'
+        )
     if len(arguments) != 1:
         raise ConfigError(f'arguments: given {" ".join(arguments)!r}; allowed: one map .yaml file')
     return arguments[0]

@@ -1,4 +1,5 @@
 """One model's state out of /gazebo/model_states, dated and at a steady rate."""
+
 from __future__ import annotations
 
 import math
@@ -25,8 +26,7 @@ class ModelStatesParams(Params):
 
     model: str = Field('alto', min_length=1, description='the robot in /gazebo/model_states')
     rate: float = Field(20.0, ge=1e-3, le=1e6, description='[Hz]')
-    states_period: float = Field(
-        0.0, ge=0, description='states come at whole multiples of this [s]; 0: at any time')
+    states_period: float = Field(0.0, ge=0, description='states come at whole multiples of this [s]; 0: at any time')
 
 
 class ModelStateReader:
@@ -39,8 +39,7 @@ class ModelStateReader:
     as it stands is the best guess.
     """
 
-    def __init__(self, params: ModelStatesParams,
-                 callback: Callable[[int, Pose2D, Twist], None]) -> None:
+    def __init__(self, params: ModelStatesParams, callback: Callable[[int, Pose2D, Twist], None]) -> None:
         self._params = params
         self._callback = callback
         self._period_ns = round(params.states_period * NANOSECONDS_PER_SECOND)
@@ -59,8 +58,12 @@ class ModelStateReader:
         now_ns = ns_from_stamp(message.clock)
         with self._lock:
             if self._clock_ns is not None and now_ns < self._clock_ns:
-                log.warning('/clock went back to %.3f s: %s begins again',
-                            now_ns / NANOSECONDS_PER_SECOND, rospy.get_name(), extra=EVENT)
+                log.warning(
+                    '/clock went back to %.3f s: %s begins again',
+                    now_ns / NANOSECONDS_PER_SECOND,
+                    rospy.get_name(),
+                    extra=EVENT,
+                )
                 if self._period_ns == 0:
                     self._waiting = None  # of before the reset; else it is the first after it
                 self._restart()
@@ -89,8 +92,10 @@ class ModelStateReader:
                 raise InputFault(f'model {self._params.model!r} is not among {message.name}')
             index = message.name.index(self._params.model)
             if not index < min(len(message.pose), len(message.twist)):
-                raise InputFault(f'model {self._params.model!r} has no state: {len(message.name)} '
-                                 f'names, {len(message.pose)} poses, {len(message.twist)} twists')
+                raise InputFault(
+                    f'model {self._params.model!r} has no state: {len(message.name)} '
+                    f'names, {len(message.pose)} poses, {len(message.twist)} twists'
+                )
             pose_in_world = pose_from_message(message.pose[index])
             _check_finite(message.twist[index])
         except InputFault as fault:

@@ -1,4 +1,5 @@
 """move_base_node: navigation on upstream move_base's action, topics, services and parameters."""
+
 from __future__ import annotations
 
 import logging
@@ -49,16 +50,16 @@ class MoveBaseNode:
         self._control_rate = ControlRate(self._params.controller_frequency)
         self._commands = publisher('cmd_vel', Twist)
         local = self._params.local_costmap
-        self._frames = RobotFrames(self._params.global_costmap.global_frame, local.global_frame,
-                                   local.robot_base_frame)
+        self._frames = RobotFrames(self._params.global_costmap.global_frame, local.global_frame, local.robot_base_frame)
         self._views = NavigationViews(self._frames.map_frame, self._frames.odom_frame)
         self._goals = GoalServer(self._frames)
-        self._services = [rospy.Service('~make_plan', GetPlan, self._on_make_plan),
-                          rospy.Service('~clear_costmaps', Empty, self._on_clear_costmaps)]
+        self._services = [
+            rospy.Service('~make_plan', GetPlan, self._on_make_plan),
+            rospy.Service('~clear_costmaps', Empty, self._on_clear_costmaps),
+        ]
         self._scans = subscriber('scan', LaserScan, self._on_scan)
         self._odometry = subscriber('odom', Odometry, self._on_odometry)
-        self._watchdog = rospy.Timer(rospy.Duration(WATCHDOG_PERIOD_S), self._on_watchdog,
-                                     reset=True)
+        self._watchdog = rospy.Timer(rospy.Duration(WATCHDOG_PERIOD_S), self._on_watchdog, reset=True)
         rospy.on_shutdown(self._on_shutdown)
         fetch_map(self._on_map)
 
@@ -79,12 +80,15 @@ class MoveBaseNode:
                 return
             try:
                 mount = self._frames.laser_mount(message.header.frame_id)
-                self._navigator.take_scan(mount.level(scan_from_message(message)),
-                                          mount.laser_pose_in_base)
+                self._navigator.take_scan(mount.level(scan_from_message(message)), mount.laser_pose_in_base)
             except InputFault as fault:
                 # robot_state_publisher tells of the laser only once simulated time runs.
-                log.log(logging.WARNING if self._has_had_scan else logging.INFO,
-                        '%s: %s; scan dropped', self._scans.resolved_name, fault)
+                log.log(
+                    logging.WARNING if self._has_had_scan else logging.INFO,
+                    '%s: %s; scan dropped',
+                    self._scans.resolved_name,
+                    fault,
+                )
             self._has_had_scan = True
 
     def _on_odometry(self, message: Odometry) -> None:
@@ -95,9 +99,12 @@ class MoveBaseNode:
             try:
                 self._frames.check_odometry(message.header.frame_id)
                 self._navigator.take_odometry(
-                    now_ns, pose_from_message(message.pose.pose),
-                    message.twist.twist.linear.x, message.twist.twist.angular.z,
-                    *twist_std_from_message(message))
+                    now_ns,
+                    pose_from_message(message.pose.pose),
+                    message.twist.twist.linear.x,
+                    message.twist.twist.angular.z,
+                    *twist_std_from_message(message),
+                )
             except InputFault as fault:
                 log.warning('%s: %s; message dropped', self._odometry.resolved_name, fault)
                 return
@@ -107,7 +114,7 @@ class MoveBaseNode:
             try:
                 self._control(now_ns)
             except Exception:
-                self._command(STOP)     # rospy logs it and goes on: not with the last command
+                self._command(STOP)  # rospy logs it and goes on: not with the last command
                 raise
 
     def _take_localization(self, now_ns: int) -> None:
@@ -151,9 +158,9 @@ class MoveBaseNode:
         return (ns_from_stamp(rospy.Time.now()) - self._heard_ns) / NANOSECONDS_PER_SECOND
 
     def _wait(self, why: str) -> NavigatorOutput:
-        return self._navigator.wait(Missing(
-            self._odometry.resolved_name,
-            f'{why} (input_timeout {self._params.input_timeout:g} s)'))
+        return self._navigator.wait(
+            Missing(self._odometry.resolved_name, f'{why} (input_timeout {self._params.input_timeout:g} s)')
+        )
 
     def _answer(self, now_ns: int, output: NavigatorOutput) -> None:
         """Tell the robot, the goal's sender and displays."""
@@ -167,15 +174,14 @@ class MoveBaseNode:
         self._views.show(self._navigator, now_ns)
 
     def _command(self, command: Command) -> None:
-        self._commands.publish(Twist(Vector3(command.linear_mps, 0, 0),
-                                     Vector3(0, 0, command.angular_radps)))
+        self._commands.publish(Twist(Vector3(command.linear_mps, 0, 0), Vector3(0, 0, command.angular_radps)))
 
     def _on_shutdown(self) -> None:
         with self._lock:
             if self._is_driving:
                 self._command(STOP)
                 self._goals.end(GoalStatus.ABORTED, 'the node was shut down')
-            self._navigator = None      # a message that is still on its way moves nothing
+            self._navigator = None  # a message that is still on its way moves nothing
 
     # ---- services
 
@@ -187,16 +193,14 @@ class MoveBaseNode:
                 start: Optional[Pose2D] = None
                 if request.start.header.frame_id:
                     start = self._pose_in_map('start', request.start)
-                poses = self._navigator.make_plan(start, self._pose_in_map('goal', request.goal),
-                                                  request.tolerance)
+                poses = self._navigator.make_plan(start, self._pose_in_map('goal', request.goal), request.tolerance)
             except InputFault as fault:
                 raise rospy.ServiceException(str(fault)) from None
             except PlanError as error:
                 # As upstream: a question well put has an answer, which is no plan.
                 log.warning('make_plan: %s', str(error))
                 poses = np.empty((0, 3))
-        return GetPlanResponse(plan=path_message(poses, ns_from_stamp(rospy.Time.now()),
-                                                 self._frames.map_frame))
+        return GetPlanResponse(plan=path_message(poses, ns_from_stamp(rospy.Time.now()), self._frames.map_frame))
 
     def _pose_in_map(self, what: str, message: PoseStamped) -> Pose2D:
         try:

@@ -1,4 +1,5 @@
 """navigation_trial_node: takes the robot along a test's route by move_base, ends with the trial."""
+
 from __future__ import annotations
 
 import threading
@@ -23,10 +24,14 @@ from diff_encoder_sim.trials.trial_outcome import RouteFailed
 
 ACTION = 'move_base'
 
-_STATUS = {ActionStatus.PENDING: GoalStatus.ACTIVE, ActionStatus.ACTIVE: GoalStatus.ACTIVE,
-           ActionStatus.PREEMPTING: GoalStatus.ACTIVE, ActionStatus.RECALLING: GoalStatus.ACTIVE,
-           ActionStatus.SUCCEEDED: GoalStatus.SUCCEEDED,
-           ActionStatus.PREEMPTED: GoalStatus.PREEMPTED}
+_STATUS = {
+    ActionStatus.PENDING: GoalStatus.ACTIVE,
+    ActionStatus.ACTIVE: GoalStatus.ACTIVE,
+    ActionStatus.PREEMPTING: GoalStatus.ACTIVE,
+    ActionStatus.RECALLING: GoalStatus.ACTIVE,
+    ActionStatus.SUCCEEDED: GoalStatus.SUCCEEDED,
+    ActionStatus.PREEMPTED: GoalStatus.PREEMPTED,
+}
 
 
 class NavigationTrialNode:
@@ -39,7 +44,7 @@ class NavigationTrialNode:
         self._believed: Optional[Pose2D] = None
         self._failure: Optional[RouteFailed] = None
         self._goal: Optional[actionlib.ClientGoalHandle] = None
-        self._lock = threading.Lock()   # true and believed poses come in threads
+        self._lock = threading.Lock()  # true and believed poses come in threads
         self._may_drive, self._ended = threading.Event(), threading.Event()
         self._commands = publisher('cmd_vel', Twist)
         # Not the simple client: it may hear of a goal before it knows it, and logs an error.
@@ -62,15 +67,13 @@ class NavigationTrialNode:
         self._runner.wait_for(self._ended.is_set)
         if self._failure is not None:
             self._action.cancel_all_goals()
-            self._commands.publish(Twist())     # a turn is nobody else's to end
+            self._commands.publish(Twist())  # a turn is nobody else's to end
             raise TrialFailed(*reversed(self._failure.ending))
-        log.info('%s ends %s', topics.GLOBAL_POSE,
-                 distance_from_goal(self._believed, self._runner.trial.goal()))
+        log.info('%s ends %s', topics.GLOBAL_POSE, distance_from_goal(self._believed, self._runner.trial.goal()))
 
     def _is_served(self) -> bool:
         # Waiting goes by simulated time, so it is only begun when it will not be for long.
-        return (self._action.last_status_msg is not None
-                and self._action.wait_for_server(rospy.Duration(0.1)))
+        return self._action.last_status_msg is not None and self._action.wait_for_server(rospy.Duration(0.1))
 
     def _watch(self, stamp_ns: int, _: Pose2D) -> None:
         """A robot that has lost its way gets no pose, but its time runs."""
@@ -80,8 +83,7 @@ class NavigationTrialNode:
         if self._ended.is_set() or not self._may_drive.is_set():
             return
         self._believed = base_pose_in_map
-        self._drive_on(stamp_ns, lambda: self._driver.step(stamp_ns, base_pose_in_map,
-                                                           *self._goal_status()))
+        self._drive_on(stamp_ns, lambda: self._driver.step(stamp_ns, base_pose_in_map, *self._goal_status()))
 
     def _drive_on(self, stamp_ns: int, decide: Callable[[], DriverOutput]) -> None:
         with self._lock:
@@ -97,20 +99,19 @@ class NavigationTrialNode:
     def _goal_status(self) -> Tuple[GoalStatus, str]:
         if self._goal is None:
             return GoalStatus.NONE, ''
-        return (_STATUS.get(self._goal.get_goal_status(), GoalStatus.ABORTED),
-                self._goal.get_goal_status_text())
+        return (_STATUS.get(self._goal.get_goal_status(), GoalStatus.ABORTED), self._goal.get_goal_status_text())
 
     def _apply(self, stamp_ns: int, wanted: DriverOutput) -> None:
         if wanted.turn_rate_radps is not None:
             self._commands.publish(Twist(Vector3(), Vector3(0, 0, wanted.turn_rate_radps)))
         if wanted.goal_in_map is not None:
-            self._goal = self._action.send_goal(MoveBaseGoal(target_pose=pose_stamped_message(
-                wanted.goal_in_map, stamp_ns, self._params.map_frame)))
+            self._goal = self._action.send_goal(
+                MoveBaseGoal(target_pose=pose_stamped_message(wanted.goal_in_map, stamp_ns, self._params.map_frame))
+            )
 
 
 def main() -> None:
     """Entry point of the executable."""
     # First of all, so that whatever goes wrong from here on fails the launch.
     status = LaunchStatus()
-    run_node('navigation_trial_node', lambda: NavigationTrialNode(status),
-             NavigationTrialNode.run)
+    run_node('navigation_trial_node', lambda: NavigationTrialNode(status), NavigationTrialNode.run)

@@ -1,4 +1,5 @@
 """What people see of the navigator: plans and costmaps, on move_base's topics."""
+
 from __future__ import annotations
 
 from typing import Dict, Type
@@ -18,11 +19,10 @@ from diff_encoder_sim.navigation.navigator import Navigator
 from diff_encoder_sim.ros.conversions import pose_stamped_message, stamp_from_ns
 from diff_encoder_sim.ros.map_conversions import map_message
 
-LINES_PERIOD_NS = 200_000_000    # of plans and outlines
+LINES_PERIOD_NS = 200_000_000  # of plans and outlines
 
 # Costs 0 to 255 as costmap_2d shows them: 1 to 98 for inflation, 99 inscribed, 100 lethal.
-_SHOWN = np.concatenate([[0], np.linspace(1, 98, 252).astype(np.int64), [99, 100, -1]]).astype(
-    np.int8)
+_SHOWN = np.concatenate([[0], np.linspace(1, 98, 252).astype(np.int64), [99, 100, -1]]).astype(np.int8)
 
 
 class NavigationViews:
@@ -41,9 +41,11 @@ class NavigationViews:
 
     def show(self, navigator: Navigator, now_ns: int) -> None:
         """Publish what is due."""
-        plans = ((self._global_plans, self._map_frame, navigator.global_plan_in_map),
-                 (self._plans_in_sight, self._odom_frame, navigator.plan_in_sight_in_odom),
-                 (self._local_plans, self._odom_frame, navigator.local_plan_in_odom))
+        plans = (
+            (self._global_plans, self._map_frame, navigator.global_plan_in_map),
+            (self._plans_in_sight, self._odom_frame, navigator.plan_in_sight_in_odom),
+            (self._local_plans, self._odom_frame, navigator.local_plan_in_odom),
+        )
         for plan_publisher, frame, poses in plans:
             if self._is_due(plan_publisher, LINES_PERIOD_NS, now_ns):
                 plan_publisher.publish(path_message(poses, now_ns, frame))
@@ -54,27 +56,26 @@ class NavigationViews:
     def _show_outlines(self, navigator: Navigator, now_ns: int) -> None:
         inputs = navigator.inputs
         for outline_publisher, frame, costmap, base_pose in (
-                (self._global_outlines, self._map_frame, navigator.global_costmap,
-                 inputs.base_pose_in_map),
-                (self._local_outlines, self._odom_frame, navigator.local_costmap,
-                 inputs.odometry.base_pose_in_odom)):
+            (self._global_outlines, self._map_frame, navigator.global_costmap, inputs.base_pose_in_map),
+            (self._local_outlines, self._odom_frame, navigator.local_costmap, inputs.odometry.base_pose_in_odom),
+        ):
             if self._is_due(outline_publisher, LINES_PERIOD_NS, now_ns):
-                outline_publisher.publish(outline_message(costmap.footprint, base_pose, now_ns,
-                                                          frame))
+                outline_publisher.publish(outline_message(costmap.footprint, base_pose, now_ns, frame))
 
     def _show_costmaps(self, navigator: Navigator, now_ns: int) -> None:
         for costmap_publisher, frame, costmap in (
-                (self._global_costmaps, self._map_frame, navigator.global_costmap),
-                (self._local_costmaps, self._odom_frame, navigator.local_costmap)):
+            (self._global_costmaps, self._map_frame, navigator.global_costmap),
+            (self._local_costmaps, self._odom_frame, navigator.local_costmap),
+        ):
             frequency_hz = costmap.params.publish_frequency
             if frequency_hz > 0 and self._is_due(
-                    costmap_publisher, round(NANOSECONDS_PER_SECOND / frequency_hz), now_ns):
+                costmap_publisher, round(NANOSECONDS_PER_SECOND / frequency_hz), now_ns
+            ):
                 costmap_publisher.publish(costmap_message(costmap, now_ns, frame))
 
     def _is_due(self, view: rospy.Publisher, period_ns: int, now_ns: int) -> bool:
         last_ns = self._shown_ns.get(view)
-        if not view.get_num_connections() or (last_ns is not None
-                                              and 0 <= now_ns - last_ns < period_ns):
+        if not view.get_num_connections() or (last_ns is not None and 0 <= now_ns - last_ns < period_ns):
             return False
         self._shown_ns[view] = now_ns
         return True
@@ -87,15 +88,13 @@ def display_publisher(topic: str, message_class: Type) -> rospy.Publisher:
 
 def path_message(poses: np.ndarray, stamp_ns: int, frame: str) -> Path:
     """(n, 3) poses as a path."""
-    message = Path(poses=[pose_stamped_message(Pose2D(*row), stamp_ns, frame)
-                          for row in poses.tolist()])
+    message = Path(poses=[pose_stamped_message(Pose2D(*row), stamp_ns, frame) for row in poses.tolist()])
     message.header.stamp = stamp_from_ns(stamp_ns)
     message.header.frame_id = frame
     return message
 
 
-def outline_message(footprint: Footprint, base_pose: Pose2D, stamp_ns: int, frame: str
-                    ) -> PolygonStamped:
+def outline_message(footprint: Footprint, base_pose: Pose2D, stamp_ns: int, frame: str) -> PolygonStamped:
     """The robot's outline where it stands."""
     message = PolygonStamped()
     for x_m, y_m in footprint.vertices_m.tolist():

@@ -1,4 +1,5 @@
 """What every node needs: start and end, parameters, log, and topics without delay."""
+
 from __future__ import annotations
 
 import logging
@@ -20,8 +21,7 @@ LONG_COMPILATION_S = 1.0
 log = logging.getLogger('diff_encoder_sim')
 
 
-def run_node(name: str, build: Callable[[], Any],
-             run: Callable[[Any], None] = lambda node: rospy.spin()) -> None:
+def run_node(name: str, build: Callable[[], Any], run: Callable[[Any], None] = lambda node: rospy.spin()) -> None:
     """Start a node, build its object, and let it `run`: by default until shutdown.
 
     A user's mistake ends it with one line and exit status 1.
@@ -39,8 +39,7 @@ def run_node(name: str, build: Callable[[], Any],
         log.info('ended while starting or waiting')  # what Ctrl-C means
 
 
-def node_params(params_class: Type[P], *also_known: Type[Params],
-                defaults: Optional[Mapping[str, Any]] = None) -> P:
+def node_params(params_class: Type[P], *also_known: Type[Params], defaults: Optional[Mapping[str, Any]] = None) -> P:
     """The node's private parameters as `params_class`.
 
     Args:
@@ -78,12 +77,10 @@ def publisher(topic: str, message_class: Type, latch: bool = False) -> rospy.Pub
     """
     with warnings.catch_warnings():
         warnings.simplefilter('ignore', SyntaxWarning)  # rospy warns of what is wanted here
-        return rospy.Publisher(topic, message_class, queue_size=None, latch=latch,
-                               tcp_nodelay=True)
+        return rospy.Publisher(topic, message_class, queue_size=None, latch=latch, tcp_nodelay=True)
 
 
-def subscriber(topic: str, message_class: Type,
-               callback: Callable[[Any], None]) -> rospy.Subscriber:
+def subscriber(topic: str, message_class: Type, callback: Callable[[Any], None]) -> rospy.Subscriber:
     """A subscriber that asks its publishers to send at once, and never drops a message."""
     return rospy.Subscriber(topic, message_class, callback, tcp_nodelay=True)
 
@@ -103,8 +100,7 @@ class _RosLogHandler(logging.Handler):
     Events are exempt. By wall time: a paused or reset clock must not silence a warning.
     """
 
-    _LEVELS = ((logging.ERROR, rospy.logerr), (logging.WARNING, rospy.logwarn),
-               (logging.INFO, rospy.loginfo))
+    _LEVELS = ((logging.ERROR, rospy.logerr), (logging.WARNING, rospy.logwarn), (logging.INFO, rospy.loginfo))
 
     def __init__(self) -> None:
         super().__init__(logging.INFO)

@@ -1,4 +1,5 @@
 """gz_diff_odom_node: /encoder_pulse in, /odom and the transform odom -> base_link out."""
+
 from __future__ import annotations
 
 import threading

@@ -1,4 +1,5 @@
 """The two places where odometry goes: the topic and TF."""
+
 from __future__ import annotations
 
 import tf2_ros
@@ -26,7 +27,7 @@ class OdometryOutput:
     def publish(self, estimate: OdometryEstimate) -> None:
         """Send one estimate; the caller sees to it that no stamp comes twice."""
         if self._broadcaster is not None:
-            self._broadcaster.sendTransform(transform_message(
-                estimate.base_pose_in_odom, estimate.stamp_ns, self._odom_frame,
-                self._base_frame))
+            self._broadcaster.sendTransform(
+                transform_message(estimate.base_pose_in_odom, estimate.stamp_ns, self._odom_frame, self._base_frame)
+            )
         self._odom.publish(odometry_message(estimate, self._odom_frame, self._base_frame))

@@ -1,4 +1,5 @@
 """How fast simulated time may run: by the wall clock, and by what the graph can follow."""
+
 from __future__ import annotations
 
 import logging
@@ -53,8 +54,7 @@ class GraphPacer:
     newest expected message by `lead_ns`, so that it computes while the others do.
     """
 
-    def __init__(self, topics: List[str], topics_once_begun: List[str], period_ns: int,
-                 lead_ns: int) -> None:
+    def __init__(self, topics: List[str], topics_once_begun: List[str], period_ns: int, lead_ns: int) -> None:
         """`topics` begin with time; others begin later, and count from their first message on."""
         self._period_ns = period_ns
         self._lead_ns = lead_ns
@@ -64,8 +64,9 @@ class GraphPacer:
         self._begin_with_time = frozenset(topics)
         # AnyMsg and the header alone: any stamped message will do.
         self._subscribers = [
-            rospy.Subscriber(topic, rospy.AnyMsg, self._on_message, callback_args=topic,
-                             tcp_nodelay=True) for topic in [*topics, *topics_once_begun]]
+            rospy.Subscriber(topic, rospy.AnyMsg, self._on_message, callback_args=topic, tcp_nodelay=True)
+            for topic in [*topics, *topics_once_begun]
+        ]
 
     def restart(self) -> None:
         """Forget the stamps of before a reset."""
@@ -80,14 +81,16 @@ class GraphPacer:
         with self._moved:
             if not self._moved.wait_for(lambda: not self._behind(expected_ns), LONGEST_WAIT_S):
                 for topic in self._behind(expected_ns):
-                    log.warning('%s has not come to %.2f s of simulated time: going on without it',
-                                topic, expected_ns / NANOSECONDS_PER_SECOND)
+                    log.warning(
+                        '%s has not come to %.2f s of simulated time: going on without it',
+                        topic,
+                        expected_ns / NANOSECONDS_PER_SECOND,
+                    )
                     self._newest_ns.pop(topic, None)
                     self._absent.discard(topic)
 
     def _behind(self, expected_ns: int) -> List[str]:
-        return [topic for topic, newest_ns in self._newest_ns.items()
-                if newest_ns < expected_ns] + list(self._absent)
+        return [topic for topic, newest_ns in self._newest_ns.items() if newest_ns < expected_ns] + list(self._absent)
 
     def _on_message(self, message: rospy.AnyMsg, topic: str) -> None:
         header = Header()

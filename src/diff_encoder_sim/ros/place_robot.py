@@ -1,4 +1,5 @@
 """place_robot: puts the robot elsewhere in the running simulation, as a kidnapper would."""
+
 from __future__ import annotations
 
 import argparse
@@ -34,7 +35,8 @@ def _place(options: argparse.Namespace) -> None:
 
 def _parse() -> argparse.Namespace:
     parser = argparse.ArgumentParser(
-        prog='place_robot', description=__doc__, epilog='example: place_robot -5.0 0.5 1.57')
+        prog='place_robot', description=__doc__, epilog='example: place_robot -5.0 0.5 1.57'
+    )
     parser.add_argument('x', type=float, help='of base_link in the world [m]')
     parser.add_argument('y', type=float, help='[m]')
     parser.add_argument('yaw', type=float, help='counter-clockwise [rad]')

@@ -1,4 +1,5 @@
 """Listening to a stamped pose, seen from above."""
+
 from __future__ import annotations
 
 from typing import Callable
@@ -14,6 +15,7 @@ from diff_encoder_sim.ros.node import log, subscriber
 
 def pose_subscriber(topic: str, callback: Callable[[int, Pose2D], None]) -> rospy.Subscriber:
     """Calls back with (stamp_ns, pose in the message's frame); a pose that is none is dropped."""
+
     def on_message(message: PoseStamped) -> None:
         try:
             pose = pose_from_message(message.pose)

@@ -1,4 +1,5 @@
 """Becoming another package's executable, with the name and remappings that roslaunch gave."""
+
 from __future__ import annotations
 
 import os

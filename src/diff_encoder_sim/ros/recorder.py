@@ -4,6 +4,7 @@ Not the program `rosbag record`: its queue holds 100 messages a topic and drops 
 rtf 0 that is a twentieth of a second on a busy machine. Here a slow disk or a loaded processor
 holds the publishers back instead.
 """
+
 from __future__ import annotations
 
 import os
@@ -47,9 +48,16 @@ class Recorder:
             raise ConfigError(f'bag: {self._path} cannot be made: {error.strerror}') from None
         self._subscribers: List[rospy.Subscriber] = [
             # -1: no limit; rospy's own listening to /clock has one, and shares the connection.
-            rospy.Subscriber(topic, Clock if topic == CLOCK else rospy.AnyMsg, self._write,
-                             callback_args=topic, queue_size=-1, tcp_nodelay=True)
-            for topic in topics]
+            rospy.Subscriber(
+                topic,
+                Clock if topic == CLOCK else rospy.AnyMsg,
+                self._write,
+                callback_args=topic,
+                queue_size=-1,
+                tcp_nodelay=True,
+            )
+            for topic in topics
+        ]
         rospy.on_shutdown(self.finish)
 
     def finish(self) -> None:
@@ -78,8 +86,9 @@ class Recorder:
         try:
             with self._lock:
                 if self._bag is not None:
-                    self._bag.write(topic, content, max(rospy.Time.now(), EARLIEST), raw=is_raw,
-                                    connection_header=header)
+                    self._bag.write(
+                        topic, content, max(rospy.Time.now(), EARLIEST), raw=is_raw, connection_header=header
+                    )
         except OSError as error:
             rospy.logfatal('bag: %s cannot be written: %s', self._unfinished, error.strerror)
             rospy.signal_shutdown('recording failed')

@@ -3,6 +3,7 @@
 `rosbag play` publishes the wheel angles, and of a trial the truth; recorded odometry, transforms
 and counts are left out. It starts when the live nodes listen, and the launch ends with it.
 """
+
 from __future__ import annotations
 
 import subprocess
@@ -35,7 +36,7 @@ from diff_encoder_sim.trials.trial_definition import Trial
 RECORDED = (topics.ENCODER_PULSE, topics.ODOM, topics.TF, topics.TRIAL, *COPIED)
 
 POLL_PERIOD_S = 0.1
-QUIET_S = 1.0       # of wall time without a message, after which none is on its way any more
+QUIET_S = 1.0  # of wall time without a message, after which none is on its way any more
 
 
 class ReplayParams(Params):
@@ -82,15 +83,23 @@ class ReplayNode:
 
     def _wheel_topic(self, source: BagSource) -> str:
         if source.is_cdr or source.fault:
-            raise ConfigError(f'{self._bag}: rosbag play cannot read it ('
-                              f'{source.fault or "of ROS 2"}); allowed: a whole bag of ROS 1, or '
-                              f'reencode, which reads it')
-        wheels = find_wheels(self._bag, source, WheelOptions(
-            self._params.joint_states, left_joint=self._encoder.left_joint,
-            right_joint=self._encoder.right_joint), self._encoder)
+            raise ConfigError(
+                f'{self._bag}: rosbag play cannot read it ('
+                f'{source.fault or "of ROS 2"}); allowed: a whole bag of ROS 1, or '
+                f'reencode, which reads it'
+            )
+        wheels = find_wheels(
+            self._bag,
+            source,
+            WheelOptions(
+                self._params.joint_states, left_joint=self._encoder.left_joint, right_joint=self._encoder.right_joint
+            ),
+            self._encoder,
+        )
         if wheels.message_type != JOINT_STATE:
-            raise ConfigError(f'{self._bag}: {wheels.topic} are counts; expected {JOINT_STATE}, or '
-                              f'reencode, which takes counts')
+            raise ConfigError(
+                f'{self._bag}: {wheels.topic} are counts; expected {JOINT_STATE}, or reencode, which takes counts'
+            )
         return wheels.topic
 
     def _new_bag(self) -> Path:
@@ -103,8 +112,7 @@ class ReplayNode:
     def _tell(self, trial: Optional[Trial]) -> None:
         if trial is not None:
             self._trial = publisher(topics.TRIAL, String, latch=True)
-            self._trial.publish(String(with_encoder(
-                trial, self._encoder.ppr, self._odometry).model_dump_json()))
+            self._trial.publish(String(with_encoder(trial, self._encoder.ppr, self._odometry).model_dump_json()))
 
     def _wait_for_listeners(self) -> None:
         """Until the encoder hears and the odometry hears the encoder.
@@ -115,15 +123,15 @@ class ReplayNode:
         master = rosgraph.Master(rospy.get_name())
         deadline_s = time.monotonic() + self._params.start_timeout
         while not rospy.is_shutdown():
-            listeners = {topic: set(nodes) - {rospy.get_name()}
-                         for topic, nodes in master.getSystemState()[1]}
-            missing = [topic for topic in (topics.JOINT_STATES, topics.ENCODER_PULSE)
-                       if not listeners.get(topic)]
+            listeners = {topic: set(nodes) - {rospy.get_name()} for topic, nodes in master.getSystemState()[1]}
+            missing = [topic for topic in (topics.JOINT_STATES, topics.ENCODER_PULSE) if not listeners.get(topic)]
             if not missing:
                 return
             if time.monotonic() > deadline_s:
-                raise ConfigError(f'after {self._params.start_timeout:.0f} s nobody listens to '
-                                  f'{", ".join(missing)}; expected started from replay.launch')
+                raise ConfigError(
+                    f'after {self._params.start_timeout:.0f} s nobody listens to '
+                    f'{", ".join(missing)}; expected started from replay.launch'
+                )
             time.sleep(POLL_PERIOD_S)
 
     def _play(self) -> None:
@@ -132,8 +140,9 @@ class ReplayNode:
         Raises:
             ConfigError: rosbag play failed.
         """
-        player = subprocess.Popen(self._command(), stdin=subprocess.DEVNULL,
-                                  stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        player = subprocess.Popen(
+            self._command(), stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+        )
         while player.poll() is None and not rospy.is_shutdown():
             time.sleep(POLL_PERIOD_S)
         player.terminate()
@@ -143,10 +152,25 @@ class ReplayNode:
 
     def _command(self) -> List[str]:
         # A queue without limit: what a busy listener has not taken yet is late, and not lost.
-        return ['rosbag', 'play', '--quiet', '--clock', '--wait-for-subscribers', '--delay', '1',
-                '--queue', '0', '--rate', str(self._params.speed),
-                '--topics', self._topic, *self._copied, '--bags', str(self._bag),
-                f'{self._topic}:={topics.JOINT_STATES}']
+        return [
+            'rosbag',
+            'play',
+            '--quiet',
+            '--clock',
+            '--wait-for-subscribers',
+            '--delay',
+            '1',
+            '--queue',
+            '0',
+            '--rate',
+            str(self._params.speed),
+            '--topics',
+            self._topic,
+            *self._copied,
+            '--bags',
+            str(self._bag),
+            f'{self._topic}:={topics.JOINT_STATES}',
+        ]
 
 
 def main() -> None:

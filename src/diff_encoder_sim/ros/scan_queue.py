@@ -1,4 +1,5 @@
 """Scans on their way to a filter: each waits until /tf tells where it was taken."""
+
 from __future__ import annotations
 
 import math
@@ -33,8 +34,14 @@ class ScanQueue:
     warning when it has waited too long.
     """
 
-    def __init__(self, topic: str, buffer: tf2_ros.Buffer, base_frame: str, odom_frame: str,
-                 take: Callable[[Scan, Pose2D, Pose2D], None]) -> None:
+    def __init__(
+        self,
+        topic: str,
+        buffer: tf2_ros.Buffer,
+        base_frame: str,
+        odom_frame: str,
+        take: Callable[[Scan, Pose2D, Pose2D], None],
+    ) -> None:
         """`take` gets a scan, the base's pose in odom and the laser's in base."""
         self._topic, self._buffer, self._take = topic, buffer, take
         self._base_frame, self._odom_frame = base_frame, odom_frame
@@ -98,8 +105,12 @@ class ScanQueue:
             self._warn_bad(fault)
             return
         if self._used_ns is not None and scan.stamp_ns - self._used_ns > PATIENCE_NS:
-            log.info('%s: scans are used again, after %.1f s', self._topic,
-                     (scan.stamp_ns - self._used_ns) / NANOSECONDS_PER_SECOND, extra=EVENT)
+            log.info(
+                '%s: scans are used again, after %.1f s',
+                self._topic,
+                (scan.stamp_ns - self._used_ns) / NANOSECONDS_PER_SECOND,
+                extra=EVENT,
+            )
         self._used_ns = scan.stamp_ns
 
     def _warn_bad(self, fault: InputFault) -> None:
@@ -112,9 +123,13 @@ class ScanQueue:
         mount = laser_mount(self._laser_transform(laser_frame))
         if mount.lean_rad > LEVEL_WITHIN_RAD and laser_frame not in self._leaning:
             self._leaning.add(laser_frame)
-            log.warning('%s: frame %r leans by %.0f degrees; its scans are used as if it were '
-                        'level', self._topic, laser_frame, math.degrees(mount.lean_rad),
-                        extra=EVENT)
+            log.warning(
+                '%s: frame %r leans by %.0f degrees; its scans are used as if it were level',
+                self._topic,
+                laser_frame,
+                math.degrees(mount.lean_rad),
+                extra=EVENT,
+            )
         return mount
 
     def _odom_pose(self, stamp: rospy.Time) -> Pose2D:
@@ -129,8 +144,7 @@ class ScanQueue:
         except tf2_ros.TransformException:
             # tf2's own words may be of map->odom, which is dated ahead.
             gap_s = (newest - stamp).to_sec()
-            why = (f'the newest is {-gap_s:.1f} s older' if gap_s < 0.0
-                   else 'it is older than those that are known')
+            why = f'the newest is {-gap_s:.1f} s older' if gap_s < 0.0 else 'it is older than those that are known'
             raise _NotYet(*frames, why, is_too_late=gap_s > 0.0) from None
 
     def _laser_transform(self, laser_frame: str) -> TransformStamped:

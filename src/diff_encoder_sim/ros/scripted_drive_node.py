@@ -1,4 +1,5 @@
 """scripted_drive_node: drives a test's script over /cmd_vel, and ends with the trial."""
+
 from __future__ import annotations
 
 import threading
@@ -19,8 +20,7 @@ from diff_encoder_sim.ros.trial_runner import TrialFailed, TrialParams, TrialRun
 from diff_encoder_sim.trials.scripted_drive import ScriptedDrive
 
 # What must be connected before time runs, by `slam`; of the embedded one time waits for the pose.
-TOPICS_OF_MAPPERS = {'embedded': ('/scan', '/map', '/slam_gmapping/pose'),
-                     'upstream': ('/scan', '/map')}
+TOPICS_OF_MAPPERS = {'embedded': ('/scan', '/map', '/slam_gmapping/pose'), 'upstream': ('/scan', '/map')}
 
 
 class ScriptedDriveNode:
@@ -46,7 +46,7 @@ class ScriptedDriveNode:
             self._runner.run(self._drive_and_map, self._also_heard)
         finally:
             if self._map_keeper is not None and self._map_keeper.has_unsaved:
-                self._map_keeper.save()     # of a trial that failed: what there is
+                self._map_keeper.save()  # of a trial that failed: what there is
 
     def _drive_and_map(self) -> None:
         self._runner.wait_for(self._finished.is_set)
@@ -68,8 +68,9 @@ class ScriptedDriveNode:
     def _broadcast_start(self, params: TrialParams) -> None:
         """Without localization the map is where the surveyed start says: odom stands there."""
         self._static_transforms = tf2_ros.StaticTransformBroadcaster()
-        self._static_transforms.sendTransform(transform_message(
-            self._runner.trial.test.start.pose(), 0, params.map_frame, params.odom_frame))
+        self._static_transforms.sendTransform(
+            transform_message(self._runner.trial.test.start.pose(), 0, params.map_frame, params.odom_frame)
+        )
 
 
 def main() -> None:

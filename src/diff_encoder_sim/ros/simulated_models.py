@@ -1,4 +1,5 @@
 """The simulated robot and world as Gazebo's models: their states, and moving the robot by hand."""
+
 from __future__ import annotations
 
 import math
@@ -33,12 +34,14 @@ class SimulatedModels:
         """`lock` is held whenever the simulator is touched."""
         self._simulator = simulator
         self._lock = lock
-        self._fixed = {model.name: (matrix_pose_message(model.pose_in_world), Twist())
-                       for model in simulator.world.models}
+        self._fixed = {
+            model.name: (matrix_pose_message(model.pose_in_world), Twist()) for model in simulator.world.models
+        }
         self._states = publisher('/gazebo/model_states', ModelStates)
         self._services = [
             rospy.Service('/gazebo/set_model_state', SetModelState, self._on_set),
-            rospy.Service('/gazebo/get_model_state', GetModelState, self._on_get)]
+            rospy.Service('/gazebo/get_model_state', GetModelState, self._on_get),
+        ]
 
     def publish(self) -> None:
         """All models' states as they are now."""
@@ -50,16 +53,16 @@ class SimulatedModels:
         self._states.publish(message)
 
     def _all(self) -> Dict[str, Tuple[Pose, Twist]]:
-        return {**self._fixed,
-                self._simulator.robot_name: body_messages(self._simulator.base())}
+        return {**self._fixed, self._simulator.robot_name: body_messages(self._simulator.base())}
 
     def _on_set(self, request: Any) -> Any:
         state, response = request.model_state, SetModelState._response_class()
         try:
             self._check_names(state.model_name, state.reference_frame)
             if state.model_name != self._simulator.robot_name:
-                raise InputFault(f'model {state.model_name!r} is fixed; only '
-                                 f'{self._simulator.robot_name!r} can be moved')
+                raise InputFault(
+                    f'model {state.model_name!r} is fixed; only {self._simulator.robot_name!r} can be moved'
+                )
             pose, velocity = _upright_pose(state.pose), _planar_velocity(state.twist)
         except InputFault as fault:
             response.status_message = str(fault)
@@ -67,8 +70,9 @@ class SimulatedModels:
         with self._lock:
             self._simulator.place(pose, velocity)
         response.success = True
-        response.status_message = (f'{state.model_name} placed at ({pose.x_m:.3f}, {pose.y_m:.3f})'
-                                   f' m, yaw {pose.yaw_rad:.3f} rad')
+        response.status_message = (
+            f'{state.model_name} placed at ({pose.x_m:.3f}, {pose.y_m:.3f}) m, yaw {pose.yaw_rad:.3f} rad'
+        )
         log.info('%s', response.status_message, extra=EVENT)
         return response
 
@@ -104,8 +108,10 @@ def _upright_pose(pose: Pose) -> Pose2D:
     _check_numbers('position [m]', pose.position.x, pose.position.y, pose.position.z)
     planar = pose_from_message(pose)
     if _lean_rad(pose.orientation) > LARGEST_LEAN_RAD:
-        raise InputFault(f'the robot would lean by {_lean_rad(pose.orientation):.2f} rad; '
-                         f'expected an upright robot, roll and pitch 0')
+        raise InputFault(
+            f'the robot would lean by {_lean_rad(pose.orientation):.2f} rad; '
+            f'expected an upright robot, roll and pitch 0'
+        )
     return planar
 
 
@@ -122,8 +128,7 @@ def _planar_velocity(twist: Twist) -> PlanarVelocity:
         InputFault: a number is beyond reason.
     """
     linear, angular = twist.linear, twist.angular
-    _check_numbers('twist [m/s, rad/s]', linear.x, linear.y, linear.z,
-                   angular.x, angular.y, angular.z)
+    _check_numbers('twist [m/s, rad/s]', linear.x, linear.y, linear.z, angular.x, angular.y, angular.z)
     return PlanarVelocity(linear.x, linear.y, angular.z)
 
 

@@ -1,4 +1,5 @@
 """simulator_node: the stand-in for Gazebo on its topics and services."""
+
 from __future__ import annotations
 
 import threading
@@ -43,15 +44,15 @@ class SimulatorNodeParams(SimulatorParams):
     world: str = Field(min_length=1, description='world file')
     start: PoseParams = Field(PoseParams(), description='of base_link in the world')
     seed: int = Field(0, ge=0)
-    real_time_factor: float = Field(
-        1.0, ge=0, description='simulated per wall time; 0: as fast as the graph keeps up')
+    real_time_factor: float = Field(1.0, ge=0, description='simulated per wall time; 0: as fast as the graph keeps up')
     wait_for: List[str] = Field([], description='stamped topics that the simulation never outruns')
     wait_for_once_begun: List[str] = Field([], description='the same, from their first message')
     wait_for_after_scans: List[str] = Field(
-        [], description='stamped topics that answer each scan and are not outrun either')
+        [], description='stamped topics that answer each scan and are not outrun either'
+    )
     command_period: float = Field(
-        0.0, ge=0, le=10, description='commands answer multiples of this [s] and are waited for; '
-                                      '0: taken as they come')
+        0.0, ge=0, le=10, description='commands answer multiples of this [s] and are waited for; 0: taken as they come'
+    )
     command_at_start: bool = Field(False, description='the first command is waited for, too')
     paused: bool = Field(False, description='wait for /gazebo/unpause_physics')
 
@@ -61,10 +62,10 @@ class SimulatorNode:
 
     def __init__(self) -> None:
         params = node_params(SimulatorNodeParams, defaults=_trial_defaults())
-        core_params = SimulatorParams(**{name: getattr(params, name)
-                                         for name in SimulatorParams.model_fields})
-        self._simulator = Simulator(Path(params.world), Path(params.robot), core_params,
-                                    params.start.pose(), params.seed)
+        core_params = SimulatorParams(**{name: getattr(params, name) for name in SimulatorParams.model_fields})
+        self._simulator = Simulator(
+            Path(params.world), Path(params.robot), core_params, params.start.pose(), params.seed
+        )
         self._lock = threading.RLock()  # the loop and the callbacks share the simulator
         self._running = threading.Event()
         self._clock = publisher('/clock', Clock)
@@ -73,18 +74,26 @@ class SimulatorNode:
         self._scan_frame = params.laser_link
         self._scan_period_ns = params.lidar.period_ns
         self._models = SimulatedModels(self._simulator, self._lock)
-        self._graph_pacer = GraphPacer(params.wait_for, params.wait_for_once_begun, GRAPH_PERIOD_NS,
-                                       GRAPH_LEAD_NS)
-        self._scan_pacer = GraphPacer(params.wait_for_after_scans, [], self._scan_period_ns,
-                                      SCAN_LEAD_NS)
+        self._graph_pacer = GraphPacer(params.wait_for, params.wait_for_once_begun, GRAPH_PERIOD_NS, GRAPH_LEAD_NS)
+        self._scan_pacer = GraphPacer(params.wait_for_after_scans, [], self._scan_period_ns, SCAN_LEAD_NS)
         self._wall_pacer = WallPacer(params.real_time_factor)
         self._commands = subscriber('cmd_vel', Twist, self._on_command)
         self._gate = CommandGate(
-            _command_period_ns(params.command_period), GRAPH_LEAD_NS, LONGEST_WAIT_S,
-            lambda: self._commands.get_num_connections() > 0, params.command_at_start)
-        self._services = [rospy.Service(f'/gazebo/{name}', Empty, handler) for name, handler in (
-            ('pause_physics', self._on_pause), ('unpause_physics', self._on_unpause),
-            ('reset_simulation', self._on_reset_simulation), ('reset_world', self._on_reset_world))]
+            _command_period_ns(params.command_period),
+            GRAPH_LEAD_NS,
+            LONGEST_WAIT_S,
+            lambda: self._commands.get_num_connections() > 0,
+            params.command_at_start,
+        )
+        self._services = [
+            rospy.Service(f'/gazebo/{name}', Empty, handler)
+            for name, handler in (
+                ('pause_physics', self._on_pause),
+                ('unpause_physics', self._on_unpause),
+                ('reset_simulation', self._on_reset_simulation),
+                ('reset_world', self._on_reset_world),
+            )
+        ]
         if not params.paused:
             self._on_unpause(EmptyRequest())
         self._loop = threading.Thread(target=self._run, daemon=True)
@@ -137,8 +146,9 @@ class SimulatorNode:
         if self._simulator.time_ns % STATES_PERIOD_NS == 0:
             self._models.publish()
         if self._simulator.time_ns % self._scan_period_ns == 0:
-            self._scans.publish(scan_message(self._simulator.scan(), self._scan_frame,
-                                             self._scan_period_ns / NANOSECONDS_PER_SECOND))
+            self._scans.publish(
+                scan_message(self._simulator.scan(), self._scan_frame, self._scan_period_ns / NANOSECONDS_PER_SECOND)
+            )
 
     def _on_command(self, message: Twist) -> None:
         self._gate.put((message.linear.x, message.angular.z))
@@ -173,16 +183,17 @@ def _trial_defaults() -> dict:
     plan = trial_plan()
     if plan is None:
         return {}
-    return {'world': plan.world, 'seed': plan.trial.number,
-            'start': plan.trial.test.start.model_dump()}
+    return {'world': plan.world, 'seed': plan.trial.number, 'start': plan.trial.test.start.model_dump()}
 
 
 def _command_period_ns(period_s: float) -> int:
     period_ns = round(period_s * NANOSECONDS_PER_SECOND)
     if period_ns and (period_ns % TICK_NS or period_ns <= GRAPH_LEAD_NS):
-        raise ConfigError(f'{rospy.get_name()}: command_period: given {period_s:g} s; allowed: 0, '
-                          f'or whole {TICK_NS // 1_000_000} ms above '
-                          f'{GRAPH_LEAD_NS // 1_000_000} ms')
+        raise ConfigError(
+            f'{rospy.get_name()}: command_period: given {period_s:g} s; allowed: 0, '
+            f'or whole {TICK_NS // 1_000_000} ms above '
+            f'{GRAPH_LEAD_NS // 1_000_000} ms'
+        )
     return period_ns
 
 

@@ -1,4 +1,5 @@
 """slam_node: grid SLAM on slam_gmapping's topics, service, parameters and transform."""
+
 from __future__ import annotations
 
 import threading
@@ -43,8 +44,7 @@ class SlamNode:
 
     def __init__(self) -> None:
         plan = trial_plan()
-        self._params = node_params(SlamNodeParams,
-                                   defaults={'seed': plan.trial.number} if plan else {})
+        self._params = node_params(SlamNodeParams, defaults={'seed': plan.trial.number} if plan else {})
         compile_first(lambda: warm_up(self._params))
         # In a trial the map's frame is the world's: the start is surveyed.
         start = plan.trial.test.start.pose() if plan else None
@@ -62,17 +62,18 @@ class SlamNode:
         self._entropies = publisher('~entropy', Float64)
         self._poses = publisher('~pose', PoseStamped)
         self._service = rospy.Service('dynamic_map', GetMap, self._on_dynamic_map)
-        self._queue = ScanQueue(rospy.resolve_name('scan'), self._buffer, self._params.base_frame,
-                                self._params.odom_frame, self._take)
+        self._queue = ScanQueue(
+            rospy.resolve_name('scan'), self._buffer, self._params.base_frame, self._params.odom_frame, self._take
+        )
         self._scans = subscriber('scan', LaserScan, self._on_scan)
         # The mount may come last, after the scan and its odometry.
-        self._transforms = [subscriber(topic, TFMessage, lambda _: self._process())
-                            for topic in ('/tf', '/tf_static')]
+        self._transforms = [subscriber(topic, TFMessage, lambda _: self._process()) for topic in ('/tf', '/tf_static')]
         self._has_heard = False
         self._silence = rospy.Timer(rospy.Duration(SILENCE_S), self._on_silence, reset=True)
         if self._params.transform_publish_period > 0.0:
-            self._timer = rospy.Timer(rospy.Duration(self._params.transform_publish_period),
-                                      self._broadcast, reset=True)
+            self._timer = rospy.Timer(
+                rospy.Duration(self._params.transform_publish_period), self._broadcast, reset=True
+            )
 
     # ---- scans
 
@@ -81,9 +82,12 @@ class SlamNode:
         with self._lock:
             stamp_ns = ns_from_stamp(message.header.stamp)
             if self._timeline.advance(stamp_ns) is Step.RESTART:
-                log.warning('scan stamps went back to %.3f s: nothing is added until they are '
-                            'where they were; the map so far is kept',
-                            stamp_ns / NANOSECONDS_PER_SECOND, extra=EVENT)
+                log.warning(
+                    'scan stamps went back to %.3f s: nothing is added until they are '
+                    'where they were; the map so far is kept',
+                    stamp_ns / NANOSECONDS_PER_SECOND,
+                    extra=EVENT,
+                )
             self._queue.add(message)
         self._process()
 
@@ -97,9 +101,11 @@ class SlamNode:
             self._map(scan, odom_pose, laser_pose)
         # Of every scan, so that whoever sends them can wait for the mapper.
         if self._slam.odom_pose_in_map is not None:
-            self._poses.publish(pose_stamped_message(
-                self._slam.odom_pose_in_map.compose(odom_pose), scan.stamp_ns,
-                self._params.map_frame))
+            self._poses.publish(
+                pose_stamped_message(
+                    self._slam.odom_pose_in_map.compose(odom_pose), scan.stamp_ns, self._params.map_frame
+                )
+            )
 
     def _map(self, scan: Scan, odom_pose: Pose2D, laser_pose: Pose2D) -> None:
         estimate = self._slam.update(odom_pose, scan, laser_pose)
@@ -113,8 +119,9 @@ class SlamNode:
 
     def _on_silence(self, _: rospy.timer.TimerEvent) -> None:
         if not self._has_heard:
-            log.warning('%s: no scan for %.0f s; the map so far is kept',
-                        self._scans.resolved_name, SILENCE_S, extra=EVENT)
+            log.warning(
+                '%s: no scan for %.0f s; the map so far is kept', self._scans.resolved_name, SILENCE_S, extra=EVENT
+            )
         self._has_heard = False
 
     # ---- what it tells
@@ -135,18 +142,20 @@ class SlamNode:
             delay_s = self._params.transform_publish_period
         stamp_ns = ns_from_stamp(rospy.Time.now()) + round(delay_s * NANOSECONDS_PER_SECOND)
         if stamp_ns == self._told_ns:
-            return      # the clock stands, or came late: tf2 warns of a stamp that it knows
+            return  # the clock stands, or came late: tf2 warns of a stamp that it knows
         self._told_ns = stamp_ns
-        self._broadcaster.sendTransform(transform_message(
-            odom_pose_in_map, stamp_ns, self._params.map_frame, self._params.odom_frame))
+        self._broadcaster.sendTransform(
+            transform_message(odom_pose_in_map, stamp_ns, self._params.map_frame, self._params.odom_frame)
+        )
 
     def _on_dynamic_map(self, _: GetMapRequest) -> GetMapResponse:
         """The map as it stands now."""
         with self._lock:
             if self._slam.last_estimate is None:
                 raise rospy.ServiceException('there is no map yet')
-            return GetMapResponse(map=map_message(
-                self._slam.map(), ns_from_stamp(rospy.Time.now()), self._params.map_frame))
+            return GetMapResponse(
+                map=map_message(self._slam.map(), ns_from_stamp(rospy.Time.now()), self._params.map_frame)
+            )
 
 
 def main() -> None:

@@ -1,4 +1,5 @@
 """What navigation asks of /tf: where odom, the laser and goals are."""
+
 from __future__ import annotations
 
 from typing import Optional, Tuple
@@ -34,8 +35,7 @@ class RobotFrames:
             InputFault: it is no pose.
         """
         try:
-            transform = self._buffer.lookup_transform(self.map_frame, self.odom_frame,
-                                                      rospy.Time(0))
+            transform = self._buffer.lookup_transform(self.map_frame, self.odom_frame, rospy.Time(0))
         except tf2_ros.TransformException:
             return None
         # A static transform has no stamp.
@@ -53,8 +53,7 @@ class RobotFrames:
             InputFault: it is of another.
         """
         if frame.lstrip('/') not in ('', self.odom_frame):
-            raise InputFault(f'from frame {frame!r}; expected {self.odom_frame!r} '
-                             f'(local_costmap/global_frame)')
+            raise InputFault(f'from frame {frame!r}; expected {self.odom_frame!r} (local_costmap/global_frame)')
 
     def laser_mount(self, laser_frame: str) -> LaserMount:
         """How the laser of a scan's frame is mounted on the robot.
@@ -72,11 +71,11 @@ class RobotFrames:
         """
         pose = pose_from_message(message.pose)
         rotation = message.pose.orientation
-        leaning = rotation.x ** 2 + rotation.y ** 2
-        if 2.0 * leaning > MOST_TILT * (leaning + rotation.z ** 2 + rotation.w ** 2):
+        leaning = rotation.x**2 + rotation.y**2
+        if 2.0 * leaning > MOST_TILT * (leaning + rotation.z**2 + rotation.w**2):
             raise InputFault('the z axis of the pose is not upright')
         if message.header.frame_id.lstrip('/') == self.map_frame:
-            return pose                 # also before /tf knows of the map
+            return pose  # also before /tf knows of the map
         frame_in_map = self._lookup(self.map_frame, message.header.frame_id)
         return pose_from_transform(frame_in_map).compose(pose)
 

@@ -1,4 +1,5 @@
 """The parameter /trial: what trial.launch tells its nodes about the run."""
+
 from __future__ import annotations
 
 from typing import Optional

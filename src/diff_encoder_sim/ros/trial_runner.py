@@ -1,4 +1,5 @@
 """The life of a live trial: the graph comes up, time runs, somebody drives, the result is told."""
+
 from __future__ import annotations
 
 import json
@@ -22,13 +23,24 @@ from diff_encoder_sim.ros.pose_subscriber import pose_subscriber
 from diff_encoder_sim.ros.trial_plan import required_trial_plan
 from diff_encoder_sim.trials.trial_outcome import GOAL_DISTANCE_M, Outcome, goal_error
 
-FIRST_MESSAGES_S = 0.2    # of wall time, for latched messages on connections just made
-LAST_MESSAGES_S = 0.5     # of wall time, for what is on its way into the bag
+FIRST_MESSAGES_S = 0.2  # of wall time, for latched messages on connections just made
+LAST_MESSAGES_S = 0.5  # of wall time, for what is on its way into the bag
 POLL_PERIOD_S = 0.1
 
 # Each must have a publisher that all its subscribers hear before time may run.
-GRAPH = ('/clock', '/joint_states', '/gazebo/model_states', topics.TRIAL, topics.TRIAL_RESULT,
-         topics.ODOM, topics.WORLD_POSE, topics.GLOBAL_POSE, '/cmd_vel', '/tf', '/tf_static')
+GRAPH = (
+    '/clock',
+    '/joint_states',
+    '/gazebo/model_states',
+    topics.TRIAL,
+    topics.TRIAL_RESULT,
+    topics.ODOM,
+    topics.WORLD_POSE,
+    topics.GLOBAL_POSE,
+    '/cmd_vel',
+    '/tf',
+    '/tf_static',
+)
 
 # Of what else is recorded nothing must be missed either, as far as the trial has it.
 ALSO_RECORDED = tuple(topic for topic in topics.RECORDED if topic not in GRAPH)
@@ -41,8 +53,7 @@ class TrialParams(Params):
     map_frame: str = Field('map', min_length=1)
     start_timeout: float = Field(60.0, gt=0, description='for the graph to come up [s of wall]')
     stall_timeout: float = Field(20.0, gt=0, description='without a true pose [s of wall]')
-    goal_distance: float = Field(GOAL_DISTANCE_M, gt=0,
-                                 description='truth farther off fails the trial [m]')
+    goal_distance: float = Field(GOAL_DISTANCE_M, gt=0, description='truth farther off fails the trial [m]')
 
 
 class TrialFailed(Exception):
@@ -56,8 +67,7 @@ class TrialFailed(Exception):
 class TrialRunner:
     """Starts a trial, watches over it, and reports how it ended; driving is others' work."""
 
-    def __init__(self, status: LaunchStatus, params: TrialParams,
-                 on_world_pose: Callable[[int, Pose2D], None]) -> None:
+    def __init__(self, status: LaunchStatus, params: TrialParams, on_world_pose: Callable[[int, Pose2D], None]) -> None:
         """`on_world_pose` is called with (stamp_ns, true pose in the map) at 20 Hz."""
         self._status = status
         self._params = params
@@ -101,18 +111,15 @@ class TrialRunner:
             if rospy.is_shutdown():
                 raise TrialFailed('stopped before its end')
             if time.monotonic() - self._last_heard_s > self._params.stall_timeout:
-                raise TrialFailed(f'no {topics.WORLD_POSE} for '
-                                  f'{self._params.stall_timeout:.0f} s')
+                raise TrialFailed(f'no {topics.WORLD_POSE} for {self._params.stall_timeout:.0f} s')
             time.sleep(POLL_PERIOD_S)
 
     def _start(self, also_heard: Sequence[str]) -> None:
-        missing = wait_until_heard((*GRAPH, *also_heard), ALSO_RECORDED,
-                                   self._params.start_timeout)
+        missing = wait_until_heard((*GRAPH, *also_heard), ALSO_RECORDED, self._params.start_timeout)
         if rospy.is_shutdown():
             raise TrialFailed('stopped before it began')
         if missing:
-            raise TrialFailed(f'after {self._params.start_timeout:.0f} s still not connected: '
-                              f'{", ".join(missing)}')
+            raise TrialFailed(f'after {self._params.start_timeout:.0f} s still not connected: {", ".join(missing)}')
         time.sleep(FIRST_MESSAGES_S)
         self._last_heard_s = time.monotonic()
         _call('/gazebo/unpause_physics')

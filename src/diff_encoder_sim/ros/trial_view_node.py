@@ -1,4 +1,5 @@
 """trial_view_node: what RViz needs beside the trial's own topics: the world, and the paths."""
+
 from __future__ import annotations
 
 from geometry_msgs.msg import PoseStamped
@@ -49,13 +50,13 @@ class TrialViewNode:
         self._subscribers = [
             subscriber(topics.ODOM, Odometry, self._on_odom),
             subscriber(topics.GLOBAL_POSE, PoseStamped, PathTrail('global_pose_path').add),
-            subscriber(topics.WORLD_POSE, PoseStamped, PathTrail('world_pose_path').add)]
+            subscriber(topics.WORLD_POSE, PoseStamped, PathTrail('world_pose_path').add),
+        ]
 
     def _on_odom(self, message: Odometry) -> None:
         """Odometry alone, from the surveyed start: where dead reckoning would be."""
         pose = self._start.compose(pose_from_message(message.pose.pose))
-        self._odom_trail.add(pose_stamped_message(pose, ns_from_stamp(message.header.stamp),
-                                                  MAP_FRAME))
+        self._odom_trail.add(pose_stamped_message(pose, ns_from_stamp(message.header.stamp), MAP_FRAME))
 
 
 def main() -> None:

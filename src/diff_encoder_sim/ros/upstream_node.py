@@ -1,4 +1,5 @@
 """upstream_node: becomes upstream's map_server, amcl, move_base or slam_gmapping for a trial."""
+
 from __future__ import annotations
 
 import sys
@@ -14,9 +15,12 @@ from diff_encoder_sim.ros.trial_plan import required_trial_plan, trial_plan
 from diff_encoder_sim.trials.required_packages import UPSTREAM_NAVIGATION, UPSTREAM_SLAM
 
 # Of each node the package, and how to get it.
-NODES = {'map_server': ('map_server', UPSTREAM_NAVIGATION), 'amcl': ('amcl', UPSTREAM_NAVIGATION),
-         'move_base': ('move_base', UPSTREAM_NAVIGATION),
-         'slam_gmapping': ('gmapping', UPSTREAM_SLAM)}
+NODES = {
+    'map_server': ('map_server', UPSTREAM_NAVIGATION),
+    'amcl': ('amcl', UPSTREAM_NAVIGATION),
+    'move_base': ('move_base', UPSTREAM_NAVIGATION),
+    'slam_gmapping': ('gmapping', UPSTREAM_SLAM),
+}
 
 
 def main() -> None:
@@ -27,8 +31,9 @@ def main() -> None:
 
 def _become_upstream(words: List[str]) -> None:
     if not words or words[0] not in NODES or (words[1:] and words[0] != 'map_server'):
-        raise ConfigError(f'arguments: given {" ".join(words)!r}; allowed: map_server [MAP.yaml], '
-                          f'amcl, move_base, or slam_gmapping')
+        raise ConfigError(
+            f'arguments: given {" ".join(words)!r}; allowed: map_server [MAP.yaml], amcl, move_base, or slam_gmapping'
+        )
     if words[0] == 'map_server':
         arguments = words[1:] or [required_trial_plan().map]
     else:

@@ -1,4 +1,5 @@
 """world_pose_node: the robot's true pose out of /gazebo/model_states, as /world_pose."""
+
 from __future__ import annotations
 
 from geometry_msgs.msg import PoseStamped, Twist
@@ -29,8 +30,7 @@ class WorldPoseNode:
         self._reader = ModelStateReader(params, self._on_state)
 
     def _on_state(self, stamp_ns: int, pose_in_world: Pose2D, _: Twist) -> None:
-        self._poses.publish(pose_stamped_message(self._world_in_map.compose(pose_in_world),
-                                                 stamp_ns, self._map_frame))
+        self._poses.publish(pose_stamped_message(self._world_in_map.compose(pose_in_world), stamp_ns, self._map_frame))
 
 
 def main() -> None:

@@ -4,6 +4,7 @@ A drive has hundreds of messages a second, and rosbags' decoder of every field t
 all that is done with them; here only what is wanted is decoded. ROS 1 and ROS 2 (CDR) differ in
 the first bytes, in the end of texts, and in alignment.
 """
+
 from __future__ import annotations
 
 import math
@@ -38,7 +39,7 @@ class JointValues(NamedTuple):
 
     stamp_ns: int
     names: Tuple[str, ...]
-    values: Sequence[float]     # [rad] of a JointState, pulses of an EncoderPulse
+    values: Sequence[float]  # [rad] of a JointState, pulses of an EncoderPulse
 
 
 class StampedPose(NamedTuple):
@@ -46,7 +47,7 @@ class StampedPose(NamedTuple):
 
     stamp_ns: int
     parent_frame: str
-    child_frame: str            # empty where the message does not tell
+    child_frame: str  # empty where the message does not tell
     pose: Pose2D
 
 
@@ -59,7 +60,7 @@ class JointDecoder:
     def __init__(self, message_type: str, is_cdr: bool) -> None:
         self._kind = 'q' if message_type == ENCODER_PULSE else 'd'
         self._is_cdr = is_cdr
-        self._beginning = b''       # from the frame to the names
+        self._beginning = b''  # from the frame to the names
         self._values_at = self._first_value_at = 0
         self._names: Tuple[str, ...] = ()
 
@@ -129,7 +130,7 @@ class _Fields:
     def place(self, size: int) -> int:
         """Where the next field begins, which is a number of `size` bytes."""
         if self._is_cdr:
-            self._at += -(self._at - _CDR_BEGIN) % size     # counted from after its four bytes
+            self._at += -(self._at - _CDR_BEGIN) % size  # counted from after its four bytes
         return self._at
 
     def length(self) -> int:
@@ -140,7 +141,7 @@ class _Fields:
     def text(self) -> str:
         begin = self.place(_LENGTH.size) + _LENGTH.size
         self._at = begin + _LENGTH.unpack_from(self._raw, begin - _LENGTH.size)[0]
-        return self._raw[begin:self._at - self._is_cdr].decode('utf-8', 'replace')  # less its NUL
+        return self._raw[begin : self._at - self._is_cdr].decode('utf-8', 'replace')  # less its NUL
 
     def header(self) -> Tuple[int, str]:
         """Stamp [ns] and frame."""

@@ -5,6 +5,7 @@ a header, which is 0 here: the publisher counts it. What comes 20 times a second
 by hand, in a fraction of the time that rosbags takes (test/benchmark/recording.py); the rest is
 rosbags' work.
 """
+
 from __future__ import annotations
 
 from typing import Any, NamedTuple, Tuple
@@ -58,9 +59,11 @@ from diff_encoder_sim.simulation.state import BodyState, JointStates
 from diff_encoder_sim.simulation.world import World
 
 # actionlib_msgs/GoalStatus of a goal that is over.
-_ACTION_STATUS = {GoalStatus.PREEMPTED: GoalStatusMessage.PREEMPTED,
-                  GoalStatus.SUCCEEDED: GoalStatusMessage.SUCCEEDED,
-                  GoalStatus.ABORTED: GoalStatusMessage.ABORTED}
+_ACTION_STATUS = {
+    GoalStatus.PREEMPTED: GoalStatusMessage.PREEMPTED,
+    GoalStatus.SUCCEEDED: GoalStatusMessage.SUCCEEDED,
+    GoalStatus.ABORTED: GoalStatusMessage.ABORTED,
+}
 
 _MoveBaseGoal = STORE.types[MOVE_BASE_GOAL]
 _MoveBaseResult = STORE.types[MOVE_BASE_RESULT]
@@ -71,9 +74,9 @@ _MoveBaseActionResult = STORE.types[MOVE_BASE_ACTION_RESULT]
 class SentGoal(NamedTuple):
     """What tells a goal of an action from others: actionlib_msgs/GoalID."""
 
-    node: str           # that sent it
-    number: int         # of its goals, from 1
-    stamp_ns: int       # when it was sent
+    node: str  # that sent it
+    number: int  # of its goals, from 1
+    stamp_ns: int  # when it was sent
 
 
 # ---- packed by hand
@@ -86,9 +89,15 @@ def clock_message(stamp_ns: int) -> bytes:
 
 def joint_state_message(joints: JointStates) -> bytes:
     """sensor_msgs/JointState: wheel angles and speeds; efforts are left out."""
-    return b''.join((packed_header(joints.stamp_ns, ''), packed_texts(joints.names),
-                     packed_numbers('d', joints.angles_rad),
-                     packed_numbers('d', joints.speeds_radps), packed_numbers('d', ())))
+    return b''.join(
+        (
+            packed_header(joints.stamp_ns, ''),
+            packed_texts(joints.names),
+            packed_numbers('d', joints.angles_rad),
+            packed_numbers('d', joints.speeds_radps),
+            packed_numbers('d', ()),
+        )
+    )
 
 
 def twist_message(linear_mps: float, angular_radps: float) -> bytes:
@@ -98,19 +107,29 @@ def twist_message(linear_mps: float, angular_radps: float) -> bytes:
 
 def encoder_pulse_message(sample: EncoderSample, joints: Tuple[str, str]) -> bytes:
     """diff_encoder_sim/EncoderPulse, left then right; `joints` are their names in that order."""
-    return b''.join((packed_header(sample.stamp_ns, ''), packed_texts(joints),
-                     packed_numbers('q', (sample.left_pulses, sample.right_pulses))))
+    return b''.join(
+        (
+            packed_header(sample.stamp_ns, ''),
+            packed_texts(joints),
+            packed_numbers('q', (sample.left_pulses, sample.right_pulses)),
+        )
+    )
 
 
 def odometry_message(estimate: OdometryEstimate, odom_frame: str, base_frame: str) -> bytes:
     """nav_msgs/Odometry: pose in the odom frame, twist in the base frame, with covariances."""
     pose_covariance = _covariance(estimate.pose_covariance, _POSE_CELLS, _ALL_UNKNOWN)
     twist_covariance = _covariance(estimate.twist_covariance, _TWIST_CELLS, _ALL_UNKNOWN)
-    return b''.join((
-        packed_header(estimate.stamp_ns, odom_frame), packed_text(base_frame),
-        _packed_planar_pose(estimate.base_pose_in_odom), pose_covariance.tobytes(),
-        twist_message(estimate.linear_velocity_mps, estimate.angular_velocity_radps),
-        twist_covariance.tobytes()))
+    return b''.join(
+        (
+            packed_header(estimate.stamp_ns, odom_frame),
+            packed_text(base_frame),
+            _packed_planar_pose(estimate.base_pose_in_odom),
+            pose_covariance.tobytes(),
+            twist_message(estimate.linear_velocity_mps, estimate.angular_velocity_radps),
+            twist_covariance.tobytes(),
+        )
+    )
 
 
 def pose_stamped_message(pose: Pose2D, stamp_ns: int, frame: str) -> bytes:
@@ -120,15 +139,14 @@ def pose_stamped_message(pose: Pose2D, stamp_ns: int, frame: str) -> bytes:
 
 def transform(child_pose: Pose2D, stamp_ns: int, parent_frame: str, child_frame: str) -> bytes:
     """geometry_msgs/TransformStamped of a frame's planar pose in its parent."""
-    return (packed_header(stamp_ns, parent_frame) + packed_text(child_frame)
-            + _packed_planar_pose(child_pose))
+    return packed_header(stamp_ns, parent_frame) + packed_text(child_frame) + _packed_planar_pose(child_pose)
 
 
-def spatial_transform(translation_xyz_m: Vector, quat_xyzw: QuatXyzw, stamp_ns: int,
-                      parent_frame: str, child_frame: str) -> bytes:
+def spatial_transform(
+    translation_xyz_m: Vector, quat_xyzw: QuatXyzw, stamp_ns: int, parent_frame: str, child_frame: str
+) -> bytes:
     """geometry_msgs/TransformStamped of a frame's pose in its parent."""
-    return (packed_header(stamp_ns, parent_frame) + packed_text(child_frame)
-            + packed_pose(translation_xyz_m, quat_xyzw))
+    return packed_header(stamp_ns, parent_frame) + packed_text(child_frame) + packed_pose(translation_xyz_m, quat_xyzw)
 
 
 def tf_message(*transforms: bytes) -> bytes:
@@ -148,8 +166,7 @@ class ModelStatesMessages:
         """With the robot's pose and twist in the world frame."""
         pose = packed_pose(robot.position_xyz_m, robot.quat_xyzw)
         twist = packed_twist(robot.linear_xyz_mps, robot.angular_xyz_radps)
-        return (self._names + packed_sequence([*self._poses, pose])
-                + packed_sequence([*self._twists, twist]))
+        return self._names + packed_sequence([*self._poses, pose]) + packed_sequence([*self._twists, twist])
 
 
 # ---- by rosbags
@@ -163,24 +180,35 @@ def text_message(text: str) -> bytes:
 def scan_message(scan: Scan, frame: str, period_s: float) -> bytes:
     """sensor_msgs/LaserScan whose rays were all taken at its stamp, one sweep each `period_s`."""
     angle_max_rad = scan.angle_min_rad + (len(scan.ranges_m) - 1) * scan.angle_increment_rad
-    return _serialised(LaserScan(
-        _header(scan.stamp_ns, frame), scan.angle_min_rad, angle_max_rad,
-        scan.angle_increment_rad, 0.0, period_s, scan.range_min_m, scan.range_max_m,
-        scan.ranges_m.astype(np.float32), np.empty(0, np.float32)))
+    return _serialised(
+        LaserScan(
+            _header(scan.stamp_ns, frame),
+            scan.angle_min_rad,
+            angle_max_rad,
+            scan.angle_increment_rad,
+            0.0,
+            period_s,
+            scan.range_min_m,
+            scan.range_max_m,
+            scan.ranges_m.astype(np.float32),
+            np.empty(0, np.float32),
+        )
+    )
 
 
-def pose_with_covariance_message(pose: Pose2D, covariance: np.ndarray, stamp_ns: int,
-                                 frame: str) -> bytes:
+def pose_with_covariance_message(pose: Pose2D, covariance: np.ndarray, stamp_ns: int, frame: str) -> bytes:
     """geometry_msgs/PoseWithCovarianceStamped; `covariance` is 3x3 over (x, y, yaw)."""
-    return _serialised(PoseWithCovarianceStamped(
-        _header(stamp_ns, frame),
-        PoseWithCovariance(_planar_pose(pose), _covariance(covariance, _POSE_CELLS, _ALL_ZERO))))
+    return _serialised(
+        PoseWithCovarianceStamped(
+            _header(stamp_ns, frame),
+            PoseWithCovariance(_planar_pose(pose), _covariance(covariance, _POSE_CELLS, _ALL_ZERO)),
+        )
+    )
 
 
 def map_message(grid: OccupancyGrid, stamp_ns: int, frame: str) -> bytes:
     """nav_msgs/OccupancyGrid, row by row from the origin."""
-    return _serialised(OccupancyGridMessage(_header(stamp_ns, frame), _map_info(grid, stamp_ns),
-                                            grid.cells.ravel()))
+    return _serialised(OccupancyGridMessage(_header(stamp_ns, frame), _map_info(grid, stamp_ns), grid.cells.ravel()))
 
 
 def map_metadata_message(grid: OccupancyGrid, stamp_ns: int) -> bytes:
@@ -188,8 +216,7 @@ def map_metadata_message(grid: OccupancyGrid, stamp_ns: int) -> bytes:
     return _serialised(_map_info(grid, stamp_ns))
 
 
-def goal_message(sent: SentGoal, goal_in_map: Pose2D, goal_stamp_ns: int,
-                 map_frame: str) -> bytes:
+def goal_message(sent: SentGoal, goal_in_map: Pose2D, goal_stamp_ns: int, map_frame: str) -> bytes:
     """move_base_msgs/MoveBaseActionGoal; `goal_stamp_ns` is of the pose, not of the sending."""
     target = _MoveBaseGoal(_pose_stamped(goal_in_map, goal_stamp_ns, map_frame))
     return _serialised(_MoveBaseActionGoal(_header(sent.stamp_ns, ''), _goal_id(sent), target))
@@ -197,9 +224,11 @@ def goal_message(sent: SentGoal, goal_in_map: Pose2D, goal_stamp_ns: int,
 
 def result_message(sent: SentGoal, status: GoalStatus, text: str, stamp_ns: int) -> bytes:
     """move_base_msgs/MoveBaseActionResult of a goal that is over."""
-    return _serialised(_MoveBaseActionResult(
-        _header(stamp_ns, ''),
-        GoalStatusMessage(_goal_id(sent), _ACTION_STATUS[status], text), _MoveBaseResult()))
+    return _serialised(
+        _MoveBaseActionResult(
+            _header(stamp_ns, ''), GoalStatusMessage(_goal_id(sent), _ACTION_STATUS[status], text), _MoveBaseResult()
+        )
+    )
 
 
 def _serialised(message: Any) -> bytes:
@@ -229,8 +258,7 @@ def _pose_stamped(pose: Pose2D, stamp_ns: int, frame: str) -> PoseStamped:
 
 
 def _map_info(grid: OccupancyGrid, stamp_ns: int) -> MapMetaData:
-    return MapMetaData(_time(stamp_ns), grid.resolution_m, grid.width, grid.height,
-                       _planar_pose(grid.origin))
+    return MapMetaData(_time(stamp_ns), grid.resolution_m, grid.width, grid.height, _planar_pose(grid.origin))
 
 
 def _packed_planar_pose(pose: Pose2D) -> bytes:

@@ -1,5 +1,6 @@
 """Message types by their names, the fields of those that rosbags' store lacks, and what nodes and
 bags share."""
+
 from __future__ import annotations
 
 # Types by their names as rosbags spells them.
@@ -26,16 +27,16 @@ MOVE_BASE_ACTION_RESULT = 'move_base_msgs/msg/MoveBaseActionResult'
 UNKNOWN_VARIANCE = 1e12
 
 # Of gazebo_msgs/ModelStates; Debian's ROS lacks the package, too.
-MODEL_STATES_FIELDS = '''\
+MODEL_STATES_FIELDS = """\
 string[] name
 geometry_msgs/Pose[] pose
-geometry_msgs/Twist[] twist'''
+geometry_msgs/Twist[] twist"""
 
 # Of msg/EncoderPulse.msg, which is not at hand where only the Python package is.
-ENCODER_PULSE_FIELDS = '''\
+ENCODER_PULSE_FIELDS = """\
 Header header
 string[] name
-int64[] pulses'''
+int64[] pulses"""
 
 # Fields by type.
 DEFINITIONS = {
@@ -44,12 +45,12 @@ DEFINITIONS = {
     TRANSFORMS: 'geometry_msgs/TransformStamped[] transforms',
     MOVE_BASE_GOAL: 'geometry_msgs/PoseStamped target_pose',
     MOVE_BASE_RESULT: '',
-    MOVE_BASE_ACTION_GOAL: '''\
+    MOVE_BASE_ACTION_GOAL: """\
 Header header
 actionlib_msgs/GoalID goal_id
-MoveBaseGoal goal''',
-    MOVE_BASE_ACTION_RESULT: '''\
+MoveBaseGoal goal""",
+    MOVE_BASE_ACTION_RESULT: """\
 Header header
 actionlib_msgs/GoalStatus status
-MoveBaseResult result''',
+MoveBaseResult result""",
 }

@@ -1,4 +1,5 @@
 """Parts of ROS messages as they are on the wire: little endian, sequences after their length."""
+
 from __future__ import annotations
 
 import struct
@@ -22,8 +23,7 @@ def packed_time(stamp_ns: int) -> bytes:
 
 def packed_header(stamp_ns: int, frame: str) -> bytes:
     """std_msgs/Header with seq 0."""
-    return (_SEQ_AND_STAMP.pack(0, *divmod(stamp_ns, NANOSECONDS_PER_SECOND))
-            + packed_text(frame))
+    return _SEQ_AND_STAMP.pack(0, *divmod(stamp_ns, NANOSECONDS_PER_SECOND)) + packed_text(frame)
 
 
 def packed_pose(position_xyz_m: Vector, quat_xyzw: QuatXyzw) -> bytes:

@@ -6,6 +6,7 @@ none, so that memory does not grow with the bag. rosbags' reader does neither
 
 Format: http://wiki.ros.org/Bags/Format/2.0
 """
+
 from __future__ import annotations
 
 import bz2
@@ -38,7 +39,7 @@ class Message(NamedTuple):
     """One message as it was recorded."""
 
     topic: str
-    time_ns: int    # when it was recorded, by the recorder's clock
+    time_ns: int  # when it was recorded, by the recorder's clock
     raw: bytes
 
 
@@ -65,15 +66,15 @@ class Ros1Stream:
         """
         self._path = path
         self._layout = _MessageLayout()
-        self._topic_of: Dict[int, str] = {}     # by connection
-        self.topics: Dict[str, str] = {}        # types by topic, as rosbags spells them
-        self.fault = ''                         # why not all of it can be read
+        self._topic_of: Dict[int, str] = {}  # by connection
+        self.topics: Dict[str, str] = {}  # types by topic, as rosbags spells them
+        self.fault = ''  # why not all of it can be read
         with open(path, 'rb') as file:
             is_indexed = self._read_index(file)
         if not is_indexed:
             self.fault = 'no index, as after a crash'
             for _ in self.messages(()):
-                pass                            # learns every connection on the way
+                pass  # learns every connection on the way
 
     def messages(self, topics: Collection[str]) -> Iterator[Message]:
         """Of some topics, as they were written.
@@ -139,16 +140,14 @@ class Ros1Stream:
         length_at, time_of = _LENGTH.unpack_from, _TIME.unpack_from
         layout = self._layout
         for header_at, data_at, end in _records(chunk):
-            if (data_at - header_at != _MESSAGE_HEADER_SIZE
-                    or chunk[header_at + layout.op_at] != _MESSAGE):
-                if not self._learn(chunk[header_at:data_at - 4], chunk[data_at:end]):
+            if data_at - header_at != _MESSAGE_HEADER_SIZE or chunk[header_at + layout.op_at] != _MESSAGE:
+                if not self._learn(chunk[header_at : data_at - 4], chunk[data_at:end]):
                     continue
                 layout = self._layout
             topic = wanted.get(length_at(chunk, header_at + layout.conn_at)[0])
             if topic is not None:
                 seconds, nanoseconds = time_of(chunk, header_at + layout.time_at)
-                yield Message(topic, seconds * NANOSECONDS_PER_SECOND + nanoseconds,
-                              chunk[data_at:end])
+                yield Message(topic, seconds * NANOSECONDS_PER_SECOND + nanoseconds, chunk[data_at:end])
 
     def _learn(self, header: bytes, data: bytes) -> bool:
         """Take what is no message in the usual layout; whether it is one in another."""

@@ -1,4 +1,5 @@
 """Every message type of a trial's bag, for rosbags."""
+
 from __future__ import annotations
 
 from functools import lru_cache
@@ -16,7 +17,7 @@ for _name, _fields in DEFINITIONS.items():
 class Definition(NamedTuple):
     """What a bag says of a type."""
 
-    text: str       # its fields and those of the types it is made of, without comments
+    text: str  # its fields and those of the types it is made of, without comments
     md5sum: str
 
     @property

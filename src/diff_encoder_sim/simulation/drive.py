@@ -1,4 +1,5 @@
 """The motor controller: from velocity commands to wheel speeds, within the robot's limits."""
+
 from __future__ import annotations
 
 import logging
@@ -28,8 +29,7 @@ class DriveParams(Params):
 class DriveController:
     """Ramps the body velocity towards the newest command and splits it onto the wheels."""
 
-    def __init__(self, params: DriveParams, wheel_radius_m: float,
-                 wheel_separation_m: float) -> None:
+    def __init__(self, params: DriveParams, wheel_radius_m: float, wheel_separation_m: float) -> None:
         self.params = params
         self._wheel_radius_m = wheel_radius_m
         self._wheel_separation_m = wheel_separation_m
@@ -49,13 +49,16 @@ class DriveController:
             InputFault: the command is not finite; the last one stays until it times out.
         """
         if not (math.isfinite(linear_mps) and math.isfinite(angular_radps)):
-            raise InputFault(f'linear.x {linear_mps} m/s, angular.z {angular_radps} rad/s; '
-                             f'expected finite numbers')
+            raise InputFault(f'linear.x {linear_mps} m/s, angular.z {angular_radps} rad/s; expected finite numbers')
         limits = self.params.max_linear_speed, self.params.max_angular_speed
         cut = (_clamp(linear_mps, limits[0]), _clamp(angular_radps, limits[1]))
         if cut != (linear_mps, angular_radps):
-            log.warning('command of %.3f m/s, %.3f rad/s is cut to the limits of %.3f m/s, '
-                        '%.3f rad/s', linear_mps, angular_radps, *limits)
+            log.warning(
+                'command of %.3f m/s, %.3f rad/s is cut to the limits of %.3f m/s, %.3f rad/s',
+                linear_mps,
+                angular_radps,
+                *limits,
+            )
         self._command = cut
         self._command_time_ns = now_ns
 
@@ -63,13 +66,15 @@ class DriveController:
         """Speeds of the left and the right wheel [rad/s] for the next interval."""
         age_s = (now_ns - self._command_time_ns) / NANOSECONDS_PER_SECOND
         wanted = self._command if age_s <= self.params.command_timeout else (0.0, 0.0)
-        self._linear_mps += _clamp(wanted[0] - self._linear_mps,
-                                   self.params.max_linear_acceleration * interval_s)
-        self._angular_radps += _clamp(wanted[1] - self._angular_radps,
-                                      self.params.max_angular_acceleration * interval_s)
+        self._linear_mps += _clamp(wanted[0] - self._linear_mps, self.params.max_linear_acceleration * interval_s)
+        self._angular_radps += _clamp(
+            wanted[1] - self._angular_radps, self.params.max_angular_acceleration * interval_s
+        )
         half_difference_mps = 0.5 * self._wheel_separation_m * self._angular_radps
-        return ((self._linear_mps - half_difference_mps) / self._wheel_radius_m,
-                (self._linear_mps + half_difference_mps) / self._wheel_radius_m)
+        return (
+            (self._linear_mps - half_difference_mps) / self._wheel_radius_m,
+            (self._linear_mps + half_difference_mps) / self._wheel_radius_m,
+        )
 
 
 def _clamp(value: float, limit: float) -> float:

@@ -3,6 +3,7 @@
 The scan plane cuts each solid into segments (boxes) and circles (cylinders, spheres); a ray is
 then a line against those, in closed form, so there is no grid and no step length.
 """
+
 from __future__ import annotations
 
 import math
@@ -31,9 +32,9 @@ class LidarParams(Params):
 
     samples: int = Field(1000, ge=1, le=100_000, description='rays in a sweep')
     angle_min: float = Field(-math.pi, ge=-2 * math.pi, le=2 * math.pi, description='[rad]')
-    angle_span: float = Field(2 * math.pi, gt=0, le=2 * math.pi,
-                              description='swept from the first ray to where the next sweep '
-                                          'begins [rad]')
+    angle_span: float = Field(
+        2 * math.pi, gt=0, le=2 * math.pi, description='swept from the first ray to where the next sweep begins [rad]'
+    )
     range_min: float = Field(0.15, ge=0, description='[m]')
     range_max: float = Field(6.0, gt=0, description='[m]')
     noise: float = Field(0.03, ge=0, description='standard deviation of a range [m]')
@@ -54,8 +55,7 @@ class LidarParams(Params):
 class Lidar:
     """Sweeps a world that stands still. All rays of a sweep are taken at one instant."""
 
-    def __init__(self, world: World, scan_height_m: float, params: LidarParams,
-                 rng: np.random.Generator) -> None:
+    def __init__(self, world: World, scan_height_m: float, params: LidarParams, rng: np.random.Generator) -> None:
         self.params = params
         self._rng = rng
         self._segments, self._circles = cut_world(world, scan_height_m)
@@ -71,16 +71,18 @@ class Lidar:
         ranges_m = self.true_ranges_m(laser_pose_in_world)
         params = self.params
         # Drawn for every ray, so that one ray's hit or miss does not shift the others' noise.
-        _measure(ranges_m, self._rng.standard_normal(len(ranges_m)), params.noise,
-                 params.range_min, params.range_max)
-        return Scan(stamp_ns, params.angle_min, self._increment_rad, params.range_min,
-                    params.range_max, ranges_m)
+        _measure(ranges_m, self._rng.standard_normal(len(ranges_m)), params.noise, params.range_min, params.range_max)
+        return Scan(stamp_ns, params.angle_min, self._increment_rad, params.range_min, params.range_max, ranges_m)
 
     def true_ranges_m(self, laser_pose_in_world: Pose2D) -> np.ndarray:
         """(samples,) distance to the nearest surface along each ray; +inf where there is none."""
-        return cast_rays(laser_pose_in_world.x_m, laser_pose_in_world.y_m,
-                         laser_pose_in_world.yaw_rad + self._bearings_rad, self._segments,
-                         self._circles)
+        return cast_rays(
+            laser_pose_in_world.x_m,
+            laser_pose_in_world.y_m,
+            laser_pose_in_world.yaw_rad + self._bearings_rad,
+            self._segments,
+            self._circles,
+        )
 
 
 def cut_world(world: World, height_m: float) -> Tuple[np.ndarray, np.ndarray]:
@@ -96,13 +98,12 @@ def cut_world(world: World, height_m: float) -> Tuple[np.ndarray, np.ndarray]:
         shape = solid.shape
         x_m, y_m = solid.pose_in_world[:2, 3].tolist()
         if isinstance(shape, Sphere) and abs(above_m) < shape.radius_m:
-            circles.append([x_m, y_m, math.sqrt(shape.radius_m ** 2 - above_m ** 2)])
+            circles.append([x_m, y_m, math.sqrt(shape.radius_m**2 - above_m**2)])
         elif isinstance(shape, Cylinder) and _is_cut(solid, above_m, shape.length_m):
             circles.append([x_m, y_m, shape.radius_m])
         elif isinstance(shape, Box) and _is_cut(solid, above_m, shape.size_xyz_m[2]):
             segments += _sides(solid, shape)
-    return (np.array(segments, dtype=float).reshape(-1, 4),
-            np.array(circles, dtype=float).reshape(-1, 3))
+    return (np.array(segments, dtype=float).reshape(-1, 4), np.array(circles, dtype=float).reshape(-1, 3))
 
 
 def _is_cut(solid: Solid, above_m: float, tall_m: float) -> bool:
@@ -113,15 +114,13 @@ def _is_cut(solid: Solid, above_m: float, tall_m: float) -> bool:
 
 def _sides(solid: Solid, box: Box) -> List[List[float]]:
     half_x_m, half_y_m = 0.5 * box.size_xyz_m[0], 0.5 * box.size_xyz_m[1]
-    corners = np.array([[half_x_m, half_y_m], [-half_x_m, half_y_m], [-half_x_m, -half_y_m],
-                        [half_x_m, -half_y_m]])
+    corners = np.array([[half_x_m, half_y_m], [-half_x_m, half_y_m], [-half_x_m, -half_y_m], [half_x_m, -half_y_m]])
     corners = corners @ solid.pose_in_world[:2, :2].T + solid.pose_in_world[:2, 3]
     return np.hstack([corners, np.roll(corners, -1, axis=0)]).tolist()
 
 
 @njit(cache=True)
-def _measure(ranges_m: np.ndarray, normals: np.ndarray, noise_m: float, range_min_m: float,
-             range_max_m: float) -> None:
+def _measure(ranges_m: np.ndarray, normals: np.ndarray, noise_m: float, range_min_m: float, range_max_m: float) -> None:
     """Turn true ranges (n,) into what the scanner reports of them, in place."""
     for ray in range(len(ranges_m)):
         if ranges_m[ray] > range_max_m:
@@ -135,8 +134,9 @@ def _measure(ranges_m: np.ndarray, normals: np.ndarray, noise_m: float, range_mi
 
 
 @njit(cache=True)
-def cast_rays(x_m: float, y_m: float, bearings_rad: np.ndarray, segments: np.ndarray,
-              circles: np.ndarray) -> np.ndarray:
+def cast_rays(
+    x_m: float, y_m: float, bearings_rad: np.ndarray, segments: np.ndarray, circles: np.ndarray
+) -> np.ndarray:
     """(n,) distance [m] from a point along each bearing to the nearest segment or circle.
 
     Instead of each ray asking each surface, each surface is put only to the rays within the angle
@@ -185,8 +185,7 @@ def _directions(bearings_rad: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
 
 
 @njit(cache=True)
-def _rays_within(left_rad: float, width_rad: float, lap: int, step_rad: float,
-                 count: int) -> Tuple[int, int]:
+def _rays_within(left_rad: float, width_rad: float, lap: int, step_rad: float, count: int) -> Tuple[int, int]:
     """First and last ray in an angle that begins `left_rad` after the first ray's bearing.
 
     An angle that runs past the full circle comes in two laps. One ray more on either side makes
@@ -199,8 +198,17 @@ def _rays_within(left_rad: float, width_rad: float, lap: int, step_rad: float,
 
 
 @njit(cache=True)
-def _meet_segment(ax: float, ay: float, bx: float, by: float, cosines: np.ndarray,
-                  sines: np.ndarray, first: int, last: int, ranges_m: np.ndarray) -> None:
+def _meet_segment(
+    ax: float,
+    ay: float,
+    bx: float,
+    by: float,
+    cosines: np.ndarray,
+    sines: np.ndarray,
+    first: int,
+    last: int,
+    ranges_m: np.ndarray,
+) -> None:
     """Shorten the rays first to last to the segment from a to b, where they meet it."""
     ex, ey = bx - ax, by - ay
     for ray in range(first, last + 1):
@@ -215,8 +223,16 @@ def _meet_segment(ax: float, ay: float, bx: float, by: float, cosines: np.ndarra
 
 
 @njit(cache=True)
-def _meet_circle(cx: float, cy: float, radius_m: float, cosines: np.ndarray, sines: np.ndarray,
-                 first: int, last: int, ranges_m: np.ndarray) -> None:
+def _meet_circle(
+    cx: float,
+    cy: float,
+    radius_m: float,
+    cosines: np.ndarray,
+    sines: np.ndarray,
+    first: int,
+    last: int,
+    ranges_m: np.ndarray,
+) -> None:
     """Shorten the rays first to last to the circle about c, where they meet it."""
     outside = cx * cx + cy * cy - radius_m * radius_m
     for ray in range(first, last + 1):

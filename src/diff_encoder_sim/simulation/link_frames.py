@@ -1,4 +1,5 @@
 """The robot's links as frames, as robot_state_publisher tells them."""
+
 from __future__ import annotations
 
 import math
@@ -42,9 +43,13 @@ class RobotFrames:
 
     def turned(self, angles_rad: Mapping[str, float]) -> List[LinkFrame]:
         """The frames that turn, of those joints whose angle is given."""
-        return [frame._replace(quat_xyzw=_with_largest_part_positive(
-                    _product(frame.quat_xyzw, _about(axis, angles_rad[name]))))
-                for name, axis, frame in self._turning if name in angles_rad]
+        return [
+            frame._replace(
+                quat_xyzw=_with_largest_part_positive(_product(frame.quat_xyzw, _about(axis, angles_rad[name])))
+            )
+            for name, axis, frame in self._turning
+            if name in angles_rad
+        ]
 
 
 def _frame_at_zero(joint: ElementTree.Element) -> LinkFrame:
@@ -54,10 +59,15 @@ def _frame_at_zero(joint: ElementTree.Element) -> LinkFrame:
     xyz_m = parse_numbers(attributes.get('xyz', '0 0 0'), 3, f'{where} xyz')
     roll, pitch, yaw = parse_numbers(attributes.get('rpy', '0 0 0'), 3, f'{where} rpy')
     # Fixed axes: roll about x first, yaw about z last.
-    quat = _product(_about((0.0, 0.0, 1.0), yaw),
-                    _product(_about((0.0, 1.0, 0.0), pitch), _about((1.0, 0.0, 0.0), roll)))
-    return LinkFrame(joint.find('parent').get('link', ''), joint.find('child').get('link', ''),
-                     tuple(xyz_m), _with_largest_part_positive(quat))
+    quat = _product(
+        _about((0.0, 0.0, 1.0), yaw), _product(_about((0.0, 1.0, 0.0), pitch), _about((1.0, 0.0, 0.0), roll))
+    )
+    return LinkFrame(
+        joint.find('parent').get('link', ''),
+        joint.find('child').get('link', ''),
+        tuple(xyz_m),
+        _with_largest_part_positive(quat),
+    )
 
 
 def _axis(joint: ElementTree.Element) -> Vector:
@@ -77,8 +87,12 @@ def _about(axis: Vector, angle_rad: float) -> QuatXyzw:
 def _product(first: QuatXyzw, second: QuatXyzw) -> QuatXyzw:
     x1, y1, z1, w1 = first
     x2, y2, z2, w2 = second
-    return (w1 * x2 + x1 * w2 + y1 * z2 - z1 * y2, w1 * y2 - x1 * z2 + y1 * w2 + z1 * x2,
-            w1 * z2 + x1 * y2 - y1 * x2 + z1 * w2, w1 * w2 - x1 * x2 - y1 * y2 - z1 * z2)
+    return (
+        w1 * x2 + x1 * w2 + y1 * z2 - z1 * y2,
+        w1 * y2 - x1 * z2 + y1 * w2 + z1 * x2,
+        w1 * z2 + x1 * y2 - y1 * x2 + z1 * w2,
+        w1 * w2 - x1 * x2 - y1 * y2 - z1 * z2,
+    )
 
 
 def _with_largest_part_positive(quat: QuatXyzw) -> QuatXyzw:

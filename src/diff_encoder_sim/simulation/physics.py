@@ -3,6 +3,7 @@
 Contact shapes, step and solver iterations are the outcome of a convergence study:
 docs/adr/0001-contact-and-step.md, test/benchmark/physics_convergence.py.
 """
+
 from __future__ import annotations
 
 import tempfile
@@ -46,14 +47,16 @@ class WheelState(NamedTuple):
 class BulletPhysics:
     """A robot in a world. Equal calls give equal results, bit for bit."""
 
-    def __init__(self, world: World, robot: RobotModel, start_pose: Pose2D, wheel_torque_nm: float,
-                 params: PhysicsParams) -> None:
+    def __init__(
+        self, world: World, robot: RobotModel, start_pose: Pose2D, wheel_torque_nm: float, params: PhysicsParams
+    ) -> None:
         self._wheel_torque_nm = wheel_torque_nm
         self._client = pybullet.connect(pybullet.DIRECT)
         try:
             self._configure(params)
-            self._solid_names = {self._add_solid(solid): solid.name for solid in world.solids
-                                 if not isinstance(solid.shape, Plane)}
+            self._solid_names = {
+                self._add_solid(solid): solid.name for solid in world.solids if not isinstance(solid.shape, Plane)
+            }
             for solid in world.solids:
                 if isinstance(solid.shape, Plane):
                     self._add_solid(solid)
@@ -74,17 +77,21 @@ class BulletPhysics:
     def tick(self, left_radps: float, right_radps: float) -> None:
         """Drive the wheels at these speeds, as far as torque allows, for 10 ms."""
         pybullet.setJointMotorControlArray(
-            self._robot, self._wheel_joints, pybullet.VELOCITY_CONTROL,
+            self._robot,
+            self._wheel_joints,
+            pybullet.VELOCITY_CONTROL,
             targetVelocities=(left_radps, right_radps),
-            forces=(self._wheel_torque_nm, self._wheel_torque_nm), physicsClientId=self._client)
+            forces=(self._wheel_torque_nm, self._wheel_torque_nm),
+            physicsClientId=self._client,
+        )
         pybullet.stepSimulation(physicsClientId=self._client)
 
     def wheels(self) -> WheelState:
         """Rotation of the wheels against the body since the start."""
-        left, right = pybullet.getJointStates(self._robot, self._wheel_joints,
-                                              physicsClientId=self._client)
-        return WheelState((left[0] - self._resting_angles_rad[0],
-                           right[0] - self._resting_angles_rad[1]), (left[1], right[1]))
+        left, right = pybullet.getJointStates(self._robot, self._wheel_joints, physicsClientId=self._client)
+        return WheelState(
+            (left[0] - self._resting_angles_rad[0], right[0] - self._resting_angles_rad[1]), (left[1], right[1])
+        )
 
     def base(self) -> BodyState:
         """The true state of base_link in the world."""
@@ -94,10 +101,16 @@ class BulletPhysics:
         # The velocity of another point of a rigid body: v + w x r.
         x_m, y_m, z_m = (base - mass for base, mass in zip(base_m, mass_m))
         roll_radps, pitch_radps, yaw_radps = angular
-        return BodyState(base_m, base_quat, (linear[0] + (pitch_radps * z_m - yaw_radps * y_m),
-                                             linear[1] + (yaw_radps * x_m - roll_radps * z_m),
-                                             linear[2] + (roll_radps * y_m - pitch_radps * x_m)),
-                         angular)
+        return BodyState(
+            base_m,
+            base_quat,
+            (
+                linear[0] + (pitch_radps * z_m - yaw_radps * y_m),
+                linear[1] + (yaw_radps * x_m - roll_radps * z_m),
+                linear[2] + (roll_radps * y_m - pitch_radps * x_m),
+            ),
+            angular,
+        )
 
     def base_pose(self) -> Tuple[PositionXyz, QuatXyzw]:
         """The true position [m] and orientation of base_link in the world."""
@@ -106,14 +119,12 @@ class BulletPhysics:
     def place(self, pose: Pose2D, velocity: PlanarVelocity = AT_REST) -> None:
         """Lift the robot to a pose on the floor, moving at a velocity, wheel angles as they are."""
         position, quat = self.base_pose()
-        self._place_base((pose.x_m, pose.y_m, position[2]), self._level(quat, pose.yaw_rad),
-                         velocity)
+        self._place_base((pose.x_m, pose.y_m, position[2]), self._level(quat, pose.yaw_rad), velocity)
 
     def obstacle_hit(self) -> Optional[str]:
         """Name of a solid, other than the floor, that the robot touches, if any."""
         contacts = pybullet.getContactPoints(bodyA=self._robot, physicsClientId=self._client)
-        return next((self._solid_names[contact[2]] for contact in contacts
-                     if contact[2] in self._solid_names), None)
+        return next((self._solid_names[contact[2]] for contact in contacts if contact[2] in self._solid_names), None)
 
     def _inertial_pose(self) -> Tuple[PositionXyz, QuatXyzw]:
         """Position and orientation of the root's mass, which are what PyBullet reports."""
@@ -122,21 +133,29 @@ class BulletPhysics:
     def _configure(self, params: PhysicsParams) -> None:
         pybullet.setGravity(0, 0, -GRAVITY_MPS2, physicsClientId=self._client)
         pybullet.setPhysicsEngineParameter(
-            fixedTimeStep=TICK_S, numSubSteps=params.steps_per_tick,
+            fixedTimeStep=TICK_S,
+            numSubSteps=params.steps_per_tick,
             numSolverIterations=params.solver_iterations,
-            solverResidualThreshold=SOLVER_RESIDUAL_THRESHOLD, deterministicOverlappingPairs=1,
-            physicsClientId=self._client)
+            solverResidualThreshold=SOLVER_RESIDUAL_THRESHOLD,
+            deterministicOverlappingPairs=1,
+            physicsClientId=self._client,
+        )
 
     def _add_solid(self, solid: Solid) -> int:
         position = solid.pose_in_world[:3, 3]
-        shape = pybullet.createCollisionShape(physicsClientId=self._client,
-                                              **_shape_arguments(solid))
+        shape = pybullet.createCollisionShape(physicsClientId=self._client, **_shape_arguments(solid))
         # A plain rigid body: one of PyBullet's multibodies is moved on in each step even where it
         # stands still, which in a world of 49 solids takes a third of the time.
-        return int(pybullet.createMultiBody(
-            baseMass=0, baseCollisionShapeIndex=shape, basePosition=position.tolist(),
-            baseOrientation=_quat_xyzw(solid.pose_in_world[:3, :3]), useMaximalCoordinates=1,
-            physicsClientId=self._client))
+        return int(
+            pybullet.createMultiBody(
+                baseMass=0,
+                baseCollisionShapeIndex=shape,
+                basePosition=position.tolist(),
+                baseOrientation=_quat_xyzw(solid.pose_in_world[:3, :3]),
+                useMaximalCoordinates=1,
+                physicsClientId=self._client,
+            )
+        )
 
     def _load(self, robot: RobotModel) -> int:
         # Not URDF_MERGE_FIXED_LINKS: it misplaces the centre of mass, and the casters get friction.
@@ -145,15 +164,13 @@ class BulletPhysics:
             file.write(_without_looks(robot.urdf))
             file.flush()
             try:
-                return int(pybullet.loadURDF(file.name, flags=flags,
-                                             physicsClientId=self._client))
+                return int(pybullet.loadURDF(file.name, flags=flags, physicsClientId=self._client))
             except pybullet.error:
                 raise ConfigError(f'robot {robot.name!r}: PyBullet cannot load its URDF') from None
 
     def _find_joints(self, robot: RobotModel) -> Tuple[int, int]:
         count = pybullet.getNumJoints(self._robot, physicsClientId=self._client)
-        infos = [pybullet.getJointInfo(self._robot, index, physicsClientId=self._client)
-                 for index in range(count)]
+        infos = [pybullet.getJointInfo(self._robot, index, physicsClientId=self._client) for index in range(count)]
         joints: Dict[str, int] = {info[1].decode(): info[0] for info in infos}
         return joints[robot.left_joint], joints[robot.right_joint]
 
@@ -165,8 +182,7 @@ class BulletPhysics:
     def _rest(self, start_pose: Pose2D) -> None:
         """Let the robot settle onto its casters, then put it exactly at the start."""
         self._resting_angles_rad = (0.0, 0.0)
-        self._place_base((start_pose.x_m, start_pose.y_m, 0.0),
-                         quat_xyzw_from_yaw(start_pose.yaw_rad))
+        self._place_base((start_pose.x_m, start_pose.y_m, 0.0), quat_xyzw_from_yaw(start_pose.yaw_rad))
         for _ in range(SETTLING_TICKS):
             self.tick(0.0, 0.0)
         self.place(start_pose)
@@ -177,17 +193,19 @@ class BulletPhysics:
         roll_rad, pitch_rad, _ = pybullet.getEulerFromQuaternion(quat_xyzw)
         return pybullet.getQuaternionFromEuler((roll_rad, pitch_rad, yaw_rad))
 
-    def _place_base(self, position_xyz_m: tuple, quat_xyzw: tuple,
-                    velocity: PlanarVelocity = AT_REST) -> None:
+    def _place_base(self, position_xyz_m: tuple, quat_xyzw: tuple, velocity: PlanarVelocity = AT_REST) -> None:
         inertial = pybullet.multiplyTransforms(
-            position_xyz_m, quat_xyzw, *pybullet.invertTransform(*self._base_in_inertial))
-        pybullet.resetBasePositionAndOrientation(self._robot, *inertial,
-                                                 physicsClientId=self._client)
+            position_xyz_m, quat_xyzw, *pybullet.invertTransform(*self._base_in_inertial)
+        )
+        pybullet.resetBasePositionAndOrientation(self._robot, *inertial, physicsClientId=self._client)
         lever_m = np.subtract(inertial[0], position_xyz_m).tolist()
         x_mps, y_mps, yaw_radps = velocity
         pybullet.resetBaseVelocity(
-            self._robot, (x_mps - yaw_radps * lever_m[1], y_mps + yaw_radps * lever_m[0], 0.0),
-            (0.0, 0.0, yaw_radps), physicsClientId=self._client)
+            self._robot,
+            (x_mps - yaw_radps * lever_m[1], y_mps + yaw_radps * lever_m[0], 0.0),
+            (0.0, 0.0, yaw_radps),
+            physicsClientId=self._client,
+        )
 
 
 def _without_looks(urdf: str) -> str:
@@ -202,11 +220,9 @@ def _without_looks(urdf: str) -> str:
 def _shape_arguments(solid: Solid) -> dict:
     shape = solid.shape
     if isinstance(shape, Box):
-        return {'shapeType': pybullet.GEOM_BOX,
-                'halfExtents': [0.5 * length_m for length_m in shape.size_xyz_m]}
+        return {'shapeType': pybullet.GEOM_BOX, 'halfExtents': [0.5 * length_m for length_m in shape.size_xyz_m]}
     if isinstance(shape, Cylinder):
-        return {'shapeType': pybullet.GEOM_CYLINDER, 'radius': shape.radius_m,
-                'height': shape.length_m}
+        return {'shapeType': pybullet.GEOM_CYLINDER, 'radius': shape.radius_m, 'height': shape.length_m}
     if isinstance(shape, Sphere):
         return {'shapeType': pybullet.GEOM_SPHERE, 'radius': shape.radius_m}
     return {'shapeType': pybullet.GEOM_PLANE}

@@ -1,4 +1,5 @@
 """PyBullet, imported without the line that it prints into tools' results and progress bars."""
+
 from __future__ import annotations
 
 import contextlib

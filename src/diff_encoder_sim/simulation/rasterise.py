@@ -1,4 +1,5 @@
 """A map straight from a world file: what a perfect mapper with a scanner would draw."""
+
 from __future__ import annotations
 
 from collections import deque
@@ -17,8 +18,7 @@ POINTS_PER_CELL = 8
 MOST_CELLS = 25_000_000  # a minute's work
 
 
-def rasterise(world: World, height_m: float, resolution_m: float,
-              free_x_m: float, free_y_m: float) -> OccupancyGrid:
+def rasterise(world: World, height_m: float, resolution_m: float, free_x_m: float, free_y_m: float) -> OccupancyGrid:
     """The surfaces at `height_m` occupied, all that is reachable from a free point free.
 
     What lies behind the surfaces stays unknown. Cells are centred on multiples of the resolution:
@@ -41,20 +41,24 @@ def rasterise(world: World, height_m: float, resolution_m: float,
     lowest = np.floor(points_m.min(axis=0) / resolution_m) - MARGIN_CELLS
     highest = np.ceil(points_m.max(axis=0) / resolution_m) + MARGIN_CELLS
     if (highest - lowest).prod() > MOST_CELLS:
-        raise ConfigError(f'resolution {resolution_m:g} m: a map of '
-                          f'{(highest - lowest).prod():.0f} cells; allowed: at most {MOST_CELLS}')
+        raise ConfigError(
+            f'resolution {resolution_m:g} m: a map of '
+            f'{(highest - lowest).prod():.0f} cells; allowed: at most {MOST_CELLS}'
+        )
     width, height = (highest - lowest).astype(int).tolist()
     corner_m = np.round((lowest - 0.5) * resolution_m, 9)
-    grid = OccupancyGrid(np.full((height, width), UNKNOWN, dtype=np.int8), resolution_m,
-                         Pose2D(float(corner_m[0]), float(corner_m[1]), 0.0))
+    grid = OccupancyGrid(
+        np.full((height, width), UNKNOWN, dtype=np.int8),
+        resolution_m,
+        Pose2D(float(corner_m[0]), float(corner_m[1]), 0.0),
+    )
     columns_rows = np.floor((points_m - corner_m) / resolution_m + 1e-9).astype(int)
     grid.cells[columns_rows[:, 1], columns_rows[:, 0]] = OCCUPIED
     if any(_is_inside(solid, free_x_m, free_y_m, height_m) for solid in world.solids):
         raise ConfigError(f'free point ({free_x_m}, {free_y_m}): it is in a wall')
     seed = grid.cell_at(free_x_m, free_y_m)
     if not grid.contains(*seed) or grid.cells[seed] != UNKNOWN:
-        raise ConfigError(f'free point ({free_x_m}, {free_y_m}): it is outside of the map or on a '
-                          f'surface')
+        raise ConfigError(f'free point ({free_x_m}, {free_y_m}): it is outside of the map or on a surface')
     _fill(grid, seed)
     return grid
 
@@ -69,8 +73,7 @@ def surface_points(world: World, height_m: float, spacing_m: float) -> np.ndarra
     for x, y, radius_m in circles:
         count = int(np.ceil(2.0 * np.pi * radius_m / spacing_m)) + 1
         angles_rad = np.linspace(0.0, 2.0 * np.pi, count)
-        lines.append(np.column_stack([x + radius_m * np.cos(angles_rad),
-                                      y + radius_m * np.sin(angles_rad)]))
+        lines.append(np.column_stack([x + radius_m * np.cos(angles_rad), y + radius_m * np.sin(angles_rad)]))
     return np.concatenate(lines) if lines else np.empty((0, 2))
 
 

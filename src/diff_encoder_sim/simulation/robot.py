@@ -1,4 +1,5 @@
 """The robot: reads its xacro or URDF file once for the physics, the controller and the nodes."""
+
 from __future__ import annotations
 
 import functools
@@ -22,12 +23,12 @@ class RobotModel(NamedTuple):
     """A differential-drive robot as its URDF describes it."""
 
     name: str
-    urdf: str                   # the XML, xacro expanded
+    urdf: str  # the XML, xacro expanded
     left_joint: str
     right_joint: str
     left_wheel_radius_m: float
     right_wheel_radius_m: float
-    wheel_separation_m: float   # between the wheels' contact points
+    wheel_separation_m: float  # between the wheels' contact points
 
     def link_pose_in_root(self, link_name: str) -> np.ndarray:
         """(4, 4) homogeneous pose of a link's frame in the root link, all joints at zero.
@@ -42,13 +43,13 @@ class RobotModel(NamedTuple):
                 return _pose_in_root(joints, name, f'robot {self.name!r}')
         links = [link.get('name', '') for link in root.findall('link')]
         if link_name in links:
-            return np.eye(4)    # the root itself
-        raise ConfigError(f'robot {self.name!r}: link {link_name!r} is missing; it has '
-                          f'{", ".join(links)}')
+            return np.eye(4)  # the root itself
+        raise ConfigError(f'robot {self.name!r}: link {link_name!r} is missing; it has {", ".join(links)}')
 
 
-def load_robot(path: Union[str, Path], left_joint: str, right_joint: str,
-               xacro_arguments: Mapping[str, str]) -> RobotModel:
+def load_robot(
+    path: Union[str, Path], left_joint: str, right_joint: str, xacro_arguments: Mapping[str, str]
+) -> RobotModel:
     """Read a robot whose two driven wheels turn about their y axis.
 
     Args:
@@ -65,12 +66,19 @@ def load_robot(path: Union[str, Path], left_joint: str, right_joint: str,
     left_m = _pose_in_root(joints, left_joint, path)[:3, 3]
     right_m = _pose_in_root(joints, right_joint, path)[:3, 3]
     if left_m[1] <= right_m[1]:
-        raise ConfigError(f'{path}: {left_joint!r} is at y = {left_m[1]:.3f} m and {right_joint!r} '
-                          f'at {right_m[1]:.3f} m; allowed: the left wheel left of the right one')
-    return RobotModel(root.get('name', 'robot'), urdf, left_joint, right_joint,
-                      _wheel_radius_m(root, joints[left_joint], path),
-                      _wheel_radius_m(root, joints[right_joint], path),
-                      float(left_m[1] - right_m[1]))
+        raise ConfigError(
+            f'{path}: {left_joint!r} is at y = {left_m[1]:.3f} m and {right_joint!r} '
+            f'at {right_m[1]:.3f} m; allowed: the left wheel left of the right one'
+        )
+    return RobotModel(
+        root.get('name', 'robot'),
+        urdf,
+        left_joint,
+        right_joint,
+        _wheel_radius_m(root, joints[left_joint], path),
+        _wheel_radius_m(root, joints[right_joint], path),
+        float(left_m[1] - right_m[1]),
+    )
 
 
 def expand_xacro(path: Union[str, Path], arguments: Mapping[str, str]) -> str:
@@ -91,8 +99,7 @@ def _expand(path: str, content: bytes, arguments: Tuple[Tuple[str, str], ...]) -
     try:
         document = xacro.process_file(path, mappings=dict(arguments))
     except Exception as error:  # xacro lets XML, expression and file errors of many types through
-        raise ConfigError(
-            f'{path}: not a valid xacro or URDF file: {in_one_line(error)}') from None
+        raise ConfigError(f'{path}: not a valid xacro or URDF file: {in_one_line(error)}') from None
     if document.documentElement.tagName != 'robot':
         raise ConfigError(f'{path}: given <{document.documentElement.tagName}>; allowed: <robot>')
     return str(document.toprettyxml(indent='  '))
@@ -102,12 +109,13 @@ def _expand(path: str, content: bytes, arguments: Tuple[Tuple[str, str], ...]) -
 _expand_once = functools.lru_cache(maxsize=32)(_expand)
 
 
-def _pose_in_root(joints: Dict[str, ElementTree.Element], joint_name: str,
-                  path: Union[str, Path]) -> np.ndarray:
+def _pose_in_root(joints: Dict[str, ElementTree.Element], joint_name: str, path: Union[str, Path]) -> np.ndarray:
     """(4, 4) homogeneous pose of a joint in the robot's root link, all joints at zero."""
     if joint_name not in joints:
-        raise ConfigError(f'{path}: joint {joint_name!r} is missing; the file has '
-                          f'{", ".join(joints) or "no joint"}{did_you_mean(joint_name, joints)}')
+        raise ConfigError(
+            f'{path}: joint {joint_name!r} is missing; the file has '
+            f'{", ".join(joints) or "no joint"}{did_you_mean(joint_name, joints)}'
+        )
     joint_above = {_link(joint, 'child'): joint for joint in joints.values()}
     joint = joints[joint_name]
     pose = np.eye(4)
@@ -138,13 +146,11 @@ def _link(joint: ElementTree.Element, end: str) -> str:
     return '' if element is None else element.get('link', '')
 
 
-def _wheel_radius_m(root: ElementTree.Element, joint: ElementTree.Element,
-                    path: Union[str, Path]) -> float:
+def _wheel_radius_m(root: ElementTree.Element, joint: ElementTree.Element, path: Union[str, Path]) -> float:
     """Rolling radius [m]: that of the wheel's collision sphere or cylinder."""
     link_name = _link(joint, 'child')
     for shape in ('sphere', 'cylinder'):
         element = root.find(f"link[@name='{link_name}']/collision/geometry/{shape}")
         if element is not None:
             return parse_lengths(element.get('radius'), 1, f'{path}: wheel {link_name!r} radius')[0]
-    raise ConfigError(f'{path}: wheel {link_name!r} has no rolling shape; '
-                      f'allowed: a collision sphere (or cylinder)')
+    raise ConfigError(f'{path}: wheel {link_name!r} has no rolling shape; allowed: a collision sphere (or cylinder)')

@@ -1,4 +1,5 @@
 """The simulated robot: commands in, joint states and truth out, on its own clock."""
+
 from __future__ import annotations
 
 import math
@@ -35,7 +36,7 @@ class SimulatorParams(Params):
 
     left_joint: str = Field('left_wheel_joint', min_length=1)
     right_joint: str = Field('right_wheel_joint', min_length=1)
-    laser_link: str = Field('laser', min_length=1, description='the scanner\'s frame')
+    laser_link: str = Field('laser', min_length=1, description="the scanner's frame")
     drive: DriveParams = DriveParams()
     lidar: LidarParams = LidarParams()
     physics: PhysicsParams = PhysicsParams()
@@ -52,8 +53,14 @@ class SimulatorParams(Params):
 class Simulator:
     """One robot in one world, advanced tick by tick (10 ms). Same seed, same numbers."""
 
-    def __init__(self, world_file: Union[str, Path], robot_file: Union[str, Path],
-                 params: SimulatorParams, start_pose: Pose2D, seed: int) -> None:
+    def __init__(
+        self,
+        world_file: Union[str, Path],
+        robot_file: Union[str, Path],
+        params: SimulatorParams,
+        start_pose: Pose2D,
+        seed: int,
+    ) -> None:
         """Load both files and put the robot, at rest, at `start_pose` of the world.
 
         The wheels stand at an angle drawn from the seed: without this, every trial would repeat
@@ -65,19 +72,20 @@ class Simulator:
         self.params = params
         self.world = load_world(world_file)
         self._nominal = load_robot(robot_file, params.left_joint, params.right_joint, {})
-        self._true = load_robot(robot_file, params.left_joint, params.right_joint,
-                                params.wheel_errors.xacro_arguments())
+        self._true = load_robot(
+            robot_file, params.left_joint, params.right_joint, params.wheel_errors.xacro_arguments()
+        )
         self._check_errors_took_effect(robot_file)
         laser_pose = self._nominal.link_pose_in_root(params.laser_link)
-        self.laser_pose_in_base = _seen_from_above(
-            laser_pose, f'{robot_file}: link {params.laser_link!r}')
+        self.laser_pose_in_base = _seen_from_above(laser_pose, f'{robot_file}: link {params.laser_link!r}')
         self._laser_above_base_m = float(laser_pose[2, 3])
         self._start_pose = start_pose
         self._seed = seed
         self._controller = DriveController(
-            params.drive, 0.5 * (self._nominal.left_wheel_radius_m
-                                 + self._nominal.right_wheel_radius_m),
-            self._nominal.wheel_separation_m)
+            params.drive,
+            0.5 * (self._nominal.left_wheel_radius_m + self._nominal.right_wheel_radius_m),
+            self._nominal.wheel_separation_m,
+        )
         self._physics: Optional[BulletPhysics] = None
         self.reset()
 
@@ -96,18 +104,19 @@ class Simulator:
         self.close()
         self.time_ns = 0
         self._controller.reset()
-        self._physics = BulletPhysics(self.world, self._true, self._start_pose,
-                                      self.params.drive.wheel_torque, self.params.physics)
+        self._physics = BulletPhysics(
+            self.world, self._true, self._start_pose, self.params.drive.wheel_torque, self.params.physics
+        )
         phases_rad = generator(self._seed, 'wheel_phase').uniform(0.0, 2.0 * math.pi, 2)
         self._phases_rad = tuple(phases_rad.tolist())
         # base_link may be at the floor, where ALTO's is, or at the axle.
         self._scan_height_m = self._physics.base_pose()[0][2] + self._laser_above_base_m
-        self._lidar = Lidar(self.world, self._scan_height_m, self.params.lidar,
-                            generator(self._seed, 'lidar_noise'))
+        self._lidar = Lidar(self.world, self._scan_height_m, self.params.lidar, generator(self._seed, 'lidar_noise'))
         self._wheels = SlippingWheels(
             self.params.wheel_errors,
             (self._true.left_wheel_radius_m, self._true.right_wheel_radius_m),
-            generator(self._seed, 'wheel_slip'))
+            generator(self._seed, 'wheel_slip'),
+        )
         self._read_wheels()
 
     def reset_world(self) -> None:
@@ -115,8 +124,7 @@ class Simulator:
         self._controller.reset()
         self._physics.place(self._start_pose)
 
-    def place(self, base_pose_in_world: Pose2D,
-              base_velocity_in_world: PlanarVelocity = AT_REST) -> None:
+    def place(self, base_pose_in_world: Pose2D, base_velocity_in_world: PlanarVelocity = AT_REST) -> None:
         """Carry the robot off: time, wheel angles and the command go on.
 
         The encoder sees nothing of it, which makes this the kidnapped robot problem.
@@ -140,8 +148,9 @@ class Simulator:
 
     def joint_states(self) -> JointStates:
         """Wheel angles (phase included) and speeds, as an ideal joint sensor reads them."""
-        return JointStates(self.time_ns, (self.params.left_joint, self.params.right_joint),
-                           self._angles_rad, self._speeds_radps)
+        return JointStates(
+            self.time_ns, (self.params.left_joint, self.params.right_joint), self._angles_rad, self._speeds_radps
+        )
 
     def base(self) -> BodyState:
         """The true state of base_link in the world frame."""
@@ -154,8 +163,7 @@ class Simulator:
 
     def scan(self) -> Scan:
         """A sweep of the scanner from where it is now."""
-        return self._lidar.sweep(self.time_ns,
-                                 self.base_pose_in_world().compose(self.laser_pose_in_base))
+        return self._lidar.sweep(self.time_ns, self.base_pose_in_world().compose(self.laser_pose_in_base))
 
     def obstacle_hit(self) -> Optional[str]:
         """Name of a solid, other than the floor, that the robot touches now, if any."""
@@ -164,21 +172,23 @@ class Simulator:
     def _read_wheels(self) -> None:
         rolled = self._physics.wheels()
         turned_rad = self._wheels.turned(rolled.angles_rad)
-        self._angles_rad = tuple(phase + angle
-                                 for phase, angle in zip(self._phases_rad, turned_rad))
+        self._angles_rad = tuple(phase + angle for phase, angle in zip(self._phases_rad, turned_rad))
         self._speeds_radps = self._wheels.turning_speeds(*rolled.speeds_radps)
 
     def _check_errors_took_effect(self, robot_file: Union[str, Path]) -> None:
         """A robot file without the xacro arguments would silently drop the errors."""
         errors, nominal, true = self.params.wheel_errors, self._nominal, self._true
         for key, true_m, nominal_m in (
-                ('left_radius_error', true.left_wheel_radius_m, nominal.left_wheel_radius_m),
-                ('right_radius_error', true.right_wheel_radius_m, nominal.right_wheel_radius_m),
-                ('wheel_separation_error', true.wheel_separation_m, nominal.wheel_separation_m)):
+            ('left_radius_error', true.left_wheel_radius_m, nominal.left_wheel_radius_m),
+            ('right_radius_error', true.right_wheel_radius_m, nominal.right_wheel_radius_m),
+            ('wheel_separation_error', true.wheel_separation_m, nominal.wheel_separation_m),
+        ):
             wanted_m = nominal_m * (1.0 + getattr(errors, key))
             if not math.isclose(true_m, wanted_m, rel_tol=1e-6):
-                raise ConfigError(f'{robot_file}: wheel_errors.{key} has no effect on this robot; '
-                                  f'allowed: 0, or a xacro file with arguments as alto has them')
+                raise ConfigError(
+                    f'{robot_file}: wheel_errors.{key} has no effect on this robot; '
+                    f'allowed: 0, or a xacro file with arguments as alto has them'
+                )
 
 
 def _seen_from_above(laser_pose_in_base: np.ndarray, where: str) -> Pose2D:
@@ -189,7 +199,9 @@ def _seen_from_above(laser_pose_in_base: np.ndarray, where: str) -> Pose2D:
     """
     lean_rad = math.acos(min(1.0, max(-1.0, float(laser_pose_in_base[2, 2]))))
     if lean_rad > LARGEST_LEAN_RAD:
-        raise ConfigError(f'{where}: leans by {math.degrees(lean_rad):.0f} degrees; allowed: a '
-                          f'scanner upright within {math.degrees(LARGEST_LEAN_RAD):.0f} degrees')
+        raise ConfigError(
+            f'{where}: leans by {math.degrees(lean_rad):.0f} degrees; allowed: a '
+            f'scanner upright within {math.degrees(LARGEST_LEAN_RAD):.0f} degrees'
+        )
     x_m, y_m = laser_pose_in_base[:2, 3].tolist()
     return Pose2D(x_m, y_m, math.atan2(laser_pose_in_base[1, 0], laser_pose_in_base[0, 0]))

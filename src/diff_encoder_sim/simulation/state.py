@@ -1,4 +1,5 @@
 """What the simulated robot reports of itself at one instant."""
+
 from __future__ import annotations
 
 from typing import NamedTuple, Tuple

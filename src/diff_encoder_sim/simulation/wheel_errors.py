@@ -1,4 +1,5 @@
 """What real wheels do wrong: geometry that differs from the drawing, and slip. All zero unasked."""
+
 from __future__ import annotations
 
 import math
@@ -18,14 +19,15 @@ class WheelErrorParams(Params):
     wheel_separation_error: float = Field(0.0, gt=-0.5, lt=0.5, description='relative')
     left_slip: float = Field(0.0, ge=0, lt=1, description='share of the rolling that is lost')
     right_slip: float = Field(0.0, ge=0, lt=1, description='share of the rolling that is lost')
-    slip_noise: float = Field(0.0, ge=0, description='variance of a wheel\'s lost travel per '
-                                                     'metre of it [m^2/m]')
+    slip_noise: float = Field(0.0, ge=0, description="variance of a wheel's lost travel per metre of it [m^2/m]")
 
     def xacro_arguments(self) -> Dict[str, str]:
         """The geometry errors under the names of the robot file's xacro:arg."""
-        return {'wheel_radius_error_left': repr(self.left_radius_error),
-                'wheel_radius_error_right': repr(self.right_radius_error),
-                'wheel_separation_error': repr(self.wheel_separation_error)}
+        return {
+            'wheel_radius_error_left': repr(self.left_radius_error),
+            'wheel_radius_error_right': repr(self.right_radius_error),
+            'wheel_separation_error': repr(self.wheel_separation_error),
+        }
 
 
 class SlippingWheels:
@@ -36,11 +38,9 @@ class SlippingWheels:
     a random walk over the distance rolled: the k|ds| of Siegwart and Nourbakhsh, section 5.2.4.
     """
 
-    def __init__(self, params: WheelErrorParams, radius_m: Tuple[float, float],
-                 rng: np.random.Generator) -> None:
+    def __init__(self, params: WheelErrorParams, radius_m: Tuple[float, float], rng: np.random.Generator) -> None:
         self._rolled_shares = (1.0 - params.left_slip, 1.0 - params.right_slip)
-        self._noise_rad_per_sqrt_rad = [math.sqrt(params.slip_noise / wheel_radius_m)
-                                        for wheel_radius_m in radius_m]
+        self._noise_rad_per_sqrt_rad = [math.sqrt(params.slip_noise / wheel_radius_m) for wheel_radius_m in radius_m]
         self._is_ideal = params.slip_noise == 0 and self._rolled_shares == (1.0, 1.0)
         self._rng = rng
         self._rolled_rad = (0.0, 0.0)
@@ -61,8 +61,9 @@ class SlippingWheels:
         normals = self._rng.standard_normal(2).tolist()
         for wheel in (0, 1):
             step_rad = abs(rolled_rad[wheel] - self._rolled_rad[wheel])
-            self._noise_rad[wheel] += (self._noise_rad_per_sqrt_rad[wheel] * math.sqrt(step_rad)
-                                       * normals[wheel])
+            self._noise_rad[wheel] += self._noise_rad_per_sqrt_rad[wheel] * math.sqrt(step_rad) * normals[wheel]
         self._rolled_rad = rolled_rad
-        return (rolled_rad[0] / self._rolled_shares[0] + self._noise_rad[0],
-                rolled_rad[1] / self._rolled_shares[1] + self._noise_rad[1])
+        return (
+            rolled_rad[0] / self._rolled_shares[0] + self._noise_rad[0],
+            rolled_rad[1] / self._rolled_shares[1] + self._noise_rad[1],
+        )

@@ -1,4 +1,5 @@
 """Worlds: reads the SDF files that Gazebo loads into a list of solid primitives."""
+
 from __future__ import annotations
 
 import math
@@ -42,16 +43,16 @@ Shape = Union[Box, Cylinder, Sphere, Plane]
 class Solid(NamedTuple):
     """One collision primitive that stands still in the world."""
 
-    name: str                     # model/link/collision
+    name: str  # model/link/collision
     shape: Shape
-    pose_in_world: np.ndarray     # 4x4 homogeneous
+    pose_in_world: np.ndarray  # 4x4 homogeneous
 
 
 class Model(NamedTuple):
     """A named group of solids, as Gazebo reports it in /gazebo/model_states."""
 
     name: str
-    pose_in_world: np.ndarray     # 4x4 homogeneous
+    pose_in_world: np.ndarray  # 4x4 homogeneous
     solids: List[Solid]
 
 
@@ -76,8 +77,7 @@ def load_world(path: Union[str, Path]) -> World:
     element = _world_element(path)
     if element.find('include') is not None:
         raise ConfigError(f'{path}: <include> is given; allowed: models of primitives in the file')
-    world = World(element.get('name', Path(path).stem),
-                  [_model_of(model, path) for model in element.findall('model')])
+    world = World(element.get('name', Path(path).stem), [_model_of(model, path) for model in element.findall('model')])
     if not any(isinstance(solid.shape, Plane) for solid in world.solids):
         raise ConfigError(f'{path}: there is no floor; allowed: a model with a plane collision')
     return world
@@ -104,14 +104,14 @@ def _model_of(element: ElementTree.Element, path: Union[str, Path]) -> Model:
     return Model(name, pose, list(_solids_of(element, name, pose, path)))
 
 
-def _solids_of(model: ElementTree.Element, model_name: str, model_pose: np.ndarray,
-               path: Union[str, Path]) -> Iterator[Solid]:
+def _solids_of(
+    model: ElementTree.Element, model_name: str, model_pose: np.ndarray, path: Union[str, Path]
+) -> Iterator[Solid]:
     for link in model.findall('link'):
         link_pose = model_pose @ _pose_of(link, path)
         for collision in link.findall('collision'):
             name = f'{model_name}/{link.get("name")}/{collision.get("name")}'
-            yield Solid(name, _shape_of(collision, name, path),
-                        link_pose @ _pose_of(collision, path))
+            yield Solid(name, _shape_of(collision, name, path), link_pose @ _pose_of(collision, path))
 
 
 def _shape_of(collision: ElementTree.Element, name: str, path: Union[str, Path]) -> Shape:
@@ -119,8 +119,7 @@ def _shape_of(collision: ElementTree.Element, name: str, path: Union[str, Path])
     element = next(iter(geometry), None) if geometry is not None else None
     kind = 'nothing' if element is None else element.tag
     if element is None or kind not in ALLOWED_SHAPES:
-        raise ConfigError(f'{path}: {name}: geometry {kind} is given; '
-                          f'allowed: {", ".join(ALLOWED_SHAPES)}')
+        raise ConfigError(f'{path}: {name}: geometry {kind} is given; allowed: {", ".join(ALLOWED_SHAPES)}')
     where = f'{path}: {name}: {kind}'
     if kind == 'box':
         x_m, y_m, z_m = parse_lengths(element.findtext('size'), 3, f'{where} size')
@@ -178,6 +177,10 @@ def rotation_from_rpy(roll_rad: float, pitch_rad: float, yaw_rad: float) -> np.n
     cr, sr = math.cos(roll_rad), math.sin(roll_rad)
     cp, sp = math.cos(pitch_rad), math.sin(pitch_rad)
     cy, sy = math.cos(yaw_rad), math.sin(yaw_rad)
-    return np.array([[cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-                     [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-                     [-sp, cp * sr, cp * cr]])
+    return np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )

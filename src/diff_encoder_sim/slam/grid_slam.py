@@ -4,6 +4,7 @@ Each particle is a path of the robot with the map that the scans make along it. 
 and Burgard, "Improved Techniques for Grid Mapping with Rao-Blackwellized Particle Filters", IEEE
 Transactions on Robotics 23 (2007), algorithm 1; parameters and output are slam_gmapping's.
 """
+
 from __future__ import annotations
 
 import math
@@ -35,13 +36,13 @@ MATCH_MARGIN_M = 1.0
 class SlamEstimate(NamedTuple):
     """The filter after a scan was entered, by its best particle."""
 
-    stamp_ns: int                  # the scan's
+    stamp_ns: int  # the scan's
     base_pose_in_map: Pose2D
-    odom_pose_in_map: Pose2D       # the transform map->odom that makes base_pose_in_map true
-    entropy: float                 # of the weights before they were redrawn [nat]
-    effective_count: float         # how many equally weighted particles would say as much
+    odom_pose_in_map: Pose2D  # the transform map->odom that makes base_pose_in_map true
+    entropy: float  # of the weights before they were redrawn [nat]
+    effective_count: float  # how many equally weighted particles would say as much
     has_resampled: bool
-    score: float                   # of the best particle's match; 0 on the first scan
+    score: float  # of the best particle's match; 0 on the first scan
 
 
 class GridSlam:
@@ -51,14 +52,16 @@ class GridSlam:
     comes from `rng`: equal seeds and inputs give equal results, bit for bit.
     """
 
-    def __init__(self, params: GridSlamParams, rng: np.random.Generator,
-                 start_pose_in_map: Optional[Pose2D] = None) -> None:
+    def __init__(
+        self, params: GridSlamParams, rng: np.random.Generator, start_pose_in_map: Optional[Pose2D] = None
+    ) -> None:
         """`start_pose_in_map` is where the base is on the first scan, if somebody knows."""
         self.params = params
         self._start_pose = start_pose_in_map
         self._rng = rng
-        self.maps = PatchMaps(Extent(params.xmin, params.ymin, params.xmax, params.ymax),
-                              params.delta, params.particles)
+        self.maps = PatchMaps(
+            Extent(params.xmin, params.ymin, params.xmax, params.ymax), params.delta, params.particles
+        )
         self._log_weights = np.zeros(params.particles)
         # Over the whole path; redrawing makes the weights equal, but not these.
         self._log_path_weights = np.zeros(params.particles)
@@ -108,15 +111,14 @@ class GridSlam:
         rows, columns = self.maps.table.shape[1:]
         cells = np.full((rows * SIDE, columns * SIDE), UNKNOWN, np.int8)
         hits, visits, row, column = self.maps.counts(self._best())
-        cells[row:row + hits.shape[0], column:column + hits.shape[1]] = occupancy(
-            hits, visits, self.params.occ_thresh)
-        return OccupancyGrid(cells, self.params.delta,
-                             Pose2D(self.maps.origin_x_m, self.maps.origin_y_m, 0.0))
+        cells[row : row + hits.shape[0], column : column + hits.shape[1]] = occupancy(
+            hits, visits, self.params.occ_thresh
+        )
+        return OccupancyGrid(cells, self.params.delta, Pose2D(self.maps.origin_x_m, self.maps.origin_y_m, 0.0))
 
     # The filter.
 
-    def update(self, odom_pose: Pose2D, scan: Scan,
-               laser_pose_in_base: Pose2D) -> Optional[SlamEstimate]:
+    def update(self, odom_pose: Pose2D, scan: Scan, laser_pose_in_base: Pose2D) -> Optional[SlamEstimate]:
         """Take one scan; an estimate when it was entered into the map, else None.
 
         The first one is, and each that was taken linearUpdate, angularUpdate or temporalUpdate
@@ -147,15 +149,18 @@ class GridSlam:
             raise InputFault(
                 f'scan: given a stamp of {stamp_ns / NANOSECONDS_PER_SECOND:.3f} s after one of '
                 f'{self._newest_ns / NANOSECONDS_PER_SECOND:.3f} s: time went back; '
-                'the map so far is kept')
+                'the map so far is kept'
+            )
         self._newest_ns = stamp_ns
 
     def _is_due(self, odom_pose: Pose2D, stamp_ns: int) -> bool:
         params, move = self.params, odom_pose.relative_to(self._odom_pose)
         waited_s = (stamp_ns - self._estimate.stamp_ns) / NANOSECONDS_PER_SECOND
-        return (math.hypot(move.x_m, move.y_m) >= params.linearUpdate
-                or abs(move.yaw_rad) >= params.angularUpdate
-                or 0.0 <= params.temporalUpdate < waited_s)
+        return (
+            math.hypot(move.x_m, move.y_m) >= params.linearUpdate
+            or abs(move.yaw_rad) >= params.angularUpdate
+            or 0.0 <= params.temporalUpdate < waited_s
+        )
 
     def _begin(self, odom_pose: Pose2D, stamp_ns: int, rays: Rays) -> SlamEstimate:
         start_pose = odom_pose if self._start_pose is None else self._start_pose
@@ -169,16 +174,14 @@ class GridSlam:
         """Algorithm 1, with its line numbers."""
         move = odom_pose.relative_to(self._odom_pose)
         self._cover(apply_moves(self._particles, np.array(move)), rays)
-        proposed = propose(self.maps, self._particles, move, rays, self.params,
-                           self._rng)                                                 # 4 to 23
+        proposed = propose(self.maps, self._particles, move, rays, self.params, self._rng)  # 4 to 23
         self._particles = proposed.particles
-        self._log_weights = self._log_weights + proposed.log_factors                  # 24
+        self._log_weights = self._log_weights + proposed.log_factors  # 24
         self._log_path_weights = self._log_path_weights + proposed.log_factors
-        self._enter(rays)                                                             # 26
+        self._enter(rays)  # 26
         return self._finish(odom_pose, stamp_ns, proposed.scores, True)
 
-    def _finish(self, odom_pose: Pose2D, stamp_ns: int, scores: np.ndarray,
-                may_resample: bool) -> SlamEstimate:
+    def _finish(self, odom_pose: Pose2D, stamp_ns: int, scores: np.ndarray, may_resample: bool) -> SlamEstimate:
         """Note the step, and redraw the particles when few of them count (lines 29 to 32)."""
         self._odom_pose = odom_pose
         self._history.add(stamp_ns, self._particles, self._parents)
@@ -186,8 +189,15 @@ class GridSlam:
         count = effective_count(weights)
         is_due = may_resample and count < self.params.resampleThreshold * len(weights)
         base_pose = Pose2D(*self._particles[best].tolist())
-        self._estimate = SlamEstimate(stamp_ns, base_pose, base_pose.compose(odom_pose.inverse()),
-                                      entropy_of(weights), count, is_due, float(scores[best]))
+        self._estimate = SlamEstimate(
+            stamp_ns,
+            base_pose,
+            base_pose.compose(odom_pose.inverse()),
+            entropy_of(weights),
+            count,
+            is_due,
+            float(scores[best]),
+        )
         self._parents = np.arange(len(weights))
         if is_due:
             self._redraw(systematic_indices(weights, self._rng))

@@ -1,4 +1,5 @@
 """The paths of the particles, as a tree: those that were redrawn from one have a past in common."""
+
 from __future__ import annotations
 
 from typing import List, NamedTuple
@@ -32,8 +33,7 @@ class History:
     def path(self, particle: int) -> List[StampedPose]:
         """Where a particle of the newest update has been, oldest first."""
         path = []
-        for stamp_ns, poses, parents in zip(reversed(self._stamps_ns), reversed(self._poses),
-                                            reversed(self._parents)):
+        for stamp_ns, poses, parents in zip(reversed(self._stamps_ns), reversed(self._poses), reversed(self._parents)):
             path.append(StampedPose(stamp_ns, Pose2D(*poses[particle].tolist())))
             particle = int(parents[particle])
         return path[::-1]

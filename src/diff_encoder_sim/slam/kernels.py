@@ -3,6 +3,7 @@
 Lengths are in cells, from the maps' corner. `ends` are the ends (k, 2) of a scan's rays in the base
 frame, `table` is one particle's and `cells` all patches, as in patches.py.
 """
+
 from __future__ import annotations
 
 import math
@@ -19,33 +20,44 @@ FULL = 0.1
 # Below this there is no telling a direction: one cell alone.
 LEAST_SPREAD = 1e-9
 
-MOVES = np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 1.0, 0.0],
-                  [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]])
+MOVES = np.array(
+    [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]]
+)
 
 
 @njit(cache=True)
-def propose_poses(table: np.ndarray, cells: np.ndarray, expected: np.ndarray,
-                  fallback: np.ndarray, normals: np.ndarray, ends: np.ndarray, kernel: int,
-                  score_scale: float, likelihood_scale: float, step: float, turn_rad: float,
-                  halvings: int, minimum_score: float, lattice: np.ndarray, sigmas: np.ndarray
-                  ) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
+def propose_poses(
+    table: np.ndarray,
+    cells: np.ndarray,
+    expected: np.ndarray,
+    fallback: np.ndarray,
+    normals: np.ndarray,
+    ends: np.ndarray,
+    kernel: int,
+    score_scale: float,
+    likelihood_scale: float,
+    step: float,
+    turn_rad: float,
+    halvings: int,
+    minimum_score: float,
+    lattice: np.ndarray,
+    sigmas: np.ndarray,
+) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Of all particles (n, ...): drawn poses (n, 3), log-weight factors (n,), scores (n,)."""
     drawn = fallback.copy()
     log_factors, scores = np.empty(len(drawn)), np.empty(len(drawn))
     tried = np.empty_like(lattice)
     log_weights = np.empty(len(lattice))
     for i in range(len(drawn)):
-        best, scores[i] = climb(table[i], cells, expected[i], ends, kernel, score_scale, step,
-                                turn_rad, halvings)
+        best, scores[i] = climb(table[i], cells, expected[i], ends, kernel, score_scale, step, turn_rad, halvings)
         if not scores[i] > minimum_score:
-            log_factors[i] = log_likelihood(table[i], cells, drawn[i], ends, kernel,
-                                            likelihood_scale)
+            log_factors[i] = log_likelihood(table[i], cells, drawn[i], ends, kernel, likelihood_scale)
             continue
         for k in range(len(lattice)):
             tried[k] = best + lattice[k]
-            log_weights[k] = (log_likelihood(table[i], cells, tried[k], ends, kernel,
-                                             likelihood_scale)
-                              + _log_motion(tried[k], expected[i], sigmas))
+            log_weights[k] = log_likelihood(table[i], cells, tried[k], ends, kernel, likelihood_scale) + _log_motion(
+                tried[k], expected[i], sigmas
+            )
         highest = log_weights.max()
         weights = np.exp(log_weights - highest)
         total = weights.sum()
@@ -55,9 +67,17 @@ def propose_poses(table: np.ndarray, cells: np.ndarray, expected: np.ndarray,
 
 
 @njit(cache=True)
-def climb(table: np.ndarray, cells: np.ndarray, pose: np.ndarray, ends: np.ndarray, kernel: int,
-          score_scale: float, step: float, turn_rad: float, halvings: int
-          ) -> Tuple[np.ndarray, float]:
+def climb(
+    table: np.ndarray,
+    cells: np.ndarray,
+    pose: np.ndarray,
+    ends: np.ndarray,
+    kernel: int,
+    score_scale: float,
+    step: float,
+    turn_rad: float,
+    halvings: int,
+) -> Tuple[np.ndarray, float]:
     """(3,) the pose with the best score near `pose`, and that score.
 
     Six moves, along x, along y and turned, are tried; the best that is better is taken, and where
@@ -85,47 +105,60 @@ def climb(table: np.ndarray, cells: np.ndarray, pose: np.ndarray, ends: np.ndarr
 
 
 @njit(cache=True)
-def _score(table: np.ndarray, cells: np.ndarray, pose: np.ndarray, ends: np.ndarray, kernel: int,
-           scale: float) -> float:
+def _score(
+    table: np.ndarray, cells: np.ndarray, pose: np.ndarray, ends: np.ndarray, kernel: int, scale: float
+) -> float:
     """Sum over the rays of exp(scale times squared distance), 0 where nothing is near."""
     cos_yaw, sin_yaw = math.cos(pose[2]), math.sin(pose[2])
     total = 0.0
     for j in range(len(ends)):
-        squared = _squared_distance(table, cells,
-                                    pose[0] + cos_yaw * ends[j, 0] - sin_yaw * ends[j, 1],
-                                    pose[1] + sin_yaw * ends[j, 0] + cos_yaw * ends[j, 1], kernel)
+        squared = _squared_distance(
+            table,
+            cells,
+            pose[0] + cos_yaw * ends[j, 0] - sin_yaw * ends[j, 1],
+            pose[1] + sin_yaw * ends[j, 0] + cos_yaw * ends[j, 1],
+            kernel,
+        )
         if squared < math.inf:
             total += math.exp(scale * squared)
     return total
 
 
 @njit(cache=True)
-def log_likelihood(table: np.ndarray, cells: np.ndarray, pose: np.ndarray, ends: np.ndarray,
-                   kernel: int, scale: float) -> float:
+def log_likelihood(
+    table: np.ndarray, cells: np.ndarray, pose: np.ndarray, ends: np.ndarray, kernel: int, scale: float
+) -> float:
     """Sum over the rays of scale times squared distance; at most as far as one looks counts."""
     cos_yaw, sin_yaw = math.cos(pose[2]), math.sin(pose[2])
     # Upstream's is 90 times as much: what a place shows for the first time would decide.
     no_match = scale * (kernel + 0.5) ** 2
     total = 0.0
     for j in range(len(ends)):
-        squared = _squared_distance(table, cells,
-                                    pose[0] + cos_yaw * ends[j, 0] - sin_yaw * ends[j, 1],
-                                    pose[1] + sin_yaw * ends[j, 0] + cos_yaw * ends[j, 1], kernel)
+        squared = _squared_distance(
+            table,
+            cells,
+            pose[0] + cos_yaw * ends[j, 0] - sin_yaw * ends[j, 1],
+            pose[1] + sin_yaw * ends[j, 0] + cos_yaw * ends[j, 1],
+            kernel,
+        )
         total += scale * squared if squared < math.inf else no_match
     return total
 
 
 @njit(cache=True)
-def _squared_distance(table: np.ndarray, cells: np.ndarray, x: float, y: float,
-                      kernel: int) -> float:
+def _squared_distance(table: np.ndarray, cells: np.ndarray, x: float, y: float, kernel: int) -> float:
     """From a point to the surface in the cells around it, infinite where there is none.
 
     The surface is the line through the hits near the point, which count the more the nearer they
     are; where they are no line, as in a corner, it is their mean, and in between in between.
     """
     column, row = int(math.floor(x)), int(math.floor(y))
-    if (row < kernel or column < kernel or row >= table.shape[0] * SIDE - kernel
-            or column >= table.shape[1] * SIDE - kernel):
+    if (
+        row < kernel
+        or column < kernel
+        or row >= table.shape[0] * SIDE - kernel
+        or column >= table.shape[1] * SIDE - kernel
+    ):
         return math.inf
     total = mean_x = mean_y = xx = xy = yy = 0.0
     radius_squared = (kernel + 0.5) ** 2
@@ -150,8 +183,9 @@ def _squared_distance(table: np.ndarray, cells: np.ndarray, x: float, y: float,
     if total == 0.0:
         return math.inf
     mean_x, mean_y = mean_x / total, mean_y / total
-    return _across(mean_x, mean_y, xx / total - mean_x * mean_x, xy / total - mean_x * mean_y,
-                   yy / total - mean_y * mean_y)
+    return _across(
+        mean_x, mean_y, xx / total - mean_x * mean_x, xy / total - mean_x * mean_y, yy / total - mean_y * mean_y
+    )
 
 
 @njit(cache=True)
@@ -177,8 +211,7 @@ def _log_motion(pose: np.ndarray, expected: np.ndarray, sigmas: np.ndarray) -> f
     cos_yaw, sin_yaw = math.cos(expected[2]), math.sin(expected[2])
     x, y = pose[0] - expected[0], pose[1] - expected[1]
     ahead, across = cos_yaw * x + sin_yaw * y, cos_yaw * y - sin_yaw * x
-    return -0.5 * ((ahead / sigmas[0]) ** 2 + (across / sigmas[1]) ** 2
-                   + ((pose[2] - expected[2]) / sigmas[2]) ** 2)
+    return -0.5 * ((ahead / sigmas[0]) ** 2 + (across / sigmas[1]) ** 2 + ((pose[2] - expected[2]) / sigmas[2]) ** 2)
 
 
 @njit(cache=True)

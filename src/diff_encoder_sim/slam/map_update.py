@@ -1,4 +1,5 @@
 """Entering a scan into a particle's map: cells that its rays pass, cells where they end."""
+
 from __future__ import annotations
 
 import math
@@ -28,17 +29,35 @@ def register(maps: PatchMaps, particles: np.ndarray, rays: Rays) -> None:
         laser_x_m = x_m + cos_yaw * rays.laser_x_m - sin_yaw * rays.laser_y_m
         laser_y_m = y_m + sin_yaw * rays.laser_x_m + cos_yaw * rays.laser_y_m
         directions_rad = yaw_rad + rays.bearings_rad
-        _register(maps.table[index], maps.cells, maps.references, maps.free, maps.free_count,
-                  (laser_x_m - maps.origin_x_m) / maps.cell_m,
-                  (laser_y_m - maps.origin_y_m) / maps.cell_m,
-                  np.cos(directions_rad), np.sin(directions_rad), lengths, rays.is_hit)
+        _register(
+            maps.table[index],
+            maps.cells,
+            maps.references,
+            maps.free,
+            maps.free_count,
+            (laser_x_m - maps.origin_x_m) / maps.cell_m,
+            (laser_y_m - maps.origin_y_m) / maps.cell_m,
+            np.cos(directions_rad),
+            np.sin(directions_rad),
+            lengths,
+            rays.is_hit,
+        )
 
 
 @njit(cache=True)
-def _register(table: np.ndarray, cells: np.ndarray, references: np.ndarray, free: np.ndarray,
-              free_count: np.ndarray, laser_x: float, laser_y: float, cosines: np.ndarray,
-              sines: np.ndarray, lengths: np.ndarray, is_hit: np.ndarray
-              ) -> None:
+def _register(
+    table: np.ndarray,
+    cells: np.ndarray,
+    references: np.ndarray,
+    free: np.ndarray,
+    free_count: np.ndarray,
+    laser_x: float,
+    laser_y: float,
+    cosines: np.ndarray,
+    sines: np.ndarray,
+    lengths: np.ndarray,
+    is_hit: np.ndarray,
+) -> None:
     """One particle's share; lengths in cells, from the map's corner."""
     patch_row, patch_column, patch = -1, -1, -1
     for j in range(len(lengths)):
@@ -53,8 +72,7 @@ def _register(table: np.ndarray, cells: np.ndarray, references: np.ndarray, free
             is_last = column == last_column and row == last_row
             if (row >> SHIFT) != patch_row or (column >> SHIFT) != patch_column:
                 patch_row, patch_column = row >> SHIFT, column >> SHIFT
-                patch = _own_patch(table, patch_row, patch_column, cells, references, free,
-                                   free_count)
+                patch = _own_patch(table, patch_row, patch_column, cells, references, free, free_count)
             if is_last and is_hit[j]:
                 _hit(cells[patch, row & MASK, column & MASK], end_x - column, end_y - row)
             elif not is_last:
@@ -86,8 +104,15 @@ def _hit(cell: np.ndarray, x: float, y: float) -> None:
 
 
 @njit(cache=True)
-def _own_patch(table: np.ndarray, row: int, column: int, cells: np.ndarray,
-               references: np.ndarray, free: np.ndarray, free_count: np.ndarray) -> int:
+def _own_patch(
+    table: np.ndarray,
+    row: int,
+    column: int,
+    cells: np.ndarray,
+    references: np.ndarray,
+    free: np.ndarray,
+    free_count: np.ndarray,
+) -> int:
     """The patch at a place of one particle's table, made its own; there must be a free one."""
     patch = table[row, column]
     if patch != EMPTY and references[patch] == 1:

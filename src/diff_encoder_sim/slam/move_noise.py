@@ -1,4 +1,5 @@
 """What odometry says of a move, and how far it may be wrong."""
+
 from __future__ import annotations
 
 import math
@@ -20,10 +21,13 @@ def move_sigmas(move: Pose2D, params: GridSlamParams) -> np.ndarray:
     ahead_m, across_m, turn_rad = abs(move.x_m), abs(move.y_m), abs(move.yaw_rad)
     by_turn_m = params.str_ * turn_rad
     across_noise = ACROSS_FRACTION * params.srr
-    sigmas = np.array([
-        params.srr * ahead_m + across_noise * across_m + by_turn_m,
-        params.srr * across_m + across_noise * ahead_m + by_turn_m,
-        params.stt * turn_rad + params.srt * math.hypot(ahead_m, across_m)])
+    sigmas = np.array(
+        [
+            params.srr * ahead_m + across_noise * across_m + by_turn_m,
+            params.srr * across_m + across_noise * ahead_m + by_turn_m,
+            params.stt * turn_rad + params.srt * math.hypot(ahead_m, across_m),
+        ]
+    )
     return np.maximum(sigmas, LEAST_SIGMAS)
 
 

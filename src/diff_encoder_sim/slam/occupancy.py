@@ -1,4 +1,5 @@
 """From hits and visits of cells to a map."""
+
 from __future__ import annotations
 
 import numpy as np
@@ -21,8 +22,7 @@ def occupancy(hits: np.ndarray, visits: np.ndarray, occ_thresh: float) -> np.nda
     """
     is_occupied = hits > occ_thresh * visits
     is_stray = is_occupied & (hits < STRAY_SHARE * _largest_around(hits))
-    return np.select([is_stray | (visits == 0.0), is_occupied], [UNKNOWN, OCCUPIED],
-                     FREE).astype(np.int8)
+    return np.select([is_stray | (visits == 0.0), is_occupied], [UNKNOWN, OCCUPIED], FREE).astype(np.int8)
 
 
 def _largest_around(values: np.ndarray) -> np.ndarray:

@@ -1,4 +1,5 @@
 """Mapping a recorded drive: odometry and scans as they were recorded, as fast as it goes."""
+
 from __future__ import annotations
 
 import logging
@@ -14,8 +15,7 @@ from diff_encoder_sim.slam.grid_slam import GridSlam
 log = logging.getLogger(__name__)
 
 
-def map_recording(slam: GridSlam, odometry: OdometryTrack, scans: Iterable[Scan],
-                  laser_pose_in_base: Pose2D) -> int:
+def map_recording(slam: GridSlam, odometry: OdometryTrack, scans: Iterable[Scan], laser_pose_in_base: Pose2D) -> int:
     """Feed a recording to a mapper; returns how many scans were entered into the map.
 
     Each throttle_scans-th scan is taken. One that odometry's time does not reach, that is older
@@ -39,8 +39,7 @@ def map_recording(slam: GridSlam, odometry: OdometryTrack, scans: Iterable[Scan]
         try:
             entered += slam.update(odometry.at(scan.stamp_ns), scan, laser_pose_in_base) is not None
         except InputFault as fault:
-            log.warning('scan at %.3f s: %s; left out', scan.stamp_ns / NANOSECONDS_PER_SECOND,
-                        fault)
+            log.warning('scan at %.3f s: %s; left out', scan.stamp_ns / NANOSECONDS_PER_SECOND, fault)
     if not given:
         raise ConfigError('no scans for the odometry; allowed: a recording of both')
     if slam.last_estimate is None:
@@ -53,11 +52,14 @@ class OdometryTrack:
 
     def __init__(self, stamps_ns: Sequence[int], base_poses_in_odom: Sequence[Pose2D]) -> None:
         """Take poses in the order they came; from where time goes back, none, with a warning."""
-        end = next((index for index in range(1, len(stamps_ns))
-                    if stamps_ns[index] < stamps_ns[index - 1]), len(stamps_ns))
+        end = next(
+            (index for index in range(1, len(stamps_ns)) if stamps_ns[index] < stamps_ns[index - 1]), len(stamps_ns)
+        )
         if end < len(stamps_ns):
-            log.warning('odometry goes back in time to %.3f s: only the drive before is mapped',
-                        stamps_ns[end] / NANOSECONDS_PER_SECOND)
+            log.warning(
+                'odometry goes back in time to %.3f s: only the drive before is mapped',
+                stamps_ns[end] / NANOSECONDS_PER_SECOND,
+            )
         self.stamps_ns, self._poses = list(stamps_ns[:end]), list(base_poses_in_odom[:end])
 
     def at(self, stamp_ns: int) -> Pose2D:
@@ -72,6 +74,5 @@ class OdometryTrack:
         if not 0 < after < len(self.stamps_ns):
             raise InputFault('no odometry for its time')
         start, end = self._poses[after - 1], self._poses[after]
-        share = ((stamp_ns - self.stamps_ns[after - 1])
-                 / (self.stamps_ns[after] - self.stamps_ns[after - 1]))
+        share = (stamp_ns - self.stamps_ns[after - 1]) / (self.stamps_ns[after] - self.stamps_ns[after - 1])
         return interpolate(start, end, share)

@@ -3,6 +3,7 @@
 Each particle has a table of patches; a patch that several tables name is copied before one of them
 changes it. So what particles have in common is in memory once.
 """
+
 from __future__ import annotations
 
 import math
@@ -12,7 +13,7 @@ import numpy as np
 
 from diff_encoder_sim.base.errors import InputFault
 
-SIDE = 32               # cells along a patch; a power of two
+SIDE = 32  # cells along a patch; a power of two
 SHIFT, MASK = 5, SIDE - 1
 
 # What a cell holds.
@@ -21,7 +22,7 @@ HITS, VISITS, MEAN_X, MEAN_Y = range(4)
 # In every table where nothing has been seen: a patch that stays empty.
 EMPTY = 0
 
-FIRST_CAPACITY = 256    # patches
+FIRST_CAPACITY = 256  # patches
 
 # Entries of all particles' tables together: 100 MB, and 1.4 km either way for 30 particles.
 MOST_ENTRIES = 25_000_000
@@ -42,9 +43,9 @@ class Extent(NamedTuple):
 class Counts(NamedTuple):
     """Rays that ended in cells, or ended in or passed them, in a rectangle of a grid."""
 
-    hits: np.ndarray        # (height, width) float32
-    visits: np.ndarray      # (height, width) float32
-    first_row: int          # in the grid
+    hits: np.ndarray  # (height, width) float32
+    visits: np.ndarray  # (height, width) float32
+    first_row: int  # in the grid
     first_column: int
 
 
@@ -98,8 +99,8 @@ class PatchMaps:
         cells = np.zeros((capacity,) + self.cells.shape[1:], np.float32)
         references = np.zeros(capacity, np.int32)
         in_use = self.references > 0
-        np.copyto(cells[:len(in_use)], self.cells, where=in_use[:, None, None, None])
-        references[:len(in_use)] = self.references
+        np.copyto(cells[: len(in_use)], self.cells, where=in_use[:, None, None, None])
+        references[: len(in_use)] = self.references
         self.cells, self.references = cells, references
         self.free, self.free_count = _free_patches(references)
 
@@ -118,9 +119,11 @@ class PatchMaps:
         if left or right or below or above:
             size = len(self.table) * (below + rows + above) * (left + columns + right)
             if size > MOST_ENTRIES:
-                raise InputFault(f'the map would have to reach from {extent.xmin_m:.0f} to '
-                                 f'{extent.xmax_m:.0f} m along x and from {extent.ymin_m:.0f} to '
-                                 f'{extent.ymax_m:.0f} m along y: too large')
+                raise InputFault(
+                    f'the map would have to reach from {extent.xmin_m:.0f} to '
+                    f'{extent.xmax_m:.0f} m along x and from {extent.ymin_m:.0f} to '
+                    f'{extent.ymax_m:.0f} m along y: too large'
+                )
             self.table = np.pad(self.table, ((0, 0), (below, above), (left, right)))
             self.origin_x_m -= left * patch_m
             self.origin_y_m -= below * patch_m
@@ -128,8 +131,7 @@ class PatchMaps:
     def redraw(self, indices: np.ndarray) -> None:
         """Give particle i the map of particle `indices[i]`; nothing but tables is copied."""
         self.table = self.table[indices]
-        self.references = np.bincount(self.table.ravel(), minlength=len(self.references)
-                                      ).astype(np.int32)
+        self.references = np.bincount(self.table.ravel(), minlength=len(self.references)).astype(np.int32)
         self.references[EMPTY] = 0
         self.free, self.free_count = _free_patches(self.references)
 
@@ -150,8 +152,11 @@ class PatchMaps:
 
 def table_size(extent: Extent, cell_m: float, particle_count: int) -> int:
     """Entries of the tables of maps that cover `extent`; at most MOST_ENTRIES are allowed."""
-    return (particle_count * _patches_along(extent.ymax_m - extent.ymin_m, cell_m)
-            * _patches_along(extent.xmax_m - extent.xmin_m, cell_m))
+    return (
+        particle_count
+        * _patches_along(extent.ymax_m - extent.ymin_m, cell_m)
+        * _patches_along(extent.xmax_m - extent.xmin_m, cell_m)
+    )
 
 
 def _patches_along(length_m: float, cell_m: float) -> int:
@@ -166,5 +171,5 @@ def _free_patches(references: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
     """(capacity,) patches without references, those of low index last, and (1,) how many."""
     free = np.zeros(len(references), np.int32)
     found = np.nonzero(references[1:] == 0)[0][::-1] + 1
-    free[:len(found)] = found
+    free[: len(found)] = found
     return free, np.array([len(found)], np.int64)

@@ -3,6 +3,7 @@
 Grisetti, Stachniss and Burgard, "Improved Techniques for Grid Mapping with Rao-Blackwellized
 Particle Filters", IEEE T-RO 2007, section III-B and algorithm 1.
 """
+
 from __future__ import annotations
 
 from typing import NamedTuple
@@ -20,13 +21,14 @@ from diff_encoder_sim.slam.slam_params import GridSlamParams
 class Proposed(NamedTuple):
     """One step of all particles."""
 
-    particles: np.ndarray       # (n, 3) base poses in the map, drawn
-    log_factors: np.ndarray     # (n,) what each particle's log-weight grows by
-    scores: np.ndarray          # (n,) of the best match, 0 to the number of matched rays
+    particles: np.ndarray  # (n, 3) base poses in the map, drawn
+    log_factors: np.ndarray  # (n,) what each particle's log-weight grows by
+    scores: np.ndarray  # (n,) of the best match, 0 to the number of matched rays
 
 
-def propose(maps: PatchMaps, particles: np.ndarray, move: Pose2D, rays: Rays,
-            params: GridSlamParams, rng: np.random.Generator) -> Proposed:
+def propose(
+    maps: PatchMaps, particles: np.ndarray, move: Pose2D, rays: Rays, params: GridSlamParams, rng: np.random.Generator
+) -> Proposed:
     """Move the particles by odometry's `move` (in the base frame) and a scan.
 
     Each starts where odometry puts it and climbs to the best match (algorithm 1, line 7). About
@@ -47,12 +49,24 @@ def propose(maps: PatchMaps, particles: np.ndarray, move: Pose2D, rays: Rays,
     corner = np.array([maps.origin_x_m, maps.origin_y_m, 0.0])
     expected = (apply_moves(particles, np.array(move)) - corner) * scale
     fallback = (apply_moves(particles, np.array(move) + sigmas * normals) - corner) * scale
-    cell_m2 = maps.cell_m ** 2
+    cell_m2 = maps.cell_m**2
     drawn, log_factors, scores = propose_poses(
-        maps.table, maps.cells, expected, fallback, normals,
-        rays.matched_ends_m() / maps.cell_m, params.kernelSize, -cell_m2 / params.sigma,
-        -cell_m2 / params.lsigma / params.ogain, params.lstep / maps.cell_m, params.astep,
-        params.iterations, params.minimumScore, _lattice(params) * scale, sigmas * scale)
+        maps.table,
+        maps.cells,
+        expected,
+        fallback,
+        normals,
+        rays.matched_ends_m() / maps.cell_m,
+        params.kernelSize,
+        -cell_m2 / params.sigma,
+        -cell_m2 / params.lsigma / params.ogain,
+        params.lstep / maps.cell_m,
+        params.astep,
+        params.iterations,
+        params.minimumScore,
+        _lattice(params) * scale,
+        sigmas * scale,
+    )
     drawn = drawn / scale + corner
     drawn[:, 2] = (drawn[:, 2] + np.pi) % (2.0 * np.pi) - np.pi
     return Proposed(drawn, log_factors, scores)

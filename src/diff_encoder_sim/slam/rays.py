@@ -1,4 +1,5 @@
 """What a scan tells the mapper: where rays ended, and how far they saw nothing."""
+
 from __future__ import annotations
 
 import math
@@ -19,24 +20,26 @@ RANGE_MARGIN_M = 0.01
 class Rays(NamedTuple):
     """Rays of one scan in the base frame, those that tell something."""
 
-    bearings_rad: np.ndarray    # (n,)
-    lengths_m: np.ndarray       # (n,) to the end, or to where they are cut
-    is_hit: np.ndarray          # (n,) bool: something is at the end
-    is_matched: np.ndarray      # (n,) bool: hits that scan matching looks at
-    laser_x_m: float            # where all rays start, in the base frame
+    bearings_rad: np.ndarray  # (n,)
+    lengths_m: np.ndarray  # (n,) to the end, or to where they are cut
+    is_hit: np.ndarray  # (n,) bool: something is at the end
+    is_matched: np.ndarray  # (n,) bool: hits that scan matching looks at
+    laser_x_m: float  # where all rays start, in the base frame
     laser_y_m: float
 
     def matched_ends_m(self) -> np.ndarray:
         """(k, 2) x, y [m] in the base frame of the ends to match."""
         bearings_rad = self.bearings_rad[self.is_matched]
         lengths_m = self.lengths_m[self.is_matched]
-        return np.column_stack([self.laser_x_m + lengths_m * np.cos(bearings_rad),
-                                self.laser_y_m + lengths_m * np.sin(bearings_rad)])
+        return np.column_stack(
+            [self.laser_x_m + lengths_m * np.cos(bearings_rad), self.laser_y_m + lengths_m * np.sin(bearings_rad)]
+        )
 
     def reach_m(self) -> float:
         """How far from the base the farthest end is."""
-        return (math.hypot(self.laser_x_m, self.laser_y_m)
-                + (float(self.lengths_m.max()) if len(self.lengths_m) else 0.0))
+        return math.hypot(self.laser_x_m, self.laser_y_m) + (
+            float(self.lengths_m.max()) if len(self.lengths_m) else 0.0
+        )
 
 
 def usable_rays(scan: Scan, laser_pose_in_base: Pose2D, params: GridSlamParams) -> Rays:
@@ -53,8 +56,7 @@ def usable_rays(scan: Scan, laser_pose_in_base: Pose2D, params: GridSlamParams) 
     check_scan(scan)
     range_max_m = float(scan.range_max_m)
     if not 0.0 < range_max_m < math.inf:
-        raise InputFault(f'scan: given a range limit of {range_max_m} m; '
-                         'expected a finite number greater than 0')
+        raise InputFault(f'scan: given a range limit of {range_max_m} m; expected a finite number greater than 0')
     max_range_m = params.maxRange or range_max_m - RANGE_MARGIN_M
     usable_m = min(params.maxUrange or max_range_m, max_range_m)
     ranges_m = np.asarray(scan.ranges_m, dtype=float)
@@ -64,6 +66,11 @@ def usable_rays(scan: Scan, laser_pose_in_base: Pose2D, params: GridSlamParams) 
         tells = (ranges_m > 0.0) & (ranges_m >= scan.range_min_m) & (ranges_m <= max_range_m)
         is_hit = tells & (ranges_m < usable_m) & (ranges_m < range_max_m)
     is_matched = is_hit & (np.arange(len(ranges_m)) % (params.lskip + 1) == 0)
-    return Rays(laser_pose_in_base.yaw_rad + scan.bearings_rad()[tells],
-                np.minimum(ranges_m[tells], usable_m), is_hit[tells], is_matched[tells],
-                laser_pose_in_base.x_m, laser_pose_in_base.y_m)
+    return Rays(
+        laser_pose_in_base.yaw_rad + scan.bearings_rad()[tells],
+        np.minimum(ranges_m[tells], usable_m),
+        is_hit[tells],
+        is_matched[tells],
+        laser_pose_in_base.x_m,
+        laser_pose_in_base.y_m,
+    )

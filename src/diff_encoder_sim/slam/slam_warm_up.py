@@ -1,4 +1,5 @@
 """Compiling ahead: a live mapper must not spend its first scans on numba's compiler."""
+
 from __future__ import annotations
 
 import math

@@ -1,4 +1,5 @@
 """When particles are redrawn, and which (section III-C of the paper)."""
+
 from __future__ import annotations
 
 import numpy as np

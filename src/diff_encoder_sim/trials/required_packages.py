@@ -1,4 +1,5 @@
 """Other ROS packages that a launch argument asks for: which they are, and how to get them."""
+
 from __future__ import annotations
 
 import os
@@ -14,20 +15,22 @@ LISTING_OPTIONS = (b'--nodes', b'--files', b'--find-node', b'--args', b'--dump-p
 class OtherPackages(NamedTuple):
     """What one launch argument needs."""
 
-    argument: str            # name and value, as users know them
+    argument: str  # name and value, as users know them
     value: str
     packages: Tuple[str, ...]
     install_hint: str
 
 
 UPSTREAM_NAVIGATION = OtherPackages(
-    'nav', 'upstream', ('map_server', 'amcl', 'move_base', 'dwa_local_planner'),
-    "apt install ros-noetic-navigation (not in Debian's ROS), or nav:=embedded")
-UPSTREAM_SLAM = OtherPackages('slam', 'upstream', ('gmapping',),
-                              "apt install ros-noetic-gmapping (not in Debian's ROS), or "
-                              'slam:=embedded')
-GAZEBO = OtherPackages('sim', 'gazebo', ('gazebo_ros',),
-                       'apt install ros-noetic-gazebo-ros-pkgs, or sim:=pybullet')
+    'nav',
+    'upstream',
+    ('map_server', 'amcl', 'move_base', 'dwa_local_planner'),
+    "apt install ros-noetic-navigation (not in Debian's ROS), or nav:=embedded",
+)
+UPSTREAM_SLAM = OtherPackages(
+    'slam', 'upstream', ('gmapping',), "apt install ros-noetic-gmapping (not in Debian's ROS), or slam:=embedded"
+)
+GAZEBO = OtherPackages('sim', 'gazebo', ('gazebo_ros',), 'apt install ros-noetic-gazebo-ros-pkgs, or sim:=pybullet')
 
 
 def require(needed: OtherPackages) -> None:
@@ -40,7 +43,8 @@ def require(needed: OtherPackages) -> None:
     if missing:
         raise ConfigError(
             f'{needed.argument}: given {needed.value}, but {", ".join(missing)} '
-            f'{"is" if len(missing) == 1 else "are"} not installed: {needed.install_hint}')
+            f'{"is" if len(missing) == 1 else "are"} not installed: {needed.install_hint}'
+        )
 
 
 def roslaunch_only_lists() -> bool:
@@ -49,12 +53,12 @@ def roslaunch_only_lists() -> bool:
         words = Path(f'/proc/{os.getppid()}/cmdline').read_bytes().split(b'\0')
     except OSError:
         return False
-    return any(b'roslaunch' in word for word in words) and any(
-        word.startswith(LISTING_OPTIONS) for word in words)
+    return any(b'roslaunch' in word for word in words) and any(word.startswith(LISTING_OPTIONS) for word in words)
 
 
 def _is_installed(package: str) -> bool:
     import rospkg  # not where the core runs without ROS
+
     try:
         rospkg.RosPack().get_path(package)
     except rospkg.ResourceNotFound:

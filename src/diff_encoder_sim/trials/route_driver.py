@@ -1,4 +1,5 @@
 """Takes a robot along a test's route: goals for the navigator one by one, turns by itself."""
+
 from __future__ import annotations
 
 import logging
@@ -24,7 +25,7 @@ class Destination(NamedTuple):
     """A pose to send to the navigator."""
 
     pose_in_map: Pose2D
-    is_stop: bool         # False: a waypoint, left for the next one as soon as it is near
+    is_stop: bool  # False: a waypoint, left for the next one as soon as it is near
 
     def describe(self) -> str:
         """In words, for messages."""
@@ -36,8 +37,8 @@ class Destination(NamedTuple):
 class DriverOutput(NamedTuple):
     """What the driver wants now."""
 
-    goal_in_map: Optional[Pose2D] = None        # for the navigator, in place of its present one
-    turn_rate_radps: Optional[float] = None     # for /cmd_vel; None: the navigator is in charge
+    goal_in_map: Optional[Pose2D] = None  # for the navigator, in place of its present one
+    turn_rate_radps: Optional[float] = None  # for /cmd_vel; None: the navigator is in charge
 
 
 class RouteDriver:
@@ -69,8 +70,7 @@ class RouteDriver:
         if self._started_ns is None:
             self._started_ns = now_ns
         if now_ns - self._started_ns > self._test.time_limit * NANOSECONDS_PER_SECOND:
-            raise RouteFailed(Outcome.TIMED_OUT,
-                              f'not at its end after {self._test.time_limit:.0f} s (time_limit)')
+            raise RouteFailed(Outcome.TIMED_OUT, f'not at its end after {self._test.time_limit:.0f} s (time_limit)')
         age_s = (now_ns - self._estimate_ns) / NANOSECONDS_PER_SECOND
         if self._turn is None or age_s <= POSE_TIMEOUT_S:
             return DriverOutput()
@@ -80,8 +80,7 @@ class RouteDriver:
         self._turn.halt()
         return DriverOutput(turn_rate_radps=0.0)
 
-    def step(self, now_ns: int, base_pose_in_map: Pose2D, status: GoalStatus,
-             status_text: str) -> DriverOutput:
+    def step(self, now_ns: int, base_pose_in_map: Pose2D, status: GoalStatus, status_text: str) -> DriverOutput:
         """What to do now.
 
         Args:
@@ -126,15 +125,14 @@ class RouteDriver:
         self._turn = None
         return self._begin_next(now_ns, base_pose_in_map)._replace(turn_rate_radps=rate_radps)
 
-    def _is_done(self, stage: Destination, base_pose_in_map: Pose2D, status: GoalStatus,
-                 status_text: str) -> bool:
-        offset_m = math.hypot(base_pose_in_map.x_m - stage.pose_in_map.x_m,
-                              base_pose_in_map.y_m - stage.pose_in_map.y_m)
+    def _is_done(self, stage: Destination, base_pose_in_map: Pose2D, status: GoalStatus, status_text: str) -> bool:
+        offset_m = math.hypot(
+            base_pose_in_map.x_m - stage.pose_in_map.x_m, base_pose_in_map.y_m - stage.pose_in_map.y_m
+        )
         if not stage.is_stop and offset_m <= self._test.pass_radius:
             return True
         if status.is_over and status is not GoalStatus.SUCCEEDED:
-            raise RouteFailed(Outcome.ABORTED, f'{stage.describe()} was not reached: '
-                                               f'{status_text or status.value}')
+            raise RouteFailed(Outcome.ABORTED, f'{stage.describe()} was not reached: {status_text or status.value}')
         return status is GoalStatus.SUCCEEDED
 
 
@@ -151,5 +149,7 @@ def _stages_of(leg: Leg) -> List[Union[Destination, float]]:
     points = [(point.x, point.y) for point in leg.through]
     # Of a waypoint the heading has no meaning, but a navigator that gets there should look ahead.
     ahead = points[1:] + points[-1:]
-    return [Destination(Pose2D(*point, math.atan2(after[1] - point[1], after[0] - point[0])), False)
-            for point, after in zip(points, ahead)]
+    return [
+        Destination(Pose2D(*point, math.atan2(after[1] - point[1], after[0] - point[0])), False)
+        for point, after in zip(points, ahead)
+    ]

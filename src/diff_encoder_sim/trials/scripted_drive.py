@@ -1,4 +1,5 @@
 """Scripted drives: velocity profiles that cover a distance exactly, without feedback."""
+
 from __future__ import annotations
 
 import math
@@ -8,21 +9,20 @@ from diff_encoder_sim.trials.trial_definition import Segment, SpeedLimits, TestD
 
 PAUSE_BETWEEN_SEGMENTS_S = 0.5
 COMMAND_PERIOD_S = 0.05
-SETTLING_S = 1.0          # at rest, before a result counts
+SETTLING_S = 1.0  # at rest, before a result counts
 
 
 class Trapezoid(NamedTuple):
     """Speed up, cruise, slow down: from rest to rest over a signed distance [m or rad]."""
 
     distance: float
-    top_speed: float      # reached or not, > 0
-    acceleration: float   # and deceleration, > 0
+    top_speed: float  # reached or not, > 0
+    acceleration: float  # and deceleration, > 0
 
     @property
     def ramp_s(self) -> float:
         """Time to speed up; equal to that to slow down."""
-        return min(self.top_speed / self.acceleration,
-                   math.sqrt(abs(self.distance) / self.acceleration))
+        return min(self.top_speed / self.acceleration, math.sqrt(abs(self.distance) / self.acceleration))
 
     @property
     def duration_s(self) -> float:
@@ -37,9 +37,9 @@ class Trapezoid(NamedTuple):
         elif left_s <= 0.0:
             covered = abs(self.distance)
         elif time_s < self.ramp_s:
-            covered = 0.5 * self.acceleration * time_s ** 2
+            covered = 0.5 * self.acceleration * time_s**2
         elif left_s < self.ramp_s:
-            covered = abs(self.distance) - 0.5 * self.acceleration * left_s ** 2
+            covered = abs(self.distance) - 0.5 * self.acceleration * left_s**2
         else:
             covered = self.acceleration * self.ramp_s * (time_s - 0.5 * self.ramp_s)
         return math.copysign(covered, self.distance)
@@ -80,6 +80,7 @@ class ScriptedDrive:
 
 
 def _profiles(segment: Segment, limits: SpeedLimits) -> Tuple[Trapezoid, Trapezoid]:
-    return (Trapezoid(segment.straight or 0.0, limits.speed, limits.acceleration),
-            Trapezoid(2.0 * math.pi * (segment.turns or 0.0), limits.angular_speed,
-                      limits.angular_acceleration))
+    return (
+        Trapezoid(segment.straight or 0.0, limits.speed, limits.acceleration),
+        Trapezoid(2.0 * math.pi * (segment.turns or 0.0), limits.angular_speed, limits.angular_acceleration),
+    )

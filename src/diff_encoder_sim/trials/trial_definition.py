@@ -1,4 +1,5 @@
 """What a test asks of the robot, read from config/tests/, and one trial of it."""
+
 from __future__ import annotations
 
 import math
@@ -32,10 +33,8 @@ class Segment(Params):
     """One leg of a scripted drive: a straight line or turns in place."""
 
     # A mistyped number must not drive for hours: a script has no time limit.
-    straight: Optional[float] = Field(None, ge=-1000.0, le=1000.0,
-                                      description='[m], negative is backwards')
-    turns: Optional[float] = Field(None, ge=-1000.0, le=1000.0,
-                                   description='full turns, counter-clockwise')
+    straight: Optional[float] = Field(None, ge=-1000.0, le=1000.0, description='[m], negative is backwards')
+    turns: Optional[float] = Field(None, ge=-1000.0, le=1000.0, description='full turns, counter-clockwise')
 
     @model_validator(mode='after')
     def _check_one_motion(self) -> Segment:
@@ -55,10 +54,10 @@ class Leg(Params):
     """One leg of a route that is navigated: a goal, waypoints on the way to one, or turns."""
 
     goal: Optional[PoseParams] = Field(None, description='in the map frame')
-    through: Optional[List[Point]] = Field(None, min_length=1,
-                                           description='passed without stopping, in this order')
-    turns: Optional[float] = Field(None, description='full turns in place by what the robot '
-                                                     'believes, counter-clockwise')
+    through: Optional[List[Point]] = Field(None, min_length=1, description='passed without stopping, in this order')
+    turns: Optional[float] = Field(
+        None, description='full turns in place by what the robot believes, counter-clockwise'
+    )
 
     @model_validator(mode='after')
     def _check_one_kind(self) -> Leg:
@@ -88,8 +87,7 @@ class TestDefinition(Params):
     drive: List[Segment] = Field([], description='for nav:=scripted')
     route: List[Leg] = Field([], description='for navigation; the last leg is a goal')
     pass_radius: float = Field(0.5, gt=0, description='that counts as passing a waypoint [m]')
-    time_limit: float = Field(600.0, gt=0, description='for a route; longer fails the trial '
-                                                       '[s, simulated]')
+    time_limit: float = Field(600.0, gt=0, description='for a route; longer fails the trial [s, simulated]')
     limits: SpeedLimits = SpeedLimits()
 
     @model_validator(mode='after')
@@ -113,8 +111,7 @@ class TestDefinition(Params):
             ConfigError: scripted needs a drive, any other a route.
         """
         if nav == 'scripted' and not self.drive:
-            raise ConfigError(f'nav: given scripted, but {self.name} has no drive; allowed: '
-                              f'embedded, upstream')
+            raise ConfigError(f'nav: given scripted, but {self.name} has no drive; allowed: embedded, upstream')
         if nav != 'scripted' and not self.route:
             raise ConfigError(f'nav: given {nav}, but {self.name} has no route; allowed: scripted')
 
@@ -122,8 +119,7 @@ class TestDefinition(Params):
         """Where the scripted drive ends when all goes to plan, in the map frame."""
         pose = self.start.pose()
         for segment in self.drive:
-            pose = move_along_arc(pose, segment.straight or 0.0,
-                                  2.0 * math.pi * (segment.turns or 0.0))
+            pose = move_along_arc(pose, segment.straight or 0.0, 2.0 * math.pi * (segment.turns or 0.0))
         return pose._replace(yaw_rad=wrap_angle(pose.yaw_rad))
 
 
@@ -148,7 +144,7 @@ class TrialPlan(Params):
 
     trial: Trial
     world: str = Field(description='path of the world file')
-    map: str = Field(description='path of its map\'s YAML file')
+    map: str = Field(description="path of its map's YAML file")
     bag: str = Field(description='path of the bag to record; empty for none')
     slam: Literal['none', 'embedded', 'upstream'] = 'none'
     save_map: str = Field('', description='path, without suffix, for the map that is made')

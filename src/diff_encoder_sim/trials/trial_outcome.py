@@ -1,4 +1,5 @@
 """How a trial ended."""
+
 from __future__ import annotations
 
 import enum
@@ -15,10 +16,10 @@ class Outcome(enum.Enum):
     """In one word; all but the first are failures."""
 
     SUCCEEDED = 'succeeded'
-    COLLISION = 'collision'     # it touched something other than the floor
-    LOST = 'lost'               # localization gave up, or is wrong by more than GOAL_DISTANCE_M
-    TIMED_OUT = 'timed_out'     # not at the end within the test's time_limit
-    ABORTED = 'aborted'         # the navigator gave a goal up
+    COLLISION = 'collision'  # it touched something other than the floor
+    LOST = 'lost'  # localization gave up, or is wrong by more than GOAL_DISTANCE_M
+    TIMED_OUT = 'timed_out'  # not at the end within the test's time_limit
+    ABORTED = 'aborted'  # the navigator gave a goal up
 
 
 class Ending(NamedTuple):
@@ -36,11 +37,9 @@ class RouteFailed(Exception):
         self.ending = Ending(outcome, reason)
 
 
-def goal_error(true_pose_in_map: Pose2D, goal_in_map: Pose2D, limit_m: float = GOAL_DISTANCE_M
-         ) -> Optional[str]:
+def goal_error(true_pose_in_map: Pose2D, goal_in_map: Pose2D, limit_m: float = GOAL_DISTANCE_M) -> Optional[str]:
     """What is wrong with where the robot stands at the end, if it is too far from the goal."""
-    distance_m = math.hypot(true_pose_in_map.x_m - goal_in_map.x_m,
-                            true_pose_in_map.y_m - goal_in_map.y_m)
+    distance_m = math.hypot(true_pose_in_map.x_m - goal_in_map.x_m, true_pose_in_map.y_m - goal_in_map.y_m)
     if distance_m <= limit_m:
         return None
     return f'the robot stands {distance_m:.2f} m from the goal; allowed: {limit_m:.2f} m'

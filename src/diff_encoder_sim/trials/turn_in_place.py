@@ -1,4 +1,5 @@
 """Turning in place by what the robot believes of its heading."""
+
 from __future__ import annotations
 
 import math
@@ -60,7 +61,5 @@ class TurnInPlace:
         left_rad = self._angle_rad - self._turned_rad
         self._crossings += left_rad * left_before_rad < 0.0
         self.is_over = abs(left_rad) < STOP_WITHIN_RAD or self._crossings >= MOST_CROSSINGS
-        braking_radps = math.sqrt(2.0 * BRAKING_FRACTION * self._limits.angular_acceleration
-                                  * abs(left_rad))
-        return math.copysign(min(self._limits.angular_speed, braking_radps,
-                                 APPROACH_PER_S * abs(left_rad)), left_rad)
+        braking_radps = math.sqrt(2.0 * BRAKING_FRACTION * self._limits.angular_acceleration * abs(left_rad))
+        return math.copysign(min(self._limits.angular_speed, braking_radps, APPROACH_PER_S * abs(left_rad)), left_rad)

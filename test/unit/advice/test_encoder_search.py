@@ -1,4 +1,5 @@
 """The search for the smallest encoder, on trials whose errors are chosen."""
+
 import pytest
 
 from diff_encoder_sim.advice.encoder_search import DRIFT, WORDS, Advisor, Tolerance
@@ -18,8 +19,10 @@ class Bench:
 
     def trials_with(self, label, count):
         self.asked.append((label, count))
-        return [trial('SL', label, number, odom=self.odom, world=OUT if self.is_out(int(label), number) else IN)
-                for number in range(1, count + 1)]
+        return [
+            trial('SL', label, number, odom=self.odom, world=OUT if self.is_out(int(label), number) else IN)
+            for number in range(1, count + 1)
+        ]
 
     def advisor(self, looks=(30, 60), tolerance=TOLERANCE):
         return Advisor(LABELS, looks, tolerance, self.trials_with)
@@ -29,7 +32,7 @@ class Bench:
 def test_the_smallest_is_found_by_halves(label):
     bench = Bench(lambda ppr, number: ppr < int(label))
     assert bench.advisor().smallest('world') == label
-    assert len(bench.asked) <= 4        # the largest, and log2 of six
+    assert len(bench.asked) <= 4  # the largest, and log2 of six
 
 
 def test_there_is_none_where_the_largest_does_not_reach():
@@ -72,8 +75,16 @@ def test_trials_are_run_once_for_all_sources():
     assert len(bench.asked) == len(set(bench.asked))
 
 
-@pytest.mark.parametrize('odom, smallest', [(IN, '20'), ((0.08, -0.03, 1.0), None), ((0.02, -0.03, 4.5), None),
-                                            ((0.06, -0.07, 3.5), '20'), ((0.02, -0.03, 359.0), '20')])
+@pytest.mark.parametrize(
+    'odom, smallest',
+    [
+        (IN, '20'),
+        ((0.08, -0.03, 1.0), None),
+        ((0.02, -0.03, 4.5), None),
+        ((0.06, -0.07, 3.5), '20'),
+        ((0.02, -0.03, 359.0), '20'),
+    ],
+)
 def test_drift_is_where_odometry_ended_minus_where_the_robot_did(odom, smallest):
     assert Bench(odom=odom).advisor().smallest(DRIFT) == smallest
 
@@ -81,6 +92,7 @@ def test_drift_is_where_odometry_ended_minus_where_the_robot_did(odom, smallest)
 def test_a_robot_that_gave_up_is_not_at_its_goal_but_its_odometry_may_be_right():
     def trials_with(label, count):
         return [trial('SL', label, number, outcome='timed_out', odom=IN, world=IN) for number in range(1, count + 1)]
+
     advisor = Advisor(LABELS, [30], TOLERANCE, trials_with)
     assert [advisor.smallest(source) for source in WORDS] == [None, None, '20']
 
@@ -93,8 +105,12 @@ def test_the_tolerance_is_the_users():
 
 def test_every_test_must_reach():
     def trials_with(label, count):
-        return [trial(test, label, number, world=error) for number in range(1, count + 1)
-                for test, error in (('SL', IN), ('SMT', IN if int(label) >= 360 else OUT))]
+        return [
+            trial(test, label, number, world=error)
+            for number in range(1, count + 1)
+            for test, error in (('SL', IN), ('SMT', IN if int(label) >= 360 else OUT))
+        ]
+
     advisor = Advisor(LABELS, [30], TOLERANCE, trials_with)
     assert advisor.smallest('world') == '360'
     lines = advisor.table().splitlines()

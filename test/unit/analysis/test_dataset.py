@@ -1,4 +1,5 @@
 """Datasets: their order, and what comes of a campaign's folder and of bags that do not fit."""
+
 import json
 import math
 import shutil
@@ -56,8 +57,9 @@ def refusal(*paths):
 def test_cells_are_in_the_papers_order():
     trials = [data(test, ppr) for test in ('office', 'DLD', 'SL') for ppr in ('ideal', '1024', '40', '90-1024')]
     cells = Dataset('', trials, [], None, None, ALTO, {}).cells()
-    assert [cell[:2] for cell in cells] == [(test, ppr) for test in ('SL', 'DLD', 'office')
-                                            for ppr in ('40', '1024', '90-1024', 'ideal')]
+    assert [cell[:2] for cell in cells] == [
+        (test, ppr) for test in ('SL', 'DLD', 'office') for ppr in ('40', '1024', '90-1024', 'ideal')
+    ]
 
 
 def test_what_is_varied_is_not_pooled():
@@ -79,14 +81,16 @@ def test_a_campaign_is_its_table_and_the_way_from_its_bags(finished):
     assert (dataset.title, dataset.folder, dataset.robot, dataset.notes) == ('small', finished, ALTO, [])
     assert dataset.manifest == json.loads((finished / 'manifest.json').read_text())
     assert {test: (asked.test, asked.nav) for test, asked in dataset.asked.items()} == {
-        test: (load_test(test, ROOT / 'config'), 'embedded') for test in ('SL', 'SMT')}
+        test: (load_test(test, ROOT / 'config'), 'embedded') for test in ('SL', 'SMT')
+    }
     assert [(trial.test, trial.ppr, trial.trial, trial.seed) for trial in dataset.trials] == [
-        (test, ppr, number, number) for test in ('SL', 'SMT') for ppr in ('40', '90') for number in (1, 2)]
+        (test, ppr, number, number) for test in ('SL', 'SMT') for ppr in ('40', '90') for number in (1, 2)
+    ]
     second = dataset.trials[1]
     assert second.errors['odom'] == (1 / 3, -1e-17, 0.0) and second.duration_s == 50.05
     assert second.bag == finished / 'bags' / 'SL_40_002.bag' and len(second.tracks.true) == 3
     assert set(second.paths) == {'odom', 'amcl', 'global'} and second.paths['amcl'] is None
-    assert second.paths['odom'].ate_rmse_m == pytest.approx(math.sqrt((0.3 ** 2 + 0.1 ** 2 + 0.4 ** 2) / 3))
+    assert second.paths['odom'].ate_rmse_m == pytest.approx(math.sqrt((0.3**2 + 0.1**2 + 0.4**2) / 3))
 
 
 def test_without_bags_the_table_is_analysed_alone(folder):
@@ -94,8 +98,7 @@ def test_without_bags_the_table_is_analysed_alone(folder):
     dataset = load_dataset([folder])
     assert len(dataset.trials) == 8
     assert all((trial.paths, trial.tracks, trial.bag) == ({}, None, None) for trial in dataset.trials)
-    assert dataset.notes == [f'{folder}/bags: has bags of 0 of 8 trials; of the others nothing is known about '
-                             f'the way']
+    assert dataset.notes == [f'{folder}/bags: has bags of 0 of 8 trials; of the others nothing is known about the way']
 
 
 def test_a_campaign_that_goes_on_is_analysed_as_far_as_it_is(tmp_path, caplog):
@@ -111,7 +114,8 @@ def test_a_campaign_that_goes_on_is_analysed_as_far_as_it_is(tmp_path, caplog):
 def test_varied_parameters_come_with_the_trials(tmp_path):
     folder = finish(small_campaign(tmp_path, tests=['SL'], vary={NOISE: [0.01, 0.03]}), tmp_path / 'out')
     assert [cell.varied for cell in load_dataset([folder]).cells()] == [
-        ((NOISE, value),) for value in ('0.01', '0.03') for _ in range(2)]
+        ((NOISE, value),) for value in ('0.01', '0.03') for _ in range(2)
+    ]
 
 
 def test_bags_that_do_not_fit_are_named_and_their_rows_stay(folder):
@@ -142,10 +146,15 @@ def test_a_manifest_of_another_campaign_is_named(folder, tmp_path):
     assert f'{folder}/trials.csv: line 1 is not of the campaign of manifest.json' in refusal(folder)
 
 
-@pytest.mark.parametrize('change', [
-    lambda lines: lines + lines[-1:], lambda lines: lines[:2] + ['SL,90'] + lines[3:],
-    lambda lines: lines[:1] + [lines[1].replace('SL,', 'LS,')] + lines[2:],
-    lambda lines: lines[:1] + [lines[1].replace('49.05', 'nan')] + lines[2:]])
+@pytest.mark.parametrize(
+    'change',
+    [
+        lambda lines: lines + lines[-1:],
+        lambda lines: lines[:2] + ['SL,90'] + lines[3:],
+        lambda lines: lines[:1] + [lines[1].replace('SL,', 'LS,')] + lines[2:],
+        lambda lines: lines[:1] + [lines[1].replace('49.05', 'nan')] + lines[2:],
+    ],
+)
 def test_lines_that_are_no_rows_are_named(folder, change):
     path = folder / 'trials.csv'
     path.write_text('\n'.join(change(path.read_text().splitlines())) + '\n')
@@ -170,12 +179,12 @@ def test_a_folder_of_campaigns_is_not_pooled(folder):
 def test_a_bag_tells_what_its_row_would(tmp_path):
     path = write_bag(tmp_path / 'a.bag', trial(number=7), believed=TRUTH[1:])
     dataset = load_dataset([path])
-    found, = dataset.trials
+    (found,) = dataset.trials
     assert (dataset.title, dataset.manifest, dataset.folder, dataset.robot) == ('a', None, None, ALTO)
     assert found[:6] == ('SL', '40', (), 7, 7, 'succeeded') and found.bag == path
     assert found.duration_s == pytest.approx(0.1) and found.distance_m == pytest.approx(10 + math.hypot(10, 0.1))
     assert set(found.errors) == set(SOURCES) and found.errors['amcl'] is None
-    assert found.errors['odom'] == pytest.approx((-0.1, 0.5, 0.05))      # seen from the start at (-10, 0)
+    assert found.errors['odom'] == pytest.approx((-0.1, 0.5, 0.05))  # seen from the start at (-10, 0)
     assert found.errors['world'] == pytest.approx((0.0, 0.1, 0.02))
     assert found.paths['odom'].ate_max_m == pytest.approx(math.hypot(0.1, 0.4))
     assert found.paths['global'].count == 2 and found.paths['amcl'] is None
@@ -186,7 +195,7 @@ def test_a_bag_tells_what_its_row_would(tmp_path):
 
 def test_tracks_are_thinned_and_keep_their_ends(tmp_path):
     odom = [(0.01 * index, 0.0, 0.0) for index in range(3 * MOST_POINTS)]
-    found, = load_dataset([write_bag(tmp_path / 'a.bag', trial(), odom=odom)]).trials
+    (found,) = load_dataset([write_bag(tmp_path / 'a.bag', trial(), odom=odom)]).trials
     assert found.tracks.odometry.shape == (MOST_POINTS, 2)
     assert found.tracks.odometry[[0, -1], 0] == pytest.approx([-10.0, -10.0 + odom[-1][0]])
 
@@ -199,7 +208,12 @@ def test_bags_are_sorted_into_cells(tmp_path):
     dataset = load_dataset([tmp_path])
     assert dataset.title == tmp_path.name and dataset.notes == []
     assert [(trial.ppr, trial.trial) for trial in dataset.trials] == [
-        ('90', 1), ('90', 2), ('4096', 1), ('4096', 2), ('ideal', 1)]
+        ('90', 1),
+        ('90', 2),
+        ('4096', 1),
+        ('4096', 2),
+        ('ideal', 1),
+    ]
 
 
 def test_other_configurations_are_kept_apart(tmp_path):
@@ -207,16 +221,19 @@ def test_other_configurations_are_kept_apart(tmp_path):
     write_bag(tmp_path / 'b.bag', trial(nav='embedded'))
     dataset = load_dataset([tmp_path])
     assert [trial.varied for trial in dataset.trials] == [(('nav', 'scripted'),), (('nav', 'embedded'),)]
-    assert dataset.notes == [f'{tmp_path}/a.bag and others: nav is embedded or scripted; trials are pooled only '
-                             f'where it is the same']
+    assert dataset.notes == [
+        f'{tmp_path}/a.bag and others: nav is embedded or scripted; trials are pooled only where it is the same'
+    ]
 
 
 def test_a_trial_counts_once_and_a_test_has_one_definition(tmp_path):
     write_bag(tmp_path / 'a.bag', trial())
     shutil.copy(tmp_path / 'a.bag', tmp_path / 'b.bag')
     other = load_test('SL', ROOT / 'config').model_dump()
-    write_bag(tmp_path / 'c.bag', trial().model_copy(update={'test': type(trial().test).from_mapping(
-        {**other, 'time_limit': 5.0}, '')}))
+    write_bag(
+        tmp_path / 'c.bag',
+        trial().model_copy(update={'test': type(trial().test).from_mapping({**other, 'time_limit': 5.0}, '')}),
+    )
     dataset = load_dataset([tmp_path])
     assert [trial.bag.name for trial in dataset.trials] == ['a.bag']
     assert 'b.bag: the same trial as ' in dataset.notes[0] and 'c.bag: another SL than in ' in dataset.notes[1]
@@ -236,6 +253,6 @@ def test_what_can_be_analysed_is(tmp_path, caplog):
 
 
 def test_nothing_to_analyse_is_refused(tmp_path):
-    assert refusal(tmp_path) == f'{tmp_path}: no .bag file in this folder, and no campaign\'s results'
+    assert refusal(tmp_path) == f"{tmp_path}: no .bag file in this folder, and no campaign's results"
     (tmp_path / 'a.bag').write_bytes(b'')
     assert refusal(tmp_path).startswith(f'{tmp_path}/a.bag: not a readable bag')

@@ -1,4 +1,5 @@
 """The final pose minus the goal."""
+
 import math
 
 import pytest
@@ -14,9 +15,10 @@ def test_errors_are_along_the_maps_axes_and_odometry_counts_from_the_start(tmp_p
     test['start'] = {'x': 5.0, 'y': 2.0, 'yaw': math.pi / 2}
     test['route'] = [{'goal': {'x': 4.0, 'y': 5.0, 'yaw': math.pi}}]
     about = Trial.from_mapping({'test': test, 'nav': 'embedded'}, '')
-    path = write_bag(tmp_path / 'a.bag', about, [(0, 0, 0), (3.0, 0.8, 1.6)],
-                     [(5.0, 2.0, math.pi / 2), (4.1, 5.3, -3.0)])
+    path = write_bag(
+        tmp_path / 'a.bag', about, [(0, 0, 0), (3.0, 0.8, 1.6)], [(5.0, 2.0, math.pi / 2), (4.1, 5.3, -3.0)]
+    )
     errors = goal_errors(read_trial(path))
-    assert set(errors) == {'/odom', '/world_pose'}       # the others are silent
+    assert set(errors) == {'/odom', '/world_pose'}  # the others are silent
     assert errors['/odom'] == pytest.approx([0.2, 0.0, 1.6 - math.pi / 2])
     assert errors['/world_pose'] == pytest.approx([0.1, 0.3, math.pi - 3.0])

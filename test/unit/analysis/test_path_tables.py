@@ -1,4 +1,5 @@
 """Errors over the whole path, and all comparisons, as tables: numbers worked out by hand."""
+
 import csv
 import io
 import math
@@ -19,14 +20,21 @@ NOWHERE = {'odom': None, 'amcl': None, 'global': None}
 
 def path(ate_m, ate_max_m, yaw_deg, **rpe):
     """`rpe` as m1=(translation [m], rotation [deg])."""
-    return PathErrors(ate_m, ate_max_m, yaw_deg * DEG, {
-        float(name[1:]): RelativeError(metres, degrees * DEG) for name, (metres, degrees) in rpe.items()}, 100)
+    return PathErrors(
+        ate_m,
+        ate_max_m,
+        yaw_deg * DEG,
+        {float(name[1:]): RelativeError(metres, degrees * DEG) for name, (metres, degrees) in rpe.items()},
+        100,
+    )
 
 
 def with_paths(*odometry, **other):
     """Trials of one cell, with these errors of odometry on the way and none of the other sources."""
-    return [trial_data(number=number, paths={**NOWHERE, 'odom': errors}, **other)
-            for number, errors in enumerate(odometry, 1)]
+    return [
+        trial_data(number=number, paths={**NOWHERE, 'odom': errors}, **other)
+        for number, errors in enumerate(odometry, 1)
+    ]
 
 
 def records(table):
@@ -39,27 +47,48 @@ def compared_records(dataset):
 
 
 def test_path_errors_by_hand():
-    trials = with_paths(path(0.1, 0.5, 1.0, m1=(0.01, 0.1), m5=(0.03, 0.5)),
-                        path(0.2, 0.4, 2.0, m1=(0.02, 0.3)), path(0.6, 0.9, 6.0, m1=(0.06, 0.5)), None)
+    trials = with_paths(
+        path(0.1, 0.5, 1.0, m1=(0.01, 0.1), m5=(0.03, 0.5)),
+        path(0.2, 0.4, 2.0, m1=(0.02, 0.3)),
+        path(0.6, 0.9, 6.0, m1=(0.06, 0.5)),
+        None,
+    )
     [row] = records(path_error_table(dataset_of(trials)))
     assert [row.pop(key) for key in ('test', 'ppr', 'source', 'trials')] == ['SL', '90', 'odom', '3']
     assert (row.pop('rpe_10m_translation_rmse_mean_m'), row.pop('rpe_10m_rotation_rmse_mean_deg')) == ('', '')
     # Mean 0.3 and squared deviations 0.04 + 0.01 + 0.09; t of 2 degrees of freedom: 4.3027.
     half = 4.302653 * math.sqrt(0.07 / 3)
-    assert {name: float(value) for name, value in row.items()} == pytest.approx({
-        'ate_rmse_mean_m': 0.3, 'ate_rmse_low_m': 0.3 - half, 'ate_rmse_high_m': 0.3 + half,
-        'ate_rmse_std_m': math.sqrt(0.07), 'ate_max_m': 0.9, 'yaw_rmse_mean_deg': 3.0,
-        'rpe_1m_translation_rmse_mean_m': 0.03, 'rpe_1m_rotation_rmse_mean_deg': 0.3,
-        'rpe_5m_translation_rmse_mean_m': 0.03, 'rpe_5m_rotation_rmse_mean_deg': 0.5})
+    assert {name: float(value) for name, value in row.items()} == pytest.approx(
+        {
+            'ate_rmse_mean_m': 0.3,
+            'ate_rmse_low_m': 0.3 - half,
+            'ate_rmse_high_m': 0.3 + half,
+            'ate_rmse_std_m': math.sqrt(0.07),
+            'ate_max_m': 0.9,
+            'yaw_rmse_mean_deg': 3.0,
+            'rpe_1m_translation_rmse_mean_m': 0.03,
+            'rpe_1m_rotation_rmse_mean_deg': 0.3,
+            'rpe_5m_translation_rmse_mean_m': 0.03,
+            'rpe_5m_rotation_rmse_mean_deg': 0.5,
+        }
+    )
 
 
 def test_each_cell_and_source_with_a_path_has_a_row():
     paths = {**NOWHERE, 'odom': path(0.1, 0.1, 1.0), 'global': path(0.2, 0.2, 1.0)}
-    table = path_error_table(dataset_of(trial_data(test, ppr, paths=paths, varied=(('noise', '0.01'),))
-                                        for test in ('DLD', 'SL') for ppr in ('90', '40')))
+    table = path_error_table(
+        dataset_of(
+            trial_data(test, ppr, paths=paths, varied=(('noise', '0.01'),))
+            for test in ('DLD', 'SL')
+            for ppr in ('90', '40')
+        )
+    )
     assert [(row['test'], row['noise'], row['ppr'], row['source'], row['ate_max_m']) for row in records(table)] == [
-        (test, '0.01', ppr, source, largest) for test in ('SL', 'DLD') for ppr in ('40', '90')
-        for source, largest in (('odom', '0.1'), ('global', '0.2'))]
+        (test, '0.01', ppr, source, largest)
+        for test in ('SL', 'DLD')
+        for ppr in ('40', '90')
+        for source, largest in (('odom', '0.1'), ('global', '0.2'))
+    ]
 
 
 def test_one_trial_has_no_spread_and_an_unbounded_interval():
@@ -83,16 +112,19 @@ def test_only_datasets_with_paths_have_the_table():
 
 def test_comparisons_have_a_row_each():
     # Equal but for the factor -2: the ratio of spreads is 2 and the distances differ by 0.01 to 0.03.
-    trials = [trial_data('SL', ppr, number, {'odom': (0.0, factor * 0.01 * number, 0.0)}, varied=(('noise', '0'),))
-              for ppr, factor in (('40', -2.0), ('90', 1.0)) for number in (1, 2, 3)]
+    trials = [
+        trial_data('SL', ppr, number, {'odom': (0.0, factor * 0.01 * number, 0.0)}, varied=(('noise', '0'),))
+        for ppr, factor in (('40', -2.0), ('90', 1.0))
+        for number in (1, 2, 3)
+    ]
     rows = compared_records(dataset_of(trials))
-    assert len(rows) == 9       # axes and questions of the one source
+    assert len(rows) == 9  # axes and questions of the one source
     spread, error, within = (row for row in rows if row['error'] == 'y_m')
     assert [row['question'] for row in (spread, error, within)] == ['spread', 'error', 'within']
     assert list(spread.values())[:8] == ['SL', '0', 'odom', 'spread', 'y_m', '40', '90', '3']
     assert float(spread['estimate']) == pytest.approx(2.0)
     assert float(error['estimate']) == pytest.approx(0.02)
-    assert float(within['estimate']) == pytest.approx(-1.0 / 3.0)     # 0.06 m is beyond
+    assert float(within['estimate']) == pytest.approx(-1.0 / 3.0)  # 0.06 m is beyond
     assert {row['verdict'] for row in rows} == {'40 PPR and 90 PPR are not distinguishable with 3 trials'}
 
 
@@ -100,11 +132,12 @@ def test_comparisons_are_told_as_they_are_judged():
     dataset = synthetic_dataset(tests=('SL',), trials=30)
     rows, compared = compared_records(dataset), compare_pprs(dataset)
     assert [(float(row['p_holm']), row['verdict']) for row in rows] == [
-        (one.p_adjusted, one.verdict) for one in compared]
+        (one.p_adjusted, one.verdict) for one in compared
+    ]
     assert all(float(row['low']) <= float(row['estimate']) <= float(row['high']) for row in rows)
 
 
 def test_comparisons_are_of_every_two_encoders():
     rows = compared_records(synthetic_dataset(tests=('SL',), trials=3))
     assert ','.join(rows[0]) == 'test,source,question,error,ppr_a,ppr_b,pairs,estimate,low,high,p_holm,verdict'
-    assert len(rows) == 6 * 4 * 3 * 3       # pairs of encoders, sources, axes, questions
+    assert len(rows) == 6 * 4 * 3 * 3  # pairs of encoders, sources, axes, questions

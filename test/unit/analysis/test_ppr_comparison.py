@@ -1,4 +1,5 @@
 """Encoders compared over equal trials: which pairs, how many at once, and in what words."""
+
 import numpy as np
 import pytest
 
@@ -11,13 +12,19 @@ TRIALS = 30
 
 def dataset_with(errors_by_ppr, source='odom', **other):
     """Trials 1 to n of each PPR with these errors in y [m], of one source only."""
-    return dataset_of(trial_data('SL', ppr, number, {source: (0.0, float(error), 0.0)}, **other)
-                      for ppr, errors in errors_by_ppr.items() for number, error in enumerate(errors, 1))
+    return dataset_of(
+        trial_data('SL', ppr, number, {source: (0.0, float(error), 0.0)}, **other)
+        for ppr, errors in errors_by_ppr.items()
+        for number, error in enumerate(errors, 1)
+    )
 
 
 def y_verdicts(dataset):
-    return {comparison.question: comparison.verdict for comparison in compare_pprs(dataset)
-            if comparison.quantity.axis == 'y'}
+    return {
+        comparison.question: comparison.verdict
+        for comparison in compare_pprs(dataset)
+        if comparison.quantity.axis == 'y'
+    }
 
 
 def drawn(std, seed=0, trials=TRIALS):
@@ -33,15 +40,18 @@ def test_an_encoder_that_is_worse_is_told_in_numbers():
         Question.SPREAD: f'40 PPR spreads more than 4096 PPR (ratio {ratio:.3g}, 95 % interval 12.4 to 36)',
         Question.ERROR: '40 PPR is farther off than 4096 PPR (by 0.14 m, 95 % interval 0.094 to 0.2)',
         Question.WITHIN: f'4096 PPR is within 0.05 m more often than 40 PPR (by {points:.0f} points, '
-                         '95 % interval 65 to 97)'}
+        '95 % interval 65 to 97)',
+    }
 
 
 def test_a_finer_encoder_that_does_worse_is_named_first():
     coarse_is_worse = y_verdicts(dataset_with({'40': drawn(0.3, 1), '4096': drawn(0.012, 2)}))
     fine_is_worse = y_verdicts(dataset_with({'40': drawn(0.012, 2), '4096': drawn(0.3, 1)}))
     names = str.maketrans({'#': '40 PPR', '@': '4096 PPR'})
-    assert fine_is_worse == {question: verdict.replace('4096 PPR', '#').replace('40 PPR', '@').translate(names)
-                             for question, verdict in coarse_is_worse.items()}
+    assert fine_is_worse == {
+        question: verdict.replace('4096 PPR', '#').replace('40 PPR', '@').translate(names)
+        for question, verdict in coarse_is_worse.items()
+    }
 
 
 def test_encoders_that_differ_by_chance_are_not_distinguishable():
@@ -62,8 +72,11 @@ def test_too_few_trials_distinguish_nothing(trials):
 
 def test_only_equal_trials_with_a_final_pose_are_compared():
     dataset = dataset_with({'40': drawn(0.3, 1), '90': drawn(0.3, 2, TRIALS + 5)})
-    trials = [trial._replace(outcome='torn') if (trial.ppr, trial.trial) == ('40', 7) else trial
-              for trial in dataset.trials if (trial.ppr, trial.trial) != ('90', 9)]
+    trials = [
+        trial._replace(outcome='torn') if (trial.ppr, trial.trial) == ('40', 7) else trial
+        for trial in dataset.trials
+        if (trial.ppr, trial.trial) != ('90', 9)
+    ]
     assert {one.result.pairs for one in compare_pprs(dataset_of(reversed(trials)))} == {TRIALS - 2}
     assert compare_pprs(dataset_of(trials[:3])) == [] and compare_pprs(dataset_of([])) == []
 
@@ -72,9 +85,13 @@ def test_tests_and_parameters_are_compared_within_themselves():
     variants = ((('slip', '0'),), (('slip', '0.1'),))
     compared = compare_pprs(synthetic_dataset(('SL', 'SMT'), ('40', '90', '1024'), 4, variants))
     cells = {(one.test, one.varied, one.pprs) for one in compared}
-    assert cells == {(test, varied, pprs) for test in ('SL', 'SMT') for varied in variants
-                     for pprs in (('40', '90'), ('40', '1024'), ('90', '1024'))}
-    assert len(compared) == len(cells) * 4 * 3 * 3      # sources, axes, questions
+    assert cells == {
+        (test, varied, pprs)
+        for test in ('SL', 'SMT')
+        for varied in variants
+        for pprs in (('40', '90'), ('40', '1024'), ('90', '1024'))
+    }
+    assert len(compared) == len(cells) * 4 * 3 * 3  # sources, axes, questions
 
 
 def test_p_values_are_adjusted_for_all_of_equal_source_and_question():
@@ -82,13 +99,18 @@ def test_p_values_are_adjusted_for_all_of_equal_source_and_question():
     for source in ('odom', 'world'):
         for question in Question:
             family = [one for one in compared if (one.source, one.question) == (source, question)]
-            assert len(family) == 3 * 3 * 6     # tests, axes, pairs of PPRs
+            assert len(family) == 3 * 3 * 6  # tests, axes, pairs of PPRs
             assert [one.p_adjusted for one in family] == holm([one.result.p_value for one in family])
 
 
 def test_where_the_encoder_does_not_matter_nothing_is_found_and_where_it_does_all_is():
     compared = compare_pprs(synthetic_dataset())
     assert not any(one.is_distinguishable for one in compared if one.source == 'world')
-    across_the_drive = [one for one in compared if one.source == 'odom' and one.quantity.axis == 'y'
-                        and one.pprs in (('40', '1024'), ('40', '4096'), ('90', '4096'))]
+    across_the_drive = [
+        one
+        for one in compared
+        if one.source == 'odom'
+        and one.quantity.axis == 'y'
+        and one.pprs in (('40', '1024'), ('40', '4096'), ('90', '4096'))
+    ]
     assert all(one.is_distinguishable for one in across_the_drive if one.question is Question.SPREAD)

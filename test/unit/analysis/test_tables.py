@@ -1,4 +1,5 @@
 """Tables 3 to 6: numbers worked out by hand, their shape, and what each format makes of them."""
+
 import csv
 import io
 import math
@@ -41,12 +42,15 @@ def column(table, name, key='statistic'):
 def test_table_4_by_hand():
     table = goal_table(hand_dataset(), 'table4')
     assert [each.name for each in table.columns] == ['test', 'statistic', 'ppr90_x_m', 'ppr90_y_m', 'ppr90_yaw_deg']
-    assert column(table, 'ppr90_x_m') == pytest.approx({
-        'min': -0.06, 'max': 0.03, 'mean': -0.01, 'std': math.sqrt(0.0021), 'pct_within': 200 / 3, 'trials': 3})
-    assert column(table, 'ppr90_y_m') == pytest.approx({
-        'min': -0.1, 'max': 0.1, 'mean': 0.0, 'std': 0.1, 'pct_within': 100 / 3, 'trials': 3})
-    assert column(table, 'ppr90_yaw_deg') == pytest.approx({
-        'min': -2.0, 'max': 4.0, 'mean': 1.0, 'std': 3.0, 'pct_within': 200 / 3, 'trials': 3})
+    assert column(table, 'ppr90_x_m') == pytest.approx(
+        {'min': -0.06, 'max': 0.03, 'mean': -0.01, 'std': math.sqrt(0.0021), 'pct_within': 200 / 3, 'trials': 3}
+    )
+    assert column(table, 'ppr90_y_m') == pytest.approx(
+        {'min': -0.1, 'max': 0.1, 'mean': 0.0, 'std': 0.1, 'pct_within': 100 / 3, 'trials': 3}
+    )
+    assert column(table, 'ppr90_yaw_deg') == pytest.approx(
+        {'min': -2.0, 'max': 4.0, 'mean': 1.0, 'std': 3.0, 'pct_within': 200 / 3, 'trials': 3}
+    )
 
 
 def test_an_error_as_large_as_the_tolerance_is_within():
@@ -57,17 +61,25 @@ def test_an_error_as_large_as_the_tolerance_is_within():
 def test_each_table_has_its_source():
     errors = {'odom': (1.0, 0.0, 0.0), 'world': (2.0, 0.0, 0.0), 'global': (3.0, 0.0, 0.0), 'amcl': (4.0, 0.0, 0.0)}
     dataset = dataset_of([trial_data(errors=errors)])
-    assert [column(goal_table(dataset, name), 'ppr90_x_m')['mean']
-            for name in ('table4', 'table5', 'table6', 'table6_amcl')] == [1.0, 2.0, 3.0, 4.0]
+    assert [
+        column(goal_table(dataset, name), 'ppr90_x_m')['mean'] for name in ('table4', 'table5', 'table6', 'table6_amcl')
+    ] == [1.0, 2.0, 3.0, 4.0]
 
 
 def test_rows_are_by_test_and_columns_by_ppr_in_the_papers_order():
-    dataset = synthetic_dataset(tests=('DLD', 'SL', 'SMT'), trials=2,
-                                pprs=('4096', '40', '1024', '90', 'ideal', '90-1024'))
+    dataset = synthetic_dataset(
+        tests=('DLD', 'SL', 'SMT'), trials=2, pprs=('4096', '40', '1024', '90', 'ideal', '90-1024')
+    )
     table = goal_table(dataset, 'table4')
     assert list(dict.fromkeys(row[0] for row in table.rows)) == ['SL', 'SMT', 'DLD']
     assert list(dict.fromkeys(each.group for each in table.columns if each.group)) == [
-        '40 PPR', '90 PPR', '1024 PPR', '4096 PPR', '90-1024 PPR', 'ideal odometry']
+        '40 PPR',
+        '90 PPR',
+        '1024 PPR',
+        '4096 PPR',
+        '90-1024 PPR',
+        'ideal odometry',
+    ]
 
 
 def test_a_cell_without_trials_is_empty():
@@ -80,19 +92,24 @@ def test_what_is_varied_has_rows_of_its_own():
     variants = ((('config.counter_modulus', '0'),), (('config.counter_modulus', '65536'),))
     table = goal_table(synthetic_dataset(tests=('SL',), pprs=('90',), trials=3, variants=variants), 'table4')
     assert [(row['config.counter_modulus'], row['statistic']) for row in records(table)][::6] == [
-        ('0', 'min'), ('65536', 'min')]
+        ('0', 'min'),
+        ('65536', 'min'),
+    ]
 
 
 def test_failed_trials_count_as_they_ended_and_torn_ones_do_not():
-    trials = [trial_data(number=1, errors=(0.0, 0.0, 0.0)),
-              trial_data(number=2, errors=(9.0, 0.0, 0.0), outcome='collision'),
-              trial_data(number=3, errors=(5.0, 0.0, 0.0), outcome='torn'),
-              trial_data(number=4, errors={'odom': None}, outcome='aborted')]
+    trials = [
+        trial_data(number=1, errors=(0.0, 0.0, 0.0)),
+        trial_data(number=2, errors=(9.0, 0.0, 0.0), outcome='collision'),
+        trial_data(number=3, errors=(5.0, 0.0, 0.0), outcome='torn'),
+        trial_data(number=4, errors={'odom': None}, outcome='aborted'),
+    ]
     table = goal_table(dataset_of(trials), 'table4')
     numbers = column(table, 'ppr90_x_m')
     assert (numbers['max'], numbers['pct_within'], numbers['trials']) == (9.0, 50.0, 2.0)
-    assert table.notes[1:] == ['SL, 90 PPR: 1 of 4 trials succeeded (1 aborted, 1 collision, 1 torn); '
-                               '2 without a final pose.']
+    assert table.notes[1:] == [
+        'SL, 90 PPR: 1 of 4 trials succeeded (1 aborted, 1 collision, 1 torn); 2 without a final pose.'
+    ]
 
 
 def test_no_note_where_all_succeeded():
@@ -119,7 +136,8 @@ def test_intervals_by_hand():
     half = 4.302653 * math.sqrt(0.0021 / 3)
     assert [float(row[name]) for name in ('mean_low', 'mean_high')] == pytest.approx([-0.01 - half, -0.01 + half])
     assert [float(row[name]) for name in ('std_low', 'std_high')] == pytest.approx(
-        [math.sqrt(0.0042 / 7.377759), math.sqrt(0.0042 / 0.0506356)], rel=1e-5)
+        [math.sqrt(0.0042 / 7.377759), math.sqrt(0.0042 / 0.0506356)], rel=1e-5
+    )
 
 
 def test_table_3_of_alto():
@@ -142,8 +160,10 @@ def written(folder, *tables, csv_only=()):
 
 def test_files_of_a_dataset(tmp_path):
     files = written(tmp_path / 'analysis' / 'tables', *all_tables(synthetic_dataset(trials=3)))
-    names = ['table3', *(name + more for name in ('table4', 'table5', 'table6', 'table6_amcl')
-                         for more in ('', '_intervals'))]
+    names = [
+        'table3',
+        *(name + more for name in ('table4', 'table5', 'table6', 'table6_amcl') for more in ('', '_intervals')),
+    ]
     assert sorted(files) == sorted(f'{name}.{suffix}' for name in names for suffix in ('csv', 'md', 'tex'))
     assert all(files.values())
 
@@ -166,22 +186,38 @@ def test_csv_has_all_digits():
 
 
 def test_numpy_numbers_do_not_show():
-    table = Table('t', 'title', [Column('x_m', 'x [m]'), Column('n', 'n')],
-                  [[Number(np.float64(0.5), 3), Number(np.int64(3), 0)]], [])
+    table = Table(
+        't',
+        'title',
+        [Column('x_m', 'x [m]'), Column('n', 'n')],
+        [[Number(np.float64(0.5), 3), Number(np.int64(3), 0)]],
+        [],
+    )
     assert csv_text(table) == 'x_m,n\n0.5,3\n'
 
 
 def small_table(groups=1, text='a_b'):
-    columns = [Column('key', 'key'), *(Column(f'{group}{name}', name, f'group {group}')
-                                       for group in range(groups) for name in ('x', 'y'))]
-    return Table('small', f'Of {text}', columns, [[Label(text, f'100 % {text}'), *[Number(-0.0004, 3)] * (2 * groups)],
-                                                  [text, *[Number(None, 3)] * (2 * groups)]], [f'note on {text}'])
+    columns = [
+        Column('key', 'key'),
+        *(Column(f'{group}{name}', name, f'group {group}') for group in range(groups) for name in ('x', 'y')),
+    ]
+    return Table(
+        'small',
+        f'Of {text}',
+        columns,
+        [
+            [Label(text, f'100 % {text}'), *[Number(-0.0004, 3)] * (2 * groups)],
+            [text, *[Number(None, 3)] * (2 * groups)],
+        ],
+        [f'note on {text}'],
+    )
 
 
 def test_markdown():
     assert markdown_text(small_table()) == (
         '**Of a\\_b**\n\n| key | group 0 x | group 0 y |\n| :--- | ---: | ---: |\n'
-        '| 100 % a\\_b | 0.000 | 0.000 |\n| a\\_b | – | – |\n\n- note on a\\_b\n')
+        '| 100 % a\\_b | 0.000 | 0.000 |\n| a\\_b | – | – |\n\n- note on a\\_b\n'
+    )
 
 
 def test_a_wide_table_continues_below():

@@ -1,4 +1,5 @@
 """Poses and angles against geometry that can be done by hand."""
+
 import math
 
 import numpy as np
@@ -37,13 +38,20 @@ def test_a_pose_and_its_inverse_cancel(pose):
 
 @given(poses, poses)
 def test_relative_to_undoes_compose(reference, pose):
-    assert matrix(reference.compose(pose.relative_to(reference))) == pytest.approx(matrix(pose),
-                                                                                   abs=1e-9)
+    assert matrix(reference.compose(pose.relative_to(reference))) == pytest.approx(matrix(pose), abs=1e-9)
 
 
-@pytest.mark.parametrize('angle, wrapped', [
-    (0, 0), (math.pi, -math.pi), (-math.pi, -math.pi), (3 * math.pi / 2, -math.pi / 2),
-    (7 * math.pi, -math.pi), (-0.1, -0.1)])
+@pytest.mark.parametrize(
+    'angle, wrapped',
+    [
+        (0, 0),
+        (math.pi, -math.pi),
+        (-math.pi, -math.pi),
+        (3 * math.pi / 2, -math.pi / 2),
+        (7 * math.pi, -math.pi),
+        (-0.1, -0.1),
+    ],
+)
 def test_wrap_angle(angle, wrapped):
     assert wrap_angle(angle) == pytest.approx(wrapped)
 

@@ -1,4 +1,5 @@
 """Stamps: new, stale, restart."""
+
 from diff_encoder_sim.base.stamps import Step, Timeline
 
 
@@ -6,8 +7,16 @@ def test_stamps_are_sorted_into_new_stale_and_restart():
     timeline = Timeline(tolerance_ns=100)
     given = [0, 50, 50, 40, 1000, 901, 900, 899, 950]
     assert [timeline.advance(stamp) for stamp in given] == [
-        Step.NEW, Step.NEW, Step.STALE, Step.STALE, Step.NEW, Step.STALE, Step.STALE,
-        Step.RESTART, Step.NEW]
+        Step.NEW,
+        Step.NEW,
+        Step.STALE,
+        Step.STALE,
+        Step.NEW,
+        Step.STALE,
+        Step.STALE,
+        Step.RESTART,
+        Step.NEW,
+    ]
     assert timeline.newest_ns == 950
 
 

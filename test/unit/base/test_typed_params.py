@@ -1,4 +1,5 @@
 """A user's mistake gets one line: where, which key, what was given, what is allowed."""
+
 import math
 
 import pytest
@@ -9,13 +10,33 @@ from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 from diff_encoder_sim.odometry.wheel_odometry import OdometryParams
 
 
-@pytest.mark.parametrize('key, value', [
-    ('ppr', 0), ('ppr', -90), ('ppr', math.nan), ('ppr', math.inf), ('ppr', 'ninety'),
-    ('ppr', True), ('ppr', None), ('ppr', [90]), ('ppr', {'left': 90}),
-    ('ppr', {'left': 90, 'right': 0}), ('ppr', {'left': 90, 'right': 90, 'middle': 1}),
-    ('rate', 0), ('rate', '20'), ('rate', math.nan), ('rate', 1e9), ('counter_modulus', -1),
-    ('counter_modulus', 1), ('counter_modulus', 2.5), ('counter_modulus', 2 ** 64),
-    ('left_joint', ''), ('left_joint', 3), ('left_joint', 'right_wheel_joint')])
+@pytest.mark.parametrize(
+    'key, value',
+    [
+        ('ppr', 0),
+        ('ppr', -90),
+        ('ppr', math.nan),
+        ('ppr', math.inf),
+        ('ppr', 'ninety'),
+        ('ppr', True),
+        ('ppr', None),
+        ('ppr', [90]),
+        ('ppr', {'left': 90}),
+        ('ppr', {'left': 90, 'right': 0}),
+        ('ppr', {'left': 90, 'right': 90, 'middle': 1}),
+        ('rate', 0),
+        ('rate', '20'),
+        ('rate', math.nan),
+        ('rate', 1e9),
+        ('counter_modulus', -1),
+        ('counter_modulus', 1),
+        ('counter_modulus', 2.5),
+        ('counter_modulus', 2**64),
+        ('left_joint', ''),
+        ('left_joint', 3),
+        ('left_joint', 'right_wheel_joint'),
+    ],
+)
 def test_bad_encoder_values_are_refused_in_one_line(key, value):
     with pytest.raises(ConfigError, match='^robot.yaml: ') as caught:
         EncoderParams.from_mapping({key: value}, 'robot.yaml')
@@ -52,19 +73,24 @@ def test_params_cannot_be_changed_afterwards():
 
 
 def test_a_shared_file_serves_several_structs_and_still_finds_misspellings():
-    encoder, odometry = split_params({'ppr': 40, 'rate': 10.0, 'wheel_diameter': 0.3}, 'c.yaml',
-                                     EncoderParams, OdometryParams)
+    encoder, odometry = split_params(
+        {'ppr': 40, 'rate': 10.0, 'wheel_diameter': 0.3}, 'c.yaml', EncoderParams, OdometryParams
+    )
     assert (encoder.rate, odometry.wheel_diameter, odometry.ppr.left) == (10.0, 0.3, 40)
     with pytest.raises(ConfigError, match="c.yaml: wheel_diametre: unknown.*'wheel_diameter'"):
         split_params({'wheel_diametre': 0.3}, 'c.yaml', EncoderParams, OdometryParams)
 
 
-@pytest.mark.parametrize('content, complaint', [
-    (b'ppr: [1', 'line 1.*not valid YAML'),
-    (b'- a\n- b\n', 'given a list'),
-    (b'ppr: !!python/object/apply:os.system ["false"]', 'not valid YAML'),
-    (b'\xff\xfe\x00', 'cannot be read|not valid YAML'),
-    (b'ppr: 0\n', 'ppr: given 0')])
+@pytest.mark.parametrize(
+    'content, complaint',
+    [
+        (b'ppr: [1', 'line 1.*not valid YAML'),
+        (b'- a\n- b\n', 'given a list'),
+        (b'ppr: !!python/object/apply:os.system ["false"]', 'not valid YAML'),
+        (b'\xff\xfe\x00', 'cannot be read|not valid YAML'),
+        (b'ppr: 0\n', 'ppr: given 0'),
+    ],
+)
 def test_a_bad_file_is_named(tmp_path, content, complaint):
     path = tmp_path / 'bad.yaml'
     path.write_bytes(content)

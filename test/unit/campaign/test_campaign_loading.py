@@ -1,4 +1,5 @@
 """Campaign files: what they mean, and what is wrong with them before anything runs."""
+
 import datetime
 import math
 import random
@@ -42,12 +43,19 @@ def test_jobs_come_by_test_then_varied_parameters_then_ppr_then_trial(tmp_path):
     campaign = small_campaign(tmp_path, vary=VARY)
     jobs = campaign.jobs()
     assert [job.index for job in jobs] == list(range(2 * 4 * 2 * 2))
-    told = [(cell.test.name, dict(cell.varied)[MODULUS], dict(cell.varied)[NOISE],
-             cell.ppr.left, job.trial)
-            for job in jobs for cell in [campaign.cells[job.cell_index]]]
-    assert told == [(test, modulus, noise, ppr, trial) for test in ('SL', 'SMT')
-                    for modulus in (0, 65536) for noise in (0.01, 0.03)
-                    for ppr in (40, 90) for trial in (1, 2)]
+    told = [
+        (cell.test.name, dict(cell.varied)[MODULUS], dict(cell.varied)[NOISE], cell.ppr.left, job.trial)
+        for job in jobs
+        for cell in [campaign.cells[job.cell_index]]
+    ]
+    assert told == [
+        (test, modulus, noise, ppr, trial)
+        for test in ('SL', 'SMT')
+        for modulus in (0, 65536)
+        for noise in (0.01, 0.03)
+        for ppr in (40, 90)
+        for trial in (1, 2)
+    ]
 
 
 def test_equal_trials_have_equal_seeds_in_every_cell(tmp_path):
@@ -61,8 +69,12 @@ def test_equal_trials_have_equal_seeds_in_every_cell(tmp_path):
 
 
 def test_a_trial_is_told_as_trial_launch_tells_it(tmp_path):
-    campaign = small_campaign(tmp_path, nav='scripted', ppr=[{'left': 40, 'right': 90}], set={
-        'config.wheel_separation': 0.41, 'config.wheel_diameter': 0.19})
+    campaign = small_campaign(
+        tmp_path,
+        nav='scripted',
+        ppr=[{'left': 40, 'right': 90}],
+        set={'config.wheel_separation': 0.41, 'config.wheel_diameter': 0.19},
+    )
     trial = campaign.trial_of(campaign.jobs()[1])
     assert (trial.ppr.left, trial.ppr.right, trial.number) == (40, 90, 2)
     assert (trial.nav, trial.odom, trial.test.name) == ('scripted', 'encoder', 'SL')
@@ -70,10 +82,17 @@ def test_a_trial_is_told_as_trial_launch_tells_it(tmp_path):
 
 
 def test_parameters_reach_their_structs_and_others_stay(tmp_path):
-    campaign = small_campaign(tmp_path, vary=VARY, set={
-        'simulator.wheel_errors.slip_noise': 1e-6, 'amcl.max_particles': 500,
-        'navigation.DWAPlannerROS.max_vel_x': 0.3, 'lockstep.command': 0.05,
-        'navigation.local_costmap.footprint': [[0.3, 0.3], [0.3, -0.3], [-0.3, 0.0]]})
+    campaign = small_campaign(
+        tmp_path,
+        vary=VARY,
+        set={
+            'simulator.wheel_errors.slip_noise': 1e-6,
+            'amcl.max_particles': 500,
+            'navigation.DWAPlannerROS.max_vel_x': 0.3,
+            'lockstep.command': 0.05,
+            'navigation.local_costmap.footprint': [[0.3, 0.3], [0.3, -0.3], [-0.3, 0.0]],
+        },
+    )
     for cell in campaign.cells:
         params, varied = cell.robot_params, dict(cell.varied)
         assert params.simulator.lidar.noise == varied[NOISE]
@@ -88,68 +107,104 @@ def test_parameters_reach_their_structs_and_others_stay(tmp_path):
 
 def test_the_command_line_comes_before_the_file(tmp_path):
     path = str(campaign_file(tmp_path))
-    params = load_campaign(path, ROOT, {'tests': ['SMT'], 'ppr': [1024.0], 'trials': 7,
-                                        'record': 'none', 'seed': None}).params
+    params = load_campaign(
+        path, ROOT, {'tests': ['SMT'], 'ppr': [1024.0], 'trials': 7, 'record': 'none', 'seed': None}
+    ).params
     assert (params.tests, params.trials, params.record, params.seed) == (['SMT'], 7, 'none', 0)
     assert params.ppr[0].left == 1024
 
 
-@pytest.mark.parametrize('replace, expected', [
-    ({'trials': 0}, 'trials: given 0; allowed: greater than or equal to 1'),
-    ({'ppr': [40, -1]}, 'ppr.1: given -1; allowed: a finite number greater than 0'),
-    ({'ppr': [40, 40]}, 'ppr: given 40 2 times; allowed: once'),
-    ({'tests': ['XX']}, "test: given 'XX'; allowed: DLD, SL, SMT"),
-    ({'record': 'all'}, "record: given 'all'; allowed: 'full', 'minimal' or 'none'")])
+@pytest.mark.parametrize(
+    'replace, expected',
+    [
+        ({'trials': 0}, 'trials: given 0; allowed: greater than or equal to 1'),
+        ({'ppr': [40, -1]}, 'ppr.1: given -1; allowed: a finite number greater than 0'),
+        ({'ppr': [40, 40]}, 'ppr: given 40 2 times; allowed: once'),
+        ({'tests': ['XX']}, "test: given 'XX'; allowed: DLD, SL, SMT"),
+        ({'record': 'all'}, "record: given 'all'; allowed: 'full', 'minimal' or 'none'"),
+    ],
+)
 def test_a_mistake_on_the_command_line_is_not_blamed_on_the_file(tmp_path, replace, expected):
     assert complaint(tmp_path, replace).startswith(expected)
 
 
-@pytest.mark.parametrize('changes, expected', [
-    ({'trails': 3}, "trails: unknown key; did you mean 'trials'"), ({'overrides': {}}, 'overrides: unk'),
-    ({'name': None}, 'name: missing'), ({'tests': None}, 'tests: missing'), ({'ppr': None}, 'ppr: missing'),
-    ({'name': ''}, 'name: given'), ({'name': 3}, 'name: given 3'), ({'tests': []}, 'tests: given \\[\\]'),
-    ({'tests': 'SL'}, "tests: given 'SL'"), ({'tests': [3]}, 'tests.0: given 3'), ({'ppr': []}, 'ppr: given'),
-    ({'ppr': 40}, 'ppr: given 40'), ({'ppr': ['40']}, "ppr.0: given '40'"), ({'ppr': [0]}, 'ppr.0: given 0'),
-    ({'ppr': [math.nan]}, 'ppr.0: given nan'), ({'ppr': [math.inf]}, 'ppr.0: given inf'),
-    ({'ppr': [True]}, 'ppr.0: given True'), ({'ppr': [{'left': 40}]}, 'ppr.0.right: missing'),
-    ({'ppr': [90, 40, 90.0]}, 'ppr: given 90 2 times'),
-    ({'ppr': [90, {'left': 90, 'right': 90}]}, 'ppr: given 90 2 times'),
-    ({'ppr': [1000001, 1000002]}, 'ppr: given 1e.06 2 times'),
-    ({'trials': 0}, 'trials: given 0'), ({'trials': 1.5}, 'trials: given 1.5'),
-    ({'trials': 10 ** 30}, 'trials: given 10+; allowed: less than or equal to 1000000'),
-    ({'trials': 900_000}, 'given 4 cells of 900000 trials; allowed: 10000 cells, 1000000 trials'),
-    ({'seed': -1}, 'seed: given -1'), ({'seed': 2 ** 70}, 'seed: given'), ({'nav': 'upstream'}, "nav: given 'up"),
-    ({'record': 'everything'}, "record: given 'every"), ({'set': []}, 'set: given'), ({'vary': [1]}, 'vary: given'),
-    ({'tests': ['SL', 'SL']}, 'tests: given SL 2 times'), ({'tests': ['XX']}, "test: given 'XX'; allowed: DLD"),
-    ({'tests': ['none.yaml']}, "test: given '.*none.yaml'"), ({'robot': 'no.xacro'}, 'no.xacro: no such robot'),
-    ({'tests': ['DLD'], 'nav': 'scripted'}, 'nav: given scripted, but DLD has no drive; allowed: embedded'),
-    ({'set': {1: 2}}, 'set.1'), ({'set': {'amcl': 1}}, 'amcl: unknown key'),
-    ({'set': {'slam.delta': 1}}, 'slam.delta: unknown key'),
-    ({'set': {'simulator.lidar.nois': 0.1}}, "nois: unknown key; did you mean 'simulator.lidar.noise'"),
-    ({'set': {'simulator.lidar': {'noise': 0.1}}}, 'simulator.lidar: unknown key'),
-    ({'set': {'simulator.lidar.noise.x': 0.1}}, 'noise.x: unknown key'),
-    ({'set': {'config.ppr': 40}}, "config.ppr: every trial sets it; allowed: the campaign's ppr"),
-    ({'set': {'amcl.initial_pose_x': 1.0}}, "initial_pose_x: every trial sets it; allowed: the test's start"),
-    ({'set': {NOISE: -1}}, 'simulator: lidar.noise: given -1; allowed: greater than or equal to 0'),
-    ({'set': {NOISE: math.nan}}, 'simulator: lidar.noise: given nan; allowed: a finite number'),
-    ({'set': {NOISE: '0.1'}}, "lidar.noise: given '0.1'"), ({'set': {NOISE: None}}, 'noise: given None'),
-    ({'set': {MODULUS: 1}}, 'config: counter_modulus: given 1'), ({'set': {MODULUS: 1.5}}, 'modulus: given 1.5'),
-    ({'set': {'amcl.max_particles': 50}}, 'amcl: .*at most max_particles'),
-    ({'set': {'navigation.DWAPlannerROS.latch_xy_goal_tolerance': False}}, 'given False has no effect: another key'),
-    ({'vary': {NOISE: 0.1}}, 'vary.simulator.lidar.noise: given 0.1'),
-    ({'vary': {NOISE: []}}, 'vary.simulator.lidar.noise: given'),
-    ({'vary': {NOISE: [0.1, 0.1]}}, 'simulator.lidar.noise: given 0.1 2 times; allowed: once'),
-    ({'vary': {NOISE: [0.1, 'much']}}, "lidar.noise: given 'much'"),
-    ({'vary': {NOISE: [datetime.date(2020, 1, 1)]}}, 'lidar.noise: given datetime'),
-    # Where ROS is imported, PyYAML reads !!binary as a class of xmlrpc's.
-    ({'vary': {NOISE: [b'much']}}, 'lidar.noise: given'), ({'vary': {NOISE: [{1, 2}]}}, 'noise: given {1, 2}'),
-    ({'vary': {NOISE: [0.1]}, 'set': {NOISE: 0.2}}, 'given under set and vary; allowed: one of them'),
-    ({'vary': {NOISE: [n / 1e5 for n in range(9999)]}}, 'given 39996 cells of 2 trials'),
-    ({'vary': {NOISE: list(range(1000)), MODULUS: list(range(1000)), 'amcl.kld_err': [1] * 1000}},
-     'given 4000000000 cells'),
-    ({'set': {'simulator.left_joint': 'wheel', 'config.left_joint': 'wheel'}}, "joint 'wheel' is missing"),
-    ({'set': {'config.left_joint': 'wheel'}}, "config.left_joint: given 'wheel'; allowed: .* left_wheel_joint or"),
-    ({'vary': {'simulator.laser_link': ['laser', 'nose']}}, "link 'nose' is missing")])
+@pytest.mark.parametrize(
+    'changes, expected',
+    [
+        ({'trails': 3}, "trails: unknown key; did you mean 'trials'"),
+        ({'overrides': {}}, 'overrides: unk'),
+        ({'name': None}, 'name: missing'),
+        ({'tests': None}, 'tests: missing'),
+        ({'ppr': None}, 'ppr: missing'),
+        ({'name': ''}, 'name: given'),
+        ({'name': 3}, 'name: given 3'),
+        ({'tests': []}, 'tests: given \\[\\]'),
+        ({'tests': 'SL'}, "tests: given 'SL'"),
+        ({'tests': [3]}, 'tests.0: given 3'),
+        ({'ppr': []}, 'ppr: given'),
+        ({'ppr': 40}, 'ppr: given 40'),
+        ({'ppr': ['40']}, "ppr.0: given '40'"),
+        ({'ppr': [0]}, 'ppr.0: given 0'),
+        ({'ppr': [math.nan]}, 'ppr.0: given nan'),
+        ({'ppr': [math.inf]}, 'ppr.0: given inf'),
+        ({'ppr': [True]}, 'ppr.0: given True'),
+        ({'ppr': [{'left': 40}]}, 'ppr.0.right: missing'),
+        ({'ppr': [90, 40, 90.0]}, 'ppr: given 90 2 times'),
+        ({'ppr': [90, {'left': 90, 'right': 90}]}, 'ppr: given 90 2 times'),
+        ({'ppr': [1000001, 1000002]}, 'ppr: given 1e.06 2 times'),
+        ({'trials': 0}, 'trials: given 0'),
+        ({'trials': 1.5}, 'trials: given 1.5'),
+        ({'trials': 10**30}, 'trials: given 10+; allowed: less than or equal to 1000000'),
+        ({'trials': 900_000}, 'given 4 cells of 900000 trials; allowed: 10000 cells, 1000000 trials'),
+        ({'seed': -1}, 'seed: given -1'),
+        ({'seed': 2**70}, 'seed: given'),
+        ({'nav': 'upstream'}, "nav: given 'up"),
+        ({'record': 'everything'}, "record: given 'every"),
+        ({'set': []}, 'set: given'),
+        ({'vary': [1]}, 'vary: given'),
+        ({'tests': ['SL', 'SL']}, 'tests: given SL 2 times'),
+        ({'tests': ['XX']}, "test: given 'XX'; allowed: DLD"),
+        ({'tests': ['none.yaml']}, "test: given '.*none.yaml'"),
+        ({'robot': 'no.xacro'}, 'no.xacro: no such robot'),
+        ({'tests': ['DLD'], 'nav': 'scripted'}, 'nav: given scripted, but DLD has no drive; allowed: embedded'),
+        ({'set': {1: 2}}, 'set.1'),
+        ({'set': {'amcl': 1}}, 'amcl: unknown key'),
+        ({'set': {'slam.delta': 1}}, 'slam.delta: unknown key'),
+        ({'set': {'simulator.lidar.nois': 0.1}}, "nois: unknown key; did you mean 'simulator.lidar.noise'"),
+        ({'set': {'simulator.lidar': {'noise': 0.1}}}, 'simulator.lidar: unknown key'),
+        ({'set': {'simulator.lidar.noise.x': 0.1}}, 'noise.x: unknown key'),
+        ({'set': {'config.ppr': 40}}, "config.ppr: every trial sets it; allowed: the campaign's ppr"),
+        ({'set': {'amcl.initial_pose_x': 1.0}}, "initial_pose_x: every trial sets it; allowed: the test's start"),
+        ({'set': {NOISE: -1}}, 'simulator: lidar.noise: given -1; allowed: greater than or equal to 0'),
+        ({'set': {NOISE: math.nan}}, 'simulator: lidar.noise: given nan; allowed: a finite number'),
+        ({'set': {NOISE: '0.1'}}, "lidar.noise: given '0.1'"),
+        ({'set': {NOISE: None}}, 'noise: given None'),
+        ({'set': {MODULUS: 1}}, 'config: counter_modulus: given 1'),
+        ({'set': {MODULUS: 1.5}}, 'modulus: given 1.5'),
+        ({'set': {'amcl.max_particles': 50}}, 'amcl: .*at most max_particles'),
+        (
+            {'set': {'navigation.DWAPlannerROS.latch_xy_goal_tolerance': False}},
+            'given False has no effect: another key',
+        ),
+        ({'vary': {NOISE: 0.1}}, 'vary.simulator.lidar.noise: given 0.1'),
+        ({'vary': {NOISE: []}}, 'vary.simulator.lidar.noise: given'),
+        ({'vary': {NOISE: [0.1, 0.1]}}, 'simulator.lidar.noise: given 0.1 2 times; allowed: once'),
+        ({'vary': {NOISE: [0.1, 'much']}}, "lidar.noise: given 'much'"),
+        ({'vary': {NOISE: [datetime.date(2020, 1, 1)]}}, 'lidar.noise: given datetime'),
+        # Where ROS is imported, PyYAML reads !!binary as a class of xmlrpc's.
+        ({'vary': {NOISE: [b'much']}}, 'lidar.noise: given'),
+        ({'vary': {NOISE: [{1, 2}]}}, 'noise: given {1, 2}'),
+        ({'vary': {NOISE: [0.1]}, 'set': {NOISE: 0.2}}, 'given under set and vary; allowed: one of them'),
+        ({'vary': {NOISE: [n / 1e5 for n in range(9999)]}}, 'given 39996 cells of 2 trials'),
+        (
+            {'vary': {NOISE: list(range(1000)), MODULUS: list(range(1000)), 'amcl.kld_err': [1] * 1000}},
+            'given 4000000000 cells',
+        ),
+        ({'set': {'simulator.left_joint': 'wheel', 'config.left_joint': 'wheel'}}, "joint 'wheel' is missing"),
+        ({'set': {'config.left_joint': 'wheel'}}, "config.left_joint: given 'wheel'; allowed: .* left_wheel_joint or"),
+        ({'vary': {'simulator.laser_link': ['laser', 'nose']}}, "link 'nose' is missing"),
+    ],
+)
 def test_a_mistake_in_the_file_is_named(tmp_path, changes, expected):
     text = complaint(tmp_path, **changes)
     assert text.startswith(str(tmp_path / 'small.yaml')) and re.search(expected, text), text
@@ -176,9 +231,33 @@ def test_an_unknown_campaign_is_named(name):
 
 def test_values_drawn_at_random_are_taken_or_named_in_one_line(tmp_path):
     draw = random.Random(5)
-    values = [None, True, 0, -1, 3, 10 ** 20, 1.5, math.nan, -math.inf, '', 'SL', 'a\nb', '../x', [], [None],
-              [[]], ['SL'], [40], {}, {'a': 1}, {'config.rate': 10.0}, {'config.rate': [5.0, 10.0]}, {'': []},
-              {'a\nb': 1}, {'a\nb': [1]}]
+    values = [
+        None,
+        True,
+        0,
+        -1,
+        3,
+        10**20,
+        1.5,
+        math.nan,
+        -math.inf,
+        '',
+        'SL',
+        'a\nb',
+        '../x',
+        [],
+        [None],
+        [[]],
+        ['SL'],
+        [40],
+        {},
+        {'a': 1},
+        {'config.rate': 10.0},
+        {'config.rate': [5.0, 10.0]},
+        {'': []},
+        {'a\nb': 1},
+        {'a\nb': [1]},
+    ]
     keys = ['name', 'tests', 'ppr', 'trials', 'seed', 'nav', 'record', 'robot', 'set', 'vary', 'extra']
     refused = 0
     for _ in range(300):
@@ -196,14 +275,18 @@ def test_values_drawn_at_random_are_taken_or_named_in_one_line(tmp_path):
 def test_bag_names_say_what_was_varied_and_stay_in_their_folder(tmp_path):
     campaign = small_campaign(tmp_path, vary=VARY, tests=['SL'], ppr=[{'left': 40, 'right': 90}])
     assert [campaign.bag_name(job) for job in campaign.jobs()][:3] == [
-        'SL_40-90_counter_modulus0_noise0.01_001.bag', 'SL_40-90_counter_modulus0_noise0.01_002.bag',
-        'SL_40-90_counter_modulus0_noise0.03_001.bag']
+        'SL_40-90_counter_modulus0_noise0.01_001.bag',
+        'SL_40-90_counter_modulus0_noise0.01_002.bag',
+        'SL_40-90_counter_modulus0_noise0.03_001.bag',
+    ]
     names = ['a_b', 'A_B', 'a.b', 'v' * 60]
     for index, name in enumerate(names):
-        (tmp_path / f'{index}.yaml').write_text(yaml.safe_dump(
-            {'name': name, 'world': 'hallway', 'drive': [{'straight': 1}]}))
-    campaign = small_campaign(tmp_path, tests=[f'{index}.yaml' for index in range(len(names))],
-                              nav='scripted', ppr=[40])
+        (tmp_path / f'{index}.yaml').write_text(
+            yaml.safe_dump({'name': name, 'world': 'hallway', 'drive': [{'straight': 1}]})
+        )
+    campaign = small_campaign(
+        tmp_path, tests=[f'{index}.yaml' for index in range(len(names))], nav='scripted', ppr=[40]
+    )
     bags = [campaign.bag_name(job) for job in campaign.jobs()]
     assert len({bag.lower() for bag in bags}) == len(names) * 2
     assert all(re.fullmatch(r'[A-Za-z0-9_.+-]{1,200}', bag) and '/' not in bag for bag in bags)

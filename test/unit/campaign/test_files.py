@@ -1,4 +1,5 @@
 """The files that trials read, sent by content and written down where they run."""
+
 import multiprocessing
 import os
 import pickle
@@ -23,8 +24,9 @@ def paper_tests(package=ROOT, names=('SL', 'SMT', 'DLD')):
 
 
 def collected(package=ROOT, robot=None, needs_maps=True, names=('SL', 'SMT', 'DLD')):
-    return collect(paper_tests(package, names), package / 'worlds',
-                   robot or package / 'urdf' / 'alto.urdf.xacro', needs_maps)
+    return collect(
+        paper_tests(package, names), package / 'worlds', robot or package / 'urdf' / 'alto.urdf.xacro', needs_maps
+    )
 
 
 def _materialise(files, folder, barrier):
@@ -50,14 +52,13 @@ def test_it_is_small_on_its_way():
 def test_processes_that_write_at_once_leave_one_whole_folder(tmp_path):
     context = multiprocessing.get_context('fork')
     files, barrier = collected(), context.Barrier(4)
-    writers = [context.Process(target=_materialise, args=(files, tmp_path, barrier))
-               for _ in range(4)]
+    writers = [context.Process(target=_materialise, args=(files, tmp_path, barrier)) for _ in range(4)]
     for writer in writers:
         writer.start()
     for writer in writers:
         writer.join(30)
     assert [writer.exitcode for writer in writers] == [0] * 4
-    folder, = tmp_path.iterdir()
+    (folder,) = tmp_path.iterdir()
     written = {str(path.relative_to(folder)) for path in folder.rglob('*') if path.is_file()}
     assert written == set(files.contents)
 
@@ -66,8 +67,9 @@ def test_who_comes_second_is_content_with_what_is_there(tmp_path, monkeypatch):
     files, rename = collected(), os.rename
 
     def rename_too_late(unfinished, place):
-        shutil.copytree(unfinished, place)      # the other process was first
+        shutil.copytree(unfinished, place)  # the other process was first
         rename(unfinished, place)
+
     monkeypatch.setattr(os, 'rename', rename_too_late)
     assert files.materialise(tmp_path).robot.read_bytes() == ROBOT.read_bytes()
     assert len(list(tmp_path.iterdir())) == 1
@@ -99,7 +101,7 @@ def test_other_content_goes_to_another_folder(tmp_path):
 def test_a_maps_image_may_lie_elsewhere(tmp_path):
     package = package_copy(tmp_path / 'package')
     path = package / 'worlds' / 'hallway.yaml'
-    image = tmp_path / 'pictures' / 'hallway.yaml'      # of a name that the map's own file has
+    image = tmp_path / 'pictures' / 'hallway.yaml'  # of a name that the map's own file has
     image.parent.mkdir()
     (package / 'worlds' / 'hallway.pgm').rename(image)
     path.write_text(yaml.safe_dump({**yaml.safe_load(path.read_text()), 'image': str(image)}))
@@ -117,12 +119,23 @@ def test_a_map_is_only_needed_to_navigate(tmp_path):
     assert placed.worlds['SL'].map == '' and placed.worlds['SMT'].map != ''
 
 
-@pytest.mark.parametrize('name, content, expected', [
-    ('worlds/hallway.world', '<sdf', 'not valid XML'), ('worlds/hallway.world', None, "world: given 'hallway'"),
-    ('worlds/hallway.pgm', 'P5 1', 'hallway.pgm: '), ('worlds/hallway.yaml', 'image: no.pgm', 'hallway.yaml: '),
-    ('urdf/alto.urdf.xacro', '<robot', 'not a valid xacro'), ('urdf/alto.urdf.xacro', None, 'no such robot file'),
-    ('urdf/alto.urdf.xacro', '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="r">'
-                             '<xacro:include filename="other.xacro"/></robot>', 'includes other files')])
+@pytest.mark.parametrize(
+    'name, content, expected',
+    [
+        ('worlds/hallway.world', '<sdf', 'not valid XML'),
+        ('worlds/hallway.world', None, "world: given 'hallway'"),
+        ('worlds/hallway.pgm', 'P5 1', 'hallway.pgm: '),
+        ('worlds/hallway.yaml', 'image: no.pgm', 'hallway.yaml: '),
+        ('urdf/alto.urdf.xacro', '<robot', 'not a valid xacro'),
+        ('urdf/alto.urdf.xacro', None, 'no such robot file'),
+        (
+            'urdf/alto.urdf.xacro',
+            '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="r">'
+            '<xacro:include filename="other.xacro"/></robot>',
+            'includes other files',
+        ),
+    ],
+)
 def test_a_bad_file_is_named_before_anything_runs(tmp_path, name, content, expected):
     package = package_copy(tmp_path / 'package')
     (package / 'urdf' / 'other.xacro').write_text('<robot/>')
@@ -142,6 +155,7 @@ def test_a_file_is_replaced_whole_or_not_at_all(tmp_path, monkeypatch):
 
     def full(*_):
         raise OSError(28, 'No space left on device')
+
     monkeypatch.setattr(atomic.os, 'fsync', full)
     with pytest.raises(OSError, match='No space left') as caught:
         atomic.write_file(path, b'newer')

@@ -1,4 +1,5 @@
 """What a campaign says of its progress and of its outcome."""
+
 import io
 
 from diff_encoder_sim.campaign.progress import ProgressBar, ProgressLines, outcome_table, progress_on
@@ -80,7 +81,10 @@ def test_a_terminal_gets_a_bar_with_the_same_text():
 def test_outcomes_are_counted_by_cell():
     rows = [row(), row('lost'), row(), row(ppr='90'), row('collision', 'SMT', '90')]
     assert [line.split() for line in outcome_table(rows).splitlines()[2:]] == [
-        ['SL', '40', '3', '2', '0', '1'], ['SL', '90', '1', '1', '0', '0'], ['SMT', '90', '1', '0', '1', '0']]
+        ['SL', '40', '3', '2', '0', '1'],
+        ['SL', '90', '1', '1', '0', '0'],
+        ['SMT', '90', '1', '0', '1', '0'],
+    ]
     assert outcome_table(rows).split()[:6] == ['test', 'PPR', 'trials', 'succeeded', 'collision', 'lost']
 
 

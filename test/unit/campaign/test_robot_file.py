@@ -1,4 +1,5 @@
 """A robot of one's own in a campaign: config/alto.yaml as the pattern."""
+
 import shutil
 
 import pytest
@@ -36,8 +37,9 @@ def test_the_pattern_is_the_packages_own_robot():
 
 def test_a_robots_numbers_reach_every_cell_and_its_trials(tmp_path):
     other = campaign(robot_file(tmp_path, config__wheel_separation=0.5, simulator__lidar__noise=0.02))
-    assert {(cell.robot_params.odometry.wheel_separation, cell.robot_params.simulator.lidar.noise)
-            for cell in other.cells} == {(0.5, 0.02)}
+    assert {
+        (cell.robot_params.odometry.wheel_separation, cell.robot_params.simulator.lidar.noise) for cell in other.cells
+    } == {(0.5, 0.02)}
     assert other.trial_of(other.jobs()[0]).wheel_separation == 0.5
     assert other.fingerprint() != load_campaign('quick', ROOT).fingerprint()
 
@@ -45,16 +47,27 @@ def test_a_robots_numbers_reach_every_cell_and_its_trials(tmp_path):
 def test_what_a_campaign_sets_comes_before_the_robots(tmp_path):
     robot = robot_file(tmp_path, simulator__lidar__noise=0.02)
     path = tmp_path / 'campaign.yaml'
-    path.write_text(yaml.safe_dump({'name': 'n', 'tests': ['SL'], 'ppr': [90], 'robot': robot.name,
-                                    'set': {'simulator.lidar.noise': 0.05}}), encoding='utf-8')
-    cell, = load_campaign(str(path), ROOT).cells
+    path.write_text(
+        yaml.safe_dump(
+            {'name': 'n', 'tests': ['SL'], 'ppr': [90], 'robot': robot.name, 'set': {'simulator.lidar.noise': 0.05}}
+        ),
+        encoding='utf-8',
+    )
+    (cell,) = load_campaign(str(path), ROOT).cells
     assert cell.robot_params.simulator.lidar.noise == 0.05
 
 
-@pytest.mark.parametrize('overrides, texts', [
-    ({'config__wheel_diametre': 0.2}, ['robot.yaml', 'config.wheel_diametre', "did you mean 'config.wheel_diameter'"]),
-    ({'config__wheel_diameter': -1.0}, ['wheel_diameter', '-1.0', 'greater than 0']),
-    ({'config__left_joint': 'left', 'simulator__left_joint': 'left'}, ["joint 'left' is missing"])])
+@pytest.mark.parametrize(
+    'overrides, texts',
+    [
+        (
+            {'config__wheel_diametre': 0.2},
+            ['robot.yaml', 'config.wheel_diametre', "did you mean 'config.wheel_diameter'"],
+        ),
+        ({'config__wheel_diameter': -1.0}, ['wheel_diameter', '-1.0', 'greater than 0']),
+        ({'config__left_joint': 'left', 'simulator__left_joint': 'left'}, ["joint 'left' is missing"]),
+    ],
+)
 def test_a_bad_number_is_named(tmp_path, overrides, texts):
     with pytest.raises(ConfigError) as error:
         campaign(robot_file(tmp_path, **overrides))
@@ -62,8 +75,15 @@ def test_a_bad_number_is_named(tmp_path, overrides, texts):
         assert text in str(error.value)
 
 
-@pytest.mark.parametrize('content, text', [('urdf: 3', 'urdf: given 3'), ('set: {}', 'urdf: missing'),
-                                           ('urdf: none.xacro', 'none.xacro'), ('[1', 'not valid YAML')])
+@pytest.mark.parametrize(
+    'content, text',
+    [
+        ('urdf: 3', 'urdf: given 3'),
+        ('set: {}', 'urdf: missing'),
+        ('urdf: none.xacro', 'none.xacro'),
+        ('[1', 'not valid YAML'),
+    ],
+)
 def test_a_bad_robot_file_is_named(tmp_path, content, text):
     path = tmp_path / 'robot.yaml'
     path.write_text(content, encoding='utf-8')

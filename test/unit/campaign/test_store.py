@@ -1,4 +1,5 @@
 """The results folder from its beginning to its end, what is not overwritten, and a full disk."""
+
 import csv
 import errno
 import json
@@ -17,15 +18,16 @@ from diff_encoder_sim.campaign.store import ResultStore
 
 # ---- a folder from its beginning to its end
 
+
 def test_the_table_is_in_job_order_whatever_the_order_of_ends(campaign, tmp_path, whole):
     jobs = campaign.jobs()
     assert run(campaign, tmp_path / 'turned', reversed(jobs)) == whole
     with open(tmp_path / 'turned' / 'trials.csv', newline='', encoding='utf-8') as file:
         rows = list(csv.DictReader(file))
     assert [(row['ppr'], row[NOISE], row['trial'], row['seed']) for row in rows] == [
-        (ppr, noise, trial, trial) for noise in ('0.01', '0.03') for ppr in ('40', '90') for trial in '12']
-    assert {row['bag'] for row in rows} == {
-        f'bags/{path.name}' for path in (tmp_path / 'turned' / 'bags').iterdir()}
+        (ppr, noise, trial, trial) for noise in ('0.01', '0.03') for ppr in ('40', '90') for trial in '12'
+    ]
+    assert {row['bag'] for row in rows} == {f'bags/{path.name}' for path in (tmp_path / 'turned' / 'bags').iterdir()}
 
 
 def test_each_row_is_on_the_disk_at_once_and_comes_once(campaign, tmp_path):
@@ -45,7 +47,7 @@ def test_the_manifest_is_there_before_the_first_trial(campaign, tmp_path):
     assert manifest['fingerprint'] == campaign.fingerprint()
     assert manifest['configuration'] == json.loads(json.dumps(campaign.resolved()))
     assert manifest['seeds'] == {'first': 1, 'last': 2} and manifest['name'] == 'small'
-    about, = manifest['runs']
+    (about,) = manifest['runs']
     assert about['command'] == ['campaign', '--out', 'x'] and about['started'].endswith('+00:00')
     assert about['versions']['python'] == sys.version.split()[0] and about['versions']['numpy']
     assert about['versions']['diff_encoder_sim'] and about['machine']['memory_bytes'] > 1e8
@@ -57,7 +59,7 @@ def test_the_commit_is_the_packages_own(tmp_path):
     subprocess.run(['git', 'init', '-q', tmp_path], check=True)
     (tmp_path / 'package.xml').write_text('<package><version>9.9.9</version></package>')
     about = describe_run(tmp_path, [])
-    assert about['commit'] is None      # in a checkout, but not of it
+    assert about['commit'] is None  # in a checkout, but not of it
     assert about['versions']['diff_encoder_sim'] == '9.9.9'
     git = ['git', '-C', tmp_path, '-c', 'user.name=n', '-c', 'user.email=e@x']
     subprocess.run([*git, 'add', '.'], check=True)
@@ -77,6 +79,7 @@ def test_without_bags_there_is_no_folder_for_them(tmp_path):
 
 # ---- what is refused
 
+
 def test_another_configuration_is_refused_with_what_differs(campaign, tmp_path):
     kill(tmp_path / 'out', campaign, 1)
     before = {path: path.read_bytes() for path in (tmp_path / 'out').iterdir() if path.is_file()}
@@ -91,8 +94,11 @@ def test_another_configuration_is_refused_with_what_differs(campaign, tmp_path):
 
 def test_differences_are_found_at_any_depth():
     assert differences({'a': {'b': [1, 2]}, 'c': 0}, {'a': {'b': [1, 3, 4]}, 'd': 0}) == [
-        'a.b.1: 2 there, 3 here', "c: 0 there, '(absent)' here", "a.b.2: '(absent)' there, 4 here",
-        "d: '(absent)' there, 0 here"]
+        'a.b.1: 2 there, 3 here',
+        "c: 0 there, '(absent)' here",
+        "a.b.2: '(absent)' there, 4 here",
+        "d: '(absent)' there, 0 here",
+    ]
     assert differences({'a': {}}, {'a': []}) == []
 
 
@@ -139,8 +145,10 @@ def test_two_campaigns_do_not_write_into_one_folder(campaign, tmp_path):
 
 
 def test_a_lock_dies_with_its_process(campaign, tmp_path):
-    script = ('import fcntl, os, signal, sys; file = open(sys.argv[1], "ab"); '
-              'fcntl.flock(file, fcntl.LOCK_EX); os.kill(os.getpid(), signal.SIGKILL)')
+    script = (
+        'import fcntl, os, signal, sys; file = open(sys.argv[1], "ab"); '
+        'fcntl.flock(file, fcntl.LOCK_EX); os.kill(os.getpid(), signal.SIGKILL)'
+    )
     holder = subprocess.run([sys.executable, '-c', script, tmp_path / '.lock'], check=False)
     assert holder.returncode == -signal.SIGKILL
     with ResultStore(tmp_path, campaign, RUN) as store:
@@ -150,12 +158,14 @@ def test_a_lock_dies_with_its_process(campaign, tmp_path):
 def test_without_locks_there_is_a_warning(campaign, tmp_path, monkeypatch, caplog):
     def no_locks(*_):
         raise OSError(errno.ENOLCK, 'No locks available')
+
     monkeypatch.setattr(store_module.fcntl, 'flock', no_locks)
     with ResultStore(tmp_path, campaign, RUN):
         assert 'no locks' in caplog.text
 
 
 # ---- a full disk
+
 
 @pytest.fixture(name='full_disk')
 def fixture_full_disk():

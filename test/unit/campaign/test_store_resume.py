@@ -1,4 +1,5 @@
 """Campaigns that were killed and started again, and folders that were damaged in between."""
+
 import json
 import logging
 
@@ -48,8 +49,7 @@ def test_a_trial_whose_bag_is_gone_is_run_again(campaign, tmp_path, whole):
     bags[0].unlink()
     bags[5].unlink()
     with ResultStore(folder, campaign, RUN) as store:
-        assert [f'bags/{bag.name}' for bag in (bags[0], bags[5])] == [
-            store.bag_path(job) for job in store.pending()]
+        assert [f'bags/{bag.name}' for bag in (bags[0], bags[5])] == [store.bag_path(job) for job in store.pending()]
     assert run(campaign, folder) == whole and sorted((folder / 'bags').iterdir()) == bags
 
 
@@ -70,13 +70,21 @@ def test_lines_that_came_twice_or_from_an_editor_count_once(campaign, tmp_path, 
     assert run(campaign, folder) == whole
 
 
-@pytest.mark.parametrize('damage', [
-    lambda lines: [*lines[:2], b'SL,40,0.01,1', *lines[3:]], lambda lines: [*lines, b'x'],
-    lambda lines: [*lines, lines[2].replace(b'SL', b'XX')], lambda lines: [*lines, b'\0' * 30],
-    lambda lines: [*lines, b'\xff\xfe'], lambda lines: [*lines, b''], lambda lines: [*lines, b'"'],
-    lambda lines: [*lines, lines[1].replace(b'bags/', b'/etc/')],
-    lambda lines: [*lines, lines[1].replace(b',1,1,', b',1,2,')],
-    lambda lines: [lines[0].replace(b'_rad', b'_deg'), *lines[1:]]])
+@pytest.mark.parametrize(
+    'damage',
+    [
+        lambda lines: [*lines[:2], b'SL,40,0.01,1', *lines[3:]],
+        lambda lines: [*lines, b'x'],
+        lambda lines: [*lines, lines[2].replace(b'SL', b'XX')],
+        lambda lines: [*lines, b'\0' * 30],
+        lambda lines: [*lines, b'\xff\xfe'],
+        lambda lines: [*lines, b''],
+        lambda lines: [*lines, b'"'],
+        lambda lines: [*lines, lines[1].replace(b'bags/', b'/etc/')],
+        lambda lines: [*lines, lines[1].replace(b',1,1,', b',1,2,')],
+        lambda lines: [lines[0].replace(b'_rad', b'_deg'), *lines[1:]],
+    ],
+)
 def test_a_table_that_somebody_damaged_is_named_with_its_line_and_left_alone(campaign, tmp_path, damage):
     folder = tmp_path / 'out'
     lines = run(campaign, folder).splitlines()

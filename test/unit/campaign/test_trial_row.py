@@ -1,4 +1,5 @@
 """Rows of trials.csv: what they say, and that they read back."""
+
 import pytest
 
 from campaign_files import NOISE, row_of_job
@@ -8,8 +9,16 @@ from diff_encoder_sim.campaign.trial_row import csv_fields, csv_line, fields_of,
 def test_columns_carry_units():
     names = header([NOISE])
     assert names[:5] == ['test', 'ppr', NOISE, 'trial', 'seed'] and len(names) == len(set(names))
-    assert {'duration_s', 'odom_x_m', 'amcl_y_m', 'global_yaw_rad', 'world_x_m', 'distance_m',
-            'wall_time_s', 'bag'} <= set(names)
+    assert {
+        'duration_s',
+        'odom_x_m',
+        'amcl_y_m',
+        'global_yaw_rad',
+        'world_x_m',
+        'distance_m',
+        'wall_time_s',
+        'bag',
+    } <= set(names)
 
 
 def test_a_row_reads_back_exactly_but_for_wall_time(campaign):
@@ -20,16 +29,22 @@ def test_a_row_reads_back_exactly_but_for_wall_time(campaign):
 
 
 def test_what_there_is_none_of_is_empty(campaign):
-    row = row_of_job(campaign, campaign.jobs()[0], outcome='aborted',
-                     errors={'odom': None, 'amcl': None, 'world': (0.0, 1.0, 2.0)})
+    row = row_of_job(
+        campaign, campaign.jobs()[0], outcome='aborted', errors={'odom': None, 'amcl': None, 'world': (0.0, 1.0, 2.0)}
+    )
     fields = dict(zip(header([NOISE]), fields_of(row)))
     assert (fields['odom_x_m'], fields['global_yaw_rad'], fields['world_y_m']) == ('', '', '1.0')
     assert row_of(list(fields.values()), [NOISE]).errors == {
-        'odom': None, 'amcl': None, 'global': None, 'world': (0.0, 1.0, 2.0)}
+        'odom': None,
+        'amcl': None,
+        'global': None,
+        'world': (0.0, 1.0, 2.0),
+    }
 
 
-@pytest.mark.parametrize('reason', ['a, "quoted" one', 'two\nlines\r\n', 'nul\0 tab\t esc\x1b \x85\u2028',
-                                    'größer', "'", '\udc80'])
+@pytest.mark.parametrize(
+    'reason', ['a, "quoted" one', 'two\nlines\r\n', 'nul\0 tab\t esc\x1b \x85\u2028', 'größer', "'", '\udc80']
+)
 def test_whatever_the_reason_says_the_row_stays_a_line(campaign, reason):
     row = row_of_job(campaign, campaign.jobs()[0], outcome='lost', reason=reason)
     line = csv_line(fields_of(row))
@@ -40,8 +55,13 @@ def test_whatever_the_reason_says_the_row_stays_a_line(campaign, reason):
 def test_the_types_of_other_libraries_numbers_do_not_show(campaign):
     numpy = pytest.importorskip('numpy')
     job = campaign.jobs()[0]
-    row = row_of_job(campaign, job, errors={'odom': tuple(numpy.array([0.1, 0.2, 0.3]))},
-                     duration_s=numpy.float64(0.1), wall_time_s=numpy.float64(2))
+    row = row_of_job(
+        campaign,
+        job,
+        errors={'odom': tuple(numpy.array([0.1, 0.2, 0.3]))},
+        duration_s=numpy.float64(0.1),
+        wall_time_s=numpy.float64(2),
+    )
     assert b'float' not in csv_line(fields_of(row))
 
 

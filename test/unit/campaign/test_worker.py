@@ -1,4 +1,5 @@
 """One trial on a worker: where its bag goes, and what comes back."""
+
 import os
 from pathlib import Path
 

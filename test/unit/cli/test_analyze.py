@@ -1,4 +1,5 @@
 """The command: what it prints, where it writes, and what it never overwrites."""
+
 import pytest
 
 from diff_encoder_sim.analysis.dataset_loading import load_dataset
@@ -12,9 +13,11 @@ from trial_bags import TRUTH, trial, write_bag
 @pytest.fixture(autouse=True)
 def fixture_quick(monkeypatch):
     """Files that take no time to make."""
+
     def write_analysis(dataset, folder):
         (folder / 'report.html').write_text(dataset.title)
         return f'{len(dataset.trials)} trials'
+
     monkeypatch.setattr(analyze, 'write_analysis', write_analysis)
 
 
@@ -31,7 +34,7 @@ def test_single_trials_have_a_row_each(tmp_path, capsys):
     analyze.main([str(tmp_path)])
     printed = capsys.readouterr().out
     assert printed.count('succeeded') == 1 and printed.count('torn') == 1
-    assert '0.5099' in printed and '+2.86' in printed    # odometry ends (-0.1, 0.5) m and 0.05 rad off the goal
+    assert '0.5099' in printed and '+2.86' in printed  # odometry ends (-0.1, 0.5) m and 0.05 rad off the goal
     assert printed.endswith(f'\n{tmp_path}/analysis/report.html: 2 trials\n')
 
 
@@ -40,7 +43,7 @@ def test_several_trials_of_a_cell_are_pooled(tmp_path, capsys):
         write_bag(tmp_path / f'{number}.bag', trial(number=number), truth=[*TRUTH[:2], (10.0, y_m, 0.0)])
     analyze.main([str(tmp_path)])
     row = next(line.split() for line in capsys.readouterr().out.splitlines() if line.split()[:2] == ['SL', '40'])
-    assert row == ['SL', '40', '3', '3', '0', '0.0000', '67', '0.0200']    # odom and world; the others are silent
+    assert row == ['SL', '40', '3', '3', '0', '0.0000', '67', '0.0200']  # odom and world; the others are silent
 
 
 def test_what_is_wrong_is_said_and_the_rest_is_analysed(tmp_path, capsys, caplog):
@@ -78,8 +81,13 @@ def test_every_file_is_written(tmp_path):
     (tmp_path / 'out').mkdir()
     assert 'SL' in write_analysis(dataset, tmp_path / 'out')
     files = {str(path.relative_to(tmp_path / 'out')) for path in (tmp_path / 'out').rglob('*')}
-    assert {'tables/table4.tex', 'tables/path_errors.md', 'tables/comparisons.csv', 'figures/trajectories_SL.svg',
-            'report.html'} <= files
+    assert {
+        'tables/table4.tex',
+        'tables/path_errors.md',
+        'tables/comparisons.csv',
+        'figures/trajectories_SL.svg',
+        'report.html',
+    } <= files
     assert 'tables/comparisons.md' not in files
 
 

@@ -1,4 +1,5 @@
 """Measures of maps and paths, on cases small enough to count by hand."""
+
 import math
 
 import numpy as np
@@ -42,7 +43,7 @@ def test_each_cell_is_judged_by_its_distance():
 def test_only_the_visible_surface_must_be_mapped():
     grid = grid_with((5, 0), (5, 1), (6, 2), (8, 7))
     accuracy = map_accuracy(grid, IDENTITY, WALL, WALL, CELL_M)
-    assert accuracy.mapped_fraction == pytest.approx(0.3)      # columns 0 to 2; of 3, no neighbour
+    assert accuracy.mapped_fraction == pytest.approx(0.3)  # columns 0 to 2; of 3, no neighbour
     assert map_accuracy(grid, IDENTITY, WALL, WALL[:40], CELL_M).mapped_fraction == pytest.approx(0.75)
 
 
@@ -74,9 +75,13 @@ def solid(shape, x_m, y_m):
 @pytest.fixture(scope='module')
 def box_room():
     """4 x 4 m inside, walls of 0.2 m whose ends overlap, and a pillar."""
-    solids = [solid(Box((4.4, 0.2, 1.0)), 0.0, 2.1), solid(Box((4.4, 0.2, 1.0)), 0.0, -2.1),
-              solid(Box((0.2, 4.4, 1.0)), 2.1, 0.0), solid(Box((0.2, 4.4, 1.0)), -2.1, 0.0),
-              solid(Cylinder(0.3, 1.0), 1.0, 0.0)]
+    solids = [
+        solid(Box((4.4, 0.2, 1.0)), 0.0, 2.1),
+        solid(Box((4.4, 0.2, 1.0)), 0.0, -2.1),
+        solid(Box((0.2, 4.4, 1.0)), 2.1, 0.0),
+        solid(Box((0.2, 4.4, 1.0)), -2.1, 0.0),
+        solid(Cylinder(0.3, 1.0), 1.0, 0.0),
+    ]
     return World('room', [Model('room', np.eye(4), solids)])
 
 
@@ -96,8 +101,7 @@ def test_what_is_hidden_or_far_is_not_visible(box_room):
     assert len(behind) == 0
     shadow_m = 2 * 2.0 * math.tan(math.asin(0.3))
     far_side = 2 * math.pi * 0.3 * (0.5 + math.asin(0.3) / math.pi)
-    assert len(seen) * SPACING_M == pytest.approx(len(surface) * SPACING_M - shadow_m - far_side,
-                                                  abs=0.15)
+    assert len(seen) * SPACING_M == pytest.approx(len(surface) * SPACING_M - shadow_m - far_side, abs=0.15)
     near = visible_points(box_room, 0.3, surface, [IDENTITY], bearings, 1.5)
     assert len(near) and (np.abs(near[:, 1]) < 0.32).all()
     both = visible_points(box_room, 0.3, surface, [IDENTITY, Pose2D(1.7, 0.0, 2.0)], bearings, 10.0)
@@ -108,7 +112,7 @@ def test_path_error_after_the_first_poses_are_laid_upon_each_other():
     true = [Pose2D(1.0, 2.0, 0.5).compose(Pose2D(x, 0.0, 0.0)) for x in (0.0, 1.0, 2.0)]
     estimated = [Pose2D(0.0, 0.0, 0.0), Pose2D(1.0, 0.03, 0.0), Pose2D(2.04, 0.0, 0.01)]
     error = path_error(estimated, true)
-    assert error.rmse_m == pytest.approx(math.sqrt((0.03 ** 2 + 0.04 ** 2) / 3))
+    assert error.rmse_m == pytest.approx(math.sqrt((0.03**2 + 0.04**2) / 3))
     assert (error.largest_m, error.largest_yaw_rad) == pytest.approx((0.04, 0.01))
     assert path_error(true, true).rmse_m == pytest.approx(0.0, abs=1e-12)
     with pytest.raises(ConfigError, match='2 estimated poses for 3'):

@@ -1,4 +1,5 @@
 """The maps beside the worlds were made by SLAM (scripts/remake_maps.sh); they must be true to them."""
+
 import math
 
 import numpy as np

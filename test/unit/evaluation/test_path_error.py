@@ -1,4 +1,5 @@
 """Errors of a path as it comes, against the same of the whole path in arrays."""
+
 import math
 
 import numpy as np
@@ -16,7 +17,7 @@ from diff_encoder_sim.evaluation.path_error import (
 from reencoding_drives import angles_rad, true_poses
 
 PERIOD_NS = 50_000_000
-PLACE = Pose2D(3.0, -2.0, 2.5)      # of the reference's frame
+PLACE = Pose2D(3.0, -2.0, 2.5)  # of the reference's frame
 
 
 def paths(count=2000):
@@ -41,14 +42,16 @@ def test_against_matrices():
     for pair in zip(estimate, reference):
         running.add(*pair)
     found = running.result()
-    estimates, references = ([np.linalg.inv(matrix(path[0])) @ matrix(pose) for pose in path]
-                             for path in (estimate, reference))
+    estimates, references = (
+        [np.linalg.inv(matrix(path[0])) @ matrix(pose) for pose in path] for path in (estimate, reference)
+    )
     offsets = np.array([(one - other)[:2, 2] for one, other in zip(estimates, references)])
-    assert found.position_rmse_m == pytest.approx(math.sqrt((offsets ** 2).sum(axis=1).mean()))
+    assert found.position_rmse_m == pytest.approx(math.sqrt((offsets**2).sum(axis=1).mean()))
     assert found.position_max_m == pytest.approx(np.hypot(*offsets.T).max())
     assert found.end[:2] == pytest.approx(offsets[-1])
-    lengths = np.concatenate(([0.0], np.cumsum([np.hypot(*(two - one)[:2, 2])
-                                                for one, two in zip(references, references[1:])])))
+    lengths = np.concatenate(
+        ([0.0], np.cumsum([np.hypot(*(two - one)[:2, 2]) for one, two in zip(references, references[1:])]))
+    )
     assert found.length_m == pytest.approx(lengths[-1]) and found.count == len(estimate)
     for distance_m in RPE_DISTANCES_M:
         check_relative(found.relative[distance_m], distance_m, estimates, references, lengths)
@@ -110,7 +113,7 @@ def test_references_between_stamps_are_met_by_interpolation(lag):
             stamp_ns = late * PERIOD_NS + PERIOD_NS // 3
             comparison.take_reference(stamp_ns, straight(stamp_ns))
     found = comparison.error.result()
-    assert found.count == count - 1     # the last is beyond the estimate
+    assert found.count == count - 1  # the last is beyond the estimate
     assert found.position_max_m < 1e-12
 
 

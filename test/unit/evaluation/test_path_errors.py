@@ -1,4 +1,5 @@
 """ATE and RPE against closed forms: circles, lines and constant errors."""
+
 import math
 
 import numpy as np
@@ -37,9 +38,9 @@ def test_a_wrong_heading_at_the_start_leads_away_in_proportion(angle_rad):
     chord = 2.0 * abs(math.sin(angle_rad / 2.0))
     assert errors.ate_max_m == pytest.approx(20.0 * chord)
     share = np.linspace(0.0, 1.0, 401)
-    assert errors.ate_rmse_m == pytest.approx(20.0 * chord * math.sqrt(np.mean(share ** 2)))
+    assert errors.ate_rmse_m == pytest.approx(20.0 * chord * math.sqrt(np.mean(share**2)))
     assert errors.yaw_rmse_rad == pytest.approx(abs(angle_rad))
-    assert errors.rpe[5.0] == pytest.approx((0.0, 0.0), abs=1e-12)     # as seen from itself it goes straight
+    assert errors.rpe[5.0] == pytest.approx((0.0, 0.0), abs=1e-12)  # as seen from itself it goes straight
 
 
 def test_a_scale_error_is_the_same_over_each_stretch():
@@ -67,6 +68,7 @@ def test_drift_on_a_circle_is_the_turn_over_each_stretch():
     def circle(curvature):
         yaw_rad = along_m * curvature
         return np.column_stack((np.sin(yaw_rad) / curvature, (1.0 - np.cos(yaw_rad)) / curvature, yaw_rad))
+
     errors = relative_errors(circle(1.0 / radius_m + drift_rad_per_m), circle(1.0 / radius_m))
     for distance_m in (1.0, 5.0, 10.0):
         assert errors[distance_m].rotation_rmse_rad == pytest.approx(drift_rad_per_m * distance_m, rel=1e-2)
@@ -75,7 +77,7 @@ def test_drift_on_a_circle_is_the_turn_over_each_stretch():
 def test_stretches_follow_one_another_from_the_first_pose():
     true = np.column_stack((np.arange(0.0, 11.0), np.zeros((11, 2))))
     estimated = true.copy()
-    estimated[6:, 1] = 0.4          # a jump within the second of the two stretches of 5 m
+    estimated[6:, 1] = 0.4  # a jump within the second of the two stretches of 5 m
     assert relative_errors(estimated, true)[5.0].translation_rmse_m == pytest.approx(0.4 / math.sqrt(2.0))
     assert relative_errors(estimated, true)[10.0].translation_rmse_m == pytest.approx(0.4)
 

@@ -1,4 +1,5 @@
 """Equal trials in pairs: scipy and hand as the reference, size, power and coverage by simulation, the edges."""
+
 import math
 
 import numpy as np
@@ -67,11 +68,17 @@ ONE_OFF = np.array([0.0] * 29 + [2.25])
 VARIED = np.random.default_rng(13).normal(0.0, 1.0, 30)
 
 
-@pytest.mark.parametrize('first, second, estimate, p_value', [
-    (VARIED, np.zeros(30), INFINITY, 2.0 ** -29),       # all signs alike: one chance in 2^30 a side
-    (np.full(30, 0.1), VARIED, 0.0, 2.0 ** -29),
-    (np.full(30, 0.1), np.zeros(30), 1.0, 1.0),
-    (VARIED[:2], VARIED[2:4], None, 1.0), (VARIED[:1], VARIED[:1], 1.0, 1.0), ([], [], 1.0, 1.0)])
+@pytest.mark.parametrize(
+    'first, second, estimate, p_value',
+    [
+        (VARIED, np.zeros(30), INFINITY, 2.0**-29),  # all signs alike: one chance in 2^30 a side
+        (np.full(30, 0.1), VARIED, 0.0, 2.0**-29),
+        (np.full(30, 0.1), np.zeros(30), 1.0, 1.0),
+        (VARIED[:2], VARIED[2:4], None, 1.0),
+        (VARIED[:1], VARIED[:1], 1.0, 1.0),
+        ([], [], 1.0, 1.0),
+    ],
+)
 def test_ratios_of_samples_without_a_spread_or_too_small(first, second, estimate, p_value):
     result = spread_ratio(np.array(first), np.array(second))
     assert estimate is None or result.estimate == estimate
@@ -101,7 +108,8 @@ def test_wilcoxon_without_ties_is_scipys_exact_one(pairs):
 def test_wilcoxon_of_many_pairs_with_ties_is_scipys_approximation():
     first, second = np.random.default_rng(14).integers(0, 6, (2, 300)).astype(float)
     assert wilcoxon(first, second).p_value == pytest.approx(
-        stats.wilcoxon(first, second, correction=False).pvalue, rel=1e-6)
+        stats.wilcoxon(first, second, correction=False).pvalue, rel=1e-6
+    )
 
 
 def test_wilcoxon_with_ties_counts_all_signs():
@@ -144,13 +152,15 @@ def test_mcnemar_is_the_coin_of_the_pairs_that_differ():
     assert result.estimate == pytest.approx(8 / 30)
     swapped = mcnemar(second, first)
     assert swapped.p_value == result.p_value and swapped.interval == pytest.approx(
-        (-result.interval.high, -result.interval.low))
+        (-result.interval.high, -result.interval.low)
+    )
 
 
 @pytest.mark.parametrize('only_first, only_second', [(0.3, 0.1), (0.05, 0.05), (0.8, 0.0)])
 def test_mcnemar_covers_the_difference_of_shares(only_first, only_second):
-    kinds = np.random.default_rng(16).choice(3, (1000, TRIALS),
-                                             p=[only_first, only_second, 1.0 - only_first - only_second])
+    kinds = np.random.default_rng(16).choice(
+        3, (1000, TRIALS), p=[only_first, only_second, 1.0 - only_first - only_second]
+    )
     results = [mcnemar(row == 0, row == 1) for row in kinds]
     assert 0.93 < share_covering([result.interval for result in results], only_first - only_second)
     if only_first == only_second:
@@ -162,7 +172,7 @@ def test_mcnemar_at_the_edges():
     assert mcnemar(nothing, nothing) == (0, 0.0, Interval(-1.0, 1.0), 1.0)
     equal = mcnemar(np.ones(30, dtype=bool), np.ones(30, dtype=bool))
     assert equal.p_value == 1.0 and equal.interval.low < 0.0 < equal.interval.high
-    assert mcnemar(np.ones(30, dtype=bool), np.zeros(30, dtype=bool)).p_value == pytest.approx(2.0 ** -29)
+    assert mcnemar(np.ones(30, dtype=bool), np.zeros(30, dtype=bool)).p_value == pytest.approx(2.0**-29)
 
 
 def test_holm_by_hand():

@@ -1,4 +1,5 @@
 """The whole filter: when it updates, that it converges, repeats itself and survives bad input."""
+
 import math
 
 import numpy as np
@@ -13,17 +14,30 @@ from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.mapping.occupancy_grid import OCCUPIED, UNKNOWN, OccupancyGrid
 
 # The paper's table 2.
-PAPER = dict(max_particles=3000, laser_max_range=3.5, laser_max_beams=180, laser_z_hit=0.9,
-             laser_z_short=0.05, laser_z_rand=0.5, laser_sigma_hit=0.2, kld_err=0.02,
-             transform_tolerance=0.4)
+PAPER = dict(
+    max_particles=3000,
+    laser_max_range=3.5,
+    laser_max_beams=180,
+    laser_z_hit=0.9,
+    laser_z_short=0.05,
+    laser_z_rand=0.5,
+    laser_sigma_hit=0.2,
+    kld_err=0.02,
+    transform_tolerance=0.4,
+)
 START = Pose2D(0.9, -0.6, 1.8)
 STEPS = 26
 NO_MOTION_LIMIT = dict(update_min_d=0.0, update_min_a=0.0)
 
 
 def amcl(seed=0, grid=None, **changes):
-    settings = {**PAPER, 'initial_pose_x': START.x_m, 'initial_pose_y': START.y_m,
-                'initial_pose_a': START.yaw_rad, **changes}
+    settings = {
+        **PAPER,
+        'initial_pose_x': START.x_m,
+        'initial_pose_y': START.y_m,
+        'initial_pose_a': START.yaw_rad,
+        **changes,
+    }
     return Amcl(AmclParams(**settings), grid or pillar_room(), np.random.default_rng(seed))
 
 
@@ -45,8 +59,7 @@ def noisy(scan, rng):
 def run(filter_, drive, seed=0):
     """The estimates of a whole drive, None where there was none."""
     rng = np.random.default_rng([seed, 1])
-    return [filter_.update(odom_pose, noisy(scan, rng), IDENTITY)
-            for _, odom_pose, scan in drive]
+    return [filter_.update(odom_pose, noisy(scan, rng), IDENTITY) for _, odom_pose, scan in drive]
 
 
 @pytest.mark.parametrize('model', ['likelihood_field', 'beam'])
@@ -54,8 +67,9 @@ def run(filter_, drive, seed=0):
 def test_it_converges_from_the_papers_initial_spread(drive, model, seed):
     """0.5 m, 0.5 m and 15 degrees; the initial guess is off by a draw from just that."""
     off = np.random.default_rng(seed).standard_normal(3) * [0.5, 0.5, math.pi / 12]
-    guess = dict(initial_pose_x=START.x_m + off[0], initial_pose_y=START.y_m + off[1],
-                 initial_pose_a=START.yaw_rad + off[2])
+    guess = dict(
+        initial_pose_x=START.x_m + off[0], initial_pose_y=START.y_m + off[1], initial_pose_a=START.yaw_rad + off[2]
+    )
     estimates = run(amcl(seed, laser_model_type=model, **guess), drive, seed)
     for estimate, (true_pose, _, _) in list(zip(estimates, drive))[-6:]:
         if estimate is None:
@@ -63,7 +77,7 @@ def test_it_converges_from_the_papers_initial_spread(drive, model, seed):
         pose = estimate.base_pose_in_map
         assert math.hypot(pose.x_m - true_pose.x_m, pose.y_m - true_pose.y_m) < 0.08
         assert abs(wrap_angle(pose.yaw_rad - true_pose.yaw_rad)) < math.radians(4)
-        assert len(estimate.particles) < 3000       # KLD has found that fewer will do
+        assert len(estimate.particles) < 3000  # KLD has found that fewer will do
 
 
 def test_it_finds_itself_without_a_guess(drive):
@@ -86,8 +100,9 @@ def test_it_recovers_from_being_carried_off(drive):
     scans = [simulated_scan(pillar_room(), pose) for pose in turns]
     found = 0
     for seed in range(6):
-        filter_ = amcl(seed, max_particles=10_000, recovery_alpha_slow=0.01,
-                       recovery_alpha_fast=0.5, resample_interval=1)
+        filter_ = amcl(
+            seed, max_particles=10_000, recovery_alpha_slow=0.01, recovery_alpha_fast=0.5, resample_interval=1
+        )
         run(filter_, drive[:8], seed)
         odom_pose, rng = drive[7][1], np.random.default_rng(seed)
         for index in range(1, 101):
@@ -102,8 +117,7 @@ def test_fewer_particles_do_not_look_like_a_better_fit(drive):
     scan = drive[0][2]
     likelihoods = []
     for count in (500, 5000):
-        filter_ = amcl(max_particles=count, initial_cov_xx=1e-4, initial_cov_yy=1e-4,
-                       initial_cov_aa=1e-4)
+        filter_ = amcl(max_particles=count, initial_cov_xx=1e-4, initial_cov_yy=1e-4, initial_cov_aa=1e-4)
         filter_.update(IDENTITY, scan, IDENTITY)
         likelihoods.append(filter_._averages.fast)
     assert likelihoods[0] == pytest.approx(likelihoods[1], rel=0.01)
@@ -117,8 +131,7 @@ def test_map_to_odom_makes_the_estimate_true(drive):
         estimate = filter_.update(odom_pose, scan, Pose2D(0.1, 0.0, 0.0))
         if estimate is not None:
             latest = estimate
-            assert estimate.odom_pose_in_map.compose(odom_pose) == pytest.approx(
-                estimate.base_pose_in_map)
+            assert estimate.odom_pose_in_map.compose(odom_pose) == pytest.approx(estimate.base_pose_in_map)
         assert filter_.odom_pose_in_map == latest.odom_pose_in_map
         assert filter_.last_estimate is latest
 
@@ -140,9 +153,14 @@ def test_the_maps_own_frame_does_not_matter(drive):
     shift = Pose2D(10.0, -7.0, 1.1)
     grid = pillar_room()
     there = shift.compose(START)
-    moved_filter = amcl(4, grid._replace(origin=shift.compose(grid.origin)),
-                        initial_pose_x=there.x_m, initial_pose_y=there.y_m,
-                        initial_pose_a=there.yaw_rad, recovery_alpha_slow=0.0)
+    moved_filter = amcl(
+        4,
+        grid._replace(origin=shift.compose(grid.origin)),
+        initial_pose_x=there.x_m,
+        initial_pose_y=there.y_m,
+        initial_pose_a=there.yaw_rad,
+        recovery_alpha_slow=0.0,
+    )
     last = [estimate for estimate in run(moved_filter, drive) if estimate][-1]
     back = last.base_pose_in_map.relative_to(shift)
     assert np.subtract(back, drive[-1][0])[:2] == pytest.approx(0, abs=0.1)
@@ -150,8 +168,7 @@ def test_the_maps_own_frame_does_not_matter(drive):
 
 def test_estimates_come_on_the_first_update_and_each_second(drive):
     estimates = run(amcl(), drive[:7])
-    assert [estimate is not None for estimate in estimates] == [True, True, False, True, False,
-                                                                True, False]
+    assert [estimate is not None for estimate in estimates] == [True, True, False, True, False, True, False]
     every = run(amcl(resample_interval=1), drive[:4])
     assert all(every)
 
@@ -172,8 +189,7 @@ def test_it_updates_only_when_the_robot_has_moved(drive):
     for pose in (Pose2D(0.199, -0.199, 0.0), Pose2D(-0.199, 0.0, math.radians(29.9))):
         assert filter_.update(pose, scan, IDENTITY) is None
         assert filter_.particles is before and filter_.update_count == 1
-    for count, pose in enumerate((Pose2D(0.201, 0, 0), Pose2D(0.201, -0.21, 0),
-                                  Pose2D(0.201, -0.21, -0.53))):
+    for count, pose in enumerate((Pose2D(0.201, 0, 0), Pose2D(0.201, -0.21, 0), Pose2D(0.201, -0.21, -0.53))):
         filter_.update(pose, scan, IDENTITY)
         assert filter_.update_count == count + 2
 
@@ -205,7 +221,7 @@ def test_weights_last_from_one_resampling_to_the_next(drive):
     once = filter_.weights
     filter_.request_nomotion_update()
     filter_.update(IDENTITY, scan, IDENTITY)
-    assert filter_.weights == pytest.approx(once ** 2 / (once ** 2).sum())
+    assert filter_.weights == pytest.approx(once**2 / (once**2).sum())
 
 
 def test_selective_resampling_keeps_particles_that_still_count(drive):
@@ -233,9 +249,13 @@ def test_a_correlated_initial_covariance_is_kept(drive):
     assert np.cov(filter_.particles.T) == pytest.approx(covariance, abs=0.002)
 
 
-@pytest.mark.parametrize('flag, restart', [
-    ('force_update_after_initialpose', lambda f: f.set_pose(START, np.eye(3) * 0.01)),
-    ('force_update_after_set_map', lambda f: f.set_map(pillar_room()))])
+@pytest.mark.parametrize(
+    'flag, restart',
+    [
+        ('force_update_after_initialpose', lambda f: f.set_pose(START, np.eye(3) * 0.01)),
+        ('force_update_after_set_map', lambda f: f.set_map(pillar_room())),
+    ],
+)
 def test_upstreams_flags_force_a_second_update(drive, flag, restart):
     """The first scan after a restart updates anyway."""
     for value, updates in ((False, 1), (True, 2)):
@@ -255,9 +275,15 @@ def test_particles_anywhere_are_on_free_cells():
     assert filter_.particles[:, 2].std() == pytest.approx(2 * math.pi / math.sqrt(12), rel=0.05)
 
 
-@pytest.mark.parametrize('changes', [
-    {}, dict(laser_model_type='likelihood_field_prob', do_beamskip=True),
-    dict(laser_model_type='beam'), dict(odom_model_type='diff-corrected')])
+@pytest.mark.parametrize(
+    'changes',
+    [
+        {},
+        dict(laser_model_type='likelihood_field_prob', do_beamskip=True),
+        dict(laser_model_type='beam'),
+        dict(odom_model_type='diff-corrected'),
+    ],
+)
 def test_equal_seeds_give_equal_bits(drive, changes):
     first, second, other = (run(amcl(seed, **changes), drive[:8]) for seed in (7, 7, 8))
     for a, b in zip(first, second):
@@ -280,13 +306,17 @@ def test_what_was_handed_out_does_not_change(drive):
 NAN_POSE = Pose2D(math.nan, 0.0, 0.0)
 
 
-@pytest.mark.parametrize('odom_pose, ranges, mount, message', [
-    (None, np.full(180, np.inf), IDENTITY, 'none of 180 rays'),
-    (None, np.full(180, np.nan), IDENTITY, 'none of 180 rays'),
-    (None, np.array([]), IDENTITY, 'given 0 ranges'),
-    (NAN_POSE, None, IDENTITY, 'odometry pose: given .nan'),
-    (Pose2D(0, 0, math.inf), None, IDENTITY, 'odometry pose'),
-    (None, None, NAN_POSE, 'laser pose')])
+@pytest.mark.parametrize(
+    'odom_pose, ranges, mount, message',
+    [
+        (None, np.full(180, np.inf), IDENTITY, 'none of 180 rays'),
+        (None, np.full(180, np.nan), IDENTITY, 'none of 180 rays'),
+        (None, np.array([]), IDENTITY, 'given 0 ranges'),
+        (NAN_POSE, None, IDENTITY, 'odometry pose: given .nan'),
+        (Pose2D(0, 0, math.inf), None, IDENTITY, 'odometry pose'),
+        (None, None, NAN_POSE, 'laser pose'),
+    ],
+)
 def test_bad_input_leaves_the_filter_as_it_was(drive, odom_pose, ranges, mount, message):
     filter_, untouched = amcl(), amcl()
     run(filter_, drive[:3])
@@ -298,8 +328,10 @@ def test_bad_input_leaves_the_filter_as_it_was(drive, odom_pose, ranges, mount, 
         filter_.update(odom_pose or good_odom, bad, mount)
     assert filter_.particles is particles and filter_.last_estimate is latest
     # The next good scan takes up the motion since, and no random number was lost.
-    assert (filter_.update(good_odom, scan, IDENTITY).base_pose_in_map
-            == untouched.update(good_odom, scan, IDENTITY).base_pose_in_map)
+    assert (
+        filter_.update(good_odom, scan, IDENTITY).base_pose_in_map
+        == untouched.update(good_odom, scan, IDENTITY).base_pose_in_map
+    )
 
 
 def test_scans_may_change_length_and_hold_gaps(drive):
@@ -318,14 +350,18 @@ def test_scans_may_change_length_and_hold_gaps(drive):
 ROOM = pillar_room()
 
 
-@pytest.mark.parametrize('grid, message', [
-    (ROOM._replace(cells=np.zeros((0, 0), np.int8)), 'given 0 x 0 cells'),
-    (ROOM._replace(cells=np.zeros((0, 5), np.int8)), 'given 0 x 5 cells'),
-    (ROOM._replace(origin=NAN_POSE), 'map origin: given .nan'),
-    (ROOM._replace(resolution_m=0.0), 'resolution of 0.0 m'),
-    (ROOM._replace(resolution_m=math.nan), 'resolution of nan m'),
-    (ROOM._replace(cells=np.full((5, 5), UNKNOWN, np.int8)), 'no cell is free'),
-    (ROOM._replace(cells=np.full((5, 5), OCCUPIED, np.int8)), 'no cell is free')])
+@pytest.mark.parametrize(
+    'grid, message',
+    [
+        (ROOM._replace(cells=np.zeros((0, 0), np.int8)), 'given 0 x 0 cells'),
+        (ROOM._replace(cells=np.zeros((0, 5), np.int8)), 'given 0 x 5 cells'),
+        (ROOM._replace(origin=NAN_POSE), 'map origin: given .nan'),
+        (ROOM._replace(resolution_m=0.0), 'resolution of 0.0 m'),
+        (ROOM._replace(resolution_m=math.nan), 'resolution of nan m'),
+        (ROOM._replace(cells=np.full((5, 5), UNKNOWN, np.int8)), 'no cell is free'),
+        (ROOM._replace(cells=np.full((5, 5), OCCUPIED, np.int8)), 'no cell is free'),
+    ],
+)
 def test_a_bad_map_is_refused_and_the_old_one_stays(grid, message):
     with pytest.raises(InputFault, match=message):
         amcl(grid=grid)
@@ -336,13 +372,17 @@ def test_a_bad_map_is_refused_and_the_old_one_stays(grid, message):
     assert filter_.particles is before and filter_.grid.cells.shape == (100, 120)
 
 
-@pytest.mark.parametrize('pose, covariance, message', [
-    (NAN_POSE, np.eye(3), 'initial pose: given .nan'),
-    (Pose2D(1e300, 0, 0), np.eye(3), 'initial pose'),
-    (IDENTITY, np.full((3, 3), np.nan), 'initial covariance'),
-    (IDENTITY, -np.eye(3), 'no variance below 0'),
-    (IDENTITY, 1e300 * np.eye(3), 'initial covariance'),
-    (IDENTITY, np.eye(6), 'shape .6, 6.')])
+@pytest.mark.parametrize(
+    'pose, covariance, message',
+    [
+        (NAN_POSE, np.eye(3), 'initial pose: given .nan'),
+        (Pose2D(1e300, 0, 0), np.eye(3), 'initial pose'),
+        (IDENTITY, np.full((3, 3), np.nan), 'initial covariance'),
+        (IDENTITY, -np.eye(3), 'no variance below 0'),
+        (IDENTITY, 1e300 * np.eye(3), 'initial covariance'),
+        (IDENTITY, np.eye(6), 'shape .6, 6.'),
+    ],
+)
 def test_a_bad_initial_pose_is_refused_and_the_particles_stay(pose, covariance, message):
     filter_ = amcl()
     before = filter_.particles
@@ -360,16 +400,20 @@ def test_an_open_map_moves_the_particles_and_weighs_them_all_alike():
     assert np.ptp(filter_.weights) < 1e-12
 
 
-@pytest.mark.parametrize('given, message', [
-    (dict(odom_model_type='omni'), "odom_model_type: given 'omni'; allowed: 'diff' or"),
-    (dict(laser_model_type='lidar'), "laser_model_type: given 'lidar'; allowed: 'beam', "),
-    (dict(min_particles=10, max_particles=5), 'min_particles .10. of at most max_particles'),
-    (dict(laser_max_beams=1), 'laser_max_beams: given 1; allowed: greater than or equal to 2'),
-    (dict(kld_err=0.0), 'kld_err: given 0.0; allowed: greater than 0'),
-    (dict(initial_pose_x=math.nan), 'initial_pose_x: given nan'),
-    (dict(resample_interval=0), 'resample_interval: given 0'),
-    (dict(laser_sigma_hit='wide'), "laser_sigma_hit: given 'wide'"),
-    (dict(max_particle=10), "max_particle: unknown key; did you mean 'max_particles'?")])
+@pytest.mark.parametrize(
+    'given, message',
+    [
+        (dict(odom_model_type='omni'), "odom_model_type: given 'omni'; allowed: 'diff' or"),
+        (dict(laser_model_type='lidar'), "laser_model_type: given 'lidar'; allowed: 'beam', "),
+        (dict(min_particles=10, max_particles=5), 'min_particles .10. of at most max_particles'),
+        (dict(laser_max_beams=1), 'laser_max_beams: given 1; allowed: greater than or equal to 2'),
+        (dict(kld_err=0.0), 'kld_err: given 0.0; allowed: greater than 0'),
+        (dict(initial_pose_x=math.nan), 'initial_pose_x: given nan'),
+        (dict(resample_interval=0), 'resample_interval: given 0'),
+        (dict(laser_sigma_hit='wide'), "laser_sigma_hit: given 'wide'"),
+        (dict(max_particle=10), "max_particle: unknown key; did you mean 'max_particles'?"),
+    ],
+)
 def test_bad_parameters_are_named(given, message):
     with pytest.raises(ConfigError, match=message):
         AmclParams.from_mapping(given, 'amcl.yaml')
@@ -377,8 +421,12 @@ def test_bad_parameters_are_named(given, message):
 
 def test_defaults_are_upstreams():
     params = AmclParams()
-    assert (params.min_particles, params.max_particles, params.kld_err, params.kld_z) == (
-        100, 5000, 0.01, 0.99)
-    assert (params.laser_max_beams, params.laser_z_hit, params.laser_z_short, params.laser_z_max,
-            params.laser_z_rand) == (30, 0.95, 0.1, 0.05, 0.05)
+    assert (params.min_particles, params.max_particles, params.kld_err, params.kld_z) == (100, 5000, 0.01, 0.99)
+    assert (
+        params.laser_max_beams,
+        params.laser_z_hit,
+        params.laser_z_short,
+        params.laser_z_max,
+        params.laser_z_rand,
+    ) == (30, 0.95, 0.1, 0.05, 0.05)
     assert (params.recovery_alpha_slow, params.recovery_alpha_fast) == (0.001, 0.1)

@@ -15,6 +15,7 @@ What makes the comparison fair:
 - The room is uneven, so the posterior has one peak; AMCL's estimate, the heaviest cluster, is then
   the posterior's mean.
 """
+
 import math
 
 import numpy as np
@@ -27,12 +28,25 @@ from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.likelihood_field import LikelihoodField
 from diff_encoder_sim.localization.odometry_motion import decompose, diff_corrected_noise
 
-PARAMS = dict(min_particles=10_000, max_particles=10_000, laser_max_beams=91, update_min_d=0.1,
-              recovery_alpha_slow=0.0, recovery_alpha_fast=0.0,
-              odom_model_type='diff-corrected', odom_alpha1=0.03, odom_alpha2=0.03,
-              odom_alpha3=0.03, odom_alpha4=0.03,
-              initial_pose_x=1.0, initial_pose_y=-0.7, initial_pose_a=1.9,
-              initial_cov_xx=0.03, initial_cov_yy=0.03, initial_cov_aa=0.015)
+PARAMS = dict(
+    min_particles=10_000,
+    max_particles=10_000,
+    laser_max_beams=91,
+    update_min_d=0.1,
+    recovery_alpha_slow=0.0,
+    recovery_alpha_fast=0.0,
+    odom_model_type='diff-corrected',
+    odom_alpha1=0.03,
+    odom_alpha2=0.03,
+    odom_alpha3=0.03,
+    odom_alpha4=0.03,
+    initial_pose_x=1.0,
+    initial_pose_y=-0.7,
+    initial_pose_a=1.9,
+    initial_cov_xx=0.03,
+    initial_cov_yy=0.03,
+    initial_cov_aa=0.015,
+)
 TRUE_START = Pose2D(0.9, -0.6, 1.8)
 STEPS = 8
 
@@ -46,19 +60,24 @@ class GridFilter:
         self.params = params
         self.field = LikelihoodField(params, grid)
         self.yaws = np.arange(self.HEADINGS) * 2 * math.pi / self.HEADINGS
-        self.centre = np.round([params.initial_pose_x / self.CELL_M,
-                                params.initial_pose_y / self.CELL_M])
+        self.centre = np.round([params.initial_pose_x / self.CELL_M, params.initial_pose_y / self.CELL_M])
         x, y, yaw = self._coordinates()
         off_yaw = np.angle(np.exp(1j * (yaw - params.initial_pose_a)))
-        self.density = np.exp(-0.5 * ((x - params.initial_pose_x) ** 2 / params.initial_cov_xx
-                                      + (y - params.initial_pose_y) ** 2 / params.initial_cov_yy
-                                      + off_yaw ** 2 / params.initial_cov_aa))
+        self.density = np.exp(
+            -0.5
+            * (
+                (x - params.initial_pose_x) ** 2 / params.initial_cov_xx
+                + (y - params.initial_pose_y) ** 2 / params.initial_cov_yy
+                + off_yaw**2 / params.initial_cov_aa
+            )
+        )
         self.density /= self.density.sum()
 
     def _coordinates(self):
         offsets = np.arange(self.SIDE) - self.SIDE // 2
-        return np.meshgrid((self.centre[0] + offsets) * self.CELL_M,
-                           (self.centre[1] + offsets) * self.CELL_M, self.yaws, indexing='ij')
+        return np.meshgrid(
+            (self.centre[0] + offsets) * self.CELL_M, (self.centre[1] + offsets) * self.CELL_M, self.yaws, indexing='ij'
+        )
 
     def predict(self, previous, current):
         move = decompose(previous, current)
@@ -77,8 +96,7 @@ class GridFilter:
     def _drive(self, distance_m, sigma_m):
         """Every heading's slice by its own way; the window goes along with the mean."""
         mean_yaw = self.mean()[2]
-        cells = np.round(distance_m * np.array([math.cos(mean_yaw), math.sin(mean_yaw)])
-                         / self.CELL_M)
+        cells = np.round(distance_m * np.array([math.cos(mean_yaw), math.sin(mean_yaw)]) / self.CELL_M)
         self.centre = self.centre + cells
         wave_x = 2 * math.pi * np.fft.fftfreq(self.SIDE, self.CELL_M)[:, None, None]
         wave_y = 2 * math.pi * np.fft.rfftfreq(self.SIDE, self.CELL_M)[None, :, None]
@@ -93,7 +111,8 @@ class GridFilter:
         counts = self.density.ravel() > 1e-12
         weights = np.zeros(self.density.size)
         weights[counts] = self.field.likelihoods(
-            np.ascontiguousarray(poses[counts]), self.field.beams(scan, IDENTITY), False).factors
+            np.ascontiguousarray(poses[counts]), self.field.beams(scan, IDENTITY), False
+        ).factors
         self.density = self.density * weights.reshape(self.density.shape)
         self.density /= self.density.sum()
 
@@ -105,9 +124,13 @@ class GridFilter:
     def spread(self):
         x, y, yaw = self._coordinates()
         mean_x, mean_y, _ = self.mean()
-        return np.array([math.sqrt((self.density * (x - mean_x) ** 2).sum()),
-                         math.sqrt((self.density * (y - mean_y) ** 2).sum()),
-                         math.sqrt(-2 * math.log(abs((self.density * np.exp(1j * yaw)).sum())))])
+        return np.array(
+            [
+                math.sqrt((self.density * (x - mean_x) ** 2).sum()),
+                math.sqrt((self.density * (y - mean_y) ** 2).sum()),
+                math.sqrt(-2 * math.log(abs((self.density * np.exp(1j * yaw)).sum()))),
+            ]
+        )
 
 
 def drive():

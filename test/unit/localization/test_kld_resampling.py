@@ -1,4 +1,5 @@
 """How many particles, which ones, and what they say."""
+
 import math
 
 import numpy as np
@@ -29,14 +30,14 @@ def fixed_count(count):
 def test_kld_limit_is_the_chi_square_bound(freedom):
     """n = chi-square / (2 error) with k - 1 degrees of freedom; Wilson-Hilferty is within 0.2 %."""
     exact = CHI_SQUARE_99[freedom] / (2 * 0.01)
-    assert kld_limit(freedom + 1, 0.01, Z_99, 1, 10 ** 6) == pytest.approx(exact, rel=2e-3)
+    assert kld_limit(freedom + 1, 0.01, Z_99, 1, 10**6) == pytest.approx(exact, rel=2e-3)
 
 
 def test_kld_limit_keeps_the_divergence_within_bounds():
     """Of sample sets of that size, 99 % diverge less than kld_err from what they are drawn from."""
     bins, kld_err = 30, 0.05
     shares = np.random.default_rng(0).dirichlet(np.ones(bins))
-    count = kld_limit(bins, kld_err, Z_99, 1, 10 ** 6)
+    count = kld_limit(bins, kld_err, Z_99, 1, 10**6)
     drawn = np.random.default_rng(1).multinomial(count, shares, size=20_000) / count
     terms = np.where(drawn > 0, drawn * np.log(np.where(drawn > 0, drawn, 1.0) / shares), 0.0)
     assert (terms.sum(axis=1) <= kld_err).mean() == pytest.approx(0.99, abs=0.005)
@@ -44,11 +45,12 @@ def test_kld_limit_keeps_the_divergence_within_bounds():
 
 def test_kld_limit_by_hand_and_at_its_ends():
     # k = 31: 30 / 0.04 (1 - 2/270 + 0.99 sqrt(2/270))^3
-    assert kld_limit(31, 0.02, 0.99, 100, 5000) == math.ceil(
-        750 * (1 - 2 / 270 + 0.99 * math.sqrt(2 / 270)) ** 3) == 940
+    assert (
+        kld_limit(31, 0.02, 0.99, 100, 5000) == math.ceil(750 * (1 - 2 / 270 + 0.99 * math.sqrt(2 / 270)) ** 3) == 940
+    )
     assert kld_limit(2, 0.02, 0.99, 100, 5000) == 100
     assert kld_limit(5000, 0.02, 0.99, 100, 5000) == 5000
-    assert kld_limit(1, 0.02, 0.99, 100, 5000) == 5000     # as upstream: one bin is no bound
+    assert kld_limit(1, 0.02, 0.99, 100, 5000) == 5000  # as upstream: one bin is no bound
     assert kld_limit(0, 0.02, 0.99, 100, 5000) == 5000
 
 
@@ -68,8 +70,7 @@ def test_particles_stop_when_the_bins_they_fill_have_enough():
 def test_particles_are_drawn_by_their_weights():
     weights = np.array([0.5, 0.0, 0.3, 0.15, 0.05])
     particles = np.column_stack([np.arange(5.0), np.zeros((5, 2))])
-    drawn = resample(particles, weights, fixed_count(100_000), 0.0, CORNERS,
-                     np.random.default_rng(2))
+    drawn = resample(particles, weights, fixed_count(100_000), 0.0, CORNERS, np.random.default_rng(2))
     counts = np.bincount(drawn[:, 0].astype(int), minlength=5)
     assert counts[1] == 0
     expected = 100_000 * weights[weights > 0]
@@ -81,16 +82,17 @@ def test_draws_are_independent_not_of_low_variance():
     """Each is multinomial: the count of a particle varies as n p (1 - p)."""
     particles = np.column_stack([np.arange(4.0), np.zeros((4, 2))])
     rng = np.random.default_rng(3)
-    counts = [(resample(particles, np.full(4, 0.25), fixed_count(400), 0.0, CORNERS,
-                        rng)[:, 0] == 0).sum() for _ in range(1000)]
+    counts = [
+        (resample(particles, np.full(4, 0.25), fixed_count(400), 0.0, CORNERS, rng)[:, 0] == 0).sum()
+        for _ in range(1000)
+    ]
     assert np.mean(counts) == pytest.approx(100, abs=1.5)
     assert np.var(counts) == pytest.approx(75, rel=0.2)
 
 
 def test_the_lost_share_is_drawn_anywhere():
     particles = np.full((10, 3), 0.1)
-    drawn = resample(particles, np.full(10, 0.1), fixed_count(40_000), 0.3, CORNERS,
-                     np.random.default_rng(4))
+    drawn = resample(particles, np.full(10, 0.1), fixed_count(40_000), 0.3, CORNERS, np.random.default_rng(4))
     anywhere = drawn[(drawn != 0.1).all(axis=1)]
     assert len(anywhere) / 40_000 == pytest.approx(0.3, abs=0.01)
     cells = [(anywhere[:, :2] == corner).all(axis=1).mean() for corner in CORNERS]
@@ -158,7 +160,8 @@ def test_clusters_reach_around_half_a_turn():
     statistics = particle_statistics(np.column_stack([np.zeros((4, 2)), yaw]), np.full(4, 0.25))
     assert statistics.cluster_count == 1
     assert abs(statistics.mean.yaw_rad) == pytest.approx(
-        np.mean([3.1, 3.12, 2 * math.pi - 3.1, 2 * math.pi - 3.13]), abs=1e-3)
+        np.mean([3.1, 3.12, 2 * math.pi - 3.1, 2 * math.pi - 3.13]), abs=1e-3
+    )
     assert statistics.covariance[2, 2] < 0.01
 
 
@@ -173,8 +176,9 @@ def test_clusters_are_those_of_a_plain_flood_fill():
         pending = [bins.pop()]
         while pending:
             x, y, yaw = pending.pop()
-            near = {(x + i, y + j, (yaw + k + 18) % 36 - 18)
-                    for i in (-1, 0, 1) for j in (-1, 0, 1) for k in (-1, 0, 1)} & bins
+            near = {
+                (x + i, y + j, (yaw + k + 18) % 36 - 18) for i in (-1, 0, 1) for j in (-1, 0, 1) for k in (-1, 0, 1)
+            } & bins
             bins -= near
             pending += near
     assert particle_statistics(particles, weights / weights.sum()).cluster_count == clusters
@@ -191,6 +195,6 @@ def test_covariance_of_a_known_gaussian():
 
 def test_covariance_stays_a_number_at_its_ends():
     same = np.zeros((5, 3)) + 0.3
-    assert (mean_and_covariance(same, np.full(5, 0.2)).covariance == pytest.approx(0, abs=1e-12))
+    assert mean_and_covariance(same, np.full(5, 0.2)).covariance == pytest.approx(0, abs=1e-12)
     opposite = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, -math.pi]])
     assert np.isfinite(mean_and_covariance(opposite, np.full(2, 0.5)).covariance).all()

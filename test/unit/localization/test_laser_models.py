@@ -1,4 +1,5 @@
 """The laser models against brute force and against their formulas in plain Python."""
+
 import math
 
 import numpy as np
@@ -52,15 +53,27 @@ def brute_force_distances(occupied, resolution_m, max_distance_m):
     return distances
 
 
-@pytest.mark.parametrize('shape, share', [((1, 1), 1.0), ((1, 1), 0.0), ((1, 40), 0.1),
-                                          ((40, 1), 0.1), ((17, 31), 0.0), ((17, 31), 1.0),
-                                          ((30, 23), 0.003), ((23, 30), 0.02), ((30, 30), 0.3)])
+@pytest.mark.parametrize(
+    'shape, share',
+    [
+        ((1, 1), 1.0),
+        ((1, 1), 0.0),
+        ((1, 40), 0.1),
+        ((40, 1), 0.1),
+        ((17, 31), 0.0),
+        ((17, 31), 1.0),
+        ((30, 23), 0.003),
+        ((23, 30), 0.02),
+        ((30, 30), 0.3),
+    ],
+)
 def test_distances_are_exact(shape, share):
     for seed in range(5):
         occupied = np.random.default_rng(seed).random(shape) < share
         for limit_m in (0.3, 100.0):
             assert distance_to_occupied(occupied, 0.05, limit_m) == pytest.approx(
-                brute_force_distances(occupied, 0.05, limit_m), rel=1e-12)
+                brute_force_distances(occupied, 0.05, limit_m), rel=1e-12
+            )
 
 
 def test_unknown_cells_are_no_obstacles_in_the_field():
@@ -71,7 +84,7 @@ def test_unknown_cells_are_no_obstacles_in_the_field():
 
 
 def test_step_between_beams_is_upstreams():
-    assert beam_step(1000, 180) == 5          # so 200 beams, not 180
+    assert beam_step(1000, 180) == 5  # so 200 beams, not 180
     assert beam_step_rounded_up(1000, 180) == 6
     assert beam_step(20, 30) == beam_step_rounded_up(20, 30) == 1
 
@@ -82,12 +95,13 @@ def test_the_rays_that_count_are_those_within_limits(hits_only, dtype):
     rng = np.random.default_rng(2)
     ranges_m = rng.uniform(-0.5, 7.0, 500).astype(dtype)
     ranges_m[rng.integers(0, 500, 60)] = rng.choice([np.nan, np.inf, -np.inf, 0.15, 3.5], 60)
-    ranges_m.setflags(write=False)    # as of a message
-    beams = select_beams(Scan(0, -2.0, 0.01, 0.15, 6.0, ranges_m), 3, LASER_POSE, params(),
-                         hits_only)
-    expected = [(range_m if 0.15 < range_m <= 3.5 else 3.5, 0.3 + (-2.0 + 0.03 * ray))
-                for ray, range_m in enumerate(ranges_m[::3].astype(float).tolist())
-                if not math.isnan(range_m) and (0.15 < range_m < 3.5 or not hits_only)]
+    ranges_m.setflags(write=False)  # as of a message
+    beams = select_beams(Scan(0, -2.0, 0.01, 0.15, 6.0, ranges_m), 3, LASER_POSE, params(), hits_only)
+    expected = [
+        (range_m if 0.15 < range_m <= 3.5 else 3.5, 0.3 + (-2.0 + 0.03 * ray))
+        for ray, range_m in enumerate(ranges_m[::3].astype(float).tolist())
+        if not math.isnan(range_m) and (0.15 < range_m < 3.5 or not hits_only)
+    ]
     assert np.column_stack(beams[:2]) == pytest.approx(np.array(expected), rel=1e-14)
     assert beams[2:] == (LASER_POSE.x_m, LASER_POSE.y_m, 3.5)
 
@@ -107,8 +121,7 @@ def reference_field(grid, distances, scan, particle, step):
     for range_m, direction, x, y in reference_rays(grid, scan, particle, step):
         if math.isnan(range_m) or range_m <= scan.range_min_m or range_m >= RANGE_LIMIT_M:
             continue
-        row, column = grid.cell_at(x + range_m * math.cos(direction),
-                                   y + range_m * math.sin(direction))
+        row, column = grid.cell_at(x + range_m * math.cos(direction), y + range_m * math.sin(direction))
         yield distances[row, column] if grid.contains(row, column) else None
 
 
@@ -122,21 +135,22 @@ def test_field_weights_are_the_formula(model):
     likelihoods = laser.likelihoods(particles, laser.beams(scan, LASER_POSE), False)
     step = {'likelihood_field': 4, 'likelihood_field_prob': 4}[model]
     for particle, factor in zip(particles, likelihoods.factors):
-        probabilities = [0.95 * math.exp(-(2.0 if d is None else d) ** 2 / (2 * 0.2 ** 2))
-                         + 0.05 / RANGE_LIMIT_M
-                         for d in reference_field(grid, distances, scan, particle, step)]
+        probabilities = [
+            0.95 * math.exp(-((2.0 if d is None else d) ** 2) / (2 * 0.2**2)) + 0.05 / RANGE_LIMIT_M
+            for d in reference_field(grid, distances, scan, particle, step)
+        ]
         assert len(probabilities) < 10
         if model == 'likelihood_field':
-            assert factor == pytest.approx(1.0 + sum(p ** 3 for p in probabilities), rel=1e-9)
+            assert factor == pytest.approx(1.0 + sum(p**3 for p in probabilities), rel=1e-9)
         else:
             assert math.log(factor) + likelihoods.log_scale == pytest.approx(
-                sum(math.log(p) for p in probabilities), rel=1e-8)
+                sum(math.log(p) for p in probabilities), rel=1e-8
+            )
 
 
 def test_a_product_of_many_unlikely_rays_does_not_vanish():
     grid = pillar_room()
-    laser = laser_model(params(laser_model_type='likelihood_field_prob', laser_max_beams=1000,
-                               laser_z_rand=1e-4), grid)
+    laser = laser_model(params(laser_model_type='likelihood_field_prob', laser_max_beams=1000, laser_z_rand=1e-4), grid)
     scan = simulated_scan(grid, Pose2D(0, 0, 0), ray_count=720)
     particles = particles_in_room(50, np.random.default_rng(0)) + [100.0, 0.0, 0.0]
     particles[:5, 0] -= 100.0
@@ -155,8 +169,7 @@ def person_in_front(grid, pose):
 def test_beam_skipping_leaves_out_what_is_not_on_the_map():
     """With a third of the rays cut short, the weights are those of the other rays alone."""
     grid, pose = pillar_room(), Pose2D(0.2, -0.5, 0.0)
-    settings = dict(laser_model_type='likelihood_field_prob', laser_max_beams=36,
-                    beam_skip_distance=0.2)
+    settings = dict(laser_model_type='likelihood_field_prob', laser_max_beams=36, beam_skip_distance=0.2)
     skipping = laser_model(params(do_beamskip=True, **settings), grid)
     plain = laser_model(params(**settings), grid)
     scan = person_in_front(grid, pose)
@@ -167,16 +180,15 @@ def test_beam_skipping_leaves_out_what_is_not_on_the_map():
     no_laser_offset = Pose2D(0, 0, 0)
     beams = skipping.beams(scan, no_laser_offset)
     skipped = skipping.likelihoods(particles, beams, True)
-    others = plain.likelihoods(particles, plain.beams(scan._replace(ranges_m=seen),
-                                                      no_laser_offset), True)
+    others = plain.likelihoods(particles, plain.beams(scan._replace(ranges_m=seen), no_laser_offset), True)
     assert skipped.factors == pytest.approx(others.factors)
     # Not before the filter has converged, and not when nearly all rays disagree.
     everything = plain.likelihoods(particles, beams, True)
-    assert skipping.likelihoods(particles, beams, False).factors == pytest.approx(
-        everything.factors)
+    assert skipping.likelihoods(particles, beams, False).factors == pytest.approx(everything.factors)
     elsewhere = particles + [50.0, 0.0, 0.0]
     assert skipping.likelihoods(elsewhere, beams, True).factors == pytest.approx(
-        plain.likelihoods(elsewhere, beams, True).factors)
+        plain.likelihoods(elsewhere, beams, True).factors
+    )
 
 
 def test_beam_weights_are_the_formula():
@@ -193,15 +205,20 @@ def test_beam_weights_are_the_formula():
                 continue
             no_return = range_m <= scan.range_min_m or range_m >= RANGE_LIMIT_M
             range_m = RANGE_LIMIT_M if no_return else range_m
-            start, end = (Pose2D(*point, 0.0).relative_to(grid.origin) for point in (
-                (x, y), (x + RANGE_LIMIT_M * math.cos(direction),
-                         y + RANGE_LIMIT_M * math.sin(direction))))
-            cast_m = 0.05 * cast_ray(blocked, start.x_m / 0.05, start.y_m / 0.05, end.x_m / 0.05,
-                                     end.y_m / 0.05, RANGE_LIMIT_M / 0.05)
-            p = 0.95 * math.exp(-(range_m - cast_m) ** 2 / (2 * 0.2 ** 2))
+            start, end = (
+                Pose2D(*point, 0.0).relative_to(grid.origin)
+                for point in (
+                    (x, y),
+                    (x + RANGE_LIMIT_M * math.cos(direction), y + RANGE_LIMIT_M * math.sin(direction)),
+                )
+            )
+            cast_m = 0.05 * cast_ray(
+                blocked, start.x_m / 0.05, start.y_m / 0.05, end.x_m / 0.05, end.y_m / 0.05, RANGE_LIMIT_M / 0.05
+            )
+            p = 0.95 * math.exp(-((range_m - cast_m) ** 2) / (2 * 0.2**2))
             p += 0.1 * 0.4 * math.exp(-0.4 * range_m) if range_m < cast_m else 0.0
             p += 0.05 if no_return else 0.05 / RANGE_LIMIT_M
-            expected += p ** 3
+            expected += p**3
         assert factor == pytest.approx(expected, rel=1e-9)
 
 
@@ -214,10 +231,17 @@ def test_rays_cast_on_the_grid_are_as_long_as_the_room_says():
     scan = simulated_scan(grid, pose, ray_count=90)
     local = pose.relative_to(grid.origin)
     directions = local.yaw_rad + scan.bearings_rad()
-    cast = [cast_ray(grid.cells != FREE, local.x_m / 0.05, local.y_m / 0.05,
-                     (local.x_m + RANGE_MAX_M * math.cos(direction)) / 0.05,
-                     (local.y_m + RANGE_MAX_M * math.sin(direction)) / 0.05, 1e9)
-            for direction in directions]
+    cast = [
+        cast_ray(
+            grid.cells != FREE,
+            local.x_m / 0.05,
+            local.y_m / 0.05,
+            (local.x_m + RANGE_MAX_M * math.cos(direction)) / 0.05,
+            (local.y_m + RANGE_MAX_M * math.sin(direction)) / 0.05,
+            1e9,
+        )
+        for direction in directions
+    ]
     assert (np.abs(0.05 * np.array(cast) - scan.ranges_m) < 0.1).mean() > 0.95
 
 
@@ -225,25 +249,32 @@ def test_a_ray_that_meets_nothing_is_as_long_as_asked():
     free = np.zeros((9, 9), dtype=bool)
     assert cast_ray(free, 4.5, 4.5, 7.5, 4.5, 3.0) == 3.0
     assert cast_ray(free, 4.5, 4.5, 4.5, 4.5, 0.5) == 0.5
-    assert cast_ray(free, 4.5, 4.5, 104.5, 4.5, 100.0) == 5.0     # the border ends it
+    assert cast_ray(free, 4.5, 4.5, 104.5, 4.5, 100.0) == 5.0  # the border ends it
     assert cast_ray(free, 4.5, 4.5, 4.5, -95.5, 100.0) == 5.0
-    assert cast_ray(free, -50.0, 4.5, 9.0, 4.5, 59.0) == 1.0      # from off the map: at once
+    assert cast_ray(free, -50.0, 4.5, 9.0, 4.5, 59.0) == 1.0  # from off the map: at once
 
 
 @pytest.mark.parametrize('model', ['beam', 'likelihood_field', 'likelihood_field_prob'])
 def test_the_true_pose_is_the_likeliest(model):
     grid, pose = pillar_room(), Pose2D(0.4, -0.9, 2.0)
     laser = laser_model(params(laser_model_type=model, laser_max_beams=60), grid)
-    others = np.array(pose) + np.array([[0.4, 0, 0], [-0.4, 0, 0], [0, 0.4, 0], [0, -0.4, 0],
-                                        [0, 0, 0.3], [0, 0, -0.3], [0, 0, 3.1]])
+    others = np.array(pose) + np.array(
+        [[0.4, 0, 0], [-0.4, 0, 0], [0, 0.4, 0], [0, -0.4, 0], [0, 0, 0.3], [0, 0, -0.3], [0, 0, 3.1]]
+    )
     particles = np.vstack([pose, others])
     beams = laser.beams(simulated_scan(grid, pose), Pose2D(0, 0, 0))
     assert laser.likelihoods(particles, beams, False).factors.argmax() == 0
 
 
-@pytest.mark.parametrize('ranges, message', [
-    (np.array([]), 'given 0 ranges'), (np.full(36, np.inf), 'none of 36 rays'),
-    (np.full(36, np.nan), 'none of 36 rays'), (np.full(36, -np.inf), 'none of 36 rays')])
+@pytest.mark.parametrize(
+    'ranges, message',
+    [
+        (np.array([]), 'given 0 ranges'),
+        (np.full(36, np.inf), 'none of 36 rays'),
+        (np.full(36, np.nan), 'none of 36 rays'),
+        (np.full(36, -np.inf), 'none of 36 rays'),
+    ],
+)
 def test_a_scan_that_says_nothing_is_refused(ranges, message):
     laser = laser_model(params(), pillar_room())
     with pytest.raises(InputFault, match=message):
@@ -258,15 +289,19 @@ def test_no_return_tells_the_beam_model_something_and_nan_does_not():
         laser.beams(scan._replace(ranges_m=np.full(36, np.nan)), Pose2D(0, 0, 0))
 
 
-@pytest.mark.parametrize('changes, message', [
-    (dict(angle_min_rad=np.nan), 'bearings from nan'),
-    (dict(angle_increment_rad=np.inf), 'in steps of inf'),
-    (dict(range_max_m=np.nan), 'range limit of nan'),
-    (dict(angle_increment_rad=1e307), 'in steps of 1e.307'),
-    (dict(range_max_m=-1.0), 'range limit of -1'),
-    (dict(range_min_m=np.nan), 'least range of nan'),
-    (dict(range_min_m=-0.1), 'least range of -0.1'),
-    (dict(ranges_m=np.ones((2, 2))), 'expected at least one')])
+@pytest.mark.parametrize(
+    'changes, message',
+    [
+        (dict(angle_min_rad=np.nan), 'bearings from nan'),
+        (dict(angle_increment_rad=np.inf), 'in steps of inf'),
+        (dict(range_max_m=np.nan), 'range limit of nan'),
+        (dict(angle_increment_rad=1e307), 'in steps of 1e.307'),
+        (dict(range_max_m=-1.0), 'range limit of -1'),
+        (dict(range_min_m=np.nan), 'least range of nan'),
+        (dict(range_min_m=-0.1), 'least range of -0.1'),
+        (dict(ranges_m=np.ones((2, 2))), 'expected at least one'),
+    ],
+)
 def test_a_scan_without_geometry_is_refused(changes, message):
     scan = Scan(0, 0.0, 0.1, 0.15, 6.0, np.ones(36))._replace(**changes)
     with pytest.raises(InputFault, match=message):

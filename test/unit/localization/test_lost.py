@@ -1,4 +1,5 @@
 """Lost detection: how a scan's rays are sorted, the verdict over scans, and the filter meanwhile."""
+
 import math
 import subprocess
 import sys
@@ -21,9 +22,18 @@ ROOM = pillar_room()
 START = Pose2D(0.9, -0.6, 1.8)
 ELSEWHERE = Pose2D(-2.0, -0.2, -0.9)
 DISTANCE_M = 0.2
-ON = dict(lost_fraction=0.5, lost_scans=5, max_particles=1000, laser_max_beams=60,
-          initial_pose_x=START.x_m, initial_pose_y=START.y_m, initial_pose_a=START.yaw_rad,
-          initial_cov_xx=0.0025, initial_cov_yy=0.0025, initial_cov_aa=0.0025)
+ON = dict(
+    lost_fraction=0.5,
+    lost_scans=5,
+    max_particles=1000,
+    laser_max_beams=60,
+    initial_pose_x=START.x_m,
+    initial_pose_y=START.y_m,
+    initial_pose_a=START.yaw_rad,
+    initial_cov_xx=0.0025,
+    initial_cov_yy=0.0025,
+    initial_cov_aa=0.0025,
+)
 
 
 def wall_ahead(wall_x_m=2.0, behind=UNKNOWN, cells_x=100):
@@ -31,7 +41,7 @@ def wall_ahead(wall_x_m=2.0, behind=UNKNOWN, cells_x=100):
     cells = np.full((100, cells_x), FREE, np.int8)
     column = round((wall_x_m + 2.5) / RESOLUTION_M)
     cells[:, column] = OCCUPIED
-    cells[:, column + 1:] = behind
+    cells[:, column + 1 :] = behind
     return OccupancyGrid(cells, RESOLUTION_M, Pose2D(-2.5, -2.5, 0.0))
 
 
@@ -40,24 +50,37 @@ def rays_ahead(range_m, count=20):
     return Scan(0, 0.0, math.radians(0.1) / count, 0.1, 1e13, np.full(count, range_m))
 
 
-@pytest.mark.parametrize('range_m, expected', [
-    (2.025, ScanFit(20, 0, 0)),     # on the wall
-    (1.85, ScanFit(20, 0, 0)),      # 0.175 m before its centre
-    (2.20, ScanFit(20, 0, 0)),
-    (1.75, ScanFit(0, 0, 20)),      # short of it: a person
-    (2.30, ScanFit(0, 20, 0)),      # through it, into what is unknown
-    (4.00, ScanFit(0, 20, 0)),      # through it, off the map
-    (1e12, ScanFit(0, 20, 0)),
-    (math.inf, ScanFit(0, 0, 0)), (math.nan, ScanFit(0, 0, 0)), (0.05, ScanFit(0, 0, 0))])
+@pytest.mark.parametrize(
+    'range_m, expected',
+    [
+        (2.025, ScanFit(20, 0, 0)),  # on the wall
+        (1.85, ScanFit(20, 0, 0)),  # 0.175 m before its centre
+        (2.20, ScanFit(20, 0, 0)),
+        (1.75, ScanFit(0, 0, 20)),  # short of it: a person
+        (2.30, ScanFit(0, 20, 0)),  # through it, into what is unknown
+        (4.00, ScanFit(0, 20, 0)),  # through it, off the map
+        (1e12, ScanFit(0, 20, 0)),
+        (math.inf, ScanFit(0, 0, 0)),
+        (math.nan, ScanFit(0, 0, 0)),
+        (0.05, ScanFit(0, 0, 0)),
+    ],
+)
 def test_rays_against_one_wall(range_m, expected):
     assert FitMap(wall_ahead(), DISTANCE_M).fit(IDENTITY, rays_ahead(range_m), IDENTITY) == expected
 
 
-@pytest.mark.parametrize('laser_x_m, range_m, expected', [
-    (-5.0, 7.025, ScanFit(20, 0, 0)), (-5.0, 6.0, ScanFit(0, 0, 20)),
-    (-5.0, 7.4, ScanFit(0, 20, 0)), (-5.0, 1e12, ScanFit(0, 20, 0)),
-    (-5.0, 1.0, ScanFit(0, 0, 0)),           # not even to the map
-    (-1e5, 1e5 + 2.4, ScanFit(0, 20, 0)), (3.0, 1e12, ScanFit(0, 0, 0))])
+@pytest.mark.parametrize(
+    'laser_x_m, range_m, expected',
+    [
+        (-5.0, 7.025, ScanFit(20, 0, 0)),
+        (-5.0, 6.0, ScanFit(0, 0, 20)),
+        (-5.0, 7.4, ScanFit(0, 20, 0)),
+        (-5.0, 1e12, ScanFit(0, 20, 0)),
+        (-5.0, 1.0, ScanFit(0, 0, 0)),  # not even to the map
+        (-1e5, 1e5 + 2.4, ScanFit(0, 20, 0)),
+        (3.0, 1e12, ScanFit(0, 0, 0)),
+    ],
+)
 def test_rays_from_off_the_map_are_followed_onto_it(laser_x_m, range_m, expected):
     here = Pose2D(laser_x_m, 0.0, 0.0)
     straight = rays_ahead(range_m)._replace(angle_increment_rad=0.0)
@@ -72,7 +95,7 @@ def test_rays_that_pass_the_map_by_do_not_count():
 
 def test_rays_that_end_where_the_map_says_nothing_do_not_count():
     grid = wall_ahead()
-    grid.cells[:, 60:] = UNKNOWN        # the wall included
+    grid.cells[:, 60:] = UNKNOWN  # the wall included
     for range_m in (1.0, 4.0):
         assert FitMap(grid, DISTANCE_M).fit(IDENTITY, rays_ahead(range_m), IDENTITY).share is None
 
@@ -167,8 +190,11 @@ def test_carried_off_and_back():
 @pytest.mark.parametrize('degrees', range(0, 360, 30))
 def test_begun_two_metres_off(degrees):
     """Whichever way, off the map or not: lost at the fifth scan, found by a better pose."""
-    guess = Pose2D(START.x_m + 2.0 * math.cos(math.radians(degrees)),
-                   START.y_m + 2.0 * math.sin(math.radians(degrees)), START.yaw_rad)
+    guess = Pose2D(
+        START.x_m + 2.0 * math.cos(math.radians(degrees)),
+        START.y_m + 2.0 * math.sin(math.radians(degrees)),
+        START.yaw_rad,
+    )
     filter_ = amcl(initial_pose_x=guess.x_m, initial_pose_y=guess.y_m)
     assert feed(filter_, START, 10) == [False] * 4 + [True] * 6
     filter_.set_pose(moved(START, 0.1, 0.05), 0.01 * np.eye(3))
@@ -197,8 +223,9 @@ def test_a_new_pose_is_settled_on_the_spot():
     filter_ = amcl()
     feed(filter_, START, 1)
     feed(filter_, ELSEWHERE, 6)
-    filter_.set_pose(Pose2D(ELSEWHERE.x_m + 0.3, ELSEWHERE.y_m - 0.2, ELSEWHERE.yaw_rad + 0.2),
-                     np.diag([0.16, 0.16, 0.07]))
+    filter_.set_pose(
+        Pose2D(ELSEWHERE.x_m + 0.3, ELSEWHERE.y_m - 0.2, ELSEWHERE.yaw_rad + 0.2), np.diag([0.16, 0.16, 0.07])
+    )
     assert not feed(filter_, ELSEWHERE, 30)[-1]
     assert np.subtract(filter_.odom_pose_in_map, ELSEWHERE) == pytest.approx(0, abs=0.25)
 
@@ -226,8 +253,7 @@ def test_a_bad_scan_is_a_fault_also_between_updates():
     filter_ = amcl()
     feed(filter_, START, 1)
     with pytest.raises(InputFault, match='none of 180 rays'):
-        filter_.update(IDENTITY, simulated_scan(ROOM, START)._replace(
-            ranges_m=np.full(180, np.inf)), IDENTITY)
+        filter_.update(IDENTITY, simulated_scan(ROOM, START)._replace(ranges_m=np.full(180, np.inf)), IDENTITY)
 
 
 def test_rays_that_all_point_one_way_are_refused():
@@ -240,7 +266,7 @@ def test_rays_that_all_point_one_way_are_refused():
 
 # ---- compiling ahead
 
-NOTHING_IS_COMPILED_AFTER = '''
+NOTHING_IS_COMPILED_AFTER = """
 import importlib, pkgutil, sys
 import numpy as np
 from diff_encoder_sim import localization
@@ -269,13 +295,17 @@ for step in range(6):
     amcl.update(pose, simulated_scan(room, pose), Pose2D(0.1, 0.0, 0.2))
 after = signatures()
 assert before == after, {key: (before[key], after[key]) for key in after if before[key] != after[key]}
-'''
+"""
 
 
 @pytest.mark.parametrize('model', ['likelihood_field', 'likelihood_field_prob', 'beam'])
 def test_after_the_warm_up_nothing_is_left_to_compile(model):
-    result = subprocess.run([sys.executable, '-c', NOTHING_IS_COMPILED_AFTER, model],
-                            cwd=str(SOURCE),
-                            env={'PYTHONPATH': f'{SOURCE}:{SUPPORT}', 'PATH': ''},
-                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, universal_newlines=True)
+    result = subprocess.run(
+        [sys.executable, '-c', NOTHING_IS_COMPILED_AFTER, model],
+        cwd=str(SOURCE),
+        env={'PYTHONPATH': f'{SOURCE}:{SUPPORT}', 'PATH': ''},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        universal_newlines=True,
+    )
     assert result.returncode == 0, result.stderr[-2000:]

@@ -1,4 +1,5 @@
 """The odometry models' moments against their closed forms."""
+
 import math
 
 import numpy as np
@@ -25,8 +26,7 @@ def params(**changes):
 
 def draws(model, previous, current, start=(0.0, 0.0, 0.0)):
     particles = np.tile(np.array(start), (DRAWS, 1))
-    return motion_model(params(odom_model_type=model))(particles, previous, current,
-                                                       np.random.default_rng(1))
+    return motion_model(params(odom_model_type=model))(particles, previous, current, np.random.default_rng(1))
 
 
 def expect(samples, mean, variance):
@@ -36,31 +36,33 @@ def expect(samples, mean, variance):
 
 
 # Variances of (turn, drive, turn) for turn 0.4, drive 0.5, turn -0.3, by table 5.6.
-VARIANCES = (0.1 * 0.16 + 0.02 * 0.25, 0.05 * 0.25 + 0.03 * (0.16 + 0.09),
-             0.1 * 0.09 + 0.02 * 0.25)
+VARIANCES = (0.1 * 0.16 + 0.02 * 0.25, 0.05 * 0.25 + 0.03 * (0.16 + 0.09), 0.1 * 0.09 + 0.02 * 0.25)
 
 
-@pytest.mark.parametrize('model, sigmas', [
-    ('diff-corrected', [math.sqrt(variance) for variance in VARIANCES]),
-    ('diff', VARIANCES),   # upstream's: the variance taken for a standard deviation
-])
+@pytest.mark.parametrize(
+    'model, sigmas',
+    [
+        ('diff-corrected', [math.sqrt(variance) for variance in VARIANCES]),
+        ('diff', VARIANCES),  # upstream's: the variance taken for a standard deviation
+    ],
+)
 def test_moments_of_turn_drive_turn(model, sigmas):
     """E cos and E cos^2 of a Gaussian angle give the mean and variance of the end point."""
     previous = Pose2D(1.0, -2.0, 0.7)
     current = previous.compose(Pose2D(0.5 * math.cos(0.4), 0.5 * math.sin(0.4), 0.1))
     end = draws(model, previous, current)
     turn1, drive, turn2 = sigmas
-    shrink, shrink_twice = math.exp(-turn1 ** 2 / 2), math.exp(-2 * turn1 ** 2)
+    shrink, shrink_twice = math.exp(-(turn1**2) / 2), math.exp(-2 * turn1**2)
     mean_x, mean_y = 0.5 * shrink * math.cos(0.4), 0.5 * shrink * math.sin(0.4)
-    square = 0.25 + drive ** 2
-    expect(end[:, 0], mean_x, square * (1 + shrink_twice * math.cos(0.8)) / 2 - mean_x ** 2)
-    expect(end[:, 1], mean_y, square * (1 - shrink_twice * math.cos(0.8)) / 2 - mean_y ** 2)
-    expect(end[:, 2], 0.1, turn1 ** 2 + turn2 ** 2)
+    square = 0.25 + drive**2
+    expect(end[:, 0], mean_x, square * (1 + shrink_twice * math.cos(0.8)) / 2 - mean_x**2)
+    expect(end[:, 1], mean_y, square * (1 - shrink_twice * math.cos(0.8)) / 2 - mean_y**2)
+    expect(end[:, 2], 0.1, turn1**2 + turn2**2)
     # Only the first turn bends the path; it goes into the final heading as well.
     # (Where noise turns the drive backwards, the end point lies on the same line, behind.)
     bent = (np.arctan2(end[:, 1], end[:, 0]) - 0.4 + math.pi / 2) % math.pi - math.pi / 2
-    expect(bent, 0.0, turn1 ** 2)
-    assert np.cov(bent, end[:, 2])[0, 1] == pytest.approx(turn1 ** 2, rel=0.03)
+    expect(bent, 0.0, turn1**2)
+    assert np.cov(bent, end[:, 2])[0, 1] == pytest.approx(turn1**2, rel=0.03)
 
 
 def test_particles_move_along_their_own_headings():
@@ -85,7 +87,8 @@ def test_a_small_translation_has_no_direction():
     sideways = Pose2D(0.0, 0.0099, 0.2)
     assert decompose(Pose2D(0, 0, 0), sideways) == pytest.approx((0.0, 0.0099, 0.2))
     assert decompose(Pose2D(0, 0, 0), Pose2D(0.0, 0.0101, 0.2)) == pytest.approx(
-        (math.pi / 2, 0.0101, 0.2 - math.pi / 2))
+        (math.pi / 2, 0.0101, 0.2 - math.pi / 2)
+    )
 
 
 def test_reversing_is_as_noisy_as_driving_ahead():

@@ -1,4 +1,5 @@
 """The whole robot in lockstep on short routes: it arrives, and equal seeds give equal bits."""
+
 import math
 
 import numpy as np
@@ -19,20 +20,34 @@ from places import ROOT
 
 SCAN_HEIGHT_M = 0.3
 # 3 m and a turn of 40 degrees in the hallway; a turn and a bend between the pillars.
-HALL = {'name': 'hall', 'world': 'hallway', 'start': {'x': -3.0},
-        'route': [{'goal': {'x': 0.0, 'y': 0.0, 'yaw': 0.7}}]}
-BEND = {'name': 'bend', 'world': 'ros_logo', 'start': {'x': -3.4, 'y': -0.85},
-        'route': [{'turns': 0.5}, {'through': [{'x': -1.9, 'y': -0.935}]},
-                  {'goal': {'x': 0.0, 'y': -0.935}}]}
+HALL = {'name': 'hall', 'world': 'hallway', 'start': {'x': -3.0}, 'route': [{'goal': {'x': 0.0, 'y': 0.0, 'yaw': 0.7}}]}
+BEND = {
+    'name': 'bend',
+    'world': 'ros_logo',
+    'start': {'x': -3.4, 'y': -0.85},
+    'route': [{'turns': 0.5}, {'through': [{'x': -1.9, 'y': -0.935}]}, {'goal': {'x': 0.0, 'y': -0.935}}],
+}
 
 
-def lockstep(test, ppr=90, number=1, map_file=None, nav='embedded', latency=LatencyParams(), publications=None,
-             encoder_rate=20.0, **changes):
+def lockstep(
+    test,
+    ppr=90,
+    number=1,
+    map_file=None,
+    nav='embedded',
+    latency=LatencyParams(),
+    publications=None,
+    encoder_rate=20.0,
+    **changes,
+):
     test = TestDefinition.from_mapping({**test, **changes}, '')
     world = find_world(test.world, ROOT / 'worlds')
-    plan = TrialPlan(trial=Trial(test=test, ppr={'left': ppr, 'right': ppr}, number=number,
-                                 nav=nav),
-                     world=str(world), map=str(map_file or world.with_suffix('.yaml')), bag='')
+    plan = TrialPlan(
+        trial=Trial(test=test, ppr={'left': ppr, 'right': ppr}, number=number, nav=nav),
+        world=str(world),
+        map=str(map_file or world.with_suffix('.yaml')),
+        bag='',
+    )
     params = load_robot_params(ROOT / 'config')
     params = params._replace(latency=latency, encoder=params.encoder.model_copy(update={'rate': encoder_rate}))
     return LockstepTrial(plan, ROOT / 'urdf' / 'alto.urdf.xacro', params, publications)
@@ -69,16 +84,23 @@ def test_reports_come_at_twenty_hertz_and_belief_follows_truth():
     reports = list(lockstep(HALL, 1024).run())
     assert set(np.diff([report.stamp_ns for report in reports])) == {50_000_000}
     assert reports[0].estimated_pose_in_map is None
-    errors = [report.estimated_pose_in_map.relative_to(report.true_pose_in_map)
-              for report in reports[20:]]
+    errors = [report.estimated_pose_in_map.relative_to(report.true_pose_in_map) for report in reports[20:]]
     assert max(math.hypot(error.x_m, error.y_m) for error in errors) < 0.3
 
 
 def test_the_same_trial_is_the_same_bit_for_bit_and_another_is_not():
-    first, second, other = ([(report.true_pose_in_map, report.odometry.base_pose_in_odom,
-                              report.estimated_pose_in_map, report.navigation.command)
-                             for report in lockstep(BEND, number=number).run()]
-                            for number in (5, 5, 6))
+    first, second, other = (
+        [
+            (
+                report.true_pose_in_map,
+                report.odometry.base_pose_in_odom,
+                report.estimated_pose_in_map,
+                report.navigation.command,
+            )
+            for report in lockstep(BEND, number=number).run()
+        ]
+        for number in (5, 5, 6)
+    )
     assert first == second
     assert first != other
 
@@ -136,8 +158,9 @@ def test_latencies_delay_what_they_say(tmp_path):
     assert {now_ns - stamp_ns for now_ns, stamp_ns in heard['odometry']} == {30_000_000}
     # Dated ahead by transform_tolerance, 0.4 s.
     assert {now_ns - stamp_ns for now_ns, stamp_ns in heard['odom_in_map']} == {130_000_000 - 400_000_000}
-    starts = [next(trial.time_ns for report in trial.run() if report.true_pose_in_map.x_m > -2.999)
-              for trial in (quick, late)]
+    starts = [
+        next(trial.time_ns for report in trial.run() if report.true_pose_in_map.x_m > -2.999) for trial in (quick, late)
+    ]
     assert 0.08e9 <= starts[1] - starts[0] <= 0.3e9
 
 

@@ -1,4 +1,5 @@
 """The queue of a trial in lockstep: what happens when, and in which order."""
+
 from diff_encoder_sim.lockstep.schedule import Schedule
 
 
@@ -9,8 +10,25 @@ def test_actions_come_at_their_rates_and_those_of_one_time_in_the_order_entered(
     for time_ns in range(0, 61, 10):
         done.append(time_ns)
         schedule.run_until(time_ns)
-    assert done == [0, 'fast', 'slow', 10, 'fast', 20, 'fast', 30, 'fast', 'slow', 40, 'fast', 50, 'fast',
-                    60, 'fast', 'slow']
+    assert done == [
+        0,
+        'fast',
+        'slow',
+        10,
+        'fast',
+        20,
+        'fast',
+        30,
+        'fast',
+        'slow',
+        40,
+        'fast',
+        50,
+        'fast',
+        60,
+        'fast',
+        'slow',
+    ]
 
 
 def test_what_was_put_off_comes_after_what_has_a_rate_and_in_the_order_in_which_it_was():
@@ -31,6 +49,7 @@ def test_what_is_put_off_to_now_is_done_now():
 
     def answer():
         schedule.at(0, lambda: done.append('answer'))
+
     schedule.every(10, answer)
     schedule.every(10, lambda: done.append('other'))
     schedule.run_until(0)

@@ -1,4 +1,5 @@
 """Map files as map_server reads them, and maps straight from world files."""
+
 import io
 import math
 import os
@@ -46,11 +47,18 @@ def test_cells_and_points_agree_on_a_turned_map():
 
 
 # Occupancies of these greys: 0.961, 0.608, 0.137, 0.020; negated 0.039, 0.392, 0.863, 0.980.
-@pytest.mark.parametrize('keys, cells', [
-    ('', [100, -1, 0, 0]), ('negate: 1\n', [0, -1, 100, 100]),
-    ('mode: scale\n', [100, 89, 0, 0]), ('mode: raw\n', [10, 100, -1, -1]),
-    ('mode: scale\nnegate: 1\n', [0, 43, 100, 100]), ('mode: raw\nnegate: 1\n', [-1, -1, 35, 5]),
-    ('occupied_thresh: 0.5\nfree_thresh: 0.1\n', [100, 100, -1, 0])])
+@pytest.mark.parametrize(
+    'keys, cells',
+    [
+        ('', [100, -1, 0, 0]),
+        ('negate: 1\n', [0, -1, 100, 100]),
+        ('mode: scale\n', [100, 89, 0, 0]),
+        ('mode: raw\n', [10, 100, -1, -1]),
+        ('mode: scale\nnegate: 1\n', [0, 43, 100, 100]),
+        ('mode: raw\nnegate: 1\n', [-1, -1, 35, 5]),
+        ('occupied_thresh: 0.5\nfree_thresh: 0.1\n', [100, 100, -1, 0]),
+    ],
+)
 def test_modes_and_thresholds(tmp_path, keys, cells):
     path = write(tmp_path, [[10, 100, 220, 250]], YAML + keys)
     assert load_map(path).cells.tolist() == [cells]
@@ -67,8 +75,7 @@ def test_alpha_is_one_more_channel_in_trinary_mode_and_none_in_raw_mode(tmp_path
     pixels = [[[150, 150, 150, 255], [150, 150, 150, 0], [90, 90, 90, 0], [90, 91, 92, 255], [100, 100, 101, 9]]]
     text = YAML.replace('m.pgm', 'm.png') + 'occupied_thresh: 0.4\n'
     assert load_map(write(tmp_path, pixels, text, 'm.png')).cells.tolist() == [[-1, 100, 100, 100, 100]]
-    assert load_map(write(tmp_path, pixels, text + 'mode: raw\n', 'm.png')
-                    ).cells.tolist() == [[-1, -1, 90, 91, 100]]
+    assert load_map(write(tmp_path, pixels, text + 'mode: raw\n', 'm.png')).cells.tolist() == [[-1, -1, 90, 91, 100]]
 
 
 def test_grey_with_alpha_is_read_as_colour_with_alpha(tmp_path):
@@ -96,13 +103,21 @@ def of_palette():
     return image
 
 
-@pytest.mark.parametrize('content', [
-    b'P2 3 1 255 0 205 254', b'P2 3 1 510 0 410 508', b'P5 3 1 255\n\x00\xcd\xfe',
-    b'P5 3 1 65535\n\x00\x00\xcd\xcd\xfe\xfe', b'P3 3 1 255 0 0 0 205 205 205 254 254 254',
-    png(Image.fromarray(np.array(GREYS, dtype=np.uint8))),
-    png(Image.fromarray(np.array(GREYS, dtype=np.uint16) * 257)),
-    png(Image.fromarray(np.array(GREYS, dtype=np.uint8)).convert('RGB')),
-    png(of_palette()), png(of_palette(), transparency=0)])
+@pytest.mark.parametrize(
+    'content',
+    [
+        b'P2 3 1 255 0 205 254',
+        b'P2 3 1 510 0 410 508',
+        b'P5 3 1 255\n\x00\xcd\xfe',
+        b'P5 3 1 65535\n\x00\x00\xcd\xcd\xfe\xfe',
+        b'P3 3 1 255 0 0 0 205 205 205 254 254 254',
+        png(Image.fromarray(np.array(GREYS, dtype=np.uint8))),
+        png(Image.fromarray(np.array(GREYS, dtype=np.uint16) * 257)),
+        png(Image.fromarray(np.array(GREYS, dtype=np.uint8)).convert('RGB')),
+        png(of_palette()),
+        png(of_palette(), transparency=0),
+    ],
+)
 def test_every_kind_of_pixel_is_read_alike(tmp_path, content):
     # Averaged with alpha, as trinary mode does, 205 is 217.5: an occupancy just above 0.147.
     path = write(tmp_path, GREYS, YAML.replace('m.pgm', 'm') + 'free_thresh: 0.147\n')
@@ -134,8 +149,7 @@ def test_black_and_white_of_one_bit(tmp_path):
 
 def test_numbers_are_read_as_map_servers_parser_reads_them(tmp_path):
     """To PyYAML an exponent without a point, and a number in quotes, are text."""
-    text = ('image: m.pgm\nresolution: 5e-2\norigin: [1e-05, "-2.5", 0]\noccupied_thresh: "0.65"\n'
-            'free_thresh: 2e-1\n')
+    text = 'image: m.pgm\nresolution: 5e-2\norigin: [1e-05, "-2.5", 0]\noccupied_thresh: "0.65"\nfree_thresh: 2e-1\n'
     grid = load_map(write(tmp_path, GREYS, text))
     assert (grid.resolution_m, grid.origin) == (0.05, (1e-05, -2.5, 0.0))
     assert grid.cells.tolist() == [[OCCUPIED, FREE, FREE]]  # 205 is an occupancy of 0.196
@@ -156,29 +170,34 @@ def test_what_is_saved_is_read_back(tmp_path):
 
 
 def test_thresholds_of_saving_are_inclusive(tmp_path):
-    grid = OccupancyGrid(np.array([[0, 25, 26, 64, 65, 100, -1]], dtype=np.int8), 0.05,
-                         Pose2D(0, 0, 0))
+    grid = OccupancyGrid(np.array([[0, 25, 26, 64, 65, 100, -1]], dtype=np.int8), 0.05, Pose2D(0, 0, 0))
     assert load_map(save_map(grid, tmp_path / 'm')).cells.tolist() == [[0, 0, -1, -1, 100, 100, -1]]
     params = SavingParams(free=0, occ=26)
-    assert load_map(save_map(grid, tmp_path / 'm', params)
-                    ).cells.tolist() == [[0, -1, 100, 100, 100, 100, -1]]
+    assert load_map(save_map(grid, tmp_path / 'm', params)).cells.tolist() == [[0, -1, 100, 100, 100, 100, -1]]
 
 
-@pytest.mark.parametrize('options, complaint', [
-    ({'occ': 0}, 'occ: given 0'), ({'free': 101}, 'free: given 101'), ({'free': -1}, 'free: given -1'),
-    ({'free': 65}, 'free below occ'), ({'occ': 20}, 'free below occ')])
+@pytest.mark.parametrize(
+    'options, complaint',
+    [
+        ({'occ': 0}, 'occ: given 0'),
+        ({'free': 101}, 'free: given 101'),
+        ({'free': -1}, 'free: given -1'),
+        ({'free': 65}, 'free below occ'),
+        ({'occ': 20}, 'free below occ'),
+    ],
+)
 def test_bad_thresholds_of_saving_are_named(options, complaint):
     with pytest.raises(ConfigError, match=complaint):
         SavingParams.from_mapping(options, 'arguments')
 
 
 def test_saving_replaces_files_whole_and_leaves_nothing_else(tmp_path, monkeypatch):
-    grids = [OccupancyGrid(np.full((2, 3), cell, dtype=np.int8), 0.05, Pose2D(0, 0, 0))
-             for cell in (FREE, OCCUPIED)]
+    grids = [OccupancyGrid(np.full((2, 3), cell, dtype=np.int8), 0.05, Pose2D(0, 0, 0)) for cell in (FREE, OCCUPIED)]
     path = save_map(grids[0], tmp_path / 'm')
 
     def fail(*_):
         raise OSError(28, os.strerror(28))
+
     monkeypatch.setattr(os, 'replace', fail)  # all is written by then
     with pytest.raises(ConfigError, match='m.pgm: cannot be written: No space left'):
         save_map(grids[1], tmp_path / 'm')
@@ -189,23 +208,27 @@ def test_saving_replaces_files_whole_and_leaves_nothing_else(tmp_path, monkeypat
     assert sorted(entry.name for entry in tmp_path.iterdir()) == ['m.pgm', 'm.yaml']
 
 
-@pytest.mark.parametrize('text, complaint', [
-    (YAML.replace('0.05', '0'), 'm.yaml: resolution: given 0'),
-    (YAML.replace('0.05', '2001-99-99'), 'm.yaml: not valid YAML'),  # an error of datetime's
-    (YAML.replace('m.pgm', '"m\\n.pgm"'), 'm.yaml: image: given .* allowed: a file name'),
-    (YAML.replace('m.pgm', '"m\\0.pgm"'), 'm.yaml: image: given .* allowed: a file name'),
-    (YAML + 'negate: 2\n', 'm.yaml: negate: given 2'),
-    (YAML.replace('0.05', '.nan'), 'm.yaml: resolution: given nan'),
-    (YAML.replace('0.05', '"nan"'), 'm.yaml: resolution: given nan'),
-    (YAML.replace('0.05', 'fine'), "m.yaml: resolution: given 'fine'; allowed: a valid number"),
-    (YAML.replace('-1.0', '.nan'), 'm.yaml: origin.0: given nan'),
-    (YAML.replace(', 0.0]', ']'), 'm.yaml: origin: given'),
-    (YAML.replace('m.pgm', 'n.pgm'), 'n.pgm: cannot be read: No such file'),
-    (YAML.replace('m.pgm', 'm.yaml'), 'm.yaml: not an image'),
-    (YAML + 'mode: grey\n', "m.yaml: mode: given 'grey'"),
-    (YAML + 'occupied_thresh: 0.1\n', 'free_thresh below occupied_thresh'),
-    (YAML + 'colour: 1\n', 'm.yaml: colour: unknown key'),
-    ('image: m.pgm\n', 'm.yaml: resolution: missing')])
+@pytest.mark.parametrize(
+    'text, complaint',
+    [
+        (YAML.replace('0.05', '0'), 'm.yaml: resolution: given 0'),
+        (YAML.replace('0.05', '2001-99-99'), 'm.yaml: not valid YAML'),  # an error of datetime's
+        (YAML.replace('m.pgm', '"m\\n.pgm"'), 'm.yaml: image: given .* allowed: a file name'),
+        (YAML.replace('m.pgm', '"m\\0.pgm"'), 'm.yaml: image: given .* allowed: a file name'),
+        (YAML + 'negate: 2\n', 'm.yaml: negate: given 2'),
+        (YAML.replace('0.05', '.nan'), 'm.yaml: resolution: given nan'),
+        (YAML.replace('0.05', '"nan"'), 'm.yaml: resolution: given nan'),
+        (YAML.replace('0.05', 'fine'), "m.yaml: resolution: given 'fine'; allowed: a valid number"),
+        (YAML.replace('-1.0', '.nan'), 'm.yaml: origin.0: given nan'),
+        (YAML.replace(', 0.0]', ']'), 'm.yaml: origin: given'),
+        (YAML.replace('m.pgm', 'n.pgm'), 'n.pgm: cannot be read: No such file'),
+        (YAML.replace('m.pgm', 'm.yaml'), 'm.yaml: not an image'),
+        (YAML + 'mode: grey\n', "m.yaml: mode: given 'grey'"),
+        (YAML + 'occupied_thresh: 0.1\n', 'free_thresh below occupied_thresh'),
+        (YAML + 'colour: 1\n', 'm.yaml: colour: unknown key'),
+        ('image: m.pgm\n', 'm.yaml: resolution: missing'),
+    ],
+)
 def test_a_bad_map_file_is_named(tmp_path, text, complaint):
     path = write(tmp_path, [[0, 254]], text)
     with pytest.raises(ConfigError, match=complaint) as caught:
@@ -213,12 +236,20 @@ def test_a_bad_map_file_is_named(tmp_path, text, complaint):
     assert '\n' not in str(caught.value)
 
 
-@pytest.mark.parametrize('content, complaint', [
-    (b'', 'not an image'), (b'P5\n0 0\n255\n', 'without pixels'), (b'P5\n-3 x', 'cannot be read'),
-    (b'P5\n10 10\n255\nxx', 'truncated'), (png(Image.new('L', (99, 99)))[:60], 'cannot be read'),
-    (b'P5\n9500 9500\n255\n', 'too large; allowed: at most 89478485 pixels'),
-    (b'P5\n1000000 1000000\n255\n', 'too large'), (b'Pf 1 1 -1\n\0\0\0\0', 'pixels of type F'),
-    (b'GIF89a\x01\x00\x01\x00\x00\x00\x00;', 'allowed: PGM or PNG')])
+@pytest.mark.parametrize(
+    'content, complaint',
+    [
+        (b'', 'not an image'),
+        (b'P5\n0 0\n255\n', 'without pixels'),
+        (b'P5\n-3 x', 'cannot be read'),
+        (b'P5\n10 10\n255\nxx', 'truncated'),
+        (png(Image.new('L', (99, 99)))[:60], 'cannot be read'),
+        (b'P5\n9500 9500\n255\n', 'too large; allowed: at most 89478485 pixels'),
+        (b'P5\n1000000 1000000\n255\n', 'too large'),
+        (b'Pf 1 1 -1\n\0\0\0\0', 'pixels of type F'),
+        (b'GIF89a\x01\x00\x01\x00\x00\x00\x00;', 'allowed: PGM or PNG'),
+    ],
+)
 def test_an_image_that_is_no_map_is_named(tmp_path, content, complaint):
     path = write(tmp_path, [[0]])
     (tmp_path / 'm.pgm').write_bytes(content)
@@ -229,20 +260,39 @@ def test_an_image_that_is_no_map_is_named(tmp_path, content, complaint):
 
 
 NUMBERS = st.one_of(st.sampled_from([0, 1, -1, 0.05, 0.196, 0.65]), st.floats(), st.integers())
-VALUES = st.recursive(st.one_of(NUMBERS, st.text(), st.booleans(), st.none(), st.dates()),
-                      lambda inner: st.lists(inner, max_size=4), max_leaves=4)
+VALUES = st.recursive(
+    st.one_of(NUMBERS, st.text(), st.booleans(), st.none(), st.dates()),
+    lambda inner: st.lists(inner, max_size=4),
+    max_leaves=4,
+)
 GOOD = {'image': 'm', 'resolution': 0.05, 'origin': [0.0, 0.0, 0.0]}
 DESCRIPTIONS = st.one_of(
     st.fixed_dictionaries(
-        {'image': st.one_of(st.just('m'), VALUES), 'resolution': st.one_of(st.just(0.05), VALUES),
-         'origin': st.one_of(st.just([0, 0, 0]), st.lists(NUMBERS, min_size=3, max_size=3), VALUES)},
-        optional={'mode': st.sampled_from(['trinary', 'scale', 'raw', 'grey', 1]),
-                  'negate': st.one_of(st.sampled_from([0, 1]), VALUES), 'occupied_thresh': NUMBERS,
-                  'free_thresh': NUMBERS}).map(lambda keys: yaml.safe_dump(keys).encode()),
-    st.just(yaml.safe_dump(GOOD).encode()), st.text().map(lambda text: b'image: m\n' + text.encode(
-        'utf-8', 'surrogatepass')), st.binary())
-IMAGES = [b'P2 3 2 255 0 1 2 3 4 5', b'P5 3 2 65535\n' + bytes(12), b'P6 1 1 255\n123', b'P1 2 1 0 1',
-          png(Image.new('L', (5, 4))), png(Image.new('LA', (5, 4))), png(of_palette())]
+        {
+            'image': st.one_of(st.just('m'), VALUES),
+            'resolution': st.one_of(st.just(0.05), VALUES),
+            'origin': st.one_of(st.just([0, 0, 0]), st.lists(NUMBERS, min_size=3, max_size=3), VALUES),
+        },
+        optional={
+            'mode': st.sampled_from(['trinary', 'scale', 'raw', 'grey', 1]),
+            'negate': st.one_of(st.sampled_from([0, 1]), VALUES),
+            'occupied_thresh': NUMBERS,
+            'free_thresh': NUMBERS,
+        },
+    ).map(lambda keys: yaml.safe_dump(keys).encode()),
+    st.just(yaml.safe_dump(GOOD).encode()),
+    st.text().map(lambda text: b'image: m\n' + text.encode('utf-8', 'surrogatepass')),
+    st.binary(),
+)
+IMAGES = [
+    b'P2 3 2 255 0 1 2 3 4 5',
+    b'P5 3 2 65535\n' + bytes(12),
+    b'P6 1 1 255\n123',
+    b'P1 2 1 0 1',
+    png(Image.new('L', (5, 4))),
+    png(Image.new('LA', (5, 4))),
+    png(of_palette()),
+]
 
 
 @st.composite
@@ -251,7 +301,7 @@ def torn_images(draw):
     content = bytearray(draw(st.sampled_from(IMAGES)))
     for _ in range(draw(st.integers(0, 3))):
         content[draw(st.integers(0, len(content) - 1))] = draw(st.integers(0, 255))
-    return bytes(content[:draw(st.integers(0, len(content)))])
+    return bytes(content[: draw(st.integers(0, len(content)))])
 
 
 @given(DESCRIPTIONS, st.one_of(st.sampled_from(IMAGES), torn_images(), st.binary(max_size=40)))
@@ -270,9 +320,14 @@ def test_whatever_the_files_hold_a_map_comes_out_or_one_line(description, image)
         assert grid.resolution_m > 0 and np.isfinite(grid.origin).all()
 
 
-@pytest.mark.parametrize('stem, complaint', [
-    ('no/folder/map', 'map.pgm: cannot be written: No such file'), ('', 'a folder'),
-    ('m.yaml/map', 'map.pgm: cannot be written: Not a directory')])
+@pytest.mark.parametrize(
+    'stem, complaint',
+    [
+        ('no/folder/map', 'map.pgm: cannot be written: No such file'),
+        ('', 'a folder'),
+        ('m.yaml/map', 'map.pgm: cannot be written: Not a directory'),
+    ],
+)
 def test_a_place_that_cannot_be_written_to_is_named(tmp_path, monkeypatch, stem, complaint):
     monkeypatch.chdir(tmp_path)
     (tmp_path / 'm.yaml').write_text(YAML)
@@ -285,8 +340,7 @@ def test_a_rasterised_world_has_its_surfaces_and_nothing_else(name, free):
     world = load_world(WORLDS / f'{name}.world')
     grid = rasterise(world, 1.12, 0.05, *free)
     points_m = surface_points(world, 1.12, 0.01)
-    occupied_m = np.array([grid.cell_centre(row, column)
-                           for row, column in np.argwhere(grid.cells == OCCUPIED)])
+    occupied_m = np.array([grid.cell_centre(row, column) for row, column in np.argwhere(grid.cells == OCCUPIED)])
     nearest_m = np.array([np.hypot(*(points_m - centre).T).min() for centre in occupied_m])
     assert nearest_m.max() < 0.05 * math.sqrt(0.5) + 0.01  # a surface runs through the cell
     assert grid.cells[grid.cell_at(*free)] == FREE
@@ -305,7 +359,7 @@ def test_the_hallways_walls_are_drawn_alike_on_both_sides():
 def test_a_free_point_in_a_wall_or_outside_is_refused():
     world = load_world(WORLDS / 'hallway.world')
     for point in ((16.1, 0.0), (500.0, 0.0)):
-        with pytest.raises(ConfigError, match=fr'free point \({point[0]}, 0.0\)'):
+        with pytest.raises(ConfigError, match=rf'free point \({point[0]}, 0.0\)'):
             rasterise(world, 1.12, 0.05, *point)
     with pytest.raises(ConfigError, match='nothing to map'):
         rasterise(world, 30.0, 0.05, 0.0, 0.0)
@@ -321,11 +375,19 @@ def test_the_tool_writes_a_map_that_is_read_back(tmp_path, capsys):
     assert (grid.cells == expected.cells).all() and grid.origin == expected.origin
 
 
-@pytest.mark.parametrize('arguments, complaint', [
-    (['--resolution', '0'], 'resolution: given 0'), (['--resolution', '-1'], 'resolution: given -1'),
-    (['--resolution', 'nan'], 'resolution: given nan'), (['--resolution', '1e-9'], 'resolution: given 1e-09'),
-    (['--resolution', '1e300'], 'resolution: given 1e'), (['--height', 'inf'], 'height: given inf'),
-    (['--free', '0', 'nan'], 'free.1: given nan'), (['--free', '1e300', '0'], 'free point')])
+@pytest.mark.parametrize(
+    'arguments, complaint',
+    [
+        (['--resolution', '0'], 'resolution: given 0'),
+        (['--resolution', '-1'], 'resolution: given -1'),
+        (['--resolution', 'nan'], 'resolution: given nan'),
+        (['--resolution', '1e-9'], 'resolution: given 1e-09'),
+        (['--resolution', '1e300'], 'resolution: given 1e'),
+        (['--height', 'inf'], 'height: given inf'),
+        (['--free', '0', 'nan'], 'free.1: given nan'),
+        (['--free', '1e300', '0'], 'free point'),
+    ],
+)
 def test_the_tool_names_a_bad_argument_in_one_line(tmp_path, arguments, complaint):
     with pytest.raises(SystemExit) as caught:
         rasterise_world([str(WORLDS / 'hallway.world'), '--out', str(tmp_path / 'm'), *arguments])

@@ -1,4 +1,5 @@
 """At which stamps of odometry the navigator controls."""
+
 import numpy as np
 import pytest
 
@@ -36,4 +37,4 @@ def test_jitter_is_never_skipped():
 
 def test_gaps_and_time_that_goes_back_begin_a_new_period():
     assert controlled_ms([0, 10, 50, 3000, 3010, 3050, 200, 210, 250]) == [0, 50, 3000, 3050, 200, 250]
-    assert controlled_ms([100, 100, 90]) == [100]      # repeated, overtaken
+    assert controlled_ms([100, 100, 90]) == [100]  # repeated, overtaken

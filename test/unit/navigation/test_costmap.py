@@ -1,4 +1,5 @@
 """Costmap layers against their definitions and against brute force."""
+
 import math
 
 import numpy as np
@@ -13,12 +14,11 @@ from diff_encoder_sim.navigation.costmap_params import CostmapParams, local_defa
 from diff_encoder_sim.navigation.footprint import IN_OBSTACLE, OFF_MAP, make_footprint
 from diff_encoder_sim.navigation.inflation import squared_distances
 
-INSCRIBED_M = 0.26      # of 0.5 x 0.6 m and 0.01 m of padding
+INSCRIBED_M = 0.26  # of 0.5 x 0.6 m and 0.01 m of padding
 
 
 def static_costmap(cells, origin=IDENTITY, **params):
-    return Costmap(CostmapParams.from_mapping(params, ''),
-                   OccupancyGrid(np.asarray(cells, np.int8), 0.05, origin))
+    return Costmap(CostmapParams.from_mapping(params, ''), OccupancyGrid(np.asarray(cells, np.int8), 0.05, origin))
 
 
 def scan_of(ranges_by_degree, rays=360):
@@ -34,6 +34,7 @@ def random_walls():
 
 # ---- footprint
 
+
 def test_radii_of_the_padded_rectangle():
     footprint = make_footprint([[0.25, 0.3], [-0.25, 0.3], [-0.25, -0.3], [0.25, -0.3]], 0.01)
     assert footprint.inscribed_radius_m == pytest.approx(INSCRIBED_M)
@@ -45,8 +46,9 @@ def test_footprint_is_read_from_text_as_upstream_does():
     assert params.footprint == [[0.2, 0.1], [-0.2, 0.1], [0.0, -0.3]]
 
 
-@pytest.mark.parametrize('footprint', [[[0, 1], [1, 0]], [[1, 1], [2, 1], [2, 2]], 'round',
-                                       [[0.1, 0.1, 0.1], [-0.1, 0.1], [0, -0.1]]])
+@pytest.mark.parametrize(
+    'footprint', [[[0, 1], [1, 0]], [[1, 1], [2, 1], [2, 2]], 'round', [[0.1, 0.1, 0.1], [-0.1, 0.1], [0, -0.1]]]
+)
 def test_a_footprint_must_be_a_polygon_around_the_robot(footprint):
     with pytest.raises(ConfigError, match='footprint'):
         CostmapParams.from_mapping({'footprint': footprint}, '')
@@ -54,14 +56,15 @@ def test_a_footprint_must_be_a_polygon_around_the_robot(footprint):
 
 def test_footprint_cost_depends_on_heading():
     cells = np.zeros((100, 100))
-    cells[:, 57] = 100                                  # a wall at x = 2.85 to 2.90
+    cells[:, 57] = 100  # a wall at x = 2.85 to 2.90
     costmap = static_costmap(cells, inflation_radius=0.3)
-    assert costmap.footprint_cost(Pose2D(2.55, 2.5, 0.0)) >= 0.0          # 0.26 m ahead: clear
-    assert costmap.footprint_cost(Pose2D(2.55, 2.5, math.pi / 2)) == IN_OBSTACLE   # 0.31 m
+    assert costmap.footprint_cost(Pose2D(2.55, 2.5, 0.0)) >= 0.0  # 0.26 m ahead: clear
+    assert costmap.footprint_cost(Pose2D(2.55, 2.5, math.pi / 2)) == IN_OBSTACLE  # 0.31 m
     assert costmap.footprint_cost(Pose2D(0.2, 2.5, 0.0)) == OFF_MAP
 
 
 # ---- inflation
+
 
 @pytest.mark.parametrize('seed', range(5))
 def test_distance_transform_equals_brute_force_up_to_the_limit(seed):
@@ -71,8 +74,7 @@ def test_distance_transform_equals_brute_force_up_to_the_limit(seed):
     squared = squared_distances(is_obstacle, limit)
     rows, columns = np.nonzero(is_obstacle)
     row, column = np.indices(is_obstacle.shape)
-    exact = ((row[..., None] - rows) ** 2 + (column[..., None] - columns) ** 2).min(
-        axis=-1, initial=10 ** 6)
+    exact = ((row[..., None] - rows) ** 2 + (column[..., None] - columns) ** 2).min(axis=-1, initial=10**6)
     within = exact <= limit * limit
     assert (squared[within] == exact[within]).all()
     assert (squared[~within] > limit * limit).all()
@@ -101,28 +103,29 @@ def test_inflation_enters_the_unknown_only_where_the_robot_would_touch():
 
 def test_static_layer_reads_occupancy_as_upstream():
     cells = np.array([[0, 50, 100], [-1, 99, 65]])
-    assert static_costmap(cells, inflation_radius=0.0).costs.tolist() == [
-        [0, 0, 254], [255, 0, 0]]
-    assert static_costmap(cells, inflation_radius=0.0, lethal_cost_threshold=65,
-                          track_unknown_space=False).costs.tolist() == [[0, 0, 254], [0, 254, 254]]
+    assert static_costmap(cells, inflation_radius=0.0).costs.tolist() == [[0, 0, 254], [255, 0, 0]]
+    assert static_costmap(
+        cells, inflation_radius=0.0, lethal_cost_threshold=65, track_unknown_space=False
+    ).costs.tolist() == [[0, 0, 254], [0, 254, 254]]
     assert static_costmap(cells, inflation_radius=0.0, trinary_costmap=False).costs[0, 1] == 127
 
 
 # ---- obstacles
+
 
 def test_a_hit_is_marked_and_inflated_within_obstacle_range_only():
     costmap = Costmap(local_defaults(width=6.0, height=6.0))
     costmap.update(IDENTITY, scan_of({0: 1.02, 90: 2.6}), IDENTITY)
     assert costmap.cost_at(1.02, 0.0) == LETHAL
     assert costmap.cost_at(0.8, 0.0) == INSCRIBED
-    assert costmap.cost_at(0.0, 2.6) == FREE          # farther than obstacle_range 2.5
+    assert costmap.cost_at(0.0, 2.6) == FREE  # farther than obstacle_range 2.5
 
 
 def test_a_longer_range_clears_what_stood_in_its_way():
     costmap = Costmap(local_defaults())
     costmap.update(IDENTITY, scan_of({0: 1.02}), IDENTITY)
     costmap.update(IDENTITY, scan_of({0: 0.72}), IDENTITY)
-    assert costmap.cost_at(1.02, 0.0) == LETHAL       # behind the new hit: not seen, so kept
+    assert costmap.cost_at(1.02, 0.0) == LETHAL  # behind the new hit: not seen, so kept
     costmap.update(IDENTITY, scan_of({0: 1.32}), IDENTITY)
     assert costmap.cost_at(0.72, 0.0) < INSCRIBED and costmap.cost_at(1.32, 0.0) == LETHAL
 
@@ -190,7 +193,7 @@ def test_window_moves_with_the_robot_by_whole_cells_and_remembers():
     assert steps == pytest.approx(np.round(steps), abs=1e-9)
     row, column = costmap.cell_at(0.63, -0.31)
     assert (row, column) == (30, 30)
-    costmap.update(Pose2D(5.0, 0.0, 0.0))             # out of the window: forgotten
+    costmap.update(Pose2D(5.0, 0.0, 0.0))  # out of the window: forgotten
     costmap.update(IDENTITY)
     assert (costmap.costs == FREE).all()
 
@@ -224,8 +227,8 @@ def test_scans_overrule_the_map_only_upwards():
     costmap = static_costmap(cells)
     pose = Pose2D(2.5, 2.5, 0.0)
     costmap.update(pose, scan_of({0: 2.2, 90: 1.0}), pose)
-    assert costmap.cost_at(3.52, 2.5) == LETHAL       # the wall stays although a ray went through
-    assert costmap.cost_at(2.5, 3.5) == LETHAL        # what the map does not show is added
+    assert costmap.cost_at(3.52, 2.5) == LETHAL  # the wall stays although a ray went through
+    assert costmap.cost_at(2.5, 3.5) == LETHAL  # what the map does not show is added
 
 
 def test_clearing_keeps_a_square_around_the_robot():
@@ -247,9 +250,15 @@ def test_static_obstacles_are_told_from_seen_ones():
     assert not costmap.is_static_obstacle(2.5, 3.5)
 
 
-@pytest.mark.parametrize('params', [{'rolling_window': True, 'static_map': True}, {'static_map': False},
-                                    {'observation_sources': 'sonar'},
-                                    {'rolling_window': True, 'resolution': 0.0005}])
+@pytest.mark.parametrize(
+    'params',
+    [
+        {'rolling_window': True, 'static_map': True},
+        {'static_map': False},
+        {'observation_sources': 'sonar'},
+        {'rolling_window': True, 'resolution': 0.0005},
+    ],
+)
 def test_params_that_make_no_costmap_are_refused(params):
     with pytest.raises(ConfigError):
         CostmapParams.from_mapping(params, 'costmap.yaml')

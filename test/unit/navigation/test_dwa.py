@@ -1,4 +1,5 @@
 """The DWA: its window and samples, each critic by a case made by hand, and its memory."""
+
 import math
 
 import numpy as np
@@ -38,8 +39,9 @@ def local_costmap(marked=(), **params):
 
 def straight_plan(length_m=1.4, bearing_rad=0.0):
     distance = np.arange(0.0, length_m + 1e-9, 0.025)
-    return np.column_stack([distance * math.cos(bearing_rad), distance * math.sin(bearing_rad),
-                            np.full_like(distance, bearing_rad)])
+    return np.column_stack(
+        [distance * math.cos(bearing_rad), distance * math.sin(bearing_rad), np.full_like(distance, bearing_rad)]
+    )
 
 
 def scored(planner, costmap, plan, twist=(0.3, 0.0), pose=IDENTITY):
@@ -48,6 +50,7 @@ def scored(planner, costmap, plan, twist=(0.3, 0.0), pose=IDENTITY):
 
 # ---- window and samples
 
+
 def test_window_is_what_one_period_reaches():
     window = velocity_window(dwa_params(), 0.2, -0.3, PERIOD_S, 5.0)
     assert window == pytest.approx((0.165, 0.235, -0.545, -0.055))
@@ -55,16 +58,14 @@ def test_window_is_what_one_period_reaches():
 
 def test_window_stays_within_the_limits():
     params = dwa_params(min_vel_x=-0.1)
-    assert velocity_window(params, 0.44, 0.9, PERIOD_S, 5.0) == pytest.approx(
-        (0.405, 0.45, 0.655, 1.0))
+    assert velocity_window(params, 0.44, 0.9, PERIOD_S, 5.0) == pytest.approx((0.405, 0.45, 0.655, 1.0))
     assert velocity_window(params, -0.09, -1.0, PERIOD_S, 5.0)[:2] == pytest.approx((-0.1, -0.055))
 
 
 def test_a_quantised_twist_above_the_limits_leaves_the_limits():
     """40 pulses: two pulses of each wheel in 50 ms are 0.63 m/s, of one wheel 1.57 rad/s."""
     assert velocity_window(dwa_params(), 0.628, 1.57, PERIOD_S, 5.0) == (0.45, 0.45, 1.0, 1.0)
-    assert velocity_samples(velocity_window(dwa_params(), 0.628, 1.57, PERIOD_S, 5.0), 3, 20) \
-        .tolist() == [[0.45, 1.0]]
+    assert velocity_samples(velocity_window(dwa_params(), 0.628, 1.57, PERIOD_S, 5.0), 3, 20).tolist() == [[0.45, 1.0]]
 
 
 def test_without_dwa_the_window_spans_sim_time_and_does_not_overshoot():
@@ -73,12 +74,11 @@ def test_without_dwa_the_window_spans_sim_time_and_does_not_overshoot():
 
 
 def test_samples_hold_both_ends_and_zero():
-    assert samples_between(-0.245, 0.245, 4) == pytest.approx(
-        [-0.245, -0.0816667, 0.0, 0.0816667, 0.245])
+    assert samples_between(-0.245, 0.245, 4) == pytest.approx([-0.245, -0.0816667, 0.0, 0.0816667, 0.245])
     assert samples_between(0.1, 0.3, 3) == pytest.approx([0.1, 0.2, 0.3])
     assert samples_between(0.1, 0.3, 1).tolist() == [0.1, 0.3]
     assert samples_between(0.2, 0.2, 20).tolist() == [0.2]
-    assert samples_between(-0.2, 0.2, 3).tolist() == [-0.2, 0.0, 0.2]        # it is there already
+    assert samples_between(-0.2, 0.2, 3).tolist() == [-0.2, 0.0, 0.2]  # it is there already
 
 
 def test_default_sample_count_is_upstreams():
@@ -90,24 +90,25 @@ def test_default_sample_count_is_upstreams():
 def test_the_trajectory_is_upstreams():
     """Points no farther apart than the granularities, the start in and the end out."""
     steps = step_count(0.4, 0.5, 1.7, 0.025, 0.1)
-    assert steps == 28                                     # 0.68 m / 0.025 m
+    assert steps == 28  # 0.68 m / 0.025 m
     points = np.empty((steps, 3))
     roll_out(np.zeros(3), np.zeros(2), np.array([0.4, 0.5]), steps, 1.7, np.ones(2), False, points)
     assert points[0].tolist() == [0.0, 0.0, 0.0]
     assert points[-1, 2] == pytest.approx(0.5 * 1.7 * 27 / 28)
     radius_m = 0.4 / 0.5
-    assert points[-1, :2] == pytest.approx((radius_m * math.sin(points[-1, 2]),
-                                            radius_m * (1 - math.cos(points[-1, 2]))), abs=0.02)
+    assert points[-1, :2] == pytest.approx(
+        (radius_m * math.sin(points[-1, 2]), radius_m * (1 - math.cos(points[-1, 2]))), abs=0.02
+    )
 
 
 def test_without_dwa_the_trajectory_accelerates():
     points = np.empty((17, 3))
-    roll_out(np.zeros(3), np.array([0.0, 0.0]), np.array([0.4, 0.0]), 17, 1.7, np.array([0.5, 3.0]),
-             True, points)
+    roll_out(np.zeros(3), np.array([0.0, 0.0]), np.array([0.4, 0.0]), 17, 1.7, np.array([0.5, 3.0]), True, points)
     assert points[3, 0] == pytest.approx((0.05 + 0.1 + 0.15) * 0.1)
 
 
 # ---- map grid
+
 
 def test_distances_go_around_obstacles():
     costs = np.zeros((7, 7), np.uint8)
@@ -116,11 +117,11 @@ def test_distances_go_around_obstacles():
     distance = np.empty((7, 7), np.int32)
     assert plan_distance(costs, 1.0, np.array([[0.5, 0.5], [1.5, 0.5]]), False, distance)
     assert distance[0, :3].tolist() == [0, 0, 1]
-    assert distance[0, 4] == 6 + 3 + 6                     # down to row 6, past the wall, up again
-    assert distance[2, 3] == 49 and distance[6, 6] == 49   # blocked, unknown
+    assert distance[0, 4] == 6 + 3 + 6  # down to row 6, past the wall, up again
+    assert distance[2, 3] == 49 and distance[6, 6] == 49  # blocked, unknown
     costs[6, 3] = 254
     plan_distance(costs, 1.0, np.array([[0.5, 0.5], [1.5, 0.5]]), False, distance)
-    assert distance[0, 4] == 50                            # no way
+    assert distance[0, 4] == 50  # no way
 
 
 def test_local_goal_is_the_last_point_before_the_plan_leaves():
@@ -136,9 +137,9 @@ def test_local_goal_is_the_last_point_before_the_plan_leaves():
 
 # ---- critics
 
+
 def test_the_best_command_follows_a_straight_plan_at_the_highest_speed():
-    best = DwaPlanner(dwa_params(), PERIOD_S).find_best(IDENTITY, 0.3, 0.0, local_costmap(),
-                                                        straight_plan())
+    best = DwaPlanner(dwa_params(), PERIOD_S).find_best(IDENTITY, 0.3, 0.0, local_costmap(), straight_plan())
     assert best.linear_mps == pytest.approx(0.335) and best.angular_radps == 0.0
     assert best.poses[-1, 0] == pytest.approx(0.335 * 1.7, abs=0.03)
 
@@ -154,8 +155,7 @@ def test_obstacle_critic_rejects_collisions_and_takes_the_highest_cost():
     assert scored(planner, local_costmap([(0.52, 0.0)]), straight_plan()).best == -1
     costmap = local_costmap([(0.3, 0.62)])
     beside = scored(planner, costmap, straight_plan())
-    index = next(i for i, (v, w) in enumerate(beside.samples)
-                 if w == 0.0 and v == max(beside.samples[:, 0]))
+    index = next(i for i, (v, w) in enumerate(beside.samples) if w == 0.0 and v == max(beside.samples[:, 0]))
     assert 0.0 < beside.scores[index, critics.OBSTACLE] <= 253
 
 
@@ -181,8 +181,7 @@ def test_alignment_and_goal_front_look_at_the_nose():
     # After 1.4 s of the turn the nose is 0.325 sin(0.39) = 0.12 m off the plan.
     assert result.scores[turning, critics.ALIGNMENT] in (2.0, 3.0)
     # The nose's goal is 0.325 m behind the goal, the nose as far before the centre.
-    assert result.scores[straight, critics.GOAL_FRONT] == pytest.approx(
-        result.scores[straight, critics.GOAL], abs=1)
+    assert result.scores[straight, critics.GOAL_FRONT] == pytest.approx(result.scores[straight, critics.GOAL], abs=1)
 
 
 def test_alignment_is_off_within_a_nose_of_the_goal():
@@ -216,39 +215,50 @@ def test_path_critic_rejects_ways_through_inscribed_cells():
 
 
 def test_samples_slower_than_both_minima_are_no_trajectories():
-    result = scored(DwaPlanner(dwa_params(min_vel_trans=0.1, min_vel_theta=0.4), PERIOD_S),
-                    local_costmap(), straight_plan(), twist=(0.0, 0.0))
+    result = scored(
+        DwaPlanner(dwa_params(min_vel_trans=0.1, min_vel_theta=0.4), PERIOD_S),
+        local_costmap(),
+        straight_plan(),
+        twist=(0.0, 0.0),
+    )
     assert (result.totals == critics.NO_TRAJECTORY).all()
 
 
 def test_a_robot_that_could_never_start_is_a_config_error():
     """0.7 m/s^2 in 50 ms is 0.035 m/s: below upstream's default min_vel_trans of 0.1."""
     with pytest.raises(ConfigError, match='min_vel_trans'):
-        NavigatorParams.from_mapping({'DWAPlannerROS': {
-            **TABLE_2, 'min_vel_trans': 0.1, 'min_vel_theta': 0.4}}, 'x.yaml')
-    NavigatorParams()                                      # upstream's own defaults can
+        NavigatorParams.from_mapping(
+            {'DWAPlannerROS': {**TABLE_2, 'min_vel_trans': 0.1, 'min_vel_theta': 0.4}}, 'x.yaml'
+        )
+    NavigatorParams()  # upstream's own defaults can
 
 
 def test_off_the_window_is_rejected():
-    result = scored(DwaPlanner(dwa_params(), PERIOD_S), local_costmap(width=1.0, height=1.0),
-                    straight_plan(0.4), twist=(0.4, 0.0))
+    result = scored(
+        DwaPlanner(dwa_params(), PERIOD_S), local_costmap(width=1.0, height=1.0), straight_plan(0.4), twist=(0.4, 0.0)
+    )
     assert result.best == -1
 
 
 def test_no_plan_in_the_window_gives_no_command():
-    assert DwaPlanner(dwa_params(), PERIOD_S).find_best(
-        IDENTITY, 0.0, 0.0, local_costmap(), straight_plan() + (5.0, 0.0, 0.0)) is None
+    assert (
+        DwaPlanner(dwa_params(), PERIOD_S).find_best(
+            IDENTITY, 0.0, 0.0, local_costmap(), straight_plan() + (5.0, 0.0, 0.0)
+        )
+        is None
+    )
 
 
 # ---- oscillation
+
 
 def test_turning_back_binds_until_the_robot_has_got_away():
     memory = OscillationMemory(dwa_params())
     memory.update(IDENTITY, 0.0, 0.3)
     assert memory.allowed().all()
-    memory.update(IDENTITY, 0.0, -0.3)                     # turned back: only right from here
+    memory.update(IDENTITY, 0.0, -0.3)  # turned back: only right from here
     assert memory.allowed().tolist() == [True, True, False, True]
-    memory.update(Pose2D(0.04, 0.0, -0.15), 0.0, -0.3)     # neither 0.05 m nor 0.2 rad
+    memory.update(Pose2D(0.04, 0.0, -0.15), 0.0, -0.3)  # neither 0.05 m nor 0.2 rad
     assert not memory.allowed().all()
     memory.update(Pose2D(0.04, 0.0, -0.25), 0.0, -0.3)
     assert memory.allowed().all()
@@ -281,6 +291,7 @@ def test_a_bound_direction_is_rejected():
 
 # ---- a plan that leads off behind
 
+
 def test_the_dwa_alone_does_not_turn_round_but_turn_to_path_does():
     plan = straight_plan(1.4, math.pi)
     planner = DwaPlanner(dwa_params(), PERIOD_S)
@@ -295,5 +306,4 @@ def test_the_dwa_alone_does_not_turn_round_but_turn_to_path_does():
     assert turn.command(still, plan, lambda *_: False) is None
     turned = Motion(Pose2D(0.0, 0.0, math.pi - 0.9), 0.0, 1.0)
     assert turn.command(turned, plan, lambda *_: True) is None
-    assert TurnToPath(dwa_params(turn_to_path_angle=0.0), PERIOD_S).command(
-        still, plan, lambda *_: True) is None
+    assert TurnToPath(dwa_params(turn_to_path_angle=0.0), PERIOD_S).command(still, plan, lambda *_: True) is None

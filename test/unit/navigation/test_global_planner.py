@@ -1,4 +1,5 @@
 """Global plans: optimal against references, free of collisions, and clear about failure."""
+
 import heapq
 import math
 
@@ -28,7 +29,7 @@ def random_cells(seed, shape=(120, 160)):
     cells = np.zeros(shape, np.int8)
     for _ in range(12):
         row, column = random.integers(15, shape[0] - 25), random.integers(25, shape[1] - 35)
-        cells[row:row + random.integers(2, 12), column:column + random.integers(2, 12)] = 100
+        cells[row : row + random.integers(2, 12), column : column + random.integers(2, 12)] = 100
     return cells
 
 
@@ -45,11 +46,14 @@ def dijkstra(weights, start):
         for down in (-1, 0, 1):
             for right in (-1, 0, 1):
                 to = row + down, column + right
-                if (down or right) and 0 <= to[0] < weights.shape[0] \
-                        and 0 <= to[1] < weights.shape[1] and np.isfinite(weights[to]) \
-                        and np.isfinite(weights[row, to[1]] + weights[to[0], column]):
-                    new = cost + 0.5 * math.hypot(down, right) * (
-                        weights[row, column] + weights[to])
+                if (
+                    (down or right)
+                    and 0 <= to[0] < weights.shape[0]
+                    and 0 <= to[1] < weights.shape[1]
+                    and np.isfinite(weights[to])
+                    and np.isfinite(weights[row, to[1]] + weights[to[0], column])
+                ):
+                    new = cost + 0.5 * math.hypot(down, right) * (weights[row, column] + weights[to])
                     if new < costs[to]:
                         costs[to] = new
                         heapq.heappush(heap, (new, to))
@@ -99,8 +103,7 @@ def test_potential_is_the_fixpoint_of_the_wave_equation():
                 low, high = min(along, across), max(along, across)
                 if np.isfinite(low) and np.isfinite(weight):
                     apart = high - low
-                    new = low + weight if apart >= weight else \
-                        low + 0.5 * (apart + math.sqrt(2 * weight ** 2 - apart ** 2))
+                    new = low + weight if apart >= weight else low + 0.5 * (apart + math.sqrt(2 * weight**2 - apart**2))
                     expected[row, column] = min(expected[row, column], new)
     potential = propagate(weights, 12, 15, 0, 0, 50.0, False, False)
     assert potential == pytest.approx(expected[1:-1, 1:-1])
@@ -119,8 +122,9 @@ def test_the_map_may_be_turned_and_shifted():
     origin = Pose2D(-3.0, 2.0, 0.7)
     cells = random_cells(1)
     straight = planner(cells).make_plan(Pose2D(0.52, 0.52, 0.0), Pose2D(7.43, 5.33, 0.2))
-    turned = planner(cells, origin).make_plan(origin.compose(Pose2D(0.52, 0.52, 0.0)),
-                                              origin.compose(Pose2D(7.43, 5.33, 0.2)))
+    turned = planner(cells, origin).make_plan(
+        origin.compose(Pose2D(0.52, 0.52, 0.0)), origin.compose(Pose2D(7.43, 5.33, 0.2))
+    )
     assert len(straight) == len(turned)
     for there, here in zip(straight.tolist(), turned.tolist()):
         assert here[:2] == pytest.approx(origin.compose(Pose2D(*there))[:2], abs=1e-9)
@@ -136,16 +140,18 @@ def walled():
 START = Pose2D(1.0, 2.5, 0.0)
 
 
-@pytest.mark.parametrize('goal, problem, text', [
-    (Pose2D(math.nan, 1.0, 0.0), PlanProblem.NOT_FINITE,
-     r'the goal \(nan, 1.0, 0.0\) is not finite'),
-    (Pose2D(1.0, 1.0, math.inf), PlanProblem.NOT_FINITE, 'not finite'),
-    (Pose2D(7.0, 1.0, 0.0), PlanProblem.OUTSIDE, r'the goal \(7, 1\) is outside the map'),
-    (Pose2D(1e308, -1e308, 0.0), PlanProblem.OUTSIDE, 'outside the map'),
-    (Pose2D(3.02, 2.5, 0.0), PlanProblem.IN_WALL,
-     r'the goal \(3.02, 2.50\) is in a wall of the map'),
-    (Pose2D(2.9, 2.5, 0.0), PlanProblem.IN_WALL, 'so close to a wall of the map'),
-    (Pose2D(5.0, 2.5, 0.0), PlanProblem.UNREACHABLE, r'no way to the goal \(5.00, 2.50\)')])
+@pytest.mark.parametrize(
+    'goal, problem, text',
+    [
+        (Pose2D(math.nan, 1.0, 0.0), PlanProblem.NOT_FINITE, r'the goal \(nan, 1.0, 0.0\) is not finite'),
+        (Pose2D(1.0, 1.0, math.inf), PlanProblem.NOT_FINITE, 'not finite'),
+        (Pose2D(7.0, 1.0, 0.0), PlanProblem.OUTSIDE, r'the goal \(7, 1\) is outside the map'),
+        (Pose2D(1e308, -1e308, 0.0), PlanProblem.OUTSIDE, 'outside the map'),
+        (Pose2D(3.02, 2.5, 0.0), PlanProblem.IN_WALL, r'the goal \(3.02, 2.50\) is in a wall of the map'),
+        (Pose2D(2.9, 2.5, 0.0), PlanProblem.IN_WALL, 'so close to a wall of the map'),
+        (Pose2D(5.0, 2.5, 0.0), PlanProblem.UNREACHABLE, r'no way to the goal \(5.00, 2.50\)'),
+    ],
+)
 def test_failures_say_what_is_wrong(goal, problem, text):
     with pytest.raises(PlanError, match=text) as caught:
         planner(walled()).make_plan(START, goal)

@@ -1,4 +1,5 @@
 """What the navigator computes in few steps, against the same in many plain ones."""
+
 import math
 
 import numpy as np
@@ -41,8 +42,18 @@ def winding_plan(random, points=60):
 
 # ---- the search for the best sample
 
-@pytest.mark.parametrize('changes', [{}, {'sum_scores': True}, {'twirling_scale': 3.0}, {'use_dwa': False},
-                                     {'occdist_scale': 0.5}, {'goal_distance_bias': 0.0, 'path_distance_bias': 0.0}])
+
+@pytest.mark.parametrize(
+    'changes',
+    [
+        {},
+        {'sum_scores': True},
+        {'twirling_scale': 3.0},
+        {'use_dwa': False},
+        {'occdist_scale': 0.5},
+        {'goal_distance_bias': 0.0, 'path_distance_bias': 0.0},
+    ],
+)
 def test_best_first_finds_what_scoring_all_finds(changes):
     random, params = np.random.default_rng(3), DwaParams.from_mapping({**TABLE_2, **changes}, '')
     found = 0
@@ -54,7 +65,7 @@ def test_best_first_finds_what_scoring_all_finds(changes):
         accepted = np.flatnonzero(scored.totals >= 0.0)
         assert (best is None) == (len(accepted) == 0)
         if best is not None:
-            cheapest = accepted[np.argmin(scored.totals[accepted])]          # the first of equals
+            cheapest = accepted[np.argmin(scored.totals[accepted])]  # the first of equals
             assert scored.best == cheapest and best.cost == scored.totals[cheapest]
             assert params.use_dwa is False or (best.linear_mps, best.angular_radps) == tuple(scored.samples[cheapest])
             found += 1
@@ -72,8 +83,16 @@ def test_scores_are_those_of_every_point_on_its_own():
         plan_distance(costmap.costs, costmap.cells_per_m, plan[:, :2] - costmap.origin[:2], False, distance)
         for (v, w), scores, total in zip(scored.samples, scored.scores, scored.totals):
             points = np.empty((step_count(v, w, 1.7, 0.025, 0.1), 3))
-            roll_out(np.array([0.0, 0.0, yaw_rad]), np.zeros(2), np.array([v, w]), len(points), 1.7, np.ones(2),
-                     False, points)
+            roll_out(
+                np.array([0.0, 0.0, yaw_rad]),
+                np.zeros(2),
+                np.array([v, w]),
+                len(points),
+                1.7,
+                np.ones(2),
+                False,
+                points,
+            )
             poses = [Pose2D(*point) for point in points.tolist()]
             outlines = [costmap.footprint_cost(pose) for pose in poses]
             cells = [costmap.cell_at(*pose[:2]) for pose in poses]
@@ -97,24 +116,26 @@ def test_a_constant_velocity_is_free_of_collisions_if_every_point_is():
         answers.append(planner.is_collision_free(Pose2D(*start), *twist, costmap))
         assert answers[-1] is all(costmap.footprint_cost(Pose2D(*point)) >= 0.0 for point in points.tolist())
     assert 10 < sum(answers) < 90
-    assert planner.is_collision_free(IDENTITY, 0.0, 0.0, costmap)      # it stays where it is
+    assert planner.is_collision_free(IDENTITY, 0.0, 0.0, costmap)  # it stays where it is
 
 
 def test_all_samples_roll_out_as_each_does():
     samples = np.array([[0.4, 0.5], [0.0, 0.0], [0.0, -0.3], [0.05, 0.1], [0.46, 0.0], [0.3, 0.0]])
     pose, twist, accelerations = np.array([1.0, -2.0, 0.7]), np.array([0.2, -0.1]), np.array([0.7, 4.9])
     for accelerates in (False, True):
-        points, steps = roll_out_all(pose, twist, samples, np.array([1.7, 0.025, 0.1]), np.array([0.1, 0.45, 0.2]),
-                                     accelerations, accelerates)
+        points, steps = roll_out_all(
+            pose, twist, samples, np.array([1.7, 0.025, 0.1]), np.array([0.1, 0.45, 0.2]), accelerations, accelerates
+        )
         # Neither fast enough nor turning, then neither, then too fast.
         assert steps.tolist() == [28, 0, 6, 0, 0, 21]
         for index in np.flatnonzero(steps):
             alone = np.empty((steps[index], 3))
             roll_out(pose, twist, samples[index], steps[index], 1.7, accelerations, accelerates, alone)
-            assert (points[index, :steps[index]] == alone).all()
+            assert (points[index, : steps[index]] == alone).all()
 
 
 # ---- distances
+
 
 @pytest.mark.parametrize('seed', range(4))
 def test_the_wave_equals_repeated_relaxation(seed):
@@ -136,6 +157,7 @@ def test_the_wave_equals_repeated_relaxation(seed):
 
 
 # ---- the plan in sight
+
 
 @pytest.mark.parametrize('prune_m', [0.0, 1.0])
 def test_the_stretch_in_sight_is_that_of_all_distances(prune_m):
@@ -189,6 +211,7 @@ def test_the_bearing_is_that_of_the_first_point_far_enough_from_the_nearest():
 
 
 # ---- costmaps
+
 
 def enter(cells, ranges_m, x_m, y_m, clears, marks, yaw_rad=0.3, step_rad=RAY_STEP_RAD):
     """Cells of 0.05 m; rays clear up to 2.0 m, mark up to 1.8 m."""

@@ -1,4 +1,5 @@
 """Closed loops: a kinematic robot with encoders and a laser, driven by the navigator."""
+
 import math
 
 import numpy as np
@@ -21,7 +22,7 @@ WIDE = {'inflation_radius': 1.0, 'cost_scaling_factor': 3.0}
 # The square root of 12: a pulse, of which a count's rounding error has this share as deviation.
 BELIEF = {'twist_sigmas': 3.47}
 
-PASSAGE = 1.87 / 2      # pillars stand on multiples of 1.87 m
+PASSAGE = 1.87 / 2  # pillars stand on multiples of 1.87 m
 
 
 @pytest.fixture(scope='module')
@@ -42,9 +43,12 @@ def fixture_room():
 
 
 def wide_params(dwa=None, **changes):
-    return navigator_params({'occdist_scale': 0.02, **(dwa or {})}, global_costmap=WIDE,
-                            local_costmap={**WIDE, 'global_frame': 'odom', 'rolling_window': True},
-                            **changes)
+    return navigator_params(
+        {'occdist_scale': 0.02, **(dwa or {})},
+        global_costmap=WIDE,
+        local_costmap={**WIDE, 'global_frame': 'odom', 'rolling_window': True},
+        **changes,
+    )
 
 
 def distance_m(pose, goal):
@@ -63,6 +67,7 @@ def assert_at(loop, goal):
 
 # ---- driving
 
+
 @pytest.mark.parametrize('ppr, dwa', [(None, {}), (4096, {}), (90, {}), (40, BELIEF)])
 def test_twenty_metres_down_the_hallway(hallway, ppr, dwa):
     loop = ClosedLoop(*hallway, Pose2D(-10.0, 0.0, 0.0), ppr, params=navigator_params(dwa))
@@ -75,8 +80,7 @@ def test_twenty_metres_down_the_hallway(hallway, ppr, dwa):
 
 def test_upstreams_reading_of_a_coarse_twist_is_slow_but_safe(hallway):
     """40 pulses taken at face value: one wheel's tick is a turn of 0.785 rad/s."""
-    loop = ClosedLoop(*hallway, Pose2D(5.0, 0.0, 0.0), 40,
-                      params=navigator_params({'path_distance_bias': 10.0}))
+    loop = ClosedLoop(*hallway, Pose2D(5.0, 0.0, 0.0), 40, params=navigator_params({'path_distance_bias': 10.0}))
     loop.navigator.set_goal(Pose2D(10.0, 0.0, 0.0))
     loop.run(40.0)
     assert not loop.touched
@@ -85,8 +89,7 @@ def test_upstreams_reading_of_a_coarse_twist_is_slow_but_safe(hallway):
 
 @pytest.mark.parametrize('ppr, dwa', [(None, {}), (90, {}), (40, BELIEF)])
 def test_an_s_course_around_pillars(ros_logo, ppr, dwa):
-    route = [Pose2D(-PASSAGE, PASSAGE, 0.0), Pose2D(PASSAGE, -PASSAGE, 0.0),
-             Pose2D(3 * PASSAGE, PASSAGE, 1.57)]
+    route = [Pose2D(-PASSAGE, PASSAGE, 0.0), Pose2D(PASSAGE, -PASSAGE, 0.0), Pose2D(3 * PASSAGE, PASSAGE, 1.57)]
     loop = ClosedLoop(*ros_logo, Pose2D(-3 * PASSAGE, PASSAGE, 0.0), ppr, params=wide_params(dwa))
     for index, goal in enumerate(route):
         loop.navigator.set_goal(goal)
@@ -127,10 +130,12 @@ def test_equal_inputs_give_equal_commands(room):
         loop.navigator.set_goal(Pose2D(2.0, 1.0, 0.0))
         loop.run(15.0)
         return [output.command for output in loop.outputs]
+
     assert drive() == drive()
 
 
 # ---- goals that cannot be reached
+
 
 def test_a_goal_in_a_wall_is_given_up_at_once_with_the_reason(room):
     loop = ClosedLoop(*room, IDENTITY)
@@ -141,8 +146,9 @@ def test_a_goal_in_a_wall_is_given_up_at_once_with_the_reason(room):
     assert output.command == STOP
 
 
-@pytest.mark.parametrize('goal, text', [(Pose2D(math.nan, 0.0, 0.0), 'not finite'),
-                                        (Pose2D(50.0, 0.0, 0.0), 'outside the map')])
+@pytest.mark.parametrize(
+    'goal, text', [(Pose2D(math.nan, 0.0, 0.0), 'not finite'), (Pose2D(50.0, 0.0, 0.0), 'outside the map')]
+)
 def test_impossible_goals_are_given_up_at_once(room, goal, text):
     loop = ClosedLoop(*room, IDENTITY)
     loop.navigator.set_goal(goal)
@@ -156,8 +162,9 @@ PATIENCE = {'planner_patience': 0.5, 'controller_patience': 1.0}
 def test_a_blocked_way_ends_after_recoveries(room):
     """A new wall across the room, which the map does not show."""
     shapes, grid = room
-    loop = ClosedLoop(shapes.with_box(1.0, 0.0, 0.1, 4.0), grid, Pose2D(-1.0, 0.0, 0.0),
-                      params=navigator_params(**PATIENCE))
+    loop = ClosedLoop(
+        shapes.with_box(1.0, 0.0, 0.1, 4.0), grid, Pose2D(-1.0, 0.0, 0.0), params=navigator_params(**PATIENCE)
+    )
     loop.navigator.set_goal(Pose2D(2.0, 0.0, 0.0))
     output = loop.run(60.0)
     assert output.status is GoalStatus.ABORTED
@@ -170,8 +177,12 @@ def test_a_blocked_way_ends_after_recoveries(room):
 
 def test_without_recoveries_it_ends_sooner(room):
     shapes, grid = room
-    loop = ClosedLoop(shapes.with_box(1.0, 0.0, 0.1, 4.0), grid, Pose2D(-1.0, 0.0, 0.0),
-                      params=navigator_params(recovery_behavior_enabled=False, **PATIENCE))
+    loop = ClosedLoop(
+        shapes.with_box(1.0, 0.0, 0.1, 4.0),
+        grid,
+        Pose2D(-1.0, 0.0, 0.0),
+        params=navigator_params(recovery_behavior_enabled=False, **PATIENCE),
+    )
     loop.navigator.set_goal(Pose2D(2.0, 0.0, 0.0))
     output = loop.run(20.0)
     assert output.status is GoalStatus.ABORTED
@@ -181,8 +192,9 @@ def test_without_recoveries_it_ends_sooner(room):
 def test_it_goes_on_when_the_way_opens(room):
     shapes, grid = room
     goal = Pose2D(2.0, 0.0, 0.0)
-    loop = ClosedLoop(shapes.with_box(1.0, 0.0, 0.1, 4.0), grid, Pose2D(-1.0, 0.0, 0.0),
-                      params=navigator_params(planner_patience=3.0))
+    loop = ClosedLoop(
+        shapes.with_box(1.0, 0.0, 0.1, 4.0), grid, Pose2D(-1.0, 0.0, 0.0), params=navigator_params(planner_patience=3.0)
+    )
     loop.navigator.set_goal(goal)
     loop.run(8.0)
     assert loop.outputs[-1].status is GoalStatus.ACTIVE
@@ -194,18 +206,19 @@ def test_it_goes_on_when_the_way_opens(room):
 def test_an_obstacle_that_is_not_on_the_map_is_driven_around(room):
     shapes, grid = room
     goal = Pose2D(2.2, 0.0, 0.0)
-    loop = ClosedLoop(shapes.with_box(0.3, 0.2, 0.3, 0.8), grid, Pose2D(-2.2, 0.0, 0.0),
-                      params=wide_params(planner_frequency=1.0))
+    loop = ClosedLoop(
+        shapes.with_box(0.3, 0.2, 0.3, 0.8), grid, Pose2D(-2.2, 0.0, 0.0), params=wide_params(planner_frequency=1.0)
+    )
     loop.navigator.set_goal(goal)
     loop.run(40.0)
     assert_at(loop, goal)
 
 
 def test_no_progress_calls_recovery(room):
-    loop = ClosedLoop(*room, Pose2D(-1.0, 0.0, 0.0),
-                      params=navigator_params(oscillation_timeout=2.0))
+    loop = ClosedLoop(*room, Pose2D(-1.0, 0.0, 0.0), params=navigator_params(oscillation_timeout=2.0))
     loop.robot.drive = lambda command, ticks: setattr(
-        loop.robot, 'now_ns', loop.robot.now_ns + ticks * 10_000_000)       # stuck
+        loop.robot, 'now_ns', loop.robot.now_ns + ticks * 10_000_000
+    )  # stuck
     loop.navigator.set_goal(Pose2D(2.0, 0.0, 0.0))
     loop.run(4.0)
     texts = [output.text for output in loop.outputs]
@@ -214,8 +227,10 @@ def test_no_progress_calls_recovery(room):
 
 # ---- inputs
 
-@pytest.mark.parametrize('name, text', [('odometry', 'odometry is'), ('scan', 'scan is'),
-                                        ('localization', 'localization (map->odom) is')])
+
+@pytest.mark.parametrize(
+    'name, text', [('odometry', 'odometry is'), ('scan', 'scan is'), ('localization', 'localization (map->odom) is')]
+)
 def test_a_stale_input_stops_the_robot_until_it_returns(room, name, text):
     goal = Pose2D(2.0, 0.0, 0.0)
     loop = ClosedLoop(*room, Pose2D(-2.0, 0.0, 0.0))
@@ -228,7 +243,7 @@ def test_a_stale_input_stops_the_robot_until_it_returns(room, name, text):
     assert output.command == STOP and output.status is GoalStatus.ACTIVE
     assert output.text.startswith('stopped: ') and text in output.text
     assert 'input_timeout 0.5 s' in output.text
-    loop.run(20.0)                       # longer than every patience: waiting is not failing
+    loop.run(20.0)  # longer than every patience: waiting is not failing
     assert loop.outputs[-1].status is GoalStatus.ACTIVE
     loop.muted.clear()
     loop.run(20.0)
@@ -277,8 +292,7 @@ def test_time_that_jumps_back_ends_the_goal_and_starts_over(room):
     loop.navigator.set_goal(Pose2D(2.0, 0.0, 0.0))
     loop.run(2.0)
     output = loop.navigator.step(0)
-    assert (output.status, output.text, output.command) == (GoalStatus.PREEMPTED,
-                                                            'time went back', STOP)
+    assert (output.status, output.text, output.command) == (GoalStatus.PREEMPTED, 'time went back', STOP)
     loop.robot.now_ns = 0
     goal = Pose2D(2.0, 1.0, 0.0)
     loop.navigator.set_goal(goal)
@@ -287,6 +301,7 @@ def test_time_that_jumps_back_ends_the_goal_and_starts_over(room):
 
 
 # ---- the user's other wishes
+
 
 def test_cancel_stops(room):
     loop = ClosedLoop(*room, Pose2D(-2.0, 0.0, 0.0))
@@ -320,5 +335,5 @@ def test_make_plan_and_clear_costmaps_need_no_goal(room):
 
 
 def test_unknown_parameters_are_named():
-    with pytest.raises(ConfigError, match="max_vel_z: unknown key"):
+    with pytest.raises(ConfigError, match='max_vel_z: unknown key'):
         NavigatorParams.from_mapping({'DWAPlannerROS': {'max_vel_z': 1.0}}, 'navigation.yaml')

@@ -1,4 +1,5 @@
 """What stops the robot: inputs that say nothing, odometry that does not see it move; and that a new goal works then."""
+
 import logging
 import math
 import subprocess
@@ -35,6 +36,7 @@ def freeze(loop):
 
 # ---- travel that odometry does not see
 
+
 def test_travel_sums_up_while_the_pose_stays():
     watch = TravelWatch(0.3, turning_radius_m=0.25)
     watch.enter(0, IDENTITY, Command(0.4, 1.0))
@@ -51,7 +53,7 @@ def test_travel_sums_up_while_the_pose_stays():
 
 def test_without_a_limit_travel_is_never_over_it():
     watch = TravelWatch(0.0, 0.25)
-    for now_ns in range(0, 10 ** 12, 10 ** 11):
+    for now_ns in range(0, 10**12, 10**11):
         watch.enter(now_ns, IDENTITY, Command(1.0, 0.0))
     assert watch.unseen_m > 100.0 and not watch.is_over_limit
 
@@ -61,11 +63,10 @@ def test_frozen_odometry_ends_the_goal_and_the_next_one_works(room):
     loop.navigator.set_goal(AHEAD)
     loop.run(3.0)
     mend, frozen_at = freeze(loop), loop.robot.pose
-    output = loop.run(20.0)      # by a twist of zero it commands little
+    output = loop.run(20.0)  # by a twist of zero it commands little
     assert (output.status, output.command) == (GoalStatus.ABORTED, STOP)
-    assert output.text == \
-        'odometry has not moved for 0.30 m of commanded travel (max_unseen_travel)'
-    assert 0.2 < loop.robot.pose.x_m - frozen_at.x_m < 0.45      # with what it rolls on
+    assert output.text == 'odometry has not moved for 0.30 m of commanded travel (max_unseen_travel)'
+    assert 0.2 < loop.robot.pose.x_m - frozen_at.x_m < 0.45  # with what it rolls on
     mend()
     loop.navigator.set_goal(AHEAD)
     assert loop.run(30.0).status is GoalStatus.SUCCEEDED
@@ -84,8 +85,12 @@ def test_goals_in_quick_succession_do_not_hide_frozen_odometry(room):
 
 def test_frozen_odometry_ends_a_recovery_turn_too(room):
     shapes, grid = room
-    loop = ClosedLoop(shapes.with_box(1.0, 0.0, 0.1, 4.0), grid, Pose2D(-1.0, 0.0, 0.0),
-                      params=navigator_params(planner_patience=0.5, controller_patience=0.5))
+    loop = ClosedLoop(
+        shapes.with_box(1.0, 0.0, 0.1, 4.0),
+        grid,
+        Pose2D(-1.0, 0.0, 0.0),
+        params=navigator_params(planner_patience=0.5, controller_patience=0.5),
+    )
     loop.navigator.set_goal(AHEAD)
     while not loop.step().text.startswith('rotate_recovery'):
         pass
@@ -107,6 +112,7 @@ def test_few_pulses_are_far_from_the_limit(room, goal):
 
 
 # ---- scans
+
 
 def scan_of(*ranges_m):
     return Scan(0, 0.0, 0.1, 0.15, 6.0, np.array(ranges_m))
@@ -151,6 +157,7 @@ def test_what_is_dated_far_ahead_is_not_fresh():
 
 # ---- waiting
 
+
 def test_a_stop_is_logged_once_and_so_is_the_return(room, caplog):
     caplog.set_level(logging.INFO)
     loop = ClosedLoop(*room, Pose2D(-2.0, 0.0, 0.0))
@@ -162,7 +169,9 @@ def test_a_stop_is_logged_once_and_so_is_the_return(room, caplog):
     loop.muted.clear()
     loop.run(1.0)
     assert [record.getMessage() for record in caplog.records] == [
-        'scan is 0.6 s old (input_timeout 0.5 s); stopped', 'scan is back: planning anew']
+        'scan is 0.6 s old (input_timeout 0.5 s); stopped',
+        'scan is back: planning anew',
+    ]
 
 
 def test_the_user_may_say_what_is_missing(room):
@@ -177,6 +186,7 @@ def test_the_user_may_say_what_is_missing(room):
 
 # ---- goals after goals
 
+
 def test_a_new_goal_goes_on_from_the_command_in_force(room):
     loop = ClosedLoop(*room, Pose2D(-2.0, 0.0, 0.0), ppr=40, params=navigator_params({'twist_sigmas': 3.47}))
     loop.navigator.set_goal(AHEAD)
@@ -188,8 +198,9 @@ def test_a_new_goal_goes_on_from_the_command_in_force(room):
 
 def test_a_goal_sent_during_a_recovery_turn_is_driven_to(room):
     shapes, grid = room
-    loop = ClosedLoop(shapes.with_box(1.0, 0.0, 0.1, 4.0), grid, Pose2D(-1.0, 0.0, 0.0),
-                      params=navigator_params(planner_patience=0.5))
+    loop = ClosedLoop(
+        shapes.with_box(1.0, 0.0, 0.1, 4.0), grid, Pose2D(-1.0, 0.0, 0.0), params=navigator_params(planner_patience=0.5)
+    )
     loop.navigator.set_goal(AHEAD)
     while not loop.step().text.startswith('rotate_recovery'):
         pass
@@ -211,7 +222,7 @@ def test_make_plan_needs_a_pose_and_finite_numbers(room):
 
 # ---- compiling ahead
 
-DRIVE_AFTER_WARM_UP = '''
+DRIVE_AFTER_WARM_UP = """
 import importlib, pkgutil
 import diff_encoder_sim.navigation as navigation
 from diff_encoder_sim.navigation.navigation_warm_up import warm_up
@@ -235,12 +246,17 @@ for goal in Pose2D(2.0, 0.0, 0.0), Pose2D(-2.0, 0.5, 2.0):      # the first is o
     loop.navigator.set_goal(goal)
     print(loop.run(60.0).status.name)
 assert compiled() == before, (before, compiled())
-'''
+"""
 
 
 def test_nothing_is_left_to_compile_after_the_warm_up():
-    result = subprocess.run([sys.executable, '-c', DRIVE_AFTER_WARM_UP], cwd=str(SUPPORT), stdout=subprocess.PIPE,
-                            stderr=subprocess.PIPE, universal_newlines=True,
-                            env={'PYTHONPATH': f'{SOURCE}:{SUPPORT}', 'PATH': ''})
+    result = subprocess.run(
+        [sys.executable, '-c', DRIVE_AFTER_WARM_UP],
+        cwd=str(SUPPORT),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        universal_newlines=True,
+        env={'PYTHONPATH': f'{SOURCE}:{SUPPORT}', 'PATH': ''},
+    )
     assert result.returncode == 0, result.stderr
     assert result.stdout.split() == ['ABORTED', 'SUCCEEDED']

@@ -1,4 +1,5 @@
 """The end of a drive and the way out of trouble, step by step."""
+
 import math
 
 import pytest
@@ -31,16 +32,19 @@ def test_position_is_reached_within_tolerance_and_then_latched():
     latched, free = controller(), controller(latch_xy_goal_tolerance=False)
     for at, expected in ((0.06, (False, False)), (0.05, (True, True)), (0.07, (True, False))):
         motion = Motion(Pose2D(at, 0.0, 0.0), 0.0, 0.0)
-        assert (latched.is_position_reached(motion, GOAL),
-                free.is_position_reached(motion, GOAL)) == expected
+        assert (latched.is_position_reached(motion, GOAL), free.is_position_reached(motion, GOAL)) == expected
     latched.reset()
     assert not latched.is_position_reached(Motion(Pose2D(0.07, 0.0, 0.0), 0.0, 0.0), GOAL)
 
 
 def test_goal_is_reached_only_when_it_stands_and_looks_there():
-    for yaw, linear, angular, expected in ((1.05, 0.0, 0.0, True), (1.06, 0.0, 0.0, False),
-                                           (1.0, 0.11, 0.0, False), (1.0, 0.0, 0.11, False),
-                                           (1.0 - 2 * math.pi, 0.0, 0.0, True)):
+    for yaw, linear, angular, expected in (
+        (1.05, 0.0, 0.0, True),
+        (1.06, 0.0, 0.0, False),
+        (1.0, 0.11, 0.0, False),
+        (1.0, 0.0, 0.11, False),
+        (1.0 - 2 * math.pi, 0.0, 0.0, True),
+    ):
         motion = Motion(Pose2D(0.03, 0.0, yaw), linear, angular)
         assert controller().is_goal_reached(motion, GOAL) is expected
 
@@ -54,16 +58,19 @@ def test_it_brakes_then_turns_then_stops():
     assert stop.command(Motion(Pose2D(0, 0, 0.97), 0.0, 0.3), GOAL, always) == (0.0, 0.0)
 
 
-@pytest.mark.parametrize('yaw, angular, expected', [
-    (0.9, 0.0, 0.2),                        # min_vel_theta, the rest of 0.1 rad would ask for less
-    (-2.0, 0.9, 1.0),                       # max_vel_theta
-    (1.4, -0.5, -0.4),                      # to the right, as fast as the rest in one second
-    (0.7, 0.9, 0.655)])                     # no more braking than the acceleration limit
+@pytest.mark.parametrize(
+    'yaw, angular, expected',
+    [
+        (0.9, 0.0, 0.2),  # min_vel_theta, the rest of 0.1 rad would ask for less
+        (-2.0, 0.9, 1.0),  # max_vel_theta
+        (1.4, -0.5, -0.4),  # to the right, as fast as the rest in one second
+        (0.7, 0.9, 0.655),
+    ],
+)  # no more braking than the acceleration limit
 def test_turning_speed_keeps_all_limits(yaw, angular, expected):
     stop = controller()
-    stop.command(Motion(Pose2D(0, 0, yaw), 0.0, 0.0), GOAL, always)      # it stands, so it turns
-    assert stop.command(Motion(Pose2D(0, 0, yaw), 0.0, angular), GOAL, always)[1] \
-        == pytest.approx(expected)
+    stop.command(Motion(Pose2D(0, 0, yaw), 0.0, 0.0), GOAL, always)  # it stands, so it turns
+    assert stop.command(Motion(Pose2D(0, 0, yaw), 0.0, angular), GOAL, always)[1] == pytest.approx(expected)
 
 
 def test_a_turn_that_would_collide_is_not_made():
@@ -82,6 +89,7 @@ def test_a_unicycle_ends_at_the_heading():
 
 
 # ---- recoveries
+
 
 def view(base=IDENTITY, marked=(), now_s=0.0):
     """A robot in an empty hall with obstacles at points (x, y) of odom, which is map here."""
@@ -111,7 +119,7 @@ def test_rotation_goes_once_around():
         yaw += result.angular_radps * 0.05
     assert result.text == 'turned once around'
     assert yaw - 0.3 == pytest.approx(2.0 * math.pi, abs=0.1)
-    assert set(speeds) == {1.0}              # max_vel_theta: 4.9 rad/s^2 stops it within 0.1 rad
+    assert set(speeds) == {1.0}  # max_vel_theta: 4.9 rad/s^2 stops it within 0.1 rad
 
 
 def test_rotation_does_not_begin_where_it_would_collide():
@@ -126,14 +134,20 @@ def test_rotation_gives_up_on_a_robot_that_does_not_turn():
     assert 'does not follow' in rotate.step(view(now_s=32.0)).text
 
 
-CLOSE_BY_M = 4.0 * math.hypot(0.26, 0.31)    # of ALTO's corners, with footprint_padding
+CLOSE_BY_M = 4.0 * math.hypot(0.26, 0.31)  # of ALTO's corners, with footprint_padding
 
 
 def behaviours(**params):
     """(name, side of the square that is kept, or None for a turn) of what is tried, in order."""
-    return [(recovery.name, getattr(recovery, '_reset_distance_m', None)) for recovery in recoveries(
-        NavigatorParams.from_mapping({'local_costmap': {'rolling_window': True, 'global_frame': 'odom'}, **params}, ''),
-        Costmap(local_defaults()))]
+    return [
+        (recovery.name, getattr(recovery, '_reset_distance_m', None))
+        for recovery in recoveries(
+            NavigatorParams.from_mapping(
+                {'local_costmap': {'rolling_window': True, 'global_frame': 'odom'}, **params}, ''
+            ),
+            Costmap(local_defaults()),
+        )
+    ]
 
 
 def test_order_of_recoveries_is_move_bases():
@@ -145,17 +159,27 @@ def test_order_of_recoveries_is_move_bases():
 
 
 def test_recoveries_are_those_that_are_listed():
-    listed = [{'name': 'look_around', 'type': ROTATE}, {'name': 'aggressive_reset', 'type': CLEAR_COSTMAP},
-              {'name': 'mine', 'type': CLEAR_COSTMAP}]
+    listed = [
+        {'name': 'look_around', 'type': ROTATE},
+        {'name': 'aggressive_reset', 'type': CLEAR_COSTMAP},
+        {'name': 'mine', 'type': CLEAR_COSTMAP},
+    ]
     assert behaviours(recovery_behaviors=listed, clearing_rotation_allowed=False) == [
-        ('look_around', None), ('aggressive_reset', pytest.approx(CLOSE_BY_M)), ('mine', 3.0)]
+        ('look_around', None),
+        ('aggressive_reset', pytest.approx(CLOSE_BY_M)),
+        ('mine', 3.0),
+    ]
 
 
 def test_a_margin_lets_the_robot_come_closer_before_it_turns():
     """Localization moves by millimetres while it turns: who stopped on the edge would be outside."""
     motion = Motion(Pose2D(0.0, 0.0, 0.0), 0.0, 0.0)
     for margin, distance_m, is_reached in ((0.0, 0.049, True), (0.2, 0.041, False), (0.2, 0.039, True)):
-        controller = LatchedStopRotate(DwaParams.from_mapping(
-            {'xy_goal_tolerance': 0.05, 'latch_margin': margin, 'latch_xy_goal_tolerance': True}, ''), 0.05)
+        controller = LatchedStopRotate(
+            DwaParams.from_mapping(
+                {'xy_goal_tolerance': 0.05, 'latch_margin': margin, 'latch_xy_goal_tolerance': True}, ''
+            ),
+            0.05,
+        )
         assert controller.is_position_reached(motion, Pose2D(distance_m, 0.0, 0.0)) is is_reached
-    assert controller.is_position_reached(motion, Pose2D(0.06, 0.0, 0.0))      # latched
+    assert controller.is_position_reached(motion, Pose2D(0.06, 0.0, 0.0))  # latched

@@ -1,4 +1,5 @@
 """The covariances of odometry, in plain numbers, against the same in matrices."""
+
 import math
 
 import numpy as np
@@ -18,17 +19,18 @@ def assert_equal_covariances(covariance, expected):
     assert (covariance == covariance.T).all()
 
 
-@given(st.floats(-30, 30), st.floats(-30, 30), st.floats(-9, 9), st.floats(1e-5, 0.1),
-       st.floats(1e-5, 0.1))
+@given(st.floats(-30, 30), st.floats(-30, 30), st.floats(-9, 9), st.floats(1e-5, 0.1), st.floats(1e-5, 0.1))
 def test_quantisation_covariance_is_that_of_four_roundings(x_m, y_m, yaw_rad, left_m, right_m):
     cos_yaw, sin_yaw = math.cos(yaw_rad), math.sin(yaw_rad)
-    at_start = [[0.5 + y_m / SEPARATION_M, 0.5 - y_m / SEPARATION_M],
-                [-x_m / SEPARATION_M, x_m / SEPARATION_M], [-1 / SEPARATION_M, 1 / SEPARATION_M]]
+    at_start = [
+        [0.5 + y_m / SEPARATION_M, 0.5 - y_m / SEPARATION_M],
+        [-x_m / SEPARATION_M, x_m / SEPARATION_M],
+        [-1 / SEPARATION_M, 1 / SEPARATION_M],
+    ]
     now = [[0.5 * cos_yaw] * 2, [0.5 * sin_yaw] * 2, [-1 / SEPARATION_M, 1 / SEPARATION_M]]
     jacobian, pulses_m2 = np.hstack([at_start, now]), np.square([left_m, right_m] * 2)
     residual_m2 = (0.03 * max(left_m, right_m)) ** 2
-    expected = (jacobian @ np.diag(pulses_m2 / 12) @ jacobian.T
-                + np.diag([residual_m2, residual_m2, 0]))
+    expected = jacobian @ np.diag(pulses_m2 / 12) @ jacobian.T + np.diag([residual_m2, residual_m2, 0])
     covariance = quantisation_covariance(Pose2D(x_m, y_m, yaw_rad), left_m, right_m, SEPARATION_M)
     assert_equal_covariances(covariance, expected)
 
@@ -40,14 +42,15 @@ def test_motion_noise_is_carried_on_by_the_jacobians():
         (yaw_rad, left_m, right_m), covariance = rng.uniform(-1, 1, 3), root @ root.T
         travel_m = (left_m + right_m) / 2
         mid_rad = yaw_rad + (right_m - left_m) / SEPARATION_M / 2
-        along, across = np.array([[math.cos(mid_rad), -math.sin(mid_rad)],
-                                  [math.sin(mid_rad), math.cos(mid_rad)]]).T
+        along, across = np.array([[math.cos(mid_rad), -math.sin(mid_rad)], [math.sin(mid_rad), math.cos(mid_rad)]]).T
         by_pose, by_wheels = np.eye(3), np.empty((3, 2))
         by_pose[:2, 2] = travel_m * across
         for wheel, side in enumerate((-1, 1)):
             by_wheels[:2, wheel] = along / 2 + side * travel_m / SEPARATION_M / 2 * across
             by_wheels[2, wheel] = side / SEPARATION_M
-        expected = (by_pose @ covariance @ by_pose.T
-                    + by_wheels @ np.diag(1e-3 * np.abs([left_m, right_m])) @ by_wheels.T)
-        assert_equal_covariances(propagate_motion_noise(covariance, yaw_rad, left_m, right_m,
-                                                        SEPARATION_M, 1e-3), expected)
+        expected = (
+            by_pose @ covariance @ by_pose.T + by_wheels @ np.diag(1e-3 * np.abs([left_m, right_m])) @ by_wheels.T
+        )
+        assert_equal_covariances(
+            propagate_motion_noise(covariance, yaw_rad, left_m, right_m, SEPARATION_M, 1e-3), expected
+        )

@@ -1,4 +1,5 @@
 """Odometry against closed forms (docs/adr/0002-odometry-covariance.md) and over random motions."""
+
 import math
 
 import numpy as np
@@ -51,8 +52,7 @@ def errors_over_seeds(ppr, wheel_angles_of_seed, truth_of_seed):
         estimate = drive_wheels(ppr, wheel_angles_of_seed(seed), seed)
         truth = truth_of_seed(seed)
         pose = estimate.base_pose_in_odom
-        rows.append([pose.x_m - truth.x_m, pose.y_m - truth.y_m,
-                     wrap_angle(pose.yaw_rad - truth.yaw_rad)])
+        rows.append([pose.x_m - truth.x_m, pose.y_m - truth.y_m, wrap_angle(pose.yaw_rad - truth.yaw_rad)])
         estimates.append(estimate)
     return np.array(rows), estimates
 
@@ -90,15 +90,13 @@ def test_one_wheel_alone_turns_about_the_other():
 def test_per_wheel_resolution():
     wheel_odometry = odometry(ppr={'left': 40, 'right': 4096})
     wheel_odometry.update(0, 0, 0)
-    assert wheel_odometry.update(50 * MS, 40, 4096).base_pose_in_odom == pytest.approx(
-        (math.pi * DIAMETER_M, 0, 0))
+    assert wheel_odometry.update(50 * MS, 40, 4096).base_pose_in_odom == pytest.approx((math.pi * DIAMETER_M, 0, 0))
 
 
-increments = st.lists(st.tuples(st.integers(-30, 30), st.integers(-30, 30)), min_size=1,
-                      max_size=40)
+increments = st.lists(st.tuples(st.integers(-30, 30), st.integers(-30, 30)), min_size=1, max_size=40)
 
 
-@given(increments, st.integers(-10 ** 6, 10 ** 6), st.integers(-10 ** 6, 10 ** 6))
+@given(increments, st.integers(-(10**6), 10**6), st.integers(-(10**6), 10**6))
 def test_the_start_value_of_the_counters_does_not_matter(steps, left_start, right_start):
     from_zero, from_start = odometry(), odometry()
     totals = np.cumsum([(0, 0)] + steps, axis=0).tolist()
@@ -108,22 +106,20 @@ def test_the_start_value_of_the_counters_does_not_matter(steps, left_start, righ
     assert given_start.base_pose_in_odom == expected.base_pose_in_odom
 
 
-@given(increments, st.sampled_from([128, 255, 65536]), st.integers(-10 ** 6, 10 ** 6))
+@given(increments, st.sampled_from([128, 255, 65536]), st.integers(-(10**6), 10**6))
 def test_a_wrapping_counter_gives_the_same_poses_as_an_endless_one(steps, modulus, start):
     endless, wrapping = odometry(), odometry(counter_modulus=modulus)
     totals = (np.cumsum([(0, 0)] + steps, axis=0) + start).tolist()
     for index, (left, right) in enumerate(totals):
         expected = endless.update(index * 50 * MS, left, right)
-        wrapped = wrapping.update(index * 50 * MS, wrap_count(left, modulus),
-                                  wrap_count(right, modulus))
+        wrapped = wrapping.update(index * 50 * MS, wrap_count(left, modulus), wrap_count(right, modulus))
         assert wrapped.base_pose_in_odom == expected.base_pose_in_odom
 
 
 @given(increments)
 def test_driving_back_the_same_way_ends_where_it_began(steps):
     wheel_odometry = odometry()
-    totals = np.cumsum([(0, 0)] + steps + [(-left, -right) for left, right in reversed(steps)],
-                       axis=0).tolist()
+    totals = np.cumsum([(0, 0)] + steps + [(-left, -right) for left, right in reversed(steps)], axis=0).tolist()
     for index, (left, right) in enumerate(totals):
         pose = wheel_odometry.update(index * 50 * MS, left, right).base_pose_in_odom
     assert pose == pytest.approx((0, 0, 0), abs=1e-9)
@@ -184,11 +180,11 @@ def test_one_pulse_in_50_ms_at_40_ppr_is_what_the_controller_sees():
 def test_a_window_averages_the_twist_over_that_many_reports():
     wheel_odometry = odometry(ppr=100, velocity_window=4)
     counts = [0, 1, 3, 6, 10, 15]
-    speeds = [wheel_odometry.update(index * 50 * MS, count, count).linear_velocity_mps
-              for index, count in enumerate(counts)]
+    speeds = [
+        wheel_odometry.update(index * 50 * MS, count, count).linear_velocity_mps for index, count in enumerate(counts)
+    ]
     d = metres_per_pulse(100)
-    assert speeds == pytest.approx([0, 1 * d / 0.05, 3 * d / 0.1, 6 * d / 0.15, 10 * d / 0.2,
-                                    14 * d / 0.2])
+    assert speeds == pytest.approx([0, 1 * d / 0.05, 3 * d / 0.1, 6 * d / 0.15, 10 * d / 0.2, 14 * d / 0.2])
 
 
 def test_stale_reports_are_ignored():
@@ -217,8 +213,7 @@ def test_a_counter_that_restarts_keeps_the_pose_with_one_warning(caplog):
     before = wheel_odometry.update(50 * MS, 10_010, 10_010)
     after = wheel_odometry.update(100 * MS, 0, 0)
     assert after.base_pose_in_odom == before.base_pose_in_odom
-    assert wheel_odometry.update(150 * MS, 10, 10).base_pose_in_odom.x_m == pytest.approx(
-        20 * metres_per_pulse(100))
+    assert wheel_odometry.update(150 * MS, 10, 10).base_pose_in_odom.x_m == pytest.approx(20 * metres_per_pulse(100))
     assert [record.levelname for record in caplog.records] == ['WARNING']
     assert 'max_wheel_speed' in caplog.text
 
@@ -232,17 +227,21 @@ def test_reset_takes_the_next_report_as_the_start():
     assert wheel_odometry.update(100 * MS, 18, 18).base_pose_in_odom == (0, 0, 0)
 
 
-@given(st.lists(st.tuples(st.integers(-5, 200), st.integers(-2 ** 63, 2 ** 63 - 1),
-                          st.integers(-2 ** 63, 2 ** 63 - 1)), max_size=30),
-       st.sampled_from([0, 65536]))
+@given(
+    st.lists(
+        st.tuples(st.integers(-5, 200), st.integers(-(2**63), 2**63 - 1), st.integers(-(2**63), 2**63 - 1)), max_size=30
+    ),
+    st.sampled_from([0, 65536]),
+)
 @settings(max_examples=200)
 def test_no_sequence_of_reports_makes_a_number_that_is_not_finite(reports, modulus):
     wheel_odometry = WheelOdometry(OdometryParams(counter_modulus=modulus))
     for stamp_ms, left, right in reports:
         estimate = wheel_odometry.update(stamp_ms * MS, left, right)
         if estimate is not None:
-            assert np.isfinite([*estimate.base_pose_in_odom, estimate.linear_velocity_mps,
-                                estimate.angular_velocity_radps]).all()
+            assert np.isfinite(
+                [*estimate.base_pose_in_odom, estimate.linear_velocity_mps, estimate.angular_velocity_radps]
+            ).all()
             assert np.isfinite(estimate.pose_covariance).all()
             assert np.isfinite(estimate.twist_covariance).all()
             assert np.linalg.eigvalsh(estimate.pose_covariance).min() > -1e-9
@@ -259,17 +258,14 @@ def test_straight_drive_spread_is_the_closed_form(ppr):
         travel_m = np.append(np.arange(0, end_m[seed], 0.095 * math.sqrt(1.01)), end_m[seed])
         return np.column_stack([travel_m, travel_m]) / (DIAMETER_M / 2)
 
-    errors, estimates = errors_over_seeds(ppr, wheel_angles,
-                                          lambda seed: Pose2D(end_m[seed], 0.0, 0.0))
+    errors, estimates = errors_over_seeds(ppr, wheel_angles, lambda seed: Pose2D(end_m[seed], 0.0, 0.0))
     d = metres_per_pulse(ppr)
-    expected = np.array([length_m * d / SEPARATION_M * math.sqrt(1 / 6),
-                         d / SEPARATION_M * math.sqrt(1 / 3)])
-    ratios = np.mean(errors[:, 1:] ** 2, axis=0) / expected ** 2
+    expected = np.array([length_m * d / SEPARATION_M * math.sqrt(1 / 6), d / SEPARATION_M * math.sqrt(1 / 3)])
+    ratios = np.mean(errors[:, 1:] ** 2, axis=0) / expected**2
     assert (ratios > VARIANCE_RANGE_99[0]).all() and (ratios < VARIANCE_RANGE_99[1]).all(), ratios
     assert np.abs(errors[:, 2]).max() <= d / SEPARATION_M * 1.000001  # bounded: a pulse a wheel
     # Its own covariance says the same: NEES of 3 numbers averages 3.
-    nees = [error @ np.linalg.solve(estimate.pose_covariance, error)
-            for error, estimate in zip(errors, estimates)]
+    nees = [error @ np.linalg.solve(estimate.pose_covariance, error) for error, estimate in zip(errors, estimates)]
     assert 0.7 < np.mean(nees) / 3 < 1.3
 
 
@@ -283,10 +279,9 @@ def test_turn_in_place_spread_is_the_closed_form(ppr):
         rolled_rad = turned_rad * SEPARATION_M / DIAMETER_M
         return np.column_stack([-rolled_rad, rolled_rad])
 
-    errors, _ = errors_over_seeds(ppr, wheel_angles,
-                                  lambda seed: Pose2D(0.0, 0.0, end_rad[seed]))
+    errors, _ = errors_over_seeds(ppr, wheel_angles, lambda seed: Pose2D(0.0, 0.0, end_rad[seed]))
     expected_rad = metres_per_pulse(ppr) / SEPARATION_M * math.sqrt(1 / 3)
-    ratio = np.mean(errors[:, 2] ** 2) / expected_rad ** 2
+    ratio = np.mean(errors[:, 2] ** 2) / expected_rad**2
     assert VARIANCE_RANGE_99[0] < ratio < VARIANCE_RANGE_99[1]
 
 
@@ -302,8 +297,7 @@ def test_five_whole_turns_have_no_heading_error(ppr):
 def test_quantisation_covariance_is_the_closed_form_on_a_straight_line():
     d = metres_per_pulse(90)
     covariance = quantisation_covariance(Pose2D(20.0, 0.0, 0.0), d, d, SEPARATION_M)
-    assert math.sqrt(covariance[1, 1]) == pytest.approx(
-        20 * d / SEPARATION_M * math.sqrt(1 / 6), rel=1e-5)
+    assert math.sqrt(covariance[1, 1]) == pytest.approx(20 * d / SEPARATION_M * math.sqrt(1 / 6), rel=1e-5)
     assert math.sqrt(covariance[2, 2]) == pytest.approx(d / SEPARATION_M * math.sqrt(1 / 3))
     assert math.sqrt(covariance[2, 2]) * 180 / math.pi == pytest.approx(0.577, abs=5e-4)
 
@@ -321,9 +315,9 @@ def test_motion_noise_grows_with_the_path_as_it_should():
     covariance = np.zeros((3, 3))
     for _ in range(1000):
         covariance = propagate_motion_noise(covariance, 0.0, 0.01, 0.01, SEPARATION_M, 1e-5)
-    assert covariance[2, 2] == pytest.approx(2 * 1e-5 * 10 / SEPARATION_M ** 2)
+    assert covariance[2, 2] == pytest.approx(2 * 1e-5 * 10 / SEPARATION_M**2)
     assert covariance[0, 0] == pytest.approx(1e-5 * 10 / 2)
-    assert covariance[1, 1] == pytest.approx(2 * 1e-5 / SEPARATION_M ** 2 * 10 ** 3 / 3, rel=1e-2)
+    assert covariance[1, 1] == pytest.approx(2 * 1e-5 / SEPARATION_M**2 * 10**3 / 3, rel=1e-2)
 
 
 def test_motion_noise_agrees_with_simulated_wheels():
@@ -331,8 +325,7 @@ def test_motion_noise_agrees_with_simulated_wheels():
     steps_m = rng.uniform(0.0, 0.02, (300, 2))
     ends, covariance, pose = [], np.zeros((3, 3)), Pose2D(0, 0, 0)
     for left_m, right_m in steps_m:
-        covariance = propagate_motion_noise(covariance, pose.yaw_rad, left_m, right_m,
-                                            SEPARATION_M, 1e-6)
+        covariance = propagate_motion_noise(covariance, pose.yaw_rad, left_m, right_m, SEPARATION_M, 1e-6)
         pose = arc(pose, left_m, right_m)
     for _ in range(600):
         noisy = Pose2D(0, 0, 0)

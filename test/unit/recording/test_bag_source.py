@@ -1,4 +1,5 @@
 """Bags as streams: what rosbags reads, and what it does not."""
+
 import re
 
 import pytest
@@ -38,8 +39,10 @@ def test_a_whole_bag(tmp_path, compression):
 
 def test_one_topic_of_a_bag_again_and_again(plain):
     source = Ros1Stream(plain)
-    assert source.topics == {'/joint_states': 'sensor_msgs/msg/JointState',
-                             '/world_pose': 'geometry_msgs/msg/PoseStamped'}
+    assert source.topics == {
+        '/joint_states': 'sensor_msgs/msg/JointState',
+        '/world_pose': 'geometry_msgs/msg/PoseStamped',
+    }
     for _ in range(2):
         assert {message.topic for message in source.messages(['/world_pose'])} == {'/world_pose'}
 
@@ -58,12 +61,12 @@ def test_a_bag_without_index(tmp_path, compression):
 def test_a_chunk_that_was_still_being_written(tmp_path, plain):
     content = without_index(plain.read_bytes())
     last = [match.start() for match in re.finditer(b'compression=none', content)][-1]
-    size_at = content.index(b'size=', last) + 9     # of the data, after the uncompressed size
+    size_at = content.index(b'size=', last) + 9  # of the data, after the uncompressed size
     path = tmp_path / 'a.bag'
-    path.write_bytes(content[:size_at] + bytes(4) + content[size_at + 4:-300])
+    path.write_bytes(content[:size_at] + bytes(4) + content[size_at + 4 : -300])
     messages, fault = as_streamed(path)
     whole, _ = as_streamed(plain)
-    assert whole[:len(messages)] == messages and len(messages) > 0.9 * len(whole)
+    assert whole[: len(messages)] == messages and len(messages) > 0.9 * len(whole)
     assert 'torn' in fault
 
 
@@ -79,8 +82,8 @@ def test_wherever_a_bag_is_torn_its_beginning_is_read(tmp_path, compression):
         except ConfigError as error:
             assert str(path) in str(error) and '\n' not in str(error)
             continue
-        assert messages == whole[:len(messages)]
-        assert fault or messages == whole      # what is missing may be index alone
+        assert messages == whole[: len(messages)]
+        assert fault or messages == whole  # what is missing may be index alone
         read.append(len(messages))
     assert read == sorted(read) and read[-1] == len(whole)
 
@@ -98,7 +101,7 @@ def test_a_damaged_chunk_is_left_out(tmp_path, compression):
     path = write_ros1(tmp_path / 'a.bag', drive(), compression)
     content, (whole, _) = bytearray(path.read_bytes()), as_streamed(path)
     place = content.index(b'BZh9' if compression == COMPRESSIONS[1] else b'\x04\x22\x4d\x18')
-    content[place:place + 10] = b'\xff' * 10
+    content[place : place + 10] = b'\xff' * 10
     path.write_bytes(bytes(content))
     messages, fault = as_streamed(path)
     assert 0 < len(messages) < len(whole) and set(messages) < set(whole)
@@ -126,11 +129,17 @@ def test_wherever_a_bag_of_ros_2_is_torn_it_is_read_or_named(tmp_path, plugin, s
             assert str(error).startswith(f'{path}: ') and '\n' not in str(error)
 
 
-@pytest.mark.parametrize('name, content, text', [
-    ('none.bag', None, 'no such bag'), ('empty.bag', b'', 'not a readable bag'),
-    ('text.bag', b'hello', 'not a readable bag'), ('text.db3', b'hello', 'not a readable bag'),
-    ('text.mcap', b'hello', 'not a readable bag'), ('begun.bag', b'#ROSBAG V2.0\n', 'no message in it'),
-])
+@pytest.mark.parametrize(
+    'name, content, text',
+    [
+        ('none.bag', None, 'no such bag'),
+        ('empty.bag', b'', 'not a readable bag'),
+        ('text.bag', b'hello', 'not a readable bag'),
+        ('text.db3', b'hello', 'not a readable bag'),
+        ('text.mcap', b'hello', 'not a readable bag'),
+        ('begun.bag', b'#ROSBAG V2.0\n', 'no message in it'),
+    ],
+)
 def test_what_is_no_bag_is_named_in_one_line(tmp_path, name, content, text):
     path = tmp_path / name
     if content is not None:

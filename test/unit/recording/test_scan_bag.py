@@ -1,4 +1,5 @@
 """Scans, odometry and the laser's mount out of bags that are made here."""
+
 import math
 
 import numpy as np
@@ -13,9 +14,20 @@ from diff_encoder_sim.recording.scan_bag import ScanBag
 
 STORE = get_typestore(Stores.ROS1_NOETIC)
 STORE.register(get_types_from_msg('geometry_msgs/TransformStamped[] transforms', 'tf2_msgs/msg/TFMessage'))
-T = {name.rsplit('/', 1)[1]: kind for name, kind in STORE.types.items()
-     if name.startswith(('geometry_msgs/', 'sensor_msgs/msg/LaserScan', 'nav_msgs/msg/Odometry', 'std_msgs/msg/Header',
-                         'tf2_msgs/msg/TFMessage', 'builtin_interfaces/msg/Time'))}
+T = {
+    name.rsplit('/', 1)[1]: kind
+    for name, kind in STORE.types.items()
+    if name.startswith(
+        (
+            'geometry_msgs/',
+            'sensor_msgs/msg/LaserScan',
+            'nav_msgs/msg/Odometry',
+            'std_msgs/msg/Header',
+            'tf2_msgs/msg/TFMessage',
+            'builtin_interfaces/msg/Time',
+        )
+    )
+}
 
 
 def header(stamp_ns, frame):
@@ -27,31 +39,51 @@ def quaternion(yaw_rad):
 
 
 def scan(stamp_ns, ranges, frame='laser'):
-    return T['LaserScan'](header(stamp_ns, frame), -1.0, 1.0, 0.5, 0.0, 0.1, 0.1, 6.0,
-                          np.array(ranges, np.float32), np.empty(0, np.float32))
+    return T['LaserScan'](
+        header(stamp_ns, frame),
+        -1.0,
+        1.0,
+        0.5,
+        0.0,
+        0.1,
+        0.1,
+        6.0,
+        np.array(ranges, np.float32),
+        np.empty(0, np.float32),
+    )
 
 
 def odometry(stamp_ns, x_m, yaw_rad, quat=None):
     pose = T['Pose'](T['Point'](x_m, 0.0, 0.0), quat or quaternion(yaw_rad))
     zero = T['Vector3'](0.0, 0.0, 0.0)
-    return T['Odometry'](header(stamp_ns, 'odom'), 'base_link', T['PoseWithCovariance'](pose, np.zeros(36)),
-                         T['TwistWithCovariance'](T['Twist'](zero, zero), np.zeros(36)))
+    return T['Odometry'](
+        header(stamp_ns, 'odom'),
+        'base_link',
+        T['PoseWithCovariance'](pose, np.zeros(36)),
+        T['TwistWithCovariance'](T['Twist'](zero, zero), np.zeros(36)),
+    )
 
 
 def transform(parent, child, x_m, yaw_rad):
-    return T['TransformStamped'](header(0, parent), child, T['Transform'](
-        T['Vector3'](x_m, 0.0, 1.0), quaternion(yaw_rad)))
+    return T['TransformStamped'](
+        header(0, parent), child, T['Transform'](T['Vector3'](x_m, 0.0, 1.0), quaternion(yaw_rad))
+    )
 
 
-MOUNT = [transform('base_link', 'top', 0.2, math.pi / 2), transform('top', 'laser', 0.1, 0.0),
-         transform('map', 'odom', 5.0, 0.0)]
+MOUNT = [
+    transform('base_link', 'top', 0.2, math.pi / 2),
+    transform('top', 'laser', 0.1, 0.0),
+    transform('map', 'odom', 5.0, 0.0),
+]
 
 
 def write(path, scans=(), poses=(), mount=(), scan_type='sensor_msgs/msg/LaserScan'):
     with Writer(path) as bag:
         for topic, kind, messages in (
-                ('/scan', scan_type, scans), ('/odom', 'nav_msgs/msg/Odometry', poses),
-                ('/tf_static', 'tf2_msgs/msg/TFMessage', [T['TFMessage'](list(mount))] if mount else [])):
+            ('/scan', scan_type, scans),
+            ('/odom', 'nav_msgs/msg/Odometry', poses),
+            ('/tf_static', 'tf2_msgs/msg/TFMessage', [T['TFMessage'](list(mount))] if mount else []),
+        ):
             connection = bag.add_connection(topic, kind, typestore=STORE)
             for number, message in enumerate(messages):
                 bag.write(connection, number + 1, STORE.serialize_ros1(message, kind))
@@ -76,19 +108,33 @@ def test_scans_odometry_and_mount(tmp_path):
     assert drive.laser_pose_in_base == pytest.approx((0.2, 0.1, math.pi / 2))
 
 
-@pytest.mark.parametrize('parts, complaint', [
-    (dict(poses=[odometry(0, 0, 0)], mount=MOUNT), 'no message on /scan'),
-    (dict(scans=[scan(0, [1.0])], mount=MOUNT), 'no message on /odom'),
-    (dict(scans=[scan(0, [1.0])], poses=[odometry(0, 0, 0)]), "'laser' to odometry's 'base_link'"),
-    (dict(scans=[scan(0, [1.0], 'camera')], poses=[odometry(0, 0, 0)], mount=MOUNT), "'camera'"),
-    (dict(scans=[scan(0, [1.0])], poses=[odometry(0, 0, 0)],
-          mount=[transform('laser', 'top', 0, 0), transform('top', 'laser', 0, 0)]), 'does not lead'),
-    (dict(scans=[odometry(0, 0, 0)], scan_type='nav_msgs/msg/Odometry', poses=[odometry(0, 0, 0)], mount=MOUNT),
-     '/scan is nav_msgs/msg/Odometry; expected sensor_msgs/msg/LaserScan'),
-    (dict(scans=[scan(0, [1.0])], mount=MOUNT, poses=[odometry(0, 0, 0, T['Quaternion'](0.0, 0.0, 0.0, 0.0))]),
-     '/odom: '),
-    (dict(scans=[scan(0, [1.0])], mount=MOUNT, poses=[odometry(0, math.nan, 0)]), '/odom: no position: (nan, 0.0)'),
-], ids=['no scan', 'no odometry', 'no mount', 'other frame', 'circle', 'type', 'no rotation', 'no position'])
+@pytest.mark.parametrize(
+    'parts, complaint',
+    [
+        (dict(poses=[odometry(0, 0, 0)], mount=MOUNT), 'no message on /scan'),
+        (dict(scans=[scan(0, [1.0])], mount=MOUNT), 'no message on /odom'),
+        (dict(scans=[scan(0, [1.0])], poses=[odometry(0, 0, 0)]), "'laser' to odometry's 'base_link'"),
+        (dict(scans=[scan(0, [1.0], 'camera')], poses=[odometry(0, 0, 0)], mount=MOUNT), "'camera'"),
+        (
+            dict(
+                scans=[scan(0, [1.0])],
+                poses=[odometry(0, 0, 0)],
+                mount=[transform('laser', 'top', 0, 0), transform('top', 'laser', 0, 0)],
+            ),
+            'does not lead',
+        ),
+        (
+            dict(scans=[odometry(0, 0, 0)], scan_type='nav_msgs/msg/Odometry', poses=[odometry(0, 0, 0)], mount=MOUNT),
+            '/scan is nav_msgs/msg/Odometry; expected sensor_msgs/msg/LaserScan',
+        ),
+        (
+            dict(scans=[scan(0, [1.0])], mount=MOUNT, poses=[odometry(0, 0, 0, T['Quaternion'](0.0, 0.0, 0.0, 0.0))]),
+            '/odom: ',
+        ),
+        (dict(scans=[scan(0, [1.0])], mount=MOUNT, poses=[odometry(0, math.nan, 0)]), '/odom: no position: (nan, 0.0)'),
+    ],
+    ids=['no scan', 'no odometry', 'no mount', 'other frame', 'circle', 'type', 'no rotation', 'no position'],
+)
 def test_what_is_missing_is_named_in_one_line(tmp_path, parts, complaint):
     path = write(tmp_path / 'a.bag', **parts)
     with pytest.raises(ConfigError) as caught:

@@ -1,4 +1,5 @@
 """A trial's bag: what the nodes' connections would be, whole or absent, the same bytes each time."""
+
 import contextlib
 import errno
 import os
@@ -47,27 +48,38 @@ def one_of_each():
     rng = np.random.default_rng(1)
     stamped, sent = values.pose(rng), encoding.SentGoal(topics.NAVIGATION_TRIAL_NODE, 1, 5)
     made = {
-        topics.CLOCK: encoding.clock_message(7), topics.JOINT_STATES: encoding.joint_state_message(values.joints(rng)),
+        topics.CLOCK: encoding.clock_message(7),
+        topics.JOINT_STATES: encoding.joint_state_message(values.joints(rng)),
         topics.MODEL_STATES: encoding.ModelStatesMessages(values.world(rng), 'alto').message(values.body(rng)),
         topics.CMD_VEL: encoding.twist_message(0.4, 0.1),
         topics.ENCODER_PULSE: encoding.encoder_pulse_message(values.encoder_sample(rng), values.JOINTS),
         topics.ODOM: encoding.odometry_message(values.estimate(rng), 'odom', 'base_link'),
-        topics.GLOBAL_POSE: pose(), topics.WORLD_POSE: pose(), topics.TF: ODOM_POSE, topics.TF_STATIC: MAP_POSE,
+        topics.GLOBAL_POSE: pose(),
+        topics.WORLD_POSE: pose(),
+        topics.TF: ODOM_POSE,
+        topics.TF_STATIC: MAP_POSE,
         topics.SCAN: encoding.scan_message(SCAN, 'laser', 0.1),
         topics.AMCL_POSE: encoding.pose_with_covariance_message(stamped, values.covariance(rng, 3), 7, 'map'),
-        topics.MAP: encoding.map_message(GRID, 7, 'map'), topics.MAP_METADATA: encoding.map_metadata_message(GRID, 7),
+        topics.MAP: encoding.map_message(GRID, 7, 'map'),
+        topics.MAP_METADATA: encoding.map_metadata_message(GRID, 7),
         topics.GOAL: encoding.goal_message(sent, stamped, 5, 'map'),
         topics.RESULT: encoding.result_message(sent, GoalStatus.SUCCEEDED, 'goal reached', 7),
-        topics.TRIAL: encoding.text_message('{}'), topics.TRIAL_RESULT: encoding.text_message('{}')}
+        topics.TRIAL: encoding.text_message('{}'),
+        topics.TRIAL_RESULT: encoding.text_message('{}'),
+    }
     return [(topic, node, made[topic.name]) for topic in topics.TOPICS for node in topic.nodes]
 
 
 def written(path):
     """Each message as (topic, time, message), and the connections in their order."""
     with open_bag(path) as reader:
-        return ([(connection.topic, time_ns, reader.deserialize(raw, connection.msgtype))
-                 for connection, time_ns, raw in reader.messages()],
-                sorted(reader.connections, key=lambda connection: connection.id))
+        return (
+            [
+                (connection.topic, time_ns, reader.deserialize(raw, connection.msgtype))
+                for connection, time_ns, raw in reader.messages()
+            ],
+            sorted(reader.connections, key=lambda connection: connection.id),
+        )
 
 
 @contextlib.contextmanager
@@ -87,23 +99,31 @@ def test_each_publisher_has_its_connection_in_order_of_use(tmp_path):
         write_some(bag)
         bag.write(topics.TRIAL_RESULT, topics.NAVIGATION_TRIAL_NODE, encoding.text_message('{}'), 10**9)
     _, connections = written(path)
-    assert [(connection.topic, connection.ext.callerid, connection.ext.latching, connection.msgcount)
-            for connection in connections] == [
-        ('/clock', '/simulator_node', 0, 20), ('/tf', '/gz_diff_odom_node', 0, 20),
-        ('/world_pose', '/world_pose_node', 0, 20), ('/scan', '/simulator_node', 0, 20), ('/tf', '/amcl', 0, 20),
-        ('/trial_result', '/navigation_trial_node', 1, 1)]
+    assert [
+        (connection.topic, connection.ext.callerid, connection.ext.latching, connection.msgcount)
+        for connection in connections
+    ] == [
+        ('/clock', '/simulator_node', 0, 20),
+        ('/tf', '/gz_diff_odom_node', 0, 20),
+        ('/world_pose', '/world_pose_node', 0, 20),
+        ('/scan', '/simulator_node', 0, 20),
+        ('/tf', '/amcl', 0, 20),
+        ('/trial_result', '/navigation_trial_node', 1, 1),
+    ]
 
 
 def test_each_publisher_counts_its_headers_from_one(tmp_path):
     path = tmp_path / 'a.bag'
     with TrialBag(path, 'full') as bag:
         for _ in range(3):
-            bag.write(topics.ODOM, topics.ODOM_NODE, pose(), 5)     # any type that begins with a header
+            bag.write(topics.ODOM, topics.ODOM_NODE, pose(), 5)  # any type that begins with a header
             bag.write(topics.WORLD_POSE, topics.WORLD_POSE_NODE, pose(), 5)
             bag.write(topics.TF, topics.ODOM_NODE, ODOM_POSE, 5)
     with open_bag(path) as reader:
-        raw = {topic: [bytes(raw) for connection, _, raw in reader.messages() if connection.topic == topic]
-               for topic in (topics.ODOM, topics.WORLD_POSE, topics.TF)}
+        raw = {
+            topic: [bytes(raw) for connection, _, raw in reader.messages() if connection.topic == topic]
+            for topic in (topics.ODOM, topics.WORLD_POSE, topics.TF)
+        }
     for topic in (topics.ODOM, topics.WORLD_POSE):
         assert raw[topic] == [bytes([seq, 0, 0, 0]) + pose()[4:] for seq in (1, 2, 3)]
     assert raw[topics.TF] == [ODOM_POSE] * 3
@@ -123,7 +143,7 @@ def test_equal_calls_write_equal_bytes(tmp_path):
     contents = []
     for name in ('first.bag', 'second.bag'):
         with TrialBag(tmp_path / name, 'full') as bag:
-            write_some(bag, count=1000)     # several chunks
+            write_some(bag, count=1000)  # several chunks
         contents.append((tmp_path / name).read_bytes())
     assert len(contents[0]) > 2 * 2**20
     assert contents[0] == contents[1]
@@ -135,8 +155,12 @@ def test_a_minimal_recording_is_what_analysis_reads(tmp_path):
     with TrialBag(path, 'minimal') as bag:
         bag.write(topics.TRIAL, topics.NAVIGATION_TRIAL_NODE, encoding.text_message(trial.model_dump_json()), 0)
         write_some(bag)
-        bag.write(topics.TRIAL_RESULT, topics.NAVIGATION_TRIAL_NODE,
-                  encoding.text_message('{"outcome": "succeeded", "reason": ""}'), 10**9)
+        bag.write(
+            topics.TRIAL_RESULT,
+            topics.NAVIGATION_TRIAL_NODE,
+            encoding.text_message('{"outcome": "succeeded", "reason": ""}'),
+            10**9,
+        )
     recording = read_trial(path)
     assert (recording.trial, recording.outcome) == (trial, 'succeeded')
     assert recording.poses[topics.WORLD_POSE].stamps_ns.tolist() == [10_000_000 * index for index in range(20)]
@@ -233,18 +257,22 @@ def test_ros_reads_it(tmp_path):
     path = tmp_path / 'a.bag'
     expected = {}
     with TrialBag(path, 'full') as bag:
-        for time_ns in range(0, 10**10, 10**7):     # several chunks
+        for time_ns in range(0, 10**10, 10**7):  # several chunks
             for topic, node, message in one_of_each():
                 bag.write(topic.name, node, message, time_ns)
                 md5sum = definition(topic.message_type).md5sum
-                expected.setdefault((topic.name, node), (topic.message_type.replace('/msg/', '/'), md5sum,
-                                                         str(int(topic.is_latched))))
+                expected.setdefault(
+                    (topic.name, node), (topic.message_type.replace('/msg/', '/'), md5sum, str(int(topic.is_latched)))
+                )
     with rosbag.Bag(str(path)) as read:
-        headers = [{key: value.decode() for key, value in connection.header.items()}
-                   for connection in read._get_connections()]
-        assert {(about['topic'], about['callerid']): (about['type'], about['md5sum'], about['latching'])
-                for about in headers} == expected
+        headers = [
+            {key: value.decode() for key, value in connection.header.items()} for connection in read._get_connections()
+        ]
+        assert {
+            (about['topic'], about['callerid']): (about['type'], about['md5sum'], about['latching'])
+            for about in headers
+        } == expected
         times_ns = [time.to_nsec() for _, _, time in read.read_messages()]
         assert times_ns == sorted(times_ns)
         assert len(times_ns) == 1000 * len(expected) == read.get_message_count()
-        assert f'messages:    {len(times_ns)}' in str(read)     # what rosbag info prints
+        assert f'messages:    {len(times_ns)}' in str(read)  # what rosbag info prints

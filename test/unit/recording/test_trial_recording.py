@@ -1,4 +1,5 @@
 """Reading a trial's bag: the poses that rosbags itself decodes, and one line for a bag that is none."""
+
 import math
 import struct
 
@@ -23,18 +24,26 @@ def refusal(path):
 def test_a_pose_is_what_rosbags_decodes(kind, frame):
     rng = np.random.default_rng(3)
     for row in rng.uniform(-3.0, 3.0, (20, 3)).tolist():
-        raw = message(kind, row, int(rng.integers(2 ** 31 * 10 ** 9)), frame)
+        raw = message(kind, row, int(rng.integers(2**31 * 10**9)), frame)
         decoded = STORE.deserialize_ros1(raw, kind)
         stamp, pose = decoded.header.stamp, getattr(decoded.pose, 'pose', decoded.pose)
-        assert stamped_pose(raw, kind) == (stamp.sec * 10 ** 9 + stamp.nanosec, pose.position.x, pose.position.y,
-                                           pytest.approx(row[2]))
+        assert stamped_pose(raw, kind) == (
+            stamp.sec * 10**9 + stamp.nanosec,
+            pose.position.x,
+            pose.position.y,
+            pytest.approx(row[2]),
+        )
 
 
 def test_every_series_is_read(tmp_path):
     recording = read_trial(write_bag(tmp_path / 'a.bag', trial(), amcl=TRUTH[:1], believed=TRUTH[:2]))
     assert recording.trial == trial() and recording.outcome == 'succeeded'
     assert {topic: len(series.stamps_ns) for topic, series in recording.poses.items()} == {
-        '/odom': 3, '/world_pose': 3, '/amcl_pose': 1, '/global_pose': 2}
+        '/odom': 3,
+        '/world_pose': 3,
+        '/amcl_pose': 1,
+        '/global_pose': 2,
+    }
     assert recording.poses['/odom'].x_y_yaw == pytest.approx(np.array(ODOM))
     assert recording.poses['/odom'].stamps_ns.tolist() == [50_000_000, 100_000_000, 150_000_000]
 
@@ -49,9 +58,15 @@ def test_a_bag_of_no_trial_says_nothing_of_one(tmp_path):
     assert trial_of(write_bag(tmp_path / 'b.bag', trial())) == trial()
 
 
-@pytest.mark.parametrize('about, complaint', [
-    (None, 'no /trial message; expected a bag that trial.launch or a campaign recorded'),
-    ('{', '/trial: not JSON'), ('[1]', 'expected a JSON object'), ('{"test": 3}', '/trial: test: given 3')])
+@pytest.mark.parametrize(
+    'about, complaint',
+    [
+        (None, 'no /trial message; expected a bag that trial.launch or a campaign recorded'),
+        ('{', '/trial: not JSON'),
+        ('[1]', 'expected a JSON object'),
+        ('{"test": 3}', '/trial: test: given 3'),
+    ],
+)
 def test_what_is_asked_of_the_trial_must_be_there(tmp_path, about, complaint):
     assert complaint in refusal(write_bag(tmp_path / 'a.bag', about))
 
@@ -70,8 +85,9 @@ def test_a_message_that_is_too_short_is_no_pose():
 def test_two_robots_are_not_taken_for_one(tmp_path):
     spaces = write_bag(tmp_path / 'a.bag', trial(), more=[('/second/odom', ODOMETRY, None, ODOM)])
     assert refusal(spaces).endswith('odometry on /odom and /second/odom; expected one robot, on /odom')
-    nodes = write_bag(tmp_path / 'b.bag', trial(), odom=(),
-                      more=[('/odom', ODOMETRY, name, ODOM) for name in ('/one', '/two')])
+    nodes = write_bag(
+        tmp_path / 'b.bag', trial(), odom=(), more=[('/odom', ODOMETRY, name, ODOM) for name in ('/one', '/two')]
+    )
     assert '/odom is published by /one and /two; expected one robot' in refusal(nodes)
 
 
@@ -105,7 +121,7 @@ def test_a_damaged_bag_is_read_or_named(tmp_path):
     rng, path, refused = np.random.default_rng(5), tmp_path / 'damaged.bag', 0
     for position, value in zip(rng.integers(len(whole), size=300).tolist(), rng.integers(256, size=300).tolist()):
         for damage, lost in ((bytes([value]), 1), (bytes(200), value)):
-            path.write_bytes(whole[:position] + damage + whole[position + lost:])
+            path.write_bytes(whole[:position] + damage + whole[position + lost :])
             try:
                 read_trial(path)
             except ConfigError as error:

@@ -1,4 +1,5 @@
 """The layout for Foxglove shows what our bags hold."""
+
 import json
 
 from diff_encoder_sim.recording.topics import TOPICS
@@ -34,4 +35,5 @@ def test_the_scene_shows_recorded_topics():
 def test_every_panel_has_its_place():
     def leaves(node):
         return [node] if isinstance(node, str) else leaves(node['first']) + leaves(node['second'])
+
     assert sorted(leaves(LAYOUT['layout'])) == sorted(LAYOUT['configById'])

@@ -1,4 +1,5 @@
 """When commands take effect. The gate is of the ROS shell, but needs no ROS."""
+
 import logging
 import subprocess
 import sys
@@ -26,8 +27,7 @@ def take_in_thread(some_gate, sim_time_ns):
 
 
 def test_it_imports_without_ros():
-    code = ("import sys; sys.modules['rospy'] = None\n"
-            'import diff_encoder_sim.ros.command_gate')
+    code = "import sys; sys.modules['rospy'] = None\nimport diff_encoder_sim.ros.command_gate"
     done = subprocess.run([sys.executable, '-c', code], env={'PYTHONPATH': str(SOURCE), 'PATH': ''})
     assert done.returncode == 0
 
@@ -126,6 +126,7 @@ def test_no_command_is_lost_between_threads():
         for number in range(count):
             boundary.acquire()
             periodic.put((number + 1.0, 0.0))
+
     controller = threading.Thread(target=control, daemon=True)
     controller.start()
     for period in range(count):

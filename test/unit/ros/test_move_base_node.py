@@ -1,4 +1,5 @@
 """What move_base_node does when its own code fails; the rest is in test/rostest/move_base_test.py."""
+
 import threading
 
 import pytest
@@ -29,6 +30,7 @@ def test_a_fault_in_the_control_period_stops_the_robot():
 
     def fail(_):
         raise OverflowError
+
     node._control = fail
     message = Odometry()
     message.pose.pose.orientation.w = 1.0

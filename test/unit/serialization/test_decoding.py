@@ -1,4 +1,5 @@
 """What is decoded by hand is what rosbags decodes."""
+
 import numpy as np
 import pytest
 
@@ -18,7 +19,7 @@ def test_joint_states(maker):
     for _ in range(200):
         names, stamp_ns = NAMES[rng.integers(len(NAMES))], int(rng.integers(0, 2**31 * 10**9))
         message = maker.joint_state(stamp_ns, rng.normal(size=rng.integers(0, 6)), names)
-        message.header.frame_id = 'frame'[:rng.integers(6)]
+        message.header.frame_id = 'frame'[: rng.integers(6)]
         decoded = decoder.decode(maker.raw(message))
         assert decoded.stamp_ns == stamp_ns and decoded.names == names
         assert list(decoded.values) == message.position.tolist()
@@ -27,7 +28,7 @@ def test_joint_states(maker):
 @MAKERS
 def test_encoder_pulses(maker):
     decoder = wire.JointDecoder(ENCODER_PULSE, maker.is_ros2)
-    for counts in ([2**63 - 1, -2**63], [0, -1], [5]):
+    for counts in ([2**63 - 1, -(2**63)], [0, -1], [5]):
         assert list(decoder.decode(maker.raw(maker.pulses(7, counts))).values) == counts
 
 
@@ -44,11 +45,15 @@ def test_poses(maker, kind):
 
 @MAKERS
 def test_transforms(maker):
-    sent = [maker.transform(5, Pose2D(1.0, 2.0, 0.5), '/map', 'odom'),
-            maker.transform(6, Pose2D(-1.0, 0.0, -3.0), 'odom', 'base_link')]
+    sent = [
+        maker.transform(5, Pose2D(1.0, 2.0, 0.5), '/map', 'odom'),
+        maker.transform(6, Pose2D(-1.0, 0.0, -3.0), 'odom', 'base_link'),
+    ]
     found = list(wire.decode_transforms(maker.raw(maker.tf(*sent)), maker.is_ros2))
     assert [(pose.stamp_ns, pose.parent_frame, pose.child_frame) for pose in found] == [
-        (5, 'map', 'odom'), (6, 'odom', 'base_link')]
+        (5, 'map', 'odom'),
+        (6, 'odom', 'base_link'),
+    ]
     assert found[1].pose == pytest.approx((-1.0, 0.0, -3.0))
 
 
@@ -87,8 +92,9 @@ def test_a_torn_message_leaves_the_next_ones_as_they_are(maker):
 
 
 @MAKERS
-@pytest.mark.parametrize('pose', [Pose2D(np.nan, 0.0, 0.0), Pose2D(0.0, np.inf, 0.0), Pose2D(0.0, 0.0, np.nan),
-                                  Pose2D(1e200, 0.0, 0.0)])
+@pytest.mark.parametrize(
+    'pose', [Pose2D(np.nan, 0.0, 0.0), Pose2D(0.0, np.inf, 0.0), Pose2D(0.0, 0.0, np.nan), Pose2D(1e200, 0.0, 0.0)]
+)
 def test_a_pose_that_is_not_finite_is_a_fault(maker, pose):
     kind = 'geometry_msgs/msg/PoseStamped'
     with pytest.raises(InputFault, match='no position|no rotation'):

@@ -1,4 +1,5 @@
 """Messages as bytes: they say what they were made of, and rosbags would write the same bytes."""
+
 import math
 import re
 
@@ -84,8 +85,13 @@ def test_the_encoders_definition_is_that_of_its_msg_file():
 
 def test_a_leading_header_is_known_as_such():
     assert {topic.message_type for topic in TOPICS if not definition(topic.message_type).has_header} == {
-        'std_msgs/msg/String', 'rosgraph_msgs/msg/Clock', 'gazebo_msgs/msg/ModelStates', 'geometry_msgs/msg/Twist',
-        'tf2_msgs/msg/TFMessage', 'nav_msgs/msg/MapMetaData'}
+        'std_msgs/msg/String',
+        'rosgraph_msgs/msg/Clock',
+        'gazebo_msgs/msg/ModelStates',
+        'geometry_msgs/msg/Twist',
+        'tf2_msgs/msg/TFMessage',
+        'nav_msgs/msg/MapMetaData',
+    }
 
 
 def test_clock(rng):
@@ -125,8 +131,10 @@ def test_odometry(rng):
     check_pose(message.pose.pose, estimate.base_pose_in_odom)
     assert vector(message.twist.twist.linear) == (estimate.linear_velocity_mps, 0.0, 0.0)
     assert vector(message.twist.twist.angular) == (0.0, 0.0, estimate.angular_velocity_radps)
-    for part, planar, axes in ((message.pose, estimate.pose_covariance, [0, 1, 5]),
-                               (message.twist, estimate.twist_covariance, [0, 5])):
+    for part, planar, axes in (
+        (message.pose, estimate.pose_covariance, [0, 1, 5]),
+        (message.twist, estimate.twist_covariance, [0, 5]),
+    ):
         expected = np.diag([encoding.UNKNOWN_VARIANCE] * 6)
         expected[np.ix_(axes, axes)] = planar
         assert np.array_equal(part.covariance.reshape(6, 6), expected)
@@ -142,14 +150,15 @@ def test_pose_stamped(rng):
 def test_transforms(rng):
     pose, now_ns = values.pose(rng), values.stamp_ns(rng)
     translation, rotation = values.floats(rng, 3), values.quat_xyzw(rng)
-    raw = encoding.tf_message(encoding.transform(pose, now_ns, 'map', 'odom'),
-                              encoding.spatial_transform(translation, rotation, now_ns + 1, 'base_link', 'left_wheel'))
+    raw = encoding.tf_message(
+        encoding.transform(pose, now_ns, 'map', 'odom'),
+        encoding.spatial_transform(translation, rotation, now_ns + 1, 'base_link', 'left_wheel'),
+    )
     planar, spatial = read(raw, 'tf2_msgs/msg/TFMessage').transforms
     check_header(planar.header, now_ns, 'map')
     assert (planar.child_frame_id, spatial.child_frame_id) == ('odom', 'left_wheel')
     assert vector(planar.transform.translation) == (pose.x_m, pose.y_m, 0.0)
-    assert quat(planar.transform.rotation) == (0.0, 0.0, math.sin(0.5 * pose.yaw_rad),
-                                               math.cos(0.5 * pose.yaw_rad))
+    assert quat(planar.transform.rotation) == (0.0, 0.0, math.sin(0.5 * pose.yaw_rad), math.cos(0.5 * pose.yaw_rad))
     check_header(spatial.header, now_ns + 1, 'base_link')
     assert (vector(spatial.transform.translation), quat(spatial.transform.rotation)) == (translation, rotation)
 
@@ -157,7 +166,7 @@ def test_transforms(rng):
 def test_model_states(rng):
     world, body = values.world(rng), values.body(rng)
     models = encoding.ModelStatesMessages(world, 'alto')
-    models.message(values.body(rng))        # what was said before leaves no trace
+    models.message(values.body(rng))  # what was said before leaves no trace
     message = read(models.message(body), 'gazebo_msgs/msg/ModelStates')
     assert message.name == ['floor', 'walls', 'pillars', 'alto']
     for model, pose, twist in zip(world.models, message.pose, message.twist):
@@ -175,15 +184,23 @@ def test_scan(rng):
     check_header(message.header, scan.stamp_ns, 'laser')
     assert np.array_equal(message.ranges, scan.ranges_m.astype(np.float32))
     assert message.angle_max == pytest.approx(scan.bearings_rad()[-1], abs=1e-6)
-    assert (message.angle_min, message.angle_increment, message.time_increment, message.scan_time, message.range_min,
-            message.range_max) == pytest.approx((scan.angle_min_rad, scan.angle_increment_rad, 0.0, 0.1, 0.15, 6.0))
+    assert (
+        message.angle_min,
+        message.angle_increment,
+        message.time_increment,
+        message.scan_time,
+        message.range_min,
+        message.range_max,
+    ) == pytest.approx((scan.angle_min_rad, scan.angle_increment_rad, 0.0, 0.1, 0.15, 6.0))
     assert len(message.intensities) == 0
 
 
 def test_pose_with_covariance(rng):
     pose, covariance, now_ns = values.pose(rng), values.covariance(rng, 3), values.stamp_ns(rng)
-    message = read(encoding.pose_with_covariance_message(pose, covariance, now_ns, 'map'),
-                   'geometry_msgs/msg/PoseWithCovarianceStamped')
+    message = read(
+        encoding.pose_with_covariance_message(pose, covariance, now_ns, 'map'),
+        'geometry_msgs/msg/PoseWithCovarianceStamped',
+    )
     check_header(message.header, now_ns, 'map')
     check_pose(message.pose.pose, pose)
     expected = np.zeros((6, 6))
@@ -212,8 +229,9 @@ def test_goal(rng):
     check_pose(message.goal.target_pose.pose, pose)
 
 
-@pytest.mark.parametrize('status, number', [(GoalStatus.PREEMPTED, 2), (GoalStatus.SUCCEEDED, 3),
-                                            (GoalStatus.ABORTED, 4)])
+@pytest.mark.parametrize(
+    'status, number', [(GoalStatus.PREEMPTED, 2), (GoalStatus.SUCCEEDED, 3), (GoalStatus.ABORTED, 4)]
+)
 def test_result(status, number):
     message = read(encoding.result_message(SENT, status, 'wörtlich', 7), 'move_base_msgs/msg/MoveBaseActionResult')
     check_header(message.header, 7, '')

@@ -1,4 +1,5 @@
 """The lockstep's messages are byte for byte those of the nodes (skipped where there is no ROS)."""
+
 import io
 
 import numpy as np
@@ -55,7 +56,10 @@ def test_definitions_are_those_of_the_installed_classes(message_type):
     for part, built in generate_dynamic(name, told.text).items():
         installed = ros_class(part)
         assert (built._md5sum, built.__slots__, built._slot_types) == (
-            installed._md5sum, installed.__slots__, installed._slot_types)
+            installed._md5sum,
+            installed.__slots__,
+            installed._slot_types,
+        )
 
 
 def test_of_the_simulator(rng):
@@ -68,8 +72,10 @@ def test_of_the_simulator(rng):
 def test_model_states(rng):
     world, body = values.world(rng), values.body(rng)
     expected = ModelStates(name=[*(model.name for model in world.models), 'alto'])
-    for pose, twist in (*((conversions.matrix_pose_message(model.pose_in_world), Twist()) for model in world.models),
-                        conversions.body_messages(body)):
+    for pose, twist in (
+        *((conversions.matrix_pose_message(model.pose_in_world), Twist()) for model in world.models),
+        conversions.body_messages(body),
+    ):
         expected.pose.append(pose)
         expected.twist.append(twist)
     assert encoding.ModelStatesMessages(world, 'alto').message(body) == serialised(expected)
@@ -78,36 +84,43 @@ def test_model_states(rng):
 def test_of_encoder_and_odometry(rng):
     sample, estimate = values.encoder_sample(rng), values.estimate(rng)
     assert encoding.encoder_pulse_message(sample, values.JOINTS) == serialised(
-        conversions.encoder_pulse_message(sample, values.JOINTS))
+        conversions.encoder_pulse_message(sample, values.JOINTS)
+    )
     assert encoding.odometry_message(estimate, 'odom', 'base_link') == serialised(
-        conversions.odometry_message(estimate, 'odom', 'base_link'))
+        conversions.odometry_message(estimate, 'odom', 'base_link')
+    )
 
 
 def test_poses(rng):
     pose, covariance, now_ns = values.pose(rng), values.covariance(rng, 3), values.stamp_ns(rng)
     assert encoding.pose_stamped_message(pose, now_ns, 'map') == serialised(
-        conversions.pose_stamped_message(pose, now_ns, 'map'))
+        conversions.pose_stamped_message(pose, now_ns, 'map')
+    )
     assert encoding.pose_with_covariance_message(pose, covariance, now_ns, 'map') == serialised(
-        conversions.pose_with_covariance_message(pose, covariance, now_ns, 'map'))
+        conversions.pose_with_covariance_message(pose, covariance, now_ns, 'map')
+    )
 
 
 def test_transforms(rng):
     pose, now_ns = values.pose(rng), values.stamp_ns(rng)
     translation, rotation = values.floats(rng, 3), values.quat_xyzw(rng)
-    spatial = TransformStamped(child_frame_id='left_wheel',
-                               transform=Transform(Vector3(*translation), Quaternion(*rotation)))
+    spatial = TransformStamped(
+        child_frame_id='left_wheel', transform=Transform(Vector3(*translation), Quaternion(*rotation))
+    )
     spatial.header.stamp = conversions.stamp_from_ns(now_ns)
     spatial.header.frame_id = 'base_link'
     expected = TFMessage([conversions.transform_message(pose, now_ns, 'map', 'odom'), spatial])
     assert encoding.tf_message(
         encoding.transform(pose, now_ns, 'map', 'odom'),
-        encoding.spatial_transform(translation, rotation, now_ns, 'base_link', 'left_wheel')) == serialised(expected)
+        encoding.spatial_transform(translation, rotation, now_ns, 'base_link', 'left_wheel'),
+    ) == serialised(expected)
 
 
 def test_commands_and_texts(rng):
     linear_mps, angular_radps = values.floats(rng, 2)
     assert encoding.twist_message(linear_mps, angular_radps) == serialised(
-        Twist(Vector3(linear_mps, 0, 0), Vector3(0, 0, angular_radps)))
+        Twist(Vector3(linear_mps, 0, 0), Vector3(0, 0, angular_radps))
+    )
     assert encoding.text_message('{"outcome": "größer"}') == serialised(String('{"outcome": "größer"}'))
 
 
@@ -125,15 +138,21 @@ def goal_id():
 
 def test_goals(rng):
     pose, now_ns = values.pose(rng), values.stamp_ns(rng)
-    expected = MoveBaseActionGoal(goal_id=goal_id(), goal=MoveBaseGoal(
-        conversions.pose_stamped_message(pose, now_ns, 'map')))
+    expected = MoveBaseActionGoal(
+        goal_id=goal_id(), goal=MoveBaseGoal(conversions.pose_stamped_message(pose, now_ns, 'map'))
+    )
     expected.header.stamp = rospy.Time(5, 610_000_000)
     assert encoding.goal_message(encoding.SentGoal(NAME, 2, STAMP_NS), pose, now_ns, 'map') == serialised(expected)
 
 
-@pytest.mark.parametrize('status, action_status', [(GoalStatus.PREEMPTED, ActionStatus.PREEMPTED),
-                                                   (GoalStatus.SUCCEEDED, ActionStatus.SUCCEEDED),
-                                                   (GoalStatus.ABORTED, ActionStatus.ABORTED)])
+@pytest.mark.parametrize(
+    'status, action_status',
+    [
+        (GoalStatus.PREEMPTED, ActionStatus.PREEMPTED),
+        (GoalStatus.SUCCEEDED, ActionStatus.SUCCEEDED),
+        (GoalStatus.ABORTED, ActionStatus.ABORTED),
+    ],
+)
 def test_results(status, action_status):
     expected = MoveBaseActionResult(status=ActionStatus(goal_id(), action_status, 'because'), result=MoveBaseResult())
     expected.header.stamp = rospy.Time(9)

@@ -1,4 +1,5 @@
 """The motor controller: limits, ramps, timeout, kinematics."""
+
 import math
 
 import pytest
@@ -22,9 +23,10 @@ def settled(drive, linear, angular):
     return speeds
 
 
-@pytest.mark.parametrize('linear, angular, speeds', [
-    (0.45, 0.0, (4.5, 4.5)), (-0.45, 0.0, (-4.5, -4.5)), (0.0, 1.0, (-2.0, 2.0)),
-    (0.3, -0.5, (4.0, 2.0))])
+@pytest.mark.parametrize(
+    'linear, angular, speeds',
+    [(0.45, 0.0, (4.5, 4.5)), (-0.45, 0.0, (-4.5, -4.5)), (0.0, 1.0, (-2.0, 2.0)), (0.3, -0.5, (4.0, 2.0))],
+)
 def test_commands_become_wheel_speeds(linear, angular, speeds):
     assert settled(controller(), linear, angular) == pytest.approx(speeds)
 

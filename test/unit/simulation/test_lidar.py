@@ -1,4 +1,5 @@
 """The scanner against geometry by hand, brute force, and its own noise."""
+
 import math
 
 import numpy as np
@@ -22,12 +23,15 @@ def solid(shape, x_m=0.0, y_m=0.0, z_m=1.0, yaw_rad=0.0):
 
 def lidar(solids, seed=0, **params):
     world = World('w', [Model('m', np.eye(4), list(solids))])
-    return Lidar(world, HEIGHT_M, LidarParams(**{'noise': 0.0, **params}),
-                 np.random.default_rng(seed))
+    return Lidar(world, HEIGHT_M, LidarParams(**{'noise': 0.0, **params}), np.random.default_rng(seed))
 
 
-ROOM = [solid(Box((0.2, 10.0, 2.0)), x_m=3.1), solid(Box((0.2, 10.0, 2.0)), x_m=-2.1),
-        solid(Box((10.0, 0.2, 2.0)), y_m=2.1), solid(Box((10.0, 0.2, 2.0)), y_m=-1.1)]
+ROOM = [
+    solid(Box((0.2, 10.0, 2.0)), x_m=3.1),
+    solid(Box((0.2, 10.0, 2.0)), x_m=-2.1),
+    solid(Box((10.0, 0.2, 2.0)), y_m=2.1),
+    solid(Box((10.0, 0.2, 2.0)), y_m=-1.1),
+]
 
 
 @pytest.mark.parametrize('yaw_rad', [0.0, 1.0, -2.5, 9.0])
@@ -49,8 +53,7 @@ def test_a_pillar_is_seen_as_a_circle():
 
 
 def test_a_sphere_is_cut_at_the_scan_height():
-    _, circles = cut_world(World('w', [Model('m', np.eye(4), [solid(Sphere(0.5), z_m=HEIGHT_M - 0.3)])]),
-                           HEIGHT_M)
+    _, circles = cut_world(World('w', [Model('m', np.eye(4), [solid(Sphere(0.5), z_m=HEIGHT_M - 0.3)])]), HEIGHT_M)
     assert circles == pytest.approx(np.array([[0, 0, 0.4]]))
 
 
@@ -70,7 +73,7 @@ def brute_force_m(scanner, pose, bearings_rad):
                 if away >= 0 and 0 <= share <= 1:
                     ranges_m[index] = min(ranges_m[index], away)
         for x, y, radius in scanner._circles - [pose.x_m, pose.y_m, 0]:
-            along, root = x * dx + y * dy, (x * dx + y * dy) ** 2 - x * x - y * y + radius ** 2
+            along, root = x * dx + y * dy, (x * dx + y * dy) ** 2 - x * x - y * y + radius**2
             if root >= 0:
                 for away in (along - math.sqrt(root), along + math.sqrt(root)):
                     if away >= 0:
@@ -81,9 +84,12 @@ def brute_force_m(scanner, pose, bearings_rad):
 @pytest.mark.parametrize('name', ['hallway', 'ros_logo'])
 @pytest.mark.parametrize('angle_min, angle_span', [(-math.pi, 2 * math.pi), (-1.0, 2.5), (2.0, 5.0)])
 def test_the_shipped_worlds_against_brute_force(name, angle_min, angle_span):
-    scanner = Lidar(load_world(WORLDS / f'{name}.world'), HEIGHT_M,
-                    LidarParams(samples=97, angle_min=angle_min, angle_span=angle_span),
-                    np.random.default_rng(0))
+    scanner = Lidar(
+        load_world(WORLDS / f'{name}.world'),
+        HEIGHT_M,
+        LidarParams(samples=97, angle_min=angle_min, angle_span=angle_span),
+        np.random.default_rng(0),
+    )
     rng = np.random.default_rng(3)
     for _ in range(6):
         pose = Pose2D(*rng.uniform(-2.5, 2.5, 2), rng.uniform(-7, 7))
@@ -97,7 +103,7 @@ def test_noise_has_the_spread_that_was_asked_for_and_comes_from_the_seed():
     sweeps = [lidar(ROOM, seed=seed, noise=0.03).sweep(0, pose).ranges_m for seed in (1, 1, 2)]
     assert (sweeps[0] == sweeps[1]).all() and not (sweeps[0] == sweeps[2]).any()
     errors_m = sweeps[0] - lidar(ROOM).true_ranges_m(pose)
-    assert errors_m.std() == pytest.approx(0.03, rel=0.1)      # 1000 rays: 99.9 % within 8 %
+    assert errors_m.std() == pytest.approx(0.03, rel=0.1)  # 1000 rays: 99.9 % within 8 %
     assert abs(errors_m.mean()) < 0.004
 
 
@@ -106,8 +112,7 @@ def test_each_ray_is_measured_with_its_own_noise_and_then_cut_to_the_limits():
     scanner, pose = lidar(ROOM, seed=4, **params), Pose2D(0.2, 0.1, 0.3)
     true_m = scanner.true_ranges_m(pose)
     noisy_m = true_m + 0.5 * np.random.default_rng(4).standard_normal(1000)
-    expected = np.where((true_m > 2.5) | (noisy_m > 2.5), np.inf,
-                        np.where(noisy_m < 0.9, -np.inf, noisy_m))
+    expected = np.where((true_m > 2.5) | (noisy_m > 2.5), np.inf, np.where(noisy_m < 0.9, -np.inf, noisy_m))
     assert scanner.sweep(0, pose).ranges_m.tolist() == expected.tolist()
     assert 50 < np.isneginf(expected).sum() < 500 and 50 < np.isposinf(expected).sum() < 900
 
@@ -122,9 +127,15 @@ def test_no_return_is_plus_inf_and_too_close_is_minus_inf():
     assert far.bearings_rad() == pytest.approx([-math.pi, -math.pi / 2, 0, math.pi / 2])
 
 
-@pytest.mark.parametrize('params, complaint', [
-    ({'samples': 0}, 'samples: given 0'), ({'range_min': 7.0}, 'range_min below range_max'),
-    ({'noise': -0.1}, 'noise: given -0.1'), ({'angle_span': 7.0}, 'angle_span: given 7.0')])
+@pytest.mark.parametrize(
+    'params, complaint',
+    [
+        ({'samples': 0}, 'samples: given 0'),
+        ({'range_min': 7.0}, 'range_min below range_max'),
+        ({'noise': -0.1}, 'noise: given -0.1'),
+        ({'angle_span': 7.0}, 'angle_span: given 7.0'),
+    ],
+)
 def test_bad_parameters_are_named(params, complaint):
     with pytest.raises(ConfigError, match=complaint):
         LidarParams.from_mapping(params, 'lidar.yaml')

@@ -1,4 +1,5 @@
 """The robot's links as frames: origins, turning joints, and the sign that KDL gives a quaternion."""
+
 import math
 
 import pytest
@@ -6,21 +7,27 @@ import pytest
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.simulation.link_frames import RobotFrames
 
-URDF = '''<robot name="r"><link name="base"/><link name="wheel"/><link name="scanner"/><link name="arm"/>
+URDF = """<robot name="r"><link name="base"/><link name="wheel"/><link name="scanner"/><link name="arm"/>
 <joint name="z_wheel" type="continuous"><parent link="base"/><child link="wheel"/>
   <origin xyz="0.1 0.2 0.3"/><axis xyz="0 2 0"/></joint>
 <joint name="a_arm" type="revolute"><parent link="base"/><child link="arm"/><origin rpy="0 0 1.5707963267948966"/></joint>
 <joint name="mount" type="fixed"><parent link="arm"/><child link="scanner"/><origin xyz="1 0 0" rpy="0.1 0.2 0.3"/></joint>
-</robot>'''
+</robot>"""
 
 
 def test_fixed_frames_have_their_origin():
-    mount, = RobotFrames(URDF).fixed
+    (mount,) = RobotFrames(URDF).fixed
     assert (mount.parent, mount.child, mount.translation_xyz_m) == ('arm', 'scanner', (1.0, 0.0, 0.0))
     # Rz(0.3) Ry(0.2) Rx(0.1), from its halved angles.
     (sr, cr), (sp, cp), (sy, cy) = ((math.sin(0.5 * angle), math.cos(0.5 * angle)) for angle in (0.1, 0.2, 0.3))
-    assert mount.quat_xyzw == pytest.approx((sr * cp * cy - cr * sp * sy, cr * sp * cy + sr * cp * sy,
-                                             cr * cp * sy - sr * sp * cy, cr * cp * cy + sr * sp * sy))
+    assert mount.quat_xyzw == pytest.approx(
+        (
+            sr * cp * cy - cr * sp * sy,
+            cr * sp * cy + sr * cp * sy,
+            cr * cp * sy - sr * sp * cy,
+            cr * cp * cy + sr * sp * sy,
+        )
+    )
 
 
 def test_joints_turn_about_their_axis_after_their_origin_in_the_order_of_their_names():
@@ -35,13 +42,21 @@ def test_only_joints_whose_angle_is_known_are_told():
     assert [frame.child for frame in RobotFrames(URDF).turned({'z_wheel': 0.0, 'other': 1.0})] == ['wheel']
 
 
-@pytest.mark.parametrize('angle_rad, y, w', [
-    (0.0, 0.0, 1.0), (1.0, math.sin(0.5), math.cos(0.5)), (2.0, math.sin(1.0), math.cos(1.0)),
-    # From two thirds of a half turn on, KDL takes the largest of x, y, z to be positive.
-    (3.5, math.sin(1.75), math.cos(1.75)), (-3.0, math.sin(1.5), -math.cos(1.5)),
-    (2 * math.pi - 0.5, -math.sin(0.25), math.cos(0.25)), (4 * math.pi + 0.1, math.sin(0.05), math.cos(0.05))])
+@pytest.mark.parametrize(
+    'angle_rad, y, w',
+    [
+        (0.0, 0.0, 1.0),
+        (1.0, math.sin(0.5), math.cos(0.5)),
+        (2.0, math.sin(1.0), math.cos(1.0)),
+        # From two thirds of a half turn on, KDL takes the largest of x, y, z to be positive.
+        (3.5, math.sin(1.75), math.cos(1.75)),
+        (-3.0, math.sin(1.5), -math.cos(1.5)),
+        (2 * math.pi - 0.5, -math.sin(0.25), math.cos(0.25)),
+        (4 * math.pi + 0.1, math.sin(0.05), math.cos(0.05)),
+    ],
+)
 def test_of_the_two_quaternions_it_is_kdls(angle_rad, y, w):
-    wheel, = RobotFrames(URDF).turned({'z_wheel': angle_rad})
+    (wheel,) = RobotFrames(URDF).turned({'z_wheel': angle_rad})
     assert wheel.quat_xyzw == pytest.approx((0.0, y, 0.0, w), abs=1e-12)
 
 

@@ -1,4 +1,5 @@
 """The robot file: what the physics and the controller take from it."""
+
 import shutil
 import subprocess
 import xml.etree.ElementTree as ElementTree
@@ -14,7 +15,7 @@ from places import ROOT
 ALTO = ROOT / 'urdf' / 'alto.urdf.xacro'
 WHEELS = ('left_wheel_joint', 'right_wheel_joint')
 
-SMALL = '''<robot name="small"><link name="base_link"/>
+SMALL = """<robot name="small"><link name="base_link"/>
   <link name="axle"/><link name="l"><collision><geometry><sphere radius="0.05"/></geometry>
   </collision></link><link name="r"><collision><geometry><cylinder radius="0.06" length="0.01"/>
   </geometry></collision></link>
@@ -23,7 +24,7 @@ SMALL = '''<robot name="small"><link name="base_link"/>
   <joint name="jl" type="continuous"><parent link="axle"/><child link="l"/>
     <origin xyz="0.2 0 0"/></joint>
   <joint name="jr" type="continuous"><parent link="axle"/><child link="r"/>
-    <origin xyz="-0.2 0 0"/></joint></robot>'''
+    <origin xyz="-0.2 0 0"/></joint></robot>"""
 
 
 def test_alto_is_table_1_of_the_paper():
@@ -31,8 +32,7 @@ def test_alto_is_table_1_of_the_paper():
     assert alto.name == 'alto'
     assert (alto.left_wheel_radius_m, alto.right_wheel_radius_m) == (0.1, 0.1)
     assert alto.wheel_separation_m == pytest.approx(0.4)
-    masses = [float(mass.get('value')) for mass in
-              ElementTree.fromstring(alto.urdf).iter('mass')]
+    masses = [float(mass.get('value')) for mass in ElementTree.fromstring(alto.urdf).iter('mass')]
     assert sum(masses) == pytest.approx(80.0)
 
 
@@ -43,9 +43,11 @@ def test_the_odometry_believes_what_the_robot_file_says():
 
 
 def test_errors_of_the_true_geometry_are_arguments():
-    alto = load_robot(ALTO, *WHEELS, {'wheel_radius_error_left': '0.01',
-                                      'wheel_radius_error_right': '-0.02',
-                                      'wheel_separation_error': '0.05'})
+    alto = load_robot(
+        ALTO,
+        *WHEELS,
+        {'wheel_radius_error_left': '0.01', 'wheel_radius_error_right': '-0.02', 'wheel_separation_error': '0.05'},
+    )
     assert alto.left_wheel_radius_m == pytest.approx(0.101)
     assert alto.right_wheel_radius_m == pytest.approx(0.098)
     assert alto.wheel_separation_m == pytest.approx(0.42)
@@ -64,13 +66,17 @@ def test_a_plain_urdf_with_turned_frames_between_base_and_wheels(tmp_path):
         robot.link_pose_in_root('laser')
 
 
-@pytest.mark.parametrize('change, joints, complaint', [
-    (('', ''), ('jx', 'jr'), "joint 'jx' is missing; the file has a, jl, jr"),
-    (('', ''), ('jr', 'jl'), 'the left wheel left of the right'),
-    (('<sphere radius="0.05"/>', '<box size="1 1 1"/>'), ('jl', 'jr'), "wheel 'l' has no rolling"),
-    (('<parent link="base_link"/>', '<parent link="l"/>'), ('jl', 'jr'), 'form a loop'),
-    (('</robot>', ''), ('jl', 'jr'), 'not a valid xacro or URDF'),
-    (('robot', 'sdf'), ('jl', 'jr'), 'given <sdf>; allowed: <robot>')])
+@pytest.mark.parametrize(
+    'change, joints, complaint',
+    [
+        (('', ''), ('jx', 'jr'), "joint 'jx' is missing; the file has a, jl, jr"),
+        (('', ''), ('jr', 'jl'), 'the left wheel left of the right'),
+        (('<sphere radius="0.05"/>', '<box size="1 1 1"/>'), ('jl', 'jr'), "wheel 'l' has no rolling"),
+        (('<parent link="base_link"/>', '<parent link="l"/>'), ('jl', 'jr'), 'form a loop'),
+        (('</robot>', ''), ('jl', 'jr'), 'not a valid xacro or URDF'),
+        (('robot', 'sdf'), ('jl', 'jr'), 'given <sdf>; allowed: <robot>'),
+    ],
+)
 def test_an_unsuitable_robot_is_refused_by_name(tmp_path, change, joints, complaint):
     path = tmp_path / 'robot.urdf'
     path.write_text(SMALL.replace(*change))
@@ -92,17 +98,24 @@ def test_a_robot_file_that_was_edited_is_read_again(tmp_path):
         assert load_robot(path, 'jl', 'jr', {}).left_wheel_radius_m == float(radius)
 
 
-@pytest.mark.parametrize('body', [
-    '<xacro:include filename="{folder}/size.xacro"/><link name="${{size}}"/>',
-    '<xacro:property name="sizes" value="${{xacro.load_yaml(\'{folder}/size.yaml\')}}"/>'
-    '<link name="${{sizes[\'size\']}}"/>', '<link name="$(optenv ROBOT_SIZE none)"/>'])
+@pytest.mark.parametrize(
+    'body',
+    [
+        '<xacro:include filename="{folder}/size.xacro"/><link name="${{size}}"/>',
+        '<xacro:property name="sizes" value="${{xacro.load_yaml(\'{folder}/size.yaml\')}}"/>'
+        '<link name="${{sizes[\'size\']}}"/>',
+        '<link name="$(optenv ROBOT_SIZE none)"/>',
+    ],
+)
 def test_what_a_robot_file_draws_on_is_read_again(tmp_path, monkeypatch, body):
     path = tmp_path / 'robot.xacro'
-    path.write_text('<robot name="r" xmlns:xacro="http://ros.org/wiki/xacro">'
-                    + body.format(folder=tmp_path) + '</robot>')
+    path.write_text(
+        '<robot name="r" xmlns:xacro="http://ros.org/wiki/xacro">' + body.format(folder=tmp_path) + '</robot>'
+    )
     for size in ('small', 'large'):
-        (tmp_path / 'size.xacro').write_text('<robot xmlns:xacro="http://ros.org/wiki/xacro">'
-                                             f'<xacro:property name="size" value="{size}"/></robot>')
+        (tmp_path / 'size.xacro').write_text(
+            f'<robot xmlns:xacro="http://ros.org/wiki/xacro"><xacro:property name="size" value="{size}"/></robot>'
+        )
         (tmp_path / 'size.yaml').write_text(f'size: {size}')
         monkeypatch.setenv('ROBOT_SIZE', size)
         assert f'<link name="{size}"/>' in expand_xacro(path, {})
@@ -113,6 +126,7 @@ def test_what_a_robot_file_draws_on_is_read_again(tmp_path, monkeypatch, body):
 def test_check_urdf_passes(tmp_path, root_inertia):
     path = tmp_path / 'alto.urdf'
     path.write_text(expand_xacro(ALTO, {'root_inertia': root_inertia}))
-    result = subprocess.run(['check_urdf', str(path)], stdout=subprocess.PIPE,
-                            stderr=subprocess.STDOUT, universal_newlines=True)
+    result = subprocess.run(
+        ['check_urdf', str(path)], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True
+    )
     assert result.returncode == 0 and 'Successfully Parsed' in result.stdout, result.stdout

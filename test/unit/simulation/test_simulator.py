@@ -1,4 +1,5 @@
 """The stand-in for Gazebo: true to wheel kinematics, repeatable, and wrong only when asked."""
+
 import math
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
@@ -23,8 +24,13 @@ def make_simulator():
     made = []
 
     def make(world='hallway', start=Pose2D(-10, 0, 0), seed=1, **params):
-        simulator = Simulator(ROOT / 'worlds' / f'{world}.world', ROOT / 'urdf' / 'alto.urdf.xacro',
-                              SimulatorParams.from_mapping(params, 'test'), start, seed)
+        simulator = Simulator(
+            ROOT / 'worlds' / f'{world}.world',
+            ROOT / 'urdf' / 'alto.urdf.xacro',
+            SimulatorParams.from_mapping(params, 'test'),
+            start,
+            seed,
+        )
         made.append(simulator)
         return simulator
 
@@ -169,9 +175,14 @@ def test_pybullet_has_the_masses_of_the_robot_file(make_simulator):
     # Shares: PyBullet gives the force of a sub-step over the whole step.
     share = {name: load / sum(load_n.values()) for name, load in load_n.items()}
     caster_share = 0.05 / 0.19
-    assert share == pytest.approx({'front_caster_joint': caster_share,
-                                   'left_wheel_joint': (1 - caster_share) / 2,
-                                   'right_wheel_joint': (1 - caster_share) / 2}, rel=0.01)
+    assert share == pytest.approx(
+        {
+            'front_caster_joint': caster_share,
+            'left_wheel_joint': (1 - caster_share) / 2,
+            'right_wheel_joint': (1 - caster_share) / 2,
+        },
+        rel=0.01,
+    )
 
 
 def test_running_into_a_wall_is_noticed(make_simulator):
@@ -188,8 +199,7 @@ def test_a_radius_error_makes_both_wheels_disagree_with_the_odometry(make_simula
 
 
 def test_a_separation_error_makes_turns_disagree_with_the_odometry(make_simulator):
-    simulator = make_simulator('ros_logo', Pose2D(-3.4, -0.85, 0),
-                               wheel_errors={'wheel_separation_error': 0.02})
+    simulator = make_simulator('ros_logo', Pose2D(-3.4, -0.85, 0), wheel_errors={'wheel_separation_error': 0.02})
     wheels, turned = drive(simulator, 0.0, 1.0, 2 * math.pi)
     believed = RADIUS_M * (wheels[1] - wheels[0]) / SEPARATION_M
     assert turned / believed == pytest.approx(1 / 1.02, abs=2e-4)
@@ -227,8 +237,10 @@ def make_mounted(tmp_path):
         alto = load_robot(ROOT / 'urdf' / 'alto.urdf.xacro', 'left_wheel_joint', 'right_wheel_joint', {})
         robot = ElementTree.fromstring(alto.urdf)
         robot.find("joint[@name='laser_joint']/origin").set('rpy', laser_rpy)
-        carried = [*robot.findall("joint/parent[@link='base_link']/../origin"),
-                   *robot.findall("link[@name='base_link']/*/origin")]
+        carried = [
+            *robot.findall("joint/parent[@link='base_link']/../origin"),
+            *robot.findall("link[@name='base_link']/*/origin"),
+        ]
         for origin in carried:
             x, y, z = map(float, origin.get('xyz').split())
             origin.set('xyz', f'{x} {y} {z - base_above_floor_m}')
@@ -265,10 +277,11 @@ def test_the_scan_plane_is_above_the_floor_wherever_base_link_is(make_mounted, t
     walls = ''.join(
         f'''<model name="{name}"><static>true</static><pose>{x_m} 0 {top_m / 2} 0 0 0</pose><link name="l">
         <collision name="c"><geometry><box><size>0.2 40 {top_m}</size></box></geometry></collision></link></model>'''
-        for name, x_m, top_m in (('low', -8.0, 1.07), ('high', -7.0, 1.17)))
+        for name, x_m, top_m in (('low', -8.0, 1.07), ('high', -7.0, 1.17))
+    )
     world = tmp_path / 'walls.world'
-    world.write_text(f'''<sdf version="1.6"><world name="walls"><model name="floor"><static>true</static><link name="l">
-        <collision name="c"><geometry><plane/></geometry></collision></link></model>{walls}</world></sdf>''')
+    world.write_text(f"""<sdf version="1.6"><world name="walls"><model name="floor"><static>true</static><link name="l">
+        <collision name="c"><geometry><plane/></geometry></collision></link></model>{walls}</world></sdf>""")
     laser_x_m = -10 + 0.12 * math.cos(0.5)
     for base_above_floor_m in (0.0, 0.1):
         ranges_m = make_mounted('0 0 -0.5', base_above_floor_m, world, lidar={'noise': 0.0}).scan().ranges_m
@@ -277,19 +290,22 @@ def test_the_scan_plane_is_above_the_floor_wherever_base_link_is(make_mounted, t
 
 def test_errors_that_a_robot_file_cannot_express_are_refused(tmp_path):
     plain = tmp_path / 'plain.urdf.xacro'
-    plain.write_text((ROOT / 'urdf' / 'alto.urdf.xacro').read_text().replace(
-        '$(arg wheel_separation_error)', '0'))
+    plain.write_text((ROOT / 'urdf' / 'alto.urdf.xacro').read_text().replace('$(arg wheel_separation_error)', '0'))
     params = SimulatorParams.from_mapping({'wheel_errors': {'wheel_separation_error': 0.1}}, '')
     with pytest.raises(ConfigError, match='wheel_separation_error has no effect'):
         Simulator(ROOT / 'worlds' / 'hallway.world', plain, params, Pose2D(0, 0, 0), 0)
 
 
-@pytest.mark.parametrize('params, complaint', [
-    ({'drive': {'wheel_torque': 0}}, 'drive.wheel_torque: given 0'),
-    ({'physics': {'steps_per_tick': 1.5}}, 'physics.steps_per_tick'),
-    ({'wheel_errors': {'left_slip': 1.0}}, 'wheel_errors.left_slip: given 1.0'),
-    ({'wheel_errors': {'slip': 0.1}}, 'wheel_errors.slip: unknown key'),
-    ({'lidar': {'rate': 30.0}}, "lidar: given {'rate': 30.0}; allowed: a rate whose period is whole 10 ms")])
+@pytest.mark.parametrize(
+    'params, complaint',
+    [
+        ({'drive': {'wheel_torque': 0}}, 'drive.wheel_torque: given 0'),
+        ({'physics': {'steps_per_tick': 1.5}}, 'physics.steps_per_tick'),
+        ({'wheel_errors': {'left_slip': 1.0}}, 'wheel_errors.left_slip: given 1.0'),
+        ({'wheel_errors': {'slip': 0.1}}, 'wheel_errors.slip: unknown key'),
+        ({'lidar': {'rate': 30.0}}, "lidar: given {'rate': 30.0}; allowed: a rate whose period is whole 10 ms"),
+    ],
+)
 def test_bad_parameters_are_named(params, complaint):
     with pytest.raises(ConfigError, match=complaint):
         SimulatorParams.from_mapping(params, 'simulator.yaml')

@@ -1,4 +1,5 @@
 """The mapper as a whole, in a small room."""
+
 import math
 
 import numpy as np
@@ -13,9 +14,9 @@ from diff_encoder_sim.slam.offline import OdometryTrack, map_recording
 from diff_encoder_sim.slam.slam_warm_up import warm_up
 from slam_room import around_the_room, params, room_scan
 
-START = Pose2D(0.4, -0.3, 0.5)      # in odom, of the first scan
+START = Pose2D(0.4, -0.3, 0.5)  # in odom, of the first scan
 LASER = Pose2D(0.15, -0.05, 0.4)
-SECOND_NS = 10 ** 9
+SECOND_NS = 10**9
 
 
 def drive(seed=1, noise=0.0, laser=IDENTITY, sigma_m=0.01, count=40, **changes):
@@ -38,8 +39,7 @@ def errors(slam, true):
     """(n, 3) of the trajectory, as seen from its first pose."""
     path = slam.trajectory
     first = path[0].base_pose_in_map
-    off = [np.subtract(step.base_pose_in_map.relative_to(first), true[step.stamp_ns // SECOND_NS])
-           for step in path]
+    off = [np.subtract(step.base_pose_in_map.relative_to(first), true[step.stamp_ns // SECOND_NS]) for step in path]
     return np.array([[x, y, wrap_angle(yaw)] for x, y, yaw in off])
 
 
@@ -51,8 +51,7 @@ def test_drifting_odometry_is_corrected(laser):
     assert len(off) > 30
     assert np.abs(off[:, :2]).max() < 0.03 and np.abs(off[:, 2]).max() < 0.01
     corrected = slam.odom_pose_in_map.compose(odometry[-1])
-    assert np.subtract(corrected.relative_to(START)[:2], true[-1][:2]) == pytest.approx(
-        [0.0, 0.0], abs=0.03)
+    assert np.subtract(corrected.relative_to(START)[:2], true[-1][:2]) == pytest.approx([0.0, 0.0], abs=0.03)
 
 
 def test_the_map_shows_the_room():
@@ -63,6 +62,7 @@ def test_the_map_shows_the_room():
 
     def cell_of(x_m, y_m):
         return grid.cells[grid.cell_at(*Pose2D(x_m, y_m, 0.0).relative_to(map_in_room)[:2])]
+
     assert [cell_of(x, y) for x, y in ((0.0, 0.0), (2.2, 1.7), (-2.2, -1.8))] == [FREE] * 3
     assert [cell_of(x, y) for x, y in ((3.0, 0.0), (1.3, -1.1), (0.8, 1.8))] == [UNKNOWN] * 3
     walls = [(2.48, y) for y in np.arange(-1.5, 1.5, 0.1)]
@@ -73,8 +73,8 @@ def test_the_map_shows_the_room():
 def test_equal_seeds_give_equal_bytes_and_others_do_not():
     def result(seed):
         slam, _, _, estimates = drive(seed, noise=0.02, count=20)
-        return (slam.map().cells.tobytes(), slam.particles.tobytes(), str(slam.trajectory),
-                str(estimates))
+        return (slam.map().cells.tobytes(), slam.particles.tobytes(), str(slam.trajectory), str(estimates))
+
     first = result(3)
     assert first == result(3)
     assert first[1] != result(4)[1]
@@ -84,8 +84,7 @@ def test_particles_are_redrawn_when_few_of_them_count():
     """And only then, and the paths go on through it."""
     slam, _, _, estimates = drive(noise=0.03, sigma_m=0.03)
     estimates = [estimate for estimate in estimates if estimate]
-    assert all(estimate.has_resampled == (estimate.effective_count < 4.0)
-               for estimate in estimates[1:])
+    assert all(estimate.has_resampled == (estimate.effective_count < 4.0) for estimate in estimates[1:])
     assert 2 <= sum(estimate.has_resampled for estimate in estimates) < len(estimates) - 2
     for before, after in zip(estimates[1:], estimates[2:]):
         assert 0.0 <= after.entropy <= math.log(8)
@@ -113,8 +112,7 @@ def test_paths_follow_the_parents():
     history.add(10, np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]), np.array([0, 1]))
     history.add(20, np.array([[2.0, 0.0, 0.0], [3.0, 0.0, 0.0]]), np.array([1, 1]))
     history.add(30, np.array([[4.0, 0.0, 0.0], [5.0, 0.0, 0.0]]), np.array([1, 0]))
-    assert [(step.stamp_ns, step.base_pose_in_map.x_m) for step in history.path(0)] == [
-        (10, 1.0), (20, 3.0), (30, 4.0)]
+    assert [(step.stamp_ns, step.base_pose_in_map.x_m) for step in history.path(0)] == [(10, 1.0), (20, 3.0), (30, 4.0)]
     assert [step.base_pose_in_map.x_m for step in history.path(1)] == [1.0, 2.0, 5.0]
 
 
@@ -140,6 +138,7 @@ def test_scans_are_entered_after_a_move_a_turn_or_a_time():
         pose = Pose2D(x_m, 0.0, yaw_rad)
         scan = room_scan(pose, stamp_ns=round(stamp_s * SECOND_NS))
         return slam.update(pose, scan, IDENTITY) is not None
+
     assert enters(0.0, 0.0, 0.0)
     assert not enters(0.19, 0.0, 1.0)
     assert enters(0.21, 0.0, 1.1)
@@ -151,11 +150,15 @@ def test_scans_are_entered_after_a_move_a_turn_or_a_time():
     assert enters(0.21, -0.21, 7.1)
 
 
-@pytest.mark.parametrize('change, message', [
-    (dict(ranges_m=np.empty(0)), 'expected at least one'),
-    (dict(angle_increment_rad=math.nan), 'expected finite numbers'),
-    (dict(range_max_m=0.0), 'range limit'),
-    (dict(stamp_ns=0), 'time went back; the map so far is kept')])
+@pytest.mark.parametrize(
+    'change, message',
+    [
+        (dict(ranges_m=np.empty(0)), 'expected at least one'),
+        (dict(angle_increment_rad=math.nan), 'expected finite numbers'),
+        (dict(range_max_m=0.0), 'range limit'),
+        (dict(stamp_ns=0), 'time went back; the map so far is kept'),
+    ],
+)
 def test_bad_scans_change_nothing(change, message):
     slam, _, odometry, _ = drive(count=5)
     before = slam.map().cells.tobytes(), slam.last_estimate, slam.particles.tobytes()
@@ -191,8 +194,7 @@ def test_before_the_first_scan_there_is_nothing():
 
 
 def recording():
-    scans = [room_scan(pose, stamp_ns=(10 * index + 5) * 10 ** 8)
-             for index, pose in enumerate(around_the_room())]
+    scans = [room_scan(pose, stamp_ns=(10 * index + 5) * 10**8) for index, pose in enumerate(around_the_room())]
     stamps_ns = [index * SECOND_NS for index in range(len(scans) + 1)]
     return stamps_ns, [*around_the_room(), around_the_room()[-1]], scans
 
@@ -215,14 +217,15 @@ def test_a_recording_that_goes_back_in_time_keeps_the_first_drive(caplog):
     assert 'odometry goes back' in caplog.text and 'the map so far is kept' in caplog.text
 
 
-@pytest.mark.parametrize('has_odometry, has_scans, message', [
-    (False, True, 'no odometry for the scans'), (True, False, 'no scans for the odometry')])
+@pytest.mark.parametrize(
+    'has_odometry, has_scans, message',
+    [(False, True, 'no odometry for the scans'), (True, False, 'no scans for the odometry')],
+)
 def test_half_a_recording_is_refused(has_odometry, has_scans, message):
     stamps_ns, poses, scans = recording()
     track = OdometryTrack(stamps_ns, poses) if has_odometry else OdometryTrack([], [])
     with pytest.raises(ConfigError, match=message):
-        map_recording(GridSlam(params(), np.random.default_rng(0)), track,
-                      scans if has_scans else [], IDENTITY)
+        map_recording(GridSlam(params(), np.random.default_rng(0)), track, scans if has_scans else [], IDENTITY)
 
 
 def test_odometry_of_another_time_is_refused(caplog):

@@ -1,4 +1,5 @@
 """Maps of the shipped worlds against their geometry, from simulated drives."""
+
 import pytest
 
 from slam_drives import HALLWAY, ROS_LOGO, Case

@@ -1,4 +1,5 @@
 """Maps of particles: rays entered cell by cell, patches shared and copied on write."""
+
 import math
 
 import numpy as np
@@ -29,15 +30,14 @@ def rays_of(ranges, **changes):
 def cells_of(maps, particle):
     """(height, width, 4) of one particle's grid."""
     rows, columns = maps.table.shape[1:]
-    return maps.cells[maps.table[particle]].transpose(0, 2, 1, 3, 4).reshape(
-        rows * SIDE, columns * SIDE, 4)
+    return maps.cells[maps.table[particle]].transpose(0, 2, 1, 3, 4).reshape(rows * SIDE, columns * SIDE, 4)
 
 
 def test_a_ray_passes_cells_and_ends_in_one():
     maps = maps_of(1)
     register(maps, np.array([[0.01, 0.02, 0.0]]), rays_of([1.0]))
     cells = cells_of(maps, 0)
-    row, first, last = 80, 80, 100           # of the map's corner at (-4, -4)
+    row, first, last = 80, 80, 100  # of the map's corner at (-4, -4)
     assert np.argwhere(cells[..., VISITS]).tolist() == [[row, c] for c in range(first, last + 1)]
     assert np.argwhere(cells[..., HITS]).tolist() == [[row, last]]
     assert cells[row, last, [MEAN_X, MEAN_Y]] == pytest.approx([0.2, 0.4], abs=1e-5)
@@ -68,14 +68,20 @@ def test_cells_remember_the_mean_of_their_hits():
     assert cell[MEAN_X] * CELL_M == pytest.approx((0.001 + 0.021 + 0.044) / 3, abs=1e-6)
 
 
-@pytest.mark.parametrize('given, changes, hit, length_m', [
-    (2.0, {}, True, 2.0),
-    (5.995, {}, None, None),                                    # beyond range_max less 1 cm
-    (math.inf, {}, None, None),
-    (math.inf, {'maxRange': 6.0, 'maxUrange': 5.0}, False, 5.0),     # nothing up to range_max
-    (math.inf, {'maxRange': 6.0}, False, 6.0),
-    (4.0, {'maxUrange': 3.0}, False, 3.0),
-    (math.nan, {}, None, None), (-math.inf, {}, None, None), (0.05, {}, None, None)])
+@pytest.mark.parametrize(
+    'given, changes, hit, length_m',
+    [
+        (2.0, {}, True, 2.0),
+        (5.995, {}, None, None),  # beyond range_max less 1 cm
+        (math.inf, {}, None, None),
+        (math.inf, {'maxRange': 6.0, 'maxUrange': 5.0}, False, 5.0),  # nothing up to range_max
+        (math.inf, {'maxRange': 6.0}, False, 6.0),
+        (4.0, {'maxUrange': 3.0}, False, 3.0),
+        (math.nan, {}, None, None),
+        (-math.inf, {}, None, None),
+        (0.05, {}, None, None),
+    ],
+)
 def test_what_a_range_says(given, changes, hit, length_m):
     rays = rays_of([given], **changes)
     if hit is None:
@@ -106,7 +112,7 @@ def test_particles_share_patches_until_one_writes():
     whole, maps.table = maps.table, only_first
     register(maps, np.zeros((1, 3)), rays_of([1.0]))
     maps.table = whole
-    assert maps.patch_count == shared + 2       # of the two that the ray crosses
+    assert maps.patch_count == shared + 2  # of the two that the ray crosses
     assert cells_of(maps, 0)[80, 100, HITS] == before[80, 100, HITS] + 1
     assert (cells_of(maps, 1) == before).all() and (cells_of(maps, 2) == before).all()
 
@@ -118,9 +124,9 @@ def test_references_are_those_of_the_tables():
         poses = np.column_stack([rng.uniform(-1, 1, (6, 2)), rng.uniform(-3, 3, 6)])
         expected = [cells_of(maps, i).copy() for i in range(6)]
         register(maps, poses, rays_of([1.0, 2.0, 0.5, 1.5]))
-        for index in range(6):      # only where the own rays went
+        for index in range(6):  # only where the own rays went
             alone = maps_of(1)
-            register(alone, poses[index:index + 1], rays_of([1.0, 2.0, 0.5, 1.5]))
+            register(alone, poses[index : index + 1], rays_of([1.0, 2.0, 0.5, 1.5]))
             grown = cells_of(maps, index)[..., :2] - expected[index][..., :2]
             assert (grown == cells_of(alone, 0)[..., :2]).all()
         counts = np.bincount(maps.table.ravel(), minlength=len(maps.references))

@@ -1,4 +1,5 @@
 """Scan matching and the proposal made from it."""
+
 import math
 
 import numpy as np
@@ -23,8 +24,11 @@ def room_map(particles=1, scans=6, sigma_m=0.01, seed=1):
     maps = PatchMaps(Extent(-4.0, -4.0, 4.0, 4.0), CELL_M, particles)
     for _ in range(scans):
         pose = Pose2D(*rng.uniform(-0.3, 0.3, 3).tolist())
-        register(maps, np.tile(np.array(pose), (particles, 1)),
-                 usable_rays(room_scan(pose, rng, sigma_m), IDENTITY, params()))
+        register(
+            maps,
+            np.tile(np.array(pose), (particles, 1)),
+            usable_rays(room_scan(pose, rng, sigma_m), IDENTITY, params()),
+        )
     return maps
 
 
@@ -33,9 +37,17 @@ def match(maps, scan, guess, **changes):
     given = params(**changes)
     ends = usable_rays(scan, IDENTITY, given).matched_ends_m() / CELL_M
     start = np.array([(guess.x_m + 4.0) / CELL_M, (guess.y_m + 4.0) / CELL_M, guess.yaw_rad])
-    pose, score = climb(maps.table[0], maps.cells, start, ends, given.kernelSize,
-                        -CELL_M ** 2 / given.sigma, given.lstep / CELL_M, given.astep,
-                        given.iterations)
+    pose, score = climb(
+        maps.table[0],
+        maps.cells,
+        start,
+        ends,
+        given.kernelSize,
+        -(CELL_M**2) / given.sigma,
+        given.lstep / CELL_M,
+        given.astep,
+        given.iterations,
+    )
     return Pose2D(pose[0] * CELL_M - 4.0, pose[1] * CELL_M - 4.0, pose[2]), score / len(ends)
 
 
@@ -59,15 +71,21 @@ def test_along_a_straight_wall_nothing_pulls():
     bearings = np.linspace(-0.9, 0.9, 60)
     ends = np.column_stack([np.full(60, 1.0), np.tan(bearings)])
     scan = room_scan(IDENTITY, ray_count=60)._replace(
-        angle_min_rad=-0.9, angle_increment_rad=1.8 / 59, ranges_m=np.hypot(*ends.T))
+        angle_min_rad=-0.9, angle_increment_rad=1.8 / 59, ranges_m=np.hypot(*ends.T)
+    )
     register(maps, np.zeros((1, 3)), usable_rays(scan, IDENTITY, params()))
     inner = ends[20:40] / CELL_M
 
     def misfit(x_m, y_m):
-        return -log_likelihood(maps.table[0], maps.cells, np.array(
-            [(x_m + 4.0) / CELL_M, (y_m + 4.0) / CELL_M, 0.0]), inner, 1, -1.0) / 20
+        return (
+            -log_likelihood(
+                maps.table[0], maps.cells, np.array([(x_m + 4.0) / CELL_M, (y_m + 4.0) / CELL_M, 0.0]), inner, 1, -1.0
+            )
+            / 20
+        )
+
     # In cells: a metre is 20.
-    assert misfit(0.02, 0.0) == pytest.approx(0.4 ** 2, rel=0.05)
+    assert misfit(0.02, 0.0) == pytest.approx(0.4**2, rel=0.05)
     assert max(misfit(0.0, y_m) for y_m in np.linspace(-0.1, 0.1, 21)) < 0.001
 
 
@@ -75,8 +93,9 @@ def test_far_from_everything_a_ray_costs_as_much_as_one_looks():
     maps = PatchMaps(Extent(-4.0, -4.0, 4.0, 4.0), CELL_M, 1)
     ends = np.array([[0.0, 0.0], [3.0, 1.0]])
     for kernel in (1, 2):
-        assert log_likelihood(maps.table[0], maps.cells, np.array([80.0, 80.0, 0.0]), ends, kernel,
-                              -0.5) == pytest.approx(-(kernel + 0.5) ** 2)
+        assert log_likelihood(
+            maps.table[0], maps.cells, np.array([80.0, 80.0, 0.0]), ends, kernel, -0.5
+        ) == pytest.approx(-((kernel + 0.5) ** 2))
     outside = np.array([-500.0, 1e6, 0.0])
     assert log_likelihood(maps.table[0], maps.cells, outside, ends, 1, -1.0) == -4.5
 
@@ -96,8 +115,7 @@ def test_without_a_match_the_motion_model_is_drawn_from():
     start = np.tile([0.3, -0.2, 1.0], (count, 1))
     rays = usable_rays(room_scan(IDENTITY, ray_count=20), IDENTITY, given)
     drawn = propose(maps, start, move, rays, given, np.random.default_rng(6)).particles
-    relative = np.array([Pose2D(*pose).relative_to(Pose2D(0.3, -0.2, 1.0))
-                         for pose in drawn.tolist()])
+    relative = np.array([Pose2D(*pose).relative_to(Pose2D(0.3, -0.2, 1.0)) for pose in drawn.tolist()])
     sigmas = np.array([0.1 * 0.5 + 0.04 * 0.2, 0.03 * 0.5 + 0.04 * 0.2, 0.1 * 0.2 + 0.05 * 0.5])
     assert np.abs(relative.mean(axis=0) - move) == pytest.approx([0, 0, 0], abs=4 * 0.058 / 63)
     assert relative.std(axis=0) == pytest.approx(sigmas, rel=0.05)
@@ -122,8 +140,17 @@ def test_the_proposal_follows_the_scan_not_the_odometry():
 def test_exact_odometry_outweighs_the_scan():
     """Which the mode of the match alone would not: the proposal holds both."""
     rng, maps = np.random.default_rng(8), room_map(scans=3, sigma_m=0.03)
-    given = params(particles=1, srr=0.0, srt=0.0, str=0.0, stt=0.0, lsigma=10.0,
-                   llsamplerange=0.008, lasamplerange=0.004, lasamplestep=0.001)
+    given = params(
+        particles=1,
+        srr=0.0,
+        srt=0.0,
+        str=0.0,
+        stt=0.0,
+        lsigma=10.0,
+        llsamplerange=0.008,
+        lasamplerange=0.004,
+        lasamplestep=0.001,
+    )
     off = []
     for _ in range(20):
         true = Pose2D(*rng.uniform(-0.2, 0.2, 3).tolist())
@@ -137,8 +164,7 @@ def test_draws_have_the_moments_of_the_weighted_poses():
     rng = np.random.default_rng(9)
     poses, weights = rng.standard_normal((27, 3)) @ np.diag([1.0, 2.0, 0.1]), rng.random(27)
     weights /= weights.sum()
-    draws = np.array([gaussian_draw(poses, weights, normals)
-                      for normals in rng.standard_normal((20_000, 3))])
+    draws = np.array([gaussian_draw(poses, weights, normals) for normals in rng.standard_normal((20_000, 3))])
     mean = weights @ poses
     covariance = (poses - mean).T @ ((poses - mean) * weights[:, np.newaxis])
     assert draws.mean(axis=0) == pytest.approx(mean, abs=0.06)
@@ -148,8 +174,7 @@ def test_draws_have_the_moments_of_the_weighted_poses():
 
 
 def test_moves_are_in_the_particles_frames():
-    moved = apply_moves(np.array([[1.0, 2.0, 0.5 * math.pi], [0.0, 0.0, 3.0]]),
-                        np.array([0.5, 0.1, 0.3]))
+    moved = apply_moves(np.array([[1.0, 2.0, 0.5 * math.pi], [0.0, 0.0, 3.0]]), np.array([0.5, 0.1, 0.3]))
     assert moved[0] == pytest.approx([0.9, 2.5, 0.5 * math.pi + 0.3])
     assert moved[1, 2] == pytest.approx(3.3 - 2.0 * math.pi)
 

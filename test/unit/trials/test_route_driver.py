@@ -1,4 +1,5 @@
 """A test's route, driven by beliefs that the test makes up."""
+
 import logging
 import math
 
@@ -15,8 +16,7 @@ ACTIVE, SUCCEEDED = GoalStatus.ACTIVE, GoalStatus.SUCCEEDED
 
 
 def driver(route, **changes):
-    return RouteDriver(TestDefinition.from_mapping(
-        {'name': 'T', 'world': 'w', 'route': route, **changes}, ''))
+    return RouteDriver(TestDefinition.from_mapping({'name': 'T', 'world': 'w', 'route': route, **changes}, ''))
 
 
 class Clock:
@@ -31,8 +31,7 @@ class Clock:
 
 
 def test_waypoints_are_left_when_near_and_the_goal_when_reached():
-    route = [{'through': [{'x': 1.0, 'y': 0.0}, {'x': 1.0, 'y': 2.0}]},
-             {'goal': {'x': 3.0, 'y': 2.0, 'yaw': 0.5}}]
+    route = [{'through': [{'x': 1.0, 'y': 0.0}, {'x': 1.0, 'y': 2.0}]}, {'goal': {'x': 3.0, 'y': 2.0, 'yaw': 0.5}}]
     clock = Clock(driver(route, pass_radius=0.3))
     # A waypoint's heading is towards the next one; the last one keeps that of the way to it.
     assert clock.step(0, 0, status=GoalStatus.NONE).goal_in_map == pytest.approx((1, 0, math.pi / 2))
@@ -40,18 +39,17 @@ def test_waypoints_are_left_when_near_and_the_goal_when_reached():
     assert clock.step(0.71, 0).goal_in_map[:2] == (1, 2)
     assert clock.step(1.0, 1.5).goal_in_map is None
     assert clock.step(1.0, 1.75).goal_in_map == (3, 2, 0.5)
-    assert clock.step(2.99, 2.0).goal_in_map is None       # near is not enough of a goal
+    assert clock.step(2.99, 2.0).goal_in_map is None  # near is not enough of a goal
     assert clock.step(2.99, 2.0, status=SUCCEEDED).goal_in_map is None
     for _ in range(19):
         clock.step(2.99, 2.0, status=SUCCEEDED)
-        assert not clock.driven.is_over                    # a second at rest
+        assert not clock.driven.is_over  # a second at rest
     clock.step(2.99, 2.0, status=SUCCEEDED)
     assert clock.driven.is_over
 
 
 def test_a_waypoint_that_the_navigator_stops_at_counts_as_passed():
-    clock = Clock(driver([{'through': [{'x': 1.0, 'y': 0.0}]}, {'goal': {'x': 2.0}}],
-                         pass_radius=0.01))
+    clock = Clock(driver([{'through': [{'x': 1.0, 'y': 0.0}]}, {'goal': {'x': 2.0}}], pass_radius=0.01))
     clock.step(0, 0)
     assert clock.step(0.96, 0, status=SUCCEEDED).goal_in_map == (2, 0, 0)
 
@@ -65,7 +63,7 @@ def test_turns_are_counted_by_the_belief_and_then_the_goal_is_sent():
         yaw_rad = wrap_angle(turned_rad)
         assert len(outputs) < 400
     assert turned_rad == pytest.approx(4.0 * math.pi, abs=0.05)
-    assert outputs[-1].turn_rate_radps == 0.0              # nobody else would stop the robot
+    assert outputs[-1].turn_rate_radps == 0.0  # nobody else would stop the robot
     assert clock.step(0, 0, yaw_rad).turn_rate_radps is None
 
 
@@ -100,7 +98,9 @@ def test_a_robot_that_turns_stops_while_no_belief_comes_and_turns_on_from_a_stan
     assert again == pytest.approx([0.0, 4.9 * 0.05, 2 * 4.9 * 0.05])
     assert clock.driven.watch(clock.now_ns).turn_rate_radps is None
     assert [record.getMessage() for record in caplog.records] == [
-        'the pose is 0.6 s old: stopped turning', 'the pose is back: turning on']
+        'the pose is 0.6 s old: stopped turning',
+        'the pose is back: turning on',
+    ]
 
 
 def test_of_a_robot_that_drives_to_a_goal_the_navigator_takes_care():
@@ -108,4 +108,4 @@ def test_of_a_robot_that_drives_to_a_goal_the_navigator_takes_care():
     yaw_rad = 0.0
     while clock.step(0, 0, wrap_angle(yaw_rad)).goal_in_map is None:
         yaw_rad += 0.05
-    assert clock.driven.watch(clock.now_ns + 10 ** 10).turn_rate_radps is None
+    assert clock.driven.watch(clock.now_ns + 10**10).turn_rate_radps is None

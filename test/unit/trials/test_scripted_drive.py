@@ -1,4 +1,5 @@
 """Scripted drives: profiles in closed form, and commands that add up exactly."""
+
 import math
 
 import pytest
@@ -13,7 +14,8 @@ profiles = st.builds(Trapezoid, st.floats(-50, 50), st.floats(0.1, 3), st.floats
 
 def definition(*segments, **limits):
     return TestDefinition.from_mapping(
-        {'name': 'T', 'world': 'hallway', 'drive': list(segments), 'limits': limits}, 'test')
+        {'name': 'T', 'world': 'hallway', 'drive': list(segments), 'limits': limits}, 'test'
+    )
 
 
 def test_a_long_profile_by_hand():
@@ -38,7 +40,7 @@ def test_speed_and_acceleration_stay_within_limits(profile, fractions):
     for time_s in (fraction * profile.duration_s for fraction in fractions):
         here, ahead, beyond = (profile.covered(time_s + index * step_s) for index in range(3))
         assert abs(ahead - here) <= profile.top_speed * step_s * (1 + 1e-6) + 1e-9
-        assert abs(beyond - 2 * ahead + here) <= profile.acceleration * step_s ** 2 * (1 + 1e-6) + 1e-9
+        assert abs(beyond - 2 * ahead + here) <= profile.acceleration * step_s**2 * (1 + 1e-6) + 1e-9
 
 
 @given(profiles)

@@ -1,4 +1,5 @@
 """Tests as users write them, and the arguments of trial.launch."""
+
 import math
 from pathlib import Path
 
@@ -35,8 +36,11 @@ def test_the_worlds_of_the_tests_are_there(name):
 
 def test_the_long_distance_is_the_papers():
     test = load_test('DLD', ROOT / 'config')
-    points = [test.start.pose()[:2]] + [(point.x, point.y) for leg in test.route
-                                        for point in leg.through or []] + [test.goal()[:2]]
+    points = (
+        [test.start.pose()[:2]]
+        + [(point.x, point.y) for leg in test.route for point in leg.through or []]
+        + [test.goal()[:2]]
+    )
     assert sum(math.dist(a, b) for a, b in zip(points, points[1:])) == pytest.approx(95, abs=2)
     with pytest.raises(ConfigError, match='DLD has no drive'):
         plan('--test', 'DLD', '--nav', 'scripted')
@@ -45,26 +49,32 @@ def test_the_long_distance_is_the_papers():
 
 def test_a_users_own_test_is_found_by_its_path(tmp_path):
     path = tmp_path / 'mine.yaml'
-    path.write_text('name: mine\nworld: hallway\nstart: {x: 1.0, y: 0.5, yaw: 1.5707963267948966}\n'
-                    'drive: [{straight: 2.0}, {turns: 0.25}, {straight: -1.0}]\n')
+    path.write_text(
+        'name: mine\nworld: hallway\nstart: {x: 1.0, y: 0.5, yaw: 1.5707963267948966}\n'
+        'drive: [{straight: 2.0}, {turns: 0.25}, {straight: -1.0}]\n'
+    )
     goal = plan('--test', str(path), '--nav', 'scripted').trial.test.goal()
     assert goal == pytest.approx((2.0, 2.5, -math.pi))
 
 
-@pytest.mark.parametrize('content, complaint', [
-    ('name: a\nworld: b\n', 'a drive, a route, or both'),
-    ('name: a\nworld: b\ndrive: []\n', 'a drive, a route, or both'),
-    ('name: a\nworld: b\nroute: [{turns: 1}]\n', 'whose last leg is a goal'),
-    ('name: a\nworld: b\nroute: [{through: []}]\n', 'route.0.through: given'),
-    ('name: a\nworld: b\nroute: [{goal: {x: 1.0}, turns: 2}]\n', 'one of goal, through, turns'),
-    ('name: a\nworld: b\ndrive: [{straight: 1, turns: 1}]\n', 'drive.0: given .*either straight or'),
-    ('name: a\nworld: b\ndrive: [{}]\n', 'either straight or turns'),
-    ('name: a\nworld: b\ndrive: [{straight: .nan}]\n', 'drive.0.straight: given nan'),
-    ('name: a\nworld: b\ndrive: [{straight: 1}]\nstart: {x: far}\n', "start.x: given 'far'"),
-    ('name: a\nworld: b\ndrive: [{straight: 1}]\nlimits: {speed: 0}\n', 'limits.speed: given 0'),
-    ('name: a\nworld: b\nroute: [{goal: {x: 1.0e+7}}]\n', 'route.0.goal.x: given 10000000.0; allowed: less'),
-    ('name: a\nworld: b\nroute: [{through: [{x: 0, y: -.inf}]}, {goal: {}}]\n', 'route.0.through.0.y: given -inf'),
-    ('name: a\nwrold: b\ndrive: [{straight: 1}]\n', "unknown key; did you mean 'world'|world: miss")])
+@pytest.mark.parametrize(
+    'content, complaint',
+    [
+        ('name: a\nworld: b\n', 'a drive, a route, or both'),
+        ('name: a\nworld: b\ndrive: []\n', 'a drive, a route, or both'),
+        ('name: a\nworld: b\nroute: [{turns: 1}]\n', 'whose last leg is a goal'),
+        ('name: a\nworld: b\nroute: [{through: []}]\n', 'route.0.through: given'),
+        ('name: a\nworld: b\nroute: [{goal: {x: 1.0}, turns: 2}]\n', 'one of goal, through, turns'),
+        ('name: a\nworld: b\ndrive: [{straight: 1, turns: 1}]\n', 'drive.0: given .*either straight or'),
+        ('name: a\nworld: b\ndrive: [{}]\n', 'either straight or turns'),
+        ('name: a\nworld: b\ndrive: [{straight: .nan}]\n', 'drive.0.straight: given nan'),
+        ('name: a\nworld: b\ndrive: [{straight: 1}]\nstart: {x: far}\n', "start.x: given 'far'"),
+        ('name: a\nworld: b\ndrive: [{straight: 1}]\nlimits: {speed: 0}\n', 'limits.speed: given 0'),
+        ('name: a\nworld: b\nroute: [{goal: {x: 1.0e+7}}]\n', 'route.0.goal.x: given 10000000.0; allowed: less'),
+        ('name: a\nworld: b\nroute: [{through: [{x: 0, y: -.inf}]}, {goal: {}}]\n', 'route.0.through.0.y: given -inf'),
+        ('name: a\nwrold: b\ndrive: [{straight: 1}]\n', "unknown key; did you mean 'world'|world: miss"),
+    ],
+)
 def test_a_bad_test_file_is_named_with_its_key(tmp_path, content, complaint):
     path = tmp_path / 'bad.yaml'
     path.write_text(content)
@@ -73,10 +83,14 @@ def test_a_bad_test_file_is_named_with_its_key(tmp_path, content, complaint):
     assert str(caught.value).startswith(f'{path}: ')
 
 
-@pytest.mark.parametrize('world, start, where', [
-    ('hallway', '{x: -30.0, y: 0.5}', r'\(-30.00, 0.50\), outside'),
-    ('hallway', '{x: 0.0, y: 2.98}', r'\(0.00, 2.98\), in a wall of'),
-    ('ros_logo', '{x: 1.87}', r'\(1.87, 0.00\), in what is unknown to')])     # within a pillar
+@pytest.mark.parametrize(
+    'world, start, where',
+    [
+        ('hallway', '{x: -30.0, y: 0.5}', r'\(-30.00, 0.50\), outside'),
+        ('hallway', '{x: 0.0, y: 2.98}', r'\(0.00, 2.98\), in a wall of'),
+        ('ros_logo', '{x: 1.87}', r'\(1.87, 0.00\), in what is unknown to'),
+    ],
+)  # within a pillar
 def test_a_start_that_the_map_forbids_is_named_before_anything_starts(tmp_path, world, start, where):
     """Nothing would find the robot there: it would stand until the test's time limit."""
     path = tmp_path / 'away.yaml'
@@ -86,14 +100,22 @@ def test_a_start_that_the_map_forbids_is_named_before_anything_starts(tmp_path, 
     assert plan('--test', str(path), '--nav', 'scripted').trial.nav == 'scripted'
 
 
-@pytest.mark.parametrize('arguments, complaint', [
-    (['--test', 'XX'], "test: given 'XX'; allowed: DLD, SL, SMT"),
-    (['--ppr', '0'], 'ppr: given 0; allowed'), (['--ppr', 'many'], "ppr: given 'many'"),
-    (['--ppr', '.nan'], 'ppr: given nan'), (['--ppr', '{left: 40}'], 'ppr.right: missing'),
-    (['--ppr', '[40'], "ppr: given '\\[40'"), (['--trial', '-1'], 'number: given -1'),
-    (['--trial', '1.5'], 'number: given 1.5'), (['--odom', 'perfect'], "odom: given 'perfect'"),
-    (['--sim', 'webots'], "sim: given 'webots'; allowed: pybullet, gazebo"),
-    (['--config', '/no.yaml'], '/no.yaml: cannot be read')])
+@pytest.mark.parametrize(
+    'arguments, complaint',
+    [
+        (['--test', 'XX'], "test: given 'XX'; allowed: DLD, SL, SMT"),
+        (['--ppr', '0'], 'ppr: given 0; allowed'),
+        (['--ppr', 'many'], "ppr: given 'many'"),
+        (['--ppr', '.nan'], 'ppr: given nan'),
+        (['--ppr', '{left: 40}'], 'ppr.right: missing'),
+        (['--ppr', '[40'], "ppr: given '\\[40'"),
+        (['--trial', '-1'], 'number: given -1'),
+        (['--trial', '1.5'], 'number: given 1.5'),
+        (['--odom', 'perfect'], "odom: given 'perfect'"),
+        (['--sim', 'webots'], "sim: given 'webots'; allowed: pybullet, gazebo"),
+        (['--config', '/no.yaml'], '/no.yaml: cannot be read'),
+    ],
+)
 def test_bad_arguments_of_the_launch_file_are_named(arguments, complaint):
     with pytest.raises(ConfigError, match='^' + complaint):
         plan(*arguments)

@@ -1,4 +1,5 @@
 """Turning in place by a belief: it ends where it should, on a robot that lags behind commands."""
+
 import math
 from collections import deque
 
@@ -73,8 +74,7 @@ def test_rates_keep_both_limits():
 def test_a_noisy_belief_about_half_a_turn_loses_no_turn():
     """The wrap falls on the noise: each crossing of +-pi must count as the small step that it is."""
     rng = np.random.default_rng(5)
-    robot, task, _ = turn(10.0 * math.pi, math.pi,
-                          lambda robot: wrap_angle(robot.yaw_rad + rng.normal(0.0, 0.01)))
+    robot, task, _ = turn(10.0 * math.pi, math.pi, lambda robot: wrap_angle(robot.yaw_rad + rng.normal(0.0, 0.01)))
     assert task.is_over
     assert robot.turned_rad == pytest.approx(10.0 * math.pi, abs=STOP_WITHIN_RAD + 0.04)
 
@@ -121,8 +121,10 @@ def test_time_that_jumps_back_changes_no_rate():
 @pytest.mark.parametrize('step_rad', [0.056, 0.079])
 def test_a_belief_too_coarse_to_stop_by_ends_within_one_of_its_steps(turns, step_rad):
     """An encoder of 28 or 20 PPR: no heading that it can tell is within STOP_WITHIN_RAD of the whole angle."""
+
     def belief(robot):
         return wrap_angle(step_rad * (math.floor((robot.turned_rad - turns * 2.0 * math.pi) / step_rad) + 0.5))
+
     robot, task, _ = turn(2.0 * math.pi * turns, belief=belief)
     assert task.is_over
     assert robot.turned_rad == pytest.approx(2.0 * math.pi * turns, abs=step_rad)
@@ -136,6 +138,7 @@ def test_a_belief_that_jumps_past_the_end_is_turned_back_to():
         if robot.turned_rad > math.pi - 0.1:
             corrections[0] = 0.3
         return wrap_angle(robot.yaw_rad + corrections[0])
+
     robot, task, _ = turn(math.pi, belief=belief)
     assert task.is_over
     assert robot.turned_rad == pytest.approx(math.pi - 0.3, abs=2 * STOP_WITHIN_RAD)

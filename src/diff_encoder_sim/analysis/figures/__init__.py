@@ -1,4 +1,5 @@
 """The figures of an analysis: PNG and SVG, the same bytes for the same data."""
+
 from __future__ import annotations
 
 from pathlib import Path
@@ -22,7 +23,7 @@ class Drawn(NamedTuple):
 
     name: str
     caption: str
-    drawing: Optional[Drawing]      # None where there is nothing to show
+    drawing: Optional[Drawing]  # None where there is nothing to show
 
 
 def write_figures(dataset: Dataset, folder: Path) -> List[Figure]:
@@ -40,26 +41,33 @@ def write_figures(dataset: Dataset, folder: Path) -> List[Figure]:
             note = f' ({variant.description})' if variant.description else ''
             for drawn in _draw(dataset, variant):
                 if drawn.drawing is not None:
-                    figures.append(save(drawn.drawing, drawn.name + variant.suffix,
-                                        f'{drawn.caption}{note}.', folder))
+                    figures.append(save(drawn.drawing, drawn.name + variant.suffix, f'{drawn.caption}{note}.', folder))
     return figures
 
 
 def _draw(dataset: Dataset, variant: Variant) -> Iterator[Drawn]:
     """One figure after the other, so that only one is in memory."""
     for source, topic in TOPIC_OF_SOURCE.items():
-        yield Drawn(f'fig4_xy_errors_{source}',
-                    f'Final {topic} minus the goal; the circle has a radius of {X.tolerance:g} m',
-                    draw_xy_errors(variant, source))
+        yield Drawn(
+            f'fig4_xy_errors_{source}',
+            f'Final {topic} minus the goal; the circle has a radius of {X.tolerance:g} m',
+            draw_xy_errors(variant, source),
+        )
     for source, topic in TOPIC_OF_SOURCE.items():
-        yield Drawn(f'fig5_distributions_{source}',
-                    f'Final {topic} minus the goal by encoder; shaded: within {X.tolerance:g} m '
-                    f'and {YAW.tolerance:g} degrees', draw_distributions(variant, source))
+        yield Drawn(
+            f'fig5_distributions_{source}',
+            f'Final {topic} minus the goal by encoder; shaded: within {X.tolerance:g} m and {YAW.tolerance:g} degrees',
+            draw_distributions(variant, source),
+        )
     for test in variant.tests():
         if test in dataset.asked:
-            yield Drawn(f'trajectories_{test}',
-                        f'{test}: true paths and /odom, of the first {MOST_TRIALS} trials of each '
-                        f'encoder at most', draw_trajectories(variant, test, dataset.asked[test]))
-    yield Drawn('spread_vs_ppr', 'Standard deviation against the encoder\'s resolution, with 95 % '
-                                 'intervals',
-                draw_spread(variant, dataset.robot, dataset.asked))
+            yield Drawn(
+                f'trajectories_{test}',
+                f'{test}: true paths and /odom, of the first {MOST_TRIALS} trials of each encoder at most',
+                draw_trajectories(variant, test, dataset.asked[test]),
+            )
+    yield Drawn(
+        'spread_vs_ppr',
+        "Standard deviation against the encoder's resolution, with 95 % intervals",
+        draw_spread(variant, dataset.robot, dataset.asked),
+    )

@@ -1,4 +1,5 @@
 """Figure 5: how the errors of each source are distributed, by test and encoder."""
+
 from __future__ import annotations
 
 from typing import Dict, List
@@ -32,13 +33,17 @@ def draw_distributions(variant: Variant, source: str) -> Drawing:
     """A row for each test: x, y and yaw, with a box and all points for each encoder."""
     tests = variant.tests()
     more_in = TURNED_IN if len(variant.labels) >= TURNED_FROM else 0.0
-    figure, panels = style.panel_grid(len(tests), len(QUANTITIES), ROOM._replace(
-        below_in=ROOM.below_in + more_in), HEIGHT_TO_WIDTH)
+    figure, panels = style.panel_grid(
+        len(tests), len(QUANTITIES), ROOM._replace(below_in=ROOM.below_in + more_in), HEIGHT_TO_WIDTH
+    )
     for row, test in zip(panels, tests):
         trials = variant.of_test(test)
         for panel, quantity in zip(row, QUANTITIES):
-            _draw_panel(panel, {label: final_errors(trials.get(label, []), source, quantity)
-                                for label in variant.labels}, quantity)
+            _draw_panel(
+                panel,
+                {label: final_errors(trials.get(label, []), source, quantity) for label in variant.labels},
+                quantity,
+            )
             panel.set_title(test)
     for panel in panels[-1]:
         panel.set_xlabel('pulses per revolution')
@@ -48,13 +53,11 @@ def draw_distributions(variant: Variant, source: str) -> Drawing:
 
 def _draw_panel(panel: Axes, values: Dict[str, np.ndarray], quantity: Quantity) -> None:
     limit = style.shown_limit(list(values.values()), least=1.3 * quantity.tolerance)
-    panel.set(xlim=(-0.6, len(values) - 0.4), ylim=(-limit, limit),
-              ylabel=f'{quantity.axis} error [{quantity.unit}]')
+    panel.set(xlim=(-0.6, len(values) - 0.4), ylim=(-limit, limit), ylabel=f'{quantity.axis} error [{quantity.unit}]')
     panel.axhspan(-quantity.tolerance, quantity.tolerance, color='0.93', linewidth=0, zorder=0)
     panel.axhline(0.0, color='0.7', linewidth=0.6, zorder=1)
     panel.yaxis.set_major_locator(style.round_ticks(5))
-    panel.set_xticks(range(len(values)), list(values),
-                     rotation=90 if len(values) >= TURNED_FROM else 0)
+    panel.set_xticks(range(len(values)), list(values), rotation=90 if len(values) >= TURNED_FROM else 0)
     for place, (label, colour) in enumerate(style.ppr_colours(list(values)).items()):
         if len(values[label]) >= LEAST_FOR_BOX:
             _draw_box(panel, values[label], place)
@@ -63,28 +66,51 @@ def _draw_panel(panel: Axes, values: Dict[str, np.ndarray], quantity: Quantity) 
 
 def _draw_box(panel: Axes, values: np.ndarray, place: int) -> None:
     line = {'color': '0.3', 'linewidth': 0.8}
-    panel.boxplot([values], positions=[place], widths=BOX_WIDTH, showfliers=False,
-                  manage_ticks=False, boxprops=line, whiskerprops=line, capprops=line,
-                  medianprops={'color': '0.0', 'linewidth': 1.4})
+    panel.boxplot(
+        [values],
+        positions=[place],
+        widths=BOX_WIDTH,
+        showfliers=False,
+        manage_ticks=False,
+        boxprops=line,
+        whiskerprops=line,
+        capprops=line,
+        medianprops={'color': '0.0', 'linewidth': 1.4},
+    )
 
 
-def _draw_strip(panel: Axes, values: np.ndarray, place: int, limit: float,
-                colour: object) -> None:
+def _draw_strip(panel: Axes, values: np.ndarray, place: int, limit: float, colour: object) -> None:
     shares = np.arange(len(values)) * GOLDEN_RATIO % 1.0
     places = place + STRIP_WIDTH * (shares - 0.5)
     is_beyond = np.abs(values) > limit
-    panel.scatter(places[~is_beyond], values[~is_beyond], s=6, color=colour, alpha=0.7,
-                  linewidths=0, zorder=3)
+    panel.scatter(places[~is_beyond], values[~is_beyond], s=6, color=colour, alpha=0.7, linewidths=0, zorder=3)
     for sign, marker in ((1.0, '^'), (-1.0, 'v')):
         beyond = is_beyond & (np.sign(values) == sign)
         count = int(np.count_nonzero(beyond))
-        panel.scatter(places[beyond], np.full(count, sign * limit), s=16, marker=marker,
-                      color=colour, linewidths=0, zorder=4, clip_on=False)
+        panel.scatter(
+            places[beyond],
+            np.full(count, sign * limit),
+            s=16,
+            marker=marker,
+            color=colour,
+            linewidths=0,
+            zorder=4,
+            clip_on=False,
+        )
 
 
 def _legend() -> List[object]:
-    return [Patch(color='0.93', label='within tolerance'),
-            Line2D([], [], color='0.3', marker='s', markersize=7, markerfacecolor='none',
-                   linewidth=0, label='quartiles and median; whiskers: 1.5 quartile distances'),
-            Line2D([], [], linestyle='', marker='^', markersize=4, color='0.4',
-                   label='beyond the axes')]
+    return [
+        Patch(color='0.93', label='within tolerance'),
+        Line2D(
+            [],
+            [],
+            color='0.3',
+            marker='s',
+            markersize=7,
+            markerfacecolor='none',
+            linewidth=0,
+            label='quartiles and median; whiskers: 1.5 quartile distances',
+        ),
+        Line2D([], [], linestyle='', marker='^', markersize=4, color='0.4', label='beyond the axes'),
+    ]

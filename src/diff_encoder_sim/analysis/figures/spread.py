@@ -1,4 +1,5 @@
 """How the spread of the errors falls with the encoder's resolution, beside what pulses explain."""
+
 from __future__ import annotations
 
 import math
@@ -40,24 +41,25 @@ class Series(NamedTuple):
     """One line of the figure."""
 
     label: str
-    colour: str         # of Okabe and Ito's palette, which the colour-blind can tell
+    colour: str  # of Okabe and Ito's palette, which the colour-blind can tell
     marker: str
-    values: Callable[[Sequence[TrialData], Quantity], np.ndarray]    # of a cell
+    values: Callable[[Sequence[TrialData], Quantity], np.ndarray]  # of a cell
 
 
 def _of(source: str) -> Callable[[Sequence[TrialData], Quantity], np.ndarray]:
     return lambda trials, quantity: final_errors(trials, source, quantity)
 
 
-SERIES = (Series('/odom minus /world_pose', '#0072b2', 'o', odometry_minus_truth),
-          Series('/odom minus goal', '#56b4e9', 's', _of('odom')),
-          Series('/world_pose minus goal', '#000000', 'D', _of('world')),
-          Series('/global_pose minus goal', '#d55e00', '^', _of('global')),
-          Series('/amcl_pose minus goal', '#e69f00', 'v', _of('amcl')))
+SERIES = (
+    Series('/odom minus /world_pose', '#0072b2', 'o', odometry_minus_truth),
+    Series('/odom minus goal', '#56b4e9', 's', _of('odom')),
+    Series('/world_pose minus goal', '#000000', 'D', _of('world')),
+    Series('/global_pose minus goal', '#d55e00', '^', _of('global')),
+    Series('/amcl_pose minus goal', '#e69f00', 'v', _of('amcl')),
+)
 
 
-def draw_spread(variant: Variant, robot: RobotGeometry,
-                asked: Dict[str, Trial]) -> Optional[Drawing]:
+def draw_spread(variant: Variant, robot: RobotGeometry, asked: Dict[str, Trial]) -> Optional[Drawing]:
     """A row for each test: x, y and yaw; None where no cell has a spread over a known PPR.
 
     Args:
@@ -77,16 +79,18 @@ def draw_spread(variant: Variant, robot: RobotGeometry,
     for panel in panels[-1]:
         panel.set_xlabel('pulses per revolution')
     # A series without a spread is missing from some of the panels.
-    lines = {label: line for panel in panels.flat
-             for line, label in zip(*panel.get_legend_handles_labels())}
+    lines = {label: line for panel in panels.flat for line, label in zip(*panel.get_legend_handles_labels())}
     figure.legend(list(lines.values()), list(lines), loc='lower center', ncols=3)
     return figure
 
 
 def _by_ppr(variant: Variant, test: str) -> Dict[float, List[TrialData]]:
     """Cells of several trials with an encoder whose wheels are alike."""
-    return {ppr_value(label): trials for label, trials in variant.of_test(test).items()
-            if ppr_value(label) is not None and len(trials) > 1}
+    return {
+        ppr_value(label): trials
+        for label, trials in variant.of_test(test).items()
+        if ppr_value(label) is not None and len(trials) > 1
+    }
 
 
 def _draw_panel(panel: Axes, by_ppr: Dict[float, List[TrialData]], quantity: Quantity) -> None:
@@ -103,8 +107,9 @@ def _draw_panel(panel: Axes, by_ppr: Dict[float, List[TrialData]], quantity: Qua
     _name_pprs(panel, list(by_ppr))
 
 
-def _draw_series(panel: Axes, series: Series, by_ppr: Dict[float, List[TrialData]],
-                 quantity: Quantity, shift: float) -> List[float]:
+def _draw_series(
+    panel: Axes, series: Series, by_ppr: Dict[float, List[TrialData]], quantity: Quantity, shift: float
+) -> List[float]:
     """Draw the spreads with their intervals, but for those of zero; returns them."""
     points: List[Tuple[float, float, float, float]] = []
     for ppr, trials in by_ppr.items():
@@ -115,19 +120,37 @@ def _draw_series(panel: Axes, series: Series, by_ppr: Dict[float, List[TrialData
     if not points:
         return []
     pprs, stds, lows, highs = np.array(points).T
-    panel.errorbar(pprs, stds, [stds - lows, highs - stds], color=series.colour,
-                   marker=series.marker, markersize=3.2, linewidth=0.7, elinewidth=0.7,
-                   capsize=1.5, capthick=0.7, label=series.label)
+    panel.errorbar(
+        pprs,
+        stds,
+        [stds - lows, highs - stds],
+        color=series.colour,
+        marker=series.marker,
+        markersize=3.2,
+        linewidth=0.7,
+        elinewidth=0.7,
+        capsize=1.5,
+        capthick=0.7,
+        label=series.label,
+    )
     return stds.tolist()
 
 
-def _draw_closed_form(panel: Axes, asked: Trial, robot: RobotGeometry, pprs: Sequence[float],
-                      quantity: Quantity) -> None:
-    stds = [quantity.scale * closed_form_std(asked, robot, ppr)[quantity.component]
-            for ppr in pprs]
-    panel.plot(pprs, stds, color='0.45', linestyle='--', linewidth=1.1, zorder=1,
-               marker='_' if len(pprs) == 1 else '', markersize=9,
-               label='whole pulses alone (closed form)')
+def _draw_closed_form(
+    panel: Axes, asked: Trial, robot: RobotGeometry, pprs: Sequence[float], quantity: Quantity
+) -> None:
+    stds = [quantity.scale * closed_form_std(asked, robot, ppr)[quantity.component] for ppr in pprs]
+    panel.plot(
+        pprs,
+        stds,
+        color='0.45',
+        linestyle='--',
+        linewidth=1.1,
+        zorder=1,
+        marker='_' if len(pprs) == 1 else '',
+        markersize=9,
+        label='whole pulses alone (closed form)',
+    )
 
 
 def _scale_spreads(panel: Axes, low: float, high: float) -> None:

@@ -1,4 +1,5 @@
 """How all figures look, and how they are saved: for a report 16 cm wide, in colour or in grey."""
+
 from __future__ import annotations
 
 from pathlib import Path
@@ -15,17 +16,32 @@ from matplotlib.ticker import MaxNLocator
 WIDTH_IN = 16.0 / 2.54
 RIGHT_IN = 0.1
 PNG_DPI = 150
-SVG_DPI = 300       # of what is too dense for vectors
+SVG_DPI = 300  # of what is too dense for vectors
 
 STYLE: Dict[str, Any] = {
-    'font.family': 'sans-serif', 'font.sans-serif': ['DejaVu Sans'], 'font.size': 8.0,
-    'axes.titlesize': 7.5, 'axes.labelsize': 7.5, 'xtick.labelsize': 7.0, 'ytick.labelsize': 7.0,
-    'legend.fontsize': 7.0, 'legend.frameon': False, 'axes.linewidth': 0.6, 'axes.edgecolor': '0.4',
-    'xtick.color': '0.25', 'ytick.color': '0.25', 'axes.axisbelow': True, 'grid.color': '0.9',
-    'grid.linewidth': 0.5, 'xtick.major.width': 0.6, 'ytick.major.width': 0.6,
+    'font.family': 'sans-serif',
+    'font.sans-serif': ['DejaVu Sans'],
+    'font.size': 8.0,
+    'axes.titlesize': 7.5,
+    'axes.labelsize': 7.5,
+    'xtick.labelsize': 7.0,
+    'ytick.labelsize': 7.0,
+    'legend.fontsize': 7.0,
+    'legend.frameon': False,
+    'axes.linewidth': 0.6,
+    'axes.edgecolor': '0.4',
+    'xtick.color': '0.25',
+    'ytick.color': '0.25',
+    'axes.axisbelow': True,
+    'grid.color': '0.9',
+    'grid.linewidth': 0.5,
+    'xtick.major.width': 0.6,
+    'ytick.major.width': 0.6,
     'figure.dpi': PNG_DPI,
     # Text that a browser can search, and the same bytes for the same data.
-    'svg.fonttype': 'none', 'svg.hashsalt': 'diff_encoder_sim'}
+    'svg.fonttype': 'none',
+    'svg.hashsalt': 'diff_encoder_sim',
+}
 
 TOLERANCE_COLOUR = '0.35'
 
@@ -40,11 +56,11 @@ USUAL_TIMES = 6.0
 class Room(NamedTuple):
     """What panels leave for texts [in]."""
 
-    left_in: float      # of the first column
-    between_in: float   # columns
-    above_in: float     # each row
-    below_in: float     # each row
-    legend_in: float    # at the foot, with the names of the last row's axes
+    left_in: float  # of the first column
+    between_in: float  # columns
+    above_in: float  # each row
+    below_in: float  # each row
+    legend_in: float  # at the foot, with the names of the last row's axes
 
 
 class Figure(NamedTuple):
@@ -62,8 +78,9 @@ def ppr_colours(labels: Sequence[str]) -> Dict[str, Any]:
     return dict(zip(labels, matplotlib.colormaps['viridis'](places)))
 
 
-def panel_grid(rows: int, columns: int, room: Room, height_to_width: float = 1.0,
-               least_columns: int = 1) -> Tuple[Drawing, np.ndarray]:
+def panel_grid(
+    rows: int, columns: int, room: Room, height_to_width: float = 1.0, least_columns: int = 1
+) -> Tuple[Drawing, np.ndarray]:
     """A figure of the report's width with equal panels; returns it and its (rows, columns) axes.
 
     The room for texts is given, because to have it found takes longer than the drawing.
@@ -83,8 +100,9 @@ def panel_grid(rows: int, columns: int, room: Room, height_to_width: float = 1.0
     for row, column in np.ndindex(rows, columns):
         left_in = first_in + column * (width_in + room.between_in)
         bottom_in = height_in - (row + 1) * row_in + room.below_in
-        axes[row, column] = figure.add_axes((left_in / WIDTH_IN, bottom_in / height_in,
-                                             width_in / WIDTH_IN, panel_in / height_in))
+        axes[row, column] = figure.add_axes(
+            (left_in / WIDTH_IN, bottom_in / height_in, width_in / WIDTH_IN, panel_in / height_in)
+        )
     return figure, axes
 
 

@@ -1,4 +1,5 @@
 """The way that robots took and the way that /odom says, over the map."""
+
 from __future__ import annotations
 
 import math
@@ -31,7 +32,7 @@ MARGIN = 0.08
 LEAST_SIDE_M = 0.1
 MOST_OBLONG = 3.6
 
-WIDE_FROM = 2.0         # width to height; wider panels stand below each other
+WIDE_FROM = 2.0  # width to height; wider panels stand below each other
 ROOM = style.Room(left_in=0.7, between_in=0.12, above_in=0.22, below_in=0.22, legend_in=0.42)
 
 FREE_GREY, UNKNOWN_GREY, OCCUPIED_GREY = '1.0', '0.94', '0.6'
@@ -48,8 +49,10 @@ class View(NamedTuple):
 
 def draw_trajectories(variant: Variant, test: str, asked: Trial) -> Optional[Drawing]:
     """A panel for each encoder; None where no trial of the test has a bag."""
-    shown = {label: [trial for trial in trials if trial.tracks][:MOST_TRIALS]
-             for label, trials in variant.of_test(test).items()}
+    shown = {
+        label: [trial for trial in trials if trial.tracks][:MOST_TRIALS]
+        for label, trials in variant.of_test(test).items()
+    }
     shown = {label: trials for label, trials in shown.items() if trials}
     if not shown:
         return None
@@ -90,8 +93,7 @@ def _view(trials: Sequence[TrialData], asked: Trial) -> View:
     width, height = np.maximum(high - low, LEAST_SIDE_M) * (1.0 + 2.0 * MARGIN)
     width, height = max(width, height / MOST_OBLONG), max(height, width / MOST_OBLONG)
     centre = 0.5 * (low + high)
-    return View(float(centre[0] - 0.5 * width), float(centre[1] - 0.5 * height), float(width),
-                float(height))
+    return View(float(centre[0] - 0.5 * width), float(centre[1] - 0.5 * height), float(width), float(height))
 
 
 def _columns(view: View, count: int) -> int:
@@ -100,17 +102,17 @@ def _columns(view: View, count: int) -> int:
     return min(count, 2 if count <= 4 else 4)
 
 
-def _draw_panel(panel: Axes, view: View, grid: Optional[OccupancyGrid],
-                trials: Sequence[TrialData], colour: object) -> None:
+def _draw_panel(
+    panel: Axes, view: View, grid: Optional[OccupancyGrid], trials: Sequence[TrialData], colour: object
+) -> None:
     if grid is not None:
         _draw_map(panel, grid)
     for lines, line_colour, width in (
-            ([trial.tracks.true for trial in trials], '0.45', 1.5),
-            ([trial.tracks.odometry for trial in trials], colour, 0.7)):
-        panel.add_collection(LineCollection(lines, colors=[line_colour], linewidths=width,
-                                            alpha=0.8, rasterized=True))
-    panel.set(aspect='equal', xlim=(view.left, view.left + view.width),
-              ylim=(view.bottom, view.bottom + view.height))
+        ([trial.tracks.true for trial in trials], '0.45', 1.5),
+        ([trial.tracks.odometry for trial in trials], colour, 0.7),
+    ):
+        panel.add_collection(LineCollection(lines, colors=[line_colour], linewidths=width, alpha=0.8, rasterized=True))
+    panel.set(aspect='equal', xlim=(view.left, view.left + view.width), ylim=(view.bottom, view.bottom + view.height))
     for axis in (panel.xaxis, panel.yaxis):
         axis.set_major_locator(style.round_ticks(6))
 
@@ -120,9 +122,16 @@ def _draw_map(panel: Axes, grid: OccupancyGrid) -> None:
     shades[grid.cells == UNKNOWN], shades[grid.cells == OCCUPIED] = 0.0, 2.0
     width_m, height_m = grid.width * grid.resolution_m, grid.height * grid.resolution_m
     placed = Affine2D().rotate(grid.origin.yaw_rad).translate(grid.origin.x_m, grid.origin.y_m)
-    panel.imshow(shades, cmap=ListedColormap([UNKNOWN_GREY, FREE_GREY, OCCUPIED_GREY]),
-                 vmin=0.0, vmax=2.0, origin='lower', interpolation='nearest',
-                 extent=(0.0, width_m, 0.0, height_m), transform=placed + panel.transData)
+    panel.imshow(
+        shades,
+        cmap=ListedColormap([UNKNOWN_GREY, FREE_GREY, OCCUPIED_GREY]),
+        vmin=0.0,
+        vmax=2.0,
+        origin='lower',
+        interpolation='nearest',
+        extent=(0.0, width_m, 0.0, height_m),
+        transform=placed + panel.transData,
+    )
 
 
 def _mark(panel: Axes, asked: Trial, trials: Sequence[TrialData]) -> None:
@@ -134,17 +143,28 @@ def _mark(panel: Axes, asked: Trial, trials: Sequence[TrialData]) -> None:
             panel.plot(*trial.tracks.true[-1], linestyle='', zorder=5, **FAILED)
 
 
-START: Dict[str, object] = {'marker': 'o', 'markersize': 6, 'markerfacecolor': 'none',
-                            'markeredgecolor': 'black', 'markeredgewidth': 0.9}
-GOAL: Dict[str, object] = {'marker': '*', 'markersize': 8, 'markerfacecolor': 'none',
-                           'markeredgecolor': 'black', 'markeredgewidth': 0.8}
-FAILED: Dict[str, object] = {'marker': 'x', 'markersize': 6, 'color': '#d55e00',
-                             'markeredgewidth': 1.4}
+START: Dict[str, object] = {
+    'marker': 'o',
+    'markersize': 6,
+    'markerfacecolor': 'none',
+    'markeredgecolor': 'black',
+    'markeredgewidth': 0.9,
+}
+GOAL: Dict[str, object] = {
+    'marker': '*',
+    'markersize': 8,
+    'markerfacecolor': 'none',
+    'markeredgecolor': 'black',
+    'markeredgewidth': 0.8,
+}
+FAILED: Dict[str, object] = {'marker': 'x', 'markersize': 6, 'color': '#d55e00', 'markeredgewidth': 1.4}
 
 
 def _legend(colour: object) -> List[Line2D]:
-    return [Line2D([], [], color='0.45', linewidth=1.5, label='true path'),
-            Line2D([], [], color=colour, linewidth=0.9, label='/odom, coloured by encoder'),
-            Line2D([], [], linestyle='', label='start', **START),
-            Line2D([], [], linestyle='', label='goal', **GOAL),
-            Line2D([], [], linestyle='', label='end of a failed trial', **FAILED)]
+    return [
+        Line2D([], [], color='0.45', linewidth=1.5, label='true path'),
+        Line2D([], [], color=colour, linewidth=0.9, label='/odom, coloured by encoder'),
+        Line2D([], [], linestyle='', label='start', **START),
+        Line2D([], [], linestyle='', label='goal', **GOAL),
+        Line2D([], [], linestyle='', label='end of a failed trial', **FAILED),
+    ]

@@ -1,4 +1,5 @@
 """What figures are made of: the trials of one variant, by cell, and their errors."""
+
 from __future__ import annotations
 
 from typing import Dict, List, NamedTuple
@@ -10,9 +11,9 @@ from diff_encoder_sim.analysis.table_keys import varied_texts
 class Variant(NamedTuple):
     """Trials with the same values of all parameters that the campaign varies besides PPR."""
 
-    suffix: str         # of its figures' names; '' where there is one variant
-    description: str    # for captions: '' or the values
-    labels: List[str]   # encoders of the whole dataset, ascending: the same colours in all
+    suffix: str  # of its figures' names; '' where there is one variant
+    description: str  # for captions: '' or the values
+    labels: List[str]  # encoders of the whole dataset, ascending: the same colours in all
     cells: Dict[Cell, List[TrialData]]
 
     def tests(self) -> List[str]:
@@ -28,7 +29,12 @@ def variants_of(dataset: Dataset) -> List[Variant]:
     """The dataset's trials, apart by what was varied."""
     cells = dataset.cells()
     all_varied = list(dict.fromkeys(cell.varied for cell in cells))
-    return [Variant('' if len(all_varied) == 1 else f'_variant{number}',
-                    ', '.join(varied_texts(varied)), dataset.encoders(),
-                    {cell: trials for cell, trials in cells.items() if cell.varied == varied})
-            for number, varied in enumerate(all_varied, start=1)]
+    return [
+        Variant(
+            '' if len(all_varied) == 1 else f'_variant{number}',
+            ', '.join(varied_texts(varied)),
+            dataset.encoders(),
+            {cell: trials for cell, trials in cells.items() if cell.varied == varied},
+        )
+        for number, varied in enumerate(all_varied, start=1)
+    ]

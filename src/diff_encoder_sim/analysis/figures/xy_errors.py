@@ -1,4 +1,5 @@
 """Figure 4: where each source says that the robot ended, about the goal."""
+
 from __future__ import annotations
 
 import math
@@ -17,7 +18,7 @@ from diff_encoder_sim.analysis.paper.paper_cells import X, Y, final_errors
 from diff_encoder_sim.analysis.table_keys import ppr_head
 
 MOST_ABREAST = 5
-LEAST_ABREAST = 3       # as wide as three, fewer panels stay
+LEAST_ABREAST = 3  # as wide as three, fewer panels stay
 ROOM = style.Room(left_in=0.75, between_in=0.1, above_in=0.34, below_in=0.22, legend_in=0.42)
 BEYOND_MARKER = 'X'
 
@@ -32,7 +33,7 @@ def draw_xy_errors(variant: Variant, source: str) -> Drawing:
     rows = rows_a_test * len(tests)
     figure, panels = style.panel_grid(rows, columns, ROOM, least_columns=LEAST_ABREAST)
     for index, test in enumerate(tests):
-        _draw_test(variant, test, source, panels[index * rows_a_test:(index + 1) * rows_a_test])
+        _draw_test(variant, test, source, panels[index * rows_a_test : (index + 1) * rows_a_test])
     for panel in panels[-1]:
         panel.set_xlabel('x error [m]')
     figure.legend(handles=_legend(), loc='lower center', ncols=2)
@@ -47,8 +48,7 @@ def _abreast(count: int) -> int:
 def _draw_test(variant: Variant, test: str, source: str, panels: np.ndarray) -> None:
     trials, colours = variant.of_test(test), style.ppr_colours(variant.labels)
     points = [_points(trials.get(label, []), source) for label in variant.labels]
-    limit_m = style.shown_limit([values for each in points for values in each.T],
-                                least=1.2 * X.tolerance)
+    limit_m = style.shown_limit([values for each in points for values in each.T], least=1.2 * X.tolerance)
     for panel, label, of_label in zip(panels.flat, variant.labels, points):
         _draw_panel(panel, of_label, limit_m, colours[label])
         panel.set_title(f'{ppr_head(label)}\n{_counts(of_label, limit_m)}')
@@ -69,12 +69,20 @@ def _draw_panel(panel: Axes, points: np.ndarray, limit_m: float, colour: object)
     for axis in (panel.xaxis, panel.yaxis):
         axis.set_major_locator(style.round_ticks(3))
     panel.grid(True)
-    panel.add_patch(Circle((0.0, 0.0), X.tolerance, fill=False, linewidth=0.9,
-                           edgecolor=style.TOLERANCE_COLOUR, zorder=5))
+    panel.add_patch(
+        Circle((0.0, 0.0), X.tolerance, fill=False, linewidth=0.9, edgecolor=style.TOLERANCE_COLOUR, zorder=5)
+    )
     is_beyond = _is_beyond(points, limit_m)
     panel.scatter(*points[~is_beyond].T, s=11, color=colour, alpha=0.75, linewidths=0, zorder=3)
-    panel.scatter(*points[is_beyond].clip(-limit_m, limit_m).T, s=22, marker=BEYOND_MARKER,
-                  color=colour, linewidths=0, zorder=4, clip_on=False)
+    panel.scatter(
+        *points[is_beyond].clip(-limit_m, limit_m).T,
+        s=22,
+        marker=BEYOND_MARKER,
+        color=colour,
+        linewidths=0,
+        zorder=4,
+        clip_on=False,
+    )
 
 
 def _is_beyond(points: np.ndarray, limit_m: float) -> np.ndarray:
@@ -89,8 +97,24 @@ def _counts(points: np.ndarray, limit_m: float) -> str:
 
 
 def _legend() -> List[Line2D]:
-    return [Line2D([], [], linestyle='', marker='o', markersize=7, markerfacecolor='none',
-                   markeredgecolor=style.TOLERANCE_COLOUR,
-                   label=f'{X.tolerance:g} m from the goal'),
-            Line2D([], [], linestyle='', marker=BEYOND_MARKER, markersize=5, color='0.4',
-                   label='beyond the axes, drawn at their border')]
+    return [
+        Line2D(
+            [],
+            [],
+            linestyle='',
+            marker='o',
+            markersize=7,
+            markerfacecolor='none',
+            markeredgecolor=style.TOLERANCE_COLOUR,
+            label=f'{X.tolerance:g} m from the goal',
+        ),
+        Line2D(
+            [],
+            [],
+            linestyle='',
+            marker=BEYOND_MARKER,
+            markersize=5,
+            color='0.4',
+            label='beyond the axes, drawn at their border',
+        ),
+    ]

@@ -1,4 +1,5 @@
 """Which of our errors a part of a claim is about."""
+
 from __future__ import annotations
 
 from typing import Dict, List, NamedTuple, Sequence, Tuple
@@ -15,7 +16,7 @@ TrialsByCell = Dict[Tuple[str, str], List[TrialData]]
 class Sample(NamedTuple):
     """Errors of a source in one cell."""
 
-    label: str          # for people
+    label: str  # for people
     values: np.ndarray
     quantity: Quantity
 
@@ -29,41 +30,72 @@ class Pair(NamedTuple):
     quantity: Quantity
 
 
-def samples(trials: TrialsByCell, source: str, tests: Sequence[str], pprs: Sequence[str],
-            quantities: Sequence[Quantity]) -> List[Sample]:
+def samples(
+    trials: TrialsByCell, source: str, tests: Sequence[str], pprs: Sequence[str], quantities: Sequence[Quantity]
+) -> List[Sample]:
     """Of each cell and quantity; without values where there is no such cell."""
-    return [Sample(f'{TOPIC_OF_SOURCE[source]} in {test} at {ppr} PPR, {quantity.axis}',
-                   final_errors(trials.get((test, ppr), []), source, quantity), quantity)
-            for test in tests for ppr in pprs for quantity in quantities]
+    return [
+        Sample(
+            f'{TOPIC_OF_SOURCE[source]} in {test} at {ppr} PPR, {quantity.axis}',
+            final_errors(trials.get((test, ppr), []), source, quantity),
+            quantity,
+        )
+        for test in tests
+        for ppr in pprs
+        for quantity in quantities
+    ]
 
 
-def pairs_of_pprs(trials: TrialsByCell, source: str, tests: Sequence[str],
-                  pprs: Sequence[Tuple[str, str]], quantities: Sequence[Quantity]) -> List[Pair]:
+def pairs_of_pprs(
+    trials: TrialsByCell,
+    source: str,
+    tests: Sequence[str],
+    pprs: Sequence[Tuple[str, str]],
+    quantities: Sequence[Quantity],
+) -> List[Pair]:
     """The same trials with two encoders; without values where one is missing."""
     pairs = []
     for test in tests:
         for two in pprs:
             cells = equal_trials(*(trials.get((test, ppr), []) for ppr in two), source)
-            pairs += [Pair(f'{TOPIC_OF_SOURCE[source]} in {test}, {quantity.axis}',
-                           (f'{two[0]} PPR', f'{two[1]} PPR'),
-                           (final_errors(cells[0], source, quantity),
-                            final_errors(cells[1], source, quantity)), quantity)
-                      for quantity in quantities]
+            pairs += [
+                Pair(
+                    f'{TOPIC_OF_SOURCE[source]} in {test}, {quantity.axis}',
+                    (f'{two[0]} PPR', f'{two[1]} PPR'),
+                    (final_errors(cells[0], source, quantity), final_errors(cells[1], source, quantity)),
+                    quantity,
+                )
+                for quantity in quantities
+            ]
     return pairs
 
 
-def pairs_of_y_and_x(trials: TrialsByCell, source: str, tests: Sequence[str],
-                     pprs: Sequence[str]) -> List[Pair]:
+def pairs_of_y_and_x(trials: TrialsByCell, source: str, tests: Sequence[str], pprs: Sequence[str]) -> List[Pair]:
     """Both errors of position of each trial."""
-    return [Pair(f'{TOPIC_OF_SOURCE[source]} in {test} at {ppr} PPR', ('y', 'x'),
-                 (final_errors(trials.get((test, ppr), []), source, Y),
-                  final_errors(trials.get((test, ppr), []), source, X)), X)
-            for test in tests for ppr in pprs]
+    return [
+        Pair(
+            f'{TOPIC_OF_SOURCE[source]} in {test} at {ppr} PPR',
+            ('y', 'x'),
+            (
+                final_errors(trials.get((test, ppr), []), source, Y),
+                final_errors(trials.get((test, ppr), []), source, X),
+            ),
+            X,
+        )
+        for test in tests
+        for ppr in pprs
+    ]
 
 
-def pooled_over_tests(trials: TrialsByCell, source: str, tests: Sequence[str], pprs: Sequence[str],
-                      quantity: Quantity) -> List[Sample]:
+def pooled_over_tests(
+    trials: TrialsByCell, source: str, tests: Sequence[str], pprs: Sequence[str], quantity: Quantity
+) -> List[Sample]:
     """Of each encoder in all the tests that there are."""
-    return [Sample(f'{TOPIC_OF_SOURCE[source]} at {ppr} PPR, {quantity.axis}',
-                   final_errors([trial for test in tests for trial in trials.get((test, ppr), [])],
-                                source, quantity), quantity) for ppr in pprs]
+    return [
+        Sample(
+            f'{TOPIC_OF_SOURCE[source]} at {ppr} PPR, {quantity.axis}',
+            final_errors([trial for test in tests for trial in trials.get((test, ppr), [])], source, quantity),
+            quantity,
+        )
+        for ppr in pprs
+    ]

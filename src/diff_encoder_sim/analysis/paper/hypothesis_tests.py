@@ -4,6 +4,7 @@ A claim has many parts (tests, encoders, axes) and holds when all of them do, fo
 are enough. It fails when one of them does; that this is not luck is kept at 95 % for all parts
 together, by Holm for p-values and by Bonferroni for intervals.
 """
+
 from __future__ import annotations
 
 import enum
@@ -46,7 +47,7 @@ class Evidence(NamedTuple):
     """One part of a claim."""
 
     finding: Finding
-    text: str           # with the numbers
+    text: str  # with the numbers
 
 
 class _Difference(NamedTuple):
@@ -67,45 +68,51 @@ def first_errs_more(pairs: Sequence[Pair]) -> List[Evidence]:
     return _compared(pairs, _test_sizes)
 
 
-def fractions_within(limit: float, above: Sequence[Sample] = (), below: Sequence[Sample] = ()
-                  ) -> List[Evidence]:
+def fractions_within(limit: float, above: Sequence[Sample] = (), below: Sequence[Sample] = ()) -> List[Evidence]:
     """The shares within tolerance are above, or below, `limit`: Wilson's interval."""
+
     def interval(one: Sample, level: float) -> Interval:
         return wilson(count_within(one.values, one.quantity), len(one.values), level)
 
     def told(one: Sample, found: Interval) -> str:
-        return (f'{count_within(one.values, one.quantity)} of {len(one.values)} within, '
-                f'{100.0 * found.low:.0f} to {100.0 * found.high:.0f} per cent')
+        return (
+            f'{count_within(one.values, one.quantity)} of {len(one.values)} within, '
+            f'{100.0 * found.low:.0f} to {100.0 * found.high:.0f} per cent'
+        )
+
     return _placed(limit, above, below, 1, interval, told)
 
 
-def spreads(limit: float, above: Sequence[Sample] = (), below: Sequence[Sample] = ()
-            ) -> List[Evidence]:
+def spreads(limit: float, above: Sequence[Sample] = (), below: Sequence[Sample] = ()) -> List[Evidence]:
     """The standard deviations are above, or below, `limit`: the chi-square interval."""
+
     def told(one: Sample, found: Interval) -> str:
-        return (f'spread {spread(one.values):.3g}, {found.low:.3g} to {found.high:.3g} '
-                f'{one.quantity.unit}')
+        return f'spread {spread(one.values):.3g}, {found.low:.3g} to {found.high:.3g} {one.quantity.unit}'
+
     return _placed(limit, above, below, 2, lambda one, level: std_interval(one.values, level), told)
 
 
 def fractions_equal(pairs: Sequence[Pair]) -> List[Evidence]:
     """The shares within tolerance differ by less than EQUAL_FRACTIONS_MARGIN: McNemar's test."""
-    insides = [[np.abs(values) <= pair.quantity.tolerance for values in pair.values]
-               for pair in pairs]
+    insides = [[np.abs(values) <= pair.quantity.tolerance for values in pair.values] for pair in pairs]
     results = [mcnemar(*inside, 1.0 - SIGNIFICANCE) for inside in insides]
     evidence = []
-    for pair, inside, result, adjusted in zip(pairs, insides, results, holm(
-            [result.p_value for result in results])):
+    for pair, inside, result, adjusted in zip(pairs, insides, results, holm([result.p_value for result in results])):
         finding = Finding.UNCLEAR
         if max(-result.interval.low, result.interval.high) < EQUAL_FRACTIONS_MARGIN:
             finding = Finding.HOLDS
         elif adjusted < SIGNIFICANCE:
             finding = Finding.FAILS
         counts = [np.count_nonzero(of_one) for of_one in inside]
-        evidence.append(Evidence(
-            finding, f'{pair.label}: {counts[0]} and {counts[1]} of {result.pairs} within with '
-                     f'{pair.names[0]} and {pair.names[1]}') if result.pairs
-            else _nothing(pair.label))
+        evidence.append(
+            Evidence(
+                finding,
+                f'{pair.label}: {counts[0]} and {counts[1]} of {result.pairs} within with '
+                f'{pair.names[0]} and {pair.names[1]}',
+            )
+            if result.pairs
+            else _nothing(pair.label)
+        )
     return evidence
 
 
@@ -115,8 +122,9 @@ def all_within(samples: Sequence[Sample]) -> List[Evidence]:
     for one in samples:
         within, trials = count_within(one.values, one.quantity), len(one.values)
         finding = Finding.HOLDS if within == trials else Finding.FAILS
-        evidence.append(Evidence(finding, f'{one.label}: {within} of {trials} within') if trials
-                        else _nothing(one.label))
+        evidence.append(
+            Evidence(finding, f'{one.label}: {within} of {trials} within') if trials else _nothing(one.label)
+        )
     return evidence
 
 
@@ -124,31 +132,35 @@ def _compared(pairs: Sequence[Pair], test: Callable[[Pair], _Difference]) -> Lis
     tested = [pair for pair in pairs if len(pair.values[0]) > 2]
     differences = [test(pair) for pair in tested]
     evidence = [_nothing(pair.label) for pair in pairs if len(pair.values[0]) <= 2]
-    for pair, difference, adjusted in zip(tested, differences, holm(
-            [difference.p_value for difference in differences])):
+    for pair, difference, adjusted in zip(
+        tested, differences, holm([difference.p_value for difference in differences])
+    ):
         finding = Finding.UNCLEAR
         if difference.is_first_larger and difference.p_value < SIGNIFICANCE:
             finding = Finding.HOLDS
         elif not difference.is_first_larger and adjusted < SIGNIFICANCE:
             finding = Finding.FAILS
-        evidence.append(Evidence(finding, f'{pair.label}: {difference.text}, '
-                                          f'p {difference.p_value:.2g}'))
+        evidence.append(Evidence(finding, f'{pair.label}: {difference.text}, p {difference.p_value:.2g}'))
     return evidence
 
 
 def _test_spreads(pair: Pair) -> _Difference:
     result = spread_ratio(*pair.values)
     first, second = map(spread, pair.values)
-    return _Difference(result.p_value, first > second,
-                       f'spread {first:.3g} {pair.names[0]}, {second:.3g} {pair.names[1]} '
-                       f'{pair.quantity.unit}')
+    return _Difference(
+        result.p_value,
+        first > second,
+        f'spread {first:.3g} {pair.names[0]}, {second:.3g} {pair.names[1]} {pair.quantity.unit}',
+    )
 
 
 def _test_sizes(pair: Pair) -> _Difference:
     first, second = (float(np.median(np.abs(values))) for values in pair.values)
-    return _Difference(wilcoxon(*map(np.abs, pair.values)).p_value, first > second,
-                       f'median error {first:.3g} {pair.names[0]}, {second:.3g} {pair.names[1]} '
-                       f'{pair.quantity.unit}')
+    return _Difference(
+        wilcoxon(*map(np.abs, pair.values)).p_value,
+        first > second,
+        f'median error {first:.3g} {pair.names[0]}, {second:.3g} {pair.names[1]} {pair.quantity.unit}',
+    )
 
 
 def all_reached(trials: TrialsByCell) -> List[Evidence]:
@@ -156,9 +168,12 @@ def all_reached(trials: TrialsByCell) -> List[Evidence]:
     evidence = []
     for (test, ppr), of_cell in trials.items():
         reached = sum(trial.outcome == Outcome.SUCCEEDED.value for trial in of_cell)
-        evidence.append(Evidence(
-            Finding.HOLDS if reached == len(of_cell) else Finding.FAILS,
-            f'{test} at {ppr} PPR: {reached} of {len(of_cell)} reached the goal'))
+        evidence.append(
+            Evidence(
+                Finding.HOLDS if reached == len(of_cell) else Finding.FAILS,
+                f'{test} at {ppr} PPR: {reached} of {len(of_cell)} reached the goal',
+            )
+        )
     return evidence
 
 
@@ -166,8 +181,10 @@ def amcl_matches_global(trials: TrialsByCell) -> List[Evidence]:
     """At the end /amcl_pose and /global_pose agree to a tenth of the tolerance, in every trial."""
     evidence = []
     for (test, ppr), of_cell in trials.items():
-        both = [(trial.errors['amcl'], trial.errors['global'])
-                for trial in with_final_error(with_final_error(of_cell, 'amcl'), 'global')]
+        both = [
+            (trial.errors['amcl'], trial.errors['global'])
+            for trial in with_final_error(with_final_error(of_cell, 'amcl'), 'global')
+        ]
         if not both:
             evidence.append(_nothing(f'{test} at {ppr} PPR'))
             continue
@@ -175,17 +192,26 @@ def amcl_matches_global(trials: TrialsByCell) -> List[Evidence]:
         turned[:, 2] = wrap_angle(turned[:, 2])
         largest = np.abs(turned).max(axis=0) * [quantity.scale for quantity in QUANTITIES]
         agree = largest <= NEGLIGIBLE_FRACTION * np.array([one.tolerance for one in QUANTITIES])
-        evidence.append(Evidence(
-            Finding.HOLDS if agree.all() else Finding.FAILS,
-            f'{test} at {ppr} PPR: largest differences '
-            + ', '.join(f'{value:.3g} {quantity.unit} in {quantity.axis}'
-                        for value, quantity in zip(largest, QUANTITIES))))
+        evidence.append(
+            Evidence(
+                Finding.HOLDS if agree.all() else Finding.FAILS,
+                f'{test} at {ppr} PPR: largest differences '
+                + ', '.join(
+                    f'{value:.3g} {quantity.unit} in {quantity.axis}' for value, quantity in zip(largest, QUANTITIES)
+                ),
+            )
+        )
     return evidence
 
 
-def _placed(limit: float, above: Sequence[Sample], below: Sequence[Sample], fewest: int,
-            interval: Callable[[Sample, float], Interval], told: Callable[[Sample, Interval], str]
-            ) -> List[Evidence]:
+def _placed(
+    limit: float,
+    above: Sequence[Sample],
+    below: Sequence[Sample],
+    fewest: int,
+    interval: Callable[[Sample, float], Interval],
+    told: Callable[[Sample, Interval], str],
+) -> List[Evidence]:
     strict, evidence = SIGNIFICANCE / max(1, len(above) + len(below)), []
     for one, is_above in [*((one, True) for one in above), *((one, False) for one in below)]:
         if len(one.values) < fewest:

@@ -3,6 +3,7 @@
 The paper has 30 trials a cell, so that its numbers have a sampling error as ours have: for each
 cell the p-value is that of equal distributions behind both samples. It prints no mean.
 """
+
 from __future__ import annotations
 
 import math
@@ -37,18 +38,18 @@ class Agreement(NamedTuple):
     """One statistic of ours, and how it goes with the paper's."""
 
     ours: float
-    interval: Optional[Interval]    # 95 %; None for min and max, which have none without a model
-    p_value: Optional[float]        # two-sided; None where nothing can be said
+    interval: Optional[Interval]  # 95 %; None for min and max, which have none without a model
+    p_value: Optional[float]  # two-sided; None where nothing can be said
 
 
 class ComparedCell(NamedTuple):
     """A number of the paper and ours."""
 
     paper: PaperCell
-    cell: Cell                  # ours; `varied` tells those of one test and PPR apart
-    trials: int                 # ours
+    cell: Cell  # ours; `varied` tells those of one test and PPR apart
+    trials: int  # ours
     agreement: Agreement
-    errata: List[str]           # keys of paper_errata.ERRATA
+    errata: List[str]  # keys of paper_errata.ERRATA
 
     @property
     def is_compatible(self) -> Optional[bool]:
@@ -74,15 +75,13 @@ class PaperComparison(NamedTuple):
     """All that both have."""
 
     rows: List[ComparedCell]
-    accuracy: List[Table3Row]       # table 3 for this robot, PPR ascending
+    accuracy: List[Table3Row]  # table 3 for this robot, PPR ascending
 
     def scores(self) -> Dict[Tuple[str, str], Score]:
         """By source and PPR, of predictions; cells that the paper's errata affect are left out."""
-        sound = [row for row in self.rows if row.is_compatible is not None
-                 and not row.errata and not row.is_calibrated]
+        sound = [row for row in self.rows if row.is_compatible is not None and not row.errata and not row.is_calibrated]
         tested = Counter((row.paper.source, row.paper.ppr) for row in sound)
-        compatible = Counter((row.paper.source, row.paper.ppr) for row in sound
-                             if row.is_compatible)
+        compatible = Counter((row.paper.source, row.paper.ppr) for row in sound if row.is_compatible)
         return {key: Score(count, compatible[key]) for key, count in tested.items()}
 
 
@@ -101,8 +100,15 @@ def compare_with_paper(dataset: Dataset) -> PaperComparison:
             values = final_errors(trials, paper.source, paper.quantity)
             agreement = _COMPARISONS[paper.statistic](values, paper.value, paper.quantity)
             if agreement is not None:
-                rows.append(ComparedCell(paper, cell, len(values), agreement, errata_of(
-                    paper.table, paper.test, paper.ppr, paper.quantity.name, paper.statistic)))
+                rows.append(
+                    ComparedCell(
+                        paper,
+                        cell,
+                        len(values),
+                        agreement,
+                        errata_of(paper.table, paper.test, paper.ppr, paper.quantity.name, paper.statistic),
+                    )
+                )
     pprs = {ppr_value(trial.ppr) for trial in dataset.trials} - {None}
     return PaperComparison(rows, table_3(sorted(pprs), *dataset.robot))
 
@@ -120,19 +126,16 @@ def compare_std(values: np.ndarray, paper_std: float, quantity: Quantity) -> Opt
     if min(ours, theirs) == 0.0:
         return Agreement(ours, interval, 0.0)
     ratio_and_freedom = (ours / theirs) ** 2, len(values) - 1, TRIALS - 1
-    return Agreement(ours, interval, 2.0 * float(min(stats.f.cdf(*ratio_and_freedom),
-                                                     stats.f.sf(*ratio_and_freedom))))
+    return Agreement(ours, interval, 2.0 * float(min(stats.f.cdf(*ratio_and_freedom), stats.f.sf(*ratio_and_freedom))))
 
 
-def compare_pct_within(values: np.ndarray, paper_pct: float, quantity: Quantity
-                       ) -> Optional[Agreement]:
+def compare_pct_within(values: np.ndarray, paper_pct: float, quantity: Quantity) -> Optional[Agreement]:
     """By Fisher's exact test; None without a value."""
     if len(values) == 0:
         return None
     ours, theirs = count_within(values, quantity), round(paper_pct / 100.0 * TRIALS)
     interval = Interval(*(100.0 * bound for bound in wilson(ours, len(values), LEVEL)))
-    _, p_value = stats.fisher_exact([[ours, len(values) - ours],
-                                     [theirs, TRIALS - theirs]])
+    _, p_value = stats.fisher_exact([[ours, len(values) - ours], [theirs, TRIALS - theirs]])
     return Agreement(100.0 * ours / len(values), interval, float(p_value))
 
 
@@ -159,4 +162,8 @@ def compare_min(values: np.ndarray, paper_min: float, quantity: Quantity) -> Opt
 
 
 _COMPARISONS: Dict[str, Callable[[np.ndarray, float, Quantity], Optional[Agreement]]] = {
-    'min': compare_min, 'max': compare_max, 'std': compare_std, 'pct_within': compare_pct_within}
+    'min': compare_min,
+    'max': compare_max,
+    'std': compare_std,
+    'pct_within': compare_pct_within,
+}

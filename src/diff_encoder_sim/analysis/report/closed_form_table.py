@@ -1,4 +1,5 @@
 """What whole pulses alone explain of the odometry's error, beside what was measured."""
+
 from __future__ import annotations
 
 from typing import List, Optional
@@ -29,19 +30,35 @@ def closed_form_table(dataset: Dataset) -> Optional[Table]:
             values = odometry_minus_truth(trials, quantity)
             if len(values) > 1:
                 unit, scale = SCALED[quantity.unit]
-                rows.append(_row(cell_head(cell), f'{quantity.axis} [{unit}]', scale * values,
-                                 scale * quantity.scale * expected[quantity.component]))
+                rows.append(
+                    _row(
+                        cell_head(cell),
+                        f'{quantity.axis} [{unit}]',
+                        scale * values,
+                        scale * quantity.scale * expected[quantity.component],
+                    )
+                )
     if not rows:
         return None
-    columns = [Column('cell', 'cell'), Column('quantity', 'error'),
-               Column('expected', 'whole pulses alone', 'standard deviation'),
-               Column('measured', 'measured (95 % interval)', 'standard deviation'),
-               Column('verdict', 'measured is', 'standard deviation')]
-    return Table('closed_form', 'Final /odom minus /world_pose: closed form and measured', columns,
-                 rows, ['Closed form: wheel phases uniform at the start and the goal reached '
-                        'exactly. What lies above it comes from slip, wheel errors and where the '
-                        'robot really stood. Where a test turns by a whole number of pulses, the '
-                        'measured spread of the heading lies below.'])
+    columns = [
+        Column('cell', 'cell'),
+        Column('quantity', 'error'),
+        Column('expected', 'whole pulses alone', 'standard deviation'),
+        Column('measured', 'measured (95 % interval)', 'standard deviation'),
+        Column('verdict', 'measured is', 'standard deviation'),
+    ]
+    return Table(
+        'closed_form',
+        'Final /odom minus /world_pose: closed form and measured',
+        columns,
+        rows,
+        [
+            'Closed form: wheel phases uniform at the start and the goal reached '
+            'exactly. What lies above it comes from slip, wheel errors and where the '
+            'robot really stood. Where a test turns by a whole number of pulses, the '
+            'measured spread of the heading lies below.'
+        ],
+    )
 
 
 def _row(cell: str, error: str, values: np.ndarray, expected: float) -> List[Entry]:
@@ -51,8 +68,13 @@ def _row(cell: str, error: str, values: np.ndarray, expected: float) -> List[Ent
         verdict = 'above'
     elif interval.high < expected:
         verdict = 'below'
-    return [cell, error, _digits(expected), f'{_digits(spread(values))} '
-            f'({_digits(interval.low)} to {_digits(interval.high)})', verdict]
+    return [
+        cell,
+        error,
+        _digits(expected),
+        f'{_digits(spread(values))} ({_digits(interval.low)} to {_digits(interval.high)})',
+        verdict,
+    ]
 
 
 def _digits(value: float) -> str:

@@ -1,4 +1,5 @@
 """Which encoders the trials tell apart, and in what: equal trials compared in pairs."""
+
 from __future__ import annotations
 
 from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
@@ -11,8 +12,11 @@ from diff_encoder_sim.campaign.trial_row import SOURCES
 from diff_encoder_sim.evaluation.sample_statistics import SIGNIFICANCE
 
 # What the worse of two encoders does.
-HEADS = {Question.SPREAD: 'spreads more', Question.ERROR: 'is farther off',
-         Question.WITHIN: 'is within tolerance less often'}
+HEADS = {
+    Question.SPREAD: 'spreads more',
+    Question.ERROR: 'is farther off',
+    Question.WITHIN: 'is within tolerance less often',
+}
 
 NOTHING = '–'
 
@@ -20,16 +24,18 @@ NOTHING = '–'
 class EncoderComparison(NamedTuple):
     """What the page says of encoders."""
 
-    count: int                      # of comparisons
-    table: Optional[Table]          # of the differences; None where there are none
+    count: int  # of comparisons
+    table: Optional[Table]  # of the differences; None where there are none
     verdicts: Dict[str, List[str]]  # by test: a sentence for each difference
 
 
 def compare_encoders(compared: Sequence[PprComparison]) -> EncoderComparison:
     """Only what differs, all comparisons of the dataset considered, is told."""
     tests = list(dict.fromkeys(map(_test, compared)))
-    different = sorted((one for one in compared if one.is_distinguishable), key=lambda one: (
-        tests.index(_test(one)), SOURCES.index(one.source), one.quantity.component))
+    different = sorted(
+        (one for one in compared if one.is_distinguishable),
+        key=lambda one: (tests.index(_test(one)), SOURCES.index(one.source), one.quantity.component),
+    )
     verdicts: Dict[str, List[str]] = {}
     for one in different:
         verdicts.setdefault(_test(one), []).append(f'{_error(one)}: {one.verdict}.')
@@ -43,14 +49,25 @@ def _table(different: Sequence[PprComparison], count: int) -> Optional[Table]:
     by_row: Dict[Tuple[str, str], List[PprComparison]] = {}
     for one in different:
         by_row.setdefault((_test(one), _error(one)), []).append(one)
-    columns = [Column('test', 'test'), Column('error', 'error'),
-               *(Column(question.value, head) for question, head in HEADS.items())]
-    rows: List[List[Entry]] = [[*key, *(_worse(of_row, question) for question in HEADS)]
-                               for key, of_row in by_row.items()]
-    return Table('encoders', 'Encoders that differ', columns, rows, [
-        f'To be read as: 40 spreads more than 1024 and 4096. Told where p is below '
-        f'{SIGNIFICANCE:g} after Holm\'s correction, over all comparisons of a source in a column; '
-        f'in all others of {count} the encoders are not distinguishable with these trials.'])
+    columns = [
+        Column('test', 'test'),
+        Column('error', 'error'),
+        *(Column(question.value, head) for question, head in HEADS.items()),
+    ]
+    rows: List[List[Entry]] = [
+        [*key, *(_worse(of_row, question) for question in HEADS)] for key, of_row in by_row.items()
+    ]
+    return Table(
+        'encoders',
+        'Encoders that differ',
+        columns,
+        rows,
+        [
+            f'To be read as: 40 spreads more than 1024 and 4096. Told where p is below '
+            f"{SIGNIFICANCE:g} after Holm's correction, over all comparisons of a source in a column; "
+            f'in all others of {count} the encoders are not distinguishable with these trials.'
+        ],
+    )
 
 
 def _worse(compared: Sequence[PprComparison], question: Question) -> str:
@@ -60,8 +77,7 @@ def _worse(compared: Sequence[PprComparison], question: Question) -> str:
         if one.question is question:
             worse, better = one.pprs if _is_first_worse(one) else one.pprs[::-1]
             others.setdefault(worse, []).append(better)
-    return '; '.join(f'{worse} than {", ".join(better)}'
-                     for worse, better in others.items()) or NOTHING
+    return '; '.join(f'{worse} than {", ".join(better)}' for worse, better in others.items()) or NOTHING
 
 
 def _is_first_worse(one: PprComparison) -> bool:

@@ -1,4 +1,5 @@
 """The answer in one sentence, for the top of the report and the end of analyze's output."""
+
 from __future__ import annotations
 
 from typing import Callable, Dict, List, Sequence
@@ -19,8 +20,10 @@ GOAL = f'within {X.tolerance:g} m and {YAW.tolerance:g} degrees of the goal'
 
 def main_line(dataset: Dataset) -> str:
     """One or two sentences."""
-    lines = [line._replace(shares={label: share for label, share in line.shares.items() if share})
-             for line in answer(dataset)]
+    lines = [
+        line._replace(shares={label: share for label, share in line.shares.items() if share})
+        for line in answer(dataset)
+    ]
     lines = [line for line in lines if line.shares]
     if not lines:
         return 'No trial ended with a pose: nothing can be said.'
@@ -30,20 +33,25 @@ def main_line(dataset: Dataset) -> str:
 
 
 def _of_enough(lines: Sequence[Line]) -> str:
-    return (f'At least {100 * REQUIRED_FRACTION:.0f} % of trials end {GOAL} ({100 * LEVEL:.0f} % '
-            f'confidence): {_by_source(lines, _encoders, _count_reached)}')
+    return (
+        f'At least {100 * REQUIRED_FRACTION:.0f} % of trials end {GOAL} ({100 * LEVEL:.0f} % '
+        f'confidence): {_by_source(lines, _encoders, _count_reached)}'
+    )
 
 
 def _of_few(lines: Sequence[Line], most: int) -> str:
     """A share cannot be shown: what was counted, over all encoders."""
     trials = '1 trial' if most == 1 else f'{most} trials'
-    return (f'With {trials} a cell no share of {100 * REQUIRED_FRACTION:.0f} % can be shown, which '
-            f'takes {fewest_trials()}. So far end {GOAL}: '
-            f'{_by_source(lines, _counts, lambda of_source: _counts_of(_shares(of_source)))}')
+    return (
+        f'With {trials} a cell no share of {100 * REQUIRED_FRACTION:.0f} % can be shown, which '
+        f'takes {fewest_trials()}. So far end {GOAL}: '
+        f'{_by_source(lines, _counts, lambda of_source: _counts_of(_shares(of_source)))}'
+    )
 
 
-def _by_source(lines: Sequence[Line], told: Callable[[Line], str],
-               told_of_many: Callable[[Sequence[Line]], str]) -> str:
+def _by_source(
+    lines: Sequence[Line], told: Callable[[Line], str], told_of_many: Callable[[Sequence[Line]], str]
+) -> str:
     """What is told of each test, or of all where there are many; tests of the same go together."""
     parts = []
     for source, words in WORDS_OF_SOURCE.items():
@@ -54,8 +62,7 @@ def _by_source(lines: Sequence[Line], told: Callable[[Line], str],
             tests: Dict[str, List[str]] = {}
             for line in of_source:
                 tests.setdefault(told(line), []).append(_name(line))
-            parts.append(f'{words} ' + ', '.join(f'{listed(names)} {text}'
-                                                 for text, names in tests.items()))
+            parts.append(f'{words} ' + ', '.join(f'{listed(names)} {text}' for text, names in tests.items()))
     return '; '.join(parts)
 
 
@@ -69,7 +76,7 @@ def _encoders(line: Line) -> str:
         return f'with none{_open(undecided)}'
     if reached == labels and len(labels) > 1:
         return 'with every encoder'
-    is_from_on = reached == labels[-len(reached):] and len(reached) > 1
+    is_from_on = reached == labels[-len(reached) :] and len(reached) > 1
     if is_from_on and all(ppr_value(label) is not None for label in labels):
         return f'from {reached[0]} PPR on{_open(undecided)}'
     return f'with {encoder_names(reached)}{_open(undecided)}'

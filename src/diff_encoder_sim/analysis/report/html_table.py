@@ -1,4 +1,5 @@
 """Tables as the page shows them: texts, in blocks that fit the width of a page."""
+
 from __future__ import annotations
 
 from typing import List, NamedTuple
@@ -17,22 +18,22 @@ class Head(NamedTuple):
     """Of one column."""
 
     text: str
-    is_number: bool     # its entries stand to the right
+    is_number: bool  # its entries stand to the right
 
 
 class Row(NamedTuple):
     """A row's texts."""
 
     entries: List[str]
-    is_first: bool      # of those with an equal first entry
+    is_first: bool  # of those with an equal first entry
 
 
 class Block(NamedTuple):
     """Columns that stand beside each other."""
 
-    groups: List[Group]     # none where the table has none
+    groups: List[Group]  # none where the table has none
     heads: List[Head]
-    keys: int               # so many columns say what the row is about
+    keys: int  # so many columns say what the row is about
     rows: List[Row]
 
 
@@ -46,17 +47,18 @@ class HtmlTable(NamedTuple):
 
 def html_table(table: Table) -> HtmlTable:
     """The table's texts; numbers are rounded, absent ones a dash."""
-    return HtmlTable(table.title, [_block(table, columns) for columns in abreast(table.columns)],
-                     table.notes)
+    return HtmlTable(table.title, [_block(table, columns) for columns in abreast(table.columns)], table.notes)
 
 
 def _block(table: Table, columns: List[int]) -> Block:
     shown = [table.columns[index] for index in columns]
-    groups = [Group(text, last - first + 1)
-              for text, first, last in equal_neighbours([column.group for column in shown])]
+    groups = [
+        Group(text, last - first + 1) for text, first, last in equal_neighbours([column.group for column in shown])
+    ]
     has_groups = any(group.text for group in groups)
-    heads = [Head(column.head, bool(column.group) or is_number_column(table, index))
-             for column, index in zip(shown, columns)]
+    heads = [
+        Head(column.head, bool(column.group) or is_number_column(table, index)) for column, index in zip(shown, columns)
+    ]
     keys = sum(not column.group for column in shown) if has_groups else 1
     return Block(groups if has_groups else [], heads, keys, _rows(table, columns))
 

@@ -1,4 +1,5 @@
 """Writes the page: what its sections show, and the template that they go into."""
+
 from __future__ import annotations
 
 from collections import Counter
@@ -35,8 +36,9 @@ from diff_encoder_sim.analysis.within_tolerance import REQUIRED_FRACTION, WORDS_
 TEMPLATE = 'page.html'
 
 
-def write_report(dataset: Dataset, tables: Sequence[Table], compared: Sequence[PprComparison],
-                 figures: Sequence[Figure], path: Path) -> str:
+def write_report(
+    dataset: Dataset, tables: Sequence[Table], compared: Sequence[PprComparison], figures: Sequence[Figure], path: Path
+) -> str:
     """Write the page into an existing folder; returns its main line, the answer in a sentence.
 
     Args:
@@ -48,13 +50,22 @@ def write_report(dataset: Dataset, tables: Sequence[Table], compared: Sequence[P
         OSError: a figure cannot be read, or the file not be written.
     """
     sentence = main_line(dataset)
-    page = _environment().get_template(TEMPLATE).render(
-        title=dataset.title, main_line=sentence, scope=_scope(dataset),
-        notes=dataset.notes, origin=provenance(dataset),
-        figures=[{'caption': figure.caption, 'uri': data_uri(figure.svg, figure.png)}
-                 for figure in figures],
-        **_answer(dataset), **_tables(dataset, tables, compared), **_trials(dataset, path.parent),
-        paper=_paper(dataset))
+    page = (
+        _environment()
+        .get_template(TEMPLATE)
+        .render(
+            title=dataset.title,
+            main_line=sentence,
+            scope=_scope(dataset),
+            notes=dataset.notes,
+            origin=provenance(dataset),
+            figures=[{'caption': figure.caption, 'uri': data_uri(figure.svg, figure.png)} for figure in figures],
+            **_answer(dataset),
+            **_tables(dataset, tables, compared),
+            **_trials(dataset, path.parent),
+            paper=_paper(dataset),
+        )
+    )
     # The same bytes on every system.
     path.write_bytes(page.encode('utf-8'))
     return sentence
@@ -63,8 +74,12 @@ def write_report(dataset: Dataset, tables: Sequence[Table], compared: Sequence[P
 def _environment() -> jinja2.Environment:
     """All that comes from data is escaped; a name that the template misspells is an error."""
     return jinja2.Environment(
-        loader=jinja2.FileSystemLoader(str(Path(__file__).parent)), autoescape=True,
-        undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+        loader=jinja2.FileSystemLoader(str(Path(__file__).parent)),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
 
 
 def _scope(dataset: Dataset) -> str:
@@ -74,40 +89,57 @@ def _scope(dataset: Dataset) -> str:
     fewest, most = min(counts, default=0), max(counts, default=0)
     each = f'{most}' if fewest == most else f'{fewest} to {most}'
     tests, robot = list(dict.fromkeys(cell.test for cell in cells)), dataset.robot
-    return (f'{len(dataset.trials)} trials: {listed(tests)} with '
-            f'{encoder_names(dataset.encoders())}, {each} a cell. Wheel diameter '
-            f'{robot.wheel_diameter_m:g} m, separation {robot.wheel_separation_m:g} m.')
+    return (
+        f'{len(dataset.trials)} trials: {listed(tests)} with '
+        f'{encoder_names(dataset.encoders())}, {each} a cell. Wheel diameter '
+        f'{robot.wheel_diameter_m:g} m, separation {robot.wheel_separation_m:g} m.'
+    )
 
 
 def _answer(dataset: Dataset) -> Dict[str, Any]:
     """A table for each test and set of parameters: rows encoders, columns sources."""
-    heads = [{'words': words, 'topic': TOPIC_OF_SOURCE[source]}
-             for source, words in WORDS_OF_SOURCE.items()]
+    heads = [{'words': words, 'topic': TOPIC_OF_SOURCE[source]} for source, words in WORDS_OF_SOURCE.items()]
     by_test: Dict[str, List[Line]] = {}
     for line in answer(dataset):
         by_test.setdefault(head_of_test(line.test, line.varied), []).append(line)
-    return {'tolerance': f'{X.tolerance:g} m in x and in y and {YAW.tolerance:g} degrees',
-            'required_percent': round(100 * REQUIRED_FRACTION),
-            'answer': [{'name': name, 'heads': heads, 'rows': [
-                {'encoder': ppr_head(label), 'shares': [line.shares[label] for line in lines]}
-                for label in lines[0].shares]} for name, lines in by_test.items()]}
+    return {
+        'tolerance': f'{X.tolerance:g} m in x and in y and {YAW.tolerance:g} degrees',
+        'required_percent': round(100 * REQUIRED_FRACTION),
+        'answer': [
+            {
+                'name': name,
+                'heads': heads,
+                'rows': [
+                    {'encoder': ppr_head(label), 'shares': [line.shares[label] for line in lines]}
+                    for label in lines[0].shares
+                ],
+            }
+            for name, lines in by_test.items()
+        ],
+    }
 
 
-def _tables(dataset: Dataset, tables: Sequence[Table],
-            compared: Sequence[PprComparison]) -> Dict[str, Any]:
+def _tables(dataset: Dataset, tables: Sequence[Table], compared: Sequence[PprComparison]) -> Dict[str, Any]:
     encoders, closed_form = compare_encoders(compared), closed_form_table(dataset)
-    return {'goal_tables': [html_table(table) for table in tables
-                            if not table.name.endswith('_intervals')],
-            'interval_tables': [html_table(table) for table in tables
-                                if table.name.endswith('_intervals')],
-            'encoders': {'count': encoders.count, 'verdicts': encoders.verdicts,
-                         'table': encoders.table and html_table(encoders.table)},
-            'closed_form': closed_form and html_table(closed_form)}
+    return {
+        'goal_tables': [html_table(table) for table in tables if not table.name.endswith('_intervals')],
+        'interval_tables': [html_table(table) for table in tables if table.name.endswith('_intervals')],
+        'encoders': {
+            'count': encoders.count,
+            'verdicts': encoders.verdicts,
+            'table': encoders.table and html_table(encoders.table),
+        },
+        'closed_form': closed_form and html_table(closed_form),
+    }
 
 
 def _trials(dataset: Dataset, folder: Path) -> Dict[str, Any]:
-    return {'failures': html_table(failure_table(dataset)), 'trial_count': len(dataset.trials),
-            'trials': html_table(trial_table(dataset)), 'bags': bag_links(dataset, folder)}
+    return {
+        'failures': html_table(failure_table(dataset)),
+        'trial_count': len(dataset.trials),
+        'trials': html_table(trial_table(dataset)),
+        'bags': bag_links(dataset, folder),
+    }
 
 
 def _paper(dataset: Dataset) -> Dict[str, Any]:
@@ -117,8 +149,11 @@ def _paper(dataset: Dataset) -> Dict[str, Any]:
     judged: Dict[str, List[Dict[str, Any]]] = {}
     for claim in judge_claims(dataset):
         judged.setdefault(', '.join(varied_texts(claim.varied)), []).append(
-            {**claim._asdict(), 'counts': finding_counts(claim)})
-    return {'cells': [html_table(table) for table in (accuracy_table(comparison),
-                                                      *cell_tables(comparison))],
-            'scores': html_table(score_table(comparison)), 'errata': html_table(errata_table()),
-            'claims': [{'name': name, 'claims': claims} for name, claims in judged.items()]}
+            {**claim._asdict(), 'counts': finding_counts(claim)}
+        )
+    return {
+        'cells': [html_table(table) for table in (accuracy_table(comparison), *cell_tables(comparison))],
+        'scores': html_table(score_table(comparison)),
+        'errata': html_table(errata_table()),
+        'claims': [{'name': name, 'claims': claims} for name, claims in judged.items()],
+    }

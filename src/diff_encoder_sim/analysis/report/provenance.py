@@ -1,4 +1,5 @@
 """Where the numbers come from: what ran, on what, and the commands that run it again."""
+
 from __future__ import annotations
 
 import importlib.metadata
@@ -31,10 +32,10 @@ class Run(NamedTuple):
 class Provenance(NamedTuple):
     """All that the report says of its origin."""
 
-    commands: List[str]             # that give the same results again; none for bags
+    commands: List[str]  # that give the same results again; none for bags
     facts: List[Fact]
     runs: List[Run]
-    configuration: Optional[str]    # YAML
+    configuration: Optional[str]  # YAML
 
 
 def provenance(dataset: Dataset) -> Provenance:
@@ -47,34 +48,43 @@ def provenance(dataset: Dataset) -> Provenance:
         facts.append(Fact('seeds', ' to '.join(map(str, manifest['seeds'].values()))))
     runs = [run for run in manifest.get('runs', []) if isinstance(run, dict)]
     configuration = manifest.get('configuration')
-    return Provenance(_commands(dataset, runs), facts, [_run(run) for run in runs],
-                      configuration and yaml.safe_dump(configuration, sort_keys=False))
+    return Provenance(
+        _commands(dataset, runs),
+        facts,
+        [_run(run) for run in runs],
+        configuration and yaml.safe_dump(configuration, sort_keys=False),
+    )
 
 
 def _commands(dataset: Dataset, runs: List[Dict[str, Any]]) -> List[str]:
     if dataset.folder is None or not runs:
         return []
     arguments = list(map(str, runs[0].get('command', [])))[1:]
-    return [shlex.join(['rosrun', 'diff_encoder_sim', 'campaign', *arguments]),
-            shlex.join(['rosrun', 'diff_encoder_sim', 'analyze', str(dataset.folder)])]
+    return [
+        shlex.join(['rosrun', 'diff_encoder_sim', 'campaign', *arguments]),
+        shlex.join(['rosrun', 'diff_encoder_sim', 'analyze', str(dataset.folder)]),
+    ]
 
 
 def _run(run: Dict[str, Any]) -> Run:
     machine, commit = run.get('machine') or {}, run.get('commit') or {}
-    facts = [Fact('command', shlex.join(map(str, run.get('command', [])))),
-             Fact('versions', _versions(run.get('versions') or {}))]
+    facts = [
+        Fact('command', shlex.join(map(str, run.get('command', [])))),
+        Fact('versions', _versions(run.get('versions') or {})),
+    ]
     if commit:
-        facts.append(Fact('commit', f'{commit.get("id")}'
-                                    f'{" with changes" if commit.get("is_dirty") else ""}'))
+        facts.append(Fact('commit', f'{commit.get("id")}{" with changes" if commit.get("is_dirty") else ""}'))
     if machine:
         facts.append(Fact('machine', _machine(machine)))
     return Run(str(run.get('started', '')), facts)
 
 
 def _machine(machine: Dict[str, Any]) -> str:
-    memory_gib = int(machine.get('memory_bytes') or 0) / 2 ** 30
-    return (f'{machine.get("cpu")}, {machine.get("usable_cores")} of {machine.get("cores")} cores, '
-            f'{memory_gib:.0f} GiB, {machine.get("os")}')
+    memory_gib = int(machine.get('memory_bytes') or 0) / 2**30
+    return (
+        f'{machine.get("cpu")}, {machine.get("usable_cores")} of {machine.get("cores")} cores, '
+        f'{memory_gib:.0f} GiB, {machine.get("os")}'
+    )
 
 
 def _versions(versions: Dict[str, Optional[str]]) -> str:
@@ -82,5 +92,7 @@ def _versions(versions: Dict[str, Optional[str]]) -> str:
 
 
 def _own_versions() -> Dict[str, Optional[str]]:
-    return {'python': platform.python_version(),
-            **{library: importlib.metadata.version(library) for library in LIBRARIES}}
+    return {
+        'python': platform.python_version(),
+        **{library: importlib.metadata.version(library) for library in LIBRARIES},
+    }

@@ -1,4 +1,5 @@
 """The question that the report answers first: with which encoder does the robot end at its goal?"""
+
 from __future__ import annotations
 
 from typing import Dict, List, NamedTuple, Optional, Sequence
@@ -14,17 +15,26 @@ class Line(NamedTuple):
     test: str
     varied: Varied
     source: str
-    shares: Dict[str, Optional[Share]]      # by encoder, ascending; None without a final pose
+    shares: Dict[str, Optional[Share]]  # by encoder, ascending; None without a final pose
 
 
 def answer(dataset: Dataset) -> List[Line]:
     """By test and set of parameters, a row for each of `WORDS_OF_SOURCE`."""
     cells, labels = dataset.cells(), dataset.encoders()
-    return [Line(test, varied, source, {
-        label: fraction_within(cells[Cell(test, label, varied)], source)
-        for label in labels if Cell(test, label, varied) in cells})
+    return [
+        Line(
+            test,
+            varied,
+            source,
+            {
+                label: fraction_within(cells[Cell(test, label, varied)], source)
+                for label in labels
+                if Cell(test, label, varied) in cells
+            },
+        )
         for test, varied in dict.fromkeys((cell.test, cell.varied) for cell in cells)
-        for source in WORDS_OF_SOURCE]
+        for source in WORDS_OF_SOURCE
+    ]
 
 
 def encoder_names(labels: Sequence[str]) -> str:

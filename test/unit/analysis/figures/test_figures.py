@@ -1,4 +1,5 @@
 """Figures: which are written, from any dataset, the same bytes each time; and what they show."""
+
 import math
 
 import matplotlib
@@ -60,15 +61,19 @@ def test_settings_of_matplotlib_are_left_alone(tmp_path):
 
 
 @pytest.mark.filterwarnings('error::RuntimeWarning', 'error::UserWarning')
-@pytest.mark.parametrize('dataset, count', [
-    (dataset_of([]), 0),
-    (dataset_of([trial_data()]), 8),
-    (dataset_of([trial_data(errors=(1e-9, 0.0, 0.0))] * 3), 9),
-    (dataset_of([trial_data(errors={'odom': (0.1, 0.2, 0.3)}, number=number) for number in (1, 2)]), 9),
-    (dataset_of([trial_data(errors=dict.fromkeys(SOURCES), outcome='aborted')] * 2), 9),
-    (dataset_of([trial_data('SL', '40'), trial_data('SMT', '90')]), 8),
-    (synthetic_dataset(tests=('SL',), pprs=('ideal', '90-1024'), trials=2), 8),
-], ids=['none', 'one', 'no spread', 'one source', 'no pose', 'gaps', 'no PPR'])
+@pytest.mark.parametrize(
+    'dataset, count',
+    [
+        (dataset_of([]), 0),
+        (dataset_of([trial_data()]), 8),
+        (dataset_of([trial_data(errors=(1e-9, 0.0, 0.0))] * 3), 9),
+        (dataset_of([trial_data(errors={'odom': (0.1, 0.2, 0.3)}, number=number) for number in (1, 2)]), 9),
+        (dataset_of([trial_data(errors=dict.fromkeys(SOURCES), outcome='aborted')] * 2), 9),
+        (dataset_of([trial_data('SL', '40'), trial_data('SMT', '90')]), 8),
+        (synthetic_dataset(tests=('SL',), pprs=('ideal', '90-1024'), trials=2), 8),
+    ],
+    ids=['none', 'one', 'no spread', 'one source', 'no pose', 'gaps', 'no PPR'],
+)
 def test_little_data(tmp_path, dataset, count):
     assert len(write_figures(dataset, tmp_path)) == count
 
@@ -77,8 +82,9 @@ def test_little_data(tmp_path, dataset, count):
 def test_variants_have_figures_of_their_own_in_common_colours(tmp_path):
     variants = ((('simulator.lidar.noise', '0.01'),), (('simulator.lidar.noise', '0.03'),))
     figures = write_figures(synthetic_dataset(tests=('SL',), pprs=('40',), trials=2, variants=variants), tmp_path)
-    assert [figure.name for figure in figures] == [f'{name}_variant{number}' for number in (1, 2)
-                                                   for name in (*FOR_EACH_SOURCE, 'spread_vs_ppr')]
+    assert [figure.name for figure in figures] == [
+        f'{name}_variant{number}' for number in (1, 2) for name in (*FOR_EACH_SOURCE, 'spread_vs_ppr')
+    ]
     assert all('simulator.lidar.noise 0.03' in figure.caption for figure in figures[9:])
 
 
@@ -100,7 +106,7 @@ def test_axes_hold_all_but_far_outliers():
 def test_xy_errors_count_what_is_inside_and_what_is_beyond():
     errors = [(0.04, 0.04, 0.0), *[(0.01, 0.0, 0.0)] * 8, (7.0, 0.0, 0.0)]
     dataset = dataset_of(trial_data(number=number, errors=error) for number, error in enumerate(errors))
-    panel, = shown(draw_xy_errors(variants_of(dataset)[0], 'odom'))
+    (panel,) = shown(draw_xy_errors(variants_of(dataset)[0], 'odom'))
     assert panel.get_title() == '90 PPR\n8 of 10 inside, 1 beyond'
     assert panel.get_ylabel().startswith('SL')
 
@@ -109,7 +115,7 @@ def test_a_row_of_xy_errors_has_one_scale():
     panels = shown(draw_xy_errors(variants_of(synthetic_dataset(trials=10))[0], 'odom'))
     limits = [panel.get_xlim() for panel in panels]
     assert len(panels) == 12
-    assert all(len(set(limits[row:row + 4])) == 1 for row in (0, 4, 8)) and len(set(limits)) > 1
+    assert all(len(set(limits[row : row + 4])) == 1 for row in (0, 4, 8)) and len(set(limits)) > 1
 
 
 def test_many_encoders_wrap():
@@ -120,8 +126,10 @@ def test_many_encoders_wrap():
 
 
 def test_odometry_minus_truth_goes_round_at_half_a_turn():
-    trials = [trial_data(errors={'odom': (0.3, 0.0, 3.1), 'world': (0.1, 0.0, -3.1)}),
-              trial_data(errors={'odom': (0.3, 0.0, 3.1), 'world': None})]
+    trials = [
+        trial_data(errors={'odom': (0.3, 0.0, 3.1), 'world': (0.1, 0.0, -3.1)}),
+        trial_data(errors={'odom': (0.3, 0.0, 3.1), 'world': None}),
+    ]
     assert odometry_minus_truth(trials, X) == pytest.approx([0.2])
     assert odometry_minus_truth(trials, YAW) == pytest.approx([math.degrees(6.2 - 2.0 * math.pi)])
 
@@ -136,9 +144,16 @@ def test_closed_form_of_the_straight_line(ppr, lateral_m):
 
 def test_closed_form_is_along_the_maps_axes():
     asked = asked_of('SL')
-    turned = asked.model_copy(update={'test': asked.test.model_copy(update={
-        'start': PoseParams(yaw=math.pi / 2), 'route': [asked.test.route[-1].model_copy(update={
-            'goal': PoseParams(y=20.0, yaw=math.pi / 2)})]})})
+    turned = asked.model_copy(
+        update={
+            'test': asked.test.model_copy(
+                update={
+                    'start': PoseParams(yaw=math.pi / 2),
+                    'route': [asked.test.route[-1].model_copy(update={'goal': PoseParams(y=20.0, yaw=math.pi / 2)})],
+                }
+            )
+        }
+    )
     along_x, along_y = closed_form_std(asked, ALTO, 40), closed_form_std(turned, ALTO, 40)
     assert along_y == pytest.approx(along_x[[1, 0, 2]])
 
@@ -156,8 +171,14 @@ def driven():
     """A dataset with two encoders, whose odometry starts right and leaves by a metre in twenty."""
     x_m = np.linspace(-10.0, 10.0, 50)
     tracks = Tracks(*(np.column_stack((x_m, slope * (x_m + 10.0))) for slope in (0.0, 0.05)))
-    return dataset_of((trial_data('SL', ppr, number, tracks=tracks, outcome='succeeded' if number else 'collision')
-                       for ppr in ('40', '90') for number in range(12)), asked={'SL': asked_of('SL')})
+    return dataset_of(
+        (
+            trial_data('SL', ppr, number, tracks=tracks, outcome='succeeded' if number else 'collision')
+            for ppr in ('40', '90')
+            for number in range(12)
+        ),
+        asked={'SL': asked_of('SL')},
+    )
 
 
 def test_trajectories_are_over_the_map_and_few():
@@ -167,7 +188,7 @@ def test_trajectories_are_over_the_map_and_few():
     assert len(true) == len(odometry) == trajectory_plot.MOST_TRIALS
     assert odometry[0][0] == pytest.approx([-10.0, 0.0]) and odometry[0][-1] == pytest.approx([10.0, 1.0])
     assert len(panels[0].images) == 1
-    assert len(panels[0].lines) == 3     # start, goal, and the end of the trial that failed
+    assert len(panels[0].lines) == 3  # start, goal, and the end of the trial that failed
 
 
 def test_trajectories_need_tracks(tmp_path):

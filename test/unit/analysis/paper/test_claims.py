@@ -1,4 +1,5 @@
 """The paper's claims on datasets made to reproduce, refute or leave each of them open."""
+
 import numpy as np
 import pytest
 
@@ -41,14 +42,22 @@ def pair(first, second, quantity=X):
 
 # ---- verdicts
 
-@pytest.mark.parametrize('parts, expected', [
-    ([HOLDS, HOLDS], 'reproduced'), ([HOLDS, FAILS, UNCLEAR], 'not reproduced'),
-    ([HOLDS, UNCLEAR], 'not decidable with 30 trials'), ([], 'not decidable with 30 trials')])
+
+@pytest.mark.parametrize(
+    'parts, expected',
+    [
+        ([HOLDS, HOLDS], 'reproduced'),
+        ([HOLDS, FAILS, UNCLEAR], 'not reproduced'),
+        ([HOLDS, UNCLEAR], 'not decidable with 30 trials'),
+        ([], 'not decidable with 30 trials'),
+    ],
+)
 def test_verdict_of_parts(parts, expected):
     assert verdict([Evidence(part, '') for part in parts], 30) == expected
 
 
 # ---- kinds of evidence
+
 
 def test_spread_against_a_limit():
     # Thirty values: the 95 % interval of a spread of 1 is 0.796 to 1.344.
@@ -109,30 +118,42 @@ def test_pairs_are_of_equal_trials():
     first = cell('SL', '40', 'odom', [(1.0, 0.0, 0.0), (2.0, 0.0, 0.0), (3.0, 0.0, 0.0)])
     second = cell('SL', '4096', 'odom', [(0.1, 0.0, 0.0), (0.2, 0.0, 0.0)])
     second[0] = second[0]._replace(outcome='torn')
-    one, = pairs_of_pprs({('SL', '40'): first, ('SL', '4096'): second}, 'odom', ['SL'],
-                         [('40', '4096')], [X])
+    (one,) = pairs_of_pprs({('SL', '40'): first, ('SL', '4096'): second}, 'odom', ['SL'], [('40', '4096')], [X])
     assert [values.tolist() for values in one.values] == [[2.0], [0.2]]
 
 
 # ---- claims on whole datasets
 
-def campaign(spread_of_odom, count=30, seed=0, pprs=PPRS, tests=('SL', 'SMT', 'DLD'),
-             **odd):
+
+def campaign(spread_of_odom, count=30, seed=0, pprs=PPRS, tests=('SL', 'SMT', 'DLD'), **odd):
     """Every source of every cell, the odometry's spread by PPR; `odd` errors in every trial."""
     rng, cells = np.random.default_rng(seed), []
     for test in tests:
         for ppr in pprs:
             steady = rng.normal(0.0, 0.005, (count, 3))
             of_odom = rng.normal(0.0, spread_of_odom[ppr], (count, 3))
-            cells.append([trial(test, ppr, number, **{
-                'odom': tuple(drifted), 'global': tuple(row), 'amcl': tuple(row),
-                'world': tuple(row), **odd})
-                for number, (row, drifted) in enumerate(zip(steady.tolist(), of_odom.tolist()))])
+            cells.append(
+                [
+                    trial(
+                        test,
+                        ppr,
+                        number,
+                        **{
+                            'odom': tuple(drifted),
+                            'global': tuple(row),
+                            'amcl': tuple(row),
+                            'world': tuple(row),
+                            **odd,
+                        },
+                    )
+                    for number, (row, drifted) in enumerate(zip(steady.tolist(), of_odom.tolist()))
+                ]
+            )
     return dataset(*cells)
 
 
 def verdict_of(made, words):
-    claim, = [claim for claim in CLAIMS if words in claim.text]
+    (claim,) = [claim for claim in CLAIMS if words in claim.text]
     trials = {(cell.test, cell.ppr): of_cell for cell, of_cell in made.cells().items()}
     return verdict(claim.judge(trials), max(map(len, trials.values())))
 
@@ -142,15 +163,23 @@ FLAT = dict.fromkeys(PPRS, 0.1)
 RISING = {'40': 0.005, '90': 0.02, '1024': 0.2, '4096': 0.4}
 
 
-@pytest.mark.parametrize('spreads_of_odom, expected', [
-    (FALLING, 'reproduced'), (FLAT, 'not decidable with 30 trials'), (RISING, 'not reproduced')])
+@pytest.mark.parametrize(
+    'spreads_of_odom, expected',
+    [(FALLING, 'reproduced'), (FLAT, 'not decidable with 30 trials'), (RISING, 'not reproduced')],
+)
 def test_steadier_odometry_with_a_higher_resolution(spreads_of_odom, expected):
     assert verdict_of(campaign(spreads_of_odom), 'steadier odometry') == expected
 
 
-@pytest.mark.parametrize('spreads_of_odom, expected', [
-    (dict.fromkeys(PPRS, 0.2), 'reproduced'), (FLAT, 'reproduced'),
-    (dict.fromkeys(PPRS, 0.05), 'not decidable with 30 trials'), (FALLING, 'not reproduced')])
+@pytest.mark.parametrize(
+    'spreads_of_odom, expected',
+    [
+        (dict.fromkeys(PPRS, 0.2), 'reproduced'),
+        (FLAT, 'reproduced'),
+        (dict.fromkeys(PPRS, 0.05), 'not decidable with 30 trials'),
+        (FALLING, 'not reproduced'),
+    ],
+)
 def test_poor_odometry_in_the_long_drive(spreads_of_odom, expected):
     assert verdict_of(campaign(spreads_of_odom), 'Odometry is poor') == expected
 
@@ -206,6 +235,8 @@ def test_every_claim_is_judged_for_each_set_of_parameters():
 
 def test_claims_hold_by_chance_in_few_of_many():
     """Nothing depends on the PPR: a claim that it does must nearly never fail or hold."""
-    decided = sum(verdict_of(campaign(FLAT, seed=seed, tests=('SMT',)), 'In turns on the spot')
-                  != 'not decidable with 30 trials' for seed in range(40))
+    decided = sum(
+        verdict_of(campaign(FLAT, seed=seed, tests=('SMT',)), 'In turns on the spot') != 'not decidable with 30 trials'
+        for seed in range(40)
+    )
     assert decided <= 4

@@ -1,4 +1,5 @@
 """The paper's numbers as data, and the comparison with ours, against values worked out by hand."""
+
 import math
 
 import numpy as np
@@ -21,11 +22,11 @@ from paper_datasets import cell, dataset
 
 @pytest.fixture(scope='module')
 def printed():
-    return {(one.source, one.test, one.ppr, one.quantity.name, one.statistic): one
-            for one in load_paper_cells()}
+    return {(one.source, one.test, one.ppr, one.quantity.name, one.statistic): one for one in load_paper_cells()}
 
 
 # ---- the data
+
 
 def test_every_cell_is_there_once(printed):
     assert len(load_paper_cells()) == len(printed) == 432
@@ -37,12 +38,12 @@ def test_cells_are_those_of_the_print(printed):
     assert printed['odom', 'SL', '40', 'y_m', 'std'].value == 0.214
     assert printed['world', 'SMT', '40', 'yaw_deg', 'max'].value == 80.341
     assert printed['global', 'DLD', '40', 'yaw_deg', 'pct_within'].value == 73.3
-    assert {(one.table, one.source) for one in printed.values()} == {
-        (4, 'odom'), (5, 'world'), (6, 'global')}
+    assert {(one.table, one.source) for one in printed.values()} == {(4, 'odom'), (5, 'world'), (6, 'global')}
 
 
-@pytest.mark.parametrize('line', ['4,odom,SL,40,z_m,min,0.1', '4,wheels,SL,40,x_m,min,0.1',
-                                  '4,odom,SL,40,x_m,min,much', '4,odom'])
+@pytest.mark.parametrize(
+    'line', ['4,odom,SL,40,z_m,min,0.1', '4,wheels,SL,40,x_m,min,0.1', '4,odom,SL,40,x_m,min,much', '4,odom']
+)
 def test_a_bad_line_is_named(tmp_path, line):
     path = tmp_path / 'cells.csv'
     path.write_text(f'table,source,test,ppr,quantity,statistic,value\n{line}\n')
@@ -57,14 +58,18 @@ def test_a_missing_file_is_named(tmp_path):
 
 # ---- errata
 
+
 def test_the_repeated_column_is_marked_and_is_repeated(printed):
-    affected = [one for one in printed.values()
-                if 'smt_column_twice' in errata_of(one.table, one.test, one.ppr,
-                                                   one.quantity.name, one.statistic)]
+    affected = [
+        one
+        for one in printed.values()
+        if 'smt_column_twice' in errata_of(one.table, one.test, one.ppr, one.quantity.name, one.statistic)
+    ]
     assert len(affected) == 24
     for one in affected:
-        assert one.ppr == '1024' and one.value == printed[
-            one.source, 'SMT', '90', one.quantity.name, one.statistic].value
+        assert (
+            one.ppr == '1024' and one.value == printed[one.source, 'SMT', '90', one.quantity.name, one.statistic].value
+        )
 
 
 def test_one_trial_makes_the_spread_at_40_ppr(printed):
@@ -78,11 +83,20 @@ def test_one_trial_makes_the_spread_at_40_ppr(printed):
 
 
 def test_what_the_text_says_of_shares_is_not_in_the_tables(printed):
-    of_truth = [one.value for one in printed.values() if one.statistic == 'pct_within'
-                and one.source == 'world' and one.quantity is not YAW]
+    of_truth = [
+        one.value
+        for one in printed.values()
+        if one.statistic == 'pct_within' and one.source == 'world' and one.quantity is not YAW
+    ]
     assert (min(of_truth), max(of_truth)) == (56.7, 100.0)
-    headings = {ppr: [one.value for one in printed.values() if one.statistic == 'pct_within'
-                      and one.quantity is YAW and one.ppr == ppr] for ppr in ('40', '90')}
+    headings = {
+        ppr: [
+            one.value
+            for one in printed.values()
+            if one.statistic == 'pct_within' and one.quantity is YAW and one.ppr == ppr
+        ]
+        for ppr in ('40', '90')
+    }
     assert min(headings['40']) == 73.3 and max(headings['40']) == 100.0
     assert min(headings['90']) == 90.0
 
@@ -93,9 +107,10 @@ def test_errata_have_keys_of_their_own():
 
 # ---- table 3
 
+
 def test_table_3_by_hand():
     one = pulse_accuracy(90, 0.2, 0.4)
-    assert one.linear_m == pytest.approx(0.00698, abs=5e-6)     # not the 7.98 mm of the print
+    assert one.linear_m == pytest.approx(0.00698, abs=5e-6)  # not the 7.98 mm of the print
     assert math.degrees(one.two_wheel_angle_rad) == pytest.approx(2.0)
     assert math.degrees(one.one_wheel_angle_rad) == pytest.approx(1.0)
 
@@ -108,12 +123,13 @@ def test_table_3_agrees_with_the_print_but_for_its_slip():
 
 
 def test_table_3_of_another_robot():
-    row, = table_3([500.5], 0.1, 0.25)
+    (row,) = table_3([500.5], 0.1, 0.25)
     assert row.printed is None
     assert row.computed.linear_m == pytest.approx(math.pi * 0.1 / 500.5)
 
 
 # ---- one statistic
+
 
 def test_equal_spreads_agree_whatever_the_rounding():
     values = np.array([-1.0, 1.0] * 15) * 0.0332 * math.sqrt(29.0 / 30.0)
@@ -123,9 +139,9 @@ def test_equal_spreads_agree_whatever_the_rounding():
 
 
 def test_spreads_by_the_f_test():
-    values = np.array([-1.0, 1.0] * 15) * math.sqrt(29.0 / 30.0)      # a spread of 1
-    theirs = 1.5 - 0.0005                                             # the nearest that rounds so
-    expected = 2.0 * stats.f(29, 29).cdf(1.0 / theirs ** 2)
+    values = np.array([-1.0, 1.0] * 15) * math.sqrt(29.0 / 30.0)  # a spread of 1
+    theirs = 1.5 - 0.0005  # the nearest that rounds so
+    expected = 2.0 * stats.f(29, 29).cdf(1.0 / theirs**2)
     assert compare_std(values, 1.5, YAW).p_value == pytest.approx(expected)
     assert 0.03 < expected < 0.04
 
@@ -159,18 +175,21 @@ def test_an_extreme_beyond_ours_tells_nothing():
 
 def test_extremes_rarely_differ_by_chance():
     rng = np.random.default_rng(5)
-    rejected = sum((compare_max(ours, theirs.max(), YAW).p_value or 1.0) < 0.05
-                   for ours, theirs in rng.standard_normal((2000, 2, 30)))
+    rejected = sum(
+        (compare_max(ours, theirs.max(), YAW).p_value or 1.0) < 0.05
+        for ours, theirs in rng.standard_normal((2000, 2, 30))
+    )
     assert rejected / 2000 < 0.05
 
 
 # ---- whole datasets
 
+
 def test_only_cells_that_both_have_are_compared():
     rows = [(-0.03, 0.01, 1.0), (-0.02, -0.01, 2.0), (0.0, 0.04, 1.5)]
-    comparison = compare_with_paper(dataset(cell('SL', '40', 'odom', rows),
-                                            cell('SL', '128', 'odom', rows),
-                                            cell('own', '40', 'odom', rows)))
+    comparison = compare_with_paper(
+        dataset(cell('SL', '40', 'odom', rows), cell('SL', '128', 'odom', rows), cell('own', '40', 'odom', rows))
+    )
     assert len(comparison.rows) == 12
     by_key = {(row.paper.quantity.name, row.paper.statistic): row for row in comparison.rows}
     assert by_key['x_m', 'min'].agreement.ours == -0.03
@@ -184,20 +203,23 @@ def test_only_cells_that_both_have_are_compared():
 def test_varied_parameters_are_compared_each_for_itself():
     rows = [(0.0, 0.0, 0.0), (0.1, 0.0, 0.0)]
     noisy = (('simulator.lidar.noise', '0.1'),)
-    comparison = compare_with_paper(dataset(cell('SL', '40', 'odom', rows),
-                                            cell('SL', '40', 'odom', rows, varied=noisy)))
+    comparison = compare_with_paper(
+        dataset(cell('SL', '40', 'odom', rows), cell('SL', '40', 'odom', rows, varied=noisy))
+    )
     assert [row.cell.varied for row in comparison.rows] == [()] * 12 + [noisy] * 12
 
 
 def test_torn_trials_do_not_count_and_failed_ones_do():
     rows = [(0.0, 0.0, 0.0), (0.01, 0.0, 0.0)]
-    comparison = compare_with_paper(dataset(
-        cell('SL', '40', 'odom', rows) + cell('SL', '40', 'odom', [(9.0, 9.0, 9.0)],
-                                              outcome='torn')
-        + cell('SL', '40', 'odom', [(0.5, 0.0, 0.0)], outcome='lost')))
+    comparison = compare_with_paper(
+        dataset(
+            cell('SL', '40', 'odom', rows)
+            + cell('SL', '40', 'odom', [(9.0, 9.0, 9.0)], outcome='torn')
+            + cell('SL', '40', 'odom', [(0.5, 0.0, 0.0)], outcome='lost')
+        )
+    )
     assert {row.trials for row in comparison.rows} == {3}
-    assert max(row.agreement.ours for row in comparison.rows
-               if row.paper.statistic == 'max') == 0.5
+    assert max(row.agreement.ours for row in comparison.rows if row.paper.statistic == 'max') == 0.5
 
 
 def test_scores_leave_affected_cells_out():
@@ -209,27 +231,36 @@ def test_scores_leave_affected_cells_out():
 
 def test_equal_spreads_differ_by_chance_in_one_of_twenty():
     rng = np.random.default_rng(3)
-    rejected = sum(compare_std(ours, theirs.std(ddof=1), YAW).p_value < 0.05
-                   for ours, theirs in rng.standard_normal((500, 2, 30)))
+    rejected = sum(
+        compare_std(ours, theirs.std(ddof=1), YAW).p_value < 0.05 for ours, theirs in rng.standard_normal((500, 2, 30))
+    )
     assert 0.03 < rejected / 500 < 0.07
 
 
 def test_accuracy_is_that_of_the_datasets_encoders_and_robot():
-    comparison = compare_with_paper(dataset(cell('SL', '4096', 'odom', []),
-                                            cell('SMT', '128', 'odom', [(0.0, 0.0, 0.0)]),
-                                            cell('SL', '40', 'odom', [(0.0, 0.0, 0.0)]),
-                                            cell('SL', '90L1024R', 'odom', [(0.0, 0.0, 0.0)])))
+    comparison = compare_with_paper(
+        dataset(
+            cell('SL', '4096', 'odom', []),
+            cell('SMT', '128', 'odom', [(0.0, 0.0, 0.0)]),
+            cell('SL', '40', 'odom', [(0.0, 0.0, 0.0)]),
+            cell('SL', '90L1024R', 'odom', [(0.0, 0.0, 0.0)]),
+        )
+    )
     assert [row.computed.ppr for row in comparison.accuracy] == [40.0, 128.0]
     assert [row.printed is not None for row in comparison.accuracy] == [True, False]
 
 
 def test_calibrated_cells_are_told_apart():
     rows = [(0.0, 0.0, 0.0), (0.1, 0.0, 0.0)]
-    comparison = compare_with_paper(dataset(cell('SL', '4096', 'odom', rows),
-                                            cell('SL', '1024', 'odom', rows),
-                                            cell('SL', '4096', 'world', rows)))
-    assert sum(row.is_calibrated for row in comparison.rows) == 4       # of y in SL
+    comparison = compare_with_paper(
+        dataset(cell('SL', '4096', 'odom', rows), cell('SL', '1024', 'odom', rows), cell('SL', '4096', 'world', rows))
+    )
+    assert sum(row.is_calibrated for row in comparison.rows) == 4  # of y in SL
     assert {key: score.tested for key, score in comparison.scores().items()} == {
-        key: sum(row.is_compatible is not None and not row.is_calibrated
-                 for row in comparison.rows if (row.paper.source, row.paper.ppr) == key)
-        for key in (('odom', '4096'), ('odom', '1024'), ('world', '4096'))}
+        key: sum(
+            row.is_compatible is not None and not row.is_calibrated
+            for row in comparison.rows
+            if (row.paper.source, row.paper.ppr) == key
+        )
+        for key in (('odom', '4096'), ('odom', '1024'), ('world', '4096'))
+    }

@@ -1,4 +1,5 @@
 """The report: the answer's words against counts made by hand, and what the page is made of."""
+
 import html
 import html.parser
 import re
@@ -21,8 +22,12 @@ from diff_encoder_sim.trials.trial_definition import Trial
 from paper_datasets import cell, dataset, trial
 
 IN, OUT, TURNED = (0.01, -0.02, 1.0), (0.01, 0.3, 1.0), (0.01, -0.02, 4.0)
-SL = {'name': 'SL', 'world': 'hallway', 'start': {'x': 0.0, 'y': 0.0, 'yaw': 0.0},
-      'route': [{'goal': {'x': 20.0, 'y': 0.0, 'yaw': 0.0}}]}
+SL = {
+    'name': 'SL',
+    'world': 'hallway',
+    'start': {'x': 0.0, 'y': 0.0, 'yaw': 0.0},
+    'route': [{'goal': {'x': 20.0, 'y': 0.0, 'yaw': 0.0}}],
+}
 GOAL = 'within 0.05 m and 3 degrees of the goal'
 
 # HTML elements that have no end.
@@ -36,11 +41,14 @@ def rows(inside, outside):
 
 def both(test, ppr, world, odom, **others):
     """A cell whose sources are (inside, outside)."""
-    return [trial(test, ppr, number, world=true, odom=believed, **others) for number, (
-        true, believed) in enumerate(zip(rows(*world), rows(*odom)), start=1)]
+    return [
+        trial(test, ppr, number, world=true, odom=believed, **others)
+        for number, (true, believed) in enumerate(zip(rows(*world), rows(*odom)), start=1)
+    ]
 
 
 # ---- the answer
+
 
 def test_a_share_is_of_the_trials_with_a_pose_and_joint_over_position_and_heading():
     trials = cell('SL', '90', 'odom', [IN, IN, OUT, TURNED, None])
@@ -50,43 +58,55 @@ def test_a_share_is_of_the_trials_with_a_pose_and_joint_over_position_and_headin
     assert fraction_within(trials, 'world') is None
 
 
-@pytest.mark.parametrize('inside, reach', [
-    (30, Reach.YES), (29, Reach.YES), (28, Reach.UNDECIDED), (20, Reach.UNDECIDED),
-    (19, Reach.NO), (0, Reach.NO)])
+@pytest.mark.parametrize(
+    'inside, reach',
+    [(30, Reach.YES), (29, Reach.YES), (28, Reach.UNDECIDED), (20, Reach.UNDECIDED), (19, Reach.NO), (0, Reach.NO)],
+)
 def test_a_share_is_reached_where_wilsons_interval_says_so(inside, reach):
     # 28 of 30: 0.787 to 0.982; 29: 0.833 to 0.994; 20: 0.488 to 0.808; 19: 0.455 to 0.781.
     assert fraction_within(cell('SL', '90', 'odom', rows(inside, 30 - inside)), 'odom').reach is reach
 
 
 def test_sixteen_trials_can_show_the_share_and_fifteen_cannot():
-    assert fewest_trials() == 16       # n / (n + 1.96^2) >= 0.8 from n = 15.4 on
+    assert fewest_trials() == 16  # n / (n + 1.96^2) >= 0.8 from n = 15.4 on
 
 
 def test_the_answer_has_a_line_for_each_test_and_source():
     lines = answer(dataset(cell('SL', '40', 'odom', [IN]), cell('SMT', '90', 'odom', [IN])))
     assert [(line.test, line.source, list(line.shares)) for line in lines] == [
-        (test, source, [ppr]) for test, ppr in (('SL', '40'), ('SMT', '90'))
-        for source in ('world', 'global', 'odom')]
+        (test, source, [ppr]) for test, ppr in (('SL', '40'), ('SMT', '90')) for source in ('world', 'global', 'odom')
+    ]
 
 
 def test_encoders_are_in_the_order_of_their_pulses_also_where_the_first_test_has_not_all():
-    lines = answer(dataset(cell('SL', '90', 'odom', [IN]), cell('SMT', '40', 'odom', [IN]),
-                           cell('SMT', '90', 'odom', [IN])))
+    lines = answer(
+        dataset(cell('SL', '90', 'odom', [IN]), cell('SMT', '40', 'odom', [IN]), cell('SMT', '90', 'odom', [IN]))
+    )
     assert [list(line.shares) for line in lines if line.source == 'odom'] == [['90'], ['40', '90']]
 
 
 # ---- the main line
 
+
 def test_the_main_line_names_encoders_by_test_and_source():
-    assert main_line(dataset(
-        both('SL', '40', (30, 0), (0, 30)), both('SL', '90', (30, 0), (25, 5)),
-        both('SL', '1024', (30, 0), (30, 0)), both('SL', '4096', (30, 0), (30, 0)),
-        both('SMT', '40', (30, 0), (30, 0)), both('SMT', '90', (0, 30), (30, 0)),
-        both('SMT', '1024', (30, 0), (30, 0)), both('SMT', '4096', (0, 30), (30, 0)),
-        both('DLD', '40', (30, 0), (0, 30)), both('DLD', '90', (30, 0), (0, 30)))) == (
-            f'At least 80 % of trials end {GOAL} (95 % confidence): in truth SL and DLD with every '
-            'encoder, SMT with 40 and 1024 PPR; by odometry alone SL from 1024 PPR on (90 PPR '
-            'undecided), SMT with every encoder, DLD with none.')
+    assert main_line(
+        dataset(
+            both('SL', '40', (30, 0), (0, 30)),
+            both('SL', '90', (30, 0), (25, 5)),
+            both('SL', '1024', (30, 0), (30, 0)),
+            both('SL', '4096', (30, 0), (30, 0)),
+            both('SMT', '40', (30, 0), (30, 0)),
+            both('SMT', '90', (0, 30), (30, 0)),
+            both('SMT', '1024', (30, 0), (30, 0)),
+            both('SMT', '4096', (0, 30), (30, 0)),
+            both('DLD', '40', (30, 0), (0, 30)),
+            both('DLD', '90', (30, 0), (0, 30)),
+        )
+    ) == (
+        f'At least 80 % of trials end {GOAL} (95 % confidence): in truth SL and DLD with every '
+        'encoder, SMT with 40 and 1024 PPR; by odometry alone SL from 1024 PPR on (90 PPR '
+        'undecided), SMT with every encoder, DLD with none.'
+    )
 
 
 def test_failures_are_told():
@@ -94,75 +114,98 @@ def test_failures_are_told():
     trials[7] = trials[7]._replace(outcome='collision')
     assert main_line(dataset(trials)) == (
         f'At least 80 % of trials end {GOAL} (95 % confidence): in truth SL with 40 PPR; by '
-        'odometry alone SL with 40 PPR. 1 of 30 trials did not succeed.')
+        'odometry alone SL with 40 PPR. 1 of 30 trials did not succeed.'
+    )
 
 
 def test_few_trials_are_counted_and_called_few():
-    assert main_line(dataset(both('SL', '40', (5, 0), (1, 4)), both('SL', '90', (4, 1), (5, 0)))
-                     ) == ('With 5 trials a cell no share of 80 % can be shown, which takes 16. So '
-                           f'far end {GOAL}: in truth SL 9 of 10; by odometry alone SL 6 of 10.')
+    assert main_line(dataset(both('SL', '40', (5, 0), (1, 4)), both('SL', '90', (4, 1), (5, 0)))) == (
+        'With 5 trials a cell no share of 80 % can be shown, which takes 16. So '
+        f'far end {GOAL}: in truth SL 9 of 10; by odometry alone SL 6 of 10.'
+    )
 
 
 def test_what_the_robot_believes_is_told_where_it_believed_something():
     assert main_line(dataset(cell('SL', '40', 'global', rows(30, 0)))).endswith(
-        '(95 % confidence): as the robot believes SL with 40 PPR.')
+        '(95 % confidence): as the robot believes SL with 40 PPR.'
+    )
 
 
 def test_one_trial_and_none_with_a_pose():
     assert main_line(dataset(cell('SL', '40', 'world', [IN]))).endswith('in truth SL 1 of 1.')
     assert main_line(dataset([trial('SL', '40', 1, outcome='lost')])) == (
-        'No trial ended with a pose: nothing can be said.')
+        'No trial ended with a pose: nothing can be said.'
+    )
 
 
 def test_many_sets_of_parameters_are_counted_and_few_are_named():
     def line(values):
-        return main_line(dataset(*(both('SL', '40', (30, 0), (0, 30),
-                                        varied=(('simulator.lidar.noise', value),))
-                                   for value in values)))
+        return main_line(
+            dataset(
+                *(both('SL', '40', (30, 0), (0, 30), varied=(('simulator.lidar.noise', value),)) for value in values)
+            )
+        )
+
     assert 'in truth SL (noise 0.01) and SL (noise 0.03) with 40 PPR;' in line(['0.01', '0.03'])
     assert 'in truth in 7 of 7 cells; by odometry alone in 0 of 7' in line('1234567')
 
 
 def test_encoders_without_one_ppr_are_named_too():
-    assert 'by odometry alone SL with 90L1024R PPR and ideal odometry.' in main_line(dataset(
-        both('SL', '40', (30, 0), (0, 30)), both('SL', '90L1024R', (30, 0), (30, 0)),
-        both('SL', 'ideal', (30, 0), (30, 0))))
+    assert 'by odometry alone SL with 90L1024R PPR and ideal odometry.' in main_line(
+        dataset(
+            both('SL', '40', (30, 0), (0, 30)),
+            both('SL', '90L1024R', (30, 0), (30, 0)),
+            both('SL', 'ideal', (30, 0), (30, 0)),
+        )
+    )
 
 
 # ---- sections
 
+
 def test_encoders_that_differ_are_named_worse_first():
     wide = [(0.0, 0.1 * (-1) ** number * (1 + number % 5), 0.0) for number in range(30)]
     narrow = [(x, 0.01 * y, yaw) for x, y, yaw in wide]
-    told = compare_encoders(compare_pprs(dataset(
-        cell('SL', '40', 'odom', wide), cell('SL', '90', 'odom', wide), cell('SL', '1024', 'odom', narrow))))
+    told = compare_encoders(
+        compare_pprs(
+            dataset(cell('SL', '40', 'odom', wide), cell('SL', '90', 'odom', wide), cell('SL', '1024', 'odom', narrow))
+        )
+    )
     assert told.table.rows == [['SL', '/odom, y', *['40 than 1024; 90 than 1024'] * 3]]
-    assert [verdict[:40] for verdict in told.verdicts['SL']][:1] == [
-        '/odom, y: 40 PPR spreads more than 1024 ']
-    assert told.count == 3 * 3 * 3      # pairs, axes, questions of the one source
+    assert [verdict[:40] for verdict in told.verdicts['SL']][:1] == ['/odom, y: 40 PPR spreads more than 1024 ']
+    assert told.count == 3 * 3 * 3  # pairs, axes, questions of the one source
 
 
 def test_equal_encoders_do_not_differ():
-    told = compare_encoders(compare_pprs(dataset(cell('SL', '40', 'odom', [IN, OUT, TURNED]),
-                                                 cell('SL', '90', 'odom', [IN, OUT, TURNED]))))
+    told = compare_encoders(
+        compare_pprs(dataset(cell('SL', '40', 'odom', [IN, OUT, TURNED]), cell('SL', '90', 'odom', [IN, OUT, TURNED])))
+    )
     assert told.table is None and not told.verdicts and told.count == 9
 
 
 def manifest():
-    return {'fingerprint': 'f00d', 'seeds': {'first': 1, 'last': 30}, 'runs': [{
-        'started': '2026-01-02T03:04:05+00:00',
-        'command': ['/ws/scripts/campaign', '--config', 'my file.yaml', '--out', 'results'],
-        'versions': {'numpy': '2.0', 'dask': None}, 'commit': {'id': 'abc', 'is_dirty': True},
-        'machine': {'cpu': 'a chip', 'cores': 4, 'usable_cores': 2, 'memory_bytes': 8 * 2 ** 30,
-                    'os': 'Linux'}}],
-        'configuration': {'nav': 'embedded', 'tests': [SL]}}
+    return {
+        'fingerprint': 'f00d',
+        'seeds': {'first': 1, 'last': 30},
+        'runs': [
+            {
+                'started': '2026-01-02T03:04:05+00:00',
+                'command': ['/ws/scripts/campaign', '--config', 'my file.yaml', '--out', 'results'],
+                'versions': {'numpy': '2.0', 'dask': None},
+                'commit': {'id': 'abc', 'is_dirty': True},
+                'machine': {'cpu': 'a chip', 'cores': 4, 'usable_cores': 2, 'memory_bytes': 8 * 2**30, 'os': 'Linux'},
+            }
+        ],
+        'configuration': {'nav': 'embedded', 'tests': [SL]},
+    }
 
 
 def test_the_closed_form_is_that_of_a_straight_drive():
     made = dataset(cell('SL', '40', 'odom', [(0.0, 0.3, 1.0), (0.0, -0.3, -1.0)]))
-    made = made._replace(trials=[one._replace(errors={**one.errors, 'world': (0.0, 0.0, 0.0)})
-                                 for one in made.trials],
-                         asked={'SL': Trial.from_mapping({'test': SL, 'nav': 'embedded'}, '')})
+    made = made._replace(
+        trials=[one._replace(errors={**one.errors, 'world': (0.0, 0.0, 0.0)}) for one in made.trials],
+        asked={'SL': Trial.from_mapping({'test': SL, 'nav': 'embedded'}, '')},
+    )
     cells = {row[1]: row[2:] for row in closed_form_table(made).rows}
     # (S d / L) sqrt(1/6) = 321 mm and (d / L) sqrt(1/3) = 1.30 degrees; 0.3 m sqrt(2) = 424 mm.
     assert cells['y [mm]'][0] == '321' and cells['y [mm]'][1].startswith('424 (')
@@ -175,7 +218,8 @@ def test_the_origin_names_the_commands_and_the_machine(tmp_path):
     origin = provenance(dataset([])._replace(manifest=manifest(), folder=tmp_path / 'results'))
     assert origin.commands == [
         "rosrun diff_encoder_sim campaign --config 'my file.yaml' --out results",
-        f'rosrun diff_encoder_sim analyze {tmp_path}/results']
+        f'rosrun diff_encoder_sim analyze {tmp_path}/results',
+    ]
     run = dict(origin.runs[0].facts)
     assert run['commit'] == 'abc with changes' and run['versions'] == 'numpy 2.0'
     assert run['machine'] == 'a chip, 2 of 4 cores, 8 GiB, Linux'
@@ -189,6 +233,7 @@ def test_bags_alone_have_no_origin_but_the_libraries():
 
 
 # ---- the page
+
 
 class Elements(html.parser.HTMLParser):
     """Collects starts of elements; asserts that each is ended in order."""
@@ -227,8 +272,9 @@ def page_of(made, folder, figures=()):
 
 
 def test_the_page_is_one_file_with_heads_captions_and_texts_for_pictures(tmp_path, figure):
-    made = dataset(*(both(test, ppr, (20, 10), (15, 15)) for test in ('SL', 'SMT')
-                     for ppr in ('40', '90', '1024', '4096')))
+    made = dataset(
+        *(both(test, ppr, (20, 10), (15, 15)) for test in ('SL', 'SMT') for ppr in ('40', '90', '1024', '4096'))
+    )
     page = page_of(made, tmp_path, [figure])
     elements = Elements(page)
     assert not elements.of('link')[1:] and elements.of('link')[0]['href'] == 'data:,'
@@ -247,8 +293,12 @@ def test_all_that_comes_from_data_is_escaped(tmp_path):
     evil = '<script>alert("1")</script>'
     trials = cell(evil, '40', 'world', rows(10, 10), varied=((evil, evil),))
     trials[0] = trials[0]._replace(outcome='lost', reason=evil)
-    made = dataset(trials)._replace(title=evil, notes=[evil], folder=tmp_path, manifest={
-        **manifest(), 'configuration': {'tests': [], 'evil': evil, 'nav': evil}})
+    made = dataset(trials)._replace(
+        title=evil,
+        notes=[evil],
+        folder=tmp_path,
+        manifest={**manifest(), 'configuration': {'tests': [], 'evil': evil, 'nav': evil}},
+    )
     assert len(Elements(page_of(made, tmp_path)).of('script')) == 1
 
 
@@ -256,16 +306,19 @@ def test_bags_are_linked_relative_to_the_report(tmp_path):
     bags = [tmp_path / 'results' / 'bags' / 'SL 1.bag', None, tmp_path / 'a&"#?.bag']
     trials = [one._replace(bag=bag) for one, bag in zip(cell('SL', '40', 'world', [IN] * 3), bags)]
     links = bag_links(dataset(trials), tmp_path / 'results' / 'analysis')
-    assert links == [('SL 1.bag', '../bags/SL%201.bag'), None,
-                     ('a&"#?.bag', '../../a%26%22%23%3F.bag')]
+    assert links == [('SL 1.bag', '../bags/SL%201.bag'), None, ('a&"#?.bag', '../../a%26%22%23%3F.bag')]
 
 
-@pytest.mark.parametrize('trials', [
-    [trial('SL', '40', 1, outcome='lost')],
-    [trial('SL', 'ideal', 1, odom=IN)],
-    [trial('own', '12.5', 1, world=IN), trial('own', '90L1024R', 1, odom=IN)],
-    [*cell('SL', '40', 'world', [IN] * 2), *cell('DLD', '90', 'world', [OUT])],
-], ids=['no pose', 'ideal', 'own test', 'uneven'])
+@pytest.mark.parametrize(
+    'trials',
+    [
+        [trial('SL', '40', 1, outcome='lost')],
+        [trial('SL', 'ideal', 1, odom=IN)],
+        [trial('own', '12.5', 1, world=IN), trial('own', '90L1024R', 1, odom=IN)],
+        [*cell('SL', '40', 'world', [IN] * 2), *cell('DLD', '90', 'world', [OUT])],
+    ],
+    ids=['no pose', 'ideal', 'own test', 'uneven'],
+)
 def test_odd_datasets_have_a_page(tmp_path, trials):
     Elements(page_of(dataset(trials), tmp_path))
 
