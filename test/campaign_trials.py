@@ -23,7 +23,7 @@ def trial(plan, robot_file, params, record):
     number = plan.trial.number
     folder = Path(os.environ[FOLDER])
     with open(folder / LOG, 'a') as log:
-        log.write('%s %s\n' % (os.getpid(), number))
+        log.write(f'{os.getpid()} {number}\n')
     if (folder / ('kills_%d' % number)).exists():
         os.kill(os.getpid(), signal.SIGKILL)
     if (folder / ('raises_%d' % number)).exists():

@@ -19,9 +19,8 @@ def advise(*arguments, cwd):
         [sys.executable, str(HERE / 'advise_trials.py'), *map(str, arguments)],
         cwd=str(cwd),
         env=environment,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        universal_newlines=True,
+        capture_output=True,
+        text=True,
     )
 
 
@@ -65,7 +64,7 @@ def test_another_tolerance_goes_on_with_the_same_trials(first):
 
 
 @pytest.mark.parametrize(
-    'arguments, told',
+    ('arguments', 'told'),
     [
         (['--trials', '15'], '--trials: given 15; allowed: from 16'),
         (['--tolerance', '0'], "given '0'; allowed: a number greater than 0"),

@@ -212,7 +212,7 @@ def test_trial_spec_names_the_bad_argument_in_one_line(name, folder):
     good = {'--test': 'SL', '--bag': 'none'}
     good.update(argument.split('=', 1) for argument in in_folder(arguments, folder))
     with pytest.raises(SystemExit) as stopped:
-        trial_spec.main(['%s=%s' % pair for pair in good.items()])
+        trial_spec.main(['{}={}'.format(*pair) for pair in good.items()])
     text = stopped.value.code
     assert '\n' not in text
     for word in words:

@@ -62,7 +62,7 @@ def outcomes(tmp_path_factory):
     }
     for index, (name, (keys, _)) in enumerate(BAD_MAPS.items()):
         path = folder / ('bad_%d.yaml' % index)
-        path.write_text(''.join('%s: %s\n' % pair for pair in {**GOOD, **keys}.items() if pair[1] is not None))
+        path.write_text(''.join('{}: {}\n'.format(*pair) for pair in {**GOOD, **keys}.items() if pair[1] is not None))
         arguments[name] = [str(path)]
     with Graph(folder / 'ros') as graph, ThreadPoolExecutor(3) as pool:
         core = graph.start('roscore', '-p', str(graph.port))

@@ -201,7 +201,7 @@ def test_bags_come_over_the_network_where_the_folder_is_not_shared(machine, undi
     assert not list((machine.folder / 'scratch').rglob('*.bag*'))
 
 
-@pytest.mark.parametrize('name, code', [('SIGINT', 130), ('SIGTERM', 143), ('SIGKILL', -signal.SIGKILL)])
+@pytest.mark.parametrize(('name', 'code'), [('SIGINT', 130), ('SIGTERM', 143), ('SIGKILL', -signal.SIGKILL)])
 def test_a_stopped_client_leaves_no_process_and_can_be_resumed(machine, undisturbed, name, code):
     client = machine.campaign('--workers', '2', trial_s=0.2)
     machine.wait_for_attempts(8)

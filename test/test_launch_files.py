@@ -48,7 +48,7 @@ def trial_nodes(nav, sim, odom, rviz, bag):
     own += ['trial_view_node'] if rviz == 'true' else []
     nodes.update({name: (OWN, name) for name in own})
     if sim == 'gazebo':
-        nodes.update({name: (OWN, 'gazebo_trial') for name in ('gazebo', 'spawn_robot')})
+        nodes.update(dict.fromkeys(('gazebo', 'spawn_robot'), (OWN, 'gazebo_trial')))
     if nav != 'scripted':
         nodes.update({name: (OWN, 'upstream_node' if nav == 'upstream' else name + '_node') for name in UPSTREAM})
     if rviz == 'true':
@@ -57,7 +57,7 @@ def trial_nodes(nav, sim, odom, rviz, bag):
 
 
 def words(choice):
-    return ['%s:=%s' % pair for pair in choice.items()]
+    return ['{}:={}'.format(*pair) for pair in choice.items()]
 
 
 @pytest.fixture
@@ -120,7 +120,7 @@ def test_trial_starts_what_it_should(choice, load):
     check_all_is_there(config)
     spec = commands['trial']
     for name in ('nav', 'sim', 'odom', 'bag'):
-        assert '--%s=%s' % (name, choice[name]) in spec
+        assert f'--{name}={choice[name]}' in spec
     must_stay = {node.name for node in config.nodes if node.required}
     may_end = {'robot_state_publisher', 'spawn_robot', 'trial_view_node', 'rviz'}
     assert must_stay == set(types(config)) - may_end
@@ -145,10 +145,7 @@ def test_a_users_own_files_reach_their_nodes(tmp_path, load):
     (tmp_path / 'amcl.yaml').write_text('laser_max_beams: 7\n')
     (tmp_path / 'navigation.yaml').write_text('DWAPlannerROS: {max_vel_x: 0.1}\n')
     config, commands = load(
-        TRIAL,
-        'amcl_config:=%s/amcl.yaml' % tmp_path,
-        'map:=my.yaml',
-        'navigation_config:=%s/navigation.yaml' % tmp_path,
+        TRIAL, f'amcl_config:={tmp_path}/amcl.yaml', 'map:=my.yaml', f'navigation_config:={tmp_path}/navigation.yaml'
     )
     found = params(config)
     assert found['/amcl/laser_max_beams'] == 7
@@ -158,7 +155,7 @@ def test_a_users_own_files_reach_their_nodes(tmp_path, load):
 
 
 @pytest.mark.parametrize(
-    'file, arguments, expected',
+    ('file', 'arguments', 'expected'),
     [
         ('encoder_odometry.launch', [], {'gz_diff_encoder_node', 'gz_diff_odom_node'}),
         ('simulator.launch', [], {'simulator_node'}),
@@ -226,7 +223,7 @@ def test_roslaunch_lists_what_is_not_installed(tmp_path):
 
 
 @pytest.mark.parametrize(
-    'argument, missing',
+    ('argument', 'missing'),
     [
         (
             'nav:=upstream',
@@ -244,7 +241,7 @@ def test_a_missing_package_is_named_before_anything_starts(argument, missing, tm
         name, _, value = argument.partition(':=')
         lines = [line for line in launch.output().splitlines() if line.startswith('trial.launch: ')]
         assert len(lines) == 1, launch.output()
-        for part in ['%s: given %s, but ' % (name, value), 'not installed', *missing]:
+        for part in [f'{name}: given {value}, but ', 'not installed', *missing]:
             assert part in lines[0]
         assert 'process[' not in launch.output()
 
@@ -258,7 +255,7 @@ def hide_other_packages(graph):
     needed.mkdir()
     for name in ('robot_state_publisher', 'roslaunch'):
         (needed / name).symlink_to(packages.get_path(name))
-    graph.environment['ROS_PACKAGE_PATH'] = '%s:%s' % (Path(packages.get_path(OWN)).parent, needed)
+    graph.environment['ROS_PACKAGE_PATH'] = f'{Path(packages.get_path(OWN)).parent}:{needed}'
 
 
 # --- the programs that take upstream's names ---------------------------------------------------------
@@ -272,8 +269,8 @@ def make_packages(folder, programs):
     for package, texts in programs.items():
         (folder / package).mkdir(parents=True)
         (folder / package / 'package.xml').write_text(
-            '<package><name>%s</name><version>1.0.0</version><description>a stand-in</description>'
-            '<maintainer email="a@b.c">a</maintainer><license>BSD</license></package>' % package
+            f'<package><name>{package}</name><version>1.0.0</version><description>a stand-in</description>'
+            '<maintainer email="a@b.c">a</maintainer><license>BSD</license></package>'
         )
         for program, text in texts.items():
             (folder / package / program).write_text(text)
@@ -281,7 +278,7 @@ def make_packages(folder, programs):
 
 
 def add_packages(graph, folder):
-    graph.environment['ROS_PACKAGE_PATH'] = '%s:%s' % (folder, os.environ['ROS_PACKAGE_PATH'])
+    graph.environment['ROS_PACKAGE_PATH'] = '{}:{}'.format(folder, os.environ['ROS_PACKAGE_PATH'])
 
 
 @pytest.fixture(scope='module')
@@ -385,7 +382,7 @@ def test_gazebo_gets_the_robot_at_the_trials_start(stand_ins):
 
 
 @pytest.mark.parametrize(
-    'command, complaint',
+    ('command', 'complaint'),
     [
         (['upstream_node'], 'allowed: map_server [MAP.yaml], amcl, move_base, or slam_gmapping'),
         (['upstream_node', 'gmapping'], "given 'gmapping'"),
@@ -406,7 +403,7 @@ def test_a_program_that_is_missing_is_named_in_one_line(stand_ins, tmp_path):
     graph, _ = stand_ins
     make_packages(tmp_path, {'move_base': {}})
     code, output = graph.run(
-        'env', 'ROS_PACKAGE_PATH=%s' % tmp_path, sys.executable, SCRIPTS / 'upstream_node', 'move_base'
+        'env', f'ROS_PACKAGE_PATH={tmp_path}', sys.executable, SCRIPTS / 'upstream_node', 'move_base'
     )
     assert code == 1
     assert output.splitlines() == [
@@ -433,7 +430,7 @@ def upstream_trial(tmp_path_factory):
     become = '#!/bin/sh\nexec %s %s/%s_node "$@"\n'
     programs = {name: {name: become % (sys.executable, SCRIPTS, name)} for name in UPSTREAM}
     programs['move_base']['move_base'] = programs['move_base']['move_base'].replace(
-        'exec', '%s %s 1.0 || exit 1\nexec' % (sys.executable, wait)
+        'exec', f'{sys.executable} {wait} 1.0 || exit 1\nexec'
     )
     make_packages(folder / 'packages', {**programs, 'dwa_local_planner': {}})
     with Graph(folder / 'ros') as graph:

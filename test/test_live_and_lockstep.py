@@ -26,7 +26,7 @@ def bags(tmp_path_factory):
     with Graph(folder) as graph:
         launch = graph.launch(
             ROOT / 'launch' / 'trial.launch',
-            'test:=%s' % TOUR,
+            f'test:={TOUR}',
             'nav:=scripted',
             'rtf:=0',
             'ppr:=%d' % PPR,

@@ -125,16 +125,11 @@ def wait_for_line(launch, text, timeout_s=60.0):
 
 def initial_pose(x, y, yaw):
     """A message for rostopic, with AMCL's usual spread."""
-    quat = '{x: %f, y: %f, z: %f, w: %f}' % quat_xyzw_from_yaw(yaw)
+    quat = '{{x: {:f}, y: {:f}, z: {:f}, w: {:f}}}'.format(*quat_xyzw_from_yaw(yaw))
     covariance = [0.0] * 36
     covariance[0] = covariance[7] = 0.04
     covariance[35] = 0.03
-    return '{header: {frame_id: map}, pose: {pose: {position: {x: %f, y: %f}, orientation: %s}, covariance: %s}}' % (
-        x,
-        y,
-        quat,
-        covariance,
-    )
+    return f'{{header: {{frame_id: map}}, pose: {{pose: {{position: {{x: {x:f}, y: {y:f}}}, orientation: {quat}}}, covariance: {covariance}}}}}'
 
 
 def longest_stand_s(series):

@@ -71,7 +71,7 @@ def run_trial(folder, *arguments):
     require_ros()
     with Graph(folder) as graph:
         bag = folder / 'trial.bag'
-        launch = graph.launch(TRIAL, 'nav:=scripted', 'rtf:=0', 'bag:=%s' % bag, *arguments)
+        launch = graph.launch(TRIAL, 'nav:=scripted', 'rtf:=0', f'bag:={bag}', *arguments)
         assert launch.wait() == 0, launch.output()
         assert graph.is_gone(10.0), 'it left processes behind'
         (folder / OUTPUT).write_text(launch.output())
@@ -155,7 +155,7 @@ def check_stamps(bag, topic, period_ns, end_ns, may_lack_last):
     missing = [stamp_ns / 1e9 for stamp_ns in expected if stamp_ns not in stamps]
     extra = [stamp_ns / 1e9 for stamp_ns in stamps if stamp_ns not in expected]
     assert extra == [], topic
-    assert missing == [] or (may_lack_last and missing == [expected[-1] / 1e9]), '%s lacks %s' % (topic, missing)
+    assert missing == [] or (may_lack_last and missing == [expected[-1] / 1e9]), f'{topic} lacks {missing}'
     assert stamps == sorted(set(stamps)), topic
 
 
@@ -287,7 +287,7 @@ class Run:
         self.graph = Graph(folder)
         self.bag = folder / 'trial.bag'
         self.launch = self.graph.launch(
-            launch_file, 'nav:=scripted', 'test:=SL', 'ppr:=40', 'bag:=%s' % self.bag, *arguments
+            launch_file, 'nav:=scripted', 'test:=SL', 'ppr:=40', f'bag:={self.bag}', *arguments
         )
 
     def __enter__(self):

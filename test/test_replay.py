@@ -57,13 +57,11 @@ def replay(folder, *arguments):
         return code, launch.output()
 
 
-@pytest.mark.parametrize('ppr, speed', [(40, 1), (1024, 5)])
+@pytest.mark.parametrize(('ppr', 'speed'), [(40, 1), (1024, 5)])
 def test_the_live_nodes_say_what_reencode_says(tmp_path, trial_bag, ppr, speed):
     require_ros()
     live = tmp_path / 'live.bag'
-    code, output = replay(
-        tmp_path / 'ros', 'bag:=%s' % trial_bag, 'ppr:=%d' % ppr, 'out:=%s' % live, 'speed:=%d' % speed
-    )
+    code, output = replay(tmp_path / 'ros', f'bag:={trial_bag}', 'ppr:=%d' % ppr, f'out:={live}', 'speed:=%d' % speed)
     assert code == 0 and complaints(output) == [], output
     reencode.main([str(trial_bag), '--ppr', str(ppr), '--out', str(tmp_path / 'out')])
     found, expected = (messages_of(path) for path in (live, tmp_path / 'out' / ('tour_%dppr.bag' % ppr)))
@@ -89,7 +87,7 @@ def test_joints_of_other_names_on_another_topic(tmp_path):
     bag = write_ros1(tmp_path / 'a.bag', drive(count=201, joint_topic='/robot/joints', names=names, reference=None))
     code, output = replay(
         tmp_path / 'ros',
-        'bag:=%s' % bag,
+        f'bag:={bag}',
         'out:=%s' % (tmp_path / 'live.bag'),
         'left:=robot_l',
         'right:=robot_r',
@@ -118,7 +116,7 @@ def write_unindexed(path, rows):
 
 
 @pytest.mark.parametrize(
-    'name, write, rows, arguments, texts',
+    ('name', 'write', 'rows', 'arguments', 'texts'),
     [
         ('a.bag', None, None, [], ['no such bag']),
         ('a', write_ros2, drive(ROS2), [], ['of ROS 2', 'reencode']),

@@ -22,15 +22,15 @@ from tabulate import tabulate
 
 sys.path.insert(0, str(ROOT / 'test' / 'support'))
 
-from diff_encoder_sim.base.se2 import Pose2D  # noqa: E402
-from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid  # noqa: E402
-from diff_encoder_sim.navigation.costmap import Costmap  # noqa: E402
-from diff_encoder_sim.navigation.costmap_params import CostmapParams, local_defaults  # noqa: E402
-from diff_encoder_sim.navigation.dwa import DwaPlanner  # noqa: E402
-from diff_encoder_sim.navigation.dwa_params import DwaParams  # noqa: E402
-from diff_encoder_sim.navigation.global_planner import GlobalPlanner, NavfnParams  # noqa: E402
-from diff_encoder_sim.navigation.inflation import squared_distances  # noqa: E402
-from navigation_simulation import LASER_IN_BASE, TABLE_2, ClosedLoop, Robot, navigator_params, rasterise, read_shapes  # noqa: E402
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
+from diff_encoder_sim.navigation.costmap import Costmap
+from diff_encoder_sim.navigation.costmap_params import CostmapParams, local_defaults
+from diff_encoder_sim.navigation.dwa import DwaPlanner
+from diff_encoder_sim.navigation.dwa_params import DwaParams
+from diff_encoder_sim.navigation.global_planner import GlobalPlanner, NavfnParams
+from diff_encoder_sim.navigation.inflation import squared_distances
+from navigation_simulation import LASER_IN_BASE, TABLE_2, ClosedLoop, Robot, navigator_params, rasterise, read_shapes
 
 PERIOD_S = 0.05
 

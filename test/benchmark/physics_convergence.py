@@ -12,9 +12,9 @@ from __future__ import annotations
 import argparse
 import math
 import tempfile
-import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 from typing import Dict, List
+from xml.etree import ElementTree
 
 from checkout import print_header
 from measured_drive import (

@@ -20,10 +20,10 @@ from tabulate import tabulate
 
 sys.path.insert(0, str(ROOT / 'test' / 'support'))
 
-from diff_encoder_sim.slam.grid_slam import GridSlam  # noqa: E402
-from diff_encoder_sim.slam.slam_params import GridSlamParams  # noqa: E402
-from diff_encoder_sim.slam.slam_warm_up import warm_up  # noqa: E402
-from slam_drives import HALLWAY, MAPPING, PPRS, ROS_LOGO, Case  # noqa: E402
+from diff_encoder_sim.slam.grid_slam import GridSlam
+from diff_encoder_sim.slam.slam_params import GridSlamParams
+from diff_encoder_sim.slam.slam_warm_up import warm_up
+from slam_drives import HALLWAY, MAPPING, PPRS, ROS_LOGO, Case
 
 PARTICLES, SKIPS = (5, 15, 30, 60), (9, 4, 1, 0)
 SENSORS = [('ideal', 'fine')] + [(f'{ppr}', 'coarse') for ppr in PPRS]

@@ -41,7 +41,7 @@ from diff_encoder_sim.ros.conversions import (
 from diff_encoder_sim.ros.map_conversions import map_message
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'support'))
-from amcl_world import moved, pillar_room, simulated_scan  # noqa: E402
+from amcl_world import moved, pillar_room, simulated_scan
 
 NODE, OTHER, QUIET = '/amcl', '/by_topic/amcl', '/quiet/amcl'
 SCAN_PERIOD_NS = 100000000

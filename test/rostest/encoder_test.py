@@ -30,9 +30,9 @@ class Channel:
     """A node's topics: joint messages in, pulse messages out."""
 
     def __init__(self, namespace):
-        self.topic = '/%s/joint_states' % namespace
-        self.node = '/%s/gz_diff_encoder_node' % namespace
-        self.pulses = Collector('/%s/encoder_pulse' % namespace, EncoderPulse)
+        self.topic = f'/{namespace}/joint_states'
+        self.node = f'/{namespace}/gz_diff_encoder_node'
+        self.pulses = Collector(f'/{namespace}/encoder_pulse', EncoderPulse)
         self._joints = connected_publisher(self.topic, JointState)
 
     def send(self, stamp_ns, names, angles):

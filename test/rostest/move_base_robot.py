@@ -119,13 +119,7 @@ class Robot:
                 return value
             if time.monotonic() > deadline:
                 raise AssertionError(
-                    'waited %.0f s in vain for %s; robot at %s, last commands %s'
-                    % (
-                        timeout_s,
-                        what() if callable(what) else what,
-                        tuple(self.pose),
-                        [twist_of(message) for message in self.commands.messages[-5:]],
-                    )
+                    f'waited {timeout_s:.0f} s in vain for {what() if callable(what) else what}; robot at {tuple(self.pose)}, last commands {[twist_of(message) for message in self.commands.messages[-5:]]}'
                 )
 
     def _live(self):

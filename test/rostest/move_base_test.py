@@ -71,7 +71,7 @@ class MoveBaseTest(NodeTest):
         for publisher in (cls.goals, cls.simple_goals, cls.cancels):
             wait_for_listeners(publisher, [NODE])
         for service in ('make_plan', 'clear_costmaps'):
-            rospy.wait_for_service('%s/%s' % (NODE, service), TIMEOUT_S)
+            rospy.wait_for_service(f'{NODE}/{service}', TIMEOUT_S)
         cls.make_plan = rospy.ServiceProxy(NODE + '/make_plan', GetPlan)
         cls.clear_costmaps = rospy.ServiceProxy(NODE + '/clear_costmaps', Empty)
         cls.rosout = RosoutWatch()
@@ -93,7 +93,7 @@ class MoveBaseTest(NodeTest):
         robot.change_scan = robot.change_odometry = unchanged
         if robot.pending():
             self.cancels.publish(GoalID())
-            robot.live_until(lambda: not robot.pending(), lambda: 'the end of %s' % robot.pending())
+            robot.live_until(lambda: not robot.pending(), lambda: f'the end of {robot.pending()}')
 
     # ---- helpers
 
@@ -114,7 +114,7 @@ class MoveBaseTest(NodeTest):
 
     def assert_ends(self, goal_id, status, *words):
         result = self.robot.live_until(
-            lambda: self.result(goal_id), lambda: 'the result of %s; status: %s' % (goal_id, self.text_of(goal_id))
+            lambda: self.result(goal_id), lambda: f'the result of {goal_id}; status: {self.text_of(goal_id)}'
         )
         self.assertEqual(result.status.status, status, result.status.text)
         for word in words:
@@ -183,7 +183,7 @@ class MoveBaseTest(NodeTest):
 
     def test_a_goal_is_reached(self):
         views = [
-            Collector('%s/%s' % (NODE, topic), message)
+            Collector(f'{NODE}/{topic}', message)
             for topic, message in (
                 ('NavfnROS/plan', Path),
                 ('DWAPlannerROS/global_plan', Path),

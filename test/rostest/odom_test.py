@@ -36,10 +36,10 @@ class Channel:
 
     def __init__(self, namespace, with_tf=True):
         self._with_tf = with_tf
-        self.topic = '/%s/encoder_pulse' % namespace
-        self.node = '/%s/gz_diff_odom_node' % namespace
-        self.odom = Collector('/%s/odom' % namespace, Odometry)
-        self.tf = Collector('/%s/tf' % namespace, TFMessage, wait_for_publisher=with_tf)
+        self.topic = f'/{namespace}/encoder_pulse'
+        self.node = f'/{namespace}/gz_diff_odom_node'
+        self.odom = Collector(f'/{namespace}/odom', Odometry)
+        self.tf = Collector(f'/{namespace}/tf', TFMessage, wait_for_publisher=with_tf)
         self._pulses = connected_publisher(self.topic, EncoderPulse)
         rospy.wait_for_service(self.node + '/reset', TIMEOUT_S)
         self.reset = rospy.ServiceProxy(self.node + '/reset', Empty)
@@ -106,9 +106,7 @@ class OdomTest(NodeTest):
     def tearDown(self):
         for name, channel in self.channels.items():
             for message in channel.odom.messages:
-                self.assertTrue(
-                    all(math.isfinite(number) for number in numbers_of(message)), '%s: %s' % (name, message)
-                )
+                self.assertTrue(all(math.isfinite(number) for number in numbers_of(message)), f'{name}: {message}')
 
     def drive(self, channel, counts, interval_ns=PERIOD_NS):
         """Report a list of (left, right) counts; returns one odometry message for each."""
@@ -122,7 +120,7 @@ class OdomTest(NodeTest):
         given = pose_of(message)
         self.assertAlmostEqual(given[0], x, delta=tolerance)
         self.assertAlmostEqual(given[1], y, delta=tolerance)
-        self.assertLess(angle_between(given[2], yaw), tolerance, 'yaw %.9f, not %.9f' % (given[2], yaw))
+        self.assertLess(angle_between(given[2], yaw), tolerance, f'yaw {given[2]:.9f}, not {yaw:.9f}')
 
     # --- closed forms -------------------------------------------------------------------------------------------------
 

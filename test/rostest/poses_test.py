@@ -62,7 +62,7 @@ class PosesTest(NodeTest):
         cls.clock = connected_publisher('/clock', Clock)
         cls.states = connected_publisher('/gazebo/model_states', ModelStates)
         cls.own_states = {
-            name: connected_publisher('/%s/model_states' % name, ModelStates)
+            name: connected_publisher(f'/{name}/model_states', ModelStates)
             for name in ('gazebo_like', 'misnamed', 'malformed', 'bad_twist')
         }
         cls.world = Collector('/world_pose', PoseStamped)
@@ -77,7 +77,7 @@ class PosesTest(NodeTest):
         cls.tf = connected_publisher('/tf', TFMessage)
         wait_for_listeners(cls.tf, ['/global_pose_node'])
         wait_for_listeners(cls.states, ['/world_pose_node', '/mapped/world_pose_node', '/ideal_odom_node'])
-        readers = ['%s/world_pose_node' % name for name in ('', '/mapped', '/gazebo_like', '/misnamed', '/malformed')]
+        readers = [f'{name}/world_pose_node' for name in ('', '/mapped', '/gazebo_like', '/misnamed', '/malformed')]
         wait_for_listeners(cls.clock, [*readers, '/ideal_odom_node', '/bad_twist/ideal_odom_node', '/global_pose_node'])
         cls.rosout = RosoutWatch()
 

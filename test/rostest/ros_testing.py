@@ -33,7 +33,7 @@ def wait_until(condition, what, timeout_s=TIMEOUT_S):
         if value:
             return value
         if time.monotonic() > deadline:
-            raise AssertionError('waited %.0f s in vain for %s' % (timeout_s, what() if callable(what) else what))
+            raise AssertionError(f'waited {timeout_s:.0f} s in vain for {what() if callable(what) else what}')
         time.sleep(0.005)
 
 
@@ -67,7 +67,7 @@ def wait_for_listeners(publisher, nodes):
         listeners = dict(rosgraph.Master(rospy.get_name()).getSystemState()[1]).get(publisher.resolved_name, [])
         return set(nodes) <= set(listeners) and publisher.get_num_connections() >= len(listeners)
 
-    wait_until(are_listening, '%s at %s' % (', '.join(nodes), publisher.resolved_name))
+    wait_until(are_listening, '{} at {}'.format(', '.join(nodes), publisher.resolved_name))
 
 
 class Collector:
@@ -149,9 +149,8 @@ class RosoutWatch:
 
         wait_until(
             has_come,
-            lambda: (
-                'a warning of %s with %s; it warned of %s'
-                % (node, ', '.join(words), self.warnings_of(node) or 'nothing')
+            lambda: 'a warning of {} with {}; it warned of {}'.format(
+                node, ', '.join(words), self.warnings_of(node) or 'nothing'
             ),
         )
         return self.warnings_of(node)

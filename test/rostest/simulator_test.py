@@ -55,15 +55,15 @@ class Simulator:
     """One simulator_node: its topics and services."""
 
     def __init__(self, name):
-        self.node = '/%s/simulator_node' % name
-        self.command_topic = '/%s/cmd_vel' % name
-        self.clock = Collector('/%s/clock' % name, Clock)
-        self.joints = Collector('/%s/joint_states' % name, JointState)
-        self.models = Collector('/%s/model_states' % name, ModelStates)
-        self.raw_models = Collector('/%s/model_states' % name, rospy.AnyMsg)
-        self.scans = Collector('/%s/scan' % name, LaserScan)
+        self.node = f'/{name}/simulator_node'
+        self.command_topic = f'/{name}/cmd_vel'
+        self.clock = Collector(f'/{name}/clock', Clock)
+        self.joints = Collector(f'/{name}/joint_states', JointState)
+        self.models = Collector(f'/{name}/model_states', ModelStates)
+        self.raw_models = Collector(f'/{name}/model_states', rospy.AnyMsg)
+        self.scans = Collector(f'/{name}/scan', LaserScan)
         for service in ('pause_physics', 'unpause_physics', 'reset_simulation', 'reset_world'):
-            full_name = '/%s/%s' % (name, service)
+            full_name = f'/{name}/{service}'
             rospy.wait_for_service(full_name, TIMEOUT_S)
             setattr(self, service, rospy.ServiceProxy(full_name, Empty))
         models = '/gazebo' if name == 'first' else '/' + name
@@ -94,9 +94,7 @@ class Simulator:
             if reached_ns is None and self.moves_at(linear, angular):
                 reached_ns = self.now_ns()
             if time.monotonic() > deadline:
-                raise AssertionError(
-                    'does not drive at %s m/s, %s rad/s:\n%s' % (linear, angular, self.joints.messages[-1])
-                )
+                raise AssertionError(f'does not drive at {linear} m/s, {angular} rad/s:\n{self.joints.messages[-1]}')
 
     def moves_at(self, linear, angular=0.0):
         joints = self.joints.messages
@@ -442,7 +440,7 @@ class SimulatorTest(NodeTest):
         self.first.clear()
         self.first.reset_simulation()
         self.first.joints.wait_for(lambda messages: messages and stamp_ns_of(messages[-1]) < NS_PER_S, 'an early stamp')
-        again = [message for message in self.first.joints.wait_for_stamp(0) if stamp_ns_of(message) == 0][0]
+        again = next(message for message in self.first.joints.wait_for_stamp(0) if stamp_ns_of(message) == 0)
         self.assertEqual(again.position, first_message.position)
         self.first.models.clear()
         self.assert_pose(self.first.pose(), START, 1e-3)  # and the last command is forgotten

@@ -31,7 +31,7 @@ from diff_encoder_sim.ros.conversions import pose_from_message, pose_from_transf
 from diff_encoder_sim.ros.map_conversions import grid_from_message
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'support'))
-from slam_room import SEGMENTS, room_scan  # noqa: E402
+from slam_room import SEGMENTS, room_scan
 
 NODE = '/slam_gmapping'
 LASER = Pose2D(0.1, 0.0, 0.2)

@@ -125,7 +125,7 @@ class Process:
         try:
             return self._process.wait(timeout_s)
         except subprocess.TimeoutExpired:
-            pytest.fail('still running after %.0f s:\n%s' % (timeout_s, self.output()))
+            pytest.fail(f'still running after {timeout_s:.0f} s:\n{self.output()}')
 
     def output(self):
         return self._log.read_text(errors='replace')
@@ -135,4 +135,4 @@ class Process:
 
     def pid_of(self, node):
         """Process id of a node that this roslaunch started."""
-        return int(re.search(r'process\[%s-\d+\]: started with pid \[(\d+)\]' % node, self.output()).group(1))
+        return int(re.search(rf'process\[{node}-\d+\]: started with pid \[(\d+)\]', self.output()).group(1))

@@ -14,7 +14,7 @@ ALTO = RobotGeometry(0.2, 0.4)
 def trial_data(test='SL', ppr='90', number=1, errors=(0.0, 0.0, 0.0), **other):
     """One trial; `errors` of all sources alike, or by source."""
     if not isinstance(errors, dict):
-        errors = {source: errors for source in SOURCES}
+        errors = dict.fromkeys(SOURCES, errors)
     return TrialData(
         **{
             **dict(

@@ -29,9 +29,8 @@ def test_every_core_module_imports_with_ros_blocked():
         [sys.executable, '-c', IMPORT_ALL_WITHOUT_ROS],
         cwd=str(SOURCE),
         env={'PYTHONPATH': str(SOURCE), 'PATH': ''},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        universal_newlines=True,
+        capture_output=True,
+        text=True,
     )
     assert result.returncode == 0, result.stderr
     assert int(result.stdout.split()[-1]) >= 20

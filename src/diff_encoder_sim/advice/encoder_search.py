@@ -127,7 +127,7 @@ def _judged(trial: TrialData) -> TrialData:
     """With its drift. A robot that gave up is not at its goal, wherever it stands."""
     errors = dict(trial.errors)
     if trial.outcome != Outcome.SUCCEEDED.value:
-        errors.update({source: NOWHERE for source in WORDS})
+        errors.update(dict.fromkeys(WORDS, NOWHERE))
     errors[DRIFT] = trial.odometry_minus_truth
     return trial._replace(errors=errors)
 

@@ -6,10 +6,10 @@ import hashlib
 import os
 import shutil
 import tempfile
-import xml.etree.ElementTree as ElementTree
 import zlib
 from pathlib import Path
 from typing import Dict, NamedTuple, Sequence, Union
+from xml.etree import ElementTree
 
 import yaml
 

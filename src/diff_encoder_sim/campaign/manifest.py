@@ -5,10 +5,10 @@ from __future__ import annotations
 import importlib.metadata
 import os
 import platform
-import xml.etree.ElementTree as ElementTree
 from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple
+from xml.etree import ElementTree
 
 from diff_encoder_sim.base.host_info import cpu_model, git, usable_cores
 from diff_encoder_sim.campaign.campaign_definition import Campaign

@@ -24,7 +24,7 @@ from diff_encoder_sim.navigation.inflation import FREE, INSCRIBED, cost_table, i
 from diff_encoder_sim.navigation.raytrace import clear_and_mark, free_outline
 from diff_encoder_sim.navigation.scoring import outline_cost
 
-__all__ = ['Costmap', 'FREE', 'INSCRIBED', 'LETHAL', 'NO_INFORMATION']
+__all__ = ['FREE', 'INSCRIBED', 'LETHAL', 'NO_INFORMATION', 'Costmap']
 
 
 class Costmap:

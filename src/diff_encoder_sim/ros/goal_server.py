@@ -32,7 +32,7 @@ class GoalServer:
         self._simple_goals = subscriber('move_base_simple/goal', PoseStamped, self._on_simple_goal)
 
     def _keep_status_up(self) -> None:
-        """actionlib's own timer of `~status` ends with an exception where time goes back."""
+        """Actionlib's own timer of `~status` ends with an exception where time goes back."""
         server = self._server.action_server
         if server.status_frequency > 0.0:
             server.status_timer.shutdown()

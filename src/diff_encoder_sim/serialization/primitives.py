@@ -17,7 +17,7 @@ QuatXyzw = Tuple[float, float, float, float]
 
 
 def packed_time(stamp_ns: int) -> bytes:
-    """time."""
+    """Time."""
     return _TIME.pack(*divmod(stamp_ns, NANOSECONDS_PER_SECOND))
 
 
@@ -49,7 +49,7 @@ def packed_numbers(kind: str, numbers: Sequence[float]) -> bytes:
 # Frames and joints are few, and in every message.
 @lru_cache(maxsize=64)
 def packed_text(text: str) -> bytes:
-    """string."""
+    """String."""
     content = text.encode('utf-8')
     return _LENGTH.pack(len(content)) + content
 

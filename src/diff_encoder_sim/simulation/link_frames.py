@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-import xml.etree.ElementTree as ElementTree
 from typing import List, Mapping, NamedTuple, Tuple
+from xml.etree import ElementTree
 
 from diff_encoder_sim.simulation.world import parse_numbers
 

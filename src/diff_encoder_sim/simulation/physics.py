@@ -7,8 +7,8 @@ docs/adr/0001-contact-and-step.md, test/benchmark/physics_convergence.py.
 from __future__ import annotations
 
 import tempfile
-import xml.etree.ElementTree as ElementTree
 from typing import Dict, NamedTuple, Optional, Tuple
+from xml.etree import ElementTree
 
 import numpy as np
 from pydantic import Field

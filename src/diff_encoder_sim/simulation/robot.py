@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import functools
 import re
-import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 from typing import Dict, Mapping, NamedTuple, Tuple, Union
+from xml.etree import ElementTree
 
 import numpy as np
 import xacro

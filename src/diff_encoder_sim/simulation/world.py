@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 from typing import Iterator, List, NamedTuple, Optional, Tuple, Union
+from xml.etree import ElementTree
 
 import numpy as np
 

@@ -84,7 +84,7 @@ def test_rows_are_by_test_and_columns_by_ppr_in_the_papers_order():
 
 def test_a_cell_without_trials_is_empty():
     table = goal_table(dataset_of([trial_data('SL', '40'), trial_data('SMT', '90')]), 'table4')
-    row = [each for each in records(table) if each['test'] == 'SL' and each['statistic'] == 'mean'][0]
+    row = next(each for each in records(table) if each['test'] == 'SL' and each['statistic'] == 'mean')
     assert (row['ppr40_x_m'], row['ppr90_x_m']) == ('0.0', '')
 
 
@@ -223,7 +223,7 @@ def test_markdown():
 def test_a_wide_table_continues_below():
     text = markdown_text(small_table(groups=9))
     assert text.count('| key |') == 3 and text.count('group 8 x') == 1
-    assert all(len(set(line.count('|') for line in part.split('\n'))) == 1 for part in text.split('\n\n')[1:-1])
+    assert all(len({line.count('|') for line in part.split('\n')}) == 1 for part in text.split('\n\n')[1:-1])
     assert latex_text(small_table(groups=9)).count(r'\begin{tabular}') == 3
 
 

@@ -42,7 +42,7 @@ def test_relative_to_undoes_compose(reference, pose):
 
 
 @pytest.mark.parametrize(
-    'angle, wrapped',
+    ('angle', 'wrapped'),
     [
         (0, 0),
         (math.pi, -math.pi),

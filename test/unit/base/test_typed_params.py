@@ -11,7 +11,7 @@ from diff_encoder_sim.odometry.wheel_odometry import OdometryParams
 
 
 @pytest.mark.parametrize(
-    'key, value',
+    ('key', 'value'),
     [
         ('ppr', 0),
         ('ppr', -90),
@@ -82,7 +82,7 @@ def test_a_shared_file_serves_several_structs_and_still_finds_misspellings():
 
 
 @pytest.mark.parametrize(
-    'content, complaint',
+    ('content', 'complaint'),
     [
         (b'ppr: [1', 'line 1.*not valid YAML'),
         (b'- a\n- b\n', 'given a list'),

@@ -88,7 +88,7 @@ def test_every_parameter_of_every_file_is_in_the_fingerprint(tmp_path):
 
 
 @pytest.mark.parametrize(
-    'name, change',
+    ('name', 'change'),
     [
         ('worlds/hallway.world', lambda content: content + b' '),
         ('urdf/alto.urdf.xacro', lambda content: content + b'\n'),

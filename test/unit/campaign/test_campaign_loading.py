@@ -24,7 +24,7 @@ def complaint(folder, replace=None, **changes):
     return str(caught.value)
 
 
-@pytest.mark.parametrize('name, trials', [('paper', 360), ('quick', 40), ('sweep', 300)])
+@pytest.mark.parametrize(('name', 'trials'), [('paper', 360), ('quick', 40), ('sweep', 300)])
 def test_the_packages_campaigns(name, trials):
     campaign = load_campaign(name, ROOT)
     jobs = campaign.jobs()
@@ -115,7 +115,7 @@ def test_the_command_line_comes_before_the_file(tmp_path):
 
 
 @pytest.mark.parametrize(
-    'replace, expected',
+    ('replace', 'expected'),
     [
         ({'trials': 0}, 'trials: given 0; allowed: greater than or equal to 1'),
         ({'ppr': [40, -1]}, 'ppr.1: given -1; allowed: a finite number greater than 0'),
@@ -129,7 +129,7 @@ def test_a_mistake_on_the_command_line_is_not_blamed_on_the_file(tmp_path, repla
 
 
 @pytest.mark.parametrize(
-    'changes, expected',
+    ('changes', 'expected'),
     [
         ({'trails': 3}, "trails: unknown key; did you mean 'trials'"),
         ({'overrides': {}}, 'overrides: unk'),

@@ -10,7 +10,7 @@ import pytest
 import yaml
 
 from campaign_files import ROOT, package_copy
-from diff_encoder_sim import atomic
+from diff_encoder_sim.base import atomic_files
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.campaign.files import collect
 from diff_encoder_sim.mapping.map_files import load_map
@@ -120,7 +120,7 @@ def test_a_map_is_only_needed_to_navigate(tmp_path):
 
 
 @pytest.mark.parametrize(
-    'name, content, expected',
+    ('name', 'content', 'expected'),
     [
         ('worlds/hallway.world', '<sdf', 'not valid XML'),
         ('worlds/hallway.world', None, "world: given 'hallway'"),
@@ -149,16 +149,16 @@ def test_a_bad_file_is_named_before_anything_runs(tmp_path, name, content, expec
 
 def test_a_file_is_replaced_whole_or_not_at_all(tmp_path, monkeypatch):
     path = tmp_path / 'file'
-    atomic.write_file(path, b'old')
-    atomic.write_file(path, b'new')
+    atomic_files.write_file(path, b'old')
+    atomic_files.write_file(path, b'new')
     assert path.read_bytes() == b'new' and path.stat().st_mode & 0o777 == 0o666 & ~_umask(tmp_path)
 
     def full(*_):
         raise OSError(28, 'No space left on device')
 
-    monkeypatch.setattr(atomic.os, 'fsync', full)
+    monkeypatch.setattr(atomic_files.os, 'fsync', full)
     with pytest.raises(OSError, match='No space left') as caught:
-        atomic.write_file(path, b'newer')
+        atomic_files.write_file(path, b'newer')
     assert caught.value.filename == str(path)
     assert [found.name for found in tmp_path.iterdir() if found.name != 'plain'] == ['file']
     assert path.read_bytes() == b'new'

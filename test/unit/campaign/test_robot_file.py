@@ -58,7 +58,7 @@ def test_what_a_campaign_sets_comes_before_the_robots(tmp_path):
 
 
 @pytest.mark.parametrize(
-    'overrides, texts',
+    ('overrides', 'texts'),
     [
         (
             {'config__wheel_diametre': 0.2},
@@ -76,7 +76,7 @@ def test_a_bad_number_is_named(tmp_path, overrides, texts):
 
 
 @pytest.mark.parametrize(
-    'content, text',
+    ('content', 'text'),
     [
         ('urdf: 3', 'urdf: given 3'),
         ('set: {}', 'urdf: missing'),

@@ -23,7 +23,8 @@ def turn(pulses, ppr):
 
 
 @pytest.mark.parametrize(
-    'angle_in_pulses, pulses', [(0.0, 0), (0.99, 0), (1.01, 1), (-0.1, -1), (-1.0 - 1e-9, -2), (89.5, 89), (-90.5, -91)]
+    ('angle_in_pulses', 'pulses'),
+    [(0.0, 0), (0.99, 0), (1.01, 1), (-0.1, -1), (-1.0 - 1e-9, -2), (89.5, 89), (-90.5, -91)],
 )
 @pytest.mark.parametrize('ppr', [40, 90, 1024, 4096])
 def test_equation_1_floors_at_positive_and_negative_angles(angle_in_pulses, pulses, ppr):
@@ -31,7 +32,7 @@ def test_equation_1_floors_at_positive_and_negative_angles(angle_in_pulses, puls
 
 
 @pytest.mark.parametrize(
-    'pulses, shown', [(32767, 32767), (32768, -32768), (-32768, -32768), (-32769, 32767), (65536, 0)]
+    ('pulses', 'shown'), [(32767, 32767), (32768, -32768), (-32768, -32768), (-32769, 32767), (65536, 0)]
 )
 def test_an_int16_counter_wraps_as_int16_does(pulses, shown):
     assert wrap_count(pulses, 65536) == shown
@@ -165,7 +166,7 @@ def test_time_that_jumps_back_restarts_with_one_warning(caplog):
 
 
 @pytest.mark.parametrize(
-    'names, angles, complaint',
+    ('names', 'angles', 'complaint'),
     [
         (NAMES, [math.nan, 0.0], 'left_wheel_joint.*nan'),
         (NAMES, [0.0, -math.inf], 'right_wheel_joint.*-inf'),
@@ -200,6 +201,6 @@ def test_stamps_that_nobody_sets_are_reported():
     assert encoder.update(50 * MS, NAMES, [turn(2, 10)] * 2) == EncoderSample(50 * MS, 2, 2)
 
 
-@pytest.mark.parametrize('ppr, label', [(90, '90'), ({'left': 40, 'right': 4096}, '40-4096'), (102.4, '102.4')])
+@pytest.mark.parametrize(('ppr', 'label'), [(90, '90'), ({'left': 40, 'right': 4096}, '40-4096'), (102.4, '102.4')])
 def test_ppr_label(ppr, label):
     assert ppr_label(EncoderParams.from_mapping({'ppr': ppr}, '').ppr) == label

@@ -18,7 +18,7 @@ from simulated_samples import DRAWS, TRIALS, is_near, share_covering
 INFINITY = math.inf
 
 
-@pytest.mark.parametrize('within, trials', [(0, 30), (7, 30), (29, 30), (30, 30), (1, 1), (999, 1000)])
+@pytest.mark.parametrize(('within', 'trials'), [(0, 30), (7, 30), (29, 30), (30, 30), (1, 1), (999, 1000)])
 def test_wilson_is_the_root_of_its_quadratic_equation(within, trials):
     """Both bounds p solve (share - p)^2 = z^2 p (1 - p) / n, or are the end of the range."""
     z = stats.norm.ppf(0.975)
@@ -53,14 +53,14 @@ def test_std_interval_by_the_chi_square_table():
     assert std_interval(values) == pytest.approx((std * math.sqrt(29 / 45.722), std * math.sqrt(29 / 16.047)), rel=1e-4)
 
 
-@pytest.mark.parametrize('interval, truth', [(std_interval, 2.0), (mean_interval, 7.0)])
+@pytest.mark.parametrize(('interval', 'truth'), [(std_interval, 2.0), (mean_interval, 7.0)])
 @pytest.mark.parametrize('trials', [2, 5, 30])
 def test_exact_intervals_cover_at_their_level(interval, truth, trials):
     samples = np.random.default_rng(2).normal(7.0, 2.0, (1000, trials))
     assert is_near(share_covering([interval(sample, 0.9) for sample in samples], truth), 0.9, 1000)
 
 
-@pytest.mark.parametrize('draw, lowest', [('normal', 0.90), ('uniform', 0.91), ('laplace', 0.88)])
+@pytest.mark.parametrize(('draw', 'lowest'), [('normal', 0.90), ('uniform', 0.91), ('laplace', 0.88)])
 def test_the_bootstrap_covers_nearly_at_its_level_whatever_the_distribution(draw, lowest):
     rng = np.random.default_rng(3)
     intervals = [bootstrap_std_interval(DRAWS[draw](rng, TRIALS), 0.95, rng, resamples=500) for _ in range(400)]
@@ -87,7 +87,7 @@ def test_equal_seeds_give_equal_bootstraps_and_scale_passes_through():
 
 
 @pytest.mark.parametrize(
-    'values, mean, std, bootstrap',
+    ('values', 'mean', 'std', 'bootstrap'),
     [
         ([], (-INFINITY, INFINITY), (0.0, INFINITY), (0.0, INFINITY)),
         ([0.1], (-INFINITY, INFINITY), (0.0, INFINITY), (0.0, INFINITY)),

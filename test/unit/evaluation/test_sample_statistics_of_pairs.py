@@ -69,7 +69,7 @@ VARIED = np.random.default_rng(13).normal(0.0, 1.0, 30)
 
 
 @pytest.mark.parametrize(
-    'first, second, estimate, p_value',
+    ('first', 'second', 'estimate', 'p_value'),
     [
         (VARIED, np.zeros(30), INFINITY, 2.0**-29),  # all signs alike: one chance in 2^30 a side
         (np.full(30, 0.1), VARIED, 0.0, 2.0**-29),
@@ -156,7 +156,7 @@ def test_mcnemar_is_the_coin_of_the_pairs_that_differ():
     )
 
 
-@pytest.mark.parametrize('only_first, only_second', [(0.3, 0.1), (0.05, 0.05), (0.8, 0.0)])
+@pytest.mark.parametrize(('only_first', 'only_second'), [(0.3, 0.1), (0.05, 0.05), (0.8, 0.0)])
 def test_mcnemar_covers_the_difference_of_shares(only_first, only_second):
     kinds = np.random.default_rng(16).choice(
         3, (1000, TRIALS), p=[only_first, only_second, 1.0 - only_first - only_second]

@@ -250,7 +250,7 @@ def test_a_correlated_initial_covariance_is_kept(drive):
 
 
 @pytest.mark.parametrize(
-    'flag, restart',
+    ('flag', 'restart'),
     [
         ('force_update_after_initialpose', lambda f: f.set_pose(START, np.eye(3) * 0.01)),
         ('force_update_after_set_map', lambda f: f.set_map(pillar_room())),
@@ -307,7 +307,7 @@ NAN_POSE = Pose2D(math.nan, 0.0, 0.0)
 
 
 @pytest.mark.parametrize(
-    'odom_pose, ranges, mount, message',
+    ('odom_pose', 'ranges', 'mount', 'message'),
     [
         (None, np.full(180, np.inf), IDENTITY, 'none of 180 rays'),
         (None, np.full(180, np.nan), IDENTITY, 'none of 180 rays'),
@@ -351,7 +351,7 @@ ROOM = pillar_room()
 
 
 @pytest.mark.parametrize(
-    'grid, message',
+    ('grid', 'message'),
     [
         (ROOM._replace(cells=np.zeros((0, 0), np.int8)), 'given 0 x 0 cells'),
         (ROOM._replace(cells=np.zeros((0, 5), np.int8)), 'given 0 x 5 cells'),
@@ -373,7 +373,7 @@ def test_a_bad_map_is_refused_and_the_old_one_stays(grid, message):
 
 
 @pytest.mark.parametrize(
-    'pose, covariance, message',
+    ('pose', 'covariance', 'message'),
     [
         (NAN_POSE, np.eye(3), 'initial pose: given .nan'),
         (Pose2D(1e300, 0, 0), np.eye(3), 'initial pose'),
@@ -401,7 +401,7 @@ def test_an_open_map_moves_the_particles_and_weighs_them_all_alike():
 
 
 @pytest.mark.parametrize(
-    'given, message',
+    ('given', 'message'),
     [
         (dict(odom_model_type='omni'), "odom_model_type: given 'omni'; allowed: 'diff' or"),
         (dict(laser_model_type='lidar'), "laser_model_type: given 'lidar'; allowed: 'beam', "),

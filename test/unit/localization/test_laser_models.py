@@ -54,7 +54,7 @@ def brute_force_distances(occupied, resolution_m, max_distance_m):
 
 
 @pytest.mark.parametrize(
-    'shape, share',
+    ('shape', 'share'),
     [
         ((1, 1), 1.0),
         ((1, 1), 0.0),
@@ -267,7 +267,7 @@ def test_the_true_pose_is_the_likeliest(model):
 
 
 @pytest.mark.parametrize(
-    'ranges, message',
+    ('ranges', 'message'),
     [
         (np.array([]), 'given 0 ranges'),
         (np.full(36, np.inf), 'none of 36 rays'),
@@ -290,7 +290,7 @@ def test_no_return_tells_the_beam_model_something_and_nan_does_not():
 
 
 @pytest.mark.parametrize(
-    'changes, message',
+    ('changes', 'message'),
     [
         (dict(angle_min_rad=np.nan), 'bearings from nan'),
         (dict(angle_increment_rad=np.inf), 'in steps of inf'),

@@ -51,7 +51,7 @@ def rays_ahead(range_m, count=20):
 
 
 @pytest.mark.parametrize(
-    'range_m, expected',
+    ('range_m', 'expected'),
     [
         (2.025, ScanFit(20, 0, 0)),  # on the wall
         (1.85, ScanFit(20, 0, 0)),  # 0.175 m before its centre
@@ -70,7 +70,7 @@ def test_rays_against_one_wall(range_m, expected):
 
 
 @pytest.mark.parametrize(
-    'laser_x_m, range_m, expected',
+    ('laser_x_m', 'range_m', 'expected'),
     [
         (-5.0, 7.025, ScanFit(20, 0, 0)),
         (-5.0, 6.0, ScanFit(0, 0, 20)),
@@ -304,8 +304,7 @@ def test_after_the_warm_up_nothing_is_left_to_compile(model):
         [sys.executable, '-c', NOTHING_IS_COMPILED_AFTER, model],
         cwd=str(SOURCE),
         env={'PYTHONPATH': f'{SOURCE}:{SUPPORT}', 'PATH': ''},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        universal_newlines=True,
+        capture_output=True,
+        text=True,
     )
     assert result.returncode == 0, result.stderr[-2000:]

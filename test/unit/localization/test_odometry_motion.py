@@ -40,7 +40,7 @@ VARIANCES = (0.1 * 0.16 + 0.02 * 0.25, 0.05 * 0.25 + 0.03 * (0.16 + 0.09), 0.1 *
 
 
 @pytest.mark.parametrize(
-    'model, sigmas',
+    ('model', 'sigmas'),
     [
         ('diff-corrected', [math.sqrt(variance) for variance in VARIANCES]),
         ('diff', VARIANCES),  # upstream's: the variance taken for a standard deviation

@@ -48,7 +48,7 @@ def test_cells_and_points_agree_on_a_turned_map():
 
 # Occupancies of these greys: 0.961, 0.608, 0.137, 0.020; negated 0.039, 0.392, 0.863, 0.980.
 @pytest.mark.parametrize(
-    'keys, cells',
+    ('keys', 'cells'),
     [
         ('', [100, -1, 0, 0]),
         ('negate: 1\n', [0, -1, 100, 100]),
@@ -125,7 +125,7 @@ def test_every_kind_of_pixel_is_read_alike(tmp_path, content):
     assert load_map(path).cells.tolist() == [[OCCUPIED, UNKNOWN, FREE]]
 
 
-@pytest.mark.parametrize('mode, transparent', [('L', 205), ('L', 7), ('RGB', (205, 205, 205))])
+@pytest.mark.parametrize(('mode', 'transparent'), [('L', 205), ('L', 7), ('RGB', (205, 205, 205))])
 def test_one_transparent_colour_is_no_alpha(tmp_path, mode, transparent):
     """Averaged with an alpha of 255, 205 would be free."""
     path = write(tmp_path, GREYS, YAML.replace('m.pgm', 'm'))
@@ -177,7 +177,7 @@ def test_thresholds_of_saving_are_inclusive(tmp_path):
 
 
 @pytest.mark.parametrize(
-    'options, complaint',
+    ('options', 'complaint'),
     [
         ({'occ': 0}, 'occ: given 0'),
         ({'free': 101}, 'free: given 101'),
@@ -209,7 +209,7 @@ def test_saving_replaces_files_whole_and_leaves_nothing_else(tmp_path, monkeypat
 
 
 @pytest.mark.parametrize(
-    'text, complaint',
+    ('text', 'complaint'),
     [
         (YAML.replace('0.05', '0'), 'm.yaml: resolution: given 0'),
         (YAML.replace('0.05', '2001-99-99'), 'm.yaml: not valid YAML'),  # an error of datetime's
@@ -237,7 +237,7 @@ def test_a_bad_map_file_is_named(tmp_path, text, complaint):
 
 
 @pytest.mark.parametrize(
-    'content, complaint',
+    ('content', 'complaint'),
     [
         (b'', 'not an image'),
         (b'P5\n0 0\n255\n', 'without pixels'),
@@ -321,7 +321,7 @@ def test_whatever_the_files_hold_a_map_comes_out_or_one_line(description, image)
 
 
 @pytest.mark.parametrize(
-    'stem, complaint',
+    ('stem', 'complaint'),
     [
         ('no/folder/map', 'map.pgm: cannot be written: No such file'),
         ('', 'a folder'),
@@ -335,7 +335,7 @@ def test_a_place_that_cannot_be_written_to_is_named(tmp_path, monkeypatch, stem,
         save_map(OccupancyGrid(np.zeros((1, 1), dtype=np.int8), 0.05, Pose2D(0, 0, 0)), stem)
 
 
-@pytest.mark.parametrize('name, free', [('hallway', (-10.0, 0.0)), ('ros_logo', (-3.4, -0.85))])
+@pytest.mark.parametrize(('name', 'free'), [('hallway', (-10.0, 0.0)), ('ros_logo', (-3.4, -0.85))])
 def test_a_rasterised_world_has_its_surfaces_and_nothing_else(name, free):
     world = load_world(WORLDS / f'{name}.world')
     grid = rasterise(world, 1.12, 0.05, *free)
@@ -376,7 +376,7 @@ def test_the_tool_writes_a_map_that_is_read_back(tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    'arguments, complaint',
+    ('arguments', 'complaint'),
     [
         (['--resolution', '0'], 'resolution: given 0'),
         (['--resolution', '-1'], 'resolution: given -1'),

@@ -143,7 +143,7 @@ def test_ranges_that_say_nothing_change_nothing(range_m):
     costmap = Costmap(local_defaults())
     costmap.update(IDENTITY, scan_of({0: 1.02}), IDENTITY)
     before = costmap.costs.copy()
-    costmap.update(IDENTITY, scan_of({degree: range_m for degree in range(360)}), IDENTITY)
+    costmap.update(IDENTITY, scan_of(dict.fromkeys(range(360), range_m)), IDENTITY)
     assert (costmap.costs == before).all()
 
 

@@ -141,7 +141,7 @@ START = Pose2D(1.0, 2.5, 0.0)
 
 
 @pytest.mark.parametrize(
-    'goal, problem, text',
+    ('goal', 'problem', 'text'),
     [
         (Pose2D(math.nan, 1.0, 0.0), PlanProblem.NOT_FINITE, r'the goal \(nan, 1.0, 0.0\) is not finite'),
         (Pose2D(1.0, 1.0, math.inf), PlanProblem.NOT_FINITE, 'not finite'),

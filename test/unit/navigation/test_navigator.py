@@ -68,7 +68,7 @@ def assert_at(loop, goal):
 # ---- driving
 
 
-@pytest.mark.parametrize('ppr, dwa', [(None, {}), (4096, {}), (90, {}), (40, BELIEF)])
+@pytest.mark.parametrize(('ppr', 'dwa'), [(None, {}), (4096, {}), (90, {}), (40, BELIEF)])
 def test_twenty_metres_down_the_hallway(hallway, ppr, dwa):
     loop = ClosedLoop(*hallway, Pose2D(-10.0, 0.0, 0.0), ppr, params=navigator_params(dwa))
     goal = Pose2D(10.0, 0.0, 0.0)
@@ -87,7 +87,7 @@ def test_upstreams_reading_of_a_coarse_twist_is_slow_but_safe(hallway):
     assert loop.robot.pose.x_m > 6.0
 
 
-@pytest.mark.parametrize('ppr, dwa', [(None, {}), (90, {}), (40, BELIEF)])
+@pytest.mark.parametrize(('ppr', 'dwa'), [(None, {}), (90, {}), (40, BELIEF)])
 def test_an_s_course_around_pillars(ros_logo, ppr, dwa):
     route = [Pose2D(-PASSAGE, PASSAGE, 0.0), Pose2D(PASSAGE, -PASSAGE, 0.0), Pose2D(3 * PASSAGE, PASSAGE, 1.57)]
     loop = ClosedLoop(*ros_logo, Pose2D(-3 * PASSAGE, PASSAGE, 0.0), ppr, params=wide_params(dwa))
@@ -147,7 +147,7 @@ def test_a_goal_in_a_wall_is_given_up_at_once_with_the_reason(room):
 
 
 @pytest.mark.parametrize(
-    'goal, text', [(Pose2D(math.nan, 0.0, 0.0), 'not finite'), (Pose2D(50.0, 0.0, 0.0), 'outside the map')]
+    ('goal', 'text'), [(Pose2D(math.nan, 0.0, 0.0), 'not finite'), (Pose2D(50.0, 0.0, 0.0), 'outside the map')]
 )
 def test_impossible_goals_are_given_up_at_once(room, goal, text):
     loop = ClosedLoop(*room, IDENTITY)
@@ -229,7 +229,8 @@ def test_no_progress_calls_recovery(room):
 
 
 @pytest.mark.parametrize(
-    'name, text', [('odometry', 'odometry is'), ('scan', 'scan is'), ('localization', 'localization (map->odom) is')]
+    ('name', 'text'),
+    [('odometry', 'odometry is'), ('scan', 'scan is'), ('localization', 'localization (map->odom) is')],
 )
 def test_a_stale_input_stops_the_robot_until_it_returns(room, name, text):
     goal = Pose2D(2.0, 0.0, 0.0)

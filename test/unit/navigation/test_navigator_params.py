@@ -268,7 +268,7 @@ def test_upstream_knows_every_parameter_of_our_navigation_yaml():
 
 
 @pytest.mark.parametrize(
-    'name, tables', [('amcl.yaml', (AMCL,)), ('navigation.yaml', (MOVE_BASE, DWA, COSTMAP, SOURCE, FLAT))]
+    ('name', 'tables'), [('amcl.yaml', (AMCL,)), ('navigation.yaml', (MOVE_BASE, DWA, COSTMAP, SOURCE, FLAT))]
 )
 def test_values_have_the_type_that_upstream_reads(name, tables):
     """roscpp reads a whole number as a float and rounds a float, but takes no text or flag for one."""
@@ -450,7 +450,7 @@ def test_what_the_costmap_cannot_do_is_named_in_one_line(name):
 
 
 @pytest.mark.parametrize(
-    'given, complaint',
+    ('given', 'complaint'),
     [
         (
             {'base_local_planner': 'teb_local_planner/TebLocalPlannerROS'},
@@ -475,7 +475,7 @@ def test_a_rolling_window_needs_no_static_map_to_be_switched_off():
 
 
 @pytest.mark.parametrize(
-    'listed, complaint',
+    ('listed', 'complaint'),
     [
         ([{'name': 'a', 'type': 'move_slow_and_clear/MoveSlowAndClear'}], 'MoveSlowAndClear'),
         ([{'name': 'a'}], 'type'),
@@ -490,7 +490,7 @@ def test_recovery_behaviours_that_there_are_not(listed, complaint):
 
 
 @pytest.mark.parametrize(
-    'given, latches',
+    ('given', 'latches'),
     [
         ({'latch_xy_goal_tolerance': True}, True),
         ({'DWAPlannerROS': {'latch_xy_goal_tolerance': True}}, True),

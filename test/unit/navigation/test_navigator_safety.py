@@ -253,9 +253,8 @@ def test_nothing_is_left_to_compile_after_the_warm_up():
     result = subprocess.run(
         [sys.executable, '-c', DRIVE_AFTER_WARM_UP],
         cwd=str(SUPPORT),
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        universal_newlines=True,
+        capture_output=True,
+        text=True,
         env={'PYTHONPATH': f'{SOURCE}:{SUPPORT}', 'PATH': ''},
     )
     assert result.returncode == 0, result.stderr

@@ -59,7 +59,7 @@ def test_it_brakes_then_turns_then_stops():
 
 
 @pytest.mark.parametrize(
-    'yaw, angular, expected',
+    ('yaw', 'angular', 'expected'),
     [
         (0.9, 0.0, 0.2),  # min_vel_theta, the rest of 0.1 rad would ask for less
         (-2.0, 0.9, 1.0),  # max_vel_theta

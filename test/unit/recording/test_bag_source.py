@@ -117,7 +117,7 @@ def test_bags_of_ros_2(tmp_path, plugin):
         assert source.is_cdr and source.topics['/joint_states'] == 'sensor_msgs/msg/JointState'
 
 
-@pytest.mark.parametrize('plugin, suffix', [('sqlite3', 'db3'), ('mcap', 'mcap')])
+@pytest.mark.parametrize(('plugin', 'suffix'), [('sqlite3', 'db3'), ('mcap', 'mcap')])
 def test_wherever_a_bag_of_ros_2_is_torn_it_is_read_or_named(tmp_path, plugin, suffix):
     whole = next(write_ros2(tmp_path / 'bag', drive(ROS2, count=101), plugin).glob(f'*.{suffix}')).read_bytes()
     path = tmp_path / f'torn.{suffix}'
@@ -130,7 +130,7 @@ def test_wherever_a_bag_of_ros_2_is_torn_it_is_read_or_named(tmp_path, plugin, s
 
 
 @pytest.mark.parametrize(
-    'name, content, text',
+    ('name', 'content', 'text'),
     [
         ('none.bag', None, 'no such bag'),
         ('empty.bag', b'', 'not a readable bag'),

@@ -109,7 +109,7 @@ def test_scans_odometry_and_mount(tmp_path):
 
 
 @pytest.mark.parametrize(
-    'parts, complaint',
+    ('parts', 'complaint'),
     [
         (dict(poses=[odometry(0, 0, 0)], mount=MOUNT), 'no message on /scan'),
         (dict(scans=[scan(0, [1.0])], mount=MOUNT), 'no message on /odom'),

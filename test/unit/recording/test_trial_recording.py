@@ -59,7 +59,7 @@ def test_a_bag_of_no_trial_says_nothing_of_one(tmp_path):
 
 
 @pytest.mark.parametrize(
-    'about, complaint',
+    ('about', 'complaint'),
     [
         (None, 'no /trial message; expected a bag that trial.launch or a campaign recorded'),
         ('{', '/trial: not JSON'),

@@ -103,7 +103,7 @@ def test_errors_are_those_of_the_odometry(tmp_path, bag, capsys):
         assert (row['ppr'], row['common_stamps'], row['reports']) == (str(ppr), '101', '101')
         assert float(row['ate_rmse_m']) == pytest.approx(math.sqrt((offsets**2).sum(axis=1).mean()), abs=1e-12)
         assert [float(row['end_x_m']), float(row['end_y_m'])] == pytest.approx(offsets[-1].tolist(), abs=1e-12)
-        assert '%.4f' % float(row['ate_rmse_m']) in capsys.readouterr().out or ppr != PPRS[0]
+        assert '{:.4f}'.format(float(row['ate_rmse_m'])) in capsys.readouterr().out or ppr != PPRS[0]
 
 
 def test_without_a_reference_the_finest_is_one(tmp_path, capsys):
@@ -263,7 +263,7 @@ def no_time(path):
 
 
 @pytest.mark.parametrize(
-    'make, arguments, texts',
+    ('make', 'arguments', 'texts'),
     [
         (None, [], ['no such bag']),
         (two_robots, [], ['/joint_states, /robot2/joint_states', '--joint-states']),

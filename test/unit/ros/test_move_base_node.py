@@ -10,9 +10,9 @@ from diff_encoder_sim.navigation.goal_status import STOP
 pytest.importorskip('rospy')
 pytest.importorskip('diff_encoder_sim.msg')
 
-from nav_msgs.msg import Odometry  # noqa: E402
+from nav_msgs.msg import Odometry
 
-from diff_encoder_sim.ros.move_base_node import MoveBaseNode  # noqa: E402
+from diff_encoder_sim.ros.move_base_node import MoveBaseNode
 
 
 class Anything:

@@ -5,7 +5,7 @@ import pytest
 
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.reencoding import wire
+from diff_encoder_sim.serialization import decoding
 from diff_encoder_sim.serialization.message_types import ENCODER_PULSE, JOINT_STATE
 from reencoding_drives import ROS1, ROS2
 
@@ -15,7 +15,7 @@ NAMES = (('left', 'right'), ('a', 'bb', 'ccc', 'dddd', 'räder'), (), ('x',))
 
 @MAKERS
 def test_joint_states(maker):
-    rng, decoder = np.random.default_rng(1), wire.JointDecoder(JOINT_STATE, maker.is_ros2)
+    rng, decoder = np.random.default_rng(1), decoding.JointDecoder(JOINT_STATE, maker.is_ros2)
     for _ in range(200):
         names, stamp_ns = NAMES[rng.integers(len(NAMES))], int(rng.integers(0, 2**31 * 10**9))
         message = maker.joint_state(stamp_ns, rng.normal(size=rng.integers(0, 6)), names)
@@ -27,18 +27,18 @@ def test_joint_states(maker):
 
 @MAKERS
 def test_encoder_pulses(maker):
-    decoder = wire.JointDecoder(ENCODER_PULSE, maker.is_ros2)
+    decoder = decoding.JointDecoder(ENCODER_PULSE, maker.is_ros2)
     for counts in ([2**63 - 1, -(2**63)], [0, -1], [5]):
         assert list(decoder.decode(maker.raw(maker.pulses(7, counts))).values) == counts
 
 
 @MAKERS
-@pytest.mark.parametrize('kind', wire.POSE_TYPES)
+@pytest.mark.parametrize('kind', decoding.POSE_TYPES)
 def test_poses(maker, kind):
     rng = np.random.default_rng(2)
     for _ in range(20):
         pose, stamp_ns = Pose2D(*rng.uniform(-3.0, 3.0, 3).tolist()), int(rng.integers(0, 2**31 * 10**9))
-        found = wire.decode_pose(kind, maker.raw(maker.pose(kind, stamp_ns, pose)), maker.is_ros2)
+        found = decoding.decode_pose(kind, maker.raw(maker.pose(kind, stamp_ns, pose)), maker.is_ros2)
         assert (found.stamp_ns, found.parent_frame) == (stamp_ns, 'map')
         assert found.pose == pytest.approx(pose, abs=1e-15)
 
@@ -49,7 +49,7 @@ def test_transforms(maker):
         maker.transform(5, Pose2D(1.0, 2.0, 0.5), '/map', 'odom'),
         maker.transform(6, Pose2D(-1.0, 0.0, -3.0), 'odom', 'base_link'),
     ]
-    found = list(wire.decode_transforms(maker.raw(maker.tf(*sent)), maker.is_ros2))
+    found = list(decoding.decode_transforms(maker.raw(maker.tf(*sent)), maker.is_ros2))
     assert [(pose.stamp_ns, pose.parent_frame, pose.child_frame) for pose in found] == [
         (5, 'map', 'odom'),
         (6, 'odom', 'base_link'),
@@ -63,25 +63,25 @@ def test_a_torn_message_is_a_fault_wherever_it_is_torn(maker):
     joints = maker.raw(maker.joint_state(7, (1.0, 2.0)))
     pose = maker.raw(maker.pose(kind, 7, Pose2D(1.0, 2.0, 0.5)))
     transforms = maker.raw(maker.tf(maker.transform(5, Pose2D(1.0, 2.0, 0.5), 'map', 'odom')))
-    decoder = wire.JointDecoder(JOINT_STATE, maker.is_ros2)
+    decoder = decoding.JointDecoder(JOINT_STATE, maker.is_ros2)
     values_end = joints.index(np.array([1.0, 2.0]).tobytes()) + 16
     pose_end = pose.index(np.array([1.0, 2.0, 0.0]).tobytes()) + 56
     for size in range(values_end):
         with pytest.raises(InputFault):
             decoder.decode(joints[:size])
         with pytest.raises(InputFault):
-            wire.JointDecoder(JOINT_STATE, maker.is_ros2).decode(joints[:size])
+            decoding.JointDecoder(JOINT_STATE, maker.is_ros2).decode(joints[:size])
     for size in range(pose_end):
         with pytest.raises(InputFault):
-            wire.decode_pose(kind, pose[:size], maker.is_ros2)
+            decoding.decode_pose(kind, pose[:size], maker.is_ros2)
     for size in range(4 if maker.is_ros2 else 0, len(transforms)):
         with pytest.raises(InputFault):
-            list(wire.decode_transforms(transforms[:size], maker.is_ros2))
+            list(decoding.decode_transforms(transforms[:size], maker.is_ros2))
 
 
 @MAKERS
 def test_a_torn_message_leaves_the_next_ones_as_they_are(maker):
-    decoder = wire.JointDecoder(JOINT_STATE, maker.is_ros2)
+    decoder = decoding.JointDecoder(JOINT_STATE, maker.is_ros2)
     raw = maker.raw(maker.joint_state(7, (1.0, 2.0)))
     expected = decoder.decode(raw)
     other = maker.raw(maker.joint_state(7, (1.0, 2.0, 3.0), ('a', 'b', 'c')))
@@ -98,4 +98,4 @@ def test_a_torn_message_leaves_the_next_ones_as_they_are(maker):
 def test_a_pose_that_is_not_finite_is_a_fault(maker, pose):
     kind = 'geometry_msgs/msg/PoseStamped'
     with pytest.raises(InputFault, match='no position|no rotation'):
-        wire.decode_pose(kind, maker.raw(maker.pose(kind, 7, pose)), maker.is_ros2)
+        decoding.decode_pose(kind, maker.raw(maker.pose(kind, 7, pose)), maker.is_ros2)

@@ -230,7 +230,7 @@ def test_goal(rng):
 
 
 @pytest.mark.parametrize(
-    'status, number', [(GoalStatus.PREEMPTED, 2), (GoalStatus.SUCCEEDED, 3), (GoalStatus.ABORTED, 4)]
+    ('status', 'number'), [(GoalStatus.PREEMPTED, 2), (GoalStatus.SUCCEEDED, 3), (GoalStatus.ABORTED, 4)]
 )
 def test_result(status, number):
     message = read(encoding.result_message(SENT, status, 'wörtlich', 7), 'move_base_msgs/msg/MoveBaseActionResult')

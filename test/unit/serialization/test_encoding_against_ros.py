@@ -146,7 +146,7 @@ def test_goals(rng):
 
 
 @pytest.mark.parametrize(
-    'status, action_status',
+    ('status', 'action_status'),
     [
         (GoalStatus.PREEMPTED, ActionStatus.PREEMPTED),
         (GoalStatus.SUCCEEDED, ActionStatus.SUCCEEDED),

@@ -24,7 +24,7 @@ def settled(drive, linear, angular):
 
 
 @pytest.mark.parametrize(
-    'linear, angular, speeds',
+    ('linear', 'angular', 'speeds'),
     [(0.45, 0.0, (4.5, 4.5)), (-0.45, 0.0, (-4.5, -4.5)), (0.0, 1.0, (-2.0, 2.0)), (0.3, -0.5, (4.0, 2.0))],
 )
 def test_commands_become_wheel_speeds(linear, angular, speeds):

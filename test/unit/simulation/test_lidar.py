@@ -82,7 +82,7 @@ def brute_force_m(scanner, pose, bearings_rad):
 
 
 @pytest.mark.parametrize('name', ['hallway', 'ros_logo'])
-@pytest.mark.parametrize('angle_min, angle_span', [(-math.pi, 2 * math.pi), (-1.0, 2.5), (2.0, 5.0)])
+@pytest.mark.parametrize(('angle_min', 'angle_span'), [(-math.pi, 2 * math.pi), (-1.0, 2.5), (2.0, 5.0)])
 def test_the_shipped_worlds_against_brute_force(name, angle_min, angle_span):
     scanner = Lidar(
         load_world(WORLDS / f'{name}.world'),
@@ -128,7 +128,7 @@ def test_no_return_is_plus_inf_and_too_close_is_minus_inf():
 
 
 @pytest.mark.parametrize(
-    'params, complaint',
+    ('params', 'complaint'),
     [
         ({'samples': 0}, 'samples: given 0'),
         ({'range_min': 7.0}, 'range_min below range_max'),
@@ -141,7 +141,7 @@ def test_bad_parameters_are_named(params, complaint):
         LidarParams.from_mapping(params, 'lidar.yaml')
 
 
-@pytest.mark.parametrize('rate_hz, period_ns', [(10.0, 100_000_000), (0.01, 100_000_000_000), (3.0, 333_333_333)])
+@pytest.mark.parametrize(('rate_hz', 'period_ns'), [(10.0, 100_000_000), (0.01, 100_000_000_000), (3.0, 333_333_333)])
 def test_the_period_is_that_of_the_rate(rate_hz, period_ns):
     assert LidarParams(rate=rate_hz).period_ns == period_ns
 

@@ -43,7 +43,7 @@ def test_only_joints_whose_angle_is_known_are_told():
 
 
 @pytest.mark.parametrize(
-    'angle_rad, y, w',
+    ('angle_rad', 'y', 'w'),
     [
         (0.0, 0.0, 1.0),
         (1.0, math.sin(0.5), math.cos(0.5)),

@@ -2,7 +2,7 @@
 
 import shutil
 import subprocess
-import xml.etree.ElementTree as ElementTree
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -67,7 +67,7 @@ def test_a_plain_urdf_with_turned_frames_between_base_and_wheels(tmp_path):
 
 
 @pytest.mark.parametrize(
-    'change, joints, complaint',
+    ('change', 'joints', 'complaint'),
     [
         (('', ''), ('jx', 'jr'), "joint 'jx' is missing; the file has a, jl, jr"),
         (('', ''), ('jr', 'jl'), 'the left wheel left of the right'),
@@ -126,7 +126,5 @@ def test_what_a_robot_file_draws_on_is_read_again(tmp_path, monkeypatch, body):
 def test_check_urdf_passes(tmp_path, root_inertia):
     path = tmp_path / 'alto.urdf'
     path.write_text(expand_xacro(ALTO, {'root_inertia': root_inertia}))
-    result = subprocess.run(
-        ['check_urdf', str(path)], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True
-    )
+    result = subprocess.run(['check_urdf', str(path)], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     assert result.returncode == 0 and 'Successfully Parsed' in result.stdout, result.stdout

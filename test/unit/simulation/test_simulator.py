@@ -1,8 +1,8 @@
 """The stand-in for Gazebo: true to wheel kinematics, repeatable, and wrong only when asked."""
 
 import math
-import xml.etree.ElementTree as ElementTree
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pybullet
@@ -266,7 +266,7 @@ def test_a_turned_scanner_sees_the_same_in_its_own_frame(make_mounted, quarters)
     assert turned.scan().ranges_m[seen] == pytest.approx(rays[seen], abs=1e-6)
 
 
-@pytest.mark.parametrize('rpy, lean', [('0 0.5 0', '29'), (f'{math.pi} 0 0', '180')])
+@pytest.mark.parametrize(('rpy', 'lean'), [('0 0.5 0', '29'), (f'{math.pi} 0 0', '180')])
 def test_a_scanner_that_is_not_level_is_refused(make_mounted, rpy, lean):
     with pytest.raises(ConfigError, match=f"mounted.urdf: link 'laser': leans by {lean} degrees; allowed: .*5 degrees"):
         make_mounted(rpy)
@@ -297,7 +297,7 @@ def test_errors_that_a_robot_file_cannot_express_are_refused(tmp_path):
 
 
 @pytest.mark.parametrize(
-    'params, complaint',
+    ('params', 'complaint'),
     [
         ({'drive': {'wheel_torque': 0}}, 'drive.wheel_torque: given 0'),
         ({'physics': {'steps_per_tick': 1.5}}, 'physics.steps_per_tick'),

@@ -59,7 +59,7 @@ def test_all_primitives_are_read(tmp_path):
 
 
 @pytest.mark.parametrize(
-    'body, complaint',
+    ('body', 'complaint'),
     [
         ('', 'no floor'),
         (FLOOR + '<include><uri>model://sun</uri></include>', '<include>'),

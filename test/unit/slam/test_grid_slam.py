@@ -86,7 +86,7 @@ def test_particles_are_redrawn_when_few_of_them_count():
     estimates = [estimate for estimate in estimates if estimate]
     assert all(estimate.has_resampled == (estimate.effective_count < 4.0) for estimate in estimates[1:])
     assert 2 <= sum(estimate.has_resampled for estimate in estimates) < len(estimates) - 2
-    for before, after in zip(estimates[1:], estimates[2:]):
+    for _before, after in zip(estimates[1:], estimates[2:]):
         assert 0.0 <= after.entropy <= math.log(8)
     assert len(slam.trajectory) == len(estimates)
     assert slam.trajectory[0].base_pose_in_map == pytest.approx(START)
@@ -151,7 +151,7 @@ def test_scans_are_entered_after_a_move_a_turn_or_a_time():
 
 
 @pytest.mark.parametrize(
-    'change, message',
+    ('change', 'message'),
     [
         (dict(ranges_m=np.empty(0)), 'expected at least one'),
         (dict(angle_increment_rad=math.nan), 'expected finite numbers'),
@@ -218,7 +218,7 @@ def test_a_recording_that_goes_back_in_time_keeps_the_first_drive(caplog):
 
 
 @pytest.mark.parametrize(
-    'has_odometry, has_scans, message',
+    ('has_odometry', 'has_scans', 'message'),
     [(False, True, 'no odometry for the scans'), (True, False, 'no scans for the odometry')],
 )
 def test_half_a_recording_is_refused(has_odometry, has_scans, message):

@@ -69,7 +69,7 @@ def test_cells_remember_the_mean_of_their_hits():
 
 
 @pytest.mark.parametrize(
-    'given, changes, hit, length_m',
+    ('given', 'changes', 'hit', 'length_m'),
     [
         (2.0, {}, True, 2.0),
         (5.995, {}, None, None),  # beyond range_max less 1 cm

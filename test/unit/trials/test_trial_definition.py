@@ -58,7 +58,7 @@ def test_a_users_own_test_is_found_by_its_path(tmp_path):
 
 
 @pytest.mark.parametrize(
-    'content, complaint',
+    ('content', 'complaint'),
     [
         ('name: a\nworld: b\n', 'a drive, a route, or both'),
         ('name: a\nworld: b\ndrive: []\n', 'a drive, a route, or both'),
@@ -84,7 +84,7 @@ def test_a_bad_test_file_is_named_with_its_key(tmp_path, content, complaint):
 
 
 @pytest.mark.parametrize(
-    'world, start, where',
+    ('world', 'start', 'where'),
     [
         ('hallway', '{x: -30.0, y: 0.5}', r'\(-30.00, 0.50\), outside'),
         ('hallway', '{x: 0.0, y: 2.98}', r'\(0.00, 2.98\), in a wall of'),
@@ -101,7 +101,7 @@ def test_a_start_that_the_map_forbids_is_named_before_anything_starts(tmp_path, 
 
 
 @pytest.mark.parametrize(
-    'arguments, complaint',
+    ('arguments', 'complaint'),
     [
         (['--test', 'XX'], "test: given 'XX'; allowed: DLD, SL, SMT"),
         (['--ppr', '0'], 'ppr: given 0; allowed'),

@@ -62,7 +62,7 @@ def test_settings_of_matplotlib_are_left_alone(tmp_path):
 
 @pytest.mark.filterwarnings('error::RuntimeWarning', 'error::UserWarning')
 @pytest.mark.parametrize(
-    'dataset, count',
+    ('dataset', 'count'),
     [
         (dataset_of([]), 0),
         (dataset_of([trial_data()]), 8),
@@ -134,7 +134,7 @@ def test_odometry_minus_truth_goes_round_at_half_a_turn():
     assert odometry_minus_truth(trials, YAW) == pytest.approx([math.degrees(6.2 - 2.0 * math.pi)])
 
 
-@pytest.mark.parametrize('ppr, lateral_m', [(40, 0.321), (90, 0.142), (1024, 0.0125), (4096, 0.0031)])
+@pytest.mark.parametrize(('ppr', 'lateral_m'), [(40, 0.321), (90, 0.142), (1024, 0.0125), (4096, 0.0031)])
 def test_closed_form_of_the_straight_line(ppr, lateral_m):
     m_per_pulse = math.pi * 0.2 / ppr
     x_m, y_m, yaw_rad = closed_form_std(asked_of('SL'), ALTO, ppr)

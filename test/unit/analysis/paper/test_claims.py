@@ -44,7 +44,7 @@ def pair(first, second, quantity=X):
 
 
 @pytest.mark.parametrize(
-    'parts, expected',
+    ('parts', 'expected'),
     [
         ([HOLDS, HOLDS], 'reproduced'),
         ([HOLDS, FAILS, UNCLEAR], 'not reproduced'),
@@ -164,7 +164,7 @@ RISING = {'40': 0.005, '90': 0.02, '1024': 0.2, '4096': 0.4}
 
 
 @pytest.mark.parametrize(
-    'spreads_of_odom, expected',
+    ('spreads_of_odom', 'expected'),
     [(FALLING, 'reproduced'), (FLAT, 'not decidable with 30 trials'), (RISING, 'not reproduced')],
 )
 def test_steadier_odometry_with_a_higher_resolution(spreads_of_odom, expected):
@@ -172,7 +172,7 @@ def test_steadier_odometry_with_a_higher_resolution(spreads_of_odom, expected):
 
 
 @pytest.mark.parametrize(
-    'spreads_of_odom, expected',
+    ('spreads_of_odom', 'expected'),
     [
         (dict.fromkeys(PPRS, 0.2), 'reproduced'),
         (FLAT, 'reproduced'),

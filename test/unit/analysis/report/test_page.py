@@ -59,7 +59,7 @@ def test_a_share_is_of_the_trials_with_a_pose_and_joint_over_position_and_headin
 
 
 @pytest.mark.parametrize(
-    'inside, reach',
+    ('inside', 'reach'),
     [(30, Reach.YES), (29, Reach.YES), (28, Reach.UNDECIDED), (20, Reach.UNDECIDED), (19, Reach.NO), (0, Reach.NO)],
 )
 def test_a_share_is_reached_where_wilsons_interval_says_so(inside, reach):
