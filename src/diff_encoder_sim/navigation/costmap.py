@@ -21,8 +21,8 @@ from diff_encoder_sim.navigation.costmap_params import CostmapParams
 from diff_encoder_sim.navigation.footprint import LETHAL, NO_INFORMATION
 from diff_encoder_sim.navigation.grid_window import GridWindow, window_around
 from diff_encoder_sim.navigation.inflation import FREE, INSCRIBED, cost_table, inflate, radius_in_cells
-from diff_encoder_sim.navigation.raytrace import clear_and_mark, free_outline
-from diff_encoder_sim.navigation.scoring import outline_cost
+from diff_encoder_sim.navigation.obstacle_layer import clear_and_mark, free_outline
+from diff_encoder_sim.navigation.trajectory_scoring import outline_cost
 
 __all__ = ['FREE', 'INSCRIBED', 'LETHAL', 'NO_INFORMATION', 'Costmap']
 

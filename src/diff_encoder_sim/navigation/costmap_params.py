@@ -8,7 +8,7 @@ from pydantic import AfterValidator, Field, model_validator
 from typing_extensions import Annotated, Literal
 
 from diff_encoder_sim.base.typed_params import Params
-from diff_encoder_sim.navigation.costmap_layers import flattened
+from diff_encoder_sim.navigation.costmap_layer_params import flattened
 from diff_encoder_sim.navigation.footprint import ALTO_FOOTPRINT, FootprintPolygon
 
 # Of a rolling window: 200 m x 200 m in cells of 4 cm.

@@ -14,7 +14,7 @@ gives a trajectory a cost, the weighted sum decides, and one below zero rejects:
 | 6 | twirling | turning speed [rad/s] | |
 
 Distances are those of the trajectory's last point; every point is checked. The kernels are in
-scoring.py.
+trajectory_scoring.py.
 """
 
 from __future__ import annotations

@@ -15,11 +15,11 @@ from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.navigation import critics
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.dwa_params import DwaParams
-from diff_encoder_sim.navigation.map_grid import plan_distances
+from diff_encoder_sim.navigation.dynamic_window import dynamic_window, velocity_samples
 from diff_encoder_sim.navigation.oscillation import OscillationMemory
-from diff_encoder_sim.navigation.scoring import score_samples, stays_clear
-from diff_encoder_sim.navigation.trajectories import approach, roll_out, roll_out_all, step_count
-from diff_encoder_sim.navigation.velocity_window import velocity_samples, velocity_window
+from diff_encoder_sim.navigation.plan_distances import plan_distances
+from diff_encoder_sim.navigation.trajectory_rollout import approach, roll_out, roll_out_all, step_count
+from diff_encoder_sim.navigation.trajectory_scoring import score_samples, stays_clear
 
 
 class Trajectory(NamedTuple):
@@ -106,7 +106,7 @@ class DwaPlanner:
         if not plan_distances(costs, per_m, np.array(costmap.origin), plan, pose, nose_m, self._grids):
             return None
         goal_m = math.hypot(plan[-1, 0] - base_pose.x_m, plan[-1, 1] - base_pose.y_m)
-        window = velocity_window(params, linear_mps, angular_radps, self.sim_period_s, goal_m)
+        window = dynamic_window(params, linear_mps, angular_radps, self.sim_period_s, goal_m)
         samples = velocity_samples(window, params.vx_samples, params.vth_samples)
         points, steps = roll_out_all(
             pose,

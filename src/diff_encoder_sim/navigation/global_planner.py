@@ -11,7 +11,7 @@ from pydantic import Field
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.navigation.costmap import INSCRIBED, LETHAL, NO_INFORMATION, Costmap
-from diff_encoder_sim.navigation.inputs import FARTHEST_M
+from diff_encoder_sim.navigation.navigator_inputs import FARTHEST_M
 from diff_encoder_sim.navigation.plan_error import PlanError, PlanProblem
 from diff_encoder_sim.navigation.potential import descend, propagate
 

@@ -14,8 +14,8 @@ from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.global_planner import GlobalPlanner
 from diff_encoder_sim.navigation.goal_status import STOP, Command, GoalStatus, Phase, Trigger
-from diff_encoder_sim.navigation.inputs import Inputs, Missing
 from diff_encoder_sim.navigation.local_planner import LocalPlanner
+from diff_encoder_sim.navigation.navigator_inputs import MissingInput, NavigatorInputs
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
 from diff_encoder_sim.navigation.plan_error import PlanError
 from diff_encoder_sim.navigation.recovery import Recovery, RecoveryView
@@ -31,11 +31,11 @@ PLAN_RETRY_S = 0.2
 DRIVING = 'driving to the goal'
 
 
-class Tools(NamedTuple):
+class NavigatorParts(NamedTuple):
     """What a run works with; it outlives the run."""
 
     params: NavigatorParams
-    inputs: Inputs
+    inputs: NavigatorInputs
     global_costmap: Costmap
     local_costmap: Costmap
     global_planner: GlobalPlanner
@@ -47,16 +47,16 @@ class Tools(NamedTuple):
 class GoalRun:
     """Drives to one goal, or to whatever end that comes to."""
 
-    def __init__(self, tools: Tools, goal: Pose2D, command: Command = STOP) -> None:
+    def __init__(self, parts: NavigatorParts, goal: Pose2D, command: Command = STOP) -> None:
         """`command` is in force already: that of the run which this one takes over from."""
-        self._tools, self._params = tools, tools.params
+        self._parts, self._params = parts, parts.params
         self._goal = goal  # in the map frame
         self.status, self.phase, self.text = GoalStatus.ACTIVE, Phase.PLANNING, ''
         self.global_plan_in_map = np.empty((0, 3))
         self.local_plan_in_odom = np.empty((0, 3))
         self.command = command  # the last one given
         self._is_under_way = False  # not before the first step, nor when waiting
-        self._waits_for: Optional[Missing] = None
+        self._waits_for: Optional[MissingInput] = None
         self._trigger = Trigger.PLANNING
         self._problem = ''  # what recovery was called for
         self._recovery_index = 0
@@ -66,7 +66,7 @@ class GoalRun:
         self._planned_ns: Optional[int] = None  # the last attempt, good or not
         self._last_plan_ns = self._last_control_ns = self._last_progress_ns = 0
 
-    def wait(self, missing: Missing) -> None:
+    def wait(self, missing: MissingInput) -> None:
         """Stand for want of an input; the next `act` goes on with fresh patience and plan."""
         if self._waits_for is None:
             log.warning('%s; stopped', missing, extra=EVENT)
@@ -130,8 +130,8 @@ class GoalRun:
 
     def _replan(self, now_ns: int) -> None:
         self._planned_ns = now_ns
-        self.global_plan_in_map = self._tools.global_planner.make_plan(self._tools.inputs.base_pose_in_map, self._goal)
-        self._tools.local_planner.set_plan(self.global_plan_in_map)
+        self.global_plan_in_map = self._parts.global_planner.make_plan(self._parts.inputs.base_pose_in_map, self._goal)
+        self._parts.local_planner.set_plan(self.global_plan_in_map)
         self._last_plan_ns, self._planning_retries = now_ns, 0
         self.text = DRIVING
 
@@ -157,14 +157,14 @@ class GoalRun:
     # ---- control
 
     def _control(self, now_ns: int) -> Command:
-        tools, odometry = self._tools, self._tools.inputs.odometry
+        parts, odometry = self._parts, self._parts.inputs.odometry
         motion = Motion(odometry.base_pose_in_odom, odometry.linear_mps, odometry.angular_radps)
-        odom_pose_in_map = tools.inputs.odom_pose_in_map
-        if tools.local_planner.is_goal_reached(motion, odom_pose_in_map):
+        odom_pose_in_map = parts.inputs.odom_pose_in_map
+        if parts.local_planner.is_goal_reached(motion, odom_pose_in_map):
             self.end(GoalStatus.SUCCEEDED, 'goal reached')
             return STOP
-        motion = tools.local_planner.odometry_motion(odometry, self.command)
-        best = tools.local_planner.compute(motion, odom_pose_in_map, tools.local_costmap)
+        motion = parts.local_planner.odometry_motion(odometry, self.command)
+        best = parts.local_planner.compute(motion, odom_pose_in_map, parts.local_costmap)
         if best is None:
             self._control_failed(now_ns)
             return STOP
@@ -177,7 +177,7 @@ class GoalRun:
 
     def _control_failed(self, now_ns: int) -> None:
         """Try another plan; once patience is over, call recovery."""
-        self.text = self._tools.local_planner.problem
+        self.text = self._parts.local_planner.problem
         self.local_plan_in_odom = np.empty((0, 3))
         if _is_over(self._last_control_ns, self._params.controller_patience, now_ns):
             self._call_recovery(Trigger.CONTROLLING)
@@ -188,8 +188,8 @@ class GoalRun:
 
     def _watch_travel(self, now_ns: int) -> None:
         """Give up when odometry does not see what was commanded."""
-        watch = self._tools.travel_watch
-        watch.enter(now_ns, self._tools.inputs.odometry.base_pose_in_odom, self.command)
+        watch = self._parts.travel_watch
+        watch.enter(now_ns, self._parts.inputs.odometry.base_pose_in_odom, self.command)
         if watch.is_over_limit:
             watch.forget()
             self.end(
@@ -199,7 +199,7 @@ class GoalRun:
 
     def _watch_progress(self, now_ns: int) -> None:
         """move_base's oscillation check: has the robot left where it was?"""
-        here, since = self._tools.inputs.base_pose_in_map, self._progress_pose
+        here, since = self._parts.inputs.base_pose_in_map, self._progress_pose
         if since is None or math.hypot(here.x_m - since.x_m, here.y_m - since.y_m) >= self._params.oscillation_distance:
             self._progress_pose, self._last_progress_ns = here, now_ns
             if self._trigger is Trigger.OSCILLATION:
@@ -220,7 +220,7 @@ class GoalRun:
 
     def _recover(self, now_ns: int) -> Command:
         """One period of the behaviour that is next; after each, planning gets another chance."""
-        recoveries = self._tools.recoveries
+        recoveries = self._parts.recoveries
         if self._recovery_index >= len(recoveries):
             tried = f' after {len(recoveries)} recovery behaviours' if recoveries else ''
             self.end(GoalStatus.ABORTED, f'{self._trigger.value}{tried}: {self._problem}')
@@ -229,14 +229,14 @@ class GoalRun:
         if not self._is_recovering:
             recovery.start()
             self._is_recovering = True
-        inputs = self._tools.inputs
+        inputs = self._parts.inputs
         result = recovery.step(
             RecoveryView(
                 now_ns,
                 inputs.base_pose_in_map,
                 inputs.odometry.base_pose_in_odom,
-                self._tools.global_costmap,
-                self._tools.local_costmap,
+                self._parts.global_costmap,
+                self._parts.local_costmap,
             )
         )
         self.text = f'{recovery.name}: {result.text}'

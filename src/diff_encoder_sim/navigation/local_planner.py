@@ -13,7 +13,7 @@ from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.dwa import DwaPlanner
 from diff_encoder_sim.navigation.dwa_params import DwaParams
 from diff_encoder_sim.navigation.goal_status import Command
-from diff_encoder_sim.navigation.inputs import OdometrySample
+from diff_encoder_sim.navigation.navigator_inputs import OdometrySample
 from diff_encoder_sim.navigation.stop_rotate import LatchedStopRotate, Motion
 from diff_encoder_sim.navigation.turn_to_path import TurnToPath
 

@@ -22,10 +22,10 @@ from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
 from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.global_planner import GlobalPlanner
-from diff_encoder_sim.navigation.goal_run import GoalRun, Tools
+from diff_encoder_sim.navigation.goal_run import GoalRun, NavigatorParts
 from diff_encoder_sim.navigation.goal_status import STOP, Command, GoalStatus, NavigatorOutput, Phase
-from diff_encoder_sim.navigation.inputs import Inputs, Missing
 from diff_encoder_sim.navigation.local_planner import LocalPlanner
+from diff_encoder_sim.navigation.navigator_inputs import MissingInput, NavigatorInputs
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
 from diff_encoder_sim.navigation.recovery import recoveries
 from diff_encoder_sim.navigation.travel_watch import TravelWatch
@@ -43,7 +43,7 @@ class Navigator:
         self, params: NavigatorParams, static_map: OccupancyGrid, laser_pose_in_base: Pose2D = IDENTITY
     ) -> None:
         self.params = params
-        self.inputs = Inputs(laser_pose_in_base)
+        self.inputs = NavigatorInputs(laser_pose_in_base)
         self._timeline = Timeline(TIME_TOLERANCE_NS)
         self._run: Optional[GoalRun] = None
         self.set_map(static_map)
@@ -56,7 +56,7 @@ class Navigator:
         self.cancel('the map was changed')
         global_costmap = Costmap(params.global_costmap, static_map)
         local_costmap = Costmap(params.local_costmap)
-        self._tools = Tools(
+        self._parts = NavigatorParts(
             params,
             self.inputs,
             global_costmap,
@@ -73,7 +73,7 @@ class Navigator:
         """Drive to a pose in the map frame; an earlier goal is forgotten."""
         last = self._run
         command = last.command if last and last.status is GoalStatus.ACTIVE else STOP
-        self._run = GoalRun(self._tools, goal, command)
+        self._run = GoalRun(self._parts, goal, command)
 
     def cancel(self, text: str = 'cancelled') -> None:
         """Give up the goal; the next step commands a stop."""
@@ -87,9 +87,9 @@ class Navigator:
             PlanError: there is none; the text says why.
             InputFault: the robot is meant, and where that is, is not known yet.
         """
-        if start is None and not self.inputs.knows_pose:
+        if start is None and not self.inputs.has_pose:
             raise InputFault('where the robot is, is not known yet')
-        return self._tools.global_planner.make_plan(
+        return self._parts.global_planner.make_plan(
             self.inputs.base_pose_in_map if start is None else start, goal, tolerance_m
         )
 
@@ -108,12 +108,12 @@ class Navigator:
     @property
     def global_costmap(self) -> Costmap:
         """In the map frame."""
-        return self._tools.global_costmap
+        return self._parts.global_costmap
 
     @property
     def local_costmap(self) -> Costmap:
         """In the odom frame."""
-        return self._tools.local_costmap
+        return self._parts.local_costmap
 
     @property
     def global_plan_in_map(self) -> np.ndarray:
@@ -133,7 +133,7 @@ class Navigator:
     @property
     def local_planner(self) -> LocalPlanner:
         """With the plan in sight, and the DWA."""
-        return self._tools.local_planner
+        return self._parts.local_planner
 
     # ---- arrivals
 
@@ -183,7 +183,7 @@ class Navigator:
             return self._output(STOP)
         return self._output(run.act(now_ns))
 
-    def wait(self, missing: Missing) -> NavigatorOutput:
+    def wait(self, missing: MissingInput) -> NavigatorOutput:
         """Stop for this period. In place of `step` where there is no odometry to step with."""
         if self._run and self._run.status is GoalStatus.ACTIVE:
             self._run.wait(missing)
@@ -194,7 +194,7 @@ class Navigator:
         log.warning('time went back to %.3f s: navigation restarted', now_ns / NANOSECONDS_PER_SECOND)
         self.cancel('time went back')
         self.inputs.reset()
-        self._tools.travel_watch.forget()
+        self._parts.travel_watch.forget()
         self.clear_costmaps()
         self._global_updated_ns = self._local_updated_ns = None
 

@@ -73,7 +73,7 @@ class GoalServer:
         if not self._server.is_active():
             return
         self._server.current_goal.get_goal_status().text = text
-        if navigator.inputs.knows_pose:
+        if navigator.inputs.has_pose:
             self._server.publish_feedback(
                 MoveBaseFeedback(
                     base_position=pose_stamped_message(

@@ -21,9 +21,9 @@ from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.navigation.control_rate import ControlRate
 from diff_encoder_sim.navigation.goal_status import STOP, Command, GoalStatus, NavigatorOutput
-from diff_encoder_sim.navigation.inputs import Missing
 from diff_encoder_sim.navigation.navigation_warm_up import warm_up
 from diff_encoder_sim.navigation.navigator import Navigator
+from diff_encoder_sim.navigation.navigator_inputs import MissingInput
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
 from diff_encoder_sim.navigation.plan_error import PlanError
 from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_from_message, scan_from_message, twist_std_from_message
@@ -159,7 +159,7 @@ class MoveBaseNode:
 
     def _wait(self, why: str) -> NavigatorOutput:
         return self._navigator.wait(
-            Missing(self._odometry.resolved_name, f'{why} (input_timeout {self._params.input_timeout:g} s)')
+            MissingInput(self._odometry.resolved_name, f'{why} (input_timeout {self._params.input_timeout:g} s)')
         )
 
     def _answer(self, now_ns: int, output: NavigatorOutput) -> None:

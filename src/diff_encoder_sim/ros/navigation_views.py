@@ -49,7 +49,7 @@ class NavigationViews:
         for plan_publisher, frame, poses in plans:
             if self._is_due(plan_publisher, LINES_PERIOD_NS, now_ns):
                 plan_publisher.publish(path_message(poses, now_ns, frame))
-        if navigator.inputs.knows_pose:
+        if navigator.inputs.has_pose:
             self._show_outlines(navigator, now_ns)
         self._show_costmaps(navigator, now_ns)
 

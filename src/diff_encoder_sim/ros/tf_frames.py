@@ -11,7 +11,7 @@ from geometry_msgs.msg import PoseStamped, TransformStamped
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.navigation.inputs import MOST_AHEAD_S
+from diff_encoder_sim.navigation.navigator_inputs import MOST_AHEAD_S
 from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_from_message, pose_from_transform
 from diff_encoder_sim.ros.laser_mount import LaserMount, laser_mount
 

@@ -12,13 +12,13 @@ from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.costmap_params import local_defaults
 from diff_encoder_sim.navigation.dwa import DwaPlanner
 from diff_encoder_sim.navigation.dwa_params import DwaParams
-from diff_encoder_sim.navigation.map_grid import plan_distance
+from diff_encoder_sim.navigation.dynamic_window import dynamic_window, samples_between, velocity_samples
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
 from diff_encoder_sim.navigation.oscillation import OscillationMemory
+from diff_encoder_sim.navigation.plan_distances import plan_distance
 from diff_encoder_sim.navigation.stop_rotate import Motion
-from diff_encoder_sim.navigation.trajectories import roll_out, step_count
+from diff_encoder_sim.navigation.trajectory_rollout import roll_out, step_count
 from diff_encoder_sim.navigation.turn_to_path import TurnToPath
-from diff_encoder_sim.navigation.velocity_window import samples_between, velocity_samples, velocity_window
 from navigation_simulation import TABLE_2
 
 PERIOD_S = 0.05
@@ -52,24 +52,24 @@ def scored(planner, costmap, plan, twist=(0.3, 0.0), pose=IDENTITY):
 
 
 def test_window_is_what_one_period_reaches():
-    window = velocity_window(dwa_params(), 0.2, -0.3, PERIOD_S, 5.0)
+    window = dynamic_window(dwa_params(), 0.2, -0.3, PERIOD_S, 5.0)
     assert window == pytest.approx((0.165, 0.235, -0.545, -0.055))
 
 
 def test_window_stays_within_the_limits():
     params = dwa_params(min_vel_x=-0.1)
-    assert velocity_window(params, 0.44, 0.9, PERIOD_S, 5.0) == pytest.approx((0.405, 0.45, 0.655, 1.0))
-    assert velocity_window(params, -0.09, -1.0, PERIOD_S, 5.0)[:2] == pytest.approx((-0.1, -0.055))
+    assert dynamic_window(params, 0.44, 0.9, PERIOD_S, 5.0) == pytest.approx((0.405, 0.45, 0.655, 1.0))
+    assert dynamic_window(params, -0.09, -1.0, PERIOD_S, 5.0)[:2] == pytest.approx((-0.1, -0.055))
 
 
 def test_a_quantised_twist_above_the_limits_leaves_the_limits():
     """40 pulses: two pulses of each wheel in 50 ms are 0.63 m/s, of one wheel 1.57 rad/s."""
-    assert velocity_window(dwa_params(), 0.628, 1.57, PERIOD_S, 5.0) == (0.45, 0.45, 1.0, 1.0)
-    assert velocity_samples(velocity_window(dwa_params(), 0.628, 1.57, PERIOD_S, 5.0), 3, 20).tolist() == [[0.45, 1.0]]
+    assert dynamic_window(dwa_params(), 0.628, 1.57, PERIOD_S, 5.0) == (0.45, 0.45, 1.0, 1.0)
+    assert velocity_samples(dynamic_window(dwa_params(), 0.628, 1.57, PERIOD_S, 5.0), 3, 20).tolist() == [[0.45, 1.0]]
 
 
 def test_without_dwa_the_window_spans_sim_time_and_does_not_overshoot():
-    window = velocity_window(dwa_params(use_dwa=False), 0.1, 0.0, PERIOD_S, 0.34)
+    window = dynamic_window(dwa_params(use_dwa=False), 0.1, 0.0, PERIOD_S, 0.34)
     assert window == pytest.approx((0.0, 0.2, -1.0, 1.0))
 
 
@@ -83,7 +83,7 @@ def test_samples_hold_both_ends_and_zero():
 
 def test_default_sample_count_is_upstreams():
     """3 x 20, and one more turn of 0 where the window spans it."""
-    window = velocity_window(dwa_params(), 0.2, 0.0, PERIOD_S, 5.0)
+    window = dynamic_window(dwa_params(), 0.2, 0.0, PERIOD_S, 5.0)
     assert len(velocity_samples(window, 3, 20)) == 63
 
 

@@ -14,10 +14,10 @@ from diff_encoder_sim.navigation.costmap_params import CostmapParams, local_defa
 from diff_encoder_sim.navigation.dwa import DwaPlanner
 from diff_encoder_sim.navigation.dwa_params import DwaParams
 from diff_encoder_sim.navigation.local_planner import LocalPlanner, stretch_in_sight
-from diff_encoder_sim.navigation.map_grid import plan_distance
-from diff_encoder_sim.navigation.raytrace import clear_and_mark
+from diff_encoder_sim.navigation.obstacle_layer import clear_and_mark
+from diff_encoder_sim.navigation.plan_distances import plan_distance
 from diff_encoder_sim.navigation.stop_rotate import Motion
-from diff_encoder_sim.navigation.trajectories import roll_out, roll_out_all, step_count
+from diff_encoder_sim.navigation.trajectory_rollout import roll_out, roll_out_all, step_count
 from diff_encoder_sim.navigation.turn_to_path import LOOKAHEAD_M, bearing_ahead
 from navigation_simulation import TABLE_2
 

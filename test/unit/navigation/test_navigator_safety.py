@@ -12,7 +12,7 @@ from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.navigation.goal_status import STOP, Command, GoalStatus, Phase
-from diff_encoder_sim.navigation.inputs import MOST_AHEAD_S, Inputs, Missing
+from diff_encoder_sim.navigation.navigator_inputs import MOST_AHEAD_S, MissingInput, NavigatorInputs
 from diff_encoder_sim.navigation.plan_error import PlanError
 from diff_encoder_sim.navigation.travel_watch import TravelWatch
 from navigation_simulation import ClosedLoop, navigator_params, walled_room
@@ -103,7 +103,7 @@ def test_frozen_odometry_ends_a_recovery_turn_too(room):
 def test_few_pulses_are_far_from_the_limit(room, goal):
     """40 pulses: 16 mm each."""
     loop = ClosedLoop(*room, Pose2D(-2.0, 0.0, 0.0), ppr=40, params=navigator_params({'twist_sigmas': 3.47}))
-    watch, highest_m = loop.navigator._tools.travel_watch, 0.0
+    watch, highest_m = loop.navigator._parts.travel_watch, 0.0
     loop.navigator.set_goal(goal)
     while not loop.step().status.is_over and loop.period < 600:
         highest_m = max(highest_m, watch.unseen_m)
@@ -120,7 +120,7 @@ def scan_of(*ranges_m):
 
 @pytest.mark.parametrize('ranges', [(math.nan, math.nan), (0.0, 0.14), (6.1, 7.0), (-math.inf,)])
 def test_a_scan_that_tells_nothing_is_not_fresh(ranges):
-    inputs = Inputs(IDENTITY)
+    inputs = NavigatorInputs(IDENTITY)
     with pytest.raises(InputFault, match=f'none of {len(ranges)} ranges is valid: from 0.15 to 6 m'):
         inputs.take_scan(scan_of(*ranges))
     assert inputs.scan is None
@@ -128,14 +128,14 @@ def test_a_scan_that_tells_nothing_is_not_fresh(ranges):
 
 @pytest.mark.parametrize('ranges', [(math.inf, math.inf), (math.nan, 0.15), (6.0, 0.0)])
 def test_one_valid_range_will_do(ranges):
-    inputs = Inputs(IDENTITY)
+    inputs = NavigatorInputs(IDENTITY)
     inputs.take_scan(scan_of(*ranges))
     assert inputs.scan is not None
 
 
 def test_each_scan_counts_from_its_own_laser():
     front, back = Pose2D(0.2, 0.0, 0.0), Pose2D(-0.2, 0.0, 3.0)
-    inputs = Inputs(front)
+    inputs = NavigatorInputs(front)
     inputs.take_odometry(0, IDENTITY, 0.0, 0.0)
     inputs.take_scan(scan_of(1.0))
     assert inputs.laser_pose_in_odom() == pytest.approx(front)
@@ -148,7 +148,7 @@ def test_each_scan_counts_from_its_own_laser():
 
 def test_what_is_dated_far_ahead_is_not_fresh():
     """A clock that is ahead must not make a dead sensor look alive."""
-    inputs = Inputs(IDENTITY)
+    inputs = NavigatorInputs(IDENTITY)
     inputs.take_odometry(0, IDENTITY, 0.0, 0.0)
     inputs.take_scan(scan_of(1.0))
     inputs.take_localization(round((MOST_AHEAD_S + 0.5) * 1e9), IDENTITY)
@@ -178,7 +178,7 @@ def test_the_user_may_say_what_is_missing(room):
     loop = ClosedLoop(*room, Pose2D(-2.0, 0.0, 0.0))
     loop.navigator.set_goal(AHEAD)
     loop.run(2.0)
-    output = loop.navigator.wait(Missing('/odom', 'is silent'))
+    output = loop.navigator.wait(MissingInput('/odom', 'is silent'))
     assert (output.command, output.status) == (STOP, GoalStatus.ACTIVE)
     assert output.text == 'stopped: /odom is silent'
     assert loop.run(30.0).status is GoalStatus.SUCCEEDED

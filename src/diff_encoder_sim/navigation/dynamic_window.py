@@ -13,7 +13,7 @@ from numba import njit
 from diff_encoder_sim.navigation.dwa_params import DwaParams
 
 
-class VelocityWindow(NamedTuple):
+class DynamicWindow(NamedTuple):
     """Reachable velocities, lowest and highest."""
 
     min_linear_mps: float
@@ -22,9 +22,9 @@ class VelocityWindow(NamedTuple):
     max_angular_radps: float
 
 
-def velocity_window(
+def dynamic_window(
     params: DwaParams, linear_mps: float, angular_radps: float, sim_period_s: float, goal_distance_m: float
-) -> VelocityWindow:
+) -> DynamicWindow:
     """What the acceleration limits leave around a twist, within the velocity limits.
 
     With use_dwa, what one control period reaches. Without, what sim_time reaches, no faster than
@@ -38,7 +38,7 @@ def velocity_window(
         horizon_s = params.sim_time
         max_linear_mps = max(min(max_linear_mps, goal_distance_m / horizon_s), params.min_vel_x)
     linear_change, angular_change = params.acc_lim_x * horizon_s, params.acc_lim_theta * horizon_s
-    return VelocityWindow(
+    return DynamicWindow(
         _clamp(linear_mps - linear_change, params.min_vel_x, max_linear_mps),
         _clamp(linear_mps + linear_change, params.min_vel_x, max_linear_mps),
         _clamp(angular_radps - angular_change, -params.max_vel_theta, params.max_vel_theta),
@@ -90,6 +90,6 @@ def _velocity_samples(
     return samples
 
 
-def velocity_samples(window: VelocityWindow, linear_count: int, angular_count: int) -> np.ndarray:
+def velocity_samples(window: DynamicWindow, linear_count: int, angular_count: int) -> np.ndarray:
     """(n, 2) samples (linear [m/s], angular [rad/s]) of a window, angular ones innermost."""
     return _velocity_samples(*window, linear_count, angular_count)

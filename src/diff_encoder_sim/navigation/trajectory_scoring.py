@@ -32,7 +32,7 @@ from diff_encoder_sim.navigation.critics import (
 )
 from diff_encoder_sim.navigation.footprint import IN_OBSTACLE, IN_UNKNOWN, LETHAL
 from diff_encoder_sim.navigation.footprint import OFF_MAP as OUTLINE_OFF_MAP
-from diff_encoder_sim.navigation.map_grid import TO_END, TO_FRONT, TO_PLAN
+from diff_encoder_sim.navigation.plan_distances import TO_END, TO_FRONT, TO_PLAN
 
 
 @njit(cache=True)
@@ -136,7 +136,7 @@ def score_samples(
     Args:
         costs: (rows, columns) uint8 costmap; per_m: cells in a metre.
         vertices_m: (n, 2) the robot's outline in base_link.
-        grids: (3, rows, columns) int32, of map_grid.plan_distances.
+        grids: (3, rows, columns) int32, of plan_distances.plan_distances.
         nose_m: from the robot's centre to its nose.
         scales: (7,) weights of the critics, none below zero.
         samples: (n, 2) linear [m/s], angular [rad/s].

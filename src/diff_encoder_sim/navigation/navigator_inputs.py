@@ -35,7 +35,7 @@ class OdometrySample(NamedTuple):
     angular_std_radps: float = 0.0
 
 
-class Missing(NamedTuple):
+class MissingInput(NamedTuple):
     """An input that cannot be driven by."""
 
     what: str  # its name
@@ -45,7 +45,7 @@ class Missing(NamedTuple):
         return f'{self.what} {self.why}'
 
 
-class Inputs:
+class NavigatorInputs:
     """The newest odometry, localization and scan."""
 
     def __init__(self, laser_pose_in_base: Pose2D) -> None:
@@ -129,13 +129,13 @@ class Inputs:
         return self._odom_pose_in_map
 
     @property
-    def knows_pose(self) -> bool:
+    def has_pose(self) -> bool:
         """Whether there is a `base_pose_in_map`, however old."""
         return bool(self._odometry) and self._odom_pose_in_map is not None
 
     @property
     def base_pose_in_map(self) -> Pose2D:
-        """Where the robot is by localization; only when `knows_pose`."""
+        """Where the robot is by localization; only when `has_pose`."""
         return self.odom_pose_in_map.compose(self.odometry.base_pose_in_odom)
 
     def laser_pose_in_odom(self) -> Pose2D:
@@ -152,7 +152,7 @@ class Inputs:
             after = sample
         return self._odometry[0].base_pose_in_odom
 
-    def missing(self, now_ns: int, timeout_s: float) -> Optional[Missing]:
+    def missing(self, now_ns: int, timeout_s: float) -> Optional[MissingInput]:
         """The first of what has not arrived or is too old; None when all is fresh."""
         stamps = (
             ('odometry', self._odometry[-1].stamp_ns if self._odometry else None),
@@ -161,12 +161,12 @@ class Inputs:
         )
         for name, stamp_ns in stamps:
             if stamp_ns is None:
-                return Missing(name, 'has not come yet')
+                return MissingInput(name, 'has not come yet')
             age_s = (now_ns - stamp_ns) / NANOSECONDS_PER_SECOND
             if age_s > timeout_s:
-                return Missing(name, f'is {age_s:.1f} s old (input_timeout {timeout_s:g} s)')
+                return MissingInput(name, f'is {age_s:.1f} s old (input_timeout {timeout_s:g} s)')
             if -age_s > MOST_AHEAD_S:
-                return Missing(name, f'is dated {-age_s:.1f} s ahead')
+                return MissingInput(name, f'is dated {-age_s:.1f} s ahead')
         return None
 
 
