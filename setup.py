@@ -1,4 +1,4 @@
-"""Read by catkin (catkin_python_setup in CMakeLists.txt), which takes name and version from package.xml. Not for pip."""
+"""Read by catkin (catkin_python_setup in CMakeLists.txt); name and version come from package.xml. Not for pip."""
 
 from catkin_pkg.python_setup import generate_distutils_setup
 from setuptools import find_packages, setup

@@ -63,17 +63,27 @@ ensure_venv() {
 }
 
 ensure_requirements() {
-  local dir=$1 file=$2 mark key
+  local dir=$1 file=$2 mark key constraints
   mark=$dir/.stamp-$file
-  key=$(hash_of <"$root/$file")
+  constraints=$(constraints_of "$dir/bin/python")
+  key=$(cat "$root/$file" ${constraints:+"$constraints"} | hash_of)
   ! is_stamped "$mark" "$key" || ! has_requirements "$dir" "$file" || return 0
   as_owner touch "$dir/.incomplete"
-  step "installing into ${dir##*/} from PyPI: $(requirement_names "$file" | paste -sd" ")" pip_in "$dir" -r "$root/$file"
+  step "installing into ${dir##*/} from PyPI: $(requirement_names "$file" | paste -sd" ")" \
+    pip_in "$dir" -r "$root/$file" ${constraints:+-c "$constraints"}
   as_owner rm "$dir/.incomplete"
   stamp "$mark" "$key"
 }
 
 pip_in() { as_owner "$1/bin/python" -m pip install --quiet --disable-pip-version-check --no-input --prefer-binary "${@:2}"; }
+
+# The exact versions for a Python, in constraints/: equal seeds give equal bags only with equal numpy and numba. For other
+# Pythons there are none; the newest versions are taken then.
+constraints_of() {
+  local file
+  file=$root/constraints/python$("$1" -c 'import sys; print("%d.%d" % sys.version_info[:2])').txt
+  [ ! -f "$file" ] || echo "$file"
+}
 
 requirement_names() { grep -oE '^[A-Za-z0-9][A-Za-z0-9._-]*' "$root/$1"; }
 

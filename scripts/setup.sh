@@ -24,7 +24,7 @@ main() {
 usage() {
   cat <<'TEXT'
 usage: scripts/setup.sh [--test] [--rviz]
-  --test   also what the tests need (pytest, hypothesis, rostest, catkin_lint, check_urdf)
+  --test   also what the tests need (pytest, rostest, catkin_lint, check_urdf, Chromium, ruff, mypy, Sphinx)
   --rviz   also RViz, for rviz:=true (big)
 Installs apt packages as root (through sudo when run by a user), Python libraries into .venv/, and builds .ws/.
 TEXT
@@ -105,7 +105,8 @@ wanted_packages() {
   if $with_test; then
     echo liburdfdom-tools                                                 # check_urdf
     echo catkin-lint
-    [ $ros = noetic ] || echo python3-rostest librostest-dev          # the latter for catkin_make run_tests
+    # librostest-dev for catkin_make run_tests; Chromium looks at the report (Ubuntu has it as a snap only)
+    [ $ros = noetic ] || echo python3-rostest librostest-dev chromium
   fi
   if $with_rviz; then
     [ $ros = noetic ] && echo ros-noetic-rviz || echo rviz
@@ -162,7 +163,10 @@ check_available() {
 
 requirement_files() {
   echo requirements.txt
-  ! $with_test || echo requirements-test.txt
+  $with_test || return 0
+  echo requirements-test.txt
+  # Noetic's Python 3.8 is older than mypy and the documentation's builder
+  [ $ros = noetic ] || echo requirements-lint.txt requirements-docs.txt
 }
 
 # A folder of links, because a workspace whose src/ holds the whole checkout finds each executable several times.

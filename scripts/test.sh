@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Sets up what the tests need, then runs them all: catkin_lint, pytest over test/ (unit tests and rostests), and the core's
-# unit tests on Python 3.8, which is Noetic's. Ends with the sum as its last line.
+# Sets up what the tests need, then runs them all: catkin_lint, ruff, mypy, pytest over test/ (unit tests, rostests and the
+# documentation), and the core's unit tests on Python 3.8, which is Noetic's. Ends with the sum as its last line.
 #   scripts/test.sh                          everything
 #   scripts/test.sh test/unit -k wrap        arguments go to pytest, and only pytest runs
 set -euo pipefail
@@ -22,7 +22,7 @@ main() {
   fi
   reports=$(mktemp -d)
   trap 'rm -rf "$reports"' EXIT
-  check_package
+  run_linters
   # Beside each other: rostests wait most of the time.
   set -m      # a process group of its own, to be ended with this script
   check_core_on_python38 >"$reports/python38.log" 2>&1 </dev/null &
@@ -40,14 +40,27 @@ main() {
 }
 
 # Warnings count too, but for two: catkin_lint does not see what CMakeLists.txt's file(GLOB) finds in scripts/.
-check_package() {
-  say "catkin_lint"
-  local options=(-W1 --strict --offline --ignore uninstalled_script --ignore argument_error)
-  if (source_workspace; catkin_lint "${options[@]}" "$root"); then
-    passed=$((passed + 1))
-  else
-    failed=$((failed + 1))
+lint_package() (
+  source_workspace
+  catkin_lint -W1 --strict --offline --ignore uninstalled_script --ignore argument_error "$root"
+)
+
+# What .pre-commit-config.yaml runs, and catkin_lint.
+run_linters() {
+  check "catkin_lint" lint_package
+  if [ ! -x "$venv/bin/mypy" ]; then
+    say "ruff and mypy NOT run: they need Python 3.11, this is $("$venv/bin/python" --version)"
+    return
   fi
+  check "ruff check" "$venv/bin/ruff" check --quiet .
+  check "ruff format" "$venv/bin/ruff" format --quiet --check .
+  check "mypy" "$venv/bin/mypy"
+}
+
+# check NAME COMMAND...: counts as one test.
+check() {
+  say "$1"
+  if "${@:2}"; then passed=$((passed + 1)); else failed=$((failed + 1)); fi
 }
 
 check_everything_here() {

@@ -24,15 +24,15 @@ def trial(plan, robot_file, params, record):
     folder = Path(os.environ[FOLDER])
     with open(folder / LOG, 'a') as log:
         log.write(f'{os.getpid()} {number}\n')
-    if (folder / ('kills_%d' % number)).exists():
+    if (folder / f'kills_{number}').exists():
         os.kill(os.getpid(), signal.SIGKILL)
-    if (folder / ('raises_%d' % number)).exists():
-        raise ZeroDivisionError('of trial %d' % number)
-    if (folder / ('disk_full_%d' % number)).exists():
+    if (folder / f'raises_{number}').exists():
+        raise ZeroDivisionError(f'of trial {number}')
+    if (folder / f'disk_full_{number}').exists():
         raise OSError(28, 'No space left on device', plan.bag)
     time.sleep(float(os.environ.get(TRIAL_S, '0')))
     if plan.bag:
-        Path(plan.bag).write_bytes(b'%d' % number * 1000)
+        Path(plan.bag).write_bytes(str(number).encode() * 1000)
     assert Path(plan.world).is_file() and Path(plan.map).is_file() and Path(robot_file).is_file()
     outcome = Outcome.TIMED_OUT if number % 5 == 0 else Outcome.SUCCEEDED
     error = Pose2D(number / 3.0, plan.trial.ppr.left, 0.0)

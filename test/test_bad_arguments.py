@@ -49,8 +49,8 @@ BAD_ROBOTS = {
 FILES = {
     'torn.world': '<sdf version="1.6"><world name="torn">',
     'no_floor.world': '<sdf version="1.6"><world name="bare"/></sdf>',
-    'mesh.world': '<sdf version="1.6"><world name="w"><model name="m"><static>1</static><link name="l"><collision name="c">'
-    '<geometry><mesh><uri>a.dae</uri></mesh></geometry></collision></link></model></world></sdf>',
+    'mesh.world': '<sdf version="1.6"><world name="w"><model name="m"><static>1</static><link name="l">'
+    '<collision name="c"><geometry><mesh><uri>a.dae</uri></mesh></geometry></collision></link></model></world></sdf>',
     'torn.urdf': '<robot name="torn"><link',
     'no_yaml.yaml': 'ppr: [90\nrate: 20\n',
     'list.yaml': '- ppr\n- 90\n',
@@ -159,7 +159,7 @@ def outcomes(folder):
         runs = {}
         for index, (name, (node, parameters, _)) in enumerate(BAD_PARAMETERS.items()):
             # a name of its own, as parameters outlive the node
-            command = [sys.executable, SCRIPTS / node, '__name:=bad_%d' % index, *in_folder(parameters, folder)]
+            command = [sys.executable, SCRIPTS / node, f'__name:=bad_{index}', *in_folder(parameters, folder)]
             runs['node', name] = pool.submit(run_and_read, graph, command)
         for name, (arguments, _) in BAD_ARGUMENTS.items():
             runs['launch', name] = pool.submit(run_and_read, graph, ['roslaunch', TRIAL, *in_folder(arguments, folder)])

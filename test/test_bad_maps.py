@@ -61,7 +61,7 @@ def outcomes(tmp_path_factory):
         name: [word.replace('{}', str(folder)) for word in words] for name, (words, _) in BAD_ARGUMENTS.items()
     }
     for index, (name, (keys, _)) in enumerate(BAD_MAPS.items()):
-        path = folder / ('bad_%d.yaml' % index)
+        path = folder / (f'bad_{index}.yaml')
         path.write_text(''.join('{}: {}\n'.format(*pair) for pair in {**GOOD, **keys}.items() if pair[1] is not None))
         arguments[name] = [str(path)]
     with Graph(folder / 'ros') as graph, ThreadPoolExecutor(3) as pool:
@@ -69,7 +69,7 @@ def outcomes(tmp_path_factory):
         graph.run(sys.executable, '-c', AWAIT_MASTER)
         runs = {
             name: pool.submit(
-                run_and_read, graph, [sys.executable, SCRIPTS / 'map_server_node', '__name:=bad_%d' % index, *words]
+                run_and_read, graph, [sys.executable, SCRIPTS / 'map_server_node', f'__name:=bad_{index}', *words]
             )
             for index, (name, words) in enumerate(arguments.items())
         }

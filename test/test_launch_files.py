@@ -407,8 +407,10 @@ def test_a_program_that_is_missing_is_named_in_one_line(stand_ins, tmp_path):
     )
     assert code == 1
     assert output.splitlines() == [
-        'upstream_node: move_base move_base is not installed; apt install ros-noetic-navigation '
-        "(not in Debian's ROS), or nav:=embedded"
+        (
+            'upstream_node: move_base move_base is not installed; apt install ros-noetic-navigation (not in '
+            "Debian's ROS), or nav:=embedded"
+        )
     ]
 
 

@@ -29,8 +29,8 @@ def bags(tmp_path_factory):
             f'test:={TOUR}',
             'nav:=scripted',
             'rtf:=0',
-            'ppr:=%d' % PPR,
-            'trial:=%d' % NUMBER,
+            f'ppr:={PPR}',
+            f'trial:={NUMBER}',
             'bag:=%s' % (folder / 'live.bag'),
         )
         assert launch.wait() == 0, launch.output()

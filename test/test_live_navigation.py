@@ -41,7 +41,7 @@ def finished(request, tmp_path_factory):
     require_ros()
     folder = tmp_path_factory.mktemp('bend')
     with Graph(folder) as graph:
-        launch = graph.launch(TRIAL, BEND, 'ppr:=%d' % request.param, 'rtf:=0', 'bag:=%s' % (folder / 'trial.bag'))
+        launch = graph.launch(TRIAL, BEND, f'ppr:={request.param}', 'rtf:=0', 'bag:=%s' % (folder / 'trial.bag'))
         assert launch.wait() == 0, launch.output()
         assert graph.is_gone(10.0), 'it left processes behind'
         return folder / 'trial.bag', launch.output()
@@ -129,7 +129,8 @@ def initial_pose(x, y, yaw):
     covariance = [0.0] * 36
     covariance[0] = covariance[7] = 0.04
     covariance[35] = 0.03
-    return f'{{header: {{frame_id: map}}, pose: {{pose: {{position: {{x: {x:f}, y: {y:f}}}, orientation: {quat}}}, covariance: {covariance}}}}}'
+    pose = f'{{position: {{x: {x:f}, y: {y:f}}}, orientation: {quat}}}'
+    return f'{{header: {{frame_id: map}}, pose: {{pose: {pose}, covariance: {covariance}}}}}'
 
 
 def longest_stand_s(series):

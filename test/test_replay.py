@@ -61,10 +61,10 @@ def replay(folder, *arguments):
 def test_the_live_nodes_say_what_reencode_says(tmp_path, trial_bag, ppr, speed):
     require_ros()
     live = tmp_path / 'live.bag'
-    code, output = replay(tmp_path / 'ros', f'bag:={trial_bag}', 'ppr:=%d' % ppr, f'out:={live}', 'speed:=%d' % speed)
+    code, output = replay(tmp_path / 'ros', f'bag:={trial_bag}', f'ppr:={ppr}', f'out:={live}', f'speed:={speed}')
     assert code == 0 and complaints(output) == [], output
     reencode.main([str(trial_bag), '--ppr', str(ppr), '--out', str(tmp_path / 'out')])
-    found, expected = (messages_of(path) for path in (live, tmp_path / 'out' / ('tour_%dppr.bag' % ppr)))
+    found, expected = (messages_of(path) for path in (live, tmp_path / 'out' / (f'tour_{ppr}ppr.bag')))
     assert set(found) == set(expected) == set(SAME)
     for topic in SAME:
         assert found[topic] == expected[topic], topic
@@ -132,9 +132,7 @@ def test_what_cannot_be_replayed_is_named_in_one_line(tmp_path, name, write, row
         write(tmp_path / name, rows)
     out = 'out:=%s' % (tmp_path / 'live.bag')
     code, output = replay(
-        tmp_path / 'ros',
-        'bag:=%s' % (tmp_path / name),
-        *(arguments if 'out' in ''.join(arguments) else [out, *arguments]),
+        tmp_path / 'ros', f'bag:={tmp_path / name}', *(arguments if 'out' in ''.join(arguments) else [out, *arguments])
     )
     lines = [line for line in output.splitlines() if 'FATAL' in line]
     assert code != 0 and len(lines) == 1, output

@@ -4,6 +4,7 @@ rostest's exit code alone is not trusted: a test node that dies early can look f
 at least one test and no failure.
 """
 
+import contextlib
 import importlib.util
 import os
 import shutil
@@ -98,17 +99,13 @@ def stop(process, home: Path):
     signal to the group, so they are told by the ROS_HOME that only they have."""
     if process.poll() is None:
         process.send_signal(signal.SIGINT)  # lets rostest shut its nodes down
-        try:
+        with contextlib.suppress(subprocess.TimeoutExpired):
             process.wait(15)
-        except subprocess.TimeoutExpired:
-            pass
     for number in (signal.SIGTERM, signal.SIGKILL):
         left = processes_of(home)
         for pid in left:
-            try:
+            with contextlib.suppress(ProcessLookupError):
                 os.kill(pid, number)
-            except ProcessLookupError:
-                pass
         deadline = time.monotonic() + 3.0
         while processes_of(home) and time.monotonic() < deadline:
             process.poll()  # reaps it

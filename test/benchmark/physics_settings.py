@@ -11,7 +11,8 @@ import argparse
 import math
 import unittest.mock
 from concurrent.futures import ProcessPoolExecutor
-from typing import Any, Callable, Dict, List, NamedTuple, Tuple
+from types import MappingProxyType
+from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Tuple
 
 import numpy as np
 import pybullet
@@ -48,7 +49,7 @@ def _nothing(simulator: Simulator, physics: PhysicsParams) -> None:
 class Setting(NamedTuple):
     """One change against physics.py."""
 
-    engine: Dict[str, Any] = {}  # more arguments of setPhysicsEngineParameter
+    engine: Mapping[str, Any] = MappingProxyType({})  # more arguments of setPhysicsEngineParameter
     flags_on: int = 0  # of loadURDF
     flags_off: int = 0
     when_loaded: Hook = _nothing
@@ -110,9 +111,9 @@ def _calls_changed(setting: Setting, physics: PhysicsParams) -> Any:
     def configure_changed(**arguments: Any) -> None:
         configure(**{**arguments, **_engine_arguments(setting, physics)})
 
-    def step_changed(physicsClientId: int) -> None:
+    def step_changed(**client: int) -> None:
         for _ in range(physics.steps_per_tick if 'numSubSteps' in setting.engine else 1):
-            step(physicsClientId=physicsClientId)
+            step(**client)
 
     return unittest.mock.patch.multiple(
         pybullet, loadURDF=load_changed, setPhysicsEngineParameter=configure_changed, stepSimulation=step_changed

@@ -53,8 +53,10 @@ def main() -> None:
             lambda: _by_map(cases['hallway']),
         ),
         (
-            f'accuracy, {arguments.particles} particles: median and worst of {arguments.seeds} '
-            'seeds; ideal odometry with 1 cm, the others with 3 cm of range noise',
+            (
+                f'accuracy, {arguments.particles} particles: median and worst of {arguments.seeds} seeds; ideal '
+                'odometry with 1 cm, the others with 3 cm of range noise'
+            ),
             [
                 'world',
                 'odometry',

@@ -119,7 +119,9 @@ class Robot:
                 return value
             if time.monotonic() > deadline:
                 raise AssertionError(
-                    f'waited {timeout_s:.0f} s in vain for {what() if callable(what) else what}; robot at {tuple(self.pose)}, last commands {[twist_of(message) for message in self.commands.messages[-5:]]}'
+                    f'waited {timeout_s:.0f} s in vain for {what() if callable(what) else what}; robot at '
+                    f'{tuple(self.pose)}, last commands '
+                    f'{[twist_of(message) for message in self.commands.messages[-5:]]}'
                 )
 
     def _live(self):

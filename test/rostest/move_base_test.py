@@ -100,7 +100,7 @@ class MoveBaseTest(NodeTest):
     @classmethod
     def new_goal(cls, target):
         cls.count += 1
-        goal = MoveBaseActionGoal(goal_id=GoalID(stamp_from_ns(cls.robot.now_ns), 'goal %d' % cls.count))
+        goal = MoveBaseActionGoal(goal_id=GoalID(stamp_from_ns(cls.robot.now_ns), f'goal {cls.count}'))
         goal.goal.target_pose = target
         cls.robot.sent.add(goal.goal_id.id)
         cls.goals.publish(goal)

@@ -54,7 +54,7 @@ def connected_publisher(topic, message_class):
     """A publisher that at least one subscriber hears: nothing that it sends is lost."""
     with warnings.catch_warnings():
         warnings.simplefilter('ignore', SyntaxWarning)
-        # Without a queue `publish` returns when the message is in the socket: messages of two publishers keep their order.
+        # Without a queue `publish` returns when the message is in the socket: two publishers keep their order.
         publisher = rospy.Publisher(topic, message_class, queue_size=None, tcp_nodelay=True)
     wait_until(lambda: publisher.get_num_connections() > 0, 'a subscriber of ' + topic)
     return publisher
@@ -101,13 +101,13 @@ class Collector:
             if not self._changed.wait_for(lambda: condition(self._messages), timeout_s):
                 last = self._messages[-1] if self._messages else None
                 raise AssertionError(
-                    '%s: %d messages, but not %s in %.0f s. The last one:\n%s'
-                    % (self.topic, len(self._messages), what, timeout_s, last)
+                    f'{self.topic}: {len(self._messages)} messages, but not {what} in {timeout_s:.0f} s. '
+                    f'The last one:\n{last}'
                 )
             return list(self._messages)
 
     def wait_for_count(self, count, timeout_s=TIMEOUT_S):
-        return self.wait_for(lambda messages: len(messages) >= count, '%d messages' % count, timeout_s)
+        return self.wait_for(lambda messages: len(messages) >= count, f'{count} messages', timeout_s)
 
     def wait_for_stamp(self, stamp_ns, timeout_s=TIMEOUT_S):
         """All messages, as soon as one with this stamp has come."""

@@ -1,5 +1,6 @@
 """Starts whole graphs for pytest, each with a master and a ROS_HOME of its own, and ends all of their processes."""
 
+import contextlib
 import os
 import re
 import signal
@@ -55,7 +56,7 @@ class Graph:
         self.port = free_port()
         self.environment = dict(
             os.environ,
-            ROS_MASTER_URI='http://127.0.0.1:%d' % self.port,
+            ROS_MASTER_URI=f'http://127.0.0.1:{self.port}',
             ROS_IP='127.0.0.1',
             ROS_HOME=str(self.home),
             ROS_LOG_DIR=str(self.home / 'log'),
@@ -71,10 +72,8 @@ class Graph:
     def __exit__(self, *_):
         for number in (signal.SIGTERM, signal.SIGKILL):
             for pid in processes_of(self.home):
-                try:
+                with contextlib.suppress(ProcessLookupError):
                     os.kill(pid, number)
-                except ProcessLookupError:
-                    pass
             if self.is_gone(5.0):
                 break
 
@@ -90,7 +89,7 @@ class Graph:
     def start(self, *command):
         """A command under this master."""
         self._count += 1
-        return Process(command, self.environment, self.home, self.home / ('out-%d.txt' % self._count))
+        return Process(command, self.environment, self.home, self.home / (f'out-{self._count}.txt'))
 
     def run(self, *command):
         """A command, to its end: (exit code, output)."""

@@ -97,11 +97,12 @@ def read_shapes(name):
 
 def rasterise(shapes, low, high, resolution_m=0.05):
     """The map of a world between two corners (x, y): occupied where a solid touches a cell."""
-    columns, rows = (math.ceil((h - l) / resolution_m) for l, h in zip(low, high))
+    columns, rows = (math.ceil((upper - lower) / resolution_m) for lower, upper in zip(low, high))
     cells = np.full((rows, columns), FREE, np.int8)
-    for x_share, y_share in ((a, b) for a in (0.02, 0.5, 0.98) for b in (0.02, 0.5, 0.98)):
+    for x_fraction, y_fraction in ((a, b) for a in (0.02, 0.5, 0.98) for b in (0.02, 0.5, 0.98)):
         x, y = np.meshgrid(
-            low[0] + (np.arange(columns) + x_share) * resolution_m, low[1] + (np.arange(rows) + y_share) * resolution_m
+            low[0] + (np.arange(columns) + x_fraction) * resolution_m,
+            low[1] + (np.arange(rows) + y_fraction) * resolution_m,
         )
         inside = shapes.contain(np.column_stack([x.ravel(), y.ravel()]))
         cells[inside.reshape(cells.shape)] = OCCUPIED

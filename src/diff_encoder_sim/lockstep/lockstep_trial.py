@@ -49,9 +49,8 @@ class LockstepTrial:
         params: RobotParams,
         publications: Optional[Publications] = None,
     ) -> None:
-        """
-        Raises:
-            ConfigError: a file is missing or bad, or the trial is one for the live graph.
+        """Raises:
+        ConfigError: a file is missing or bad, or the trial is one for the live graph.
         """
         trial = plan.trial
         if trial.odom != 'encoder' or trial.nav == 'upstream' or plan.slam != 'none':

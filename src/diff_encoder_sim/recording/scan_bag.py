@@ -24,8 +24,7 @@ class ScanBag:
     def __init__(
         self, path: Path, reader: AnyReader, scan_topic: str = topics.SCAN, odom_topic: str = topics.ODOM
     ) -> None:
-        """
-        Args:
+        """Args:
             path: for messages.
             reader: from `open_bag`, for as long as this is used.
 

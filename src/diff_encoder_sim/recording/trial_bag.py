@@ -89,9 +89,8 @@ class TrialBag:
         return publisher
 
     def __enter__(self) -> TrialBag:
-        """
-        Raises:
-            OSError: the file cannot be made; it names the bag and keeps the errno.
+        """Raises:
+        OSError: the file cannot be made; it names the bag and keeps the errno.
         """
         if not self._topics:
             return self

@@ -97,13 +97,12 @@ class Reencoder:
         is_cdr: bool,
         counter_modulus: int,
     ) -> None:
-        """
-        Args:
-            wheels: where the angles come from.
-            reference: what every path is compared with; None for the path at the finest PPR.
-            runs: by PPR.
-            is_cdr: whether the bag is of ROS 2.
-            counter_modulus: of recorded counts.
+        """Args:
+        wheels: where the angles come from.
+        reference: what every path is compared with; None for the path at the finest PPR.
+        runs: by PPR.
+        is_cdr: whether the bag is of ROS 2.
+        counter_modulus: of recorded counts.
         """
         self._topic, self._reference, self._runs = wheels.topic, reference, runs
         self._finest = max(runs, key=lambda run: min(run.ppr.left, run.ppr.right))

@@ -28,13 +28,12 @@ class CommandGate:
     def __init__(
         self, period_ns: int, delay_ns: int, patience_s: float, is_expected: Callable[[], bool], is_from_start: bool
     ) -> None:
-        """
-        Args:
-            period_ns: of the controller.
-            delay_ns: from a boundary to the moment when its answer takes effect.
-            patience_s: how long to wait for an answer, by the wall clock.
-            is_expected: whether a controller is connected at all.
-            is_from_start: whether it answers the first boundary already.
+        """Args:
+        period_ns: of the controller.
+        delay_ns: from a boundary to the moment when its answer takes effect.
+        patience_s: how long to wait for an answer, by the wall clock.
+        is_expected: whether a controller is connected at all.
+        is_from_start: whether it answers the first boundary already.
         """
         self._period_ns = period_ns
         self._delay_ns = delay_ns

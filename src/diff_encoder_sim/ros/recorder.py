@@ -33,9 +33,8 @@ class Recorder:
     """Writes each message as it comes; the bag gets its name when it is whole."""
 
     def __init__(self, path: Path, topics: Sequence[str]) -> None:
-        """
-        Raises:
-            ConfigError: the file cannot be made.
+        """Raises:
+        ConfigError: the file cannot be made.
         """
         self._path = path
         self._unfinished = self._path.with_name(self._path.name + UNFINISHED_SUFFIX)

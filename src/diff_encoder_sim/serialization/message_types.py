@@ -1,5 +1,6 @@
 """Message types by their names, the fields of those that rosbags' store lacks, and what nodes and
-bags share."""
+bags share.
+"""
 
 from __future__ import annotations
 

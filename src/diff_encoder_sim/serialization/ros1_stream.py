@@ -57,8 +57,7 @@ class Ros1Stream:
     is_cdr = False
 
     def __init__(self, path: Path) -> None:
-        """
-        Args:
+        """Args:
             path: of a file that begins with `MAGIC`.
 
         Raises:

@@ -25,9 +25,8 @@ class RobotFrames:
     """Frames of a URDF: those that are fixed, and those that turn with a joint."""
 
     def __init__(self, urdf: str) -> None:
-        """
-        Raises:
-            ConfigError: a joint's origin or axis is no vector.
+        """Raises:
+        ConfigError: a joint's origin or axis is no vector.
         """
         self.fixed: List[LinkFrame] = []
         self._turning: List[Tuple[str, Vector, LinkFrame]] = []
@@ -97,7 +96,8 @@ def _product(first: QuatXyzw, second: QuatXyzw) -> QuatXyzw:
 
 def _with_largest_part_positive(quat: QuatXyzw) -> QuatXyzw:
     """Of the two quaternions of a rotation the one that KDL gives: w where it is above a half,
-    else the largest of x, y, z, is positive."""
+    else the largest of x, y, z, is positive.
+    """
     x, y, z, w = quat
     leading = w if 4.0 * w * w > 1.0 else max((x, y, z), key=abs)
     return quat if leading >= 0.0 else (-x, -y, -z, -w)

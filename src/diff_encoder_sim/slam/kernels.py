@@ -191,7 +191,8 @@ def _squared_distance(table: np.ndarray, cells: np.ndarray, x: float, y: float, 
 @njit(cache=True)
 def _across(x: float, y: float, xx: float, xy: float, yy: float) -> float:
     """Squared length of (x, y) across the longer axis of a covariance; the rounder it is, the
-    more of what is along counts too."""
+    more of what is along counts too.
+    """
     half = math.sqrt(0.25 * (xx - yy) * (xx - yy) + xy * xy)
     longer, shorter = 0.5 * (xx + yy) + half, 0.5 * (xx + yy) - half
     # Of the eigenvector's two forms the better conditioned.
