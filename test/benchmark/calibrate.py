@@ -19,7 +19,8 @@ from scipy import stats
 from scipy.optimize import minimize
 from tabulate import tabulate
 
-from diff_encoder_sim.analysis.paper.paper_cells import TRIALS, PaperCell, Y, load_paper_cells
+from diff_encoder_sim.analysis.paper.paper_cells import TRIALS, PaperCell, load_paper_cells
+from diff_encoder_sim.analysis.quantities import Y
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.lockstep.lockstep_trial import LockstepTrial
 from diff_encoder_sim.lockstep.robot_params import load_robot_config, override

@@ -8,7 +8,7 @@ from typing import Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
 from tabulate import tabulate
 
 from diff_encoder_sim.analysis.dataset import TrialData, Varied
-from diff_encoder_sim.analysis.paper.paper_cells import YAW, Quantity, X, Y
+from diff_encoder_sim.analysis.quantities import YAW, Quantity, X, Y
 from diff_encoder_sim.analysis.table_keys import head_of_test, ppr_head
 from diff_encoder_sim.analysis.within_tolerance import Reach, Share, fraction_within
 from diff_encoder_sim.evaluation.sample_statistics import LEVEL

@@ -8,7 +8,7 @@ from typing import Sequence
 import numpy as np
 
 from diff_encoder_sim.analysis.dataset import RobotGeometry, TrialData
-from diff_encoder_sim.analysis.paper.paper_cells import Quantity
+from diff_encoder_sim.analysis.quantities import Quantity
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.odometry.odometry_covariance import quantisation_covariance
 from diff_encoder_sim.trials.trial_definition import Trial

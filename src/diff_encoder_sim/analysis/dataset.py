@@ -16,8 +16,8 @@ from diff_encoder_sim.trials.trial_definition import Trial
 
 TOPIC_OF_SOURCE = dict(zip(SOURCES, (topics.ODOM, topics.AMCL_POSE, topics.GLOBAL_POSE, topics.WORLD_POSE)))
 
-# The paper's tests in its order; others follow.
-PAPER_TESTS = ('SL', 'SMT', 'DLD')
+# The paper's tests, first in every table; others follow.
+STANDARD_TESTS = ('SL', 'SMT', 'DLD')
 
 # The label of trials whose odometry is the simulator's, without an encoder.
 IDEAL = 'ideal'
@@ -104,7 +104,7 @@ class Dataset(NamedTuple):
         pooled: Dict[Cell, List[TrialData]] = {}
         for trial in self.trials:
             pooled.setdefault(trial.cell, []).append(trial)
-        tests = [*PAPER_TESTS, *_in_order(cell.test for cell in pooled)]
+        tests = [*STANDARD_TESTS, *_in_order(cell.test for cell in pooled)]
         varied = _in_order(cell.varied for cell in pooled)
         return {
             cell: pooled[cell]

@@ -8,7 +8,7 @@ from typing import Callable, List, Optional, Sequence
 import numpy as np
 
 from diff_encoder_sim.analysis.dataset import TOPIC_OF_SOURCE, Dataset
-from diff_encoder_sim.analysis.paper.paper_cells import with_final_error
+from diff_encoder_sim.analysis.final_errors import with_final_error
 from diff_encoder_sim.analysis.table_files import Column, Entry, Label, Number, Table
 from diff_encoder_sim.analysis.table_keys import key_columns, key_entries, varied_keys
 from diff_encoder_sim.evaluation.path_errors import RPE_DISTANCES_M, PathErrors

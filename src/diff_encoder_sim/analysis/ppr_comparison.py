@@ -12,7 +12,8 @@ from typing import Dict, Iterator, List, NamedTuple, Sequence, Tuple
 import numpy as np
 
 from diff_encoder_sim.analysis.dataset import Cell, Dataset, TrialData, Varied
-from diff_encoder_sim.analysis.paper.paper_cells import QUANTITIES, Quantity, equal_trials, final_errors
+from diff_encoder_sim.analysis.final_errors import equal_trials, final_errors
+from diff_encoder_sim.analysis.quantities import QUANTITIES, Quantity
 from diff_encoder_sim.analysis.table_keys import ppr_head
 from diff_encoder_sim.campaign.trial_row import SOURCES
 from diff_encoder_sim.evaluation.sample_statistics import (

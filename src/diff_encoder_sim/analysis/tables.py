@@ -6,24 +6,16 @@ their own.
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from typing import Dict, List, NamedTuple, Optional, Sequence
 
 import numpy as np
 
 from diff_encoder_sim.analysis.dataset import IDEAL, TOPIC_OF_SOURCE, Cell, Dataset, TrialData, ppr_value
-from diff_encoder_sim.analysis.paper.paper_cells import (
-    QUANTITIES,
-    YAW,
-    Quantity,
-    X,
-    count_within,
-    final_errors,
-    with_final_error,
-)
+from diff_encoder_sim.analysis.final_errors import count_within, final_errors, with_final_error
 from diff_encoder_sim.analysis.path_tables import path_error_table
-from diff_encoder_sim.analysis.pulse_resolution import pulse_accuracy
+from diff_encoder_sim.analysis.pulse_resolution import pulse_resolution_table
+from diff_encoder_sim.analysis.quantities import QUANTITIES, YAW, Quantity, X
 from diff_encoder_sim.analysis.table_files import Column, Entry, Label, Number, Table
 from diff_encoder_sim.analysis.table_keys import cell_head, key_columns, key_entries, ppr_head, varied_keys
 from diff_encoder_sim.evaluation.sample_statistics import (
@@ -66,42 +58,11 @@ STATISTICS = (
 def all_tables(dataset: Dataset) -> List[Table]:
     """Tables 3 to 6 of a dataset, the intervals of 4 to 6, and errors on the way if known."""
     pprs = [value for value in map(ppr_value, dataset.encoders()) if value is not None]
-    tables = [accuracy_table(pprs, *dataset.robot)]
+    tables = [pulse_resolution_table(pprs, *dataset.robot)]
     for name in TABLES:
         tables += [goal_table(dataset, name), interval_table(dataset, name)]
     on_the_way = path_error_table(dataset)
     return tables if on_the_way is None else [*tables, on_the_way]
-
-
-def accuracy_table(pprs: Sequence[float], wheel_diameter_m: float, wheel_separation_m: float) -> Table:
-    """Table 3 for any robot: what one pulse is worth."""
-    columns = [
-        Column('ppr', 'PPR'),
-        Column('linear_mm', 'linear accuracy [mm]'),
-        Column('two_wheel_angle_deg', 'angular accuracy, both wheels [deg]'),
-        Column('one_wheel_angle_deg', 'angular accuracy, one wheel [deg]'),
-    ]
-    rows: List[List[Entry]] = []
-    for ppr in pprs:
-        worth = pulse_accuracy(ppr, wheel_diameter_m, wheel_separation_m)
-        rows.append(
-            [
-                f'{ppr:g}',
-                Number(1e3 * worth.linear_m, 3),
-                Number(math.degrees(worth.two_wheel_angle_rad), 4),
-                Number(math.degrees(worth.one_wheel_angle_rad), 4),
-            ]
-        )
-    return Table(
-        'table3',
-        'Table 3. Expected accuracy of the encoder: plus or minus one pulse',
-        columns,
-        rows,
-        [
-            f'Wheel diameter {wheel_diameter_m:g} m, wheel separation {wheel_separation_m:g} m.',
-            'Both wheels: one pulse each, in opposite directions, as in the paper.',
-        ],
-    )
 
 
 def goal_table(dataset: Dataset, name: str) -> Table:

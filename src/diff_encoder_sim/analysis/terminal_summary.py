@@ -9,7 +9,8 @@ import numpy as np
 from tabulate import tabulate
 
 from diff_encoder_sim.analysis.dataset import Dataset, TrialData, Varied, XYYaw
-from diff_encoder_sim.analysis.paper.paper_cells import YAW, X, Y, count_within_all, final_errors, with_final_error
+from diff_encoder_sim.analysis.final_errors import count_within_all, final_errors, with_final_error
+from diff_encoder_sim.analysis.quantities import YAW, X, Y
 from diff_encoder_sim.analysis.table_keys import varied_texts
 from diff_encoder_sim.campaign.trial_row import SOURCES
 from diff_encoder_sim.trials.trial_outcome import Outcome

@@ -10,7 +10,8 @@ import enum
 from typing import NamedTuple, Optional, Sequence
 
 from diff_encoder_sim.analysis.dataset import TrialData
-from diff_encoder_sim.analysis.paper.paper_cells import QUANTITIES, Quantity, count_within_all, with_final_error
+from diff_encoder_sim.analysis.final_errors import count_within_all, with_final_error
+from diff_encoder_sim.analysis.quantities import QUANTITIES, Quantity
 from diff_encoder_sim.evaluation.sample_statistics import LEVEL, Interval, wilson
 
 # What the robot did, what it believed, and what it would have believed without a map.

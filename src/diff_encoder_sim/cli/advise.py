@@ -13,7 +13,7 @@ from distributed import Client
 from diff_encoder_sim.advice.encoder_search import WORDS, Advisor, Tolerance
 from diff_encoder_sim.analysis.campaign_dataset import data_of
 from diff_encoder_sim.analysis.dataset import TrialData, ppr_value
-from diff_encoder_sim.analysis.paper.paper_cells import YAW, X
+from diff_encoder_sim.analysis.quantities import YAW, X
 from diff_encoder_sim.analysis.within_tolerance import REQUIRED_FRACTION, fewest_trials
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.paths import package_folder

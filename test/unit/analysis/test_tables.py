@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.analysis.dataset import Dataset
+from diff_encoder_sim.analysis.pulse_resolution import pulse_resolution_table
 from diff_encoder_sim.analysis.table_files import (
     Column,
     Label,
@@ -18,7 +19,7 @@ from diff_encoder_sim.analysis.table_files import (
     markdown_text,
     write_tables,
 )
-from diff_encoder_sim.analysis.tables import accuracy_table, all_tables, goal_table, interval_table
+from diff_encoder_sim.analysis.tables import all_tables, goal_table, interval_table
 from synthetic_trials import dataset_of, synthetic_dataset, trial_data
 
 DEG = math.pi / 180.0
@@ -141,7 +142,7 @@ def test_intervals_by_hand():
 
 
 def test_table_3_of_alto():
-    rows = records(accuracy_table([40.0, 90.0, 1024.0, 4096.0], 0.2, 0.4))
+    rows = records(pulse_resolution_table([40.0, 90.0, 1024.0, 4096.0], 0.2, 0.4))
     assert [round(float(row['linear_mm']), 2) for row in rows] == [15.71, 6.98, 0.61, 0.15]
     assert [float(row['two_wheel_angle_deg']) for row in rows] == pytest.approx([4.5, 2.0, 0.17578125, 0.0439453125])
     assert [float(row['one_wheel_angle_deg']) for row in rows] == pytest.approx([2.25, 1.0, 0.087890625, 0.02197265625])

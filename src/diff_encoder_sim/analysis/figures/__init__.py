@@ -15,7 +15,7 @@ from diff_encoder_sim.analysis.figures.style import STYLE, Figure, save
 from diff_encoder_sim.analysis.figures.trajectory_plot import MOST_TRIALS, draw_trajectories
 from diff_encoder_sim.analysis.figures.variants import Variant, variants_of
 from diff_encoder_sim.analysis.figures.xy_errors import draw_xy_errors
-from diff_encoder_sim.analysis.paper.paper_cells import YAW, X
+from diff_encoder_sim.analysis.quantities import YAW, X
 
 
 class Drawn(NamedTuple):

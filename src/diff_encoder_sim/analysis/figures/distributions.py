@@ -12,7 +12,8 @@ from matplotlib.patches import Patch
 
 from diff_encoder_sim.analysis.figures import style
 from diff_encoder_sim.analysis.figures.variants import Variant
-from diff_encoder_sim.analysis.paper.paper_cells import QUANTITIES, Quantity, final_errors
+from diff_encoder_sim.analysis.final_errors import final_errors
+from diff_encoder_sim.analysis.quantities import QUANTITIES, Quantity
 
 HEIGHT_TO_WIDTH = 0.9
 ROOM = style.Room(left_in=0.62, between_in=0.66, above_in=0.22, below_in=0.2, legend_in=0.42)

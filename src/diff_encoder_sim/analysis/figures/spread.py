@@ -14,7 +14,8 @@ from diff_encoder_sim.analysis.closed_form import closed_form_std, odometry_minu
 from diff_encoder_sim.analysis.dataset import RobotGeometry, TrialData, ppr_value
 from diff_encoder_sim.analysis.figures import style
 from diff_encoder_sim.analysis.figures.variants import Variant
-from diff_encoder_sim.analysis.paper.paper_cells import QUANTITIES, Quantity, final_errors
+from diff_encoder_sim.analysis.final_errors import final_errors
+from diff_encoder_sim.analysis.quantities import QUANTITIES, Quantity
 from diff_encoder_sim.evaluation.sample_statistics import LEVEL, spread, std_interval
 from diff_encoder_sim.trials.trial_definition import Trial
 

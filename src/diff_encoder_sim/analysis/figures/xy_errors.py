@@ -14,7 +14,8 @@ from matplotlib.patches import Circle
 from diff_encoder_sim.analysis.dataset import TrialData
 from diff_encoder_sim.analysis.figures import style
 from diff_encoder_sim.analysis.figures.variants import Variant
-from diff_encoder_sim.analysis.paper.paper_cells import X, Y, final_errors
+from diff_encoder_sim.analysis.final_errors import final_errors
+from diff_encoder_sim.analysis.quantities import X, Y
 from diff_encoder_sim.analysis.table_keys import ppr_head
 
 MOST_ABREAST = 5

@@ -6,11 +6,10 @@ import math
 from typing import Dict, List, Sequence, Tuple
 
 from diff_encoder_sim.analysis.dataset import TOPIC_OF_SOURCE
-from diff_encoder_sim.analysis.paper.claims import JudgedClaim
 from diff_encoder_sim.analysis.paper.errata import ERRATA
-from diff_encoder_sim.analysis.paper.hypothesis_tests import Finding
-from diff_encoder_sim.analysis.paper.paper_cells import STATISTICS, Quantity
+from diff_encoder_sim.analysis.paper.paper_cells import STATISTICS
 from diff_encoder_sim.analysis.paper.paper_comparison import ComparedCell, PaperComparison
+from diff_encoder_sim.analysis.quantities import Quantity
 from diff_encoder_sim.analysis.table_files import Column, Entry, Number, Table
 from diff_encoder_sim.analysis.table_keys import cell_head
 from diff_encoder_sim.campaign.trial_row import SOURCES
@@ -74,7 +73,7 @@ def score_table(comparison: PaperComparison) -> Table:
     )
 
 
-def accuracy_table(comparison: PaperComparison) -> Table:
+def resolution_table(comparison: PaperComparison) -> Table:
     """Table 3 for this robot, beside the paper's."""
     columns = [
         Column('ppr', 'PPR'),
@@ -84,7 +83,7 @@ def accuracy_table(comparison: PaperComparison) -> Table:
         Column('angle_ours', 'computed', 'angle, both wheels [deg]'),
     ]
     rows: List[List[Entry]] = []
-    for computed, printed in comparison.accuracy:
+    for computed, printed in comparison.resolutions:
         rows.append(
             [
                 f'{computed.ppr:g}',
@@ -103,12 +102,6 @@ def errata_table() -> Table:
     return Table(
         'errata', 'Errata of the paper', columns, [[one.where, one.printed, one.right, one.why] for one in ERRATA], []
     )
-
-
-def finding_counts(claim: JudgedClaim) -> str:
-    """How many parts of a claim came to what."""
-    counts = {finding.value: sum(part.finding is finding for part in claim.evidence) for finding in Finding}
-    return ', '.join(f'{name} {count}' for name, count in counts.items() if count)
 
 
 def _rows(compared: Sequence[ComparedCell]) -> List[List[Entry]]:

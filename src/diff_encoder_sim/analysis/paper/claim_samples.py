@@ -7,7 +7,8 @@ from typing import Dict, List, NamedTuple, Sequence, Tuple
 import numpy as np
 
 from diff_encoder_sim.analysis.dataset import TOPIC_OF_SOURCE, TrialData
-from diff_encoder_sim.analysis.paper.paper_cells import Quantity, X, Y, equal_trials, final_errors
+from diff_encoder_sim.analysis.final_errors import equal_trials, final_errors
+from diff_encoder_sim.analysis.quantities import Quantity, X, Y
 
 # Of one set of parameters, by test and PPR.
 TrialsByCell = Dict[Tuple[str, str], List[TrialData]]

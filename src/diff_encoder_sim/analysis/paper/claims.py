@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Callable, Dict, List, NamedTuple, Sequence, Tuple
 
-from diff_encoder_sim.analysis.dataset import PAPER_TESTS, Dataset, Varied
+from diff_encoder_sim.analysis.dataset import STANDARD_TESTS, Dataset, Varied
 from diff_encoder_sim.analysis.paper.claim_samples import (
     TrialsByCell,
     pairs_of_pprs,
@@ -24,7 +24,8 @@ from diff_encoder_sim.analysis.paper.hypothesis_tests import (
     fractions_within,
     spreads,
 )
-from diff_encoder_sim.analysis.paper.paper_cells import PPRS, QUANTITIES, YAW, X, Y
+from diff_encoder_sim.analysis.paper.paper_cells import PPRS
+from diff_encoder_sim.analysis.quantities import QUANTITIES, YAW, X, Y
 
 COARSE, FINE = PPRS[:2], PPRS[2:]
 COARSE_AND_FINE = [(coarse, fine) for coarse in COARSE for fine in FINE]
@@ -47,6 +48,12 @@ class JudgedClaim(NamedTuple):
     varied: Varied  # what the trials have that others of the dataset have not
     verdict: str  # in words
     evidence: List[Evidence]
+
+    @property
+    def counts(self) -> str:
+        """Count its parts by what they came to."""
+        counts = {finding.value: sum(part.finding is finding for part in self.evidence) for finding in Finding}
+        return ', '.join(f'{name} {count}' for name, count in counts.items() if count)
 
 
 def judge_claims(dataset: Dataset) -> List[JudgedClaim]:
@@ -79,7 +86,7 @@ def _heading_by_resolution(trials: TrialsByCell) -> List[Evidence]:
         [
             one
             for source in ('odom', 'global', 'world')
-            for one in pooled_over_tests(trials, source, PAPER_TESTS, pprs, YAW)
+            for one in pooled_over_tests(trials, source, STANDARD_TESTS, pprs, YAW)
         ]
         for pprs in (FINE, COARSE)
     )
@@ -102,7 +109,7 @@ CLAIMS: Tuple[Claim, ...] = (
     Claim(
         'A higher resolution gives steadier odometry: 1024 and 4096 PPR spread less than 40 and 90 in every test.',
         'sections III and IV, table 4',
-        lambda trials: first_spreads_more(pairs_of_pprs(trials, 'odom', PAPER_TESTS, COARSE_AND_FINE, QUANTITIES)),
+        lambda trials: first_spreads_more(pairs_of_pprs(trials, 'odom', STANDARD_TESTS, COARSE_AND_FINE, QUANTITIES)),
     ),
     Claim(
         'A low resolution drifts: after the long drive the position by odometry is farther off '
@@ -113,7 +120,7 @@ CLAIMS: Tuple[Claim, ...] = (
     Claim(
         'The robot itself ends more scattered about the goal with 40 PPR than with 4096.',
         'section III, figure 4, table 5',
-        lambda trials: first_spreads_more(pairs_of_pprs(trials, 'world', PAPER_TESTS, EXTREMES, [X, Y])),
+        lambda trials: first_spreads_more(pairs_of_pprs(trials, 'world', STANDARD_TESTS, EXTREMES, [X, Y])),
     ),
     Claim(
         'The error across the drive (y) varies more than that along it (x).',
@@ -135,12 +142,12 @@ CLAIMS: Tuple[Claim, ...] = (
     Claim(
         'By AMCL (/global_pose) every trial ends within 0.05 m in x and in y, with every encoder.',
         'section III, table 6',
-        lambda trials: all_within(samples(trials, 'global', PAPER_TESTS, PPRS, [X, Y])),
+        lambda trials: all_within(samples(trials, 'global', STANDARD_TESTS, PPRS, [X, Y])),
     ),
     Claim(
         'In truth 85 to 100 per cent of the trials end within 0.05 m.',
         'section III, table 5',
-        lambda trials: fractions_within(0.85, above=samples(trials, 'world', PAPER_TESTS, PPRS, [X, Y])),
+        lambda trials: fractions_within(0.85, above=samples(trials, 'world', STANDARD_TESTS, PPRS, [X, Y])),
     ),
     Claim(
         'The heading is within 3 degrees in less than 90 per cent of the trials with 40 and 90 '
@@ -157,7 +164,7 @@ CLAIMS: Tuple[Claim, ...] = (
     Claim(
         'The position by AMCL hardly depends on the resolution: within tolerance as often with 40 PPR as with 4096.',
         'section IV, table 6',
-        lambda trials: fractions_equal(pairs_of_pprs(trials, 'global', PAPER_TESTS, EXTREMES, [X, Y])),
+        lambda trials: fractions_equal(pairs_of_pprs(trials, 'global', STANDARD_TESTS, EXTREMES, [X, Y])),
     ),
     Claim(
         '/amcl_pose and /global_pose agree but for negligible differences.',

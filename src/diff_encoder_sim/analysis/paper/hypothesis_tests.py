@@ -12,8 +12,9 @@ from typing import Callable, List, NamedTuple, Sequence
 
 import numpy as np
 
+from diff_encoder_sim.analysis.final_errors import count_within, with_final_error
 from diff_encoder_sim.analysis.paper.claim_samples import Pair, Sample, TrialsByCell
-from diff_encoder_sim.analysis.paper.paper_cells import QUANTITIES, count_within, with_final_error
+from diff_encoder_sim.analysis.quantities import QUANTITIES
 from diff_encoder_sim.base.se2 import wrap_angle
 from diff_encoder_sim.evaluation.sample_statistics import (
     SIGNIFICANCE,

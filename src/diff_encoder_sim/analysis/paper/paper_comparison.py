@@ -14,16 +14,11 @@ import numpy as np
 from scipy import stats
 
 from diff_encoder_sim.analysis.dataset import Cell, Dataset, ppr_value
+from diff_encoder_sim.analysis.final_errors import count_within, final_errors
 from diff_encoder_sim.analysis.paper.errata import errata_of
-from diff_encoder_sim.analysis.paper.paper_cells import (
-    TRIALS,
-    PaperCell,
-    Quantity,
-    count_within,
-    final_errors,
-    load_paper_cells,
-)
-from diff_encoder_sim.analysis.pulse_resolution import Table3Row, table_3
+from diff_encoder_sim.analysis.paper.paper_cells import TRIALS, PaperCell, load_paper_cells
+from diff_encoder_sim.analysis.paper.printed_resolutions import ComparedResolution, compare_resolutions
+from diff_encoder_sim.analysis.quantities import Quantity
 from diff_encoder_sim.evaluation.sample_statistics import LEVEL, SIGNIFICANCE, Interval, spread, std_interval, wilson
 
 # The only cells that parameters were fitted to: table, test, PPR and quantity
@@ -75,7 +70,7 @@ class PaperComparison(NamedTuple):
     """All that both have."""
 
     rows: List[ComparedCell]
-    accuracy: List[Table3Row]  # table 3 for this robot, PPR ascending
+    resolutions: List[ComparedResolution]  # table 3 for this robot, PPR ascending
 
     def scores(self) -> Dict[Tuple[str, str], Score]:
         """By source and PPR, of predictions; cells that the paper's errata affect are left out."""
@@ -110,7 +105,7 @@ def compare_with_paper(dataset: Dataset) -> PaperComparison:
                     )
                 )
     pprs = {ppr_value(trial.ppr) for trial in dataset.trials} - {None}
-    return PaperComparison(rows, table_3(sorted(pprs), *dataset.robot))
+    return PaperComparison(rows, compare_resolutions(sorted(pprs), *dataset.robot))
 
 
 def compare_std(values: np.ndarray, paper_std: float, quantity: Quantity) -> Optional[Agreement]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from diff_encoder_sim.analysis.closed_form import closed_form_std, odometry_minus_truth
 from diff_encoder_sim.analysis.dataset import Dataset, ppr_value
-from diff_encoder_sim.analysis.paper.paper_cells import QUANTITIES
+from diff_encoder_sim.analysis.quantities import QUANTITIES
 from diff_encoder_sim.analysis.table_files import Column, Entry, Table
 from diff_encoder_sim.analysis.table_keys import cell_head
 from diff_encoder_sim.evaluation.sample_statistics import LEVEL, spread, std_interval

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Callable, Dict, List, Sequence
 
 from diff_encoder_sim.analysis.dataset import Dataset, ppr_value
-from diff_encoder_sim.analysis.paper.paper_cells import YAW, X
+from diff_encoder_sim.analysis.quantities import YAW, X
 from diff_encoder_sim.analysis.report.summary import Line, answer, encoder_names, listed
 from diff_encoder_sim.analysis.table_keys import varied_texts
 from diff_encoder_sim.analysis.within_tolerance import REQUIRED_FRACTION, WORDS_OF_SOURCE, Reach, Share, fewest_trials

@@ -4,23 +4,15 @@ from __future__ import annotations
 
 from collections import Counter
 from pathlib import Path
-from typing import Any, Dict, List, Sequence
+from typing import Any, Dict, List, Optional, Sequence
 
 import jinja2
 
 from diff_encoder_sim.analysis.dataset import TOPIC_OF_SOURCE, Dataset
 from diff_encoder_sim.analysis.figures.style import Figure
-from diff_encoder_sim.analysis.paper.against_paper import (
-    accuracy_table,
-    cell_tables,
-    errata_table,
-    finding_counts,
-    score_table,
-)
-from diff_encoder_sim.analysis.paper.claims import judge_claims
-from diff_encoder_sim.analysis.paper.paper_cells import YAW, X
-from diff_encoder_sim.analysis.paper.paper_comparison import compare_with_paper
+from diff_encoder_sim.analysis.paper.report_section import paper_section
 from diff_encoder_sim.analysis.ppr_comparison import PprComparison
+from diff_encoder_sim.analysis.quantities import YAW, X
 from diff_encoder_sim.analysis.report.closed_form_table import closed_form_table
 from diff_encoder_sim.analysis.report.encoders import compare_encoders
 from diff_encoder_sim.analysis.report.headline import main_line
@@ -30,7 +22,7 @@ from diff_encoder_sim.analysis.report.provenance import provenance
 from diff_encoder_sim.analysis.report.summary import Line, answer, encoder_names, listed
 from diff_encoder_sim.analysis.report.trials import bag_links, failure_table, trial_table
 from diff_encoder_sim.analysis.table_files import Table
-from diff_encoder_sim.analysis.table_keys import head_of_test, ppr_head, varied_texts
+from diff_encoder_sim.analysis.table_keys import head_of_test, ppr_head
 from diff_encoder_sim.analysis.within_tolerance import REQUIRED_FRACTION, WORDS_OF_SOURCE
 
 TEMPLATE = 'page.html'
@@ -142,18 +134,11 @@ def _trials(dataset: Dataset, folder: Path) -> Dict[str, Any]:
     }
 
 
-def _paper(dataset: Dataset) -> Dict[str, Any]:
-    comparison = compare_with_paper(dataset)
-    if not comparison.rows:
-        return {'cells': []}
-    judged: Dict[str, List[Dict[str, Any]]] = {}
-    for claim in judge_claims(dataset):
-        judged.setdefault(', '.join(varied_texts(claim.varied)), []).append(
-            {**claim._asdict(), 'counts': finding_counts(claim)}
-        )
-    return {
-        'cells': [html_table(table) for table in (accuracy_table(comparison), *cell_tables(comparison))],
-        'scores': html_table(score_table(comparison)),
-        'errata': html_table(errata_table()),
-        'claims': [{'name': name, 'claims': claims} for name, claims in judged.items()],
+def _paper(dataset: Dataset) -> Optional[Dict[str, Any]]:
+    section = paper_section(dataset)
+    return section and {
+        'scores': html_table(section.scores),
+        'claims': section.claims,
+        'cells': [html_table(table) for table in section.cells],
+        'errata': html_table(section.errata),
     }

@@ -14,7 +14,7 @@ from diff_encoder_sim.analysis.figures.distributions import draw_distributions
 from diff_encoder_sim.analysis.figures.spread import draw_spread
 from diff_encoder_sim.analysis.figures.trajectory_plot import draw_trajectories
 from diff_encoder_sim.analysis.figures.xy_errors import draw_xy_errors
-from diff_encoder_sim.analysis.paper.paper_cells import YAW, X
+from diff_encoder_sim.analysis.quantities import YAW, X
 from diff_encoder_sim.trials.trial_definition import PoseParams, Trial, load_test
 from places import CONFIG
 from synthetic_trials import ALTO, dataset_of, synthetic_dataset, trial_data

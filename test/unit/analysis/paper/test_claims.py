@@ -15,7 +15,7 @@ from diff_encoder_sim.analysis.paper.hypothesis_tests import (
     fractions_within,
     spreads,
 )
-from diff_encoder_sim.analysis.paper.paper_cells import YAW, X
+from diff_encoder_sim.analysis.quantities import YAW, X
 from paper_datasets import cell, dataset, trial
 
 HOLDS, FAILS, UNCLEAR = Finding.HOLDS, Finding.FAILS, Finding.UNCLEAR

@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 
 from diff_encoder_sim.analysis.paper.errata import ERRATA, errata_of
-from diff_encoder_sim.analysis.paper.paper_cells import QUANTITIES, STATISTICS, YAW, X, load_paper_cells
+from diff_encoder_sim.analysis.paper.paper_cells import STATISTICS, load_paper_cells
 from diff_encoder_sim.analysis.paper.paper_comparison import (
     compare_max,
     compare_min,
@@ -15,7 +15,9 @@ from diff_encoder_sim.analysis.paper.paper_comparison import (
     compare_std,
     compare_with_paper,
 )
-from diff_encoder_sim.analysis.pulse_resolution import pulse_accuracy, table_3
+from diff_encoder_sim.analysis.paper.printed_resolutions import compare_resolutions
+from diff_encoder_sim.analysis.pulse_resolution import pulse_resolution
+from diff_encoder_sim.analysis.quantities import QUANTITIES, YAW, X
 from diff_encoder_sim.base.errors import ConfigError
 from paper_datasets import cell, dataset
 
@@ -109,21 +111,21 @@ def test_errata_have_keys_of_their_own():
 
 
 def test_table_3_by_hand():
-    one = pulse_accuracy(90, 0.2, 0.4)
+    one = pulse_resolution(90, 0.2, 0.4)
     assert one.linear_m == pytest.approx(0.00698, abs=5e-6)  # not the 7.98 mm of the print
     assert math.degrees(one.two_wheel_angle_rad) == pytest.approx(2.0)
     assert math.degrees(one.one_wheel_angle_rad) == pytest.approx(1.0)
 
 
 def test_table_3_agrees_with_the_print_but_for_its_slip():
-    for row in table_3([40, 90, 1024, 4096], 0.2, 0.4):
+    for row in compare_resolutions([40, 90, 1024, 4096], 0.2, 0.4):
         assert row.computed.two_wheel_angle_rad == pytest.approx(row.printed.angle_rad, rel=0.025)
         is_slip = abs(row.printed.linear_m / row.computed.linear_m - 1.0) > 0.025
         assert is_slip == (row.printed.ppr == 90)
 
 
 def test_table_3_of_another_robot():
-    (row,) = table_3([500.5], 0.1, 0.25)
+    (row,) = compare_resolutions([500.5], 0.1, 0.25)
     assert row.printed is None
     assert row.computed.linear_m == pytest.approx(math.pi * 0.1 / 500.5)
 
@@ -246,8 +248,8 @@ def test_accuracy_is_that_of_the_datasets_encoders_and_robot():
             cell('SL', '90L1024R', 'odom', [(0.0, 0.0, 0.0)]),
         )
     )
-    assert [row.computed.ppr for row in comparison.accuracy] == [40.0, 128.0]
-    assert [row.printed is not None for row in comparison.accuracy] == [True, False]
+    assert [row.computed.ppr for row in comparison.resolutions] == [40.0, 128.0]
+    assert [row.printed is not None for row in comparison.resolutions] == [True, False]
 
 
 def test_calibrated_cells_are_told_apart():

@@ -1,0 +1,48 @@
+"""Final pose errors of several trials as arrays, and how many are within tolerance."""
+
+from __future__ import annotations
+
+from typing import List, Optional, Sequence, Tuple
+
+import numpy as np
+
+from diff_encoder_sim.analysis.dataset import TrialData, XYYaw
+from diff_encoder_sim.analysis.quantities import QUANTITIES, Quantity
+
+
+def final_error(trial: TrialData, source: str) -> Optional[XYYaw]:
+    """Return the final pose minus the goal; None without a pose, and for a torn bag, whose final pose is unknown."""
+    return None if trial.outcome == 'torn' else trial.errors.get(source)
+
+
+def with_final_error(trials: Sequence[TrialData], source: str) -> List[TrialData]:
+    """Return the trials that have a final error, whatever their outcome, as the paper pools them."""
+    return [trial for trial in trials if final_error(trial, source) is not None]
+
+
+def equal_trials(
+    first: Sequence[TrialData], second: Sequence[TrialData], source: str
+) -> Tuple[List[TrialData], List[TrialData]]:
+    """Return the trials of equal number of two cells that both have a final error, in the same order."""
+    of_first, of_second = (
+        {trial.trial: trial for trial in with_final_error(trials, source)} for trials in (first, second)
+    )
+    numbers = [number for number in of_first if number in of_second]
+    return [of_first[number] for number in numbers], [of_second[number] for number in numbers]
+
+
+def final_errors(trials: Sequence[TrialData], source: str, quantity: Quantity) -> np.ndarray:
+    """(n,) final pose minus goal of the trials that have one, in the quantity's unit."""
+    errors = (final_error(trial, source) for trial in trials)
+    return quantity.scale * np.array([error[quantity.component] for error in errors if error is not None])
+
+
+def count_within(values: np.ndarray, quantity: Quantity) -> int:
+    """Count the errors within the quantity's tolerance."""
+    return int(np.count_nonzero(np.abs(values) <= quantity.tolerance))
+
+
+def count_within_all(trials: Sequence[TrialData], source: str, quantities: Sequence[Quantity] = QUANTITIES) -> int:
+    """Count the trials that are within the tolerances of all quantities at once."""
+    within = [np.abs(final_errors(trials, source, quantity)) <= quantity.tolerance for quantity in quantities]
+    return int(np.count_nonzero(np.all(within, axis=0)))

@@ -1,0 +1,39 @@
+"""The components of a final pose error: x, y and yaw, with their units and tolerances."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+
+class Quantity(NamedTuple):
+    """A component of the final pose minus the goal, in the unit that tables and figures show."""
+
+    name: str  # with its unit
+    component: int  # index in TrialData.errors
+    scale: float  # from SI to the shown unit
+    tolerance: float  # allowed absolute error, in the shown unit
+
+    @property
+    def axis(self) -> str:
+        """Return the name without the unit: x, y or yaw."""
+        return self.name.rpartition('_')[0]
+
+    @property
+    def unit(self) -> str:
+        """Return the unit of scaled errors: m or deg."""
+        return self.name.rpartition('_')[2]
+
+    @property
+    def head(self) -> str:
+        """Return the table heading."""
+        return f'{self.axis} [{self.unit}]'
+
+
+# The tolerances are the paper's.
+QUANTITIES = (
+    Quantity('x_m', 0, 1.0, 0.05),
+    Quantity('y_m', 1, 1.0, 0.05),
+    Quantity('yaw_deg', 2, 180.0 / math.pi, 3.0),
+)
+X, Y, YAW = QUANTITIES
