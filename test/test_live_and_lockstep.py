@@ -5,7 +5,7 @@ import pytest
 from diff_encoder_sim.lockstep.bag_publications import DESCRIPTION_ARGUMENTS
 from diff_encoder_sim.lockstep.robot_params import load_robot_params
 from diff_encoder_sim.lockstep.trial_run import run_trial
-from diff_encoder_sim.simulation.link_frames import RobotFrames
+from diff_encoder_sim.simulation.link_frames import LinkFrames
 from diff_encoder_sim.simulation.robot import expand_xacro
 from diff_encoder_sim.trials.trial_definition import Trial, TrialPlan, find_world, load_test
 from launched_graph import DATA, ROOT, Graph, require_ros
@@ -92,7 +92,7 @@ def test_the_wheels_frames_are_those_that_robot_state_publisher_tells(bags):
     live, _ = bags
     states = [JointState().deserialize(content) for _, content, _ in live['/joint_states']]
     angles = {state.header.stamp.to_nsec(): dict(zip(state.name, state.position)) for state in states}
-    frames = RobotFrames(expand_xacro(ROOT / 'urdf' / 'alto.urdf.xacro', DESCRIPTION_ARGUMENTS))
+    frames = LinkFrames(expand_xacro(ROOT / 'urdf' / 'alto.urdf.xacro', DESCRIPTION_ARGUMENTS))
     told = [
         transform
         for _, content, _ in live['/tf']

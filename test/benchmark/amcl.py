@@ -118,7 +118,7 @@ def _by_size(calls: int) -> List[List[str]]:
             amcl = _amcl(
                 grid, SL, laser_max_beams=beams, min_particles=particles, max_particles=particles, resample_interval=1
             )
-            scan = _thinned(lidar.sweep(0, SL.start), beams)
+            scan = _thinned(lidar.scan(0, SL.start), beams)
             row.append(f'{_median_ms(lambda: _forced(amcl, scan), calls):.2f}')
         rows.append(row)
     return rows
@@ -130,7 +130,7 @@ def _by_part(calls: int) -> List[List[str]]:
     amcl = Amcl(params, grid, rng)
     particles, weights = amcl.particles, amcl.weights
     move, limits, model = motion_model(params), kld_limits(params), laser_model(params, grid)
-    scan, centres = _thinned(lidar.sweep(0, SL.start), 180), np.zeros((1, 2))
+    scan, centres = _thinned(lidar.scan(0, SL.start), 180), np.zeros((1, 2))
     beams = model.beams(scan, IDENTITY)
     parts: List[Tuple[str, Callable[[], object]]] = [
         ('move the particles', lambda: move(particles, IDENTITY, Pose2D(0.2, 0.0, 0.1), rng)),
@@ -154,7 +154,7 @@ def _by_model(calls: int) -> List[List[str]]:
         model_type = name if not changes else 'likelihood_field_prob'
         model = laser_model(_params(SL, laser_model_type=model_type, **changes), grid)
         particles = _amcl(grid, SL).particles
-        beams = model.beams(_thinned(lidar.sweep(0, SL.start), 180), IDENTITY)
+        beams = model.beams(_thinned(lidar.scan(0, SL.start), 180), IDENTITY)
         cost_ms = _median_ms(lambda: model.likelihoods(particles, beams, True), calls)
         rows.append([name, f'{cost_ms:.2f}'])
     return rows
@@ -182,7 +182,7 @@ def _as_adapted(name: str, place: Place) -> List[str]:
     lidar, grid = _scanner_and_map(place, 1000)
     amcl, pose, costs_ms, counts = _amcl(grid, place), place.start, [], []
     for _ in range(place.updates):
-        scan = lidar.sweep(0, pose)
+        scan = lidar.scan(0, pose)
         costs_ms.append(_ms(lambda: amcl.update(pose, scan, IDENTITY)))
         counts.append(len(amcl.particles))
         pose = pose.compose(Pose2D(place.forward_m, 0.0, place.turn_rad))
@@ -211,7 +211,7 @@ def _accuracy(name: str, place: Place, trials: int) -> List[str]:
         )
         amcl, pose = Amcl(_params(place, **guess), grid, rng), place.start
         for _ in range(place.updates):
-            estimate = amcl.update(pose, lidar.sweep(0, pose), IDENTITY)
+            estimate = amcl.update(pose, lidar.scan(0, pose), IDENTITY)
             if estimate is not None:
                 last, truth = estimate, pose
             pose = pose.compose(Pose2D(place.forward_m, 0.0, place.turn_rad))

@@ -56,7 +56,7 @@ class Place:
 
     def print_shares(self) -> None:
         """Quantiles of the share, and how often it is below lost_fraction."""
-        scans = [self.lidar.sweep(0, pose) for pose in self.poses]
+        scans = [self.lidar.scan(0, pose) for pose in self.poses]
         rows: List[Tuple[str, List[Scan], Callable[[Pose2D], Pose2D]]] = [('within 10 cm, 3 deg', scans, self._near)]
         for share in (1 / 3, 1 / 2, 2 / 3):
             blocked = [block(scan, share, self.rng) for scan in scans]
@@ -69,7 +69,7 @@ class Place:
         print(f'\n{self.name}: share of rays that fit')
         table = []
         for title, taken, believed in rows:
-            shares = [fit_map.fit(believed(pose), scan, IDENTITY).share for pose, scan in zip(self.poses, taken)]
+            shares = [fit_map.fit(believed(pose), scan, IDENTITY).fraction for pose, scan in zip(self.poses, taken)]
             shares = np.array([share for share in shares if share is not None])
             table.append(
                 [
@@ -149,14 +149,14 @@ class Place:
 
     def _stand(self, amcl: Amcl, true_pose: Pose2D, scans: int) -> Tuple[bool, float, float]:
         for _ in range(scans):
-            amcl.update(IDENTITY, self.lidar.sweep(0, true_pose), IDENTITY)
+            amcl.update(IDENTITY, self.lidar.scan(0, true_pose), IDENTITY)
         return end_of(amcl, IDENTITY, true_pose)
 
     def _turn(self, amcl: Amcl, true_pose: Pose2D) -> Tuple[bool, float, float]:
         odom_pose = IDENTITY
         for _ in range(200):
             true_pose, odom_pose = (turned(pose, 8.6) for pose in (true_pose, odom_pose))
-            amcl.update(odom_pose, self.lidar.sweep(0, true_pose), IDENTITY)
+            amcl.update(odom_pose, self.lidar.scan(0, true_pose), IDENTITY)
         return end_of(amcl, odom_pose, true_pose)
 
 

@@ -136,7 +136,7 @@ def first_sweep_s() -> float:
     """Seconds for the first sweep in this process: compiling, or loading what was compiled."""
     lidar = Lidar(load_world(ROOT / 'worlds' / 'hallway.world'), SCAN_HEIGHT_M, LidarParams(), np.random.default_rng(0))
     began_s = time.perf_counter()
-    lidar.sweep(0, Pose2D(0.0, 0.0, 0.0))
+    lidar.scan(0, Pose2D(0.0, 0.0, 0.0))
     return time.perf_counter() - began_s
 
 
@@ -169,7 +169,7 @@ def _compare(world: World, poses: List[Pose2D], rays: int, repeats: int) -> List
 
 def _sweep_ms(world: World, poses: List[Pose2D], repeats: int) -> float:
     lidar = Lidar(world, SCAN_HEIGHT_M, LidarParams(), np.random.default_rng(0))
-    return _best_ms(lambda pose: lidar.sweep(0, pose), poses, repeats)
+    return _best_ms(lambda pose: lidar.scan(0, pose), poses, repeats)
 
 
 def _best_ms(cast: Callable[[Pose2D], object], poses: List[Pose2D], repeats: int) -> float:

@@ -23,6 +23,7 @@ sys.path.insert(0, str(ROOT / 'test' / 'support'))
 from diff_encoder_sim.slam.grid_slam import GridSlam
 from diff_encoder_sim.slam.slam_params import GridSlamParams
 from diff_encoder_sim.slam.slam_warm_up import warm_up
+from patch_memory import memory_bytes, unshared_patch_count
 from slam_drives import HALLWAY, MAPPING, PPRS, ROS_LOGO, Case
 
 PARTICLES, SKIPS = (5, 15, 30, 60), (9, 4, 1, 0)
@@ -112,8 +113,8 @@ def _by_map(case: Case) -> List[List[str]]:
             rows.append(
                 [
                     f'{len(known) * params.delta**2:.0f}',
-                    f'{slam.maps.memory_bytes / MEGABYTE:.1f}',
-                    f'{slam.maps.unshared_patch_count * patch_bytes / MEGABYTE:.1f}',
+                    f'{memory_bytes(slam.maps) / MEGABYTE:.1f}',
+                    f'{unshared_patch_count(slam.maps) * patch_bytes / MEGABYTE:.1f}',
                     f'{params.particles * height * width * BYTES_PER_CELL / MEGABYTE:.1f}',
                 ]
             )

@@ -107,7 +107,7 @@ def record(tour: Tour, pprs: Sequence[int] = PPRS, seed: int = 1) -> Drive:
             drive.odometry['ideal'].append(pose.relative_to(tour.start))
             laser_pose = pose.compose(simulator.laser_pose_in_base)
             for name, lidar in lidars.items():
-                drive.scans[name].append(lidar.sweep(simulator.time_ns, laser_pose))
+                drive.scans[name].append(lidar.scan(simulator.time_ns, laser_pose))
         if tick % CONTROL_TICKS == 0:
             if math.hypot(points[0][0] - pose.x_m, points[0][1] - pose.y_m) < NEAR_M:
                 points.pop(0)

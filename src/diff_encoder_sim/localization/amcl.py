@@ -162,14 +162,9 @@ class Amcl:
         return self._lost.is_lost
 
     @property
-    def fit_share(self) -> Optional[float]:
+    def fit_fraction(self) -> Optional[float]:
         """Share of the newest scan's rays that fit the map, 0 to 1; None before there is one."""
-        return self._lost.share
-
-    @property
-    def least_fit_share(self) -> float:
-        """The share below which a scan is bad now: more while lost than else."""
-        return self._lost.least_share
+        return self._lost.fit_fraction
 
     # The filter.
 
@@ -194,7 +189,7 @@ class Amcl:
         beams = self._laser_model.beams(scan, laser_pose_in_base)
         estimate = self._update_filter(odom_pose, beams, scan.stamp_ns)
         if self._estimate is not None:
-            self._lost.judge(
+            self._lost.check(
                 self._estimate.odom_pose_in_map.compose(odom_pose),
                 scan,
                 laser_pose_in_base,
@@ -272,13 +267,13 @@ class Amcl:
     def _resample(self) -> None:
         """Draw new particles (table 8.3, lines 14 to 19), if selective_resampling finds it due."""
         if not self._is_weight_spread():
-            share_anywhere = self._averages.share_anywhere()
+            fraction_anywhere = self._averages.fraction_anywhere()
             self._particles = resample(
-                self._particles, self._weights, self._limits, share_anywhere, self._free_centres, self._rng
+                self._particles, self._weights, self._limits, fraction_anywhere, self._free_centres, self._rng
             )
             self._weights = np.full(len(self._particles), 1.0 / len(self._particles))
             self._has_converged = has_converged(self._particles)
-            if share_anywhere > 0.0:
+            if fraction_anywhere > 0.0:
                 # Upstream: or the filter would spiral off into complete randomness.
                 self._averages.reset()
         self._take_statistics()

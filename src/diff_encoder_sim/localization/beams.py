@@ -118,7 +118,7 @@ def check_scan(scan: Scan) -> None:
         )
 
 
-def nothing_seen(scan: Scan, beams: Beams) -> InputFault:
+def no_return_fault(scan: Scan, beams: Beams) -> InputFault:
     """The fault of a scan that cannot tell one place from another."""
     return InputFault(
         f'scan: none of {len(scan.ranges_m)} rays, of those used, returned from '

@@ -30,7 +30,7 @@ def draw_until_enough(
     particles: np.ndarray,
     cumulative: np.ndarray,
     limits: np.ndarray,
-    share_anywhere: float,
+    fraction_anywhere: float,
     free_centres: np.ndarray,
     uniforms: np.ndarray,
     anywhere: np.ndarray,
@@ -41,7 +41,7 @@ def draw_until_enough(
         particles: (n, 3) x [m], y [m], yaw [rad].
         cumulative: (n,) running sums of their weights.
         limits: (most + 1,) how many are enough, by the number of bins.
-        share_anywhere: probability that a particle is drawn from all cells instead.
+        fraction_anywhere: probability that a particle is drawn from all cells instead.
         free_centres: (c, 2) x, y [m] of those cells.
         uniforms: (most, 2) chances: from where it is drawn, which particle.
         anywhere: (most, 2) chances: which cell, which heading.
@@ -51,7 +51,7 @@ def draw_until_enough(
     bin_count = 0
     count = 0
     while count < len(uniforms):
-        if uniforms[count, 0] < share_anywhere:
+        if uniforms[count, 0] < fraction_anywhere:
             cell = int(anywhere[count, 0] * len(free_centres))
             drawn[count, 0] = free_centres[cell, 0]
             drawn[count, 1] = free_centres[cell, 1]

@@ -34,7 +34,7 @@ class LikelihoodAverages:
         self.slow = _averaged(self.slow, likelihood, self._alpha_slow)
         self.fast = _averaged(self.fast, likelihood, self._alpha_fast)
 
-    def share_anywhere(self) -> float:
+    def fraction_anywhere(self) -> float:
         """Share of particles to draw anywhere on the map, 0 to 1."""
         if self.slow == 0.0:
             return 0.0
@@ -79,7 +79,7 @@ def resample(
     particles: np.ndarray,
     weights: np.ndarray,
     limits: np.ndarray,
-    share_anywhere: float,
+    fraction_anywhere: float,
     free_centres: np.ndarray,
     rng: np.random.Generator,
 ) -> np.ndarray:
@@ -89,11 +89,11 @@ def resample(
         particles: (n, 3) base poses in the map.
         weights: (n,), sum 1.
         limits: from `kld_limits`; m is at most its length less 1.
-        share_anywhere: probability that a particle is drawn from the whole map instead.
+        fraction_anywhere: probability that a particle is drawn from the whole map instead.
         free_centres: (c, 2) x, y [m] of the cells to draw those from.
         rng: drawn from as for the most particles, so that equal seeds stay in step.
     """
     most = len(limits) - 1
     uniforms = rng.random((most, 2))
-    anywhere = rng.random((most, 2)) if share_anywhere > 0.0 else uniforms
-    return draw_until_enough(particles, np.cumsum(weights), limits, share_anywhere, free_centres, uniforms, anywhere)
+    anywhere = rng.random((most, 2)) if fraction_anywhere > 0.0 else uniforms
+    return draw_until_enough(particles, np.cumsum(weights), limits, fraction_anywhere, free_centres, uniforms, anywhere)

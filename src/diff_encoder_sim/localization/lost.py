@@ -22,15 +22,15 @@ class LostDetector:
         self._map = FitMap(grid, params.lost_distance) if params.lost_fraction > 0.0 else None
         self._lost_fraction, self._lost_scans = params.lost_fraction, params.lost_scans
         self.is_lost = False
-        self.share: Optional[float] = None  # of the newest scan that allowed a verdict
+        self.fit_fraction: Optional[float] = None  # of the newest scan that allowed a verdict
         self._against = 0  # scans in a row that contradict is_lost
 
     @property
-    def least_share(self) -> float:
+    def least_fraction(self) -> float:
         """What a good scan's share must have now."""
         return 0.5 * (self._lost_fraction + 1.0) if self.is_lost else self._lost_fraction
 
-    def judge(self, base_pose_in_map: Pose2D, scan: Scan, laser_pose_in_base: Pose2D, may_be_found: bool) -> None:
+    def check(self, base_pose_in_map: Pose2D, scan: Scan, laser_pose_in_base: Pose2D, may_be_found: bool) -> None:
         """Take a scan.
 
         Args:
@@ -44,11 +44,11 @@ class LostDetector:
         """
         if self._map is None:
             return
-        share = self._map.fit(base_pose_in_map, scan, laser_pose_in_base).share
+        share = self._map.fit(base_pose_in_map, scan, laser_pose_in_base).fraction
         if share is None:
             return
-        self.share = share
-        is_good = share >= self.least_share and (may_be_found or not self.is_lost)
+        self.fit_fraction = share
+        is_good = share >= self.least_fraction and (may_be_found or not self.is_lost)
         self._against = self._against + 1 if is_good == self.is_lost else 0
         if self._against >= self._lost_scans:
             self.is_lost, self._against = not self.is_lost, 0

@@ -44,7 +44,7 @@ class ScanFit(NamedTuple):
     short: int  # at nothing that the map shows
 
     @property
-    def share(self) -> Optional[float]:
+    def fraction(self) -> Optional[float]:
         """Share of rays that fit, 0 to 1; None where there are too few for a verdict."""
         if self.fitting + self.through + self.short < LEAST_RAYS:
             return None

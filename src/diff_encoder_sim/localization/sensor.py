@@ -10,7 +10,7 @@ import numpy as np
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.localization.amcl_params import AmclParams
-from diff_encoder_sim.localization.beams import Beams, beam_step, check_scan, nothing_seen, select_beams
+from diff_encoder_sim.localization.beams import Beams, beam_step, check_scan, no_return_fault, select_beams
 from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
 
 
@@ -43,7 +43,7 @@ class SensorModel(abc.ABC):
         check_scan(scan)
         beams = select_beams(scan, self._step(len(scan.ranges_m)), laser_pose_in_base, self._params, self._hits_only)
         if len(beams.ranges_m) == 0:
-            raise nothing_seen(scan, beams)
+            raise no_return_fault(scan, beams)
         return beams
 
     def _step(self, ray_count: int) -> int:

@@ -18,7 +18,7 @@ from diff_encoder_sim.odometry.wheel_odometry import OdometryEstimate
 from diff_encoder_sim.recording import topics
 from diff_encoder_sim.recording.trial_bag import TrialBag
 from diff_encoder_sim.serialization import encoding
-from diff_encoder_sim.simulation.link_frames import LinkFrame, RobotFrames
+from diff_encoder_sim.simulation.link_frames import LinkFrame, LinkFrames
 from diff_encoder_sim.simulation.robot import expand_xacro
 from diff_encoder_sim.simulation.simulator import Simulator
 from diff_encoder_sim.simulation.state import JointStates
@@ -43,7 +43,7 @@ class BagPublications(Publications):
         self._joints = params.encoder.left_joint, params.encoder.right_joint
         self._trial_node = topics.NAVIGATION_TRIAL_NODE
         self._goal: Optional[encoding.SentGoal] = None
-        self._frames: Optional[RobotFrames] = None
+        self._frames: Optional[LinkFrames] = None
         self._frames_published_ns = 0
         self._models: Optional[encoding.ModelStatesMessages] = None
 
@@ -62,7 +62,7 @@ class BagPublications(Publications):
                 ),
             )
         if self._bag.wants(topics.TF):
-            self._frames = RobotFrames(expand_xacro(robot_file, DESCRIPTION_ARGUMENTS))
+            self._frames = LinkFrames(expand_xacro(robot_file, DESCRIPTION_ARGUMENTS))
         self._models = encoding.ModelStatesMessages(simulator.world, simulator.robot_name)
 
     def ending(self, now_ns: int, ending: Ending) -> None:

@@ -92,12 +92,12 @@ class AmclOutput:
                 'lost: %.0f %% of the rays agree with the map (lost_fraction: %.0f %%); '
                 'no map->odom until they do. Carry the robot back, give its pose by '
                 '/initialpose, or call global_localization and drive it by hand',
-                100.0 * amcl.fit_share,
+                100.0 * amcl.fit_fraction,
                 100.0 * self._params.lost_fraction,
                 extra=EVENT,
             )
         elif self._was_lost and not amcl.is_lost:
-            log.info('found: %.0f %% of the rays agree with the map', 100.0 * amcl.fit_share, extra=EVENT)
+            log.info('found: %.0f %% of the rays agree with the map', 100.0 * amcl.fit_fraction, extra=EVENT)
         self._was_lost = amcl.is_lost
 
     def _warn_of_spread(self, estimate: AmclEstimate) -> None:

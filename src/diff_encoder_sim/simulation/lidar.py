@@ -62,7 +62,7 @@ class Lidar:
         self._increment_rad = params.angle_span / params.samples
         self._bearings_rad = params.angle_min + self._increment_rad * np.arange(params.samples)
 
-    def sweep(self, stamp_ns: int, laser_pose_in_world: Pose2D) -> Scan:
+    def scan(self, stamp_ns: int, laser_pose_in_world: Pose2D) -> Scan:
         """One scan; +inf where nothing returns from within range_max (REP-117).
 
         Noise is added to what returns. What then lies under range_min is reported as -inf: too

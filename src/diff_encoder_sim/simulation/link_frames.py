@@ -21,7 +21,7 @@ class LinkFrame(NamedTuple):
     quat_xyzw: QuatXyzw
 
 
-class RobotFrames:
+class LinkFrames:
     """Frames of a URDF: those that are fixed, and those that turn with a joint."""
 
     def __init__(self, urdf: str) -> None:

@@ -163,7 +163,7 @@ class Simulator:
 
     def scan(self) -> Scan:
         """A sweep of the scanner from where it is now."""
-        return self._lidar.sweep(self.time_ns, self.base_pose_in_world().compose(self.laser_pose_in_base))
+        return self._lidar.scan(self.time_ns, self.base_pose_in_world().compose(self.laser_pose_in_base))
 
     def obstacle_hit(self) -> Optional[str]:
         """Name of a solid, other than the floor, that the robot touches now, if any."""

@@ -20,7 +20,7 @@ from diff_encoder_sim.localization.kld_resampling import effective_count
 from diff_encoder_sim.localization.particles import check_pose
 from diff_encoder_sim.mapping.occupancy_grid import UNKNOWN, OccupancyGrid
 from diff_encoder_sim.slam.history import History, StampedPose
-from diff_encoder_sim.slam.map_update import register
+from diff_encoder_sim.slam.map_update import update_maps
 from diff_encoder_sim.slam.move_noise import apply_moves
 from diff_encoder_sim.slam.occupancy import occupancy
 from diff_encoder_sim.slam.patches import SIDE, Extent, PatchMaps
@@ -212,7 +212,7 @@ class GridSlam:
 
     def _enter(self, rays: Rays) -> None:
         self._cover(self._particles, rays)
-        register(self.maps, self._particles, rays)
+        update_maps(self.maps, self._particles, rays)
 
     def _cover(self, particles: np.ndarray, rays: Rays) -> None:
         reach_m = rays.reach_m() + MATCH_MARGIN_M

@@ -12,7 +12,7 @@ from diff_encoder_sim.slam.patches import EMPTY, HITS, MASK, MEAN_X, MEAN_Y, SHI
 from diff_encoder_sim.slam.rays import Rays
 
 
-def register(maps: PatchMaps, particles: np.ndarray, rays: Rays) -> None:
+def update_maps(maps: PatchMaps, particles: np.ndarray, rays: Rays) -> None:
     """Enter a scan into every particle's map, taken from its pose.
 
     Args:
@@ -29,7 +29,7 @@ def register(maps: PatchMaps, particles: np.ndarray, rays: Rays) -> None:
         laser_x_m = x_m + cos_yaw * rays.laser_x_m - sin_yaw * rays.laser_y_m
         laser_y_m = y_m + sin_yaw * rays.laser_x_m + cos_yaw * rays.laser_y_m
         directions_rad = yaw_rad + rays.bearings_rad
-        _register(
+        _update_map(
             maps.table[index],
             maps.cells,
             maps.references,
@@ -45,7 +45,7 @@ def register(maps: PatchMaps, particles: np.ndarray, rays: Rays) -> None:
 
 
 @njit(cache=True)
-def _register(
+def _update_map(
     table: np.ndarray,
     cells: np.ndarray,
     references: np.ndarray,

@@ -72,21 +72,6 @@ class PatchMaps:
         self.references = np.zeros(FIRST_CAPACITY, np.int32)
         self.free, self.free_count = _free_patches(self.references)
 
-    @property
-    def patch_count(self) -> int:
-        """Patches in use, each counted once however many particles share it."""
-        return len(self.references) - 1 - int(self.free_count[0])
-
-    @property
-    def unshared_patch_count(self) -> int:
-        """Patches that there would be if every particle had its own grid of what it has seen."""
-        return int(np.count_nonzero(self.table))
-
-    @property
-    def memory_bytes(self) -> int:
-        """Memory of the patches in use and of the tables."""
-        return self.patch_count * self.cells[0].nbytes + self.table.nbytes
-
     def ensure_free(self, count: int) -> None:
         """Make room so that `count` patches can be taken; capacity doubles."""
         capacity = len(self.references)

@@ -18,7 +18,7 @@ from diff_encoder_sim.slam.rays import Rays
 from diff_encoder_sim.slam.slam_params import GridSlamParams
 
 
-class Proposed(NamedTuple):
+class Proposal(NamedTuple):
     """One step of all particles."""
 
     particles: np.ndarray  # (n, 3) base poses in the map, drawn
@@ -28,7 +28,7 @@ class Proposed(NamedTuple):
 
 def propose(
     maps: PatchMaps, particles: np.ndarray, move: Pose2D, rays: Rays, params: GridSlamParams, rng: np.random.Generator
-) -> Proposed:
+) -> Proposal:
     """Move the particles by odometry's `move` (in the base frame) and a scan.
 
     Each starts where odometry puts it and climbs to the best match (algorithm 1, line 7). About
@@ -69,7 +69,7 @@ def propose(
     )
     drawn = drawn / scale + corner
     drawn[:, 2] = (drawn[:, 2] + np.pi) % (2.0 * np.pi) - np.pi
-    return Proposed(drawn, log_factors, scores)
+    return Proposal(drawn, log_factors, scores)
 
 
 def _lattice(params: GridSlamParams) -> np.ndarray:

@@ -103,14 +103,14 @@ def test_the_lost_share_is_drawn_anywhere():
 
 def test_averages_of_the_likelihood_call_for_recovery():
     averages = LikelihoodAverages(alpha_slow=0.001, alpha_fast=0.1)
-    assert averages.share_anywhere() == 0.0
+    assert averages.fraction_anywhere() == 0.0
     averages.add(2.0)
-    assert averages.share_anywhere() == 0.0
+    assert averages.fraction_anywhere() == 0.0
     averages.add(1.0)
     assert (averages.slow, averages.fast) == pytest.approx((1.999, 1.9))
-    assert averages.share_anywhere() == pytest.approx(1 - 1.9 / 1.999)
+    assert averages.fraction_anywhere() == pytest.approx(1 - 1.9 / 1.999)
     averages.add(10.0)
-    assert averages.share_anywhere() == 0.0
+    assert averages.fraction_anywhere() == 0.0
     averages.reset()
     averages.add(0.5)
     assert (averages.slow, averages.fast) == (0.5, 0.5)
@@ -120,7 +120,7 @@ def test_no_recovery_without_alphas():
     averages = LikelihoodAverages(0.0, 0.0)
     for likelihood in (2.0, 1e-9):
         averages.add(likelihood)
-    assert averages.share_anywhere() == 0.0
+    assert averages.fraction_anywhere() == 0.0
 
 
 def test_effective_count():

@@ -90,14 +90,14 @@ def test_rays_from_off_the_map_are_followed_onto_it(laser_x_m, range_m, expected
 def test_rays_that_pass_the_map_by_do_not_count():
     for y_m, yaw_rad in ((-9.0, 0.0), (-9.0, 1.5), (9.0, math.pi), (2.6, math.pi / 4)):
         here = Pose2D(-9.0, y_m, yaw_rad)
-        assert FitMap(wall_ahead(), DISTANCE_M).fit(here, rays_ahead(40.0), IDENTITY).share is None
+        assert FitMap(wall_ahead(), DISTANCE_M).fit(here, rays_ahead(40.0), IDENTITY).fraction is None
 
 
 def test_rays_that_end_where_the_map_says_nothing_do_not_count():
     grid = wall_ahead()
     grid.cells[:, 60:] = UNKNOWN  # the wall included
     for range_m in (1.0, 4.0):
-        assert FitMap(grid, DISTANCE_M).fit(IDENTITY, rays_ahead(range_m), IDENTITY).share is None
+        assert FitMap(grid, DISTANCE_M).fit(IDENTITY, rays_ahead(range_m), IDENTITY).fraction is None
 
 
 def test_a_diagonal_wall_of_one_cell_lets_few_rays_through():
@@ -110,17 +110,17 @@ def test_a_diagonal_wall_of_one_cell_lets_few_rays_through():
 
 
 def test_the_share():
-    assert ScanFit(30, 10, 40).share == pytest.approx(30 / (30 + 10 + 10))
-    assert ScanFit(0, 0, 100).share == 0.0
-    assert ScanFit(9, 0, 0).share is None and ScanFit(10, 0, 0).share == 1.0
+    assert ScanFit(30, 10, 40).fraction == pytest.approx(30 / (30 + 10 + 10))
+    assert ScanFit(0, 0, 100).fraction == 0.0
+    assert ScanFit(9, 0, 0).fraction is None and ScanFit(10, 0, 0).fraction == 1.0
 
 
 def test_the_laser_may_be_anywhere_on_the_robot_and_the_map_anywhere_in_its_frame():
     mount, shift = Pose2D(0.2, -0.1, 0.7), Pose2D(10.0, -7.0, 1.1)
     scan = simulated_scan(ROOM, START, laser_pose_in_base=mount)
     there = ROOM._replace(origin=shift.compose(ROOM.origin))
-    assert FitMap(there, DISTANCE_M).fit(shift.compose(START), scan, mount).share == 1.0
-    assert FitMap(there, DISTANCE_M).fit(START, scan, mount).share != 1.0
+    assert FitMap(there, DISTANCE_M).fit(shift.compose(START), scan, mount).fraction == 1.0
+    assert FitMap(there, DISTANCE_M).fit(START, scan, mount).fraction != 1.0
 
 
 def test_people_all_around_are_not_a_wrong_place():
@@ -128,9 +128,9 @@ def test_people_all_around_are_not_a_wrong_place():
     scan, fit_map = simulated_scan(ROOM, START), FitMap(ROOM, DISTANCE_M)
     blocked = scan.ranges_m.copy()
     blocked[::2] = np.minimum(blocked[::2], 0.5)
-    assert fit_map.fit(START, scan._replace(ranges_m=blocked), IDENTITY).share > 0.7
+    assert fit_map.fit(START, scan._replace(ranges_m=blocked), IDENTITY).fraction > 0.7
     for wrong in (ELSEWHERE, moved(START, 1.0, 0.0), moved(START, 0.0, math.radians(30))):
-        assert fit_map.fit(wrong, scan, IDENTITY).share < 0.5
+        assert fit_map.fit(wrong, scan, IDENTITY).fraction < 0.5
 
 
 def test_the_verdict_needs_scans_in_a_row():
@@ -139,7 +139,7 @@ def test_the_verdict_needs_scans_in_a_row():
     none = good._replace(ranges_m=np.full(180, np.inf))
     seen = []
     for scan in (bad, bad, good, bad, none, bad, bad, good, good, bad, good, good, good):
-        detector.judge(START, scan, IDENTITY, may_be_found=True)
+        detector.check(START, scan, IDENTITY, may_be_found=True)
         seen.append(detector.is_lost)
     assert seen == [False] * 6 + [True] * 6 + [False]
 
@@ -149,14 +149,14 @@ def test_to_be_found_takes_a_better_share_than_not_to_be_lost():
     ranges = simulated_scan(ROOM, START).ranges_m.copy()
     ranges[:140] = 0.5
     so_so = simulated_scan(ROOM, START)._replace(ranges_m=ranges)
-    detector.judge(START, so_so, IDENTITY, may_be_found=True)
-    assert 0.5 < detector.share < 0.75 and not detector.is_lost
+    detector.check(START, so_so, IDENTITY, may_be_found=True)
+    assert 0.5 < detector.fit_fraction < 0.75 and not detector.is_lost
     detector.declare_lost()
-    detector.judge(START, so_so, IDENTITY, may_be_found=True)
-    assert detector.is_lost and detector.least_share == 0.75
-    detector.judge(START, simulated_scan(ROOM, START), IDENTITY, may_be_found=False)
+    detector.check(START, so_so, IDENTITY, may_be_found=True)
+    assert detector.is_lost and detector.least_fraction == 0.75
+    detector.check(START, simulated_scan(ROOM, START), IDENTITY, may_be_found=False)
     assert detector.is_lost
-    detector.judge(START, simulated_scan(ROOM, START), IDENTITY, may_be_found=True)
+    detector.check(START, simulated_scan(ROOM, START), IDENTITY, may_be_found=True)
     assert not detector.is_lost
 
 
@@ -180,7 +180,7 @@ def feed(filter_, true_pose, count, odom_pose=IDENTITY):
 def test_carried_off_and_back():
     """Lost at the fifth scan; the particles stay, so that it is found when it is back."""
     filter_ = amcl()
-    assert not any(feed(filter_, START, 5)) and filter_.fit_share == 1.0
+    assert not any(feed(filter_, START, 5)) and filter_.fit_fraction == 1.0
     particles = filter_.particles
     assert feed(filter_, ELSEWHERE, 20) == [False] * 4 + [True] * 16
     assert filter_.particles is particles
@@ -207,13 +207,13 @@ def test_limits_that_the_parameters_replace_are_no_fault():
     filter_ = amcl(laser_min_range=0.1, laser_max_range=5.0)
     scan = simulated_scan(ROOM, START)._replace(range_min_m=-1.0, range_max_m=math.inf)
     assert filter_.update(IDENTITY, scan, IDENTITY) is not None
-    assert filter_.fit_share == 1.0
+    assert filter_.fit_fraction == 1.0
 
 
 def test_upstreams_default_is_never_lost():
     filter_ = amcl(lost_fraction=0.0)
     feed(filter_, START, 1)
-    assert not any(feed(filter_, ELSEWHERE, 20)) and filter_.fit_share is None
+    assert not any(feed(filter_, ELSEWHERE, 20)) and filter_.fit_fraction is None
     filter_.global_localization()
     assert not filter_.is_lost
 

@@ -100,7 +100,7 @@ def test_the_shipped_worlds_against_brute_force(name, angle_min, angle_span):
 
 def test_noise_has_the_spread_that_was_asked_for_and_comes_from_the_seed():
     pose = Pose2D(0, 0, 0)
-    sweeps = [lidar(ROOM, seed=seed, noise=0.03).sweep(0, pose).ranges_m for seed in (1, 1, 2)]
+    sweeps = [lidar(ROOM, seed=seed, noise=0.03).scan(0, pose).ranges_m for seed in (1, 1, 2)]
     assert (sweeps[0] == sweeps[1]).all() and not (sweeps[0] == sweeps[2]).any()
     errors_m = sweeps[0] - lidar(ROOM).true_ranges_m(pose)
     assert errors_m.std() == pytest.approx(0.03, rel=0.1)  # 1000 rays: 99.9 % within 8 %
@@ -113,15 +113,15 @@ def test_each_ray_is_measured_with_its_own_noise_and_then_cut_to_the_limits():
     true_m = scanner.true_ranges_m(pose)
     noisy_m = true_m + 0.5 * np.random.default_rng(4).standard_normal(1000)
     expected = np.where((true_m > 2.5) | (noisy_m > 2.5), np.inf, np.where(noisy_m < 0.9, -np.inf, noisy_m))
-    assert scanner.sweep(0, pose).ranges_m.tolist() == expected.tolist()
+    assert scanner.scan(0, pose).ranges_m.tolist() == expected.tolist()
     assert 50 < np.isneginf(expected).sum() < 500 and 50 < np.isposinf(expected).sum() < 900
 
 
 def test_no_return_is_plus_inf_and_too_close_is_minus_inf():
     scanner = lidar([solid(Box((0.1, 0.5, 2.0)), x_m=0.15)], samples=4, range_max=2.0)
-    scan = scanner.sweep(7, Pose2D(0, 0, 0))
+    scan = scanner.scan(7, Pose2D(0, 0, 0))
     assert scan.ranges_m.tolist() == [math.inf, math.inf, -math.inf, math.inf]
-    far = lidar(ROOM, range_max=2.5, samples=4).sweep(7, Pose2D(0, 0, 0))
+    far = lidar(ROOM, range_max=2.5, samples=4).scan(7, Pose2D(0, 0, 0))
     assert far.ranges_m == pytest.approx([2.0, 1.0, math.inf, 2.0])
     assert (far.stamp_ns, far.range_max_m) == (7, 2.5)
     assert far.bearings_rad() == pytest.approx([-math.pi, -math.pi / 2, 0, math.pi / 2])

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.simulation.link_frames import RobotFrames
+from diff_encoder_sim.simulation.link_frames import LinkFrames
 
 URDF = """<robot name="r"><link name="base"/><link name="wheel"/><link name="scanner"/><link name="arm"/>
 <joint name="z_wheel" type="continuous"><parent link="base"/><child link="wheel"/>
@@ -16,7 +16,7 @@ URDF = """<robot name="r"><link name="base"/><link name="wheel"/><link name="sca
 
 
 def test_fixed_frames_have_their_origin():
-    (mount,) = RobotFrames(URDF).fixed
+    (mount,) = LinkFrames(URDF).fixed
     assert (mount.parent, mount.child, mount.translation_xyz_m) == ('arm', 'scanner', (1.0, 0.0, 0.0))
     # Rz(0.3) Ry(0.2) Rx(0.1), from its halved angles.
     (sr, cr), (sp, cp), (sy, cy) = ((math.sin(0.5 * angle), math.cos(0.5 * angle)) for angle in (0.1, 0.2, 0.3))
@@ -31,7 +31,7 @@ def test_fixed_frames_have_their_origin():
 
 
 def test_joints_turn_about_their_axis_after_their_origin_in_the_order_of_their_names():
-    arm, wheel = RobotFrames(URDF).turned({'z_wheel': 0.5, 'a_arm': math.pi / 2})
+    arm, wheel = LinkFrames(URDF).turned({'z_wheel': 0.5, 'a_arm': math.pi / 2})
     assert wheel.translation_xyz_m == (0.1, 0.2, 0.3)
     assert wheel.quat_xyzw == pytest.approx((0.0, math.sin(0.25), 0.0, math.cos(0.25)))
     # A quarter turn about z, then one about the arm's own x, URDF's default axis.
@@ -39,7 +39,7 @@ def test_joints_turn_about_their_axis_after_their_origin_in_the_order_of_their_n
 
 
 def test_only_joints_whose_angle_is_known_are_told():
-    assert [frame.child for frame in RobotFrames(URDF).turned({'z_wheel': 0.0, 'other': 1.0})] == ['wheel']
+    assert [frame.child for frame in LinkFrames(URDF).turned({'z_wheel': 0.0, 'other': 1.0})] == ['wheel']
 
 
 @pytest.mark.parametrize(
@@ -56,10 +56,10 @@ def test_only_joints_whose_angle_is_known_are_told():
     ],
 )
 def test_of_the_two_quaternions_it_is_kdls(angle_rad, y, w):
-    (wheel,) = RobotFrames(URDF).turned({'z_wheel': angle_rad})
+    (wheel,) = LinkFrames(URDF).turned({'z_wheel': angle_rad})
     assert wheel.quat_xyzw == pytest.approx((0.0, y, 0.0, w), abs=1e-12)
 
 
 def test_a_bad_origin_is_named():
     with pytest.raises(ConfigError, match="joint 'mount' origin xyz"):
-        RobotFrames(URDF.replace('xyz="1 0 0"', 'xyz="1 0"'))
+        LinkFrames(URDF.replace('xyz="1 0 0"', 'xyz="1 0"'))

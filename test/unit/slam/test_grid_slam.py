@@ -12,6 +12,7 @@ from diff_encoder_sim.slam.grid_slam import GridSlam
 from diff_encoder_sim.slam.history import History
 from diff_encoder_sim.slam.offline import OdometryTrack, map_recording
 from diff_encoder_sim.slam.slam_warm_up import warm_up
+from patch_memory import patch_count, unshared_patch_count
 from slam_room import around_the_room, params, room_scan
 
 START = Pose2D(0.4, -0.3, 0.5)  # in odom, of the first scan
@@ -119,7 +120,7 @@ def test_paths_follow_the_parents():
 def test_maps_are_shared_between_particles():
     slam, _, _, estimates = drive(sigma_m=0.03)
     assert any(estimate.has_resampled for estimate in estimates if estimate)
-    assert slam.maps.patch_count < slam.maps.unshared_patch_count
+    assert patch_count(slam.maps) < unshared_patch_count(slam.maps)
     counts = np.bincount(slam.maps.table.ravel(), minlength=len(slam.maps.references))
     assert (slam.maps.references[1:] == counts[1:]).all()
 

@@ -2,6 +2,7 @@
 
 import pytest
 
+from patch_memory import patch_count, unshared_patch_count
 from slam_drives import HALLWAY, ROS_LOGO, Case
 
 PARTICLES = 6
@@ -27,4 +28,4 @@ def test_the_map_of_a_coarse_encoder(case):
     assert error.rmse_m < 0.05
     # Of the ROS-logo world each scan sees most patches, so there particles have little to share.
     most_share = {'hallway': 0.85, 'ros_logo': 0.95}[case.drive.world.name]
-    assert slam.maps.patch_count < most_share * slam.maps.unshared_patch_count
+    assert patch_count(slam.maps) < most_share * unshared_patch_count(slam.maps)

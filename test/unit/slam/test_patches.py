@@ -8,10 +8,11 @@ import pytest
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
-from diff_encoder_sim.slam.map_update import register
+from diff_encoder_sim.slam.map_update import update_maps
 from diff_encoder_sim.slam.occupancy import occupancy
 from diff_encoder_sim.slam.patches import HITS, MEAN_X, MEAN_Y, SIDE, VISITS, Extent, PatchMaps
 from diff_encoder_sim.slam.rays import usable_rays
+from patch_memory import memory_bytes, patch_count, unshared_patch_count
 from slam_room import params, room_scan
 
 CELL_M = 0.05
@@ -35,7 +36,7 @@ def cells_of(maps, particle):
 
 def test_a_ray_passes_cells_and_ends_in_one():
     maps = maps_of(1)
-    register(maps, np.array([[0.01, 0.02, 0.0]]), rays_of([1.0]))
+    update_maps(maps, np.array([[0.01, 0.02, 0.0]]), rays_of([1.0]))
     cells = cells_of(maps, 0)
     row, first, last = 80, 80, 100  # of the map's corner at (-4, -4)
     assert np.argwhere(cells[..., VISITS]).tolist() == [[row, c] for c in range(first, last + 1)]
@@ -49,7 +50,7 @@ def test_a_slanting_ray_crosses_every_cell_on_its_way():
     for _ in range(20):
         x, y, yaw = rng.uniform(-0.5, 0.5), rng.uniform(-0.5, 0.5), rng.uniform(-4, 4)
         maps = maps_of(1)
-        register(maps, np.array([[x, y, yaw]]), rays_of([2.3]))
+        update_maps(maps, np.array([[x, y, yaw]]), rays_of([2.3]))
         along = np.linspace(0.0, 2.3, 50_001)
         rows = np.floor((y + along * math.sin(yaw) + 4.0) / CELL_M).astype(int)
         columns = np.floor((x + along * math.cos(yaw) + 4.0) / CELL_M).astype(int)
@@ -62,7 +63,7 @@ def test_a_slanting_ray_crosses_every_cell_on_its_way():
 def test_cells_remember_the_mean_of_their_hits():
     maps = maps_of(1)
     for range_m in (1.001, 1.021, 1.044):
-        register(maps, np.array([[0.0, 0.01, 0.0]]), rays_of([range_m]))
+        update_maps(maps, np.array([[0.0, 0.01, 0.0]]), rays_of([range_m]))
     cell = cells_of(maps, 0)[80, 100]
     assert cell[[HITS, VISITS]].tolist() == [3, 3]
     assert cell[MEAN_X] * CELL_M == pytest.approx((0.001 + 0.021 + 0.044) / 3, abs=1e-6)
@@ -93,7 +94,7 @@ def test_what_a_range_says(given, changes, hit, length_m):
 def test_the_laser_is_where_it_is_mounted():
     maps = maps_of(1)
     rays = rays_of([1.0], laser=Pose2D(0.3, 0.1, 0.5 * math.pi))
-    register(maps, np.array([[1.0, -1.0, math.pi]]), rays)
+    update_maps(maps, np.array([[1.0, -1.0, math.pi]]), rays)
     hit = np.argwhere(cells_of(maps, 0)[..., HITS])[0]
     # Base at (1, -1) heading west: the laser at (0.7, -1.1), looking south.
     assert ((hit + 0.5) * CELL_M - 4.0).tolist() == pytest.approx([-2.1, 0.7], abs=0.026)
@@ -101,18 +102,18 @@ def test_the_laser_is_where_it_is_mounted():
 
 def test_particles_share_patches_until_one_writes():
     maps = maps_of(3)
-    register(maps, np.zeros((3, 3)), usable_rays(room_scan(IDENTITY), IDENTITY, params()))
-    assert maps.patch_count == maps.unshared_patch_count
+    update_maps(maps, np.zeros((3, 3)), usable_rays(room_scan(IDENTITY), IDENTITY, params()))
+    assert patch_count(maps) == unshared_patch_count(maps)
     maps.redraw(np.array([1, 1, 1]))
-    shared = maps.patch_count
-    assert maps.unshared_patch_count == 3 * shared
+    shared = patch_count(maps)
+    assert unshared_patch_count(maps) == 3 * shared
     before = cells_of(maps, 1).copy()
 
     only_first = maps.table[:1]
     whole, maps.table = maps.table, only_first
-    register(maps, np.zeros((1, 3)), rays_of([1.0]))
+    update_maps(maps, np.zeros((1, 3)), rays_of([1.0]))
     maps.table = whole
-    assert maps.patch_count == shared + 2  # of the two that the ray crosses
+    assert patch_count(maps) == shared + 2  # of the two that the ray crosses
     assert cells_of(maps, 0)[80, 100, HITS] == before[80, 100, HITS] + 1
     assert (cells_of(maps, 1) == before).all() and (cells_of(maps, 2) == before).all()
 
@@ -123,15 +124,15 @@ def test_references_are_those_of_the_tables():
     for step in range(12):
         poses = np.column_stack([rng.uniform(-1, 1, (6, 2)), rng.uniform(-3, 3, 6)])
         expected = [cells_of(maps, i).copy() for i in range(6)]
-        register(maps, poses, rays_of([1.0, 2.0, 0.5, 1.5]))
+        update_maps(maps, poses, rays_of([1.0, 2.0, 0.5, 1.5]))
         for index in range(6):  # only where the own rays went
             alone = maps_of(1)
-            register(alone, poses[index : index + 1], rays_of([1.0, 2.0, 0.5, 1.5]))
+            update_maps(alone, poses[index : index + 1], rays_of([1.0, 2.0, 0.5, 1.5]))
             grown = cells_of(maps, index)[..., :2] - expected[index][..., :2]
             assert (grown == cells_of(alone, 0)[..., :2]).all()
         counts = np.bincount(maps.table.ravel(), minlength=len(maps.references))
         assert (maps.references[1:] == counts[1:]).all()
-        assert maps.patch_count == np.count_nonzero(counts[1:])
+        assert patch_count(maps) == np.count_nonzero(counts[1:])
         assert not maps.cells[0].any()
         if step % 3 == 2:
             maps.redraw(np.sort(rng.integers(0, 6, 6)))
@@ -139,17 +140,17 @@ def test_references_are_those_of_the_tables():
 
 def test_capacity_doubles_and_keeps_what_is_there():
     maps = maps_of(2)
-    register(maps, np.zeros((2, 3)), rays_of([1.0, 2.0]))
+    update_maps(maps, np.zeros((2, 3)), rays_of([1.0, 2.0]))
     before = [cells_of(maps, i).copy() for i in range(2)]
-    capacity, used = len(maps.references), maps.patch_count
+    capacity, used = len(maps.references), patch_count(maps)
     maps.ensure_free(capacity)
-    assert len(maps.references) == 2 * capacity and maps.patch_count == used
+    assert len(maps.references) == 2 * capacity and patch_count(maps) == used
     assert all((cells_of(maps, i) == before[i]).all() for i in range(2))
 
 
 def test_maps_grow_where_they_must():
     maps = maps_of(2)
-    register(maps, np.zeros((2, 3)), rays_of([1.0]))
+    update_maps(maps, np.zeros((2, 3)), rays_of([1.0]))
     height, width = cells_of(maps, 1).shape[:2]
     maps.cover(Extent(-4.1, -1.0, 4.0, 1.0))
     cells = cells_of(maps, 1)
@@ -165,11 +166,11 @@ def test_maps_grow_where_they_must():
 def test_memory_is_that_of_what_was_seen():
     maps = maps_of(30)
     table_bytes = 30 * 25 * 4
-    assert maps.memory_bytes == table_bytes
-    register(maps, np.zeros((30, 3)), rays_of([1.0]))
-    assert maps.memory_bytes == table_bytes + 30 * 2 * SIDE * SIDE * 16
+    assert memory_bytes(maps) == table_bytes
+    update_maps(maps, np.zeros((30, 3)), rays_of([1.0]))
+    assert memory_bytes(maps) == table_bytes + 30 * 2 * SIDE * SIDE * 16
     maps.redraw(np.zeros(30, int))
-    assert maps.memory_bytes == table_bytes + 2 * SIDE * SIDE * 16
+    assert memory_bytes(maps) == table_bytes + 2 * SIDE * SIDE * 16
 
 
 def test_occupancy_of_cells():

@@ -7,7 +7,7 @@ import pytest
 
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.slam.kernels import climb, gaussian_draw, log_likelihood
-from diff_encoder_sim.slam.map_update import register
+from diff_encoder_sim.slam.map_update import update_maps
 from diff_encoder_sim.slam.move_noise import apply_moves, move_sigmas
 from diff_encoder_sim.slam.patches import Extent, PatchMaps
 from diff_encoder_sim.slam.proposal import propose
@@ -24,7 +24,7 @@ def room_map(particles=1, scans=6, sigma_m=0.01, seed=1):
     maps = PatchMaps(Extent(-4.0, -4.0, 4.0, 4.0), CELL_M, particles)
     for _ in range(scans):
         pose = Pose2D(*rng.uniform(-0.3, 0.3, 3).tolist())
-        register(
+        update_maps(
             maps,
             np.tile(np.array(pose), (particles, 1)),
             usable_rays(room_scan(pose, rng, sigma_m), IDENTITY, params()),
@@ -73,7 +73,7 @@ def test_along_a_straight_wall_nothing_pulls():
     scan = room_scan(IDENTITY, ray_count=60)._replace(
         angle_min_rad=-0.9, angle_increment_rad=1.8 / 59, ranges_m=np.hypot(*ends.T)
     )
-    register(maps, np.zeros((1, 3)), usable_rays(scan, IDENTITY, params()))
+    update_maps(maps, np.zeros((1, 3)), usable_rays(scan, IDENTITY, params()))
     inner = ends[20:40] / CELL_M
 
     def misfit(x_m, y_m):
