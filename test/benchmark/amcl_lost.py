@@ -6,12 +6,15 @@ from __future__ import annotations
 
 import argparse
 import math
+import sys
 import time
 from typing import Callable, Dict, Iterator, List, Tuple
 
 import numpy as np
 from checkout import ROOT, print_header
 from tabulate import tabulate
+
+sys.path.insert(0, str(ROOT / 'test' / 'support'))
 
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, wrap_angle
@@ -24,6 +27,7 @@ from diff_encoder_sim.mapping.map_files import load_map
 from diff_encoder_sim.mapping.occupancy_grid import FREE, OccupancyGrid
 from diff_encoder_sim.simulation.lidar import Lidar, LidarParams
 from diff_encoder_sim.simulation.world import load_world
+from grid_cells import cell_centre
 
 SCAN_HEIGHT_M, CLEARANCE_M = 1.12, 0.45
 STARTS = {'hallway': (-10.0, 0.0), 'ros_logo': (-3.4, -0.85)}
@@ -204,7 +208,7 @@ def free_poses(grid: OccupancyGrid, start: Tuple[float, float], count: int, rng:
                 edge.append(cell)
     cells = sorted(reached)
     return [
-        Pose2D(*grid.cell_centre(*cells[index]), rng.uniform(-math.pi, math.pi))
+        Pose2D(*cell_centre(grid, *cells[index]), rng.uniform(-math.pi, math.pi))
         for index in rng.integers(0, len(cells), count)
     ]
 

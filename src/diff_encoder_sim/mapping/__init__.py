@@ -1,1 +1,1 @@
-"""Maps of the surroundings: occupancy grids, their files, and how they are made."""
+"""Occupancy grids and their files, as map_server and map_saver have them."""

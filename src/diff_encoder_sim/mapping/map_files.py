@@ -1,4 +1,4 @@
-"""Map files as map_server reads and map_saver writes them: a YAML file beside an image."""
+"""Read and write map files as map_server and map_saver do: a YAML file beside an image."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from diff_encoder_sim.base.typed_params import Params, load_params
 from diff_encoder_sim.mapping.map_image import read_image
 from diff_encoder_sim.mapping.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 
-# What map_saver writes.
+# map_saver's pixel values.
 FREE_GREY, OCCUPIED_GREY, UNKNOWN_GREY = 254, 0, 205
 
-ORIGIN_DIGITS = 9  # in a saved file: nanometres, so that a yaw survives its way as a quaternion
+ORIGIN_DIGITS = 9  # in a saved file: nanometres, so that a yaw sent as a quaternion comes back equal
 
 
 class MapFileParams(Params):
-    """The YAML file of a map: the keys of map_server."""
+    """Keys of map_server's YAML file."""
 
     image: str = Field(min_length=1, description='PGM or PNG; relative to the YAML file')
     resolution: float = Field(gt=0, description='side of a pixel [m]')
@@ -47,7 +47,7 @@ class MapFileParams(Params):
     @field_validator('resolution', 'origin', 'occupied_thresh', 'free_thresh', mode='before')
     @classmethod
     def _read_numbers(cls, value: Any) -> Any:
-        """PyYAML takes 5e-2 and "0.05" for text; map_server's parser takes them for numbers."""
+        """Accept 5e-2 and "0.05", which are text to PyYAML and numbers to map_server's parser."""
         if isinstance(value, list):
             return [_number(part) for part in value]
         return _number(value)
@@ -66,36 +66,38 @@ def _number(value: Any) -> Any:
         return value
 
 
-class SavingParams(Params):
-    """From which occupancy on a cell is saved as free or as occupied: map_saver's options."""
+class MapSaverParams(Params):
+    """Options of map_saver: the occupancies that are saved as free and as occupied."""
 
-    free: int = Field(25, ge=0, le=100, description='at most, of a free cell [%]')
-    occ: int = Field(65, ge=1, le=100, description='at least, of an occupied cell [%]')
+    free: int = Field(25, ge=0, le=100, description='highest occupancy of a free cell [%]')
+    occ: int = Field(65, ge=1, le=100, description='lowest occupancy of an occupied cell [%]')
 
     @model_validator(mode='after')
-    def _check_order(self) -> SavingParams:
+    def _check_order(self) -> MapSaverParams:
         if self.free >= self.occ:
             raise ValueError('free below occ')
         return self
 
 
+DEFAULT_SAVER_PARAMS = MapSaverParams()
+
+
 def load_map(path: Union[str, Path]) -> OccupancyGrid:
-    """Read a map by its YAML file.
+    """Read a map and its image by the path of the YAML file.
 
     Raises:
-        ConfigError: one of the two files cannot be read, or holds a bad value.
+        ConfigError: one of the two files cannot be read or holds a bad value.
     """
     params = load_params(MapFileParams, path)
     cells = _cells(read_image(Path(path).parent / params.image), params)
-    # Images have their first row on top, grids at the bottom.
+    # The first row of an image is its top, that of a grid its bottom.
     return OccupancyGrid(np.ascontiguousarray(cells[::-1]), params.resolution, Pose2D(*params.origin))
 
 
-def save_map(grid: OccupancyGrid, stem: Union[str, Path], params: SavingParams = SavingParams()) -> Path:
-    """Write STEM.pgm and STEM.yaml as map_saver does; returns the YAML file's path.
+def save_map(grid: OccupancyGrid, stem: Union[str, Path], params: MapSaverParams = DEFAULT_SAVER_PARAMS) -> Path:
+    """Write STEM.pgm and STEM.yaml as map_saver does; return the YAML file's path.
 
-    Files of these names are replaced, each at one stroke: whoever reads, or a kill, never meets
-    half a file.
+    Each file is replaced atomically.
 
     Raises:
         ConfigError: the stem names no file, or its folder cannot be written to.
@@ -103,25 +105,23 @@ def save_map(grid: OccupancyGrid, stem: Union[str, Path], params: SavingParams =
     stem = Path(stem)
     if not stem.name:
         raise ConfigError(f'{stem}: a folder; allowed: the path of a file without suffix')
-    cells = grid.cells[::-1]
+    origin = [round(float(part), ORIGIN_DIGITS) for part in grid.origin]
+    values = {'image': f'{stem.name}.pgm', 'resolution': grid.resolution_m, 'origin': origin}
+    description = MapFileParams.from_mapping(values, str(stem))
+    yaml_path = stem.parent / f'{stem.name}.yaml'
+    _write(stem.parent / description.image, _pgm(grid.cells[::-1], params))
+    _write(yaml_path, yaml.safe_dump(description.model_dump(), sort_keys=False).encode('utf-8'))
+    return yaml_path
+
+
+def _pgm(cells: np.ndarray, params: MapSaverParams) -> bytes:
+    """Return a PGM image of cells (rows, columns), the first row on top."""
     pixels = np.full(cells.shape, UNKNOWN_GREY, dtype=np.uint8)
     pixels[(cells >= 0) & (cells <= params.free)] = FREE_GREY
     pixels[cells >= params.occ] = OCCUPIED_GREY
-    description = MapFileParams.from_mapping(
-        {
-            'image': f'{stem.name}.pgm',
-            'resolution': grid.resolution_m,
-            'origin': [round(float(part), ORIGIN_DIGITS) for part in grid.origin],
-        },
-        str(stem),
-    )
-    text = yaml.safe_dump(description.model_dump(), sort_keys=False)
-    yaml_path = stem.parent / f'{stem.name}.yaml'
     image = io.BytesIO()
     Image.fromarray(pixels).save(image, format='PPM')
-    _write(stem.parent / description.image, image.getvalue())
-    _write(yaml_path, text.encode('utf-8'))
-    return yaml_path
+    return image.getvalue()
 
 
 def _write(path: Path, content: bytes) -> None:
@@ -132,24 +132,24 @@ def _write(path: Path, content: bytes) -> None:
 
 
 def _cells(pixels: np.ndarray, params: MapFileParams) -> np.ndarray:
-    """(rows, columns) int8 of an image, first row on top.
+    """Return the cells (rows, columns) int8 of an image, the first row on top.
 
     As in map_server, alpha is one more channel of the mean in trinary mode, and in scale mode
-    tells which of the greys in between are known.
+    marks pixels between the thresholds as unknown.
     """
     has_alpha = pixels.shape[2] == 4
     colours = pixels[:, :, :-1] if has_alpha and params.mode != 'trinary' else pixels
     channels = colours.shape[2]
-    # A table over all sums that can occur spares arrays of numbers as large as the image.
+    # A table over all possible sums avoids float arrays as large as the image.
     sums = colours.sum(axis=2, dtype=np.uint16)
-    cells = _table(params.mode, channels, params)[sums]
+    cells: np.ndarray = _cell_of_sum(params.mode, channels, params)[sums]
     if has_alpha and params.mode == 'scale':
-        cells = np.where(pixels[:, :, -1] == 0, _table('trinary', channels, params)[sums], cells)
+        cells = np.where(pixels[:, :, -1] == 0, _cell_of_sum('trinary', channels, params)[sums], cells)
     return cells
 
 
-def _table(mode: str, channels: int, params: MapFileParams) -> np.ndarray:
-    """The cell for each sum over a pixel's channels."""
+def _cell_of_sum(mode: str, channels: int, params: MapFileParams) -> np.ndarray:
+    """Return the cell value for each possible sum over a pixel's channels, int8."""
     grey = np.arange(255 * channels + 1) / channels
     if params.negate:
         grey = 255.0 - grey

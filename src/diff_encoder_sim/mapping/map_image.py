@@ -1,4 +1,4 @@
-"""The image of a map file: PGM or PNG, of any kind of pixel, as grey or colour of 8 bits."""
+"""Read the image of a map file, PGM or PNG of any pixel type, as grey or colour of 8 bits."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ FORMATS = ('PPM', 'PNG')  # PPM is PIL's name for all of PGM's family
 
 
 def read_image(path: Path) -> np.ndarray:
-    """(rows, columns, channels) of 0 to 255: one of grey, three of colour, or four with alpha.
+    """Return pixels (rows, columns, channels) uint8: one channel of grey, three of colour or four with alpha.
 
-    Grey with alpha becomes colour with alpha, and a single transparent grey or colour is not
-    alpha: so does SDL, by which map_server reads, and in the mean of all channels it matters.
+    As in SDL, by which map_server reads, grey with alpha becomes colour with alpha, and a single transparent
+    grey or colour is not alpha; it matters where map_server averages all channels.
 
     Raises:
-        ConfigError: it cannot be read, or is larger than PIL's limit.
+        ConfigError: the image cannot be read, or is larger than PIL's limit.
     """
     try:
         with warnings.catch_warnings():
@@ -31,7 +31,7 @@ def read_image(path: Path) -> np.ndarray:
         raise ConfigError(f'{path}: image too large; allowed: at most {Image.MAX_IMAGE_PIXELS} pixels') from None
     except UnidentifiedImageError:
         raise ConfigError(f'{path}: not an image, or one without pixels; allowed: PGM or PNG') from None
-    except Exception as error:  # of a torn image PIL complains in many types
+    except Exception as error:  # PIL raises many types for a damaged image
         reason = getattr(error, 'strerror', None)
         if reason is None:
             reason = f'truncated or damaged ({in_one_line(error)})'
@@ -39,7 +39,8 @@ def read_image(path: Path) -> np.ndarray:
 
 
 def _pixels(image: Image.Image) -> np.ndarray:
-    if image.mode.startswith('I'):  # of 16 bits: the upper 8, as SDL
+    """Return an open image's pixels as `read_image` does."""
+    if image.mode.startswith('I'):  # 16 bits: the upper 8, as SDL
         return (np.asarray(image)[:, :, np.newaxis] >> 8).astype(np.uint8)
     if image.mode == 'LA' or (image.mode == 'P' and 'transparency' in image.info):
         image = image.convert('RGBA')

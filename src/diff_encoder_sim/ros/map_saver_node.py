@@ -10,7 +10,7 @@ from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
 
 from diff_encoder_sim.base.console import run_tool
 from diff_encoder_sim.base.errors import EVENT, ConfigError, InputFault
-from diff_encoder_sim.mapping.map_files import SavingParams, save_map
+from diff_encoder_sim.mapping.map_files import MapSaverParams, save_map
 from diff_encoder_sim.ros.map_conversions import grid_from_message
 from diff_encoder_sim.ros.node import log, run_node
 
@@ -24,11 +24,11 @@ def main() -> None:
 
 def _run() -> None:
     options = _parse()
-    params = SavingParams.from_mapping({'free': options.free, 'occ': options.occ}, 'arguments')
+    params = MapSaverParams.from_mapping({'free': options.free, 'occ': options.occ}, 'arguments')
     run_node('map_saver', lambda: _save_next_map(options.stem, params), lambda path: None)
 
 
-def _save_next_map(stem: Path, params: SavingParams) -> None:
+def _save_next_map(stem: Path, params: MapSaverParams) -> None:
     topic = rospy.resolve_name('map')
     message = _next_map(topic)
     try:
