@@ -36,15 +36,19 @@ Line = Annotated[str, AfterValidator(_is_printable)]
 class CampaignParams(Params):
     """The keys of a campaign file."""
 
-    name: Line = Field(min_length=1)
-    tests: List[Line] = Field(min_length=1, description='names under config/tests/, or .yaml files')
+    name: Line = Field(min_length=1, description='name of the campaign')
+    tests: List[Line] = Field(min_length=1, description='names of files in config/tests/, or paths of .yaml files')
     ppr: List[PulsesPerRevolution] = Field(min_length=1)
-    trials: int = Field(30, ge=1, le=MOST_TRIALS, description='of each cell')
+    trials: int = Field(30, ge=1, le=MOST_TRIALS, description='trials of each test with each encoder')
     seed: int = Field(0, ge=0, lt=2**62, description='trial k has the seed `seed` + k')
-    nav: Literal['embedded', 'scripted'] = 'embedded'
-    record: RecordMode = 'minimal'
+    nav: Literal['embedded', 'scripted'] = Field('embedded', description='navigated, or a drive without feedback')
+    record: RecordMode = Field(
+        'minimal', description='topics in the bags: all, without bulky ones such as /scan, or no bags'
+    )
     robot: Line = Field('', description="xacro, URDF, or a file like config/alto.yaml; empty for the package's ALTO")
-    overrides: Dict[Line, Any] = Field({}, alias='set', description='parameters of all trials')
+    overrides: Dict[Line, Any] = Field(
+        {}, alias='set', description='values of parameters in all trials, by dotted keys'
+    )
     vary: Dict[Line, Annotated[List[Any], Field(min_length=1)]] = Field(
         {}, description='values of parameters: each combination is a cell of its own'
     )

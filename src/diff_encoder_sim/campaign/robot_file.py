@@ -14,7 +14,7 @@ class RobotFileParams(Params):
     """The keys of a robot file; config/alto.yaml is the pattern."""
 
     urdf: str = Field(min_length=1, description='xacro or URDF file, relative to this file')
-    overrides: Dict[str, Any] = Field({}, alias='set', description='parameters, by dotted keys')
+    overrides: Dict[str, Any] = Field({}, alias='set', description='values of parameters, by dotted keys')
 
 
 class Robot(NamedTuple):

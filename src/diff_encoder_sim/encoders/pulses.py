@@ -14,8 +14,8 @@ from diff_encoder_sim.base.typed_params import Params
 class PerWheel(Params):
     """One positive number for each wheel."""
 
-    left: float = Field(gt=0)
-    right: float = Field(gt=0)
+    left: float = Field(gt=0, description='of the left wheel')
+    right: float = Field(gt=0, description='of the right wheel')
 
 
 def _same_for_both(value: Any) -> Any:

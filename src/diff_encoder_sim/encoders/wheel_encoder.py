@@ -34,9 +34,9 @@ class EncoderParams(Params):
     """Parameters of gz_diff_encoder_node, under the names that users set."""
 
     ppr: PulsesPerRevolution = DEFAULT_PPR
-    rate: float = Field(20.0, ge=1e-3, le=1e6, description='reports per second of stamps [Hz]')
-    left_joint: str = Field('left_wheel_joint', min_length=1)
-    right_joint: str = Field('right_wheel_joint', min_length=1)
+    rate: float = Field(20.0, ge=1e-3, le=1e6, description='reports per second of joint stamps [Hz]')
+    left_joint: str = Field('left_wheel_joint', min_length=1, description='name of the left wheel in /joint_states')
+    right_joint: str = Field('right_wheel_joint', min_length=1, description='name of the right wheel in /joint_states')
     counter_modulus: CounterModulus = 0
 
     @model_validator(mode='after')

@@ -31,73 +31,105 @@ class AmclParams(Params):
     """All of upstream's parameters, so that its YAML files load; the node uses those at the end."""
 
     # The filter. kld_z is the standard normal quantile itself, not a probability (0.99 is 84 %).
-    min_particles: int = Field(100, ge=1)
-    max_particles: int = Field(5000, ge=1, le=1_000_000)
-    kld_err: float = Field(0.01, gt=0, description='largest error of the distribution')
-    kld_z: float = Field(0.99, ge=0)
-    update_min_d: float = Field(0.2, ge=0, description='along x or y of odom, to update [m]')
-    update_min_a: float = Field(math.pi / 6.0, ge=0, description='turn, to update [rad]')
+    min_particles: int = Field(100, ge=1, description='fewest particles')
+    max_particles: int = Field(5000, ge=1, le=1_000_000, description='most particles')
+    kld_err: float = Field(
+        0.01,
+        gt=0,
+        description='largest error of the estimated distribution, from which the number of particles follows',
+    )
+    kld_z: float = Field(
+        0.99, ge=0, description='standard normal quantile of that error (not a probability: 0.99 is 84 %)'
+    )
+    update_min_d: float = Field(0.2, ge=0, description='displacement along x or y of odom before an update [m]')
+    update_min_a: float = Field(math.pi / 6.0, ge=0, description='turn before an update [rad]')
     resample_interval: int = Field(2, ge=1, description='updates from one resampling to the next')
-    selective_resampling: bool = False
-    recovery_alpha_slow: Probability = 0.001
-    recovery_alpha_fast: Probability = 0.1
-    force_update_after_initialpose: bool = False
-    force_update_after_set_map: bool = False
+    selective_resampling: bool = Field(
+        False, description='resample only when the effective number of particles is below half'
+    )
+    recovery_alpha_slow: Probability = Field(
+        0.001, description='decay rate of the slow average of the scan likelihood; 0: no random particles'
+    )
+    recovery_alpha_fast: Probability = Field(
+        0.1, description='decay rate of the fast average of the scan likelihood; 0: no random particles'
+    )
+    force_update_after_initialpose: bool = Field(
+        False, description='update at the next scan after /initialpose, without motion'
+    )
+    force_update_after_set_map: bool = Field(
+        False, description='update at the next scan after a new map, without motion'
+    )
 
-    initial_pose_x: float = 0.0  # [m]
-    initial_pose_y: float = 0.0  # [m]
-    initial_pose_a: float = 0.0  # [rad]
-    initial_cov_xx: float = Field(0.25, ge=0)  # [m^2]
-    initial_cov_yy: float = Field(0.25, ge=0)  # [m^2]
-    initial_cov_aa: float = Field((math.pi / 12.0) ** 2, ge=0)  # [rad^2]
+    initial_pose_x: float = Field(0.0, description='mean of the initial pose [m]')
+    initial_pose_y: float = Field(0.0, description='mean of the initial pose [m]')
+    initial_pose_a: float = Field(0.0, description='mean of the initial yaw [rad]')
+    initial_cov_xx: float = Field(0.25, ge=0, description='variance of the initial pose [m^2]')
+    initial_cov_yy: float = Field(0.25, ge=0, description='variance of the initial pose [m^2]')
+    initial_cov_aa: float = Field((math.pi / 12.0) ** 2, ge=0, description='variance of the initial yaw [rad^2]')
 
     # The laser. Ranges of 0 or less stand for what the scan itself says.
-    laser_model_type: Literal['beam', 'likelihood_field', 'likelihood_field_prob'] = 'likelihood_field'
-    laser_min_range: float = -1.0  # [m]
-    laser_max_range: float = -1.0  # [m]
-    laser_max_beams: int = Field(30, ge=2)
-    laser_z_hit: MixtureWeight = 0.95
-    laser_z_short: MixtureWeight = 0.1
-    laser_z_max: MixtureWeight = 0.05
-    laser_z_rand: MixtureWeight = 0.05
-    laser_sigma_hit: float = Field(0.2, gt=0, description='[m]')
-    laser_lambda_short: float = Field(0.1, ge=0, description='[1/m]')
-    laser_likelihood_max_dist: float = Field(2.0, gt=0, description='[m]')
-    do_beamskip: bool = False
-    beam_skip_distance: float = Field(0.5, ge=0, description='[m]')
-    beam_skip_threshold: Probability = 0.3
-    beam_skip_error_threshold: Probability = 0.9
+    laser_model_type: Literal['beam', 'likelihood_field', 'likelihood_field_prob'] = Field(
+        'likelihood_field', description='sensor model'
+    )
+    laser_min_range: float = Field(-1.0, description='shorter ranges are left out [m]; 0 or less: as in the scan')
+    laser_max_range: float = Field(-1.0, description='longer ranges count as no return [m]; 0 or less: as in the scan')
+    laser_max_beams: int = Field(30, ge=2, description='rays of a scan that are used, evenly spaced')
+    laser_z_hit: MixtureWeight = Field(0.95, description='weight of a hit in the mixture')
+    laser_z_short: MixtureWeight = Field(0.1, description='weight of an unexpected obstacle (beam model)')
+    laser_z_max: MixtureWeight = Field(0.05, description='weight of a ray without a return (beam model)')
+    laser_z_rand: MixtureWeight = Field(0.05, description='weight of a random range')
+    laser_sigma_hit: float = Field(0.2, gt=0, description='standard deviation of a hit [m]')
+    laser_lambda_short: float = Field(0.1, ge=0, description='decay of unexpected obstacles (beam model) [1/m]')
+    laser_likelihood_max_dist: float = Field(
+        2.0, gt=0, description='distances to obstacles are cut here (likelihood field) [m]'
+    )
+    do_beamskip: bool = Field(
+        False, description='leave out rays that most particles do not explain (likelihood_field_prob)'
+    )
+    beam_skip_distance: float = Field(0.5, ge=0, description='from the map, for a ray to be explained [m]')
+    beam_skip_threshold: Probability = Field(0.3, description='fraction of particles that must explain a ray')
+    beam_skip_error_threshold: Probability = Field(
+        0.9, description='fraction of rays left out above which all are used'
+    )
     beam_skip_error_threshold_: Optional[Probability] = Field(None, exclude=True, description='older name of the same')
 
     # The odometry. Alphas: rotation from rotation, rotation from translation, translation from
     # translation, translation from rotation; the fifth is of the omni models only.
-    odom_model_type: Annotated[Literal['diff', 'diff-corrected'], BeforeValidator(_no_omni)] = 'diff'
-    odom_alpha1: Alpha = 0.2
-    odom_alpha2: Alpha = 0.2
-    odom_alpha3: Alpha = 0.2
-    odom_alpha4: Alpha = 0.2
-    odom_alpha5: Alpha = 0.2
+    odom_model_type: Annotated[Literal['diff', 'diff-corrected'], BeforeValidator(_no_omni)] = Field(
+        'diff', description='motion model; diff passes variances as upstream does, diff-corrected standard deviations'
+    )
+    odom_alpha1: Alpha = Field(0.2, description='noise of the rotation from rotation')
+    odom_alpha2: Alpha = Field(0.2, description='noise of the rotation from translation')
+    odom_alpha3: Alpha = Field(0.2, description='noise of the translation from translation')
+    odom_alpha4: Alpha = Field(0.2, description='noise of the translation from rotation')
+    odom_alpha5: Alpha = Field(0.2, description='accepted, without effect: of the omni models')
 
     # When the robot counts as lost. Not upstream's: lost_fraction 0 is never, as upstream has it.
-    lost_fraction: Probability = Field(0.0, description='of rays that fit; below, a scan is bad')
-    lost_distance: float = Field(0.2, gt=0, description='from the map, for a ray to fit [m]')
-    lost_scans: int = Field(5, ge=1, description='bad scans in a row to be lost, good to be found')
+    lost_fraction: Probability = Field(
+        0.0, description='of the rays that fit the map; below it a scan is bad; 0: never lost, as upstream'
+    )
+    lost_distance: float = Field(0.2, gt=0, description='largest distance from the map for a ray to fit [m]')
+    lost_scans: int = Field(
+        5, ge=1, description='bad scans in a row after which the robot is lost, good ones after which it is found'
+    )
 
     # What only the node uses.
-    odom_frame_id: FrameId = 'odom'
-    base_frame_id: FrameId = 'base_link'
-    global_frame_id: FrameId = 'map'
-    tf_broadcast: bool = True
-    transform_tolerance: float = Field(0.1, ge=0, description='post-dates map->odom [s]')
-    save_pose_rate: float = 0.5  # [Hz]; 0 or less: never
-    gui_publish_rate: float = -1.0  # [Hz]
-    use_map_topic: bool = False
-    first_map_only: bool = False
-    std_warn_level_x: float = Field(0.2, ge=0, description='[m]')
-    std_warn_level_y: float = Field(0.2, ge=0, description='[m]')
-    std_warn_level_yaw: float = Field(0.1, ge=0, description='[rad]')
-    bag_scan_period: float = -1.0  # [s]
-    restore_defaults: bool = Field(False, exclude=True, description='accepted; of dynamic_reconfigure')
+    odom_frame_id: FrameId = Field('odom', description='frame of the odometry')
+    base_frame_id: FrameId = Field('base_link', description='frame of the robot')
+    global_frame_id: FrameId = Field('map', description='frame of the map')
+    tf_broadcast: bool = Field(True, description='broadcast map -> odom on TF')
+    transform_tolerance: float = Field(0.1, ge=0, description='time by which map -> odom is post-dated [s]')
+    save_pose_rate: float = Field(
+        0.5, description='how often the pose is stored on the parameter server [Hz]; 0 or less: never'
+    )
+    gui_publish_rate: float = Field(-1.0, description='accepted, without effect [Hz]')
+    use_map_topic: bool = Field(False, description='take the map from /map instead of the service static_map')
+    first_map_only: bool = Field(False, description='with use_map_topic: ignore later maps')
+    std_warn_level_x: float = Field(0.2, ge=0, description='warn above this standard deviation of x [m]')
+    std_warn_level_y: float = Field(0.2, ge=0, description='warn above this standard deviation of y [m]')
+    std_warn_level_yaw: float = Field(0.1, ge=0, description='warn above this standard deviation of yaw [rad]')
+    bag_scan_period: float = Field(-1.0, description='accepted, without effect [s]')
+    restore_defaults: bool = Field(False, exclude=True, description='accepted, without effect: of dynamic_reconfigure')
 
     @model_validator(mode='before')
     @classmethod

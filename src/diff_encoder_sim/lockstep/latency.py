@@ -17,7 +17,7 @@ class LatencyParams(Params):
 
     odometry: Latency = Field(0.0, description='from wheel angles to /odom [s]')
     localization: Latency = Field(0.0, description='from /odom and /scan to map->odom [s]')
-    command: Latency = Field(0.02, description='from /odom to the wheels; 0.02 as live [s]')
+    command: Latency = Field(0.02, description='from /odom to the wheels; 0.02 as in the live graph [s]')
 
     @field_validator('*')
     @classmethod

@@ -24,16 +24,20 @@ def _is_scan(topic: str) -> str:
 class ScanSource(Params):
     """The one entry of `observation_sources`: a laser that marks and clears."""
 
-    topic: Annotated[str, AfterValidator(_is_scan)] = 'scan'
-    data_type: Literal['LaserScan'] = 'LaserScan'
-    sensor_frame: str = Field('', description="accepted: the scan's own counts")
-    marking: bool = True
-    clearing: bool = Field(True, description="upstream's default is false: nothing is ever cleared")
+    topic: Annotated[str, AfterValidator(_is_scan)] = Field('scan', description='remap the node for another topic')
+    data_type: Literal['LaserScan'] = Field('LaserScan', description='type of the message')
+    sensor_frame: str = Field('', description="accepted, without effect: the scan's own frame is used")
+    marking: bool = Field(True, description='hits mark obstacles')
+    clearing: bool = Field(
+        True, description="rays clear what they pass; upstream's default is false: nothing is ever cleared"
+    )
     inf_is_valid: bool = Field(True, description="+inf, no return (REP 117), clears; upstream's default is false")
-    expected_update_rate: float = Field(0.0, ge=0, description='accepted: input_timeout stops the robot instead [s]')
-    observation_persistence: float = Field(0.0, ge=0, description='accepted: one scan at a time')
-    min_obstacle_height: float = Field(0.0, description='accepted: a scan has one height [m]')
-    max_obstacle_height: float = Field(2.0, description='as min_obstacle_height')
+    expected_update_rate: float = Field(
+        0.0, ge=0, description='accepted, without effect: input_timeout stops the robot instead [s]'
+    )
+    observation_persistence: float = Field(0.0, ge=0, description='accepted, without effect: one scan at a time [s]')
+    min_obstacle_height: float = Field(0.0, description='accepted, without effect: a scan has one height [m]')
+    max_obstacle_height: float = Field(2.0, description='accepted, without effect: a scan has one height [m]')
 
 
 class CostmapParams(Params):
@@ -43,44 +47,51 @@ class CostmapParams(Params):
     robot_radius. Where upstream can do what this costmap cannot, only what it does is allowed.
     """
 
-    global_frame: str = Field('map', min_length=1)
-    robot_base_frame: str = Field('base_link', min_length=1)
-    map_type: Literal['costmap'] = 'costmap'
-    map_topic: Literal['map', '/map'] = 'map'
-    static_map: bool = Field(True, description="the size and the walls are the map's")
+    global_frame: str = Field('map', min_length=1, description='frame of the costmap')
+    robot_base_frame: str = Field('base_link', min_length=1, description='frame of the robot')
+    map_type: Literal['costmap'] = Field('costmap', description='cells of one layer')
+    map_topic: Literal['map', '/map'] = Field('map', description='remap the node for another topic')
+    static_map: bool = Field(True, description='size and walls are those of the map')
     rolling_window: bool = Field(False, description='a window that moves with the robot')
     width: float = Field(3.0, gt=0, le=200, description='of a rolling window [m]')
     height: float = Field(3.0, gt=0, le=200, description='of a rolling window [m]')
-    resolution: float = Field(0.05, gt=0, le=1, description='of a rolling window: a cell [m]')
-    update_frequency: float = Field(5.0, gt=0, description='[Hz]')
-    publish_frequency: float = Field(0.0, ge=0, description='[Hz]; 0: not published')
-    always_send_full_costmap: bool = Field(False, description='accepted: it always is')
-    origin_x: float = Field(0.0, description='accepted: the map, or the robot, has the say')
-    origin_y: float = Field(0.0, description='as origin_x')
-    transform_tolerance: float = Field(0.3, ge=0, description='accepted: input_timeout stops the robot instead [s]')
+    resolution: float = Field(0.05, gt=0, le=1, description='side of a cell of a rolling window [m]')
+    update_frequency: float = Field(5.0, gt=0, description='how often scans are entered [Hz]')
+    publish_frequency: float = Field(0.0, ge=0, description='how often it is published [Hz]; 0: not')
+    always_send_full_costmap: bool = Field(
+        False, description='accepted, without effect: the full costmap is always sent'
+    )
+    origin_x: float = Field(0.0, description='accepted, without effect: the map or the robot decides [m]')
+    origin_y: float = Field(0.0, description='accepted, without effect: the map or the robot decides [m]')
+    transform_tolerance: float = Field(
+        0.3, ge=0, description='accepted, without effect: input_timeout stops the robot instead [s]'
+    )
     track_unknown_space: bool = Field(
         True,
-        description='what neither map nor scan knows is unknown; false: free, which is '
-        'the default of a rolling window and of upstream',
+        description='what neither map nor scan has seen is unknown; false: free, the default of a rolling window and of upstream',
     )
-    lethal_cost_threshold: int = Field(100, ge=1, le=100, description='occupancy of a wall')
-    trinary_costmap: bool = Field(True, description='occupancy below the threshold is free')
-    unknown_cost_value: Literal[-1] = -1
-    use_maximum: Literal[False] = False
-    first_map_only: bool = Field(False, description='accepted: only the first map is used')
-    subscribe_to_updates: Literal[False] = False
-    combination_method: Literal[1] = Field(1, description='the higher of map and obstacle counts')
-    max_obstacle_height: float = Field(2.0, description='accepted: a scan has one height [m]')
-    observation_sources: str = Field('scan', description="upstream's default is none")
-    scan: ScanSource = ScanSource()
+    lethal_cost_threshold: int = Field(
+        100, ge=1, le=100, description='occupancy in the map from which a cell is a wall [%]'
+    )
+    trinary_costmap: bool = Field(True, description='occupancy below lethal_cost_threshold is free')
+    unknown_cost_value: Literal[-1] = Field(-1, description='occupancy that means unknown')
+    use_maximum: Literal[False] = Field(False, description='accepted: the only value')
+    first_map_only: bool = Field(False, description='accepted, without effect: only the first map is used')
+    subscribe_to_updates: Literal[False] = Field(False, description='accepted: the only value')
+    combination_method: Literal[1] = Field(1, description='the higher cost of map and obstacles counts')
+    max_obstacle_height: float = Field(2.0, description='accepted, without effect: a scan has one height [m]')
+    observation_sources: str = Field('scan', description="scan, or empty for none, which is upstream's default")
+    scan: ScanSource = Field(ScanSource(), description='the laser')
     obstacle_range: float = Field(2.5, gt=0, description='farthest hit that is marked [m]')
     raytrace_range: float = Field(3.0, gt=0, description='how far rays clear [m]')
-    footprint_clearing_enabled: bool = Field(True, description='free where the robot stands')
-    inflation_radius: float = Field(0.55, ge=0, le=10, description='[m]')
-    cost_scaling_factor: float = Field(10.0, ge=0, description='decay of the cost [1/m]')
-    inflate_unknown: Literal[False] = False
+    footprint_clearing_enabled: bool = Field(True, description='cells under the robot are free')
+    inflation_radius: float = Field(
+        0.55, ge=0, le=10, description='distance from obstacles within which cells cost [m]'
+    )
+    cost_scaling_factor: float = Field(10.0, ge=0, description='decay of the cost with that distance [1/m]')
+    inflate_unknown: Literal[False] = Field(False, description='accepted: the only value')
     footprint: FootprintPolygon = ALTO_FOOTPRINT
-    footprint_padding: float = Field(0.01, ge=0, description='added on all sides [m]')
+    footprint_padding: float = Field(0.01, ge=0, description='added to the footprint on all sides [m]')
 
     @model_validator(mode='before')
     @classmethod

@@ -18,74 +18,79 @@ class DwaParams(Params):
     files can be read, and have no effect.
     """
 
-    max_vel_trans: float = Field(0.55, ge=0, description='[m/s]')
+    max_vel_trans: float = Field(0.55, ge=0, description='highest speed [m/s]')
     min_vel_trans: float = Field(0.1, ge=0, description='a slower sample must at least turn with min_vel_theta [m/s]')
-    max_vel_x: float = Field(0.55, description='[m/s]')
-    min_vel_x: float = Field(0.0, description='negative: may back up [m/s]')
-    max_vel_y: float = 0.0
-    min_vel_y: float = 0.0
-    max_vel_theta: float = Field(1.0, gt=0, description='[rad/s]')
-    min_vel_theta: float = Field(0.4, ge=0, description='also of the turn at the goal [rad/s]')
-    acc_lim_x: float = Field(2.5, gt=0, description='[m/s^2]')
-    acc_lim_y: float = 2.5
-    acc_lim_theta: float = Field(3.2, gt=0, description='[rad/s^2]')
-    acc_lim_trans: float = Field(0.1, ge=0, description='accepted; upstream does not use it either')
+    max_vel_x: float = Field(0.55, description='highest forward velocity [m/s]')
+    min_vel_x: float = Field(0.0, description='lowest forward velocity; negative: may drive backwards [m/s]')
+    max_vel_y: float = Field(0.0, description='accepted, without effect [m/s]')
+    min_vel_y: float = Field(0.0, description='accepted, without effect [m/s]')
+    max_vel_theta: float = Field(1.0, gt=0, description='highest turning rate [rad/s]')
+    min_vel_theta: float = Field(
+        0.4, ge=0, description='lowest turning rate of a turn in place, also at the goal [rad/s]'
+    )
+    acc_lim_x: float = Field(2.5, gt=0, description='highest acceleration [m/s^2]')
+    acc_lim_y: float = Field(2.5, description='accepted, without effect [m/s^2]')
+    acc_lim_theta: float = Field(3.2, gt=0, description='highest angular acceleration [rad/s^2]')
+    acc_lim_trans: float = Field(0.1, ge=0, description='accepted, without effect, as upstream [m/s^2]')
 
-    xy_goal_tolerance: float = Field(0.1, gt=0, description='[m]')
-    yaw_goal_tolerance: float = Field(0.1, gt=0, description='[rad]')
+    xy_goal_tolerance: float = Field(0.1, gt=0, description='distance from the goal that counts as reached [m]')
+    yaw_goal_tolerance: float = Field(0.1, gt=0, description='heading error that counts as reached [rad]')
     latch_xy_goal_tolerance: bool = Field(False, description='once within xy_goal_tolerance, only turn')
     trans_stopped_vel: float = Field(0.1, ge=0, description='slower counts as standing [m/s]')
     theta_stopped_vel: float = Field(0.1, ge=0, description='slower counts as standing [rad/s]')
 
-    sim_time: float = Field(1.7, gt=0, le=20, description='length of a trajectory [s]')
-    sim_granularity: float = Field(0.025, ge=0.001, description='between its points [m]')
-    angular_sim_granularity: float = Field(0.1, ge=0.001, description='between its points [rad]')
-    vx_samples: int = Field(3, ge=1, le=1000)
-    vy_samples: int = 10
-    vth_samples: int = Field(20, ge=1, le=1000)
+    sim_time: float = Field(1.7, gt=0, le=20, description='duration of a trajectory [s]')
+    sim_granularity: float = Field(0.025, ge=0.001, description='distance between its points [m]')
+    angular_sim_granularity: float = Field(0.1, ge=0.001, description='turn between its points [rad]')
+    vx_samples: int = Field(3, ge=1, le=1000, description='forward velocities that are tried')
+    vy_samples: int = Field(10, description='accepted, without effect')
+    vth_samples: int = Field(20, ge=1, le=1000, description='turning rates that are tried')
     use_dwa: bool = Field(
-        True, description='sample what one control period can reach; false: what sim_time can, as base_local_planner'
+        True, description='sample what is reachable in one control period; false: in sim_time, as base_local_planner'
     )
 
-    path_distance_bias: float = Field(32.0, ge=0, description='weight of distance from the path')
-    goal_distance_bias: float = Field(24.0, ge=0, description='weight of distance from the goal')
+    path_distance_bias: float = Field(32.0, ge=0, description='weight of the distance from the path')
+    goal_distance_bias: float = Field(24.0, ge=0, description='weight of the distance from the goal')
     occdist_scale: float = Field(0.01, ge=0, description='weight of the cost under the robot')
     twirling_scale: float = Field(0.0, ge=0, description='weight of turning')
-    forward_point_distance: float = Field(0.325, description='of the nose from the centre [m]')
-    cheat_factor: float = Field(1.0, ge=0, description='when to let go of the nose at the goal')
-    sum_scores: bool = Field(False, description='cost under the robot: sum, not maximum')
-    oscillation_reset_dist: float = Field(0.05, ge=0, description='[m]')
-    oscillation_reset_angle: float = Field(0.2, ge=0, description='[rad]')
+    forward_point_distance: float = Field(
+        0.325, description='from the centre of the robot to the point that is scored ahead of it [m]'
+    )
+    cheat_factor: float = Field(
+        1.0,
+        ge=0,
+        description='that point is scored only farther from the goal than forward_point_distance times the square root of this',
+    )
+    sum_scores: bool = Field(False, description='sum the cost under the robot along a trajectory; false: its maximum')
+    oscillation_reset_dist: float = Field(0.05, ge=0, description='travel that allows the opposite direction again [m]')
+    oscillation_reset_angle: float = Field(0.2, ge=0, description='turn that allows the opposite direction again [rad]')
     twist_sigmas: float = Field(
         0.0,
         ge=0,
-        description="the last command is believed instead of the odometry's twist "
-        'within so many of its standard deviations; 0: never, as upstream',
+        description="take the last command for the velocity where it lies within so many standard deviations of the odometry's twist; 0: never, as upstream",
     )
     latch_margin: float = Field(
         0.0,
         ge=0,
         le=0.9,
-        description='share of xy_goal_tolerance to be inside of it before it is latched; 0: none, as upstream',
+        description='fraction of xy_goal_tolerance to be inside of it before it is latched; 0: none, as upstream',
     )
     turn_to_path_angle: float = Field(
         2.0,
         ge=0,
         le=3.2,
-        description='turn on the spot to a plan that leads off farther round than this [rad]; 0: never, as upstream',
+        description='turn in place to a plan that leads off farther round than this [rad]; 0: never, as upstream',
     )
-    prune_plan: bool = Field(True, description='forget the plan behind the robot')
+    prune_plan: bool = Field(True, description='drop the part of the plan behind the robot')
 
-    stop_time_buffer: float = Field(0.2, ge=0, description='accepted; upstream reads it only')
-    scaling_speed: float = Field(
-        0.25, ge=0, description='accepted; upstream computes a scale from it and never applies it'
-    )
-    max_scaling_factor: float = Field(0.2, ge=0, description='as scaling_speed')
-    publish_traj_pc: bool = False
-    publish_cost_grid_pc: bool = False
-    global_frame_id: str = Field('odom', description='accepted; of trajectories shown as points')
-    odom_topic: Literal['odom', '/odom'] = 'odom'
-    restore_defaults: bool = Field(False, description='accepted; of dynamic_reconfigure')
+    stop_time_buffer: float = Field(0.2, ge=0, description='accepted, without effect, as upstream [s]')
+    scaling_speed: float = Field(0.25, ge=0, description='accepted, without effect, as upstream [m/s]')
+    max_scaling_factor: float = Field(0.2, ge=0, description='accepted, without effect, as upstream')
+    publish_traj_pc: bool = Field(False, description='accepted, without effect')
+    publish_cost_grid_pc: bool = Field(False, description='accepted, without effect')
+    global_frame_id: str = Field('odom', description='accepted, without effect')
+    odom_topic: Literal['odom', '/odom'] = Field('odom', description='remap the node for another topic')
+    restore_defaults: bool = Field(False, description='accepted, without effect: of dynamic_reconfigure')
 
     @model_validator(mode='after')
     def _check_ranges(self) -> DwaParams:

@@ -22,16 +22,14 @@ BLOCKED_WEIGHT = 254
 class NavfnParams(Params):
     """Parameters of the global planner, under navfn's and global_planner's names."""
 
-    allow_unknown: bool = Field(True, description='plan through what the map does not know')
-    default_tolerance: float = Field(
-        0.0, ge=0, description='how far from the goal is near enough when it is blocked [m]'
-    )
-    use_dijkstra: bool = Field(True, description='false: A*, which looks towards the goal first')
-    neutral_cost: float = Field(50.0, ge=1, le=253, description='of a cell of free space')
-    cost_factor: float = Field(0.8, ge=0, description="of the costmap's cost on top of it")
-    planner_window_x: float = Field(0.0, description='accepted; upstream does not use it either')
-    planner_window_y: float = Field(0.0, description='as planner_window_x')
-    visualize_potential: bool = False
+    allow_unknown: bool = Field(True, description='plan through unknown cells')
+    default_tolerance: float = Field(0.0, ge=0, description='how far from a blocked goal a plan may end [m]')
+    use_dijkstra: bool = Field(True, description='false: A*')
+    neutral_cost: float = Field(50.0, ge=1, le=253, description='cost of a free cell')
+    cost_factor: float = Field(0.8, ge=0, description="weight of the costmap's cost, added to it")
+    planner_window_x: float = Field(0.0, description='accepted, without effect, as upstream [m]')
+    planner_window_y: float = Field(0.0, description='accepted, without effect, as upstream [m]')
+    visualize_potential: bool = Field(False, description='accepted, without effect')
 
 
 class GlobalPlanner:

@@ -19,50 +19,57 @@ ROTATE = 'rotate_recovery/RotateRecovery'
 class BehaviourParams(Params):
     """An entry of recovery_behaviors."""
 
-    name: str = Field(min_length=1)
-    type: Literal['clear_costmap_recovery/ClearCostmapRecovery', 'rotate_recovery/RotateRecovery']
+    name: str = Field(min_length=1, description='of the behaviour, each its own')
+    type: Literal['clear_costmap_recovery/ClearCostmapRecovery', 'rotate_recovery/RotateRecovery'] = Field(
+        description='what it does'
+    )
 
 
 class NavigatorParams(Params):
     """The whole tree below move_base's private namespace."""
 
-    controller_frequency: float = Field(20.0, gt=0, le=1000, description='[Hz]')
-    planner_frequency: float = Field(0.0, ge=0, description='of new plans on the way [Hz]; 0: only when one is needed')
-    planner_patience: float = Field(5.0, ge=0, description='without a plan, before recovery [s]')
-    controller_patience: float = Field(15.0, ge=0, description='without a command, before recovery [s]')
-    max_planning_retries: int = Field(-1, ge=-1, description='before recovery; -1: no limit')
-    oscillation_timeout: float = Field(0.0, ge=0, description='without getting on, before recovery [s]; 0: no limit')
-    oscillation_distance: float = Field(0.5, ge=0, description='that counts as getting on [m]')
-    recovery_behavior_enabled: bool = True
-    clearing_rotation_allowed: bool = Field(True, description="of upstream's usual recoveries")
-    conservative_reset_dist: float = Field(3.0, ge=0, description='[m]')
+    controller_frequency: float = Field(20.0, gt=0, le=1000, description='rate of velocity commands [Hz]')
+    planner_frequency: float = Field(
+        0.0, ge=0, description='rate of new plans while driving [Hz]; 0: only when one is needed'
+    )
+    planner_patience: float = Field(5.0, ge=0, description='time without a plan before recovery [s]')
+    controller_patience: float = Field(15.0, ge=0, description='time without a command before recovery [s]')
+    max_planning_retries: int = Field(-1, ge=-1, description='attempts to plan before recovery; -1: no limit')
+    oscillation_timeout: float = Field(0.0, ge=0, description='time without progress before recovery [s]; 0: no limit')
+    oscillation_distance: float = Field(0.5, ge=0, description='travel that counts as progress [m]')
+    recovery_behavior_enabled: bool = Field(True, description='try recovery behaviours before giving up')
+    clearing_rotation_allowed: bool = Field(True, description="turn in place among upstream's usual recoveries")
+    conservative_reset_dist: float = Field(
+        3.0, ge=0, description='the first recovery clears obstacles farther away than this [m]'
+    )
     input_timeout: float = Field(
         0.5, gt=0, description='odometry, localization or scan older than this stop the robot [s]'
     )
     max_unseen_travel: float = Field(
         0.3,
         ge=0,
-        description='commanded while the pose of odometry stays the same, before the '
-        'goal is given up [m]; 0: no limit, as upstream',
+        description='commanded travel while the pose of the odometry stays the same, before the goal is given up [m]; 0: no limit, as upstream',
     )
-    base_global_planner: Literal['navfn/NavfnROS'] = 'navfn/NavfnROS'
-    base_local_planner: Literal['dwa_local_planner/DWAPlannerROS'] = 'dwa_local_planner/DWAPlannerROS'
-    shutdown_costmaps: bool = Field(False, description='accepted: they are always kept up')
+    base_global_planner: Literal['navfn/NavfnROS'] = Field('navfn/NavfnROS', description='the only value')
+    base_local_planner: Literal['dwa_local_planner/DWAPlannerROS'] = Field(
+        'dwa_local_planner/DWAPlannerROS', description='the only value'
+    )
+    shutdown_costmaps: bool = Field(False, description='accepted, without effect: costmaps are always kept up')
     recovery_behaviors: List[BehaviourParams] = Field(
-        [], description="in the order they are tried; empty: upstream's usual four"
+        [], description="in the order in which they are tried; empty: upstream's usual four"
     )
-    clearing_radius: float = Field(0.46, description='accepted; upstream reads it only')
-    make_plan_clear_costmap: bool = Field(True, description='accepted: planning changes no costmap')
-    make_plan_add_unreachable_goal: bool = Field(True, description='accepted: a plan ends where the robot can get to')
-    restore_defaults: bool = Field(False, description='accepted; of dynamic_reconfigure')
-    latch_xy_goal_tolerance: bool = Field(
-        False, description="the DWA's, which upstream reads here and not in its namespace"
+    clearing_radius: float = Field(0.46, description='accepted, without effect, as upstream [m]')
+    make_plan_clear_costmap: bool = Field(True, description='accepted, without effect: planning changes no costmap')
+    make_plan_add_unreachable_goal: bool = Field(
+        True, description='accepted, without effect: a plan ends where the robot can get to'
     )
+    restore_defaults: bool = Field(False, description='accepted, without effect: of dynamic_reconfigure')
+    latch_xy_goal_tolerance: bool = Field(False, description='that of DWAPlannerROS, which upstream reads here')
 
-    global_costmap: CostmapParams = CostmapParams()
-    local_costmap: CostmapParams = local_defaults()
-    NavfnROS: NavfnParams = NavfnParams()
-    DWAPlannerROS: DwaParams = DwaParams()
+    global_costmap: CostmapParams = Field(CostmapParams(), description='of the whole map')
+    local_costmap: CostmapParams = Field(local_defaults(), description='around the robot')
+    NavfnROS: NavfnParams = Field(NavfnParams(), description='global planner')
+    DWAPlannerROS: DwaParams = Field(DwaParams(), description='local planner')
 
     @property
     def control_period_s(self) -> float:

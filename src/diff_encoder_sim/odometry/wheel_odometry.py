@@ -42,15 +42,17 @@ class OdometryParams(Params):
     """
 
     ppr: PulsesPerRevolution = DEFAULT_PPR
-    wheel_diameter: float = Field(0.2, gt=0, description='[m]')
-    wheel_separation: float = Field(0.4, gt=0, description='between the contact points [m]')
+    wheel_diameter: float = Field(0.2, gt=0, description='as the odometry assumes it [m]')
+    wheel_separation: float = Field(0.4, gt=0, description='between the contact points, as the odometry assumes it [m]')
     counter_modulus: CounterModulus = 0
     velocity_window: int = Field(1, ge=1, description='report intervals that the twist spans')
     motion_noise: float = Field(1e-6, ge=0, description="variance of a wheel's travel per metre of it [m^2/m]")
-    max_wheel_speed: float = Field(100.0, gt=0, description='a faster wheel [rad/s] is a counter that was restarted')
-    odom_frame: str = Field('odom', min_length=1)
-    base_frame: str = Field('base_link', min_length=1)
-    publish_tf: bool = True
+    max_wheel_speed: float = Field(
+        100.0, gt=0, description='a faster wheel means that the counter was restarted [rad/s]'
+    )
+    odom_frame: str = Field('odom', min_length=1, description='frame of the pose')
+    base_frame: str = Field('base_link', min_length=1, description='frame of the robot')
+    publish_tf: bool = Field(True, description='broadcast odom_frame -> base_frame on TF')
 
 
 class OdometryEstimate(NamedTuple):

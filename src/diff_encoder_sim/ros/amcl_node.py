@@ -53,7 +53,7 @@ Guess = Tuple[Pose2D, np.ndarray]
 class AmclNodeParams(AmclParams):
     """Parameters of amcl_node: upstream's, and the seed of all random draws."""
 
-    seed: int = Field(0, ge=0)
+    seed: int = Field(0, ge=0, description='of all random draws; default: the number of /trial')
 
 
 class AmclNode:

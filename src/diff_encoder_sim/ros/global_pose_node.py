@@ -18,9 +18,9 @@ from diff_encoder_sim.ros.node import log, node_params, publisher, run_node, sub
 class GlobalPoseParams(Params):
     """Parameters of global_pose_node."""
 
-    map_frame: str = Field('map', min_length=1)
-    base_frame: str = Field('base_link', min_length=1)
-    rate: float = Field(20.0, ge=1e-3, le=1e6, description='[Hz]')
+    map_frame: str = Field('map', min_length=1, description='frame of the pose')
+    base_frame: str = Field('base_link', min_length=1, description='frame of the robot')
+    rate: float = Field(20.0, ge=1e-3, le=1e6, description='poses per second of stamps [Hz]')
 
 
 class GlobalPoseNode:

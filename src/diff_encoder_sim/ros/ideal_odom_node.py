@@ -19,9 +19,9 @@ from diff_encoder_sim.ros.odometry_output import OdometryOutput
 class IdealOdomParams(ModelStatesParams):
     """Parameters of ideal_odom_node."""
 
-    odom_frame: str = Field('odom', min_length=1)
-    base_frame: str = Field('base_link', min_length=1)
-    publish_tf: bool = True
+    odom_frame: str = Field('odom', min_length=1, description='frame of the pose')
+    base_frame: str = Field('base_link', min_length=1, description='frame of the robot')
+    publish_tf: bool = Field(True, description='broadcast odom_frame -> base_frame on TF')
 
 
 class IdealOdomNode:

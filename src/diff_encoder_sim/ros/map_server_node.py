@@ -23,7 +23,7 @@ from diff_encoder_sim.ros.trial_plan import trial_plan
 class MapServerParams(Params):
     """Parameters of map_server_node."""
 
-    frame_id: str = Field('map', min_length=1)
+    frame_id: str = Field('map', min_length=1, description='frame of the map')
 
 
 class MapServerNode:

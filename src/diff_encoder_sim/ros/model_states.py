@@ -24,8 +24,8 @@ from diff_encoder_sim.ros.node import log, subscriber
 class ModelStatesParams(Params):
     """Which model, how often, and how to date it."""
 
-    model: str = Field('alto', min_length=1, description='the robot in /gazebo/model_states')
-    rate: float = Field(20.0, ge=1e-3, le=1e6, description='[Hz]')
+    model: str = Field('alto', min_length=1, description='name of the robot in /gazebo/model_states')
+    rate: float = Field(20.0, ge=1e-3, le=1e6, description='reports per second of the clock [Hz]')
     states_period: float = Field(0.0, ge=0, description='states come at whole multiples of this [s]; 0: at any time')
 
 

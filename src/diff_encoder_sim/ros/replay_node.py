@@ -42,11 +42,11 @@ QUIET_S = 1.0  # of wall time without a message, after which none is on its way 
 class ReplayParams(Params):
     """Parameters of replay_node, beside those of the encoder and the odometry."""
 
-    bag: str = Field(min_length=1, description='of ROS 1, with wheel angles')
+    bag: str = Field(min_length=1, description='ROS 1 bag with wheel angles (JointState)')
     out: str = Field('', description='path of the new bag; empty: bags/BAG_PPRppr_replay.bag')
-    joint_states: str = Field('', description='topic of the wheel angles; empty: the only one')
-    speed: float = Field(1.0, gt=0, le=100, description='played per recorded time')
-    start_timeout: float = Field(60.0, gt=0, description='for the graph to come up [s of wall]')
+    joint_states: str = Field('', description='topic of the wheel angles; empty: the only one of its type')
+    speed: float = Field(1.0, gt=0, le=100, description='played time per recorded time')
+    start_timeout: float = Field(60.0, gt=0, description='wall time for the graph to start [s]')
 
 
 class ReplayNode:

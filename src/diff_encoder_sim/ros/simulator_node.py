@@ -41,19 +41,22 @@ class SimulatorNodeParams(SimulatorParams):
     """Parameters of simulator_node. World, start and seed are the /trial's unless given."""
 
     robot: str = Field(min_length=1, description='xacro or URDF file')
-    world: str = Field(min_length=1, description='world file')
-    start: PoseParams = Field(PoseParams(), description='of base_link in the world')
-    seed: int = Field(0, ge=0)
-    real_time_factor: float = Field(1.0, ge=0, description='simulated per wall time; 0: as fast as the graph keeps up')
-    wait_for: List[str] = Field([], description='stamped topics that the simulation never outruns')
-    wait_for_once_begun: List[str] = Field([], description='the same, from their first message')
-    wait_for_after_scans: List[str] = Field(
-        [], description='stamped topics that answer each scan and are not outrun either'
+    world: str = Field(min_length=1, description='world file; default: that of /trial')
+    start: PoseParams = Field(PoseParams(), description='pose of base_link in the world; default: that of /trial')
+    seed: int = Field(0, ge=0, description='of all random draws; default: the number of /trial')
+    real_time_factor: float = Field(
+        1.0, ge=0, description='simulated time per wall time; 0: as fast as the graph keeps up'
     )
+    wait_for: List[str] = Field([], description='stamped topics that simulated time waits for')
+    wait_for_once_begun: List[str] = Field([], description='the same, from their first message on')
+    wait_for_after_scans: List[str] = Field([], description='stamped topics that answer each scan and are waited for')
     command_period: float = Field(
-        0.0, ge=0, le=10, description='commands answer multiples of this [s] and are waited for; 0: taken as they come'
+        0.0,
+        ge=0,
+        le=10,
+        description='commands answer multiples of this time and are waited for [s]; 0: taken as they come',
     )
-    command_at_start: bool = Field(False, description='the first command is waited for, too')
+    command_at_start: bool = Field(False, description='the first command is waited for as well')
     paused: bool = Field(False, description='wait for /gazebo/unpause_physics')
 
 

@@ -36,7 +36,7 @@ SILENCE_S = 15.0
 class SlamNodeParams(GridSlamParams):
     """Parameters of slam_node: slam_gmapping's, and the seed of all random draws."""
 
-    seed: int = Field(0, ge=0)
+    seed: int = Field(0, ge=0, description='of all random draws; default: the number of /trial')
 
 
 class SlamNode:

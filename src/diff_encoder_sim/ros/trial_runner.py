@@ -49,11 +49,13 @@ ALSO_RECORDED = tuple(topic for topic in topics.RECORDED if topic not in GRAPH)
 class TrialParams(Params):
     """Parameters of every node that runs a trial."""
 
-    odom_frame: str = Field('odom', min_length=1)
-    map_frame: str = Field('map', min_length=1)
-    start_timeout: float = Field(60.0, gt=0, description='for the graph to come up [s of wall]')
-    stall_timeout: float = Field(20.0, gt=0, description='without a true pose [s of wall]')
-    goal_distance: float = Field(GOAL_DISTANCE_M, gt=0, description='truth farther off fails the trial [m]')
+    odom_frame: str = Field('odom', min_length=1, description='frame of the odometry')
+    map_frame: str = Field('map', min_length=1, description='frame of goals')
+    start_timeout: float = Field(60.0, gt=0, description='wall time for the graph to start [s]')
+    stall_timeout: float = Field(20.0, gt=0, description='wall time without a true pose before the trial fails [s]')
+    goal_distance: float = Field(
+        GOAL_DISTANCE_M, gt=0, description='a true pose farther from the goal fails the trial [m]'
+    )
 
 
 class TrialFailed(Exception):

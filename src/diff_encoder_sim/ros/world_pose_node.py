@@ -15,8 +15,8 @@ from diff_encoder_sim.trials.trial_definition import PoseParams
 class WorldPoseParams(ModelStatesParams):
     """Parameters of world_pose_node."""
 
-    map_frame: str = Field('map', min_length=1)
-    map_in_world: PoseParams = Field(PoseParams(), description='surveyed origin of the map')
+    map_frame: str = Field('map', min_length=1, description='frame of the pose')
+    map_in_world: PoseParams = Field(PoseParams(), description='pose of the map frame in the world')
 
 
 class WorldPoseNode:

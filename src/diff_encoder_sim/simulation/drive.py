@@ -18,12 +18,12 @@ log = logging.getLogger(__name__)
 class DriveParams(Params):
     """What the motors and their controller can do."""
 
-    max_linear_speed: float = Field(1.0, gt=0, description='[m/s]')
-    max_angular_speed: float = Field(2.0, gt=0, description='[rad/s]')
-    max_linear_acceleration: float = Field(1.5, gt=0, description='[m/s^2]')
-    max_angular_acceleration: float = Field(6.0, gt=0, description='[rad/s^2]')
+    max_linear_speed: float = Field(1.0, gt=0, description='commands are cut to it [m/s]')
+    max_angular_speed: float = Field(2.0, gt=0, description='commands are cut to it [rad/s]')
+    max_linear_acceleration: float = Field(1.5, gt=0, description='slope of the velocity ramp [m/s^2]')
+    max_angular_acceleration: float = Field(6.0, gt=0, description='slope of the turning-rate ramp [rad/s^2]')
     wheel_torque: float = Field(20.0, gt=0, description='of each motor [N m]')
-    command_timeout: float = Field(0.5, gt=0, description='without a command it stops [s]')
+    command_timeout: float = Field(0.5, gt=0, description='the robot stops after this time without a command [s]')
 
 
 class DriveController:

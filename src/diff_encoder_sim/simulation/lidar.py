@@ -30,15 +30,15 @@ CORNER = 1e-9  # of a segment's length
 class LidarParams(Params):
     """The scanner of the paper's table 2, for navigating."""
 
-    samples: int = Field(1000, ge=1, le=100_000, description='rays in a sweep')
-    angle_min: float = Field(-math.pi, ge=-2 * math.pi, le=2 * math.pi, description='[rad]')
+    samples: int = Field(1000, ge=1, le=100_000, description='rays of a scan')
+    angle_min: float = Field(-math.pi, ge=-2 * math.pi, le=2 * math.pi, description='bearing of the first ray [rad]')
     angle_span: float = Field(
-        2 * math.pi, gt=0, le=2 * math.pi, description='swept from the first ray to where the next sweep begins [rad]'
+        2 * math.pi, gt=0, le=2 * math.pi, description='from the first ray to where the next scan would begin [rad]'
     )
-    range_min: float = Field(0.15, ge=0, description='[m]')
-    range_max: float = Field(6.0, gt=0, description='[m]')
+    range_min: float = Field(0.15, ge=0, description='shortest range [m]')
+    range_max: float = Field(6.0, gt=0, description='longest range [m]')
     noise: float = Field(0.03, ge=0, description='standard deviation of a range [m]')
-    rate: float = Field(10.0, ge=0.01, le=100, description='sweeps per second [Hz]')
+    rate: float = Field(10.0, ge=0.01, le=100, description='scans per second [Hz]')
 
     @model_validator(mode='after')
     def _check_ranges(self) -> LidarParams:

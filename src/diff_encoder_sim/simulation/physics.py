@@ -34,7 +34,7 @@ class PhysicsParams(Params):
     """How finely PyBullet computes."""
 
     steps_per_tick: int = Field(2, ge=1, le=100, description='physics steps in each 10 ms')
-    solver_iterations: int = Field(50, ge=1, le=1000)
+    solver_iterations: int = Field(50, ge=1, le=1000, description='iterations of the contact solver')
 
 
 class WheelState(NamedTuple):

@@ -34,13 +34,17 @@ LARGEST_LEAN_RAD = math.radians(5.0)
 class SimulatorParams(Params):
     """Everything about the simulated robot that a user can set."""
 
-    left_joint: str = Field('left_wheel_joint', min_length=1)
-    right_joint: str = Field('right_wheel_joint', min_length=1)
-    laser_link: str = Field('laser', min_length=1, description="the scanner's frame")
-    drive: DriveParams = DriveParams()
-    lidar: LidarParams = LidarParams()
-    physics: PhysicsParams = PhysicsParams()
-    wheel_errors: WheelErrorParams = WheelErrorParams()
+    left_joint: str = Field('left_wheel_joint', min_length=1, description='joint of the left wheel in the robot file')
+    right_joint: str = Field(
+        'right_wheel_joint', min_length=1, description='joint of the right wheel in the robot file'
+    )
+    laser_link: str = Field(
+        'laser', min_length=1, description='link of the LiDAR in the robot file, and frame of its scans'
+    )
+    drive: DriveParams = Field(DriveParams(), description='motors and their controller')
+    lidar: LidarParams = Field(LidarParams(), description='LiDAR')
+    physics: PhysicsParams = Field(PhysicsParams(), description='settings of PyBullet')
+    wheel_errors: WheelErrorParams = Field(WheelErrorParams(), description='errors of the wheels')
 
     @field_validator('lidar')
     @classmethod

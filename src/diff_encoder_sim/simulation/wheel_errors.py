@@ -14,11 +14,11 @@ from diff_encoder_sim.base.typed_params import Params
 class WheelErrorParams(Params):
     """Errors of the true robot against the nominal one; left out, there are none."""
 
-    left_radius_error: float = Field(0.0, gt=-0.5, lt=0.5, description='relative')
-    right_radius_error: float = Field(0.0, gt=-0.5, lt=0.5, description='relative')
-    wheel_separation_error: float = Field(0.0, gt=-0.5, lt=0.5, description='relative')
-    left_slip: float = Field(0.0, ge=0, lt=1, description='share of the rolling that is lost')
-    right_slip: float = Field(0.0, ge=0, lt=1, description='share of the rolling that is lost')
+    left_radius_error: float = Field(0.0, gt=-0.5, lt=0.5, description='true against nominal radius, relative')
+    right_radius_error: float = Field(0.0, gt=-0.5, lt=0.5, description='true against nominal radius, relative')
+    wheel_separation_error: float = Field(0.0, gt=-0.5, lt=0.5, description='true against nominal separation, relative')
+    left_slip: float = Field(0.0, ge=0, lt=1, description='fraction of the rolled distance that is lost')
+    right_slip: float = Field(0.0, ge=0, lt=1, description='fraction of the rolled distance that is lost')
     slip_noise: float = Field(0.0, ge=0, description="variance of a wheel's lost travel per metre of it [m^2/m]")
 
     def xacro_arguments(self) -> Dict[str, str]:

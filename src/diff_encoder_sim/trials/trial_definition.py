@@ -33,7 +33,7 @@ class Segment(Params):
     """One leg of a scripted drive: a straight line or turns in place."""
 
     # A mistyped number must not drive for hours: a script has no time limit.
-    straight: Optional[float] = Field(None, ge=-1000.0, le=1000.0, description='[m], negative is backwards')
+    straight: Optional[float] = Field(None, ge=-1000.0, le=1000.0, description='distance, negative is backwards [m]')
     turns: Optional[float] = Field(None, ge=-1000.0, le=1000.0, description='full turns, counter-clockwise')
 
     @model_validator(mode='after')
@@ -53,11 +53,11 @@ class Point(Params):
 class Leg(Params):
     """One leg of a route that is navigated: a goal, waypoints on the way to one, or turns."""
 
-    goal: Optional[PoseParams] = Field(None, description='in the map frame')
-    through: Optional[List[Point]] = Field(None, min_length=1, description='passed without stopping, in this order')
-    turns: Optional[float] = Field(
-        None, description='full turns in place by what the robot believes, counter-clockwise'
+    goal: Optional[PoseParams] = Field(None, description='pose in the map frame at which the robot stops')
+    through: Optional[List[Point]] = Field(
+        None, min_length=1, description='waypoints, passed without stopping, in this order'
     )
+    turns: Optional[float] = Field(None, description='full turns in place by the estimated pose, counter-clockwise')
 
     @model_validator(mode='after')
     def _check_one_kind(self) -> Leg:
@@ -69,10 +69,10 @@ class Leg(Params):
 class SpeedLimits(Params):
     """How fast a scripted drive goes: the paper's table 2 unless changed."""
 
-    speed: float = Field(0.45, gt=0, description='[m/s]')
-    acceleration: float = Field(0.7, gt=0, description='[m/s^2]')
-    angular_speed: float = Field(1.0, gt=0, description='[rad/s]')
-    angular_acceleration: float = Field(4.9, gt=0, description='[rad/s^2]')
+    speed: float = Field(0.45, gt=0, description='highest speed [m/s]')
+    acceleration: float = Field(0.7, gt=0, description='highest acceleration [m/s^2]')
+    angular_speed: float = Field(1.0, gt=0, description='highest turning rate [rad/s]')
+    angular_acceleration: float = Field(4.9, gt=0, description='highest angular acceleration [rad/s^2]')
 
 
 class TestDefinition(Params):
@@ -81,14 +81,16 @@ class TestDefinition(Params):
     __test__ = False  # tells pytest that the name is a coincidence
 
     # It becomes part of file names.
-    name: str = Field(min_length=1, max_length=60, pattern=r'^[A-Za-z0-9][A-Za-z0-9_.+-]*$')
-    world: str = Field(min_length=1, description='file under worlds/, or a path')
-    start: PoseParams = PoseParams()
-    drive: List[Segment] = Field([], description='for nav:=scripted')
-    route: List[Leg] = Field([], description='for navigation; the last leg is a goal')
-    pass_radius: float = Field(0.5, gt=0, description='that counts as passing a waypoint [m]')
-    time_limit: float = Field(600.0, gt=0, description='for a route; longer fails the trial [s, simulated]')
-    limits: SpeedLimits = SpeedLimits()
+    name: str = Field(
+        min_length=1, max_length=60, pattern=r'^[A-Za-z0-9][A-Za-z0-9_.+-]*$', description='part of file names'
+    )
+    world: str = Field(min_length=1, description='file in worlds/ without its suffix, or a path')
+    start: PoseParams = Field(PoseParams(), description='pose of the robot in the map frame')
+    drive: List[Segment] = Field([], description='what nav:=scripted drives, without feedback')
+    route: List[Leg] = Field([], description='what is navigated; the last leg is a goal')
+    pass_radius: float = Field(0.5, gt=0, description='distance that counts as passing a waypoint [m]')
+    time_limit: float = Field(600.0, gt=0, description='simulated time after which a route has failed [s]')
+    limits: SpeedLimits = Field(SpeedLimits(), description='speeds of the scripted drive')
 
     @model_validator(mode='after')
     def _check_there_is_a_way(self) -> TestDefinition:
