@@ -214,7 +214,9 @@ def test_a_stopped_client_leaves_no_process_and_can_be_resumed(machine, undistur
     assert not psutil.wait_procs(children, timeout=10)[1]
     if name != 'SIGKILL':
         assert len(campaign_lines(err)) == 1 and 'Traceback' not in '\n'.join(err)
-        assert err[-1].startswith('campaign: stopped after ') and err[-1].endswith('; the same command goes on')
+        assert err[-1].startswith('campaign: stopped after ') and err[-1].endswith(
+            '; run the same command again to continue'
+        )
     begun = len(machine.attempts())
     status, _, err = finish(machine.campaign('--workers', '2', '--resume'))
     assert status == 0, err

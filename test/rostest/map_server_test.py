@@ -184,7 +184,7 @@ class MapServerTest(unittest.TestCase):
         saver = Saver(self.folder, 'map:=/late/map')
         self.addCleanup(saver.end)
         wait_until(saver.lines, 'a line that it waits', 3.0 * TIMEOUT_S)
-        self.assertIn('no map on /late/map yet', saver.lines()[0])
+        self.assertIn('/late/map: no map has been published yet', saver.lines()[0])
         publisher = latched('/late/map', map_message())
         code, lines = saver.wait()
         publisher.unregister()

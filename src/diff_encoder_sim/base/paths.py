@@ -1,14 +1,16 @@
-"""Where the package's own files are."""
+"""Folders: the package's own files, and the folder that the user's relative paths start from."""
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
+from typing import Union
 
 from diff_encoder_sim.base.errors import ConfigError
 
 
 def package_folder() -> Path:
-    """Where config/, worlds/ and urdf/ are: the checkout, or the installed share folder.
+    """Return the folder of package.xml, config/, worlds/ and urdf/: the checkout, or the installed share folder.
 
     Raises:
         ConfigError: neither is there.
@@ -20,3 +22,8 @@ def package_folder() -> Path:
             if (candidate / 'config' / 'config.yaml').is_file():
                 return candidate
     raise ConfigError(f'config/config.yaml: not found above {here}')
+
+
+def users_path(given: Union[str, Path]) -> Path:
+    """Resolve a path against the folder where the user typed roslaunch, which starts its processes in another one."""
+    return (Path(os.environ.get('PWD', '.')) / given).resolve()

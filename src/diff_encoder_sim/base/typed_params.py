@@ -48,20 +48,27 @@ def load_params(params_class: Type[P], path: Union[str, Path]) -> P:
     return params_class.from_mapping(load_yaml(path), str(path))
 
 
-def split_params(mapping: Mapping[str, Any], source: str, *params_classes: Type[Params]) -> List[Params]:
-    """One struct of each class from a flat mapping that they share.
+def shared_params(mapping: Mapping[str, Any], source: str, params_class: Type[P], *also_known: Type[Params]) -> P:
+    """Build one struct from a flat mapping that it shares with those of other classes.
 
     Raises:
         ConfigError: a value is not allowed, or no class knows a key.
     """
-    known = {key for params_class in params_classes for key in _keys(params_class)}
+    own = set(_keys(params_class))
+    known = own.union(*map(_keys, also_known))
     for key in mapping:
         if key not in known:
             raise ConfigError(f'{source}: {key}: unknown key{did_you_mean(str(key), known)}')
-    return [
-        params_class.from_mapping({key: value for key, value in mapping.items() if key in _keys(params_class)}, source)
-        for params_class in params_classes
-    ]
+    return params_class.from_mapping({key: value for key, value in mapping.items() if key in own}, source)
+
+
+def split_params(mapping: Mapping[str, Any], source: str, *params_classes: Type[Params]) -> List[Params]:
+    """Build one struct of each class from a flat mapping that they share.
+
+    Raises:
+        ConfigError: a value is not allowed, or no class knows a key.
+    """
+    return [shared_params(mapping, source, each, *params_classes) for each in params_classes]
 
 
 def load_yaml(path: Union[str, Path]) -> Dict[str, Any]:

@@ -1,4 +1,8 @@
-"""analyze: tables, figures and a report of a campaign's results, or of recorded trials."""
+"""analyze: make tables, figures and a report from a campaign's results, or from bags of trials.
+
+The tables are those of the paper (final errors by test and encoder), with confidence intervals and paired comparisons
+between encoders. A summary is printed; the rest is written to a folder, report.html first.
+"""
 
 from __future__ import annotations
 
@@ -11,13 +15,13 @@ from diff_encoder_sim.analysis.dataset_loading import load_dataset
 from diff_encoder_sim.analysis.output_folder import output_folder
 from diff_encoder_sim.analysis.outputs import REPORT, write_analysis
 from diff_encoder_sim.analysis.terminal_summary import summary
-from diff_encoder_sim.base.console import run_tool
+from diff_encoder_sim.base.command_line import run_tool, tool_parser
 
 DEFAULT_NAME = 'analysis'
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> None:
-    """Entry point of the executable."""
+    """Run the command line."""
     logging.basicConfig(format='analyze: %(message)s')
     run_tool('analyze', lambda: _analyze(_parse(arguments)))
 
@@ -27,8 +31,8 @@ def _analyze(options: argparse.Namespace) -> None:
     with output_folder(out) as folder:
         dataset = load_dataset(options.paths)
         print(summary(dataset), flush=True)
-        main_line = write_analysis(dataset, folder)
-    print(f'\n{out / REPORT}: {main_line}')
+        headline = write_analysis(dataset, folder)
+    print(f'\n{out / REPORT}: {headline}')
 
 
 def _beside(path: Path) -> Path:
@@ -36,24 +40,20 @@ def _beside(path: Path) -> Path:
 
 
 def _parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog='analyze',
-        description=__doc__,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        epilog='examples:\n  analyze results/paper\n  analyze sl.bag bags/ --out comparison',
-    )
+    examples = ['results/paper', 'sl.bag bags/ --out comparison']
+    parser = tool_parser('analyze', __doc__, examples)
     parser.add_argument(
         'paths',
         nargs='+',
         type=Path,
         metavar='DIR|BAG',
-        help="a campaign's folder; or bags of trials, and folders of them",
+        help="one campaign's results folder; or bags of trials, and folders with such bags",
     )
     parser.add_argument(
         '--out',
         type=Path,
         metavar='DIR',
-        help='new or empty, or an earlier analysis, which it replaces (default: '
-        'analysis/ in the folder, or beside the first bag)',
+        help='output folder: new, empty, or an earlier analysis, which is replaced (default: analysis/ in the given '
+        'folder, or beside the first bag)',
     )
     return parser.parse_args(arguments)

@@ -1,4 +1,8 @@
-"""campaign: runs many trials of tests, encoders and parameters into one folder of results."""
+"""campaign: run many simulated trials, of several tests and encoders, faster than real time, into one results folder.
+
+Trials run in lockstep in worker processes. Results are kept when the campaign is stopped or killed: the same command
+runs the trials that are missing.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +11,7 @@ import sys
 from pathlib import Path
 from typing import List, Optional, Sequence
 
+from diff_encoder_sim.base.command_line import tool_parser
 from diff_encoder_sim.base.paths import package_folder
 from diff_encoder_sim.campaign.campaign_definition import Campaign
 from diff_encoder_sim.campaign.campaign_loading import load_campaign
@@ -15,32 +20,31 @@ from diff_encoder_sim.campaign.manifest import describe_run
 from diff_encoder_sim.campaign.progress import Progress, outcome_table, progress_on
 from diff_encoder_sim.campaign.store import ResultStore
 from diff_encoder_sim.campaign.worker import RunTrial
-from diff_encoder_sim.cli.trial_workers import add_workers, count, positive, run_trials_tool, told, unrun_text, workers
+from diff_encoder_sim.cli.trial_workers import (
+    add_workers,
+    positive_number,
+    run_trials_tool,
+    stop_reports,
+    unrun_text,
+    whole_number,
+    workers,
+)
 from diff_encoder_sim.lockstep.trial_run import run_trial
 
 
 def main(arguments: Optional[Sequence[str]] = None, run: RunTrial = run_trial) -> None:
-    """Entry point of the executable; `run` runs one trial on a worker."""
+    """Run the command line; `run` runs one trial on a worker."""
     options = _parse(arguments)
     run_trials_tool('campaign', lambda: _campaign(options, run))
 
 
 def _campaign(options: argparse.Namespace, run: RunTrial) -> None:
-    campaign = load_campaign(
-        options.config,
-        package_folder(),
-        {
-            'tests': options.tests,
-            'ppr': options.ppr,
-            'trials': options.trials,
-            'robot': options.robot,
-            'record': options.record,
-        },
-    )
+    given = {key: getattr(options, key) for key in ('tests', 'ppr', 'trials', 'robot', 'record')}
+    campaign = load_campaign(options.config, package_folder(), given)
     about = describe_run(package_folder(), sys.argv)
     with ResultStore(options.out, campaign, about, options.resume) as store:
         progress = progress_on(sys.stderr, len(campaign.jobs()), store.rows)
-        with progress, told(progress):
+        with progress, stop_reports(progress):
             unrun = _run_pending(options, campaign, store, progress, run)
             table = store.finish()
         print(table)
@@ -60,36 +64,48 @@ def _run_pending(
 
 
 def _summary(store: ResultStore, progress: Progress) -> str:
-    now = (
-        f'{progress.wall_time_s():.1f} s, {progress.real_time_factor():.1f} times real time'
-        if progress.done_now
-        else 'every trial was done before'
-    )
-    return f'{outcome_table(store.rows)}\n{now}'
+    duration = f'{progress.wall_time_s():.1f} s, {progress.real_time_factor():.1f} times real time'
+    if not progress.done_now:
+        duration = 'all trials had been run before: nothing to do'
+    return f'{outcome_table(store.rows)}\n{duration}'
 
 
 def _parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog='campaign',
-        description=__doc__,
-        epilog='example: campaign --config paper --out results/paper --tests SL --ppr 40 90. The '
-        'same command again goes on with what is not done yet.',
+    examples = [
+        '--config quick --out results/quick',
+        '--config paper --out results/sl --tests SL --ppr 40 90 --trials 10',
+        '--config quick --robot my_robot.yaml --out results/my_robot',
+    ]
+    parser = tool_parser('campaign', __doc__, examples)
+    parser.add_argument(
+        '--config',
+        required=True,
+        metavar='NAME|FILE',
+        help='campaign: paper, quick or sweep (files of config/campaigns/), or a .yaml file',
     )
     parser.add_argument(
-        '--config', required=True, metavar='NAME|FILE', help='a file of config/campaigns/, or a .yaml file'
+        '--out',
+        required=True,
+        type=Path,
+        metavar='DIR',
+        help='results folder: new, or with results of the same campaign, which is then completed',
     )
-    parser.add_argument(
-        '--out', required=True, type=Path, metavar='DIR', help='new, or with results of the same configuration'
+    _add_overrides(parser)
+    add_workers(parser)
+    parser.add_argument('--resume', action='store_true', help='fail if DIR has no results yet')
+    return parser.parse_args(arguments)
+
+
+def _add_overrides(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group('instead of what the campaign file has')
+    group.add_argument('--tests', nargs='+', metavar='TEST', help='tests: SL, SMT, DLD, or .yaml files')
+    group.add_argument(
+        '--ppr', nargs='+', type=positive_number, metavar='N', help='encoders, in pulses per wheel revolution'
     )
-    parser.add_argument('--tests', nargs='+', metavar='TEST', help='names, or .yaml files')
-    parser.add_argument('--ppr', nargs='+', type=positive, metavar='N', help='pulses per revolution')
-    parser.add_argument('--trials', type=count, metavar='N', help='of each test with each encoder')
-    parser.add_argument('--robot', metavar='FILE', help='a .yaml file like config/alto.yaml, or a xacro or URDF file')
-    parser.add_argument(
+    group.add_argument('--trials', type=whole_number, metavar='N', help='trials of each test with each encoder')
+    group.add_argument('--robot', metavar='FILE', help='robot: a .yaml file like config/alto.yaml, or a xacro or URDF')
+    group.add_argument(
         '--record',
         choices=('full', 'minimal', 'none'),
-        help='topics in the bags; minimal leaves out scans and other bulk',
+        help='topics in the bags: all; without scans and other bulk; or no bags',
     )
-    add_workers(parser)
-    parser.add_argument('--resume', action='store_true', help='fail unless DIR has results to go on with')
-    return parser.parse_args(arguments)

@@ -1,4 +1,8 @@
-"""map_bag: builds a map from the scans and the odometry of a bag, by grid SLAM."""
+"""map_bag: build a map by grid SLAM from the scans and the odometry in a bag, faster than real time.
+
+The bag also needs /tf_static, for the laser's mounting. The map of a bag that trial.launch recorded is in the world's
+frame, because the test's start pose is surveyed; any other map has its origin where odometry is zero.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +12,7 @@ import time
 from pathlib import Path
 from typing import Optional, Sequence
 
-from diff_encoder_sim.base.console import run_tool
+from diff_encoder_sim.base.command_line import run_tool, tool_parser
 from diff_encoder_sim.base.paths import package_folder
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
@@ -26,7 +30,7 @@ from diff_encoder_sim.slam.slam_warm_up import warm_up
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> None:
-    """Entry point of the executable."""
+    """Run the command line."""
     logging.basicConfig(format='map_bag: %(message)s')
     run_tool('map_bag', lambda: _map_bag(_parse(arguments)))
 
@@ -52,23 +56,25 @@ def _map_bag(options: argparse.Namespace) -> None:
 
 
 def _parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog='map_bag',
-        description=__doc__,
-        epilog='example: map_bag bags/drive.bag -f maps/office; a bag of trial.launch begins at '
-        "its surveyed start, any other at odometry's zero",
-    )
-    parser.add_argument('bag', type=Path, help='with scans, odometry and /tf_static')
+    parser = tool_parser('map_bag', __doc__, ['bags/drive.bag -f maps/office'])
+    parser.add_argument('bag', type=Path, metavar='BAG', help='bag with scans, odometry and /tf_static')
     parser.add_argument(
-        '-f', dest='stem', type=Path, metavar='STEM', help='writes STEM.pgm and STEM.yaml (default: beside the bag)'
+        '-f', dest='stem', type=Path, metavar='STEM', help='write STEM.pgm and STEM.yaml (default: beside the bag)'
     )
     parser.add_argument(
         '--config',
         type=Path,
+        metavar='FILE',
         default=package_folder() / 'config' / 'slam.yaml',
-        help="parameters by slam_gmapping's names (default: config/slam.yaml)",
+        help="parameters, by slam_gmapping's names (default: config/slam.yaml)",
     )
-    parser.add_argument('--scan', default=topics.SCAN, help='topic (default: %(default)s)')
-    parser.add_argument('--odom', default=topics.ODOM, help='topic (default: %(default)s)')
-    parser.add_argument('--seed', type=int, default=0, help="of a bag that is no trial's (default: %(default)s)")
+    parser.add_argument('--scan', default=topics.SCAN, metavar='TOPIC', help='topic of scans (default: %(default)s)')
+    parser.add_argument('--odom', default=topics.ODOM, metavar='TOPIC', help='topic of odometry (default: %(default)s)')
+    parser.add_argument(
+        '--seed',
+        type=int,
+        default=0,
+        metavar='N',
+        help="seed of the particles; a trial's bag uses the trial's number (default: %(default)s)",
+    )
     return parser.parse_args(arguments)

@@ -1,4 +1,4 @@
-"""rasterise_world: makes a map file straight from a world file."""
+"""rasterise_world: make a map, as map_server reads it, directly from a .world file, without driving or SLAM."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import List, Optional, Sequence
 
 from pydantic import Field
 
-from diff_encoder_sim.base.console import run_tool
+from diff_encoder_sim.base.command_line import run_tool, tool_parser
 from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.mapping.map_files import save_map
 from diff_encoder_sim.simulation.rasterise import rasterise
@@ -16,15 +16,15 @@ from diff_encoder_sim.simulation.world import load_world
 
 
 class RasteriseParams(Params):
-    """How a world is rasterised."""
+    """Where and how finely a world is cut."""
 
-    free: List[float] = Field(min_length=2, max_length=2, description='a point x, y [m]')
-    height: float = Field(description='of the scan plane [m]')
+    free: List[float] = Field(min_length=2, max_length=2, description='a point x, y in free space [m]')
+    height: float = Field(description='of the scan plane above the floor [m]')
     resolution: float = Field(ge=0.001, le=10, description='side of a cell [m]')
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> None:
-    """Entry point of the executable."""
+    """Run the command line."""
     run_tool('rasterise_world', lambda: _rasterise(_parse(arguments)))
 
 
@@ -37,14 +37,27 @@ def _rasterise(options: argparse.Namespace) -> None:
 
 
 def _parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog='rasterise_world', description=__doc__, epilog='example: rasterise_world worlds/hallway.world --free -10 0'
-    )
-    parser.add_argument('world', type=Path, help='.world file')
+    parser = tool_parser('rasterise_world', __doc__, ['worlds/hallway.world --free -10 0 --out maps/hallway'])
+    parser.add_argument('world', type=Path, metavar='WORLD', help='.world file (SDF, of primitives)')
     parser.add_argument(
-        '--free', type=float, nargs=2, default=[0.0, 0.0], metavar=('X', 'Y'), help='a point in free space [m]'
+        '--free',
+        type=float,
+        nargs=2,
+        default=[0.0, 0.0],
+        metavar=('X', 'Y'),
+        help='a point in free space, in metres; all that can be reached from it is free on the map (default: 0 0)',
     )
-    parser.add_argument('--height', type=float, default=1.12, help='of the scan plane [m]')
-    parser.add_argument('--resolution', type=float, default=0.05, help='side of a cell [m]')
-    parser.add_argument('--out', type=Path, help='path without suffix (default: beside the world)')
+    parser.add_argument(
+        '--height',
+        type=float,
+        default=1.12,
+        metavar='M',
+        help='height of the scan plane above the floor, in metres (default: %(default)s)',
+    )
+    parser.add_argument(
+        '--resolution', type=float, default=0.05, metavar='M', help='side of a cell, in metres (default: %(default)s)'
+    )
+    parser.add_argument(
+        '--out', type=Path, metavar='STEM', help='write STEM.pgm and STEM.yaml (default: beside the world)'
+    )
     return parser.parse_args(arguments)

@@ -1,30 +1,32 @@
-"""robot_description: prints the URDF of a xacro file, with xacro's arguments name:=value."""
+"""robot_description: print the URDF that a xacro file expands to, for the parameter robot_description."""
 
 from __future__ import annotations
 
 import argparse
+from typing import Optional, Sequence
 
-from diff_encoder_sim.base.console import run_tool
+from diff_encoder_sim.base.command_line import run_tool, tool_parser
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.simulation.robot import expand_xacro
 
 
-def main() -> None:
-    """Entry point of the executable."""
-    run_tool('robot_description', _print_urdf)
+def main(arguments: Optional[Sequence[str]] = None) -> None:
+    """Run the command line."""
+    run_tool('robot_description', lambda: _print_urdf(_parse(arguments)))
 
 
-def _print_urdf() -> None:
-    parser = argparse.ArgumentParser(
-        prog='robot_description',
-        description=__doc__,
-        epilog='example: robot_description urdf/alto.urdf.xacro root_inertia:=false',
-    )
-    parser.add_argument('file', help='.xacro or .urdf file')
-    parser.add_argument('arguments', nargs='*', metavar='name:=value', help='xacro arguments')
-    options = parser.parse_args()
+def _print_urdf(options: argparse.Namespace) -> None:
     pairs = [argument.partition(':=') for argument in options.arguments]
     for name, separator, value in pairs:
         if not (name and separator):
             raise ConfigError(f'argument: given {name + value!r}; allowed: name:=value')
     print(expand_xacro(options.file, {name: value for name, _, value in pairs}))
+
+
+def _parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
+    parser = tool_parser(
+        'robot_description', __doc__, ['urdf/alto.urdf.xacro', 'urdf/alto.urdf.xacro lidar_noise:=0.01']
+    )
+    parser.add_argument('file', metavar='FILE', help='.xacro or .urdf file')
+    parser.add_argument('arguments', nargs='*', metavar='NAME:=VALUE', help='xacro arguments')
+    return parser.parse_args(arguments)

@@ -1,4 +1,7 @@
-"""trial_spec: checks the arguments of trial.launch and prints them as the parameter /trial."""
+"""trial_spec: check the arguments of trial.launch and print the plan of the trial, which becomes the parameter /trial.
+
+trial.launch calls it before any node starts, so that a wrong argument ends the launch with one line.
+"""
 
 from __future__ import annotations
 
@@ -9,11 +12,12 @@ from pathlib import Path
 from typing import Any, Optional, Sequence, Union
 
 import yaml
+from pydantic import Field
 
-from diff_encoder_sim.base.console import run_tool, users_path
+from diff_encoder_sim.base.command_line import run_tool, tool_parser
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.paths import package_folder
-from diff_encoder_sim.base.typed_params import load_yaml, split_params
+from diff_encoder_sim.base.paths import package_folder, users_path
+from diff_encoder_sim.base.typed_params import Params, load_yaml, shared_params
 from diff_encoder_sim.encoders.pulses import ppr_label
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 from diff_encoder_sim.mapping.map_files import load_map
@@ -32,51 +36,59 @@ NO_BAG = 'none'
 SIMULATORS = ('pybullet', 'gazebo')
 
 
+class TrialArgument(Params):
+    """The launch argument `trial`, for an error that names it as the user does."""
+
+    trial: int = Field(ge=0)
+
+
 def main(arguments: Optional[Sequence[str]] = None) -> None:
-    """Entry point of the executable."""
-    run_tool('trial.launch', lambda: print(plan(_parse(arguments)).model_dump_json(exclude_none=True)))
+    """Run the command line; errors are trial.launch's, whose user reads them."""
+    run_tool('trial.launch', lambda: print(plan(parse(arguments)).model_dump_json(exclude_none=True)))
 
 
 def plan(options: argparse.Namespace) -> TrialPlan:
-    """The plan for the options.
+    """Return the plan for the options.
 
     Raises:
         ConfigError: an option, or a file that it names, is bad.
     """
     if options.sim not in SIMULATORS:
         raise ConfigError(f'sim: given {options.sim!r}; allowed: {", ".join(SIMULATORS)}')
-    _, odometry = split_params(load_yaml(options.config), options.config, EncoderParams, OdometryParams)
     folder = package_folder()
-    test = load_test(options.test, folder / 'config')
-    trial = Trial.from_mapping(
-        {
-            'test': test,
-            'ppr': _value(options.ppr) if options.ppr else odometry.ppr,
-            'number': _value(options.trial),
-            'odom': options.odom,
-            'nav': options.nav,
-            # A bag explains itself: what the odometry believed of the robot goes into it.
-            'wheel_diameter': odometry.wheel_diameter,
-            'wheel_separation': odometry.wheel_separation,
-        },
-        '',
-    )
-    test.check_way(options.nav)
+    trial = _trial(options, load_test(options.test, folder / 'config'))
+    trial.test.check_way(options.nav)
     if options.slam != 'none' and options.nav != 'scripted':
         raise ConfigError(f'slam: given {options.slam} with nav {options.nav}; allowed: nav:=scripted, or slam:=none')
     _check_packages(options)
-    world = find_world(test.world, folder / 'worlds')
+    world = find_world(trial.test.world, folder / 'worlds')
     map_path = _map_path(options, world)
     if options.nav != 'scripted':
-        _check_start(test, map_path)
-    return TrialPlan.from_mapping(
+        _check_start(trial.test, map_path)
+    files = {
+        'world': str(world),
+        'map': map_path,
+        'bag': _bag_path(options.bag, trial),
+        'save_map': str(_new_file('save_map', options.save_map)) if options.save_map else '',
+    }
+    return TrialPlan.from_mapping({'trial': trial, 'slam': options.slam, **files}, '')
+
+
+def _trial(options: argparse.Namespace, test: TestDefinition) -> Trial:
+    config = load_yaml(options.config)
+    shared_params(config, options.config, EncoderParams, OdometryParams)  # its errors, before the node has them
+    robot = shared_params(config, options.config, OdometryParams, EncoderParams)
+    number = TrialArgument.from_mapping({'trial': _yaml_value(options.trial)}, '').trial
+    return Trial.from_mapping(
         {
-            'trial': trial,
-            'world': str(world),
-            'map': map_path,
-            'bag': _bag_path(options.bag, trial),
-            'slam': options.slam,
-            'save_map': str(_new_file('save_map', options.save_map)) if options.save_map else '',
+            'test': test,
+            'ppr': _yaml_value(options.ppr) if options.ppr else robot.ppr,
+            'number': number,
+            'odom': options.odom,
+            'nav': options.nav,
+            # Recorded in the bag, for whoever computes odometry from its pulses.
+            'wheel_diameter': robot.wheel_diameter,
+            'wheel_separation': robot.wheel_separation,
         },
         '',
     )
@@ -84,7 +96,7 @@ def plan(options: argparse.Namespace) -> TrialPlan:
 
 def _check_packages(options: argparse.Namespace) -> None:
     if roslaunch_only_lists():
-        return  # what is in a launch file can be seen anywhere
+        return  # roslaunch --nodes and the like need no package installed
     if options.nav == 'upstream':
         require(UPSTREAM_NAVIGATION)
     if options.slam == 'upstream':
@@ -104,23 +116,21 @@ def _map_path(options: argparse.Namespace, world: Path) -> str:
 
 
 def _check_start(test: TestDefinition, map_path: str) -> None:
-    """A robot that AMCL cannot see would stand until the test's time limit."""
+    """Refuse a start where AMCL could never localize: the robot would stand until the test's time limit."""
     grid, start = load_map(map_path), test.start
     cell = grid.cell_at(start.x, start.y)
-    where = (
-        'outside'
-        if not grid.contains(*cell)
-        else {OCCUPIED: 'in a wall of', UNKNOWN: 'in what is unknown to'}.get(int(grid.cells[cell]))
-    )
+    where: Optional[str] = 'outside'
+    if grid.contains(*cell):
+        where = {OCCUPIED: 'in a wall of', UNKNOWN: 'in unknown space of'}.get(int(grid.cells[cell]))
     if where is not None:
         raise ConfigError(
             f'test {test.name}: start: given ({start.x:.2f}, {start.y:.2f}), {where} '
-            f'the map {map_path}; allowed: where the robot has room'
+            f'the map {map_path}; allowed: a start in free space'
         )
 
 
-def _value(text: str) -> Any:
-    """A launch argument as roslaunch itself would read it."""
+def _yaml_value(text: str) -> Any:
+    """Read a launch argument as roslaunch itself would."""
     try:
         return yaml.safe_load(text)
     except yaml.YAMLError:
@@ -140,7 +150,7 @@ def _new_file(argument: str, given: Union[str, Path]) -> Path:
     path = users_path(given)
     folder = next(parent for parent in path.parents if parent.exists())
     if not (folder.is_dir() and os.access(folder, os.W_OK)):
-        raise ConfigError(f'{argument}: {folder} cannot be written to; allowed: a path in a folder that can')
+        raise ConfigError(f'{argument}: cannot write in {folder}; allowed: a path in a folder with write permission')
     return path
 
 
@@ -149,19 +159,22 @@ def _bag_name(trial: Trial) -> str:
     return f'{trial.test.name}_{ppr_label(trial.ppr)}ppr_trial{trial.number}_{moment}.bag'
 
 
-def _parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog='trial_spec', description=__doc__, epilog='example: trial_spec --test SL --ppr 90 --trial 3 --bag sl.bag'
-    )
-    parser.add_argument('--test', required=True, help='SL, SMT, DLD, or a .yaml file')
-    parser.add_argument('--ppr', default='', help="pulses per revolution (default: the config's)")
-    parser.add_argument('--trial', default='0', help='number of the trial: its seed')
-    parser.add_argument('--odom', default='encoder', help='encoder or ideal')
-    parser.add_argument('--nav', default='embedded', help='embedded, upstream or scripted')
-    parser.add_argument('--slam', default='none', help='none, embedded or upstream')
-    parser.add_argument('--save-map', default='', help='path without suffix for the map made')
-    parser.add_argument('--sim', default='pybullet', help='pybullet or gazebo')
-    parser.add_argument('--map', default='', help='its YAML file (default: that of the world)')
-    parser.add_argument('--bag', default='', help='path of the bag (default: bags/..., none)')
-    parser.add_argument('--config', default=str(package_folder() / 'config' / 'config.yaml'))
+def parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
+    """Read the command line; values are checked by `plan`."""
+    parser = tool_parser('trial_spec', __doc__, ['--test SL --ppr 90 --trial 3 --bag sl.bag'])
+    for option, default, text in (
+        ('--ppr', '', "pulses per wheel revolution: 90, or '{left: 90, right: 1024}' (default: as in --config)"),
+        ('--trial', '0', 'number of the trial, which is its seed'),
+        ('--odom', 'encoder', 'encoder or ideal'),
+        ('--nav', 'embedded', 'embedded, upstream or scripted'),
+        ('--slam', 'none', 'none, embedded or upstream'),
+        ('--save-map', '', 'path without suffix for the map that SLAM makes (default: not saved)'),
+        ('--sim', 'pybullet', 'pybullet or gazebo'),
+        ('--map', '', 'map .yaml file (default: the one beside the world)'),
+        ('--bag', '', 'path of the bag to record, or none (default: a new name in bags/)'),
+        ('--config', str(package_folder() / 'config' / 'config.yaml'), 'encoder and odometry .yaml file'),
+    ):
+        shown = f' (default: {default})' if default and option != '--config' else ''
+        parser.add_argument(option, default=default, metavar='VALUE', help=text + shown)
+    parser.add_argument('--test', required=True, metavar='TEST', help='SL, SMT, DLD, or a .yaml file')
     return parser.parse_args(arguments)

@@ -1,4 +1,4 @@
-"""What tools that run trials share: workers, signals that stop them, trials that did not run."""
+"""What tools that run trials share: worker processes, signals that stop them, trials that did not run."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from typing import Callable, ContextManager, Dict, Iterator, List, Sequence
 
 from distributed import Client
 
-from diff_encoder_sim.base.console import run_tool
+from diff_encoder_sim.base.command_line import run_tool
 from diff_encoder_sim.base.host_info import usable_cores
 from diff_encoder_sim.campaign.campaign_definition import Campaign
 from diff_encoder_sim.campaign.cluster import connected_client, local_client
@@ -25,7 +25,7 @@ UNRUN_SHOWN = 5
 
 
 class _Stopped(BaseException):
-    """By a signal. Not an Exception: nothing on its way up takes it for an error."""
+    """A signal stopped the tool. Not an Exception: nothing on its way up may take it for an error."""
 
     def __init__(self, number: int) -> None:
         super().__init__(number)
@@ -47,48 +47,51 @@ def run_trials_tool(name: str, tool: Callable[[], None]) -> None:
 
 
 @contextlib.contextmanager
-def told(progress: Progress) -> Iterator[None]:
-    """Let who is told that the tool was stopped know how far it is."""
+def stop_reports(progress: Progress) -> Iterator[None]:
+    """Let the line that says that the tool was stopped say how many trials are done."""
     try:
         yield
     except _Stopped as stopped:
-        stopped.when = f'after {progress.count()}; the same command goes on'
+        stopped.when = f'after {progress.count()}; run the same command again to continue'
         raise
 
 
 def add_workers(parser: argparse.ArgumentParser) -> None:
-    """The options that say where trials run."""
+    """Add the options that select where trials run."""
     where = parser.add_mutually_exclusive_group()
     where.add_argument(
-        '--workers', type=count, metavar='N', help='processes on this machine (default: one for each core)'
+        '--workers', type=whole_number, metavar='N', help='worker processes on this host (default: one for each core)'
     )
     where.add_argument(
-        '--scheduler', metavar='ADDRESS', help='of a running Dask cluster, such as tcp://host:8786 (docs/cluster.md)'
+        '--scheduler',
+        metavar='ADDRESS',
+        help='run on a Dask cluster: its scheduler, such as tcp://host:8786 (docs/cluster.md)',
     )
 
 
 def workers(options: argparse.Namespace, pending: int) -> ContextManager[Client]:
-    """The workers that the options ask for, on this machine no more than trials are pending."""
+    """Return the workers that the options select, on this host no more than there are `pending` trials."""
     if options.scheduler is not None:
         return connected_client(options.scheduler)
     return local_client(min(options.workers or usable_cores(), pending))
 
 
 def unrun_text(name: str, campaign: Campaign, unrun: Sequence[UnrunTrial]) -> str:
-    """Which trials could not be run and why, for the terminal."""
+    """Say which trials could not be run and why, for the terminal."""
     by_reason: Dict[str, List[str]] = {}
     for trial in unrun:
         bag = Path(campaign.bag_name(trial.job)).stem
         by_reason.setdefault(trial.reason, []).append(bag)
     lines = []
     for reason, bags in by_reason.items():
+        count = '1 trial' if len(bags) == 1 else f'{len(bags)} trials'
         more = ', ...' if len(bags) > UNRUN_SHOWN else ''
-        lines.append(f'{name}: {len(bags)} trials could not be run ({reason}): {", ".join(bags[:UNRUN_SHOWN])}{more}')
-    return '\n'.join(lines + [f'{name}: the same command tries them again'])
+        lines.append(f'{name}: {count} could not be run ({reason}): {", ".join(bags[:UNRUN_SHOWN])}{more}')
+    return '\n'.join([*lines, f'{name}: run the same command again to retry them'])
 
 
-def positive(text: str) -> float:
-    """An argument that is a number greater than 0."""
+def positive_number(text: str) -> float:
+    """Parse an argument that is a number greater than 0."""
     try:
         value = float(text)
     except ValueError:
@@ -98,8 +101,8 @@ def positive(text: str) -> float:
     return value
 
 
-def count(text: str) -> int:
-    """An argument that is a whole number from 1."""
+def whole_number(text: str) -> int:
+    """Parse an argument that is a whole number from 1."""
     if not (text.isascii() and text.isdigit() and int(text) > 0):
         raise argparse.ArgumentTypeError(f'given {text!r}; allowed: a whole number from 1')
     return int(text)

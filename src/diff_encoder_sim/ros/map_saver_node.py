@@ -1,4 +1,4 @@
-"""map_saver: writes the map on a topic to a map file, as upstream's map_saver."""
+"""map_saver: save the map that is published on /map to an image and a YAML file, as upstream's map_saver does."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from pathlib import Path
 import rospy
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
 
-from diff_encoder_sim.base.console import run_tool
+from diff_encoder_sim.base.command_line import run_tool, tool_parser
 from diff_encoder_sim.base.errors import EVENT, ConfigError, InputFault
 from diff_encoder_sim.mapping.map_files import MapSaverParams, save_map
 from diff_encoder_sim.ros.map_conversions import grid_from_message
 from diff_encoder_sim.ros.node import log, run_node
 
-REMIND_AFTER_S = 10.0
+WARN_AFTER_S = 10.0
 
 
 def main() -> None:
-    """Entry point of the executable: saves one map and ends."""
+    """Run the command line: save one map and end."""
     run_tool('map_saver', _run)
 
 
@@ -37,7 +37,7 @@ def _save_next_map(stem: Path, params: MapSaverParams) -> None:
         raise ConfigError(f'{topic}: {fault}') from None
     path = save_map(grid, stem, params)
     log.info(
-        '%s: %d x %d cells of %g m are saved as %s',
+        '%s: map of %d x %d cells of %g m saved: %s',
         topic,
         grid.width,
         grid.height,
@@ -48,28 +48,38 @@ def _save_next_map(stem: Path, params: MapSaverParams) -> None:
 
 
 def _next_map(topic: str) -> OccupancyGridMessage:
-    """Waits as long as it takes, as upstream does, but says so."""
+    """Wait as long as it takes, as upstream does, but with a warning now and then."""
     while True:
         try:
-            return rospy.wait_for_message(topic, OccupancyGridMessage, REMIND_AFTER_S)
+            return rospy.wait_for_message(topic, OccupancyGridMessage, WARN_AFTER_S)
         except rospy.ROSInterruptException:
             raise
         except rospy.ROSException:
-            log.warning('no map on %s yet: waiting', topic)
+            log.warning('%s: no map has been published yet: waiting for one', topic)
 
 
 def _parse() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog='map_saver', description=__doc__, epilog='example: map_saver -f ~/maps/office map:=/my_map'
-    )
+    parser = tool_parser('map_saver', __doc__, ['-f ~/maps/office', '-f office map:=/my_map'])
     parser.add_argument(
         '-f',
         dest='stem',
         type=Path,
         default=Path('map'),
         metavar='STEM',
-        help='writes STEM.pgm and STEM.yaml (default: %(default)s)',
+        help='write STEM.pgm and STEM.yaml (default: %(default)s)',
     )
-    parser.add_argument('--occ', type=int, default=65, help='occupied from here on [%%] (default: %(default)s)')
-    parser.add_argument('--free', type=int, default=25, help='free up to here [%%] (default: %(default)s)')
+    parser.add_argument(
+        '--occ',
+        type=int,
+        default=65,
+        metavar='PERCENT',
+        help='a cell of this occupancy or more is saved as occupied (default: %(default)s)',
+    )
+    parser.add_argument(
+        '--free',
+        type=int,
+        default=25,
+        metavar='PERCENT',
+        help='a cell of this occupancy or less is saved as free (default: %(default)s)',
+    )
     return parser.parse_args(rospy.myargv()[1:])

@@ -13,7 +13,7 @@ import rospy
 import yaml
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.typed_params import P, Params, split_params
+from diff_encoder_sim.base.typed_params import P, Params, shared_params
 
 LOG_AGAIN_AFTER_S = 5.0
 LONG_COMPILATION_S = 1.0
@@ -56,7 +56,7 @@ def node_params(params_class: Type[P], *also_known: Type[Params], defaults: Opti
         raise ConfigError(f'{rospy.get_name()}: given {private!r}; allowed: parameters below it')
     given = {**(defaults or {}), **private}
     given = {key: _mapping_of(value) for key, value in given.items()}
-    return split_params(given, rospy.get_name(), params_class, *also_known)[0]
+    return shared_params(given, rospy.get_name(), params_class, *also_known)
 
 
 def _mapping_of(value: Any) -> Any:

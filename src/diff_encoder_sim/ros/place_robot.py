@@ -1,4 +1,7 @@
-"""place_robot: puts the robot elsewhere in the running simulation, as a kidnapper would."""
+"""place_robot: move the robot to another pose in the running simulation, at rest, by /gazebo/set_model_state.
+
+Odometry does not notice it: this is the kidnapped-robot problem for localization.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +9,7 @@ import argparse
 
 import rospy
 
-from diff_encoder_sim.base.console import run_tool
+from diff_encoder_sim.base.command_line import run_tool, tool_parser
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.ros.conversions import pose_message
@@ -16,7 +19,7 @@ SERVICE = '/gazebo/set_model_state'
 
 
 def main() -> None:
-    """Entry point of the executable."""
+    """Run the command line."""
     run_tool('place_robot', lambda: _place(_parse()))
 
 
@@ -25,20 +28,18 @@ def _place(options: argparse.Namespace) -> None:
     request.model_state.model_name = options.model
     request.model_state.pose = pose_message(Pose2D(options.x, options.y, options.yaw))
     try:
-        answer = rospy.ServiceProxy(SERVICE, SetModelState)(request)
+        response = rospy.ServiceProxy(SERVICE, SetModelState)(request)
     except (rospy.ROSException, rospy.ServiceException) as error:
-        raise ConfigError(f'{SERVICE}: no answer: {error}; allowed: a running simulation') from None
-    if not answer.success:
-        raise ConfigError(f'{SERVICE}: {answer.status_message}')
-    print(answer.status_message)
+        raise ConfigError(f'{SERVICE}: {error}; expected a running simulation') from None
+    if not response.success:
+        raise ConfigError(f'{SERVICE}: {response.status_message}')
+    print(response.status_message)
 
 
 def _parse() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
-        prog='place_robot', description=__doc__, epilog='example: place_robot -5.0 0.5 1.57'
-    )
-    parser.add_argument('x', type=float, help='of base_link in the world [m]')
-    parser.add_argument('y', type=float, help='[m]')
-    parser.add_argument('yaw', type=float, help='counter-clockwise [rad]')
-    parser.add_argument('--model', default='alto', help='name of the robot (default: %(default)s)')
+    parser = tool_parser('place_robot', __doc__, ['-5.0 0.5 1.57'])
+    parser.add_argument('x', type=float, help='position of base_link in the world, in metres')
+    parser.add_argument('y', type=float, help='position of base_link in the world, in metres')
+    parser.add_argument('yaw', type=float, help='heading, counter-clockwise from the x axis, in radians')
+    parser.add_argument('--model', default='alto', metavar='NAME', help="the robot's model (default: %(default)s)")
     return parser.parse_args(rospy.myargv()[1:])

@@ -16,7 +16,7 @@ import rospy
 from pydantic import Field
 from std_msgs.msg import String
 
-from diff_encoder_sim.base.console import users_path
+from diff_encoder_sim.base.paths import users_path
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.encoders.pulses import ppr_label

@@ -38,7 +38,7 @@ from diff_encoder_sim.odometry.wheel_odometry import OdometryParams
     ],
 )
 def test_bad_encoder_values_are_refused_in_one_line(key, value):
-    with pytest.raises(ConfigError, match='^robot.yaml: ') as caught:
+    with pytest.raises(ConfigError, match=r'^robot\.yaml: ') as caught:
         EncoderParams.from_mapping({key: value}, 'robot.yaml')
     assert '\n' not in str(caught.value)
     if value != 'right_wheel_joint':
@@ -53,7 +53,7 @@ def test_bad_odometry_values_are_refused(key, value):
 
 
 def test_a_misspelt_key_is_named_with_what_was_probably_meant():
-    with pytest.raises(ConfigError, match="f.yaml: pprr: unknown key; did you mean 'ppr'\\?"):
+    with pytest.raises(ConfigError, match=r"f\.yaml: pprr: unknown key; did you mean 'ppr'\?"):
         EncoderParams.from_mapping({'pprr': 90}, 'f.yaml')
 
 
@@ -77,7 +77,7 @@ def test_a_shared_file_serves_several_structs_and_still_finds_misspellings():
         {'ppr': 40, 'rate': 10.0, 'wheel_diameter': 0.3}, 'c.yaml', EncoderParams, OdometryParams
     )
     assert (encoder.rate, odometry.wheel_diameter, odometry.ppr.left) == (10.0, 0.3, 40)
-    with pytest.raises(ConfigError, match="c.yaml: wheel_diametre: unknown.*'wheel_diameter'"):
+    with pytest.raises(ConfigError, match=r"c\.yaml: wheel_diametre: unknown.*'wheel_diameter'"):
         split_params({'wheel_diametre': 0.3}, 'c.yaml', EncoderParams, OdometryParams)
 
 
@@ -101,7 +101,7 @@ def test_a_bad_file_is_named(tmp_path, content, complaint):
 
 
 def test_a_missing_file_is_named(tmp_path):
-    with pytest.raises(ConfigError, match='nowhere.yaml: cannot be read: No such file'):
+    with pytest.raises(ConfigError, match=r'nowhere\.yaml: cannot be read: No such file'):
         load_yaml(tmp_path / 'nowhere.yaml')
 
 

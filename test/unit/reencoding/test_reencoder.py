@@ -110,7 +110,7 @@ def test_without_a_reference_the_finest_is_one(tmp_path, capsys):
     run(write_ros1(tmp_path / 'a.bag', drive(reference=None)), '--ppr', '4096', '40', '--out', tmp_path / 'out')
     finest, coarse = rows_of(tmp_path / 'out')
     assert finest['ate_rmse_m'] == '' and 0.0 < float(coarse['ate_rmse_m']) < 0.05
-    assert 'against the finest PPR' in capsys.readouterr().out
+    assert 'compared with the odometry of the finest PPR' in capsys.readouterr().out
 
 
 @pytest.mark.parametrize('kind', POSE_TYPES)
@@ -316,7 +316,7 @@ def test_a_reference_of_another_time_is_told(tmp_path, capsys):
     rows = [row for row in drive() if row[0] == '/joint_states']
     rows.append(('/world_pose', START_NS, ROS1.pose('geometry_msgs/msg/PoseStamped', 1, Pose2D(0.0, 0.0, 0.0))))
     run(write_ros1(tmp_path / 'a.bag', rows), '--ppr', '90')
-    assert 'no pose of /world_pose at a time of the odometry' in capsys.readouterr().err
+    assert 'no pose of /world_pose has the time of an odometry message' in capsys.readouterr().err
 
 
 def test_a_bag_keeps_no_index_in_memory(tmp_path):

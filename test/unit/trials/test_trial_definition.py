@@ -12,7 +12,7 @@ from places import ROOT
 
 
 def plan(*arguments):
-    return trial_spec.plan(trial_spec._parse(['--bag', 'none', '--test', 'SL', *arguments]))
+    return trial_spec.plan(trial_spec.parse(['--bag', 'none', '--test', 'SL', *arguments]))
 
 
 def test_the_straight_line_is_the_papers():
@@ -88,7 +88,7 @@ def test_a_bad_test_file_is_named_with_its_key(tmp_path, content, complaint):
     [
         ('hallway', '{x: -30.0, y: 0.5}', r'\(-30.00, 0.50\), outside'),
         ('hallway', '{x: 0.0, y: 2.98}', r'\(0.00, 2.98\), in a wall of'),
-        ('ros_logo', '{x: 1.87}', r'\(1.87, 0.00\), in what is unknown to'),
+        ('ros_logo', '{x: 1.87}', r'\(1.87, 0.00\), in unknown space of'),
     ],
 )  # within a pillar
 def test_a_start_that_the_map_forbids_is_named_before_anything_starts(tmp_path, world, start, where):
@@ -109,8 +109,8 @@ def test_a_start_that_the_map_forbids_is_named_before_anything_starts(tmp_path, 
         (['--ppr', '.nan'], 'ppr: given nan'),
         (['--ppr', '{left: 40}'], 'ppr.right: missing'),
         (['--ppr', '[40'], "ppr: given '\\[40'"),
-        (['--trial', '-1'], 'number: given -1'),
-        (['--trial', '1.5'], 'number: given 1.5'),
+        (['--trial', '-1'], 'trial: given -1'),
+        (['--trial', '1.5'], 'trial: given 1.5'),
         (['--odom', 'perfect'], "odom: given 'perfect'"),
         (['--sim', 'webots'], "sim: given 'webots'; allowed: pybullet, gazebo"),
         (['--config', '/no.yaml'], '/no.yaml: cannot be read'),

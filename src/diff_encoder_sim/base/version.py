@@ -1,0 +1,30 @@
+"""The version of this package, which is written in package.xml alone."""
+
+from __future__ import annotations
+
+from importlib import metadata
+from xml.etree import ElementTree
+
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.paths import package_folder
+
+DISTRIBUTION = 'diff_encoder_sim'
+
+
+def package_version() -> str:
+    """Return the version in package.xml: of the checkout, or of the installed share folder.
+
+    Where there is no package.xml, as after an installation by pip, the distribution's metadata has the version.
+    """
+    try:
+        text = ElementTree.parse(str(package_folder() / 'package.xml')).findtext('version')
+    except (ConfigError, OSError):
+        return _distribution_version()
+    return text.strip() if text else _distribution_version()
+
+
+def _distribution_version() -> str:
+    try:
+        return metadata.version(DISTRIBUTION)
+    except metadata.PackageNotFoundError:
+        return 'unknown'

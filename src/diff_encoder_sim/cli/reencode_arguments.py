@@ -1,0 +1,123 @@
+"""The command line of reencode: its options, encoders and output files."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Dict, List, Optional, Sequence
+
+import yaml
+
+from diff_encoder_sim.base.command_line import tool_parser
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.paths import package_folder
+from diff_encoder_sim.encoders.pulses import PerWheel, ppr_label
+from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
+
+PAPER_PPR = ('40', '90', '1024', '4096')
+CSV_NAME = 'reencode.csv'
+
+DESCRIPTION = """\
+reencode: compute what a recorded drive's odometry would have been with other encoders.
+
+Reads wheel angles (sensor_msgs/JointState), or the counts of a finer encoder (diff_encoder_sim/EncoderPulse), from a
+bag. Computes /encoder_pulse, /odom and /tf for each PPR as the live nodes would have published them, and prints how far
+each odometry is from a reference."""
+
+NOTES = """\
+From recorded counts the wheel angle is known to half a pulse. At a PPR that divides the recorded encoder's the
+result is exact; at another, in a fraction of PPR / (4 x recorded PPR) of the samples a count is one off. Counts that
+wrap need their counter_modulus in --config."""
+
+
+def parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
+    """Read the command line."""
+    parser = tool_parser('reencode', DESCRIPTION, ['drive.bag --ppr 40 90 1024 4096 --out what_if/'], NOTES)
+    parser.add_argument('bag', type=Path, metavar='BAG', help='bag of ROS 1 (complete, or torn by a crash) or ROS 2')
+    parser.add_argument(
+        '--ppr',
+        nargs='+',
+        default=PAPER_PPR,
+        metavar='PPR',
+        help='encoders, in pulses per wheel revolution: 90, or "{left: 90, right: 1024}" '
+        f'(default: {" ".join(PAPER_PPR)})',
+    )
+    parser.add_argument(
+        '--out',
+        type=Path,
+        metavar='DIR',
+        help=f'write a bag for each PPR, and {CSV_NAME}, into DIR (default: only print the table)',
+    )
+    _add_wheel_options(parser)
+    parser.add_argument(
+        '--reference',
+        default='',
+        metavar='TOPIC|FRAMES',
+        help='poses to compare odometry with: a topic, or two frames of /tf as "map->base_link" (default: '
+        '/world_pose where the bag has it, else the odometry of the finest PPR)',
+    )
+    parser.add_argument(
+        '--config',
+        type=Path,
+        metavar='FILE',
+        default=package_folder() / 'config' / 'config.yaml',
+        help="the robot's wheels, joints and counter (default: config/config.yaml)",
+    )
+    return parser.parse_args(arguments)
+
+
+def _add_wheel_options(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group('wheels, where the bag leaves a choice')
+    for option, metavar, text in (
+        ('--joint-states', 'TOPIC', "topic of wheel angles (default: the bag's only one)"),
+        ('--left', 'JOINT', "left joint (default: as in --config, or the bag's only left wheel)"),
+        ('--right', 'JOINT', "right joint (default: as in --config, or the bag's only right wheel)"),
+        ('--pulses', 'TOPIC', 'topic of counts, to be used instead of wheel angles'),
+        ('--pulses-ppr', 'PPR', 'PPR of the encoder that counted them (default: that of the recorded trial)'),
+    ):
+        group.add_argument(option, default='', metavar=metavar, help=text)
+
+
+def pprs_of_texts(texts: Sequence[str]) -> List[PerWheel]:
+    """Read the values of --ppr, in their order.
+
+    Raises:
+        ConfigError: one is no PPR, or given twice.
+    """
+    by_label: Dict[str, PerWheel] = {}
+    for text in texts:
+        ppr = ppr_of_text('--ppr', text)
+        if ppr_label(ppr) in by_label:
+            raise ConfigError(f'--ppr: given {ppr_label(ppr)} twice; allowed: each once')
+        by_label[ppr_label(ppr)] = ppr
+    return list(by_label.values())
+
+
+def ppr_of_text(option: str, text: str) -> PerWheel:
+    """Read one PPR: a number, or a YAML mapping with one for each wheel.
+
+    Raises:
+        ConfigError: it is neither.
+    """
+    try:
+        value = yaml.safe_load(text)
+    except yaml.YAMLError:
+        value = text
+    return EncoderParams.from_mapping({'ppr': value}, option).ppr
+
+
+def output_files(folder: Optional[Path], bag: Path, pprs: Sequence[PerWheel]) -> Dict[str, Path]:
+    """Return the path of each PPR's bag, by the PPR's label, and that of the CSV file; none without a folder.
+
+    Raises:
+        ConfigError: one of the files exists.
+    """
+    if folder is None:
+        return {}
+    stem = bag.resolve().stem  # also where the bag is given as `.`
+    files = {ppr_label(ppr): folder / f'{stem}_{ppr_label(ppr)}ppr.bag' for ppr in pprs}
+    files[CSV_NAME] = folder / CSV_NAME
+    for path in files.values():
+        if path.exists():
+            raise ConfigError(f'--out: {path} exists; allowed: a folder without it')
+    return files
