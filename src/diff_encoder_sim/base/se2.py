@@ -8,6 +8,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple, Tuple
 
+import numpy as np
+
 
 class Pose2D(NamedTuple):
     """A rigid motion of the plane: a frame's pose in its parent frame."""
@@ -43,6 +45,12 @@ IDENTITY = Pose2D(0.0, 0.0, 0.0)
 def wrap_angle(angle_rad: float) -> float:
     """The same direction in [-pi, pi)."""
     return (angle_rad + math.pi) % (2.0 * math.pi) - math.pi
+
+
+def wrap_angles(angles_rad: np.ndarray) -> np.ndarray:
+    """Return the same directions, an array of any shape, in [-pi, pi)."""
+    wrapped_rad: np.ndarray = (angles_rad + np.pi) % (2.0 * np.pi) - np.pi
+    return wrapped_rad
 
 
 def move_along_arc(pose: Pose2D, distance_m: float, turn_rad: float) -> Pose2D:

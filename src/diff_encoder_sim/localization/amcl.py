@@ -34,22 +34,22 @@ from diff_encoder_sim.localization.particles import (
 from diff_encoder_sim.localization.sensor import Likelihoods
 from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
 
-# Of a number that still fits a double.
+# The exponential of a larger number overflows a double.
 LARGEST_EXPONENT = 700.0
 
-# Particles have settled when all but a few, which recovery may have drawn anywhere, lie as close
-# together as converged ones.
+# The particles have settled when this fraction of their weight lies as close together as in a
+# converged set: recovery may have drawn the rest anywhere.
 SETTLED_WEIGHT = 0.9
 
 
 class AmclEstimate(NamedTuple):
-    """Where the robot was when a scan was taken, in the map frame."""
+    """The robot's estimated pose when a scan was taken, in the map frame."""
 
     stamp_ns: int  # the scan's
     base_pose_in_map: Pose2D  # mean of the heaviest cluster
     covariance: np.ndarray  # 3x3 over (x [m], y [m], yaw [rad]), of all particles
-    odom_pose_in_map: Pose2D  # the transform map->odom that makes base_pose_in_map true
-    cluster_weight: float  # share of the particles' weight in that cluster, 0 to 1
+    odom_pose_in_map: Pose2D  # the transform map->odom that corresponds to base_pose_in_map
+    cluster_weight: float  # fraction of the particles' weight in that cluster, 0 to 1
     cluster_count: int
     particles: np.ndarray  # (n, 3) x [m], y [m], yaw [rad] in the map; do not change
     weights: np.ndarray  # (n,), sum 1; do not change
@@ -66,7 +66,7 @@ class Amcl:
         """Start from the parameters' initial pose and covariance on `grid`.
 
         Raises:
-            InputFault: the map is empty, has no free cell, or a resolution or origin that is none.
+            InputFault: the map is empty, has no free cell, or an invalid resolution or origin.
         """
         self.params = params
         self._rng = rng
@@ -74,16 +74,17 @@ class Amcl:
         self._averages = LikelihoodAverages(params.recovery_alpha_slow, params.recovery_alpha_fast)
         self._limits = kld_limits(params)
         self._estimate: Optional[AmclEstimate] = None
+        self._odom_pose: Optional[Pose2D] = None  # at the last update
         self.update_count = 0  # filter updates so far; /particlecloud is due after each
         self.set_map(grid)
         self._force_update = False
 
-    # What it can be told.
+    # Commands
 
     def set_map(
         self, grid: OccupancyGrid, pose: Optional[Pose2D] = None, covariance: Optional[np.ndarray] = None
     ) -> None:
-        """Begin again on another map, at `pose` (default: the parameters' initial pose).
+        """Restart on another map, around `pose` (default: the parameters' initial pose).
 
         Args:
             grid: 0 is free, 100 is occupied, anything else unknown.
@@ -94,39 +95,34 @@ class Amcl:
             InputFault: the map, pose or covariance is bad. The old map and particles stay.
         """
         check_grid(grid)
-        params = self.params
-        if pose is None:
-            pose = Pose2D(params.initial_pose_x, params.initial_pose_y, params.initial_pose_a)
-        if covariance is None:
-            covariance = np.diag([params.initial_cov_xx, params.initial_cov_yy, params.initial_cov_aa])
-        check_pose(pose, 'initial pose')
-        check_covariance(covariance)
+        particles = self._particles_around(
+            self.params.initial_pose() if pose is None else pose,
+            self.params.initial_covariance() if covariance is None else covariance,
+        )
         self.grid = grid
         self._free_centres = free_cell_centres(grid)
-        self._laser_model = laser_model(params, grid)
-        self._lost = LostDetector(params, grid)
+        self._laser_model = laser_model(self.params, grid)
+        self._lost = LostDetector(self.params, grid)
         self._estimate = None
-        self._begin(particles_around(pose, covariance, params.max_particles, self._rng))
-        self._force_update = params.force_update_after_set_map
+        self._restart(particles)
+        self._force_update = self.params.force_update_after_set_map
 
     def set_pose(self, pose: Pose2D, covariance: np.ndarray) -> None:
-        """Begin again around a pose in the map, as by /initialpose.
+        """Restart around a pose in the map, as /initialpose asks.
 
         Args:
             pose: base in the map.
-            covariance: 3x3 over (x [m], y [m], yaw [rad]); upstream's reads x, y and yaw alone.
+            covariance: 3x3 over (x [m], y [m], yaw [rad]); as upstream, x, y and yaw-yaw entries count.
 
         Raises:
             InputFault: not finite, or not a covariance. The particles stay.
         """
-        check_pose(pose, 'initial pose')
-        check_covariance(covariance)
-        self._begin(particles_around(pose, covariance, self.params.max_particles, self._rng))
+        self._restart(self._particles_around(pose, covariance))
         self._force_update |= self.params.force_update_after_initialpose
 
     def global_localization(self) -> None:
-        """Begin again with the robot anywhere on the map's free cells, heading anywhere."""
-        self._begin(particles_everywhere(self._free_centres, self.params.max_particles, self._rng))
+        """Restart with the robot anywhere on the map's free cells, heading anywhere."""
+        self._restart(particles_everywhere(self._free_centres, self.params.max_particles, self._rng))
         self._is_anywhere = True
         self._lost.declare_lost()
 
@@ -134,7 +130,7 @@ class Amcl:
         """Let the next scan update the filter though the robot has not moved."""
         self._force_update = True
 
-    # What it tells.
+    # State
 
     @property
     def particles(self) -> np.ndarray:
@@ -158,23 +154,23 @@ class Amcl:
 
     @property
     def is_lost(self) -> bool:
-        """Whether scans contradict the filter: then nobody should drive by `odom_pose_in_map`."""
+        """True while scans contradict the estimated pose: then nobody should drive by it."""
         return self._lost.is_lost
 
     @property
     def fit_fraction(self) -> Optional[float]:
-        """Share of the newest scan's rays that fit the map, 0 to 1; None before there is one."""
+        """Fraction of the newest scan's rays that agree with the map, 0 to 1; None before one."""
         return self._lost.fit_fraction
 
-    # The filter.
+    # The filter
 
     def update(self, odom_pose: Pose2D, scan: Scan, laser_pose_in_base: Pose2D) -> Optional[AmclEstimate]:
-        """Take one scan; an estimate when one is due, else None.
+        """Take one scan; return an estimate when one is due, else None.
 
-        The filter updates on the first scan after it began, and whenever the robot has moved by
-        update_min_d along x or y or turned by update_min_a, or an update was requested. Estimates
-        come on the first update and on those that resample, each resample_interval-th. Every scan
-        tells whether the robot is lost.
+        The filter updates on the first scan after a restart, whenever the robot has moved by
+        update_min_d along x or y or turned by update_min_a, and on request. Estimates come on the
+        first update and on those that resample, each resample_interval-th. Every scan is checked
+        for whether the robot is lost.
 
         Args:
             odom_pose: base in odom at the scan's stamp.
@@ -189,32 +185,20 @@ class Amcl:
         beams = self._laser_model.beams(scan, laser_pose_in_base)
         estimate = self._update_filter(odom_pose, beams, scan.stamp_ns)
         if self._estimate is not None:
-            self._lost.check(
-                self._estimate.odom_pose_in_map.compose(odom_pose),
-                scan,
-                laser_pose_in_base,
-                may_be_found=self._has_settled or not self._is_anywhere,
-            )
+            base_pose = self._estimate.odom_pose_in_map.compose(odom_pose)
+            may_be_found = self._has_settled or not self._is_anywhere
+            self._lost.check(base_pose, scan, laser_pose_in_base, may_be_found)
         return estimate
 
     def _update_filter(self, odom_pose: Pose2D, beams: Beams, stamp_ns: int) -> Optional[AmclEstimate]:
-        is_first = self._odom_pose is None
-        if not (
-            is_first
-            or self._force_update
-            or self._is_settling_on_the_spot()
-            or self._has_moved(odom_pose, self._odom_pose)
-        ):
+        if not self._is_update_due(odom_pose):
             return None
-        if not is_first:
-            # A request made before the first scan, which updates anyway, waits for the second.
-            self._force_update = False
-            self._particles = self._motion_model(self._particles, self._odom_pose, odom_pose, self._rng)
-        self._odom_pose = odom_pose
+        is_first = self._odom_pose is None
+        self._move_particles(odom_pose)
         self._weigh(self._laser_model.likelihoods(self._particles, beams, self._has_converged))
         self.update_count += 1
-        self._updates_since_begin += 1
-        is_resampling_due = self._updates_since_begin % self.params.resample_interval == 0
+        self._updates_since_restart += 1
+        is_resampling_due = self._updates_since_restart % self.params.resample_interval == 0
         if is_resampling_due:
             self._resample()
         if not (is_resampling_due or is_first):
@@ -222,7 +206,13 @@ class Amcl:
         self._estimate = self._new_estimate(stamp_ns, odom_pose)
         return self._estimate
 
-    def _begin(self, particles: np.ndarray) -> None:
+    def _particles_around(self, pose: Pose2D, covariance: np.ndarray) -> np.ndarray:
+        """Draw the most particles from a Gaussian, or raise InputFault where it is none."""
+        check_pose(pose, 'initial pose')
+        check_covariance(covariance)
+        return particles_around(pose, covariance, self.params.max_particles, self._rng)
+
+    def _restart(self, particles: np.ndarray) -> None:
         """Take particles of equal weight; the next scan is the first."""
         self._particles = particles
         self._weights = np.full(len(particles), 1.0 / len(particles))
@@ -230,20 +220,24 @@ class Amcl:
         self._take_statistics()
         self._has_converged = False
         self._averages.reset()
-        self._odom_pose: Optional[Pose2D] = None
-        self._updates_since_begin = 0
-        self._lost.start_counting_again()
+        self._odom_pose = None
+        self._updates_since_restart = 0
+        self._lost.restart_count()
+
+    def _is_update_due(self, odom_pose: Pose2D) -> bool:
+        last = self._odom_pose
+        return last is None or self._force_update or self._is_settling_on_the_spot() or self._has_moved(last, odom_pose)
 
     def _is_settling_on_the_spot(self) -> bool:
-        """A lost robot should not move, so scans from where it stands must do.
+        """Return whether a lost robot, which should stand still, is to update from where it is.
 
         Only to settle around a pose that somebody gave: over a whole map, or after a kidnapping,
         particles would settle at a wrong place that looks alike.
         """
         return self.is_lost and not (self._has_settled or self._is_anywhere)
 
-    def _has_moved(self, odom_pose: Pose2D, last: Pose2D) -> bool:
-        """Whether far enough since the last update; along x or y, not as the crow flies."""
+    def _has_moved(self, last: Pose2D, odom_pose: Pose2D) -> bool:
+        """Compare the motion since the last update with update_min_*: along x or y, not as a distance."""
         params = self.params
         return (
             abs(odom_pose.x_m - last.x_m) > params.update_min_d
@@ -251,21 +245,29 @@ class Amcl:
             or abs(wrap_angle(odom_pose.yaw_rad - last.yaw_rad)) > params.update_min_a
         )
 
+    def _move_particles(self, odom_pose: Pose2D) -> None:
+        """Move the particles by odometry's motion since the last update (table 8.3, line 5)."""
+        if self._odom_pose is not None:
+            # A request made before the first scan, which updates anyway, waits for the second.
+            self._force_update = False
+            self._particles = self._motion_model(self._particles, self._odom_pose, odom_pose, self._rng)
+        self._odom_pose = odom_pose
+
     def _weigh(self, likelihoods: Likelihoods) -> None:
-        """Multiply the weights by the scan's likelihoods (table 8.3, lines 5 to 13)."""
+        """Multiply the weights by the scan's likelihoods (table 8.3, lines 6 to 11)."""
         weights = self._weights * likelihoods.factors
         total = float(weights.sum())
         if total > 0.0:
             self._weights = weights / total
             # The weights summed to 1, so the total is the mean likelihood. Upstream divides it by
             # n once more: an n that KLD-sampling has made smaller then looks like a better fit,
-            # and a robot that is carried off is not missed.
+            # and a kidnapping goes unnoticed.
             self._averages.add(total * math.exp(min(likelihoods.log_scale, LARGEST_EXPONENT)))
         else:
             self._weights = np.full(len(weights), 1.0 / len(weights))
 
     def _resample(self) -> None:
-        """Draw new particles (table 8.3, lines 14 to 19), if selective_resampling finds it due."""
+        """Draw new particles (table 8.3, lines 12 to 19), if selective_resampling finds it due."""
         if not self._is_weight_spread():
             fraction_anywhere = self._averages.fraction_anywhere()
             self._particles = resample(
@@ -286,7 +288,7 @@ class Amcl:
         )
 
     def _is_weight_spread(self) -> bool:
-        """Whether selective_resampling is on and over half of the particles still count."""
+        """Return whether selective_resampling is on and over half of the particles still count."""
         return self.params.selective_resampling and effective_count(self._weights) > 0.5 * len(self._weights)
 
     def _new_estimate(self, stamp_ns: int, odom_pose: Pose2D) -> AmclEstimate:

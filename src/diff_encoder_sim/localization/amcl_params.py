@@ -9,9 +9,11 @@ from __future__ import annotations
 import math
 from typing import Any, Optional
 
+import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 from typing_extensions import Annotated, Literal
 
+from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.typed_params import Params
 
 
@@ -28,7 +30,7 @@ FrameId = Annotated[str, Field(min_length=1)]
 
 
 class AmclParams(Params):
-    """All of upstream's parameters, so that its YAML files load; the node uses those at the end."""
+    """All of upstream's parameters, so that its YAML files load; those at the end are the node's."""
 
     # The filter. kld_z is the standard normal quantile itself, not a probability (0.99 is 84 %).
     min_particles: int = Field(100, ge=1, description='fewest particles')
@@ -67,7 +69,7 @@ class AmclParams(Params):
     initial_cov_yy: float = Field(0.25, ge=0, description='variance of the initial pose [m^2]')
     initial_cov_aa: float = Field((math.pi / 12.0) ** 2, ge=0, description='variance of the initial yaw [rad^2]')
 
-    # The laser. Ranges of 0 or less stand for what the scan itself says.
+    # The laser. Ranges of 0 or less stand for the scan's own range_min and range_max.
     laser_model_type: Literal['beam', 'likelihood_field', 'likelihood_field_prob'] = Field(
         'likelihood_field', description='sensor model'
     )
@@ -104,16 +106,16 @@ class AmclParams(Params):
     odom_alpha4: Alpha = Field(0.2, description='noise of the translation from rotation')
     odom_alpha5: Alpha = Field(0.2, description='accepted, without effect: of the omni models')
 
-    # When the robot counts as lost. Not upstream's: lost_fraction 0 is never, as upstream has it.
+    # When the robot counts as lost. Not upstream's parameters; 0 is upstream's behaviour: never.
     lost_fraction: Probability = Field(
-        0.0, description='of the rays that fit the map; below it a scan is bad; 0: never lost, as upstream'
+        0.0, description='fraction of the rays that fit the map, below which a scan is bad; 0: never lost'
     )
     lost_distance: float = Field(0.2, gt=0, description='largest distance from the map for a ray to fit [m]')
     lost_scans: int = Field(
         5, ge=1, description='bad scans in a row after which the robot is lost, good ones after which it is found'
     )
 
-    # What only the node uses.
+    # The node's.
     odom_frame_id: FrameId = Field('odom', description='frame of the odometry')
     base_frame_id: FrameId = Field('base_link', description='frame of the robot')
     global_frame_id: FrameId = Field('map', description='frame of the map')
@@ -131,10 +133,18 @@ class AmclParams(Params):
     bag_scan_period: float = Field(-1.0, description='accepted, without effect [s]')
     restore_defaults: bool = Field(False, exclude=True, description='accepted, without effect: of dynamic_reconfigure')
 
+    def initial_pose(self) -> Pose2D:
+        """Return the pose (base in the map) to start from."""
+        return Pose2D(self.initial_pose_x, self.initial_pose_y, self.initial_pose_a)
+
+    def initial_covariance(self) -> np.ndarray:
+        """Return the 3x3 covariance over (x [m], y [m], yaw [rad]) to start with."""
+        return np.diag([self.initial_cov_xx, self.initial_cov_yy, self.initial_cov_aa])
+
     @model_validator(mode='before')
     @classmethod
     def _take_older_name(cls, given: Any) -> Any:
-        older = 'beam_skip_error_threshold_'  # as dynamic_reconfigure has it; goes first
+        older = 'beam_skip_error_threshold_'  # dynamic_reconfigure's name; it takes precedence
         if given.get(older) is None:
             return given
         return {**given, older[:-1]: given[older], older: None}

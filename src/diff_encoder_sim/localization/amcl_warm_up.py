@@ -1,4 +1,4 @@
-"""Compiling ahead: a live filter must not spend its first scans on numba's compiler."""
+"""Compile ahead: a live filter must not spend its first scans on numba's compiler."""
 
 from __future__ import annotations
 
@@ -21,21 +21,20 @@ def warm_up(params: AmclParams) -> None:
 
     Takes milliseconds where numba's cache is filled, some seconds where it is not.
     """
-    few = params.model_copy(
-        update={
-            'min_particles': PARTICLES,
-            'max_particles': PARTICLES,
-            'resample_interval': 1,
-            'selective_resampling': False,
-        }
-    )
-    cells = np.full((CELLS, CELLS), OCCUPIED, np.int8)
-    cells[1:-1, 1:-1] = FREE
-    corner_m = -0.5 * CELLS * RESOLUTION_M
-    grid = OccupancyGrid(cells, RESOLUTION_M, Pose2D(corner_m, corner_m, 0.0))
+    counts = {'min_particles': PARTICLES, 'max_particles': PARTICLES}
+    few = params.model_copy(update={**counts, 'resample_interval': 1, 'selective_resampling': False})
+    grid = _room()
     scan = Scan(0, -math.pi, 2.0 * math.pi / RAYS, 0.1, 10.0, np.full(RAYS, 2.9))
     amcl = Amcl(few, grid, np.random.default_rng(0))
     amcl.update(IDENTITY, scan, IDENTITY)
     # Beam skipping waits for particles that have converged.
     model = laser_model(few, grid)
     model.likelihoods(amcl.particles, model.beams(scan, IDENTITY), True)
+
+
+def _room() -> OccupancyGrid:
+    """Return an empty room of 6 x 6 m about the map's origin."""
+    cells = np.full((CELLS, CELLS), OCCUPIED, np.int8)
+    cells[1:-1, 1:-1] = FREE
+    corner_m = -0.5 * CELLS * RESOLUTION_M
+    return OccupancyGrid(cells, RESOLUTION_M, Pose2D(corner_m, corner_m, 0.0))

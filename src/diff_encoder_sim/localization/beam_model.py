@@ -1,4 +1,4 @@
-"""The beam model: a ray is as likely as its range is close to the one cast on the map.
+"""The beam model: the closer a range is to the one cast on the map, the likelier the ray.
 
 Probabilistic Robotics, table 6.1, with upstream's sum of cubes (see likelihood_field.py) and its
 Bresenham lines from cell to cell.
@@ -18,43 +18,26 @@ from diff_encoder_sim.mapping.occupancy_grid import FREE, OccupancyGrid
 
 
 class BeamModel(SensorModel):
-    """Upstream's beam."""
+    """Upstream's `beam`."""
 
-    # Here a ray without a return tells something: laser_z_max.
+    # In this model a ray without a return counts: laser_z_max.
     _hits_only = False
 
     def __init__(self, params: AmclParams, grid: OccupancyGrid) -> None:
         super().__init__(params, grid)
-        # As upstream: a ray ends at what is unknown, and at the border.
+        # As upstream: a ray ends at a cell that is unknown, and at the border.
         self._blocked = np.ascontiguousarray(grid.cells != FREE)
+        weights = (params.laser_z_hit, params.laser_z_short, params.laser_z_max, params.laser_z_rand)
+        self._mixture = np.array([*weights, params.laser_sigma_hit, params.laser_lambda_short])
 
     def likelihoods(self, particles: np.ndarray, beams: Beams, converged: bool) -> Likelihoods:
-        """See SensorModel."""
-        params = self._params
-        mixture = np.array(
-            [
-                params.laser_z_hit,
-                params.laser_z_short,
-                params.laser_z_max,
-                params.laser_z_rand,
-                params.laser_sigma_hit,
-                params.laser_lambda_short,
-            ]
-        )
-        laser = np.array([beams.laser_x_m, beams.laser_y_m]) / self._grid.resolution_m
+        """Weigh particles (n, 3) by the ranges that the map has along the beams; see SensorModel."""
+        poses, cell_m = self._poses_in_cells(particles), self._grid.resolution_m
+        laser = np.array([beams.laser_x_m, beams.laser_y_m]) / cell_m
         directions = np.stack([np.cos(beams.bearings_rad), np.sin(beams.bearings_rad)])
+        measured = beams.ranges_m, beams.range_max_m
         return Likelihoods(
-            _weigh_by_casting(
-                self._poses_in_cells(particles),
-                laser,
-                directions,
-                beams.ranges_m,
-                beams.range_max_m,
-                self._blocked,
-                self._grid.resolution_m,
-                mixture,
-            ),
-            0.0,
+            _weigh_by_casting(poses, laser, directions, *measured, self._blocked, cell_m, self._mixture), 0.0
         )
 
 
@@ -69,13 +52,14 @@ def _weigh_by_casting(
     resolution_m: float,
     mixture: np.ndarray,
 ) -> np.ndarray:  # pragma: no cover (compiled)
-    """(n,) one plus the sum over rays of their probability cubed.
+    """Return (n,) one plus the sum over rays of their probability cubed.
 
     Args:
         poses: (n, 4) column, row, cosine and sine of base in the grid's frame, in cells.
         laser: (2,) x, y of the laser in the base frame, in cells.
         directions: (2, k) cosine and sine of each ray's bearing in the base frame.
-        ranges_m: (k,); `range_max_m` stands for no return.
+        ranges_m: (k,) measured ranges.
+        range_max_m: the range that stands for no return.
         blocked: (height, width) bool.
         resolution_m: side of a cell.
         mixture: see `ray_probability`.
@@ -105,13 +89,13 @@ def _weigh_by_casting(
 def ray_probability(
     range_m: float, expected_m: float, range_max_m: float, mixture: np.ndarray
 ) -> float:  # pragma: no cover (compiled)
-    """Of a measured range where the map says `expected_m`; table 6.1 without its normalisers.
+    """Return how likely a range is where the map has `expected_m`: table 6.1 without its normalisers.
 
     `mixture` is z_hit, z_short, z_max, z_rand, sigma_hit [m], lambda_short [1/m].
     """
     z_hit, z_short, z_max, z_rand, sigma_hit_m, lambda_short = mixture
     excess_m = range_m - expected_m
-    probability = z_hit * math.exp(-(excess_m**2) / (2.0 * sigma_hit_m**2))
+    probability: float = z_hit * math.exp(-(excess_m**2) / (2.0 * sigma_hit_m**2))
     if excess_m < 0.0:
         probability += z_short * lambda_short * math.exp(-lambda_short * range_m)
     if range_m >= range_max_m:
@@ -125,9 +109,10 @@ def ray_probability(
 def cast_ray(
     blocked: np.ndarray, column: float, row: float, end_column: float, end_row: float, reach: float
 ) -> float:  # pragma: no cover (compiled)
-    """Cells from a point to the first blocked cell on the line to another, as the centres lie.
+    """Return how many cells lie between a point and the first blocked cell on the line to another.
 
-    Bresenham's line; the cell it starts in does not block it. `reach` if none does.
+    Measured between cell centres along Bresenham's line; the cell it starts in does not block it.
+    Where none does, the length is `reach`.
     """
     height, width = blocked.shape
     x, y = int(math.floor(column)), int(math.floor(row))
@@ -138,7 +123,7 @@ def cast_ray(
     is_steep = span_y > span_x
     longer, shorter = (span_y, span_x) if is_steep else (span_x, span_y)
     error = 0
-    # Upstream looks one cell past the end.
+    # Upstream checks one cell past the end.
     for _ in range(longer + 1):
         error += shorter
         sidestep = 2 * error >= longer

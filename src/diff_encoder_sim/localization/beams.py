@@ -1,4 +1,7 @@
-"""The rays of a scan that weigh the particles: a subset, in the base frame, within limits."""
+"""The rays of a scan that weigh the particles: a subset, in the base frame, within limits.
+
+Also the checks that a scan must pass before it is used.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +27,7 @@ class Beams(NamedTuple):
     range_max_m: float
 
     def endpoints_in_base(self) -> np.ndarray:
-        """(k, 2) x, y [m] of the rays' ends."""
+        """Return (k, 2) x, y [m] of the rays' ends."""
         return np.column_stack(
             [
                 self.laser_x_m + self.ranges_m * np.cos(self.bearings_rad),
@@ -34,33 +37,25 @@ class Beams(NamedTuple):
 
 
 def beam_step(ray_count: int, max_beams: int) -> int:
-    """Every how manieth ray counts. Rounded down, as upstream does: 180 of 1000 are 200."""
+    """Return the step between rays that count, rounded down as upstream: 180 of 1000 are 200."""
     return max(1, (ray_count - 1) // (max_beams - 1))
 
 
 def beam_step_rounded_up(ray_count: int, max_beams: int) -> int:
-    """The same for upstream's likelihood_field_prob: never more than `max_beams`."""
+    """Return the step as upstream's likelihood_field_prob: never more than `max_beams` rays."""
     return math.ceil(ray_count / max_beams)
 
 
 def select_beams(scan: Scan, step: int, laser_pose_in_base: Pose2D, params: AmclParams, hits_only: bool) -> Beams:
-    """Each step-th ray that is a number, or of those only the rays that returned.
+    """Select each step-th ray that is a number, or of those only the rays that returned.
 
     Readings at or below the least range become no return, as upstream treats them; so do those
     at or beyond the largest, infinity included.
 
     Raises:
-        InputFault: a range limit of the scan is none.
+        InputFault: the scan has an invalid range limit.
     """
-    range_max_m, range_min_m = float(scan.range_max_m), float(scan.range_min_m)
-    if params.laser_max_range > 0.0:
-        range_max_m = min(range_max_m, params.laser_max_range)
-    if params.laser_min_range > 0.0:
-        range_min_m = max(range_min_m, params.laser_min_range)
-    if not (0.0 < range_max_m < math.inf):
-        raise InputFault(f'scan: given a range limit of {range_max_m} m; expected a finite number greater than 0')
-    if not (0.0 <= range_min_m < math.inf):
-        raise InputFault(f'scan: given a least range of {range_min_m} m; expected a finite number of at least 0')
+    range_min_m, range_max_m = _range_limits_m(scan, params)
     # A copy, whatever the scan's array is like: the kernel is compiled for one kind of array.
     ranges_m, bearings_rad = _rays_in_base(
         np.array(scan.ranges_m[::step], dtype=float),
@@ -74,6 +69,20 @@ def select_beams(scan: Scan, step: int, laser_pose_in_base: Pose2D, params: Amcl
     return Beams(ranges_m, bearings_rad, laser_pose_in_base.x_m, laser_pose_in_base.y_m, range_max_m)
 
 
+def _range_limits_m(scan: Scan, params: AmclParams) -> Tuple[float, float]:
+    """Return the least and the largest range that count [m], or raise InputFault."""
+    range_max_m, range_min_m = float(scan.range_max_m), float(scan.range_min_m)
+    if params.laser_max_range > 0.0:
+        range_max_m = min(range_max_m, params.laser_max_range)
+    if params.laser_min_range > 0.0:
+        range_min_m = max(range_min_m, params.laser_min_range)
+    if not (0.0 < range_max_m < math.inf):
+        raise InputFault(f'scan: given a range limit of {range_max_m} m; expected a finite number greater than 0')
+    if not (0.0 <= range_min_m < math.inf):
+        raise InputFault(f'scan: given a least range of {range_min_m} m; expected a finite number of at least 0')
+    return range_min_m, range_max_m
+
+
 @njit(cache=True)
 def _rays_in_base(
     ranges_m: np.ndarray,
@@ -84,7 +93,7 @@ def _rays_in_base(
     step_rad: float,
     laser_yaw_rad: float,
 ) -> Tuple[np.ndarray, np.ndarray]:  # pragma: no cover (compiled)
-    """(k,) ranges and (k,) bearings in the base frame of the rays (n,) that are numbers."""
+    """Return (k,) ranges and (k,) bearings in the base frame of the rays (n,) that are numbers."""
     kept_m, bearings_rad = np.empty(len(ranges_m)), np.empty(len(ranges_m))
     count = 0
     for ray in range(len(ranges_m)):
@@ -100,10 +109,10 @@ def _rays_in_base(
 
 
 def check_scan(scan: Scan) -> None:
-    """Refuse a scan that has no rays, or none with a direction.
+    """Refuse a scan without rays or without a direction for each.
 
     Raises:
-        InputFault: as said.
+        InputFault: no rays, bearings that are not finite, or all rays in one direction.
     """
     if np.ndim(scan.ranges_m) != 1 or len(scan.ranges_m) == 0:
         raise InputFault(f'scan: given {np.size(scan.ranges_m)} ranges; expected at least one')
@@ -119,7 +128,7 @@ def check_scan(scan: Scan) -> None:
 
 
 def no_return_fault(scan: Scan, beams: Beams) -> InputFault:
-    """The fault of a scan that cannot tell one place from another."""
+    """Return the error for a scan that cannot tell one place from another."""
     return InputFault(
         f'scan: none of {len(scan.ranges_m)} rays, of those used, returned from '
         f'within {beams.range_max_m:g} m: nothing to locate the robot by'

@@ -2,7 +2,7 @@
 
 Felzenszwalb and Huttenlocher, "Distance Transforms of Sampled Functions", 2012: first along the
 columns, then along the rows as the lower envelope of parabolas. Upstream's brushfire visits the
-same cells from a queue and is off by a part of a cell now and then.
+same cells from a queue and is sometimes off by part of a cell.
 """
 
 from __future__ import annotations
@@ -15,20 +15,21 @@ _FAR = 1 << 28
 
 
 def distance_to_occupied(occupied: np.ndarray, resolution_m: float, max_distance_m: float) -> np.ndarray:
-    """(height, width) distance [m] between cell centres, cut off at `max_distance_m`.
+    """Return (height, width) distance [m] between cell centres, at most `max_distance_m`.
 
     Args:
         occupied: (height, width) bool.
         resolution_m: side of a cell.
-        max_distance_m: what a cell has that is further away than this from any occupied one.
+        max_distance_m: the value of cells that are farther than this from any occupied one.
     """
     squared_cells = _squared_distances(np.ascontiguousarray(occupied, dtype=np.bool_))
-    return np.minimum(np.sqrt(squared_cells) * resolution_m, max_distance_m)
+    distances_m: np.ndarray = np.minimum(np.sqrt(squared_cells) * resolution_m, max_distance_m)
+    return distances_m
 
 
 @njit(cache=True)
 def _squared_distances(occupied: np.ndarray) -> np.ndarray:  # pragma: no cover (compiled)
-    """(height, width) int64 squared distance in cells; about _FAR squared where none is."""
+    """Return (height, width) int64 squared distance in cells; about _FAR squared where none is."""
     height, width = occupied.shape
     in_column = np.empty((height, width), dtype=np.int64)
     _along_columns(occupied, in_column)
@@ -42,7 +43,7 @@ def _squared_distances(occupied: np.ndarray) -> np.ndarray:  # pragma: no cover 
 
 @njit(cache=True)
 def _along_columns(occupied: np.ndarray, distance: np.ndarray) -> None:  # pragma: no cover
-    """Distance to the nearest occupied cell in the same column: once down, once up."""
+    """Fill in the distance to the nearest occupied cell of the same column: once down, once up."""
     height, width = occupied.shape
     for column in range(width):
         distance[0, column] = 0 if occupied[0, column] else _FAR
@@ -58,7 +59,7 @@ def _along_columns(occupied: np.ndarray, distance: np.ndarray) -> None:  # pragm
 def _along_row(
     heights: np.ndarray, squared: np.ndarray, vertices: np.ndarray, starts: np.ndarray
 ) -> None:  # pragma: no cover
-    """Lower envelope of the parabolas (x - v)^2 + heights[v]^2, in whole numbers.
+    """Fill in the lower envelope of the parabolas (x - v)^2 + heights[v]^2, in whole numbers.
 
     `vertices` and `starts` are scratch: the columns whose parabola is on the envelope, and the
     first column at which each is the lowest.

@@ -1,11 +1,11 @@
-"""The histogram over poses, bins of 0.5 m x 0.5 m x 10 degrees, and the two that count by it.
+"""The histogram over poses, bins of 0.5 m x 0.5 m x 10 degrees: KLD-sampling and clustering use it.
 
 Upstream keeps the bins in a kd-tree; here they are the keys of an open-addressing hash table, an
 int64 array whose length is a power of two. Headings wrap: bins on both sides of +-180 degrees are
 neighbours, where upstream's are a full turn apart.
 
-All its kernels are in this file: numba's cache on disk does not see that a kernel in another file,
-which one calls, has changed.
+All its kernels are in this file: numba's cache on disk does not notice when a kernel in another
+file, which one calls, has changed.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def draw_until_enough(
     uniforms: np.ndarray,
     anywhere: np.ndarray,
 ) -> np.ndarray:  # pragma: no cover (compiled)
-    """(m, 3) particles drawn one by one until there are enough for the bins that they fill.
+    """Draw (m, 3) particles one by one until there are enough for the bins that they fill.
 
     Args:
         particles: (n, 3) x [m], y [m], yaw [rad].
@@ -68,18 +68,18 @@ def draw_until_enough(
 
 @njit(cache=True)
 def _chosen_index(cumulative: np.ndarray, uniform: float) -> int:  # pragma: no cover (compiled)
-    """The particle whose share of [0, 1) holds `uniform`; never one of weight 0."""
+    """Return the particle whose part of [0, 1) holds `uniform`; never one of weight 0."""
     target = uniform * cumulative[-1]
     index = np.searchsorted(cumulative, target, side='right')
     # Rounding may put the target on the very end: the last particle that has any weight.
     if index == len(cumulative):
         index = np.searchsorted(cumulative, cumulative[-1], side='left')
-    return index
+    return int(index)
 
 
 @njit(cache=True)
 def cluster_labels(particles: np.ndarray) -> np.ndarray:  # pragma: no cover (compiled)
-    """(n,) int64 the cluster of each particle (n, 3), numbered from 0 as they are met."""
+    """Return (n,) int64 the cluster of each particle (n, 3), numbered from 0 as they are met."""
     count = len(particles)
     table = _new_table(count)
     keys = np.empty(count, dtype=np.int64)
@@ -103,7 +103,7 @@ def cluster_labels(particles: np.ndarray) -> np.ndarray:  # pragma: no cover (co
 def _label_connected(
     table: np.ndarray, slot: int, label: int, label_of_slot: np.ndarray, pending: np.ndarray
 ) -> None:  # pragma: no cover (compiled)
-    """Give `label` to a bin and all that touch it, corners included, by way of others."""
+    """Give `label` to a bin and to all that are connected with it, across corners too."""
     label_of_slot[slot] = label
     pending[0] = slot
     pending_count = 1
@@ -121,7 +121,7 @@ def _label_connected(
 
 @njit(cache=True)
 def _new_table(largest_count: int) -> np.ndarray:  # pragma: no cover (compiled)
-    """An empty table for up to `largest_count` bins, at most half full."""
+    """Return an empty table for up to `largest_count` bins, at most half full."""
     size = 16
     while size < 2 * largest_count:
         size *= 2
@@ -130,7 +130,7 @@ def _new_table(largest_count: int) -> np.ndarray:  # pragma: no cover (compiled)
 
 @njit(cache=True)
 def _key_of_pose(x_m: float, y_m: float, yaw_rad: float) -> int:  # pragma: no cover (compiled)
-    """The key of the bin that holds a pose."""
+    """Return the key of the bin that holds a pose."""
     return _key_of_bin(
         int(math.floor(x_m / BIN_M)),
         int(math.floor(y_m / BIN_M)),
@@ -140,13 +140,13 @@ def _key_of_pose(x_m: float, y_m: float, yaw_rad: float) -> int:  # pragma: no c
 
 @njit(cache=True)
 def _key_of_bin(bin_x: int, bin_y: int, bin_yaw: int) -> int:  # pragma: no cover (compiled)
-    """The key of a bin by its indices; the heading's may be any whole number."""
+    """Return the key of a bin by its indices; the heading's may be any whole number."""
     return (((bin_x + _OFFSET) & _MASK) << 28 | ((bin_y + _OFFSET) & _MASK)) << _YAW_BITS | bin_yaw % BINS_PER_TURN
 
 
 @njit(cache=True)
 def _neighbour(key: int, step_x: int, step_y: int, step_yaw: int) -> int:  # pragma: no cover
-    """The key of the bin so many steps away."""
+    """Return the key of the bin so many steps away."""
     return _key_of_bin(
         (key >> (28 + _YAW_BITS)) - _OFFSET + step_x,
         ((key >> _YAW_BITS) & _MASK) - _OFFSET + step_y,
@@ -156,7 +156,7 @@ def _neighbour(key: int, step_x: int, step_y: int, step_yaw: int) -> int:  # pra
 
 @njit(cache=True)
 def _slot_of(table: np.ndarray, key: int) -> int:  # pragma: no cover (compiled)
-    """Where `key` is in the table, or the empty slot where it belongs."""
+    """Find `key` in the table, or the empty slot where it belongs."""
     mask = len(table) - 1
     # Fibonacci hashing: the high bits of the product depend on all bits of the key.
     slot = ((key * 0x9E3779B97F4A7C1) >> 20) & mask
@@ -167,7 +167,7 @@ def _slot_of(table: np.ndarray, key: int) -> int:  # pragma: no cover (compiled)
 
 @njit(cache=True)
 def _add(table: np.ndarray, key: int) -> bool:  # pragma: no cover (compiled)
-    """Put `key` into the table; whether it is new."""
+    """Put `key` into the table; return whether it is new."""
     slot = _slot_of(table, key)
     if table[slot] == key:
         return False

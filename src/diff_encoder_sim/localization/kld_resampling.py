@@ -1,4 +1,4 @@
-"""Drawing the next particles: as many as the spread needs, a few of them anywhere.
+"""Resampling: as many particles as their spread needs, a few of them anywhere.
 
 KLD-sampling (Fox, IJRR 2003) with the recovery of augmented MCL (Probabilistic Robotics, table
 8.3), as upstream's pf_update_resample combines them: independent draws from the cumulative
@@ -16,9 +16,9 @@ from diff_encoder_sim.localization.histogram import draw_until_enough
 
 
 class LikelihoodAverages:
-    """Slow and fast averages of the likelihood; when the fast one falls behind, the robot is lost.
+    """Slow and fast averages of the likelihood: the fast one falls below when the pose is wrong.
 
-    Probabilistic Robotics, table 8.3, lines 10 to 13.
+    Probabilistic Robotics, table 8.3, lines 10, 11 and 13.
     """
 
     def __init__(self, alpha_slow: float, alpha_fast: float) -> None:
@@ -26,16 +26,16 @@ class LikelihoodAverages:
         self.reset()
 
     def reset(self) -> None:
-        """Begin with the next likelihood."""
+        """Start anew with the next likelihood."""
         self.slow = self.fast = 0.0
 
     def add(self, likelihood: float) -> None:
-        """Take the mean likelihood of one update."""
+        """Add the mean likelihood of one update."""
         self.slow = _averaged(self.slow, likelihood, self._alpha_slow)
         self.fast = _averaged(self.fast, likelihood, self._alpha_fast)
 
     def fraction_anywhere(self) -> float:
-        """Share of particles to draw anywhere on the map, 0 to 1."""
+        """Return the fraction of particles to draw anywhere on the map, 0 to 1."""
         if self.slow == 0.0:
             return 0.0
         return max(0.0, 1.0 - self.fast / self.slow)
@@ -46,25 +46,21 @@ def _averaged(average: float, value: float, alpha: float) -> float:
 
 
 def effective_count(weights: np.ndarray) -> float:
-    """How many equally weighted particles would say as much (weights sum to 1)."""
+    """Return the effective sample size, 1 / sum of squared weights (weights sum to 1)."""
     return 1.0 / float((weights * weights).sum())
 
 
 def kld_limits(params: AmclParams) -> np.ndarray:
-    """(max_particles + 1,) particles needed where k bins are filled, by k."""
-    return np.array(
-        [
-            kld_limit(bins, params.kld_err, params.kld_z, params.min_particles, params.max_particles)
-            for bins in range(params.max_particles + 1)
-        ]
-    )
+    """Return (max_particles + 1,) particles needed where k bins are filled, by k."""
+    limits = (params.kld_err, params.kld_z, params.min_particles, params.max_particles)
+    return np.array([kld_limit(bins, *limits) for bins in range(params.max_particles + 1)])
 
 
 def kld_limit(bin_count: int, kld_err: float, kld_z: float, min_particles: int, max_particles: int) -> int:
-    """Particles that keep the divergence from the true posterior below `kld_err` (table 8.4).
+    """Return how many particles keep the divergence from the posterior below `kld_err` (table 8.4).
 
     The Wilson-Hilferty approximation of the chi-square quantile with bin_count - 1 degrees of
-    freedom. One bin gives no bound, and as upstream has it, the most particles.
+    freedom. One bin gives no bound: the most particles, as upstream.
     """
     if bin_count <= 1:
         return max_particles
@@ -83,7 +79,7 @@ def resample(
     free_centres: np.ndarray,
     rng: np.random.Generator,
 ) -> np.ndarray:
-    """(m, 3) particles of equal weight drawn from a weighted set.
+    """Draw (m, 3) particles of equal weight from a weighted set.
 
     Args:
         particles: (n, 3) base poses in the map.

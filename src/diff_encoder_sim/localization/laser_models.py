@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Dict, Type
+
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.beam_model import BeamModel
 from diff_encoder_sim.localization.likelihood_field import LikelihoodField
@@ -9,8 +11,13 @@ from diff_encoder_sim.localization.likelihood_field_prob import LikelihoodFieldP
 from diff_encoder_sim.localization.sensor import SensorModel
 from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
 
+LASER_MODELS: Dict[str, Type[SensorModel]] = {
+    'beam': BeamModel,
+    'likelihood_field': LikelihoodField,
+    'likelihood_field_prob': LikelihoodFieldProb,
+}
+
 
 def laser_model(params: AmclParams, grid: OccupancyGrid) -> SensorModel:
-    """The parameters' model on a map."""
-    models = {'beam': BeamModel, 'likelihood_field': LikelihoodField, 'likelihood_field_prob': LikelihoodFieldProb}
-    return models[params.laser_model_type](params, grid)
+    """Build the model that laser_model_type names, for one map."""
+    return LASER_MODELS[params.laser_model_type](params, grid)

@@ -1,7 +1,7 @@
 """The likelihood field with the rays' probabilities multiplied, and beam skipping.
 
-Probabilistic Robotics, table 6.3, as it stands: upstream's likelihood_field_prob. Beam skipping
-leaves out rays that few particles find near anything on the map: people, moved furniture.
+Probabilistic Robotics, table 6.3, unchanged: upstream's likelihood_field_prob. Beam skipping
+leaves out rays that for few particles end near anything on the map: people, moved furniture.
 """
 
 from __future__ import annotations
@@ -18,32 +18,34 @@ from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
 
 log = logging.getLogger(__name__)
 
-# Stands for the logarithm of a probability of zero, which a sum of logarithms cannot hold.
+# Replaces the logarithm of a probability of zero, which a sum of logarithms cannot hold.
 _LEAST_LOG = -700.0
 
 
 class LikelihoodFieldProb(LikelihoodField):
-    """Upstream's likelihood_field_prob."""
+    """Upstream's `likelihood_field_prob`."""
 
     def __init__(self, params: AmclParams, grid: OccupancyGrid) -> None:
         super().__init__(params, grid)
         self._is_near = (self._distances_m < params.beam_skip_distance).astype(np.int64)
-        # Off the map nothing agrees, however large beam_skip_distance is.
+        # Off the map no ray agrees, however large beam_skip_distance is.
         self._is_near[[0, -1], :] = 0
         self._is_near[:, [0, -1]] = 0
 
     def likelihoods(self, particles: np.ndarray, beams: Beams, converged: bool) -> Likelihoods:
-        """See SensorModel; the largest factor is 1."""
+        """Weigh particles (n, 3), the largest factor being 1; see SensorModel."""
         poses, ends = self._poses_in_cells(particles), self._ends_in_cells(beams)
         if self._params.do_beamskip and converged:
             ends = np.ascontiguousarray(ends[:, self._agreed_beams(poses, ends)])
         logs = sum_over_endpoints(poses, ends, self._table_for(beams.range_max_m))
-        # Upstream multiplies plain numbers, which 180 unlikely rays make zero for all particles.
+        # Upstream multiplies the probabilities themselves: 180 unlikely rays make that zero for all.
         largest = float(logs.max())
         return Likelihoods(np.exp(logs - largest), largest)
 
     def _agreed_beams(self, poses: np.ndarray, ends: np.ndarray) -> np.ndarray:
-        """(k,) which rays enough particles find near something on the map; all if hardly any is.
+        """Return (k,) which rays for enough particles end near something on the map, or all rays.
+
+        All, with a warning, where beam_skip_error_threshold or more would be left out.
 
         Args:
             poses: (n, 4) column, row, cosine and sine of base in the grid's frame, in cells.
@@ -51,12 +53,10 @@ class LikelihoodFieldProb(LikelihoodField):
         """
         agreeing = count_at_endpoints(poses, ends, self._is_near)
         kept = agreeing > self._params.beam_skip_threshold * len(poses)
-        skipped_share = 1.0 - kept.mean()
-        if skipped_share >= self._params.beam_skip_error_threshold:
+        skipped = 1.0 - float(kept.mean())
+        if skipped >= self._params.beam_skip_error_threshold:
             log.warning(
-                '%.0f %% of the rays are not on the map: the filter may have converged '
-                'to a wrong place; using all rays',
-                100.0 * skipped_share,
+                '%.0f %% of the rays disagree with the map: the pose may be wrong; all are used', 100.0 * skipped
             )
             return np.ones_like(kept)
         return kept
@@ -66,4 +66,5 @@ class LikelihoodFieldProb(LikelihoodField):
 
     def _entry(self, probability: np.ndarray) -> np.ndarray:
         with np.errstate(divide='ignore'):
-            return np.maximum(np.log(probability), _LEAST_LOG)
+            entries: np.ndarray = np.maximum(np.log(probability), _LEAST_LOG)
+        return entries

@@ -1,4 +1,7 @@
-"""Whether the robot is where the filter says: a verdict over some scans, one way and the other."""
+"""Lost detection: whether the robot is where the filter estimates it, decided over some scans.
+
+Decision and measurements: docs/adr/0006-lost-detection.md.
+"""
 
 from __future__ import annotations
 
@@ -15,23 +18,23 @@ class LostDetector:
     """Lost after lost_scans bad scans in a row, found after as many good ones.
 
     A wrong place near by may fit half of a scan. So to be found takes more than not to be lost:
-    a share halfway from lost_fraction to 1.
+    a fraction halfway from lost_fraction to 1.
     """
 
     def __init__(self, params: AmclParams, grid: OccupancyGrid) -> None:
         self._map = FitMap(grid, params.lost_distance) if params.lost_fraction > 0.0 else None
         self._lost_fraction, self._lost_scans = params.lost_fraction, params.lost_scans
         self.is_lost = False
-        self.fit_fraction: Optional[float] = None  # of the newest scan that allowed a verdict
+        self.fit_fraction: Optional[float] = None  # of the newest scan with enough rays to decide by
         self._against = 0  # scans in a row that contradict is_lost
 
     @property
     def least_fraction(self) -> float:
-        """What a good scan's share must have now."""
+        """The least fit_fraction of a good scan: more while lost than otherwise."""
         return 0.5 * (self._lost_fraction + 1.0) if self.is_lost else self._lost_fraction
 
     def check(self, base_pose_in_map: Pose2D, scan: Scan, laser_pose_in_base: Pose2D, may_be_found: bool) -> None:
-        """Take a scan.
+        """Compare one more scan with the map, and update is_lost.
 
         Args:
             base_pose_in_map: where the filter puts the robot at the scan's stamp.
@@ -40,23 +43,23 @@ class LostDetector:
             may_be_found: False while the filter cannot know where it is.
 
         Raises:
-            InputFault: the scan's range limit is none.
+            InputFault: the scan has an invalid range limit.
         """
         if self._map is None:
             return
-        share = self._map.fit(base_pose_in_map, scan, laser_pose_in_base).fraction
-        if share is None:
+        fraction = self._map.fit(base_pose_in_map, scan, laser_pose_in_base).fraction
+        if fraction is None:
             return
-        self.fit_fraction = share
-        is_good = share >= self.least_fraction and (may_be_found or not self.is_lost)
+        self.fit_fraction = fraction
+        is_good = fraction >= self.least_fraction and (may_be_found or not self.is_lost)
         self._against = self._against + 1 if is_good == self.is_lost else 0
         if self._against >= self._lost_scans:
             self.is_lost, self._against = not self.is_lost, 0
 
     def declare_lost(self) -> None:
-        """Somebody says that the robot may be anywhere."""
+        """Count the robot as lost, until scans show otherwise."""
         self.is_lost, self._against = self._map is not None, 0
 
-    def start_counting_again(self) -> None:
-        """The filter begins elsewhere: what scans said before was not about that."""
+    def restart_count(self) -> None:
+        """Forget the scans so far: they were compared with another estimate."""
         self._against = 0

@@ -1,4 +1,4 @@
-"""How odometry moves the particles: Probabilistic Robotics, table 5.6, as upstream samples it.
+"""The motion model: Probabilistic Robotics, table 5.6, as upstream samples it.
 
 A move between two odometry poses is a turn, a straight drive and another turn, each with Gaussian
 noise that the alphas scale.
@@ -11,11 +11,10 @@ from typing import Callable, NamedTuple
 
 import numpy as np
 
-from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
+from diff_encoder_sim.base.se2 import Pose2D, wrap_angle, wrap_angles
 from diff_encoder_sim.localization.amcl_params import AmclParams
-from diff_encoder_sim.localization.particles import wrap_angles
 
-# Below this drive [m] the direction between two poses is noise (a turn on the spot): upstream's.
+# Below this distance [m] the direction between two poses is noise (a turn on the spot): upstream's.
 SMALL_TRANSLATION_M = 0.01
 
 # (particles (n, 3), previous and current base pose in odom, generator) -> moved particles (n, 3)
@@ -23,7 +22,7 @@ MotionModel = Callable[[np.ndarray, Pose2D, Pose2D, np.random.Generator], np.nda
 
 
 class Move(NamedTuple):
-    """An odometry move, or what its three parts' standard deviations are."""
+    """The three parts of an odometry move, or their standard deviations."""
 
     rotation1_rad: float
     translation_m: float
@@ -31,7 +30,7 @@ class Move(NamedTuple):
 
 
 def motion_model(params: AmclParams) -> MotionModel:
-    """The model that odom_model_type names, with the parameters' alphas."""
+    """Build the model that odom_model_type names, with the parameters' alphas."""
     noise = diff_corrected_noise if params.odom_model_type == 'diff-corrected' else diff_noise
 
     def sample(particles: np.ndarray, previous: Pose2D, current: Pose2D, rng: np.random.Generator) -> np.ndarray:
@@ -42,7 +41,7 @@ def motion_model(params: AmclParams) -> MotionModel:
 
 
 def decompose(previous: Pose2D, current: Pose2D) -> Move:
-    """The move between two base poses in odom (table 5.6, lines 2 to 4)."""
+    """Compute the move between two base poses in odom (table 5.6, lines 2 to 4)."""
     x_m, y_m = current.x_m - previous.x_m, current.y_m - previous.y_m
     translation_m = math.hypot(x_m, y_m)
     rotation1_rad = wrap_angle(math.atan2(y_m, x_m) - previous.yaw_rad) if translation_m >= SMALL_TRANSLATION_M else 0.0
@@ -50,22 +49,22 @@ def decompose(previous: Pose2D, current: Pose2D) -> Move:
 
 
 def diff_corrected_noise(move: Move, params: AmclParams) -> Move:
-    """Standard deviations [rad, m, rad] of a move's parts: the roots of table 5.6's variances."""
+    """Return a move's standard deviations [rad, m, rad]: the roots of table 5.6's variances."""
     return Move(*map(math.sqrt, _variances(move, params)))
 
 
 def diff_noise(move: Move, params: AmclParams) -> Move:
-    """Standard deviations [rad, m, rad] of upstream's older model `diff`, its default.
+    """Return a move's standard deviations [rad, m, rad] by upstream's older model `diff`, its default.
 
-    It hands the variance of table 5.6 to a sampler that takes a standard deviation. Users have
+    It passes the variance of table 5.6 to a sampler that takes a standard deviation. Users have
     tuned their alphas on it, so upstream kept it and so does this; below 1 rad and 1 m, where
-    the square is less than the root, it believes odometry more than its alphas say.
+    the square is less than the root, it trusts odometry more than its alphas mean.
     """
     return _variances(move, params)
 
 
 def _variances(move: Move, params: AmclParams) -> Move:
-    """Variances of a move's parts (table 5.6, lines 5 to 7)."""
+    """Return the variances of a move's parts (table 5.6, lines 5 to 7)."""
     turn1 = _turn_from_straight(move.rotation1_rad) ** 2
     turn2 = _turn_from_straight(move.rotation2_rad) ** 2
     drive = move.translation_m**2
@@ -77,16 +76,16 @@ def _variances(move: Move, params: AmclParams) -> Move:
 
 
 def _turn_from_straight(rotation_rad: float) -> float:
-    """Angle to the nearer of ahead and astern, so that reversing is as noisy as driving ahead."""
+    """Return the angle to the nearer of ahead and astern: reversing is as noisy as driving ahead."""
     return min(abs(wrap_angle(rotation_rad)), abs(wrap_angle(rotation_rad - math.pi)))
 
 
 def sample_motion(particles: np.ndarray, move: Move, sigmas: Move, rng: np.random.Generator) -> np.ndarray:
-    """Each particle moved by its own noisy copy of a move (table 5.6, lines 5 to 11).
+    """Move each particle by its own noisy copy of a move (table 5.6, lines 5 to 11).
 
     Args:
         particles: (n, 3) base poses in the map.
-        move: what odometry measured.
+        move: odometry's measurement.
         sigmas: standard deviations of its parts.
         rng: drawn from 3 n times, whatever the move, so that equal seeds stay in step.
     """

@@ -1,4 +1,4 @@
-"""Particle sets: how they begin, and what may not get into them.
+"""Particle sets: how they are drawn, how far they are spread, and which input is refused.
 
 A set is an array (n, 3) of base poses in the map, x [m], y [m], yaw [rad] in [-pi, pi), with
 weights (n,) that sum to 1.
@@ -11,21 +11,21 @@ import math
 import numpy as np
 
 from diff_encoder_sim.base.errors import InputFault
-from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.base.se2 import Pose2D, wrap_angles
 from diff_encoder_sim.mapping.occupancy_grid import FREE, OccupancyGrid
 
-# Upstream's pf_alloc: the filter has converged when no particle is further than this from the
+# Upstream's pf_alloc: the filter has converged when no particle is farther than this from the
 # mean, along x or y [m].
 CONVERGED_WITHIN_M = 0.5
 
-# A coordinate beyond this is no place on any map, and would not fit the histogram's keys [m].
+# A larger coordinate is on no map, and would not fit the histogram's keys [m].
 LARGEST_COORDINATE_M = 1e6
 
 
 def particles_around(pose: Pose2D, covariance: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:
-    """(count, 3) draws from a Gaussian about `pose` (base in the map).
+    """Draw (count, 3) particles from a Gaussian about `pose` (base in the map).
 
-    Of the 3x3 `covariance` the x, y and yaw-yaw entries count, as upstream reads /initialpose.
+    The x, y and yaw-yaw entries of the 3x3 `covariance` count, as upstream reads /initialpose.
     """
     variances, axes = np.linalg.eigh(np.asarray(covariance, dtype=float)[:2, :2])
     sigmas = np.sqrt(np.maximum(variances, 0.0))
@@ -40,7 +40,7 @@ def particles_around(pose: Pose2D, covariance: np.ndarray, count: int, rng: np.r
 
 
 def particles_everywhere(free_centres: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:
-    """(count, 3) uniform over the cells with centres `free_centres` (m, 2) and all headings."""
+    """Draw (count, 3) particles, uniform over cells with centres (m, 2) and over all headings."""
     particles = np.empty((count, 3))
     particles[:, :2] = free_centres[rng.integers(0, len(free_centres), count)]
     particles[:, 2] = rng.uniform(-np.pi, np.pi, count)
@@ -48,7 +48,7 @@ def particles_everywhere(free_centres: np.ndarray, count: int, rng: np.random.Ge
 
 
 def free_cell_centres(grid: OccupancyGrid) -> np.ndarray:
-    """(m, 2) x, y [m] in the map of the centres of the free cells."""
+    """Return (m, 2) x, y [m] in the map of the centres of the free cells."""
     rows, columns = np.nonzero(grid.cells == FREE)
     local_x = (columns + 0.5) * grid.resolution_m
     local_y = (rows + 0.5) * grid.resolution_m
@@ -62,27 +62,22 @@ def free_cell_centres(grid: OccupancyGrid) -> np.ndarray:
 
 
 def has_converged(particles: np.ndarray) -> bool:
-    """Whether all particles (n, 3) lie close to their unweighted mean."""
+    """Return whether all particles (n, 3) lie close to their unweighted mean."""
     positions = particles[:, :2]
     return bool((np.abs(positions - positions.mean(axis=0)) <= CONVERGED_WITHIN_M).all())
 
 
 def weight_near(particles: np.ndarray, weights: np.ndarray, pose: Pose2D, within_m: float) -> float:
-    """Share of the weights (n,), sum 1, of particles (n, 3) this close to a pose along x and y."""
+    """Return the weight, 0 to 1, of the particles (n, 3) this close to a pose along x and y."""
     offsets_m = np.abs(particles[:, :2] - (pose.x_m, pose.y_m))
     return float(weights[(offsets_m <= within_m).all(axis=1)].sum())
 
 
-def wrap_angles(angles_rad: np.ndarray) -> np.ndarray:
-    """The same directions in [-pi, pi)."""
-    return (angles_rad + np.pi) % (2.0 * np.pi) - np.pi
-
-
 def check_grid(grid: OccupancyGrid) -> None:
-    """Refuse a map that nothing can be located on.
+    """Refuse a map on which no robot can be located.
 
     Raises:
-        InputFault: no cells, no free cell, or a resolution or origin that is none.
+        InputFault: no cells, no free cell, or an invalid resolution or origin.
     """
     if grid.cells.ndim != 2 or grid.cells.size == 0:
         raise InputFault(f'map: given {" x ".join(map(str, grid.cells.shape))} cells; allowed: at least 1 x 1')
@@ -94,7 +89,7 @@ def check_grid(grid: OccupancyGrid) -> None:
 
 
 def check_pose(pose: Pose2D, name: str) -> None:
-    """Refuse a pose that is none.
+    """Refuse an invalid pose; `name` names it in the error.
 
     Raises:
         InputFault: a coordinate is not finite or absurdly large.
@@ -108,7 +103,7 @@ def check_pose(pose: Pose2D, name: str) -> None:
 
 
 def check_covariance(covariance: np.ndarray) -> None:
-    """Refuse what is not a covariance over (x, y, yaw).
+    """Refuse an invalid covariance over (x, y, yaw).
 
     Raises:
         InputFault: not 3x3, not finite, absurdly large, or a variance below zero.

@@ -1,7 +1,7 @@
 """How well a scan agrees with the map at one pose.
 
-Upstream's amcl vouches for its pose however little the scans agree with it. Why rays are counted
-as they are here, with the measurements: docs/adr/0006-lost-detection.md.
+Upstream's amcl publishes its pose however little the scans agree with it. Why rays are counted as
+they are here, with the measurements: docs/adr/0006-lost-detection.md.
 """
 
 from __future__ import annotations
@@ -19,25 +19,25 @@ from diff_encoder_sim.localization.beams import select_beams
 from diff_encoder_sim.localization.distance import distance_to_occupied
 from diff_encoder_sim.mapping.occupancy_grid import OCCUPIED, OccupancyGrid
 
-# Of a scan about so many rays are looked at, evenly spread.
+# About so many rays of a scan are checked, evenly spread.
 RAYS = 200
 
 # People and moved things end rays short of what the map shows; a wrong pose does so too. So these
 # rays count, but less than those that would have passed through something on the map.
 SHORT_WEIGHT = 0.25
 
-# Where fewer rays than this have met the map or should have, there is no verdict.
+# Where fewer rays than this have met the map or should have, nothing is decided.
 LEAST_RAYS = 10
 
-# Not laser_max_range: the farther rays tell more of the place, and a half blocked view less. These
-# stand where a scan has no limits of its own (below 0, +inf) and laser_*_range make up for it.
+# Not laser_max_range: with the farther rays a place is told from others more surely, and a half
+# blocked view matters less. These replace the limits of a scan that has none (below 0, +inf).
 _SCANS_OWN_LIMITS = AmclParams(laser_min_range=1e-9, laser_max_range=1e15)
 
 _OFF_MAP, _UNKNOWN, _CLEAR, _NEAR, _OCCUPIED = range(5)
 
 
 class ScanFit(NamedTuple):
-    """How many rays of a scan ended where, by the map, from some pose."""
+    """The number of rays of a scan by where, from some pose, they ended on the map."""
 
     fitting: int  # close to something occupied
     through: int  # beyond something occupied
@@ -45,17 +45,17 @@ class ScanFit(NamedTuple):
 
     @property
     def fraction(self) -> Optional[float]:
-        """Share of rays that fit, 0 to 1; None where there are too few for a verdict."""
+        """Fraction of the rays that fit, 0 to 1; None where there are too few to decide by."""
         if self.fitting + self.through + self.short < LEAST_RAYS:
             return None
         return self.fitting / (self.fitting + self.through + SHORT_WEIGHT * self.short)
 
 
 class FitMap:
-    """A map prepared for the question how well a scan fits."""
+    """A map prepared for counting the rays that fit it."""
 
     def __init__(self, grid: OccupancyGrid, distance_m: float) -> None:
-        """A ray that ends within `distance_m` of the centre of an occupied cell fits."""
+        """Let a ray fit that ends within `distance_m` of the centre of an occupied cell."""
         is_occupied = grid.cells == OCCUPIED
         is_near = distance_to_occupied(is_occupied, grid.resolution_m, 2.0 * distance_m) <= distance_m
         is_known = (grid.cells >= 0) & (grid.cells <= OCCUPIED)
@@ -66,31 +66,23 @@ class FitMap:
         """Sort a scan's rays that returned, within the scan's own limits of range.
 
         Raises:
-            InputFault: the scan's range limit is none.
+            InputFault: the scan has an invalid range limit.
         """
-        beams = select_beams(
-            scan, max(1, len(scan.ranges_m) // RAYS), laser_pose_in_base, _SCANS_OWN_LIMITS, hits_only=True
-        )
+        step = max(1, len(scan.ranges_m) // RAYS)
+        beams = select_beams(scan, step, laser_pose_in_base, _SCANS_OWN_LIMITS, hits_only=True)
         base = base_pose_in_map.relative_to(self._grid.origin)
         laser = base.compose(Pose2D(beams.laser_x_m, beams.laser_y_m, 0.0))
         cell_m = self._grid.resolution_m
-        return ScanFit(
-            *_sort_rays(
-                laser.x_m / cell_m,
-                laser.y_m / cell_m,
-                base.yaw_rad + beams.bearings_rad,
-                beams.ranges_m / cell_m,
-                self._distance_m / cell_m,
-                self._kinds,
-            )
-        )
+        start = laser.x_m / cell_m, laser.y_m / cell_m
+        directions_rad, ranges = base.yaw_rad + beams.bearings_rad, beams.ranges_m / cell_m
+        return ScanFit(*_sort_rays(*start, directions_rad, ranges, self._distance_m / cell_m, self._kinds))
 
 
 @njit(cache=True)
 def _sort_rays(
     laser_x: float, laser_y: float, directions_rad: np.ndarray, ranges: np.ndarray, distance: float, kinds: np.ndarray
 ) -> Tuple[int, int, int]:  # pragma: no cover
-    """(fitting, through, short) of rays in the grid's frame, lengths in cells."""
+    """Count rays as fitting, through, short; in the grid's frame, lengths in cells."""
     fitting = through = short = 0
     for j in range(len(ranges)):
         cos_direction, sin_direction = math.cos(directions_rad[j]), math.sin(directions_rad[j])
@@ -99,9 +91,9 @@ def _sort_rays(
             fitting += 1
             continue
         is_blocked = False
-        # Half a cell at a time: of a wall it steps over no more than a cell's corner.
-        way = _way_to_map(laser_x, laser_y, cos_direction, sin_direction, ranges[j], kinds.shape)
-        for step in range(1 + int(2.0 * way), int(2.0 * (ranges[j] - distance))):
+        # Half a cell at a time: it steps over no more than a corner of a wall's cell.
+        first = _distance_to_map(laser_x, laser_y, cos_direction, sin_direction, ranges[j], kinds.shape)
+        for step in range(1 + int(2.0 * first), int(2.0 * (ranges[j] - distance))):
             kind = _kind_at(kinds, laser_x + 0.5 * step * cos_direction, laser_y + 0.5 * step * sin_direction)
             is_blocked = kind == _OCCUPIED
             if is_blocked or kind == _OFF_MAP:
@@ -114,10 +106,10 @@ def _sort_rays(
 
 
 @njit(cache=True)
-def _way_to_map(
+def _distance_to_map(
     x: float, y: float, cos_direction: float, sin_direction: float, length: float, shape: Tuple[int, int]
 ) -> float:  # pragma: no cover (compiled)
-    """How far along a ray the map begins: 0 from a laser on it, `length` where it never does."""
+    """Return how far along a ray the map begins: 0 for a laser on it, `length` if it never does."""
     enter, leave = 0.0, length
     for start, slope, size in ((x, cos_direction, float(shape[1])), (y, sin_direction, float(shape[0]))):
         if slope != 0.0:
@@ -130,8 +122,8 @@ def _way_to_map(
 
 @njit(cache=True)
 def _kind_at(kinds: np.ndarray, x: float, y: float) -> int:  # pragma: no cover (compiled)
-    """What the map has at a point, in cells."""
+    """Return what the map has at a point given in cells."""
     column, row = int(math.floor(x)), int(math.floor(y))
     if column < 0 or row < 0 or column >= kinds.shape[1] or row >= kinds.shape[0]:
         return _OFF_MAP
-    return kinds[row, column]
+    return int(kinds[row, column])

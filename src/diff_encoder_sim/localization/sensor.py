@@ -1,4 +1,4 @@
-"""What every laser model offers: built for one map, it weighs particles by a scan."""
+"""The interface of the laser models: built for one map, a model weighs particles by a scan."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
 
 
 class Likelihoods(NamedTuple):
-    """How well a scan fits each particle: factors[i] * exp(log_scale).
+    """The likelihood of a scan for each particle: factors[i] * exp(log_scale).
 
-    Apart, because a product over 180 beams need not fit a double.
+    In two parts, because a product over 180 beams need not fit a double.
     """
 
     factors: np.ndarray  # (n,), 0 or more
@@ -27,7 +27,7 @@ class Likelihoods(NamedTuple):
 class SensorModel(abc.ABC):
     """A laser model on one map."""
 
-    # The likelihood fields know nothing of rays without a return.
+    # The likelihood fields ignore rays without a return.
     _hits_only = True
 
     def __init__(self, params: AmclParams, grid: OccupancyGrid) -> None:
@@ -35,10 +35,10 @@ class SensorModel(abc.ABC):
         self._grid = grid
 
     def beams(self, scan: Scan, laser_pose_in_base: Pose2D) -> Beams:
-        """The rays of a scan that count.
+        """Select the rays of a scan that count.
 
         Raises:
-            InputFault: none does.
+            InputFault: none does, or the scan is invalid.
         """
         check_scan(scan)
         beams = select_beams(scan, self._step(len(scan.ranges_m)), laser_pose_in_base, self._params, self._hits_only)
@@ -47,6 +47,7 @@ class SensorModel(abc.ABC):
         return beams
 
     def _step(self, ray_count: int) -> int:
+        """Return the step between the rays that count."""
         return beam_step(ray_count, self._params.laser_max_beams)
 
     @abc.abstractmethod
@@ -60,7 +61,7 @@ class SensorModel(abc.ABC):
         """
 
     def _poses_in_cells(self, particles: np.ndarray) -> np.ndarray:
-        """(n, 4) particles as column, row (with fractions), cosine and sine in the grid's frame.
+        """Return (n, 4): particles as column, row (with fractions), cosine and sine in the grid's frame.
 
         Cell (row, column) covers [column, column + 1) x [row, row + 1), as nav_msgs/OccupancyGrid
         means it. Upstream rounds to the nearest cell instead, which puts its map half a cell off,
@@ -70,11 +71,6 @@ class SensorModel(abc.ABC):
         cos_origin, sin_origin = np.cos(origin.yaw_rad), np.sin(origin.yaw_rad)
         x_m, y_m = particles[:, 0] - origin.x_m, particles[:, 1] - origin.y_m
         yaw_rad = particles[:, 2] - origin.yaw_rad
-        return np.column_stack(
-            [
-                (cos_origin * x_m + sin_origin * y_m) / cell_m,
-                (cos_origin * y_m - sin_origin * x_m) / cell_m,
-                np.cos(yaw_rad),
-                np.sin(yaw_rad),
-            ]
-        )
+        columns = (cos_origin * x_m + sin_origin * y_m) / cell_m
+        rows = (cos_origin * y_m - sin_origin * x_m) / cell_m
+        return np.column_stack([columns, rows, np.cos(yaw_rad), np.sin(yaw_rad)])

@@ -80,7 +80,7 @@ def test_unknown_cells_are_no_obstacles_in_the_field():
     cells = np.full((9, 9), UNKNOWN, dtype=np.int8)
     cells[4, 4] = OCCUPIED
     field = LikelihoodField(params(), OccupancyGrid(cells, 0.1, Pose2D(0, 0, 0)))
-    assert field.distances_m[4, 0] == pytest.approx(0.4)
+    assert field._distances_m[5, 1] == pytest.approx(0.4)  # with its border: cell (4, 0)
 
 
 def test_step_between_beams_is_upstreams():
