@@ -8,6 +8,7 @@ from pathlib import Path
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.cli.advise import main
 from diff_encoder_sim.lockstep.trial_run import TrialResult
+from diff_encoder_sim.trials.pose_source import PoseSource
 from diff_encoder_sim.trials.trial_outcome import Ending, Outcome
 
 
@@ -17,7 +18,10 @@ def trial(plan, robot_file, params, record):
         Path(plan.bag).write_bytes(b'a bag')
     at_goal, off = Pose2D(0.01, 0.02, 0.0), Pose2D(0.01, 0.02 + 10.0 / plan.trial.ppr.left, 0.0)
     return TrialResult(
-        Ending(Outcome.SUCCEEDED), 50.0, 20.0, {'odom': off, 'amcl': None, 'global': at_goal, 'world': at_goal}
+        Ending(Outcome.SUCCEEDED),
+        50.0,
+        20.0,
+        {PoseSource.ODOM: off, PoseSource.AMCL: None, PoseSource.GLOBAL: at_goal, PoseSource.WORLD: at_goal},
     )
 
 

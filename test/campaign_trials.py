@@ -11,6 +11,7 @@ from pathlib import Path
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.cli.campaign import main
 from diff_encoder_sim.lockstep.trial_run import TrialResult
+from diff_encoder_sim.trials.pose_source import PoseSource
 from diff_encoder_sim.trials.trial_outcome import Ending, Outcome
 
 TRIAL_S = 'CAMPAIGN_TRIALS_LAST_S'
@@ -37,7 +38,10 @@ def trial(plan, robot_file, params, record):
     outcome = Outcome.TIMED_OUT if number % 5 == 0 else Outcome.SUCCEEDED
     error = Pose2D(number / 3.0, plan.trial.ppr.left, 0.0)
     return TrialResult(
-        Ending(outcome), 50.0 + number / 7.0, 20.0, {'odom': error, 'amcl': None, 'global': error, 'world': error}
+        Ending(outcome),
+        50.0 + number / 7.0,
+        20.0,
+        {PoseSource.ODOM: error, PoseSource.AMCL: None, PoseSource.GLOBAL: error, PoseSource.WORLD: error},
     )
 
 

@@ -8,6 +8,7 @@ import pytest
 
 from diff_encoder_sim.base.se2 import Pose2D, quat_xyzw_from_yaw
 from diff_encoder_sim.recording.trial_recording import read_trial
+from diff_encoder_sim.trials.trial_outcome import Outcome
 from launched_graph import DATA, ROOT, Graph, complaints, require_ros
 
 pytestmark = [pytest.mark.rostest, pytest.mark.timeout(280)]
@@ -49,7 +50,7 @@ def finished(request, tmp_path_factory):
 
 def test_it_ends_at_its_goal_by_its_belief(finished):
     recording = read_trial(finished[0])
-    assert recording.outcome == 'succeeded'
+    assert recording.outcome == Outcome.SUCCEEDED
     end = Pose2D(*recording.poses['/global_pose'].x_y_yaw[-1].tolist()).relative_to(GOAL)
     assert math.hypot(end.x_m, end.y_m) < 0.06  # 0.05 m, latched before it turned
     assert abs(end.yaw_rad) < 0.052

@@ -7,6 +7,7 @@ from diff_encoder_sim.lockstep.robot_params import load_robot_params
 from diff_encoder_sim.lockstep.trial_run import run_trial
 from diff_encoder_sim.recording.trial_recording import read_trial
 from diff_encoder_sim.trials.trial_definition import Trial, TrialPlan, find_world, load_test
+from diff_encoder_sim.trials.trial_outcome import Outcome
 from launched_graph import DATA, ROOT, Graph, complaints, require_ros
 from reencoding_drives import ROS2, drive, without_index, write_ros1, write_ros2
 
@@ -69,7 +70,7 @@ def test_the_live_nodes_say_what_reencode_says(tmp_path, trial_bag, ppr, speed):
     for topic in SAME:
         assert found[topic] == expected[topic], topic
     recording = read_trial(live)  # as analysis does
-    assert (recording.trial.ppr.left, recording.outcome) == (ppr, 'succeeded')
+    assert (recording.trial.ppr.left, recording.outcome) == (ppr, Outcome.SUCCEEDED)
 
 
 def test_the_recorded_ppr_gives_what_was_recorded(tmp_path, trial_bag):

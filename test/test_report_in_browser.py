@@ -5,6 +5,7 @@ import pytest
 
 from browser import chromium, opened_page
 from diff_encoder_sim.analysis.outputs import REPORT, write_analysis
+from diff_encoder_sim.trials.trial_outcome import Outcome
 from paper_datasets import cell, dataset
 
 BROWSER = chromium()
@@ -26,7 +27,7 @@ def report(tmp_path_factory):
         for test in ('SL', 'SMT')
         for ppr in ('40', '1024', '4096')
     ]
-    trials[0][0] = trials[0][0]._replace(outcome='collision', reason='touched <pillar_3>')
+    trials[0][0] = trials[0][0]._replace(outcome=Outcome.COLLISION, reason='touched <pillar_3>')
     made = dataset(*trials)
     folder = tmp_path_factory.mktemp('analysis')
     write_analysis(made, folder)

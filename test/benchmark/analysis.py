@@ -94,7 +94,7 @@ def _make(campaign: Campaign, folder: Path) -> None:
                     cell.varied_texts(),
                     job.trial,
                     job.seed,
-                    result.ending.outcome.value,
+                    result.ending.outcome,
                     result.ending.reason,
                     result.duration_s,
                     errors,

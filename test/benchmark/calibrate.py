@@ -24,9 +24,10 @@ from diff_encoder_sim.analysis.quantities import Y
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.lockstep.lockstep_trial import LockstepTrial
 from diff_encoder_sim.lockstep.robot_params import load_robot_config, override
+from diff_encoder_sim.trials.pose_source import PoseSource
 
 TESTS = ('SL', 'SMT', 'DLD')
-SOURCE, PPR = 'odom', 4096
+SOURCE, PPR = PoseSource.ODOM, 4096
 CONFIG, ROBOT = ROOT / 'config', ROOT / 'urdf' / 'alto.urdf.xacro'
 
 # Log10 of the slip noise and the radius difference in units of 1e-4: where the search begins.
@@ -241,7 +242,7 @@ def run_trials(trials: int, workers: int, overrides: Dict[str, float]) -> Drives
 def main() -> None:
     """Drive, fit, drive with the result, and print."""
     arguments = _arguments()
-    print_header(f'Wheel errors fitted to {SOURCE} at {PPR} PPR, {arguments.trials} trials a test')
+    print_header(f'Wheel errors fitted to {SOURCE.value} at {PPR} PPR, {arguments.trials} trials a test')
     ideal = run_trials(arguments.trials, arguments.workers, {})
     print(asked_for(ideal))
     fit = Fit(ideal['SL'])

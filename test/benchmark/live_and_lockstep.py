@@ -30,10 +30,11 @@ from diff_encoder_sim.lockstep.robot_params import load_robot_params
 from diff_encoder_sim.lockstep.trial_run import run_trial
 from diff_encoder_sim.recording import topics
 from diff_encoder_sim.recording.bag_opening import open_bag
+from diff_encoder_sim.recording.topics import TOPIC_OF_SOURCE
 from diff_encoder_sim.recording.trial_recording import read_trial
+from diff_encoder_sim.trials.pose_source import PoseSource
 
 CONFIG, ROBOT = ROOT / 'config', ROOT / 'urdf' / 'alto.urdf.xacro'
-SOURCES = (topics.ODOM, topics.AMCL_POSE, topics.GLOBAL_POSE, topics.WORLD_POSE)
 AXES = ('x [mm]', 'y [mm]', 'yaw [deg]')
 UNITS = np.array([1e3, 1e3, math.degrees(1.0)])
 # Over all comparisons of a run: one false alarm in twenty runs.
@@ -85,7 +86,7 @@ def _compare_navigated(arguments: argparse.Namespace, folder: Path) -> bool:
                     for trial in range(1, arguments.trials + 1)
                 ]
             )  # trial, way, source, axis
-            for i, source in enumerate(SOURCES):
+            for i, source in enumerate(PoseSource):
                 for j, axis in enumerate(AXES):
                     live, lockstep = errors[:, 0, i, j], errors[:, 1, i, j]
                     p_values.append(ks_2samp(live, lockstep).pvalue)
@@ -93,7 +94,7 @@ def _compare_navigated(arguments: argparse.Namespace, folder: Path) -> bool:
                         [
                             test,
                             ppr,
-                            source,
+                            TOPIC_OF_SOURCE[source],
                             axis,
                             *(f'{values.mean():+.1f} +- {values.std(ddof=1):.1f}' for values in (live, lockstep)),
                             f'{p_values[-1]:.2f}',
@@ -155,7 +156,7 @@ def _counts(bag: Path) -> Dict[int, List[int]]:
 def _errors(bag: Path) -> np.ndarray:
     """(4, 3): final errors by source, in mm and degrees."""
     errors = goal_errors(read_trial(bag))
-    return np.array([errors[source] * UNITS for source in SOURCES])
+    return np.array([errors[source] for source in PoseSource]) * UNITS
 
 
 def _arguments() -> argparse.Namespace:

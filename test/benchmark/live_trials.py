@@ -13,14 +13,15 @@ import time
 from pathlib import Path
 from typing import List, Optional
 
-import numpy as np
 from checkout import print_header
 from live_graph import check_sourced, start_master, stop
 from tabulate import tabulate
 
 from diff_encoder_sim.analysis.goal_errors import goal_errors
+from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.recording import topics
 from diff_encoder_sim.recording.trial_recording import read_trial
+from diff_encoder_sim.trials.pose_source import PoseSource
 
 TIME_LIMIT_S = 900.0  # of wall time, for one trial
 CORES = '0,1'
@@ -102,16 +103,16 @@ def _trial(test: str, ppr: int, arguments: argparse.Namespace, folder: Path) -> 
     driven_s = float(stamps_ns[-1] - stamps_ns[0]) * 1e-9
     bag.unlink()
     return [
-        recording.outcome,
+        recording.outcome.text,
         f'{driven_s:.1f}',
         f'{driven_s / wall_s:.2f}',
-        *_distance_and_angle(errors.get(topics.GLOBAL_POSE)),
-        *_distance_and_angle(errors.get(topics.WORLD_POSE)),
+        *_distance_and_angle(errors[PoseSource.GLOBAL]),
+        *_distance_and_angle(errors[PoseSource.WORLD]),
         len(complaints),
     ]
 
 
-def _distance_and_angle(error: Optional[np.ndarray]) -> List[str]:
+def _distance_and_angle(error: Optional[Pose2D]) -> List[str]:
     if error is None:
         return ['-', '-']
     return [f'{1e3 * math.hypot(error[0], error[1]):.0f}', f'{abs(math.degrees(error[2])):.1f}']

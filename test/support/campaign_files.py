@@ -9,8 +9,10 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.campaign.campaign_loading import load_campaign
 from diff_encoder_sim.campaign.store import ResultStore
-from diff_encoder_sim.campaign.trial_row import SOURCES, TrialRow
+from diff_encoder_sim.campaign.trial_row import TrialRow
 from diff_encoder_sim.encoders.pulses import ppr_label
+from diff_encoder_sim.trials.pose_source import PoseSource
+from diff_encoder_sim.trials.trial_outcome import Outcome
 from places import ROOT
 
 SMALL = {'name': 'small', 'tests': ['SL', 'SMT'], 'ppr': [40, 90], 'trials': 2}
@@ -41,14 +43,14 @@ def small_campaign(folder, **changes):
 def row_of_job(campaign, job, bag='', **changes):
     """Some result; another for each job."""
     cell = campaign.cells[job.cell_index]
-    errors = {source: Pose2D(job.index / 3, -1e-17, 0.1 * number) for number, source in enumerate(SOURCES)}
+    errors = {source: Pose2D(job.index / 3, -1e-17, 0.1 * number) for number, source in enumerate(PoseSource)}
     row = TrialRow(
         cell.test.name,
         ppr_label(cell.ppr),
         cell.varied_texts(),
         job.trial,
         job.seed,
-        'succeeded',
+        Outcome.SUCCEEDED,
         '',
         49.05 + job.index,
         errors,

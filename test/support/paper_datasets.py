@@ -5,16 +5,19 @@ from __future__ import annotations
 import math
 
 from diff_encoder_sim.analysis.dataset import Dataset, RobotGeometry, TrialData
-from diff_encoder_sim.campaign.trial_row import SOURCES
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.trials.pose_source import PoseSource
+from diff_encoder_sim.trials.trial_outcome import Outcome
 
 
-def trial(test, ppr, number, outcome='succeeded', varied=(), **errors):
+def trial(test, ppr, number, outcome=Outcome.SUCCEEDED, varied=(), **errors):
     """A trial with errors (x [m], y [m], yaw [deg]) by source; a source left out has none."""
-    in_rad = {
-        source: errors.get(source) and (*errors[source][:2], math.radians(errors[source][2])) for source in SOURCES
-    }
+    in_rad = dict.fromkeys(PoseSource)
+    for source, error in errors.items():
+        if error is not None:
+            in_rad[PoseSource(source)] = Pose2D(error[0], error[1], math.radians(error[2]))
     return TrialData(
-        test, ppr, varied, number, number, outcome, '', 60.0, 20.0, in_rad, dict.fromkeys(SOURCES), None, None
+        test, ppr, varied, number, number, outcome, '', 60.0, 20.0, in_rad, dict.fromkeys(PoseSource), None, None
     )
 
 

@@ -6,7 +6,9 @@ import zlib
 import numpy as np
 
 from diff_encoder_sim.analysis.dataset import Dataset, RobotGeometry, TrialData
-from diff_encoder_sim.campaign.trial_row import SOURCES
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.trials.pose_source import PoseSource
+from diff_encoder_sim.trials.trial_outcome import Outcome
 
 ALTO = RobotGeometry(0.2, 0.4)
 
@@ -14,7 +16,8 @@ ALTO = RobotGeometry(0.2, 0.4)
 def trial_data(test='SL', ppr='90', number=1, errors=(0.0, 0.0, 0.0), **other):
     """One trial; `errors` of all sources alike, or by source."""
     if not isinstance(errors, dict):
-        errors = dict.fromkeys(SOURCES, errors)
+        errors = dict.fromkeys(PoseSource, errors)
+    errors = {source: error and Pose2D(*error) for source, error in errors.items()}
     return TrialData(
         **{
             **dict(
@@ -23,7 +26,7 @@ def trial_data(test='SL', ppr='90', number=1, errors=(0.0, 0.0, 0.0), **other):
                 varied=(),
                 trial=number,
                 seed=number,
-                outcome='succeeded',
+                outcome=Outcome.SUCCEEDED,
                 reason='',
                 duration_s=48.0,
                 distance_m=20.0,
@@ -62,6 +65,6 @@ def _drawn_trial(test, ppr, varied, number):
     pulses = 40.0 / float(ppr) if ppr.isdigit() else 0.0
     truth = rng.normal(0.0, [0.015, 0.01, math.radians(0.7)])
     odometry = truth + rng.normal(0.0, 1.0, 3) * pulses * [0.01, 0.3, math.radians(1.3)]
-    errors = {'odom': tuple(odometry.tolist()), 'world': tuple(truth.tolist())}
-    errors['amcl'] = errors['global'] = tuple((truth + rng.normal(0.0, 0.005, 3)).tolist())
+    errors = {PoseSource.ODOM: odometry.tolist(), PoseSource.WORLD: truth.tolist()}
+    errors[PoseSource.AMCL] = errors[PoseSource.GLOBAL] = (truth + rng.normal(0.0, 0.005, 3)).tolist()
     return trial_data(test, ppr, number, errors, varied=varied)

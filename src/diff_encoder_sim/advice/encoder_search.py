@@ -11,16 +11,19 @@ from diff_encoder_sim.analysis.dataset import TrialData, Varied
 from diff_encoder_sim.analysis.quantities import YAW, Quantity, X, Y
 from diff_encoder_sim.analysis.table_keys import head_of_test, ppr_head
 from diff_encoder_sim.analysis.within_tolerance import Reach, Share, fraction_within
+from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.evaluation.sample_statistics import LEVEL
+from diff_encoder_sim.trials.pose_source import PoseSource
 from diff_encoder_sim.trials.trial_outcome import Outcome
 
-# Where the odometry alone ended, minus where the robot did: beside the sources of errors.
-DRIFT = 'drift'
+# The questions, by the source that answers them. Odometry is compared with the true pose, not with the goal.
+WORDS = {
+    PoseSource.WORLD: 'the robot is at its goal',
+    PoseSource.GLOBAL: 'it believes that it is',
+    PoseSource.ODOM: 'its odometry is right',
+}
 
-# The questions, by the source that answers them.
-WORDS = {'world': 'the robot is at its goal', 'global': 'it believes that it is', DRIFT: 'its odometry is right'}
-
-NOWHERE = (math.inf, math.inf, math.inf)
+NOWHERE = Pose2D(math.inf, math.inf, math.inf)
 
 _MARKS = {Reach.YES: 'yes', Reach.NO: 'no', Reach.UNDECIDED: '?'}
 
@@ -70,7 +73,7 @@ class Advisor:
         self._trials_with = trials_with
         self._tried: Dict[str, Dict[Test, List[TrialData]]] = {}
 
-    def smallest(self, source: str) -> Optional[str]:
+    def smallest(self, source: PoseSource) -> Optional[str]:
         """With which every test reaches the tolerance; None where the largest does not."""
         if not self._reaches(self._labels[-1], source):
             return None
@@ -98,7 +101,7 @@ class Advisor:
             colalign=('left', 'left', *['right'] * len(labels)),
         )
 
-    def _reaches(self, label: str, source: str) -> bool:
+    def _reaches(self, label: str, source: PoseSource) -> bool:
         """Whether all tests are known to."""
         for count in self._looks:
             self._look(label, count)
@@ -118,7 +121,7 @@ class Advisor:
                 tests.setdefault((trial.test, trial.varied), []).append(_judged(trial))
             self._tried[label] = tests
 
-    def _share(self, label: str, test: Test, source: str) -> Optional[Share]:
+    def _share(self, label: str, test: Test, source: PoseSource) -> Optional[Share]:
         level = 1.0 - (1.0 - LEVEL) / len(self._looks)
         return fraction_within(self._tried[label][test], source, self._tolerance.quantities, level)
 
@@ -126,9 +129,9 @@ class Advisor:
 def _judged(trial: TrialData) -> TrialData:
     """With its drift. A robot that gave up is not at its goal, wherever it stands."""
     errors = dict(trial.errors)
-    if trial.outcome != Outcome.SUCCEEDED.value:
+    if trial.outcome is not Outcome.SUCCEEDED:
         errors.update(dict.fromkeys(WORDS, NOWHERE))
-    errors[DRIFT] = trial.odometry_minus_truth
+    errors[PoseSource.ODOM] = trial.odometry_minus_truth
     return trial._replace(errors=errors)
 
 

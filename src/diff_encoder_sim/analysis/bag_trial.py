@@ -9,7 +9,7 @@ from typing import Dict, List, NamedTuple, Optional, Sequence, Union
 
 import numpy as np
 
-from diff_encoder_sim.analysis.dataset import IDEAL, TOPIC_OF_SOURCE, RobotGeometry, Tracks, TrialData
+from diff_encoder_sim.analysis.dataset import IDEAL, RobotGeometry, Tracks, TrialData
 from diff_encoder_sim.analysis.goal_errors import goal_errors, poses_in_map
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.host_info import usable_cores
@@ -18,6 +18,7 @@ from diff_encoder_sim.encoders.pulses import ppr_label
 from diff_encoder_sim.evaluation.path_errors import PathErrors, path_errors, path_length_m
 from diff_encoder_sim.recording import topics
 from diff_encoder_sim.recording.trial_recording import POSE_TOPICS, PoseSeries, read_trial
+from diff_encoder_sim.trials.pose_source import PoseSource
 from diff_encoder_sim.trials.trial_definition import Trial
 
 # For a worker at a time: enough that handing them over costs nothing.
@@ -54,7 +55,7 @@ def read_bag_trial(path: Path) -> BagTrial:
         if topic not in recording.poses:
             raise ConfigError(f'{path}: no message on {topic}; expected {POSE_TOPICS[topic]}')
     trial, errors, poses = recording.trial, goal_errors(recording), poses_in_map(recording)
-    truth = poses[topics.WORLD_POSE]
+    truth = poses[PoseSource.WORLD]
     return BagTrial(
         trial,
         TrialData(
@@ -67,10 +68,7 @@ def read_bag_trial(path: Path) -> BagTrial:
             recording.reason,
             float(truth.stamps_ns.max() - truth.stamps_ns.min()) / NANOSECONDS_PER_SECOND,
             path_length_m(truth),
-            {
-                source: tuple(errors[topic].tolist()) if topic in errors else None
-                for source, topic in TOPIC_OF_SOURCE.items()
-            },
+            errors,
             _path_errors(poses),
             _tracks(poses),
             path,
@@ -95,16 +93,16 @@ def _trial_or_reason(path: Path) -> Union[BagTrial, str]:
         return str(error)
 
 
-def _path_errors(poses: Dict[str, PoseSeries]) -> Dict[str, Optional[PathErrors]]:
+def _path_errors(poses: Dict[PoseSource, PoseSeries]) -> Dict[PoseSource, Optional[PathErrors]]:
     return {
-        source: path_errors(poses[topic], poses[topics.WORLD_POSE]) if topic in poses else None
-        for source, topic in TOPIC_OF_SOURCE.items()
-        if topic != topics.WORLD_POSE
+        source: path_errors(poses[source], poses[PoseSource.WORLD]) if source in poses else None
+        for source in PoseSource
+        if source is not PoseSource.WORLD
     }
 
 
-def _tracks(poses: Dict[str, PoseSeries]) -> Tracks:
-    return Tracks(*(_thinned(poses[topic].x_y_yaw[:, :2]) for topic in (topics.WORLD_POSE, topics.ODOM)))
+def _tracks(poses: Dict[PoseSource, PoseSeries]) -> Tracks:
+    return Tracks(*(_thinned(poses[source].x_y_yaw[:, :2]) for source in (PoseSource.WORLD, PoseSource.ODOM)))
 
 
 def _thinned(points: np.ndarray) -> np.ndarray:

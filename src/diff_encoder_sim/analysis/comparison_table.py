@@ -46,7 +46,7 @@ def _entries(one: PprComparison) -> List[Entry]:
     """An entry for each of `_COLUMNS`."""
     result = one.result
     return [
-        one.source,
+        one.source.value,
         one.question.value,
         one.quantity.name,
         *one.pprs,

@@ -8,13 +8,11 @@ from typing import Any, Dict, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from diff_encoder_sim.base.se2 import wrap_angle
-from diff_encoder_sim.campaign.trial_row import SOURCES
+from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.evaluation.path_errors import PathErrors
-from diff_encoder_sim.recording import topics
+from diff_encoder_sim.trials.pose_source import FinalErrors, PoseSource
 from diff_encoder_sim.trials.trial_definition import Trial
-
-TOPIC_OF_SOURCE = dict(zip(SOURCES, (topics.ODOM, topics.AMCL_POSE, topics.GLOBAL_POSE, topics.WORLD_POSE)))
+from diff_encoder_sim.trials.trial_outcome import Outcome
 
 # The paper's tests, first in every table; others follow.
 STANDARD_TESTS = ('SL', 'SMT', 'DLD')
@@ -23,7 +21,6 @@ STANDARD_TESTS = ('SL', 'SMT', 'DLD')
 IDEAL = 'ideal'
 
 Varied = Tuple[Tuple[str, str], ...]  # parameters and their values, as a table shows them
-XYYaw = Tuple[float, float, float]  # [m], [m], [rad]
 
 
 class Cell(NamedTuple):
@@ -49,17 +46,14 @@ class TrialData(NamedTuple):
     varied: Varied
     trial: int  # equal numbers in other cells drew the same things: they are pairs
     seed: int
-    outcome: str  # experiments.outcome.Outcome's values; 'failed' where an old bag says so;
-    # 'torn' for a bag without a result
+    outcome: Outcome
     reason: str  # of any but succeeded
     duration_s: float  # simulated
     distance_m: float  # length of the true path
-    # By source, final pose minus goal: x and y along the map's axes, yaw in [-pi, pi); None where
-    # the source never had a pose.
-    errors: Dict[str, Optional[XYYaw]]
-    # By source but the truth itself, against the truth on the way; None where there was nothing to
-    # compare. Empty where there is no bag.
-    paths: Dict[str, Optional[PathErrors]]
+    errors: FinalErrors
+    # By source but the ground truth itself, against it along the path; None where there was nothing
+    # to compare. Empty where there is no bag.
+    paths: Dict[PoseSource, Optional[PathErrors]]
     tracks: Optional[Tracks]  # None where there is no bag
     bag: Optional[Path]
 
@@ -69,12 +63,12 @@ class TrialData(NamedTuple):
         return Cell(self.test, self.ppr, self.varied)
 
     @property
-    def odometry_minus_truth(self) -> Optional[XYYaw]:
+    def odometry_minus_truth(self) -> Optional[Pose2D]:
         """Final /odom minus final /world_pose: what of the error is the odometry's own."""
-        odom, world = self.errors.get('odom'), self.errors.get('world')
+        odom, world = self.errors.get(PoseSource.ODOM), self.errors.get(PoseSource.WORLD)
         if odom is None or world is None:
             return None
-        return odom[0] - world[0], odom[1] - world[1], wrap_angle(odom[2] - world[2])
+        return Pose2D(odom.x_m - world.x_m, odom.y_m - world.y_m, wrap_angle(odom.yaw_rad - world.yaw_rad))
 
 
 class RobotGeometry(NamedTuple):

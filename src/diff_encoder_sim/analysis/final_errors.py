@@ -6,22 +6,25 @@ from typing import List, Optional, Sequence, Tuple
 
 import numpy as np
 
-from diff_encoder_sim.analysis.dataset import TrialData, XYYaw
+from diff_encoder_sim.analysis.dataset import TrialData
 from diff_encoder_sim.analysis.quantities import QUANTITIES, Quantity
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.trials.pose_source import PoseSource
+from diff_encoder_sim.trials.trial_outcome import Outcome
 
 
-def final_error(trial: TrialData, source: str) -> Optional[XYYaw]:
+def final_error(trial: TrialData, source: PoseSource) -> Optional[Pose2D]:
     """Return the final pose minus the goal; None without a pose, and for a torn bag, whose final pose is unknown."""
-    return None if trial.outcome == 'torn' else trial.errors.get(source)
+    return None if trial.outcome is Outcome.TORN else trial.errors.get(source)
 
 
-def with_final_error(trials: Sequence[TrialData], source: str) -> List[TrialData]:
+def with_final_error(trials: Sequence[TrialData], source: PoseSource) -> List[TrialData]:
     """Return the trials that have a final error, whatever their outcome, as the paper pools them."""
     return [trial for trial in trials if final_error(trial, source) is not None]
 
 
 def equal_trials(
-    first: Sequence[TrialData], second: Sequence[TrialData], source: str
+    first: Sequence[TrialData], second: Sequence[TrialData], source: PoseSource
 ) -> Tuple[List[TrialData], List[TrialData]]:
     """Return the trials of equal number of two cells that both have a final error, in the same order."""
     of_first, of_second = (
@@ -31,7 +34,7 @@ def equal_trials(
     return [of_first[number] for number in numbers], [of_second[number] for number in numbers]
 
 
-def final_errors(trials: Sequence[TrialData], source: str, quantity: Quantity) -> np.ndarray:
+def final_errors(trials: Sequence[TrialData], source: PoseSource, quantity: Quantity) -> np.ndarray:
     """(n,) final pose minus goal of the trials that have one, in the quantity's unit."""
     errors = (final_error(trial, source) for trial in trials)
     return quantity.scale * np.array([error[quantity.component] for error in errors if error is not None])
@@ -42,7 +45,9 @@ def count_within(values: np.ndarray, quantity: Quantity) -> int:
     return int(np.count_nonzero(np.abs(values) <= quantity.tolerance))
 
 
-def count_within_all(trials: Sequence[TrialData], source: str, quantities: Sequence[Quantity] = QUANTITIES) -> int:
+def count_within_all(
+    trials: Sequence[TrialData], source: PoseSource, quantities: Sequence[Quantity] = QUANTITIES
+) -> int:
     """Count the trials that are within the tolerances of all quantities at once."""
     within = [np.abs(final_errors(trials, source, quantity)) <= quantity.tolerance for quantity in quantities]
     return int(np.count_nonzero(np.all(within, axis=0)))

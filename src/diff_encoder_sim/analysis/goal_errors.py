@@ -8,29 +8,26 @@ from typing import Dict
 import numpy as np
 
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
-from diff_encoder_sim.recording import topics
+from diff_encoder_sim.recording.topics import TOPIC_OF_SOURCE
 from diff_encoder_sim.recording.trial_recording import PoseSeries, TrialRecording
+from diff_encoder_sim.trials.pose_source import FinalErrors, PoseSource
 
 
-def poses_in_map(recording: TrialRecording) -> Dict[str, PoseSeries]:
-    """The pose series by topic; odometry begins at zero, where the robot was surveyed to stand."""
-    start = recording.trial.test.start.pose()
-    return {
-        topic: composed(start, series) if topic == topics.ODOM else series for topic, series in recording.poses.items()
-    }
+def poses_in_map(recording: TrialRecording) -> Dict[PoseSource, PoseSeries]:
+    """Return the pose series in the map frame; odometry starts at the surveyed start pose of the test."""
+    poses = {source: recording.poses[topic] for source, topic in TOPIC_OF_SOURCE.items() if topic in recording.poses}
+    if PoseSource.ODOM in poses:
+        poses[PoseSource.ODOM] = composed(recording.trial.test.start.pose(), poses[PoseSource.ODOM])
+    return poses
 
 
-def goal_errors(recording: TrialRecording) -> Dict[str, np.ndarray]:
-    """The last pose of each topic minus the goal, as campaigns have it in trials.csv.
-
-    (3,) x [m] and y [m] along the map's axes, yaw [rad] in [-pi, pi), by topic. Topics without a
-    message are left out.
-    """
-    errors = {}
-    for topic, series in poses_in_map(recording).items():
-        error = series.x_y_yaw[-1] - np.array(recording.trial.goal())
-        error[2] = wrap_angle(error[2])
-        errors[topic] = error
+def goal_errors(recording: TrialRecording) -> FinalErrors:
+    """Return the last pose of each source minus the goal, as campaigns write it to trials.csv."""
+    errors: FinalErrors = dict.fromkeys(PoseSource)
+    goal = recording.trial.goal()
+    for source, series in poses_in_map(recording).items():
+        x_m, y_m, yaw_rad = series.x_y_yaw[-1].tolist()
+        errors[source] = Pose2D(x_m - goal.x_m, y_m - goal.y_m, wrap_angle(yaw_rad - goal.yaw_rad))
     return errors
 
 

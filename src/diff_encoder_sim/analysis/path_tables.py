@@ -7,12 +7,13 @@ from typing import Callable, List, Optional, Sequence
 
 import numpy as np
 
-from diff_encoder_sim.analysis.dataset import TOPIC_OF_SOURCE, Dataset
+from diff_encoder_sim.analysis.dataset import Dataset
 from diff_encoder_sim.analysis.final_errors import with_final_error
 from diff_encoder_sim.analysis.table_files import Column, Entry, Label, Number, Table
 from diff_encoder_sim.analysis.table_keys import key_columns, key_entries, varied_keys
 from diff_encoder_sim.evaluation.path_errors import RPE_DISTANCES_M, PathErrors
 from diff_encoder_sim.evaluation.sample_statistics import LEVEL, mean_interval, spread
+from diff_encoder_sim.recording.topics import TOPIC_OF_SOURCE
 
 DECIMALS_M, DECIMALS_DEG = 4, 3
 
@@ -35,7 +36,7 @@ def path_error_table(dataset: Dataset) -> Optional[Table]:
             paths = [path for path in (trial.paths.get(source) for trial in with_final_error(trials, source)) if path]
             if paths:
                 rows.append(
-                    [*key_entries(cell.test, cell.varied, keys), cell.ppr, Label(source, topic), *_numbers(paths)]
+                    [*key_entries(cell.test, cell.varied, keys), cell.ppr, Label(source.value, topic), *_numbers(paths)]
                 )
     if not rows:
         return None

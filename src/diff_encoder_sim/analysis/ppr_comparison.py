@@ -15,7 +15,6 @@ from diff_encoder_sim.analysis.dataset import Cell, Dataset, TrialData, Varied
 from diff_encoder_sim.analysis.final_errors import equal_trials, final_errors
 from diff_encoder_sim.analysis.quantities import QUANTITIES, Quantity
 from diff_encoder_sim.analysis.table_keys import ppr_head
-from diff_encoder_sim.campaign.trial_row import SOURCES
 from diff_encoder_sim.evaluation.sample_statistics import (
     SIGNIFICANCE,
     Interval,
@@ -25,6 +24,7 @@ from diff_encoder_sim.evaluation.sample_statistics import (
     spread_ratio,
     wilcoxon,
 )
+from diff_encoder_sim.trials.pose_source import PoseSource
 
 # Equal pulse counts give equal errors but for rounding, which must not look like a spread.
 DECIMALS = 9
@@ -43,7 +43,7 @@ class PprComparison(NamedTuple):
 
     test: str
     varied: Varied
-    source: str
+    source: PoseSource
     quantity: Quantity
     question: Question
     pprs: Tuple[str, str]  # the coarser first
@@ -75,11 +75,11 @@ def compare_pprs(dataset: Dataset) -> List[PprComparison]:
     compared = [
         PprComparison(coarse.test, coarse.varied, source, quantity, question, (coarse.ppr, fine.ppr), result, 1.0)
         for (coarse, first), (fine, second) in _cells_in_pairs(dataset.cells())
-        for source in SOURCES
+        for source in PoseSource
         for quantity in QUANTITIES
         for question, result in _answers(first, second, source, quantity)
     ]
-    for source, question in itertools.product(SOURCES, Question):
+    for source, question in itertools.product(PoseSource, Question):
         _adjust(
             compared, [index for index, one in enumerate(compared) if (one.source, one.question) == (source, question)]
         )
@@ -103,7 +103,7 @@ def _cells_in_pairs(cells: Dict[Cell, List[TrialData]]) -> Iterator[Tuple[_CellT
 
 
 def _answers(
-    first: Sequence[TrialData], second: Sequence[TrialData], source: str, quantity: Quantity
+    first: Sequence[TrialData], second: Sequence[TrialData], source: PoseSource, quantity: Quantity
 ) -> List[Tuple[Question, PairedResult]]:
     pairs = equal_trials(first, second, source)
     if not pairs[0]:

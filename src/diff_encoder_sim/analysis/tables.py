@@ -11,7 +11,7 @@ from typing import Dict, List, NamedTuple, Optional, Sequence
 
 import numpy as np
 
-from diff_encoder_sim.analysis.dataset import IDEAL, TOPIC_OF_SOURCE, Cell, Dataset, TrialData, ppr_value
+from diff_encoder_sim.analysis.dataset import IDEAL, Cell, Dataset, TrialData, ppr_value
 from diff_encoder_sim.analysis.final_errors import count_within, final_errors, with_final_error
 from diff_encoder_sim.analysis.path_tables import path_error_table
 from diff_encoder_sim.analysis.pulse_resolution import pulse_resolution_table
@@ -26,12 +26,19 @@ from diff_encoder_sim.evaluation.sample_statistics import (
     std_interval,
     wilson,
 )
+from diff_encoder_sim.recording.topics import TOPIC_OF_SOURCE
+from diff_encoder_sim.trials.pose_source import PoseSource
 from diff_encoder_sim.trials.trial_outcome import Outcome
 
 BOOTSTRAP_SEED = 0  # equal data, equal intervals
 
 # The paper's tables and their sources; it has none of /amcl_pose.
-TABLES = {'table4': 'odom', 'table5': 'world', 'table6': 'global', 'table6_amcl': 'amcl'}
+TABLES = {
+    'table4': PoseSource.ODOM,
+    'table5': PoseSource.WORLD,
+    'table6': PoseSource.GLOBAL,
+    'table6_amcl': PoseSource.AMCL,
+}
 TITLES = {'table4': 'Table 4', 'table5': 'Table 5', 'table6': 'Table 6', 'table6_amcl': 'Like table 6'}
 
 DECIMALS = {'m': 4, 'deg': 3}
@@ -97,7 +104,7 @@ def goal_table(dataset: Dataset, name: str) -> Table:
     return Table(name, _title(name), columns, rows, _goal_notes(dataset, source))
 
 
-def cell_statistics(trials: Sequence[TrialData], source: str) -> Dict[Quantity, Dict[str, Optional[float]]]:
+def cell_statistics(trials: Sequence[TrialData], source: PoseSource) -> Dict[Quantity, Dict[str, Optional[float]]]:
     """Numbers of a cell by quantity and by name of `STATISTICS`; None where there is none.
 
     In metres, degrees and per cent. The standard deviation is that of a sample (n - 1).
@@ -187,7 +194,7 @@ def _title(name: str) -> str:
     return f'{TITLES[name]}. Final {TOPIC_OF_SOURCE[TABLES[name]]} minus the goal'
 
 
-def _goal_notes(dataset: Dataset, source: str) -> List[str]:
+def _goal_notes(dataset: Dataset, source: PoseSource) -> List[str]:
     """How to read the table, and which trials did not go well or are left out."""
     notes = [
         f"x and y along the map's axes. Within: {X.tolerance:g} m in x and in y, "
@@ -197,12 +204,14 @@ def _goal_notes(dataset: Dataset, source: str) -> List[str]:
     for cell, trials in dataset.cells().items():
         endings = Counter(trial.outcome for trial in trials)
         failed = [
-            f'{count} {outcome}' for outcome, count in sorted(endings.items()) if outcome != Outcome.SUCCEEDED.value
+            f'{endings[outcome]} {outcome.text}'
+            for outcome in sorted(endings, key=lambda outcome: outcome.value)
+            if outcome is not Outcome.SUCCEEDED
         ]
         left_out = len(trials) - len(with_final_error(trials, source))
         if failed or left_out:
             notes.append(
-                f'{cell_head(cell)}: {endings[Outcome.SUCCEEDED.value]} of {len(trials)} '
+                f'{cell_head(cell)}: {endings[Outcome.SUCCEEDED]} of {len(trials)} '
                 f'trials succeeded{_listed(failed)}; {left_out} without a final pose.'
             )
     return notes

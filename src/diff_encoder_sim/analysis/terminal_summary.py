@@ -8,11 +8,12 @@ from typing import List, Optional, Sequence
 import numpy as np
 from tabulate import tabulate
 
-from diff_encoder_sim.analysis.dataset import Dataset, TrialData, Varied, XYYaw
+from diff_encoder_sim.analysis.dataset import Dataset, TrialData, Varied
 from diff_encoder_sim.analysis.final_errors import count_within_all, final_errors, with_final_error
 from diff_encoder_sim.analysis.quantities import YAW, X, Y
 from diff_encoder_sim.analysis.table_keys import varied_texts
-from diff_encoder_sim.campaign.trial_row import SOURCES
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.trials.pose_source import PoseSource
 from diff_encoder_sim.trials.trial_outcome import Outcome
 
 CELL_LEGEND = (
@@ -37,13 +38,13 @@ def cell_table(dataset: Dataset) -> str:
         'PPR',
         'trials',
         'reached',
-        *(f'{source}\n{what}' for source in SOURCES for what in ('%', 'spread\n[m]')),
+        *(f'{source.value}\n{what}' for source in PoseSource for what in ('%', 'spread\n[m]')),
     ]
     rows = []
     for cell, trials in dataset.cells().items():
-        reached = sum(trial.outcome == Outcome.SUCCEEDED.value for trial in trials)
+        reached = sum(trial.outcome is Outcome.SUCCEEDED for trial in trials)
         row = [_name(cell.test, cell.varied), cell.ppr, len(trials), reached]
-        for source in SOURCES:
+        for source in PoseSource:
             row += [_fraction_within(trials, source), _spread(trials, source)]
         rows.append(row)
     return _table(rows, headers)
@@ -58,7 +59,7 @@ def trial_table(dataset: Dataset) -> str:
         'outcome',
         'seconds',
         'path\n[m]',
-        *(f'{source}\n{unit}' for source in SOURCES for unit in ('[m]', '[deg]')),
+        *(f'{source.value}\n{unit}' for source in PoseSource for unit in ('[m]', '[deg]')),
     ]
     rows = []
     for trial in dataset.trials:
@@ -66,11 +67,11 @@ def trial_table(dataset: Dataset) -> str:
             _name(trial.test, trial.varied),
             trial.ppr,
             trial.trial,
-            trial.outcome,
+            trial.outcome.text,
             f'{trial.duration_s:.1f}',
             f'{trial.distance_m:.2f}',
         ]
-        for source in SOURCES:
+        for source in PoseSource:
             row += _distance_and_heading(trial.errors.get(source))
         rows.append(row)
     return _table(rows, headers)
@@ -80,22 +81,22 @@ def _name(test: str, varied: Varied) -> str:
     return '\n'.join([test, *varied_texts(varied)])
 
 
-def _fraction_within(trials: Sequence[TrialData], source: str) -> str:
+def _fraction_within(trials: Sequence[TrialData], source: PoseSource) -> str:
     count = len(with_final_error(trials, source))
     return f'{100.0 * (count_within_all(trials, source) / count):.0f}' if count else ''
 
 
-def _spread(trials: Sequence[TrialData], source: str) -> str:
+def _spread(trials: Sequence[TrialData], source: PoseSource) -> str:
     if len(with_final_error(trials, source)) < 2:
         return ''
     std_m = [np.std(final_errors(trials, source, quantity), ddof=1) for quantity in (X, Y)]
     return f'{math.hypot(*std_m):.4f}'
 
 
-def _distance_and_heading(error: Optional[XYYaw]) -> List[str]:
+def _distance_and_heading(error: Optional[Pose2D]) -> List[str]:
     if error is None:
         return ['', '']
-    return [f'{math.hypot(error[0], error[1]):.4f}', f'{math.degrees(error[2]):+.2f}']
+    return [f'{math.hypot(error.x_m, error.y_m):.4f}', f'{math.degrees(error.yaw_rad):+.2f}']
 
 
 def _table(rows: List[list], headers: List[str]) -> str:

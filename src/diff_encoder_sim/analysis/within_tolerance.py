@@ -13,9 +13,14 @@ from diff_encoder_sim.analysis.dataset import TrialData
 from diff_encoder_sim.analysis.final_errors import count_within_all, with_final_error
 from diff_encoder_sim.analysis.quantities import QUANTITIES, Quantity
 from diff_encoder_sim.evaluation.sample_statistics import LEVEL, Interval, wilson
+from diff_encoder_sim.trials.pose_source import PoseSource
 
 # What the robot did, what it believed, and what it would have believed without a map.
-WORDS_OF_SOURCE = {'world': 'in truth', 'global': 'as the robot believes', 'odom': 'by odometry alone'}
+WORDS_OF_SOURCE = {
+    PoseSource.WORLD: 'in truth',
+    PoseSource.GLOBAL: 'as the robot believes',
+    PoseSource.ODOM: 'by odometry alone',
+}
 
 # Thirty trials of thirty show no more than 88 per cent: the paper's count cannot show 90.
 REQUIRED_FRACTION = 0.8
@@ -47,7 +52,7 @@ class Share(NamedTuple):
 
 
 def fraction_within(
-    trials: Sequence[TrialData], source: str, tolerances: Sequence[Quantity] = QUANTITIES, level: float = LEVEL
+    trials: Sequence[TrialData], source: PoseSource, tolerances: Sequence[Quantity] = QUANTITIES, level: float = LEVEL
 ) -> Optional[Share]:
     """Of the trials that ended with a pose of the source, however they ended; None without one.
 

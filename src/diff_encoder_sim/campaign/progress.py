@@ -152,15 +152,15 @@ def outcome_table(rows: Sequence[TrialRow]) -> str:
     shown = [outcome for outcome in OUTCOMES if any(counts[outcome] for counts in cells.values())]
     varied = [key for key, _ in rows[0].varied] if rows else []
     table: List[List[object]] = [
-        [*cell, sum(counts.values()), *(counts[name] for name in shown)] for cell, counts in cells.items()
+        [*cell, sum(counts.values()), *(counts[outcome] for outcome in shown)] for cell, counts in cells.items()
     ]
     return tabulate(
         table,
-        ['test', *varied, 'PPR', 'trials', *shown],
+        ['test', *varied, 'PPR', 'trials', *(outcome.value for outcome in shown)],
         disable_numparse=True,
         colalign=('left', *['right'] * (len(varied) + 2 + len(shown))),
     )
 
 
 def _has_failed(row: TrialRow) -> bool:
-    return row.outcome != Outcome.SUCCEEDED.value
+    return row.outcome is not Outcome.SUCCEEDED

@@ -7,12 +7,13 @@ import io
 from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.trials.pose_source import FinalErrors, PoseSource
 from diff_encoder_sim.trials.trial_outcome import Outcome
 
-# Where a pose is said to be at the end: /odom, /amcl_pose, /global_pose, /world_pose.
-SOURCES = ('odom', 'amcl', 'global', 'world')
 PARTS = ('x_m', 'y_m', 'yaw_rad')
-OUTCOMES = tuple(outcome.value for outcome in Outcome)
+
+# A lockstep trial has no ROS graph that fails, and a trial without a result has no row.
+OUTCOMES = tuple(outcome for outcome in Outcome if outcome not in (Outcome.FAILED, Outcome.TORN))
 
 
 class TrialRow(NamedTuple):
@@ -23,12 +24,10 @@ class TrialRow(NamedTuple):
     varied: Tuple[Tuple[str, str], ...]  # dotted keys of parameters, and their values as text
     trial: int
     seed: int
-    outcome: str  # one of OUTCOMES
+    outcome: Outcome  # one of OUTCOMES
     reason: str  # of any but succeeded
     duration_s: float  # simulated
-    # Final pose minus goal by source: x [m] and y [m] along the map's axes, yaw [rad] wrapped;
-    # None where the source never had a pose.
-    errors: Dict[str, Optional[Pose2D]]
+    errors: FinalErrors
     distance_m: float  # length of the true path
     wall_time_s: float
     bag: str  # path below the results folder; '' for none
@@ -49,7 +48,7 @@ def header(varied_keys: Sequence[str]) -> List[str]:
         'outcome',
         'reason',
         'duration_s',
-        *(f'{source}_{part}' for source in SOURCES for part in PARTS),
+        *(f'{source.value}_{part}' for source in PoseSource for part in PARTS),
         'distance_m',
         'wall_time_s',
         'bag',
@@ -58,14 +57,14 @@ def header(varied_keys: Sequence[str]) -> List[str]:
 
 def fields_of(row: TrialRow) -> List[str]:
     """The row as texts; numbers read back as the same numbers, wall time to the millisecond."""
-    errors = [row.errors.get(source) or ('',) * len(PARTS) for source in SOURCES]
+    errors = [row.errors.get(source) or ('',) * len(PARTS) for source in PoseSource]
     values = [
         row.test,
         row.ppr,
         *(text for _, text in row.varied),
         row.trial,
         row.seed,
-        row.outcome,
+        row.outcome.value,
         _one_line(row.reason),
         float(row.duration_s),
         *(part if part == '' else float(part) for error in errors for part in error),
@@ -86,18 +85,16 @@ def row_of(fields: Sequence[str], varied_keys: Sequence[str]) -> TrialRow:
     if len(fields) != len(names):
         raise ValueError(f'{len(fields)} fields; expected {len(names)}')
     by_name = dict(zip(names, fields))
-    if by_name['outcome'] not in OUTCOMES:
-        raise ValueError(f'outcome {by_name["outcome"]!r}; expected {", ".join(OUTCOMES)}')
     return TrialRow(
         by_name['test'],
         by_name['ppr'],
         tuple((key, by_name[key]) for key in varied_keys),
         int(by_name['trial']),
         int(by_name['seed']),
-        by_name['outcome'],
+        _outcome(by_name['outcome']),
         by_name['reason'],
         float(by_name['duration_s']),
-        {source: _error(by_name, source) for source in SOURCES},
+        {source: _error(by_name, source) for source in PoseSource},
         float(by_name['distance_m']),
         float(by_name['wall_time_s']),
         by_name['bag'],
@@ -128,8 +125,15 @@ def _one_line(text: str) -> str:
     return ''.join(char if char.isprintable() else ' ' for char in text)
 
 
-def _error(by_name: Dict[str, str], source: str) -> Optional[Pose2D]:
-    texts = [by_name[f'{source}_{part}'] for part in PARTS]
+def _outcome(text: str) -> Outcome:
+    for outcome in OUTCOMES:
+        if outcome.value == text:
+            return outcome
+    raise ValueError(f'outcome {text!r}; expected {", ".join(outcome.value for outcome in OUTCOMES)}')
+
+
+def _error(by_name: Dict[str, str], source: PoseSource) -> Optional[Pose2D]:
+    texts = [by_name[f'{source.value}_{part}'] for part in PARTS]
     if texts == [''] * len(PARTS):
         return None
     return Pose2D(*map(float, texts))

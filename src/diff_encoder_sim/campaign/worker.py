@@ -107,7 +107,7 @@ def _run(campaign: Campaign, job: TrialJob, bag: str, bag_path: Path, run: RunTr
         cell.varied_texts(),
         job.trial,
         job.seed,
-        result.ending.outcome.value,
+        result.ending.outcome,
         result.ending.reason,
         result.duration_s,
         result.errors,

@@ -12,6 +12,7 @@ from diff_encoder_sim.lockstep.lockstep_trial import LockstepTrial
 from diff_encoder_sim.lockstep.robot_params import RobotParams
 from diff_encoder_sim.recording.topics import RecordMode
 from diff_encoder_sim.recording.trial_bag import TrialBag
+from diff_encoder_sim.trials.pose_source import FinalErrors, PoseSource
 from diff_encoder_sim.trials.trial_definition import TrialPlan
 from diff_encoder_sim.trials.trial_outcome import Ending
 
@@ -22,9 +23,7 @@ class TrialResult(NamedTuple):
     ending: Ending
     duration_s: float  # simulated
     distance_m: float  # that base_link came along the floor
-    # Final pose minus goal, x and y along the map's axes, by odom, amcl, global and world; None
-    # where there is no pose.
-    errors: Dict[str, Optional[Pose2D]]
+    errors: FinalErrors
 
 
 def run_trial(plan: TrialPlan, robot_file: Union[str, Path], params: RobotParams, record: RecordMode) -> TrialResult:
@@ -48,14 +47,15 @@ def _run(trial: LockstepTrial, plan: TrialPlan) -> TrialResult:
     )
 
 
-def _final_errors(trial: LockstepTrial, plan: TrialPlan) -> Dict[str, Optional[Pose2D]]:
+def _final_errors(trial: LockstepTrial, plan: TrialPlan) -> FinalErrors:
     last, start = trial.last_report, plan.trial.test.start.pose()
-    poses: Dict[str, Optional[Pose2D]] = {'odom': None, 'amcl': None, 'global': None, 'world': trial.true_pose_in_map}
+    poses: Dict[PoseSource, Optional[Pose2D]] = dict.fromkeys(PoseSource)
+    poses[PoseSource.WORLD] = trial.true_pose_in_map
     if last is not None:
         # Odometry begins at zero, where the robot was surveyed to stand.
-        poses['odom'] = start.compose(last.odometry.base_pose_in_odom)
-        poses['amcl'] = last.estimate and last.estimate.base_pose_in_map
-        poses['global'] = last.estimated_pose_in_map
+        poses[PoseSource.ODOM] = start.compose(last.odometry.base_pose_in_odom)
+        poses[PoseSource.AMCL] = last.estimate and last.estimate.base_pose_in_map
+        poses[PoseSource.GLOBAL] = last.estimated_pose_in_map
     goal = plan.trial.goal()
     return {
         source: pose and Pose2D(pose.x_m - goal.x_m, pose.y_m - goal.y_m, wrap_angle(pose.yaw_rad - goal.yaw_rad))

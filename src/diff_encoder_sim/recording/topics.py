@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Dict, Literal, NamedTuple, Tuple
 
 from diff_encoder_sim.serialization import message_types
+from diff_encoder_sim.trials.pose_source import PoseSource
 
 # Latched JSON texts: what the trial is, and how it ended. A bag without a result is torn.
 TRIAL = '/trial'
@@ -27,6 +28,13 @@ MAP = '/map'
 MAP_METADATA = '/map_metadata'
 GOAL = '/move_base/goal'
 RESULT = '/move_base/result'
+
+TOPIC_OF_SOURCE = {
+    PoseSource.ODOM: ODOM,
+    PoseSource.AMCL: AMCL_POSE,
+    PoseSource.GLOBAL: GLOBAL_POSE,
+    PoseSource.WORLD: WORLD_POSE,
+}
 
 # The nodes of trial.launch and mapping.launch that publish them.
 SIMULATOR_NODE = '/simulator_node'

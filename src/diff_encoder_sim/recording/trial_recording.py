@@ -21,6 +21,7 @@ from diff_encoder_sim.recording.bag_opening import naming_damage, open_bag
 from diff_encoder_sim.serialization.message_types import ODOMETRY, POSE_STAMPED, POSE_WITH_COVARIANCE, STRING
 from diff_encoder_sim.serialization.typestore import definition
 from diff_encoder_sim.trials.trial_definition import Trial
+from diff_encoder_sim.trials.trial_outcome import Outcome
 
 # What is read, and of which type it must be.
 TEXT_TOPICS = {topics.TRIAL: STRING, topics.TRIAL_RESULT: STRING}
@@ -53,7 +54,7 @@ class TrialRecording(NamedTuple):
 
     path: Path
     trial: Trial
-    outcome: str  # succeeded, or how it failed; torn when the bag has no result
+    outcome: Outcome
     reason: str  # of a failure
     poses: Dict[str, PoseSeries]  # by topic; those without a message are left out
 
@@ -95,9 +96,16 @@ def _trial_recording(path: Path, reader: AnyReader) -> TrialRecording:
     if trial is None:
         raise ConfigError(f'{path}: no {topics.TRIAL} message; expected a bag that trial.launch or a campaign recorded')
     result = _json(texts.get(topics.TRIAL_RESULT), topics.TRIAL_RESULT, path) or {}
-    return TrialRecording(
-        path, trial, str(result.get('outcome', 'torn')), str(result.get('reason', '')), _poses(reader, path)
-    )
+    return TrialRecording(path, trial, _outcome(result, path), str(result.get('reason', '')), _poses(reader, path))
+
+
+def _outcome(result: Dict[str, Any], path: Path) -> Outcome:
+    given = result.get('outcome', Outcome.TORN.value)
+    try:
+        return Outcome(given)
+    except ValueError:
+        allowed = ', '.join(outcome.value for outcome in Outcome)
+        raise ConfigError(f'{path}: {topics.TRIAL_RESULT}: outcome: given {given!r}; allowed: {allowed}') from None
 
 
 def _texts(reader: AnyReader, path: Path) -> Dict[str, str]:

@@ -59,11 +59,11 @@ class TrialParams(Params):
 
 
 class TrialFailed(Exception):
-    """Why the trial did not end; without an outcome of the robot's it is the graph's fault."""
+    """Why the trial did not end; unless another outcome is given, the ROS graph failed."""
 
-    def __init__(self, reason: str, outcome: Optional[Outcome] = None) -> None:
+    def __init__(self, reason: str, outcome: Outcome = Outcome.FAILED) -> None:
         super().__init__(reason)
-        self.outcome = outcome.value if outcome else 'failed'
+        self.outcome = outcome
 
 
 class TrialRunner:
@@ -99,7 +99,7 @@ class TrialRunner:
             self._report(failure.outcome, str(failure))
             rospy.logerr('trial failed: %s', failure)
             sys.exit(1)
-        self._report(Outcome.SUCCEEDED.value, '')
+        self._report(Outcome.SUCCEEDED, '')
         rospy.loginfo('trial succeeded; %s', self._record)
         self._status.succeed()
 
@@ -138,11 +138,11 @@ class TrialRunner:
         self._last_heard_s = time.monotonic()
         self._on_true_pose(stamp_ns, base_pose_in_map)
 
-    def _report(self, outcome: str, reason: str) -> None:
+    def _report(self, outcome: Outcome, reason: str) -> None:
         if rospy.is_shutdown():
             return
         _call('/gazebo/pause_physics')
-        self._result.publish(String(json.dumps({'outcome': outcome, 'reason': reason})))
+        self._result.publish(String(json.dumps({'outcome': outcome.value, 'reason': reason})))
         time.sleep(LAST_MESSAGES_S)
 
 

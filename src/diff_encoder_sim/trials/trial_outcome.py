@@ -13,13 +13,20 @@ GOAL_DISTANCE_M = 0.5
 
 
 class Outcome(enum.Enum):
-    """In one word; all but the first are failures."""
+    """How a trial ended; all but SUCCEEDED are failures."""
 
     SUCCEEDED = 'succeeded'
     COLLISION = 'collision'  # it touched something other than the floor
     LOST = 'lost'  # localization gave up, or is wrong by more than GOAL_DISTANCE_M
     TIMED_OUT = 'timed_out'  # not at the end within the test's time_limit
     ABORTED = 'aborted'  # the navigator gave a goal up
+    FAILED = 'failed'  # the ROS graph of a live trial did not come up, stalled or was stopped
+    TORN = 'torn'  # the bag ends without a result
+
+    @property
+    def text(self) -> str:
+        """Return the outcome as tables show it."""
+        return self.value.replace('_', ' ')
 
 
 class Ending(NamedTuple):

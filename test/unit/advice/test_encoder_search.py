@@ -2,7 +2,9 @@
 
 import pytest
 
-from diff_encoder_sim.advice.encoder_search import DRIFT, WORDS, Advisor, Tolerance
+from diff_encoder_sim.advice.encoder_search import WORDS, Advisor, Tolerance
+from diff_encoder_sim.trials.pose_source import PoseSource
+from diff_encoder_sim.trials.trial_outcome import Outcome
 from paper_datasets import trial
 
 LABELS = ['20', '40', '90', '360', '1024', '4096']
@@ -31,31 +33,31 @@ class Bench:
 @pytest.mark.parametrize('label', LABELS)
 def test_the_smallest_is_found_by_halves(label):
     bench = Bench(lambda ppr, number: ppr < int(label))
-    assert bench.advisor().smallest('world') == label
+    assert bench.advisor().smallest(PoseSource.WORLD) == label
     assert len(bench.asked) <= 4  # the largest, and log2 of six
 
 
 def test_there_is_none_where_the_largest_does_not_reach():
     bench = Bench(lambda ppr, number: True)
-    assert bench.advisor().smallest('world') is None
+    assert bench.advisor().smallest(PoseSource.WORLD) is None
     assert bench.asked == [('4096', 30)]
 
 
 def test_a_source_without_poses_reaches_nothing():
-    assert Bench().advisor().smallest('global') is None
+    assert Bench().advisor().smallest(PoseSource.GLOBAL) is None
 
 
 def test_more_trials_are_run_where_few_do_not_tell():
     # 28 of 30 cannot show 80 %, 56 of 60 can.
     bench = Bench(lambda ppr, number: number % 15 == 0)
-    assert bench.advisor().smallest('world') == '20'
+    assert bench.advisor().smallest(PoseSource.WORLD) == '20'
     assert bench.asked[:2] == [('4096', 30), ('4096', 60)]
 
 
 def test_what_stays_undecided_does_not_count_as_reached():
     # 50 of 60: 83 %, but 71 to 91 % with this confidence.
     advisor = Bench(lambda ppr, number: number % 6 == 0).advisor()
-    assert advisor.smallest('world') is None
+    assert advisor.smallest(PoseSource.WORLD) is None
     assert '50/60 ?' in advisor.table()
 
 
@@ -63,7 +65,7 @@ def test_what_stays_undecided_does_not_count_as_reached():
 def test_each_look_has_its_part_of_the_doubt(looks, told):
     # 29 of 30: from 83 % on for one look, from 78 % on for each of four.
     advisor = Bench(lambda ppr, number: number % 20 == 0).advisor(looks)
-    assert advisor.smallest('world') == '20'
+    assert advisor.smallest(PoseSource.WORLD) == '20'
     assert told in advisor.table()
 
 
@@ -86,12 +88,14 @@ def test_trials_are_run_once_for_all_sources():
     ],
 )
 def test_drift_is_where_odometry_ended_minus_where_the_robot_did(odom, smallest):
-    assert Bench(odom=odom).advisor().smallest(DRIFT) == smallest
+    assert Bench(odom=odom).advisor().smallest(PoseSource.ODOM) == smallest
 
 
 def test_a_robot_that_gave_up_is_not_at_its_goal_but_its_odometry_may_be_right():
     def trials_with(label, count):
-        return [trial('SL', label, number, outcome='timed_out', odom=IN, world=IN) for number in range(1, count + 1)]
+        return [
+            trial('SL', label, number, outcome=Outcome.TIMED_OUT, odom=IN, world=IN) for number in range(1, count + 1)
+        ]
 
     advisor = Advisor(LABELS, [30], TOLERANCE, trials_with)
     assert [advisor.smallest(source) for source in WORDS] == [None, None, '20']
@@ -99,8 +103,8 @@ def test_a_robot_that_gave_up_is_not_at_its_goal_but_its_odometry_may_be_right()
 
 def test_the_tolerance_is_the_users():
     bench = Bench(lambda ppr, number: True)
-    assert bench.advisor(tolerance=Tolerance(0.07, 3.0)).smallest('world') == '20'
-    assert bench.advisor(tolerance=Tolerance(0.07, 0.5)).smallest('world') is None
+    assert bench.advisor(tolerance=Tolerance(0.07, 3.0)).smallest(PoseSource.WORLD) == '20'
+    assert bench.advisor(tolerance=Tolerance(0.07, 0.5)).smallest(PoseSource.WORLD) is None
 
 
 def test_every_test_must_reach():
@@ -112,6 +116,6 @@ def test_every_test_must_reach():
         ]
 
     advisor = Advisor(LABELS, [30], TOLERANCE, trials_with)
-    assert advisor.smallest('world') == '360'
+    assert advisor.smallest(PoseSource.WORLD) == '360'
     lines = advisor.table().splitlines()
     assert [line.split()[0] for line in lines[2:]] == ['SL'] * 3 + ['SMT'] * 3

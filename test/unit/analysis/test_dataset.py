@@ -9,18 +9,20 @@ import pytest
 
 from campaign_files import NOISE, RUN, row_of_job, small_campaign
 from diff_encoder_sim.analysis.bag_trial import MOST_POINTS
-from diff_encoder_sim.analysis.dataset import SOURCES, Cell, Dataset, RobotGeometry, TrialData, ppr_value
+from diff_encoder_sim.analysis.dataset import Cell, Dataset, RobotGeometry, TrialData, ppr_value
 from diff_encoder_sim.analysis.dataset_loading import load_dataset
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.campaign.store import ResultStore
+from diff_encoder_sim.trials.pose_source import PoseSource
 from diff_encoder_sim.trials.trial_definition import load_test
+from diff_encoder_sim.trials.trial_outcome import Outcome
 from trial_bags import ROOT, TRUTH, trial, write_bag
 
 ALTO = RobotGeometry(0.2, 0.4)
 
 
 def data(test, ppr, number=1, varied=()):
-    return TrialData(test, ppr, varied, number, number, 'succeeded', '', 1.0, 1.0, {}, {}, None, None)
+    return TrialData(test, ppr, varied, number, number, Outcome.SUCCEEDED, '', 1.0, 1.0, {}, {}, None, None)
 
 
 def finish(campaign, folder, count=None):
@@ -87,10 +89,10 @@ def test_a_campaign_is_its_table_and_the_way_from_its_bags(finished):
         (test, ppr, number, number) for test in ('SL', 'SMT') for ppr in ('40', '90') for number in (1, 2)
     ]
     second = dataset.trials[1]
-    assert second.errors['odom'] == (1 / 3, -1e-17, 0.0) and second.duration_s == 50.05
+    assert second.errors[PoseSource.ODOM] == (1 / 3, -1e-17, 0.0) and second.duration_s == 50.05
     assert second.bag == finished / 'bags' / 'SL_40_002.bag' and len(second.tracks.true) == 3
-    assert set(second.paths) == {'odom', 'amcl', 'global'} and second.paths['amcl'] is None
-    assert second.paths['odom'].ate_rmse_m == pytest.approx(math.sqrt((0.3**2 + 0.1**2 + 0.4**2) / 3))
+    assert set(second.paths) == set(PoseSource) - {PoseSource.WORLD} and second.paths[PoseSource.AMCL] is None
+    assert second.paths[PoseSource.ODOM].ate_rmse_m == pytest.approx(math.sqrt((0.3**2 + 0.1**2 + 0.4**2) / 3))
 
 
 def test_without_bags_the_table_is_analysed_alone(folder):
@@ -181,13 +183,13 @@ def test_a_bag_tells_what_its_row_would(tmp_path):
     dataset = load_dataset([path])
     (found,) = dataset.trials
     assert (dataset.title, dataset.manifest, dataset.folder, dataset.robot) == ('a', None, None, ALTO)
-    assert found[:6] == ('SL', '40', (), 7, 7, 'succeeded') and found.bag == path
+    assert found[:6] == ('SL', '40', (), 7, 7, Outcome.SUCCEEDED) and found.bag == path
     assert found.duration_s == pytest.approx(0.1) and found.distance_m == pytest.approx(10 + math.hypot(10, 0.1))
-    assert set(found.errors) == set(SOURCES) and found.errors['amcl'] is None
-    assert found.errors['odom'] == pytest.approx((-0.1, 0.5, 0.05))  # seen from the start at (-10, 0)
-    assert found.errors['world'] == pytest.approx((0.0, 0.1, 0.02))
-    assert found.paths['odom'].ate_max_m == pytest.approx(math.hypot(0.1, 0.4))
-    assert found.paths['global'].count == 2 and found.paths['amcl'] is None
+    assert set(found.errors) == set(PoseSource) and found.errors[PoseSource.AMCL] is None
+    assert found.errors[PoseSource.ODOM] == pytest.approx((-0.1, 0.5, 0.05))  # seen from the start at (-10, 0)
+    assert found.errors[PoseSource.WORLD] == pytest.approx((0.0, 0.1, 0.02))
+    assert found.paths[PoseSource.ODOM].ate_max_m == pytest.approx(math.hypot(0.1, 0.4))
+    assert found.paths[PoseSource.GLOBAL].count == 2 and found.paths[PoseSource.AMCL] is None
     assert found.tracks.true.tolist() == [[-10.0, 0.0], [0.0, 0.0], [10.0, 0.1]]
     assert found.tracks.odometry == pytest.approx(np.array([[-10.0, 0.0], [0.0, 0.3], [9.9, 0.5]]))
     assert dataset.asked == {'SL': trial(number=7)}
@@ -246,7 +248,7 @@ def test_what_can_be_analysed_is(tmp_path, caplog):
     write_bag(tmp_path / 'nan.bag', trial(number=4), odom=[(math.nan, 0.0, 0.0)])
     write_bag(tmp_path / 'torn.bag', trial(number=5), result=None)
     dataset = load_dataset([tmp_path])
-    assert [trial.outcome for trial in dataset.trials] == ['succeeded', 'torn']
+    assert [trial.outcome for trial in dataset.trials] == [Outcome.SUCCEEDED, Outcome.TORN]
     assert [record.message for record in caplog.records] == dataset.notes
     assert [note.split(':')[0].split('/')[-1] for note in dataset.notes] == ['nan.bag', 'no_odom.bag', 'no_truth.bag']
     assert dataset.notes[1].endswith('no message on /odom; expected nav_msgs/msg/Odometry')

@@ -6,6 +6,7 @@ import pytest
 
 from diff_encoder_sim.analysis.goal_errors import goal_errors
 from diff_encoder_sim.recording.trial_recording import read_trial
+from diff_encoder_sim.trials.pose_source import PoseSource
 from diff_encoder_sim.trials.trial_definition import Trial, load_test
 from trial_bags import ROOT, write_bag
 
@@ -19,6 +20,6 @@ def test_errors_are_along_the_maps_axes_and_odometry_counts_from_the_start(tmp_p
         tmp_path / 'a.bag', about, [(0, 0, 0), (3.0, 0.8, 1.6)], [(5.0, 2.0, math.pi / 2), (4.1, 5.3, -3.0)]
     )
     errors = goal_errors(read_trial(path))
-    assert set(errors) == {'/odom', '/world_pose'}  # the others are silent
-    assert errors['/odom'] == pytest.approx([0.2, 0.0, 1.6 - math.pi / 2])
-    assert errors['/world_pose'] == pytest.approx([0.1, 0.3, math.pi - 3.0])
+    assert errors[PoseSource.AMCL] is None and errors[PoseSource.GLOBAL] is None
+    assert errors[PoseSource.ODOM] == pytest.approx([0.2, 0.0, 1.6 - math.pi / 2])
+    assert errors[PoseSource.WORLD] == pytest.approx([0.1, 0.3, math.pi - 3.0])

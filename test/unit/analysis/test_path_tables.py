@@ -12,10 +12,12 @@ from diff_encoder_sim.analysis.ppr_comparison import compare_pprs
 from diff_encoder_sim.analysis.table_files import csv_text
 from diff_encoder_sim.analysis.tables import all_tables
 from diff_encoder_sim.evaluation.path_errors import PathErrors, RelativeError
+from diff_encoder_sim.trials.pose_source import PoseSource
+from diff_encoder_sim.trials.trial_outcome import Outcome
 from synthetic_trials import dataset_of, synthetic_dataset, trial_data
 
 DEG = math.pi / 180.0
-NOWHERE = {'odom': None, 'amcl': None, 'global': None}
+NOWHERE = {PoseSource.ODOM: None, PoseSource.AMCL: None, PoseSource.GLOBAL: None}
 
 
 def path(ate_m, ate_max_m, yaw_deg, **rpe):
@@ -32,7 +34,7 @@ def path(ate_m, ate_max_m, yaw_deg, **rpe):
 def with_paths(*odometry, **other):
     """Trials of one cell, with these errors of odometry on the way and none of the other sources."""
     return [
-        trial_data(number=number, paths={**NOWHERE, 'odom': errors}, **other)
+        trial_data(number=number, paths={**NOWHERE, PoseSource.ODOM: errors}, **other)
         for number, errors in enumerate(odometry, 1)
     ]
 
@@ -75,7 +77,7 @@ def test_path_errors_by_hand():
 
 
 def test_each_cell_and_source_with_a_path_has_a_row():
-    paths = {**NOWHERE, 'odom': path(0.1, 0.1, 1.0), 'global': path(0.2, 0.2, 1.0)}
+    paths = {**NOWHERE, PoseSource.ODOM: path(0.1, 0.1, 1.0), PoseSource.GLOBAL: path(0.2, 0.2, 1.0)}
     table = path_error_table(
         dataset_of(
             trial_data(test, ppr, paths=paths, varied=(('noise', '0.01'),))
@@ -98,7 +100,7 @@ def test_one_trial_has_no_spread_and_an_unbounded_interval():
 
 def test_torn_trials_do_not_count_as_in_the_other_tables():
     trials = with_paths(path(0.1, 0.2, 1.0), path(9.0, 9.0, 9.0))
-    trials[1] = trials[1]._replace(outcome='torn')
+    trials[1] = trials[1]._replace(outcome=Outcome.TORN)
     [row] = records(path_error_table(dataset_of(trials)))
     assert (row['trials'], row['ate_max_m']) == ('1', '0.2')
 
@@ -113,7 +115,7 @@ def test_only_datasets_with_paths_have_the_table():
 def test_comparisons_have_a_row_each():
     # Equal but for the factor -2: the ratio of spreads is 2 and the distances differ by 0.01 to 0.03.
     trials = [
-        trial_data('SL', ppr, number, {'odom': (0.0, factor * 0.01 * number, 0.0)}, varied=(('noise', '0'),))
+        trial_data('SL', ppr, number, {PoseSource.ODOM: (0.0, factor * 0.01 * number, 0.0)}, varied=(('noise', '0'),))
         for ppr, factor in (('40', -2.0), ('90', 1.0))
         for number in (1, 2, 3)
     ]

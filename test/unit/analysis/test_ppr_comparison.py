@@ -5,12 +5,14 @@ import pytest
 
 from diff_encoder_sim.analysis.ppr_comparison import Question, compare_pprs
 from diff_encoder_sim.evaluation.sample_statistics import holm
+from diff_encoder_sim.trials.pose_source import PoseSource
+from diff_encoder_sim.trials.trial_outcome import Outcome
 from synthetic_trials import dataset_of, synthetic_dataset, trial_data
 
 TRIALS = 30
 
 
-def dataset_with(errors_by_ppr, source='odom', **other):
+def dataset_with(errors_by_ppr, source=PoseSource.ODOM, **other):
     """Trials 1 to n of each PPR with these errors in y [m], of one source only."""
     return dataset_of(
         trial_data('SL', ppr, number, {source: (0.0, float(error), 0.0)}, **other)
@@ -73,7 +75,7 @@ def test_too_few_trials_distinguish_nothing(trials):
 def test_only_equal_trials_with_a_final_pose_are_compared():
     dataset = dataset_with({'40': drawn(0.3, 1), '90': drawn(0.3, 2, TRIALS + 5)})
     trials = [
-        trial._replace(outcome='torn') if (trial.ppr, trial.trial) == ('40', 7) else trial
+        trial._replace(outcome=Outcome.TORN) if (trial.ppr, trial.trial) == ('40', 7) else trial
         for trial in dataset.trials
         if (trial.ppr, trial.trial) != ('90', 9)
     ]
@@ -96,7 +98,7 @@ def test_tests_and_parameters_are_compared_within_themselves():
 
 def test_p_values_are_adjusted_for_all_of_equal_source_and_question():
     compared = compare_pprs(synthetic_dataset())
-    for source in ('odom', 'world'):
+    for source in (PoseSource.ODOM, PoseSource.WORLD):
         for question in Question:
             family = [one for one in compared if (one.source, one.question) == (source, question)]
             assert len(family) == 3 * 3 * 6  # tests, axes, pairs of PPRs
@@ -105,11 +107,11 @@ def test_p_values_are_adjusted_for_all_of_equal_source_and_question():
 
 def test_where_the_encoder_does_not_matter_nothing_is_found_and_where_it_does_all_is():
     compared = compare_pprs(synthetic_dataset())
-    assert not any(one.is_distinguishable for one in compared if one.source == 'world')
+    assert not any(one.is_distinguishable for one in compared if one.source == PoseSource.WORLD)
     across_the_drive = [
         one
         for one in compared
-        if one.source == 'odom'
+        if one.source == PoseSource.ODOM
         and one.quantity.axis == 'y'
         and one.pprs in (('40', '1024'), ('40', '4096'), ('90', '4096'))
     ]

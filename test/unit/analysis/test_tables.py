@@ -20,6 +20,8 @@ from diff_encoder_sim.analysis.table_files import (
     write_tables,
 )
 from diff_encoder_sim.analysis.tables import all_tables, goal_table, interval_table
+from diff_encoder_sim.trials.pose_source import PoseSource
+from diff_encoder_sim.trials.trial_outcome import Outcome
 from synthetic_trials import dataset_of, synthetic_dataset, trial_data
 
 DEG = math.pi / 180.0
@@ -60,7 +62,12 @@ def test_an_error_as_large_as_the_tolerance_is_within():
 
 
 def test_each_table_has_its_source():
-    errors = {'odom': (1.0, 0.0, 0.0), 'world': (2.0, 0.0, 0.0), 'global': (3.0, 0.0, 0.0), 'amcl': (4.0, 0.0, 0.0)}
+    errors = {
+        PoseSource.ODOM: (1.0, 0.0, 0.0),
+        PoseSource.WORLD: (2.0, 0.0, 0.0),
+        PoseSource.GLOBAL: (3.0, 0.0, 0.0),
+        PoseSource.AMCL: (4.0, 0.0, 0.0),
+    }
     dataset = dataset_of([trial_data(errors=errors)])
     assert [
         column(goal_table(dataset, name), 'ppr90_x_m')['mean'] for name in ('table4', 'table5', 'table6', 'table6_amcl')
@@ -101,9 +108,9 @@ def test_what_is_varied_has_rows_of_its_own():
 def test_failed_trials_count_as_they_ended_and_torn_ones_do_not():
     trials = [
         trial_data(number=1, errors=(0.0, 0.0, 0.0)),
-        trial_data(number=2, errors=(9.0, 0.0, 0.0), outcome='collision'),
-        trial_data(number=3, errors=(5.0, 0.0, 0.0), outcome='torn'),
-        trial_data(number=4, errors={'odom': None}, outcome='aborted'),
+        trial_data(number=2, errors=(9.0, 0.0, 0.0), outcome=Outcome.COLLISION),
+        trial_data(number=3, errors=(5.0, 0.0, 0.0), outcome=Outcome.TORN),
+        trial_data(number=4, errors={PoseSource.ODOM: None}, outcome=Outcome.ABORTED),
     ]
     table = goal_table(dataset_of(trials), 'table4')
     numbers = column(table, 'ppr90_x_m')

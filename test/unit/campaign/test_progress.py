@@ -4,6 +4,7 @@ import io
 
 from diff_encoder_sim.campaign.progress import ProgressBar, ProgressLines, outcome_table, progress_on
 from diff_encoder_sim.campaign.trial_row import TrialRow
+from diff_encoder_sim.trials.trial_outcome import Outcome
 
 
 class Clock:
@@ -15,7 +16,7 @@ class Clock:
         return self.now_s
 
 
-def row(outcome='succeeded', test='SL', ppr='40', varied=()):
+def row(outcome=Outcome.SUCCEEDED, test='SL', ppr='40', varied=()):
     return TrialRow(test, ppr, varied, 1, 1, outcome, '', 50.0, {}, 20.0, 1.0, '')
 
 
@@ -28,12 +29,12 @@ def test_a_line_has_counts_speed_and_time_left():
     clock, stream, progress = lines_of(10)
     clock.now_s = 2.0
     progress.tick(2)
-    progress.add(row('collision'))
+    progress.add(row(Outcome.COLLISION))
     assert stream.getvalue() == '1 of 10 trials, 1 failed, 2 workers, 25 x real time, 00:18 left\n'
 
 
 def test_what_was_done_before_counts_but_not_for_speed_and_time_left():
-    clock, stream, progress = lines_of(10, [row(), row('lost'), row(), row(), row()])
+    clock, stream, progress = lines_of(10, [row(), row(Outcome.LOST), row(), row(), row()])
     clock.now_s = 4.0
     progress.add(row())
     assert progress.done_now == 1
@@ -71,7 +72,7 @@ def test_a_terminal_gets_a_bar_with_the_same_text():
     with progress_on(stream, 4, [row()]) as progress:
         assert isinstance(progress, ProgressBar)
         for _ in range(3):
-            progress.add(row('timed_out'))
+            progress.add(row(Outcome.TIMED_OUT))
     shown = stream.getvalue()
     assert '100% |' in shown
     assert '4 of 4 trials, 3 failed' in shown.split('\r')[-1]
@@ -79,7 +80,7 @@ def test_a_terminal_gets_a_bar_with_the_same_text():
 
 
 def test_outcomes_are_counted_by_cell():
-    rows = [row(), row('lost'), row(), row(ppr='90'), row('collision', 'SMT', '90')]
+    rows = [row(), row(Outcome.LOST), row(), row(ppr='90'), row(Outcome.COLLISION, 'SMT', '90')]
     assert [line.split() for line in outcome_table(rows).splitlines()[2:]] == [
         ['SL', '40', '3', '2', '0', '1'],
         ['SL', '90', '1', '1', '0', '0'],

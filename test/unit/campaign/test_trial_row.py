@@ -4,6 +4,8 @@ import pytest
 
 from campaign_files import NOISE, row_of_job
 from diff_encoder_sim.campaign.trial_row import csv_fields, csv_line, fields_of, header, row_of
+from diff_encoder_sim.trials.pose_source import PoseSource
+from diff_encoder_sim.trials.trial_outcome import Outcome
 
 
 def test_columns_carry_units():
@@ -30,15 +32,18 @@ def test_a_row_reads_back_exactly_but_for_wall_time(campaign):
 
 def test_what_there_is_none_of_is_empty(campaign):
     row = row_of_job(
-        campaign, campaign.jobs()[0], outcome='aborted', errors={'odom': None, 'amcl': None, 'world': (0.0, 1.0, 2.0)}
+        campaign,
+        campaign.jobs()[0],
+        outcome=Outcome.ABORTED,
+        errors={PoseSource.ODOM: None, PoseSource.AMCL: None, PoseSource.WORLD: (0.0, 1.0, 2.0)},
     )
     fields = dict(zip(header([NOISE]), fields_of(row)))
     assert (fields['odom_x_m'], fields['global_yaw_rad'], fields['world_y_m']) == ('', '', '1.0')
     assert row_of(list(fields.values()), [NOISE]).errors == {
-        'odom': None,
-        'amcl': None,
-        'global': None,
-        'world': (0.0, 1.0, 2.0),
+        PoseSource.ODOM: None,
+        PoseSource.AMCL: None,
+        PoseSource.GLOBAL: None,
+        PoseSource.WORLD: (0.0, 1.0, 2.0),
     }
 
 
@@ -46,7 +51,7 @@ def test_what_there_is_none_of_is_empty(campaign):
     'reason', ['a, "quoted" one', 'two\nlines\r\n', 'nul\0 tab\t esc\x1b \x85\u2028', 'größer', "'", '\udc80']
 )
 def test_whatever_the_reason_says_the_row_stays_a_line(campaign, reason):
-    row = row_of_job(campaign, campaign.jobs()[0], outcome='lost', reason=reason)
+    row = row_of_job(campaign, campaign.jobs()[0], outcome=Outcome.LOST, reason=reason)
     line = csv_line(fields_of(row))
     assert line.count(b'\n') == 1 and len(line.splitlines()) == 1 and b'\0' not in line
     assert row_of(csv_fields(line), [NOISE]).identity() == row.identity()
@@ -58,7 +63,7 @@ def test_the_types_of_other_libraries_numbers_do_not_show(campaign):
     row = row_of_job(
         campaign,
         job,
-        errors={'odom': tuple(numpy.array([0.1, 0.2, 0.3]))},
+        errors={PoseSource.ODOM: tuple(numpy.array([0.1, 0.2, 0.3]))},
         duration_s=numpy.float64(0.1),
         wall_time_s=numpy.float64(2),
     )

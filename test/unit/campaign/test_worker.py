@@ -10,10 +10,16 @@ from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.campaign.campaign_loading import load_campaign
 from diff_encoder_sim.campaign.worker import ResultsFolder, run_job
 from diff_encoder_sim.lockstep.trial_run import TrialResult
+from diff_encoder_sim.trials.pose_source import PoseSource
 from diff_encoder_sim.trials.trial_outcome import Ending, Outcome
 
 BAG = 'bags/SL_40_002.bag'
-ERRORS = {'odom': Pose2D(0.1, 0.2, 0.3), 'amcl': None, 'global': None, 'world': Pose2D(0.0, 0.0, 0.0)}
+ERRORS = {
+    PoseSource.ODOM: Pose2D(0.1, 0.2, 0.3),
+    PoseSource.AMCL: None,
+    PoseSource.GLOBAL: None,
+    PoseSource.WORLD: Pose2D(0.0, 0.0, 0.0),
+}
 
 
 @pytest.fixture(scope='module')
@@ -44,7 +50,7 @@ def test_a_shared_folder_gets_the_bag_and_the_row_says_where(campaign, results, 
     row, bag = run_job(campaign, campaign.jobs()[1], BAG, results, trial, tmp_path / 'scratch')
     assert bag is None
     assert (Path(results.path) / BAG).read_bytes() == b'bag of 2'
-    assert row[:8] == ('SL', '40', (), 2, 2, 'lost', 'no idea', 48.5)
+    assert row[:8] == ('SL', '40', (), 2, 2, Outcome.LOST, 'no idea', 48.5)
     assert (row.errors, row.distance_m, row.bag) == (ERRORS, 19.9, BAG)
     assert os.listdir(os.path.join(results.path, 'bags')) == ['SL_40_002.bag']
 

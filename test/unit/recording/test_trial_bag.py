@@ -20,6 +20,7 @@ from diff_encoder_sim.recording.trial_recording import read_trial
 from diff_encoder_sim.serialization import encoding
 from diff_encoder_sim.serialization.typestore import definition
 from diff_encoder_sim.trials.trial_definition import Trial, load_test
+from diff_encoder_sim.trials.trial_outcome import Outcome
 from places import ROOT
 
 SCAN = Scan(0, -3.0, 0.01, 0.15, 6.0, np.linspace(0.2, 5.0, 600))
@@ -162,7 +163,7 @@ def test_a_minimal_recording_is_what_analysis_reads(tmp_path):
             10**9,
         )
     recording = read_trial(path)
-    assert (recording.trial, recording.outcome) == (trial, 'succeeded')
+    assert (recording.trial, recording.outcome) == (trial, Outcome.SUCCEEDED)
     assert recording.poses[topics.WORLD_POSE].stamps_ns.tolist() == [10_000_000 * index for index in range(20)]
     assert {connection.topic for connection in written(path)[1]} == {'/trial', '/world_pose', '/trial_result'}
 

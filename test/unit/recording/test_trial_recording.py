@@ -9,6 +9,7 @@ import pytest
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.recording.trial_recording import read_trial, stamped_pose, trial_of
 from diff_encoder_sim.serialization.typestore import STORE
+from diff_encoder_sim.trials.trial_outcome import Outcome
 from trial_bags import ODOM, ODOMETRY, STAMPED, TRUTH, WITH_COVARIANCE, message, trial, write_bag
 
 
@@ -37,7 +38,7 @@ def test_a_pose_is_what_rosbags_decodes(kind, frame):
 
 def test_every_series_is_read(tmp_path):
     recording = read_trial(write_bag(tmp_path / 'a.bag', trial(), amcl=TRUTH[:1], believed=TRUTH[:2]))
-    assert recording.trial == trial() and recording.outcome == 'succeeded'
+    assert recording.trial == trial() and recording.outcome == Outcome.SUCCEEDED
     assert {topic: len(series.stamps_ns) for topic, series in recording.poses.items()} == {
         '/odom': 3,
         '/world_pose': 3,
@@ -50,7 +51,12 @@ def test_every_series_is_read(tmp_path):
 
 def test_a_bag_without_a_result_is_torn_and_silent_topics_are_left_out(tmp_path):
     recording = read_trial(write_bag(tmp_path / 'a.bag', trial(), result=None))
-    assert recording.outcome == 'torn' and set(recording.poses) == {'/odom', '/world_pose'}
+    assert recording.outcome == Outcome.TORN and set(recording.poses) == {'/odom', '/world_pose'}
+
+
+def test_an_unknown_outcome_is_refused(tmp_path):
+    told = refusal(write_bag(tmp_path / 'a.bag', trial(), result='won'))
+    assert "/trial_result: outcome: given 'won'; allowed: succeeded, collision" in told
 
 
 def test_a_bag_of_no_trial_says_nothing_of_one(tmp_path):

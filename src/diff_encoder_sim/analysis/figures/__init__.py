@@ -8,7 +8,7 @@ from typing import Iterator, List, NamedTuple, Optional
 import matplotlib
 from matplotlib.figure import Figure as Drawing
 
-from diff_encoder_sim.analysis.dataset import TOPIC_OF_SOURCE, Dataset
+from diff_encoder_sim.analysis.dataset import Dataset
 from diff_encoder_sim.analysis.figures.distributions import draw_distributions
 from diff_encoder_sim.analysis.figures.spread import draw_spread
 from diff_encoder_sim.analysis.figures.style import STYLE, Figure, save
@@ -16,6 +16,7 @@ from diff_encoder_sim.analysis.figures.trajectory_plot import MOST_TRIALS, draw_
 from diff_encoder_sim.analysis.figures.variants import Variant, variants_of
 from diff_encoder_sim.analysis.figures.xy_errors import draw_xy_errors
 from diff_encoder_sim.analysis.quantities import YAW, X
+from diff_encoder_sim.recording.topics import TOPIC_OF_SOURCE
 
 
 class Drawn(NamedTuple):
@@ -49,13 +50,13 @@ def _draw(dataset: Dataset, variant: Variant) -> Iterator[Drawn]:
     """One figure after the other, so that only one is in memory."""
     for source, topic in TOPIC_OF_SOURCE.items():
         yield Drawn(
-            f'fig4_xy_errors_{source}',
+            f'fig4_xy_errors_{source.value}',
             f'Final {topic} minus the goal; the circle has a radius of {X.tolerance:g} m',
             draw_xy_errors(variant, source),
         )
     for source, topic in TOPIC_OF_SOURCE.items():
         yield Drawn(
-            f'fig5_distributions_{source}',
+            f'fig5_distributions_{source.value}',
             f'Final {topic} minus the goal by encoder; shaded: within {X.tolerance:g} m and {YAW.tolerance:g} degrees',
             draw_distributions(variant, source),
         )

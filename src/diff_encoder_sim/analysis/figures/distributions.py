@@ -14,6 +14,7 @@ from diff_encoder_sim.analysis.figures import style
 from diff_encoder_sim.analysis.figures.variants import Variant
 from diff_encoder_sim.analysis.final_errors import final_errors
 from diff_encoder_sim.analysis.quantities import QUANTITIES, Quantity
+from diff_encoder_sim.trials.pose_source import PoseSource
 
 HEIGHT_TO_WIDTH = 0.9
 ROOM = style.Room(left_in=0.62, between_in=0.66, above_in=0.22, below_in=0.2, legend_in=0.42)
@@ -30,7 +31,7 @@ GOLDEN_RATIO = 0.618034
 TURNED_FROM, TURNED_IN = 6, 0.2
 
 
-def draw_distributions(variant: Variant, source: str) -> Drawing:
+def draw_distributions(variant: Variant, source: PoseSource) -> Drawing:
     """A row for each test: x, y and yaw, with a box and all points for each encoder."""
     tests = variant.tests()
     more_in = TURNED_IN if len(variant.labels) >= TURNED_FROM else 0.0

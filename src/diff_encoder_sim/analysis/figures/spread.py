@@ -17,6 +17,7 @@ from diff_encoder_sim.analysis.figures.variants import Variant
 from diff_encoder_sim.analysis.final_errors import final_errors
 from diff_encoder_sim.analysis.quantities import QUANTITIES, Quantity
 from diff_encoder_sim.evaluation.sample_statistics import LEVEL, spread, std_interval
+from diff_encoder_sim.trials.pose_source import PoseSource
 from diff_encoder_sim.trials.trial_definition import Trial
 
 HEIGHT_TO_WIDTH = 0.95
@@ -47,16 +48,16 @@ class Series(NamedTuple):
     values: Callable[[Sequence[TrialData], Quantity], np.ndarray]  # of a cell
 
 
-def _of(source: str) -> Callable[[Sequence[TrialData], Quantity], np.ndarray]:
+def _of(source: PoseSource) -> Callable[[Sequence[TrialData], Quantity], np.ndarray]:
     return lambda trials, quantity: final_errors(trials, source, quantity)
 
 
 SERIES = (
     Series('/odom minus /world_pose', '#0072b2', 'o', odometry_minus_truth),
-    Series('/odom minus goal', '#56b4e9', 's', _of('odom')),
-    Series('/world_pose minus goal', '#000000', 'D', _of('world')),
-    Series('/global_pose minus goal', '#d55e00', '^', _of('global')),
-    Series('/amcl_pose minus goal', '#e69f00', 'v', _of('amcl')),
+    Series('/odom minus goal', '#56b4e9', 's', _of(PoseSource.ODOM)),
+    Series('/world_pose minus goal', '#000000', 'D', _of(PoseSource.WORLD)),
+    Series('/global_pose minus goal', '#d55e00', '^', _of(PoseSource.GLOBAL)),
+    Series('/amcl_pose minus goal', '#e69f00', 'v', _of(PoseSource.AMCL)),
 )
 
 

@@ -139,7 +139,7 @@ def _mark(panel: Axes, asked: Trial, trials: Sequence[TrialData]) -> None:
     for pose, style_of in ((asked.test.start.pose(), START), (asked.goal(), GOAL)):
         panel.plot(pose.x_m, pose.y_m, linestyle='', zorder=4, **style_of)
     for trial in trials:
-        if trial.outcome != Outcome.SUCCEEDED.value:
+        if trial.outcome is not Outcome.SUCCEEDED:
             panel.plot(*trial.tracks.true[-1], linestyle='', zorder=5, **FAILED)
 
 

@@ -17,6 +17,7 @@ from diff_encoder_sim.analysis.figures.variants import Variant
 from diff_encoder_sim.analysis.final_errors import final_errors
 from diff_encoder_sim.analysis.quantities import X, Y
 from diff_encoder_sim.analysis.table_keys import ppr_head
+from diff_encoder_sim.trials.pose_source import PoseSource
 
 MOST_ABREAST = 5
 LEAST_ABREAST = 3  # as wide as three, fewer panels stay
@@ -24,7 +25,7 @@ ROOM = style.Room(left_in=0.75, between_in=0.1, above_in=0.34, below_in=0.22, le
 BEYOND_MARKER = 'X'
 
 
-def draw_xy_errors(variant: Variant, source: str) -> Drawing:
+def draw_xy_errors(variant: Variant, source: PoseSource) -> Drawing:
     """A row of panels for each test, or several where there are many encoders.
 
     A row has one scale, so that spreads can be compared by eye.
@@ -46,7 +47,7 @@ def _abreast(count: int) -> int:
     return math.ceil(count / math.ceil(count / MOST_ABREAST))
 
 
-def _draw_test(variant: Variant, test: str, source: str, panels: np.ndarray) -> None:
+def _draw_test(variant: Variant, test: str, source: PoseSource, panels: np.ndarray) -> None:
     trials, colours = variant.of_test(test), style.ppr_colours(variant.labels)
     points = [_points(trials.get(label, []), source) for label in variant.labels]
     limit_m = style.shown_limit([values for each in points for values in each.T], least=1.2 * X.tolerance)
@@ -60,7 +61,7 @@ def _draw_test(variant: Variant, test: str, source: str, panels: np.ndarray) -> 
             panel.tick_params(labelleft=False)
 
 
-def _points(trials: Sequence[TrialData], source: str) -> np.ndarray:
+def _points(trials: Sequence[TrialData], source: PoseSource) -> np.ndarray:
     """(n, 2) errors [m]."""
     return np.column_stack([final_errors(trials, source, axis) for axis in (X, Y)])
 

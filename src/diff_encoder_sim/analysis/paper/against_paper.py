@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from typing import Dict, List, Sequence, Tuple
 
-from diff_encoder_sim.analysis.dataset import TOPIC_OF_SOURCE
 from diff_encoder_sim.analysis.paper.errata import ERRATA
 from diff_encoder_sim.analysis.paper.paper_cells import STATISTICS
 from diff_encoder_sim.analysis.paper.paper_comparison import ComparedCell, PaperComparison
 from diff_encoder_sim.analysis.quantities import Quantity
 from diff_encoder_sim.analysis.table_files import Column, Entry, Number, Table
 from diff_encoder_sim.analysis.table_keys import cell_head
-from diff_encoder_sim.campaign.trial_row import SOURCES
+from diff_encoder_sim.recording.topics import TOPIC_OF_SOURCE
+from diff_encoder_sim.trials.pose_source import PoseSource
 
 HEADS = {'min': 'min', 'max': 'max', 'std': 'std. dev.', 'pct_within': '% within'}
 DIFFERS, ERRATUM, CALIBRATED = '≠', '†', '*'
@@ -58,7 +58,7 @@ def score_table(comparison: PaperComparison) -> Table:
     scores = comparison.scores()
     rows: List[List[Entry]] = [
         [TOPIC_OF_SOURCE[source], ppr, Number(scores[source, ppr].tested, 0), Number(scores[source, ppr].compatible, 0)]
-        for source, ppr in sorted(scores, key=lambda key: SOURCES.index(key[0]))
+        for source, ppr in sorted(scores, key=lambda key: list(PoseSource).index(key[0]))
     ]
     return Table(
         'paper_scores',

@@ -6,9 +6,11 @@ from typing import Dict, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 
-from diff_encoder_sim.analysis.dataset import TOPIC_OF_SOURCE, TrialData
+from diff_encoder_sim.analysis.dataset import TrialData
 from diff_encoder_sim.analysis.final_errors import equal_trials, final_errors
 from diff_encoder_sim.analysis.quantities import Quantity, X, Y
+from diff_encoder_sim.recording.topics import TOPIC_OF_SOURCE
+from diff_encoder_sim.trials.pose_source import PoseSource
 
 # Of one set of parameters, by test and PPR.
 TrialsByCell = Dict[Tuple[str, str], List[TrialData]]
@@ -32,7 +34,7 @@ class Pair(NamedTuple):
 
 
 def samples(
-    trials: TrialsByCell, source: str, tests: Sequence[str], pprs: Sequence[str], quantities: Sequence[Quantity]
+    trials: TrialsByCell, source: PoseSource, tests: Sequence[str], pprs: Sequence[str], quantities: Sequence[Quantity]
 ) -> List[Sample]:
     """Of each cell and quantity; without values where there is no such cell."""
     return [
@@ -49,7 +51,7 @@ def samples(
 
 def pairs_of_pprs(
     trials: TrialsByCell,
-    source: str,
+    source: PoseSource,
     tests: Sequence[str],
     pprs: Sequence[Tuple[str, str]],
     quantities: Sequence[Quantity],
@@ -71,7 +73,7 @@ def pairs_of_pprs(
     return pairs
 
 
-def pairs_of_y_and_x(trials: TrialsByCell, source: str, tests: Sequence[str], pprs: Sequence[str]) -> List[Pair]:
+def pairs_of_y_and_x(trials: TrialsByCell, source: PoseSource, tests: Sequence[str], pprs: Sequence[str]) -> List[Pair]:
     """Both errors of position of each trial."""
     return [
         Pair(
@@ -89,7 +91,7 @@ def pairs_of_y_and_x(trials: TrialsByCell, source: str, tests: Sequence[str], pp
 
 
 def pooled_over_tests(
-    trials: TrialsByCell, source: str, tests: Sequence[str], pprs: Sequence[str], quantity: Quantity
+    trials: TrialsByCell, source: PoseSource, tests: Sequence[str], pprs: Sequence[str], quantity: Quantity
 ) -> List[Sample]:
     """Of each encoder in all the tests that there are."""
     return [

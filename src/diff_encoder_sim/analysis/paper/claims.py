@@ -26,6 +26,9 @@ from diff_encoder_sim.analysis.paper.hypothesis_tests import (
 )
 from diff_encoder_sim.analysis.paper.paper_cells import PPRS
 from diff_encoder_sim.analysis.quantities import QUANTITIES, YAW, X, Y
+from diff_encoder_sim.trials.pose_source import PoseSource
+
+ODOM, GLOBAL, WORLD = PoseSource.ODOM, PoseSource.GLOBAL, PoseSource.WORLD
 
 COARSE, FINE = PPRS[:2], PPRS[2:]
 COARSE_AND_FINE = [(coarse, fine) for coarse in COARSE for fine in FINE]
@@ -85,7 +88,7 @@ def _heading_by_resolution(trials: TrialsByCell) -> List[Evidence]:
     above, below = (
         [
             one
-            for source in ('odom', 'global', 'world')
+            for source in (ODOM, GLOBAL, WORLD)
             for one in pooled_over_tests(trials, source, STANDARD_TESTS, pprs, YAW)
         ]
         for pprs in (FINE, COARSE)
@@ -99,55 +102,55 @@ CLAIMS: Tuple[Claim, ...] = (
         'The heading of odometry after the straight line spreads by less than the tolerance of '
         '3 degrees, with every encoder.',
         'section III, table 4',
-        lambda trials: spreads(YAW.tolerance, below=samples(trials, 'odom', ['SL'], PPRS, [YAW])),
+        lambda trials: spreads(YAW.tolerance, below=samples(trials, ODOM, ['SL'], PPRS, [YAW])),
     ),
     Claim(
         'In turns on the spot, odometry with 1024 and 4096 PPR spreads less than with 40 and 90.',
         'section III, table 4',
-        lambda trials: first_spreads_more(pairs_of_pprs(trials, 'odom', ['SMT'], COARSE_AND_FINE, QUANTITIES)),
+        lambda trials: first_spreads_more(pairs_of_pprs(trials, ODOM, ['SMT'], COARSE_AND_FINE, QUANTITIES)),
     ),
     Claim(
         'A higher resolution gives steadier odometry: 1024 and 4096 PPR spread less than 40 and 90 in every test.',
         'sections III and IV, table 4',
-        lambda trials: first_spreads_more(pairs_of_pprs(trials, 'odom', STANDARD_TESTS, COARSE_AND_FINE, QUANTITIES)),
+        lambda trials: first_spreads_more(pairs_of_pprs(trials, ODOM, STANDARD_TESTS, COARSE_AND_FINE, QUANTITIES)),
     ),
     Claim(
         'A low resolution drifts: after the long drive the position by odometry is farther off '
         'with 40 PPR than with 4096.',
         'abstract, section IV',
-        lambda trials: first_errs_more(pairs_of_pprs(trials, 'odom', ['DLD'], EXTREMES, [X, Y])),
+        lambda trials: first_errs_more(pairs_of_pprs(trials, ODOM, ['DLD'], EXTREMES, [X, Y])),
     ),
     Claim(
         'The robot itself ends more scattered about the goal with 40 PPR than with 4096.',
         'section III, figure 4, table 5',
-        lambda trials: first_spreads_more(pairs_of_pprs(trials, 'world', STANDARD_TESTS, EXTREMES, [X, Y])),
+        lambda trials: first_spreads_more(pairs_of_pprs(trials, WORLD, STANDARD_TESTS, EXTREMES, [X, Y])),
     ),
     Claim(
         'The error across the drive (y) varies more than that along it (x).',
         'section III, figure 4',
         lambda trials: first_spreads_more(
-            [pair for source in ('odom', 'world') for pair in pairs_of_y_and_x(trials, source, ['SL', 'DLD'], PPRS)]
+            [pair for source in (ODOM, WORLD) for pair in pairs_of_y_and_x(trials, source, ['SL', 'DLD'], PPRS)]
         ),
     ),
     Claim(
         'Odometry is poor in the long drive: position spreads by more than 0.05 m with every encoder.',
         'section III, table 4',
-        lambda trials: spreads(0.05, above=samples(trials, 'odom', ['DLD'], PPRS, [X, Y])),
+        lambda trials: spreads(0.05, above=samples(trials, ODOM, ['DLD'], PPRS, [X, Y])),
     ),
     Claim(
         'In at most 20 per cent of the long drives is odometry within 0.05 m, with any encoder.',
         'section III, table 4',
-        lambda trials: fractions_within(0.2, below=samples(trials, 'odom', ['DLD'], PPRS, [X, Y])),
+        lambda trials: fractions_within(0.2, below=samples(trials, ODOM, ['DLD'], PPRS, [X, Y])),
     ),
     Claim(
         'By AMCL (/global_pose) every trial ends within 0.05 m in x and in y, with every encoder.',
         'section III, table 6',
-        lambda trials: all_within(samples(trials, 'global', STANDARD_TESTS, PPRS, [X, Y])),
+        lambda trials: all_within(samples(trials, GLOBAL, STANDARD_TESTS, PPRS, [X, Y])),
     ),
     Claim(
         'In truth 85 to 100 per cent of the trials end within 0.05 m.',
         'section III, table 5',
-        lambda trials: fractions_within(0.85, above=samples(trials, 'world', STANDARD_TESTS, PPRS, [X, Y])),
+        lambda trials: fractions_within(0.85, above=samples(trials, WORLD, STANDARD_TESTS, PPRS, [X, Y])),
     ),
     Claim(
         'The heading is within 3 degrees in less than 90 per cent of the trials with 40 and 90 '
@@ -159,12 +162,12 @@ CLAIMS: Tuple[Claim, ...] = (
         'The resolution matters for the heading in the long drive: in truth it spreads more with '
         '40 PPR than with 4096.',
         'section III, table 5',
-        lambda trials: first_spreads_more(pairs_of_pprs(trials, 'world', ['DLD'], EXTREMES, [YAW])),
+        lambda trials: first_spreads_more(pairs_of_pprs(trials, WORLD, ['DLD'], EXTREMES, [YAW])),
     ),
     Claim(
         'The position by AMCL hardly depends on the resolution: within tolerance as often with 40 PPR as with 4096.',
         'section IV, table 6',
-        lambda trials: fractions_equal(pairs_of_pprs(trials, 'global', STANDARD_TESTS, EXTREMES, [X, Y])),
+        lambda trials: fractions_equal(pairs_of_pprs(trials, GLOBAL, STANDARD_TESTS, EXTREMES, [X, Y])),
     ),
     Claim(
         '/amcl_pose and /global_pose agree but for negligible differences.',

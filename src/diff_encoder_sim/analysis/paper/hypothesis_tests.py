@@ -27,6 +27,7 @@ from diff_encoder_sim.evaluation.sample_statistics import (
     wilcoxon,
     wilson,
 )
+from diff_encoder_sim.trials.pose_source import PoseSource
 from diff_encoder_sim.trials.trial_outcome import Outcome
 
 # Of the tolerance: a difference below that is negligible.
@@ -168,7 +169,7 @@ def all_reached(trials: TrialsByCell) -> List[Evidence]:
     """Every trial came to its goal."""
     evidence = []
     for (test, ppr), of_cell in trials.items():
-        reached = sum(trial.outcome == Outcome.SUCCEEDED.value for trial in of_cell)
+        reached = sum(trial.outcome is Outcome.SUCCEEDED for trial in of_cell)
         evidence.append(
             Evidence(
                 Finding.HOLDS if reached == len(of_cell) else Finding.FAILS,
@@ -183,8 +184,8 @@ def amcl_matches_global(trials: TrialsByCell) -> List[Evidence]:
     evidence = []
     for (test, ppr), of_cell in trials.items():
         both = [
-            (trial.errors['amcl'], trial.errors['global'])
-            for trial in with_final_error(with_final_error(of_cell, 'amcl'), 'global')
+            (trial.errors[PoseSource.AMCL], trial.errors[PoseSource.GLOBAL])
+            for trial in with_final_error(with_final_error(of_cell, PoseSource.AMCL), PoseSource.GLOBAL)
         ]
         if not both:
             evidence.append(_nothing(f'{test} at {ppr} PPR'))

@@ -9,20 +9,21 @@ from typing import List, NamedTuple, Optional, Union
 from diff_encoder_sim.analysis.quantities import QUANTITIES, Quantity
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.paths import package_folder
+from diff_encoder_sim.trials.pose_source import PoseSource
 
 TRIALS = 30  # behind each cell
 PPRS = ('40', '90', '1024', '4096')
 STATISTICS = ('min', 'max', 'std', 'pct_within')
 
 # Names of /world_pose and /global_pose in a campaign's results.
-_SOURCES = {'odom': 'odom', 'world_pose': 'world', 'global_pose': 'global'}
+_SOURCES = {'odom': PoseSource.ODOM, 'world_pose': PoseSource.WORLD, 'global_pose': PoseSource.GLOBAL}
 
 
 class PaperCell(NamedTuple):
     """One number of the paper."""
 
     table: int
-    source: str  # of campaign.row.SOURCES
+    source: PoseSource
     test: str
     ppr: str  # as in analysis.dataset
     quantity: Quantity

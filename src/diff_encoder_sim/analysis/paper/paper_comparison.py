@@ -20,6 +20,7 @@ from diff_encoder_sim.analysis.paper.paper_cells import TRIALS, PaperCell, load_
 from diff_encoder_sim.analysis.paper.printed_resolutions import ComparedResolution, compare_resolutions
 from diff_encoder_sim.analysis.quantities import Quantity
 from diff_encoder_sim.evaluation.sample_statistics import LEVEL, SIGNIFICANCE, Interval, spread, std_interval, wilson
+from diff_encoder_sim.trials.pose_source import PoseSource
 
 # The only cells that parameters were fitted to: table, test, PPR and quantity
 # (docs/adr/0012-calibration.md).
@@ -72,7 +73,7 @@ class PaperComparison(NamedTuple):
     rows: List[ComparedCell]
     resolutions: List[ComparedResolution]  # table 3 for this robot, PPR ascending
 
-    def scores(self) -> Dict[Tuple[str, str], Score]:
+    def scores(self) -> Dict[Tuple[PoseSource, str], Score]:
         """By source and PPR, of predictions; cells that the paper's errata affect are left out."""
         sound = [row for row in self.rows if row.is_compatible is not None and not row.errata and not row.is_calibrated]
         tested = Counter((row.paper.source, row.paper.ppr) for row in sound)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
-from diff_encoder_sim.analysis.dataset import TOPIC_OF_SOURCE
 from diff_encoder_sim.analysis.ppr_comparison import PprComparison, Question
 from diff_encoder_sim.analysis.table_files import Column, Entry, Table
 from diff_encoder_sim.analysis.table_keys import head_of_test
-from diff_encoder_sim.campaign.trial_row import SOURCES
 from diff_encoder_sim.evaluation.sample_statistics import SIGNIFICANCE
+from diff_encoder_sim.recording.topics import TOPIC_OF_SOURCE
+from diff_encoder_sim.trials.pose_source import PoseSource
 
 # What the worse of two encoders does.
 HEADS = {
@@ -34,7 +34,7 @@ def compare_encoders(compared: Sequence[PprComparison]) -> EncoderComparison:
     tests = list(dict.fromkeys(map(_test, compared)))
     different = sorted(
         (one for one in compared if one.is_distinguishable),
-        key=lambda one: (tests.index(_test(one)), SOURCES.index(one.source), one.quantity.component),
+        key=lambda one: (tests.index(_test(one)), list(PoseSource).index(one.source), one.quantity.component),
     )
     verdicts: Dict[str, List[str]] = {}
     for one in different:

@@ -109,7 +109,7 @@ def _shares(lines: Sequence[Line]) -> List[Share]:
 
 
 def _failures(dataset: Dataset) -> str:
-    failed = sum(trial.outcome != Outcome.SUCCEEDED.value for trial in dataset.trials)
+    failed = sum(trial.outcome is not Outcome.SUCCEEDED for trial in dataset.trials)
     return f' {failed} of {len(dataset.trials)} trials did not succeed.' if failed else ''
 
 

@@ -8,7 +8,7 @@ from typing import Any, Dict, List, Optional, Sequence
 
 import jinja2
 
-from diff_encoder_sim.analysis.dataset import TOPIC_OF_SOURCE, Dataset
+from diff_encoder_sim.analysis.dataset import Dataset
 from diff_encoder_sim.analysis.figures.style import Figure
 from diff_encoder_sim.analysis.paper.report_section import paper_section
 from diff_encoder_sim.analysis.ppr_comparison import PprComparison
@@ -24,6 +24,7 @@ from diff_encoder_sim.analysis.report.trials import bag_links, failure_table, tr
 from diff_encoder_sim.analysis.table_files import Table
 from diff_encoder_sim.analysis.table_keys import head_of_test, ppr_head
 from diff_encoder_sim.analysis.within_tolerance import REQUIRED_FRACTION, WORDS_OF_SOURCE
+from diff_encoder_sim.recording.topics import TOPIC_OF_SOURCE
 
 TEMPLATE = 'page.html'
 

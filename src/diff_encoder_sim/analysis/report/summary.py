@@ -7,6 +7,7 @@ from typing import Dict, List, NamedTuple, Optional, Sequence
 from diff_encoder_sim.analysis.dataset import IDEAL, Cell, Dataset, Varied
 from diff_encoder_sim.analysis.table_keys import ppr_head
 from diff_encoder_sim.analysis.within_tolerance import WORDS_OF_SOURCE, Share, fraction_within
+from diff_encoder_sim.trials.pose_source import PoseSource
 
 
 class Line(NamedTuple):
@@ -14,7 +15,7 @@ class Line(NamedTuple):
 
     test: str
     varied: Varied
-    source: str
+    source: PoseSource
     shares: Dict[str, Optional[Share]]  # by encoder, ascending; None without a final pose
 
 

@@ -8,10 +8,12 @@ import urllib.parse
 from pathlib import Path
 from typing import List, NamedTuple, Optional
 
-from diff_encoder_sim.analysis.dataset import TOPIC_OF_SOURCE, Dataset, TrialData, XYYaw
+from diff_encoder_sim.analysis.dataset import Dataset, TrialData
 from diff_encoder_sim.analysis.table_files import Column, Entry, Number, Table
 from diff_encoder_sim.analysis.table_keys import cell_head, key_columns, key_entries, varied_keys
-from diff_encoder_sim.campaign.trial_row import SOURCES
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.recording.topics import TOPIC_OF_SOURCE
+from diff_encoder_sim.trials.pose_source import PoseSource
 from diff_encoder_sim.trials.trial_outcome import Outcome
 
 
@@ -34,7 +36,7 @@ def trial_table(dataset: Dataset) -> Table:
         Column('distance_m', 'path [m]'),
     ]
     columns += [
-        Column(f'{source}_{part}', f'{topic} {head}')
+        Column(f'{source.value}_{part}', f'{topic} {head}')
         for source, topic in TOPIC_OF_SOURCE.items()
         for part, head in (('m', '[m]'), ('deg', '[deg]'))
     ]
@@ -65,9 +67,9 @@ def failure_table(dataset: Dataset) -> Table:
         'Trials that did not succeed',
         columns,
         [
-            [cell_head(trial.cell), Number(trial.trial, 0), trial.outcome.replace('_', ' '), trial.reason]
+            [cell_head(trial.cell), Number(trial.trial, 0), trial.outcome.text, trial.reason]
             for trial in dataset.trials
-            if trial.outcome != Outcome.SUCCEEDED.value
+            if trial.outcome is not Outcome.SUCCEEDED
         ],
         [],
     )
@@ -86,20 +88,20 @@ def bag_links(dataset: Dataset, folder: Path) -> List[Optional[BagLink]]:
 
 
 def _row(trial: TrialData, keys: List[str]) -> List[Entry]:
-    path = trial.paths.get('odom')
+    path = trial.paths.get(PoseSource.ODOM)
     return [
         *key_entries(trial.test, trial.varied, keys),
         trial.ppr,
         Number(trial.trial, 0),
-        trial.outcome.replace('_', ' '),
+        trial.outcome.text,
         Number(trial.duration_s, 1),
         Number(trial.distance_m, 2),
-        *(number for source in SOURCES for number in _off_by(trial.errors.get(source))),
+        *(number for source in PoseSource for number in _off_by(trial.errors.get(source))),
         Number(path and path.ate_rmse_m, 4),
     ]
 
 
-def _off_by(error: Optional[XYYaw]) -> List[Entry]:
+def _off_by(error: Optional[Pose2D]) -> List[Entry]:
     if error is None:
         return [Number(None, 4), Number(None, 2)]
-    return [Number(math.hypot(error[0], error[1]), 4), Number(math.degrees(error[2]), 2)]
+    return [Number(math.hypot(error.x_m, error.y_m), 4), Number(math.degrees(error.yaw_rad), 2)]

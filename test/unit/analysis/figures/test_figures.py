@@ -15,12 +15,15 @@ from diff_encoder_sim.analysis.figures.spread import draw_spread
 from diff_encoder_sim.analysis.figures.trajectory_plot import draw_trajectories
 from diff_encoder_sim.analysis.figures.xy_errors import draw_xy_errors
 from diff_encoder_sim.analysis.quantities import YAW, X
+from diff_encoder_sim.trials.pose_source import PoseSource
 from diff_encoder_sim.trials.trial_definition import PoseParams, Trial, load_test
+from diff_encoder_sim.trials.trial_outcome import Outcome
 from places import CONFIG
 from synthetic_trials import ALTO, dataset_of, synthetic_dataset, trial_data
 
-SOURCES = ('odom', 'amcl', 'global', 'world')
-FOR_EACH_SOURCE = [f'{name}_{source}' for name in ('fig4_xy_errors', 'fig5_distributions') for source in SOURCES]
+FOR_EACH_SOURCE = [
+    f'{name}_{source.value}' for name in ('fig4_xy_errors', 'fig5_distributions') for source in PoseSource
+]
 
 
 def asked_of(test, start_yaw_rad=0.0):
@@ -67,8 +70,8 @@ def test_settings_of_matplotlib_are_left_alone(tmp_path):
         (dataset_of([]), 0),
         (dataset_of([trial_data()]), 8),
         (dataset_of([trial_data(errors=(1e-9, 0.0, 0.0))] * 3), 9),
-        (dataset_of([trial_data(errors={'odom': (0.1, 0.2, 0.3)}, number=number) for number in (1, 2)]), 9),
-        (dataset_of([trial_data(errors=dict.fromkeys(SOURCES), outcome='aborted')] * 2), 9),
+        (dataset_of([trial_data(errors={PoseSource.ODOM: (0.1, 0.2, 0.3)}, number=number) for number in (1, 2)]), 9),
+        (dataset_of([trial_data(errors=dict.fromkeys(PoseSource), outcome=Outcome.ABORTED)] * 2), 9),
         (dataset_of([trial_data('SL', '40'), trial_data('SMT', '90')]), 8),
         (synthetic_dataset(tests=('SL',), pprs=('ideal', '90-1024'), trials=2), 8),
     ],
@@ -106,13 +109,13 @@ def test_axes_hold_all_but_far_outliers():
 def test_xy_errors_count_what_is_inside_and_what_is_beyond():
     errors = [(0.04, 0.04, 0.0), *[(0.01, 0.0, 0.0)] * 8, (7.0, 0.0, 0.0)]
     dataset = dataset_of(trial_data(number=number, errors=error) for number, error in enumerate(errors))
-    (panel,) = shown(draw_xy_errors(variants_of(dataset)[0], 'odom'))
+    (panel,) = shown(draw_xy_errors(variants_of(dataset)[0], PoseSource.ODOM))
     assert panel.get_title() == '90 PPR\n8 of 10 inside, 1 beyond'
     assert panel.get_ylabel().startswith('SL')
 
 
 def test_a_row_of_xy_errors_has_one_scale():
-    panels = shown(draw_xy_errors(variants_of(synthetic_dataset(trials=10))[0], 'odom'))
+    panels = shown(draw_xy_errors(variants_of(synthetic_dataset(trials=10))[0], PoseSource.ODOM))
     limits = [panel.get_xlim() for panel in panels]
     assert len(panels) == 12
     assert all(len(set(limits[row : row + 4])) == 1 for row in (0, 4, 8)) and len(set(limits)) > 1
@@ -120,15 +123,15 @@ def test_a_row_of_xy_errors_has_one_scale():
 
 def test_many_encoders_wrap():
     dataset = synthetic_dataset(tests=('SL', 'SMT'), pprs=tuple(str(number) for number in range(10, 26)), trials=1)
-    drawing = draw_xy_errors(variants_of(dataset)[0], 'odom')
+    drawing = draw_xy_errors(variants_of(dataset)[0], PoseSource.ODOM)
     assert len(shown(drawing)) == 32 and len(drawing.axes) == 32
-    assert len(shown(draw_distributions(variants_of(dataset)[0], 'odom'))) == 6
+    assert len(shown(draw_distributions(variants_of(dataset)[0], PoseSource.ODOM))) == 6
 
 
 def test_odometry_minus_truth_goes_round_at_half_a_turn():
     trials = [
-        trial_data(errors={'odom': (0.3, 0.0, 3.1), 'world': (0.1, 0.0, -3.1)}),
-        trial_data(errors={'odom': (0.3, 0.0, 3.1), 'world': None}),
+        trial_data(errors={PoseSource.ODOM: (0.3, 0.0, 3.1), PoseSource.WORLD: (0.1, 0.0, -3.1)}),
+        trial_data(errors={PoseSource.ODOM: (0.3, 0.0, 3.1), PoseSource.WORLD: None}),
     ]
     assert odometry_minus_truth(trials, X) == pytest.approx([0.2])
     assert odometry_minus_truth(trials, YAW) == pytest.approx([math.degrees(6.2 - 2.0 * math.pi)])
@@ -173,7 +176,7 @@ def driven():
     tracks = Tracks(*(np.column_stack((x_m, slope * (x_m + 10.0))) for slope in (0.0, 0.05)))
     return dataset_of(
         (
-            trial_data('SL', ppr, number, tracks=tracks, outcome='succeeded' if number else 'collision')
+            trial_data('SL', ppr, number, tracks=tracks, outcome=Outcome.SUCCEEDED if number else Outcome.COLLISION)
             for ppr in ('40', '90')
             for number in range(12)
         ),

@@ -16,6 +16,9 @@ from diff_encoder_sim.analysis.paper.hypothesis_tests import (
     spreads,
 )
 from diff_encoder_sim.analysis.quantities import YAW, X
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.trials.pose_source import PoseSource
+from diff_encoder_sim.trials.trial_outcome import Outcome
 from paper_datasets import cell, dataset, trial
 
 HOLDS, FAILS, UNCLEAR = Finding.HOLDS, Finding.FAILS, Finding.UNCLEAR
@@ -117,8 +120,10 @@ def test_equal_shares():
 def test_pairs_are_of_equal_trials():
     first = cell('SL', '40', 'odom', [(1.0, 0.0, 0.0), (2.0, 0.0, 0.0), (3.0, 0.0, 0.0)])
     second = cell('SL', '4096', 'odom', [(0.1, 0.0, 0.0), (0.2, 0.0, 0.0)])
-    second[0] = second[0]._replace(outcome='torn')
-    (one,) = pairs_of_pprs({('SL', '40'): first, ('SL', '4096'): second}, 'odom', ['SL'], [('40', '4096')], [X])
+    second[0] = second[0]._replace(outcome=Outcome.TORN)
+    (one,) = pairs_of_pprs(
+        {('SL', '40'): first, ('SL', '4096'): second}, PoseSource.ODOM, ['SL'], [('40', '4096')], [X]
+    )
     assert [values.tolist() for values in one.values] == [[2.0], [0.2]]
 
 
@@ -187,7 +192,7 @@ def test_poor_odometry_in_the_long_drive(spreads_of_odom, expected):
 def test_amcl_within_tolerance_is_refuted_by_one_trial():
     made = campaign(FALLING)
     assert verdict_of(made, 'By AMCL') == 'reproduced'
-    made.trials[7].errors['global'] = (0.06, 0.0, 0.0)
+    made.trials[7].errors[PoseSource.GLOBAL] = Pose2D(0.06, 0.0, 0.0)
     assert verdict_of(made, 'By AMCL') == 'not reproduced'
 
 
@@ -203,7 +208,7 @@ def test_amcl_and_global_pose_agree_or_not():
 def test_every_route_is_completed_or_not():
     made = campaign(FALLING)
     assert verdict_of(made, 'completes every route') == 'reproduced'
-    made.trials[3] = made.trials[3]._replace(outcome='collision')
+    made.trials[3] = made.trials[3]._replace(outcome=Outcome.COLLISION)
     assert verdict_of(made, 'completes every route') == 'not reproduced'
 
 

@@ -19,6 +19,8 @@ from diff_encoder_sim.analysis.paper.printed_resolutions import compare_resoluti
 from diff_encoder_sim.analysis.pulse_resolution import pulse_resolution
 from diff_encoder_sim.analysis.quantities import QUANTITIES, YAW, X
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.trials.pose_source import PoseSource
+from diff_encoder_sim.trials.trial_outcome import Outcome
 from paper_datasets import cell, dataset
 
 
@@ -37,10 +39,14 @@ def test_every_cell_is_there_once(printed):
 
 
 def test_cells_are_those_of_the_print(printed):
-    assert printed['odom', 'SL', '40', 'y_m', 'std'].value == 0.214
-    assert printed['world', 'SMT', '40', 'yaw_deg', 'max'].value == 80.341
-    assert printed['global', 'DLD', '40', 'yaw_deg', 'pct_within'].value == 73.3
-    assert {(one.table, one.source) for one in printed.values()} == {(4, 'odom'), (5, 'world'), (6, 'global')}
+    assert printed[PoseSource.ODOM, 'SL', '40', 'y_m', 'std'].value == 0.214
+    assert printed[PoseSource.WORLD, 'SMT', '40', 'yaw_deg', 'max'].value == 80.341
+    assert printed[PoseSource.GLOBAL, 'DLD', '40', 'yaw_deg', 'pct_within'].value == 73.3
+    assert {(one.table, one.source) for one in printed.values()} == {
+        (4, PoseSource.ODOM),
+        (5, PoseSource.WORLD),
+        (6, PoseSource.GLOBAL),
+    }
 
 
 @pytest.mark.parametrize(
@@ -75,7 +81,7 @@ def test_the_repeated_column_is_marked_and_is_repeated(printed):
 
 
 def test_one_trial_makes_the_spread_at_40_ppr(printed):
-    for source in ('odom', 'world', 'global'):
+    for source in (PoseSource.ODOM, PoseSource.WORLD, PoseSource.GLOBAL):
         most = printed[source, 'SMT', '40', 'yaw_deg', 'max'].value
         spread = printed[source, 'SMT', '40', 'yaw_deg', 'std'].value
         assert spread == pytest.approx(most / math.sqrt(30), rel=0.05)
@@ -88,7 +94,7 @@ def test_what_the_text_says_of_shares_is_not_in_the_tables(printed):
     of_truth = [
         one.value
         for one in printed.values()
-        if one.statistic == 'pct_within' and one.source == 'world' and one.quantity is not YAW
+        if one.statistic == 'pct_within' and one.source == PoseSource.WORLD and one.quantity is not YAW
     ]
     assert (min(of_truth), max(of_truth)) == (56.7, 100.0)
     headings = {
@@ -216,8 +222,8 @@ def test_torn_trials_do_not_count_and_failed_ones_do():
     comparison = compare_with_paper(
         dataset(
             cell('SL', '40', 'odom', rows)
-            + cell('SL', '40', 'odom', [(9.0, 9.0, 9.0)], outcome='torn')
-            + cell('SL', '40', 'odom', [(0.5, 0.0, 0.0)], outcome='lost')
+            + cell('SL', '40', 'odom', [(9.0, 9.0, 9.0)], outcome=Outcome.TORN)
+            + cell('SL', '40', 'odom', [(0.5, 0.0, 0.0)], outcome=Outcome.LOST)
         )
     )
     assert {row.trials for row in comparison.rows} == {3}
@@ -264,5 +270,5 @@ def test_calibrated_cells_are_told_apart():
             for row in comparison.rows
             if (row.paper.source, row.paper.ppr) == key
         )
-        for key in (('odom', '4096'), ('odom', '1024'), ('world', '4096'))
+        for key in ((PoseSource.ODOM, '4096'), (PoseSource.ODOM, '1024'), (PoseSource.WORLD, '4096'))
     }

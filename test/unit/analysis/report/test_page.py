@@ -18,7 +18,10 @@ from diff_encoder_sim.analysis.report.summary import answer
 from diff_encoder_sim.analysis.report.trials import bag_links
 from diff_encoder_sim.analysis.tables import all_tables
 from diff_encoder_sim.analysis.within_tolerance import Reach, fewest_trials, fraction_within
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.trials.pose_source import PoseSource
 from diff_encoder_sim.trials.trial_definition import Trial
+from diff_encoder_sim.trials.trial_outcome import Outcome
 from paper_datasets import cell, dataset, trial
 
 IN, OUT, TURNED = (0.01, -0.02, 1.0), (0.01, 0.3, 1.0), (0.01, -0.02, 4.0)
@@ -52,10 +55,10 @@ def both(test, ppr, world, odom, **others):
 
 def test_a_share_is_of_the_trials_with_a_pose_and_joint_over_position_and_heading():
     trials = cell('SL', '90', 'odom', [IN, IN, OUT, TURNED, None])
-    trials.append(trial('SL', '90', 6, outcome='torn', odom=IN))
-    share = fraction_within(trials, 'odom')
+    trials.append(trial('SL', '90', 6, outcome=Outcome.TORN, odom=IN))
+    share = fraction_within(trials, PoseSource.ODOM)
     assert share[:4] == (4, 2, 3, 3)
-    assert fraction_within(trials, 'world') is None
+    assert fraction_within(trials, PoseSource.WORLD) is None
 
 
 @pytest.mark.parametrize(
@@ -64,7 +67,7 @@ def test_a_share_is_of_the_trials_with_a_pose_and_joint_over_position_and_headin
 )
 def test_a_share_is_reached_where_wilsons_interval_says_so(inside, reach):
     # 28 of 30: 0.787 to 0.982; 29: 0.833 to 0.994; 20: 0.488 to 0.808; 19: 0.455 to 0.781.
-    assert fraction_within(cell('SL', '90', 'odom', rows(inside, 30 - inside)), 'odom').reach is reach
+    assert fraction_within(cell('SL', '90', 'odom', rows(inside, 30 - inside)), PoseSource.ODOM).reach is reach
 
 
 def test_sixteen_trials_can_show_the_share_and_fifteen_cannot():
@@ -74,7 +77,9 @@ def test_sixteen_trials_can_show_the_share_and_fifteen_cannot():
 def test_the_answer_has_a_line_for_each_test_and_source():
     lines = answer(dataset(cell('SL', '40', 'odom', [IN]), cell('SMT', '90', 'odom', [IN])))
     assert [(line.test, line.source, list(line.shares)) for line in lines] == [
-        (test, source, [ppr]) for test, ppr in (('SL', '40'), ('SMT', '90')) for source in ('world', 'global', 'odom')
+        (test, source, [ppr])
+        for test, ppr in (('SL', '40'), ('SMT', '90'))
+        for source in (PoseSource.WORLD, PoseSource.GLOBAL, PoseSource.ODOM)
     ]
 
 
@@ -82,7 +87,7 @@ def test_encoders_are_in_the_order_of_their_pulses_also_where_the_first_test_has
     lines = answer(
         dataset(cell('SL', '90', 'odom', [IN]), cell('SMT', '40', 'odom', [IN]), cell('SMT', '90', 'odom', [IN]))
     )
-    assert [list(line.shares) for line in lines if line.source == 'odom'] == [['90'], ['40', '90']]
+    assert [list(line.shares) for line in lines if line.source == PoseSource.ODOM] == [['90'], ['40', '90']]
 
 
 # ---- the main line
@@ -111,7 +116,7 @@ def test_the_main_line_names_encoders_by_test_and_source():
 
 def test_failures_are_told():
     trials = both('SL', '40', (30, 0), (30, 0))
-    trials[7] = trials[7]._replace(outcome='collision')
+    trials[7] = trials[7]._replace(outcome=Outcome.COLLISION)
     assert main_line(dataset(trials)) == (
         f'At least 80 % of trials end {GOAL} (95 % confidence): in truth SL with 40 PPR; by '
         'odometry alone SL with 40 PPR. 1 of 30 trials did not succeed.'
@@ -133,7 +138,7 @@ def test_what_the_robot_believes_is_told_where_it_believed_something():
 
 def test_one_trial_and_none_with_a_pose():
     assert main_line(dataset(cell('SL', '40', 'world', [IN]))).endswith('in truth SL 1 of 1.')
-    assert main_line(dataset([trial('SL', '40', 1, outcome='lost')])) == (
+    assert main_line(dataset([trial('SL', '40', 1, outcome=Outcome.LOST)])) == (
         'No trial ended with a pose: nothing can be said.'
     )
 
@@ -203,7 +208,7 @@ def manifest():
 def test_the_closed_form_is_that_of_a_straight_drive():
     made = dataset(cell('SL', '40', 'odom', [(0.0, 0.3, 1.0), (0.0, -0.3, -1.0)]))
     made = made._replace(
-        trials=[one._replace(errors={**one.errors, 'world': (0.0, 0.0, 0.0)}) for one in made.trials],
+        trials=[one._replace(errors={**one.errors, PoseSource.WORLD: Pose2D(0.0, 0.0, 0.0)}) for one in made.trials],
         asked={'SL': Trial.from_mapping({'test': SL, 'nav': 'embedded'}, '')},
     )
     cells = {row[1]: row[2:] for row in closed_form_table(made).rows}
@@ -292,7 +297,7 @@ def test_the_page_is_one_file_with_heads_captions_and_texts_for_pictures(tmp_pat
 def test_all_that_comes_from_data_is_escaped(tmp_path):
     evil = '<script>alert("1")</script>'
     trials = cell(evil, '40', 'world', rows(10, 10), varied=((evil, evil),))
-    trials[0] = trials[0]._replace(outcome='lost', reason=evil)
+    trials[0] = trials[0]._replace(outcome=Outcome.LOST, reason=evil)
     made = dataset(trials)._replace(
         title=evil,
         notes=[evil],
@@ -312,7 +317,7 @@ def test_bags_are_linked_relative_to_the_report(tmp_path):
 @pytest.mark.parametrize(
     'trials',
     [
-        [trial('SL', '40', 1, outcome='lost')],
+        [trial('SL', '40', 1, outcome=Outcome.LOST)],
         [trial('SL', 'ideal', 1, odom=IN)],
         [trial('own', '12.5', 1, world=IN), trial('own', '90L1024R', 1, odom=IN)],
         [*cell('SL', '40', 'world', [IN] * 2), *cell('DLD', '90', 'world', [OUT])],
