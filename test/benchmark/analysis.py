@@ -28,7 +28,7 @@ from diff_encoder_sim.lockstep.trial_run import TrialResult, run_trial
 from diff_encoder_sim.recording import topics
 from diff_encoder_sim.recording.bag_opening import open_bag
 from diff_encoder_sim.recording.trial_bag import TrialBag
-from diff_encoder_sim.serialization.encoding import text_message
+from diff_encoder_sim.serialization.basic_messages import encode_string
 from diff_encoder_sim.trials.trial_definition import TrialPlan, find_world
 
 ROBOT = ROOT / 'urdf' / 'alto.urdf.xacro'
@@ -112,7 +112,7 @@ def _copy(source: Path, target: Path, about: str) -> None:
             bag.write(
                 connection.topic,
                 connection.ext.callerid,
-                text_message(about) if connection.topic == topics.TRIAL else raw,
+                encode_string(about) if connection.topic == topics.TRIAL else raw,
                 time_ns,
             )
 

@@ -19,7 +19,16 @@ from diff_encoder_sim.encoders.wheel_encoder import EncoderSample
 from diff_encoder_sim.odometry.wheel_odometry import OdometryParams, WheelOdometry
 from diff_encoder_sim.recording import topics
 from diff_encoder_sim.recording.trial_bag import TrialBag
-from diff_encoder_sim.serialization import encoding
+from diff_encoder_sim.serialization.basic_messages import encode_clock, encode_command
+from diff_encoder_sim.serialization.joint_messages import encode_encoder_pulse, encode_joint_state
+from diff_encoder_sim.serialization.model_messages import ModelStatesEncoder
+from diff_encoder_sim.serialization.pose_messages import (
+    encode_odometry,
+    encode_pose_stamped,
+    encode_pose_with_covariance,
+)
+from diff_encoder_sim.serialization.scan_messages import encode_scan
+from diff_encoder_sim.serialization.transform_messages import encode_spatial_transform, encode_tf, encode_transform
 from diff_encoder_sim.serialization.typestore import STORE
 from diff_encoder_sim.simulation.state import BodyState, JointStates
 from diff_encoder_sim.simulation.world import load_world
@@ -88,79 +97,61 @@ def main() -> None:
 def _cases() -> List[Case]:
     grid_scan = np.random.default_rng(1).uniform(0.2, 6.0, 1000)
     world = load_world(ROOT / 'worlds' / 'ros_logo.world')
-    models = encoding.ModelStatesMessages(world, 'alto')
+    models = ModelStatesEncoder(world, 'alto')
     body = BodyState((12.3, -1.2, 0.0), QUAT_XYZW, (0.4, 0.1, 0.0), (0.0, 0.0, 0.3))
     odometry = WheelOdometry(OdometryParams())
     odometry.update(0, 0, 0)
     estimate = odometry.update(50_000_000, 3, 4)
     return [
-        Case(topics.CLOCK, topics.SIMULATOR_NODE, 100, encoding.clock_message),
+        Case(topics.CLOCK, topics.SIMULATOR_NODE, 100, encode_clock),
         Case(
             topics.JOINT_STATES,
             topics.SIMULATOR_NODE,
             100,
-            lambda now_ns: encoding.joint_state_message(JointStates(now_ns, JOINTS, (1.2, 3.4), (4.5, 4.4))),
+            lambda now_ns: encode_joint_state(JointStates(now_ns, JOINTS, (1.2, 3.4), (4.5, 4.4))),
         ),
         Case(
             topics.TF,
             topics.STATE_PUBLISHER_NODE,
             50,
-            lambda now_ns: encoding.tf_message(
-                *(
-                    encoding.spatial_transform((0.0, 0.2, 0.1), QUAT_XYZW, now_ns, 'base_link', wheel)
-                    for wheel in WHEELS
-                )
+            lambda now_ns: encode_tf(
+                *(encode_spatial_transform((0.0, 0.2, 0.1), QUAT_XYZW, now_ns, 'base_link', wheel) for wheel in WHEELS)
             ),
         ),
         Case(
             topics.TF,
             topics.ODOM_NODE,
             20,
-            lambda now_ns: encoding.tf_message(encoding.transform(POSE, now_ns, 'odom', 'base_link')),
+            lambda now_ns: encode_tf(encode_transform(POSE, now_ns, 'odom', 'base_link')),
         ),
-        Case(
-            topics.TF,
-            topics.AMCL_NODE,
-            10,
-            lambda now_ns: encoding.tf_message(encoding.transform(POSE, now_ns, 'map', 'odom')),
-        ),
-        Case(topics.MODEL_STATES, topics.SIMULATOR_NODE, 20, lambda _: models.message(body)),
+        Case(topics.TF, topics.AMCL_NODE, 10, lambda now_ns: encode_tf(encode_transform(POSE, now_ns, 'map', 'odom'))),
+        Case(topics.MODEL_STATES, topics.SIMULATOR_NODE, 20, lambda _: models.encode(body)),
         Case(
             topics.ODOM,
             topics.ODOM_NODE,
             20,
-            lambda now_ns: encoding.odometry_message(estimate._replace(stamp_ns=now_ns), 'odom', 'base_link'),
+            lambda now_ns: encode_odometry(estimate._replace(stamp_ns=now_ns), 'odom', 'base_link'),
         ),
-        Case(
-            topics.WORLD_POSE,
-            topics.WORLD_POSE_NODE,
-            20,
-            lambda now_ns: encoding.pose_stamped_message(POSE, now_ns, 'map'),
-        ),
-        Case(
-            topics.GLOBAL_POSE,
-            topics.GLOBAL_POSE_NODE,
-            20,
-            lambda now_ns: encoding.pose_stamped_message(POSE, now_ns, 'map'),
-        ),
+        Case(topics.WORLD_POSE, topics.WORLD_POSE_NODE, 20, lambda now_ns: encode_pose_stamped(POSE, now_ns, 'map')),
+        Case(topics.GLOBAL_POSE, topics.GLOBAL_POSE_NODE, 20, lambda now_ns: encode_pose_stamped(POSE, now_ns, 'map')),
         Case(
             topics.ENCODER_PULSE,
             topics.ENCODER_NODE,
             20,
-            lambda now_ns: encoding.encoder_pulse_message(EncoderSample(now_ns, 3, 4), JOINTS),
+            lambda now_ns: encode_encoder_pulse(EncoderSample(now_ns, 3, 4), JOINTS),
         ),
-        Case(topics.CMD_VEL, topics.NAVIGATION_TRIAL_NODE, 20, lambda _: encoding.twist_message(0.45, 0.3)),
+        Case(topics.CMD_VEL, topics.NAVIGATION_TRIAL_NODE, 20, lambda _: encode_command(0.45, 0.3)),
         Case(
             topics.SCAN,
             topics.SIMULATOR_NODE,
             10,
-            lambda now_ns: encoding.scan_message(Scan(now_ns, -3.14, 0.00628, 0.15, 6.0, grid_scan), 'laser', 0.1),
+            lambda now_ns: encode_scan(Scan(now_ns, -3.14, 0.00628, 0.15, 6.0, grid_scan), 'laser', 0.1),
         ),
         Case(
             topics.AMCL_POSE,
             topics.AMCL_NODE,
             1,
-            lambda now_ns: encoding.pose_with_covariance_message(POSE, np.eye(3), now_ns, 'map'),
+            lambda now_ns: encode_pose_with_covariance(POSE, np.eye(3), now_ns, 'map'),
         ),
     ]
 

@@ -19,7 +19,10 @@ from tabulate import tabulate
 from diff_encoder_sim.base.se2 import Pose2D, move_along_arc
 from diff_encoder_sim.recording import topics
 from diff_encoder_sim.recording.trial_bag import TrialBag
-from diff_encoder_sim.serialization import encoding
+from diff_encoder_sim.serialization.basic_messages import encode_clock
+from diff_encoder_sim.serialization.joint_messages import encode_joint_state
+from diff_encoder_sim.serialization.pose_messages import encode_pose_stamped
+from diff_encoder_sim.serialization.transform_messages import encode_tf, encode_transform
 from diff_encoder_sim.simulation.state import JointStates
 
 JOINTS = ('left_wheel_joint', 'right_wheel_joint')
@@ -91,11 +94,11 @@ def _write_drive(path: Path, duration_s: int) -> None:
     with TrialBag(path, 'full') as bag:
         for tick in range(duration_s * 100):
             now_ns = tick * TICK_NS
-            bag.write(topics.CLOCK, topics.SIMULATOR_NODE, encoding.clock_message(now_ns), now_ns)
+            bag.write(topics.CLOCK, topics.SIMULATOR_NODE, encode_clock(now_ns), now_ns)
             bag.write(
                 topics.JOINT_STATES,
                 topics.SIMULATOR_NODE,
-                encoding.joint_state_message(
+                encode_joint_state(
                     JointStates(
                         now_ns, JOINTS, (LEFT_RADPS * tick / 100, RIGHT_RADPS * tick / 100), (LEFT_RADPS, RIGHT_RADPS)
                     )
@@ -106,16 +109,11 @@ def _write_drive(path: Path, duration_s: int) -> None:
                 bag.write(
                     topics.TF,
                     topics.STATE_PUBLISHER_NODE,
-                    encoding.tf_message(encoding.transform(pose, now_ns, 'base_link', 'left_wheel')),
+                    encode_tf(encode_transform(pose, now_ns, 'base_link', 'left_wheel')),
                     now_ns,
                 )
             if tick % 5 == 0:
-                bag.write(
-                    topics.WORLD_POSE,
-                    topics.WORLD_POSE_NODE,
-                    encoding.pose_stamped_message(pose, now_ns, 'map'),
-                    now_ns,
-                )
+                bag.write(topics.WORLD_POSE, topics.WORLD_POSE_NODE, encode_pose_stamped(pose, now_ns, 'map'), now_ns)
                 pose = move_along_arc(pose, travel_m, turn_rad)
 
 

@@ -50,6 +50,18 @@ class Maker:
             effort=np.zeros(0),
         )
 
+    def scan(self, stamp_ns, ranges_m, frame):
+        numbers = dict(angle_min=-1.5, angle_max=1.5, angle_increment=0.5, time_increment=0.0, scan_time=0.125)
+        return self.make(
+            'sensor_msgs/msg/LaserScan',
+            header=self.header(stamp_ns, frame),
+            **numbers,
+            range_min=0.25,
+            range_max=6.0,
+            ranges=np.array(ranges_m, np.float32),
+            intensities=np.zeros(0, np.float32),
+        )
+
     def pulses(self, stamp_ns, counts, names=JOINTS):
         return self.make(
             'diff_encoder_sim/msg/EncoderPulse',
@@ -110,6 +122,7 @@ class Maker:
 
 
 ROS1, ROS2 = Maker(STORE), Maker(STORE2)
+MAKERS = pytest.mark.parametrize('maker', [ROS1, ROS2], ids=['ROS 1', 'ROS 2'])
 
 
 def angles_rad(count, speeds_radps=(4.0, 4.4), phases_rad=(0.3, 1.1)):

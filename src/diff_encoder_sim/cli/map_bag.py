@@ -22,7 +22,7 @@ from diff_encoder_sim.mapping.occupancy_grid import SAVED_MARGIN_M
 from diff_encoder_sim.recording import topics
 from diff_encoder_sim.recording.bag_opening import open_bag
 from diff_encoder_sim.recording.scan_bag import ScanBag
-from diff_encoder_sim.recording.trial_recording import trial_of
+from diff_encoder_sim.recording.trial_metadata import trial_of
 from diff_encoder_sim.slam.grid_slam import GridSlam
 from diff_encoder_sim.slam.offline import OdometryTrack, map_recording
 from diff_encoder_sim.slam.slam_params import GridSlamParams

@@ -18,8 +18,8 @@ from diff_encoder_sim.encoders.pulses import PerWheel, ppr_label
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 from diff_encoder_sim.odometry.wheel_odometry import OdometryParams
 from diff_encoder_sim.recording.bag_source import BagSource, open_source
+from diff_encoder_sim.recording.trial_metadata import trial_of_source
 from diff_encoder_sim.reencoding.bag_output import ReencodedBag
-from diff_encoder_sim.reencoding.recorded_trial import recorded_trial
 from diff_encoder_sim.reencoding.reencoder import DriveSummary, Reencoder, WheelsAtPpr
 from diff_encoder_sim.reencoding.reference import Reference, find_reference
 from diff_encoder_sim.reencoding.result_table import csv_table, text_table
@@ -74,7 +74,7 @@ def _recorded_drive(options: argparse.Namespace, source: BagSource) -> RecordedD
     config = load_yaml(options.config)
     encoder = shared_params(config, options.config, EncoderParams, OdometryParams)
     odometry = shared_params(config, options.config, OdometryParams, EncoderParams)
-    trial = recorded_trial(options.bag, source)
+    trial = trial_of_source(options.bag, source)
     wheels = _wheels(options, source, trial, encoder)
     reference = find_reference(options.bag, source, options.reference)
     encoder = encoder.model_copy(update={'left_joint': wheels.joints[0], 'right_joint': wheels.joints[1]})

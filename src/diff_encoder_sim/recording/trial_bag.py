@@ -1,11 +1,10 @@
-"""Writing a trial's bag, as rosbag record would from the nodes of a live trial."""
+"""Writes a trial's bag as rosbag record would from the nodes of a live trial."""
 
 from __future__ import annotations
 
 import contextlib
 import itertools
 import os
-import struct
 from pathlib import Path
 from types import TracebackType
 from typing import Dict, Iterator, NamedTuple, Optional, Tuple, Type, Union
@@ -15,12 +14,11 @@ from rosbags.rosbag1 import Writer
 
 from diff_encoder_sim.base.atomic_files import UNFINISHED_SUFFIX
 from diff_encoder_sim.recording.topics import RecordMode, recorded_topics
+from diff_encoder_sim.serialization.primitives import with_seq
 from diff_encoder_sim.serialization.typestore import definition
 
 # The format has no message at time 0; a trial's first instant is the first after.
 EARLIEST_NS = 1
-
-_SEQ = struct.Struct('<I')
 
 
 class _Publisher(NamedTuple):
@@ -37,7 +35,7 @@ class TrialBag:
     """
 
     def __init__(self, path: Union[str, Path], mode: RecordMode) -> None:
-        """A file that is there already gives way when the new one is whole; 'none' writes none."""
+        """Prepare a bag that replaces a file of that name once it is whole; mode 'none' writes no file."""
         self._path = Path(path)
         self._unfinished = self._path.with_name(self._path.name + UNFINISHED_SUFFIX)
         self._topics = recorded_topics(mode)
@@ -45,11 +43,11 @@ class TrialBag:
         self._writer: Optional[Writer] = None
 
     def wants(self, topic: str) -> bool:
-        """Whether the mode records a topic, so that its message need not be made otherwise."""
+        """Return whether the mode records a topic, so that its message need not be made otherwise."""
         return topic in self._topics
 
     def write(self, topic: str, node: str, message: bytes, time_ns: int) -> None:
-        """Record a message as `node` publishes it at `time_ns`; nothing if it is not wanted.
+        """Record a message as `node` publishes it at `time_ns`, if the mode records the topic.
 
         Args:
             topic: by its full name.
@@ -65,32 +63,39 @@ class TrialBag:
             return
         publisher = self._publishers.get((topic, node)) or self._advertise(topic, node)
         if publisher.seqs is not None:
-            message = _SEQ.pack(next(publisher.seqs)) + message[_SEQ.size :]
+            message = with_seq(message, next(publisher.seqs))
         try:
-            self._writer.write(publisher.connection, max(time_ns, EARLIEST_NS), message)
+            self._opened().write(publisher.connection, max(time_ns, EARLIEST_NS), message)
         except OSError as error:
             raise self._named(error) from None
 
     def _advertise(self, topic: str, node: str) -> _Publisher:
-        about = self._topics[topic]
-        if node not in about.nodes:
-            raise ValueError(f'{node} does not publish {topic}; expected one of {about.nodes}')
-        told = definition(about.message_type)
-        connection = self._writer.add_connection(
+        recorded = self._topics[topic]
+        if node not in recorded.nodes:
+            raise ValueError(f'{node} does not publish {topic}; expected one of {recorded.nodes}')
+        described = definition(recorded.message_type)
+        connection = self._opened().add_connection(
             topic,
-            about.message_type,
-            msgdef=told.text,
-            md5sum=told.md5sum,
+            recorded.message_type,
+            msgdef=described.text,
+            md5sum=described.md5sum,
             callerid=node,
-            latching=int(about.is_latched),
+            latching=int(recorded.is_latched),
         )
-        publisher = _Publisher(connection, itertools.count(1) if told.has_header else None)
+        publisher = _Publisher(connection, itertools.count(1) if described.has_header else None)
         self._publishers[topic, node] = publisher
         return publisher
 
+    def _opened(self) -> Writer:
+        if self._writer is None:
+            raise ValueError(f'{self._path}: not open; expected to be used in a with statement')
+        return self._writer
+
     def __enter__(self) -> TrialBag:
-        """Raises:
-        OSError: the file cannot be made; it names the bag and keeps the errno.
+        """Open the file under its unfinished name.
+
+        Raises:
+            OSError: the file cannot be made; it names the bag and keeps the errno.
         """
         if not self._topics:
             return self

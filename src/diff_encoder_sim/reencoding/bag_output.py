@@ -10,8 +10,11 @@ from diff_encoder_sim.odometry.wheel_odometry import OdometryEstimate, OdometryP
 from diff_encoder_sim.recording import topics
 from diff_encoder_sim.recording.bag_source import BagSource
 from diff_encoder_sim.recording.trial_bag import TrialBag
-from diff_encoder_sim.serialization import encoding
+from diff_encoder_sim.serialization.basic_messages import encode_string
+from diff_encoder_sim.serialization.joint_messages import encode_encoder_pulse
+from diff_encoder_sim.serialization.pose_messages import encode_odometry
 from diff_encoder_sim.serialization.ros1_stream import Message
+from diff_encoder_sim.serialization.transform_messages import encode_tf, encode_transform
 from diff_encoder_sim.trials.trial_definition import Trial
 
 # What odometry is compared with, and how a trial ended, by the node that told it.
@@ -40,21 +43,19 @@ class ReencodedBag(TrialBag):
 
     def encoder_pulse(self, time_ns: int, sample: EncoderSample) -> None:
         """/encoder_pulse."""
-        self.write(
-            topics.ENCODER_PULSE, topics.ENCODER_NODE, encoding.encoder_pulse_message(sample, self._joints), time_ns
-        )
+        self.write(topics.ENCODER_PULSE, topics.ENCODER_NODE, encode_encoder_pulse(sample, self._joints), time_ns)
 
     def odometry(self, time_ns: int, estimate: OdometryEstimate) -> None:
         """/odom, and odom->base_link on /tf."""
         odom_frame, base_frame = self._params.odom_frame, self._params.base_frame
         if self._params.publish_tf:
-            transform = encoding.transform(estimate.base_pose_in_odom, estimate.stamp_ns, odom_frame, base_frame)
-            self.write(topics.TF, topics.ODOM_NODE, encoding.tf_message(transform), time_ns)
-        self.write(topics.ODOM, topics.ODOM_NODE, encoding.odometry_message(estimate, odom_frame, base_frame), time_ns)
+            transform = encode_transform(estimate.base_pose_in_odom, estimate.stamp_ns, odom_frame, base_frame)
+            self.write(topics.TF, topics.ODOM_NODE, encode_tf(transform), time_ns)
+        self.write(topics.ODOM, topics.ODOM_NODE, encode_odometry(estimate, odom_frame, base_frame), time_ns)
 
     def trial(self, time_ns: int, trial: Trial) -> None:
         """/trial."""
-        self.write(topics.TRIAL, topics.NAVIGATION_TRIAL_NODE, encoding.text_message(trial.model_dump_json()), time_ns)
+        self.write(topics.TRIAL, topics.NAVIGATION_TRIAL_NODE, encode_string(trial.model_dump_json()), time_ns)
 
     def copy(self, message: Message) -> None:
         """One of `COPIED`, as it is."""
@@ -63,7 +64,7 @@ class ReencodedBag(TrialBag):
     def write(self, topic: str, node: str, message: bytes, time_ns: int) -> None:
         """As `TrialBag.write`, but it forgets where the messages of finished chunks are."""
         super().write(topic, node, message, time_ns)
-        chunks = self._writer.chunks
+        chunks = self._opened().chunks
         if len(chunks) == self._chunks_seen:
             return
         self._chunks_seen = len(chunks)

@@ -15,10 +15,10 @@ from diff_encoder_sim.odometry.wheel_odometry import OdometryParams, WheelOdomet
 from diff_encoder_sim.recording import topics
 from diff_encoder_sim.recording.bag_source import BagSource
 from diff_encoder_sim.reencoding.bag_output import ReencodedBag, copied_topics
-from diff_encoder_sim.reencoding.recorded_trial import with_encoder
+from diff_encoder_sim.reencoding.reencoded_trial import with_encoder
 from diff_encoder_sim.reencoding.reference import Reference
 from diff_encoder_sim.reencoding.wheels import CountedAngles, WheelTopic
-from diff_encoder_sim.serialization.decoding import JointDecoder, JointValues
+from diff_encoder_sim.serialization.joint_messages import JointDecoder, JointValues
 from diff_encoder_sim.serialization.ros1_stream import Message
 from diff_encoder_sim.trials.trial_definition import Trial
 

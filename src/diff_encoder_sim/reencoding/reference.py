@@ -9,9 +9,10 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.recording.bag_source import BagSource
 from diff_encoder_sim.recording.topics import TF, TF_STATIC, WORLD_POSE
-from diff_encoder_sim.serialization.decoding import POSE_TYPES, StampedPose, decode_pose, decode_transforms
 from diff_encoder_sim.serialization.message_types import TRANSFORMS
+from diff_encoder_sim.serialization.pose_messages import POSE_TYPES, PoseDecoder, StampedPose
 from diff_encoder_sim.serialization.ros1_stream import Message
+from diff_encoder_sim.serialization.transform_messages import decode_tf
 
 ARROW = '->'
 
@@ -24,7 +25,7 @@ class PoseTopic:
 
     def __init__(self, topic: str, message_type: str, is_cdr: bool) -> None:
         self.name, self.topics = topic, (topic,)
-        self._type, self._is_cdr = message_type, is_cdr
+        self._decoder = PoseDecoder(message_type, is_cdr)
 
     def poses(self, message: Message) -> Iterator[StampedPose]:
         """The one pose of a message.
@@ -32,7 +33,7 @@ class PoseTopic:
         Raises:
             InputFault: the message is torn, or its pose is not finite.
         """
-        yield decode_pose(self._type, message.raw, self._is_cdr)
+        yield self._decoder.decode(message.raw)
 
 
 class FramePair:
@@ -58,12 +59,12 @@ class FramePair:
             InputFault: the message is torn, or a pose in it is not finite.
         """
         frames = self._fixed if message.topic == TF_STATIC else self._moving
-        for transform in decode_transforms(message.raw, self._is_cdr):
+        for transform in decode_tf(message.raw, self._is_cdr):
             frames[transform.child_frame] = transform
             if frames is self._moving and transform.child_frame == self._lowest_moving():
                 pose = self._pose()
                 if pose is not None:
-                    yield StampedPose(transform.stamp_ns, self._parent, self._child, pose)
+                    yield StampedPose(transform.stamp_ns, pose, self._parent, self._child)
 
     def _lowest_moving(self) -> str:
         frame = self._child

@@ -13,7 +13,7 @@ from diff_encoder_sim.encoders.counter import count_difference
 from diff_encoder_sim.encoders.pulses import PerWheel
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 from diff_encoder_sim.recording.bag_source import BagSource
-from diff_encoder_sim.serialization.decoding import JointDecoder, JointValues
+from diff_encoder_sim.serialization.joint_messages import JointDecoder, JointValues
 from diff_encoder_sim.serialization.message_types import ENCODER_PULSE, JOINT_STATE
 
 # Joints may come in several messages in turn, so more than the first tells their names.

@@ -24,8 +24,9 @@ from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 from diff_encoder_sim.odometry.wheel_odometry import OdometryParams
 from diff_encoder_sim.recording import topics
 from diff_encoder_sim.recording.bag_source import BagSource, open_source
+from diff_encoder_sim.recording.trial_metadata import trial_of_source
 from diff_encoder_sim.reencoding.bag_output import COPIED, copied_topics
-from diff_encoder_sim.reencoding.recorded_trial import recorded_trial, with_encoder
+from diff_encoder_sim.reencoding.reencoded_trial import with_encoder
 from diff_encoder_sim.reencoding.wheels import WheelOptions, find_wheels
 from diff_encoder_sim.ros.launch_status import LaunchStatus
 from diff_encoder_sim.ros.node import log, node_params, publisher, run_node
@@ -62,7 +63,7 @@ class ReplayNode:
         with open_source(self._bag) as source:
             self._topic = self._wheel_topic(source)
             self._copied = copied_topics(source)
-            trial = recorded_trial(self._bag, source)
+            trial = trial_of_source(self._bag, source)
         self._recorder = Recorder(self._out, RECORDED)
         self._tell(trial)
 

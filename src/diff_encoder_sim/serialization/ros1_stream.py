@@ -3,8 +3,6 @@
 Needs no index, so that a bag whose recorder was killed can be read as far as it goes, and keeps
 none, so that memory does not grow with the bag. rosbags' reader does neither
 (docs/adr/0011-bags-as-streams.md).
-
-Format: http://wiki.ros.org/Bags/Format/2.0
 """
 
 from __future__ import annotations
@@ -13,11 +11,21 @@ import bz2
 import os
 import struct
 from pathlib import Path
-from typing import BinaryIO, Collection, Dict, Iterator, NamedTuple, Optional, Tuple
+from typing import BinaryIO, Collection, Dict, Iterator, NamedTuple
 
 import lz4.frame
 
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.serialization.primitives import TIME, UINT32, UINT64
+from diff_encoder_sim.serialization.ros1_records import (
+    HeaderFields,
+    header_fields,
+    read_data,
+    read_header,
+    read_length,
+    records,
+    value_places,
+)
 
 MAGIC = b'#ROSBAG V2.0\n'
 
@@ -25,14 +33,6 @@ _MESSAGE, _CHUNK, _CONNECTION = 2, 5, 7
 # Of a message, with the length of the data: the fields op, conn and time, each a length, its name
 # and =, and a value of 1, 4 and 8 bytes.
 _MESSAGE_HEADER_SIZE = 42
-# A header that claims to be larger is none.
-_LARGEST_HEADER = 1 << 24
-
-_LENGTH = struct.Struct('<I')
-_TIME = struct.Struct('<2I')
-_POSITION = struct.Struct('<Q')
-
-_Fields = Dict[bytes, bytes]
 
 
 class Message(NamedTuple):
@@ -57,7 +57,9 @@ class Ros1Stream:
     is_cdr = False
 
     def __init__(self, path: Path) -> None:
-        """Args:
+        """Read the topics.
+
+        Args:
             path: of a file that begins with `MAGIC`.
 
         Raises:
@@ -76,7 +78,7 @@ class Ros1Stream:
                 pass  # learns every connection on the way
 
     def messages(self, topics: Collection[str]) -> Iterator[Message]:
-        """Of some topics, as they were written.
+        """Yield the messages of some topics as they were written.
 
         Raises:
             OSError: the file cannot be read.
@@ -87,30 +89,30 @@ class Ros1Stream:
                 yield from self._messages_of(chunk, wanted)
 
     def _read_index(self, file: BinaryIO) -> bool:
-        """Learn the connections where the bag lists them; whether it does."""
+        """Learn the connections where the bag lists them, and return whether it does."""
         try:
             file.seek(len(MAGIC))
-            fields = _read_header(file) or {}
-            file.seek(_POSITION.unpack(fields[b'index_pos'])[0])
-            for _ in range(_LENGTH.unpack(fields[b'conn_count'])[0]):
-                self._add_connection(_read_header(file) or {}, _read_data(file) or b'')
+            fields = read_header(file) or {}
+            file.seek(UINT64.unpack(fields[b'index_pos'])[0])
+            for _ in range(UINT32.unpack(fields[b'conn_count'])[0]):
+                self._add_connection(read_header(file) or {}, read_data(file) or b'')
         except (KeyError, struct.error):
             return False
         return bool(self.topics)
 
-    def _add_connection(self, fields: _Fields, data: bytes) -> None:
+    def _add_connection(self, fields: HeaderFields, data: bytes) -> None:
         topic = fields[b'topic'].decode('utf-8', 'replace')
-        kind = _fields(data)[b'type'].decode('utf-8', 'replace')
-        self._topic_of[_LENGTH.unpack(fields[b'conn'])[0]] = topic
+        kind = header_fields(data)[b'type'].decode('utf-8', 'replace')
+        self._topic_of[UINT32.unpack(fields[b'conn'])[0]] = topic
         self.topics.setdefault(topic, kind.replace('/', '/msg/', 1))
 
     def _chunks(self, file: BinaryIO) -> Iterator[bytes]:
-        """Uncompressed, up to the end or to where the file is torn."""
+        """Yield chunks, uncompressed, up to the end or to where the file is torn."""
         size = os.fstat(file.fileno()).st_size
         file.seek(len(MAGIC))
         while file.tell() < size:
             begins_at = file.tell()
-            fields, length = _read_header(file), _read_length(file)
+            fields, length = read_header(file), read_length(file)
             if fields is None or length is None:
                 self.fault = f'torn at byte {begins_at}'
                 return
@@ -124,36 +126,36 @@ class Ros1Stream:
             yield self._uncompressed(fields.get(b'compression', b''), data, begins_at)
 
     def _uncompressed(self, compression: bytes, data: bytes, begins_at: int) -> bytes:
-        """What there is of a chunk; these decompressors do not mind a missing end."""
+        """Return what there is of a chunk; these decompressors do not mind a missing end."""
         try:
             if compression == b'bz2':
                 return bz2.BZ2Decompressor().decompress(data)
             if compression == b'lz4':
-                return lz4.frame.LZ4FrameDecompressor().decompress(data)
+                return bytes(lz4.frame.LZ4FrameDecompressor().decompress(data))
         except (OSError, RuntimeError):
             self.fault = f'damaged: the chunk at byte {begins_at} cannot be decompressed'
             return b''
         return data
 
     def _messages_of(self, chunk: bytes, wanted: Dict[int, str]) -> Iterator[Message]:
-        length_at, time_of = _LENGTH.unpack_from, _TIME.unpack_from
+        number_at, time_of = UINT32.unpack_from, TIME.unpack_from
         layout = self._layout
-        for header_at, data_at, end in _records(chunk):
+        for header_at, data_at, end in records(chunk):
             if data_at - header_at != _MESSAGE_HEADER_SIZE or chunk[header_at + layout.op_at] != _MESSAGE:
                 if not self._learn(chunk[header_at : data_at - 4], chunk[data_at:end]):
                     continue
                 layout = self._layout
-            topic = wanted.get(length_at(chunk, header_at + layout.conn_at)[0])
+            topic = wanted.get(number_at(chunk, header_at + layout.conn_at)[0])
             if topic is not None:
                 seconds, nanoseconds = time_of(chunk, header_at + layout.time_at)
                 yield Message(topic, seconds * NANOSECONDS_PER_SECOND + nanoseconds, chunk[data_at:end])
 
     def _learn(self, header: bytes, data: bytes) -> bool:
-        """Take what is no message in the usual layout; whether it is one in another."""
-        places = _places(header)
+        """Take a record that is no message in the usual layout, and return whether it is one in another."""
+        places = value_places(header)
         try:
             if header[places[b'op']] == _CONNECTION:
-                self._add_connection(_fields(header), data)
+                self._add_connection(header_fields(header), data)
             if header[places[b'op']] != _MESSAGE:
                 return False
             self._layout = _MessageLayout(places[b'op'], places[b'conn'], places[b'time'])
@@ -161,56 +163,3 @@ class Ros1Stream:
             self.fault = 'damaged: a record has no proper header'
             return False
         return True
-
-
-def _records(chunk: bytes) -> Iterator[Tuple[int, int, int]]:
-    """Where each whole record's header, its data, and the record itself begin, begin and end."""
-    length_at, end = _LENGTH.unpack_from, len(chunk)
-    header_at = 4
-    while header_at <= end:
-        data_at = header_at + length_at(chunk, header_at - 4)[0] + 4
-        if data_at > end:
-            return
-        record_end = data_at + length_at(chunk, data_at - 4)[0]
-        if record_end > end:
-            return
-        yield header_at, data_at, record_end
-        header_at = record_end + 4
-
-
-def _places(header: bytes) -> Dict[bytes, int]:
-    """Where the value of each field begins, as far as the header is sound."""
-    places, field_at = {}, 4
-    while field_at < len(header):
-        field_end = field_at + _LENGTH.unpack_from(header, field_at - 4)[0]
-        name, equals, _ = header[field_at:field_end].partition(b'=')
-        if not equals or field_end > len(header):
-            break
-        places[name] = field_at + len(name) + 1
-        field_at = field_end + 4
-    return places
-
-
-def _fields(header: bytes) -> _Fields:
-    places = _places(header)
-    ends = [place - len(name) - 5 for name, place in places.items()][1:] + [len(header)]
-    return {name: header[place:end] for (name, place), end in zip(places.items(), ends)}
-
-
-def _read_header(file: BinaryIO) -> Optional[_Fields]:
-    """The fields of a record; None where the file has ended before."""
-    header = _read_data(file)
-    return None if header is None else _fields(header)
-
-
-def _read_data(file: BinaryIO) -> Optional[bytes]:
-    length = _read_length(file)
-    if length is None or length > _LARGEST_HEADER:
-        return None
-    data = file.read(length)
-    return data if len(data) == length else None
-
-
-def _read_length(file: BinaryIO) -> Optional[int]:
-    content = file.read(_LENGTH.size)
-    return _LENGTH.unpack(content)[0] if len(content) == _LENGTH.size else None

@@ -19,7 +19,7 @@ from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.localization.kld_resampling import effective_count
 from diff_encoder_sim.localization.particles import check_pose
 from diff_encoder_sim.mapping.occupancy_grid import UNKNOWN, OccupancyGrid
-from diff_encoder_sim.slam.history import History, StampedPose
+from diff_encoder_sim.slam.history import History, TrajectoryPose
 from diff_encoder_sim.slam.map_update import update_maps
 from diff_encoder_sim.slam.move_noise import apply_moves
 from diff_encoder_sim.slam.occupancy import occupancy
@@ -99,7 +99,7 @@ class GridSlam:
         return self._estimate.entropy if self._estimate else None
 
     @property
-    def trajectory(self) -> List[StampedPose]:
+    def trajectory(self) -> List[TrajectoryPose]:
         """Where the best particle was at each scan that was entered, oldest first."""
         return self._history.path(int(self._parents[self._best()]))
 

@@ -9,7 +9,7 @@ import numpy as np
 from diff_encoder_sim.base.se2 import Pose2D
 
 
-class StampedPose(NamedTuple):
+class TrajectoryPose(NamedTuple):
     """Where the base was when a scan was entered."""
 
     stamp_ns: int
@@ -30,10 +30,10 @@ class History:
         self._poses.append(particles)
         self._parents.append(parents)
 
-    def path(self, particle: int) -> List[StampedPose]:
+    def path(self, particle: int) -> List[TrajectoryPose]:
         """Where a particle of the newest update has been, oldest first."""
         path = []
         for stamp_ns, poses, parents in zip(reversed(self._stamps_ns), reversed(self._poses), reversed(self._parents)):
-            path.append(StampedPose(stamp_ns, Pose2D(*poses[particle].tolist())))
+            path.append(TrajectoryPose(stamp_ns, Pose2D(*poses[particle].tolist())))
             particle = int(parents[particle])
         return path[::-1]

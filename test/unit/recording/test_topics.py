@@ -1,9 +1,19 @@
-"""The topics of a trial."""
+"""The topics of a trial's bag."""
 
-from diff_encoder_sim.recording.topics import RECORDED, TOPIC_OF_SOURCE
+import re
+
+from diff_encoder_sim.recording.topics import RECORDED, TOPIC_OF_SOURCE, TOPICS
 from diff_encoder_sim.trials.pose_source import PoseSource
+from places import ROOT
 
 
 def test_every_pose_source_has_a_recorded_topic_of_its_own():
     assert list(TOPIC_OF_SOURCE) == list(PoseSource)
     assert set(TOPIC_OF_SOURCE.values()) < set(RECORDED) and len(set(TOPIC_OF_SOURCE.values())) == len(PoseSource)
+
+
+def test_the_topics_nodes_are_those_of_the_launch_files():
+    launched = set()
+    for path in (ROOT / 'launch').glob('*.launch'):
+        launched.update(re.findall(r'<node name="(\w+)"', path.read_text()))
+    assert {node.lstrip('/') for topic in TOPICS for node in topic.nodes} <= launched

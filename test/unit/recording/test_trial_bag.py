@@ -17,7 +17,18 @@ from diff_encoder_sim.recording import topics
 from diff_encoder_sim.recording.bag_opening import open_bag
 from diff_encoder_sim.recording.trial_bag import TrialBag
 from diff_encoder_sim.recording.trial_recording import read_trial
-from diff_encoder_sim.serialization import encoding
+from diff_encoder_sim.serialization.basic_messages import encode_clock, encode_command, encode_string
+from diff_encoder_sim.serialization.goal_messages import SentGoal, encode_goal, encode_result
+from diff_encoder_sim.serialization.joint_messages import encode_encoder_pulse, encode_joint_state
+from diff_encoder_sim.serialization.map_messages import encode_map, encode_map_metadata
+from diff_encoder_sim.serialization.model_messages import ModelStatesEncoder
+from diff_encoder_sim.serialization.pose_messages import (
+    encode_odometry,
+    encode_pose_stamped,
+    encode_pose_with_covariance,
+)
+from diff_encoder_sim.serialization.scan_messages import encode_scan
+from diff_encoder_sim.serialization.transform_messages import encode_tf, encode_transform
 from diff_encoder_sim.serialization.typestore import definition
 from diff_encoder_sim.trials.trial_definition import Trial, load_test
 from diff_encoder_sim.trials.trial_outcome import Outcome
@@ -25,48 +36,48 @@ from places import ROOT
 
 SCAN = Scan(0, -3.0, 0.01, 0.15, 6.0, np.linspace(0.2, 5.0, 600))
 GRID = values.grid(np.random.default_rng(0))
-ODOM_POSE = encoding.tf_message(encoding.transform(Pose2D(1.0, 2.0, 0.5), 7, 'odom', 'base_link'))
-MAP_POSE = encoding.tf_message(encoding.transform(Pose2D(3.0, 2.0, 0.1), 7, 'map', 'odom'))
+ODOM_POSE = encode_tf(encode_transform(Pose2D(1.0, 2.0, 0.5), 7, 'odom', 'base_link'))
+MAP_POSE = encode_tf(encode_transform(Pose2D(3.0, 2.0, 0.1), 7, 'map', 'odom'))
 
 
 def pose(stamp_ns=0):
-    return encoding.pose_stamped_message(Pose2D(1.0, 2.0, 0.5), stamp_ns, 'map')
+    return encode_pose_stamped(Pose2D(1.0, 2.0, 0.5), stamp_ns, 'map')
 
 
 def write_some(bag, count=20):
     """Some of the topics, over and again."""
     for index in range(count):
         now_ns = index * 10_000_000
-        bag.write(topics.CLOCK, topics.SIMULATOR_NODE, encoding.clock_message(now_ns), now_ns)
+        bag.write(topics.CLOCK, topics.SIMULATOR_NODE, encode_clock(now_ns), now_ns)
         bag.write(topics.TF, topics.ODOM_NODE, ODOM_POSE, now_ns)
         bag.write(topics.WORLD_POSE, topics.WORLD_POSE_NODE, pose(now_ns), now_ns)
-        bag.write(topics.SCAN, topics.SIMULATOR_NODE, encoding.scan_message(SCAN, 'laser', 0.1), now_ns)
+        bag.write(topics.SCAN, topics.SIMULATOR_NODE, encode_scan(SCAN, 'laser', 0.1), now_ns)
         bag.write(topics.TF, topics.AMCL_NODE, MAP_POSE, now_ns)
 
 
 def one_of_each():
     """(topic, node, message) of all that nodes publish."""
     rng = np.random.default_rng(1)
-    stamped, sent = values.pose(rng), encoding.SentGoal(topics.NAVIGATION_TRIAL_NODE, 1, 5)
+    stamped, sent = values.pose(rng), SentGoal(topics.NAVIGATION_TRIAL_NODE, 1, 5)
     made = {
-        topics.CLOCK: encoding.clock_message(7),
-        topics.JOINT_STATES: encoding.joint_state_message(values.joints(rng)),
-        topics.MODEL_STATES: encoding.ModelStatesMessages(values.world(rng), 'alto').message(values.body(rng)),
-        topics.CMD_VEL: encoding.twist_message(0.4, 0.1),
-        topics.ENCODER_PULSE: encoding.encoder_pulse_message(values.encoder_sample(rng), values.JOINTS),
-        topics.ODOM: encoding.odometry_message(values.estimate(rng), 'odom', 'base_link'),
+        topics.CLOCK: encode_clock(7),
+        topics.JOINT_STATES: encode_joint_state(values.joints(rng)),
+        topics.MODEL_STATES: ModelStatesEncoder(values.world(rng), 'alto').encode(values.body(rng)),
+        topics.CMD_VEL: encode_command(0.4, 0.1),
+        topics.ENCODER_PULSE: encode_encoder_pulse(values.encoder_sample(rng), values.JOINTS),
+        topics.ODOM: encode_odometry(values.estimate(rng), 'odom', 'base_link'),
         topics.GLOBAL_POSE: pose(),
         topics.WORLD_POSE: pose(),
         topics.TF: ODOM_POSE,
         topics.TF_STATIC: MAP_POSE,
-        topics.SCAN: encoding.scan_message(SCAN, 'laser', 0.1),
-        topics.AMCL_POSE: encoding.pose_with_covariance_message(stamped, values.covariance(rng, 3), 7, 'map'),
-        topics.MAP: encoding.map_message(GRID, 7, 'map'),
-        topics.MAP_METADATA: encoding.map_metadata_message(GRID, 7),
-        topics.GOAL: encoding.goal_message(sent, stamped, 5, 'map'),
-        topics.RESULT: encoding.result_message(sent, GoalStatus.SUCCEEDED, 'goal reached', 7),
-        topics.TRIAL: encoding.text_message('{}'),
-        topics.TRIAL_RESULT: encoding.text_message('{}'),
+        topics.SCAN: encode_scan(SCAN, 'laser', 0.1),
+        topics.AMCL_POSE: encode_pose_with_covariance(stamped, values.covariance(rng, 3), 7, 'map'),
+        topics.MAP: encode_map(GRID, 7, 'map'),
+        topics.MAP_METADATA: encode_map_metadata(GRID, 7),
+        topics.GOAL: encode_goal(sent, stamped, 5, 'map'),
+        topics.RESULT: encode_result(sent, GoalStatus.SUCCEEDED, 'goal reached', 7),
+        topics.TRIAL: encode_string('{}'),
+        topics.TRIAL_RESULT: encode_string('{}'),
     }
     return [(topic, node, made[topic.name]) for topic in topics.TOPICS for node in topic.nodes]
 
@@ -98,7 +109,7 @@ def test_each_publisher_has_its_connection_in_order_of_use(tmp_path):
     path = tmp_path / 'a.bag'
     with TrialBag(path, 'full') as bag:
         write_some(bag)
-        bag.write(topics.TRIAL_RESULT, topics.NAVIGATION_TRIAL_NODE, encoding.text_message('{}'), 10**9)
+        bag.write(topics.TRIAL_RESULT, topics.NAVIGATION_TRIAL_NODE, encode_string('{}'), 10**9)
     _, connections = written(path)
     assert [
         (connection.topic, connection.ext.callerid, connection.ext.latching, connection.msgcount)
@@ -134,7 +145,7 @@ def test_times_are_kept_and_nothing_is_at_zero(tmp_path):
     path = tmp_path / 'a.bag'
     with TrialBag(path, 'full') as bag:
         for time_ns in (0, 1, 10_000_000, 3_000_000_001):
-            bag.write(topics.CLOCK, topics.SIMULATOR_NODE, encoding.clock_message(time_ns), time_ns)
+            bag.write(topics.CLOCK, topics.SIMULATOR_NODE, encode_clock(time_ns), time_ns)
     found, _ = written(path)
     assert [time_ns for _, time_ns, _ in found] == [1, 1, 10_000_000, 3_000_000_001]
     assert [message.clock.nanosec for _, _, message in found] == [0, 1, 10_000_000, 1]
@@ -154,12 +165,12 @@ def test_a_minimal_recording_is_what_analysis_reads(tmp_path):
     path = tmp_path / 'a.bag'
     trial = Trial(test=load_test('SL', ROOT / 'config'), ppr=90, number=1)
     with TrialBag(path, 'minimal') as bag:
-        bag.write(topics.TRIAL, topics.NAVIGATION_TRIAL_NODE, encoding.text_message(trial.model_dump_json()), 0)
+        bag.write(topics.TRIAL, topics.NAVIGATION_TRIAL_NODE, encode_string(trial.model_dump_json()), 0)
         write_some(bag)
         bag.write(
             topics.TRIAL_RESULT,
             topics.NAVIGATION_TRIAL_NODE,
-            encoding.text_message('{"outcome": "succeeded", "reason": ""}'),
+            encode_string('{"outcome": "succeeded", "reason": ""}'),
             10**9,
         )
     recording = read_trial(path)

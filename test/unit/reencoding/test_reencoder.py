@@ -13,8 +13,9 @@ from diff_encoder_sim.encoders.wheel_encoder import DiffEncoder, EncoderParams
 from diff_encoder_sim.odometry.wheel_odometry import OdometryParams, WheelOdometry
 from diff_encoder_sim.recording.bag_opening import open_bag
 from diff_encoder_sim.reencoding.bag_output import ReencodedBag
-from diff_encoder_sim.serialization import encoding
-from diff_encoder_sim.serialization.decoding import POSE_TYPES
+from diff_encoder_sim.serialization.joint_messages import encode_encoder_pulse
+from diff_encoder_sim.serialization.pose_messages import POSE_TYPES, encode_odometry
+from diff_encoder_sim.serialization.transform_messages import encode_tf, encode_transform
 from diff_encoder_sim.serialization.typestore import STORE
 from reencoding_drives import (
     JOINTS,
@@ -81,12 +82,10 @@ def test_bags_hold_what_the_nodes_would_have_published(tmp_path, bag):
         found = contents(tmp_path / 'out' / ('drive_%dppr.bag' % ppr))
         assert found == {
             '/world_pose': contents(bag)['/world_pose'],
-            '/encoder_pulse': [encoding.encoder_pulse_message(sample, JOINTS)[4:] for sample in samples],
-            '/odom': [encoding.odometry_message(estimate, 'odom', 'base_link')[4:] for estimate in estimates],
+            '/encoder_pulse': [encode_encoder_pulse(sample, JOINTS)[4:] for sample in samples],
+            '/odom': [encode_odometry(estimate, 'odom', 'base_link')[4:] for estimate in estimates],
             '/tf': [
-                encoding.tf_message(
-                    encoding.transform(estimate.base_pose_in_odom, estimate.stamp_ns, 'odom', 'base_link')
-                )[4:]
+                encode_tf(encode_transform(estimate.base_pose_in_odom, estimate.stamp_ns, 'odom', 'base_link'))[4:]
                 for estimate in estimates
             ],
         }
@@ -202,8 +201,7 @@ def test_names_of_joints_are_found_or_given(tmp_path):
     found = contents(tmp_path / 'found' / 'a_90ppr.bag')
     assert found == contents(tmp_path / 'given' / 'a_90ppr.bag')
     assert found['/encoder_pulse'] == [
-        encoding.encoder_pulse_message(sample, ('wheel_l', 'front_RIGHT_wheel'))[4:]
-        for sample in samples_of(angles_rad(101), 90)
+        encode_encoder_pulse(sample, ('wheel_l', 'front_RIGHT_wheel'))[4:] for sample in samples_of(angles_rad(101), 90)
     ]
 
 

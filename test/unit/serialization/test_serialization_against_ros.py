@@ -26,7 +26,18 @@ from diff_encoder_sim.recording.topics import TOPICS
 from diff_encoder_sim.ros import conversions
 from diff_encoder_sim.ros.gazebo_messages import ModelStates
 from diff_encoder_sim.ros.map_conversions import map_message
-from diff_encoder_sim.serialization import encoding
+from diff_encoder_sim.serialization.basic_messages import encode_clock, encode_command, encode_string
+from diff_encoder_sim.serialization.goal_messages import SentGoal, encode_goal, encode_result
+from diff_encoder_sim.serialization.joint_messages import encode_encoder_pulse, encode_joint_state
+from diff_encoder_sim.serialization.map_messages import encode_map, encode_map_metadata
+from diff_encoder_sim.serialization.model_messages import ModelStatesEncoder
+from diff_encoder_sim.serialization.pose_messages import (
+    encode_odometry,
+    encode_pose_stamped,
+    encode_pose_with_covariance,
+)
+from diff_encoder_sim.serialization.scan_messages import encode_scan
+from diff_encoder_sim.serialization.transform_messages import encode_spatial_transform, encode_tf, encode_transform
 from diff_encoder_sim.serialization.typestore import definition
 
 NAME, STAMP_NS = '/navigation_trial_node', 5_610_000_000
@@ -64,9 +75,9 @@ def test_definitions_are_those_of_the_installed_classes(message_type):
 
 def test_of_the_simulator(rng):
     now_ns, joints, scan = values.stamp_ns(rng), values.joints(rng), values.scan(rng)
-    assert encoding.clock_message(now_ns) == serialised(Clock(conversions.stamp_from_ns(now_ns)))
-    assert encoding.joint_state_message(joints) == serialised(conversions.joint_state_message(joints))
-    assert encoding.scan_message(scan, 'laser', 0.1) == serialised(conversions.scan_message(scan, 'laser', 0.1))
+    assert encode_clock(now_ns) == serialised(Clock(conversions.stamp_from_ns(now_ns)))
+    assert encode_joint_state(joints) == serialised(conversions.joint_state_message(joints))
+    assert encode_scan(scan, 'laser', 0.1) == serialised(conversions.scan_message(scan, 'laser', 0.1))
 
 
 def test_model_states(rng):
@@ -78,25 +89,23 @@ def test_model_states(rng):
     ):
         expected.pose.append(pose)
         expected.twist.append(twist)
-    assert encoding.ModelStatesMessages(world, 'alto').message(body) == serialised(expected)
+    assert ModelStatesEncoder(world, 'alto').encode(body) == serialised(expected)
 
 
 def test_of_encoder_and_odometry(rng):
     sample, estimate = values.encoder_sample(rng), values.estimate(rng)
-    assert encoding.encoder_pulse_message(sample, values.JOINTS) == serialised(
+    assert encode_encoder_pulse(sample, values.JOINTS) == serialised(
         conversions.encoder_pulse_message(sample, values.JOINTS)
     )
-    assert encoding.odometry_message(estimate, 'odom', 'base_link') == serialised(
+    assert encode_odometry(estimate, 'odom', 'base_link') == serialised(
         conversions.odometry_message(estimate, 'odom', 'base_link')
     )
 
 
 def test_poses(rng):
     pose, covariance, now_ns = values.pose(rng), values.covariance(rng, 3), values.stamp_ns(rng)
-    assert encoding.pose_stamped_message(pose, now_ns, 'map') == serialised(
-        conversions.pose_stamped_message(pose, now_ns, 'map')
-    )
-    assert encoding.pose_with_covariance_message(pose, covariance, now_ns, 'map') == serialised(
+    assert encode_pose_stamped(pose, now_ns, 'map') == serialised(conversions.pose_stamped_message(pose, now_ns, 'map'))
+    assert encode_pose_with_covariance(pose, covariance, now_ns, 'map') == serialised(
         conversions.pose_with_covariance_message(pose, covariance, now_ns, 'map')
     )
 
@@ -110,25 +119,25 @@ def test_transforms(rng):
     spatial.header.stamp = conversions.stamp_from_ns(now_ns)
     spatial.header.frame_id = 'base_link'
     expected = TFMessage([conversions.transform_message(pose, now_ns, 'map', 'odom'), spatial])
-    assert encoding.tf_message(
-        encoding.transform(pose, now_ns, 'map', 'odom'),
-        encoding.spatial_transform(translation, rotation, now_ns, 'base_link', 'left_wheel'),
+    assert encode_tf(
+        encode_transform(pose, now_ns, 'map', 'odom'),
+        encode_spatial_transform(translation, rotation, now_ns, 'base_link', 'left_wheel'),
     ) == serialised(expected)
 
 
 def test_commands_and_texts(rng):
     linear_mps, angular_radps = values.floats(rng, 2)
-    assert encoding.twist_message(linear_mps, angular_radps) == serialised(
+    assert encode_command(linear_mps, angular_radps) == serialised(
         Twist(Vector3(linear_mps, 0, 0), Vector3(0, 0, angular_radps))
     )
-    assert encoding.text_message('{"outcome": "größer"}') == serialised(String('{"outcome": "größer"}'))
+    assert encode_string('{"outcome": "größer"}') == serialised(String('{"outcome": "größer"}'))
 
 
 def test_maps(rng):
     grid, now_ns = values.grid(rng), values.stamp_ns(rng)
     expected = map_message(grid, now_ns, 'map')
-    assert encoding.map_message(grid, now_ns, 'map') == serialised(expected)
-    assert encoding.map_metadata_message(grid, now_ns) == serialised(expected.info)
+    assert encode_map(grid, now_ns, 'map') == serialised(expected)
+    assert encode_map_metadata(grid, now_ns) == serialised(expected.info)
 
 
 def goal_id():
@@ -142,7 +151,7 @@ def test_goals(rng):
         goal_id=goal_id(), goal=MoveBaseGoal(conversions.pose_stamped_message(pose, now_ns, 'map'))
     )
     expected.header.stamp = rospy.Time(5, 610_000_000)
-    assert encoding.goal_message(encoding.SentGoal(NAME, 2, STAMP_NS), pose, now_ns, 'map') == serialised(expected)
+    assert encode_goal(SentGoal(NAME, 2, STAMP_NS), pose, now_ns, 'map') == serialised(expected)
 
 
 @pytest.mark.parametrize(
@@ -156,5 +165,5 @@ def test_goals(rng):
 def test_results(status, action_status):
     expected = MoveBaseActionResult(status=ActionStatus(goal_id(), action_status, 'because'), result=MoveBaseResult())
     expected.header.stamp = rospy.Time(9)
-    sent = encoding.SentGoal(NAME, 2, STAMP_NS)
-    assert encoding.result_message(sent, status, 'because', 9 * 10**9) == serialised(expected)
+    sent = SentGoal(NAME, 2, STAMP_NS)
+    assert encode_result(sent, status, 'because', 9 * 10**9) == serialised(expected)

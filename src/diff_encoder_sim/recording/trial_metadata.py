@@ -1,0 +1,100 @@
+"""What a bag contains about its trial: the texts of /trial and /trial_result."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any, Dict, NamedTuple, Optional, Union
+
+from rosbags.highlevel import AnyReader
+
+from diff_encoder_sim.base.errors import ConfigError, InputFault
+from diff_encoder_sim.recording.bag_opening import naming_damage, open_ros1_bag, typed_messages
+from diff_encoder_sim.recording.bag_source import BagSource
+from diff_encoder_sim.recording.topics import TRIAL, TRIAL_RESULT
+from diff_encoder_sim.serialization.basic_messages import decode_string
+from diff_encoder_sim.serialization.message_types import STRING
+from diff_encoder_sim.trials.trial_definition import Trial
+from diff_encoder_sim.trials.trial_outcome import Outcome
+
+
+class TrialMetadata(NamedTuple):
+    """The trial that a bag was recorded from, and how it ended."""
+
+    trial: Trial
+    outcome: Outcome  # torn where the bag has no result
+    reason: str  # of a failure
+
+
+def read_metadata(path: Path, reader: AnyReader) -> Optional[TrialMetadata]:
+    """Read the trial of an indexed bag and its result; None where the bag has no /trial.
+
+    Raises:
+        ConfigError: one of the texts is not as expected, or the bag is damaged.
+    """
+    texts = _texts(path, reader, TRIAL, TRIAL_RESULT)
+    if TRIAL not in texts:
+        return None
+    trial = _trial(path, texts[TRIAL])
+    result = _json(path, TRIAL_RESULT, texts.get(TRIAL_RESULT, '{}'))
+    return TrialMetadata(trial, _outcome(path, result), str(result.get('reason', '')))
+
+
+def trial_of(path: Union[str, Path]) -> Optional[Trial]:
+    """Read the trial that a bag was recorded from; None where the bag has no /trial.
+
+    Raises:
+        ConfigError: the file is no readable bag, or its /trial is not as expected.
+    """
+    path = Path(path)
+    with open_ros1_bag(path) as reader:
+        texts = _texts(path, reader, TRIAL)
+    return _trial(path, texts[TRIAL]) if texts else None
+
+
+def trial_of_source(path: Path, source: BagSource) -> Optional[Trial]:
+    """Read the trial that a streamed bag was recorded from; None where the bag has no /trial.
+
+    Raises:
+        ConfigError: /trial is not as expected.
+    """
+    if source.is_cdr or source.topics.get(TRIAL) != STRING:
+        return None
+    message = next(source.messages((TRIAL,)), None)
+    if message is None:
+        return None
+    try:
+        return _trial(path, decode_string(message.raw))
+    except InputFault as error:
+        raise ConfigError(f'{path}: {TRIAL}: {error}') from None
+
+
+def _texts(path: Path, reader: AnyReader, *topics: str) -> Dict[str, str]:
+    texts = {}
+    for connection, raw in typed_messages(path, reader, dict.fromkeys(topics, STRING)):
+        with naming_damage(path):
+            texts[connection.topic] = decode_string(raw)
+    return texts
+
+
+def _trial(path: Path, text: str) -> Trial:
+    return Trial.from_mapping(_json(path, TRIAL, text), f'{path}: {TRIAL}')
+
+
+def _outcome(path: Path, result: Dict[str, Any]) -> Outcome:
+    given = result.get('outcome', Outcome.TORN.value)
+    try:
+        return Outcome(given)
+    except ValueError:
+        allowed = ', '.join(outcome.value for outcome in Outcome)
+        raise ConfigError(f'{path}: {TRIAL_RESULT}: outcome: given {given!r}; allowed: {allowed}') from None
+
+
+def _json(path: Path, topic: str, text: str) -> Dict[str, Any]:
+    try:
+        content = json.loads(text)
+    except json.JSONDecodeError as error:
+        raise ConfigError(f'{path}: {topic}: not JSON: {error}') from None
+    if not isinstance(content, dict):
+        raise ConfigError(f'{path}: {topic}: given {text[:60]!r}; expected a JSON object')
+    return content

@@ -1,0 +1,34 @@
+"""Messages of one field or two: String, Clock and Twist."""
+
+from __future__ import annotations
+
+from diff_encoder_sim.base.errors import InputFault
+from diff_encoder_sim.serialization.field_reader import FieldReader
+from diff_encoder_sim.serialization.primitives import encode_text, encode_time, encode_twist
+
+
+def encode_clock(stamp_ns: int) -> bytes:
+    """Encode rosgraph_msgs/Clock."""
+    return encode_time(stamp_ns)
+
+
+def encode_command(linear_mps: float, angular_radps: float) -> bytes:
+    """Encode geometry_msgs/Twist of a velocity command."""
+    return encode_twist((linear_mps, 0.0, 0.0), (0.0, 0.0, angular_radps))
+
+
+def encode_string(text: str) -> bytes:
+    """Encode std_msgs/String."""
+    return encode_text(text)
+
+
+def decode_string(raw: bytes, is_cdr: bool = False) -> str:
+    """Decode a std_msgs/String.
+
+    Raises:
+        InputFault: the message is torn, or not UTF-8.
+    """
+    try:
+        return FieldReader(raw, is_cdr).text('strict')
+    except UnicodeDecodeError:
+        raise InputFault('a text is not UTF-8') from None

@@ -1,0 +1,89 @@
+"""Wheel angles and pulse counts: JointState and EncoderPulse."""
+
+from __future__ import annotations
+
+import struct
+from typing import NamedTuple, Sequence, Tuple
+
+from diff_encoder_sim.base.errors import InputFault
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.encoders.wheel_encoder import EncoderSample
+from diff_encoder_sim.serialization.field_reader import FRAME_AT, STAMP_AT, TORN, FieldReader
+from diff_encoder_sim.serialization.message_types import ENCODER_PULSE
+from diff_encoder_sim.serialization.primitives import (
+    LENGTH,
+    NUMBER_SIZE,
+    TIME,
+    encode_header,
+    encode_names,
+    encode_numbers,
+)
+from diff_encoder_sim.simulation.state import JointStates
+
+
+def encode_joint_state(joints: JointStates) -> bytes:
+    """Encode sensor_msgs/JointState: wheel angles and speeds; efforts are left out."""
+    return b''.join(
+        (
+            encode_header(joints.stamp_ns, ''),
+            encode_names(joints.names),
+            encode_numbers('d', joints.angles_rad),
+            encode_numbers('d', joints.speeds_radps),
+            encode_numbers('d', ()),
+        )
+    )
+
+
+def encode_encoder_pulse(sample: EncoderSample, joints: Tuple[str, str]) -> bytes:
+    """Encode diff_encoder_sim/EncoderPulse, left then right; `joints` are their names in that order."""
+    pulses = encode_numbers('q', (sample.left_pulses, sample.right_pulses))
+    return encode_header(sample.stamp_ns, '') + encode_names(joints) + pulses
+
+
+class JointValues(NamedTuple):
+    """Joints at one instant."""
+
+    stamp_ns: int
+    names: Tuple[str, ...]
+    values: Sequence[float]  # [rad] of a JointState, pulses of an EncoderPulse
+
+
+class JointDecoder:
+    """Decodes the messages of one topic, JointState or EncoderPulse: header, names, and a number for each.
+
+    From message to message names and frame stay the same, so they are compared and not decoded.
+    """
+
+    def __init__(self, message_type: str, is_cdr: bool = False) -> None:
+        self._kind = 'q' if message_type == ENCODER_PULSE else 'd'
+        self._is_cdr = is_cdr
+        self._raw_names = b''  # from the frame to the length of the values
+        self._names: Tuple[str, ...] = ()
+        self._length_at = self._values_at = 0
+
+    def decode(self, raw: bytes) -> JointValues:
+        """Decode a message.
+
+        Raises:
+            InputFault: the message is torn, or in a foreign byte order.
+        """
+        if not self._raw_names or not raw.startswith(self._raw_names, FRAME_AT):
+            self._learn_names(raw)
+        try:
+            seconds, nanoseconds = TIME.unpack_from(raw, STAMP_AT)
+            count = LENGTH.unpack_from(raw, self._length_at)[0]
+            # The compiled format is kept by struct itself.
+            values = struct.unpack_from(f'<{count}{self._kind}', raw, self._values_at)
+        except struct.error:
+            raise InputFault(TORN) from None
+        return JointValues(seconds * NANOSECONDS_PER_SECOND + nanoseconds, self._names, values)
+
+    def _learn_names(self, raw: bytes) -> None:
+        fields = FieldReader(raw, self._is_cdr)
+        fields.header()
+        names = tuple(fields.text() for _ in range(fields.length()))
+        length_at = fields.align(LENGTH.size)
+        fields.length()
+        # All at once, so that nothing of a torn message is taken for the next one's.
+        self._names, self._raw_names = names, raw[FRAME_AT:length_at]
+        self._length_at, self._values_at = length_at, fields.align(NUMBER_SIZE)

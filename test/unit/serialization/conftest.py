@@ -1,0 +1,9 @@
+"""What the tests of serialization share."""
+
+import numpy as np
+import pytest
+
+
+@pytest.fixture(name='rng', params=range(5))
+def fixture_rng(request):
+    return np.random.default_rng(request.param)
