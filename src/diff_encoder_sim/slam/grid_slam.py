@@ -34,15 +34,14 @@ MATCH_MARGIN_M = 1.0
 
 
 class SlamEstimate(NamedTuple):
-    """The filter after a scan was entered, by its best particle."""
+    """The best particle's pose after a scan was entered into the maps, and the filter's state."""
 
     stamp_ns: int  # the scan's
     base_pose_in_map: Pose2D
-    odom_pose_in_map: Pose2D  # the transform map->odom that makes base_pose_in_map true
-    entropy: float  # of the weights before they were redrawn [nat]
-    effective_count: float  # how many equally weighted particles would say as much
+    odom_pose_in_map: Pose2D  # the transform map->odom that corresponds to base_pose_in_map
+    entropy: float  # of the weights before resampling [nat]
+    effective_count: float  # effective sample size before resampling
     has_resampled: bool
-    score: float  # of the best particle's match; 0 on the first scan
 
 
 class GridSlam:
@@ -55,28 +54,29 @@ class GridSlam:
     def __init__(
         self, params: GridSlamParams, rng: np.random.Generator, start_pose_in_map: Optional[Pose2D] = None
     ) -> None:
-        """`start_pose_in_map` is where the base is on the first scan, if somebody knows."""
+        """Start with empty maps; `start_pose_in_map` is the base's pose on the first scan, if known."""
         self.params = params
         self._start_pose = start_pose_in_map
         self._rng = rng
-        self.maps = PatchMaps(
-            Extent(params.xmin, params.ymin, params.xmax, params.ymax), params.delta, params.particles
-        )
+        extent = Extent(params.xmin, params.ymin, params.xmax, params.ymax)
+        self.maps = PatchMaps(extent, params.delta, params.particles)
+        self._particles = np.empty((0, 3))
         self._log_weights = np.zeros(params.particles)
-        # Over the whole path; redrawing makes the weights equal, but not these.
+        # Over the whole path; resampling makes the weights equal, but not these.
         self._log_path_weights = np.zeros(params.particles)
         self._history = History()
         self._parents = np.arange(params.particles)
         self._estimate: Optional[SlamEstimate] = None
-        self._odom_pose: Optional[Pose2D] = None
-        self._newest_ns: Optional[int] = None
+        self._odom_pose: Optional[Pose2D] = None  # at the last scan that was entered
+        self._entered_ns = 0  # stamp of that scan
+        self._newest_ns: Optional[int] = None  # stamp of the newest scan, entered or not
 
-    # What it tells.
+    # State
 
     @property
     def particles(self) -> np.ndarray:
         """(n, 3) base poses in the map, x [m], y [m], yaw [rad]; empty before the first scan."""
-        return np.empty((0, 3)) if self._odom_pose is None else self._particles
+        return self._particles
 
     @property
     def weights(self) -> np.ndarray:
@@ -95,18 +95,18 @@ class GridSlam:
 
     @property
     def entropy(self) -> Optional[float]:
-        """Of the particles' weights [nat], for ~entropy; None before the first scan."""
+        """Entropy of the particles' weights [nat], for ~entropy; None before the first scan."""
         return self._estimate.entropy if self._estimate else None
 
     @property
     def trajectory(self) -> List[TrajectoryPose]:
-        """Where the best particle was at each scan that was entered, oldest first."""
+        """The best particle's pose at each scan that was entered, oldest first."""
         return self._history.path(int(self._parents[self._best()]))
 
     def map(self) -> OccupancyGrid:
-        """The map of the best particle: 0, 100 or -1.
+        """Return the best particle's map: 0, 100 or -1.
 
-        It covers xmin to xmax and ymin to ymax, in whole patches, and more once more was seen.
+        It covers xmin to xmax and ymin to ymax, in whole patches, and what was seen beyond.
         """
         rows, columns = self.maps.table.shape[1:]
         cells = np.full((rows * SIDE, columns * SIDE), UNKNOWN, np.int8)
@@ -116,14 +116,14 @@ class GridSlam:
         )
         return OccupancyGrid(cells, self.params.delta, Pose2D(self.maps.origin_x_m, self.maps.origin_y_m, 0.0))
 
-    # The filter.
+    # The filter
 
     def update(self, odom_pose: Pose2D, scan: Scan, laser_pose_in_base: Pose2D) -> Optional[SlamEstimate]:
-        """Take one scan; an estimate when it was entered into the map, else None.
+        """Take one scan; return an estimate if it was entered into the map, else None.
 
         The first one is, and each that was taken linearUpdate, angularUpdate or temporalUpdate
-        from the last. Upstream adds up how far odometry went in between, and from coarse encoders
-        each pulse turns to and fro; here the place alone counts.
+        from the last. Upstream sums up odometry's moves in between, which grows with the jitter of
+        a coarse encoder's heading; here the pose alone counts.
 
         Args:
             odom_pose: base in odom at the scan's stamp.
@@ -140,9 +140,11 @@ class GridSlam:
         self._check_time(scan.stamp_ns)
         if self._odom_pose is None:
             return self._begin(odom_pose, scan.stamp_ns, rays)
-        if not self._is_due(odom_pose, scan.stamp_ns):
+        move = odom_pose.relative_to(self._odom_pose)
+        if not self._is_due(move, scan.stamp_ns):
             return None
-        return self._step(odom_pose, scan.stamp_ns, rays)
+        self._step(move, rays)
+        return self._finish(odom_pose, scan.stamp_ns, may_resample=True)
 
     def _check_time(self, stamp_ns: int) -> None:
         if self._newest_ns is not None and stamp_ns < self._newest_ns:
@@ -153,9 +155,9 @@ class GridSlam:
             )
         self._newest_ns = stamp_ns
 
-    def _is_due(self, odom_pose: Pose2D, stamp_ns: int) -> bool:
-        params, move = self.params, odom_pose.relative_to(self._odom_pose)
-        waited_s = (stamp_ns - self._estimate.stamp_ns) / NANOSECONDS_PER_SECOND
+    def _is_due(self, move: Pose2D, stamp_ns: int) -> bool:
+        params = self.params
+        waited_s = (stamp_ns - self._entered_ns) / NANOSECONDS_PER_SECOND
         return (
             math.hypot(move.x_m, move.y_m) >= params.linearUpdate
             or abs(move.yaw_rad) >= params.angularUpdate
@@ -165,60 +167,53 @@ class GridSlam:
     def _begin(self, odom_pose: Pose2D, stamp_ns: int, rays: Rays) -> SlamEstimate:
         start_pose = odom_pose if self._start_pose is None else self._start_pose
         self._particles = np.tile(np.array(start_pose), (self.params.particles, 1))
-        self._enter(rays)
-        # Equal maps: one does for all.
-        self.maps.redraw(np.zeros(self.params.particles, int))
-        return self._finish(odom_pose, stamp_ns, np.zeros(self.params.particles), False)
+        self._update_maps(rays)
+        # The maps are equal: one patch serves all.
+        self.maps.resample(np.zeros(self.params.particles, int))
+        return self._finish(odom_pose, stamp_ns, may_resample=False)
 
-    def _step(self, odom_pose: Pose2D, stamp_ns: int, rays: Rays) -> SlamEstimate:
-        """Algorithm 1, with its line numbers."""
-        move = odom_pose.relative_to(self._odom_pose)
+    def _step(self, move: Pose2D, rays: Rays) -> None:
+        """Run algorithm 1 up to the resampling, with its line numbers."""
         self._cover(apply_moves(self._particles, np.array(move)), rays)
         proposed = propose(self.maps, self._particles, move, rays, self.params, self._rng)  # 4 to 23
         self._particles = proposed.particles
         self._log_weights = self._log_weights + proposed.log_factors  # 24
         self._log_path_weights = self._log_path_weights + proposed.log_factors
-        self._enter(rays)  # 26
-        return self._finish(odom_pose, stamp_ns, proposed.scores, True)
+        self._update_maps(rays)  # 26
 
-    def _finish(self, odom_pose: Pose2D, stamp_ns: int, scores: np.ndarray, may_resample: bool) -> SlamEstimate:
-        """Note the step, and redraw the particles when few of them count (lines 29 to 32)."""
-        self._odom_pose = odom_pose
+    def _finish(self, odom_pose: Pose2D, stamp_ns: int, may_resample: bool) -> SlamEstimate:
+        """Record the step, and resample when few particles count (lines 29 to 32)."""
+        self._odom_pose, self._entered_ns = odom_pose, stamp_ns
         self._history.add(stamp_ns, self._particles, self._parents)
-        weights, best = self.weights, self._best()
+        weights = self.weights
         count = effective_count(weights)
         is_due = may_resample and count < self.params.resampleThreshold * len(weights)
-        base_pose = Pose2D(*self._particles[best].tolist())
-        self._estimate = SlamEstimate(
-            stamp_ns,
-            base_pose,
-            base_pose.compose(odom_pose.inverse()),
-            entropy_of(weights),
-            count,
-            is_due,
-            float(scores[best]),
-        )
+        base_pose = Pose2D(*self._particles[self._best()].tolist())
+        odom_pose_in_map = base_pose.compose(odom_pose.inverse())
+        estimate = SlamEstimate(stamp_ns, base_pose, odom_pose_in_map, entropy_of(weights), count, is_due)
+        self._estimate = estimate
         self._parents = np.arange(len(weights))
         if is_due:
-            self._redraw(systematic_indices(weights, self._rng))
-        return self._estimate
+            self._resample(systematic_indices(weights, self._rng))
+        return estimate
 
-    def _redraw(self, indices: np.ndarray) -> None:
+    def _resample(self, indices: np.ndarray) -> None:
         self._particles = self._particles[indices]
         self._log_weights = np.zeros(len(indices))
         self._log_path_weights = self._log_path_weights[indices]
         self._parents = indices
-        self.maps.redraw(indices)
+        self.maps.resample(indices)
 
-    def _enter(self, rays: Rays) -> None:
+    def _update_maps(self, rays: Rays) -> None:
         self._cover(self._particles, rays)
         update_maps(self.maps, self._particles, rays)
 
     def _cover(self, particles: np.ndarray, rays: Rays) -> None:
+        """Enlarge the maps to hold all that the rays reach from the particles."""
         reach_m = rays.reach_m() + MATCH_MARGIN_M
         lowest, highest = particles[:, :2].min(axis=0), particles[:, :2].max(axis=0)
         self.maps.cover(Extent(*(lowest - reach_m).tolist(), *(highest + reach_m).tolist()))
 
     def _best(self) -> int:
-        """The particle with the likeliest path."""
+        """Return the particle with the likeliest path."""
         return int(np.argmax(self._log_path_weights))

@@ -1,4 +1,4 @@
-"""The paths of the particles, as a tree: those that were redrawn from one have a past in common."""
+"""The paths of the particles, as a tree: those resampled from one particle share their past."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class TrajectoryPose(NamedTuple):
 
 
 class History:
-    """Poses of all particles at each update, and from which particle of the update before."""
+    """Poses of all particles at each update, and each one's parent in the update before."""
 
     def __init__(self) -> None:
         self._stamps_ns: List[int] = []
@@ -25,13 +25,13 @@ class History:
         self._parents: List[np.ndarray] = []
 
     def add(self, stamp_ns: int, particles: np.ndarray, parents: np.ndarray) -> None:
-        """Append an update: (n, 3) poses, and (n,) who each particle was before it."""
+        """Append an update: (n, 3) poses, and (n,) the index that each particle had before it."""
         self._stamps_ns.append(stamp_ns)
         self._poses.append(particles)
         self._parents.append(parents)
 
     def path(self, particle: int) -> List[TrajectoryPose]:
-        """Where a particle of the newest update has been, oldest first."""
+        """Return the poses of a particle of the newest update, oldest first."""
         path = []
         for stamp_ns, poses, parents in zip(reversed(self._stamps_ns), reversed(self._poses), reversed(self._parents)):
             path.append(TrajectoryPose(stamp_ns, Pose2D(*poses[particle].tolist())))

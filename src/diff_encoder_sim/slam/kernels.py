@@ -14,10 +14,10 @@ from numba import njit
 
 from diff_encoder_sim.slam.patches import HITS, MASK, MEAN_X, MEAN_Y, SHIFT, SIDE, VISITS
 
-# From which share of hits on a cell is compared with: upstream's.
-FULL = 0.1
+# A cell counts as surface if more than this fraction of its visits are hits: upstream's.
+SURFACE_FRACTION = 0.1
 
-# Below this there is no telling a direction: one cell alone.
+# Below this spread no direction is defined: one cell alone.
 LEAST_SPREAD = 1e-9
 
 MOVES = np.array(
@@ -43,7 +43,7 @@ def propose_poses(
     lattice: np.ndarray,
     sigmas: np.ndarray,
 ) -> Tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Of all particles (n, ...): drawn poses (n, 3), log-weight factors (n,), scores (n,)."""
+    """Return, for all particles: drawn poses (n, 3), log-weight factors (n,), scores (n,)."""
     drawn = fallback.copy()
     log_factors, scores = np.empty(len(drawn)), np.empty(len(drawn))
     tried = np.empty_like(lattice)
@@ -55,9 +55,8 @@ def propose_poses(
             continue
         for k in range(len(lattice)):
             tried[k] = best + lattice[k]
-            log_weights[k] = log_likelihood(table[i], cells, tried[k], ends, kernel, likelihood_scale) + _log_motion(
-                tried[k], expected[i], sigmas
-            )
+            log_weights[k] = log_likelihood(table[i], cells, tried[k], ends, kernel, likelihood_scale)
+            log_weights[k] += _log_motion(tried[k], expected[i], sigmas)
         highest = log_weights.max()
         weights = np.exp(log_weights - highest)
         total = weights.sum()
@@ -78,10 +77,10 @@ def climb(
     turn_rad: float,
     halvings: int,
 ) -> Tuple[np.ndarray, float]:
-    """(3,) the pose with the best score near `pose`, and that score.
+    """Return (3,) the pose with the best score near `pose`, and that score.
 
-    Six moves, along x, along y and turned, are tried; the best that is better is taken, and where
-    none is, the steps are halved.
+    Six moves, along x, along y and turned, are tried; the best one is taken if it improves the
+    score, else the steps are halved.
     """
     best = pose.copy()
     score = _score(table, cells, best, ends, kernel, score_scale)
@@ -108,7 +107,7 @@ def climb(
 def _score(
     table: np.ndarray, cells: np.ndarray, pose: np.ndarray, ends: np.ndarray, kernel: int, scale: float
 ) -> float:
-    """Sum over the rays of exp(scale times squared distance), 0 where nothing is near."""
+    """Sum exp(scale times squared distance) over the rays; 0 where nothing is near."""
     cos_yaw, sin_yaw = math.cos(pose[2]), math.sin(pose[2])
     total = 0.0
     for j in range(len(ends)):
@@ -128,9 +127,9 @@ def _score(
 def log_likelihood(
     table: np.ndarray, cells: np.ndarray, pose: np.ndarray, ends: np.ndarray, kernel: int, scale: float
 ) -> float:
-    """Sum over the rays of scale times squared distance; at most as far as one looks counts."""
+    """Sum scale times squared distance over the rays; beyond the kernel, its radius counts."""
     cos_yaw, sin_yaw = math.cos(pose[2]), math.sin(pose[2])
-    # Upstream's is 90 times as much: what a place shows for the first time would decide.
+    # Upstream's is 90 times as much: rays into what was never seen before would decide.
     no_match = scale * (kernel + 0.5) ** 2
     total = 0.0
     for j in range(len(ends)):
@@ -147,10 +146,10 @@ def log_likelihood(
 
 @njit(cache=True)
 def _squared_distance(table: np.ndarray, cells: np.ndarray, x: float, y: float, kernel: int) -> float:
-    """From a point to the surface in the cells around it, infinite where there is none.
+    """Return the squared distance from a point to the surface near it, infinite if there is none.
 
-    The surface is the line through the hits near the point, which count the more the nearer they
-    are; where they are no line, as in a corner, it is their mean, and in between in between.
+    The surface is the line through the hits near the point, weighted by their nearness; where
+    they form no line, as in a corner, it is their mean, with a smooth transition.
     """
     column, row = int(math.floor(x)), int(math.floor(y))
     if (
@@ -166,14 +165,14 @@ def _squared_distance(table: np.ndarray, cells: np.ndarray, x: float, y: float, 
         for c in range(column - kernel, column + kernel + 1):
             patch = table[r >> SHIFT, c >> SHIFT]
             hits = cells[patch, r & MASK, c & MASK, HITS]
-            if hits == 0.0 or hits <= FULL * cells[patch, r & MASK, c & MASK, VISITS]:
+            if hits == 0.0 or hits <= SURFACE_FRACTION * cells[patch, r & MASK, c & MASK, VISITS]:
                 continue
             off_x = x - c - cells[patch, r & MASK, c & MASK, MEAN_X]
             off_y = y - r - cells[patch, r & MASK, c & MASK, MEAN_Y]
             squared = off_x * off_x + off_y * off_y
             if squared < radius_squared:
-                share = 1.0 - squared / radius_squared
-                weight = hits * share * share
+                nearness = 1.0 - squared / radius_squared
+                weight = hits * nearness * nearness
                 total += weight
                 mean_x += weight * off_x
                 mean_y += weight * off_y
@@ -183,19 +182,19 @@ def _squared_distance(table: np.ndarray, cells: np.ndarray, x: float, y: float, 
     if total == 0.0:
         return math.inf
     mean_x, mean_y = mean_x / total, mean_y / total
-    return _across(
-        mean_x, mean_y, xx / total - mean_x * mean_x, xy / total - mean_x * mean_y, yy / total - mean_y * mean_y
-    )
+    xx, xy, yy = xx / total - mean_x * mean_x, xy / total - mean_x * mean_y, yy / total - mean_y * mean_y
+    return float(_squared_across(mean_x, mean_y, xx, xy, yy))
 
 
 @njit(cache=True)
-def _across(x: float, y: float, xx: float, xy: float, yy: float) -> float:
-    """Squared length of (x, y) across the longer axis of a covariance; the rounder it is, the
-    more of what is along counts too.
+def _squared_across(x: float, y: float, xx: float, xy: float, yy: float) -> float:
+    """Return the squared length of (x, y) across the longer axis of a covariance.
+
+    The rounder the covariance is, the more of the length along that axis counts too.
     """
     half = math.sqrt(0.25 * (xx - yy) * (xx - yy) + xy * xy)
     longer, shorter = 0.5 * (xx + yy) + half, 0.5 * (xx + yy) - half
-    # Of the eigenvector's two forms the better conditioned.
+    # The better conditioned one of the eigenvector's two forms.
     axis_x, axis_y = (xy, longer - xx) if xx < yy else (longer - yy, xy)
     norm = axis_x * axis_x + axis_y * axis_y
     if longer < LEAST_SPREAD or norm == 0.0:
@@ -206,18 +205,19 @@ def _across(x: float, y: float, xx: float, xy: float, yy: float) -> float:
 
 @njit(cache=True)
 def _log_motion(pose: np.ndarray, expected: np.ndarray, sigmas: np.ndarray) -> float:
-    """Log of the motion model at a pose, up to a constant; sigmas ahead, across, and turned."""
-    # In the frame of the expected heading instead of the one before the move: these differ by
-    # less than the noise is known.
+    """Return the log of the motion model at a pose, up to a constant; sigmas ahead, across, turned."""
+    # In the frame of the expected heading, not of the one before the move: the difference is
+    # smaller than the uncertainty of the noise.
     cos_yaw, sin_yaw = math.cos(expected[2]), math.sin(expected[2])
     x, y = pose[0] - expected[0], pose[1] - expected[1]
     ahead, across = cos_yaw * x + sin_yaw * y, cos_yaw * y - sin_yaw * x
-    return -0.5 * ((ahead / sigmas[0]) ** 2 + (across / sigmas[1]) ** 2 + ((pose[2] - expected[2]) / sigmas[2]) ** 2)
+    turned_rad = pose[2] - expected[2]
+    return float(-0.5 * ((ahead / sigmas[0]) ** 2 + (across / sigmas[1]) ** 2 + (turned_rad / sigmas[2]) ** 2))
 
 
 @njit(cache=True)
 def gaussian_draw(poses: np.ndarray, weights: np.ndarray, normals: np.ndarray) -> np.ndarray:
-    """(3,) from the Gaussian with mean and covariance of poses (k, 3) with weights (k,), sum 1.
+    """Draw (3,) from the Gaussian with mean and covariance of poses (k, 3) with weights (k,), sum 1.
 
     `normals` (3,) are standard normal draws.
     """
@@ -230,7 +230,7 @@ def gaussian_draw(poses: np.ndarray, weights: np.ndarray, normals: np.ndarray) -
         for a in range(3):
             for b in range(a + 1):
                 covariance[a, b] += weights[k] * offset[a] * offset[b]
-    # Its Cholesky root; a direction without spread gets none.
+    # Its Cholesky root; zero along a direction without spread.
     root = np.zeros((3, 3))
     for a in range(3):
         for b in range(a + 1):

@@ -1,4 +1,4 @@
-"""Entering a scan into a particle's map: cells that its rays pass, cells where they end."""
+"""The map update: counts the cells that a scan's rays pass and those in which they end."""
 
 from __future__ import annotations
 
@@ -23,25 +23,15 @@ def update_maps(maps: PatchMaps, particles: np.ndarray, rays: Rays) -> None:
     # The most patches that one particle may have to make its own: all about the robot.
     across = 2 * math.ceil(rays.reach_m() / (SIDE * maps.cell_m)) + 2
     lengths = rays.lengths_m / maps.cell_m
-    for index, (x_m, y_m, yaw_rad) in enumerate(particles.tolist()):
-        maps.ensure_free(min(across * across, maps.table[0].size))
+    for table, (x_m, y_m, yaw_rad) in zip(maps.table, particles.tolist()):
+        maps.ensure_free(min(across * across, table.size))
         cos_yaw, sin_yaw = math.cos(yaw_rad), math.sin(yaw_rad)
-        laser_x_m = x_m + cos_yaw * rays.laser_x_m - sin_yaw * rays.laser_y_m
-        laser_y_m = y_m + sin_yaw * rays.laser_x_m + cos_yaw * rays.laser_y_m
+        laser_x = (x_m + cos_yaw * rays.laser_x_m - sin_yaw * rays.laser_y_m - maps.origin_x_m) / maps.cell_m
+        laser_y = (y_m + sin_yaw * rays.laser_x_m + cos_yaw * rays.laser_y_m - maps.origin_y_m) / maps.cell_m
         directions_rad = yaw_rad + rays.bearings_rad
-        _update_map(
-            maps.table[index],
-            maps.cells,
-            maps.references,
-            maps.free,
-            maps.free_count,
-            (laser_x_m - maps.origin_x_m) / maps.cell_m,
-            (laser_y_m - maps.origin_y_m) / maps.cell_m,
-            np.cos(directions_rad),
-            np.sin(directions_rad),
-            lengths,
-            rays.is_hit,
-        )
+        cosines, sines = np.cos(directions_rad), np.sin(directions_rad)
+        patches = maps.cells, maps.references, maps.free, maps.free_count
+        _update_map(table, *patches, laser_x, laser_y, cosines, sines, lengths, rays.is_hit)
 
 
 @njit(cache=True)
@@ -58,7 +48,7 @@ def _update_map(
     lengths: np.ndarray,
     is_hit: np.ndarray,
 ) -> None:
-    """One particle's share; lengths in cells, from the map's corner."""
+    """Enter a scan into one particle's map; lengths in cells, from the map's corner."""
     patch_row, patch_column, patch = -1, -1, -1
     for j in range(len(lengths)):
         end_x = laser_x + lengths[j] * cosines[j]
@@ -87,7 +77,7 @@ def _update_map(
 
 @njit(cache=True)
 def _first_border(start: float, slope: float) -> Tuple[int, float, float]:
-    """Along one axis: which way, how far along the ray to the first border, and to each further."""
+    """Return, for one axis: step, distance along the ray to the first cell border, and between two."""
     if slope > 0.0:
         return 1, (math.floor(start) + 1.0 - start) / slope, 1.0 / slope
     if slope < 0.0:
@@ -113,12 +103,12 @@ def _own_patch(
     free: np.ndarray,
     free_count: np.ndarray,
 ) -> int:
-    """The patch at a place of one particle's table, made its own; there must be a free one."""
-    patch = table[row, column]
+    """Return the patch at a place of one particle's table, made its own; one must be free."""
+    patch = int(table[row, column])
     if patch != EMPTY and references[patch] == 1:
         return patch
     free_count[0] -= 1
-    own = free[free_count[0]]
+    own = int(free[free_count[0]])
     if patch == EMPTY:
         cells[own] = 0.0
     else:

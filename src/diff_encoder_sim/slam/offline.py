@@ -1,4 +1,4 @@
-"""Mapping a recorded drive: odometry and scans as they were recorded, as fast as it goes."""
+"""Offline mapping: a recorded drive's odometry and scans, as fast as the processor allows."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ log = logging.getLogger(__name__)
 
 
 def map_recording(slam: GridSlam, odometry: OdometryTrack, scans: Iterable[Scan], laser_pose_in_base: Pose2D) -> int:
-    """Feed a recording to a mapper; returns how many scans were entered into the map.
+    """Feed a recording to a mapper; return how many scans were entered into the map.
 
-    Each throttle_scans-th scan is taken. One that odometry's time does not reach, that is older
-    than the one before, or that cannot be used otherwise, is left out with a warning.
+    Each throttle_scans-th scan is taken. A scan outside of odometry's time span, older than the
+    one before, or unusable otherwise, is left out with a warning.
 
     Args:
-        slam: fresh, or with a map to go on with.
+        slam: new, or with a map to continue.
         odometry: of the whole drive.
         scans: in the order of their stamps.
         laser_pose_in_base: where the laser is mounted.
@@ -51,10 +51,9 @@ class OdometryTrack:
     """Odometry's poses by time."""
 
     def __init__(self, stamps_ns: Sequence[int], base_poses_in_odom: Sequence[Pose2D]) -> None:
-        """Take poses in the order they came; from where time goes back, none, with a warning."""
-        end = next(
-            (index for index in range(1, len(stamps_ns)) if stamps_ns[index] < stamps_ns[index - 1]), len(stamps_ns)
-        )
+        """Take poses in recorded order, up to where time goes back, with a warning if it does."""
+        backward = (index for index in range(1, len(stamps_ns)) if stamps_ns[index] < stamps_ns[index - 1])
+        end = next(backward, len(stamps_ns))
         if end < len(stamps_ns):
             log.warning(
                 'odometry goes back in time to %.3f s: only the drive before is mapped',
@@ -63,7 +62,7 @@ class OdometryTrack:
         self.stamps_ns, self._poses = list(stamps_ns[:end]), list(base_poses_in_odom[:end])
 
     def at(self, stamp_ns: int) -> Pose2D:
-        """The pose at a time, interpolated.
+        """Return the pose at a time, interpolated.
 
         Raises:
             InputFault: the time is before the first pose or after the last.
@@ -74,5 +73,5 @@ class OdometryTrack:
         if not 0 < after < len(self.stamps_ns):
             raise InputFault('no odometry for its time')
         start, end = self._poses[after - 1], self._poses[after]
-        share = (stamp_ns - self.stamps_ns[after - 1]) / (self.stamps_ns[after] - self.stamps_ns[after - 1])
-        return interpolate(start, end, share)
+        fraction = (stamp_ns - self.stamps_ns[after - 1]) / (self.stamps_ns[after] - self.stamps_ns[after - 1])
+        return interpolate(start, end, fraction)

@@ -1,7 +1,7 @@
 """The maps of all particles: patches of cells, shared until one particle writes (copy on write).
 
 Each particle has a table of patches; a patch that several tables name is copied before one of them
-changes it. So what particles have in common is in memory once.
+changes it. So cells that particles have in common are in memory once.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from diff_encoder_sim.base.errors import InputFault
 SIDE = 32  # cells along a patch; a power of two
 SHIFT, MASK = 5, SIDE - 1
 
-# What a cell holds.
+# The numbers of a cell.
 HITS, VISITS, MEAN_X, MEAN_Y = range(4)
 
-# In every table where nothing has been seen: a patch that stays empty.
+# The patch of every table where nothing has been seen; it stays empty.
 EMPTY = 0
 
 FIRST_CAPACITY = 256  # patches
@@ -27,7 +27,7 @@ FIRST_CAPACITY = 256  # patches
 # Entries of all particles' tables together: 100 MB, and 1.4 km either way for 30 particles.
 MOST_ENTRIES = 25_000_000
 
-# By how much more than is needed a map grows: upstream's.
+# A map grows by this much more than needed [m]: upstream's.
 ENLARGE_M = 10.0
 
 
@@ -41,7 +41,7 @@ class Extent(NamedTuple):
 
 
 class Counts(NamedTuple):
-    """Rays that ended in cells, or ended in or passed them, in a rectangle of a grid."""
+    """Rays that ended in cells, and that ended in or passed them, in a rectangle of a grid."""
 
     hits: np.ndarray  # (height, width) float32
     visits: np.ndarray  # (height, width) float32
@@ -58,11 +58,11 @@ class PatchMaps:
             cell's corner, in cells. Whole numbers are exact up to 2^24, where counting stops.
         table: (particles, rows, columns) int32, where in `cells` a particle's patches are.
         references: (capacity,) int32, how many entries of `table` name a patch.
-        free: (capacity,) int32, patches in nobody's use, the first `free_count[0]` of them.
+        free: (capacity,) int32, patches in no table, the first `free_count[0]` of them.
     """
 
     def __init__(self, extent: Extent, cell_m: float, particle_count: int) -> None:
-        """Empty maps that cover `extent`."""
+        """Start with empty maps that cover `extent`."""
         self.cell_m = cell_m
         self.origin_x_m, self.origin_y_m = extent.xmin_m, extent.ymin_m
         rows = _patches_along(extent.ymax_m - extent.ymin_m, cell_m)
@@ -73,15 +73,15 @@ class PatchMaps:
         self.free, self.free_count = _free_patches(self.references)
 
     def ensure_free(self, count: int) -> None:
-        """Make room so that `count` patches can be taken; capacity doubles."""
+        """Make sure that `count` patches are free; capacity doubles where they are not."""
         capacity = len(self.references)
         missing = count - int(self.free_count[0])
         if missing <= 0:
             return
         while capacity < len(self.references) + missing:
             capacity *= 2
-        # Zeros that nobody touches take no memory.
-        cells = np.zeros((capacity,) + self.cells.shape[1:], np.float32)
+        # Zeros that are never written take no memory.
+        cells = np.zeros((capacity, *self.cells.shape[1:]), np.float32)
         references = np.zeros(capacity, np.int32)
         in_use = self.references > 0
         np.copyto(cells[: len(in_use)], self.cells, where=in_use[:, None, None, None])
@@ -96,24 +96,20 @@ class PatchMaps:
             InputFault: the maps would be absurdly large. They stay as they are.
         """
         patch_m = SIDE * self.cell_m
-        rows, columns = self.table.shape[1:]
-        left = _beyond(self.origin_x_m - extent.xmin_m, patch_m)
-        right = _beyond(extent.xmax_m - self.origin_x_m - columns * patch_m, patch_m)
-        below = _beyond(self.origin_y_m - extent.ymin_m, patch_m)
-        above = _beyond(extent.ymax_m - self.origin_y_m - rows * patch_m, patch_m)
-        if left or right or below or above:
-            size = len(self.table) * (below + rows + above) * (left + columns + right)
-            if size > MOST_ENTRIES:
-                raise InputFault(
-                    f'the map would have to reach from {extent.xmin_m:.0f} to '
-                    f'{extent.xmax_m:.0f} m along x and from {extent.ymin_m:.0f} to '
-                    f'{extent.ymax_m:.0f} m along y: too large'
-                )
-            self.table = np.pad(self.table, ((0, 0), (below, above), (left, right)))
-            self.origin_x_m -= left * patch_m
-            self.origin_y_m -= below * patch_m
+        particles, rows, columns = self.table.shape
+        left = _patches_beyond(self.origin_x_m - extent.xmin_m, patch_m)
+        right = _patches_beyond(extent.xmax_m - self.origin_x_m - columns * patch_m, patch_m)
+        below = _patches_beyond(self.origin_y_m - extent.ymin_m, patch_m)
+        above = _patches_beyond(extent.ymax_m - self.origin_y_m - rows * patch_m, patch_m)
+        if not (left or right or below or above):
+            return
+        if particles * (below + rows + above) * (left + columns + right) > MOST_ENTRIES:
+            raise _too_large(extent)
+        self.table = np.pad(self.table, ((0, 0), (below, above), (left, right)))
+        self.origin_x_m -= left * patch_m
+        self.origin_y_m -= below * patch_m
 
-    def redraw(self, indices: np.ndarray) -> None:
+    def resample(self, indices: np.ndarray) -> None:
         """Give particle i the map of particle `indices[i]`; nothing but tables is copied."""
         self.table = self.table[indices]
         self.references = np.bincount(self.table.ravel(), minlength=len(self.references)).astype(np.int32)
@@ -121,7 +117,7 @@ class PatchMaps:
         self.free, self.free_count = _free_patches(self.references)
 
     def counts(self, particle: int) -> Counts:
-        """What a particle has seen."""
+        """Return the counts of the smallest rectangle of patches that holds all a particle has seen."""
         row, column = np.nonzero(self.table[particle])
         if len(row) == 0:
             return Counts(np.zeros((0, 0), np.float32), np.zeros((0, 0), np.float32), 0, 0)
@@ -136,24 +132,29 @@ class PatchMaps:
 
 
 def table_size(extent: Extent, cell_m: float, particle_count: int) -> int:
-    """Entries of the tables of maps that cover `extent`; at most MOST_ENTRIES are allowed."""
-    return (
-        particle_count
-        * _patches_along(extent.ymax_m - extent.ymin_m, cell_m)
-        * _patches_along(extent.xmax_m - extent.xmin_m, cell_m)
-    )
+    """Return the entries of the tables of maps that cover `extent`; MOST_ENTRIES are allowed."""
+    rows = _patches_along(extent.ymax_m - extent.ymin_m, cell_m)
+    return particle_count * rows * _patches_along(extent.xmax_m - extent.xmin_m, cell_m)
 
 
 def _patches_along(length_m: float, cell_m: float) -> int:
     return max(1, math.ceil(length_m / (cell_m * SIDE) - 1e-9))
 
 
-def _beyond(missing_m: float, patch_m: float) -> int:
+def _patches_beyond(missing_m: float, patch_m: float) -> int:
+    """Return by how many patches a map grows on one side; 0 where nothing is missing."""
     return math.ceil((missing_m + ENLARGE_M) / patch_m) if missing_m > 0.0 else 0
 
 
+def _too_large(extent: Extent) -> InputFault:
+    return InputFault(
+        f'the map would have to reach from {extent.xmin_m:.0f} to {extent.xmax_m:.0f} m along x and '
+        f'from {extent.ymin_m:.0f} to {extent.ymax_m:.0f} m along y: too large'
+    )
+
+
 def _free_patches(references: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
-    """(capacity,) patches without references, those of low index last, and (1,) how many."""
+    """Return (capacity,) patches without references, low indices last, and (1,) how many."""
     free = np.zeros(len(references), np.int32)
     found = np.nonzero(references[1:] == 0)[0][::-1] + 1
     free[: len(found)] = found

@@ -1,4 +1,4 @@
-"""The improved proposal: where a particle goes, by odometry and scan together.
+"""The improved proposal: each particle's new pose is drawn by odometry and scan together.
 
 Grisetti, Stachniss and Burgard, "Improved Techniques for Grid Mapping with Rao-Blackwellized
 Particle Filters", IEEE T-RO 2007, section III-B and algorithm 1.
@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.base.se2 import Pose2D, wrap_angles
 from diff_encoder_sim.slam.kernels import propose_poses
 from diff_encoder_sim.slam.move_noise import apply_moves, move_sigmas
 from diff_encoder_sim.slam.patches import PatchMaps
@@ -22,7 +22,7 @@ class Proposal(NamedTuple):
     """One step of all particles."""
 
     particles: np.ndarray  # (n, 3) base poses in the map, drawn
-    log_factors: np.ndarray  # (n,) what each particle's log-weight grows by
+    log_factors: np.ndarray  # (n,) added to each particle's log-weight
     scores: np.ndarray  # (n,) of the best match, 0 to the number of matched rays
 
 
@@ -38,8 +38,11 @@ def propose(
     motion model and is weighted by the likelihood there (lines 8 to 10).
 
     Args:
-        maps: of the particles; covers all that the rays reach.
+        maps: the particles' maps; they cover all that the rays reach.
         particles: (n, 3) base poses in the map, before the move.
+        move: the base's pose after the move, in its frame before it.
+        rays: the scan after the move.
+        params: the noise of odometry and scan, and the search.
         rng: drawn from 3 n times, whatever the move, so that equal seeds stay in step.
     """
     sigmas = move_sigmas(move, params)
@@ -68,12 +71,12 @@ def propose(
         sigmas * scale,
     )
     drawn = drawn / scale + corner
-    drawn[:, 2] = (drawn[:, 2] + np.pi) % (2.0 * np.pi) - np.pi
+    drawn[:, 2] = wrap_angles(drawn[:, 2])
     return Proposal(drawn, log_factors, scores)
 
 
 def _lattice(params: GridSlamParams) -> np.ndarray:
-    """(k, 3) offsets [m, m, rad] from the best match to try."""
+    """Return (k, 3) offsets [m, m, rad] from the best match to try."""
     places_m = _steps(params.llsamplerange, params.llsamplestep)
     turns_rad = _steps(params.lasamplerange, params.lasamplestep)
     return np.stack(np.meshgrid(places_m, places_m, turns_rad, indexing='ij'), -1).reshape(-1, 3)

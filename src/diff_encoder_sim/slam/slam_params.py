@@ -20,9 +20,7 @@ class GridSlamParams(Params):
     """
 
     # The laser. 0 stands for upstream's default: the scan's own range_max less 1 cm.
-    maxRange: float = Field(
-        0.0, ge=0, description='longer ranges count as no return [m]; 0: range_max of the scan less 1 cm'
-    )
+    maxRange: float = Field(0.0, ge=0, description='longer ranges are ignored [m]; 0: range_max of the scan less 1 cm')
     maxUrange: float = Field(0.0, ge=0, description='rays are cut here; what they pass is free [m]; 0: maxRange')
 
     # Scan matching.

@@ -1,4 +1,4 @@
-"""Compiling ahead: a live mapper must not spend its first scans on numba's compiler."""
+"""Compile ahead: a live mapper must not spend its first scans on numba's compiler."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ RAYS, PARTICLES = 60, 2
 
 
 def warm_up(params: GridSlamParams) -> None:
-    """Map a small room: tenths of a second where numba's cache is filled, else some seconds."""
+    """Map a small room: takes tenths of a second where numba's cache is filled, else seconds."""
     few = params.model_copy(update={'particles': PARTICLES, 'linearUpdate': 0.0})
     slam = GridSlam(few, np.random.default_rng(0))
     scan = Scan(0, -math.pi, 2.0 * math.pi / RAYS, 0.1, 10.0, np.full(RAYS, 2.0))

@@ -104,7 +104,7 @@ def test_particles_share_patches_until_one_writes():
     maps = maps_of(3)
     update_maps(maps, np.zeros((3, 3)), usable_rays(room_scan(IDENTITY), IDENTITY, params()))
     assert patch_count(maps) == unshared_patch_count(maps)
-    maps.redraw(np.array([1, 1, 1]))
+    maps.resample(np.array([1, 1, 1]))
     shared = patch_count(maps)
     assert unshared_patch_count(maps) == 3 * shared
     before = cells_of(maps, 1).copy()
@@ -135,7 +135,7 @@ def test_references_are_those_of_the_tables():
         assert patch_count(maps) == np.count_nonzero(counts[1:])
         assert not maps.cells[0].any()
         if step % 3 == 2:
-            maps.redraw(np.sort(rng.integers(0, 6, 6)))
+            maps.resample(np.sort(rng.integers(0, 6, 6)))
 
 
 def test_capacity_doubles_and_keeps_what_is_there():
@@ -169,7 +169,7 @@ def test_memory_is_that_of_what_was_seen():
     assert memory_bytes(maps) == table_bytes
     update_maps(maps, np.zeros((30, 3)), rays_of([1.0]))
     assert memory_bytes(maps) == table_bytes + 30 * 2 * SIDE * SIDE * 16
-    maps.redraw(np.zeros(30, int))
+    maps.resample(np.zeros(30, int))
     assert memory_bytes(maps) == table_bytes + 2 * SIDE * SIDE * 16
 
 
