@@ -1,1 +1,1 @@
-"""What every room stands on: poses, stamps, seeds, typed parameters, errors, files that are whole or absent."""
+"""The foundation of all other rooms: poses, stamps, seeds, typed parameters, errors, atomic files."""

@@ -1,4 +1,4 @@
-"""Files that are whole or absent, whatever is killed and whenever."""
+"""Files that are either complete or absent, whenever the process is killed."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ UNFINISHED_SUFFIX = '.active'
 
 
 def write_file(path: Union[str, Path], content: bytes) -> None:
-    """Put a file in its place at one stroke; one of that name is replaced.
+    """Write a file atomically, in place of one of that name.
 
     Raises:
-        OSError: it cannot be written; what was there before is still there. It names `path`.
+        OSError: it cannot be written, and what was there before is unchanged; the error names `path`.
     """
     path = Path(path)
-    # A name of its own for each writer: two may write the same file at once, on two machines.
+    # A name of its own for each writer: two may write the same file at once, on two hosts.
     unfinished = path.with_name(f'.{path.name}.{uuid.uuid4().hex}{UNFINISHED_SUFFIX}')
     try:
         with open(unfinished, 'wb') as file:
@@ -29,5 +29,5 @@ def write_file(path: Union[str, Path], content: bytes) -> None:
     except OSError as error:
         raise OSError(error.errno, error.strerror, str(path)) from None
     finally:
-        with contextlib.suppress(OSError):  # in its place by now
+        with contextlib.suppress(OSError):  # renamed by now
             unfinished.unlink()

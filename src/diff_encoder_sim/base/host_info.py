@@ -1,4 +1,4 @@
-"""What results are computed on: this machine, and the commit of a checkout."""
+"""Provenance of results: the host's processor, and git for the commit of a checkout."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Optional
 
 
 def cpu_model() -> str:
-    """The processor's name; its architecture where Linux does not tell."""
+    """Return the processor's name, or its architecture where Linux does not report one."""
     try:
         lines = Path('/proc/cpuinfo').read_text(encoding='utf-8').splitlines()
     except OSError:
@@ -20,14 +20,14 @@ def cpu_model() -> str:
 
 
 def usable_cores() -> int:
-    """Cores that this process may use, which can be fewer than the machine has."""
+    """Return how many cores this process may use, which can be fewer than the host has."""
     return len(os.sched_getaffinity(0))
 
 
 def git(folder: Path, *arguments: str) -> Optional[str]:
-    """What a git command in a folder prints; None where it fails or there is no git."""
+    """Return the output of a git command in a folder; None where it fails or git is missing."""
     try:
-        done = subprocess.run(
+        completed = subprocess.run(
             ['git', '-C', str(folder), *arguments],
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
@@ -36,4 +36,4 @@ def git(folder: Path, *arguments: str) -> Optional[str]:
         )
     except (OSError, subprocess.SubprocessError):
         return None
-    return done.stdout.decode('utf-8', 'replace').strip()
+    return completed.stdout.decode('utf-8', 'replace').strip()

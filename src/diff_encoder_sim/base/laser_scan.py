@@ -1,4 +1,4 @@
-"""One sweep of a planar laser scanner."""
+"""One scan of a planar laser scanner."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ class Scan(NamedTuple):
     angle_increment_rad: float  # between rays
     range_min_m: float
     range_max_m: float
-    ranges_m: np.ndarray  # (n,); +inf where nothing returned, out of range where not valid
+    ranges_m: np.ndarray  # (n,); +inf where no echo returned, out of range where not valid
 
     def bearings_rad(self) -> np.ndarray:
-        """(n,) bearing of each ray in the laser's frame."""
+        """Return the (n,) bearing of each ray in the laser's frame."""
         return self.angle_min_rad + self.angle_increment_rad * np.arange(len(self.ranges_m))

@@ -19,7 +19,7 @@ class Pose2D(NamedTuple):
     yaw_rad: float
 
     def compose(self, child: Pose2D) -> Pose2D:
-        """Pose of `child` (given in this frame) in this frame's parent."""
+        """Return the pose of `child` (given in this frame) in this frame's parent."""
         cos_yaw, sin_yaw = math.cos(self.yaw_rad), math.sin(self.yaw_rad)
         return Pose2D(
             self.x_m + cos_yaw * child.x_m - sin_yaw * child.y_m,
@@ -28,14 +28,14 @@ class Pose2D(NamedTuple):
         )
 
     def inverse(self) -> Pose2D:
-        """Pose of the parent in this frame."""
+        """Return the pose of the parent in this frame."""
         cos_yaw, sin_yaw = math.cos(self.yaw_rad), math.sin(self.yaw_rad)
         return Pose2D(
             -cos_yaw * self.x_m - sin_yaw * self.y_m, sin_yaw * self.x_m - cos_yaw * self.y_m, wrap_angle(-self.yaw_rad)
         )
 
     def relative_to(self, reference: Pose2D) -> Pose2D:
-        """This pose as seen from `reference`, both given in the same frame."""
+        """Return this pose in the frame of `reference`, both given in the same frame."""
         return reference.inverse().compose(self)
 
 
@@ -43,7 +43,7 @@ IDENTITY = Pose2D(0.0, 0.0, 0.0)
 
 
 def wrap_angle(angle_rad: float) -> float:
-    """The same direction in [-pi, pi)."""
+    """Return the same direction in [-pi, pi)."""
     return (angle_rad + math.pi) % (2.0 * math.pi) - math.pi
 
 
@@ -54,7 +54,7 @@ def wrap_angles(angles_rad: np.ndarray) -> np.ndarray:
 
 
 def move_along_arc(pose: Pose2D, distance_m: float, turn_rad: float) -> Pose2D:
-    """Pose after an arc of constant curvature: exact, not the midpoint approximation.
+    """Return the pose after an arc of constant curvature: exact, not the midpoint approximation.
 
     The chord of an arc of length s that turns by t is s sin(t/2)/(t/2), at the heading
     half-way. Yaw is not wrapped here, so that whole turns stay countable.
@@ -75,22 +75,22 @@ def move_along_arc(pose: Pose2D, distance_m: float, turn_rad: float) -> Pose2D:
     )
 
 
-def interpolate(start: Pose2D, end: Pose2D, share: float) -> Pose2D:
-    """The pose a share of the way from one to another, by the shorter turn; yaw in [-pi, pi)."""
+def interpolate(start: Pose2D, end: Pose2D, fraction: float) -> Pose2D:
+    """Return the pose at a fraction between two, by the shorter turn; yaw in [-pi, pi)."""
     return Pose2D(
-        start.x_m + share * (end.x_m - start.x_m),
-        start.y_m + share * (end.y_m - start.y_m),
-        wrap_angle(start.yaw_rad + share * wrap_angle(end.yaw_rad - start.yaw_rad)),
+        start.x_m + fraction * (end.x_m - start.x_m),
+        start.y_m + fraction * (end.y_m - start.y_m),
+        wrap_angle(start.yaw_rad + fraction * wrap_angle(end.yaw_rad - start.yaw_rad)),
     )
 
 
 def quat_xyzw_from_yaw(yaw_rad: float) -> Tuple[float, float, float, float]:
-    """Unit quaternion of a rotation about z."""
+    """Return the unit quaternion of a rotation about z."""
     return 0.0, 0.0, math.sin(0.5 * yaw_rad), math.cos(0.5 * yaw_rad)
 
 
 def yaw_from_quat_xyzw(x: float, y: float, z: float, w: float) -> float:
-    """Yaw [rad] of a quaternion of any length, roll and pitch dropped.
+    """Return the yaw [rad] of a quaternion of any length, roll and pitch dropped.
 
     Raises:
         ValueError: the quaternion is zero or not finite.

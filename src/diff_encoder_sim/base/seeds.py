@@ -12,6 +12,6 @@ import numpy as np
 
 
 def generator(seed: int, stream: str) -> np.random.Generator:
-    """Generator for one purpose; adding a stream does not change what the others draw."""
+    """Return the generator of one purpose; adding a stream does not change what the others draw."""
     # crc32 because Python's own hash of a string differs from process to process.
     return np.random.default_rng([seed, zlib.crc32(stream.encode('utf-8'))])

@@ -1,4 +1,4 @@
-"""What a message's stamp means for a component that keeps state over time."""
+"""Stamps of messages in integer nanoseconds: which are new, and when time jumps back."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ NANOSECONDS_PER_SECOND = 1_000_000_000
 
 
 class Step(enum.Enum):
-    """How a stamp stands to the newest one before it."""
+    """How a stamp relates to the newest one before it."""
 
     NEW = 'later: use it'
-    STALE = 'repeated, or overtaken on the way: ignore it'
-    RESTART = 'time has jumped back: begin again'
+    STALE = 'repeated, or overtaken by a newer one: ignore it'
+    RESTART = 'time has jumped back: reset'
 
 
 class Timeline:
-    """Sorts stamps into new, stale and restart.
+    """Classifies stamps as new, stale or restart.
 
     A stamp that goes back by up to `tolerance_ns` is a message overtaken by another (several
     publishers on one topic). Further back, time itself was reset: a bag loops, or the simulator

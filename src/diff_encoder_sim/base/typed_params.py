@@ -1,4 +1,4 @@
-"""Typed parameters: defaults in code, values from YAML or ROS, checked once, at the edge.
+"""Typed parameters: defaults in code, values from YAML or ROS, validated once when they are read.
 
 Every component declares a frozen subclass of `Params` beside its algorithm. Field names are the
 names that users write in YAML and ROS parameters; units stand in each field's description.
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import difflib
 from pathlib import Path
-from typing import Any, Dict, List, Mapping, Type, TypeVar, Union
+from typing import Any, Dict, Iterable, List, Mapping, Type, TypeVar, Union
 
 import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
@@ -72,7 +72,7 @@ def split_params(mapping: Mapping[str, Any], source: str, *params_classes: Type[
 
 
 def load_yaml(path: Union[str, Path]) -> Dict[str, Any]:
-    """The mapping in a YAML file, by safe_load; an empty file is an empty mapping.
+    """Read the mapping in a YAML file, by safe_load; an empty file is an empty mapping.
 
     Raises:
         ConfigError: the file cannot be read, is not YAML, or is not a mapping.
@@ -82,12 +82,8 @@ def load_yaml(path: Union[str, Path]) -> Dict[str, Any]:
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, 'strerror', None) or 'not UTF-8 text'
         raise ConfigError(f'{path}: cannot be read: {reason}') from None
-    except Exception as error:  # of a bad number or date PyYAML lets other types through
-        mark = getattr(error, 'problem_mark', None)
-        line = f', line {mark.line + 1}' if mark else ''
-        raise ConfigError(
-            f'{path}{line}: not valid YAML: {getattr(error, "problem", None) or "cannot be parsed"}'
-        ) from None
+    except Exception as error:  # for a bad number or date PyYAML raises other types than its own
+        raise ConfigError(_yaml_problem(path, error)) from None
     if content is None:
         return {}
     if not isinstance(content, dict):
@@ -95,14 +91,20 @@ def load_yaml(path: Union[str, Path]) -> Dict[str, Any]:
     return content
 
 
-def did_you_mean(given: str, known: Any) -> str:
-    """'; did you mean X?' when one of `known` is close to `given`, else nothing."""
+def _yaml_problem(path: Union[str, Path], error: Exception) -> str:
+    mark = getattr(error, 'problem_mark', None)
+    line = f', line {mark.line + 1}' if mark else ''
+    return f'{path}{line}: not valid YAML: {getattr(error, "problem", None) or "cannot be parsed"}'
+
+
+def did_you_mean(given: str, known: Iterable[str]) -> str:
+    """Return '; did you mean X?' when one of `known` is close to `given`, else nothing."""
     close = difflib.get_close_matches(given, list(known), n=1)
     return f'; did you mean {close[0]!r}?' if close else ''
 
 
 def _keys(params_class: Type[Params]) -> List[str]:
-    """What users write: a field's alias where its name would be Python's own (`str`)."""
+    """Return the keys that users write: a field's alias where its name would be Python's own (`str`)."""
     return [field.alias or name for name, field in params_class.model_fields.items()]
 
 

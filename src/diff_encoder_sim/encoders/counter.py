@@ -20,7 +20,7 @@ CounterModulus = Annotated[
 
 
 def wrap_count(pulses: int, modulus: int) -> int:
-    """What a two's-complement counter of `modulus` states shows: [-modulus/2, modulus/2).
+    """Return the reading of a two's-complement counter of `modulus` states: [-modulus/2, modulus/2).
 
     A modulus of 0 stands for a counter that never wraps.
     """
@@ -31,9 +31,9 @@ def wrap_count(pulses: int, modulus: int) -> int:
 
 
 def count_difference(newer: int, older: int, modulus: int) -> int:
-    """Pulses between two readings of a wrapping counter, the shorter way round.
+    """Return the pulses between two readings of a wrapping counter, in the direction with fewer of them.
 
-    Right in both directions while fewer than modulus/2 pulses pass between readings, and for
+    It is right in both directions while fewer than modulus/2 pulses pass between readings, and for
     counters that show [0, modulus) just as for signed ones.
     """
     return wrap_count(newer - older, modulus)

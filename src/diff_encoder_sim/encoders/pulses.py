@@ -33,11 +33,11 @@ DEFAULT_PPR = PerWheel(left=90, right=90)
 
 
 def ppr_label(ppr: PerWheel) -> str:
-    """90 where both wheels have 90, else left-right."""
+    """Format as 90 where both wheels have 90, else as 40-90 for left and right."""
     left, right = f'{ppr.left:g}', f'{ppr.right:g}'
     return left if left == right else f'{left}-{right}'
 
 
 def pulses_from_angle(angle_rad: float, ppr: float) -> int:
-    """Whole pulses at a wheel angle, equation (1): floor, so -0.1 pulse is -1."""
+    """Return the whole pulses at a wheel angle, equation (1): floor, so -0.1 pulse is -1."""
     return math.floor(angle_rad * ppr / (2.0 * math.pi))

@@ -1,4 +1,4 @@
-"""Reports at a fixed rate, kept on the stamps of the samples."""
+"""Sampling at a fixed rate of stamps, whenever the messages arrive."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 
 
 class BoundarySampler:
-    """Finds the first stamp at or after each boundary of a fixed rate, on the stamps' own time."""
+    """Finds the first stamp at or after each boundary of a fixed rate."""
 
     def __init__(self, rate_hz: float) -> None:
         # Exact rational arithmetic: 20 Hz boundaries must not drift off 50 ms after an hour.
@@ -19,7 +19,7 @@ class BoundarySampler:
         self._newest_index: Optional[int] = None
 
     def period_index(self, stamp_ns: int) -> Optional[int]:
-        """Index of the boundary that `stamp_ns` is the first to reach, else None."""
+        """Return the index of the boundary that `stamp_ns` is the first to reach, else None."""
         index, remainder = divmod(stamp_ns * self._periods, self._in_ns)
         if self._newest_index is not None and index <= self._newest_index:
             return None

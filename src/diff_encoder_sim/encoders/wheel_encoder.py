@@ -1,4 +1,4 @@
-"""The incremental wheel encoder: from wheel angle to a pulse count, sampled at a fixed rate.
+"""Both incremental wheel encoders, from joint messages to pulse counts that are reported at a fixed rate.
 
 Equation (1) of the paper, the counter's finite width, and the motor controller's 20 Hz report.
 """
@@ -6,27 +6,23 @@ Equation (1) of the paper, the counter's finite width, and the motor controller'
 from __future__ import annotations
 
 import logging
-import math
-from typing import Dict, NamedTuple, Optional, Sequence, Tuple
+from typing import NamedTuple, Optional, Sequence
 
 from pydantic import Field, model_validator
 
 from diff_encoder_sim.base.errors import EVENT, InputFault
-from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step
 from diff_encoder_sim.base.typed_params import Params, did_you_mean
 from diff_encoder_sim.encoders.counter import CounterModulus, wrap_count
-from diff_encoder_sim.encoders.pulses import DEFAULT_PPR, PulsesPerRevolution, pulses_from_angle
-from diff_encoder_sim.encoders.sampling import BoundarySampler
+from diff_encoder_sim.encoders.pulses import DEFAULT_PPR, PulsesPerRevolution
+from diff_encoder_sim.encoders.wheel_channel import MISSING_AFTER_NS, WheelChannel
 
 log = logging.getLogger(__name__)
 
 # Far beyond any drive (100,000 km on a 0.2 m wheel), and its pulses still fit an int64.
 LARGEST_ANGLE_RAD = 1e9
 
-# A wheel that no message has named for this long is missing, not merely interleaved.
-MISSING_AFTER_NS = NANOSECONDS_PER_SECOND
-
-# So many messages in a row without a newer stamp: the publisher does not set it.
+# After so many messages in a row without a newer stamp, the publisher does not set it.
 STAMPS_STAND_STILL_AFTER = 100
 
 
@@ -54,43 +50,10 @@ class EncoderSample(NamedTuple):
     right_pulses: int
 
 
-class _WheelChannel:
-    """One wheel's way through the encoder: its time, its sampling, its samples not yet reported."""
-
-    def __init__(self, joint: str, ppr: float, rate_hz: float) -> None:
-        self.joint = joint
-        self._ppr = ppr
-        self._sampler = BoundarySampler(rate_hz)
-        self._timeline = Timeline(tolerance_ns=int(2 * NANOSECONDS_PER_SECOND / rate_hz))
-        # (stamp, pulses) by period, for as long as the other wheel may be late.
-        self.samples: Dict[int, Tuple[int, int]] = {}
-        self._kept_periods = math.ceil(MISSING_AFTER_NS * rate_hz / NANOSECONDS_PER_SECOND) + 1
-
-    def take(self, stamp_ns: int, angle_rad: float) -> Step:
-        """Feed one angle; after RESTART the channel must be replaced by a new one."""
-        step = self._timeline.advance(stamp_ns)
-        if step is Step.NEW:
-            index = self._sampler.period_index(stamp_ns)
-            if index is not None:
-                self.samples[index] = (stamp_ns, pulses_from_angle(angle_rad, self._ppr))
-                self.drop_before(index - self._kept_periods)
-        return step
-
-    def drop_before(self, period_index: int) -> None:
-        """Forget samples of periods before this one."""
-        while self.samples and next(iter(self.samples)) < period_index:
-            del self.samples[next(iter(self.samples))]
-
-    @property
-    def last_seen_ns(self) -> Optional[int]:
-        """Stamp of the newest angle taken."""
-        return self._timeline.newest_ns
-
-
 class DiffEncoder:
     """Both wheels' encoders behind one motor controller that reports at a fixed rate.
 
-    Feed it every joint message. The wheels may come in one message or in several, in any order,
+    It takes every joint message. The wheels may come in one message or in several, in any order,
     among any other joints.
     """
 
@@ -99,16 +62,16 @@ class DiffEncoder:
         self.reset()
 
     def reset(self) -> None:
-        """Forget all samples; counts stay what equation (1) says of the angle."""
+        """Drop all samples; counts are still those of equation (1) at the wheel's angle."""
         params = self.params
-        self._left = _WheelChannel(params.left_joint, params.ppr.left, params.rate)
-        self._right = _WheelChannel(params.right_joint, params.ppr.right, params.rate)
+        self._left = WheelChannel(params.left_joint, params.ppr.left, params.rate)
+        self._right = WheelChannel(params.right_joint, params.ppr.right, params.rate)
         self._channels = self._left, self._right
         self._first_stamp_ns: Optional[int] = None
         self._stale_in_a_row = 0
 
     def update(self, stamp_ns: int, names: Sequence[str], angles_rad: Sequence[float]) -> Optional[EncoderSample]:
-        """Take one joint message; returns a sample when both wheels have reached a boundary.
+        """Take one joint message, and return a sample when both wheels have reached a boundary.
 
         Args:
             stamp_ns: the message's stamp [ns].
@@ -117,7 +80,7 @@ class DiffEncoder:
 
         Raises:
             InputFault: a wheel is named twice, has no finite angle, or has long been missing, or
-                the stamps stand still. The counts are those of before.
+                the stamps stand still. The state stays as before.
         """
         angles = [_angle_of(channel.joint, names, angles_rad) for channel in self._channels]
         steps = [channel.take(stamp_ns, angle) for channel, angle in zip(self._channels, angles) if angle is not None]
@@ -133,19 +96,18 @@ class DiffEncoder:
         return self._report()
 
     def _report(self) -> Optional[EncoderSample]:
+        """Return the oldest period that both wheels have a sample of, and drop it and those before."""
         if not (self._left.samples and self._right.samples):
             return None
         index = next((index for index in self._left.samples if index in self._right.samples), None)
         if index is None:
             return None
-        left_stamp_ns, left_pulses = self._left.samples[index]
-        right_stamp_ns, right_pulses = self._right.samples[index]
+        left, right = self._left.samples[index], self._right.samples[index]
         for channel in self._channels:
             channel.drop_before(index + 1)
         modulus = self.params.counter_modulus
-        return EncoderSample(
-            max(left_stamp_ns, right_stamp_ns), wrap_count(left_pulses, modulus), wrap_count(right_pulses, modulus)
-        )
+        stamp_ns = max(left.stamp_ns, right.stamp_ns)
+        return EncoderSample(stamp_ns, wrap_count(left.pulses, modulus), wrap_count(right.pulses, modulus))
 
     def _check_stamps_advance(self, stamp_ns: int, steps: Sequence[Step]) -> None:
         if Step.NEW in steps:
@@ -154,28 +116,25 @@ class DiffEncoder:
             self._stale_in_a_row += 1
         if self._stale_in_a_row >= STAMPS_STAND_STILL_AFTER:
             raise InputFault(
-                f'stamps stand still at {stamp_ns / NANOSECONDS_PER_SECOND:.3f} s '
-                f'(the last {self._stale_in_a_row} messages); expected header.stamp '
-                f'to be the time of each sample'
+                f'stamps stand still at {stamp_ns / NANOSECONDS_PER_SECOND:.3f} s (the last {self._stale_in_a_row} '
+                f'messages); expected header.stamp to be the time of each sample'
             )
 
     def _check_nothing_missing(self, stamp_ns: int, names: Sequence[str]) -> None:
         if self._first_stamp_ns is None:
             self._first_stamp_ns = stamp_ns
         for channel in self._channels:
-            if channel.joint in names:
-                continue
-            since_ns = self._first_stamp_ns if channel.last_seen_ns is None else channel.last_seen_ns
-            if stamp_ns - since_ns > MISSING_AFTER_NS:
+            last_seen_ns = self._first_stamp_ns if channel.last_seen_ns is None else channel.last_seen_ns
+            missing_ns = stamp_ns - last_seen_ns
+            if channel.joint not in names and missing_ns > MISSING_AFTER_NS:
                 raise InputFault(
-                    f'joint {channel.joint!r} not seen for '
-                    f'{(stamp_ns - since_ns) / NANOSECONDS_PER_SECOND:.1f} s; '
+                    f'joint {channel.joint!r} not seen for {missing_ns / NANOSECONDS_PER_SECOND:.1f} s; '
                     f'this message names {list(names)}{did_you_mean(channel.joint, names)}'
                 )
 
 
 def _angle_of(joint: str, names: Sequence[str], angles_rad: Sequence[float]) -> Optional[float]:
-    """The joint's angle [rad], or None where the message does not name it."""
+    """Return the joint's angle [rad], or None where the message does not name it."""
     times_named = names.count(joint)
     if times_named == 0:
         return None

@@ -1,7 +1,7 @@
-"""How uncertain wheel odometry is: noise that grows with the path, whole pulses that do not.
+"""The covariance of wheel odometry: motion noise, which grows with the path, and quantisation, which does not.
 
-Why in this way: docs/adr/0002-odometry-covariance.md. Matrices are worked out in plain numbers:
-for so small ones, numpy's calls take far longer than the arithmetic.
+The reasons are in docs/adr/0002-odometry-covariance.md. Matrices are computed in plain numbers, because numpy's
+calls take far longer than the arithmetic of such small ones.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from diff_encoder_sim.base.se2 import Pose2D
 # Variance of a position that is uniform within one pulse, in pulses squared.
 PULSE_VARIANCE = 1.0 / 12.0
 
-# Standard deviation, in pulses along x and along y, of what does not quite average out under way;
+# Standard deviation, in pulses along x and along y, of the rounding under way, which does not quite average out;
 # measured by NEES (test/benchmark/quantisation.py).
 RESIDUAL_PULSES = 0.03
 
@@ -29,7 +29,7 @@ def propagate_motion_noise(
     wheel_separation_m: float,
     motion_noise: float,
 ) -> np.ndarray:
-    """3x3 covariance of (x, y, yaw) after one more step of both wheels.
+    """Return the 3x3 covariance of (x, y, yaw) after one more step of both wheels.
 
     Siegwart and Nourbakhsh, Introduction to Autonomous Mobile Robots, section 5.2.4: each
     wheel's travel has a variance proportional to its length and independent of the other's.
@@ -37,7 +37,8 @@ def propagate_motion_noise(
     Args:
         covariance: 3x3, before the step.
         yaw_rad: heading before the step.
-        left_m: travel of the left wheel; right_m: of the right.
+        left_m: travel of the left wheel.
+        right_m: travel of the right wheel.
         wheel_separation_m: between the contact points.
         motion_noise: variance per metre of travel [m^2/m].
     """
@@ -45,17 +46,19 @@ def propagate_motion_noise(
     mid_yaw_rad = yaw_rad + 0.5 * (right_m - left_m) / wheel_separation_m
     cos_yaw, sin_yaw = math.cos(mid_yaw_rad), math.sin(mid_yaw_rad)
     lever, turn = 0.5 * travel_m / wheel_separation_m, 1.0 / wheel_separation_m
-    # What a metre of the left and of the right wheel adds to the pose.
+    # The Jacobian's columns: what a metre of the left and of the right wheel adds to the pose.
     by_wheels = (
         (0.5 * cos_yaw + lever * sin_yaw, 0.5 * sin_yaw - lever * cos_yaw, -turn),
         (0.5 * cos_yaw - lever * sin_yaw, 0.5 * sin_yaw + lever * cos_yaw, turn),
     )
     variances = (motion_noise * abs(left_m), motion_noise * abs(right_m))
-    return _turned_by_heading(covariance, -travel_m * sin_yaw, travel_m * cos_yaw) + _covariance(by_wheels, variances)
+    carried = _carried_by_heading(covariance, -travel_m * sin_yaw, travel_m * cos_yaw)
+    propagated: np.ndarray = carried + _covariance(by_wheels, variances)
+    return propagated
 
 
-def _turned_by_heading(covariance: np.ndarray, x_per_yaw_m: float, y_per_yaw_m: float) -> np.ndarray:
-    """J C J' of a 3x3 covariance C, for a J that is the identity but for x and y by yaw."""
+def _carried_by_heading(covariance: np.ndarray, x_per_yaw_m: float, y_per_yaw_m: float) -> np.ndarray:
+    """Return J C J' of a 3x3 covariance C, for a J that is the identity but for x and y by yaw."""
     (xx, xy, x_yaw), (_, yy, y_yaw), (_, _, yaw_yaw) = covariance.tolist()
     new_x_yaw, new_y_yaw = x_yaw + x_per_yaw_m * yaw_yaw, y_yaw + y_per_yaw_m * yaw_yaw
     new_xy = xy + x_per_yaw_m * y_yaw + y_per_yaw_m * new_x_yaw
@@ -69,7 +72,7 @@ def _turned_by_heading(covariance: np.ndarray, x_per_yaw_m: float, y_per_yaw_m: 
 
 
 def _covariance(columns: Iterable[Tuple[float, float, float]], variances: Iterable[float]) -> np.ndarray:
-    """3x3 of an (x, y, yaw) that moves by a column times an error for each, of its own variance."""
+    """Return the 3x3 covariance of a sum of columns (x, y, yaw), each times an error of its own variance."""
     xx = xy = yy = x_yaw = y_yaw = yaw_yaw = 0.0
     for (x, y, yaw), variance in zip(columns, variances):
         xx += variance * x * x
@@ -84,10 +87,10 @@ def _covariance(columns: Iterable[Tuple[float, float, float]], variances: Iterab
 def quantisation_covariance(
     base_pose_in_odom: Pose2D, left_m_per_pulse: float, right_m_per_pulse: float, wheel_separation_m: float
 ) -> np.ndarray:
-    """3x3 covariance of (x, y, yaw) that whole pulses cause: bounded, no random walk.
+    """Return the 3x3 covariance of (x, y, yaw) that whole pulses cause: bounded, no random walk.
 
-    Each wheel stands anywhere within a pulse twice: at the start and now. What it had left of its
-    pulse at the start turns and shifts the whole path about the start; what it has left now turns
+    Each wheel is anywhere within a pulse twice: at the start and now. What remained of its
+    pulse at the start turns and shifts the whole path about the start; what remains now turns
     and shifts the robot where it stands. In between, the rounding averages out. For a straight
     drive of length S this gives the lateral spread (S d/L) sqrt(1/6), and everywhere the heading
     spread (d/L) sqrt(1/3) (docs/adr/0002-odometry-covariance.md).
@@ -95,8 +98,8 @@ def quantisation_covariance(
     x_m, y_m, yaw_rad = base_pose_in_odom
     cos_yaw, sin_yaw = math.cos(yaw_rad), math.sin(yaw_rad)
     x_turns, y_turns, turn = (x_m / wheel_separation_m, y_m / wheel_separation_m, 1.0 / wheel_separation_m)
-    # Where a metre of the left and of the right wheel at the start, and of both now, moves the
-    # pose; last what does not average out, along x and along y.
+    # How a metre of the left and of the right wheel at the start, and of both now, moves the
+    # pose; last the residual along x and along y.
     columns = (
         (0.5 + y_turns, -x_turns, -turn),
         (0.5 - y_turns, x_turns, turn),

@@ -7,7 +7,6 @@ is split into samples.
 
 from __future__ import annotations
 
-import functools
 import logging
 import math
 from collections import deque
@@ -22,11 +21,8 @@ from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
 from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.encoders.counter import CounterModulus, count_difference
 from diff_encoder_sim.encoders.pulses import DEFAULT_PPR, PulsesPerRevolution
-from diff_encoder_sim.odometry.odometry_covariance import (
-    PULSE_VARIANCE,
-    propagate_motion_noise,
-    quantisation_covariance,
-)
+from diff_encoder_sim.odometry.mean_twist import MeanTwist, mean_twist
+from diff_encoder_sim.odometry.odometry_covariance import propagate_motion_noise, quantisation_covariance
 
 log = logging.getLogger(__name__)
 
@@ -37,8 +33,8 @@ LATE_REPORT_TOLERANCE_NS = 100_000_000
 class OdometryParams(Params):
     """Parameters of gz_diff_odom_node, under the names that users set.
 
-    `wheel_diameter` and `wheel_separation` are what the robot believes of itself; the true
-    geometry is the simulator's.
+    `wheel_diameter` and `wheel_separation` are the geometry that odometry assumes; the true one
+    is the simulator's.
     """
 
     ppr: PulsesPerRevolution = DEFAULT_PPR
@@ -56,7 +52,7 @@ class OdometryParams(Params):
 
 
 class OdometryEstimate(NamedTuple):
-    """What the wheels tell at one instant."""
+    """Pose and twist by the wheels at one instant."""
 
     stamp_ns: int
     base_pose_in_odom: Pose2D  # yaw in [-pi, pi)
@@ -66,7 +62,7 @@ class OdometryEstimate(NamedTuple):
     twist_covariance: np.ndarray  # 2x2 over (linear [m/s], angular [rad/s])
 
     def twist_std(self) -> Tuple[float, float]:
-        """Standard deviations of the twist, linear [m/s] and angular [rad/s]."""
+        """Return the standard deviations of the twist, linear [m/s] and angular [rad/s]."""
         return (math.sqrt(self.twist_covariance[0, 0]), math.sqrt(self.twist_covariance[1, 1]))
 
 
@@ -88,14 +84,14 @@ class WheelOdometry:
         self.reset()
 
     def reset(self) -> None:
-        """Back to pose zero; the next report of a new stamp, whatever it counts, is the start."""
+        """Return to pose zero; the next report of a new stamp, whatever it counts, is the start."""
         self._counters: Optional[_Report] = None
         self._totals: Deque[_Report] = deque(maxlen=self.params.velocity_window + 1)
         self._pose = IDENTITY
         self._motion_covariance = np.zeros((3, 3))
 
     def update(self, stamp_ns: int, left_count: int, right_count: int) -> Optional[OdometryEstimate]:
-        """Take one report of the counters; None when its stamp is stale.
+        """Take one report of the counters, and return the estimate; None when its stamp is stale.
 
         A stamp that jumps back restarts from pose zero. A count that jumps further than a wheel
         can turn restarts the counting and keeps the pose. Either logs one warning.
@@ -126,26 +122,31 @@ class WheelOdometry:
         self._counters = report
 
     def _move(self, report: _Report, previous: _Report) -> None:
-        modulus = self.params.counter_modulus
-        left_pulses = count_difference(report.left_pulses, previous.left_pulses, modulus)
-        right_pulses = count_difference(report.right_pulses, previous.right_pulses, modulus)
-        interval_s = (report.stamp_ns - previous.stamp_ns) / NANOSECONDS_PER_SECOND
-        if self._is_implausible(left_pulses, right_pulses, interval_s):
-            log.warning(
-                '%d left and %d right pulses in %.3f s are faster than max_wheel_speed: '
-                'taken as a counter restart, the pose is kept',
-                left_pulses,
-                right_pulses,
-                interval_s,
-                extra=EVENT,
-            )
-            left_pulses = right_pulses = 0
+        left_pulses, right_pulses = self._pulses_between(previous, report)
         total = self._totals[-1]
         self._totals.append(
             _Report(report.stamp_ns, total.left_pulses + left_pulses, total.right_pulses + right_pulses)
         )
         if left_pulses or right_pulses:
             self._move_pose(left_pulses * self._left_m_per_pulse, right_pulses * self._right_m_per_pulse)
+
+    def _pulses_between(self, previous: _Report, report: _Report) -> Tuple[int, int]:
+        """Return the left and right pulses between two reports; none where a counter was restarted."""
+        modulus = self.params.counter_modulus
+        left_pulses = count_difference(report.left_pulses, previous.left_pulses, modulus)
+        right_pulses = count_difference(report.right_pulses, previous.right_pulses, modulus)
+        interval_s = (report.stamp_ns - previous.stamp_ns) / NANOSECONDS_PER_SECOND
+        if not self._is_implausible(left_pulses, right_pulses, interval_s):
+            return left_pulses, right_pulses
+        log.warning(
+            '%d left and %d right pulses in %.3f s are faster than max_wheel_speed: '
+            'taken as a counter restart, the pose is kept',
+            left_pulses,
+            right_pulses,
+            interval_s,
+            extra=EVENT,
+        )
+        return 0, 0
 
     def _move_pose(self, left_m: float, right_m: float) -> None:
         start = self._pose
@@ -172,37 +173,22 @@ class WheelOdometry:
         return 2.0 * math.pi * turns > self.params.max_wheel_speed * interval_s
 
     def _estimate(self, stamp_ns: int) -> OdometryEstimate:
-        linear_mps, angular_radps, twist_covariance = self._twist()
+        twist = self._twist()
         pose_covariance = self._motion_covariance + quantisation_covariance(
             self._pose, self._left_m_per_pulse, self._right_m_per_pulse, self.params.wheel_separation
         )
         wrapped_pose = IDENTITY.compose(self._pose)
-        return OdometryEstimate(stamp_ns, wrapped_pose, linear_mps, angular_radps, pose_covariance, twist_covariance)
+        return OdometryEstimate(
+            stamp_ns, wrapped_pose, twist.linear_mps, twist.angular_radps, pose_covariance, twist.covariance
+        )
 
-    def _twist(self) -> Tuple[float, float, np.ndarray]:
-        """Mean twist over the window [m/s, rad/s] and its 2x2 covariance."""
+    def _twist(self) -> MeanTwist:
+        """Return the mean twist over the window."""
         oldest, newest = self._totals[0], self._totals[-1]
-        interval_s = (newest.stamp_ns - oldest.stamp_ns) / NANOSECONDS_PER_SECOND
-        if interval_s == 0.0:
-            return 0.0, 0.0, np.zeros((2, 2))
-        left_m = (newest.left_pulses - oldest.left_pulses) * self._left_m_per_pulse
-        right_m = (newest.right_pulses - oldest.right_pulses) * self._right_m_per_pulse
-        jacobian = _twist_by_travel(self.params.wheel_separation, interval_s)
-        linear_mps, angular_radps = (jacobian @ (left_m, right_m)).tolist()
-        # A difference of two readings carries two independent rounding errors.
-        travel_variance = [
-            2.0 * PULSE_VARIANCE * m_per_pulse**2 + self.params.motion_noise * abs(travel_m)
-            for m_per_pulse, travel_m in ((self._left_m_per_pulse, left_m), (self._right_m_per_pulse, right_m))
-        ]
-        return linear_mps, angular_radps, (jacobian * travel_variance) @ jacobian.T
-
-
-# Reports come at one rate, so hardly ever another interval.
-@functools.lru_cache(maxsize=16)
-def _twist_by_travel(wheel_separation_m: float, interval_s: float) -> np.ndarray:
-    """2x2 read-only; columns: what a metre of the left and of the right wheel adds to the twist."""
-    jacobian = np.array([[0.5, 0.5], [-1.0, 1.0]])
-    jacobian[1] /= wheel_separation_m
-    jacobian /= interval_s
-    jacobian.setflags(write=False)
-    return jacobian
+        return mean_twist(
+            (newest.left_pulses - oldest.left_pulses, newest.right_pulses - oldest.right_pulses),
+            (self._left_m_per_pulse, self._right_m_per_pulse),
+            (newest.stamp_ns - oldest.stamp_ns) / NANOSECONDS_PER_SECOND,
+            self.params.wheel_separation,
+            self.params.motion_noise,
+        )

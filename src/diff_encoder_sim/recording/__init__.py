@@ -1,1 +1,1 @@
-"""Bags: which topics a trial records, and reading them back."""
+"""Bags: the topics that a trial records, writing them, and reading bags of any origin."""

@@ -1,4 +1,4 @@
-"""A recorded drive in any kind of bag: its topics, and its messages as a stream."""
+"""Streams the messages of a recorded drive from any kind of bag."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ class Ros2Stream:
         self.fault = ''
 
     def messages(self, topics: Collection[str]) -> Iterator[Message]:
-        """Of some topics, in the order of their recording, as far as they can be read."""
+        """Yield the messages of some topics in the order of their recording, as far as they can be read."""
         connections = [connection for connection in self._reader.connections if connection.topic in topics]
         if not connections:
             return
         try:
             for connection, time_ns, raw in self._reader.messages(connections):
                 yield Message(connection.topic, time_ns, bytes(raw))
-        except Exception as error:  # each storage has its own, some from libraries of rosbags'
+        except Exception as error:  # each storage raises its own, some from libraries that rosbags uses
             self.fault = f'damaged: {in_one_line(error)}'
 
 
@@ -40,7 +40,7 @@ BagSource = Union[Ros1Stream, Ros2Stream]
 
 @contextlib.contextmanager
 def open_source(path: Path) -> Iterator[BagSource]:
-    """A bag to stream from: a file of ROS 1, or a file or folder of ROS 2.
+    """Open a bag to stream from: a file of ROS 1, or a file or folder of ROS 2.
 
     Raises:
         ConfigError: it is missing, cannot be read, or has no message.
@@ -52,13 +52,11 @@ def open_source(path: Path) -> Iterator[BagSource]:
         return
     with contextlib.ExitStack() as opened:
         try:
-            # Older recorders leave the definitions out; nothing is made of them here, either.
+            # Older recorders leave the definitions out, and they are not used here.
             reader = opened.enter_context(AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE)))
-        except Exception as error:  # as for messages; where sizes are damaged, of memory, too
-            raise ConfigError(
-                f'{path}: not a readable bag: {in_one_line(error)}; expected a file '
-                f'of ROS 1, or a folder, .db3 or .mcap of ROS 2'
-            ) from None
+        except Exception as error:  # as for messages; MemoryError, too, where sizes are damaged
+            expected = 'expected a file of ROS 1, or a folder, .db3 or .mcap of ROS 2'
+            raise ConfigError(f'{path}: not a readable bag: {in_one_line(error)}; {expected}') from None
         yield _not_empty(path, Ros2Stream(reader))
 
 

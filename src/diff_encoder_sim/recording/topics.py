@@ -1,4 +1,4 @@
-"""The topics of a trial's bag: what each holds, and who publishes it."""
+"""The topics of a trial's bag, with their types and the nodes that publish them."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Dict, Literal, NamedTuple, Tuple
 from diff_encoder_sim.serialization import message_types
 from diff_encoder_sim.trials.pose_source import PoseSource
 
-# Latched JSON texts: what the trial is, and how it ended. A bag without a result is torn.
+# Latched JSON texts: the trial, and how it ended. A bag without a result is torn.
 TRIAL = '/trial'
 TRIAL_RESULT = '/trial_result'
 
@@ -63,10 +63,10 @@ class RecordedTopic(NamedTuple):
     message_type: str  # as rosbags spells it
     nodes: Tuple[str, ...]  # that publish it, by the callerid of their connections
     is_latched: bool = False
-    is_bulk: bool = False  # analysis does without; left out of a minimal recording
+    is_bulk: bool = False  # not needed by analysis; left out of a minimal recording
 
 
-# A trial without navigation leaves the last lines silent, and /initialpose is for people.
+# Those of the last lines are published with navigation only, and /initialpose by people.
 TOPICS = (
     RecordedTopic(TRIAL, message_types.STRING, _TRIAL_NODES, is_latched=True),
     RecordedTopic(TRIAL_RESULT, message_types.STRING, _TRIAL_NODES, is_latched=True),
@@ -102,5 +102,5 @@ _TOPICS_OF_MODE: Dict[RecordMode, Tuple[RecordedTopic, ...]] = {
 
 
 def recorded_topics(mode: RecordMode) -> Dict[str, RecordedTopic]:
-    """The topics that a mode records, by name."""
+    """Return the topics that a mode records, by name."""
     return {topic.name: topic for topic in _TOPICS_OF_MODE[mode]}

@@ -17,7 +17,7 @@ from diff_encoder_sim.recording.topics import RecordMode, recorded_topics
 from diff_encoder_sim.serialization.primitives import with_seq
 from diff_encoder_sim.serialization.typestore import definition
 
-# The format has no message at time 0; a trial's first instant is the first after.
+# The format has no message at time 0; a trial's first messages are recorded a nanosecond later.
 EARLIEST_NS = 1
 
 
@@ -29,9 +29,9 @@ class _Publisher(NamedTuple):
 
 
 class TrialBag:
-    """A bag that is whole or absent: a context, after which the file has its name.
+    """A bag that is written in a with statement, after which the file has its name.
 
-    When the context ends by an exception there is no file. Equal calls write equal bytes.
+    When an exception ends the statement there is no file. Equal calls write equal bytes.
     """
 
     def __init__(self, path: Union[str, Path], mode: RecordMode) -> None:
@@ -50,13 +50,13 @@ class TrialBag:
         """Record a message as `node` publishes it at `time_ns`, if the mode records the topic.
 
         Args:
-            topic: by its full name.
-            node: by its full name, as in `topics.TOPICS`.
-            message: serialised; the seq of a leading header is filled in, from 1.
+            topic: its full name.
+            node: its full name, as in `topics.TOPICS`.
+            message: serialized; the seq of a leading header is filled in, from 1.
             time_ns: of the simulated clock, not before the time of the message before.
 
         Raises:
-            OSError: the file cannot be written; it names the bag and keeps the errno.
+            OSError: the file cannot be written; the error names the bag and keeps the errno.
             ValueError: the node does not publish the topic.
         """
         if topic not in self._topics:
@@ -95,7 +95,7 @@ class TrialBag:
         """Open the file under its unfinished name.
 
         Raises:
-            OSError: the file cannot be made; it names the bag and keeps the errno.
+            OSError: the file cannot be made; the error names the bag and keeps the errno.
         """
         if not self._topics:
             return self

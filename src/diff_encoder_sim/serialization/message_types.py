@@ -1,10 +1,8 @@
-"""Message types by their names, the fields of those that rosbags' store lacks, and what nodes and
-bags share.
-"""
+"""The names of message types, and the fields of those that rosbags does not know."""
 
 from __future__ import annotations
 
-# Types by their names as rosbags spells them.
+# As rosbags spells them.
 STRING = 'std_msgs/msg/String'
 CLOCK = 'rosgraph_msgs/msg/Clock'
 JOINT_STATE = 'sensor_msgs/msg/JointState'
@@ -24,16 +22,16 @@ MOVE_BASE_RESULT = 'move_base_msgs/msg/MoveBaseResult'
 MOVE_BASE_ACTION_GOAL = 'move_base_msgs/msg/MoveBaseActionGoal'
 MOVE_BASE_ACTION_RESULT = 'move_base_msgs/msg/MoveBaseActionResult'
 
-# Of height, roll and pitch wheels tell nothing; the value is what gazebo_ros_diff_drive writes.
+# The variance of height, roll and pitch, which wheels do not measure; the value is that of gazebo_ros_diff_drive.
 UNKNOWN_VARIANCE = 1e12
 
-# Of gazebo_msgs/ModelStates; Debian's ROS lacks the package, too.
+# gazebo_msgs/ModelStates; the package is missing in Debian's ROS, too.
 MODEL_STATES_FIELDS = """\
 string[] name
 geometry_msgs/Pose[] pose
 geometry_msgs/Twist[] twist"""
 
-# Of msg/EncoderPulse.msg, which is not at hand where only the Python package is.
+# Those of msg/EncoderPulse.msg, which is missing where only the Python package is installed.
 ENCODER_PULSE_FIELDS = """\
 Header header
 string[] name

@@ -30,24 +30,26 @@ def records(chunk: bytes) -> Iterator[Tuple[int, int, int]]:
         header_at = record_end + 4
 
 
+def header_fields(header: bytes) -> HeaderFields:
+    """Return the values of a header's fields by name, as far as it is sound."""
+    return {name: header[begin:end] for name, begin, end in _fields(header)}
+
+
 def value_places(header: bytes) -> Dict[bytes, int]:
-    """Find where the value of each field begins, as far as the header is sound."""
-    places, field_at = {}, 4
+    """Return where the value of each of a header's fields begins, as far as it is sound."""
+    return {name: begin for name, begin, _ in _fields(header)}
+
+
+def _fields(header: bytes) -> Iterator[Tuple[bytes, int, int]]:
+    """Find each field's name, and where its value begins and ends."""
+    field_at = 4
     while field_at < len(header):
         field_end = field_at + LENGTH.unpack_from(header, field_at - 4)[0]
         name, equals, _ = header[field_at:field_end].partition(b'=')
         if not equals or field_end > len(header):
-            break
-        places[name] = field_at + len(name) + 1
+            return
+        yield name, field_at + len(name) + 1, field_end
         field_at = field_end + 4
-    return places
-
-
-def header_fields(header: bytes) -> HeaderFields:
-    """Return the fields of a header by name, as far as it is sound."""
-    places = value_places(header)
-    ends = [*[place - len(name) - 5 for name, place in places.items()][1:], len(header)]
-    return {name: header[place:end] for (name, place), end in zip(places.items(), ends)}
 
 
 def read_header(file: BinaryIO) -> Optional[HeaderFields]:

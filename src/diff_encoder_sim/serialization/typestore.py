@@ -1,4 +1,4 @@
-"""Every message type of a trial's bag, for rosbags."""
+"""The message types of a trial's bag and their definitions, by rosbags."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ for _name, _fields in DEFINITIONS.items():
 
 
 class Definition(NamedTuple):
-    """What a bag says of a type."""
+    """What a bag contains about a type."""
 
     text: str  # its fields and those of the types it is made of, without comments
     md5sum: str
 
     @property
     def has_header(self) -> bool:
-        """Whether the first field is a Header, of which a publisher counts the seq."""
+        """Whether the first field is a Header, whose seq the publisher counts."""
         return self.text.startswith('std_msgs/Header header\n')
 
 
 @lru_cache(maxsize=None)
 def definition(message_type: str) -> Definition:
-    """Of a type by its name as rosbags spells it."""
+    """Return the definition of a type by its name as rosbags spells it."""
     return Definition(*STORE.generate_msgdef(message_type))

@@ -1,12 +1,13 @@
-"""The covariances of odometry, in plain numbers, against the same in matrices."""
+"""The covariances of odometry, against closed forms, simulated wheels, and the same in matrices."""
 
 import math
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.base.se2 import Pose2D, move_along_arc
 from diff_encoder_sim.odometry.odometry_covariance import propagate_motion_noise, quantisation_covariance
 
 SEPARATION_M = 0.4
@@ -54,3 +55,41 @@ def test_motion_noise_is_carried_on_by_the_jacobians():
         assert_equal_covariances(
             propagate_motion_noise(covariance, yaw_rad, left_m, right_m, SEPARATION_M, 1e-3), expected
         )
+
+
+def test_quantisation_covariance_is_the_closed_form_on_a_straight_line():
+    d = math.pi * 0.2 / 90
+    covariance = quantisation_covariance(Pose2D(20.0, 0.0, 0.0), d, d, SEPARATION_M)
+    assert math.sqrt(covariance[1, 1]) == pytest.approx(20 * d / SEPARATION_M * math.sqrt(1 / 6), rel=1e-5)
+    assert math.sqrt(covariance[2, 2]) == pytest.approx(d / SEPARATION_M * math.sqrt(1 / 3))
+    assert math.sqrt(covariance[2, 2]) * 180 / math.pi == pytest.approx(0.577, abs=5e-4)
+
+
+def test_motion_noise_grows_with_the_path_as_it_should():
+    """Straight ahead each wheel's variance is k S: heading 2 k S / L^2, along k S / 2."""
+    covariance = np.zeros((3, 3))
+    for _ in range(1000):
+        covariance = propagate_motion_noise(covariance, 0.0, 0.01, 0.01, SEPARATION_M, 1e-5)
+    assert covariance[2, 2] == pytest.approx(2 * 1e-5 * 10 / SEPARATION_M**2)
+    assert covariance[0, 0] == pytest.approx(1e-5 * 10 / 2)
+    assert covariance[1, 1] == pytest.approx(2 * 1e-5 / SEPARATION_M**2 * 10**3 / 3, rel=1e-2)
+
+
+def test_motion_noise_agrees_with_simulated_wheels():
+    rng = np.random.default_rng(7)
+    steps_m = rng.uniform(0.0, 0.02, (300, 2))
+    ends, covariance, pose = [], np.zeros((3, 3)), Pose2D(0, 0, 0)
+    for left_m, right_m in steps_m:
+        covariance = propagate_motion_noise(covariance, pose.yaw_rad, left_m, right_m, SEPARATION_M, 1e-6)
+        pose = arc(pose, left_m, right_m)
+    for _ in range(600):
+        noisy = Pose2D(0, 0, 0)
+        for left_m, right_m in steps_m + np.sqrt(1e-6 * steps_m) * rng.standard_normal((300, 2)):
+            noisy = arc(noisy, left_m, right_m)
+        ends.append(noisy)
+    sampled = np.cov(np.array(ends).T)
+    assert np.diag(sampled) == pytest.approx(np.diag(covariance), rel=0.2)
+
+
+def arc(pose, left_m, right_m):
+    return move_along_arc(pose, (left_m + right_m) / 2, (right_m - left_m) / SEPARATION_M)

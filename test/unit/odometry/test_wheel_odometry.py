@@ -1,4 +1,4 @@
-"""Odometry against closed forms (docs/adr/0002-odometry-covariance.md) and over random motions."""
+"""Odometry over given and over random motions."""
 
 import math
 
@@ -7,24 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from diff_encoder_sim.base.se2 import Pose2D, move_along_arc, wrap_angle
+from diff_encoder_sim.base.se2 import wrap_angle
 from diff_encoder_sim.encoders.counter import wrap_count
-from diff_encoder_sim.encoders.wheel_encoder import DiffEncoder, EncoderParams
-from diff_encoder_sim.odometry.wheel_odometry import (
-    OdometryParams,
-    WheelOdometry,
-    propagate_motion_noise,
-    quantisation_covariance,
-)
+from diff_encoder_sim.odometry.wheel_odometry import OdometryParams, WheelOdometry
 
 MS = 1_000_000
 DIAMETER_M, SEPARATION_M = 0.2, 0.4
 PPRS = [40, 90, 1024, 4096]
-JOINTS = ['left_wheel_joint', 'right_wheel_joint']
-SEEDS = 200
-# 99 % of sample variances over 200 seeds lie in this range around the true one (chi-square
-# quantiles for 199 degrees of freedom, divided by 199; errors here are bounded, so less spread).
-VARIANCE_RANGE_99 = (0.760, 1.279)
 
 
 def metres_per_pulse(ppr):
@@ -33,28 +22,6 @@ def metres_per_pulse(ppr):
 
 def odometry(**params):
     return WheelOdometry(OdometryParams.from_mapping({'max_wheel_speed': 1e9, **params}, 'test'))
-
-
-def drive_wheels(ppr, wheel_angles_rad, seed):
-    """Odometry's last estimate after (n, 2) wheel angles 50 ms apart, from random phases."""
-    phases = np.random.default_rng(seed).uniform(0, 2 * math.pi, 2)
-    encoder = DiffEncoder(EncoderParams.from_mapping({'ppr': ppr}, ''))
-    wheel_odometry = odometry(ppr=ppr, motion_noise=0.0)
-    for index, angles in enumerate((wheel_angles_rad + phases).tolist()):
-        estimate = wheel_odometry.update(*encoder.update(index * 50 * MS, JOINTS, angles))
-    return estimate
-
-
-def errors_over_seeds(ppr, wheel_angles_of_seed, truth_of_seed):
-    """(seeds, 3) odometry minus truth, and the estimates."""
-    rows, estimates = [], []
-    for seed in range(SEEDS):
-        estimate = drive_wheels(ppr, wheel_angles_of_seed(seed), seed)
-        truth = truth_of_seed(seed)
-        pose = estimate.base_pose_in_odom
-        rows.append([pose.x_m - truth.x_m, pose.y_m - truth.y_m, wrap_angle(pose.yaw_rad - truth.yaw_rad)])
-        estimates.append(estimate)
-    return np.array(rows), estimates
 
 
 def test_the_first_report_is_pose_zero_whatever_it_counts():
@@ -247,94 +214,9 @@ def test_no_sequence_of_reports_makes_a_number_that_is_not_finite(reports, modul
             assert np.linalg.eigvalsh(estimate.pose_covariance).min() > -1e-9
 
 
-@pytest.mark.parametrize('ppr', PPRS)
-def test_straight_drive_spread_is_the_closed_form(ppr):
-    """Lateral (S d/L) sqrt(1/6), heading (d/L) sqrt(1/3), over wheel phases and end points."""
-    length_m = 20.0
-    end_m = length_m + np.random.default_rng(1).uniform(0, 0.1, SEEDS)  # ends anywhere in a pulse
-
-    def wheel_angles(seed):
-        # 1.9 m/s: quick, and in no simple ratio to any of the pulse lengths.
-        travel_m = np.append(np.arange(0, end_m[seed], 0.095 * math.sqrt(1.01)), end_m[seed])
-        return np.column_stack([travel_m, travel_m]) / (DIAMETER_M / 2)
-
-    errors, estimates = errors_over_seeds(ppr, wheel_angles, lambda seed: Pose2D(end_m[seed], 0.0, 0.0))
-    d = metres_per_pulse(ppr)
-    expected = np.array([length_m * d / SEPARATION_M * math.sqrt(1 / 6), d / SEPARATION_M * math.sqrt(1 / 3)])
-    ratios = np.mean(errors[:, 1:] ** 2, axis=0) / expected**2
-    assert (ratios > VARIANCE_RANGE_99[0]).all() and (ratios < VARIANCE_RANGE_99[1]).all(), ratios
-    assert np.abs(errors[:, 2]).max() <= d / SEPARATION_M * 1.000001  # bounded: a pulse a wheel
-    # Its own covariance says the same: NEES of 3 numbers averages 3.
-    nees = [error @ np.linalg.solve(estimate.pose_covariance, error) for error, estimate in zip(errors, estimates)]
-    assert 0.7 < np.mean(nees) / 3 < 1.3
-
-
-@pytest.mark.parametrize('ppr', PPRS)
-def test_turn_in_place_spread_is_the_closed_form(ppr):
-    """Heading (d/L) sqrt(1/3) over angles that are no whole number of pulses."""
-    end_rad = np.random.default_rng(2).uniform(8 * math.pi, 10 * math.pi, SEEDS)
-
-    def wheel_angles(seed):
-        turned_rad = np.append(np.arange(0, end_rad[seed], 0.5), end_rad[seed])
-        rolled_rad = turned_rad * SEPARATION_M / DIAMETER_M
-        return np.column_stack([-rolled_rad, rolled_rad])
-
-    errors, _ = errors_over_seeds(ppr, wheel_angles, lambda seed: Pose2D(0.0, 0.0, end_rad[seed]))
-    expected_rad = metres_per_pulse(ppr) / SEPARATION_M * math.sqrt(1 / 3)
-    ratio = np.mean(errors[:, 2] ** 2) / expected_rad**2
-    assert VARIANCE_RANGE_99[0] < ratio < VARIANCE_RANGE_99[1]
-
-
-@pytest.mark.parametrize('ppr', PPRS)
-def test_five_whole_turns_have_no_heading_error(ppr):
-    turned_rad = np.append(np.arange(0, 10 * math.pi, 0.5), 10 * math.pi)
-    rolled_rad = turned_rad * SEPARATION_M / DIAMETER_M
-    for seed in range(10):
-        estimate = drive_wheels(ppr, np.column_stack([-rolled_rad, rolled_rad]), seed)
-        assert estimate.base_pose_in_odom.yaw_rad == pytest.approx(0.0, abs=1e-9)
-
-
-def test_quantisation_covariance_is_the_closed_form_on_a_straight_line():
-    d = metres_per_pulse(90)
-    covariance = quantisation_covariance(Pose2D(20.0, 0.0, 0.0), d, d, SEPARATION_M)
-    assert math.sqrt(covariance[1, 1]) == pytest.approx(20 * d / SEPARATION_M * math.sqrt(1 / 6), rel=1e-5)
-    assert math.sqrt(covariance[2, 2]) == pytest.approx(d / SEPARATION_M * math.sqrt(1 / 3))
-    assert math.sqrt(covariance[2, 2]) * 180 / math.pi == pytest.approx(0.577, abs=5e-4)
-
-
 def test_quantisation_stays_bounded_where_the_robot_turns_on_the_spot_for_ever():
     d = metres_per_pulse(40)
     wheel_odometry = odometry(ppr=40, motion_noise=0.0)
     for index in range(2000):
         estimate = wheel_odometry.update(index * 50 * MS, -3 * index, 3 * index)
     assert estimate.pose_covariance[2, 2] == pytest.approx((d / SEPARATION_M) ** 2 / 3)
-
-
-def test_motion_noise_grows_with_the_path_as_it_should():
-    """Straight ahead each wheel's variance is k S: heading 2 k S / L^2, along k S / 2."""
-    covariance = np.zeros((3, 3))
-    for _ in range(1000):
-        covariance = propagate_motion_noise(covariance, 0.0, 0.01, 0.01, SEPARATION_M, 1e-5)
-    assert covariance[2, 2] == pytest.approx(2 * 1e-5 * 10 / SEPARATION_M**2)
-    assert covariance[0, 0] == pytest.approx(1e-5 * 10 / 2)
-    assert covariance[1, 1] == pytest.approx(2 * 1e-5 / SEPARATION_M**2 * 10**3 / 3, rel=1e-2)
-
-
-def test_motion_noise_agrees_with_simulated_wheels():
-    rng = np.random.default_rng(7)
-    steps_m = rng.uniform(0.0, 0.02, (300, 2))
-    ends, covariance, pose = [], np.zeros((3, 3)), Pose2D(0, 0, 0)
-    for left_m, right_m in steps_m:
-        covariance = propagate_motion_noise(covariance, pose.yaw_rad, left_m, right_m, SEPARATION_M, 1e-6)
-        pose = arc(pose, left_m, right_m)
-    for _ in range(600):
-        noisy = Pose2D(0, 0, 0)
-        for left_m, right_m in steps_m + np.sqrt(1e-6 * steps_m) * rng.standard_normal((300, 2)):
-            noisy = arc(noisy, left_m, right_m)
-        ends.append(noisy)
-    sampled = np.cov(np.array(ends).T)
-    assert np.diag(sampled) == pytest.approx(np.diag(covariance), rel=0.2)
-
-
-def arc(pose, left_m, right_m):
-    return move_along_arc(pose, (left_m + right_m) / 2, (right_m - left_m) / SEPARATION_M)
