@@ -16,7 +16,7 @@ log = logging.getLogger(__name__)
 
 
 class DriveParams(Params):
-    """What the motors and their controller can do."""
+    """Limits of the motors and their controller."""
 
     max_linear_speed: float = Field(1.0, gt=0, description='commands are cut to it [m/s]')
     max_angular_speed: float = Field(2.0, gt=0, description='commands are cut to it [rad/s]')
@@ -43,7 +43,7 @@ class DriveController:
         self._angular_radps = 0.0
 
     def command(self, now_ns: int, linear_mps: float, angular_radps: float) -> None:
-        """Take a command; what is beyond the limits is cut to them, with a warning.
+        """Take a command; one beyond the limits is cut to them, with a warning.
 
         Raises:
             InputFault: the command is not finite; the last one stays until it times out.
@@ -53,17 +53,13 @@ class DriveController:
         limits = self.params.max_linear_speed, self.params.max_angular_speed
         cut = (_clamp(linear_mps, limits[0]), _clamp(angular_radps, limits[1]))
         if cut != (linear_mps, angular_radps):
-            log.warning(
-                'command of %.3f m/s, %.3f rad/s is cut to the limits of %.3f m/s, %.3f rad/s',
-                linear_mps,
-                angular_radps,
-                *limits,
-            )
+            text = 'command of %.3f m/s, %.3f rad/s is cut to the limits of %.3f m/s, %.3f rad/s'
+            log.warning(text, linear_mps, angular_radps, *limits)
         self._command = cut
         self._command_time_ns = now_ns
 
     def wheel_speeds_radps(self, now_ns: int, interval_s: float) -> Tuple[float, float]:
-        """Speeds of the left and the right wheel [rad/s] for the next interval."""
+        """Return the speeds of the left and the right wheel [rad/s] for the next interval."""
         age_s = (now_ns - self._command_time_ns) / NANOSECONDS_PER_SECOND
         wanted = self._command if age_s <= self.params.command_timeout else (0.0, 0.0)
         self._linear_mps += _clamp(wanted[0] - self._linear_mps, self.params.max_linear_acceleration * interval_s)

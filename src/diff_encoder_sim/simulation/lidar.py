@@ -28,7 +28,7 @@ CORNER = 1e-9  # of a segment's length
 
 
 class LidarParams(Params):
-    """The scanner of the paper's table 2, for navigating."""
+    """Parameters of the LiDAR; the defaults are the paper's table 2, while navigating."""
 
     samples: int = Field(1000, ge=1, le=100_000, description='rays of a scan')
     angle_min: float = Field(-math.pi, ge=-2 * math.pi, le=2 * math.pi, description='bearing of the first ray [rad]')
@@ -48,12 +48,12 @@ class LidarParams(Params):
 
     @property
     def period_ns(self) -> int:
-        """From sweep to sweep."""
+        """Time from scan to scan."""
         return round(NANOSECONDS_PER_SECOND / self.rate)
 
 
 class Lidar:
-    """Sweeps a world that stands still. All rays of a sweep are taken at one instant."""
+    """Scans a static world; all rays of a scan are taken at one instant."""
 
     def __init__(self, world: World, scan_height_m: float, params: LidarParams, rng: np.random.Generator) -> None:
         self.params = params
@@ -63,10 +63,10 @@ class Lidar:
         self._bearings_rad = params.angle_min + self._increment_rad * np.arange(params.samples)
 
     def scan(self, stamp_ns: int, laser_pose_in_world: Pose2D) -> Scan:
-        """One scan; +inf where nothing returns from within range_max (REP-117).
+        """Take a scan; +inf where nothing returns from within range_max (REP-117).
 
-        Noise is added to what returns. What then lies under range_min is reported as -inf: too
-        close to measure.
+        Noise is added to the ranges that return. One below range_min is then reported as -inf:
+        too close to measure.
         """
         ranges_m = self.true_ranges_m(laser_pose_in_world)
         params = self.params
@@ -75,18 +75,14 @@ class Lidar:
         return Scan(stamp_ns, params.angle_min, self._increment_rad, params.range_min, params.range_max, ranges_m)
 
     def true_ranges_m(self, laser_pose_in_world: Pose2D) -> np.ndarray:
-        """(samples,) distance to the nearest surface along each ray; +inf where there is none."""
-        return cast_rays(
-            laser_pose_in_world.x_m,
-            laser_pose_in_world.y_m,
-            laser_pose_in_world.yaw_rad + self._bearings_rad,
-            self._segments,
-            self._circles,
-        )
+        """Return (samples,) distance to the nearest surface along each ray; +inf if there is none."""
+        x_m, y_m, yaw_rad = laser_pose_in_world
+        ranges_m: np.ndarray = cast_rays(x_m, y_m, yaw_rad + self._bearings_rad, self._segments, self._circles)
+        return ranges_m
 
 
 def cut_world(world: World, height_m: float) -> Tuple[np.ndarray, np.ndarray]:
-    """What a horizontal plane at `height_m` meets of the world.
+    """Cut the world with a horizontal plane at `height_m`.
 
     Returns:
         (n, 4) segments x0, y0, x1, y1 [m] and (m, 3) circles x, y, radius [m].
@@ -116,12 +112,13 @@ def _sides(solid: Solid, box: Box) -> List[List[float]]:
     half_x_m, half_y_m = 0.5 * box.size_xyz_m[0], 0.5 * box.size_xyz_m[1]
     corners = np.array([[half_x_m, half_y_m], [-half_x_m, half_y_m], [-half_x_m, -half_y_m], [half_x_m, -half_y_m]])
     corners = corners @ solid.pose_in_world[:2, :2].T + solid.pose_in_world[:2, 3]
-    return np.hstack([corners, np.roll(corners, -1, axis=0)]).tolist()
+    sides: List[List[float]] = np.hstack([corners, np.roll(corners, -1, axis=0)]).tolist()
+    return sides
 
 
 @njit(cache=True)
 def _measure(ranges_m: np.ndarray, normals: np.ndarray, noise_m: float, range_min_m: float, range_max_m: float) -> None:
-    """Turn true ranges (n,) into what the scanner reports of them, in place."""
+    """Turn true ranges (n,) into measured ones, in place."""
     for ray in range(len(ranges_m)):
         if ranges_m[ray] > range_max_m:
             ranges_m[ray] = np.inf
@@ -137,13 +134,14 @@ def _measure(ranges_m: np.ndarray, normals: np.ndarray, noise_m: float, range_mi
 def cast_rays(
     x_m: float, y_m: float, bearings_rad: np.ndarray, segments: np.ndarray, circles: np.ndarray
 ) -> np.ndarray:
-    """(n,) distance [m] from a point along each bearing to the nearest segment or circle.
+    """Return (n,) distance [m] from a point along each bearing to the nearest segment or circle.
 
-    Instead of each ray asking each surface, each surface is put only to the rays within the angle
-    under which it is seen.
+    Each surface is intersected only with the rays within the angle under which it is seen, not
+    each ray with each surface.
 
     Args:
-        x_m: the rays' common origin; y_m likewise.
+        x_m: the rays' common origin.
+        y_m: likewise.
         bearings_rad: (n,) directions in the same frame, ascending by a constant step over not
             more than a full circle.
         segments: (k, 4) x0, y0, x1, y1 [m].
@@ -173,9 +171,9 @@ def cast_rays(
 
 @njit(cache=True)
 def _directions(bearings_rad: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
-    """(n,) cosines and (n,) sines.
+    """Return (n,) cosines and (n,) sines.
 
-    Side by side the compiler computes both at once, in two thirds of the time.
+    In one loop the compiler computes both at once, in two thirds of the time.
     """
     cosines, sines = np.empty_like(bearings_rad), np.empty_like(bearings_rad)
     for ray in range(len(bearings_rad)):
@@ -186,10 +184,10 @@ def _directions(bearings_rad: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
 
 @njit(cache=True)
 def _rays_within(left_rad: float, width_rad: float, lap: int, step_rad: float, count: int) -> Tuple[int, int]:
-    """First and last ray in an angle that begins `left_rad` after the first ray's bearing.
+    """Return the first and last ray in an angle that begins `left_rad` after the first bearing.
 
     An angle that runs past the full circle comes in two laps. One ray more on either side makes
-    up for rounding; whether a ray really meets the surface is for the caller to find out.
+    up for rounding; the caller finds out whether a ray really meets the surface.
     """
     begin_rad = left_rad % TURN_RAD - lap * TURN_RAD
     first = max(0, int(math.floor(begin_rad / step_rad)))
@@ -214,11 +212,11 @@ def _meet_segment(
     for ray in range(first, last + 1):
         across = cosines[ray] * ey - sines[ray] * ex
         if across == 0.0:
-            continue  # along the wall: the wall's ends belong to its neighbours too
+            continue  # along the wall, whose ends belong to its neighbours too
         distance_m = (ax * ey - ay * ex) / across
-        share = (ax * sines[ray] - ay * cosines[ray]) / across
-        # Corners that two walls share must not let a ray through.
-        if -CORNER <= share <= 1.0 + CORNER and 0.0 <= distance_m < ranges_m[ray]:
+        fraction = (ax * sines[ray] - ay * cosines[ray]) / across
+        # Corners where two walls meet must not let a ray through.
+        if -CORNER <= fraction <= 1.0 + CORNER and 0.0 <= distance_m < ranges_m[ray]:
             ranges_m[ray] = distance_m
 
 

@@ -1,4 +1,4 @@
-"""The robot's links as frames, as robot_state_publisher tells them."""
+"""The robot's links as TF frames, as robot_state_publisher publishes them."""
 
 from __future__ import annotations
 
@@ -6,9 +6,8 @@ import math
 from typing import List, Mapping, NamedTuple, Tuple
 from xml.etree import ElementTree
 
-from diff_encoder_sim.simulation.world import parse_numbers
+from diff_encoder_sim.simulation.xml_values import Vector, joint_link, joint_origin, parse_numbers
 
-Vector = Tuple[float, float, float]
 QuatXyzw = Tuple[float, float, float, float]
 
 
@@ -25,8 +24,10 @@ class LinkFrames:
     """Frames of a URDF: those that are fixed, and those that turn with a joint."""
 
     def __init__(self, urdf: str) -> None:
-        """Raises:
-        ConfigError: a joint's origin or axis is no vector.
+        """Read the frames from a URDF's text.
+
+        Raises:
+            ConfigError: a joint's origin or axis is no vector.
         """
         self.fixed: List[LinkFrame] = []
         self._turning: List[Tuple[str, Vector, LinkFrame]] = []
@@ -36,41 +37,29 @@ class LinkFrames:
                 self.fixed.append(frame)
             else:
                 self._turning.append((joint.get('name', ''), _axis(joint), frame))
-        # robot_state_publisher goes by link and by joint, in alphabetical order.
+        # robot_state_publisher's order: alphabetical, by link and by joint.
         self.fixed.sort(key=lambda frame: frame.child)
         self._turning.sort(key=lambda turning: turning[0])
 
     def turned(self, angles_rad: Mapping[str, float]) -> List[LinkFrame]:
-        """The frames that turn, of those joints whose angle is given."""
+        """Return the turning frames of the joints whose angle is given, by the joints' names."""
         return [
-            frame._replace(
-                quat_xyzw=_with_largest_part_positive(_product(frame.quat_xyzw, _about(axis, angles_rad[name])))
-            )
+            frame._replace(quat_xyzw=_as_kdl(_product(frame.quat_xyzw, _about(axis, angles_rad[name]))))
             for name, axis, frame in self._turning
             if name in angles_rad
         ]
 
 
 def _frame_at_zero(joint: ElementTree.Element) -> LinkFrame:
-    origin = joint.find('origin')
-    attributes = origin.attrib if origin is not None else {}
-    where = f'joint {joint.get("name")!r} origin'
-    xyz_m = parse_numbers(attributes.get('xyz', '0 0 0'), 3, f'{where} xyz')
-    roll, pitch, yaw = parse_numbers(attributes.get('rpy', '0 0 0'), 3, f'{where} rpy')
+    xyz_m, (roll_rad, pitch_rad, yaw_rad) = joint_origin(joint)
     # Fixed axes: roll about x first, yaw about z last.
-    quat = _product(
-        _about((0.0, 0.0, 1.0), yaw), _product(_about((0.0, 1.0, 0.0), pitch), _about((1.0, 0.0, 0.0), roll))
-    )
-    return LinkFrame(
-        joint.find('parent').get('link', ''),
-        joint.find('child').get('link', ''),
-        tuple(xyz_m),
-        _with_largest_part_positive(quat),
-    )
+    tilt = _product(_about((0.0, 1.0, 0.0), pitch_rad), _about((1.0, 0.0, 0.0), roll_rad))
+    quat = _product(_about((0.0, 0.0, 1.0), yaw_rad), tilt)
+    return LinkFrame(joint_link(joint, 'parent'), joint_link(joint, 'child'), xyz_m, _as_kdl(quat))
 
 
 def _axis(joint: ElementTree.Element) -> Vector:
-    """Unit vector; URDF's default is x."""
+    """Return the joint's unit vector; URDF's default is x."""
     axis = joint.find('axis')
     text = '1 0 0' if axis is None else axis.get('xyz', '1 0 0')
     x, y, z = parse_numbers(text, 3, f'joint {joint.get("name")!r} axis')
@@ -94,9 +83,10 @@ def _product(first: QuatXyzw, second: QuatXyzw) -> QuatXyzw:
     )
 
 
-def _with_largest_part_positive(quat: QuatXyzw) -> QuatXyzw:
-    """Of the two quaternions of a rotation the one that KDL gives: w where it is above a half,
-    else the largest of x, y, z, is positive.
+def _as_kdl(quat: QuatXyzw) -> QuatXyzw:
+    """Return the one of a rotation's two quaternions that KDL returns.
+
+    Its w is positive where it is above a half, else the largest of x, y, z is.
     """
     x, y, z, w = quat
     leading = w if 4.0 * w * w > 1.0 else max((x, y, z), key=abs)

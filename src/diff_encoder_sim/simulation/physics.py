@@ -1,4 +1,4 @@
-"""PyBullet behind a narrow door: one robot on static solids, stepped at a fixed rate.
+"""PyBullet behind a narrow interface: one robot on static solids, stepped at a fixed rate.
 
 Contact shapes, step and solver iterations are the outcome of a convergence study:
 docs/adr/0001-contact-and-step.md, test/benchmark/physics_convergence.py.
@@ -7,7 +7,7 @@ docs/adr/0001-contact-and-step.md, test/benchmark/physics_convergence.py.
 from __future__ import annotations
 
 import tempfile
-from typing import Dict, NamedTuple, Optional, Tuple
+from typing import Any, Dict, NamedTuple, Optional, Tuple
 from xml.etree import ElementTree
 
 import numpy as np
@@ -28,10 +28,11 @@ SOLVER_RESIDUAL_THRESHOLD = 1e-9  # PyBullet's 1e-7 stops early, and slip is lef
 
 PositionXyz = Tuple[float, float, float]
 QuatXyzw = Tuple[float, float, float, float]
+PoseXyzQuat = Tuple[PositionXyz, QuatXyzw]
 
 
 class PhysicsParams(Params):
-    """How finely PyBullet computes."""
+    """Step and iterations of PyBullet."""
 
     steps_per_tick: int = Field(2, ge=1, le=100, description='physics steps in each 10 ms')
     solver_iterations: int = Field(50, ge=1, le=1000, description='iterations of the contact solver')
@@ -54,22 +55,21 @@ class BulletPhysics:
         self._client = pybullet.connect(pybullet.DIRECT)
         try:
             self._configure(params)
-            self._solid_names = {
-                self._add_solid(solid): solid.name for solid in world.solids if not isinstance(solid.shape, Plane)
-            }
-            for solid in world.solids:
-                if isinstance(solid.shape, Plane):
-                    self._add_solid(solid)
+            floors = [solid for solid in world.solids if isinstance(solid.shape, Plane)]
+            obstacles = [solid for solid in world.solids if not isinstance(solid.shape, Plane)]
+            self._solid_names = {self._add_solid(solid): solid.name for solid in obstacles}
+            for solid in floors:
+                self._add_solid(solid)
             self._robot = self._load(robot)
             self._wheel_joints = self._find_joints(robot)
             self._base_in_inertial = self._inverse_inertial_offset()
-            self._rest(start_pose)
+            self._settle(start_pose)
         except BaseException:
             self.close()
             raise
 
     def close(self) -> None:
-        """Free PyBullet's world; the object is of no use afterwards."""
+        """Free PyBullet's world; the object cannot be used afterwards."""
         if self._client >= 0:
             pybullet.disconnect(physicsClientId=self._client)
             self._client = -1
@@ -87,14 +87,14 @@ class BulletPhysics:
         pybullet.stepSimulation(physicsClientId=self._client)
 
     def wheels(self) -> WheelState:
-        """Rotation of the wheels against the body since the start."""
+        """Return the rotation of the wheels against the body since the start."""
         left, right = pybullet.getJointStates(self._robot, self._wheel_joints, physicsClientId=self._client)
         return WheelState(
             (left[0] - self._resting_angles_rad[0], right[0] - self._resting_angles_rad[1]), (left[1], right[1])
         )
 
     def base(self) -> BodyState:
-        """The true state of base_link in the world."""
+        """Return the true state of base_link in the world."""
         mass_m, mass_quat = self._inertial_pose()
         base_m, base_quat = pybullet.multiplyTransforms(mass_m, mass_quat, *self._base_in_inertial)
         linear, angular = pybullet.getBaseVelocity(self._robot, physicsClientId=self._client)
@@ -112,23 +112,25 @@ class BulletPhysics:
             angular,
         )
 
-    def base_pose(self) -> Tuple[PositionXyz, QuatXyzw]:
-        """The true position [m] and orientation of base_link in the world."""
-        return pybullet.multiplyTransforms(*self._inertial_pose(), *self._base_in_inertial)
+    def base_pose(self) -> PoseXyzQuat:
+        """Return the true position [m] and orientation of base_link in the world."""
+        pose: PoseXyzQuat = pybullet.multiplyTransforms(*self._inertial_pose(), *self._base_in_inertial)
+        return pose
 
     def place(self, pose: Pose2D, velocity: PlanarVelocity = AT_REST) -> None:
         """Lift the robot to a pose on the floor, moving at a velocity, wheel angles as they are."""
         position, quat = self.base_pose()
-        self._place_base((pose.x_m, pose.y_m, position[2]), self._level(quat, pose.yaw_rad), velocity)
+        self._place_base((pose.x_m, pose.y_m, position[2]), _turned_to_yaw(quat, pose.yaw_rad), velocity)
 
     def obstacle_hit(self) -> Optional[str]:
-        """Name of a solid, other than the floor, that the robot touches, if any."""
+        """Return the name of a solid, other than the floor, that the robot touches, if any."""
         contacts = pybullet.getContactPoints(bodyA=self._robot, physicsClientId=self._client)
         return next((self._solid_names[contact[2]] for contact in contacts if contact[2] in self._solid_names), None)
 
-    def _inertial_pose(self) -> Tuple[PositionXyz, QuatXyzw]:
-        """Position and orientation of the root's mass, which are what PyBullet reports."""
-        return pybullet.getBasePositionAndOrientation(self._robot, physicsClientId=self._client)
+    def _inertial_pose(self) -> PoseXyzQuat:
+        """Return position and orientation of the root's centre of mass, as PyBullet reports them."""
+        pose: PoseXyzQuat = pybullet.getBasePositionAndOrientation(self._robot, physicsClientId=self._client)
+        return pose
 
     def _configure(self, params: PhysicsParams) -> None:
         pybullet.setGravity(0, 0, -GRAVITY_MPS2, physicsClientId=self._client)
@@ -161,7 +163,7 @@ class BulletPhysics:
         # Not URDF_MERGE_FIXED_LINKS: it misplaces the centre of mass, and the casters get friction.
         flags = pybullet.URDF_USE_INERTIA_FROM_FILE
         with tempfile.NamedTemporaryFile('w', suffix='.urdf') as file:
-            file.write(_without_looks(robot.urdf))
+            file.write(_without_visuals(robot.urdf))
             file.flush()
             try:
                 return int(pybullet.loadURDF(file.name, flags=flags, physicsClientId=self._client))
@@ -174,12 +176,13 @@ class BulletPhysics:
         joints: Dict[str, int] = {info[1].decode(): info[0] for info in infos}
         return joints[robot.left_joint], joints[robot.right_joint]
 
-    def _inverse_inertial_offset(self) -> tuple:
-        """base_link's pose in the frame of the root's mass."""
+    def _inverse_inertial_offset(self) -> PoseXyzQuat:
+        """Return base_link's pose in the frame of the root's centre of mass."""
         dynamics = pybullet.getDynamicsInfo(self._robot, -1, physicsClientId=self._client)
-        return pybullet.invertTransform(dynamics[3], dynamics[4])
+        pose: PoseXyzQuat = pybullet.invertTransform(dynamics[3], dynamics[4])
+        return pose
 
-    def _rest(self, start_pose: Pose2D) -> None:
+    def _settle(self, start_pose: Pose2D) -> None:
         """Let the robot settle onto its casters, then put it exactly at the start."""
         self._resting_angles_rad = (0.0, 0.0)
         self._place_base((start_pose.x_m, start_pose.y_m, 0.0), quat_xyzw_from_yaw(start_pose.yaw_rad))
@@ -188,12 +191,7 @@ class BulletPhysics:
         self.place(start_pose)
         self._resting_angles_rad = self.wheels().angles_rad
 
-    def _level(self, quat_xyzw: tuple, yaw_rad: float) -> tuple:
-        """The same roll and pitch at another yaw."""
-        roll_rad, pitch_rad, _ = pybullet.getEulerFromQuaternion(quat_xyzw)
-        return pybullet.getQuaternionFromEuler((roll_rad, pitch_rad, yaw_rad))
-
-    def _place_base(self, position_xyz_m: tuple, quat_xyzw: tuple, velocity: PlanarVelocity = AT_REST) -> None:
+    def _place_base(self, position_xyz_m: PositionXyz, quat_xyzw: QuatXyzw, velocity: PlanarVelocity = AT_REST) -> None:
         inertial = pybullet.multiplyTransforms(
             position_xyz_m, quat_xyzw, *pybullet.invertTransform(*self._base_in_inertial)
         )
@@ -208,8 +206,15 @@ class BulletPhysics:
         )
 
 
-def _without_looks(urdf: str) -> str:
-    """The robot without its visuals: making meshes of them takes longer than all the rest."""
+def _turned_to_yaw(quat_xyzw: QuatXyzw, yaw_rad: float) -> QuatXyzw:
+    """Return the same roll and pitch at another yaw."""
+    roll_rad, pitch_rad, _ = pybullet.getEulerFromQuaternion(quat_xyzw)
+    turned: QuatXyzw = pybullet.getQuaternionFromEuler((roll_rad, pitch_rad, yaw_rad))
+    return turned
+
+
+def _without_visuals(urdf: str) -> str:
+    """Return the URDF without visuals: making meshes of them takes longer than all the rest."""
     root = ElementTree.fromstring(urdf)
     for link in root.findall('link'):
         for visual in link.findall('visual'):
@@ -217,7 +222,8 @@ def _without_looks(urdf: str) -> str:
     return ElementTree.tostring(root, encoding='unicode')
 
 
-def _shape_arguments(solid: Solid) -> dict:
+def _shape_arguments(solid: Solid) -> Dict[str, Any]:
+    """Return PyBullet's arguments for a solid's collision shape."""
     shape = solid.shape
     if isinstance(shape, Box):
         return {'shapeType': pybullet.GEOM_BOX, 'halfExtents': [0.5 * length_m for length_m in shape.size_xyz_m]}
@@ -228,9 +234,10 @@ def _shape_arguments(solid: Solid) -> dict:
     return {'shapeType': pybullet.GEOM_PLANE}
 
 
-def _quat_xyzw(rotation: np.ndarray) -> tuple:
-    """Quaternion of a 3x3 rotation, by its roll, pitch and yaw."""
+def _quat_xyzw(rotation: np.ndarray) -> QuatXyzw:
+    """Return the quaternion of a 3x3 rotation, by its roll, pitch and yaw."""
     pitch_rad = -np.arcsin(np.clip(rotation[2, 0], -1.0, 1.0))
     roll_rad = np.arctan2(rotation[2, 1], rotation[2, 2])
     yaw_rad = np.arctan2(rotation[1, 0], rotation[0, 0])
-    return pybullet.getQuaternionFromEuler((roll_rad, pitch_rad, yaw_rad))
+    quat: QuatXyzw = pybullet.getQuaternionFromEuler((roll_rad, pitch_rad, yaw_rad))
+    return quat

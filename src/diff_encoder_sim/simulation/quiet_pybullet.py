@@ -1,4 +1,4 @@
-"""PyBullet, imported without the line that it prints into tools' results and progress bars."""
+"""PyBullet, imported without the line that it prints into tools' output and progress bars."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ import os
 import sys
 from typing import Iterator
 
-# Which of the two it goes to depends on PyBullet's version.
+# PyBullet's version decides which of the two the line goes to.
 STDOUT, STDERR = 1, 2
 
 
 @contextlib.contextmanager
 def _silence(*descriptors: int) -> Iterator[None]:
-    """Of C as well: the line comes from printf, which sys.stdout knows nothing of."""
+    """Silence file descriptors, as the line comes from C's printf, past sys.stdout."""
     sys.stdout.flush()
     sys.stderr.flush()
     flush_c = ctypes.CDLL(None).fflush

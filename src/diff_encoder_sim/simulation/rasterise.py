@@ -1,4 +1,4 @@
-"""A map straight from a world file: what a perfect mapper with a scanner would draw."""
+"""A map straight from a world file: the one that a perfect mapper with a scanner would make."""
 
 from __future__ import annotations
 
@@ -19,17 +19,18 @@ MOST_CELLS = 25_000_000  # a minute's work
 
 
 def rasterise(world: World, height_m: float, resolution_m: float, free_x_m: float, free_y_m: float) -> OccupancyGrid:
-    """The surfaces at `height_m` occupied, all that is reachable from a free point free.
+    """Map a world: its surfaces at `height_m` are occupied, cells connected to a free point free.
 
-    What lies behind the surfaces stays unknown. Cells are centred on multiples of the resolution:
-    walls are built on such lines, and would else all be drawn half a cell to one side, which
-    localization on the map would follow.
+    All behind the surfaces stays unknown. Cells are centred on multiples of the resolution: walls
+    are built on such lines, and would otherwise all be drawn half a cell to one side, an error
+    that localization on the map would inherit.
 
     Args:
         world: the map frame is its frame.
         height_m: of the scan plane.
         resolution_m: side of a cell.
-        free_x_m: a point that is free, in the world frame; free_y_m likewise.
+        free_x_m: a point that is free, in the world frame.
+        free_y_m: likewise.
 
     Raises:
         ConfigError: the free point is inside a wall, nothing is at that height, or the cells
@@ -38,22 +39,7 @@ def rasterise(world: World, height_m: float, resolution_m: float, free_x_m: floa
     points_m = surface_points(world, height_m, resolution_m / POINTS_PER_CELL)
     if len(points_m) == 0:
         raise ConfigError(f'world {world.name!r}: nothing to map at a height of {height_m} m')
-    lowest = np.floor(points_m.min(axis=0) / resolution_m) - MARGIN_CELLS
-    highest = np.ceil(points_m.max(axis=0) / resolution_m) + MARGIN_CELLS
-    if (highest - lowest).prod() > MOST_CELLS:
-        raise ConfigError(
-            f'resolution {resolution_m:g} m: a map of '
-            f'{(highest - lowest).prod():.0f} cells; allowed: at most {MOST_CELLS}'
-        )
-    width, height = (highest - lowest).astype(int).tolist()
-    corner_m = np.round((lowest - 0.5) * resolution_m, 9)
-    grid = OccupancyGrid(
-        np.full((height, width), UNKNOWN, dtype=np.int8),
-        resolution_m,
-        Pose2D(float(corner_m[0]), float(corner_m[1]), 0.0),
-    )
-    columns_rows = np.floor((points_m - corner_m) / resolution_m + 1e-9).astype(int)
-    grid.cells[columns_rows[:, 1], columns_rows[:, 0]] = OCCUPIED
+    grid = _grid_around(points_m, resolution_m)
     if any(_is_inside(solid, free_x_m, free_y_m, height_m) for solid in world.solids):
         raise ConfigError(f'free point ({free_x_m}, {free_y_m}): it is in a wall')
     seed = grid.cell_at(free_x_m, free_y_m)
@@ -63,8 +49,23 @@ def rasterise(world: World, height_m: float, resolution_m: float, free_x_m: floa
     return grid
 
 
+def _grid_around(points_m: np.ndarray, resolution_m: float) -> OccupancyGrid:
+    """Return a grid around points (n, 2), unknown but for the cells that hold one."""
+    lowest = np.floor(points_m.min(axis=0) / resolution_m) - MARGIN_CELLS
+    highest = np.ceil(points_m.max(axis=0) / resolution_m) + MARGIN_CELLS
+    count = (highest - lowest).prod()
+    if count > MOST_CELLS:
+        raise ConfigError(f'resolution {resolution_m:g} m: a map of {count:.0f} cells; allowed: at most {MOST_CELLS}')
+    width, height = (highest - lowest).astype(int).tolist()
+    corner_m = np.round((lowest - 0.5) * resolution_m, 9)
+    cells = np.full((height, width), UNKNOWN, dtype=np.int8)
+    columns_rows = np.floor((points_m - corner_m) / resolution_m + 1e-9).astype(int)
+    cells[columns_rows[:, 1], columns_rows[:, 0]] = OCCUPIED
+    return OccupancyGrid(cells, resolution_m, Pose2D(float(corner_m[0]), float(corner_m[1]), 0.0))
+
+
 def surface_points(world: World, height_m: float, spacing_m: float) -> np.ndarray:
-    """(n, 2) points [m] at most `spacing_m` apart on every surface at a height, hidden ones too."""
+    """Return (n, 2) points [m], at most `spacing_m` apart, on all surfaces at a height."""
     segments, circles = cut_world(world, height_m)
     lines = []
     for x0, y0, x1, y1 in segments:
@@ -88,7 +89,7 @@ def _is_inside(solid: Solid, x_m: float, y_m: float, z_m: float) -> bool:
 
 
 def _fill(grid: OccupancyGrid, seed: Tuple[int, int]) -> None:
-    """Mark as free what is connected to the seed, as unknown the surfaces that this never meets."""
+    """Mark cells connected to the seed as free, and surfaces that border none of them as unknown."""
     met = np.zeros(grid.cells.shape, dtype=bool)
     grid.cells[seed] = FREE
     waiting: Deque[Tuple[int, int]] = deque([seed])

@@ -1,4 +1,4 @@
-"""The robot: reads its xacro or URDF file once for the physics, the controller and the nodes."""
+"""The robot's xacro or URDF file, read once for the physics, the controller and the nodes."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ import xacro
 
 from diff_encoder_sim.base.errors import ConfigError, in_one_line
 from diff_encoder_sim.base.typed_params import did_you_mean
-from diff_encoder_sim.simulation.world import parse_lengths, parse_numbers, rotation_from_rpy
+from diff_encoder_sim.simulation.xml_values import joint_link, joint_origin, parse_lengths, rotation_from_rpy
 
-# What a xacro file may draw on besides its own text and arguments: other files, the environment.
-_DRAWS_ON_OTHERS = re.compile(rb'include|load_yaml|\$\((?!arg\b)')
+# Signs that a xacro file depends on more than its own text and arguments: other files, the environment.
+_DEPENDS_ON_OTHERS = re.compile(rb'include|load_yaml|\$\((?!arg\b)')
 
 
 class RobotModel(NamedTuple):
@@ -31,7 +31,7 @@ class RobotModel(NamedTuple):
     wheel_separation_m: float  # between the wheels' contact points
 
     def link_pose_in_root(self, link_name: str) -> np.ndarray:
-        """(4, 4) homogeneous pose of a link's frame in the root link, all joints at zero.
+        """Return the (4, 4) homogeneous pose of a link's frame in the root link, joints at zero.
 
         Raises:
             ConfigError: the robot has no such link.
@@ -39,7 +39,7 @@ class RobotModel(NamedTuple):
         root = ElementTree.fromstring(self.urdf)
         joints = {joint.get('name', ''): joint for joint in root.findall('joint')}
         for name, joint in joints.items():
-            if _link(joint, 'child') == link_name:
+            if joint_link(joint, 'child') == link_name:
                 return _pose_in_root(joints, name, f'robot {self.name!r}')
         links = [link.get('name', '') for link in root.findall('link')]
         if link_name in links:
@@ -54,7 +54,8 @@ def load_robot(
 
     Args:
         path: a .xacro file, or a plain URDF (then `xacro_arguments` have no effect).
-        left_joint: name of the left wheel's joint; right_joint: of the right one's.
+        left_joint: name of the left wheel's joint.
+        right_joint: name of the right wheel's joint.
         xacro_arguments: values of the file's xacro:arg.
 
     Raises:
@@ -82,7 +83,7 @@ def load_robot(
 
 
 def expand_xacro(path: Union[str, Path], arguments: Mapping[str, str]) -> str:
-    """URDF text of a xacro (or plain URDF) file.
+    """Return the URDF text of a xacro (or plain URDF) file.
 
     Raises:
         ConfigError: the file cannot be read or is not a robot.
@@ -90,12 +91,12 @@ def expand_xacro(path: Union[str, Path], arguments: Mapping[str, str]) -> str:
     if not Path(path).is_file():
         raise ConfigError(f'{path}: no such robot file; allowed: a .xacro or .urdf file')
     content = Path(path).read_bytes()
-    expand = _expand if _DRAWS_ON_OTHERS.search(content) else _expand_once
+    expand = _expand if _DEPENDS_ON_OTHERS.search(content) else _expand_once
     return expand(str(path), content, tuple(sorted(arguments.items())))
 
 
 def _expand(path: str, content: bytes, arguments: Tuple[Tuple[str, str], ...]) -> str:
-    """`content` is what the file held a moment ago: it tells an edited file from the old one."""
+    """Expand a file; its `content` is an argument so that the cache notices an edited file."""
     try:
         document = xacro.process_file(path, mappings=dict(arguments))
     except Exception as error:  # xacro lets XML, expression and file errors of many types through
@@ -105,23 +106,23 @@ def _expand(path: str, content: bytes, arguments: Tuple[Tuple[str, str], ...]) -
     return str(document.toprettyxml(indent='  '))
 
 
-# A campaign asks for the same few robots in each of its trials; xacro takes 40 ms for one.
+# A campaign loads the same few robots in each of its trials; xacro takes 40 ms for one.
 _expand_once = functools.lru_cache(maxsize=32)(_expand)
 
 
 def _pose_in_root(joints: Dict[str, ElementTree.Element], joint_name: str, path: Union[str, Path]) -> np.ndarray:
-    """(4, 4) homogeneous pose of a joint in the robot's root link, all joints at zero."""
+    """Return the (4, 4) homogeneous pose of a joint in the root link, all joints at zero."""
     if joint_name not in joints:
         raise ConfigError(
             f'{path}: joint {joint_name!r} is missing; the file has '
             f'{", ".join(joints) or "no joint"}{did_you_mean(joint_name, joints)}'
         )
-    joint_above = {_link(joint, 'child'): joint for joint in joints.values()}
+    joint_above = {joint_link(joint, 'child'): joint for joint in joints.values()}
     joint = joints[joint_name]
     pose = np.eye(4)
     for _ in joints:
         pose = _origin(joint, path) @ pose
-        parent = _link(joint, 'parent')
+        parent = joint_link(joint, 'parent')
         if parent not in joint_above:
             return pose
         joint = joint_above[parent]
@@ -129,26 +130,17 @@ def _pose_in_root(joints: Dict[str, ElementTree.Element], joint_name: str, path:
 
 
 def _origin(joint: ElementTree.Element, source: Union[str, Path]) -> np.ndarray:
-    """(4, 4) homogeneous pose of a joint's frame in its parent link."""
-    origin = joint.find('origin')
-    attributes = origin.attrib if origin is not None else {}
-    where = f'{source}: joint {joint.get("name")!r} origin'
-    xyz_m = parse_numbers(attributes.get('xyz', '0 0 0'), 3, f'{where} xyz')
-    rpy_rad = parse_numbers(attributes.get('rpy', '0 0 0'), 3, f'{where} rpy')
+    """Return the (4, 4) homogeneous pose of a joint's frame in its parent link."""
+    xyz_m, rpy_rad = joint_origin(joint, f'{source}: ')
     pose = np.eye(4)
     pose[:3, :3] = rotation_from_rpy(*rpy_rad)
     pose[:3, 3] = xyz_m
     return pose
 
 
-def _link(joint: ElementTree.Element, end: str) -> str:
-    element = joint.find(end)
-    return '' if element is None else element.get('link', '')
-
-
 def _wheel_radius_m(root: ElementTree.Element, joint: ElementTree.Element, path: Union[str, Path]) -> float:
-    """Rolling radius [m]: that of the wheel's collision sphere or cylinder."""
-    link_name = _link(joint, 'child')
+    """Return the rolling radius [m]: that of the wheel's collision sphere or cylinder."""
+    link_name = joint_link(joint, 'child')
     for shape in ('sphere', 'cylinder'):
         element = root.find(f"link[@name='{link_name}']/collision/geometry/{shape}")
         if element is not None:

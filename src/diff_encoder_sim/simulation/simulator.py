@@ -1,4 +1,4 @@
-"""The simulated robot: commands in, joint states and truth out, on its own clock."""
+"""The simulated robot: commands in, joint states and true pose out, on its own clock."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ from diff_encoder_sim.simulation.world import load_world
 
 TICK_NS = round(TICK_S * 1e9)
 
-# Of /gazebo/model_states, and of the true pose that is made from it.
+# Period of /gazebo/model_states, and of the true pose that is made from it.
 STATES_PERIOD_NS = 50_000_000
 
-# A scanner that leans less is taken for level, as the nodes that read its scans take it.
+# A scanner that leans less is treated as level, as the nodes that read its scans treat it.
 LARGEST_LEAN_RAD = math.radians(5.0)
 
 
 class SimulatorParams(Params):
-    """Everything about the simulated robot that a user can set."""
+    """Parameters of the simulated robot."""
 
     left_joint: str = Field('left_wheel_joint', min_length=1, description='joint of the left wheel in the robot file')
     right_joint: str = Field(
@@ -67,7 +67,7 @@ class Simulator:
     ) -> None:
         """Load both files and put the robot, at rest, at `start_pose` of the world.
 
-        The wheels stand at an angle drawn from the seed: without this, every trial would repeat
+        The wheels' initial angles are drawn from the seed: without this, every trial would repeat
         the same quantisation error.
 
         Raises:
@@ -81,17 +81,13 @@ class Simulator:
         )
         self._check_errors_took_effect(robot_file)
         laser_pose = self._nominal.link_pose_in_root(params.laser_link)
-        self.laser_pose_in_base = _seen_from_above(laser_pose, f'{robot_file}: link {params.laser_link!r}')
+        self.laser_pose_in_base = _planar_mount(laser_pose, f'{robot_file}: link {params.laser_link!r}')
         self._laser_above_base_m = float(laser_pose[2, 3])
-        self._start_pose = start_pose
-        self._seed = seed
-        self._controller = DriveController(
-            params.drive,
-            0.5 * (self._nominal.left_wheel_radius_m + self._nominal.right_wheel_radius_m),
-            self._nominal.wheel_separation_m,
-        )
-        self._physics: Optional[BulletPhysics] = None
-        self.reset()
+        self._start_pose, self._seed = start_pose, seed
+        radius_m = 0.5 * (self._nominal.left_wheel_radius_m + self._nominal.right_wheel_radius_m)
+        self._controller = DriveController(params.drive, radius_m, self._nominal.wheel_separation_m)
+        self._physics = self._new_physics()
+        self._begin()
 
     @property
     def robot_name(self) -> str:
@@ -99,18 +95,23 @@ class Simulator:
         return self._nominal.name
 
     def close(self) -> None:
-        """Free the physics; the object is of no use afterwards."""
-        if self._physics is not None:
-            self._physics.close()
+        """Free the physics; the object cannot be used afterwards."""
+        self._physics.close()
 
     def reset(self) -> None:
-        """Everything as at the beginning, time and wheel angles included."""
+        """Restore the state of the beginning, time and wheel angles included."""
         self.close()
-        self.time_ns = 0
         self._controller.reset()
-        self._physics = BulletPhysics(
-            self.world, self._true, self._start_pose, self.params.drive.wheel_torque, self.params.physics
-        )
+        self._physics = self._new_physics()
+        self._begin()
+
+    def _new_physics(self) -> BulletPhysics:
+        params = self.params
+        return BulletPhysics(self.world, self._true, self._start_pose, params.drive.wheel_torque, params.physics)
+
+    def _begin(self) -> None:
+        """Set time to 0, and draw what differs from trial to trial from the seed."""
+        self.time_ns = 0
         phases_rad = generator(self._seed, 'wheel_phase').uniform(0.0, 2.0 * math.pi, 2)
         self._phases_rad = tuple(phases_rad.tolist())
         # base_link may be at the floor, where ALTO's is, or at the axle.
@@ -124,19 +125,19 @@ class Simulator:
         self._read_wheels()
 
     def reset_world(self) -> None:
-        """Carry the robot back to its start; time and wheel angles go on."""
+        """Put the robot back at its start; time and wheel angles continue."""
         self._controller.reset()
         self._physics.place(self._start_pose)
 
     def place(self, base_pose_in_world: Pose2D, base_velocity_in_world: PlanarVelocity = AT_REST) -> None:
-        """Carry the robot off: time, wheel angles and the command go on.
+        """Put the robot at another pose; time, wheel angles and the command continue.
 
-        The encoder sees nothing of it, which makes this the kidnapped robot problem.
+        The encoder does not measure it: the kidnapped robot problem.
         """
         self._physics.place(base_pose_in_world, base_velocity_in_world)
 
     def command(self, linear_mps: float, angular_radps: float) -> None:
-        """Velocity command for base_link.
+        """Command a velocity of base_link.
 
         Raises:
             InputFault: the command is not finite.
@@ -151,26 +152,25 @@ class Simulator:
         self._read_wheels()
 
     def joint_states(self) -> JointStates:
-        """Wheel angles (phase included) and speeds, as an ideal joint sensor reads them."""
-        return JointStates(
-            self.time_ns, (self.params.left_joint, self.params.right_joint), self._angles_rad, self._speeds_radps
-        )
+        """Return the wheels' angles (phase included) and speeds, as an ideal joint sensor reads them."""
+        names = self.params.left_joint, self.params.right_joint
+        return JointStates(self.time_ns, names, self._angles_rad, self._speeds_radps)
 
     def base(self) -> BodyState:
-        """The true state of base_link in the world frame."""
+        """Return the true state of base_link in the world frame."""
         return self._physics.base()
 
     def base_pose_in_world(self) -> Pose2D:
-        """The true pose of base_link, seen from above."""
+        """Return the true pose of base_link in the plane of the world frame."""
         (x_m, y_m, _), quat_xyzw = self._physics.base_pose()
         return Pose2D(x_m, y_m, yaw_from_quat_xyzw(*quat_xyzw))
 
     def scan(self) -> Scan:
-        """A sweep of the scanner from where it is now."""
+        """Take a scan from the LiDAR's true pose."""
         return self._lidar.scan(self.time_ns, self.base_pose_in_world().compose(self.laser_pose_in_base))
 
     def obstacle_hit(self) -> Optional[str]:
-        """Name of a solid, other than the floor, that the robot touches now, if any."""
+        """Return the name of a solid, other than the floor, that the robot touches now, if any."""
         return self._physics.obstacle_hit()
 
     def _read_wheels(self) -> None:
@@ -180,7 +180,7 @@ class Simulator:
         self._speeds_radps = self._wheels.turning_speeds(*rolled.speeds_radps)
 
     def _check_errors_took_effect(self, robot_file: Union[str, Path]) -> None:
-        """A robot file without the xacro arguments would silently drop the errors."""
+        """Refuse a robot file without the xacro arguments, which would silently drop the errors."""
         errors, nominal, true = self.params.wheel_errors, self._nominal, self._true
         for key, true_m, nominal_m in (
             ('left_radius_error', true.left_wheel_radius_m, nominal.left_wheel_radius_m),
@@ -195,11 +195,11 @@ class Simulator:
                 )
 
 
-def _seen_from_above(laser_pose_in_base: np.ndarray, where: str) -> Pose2D:
-    """A scanner's mount (4, 4) in the plane; `where` names it in the error.
+def _planar_mount(laser_pose_in_base: np.ndarray, where: str) -> Pose2D:
+    """Return a scanner's mount (4, 4) in the plane; `where` names it in the error.
 
     Raises:
-        ConfigError: it leans, or hangs upside down.
+        ConfigError: the scanner leans, or is mounted upside down.
     """
     lean_rad = math.acos(min(1.0, max(-1.0, float(laser_pose_in_base[2, 2]))))
     if lean_rad > LARGEST_LEAN_RAD:

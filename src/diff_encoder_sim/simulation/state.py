@@ -1,4 +1,4 @@
-"""What the simulated robot reports of itself at one instant."""
+"""The simulated robot's state at one instant."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import NamedTuple, Tuple
 
 
 class JointStates(NamedTuple):
-    """What the joints' sensors would read."""
+    """Angles and speeds of the joints, as their sensors would read them."""
 
     stamp_ns: int
     names: Tuple[str, ...]
@@ -24,7 +24,7 @@ class BodyState(NamedTuple):
 
 
 class PlanarVelocity(NamedTuple):
-    """How base_link moves over the floor, in the world frame."""
+    """Velocity of base_link over the floor, in the world frame."""
 
     x_mps: float
     y_mps: float

@@ -1,4 +1,4 @@
-"""What real wheels do wrong: geometry that differs from the drawing, and slip. All zero unasked."""
+"""Errors of real wheels: geometry that differs from the drawing, and slip; all zero by default."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class WheelErrorParams(Params):
     slip_noise: float = Field(0.0, ge=0, description="variance of a wheel's lost travel per metre of it [m^2/m]")
 
     def xacro_arguments(self) -> Dict[str, str]:
-        """The geometry errors under the names of the robot file's xacro:arg."""
+        """Return the geometry errors under the names of the robot file's xacro:arg."""
         return {
             'wheel_radius_error_left': repr(self.left_radius_error),
             'wheel_radius_error_right': repr(self.right_radius_error),
@@ -34,28 +34,28 @@ class SlippingWheels:
     """Turns the rolling of ideal wheels into the turning of wheels that slip.
 
     The physics rolls without slipping. A wheel with slip s that turns by a rolls by a (1 - s)
-    only, so the angle that its encoder sees is the rolled one divided by 1 - s. Noise is added as
-    a random walk over the distance rolled: the k|ds| of Siegwart and Nourbakhsh, section 5.2.4.
+    only, so the angle that its encoder measures is the rolled one divided by 1 - s. Noise is added
+    as a random walk over the distance rolled: the k|ds| of Siegwart and Nourbakhsh, section 5.2.4.
     """
 
     def __init__(self, params: WheelErrorParams, radius_m: Tuple[float, float], rng: np.random.Generator) -> None:
-        self._rolled_shares = (1.0 - params.left_slip, 1.0 - params.right_slip)
+        self._rolled_fractions = (1.0 - params.left_slip, 1.0 - params.right_slip)
         self._noise_rad_per_sqrt_rad = [math.sqrt(params.slip_noise / wheel_radius_m) for wheel_radius_m in radius_m]
-        self._is_ideal = params.slip_noise == 0 and self._rolled_shares == (1.0, 1.0)
+        self._is_ideal = params.slip_noise == 0 and self._rolled_fractions == (1.0, 1.0)
         self._rng = rng
         self._rolled_rad = (0.0, 0.0)
         self._noise_rad = [0.0, 0.0]
 
     def rolling_speeds(self, left_radps: float, right_radps: float) -> Tuple[float, float]:
-        """Ideal wheels' speeds [rad/s] that move the robot as these wheels' speeds do."""
-        return left_radps * self._rolled_shares[0], right_radps * self._rolled_shares[1]
+        """Return the ideal wheels' speeds [rad/s] that move the robot as these wheels' speeds do."""
+        return left_radps * self._rolled_fractions[0], right_radps * self._rolled_fractions[1]
 
     def turning_speeds(self, left_radps: float, right_radps: float) -> Tuple[float, float]:
-        """Speeds [rad/s] of these wheels when the ideal ones roll so: the mean, without noise."""
-        return left_radps / self._rolled_shares[0], right_radps / self._rolled_shares[1]
+        """Return these wheels' speeds [rad/s] when the ideal ones roll so: the mean, without noise."""
+        return left_radps / self._rolled_fractions[0], right_radps / self._rolled_fractions[1]
 
     def turned(self, rolled_rad: Tuple[float, float]) -> Tuple[float, float]:
-        """Angles turned [rad] since the start, when the ideal wheels have rolled `rolled_rad`."""
+        """Return the angles turned [rad] since the start when the ideal wheels rolled `rolled_rad`."""
         if self._is_ideal:
             return rolled_rad
         normals = self._rng.standard_normal(2).tolist()
@@ -64,6 +64,6 @@ class SlippingWheels:
             self._noise_rad[wheel] += self._noise_rad_per_sqrt_rad[wheel] * math.sqrt(step_rad) * normals[wheel]
         self._rolled_rad = rolled_rad
         return (
-            rolled_rad[0] / self._rolled_shares[0] + self._noise_rad[0],
-            rolled_rad[1] / self._rolled_shares[1] + self._noise_rad[1],
+            rolled_rad[0] / self._rolled_fractions[0] + self._noise_rad[0],
+            rolled_rad[1] / self._rolled_fractions[1] + self._noise_rad[1],
         )

@@ -1,15 +1,15 @@
-"""Worlds: reads the SDF files that Gazebo loads into a list of solid primitives."""
+"""Worlds: the solid primitives of the SDF files that Gazebo loads."""
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
-from typing import Iterator, List, NamedTuple, Optional, Tuple, Union
+from typing import Iterator, List, NamedTuple, Tuple, Union
 from xml.etree import ElementTree
 
 import numpy as np
 
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.simulation.xml_values import parse_lengths, parse_numbers, rotation_from_rpy
 
 ALLOWED_SHAPES = ('box', 'cylinder', 'sphere', 'plane')
 
@@ -57,7 +57,7 @@ class Model(NamedTuple):
 
 
 class World(NamedTuple):
-    """What a world file holds, as far as a robot can bump into it or see it."""
+    """The models of a world file, as far as a robot can collide with them or see them."""
 
     name: str
     models: List[Model]
@@ -72,7 +72,7 @@ def load_world(path: Union[str, Path]) -> World:
     """Read the static primitives of an SDF 1.x world.
 
     Raises:
-        ConfigError: the file cannot be read or holds what the stand-in cannot simulate.
+        ConfigError: the file cannot be read, or the simulator cannot simulate what it holds.
     """
     element = _world_element(path)
     if element.find('include') is not None:
@@ -132,35 +132,8 @@ def _shape_of(collision: ElementTree.Element, name: str, path: Union[str, Path])
     return Cylinder(radius_m, parse_lengths(element.findtext('length'), 1, f'{where} length')[0])
 
 
-def parse_lengths(text: Optional[str], count: int, where: str) -> List[float]:
-    """`count` lengths greater than 0 [m] from a file's text; `where` names them in the error.
-
-    Raises:
-        ConfigError: the text is something else.
-    """
-    lengths_m = parse_numbers(text, count, where)
-    if min(lengths_m) <= 0:
-        raise ConfigError(f'{where}: given {text!r}; allowed: lengths greater than 0 [m]')
-    return lengths_m
-
-
-def parse_numbers(text: Optional[str], count: int, where: str) -> List[float]:
-    """`count` finite numbers from a file's text; `where` names them in the error.
-
-    Raises:
-        ConfigError: the text is something else.
-    """
-    try:
-        numbers = [float(word) for word in (text or '').split()]
-    except ValueError:
-        numbers = []
-    if len(numbers) != count or not all(math.isfinite(number) for number in numbers):
-        raise ConfigError(f'{where}: given {text!r}; allowed: {count} finite number(s)')
-    return numbers
-
-
 def _pose_of(element: ElementTree.Element, path: Union[str, Path]) -> np.ndarray:
-    """4x4 pose of an element in its parent; SDF writes x y z roll pitch yaw."""
+    """Return the 4x4 pose of an element in its parent; SDF writes x y z roll pitch yaw."""
     text = element.findtext('pose')
     if text is None:
         return np.eye(4)
@@ -170,17 +143,3 @@ def _pose_of(element: ElementTree.Element, path: Union[str, Path]) -> np.ndarray
     pose[:3, :3] = rotation_from_rpy(roll_rad, pitch_rad, yaw_rad)
     pose[:3, 3] = x_m, y_m, z_m
     return pose
-
-
-def rotation_from_rpy(roll_rad: float, pitch_rad: float, yaw_rad: float) -> np.ndarray:
-    """3x3 rotation about the fixed axes x, then y, then z (URDF's and SDF's convention)."""
-    cr, sr = math.cos(roll_rad), math.sin(roll_rad)
-    cp, sp = math.cos(pitch_rad), math.sin(pitch_rad)
-    cy, sy = math.cos(yaw_rad), math.sin(yaw_rad)
-    return np.array(
-        [
-            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-            [-sp, cp * sr, cp * cr],
-        ]
-    )

@@ -10,7 +10,7 @@ from diff_encoder_sim.base.se2 import Pose2D
 
 
 class TrajectoryPose(NamedTuple):
-    """Where the base was when a scan was entered."""
+    """The pose of the base when a scan was entered into the map."""
 
     stamp_ns: int
     base_pose_in_map: Pose2D

@@ -10,8 +10,10 @@ from diff_encoder_sim.simulation.link_frames import LinkFrames
 URDF = """<robot name="r"><link name="base"/><link name="wheel"/><link name="scanner"/><link name="arm"/>
 <joint name="z_wheel" type="continuous"><parent link="base"/><child link="wheel"/>
   <origin xyz="0.1 0.2 0.3"/><axis xyz="0 2 0"/></joint>
-<joint name="a_arm" type="revolute"><parent link="base"/><child link="arm"/><origin rpy="0 0 1.5707963267948966"/></joint>
-<joint name="mount" type="fixed"><parent link="arm"/><child link="scanner"/><origin xyz="1 0 0" rpy="0.1 0.2 0.3"/></joint>
+<joint name="a_arm" type="revolute"><parent link="base"/><child link="arm"/>
+  <origin rpy="0 0 1.5707963267948966"/></joint>
+<joint name="mount" type="fixed"><parent link="arm"/><child link="scanner"/>
+  <origin xyz="1 0 0" rpy="0.1 0.2 0.3"/></joint>
 </robot>"""
 
 
@@ -38,7 +40,7 @@ def test_joints_turn_about_their_axis_after_their_origin_in_the_order_of_their_n
     assert arm.quat_xyzw == pytest.approx((0.5, 0.5, 0.5, 0.5))
 
 
-def test_only_joints_whose_angle_is_known_are_told():
+def test_only_joints_whose_angle_is_known_are_returned():
     assert [frame.child for frame in LinkFrames(URDF).turned({'z_wheel': 0.0, 'other': 1.0})] == ['wheel']
 
 

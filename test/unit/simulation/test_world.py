@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.simulation.world import Box, Cylinder, Plane, Sphere, load_world, rotation_from_rpy
+from diff_encoder_sim.simulation.world import Box, Cylinder, Plane, Sphere, load_world
+from diff_encoder_sim.simulation.xml_values import rotation_from_rpy
 from places import WORLDS
 
 FLOOR = """<model name="floor"><static>true</static><link name="l"><collision name="c">
