@@ -337,7 +337,7 @@ class AmclTest(NodeTest):
     def test_a_pose_without_a_frame_is_in_the_map(self):
         self.localized()
         self.assert_near(self.send_guess(START, 0, frame=''), START, 0.05)
-        self.rosout.wait_for_warning(NODE, 'without a frame')
+        self.rosout.wait_for_warning(NODE, 'header.frame_id is empty')
 
     # --- bad scans
 
@@ -429,7 +429,7 @@ class AmclTest(NodeTest):
         answers = wait_until(is_answered, 'map->odom after time went back')
         self.assertTrue(set(answers) <= set(stamps))
         self.assert_near(self.localized(), IDENTITY, 0.3)
-        self.rosout.wait_for_warning(NODE, 'went back', 'begins again')
+        self.rosout.wait_for_warning(NODE, 'went back', 'localization restarts')
 
     def test_a_scan_from_the_future_is_dropped_and_nothing_begins_again(self):
         self.localized()
@@ -437,7 +437,7 @@ class AmclTest(NodeTest):
         ahead.header.stamp = rospy.Time.now() + rospy.Duration(60.0)
         self.scans.publish(ahead)
         self.assert_near(self.localized(), START, 0.05)
-        self.rosout.wait_for_warning(NODE, 'ahead of now')
+        self.rosout.wait_for_warning(NODE, 'ahead of the clock')
         self.assertEqual(len(self.rosout.warnings_of(NODE)), 1, self.rosout.warnings_of(NODE))
 
     def test_without_odometry_it_says_so_and_goes_on_when_it_is_back(self):
@@ -462,7 +462,7 @@ class AmclTest(NodeTest):
         self.assert_near(self.localized(), START, 0.05)
         self.assertFalse(set(kidnapped[5:]) & set(self.answers()))
         self.assertTrue(set(kidnapped[:4]) <= set(self.answers()))  # not at the first bad scan
-        self.wait_for_line('found:')
+        self.wait_for_line('localized again:')
 
     def test_carried_off_it_is_found_by_a_pose(self):
         self.localized()

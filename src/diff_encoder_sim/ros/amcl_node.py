@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from typing import Optional, Tuple
+from typing import Any, Dict, Optional, Tuple
 
 import numpy as np
 import rospy
@@ -42,8 +42,7 @@ from diff_encoder_sim.ros.trial_plan import trial_plan
 
 SILENCE_S = 15.0
 
-# Clocks within a robot differ by less. After a scan from farther ahead the next would look like a
-# restart.
+# Clocks within a robot differ by less. After a scan from farther ahead the next would look like a restart.
 MOST_AHEAD_NS = NANOSECONDS_PER_SECOND
 
 # A base pose in the map with its 3x3 covariance over (x [m], y [m], yaw [rad]).
@@ -57,7 +56,7 @@ class AmclNodeParams(AmclParams):
 
 
 class AmclNode:
-    """Waits for a map, then feeds each scan to the filter with the odometry of its time."""
+    """Waits for a map, then updates the filter with each scan and the odometry at the scan's time."""
 
     def __init__(self) -> None:
         params = node_params(AmclNodeParams, defaults=_trial_defaults())
@@ -77,7 +76,7 @@ class AmclNode:
         self._buffer = tf2_ros.Buffer(rospy.Duration(30.0))
         self._listener = tf2_ros.TransformListener(self._buffer, tcp_nodelay=True)
         self._undelayed = publisher('/tf', TFMessage)
-        # Whoever sends the scans can wait for it: upstream says nothing of most of them.
+        # So that the simulator can wait for the answer to each scan; upstream publishes nothing for most of them.
         self._taken = publisher('~scan_taken', Header)
         self._output = AmclOutput(self._params)
         self._queue = ScanQueue(
@@ -98,9 +97,9 @@ class AmclNode:
         ]
         self._initial_poses = subscriber('initialpose', PoseWithCovarianceStamped, self._on_initial_pose)
         self._scans = subscriber('scan', LaserScan, self._on_scan)
-        # The mount may come last, after the scan and its odometry.
+        # The laser's transform may come last, after the scan and its odometry.
         self._transforms = [subscriber(topic, TFMessage, lambda _: self._process()) for topic in ('/tf', '/tf_static')]
-        self._has_heard = False
+        self._has_had_scan = False
         self._silence = rospy.Timer(rospy.Duration(SILENCE_S), self._on_silence, reset=True)
         if self._params.use_map_topic:
             self._maps = subscriber('map', OccupancyGridMessage, self._on_map)
@@ -123,14 +122,18 @@ class AmclNode:
         try:
             self._use_map(message, self._guess or self._output.saved)
         except InputFault as fault:
-            log.warning('map: %s; not used', fault)
+            log.warning('map not used: %s', fault)
 
     def _use_map(self, message: OccupancyGridMessage, guess: Optional[Guess]) -> None:
-        """Begin on a map; without a guess, at the parameters' initial pose."""
+        """Start localization on a map: at the guess, or without one at the initial_pose_* parameters."""
         grid = grid_from_message(message)
         frame = message.header.frame_id.lstrip('/')
         if frame != self._params.global_frame_id:
-            log.warning('map: in frame %r; used as if in global_frame_id %r', frame, self._params.global_frame_id)
+            log.warning(
+                'map: header.frame_id is %r; used as if it were %r (global_frame_id)',
+                frame,
+                self._params.global_frame_id,
+            )
         with self._lock:
             amcl = self._amcl or Amcl(self._params, grid, self._rng)
             if guess is not None:
@@ -144,18 +147,18 @@ class AmclNode:
         try:
             self._use_map(request.map, self._read_guess(request.initial_pose))
         except InputFault as fault:
-            log.warning('set_map: %s; ignored', fault, extra=EVENT)
+            log.warning('set_map refused: %s', fault, extra=EVENT)
             return SetMapResponse(success=False)
         return SetMapResponse(success=True)
 
     # ---- scans
 
     def _on_scan(self, message: LaserScan) -> None:
-        self._has_heard = True
+        self._has_had_scan = True
         stamp_ns, now_ns = ns_from_stamp(message.header.stamp), ns_from_stamp(rospy.Time.now())
         if 0 < now_ns < stamp_ns - MOST_AHEAD_NS:
             log.warning(
-                '%s: stamped %.1f s ahead of now; scan dropped',
+                '%s: stamp %.1f s ahead of the clock; scan dropped',
                 self._scans.resolved_name,
                 (stamp_ns - now_ns) / NANOSECONDS_PER_SECOND,
             )
@@ -163,15 +166,18 @@ class AmclNode:
         with self._lock:
             step = self._timeline.advance(stamp_ns)
             if step is Step.RESTART:
-                log.warning('scan stamps went back: localization begins again')
-                self._queue.clear()
-                self._buffer.clear()
-                if self._amcl is not None:
-                    self._amcl.set_map(self._amcl.grid)
-                    self._output.restart()
+                self._restart()
             if step is not Step.STALE:
                 self._queue.add(message)
         self._process()
+
+    def _restart(self) -> None:
+        log.warning('scan stamps went back: localization restarts at the initial_pose_* parameters', extra=EVENT)
+        self._queue.clear()
+        self._buffer.clear()
+        if self._amcl is not None:
+            self._amcl.set_map(self._amcl.grid)
+            self._output.restart()
 
     def _process(self) -> None:
         with self._lock:
@@ -179,16 +185,19 @@ class AmclNode:
                 self._queue.process()
 
     def _localize(self, scan: Scan, odom_pose: Pose2D, laser_pose: Pose2D) -> None:
-        estimate = self._amcl.update(odom_pose, scan, laser_pose)
-        self._output.tell(self._amcl, scan.stamp_ns, odom_pose, estimate)
+        amcl = self._amcl
+        if amcl is None:
+            return  # the queue hands on no scan before there is a map
+        estimate = amcl.update(odom_pose, scan, laser_pose)
+        self._output.report(amcl, scan.stamp_ns, odom_pose, estimate)
         self._taken.publish(Header(stamp=stamp_from_ns(scan.stamp_ns)))
 
     def _on_silence(self, _: rospy.timer.TimerEvent) -> None:
-        if not self._has_heard:
-            log.warning('%s: no scan for %.0f s', self._scans.resolved_name, SILENCE_S)
-        self._has_heard = False
+        if not self._has_had_scan:
+            log.warning('%s: no scan for %.0f s: the pose is not corrected', self._scans.resolved_name, SILENCE_S)
+        self._has_had_scan = False
 
-    # ---- what people ask for
+    # ---- requests
 
     def _on_initial_pose(self, message: PoseWithCovarianceStamped) -> None:
         try:
@@ -199,19 +208,19 @@ class AmclNode:
                 else:
                     self._amcl.set_pose(*guess)
         except InputFault as fault:
-            log.warning('%s: %s; ignored', self._initial_poses.resolved_name, fault, extra=EVENT)
+            log.warning('%s refused: %s', self._initial_poses.resolved_name, fault, extra=EVENT)
 
     def _read_guess(self, message: PoseWithCovarianceStamped) -> Guess:
-        """Where the robot is now, by what somebody says of the time of the stamp.
+        """Return the pose that a message gives, moved by odometry from the message's stamp to now.
 
         Raises:
-            InputFault: it is no pose, or in another frame than the map's.
+            InputFault: it is no valid pose, or in another frame than the map's.
         """
         frame = message.header.frame_id.lstrip('/')
         if not frame:
-            log.warning('initial pose: without a frame; taken as in %r', self._params.global_frame_id)
+            log.warning('initial pose: header.frame_id is empty; used as if it were %r', self._params.global_frame_id)
         elif frame != self._params.global_frame_id:
-            raise InputFault(f'pose in frame {frame!r}; expected {self._params.global_frame_id!r}')
+            raise InputFault(f'header.frame_id is {frame!r}; expected {self._params.global_frame_id!r}')
         pose = pose_from_message(message.pose.pose)
         covariance = pose_covariance_from_message(message.pose.covariance)
         check_pose(pose, 'initial pose')
@@ -219,7 +228,7 @@ class AmclNode:
         return pose.compose(self._moved_since(message.header.stamp)), covariance
 
     def _moved_since(self, stamp: rospy.Time) -> Pose2D:
-        """Where the base is now, in the base frame of that time, by odometry; 0 means now."""
+        """Return the base's pose now in the base frame at a stamp, by odometry; a stamp of 0 means now."""
         frames = self._params.odom_frame_id, self._params.base_frame_id
         try:
             now = self._buffer.lookup_transform(*frames, rospy.Time(0))
@@ -228,7 +237,7 @@ class AmclNode:
             then = self._buffer.lookup_transform(*frames, stamp)
         except tf2_ros.TransformException as error:
             if not stamp.is_zero():
-                log.warning('initial pose: not corrected for motion since its stamp: %s', error)
+                log.warning('initial pose: used without correction for the motion since its stamp: %s', error)
             return IDENTITY
         return pose_from_transform(now).relative_to(pose_from_transform(then))
 
@@ -236,7 +245,10 @@ class AmclNode:
         with self._lock:
             if self._amcl is not None:
                 self._amcl.global_localization()
-                log.info('the robot may be anywhere on the map: drive it by hand', extra=EVENT)
+                log.info(
+                    'global_localization: particles all over the map; drive the robot by hand until localized',
+                    extra=EVENT,
+                )
                 self._output.expect_lost(self._amcl)
         return EmptyResponse()
 
@@ -247,7 +259,7 @@ class AmclNode:
         return EmptyResponse()
 
 
-def _trial_defaults() -> dict:
+def _trial_defaults() -> Dict[str, Any]:
     plan = trial_plan()
     if plan is None:
         return {}
@@ -261,5 +273,5 @@ def _trial_defaults() -> dict:
 
 
 def main() -> None:
-    """Entry point of the executable."""
+    """Run the node."""
     run_node('amcl', AmclNode)

@@ -1,4 +1,4 @@
-"""What amcl_node tells: topics, the transform map->odom, the saved pose, and its state in words."""
+"""What amcl_node publishes: topics, the transform map->odom, the saved pose, and warnings about its state."""
 
 from __future__ import annotations
 
@@ -25,31 +25,31 @@ from diff_encoder_sim.ros.node import log, publisher
 
 
 class AmclOutput:
-    """Speaks for the filter after each scan."""
+    """Publishes the state of the filter after each scan."""
 
     def __init__(self, params: AmclParams) -> None:
         self._params = params
         self._broadcaster = tf2_ros.TransformBroadcaster()
         self._poses = publisher('amcl_pose', PoseWithCovarianceStamped, latch=True)
         self._clouds = publisher('particlecloud', PoseArray, latch=True)
-        # The newest that can be saved, and the one that was: pose in the map, covariance.
+        # The newest that can be saved, and the one that was saved: pose in the map, covariance.
         self._to_save: Optional[Tuple[Pose2D, np.ndarray]] = None
         self.saved: Optional[Tuple[Pose2D, np.ndarray]] = None
         self.restart()
 
     def restart(self) -> None:
-        """Localization begins again: what was said is of the past."""
+        """Start anew with localization: warn again of what was warned of before."""
         self._was_lost = False
-        self._is_spread = True  # a beginning is, and nobody needs to hear it
+        self._is_spread = True  # at the start it always is: no reason for a warning
         self._seen_updates = 0
         self._saved_ns: Optional[int] = None
 
     def expect_lost(self, amcl: Amcl) -> None:
-        """If the robot is lost, it is by request, and nobody needs to hear it."""
+        """Do not warn that the robot is lost, where the user has requested it (global_localization)."""
         self._was_lost = amcl.is_lost
 
-    def tell(self, amcl: Amcl, stamp_ns: int, odom_pose: Pose2D, estimate: Optional[AmclEstimate]) -> None:
-        """What came of a scan that was taken at `odom_pose`; `estimate` if there is a new one."""
+    def report(self, amcl: Amcl, stamp_ns: int, odom_pose: Pose2D, estimate: Optional[AmclEstimate]) -> None:
+        """Publish the result of a scan that was taken at `odom_pose`; `estimate` if there is a new one."""
         if amcl.update_count != self._seen_updates:
             self._seen_updates = amcl.update_count
             self._publish_cloud(amcl, stamp_ns)
@@ -60,7 +60,7 @@ class AmclOutput:
                 )
             )
             self._warn_of_spread(estimate)
-        self._tell_of_loss(amcl)
+        self._warn_of_loss(amcl)
         if amcl.last_estimate is not None and not amcl.is_lost:
             odom_pose_in_map = amcl.last_estimate.odom_pose_in_map
             self._broadcast(odom_pose_in_map, stamp_ns)
@@ -76,7 +76,7 @@ class AmclOutput:
     def _broadcast(self, odom_pose_in_map: Pose2D, stamp_ns: int) -> None:
         if not self._params.tf_broadcast:
             return
-        # Dated ahead: until the next scan, transforms of newer odometry find this one.
+        # Dated ahead, so that until the next scan lookups at the time of newer odometry succeed.
         ahead_ns = round(self._params.transform_tolerance * NANOSECONDS_PER_SECOND)
         self._broadcaster.sendTransform(
             transform_message(
@@ -84,30 +84,32 @@ class AmclOutput:
             )
         )
 
-    # ---- in words
+    # ---- warnings
 
-    def _tell_of_loss(self, amcl: Amcl) -> None:
+    def _warn_of_loss(self, amcl: Amcl) -> None:
+        fit_percent = 100.0 * (amcl.fit_fraction or 0.0)
         if amcl.is_lost and not self._was_lost:
             log.warning(
-                'lost: %.0f %% of the rays agree with the map (lost_fraction: %.0f %%); '
-                'no map->odom until they do. Carry the robot back, give its pose by '
-                '/initialpose, or call global_localization and drive it by hand',
-                100.0 * amcl.fit_fraction,
+                'localization lost: %.0f %% of the rays agree with the map (lost_fraction: %.0f %%); map -> odom is '
+                'not published until enough do. Carry the robot back, set its pose by /initialpose, or call '
+                'global_localization and drive it by hand',
+                fit_percent,
                 100.0 * self._params.lost_fraction,
                 extra=EVENT,
             )
         elif self._was_lost and not amcl.is_lost:
-            log.info('found: %.0f %% of the rays agree with the map', 100.0 * amcl.fit_fraction, extra=EVENT)
+            log.info('localized again: %.0f %% of the rays agree with the map', fit_percent, extra=EVENT)
         self._was_lost = amcl.is_lost
 
     def _warn_of_spread(self, estimate: AmclEstimate) -> None:
-        """By std_warn_level_*, which upstream has for its diagnostics."""
+        """Warn when a standard deviation exceeds std_warn_level_*, which upstream has for its diagnostics."""
         sigmas = np.sqrt(np.diag(estimate.covariance))
         limits = (self._params.std_warn_level_x, self._params.std_warn_level_y, self._params.std_warn_level_yaw)
         is_spread = bool((sigmas > limits).any())
         if is_spread and not self._is_spread:
             log.warning(
-                'the estimate is spread by %.2f m, %.2f m, %.0f degrees (std_warn_level: %.2f m, %.2f m, %.0f degrees)',
+                'uncertain pose: standard deviations %.2f m (x), %.2f m (y), %.0f degrees; above std_warn_level_* '
+                '(%.2f m, %.2f m, %.0f degrees)',
                 sigmas[0],
                 sigmas[1],
                 math.degrees(sigmas[2]),
@@ -126,7 +128,7 @@ class AmclOutput:
             self.save()
 
     def save(self) -> None:
-        """Put the pose where a node that starts again begins: in its initial_* parameters."""
+        """Write the pose into the initial_* parameters, where a restarted node starts from."""
         if self._to_save is None or self._params.save_pose_rate <= 0.0:
             return
         pose, covariance = self._to_save
@@ -141,6 +143,6 @@ class AmclOutput:
             ):
                 rospy.set_param(f'~initial_{name}', float(value))
         except (rospy.ROSException, OSError) as error:
-            log.warning('the pose is not saved: %s', error)
+            log.warning('the pose could not be saved in the initial_* parameters: %s', error)
             return
         self.saved = pose, np.diag(np.diag(covariance))

@@ -1,9 +1,9 @@
-"""Between the core's types and ROS messages: the only place that knows both."""
+"""Conversions between the core's types and ROS messages: the only module that knows both."""
 
 from __future__ import annotations
 
 import math
-from typing import Iterable, Sequence, Tuple
+from typing import Iterable, List, Sequence, Tuple
 
 import numpy as np
 import rospy
@@ -32,31 +32,31 @@ from diff_encoder_sim.serialization.message_types import UNKNOWN_VARIANCE
 from diff_encoder_sim.simulation.state import BodyState, JointStates
 from diff_encoder_sim.simulation.world import Box, Cylinder, Plane, Solid, Sphere, World
 
-# Where x, y and yaw stand in a message's 6x6 covariance.
+# Rows of x, y and yaw in a message's 6x6 covariance.
 PLANAR_AXES = (0, 1, 5)
 
 WALL_COLOUR = ColorRGBA(0.62, 0.66, 0.72, 1.0)
 
 
 def ns_from_stamp(stamp: rospy.Time) -> int:
-    """Nanoseconds since the epoch of the clock in use."""
+    """Return nanoseconds since the epoch of the clock in use."""
     return int(stamp.to_nsec())
 
 
 def stamp_from_ns(stamp_ns: int) -> rospy.Time:
-    """ROS time of a whole number of nanoseconds."""
+    """Convert a whole number of nanoseconds to ROS time."""
     return rospy.Time(*divmod(stamp_ns, 1_000_000_000))
 
 
 def joint_state_message(joints: JointStates) -> JointState:
-    """Wheel angles and speeds; efforts are left out."""
+    """Convert wheel angles and speeds; efforts are left out."""
     message = JointState(name=list(joints.names), position=list(joints.angles_rad), velocity=list(joints.speeds_radps))
     message.header.stamp = stamp_from_ns(joints.stamp_ns)
     return message
 
 
 def scan_message(scan: Scan, frame: str, period_s: float) -> LaserScan:
-    """A sweep whose rays were all taken at its stamp, one sweep each `period_s`."""
+    """Convert a scan whose rays were all taken at its stamp; `period_s` is the time between scans."""
     count = len(scan.ranges_m)
     message = LaserScan(
         angle_min=scan.angle_min_rad,
@@ -74,17 +74,17 @@ def scan_message(scan: Scan, frame: str, period_s: float) -> LaserScan:
 
 
 def encoder_pulse_message(sample: EncoderSample, joints: Sequence[str]) -> EncoderPulse:
-    """Both counters, left then right; `joints` are their names in that order."""
+    """Convert both counters, left then right; `joints` are their names in that order."""
     message = EncoderPulse(name=list(joints), pulses=[sample.left_pulses, sample.right_pulses])
     message.header.stamp = stamp_from_ns(sample.stamp_ns)
     return message
 
 
 def encoder_sample(message: EncoderPulse) -> EncoderSample:
-    """Both counters of a message.
+    """Convert a message with both counters.
 
     Raises:
-        InputFault: it does not hold exactly two.
+        InputFault: it has not exactly two counters.
     """
     if len(message.pulses) != 2:
         raise InputFault(f'{len(message.pulses)} counters; expected 2, left then right')
@@ -92,7 +92,7 @@ def encoder_sample(message: EncoderPulse) -> EncoderSample:
 
 
 def odometry_message(estimate: OdometryEstimate, odom_frame: str, base_frame: str) -> Odometry:
-    """Pose in the odom frame and twist in the base frame, each with its covariance."""
+    """Convert a pose in the odom frame and a twist in the base frame, each with its covariance."""
     message = Odometry(child_frame_id=base_frame)
     message.header.stamp = stamp_from_ns(estimate.stamp_ns)
     message.header.frame_id = odom_frame
@@ -106,7 +106,7 @@ def odometry_message(estimate: OdometryEstimate, odom_frame: str, base_frame: st
 
 
 def transform_message(child_pose: Pose2D, stamp_ns: int, parent_frame: str, child_frame: str) -> TransformStamped:
-    """A frame's pose in its parent as a transform."""
+    """Convert a frame's pose in its parent to a transform."""
     message = TransformStamped(child_frame_id=child_frame)
     message.header.stamp = stamp_from_ns(stamp_ns)
     message.header.frame_id = parent_frame
@@ -116,7 +116,7 @@ def transform_message(child_pose: Pose2D, stamp_ns: int, parent_frame: str, chil
 
 
 def pose_stamped_message(pose: Pose2D, stamp_ns: int, frame: str) -> PoseStamped:
-    """A planar pose in a frame at a time."""
+    """Convert a planar pose in a frame at a time."""
     message = PoseStamped(pose=pose_message(pose))
     message.header.stamp = stamp_from_ns(stamp_ns)
     message.header.frame_id = frame
@@ -124,12 +124,12 @@ def pose_stamped_message(pose: Pose2D, stamp_ns: int, frame: str) -> PoseStamped
 
 
 def pose_message(pose: Pose2D) -> Pose:
-    """A planar pose."""
+    """Convert a planar pose."""
     return Pose(Point(pose.x_m, pose.y_m, 0.0), Quaternion(*quat_xyzw_from_yaw(pose.yaw_rad)))
 
 
 def pose_from_message(pose: Pose) -> Pose2D:
-    """Seen from above: height, roll and pitch are dropped.
+    """Project a pose to the floor: height, roll and pitch are dropped.
 
     Raises:
         InputFault: a number is not finite, or the quaternion is no rotation.
@@ -145,7 +145,7 @@ def pose_from_message(pose: Pose) -> Pose2D:
 
 
 def pose_from_transform(transform: TransformStamped) -> Pose2D:
-    """A transform as the child's pose in the parent, seen from above."""
+    """Convert a transform to the child's pose in the parent, projected to the floor."""
     translation, rotation = transform.transform.translation, transform.transform.rotation
     return pose_from_message(Pose(Point(translation.x, translation.y, translation.z), rotation))
 
@@ -153,7 +153,7 @@ def pose_from_transform(transform: TransformStamped) -> Pose2D:
 def pose_with_covariance_message(
     pose: Pose2D, covariance: np.ndarray, stamp_ns: int, frame: str
 ) -> PoseWithCovarianceStamped:
-    """A planar pose with its 3x3 covariance over (x, y, yaw); the rest is zero, as amcl's is."""
+    """Convert a planar pose with its 3x3 covariance over (x, y, yaw); the other variances are 0, as amcl's are."""
     message = PoseWithCovarianceStamped()
     message.header.stamp = stamp_from_ns(stamp_ns)
     message.header.frame_id = frame
@@ -165,12 +165,12 @@ def pose_with_covariance_message(
 
 
 def pose_covariance_from_message(covariance: Sequence[float]) -> np.ndarray:
-    """(3, 3) over (x, y, yaw) of a message's 36 numbers."""
+    """Return the (3, 3) covariance over (x, y, yaw) of a message's 36 numbers."""
     return np.array(covariance, dtype=float).reshape(6, 6)[np.ix_(PLANAR_AXES, PLANAR_AXES)]
 
 
 def scan_from_message(message: LaserScan) -> Scan:
-    """A sweep as the core knows it."""
+    """Convert a scan."""
     return Scan(
         ns_from_stamp(message.header.stamp),
         message.angle_min,
@@ -182,16 +182,16 @@ def scan_from_message(message: LaserScan) -> Scan:
 
 
 def twist_std_from_message(message: Odometry) -> Tuple[float, float]:
-    """Standard deviations of odometry's twist, linear [m/s] and angular [rad/s].
+    """Return the standard deviations of odometry's twist, linear [m/s] and angular [rad/s].
 
-    A negative variance, which some drivers send for one that they do not know, counts as 0.
+    A negative variance, which some drivers publish for an unknown one, counts as 0.
     """
     variances = message.twist.covariance[0], message.twist.covariance[35]
     return math.sqrt(max(variances[0], 0.0)), math.sqrt(max(variances[1], 0.0))
 
 
 def body_messages(state: BodyState) -> Tuple[Pose, Twist]:
-    """A body's pose and twist in the world frame, as Gazebo reports them."""
+    """Convert a body's pose and twist in the world frame, as Gazebo reports them."""
     return (
         Pose(Point(*state.position_xyz_m), Quaternion(*state.quat_xyzw)),
         Twist(Vector3(*state.linear_xyz_mps), Vector3(*state.angular_xyz_radps)),
@@ -199,13 +199,13 @@ def body_messages(state: BodyState) -> Tuple[Pose, Twist]:
 
 
 def matrix_pose_message(pose: np.ndarray) -> Pose:
-    """A 4x4 pose that is upright, as models on a floor are."""
+    """Convert a 4x4 pose without roll and pitch, as models on a floor have."""
     yaw_rad = float(np.arctan2(pose[1, 0], pose[0, 0]))
     return Pose(Point(*pose[:3, 3].tolist()), Quaternion(*quat_xyzw_from_yaw(yaw_rad)))
 
 
 def world_markers(world: World, frame: str) -> MarkerArray:
-    """The world's walls and pillars for RViz; its floor is left to RViz's grid."""
+    """Make markers of the world's walls and pillars for RViz, whose grid shows the floor."""
     return MarkerArray(
         [_marker(solid, index, frame) for index, solid in enumerate(world.solids) if not isinstance(solid.shape, Plane)]
     )
@@ -227,8 +227,8 @@ def _marker(solid: Solid, index: int, frame: str) -> Marker:
     return marker
 
 
-def _planar_covariance(covariance: np.ndarray, axes: Iterable[int]) -> list:
-    """A 6x6 covariance, row by row, that is known in some of (x, y, z, roll, pitch, yaw)."""
+def _planar_covariance(covariance: np.ndarray, axes: Iterable[int]) -> List[float]:
+    """Return a 6x6 covariance, row by row, known only in `axes` of (x, y, z, roll, pitch, yaw)."""
     full = np.diag(np.full(6, UNKNOWN_VARIANCE))
     full[np.ix_(list(axes), list(axes))] = covariance
     return list(full.ravel())

@@ -1,4 +1,4 @@
-"""gz_diff_encoder_node: /joint_states in, /encoder_pulse out."""
+"""gz_diff_encoder_node: counts the pulses of an encoder on each wheel, from /joint_states to /encoder_pulse."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from diff_encoder_sim.ros.node import log, node_params, publisher, run_node, sub
 
 
 class EncoderNode:
-    """Counts pulses of the wheel angles that pass by."""
+    """Samples the wheel angles at a steady rate and publishes the counters."""
 
     def __init__(self) -> None:
         params = node_params(EncoderParams, OdometryParams)
@@ -33,5 +33,5 @@ class EncoderNode:
 
 
 def main() -> None:
-    """Entry point of the executable."""
+    """Run the node."""
     run_node('gz_diff_encoder_node', EncoderNode)

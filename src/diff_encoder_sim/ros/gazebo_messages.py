@@ -1,20 +1,22 @@
-"""gazebo_msgs, installed or not: what of it the nodes speak.
+"""The message and service classes of gazebo_msgs that the nodes use, whether the package is installed or not.
 
-Debian's ROS lacks gazebo_msgs. Where it is missing, each class is built from its definition under
-its real name, so its checksum is that of the original, and any program that has the package can
-talk to it.
+Debian's ROS lacks gazebo_msgs. Where it is missing, each class is built from its definition under its real name, so
+that it has the original's checksum, and programs that have the package can communicate with it.
 """
 
 from __future__ import annotations
 
-from typing import Dict, Type
+from typing import Any, Dict, Type
 
+import genpy
 from genmsg import MsgContext, SrvSpec, compute_md5
 from genpy.dynamic import generate_dynamic
 from geometry_msgs.msg import Pose, Twist
 from std_msgs.msg import Header
 
 from diff_encoder_sim.serialization.message_types import MODEL_STATES_FIELDS
+
+__all__ = ['GetModelState', 'ModelStates', 'SetModelState', 'built_message', 'built_service']
 
 _SEPARATOR = '\n' + 80 * '=' + '\n'
 
@@ -42,13 +44,13 @@ bool success
 string status_message"""
 
 
-def built_message(name: str, definition: str) -> Type:
-    """The class of a gazebo_msgs message, from the fields in its .msg file."""
+def built_message(name: str, definition: str) -> Type[genpy.Message]:
+    """Build the class of a message from the fields in its .msg file."""
     return _built_messages(name, definition)[name]
 
 
-def built_service(name: str, request: str, response: str) -> Type:
-    """The class of a gazebo_msgs service, from both halves of its .srv file."""
+def built_service(name: str, request: str, response: str) -> Type[Any]:
+    """Build the class of a service from both halves of its .srv file."""
     messages = _built_messages(f'{name}Request', request)
     messages.update(_built_messages(f'{name}Response', response))
     context = MsgContext.create_default()
@@ -68,8 +70,8 @@ def built_service(name: str, request: str, response: str) -> Type:
     )
 
 
-def _built_messages(name: str, definition: str) -> Dict[str, Type]:
-    """The class of a message by its name, and those of what it is made of."""
+def _built_messages(name: str, definition: str) -> Dict[str, Type[genpy.Message]]:
+    """Build the class of a message, and those of its fields, by name."""
     parts = [f'MSG: {part._type}\n{part._full_text}' for part in (Pose, Twist, Header)]
     parts.append(f'MSG: gazebo_msgs/ModelState\n{_MODEL_STATE}')
     return dict(generate_dynamic(name, _SEPARATOR.join([definition, *parts])))

@@ -1,4 +1,4 @@
-"""The action move_base as a server, and the topic move_base_simple/goal that leads to it."""
+"""The action server of move_base, and the topic move_base_simple/goal, whose poses become its goals."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from diff_encoder_sim.base.errors import EVENT, InputFault
 from diff_encoder_sim.navigation.goal_status import GoalStatus
 from diff_encoder_sim.navigation.navigator import Navigator
 from diff_encoder_sim.ros.conversions import pose_stamped_message
+from diff_encoder_sim.ros.navigation_transforms import NavigationTransforms
 from diff_encoder_sim.ros.node import log, publisher, subscriber
-from diff_encoder_sim.ros.tf_frames import RobotFrames
 
 
 class GoalServer:
-    """Hands goals to the navigator, and what becomes of them back.
+    """Hands goals to the navigator, and reports their feedback and results.
 
-    It is asked once a control period: the action server calls back with its own lock held, and
-    who waited there for the node's lock might wait for ever.
+    It is polled once a control period: the action server calls back with its own lock held, and a callback that waited
+    for the node's lock could wait for ever.
     """
 
-    def __init__(self, frames: RobotFrames) -> None:
-        self._frames = frames
+    def __init__(self, transforms: NavigationTransforms) -> None:
+        self._transforms = transforms
         self._current_goals = publisher('~current_goal', PoseStamped)
         self._goals = publisher('~goal', MoveBaseActionGoal)
         self._server = actionlib.SimpleActionServer(rospy.get_name(), MoveBaseAction, auto_start=False)
@@ -32,7 +32,7 @@ class GoalServer:
         self._simple_goals = subscriber('move_base_simple/goal', PoseStamped, self._on_simple_goal)
 
     def _keep_status_up(self) -> None:
-        """Actionlib's own timer of `~status` ends with an exception where time goes back."""
+        """Replace actionlib's timer of `~status`, which ends with an exception when time goes back."""
         server = self._server.action_server
         if server.status_frequency > 0.0:
             server.status_timer.shutdown()
@@ -42,11 +42,11 @@ class GoalServer:
 
     @property
     def has_new_goal(self) -> bool:
-        """Whether a goal waits for `poll`."""
-        return self._server.is_new_goal_available()
+        """Whether a goal has come since the last `poll`."""
+        return bool(self._server.is_new_goal_available())
 
     def poll(self, navigator: Navigator, now_ns: int) -> None:
-        """Tell the navigator of a goal that has come, or that its goal is cancelled."""
+        """Hand a goal that has come to the navigator, or cancel the navigator's goal if it was cancelled."""
         # In this order: a new goal asks to preempt the old one as well, after it has come.
         is_preempted = self._server.is_active() and self._server.is_preempt_requested()
         if self.has_new_goal:
@@ -58,18 +58,18 @@ class GoalServer:
     def _take_goal(self, navigator: Navigator, now_ns: int) -> None:
         goal: MoveBaseGoal = self._server.accept_new_goal()
         try:
-            pose_in_map = self._frames.pose_in_map(goal.target_pose)
+            pose_in_map = self._transforms.pose_in_map(goal.target_pose)
         except InputFault as fault:
-            # The goal before it is over all the same: the action server knows one at a time.
+            # The goal before it has ended all the same: the action server has one at a time.
             navigator.cancel('replaced by a goal that was refused')
-            log.warning('goal: %s; refused', fault, extra=EVENT)
+            log.warning('goal refused: %s', fault, extra=EVENT)
             self._server.set_aborted(MoveBaseResult(), str(fault))
             return
         navigator.set_goal(pose_in_map)
-        self._current_goals.publish(pose_stamped_message(pose_in_map, now_ns, self._frames.map_frame))
+        self._current_goals.publish(pose_stamped_message(pose_in_map, now_ns, self._transforms.map_frame))
 
     def report(self, navigator: Navigator, now_ns: int, text: str) -> None:
-        """Feedback, and the text of the goal's status on `~status`."""
+        """Publish feedback, and set the text of the goal's status on `~status`."""
         if not self._server.is_active():
             return
         self._server.current_goal.get_goal_status().text = text
@@ -77,13 +77,13 @@ class GoalServer:
             self._server.publish_feedback(
                 MoveBaseFeedback(
                     base_position=pose_stamped_message(
-                        navigator.inputs.base_pose_in_map, now_ns, self._frames.map_frame
+                        navigator.inputs.base_pose_in_map, now_ns, self._transforms.map_frame
                     )
                 )
             )
 
     def end(self, status: GoalStatus, text: str) -> None:
-        """The result of the goal, unless it is over already."""
+        """Publish the goal's result, unless it has one already."""
         if not self._server.is_active():
             return
         if status is GoalStatus.SUCCEEDED:
@@ -91,7 +91,7 @@ class GoalServer:
         elif status is GoalStatus.PREEMPTED:
             self._server.set_preempted(MoveBaseResult(), text)
         else:
-            log.warning('goal given up: %s', text, extra=EVENT)
+            log.warning('goal aborted: %s', text, extra=EVENT)
             self._server.set_aborted(MoveBaseResult(), text)
 
     def _on_simple_goal(self, message: PoseStamped) -> None:

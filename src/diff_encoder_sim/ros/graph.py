@@ -1,9 +1,9 @@
-"""Who is connected to whom: a trial starts when every subscriber hears its publishers."""
+"""Which nodes are connected: a trial starts when every subscriber is connected to its publishers."""
 
 from __future__ import annotations
 
 import time
-from typing import Dict, Iterable, List, Set, Tuple
+from typing import Any, Dict, Iterable, List, Set, Tuple
 from xmlrpc.client import ServerProxy
 
 import rosgraph
@@ -12,10 +12,10 @@ import rospy
 POLL_PERIOD_S = 0.1
 
 
-def unheard(topics: Iterable[str], if_published: Iterable[str] = ()) -> List[str]:
-    """Topics that nobody publishes, or that a registered subscriber is not yet connected to.
+def unconnected(topics: Iterable[str], if_published: Iterable[str] = ()) -> List[str]:
+    """Return the topics that have no publisher, or a subscriber that is not connected to a publisher yet.
 
-    Of `if_published` it does not matter whether somebody publishes them.
+    Topics of `if_published` need no publisher.
     """
     master = rosgraph.Master(rospy.get_name())
     publishers, subscribers, _ = master.getSystemState()
@@ -26,23 +26,23 @@ def unheard(topics: Iterable[str], if_published: Iterable[str] = ()) -> List[str
         for node in publishers_of.get(topic, []):
             if node not in links:
                 links[node] = _outbound_links(master.lookupNode(node))
-        wanted = set(subscribers_of.get(topic, []))
-        heard_by = [
-            {listener for link_topic, listener in links[node] if link_topic == topic}
+        subscribed = set(subscribers_of.get(topic, []))
+        connected = [
+            {subscriber for link_topic, subscriber in links[node] if link_topic == topic}
             for node in publishers_of.get(topic, [])
         ]
-        if not heard_by or any(wanted - listeners for listeners in heard_by):
+        if not connected or any(subscribed - nodes for nodes in connected):
             missing.append(topic)
     return missing
 
 
-def wait_until_heard(topics: Iterable[str], if_published: Iterable[str], timeout_s: float) -> List[str]:
-    """Wait, by the wall clock, until `unheard` is empty; returns what is left at the timeout."""
+def wait_until_connected(topics: Iterable[str], if_published: Iterable[str], timeout_s: float) -> List[str]:
+    """Wait, by the wall clock, until no topic is `unconnected`; returns those that are at the timeout."""
     deadline_s = time.monotonic() + timeout_s
     while True:
         try:
-            missing = unheard(topics, if_published)
-        except (OSError, rosgraph.MasterException) as error:  # a node that is going or coming
+            missing = unconnected(topics, if_published)
+        except (OSError, rosgraph.MasterException) as error:  # a node that is starting or ending
             missing = [str(error)]
         if not missing or time.monotonic() > deadline_s or rospy.is_shutdown():
             return missing
@@ -50,8 +50,10 @@ def wait_until_heard(topics: Iterable[str], if_published: Iterable[str], timeout
 
 
 def _outbound_links(node_uri: str) -> Set[Tuple[str, str]]:
-    """(topic, listening node) of each connection that a node's publishers have."""
-    code, message, connections = ServerProxy(node_uri).getBusInfo(rospy.get_name())
+    """Return (topic, subscribing node) of each connection that a node's publishers have."""
+    # XML-RPC has no types: [code, text, list of connections].
+    response: Any = ServerProxy(node_uri).getBusInfo(rospy.get_name())
+    code, message, connections = response
     if code != 1:
         raise OSError(message)
     # id, destination, direction, transport, topic, connected, ...

@@ -1,4 +1,4 @@
-"""ideal_odom_node: perfect odometry from /gazebo/model_states, as plain simulators give it."""
+"""ideal_odom_node: odometry without error, from /gazebo/model_states, as plain simulators publish it."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class IdealOdomParams(ModelStatesParams):
 
 
 class IdealOdomNode:
-    """Publishes the true pose, as seen from the first one, on /odom and TF."""
+    """Publishes the true pose, relative to the first one, on /odom and TF."""
 
     def __init__(self) -> None:
         params = node_params(IdealOdomParams)
@@ -54,5 +54,5 @@ class IdealOdomNode:
 
 
 def main() -> None:
-    """Entry point of the executable."""
+    """Run the node."""
     run_node('ideal_odom_node', IdealOdomNode)

@@ -1,4 +1,4 @@
-"""How a laser is mounted: where, which way up, how far off level."""
+"""How a laser is mounted: its pose, which side is up, and its tilt."""
 
 from __future__ import annotations
 
@@ -13,29 +13,29 @@ from diff_encoder_sim.ros.conversions import pose_from_transform
 
 
 class LaserMount(NamedTuple):
-    """A laser on the robot, seen from above."""
+    """A laser on the robot, projected to the floor."""
 
     laser_pose_in_base: Pose2D
     is_upside_down: bool
-    lean_rad: float  # of the scanned plane, from level
+    lean_rad: float  # angle between the scanned plane and the floor
 
     def level(self, scan: Scan) -> Scan:
-        """The same rays counter-clockwise as seen from above."""
+        """Return a scan with its rays counter-clockwise as seen from above."""
         if not self.is_upside_down:
             return scan
         return scan._replace(angle_min_rad=-scan.angle_min_rad, angle_increment_rad=-scan.angle_increment_rad)
 
 
 def laser_mount(transform: TransformStamped) -> LaserMount:
-    """From the laser's transform in the base frame.
+    """Compute the mounting from the transform of the laser's frame to the base's.
 
     Raises:
-        InputFault: it is no pose.
+        InputFault: the transform is no valid pose.
     """
     pose = pose_from_transform(transform)
     rotation = transform.transform.rotation
     aside = rotation.x**2 + rotation.y**2
     upright = rotation.z**2 + rotation.w**2
-    # Of the laser's z axis, the part along the base's.
+    # Component of the laser's z axis along the base's.
     up = (upright - aside) / (upright + aside)
     return LaserMount(pose, up < 0.0, math.acos(min(abs(up), 1.0)))

@@ -1,4 +1,4 @@
-"""Getting the map: from the service static_map, as upstream's nodes do."""
+"""Requesting the map from the service static_map, as upstream's nodes do."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ from nav_msgs.srv import GetMap
 
 from diff_encoder_sim.ros.node import log
 
-PATIENCE_S = 5.0
+WARN_AFTER_S = 5.0
 BETWEEN_REQUESTS_S = 1.0
 
 
 def fetch_map(use_map: Callable[[OccupancyGridMessage], None]) -> None:
-    """Call `use_map` once with the map, from a thread, as soon as somebody serves it."""
+    """Call `use_map` once with the map, from a thread, as soon as a node serves it."""
     threading.Thread(target=_fetch, args=(use_map,), daemon=True).start()
 
 
 def _fetch(use_map: Callable[[OccupancyGridMessage], None]) -> None:
     while not rospy.is_shutdown():
         try:
-            rospy.wait_for_service('static_map', timeout=PATIENCE_S)
+            rospy.wait_for_service('static_map', timeout=WARN_AFTER_S)
             message = rospy.ServiceProxy('static_map', GetMap)().map
         except (rospy.ROSException, rospy.ServiceException) as error:
             if not rospy.is_shutdown():
-                log.warning('waiting for the map: %s', error)
-                time.sleep(BETWEEN_REQUESTS_S)  # a server that refuses answers at once
+                log.warning('no map yet: %s; waiting for it', error)
+                time.sleep(BETWEEN_REQUESTS_S)  # a server that has no map responds at once
             continue
         use_map(message)
         return

@@ -1,4 +1,4 @@
-"""Between occupancy grids and nav_msgs."""
+"""Conversions between occupancy grids and nav_msgs/OccupancyGrid."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from diff_encoder_sim.ros.conversions import pose_from_message, pose_message, st
 
 
 def map_message(grid: OccupancyGrid, stamp_ns: int, frame: str) -> OccupancyGridMessage:
-    """A grid as a message, row by row from the origin."""
+    """Convert a grid to a message, row by row from the origin."""
     stamp = stamp_from_ns(stamp_ns)
     info = MapMetaData(
         map_load_time=stamp,
@@ -30,16 +30,16 @@ def map_message(grid: OccupancyGrid, stamp_ns: int, frame: str) -> OccupancyGrid
 
 
 def grid_from_message(message: OccupancyGridMessage) -> OccupancyGrid:
-    """A map message as a grid.
+    """Convert a map message to a grid.
 
     Raises:
-        InputFault: its size, resolution or origin make no map.
+        InputFault: its size, resolution or origin are not those of a map.
     """
     info = message.info
     if info.width * info.height == 0 or len(message.data) != info.width * info.height:
         raise InputFault(
             f'map of {info.width} x {info.height} cells with {len(message.data)} '
-            f'values; expected as many values as cells, and some'
+            f'values; expected one value for each cell, and at least one cell'
         )
     if not (math.isfinite(info.resolution) and info.resolution > 0):
         raise InputFault(f'map resolution {info.resolution} m; expected a length greater than 0')

@@ -1,4 +1,4 @@
-"""Keeps the map that is being made, so that no fault loses it, and saves it."""
+"""Saving the map that a SLAM node builds: as it is at the end, or as last published if the node has died."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from diff_encoder_sim.ros.node import log, subscriber
 
 
 class MapKeeper:
-    """Listens to /map, and asks for the newest at the end."""
+    """Keeps the newest /map, and requests the current one from dynamic_map when it is saved."""
 
     def __init__(self, stem: Union[str, Path]) -> None:
-        """`stem` is the path of the map files without suffix."""
+        """Subscribe to the map; `stem` is the path of the map files without suffix."""
         self._stem = Path(stem)
         self._newest: Optional[OccupancyGridMessage] = None
         self._is_saved = False
@@ -31,18 +31,18 @@ class MapKeeper:
 
     @property
     def has_unsaved(self) -> bool:
-        """Whether a map has come and none was saved yet."""
+        """Whether a map has been received and none has been saved."""
         return self._newest is not None and not self._is_saved
 
     def save(self) -> Path:
-        """Write the map as it stands, or as it was last heard of; returns the YAML file's path.
+        """Write the current map, or else the last one received; returns the YAML file's path.
 
         Raises:
             ConfigError: there is no map, or the files cannot be written.
         """
-        message = self._map_as_it_stands() or self._newest
+        message = self._current_map() or self._newest
         if message is None:
-            raise ConfigError(f'{self._stem}: there is no map to save')
+            raise ConfigError(f'{self._stem}: no map to save: none was published on {self._maps.resolved_name}')
         try:
             grid = grid_from_message(message).cropped(SAVED_MARGIN_M)
         except InputFault as fault:
@@ -50,13 +50,13 @@ class MapKeeper:
         self._stem.parent.mkdir(parents=True, exist_ok=True)
         path = save_map(grid, self._stem)
         self._is_saved = True
-        log.info('the map is saved: %s', path, extra=EVENT)
+        log.info('map saved: %s', path, extra=EVENT)
         return path
 
     @staticmethod
-    def _map_as_it_stands() -> Optional[OccupancyGridMessage]:
+    def _current_map() -> Optional[OccupancyGridMessage]:
         if rospy.is_shutdown():
-            return None  # the mapper is going, too
+            return None  # the SLAM node is shutting down, too
         try:
             return rospy.ServiceProxy('dynamic_map', GetMap)().map
         except rospy.ServiceException:

@@ -1,4 +1,4 @@
-"""map_server_node: a map file on /map, /map_metadata, static_map; change_map takes another."""
+"""map_server_node: serves a map file on /map, /map_metadata and static_map; change_map replaces it."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class MapServerParams(Params):
 
 
 class MapServerNode:
-    """Serves one map at a time for as long as it lives."""
+    """Serves one map at a time."""
 
     def __init__(self, map_file: str) -> None:
         self._params = node_params(MapServerParams)
@@ -51,22 +51,22 @@ class MapServerNode:
         return GetMapResponse(map=self._message)
 
     def _on_change(self, request: LoadMapRequest) -> LoadMapResponse:
-        """Upstream's answers; a map that cannot be loaded leaves the one that is there."""
+        """Respond as upstream does; if a map cannot be loaded, the one before is kept."""
         if not Path(request.map_url).is_file():
             return LoadMapResponse(result=LoadMapResponse.RESULT_MAP_DOES_NOT_EXIST)
         try:
             self._message = self._load(request.map_url)
         except ConfigError as error:
-            log.error('change_map: %s', error)
+            log.error('change_map: %s; the map before is kept', error)
             return LoadMapResponse(result=LoadMapResponse.RESULT_INVALID_MAP_DATA)
         self._publish()
         return LoadMapResponse(map=self._message, result=LoadMapResponse.RESULT_SUCCESS)
 
 
 def main() -> None:
-    """Entry point of the executable: map_server_node MAP.yaml, as upstream's map_server.
+    """Run the node: `map_server_node MAP.yaml`, as upstream's map_server.
 
-    Without an argument it serves the map of the running trial.
+    Without an argument it serves the running trial's map.
     """
     run_node('map_server', lambda: MapServerNode(_map_file(rospy.myargv(sys.argv)[1:])))
 
@@ -78,7 +78,7 @@ def _map_file(arguments: List[str]) -> str:
     if len(arguments) == 2:  # an image and its resolution: upstream's deprecated form
         raise ConfigError(
             f'arguments: given {" ".join(arguments)!r}; allowed: one map .yaml file, '
-            f'which names the image and has the resolution'
+            f'which names the image and its resolution'
         )
     if len(arguments) != 1:
         raise ConfigError(f'arguments: given {" ".join(arguments)!r}; allowed: one map .yaml file')

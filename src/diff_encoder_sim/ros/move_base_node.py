@@ -30,15 +30,15 @@ from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_from_message, s
 from diff_encoder_sim.ros.goal_server import GoalServer
 from diff_encoder_sim.ros.map_client import fetch_map
 from diff_encoder_sim.ros.map_conversions import grid_from_message
+from diff_encoder_sim.ros.navigation_transforms import NavigationTransforms
 from diff_encoder_sim.ros.navigation_views import NavigationViews, path_message
 from diff_encoder_sim.ros.node import compile_first, log, node_params, publisher, run_node, subscriber
-from diff_encoder_sim.ros.tf_frames import RobotFrames
 
 WATCHDOG_PERIOD_S = 0.1
 
 
 class MoveBaseNode:
-    """Steps the navigator with /odom at controller_frequency, and speaks for it."""
+    """Steps the navigator with /odom at controller_frequency, and publishes what comes of it."""
 
     def __init__(self) -> None:
         self._params = node_params(NavigatorParams)
@@ -46,13 +46,12 @@ class MoveBaseNode:
         self._lock = threading.RLock()  # topics, services and the map come in threads
         self._navigator: Optional[Navigator] = None
         self._is_driving = self._has_had_scan = False
-        self._heard_ns, self._heard_at_s = 0, time.monotonic()  # the newest good /odom
+        self._odometry_ns, self._odometry_at_s = 0, time.monotonic()  # the newest good one: its stamp, its arrival
         self._control_rate = ControlRate(self._params.controller_frequency)
         self._commands = publisher('cmd_vel', Twist)
-        local = self._params.local_costmap
-        self._frames = RobotFrames(self._params.global_costmap.global_frame, local.global_frame, local.robot_base_frame)
-        self._views = NavigationViews(self._frames.map_frame, self._frames.odom_frame)
-        self._goals = GoalServer(self._frames)
+        self._transforms = _transforms(self._params)
+        self._views = NavigationViews(self._transforms.map_frame, self._transforms.odom_frame)
+        self._goals = GoalServer(self._transforms)
         self._services = [
             rospy.Service('~make_plan', GetPlan, self._on_make_plan),
             rospy.Service('~clear_costmaps', Empty, self._on_clear_costmaps),
@@ -69,7 +68,7 @@ class MoveBaseNode:
         try:
             navigator = Navigator(self._params, grid_from_message(message))
         except InputFault as fault:
-            log.warning('map: %s; not used', fault)
+            log.warning('map not used: %s', fault)
             return
         with self._lock:
             self._navigator = navigator
@@ -79,99 +78,99 @@ class MoveBaseNode:
             if self._navigator is None:
                 return
             try:
-                mount = self._frames.laser_mount(message.header.frame_id)
+                mount = self._transforms.laser_mount(message.header.frame_id)
                 self._navigator.take_scan(mount.level(scan_from_message(message)), mount.laser_pose_in_base)
             except InputFault as fault:
-                # robot_state_publisher tells of the laser only once simulated time runs.
-                log.log(
-                    logging.WARNING if self._has_had_scan else logging.INFO,
-                    '%s: %s; scan dropped',
-                    self._scans.resolved_name,
-                    fault,
-                )
+                # robot_state_publisher publishes the laser's transform only once simulated time runs.
+                level = logging.WARNING if self._has_had_scan else logging.INFO
+                log.log(level, '%s: %s; scan dropped', self._scans.resolved_name, fault)
             self._has_had_scan = True
 
     def _on_odometry(self, message: Odometry) -> None:
         now_ns = ns_from_stamp(message.header.stamp)
         with self._lock:
-            if self._navigator is None:
+            navigator = self._navigator
+            if navigator is None:
                 return
             try:
-                self._frames.check_odometry(message.header.frame_id)
-                self._navigator.take_odometry(
-                    now_ns,
-                    pose_from_message(message.pose.pose),
-                    message.twist.twist.linear.x,
-                    message.twist.twist.angular.z,
-                    *twist_std_from_message(message),
-                )
+                self._take_odometry(navigator, now_ns, message)
             except InputFault as fault:
                 log.warning('%s: %s; message dropped', self._odometry.resolved_name, fault)
                 return
-            self._heard_ns, self._heard_at_s = now_ns, time.monotonic()
+            self._odometry_ns, self._odometry_at_s = now_ns, time.monotonic()
             if not self._control_rate.is_due(now_ns):
                 return
             try:
-                self._control(now_ns)
+                self._control(navigator, now_ns)
             except Exception:
-                self._command(STOP)  # rospy logs it and goes on: not with the last command
+                self._command(STOP)  # rospy logs the exception and goes on: not with the last command
                 raise
 
-    def _take_localization(self, now_ns: int) -> None:
+    def _take_odometry(self, navigator: Navigator, now_ns: int, message: Odometry) -> None:
+        self._transforms.check_odometry(message.header.frame_id)
+        navigator.take_odometry(
+            now_ns,
+            pose_from_message(message.pose.pose),
+            message.twist.twist.linear.x,
+            message.twist.twist.angular.z,
+            *twist_std_from_message(message),
+        )
+
+    def _take_localization(self, navigator: Navigator, now_ns: int) -> None:
         try:
-            found = self._frames.odom_pose_in_map(now_ns)
+            found = self._transforms.odom_pose_in_map(now_ns)
             if found is not None:
-                self._navigator.take_localization(*found)
+                navigator.take_localization(*found)
         except InputFault as fault:
-            log.warning('/tf: %s', fault)
+            log.warning('/tf: transform map -> odom: %s; not used', fault)
 
     # ---- one control period
 
-    def _control(self, now_ns: int) -> None:
-        self._take_localization(now_ns)
-        self._look_for_goals(now_ns)
+    def _control(self, navigator: Navigator, now_ns: int) -> None:
+        self._take_localization(navigator, now_ns)
+        self._poll_goals(navigator, now_ns)
         age_s = self._odometry_age_s()
         if age_s > self._params.input_timeout:
-            self._answer(now_ns, self._wait(f'came {age_s:.1f} s late'))
+            self._apply(navigator, now_ns, self._wait(navigator, f'arrived {age_s:.1f} s late'))
         else:
-            self._answer(now_ns, self._navigator.step(now_ns))
+            self._apply(navigator, now_ns, navigator.step(now_ns))
 
     def _on_watchdog(self, _: rospy.timer.TimerEvent) -> None:
-        """Without /odom nothing else would stop the robot, or look for goals and cancels."""
+        """Stop the robot, and poll goals and cancels, while no /odom does."""
         with self._lock:
-            if self._navigator is None:
+            navigator = self._navigator
+            if navigator is None:
                 if self._goals.has_new_goal:
-                    log.warning('a goal waits: there is no map yet')
+                    log.warning('a goal has come, but no map yet (service static_map): the goal waits for it')
                 return
-            silent_s = time.monotonic() - self._heard_at_s
-            # By both clocks: a loaded machine delays messages, and a paused simulation sends none.
+            silent_s = time.monotonic() - self._odometry_at_s
+            # By both clocks: a loaded host delays messages, and a paused simulation sends none.
             if min(silent_s, abs(self._odometry_age_s())) > self._params.input_timeout:
                 now_ns = ns_from_stamp(rospy.Time.now())
-                self._look_for_goals(now_ns)
-                self._answer(now_ns, self._wait(f'has been silent for {silent_s:.1f} s'))
+                self._poll_goals(navigator, now_ns)
+                self._apply(navigator, now_ns, self._wait(navigator, f'has not been received for {silent_s:.1f} s'))
 
-    def _look_for_goals(self, now_ns: int) -> None:
-        self._goals.poll(self._navigator, now_ns)
-        self._is_driving |= self._navigator.status is GoalStatus.ACTIVE
+    def _poll_goals(self, navigator: Navigator, now_ns: int) -> None:
+        self._goals.poll(navigator, now_ns)
+        self._is_driving |= navigator.status is GoalStatus.ACTIVE
 
     def _odometry_age_s(self) -> float:
-        return (ns_from_stamp(rospy.Time.now()) - self._heard_ns) / NANOSECONDS_PER_SECOND
+        return (ns_from_stamp(rospy.Time.now()) - self._odometry_ns) / NANOSECONDS_PER_SECOND
 
-    def _wait(self, why: str) -> NavigatorOutput:
-        return self._navigator.wait(
-            MissingInput(self._odometry.resolved_name, f'{why} (input_timeout {self._params.input_timeout:g} s)')
-        )
+    def _wait(self, navigator: Navigator, why: str) -> NavigatorOutput:
+        limit = f'(input_timeout {self._params.input_timeout:g} s)'
+        return navigator.wait(MissingInput(self._odometry.resolved_name, f'{why} {limit}'))
 
-    def _answer(self, now_ns: int, output: NavigatorOutput) -> None:
-        """Tell the robot, the goal's sender and displays."""
+    def _apply(self, navigator: Navigator, now_ns: int, output: NavigatorOutput) -> None:
+        """Publish the command, the goal's state and what displays show."""
         if output.status is GoalStatus.ACTIVE:
             self._command(output.command)
-            self._goals.report(self._navigator, now_ns, output.text)
+            self._goals.report(navigator, now_ns, output.text)
         elif self._is_driving:
             self._is_driving = False
             self._command(STOP)
             self._goals.end(output.status, output.text)
-        self._views.show(self._navigator, now_ns)
+        self._views.show(navigator, now_ns)
 
     def _command(self, command: Command) -> None:
         self._commands.publish(Twist(Vector3(command.linear_mps, 0, 0), Vector3(0, 0, command.angular_radps)))
@@ -180,7 +179,7 @@ class MoveBaseNode:
         with self._lock:
             if self._is_driving:
                 self._command(STOP)
-                self._goals.end(GoalStatus.ABORTED, 'the node was shut down')
+                self._goals.end(GoalStatus.ABORTED, 'move_base was shut down')
             self._navigator = None  # a message that is still on its way moves nothing
 
     # ---- services
@@ -190,21 +189,23 @@ class MoveBaseNode:
             if self._navigator is None:
                 raise rospy.ServiceException('there is no map yet')
             try:
-                start: Optional[Pose2D] = None
-                if request.start.header.frame_id:
-                    start = self._pose_in_map('start', request.start)
-                poses = self._navigator.make_plan(start, self._pose_in_map('goal', request.goal), request.tolerance)
+                poses = self._plan(self._navigator, request)
             except InputFault as fault:
                 raise rospy.ServiceException(str(fault)) from None
             except PlanError as error:
-                # As upstream: a question well put has an answer, which is no plan.
+                # As upstream: a valid request for which there is no plan gets an empty one.
                 log.warning('make_plan: %s', str(error))
                 poses = np.empty((0, 3))
-        return GetPlanResponse(plan=path_message(poses, ns_from_stamp(rospy.Time.now()), self._frames.map_frame))
+        return GetPlanResponse(plan=path_message(poses, ns_from_stamp(rospy.Time.now()), self._transforms.map_frame))
+
+    def _plan(self, navigator: Navigator, request: GetPlanRequest) -> np.ndarray:
+        has_start = bool(request.start.header.frame_id)
+        start = self._pose_in_map('start', request.start) if has_start else None
+        return navigator.make_plan(start, self._pose_in_map('goal', request.goal), request.tolerance)
 
     def _pose_in_map(self, what: str, message: PoseStamped) -> Pose2D:
         try:
-            return self._frames.pose_in_map(message)
+            return self._transforms.pose_in_map(message)
         except InputFault as fault:
             raise InputFault(f'{what}: {fault}') from None
 
@@ -215,6 +216,11 @@ class MoveBaseNode:
         return EmptyResponse()
 
 
+def _transforms(params: NavigatorParams) -> NavigationTransforms:
+    local = params.local_costmap
+    return NavigationTransforms(params.global_costmap.global_frame, local.global_frame, local.robot_base_frame)
+
+
 def main() -> None:
-    """Entry point of the executable."""
+    """Run the node."""
     run_node('move_base', MoveBaseNode)

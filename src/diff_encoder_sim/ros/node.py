@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import logging
 import math
+import os
 import sys
 import time
 import warnings
 from typing import Any, Callable, Dict, Mapping, Optional, Tuple, Type
 
+import genpy
 import rospy
 import yaml
 
@@ -18,14 +20,18 @@ from diff_encoder_sim.base.typed_params import P, Params, shared_params
 LOG_AGAIN_AFTER_S = 5.0
 LONG_COMPILATION_S = 1.0
 
+# Of a dozen nodes in one terminal rospy's own format does not tell which one a line is from.
+CONSOLE_FORMAT = '[${severity}] [${time}] [${node}]: ${message}'
+
 log = logging.getLogger('diff_encoder_sim')
 
 
 def run_node(name: str, build: Callable[[], Any], run: Callable[[Any], None] = lambda node: rospy.spin()) -> None:
     """Start a node, build its object, and let it `run`: by default until shutdown.
 
-    A user's mistake ends it with one line and exit status 1.
+    A user's mistake ends the node with one line and exit status 1.
     """
+    os.environ.setdefault('ROSCONSOLE_FORMAT', CONSOLE_FORMAT)
     try:
         rospy.init_node(name)
         log.setLevel(logging.INFO)
@@ -36,31 +42,30 @@ def run_node(name: str, build: Callable[[], Any], run: Callable[[Any], None] = l
         rospy.logfatal('%s', error)
         sys.exit(1)
     except (rospy.ROSInterruptException, rospy.exceptions.ROSInitException):
-        log.info('ended while starting or waiting')  # what Ctrl-C means
+        log.info('stopped before it was running')  # by Ctrl-C or roslaunch
 
 
 def node_params(params_class: Type[P], *also_known: Type[Params], defaults: Optional[Mapping[str, Any]] = None) -> P:
-    """The node's private parameters as `params_class`.
+    """Read the node's private parameters as `params_class`.
 
     Args:
         params_class: what this node uses.
-        also_known: structs of other nodes that share the same YAML file; their keys are no
-            misspellings.
-        defaults: values for what is not given.
+        also_known: structs of other nodes that share the same YAML file; their keys are no misspellings.
+        defaults: values for parameters that are not set.
 
     Raises:
-        ConfigError: a value is not allowed, or nobody knows the parameter's name.
+        ConfigError: a value is not allowed, or no struct has a parameter of that name.
     """
     private = rospy.get_param('~', {})
     if not isinstance(private, dict):
-        raise ConfigError(f'{rospy.get_name()}: given {private!r}; allowed: parameters below it')
+        raise ConfigError(f'{rospy.get_name()}: given {private!r}; allowed: private parameters of the node')
     given = {**(defaults or {}), **private}
     given = {key: _mapping_of(value) for key, value in given.items()}
     return shared_params(given, rospy.get_name(), params_class, *also_known)
 
 
 def _mapping_of(value: Any) -> Any:
-    """A launch argument's `{left: 90, right: 1024}`, which arrives as text, as a mapping."""
+    """Parse a launch argument such as `{left: 90, right: 1024}`, which arrives as text."""
     if not (isinstance(value, str) and value.startswith('{')):
         return value
     try:
@@ -69,35 +74,35 @@ def _mapping_of(value: Any) -> Any:
         return value
 
 
-def publisher(topic: str, message_class: Type, latch: bool = False) -> rospy.Publisher:
-    """A publisher whose `publish` returns when the message is in every subscriber's socket.
+def publisher(topic: str, message_class: Type[genpy.Message], latch: bool = False) -> rospy.Publisher:
+    """Advertise a topic; `publish` returns when the message is in every subscriber's socket.
 
-    So none is ever dropped and a node never runs ahead of its listeners, and it takes a third of
-    the time: rospy's queues hand each message to a thread of each connection.
+    So no message is dropped, a node never runs ahead of its subscribers, and publishing takes a third of the time:
+    rospy's queues hand each message to a thread of each connection.
     """
     with warnings.catch_warnings():
-        warnings.simplefilter('ignore', SyntaxWarning)  # rospy warns of what is wanted here
+        warnings.simplefilter('ignore', SyntaxWarning)  # about queue_size=None, which is wanted here
         return rospy.Publisher(topic, message_class, queue_size=None, latch=latch, tcp_nodelay=True)
 
 
-def subscriber(topic: str, message_class: Type, callback: Callable[[Any], None]) -> rospy.Subscriber:
-    """A subscriber that asks its publishers to send at once, and never drops a message."""
+def subscriber(topic: str, message_class: Type[genpy.Message], callback: Callable[[Any], None]) -> rospy.Subscriber:
+    """Subscribe without a queue limit, so that no message is dropped, and without delay on the publisher's side."""
     return rospy.Subscriber(topic, message_class, callback, tcp_nodelay=True)
 
 
 def compile_first(warm_up: Callable[[], None]) -> None:
-    """Run a node's kernels once, before it subscribes: what came meanwhile would be lost."""
+    """Compile a node's numba kernels before it subscribes: messages that came meanwhile would be lost."""
     start_s = time.monotonic()
     warm_up()
     took_s = time.monotonic() - start_s
     if took_s > LONG_COMPILATION_S:
-        log.info('compiled the kernels in %.1f s; later starts take them from the cache', took_s)
+        log.info('numba has compiled this node in %.1f s; the next start takes it from the cache', took_s)
 
 
 class _RosLogHandler(logging.Handler):
-    """Sends the core's log to /rosout, each message at most once in some seconds.
+    """Sends the core's log to /rosout; repeats of a message within LOG_AGAIN_AFTER_S are left out.
 
-    Events are exempt. By wall time: a paused or reset clock must not silence a warning.
+    Events are always sent. By wall time: a paused or reset clock must not silence a warning.
     """
 
     _LEVELS = ((logging.ERROR, rospy.logerr), (logging.WARNING, rospy.logwarn), (logging.INFO, rospy.loginfo))
@@ -107,8 +112,8 @@ class _RosLogHandler(logging.Handler):
         self._last_s: Dict[Tuple[str, str], float] = {}
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Pass a record on unless its like was logged just now."""
-        # A topic's name in first place tells one trouble from another; numbers do not.
+        """Send a record unless one like it was sent just now."""
+        # The same message about another topic is another one; about other numbers it is not.
         first = record.args[0] if isinstance(record.args, tuple) and record.args else None
         # Not by file and line: under rospy's loggers these are the thread's, not the caller's.
         key = (str(record.msg), first if isinstance(first, str) else '')

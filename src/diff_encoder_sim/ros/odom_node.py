@@ -1,4 +1,4 @@
-"""gz_diff_odom_node: /encoder_pulse in, /odom and the transform odom -> base_link out."""
+"""gz_diff_odom_node: integrates /encoder_pulse to /odom and the transform odom -> base_link."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from diff_encoder_sim.ros.odometry_output import OdometryOutput
 
 
 class OdometryNode:
-    """Integrates the pulse counters that pass by."""
+    """Publishes odometry for each message of the counters, and resets it by service."""
 
     def __init__(self) -> None:
         params = node_params(OdometryParams, EncoderParams)
@@ -41,10 +41,10 @@ class OdometryNode:
     def _on_reset(self, _: EmptyRequest) -> EmptyResponse:
         with self._lock:
             self._odometry.reset()
-        log.info('odometry was reset: the next report is pose zero')
+        log.info('reset: odometry starts at pose zero with the next /encoder_pulse')
         return EmptyResponse()
 
 
 def main() -> None:
-    """Entry point of the executable."""
+    """Run the node."""
     run_node('gz_diff_odom_node', OdometryNode)

@@ -1,6 +1,8 @@
-"""The two places where odometry goes: the topic and TF."""
+"""Publishing odometry: on its topic and on TF."""
 
 from __future__ import annotations
+
+from typing import Optional
 
 import tf2_ros
 from nav_msgs.msg import Odometry
@@ -12,20 +14,20 @@ from diff_encoder_sim.ros.node import publisher
 
 
 class OdometryOutput:
-    """Publishes estimates on `odom` and, where wanted, as the transform odom -> base."""
+    """Publishes estimates on `odom` and, with publish_tf, as the transform odom -> base."""
 
     def __init__(self, odom_frame: str, base_frame: str, publish_tf: bool) -> None:
         self._odom_frame = odom_frame
         self._base_frame = base_frame
         self._odom = publisher('odom', Odometry)
-        self._broadcaster = None
+        self._broadcaster: Optional[tf2_ros.TransformBroadcaster] = None
         if publish_tf:
-            # Shares its connections with the broadcaster's, which alone would send with delay.
+            # Shares its connections with the broadcaster, whose own would delay messages (no TCP_NODELAY).
             self._undelayed = publisher('/tf', TFMessage)
             self._broadcaster = tf2_ros.TransformBroadcaster()
 
     def publish(self, estimate: OdometryEstimate) -> None:
-        """Send one estimate; the caller sees to it that no stamp comes twice."""
+        """Publish one estimate, whose stamp the caller has not published before."""
         if self._broadcaster is not None:
             self._broadcaster.sendTransform(
                 transform_message(estimate.base_pose_in_odom, estimate.stamp_ns, self._odom_frame, self._base_frame)

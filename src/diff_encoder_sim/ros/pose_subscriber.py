@@ -1,4 +1,4 @@
-"""Listening to a stamped pose, seen from above."""
+"""Subscribing to a stamped pose, projected to the floor."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from diff_encoder_sim.ros.node import log, subscriber
 
 
 def pose_subscriber(topic: str, callback: Callable[[int, Pose2D], None]) -> rospy.Subscriber:
-    """Calls back with (stamp_ns, pose in the message's frame); a pose that is none is dropped."""
+    """Call back with (stamp_ns, pose in the message's frame); an invalid pose is dropped with a warning."""
 
     def on_message(message: PoseStamped) -> None:
         try:

@@ -1,4 +1,4 @@
-"""Becoming another package's executable, with the name and remappings that roslaunch gave."""
+"""Replacing this process by another package's executable, with the name and remappings from roslaunch."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from diff_encoder_sim.base.errors import ConfigError
 
 
 def become(package: str, executable: str, arguments: Sequence[str], install_hint: str) -> None:
-    """Replace this process by a node of another package, so that signals reach it directly.
+    """Replace this process by another package's executable, so that signals reach it directly.
 
     Raises:
-        ConfigError: it is not installed; the text says how to get it.
+        ConfigError: it is not installed; the text has `install_hint`.
     """
     try:
         found = roslib.packages.find_node(package, executable)

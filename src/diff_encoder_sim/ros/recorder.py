@@ -1,8 +1,7 @@
-"""record_trial: rosbag's library writing the running trial's topics, without losing a message.
+"""record_trial: records the running trial's topics with rosbag's library, without losing a message.
 
-Not the program `rosbag record`: its queue holds 100 messages a topic and drops the oldest, and at
-rtf 0 that is a twentieth of a second on a busy machine. Here a slow disk or a loaded processor
-holds the publishers back instead.
+`rosbag record` holds 100 messages a topic in its queue and drops the oldest: at rtf:=0 that is 50 ms on a busy host.
+Here a slow disk or a loaded processor holds the publishers back instead.
 """
 
 from __future__ import annotations
@@ -30,23 +29,25 @@ EARLIEST = rospy.Time(0, 1)
 
 
 class Recorder:
-    """Writes each message as it comes; the bag gets its name when it is whole."""
+    """Writes each message as it comes; the bag gets its name when it is complete."""
 
     def __init__(self, path: Path, topics: Sequence[str]) -> None:
-        """Raises:
-        ConfigError: the file cannot be made.
+        """Open the bag and subscribe to the topics.
+
+        Raises:
+            ConfigError: the file cannot be created.
         """
         self._path = path
         self._unfinished = self._path.with_name(self._path.name + UNFINISHED_SUFFIX)
         self._lock = threading.Lock()  # each topic comes in a thread of its own
-        self.last_heard_s = time.monotonic()
+        self.last_message_s = time.monotonic()
         try:
             self._path.parent.mkdir(parents=True, exist_ok=True)
             self._bag = rosbag.Bag(str(self._unfinished), 'w', compression=rosbag.Compression.LZ4)
         except OSError as error:
-            raise ConfigError(f'bag: {self._path} cannot be made: {error.strerror}') from None
+            raise ConfigError(f'bag: {self._path} cannot be created: {error.strerror}') from None
         self._subscribers: List[rospy.Subscriber] = [
-            # -1: no limit; rospy's own listening to /clock has one, and shares the connection.
+            # -1: no limit; rospy's own subscription to /clock, which shares the connection, has one.
             rospy.Subscriber(
                 topic,
                 Clock if topic == CLOCK else rospy.AnyMsg,
@@ -60,7 +61,7 @@ class Recorder:
         rospy.on_shutdown(self.finish)
 
     def finish(self) -> None:
-        """Close the bag and give it its name; what comes later is not recorded."""
+        """Close the bag and give it its name; messages that come later are not recorded."""
         with self._lock:
             bag, self._bag = self._bag, None
             if bag is not None:
@@ -68,7 +69,7 @@ class Recorder:
                 os.replace(str(self._unfinished), str(self._path))
 
     def discard(self) -> None:
-        """Leave no bag, as nothing in it is of use."""
+        """Delete the unfinished bag."""
         with self._lock:
             bag, self._bag = self._bag, None
             if bag is not None:
@@ -76,10 +77,10 @@ class Recorder:
                 self._unfinished.unlink()
 
     def _write(self, message: genpy.Message, topic: str) -> None:
-        self.last_heard_s = time.monotonic()
-        header = message._connection_header  # rospy's own name for what the publisher said
+        self.last_message_s = time.monotonic()
+        header = message._connection_header  # rospy's name for the publisher's header
         is_raw = isinstance(message, rospy.AnyMsg)  # but /clock, which rospy itself reads, is not
-        # rosbag asks for the message's class, for its checksum alone: it need not be installed.
+        # rosbag needs the message's class only for its checksum: the package need not be installed.
         stand_in = SimpleNamespace(_md5sum=header['md5sum'])
         content = (header['type'], message._buff, header['md5sum'], stand_in) if is_raw else message
         try:
@@ -89,10 +90,10 @@ class Recorder:
                         topic, content, max(rospy.Time.now(), EARLIEST), raw=is_raw, connection_header=header
                     )
         except OSError as error:
-            rospy.logfatal('bag: %s cannot be written: %s', self._unfinished, error.strerror)
+            rospy.logfatal('recording ends: %s cannot be written: %s', self._unfinished, error.strerror)
             rospy.signal_shutdown('recording failed')
 
 
 def main() -> None:
-    """Entry point of the executable."""
+    """Run the node."""
     run_node('record_trial', lambda: Recorder(Path(required_trial_plan().bag), RECORDED))

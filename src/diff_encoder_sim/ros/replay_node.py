@@ -1,7 +1,7 @@
-"""replay_node: plays a recorded drive to the encoder and the odometry, and records what they say.
+"""replay_node: plays a recorded drive to the encoder and the odometry node, and records what they publish.
 
-`rosbag play` publishes the wheel angles, and of a trial the truth; recorded odometry, transforms
-and counts are left out. It starts when the live nodes listen, and the launch ends with it.
+`rosbag play` publishes the wheel angles, and the true poses if the bag is of a trial; recorded odometry, transforms and
+counts are left out. It starts when the live nodes have subscribed; the launch ends with it.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ import rospy
 from pydantic import Field
 from std_msgs.msg import String
 
-from diff_encoder_sim.base.paths import users_path
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.paths import users_path
 from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.encoders.pulses import ppr_label
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
@@ -37,7 +37,7 @@ from diff_encoder_sim.trials.trial_definition import Trial
 RECORDED = (topics.ENCODER_PULSE, topics.ODOM, topics.TF, topics.TRIAL, *COPIED)
 
 POLL_PERIOD_S = 0.1
-QUIET_S = 1.0  # of wall time without a message, after which none is on its way any more
+QUIET_S = 1.0  # wall time without a message, after which the recording is complete
 
 
 class ReplayParams(Params):
@@ -51,7 +51,7 @@ class ReplayParams(Params):
 
 
 class ReplayNode:
-    """One drive, from its first message to its last."""
+    """Replays one drive, from its first message to its last."""
 
     def __init__(self, status: LaunchStatus) -> None:
         self._status = status
@@ -65,29 +65,28 @@ class ReplayNode:
             self._copied = copied_topics(source)
             trial = trial_of_source(self._bag, source)
         self._recorder = Recorder(self._out, RECORDED)
-        self._tell(trial)
+        self._publish_trial(trial)
 
     def run(self) -> None:
-        """Blocks until the drive is over."""
+        """Play and record; returns at the end of the drive."""
         try:
             self._wait_for_listeners()
             self._play()
         except ConfigError:
             self._recorder.discard()
             raise
-        while time.monotonic() - self._recorder.last_heard_s < QUIET_S:
+        while time.monotonic() - self._recorder.last_message_s < QUIET_S:
             time.sleep(POLL_PERIOD_S)
         self._recorder.finish()
         if not rospy.is_shutdown():
-            log.info('replay is over; bag: %s', self._out)
+            log.info('replay finished; bag: %s; roslaunch stops all nodes now', self._out)
             self._status.succeed()
 
     def _wheel_topic(self, source: BagSource) -> str:
         if source.is_cdr or source.fault:
             raise ConfigError(
-                f'{self._bag}: rosbag play cannot read it ('
-                f'{source.fault or "of ROS 2"}); allowed: a whole bag of ROS 1, or '
-                f'reencode, which reads it'
+                f'{self._bag}: rosbag play cannot read this bag ({source.fault or "of ROS 2"}); '
+                'expected a complete bag of ROS 1; the command reencode can read it'
             )
         wheels = find_wheels(
             self._bag,
@@ -99,7 +98,7 @@ class ReplayNode:
         )
         if wheels.message_type != JOINT_STATE:
             raise ConfigError(
-                f'{self._bag}: {wheels.topic} are counts; expected {JOINT_STATE}, or reencode, which takes counts'
+                f'{self._bag}: {wheels.topic} has counts; expected {JOINT_STATE}; the command reencode can use counts'
             )
         return wheels.topic
 
@@ -110,16 +109,16 @@ class ReplayNode:
             raise ConfigError(f'out: {path} exists; allowed: the path of a new file')
         return path
 
-    def _tell(self, trial: Optional[Trial]) -> None:
+    def _publish_trial(self, trial: Optional[Trial]) -> None:
         if trial is not None:
             self._trial = publisher(topics.TRIAL, String, latch=True)
             self._trial.publish(String(with_encoder(trial, self._encoder.ppr, self._odometry).model_dump_json()))
 
     def _wait_for_listeners(self) -> None:
-        """Until the encoder hears and the odometry hears the encoder.
+        """Wait until the encoder node and the odometry node have subscribed.
 
         Raises:
-            ConfigError: they did not come up.
+            ConfigError: they have not within start_timeout.
         """
         master = rosgraph.Master(rospy.get_name())
         deadline_s = time.monotonic() + self._params.start_timeout
@@ -130,13 +129,13 @@ class ReplayNode:
                 return
             if time.monotonic() > deadline_s:
                 raise ConfigError(
-                    f'after {self._params.start_timeout:.0f} s nobody listens to '
-                    f'{", ".join(missing)}; expected started from replay.launch'
+                    f'no node has subscribed to {", ".join(missing)} within {self._params.start_timeout:.0f} s; '
+                    'expected the nodes that replay.launch starts'
                 )
             time.sleep(POLL_PERIOD_S)
 
     def _play(self) -> None:
-        """Until rosbag play has ended.
+        """Run rosbag play to its end.
 
         Raises:
             ConfigError: rosbag play failed.
@@ -152,30 +151,14 @@ class ReplayNode:
             raise ConfigError(f'{self._bag}: rosbag play: {" ".join(output.split())}')
 
     def _command(self) -> List[str]:
-        # A queue without limit: what a busy listener has not taken yet is late, and not lost.
-        return [
-            'rosbag',
-            'play',
-            '--quiet',
-            '--clock',
-            '--wait-for-subscribers',
-            '--delay',
-            '1',
-            '--queue',
-            '0',
-            '--rate',
-            str(self._params.speed),
-            '--topics',
-            self._topic,
-            *self._copied,
-            '--bags',
-            str(self._bag),
-            f'{self._topic}:={topics.JOINT_STATES}',
-        ]
+        # A queue without limit: what a busy subscriber has not taken yet is late, not lost.
+        options = ['--quiet', '--clock', '--wait-for-subscribers', '--delay', '1', '--queue', '0']
+        options += ['--rate', str(self._params.speed), '--topics', self._topic, *self._copied]
+        return ['rosbag', 'play', *options, '--bags', str(self._bag), f'{self._topic}:={topics.JOINT_STATES}']
 
 
 def main() -> None:
-    """Entry point of the executable."""
-    # First of all, so that whatever goes wrong from here on fails the launch.
+    """Run the node."""
+    # First of all, so that any failure from here on fails the launch.
     status = LaunchStatus()
     run_node('replay_node', lambda: ReplayNode(status), ReplayNode.run)

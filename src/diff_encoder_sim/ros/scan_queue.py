@@ -1,4 +1,4 @@
-"""Scans on their way to a filter: each waits until /tf tells where it was taken."""
+"""Scans on their way to a filter: each waits for the transforms at its stamp."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_from_transform,
 from diff_encoder_sim.ros.laser_mount import LaserMount, laser_mount
 from diff_encoder_sim.ros.node import log
 
-# A scan waits until one comes that is so much newer; and so many may wait.
+# A scan that is so much older than the newest one is dropped; and so many may wait.
 PATIENCE_NS = 2 * NANOSECONDS_PER_SECOND
 LONGEST_QUEUE = 100
 
-# A laser that leans more is worth a warning: its ranges are taken as if it were level.
+# A laser that is tilted more is worth a warning: its ranges are used as if it were level.
 LEVEL_WITHIN_RAD = math.radians(5.0)
 
 
 class ScanQueue:
-    """Hands on scans in order, with the odometry of their time; not safe to share by threads.
+    """Hands on scans in order, with the odometry at their stamps; not thread-safe.
 
-    A scan that nothing is known of does not hold up the ones behind it, and is dropped with a
-    warning when it has waited too long.
+    A scan without transforms does not hold up the ones behind it, and is dropped with a warning when it has waited too
+    long.
     """
 
     def __init__(
@@ -42,24 +42,24 @@ class ScanQueue:
         odom_frame: str,
         take: Callable[[Scan, Pose2D, Pose2D], None],
     ) -> None:
-        """`take` gets a scan, the base's pose in odom and the laser's in base."""
+        """Prepare an empty queue; `take` is called with a scan, the base's pose in odom and the laser's in base."""
         self._topic, self._buffer, self._take = topic, buffer, take
         self._base_frame, self._odom_frame = base_frame, odom_frame
         self._waiting: Deque[LaserScan] = deque(maxlen=LONGEST_QUEUE)
-        self._leaning: Set[str] = set()
+        self._tilted: Set[str] = set()
         self._used_ns: Optional[int] = None
 
     def add(self, message: LaserScan) -> None:
-        """Let a scan wait; it is later than those before it."""
+        """Append a scan, which is later than those before it."""
         self._waiting.append(message)
 
     def clear(self) -> None:
-        """Forget the scans that wait."""
+        """Forget the waiting scans."""
         self._waiting.clear()
         self._used_ns = None
 
     def process(self) -> None:
-        """Hand on what can be, and drop what has waited too long."""
+        """Hand on the scans that have transforms, and drop those that have waited too long."""
         newest_ns = ns_from_stamp(self._waiting[-1].header.stamp) if self._waiting else 0
         held: List[LaserScan] = []
         for message in self._waiting:
@@ -67,12 +67,12 @@ class ScanQueue:
                 place = self._place(message)
             except InputFault as fault:
                 self._warn_bad(fault)
-            except _NotYet as reason:
+            except _NoTransform as reason:
                 waited_ns = newest_ns - ns_from_stamp(message.header.stamp)
                 if waited_ns < PATIENCE_NS and not reason.is_too_late:
                     held.append(message)
                 else:
-                    self._warn_untaken(reason)
+                    self._warn_dropped(reason)
             else:
                 for older in held:
                     self._take_or_drop(older)
@@ -81,19 +81,19 @@ class ScanQueue:
         self._waiting = deque(held, maxlen=LONGEST_QUEUE)
 
     def _take_or_drop(self, message: LaserScan) -> None:
-        """The last chance of a scan that is older than what the filter is going to know.
+        """Hand on a scan that is older than one that is about to be used, or drop it.
 
-        /tf comes in another thread: what was not there a moment ago may be now.
+        /tf comes in another thread: its transforms may have come a moment ago.
         """
         try:
             self._hand_on(message, *self._place(message))
         except InputFault as fault:
             self._warn_bad(fault)
-        except _NotYet as reason:
-            self._warn_untaken(reason)
+        except _NoTransform as reason:
+            self._warn_dropped(reason)
 
     def _place(self, message: LaserScan) -> Tuple[Pose2D, LaserMount]:
-        """Where the base was in odom, and how the laser is mounted."""
+        """Look up where the base was in odom, and how the laser is mounted."""
         mount = self._mount(message.header.frame_id.lstrip('/'))
         return self._odom_pose(message.header.stamp), mount
 
@@ -106,7 +106,7 @@ class ScanQueue:
             return
         if self._used_ns is not None and scan.stamp_ns - self._used_ns > PATIENCE_NS:
             log.info(
-                '%s: scans are used again, after %.1f s',
+                '%s: scans are used again, after %.1f s without one',
                 self._topic,
                 (scan.stamp_ns - self._used_ns) / NANOSECONDS_PER_SECOND,
                 extra=EVENT,
@@ -116,15 +116,15 @@ class ScanQueue:
     def _warn_bad(self, fault: InputFault) -> None:
         log.warning('%s: %s; scan dropped', self._topic, fault)
 
-    def _warn_untaken(self, reason: _NotYet) -> None:
+    def _warn_dropped(self, reason: _NoTransform) -> None:
         log.warning('%s: scan dropped: %s', self._topic, reason)
 
     def _mount(self, laser_frame: str) -> LaserMount:
         mount = laser_mount(self._laser_transform(laser_frame))
-        if mount.lean_rad > LEVEL_WITHIN_RAD and laser_frame not in self._leaning:
-            self._leaning.add(laser_frame)
+        if mount.lean_rad > LEVEL_WITHIN_RAD and laser_frame not in self._tilted:
+            self._tilted.add(laser_frame)
             log.warning(
-                '%s: frame %r leans by %.0f degrees; its scans are used as if it were level',
+                '%s: frame %r is tilted by %.0f degrees; its scans are used as if it were level',
                 self._topic,
                 laser_frame,
                 math.degrees(mount.lean_rad),
@@ -133,30 +133,30 @@ class ScanQueue:
         return mount
 
     def _odom_pose(self, stamp: rospy.Time) -> Pose2D:
-        """Where the base was in odom."""
+        """Look up where the base was in odom."""
         frames = self._odom_frame, self._base_frame
         try:
             newest = self._buffer.get_latest_common_time(*frames)
         except tf2_ros.TransformException as error:
-            raise _NotYet(*frames, str(error)) from None
+            raise _NoTransform(*frames, str(error)) from None
         try:
             return pose_from_transform(self._buffer.lookup_transform(*frames, stamp))
         except tf2_ros.TransformException:
-            # tf2's own words may be of map->odom, which is dated ahead.
+            # tf2's own message may be about map->odom, which is dated ahead.
             gap_s = (newest - stamp).to_sec()
-            why = f'the newest is {-gap_s:.1f} s older' if gap_s < 0.0 else 'it is older than those that are known'
-            raise _NotYet(*frames, why, is_too_late=gap_s > 0.0) from None
+            why = f'the newest is {-gap_s:.1f} s older' if gap_s < 0.0 else 'the buffer begins later'
+            raise _NoTransform(*frames, why, is_too_late=gap_s > 0.0) from None
 
     def _laser_transform(self, laser_frame: str) -> TransformStamped:
         try:
             return self._buffer.lookup_transform(self._base_frame, laser_frame, rospy.Time(0))
         except tf2_ros.TransformException as error:
-            raise _NotYet(self._base_frame, laser_frame, str(error)) from None
+            raise _NoTransform(self._base_frame, laser_frame, str(error)) from None
 
 
-class _NotYet(Exception):
-    """/tf does not tell where something is; if it is too late, no waiting will help."""
+class _NoTransform(Exception):
+    """A transform is missing at a scan's stamp; if `is_too_late`, waiting will not help."""
 
     def __init__(self, parent: str, child: str, why: str, is_too_late: bool = False) -> None:
-        super().__init__(f'no transform from {child!r} to {parent!r} of its time ({why})')
+        super().__init__(f'no transform from {child!r} to {parent!r} at its stamp ({why})')
         self.is_too_late = is_too_late

@@ -1,4 +1,4 @@
-"""The simulated robot and world as Gazebo's models: their states, and moving the robot by hand."""
+"""The simulated robot and world as models of Gazebo: their states, and placing the robot elsewhere."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ from diff_encoder_sim.simulation.state import PlanarVelocity
 
 WORLD_FRAMES = ('', 'world')
 
-# What a robot at rest on its casters leans by is far less; a robot on its side far more.
+# A robot at rest on its casters leans far less; a robot on its side far more.
 LARGEST_LEAN_RAD = 0.1
 
-# Far beyond this the physics runs out of digits, and then into NaN.
+# Far beyond this the physics loses precision, and then yields NaN.
 LARGEST_NUMBER = 1e4
 
 
 class SimulatedModels:
-    """/gazebo/model_states, /gazebo/set_model_state and /gazebo/get_model_state."""
+    """Serves /gazebo/model_states, /gazebo/set_model_state and /gazebo/get_model_state."""
 
     def __init__(self, simulator: Simulator, lock: threading.RLock) -> None:
-        """`lock` is held whenever the simulator is touched."""
+        """Advertise topic and services; `lock` is held whenever the simulator is used."""
         self._simulator = simulator
         self._lock = lock
         self._fixed = {
@@ -44,7 +44,7 @@ class SimulatedModels:
         ]
 
     def publish(self) -> None:
-        """All models' states as they are now."""
+        """Publish the states of all models."""
         message = ModelStates()
         for name, (pose, twist) in self._all().items():
             message.name.append(name)
@@ -99,33 +99,31 @@ class SimulatedModels:
 
 
 def _upright_pose(pose: Pose) -> Pose2D:
-    """Where a robot with this pose stands on the floor: its height and a slight lean are dropped.
+    """Project a robot's pose to the floor: its height and a slight lean are dropped.
 
     Raises:
-        InputFault: a number is beyond reason, the quaternion is no rotation, or the robot would
-            lie.
+        InputFault: a number is too large, the quaternion is no rotation, or the robot would not stand upright.
     """
     _check_numbers('position [m]', pose.position.x, pose.position.y, pose.position.z)
     planar = pose_from_message(pose)
     if _lean_rad(pose.orientation) > LARGEST_LEAN_RAD:
         raise InputFault(
-            f'the robot would lean by {_lean_rad(pose.orientation):.2f} rad; '
-            f'expected an upright robot, roll and pitch 0'
+            f'orientation leans by {_lean_rad(pose.orientation):.2f} rad; expected an upright robot (roll and pitch 0)'
         )
     return planar
 
 
 def _lean_rad(quaternion: Quaternion) -> float:
-    """Angle between the vertical and the z axis of a body with this orientation."""
+    """Return the angle between the vertical and the z axis of a body with this orientation."""
     across = math.hypot(quaternion.x, quaternion.y)
     return 2.0 * math.atan2(across, math.hypot(quaternion.z, quaternion.w))
 
 
 def _planar_velocity(twist: Twist) -> PlanarVelocity:
-    """A twist over the floor; what lifts or tips the robot is dropped.
+    """Project a twist to the floor; what would lift or tip the robot is dropped.
 
     Raises:
-        InputFault: a number is beyond reason.
+        InputFault: a number is too large.
     """
     linear, angular = twist.linear, twist.angular
     _check_numbers('twist [m/s, rad/s]', linear.x, linear.y, linear.z, angular.x, angular.y, angular.z)

@@ -40,20 +40,20 @@ class SlamNodeParams(GridSlamParams):
 
 
 class SlamNode:
-    """Feeds each scan to the mapper with the odometry of its time, and speaks for it."""
+    """Updates the map with each scan and the odometry at its stamp; publishes map, pose and transform."""
 
     def __init__(self) -> None:
         plan = trial_plan()
         self._params = node_params(SlamNodeParams, defaults={'seed': plan.trial.number} if plan else {})
         compile_first(lambda: warm_up(self._params))
-        # In a trial the map's frame is the world's: the start is surveyed.
+        # In a trial the map's frame is the world's, because the start is surveyed.
         start = plan.trial.test.start.pose() if plan else None
         self._slam = GridSlam(self._params, generator(self._params.seed, 'slam'), start)
         self._lock = threading.RLock()  # scans, transforms, timers and the service come in threads
         self._scan_count = 0
         self._timeline = Timeline(tolerance_ns=NANOSECONDS_PER_SECOND // 10)
         self._mapped_ns: Optional[int] = None
-        self._told_ns: Optional[int] = None
+        self._broadcast_ns: Optional[int] = None
         self._buffer = tf2_ros.Buffer(rospy.Duration(30.0))
         self._listener = tf2_ros.TransformListener(self._buffer, tcp_nodelay=True)
         self._broadcaster = tf2_ros.TransformBroadcaster()
@@ -66,9 +66,9 @@ class SlamNode:
             rospy.resolve_name('scan'), self._buffer, self._params.base_frame, self._params.odom_frame, self._take
         )
         self._scans = subscriber('scan', LaserScan, self._on_scan)
-        # The mount may come last, after the scan and its odometry.
+        # The laser's transform may come last, after the scan and its odometry.
         self._transforms = [subscriber(topic, TFMessage, lambda _: self._process()) for topic in ('/tf', '/tf_static')]
-        self._has_heard = False
+        self._has_had_scan = False
         self._silence = rospy.Timer(rospy.Duration(SILENCE_S), self._on_silence, reset=True)
         if self._params.transform_publish_period > 0.0:
             self._timer = rospy.Timer(
@@ -78,13 +78,13 @@ class SlamNode:
     # ---- scans
 
     def _on_scan(self, message: LaserScan) -> None:
-        self._has_heard = True
+        self._has_had_scan = True
         with self._lock:
             stamp_ns = ns_from_stamp(message.header.stamp)
             if self._timeline.advance(stamp_ns) is Step.RESTART:
                 log.warning(
-                    'scan stamps went back to %.3f s: nothing is added until they are '
-                    'where they were; the map so far is kept',
+                    'scan stamps went back to %.3f s: the map so far is kept, and nothing is added to it until the '
+                    'stamps are past where they were',
                     stamp_ns / NANOSECONDS_PER_SECOND,
                     extra=EVENT,
                 )
@@ -99,7 +99,7 @@ class SlamNode:
         self._scan_count += 1
         if (self._scan_count - 1) % self._params.throttle_scans == 0:
             self._map(scan, odom_pose, laser_pose)
-        # Of every scan, so that whoever sends them can wait for the mapper.
+        # For every scan, so that the simulator can wait for it.
         if self._slam.odom_pose_in_map is not None:
             self._poses.publish(
                 pose_stamped_message(
@@ -118,13 +118,13 @@ class SlamNode:
             self._publish_map(scan.stamp_ns)
 
     def _on_silence(self, _: rospy.timer.TimerEvent) -> None:
-        if not self._has_heard:
+        if not self._has_had_scan:
             log.warning(
-                '%s: no scan for %.0f s; the map so far is kept', self._scans.resolved_name, SILENCE_S, extra=EVENT
+                '%s: no scan for %.0f s: nothing is added to the map', self._scans.resolved_name, SILENCE_S, extra=EVENT
             )
-        self._has_heard = False
+        self._has_had_scan = False
 
-    # ---- what it tells
+    # ---- outputs
 
     def _publish_map(self, stamp_ns: int) -> None:
         message = map_message(self._slam.map(), stamp_ns, self._params.map_frame)
@@ -132,7 +132,7 @@ class SlamNode:
         self._metadata.publish(message.info)
 
     def _broadcast(self, _: rospy.timer.TimerEvent) -> None:
-        """map->odom, dated ahead, so that newer odometry finds it."""
+        """Broadcast map->odom, dated ahead, so that lookups at the time of newer odometry succeed."""
         with self._lock:
             odom_pose_in_map = self._slam.odom_pose_in_map
         if odom_pose_in_map is None:
@@ -141,15 +141,15 @@ class SlamNode:
         if delay_s < 0.0:
             delay_s = self._params.transform_publish_period
         stamp_ns = ns_from_stamp(rospy.Time.now()) + round(delay_s * NANOSECONDS_PER_SECOND)
-        if stamp_ns == self._told_ns:
-            return  # the clock stands, or came late: tf2 warns of a stamp that it knows
-        self._told_ns = stamp_ns
+        if stamp_ns == self._broadcast_ns:
+            return  # the clock has not moved: tf2 warns of repeated stamps
+        self._broadcast_ns = stamp_ns
         self._broadcaster.sendTransform(
             transform_message(odom_pose_in_map, stamp_ns, self._params.map_frame, self._params.odom_frame)
         )
 
     def _on_dynamic_map(self, _: GetMapRequest) -> GetMapResponse:
-        """The map as it stands now."""
+        """Respond with the current map."""
         with self._lock:
             if self._slam.last_estimate is None:
                 raise rospy.ServiceException('there is no map yet')
@@ -159,5 +159,5 @@ class SlamNode:
 
 
 def main() -> None:
-    """Entry point of the executable."""
+    """Run the node."""
     run_node('slam_gmapping', SlamNode)

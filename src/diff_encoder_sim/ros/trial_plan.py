@@ -1,4 +1,4 @@
-"""The parameter /trial: what trial.launch tells its nodes about the run."""
+"""The parameter /trial, in which trial.launch gives the plan of the trial to its nodes."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ PARAMETER = '/trial'
 
 
 def trial_plan() -> Optional[TrialPlan]:
-    """The plan of the running trial, or None outside of one.
+    """Return the plan of the running trial, None where there is no trial.
 
     Raises:
         ConfigError: the parameter is set, but is no plan.
@@ -23,12 +23,14 @@ def trial_plan() -> Optional[TrialPlan]:
 
 
 def required_trial_plan() -> TrialPlan:
-    """The plan of the running trial.
+    """Return the plan of the running trial.
 
     Raises:
-        ConfigError: there is none, or it is bad.
+        ConfigError: there is none, or it is no plan.
     """
     plan = trial_plan()
     if plan is None:
-        raise ConfigError(f'{PARAMETER}: missing; allowed: as trial.launch sets it')
+        raise ConfigError(
+            f'{PARAMETER}: missing; expected the parameter that trial.launch sets: start this node by trial.launch'
+        )
     return plan

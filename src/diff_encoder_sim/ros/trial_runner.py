@@ -16,7 +16,7 @@ from std_srvs.srv import Empty
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.recording import topics
-from diff_encoder_sim.ros.graph import wait_until_heard
+from diff_encoder_sim.ros.graph import wait_until_connected
 from diff_encoder_sim.ros.launch_status import LaunchStatus
 from diff_encoder_sim.ros.node import log, publisher
 from diff_encoder_sim.ros.pose_subscriber import pose_subscriber
@@ -117,7 +117,7 @@ class TrialRunner:
             time.sleep(POLL_PERIOD_S)
 
     def _start(self, also_heard: Sequence[str]) -> None:
-        missing = wait_until_heard((*GRAPH, *also_heard), ALSO_RECORDED, self._params.start_timeout)
+        missing = wait_until_connected((*GRAPH, *also_heard), ALSO_RECORDED, self._params.start_timeout)
         if rospy.is_shutdown():
             raise TrialFailed('stopped before it began')
         if missing:

@@ -1,4 +1,4 @@
-"""trial_view_node: what RViz needs beside the trial's own topics: the world, and the paths."""
+"""trial_view_node: publishes what RViz shows besides the trial's own topics: the world, and paths."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from diff_encoder_sim.ros.trial_plan import required_trial_plan
 from diff_encoder_sim.simulation.world import load_world
 
 MAP_FRAME = 'map'
-POSES_PER_PATH_MESSAGE = 10  # a path is sent whole each time: twice a second is enough to watch
+POSES_PER_PATH_MESSAGE = 10  # each message has the whole path: twice a second is enough for a display
 
 
 class PathTrail:
-    """Collects poses on the map into a path topic."""
+    """Collects poses in the map frame and publishes them as a path."""
 
     def __init__(self, path_topic: str) -> None:
         self._path = Path()
@@ -26,7 +26,7 @@ class PathTrail:
         self._paths = publisher(path_topic, Path, latch=True)
 
     def add(self, message: PoseStamped) -> None:
-        """One more pose; time that jumps back begins a new path."""
+        """Add a pose; time that jumps back starts a new path."""
         step = self._timeline.advance(ns_from_stamp(message.header.stamp))
         if step is Step.RESTART:
             self._path.poses = []
@@ -39,7 +39,7 @@ class PathTrail:
 
 
 class TrialViewNode:
-    """The world's walls as markers; the paths of odometry, of localization, and the true one."""
+    """Publishes the world's walls as markers, and the paths of odometry, pose estimate and true pose."""
 
     def __init__(self) -> None:
         plan = required_trial_plan()
@@ -54,11 +54,11 @@ class TrialViewNode:
         ]
 
     def _on_odom(self, message: Odometry) -> None:
-        """Odometry alone, from the surveyed start: where dead reckoning would be."""
+        """Add odometry's pose, from the surveyed start on: dead reckoning on the map."""
         pose = self._start.compose(pose_from_message(message.pose.pose))
         self._odom_trail.add(pose_stamped_message(pose, ns_from_stamp(message.header.stamp), MAP_FRAME))
 
 
 def main() -> None:
-    """Entry point of the executable."""
+    """Run the node."""
     run_node('trial_view_node', TrialViewNode)

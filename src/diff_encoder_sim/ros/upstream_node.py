@@ -1,4 +1,4 @@
-"""upstream_node: becomes upstream's map_server, amcl, move_base or slam_gmapping for a trial."""
+"""upstream_node: starts upstream's map_server, amcl, move_base or slam_gmapping for a trial, as this process."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from diff_encoder_sim.ros.processes import become
 from diff_encoder_sim.ros.trial_plan import required_trial_plan, trial_plan
 from diff_encoder_sim.trials.required_packages import UPSTREAM_NAVIGATION, UPSTREAM_SLAM
 
-# Of each node the package, and how to get it.
+# The package of each node, and how to install it.
 NODES = {
     'map_server': ('map_server', UPSTREAM_NAVIGATION),
     'amcl': ('amcl', UPSTREAM_NAVIGATION),
@@ -24,7 +24,7 @@ NODES = {
 
 
 def main() -> None:
-    """Entry point of the executable: `upstream_node map_server [MAP.yaml]`, or another node."""
+    """Run the command line: `upstream_node map_server [MAP.yaml]`, or another node."""
     words = [argument for argument in sys.argv[1:] if ':=' not in argument]
     run_tool('upstream_node', lambda: _become_upstream(words))
 
@@ -43,7 +43,7 @@ def _become_upstream(words: List[str]) -> None:
 
 
 def _initial_pose() -> List[str]:
-    """The trial's start as private parameters, but for those that the user has set."""
+    """Return the trial's start as private parameters, without those that the user has set."""
     plan = trial_plan()
     if plan is None:
         return []

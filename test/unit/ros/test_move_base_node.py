@@ -25,10 +25,10 @@ class Anything:
 def test_a_fault_in_the_control_period_stops_the_robot():
     """rospy logs an exception and goes on: the base would keep the last command."""
     node, commands = object.__new__(MoveBaseNode), []
-    node._lock, node._navigator, node._frames = threading.RLock(), Anything(), Anything()
+    node._lock, node._navigator, node._transforms = threading.RLock(), Anything(), Anything()
     node._control_rate, node._command = ControlRate(20.0), commands.append
 
-    def fail(_):
+    def fail(*_):
         raise OverflowError
 
     node._control = fail

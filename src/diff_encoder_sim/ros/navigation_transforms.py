@@ -1,4 +1,4 @@
-"""What navigation asks of /tf: where odom, the laser and goals are."""
+"""Transforms that navigation looks up: of odom, the laser, and the frames of goals."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from diff_encoder_sim.navigation.navigator_inputs import MOST_AHEAD_S
 from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_from_message, pose_from_transform
 from diff_encoder_sim.ros.laser_mount import LaserMount, laser_mount
 
-# A goal's z axis may lean by so much: upstream's 1 - cos.
+# Largest tilt of a goal's z axis, as 1 - cos of its angle: upstream's.
 MOST_TILT = 1e-3
 
 
-class RobotFrames:
-    """The newest transforms between the frames of navigation; frame ids may begin with '/'."""
+class NavigationTransforms:
+    """Looks up the newest transforms between the frames of navigation; frame ids may begin with '/'."""
 
     def __init__(self, map_frame: str, odom_frame: str, base_frame: str) -> None:
         self.map_frame, self.odom_frame = map_frame.lstrip('/'), odom_frame.lstrip('/')
@@ -29,10 +29,10 @@ class RobotFrames:
         self._listener = tf2_ros.TransformListener(self._buffer, tcp_nodelay=True)
 
     def odom_pose_in_map(self, now_ns: int) -> Optional[Tuple[int, Pose2D]]:
-        """map->odom with its stamp, None while there is none.
+        """Return (stamp_ns, pose of odom in the map), None while there is no such transform.
 
         Raises:
-            InputFault: it is no pose.
+            InputFault: the transform is no valid pose.
         """
         try:
             transform = self._buffer.lookup_transform(self.map_frame, self.odom_frame, rospy.Time(0))
@@ -41,33 +41,33 @@ class RobotFrames:
         # A static transform has no stamp.
         stamp_ns = ns_from_stamp(transform.header.stamp) or now_ns
         if stamp_ns - now_ns > MOST_AHEAD_S * NANOSECONDS_PER_SECOND:
-            # From before time was reset. tf2 would keep it, and refuse those of now as too old.
+            # From before time was reset: tf2 would keep it, and reject the new ones as too old.
             self._buffer.clear()
             return None
         return stamp_ns, pose_from_transform(transform)
 
     def check_odometry(self, frame: str) -> None:
-        """Whether /odom is of the frame that navigation calls odom; it may name none.
+        """Check that /odom is in the frame local_costmap/global_frame; a message without a frame is taken.
 
         Raises:
-            InputFault: it is of another.
+            InputFault: it is in another frame.
         """
         if frame.lstrip('/') not in ('', self.odom_frame):
-            raise InputFault(f'from frame {frame!r}; expected {self.odom_frame!r} (local_costmap/global_frame)')
+            raise InputFault(f'header.frame_id is {frame!r}; expected {self.odom_frame!r} (local_costmap/global_frame)')
 
     def laser_mount(self, laser_frame: str) -> LaserMount:
-        """How the laser of a scan's frame is mounted on the robot.
+        """Look up how the laser with a scan's frame is mounted on the robot.
 
         Raises:
-            InputFault: /tf does not tell, or tells no pose.
+            InputFault: there is no such transform, or it is no valid pose.
         """
         return laser_mount(self._lookup(self.base_frame, laser_frame))
 
     def pose_in_map(self, message: PoseStamped) -> Pose2D:
-        """A goal or start in the map frame, by the newest transform, whatever its stamp.
+        """Transform a goal or a start to the map frame, by the newest transform, whatever its stamp.
 
         Raises:
-            InputFault: it is no upright pose, or /tf does not know its frame.
+            InputFault: it is no upright pose, or there is no transform from its frame.
         """
         pose = pose_from_message(message.pose)
         rotation = message.pose.orientation
@@ -75,7 +75,7 @@ class RobotFrames:
         if 2.0 * leaning > MOST_TILT * (leaning + rotation.z**2 + rotation.w**2):
             raise InputFault('the z axis of the pose is not upright')
         if message.header.frame_id.lstrip('/') == self.map_frame:
-            return pose  # also before /tf knows of the map
+            return pose  # also while there is no transform to the map
         frame_in_map = self._lookup(self.map_frame, message.header.frame_id)
         return pose_from_transform(frame_in_map).compose(pose)
 
