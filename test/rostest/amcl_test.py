@@ -238,6 +238,9 @@ class AmclTest(NodeTest):
 
     def test_who_comes_late_hears_the_newest_pose_and_cloud(self):
         self.localized()
+        # rospy gives a second subscriber of this process what the first has received.
+        self.poses.wait_for_stamp(self.epoch_ns)
+        self.clouds.wait_for_stamp(self.epoch_ns)
         for topic, message_class in (('/amcl_pose', PoseWithCovarianceStamped), ('/particlecloud', PoseArray)):
             self.assert_stamps(Collector(topic, message_class).wait_for_count(1), [self.epoch_ns])
 

@@ -237,7 +237,7 @@ class AmclNode:
             then = self._buffer.lookup_transform(*frames, stamp)
         except tf2_ros.TransformException as error:
             if not stamp.is_zero():
-                log.warning('initial pose: used without correction for the motion since its stamp: %s', error)
+                log.warning('initial pose: not corrected for the motion since its stamp: %s', error)
             return IDENTITY
         return pose_from_transform(now).relative_to(pose_from_transform(then))
 
