@@ -294,7 +294,11 @@ class MoveBaseTest(NodeTest):
 
     def test_odometry_falls_silent(self):
         self.assert_stops_and_resumes(
-            lambda: self.robot.muted.add('/odom'), self.robot.muted.clear, '/odom', 'has not been received', 'input_timeout 0.5 s'
+            lambda: self.robot.muted.add('/odom'),
+            self.robot.muted.clear,
+            '/odom',
+            'has not been received',
+            'input_timeout 0.5 s',
         )
 
     def test_a_goal_can_be_cancelled_while_odometry_is_silent(self):
@@ -350,7 +354,9 @@ class MoveBaseTest(NodeTest):
         def mend_it():
             self.robot.change_odometry = unchanged
 
-        self.assert_stops_and_resumes(break_it, mend_it, '/odom', 'has not been received', dropped=('/odom', 'position (nan'))
+        self.assert_stops_and_resumes(
+            break_it, mend_it, '/odom', 'has not been received', dropped=('/odom', 'position (nan')
+        )
 
     def test_odometry_of_another_frame(self):
         def change(odometry):
@@ -364,7 +370,11 @@ class MoveBaseTest(NodeTest):
             self.robot.change_odometry = unchanged
 
         self.assert_stops_and_resumes(
-            break_it, mend_it, '/odom', 'has not been received', dropped=('/odom', "header.frame_id is 'wheels'; expected 'odom'")
+            break_it,
+            mend_it,
+            '/odom',
+            'has not been received',
+            dropped=('/odom', "header.frame_id is 'wheels'; expected 'odom'"),
         )
 
     def test_odometry_at_100_hz_is_controlled_at_20(self):
