@@ -135,7 +135,7 @@ def test_what_others_wrote_is_not_overwritten(tmp_path, earlier):
 
 def test_a_failed_analysis_leaves_the_earlier_one(tmp_path):
     write(tmp_path / 'out', one='1')
-    with pytest.raises(KeyboardInterrupt), output_folder(tmp_path / 'out') as made:  # noqa: PT012  # both raise in it
+    with pytest.raises(KeyboardInterrupt), output_folder(tmp_path / 'out') as made:
         (made / 'one').write_text('2')
         raise KeyboardInterrupt
     assert (tmp_path / 'out' / 'one').read_text() == '1' and names(tmp_path) == [CONTENTS, 'one', 'out']
