@@ -17,19 +17,14 @@ from pydantic import Field
 from diff_encoder_sim.base.command_line import run_tool, tool_parser
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.paths import package_folder, users_path
+from diff_encoder_sim.base.roslaunch_process import parent_only_lists
 from diff_encoder_sim.base.typed_params import Params, load_yaml, shared_params
 from diff_encoder_sim.encoders.pulses import ppr_label
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 from diff_encoder_sim.mapping.map_files import load_map
 from diff_encoder_sim.mapping.occupancy_grid import OCCUPIED, UNKNOWN
 from diff_encoder_sim.odometry.wheel_odometry import OdometryParams
-from diff_encoder_sim.trials.required_packages import (
-    GAZEBO,
-    UPSTREAM_NAVIGATION,
-    UPSTREAM_SLAM,
-    require,
-    roslaunch_only_lists,
-)
+from diff_encoder_sim.trials.required_packages import GAZEBO, UPSTREAM_NAVIGATION, UPSTREAM_SLAM, require
 from diff_encoder_sim.trials.trial_definition import TestDefinition, Trial, TrialPlan, find_world, load_test
 
 NO_BAG = 'none'
@@ -95,7 +90,7 @@ def _trial(options: argparse.Namespace, test: TestDefinition) -> Trial:
 
 
 def _check_packages(options: argparse.Namespace) -> None:
-    if roslaunch_only_lists():
+    if parent_only_lists():
         return  # roslaunch --nodes and the like need no package installed
     if options.nav == 'upstream':
         require(UPSTREAM_NAVIGATION)
