@@ -38,11 +38,12 @@ def mean_twist(
     """
     if interval_s == 0.0:
         return MeanTwist(0.0, 0.0, np.zeros((2, 2)))
-    travels_m = [pulses[side] * m_per_pulse[side] for side in (0, 1)]
+    travels_m = (pulses[0] * m_per_pulse[0], pulses[1] * m_per_pulse[1])
     jacobian = _twist_by_travel(wheel_separation_m, interval_s)
     linear_mps, angular_radps = (jacobian @ travels_m).tolist()
     travel_variances = [
-        2.0 * PULSE_VARIANCE * m_per_pulse[side] ** 2 + motion_noise * abs(travels_m[side]) for side in (0, 1)
+        2.0 * PULSE_VARIANCE * wheel_m_per_pulse**2 + motion_noise * abs(travel_m)
+        for wheel_m_per_pulse, travel_m in zip(m_per_pulse, travels_m)
     ]
     return MeanTwist(linear_mps, angular_radps, (jacobian * travel_variances) @ jacobian.T)
 
