@@ -27,7 +27,8 @@ from diff_encoder_sim.odometry.wheel_odometry import WheelOdometry
 from diff_encoder_sim.recording.trial_bag import TrialBag
 from diff_encoder_sim.simulation.physics import BulletPhysics
 from diff_encoder_sim.simulation.quiet_pybullet import pybullet
-from diff_encoder_sim.simulation.simulator import TICK_NS, Simulator
+from diff_encoder_sim.simulation.periods import TICK_NS
+from diff_encoder_sim.simulation.simulator import Simulator
 from diff_encoder_sim.trials.trial_definition import TrialPlan
 
 ROBOT = ROOT / 'urdf' / 'alto.urdf.xacro'

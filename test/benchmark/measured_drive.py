@@ -11,7 +11,8 @@ import pybullet
 from checkout import ROOT
 
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
-from diff_encoder_sim.simulation.physics import TICK_S, PhysicsParams
+from diff_encoder_sim.simulation.periods import TICK_S
+from diff_encoder_sim.simulation.physics import PhysicsParams
 from diff_encoder_sim.simulation.simulator import Simulator, SimulatorParams
 from diff_encoder_sim.trials.scripted_drive import SETTLING_S, ScriptedDrive
 from diff_encoder_sim.trials.trial_definition import TestDefinition, find_world, load_test

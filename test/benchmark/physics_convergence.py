@@ -30,7 +30,8 @@ from measured_drive import (
 )
 from tabulate import tabulate
 
-from diff_encoder_sim.simulation.physics import TICK_S, PhysicsParams
+from diff_encoder_sim.simulation.periods import TICK_S
+from diff_encoder_sim.simulation.physics import PhysicsParams
 from diff_encoder_sim.simulation.robot import expand_xacro
 
 CYLINDER_WIDTH_M = 0.04

@@ -20,7 +20,8 @@ from checkout import print_header
 from measured_drive import WINDOWS, bullet_client, compare, cruise_costs_us, new_simulator, read_test, record_drive
 from tabulate import tabulate
 
-from diff_encoder_sim.simulation.physics import TICK_S, PhysicsParams, _shape_arguments
+from diff_encoder_sim.simulation.periods import TICK_S
+from diff_encoder_sim.simulation.physics import PhysicsParams, _shape_arguments
 from diff_encoder_sim.simulation.simulator import Simulator
 from diff_encoder_sim.simulation.world import Plane
 

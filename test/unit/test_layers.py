@@ -21,7 +21,7 @@ MAY_IMPORT = {
     'localization': 'base mapping',
     'slam': 'base mapping localization',
     'navigation': 'base mapping',
-    'trials': 'base encoders navigation',
+    'trials': 'base encoders simulation navigation',
     'evaluation': 'base mapping simulation recording',
     'serialization': 'base encoders odometry mapping simulation navigation',
     'recording': 'base trials serialization',
@@ -31,7 +31,7 @@ MAY_IMPORT = {
     'analysis': 'base encoders odometry mapping trials evaluation recording campaign',
     'advice': 'trials evaluation analysis',
     'cli': (
-        'base encoders odometry mapping simulation slam trials evaluation recording lockstep reencoding '
+        'base encoders odometry mapping simulation slam navigation trials evaluation recording lockstep reencoding '
         'campaign analysis advice '
     ),
     'ros': (

@@ -18,14 +18,16 @@ from diff_encoder_sim.base.command_line import run_tool, tool_parser
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.paths import package_folder, users_path
 from diff_encoder_sim.base.roslaunch_process import parent_only_lists
-from diff_encoder_sim.base.typed_params import Params, load_yaml, shared_params
+from diff_encoder_sim.base.typed_params import Params, load_params, load_yaml, shared_params
 from diff_encoder_sim.encoders.pulses import ppr_label
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 from diff_encoder_sim.mapping.map_files import load_map
 from diff_encoder_sim.mapping.occupancy_grid import OCCUPIED, UNKNOWN
+from diff_encoder_sim.navigation.navigator_params import NavigatorParams
 from diff_encoder_sim.odometry.wheel_odometry import OdometryParams
+from diff_encoder_sim.simulation.periods import STATES_PERIOD_S, STATES_RATE_HZ
 from diff_encoder_sim.trials.required_packages import GAZEBO, UPSTREAM_NAVIGATION, UPSTREAM_SLAM, require
-from diff_encoder_sim.trials.trial_definition import TestDefinition, Trial, TrialPlan, find_world, load_test
+from diff_encoder_sim.trials.trial_definition import LivePlan, TestDefinition, Trial, find_world, load_test
 
 NO_BAG = 'none'
 SIMULATORS = ('pybullet', 'gazebo')
@@ -42,7 +44,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> None:
     run_tool('trial.launch', lambda: print(plan(parse(arguments)).model_dump_json(exclude_none=True)))
 
 
-def plan(options: argparse.Namespace) -> TrialPlan:
+def plan(options: argparse.Namespace) -> LivePlan:
     """Return the plan for the options.
 
     Raises:
@@ -66,12 +68,12 @@ def plan(options: argparse.Namespace) -> TrialPlan:
         'bag': _bag_path(options.bag, trial),
         'save_map': str(_new_file('save_map', options.save_map)) if options.save_map else '',
     }
-    return TrialPlan.from_mapping({'trial': trial, 'slam': options.slam, **files}, '')
+    rates = {'report_rate': _report_rate_hz(options), 'command_period': _command_period_s(options)}
+    return LivePlan.from_mapping({'trial': trial, 'slam': options.slam, **files, **rates}, '')
 
 
 def _trial(options: argparse.Namespace, test: TestDefinition) -> Trial:
     config = load_yaml(options.config)
-    shared_params(config, options.config, EncoderParams, OdometryParams)  # its errors, before the node has them
     robot = shared_params(config, options.config, OdometryParams, EncoderParams)
     number = TrialArgument.from_mapping({'trial': _yaml_value(options.trial)}, '').trial
     return Trial.from_mapping(
@@ -87,6 +89,18 @@ def _trial(options: argparse.Namespace, test: TestDefinition) -> Trial:
         },
         '',
     )
+
+
+def _report_rate_hz(options: argparse.Namespace) -> float:
+    encoder = shared_params(load_yaml(options.config), options.config, EncoderParams, OdometryParams)
+    return encoder.rate if options.odom == 'encoder' else STATES_RATE_HZ
+
+
+def _command_period_s(options: argparse.Namespace) -> float:
+    """Return the period of the commands that the simulator waits for: upstream's move_base sends its when it can."""
+    if options.nav == 'embedded':
+        return load_params(NavigatorParams, options.navigation_config).control_period_s
+    return STATES_PERIOD_S if options.nav == 'scripted' else 0.0
 
 
 def _check_packages(options: argparse.Namespace) -> None:
@@ -157,6 +171,7 @@ def _bag_name(trial: Trial) -> str:
 def parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
     """Read the command line; values are checked by `plan`."""
     parser = tool_parser('trial_spec', __doc__, ['--test SL --ppr 90 --trial 3 --bag sl.bag'])
+    config = package_folder() / 'config'
     for option, default, text in (
         ('--ppr', '', "pulses per wheel revolution: 90, or '{left: 90, right: 1024}' (default: as in --config)"),
         ('--trial', '0', 'number of the trial, which is its seed'),
@@ -167,9 +182,10 @@ def parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
         ('--sim', 'pybullet', 'pybullet or gazebo'),
         ('--map', '', 'map .yaml file (default: the one beside the world)'),
         ('--bag', '', 'path of the bag to record, or none (default: a new name in bags/)'),
-        ('--config', str(package_folder() / 'config' / 'config.yaml'), 'encoder and odometry .yaml file'),
+        ('--config', str(config / 'config.yaml'), 'encoder and odometry .yaml file'),
+        ('--navigation-config', str(config / 'navigation.yaml'), 'move_base .yaml file'),
     ):
-        shown = f' (default: {default})' if default and option != '--config' else ''
+        shown = f' (default: {default})' if default and not option.endswith('config') else ''
         parser.add_argument(option, default=default, metavar='VALUE', help=text + shown)
     parser.add_argument('--test', required=True, metavar='TEST', help='SL, SMT, DLD, or a .yaml file')
     return parser.parse_args(arguments)

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import Optional
+from typing import Optional, Tuple
 
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+
+# Of the encoder and, unless told otherwise, of what follows its reports.
+DEFAULT_RATE_HZ = 20.0
 
 
 class BoundarySampler:
     """Finds the first stamp at or after each boundary of a fixed rate."""
 
     def __init__(self, rate_hz: float) -> None:
-        # Exact rational arithmetic: 20 Hz boundaries must not drift off 50 ms after an hour.
-        rate_per_ns = Fraction(rate_hz).limit_denominator(10**6) / NANOSECONDS_PER_SECOND
-        # As two whole numbers, because a Fraction takes ten times as long for a product.
-        self._periods, self._in_ns = rate_per_ns.numerator, rate_per_ns.denominator
+        self._periods, self._in_ns = _periods_in_ns(rate_hz)
         self._newest_index: Optional[int] = None
 
     def period_index(self, stamp_ns: int) -> Optional[int]:
@@ -27,3 +27,27 @@ class BoundarySampler:
         opens_quietly = self._newest_index is None and remainder != 0
         self._newest_index = index
         return None if opens_quietly else index
+
+
+class BoundaryTimes:
+    """The stamps that a `BoundarySampler` picks from samples at 0 and at every multiple of `tick_ns`."""
+
+    def __init__(self, rate_hz: float, tick_ns: int) -> None:
+        self._periods, self._in_ns = _periods_in_ns(rate_hz)
+        self._tick_ns = tick_ns
+
+    def newest_ns(self, time_ns: int) -> int:
+        """Return the newest of them at or before `time_ns`, a multiple of the tick; negative before 0."""
+        index = time_ns * self._periods // self._in_ns
+        boundary_ns = -(-index * self._in_ns // self._periods)
+        return -(-boundary_ns // self._tick_ns) * self._tick_ns
+
+
+def _periods_in_ns(rate_hz: float) -> Tuple[int, int]:
+    """Return a rate as whole periods in whole nanoseconds.
+
+    Exact, for 20 Hz boundaries must not drift off 50 ms after an hour; and as two numbers, because a Fraction takes ten
+    times as long for a product.
+    """
+    rate_per_ns = Fraction(rate_hz).limit_denominator(10**6) / NANOSECONDS_PER_SECOND
+    return rate_per_ns.numerator, rate_per_ns.denominator

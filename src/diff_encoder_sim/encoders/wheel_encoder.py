@@ -15,6 +15,7 @@ from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step
 from diff_encoder_sim.base.typed_params import Params, did_you_mean
 from diff_encoder_sim.encoders.counter import CounterModulus, wrap_count
 from diff_encoder_sim.encoders.pulses import DEFAULT_PPR, PulsesPerRevolution
+from diff_encoder_sim.encoders.sampling import DEFAULT_RATE_HZ
 from diff_encoder_sim.encoders.wheel_channel import MISSING_AFTER_NS, WheelChannel
 
 log = logging.getLogger(__name__)
@@ -30,7 +31,7 @@ class EncoderParams(Params):
     """Parameters of gz_diff_encoder_node, under the names that users set."""
 
     ppr: PulsesPerRevolution = DEFAULT_PPR
-    rate: float = Field(20.0, ge=1e-3, le=1e6, description='reports per second of joint stamps [Hz]')
+    rate: float = Field(DEFAULT_RATE_HZ, ge=1e-3, le=1e6, description='reports per second of joint stamps [Hz]')
     left_joint: str = Field('left_wheel_joint', min_length=1, description='name of the left wheel in /joint_states')
     right_joint: str = Field('right_wheel_joint', min_length=1, description='name of the right wheel in /joint_states')
     counter_modulus: CounterModulus = 0

@@ -19,7 +19,8 @@ from diff_encoder_sim.lockstep.publications import Publications
 from diff_encoder_sim.lockstep.robot_params import RobotParams
 from diff_encoder_sim.lockstep.schedule import Schedule
 from diff_encoder_sim.mapping.map_files import load_map
-from diff_encoder_sim.navigation.goal_status import STOP, Command, GoalStatus, NavigatorOutput
+from diff_encoder_sim.navigation.control_rate import ControlRate
+from diff_encoder_sim.navigation.goal_status import STOP, Command, GoalStatus, NavigatorOutput, Phase
 from diff_encoder_sim.navigation.navigator import Navigator
 from diff_encoder_sim.odometry.wheel_odometry import OdometryEstimate
 from diff_encoder_sim.trials.route_driver import DriverOutput, RouteDriver
@@ -28,6 +29,8 @@ from diff_encoder_sim.trials.trial_definition import TrialPlan
 from diff_encoder_sim.trials.trial_outcome import Outcome, RouteFailed
 
 log = logging.getLogger(__name__)
+
+NO_NAVIGATION = NavigatorOutput(STOP, GoalStatus.NONE, Phase.PLANNING, '')
 
 # At a time [ns]; whether it is the navigator's.
 SendCommand = Callable[[int, Command, bool], None]
@@ -55,7 +58,7 @@ class ScriptedDriver:
     """Drives by time alone; the map is where the surveyed start says."""
 
     estimate = None
-    navigation = NavigatorOutput(STOP, GoalStatus.NONE, None, '')
+    navigation = NO_NAVIGATION
 
     def __init__(self, plan: TrialPlan, send: SendCommand, publications: Publications) -> None:
         self._drive = ScriptedDrive(plan.trial.test)
@@ -98,14 +101,15 @@ class NavigatingDriver:
         self._latency_ns = latency_ns(params.latency.localization)
         self._laser_pose = laser_pose_in_base
         self._navigator = Navigator(params.navigator, grid, laser_pose_in_base)
+        self._control_rate = ControlRate(params.navigator.controller_frequency)
         self._driver = RouteDriver(plan.trial.test)
         self._schedule, self._send, self._publications = schedule, send, publications
         self._scans: Deque[Scan] = deque()  # that odometry has not come to
         self._is_scan_bad = False
         self._odometry: Optional[OdometryEstimate] = None
         self._odom_pose_in_map, self._localized_until_ns = IDENTITY, -1  # as /tf has it
-        self._goal_status = GoalStatus.NONE
         self.estimated_pose_in_map: Optional[Pose2D] = None
+        self.navigation = NO_NAVIGATION
         publications.map(grid)
 
     @property
@@ -151,21 +155,25 @@ class NavigatingDriver:
             odometry.angular_velocity_radps,
             *odometry.twist_std(),
         )
-        was_active = navigator.status is GoalStatus.ACTIVE
-        self.navigation = navigator.step(stamp_ns)
-        if was_active:
-            self._send(now_ns, self.navigation.command, True)
-            self._publish_result(now_ns)
+        if self._control_rate.is_due(stamp_ns):
+            self._step_navigator(now_ns, stamp_ns)
         if stamp_ns <= self._localized_until_ns:
             self.estimated_pose_in_map = self._odom_pose_in_map.compose(odometry.base_pose_in_odom)
             self._publications.global_pose(now_ns, stamp_ns, self.estimated_pose_in_map)
             self._drive_on(now_ns, stamp_ns)
 
+    def _step_navigator(self, now_ns: int, stamp_ns: int) -> None:
+        was_active = self._navigator.status is GoalStatus.ACTIVE
+        self.navigation = self._navigator.step(stamp_ns)
+        if was_active:
+            self._send(now_ns, self.navigation.command, True)
+            self._publish_result(now_ns)
+
     def _drive_on(self, now_ns: int, stamp_ns: int) -> None:
         self._apply(
             now_ns,
             stamp_ns,
-            self._driver.step(stamp_ns, self.estimated_pose_in_map, self.navigation.status, self.navigation.text),
+            self._driver.step(stamp_ns, self.estimated_pose_in_map, self._navigator.status, self.navigation.text),
         )
 
     def _apply(self, now_ns: int, stamp_ns: int, wanted: DriverOutput) -> None:

@@ -7,7 +7,7 @@ from typing_extensions import Annotated
 
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.base.typed_params import Params
-from diff_encoder_sim.simulation.simulator import TICK_NS
+from diff_encoder_sim.simulation.periods import TICK_NS, TICK_S
 
 Latency = Annotated[float, Field(ge=0, le=10)]
 
@@ -25,9 +25,6 @@ class LatencyParams(Params):
         if abs(value / TICK_S - round(value / TICK_S)) > 1e-6:
             raise ValueError(f'whole {TICK_NS // 1_000_000} ms')
         return value
-
-
-TICK_S = TICK_NS / NANOSECONDS_PER_SECOND
 
 
 def latency_ns(latency_s: float) -> int:

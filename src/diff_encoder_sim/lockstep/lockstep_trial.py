@@ -11,7 +11,6 @@ from typing import Iterator, List, NamedTuple, Optional, Union
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
-from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.encoders.wheel_encoder import DiffEncoder
 from diff_encoder_sim.localization.amcl import AmclEstimate
 from diff_encoder_sim.lockstep.drivers import Driver, NavigatingDriver, ScriptedDriver
@@ -21,7 +20,8 @@ from diff_encoder_sim.lockstep.robot_params import RobotParams
 from diff_encoder_sim.lockstep.schedule import Schedule
 from diff_encoder_sim.navigation.goal_status import Command, NavigatorOutput
 from diff_encoder_sim.odometry.wheel_odometry import OdometryEstimate, WheelOdometry
-from diff_encoder_sim.simulation.simulator import STATES_PERIOD_NS, TICK_NS, Simulator
+from diff_encoder_sim.simulation.periods import STATES_PERIOD_NS, TICK_NS
+from diff_encoder_sim.simulation.simulator import Simulator
 from diff_encoder_sim.trials.trial_definition import TrialPlan
 from diff_encoder_sim.trials.trial_outcome import Ending, Outcome, RouteFailed, goal_error
 
@@ -68,7 +68,7 @@ class LockstepTrial:
         self._schedule = Schedule()
         self._schedule.every(TICK_NS, self._read_joints)
         self._schedule.every(STATES_PERIOD_NS, self._sample_truth)
-        self._schedule.every(round(NANOSECONDS_PER_SECOND / params.simulator.lidar.rate), self._scan)
+        self._schedule.every(params.simulator.lidar.period_ns, self._scan)
         self._driver = self._begin(plan, robot_file, params)
         self._reports: List[Report] = []
         self._true_pose = trial.test.start.pose()

@@ -8,6 +8,8 @@ from collections import deque
 from typing import Callable, Deque, Optional, Tuple
 
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.encoders.sampling import BoundaryTimes
+from diff_encoder_sim.navigation.control_rate import ControlRate
 
 log = logging.getLogger(__name__)
 
@@ -16,31 +18,58 @@ STANDSTILL: Command = (0.0, 0.0)
 IDLE_PATIENCE_S = 0.02  # of wall time
 
 
-class CommandGate:
-    """Lets commands through once a period, at the same simulated time in every run.
+class AnsweredTimes:
+    """The simulated times whose reports a controller answers with a command.
 
-    Commands have no stamp, and how long one is on its way depends on the machine. A controller
-    that answers each boundary of the period with one command is waited for, and its answer takes
-    effect `delay_ns` after the boundary: so a run can be repeated exactly. With a period of 0
-    commands take effect as they come.
+    It answers every report or, where they come faster than it controls, those that its own `ControlRate` picks.
+    """
+
+    def __init__(self, reports: BoundaryTimes, control_period_s: float) -> None:
+        self._reports = reports
+        self._control_hz = 1.0 / control_period_s
+        self.restart()
+
+    def restart(self) -> None:
+        """Begin again at time 0."""
+        self._rate = ControlRate(self._control_hz)
+
+    def is_answered(self, time_ns: int) -> bool:
+        """Return whether a time is one of them; to be asked of every tick, in order."""
+        return self._reports.newest_ns(time_ns) == time_ns and self._rate.is_due(time_ns)
+
+
+class CommandGate:
+    """Lets one command through for each report that a controller answers, at the same simulated time in every run.
+
+    Commands have no stamp, and how long one takes to arrive depends on the host and its load. A controller that answers
+    a report with one command is waited for, and its command takes effect `delay_ns` after the report: so a run can be
+    repeated exactly. Without `answered_times` commands take effect as they come.
     """
 
     def __init__(
-        self, period_ns: int, delay_ns: int, patience_s: float, is_expected: Callable[[], bool], is_from_start: bool
+        self,
+        answered_times: Optional[AnsweredTimes],
+        delay_ns: int,
+        patience_s: float,
+        is_expected: Callable[[], bool],
+        is_from_start: bool,
     ) -> None:
-        """Args:
-        period_ns: of the controller.
-        delay_ns: from a boundary to the moment when its answer takes effect.
-        patience_s: how long to wait for an answer, by the wall clock.
-        is_expected: whether a controller is connected at all.
-        is_from_start: whether it answers the first boundary already.
+        """Prepare to wait for a controller.
+
+        Args:
+            answered_times: of the reports that it answers.
+            delay_ns: from a report to the moment when its answer takes effect.
+            patience_s: how long to wait for an answer, by the wall clock.
+            is_expected: whether a controller is connected at all.
+            is_from_start: whether it answers the first report already.
         """
-        self._period_ns = period_ns
+        self._answered_times = answered_times
         self._delay_ns = delay_ns
         self._patience_s = patience_s
         self._is_expected = is_expected
         self._arrived = threading.Condition()
         self._commands: Deque[Command] = deque()
+        self._report_ns: Optional[int] = None  # the newest whose answer was taken
         self._is_waited_for = True
         self._is_moving = False
         self._is_first = is_from_start
@@ -56,12 +85,15 @@ class CommandGate:
         """Forget what has not taken effect: after a reset."""
         with self._arrived:
             self._commands.clear()
+            self._report_ns = None
+            if self._answered_times is not None:
+                self._answered_times.restart()
 
     def take(self, sim_time_ns: int) -> Optional[Command]:
-        """The command that takes effect at `sim_time_ns`, if any; may block to wait for it."""
+        """Return the command that takes effect at `sim_time_ns`, if any; may block to wait for it."""
         with self._arrived:
-            if self._period_ns:
-                if sim_time_ns % self._period_ns != self._delay_ns:
+            if self._answered_times is not None:
+                if not self._is_open(self._answered_times, sim_time_ns - self._delay_ns):
                     return None
                 self._wait(sim_time_ns)
             if not self._commands:
@@ -71,16 +103,26 @@ class CommandGate:
             self._is_moving = newest != STANDSTILL
             return newest
 
+    def _is_open(self, times: AnsweredTimes, report_ns: int) -> bool:
+        if report_ns < 0 or not times.is_answered(report_ns):
+            return False
+        # The answer to a report that came within the delay may have been taken, as the newest, with the one before.
+        if self._report_ns is not None and report_ns - self._report_ns <= self._delay_ns:
+            return False
+        self._report_ns = report_ns
+        return True
+
     def _wait(self, sim_time_ns: int) -> None:
         if self._commands or not (self._is_waited_for and self._is_expected()):
             return
-        # Of a robot at rest nobody may be in charge, between one goal and the next.
+        # While the robot stands, between one goal and the next, there may be no controller to wait for.
         patience_s = self._patience_s if self._is_moving or self._is_first else IDLE_PATIENCE_S
         self._is_first = False
         if not self._arrived.wait_for(lambda: bool(self._commands), patience_s):
             self._is_waited_for = False
             if self._is_moving:
                 log.warning(
-                    'no velocity command for %.2f s of simulated time: going on without',
+                    'no velocity command within %.1f s of wall time at simulated time %.2f s: continuing without it',
+                    patience_s,
                     sim_time_ns / NANOSECONDS_PER_SECOND,
                 )

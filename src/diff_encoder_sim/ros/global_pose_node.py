@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Dict
+
 import rospy
 import tf2_ros
 from geometry_msgs.msg import PoseStamped
@@ -10,9 +12,10 @@ from tf2_msgs.msg import TFMessage
 
 from diff_encoder_sim.base.stamps import Step, Timeline
 from diff_encoder_sim.base.typed_params import Params
-from diff_encoder_sim.encoders.sampling import BoundarySampler
+from diff_encoder_sim.encoders.sampling import DEFAULT_RATE_HZ, BoundarySampler
 from diff_encoder_sim.ros.conversions import ns_from_stamp
 from diff_encoder_sim.ros.node import log, node_params, publisher, run_node, subscriber
+from diff_encoder_sim.ros.trial_plan import trial_plan
 
 
 class GlobalPoseParams(Params):
@@ -20,7 +23,7 @@ class GlobalPoseParams(Params):
 
     map_frame: str = Field('map', min_length=1, description='frame of the pose')
     base_frame: str = Field('base_link', min_length=1, description='frame of the robot')
-    rate: float = Field(20.0, ge=1e-3, le=1e6, description='poses per second of stamps [Hz]')
+    rate: float = Field(DEFAULT_RATE_HZ, ge=1e-3, le=1e6, description='poses per second of stamps [Hz]')
 
 
 class GlobalPoseNode:
@@ -31,7 +34,7 @@ class GlobalPoseNode:
     """
 
     def __init__(self) -> None:
-        self._params = node_params(GlobalPoseParams)
+        self._params = node_params(GlobalPoseParams, defaults=_trial_defaults())
         self._buffer = tf2_ros.Buffer()
         self._restart()
         self._poses = publisher('global_pose', PoseStamped)
@@ -59,6 +62,11 @@ class GlobalPoseNode:
         pose.pose.position = transform.transform.translation
         pose.pose.orientation = transform.transform.rotation
         self._poses.publish(pose)
+
+
+def _trial_defaults() -> Dict[str, float]:
+    plan = trial_plan()
+    return {} if plan is None else {'rate': plan.report_rate}
 
 
 def main() -> None:

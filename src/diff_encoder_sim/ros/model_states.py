@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import threading
-from typing import Callable, Optional
+from typing import Callable, Dict, Optional
 
 import rospy
 from geometry_msgs.msg import Twist
@@ -19,14 +19,21 @@ from diff_encoder_sim.encoders.sampling import BoundarySampler
 from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_from_message
 from diff_encoder_sim.ros.gazebo_messages import ModelStates
 from diff_encoder_sim.ros.node import log, subscriber
+from diff_encoder_sim.ros.trial_plan import trial_plan
+from diff_encoder_sim.simulation.periods import STATES_PERIOD_S, STATES_RATE_HZ
 
 
 class ModelStatesParams(Params):
     """Which model, how often, and how to date it."""
 
     model: str = Field('alto', min_length=1, description='name of the robot in /gazebo/model_states')
-    rate: float = Field(20.0, ge=1e-3, le=1e6, description='reports per second of the clock [Hz]')
+    rate: float = Field(STATES_RATE_HZ, ge=1e-3, le=1e6, description='reports per second of the clock [Hz]')
     states_period: float = Field(0.0, ge=0, description='states come at whole multiples of this [s]; 0: at any time')
+
+
+def trial_defaults() -> Dict[str, float]:
+    """Return the parameters that follow from the running trial, with simulator_node; none outside of one."""
+    return {} if trial_plan() is None else {'states_period': STATES_PERIOD_S}
 
 
 class ModelStateReader:

@@ -91,6 +91,7 @@ class MoveBaseNode:
         with self._lock:
             navigator = self._navigator
             if navigator is None:
+                self._control_rate.is_due(now_ns)  # from the first message on, as simulator_node counts
                 return
             try:
                 self._take_odometry(navigator, now_ns, message)

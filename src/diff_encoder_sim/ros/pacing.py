@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from typing import Dict, List
+from typing import Callable, Dict, List, Sequence
 
 import rospy
 from std_msgs.msg import Header
@@ -48,16 +48,19 @@ class WallPacer:
 
 
 class GraphPacer:
-    """Holds simulated time back until stamped topics have come to it: none is ever outrun.
+    """Holds simulated time back until stamped topics have come to it, so that it never runs ahead of the graph."""
 
-    The topics are expected at whole multiples of `period_ns`; the simulation may be ahead of the
-    newest expected message by `lead_ns`, so that it computes while the others do.
-    """
+    def __init__(
+        self, topics: Sequence[str], expected_ns: Callable[[int], int], topics_once_begun: Sequence[str] = ()
+    ) -> None:
+        """Subscribe to the topics.
 
-    def __init__(self, topics: List[str], topics_once_begun: List[str], period_ns: int, lead_ns: int) -> None:
-        """`topics` begin with time; others begin later, and count from their first message on."""
-        self._period_ns = period_ns
-        self._lead_ns = lead_ns
+        Args:
+            topics: waited for from time 0 on.
+            expected_ns: from a simulated time, the stamp that every topic must have reached before it; negative: none.
+            topics_once_begun: waited for from their first message on.
+        """
+        self._expected_ns = expected_ns
         self._moved = threading.Condition()
         self._newest_ns: Dict[str, int] = {}
         self._absent = set(topics)
@@ -74,17 +77,18 @@ class GraphPacer:
             self._newest_ns, self._absent = {}, set(self._begin_with_time)
 
     def wait(self, sim_time_ns: int) -> None:
-        """Block until every topic has reached the newest multiple of the period."""
-        expected_ns = (sim_time_ns - self._lead_ns) // self._period_ns * self._period_ns
+        """Block until every topic has come to what is expected before `sim_time_ns`."""
+        expected_ns = self._expected_ns(sim_time_ns)
         if expected_ns < 0:
             return
         with self._moved:
             if not self._moved.wait_for(lambda: not self._behind(expected_ns), LONGEST_WAIT_S):
                 for topic in self._behind(expected_ns):
                     log.warning(
-                        '%s has not come to %.2f s of simulated time: going on without it',
+                        '%s: no message of simulated time %.2f s within %.0f s of wall time: not waited for any more',
                         topic,
                         expected_ns / NANOSECONDS_PER_SECOND,
+                        LONGEST_WAIT_S,
                     )
                     self._newest_ns.pop(topic, None)
                     self._absent.discard(topic)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from pathlib import Path
-from typing import List
+from typing import Any, Dict, List, Optional
 
 import rospy
 from geometry_msgs.msg import Twist
@@ -13,28 +13,31 @@ from pydantic import Field
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState, LaserScan
 from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
+from typing_extensions import Literal
 
 from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.ros.command_gate import Command, CommandGate
+from diff_encoder_sim.encoders.sampling import DEFAULT_RATE_HZ, BoundaryTimes
+from diff_encoder_sim.ros.command_gate import AnsweredTimes, Command, CommandGate
 from diff_encoder_sim.ros.conversions import joint_state_message, scan_message, stamp_from_ns
 from diff_encoder_sim.ros.node import log, node_params, publisher, run_node, subscriber
 from diff_encoder_sim.ros.pacing import LONGEST_WAIT_S, GraphPacer, WallPacer
 from diff_encoder_sim.ros.simulated_models import SimulatedModels
 from diff_encoder_sim.ros.trial_plan import trial_plan
-from diff_encoder_sim.simulation.simulator import STATES_PERIOD_NS, TICK_NS, Simulator, SimulatorParams
+from diff_encoder_sim.simulation.periods import STATES_PERIOD_NS, STATES_RATE_HZ, TICK_NS
+from diff_encoder_sim.simulation.simulator import Simulator, SimulatorParams
 from diff_encoder_sim.trials.trial_definition import PoseParams
 
 PAUSED_CLOCK_PERIOD_S = 0.05
 
-# The odometry's period, and how far physics may run ahead of it.
-GRAPH_PERIOD_NS = 50_000_000
+# How far physics may run ahead of /odom and the true and estimated poses, so that it computes while the others do.
 GRAPH_LEAD_NS = 20_000_000
 
-# How far it may run ahead of the answer to a scan: robot_state_publisher needs 20 ms to tell where
-# the laser is; and odometry newer than the scan must not be there yet, as tf2 then rounds
-# otherwise.
-SCAN_LEAD_NS = 50_000_000
+# A command takes effect that long after the report that it answers, and before the next one is answered.
+SHORTEST_COMMAND_PERIOD_S = (GRAPH_LEAD_NS + TICK_NS) / NANOSECONDS_PER_SECOND
+
+# robot_state_publisher publishes the laser's frame 20 ms after time has begun: before, no scan can be answered.
+FIRST_SCAN_LEAD_NS = 50_000_000
 
 
 class SimulatorNodeParams(SimulatorParams):
@@ -47,14 +50,23 @@ class SimulatorNodeParams(SimulatorParams):
     real_time_factor: float = Field(
         1.0, ge=0, description='simulated time per wall time; 0: as fast as the graph keeps up'
     )
-    wait_for: List[str] = Field([], description='stamped topics that simulated time waits for')
+    report_rate: float = Field(
+        DEFAULT_RATE_HZ, ge=1e-3, le=1e6, description="rate of wait_for [Hz]; default: the encoder's rate of /trial"
+    )
+    wait_for: List[str] = Field([], description='stamped topics at report_rate that simulated time waits for')
     wait_for_once_begun: List[str] = Field([], description='the same, from their first message on')
+    wait_for_after_states: List[str] = Field(
+        [], description='stamped topics that answer each /gazebo/model_states and are waited for'
+    )
     wait_for_after_scans: List[str] = Field([], description='stamped topics that answer each scan and are waited for')
     command_period: float = Field(
         0.0,
         ge=0,
         le=10,
-        description='commands answer multiples of this time and are waited for [s]; 0: taken as they come',
+        description='period of a controller whose commands are waited for [s]; 0: taken as they come; default: of /trial',
+    )
+    commands_answer: Literal['reports', 'states'] = Field(
+        'reports', description='what the controller answers: wait_for, or /gazebo/model_states; default: of /trial'
     )
     command_at_start: bool = Field(False, description='the first command is waited for as well')
     paused: bool = Field(False, description='wait for /gazebo/unpause_physics')
@@ -77,12 +89,17 @@ class SimulatorNode:
         self._scan_frame = params.laser_link
         self._scan_period_ns = params.lidar.period_ns
         self._models = SimulatedModels(self._simulator, self._lock)
-        self._graph_pacer = GraphPacer(params.wait_for, params.wait_for_once_begun, GRAPH_PERIOD_NS, GRAPH_LEAD_NS)
-        self._scan_pacer = GraphPacer(params.wait_for_after_scans, [], self._scan_period_ns, SCAN_LEAD_NS)
+        self._reports = BoundaryTimes(params.report_rate, TICK_NS)
+        self._states = BoundaryTimes(STATES_RATE_HZ, TICK_NS)
+        self._pacers = (
+            GraphPacer(params.wait_for, self._report_before, params.wait_for_once_begun),
+            GraphPacer(params.wait_for_after_states, self._state_before),
+            GraphPacer(params.wait_for_after_scans, self._scan_before),
+        )
         self._wall_pacer = WallPacer(params.real_time_factor)
         self._commands = subscriber('cmd_vel', Twist, self._on_command)
         self._gate = CommandGate(
-            _command_period_ns(params.command_period),
+            self._answered_times(params),
             GRAPH_LEAD_NS,
             LONGEST_WAIT_S,
             lambda: self._commands.get_num_connections() > 0,
@@ -101,6 +118,38 @@ class SimulatorNode:
             self._on_unpause(EmptyRequest())
         self._loop = threading.Thread(target=self._run, daemon=True)
         self._loop.start()
+
+    # ---- what must have come before time may go on
+
+    def _report_before(self, sim_time_ns: int) -> int:
+        return self._reports.newest_ns(sim_time_ns - GRAPH_LEAD_NS)
+
+    def _state_before(self, sim_time_ns: int) -> int:
+        return self._states.newest_ns(sim_time_ns - GRAPH_LEAD_NS)
+
+    def _scan_before(self, sim_time_ns: int) -> int:
+        """Return the newest scan with odometry to place it: its answer must come before newer odometry does.
+
+        With newer odometry tf2 interpolates, and rounds otherwise than for the newest.
+        """
+        if sim_time_ns < FIRST_SCAN_LEAD_NS:
+            return -1
+        before_newest_ns = self._reports.newest_ns(self._reports.newest_ns(sim_time_ns) - TICK_NS)
+        return before_newest_ns // self._scan_period_ns * self._scan_period_ns
+
+    def _answered_times(self, params: SimulatorNodeParams) -> Optional[AnsweredTimes]:
+        if params.command_period == 0.0:
+            return None
+        if params.command_period < SHORTEST_COMMAND_PERIOD_S:
+            raise ConfigError(
+                f'{rospy.get_name()}: command_period: given {params.command_period:g} s; allowed: 0, '
+                f'or above {GRAPH_LEAD_NS // 1_000_000} ms'
+            )
+        return AnsweredTimes(
+            self._states if params.commands_answer == 'states' else self._reports, params.command_period
+        )
+
+    # ---- time
 
     def _run(self) -> None:
         try:
@@ -123,8 +172,8 @@ class SimulatorNode:
         with self._lock:
             self._publish()
             now_ns = self._simulator.time_ns
-        self._graph_pacer.wait(now_ns + TICK_NS)
-        self._scan_pacer.wait(now_ns + TICK_NS)
+        for pacer in self._pacers:
+            pacer.wait(now_ns + TICK_NS)
         self._wall_pacer.wait(now_ns + TICK_NS)
         command = self._gate.take(now_ns)
         with self._lock:
@@ -170,8 +219,8 @@ class SimulatorNode:
     def _on_reset_simulation(self, _: EmptyRequest) -> EmptyResponse:
         with self._lock:
             self._simulator.reset()
-            self._graph_pacer.restart()
-            self._scan_pacer.restart()
+            for pacer in self._pacers:
+                pacer.restart()
             self._gate.clear()
             self._wall_pacer.restart(0)
         return EmptyResponse()
@@ -182,22 +231,18 @@ class SimulatorNode:
         return EmptyResponse()
 
 
-def _trial_defaults() -> dict:
+def _trial_defaults() -> Dict[str, Any]:
     plan = trial_plan()
     if plan is None:
         return {}
-    return {'world': plan.world, 'seed': plan.trial.number, 'start': plan.trial.test.start.model_dump()}
-
-
-def _command_period_ns(period_s: float) -> int:
-    period_ns = round(period_s * NANOSECONDS_PER_SECOND)
-    if period_ns and (period_ns % TICK_NS or period_ns <= GRAPH_LEAD_NS):
-        raise ConfigError(
-            f'{rospy.get_name()}: command_period: given {period_s:g} s; allowed: 0, '
-            f'or whole {TICK_NS // 1_000_000} ms above '
-            f'{GRAPH_LEAD_NS // 1_000_000} ms'
-        )
-    return period_ns
+    return {
+        'world': plan.world,
+        'seed': plan.trial.number,
+        'start': plan.trial.test.start.model_dump(),
+        'report_rate': plan.report_rate,
+        'commands_answer': 'states' if plan.trial.nav == 'scripted' else 'reports',
+        'command_period': plan.command_period and max(plan.command_period, SHORTEST_COMMAND_PERIOD_S),
+    }
 
 
 def main() -> None:

@@ -7,22 +7,22 @@ from typing import Optional
 import rospy
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.trials.trial_definition import TrialPlan
+from diff_encoder_sim.trials.trial_definition import LivePlan
 
 PARAMETER = '/trial'
 
 
-def trial_plan() -> Optional[TrialPlan]:
+def trial_plan() -> Optional[LivePlan]:
     """Return the plan of the running trial, None where there is no trial.
 
     Raises:
         ConfigError: the parameter is set, but is no plan.
     """
     plan = rospy.get_param(PARAMETER, None)
-    return None if plan is None else TrialPlan.from_mapping(plan, PARAMETER)
+    return None if plan is None else LivePlan.from_mapping(plan, PARAMETER)
 
 
-def required_trial_plan() -> TrialPlan:
+def required_trial_plan() -> LivePlan:
     """Return the plan of the running trial.
 
     Raises:

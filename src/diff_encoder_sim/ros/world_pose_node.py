@@ -7,7 +7,7 @@ from pydantic import Field
 
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.ros.conversions import pose_stamped_message
-from diff_encoder_sim.ros.model_states import ModelStateReader, ModelStatesParams
+from diff_encoder_sim.ros.model_states import ModelStateReader, ModelStatesParams, trial_defaults
 from diff_encoder_sim.ros.node import node_params, publisher, run_node
 from diff_encoder_sim.trials.trial_definition import PoseParams
 
@@ -23,7 +23,7 @@ class WorldPoseNode:
     """Republishes one model's pose in the map frame."""
 
     def __init__(self) -> None:
-        params = node_params(WorldPoseParams)
+        params = node_params(WorldPoseParams, defaults=trial_defaults())
         self._map_frame = params.map_frame
         self._world_in_map = params.map_in_world.pose().inverse()
         self._poses = publisher('world_pose', PoseStamped)

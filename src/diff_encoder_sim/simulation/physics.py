@@ -16,13 +16,13 @@ from pydantic import Field
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import Pose2D, quat_xyzw_from_yaw
 from diff_encoder_sim.base.typed_params import Params
+from diff_encoder_sim.simulation.periods import TICK_S
 from diff_encoder_sim.simulation.quiet_pybullet import pybullet
 from diff_encoder_sim.simulation.robot import RobotModel
 from diff_encoder_sim.simulation.state import AT_REST, BodyState, PlanarVelocity
 from diff_encoder_sim.simulation.world import Box, Cylinder, Plane, Solid, Sphere, World
 
 GRAVITY_MPS2 = 9.81
-TICK_S = 0.01
 SETTLING_TICKS = 50
 SOLVER_RESIDUAL_THRESHOLD = 1e-9  # PyBullet's 1e-7 stops early, and slip is left over
 

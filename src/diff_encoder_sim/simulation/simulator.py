@@ -16,16 +16,12 @@ from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.simulation.drive import DriveController, DriveParams
 from diff_encoder_sim.simulation.lidar import Lidar, LidarParams
-from diff_encoder_sim.simulation.physics import TICK_S, BulletPhysics, PhysicsParams
+from diff_encoder_sim.simulation.periods import TICK_NS, TICK_S
+from diff_encoder_sim.simulation.physics import BulletPhysics, PhysicsParams
 from diff_encoder_sim.simulation.robot import load_robot
 from diff_encoder_sim.simulation.state import AT_REST, BodyState, JointStates, PlanarVelocity
 from diff_encoder_sim.simulation.wheel_errors import SlippingWheels, WheelErrorParams
 from diff_encoder_sim.simulation.world import load_world
-
-TICK_NS = round(TICK_S * 1e9)
-
-# Period of /gazebo/model_states, and of the true pose that is made from it.
-STATES_PERIOD_NS = 50_000_000
 
 # A scanner that leans less is treated as level, as the nodes that read its scans treat it.
 LARGEST_LEAN_RAD = math.radians(5.0)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import List, NamedTuple, Tuple
 
+from diff_encoder_sim.simulation.periods import STATES_PERIOD_S
 from diff_encoder_sim.trials.trial_definition import Segment, SpeedLimits, TestDefinition
 
 PAUSE_BETWEEN_SEGMENTS_S = 0.5
-COMMAND_PERIOD_S = 0.05
 SETTLING_S = 1.0  # at rest, before a result counts
 
 
@@ -58,8 +58,8 @@ class ScriptedDrive:
         self.duration_s = start_s
 
     def command_at(self, elapsed_s: float) -> Tuple[float, float]:
-        """What holds from a time since the start for a period: as `command`."""
-        return self.command(elapsed_s, elapsed_s + COMMAND_PERIOD_S)
+        """Return the command that holds from a time since the start until the next true pose: as `command`."""
+        return self.command(elapsed_s, elapsed_s + STATES_PERIOD_S)
 
     def is_over(self, elapsed_s: float) -> bool:
         """Whether the robot has been at rest for long enough."""

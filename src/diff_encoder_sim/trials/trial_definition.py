@@ -152,6 +152,13 @@ class TrialPlan(Params):
     save_map: str = Field('', description='path, without suffix, for the map that is made')
 
 
+class LivePlan(TrialPlan):
+    """A trial plan with the rates that the nodes of a live graph must agree on."""
+
+    report_rate: float = Field(gt=0, description='of /odom and /global_pose [Hz]')
+    command_period: float = Field(ge=0, description='between commands on /cmd_vel [s]; 0: not waited for')
+
+
 def load_test(name: str, config_folder: Union[str, Path]) -> TestDefinition:
     """A test by its name (`SL` is config/tests/SL.yaml) or by the path of its file.
 

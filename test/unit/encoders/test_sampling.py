@@ -2,12 +2,14 @@
 
 from fractions import Fraction
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from diff_encoder_sim.encoders.sampling import BoundarySampler
+from diff_encoder_sim.encoders.sampling import BoundarySampler, BoundaryTimes
 
 MS = 1_000_000
+TICK_NS = 10 * MS
 
 
 def stamps_sampled(rate, stamps):
@@ -46,3 +48,23 @@ def test_no_period_is_sampled_twice_and_none_with_a_stamp_is_left_out(steps_ms):
     stamps = [sum(steps_ms[:index]) * MS for index in range(len(steps_ms))]
     periods = [stamp // (50 * MS) for stamp in stamps_sampled(20, stamps)]
     assert periods == sorted({stamp // (50 * MS) for stamp in stamps})
+
+
+@pytest.mark.parametrize('rate_hz', [0.3, 1.0, 7.0, 10.0, 15.0, 20.0, 33.3, 50.0, 100.0, 150.0, 200.0, 1e6])
+def test_boundary_times_are_the_stamps_that_a_sampler_picks(rate_hz):
+    sampler, times = BoundarySampler(rate_hz), BoundaryTimes(rate_hz, TICK_NS)
+    newest_ns = None
+    for stamp_ns in range(0, 4_000_000_000, TICK_NS):
+        if sampler.period_index(stamp_ns) is not None:
+            newest_ns = stamp_ns
+        assert times.newest_ns(stamp_ns) == newest_ns
+
+
+def test_there_are_no_boundary_times_before_time_begins():
+    assert all(BoundaryTimes(rate_hz, TICK_NS).newest_ns(-TICK_NS) < 0 for rate_hz in (7.0, 20.0, 200.0))
+
+
+def test_boundary_times_do_not_drift_in_a_day():
+    day_ns = 24 * 3600 * 1_000_000_000
+    assert BoundaryTimes(20.0, TICK_NS).newest_ns(day_ns) == day_ns
+    assert BoundaryTimes(20.0, TICK_NS).newest_ns(day_ns - TICK_NS) == day_ns - 50_000_000

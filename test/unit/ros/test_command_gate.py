@@ -5,17 +5,26 @@ import subprocess
 import sys
 import threading
 
-from diff_encoder_sim.ros.command_gate import STANDSTILL, CommandGate
+import pytest
+
+from diff_encoder_sim.encoders.sampling import BoundaryTimes
+from diff_encoder_sim.navigation.control_rate import ControlRate
+from diff_encoder_sim.ros.command_gate import STANDSTILL, AnsweredTimes, CommandGate
 from places import SOURCE
 
 MS = 1_000_000
-PERIOD_NS, DELAY_NS = 50 * MS, 20 * MS
+TICK_NS, PERIOD_NS, DELAY_NS = 10 * MS, 50 * MS, 20 * MS
 LONG_S, SHORT_S = 20.0, 0.01
 SLOW, FAST = (0.1, 0.0), (0.2, 0.0)
 
 
-def gate(period_ns=PERIOD_NS, patience_s=SHORT_S, is_expected=True, is_from_start=True):
-    return CommandGate(period_ns, DELAY_NS, patience_s, lambda: is_expected, is_from_start)
+def answered_times(report_hz=20.0, control_hz=20.0):
+    return AnsweredTimes(BoundaryTimes(report_hz, TICK_NS), 1.0 / control_hz)
+
+
+def gate(is_periodic=True, patience_s=SHORT_S, is_expected=True, is_from_start=True):
+    times = answered_times() if is_periodic else None
+    return CommandGate(times, DELAY_NS, patience_s, lambda: is_expected, is_from_start)
 
 
 def take_in_thread(some_gate, sim_time_ns):
@@ -33,7 +42,7 @@ def test_it_imports_without_ros():
 
 
 def test_without_a_period_the_newest_command_is_taken_at_once_and_once():
-    free = gate(period_ns=0)
+    free = gate(is_periodic=False)
     assert free.take(0) is None
     free.put(SLOW)
     free.put(FAST)
@@ -134,3 +143,53 @@ def test_no_command_is_lost_between_threads():
         taken.append(periodic.take(DELAY_NS + period * PERIOD_NS))
     controller.join(LONG_S)
     assert taken == [(number + 1.0, 0.0) for number in range(count)]
+
+
+# ---- at other rates than 20 Hz
+
+
+@pytest.mark.parametrize('control_hz', [5.0, 10.0, 20.0, 33.3, 50.0, 100.0])
+@pytest.mark.parametrize('report_hz', [7.0, 10.0, 15.0, 20.0, 33.3, 50.0, 100.0, 200.0])
+def test_a_controller_at_any_rate_is_never_waited_for_in_vain(report_hz, control_hz, caplog):
+    """It answers each report that its own rate picks, at once, or two ticks later: time has to wait for neither."""
+    reports = BoundaryTimes(report_hz, TICK_NS)
+    for lag_ns in (0, DELAY_NS):
+        control = ControlRate(control_hz)
+        rated = CommandGate(answered_times(report_hz, control_hz), DELAY_NS, SHORT_S, lambda: True, True)
+        answers = []  # times at which the command is sent
+        for now_ns in range(0, 3000 * MS, TICK_NS):
+            if reports.newest_ns(now_ns) == now_ns and control.is_due(now_ns):
+                answers.append(now_ns + lag_ns)
+            while answers and answers[0] <= now_ns:
+                answers.pop(0)
+                rated.put(FAST)
+            rated.take(now_ns)
+    assert caplog.records == []
+
+
+@pytest.mark.parametrize('report_hz', [7.0, 10.0, 15.0, 20.0, 33.3, 50.0, 100.0, 200.0])
+def test_a_command_takes_effect_two_ticks_after_the_report_that_it_answers(report_hz):
+    times, control = answered_times(report_hz), ControlRate(20.0)
+    reports = BoundaryTimes(report_hz, TICK_NS)
+    rated = CommandGate(times, DELAY_NS, LONG_S, lambda: True, True)
+    sent_ns, taken_ns = [], []
+    for now_ns in range(0, 2000 * MS, TICK_NS):
+        if reports.newest_ns(now_ns) == now_ns and control.is_due(now_ns):
+            sent_ns.append(now_ns)
+            rated.put((float(now_ns), 0.0))
+        command = rated.take(now_ns)
+        if command is not None:
+            taken_ns.append(now_ns)
+            assert command[0] == now_ns - DELAY_NS
+    assert taken_ns == [stamp_ns + DELAY_NS for stamp_ns in sent_ns if stamp_ns + DELAY_NS < 2000 * MS]
+
+
+def test_after_a_reset_the_first_report_is_answered_again():
+    periodic = gate()
+    for now_ns in range(0, 130 * MS, TICK_NS):
+        periodic.put(SLOW)
+        periodic.take(now_ns)
+    periodic.clear()
+    periodic.put(FAST)
+    assert periodic.take(0) is None
+    assert periodic.take(DELAY_NS) == FAST
