@@ -25,9 +25,9 @@ from diff_encoder_sim.lockstep.trial_run import run_trial
 from diff_encoder_sim.navigation.navigator import Navigator
 from diff_encoder_sim.odometry.wheel_odometry import WheelOdometry
 from diff_encoder_sim.recording.trial_bag import TrialBag
+from diff_encoder_sim.simulation.periods import TICK_NS
 from diff_encoder_sim.simulation.physics import BulletPhysics
 from diff_encoder_sim.simulation.quiet_pybullet import pybullet
-from diff_encoder_sim.simulation.periods import TICK_NS
 from diff_encoder_sim.simulation.simulator import Simulator
 from diff_encoder_sim.trials.trial_definition import TrialPlan
 
