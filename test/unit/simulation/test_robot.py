@@ -102,7 +102,10 @@ def test_a_robot_file_that_was_edited_is_read_again(tmp_path):
     'body',
     [
         '<xacro:include filename="{folder}/size.xacro"/><link name="${{size}}"/>',
-        '<xacro:property name="s" value="${{xacro.load_yaml(\'{folder}/size.yaml\')}}"/><link name="${{s[\'size\']}}"/>',
+        (
+            '<xacro:property name="sizes" value="${{xacro.load_yaml(\'{folder}/size.yaml\')}}"/>'
+            '<link name="${{sizes[\'size\']}}"/>'
+        ),
         '<link name="$(optenv ROBOT_SIZE none)"/>',
     ],
 )
