@@ -10,6 +10,8 @@ from diff_encoder_sim.mapping.occupancy_grid import FREE, OCCUPIED, OccupancyGri
 
 RESOLUTION_M = 0.05
 RANGE_MAX_M = 6.0
+START = Pose2D(0.9, -0.6, 1.8)
+ELSEWHERE = Pose2D(-2.0, -0.2, -0.9)
 
 
 def pillar_room():

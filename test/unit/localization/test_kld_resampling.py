@@ -1,4 +1,4 @@
-"""How many particles, which ones, and what they say."""
+"""How many particles are drawn, and which ones."""
 
 import math
 
@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.localization.amcl_params import AmclParams
-from diff_encoder_sim.localization.clusters import mean_and_covariance, particle_statistics
 from diff_encoder_sim.localization.kld_resampling import (
     LikelihoodAverages,
     effective_count,
@@ -17,8 +16,11 @@ from diff_encoder_sim.localization.kld_resampling import (
 
 CORNERS = np.array([[0.25, 0.25], [5.25, 0.25], [0.25, 5.25], [5.25, 5.25]])
 
+
 # Exact 99 % quantiles of the chi-square distribution by degrees of freedom (any table).
 CHI_SQUARE_99 = {10: 23.209, 50: 76.154, 100: 135.807}
+
+
 Z_99 = 2.3263479
 
 
@@ -90,7 +92,7 @@ def test_draws_are_independent_not_of_low_variance():
     assert np.var(counts) == pytest.approx(75, rel=0.2)
 
 
-def test_the_lost_share_is_drawn_anywhere():
+def test_the_recovery_fraction_is_drawn_anywhere():
     particles = np.full((10, 3), 0.1)
     drawn = resample(particles, np.full(10, 0.1), fixed_count(40_000), 0.3, CORNERS, np.random.default_rng(4))
     anywhere = drawn[(drawn != 0.1).all(axis=1)]
@@ -126,75 +128,3 @@ def test_no_recovery_without_alphas():
 def test_effective_count():
     assert effective_count(np.full(8, 1 / 8)) == pytest.approx(8)
     assert effective_count(np.array([1.0, 0.0])) == pytest.approx(1)
-
-
-def cloud(rng, centre, count, sigma=0.05):
-    return np.array(centre) + sigma * rng.standard_normal((count, 3))
-
-
-def test_the_heaviest_cluster_is_the_estimate():
-    """By weight, not by number; the spread is that of all particles, as upstream publishes it."""
-    rng = np.random.default_rng(5)
-    light, heavy = cloud(rng, (0.0, 0.0, 0.0), 900), cloud(rng, (5.0, 2.0, 1.0), 100)
-    particles = np.vstack([light, heavy])
-    weights = np.concatenate([np.full(900, 0.4 / 900), np.full(100, 0.6 / 100)])
-    statistics = particle_statistics(particles, weights)
-    assert statistics.mean == pytest.approx(heavy.mean(axis=0), abs=1e-3)
-    assert statistics.cluster_weight == pytest.approx(0.6)
-    assert statistics.cluster_count == 2
-    assert mean_and_covariance(heavy, weights[900:]).covariance[0, 0] == pytest.approx(heavy[:, 0].var(), rel=1e-9)
-    assert statistics.covariance[0, 0] == pytest.approx(0.24 * 25.0, rel=0.02)
-
-
-def test_bins_that_touch_are_one_cluster_and_a_gap_parts_them():
-    chain = np.column_stack([np.arange(0.25, 5.0, 0.5), np.arange(0.25, 5.0, 0.5), np.zeros(10)])
-    weights = np.full(10, 0.1)
-    assert particle_statistics(chain, weights).cluster_count == 1
-    gap = np.delete(chain, 5, axis=0)
-    assert particle_statistics(gap, np.full(9, 1 / 9)).cluster_count == 2
-
-
-def test_clusters_reach_around_half_a_turn():
-    """Where upstream cuts a cluster in two at +-180 degrees."""
-    yaw = np.array([3.1, 3.12, -3.1, -3.13])
-    statistics = particle_statistics(np.column_stack([np.zeros((4, 2)), yaw]), np.full(4, 0.25))
-    assert statistics.cluster_count == 1
-    assert abs(statistics.mean.yaw_rad) == pytest.approx(
-        np.mean([3.1, 3.12, 2 * math.pi - 3.1, 2 * math.pi - 3.13]), abs=1e-3
-    )
-    assert statistics.covariance[2, 2] < 0.01
-
-
-def test_clusters_are_those_of_a_plain_flood_fill():
-    rng = np.random.default_rng(6)
-    particles = np.column_stack([rng.uniform(-4, 4, (150, 2)), rng.uniform(-np.pi, np.pi, 150)])
-    weights = rng.random(150)
-    bins = {tuple(key) for key in np.floor(particles / [0.5, 0.5, math.pi / 18]).astype(int)}
-    clusters = 0
-    while bins:
-        clusters += 1
-        pending = [bins.pop()]
-        while pending:
-            x, y, yaw = pending.pop()
-            near = {
-                (x + i, y + j, (yaw + k + 18) % 36 - 18) for i in (-1, 0, 1) for j in (-1, 0, 1) for k in (-1, 0, 1)
-            } & bins
-            bins -= near
-            pending += near
-    assert particle_statistics(particles, weights / weights.sum()).cluster_count == clusters
-
-
-def test_covariance_of_a_known_gaussian():
-    rng = np.random.default_rng(7)
-    covariance = np.array([[0.04, 0.01, 0.0], [0.01, 0.09, 0.0], [0.0, 0.0, 0.06]])
-    draws = rng.multivariate_normal([1000.0, -2000.0, 3.1], covariance, 100_000)
-    mean, measured = mean_and_covariance(draws, np.ones(100_000))
-    assert mean == pytest.approx((1000.0, -2000.0, 3.1), abs=0.005)
-    assert measured == pytest.approx(covariance, abs=0.001)
-
-
-def test_covariance_stays_a_number_at_its_ends():
-    same = np.zeros((5, 3)) + 0.3
-    assert mean_and_covariance(same, np.full(5, 0.2)).covariance == pytest.approx(0, abs=1e-12)
-    opposite = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, -math.pi]])
-    assert np.isfinite(mean_and_covariance(opposite, np.full(2, 0.5)).covariance).all()

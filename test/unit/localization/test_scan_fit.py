@@ -1,0 +1,114 @@
+"""How a scan's rays are sorted by where they end on the map."""
+
+import math
+
+import numpy as np
+import pytest
+
+from amcl_world import ELSEWHERE, RESOLUTION_M, START, moved, pillar_room, simulated_scan
+from diff_encoder_sim.base.laser_scan import Scan
+from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
+from diff_encoder_sim.localization.scan_fit import FitMap, ScanFit
+from diff_encoder_sim.mapping.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+
+ROOM = pillar_room()
+
+
+DISTANCE_M = 0.2
+
+
+def wall_ahead(wall_x_m=2.0, behind=UNKNOWN, cells_x=100):
+    """Free from x = -2.5 m to a wall of one cell at `wall_x_m`, and `behind` beyond it."""
+    cells = np.full((100, cells_x), FREE, np.int8)
+    column = round((wall_x_m + 2.5) / RESOLUTION_M)
+    cells[:, column] = OCCUPIED
+    cells[:, column + 1 :] = behind
+    return OccupancyGrid(cells, RESOLUTION_M, Pose2D(-2.5, -2.5, 0.0))
+
+
+def rays_ahead(range_m, count=20):
+    """All within a tenth of a degree of straight ahead."""
+    return Scan(0, 0.0, math.radians(0.1) / count, 0.1, 1e13, np.full(count, range_m))
+
+
+@pytest.mark.parametrize(
+    ('range_m', 'expected'),
+    [
+        (2.025, ScanFit(20, 0, 0)),  # on the wall
+        (1.85, ScanFit(20, 0, 0)),  # 0.175 m before its centre
+        (2.20, ScanFit(20, 0, 0)),
+        (1.75, ScanFit(0, 0, 20)),  # short of it: a person
+        (2.30, ScanFit(0, 20, 0)),  # through it, into what is unknown
+        (4.00, ScanFit(0, 20, 0)),  # through it, off the map
+        (1e12, ScanFit(0, 20, 0)),
+        (math.inf, ScanFit(0, 0, 0)),
+        (math.nan, ScanFit(0, 0, 0)),
+        (0.05, ScanFit(0, 0, 0)),
+    ],
+)
+def test_rays_against_one_wall(range_m, expected):
+    assert FitMap(wall_ahead(), DISTANCE_M).fit(IDENTITY, rays_ahead(range_m), IDENTITY) == expected
+
+
+@pytest.mark.parametrize(
+    ('laser_x_m', 'range_m', 'expected'),
+    [
+        (-5.0, 7.025, ScanFit(20, 0, 0)),
+        (-5.0, 6.0, ScanFit(0, 0, 20)),
+        (-5.0, 7.4, ScanFit(0, 20, 0)),
+        (-5.0, 1e12, ScanFit(0, 20, 0)),
+        (-5.0, 1.0, ScanFit(0, 0, 0)),  # not even to the map
+        (-1e5, 1e5 + 2.4, ScanFit(0, 20, 0)),
+        (3.0, 1e12, ScanFit(0, 0, 0)),
+    ],
+)
+def test_rays_from_off_the_map_are_followed_onto_it(laser_x_m, range_m, expected):
+    here = Pose2D(laser_x_m, 0.0, 0.0)
+    straight = rays_ahead(range_m)._replace(angle_increment_rad=0.0)
+    assert FitMap(wall_ahead(), DISTANCE_M).fit(here, straight, IDENTITY) == expected
+
+
+def test_rays_that_pass_the_map_by_do_not_count():
+    for y_m, yaw_rad in ((-9.0, 0.0), (-9.0, 1.5), (9.0, math.pi), (2.6, math.pi / 4)):
+        here = Pose2D(-9.0, y_m, yaw_rad)
+        assert FitMap(wall_ahead(), DISTANCE_M).fit(here, rays_ahead(40.0), IDENTITY).fraction is None
+
+
+def test_rays_that_end_where_the_map_says_nothing_do_not_count():
+    grid = wall_ahead()
+    grid.cells[:, 60:] = UNKNOWN  # the wall included
+    for range_m in (1.0, 4.0):
+        assert FitMap(grid, DISTANCE_M).fit(IDENTITY, rays_ahead(range_m), IDENTITY).fraction is None
+
+
+def test_a_diagonal_wall_of_one_cell_lets_few_rays_through():
+    cells = np.full((100, 100), FREE, np.int8)
+    np.fill_diagonal(cells[:, ::-1], OCCUPIED)
+    grid = OccupancyGrid(cells, RESOLUTION_M, IDENTITY)
+    scan = Scan(0, 0.0, 0.5 * math.pi / 180, 0.1, 10.0, np.full(180, 4.5))
+    fit = FitMap(grid, DISTANCE_M).fit(Pose2D(0.3, 0.3, 0.0), scan, IDENTITY)
+    assert fit.through > 0.75 * 180 and fit.short < 0.15 * 180
+
+
+def test_the_fraction_of_rays_that_fit():
+    assert ScanFit(30, 10, 40).fraction == pytest.approx(30 / (30 + 10 + 10))
+    assert ScanFit(0, 0, 100).fraction == 0.0
+    assert ScanFit(9, 0, 0).fraction is None and ScanFit(10, 0, 0).fraction == 1.0
+
+
+def test_the_laser_may_be_anywhere_on_the_robot_and_the_map_anywhere_in_its_frame():
+    mount, shift = Pose2D(0.2, -0.1, 0.7), Pose2D(10.0, -7.0, 1.1)
+    scan = simulated_scan(ROOM, START, laser_pose_in_base=mount)
+    there = ROOM._replace(origin=shift.compose(ROOM.origin))
+    assert FitMap(there, DISTANCE_M).fit(shift.compose(START), scan, mount).fraction == 1.0
+    assert FitMap(there, DISTANCE_M).fit(START, scan, mount).fraction != 1.0
+
+
+def test_people_all_around_are_not_a_wrong_place():
+    """Half of the view blocked still fits; a wrong place does not, though nothing blocks it."""
+    scan, fit_map = simulated_scan(ROOM, START), FitMap(ROOM, DISTANCE_M)
+    blocked = scan.ranges_m.copy()
+    blocked[::2] = np.minimum(blocked[::2], 0.5)
+    assert fit_map.fit(START, scan._replace(ranges_m=blocked), IDENTITY).fraction > 0.7
+    for wrong in (ELSEWHERE, moved(START, 1.0, 0.0), moved(START, 0.0, math.radians(30))):
+        assert fit_map.fit(wrong, scan, IDENTITY).fraction < 0.5
