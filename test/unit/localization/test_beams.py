@@ -52,7 +52,7 @@ def test_a_scan_that_says_nothing_is_refused(ranges, message):
         laser.beams(Scan(0, 0.0, 0.1, 0.15, 6.0, ranges), Pose2D(0, 0, 0))
 
 
-def test_no_return_tells_the_beam_model_something_and_nan_does_not():
+def test_no_return_counts_in_the_beam_model_and_nan_does_not():
     laser = laser_model(params(laser_model_type='beam'), pillar_room())
     scan = Scan(0, 0.0, 0.1, 0.15, 6.0, np.full(36, np.inf))
     assert (laser.beams(scan, Pose2D(0, 0, 0)).ranges_m == RANGE_LIMIT_M).all()

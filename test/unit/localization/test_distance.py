@@ -8,7 +8,7 @@ from laser_model_cases import brute_force_distances
 
 
 @pytest.mark.parametrize(
-    ('shape', 'share'),
+    ('shape', 'fraction'),
     [
         ((1, 1), 1.0),
         ((1, 1), 0.0),
@@ -21,9 +21,9 @@ from laser_model_cases import brute_force_distances
         ((30, 30), 0.3),
     ],
 )
-def test_distances_are_exact(shape, share):
+def test_distances_are_exact(shape, fraction):
     for seed in range(5):
-        occupied = np.random.default_rng(seed).random(shape) < share
+        occupied = np.random.default_rng(seed).random(shape) < fraction
         for limit_m in (0.3, 100.0):
             assert distance_to_occupied(occupied, 0.05, limit_m) == pytest.approx(
                 brute_force_distances(occupied, 0.05, limit_m), rel=1e-12

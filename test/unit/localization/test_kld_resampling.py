@@ -38,10 +38,10 @@ def test_kld_limit_is_the_chi_square_bound(freedom):
 def test_kld_limit_keeps_the_divergence_within_bounds():
     """Of sample sets of that size, 99 % diverge less than kld_err from what they are drawn from."""
     bins, kld_err = 30, 0.05
-    shares = np.random.default_rng(0).dirichlet(np.ones(bins))
+    probabilities = np.random.default_rng(0).dirichlet(np.ones(bins))
     count = kld_limit(bins, kld_err, Z_99, 1, 10**6)
-    drawn = np.random.default_rng(1).multinomial(count, shares, size=20_000) / count
-    terms = np.where(drawn > 0, drawn * np.log(np.where(drawn > 0, drawn, 1.0) / shares), 0.0)
+    drawn = np.random.default_rng(1).multinomial(count, probabilities, size=20_000) / count
+    terms = np.where(drawn > 0, drawn * np.log(np.where(drawn > 0, drawn, 1.0) / probabilities), 0.0)
     assert (terms.sum(axis=1) <= kld_err).mean() == pytest.approx(0.99, abs=0.005)
 
 

@@ -70,8 +70,8 @@ def brute_force_m(scanner, pose, bearings_rad):
         for x0, y0, x1, y1 in scanner._segments - np.tile([pose.x_m, pose.y_m], 2):
             across = dx * (y1 - y0) - dy * (x1 - x0)
             if across:
-                away, share = (x0 * (y1 - y0) - y0 * (x1 - x0)) / across, (x0 * dy - y0 * dx) / across
-                if away >= 0 and 0 <= share <= 1:
+                away, fraction = (x0 * (y1 - y0) - y0 * (x1 - x0)) / across, (x0 * dy - y0 * dx) / across
+                if away >= 0 and 0 <= fraction <= 1:
                     ranges_m[index] = min(ranges_m[index], away)
         for x, y, radius in scanner._circles - [pose.x_m, pose.y_m, 0]:
             along, root = x * dx + y * dy, (x * dx + y * dy) ** 2 - x * x - y * y + radius**2

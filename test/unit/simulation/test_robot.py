@@ -36,7 +36,7 @@ def test_alto_is_table_1_of_the_paper():
     assert sum(masses) == pytest.approx(80.0)
 
 
-def test_the_odometry_believes_what_the_robot_file_says():
+def test_the_odometry_has_the_geometry_of_the_robot_file():
     config, alto = load_yaml(ROOT / 'config' / 'config.yaml'), load_robot(ALTO, *WHEELS, {})
     assert config['wheel_diameter'] == pytest.approx(2 * alto.left_wheel_radius_m)
     assert config['wheel_separation'] == pytest.approx(alto.wheel_separation_m)

@@ -7,7 +7,6 @@ import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.simulation.world import Box, Cylinder, Plane, Sphere, load_world
-from diff_encoder_sim.simulation.xml_values import rotation_from_rpy
 from places import WORLDS
 
 FLOOR = """<model name="floor"><static>true</static><link name="l"><collision name="c">
@@ -93,12 +92,6 @@ def test_a_file_that_is_no_world_is_refused(tmp_path, content):
 def test_a_missing_file_is_refused(tmp_path):
     with pytest.raises(ConfigError, match='cannot be read'):
         load_world(tmp_path / 'no.world')
-
-
-def test_rotations_are_about_fixed_axes_in_the_order_x_y_z():
-    turned = rotation_from_rpy(math.pi / 2, 0, math.pi / 2) @ [0, 1, 0]
-    assert turned == pytest.approx([0, 0, 1])
-    assert rotation_from_rpy(0.1, 0.2, 0.3) @ rotation_from_rpy(0.1, 0.2, 0.3).T == pytest.approx(np.eye(3))
 
 
 def test_the_hallway_is_32_by_6_metres_and_free_along_its_axis():

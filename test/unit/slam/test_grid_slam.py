@@ -5,18 +5,19 @@ import math
 import numpy as np
 import pytest
 
-from diff_encoder_sim.base.errors import ConfigError, InputFault
+from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, wrap_angle
 from diff_encoder_sim.mapping.occupancy_grid import FREE, OCCUPIED, UNKNOWN
 from diff_encoder_sim.slam.grid_slam import GridSlam
-from diff_encoder_sim.slam.history import History
-from diff_encoder_sim.slam.offline import OdometryTrack, map_recording
-from diff_encoder_sim.slam.slam_warm_up import warm_up
 from patch_memory import patch_count, unshared_patch_count
 from slam_room import around_the_room, params, room_scan
 
 START = Pose2D(0.4, -0.3, 0.5)  # in odom, of the first scan
+
+
 LASER = Pose2D(0.15, -0.05, 0.4)
+
+
 SECOND_NS = 10**9
 
 
@@ -108,15 +109,6 @@ def test_the_path_is_that_of_the_best_particle():
     assert redrawn >= 2
 
 
-def test_paths_follow_the_parents():
-    history = History()
-    history.add(10, np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]), np.array([0, 1]))
-    history.add(20, np.array([[2.0, 0.0, 0.0], [3.0, 0.0, 0.0]]), np.array([1, 1]))
-    history.add(30, np.array([[4.0, 0.0, 0.0], [5.0, 0.0, 0.0]]), np.array([1, 0]))
-    assert [(step.stamp_ns, step.base_pose_in_map.x_m) for step in history.path(0)] == [(10, 1.0), (20, 3.0), (30, 4.0)]
-    assert [step.base_pose_in_map.x_m for step in history.path(1)] == [1.0, 2.0, 5.0]
-
-
 def test_maps_are_shared_between_particles():
     slam, _, _, estimates = drive(sigma_m=0.03)
     assert any(estimate.has_resampled for estimate in estimates if estimate)
@@ -192,58 +184,3 @@ def test_before_the_first_scan_there_is_nothing():
     assert (slam.map().cells == UNKNOWN).all()
     assert slam.trajectory == [] and len(slam.particles) == 0
     assert slam.odom_pose_in_map is None and slam.entropy is None
-
-
-def recording():
-    scans = [room_scan(pose, stamp_ns=(10 * index + 5) * 10**8) for index, pose in enumerate(around_the_room())]
-    stamps_ns = [index * SECOND_NS for index in range(len(scans) + 1)]
-    return stamps_ns, [*around_the_room(), around_the_room()[-1]], scans
-
-
-def test_a_recording_is_mapped(caplog):
-    stamps_ns, poses, scans = recording()
-    slam = GridSlam(params(throttle_scans=2), np.random.default_rng(0))
-    entered = map_recording(slam, OdometryTrack(stamps_ns, poses), scans, IDENTITY)
-    assert entered == len(slam.trajectory) == 20 and not caplog.records
-    halfway = slam.trajectory[0].base_pose_in_map
-    assert halfway == pytest.approx(np.mean([poses[0], poses[1]], axis=0), abs=1e-9)
-
-
-def test_a_recording_that_goes_back_in_time_keeps_the_first_drive(caplog):
-    stamps_ns, poses, scans = recording()
-    slam = GridSlam(params(angularUpdate=0.1), np.random.default_rng(0))
-    track = OdometryTrack(stamps_ns + stamps_ns[:5], poses + poses[:5])
-    map_recording(slam, track, scans + scans[:5], IDENTITY)
-    assert len(slam.trajectory) == len(scans)
-    assert 'odometry goes back' in caplog.text and 'the map so far is kept' in caplog.text
-
-
-@pytest.mark.parametrize(
-    ('has_odometry', 'has_scans', 'message'),
-    [(False, True, 'no odometry for the scans'), (True, False, 'no scans for the odometry')],
-)
-def test_half_a_recording_is_refused(has_odometry, has_scans, message):
-    stamps_ns, poses, scans = recording()
-    track = OdometryTrack(stamps_ns, poses) if has_odometry else OdometryTrack([], [])
-    with pytest.raises(ConfigError, match=message):
-        map_recording(GridSlam(params(), np.random.default_rng(0)), track, scans if has_scans else [], IDENTITY)
-
-
-def test_odometry_of_another_time_is_refused(caplog):
-    stamps_ns, poses, scans = recording()
-    later = OdometryTrack([stamp_ns + 1000 * SECOND_NS for stamp_ns in stamps_ns], poses)
-    with pytest.raises(ConfigError, match='none of 40 scans'):
-        map_recording(GridSlam(params(), np.random.default_rng(0)), later, scans, IDENTITY)
-    assert 'no odometry for its time' in caplog.text
-
-
-def test_warming_up_leaves_no_trace():
-    given = params()
-    maps = []
-    for _ in range(2):
-        slam = GridSlam(given, np.random.default_rng(0))
-        slam.update(IDENTITY, room_scan(IDENTITY), IDENTITY)
-        maps.append(slam.map())
-        warm_up(given)
-    assert given == params()
-    assert (maps[0].cells == maps[1].cells).all()

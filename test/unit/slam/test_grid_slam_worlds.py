@@ -26,6 +26,6 @@ def test_the_map_of_a_coarse_encoder(case):
     assert accuracy.correct_fraction >= 0.95
     assert accuracy.mapped_fraction >= 0.97
     assert error.rmse_m < 0.05
-    # Of the ROS-logo world each scan sees most patches, so there particles have little to share.
-    most_share = {'hallway': 0.85, 'ros_logo': 0.95}[case.drive.world.name]
-    assert patch_count(slam.maps) < most_share * unshared_patch_count(slam.maps)
+    # Of the ROS-logo world each scan sees most patches, so there its particles have little in common.
+    most = {'hallway': 0.85, 'ros_logo': 0.95}[case.drive.world.name]
+    assert patch_count(slam.maps) < most * unshared_patch_count(slam.maps)

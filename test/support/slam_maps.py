@@ -1,0 +1,41 @@
+"""Particles' maps and how to read them, for the tests of SLAM."""
+
+import math
+
+import numpy as np
+
+from diff_encoder_sim.base.laser_scan import Scan
+from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
+from diff_encoder_sim.slam.map_update import update_maps
+from diff_encoder_sim.slam.patches import SIDE, Extent, PatchMaps
+from diff_encoder_sim.slam.rays import usable_rays
+from slam_room import params, room_scan
+
+CELL_M = 0.05
+
+
+def maps_of(count, extent=Extent(-4.0, -4.0, 4.0, 4.0)):
+    return PatchMaps(extent, CELL_M, count)
+
+
+def rays_of(ranges, **changes):
+    ranges = np.atleast_1d(np.asarray(ranges, dtype=float))
+    scan = Scan(0, 0.0, 0.5 * math.pi, 0.1, 6.0, ranges)
+    return usable_rays(scan, changes.pop('laser', IDENTITY), params(**changes))
+
+
+def cells_of(maps, particle):
+    """(height, width, 4) of one particle's grid."""
+    rows, columns = maps.table.shape[1:]
+    return maps.cells[maps.table[particle]].transpose(0, 2, 1, 3, 4).reshape(rows * SIDE, columns * SIDE, 4)
+
+
+def room_map(particles=1, scans=6, sigma_m=0.01, seed=1):
+    """Maps of the room, made from true poses near the origin."""
+    rng = np.random.default_rng(seed)
+    maps = PatchMaps(Extent(-4.0, -4.0, 4.0, 4.0), CELL_M, particles)
+    for _ in range(scans):
+        pose = Pose2D(*rng.uniform(-0.3, 0.3, 3).tolist())
+        rays = usable_rays(room_scan(pose, rng, sigma_m), IDENTITY, params())
+        update_maps(maps, np.tile(np.array(pose), (particles, 1)), rays)
+    return maps

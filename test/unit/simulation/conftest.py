@@ -1,0 +1,27 @@
+"""Simulators of ALTO in the shipped worlds."""
+
+import pytest
+
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.simulation.simulator import Simulator, SimulatorParams
+from places import ROOT
+
+
+@pytest.fixture
+def make_simulator():
+    made = []
+
+    def make(world='hallway', start=Pose2D(-10, 0, 0), seed=1, **params):
+        simulator = Simulator(
+            ROOT / 'worlds' / f'{world}.world',
+            ROOT / 'urdf' / 'alto.urdf.xacro',
+            SimulatorParams.from_mapping(params, 'test'),
+            start,
+            seed,
+        )
+        made.append(simulator)
+        return simulator
+
+    yield make
+    for simulator in made:
+        simulator.close()

@@ -1,0 +1,77 @@
+"""PyBullet: true to wheel kinematics, with the masses of the robot file."""
+
+import math
+
+import pybullet
+import pytest
+
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.simulation.state import PlanarVelocity
+from simulated_drive import RADIUS_M, SEPARATION_M, drive
+
+
+@pytest.mark.parametrize('speed', [0.45, -0.45])
+def test_20_m_straight_agrees_with_wheel_kinematics_to_a_thousandth(make_simulator, speed):
+    start_m = -math.copysign(10, speed)
+    simulator = make_simulator(start=Pose2D(start_m, 0, 0))
+    wheels, turned = drive(simulator, speed, 0.0, 20 / 0.45)
+    end = simulator.base_pose_in_world()
+    rolled_m = RADIUS_M * wheels.mean()
+    assert abs(rolled_m) > 19.5
+    assert end.x_m - start_m == pytest.approx(rolled_m, rel=1e-3)
+    wheel_yaw = RADIUS_M * (wheels[1] - wheels[0]) / SEPARATION_M
+    assert turned == pytest.approx(wheel_yaw, abs=1e-3)
+    assert abs(math.degrees(turned)) < 0.1  # and it is straight
+    assert simulator.obstacle_hit() is None
+
+
+@pytest.mark.parametrize('rate', [1.0, -1.0])
+def test_five_turns_agree_with_wheel_kinematics_to_a_thousandth(make_simulator, rate):
+    simulator = make_simulator('ros_logo', Pose2D(-3.4, -0.85, 0.3))
+    wheels, turned = drive(simulator, 0.0, rate, 10 * math.pi)
+    wheel_yaw = RADIUS_M * (wheels[1] - wheels[0]) / SEPARATION_M
+    assert abs(turned) > 9.5 * math.pi
+    assert turned == pytest.approx(wheel_yaw, rel=1e-3)
+    end = simulator.base_pose_in_world()
+    assert math.hypot(end.x_m + 3.4, end.y_m + 0.85) < 0.005
+
+
+def test_the_velocity_of_a_placed_robot_is_that_of_its_base(make_simulator):
+    """Its centre of mass, 0.05 m ahead, moves otherwise when it turns."""
+    simulator = make_simulator()
+    simulator.place(Pose2D(1.0, 0.5, 1.0), PlanarVelocity(0.2, -0.1, 0.7))
+    base = simulator.base()
+    assert base.linear_xyz_mps == pytest.approx((0.2, -0.1, 0.0), abs=1e-3)
+    assert base.angular_xyz_radps == pytest.approx((0.0, 0.0, 0.7), abs=1e-9)
+
+
+def test_pybullet_has_the_masses_of_the_robot_file(make_simulator):
+    """The front caster's load shows where the centre of mass is: 0.05 m ahead."""
+    simulator = make_simulator()
+    robot, client = simulator._physics._robot, simulator._physics._client
+    links = range(-1, pybullet.getNumJoints(robot, physicsClientId=client))
+    masses_kg = [pybullet.getDynamicsInfo(robot, link, physicsClientId=client)[0] for link in links]
+    assert sum(masses_kg) == pytest.approx(80.0)
+    load_n: dict = {}
+    for _ in range(20):
+        simulator.tick()
+    for contact in pybullet.getContactPoints(bodyA=robot, physicsClientId=client):
+        name = pybullet.getJointInfo(robot, contact[3], physicsClientId=client)[1].decode()
+        load_n[name] = load_n.get(name, 0.0) + contact[9]
+    # As fractions: PyBullet gives the force of a sub-step over the whole step.
+    fraction = {name: load / sum(load_n.values()) for name, load in load_n.items()}
+    caster_fraction = 0.05 / 0.19
+    assert fraction == pytest.approx(
+        {
+            'front_caster_joint': caster_fraction,
+            'left_wheel_joint': (1 - caster_fraction) / 2,
+            'right_wheel_joint': (1 - caster_fraction) / 2,
+        },
+        rel=0.01,
+    )
+
+
+def test_running_into_a_wall_is_noticed(make_simulator):
+    simulator = make_simulator(start=Pose2D(14.5, 0, 0))
+    drive(simulator, 0.8, 0.0, 3.0)
+    assert 'hallway' in simulator.obstacle_hit()
