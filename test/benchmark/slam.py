@@ -130,7 +130,7 @@ def _accuracy(cases, arguments: argparse.Namespace) -> List[List[str]]:
             ]
             correct = [100.0 * accuracy.correct_fraction for accuracy, _, _, _ in results]
             mapped = [100.0 * accuracy.mapped_fraction for accuracy, _, _, _ in results]
-            off_mm = [1e3 * error.rmse_m for _, error, _, _ in results]
+            off_mm = [1e3 * error.ate_rmse_m for _, error, _, _ in results]
             speed = [case.drive.duration_s / spent_s for _, _, _, spent_s in results]
             rows.append(
                 [
@@ -139,7 +139,7 @@ def _accuracy(cases, arguments: argparse.Namespace) -> List[List[str]]:
                     f'{np.median(correct):.1f}, {min(correct):.1f}',
                     f'{np.median(mapped):.1f}, {min(mapped):.1f}',
                     f'{np.median(off_mm):.0f}, {max(off_mm):.0f}',
-                    f'{1e3 * case.map(odometry, scans, **BEST_MATCH)[1].rmse_m:.0f}',
+                    f'{1e3 * case.map(odometry, scans, **BEST_MATCH)[1].ate_rmse_m:.0f}',
                     f'{np.median(speed):.0f}, {min(speed):.0f}',
                 ]
             )

@@ -11,7 +11,8 @@ from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.base.typed_params import load_yaml
 from diff_encoder_sim.encoders.wheel_encoder import DiffEncoder, EncoderParams
-from diff_encoder_sim.evaluation.map_accuracy import map_accuracy, path_error, true_surface, visible_points
+from diff_encoder_sim.evaluation.map_accuracy import map_accuracy, true_surface, visible_points
+from diff_encoder_sim.evaluation.trajectory_error import Alignment, RunningPathError
 from diff_encoder_sim.odometry.wheel_odometry import OdometryParams, WheelOdometry
 from diff_encoder_sim.simulation.lidar import Lidar, LidarParams
 from diff_encoder_sim.simulation.simulator import Simulator, SimulatorParams
@@ -150,4 +151,6 @@ class Case:
         path = [step.base_pose_in_map for step in slam.trajectory]
         grid = slam.map()
         accuracy = map_accuracy(grid, true[0].compose(path[0].inverse()), self.surface, self.visible, grid.resolution_m)
-        return accuracy, path_error(path, true), slam, spent_s
+        error = RunningPathError(Alignment.ORIGIN)
+        error.add(np.hstack((path, true)))
+        return accuracy, error.result(), slam, spent_s

@@ -22,7 +22,7 @@ MAY_IMPORT = {
     'slam': 'base mapping localization',
     'navigation': 'base mapping',
     'trials': 'base encoders simulation navigation',
-    'evaluation': 'base mapping simulation recording',
+    'evaluation': 'base mapping simulation',
     'serialization': 'base encoders odometry mapping simulation navigation',
     'recording': 'base trials serialization',
     'lockstep': 'base encoders odometry mapping simulation localization navigation trials serialization recording',

@@ -13,11 +13,12 @@ from diff_encoder_sim.analysis.dataset import IDEAL, RobotGeometry, Tracks, Tria
 from diff_encoder_sim.analysis.goal_errors import goal_errors, poses_in_map
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.host_info import usable_cores
+from diff_encoder_sim.base.pose_series import PoseSeries
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.encoders.pulses import ppr_label
-from diff_encoder_sim.evaluation.path_errors import PathErrors, path_errors, path_length_m
+from diff_encoder_sim.evaluation.trajectory_error import Alignment, PathError, path_error
 from diff_encoder_sim.recording import topics
-from diff_encoder_sim.recording.trial_recording import POSE_TOPICS, PoseSeries, read_trial
+from diff_encoder_sim.recording.trial_recording import POSE_TOPICS, read_trial
 from diff_encoder_sim.trials.pose_source import PoseSource
 from diff_encoder_sim.trials.trial_definition import Trial
 
@@ -25,6 +26,9 @@ from diff_encoder_sim.trials.trial_definition import Trial
 BAGS_PER_TASK = 4
 
 MOST_POINTS = 600  # of a track
+
+# Odometry begins anywhere; the other sources estimate where in the map the robot is.
+ALIGNMENTS = {PoseSource.ODOM: Alignment.ORIGIN, PoseSource.AMCL: Alignment.NONE, PoseSource.GLOBAL: Alignment.NONE}
 
 
 class BagTrial(NamedTuple):
@@ -67,7 +71,7 @@ def read_bag_trial(path: Path) -> BagTrial:
             recording.outcome,
             recording.reason,
             float(truth.stamps_ns.max() - truth.stamps_ns.min()) / NANOSECONDS_PER_SECOND,
-            path_length_m(truth),
+            truth.path_length_m(),
             errors,
             _path_errors(poses),
             _tracks(poses),
@@ -93,11 +97,11 @@ def _trial_or_reason(path: Path) -> Union[BagTrial, str]:
         return str(error)
 
 
-def _path_errors(poses: Dict[PoseSource, PoseSeries]) -> Dict[PoseSource, Optional[PathErrors]]:
+def _path_errors(poses: Dict[PoseSource, PoseSeries]) -> Dict[PoseSource, Optional[PathError]]:
+    truth = poses[PoseSource.WORLD]
     return {
-        source: path_errors(poses[source], poses[PoseSource.WORLD]) if source in poses else None
-        for source in PoseSource
-        if source is not PoseSource.WORLD
+        source: path_error(poses[source], truth, ALIGNMENTS[source]) if source in poses else None
+        for source in ALIGNMENTS
     }
 
 

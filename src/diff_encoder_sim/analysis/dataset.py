@@ -9,7 +9,7 @@ from typing import Any, Dict, List, NamedTuple, Optional, Tuple
 import numpy as np
 
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
-from diff_encoder_sim.evaluation.path_errors import PathErrors
+from diff_encoder_sim.evaluation.trajectory_error import PathError
 from diff_encoder_sim.trials.pose_source import FinalErrors, PoseSource
 from diff_encoder_sim.trials.trial_definition import Trial
 from diff_encoder_sim.trials.trial_outcome import Outcome
@@ -53,7 +53,7 @@ class TrialData(NamedTuple):
     errors: FinalErrors
     # By source but the ground truth itself, against it along the path; None where there was nothing
     # to compare. Empty where there is no bag.
-    paths: Dict[PoseSource, Optional[PathErrors]]
+    paths: Dict[PoseSource, Optional[PathError]]
     tracks: Optional[Tracks]  # None where there is no bag
     bag: Optional[Path]
 

@@ -7,9 +7,10 @@ from typing import Dict
 
 import numpy as np
 
+from diff_encoder_sim.base.pose_series import PoseSeries
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.recording.topics import TOPIC_OF_SOURCE
-from diff_encoder_sim.recording.trial_recording import PoseSeries, TrialRecording
+from diff_encoder_sim.recording.trial_recording import TrialRecording
 from diff_encoder_sim.trials.pose_source import FinalErrors, PoseSource
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Callable, List, Optional, Sequence
+from typing import List, Optional, Sequence
 
 import numpy as np
 
@@ -11,13 +11,16 @@ from diff_encoder_sim.analysis.dataset import Dataset
 from diff_encoder_sim.analysis.final_errors import with_final_error
 from diff_encoder_sim.analysis.table_files import Column, Entry, Label, Number, Table
 from diff_encoder_sim.analysis.table_keys import key_columns, key_entries, varied_keys
-from diff_encoder_sim.evaluation.path_errors import RPE_DISTANCES_M, PathErrors
+from diff_encoder_sim.evaluation.relative_error import RPE_DISTANCES_M, RpePairs, rpe_name
+from diff_encoder_sim.evaluation.rpe_segments import RelativeError
 from diff_encoder_sim.evaluation.sample_statistics import LEVEL, mean_interval, spread
+from diff_encoder_sim.evaluation.trajectory_error import PathError
 from diff_encoder_sim.recording.topics import TOPIC_OF_SOURCE
 
 DECIMALS_M, DECIMALS_DEG = 4, 3
 
 _WHOLE = 'whole path'
+_RPE = [(pairs, distance_m) for distance_m in RPE_DISTANCES_M for pairs in RpePairs]
 
 
 def path_error_table(dataset: Dataset) -> Optional[Table]:
@@ -46,10 +49,16 @@ def path_error_table(dataset: Dataset) -> Optional[Table]:
         columns,
         rows,
         [
-            "ATE: distance from the truth, without alignment; mean of the trials' RMSE with its "
-            f'{100 * LEVEL:g} % interval (t-distribution) and standard deviation, and the largest '
-            'distance in any trial. RPE: error of the motion over stretches of the true path; mean of '
-            'the RMSE of those trials whose path is so long. inf: too few trials for a bound.'
+            (
+                "ATE: distance from the truth, /odom's with its first pose laid on the true one, the others' without "
+                f"alignment; mean of the trials' RMSE with its {100 * LEVEL:g} % interval (t-distribution) and "
+                'standard deviation, and the largest distance in any trial. inf: too few trials for a bound.'
+            ),
+            (
+                'RPE: error of the motion over segments of the true path; mean of the RMSE of those trials whose path '
+                'is so long, and how many segments they have together. Consecutive segments lie end to end; of all '
+                'pairs, one begins at each pose.'
+            ),
         ],
     )
 
@@ -63,40 +72,45 @@ def _columns() -> List[Column]:
         Column('ate_max_m', 'ATE max [m]', _WHOLE),
         Column('yaw_rmse_mean_deg', 'yaw RMSE [deg]', _WHOLE),
     ]
-    for distance_m in RPE_DISTANCES_M:
-        name, group = f'rpe_{distance_m:g}m', f'RPE RMSE over {distance_m:g} m'
-        columns += [
-            Column(f'{name}_translation_rmse_mean_m', 'translation [m]', group),
-            Column(f'{name}_rotation_rmse_mean_deg', 'rotation [deg]', group),
-        ]
-    return columns
+    return columns + [column for pairs, distance_m in _RPE for column in _rpe_columns(pairs, distance_m)]
 
 
-def _numbers(paths: Sequence[PathErrors]) -> List[Entry]:
+def _rpe_columns(pairs: RpePairs, distance_m: float) -> List[Column]:
+    name, group = rpe_name(pairs, distance_m), f'RPE over {distance_m:g} m, {pairs.text}'
+    return [
+        Column(f'{name}_segments', 'segments', group),
+        Column(f'{name}_translation_rmse_mean_m', 'translation [m]', group),
+        Column(f'{name}_rotation_rmse_mean_deg', 'rotation [deg]', group),
+    ]
+
+
+def _numbers(paths: Sequence[PathError]) -> List[Entry]:
     """Count, and an entry for each of `_columns`."""
     ate_m = np.array([path.ate_rmse_m for path in paths])
     in_metres = [
-        _mean(paths, lambda path: path.ate_rmse_m),
+        _mean(ate_m.tolist()),
         *mean_interval(ate_m, LEVEL),
         spread(ate_m),
         max(path.ate_max_m for path in paths),
     ]
-    numbers = [
+    numbers: List[Entry] = [
         Number(len(paths), 0),
         *(Number(value, DECIMALS_M) for value in in_metres),
-        Number(_mean(paths, lambda path: math.degrees(path.yaw_rmse_rad)), DECIMALS_DEG),
+        Number(_mean([math.degrees(path.yaw_rmse_rad) for path in paths]), DECIMALS_DEG),
     ]
-    for distance_m in RPE_DISTANCES_M:
-        numbers += _relative_numbers([path for path in paths if distance_m in path.rpe], distance_m)
+    for pairs, distance_m in _RPE:
+        numbers += _relative_numbers([path.rpe[pairs][distance_m] for path in paths])
     return numbers
 
 
-def _relative_numbers(paths: Sequence[PathErrors], distance_m: float) -> List[Number]:
+def _relative_numbers(errors: Sequence[RelativeError]) -> List[Entry]:
+    known = [error for error in errors if error.segments]
     return [
-        Number(_mean(paths, lambda path: path.rpe[distance_m].translation_rmse_m), DECIMALS_M),
-        Number(_mean(paths, lambda path: math.degrees(path.rpe[distance_m].rotation_rmse_rad)), DECIMALS_DEG),
+        Number(sum(error.segments for error in known), 0),
+        Number(_mean([error.translation_rmse_m for error in known]), DECIMALS_M),
+        Number(_mean([math.degrees(error.rotation_rmse_rad) for error in known]), DECIMALS_DEG),
     ]
 
 
-def _mean(paths: Sequence[PathErrors], value: Callable[[PathErrors], float]) -> Optional[float]:
-    return float(np.mean([value(path) for path in paths])) if paths else None
+def _mean(values: Sequence[float]) -> Optional[float]:
+    return float(np.mean(values)) if values else None

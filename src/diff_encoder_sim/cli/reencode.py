@@ -29,7 +29,9 @@ from diff_encoder_sim.trials.trial_definition import Trial
 LEGEND = """\
 Odometry minus reference, both seen from their first common stamp, nothing fitted. ATE, max:
 distance over the whole path, root mean square and largest. yaw: root mean square. end: along (x)
-and across (y) the start heading. RPE: root mean square over all stretches of that length."""
+and across (y) the start heading. RPE: error of the motion over segments of the reference's path,
+root mean square of so many segments: consecutive ones lie end to end, all pairs have one from each
+pose on. evo gives the same numbers: docs/trajectory_errors.md."""
 
 
 class RecordedDrive(NamedTuple):
@@ -139,7 +141,7 @@ def _warn(source: BagSource, drive: RecordedDrive, runs: Sequence[WheelsAtPpr], 
     notes = list(summary.faults)
     if source.fault:
         notes.append(f'{source.fault}; all messages that can be read are used')
-    if drive.reference and not any(run.comparison.error.result() for run in runs):
+    if drive.reference and not any(run.comparison.result() for run in runs):
         notes.append(
             f'no pose of {drive.reference.name} has the time of an odometry message: errors cannot be computed'
         )

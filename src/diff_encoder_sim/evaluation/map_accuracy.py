@@ -1,4 +1,4 @@
-"""How true a map and a path are, against the world's geometry and the true path."""
+"""How true a map is, against the world's geometry."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import NamedTuple, Sequence, Tuple
 import numpy as np
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
+from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.mapping.occupancy_grid import OCCUPIED, OccupancyGrid
 from diff_encoder_sim.simulation.lidar import cast_rays, cut_world
 from diff_encoder_sim.simulation.rasterise import rasterise, surface_points
@@ -30,14 +30,6 @@ class MapAccuracy(NamedTuple):
     correct_fraction: float  # of occupied cells: a cell that a true surface crosses is near
     close_fraction: float  # of occupied cells, more strictly: the centre is near a true surface
     mapped_fraction: float  # of the visible surface's length: an occupied cell is near
-
-
-class PathError(NamedTuple):
-    """A path against the true one, both placed so that they begin at the same pose."""
-
-    rmse_m: float
-    largest_m: float
-    largest_yaw_rad: float
 
 
 def map_accuracy(
@@ -124,25 +116,6 @@ def visible_points(
     # Thinned to a raster finer than the points lie: nothing is lost, and the search is short.
     ends_m = np.unique(np.round(np.concatenate(ends) / (0.5 * SPACING_M)), axis=0) * (0.5 * SPACING_M)
     return surface_m[_is_near(surface_m / SPACING_M, ends_m / SPACING_M, 1.0)]
-
-
-def path_error(estimated: Sequence[Pose2D], true: Sequence[Pose2D]) -> PathError:
-    """Absolute trajectory error, after the first poses are laid upon each other.
-
-    Nothing is fitted: an error of the first heading counts over the whole path.
-
-    Raises:
-        ConfigError: no poses, or not as many of one as of the other.
-    """
-    if len(estimated) != len(true) or not true:
-        raise ConfigError(
-            f'{len(estimated)} estimated poses for {len(true)} true ones; allowed: as many, and at least one'
-        )
-    place = true[0].compose(estimated[0].inverse())
-    placed = [place.compose(pose) for pose in estimated]
-    errors_m = np.array([math.hypot(a.x_m - b.x_m, a.y_m - b.y_m) for a, b in zip(placed, true)])
-    yaw_rad = max(abs(wrap_angle(a.yaw_rad - b.yaw_rad)) for a, b in zip(placed, true))
-    return PathError(float(np.sqrt(np.mean(errors_m**2))), float(errors_m.max()), yaw_rad)
 
 
 def _in_cells(points_m: np.ndarray, origin: Pose2D, cell_m: float) -> np.ndarray:

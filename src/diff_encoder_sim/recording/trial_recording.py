@@ -10,6 +10,7 @@ from rosbags.highlevel import AnyReader
 from rosbags.interfaces import Connection
 
 from diff_encoder_sim.base.errors import ConfigError, InputFault
+from diff_encoder_sim.base.pose_series import PoseSeries
 from diff_encoder_sim.recording import topics
 from diff_encoder_sim.recording.bag_opening import open_ros1_bag, typed_messages
 from diff_encoder_sim.recording.trial_metadata import read_metadata
@@ -25,13 +26,6 @@ POSE_TOPICS = {
     topics.GLOBAL_POSE: POSE_STAMPED,
     topics.WORLD_POSE: POSE_STAMPED,
 }
-
-
-class PoseSeries(NamedTuple):
-    """Poses of one topic in the frame of its header, by their stamps; at least one."""
-
-    stamps_ns: np.ndarray  # (n,) int64, as recorded
-    x_y_yaw: np.ndarray  # (n, 3) [m, m, rad], finite, yaw in [-pi, pi)
 
 
 class TrialRecording(NamedTuple):

@@ -10,7 +10,7 @@ from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.encoders.pulses import PerWheel
 from diff_encoder_sim.encoders.wheel_encoder import DiffEncoder, EncoderParams
-from diff_encoder_sim.evaluation.path_error import PathComparison
+from diff_encoder_sim.evaluation.trajectory_error import Alignment, PathComparison
 from diff_encoder_sim.odometry.wheel_odometry import OdometryParams, WheelOdometry
 from diff_encoder_sim.recording import topics
 from diff_encoder_sim.recording.bag_source import BagSource
@@ -46,7 +46,7 @@ class WheelsAtPpr:
 
     def __init__(self, ppr: PerWheel, encoder: EncoderParams, odometry: OdometryParams) -> None:
         self.ppr = ppr
-        self.comparison = PathComparison()
+        self.comparison = PathComparison(Alignment.ORIGIN)
         self.reports = 0
         self.bag: Optional[ReencodedBag] = None  # what is published goes there
         self.stamped_pose: Tuple[int, Pose2D] = (0, IDENTITY)  # the last, base in odom

@@ -189,7 +189,7 @@ def test_a_bag_tells_what_its_row_would(tmp_path):
     assert found.errors[PoseSource.ODOM] == pytest.approx((-0.1, 0.5, 0.05))  # seen from the start at (-10, 0)
     assert found.errors[PoseSource.WORLD] == pytest.approx((0.0, 0.1, 0.02))
     assert found.paths[PoseSource.ODOM].ate_max_m == pytest.approx(math.hypot(0.1, 0.4))
-    assert found.paths[PoseSource.GLOBAL].count == 2 and found.paths[PoseSource.AMCL] is None
+    assert found.paths[PoseSource.GLOBAL].poses == 2 and found.paths[PoseSource.AMCL] is None
     assert found.tracks.true.tolist() == [[-10.0, 0.0], [0.0, 0.0], [10.0, 0.1]]
     assert found.tracks.odometry == pytest.approx(np.array([[-10.0, 0.0], [0.0, 0.3], [9.9, 0.5]]))
     assert dataset.asked == {'SL': trial(number=7)}

@@ -11,24 +11,27 @@ from diff_encoder_sim.analysis.path_tables import path_error_table
 from diff_encoder_sim.analysis.ppr_comparison import compare_pprs
 from diff_encoder_sim.analysis.table_files import csv_text
 from diff_encoder_sim.analysis.tables import all_tables
-from diff_encoder_sim.evaluation.path_errors import PathErrors, RelativeError
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.evaluation.relative_error import RPE_DISTANCES_M, RpePairs
+from diff_encoder_sim.evaluation.rpe_segments import RelativeError
+from diff_encoder_sim.evaluation.trajectory_error import PathError
 from diff_encoder_sim.trials.pose_source import PoseSource
 from diff_encoder_sim.trials.trial_outcome import Outcome
 from synthetic_trials import dataset_of, synthetic_dataset, trial_data
 
 DEG = math.pi / 180.0
+RPE_PARTS = ('segments', 'translation_rmse_mean_m', 'rotation_rmse_mean_deg')
 NOWHERE = {PoseSource.ODOM: None, PoseSource.AMCL: None, PoseSource.GLOBAL: None}
 
 
 def path(ate_m, ate_max_m, yaw_deg, **rpe):
-    """`rpe` as m1=(translation [m], rotation [deg])."""
-    return PathErrors(
-        ate_m,
-        ate_max_m,
-        yaw_deg * DEG,
-        {float(name[1:]): RelativeError(metres, degrees * DEG) for name, (metres, degrees) in rpe.items()},
-        100,
-    )
+    """`rpe` as m1=(segments, translation [m], rotation [deg]) of consecutive pairs; of all pairs ten times as many."""
+    consecutive = {distance_m: RelativeError(0, math.nan, math.nan) for distance_m in RPE_DISTANCES_M}
+    for name, (segments, metres, degrees) in rpe.items():
+        consecutive[float(name[1:])] = RelativeError(segments, metres, degrees * DEG)
+    every = {key: RelativeError(10 * one[0], *(2.0 * part for part in one[1:])) for key, one in consecutive.items()}
+    relative = {RpePairs.CONSECUTIVE: consecutive, RpePairs.ALL: every}
+    return PathError(100, ate_m, ate_max_m, yaw_deg * DEG, yaw_deg * DEG, Pose2D(0.0, 0.0, 0.0), 20.0, relative)
 
 
 def with_paths(*odometry, **other):
@@ -50,14 +53,15 @@ def compared_records(dataset):
 
 def test_path_errors_by_hand():
     trials = with_paths(
-        path(0.1, 0.5, 1.0, m1=(0.01, 0.1), m5=(0.03, 0.5)),
-        path(0.2, 0.4, 2.0, m1=(0.02, 0.3)),
-        path(0.6, 0.9, 6.0, m1=(0.06, 0.5)),
+        path(0.1, 0.5, 1.0, m1=(19, 0.01, 0.1), m5=(3, 0.03, 0.5)),
+        path(0.2, 0.4, 2.0, m1=(20, 0.02, 0.3)),
+        path(0.6, 0.9, 6.0, m1=(18, 0.06, 0.5)),
         None,
     )
     [row] = records(path_error_table(dataset_of(trials)))
     assert [row.pop(key) for key in ('test', 'ppr', 'source', 'trials')] == ['SL', '90', 'odom', '3']
-    assert (row.pop('rpe_10m_translation_rmse_mean_m'), row.pop('rpe_10m_rotation_rmse_mean_deg')) == ('', '')
+    for name in ('rpe_10m', 'rpe_10m_all_pairs'):
+        assert [row.pop(f'{name}_{part}') for part in RPE_PARTS] == ['0', '', '']
     # Mean 0.3 and squared deviations 0.04 + 0.01 + 0.09; t of 2 degrees of freedom: 4.3027.
     half = 4.302653 * math.sqrt(0.07 / 3)
     assert {name: float(value) for name, value in row.items()} == pytest.approx(
@@ -68,10 +72,18 @@ def test_path_errors_by_hand():
             'ate_rmse_std_m': math.sqrt(0.07),
             'ate_max_m': 0.9,
             'yaw_rmse_mean_deg': 3.0,
+            'rpe_1m_segments': 57,
             'rpe_1m_translation_rmse_mean_m': 0.03,
             'rpe_1m_rotation_rmse_mean_deg': 0.3,
+            'rpe_1m_all_pairs_segments': 570,
+            'rpe_1m_all_pairs_translation_rmse_mean_m': 0.06,
+            'rpe_1m_all_pairs_rotation_rmse_mean_deg': 0.6,
+            'rpe_5m_segments': 3,
             'rpe_5m_translation_rmse_mean_m': 0.03,
             'rpe_5m_rotation_rmse_mean_deg': 0.5,
+            'rpe_5m_all_pairs_segments': 30,
+            'rpe_5m_all_pairs_translation_rmse_mean_m': 0.06,
+            'rpe_5m_all_pairs_rotation_rmse_mean_deg': 1.0,
         }
     )
 

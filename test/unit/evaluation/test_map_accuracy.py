@@ -7,7 +7,7 @@ import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
-from diff_encoder_sim.evaluation.map_accuracy import SPACING_M, map_accuracy, path_error, true_surface, visible_points
+from diff_encoder_sim.evaluation.map_accuracy import SPACING_M, map_accuracy, true_surface, visible_points
 from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.simulation.world import Box, Cylinder, Model, Solid, World
 
@@ -106,14 +106,3 @@ def test_what_is_hidden_or_far_is_not_visible(box_room):
     assert len(near) and (np.abs(near[:, 1]) < 0.32).all()
     both = visible_points(box_room, 0.3, surface, [IDENTITY, Pose2D(1.7, 0.0, 2.0)], bearings, 10.0)
     assert (len(both) - len(seen)) * SPACING_M > shadow_m + 0.3
-
-
-def test_path_error_after_the_first_poses_are_laid_upon_each_other():
-    true = [Pose2D(1.0, 2.0, 0.5).compose(Pose2D(x, 0.0, 0.0)) for x in (0.0, 1.0, 2.0)]
-    estimated = [Pose2D(0.0, 0.0, 0.0), Pose2D(1.0, 0.03, 0.0), Pose2D(2.04, 0.0, 0.01)]
-    error = path_error(estimated, true)
-    assert error.rmse_m == pytest.approx(math.sqrt((0.03**2 + 0.04**2) / 3))
-    assert (error.largest_m, error.largest_yaw_rad) == pytest.approx((0.04, 0.01))
-    assert path_error(true, true).rmse_m == pytest.approx(0.0, abs=1e-12)
-    with pytest.raises(ConfigError, match='2 estimated poses for 3'):
-        path_error(estimated[:2], true)

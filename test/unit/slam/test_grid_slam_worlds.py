@@ -17,7 +17,7 @@ def test_the_map_of_ideal_odometry(case):
     accuracy, error, _, _ = case.map('ideal', 'fine', particles=PARTICLES)
     assert accuracy.correct_fraction >= 0.99
     assert accuracy.mapped_fraction >= 0.97
-    assert error.rmse_m < 0.03
+    assert error.ate_rmse_m < 0.03
 
 
 def test_the_map_of_a_coarse_encoder(case):
@@ -25,7 +25,7 @@ def test_the_map_of_a_coarse_encoder(case):
     accuracy, error, slam, _ = case.map('40', 'coarse', particles=PARTICLES)
     assert accuracy.correct_fraction >= 0.95
     assert accuracy.mapped_fraction >= 0.97
-    assert error.rmse_m < 0.05
+    assert error.ate_rmse_m < 0.05
     # Of the ROS-logo world each scan sees most patches, so there its particles have little in common.
     most = {'hallway': 0.85, 'ros_logo': 0.95}[case.drive.world.name]
     assert patch_count(slam.maps) < most * unshared_patch_count(slam.maps)
