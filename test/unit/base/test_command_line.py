@@ -1,44 +1,58 @@
-"""How command-line tools end."""
+"""How tools end, and the form of their help."""
 
 import io
-import signal
 import sys
 
 import pytest
 
 from diff_encoder_sim.base.command_line import run_tool, tool_parser
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.version import package_version
 
 
-def raising(error):
+def ending(error):
+    """What a tool that raises `error` exits with."""
+
     def tool():
         raise error
 
-    return tool
+    with pytest.raises(SystemExit) as ended:
+        run_tool('tool', tool)
+    return ended.value.code
 
 
-def test_a_users_mistake_is_one_line():
-    with pytest.raises(SystemExit) as caught:
-        run_tool('analyze', raising(ConfigError('a.bag: no such bag')))
-    assert caught.value.code == 'analyze: a.bag: no such bag'  # which Python prints, and exits with 1
+def test_a_users_mistake_is_one_line_and_status_1():
+    assert ending(ConfigError('ppr: given 0; allowed: greater than 0')) == 'tool: ppr: given 0; allowed: greater than 0'
 
 
-@pytest.mark.parametrize(('error', 'status'), [(KeyboardInterrupt(), 128 + signal.SIGINT), (BrokenPipeError(), 0)])
-def test_an_interrupt_and_a_closed_pipe_have_their_status(error, status, monkeypatch):
-    monkeypatch.setattr(sys, 'stderr', io.StringIO())  # which is closed where the pipe is
-    with pytest.raises(SystemExit) as caught:
-        run_tool('analyze', raising(error))
-    assert caught.value.code == status
+def test_ctrl_c_has_the_status_that_shells_expect(capsys):
+    assert ending(KeyboardInterrupt()) == 130
+    assert capsys.readouterr().err == 'tool: stopped\n'
+
+
+def test_a_reader_that_has_seen_enough_is_no_error(monkeypatch):
+    errors = io.StringIO()
+    monkeypatch.setattr(sys, 'stderr', errors)
+    assert ending(BrokenPipeError()) == 0
+    assert errors.closed  # Python itself would complain there of the pipe
 
 
 def test_other_errors_are_not_hidden():
     with pytest.raises(ZeroDivisionError):
-        run_tool('analyze', raising(ZeroDivisionError()))
+        run_tool('tool', lambda: 1 / 0)
 
 
-def test_help_has_each_example_as_a_whole_command():
-    text = tool_parser('analyze', 'Makes a report.', ['results/', 'a.bag b.bag'], notes='A note.').format_help()
-    assert text.endswith(
-        'examples:\n  rosrun diff_encoder_sim analyze results/\n  rosrun diff_encoder_sim analyze a.bag b.bag\n'
-    )
-    assert 'Makes a report.' in text and 'A note.' in text
+def test_version_names_command_and_package(capsys):
+    with pytest.raises(SystemExit) as ended:
+        tool_parser('tool', 'tool: do it.', ['x']).parse_args(['--version'])
+    assert ended.value.code == 0
+    assert capsys.readouterr().out == f'tool (diff_encoder_sim) {package_version()}\n'
+
+
+def test_help_has_filled_paragraphs_and_whole_commands():
+    text = tool_parser(
+        'tool', 'tool: do it.\n\n' + 'word ' * 40, ['a.bag --out b', ''], notes='note ' * 30
+    ).format_help()
+    assert '\n\ntool: do it.\n\nword word' in text and 'note note' in text
+    assert text.endswith('examples:\n  rosrun diff_encoder_sim tool a.bag --out b\n  rosrun diff_encoder_sim tool\n')
+    assert max(map(len, text.splitlines())) <= 80

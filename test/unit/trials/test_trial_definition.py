@@ -1,18 +1,12 @@
-"""Tests as users write them, and the arguments of trial.launch."""
+"""Tests as users write them, and the ones that are the paper's."""
 
 import math
-from pathlib import Path
 
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.cli import trial_spec
 from diff_encoder_sim.trials.trial_definition import find_world, load_test
 from places import ROOT
-
-
-def plan(*arguments):
-    return trial_spec.plan(trial_spec.parse(['--bag', 'none', '--test', 'SL', *arguments]))
 
 
 def test_the_straight_line_is_the_papers():
@@ -42,19 +36,6 @@ def test_the_long_distance_is_the_papers():
         + [test.goal()[:2]]
     )
     assert sum(math.dist(a, b) for a, b in zip(points, points[1:])) == pytest.approx(95, abs=2)
-    with pytest.raises(ConfigError, match='DLD has no drive'):
-        plan('--test', 'DLD', '--nav', 'scripted')
-    assert plan('--test', 'DLD', '--nav', 'embedded').trial.nav == 'embedded'
-
-
-def test_a_users_own_test_is_found_by_its_path(tmp_path):
-    path = tmp_path / 'mine.yaml'
-    path.write_text(
-        'name: mine\nworld: hallway\nstart: {x: 1.0, y: 0.5, yaw: 1.5707963267948966}\n'
-        'drive: [{straight: 2.0}, {turns: 0.25}, {straight: -1.0}]\n'
-    )
-    goal = plan('--test', str(path), '--nav', 'scripted').trial.test.goal()
-    assert goal == pytest.approx((2.0, 2.5, -math.pi))
 
 
 @pytest.mark.parametrize(
@@ -83,79 +64,6 @@ def test_a_bad_test_file_is_named_with_its_key(tmp_path, content, complaint):
     assert str(caught.value).startswith(f'{path}: ')
 
 
-@pytest.mark.parametrize(
-    ('world', 'start', 'where'),
-    [
-        ('hallway', '{x: -30.0, y: 0.5}', r'\(-30.00, 0.50\), outside'),
-        ('hallway', '{x: 0.0, y: 2.98}', r'\(0.00, 2.98\), in a wall of'),
-        ('ros_logo', '{x: 1.87}', r'\(1.87, 0.00\), in unknown space of'),
-    ],
-)  # within a pillar
-def test_a_start_that_the_map_forbids_is_named_before_anything_starts(tmp_path, world, start, where):
-    """Nothing would find the robot there: it would stand until the test's time limit."""
-    path = tmp_path / 'away.yaml'
-    path.write_text(f'name: away\nworld: {world}\nstart: {start}\nroute: [{{goal: {{}}}}]\ndrive: [{{turns: 1}}]\n')
-    with pytest.raises(ConfigError, match=f'test away: start: given {where} the map .*{world}.yaml'):
-        plan('--test', str(path))
-    assert plan('--test', str(path), '--nav', 'scripted').trial.nav == 'scripted'
-
-
-@pytest.mark.parametrize(
-    ('arguments', 'complaint'),
-    [
-        (['--test', 'XX'], "test: given 'XX'; allowed: DLD, SL, SMT"),
-        (['--ppr', '0'], 'ppr: given 0; allowed'),
-        (['--ppr', 'many'], "ppr: given 'many'"),
-        (['--ppr', '.nan'], 'ppr: given nan'),
-        (['--ppr', '{left: 40}'], 'ppr.right: missing'),
-        (['--ppr', '[40'], "ppr: given '\\[40'"),
-        (['--trial', '-1'], 'trial: given -1'),
-        (['--trial', '1.5'], 'trial: given 1.5'),
-        (['--odom', 'perfect'], "odom: given 'perfect'"),
-        (['--sim', 'webots'], "sim: given 'webots'; allowed: pybullet, gazebo"),
-        (['--config', '/no.yaml'], '/no.yaml: cannot be read'),
-    ],
-)
-def test_bad_arguments_of_the_launch_file_are_named(arguments, complaint):
-    with pytest.raises(ConfigError, match='^' + complaint):
-        plan(*arguments)
-
-
-def test_arguments_are_read_as_roslaunch_reads_them():
-    trial = plan('--ppr', '{left: 40, right: 4096}', '--trial', '7', '--odom', 'ideal').trial
-    assert (trial.ppr.left, trial.ppr.right, trial.number, trial.odom) == (40, 4096, 7, 'ideal')
-
-
-def test_without_an_argument_the_ppr_is_the_configurations(tmp_path):
-    config = tmp_path / 'c.yaml'
-    config.write_text('ppr: 1024\nwheel_separation: 0.5\n')
-    trial = plan('--config', str(config)).trial
-    assert (trial.ppr.left, trial.wheel_separation, trial.wheel_diameter) == (1024, 0.5, 0.2)
-
-
-def test_a_misspelt_key_of_the_configuration_is_found_before_anything_starts(tmp_path):
-    config = tmp_path / 'c.yaml'
-    config.write_text('wheel_seperation: 0.5\n')
-    with pytest.raises(ConfigError, match="wheel_seperation: unknown key; did you mean 'wheel_sep"):
-        plan('--config', str(config))
-
-
-def test_bags_are_never_overwritten_and_relative_paths_are_the_users(tmp_path, monkeypatch):
-    monkeypatch.setenv('PWD', str(tmp_path))
-    assert plan('--bag', 'a/b.bag').bag == str(tmp_path / 'a' / 'b.bag')
-    default = Path(plan('--ppr', '40', '--bag', '').bag)
-    assert default.parent == tmp_path / 'bags' and default.name.startswith('SL_40ppr_trial0_')
-    (tmp_path / 'there.bag').write_text('precious')
-    with pytest.raises(ConfigError, match='there.bag exists'):
-        plan('--bag', 'there.bag')
-
-
 def test_an_unknown_world_is_named():
     with pytest.raises(ConfigError, match="world: given 'moon'; allowed: hallway, ros_logo"):
         find_world('moon', ROOT / 'worlds')
-
-
-def test_the_tool_prints_one_line_and_exits_with_1(capsys):
-    with pytest.raises(SystemExit) as caught:
-        trial_spec.main(['--test', 'XX'])
-    assert caught.value.code == "trial.launch: test: given 'XX'; allowed: DLD, SL, SMT, or a .yaml file"

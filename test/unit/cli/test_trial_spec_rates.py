@@ -1,0 +1,36 @@
+"""The parameter /trial: the rates that the live graph's nodes take from it, each from the file that sets it."""
+
+import pytest
+
+from diff_encoder_sim.cli import trial_spec
+from places import ROOT
+
+CONFIG = ROOT / 'config'
+
+
+@pytest.fixture
+def plan(monkeypatch):
+    monkeypatch.setattr(trial_spec, 'parent_only_lists', lambda: True)  # as if every package were installed
+    return lambda *words: trial_spec.plan(trial_spec.parse(['--test', 'SMT', '--bag', 'none', *map(str, words)]))
+
+
+@pytest.mark.parametrize(('nav', 'command_period'), [('scripted', 0.05), ('embedded', 0.05), ('upstream', 0.0)])
+def test_by_default_all_have_20_hz_and_nobody_waits_for_upstreams_commands(plan, nav, command_period):
+    made = plan('--nav', nav)
+    assert (made.report_rate, made.command_period) == (20.0, command_period)
+
+
+def test_each_rate_is_the_one_in_its_file(plan, tmp_path):
+    encoder, navigation = tmp_path / 'config.yaml', tmp_path / 'navigation.yaml'
+    encoder.write_text('rate: 33.3\n')
+    navigation.write_text('controller_frequency: 10\n')
+    files = ['--config', encoder, '--navigation-config', navigation]
+    made = plan('--nav', 'embedded', *files)
+    assert (made.report_rate, made.command_period) == (33.3, 0.1)
+    made = plan('--nav', 'scripted', *files)
+    assert (made.report_rate, made.command_period) == (33.3, 0.05)  # the script's commands answer the true poses
+
+
+def test_ideal_odometry_comes_with_the_states_whatever_the_encoder(plan, tmp_path):
+    (tmp_path / 'config.yaml').write_text('rate: 50\n')
+    assert plan('--odom', 'ideal', '--config', tmp_path / 'config.yaml').report_rate == 20.0
