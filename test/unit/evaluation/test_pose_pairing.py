@@ -62,8 +62,8 @@ def test_parts_make_the_same_pairs_as_the_whole():
     found = []
     for first in range(0, 4000, 170):
         for one, at in zip(parts, stamps):
-            at = at[(first <= at) & (at < first + 170)]
-            one.extend(PoseSeries(at * MS, np.column_stack((at * 1e-3, np.zeros((len(at), 2))))))
+            now = at[(first <= at) & (at < first + 170)]
+            one.extend(PoseSeries(now * MS, np.column_stack((now * 1e-3, np.zeros((len(now), 2))))))
         found.append(take_pairs(*parts))
     assert stamps_ms(np.concatenate(found)) == stamps_ms(take_pairs(*whole))
 

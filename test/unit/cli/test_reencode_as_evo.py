@@ -1,0 +1,153 @@
+"""For one bag, reencode, analyze and evo's command line have the same errors: the commands of the documentation."""
+
+import csv
+import io
+import json
+import math
+import os
+import shlex
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from campaign_files import small_campaign
+from diff_encoder_sim.analysis.dataset_loading import load_dataset
+from diff_encoder_sim.analysis.path_tables import path_error_table
+from diff_encoder_sim.analysis.table_files import csv_text
+from diff_encoder_sim.cli import reencode
+from diff_encoder_sim.evaluation.relative_error import RPE_DISTANCES_M, RpePairs, rpe_name
+from diff_encoder_sim.lockstep.trial_run import run_trial
+from diff_encoder_sim.trials.trial_definition import TrialPlan
+from places import ROOT
+from reencoding_drives import drive, write_ros1
+
+pytest.importorskip('evo', reason='evo is not installed: requirements-test.txt')
+from evo.core import filters  # not before it is known to be there
+
+BAG = 'sl.bag'
+COMMANDS = [
+    line for line in (ROOT / 'docs' / 'trajectory_errors.md').read_text().splitlines() if line.startswith('evo_')
+]
+
+
+@pytest.fixture(name='trial_folder', scope='module')
+def fixture_trial_folder(tmp_path_factory):
+    """A trial of SL at 90 PPR, as a campaign runs it."""
+    folder = tmp_path_factory.mktemp('trial')
+    campaign = small_campaign(folder, tests=['SL'], ppr=[90])
+    world, robot = ROOT / 'worlds' / 'hallway.world', ROOT / 'urdf' / 'alto.urdf.xacro'
+    plan = TrialPlan(
+        trial=campaign.trial_of(campaign.jobs()[0]),
+        world=str(world),
+        map=str(world.with_suffix('.yaml')),
+        bag=str(folder / BAG),
+    )
+    run_trial(plan, robot, campaign.cells[0].robot_params, 'minimal')
+    return folder
+
+
+@pytest.fixture(name='reencoded', scope='module')
+def fixture_reencoded(trial_folder):
+    """The row of reencode.csv at the PPR that the trial was driven with."""
+    out = trial_folder / 'out'
+    reencode.main([str(trial_folder / BAG), '--ppr', '90', '--out', str(out)])
+    (row,) = csv.DictReader((out / 'reencode.csv').read_text().splitlines())
+    return row
+
+
+@pytest.fixture(name='analyzed', scope='module')
+def fixture_analyzed(trial_folder):
+    """Rows of path_errors.csv by source."""
+    table = path_error_table(load_dataset([trial_folder / BAG]))
+    return {row['source']: row for row in csv.DictReader(io.StringIO(csv_text(table)))}
+
+
+def evo(folder, command):
+    """Statistics that a command line of evo finds, and how many errors they are of."""
+    tool, *arguments = shlex.split(command)
+    found = folder / 'evo.zip'
+    if found.exists():
+        found.unlink()
+    done = subprocess.run(
+        [str(Path(sys.executable).with_name(tool)), *arguments, '--no_warnings', '--save_results', str(found)],
+        cwd=str(folder),
+        capture_output=True,
+        text=True,
+        env=dict(os.environ, HOME=str(folder)),  # for evo's settings
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    with zipfile.ZipFile(found) as results:
+        errors = np.load(io.BytesIO(results.read('error_array.npy')))
+        return json.loads(results.read('stats.json')), len(errors)
+
+
+def option(command, name):
+    words = shlex.split(command)
+    return words[words.index(name) + 1] if name in words else None
+
+
+@pytest.mark.parametrize('command', COMMANDS)
+def test_the_commands_of_the_documentation_find_what_analyze_and_reencode_find(
+    trial_folder, reencoded, analyzed, command
+):
+    source = shlex.split(command)[4].strip('/').split('_')[0]
+    row = analyzed[source]
+    if command.startswith('evo_ape'):
+        statistics, count = evo(trial_folder, command)
+        assert float(row['ate_rmse_mean_m']) == pytest.approx(statistics['rmse'], abs=1e-6)
+        assert float(row['ate_max_m']) == pytest.approx(statistics['max'], abs=1e-6)
+        if source == 'odom':
+            assert float(reencoded['ate_rmse_m']) == pytest.approx(statistics['rmse'], abs=1e-6)
+            assert float(reencoded['ate_max_m']) == pytest.approx(statistics['max'], abs=1e-6)
+            assert int(reencoded['common_stamps']) == count
+        return
+    pairs = RpePairs.ALL if '--all_pairs' in command else RpePairs.CONSECUTIVE
+    if pairs is RpePairs.CONSECUTIVE and not begins_at_the_first_pose():
+        pytest.skip('this evo leaves out the first of the consecutive segments')
+    statistics, count = evo(trial_folder, command)
+    name = rpe_name(pairs, float(option(command, '--delta')))
+    is_angle = option(command, '--pose_relation') == 'angle_deg'
+    of_analyze = f'{name}_rotation_rmse_mean_deg' if is_angle else f'{name}_translation_rmse_mean_m'
+    assert float(row[of_analyze]) == pytest.approx(statistics['rmse'], abs=1e-6)
+    assert int(row[f'{name}_segments']) == count
+    if source == 'odom':
+        yaw_deg = math.degrees(float(reencoded[f'{name}_yaw_rmse_rad']))
+        found = yaw_deg if is_angle else float(reencoded[f'{name}_position_rmse_m'])
+        assert found == pytest.approx(statistics['rmse'], abs=1e-6)
+        assert int(reencoded[f'{name}_segments']) == count
+
+
+def begins_at_the_first_pose():
+    """Whether this evo's first consecutive segment does; evo 1.31 leaves it out."""
+    poses = np.tile(np.eye(4), (30, 1, 1))
+    poses[:, 0, 3] = 0.1 * np.arange(30)
+    return filters.filter_pairs_by_path(poses, 1.0)[0][0] == 0
+
+
+def test_the_table_in_the_terminal_has_the_segments(trial_folder, reencoded, capsys):
+    reencode.main([str(trial_folder / BAG), '--ppr', '90'])
+    words = [line.split() for line in capsys.readouterr().out.splitlines()]
+    for distance_m in RPE_DISTANCES_M:
+        expected = [f'{distance_m:g}', 'm']
+        for pairs in RpePairs:
+            name = rpe_name(pairs, distance_m)
+            yaw_deg = math.degrees(float(reencoded[f'{name}_yaw_rmse_rad']))
+            expected += [reencoded[f'{name}_segments'], f'{float(reencoded[f"{name}_position_rmse_m"]):.4f}']
+            expected.append(f'{yaw_deg:.3f}')
+        assert ['90', *expected] in words
+    assert int(reencoded['rpe_10m_segments']) in (1, 2)
+
+
+@pytest.mark.parametrize('ppr', [40, 1024])
+def test_absolute_trajectory_error(tmp_path, ppr):
+    bag = write_ros1(tmp_path / 'drive.bag', drive())
+    reencode.main([str(bag), '--ppr', str(ppr), '--out', str(tmp_path / 'out')])
+    (row,) = csv.DictReader((tmp_path / 'out' / 'reencode.csv').read_text().splitlines())
+    statistics, _ = evo(tmp_path, f'evo_ape bag out/drive_{ppr}ppr.bag /world_pose /odom --align_origin')
+    assert float(row['ate_rmse_m']) == pytest.approx(statistics['rmse'], abs=1e-6)
+    assert float(row['ate_max_m']) == pytest.approx(statistics['max'], abs=1e-6)
