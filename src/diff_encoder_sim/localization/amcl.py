@@ -6,7 +6,6 @@ Thrun, Burgard and Fox, Probabilistic Robotics, table 8.3 (augmented MCL) with F
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple, Optional
 
 import numpy as np
@@ -15,31 +14,18 @@ from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.beams import Beams
-from diff_encoder_sim.localization.clusters import particle_statistics
-from diff_encoder_sim.localization.kld_resampling import LikelihoodAverages, effective_count, kld_limits, resample
 from diff_encoder_sim.localization.laser_models import laser_model
 from diff_encoder_sim.localization.lost import LostDetector
-from diff_encoder_sim.localization.odometry_motion import motion_model
+from diff_encoder_sim.localization.particle_set import ParticleSet
 from diff_encoder_sim.localization.particles import (
-    CONVERGED_WITHIN_M,
     check_covariance,
     check_grid,
     check_pose,
     free_cell_centres,
-    has_converged,
     particles_around,
     particles_everywhere,
-    weight_near,
 )
-from diff_encoder_sim.localization.sensor import Likelihoods
 from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
-
-# The exponential of a larger number overflows a double.
-LARGEST_EXPONENT = 700.0
-
-# The particles have settled when this fraction of their weight lies as close together as in a
-# converged set: recovery may have drawn the rest anywhere.
-SETTLED_WEIGHT = 0.9
 
 
 class AmclEstimate(NamedTuple):
@@ -70,13 +56,15 @@ class Amcl:
         """
         self.params = params
         self._rng = rng
-        self._motion_model = motion_model(params)
-        self._averages = LikelihoodAverages(params.recovery_alpha_slow, params.recovery_alpha_fast)
-        self._limits = kld_limits(params)
-        self._estimate: Optional[AmclEstimate] = None
-        self._odom_pose: Optional[Pose2D] = None  # at the last update
         self.update_count = 0  # filter updates so far; /particlecloud is due after each
-        self.set_map(grid)
+        self._estimate: Optional[AmclEstimate] = None
+        self._odom_pose: Optional[Pose2D] = None  # at the last update; None since a restart
+        check_grid(grid)
+        particles = self._particles_around(params.initial_pose(), params.initial_covariance())
+        self._set = ParticleSet(params, particles, rng)
+        self._use_map(grid)
+        self._is_anywhere = False  # no pose was given since the restart
+        self._updates_since_restart = 0
         self._force_update = False
 
     # Commands
@@ -99,11 +87,7 @@ class Amcl:
             self.params.initial_pose() if pose is None else pose,
             self.params.initial_covariance() if covariance is None else covariance,
         )
-        self.grid = grid
-        self._free_centres = free_cell_centres(grid)
-        self._laser_model = laser_model(self.params, grid)
-        self._lost = LostDetector(self.params, grid)
-        self._estimate = None
+        self._use_map(grid)
         self._restart(particles)
         self._force_update = self.params.force_update_after_set_map
 
@@ -135,12 +119,12 @@ class Amcl:
     @property
     def particles(self) -> np.ndarray:
         """(n, 3) x [m], y [m], yaw [rad] in the map."""
-        return self._particles
+        return self._set.particles
 
     @property
     def weights(self) -> np.ndarray:
         """(n,) weights of the particles, sum 1."""
-        return self._weights
+        return self._set.weights
 
     @property
     def last_estimate(self) -> Optional[AmclEstimate]:
@@ -186,25 +170,28 @@ class Amcl:
         estimate = self._update_filter(odom_pose, beams, scan.stamp_ns)
         if self._estimate is not None:
             base_pose = self._estimate.odom_pose_in_map.compose(odom_pose)
-            may_be_found = self._has_settled or not self._is_anywhere
+            may_be_found = self._set.has_settled or not self._is_anywhere
             self._lost.check(base_pose, scan, laser_pose_in_base, may_be_found)
         return estimate
 
     def _update_filter(self, odom_pose: Pose2D, beams: Beams, stamp_ns: int) -> Optional[AmclEstimate]:
         if not self._is_update_due(odom_pose):
             return None
-        is_first = self._odom_pose is None
-        self._move_particles(odom_pose)
-        self._weigh(self._laser_model.likelihoods(self._particles, beams, self._has_converged))
+        last, self._odom_pose = self._odom_pose, odom_pose
+        if last is not None:
+            # A request made before the first scan, which updates anyway, waits for the second.
+            self._force_update = False
+            self._set.move(last, odom_pose)
+        self._set.weigh(self._laser_model.likelihoods(self._set.particles, beams, self._set.has_converged))
         self.update_count += 1
         self._updates_since_restart += 1
         is_resampling_due = self._updates_since_restart % self.params.resample_interval == 0
         if is_resampling_due:
-            self._resample()
-        if not (is_resampling_due or is_first):
-            return None
-        self._estimate = self._new_estimate(stamp_ns, odom_pose)
-        return self._estimate
+            self._set.resample(self._free_centres)
+        if is_resampling_due or last is None:
+            self._estimate = self._new_estimate(stamp_ns, odom_pose)
+            return self._estimate
+        return None
 
     def _particles_around(self, pose: Pose2D, covariance: np.ndarray) -> np.ndarray:
         """Draw the most particles from a Gaussian, or raise InputFault where it is none."""
@@ -212,14 +199,17 @@ class Amcl:
         check_covariance(covariance)
         return particles_around(pose, covariance, self.params.max_particles, self._rng)
 
+    def _use_map(self, grid: OccupancyGrid) -> None:
+        self.grid = grid
+        self._free_centres = free_cell_centres(grid)
+        self._laser_model = laser_model(self.params, grid)
+        self._lost = LostDetector(self.params, grid)
+        self._estimate = None
+
     def _restart(self, particles: np.ndarray) -> None:
         """Take particles of equal weight; the next scan is the first."""
-        self._particles = particles
-        self._weights = np.full(len(particles), 1.0 / len(particles))
-        self._is_anywhere = self._has_settled = False
-        self._take_statistics()
-        self._has_converged = False
-        self._averages.reset()
+        self._set.restart(particles)
+        self._is_anywhere = False
         self._odom_pose = None
         self._updates_since_restart = 0
         self._lost.restart_count()
@@ -234,7 +224,7 @@ class Amcl:
         Only to settle around a pose that somebody gave: over a whole map, or after a kidnapping,
         particles would settle at a wrong place that looks alike.
         """
-        return self.is_lost and not (self._has_settled or self._is_anywhere)
+        return self.is_lost and not (self._set.has_settled or self._is_anywhere)
 
     def _has_moved(self, last: Pose2D, odom_pose: Pose2D) -> bool:
         """Compare the motion since the last update with update_min_*: along x or y, not as a distance."""
@@ -245,54 +235,8 @@ class Amcl:
             or abs(wrap_angle(odom_pose.yaw_rad - last.yaw_rad)) > params.update_min_a
         )
 
-    def _move_particles(self, odom_pose: Pose2D) -> None:
-        """Move the particles by odometry's motion since the last update (table 8.3, line 5)."""
-        if self._odom_pose is not None:
-            # A request made before the first scan, which updates anyway, waits for the second.
-            self._force_update = False
-            self._particles = self._motion_model(self._particles, self._odom_pose, odom_pose, self._rng)
-        self._odom_pose = odom_pose
-
-    def _weigh(self, likelihoods: Likelihoods) -> None:
-        """Multiply the weights by the scan's likelihoods (table 8.3, lines 6 to 11)."""
-        weights = self._weights * likelihoods.factors
-        total = float(weights.sum())
-        if total > 0.0:
-            self._weights = weights / total
-            # The weights summed to 1, so the total is the mean likelihood. Upstream divides it by
-            # n once more: an n that KLD-sampling has made smaller then looks like a better fit,
-            # and a kidnapping goes unnoticed.
-            self._averages.add(total * math.exp(min(likelihoods.log_scale, LARGEST_EXPONENT)))
-        else:
-            self._weights = np.full(len(weights), 1.0 / len(weights))
-
-    def _resample(self) -> None:
-        """Draw new particles (table 8.3, lines 12 to 19), if selective_resampling finds it due."""
-        if not self._is_weight_spread():
-            fraction_anywhere = self._averages.fraction_anywhere()
-            self._particles = resample(
-                self._particles, self._weights, self._limits, fraction_anywhere, self._free_centres, self._rng
-            )
-            self._weights = np.full(len(self._particles), 1.0 / len(self._particles))
-            self._has_converged = has_converged(self._particles)
-            if fraction_anywhere > 0.0:
-                # Upstream: or the filter would spiral off into complete randomness.
-                self._averages.reset()
-        self._take_statistics()
-
-    def _take_statistics(self) -> None:
-        self._statistics = particle_statistics(self._particles, self._weights)
-        # Once and for all: the noise of a long move spreads particles, but not to other places.
-        self._has_settled = self._has_settled or SETTLED_WEIGHT <= weight_near(
-            self._particles, self._weights, self._statistics.mean, CONVERGED_WITHIN_M
-        )
-
-    def _is_weight_spread(self) -> bool:
-        """Return whether selective_resampling is on and over half of the particles still count."""
-        return self.params.selective_resampling and effective_count(self._weights) > 0.5 * len(self._weights)
-
     def _new_estimate(self, stamp_ns: int, odom_pose: Pose2D) -> AmclEstimate:
-        statistics = self._statistics
+        statistics = self._set.statistics
         return AmclEstimate(
             stamp_ns,
             statistics.mean,
@@ -300,6 +244,6 @@ class Amcl:
             statistics.mean.compose(odom_pose.inverse()),
             statistics.cluster_weight,
             statistics.cluster_count,
-            self._particles,
-            self._weights,
+            self._set.particles,
+            self._set.weights,
         )

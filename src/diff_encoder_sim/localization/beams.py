@@ -128,7 +128,7 @@ def check_scan(scan: Scan) -> None:
 
 
 def no_return_fault(scan: Scan, beams: Beams) -> InputFault:
-    """Return the error for a scan that cannot tell one place from another."""
+    """Return the error for a scan without a return in any of the rays used."""
     return InputFault(
         f'scan: none of {len(scan.ranges_m)} rays, of those used, returned from '
         f'within {beams.range_max_m:g} m: nothing to locate the robot by'

@@ -29,8 +29,8 @@ SHORT_WEIGHT = 0.25
 # Where fewer rays than this have met the map or should have, nothing is decided.
 LEAST_RAYS = 10
 
-# Not laser_max_range: with the farther rays a place is told from others more surely, and a half
-# blocked view matters less. These replace the limits of a scan that has none (below 0, +inf).
+# Not laser_max_range: the farther rays distinguish places better, and make a half blocked view
+# matter less. These replace the limits of a scan that has none (below 0, +inf).
 _SCANS_OWN_LIMITS = AmclParams(laser_min_range=1e-9, laser_max_range=1e15)
 
 _OFF_MAP, _UNKNOWN, _CLEAR, _NEAR, _OCCUPIED = range(5)

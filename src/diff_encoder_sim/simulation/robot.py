@@ -64,22 +64,9 @@ def load_robot(
     urdf = expand_xacro(path, xacro_arguments)
     root = ElementTree.fromstring(urdf)
     joints = {joint.get('name', ''): joint for joint in root.findall('joint')}
-    left_m = _pose_in_root(joints, left_joint, path)[:3, 3]
-    right_m = _pose_in_root(joints, right_joint, path)[:3, 3]
-    if left_m[1] <= right_m[1]:
-        raise ConfigError(
-            f'{path}: {left_joint!r} is at y = {left_m[1]:.3f} m and {right_joint!r} '
-            f'at {right_m[1]:.3f} m; allowed: the left wheel left of the right one'
-        )
-    return RobotModel(
-        root.get('name', 'robot'),
-        urdf,
-        left_joint,
-        right_joint,
-        _wheel_radius_m(root, joints[left_joint], path),
-        _wheel_radius_m(root, joints[right_joint], path),
-        float(left_m[1] - right_m[1]),
-    )
+    separation_m = _wheel_separation_m(joints, left_joint, right_joint, path)
+    radii_m = [_wheel_radius_m(root, joints[name], path) for name in (left_joint, right_joint)]
+    return RobotModel(root.get('name', 'robot'), urdf, left_joint, right_joint, *radii_m, separation_m)
 
 
 def expand_xacro(path: Union[str, Path], arguments: Mapping[str, str]) -> str:
@@ -136,6 +123,20 @@ def _origin(joint: ElementTree.Element, source: Union[str, Path]) -> np.ndarray:
     pose[:3, :3] = rotation_from_rpy(*rpy_rad)
     pose[:3, 3] = xyz_m
     return pose
+
+
+def _wheel_separation_m(
+    joints: Dict[str, ElementTree.Element], left_joint: str, right_joint: str, path: Union[str, Path]
+) -> float:
+    """Return the distance [m] between the wheels' centres along the root's y axis."""
+    left_m = _pose_in_root(joints, left_joint, path)[1, 3]
+    right_m = _pose_in_root(joints, right_joint, path)[1, 3]
+    if left_m <= right_m:
+        raise ConfigError(
+            f'{path}: {left_joint!r} is at y = {left_m:.3f} m and {right_joint!r} at {right_m:.3f} m; '
+            'allowed: the left wheel left of the right one'
+        )
+    return float(left_m - right_m)
 
 
 def _wheel_radius_m(root: ElementTree.Element, joint: ElementTree.Element, path: Union[str, Path]) -> float:

@@ -57,7 +57,7 @@ def _update_map(
         last_column, last_row = int(math.floor(end_x)), int(math.floor(end_y))
         step_x, next_x, period_x = _first_border(laser_x, cosines[j])
         step_y, next_y, period_y = _first_border(laser_y, sines[j])
-        # As many borders are crossed as there are cells between, whatever rounding says.
+        # As many steps as there are cell borders between, however the distances are rounded.
         for _ in range(abs(last_column - column) + abs(last_row - row) + 1):
             is_last = column == last_column and row == last_row
             if (row >> SHIFT) != patch_row or (column >> SHIFT) != patch_column:

@@ -34,17 +34,22 @@ def map_recording(slam: GridSlam, odometry: OdometryTrack, scans: Iterable[Scan]
         raise ConfigError('no odometry for the scans; allowed: a recording of both')
     given = entered = 0
     for given, scan in enumerate(scans, 1):
-        if (given - 1) % slam.params.throttle_scans:
-            continue
-        try:
-            entered += slam.update(odometry.at(scan.stamp_ns), scan, laser_pose_in_base) is not None
-        except InputFault as fault:
-            log.warning('scan at %.3f s: %s; left out', scan.stamp_ns / NANOSECONDS_PER_SECOND, fault)
+        if (given - 1) % slam.params.throttle_scans == 0:
+            entered += _enter(slam, odometry, scan, laser_pose_in_base)
     if not given:
         raise ConfigError('no scans for the odometry; allowed: a recording of both')
     if slam.last_estimate is None:
         raise ConfigError(f'none of {given} scans could be used: see the warnings')
     return entered
+
+
+def _enter(slam: GridSlam, odometry: OdometryTrack, scan: Scan, laser_pose_in_base: Pose2D) -> bool:
+    """Feed one scan; return whether it was entered into the map."""
+    try:
+        return slam.update(odometry.at(scan.stamp_ns), scan, laser_pose_in_base) is not None
+    except InputFault as fault:
+        log.warning('scan at %.3f s: %s; left out', scan.stamp_ns / NANOSECONDS_PER_SECOND, fault)
+        return False
 
 
 class OdometryTrack:

@@ -67,7 +67,7 @@ def test_fewer_particles_do_not_look_like_a_better_fit(drive):
     for count in (500, 5000):
         filter_ = amcl(max_particles=count, initial_cov_xx=1e-4, initial_cov_yy=1e-4, initial_cov_aa=1e-4)
         filter_.update(IDENTITY, scan, IDENTITY)
-        likelihoods.append(filter_._averages.fast)
+        likelihoods.append(filter_._set.averages.fast)
     assert likelihoods[0] == pytest.approx(likelihoods[1], rel=0.01)
 
 
