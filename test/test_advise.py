@@ -36,9 +36,9 @@ def test_the_answer_names_the_smallest_encoder_by_each_question(first):
     # 10 m / 256 is within 0.05 m, 10 m / 90 is not.
     assert done.stdout.splitlines()[-4:] == [
         'Yes in every test:',
-        '  the robot is at its goal: from 40 PPR on, the smallest candidate',
-        '  it believes that it is: from 40 PPR on, the smallest candidate',
-        '  its odometry is right: from 256 PPR on',
+        '  true pose at the goal: from 40 PPR on, the smallest candidate',
+        '  pose estimate at the goal: from 40 PPR on, the smallest candidate',
+        '  odometry at the true pose: from 256 PPR on',
     ]
     assert '0/16 no' in done.stdout and '16/16 yes' in done.stdout
 
@@ -56,9 +56,9 @@ def test_another_tolerance_goes_on_with_the_same_trials(first):
     folder, _ = first
     finer = advise(*CANDIDATES, '--tolerance', '0.015', cwd=folder)
     assert finer.stdout.splitlines()[-3:] == [
-        '  the robot is at its goal: with no encoder up to 1024 PPR',
-        '  it believes that it is: with no encoder up to 1024 PPR',
-        '  its odometry is right: from 1024 PPR on',
+        '  true pose at the goal: with no encoder up to 1024 PPR',
+        '  pose estimate at the goal: with no encoder up to 1024 PPR',
+        '  odometry at the true pose: from 1024 PPR on',
     ]
     assert 'navigation stops within 0.05 m of a goal' in finer.stderr
 

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from browser import chromium, opened_page
-from diff_encoder_sim.analysis.outputs import REPORT, write_analysis
+from diff_encoder_sim.analysis.output_folder import REPORT
+from diff_encoder_sim.analysis.outputs import write_analysis
 from diff_encoder_sim.trials.trial_outcome import Outcome
 from paper_datasets import cell, dataset
 
@@ -65,7 +66,7 @@ def test_a_phone_scrolls_wide_tables_but_not_the_page(page, report):
     assert page.evaluate('[...document.querySelectorAll(".wide")].some(box => box.scrollWidth > box.clientWidth)')
     # What is read first fits.
     assert page.evaluate(
-        '[...document.querySelectorAll("#answer .wide")].every(box => box.scrollWidth <= box.clientWidth)'
+        '[...document.querySelectorAll("#summary .wide")].every(box => box.scrollWidth <= box.clientWidth)'
     )
 
 

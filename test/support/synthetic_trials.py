@@ -43,7 +43,9 @@ def trial_data(test='SL', ppr='90', number=1, errors=(0.0, 0.0, 0.0), **other):
 def dataset_of(trials, **other):
     return Dataset(
         **{
-            **dict(title='synthetic', trials=list(trials), notes=[], manifest=None, folder=None, robot=ALTO, asked={}),
+            **dict(
+                title='synthetic', trials=list(trials), notes=[], manifest=None, folder=None, robot=ALTO, requested={}
+            ),
             **other,
         }
     )

@@ -1,4 +1,4 @@
-"""The dataset of bags that belong to no campaign: everything recomputed from what was recorded."""
+"""Makes a dataset of bags that belong to no campaign: everything is computed from the recordings."""
 
 from __future__ import annotations
 
@@ -7,18 +7,18 @@ from pathlib import Path
 from typing import Dict, List, Sequence
 
 from diff_encoder_sim.analysis.bag_trial import BagTrial, read_bag_trials, robot_of
-from diff_encoder_sim.analysis.campaign_folder import MANIFEST
 from diff_encoder_sim.analysis.dataset import Dataset
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.campaign.folder import MANIFEST
 
 log = logging.getLogger(__name__)
 
-# Bags of trials that differ in these are not pooled: it is shown as varied.
+# Trials that differ in one of these are not pooled: it becomes a varied parameter.
 KEPT_APART = ('nav', 'wheel_diameter', 'wheel_separation')
 
 
 def bag_dataset(paths: Sequence[Path]) -> Dataset:
-    """Of bags, and of folders of bags.
+    """Read bags, and folders of bags.
 
     Raises:
         ConfigError: there is none that can be analysed, or a folder has a campaign in it.
@@ -44,7 +44,7 @@ def bag_dataset(paths: Sequence[Path]) -> Dataset:
 
 
 def _bags_in(paths: Sequence[Path]) -> List[Path]:
-    """The bags named, and those in the folders named.
+    """Return the given bags, and those in the given folders.
 
     Raises:
         ConfigError: a folder has no bag in it, or a campaign further down.
@@ -65,7 +65,7 @@ def _bags_in(paths: Sequence[Path]) -> List[Path]:
 
 
 def _distinct(bags: Sequence[BagTrial], notes: List[str]) -> List[BagTrial]:
-    """Each trial once, and each test by one definition; `notes` get what is left out."""
+    """Keep each trial once, and one definition of each test; add what is left out to `notes`."""
     first_of_test: Dict[str, BagTrial] = {}
     first_of_trial: Dict[str, BagTrial] = {}
     for bag in bags:
@@ -73,7 +73,7 @@ def _distinct(bags: Sequence[BagTrial], notes: List[str]) -> List[BagTrial]:
         same = first_of_trial.setdefault(bag.trial.model_dump_json(), bag)
         if bag.trial.test != test.trial.test:
             notes.append(
-                f'{bag.data.bag}: another {bag.trial.test.name} than in {test.data.bag}; '
+                f'{bag.data.bag}: defines {bag.trial.test.name} differently from {test.data.bag}; '
                 f'expected one definition of a test; left out'
             )
         elif same is not bag:
@@ -82,14 +82,14 @@ def _distinct(bags: Sequence[BagTrial], notes: List[str]) -> List[BagTrial]:
 
 
 def _differences(bags: Sequence[BagTrial], notes: List[str]) -> List[str]:
-    """In which keys trials differ that are not pooled; `notes` get them."""
+    """Return the keys of KEPT_APART in which trials differ, and add a note for each."""
     keys = []
     for key in KEPT_APART:
         values = sorted({str(getattr(bag.trial, key)) for bag in bags})
         if len(values) > 1:
             keys.append(key)
             notes.append(
-                f'{bags[0].data.bag} and others: {key} is {" or ".join(values)}; trials '
-                f'are pooled only where it is the same'
+                f'{bags[0].data.bag} and others: {key} is {" or ".join(values)}; trials with '
+                f'different values are not pooled'
             )
     return keys

@@ -9,7 +9,8 @@ from typing import Dict, List, NamedTuple, Optional, Sequence, Union
 
 import numpy as np
 
-from diff_encoder_sim.analysis.dataset import IDEAL, RobotGeometry, Tracks, TrialData
+from diff_encoder_sim.analysis.dataset import RobotGeometry, Tracks, TrialData
+from diff_encoder_sim.analysis.encoder_labels import IDEAL
 from diff_encoder_sim.analysis.goal_errors import goal_errors, poses_in_map
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.host_info import usable_cores

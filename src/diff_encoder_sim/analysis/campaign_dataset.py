@@ -1,4 +1,4 @@
-"""A campaign's dataset: trials.csv, and from the bags what happened on the way."""
+"""Makes a dataset of a campaign: trials.csv, and the errors along the path from the bags."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from diff_encoder_sim.encoders.pulses import ppr_label
 
 
 def campaign_dataset(folder: Path) -> Dataset:
-    """Of a campaign's folder; bags may be missing, all or some.
+    """Read a campaign's folder; some or all bags may be missing.
 
     Raises:
         ConfigError: no trial is finished, or a file is not as the campaign wrote it.
@@ -29,11 +29,11 @@ def campaign_dataset(folder: Path) -> Dataset:
     for index, bag in zip(bags, read_bag_trials(list(bags.values()))):
         trials[index], problem = _with_paths(trials[index], bag, manifest)
         notes += problem
-    return Dataset(manifest.name, trials, notes, manifest.content, folder, manifest.robots[0], manifest.asked)
+    return Dataset(manifest.name, trials, notes, manifest.content, folder, manifest.robots[0], manifest.requested)
 
 
 def data_of(row: TrialRow) -> TrialData:
-    """A trial by its line in trials.csv alone: nothing is known about the way."""
+    """Convert a line of trials.csv; without its bag nothing is known about the path."""
     return TrialData(
         row.test,
         row.ppr,
@@ -52,34 +52,38 @@ def data_of(row: TrialRow) -> TrialData:
 
 
 def _bags_of_rows(folder: Path, rows: Sequence[TrialRow]) -> Tuple[Dict[int, Path], List[str]]:
-    """Paths of the bags that are there, by the row's index, and notes of what is not."""
+    """Return the paths of the existing bags by the row's index, and notes of missing and foreign bags."""
     bags = {index: folder / row.bag for index, row in enumerate(rows) if row.bag and (folder / row.bag).is_file()}
     notes = []
     if len(bags) < len(rows):
         notes.append(
-            f'{folder / BAGS}: has bags of {len(bags)} of {len(rows)} trials; of the '
-            f'others nothing is known about the way'
+            f'{folder / BAGS}: has bags of {len(bags)} of {len(rows)} trials; the others have no errors along the path'
         )
-    strangers = sorted(set((folder / BAGS).glob('*.bag')) - set(bags.values()))
-    if strangers:
-        notes.append(f'{strangers[0]}: not a bag of trials.csv ({len(strangers)} such); left out')
+    foreign = sorted(set((folder / BAGS).glob('*.bag')) - set(bags.values()))
+    if foreign:
+        notes.append(f'{foreign[0]}: not a bag of trials.csv ({len(foreign)} such); left out')
     return bags, notes
 
 
 def _with_paths(trial: TrialData, bag: Union[BagTrial, str], manifest: Manifest) -> Tuple[TrialData, List[str]]:
-    """The trial with what its bag tells, or why not."""
+    """Add the errors along the path from the bag, or return a note why not."""
     if isinstance(bag, str):
         return trial, [bag]
-    about, asked = bag.trial, manifest.asked[trial.test]
-    expected = {'test': asked.test, 'number': trial.seed, 'nav': asked.nav}
-    differing = [key for key, value in expected.items() if getattr(about, key) != value]
-    if ppr_label(about.ppr) != trial.ppr:
-        differing.append('ppr')
-    if robot_of(about) not in manifest.robots:
-        differing.append('wheel_diameter, wheel_separation')
+    differing = _differences(trial, bag, manifest)
     if differing:
         return trial, [
-            f'{bag.data.bag}: its trial has another {", ".join(differing)}; expected '
-            f'the trial of its line in trials.csv'
+            f'{bag.data.bag}: differs in {", ".join(differing)} from its line in trials.csv; expected the same trial'
         ]
     return trial._replace(paths=bag.data.paths, tracks=bag.data.tracks, bag=bag.data.bag), []
+
+
+def _differences(trial: TrialData, bag: BagTrial, manifest: Manifest) -> List[str]:
+    """Return the keys in which the bag's trial differs from the trial of trials.csv."""
+    recorded, requested = bag.trial, manifest.requested[trial.test]
+    expected = {'test': requested.test, 'number': trial.seed, 'nav': requested.nav}
+    differing = [key for key, value in expected.items() if getattr(recorded, key) != value]
+    if ppr_label(recorded.ppr) != trial.ppr:
+        differing.append('ppr')
+    if robot_of(recorded) not in manifest.robots:
+        differing.append('wheel_diameter, wheel_separation')
+    return differing

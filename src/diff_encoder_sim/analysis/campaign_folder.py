@@ -1,4 +1,4 @@
-"""The results of a campaign as its folder has them: manifest.json and trials.csv."""
+"""Reads the results of a campaign from its folder: manifest.json and trials.csv."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import itertools
 import json
 import math
 from pathlib import Path
-from typing import Any, Dict, List, NamedTuple, Set, Tuple
+from typing import Any, Dict, List, NamedTuple, Tuple
 
 from diff_encoder_sim.analysis.dataset import RobotGeometry
 from diff_encoder_sim.base.errors import ConfigError
@@ -16,18 +16,18 @@ from diff_encoder_sim.trials.trial_definition import Trial
 
 
 class Manifest(NamedTuple):
-    """What manifest.json says that trials are compared with."""
+    """The content of manifest.json that the analysis uses."""
 
     content: Dict[str, Any]  # all of it
     name: str
-    asked: Dict[str, Trial]  # by test
+    requested: Dict[str, Trial]  # the definition of one trial of each test
     robots: List[RobotGeometry]  # of each set of parameters
     varied_keys: List[str]
     trial_count: int  # of the whole campaign
 
 
 class CampaignFolder(NamedTuple):
-    """A campaign's results, whole or as far as they have come."""
+    """The results of a campaign, finished or not."""
 
     manifest: Manifest
     rows: List[TrialRow]
@@ -35,7 +35,7 @@ class CampaignFolder(NamedTuple):
 
 
 def is_campaign(folder: Path) -> bool:
-    """Whether a campaign has written there."""
+    """Return whether the folder has a campaign's results."""
     return (folder / MANIFEST).is_file()
 
 
@@ -60,23 +60,14 @@ def _manifest(path: Path) -> Manifest:
     try:
         content = json.loads(_text(path))
         configuration = content['configuration']
-        asked = [
-            Trial.from_mapping(
-                {'nav': configuration['nav'], 'test': {key: value for key, value in test.items() if key != 'files'}},
-                str(path),
-            )
-            for test in configuration['tests']
-        ]
+        requested = [_requested(test, configuration['nav'], path) for test in configuration['tests']]
         parameters = configuration['parameters']
-        count = len(asked) * len(parameters) * len(configuration['ppr']) * configuration['trials']
+        count = len(requested) * len(parameters) * len(configuration['ppr']) * configuration['trials']
         return Manifest(
             content,
             str(content['name']),
-            {trial.test.name: trial for trial in asked},
-            [
-                RobotGeometry(float(each['odometry']['wheel_diameter']), float(each['odometry']['wheel_separation']))
-                for each in parameters
-            ],
+            {trial.test.name: trial for trial in requested},
+            [_robot(each['odometry']) for each in parameters],
             sorted(parameters[0]['varied']),
             int(count),
         )
@@ -84,41 +75,51 @@ def _manifest(path: Path) -> Manifest:
         raise ConfigError(f'{path}: not the manifest of a campaign; expected it as campaign wrote it') from None
 
 
+def _requested(test: Dict[str, Any], nav: str, path: Path) -> Trial:
+    definition = {key: value for key, value in test.items() if key != 'files'}
+    return Trial.from_mapping({'nav': nav, 'test': definition}, str(path))
+
+
+def _robot(odometry: Dict[str, Any]) -> RobotGeometry:
+    return RobotGeometry(float(odometry['wheel_diameter']), float(odometry['wheel_separation']))
+
+
 def _rows(path: Path, manifest: Manifest) -> Tuple[List[TrialRow], List[str]]:
-    """The trials, and a note where the last line is torn."""
-    lines = _text(path).split('\n')
-    head = header(manifest.varied_keys)
-    # A line is written at one stroke and ends last: what follows the last end is torn.
-    torn = lines.pop()
-    notes = [f'{path}: the last line is torn; its trial is left out'] if torn else []
-    rows: List[TrialRow] = []
-    seen: Set[Tuple] = set()
+    """Return the trials, and a note where the last line is incomplete."""
+    # A line is written in one call and its end comes last: what follows the last end is incomplete.
+    *lines, torn = _text(path).split('\n')
+    notes = [f'{path}: the last line is incomplete; its trial is left out'] if torn else []
+    rows: Dict[Tuple[object, ...], TrialRow] = {}
     for number, line in enumerate(lines, start=1):
         try:
-            fields = csv_fields(line.encode('utf-8'))
             if number == 1:
-                _check(fields == head)
-                continue
-            row = row_of(fields, manifest.varied_keys)
-            _check(row.test in manifest.asked and row.identity() not in seen and _is_finite(row))
+                _check(csv_fields(line.encode('utf-8')) == header(manifest.varied_keys))
+            else:
+                row = _row(line, manifest)
+                _check(row.identity() not in rows)
+                rows[row.identity()] = row
         except ValueError:
             raise ConfigError(
-                f'{path}: line {number} is not of the campaign of {MANIFEST}, is '
-                f'there twice or has a number that is not finite; expected it as '
-                f'campaign wrote it'
+                f'{path}: line {number} does not belong to the campaign of {MANIFEST}, occurs twice or has a '
+                f'number that is not finite; expected it as campaign wrote it'
             ) from None
-        seen.add(row.identity())
-        rows.append(row)
-    return rows, notes
+    return list(rows.values()), notes
 
 
-def _is_finite(row: TrialRow) -> bool:
+def _row(line: str, manifest: Manifest) -> TrialRow:
+    """Parse a line of trials.csv.
+
+    Raises:
+        ValueError: it is not a trial of the campaign.
+    """
+    row = row_of(csv_fields(line.encode('utf-8')), manifest.varied_keys)
     errors = itertools.chain.from_iterable(error for error in row.errors.values() if error)
-    return all(map(math.isfinite, (row.duration_s, row.distance_m, *errors)))
+    _check(row.test in manifest.requested and all(map(math.isfinite, (row.duration_s, row.distance_m, *errors))))
+    return row
 
 
-def _check(is_right: bool) -> None:
-    if not is_right:
+def _check(is_valid: bool) -> None:
+    if not is_valid:
         raise ValueError
 
 

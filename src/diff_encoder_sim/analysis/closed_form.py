@@ -1,4 +1,4 @@
-"""What whole pulses alone explain of the odometry's error at the goal, and what was measured."""
+"""The odometry's error at the goal: what quantisation alone explains (closed form), and what was measured."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from diff_encoder_sim.odometry.odometry_covariance import quantisation_covarianc
 from diff_encoder_sim.trials.trial_definition import Trial
 
 
-def closed_form_std(asked: Trial, robot: RobotGeometry, ppr: float) -> np.ndarray:
-    """(3,) of what whole pulses cause at the goal, along the map's axes: [m], [m], [rad]."""
-    start, m_per_pulse = asked.test.start.pose(), math.pi * robot.wheel_diameter_m / ppr
+def closed_form_std(requested: Trial, robot: RobotGeometry, ppr: float) -> np.ndarray:
+    """(3,) standard deviations at the goal due to quantisation alone, along the map's axes: [m], [m], [rad]."""
+    start, m_per_pulse = requested.test.start.pose(), math.pi * robot.wheel_diameter_m / ppr
     covariance = quantisation_covariance(
-        asked.goal().relative_to(start), m_per_pulse, m_per_pulse, robot.wheel_separation_m
+        requested.goal().relative_to(start), m_per_pulse, m_per_pulse, robot.wheel_separation_m
     )
     turn = np.eye(3)
     turn[:2, :2] = _rotation(start)
@@ -26,7 +26,7 @@ def closed_form_std(asked: Trial, robot: RobotGeometry, ppr: float) -> np.ndarra
 
 
 def odometry_minus_truth(trials: Sequence[TrialData], quantity: Quantity) -> np.ndarray:
-    """(n,) of the trials that have it, in the quantity's unit."""
+    """(n,) final odometry minus true pose of the trials that have both, in the quantity's unit."""
     return quantity.scale * np.array(
         [trial.odometry_minus_truth[quantity.component] for trial in trials if trial.odometry_minus_truth is not None]
     )

@@ -1,4 +1,4 @@
-"""The table of all comparisons between encoders, those that show no difference included."""
+"""The table of all comparisons between encoders, those without a difference included."""
 
 from __future__ import annotations
 
@@ -6,44 +6,31 @@ from typing import List, Sequence
 
 from diff_encoder_sim.analysis.dataset import Dataset
 from diff_encoder_sim.analysis.ppr_comparison import PprComparison
+from diff_encoder_sim.analysis.ppr_conclusion import conclusion
 from diff_encoder_sim.analysis.table_files import Column, Entry, Number, Table
 from diff_encoder_sim.analysis.table_keys import key_columns, key_entries, varied_keys
 
 DECIMALS = 4
 
-_COLUMNS = [
-    Column(name, name)
-    for name in (
-        'source',
-        'question',
-        'error',
-        'ppr_a',
-        'ppr_b',
-        'pairs',
-        'estimate',
-        'low',
-        'high',
-        'p_holm',
-        'verdict',
-    )
-]
+_NAMES = ('source', 'question', 'error', 'ppr_a', 'ppr_b', 'pairs', 'estimate', 'low', 'high', 'p_holm', 'verdict')
 
 
 def comparison_table(dataset: Dataset, compared: Sequence[PprComparison]) -> Table:
-    """A row for each of the dataset's comparisons.
+    """Build a table with a row for each of the dataset's comparisons.
 
     The estimate is of a against b: for `spread` the ratio of standard deviations, for `error` the
-    difference of absolute errors in the unit of the error, for `within` the difference of shares
-    within tolerance. `low` and `high` are its 95 % interval, for the comparison alone; `p_holm` is
-    corrected for the number of comparisons.
+    difference of absolute errors in the unit of the error, for `within` the difference of the
+    fractions within tolerance. `low` and `high` are its 95 % interval, for the comparison alone;
+    `p_holm` is corrected for the number of comparisons.
     """
     keys = varied_keys(dataset)
     rows: List[List[Entry]] = [[*key_entries(one.test, one.varied, keys), *_entries(one)] for one in compared]
-    return Table('comparisons', 'Encoders compared', [*key_columns(keys), *_COLUMNS], rows, [])
+    columns = [*key_columns(keys), *(Column(name, name) for name in _NAMES)]
+    return Table('comparisons', 'Encoders compared', columns, rows, [])
 
 
 def _entries(one: PprComparison) -> List[Entry]:
-    """An entry for each of `_COLUMNS`."""
+    """Return an entry for each of `_NAMES`."""
     result = one.result
     return [
         one.source.value,
@@ -52,5 +39,5 @@ def _entries(one: PprComparison) -> List[Entry]:
         *one.pprs,
         Number(result.pairs, 0),
         *(Number(value, DECIMALS) for value in (result.estimate, *result.interval, one.p_adjusted)),
-        one.verdict,
+        conclusion(one),
     ]

@@ -1,4 +1,4 @@
-"""Makes a dataset of what the user names: a campaign's folder, or bags of trials."""
+"""Loads the dataset that the user names: a campaign's folder, or bags of trials."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ log = logging.getLogger(__name__)
 def load_dataset(paths: Sequence[Path]) -> Dataset:
     """Read a campaign's folder, or bags and folders of bags.
 
-    What cannot be analysed is left out, with a warning that is in the dataset's notes, too.
+    What cannot be analysed is left out, with a warning and a note in the dataset.
 
     Raises:
         ConfigError: nothing can be analysed, or a campaign's folder is among other paths.

@@ -1,4 +1,4 @@
-"""How far from its goal each source says that the robot ended."""
+"""The final pose minus the goal, by pose source, from a recording."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def goal_errors(recording: TrialRecording) -> FinalErrors:
 
 
 def composed(frame: Pose2D, series: PoseSeries) -> PoseSeries:
-    """Poses that are given in a frame, in that frame's parent; yaw in [-pi, pi)."""
+    """Transform poses from a frame into its parent, given the frame's pose; yaw in [-pi, pi)."""
     cos_yaw, sin_yaw = math.cos(frame.yaw_rad), math.sin(frame.yaw_rad)
     x_m, y_m, yaw_rad = series.x_y_yaw.T
     return PoseSeries(

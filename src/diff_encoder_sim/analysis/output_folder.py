@@ -1,4 +1,4 @@
-"""The folder that an analysis writes: all of it or nothing, and only over an earlier analysis."""
+"""Writes the output folder of an analysis: all of it or nothing, and only over an earlier analysis."""
 
 from __future__ import annotations
 
@@ -11,20 +11,22 @@ from typing import Iterator
 
 from diff_encoder_sim.base.errors import ConfigError
 
-# The files that analyze wrote, one a line; a folder with others in it is somebody's.
+REPORT = 'report.html'
+
+# Lists the files that analyze wrote, one a line; a folder with other files is not replaced.
 CONTENTS = '.analysis'
 
 
 @contextlib.contextmanager
 def output_folder(path: Path) -> Iterator[Path]:
-    """A folder to write into, which takes `path`'s place when the context ends without an error.
+    """Yield a folder to write into, which replaces `path` when the context ends without an error.
 
     Raises:
         ConfigError: `path` has something in it that analyze did not write, or cannot be written.
     """
     path = path.resolve()
     _check_replaceable(path)
-    # Beside it, so that relative links stay right and the renaming is at one stroke.
+    # Beside it, so that relative links stay right and one rename puts it in place.
     made = path.with_name(f'.{path.name}-{uuid.uuid4().hex[:8]}')
     missing = [parent for parent in made.parents if not parent.exists()]
     try:
@@ -48,7 +50,7 @@ def _check_replaceable(path: Path) -> None:
         contents = path / CONTENTS
         ours = contents.read_text(encoding='utf-8').split('\n') if contents.is_file() else []
         known = {CONTENTS, *ours}
-        # The first will do: somebody's whole home folder may have been named.
+        # The first is enough: the path may be a whole home folder.
         other = next(
             (name for name in (str(file.relative_to(path)) for file in path.rglob('*')) if name not in known), None
         )

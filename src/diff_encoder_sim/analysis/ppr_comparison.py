@@ -1,6 +1,6 @@
-"""What the encoder changes: every two PPRs of a test compared over equal trials.
+"""Compares the encoders: every two PPRs of a test over equal trials.
 
-Equal trial numbers drew the same noise with each encoder, so that they are compared in pairs.
+Equal trial numbers draw the same noise with each encoder, so that they are compared in pairs.
 """
 
 from __future__ import annotations
@@ -11,13 +11,11 @@ from typing import Dict, Iterator, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 
-from diff_encoder_sim.analysis.dataset import Cell, Dataset, TrialData, Varied
+from diff_encoder_sim.analysis.dataset import CellKey, Dataset, TrialData, Varied
 from diff_encoder_sim.analysis.final_errors import equal_trials, final_errors
 from diff_encoder_sim.analysis.quantities import QUANTITIES, Quantity
-from diff_encoder_sim.analysis.table_keys import ppr_head
 from diff_encoder_sim.evaluation.sample_statistics import (
     SIGNIFICANCE,
-    Interval,
     PairedResult,
     holm,
     mcnemar,
@@ -35,11 +33,16 @@ class Question(enum.Enum):
 
     SPREAD = 'spread'  # standard deviation: estimate is a ratio
     ERROR = 'error'  # absolute value: estimate is a difference
-    WITHIN = 'within'  # share within tolerance: estimate is a difference
+    WITHIN = 'within'  # fraction within tolerance: estimate is a difference
+
+    @property
+    def no_difference(self) -> float:
+        """Return the estimate for equal encoders."""
+        return 1.0 if self is Question.SPREAD else 0.0
 
 
 class PprComparison(NamedTuple):
-    """One question about two encoders in one test, by one source."""
+    """One question about two encoders in one test, by one pose source."""
 
     test: str
     varied: Varied
@@ -52,37 +55,24 @@ class PprComparison(NamedTuple):
 
     @property
     def is_distinguishable(self) -> bool:
-        """Whether the encoders differ, the number of comparisons considered."""
+        """Return whether the encoders differ, corrected for the number of comparisons."""
         return self.p_adjusted < SIGNIFICANCE
-
-    @property
-    def verdict(self) -> str:
-        """In words."""
-        result, (more, less) = self.result, map(ppr_head, self.pprs)
-        nothing = 1.0 if self.question is Question.SPREAD else 0.0
-        if not self.is_distinguishable:
-            return f'{more} and {less} are not distinguishable with {result.pairs} trials'
-        if result.estimate < nothing:
-            result, (more, less) = _swapped(result, self.question), (less, more)
-        return f'{more} {_told(result, less, self.question, self.quantity)}'
 
 
 def compare_pprs(dataset: Dataset) -> List[PprComparison]:
-    """All questions, sources and axes of every two PPRs of equal test and parameters.
+    """Ask all questions of every two PPRs of equal test and parameters, for each source and quantity.
 
     Trials without a final pose in one of the two are left out.
     """
     compared = [
         PprComparison(coarse.test, coarse.varied, source, quantity, question, (coarse.ppr, fine.ppr), result, 1.0)
-        for (coarse, first), (fine, second) in _cells_in_pairs(dataset.cells())
+        for (coarse, first), (fine, second) in _pairs_of_cells(dataset.cells())
         for source in PoseSource
         for quantity in QUANTITIES
-        for question, result in _answers(first, second, source, quantity)
+        for question, result in _results(first, second, source, quantity)
     ]
-    for source, question in itertools.product(PoseSource, Question):
-        _adjust(
-            compared, [index for index, one in enumerate(compared) if (one.source, one.question) == (source, question)]
-        )
+    for family in itertools.product(PoseSource, Question):
+        _adjust(compared, [index for index, one in enumerate(compared) if (one.source, one.question) == family])
     return compared
 
 
@@ -93,55 +83,25 @@ def _adjust(compared: List[PprComparison], family: Sequence[int]) -> None:
         compared[index] = compared[index]._replace(p_adjusted=p_value)
 
 
-_CellTrials = Tuple[Cell, List[TrialData]]
+_CellTrials = Tuple[CellKey, List[TrialData]]
 
 
-def _cells_in_pairs(cells: Dict[Cell, List[TrialData]]) -> Iterator[Tuple[_CellTrials, _CellTrials]]:
+def _pairs_of_cells(cells: Dict[CellKey, List[TrialData]]) -> Iterator[Tuple[_CellTrials, _CellTrials]]:
     for first, second in itertools.combinations(cells.items(), 2):
         if (first[0].test, first[0].varied) == (second[0].test, second[0].varied):
             yield first, second
 
 
-def _answers(
+def _results(
     first: Sequence[TrialData], second: Sequence[TrialData], source: PoseSource, quantity: Quantity
 ) -> List[Tuple[Question, PairedResult]]:
     pairs = equal_trials(first, second, source)
     if not pairs[0]:
         return []
-    errors = [np.round(final_errors(trials, source, quantity), DECIMALS) for trials in pairs]
-    sizes = [np.abs(values) for values in errors]
+    errors_a, errors_b = (np.round(final_errors(trials, source, quantity), DECIMALS) for trials in pairs)
+    sizes_a, sizes_b = np.abs(errors_a), np.abs(errors_b)
     return [
-        (Question.SPREAD, spread_ratio(*errors)),
-        (Question.ERROR, wilcoxon(*sizes)),
-        (Question.WITHIN, mcnemar(*(size <= quantity.tolerance for size in sizes))),
+        (Question.SPREAD, spread_ratio(errors_a, errors_b)),
+        (Question.ERROR, wilcoxon(sizes_a, sizes_b)),
+        (Question.WITHIN, mcnemar(sizes_a <= quantity.tolerance, sizes_b <= quantity.tolerance)),
     ]
-
-
-def _swapped(result: PairedResult, question: Question) -> PairedResult:
-    """The second against the first."""
-    low, high = result.interval
-    if question is Question.SPREAD:
-        return result._replace(estimate=_inverse(result.estimate), interval=Interval(_inverse(high), _inverse(low)))
-    return result._replace(estimate=-result.estimate, interval=Interval(-high, -low))
-
-
-def _inverse(value: float) -> float:
-    return 1.0 / value if value > 0.0 else np.inf
-
-
-def _told(result: PairedResult, other: str, question: Question, quantity: Quantity) -> str:
-    low, high = result.interval
-    if question is Question.SPREAD:
-        if np.isinf(result.estimate):
-            return f'spreads, {other} does not: all its {result.pairs} errors are equal'
-        return f'spreads more than {other} (ratio {result.estimate:.3g}, 95 % interval {low:.3g} to {high:.3g})'
-    if question is Question.ERROR:
-        return (
-            f'is farther off than {other} (by {result.estimate:.2g} {quantity.unit}, '
-            f'95 % interval {low:.2g} to {high:.2g})'
-        )
-    return (
-        f'is within {quantity.tolerance:g} {quantity.unit} more often than {other} (by '
-        f'{100.0 * result.estimate:.0f} points, 95 % interval {100.0 * low:.0f} to '
-        f'{100.0 * high:.0f})'
-    )

@@ -5,9 +5,9 @@ from __future__ import annotations
 import csv
 import io
 from pathlib import Path
-from typing import Callable, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Callable, Dict, Iterable, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
 
-# So many groups of columns fit the width of a page; more follow below, with the key columns again.
+# So many groups of columns fit the width of a page; others follow below, with the key columns again.
 GROUPS_ABREAST = 4
 
 _LATEX_ESCAPES = str.maketrans(
@@ -21,14 +21,14 @@ _LATEX_ESCAPES = str.maketrans(
 
 
 class Number(NamedTuple):
-    """A number, and how many decimals people are shown of it; CSV has all."""
+    """A number, and how many decimals tables show; CSV has all."""
 
     value: Optional[float]  # None where there is no such number
     decimals: int
 
 
 class Label(NamedTuple):
-    """A text that programs look for, and what people read instead."""
+    """A text as CSV has it, and as tables show it."""
 
     name: str
     head: str
@@ -38,15 +38,15 @@ Entry = Union[str, Label, Number]
 
 
 class Column(NamedTuple):
-    """A column; those with an empty group stand first and are what rows are known by."""
+    """A column; those without a group come first and are the keys of the rows."""
 
     name: str  # in CSV, with the unit
-    head: str  # for people, with the unit
-    group: str = ''  # a head over neighbouring columns
+    head: str  # as tables show it, with the unit
+    group: str = ''  # a heading over neighbouring columns
 
 
 class Table(NamedTuple):
-    """A table, without regard to what it is written as."""
+    """A table, independent of the format it is written in."""
 
     name: str  # of its files, without suffix
     title: str
@@ -56,7 +56,7 @@ class Table(NamedTuple):
 
 
 def csv_text(table: Table) -> str:
-    """All digits, empty where there is no number; title and notes are left out."""
+    """Format a table as CSV: all digits, empty where there is no number, without title and notes."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator='\n')
     writer.writerow([column.name for column in table.columns])
@@ -65,7 +65,7 @@ def csv_text(table: Table) -> str:
 
 
 def markdown_text(table: Table) -> str:
-    """As GitHub shows it."""
+    """Format a table as Markdown, as GitHub shows it."""
     parts = [f'**{_markdown(table.title)}**']
     for columns in abreast(table.columns):
         heads = [f'{table.columns[index].group} {table.columns[index].head}'.strip() for index in columns]
@@ -78,7 +78,7 @@ def markdown_text(table: Table) -> str:
 
 
 def latex_text(table: Table) -> str:
-    """A table environment to be read by \\input in a document that uses booktabs."""
+    r"""Format a table as LaTeX, for \input in a document that uses booktabs."""
     lines = [
         r'% \usepackage{booktabs}',
         r'\begin{table}',
@@ -97,7 +97,7 @@ WRITERS: Dict[str, Callable[[Table], str]] = {'csv': csv_text, 'md': markdown_te
 
 
 def write_tables(tables: Sequence[Table], csv_only: Sequence[Table], folder: Path) -> None:
-    """Write tables in each format, and more as CSV alone, into `folder`, which is made.
+    """Write tables in each format, and others as CSV only, into `folder`, which is created.
 
     Raises:
         OSError: a file cannot be written.
@@ -106,12 +106,12 @@ def write_tables(tables: Sequence[Table], csv_only: Sequence[Table], folder: Pat
     files = [(table, suffix) for table in tables for suffix in WRITERS]
     files += [(table, 'csv') for table in csv_only]
     for table, suffix in files:
-        # Lines end as the CSV writer has it, whatever the system.
+        # Bytes: the same line ends on every system.
         (folder / f'{table.name}.{suffix}').write_bytes(WRITERS[suffix](table).encode('utf-8'))
 
 
 def abreast(columns: Sequence[Column]) -> Iterator[List[int]]:
-    """Indices of the columns that stand beside each other, the key columns in each."""
+    """Yield the indices of the columns of each block that fits the page's width, the key columns in each."""
     keys = [index for index, column in enumerate(columns) if not column.group]
     groups = list(dict.fromkeys(column.group for column in columns if column.group))
     for first in range(0, max(len(groups), 1), GROUPS_ABREAST):
@@ -120,7 +120,7 @@ def abreast(columns: Sequence[Column]) -> Iterator[List[int]]:
 
 
 def is_number_column(table: Table, index: int) -> bool:
-    """Whether a column's entries stand to the right."""
+    """Return whether a column is aligned to the right."""
     return bool(table.rows) and all(isinstance(row[index], Number) for row in table.rows)
 
 
@@ -133,12 +133,12 @@ def _exact(entry: Entry) -> str:
 
 
 def rounded(entry: Entry, absent: str) -> str:
-    """An entry as people read it; `absent` stands for a number that there is not."""
+    """Format an entry as tables show it; `absent` replaces a missing number."""
     if not isinstance(entry, Number):
         return entry.head if isinstance(entry, Label) else entry
     if entry.value is None:
         return absent
-    # Adding zero takes the sign from what is rounded to zero.
+    # Adding zero removes the sign of what is rounded to zero.
     return f'{round(entry.value, entry.decimals) + 0.0:.{entry.decimals}f}'
 
 
@@ -148,7 +148,7 @@ def _markdown(text: str) -> str:
     return text
 
 
-def _markdown_row(texts: Iterator[str]) -> str:
+def _markdown_row(texts: Iterable[str]) -> str:
     return f'| {" | ".join(map(_markdown, texts))} |'
 
 
@@ -170,7 +170,7 @@ def _latex_tabular(table: Table, columns: Sequence[int]) -> List[str]:
 
 
 def _latex_groups(table: Table, columns: Sequence[int]) -> List[str]:
-    """The line of heads over several columns, and the rules below them; none without groups."""
+    """Return the line of group headings and the rules below them; nothing without groups."""
     cells, rules = [], []
     for group, first, last in equal_neighbours([table.columns[index].group for index in columns]):
         if group:
@@ -182,7 +182,7 @@ def _latex_groups(table: Table, columns: Sequence[int]) -> List[str]:
 
 
 def equal_neighbours(texts: Sequence[str]) -> List[Tuple[str, int, int]]:
-    """Equal neighbours: the text, the first and the last position, from 1."""
+    """Return the runs of equal neighbours: text, first and last position, from 1."""
     runs: List[Tuple[str, int, int]] = []
     for position, text in enumerate(texts, start=1):
         if runs and runs[-1][0] == text:

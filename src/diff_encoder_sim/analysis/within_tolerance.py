@@ -1,7 +1,7 @@
-"""Whether enough trials of a cell end within a tolerance.
+"""Whether enough trials of a cell end within the tolerance.
 
-A cell reaches the tolerance when at least four trials in five end within it, and that is known with
-95 % confidence: for that Wilson's interval of the share must lie on one side.
+At least four trials in five must end within it, and that must be known with 95 % confidence: for
+that Wilson's interval of the fraction must lie on one side of 80 %.
 """
 
 from __future__ import annotations
@@ -11,52 +11,53 @@ from typing import NamedTuple, Optional, Sequence
 
 from diff_encoder_sim.analysis.dataset import TrialData
 from diff_encoder_sim.analysis.final_errors import count_within_all, with_final_error
-from diff_encoder_sim.analysis.quantities import QUANTITIES, Quantity
+from diff_encoder_sim.analysis.quantities import QUANTITIES, YAW, Quantity, X
 from diff_encoder_sim.evaluation.sample_statistics import LEVEL, Interval, wilson
 from diff_encoder_sim.trials.pose_source import PoseSource
 
-# What the robot did, what it believed, and what it would have believed without a map.
-WORDS_OF_SOURCE = {
-    PoseSource.WORLD: 'in truth',
-    PoseSource.GLOBAL: 'as the robot believes',
-    PoseSource.ODOM: 'by odometry alone',
-}
+# The sources that are judged: where the robot was, where it estimated to be, and what the estimate
+# would have been without a map.
+SOURCE_TEXTS = {PoseSource.WORLD: 'true pose', PoseSource.GLOBAL: 'pose estimate', PoseSource.ODOM: 'odometry alone'}
 
-# Thirty trials of thirty show no more than 88 per cent: the paper's count cannot show 90.
+# The paper's 30 trials can show no more than 88 %, if all of them end within the tolerance.
 REQUIRED_FRACTION = 0.8
 
+TOLERANCE_TEXT = f'within {X.tolerance:g} m in x and y and {YAW.tolerance:g} degrees'
 
-class Reach(enum.Enum):
-    """Whether the required share ends within the tolerance."""
+
+class Sufficiency(enum.Enum):
+    """Whether the required fraction of trials ends within the tolerance."""
 
     YES = 'yes'
     NO = 'no'
-    UNDECIDED = 'undecided'
+    UNDECIDED = 'undecided'  # too few trials to know
 
 
-class Share(NamedTuple):
-    """How many trials of a cell end within the tolerance, as a source says."""
+class FractionWithin(NamedTuple):
+    """How many trials of a cell end within the tolerance, by one pose source."""
 
     trials: int  # that ended with a pose of the source
     within: int  # in position and heading
     within_position: int  # in x and in y
     within_heading: int
-    interval: Interval  # of the share `within`
+    interval: Interval  # of the fraction within / trials
 
     @property
-    def reach(self) -> Reach:
-        """What the interval tells."""
+    def sufficiency(self) -> Sufficiency:
+        """Compare the interval with the required fraction."""
         if self.interval.low >= REQUIRED_FRACTION:
-            return Reach.YES
-        return Reach.NO if self.interval.high < REQUIRED_FRACTION else Reach.UNDECIDED
+            return Sufficiency.YES
+        return Sufficiency.NO if self.interval.high < REQUIRED_FRACTION else Sufficiency.UNDECIDED
 
 
 def fraction_within(
     trials: Sequence[TrialData], source: PoseSource, tolerances: Sequence[Quantity] = QUANTITIES, level: float = LEVEL
-) -> Optional[Share]:
-    """Of the trials that ended with a pose of the source, however they ended; None without one.
+) -> Optional[FractionWithin]:
+    """Count the trials within the tolerance, whatever their outcome; None where none has a pose of the source.
 
     Args:
+        trials: of one cell.
+        source: of the final pose.
         tolerances: of x, y and yaw; the paper's unless others are given.
         level: of confidence.
     """
@@ -65,17 +66,12 @@ def fraction_within(
         return None
     x, y, yaw = tolerances
     within = count_within_all(trials, source, tolerances)
-    return Share(
-        count,
-        within,
-        count_within_all(trials, source, (x, y)),
-        count_within_all(trials, source, (yaw,)),
-        wilson(within, count, level),
-    )
+    position, heading = (count_within_all(trials, source, part) for part in ((x, y), (yaw,)))
+    return FractionWithin(count, within, position, heading, wilson(within, count, level))
 
 
 def fewest_trials() -> int:
-    """How many trials it takes to reach the required share when all of them end within it."""
+    """Return how many trials show the required fraction when all of them end within the tolerance."""
     count = 1
     while wilson(count, count, LEVEL).low < REQUIRED_FRACTION:
         count += 1

@@ -64,7 +64,7 @@ class CampaignParams(Params):
         return math.prod(map(len, (self.tests, self.ppr, *self.vary.values())))
 
 
-class Cell(NamedTuple):
+class CampaignCell(NamedTuple):
     """One test with one encoder and one set of parameters: trials that differ by seed alone."""
 
     label: str  # for file names and people, one of its own: SL_90_noise0.03
@@ -91,7 +91,7 @@ class Campaign(NamedTuple):
     """All that is needed to run the trials, on any machine."""
 
     params: CampaignParams
-    cells: List[Cell]  # by test, then varied parameters, then PPR
+    cells: List[CampaignCell]  # by test, then varied parameters, then PPR
     files: TrialFiles
 
     def jobs(self) -> List[TrialJob]:

@@ -14,8 +14,8 @@ from diff_encoder_sim.campaign.campaign_definition import (
     MOST_CELLS,
     MOST_TRIALS,
     Campaign,
+    CampaignCell,
     CampaignParams,
-    Cell,
     Varied,
     text_of,
 )
@@ -176,9 +176,9 @@ def _check_unique(key: str, texts: Sequence[str]) -> None:
 
 def _cells(
     params: CampaignParams, tests: Sequence[TestDefinition], combinations: Sequence[Tuple[Varied, RobotParams]]
-) -> List[Cell]:
+) -> List[CampaignCell]:
     cells = [
-        Cell(_label(test, ppr_label(ppr), varied), test, ppr, varied, robot_params)
+        CampaignCell(_label(test, ppr_label(ppr), varied), test, ppr, varied, robot_params)
         for test in tests
         for varied, robot_params in combinations
         for ppr in params.ppr

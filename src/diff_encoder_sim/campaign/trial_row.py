@@ -32,7 +32,7 @@ class TrialRow(NamedTuple):
     wall_time_s: float
     bag: str  # path below the results folder; '' for none
 
-    def identity(self) -> Tuple:
+    def identity(self) -> Tuple[object, ...]:
         """Which trial it is of: the first fields, to seed."""
         return self[:5]
 

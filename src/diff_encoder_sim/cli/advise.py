@@ -16,9 +16,10 @@ from typing import List, Optional, Sequence, Type
 
 from distributed import Client
 
-from diff_encoder_sim.advice.encoder_search import WORDS, Advisor, Tolerance
+from diff_encoder_sim.advice.encoder_search import CRITERIA, Advisor, Tolerance
 from diff_encoder_sim.analysis.campaign_dataset import data_of
-from diff_encoder_sim.analysis.dataset import TrialData, ppr_value
+from diff_encoder_sim.analysis.dataset import TrialData
+from diff_encoder_sim.analysis.encoder_labels import ppr_value
 from diff_encoder_sim.analysis.quantities import YAW, X
 from diff_encoder_sim.analysis.within_tolerance import REQUIRED_FRACTION, fewest_trials
 from diff_encoder_sim.base.command_line import tool_parser
@@ -63,10 +64,10 @@ def _advise(options: argparse.Namespace, run: RunTrial) -> None:
     _warn_of_goal_tolerance(campaign, tolerance)
     with _CandidateTrials(options, campaign, run) as trials:
         advisor = Advisor(labels, looks, tolerance, trials.with_encoder)
-        found = {source: advisor.smallest(source) for source in WORDS}
+        found = {source: advisor.smallest(source) for source in CRITERIA}
     print(f'{advisor.table()}\n{_legend(tolerance)}\n\nYes in every test:')
     for source, label in found.items():
-        print(f'  {WORDS[source]}: {_summary(labels, label)}')
+        print(f'  {CRITERIA[source]}: {_summary(labels, label)}')
 
 
 def _legend(tolerance: Tolerance) -> str:

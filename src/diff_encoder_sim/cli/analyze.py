@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import Optional, Sequence
 
 from diff_encoder_sim.analysis.dataset_loading import load_dataset
-from diff_encoder_sim.analysis.output_folder import output_folder
-from diff_encoder_sim.analysis.outputs import REPORT, write_analysis
+from diff_encoder_sim.analysis.output_folder import REPORT, output_folder
+from diff_encoder_sim.analysis.outputs import write_analysis
 from diff_encoder_sim.analysis.terminal_summary import summary
 from diff_encoder_sim.base.command_line import run_tool, tool_parser
 
@@ -32,7 +32,7 @@ def _analyze(options: argparse.Namespace) -> None:
         dataset = load_dataset(options.paths)
         print(summary(dataset), flush=True)
         headline = write_analysis(dataset, folder)
-    print(f'\n{out / REPORT}: {headline}')
+    print(f'\n{headline}\nReport: {out / REPORT}')
 
 
 def _beside(path: Path) -> Path:

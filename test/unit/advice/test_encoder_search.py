@@ -2,7 +2,7 @@
 
 import pytest
 
-from diff_encoder_sim.advice.encoder_search import WORDS, Advisor, Tolerance
+from diff_encoder_sim.advice.encoder_search import CRITERIA, Advisor, Tolerance
 from diff_encoder_sim.trials.pose_source import PoseSource
 from diff_encoder_sim.trials.trial_outcome import Outcome
 from paper_datasets import trial
@@ -72,7 +72,7 @@ def test_each_look_has_its_part_of_the_doubt(looks, told):
 def test_trials_are_run_once_for_all_sources():
     bench = Bench()
     advisor = bench.advisor()
-    for source in WORDS:
+    for source in CRITERIA:
         advisor.smallest(source)
     assert len(bench.asked) == len(set(bench.asked))
 
@@ -98,7 +98,7 @@ def test_a_robot_that_gave_up_is_not_at_its_goal_but_its_odometry_may_be_right()
         ]
 
     advisor = Advisor(LABELS, [30], TOLERANCE, trials_with)
-    assert [advisor.smallest(source) for source in WORDS] == [None, None, '20']
+    assert [advisor.smallest(source) for source in CRITERIA] == [None, None, '20']
 
 
 def test_the_tolerance_is_the_users():

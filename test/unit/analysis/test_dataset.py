@@ -9,8 +9,9 @@ import pytest
 
 from campaign_files import NOISE, RUN, row_of_job, small_campaign
 from diff_encoder_sim.analysis.bag_trial import MOST_POINTS
-from diff_encoder_sim.analysis.dataset import Cell, Dataset, RobotGeometry, TrialData, ppr_value
+from diff_encoder_sim.analysis.dataset import CellKey, Dataset, RobotGeometry, TrialData
 from diff_encoder_sim.analysis.dataset_loading import load_dataset
+from diff_encoder_sim.analysis.encoder_labels import ppr_value
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.campaign.store import ResultStore
 from diff_encoder_sim.trials.pose_source import PoseSource
@@ -67,7 +68,7 @@ def test_cells_are_in_the_papers_order():
 def test_what_is_varied_is_not_pooled():
     trials = [data('SL', '40', number, ((NOISE, value),)) for value in ('0.03', '0.01') for number in (1, 2)]
     cells = Dataset('', trials, [], None, None, ALTO, {}).cells()
-    assert list(cells) == [Cell('SL', '40', ((NOISE, '0.03'),)), Cell('SL', '40', ((NOISE, '0.01'),))]
+    assert list(cells) == [CellKey('SL', '40', ((NOISE, '0.03'),)), CellKey('SL', '40', ((NOISE, '0.01'),))]
     assert all(len(pooled) == 2 for pooled in cells.values())
 
 
@@ -82,7 +83,7 @@ def test_a_campaign_is_its_table_and_the_way_from_its_bags(finished):
     dataset = load_dataset([finished])
     assert (dataset.title, dataset.folder, dataset.robot, dataset.notes) == ('small', finished, ALTO, [])
     assert dataset.manifest == json.loads((finished / 'manifest.json').read_text())
-    assert {test: (asked.test, asked.nav) for test, asked in dataset.asked.items()} == {
+    assert {test: (trial.test, trial.nav) for test, trial in dataset.requested.items()} == {
         test: (load_test(test, ROOT / 'config'), 'embedded') for test in ('SL', 'SMT')
     }
     assert [(trial.test, trial.ppr, trial.trial, trial.seed) for trial in dataset.trials] == [
@@ -100,7 +101,7 @@ def test_without_bags_the_table_is_analysed_alone(folder):
     dataset = load_dataset([folder])
     assert len(dataset.trials) == 8
     assert all((trial.paths, trial.tracks, trial.bag) == ({}, None, None) for trial in dataset.trials)
-    assert dataset.notes == [f'{folder}/bags: has bags of 0 of 8 trials; of the others nothing is known about the way']
+    assert dataset.notes == [f'{folder}/bags: has bags of 0 of 8 trials; the others have no errors along the path']
 
 
 def test_a_campaign_that_goes_on_is_analysed_as_far_as_it_is(tmp_path, caplog):
@@ -109,7 +110,7 @@ def test_a_campaign_that_goes_on_is_analysed_as_far_as_it_is(tmp_path, caplog):
         table.write(b'SL,90,2,2,succ')
     dataset = load_dataset([folder])
     assert len(dataset.trials) == 3
-    assert 'the last line is torn' in dataset.notes[0] and 'has 3 of 8 trials' in dataset.notes[1]
+    assert 'the last line is incomplete' in dataset.notes[0] and 'has 3 of 8 trials' in dataset.notes[1]
     assert [record.message for record in caplog.records] == dataset.notes
 
 
@@ -131,8 +132,8 @@ def test_bags_that_do_not_fit_are_named_and_their_rows_stay(folder):
     assert len(dataset.trials) == 8 and [trial.bag is None for trial in dataset.trials] == 3 * [True] + 5 * [False]
     assert dataset.notes[0] == f'{bags}/mine.bag: not a bag of trials.csv (1 such); left out'
     assert f'{bags}/SL_40_001.bag: not a readable bag' in dataset.notes[1]
-    assert f'{bags}/SL_40_002.bag: its trial has another test, number, ppr; expected' in dataset.notes[2]
-    assert f'{bags}/SL_90_001.bag: its trial has another wheel_diameter, wheel_separation' in dataset.notes[3]
+    assert f'{bags}/SL_40_002.bag: differs in test, number, ppr from its line in trials.csv' in dataset.notes[2]
+    assert f'{bags}/SL_90_001.bag: differs in wheel_diameter, wheel_separation from its line' in dataset.notes[3]
 
 
 @pytest.mark.parametrize('content', ['', '{', '[]', '{"name": "x"}', '{"name": "x", "configuration": {"tests": []}}'])
@@ -145,7 +146,7 @@ def test_a_manifest_of_another_campaign_is_named(folder, tmp_path):
     campaign = small_campaign(tmp_path, tests=['SL'], vary={NOISE: [0.01, 0.03]})
     other = finish(campaign, tmp_path / 'other', 1)
     shutil.copy(other / 'manifest.json', folder)
-    assert f'{folder}/trials.csv: line 1 is not of the campaign of manifest.json' in refusal(folder)
+    assert f'{folder}/trials.csv: line 1 does not belong to the campaign of manifest.json' in refusal(folder)
 
 
 @pytest.mark.parametrize(
@@ -192,7 +193,7 @@ def test_a_bag_tells_what_its_row_would(tmp_path):
     assert found.paths[PoseSource.GLOBAL].poses == 2 and found.paths[PoseSource.AMCL] is None
     assert found.tracks.true.tolist() == [[-10.0, 0.0], [0.0, 0.0], [10.0, 0.1]]
     assert found.tracks.odometry == pytest.approx(np.array([[-10.0, 0.0], [0.0, 0.3], [9.9, 0.5]]))
-    assert dataset.asked == {'SL': trial(number=7)}
+    assert dataset.requested == {'SL': trial(number=7)}
 
 
 def test_tracks_are_thinned_and_keep_their_ends(tmp_path):
@@ -224,7 +225,7 @@ def test_other_configurations_are_kept_apart(tmp_path):
     dataset = load_dataset([tmp_path])
     assert [trial.varied for trial in dataset.trials] == [(('nav', 'scripted'),), (('nav', 'embedded'),)]
     assert dataset.notes == [
-        f'{tmp_path}/a.bag and others: nav is embedded or scripted; trials are pooled only where it is the same'
+        f'{tmp_path}/a.bag and others: nav is embedded or scripted; trials with different values are not pooled'
     ]
 
 
@@ -238,7 +239,7 @@ def test_a_trial_counts_once_and_a_test_has_one_definition(tmp_path):
     )
     dataset = load_dataset([tmp_path])
     assert [trial.bag.name for trial in dataset.trials] == ['a.bag']
-    assert 'b.bag: the same trial as ' in dataset.notes[0] and 'c.bag: another SL than in ' in dataset.notes[1]
+    assert 'b.bag: the same trial as ' in dataset.notes[0] and 'c.bag: defines SL differently from ' in dataset.notes[1]
 
 
 def test_what_can_be_analysed_is(tmp_path, caplog):

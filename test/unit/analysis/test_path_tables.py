@@ -9,6 +9,7 @@ import pytest
 from diff_encoder_sim.analysis.comparison_table import comparison_table
 from diff_encoder_sim.analysis.path_tables import path_error_table
 from diff_encoder_sim.analysis.ppr_comparison import compare_pprs
+from diff_encoder_sim.analysis.ppr_conclusion import conclusion
 from diff_encoder_sim.analysis.table_files import csv_text
 from diff_encoder_sim.analysis.tables import all_tables
 from diff_encoder_sim.base.se2 import Pose2D
@@ -142,11 +143,11 @@ def test_comparisons_have_a_row_each():
     assert {row['verdict'] for row in rows} == {'40 PPR and 90 PPR are not distinguishable with 3 trials'}
 
 
-def test_comparisons_are_told_as_they_are_judged():
+def test_conclusions_are_those_of_the_comparisons():
     dataset = synthetic_dataset(tests=('SL',), trials=30)
     rows, compared = compared_records(dataset), compare_pprs(dataset)
     assert [(float(row['p_holm']), row['verdict']) for row in rows] == [
-        (one.p_adjusted, one.verdict) for one in compared
+        (one.p_adjusted, conclusion(one)) for one in compared
     ]
     assert all(float(row['low']) <= float(row['estimate']) <= float(row['high']) for row in rows)
 

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.analysis.dataset import Dataset
+from diff_encoder_sim.analysis.goal_tables import GOAL_TABLES, goal_table
+from diff_encoder_sim.analysis.interval_tables import interval_table
 from diff_encoder_sim.analysis.pulse_resolution import pulse_resolution_table
 from diff_encoder_sim.analysis.table_files import (
     Column,
@@ -19,11 +21,12 @@ from diff_encoder_sim.analysis.table_files import (
     markdown_text,
     write_tables,
 )
-from diff_encoder_sim.analysis.tables import all_tables, goal_table, interval_table
+from diff_encoder_sim.analysis.tables import all_tables
 from diff_encoder_sim.trials.pose_source import PoseSource
 from diff_encoder_sim.trials.trial_outcome import Outcome
 from synthetic_trials import dataset_of, synthetic_dataset, trial_data
 
+TABLE_4, TABLE_5 = GOAL_TABLES[:2]
 DEG = math.pi / 180.0
 # x [m], y [m], yaw: of three trials; within 0.05 m: 2 and 1 of them; within 3 degrees: 2.
 HAND_ERRORS = [(0.00, 0.10, 1.0 * DEG), (0.03, -0.10, -2.0 * DEG), (-0.06, 0.00, 4.0 * DEG)]
@@ -43,7 +46,7 @@ def column(table, name, key='statistic'):
 
 
 def test_table_4_by_hand():
-    table = goal_table(hand_dataset(), 'table4')
+    table = goal_table(hand_dataset(), TABLE_4)
     assert [each.name for each in table.columns] == ['test', 'statistic', 'ppr90_x_m', 'ppr90_y_m', 'ppr90_yaw_deg']
     assert column(table, 'ppr90_x_m') == pytest.approx(
         {'min': -0.06, 'max': 0.03, 'mean': -0.01, 'std': math.sqrt(0.0021), 'pct_within': 200 / 3, 'trials': 3}
@@ -57,7 +60,7 @@ def test_table_4_by_hand():
 
 
 def test_an_error_as_large_as_the_tolerance_is_within():
-    table = goal_table(dataset_of([trial_data(errors=(0.05, -0.05, 3.0 * DEG))]), 'table4')
+    table = goal_table(dataset_of([trial_data(errors=(0.05, -0.05, 3.0 * DEG))]), TABLE_4)
     assert [column(table, f'ppr90_{quantity}')['pct_within'] for quantity in ('x_m', 'y_m')] == [100.0, 100.0]
 
 
@@ -69,16 +72,15 @@ def test_each_table_has_its_source():
         PoseSource.AMCL: (4.0, 0.0, 0.0),
     }
     dataset = dataset_of([trial_data(errors=errors)])
-    assert [
-        column(goal_table(dataset, name), 'ppr90_x_m')['mean'] for name in ('table4', 'table5', 'table6', 'table6_amcl')
-    ] == [1.0, 2.0, 3.0, 4.0]
+    means = {kind.name: column(goal_table(dataset, kind), 'ppr90_x_m')['mean'] for kind in GOAL_TABLES}
+    assert means == {'table4': 1.0, 'table5': 2.0, 'table6': 3.0, 'table6_amcl': 4.0}
 
 
 def test_rows_are_by_test_and_columns_by_ppr_in_the_papers_order():
     dataset = synthetic_dataset(
         tests=('DLD', 'SL', 'SMT'), trials=2, pprs=('4096', '40', '1024', '90', 'ideal', '90-1024')
     )
-    table = goal_table(dataset, 'table4')
+    table = goal_table(dataset, TABLE_4)
     assert list(dict.fromkeys(row[0] for row in table.rows)) == ['SL', 'SMT', 'DLD']
     assert list(dict.fromkeys(each.group for each in table.columns if each.group)) == [
         '40 PPR',
@@ -91,14 +93,14 @@ def test_rows_are_by_test_and_columns_by_ppr_in_the_papers_order():
 
 
 def test_a_cell_without_trials_is_empty():
-    table = goal_table(dataset_of([trial_data('SL', '40'), trial_data('SMT', '90')]), 'table4')
+    table = goal_table(dataset_of([trial_data('SL', '40'), trial_data('SMT', '90')]), TABLE_4)
     row = next(each for each in records(table) if each['test'] == 'SL' and each['statistic'] == 'mean')
     assert (row['ppr40_x_m'], row['ppr90_x_m']) == ('0.0', '')
 
 
 def test_what_is_varied_has_rows_of_its_own():
     variants = ((('config.counter_modulus', '0'),), (('config.counter_modulus', '65536'),))
-    table = goal_table(synthetic_dataset(tests=('SL',), pprs=('90',), trials=3, variants=variants), 'table4')
+    table = goal_table(synthetic_dataset(tests=('SL',), pprs=('90',), trials=3, variants=variants), TABLE_4)
     assert [(row['config.counter_modulus'], row['statistic']) for row in records(table)][::6] == [
         ('0', 'min'),
         ('65536', 'min'),
@@ -112,7 +114,7 @@ def test_failed_trials_count_as_they_ended_and_torn_ones_do_not():
         trial_data(number=3, errors=(5.0, 0.0, 0.0), outcome=Outcome.TORN),
         trial_data(number=4, errors={PoseSource.ODOM: None}, outcome=Outcome.ABORTED),
     ]
-    table = goal_table(dataset_of(trials), 'table4')
+    table = goal_table(dataset_of(trials), TABLE_4)
     numbers = column(table, 'ppr90_x_m')
     assert (numbers['max'], numbers['pct_within'], numbers['trials']) == (9.0, 50.0, 2.0)
     assert table.notes[1:] == [
@@ -121,25 +123,25 @@ def test_failed_trials_count_as_they_ended_and_torn_ones_do_not():
 
 
 def test_no_note_where_all_succeeded():
-    assert len(goal_table(hand_dataset(), 'table4').notes) == 1
+    assert len(goal_table(hand_dataset(), TABLE_4).notes) == 1
 
 
 def test_one_trial_has_no_spread_and_unbounded_intervals():
     dataset = dataset_of([trial_data(errors=(0.01, 0.0, 0.0))])
-    assert column(goal_table(dataset, 'table4'), 'ppr90_x_m')['std'] is None
-    x_row = records(interval_table(dataset, 'table4'))[0]
+    assert column(goal_table(dataset, TABLE_4), 'ppr90_x_m')['std'] is None
+    x_row = records(interval_table(dataset, TABLE_4))[0]
     assert (x_row['trials'], x_row['std'], x_row['mean_high']) == ('1', '', 'inf')
 
 
 def test_intervals_hold_their_value():
-    for row in records(interval_table(synthetic_dataset(trials=30), 'table5')):
+    for row in records(interval_table(synthetic_dataset(trials=30), TABLE_5)):
         for name in ('mean', 'std', 'pct_within'):
             assert float(row[f'{name}_low']) <= float(row[name]) <= float(row[f'{name}_high'])
         assert float(row['std_bootstrap_low']) < float(row['std']) < float(row['std_bootstrap_high'])
 
 
 def test_intervals_by_hand():
-    row = records(interval_table(hand_dataset(), 'table4'))[0]
+    row = records(interval_table(hand_dataset(), TABLE_4))[0]
     # t of 2 degrees of freedom: 4.3027; chi-square of 2 at 2.5 and 97.5 %: 0.050636 and 7.377759.
     half = 4.302653 * math.sqrt(0.0021 / 3)
     assert [float(row[name]) for name in ('mean_low', 'mean_high')] == pytest.approx([-0.01 - half, -0.01 + half])
@@ -244,7 +246,7 @@ def test_latex_escapes(text):
 
 
 def test_latex_environments_are_balanced_and_tests_are_ruled_off():
-    text = latex_text(goal_table(synthetic_dataset(trials=2), 'table4'))
+    text = latex_text(goal_table(synthetic_dataset(trials=2), TABLE_4))
     for environment in ('table', 'tabular'):
         assert text.count(rf'\begin{{{environment}}}') == text.count(rf'\end{{{environment}}}') == 1
     assert text.count(r'\midrule') == 3 and text.count('{') == text.count('}')

@@ -35,7 +35,7 @@ def test_single_trials_have_a_row_each(tmp_path, capsys):
     printed = capsys.readouterr().out
     assert printed.count('succeeded') == 1 and printed.count('torn') == 1
     assert '0.5099' in printed and '+2.86' in printed  # odometry ends (-0.1, 0.5) m and 0.05 rad off the goal
-    assert printed.endswith(f'\n{tmp_path}/analysis/report.html: 2 trials\n')
+    assert printed.endswith(f'\n2 trials\nReport: {tmp_path}/analysis/report.html\n')
 
 
 def test_several_trials_of_a_cell_are_pooled(tmp_path, capsys):

@@ -28,7 +28,7 @@ class Drawn(NamedTuple):
 
 
 def write_figures(dataset: Dataset, folder: Path) -> List[Figure]:
-    """Write all figures into `folder`, which is made; those without data are left out.
+    """Write all figures that have data into `folder`, which is created.
 
     Where parameters are varied besides PPR, each of their combinations has figures of its own.
 
@@ -47,28 +47,17 @@ def write_figures(dataset: Dataset, folder: Path) -> List[Figure]:
 
 
 def _draw(dataset: Dataset, variant: Variant) -> Iterator[Drawn]:
-    """One figure after the other, so that only one is in memory."""
+    """Draw one figure after the other, so that only one is in memory."""
+    circle, band = f'{X.tolerance:g} m', f'{X.tolerance:g} m and {YAW.tolerance:g} degrees'
     for source, topic in TOPIC_OF_SOURCE.items():
-        yield Drawn(
-            f'fig4_xy_errors_{source.value}',
-            f'Final {topic} minus the goal; the circle has a radius of {X.tolerance:g} m',
-            draw_xy_errors(variant, source),
-        )
+        caption = f'Final {topic} minus the goal; the circle has a radius of {circle}'
+        yield Drawn(f'fig4_xy_errors_{source.value}', caption, draw_xy_errors(variant, source))
     for source, topic in TOPIC_OF_SOURCE.items():
-        yield Drawn(
-            f'fig5_distributions_{source.value}',
-            f'Final {topic} minus the goal by encoder; shaded: within {X.tolerance:g} m and {YAW.tolerance:g} degrees',
-            draw_distributions(variant, source),
-        )
+        caption = f'Final {topic} minus the goal by encoder; shaded: within {band}'
+        yield Drawn(f'fig5_distributions_{source.value}', caption, draw_distributions(variant, source))
     for test in variant.tests():
-        if test in dataset.asked:
-            yield Drawn(
-                f'trajectories_{test}',
-                f'{test}: true paths and /odom, of the first {MOST_TRIALS} trials of each encoder at most',
-                draw_trajectories(variant, test, dataset.asked[test]),
-            )
-    yield Drawn(
-        'spread_vs_ppr',
-        "Standard deviation against the encoder's resolution, with 95 % intervals",
-        draw_spread(variant, dataset.robot, dataset.asked),
-    )
+        if test in dataset.requested:
+            caption = f'{test}: true paths and /odom, of at most {MOST_TRIALS} trials of each encoder'
+            yield Drawn(f'trajectories_{test}', caption, draw_trajectories(variant, test, dataset.requested[test]))
+    caption = "Standard deviation against the encoder's resolution, with 95 % intervals"
+    yield Drawn('spread_vs_ppr', caption, draw_spread(variant, dataset.robot, dataset.requested))

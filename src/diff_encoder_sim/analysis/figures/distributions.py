@@ -1,10 +1,11 @@
-"""Figure 5: how the errors of each source are distributed, by test and encoder."""
+"""Figure 5: the distributions of the final errors of a pose source, by test and encoder."""
 
 from __future__ import annotations
 
-from typing import Dict, List
+from typing import Any, Dict, List
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure as Drawing
 from matplotlib.lines import Line2D
@@ -23,29 +24,27 @@ ROOM = style.Room(left_in=0.62, between_in=0.66, above_in=0.22, below_in=0.2, le
 LEAST_FOR_BOX = 5
 BOX_WIDTH = 0.62
 
-# Points are strewn over this width by the golden ratio: evenly, and the same way each time.
+# Points are spread over this width by the golden ratio: evenly, and the same way each time.
 STRIP_WIDTH = 0.4
 GOLDEN_RATIO = 0.618034
 
-# From so many encoders on their names are turned to fit, and need more room.
-TURNED_FROM, TURNED_IN = 6, 0.2
+# From so many encoders on their names are rotated to fit, and need more room.
+ROTATED_FROM, ROTATED_IN = 6, 0.2
+
+WITHIN_COLOUR = '0.93'
 
 
 def draw_distributions(variant: Variant, source: PoseSource) -> Drawing:
-    """A row for each test: x, y and yaw, with a box and all points for each encoder."""
+    """Draw a row for each test: x, y and yaw, with a box and all points for each encoder."""
     tests = variant.tests()
-    more_in = TURNED_IN if len(variant.labels) >= TURNED_FROM else 0.0
-    figure, panels = style.panel_grid(
-        len(tests), len(QUANTITIES), ROOM._replace(below_in=ROOM.below_in + more_in), HEIGHT_TO_WIDTH
-    )
+    more_in = ROTATED_IN if len(variant.labels) >= ROTATED_FROM else 0.0
+    room = ROOM._replace(below_in=ROOM.below_in + more_in)
+    figure, panels = style.panel_grid(len(tests), len(QUANTITIES), room, HEIGHT_TO_WIDTH)
     for row, test in zip(panels, tests):
         trials = variant.of_test(test)
         for panel, quantity in zip(row, QUANTITIES):
-            _draw_panel(
-                panel,
-                {label: final_errors(trials.get(label, []), source, quantity) for label in variant.labels},
-                quantity,
-            )
+            values = {label: final_errors(trials.get(label, []), source, quantity) for label in variant.labels}
+            _draw_panel(panel, values, quantity)
             panel.set_title(test)
     for panel in panels[-1]:
         panel.set_xlabel('pulses per revolution')
@@ -56,10 +55,10 @@ def draw_distributions(variant: Variant, source: PoseSource) -> Drawing:
 def _draw_panel(panel: Axes, values: Dict[str, np.ndarray], quantity: Quantity) -> None:
     limit = style.shown_limit(list(values.values()), least=1.3 * quantity.tolerance)
     panel.set(xlim=(-0.6, len(values) - 0.4), ylim=(-limit, limit), ylabel=f'{quantity.axis} error [{quantity.unit}]')
-    panel.axhspan(-quantity.tolerance, quantity.tolerance, color='0.93', linewidth=0, zorder=0)
+    panel.axhspan(-quantity.tolerance, quantity.tolerance, color=WITHIN_COLOUR, linewidth=0, zorder=0)
     panel.axhline(0.0, color='0.7', linewidth=0.6, zorder=1)
     panel.yaxis.set_major_locator(style.round_ticks(5))
-    panel.set_xticks(range(len(values)), list(values), rotation=90 if len(values) >= TURNED_FROM else 0)
+    panel.set_xticks(range(len(values)), list(values), rotation=90 if len(values) >= ROTATED_FROM else 0)
     for place, (label, colour) in enumerate(style.ppr_colours(list(values)).items()):
         if len(values[label]) >= LEAST_FOR_BOX:
             _draw_box(panel, values[label], place)
@@ -81,38 +80,22 @@ def _draw_box(panel: Axes, values: np.ndarray, place: int) -> None:
     )
 
 
-def _draw_strip(panel: Axes, values: np.ndarray, place: int, limit: float, colour: object) -> None:
-    shares = np.arange(len(values)) * GOLDEN_RATIO % 1.0
-    places = place + STRIP_WIDTH * (shares - 0.5)
+def _draw_strip(panel: Axes, values: np.ndarray, place: int, limit: float, colour: Any) -> None:
+    offsets = np.arange(len(values)) * GOLDEN_RATIO % 1.0 - 0.5
+    places = place + STRIP_WIDTH * offsets
     is_beyond = np.abs(values) > limit
     panel.scatter(places[~is_beyond], values[~is_beyond], s=6, color=colour, alpha=0.7, linewidths=0, zorder=3)
+    marked: Any = dict(s=16, color=colour, linewidths=0, zorder=4, clip_on=False)
     for sign, marker in ((1.0, '^'), (-1.0, 'v')):
         beyond = is_beyond & (np.sign(values) == sign)
-        count = int(np.count_nonzero(beyond))
-        panel.scatter(
-            places[beyond],
-            np.full(count, sign * limit),
-            s=16,
-            marker=marker,
-            color=colour,
-            linewidths=0,
-            zorder=4,
-            clip_on=False,
-        )
+        at_border = np.full(int(np.count_nonzero(beyond)), sign * limit)
+        panel.scatter(places[beyond], at_border, marker=marker, **marked)
 
 
-def _legend() -> List[object]:
+def _legend() -> List[Artist]:
+    box: Any = dict(color='0.3', marker='s', markersize=7, markerfacecolor='none', linewidth=0)
     return [
-        Patch(color='0.93', label='within tolerance'),
-        Line2D(
-            [],
-            [],
-            color='0.3',
-            marker='s',
-            markersize=7,
-            markerfacecolor='none',
-            linewidth=0,
-            label='quartiles and median; whiskers: 1.5 quartile distances',
-        ),
+        Patch(color=WITHIN_COLOUR, label='within tolerance'),
+        Line2D([], [], label='quartiles and median; whiskers: 1.5 interquartile ranges', **box),
         Line2D([], [], linestyle='', marker='^', markersize=4, color='0.4', label='beyond the axes'),
     ]

@@ -1,4 +1,4 @@
-"""How all figures look, and how they are saved: for a report 16 cm wide, in colour or in grey."""
+"""The common look of all figures, and how they are saved: for a report 16 cm wide, in colour or grey."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from typing import Any, Dict, List, NamedTuple, Sequence, Tuple
 
 import matplotlib
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure as Drawing
@@ -18,7 +17,7 @@ RIGHT_IN = 0.1
 PNG_DPI = 150
 SVG_DPI = 300  # of what is too dense for vectors
 
-STYLE: Dict[str, Any] = {
+STYLE: Dict[Any, Any] = {
     'font.family': 'sans-serif',
     'font.sans-serif': ['DejaVu Sans'],
     'font.size': 8.0,
@@ -45,16 +44,16 @@ STYLE: Dict[str, Any] = {
 
 TOLERANCE_COLOUR = '0.35'
 
-# Where in viridis, which runs from dark to light and so can be told in grey, coarse encoders begin
-# and fine ones end; its yellow end is too pale for points on white.
+# Where in viridis, which runs from dark to light and stays distinguishable in grey, coarse encoders
+# begin and fine ones end; its yellow end is too pale for points on white.
 COARSEST, FINEST = 0.80, 0.0
 
-# Axes show all values up to so many times the usual one of any cell, and the rest at their border.
-USUAL_TIMES = 6.0
+# Axes show all values up to so many times the median of any cell, and the rest at their border.
+MEDIAN_TIMES = 6.0
 
 
 class Room(NamedTuple):
-    """What panels leave for texts [in]."""
+    """The room that panels leave for texts [in]."""
 
     left_in: float  # of the first column
     between_in: float  # columns
@@ -73,7 +72,7 @@ class Figure(NamedTuple):
 
 
 def ppr_colours(labels: Sequence[str]) -> Dict[str, Any]:
-    """The colour of each encoder, light to dark in the order given."""
+    """Assign a colour to each encoder, light to dark in the order given."""
     places = np.linspace(COARSEST, FINEST, len(labels)) if len(labels) > 1 else [FINEST]
     return dict(zip(labels, matplotlib.colormaps['viridis'](places)))
 
@@ -81,13 +80,14 @@ def ppr_colours(labels: Sequence[str]) -> Dict[str, Any]:
 def panel_grid(
     rows: int, columns: int, room: Room, height_to_width: float = 1.0, least_columns: int = 1
 ) -> Tuple[Drawing, np.ndarray]:
-    """A figure of the report's width with equal panels; returns it and its (rows, columns) axes.
-
-    The room for texts is given, because to have it found takes longer than the drawing.
+    """Make a figure of the report's width with equal panels; return it and its (rows, columns) axes.
 
     Args:
+        rows: of panels.
+        columns: of panels.
+        room: for texts; given, because matplotlib's own layout takes longer than the drawing.
         height_to_width: of a panel.
-        least_columns: fewer panels do not become wider than those of so many columns.
+        least_columns: fewer columns are as wide as these.
     """
     places = max(columns, least_columns)
     width_in = (WIDTH_IN - room.left_in - RIGHT_IN - (places - 1) * room.between_in) / places
@@ -113,15 +113,17 @@ def save(figure: Drawing, name: str, caption: str, folder: Path) -> Figure:
         OSError: a file cannot be written.
     """
     png, svg = folder / f'{name}.png', folder / f'{name}.svg'
-    # Not Figure.savefig, which draws each twice. What would tell version or time is left out.
-    FigureCanvasAgg(figure).print_png(str(png), metadata={'Software': None})
+    # Not Figure.savefig, which draws each twice. Without version and date: equal data, equal bytes.
+    png_canvas: Any = FigureCanvasAgg(figure)
+    png_canvas.print_png(str(png), metadata={'Software': None})
     figure.set_dpi(SVG_DPI)
-    FigureCanvasSVG(figure).print_svg(str(svg), metadata={'Date': None, 'Creator': None})
+    svg_canvas: Any = FigureCanvasSVG(figure)
+    svg_canvas.print_svg(str(svg), metadata={'Date': None, 'Creator': None})
     return Figure(name, caption, png, svg)
 
 
 def shown_limit(cells: Sequence[np.ndarray], least: float) -> float:
-    """Half the width of axes around zero on which what is usual in any of the cells can be seen.
+    """Return half the width of axes around zero that show most values of every cell.
 
     Args:
         cells: values of each; empty ones do not count.
@@ -131,16 +133,16 @@ def shown_limit(cells: Sequence[np.ndarray], least: float) -> float:
     if not magnitudes:
         return least
     largest = max(float(values.max()) for values in magnitudes)
-    usual = max(float(np.median(values)) for values in magnitudes)
-    return 1.08 * max(least, min(largest, USUAL_TIMES * usual))
+    median = max(float(np.median(values)) for values in magnitudes)
+    return 1.08 * max(least, min(largest, MEDIAN_TIMES * median))
 
 
 def round_ticks(most: int) -> MaxNLocator:
-    """A locator of ticks that are easy to count by."""
+    """Return a locator of ticks at round numbers."""
     return MaxNLocator(most, steps=[1, 2, 2.5, 5, 10])
 
 
-def hide_unused(axes: Sequence[Axes], used: int) -> None:
-    """Take the panels away that have nothing to show."""
-    for panel in axes[used:]:
+def hide_unused(axes: np.ndarray, used: int) -> None:
+    """Hide the panels after the first `used` ones."""
+    for panel in axes.flat[used:]:
         panel.set_visible(False)

@@ -1,10 +1,10 @@
-"""What figures are made of: the trials of one variant, by cell, and their errors."""
+"""Splits a dataset into variants, which have figures of their own."""
 
 from __future__ import annotations
 
 from typing import Dict, List, NamedTuple
 
-from diff_encoder_sim.analysis.dataset import Cell, Dataset, TrialData
+from diff_encoder_sim.analysis.dataset import CellKey, Dataset, TrialData
 from diff_encoder_sim.analysis.table_keys import varied_texts
 
 
@@ -12,21 +12,21 @@ class Variant(NamedTuple):
     """Trials with the same values of all parameters that the campaign varies besides PPR."""
 
     suffix: str  # of its figures' names; '' where there is one variant
-    description: str  # for captions: '' or the values
+    description: str  # for captions: the values; '' where nothing is varied
     labels: List[str]  # encoders of the whole dataset, ascending: the same colours in all
-    cells: Dict[Cell, List[TrialData]]
+    cells: Dict[CellKey, List[TrialData]]
 
     def tests(self) -> List[str]:
-        """In the dataset's order."""
+        """Return the tests in the dataset's order."""
         return list(dict.fromkeys(cell.test for cell in self.cells))
 
     def of_test(self, test: str) -> Dict[str, List[TrialData]]:
-        """Trials of a test by encoder, ascending."""
+        """Return the trials of a test by encoder, ascending."""
         return {cell.ppr: trials for cell, trials in self.cells.items() if cell.test == test}
 
 
 def variants_of(dataset: Dataset) -> List[Variant]:
-    """The dataset's trials, apart by what was varied."""
+    """Split the dataset's trials by the values of the varied parameters."""
     cells = dataset.cells()
     all_varied = list(dict.fromkeys(cell.varied for cell in cells))
     return [

@@ -1,4 +1,4 @@
-"""Which of our errors a part of a claim is about."""
+"""Selects the final errors that a part of a claim is about."""
 
 from __future__ import annotations
 
@@ -12,31 +12,31 @@ from diff_encoder_sim.analysis.quantities import Quantity, X, Y
 from diff_encoder_sim.recording.topics import TOPIC_OF_SOURCE
 from diff_encoder_sim.trials.pose_source import PoseSource
 
-# Of one set of parameters, by test and PPR.
+# The trials of one set of parameters, by test and PPR.
 TrialsByCell = Dict[Tuple[str, str], List[TrialData]]
 
 
 class Sample(NamedTuple):
-    """Errors of a source in one cell."""
+    """The errors of a pose source in one cell."""
 
-    label: str  # for people
-    values: np.ndarray
+    label: str  # as the report shows it
+    values: np.ndarray  # (n,) in the quantity's unit
     quantity: Quantity
 
 
 class Pair(NamedTuple):
-    """Errors of equal trials, which are compared one by one."""
+    """Errors of equal trials, which are compared in pairs."""
 
-    label: str
+    label: str  # as the report shows it
     names: Tuple[str, str]
-    values: Tuple[np.ndarray, np.ndarray]
+    values: Tuple[np.ndarray, np.ndarray]  # (n,) each, in the quantity's unit
     quantity: Quantity
 
 
 def samples(
     trials: TrialsByCell, source: PoseSource, tests: Sequence[str], pprs: Sequence[str], quantities: Sequence[Quantity]
 ) -> List[Sample]:
-    """Of each cell and quantity; without values where there is no such cell."""
+    """Return a sample for each cell and quantity; it is empty where there is no such cell."""
     return [
         Sample(
             f'{TOPIC_OF_SOURCE[source]} in {test} at {ppr} PPR, {quantity.axis}',
@@ -56,15 +56,15 @@ def pairs_of_pprs(
     pprs: Sequence[Tuple[str, str]],
     quantities: Sequence[Quantity],
 ) -> List[Pair]:
-    """The same trials with two encoders; without values where one is missing."""
+    """Pair equal trials with two encoders; a pair is empty where one of them is missing."""
     pairs = []
     for test in tests:
-        for two in pprs:
-            cells = equal_trials(*(trials.get((test, ppr), []) for ppr in two), source)
+        for first, second in pprs:
+            cells = equal_trials(trials.get((test, first), []), trials.get((test, second), []), source)
             pairs += [
                 Pair(
                     f'{TOPIC_OF_SOURCE[source]} in {test}, {quantity.axis}',
-                    (f'{two[0]} PPR', f'{two[1]} PPR'),
+                    (f'{first} PPR', f'{second} PPR'),
                     (final_errors(cells[0], source, quantity), final_errors(cells[1], source, quantity)),
                     quantity,
                 )
@@ -74,26 +74,20 @@ def pairs_of_pprs(
 
 
 def pairs_of_y_and_x(trials: TrialsByCell, source: PoseSource, tests: Sequence[str], pprs: Sequence[str]) -> List[Pair]:
-    """Both errors of position of each trial."""
-    return [
-        Pair(
-            f'{TOPIC_OF_SOURCE[source]} in {test} at {ppr} PPR',
-            ('y', 'x'),
-            (
-                final_errors(trials.get((test, ppr), []), source, Y),
-                final_errors(trials.get((test, ppr), []), source, X),
-            ),
-            X,
-        )
-        for test in tests
-        for ppr in pprs
-    ]
+    """Pair both errors of position of each trial."""
+    pairs = []
+    for test in tests:
+        for ppr in pprs:
+            cell = trials.get((test, ppr), [])
+            label = f'{TOPIC_OF_SOURCE[source]} in {test} at {ppr} PPR'
+            pairs.append(Pair(label, ('y', 'x'), (final_errors(cell, source, Y), final_errors(cell, source, X)), X))
+    return pairs
 
 
 def pooled_over_tests(
     trials: TrialsByCell, source: PoseSource, tests: Sequence[str], pprs: Sequence[str], quantity: Quantity
 ) -> List[Sample]:
-    """Of each encoder in all the tests that there are."""
+    """Return a sample for each encoder over all tests."""
     return [
         Sample(
             f'{TOPIC_OF_SOURCE[source]} at {ppr} PPR, {quantity.axis}',

@@ -1,10 +1,11 @@
-"""The paper's claims in our own words, each with the test that decides it on our trials."""
+"""The paper's claims in our own words, each with the hypothesis tests of its parts."""
 
 from __future__ import annotations
 
-from typing import Callable, Dict, List, NamedTuple, Sequence, Tuple
+from typing import Callable, List, NamedTuple, Tuple
 
-from diff_encoder_sim.analysis.dataset import STANDARD_TESTS, Dataset, Varied
+from diff_encoder_sim.analysis.dataset import STANDARD_TESTS
+from diff_encoder_sim.analysis.paper.cell_tests import all_succeeded, amcl_matches_global
 from diff_encoder_sim.analysis.paper.claim_samples import (
     TrialsByCell,
     pairs_of_pprs,
@@ -12,18 +13,9 @@ from diff_encoder_sim.analysis.paper.claim_samples import (
     pooled_over_tests,
     samples,
 )
-from diff_encoder_sim.analysis.paper.hypothesis_tests import (
-    Evidence,
-    Finding,
-    all_reached,
-    all_within,
-    amcl_matches_global,
-    first_errs_more,
-    first_spreads_more,
-    fractions_equal,
-    fractions_within,
-    spreads,
-)
+from diff_encoder_sim.analysis.paper.hypothesis_tests import HypothesisTest
+from diff_encoder_sim.analysis.paper.limit_tests import all_within, fractions_within, spreads
+from diff_encoder_sim.analysis.paper.paired_tests import first_errs_more, first_spreads_more, fractions_equal
 from diff_encoder_sim.analysis.paper.paper_cells import PPRS
 from diff_encoder_sim.analysis.quantities import QUANTITIES, YAW, X, Y
 from diff_encoder_sim.trials.pose_source import PoseSource
@@ -36,55 +28,15 @@ EXTREMES = [(PPRS[0], PPRS[-1])]
 
 
 class Claim(NamedTuple):
-    """Something that the paper says of its results."""
+    """A statement of the paper about its results."""
 
     text: str
     where: str  # in the paper
-    judge: Callable[[TrialsByCell], List[Evidence]]
+    test: Callable[[TrialsByCell], List[HypothesisTest]]  # a hypothesis test for each part
 
 
-class JudgedClaim(NamedTuple):
-    """A claim and what our trials say of it."""
-
-    text: str
-    where: str
-    varied: Varied  # what the trials have that others of the dataset have not
-    verdict: str  # in words
-    evidence: List[Evidence]
-
-    @property
-    def counts(self) -> str:
-        """Count its parts by what they came to."""
-        counts = {finding.value: sum(part.finding is finding for part in self.evidence) for finding in Finding}
-        return ', '.join(f'{name} {count}' for name, count in counts.items() if count)
-
-
-def judge_claims(dataset: Dataset) -> List[JudgedClaim]:
-    """Every claim, for each set of varied parameters."""
-    by_varied: Dict[Varied, TrialsByCell] = {}
-    for cell, trials in dataset.cells().items():
-        by_varied.setdefault(cell.varied, {})[cell.test, cell.ppr] = trials
-    judged = []
-    for varied, trials in by_varied.items():
-        most = max(map(len, trials.values()))
-        for claim in CLAIMS:
-            evidence = claim.judge(trials)
-            judged.append(JudgedClaim(claim.text, claim.where, varied, verdict(evidence, most), evidence))
-    return judged
-
-
-def verdict(evidence: Sequence[Evidence], trials: int) -> str:
-    """One part that fails refutes a claim; it takes all of them to reproduce it."""
-    findings = [part.finding for part in evidence]
-    if Finding.FAILS in findings:
-        return 'not reproduced'
-    if findings and all(finding is Finding.HOLDS for finding in findings):
-        return 'reproduced'
-    return f'not decidable with {trials} trials'
-
-
-def _heading_by_resolution(trials: TrialsByCell) -> List[Evidence]:
-    """Over all tests, as the claim has it; of all three tables, for it does not say of which."""
+def _heading_by_resolution(trials: TrialsByCell) -> List[HypothesisTest]:
+    """Test the heading over all tests, as the claim does, in all three tables: it does not name one."""
     above, below = (
         [
             one
@@ -97,7 +49,7 @@ def _heading_by_resolution(trials: TrialsByCell) -> List[Evidence]:
 
 
 CLAIMS: Tuple[Claim, ...] = (
-    Claim('The robot completes every route.', 'sections III and IV', all_reached),
+    Claim('The robot completes every route.', 'sections III and IV', all_succeeded),
     Claim(
         'The heading of odometry after the straight line spreads by less than the tolerance of '
         '3 degrees, with every encoder.',
@@ -105,7 +57,7 @@ CLAIMS: Tuple[Claim, ...] = (
         lambda trials: spreads(YAW.tolerance, below=samples(trials, ODOM, ['SL'], PPRS, [YAW])),
     ),
     Claim(
-        'In turns on the spot, odometry with 1024 and 4096 PPR spreads less than with 40 and 90.',
+        'In turns in place, odometry with 1024 and 4096 PPR spreads less than with 40 and 90.',
         'section III, table 4',
         lambda trials: first_spreads_more(pairs_of_pprs(trials, ODOM, ['SMT'], COARSE_AND_FINE, QUANTITIES)),
     ),
@@ -115,13 +67,13 @@ CLAIMS: Tuple[Claim, ...] = (
         lambda trials: first_spreads_more(pairs_of_pprs(trials, ODOM, STANDARD_TESTS, COARSE_AND_FINE, QUANTITIES)),
     ),
     Claim(
-        'A low resolution drifts: after the long drive the position by odometry is farther off '
+        'A low resolution drifts: after the long drive the position error of odometry is larger '
         'with 40 PPR than with 4096.',
         'abstract, section IV',
         lambda trials: first_errs_more(pairs_of_pprs(trials, ODOM, ['DLD'], EXTREMES, [X, Y])),
     ),
     Claim(
-        'The robot itself ends more scattered about the goal with 40 PPR than with 4096.',
+        'The true final position spreads more about the goal with 40 PPR than with 4096.',
         'section III, figure 4, table 5',
         lambda trials: first_spreads_more(pairs_of_pprs(trials, WORLD, STANDARD_TESTS, EXTREMES, [X, Y])),
     ),
@@ -138,7 +90,7 @@ CLAIMS: Tuple[Claim, ...] = (
         lambda trials: spreads(0.05, above=samples(trials, ODOM, ['DLD'], PPRS, [X, Y])),
     ),
     Claim(
-        'In at most 20 per cent of the long drives is odometry within 0.05 m, with any encoder.',
+        'Odometry is within 0.05 m in at most 20 per cent of the long drives, with any encoder.',
         'section III, table 4',
         lambda trials: fractions_within(0.2, below=samples(trials, ODOM, ['DLD'], PPRS, [X, Y])),
     ),
@@ -148,7 +100,7 @@ CLAIMS: Tuple[Claim, ...] = (
         lambda trials: all_within(samples(trials, GLOBAL, STANDARD_TESTS, PPRS, [X, Y])),
     ),
     Claim(
-        'In truth 85 to 100 per cent of the trials end within 0.05 m.',
+        'The true position ends within 0.05 m in 85 to 100 per cent of the trials.',
         'section III, table 5',
         lambda trials: fractions_within(0.85, above=samples(trials, WORLD, STANDARD_TESTS, PPRS, [X, Y])),
     ),
@@ -159,7 +111,7 @@ CLAIMS: Tuple[Claim, ...] = (
         _heading_by_resolution,
     ),
     Claim(
-        'The resolution matters for the heading in the long drive: in truth it spreads more with '
+        'The resolution matters for the heading in the long drive: the true heading spreads more with '
         '40 PPR than with 4096.',
         'section III, table 5',
         lambda trials: first_spreads_more(pairs_of_pprs(trials, WORLD, ['DLD'], EXTREMES, [YAW])),

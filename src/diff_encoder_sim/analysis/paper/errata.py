@@ -1,22 +1,24 @@
-"""What is wrong in the source paper itself: to be shown beside its numbers, not to be copied."""
+"""The errors in the source paper itself, to be shown beside its numbers."""
 
 from __future__ import annotations
 
 from typing import List, NamedTuple, Tuple
 
+from diff_encoder_sim.analysis.paper.paper_cells import PaperCell
+
 
 class Erratum(NamedTuple):
-    """One slip of the paper's."""
+    """One error of the paper."""
 
     key: str
     where: str
     printed: str
-    right: str  # or why what is printed cannot be taken as it stands
+    right: str  # or why the printed text is misleading
     why: str
 
 
 class AffectedCells(NamedTuple):
-    """Cells of tables 4 to 6 that an erratum is about; an empty tuple stands for all."""
+    """Cells of tables 4 to 6 that an erratum affects; an empty tuple stands for all."""
 
     erratum: str  # its key
     tables: Tuple[int, ...]
@@ -93,13 +95,13 @@ _AFFECTED: Tuple[AffectedCells, ...] = (
 )
 
 
-def errata_of(table: int, test: str, ppr: str, quantity: str, statistic: str) -> List[str]:
-    """Keys of the errata that a cell of tables 4 to 6 is affected by."""
+def errata_of(cell: PaperCell) -> List[str]:
+    """Return the keys of the errata that affect a cell of tables 4 to 6."""
     return [
         affected.erratum
         for affected in _AFFECTED
-        if table in affected.tables
-        and (test, ppr) == (affected.test, affected.ppr)
-        and statistic in (affected.statistics or (statistic,))
-        and quantity in (affected.quantities or (quantity,))
+        if cell.table in affected.tables
+        and (cell.test, cell.ppr) == (affected.test, affected.ppr)
+        and cell.statistic in (affected.statistics or (cell.statistic,))
+        and cell.quantity.name in (affected.quantities or (cell.quantity.name,))
     ]

@@ -15,24 +15,24 @@ TRIALS = 30  # behind each cell
 PPRS = ('40', '90', '1024', '4096')
 STATISTICS = ('min', 'max', 'std', 'pct_within')
 
-# Names of /world_pose and /global_pose in a campaign's results.
+# The names in the file.
 _SOURCES = {'odom': PoseSource.ODOM, 'world_pose': PoseSource.WORLD, 'global_pose': PoseSource.GLOBAL}
 
 
 class PaperCell(NamedTuple):
-    """One number of the paper."""
+    """One number of the paper's tables."""
 
     table: int
     source: PoseSource
     test: str
-    ppr: str  # as in analysis.dataset
+    ppr: str  # encoder label
     quantity: Quantity
     statistic: str  # of STATISTICS
     value: float  # [m], [deg] or per cent
 
 
 def load_paper_cells(path: Optional[Union[str, Path]] = None) -> List[PaperCell]:
-    """The cells in the file's order; config/paper/tables_4_5_6.csv unless another is given.
+    """Load the cells in the file's order from config/paper/tables_4_5_6.csv, unless another file is given.
 
     Raises:
         ConfigError: the file cannot be read, or a line of it is bad.

@@ -1,81 +1,62 @@
-"""What whole pulses alone explain of the odometry's error, beside what was measured."""
+"""The spread of the odometry's error: what quantisation alone explains, beside what was measured."""
 
 from __future__ import annotations
 
-from typing import List, Optional
+from typing import Iterator, List, Optional, Tuple
 
 import numpy as np
 
 from diff_encoder_sim.analysis.closed_form import closed_form_std, odometry_minus_truth
-from diff_encoder_sim.analysis.dataset import Dataset, ppr_value
+from diff_encoder_sim.analysis.dataset import Dataset
+from diff_encoder_sim.analysis.encoder_labels import ppr_value
 from diff_encoder_sim.analysis.quantities import QUANTITIES
 from diff_encoder_sim.analysis.table_files import Column, Entry, Table
-from diff_encoder_sim.analysis.table_keys import cell_head
+from diff_encoder_sim.analysis.table_keys import cell_text
 from diff_encoder_sim.evaluation.sample_statistics import LEVEL, spread, std_interval
 
-# Spreads run over three decades: few millimetres are many.
+# Standard deviations range over three decades: in millimetres they are easier to read.
 SCALED = {'m': ('mm', 1e3), 'deg': ('deg', 1.0)}
 DIGITS = 3
 
+_GROUP = 'standard deviation'
+_COLUMNS = [
+    Column('cell', 'cell'),
+    Column('quantity', 'error'),
+    Column('expected', 'quantisation alone', _GROUP),
+    Column('measured', 'measured (95 % interval)', _GROUP),
+    Column('conclusion', 'measured is', _GROUP),
+]
+_NOTE = (
+    'Closed form: wheel phases uniform at the start and the goal reached exactly. Larger measured values come from '
+    'slip, wheel errors and the true final pose. Where a test turns by a whole number of pulses, the measured '
+    'standard deviation of the heading is smaller.'
+)
+
 
 def closed_form_table(dataset: Dataset) -> Optional[Table]:
-    """Rows cell and axis; None where no cell has both numbers."""
-    rows: List[List[Entry]] = []
+    """Build rows of cell and quantity; None where no cell has both numbers."""
+    rows = list(_rows(dataset))
+    title = 'Final /odom minus /world_pose: closed form and measured'
+    return Table('closed_form', title, _COLUMNS, rows, [_NOTE]) if rows else None
+
+
+def _rows(dataset: Dataset) -> Iterator[List[Entry]]:
     for cell, trials in dataset.cells().items():
         ppr = ppr_value(cell.ppr)
-        if ppr is None or cell.test not in dataset.asked:
+        if ppr is None or cell.test not in dataset.requested:
             continue
-        expected = closed_form_std(dataset.asked[cell.test], dataset.robot, ppr)
+        expected = closed_form_std(dataset.requested[cell.test], dataset.robot, ppr)
         for quantity in QUANTITIES:
-            values = odometry_minus_truth(trials, quantity)
+            unit, scale = SCALED[quantity.unit]
+            values = scale * odometry_minus_truth(trials, quantity)
             if len(values) > 1:
-                unit, scale = SCALED[quantity.unit]
-                rows.append(
-                    _row(
-                        cell_head(cell),
-                        f'{quantity.axis} [{unit}]',
-                        scale * values,
-                        scale * quantity.scale * expected[quantity.component],
-                    )
-                )
-    if not rows:
-        return None
-    columns = [
-        Column('cell', 'cell'),
-        Column('quantity', 'error'),
-        Column('expected', 'whole pulses alone', 'standard deviation'),
-        Column('measured', 'measured (95 % interval)', 'standard deviation'),
-        Column('verdict', 'measured is', 'standard deviation'),
-    ]
-    return Table(
-        'closed_form',
-        'Final /odom minus /world_pose: closed form and measured',
-        columns,
-        rows,
-        [
-            'Closed form: wheel phases uniform at the start and the goal reached '
-            'exactly. What lies above it comes from slip, wheel errors and where the '
-            'robot really stood. Where a test turns by a whole number of pulses, the '
-            'measured spread of the heading lies below.'
-        ],
-    )
+                expected_std = scale * quantity.scale * expected[quantity.component]
+                yield [cell_text(cell), f'{quantity.axis} [{unit}]', *_comparison(values, expected_std)]
 
 
-def _row(cell: str, error: str, values: np.ndarray, expected: float) -> List[Entry]:
-    interval = std_interval(values, LEVEL)
-    verdict = 'as expected'
-    if interval.low > expected:
-        verdict = 'above'
-    elif interval.high < expected:
-        verdict = 'below'
-    return [
-        cell,
-        error,
-        _digits(expected),
-        f'{_digits(spread(values))} ({_digits(interval.low)} to {_digits(interval.high)})',
-        verdict,
-    ]
-
-
-def _digits(value: float) -> str:
-    return f'{value:.{DIGITS}g}'
+def _comparison(values: np.ndarray, expected: float) -> Tuple[str, str, str]:
+    """Return an entry for each column of the group."""
+    low, high = std_interval(values, LEVEL)
+    conclusion = 'above' if low > expected else 'below' if high < expected else 'as expected'
+    measured = f'{spread(values) or 0.0:.{DIGITS}g} ({low:.{DIGITS}g} to {high:.{DIGITS}g})'
+    return f'{expected:.{DIGITS}g}', measured, conclusion

@@ -1,118 +1,143 @@
-"""The answer in one sentence, for the top of the report and the end of analyze's output."""
+"""The headline: the summary in a few lines, for the top of the report and the end of analyze's output."""
 
 from __future__ import annotations
 
-from typing import Callable, Dict, List, Sequence
+from typing import Callable, Dict, List, NamedTuple, Sequence
 
-from diff_encoder_sim.analysis.dataset import Dataset, ppr_value
-from diff_encoder_sim.analysis.quantities import YAW, X
-from diff_encoder_sim.analysis.report.summary import Line, answer, encoder_names, listed
+from diff_encoder_sim.analysis.dataset import Dataset, Varied
+from diff_encoder_sim.analysis.encoder_labels import encoders_text, enumeration, ppr_value
+from diff_encoder_sim.analysis.report.summary import summary_rows
 from diff_encoder_sim.analysis.table_keys import varied_texts
-from diff_encoder_sim.analysis.within_tolerance import REQUIRED_FRACTION, WORDS_OF_SOURCE, Reach, Share, fewest_trials
+from diff_encoder_sim.analysis.within_tolerance import (
+    REQUIRED_FRACTION,
+    SOURCE_TEXTS,
+    TOLERANCE_TEXT,
+    FractionWithin,
+    Sufficiency,
+    fewest_trials,
+)
 from diff_encoder_sim.evaluation.sample_statistics import LEVEL
+from diff_encoder_sim.trials.pose_source import PoseSource
 from diff_encoder_sim.trials.trial_outcome import Outcome
 
-# A sentence names so many tests, as the paper has, and no more; sets of parameters count.
+# So many tests, counted with their sets of parameters, are named; more are only counted.
 MOST_NAMED = 3
 
-GOAL = f'within {X.tolerance:g} m and {YAW.tolerance:g} degrees of the goal'
+NOTHING = 'No trial ended with a pose: nothing can be concluded.'
 
 
-def main_line(dataset: Dataset) -> str:
-    """One or two sentences."""
-    lines = [
-        line._replace(shares={label: share for label, share in line.shares.items() if share})
-        for line in answer(dataset)
-    ]
-    lines = [line for line in lines if line.shares]
-    if not lines:
-        return 'No trial ended with a pose: nothing can be said.'
-    most = max(share.trials for line in lines for share in line.shares.values())
-    sentence = _of_few(lines, most) if most < fewest_trials() else _of_enough(lines)
-    return f'{sentence}.{_failures(dataset)}'
+class Headline(NamedTuple):
+    """What the dataset says about the encoders."""
+
+    statement: str  # what is listed by source
+    by_source: Dict[str, str]  # by text of the pose source
+    failures: str  # empty where all trials succeeded
+
+    @property
+    def text(self) -> str:
+        """Return the headline as lines for the terminal."""
+        width = max(map(len, self.by_source), default=0)
+        lines = [f'  {source + ":":{width + 1}} {text}' for source, text in self.by_source.items()]
+        return '\n'.join([self.statement, *lines, *filter(None, [self.failures])])
 
 
-def _of_enough(lines: Sequence[Line]) -> str:
+class _Row(NamedTuple):
+    """A row of the summary with the encoders that have a final pose."""
+
+    name: str  # of the test with its parameters
+    source: PoseSource
+    fractions: Dict[str, FractionWithin]  # by encoder, ascending
+
+
+def headline(dataset: Dataset) -> Headline:
+    """Summarize with which encoders enough trials end within the tolerance, by pose source."""
+    rows = _rows(dataset)
+    if not rows:
+        return Headline(NOTHING, {}, '')
+    most = max(fraction.trials for row in rows for fraction in row.fractions.values())
+    failed = sum(trial.outcome is not Outcome.SUCCEEDED for trial in dataset.trials)
+    failures = f'{failed} of {len(dataset.trials)} trials did not succeed.' if failed else ''
+    if most < fewest_trials():
+        return Headline(_statement_of_few(most), _by_source(rows, _counts, _counts_of_all), failures)
+    return Headline(_statement(), _by_source(rows, _encoders, _sufficient_cells), failures)
+
+
+def _rows(dataset: Dataset) -> List[_Row]:
+    rows = []
+    for row in summary_rows(dataset):
+        fractions = {label: fraction for label, fraction in row.fractions.items() if fraction}
+        if fractions:
+            rows.append(_Row(_name(row.test, row.varied), row.source, fractions))
+    return rows
+
+
+def _name(test: str, varied: Varied) -> str:
+    parameters = varied_texts(tuple((key.rpartition('.')[2], value) for key, value in varied))
+    return f'{test} ({", ".join(parameters)})' if parameters else test
+
+
+def _statement() -> str:
     return (
-        f'At least {100 * REQUIRED_FRACTION:.0f} % of trials end {GOAL} ({100 * LEVEL:.0f} % '
-        f'confidence): {_by_source(lines, _encoders, _count_reached)}'
+        f'Encoders with which at least {100 * REQUIRED_FRACTION:.0f} % of trials end {TOLERANCE_TEXT} '
+        f'of the goal ({100 * LEVEL:.0f} % confidence):'
     )
 
 
-def _of_few(lines: Sequence[Line], most: int) -> str:
-    """A share cannot be shown: what was counted, over all encoders."""
+def _statement_of_few(most: int) -> str:
     trials = '1 trial' if most == 1 else f'{most} trials'
     return (
-        f'With {trials} a cell no share of {100 * REQUIRED_FRACTION:.0f} % can be shown, which '
-        f'takes {fewest_trials()}. So far end {GOAL}: '
-        f'{_by_source(lines, _counts, lambda of_source: _counts_of(_shares(of_source)))}'
+        f'{trials} per cell cannot show that {100 * REQUIRED_FRACTION:.0f} % end within tolerance; that takes '
+        f'{fewest_trials()}. Trials so far that end {TOLERANCE_TEXT} of the goal:'
     )
 
 
 def _by_source(
-    lines: Sequence[Line], told: Callable[[Line], str], told_of_many: Callable[[Sequence[Line]], str]
-) -> str:
-    """What is told of each test, or of all where there are many; tests of the same go together."""
-    parts = []
-    for source, words in WORDS_OF_SOURCE.items():
-        of_source = [line for line in lines if line.source == source]
+    rows: Sequence[_Row], text_of: Callable[[_Row], str], text_of_many: Callable[[Sequence[_Row]], str]
+) -> Dict[str, str]:
+    """Describe each test, tests with equal texts together, or all tests as a whole where there are many."""
+    texts = {}
+    for source, source_text in SOURCE_TEXTS.items():
+        of_source = [row for row in rows if row.source is source]
         if len(of_source) > MOST_NAMED:
-            parts.append(f'{words} {told_of_many(of_source)}')
+            texts[source_text] = text_of_many(of_source)
         elif of_source:
-            tests: Dict[str, List[str]] = {}
-            for line in of_source:
-                tests.setdefault(told(line), []).append(_name(line))
-            parts.append(f'{words} ' + ', '.join(f'{listed(names)} {text}' for text, names in tests.items()))
-    return '; '.join(parts)
+            names: Dict[str, List[str]] = {}
+            for row in of_source:
+                names.setdefault(text_of(row), []).append(row.name)
+            texts[source_text] = '; '.join(f'{enumeration(tests)}: {text}' for text, tests in names.items())
+    return texts
 
 
-def _encoders(line: Line) -> str:
-    """With which encoders the tolerance is reached, and for which that is open."""
-    labels, reached = list(line.shares), _labels(line, Reach.YES)
-    undecided = _labels(line, Reach.UNDECIDED)
+def _encoders(row: _Row) -> str:
+    """Name the encoders that are sufficient and those that are undecided."""
+    labels, sufficient = list(row.fractions), _labels(row, Sufficiency.YES)
+    undecided = _labels(row, Sufficiency.UNDECIDED)
+    open_text = f' ({encoders_text(undecided)} undecided)' if undecided else ''
     if undecided == labels:
         return 'undecided'
-    if not reached:
-        return f'with none{_open(undecided)}'
-    if reached == labels and len(labels) > 1:
-        return 'with every encoder'
-    is_from_on = reached == labels[-len(reached) :] and len(reached) > 1
+    if not sufficient:
+        return f'no encoder{open_text}'
+    if sufficient == labels and len(labels) > 1:
+        return 'every encoder'
+    is_from_on = sufficient == labels[-len(sufficient) :] and len(sufficient) > 1
     if is_from_on and all(ppr_value(label) is not None for label in labels):
-        return f'from {reached[0]} PPR on{_open(undecided)}'
-    return f'with {encoder_names(reached)}{_open(undecided)}'
+        return f'from {sufficient[0]} PPR{open_text}'
+    return f'{encoders_text(sufficient)}{open_text}'
 
 
-def _labels(line: Line, reach: Reach) -> List[str]:
-    return [label for label, share in line.shares.items() if share.reach is reach]
+def _labels(row: _Row, sufficiency: Sufficiency) -> List[str]:
+    return [label for label, fraction in row.fractions.items() if fraction.sufficiency is sufficiency]
 
 
-def _open(undecided: Sequence[str]) -> str:
-    return f' ({encoder_names(undecided)} undecided)' if undecided else ''
+def _sufficient_cells(rows: Sequence[_Row]) -> str:
+    count = sum(len(_labels(row, Sufficiency.YES)) for row in rows)
+    return f'in {count} of {sum(len(row.fractions) for row in rows)} cells'
 
 
-def _count_reached(lines: Sequence[Line]) -> str:
-    shares = _shares(lines)
-    reached = sum(share.reach is Reach.YES for share in shares)
-    return f'in {reached} of {len(shares)} cells'
+def _counts(row: _Row) -> str:
+    return _counts_of_all([row])
 
 
-def _counts(line: Line) -> str:
-    return _counts_of(list(line.shares.values()))
-
-
-def _counts_of(shares: Sequence[Share]) -> str:
-    return f'{sum(share.within for share in shares)} of {sum(share.trials for share in shares)}'
-
-
-def _shares(lines: Sequence[Line]) -> List[Share]:
-    return [share for line in lines for share in line.shares.values()]
-
-
-def _failures(dataset: Dataset) -> str:
-    failed = sum(trial.outcome is not Outcome.SUCCEEDED for trial in dataset.trials)
-    return f' {failed} of {len(dataset.trials)} trials did not succeed.' if failed else ''
-
-
-def _name(line: Line) -> str:
-    varied = varied_texts(tuple((key.rpartition('.')[2], value) for key, value in line.varied))
-    return f'{line.test} ({", ".join(varied)})' if varied else line.test
+def _counts_of_all(rows: Sequence[_Row]) -> str:
+    fractions = [fraction for row in rows for fraction in row.fractions.values()]
+    return f'{sum(fraction.within for fraction in fractions)} of {sum(fraction.trials for fraction in fractions)}'

@@ -1,4 +1,4 @@
-"""Tables as the page shows them: texts, in blocks that fit the width of a page."""
+"""Converts tables into what the template shows: texts, in blocks that fit the width of a page."""
 
 from __future__ import annotations
 
@@ -8,32 +8,32 @@ from diff_encoder_sim.analysis.table_files import Table, abreast, equal_neighbou
 
 
 class Group(NamedTuple):
-    """A head over neighbouring columns; the text is empty over those that rows are known by."""
+    """A heading over neighbouring columns; the text is empty over the key columns."""
 
     text: str
     span: int
 
 
 class Head(NamedTuple):
-    """Of one column."""
+    """The heading of a column."""
 
     text: str
-    is_number: bool  # its entries stand to the right
+    is_number: bool  # aligned to the right
 
 
 class Row(NamedTuple):
-    """A row's texts."""
+    """The texts of a row."""
 
     entries: List[str]
-    is_first: bool  # of those with an equal first entry
+    is_first: bool  # its first entry differs from that of the row above
 
 
 class Block(NamedTuple):
-    """Columns that stand beside each other."""
+    """Columns beside each other."""
 
     groups: List[Group]  # none where the table has none
     heads: List[Head]
-    keys: int  # so many columns say what the row is about
+    keys: int  # number of key columns
     rows: List[Row]
 
 
@@ -46,26 +46,26 @@ class HtmlTable(NamedTuple):
 
 
 def html_table(table: Table) -> HtmlTable:
-    """The table's texts; numbers are rounded, absent ones a dash."""
+    """Convert a table; numbers are rounded, missing ones a dash."""
     return HtmlTable(table.title, [_block(table, columns) for columns in abreast(table.columns)], table.notes)
 
 
-def _block(table: Table, columns: List[int]) -> Block:
-    shown = [table.columns[index] for index in columns]
-    groups = [
-        Group(text, last - first + 1) for text, first, last in equal_neighbours([column.group for column in shown])
-    ]
-    has_groups = any(group.text for group in groups)
+def _block(table: Table, indices: List[int]) -> Block:
+    columns = [table.columns[index] for index in indices]
+    runs = equal_neighbours([column.group for column in columns])
+    has_groups = any(text for text, _, _ in runs)
+    groups = [Group(text, last - first + 1) for text, first, last in runs] if has_groups else []
     heads = [
-        Head(column.head, bool(column.group) or is_number_column(table, index)) for column, index in zip(shown, columns)
+        Head(column.head, bool(column.group) or is_number_column(table, index))
+        for column, index in zip(columns, indices)
     ]
-    keys = sum(not column.group for column in shown) if has_groups else 1
-    return Block(groups if has_groups else [], heads, keys, _rows(table, columns))
+    keys = sum(not column.group for column in columns) if has_groups else 1
+    return Block(groups, heads, keys, _rows(table, indices))
 
 
-def _rows(table: Table, columns: List[int]) -> List[Row]:
+def _rows(table: Table, indices: List[int]) -> List[Row]:
     rows = []
     for number, row in enumerate(table.rows):
         is_first = number > 0 and row[0] != table.rows[number - 1][0]
-        rows.append(Row([rounded(row[index], '–') for index in columns], is_first))
+        rows.append(Row([rounded(row[index], '–') for index in indices], is_first))
     return rows

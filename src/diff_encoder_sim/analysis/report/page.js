@@ -1,6 +1,6 @@
 'use strict';
 
-// Sort a table by the column of the button that was pressed, the other way round the next time.
+// Sort a table by the clicked column; a second click reverses the order.
 function sortBy(button) {
   const head = button.closest('th');
   const table = head.closest('table');
@@ -14,7 +14,7 @@ function sortBy(button) {
   const order = (one, other) => {
     const [a, b] = [Number(key(one)), Number(key(other))];
     if (Number.isNaN(a) !== Number.isNaN(b)) {
-      return Number.isNaN(a) ? 1 : -1;      // absent numbers last, either way
+      return Number.isNaN(a) ? 1 : -1;      // missing numbers last in both orders
     }
     return (Number.isNaN(a) ? key(one).localeCompare(key(other)) : a - b) * (ascending ? 1 : -1);
   };
@@ -26,7 +26,7 @@ for (const button of document.querySelectorAll('th button')) {
   button.addEventListener('click', () => sortBy(button));
 }
 
-// Paper cannot be unfolded; what is only for the screen, or said in short as well, stays as it is.
+// Open all details for printing, but for those of the screen alone and those that are summarized.
 let unfolded = [];
 addEventListener('beforeprint', () => {
   unfolded = [...document.querySelectorAll('details:not([open], .screen, .folded)')];

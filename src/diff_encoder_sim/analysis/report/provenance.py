@@ -1,4 +1,4 @@
-"""Where the numbers come from: what ran, on what, and the commands that run it again."""
+"""The origin of the results: versions, commit, host, configuration, and the commands that reproduce them."""
 
 from __future__ import annotations
 
@@ -11,35 +11,35 @@ import yaml
 
 from diff_encoder_sim.analysis.dataset import Dataset
 
-# What the analysis computes and draws with; the campaign's manifest has its own.
+# The analysis computes and draws with them; the campaign's own versions are in its manifest.
 LIBRARIES = ('numpy', 'scipy', 'matplotlib')
 
 
 class Fact(NamedTuple):
-    """A term and what there is to say of it."""
+    """A term and its description."""
 
     term: str
     text: str
 
 
 class Run(NamedTuple):
-    """One start of a campaign: killed ones have several."""
+    """One start of a campaign; an interrupted campaign has several."""
 
     started: str
     facts: List[Fact]
 
 
 class Provenance(NamedTuple):
-    """All that the report says of its origin."""
+    """The origin of a report."""
 
-    commands: List[str]  # that give the same results again; none for bags
+    commands: List[str]  # that reproduce the results; none for bags
     facts: List[Fact]
     runs: List[Run]
     configuration: Optional[str]  # YAML
 
 
 def provenance(dataset: Dataset) -> Provenance:
-    """From the campaign's manifest, where there is one."""
+    """Collect the origin from the campaign's manifest, where there is one."""
     manifest = dataset.manifest or {}
     facts = [Fact('analysed with', _versions(_own_versions()))]
     if 'fingerprint' in manifest:
@@ -67,24 +67,22 @@ def _commands(dataset: Dataset, runs: List[Dict[str, Any]]) -> List[str]:
 
 
 def _run(run: Dict[str, Any]) -> Run:
-    machine, commit = run.get('machine') or {}, run.get('commit') or {}
+    host, commit = run.get('machine') or {}, run.get('commit') or {}
     facts = [
         Fact('command', shlex.join(map(str, run.get('command', [])))),
         Fact('versions', _versions(run.get('versions') or {})),
     ]
     if commit:
         facts.append(Fact('commit', f'{commit.get("id")}{" with changes" if commit.get("is_dirty") else ""}'))
-    if machine:
-        facts.append(Fact('machine', _machine(machine)))
+    if host:
+        facts.append(Fact('host', _host(host)))
     return Run(str(run.get('started', '')), facts)
 
 
-def _machine(machine: Dict[str, Any]) -> str:
-    memory_gib = int(machine.get('memory_bytes') or 0) / 2**30
-    return (
-        f'{machine.get("cpu")}, {machine.get("usable_cores")} of {machine.get("cores")} cores, '
-        f'{memory_gib:.0f} GiB, {machine.get("os")}'
-    )
+def _host(host: Dict[str, Any]) -> str:
+    memory_gib = int(host.get('memory_bytes') or 0) / 2**30
+    cores = f'{host.get("usable_cores")} of {host.get("cores")} cores'
+    return f'{host.get("cpu")}, {cores}, {memory_gib:.0f} GiB, {host.get("os")}'
 
 
 def _versions(versions: Dict[str, Optional[str]]) -> str:

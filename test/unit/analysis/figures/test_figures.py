@@ -26,14 +26,14 @@ FOR_EACH_SOURCE = [
 ]
 
 
-def asked_of(test, start_yaw_rad=0.0):
+def requested_of(test, start_yaw_rad=0.0):
     definition = load_test(test, CONFIG)
     start = definition.start.model_copy(update={'yaw': start_yaw_rad})
     return Trial(test=definition.model_copy(update={'start': start}), nav='embedded')
 
 
 def small_campaign():
-    return synthetic_dataset(tests=('SL',), pprs=('40', '90'), trials=6)._replace(asked={'SL': asked_of('SL')})
+    return synthetic_dataset(tests=('SL',), pprs=('40', '90'), trials=6)._replace(requested={'SL': requested_of('SL')})
 
 
 def shown(drawing):
@@ -140,33 +140,35 @@ def test_odometry_minus_truth_goes_round_at_half_a_turn():
 @pytest.mark.parametrize(('ppr', 'lateral_m'), [(40, 0.321), (90, 0.142), (1024, 0.0125), (4096, 0.0031)])
 def test_closed_form_of_the_straight_line(ppr, lateral_m):
     m_per_pulse = math.pi * 0.2 / ppr
-    x_m, y_m, yaw_rad = closed_form_std(asked_of('SL'), ALTO, ppr)
+    x_m, y_m, yaw_rad = closed_form_std(requested_of('SL'), ALTO, ppr)
     assert y_m == pytest.approx(lateral_m, rel=0.015)
     assert yaw_rad == pytest.approx(m_per_pulse / 0.4 * math.sqrt(1.0 / 3.0))
 
 
 def test_closed_form_is_along_the_maps_axes():
-    asked = asked_of('SL')
-    turned = asked.model_copy(
+    requested = requested_of('SL')
+    turned = requested.model_copy(
         update={
-            'test': asked.test.model_copy(
+            'test': requested.test.model_copy(
                 update={
                     'start': PoseParams(yaw=math.pi / 2),
-                    'route': [asked.test.route[-1].model_copy(update={'goal': PoseParams(y=20.0, yaw=math.pi / 2)})],
+                    'route': [
+                        requested.test.route[-1].model_copy(update={'goal': PoseParams(y=20.0, yaw=math.pi / 2)})
+                    ],
                 }
             )
         }
     )
-    along_x, along_y = closed_form_std(asked, ALTO, 40), closed_form_std(turned, ALTO, 40)
+    along_x, along_y = closed_form_std(requested, ALTO, 40), closed_form_std(turned, ALTO, 40)
     assert along_y == pytest.approx(along_x[[1, 0, 2]])
 
 
 def test_spread_has_a_line_for_each_source_and_the_closed_form():
     dataset = synthetic_dataset(tests=('SL',), trials=5)
-    panels = shown(draw_spread(variants_of(dataset)[0], ALTO, {'SL': asked_of('SL')}))
+    panels = shown(draw_spread(variants_of(dataset)[0], ALTO, {'SL': requested_of('SL')}))
     labels = panels[1].get_legend_handles_labels()[1]
     assert len(panels) == 3 and len(labels) == 6
-    closed_form = next(line for line in panels[1].lines if line.get_label().startswith('whole pulses'))
+    closed_form = next(line for line in panels[1].lines if line.get_label().startswith('quantisation alone'))
     assert closed_form.get_ydata() == pytest.approx([0.321, 0.142, 0.0125, 0.0031], rel=0.02)
 
 
@@ -180,12 +182,12 @@ def driven():
             for ppr in ('40', '90')
             for number in range(12)
         ),
-        asked={'SL': asked_of('SL')},
+        requested={'SL': requested_of('SL')},
     )
 
 
 def test_trajectories_are_over_the_map_and_few():
-    panels = shown(draw_trajectories(variants_of(driven())[0], 'SL', asked_of('SL')))
+    panels = shown(draw_trajectories(variants_of(driven())[0], 'SL', requested_of('SL')))
     assert [panel.get_title() for panel in panels] == ['SL, 40 PPR', 'SL, 90 PPR']
     true, odometry = (each.get_segments() for each in panels[0].collections)
     assert len(true) == len(odometry) == trajectory_plot.MOST_TRIALS
@@ -202,6 +204,8 @@ def test_trajectories_need_tracks(tmp_path):
 
 
 def test_a_world_that_is_not_here_has_no_map():
-    asked = asked_of('SL')
-    elsewhere = asked.model_copy(update={'test': asked.test.model_copy(update={'world': '/nowhere/else.world'})})
+    requested = requested_of('SL')
+    elsewhere = requested.model_copy(
+        update={'test': requested.test.model_copy(update={'world': '/nowhere/else.world'})}
+    )
     assert len(shown(draw_trajectories(variants_of(driven())[0], 'SL', elsewhere))[0].images) == 0

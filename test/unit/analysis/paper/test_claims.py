@@ -3,30 +3,24 @@
 import numpy as np
 import pytest
 
+from diff_encoder_sim.analysis.paper.claim_results import check_claims, claim_conclusion
 from diff_encoder_sim.analysis.paper.claim_samples import Pair, Sample, pairs_of_pprs
-from diff_encoder_sim.analysis.paper.claims import CLAIMS, judge_claims, verdict
-from diff_encoder_sim.analysis.paper.hypothesis_tests import (
-    Evidence,
-    Finding,
-    all_within,
-    first_errs_more,
-    first_spreads_more,
-    fractions_equal,
-    fractions_within,
-    spreads,
-)
+from diff_encoder_sim.analysis.paper.claims import CLAIMS
+from diff_encoder_sim.analysis.paper.hypothesis_tests import Conclusion, HypothesisTest
+from diff_encoder_sim.analysis.paper.limit_tests import all_within, fractions_within, spreads
+from diff_encoder_sim.analysis.paper.paired_tests import first_errs_more, first_spreads_more, fractions_equal
 from diff_encoder_sim.analysis.quantities import YAW, X
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.trials.pose_source import PoseSource
 from diff_encoder_sim.trials.trial_outcome import Outcome
 from paper_datasets import cell, dataset, trial
 
-HOLDS, FAILS, UNCLEAR = Finding.HOLDS, Finding.FAILS, Finding.UNCLEAR
+HOLDS, FAILS, UNCLEAR = Conclusion.HOLDS, Conclusion.FAILS, Conclusion.UNCLEAR
 PPRS = ('40', '90', '1024', '4096')
 
 
-def findings(evidence):
-    return [part.finding for part in evidence]
+def conclusions(tests):
+    return [test.conclusion for test in tests]
 
 
 def normal(count, spread=1.0, mean=0.0, seed=0):
@@ -55,8 +49,8 @@ def pair(first, second, quantity=X):
         ([], 'not decidable with 30 trials'),
     ],
 )
-def test_verdict_of_parts(parts, expected):
-    assert verdict([Evidence(part, '') for part in parts], 30) == expected
+def test_the_conclusion_of_parts(parts, expected):
+    assert claim_conclusion([HypothesisTest(part, '') for part in parts], 30) == expected
 
 
 # ---- kinds of evidence
@@ -65,56 +59,56 @@ def test_verdict_of_parts(parts, expected):
 def test_spread_against_a_limit():
     # Thirty values: the 95 % interval of a spread of 1 is 0.796 to 1.344.
     one = [Sample('', exact(30, 1.0), YAW)]
-    assert findings(spreads(0.79, above=one)) == [HOLDS]
-    assert findings(spreads(0.81, above=one)) == [UNCLEAR]
-    assert findings(spreads(1.35, above=one)) == [FAILS]
-    assert findings(spreads(1.35, below=one)) == [HOLDS]
-    assert findings(spreads(0.79, below=one)) == [FAILS]
-    assert findings(spreads(1.0, below=[Sample('', np.array([0.5]), YAW)])) == [UNCLEAR]
+    assert conclusions(spreads(0.79, above=one)) == [HOLDS]
+    assert conclusions(spreads(0.81, above=one)) == [UNCLEAR]
+    assert conclusions(spreads(1.35, above=one)) == [FAILS]
+    assert conclusions(spreads(1.35, below=one)) == [HOLDS]
+    assert conclusions(spreads(0.79, below=one)) == [FAILS]
+    assert conclusions(spreads(1.0, below=[Sample('', np.array([0.5]), YAW)])) == [UNCLEAR]
 
 
 def test_failing_must_be_sure_for_all_parts_together():
     samples = [Sample('', exact(30, 1.0), YAW)]
-    assert findings(spreads(1.36, above=samples)) == [FAILS]
-    assert findings(spreads(1.36, above=20 * samples)) == 20 * [UNCLEAR]
+    assert conclusions(spreads(1.36, above=samples)) == [FAILS]
+    assert conclusions(spreads(1.36, above=20 * samples)) == 20 * [UNCLEAR]
 
 
-def test_share_against_a_limit():
+def test_fraction_against_a_limit():
     # 30 of 30: 88.6 to 100 per cent.
     all_of_them = [Sample('', np.zeros(30), X)]
-    assert findings(fractions_within(0.88, above=all_of_them)) == [HOLDS]
-    assert findings(fractions_within(0.89, above=all_of_them)) == [UNCLEAR]
-    assert findings(fractions_within(0.88, below=all_of_them)) == [FAILS]
+    assert conclusions(fractions_within(0.88, above=all_of_them)) == [HOLDS]
+    assert conclusions(fractions_within(0.89, above=all_of_them)) == [UNCLEAR]
+    assert conclusions(fractions_within(0.88, below=all_of_them)) == [FAILS]
     assert '30 of 30 within, 89 to 100 per cent' in fractions_within(0.9, above=all_of_them)[0].text
 
 
 def test_all_within_needs_every_trial():
-    assert findings(all_within([Sample('', np.array([0.05, -0.05]), X)])) == [HOLDS]
-    assert findings(all_within([Sample('', np.array([0.05, -0.051]), X)])) == [FAILS]
-    assert findings(all_within([Sample('', np.array([]), X)])) == [UNCLEAR]
+    assert conclusions(all_within([Sample('', np.array([0.05, -0.05]), X)])) == [HOLDS]
+    assert conclusions(all_within([Sample('', np.array([0.05, -0.051]), X)])) == [FAILS]
+    assert conclusions(all_within([Sample('', np.array([]), X)])) == [UNCLEAR]
 
 
 def test_spreads_of_pairs():
     wide, narrow = normal(30, 3.0, seed=1), normal(30, 1.0, seed=2)
-    assert findings(first_spreads_more([pair(wide, narrow)])) == [HOLDS]
-    assert findings(first_spreads_more([pair(narrow, wide)])) == [FAILS]
-    assert findings(first_spreads_more([pair(wide, normal(30, 3.0, seed=3))])) == [UNCLEAR]
-    assert findings(first_spreads_more([pair(wide[:2], narrow[:2])])) == [UNCLEAR]
+    assert conclusions(first_spreads_more([pair(wide, narrow)])) == [HOLDS]
+    assert conclusions(first_spreads_more([pair(narrow, wide)])) == [FAILS]
+    assert conclusions(first_spreads_more([pair(wide, normal(30, 3.0, seed=3))])) == [UNCLEAR]
+    assert conclusions(first_spreads_more([pair(wide[:2], narrow[:2])])) == [UNCLEAR]
 
 
 def test_sizes_of_pairs():
     far, near = normal(30, 0.1, mean=1.0, seed=1), normal(30, 0.1, mean=0.5, seed=2)
-    assert findings(first_errs_more([pair(-far, near)])) == [HOLDS]
-    assert findings(first_errs_more([pair(near, far)])) == [FAILS]
-    assert findings(first_errs_more([pair(near, normal(30, 0.1, 0.5, seed=3))])) == [UNCLEAR]
+    assert conclusions(first_errs_more([pair(-far, near)])) == [HOLDS]
+    assert conclusions(first_errs_more([pair(near, far)])) == [FAILS]
+    assert conclusions(first_errs_more([pair(near, normal(30, 0.1, 0.5, seed=3))])) == [UNCLEAR]
 
 
-def test_equal_shares():
+def test_equal_fractions():
     inside, outside = np.zeros(30), np.ones(30)
-    assert findings(fractions_equal([pair(inside, inside)])) == [HOLDS]
-    assert findings(fractions_equal([pair(inside, outside)])) == [FAILS]
-    assert findings(fractions_equal([pair(inside[:10], inside[:10])])) == [UNCLEAR]
-    assert findings(fractions_equal([pair([], [])])) == [UNCLEAR]
+    assert conclusions(fractions_equal([pair(inside, inside)])) == [HOLDS]
+    assert conclusions(fractions_equal([pair(inside, outside)])) == [FAILS]
+    assert conclusions(fractions_equal([pair(inside[:10], inside[:10])])) == [UNCLEAR]
+    assert conclusions(fractions_equal([pair([], [])])) == [UNCLEAR]
 
 
 def test_pairs_are_of_equal_trials():
@@ -157,10 +151,10 @@ def campaign(spread_of_odom, count=30, seed=0, pprs=PPRS, tests=('SL', 'SMT', 'D
     return dataset(*cells)
 
 
-def verdict_of(made, words):
+def conclusion_of(made, words):
     (claim,) = [claim for claim in CLAIMS if words in claim.text]
     trials = {(cell.test, cell.ppr): of_cell for cell, of_cell in made.cells().items()}
-    return verdict(claim.judge(trials), max(map(len, trials.values())))
+    return claim_conclusion(claim.test(trials), max(map(len, trials.values())))
 
 
 FALLING = {'40': 0.4, '90': 0.2, '1024': 0.02, '4096': 0.005}
@@ -173,7 +167,7 @@ RISING = {'40': 0.005, '90': 0.02, '1024': 0.2, '4096': 0.4}
     [(FALLING, 'reproduced'), (FLAT, 'not decidable with 30 trials'), (RISING, 'not reproduced')],
 )
 def test_steadier_odometry_with_a_higher_resolution(spreads_of_odom, expected):
-    assert verdict_of(campaign(spreads_of_odom), 'steadier odometry') == expected
+    assert conclusion_of(campaign(spreads_of_odom), 'steadier odometry') == expected
 
 
 @pytest.mark.parametrize(
@@ -186,30 +180,30 @@ def test_steadier_odometry_with_a_higher_resolution(spreads_of_odom, expected):
     ],
 )
 def test_poor_odometry_in_the_long_drive(spreads_of_odom, expected):
-    assert verdict_of(campaign(spreads_of_odom), 'Odometry is poor') == expected
+    assert conclusion_of(campaign(spreads_of_odom), 'Odometry is poor') == expected
 
 
 def test_amcl_within_tolerance_is_refuted_by_one_trial():
     made = campaign(FALLING)
-    assert verdict_of(made, 'By AMCL') == 'reproduced'
+    assert conclusion_of(made, 'By AMCL') == 'reproduced'
     made.trials[7].errors[PoseSource.GLOBAL] = Pose2D(0.06, 0.0, 0.0)
-    assert verdict_of(made, 'By AMCL') == 'not reproduced'
+    assert conclusion_of(made, 'By AMCL') == 'not reproduced'
 
 
 def test_amcl_and_global_pose_agree_or_not():
-    assert verdict_of(campaign(FALLING), '/amcl_pose and') == 'reproduced'
+    assert conclusion_of(campaign(FALLING), '/amcl_pose and') == 'reproduced'
     stale = campaign(FALLING, amcl=(0.0, 0.0, 20.0))
-    assert verdict_of(stale, '/amcl_pose and') == 'not reproduced'
+    assert conclusion_of(stale, '/amcl_pose and') == 'not reproduced'
     # The long way round is no difference.
     turned = campaign(FALLING, amcl=(0.0, 0.0, -179.9), **{'global': (0.0, 0.0, 179.9)})
-    assert verdict_of(turned, '/amcl_pose and') == 'reproduced'
+    assert conclusion_of(turned, '/amcl_pose and') == 'reproduced'
 
 
 def test_every_route_is_completed_or_not():
     made = campaign(FALLING)
-    assert verdict_of(made, 'completes every route') == 'reproduced'
+    assert conclusion_of(made, 'completes every route') == 'reproduced'
     made.trials[3] = made.trials[3]._replace(outcome=Outcome.COLLISION)
-    assert verdict_of(made, 'completes every route') == 'not reproduced'
+    assert conclusion_of(made, 'completes every route') == 'not reproduced'
 
 
 def test_heading_within_three_degrees_by_resolution():
@@ -217,31 +211,31 @@ def test_heading_within_three_degrees_by_resolution():
     coarse = campaign(FALLING, pprs=PPRS[:2], **turned)
     fine = campaign(FALLING, pprs=PPRS[2:])
     as_claimed = fine._replace(trials=coarse.trials + fine.trials)
-    assert verdict_of(as_claimed, 'The heading is within 3') == 'reproduced'
-    assert verdict_of(campaign(FALLING), 'The heading is within 3') == 'not reproduced'
+    assert conclusion_of(as_claimed, 'The heading is within 3') == 'reproduced'
+    assert conclusion_of(campaign(FALLING), 'The heading is within 3') == 'not reproduced'
 
 
 def test_what_is_missing_is_not_decided():
     few = campaign(FALLING, tests=('SL',), pprs=('40', '90'), count=5)
-    assert verdict_of(few, 'steadier odometry') == 'not decidable with 5 trials'
-    assert verdict_of(few, 'Odometry is poor') == 'not decidable with 5 trials'
-    evidence = [judged for judged in judge_claims(few) if 'Odometry is poor' in judged.text]
-    assert 'too few trials' in evidence[0].evidence[0].text
+    assert conclusion_of(few, 'steadier odometry') == 'not decidable with 5 trials'
+    assert conclusion_of(few, 'Odometry is poor') == 'not decidable with 5 trials'
+    (result,) = [one for one in check_claims(few) if 'Odometry is poor' in one.text]
+    assert 'too few trials' in result.tests[0].text
 
 
-def test_every_claim_is_judged_for_each_set_of_parameters():
+def test_every_claim_is_tested_for_each_set_of_parameters():
     noisy = (('simulator.lidar.noise', '0.1'),)
     made = campaign(FALLING, count=3)
     made = made._replace(trials=made.trials + [one._replace(varied=noisy) for one in made.trials])
-    judged = judge_claims(made)
-    assert [one.varied for one in judged] == [()] * len(CLAIMS) + [noisy] * len(CLAIMS)
-    assert all(one.evidence for one in judged)
+    results = check_claims(made)
+    assert [one.varied for one in results] == [()] * len(CLAIMS) + [noisy] * len(CLAIMS)
+    assert all(one.tests for one in results)
 
 
 def test_claims_hold_by_chance_in_few_of_many():
     """Nothing depends on the PPR: a claim that it does must nearly never fail or hold."""
     decided = sum(
-        verdict_of(campaign(FLAT, seed=seed, tests=('SMT',)), 'In turns on the spot') != 'not decidable with 30 trials'
+        conclusion_of(campaign(FLAT, seed=seed, tests=('SMT',)), 'In turns in place') != 'not decidable with 30 trials'
         for seed in range(40)
     )
     assert decided <= 4

@@ -8,14 +8,9 @@ from scipy import stats
 
 from diff_encoder_sim.analysis.paper.errata import ERRATA, errata_of
 from diff_encoder_sim.analysis.paper.paper_cells import STATISTICS, load_paper_cells
-from diff_encoder_sim.analysis.paper.paper_comparison import (
-    compare_max,
-    compare_min,
-    compare_pct_within,
-    compare_std,
-    compare_with_paper,
-)
+from diff_encoder_sim.analysis.paper.paper_comparison import compare_with_paper
 from diff_encoder_sim.analysis.paper.printed_resolutions import compare_resolutions
+from diff_encoder_sim.analysis.paper.statistic_tests import compare_max, compare_min, compare_pct_within, compare_std
 from diff_encoder_sim.analysis.pulse_resolution import pulse_resolution
 from diff_encoder_sim.analysis.quantities import QUANTITIES, YAW, X
 from diff_encoder_sim.base.errors import ConfigError
@@ -68,11 +63,7 @@ def test_a_missing_file_is_named(tmp_path):
 
 
 def test_the_repeated_column_is_marked_and_is_repeated(printed):
-    affected = [
-        one
-        for one in printed.values()
-        if 'smt_column_twice' in errata_of(one.table, one.test, one.ppr, one.quantity.name, one.statistic)
-    ]
+    affected = [one for one in printed.values() if 'smt_column_twice' in errata_of(one)]
     assert len(affected) == 24
     for one in affected:
         assert (
@@ -85,12 +76,11 @@ def test_one_trial_makes_the_spread_at_40_ppr(printed):
         most = printed[source, 'SMT', '40', 'yaw_deg', 'max'].value
         spread = printed[source, 'SMT', '40', 'yaw_deg', 'std'].value
         assert spread == pytest.approx(most / math.sqrt(30), rel=0.05)
-        table = printed[source, 'SMT', '40', 'yaw_deg', 'std'].table
-        assert errata_of(table, 'SMT', '40', 'yaw_deg', 'std') == ['smt_outlier_40']
-        assert errata_of(table, 'SMT', '40', 'x_m', 'std') == []
+        assert errata_of(printed[source, 'SMT', '40', 'yaw_deg', 'std']) == ['smt_outlier_40']
+        assert errata_of(printed[source, 'SMT', '40', 'x_m', 'std']) == []
 
 
-def test_what_the_text_says_of_shares_is_not_in_the_tables(printed):
+def test_what_the_text_says_of_fractions_is_not_in_the_tables(printed):
     of_truth = [
         one.value
         for one in printed.values()
@@ -123,11 +113,11 @@ def test_table_3_by_hand():
     assert math.degrees(one.one_wheel_angle_rad) == pytest.approx(1.0)
 
 
-def test_table_3_agrees_with_the_print_but_for_its_slip():
+def test_table_3_agrees_with_the_print_but_for_its_error():
     for row in compare_resolutions([40, 90, 1024, 4096], 0.2, 0.4):
         assert row.computed.two_wheel_angle_rad == pytest.approx(row.printed.angle_rad, rel=0.025)
-        is_slip = abs(row.printed.linear_m / row.computed.linear_m - 1.0) > 0.025
-        assert is_slip == (row.printed.ppr == 90)
+        is_erratum = abs(row.printed.linear_m / row.computed.linear_m - 1.0) > 0.025
+        assert is_erratum == (row.printed.ppr == 90)
 
 
 def test_table_3_of_another_robot():
@@ -245,7 +235,7 @@ def test_equal_spreads_differ_by_chance_in_one_of_twenty():
     assert 0.03 < rejected / 500 < 0.07
 
 
-def test_accuracy_is_that_of_the_datasets_encoders_and_robot():
+def test_the_resolutions_are_those_of_the_datasets_encoders_and_robot():
     comparison = compare_with_paper(
         dataset(
             cell('SL', '4096', 'odom', []),

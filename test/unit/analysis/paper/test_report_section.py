@@ -9,14 +9,14 @@ from places import SOURCE
 ANALYSIS = SOURCE / 'diff_encoder_sim' / 'analysis'
 
 
-def test_only_the_report_page_imports_the_paper():
+def test_only_the_report_imports_the_paper():
     importers = [
         str(path.relative_to(ANALYSIS.parent))
         for path in ANALYSIS.parent.rglob('*.py')
         if path.parent != ANALYSIS / 'paper'
         and re.search(r'import.*analysis\.paper|analysis\.paper.*import', path.read_text())
     ]
-    assert importers == ['analysis/report/page.py']
+    assert importers == ['analysis/report/sections.py']
 
 
 def test_a_dataset_that_has_no_cell_of_the_paper_has_no_tables():

@@ -11,13 +11,13 @@ from diff_encoder_sim.analysis.ppr_comparison import compare_pprs
 from diff_encoder_sim.analysis.report import write_report
 from diff_encoder_sim.analysis.report.closed_form_table import closed_form_table
 from diff_encoder_sim.analysis.report.encoders import compare_encoders
-from diff_encoder_sim.analysis.report.headline import main_line
+from diff_encoder_sim.analysis.report.headline import headline
 from diff_encoder_sim.analysis.report.pictures import data_uri
 from diff_encoder_sim.analysis.report.provenance import provenance
-from diff_encoder_sim.analysis.report.summary import answer
+from diff_encoder_sim.analysis.report.summary import summary_rows
 from diff_encoder_sim.analysis.report.trials import bag_links
 from diff_encoder_sim.analysis.tables import all_tables
-from diff_encoder_sim.analysis.within_tolerance import Reach, fewest_trials, fraction_within
+from diff_encoder_sim.analysis.within_tolerance import Sufficiency, fewest_trials, fraction_within
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.trials.pose_source import PoseSource
 from diff_encoder_sim.trials.trial_definition import Trial
@@ -31,7 +31,8 @@ SL = {
     'start': {'x': 0.0, 'y': 0.0, 'yaw': 0.0},
     'route': [{'goal': {'x': 20.0, 'y': 0.0, 'yaw': 0.0}}],
 }
-GOAL = 'within 0.05 m and 3 degrees of the goal'
+GOAL = 'within 0.05 m in x and y and 3 degrees of the goal'
+ENOUGH = f'Encoders with which at least 80 % of trials end {GOAL} (95 % confidence):'
 
 # HTML elements that have no end.
 VOID = {'meta', 'link', 'img'}
@@ -45,38 +46,46 @@ def rows(inside, outside):
 def both(test, ppr, world, odom, **others):
     """A cell whose sources are (inside, outside)."""
     return [
-        trial(test, ppr, number, world=true, odom=believed, **others)
-        for number, (true, believed) in enumerate(zip(rows(*world), rows(*odom)), start=1)
+        trial(test, ppr, number, world=true, odom=estimated, **others)
+        for number, (true, estimated) in enumerate(zip(rows(*world), rows(*odom)), start=1)
     ]
 
 
 # ---- the answer
 
 
-def test_a_share_is_of_the_trials_with_a_pose_and_joint_over_position_and_heading():
+def test_a_fraction_is_of_the_trials_with_a_pose_and_joint_over_position_and_heading():
     trials = cell('SL', '90', 'odom', [IN, IN, OUT, TURNED, None])
     trials.append(trial('SL', '90', 6, outcome=Outcome.TORN, odom=IN))
-    share = fraction_within(trials, PoseSource.ODOM)
-    assert share[:4] == (4, 2, 3, 3)
+    fraction = fraction_within(trials, PoseSource.ODOM)
+    assert fraction[:4] == (4, 2, 3, 3)
     assert fraction_within(trials, PoseSource.WORLD) is None
 
 
 @pytest.mark.parametrize(
-    ('inside', 'reach'),
-    [(30, Reach.YES), (29, Reach.YES), (28, Reach.UNDECIDED), (20, Reach.UNDECIDED), (19, Reach.NO), (0, Reach.NO)],
+    ('inside', 'sufficiency'),
+    [
+        (30, Sufficiency.YES),
+        (29, Sufficiency.YES),
+        (28, Sufficiency.UNDECIDED),
+        (20, Sufficiency.UNDECIDED),
+        (19, Sufficiency.NO),
+        (0, Sufficiency.NO),
+    ],
 )
-def test_a_share_is_reached_where_wilsons_interval_says_so(inside, reach):
+def test_a_fraction_is_sufficient_where_wilsons_interval_says_so(inside, sufficiency):
     # 28 of 30: 0.787 to 0.982; 29: 0.833 to 0.994; 20: 0.488 to 0.808; 19: 0.455 to 0.781.
-    assert fraction_within(cell('SL', '90', 'odom', rows(inside, 30 - inside)), PoseSource.ODOM).reach is reach
+    fraction = fraction_within(cell('SL', '90', 'odom', rows(inside, 30 - inside)), PoseSource.ODOM)
+    assert fraction.sufficiency is sufficiency
 
 
-def test_sixteen_trials_can_show_the_share_and_fifteen_cannot():
+def test_sixteen_trials_can_show_the_fraction_and_fifteen_cannot():
     assert fewest_trials() == 16  # n / (n + 1.96^2) >= 0.8 from n = 15.4 on
 
 
-def test_the_answer_has_a_line_for_each_test_and_source():
-    lines = answer(dataset(cell('SL', '40', 'odom', [IN]), cell('SMT', '90', 'odom', [IN])))
-    assert [(line.test, line.source, list(line.shares)) for line in lines] == [
+def test_the_summary_has_a_row_for_each_test_and_source():
+    rows_of = summary_rows(dataset(cell('SL', '40', 'odom', [IN]), cell('SMT', '90', 'odom', [IN])))
+    assert [(row.test, row.source, list(row.fractions)) for row in rows_of] == [
         (test, source, [ppr])
         for test, ppr in (('SL', '40'), ('SMT', '90'))
         for source in (PoseSource.WORLD, PoseSource.GLOBAL, PoseSource.ODOM)
@@ -84,17 +93,17 @@ def test_the_answer_has_a_line_for_each_test_and_source():
 
 
 def test_encoders_are_in_the_order_of_their_pulses_also_where_the_first_test_has_not_all():
-    lines = answer(
+    rows_of = summary_rows(
         dataset(cell('SL', '90', 'odom', [IN]), cell('SMT', '40', 'odom', [IN]), cell('SMT', '90', 'odom', [IN]))
     )
-    assert [list(line.shares) for line in lines if line.source == PoseSource.ODOM] == [['90'], ['40', '90']]
+    assert [list(row.fractions) for row in rows_of if row.source == PoseSource.ODOM] == [['90'], ['40', '90']]
 
 
 # ---- the main line
 
 
-def test_the_main_line_names_encoders_by_test_and_source():
-    assert main_line(
+def test_the_headline_names_encoders_by_test_and_source():
+    assert headline(
         dataset(
             both('SL', '40', (30, 0), (0, 30)),
             both('SL', '90', (30, 0), (25, 5)),
@@ -108,61 +117,77 @@ def test_the_main_line_names_encoders_by_test_and_source():
             both('DLD', '90', (30, 0), (0, 30)),
         )
     ) == (
-        f'At least 80 % of trials end {GOAL} (95 % confidence): in truth SL and DLD with every '
-        'encoder, SMT with 40 and 1024 PPR; by odometry alone SL from 1024 PPR on (90 PPR '
-        'undecided), SMT with every encoder, DLD with none.'
+        ENOUGH,
+        {
+            'true pose': 'SL and DLD: every encoder; SMT: 40 and 1024 PPR',
+            'odometry alone': 'SL: from 1024 PPR (90 PPR undecided); SMT: every encoder; DLD: no encoder',
+        },
+        '',
     )
 
 
-def test_failures_are_told():
+def test_failures_are_counted():
     trials = both('SL', '40', (30, 0), (30, 0))
     trials[7] = trials[7]._replace(outcome=Outcome.COLLISION)
-    assert main_line(dataset(trials)) == (
-        f'At least 80 % of trials end {GOAL} (95 % confidence): in truth SL with 40 PPR; by '
-        'odometry alone SL with 40 PPR. 1 of 30 trials did not succeed.'
+    assert headline(dataset(trials)) == (
+        ENOUGH,
+        {'true pose': 'SL: 40 PPR', 'odometry alone': 'SL: 40 PPR'},
+        '1 of 30 trials did not succeed.',
     )
 
 
 def test_few_trials_are_counted_and_called_few():
-    assert main_line(dataset(both('SL', '40', (5, 0), (1, 4)), both('SL', '90', (4, 1), (5, 0)))) == (
-        'With 5 trials a cell no share of 80 % can be shown, which takes 16. So '
-        f'far end {GOAL}: in truth SL 9 of 10; by odometry alone SL 6 of 10.'
+    assert headline(dataset(both('SL', '40', (5, 0), (1, 4)), both('SL', '90', (4, 1), (5, 0)))) == (
+        f'5 trials per cell cannot show that 80 % end within tolerance; that takes 16. Trials so far that end {GOAL}:',
+        {'true pose': 'SL: 9 of 10', 'odometry alone': 'SL: 6 of 10'},
+        '',
     )
 
 
-def test_what_the_robot_believes_is_told_where_it_believed_something():
-    assert main_line(dataset(cell('SL', '40', 'global', rows(30, 0)))).endswith(
-        '(95 % confidence): as the robot believes SL with 40 PPR.'
-    )
+def test_the_pose_estimate_is_listed_where_there_is_one():
+    assert headline(dataset(cell('SL', '40', 'global', rows(30, 0)))).by_source == {'pose estimate': 'SL: 40 PPR'}
 
 
 def test_one_trial_and_none_with_a_pose():
-    assert main_line(dataset(cell('SL', '40', 'world', [IN]))).endswith('in truth SL 1 of 1.')
-    assert main_line(dataset([trial('SL', '40', 1, outcome=Outcome.LOST)])) == (
-        'No trial ended with a pose: nothing can be said.'
+    one = headline(dataset(cell('SL', '40', 'world', [IN])))
+    assert one.statement.startswith('1 trial per cell') and one.by_source == {'true pose': 'SL: 1 of 1'}
+    assert headline(dataset([trial('SL', '40', 1, outcome=Outcome.LOST)])).text == (
+        'No trial ended with a pose: nothing can be concluded.'
     )
 
 
 def test_many_sets_of_parameters_are_counted_and_few_are_named():
-    def line(values):
-        return main_line(
+    def by_source(values):
+        return headline(
             dataset(
                 *(both('SL', '40', (30, 0), (0, 30), varied=(('simulator.lidar.noise', value),)) for value in values)
             )
-        )
+        ).by_source
 
-    assert 'in truth SL (noise 0.01) and SL (noise 0.03) with 40 PPR;' in line(['0.01', '0.03'])
-    assert 'in truth in 7 of 7 cells; by odometry alone in 0 of 7' in line('1234567')
+    assert by_source(['0.01', '0.03'])['true pose'] == 'SL (noise 0.01) and SL (noise 0.03): 40 PPR'
+    assert by_source('1234567') == {'true pose': 'in 7 of 7 cells', 'odometry alone': 'in 0 of 7 cells'}
 
 
 def test_encoders_without_one_ppr_are_named_too():
-    assert 'by odometry alone SL with 90L1024R PPR and ideal odometry.' in main_line(
+    by_source = headline(
         dataset(
             both('SL', '40', (30, 0), (0, 30)),
             both('SL', '90L1024R', (30, 0), (30, 0)),
             both('SL', 'ideal', (30, 0), (30, 0)),
         )
-    )
+    ).by_source
+    assert by_source['odometry alone'] == 'SL: 90L1024R PPR and ideal odometry'
+
+
+def test_the_text_is_a_line_for_each_source():
+    trials = both('SL', '40', (30, 0), (0, 30))
+    trials[7] = trials[7]._replace(outcome=Outcome.COLLISION)
+    assert headline(dataset(trials)).text.splitlines() == [
+        ENOUGH,
+        '  true pose:      SL: 40 PPR',
+        '  odometry alone: SL: no encoder',
+        '1 of 30 trials did not succeed.',
+    ]
 
 
 # ---- sections
@@ -171,21 +196,23 @@ def test_encoders_without_one_ppr_are_named_too():
 def test_encoders_that_differ_are_named_worse_first():
     wide = [(0.0, 0.1 * (-1) ** number * (1 + number % 5), 0.0) for number in range(30)]
     narrow = [(x, 0.01 * y, yaw) for x, y, yaw in wide]
-    told = compare_encoders(
+    comparison = compare_encoders(
         compare_pprs(
             dataset(cell('SL', '40', 'odom', wide), cell('SL', '90', 'odom', wide), cell('SL', '1024', 'odom', narrow))
         )
     )
-    assert told.table.rows == [['SL', '/odom, y', *['40 than 1024; 90 than 1024'] * 3]]
-    assert [verdict[:40] for verdict in told.verdicts['SL']][:1] == ['/odom, y: 40 PPR spreads more than 1024 ']
-    assert told.count == 3 * 3 * 3  # pairs, axes, questions of the one source
+    assert comparison.table.rows == [['SL', '/odom, y', *['40 than 1024; 90 than 1024'] * 3]]
+    assert [sentence[:40] for sentence in comparison.conclusions['SL']][:1] == [
+        '/odom, y: 40 PPR spreads more than 1024 '
+    ]
+    assert comparison.comparisons == 3 * 3 * 3  # pairs, axes, questions of the one source
 
 
 def test_equal_encoders_do_not_differ():
-    told = compare_encoders(
+    comparison = compare_encoders(
         compare_pprs(dataset(cell('SL', '40', 'odom', [IN, OUT, TURNED]), cell('SL', '90', 'odom', [IN, OUT, TURNED])))
     )
-    assert told.table is None and not told.verdicts and told.count == 9
+    assert comparison.table is None and not comparison.conclusions and comparison.comparisons == 9
 
 
 def manifest():
@@ -209,7 +236,7 @@ def test_the_closed_form_is_that_of_a_straight_drive():
     made = dataset(cell('SL', '40', 'odom', [(0.0, 0.3, 1.0), (0.0, -0.3, -1.0)]))
     made = made._replace(
         trials=[one._replace(errors={**one.errors, PoseSource.WORLD: Pose2D(0.0, 0.0, 0.0)}) for one in made.trials],
-        asked={'SL': Trial.from_mapping({'test': SL, 'nav': 'embedded'}, '')},
+        requested={'SL': Trial.from_mapping({'test': SL, 'nav': 'embedded'}, '')},
     )
     cells = {row[1]: row[2:] for row in closed_form_table(made).rows}
     # (S d / L) sqrt(1/6) = 321 mm and (d / L) sqrt(1/3) = 1.30 degrees; 0.3 m sqrt(2) = 424 mm.
@@ -219,7 +246,7 @@ def test_the_closed_form_is_that_of_a_straight_drive():
     assert closed_form_table(dataset(cell('SL', '40', 'odom', [IN]))) is None
 
 
-def test_the_origin_names_the_commands_and_the_machine(tmp_path):
+def test_the_origin_names_the_commands_and_the_host(tmp_path):
     origin = provenance(dataset([])._replace(manifest=manifest(), folder=tmp_path / 'results'))
     assert origin.commands == [
         "rosrun diff_encoder_sim campaign --config 'my file.yaml' --out results",
@@ -227,7 +254,7 @@ def test_the_origin_names_the_commands_and_the_machine(tmp_path):
     ]
     run = dict(origin.runs[0].facts)
     assert run['commit'] == 'abc with changes' and run['versions'] == 'numpy 2.0'
-    assert run['machine'] == 'a chip, 2 of 4 cores, 8 GiB, Linux'
+    assert run['host'] == 'a chip, 2 of 4 cores, 8 GiB, Linux'
     assert 'world: hallway' in origin.configuration
 
 
@@ -271,9 +298,11 @@ def figure(tmp_path):
 
 def page_of(made, folder, figures=()):
     path = folder / 'report.html'
-    sentence = write_report(made, all_tables(made), compare_pprs(made), figures, path)
-    assert sentence in html.unescape(path.read_text(encoding='utf-8'))
-    return path.read_text(encoding='utf-8')
+    lead = write_report(made, all_tables(made), compare_pprs(made), figures, path)
+    page = path.read_text(encoding='utf-8')
+    for text in (lead.statement, *lead.by_source, *lead.by_source.values(), lead.failures):
+        assert text in html.unescape(page)
+    return page
 
 
 def test_the_page_is_one_file_with_heads_captions_and_texts_for_pictures(tmp_path, figure):

@@ -1,0 +1,111 @@
+"""Hypothesis tests of pairs of errors of equal trials."""
+
+from __future__ import annotations
+
+from typing import Callable, List, NamedTuple, Sequence
+
+import numpy as np
+
+from diff_encoder_sim.analysis.final_errors import count_within
+from diff_encoder_sim.analysis.paper.claim_samples import Pair
+from diff_encoder_sim.analysis.paper.hypothesis_tests import Conclusion, HypothesisTest, too_few
+from diff_encoder_sim.evaluation.sample_statistics import (
+    SIGNIFICANCE,
+    PairedResult,
+    holm,
+    mcnemar,
+    spread,
+    spread_ratio,
+    wilcoxon,
+)
+
+# 30 of 30 trials in both cells bound the difference by 9 percentage points, no closer.
+EQUAL_FRACTIONS_MARGIN = 0.15
+
+# Fewer pairs have no test of their spreads.
+FEWEST_PAIRS = 3
+
+
+class _Difference(NamedTuple):
+    """The difference between the two of a pair."""
+
+    p_value: float
+    is_first_larger: bool
+    text: str
+
+
+def first_spreads_more(pairs: Sequence[Pair]) -> List[HypothesisTest]:
+    """Test that the first of each pair has the larger standard deviation, by the ratio's jackknife."""
+    return _compared(pairs, _test_spreads)
+
+
+def first_errs_more(pairs: Sequence[Pair]) -> List[HypothesisTest]:
+    """Test that the first of each pair has the larger absolute errors, by Wilcoxon's signed-rank test."""
+    return _compared(pairs, _test_sizes)
+
+
+def fractions_equal(pairs: Sequence[Pair]) -> List[HypothesisTest]:
+    """Test that the fractions within tolerance differ by less than EQUAL_FRACTIONS_MARGIN, by McNemar's test."""
+    results = [_mcnemar(pair) for pair in pairs]
+    adjusted = holm([result.p_value for result in results])
+    return [
+        _equal_fractions(pair, result, p_value) if result.pairs else too_few(pair.label)
+        for pair, result, p_value in zip(pairs, results, adjusted)
+    ]
+
+
+def _mcnemar(pair: Pair) -> PairedResult:
+    first, second = (np.abs(values) <= pair.quantity.tolerance for values in pair.values)
+    return mcnemar(first, second, 1.0 - SIGNIFICANCE)
+
+
+def _equal_fractions(pair: Pair, result: PairedResult, adjusted_p: float) -> HypothesisTest:
+    conclusion = Conclusion.UNCLEAR
+    if max(-result.interval.low, result.interval.high) < EQUAL_FRACTIONS_MARGIN:
+        conclusion = Conclusion.HOLDS
+    elif adjusted_p < SIGNIFICANCE:
+        conclusion = Conclusion.FAILS
+    first, second = (count_within(values, pair.quantity) for values in pair.values)
+    counts = f'{first} and {second} of {result.pairs} within with {pair.names[0]} and {pair.names[1]}'
+    return HypothesisTest(conclusion, f'{pair.label}: {counts}')
+
+
+def _compared(pairs: Sequence[Pair], difference_of: Callable[[Pair], _Difference]) -> List[HypothesisTest]:
+    """Test that the first of each pair is the larger; pairs with too few trials come first."""
+    tested = [pair for pair in pairs if len(pair.values[0]) >= FEWEST_PAIRS]
+    differences = [difference_of(pair) for pair in tested]
+    adjusted = holm([difference.p_value for difference in differences])
+    return [
+        *(too_few(pair.label) for pair in pairs if len(pair.values[0]) < FEWEST_PAIRS),
+        *(
+            HypothesisTest(
+                _is_larger(difference, p_value), f'{pair.label}: {difference.text}, p {difference.p_value:.2g}'
+            )
+            for pair, difference, p_value in zip(tested, differences, adjusted)
+        ),
+    ]
+
+
+def _is_larger(difference: _Difference, adjusted_p: float) -> Conclusion:
+    if difference.is_first_larger and difference.p_value < SIGNIFICANCE:
+        return Conclusion.HOLDS
+    if not difference.is_first_larger and adjusted_p < SIGNIFICANCE:
+        return Conclusion.FAILS
+    return Conclusion.UNCLEAR
+
+
+def _test_spreads(pair: Pair) -> _Difference:
+    result = spread_ratio(*pair.values)
+    first, second = (spread(values) or 0.0 for values in pair.values)
+    return _Difference(result.p_value, first > second, f'standard deviation {_both(pair, first, second)}')
+
+
+def _test_sizes(pair: Pair) -> _Difference:
+    sizes_a, sizes_b = (np.abs(values) for values in pair.values)
+    first, second = float(np.median(sizes_a)), float(np.median(sizes_b))
+    result = wilcoxon(sizes_a, sizes_b)
+    return _Difference(result.p_value, first > second, f'median absolute error {_both(pair, first, second)}')
+
+
+def _both(pair: Pair, first: float, second: float) -> str:
+    return f'{first:.3g} {pair.names[0]}, {second:.3g} {pair.names[1]} {pair.quantity.unit}'

@@ -1,0 +1,90 @@
+"""The sections of the report: what the template shows of a dataset."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+from typing import Any, Dict, List, Optional, Sequence
+
+from diff_encoder_sim.analysis.dataset import Dataset, distinct
+from diff_encoder_sim.analysis.encoder_labels import encoders_text, enumeration, ppr_text
+from diff_encoder_sim.analysis.paper.report_section import paper_section
+from diff_encoder_sim.analysis.ppr_comparison import PprComparison
+from diff_encoder_sim.analysis.report.closed_form_table import closed_form_table
+from diff_encoder_sim.analysis.report.encoders import compare_encoders
+from diff_encoder_sim.analysis.report.html_table import html_table
+from diff_encoder_sim.analysis.report.summary import SummaryRow, summary_rows
+from diff_encoder_sim.analysis.report.trials import bag_links, failure_table, trial_table
+from diff_encoder_sim.analysis.table_files import Table
+from diff_encoder_sim.analysis.table_keys import setup_text
+from diff_encoder_sim.analysis.within_tolerance import REQUIRED_FRACTION, SOURCE_TEXTS, TOLERANCE_TEXT
+from diff_encoder_sim.recording.topics import TOPIC_OF_SOURCE
+
+
+def scope_text(dataset: Dataset) -> str:
+    """Describe what was analysed."""
+    cells, robot = dataset.cells(), dataset.robot
+    counts = Counter(map(len, cells.values()))
+    fewest, most = min(counts, default=0), max(counts, default=0)
+    per_cell = f'{most}' if fewest == most else f'{fewest} to {most}'
+    tests, encoders = enumeration(distinct(cell.test for cell in cells)), encoders_text(dataset.encoders())
+    return (
+        f'{len(dataset.trials)} trials: {tests} with {encoders}, {per_cell} per cell. '
+        f'Wheel diameter {robot.wheel_diameter_m:g} m, separation {robot.wheel_separation_m:g} m.'
+    )
+
+
+def summary_content(dataset: Dataset) -> Dict[str, Any]:
+    """Collect a table for each test and set of parameters: rows encoders, columns pose sources."""
+    by_setup: Dict[str, List[SummaryRow]] = {}
+    for row in summary_rows(dataset):
+        by_setup.setdefault(setup_text(row.test, row.varied), []).append(row)
+    return {
+        'tolerance': TOLERANCE_TEXT,
+        'required_percent': round(100 * REQUIRED_FRACTION),
+        'heads': [{'text': text, 'topic': TOPIC_OF_SOURCE[source]} for source, text in SOURCE_TEXTS.items()],
+        'tables': {name: _encoder_rows(by_source) for name, by_source in by_setup.items()},
+    }
+
+
+def _encoder_rows(by_source: Sequence[SummaryRow]) -> List[Dict[str, Any]]:
+    return [
+        {'encoder': ppr_text(label), 'fractions': [row.fractions[label] for row in by_source]}
+        for label in by_source[0].fractions
+    ]
+
+
+def tables_content(dataset: Dataset, tables: Sequence[Table], compared: Sequence[PprComparison]) -> Dict[str, Any]:
+    """Collect the tables, and the comparison of the encoders."""
+    encoders, closed_form = compare_encoders(compared), closed_form_table(dataset)
+    return {
+        'goal_tables': [html_table(table) for table in tables if not table.name.endswith('_intervals')],
+        'interval_tables': [html_table(table) for table in tables if table.name.endswith('_intervals')],
+        'encoders': {**encoders._asdict(), 'table': encoders.table and html_table(encoders.table)},
+        'closed_form': closed_form and html_table(closed_form),
+    }
+
+
+def trials_content(dataset: Dataset, folder: Path) -> Dict[str, Any]:
+    """Collect the failures and all trials, with links to the bags from a page in `folder`."""
+    return {
+        'failures': html_table(failure_table(dataset)),
+        'trial_count': len(dataset.trials),
+        'trials': html_table(trial_table(dataset)),
+        'bags': bag_links(dataset, folder),
+    }
+
+
+def paper_content(dataset: Dataset) -> Optional[Dict[str, Any]]:
+    """Collect the comparison with the paper; None where they have no cell in common.
+
+    Raises:
+        ConfigError: the file of the paper's numbers cannot be read.
+    """
+    section = paper_section(dataset)
+    return section and {
+        'scores': html_table(section.scores),
+        'claims': section.claims,
+        'cells': [html_table(table) for table in section.cells],
+        'errata': html_table(section.errata),
+    }
