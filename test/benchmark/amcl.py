@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""What one AMCL update costs: by particles and beams, by its parts, by laser model, by map size,
-and as KLD-sampling adapts it on the shipped worlds. Compile time stands apart. Then how far off
-it is there, and whether its covariance says so."""
+"""Time one AMCL update: by particles and beams, by its parts, by laser model, by map size, and as KLD-sampling
+adapts it on the shipped worlds; compile time apart. Then its error there, and whether its covariance matches.
+"""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ PAPER = dict(
     kld_err=0.02,
 )
 PARTICLES, BEAMS = (100, 300, 1000, 3000, 10000), (30, 60, 180, 360)
-UPSTREAM_MS = 'upstream in C++ on such a machine: 14.9 ms at 3000 x 180, 0.85 ms as KLD adapts it'
+UPSTREAM_MS = 'upstream in C++ on a similar host: 14.9 ms at 3000 x 180, 0.85 ms as KLD adapts it'
 
 
 class Place(NamedTuple):
@@ -178,7 +178,7 @@ def _by_map(calls: int) -> List[List[str]]:
 
 
 def _as_adapted(name: str, place: Place) -> List[str]:
-    """A whole test with exact odometry from the paper's initial spread, 1000 rays a scan."""
+    """Run a whole test with exact odometry from the paper's initial spread, 1000 rays a scan."""
     lidar, grid = _scanner_and_map(place, 1000)
     amcl, pose, costs_ms, counts = _amcl(grid, place), place.start, [], []
     for _ in range(place.updates):
@@ -198,7 +198,7 @@ def _as_adapted(name: str, place: Place) -> List[str]:
 
 
 def _accuracy(name: str, place: Place, trials: int) -> List[str]:
-    """Each trial begins off by a draw from the paper's initial spread."""
+    """Run trials whose start is off by a draw from the paper's initial spread."""
     lidar, grid = _scanner_and_map(place, 1000)
     errors, variances = [], []
     for trial in range(trials):
@@ -232,13 +232,13 @@ def _accuracy(name: str, place: Place, trials: int) -> List[str]:
 
 
 def _print_compile_time() -> None:
-    """From the import to the first estimate in a new process, with an empty cache and with it."""
+    """Time the start of a new process, from import to first estimate, with an empty and a filled cache."""
     for state, spent_s in zip(('compiling', 'compiled'), first_call_s('amcl', 'first_update_s')):
         print(f'first update in a new process, {state}: {spent_s:.2f} s')
 
 
 def first_update_s() -> float:
-    """What the filter takes from its making to its first two updates."""
+    """Time the filter from its construction to its second update."""
     grid = OccupancyGrid(np.zeros((50, 50), np.int8), 0.1, Pose2D(-2.5, -2.5, 0.0))
     grid.cells[0] = 100
     scan = Scan(0, 0.0, 0.1, 0.1, 6.0, np.full(60, 1.0))
@@ -269,7 +269,7 @@ def _scanner_and_map(place: Place, samples: int) -> Tuple[Lidar, OccupancyGrid]:
 
 
 def _thinned(scan: Scan, beams: int) -> Scan:
-    """So many rays of it, all of which return."""
+    """Return a scan with so many of its rays, all of which return."""
     step = len(scan.ranges_m) // beams
     return scan._replace(
         angle_increment_rad=scan.angle_increment_rad * step, ranges_m=np.minimum(scan.ranges_m[::step][:beams], 3.4)

@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""What lost detection sees: shares of fitting rays at right and wrong poses and among people, and what
-the filter makes of it (docs/adr/0006-lost-detection.md). A minute."""
+"""Measure lost detection: fractions of fitting rays at right and wrong poses and among people, and how often
+the filter ends lost, right or wrong (docs/adr/0006-lost-detection.md). Takes a minute.
+"""
 
 from __future__ import annotations
 
@@ -37,12 +38,12 @@ SURE, GUESS = np.diag([0.0025] * 3), np.diag([0.25, 0.25, (math.pi / 12) ** 2])
 def main() -> None:
     """Print the tables."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('--poses', type=int, default=300, help='for the shares')
+    parser.add_argument('--poses', type=int, default=300, help='for the fractions')
     parser.add_argument('--runs', type=int, default=60, help='for the filter')
     arguments = parser.parse_args()
     print_header('Lost detection')
     for name in STARTS:
-        Place(name, arguments.poses).print_shares()
+        Place(name, arguments.poses).print_fractions()
         Place(name, 2 * arguments.runs).print_runs()
 
 
@@ -56,30 +57,30 @@ class Place:
         self.params = load_yaml(ROOT / 'config' / 'amcl.yaml')
         self.poses = free_poses(self.grid, STARTS[name], count, self.rng)
 
-    # ---- shares
+    # ---- fractions of rays
 
-    def print_shares(self) -> None:
-        """Quantiles of the share, and how often it is below lost_fraction."""
+    def print_fractions(self) -> None:
+        """Print quantiles of the fraction of rays that fit, and how often it is below lost_fraction."""
         scans = [self.lidar.scan(0, pose) for pose in self.poses]
         rows: List[Tuple[str, List[Scan], Callable[[Pose2D], Pose2D]]] = [('within 10 cm, 3 deg', scans, self._near)]
-        for share in (1 / 3, 1 / 2, 2 / 3):
-            blocked = [block(scan, share, self.rng) for scan in scans]
-            rows.append((f'{share:.2f} of the view: people', blocked, self._near))
+        for part in (1 / 3, 1 / 2, 2 / 3):
+            blocked = [block(scan, part, self.rng) for scan in scans]
+            rows.append((f'{part:.2f} of the view: people', blocked, self._near))
         rows += [(f'{off_m} m off', scans, self._off(off_m)) for off_m in (0.3, 0.5, 1.0, 2.0)]
         rows += [(f'{off_m} m off along x', scans, self._along(off_m)) for off_m in (1.0, 2.0, 4.0)]
         rows += [(f'{turn} deg off', scans, self._turned(turn)) for turn in (15, 30, 90, 180)]
         rows.append(('anywhere', scans, lambda _: self.poses[self.rng.integers(len(self.poses))]))
         fit_map = FitMap(self.grid, self.params['lost_distance'])
-        print(f'\n{self.name}: share of rays that fit')
+        print(f'\n{self.name}: fraction of rays that fit')
         table = []
-        for title, taken, believed in rows:
-            shares = [fit_map.fit(believed(pose), scan, IDENTITY).fraction for pose, scan in zip(self.poses, taken)]
-            shares = np.array([share for share in shares if share is not None])
+        for title, taken, estimated in rows:
+            fits = [fit_map.fit(estimated(pose), scan, IDENTITY).fraction for pose, scan in zip(self.poses, taken)]
+            fractions = np.array([fraction for fraction in fits if fraction is not None])
             table.append(
                 [
                     title,
-                    *np.quantile(shares, [0, 0.01, 0.05, 0.5, 0.95, 0.99]),
-                    (shares < self.params['lost_fraction']).mean(),
+                    *np.quantile(fractions, [0, 0.01, 0.05, 0.5, 0.95, 0.99]),
+                    (fractions < self.params['lost_fraction']).mean(),
                 ]
             )
         print(tabulate(table, ['', 'min', '1 %', '5 %', '50 %', '95 %', '99 %', 'bad'], floatfmt='.2f'))
@@ -106,7 +107,7 @@ class Place:
     # ---- the filter, the robot standing or turned by hand
 
     def print_runs(self) -> None:
-        """How many end lost; of the others, how many are right, and how many over 1 m off."""
+        """Print how many runs end lost; of the others, how many are right, and how many over 1 m off."""
         ends: Dict[str, List[Tuple[bool, float, float]]] = {}
         half = len(self.poses) // 2
         for seed, (here, there) in enumerate(zip(self.poses[:half], self.poses[half:])):
@@ -114,10 +115,10 @@ class Place:
                 ends.setdefault(title, []).append(end)
         table = []
         for title, found in ends.items():
-            told = [end for end in found if not end[0]]
-            right = sum(off_m < 0.3 and off_deg < 10.0 for _, off_m, off_deg in told)
-            wrong = sum(off_m > 1.0 for _, off_m, _ in told)
-            table.append([title, len(found) - len(told), right, len(told) - right - wrong, wrong])
+            not_lost = [end for end in found if not end[0]]
+            right = sum(off_m < 0.3 and off_deg < 10.0 for _, off_m, off_deg in not_lost)
+            wrong = sum(off_m > 1.0 for _, off_m, _ in not_lost)
+            table.append([title, len(found) - len(not_lost), right, len(not_lost) - right - wrong, wrong])
         print(f'\n{self.name}: {half} runs each')
         print(tabulate(table, ['', 'lost', 'within 0.3 m, 10 deg', 'between', 'over 1 m off']))
 
@@ -165,7 +166,7 @@ class Place:
 
 
 def end_of(amcl: Amcl, odom_pose: Pose2D, true_pose: Pose2D) -> Tuple[bool, float, float]:
-    """Whether it is lost, and how far off [m, degrees]."""
+    """Return whether the robot is lost, and its estimate's error [m, degrees]."""
     pose = amcl.odom_pose_in_map.compose(odom_pose)
     return (
         amcl.is_lost,
@@ -175,20 +176,20 @@ def end_of(amcl: Amcl, odom_pose: Pose2D, true_pose: Pose2D) -> Tuple[bool, floa
 
 
 def moved(pose: Pose2D, off_m: float, direction_rad: float) -> Pose2D:
-    """In the map's frame."""
+    """Return the pose shifted in the map's frame."""
     return Pose2D(pose.x_m + off_m * math.cos(direction_rad), pose.y_m + off_m * math.sin(direction_rad), pose.yaw_rad)
 
 
 def turned(pose: Pose2D, degrees: float) -> Pose2D:
-    """On the spot."""
+    """Return the pose turned on the spot."""
     return pose._replace(yaw_rad=wrap_angle(pose.yaw_rad + math.radians(degrees)))
 
 
-def block(scan: Scan, share: float, rng: np.random.Generator) -> Scan:
-    """The scan among people, half a metre wide and 0.5 to 2 m away, in so much of the view."""
+def block(scan: Scan, part: float, rng: np.random.Generator) -> Scan:
+    """Return the scan among people, half a metre wide and 0.5 to 2 m away, in this part of the view."""
     count = len(scan.ranges_m)
     nearest_m = np.full(count, np.inf)
-    while np.isfinite(nearest_m).mean() < share:
+    while np.isfinite(nearest_m).mean() < part:
         away_m = rng.uniform(0.5, 2.0)
         width = int(count * math.atan2(0.25, away_m) / math.pi)
         rays = (rng.integers(count) + np.arange(width)) % count
@@ -197,7 +198,7 @@ def block(scan: Scan, share: float, rng: np.random.Generator) -> Scan:
 
 
 def free_poses(grid: OccupancyGrid, start: Tuple[float, float], count: int, rng: np.random.Generator) -> List[Pose2D]:
-    """Drawn from where the robot fits and can get to from the start."""
+    """Draw poses where the robot fits and that it can reach from the start."""
     fits = distance_to_occupied(grid.cells != FREE, grid.resolution_m, 1.0) > CLEARANCE_M
     reached, edge = {grid.cell_at(*start)}, [grid.cell_at(*start)]
     while edge:

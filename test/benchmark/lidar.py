@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""What one sweep of the scanner costs: the ray caster beside PyBullet's rayTestBatch on the same
-rays, with what its compiler takes apart, and how both grow with rays and with the world."""
+"""Time one scan of the LiDAR: the ray caster beside PyBullet's rayTestBatch on the same
+rays, compile time apart, and how both grow with rays and with the world."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class BulletRays:
         pybullet.disconnect(physicsClientId=self._client)
 
     def ranges_m(self, pose: Pose2D, bearings_rad: np.ndarray) -> np.ndarray:
-        """(n,) distance along each ray, RANGE_MAX_M where nothing is."""
+        """Return (n,) distance along each ray, RANGE_MAX_M where nothing is."""
         angles_rad = pose.yaw_rad + bearings_rad
         start = [pose.x_m, pose.y_m, SCAN_HEIGHT_M]
         ends = np.column_stack(
@@ -133,7 +133,7 @@ def main() -> None:
 
 
 def first_sweep_s() -> float:
-    """Seconds for the first sweep in this process: compiling, or loading what was compiled."""
+    """Return seconds for the first scan in this process: compiling, or loading the compiled code."""
     lidar = Lidar(load_world(ROOT / 'worlds' / 'hallway.world'), SCAN_HEIGHT_M, LidarParams(), np.random.default_rng(0))
     began_s = time.perf_counter()
     lidar.scan(0, Pose2D(0.0, 0.0, 0.0))
@@ -173,7 +173,7 @@ def _sweep_ms(world: World, poses: List[Pose2D], repeats: int) -> float:
 
 
 def _best_ms(cast: Callable[[Pose2D], object], poses: List[Pose2D], repeats: int) -> float:
-    """Mean over the poses [ms] in the round that met least of other processes."""
+    """Return the mean over the poses [ms] of the fastest round, the least disturbed by other processes."""
     rounds_s = []
     for _ in range(repeats):
         began_s = time.perf_counter()
@@ -189,7 +189,7 @@ def _poses(low_m: tuple, high_m: tuple) -> List[Pose2D]:
 
 
 def _strewn_world(count: int) -> World:
-    """Boxes and pillars by turns, none within 2.5 m of the middle's poses."""
+    """Build boxes and pillars by turns, none within 2.5 m of the poses in the middle."""
     rng, solids = np.random.default_rng(3), []
     while len(solids) < count:
         pose = np.eye(4)

@@ -105,7 +105,7 @@ def _measure(contact: str, robots: Dict[str, Path], rate_hz: int, iterations: in
 
 
 def _cylinder_robot(folder: Path) -> Path:
-    """The shipped robot with wheels that touch the floor along a line."""
+    """Return the shipped robot with wheels that touch the floor along a line."""
     root = ElementTree.fromstring(expand_xacro(ROBOT, {}))
     for side in ('left', 'right'):
         collision = root.find(f"link[@name='{side}_wheel']/collision")

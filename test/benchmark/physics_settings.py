@@ -57,7 +57,7 @@ class Setting(NamedTuple):
 
 
 def main() -> None:
-    """Print one row a setting."""
+    """Print one row for each setting."""
     arguments = _arguments()
     print_header(f"PyBullet's settings, {arguments.steps} steps in each 10 ms, {arguments.iterations} iterations")
     physics = PhysicsParams(steps_per_tick=arguments.steps, solver_iterations=arguments.iterations)
@@ -103,7 +103,7 @@ def _measure(name: str, physics: PhysicsParams) -> List[str]:
 
 
 def _calls_changed(setting: Setting, physics: PhysicsParams) -> Any:
-    """Context in which PyBullet's functions get the setting's arguments instead."""
+    """Give PyBullet's functions the setting's arguments within a context."""
     load, configure, step = (pybullet.loadURDF, pybullet.setPhysicsEngineParameter, pybullet.stepSimulation)
 
     def load_changed(file: str, flags: int = 0, **others: Any) -> int:
@@ -128,7 +128,7 @@ def _engine_arguments(setting: Setting, physics: PhysicsParams) -> Dict[str, Any
 
 
 def _centre_of_mass_m(simulator: Simulator) -> np.ndarray:
-    """Of the whole robot, in base_link's frame but for a lean of a third of a degree."""
+    """Return the centre of mass of the whole robot in base_link's frame, but for a lean of a third of a degree."""
     client, robot = bullet_client(simulator), simulator._physics._robot
     base = simulator.base_pose_in_world()
     moment, mass_kg = np.zeros(3), 0.0
@@ -156,7 +156,7 @@ def _undamp(simulator: Simulator, _: PhysicsParams) -> None:
 
 
 def _lift_chassis_off_floor(simulator: Simulator, _: PhysicsParams) -> None:
-    """No collision between the body's box and the floor; the casters keep theirs."""
+    """Disable the collision between the body's box and the floor; the casters keep theirs."""
     client, physics = bullet_client(simulator), simulator._physics
     floors = [body for body in _bodies(client) if body != physics._robot and body not in physics._solid_names]
     chassis = [
@@ -173,7 +173,7 @@ def _lift_chassis_off_floor(simulator: Simulator, _: PhysicsParams) -> None:
 
 
 def _join_solids(simulator: Simulator, _: PhysicsParams) -> None:
-    """A few bodies of many shapes instead of a body for each wall and pillar."""
+    """Use a few bodies of many shapes instead of a body for each wall and pillar."""
     client, placed = bullet_client(simulator), _removed_solids(simulator)
     for first in range(0, len(placed), SHAPES_PER_BODY):
         # Lists: tuples make this one function of PyBullet crash.
@@ -191,7 +191,7 @@ def _join_solids(simulator: Simulator, _: PhysicsParams) -> None:
 
 
 def _solids_as_multibodies(simulator: Simulator, _: PhysicsParams) -> None:
-    """Each solid what PyBullet makes of it by default: a body that might have links and joints."""
+    """Make each solid PyBullet's default: a body that might have links and joints."""
     client = bullet_client(simulator)
     for shape, position, quat in _removed_solids(simulator):
         shape_id = pybullet.createCollisionShape(physicsClientId=client, **shape)
@@ -199,7 +199,7 @@ def _solids_as_multibodies(simulator: Simulator, _: PhysicsParams) -> None:
 
 
 def _removed_solids(simulator: Simulator) -> List[Tuple[Dict[str, Any], Any, Any]]:
-    """Shape, position and orientation of each solid, which is then gone."""
+    """Return shape, position and orientation of each solid, and remove it."""
     client, placed = bullet_client(simulator), []
     solids = [solid for solid in simulator.world.solids if not isinstance(solid.shape, Plane)]
     for body, solid in zip(simulator._physics._solid_names, solids):

@@ -95,7 +95,7 @@ def _record(name: str) -> List[Row]:
 
 
 def _run(rows: List[Row], ppr: float, noise: float, at_goal: bool, seed: int) -> End:
-    """One seed's drive through the real encoder and odometry, up to where it is judged."""
+    """Run one seed's drive through the real encoder and odometry, up to where it is evaluated."""
     # The simulator's own draws: Simulator.reset.
     phases_rad = generator(seed, 'wheel_phase').uniform(0.0, 2.0 * math.pi, 2)
     wheels = SlippingWheels(
@@ -114,7 +114,7 @@ def _run(rows: List[Row], ppr: float, noise: float, at_goal: bool, seed: int) ->
 
 
 def _random_end(rows: List[Row], seed: int) -> int:
-    """A row at top speed: in the last whole turn before the robot brakes, or in the last metre."""
+    """Choose a row at top speed: in the last whole turn before the robot brakes, or in the last metre."""
     left_m, right_m = (WHEEL_RADIUS_M * angle_rad for angle_rad in rows[-1].angles_rad)
     stretch_m = 1.0 if left_m * right_m > 0 else math.pi * WHEEL_SEPARATION_M
     to_go_m = [right_m - WHEEL_RADIUS_M * row.angles_rad[1] - BRAKING_M for row in rows]
@@ -191,12 +191,12 @@ def _print_nees(cells: Dict[Tuple[str, float, float], List[End]]) -> None:
                 f'{noise:g}',
                 f'{mean:.3f}',
                 f'{low:.3f} .. {high:.3f}',
-                _verdict(mean, low, high),
+                _comparison(mean, low, high),
                 *(f'{value:.2f}' for value in np.mean(axes, axis=0)),
             ]
         )
     print(
-        "\nNEES of the odometry's pose covariance, both drives judged at a random moment "
+        "\nNEES of the odometry's pose covariance, both drives evaluated at a random moment "
         'before they brake\n(of the last round, of the last metre)\n'
     )
     print(
@@ -208,7 +208,7 @@ def _print_nees(cells: Dict[Tuple[str, float, float], List[End]]) -> None:
                 'slip noise\n[m^2/m]',
                 'mean NEES\n/ 3',
                 '99 % interval',
-                'verdict',
+                'comparison',
                 'x alone',
                 'y alone',
                 'yaw alone',
@@ -221,12 +221,12 @@ def _print_nees(cells: Dict[Tuple[str, float, float], List[End]]) -> None:
 
 
 def chi_square_quantile(z: float, degrees: int) -> float:
-    """Quantile of chi-square where the standard normal has its quantile z (Wilson, Hilferty)."""
+    """Return the quantile of chi-square where the standard normal has its quantile z (Wilson, Hilferty)."""
     spread = 2.0 / (9.0 * degrees)
     return degrees * (1.0 - spread + z * math.sqrt(spread)) ** 3
 
 
-def _verdict(mean: float, low: float, high: float) -> str:
+def _comparison(mean: float, low: float, high: float) -> str:
     return 'inside' if low <= mean <= high else 'too sure' if mean > high else 'too careful'
 
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What grid SLAM costs, by particles and rays, in memory and in time; and how true its maps are.
+"""Measure grid SLAM: time and memory by particles and rays, and the accuracy of its maps.
 
 Drives of the simulated robot through both shipped worlds, 10 scans a second of 1000 rays. Of the
 map: occupied cells that are within a cell of a true surface, and the visible surface that has an
@@ -87,7 +87,7 @@ def _by_size(case: Case, scans: int) -> List[List[str]]:
 
 
 def _scan_ms(case: Case, particles: int, skip: int, scans: int) -> float:
-    """Median over the scans entered, but for the first."""
+    """Return the median over the scans entered, but for the first."""
     slam = GridSlam(GridSlamParams(**{**MAPPING, 'particles': particles, 'lskip': skip}), np.random.default_rng(0))
     costs_ms: List[float] = []
     for odom_pose, scan in zip(case.drive.odometry['ideal'], case.drive.scans['fine']):
@@ -100,7 +100,7 @@ def _scan_ms(case: Case, particles: int, skip: int, scans: int) -> float:
 
 
 def _by_map(case: Case) -> List[List[str]]:
-    """At quarters of the drive; whole grids are rectangles around what is known."""
+    """List memory at quarters of the drive; whole grids are rectangles around what is known."""
     params = GridSlamParams(**MAPPING)
     slam, rows = GridSlam(params, np.random.default_rng(0)), []
     count = len(case.drive.true_poses)
@@ -147,13 +147,13 @@ def _accuracy(cases, arguments: argparse.Namespace) -> List[List[str]]:
 
 
 def _print_compile_time() -> None:
-    """From the mapper's making to its second scan in a new process, cache empty and filled."""
+    """Time a new process from the mapper's construction to its second scan, cache empty and filled."""
     for state, spent_s in zip(('compiling', 'compiled'), first_call_s('slam', 'first_scans_s')):
         print(f'first scans in a new process, {state}: {spent_s:.2f} s')
 
 
 def first_scans_s() -> float:
-    """What the mapper takes from its making to its second scan."""
+    """Time the mapper from its construction to its second scan."""
     began_s = time.perf_counter()
     warm_up(GridSlamParams())
     return time.perf_counter() - began_s

@@ -21,15 +21,15 @@ DRAWS = {
 }
 
 
-def share_covering(intervals, truth):
+def fraction_covering(intervals, truth):
     return np.mean([interval.low <= truth <= interval.high for interval in intervals])
 
 
-def chance_range(share, repetitions):
-    """What 999 of 1000 simulated shares lie in."""
-    return tuple(stats.binom.ppf([0.0005, 0.9995], repetitions, share) / repetitions)
+def chance_range(fraction, repetitions):
+    """Limits between which 999 of 1000 simulated fractions lie."""
+    return tuple(stats.binom.ppf([0.0005, 0.9995], repetitions, fraction) / repetitions)
 
 
-def is_near(simulated, share, repetitions):
-    low, high = chance_range(share, repetitions)
+def is_near(simulated, fraction, repetitions):
+    low, high = chance_range(fraction, repetitions)
     return low <= simulated <= high

@@ -65,8 +65,8 @@ def load_robot(
     root = ElementTree.fromstring(urdf)
     joints = {joint.get('name', ''): joint for joint in root.findall('joint')}
     separation_m = _wheel_separation_m(joints, left_joint, right_joint, path)
-    radii_m = [_wheel_radius_m(root, joints[name], path) for name in (left_joint, right_joint)]
-    return RobotModel(root.get('name', 'robot'), urdf, left_joint, right_joint, *radii_m, separation_m)
+    left_m, right_m = (_wheel_radius_m(root, joints[name], path) for name in (left_joint, right_joint))
+    return RobotModel(root.get('name', 'robot'), urdf, left_joint, right_joint, left_m, right_m, separation_m)
 
 
 def expand_xacro(path: Union[str, Path], arguments: Mapping[str, str]) -> str:

@@ -13,7 +13,7 @@ from diff_encoder_sim.evaluation.sample_statistics import (
     std_interval,
     wilson,
 )
-from simulated_samples import DRAWS, TRIALS, is_near, share_covering
+from simulated_samples import DRAWS, TRIALS, fraction_covering, is_near
 
 INFINITY = math.inf
 
@@ -57,14 +57,14 @@ def test_std_interval_by_the_chi_square_table():
 @pytest.mark.parametrize('trials', [2, 5, 30])
 def test_exact_intervals_cover_at_their_level(interval, truth, trials):
     samples = np.random.default_rng(2).normal(7.0, 2.0, (1000, trials))
-    assert is_near(share_covering([interval(sample, 0.9) for sample in samples], truth), 0.9, 1000)
+    assert is_near(fraction_covering([interval(sample, 0.9) for sample in samples], truth), 0.9, 1000)
 
 
 @pytest.mark.parametrize(('draw', 'lowest'), [('normal', 0.90), ('uniform', 0.91), ('laplace', 0.88)])
 def test_the_bootstrap_covers_nearly_at_its_level_whatever_the_distribution(draw, lowest):
     rng = np.random.default_rng(3)
     intervals = [bootstrap_std_interval(DRAWS[draw](rng, TRIALS), 0.95, rng, resamples=500) for _ in range(400)]
-    assert lowest < share_covering(intervals, 1.0) < 0.985
+    assert lowest < fraction_covering(intervals, 1.0) < 0.985
 
 
 def test_the_bootstrap_is_narrower_than_chi_square_for_bounded_errors_and_covers_better_for_wild_ones():
@@ -72,8 +72,8 @@ def test_the_bootstrap_is_narrower_than_chi_square_for_bounded_errors_and_covers
     bounded, wild = DRAWS['uniform'](rng, TRIALS), DRAWS['laplace'](rng, (400, TRIALS))
     narrow, wide = bootstrap_std_interval(bounded, 0.95, rng), std_interval(bounded)
     assert narrow.high - narrow.low < 0.8 * (wide.high - wide.low)
-    bootstrap = share_covering([bootstrap_std_interval(values, 0.95, rng, 500) for values in wild], 1.0)
-    assert bootstrap > share_covering([std_interval(values) for values in wild], 1.0) + 0.05
+    bootstrap = fraction_covering([bootstrap_std_interval(values, 0.95, rng, 500) for values in wild], 1.0)
+    assert bootstrap > fraction_covering([std_interval(values) for values in wild], 1.0) + 0.05
 
 
 def test_equal_seeds_give_equal_bootstraps_and_scale_passes_through():

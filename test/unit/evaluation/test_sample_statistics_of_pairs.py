@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 
 from diff_encoder_sim.evaluation.sample_statistics import Interval, holm, mcnemar, spread_ratio, wilcoxon
-from simulated_samples import DRAWS, TRIALS, chance_range, is_near, share_covering
+from simulated_samples import DRAWS, TRIALS, chance_range, fraction_covering, is_near
 
 INFINITY = math.inf
 
@@ -30,7 +30,7 @@ def test_the_ratio_of_spreads_has_its_size_and_coverage_whatever_the_distributio
     assert 0.01 < share_significant(spread_ratio, pairs) <= 0.05
     pairs *= np.array([[5.0], [1.0]])
     lowest = 0.85 if draw == 'contaminated' else 0.905
-    assert lowest < share_covering([spread_ratio(*pair).interval for pair in pairs], 5.0) < 0.985
+    assert lowest < fraction_covering([spread_ratio(*pair).interval for pair in pairs], 5.0) < 0.985
 
 
 def test_an_interval_leaves_out_equality_when_its_test_is_significant():
@@ -124,7 +124,7 @@ def test_wilcoxon_with_ties_counts_all_signs():
 def test_wilcoxon_covers_at_its_level(pairs):
     differences = np.random.default_rng(15).laplace(0.3, 1.0, (600, pairs))
     intervals = [wilcoxon(row, np.zeros(pairs)).interval for row in differences]
-    assert chance_range(0.95, 600)[0] <= share_covering(intervals, 0.3) <= 0.985
+    assert chance_range(0.95, 600)[0] <= fraction_covering(intervals, 0.3) <= 0.985
 
 
 def test_the_interval_of_six_pairs_is_from_the_least_to_the_greatest_difference():
@@ -162,7 +162,7 @@ def test_mcnemar_covers_the_difference_of_shares(only_first, only_second):
         3, (1000, TRIALS), p=[only_first, only_second, 1.0 - only_first - only_second]
     )
     results = [mcnemar(row == 0, row == 1) for row in kinds]
-    assert 0.93 < share_covering([result.interval for result in results], only_first - only_second)
+    assert 0.93 < fraction_covering([result.interval for result in results], only_first - only_second)
     if only_first == only_second:
         assert np.mean([result.p_value <= 0.05 for result in results]) <= 0.05
 
