@@ -84,6 +84,14 @@ def interpolate(start: Pose2D, end: Pose2D, fraction: float) -> Pose2D:
     )
 
 
+def transform_points(frame: Pose2D, points_m: np.ndarray) -> np.ndarray:
+    """Return points (n, 2), given in `frame`, in the parent of that."""
+    cos_yaw, sin_yaw = math.cos(frame.yaw_rad), math.sin(frame.yaw_rad)
+    turned_m = points_m @ np.array([[cos_yaw, sin_yaw], [-sin_yaw, cos_yaw]])
+    moved_m: np.ndarray = turned_m + np.array([frame.x_m, frame.y_m])
+    return moved_m
+
+
 def quat_xyzw_from_yaw(yaw_rad: float) -> Tuple[float, float, float, float]:
     """Return the unit quaternion of a rotation about z."""
     return 0.0, 0.0, math.sin(0.5 * yaw_rad), math.cos(0.5 * yaw_rad)

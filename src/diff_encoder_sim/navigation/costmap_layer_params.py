@@ -1,7 +1,7 @@
-"""Reading costmap_2d's layered parameters: everything brought to the flat names of one costmap.
+"""Layered parameters of costmap_2d, brought to the flat names of one costmap.
 
-costmap_2d takes a list of plugins, each with parameters in a namespace of its own, or the older
-flat form. Names are the same in both, so a layer's parameters only move up.
+costmap_2d accepts a list of plugins, each with parameters in a namespace of its own, or the older flat form. Names
+are the same in both, so a layer's parameters only move up.
 """
 
 from __future__ import annotations
@@ -11,22 +11,22 @@ from typing import Any, Dict, List, Mapping
 
 STATIC, OBSTACLE, INFLATION = (f'costmap_2d::{kind}Layer' for kind in ('Static', 'Obstacle', 'Inflation'))
 ORDER = (STATIC, OBSTACLE, INFLATION)
-# What the layers are called where no plugins are listed.
+# Names of the layers where no plugins are listed.
 USUAL_NAMES = {'static_layer': STATIC, 'obstacle_layer': OBSTACLE, 'inflation_layer': INFLATION}
 
-# A layer's own, which mean something else, or nothing, for the whole costmap.
+# Parameters of a layer that mean something else, or nothing, for the whole costmap.
 NOT_MOVED = {
     STATIC: ('enabled',),
     INFLATION: ('enabled',),
     OBSTACLE: ('enabled', 'track_unknown_space', 'transform_tolerance'),
 }
-# A scan source may have ranges of its own; with one source they are the costmap's.
+# Ranges that a scan source may have; with one source they become the costmap's.
 RANGES = ('obstacle_range', 'raytrace_range')
 CIRCLE_CORNERS = 16
 
 
 def flattened(given: Mapping[str, Any]) -> Dict[str, Any]:
-    """A costmap's parameters as users write them, as the flat ones that CostmapParams has.
+    """Return a costmap's parameters, as users write them, as the flat ones of CostmapParams.
 
     Raises:
         ValueError: layers or sources that this package's costmap does not have.
@@ -35,9 +35,9 @@ def flattened(given: Mapping[str, Any]) -> Dict[str, Any]:
     if 'plugins' in flat:
         _merge_listed_layers(flat)
     else:
-        for name in USUAL_NAMES:
-            _merge_layer(flat, name, USUAL_NAMES[name])
-    _name_the_source_scan(flat)
+        for name, kind in USUAL_NAMES.items():
+            _merge_layer(flat, name, kind)
+    _name_source_scan(flat)
     _make_footprint_of_radius(flat)
     if flat.get('rolling_window') is True:
         for key in ('static_map', 'track_unknown_space'):
@@ -46,7 +46,7 @@ def flattened(given: Mapping[str, Any]) -> Dict[str, Any]:
 
 
 def _merge_listed_layers(flat: Dict[str, Any]) -> None:
-    """As upstream with plugins: they alone say which layers there are."""
+    """Move up the layers that are listed as plugins; as upstream there are no others."""
     plugins = _checked_plugins(flat.pop('plugins'))
     kinds = [plugin['type'] for plugin in plugins]
     flat.pop('map_type', None)
@@ -60,6 +60,7 @@ def _merge_listed_layers(flat: Dict[str, Any]) -> None:
 
 
 def _checked_plugins(plugins: Any) -> List[Dict[str, str]]:
+    """Return a list of plugins that this costmap has, else raise ValueError."""
     if not isinstance(plugins, list) or not all(
         isinstance(plugin, dict) and isinstance(plugin.get('name'), str) and isinstance(plugin.get('type'), str)
         for plugin in plugins
@@ -72,6 +73,7 @@ def _checked_plugins(plugins: Any) -> List[Dict[str, str]]:
 
 
 def _merge_layer(flat: Dict[str, Any], name: str, kind: str) -> None:
+    """Move up one layer's parameters; where the costmap has them too, its own count, as upstream."""
     layer = flat.pop(name, {})
     if not isinstance(layer, dict):
         raise ValueError(f'{name}: a mapping, the parameters of this layer')
@@ -79,16 +81,19 @@ def _merge_layer(flat: Dict[str, Any], name: str, kind: str) -> None:
         raise ValueError(f'{name}.enabled: true; take the layer out of plugins instead')
     for key, value in layer.items():
         if key not in NOT_MOVED[kind]:
-            flat.setdefault(key, value)  # what both have is the costmap's, as upstream
+            flat.setdefault(key, value)
 
 
-def _name_the_source_scan(flat: Dict[str, Any]) -> None:
+def _name_source_scan(flat: Dict[str, Any]) -> None:
+    """Rename the one scan source to `scan` and move up its ranges."""
     sources = str(flat.get('observation_sources', 'scan')).split()
     if len(sources) > 1:
         raise ValueError(f'observation_sources: one laser, not {len(sources)}')
     if sources and sources != ['scan']:
-        flat['observation_sources'] = 'scan'
-        flat['scan'] = {'topic': sources[0], **flat.pop(sources[0], {})}
+        source = flat.pop(sources[0], {})
+        if not isinstance(source, dict):
+            raise ValueError(f'{sources[0]}: a mapping, the parameters of this source')
+        flat['observation_sources'], flat['scan'] = 'scan', {'topic': sources[0], **source}
     source = flat.get('scan')
     if isinstance(source, dict):
         flat.update({key: source[key] for key in RANGES if key in source})
@@ -96,9 +101,10 @@ def _name_the_source_scan(flat: Dict[str, Any]) -> None:
 
 
 def _make_footprint_of_radius(flat: Dict[str, Any]) -> None:
+    """Replace robot_radius by a polygon, unless there is a footprint."""
     radius_m = flat.pop('robot_radius', None)
     if flat.get('footprint') in ('', '[]', []):
-        del flat['footprint']  # upstream's way to say that there is none
+        del flat['footprint']  # none, as upstream's default
     if radius_m is None or 'footprint' in flat:
         return
     if isinstance(radius_m, bool) or not isinstance(radius_m, (int, float)) or not radius_m > 0.0:

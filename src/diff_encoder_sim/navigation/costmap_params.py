@@ -11,7 +11,7 @@ from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.navigation.costmap_layer_params import flattened
 from diff_encoder_sim.navigation.footprint import ALTO_FOOTPRINT, FootprintPolygon
 
-# Of a rolling window: 200 m x 200 m in cells of 4 cm.
+# In a rolling window: 200 m x 200 m in cells of 4 cm.
 MOST_CELLS = 25_000_000
 
 
@@ -22,7 +22,7 @@ def _is_scan(topic: str) -> str:
 
 
 class ScanSource(Params):
-    """The one entry of `observation_sources`: a laser that marks and clears."""
+    """Entry of `observation_sources`: a laser that marks and clears."""
 
     topic: Annotated[str, AfterValidator(_is_scan)] = Field('scan', description='remap the node for another topic')
     data_type: Literal['LaserScan'] = Field('LaserScan', description='type of the message')
@@ -43,8 +43,8 @@ class ScanSource(Params):
 class CostmapParams(Params):
     """Parameters of the global or the local costmap.
 
-    Upstream's forms are all read: layers with namespaces of their own, a source of any name,
-    robot_radius. Where upstream can do what this costmap cannot, only what it does is allowed.
+    All of upstream's forms are accepted: layers with namespaces of their own, a source of any name, robot_radius.
+    Parameters for what this costmap cannot do accept only the value for what it does.
     """
 
     global_frame: str = Field('map', min_length=1, description='frame of the costmap')
@@ -68,7 +68,8 @@ class CostmapParams(Params):
     )
     track_unknown_space: bool = Field(
         True,
-        description='what neither map nor scan has seen is unknown; false: free, the default of a rolling window and of upstream',
+        description='what neither map nor scan has seen is unknown; false: free, '
+        'the default of a rolling window and of upstream',
     )
     lethal_cost_threshold: int = Field(
         100, ge=1, le=100, description='occupancy in the map from which a cell is a wall [%]'
@@ -110,7 +111,7 @@ class CostmapParams(Params):
 
 
 def local_defaults(**changes: object) -> CostmapParams:
-    """The usual local costmap: 3 x 3 m, rolling, in the odom frame."""
+    """Return the usual local costmap, 3 x 3 m, rolling, in the odom frame, with changes."""
     return CostmapParams.from_mapping(
         {'static_map': False, 'rolling_window': True, 'global_frame': 'odom', **changes}, ''
     )

@@ -1,6 +1,6 @@
 """Parameters of the local planner, under dwa_local_planner's names and with its defaults.
 
-But for prune_plan and the weights of path and goal, which stand in config/navigation.yaml.
+Exceptions are prune_plan and the weights of path and goal, which config/navigation.yaml sets.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from diff_encoder_sim.base.typed_params import Params
 class DwaParams(Params):
     """Limits of the robot, tolerances at the goal, simulation, sampling and weights.
 
-    A differential drive does not move sideways: the names for y are accepted, so that upstream's
-    files can be read, and have no effect.
+    A differential drive does not move sideways: the names for y are accepted, so that upstream's files can be read,
+    and have no effect.
     """
 
     max_vel_trans: float = Field(0.55, ge=0, description='highest speed [m/s]')
@@ -59,7 +59,8 @@ class DwaParams(Params):
     cheat_factor: float = Field(
         1.0,
         ge=0,
-        description='that point is scored only farther from the goal than forward_point_distance times the square root of this',
+        description='that point is scored only farther from the goal than forward_point_distance '
+        'times the square root of this',
     )
     sum_scores: bool = Field(False, description='sum the cost under the robot along a trajectory; false: its maximum')
     oscillation_reset_dist: float = Field(0.05, ge=0, description='travel that allows the opposite direction again [m]')
@@ -67,7 +68,8 @@ class DwaParams(Params):
     twist_sigmas: float = Field(
         0.0,
         ge=0,
-        description="take the last command for the velocity where it lies within so many standard deviations of the odometry's twist; 0: never, as upstream",
+        description="use the last command for the velocity if it is within so many standard deviations of odometry's "
+        'twist; 0: never, as upstream',
     )
     latch_margin: float = Field(
         0.0,
@@ -79,7 +81,7 @@ class DwaParams(Params):
         2.0,
         ge=0,
         le=3.2,
-        description='turn in place to a plan that leads off farther round than this [rad]; 0: never, as upstream',
+        description='turn in place towards a plan that begins at a larger angle than this [rad]; 0: never, as upstream',
     )
     prune_plan: bool = Field(True, description='drop the part of the plan behind the robot')
 
@@ -101,16 +103,14 @@ class DwaParams(Params):
         return self
 
     def can_start(self, control_period_s: float) -> bool:
-        """Whether from a stand any sample passes min_vel_trans and min_vel_theta.
+        """Return whether a standing robot has any sample that passes min_vel_trans and min_vel_theta.
 
-        With use_dwa the window after one period must reach one of them. Where it does not,
-        upstream's planner rejects all samples forever.
+        With use_dwa the window of one period must reach one of them, else upstream's planner rejects all samples
+        forever.
         """
         if not self.use_dwa:
             return True
-        fastest_mps = max(
-            min(self.max_vel_x, self.acc_lim_x * control_period_s),
-            -max(self.min_vel_x, -self.acc_lim_x * control_period_s),
-        )
+        change_mps = self.acc_lim_x * control_period_s
+        fastest_mps = max(min(self.max_vel_x, change_mps), -max(self.min_vel_x, -change_mps))
         fastest_radps = min(self.max_vel_theta, self.acc_lim_theta * control_period_s)
         return fastest_mps >= self.min_vel_trans or fastest_radps >= self.min_vel_theta

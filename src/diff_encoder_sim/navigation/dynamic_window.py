@@ -1,4 +1,4 @@
-"""The dynamic window: which velocities the next control period can reach, and samples of it.
+"""Dynamic window: the velocities that the next control period can reach, and samples of it.
 
 Fox, Burgard and Thrun, The dynamic window approach to collision avoidance, 1997, section III-A.
 """
@@ -14,7 +14,7 @@ from diff_encoder_sim.navigation.dwa_params import DwaParams
 
 
 class DynamicWindow(NamedTuple):
-    """Reachable velocities, lowest and highest."""
+    """Lowest and highest reachable velocities."""
 
     min_linear_mps: float
     max_linear_mps: float
@@ -25,13 +25,11 @@ class DynamicWindow(NamedTuple):
 def dynamic_window(
     params: DwaParams, linear_mps: float, angular_radps: float, sim_period_s: float, goal_distance_m: float
 ) -> DynamicWindow:
-    """What the acceleration limits leave around a twist, within the velocity limits.
+    """Return the velocities that acceleration and velocity limits allow around a twist.
 
-    With use_dwa, what one control period reaches. Without, what sim_time reaches, no faster than
-    would overshoot the goal.
-
-    A quantised twist can be above the limits (at 40 pulses 0.63 m/s is the second step): the window
-    then is the limit alone. Upstream would sample from the limit up to what it believes reachable.
+    With use_dwa those of one control period; without it those of sim_time, no faster than would overshoot the goal.
+    A quantised twist can be above the limits (at 40 PPR the second step is 0.63 m/s): then the window is the limit
+    alone, where upstream would sample from the limit up to what it takes for reachable.
     """
     horizon_s, max_linear_mps = sim_period_s, params.max_vel_x
     if not params.use_dwa:
@@ -52,9 +50,9 @@ def _clamp(value: float, low: float, high: float) -> float:
 
 @njit(cache=True)
 def samples_between(low: float, high: float, count: int) -> np.ndarray:
-    """Evenly spaced samples with both ends, and 0 added where two of them have it between.
+    """Return evenly spaced samples with both ends, and 0 where it lies between two of them.
 
-    As upstream's VelocityIterator: at least two, unless the ends are one.
+    As upstream's VelocityIterator: at least two samples, unless the ends are equal.
     """
     if low == high:
         return np.array([low])
@@ -70,6 +68,11 @@ def samples_between(low: float, high: float, count: int) -> np.ndarray:
             filled += 1
     samples[filled] = high
     return samples[: filled + 1]
+
+
+def velocity_samples(window: DynamicWindow, linear_count: int, angular_count: int) -> np.ndarray:
+    """Return samples (n, 2) linear [m/s], angular [rad/s] of a window, the angular ones innermost."""
+    return _velocity_samples(*window, linear_count, angular_count)
 
 
 @njit(cache=True)
@@ -88,8 +91,3 @@ def _velocity_samples(
         samples[index, 0] = linear[index // len(angular)]
         samples[index, 1] = angular[index % len(angular)]
     return samples
-
-
-def velocity_samples(window: DynamicWindow, linear_count: int, angular_count: int) -> np.ndarray:
-    """(n, 2) samples (linear [m/s], angular [rad/s]) of a window, angular ones innermost."""
-    return _velocity_samples(*window, linear_count, angular_count)

@@ -1,4 +1,4 @@
-"""The robot's outline on the floor, and what it costs to stand somewhere with it."""
+"""Footprint: the robot's outline on the floor."""
 
 from __future__ import annotations
 
@@ -11,14 +11,12 @@ from numba import njit
 from pydantic import AfterValidator, BeforeValidator, Field
 from typing_extensions import Annotated
 
-LETHAL, NO_INFORMATION = 254, 255
-
-# What a footprint's cost says when there is none, as upstream's CostmapModel.
+# Footprint costs below zero mean that the robot cannot stand there, as in upstream's CostmapModel.
 IN_OBSTACLE, IN_UNKNOWN, OFF_MAP = -1.0, -2.0, -3.0
 
 
 def _from_text(value: Any) -> Any:
-    # Upstream takes the polygon as text as well: "[[0.25, 0.3], ...]".
+    # Upstream also accepts the polygon as text: "[[0.25, 0.3], ...]".
     if isinstance(value, str):
         try:
             return json.loads(value)
@@ -47,22 +45,22 @@ ALTO_FOOTPRINT = [[0.25, -0.3], [0.25, 0.3], [-0.25, 0.3], [-0.25, -0.3]]
 
 
 class Footprint(NamedTuple):
-    """A polygon around base_link."""
+    """Polygon around base_link, with the radii of the circles about base_link inside and around it."""
 
     vertices_m: np.ndarray  # (n, 2) x, y in base_link, padding included
-    inscribed_radius_m: float  # of the largest circle about base_link inside it
-    circumscribed_radius_m: float  # of the smallest circle about base_link around it
+    inscribed_radius_m: float
+    circumscribed_radius_m: float
 
 
 def make_footprint(points: Sequence[Sequence[float]], padding_m: float = 0.0) -> Footprint:
-    """Footprint of corners [x, y] [m], each moved outwards by `padding_m` along both axes."""
+    """Make a footprint of corners [x, y] [m], each moved outwards by `padding_m` along both axes."""
     vertices_m = np.array(points, dtype=float)
     vertices_m = vertices_m + np.sign(vertices_m) * padding_m
     return Footprint(vertices_m, *_outline_radii(vertices_m))
 
 
 def _outline_radii(vertices_m: np.ndarray) -> List[float]:
-    """[smallest, largest] distance of the outline from the origin [m]."""
+    """Return the smallest and the largest distance of the outline from the origin [m]."""
     starts, edges = vertices_m, np.roll(vertices_m, -1, axis=0) - vertices_m
     length_squared = np.maximum(np.einsum('ij,ij->i', edges, edges), 1e-12)
     along = np.clip(-np.einsum('ij,ij->i', starts, edges) / length_squared, 0.0, 1.0)
@@ -71,14 +69,15 @@ def _outline_radii(vertices_m: np.ndarray) -> List[float]:
 
 
 def _encloses_origin(vertices_m: np.ndarray) -> bool:
+    """Return whether the outline winds around the origin."""
     angles = np.arctan2(vertices_m[:, 1], vertices_m[:, 0])
     turns = (np.diff(np.append(angles, angles[0])) + math.pi) % (2.0 * math.pi) - math.pi
-    return abs(turns.sum()) > math.pi
+    return bool(abs(turns.sum()) > math.pi)
 
 
 @njit(cache=True)
 def fill_polygon(cells: np.ndarray, per_m: float, corners_m: np.ndarray, value: int) -> None:
-    """Set every cell that a convex polygon (n, 2), in the grid's frame, covers the centre of."""
+    """Set every cell whose centre lies inside a polygon (n, 2) given in the grid's own frame."""
     rows, columns = cells.shape
     low_x = high_x = corners_m[0, 0]
     low_y = high_y = corners_m[0, 1]

@@ -19,20 +19,21 @@ from diff_encoder_sim.navigation.navigator_inputs import MissingInput, Navigator
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
 from diff_encoder_sim.navigation.plan_error import PlanError
 from diff_encoder_sim.navigation.recovery import Recovery, RecoveryView
+from diff_encoder_sim.navigation.recovery_sequence import RecoverySequence
 from diff_encoder_sim.navigation.stop_rotate import Motion
 from diff_encoder_sim.navigation.travel_watch import TravelWatch
 
 log = logging.getLogger(__name__)
 
-# Without a planner_frequency a failed plan is tried again as often as costmaps change. Upstream's
-# thread tries without a pause.
+# Without a planner_frequency a failed plan is retried as often as costmaps change. Upstream's thread retries without
+# a pause.
 PLAN_RETRY_S = 0.2
 
 DRIVING = 'driving to the goal'
 
 
 class NavigatorParts(NamedTuple):
-    """What a run works with; it outlives the run."""
+    """Parts of the navigator that a run uses and that outlive it."""
 
     params: NavigatorParams
     inputs: NavigatorInputs
@@ -45,41 +46,42 @@ class NavigatorParts(NamedTuple):
 
 
 class GoalRun:
-    """Drives to one goal, or to whatever end that comes to."""
+    """Drives to one goal until it is reached, given up or cancelled.
+
+    Args:
+        parts: of the navigator.
+        goal: in the map frame.
+        command: the command in force, of the run before this one.
+    """
 
     def __init__(self, parts: NavigatorParts, goal: Pose2D, command: Command = STOP) -> None:
-        """`command` is in force already: that of the run which this one takes over from."""
-        self._parts, self._params = parts, parts.params
-        self._goal = goal  # in the map frame
+        self._parts, self._params, self._goal = parts, parts.params, goal
         self.status, self.phase, self.text = GoalStatus.ACTIVE, Phase.PLANNING, ''
         self.global_plan_in_map = np.empty((0, 3))
         self.local_plan_in_odom = np.empty((0, 3))
-        self.command = command  # the last one given
-        self._is_under_way = False  # not before the first step, nor when waiting
+        self.command = command  # the last one returned
+        self._is_under_way = False  # False before the first step and while waiting
         self._waits_for: Optional[MissingInput] = None
-        self._trigger = Trigger.PLANNING
-        self._problem = ''  # what recovery was called for
-        self._recovery_index = 0
-        self._is_recovering = False
+        self._recovery = RecoverySequence(parts.recoveries)
         self._planning_retries = 0
         self._progress_pose: Optional[Pose2D] = None
-        self._planned_ns: Optional[int] = None  # the last attempt, good or not
+        self._planned_ns: Optional[int] = None  # time of the last attempt, successful or not
         self._last_plan_ns = self._last_control_ns = self._last_progress_ns = 0
 
     def wait(self, missing: MissingInput) -> None:
-        """Stand for want of an input; the next `act` goes on with fresh patience and plan."""
+        """Stop because an input is missing; the next `act` continues with full patience and a new plan."""
         if self._waits_for is None:
             log.warning('%s; stopped', missing, extra=EVENT)
         self.command, self._waits_for, self._is_under_way = STOP, missing, False
         self.text = f'stopped: {missing}'
 
     def end(self, status: GoalStatus, text: str) -> None:
-        """Nothing more is done."""
+        """End the run with a status and its reason."""
         self.status, self.text = status, text
         self.local_plan_in_odom = np.empty((0, 3))
 
     def act(self, now_ns: int) -> Command:
-        """The command for one control period."""
+        """Return the command for one control period."""
         if not self._is_under_way:
             self._set_out(now_ns)
         self._watch_travel(now_ns)
@@ -88,7 +90,7 @@ class GoalRun:
 
     def _set_out(self, now_ns: int) -> None:
         if self._waits_for is not None:
-            log.info('%s is back: planning anew', self._waits_for.what, extra=EVENT)
+            log.info('%s received again: driving on with a new plan', self._waits_for.what, extra=EVENT)
         self._is_under_way, self._waits_for = True, None
         self._last_control_ns = now_ns
         self._go_to_planning(now_ns)
@@ -96,7 +98,7 @@ class GoalRun:
     def _act(self, now_ns: int) -> Command:
         self._watch_progress(now_ns)
         if self.phase is Phase.CONTROLLING:
-            self._keep_plan_up(now_ns)
+            self._replan_if_due(now_ns)
         if self.phase is Phase.PLANNING:
             self._plan(now_ns)
         if self.status is GoalStatus.ACTIVE and self.phase is Phase.CONTROLLING:
@@ -108,30 +110,30 @@ class GoalRun:
     # ---- planning
 
     def _plan(self, now_ns: int) -> None:
-        """Make a plan; on success go on to control, out of patience call recovery."""
+        """Make a plan; go on to control, or to recovery when patience is over."""
         if self._planned_ns is not None and not self._is_plan_due(now_ns, PLAN_RETRY_S):
             return
         try:
-            self._replan(now_ns)
+            self._make_plan(now_ns)
         except PlanError as error:
-            self.text = str(error)
-            self._planning_retries += 1
-            if error.problem.is_lasting:
-                self.end(GoalStatus.ABORTED, str(error))
-            elif (
-                _is_over(self._last_plan_ns, self._params.planner_patience, now_ns)
-                or 0 <= self._params.max_planning_retries < self._planning_retries
-            ):
-                self._call_recovery(Trigger.PLANNING)
+            self._planning_failed(now_ns, error)
             return
-        if self._trigger is Trigger.PLANNING:
-            self._recovery_index = 0
+        self._recovery.restart_after(Trigger.PLANNING)
         self.phase = Phase.CONTROLLING
 
-    def _replan(self, now_ns: int) -> None:
-        self._planned_ns = now_ns
-        self.global_plan_in_map = self._parts.global_planner.make_plan(self._parts.inputs.base_pose_in_map, self._goal)
-        self._parts.local_planner.set_plan(self.global_plan_in_map)
+    def _planning_failed(self, now_ns: int, error: PlanError) -> None:
+        self.text = str(error)
+        self._planning_retries += 1
+        is_patience_over = _is_over(self._last_plan_ns, self._params.planner_patience, now_ns)
+        if error.problem.is_lasting:
+            self.end(GoalStatus.ABORTED, str(error))
+        elif is_patience_over or 0 <= self._params.max_planning_retries < self._planning_retries:
+            self._call_recovery(Trigger.PLANNING)
+
+    def _make_plan(self, now_ns: int) -> None:
+        parts, self._planned_ns = self._parts, now_ns
+        self.global_plan_in_map = parts.global_planner.make_plan(parts.inputs.base_pose_in_map, self._goal)
+        parts.local_planner.set_plan(self.global_plan_in_map)
         self._last_plan_ns, self._planning_retries = now_ns, 0
         self.text = DRIVING
 
@@ -140,13 +142,13 @@ class GoalRun:
         period_s = 1.0 / frequency_hz if frequency_hz > 0.0 else default_period_s
         return self._planned_ns is None or _is_over(self._planned_ns, period_s, now_ns)
 
-    def _keep_plan_up(self, now_ns: int) -> None:
-        """While driving: replan at planner_frequency."""
+    def _replan_if_due(self, now_ns: int) -> None:
+        """Make a new plan at planner_frequency while driving."""
         if self._is_plan_due(now_ns, math.inf):
             try:
-                self._replan(now_ns)
+                self._make_plan(now_ns)
             except PlanError as error:
-                # The old plan still leads somewhere: follow it until control fails.
+                # The old plan is followed until control fails.
                 log.debug('no new plan: %s', error)
 
     def _go_to_planning(self, now_ns: int) -> None:
@@ -157,26 +159,24 @@ class GoalRun:
     # ---- control
 
     def _control(self, now_ns: int) -> Command:
-        parts, odometry = self._parts, self._parts.inputs.odometry
+        inputs, local_planner = self._parts.inputs, self._parts.local_planner
+        odometry, odom_pose_in_map = inputs.odometry, inputs.odom_pose_in_map
         motion = Motion(odometry.base_pose_in_odom, odometry.linear_mps, odometry.angular_radps)
-        odom_pose_in_map = parts.inputs.odom_pose_in_map
-        if parts.local_planner.is_goal_reached(motion, odom_pose_in_map):
-            self.end(GoalStatus.SUCCEEDED, 'goal reached')
+        if local_planner.is_goal_reached(motion, odom_pose_in_map):
+            self.end(GoalStatus.SUCCEEDED, GoalStatus.SUCCEEDED.value)
             return STOP
-        motion = parts.local_planner.odometry_motion(odometry, self.command)
-        best = parts.local_planner.compute(motion, odom_pose_in_map, parts.local_costmap)
+        motion = local_planner.odometry_motion(odometry, self.command)
+        best = local_planner.compute(motion, odom_pose_in_map, self._parts.local_costmap)
         if best is None:
             self._control_failed(now_ns)
             return STOP
         self._last_control_ns = now_ns
-        self.local_plan_in_odom = best.poses_in_odom
-        self.text = DRIVING
-        if self._trigger is Trigger.CONTROLLING:
-            self._recovery_index = 0
+        self.local_plan_in_odom, self.text = best.poses_in_odom, DRIVING
+        self._recovery.restart_after(Trigger.CONTROLLING)
         return Command(best.linear_mps, best.angular_radps)
 
     def _control_failed(self, now_ns: int) -> None:
-        """Try another plan; once patience is over, call recovery."""
+        """Go back to planning, or to recovery when patience is over."""
         self.text = self._parts.local_planner.problem
         self.local_plan_in_odom = np.empty((0, 3))
         if _is_over(self._last_control_ns, self._params.controller_patience, now_ns):
@@ -187,63 +187,46 @@ class GoalRun:
         self._last_progress_ns, self._planned_ns = progress_ns, planned_ns
 
     def _watch_travel(self, now_ns: int) -> None:
-        """Give up when odometry does not see what was commanded."""
+        """Give up if odometry does not move although travel is commanded."""
         watch = self._parts.travel_watch
-        watch.enter(now_ns, self._parts.inputs.odometry.base_pose_in_odom, self.command)
+        watch.update(now_ns, self._parts.inputs.odometry.base_pose_in_odom, self.command)
         if watch.is_over_limit:
-            watch.forget()
-            self.end(
-                GoalStatus.ABORTED,
-                f'odometry has not moved for {watch.limit_m:.2f} m of commanded travel (max_unseen_travel)',
-            )
+            watch.reset()
+            unseen = f'{watch.limit_m:.2f} m of commanded travel (max_unseen_travel)'
+            self.end(GoalStatus.ABORTED, f'odometry has not moved for {unseen}')
 
     def _watch_progress(self, now_ns: int) -> None:
-        """move_base's oscillation check: has the robot left where it was?"""
-        here, since = self._parts.inputs.base_pose_in_map, self._progress_pose
-        if since is None or math.hypot(here.x_m - since.x_m, here.y_m - since.y_m) >= self._params.oscillation_distance:
+        """Call recovery if the robot has not moved for oscillation_timeout: move_base's oscillation check."""
+        here, since, params = self._parts.inputs.base_pose_in_map, self._progress_pose, self._params
+        if since is None or math.hypot(here.x_m - since.x_m, here.y_m - since.y_m) >= params.oscillation_distance:
             self._progress_pose, self._last_progress_ns = here, now_ns
-            if self._trigger is Trigger.OSCILLATION:
-                self._recovery_index = 0
+            self._recovery.restart_after(Trigger.OSCILLATION)
         elif (
             self.phase is Phase.CONTROLLING
-            and self._params.oscillation_timeout > 0.0
-            and _is_over(self._last_progress_ns, self._params.oscillation_timeout, now_ns)
+            and params.oscillation_timeout > 0.0
+            and _is_over(self._last_progress_ns, params.oscillation_timeout, now_ns)
         ):
-            self.text = f'still within {self._params.oscillation_distance} m after {self._params.oscillation_timeout} s'
+            self.text = f'moved less than {params.oscillation_distance} m in {params.oscillation_timeout} s'
             self._call_recovery(Trigger.OSCILLATION)
 
     # ---- recovery
 
     def _call_recovery(self, trigger: Trigger) -> None:
-        self.phase, self._trigger, self._problem = Phase.CLEARING, trigger, self.text
-        self._is_recovering = False
+        self.phase = Phase.CLEARING
+        self._recovery.call(trigger, self.text)
 
     def _recover(self, now_ns: int) -> Command:
-        """One period of the behaviour that is next; after each, planning gets another chance."""
-        recoveries = self._parts.recoveries
-        if self._recovery_index >= len(recoveries):
-            tried = f' after {len(recoveries)} recovery behaviours' if recoveries else ''
-            self.end(GoalStatus.ABORTED, f'{self._trigger.value}{tried}: {self._problem}')
+        """Run one period of the next behaviour; after each, planning is tried again."""
+        if self._recovery.is_exhausted:
+            self.end(GoalStatus.ABORTED, self._recovery.failure)
             return STOP
-        recovery = recoveries[self._recovery_index]
-        if not self._is_recovering:
-            recovery.start()
-            self._is_recovering = True
-        inputs = self._parts.inputs
-        result = recovery.step(
-            RecoveryView(
-                now_ns,
-                inputs.base_pose_in_map,
-                inputs.odometry.base_pose_in_odom,
-                self._parts.global_costmap,
-                self._parts.local_costmap,
-            )
-        )
-        self.text = f'{recovery.name}: {result.text}'
+        parts, inputs = self._parts, self._parts.inputs
+        poses = inputs.base_pose_in_map, inputs.odometry.base_pose_in_odom
+        result = self._recovery.step(RecoveryView(now_ns, *poses, parts.global_costmap, parts.local_costmap))
+        self.text = result.text
         if not result.is_done:
             return Command(0.0, result.angular_radps)
         log.info('%s', self.text)
-        self._recovery_index += 1
         self._go_to_planning(now_ns)
         return STOP
 

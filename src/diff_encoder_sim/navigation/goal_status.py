@@ -1,4 +1,4 @@
-"""What the navigator answers each control period."""
+"""What the navigator reports in each control period: command, goal status and phase."""
 
 from __future__ import annotations
 
@@ -7,22 +7,22 @@ from typing import NamedTuple
 
 
 class GoalStatus(enum.Enum):
-    """How the goal stands, in the words of actionlib."""
+    """Status of a goal, as in actionlib; the values are for messages to people."""
 
     NONE = 'no goal'
-    ACTIVE = 'on the way'
-    SUCCEEDED = 'reached'
-    ABORTED = 'given up'
+    ACTIVE = 'active'
+    SUCCEEDED = 'goal reached'
+    ABORTED = 'aborted'
     PREEMPTED = 'cancelled'
 
     @property
     def is_over(self) -> bool:
-        """Whether there was a goal and nothing is done for it any more."""
+        """Return whether there was a goal and it is no longer pursued."""
         return self not in (GoalStatus.NONE, GoalStatus.ACTIVE)
 
 
 class Phase(enum.Enum):
-    """What is being done for an active goal: move_base's states."""
+    """Phase of an active goal: move_base's states."""
 
     PLANNING = 'planning'
     CONTROLLING = 'controlling'
@@ -30,15 +30,15 @@ class Phase(enum.Enum):
 
 
 class Trigger(enum.Enum):
-    """Why recovery was called."""
+    """Reason for a recovery."""
 
     PLANNING = 'no plan was found'
     CONTROLLING = 'no velocity command was found'
-    OSCILLATION = 'the robot did not get on'
+    OSCILLATION = 'the robot made no progress'
 
 
 class Command(NamedTuple):
-    """What /cmd_vel is to say."""
+    """Velocity command, as published on /cmd_vel."""
 
     linear_mps: float
     angular_radps: float
@@ -48,9 +48,9 @@ STOP = Command(0.0, 0.0)
 
 
 class NavigatorOutput(NamedTuple):
-    """One control period's result."""
+    """Result of one control period."""
 
-    command: Command  # zero whenever there is nothing to drive for, or no safe way to
+    command: Command  # zero without an active goal, and while the robot must stand
     status: GoalStatus
-    phase: Phase  # has a meaning while the status is ACTIVE
-    text: str  # one line for people: what is going on, or why it is over
+    phase: Phase  # meaningful while the status is ACTIVE
+    text: str  # one line for people: what is being done, or why the goal is over

@@ -1,4 +1,4 @@
-"""A rectangle of a grid's cells."""
+"""Rectangular windows of a grid's cells."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from diff_encoder_sim.base.se2 import Pose2D
 
 
 class GridWindow(NamedTuple):
-    """Cells from first to before last."""
+    """Rows and columns of a grid, each from first to before last."""
 
     first_row: int
     last_row: int
@@ -18,26 +18,21 @@ class GridWindow(NamedTuple):
 
     @property
     def is_empty(self) -> bool:
-        """Whether there is no cell in it."""
+        """Return whether the window has no cells."""
         return self.first_row >= self.last_row or self.first_column >= self.last_column
 
     @property
     def cells(self) -> Tuple[slice, slice]:
-        """To index an array with."""
+        """Return the index of these cells in an array."""
         return slice(self.first_row, self.last_row), slice(self.first_column, self.last_column)
 
     def with_margin(self, cells: int, shape: Tuple[int, int]) -> GridWindow:
-        """Wider on all sides, as far as a grid of (rows, columns) goes."""
-        rows, columns = shape
-        return GridWindow(
-            max(0, self.first_row - cells),
-            min(rows, self.last_row + cells),
-            max(0, self.first_column - cells),
-            min(columns, self.last_column + cells),
-        )
+        """Return the window widened on all sides, clipped to a grid of (rows, columns)."""
+        rows = max(0, self.first_row - cells), min(shape[0], self.last_row + cells)
+        return GridWindow(*rows, max(0, self.first_column - cells), min(shape[1], self.last_column + cells))
 
     def around_both(self, other: GridWindow) -> GridWindow:
-        """The smallest that holds two, neither of them empty."""
+        """Return the smallest window that holds both; neither may be empty."""
         return GridWindow(
             min(self.first_row, other.first_row),
             max(self.last_row, other.last_row),
@@ -47,11 +42,19 @@ class GridWindow(NamedTuple):
 
 
 def window_around(place: Pose2D, reach_m: float, per_m: float, shape: Tuple[int, int]) -> GridWindow:
-    """The cells of a grid (rows, columns), `per_m` in a metre, up to `reach_m` from a place."""
-    bounds = []
-    for centre_m, size in ((place.y_m, shape[0]), (place.x_m, shape[1])):
-        bounds += [
-            min(max(0, math.floor((centre_m - reach_m) * per_m)), size),
-            min(max(0, math.floor((centre_m + reach_m) * per_m) + 1), size),
-        ]
-    return GridWindow(*bounds)
+    """Return the cells within `reach_m` of a place along both axes.
+
+    Args:
+        place: in the grid's own frame.
+        reach_m: distance [m].
+        per_m: cells in a metre.
+        shape: (rows, columns) of the grid.
+    """
+    rows = _cells_around(place.y_m, reach_m, per_m, shape[0])
+    return GridWindow(*rows, *_cells_around(place.x_m, reach_m, per_m, shape[1]))
+
+
+def _cells_around(centre_m: float, reach_m: float, per_m: float, size: int) -> Tuple[int, int]:
+    """Return the first cell within reach along one axis and the one behind the last."""
+    first = min(max(0, math.floor((centre_m - reach_m) * per_m)), size)
+    return first, min(max(0, math.floor((centre_m + reach_m) * per_m) + 1), size)

@@ -1,8 +1,8 @@
 """Inflation: cost that falls with the distance from obstacles, on an exact distance transform.
 
-The cost's decay is upstream's inflation layer: lethal in an obstacle, inscribed where the robot's
-centre would make it touch, then exponential. The distance transform is exact and takes only what
-lies within the inflation radius into account, so that a window costs its area and no more.
+The cost is that of upstream's inflation layer: lethal in an obstacle, inscribed where a robot centred there would
+touch it, then decaying exponentially. The distance transform is exact up to the inflation radius and looks no
+farther, so that updating a window takes time in proportion to its area.
 """
 
 from __future__ import annotations
@@ -12,22 +12,20 @@ import math
 import numpy as np
 from numba import njit
 
-from diff_encoder_sim.navigation.footprint import LETHAL, NO_INFORMATION
-
-FREE, INSCRIBED = 0, 253
+from diff_encoder_sim.navigation.cost_values import INSCRIBED, LETHAL, NO_INFORMATION
 
 
 def radius_in_cells(radius_m: float, resolution_m: float) -> int:
-    """The inflation radius as upstream counts it: rounded up to whole cells."""
+    """Return the inflation radius in cells, rounded up as upstream does."""
     return max(0, math.ceil(radius_m / resolution_m - 1e-9))
 
 
 def cost_table(
     resolution_m: float, inscribed_radius_m: float, inflation_radius_m: float, cost_scaling_factor: float
 ) -> np.ndarray:
-    """(cells^2 + 1,) uint8 cost by the squared distance to the nearest obstacle, in cells^2.
+    """Return the cost by squared distance to the nearest obstacle in cells^2: (cells^2 + 1,) uint8.
 
-    costmap_2d's InflationLayer::computeCost: 252 exp(-factor (distance - inscribed radius)).
+    As costmap_2d's InflationLayer::computeCost: 252 exp(-factor (distance - inscribed radius)).
     """
     cells = radius_in_cells(inflation_radius_m, resolution_m)
     distance_m = np.sqrt(np.arange(cells * cells + 1)) * resolution_m
@@ -39,14 +37,10 @@ def cost_table(
 
 @njit(cache=True)
 def squared_distances(is_obstacle: np.ndarray, limit: int) -> np.ndarray:
-    """(rows, columns) int32 squared distance in cells to the nearest obstacle; exact up to `limit`.
+    """Return the squared distances to the nearest obstacle, (rows, columns) int32 in cells^2.
 
-    Beyond `limit` cells it is some number above limit^2. Two passes: along columns, then over the
-    neighbours in each row, no further than could still be nearer.
-
-    Args:
-        is_obstacle: (rows, columns) bool.
-        limit: largest distance of interest, in cells.
+    Exact up to `limit` cells; beyond, some number above limit^2. The first pass counts along columns, the second
+    searches each row.
     """
     rows, columns = is_obstacle.shape
     along_column = np.empty((rows, columns), np.int32)
@@ -68,8 +62,9 @@ def squared_distances(is_obstacle: np.ndarray, limit: int) -> np.ndarray:
 
 @njit(cache=True)
 def _nearest_in_row(along_column: np.ndarray, limit: int, squared: np.ndarray) -> None:
+    """Fill one row of squared distances from the distances along columns."""
     columns = len(along_column)
-    near = np.empty(columns, np.int32)  # cells to the nearest column with an obstacle in reach
+    near = np.empty(columns, np.int32)  # cells to the nearest column with an obstacle within the limit
     count = limit + 1
     for column in range(columns):
         count = 0 if along_column[column] <= limit else min(count + 1, limit + 1)
@@ -80,7 +75,7 @@ def _nearest_in_row(along_column: np.ndarray, limit: int, squared: np.ndarray) -
         near[column] = min(near[column], count)
     for column in range(columns):
         best = along_column[column] * along_column[column]
-        # Nothing to find before the nearest column in reach: far from obstacles this is all.
+        # No column nearer than that has an obstacle: far from obstacles the loop ends at once.
         offset = max(1, near[column])
         while offset <= limit and offset * offset < best:
             if column >= offset:
@@ -104,15 +99,13 @@ def inflate(
     first_column: int,
     last_column: int,
 ) -> None:
-    """Write the inflated costs of a window: rows and columns from first to before last.
+    """Write the inflated costs of `base` into a window of `costs`, both (rows, columns) uint8.
 
-    Args:
-        base: (rows, columns) uint8 costs before inflation.
-        costs: (rows, columns) uint8, changed inside the window only.
-        table: of `cost_table`; limit: the inflation radius in cells.
+    `table` is that of `cost_table`, `limit` the inflation radius in cells; rows and columns go from first to before
+    last.
     """
     rows, columns = base.shape
-    # Obstacles up to a radius outside of the window reach into it.
+    # Obstacles outside the window reach into it from up to a radius away.
     top, left = max(0, first_row - limit), max(0, first_column - limit)
     bottom, right = min(rows, last_row + limit), min(columns, last_column + limit)
     squared = squared_distances(base[top:bottom, left:right] == LETHAL, limit)
@@ -122,7 +115,7 @@ def inflate(
             distance = squared[row - top, column - left]
             if distance < len(table):
                 inflated = table[distance]
-                # Inflation spreads into the unknown only where the robot would touch.
+                # Inflation enters unknown space only where the robot would touch the obstacle.
                 if cost != NO_INFORMATION:
                     cost = max(cost, inflated)
                 elif inflated >= INSCRIBED:

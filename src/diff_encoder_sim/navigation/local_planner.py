@@ -1,28 +1,27 @@
-"""The local planner: the part of the global plan in sight, to the DWA or to stop-and-rotate."""
+"""Local planner: follow the part of the global plan in the local costmap, by DWA or by stop and rotate."""
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple, Optional, Tuple
 
 import numpy as np
 from numba import njit
 
-from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
+from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, transform_points
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.dwa import DwaPlanner
 from diff_encoder_sim.navigation.dwa_params import DwaParams
 from diff_encoder_sim.navigation.goal_status import Command
 from diff_encoder_sim.navigation.navigator_inputs import OdometrySample
-from diff_encoder_sim.navigation.stop_rotate import LatchedStopRotate, Motion
+from diff_encoder_sim.navigation.stop_rotate import ClearanceCheck, LatchedStopRotate, Motion
 from diff_encoder_sim.navigation.turn_to_path import TurnToPath
 
-# Points of the plan farther behind than this are dropped (upstream's prunePlan).
+# Points of the plan farther behind the robot are dropped (upstream's prunePlan).
 PRUNE_DISTANCE_M = 1.0
 
 
 class LocalCommand(NamedTuple):
-    """A velocity that keeps clear of obstacles, and the way it is meant to lead."""
+    """A velocity that keeps clear of obstacles, and the trajectory it was chosen for."""
 
     linear_mps: float
     angular_radps: float
@@ -39,57 +38,61 @@ class LocalPlanner:
         self._turn_to_path = TurnToPath(params, sim_period_s)
         self._plan_in_map = self._whole_in_odom = np.empty((0, 3))
         self._goal_in_odom = IDENTITY
-        self._odom_pose_in_map: Optional[Pose2D] = None  # by which these are in odom
+        self._odom_pose_in_map: Optional[Pose2D] = None  # by which these were transformed
         self.problem = ''  # why the last `compute` gave no command
-        self.plan_in_odom = np.empty((0, 3))  # the part in sight, for displays
+        self.plan_in_odom = np.empty((0, 3))  # the stretch that is followed, for displays
 
     def set_plan(self, plan_in_map: np.ndarray) -> None:
-        """Follow a new plan (n, 3), n > 0: tolerances are open again, old turns forgotten."""
+        """Follow a new plan (n, 3), n > 0; latched tolerances, turns and locked directions are reset."""
         self._plan_in_map, self._odom_pose_in_map = plan_in_map, None
         self._stop_rotate.reset()
         self._turn_to_path.reset()
         self.dwa.oscillation.reset()
 
     def is_goal_reached(self, motion: Motion, odom_pose_in_map: Pose2D) -> bool:
-        """Whether the robot stands at the plan's end within the tolerances."""
-        self._locate(odom_pose_in_map)
+        """Return whether the robot stands at the plan's end within the tolerances."""
+        self._transform_plan(odom_pose_in_map)
         return self._stop_rotate.is_goal_reached(motion, self._goal_in_odom)
 
     def compute(self, motion: Motion, odom_pose_in_map: Pose2D, costmap: Costmap) -> Optional[LocalCommand]:
-        """The command for the next control period, None where there is none (see `problem`).
+        """Return the command for the next control period; None if there is none (see `problem`).
 
         Args:
             motion: the robot in the odom frame.
-            odom_pose_in_map: what localization says.
-            costmap: the local one, in the odom frame.
+            odom_pose_in_map: from localization.
+            costmap: the local costmap, in the odom frame.
         """
-        self._locate(odom_pose_in_map)
-        self.plan_in_odom = self._plan_in_sight(motion.base_pose, odom_pose_in_map, costmap)
+        self._transform_plan(odom_pose_in_map)
+        self.plan_in_odom = self._visible_plan(motion.base_pose, odom_pose_in_map, costmap)
         if len(self.plan_in_odom) == 0:
-            self.problem = 'the plan is out of sight of the local costmap'
+            self.problem = 'the plan is outside the local costmap'
             return None
+        if self._stop_rotate.is_position_reached(motion, self._goal_in_odom):
+            return self._turn_at_goal(motion, costmap)
+        turn = self._turn_to_path.command(motion, self.plan_in_odom, self._clearance_check(motion, costmap))
+        return self._follow_plan(motion, costmap) if turn is None else LocalCommand(*turn, np.empty((0, 3)))
 
-        def is_clear(linear_mps: float, angular_radps: float) -> bool:
-            return self.dwa.is_collision_free(motion.base_pose, linear_mps, angular_radps, costmap)
+    def _turn_at_goal(self, motion: Motion, costmap: Costmap) -> Optional[LocalCommand]:
+        turn = self._stop_rotate.command(motion, self._goal_in_odom, self._clearance_check(motion, costmap))
+        self.problem = 'turning at the goal would collide' if turn is None else ''
+        return None if turn is None else LocalCommand(*turn, np.empty((0, 3)))
 
-        goal = self._goal_in_odom
-        if self._stop_rotate.is_position_reached(motion, goal):
-            command = self._stop_rotate.command(motion, goal, is_clear)
-            self.problem = 'turning at the goal would collide' if command is None else ''
-            return None if command is None else LocalCommand(*command, np.empty((0, 3)))
-        command = self._turn_to_path.command(motion, self.plan_in_odom, is_clear)
-        if command is not None:
-            return LocalCommand(*command, np.empty((0, 3)))
+    def _follow_plan(self, motion: Motion, costmap: Costmap) -> Optional[LocalCommand]:
         best = self.dwa.find_best(motion.base_pose, motion.linear_mps, motion.angular_radps, costmap, self.plan_in_odom)
-        self.problem = 'no velocity is free of collisions and leads on' if best is None else ''
+        self.problem = 'no velocity follows the plan without a collision' if best is None else ''
         return None if best is None else LocalCommand(best.linear_mps, best.angular_radps, best.poses)
 
-    def odometry_motion(self, odometry: OdometrySample, command: Command) -> Motion:
-        """The motion by odometry, with the last command's twist as far as odometry allows it.
+    def _clearance_check(self, motion: Motion, costmap: Costmap) -> ClearanceCheck:
+        return lambda linear_mps, angular_radps: self.dwa.is_collision_free(
+            motion.base_pose, linear_mps, angular_radps, costmap
+        )
 
-        An encoder of 40 pulses at 20 Hz knows a wheel's speed to +-0.31 m/s. Taken as it is, a
-        wheel that ticks alone puts the dynamic window around a sharp turn that is not there, and
-        the next command is that turn (docs/adr/0007-coarse-twist.md).
+    def odometry_motion(self, odometry: OdometrySample, command: Command) -> Motion:
+        """Return odometry's pose and the last command's twist, limited to twist_sigmas around odometry's.
+
+        An encoder of 40 pulses at 20 Hz measures a wheel's speed to +-0.31 m/s. Taken at face value, a wheel that
+        ticks alone puts the dynamic window around a sharp turn that does not exist, and the next command is that turn
+        (docs/adr/0007-coarse-twist.md).
         """
         sigmas = self.params.twist_sigmas
         return Motion(
@@ -98,37 +101,32 @@ class LocalPlanner:
             _within(command.angular_radps, odometry.angular_radps, sigmas * odometry.angular_std_radps),
         )
 
-    def _locate(self, odom_pose_in_map: Pose2D) -> None:
-        """Bring plan and goal into the odom frame; localization moves that only now and then."""
+    def _transform_plan(self, odom_pose_in_map: Pose2D) -> None:
+        """Bring plan and goal into the odom frame if that has moved."""
         if odom_pose_in_map != self._odom_pose_in_map:
             self._odom_pose_in_map = odom_pose_in_map
             self._whole_in_odom = _transform(self._plan_in_map, odom_pose_in_map.inverse())
             goal_in_map = Pose2D(*self._plan_in_map[-1].tolist())
             self._goal_in_odom = goal_in_map.relative_to(odom_pose_in_map)
 
-    def _plan_in_sight(self, base_pose: Pose2D, odom_pose_in_map: Pose2D, costmap: Costmap) -> np.ndarray:
-        """(n, 3) the first stretch of the plan that is about inside the window, in odom."""
-        base = odom_pose_in_map.compose(base_pose)
-        first, last = stretch_in_sight(
-            self._plan_in_map,
-            base.x_m,
-            base.y_m,
-            0.5 * max(costmap.shape) * costmap.resolution_m,
-            PRUNE_DISTANCE_M if self.params.prune_plan else 0.0,
-        )
-        in_sight = self._whole_in_odom[first:last]
-        if self.params.prune_plan and len(in_sight) > 0:
+    def _visible_plan(self, base_pose: Pose2D, odom_pose_in_map: Pose2D, costmap: Costmap) -> np.ndarray:
+        """Return the first stretch (n, 3) of the plan that is about inside the local costmap, in odom."""
+        base, sight_m = odom_pose_in_map.compose(base_pose), 0.5 * max(costmap.shape) * costmap.resolution_m
+        prune_m = PRUNE_DISTANCE_M if self.params.prune_plan else 0.0
+        first, last = visible_stretch(self._plan_in_map, base.x_m, base.y_m, sight_m, prune_m)
+        visible = self._whole_in_odom[first:last]
+        if self.params.prune_plan and len(visible) > 0:
             self._plan_in_map = self._plan_in_map[first:]
             self._whole_in_odom = self._whole_in_odom[first:]
-        return in_sight
+        return visible
 
 
 @njit(cache=True)
-def stretch_in_sight(plan: np.ndarray, x_m: float, y_m: float, sight_m: float, prune_m: float) -> Tuple[int, int]:
-    """First and behind the last of a plan's points (n, 3) to follow from a place; (0, 0) for none.
+def visible_stretch(plan: np.ndarray, x_m: float, y_m: float, sight_m: float, prune_m: float) -> Tuple[int, int]:
+    """Return the first of a plan's points (n, 3) to follow from a place and the one behind the last; (0, 0) for none.
 
-    From the first within `sight_m`, or the first after it within `prune_m`, to the first that is
-    out of sight again: with that one, so that the stretch reaches the window's edge.
+    From the first within `sight_m`, or the first after it within `prune_m`, to the first beyond `sight_m` again,
+    inclusive, so that the stretch reaches the window's edge.
     """
     distance_m = np.hypot(plan[:, 0] - x_m, plan[:, 1] - y_m)
     first = 0
@@ -152,7 +150,5 @@ def _within(value: float, centre: float, band: float) -> float:
 
 
 def _transform(plan: np.ndarray, frame: Pose2D) -> np.ndarray:
-    """(n, 3) poses of a plan, given in `frame`, in its parent; yaw is not wrapped."""
-    cos_yaw, sin_yaw = math.cos(frame.yaw_rad), math.sin(frame.yaw_rad)
-    positions = plan[:, :2] @ np.array([[cos_yaw, sin_yaw], [-sin_yaw, cos_yaw]]) + (frame.x_m, frame.y_m)
-    return np.column_stack([positions, plan[:, 2] + frame.yaw_rad])
+    """Return the poses (n, 3) of a plan, given in `frame`, in the parent of that; yaw is not wrapped."""
+    return np.column_stack([transform_points(frame, plan[:, :2]), plan[:, 2] + frame.yaw_rad])

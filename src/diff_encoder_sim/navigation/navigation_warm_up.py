@@ -1,4 +1,4 @@
-"""Compiling ahead: the first control period must not take the seconds that numba needs."""
+"""Ahead-of-time compilation: the first control period must not take the seconds that numba needs."""
 
 from __future__ import annotations
 
@@ -13,20 +13,17 @@ from diff_encoder_sim.navigation.navigator import Navigator
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
 
 CELLS, RESOLUTION_M = 60, 0.1
-PERIOD_NS = 50_000_000
+PERIOD_NS = 50_000_000  # of the two control periods below
 
 
 def warm_up() -> None:
-    """Run every kernel of the navigation once: a goal in a small room, with a turn on the spot.
+    """Run every kernel of the navigation once: a goal in a small room, with a turn in place.
 
-    Takes milliseconds where numba's cache is filled, some seconds where it is not.
+    Takes milliseconds if numba's cache is filled, else some seconds.
     """
-    cells = np.full((CELLS, CELLS), OCCUPIED, np.int8)
-    cells[1:-1, 1:-1] = FREE
-    corner_m = -0.5 * CELLS * RESOLUTION_M
-    navigator = Navigator(NavigatorParams(), OccupancyGrid(cells, RESOLUTION_M, Pose2D(corner_m, corner_m, 0.0)))
+    navigator = Navigator(NavigatorParams(), _room())
     navigator.set_goal(Pose2D(1.0, 0.0, 0.0))
-    # Ahead of the robot, then at the goal but turned away from its heading.
+    # First the goal is ahead of the robot, then the robot is at the goal with another heading.
     for period, pose in enumerate((IDENTITY, Pose2D(1.0, 0.0, 1.0))):
         now_ns = period * PERIOD_NS
         navigator.take_odometry(now_ns, pose, 0.0, 0.0)
@@ -34,3 +31,11 @@ def warm_up() -> None:
         navigator.take_scan(Scan(now_ns, 0.0, 1.0, 0.1, 5.0, np.array([2.0, math.inf])))
         navigator.step(now_ns)
     navigator.local_costmap.footprint_cost(IDENTITY)
+
+
+def _room() -> OccupancyGrid:
+    """Return the map of a square room around the origin."""
+    cells = np.full((CELLS, CELLS), OCCUPIED, np.int8)
+    cells[1:-1, 1:-1] = FREE
+    corner_m = -0.5 * CELLS * RESOLUTION_M
+    return OccupancyGrid(cells, RESOLUTION_M, Pose2D(corner_m, corner_m, 0.0))

@@ -1,11 +1,11 @@
-"""The navigator: from a goal to velocity commands, over plan, control and recovery (move_base).
+"""Navigator: velocity commands that drive to a goal, by plan, control and recovery (move_base).
 
 One control period:
-1. Enter what arrived: `take_odometry`, `take_localization`, `take_scan`.
+1. Enter new messages: `take_odometry`, `take_localization`, `take_scan`.
 2. `step(now_ns)`: stop if an input is stale; update the costmaps; plan, control or recover.
 
-All time comes with the arguments; there is no clock, no thread and no randomness, so that equal
-inputs give equal commands. The global plan is made in the map frame, the local one in odom.
+All times are arguments; there is no clock, no thread and no randomness, so that equal inputs give equal commands. The
+global plan is in the map frame, the local one in odom.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ from diff_encoder_sim.navigation.global_planner import GlobalPlanner
 from diff_encoder_sim.navigation.goal_run import GoalRun, NavigatorParts
 from diff_encoder_sim.navigation.goal_status import STOP, Command, GoalStatus, NavigatorOutput, Phase
 from diff_encoder_sim.navigation.local_planner import LocalPlanner
-from diff_encoder_sim.navigation.navigator_inputs import MissingInput, NavigatorInputs
+from diff_encoder_sim.navigation.navigator_inputs import MissingInput, NavigatorInputs, OdometrySample
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
-from diff_encoder_sim.navigation.recovery import recoveries
+from diff_encoder_sim.navigation.recovery import make_recoveries
 from diff_encoder_sim.navigation.travel_watch import TravelWatch
 
 log = logging.getLogger(__name__)
 
-# A step called with the time of the one before, or a little earlier, is no jump back.
+# A step at the time of the one before, or a little earlier, is no jump back in time.
 TIME_TOLERANCE_NS = 100_000_000
 
 
@@ -48,29 +48,23 @@ class Navigator:
         self._run: Optional[GoalRun] = None
         self.set_map(static_map)
 
-    # ---- for the user
+    # ---- goals and services
 
     def set_map(self, static_map: OccupancyGrid) -> None:
-        """Navigate on another map: obstacles and the goal are forgotten."""
-        params = self.params
+        """Navigate on another map; obstacles and the goal are forgotten."""
+        params, inputs = self.params, self.inputs
         self.cancel('the map was changed')
-        global_costmap = Costmap(params.global_costmap, static_map)
-        local_costmap = Costmap(params.local_costmap)
-        self._parts = NavigatorParts(
-            params,
-            self.inputs,
-            global_costmap,
-            local_costmap,
-            GlobalPlanner(params.NavfnROS, global_costmap),
-            LocalPlanner(params.DWAPlannerROS, params.control_period_s),
-            recoveries(params, local_costmap),
-            TravelWatch(params.max_unseen_travel, local_costmap.footprint.inscribed_radius_m),
-        )
+        costmaps = Costmap(params.global_costmap, static_map), Costmap(params.local_costmap)
+        global_planner = GlobalPlanner(params.NavfnROS, costmaps[0])
+        local_planner = LocalPlanner(params.DWAPlannerROS, params.control_period_s)
+        recoveries = make_recoveries(params, costmaps[1])
+        watch = TravelWatch(params.max_unseen_travel, costmaps[1].footprint.inscribed_radius_m)
+        self._parts = NavigatorParts(params, inputs, *costmaps, global_planner, local_planner, recoveries, watch)
         self._global_updated_ns: Optional[int] = None
         self._local_updated_ns: Optional[int] = None
 
     def set_goal(self, goal: Pose2D) -> None:
-        """Drive to a pose in the map frame; an earlier goal is forgotten."""
+        """Drive to a pose in the map frame; an earlier goal is dropped."""
         last = self._run
         command = last.command if last and last.status is GoalStatus.ACTIVE else STOP
         self._run = GoalRun(self._parts, goal, command)
@@ -81,20 +75,20 @@ class Navigator:
             self._run.end(GoalStatus.PREEMPTED, text)
 
     def make_plan(self, start: Optional[Pose2D], goal: Pose2D, tolerance_m: float = 0.0) -> np.ndarray:
-        """(n, 3) a plan in the map frame that nobody follows; `start` None is the robot.
+        """Return a plan (n, 3) in the map frame without following it; `start` None is the robot's pose.
 
         Raises:
-            PlanError: there is none; the text says why.
-            InputFault: the robot is meant, and where that is, is not known yet.
+            PlanError: there is no plan; the text gives the reason.
+            InputFault: `start` is None and the robot's pose is not known yet.
         """
-        if start is None and not self.inputs.has_pose:
-            raise InputFault('where the robot is, is not known yet')
-        return self._parts.global_planner.make_plan(
-            self.inputs.base_pose_in_map if start is None else start, goal, tolerance_m
-        )
+        if start is None:
+            if not self.inputs.has_pose:
+                raise InputFault("the robot's pose is not known yet")
+            start = self.inputs.base_pose_in_map
+        return self._parts.global_planner.make_plan(start, goal, tolerance_m)
 
     def clear_costmaps(self) -> None:
-        """Forget all obstacles that are not on the map."""
+        """Forget all obstacles that are not in the static map."""
         for costmap in (self.global_costmap, self.local_costmap):
             costmap.clear_obstacles(IDENTITY)
 
@@ -102,40 +96,36 @@ class Navigator:
 
     @property
     def status(self) -> GoalStatus:
-        """How the newest goal stands."""
+        """Return the status of the newest goal."""
         return self._run.status if self._run else GoalStatus.NONE
 
     @property
     def global_costmap(self) -> Costmap:
-        """In the map frame."""
+        """Return the global costmap, in the map frame."""
         return self._parts.global_costmap
 
     @property
     def local_costmap(self) -> Costmap:
-        """In the odom frame."""
+        """Return the local costmap, in the odom frame."""
         return self._parts.local_costmap
 
     @property
     def global_plan_in_map(self) -> np.ndarray:
-        """(n, 3) the plan that is followed, whole."""
+        """Return the whole plan (n, 3) that is followed."""
         return self._run.global_plan_in_map if self._run else np.empty((0, 3))
 
     @property
     def local_plan_in_odom(self) -> np.ndarray:
-        """(n, 3) the trajectory of the last command; empty when it is none of the DWA's."""
+        """Return the trajectory (n, 3) of the last command; empty if the DWA did not choose it."""
         return self._run.local_plan_in_odom if self._run else np.empty((0, 3))
 
     @property
-    def plan_in_sight_in_odom(self) -> np.ndarray:
-        """(n, 3) the part of the global plan that is followed now; empty without a goal."""
-        return self.local_planner.plan_in_odom if self.status is GoalStatus.ACTIVE else np.empty((0, 3))
+    def visible_plan_in_odom(self) -> np.ndarray:
+        """Return the part (n, 3) of the global plan in the local costmap; empty without a goal."""
+        is_active = self.status is GoalStatus.ACTIVE
+        return self._parts.local_planner.plan_in_odom if is_active else np.empty((0, 3))
 
-    @property
-    def local_planner(self) -> LocalPlanner:
-        """With the plan in sight, and the DWA."""
-        return self._parts.local_planner
-
-    # ---- arrivals
+    # ---- messages
 
     def take_odometry(
         self,
@@ -146,29 +136,25 @@ class Navigator:
         linear_std_mps: float = 0.0,
         angular_std_radps: float = 0.0,
     ) -> None:
-        """Enter /odom; raises InputFault for numbers that are not finite.
-
-        The standard deviations are those of the twist; 0 where nothing is known of them.
-        """
-        self.inputs.take_odometry(
-            stamp_ns, base_pose_in_odom, linear_mps, angular_radps, linear_std_mps, angular_std_radps
-        )
+        """Enter /odom with the standard deviations of its twist, 0 if unknown; raise InputFault for a bad number."""
+        twist = linear_mps, angular_radps, linear_std_mps, angular_std_radps
+        self.inputs.take_odometry(OdometrySample(stamp_ns, base_pose_in_odom, *twist))
 
     def take_localization(self, stamp_ns: int, odom_pose_in_map: Pose2D) -> None:
-        """Enter map->odom with its stamp; raises InputFault for numbers that are not finite."""
+        """Enter map->odom with its stamp; raise InputFault for a bad number."""
         self.inputs.take_localization(stamp_ns, odom_pose_in_map)
 
     def take_scan(self, scan: Scan, laser_pose_in_base: Optional[Pose2D] = None) -> None:
-        """Enter /scan; raises InputFault for a scan that tells nothing.
+        """Enter /scan; raise InputFault for one without a valid range.
 
-        The laser is where the constructor was told, or for this scan where it is told here.
+        `laser_pose_in_base` is the mount of this scan's laser if it is not that of the constructor.
         """
         self.inputs.take_scan(scan, laser_pose_in_base)
 
     # ---- one control period
 
     def step(self, now_ns: int) -> NavigatorOutput:
-        """What to command now; call it at controller_frequency.
+        """Return the command for now; call it at controller_frequency.
 
         Without a goal the costmaps are kept up to date and the command is zero.
         """
@@ -184,30 +170,29 @@ class Navigator:
         return self._output(run.act(now_ns))
 
     def wait(self, missing: MissingInput) -> NavigatorOutput:
-        """Stop for this period. In place of `step` where there is no odometry to step with."""
+        """Stop for this period; to be called instead of `step` if there is no odometry to step with."""
         if self._run and self._run.status is GoalStatus.ACTIVE:
             self._run.wait(missing)
         return self._output(STOP, f'stopped: {missing}')
 
     def _restart(self, now_ns: int) -> None:
-        """Time was reset: nothing that is known is of this time."""
+        """Forget everything from before time jumped back."""
         log.warning('time went back to %.3f s: navigation restarted', now_ns / NANOSECONDS_PER_SECOND)
         self.cancel('time went back')
         self.inputs.reset()
-        self._parts.travel_watch.forget()
+        self._parts.travel_watch.reset()
         self.clear_costmaps()
         self._global_updated_ns = self._local_updated_ns = None
 
     def _update_costmaps(self, now_ns: int) -> None:
-        """Each costmap at its own rate, with the newest scan from where that was taken."""
+        """Update each costmap at its own rate with the newest scan."""
         inputs, params = self.inputs, self.params
         if self._is_due(self._local_updated_ns, params.local_costmap.update_frequency, now_ns):
             self.local_costmap.update(inputs.odometry.base_pose_in_odom, inputs.scan, inputs.laser_pose_in_odom())
             self._local_updated_ns = now_ns
         if self._is_due(self._global_updated_ns, params.global_costmap.update_frequency, now_ns):
-            self.global_costmap.update(
-                inputs.base_pose_in_map, inputs.scan, inputs.odom_pose_in_map.compose(inputs.laser_pose_in_odom())
-            )
+            laser_pose = inputs.odom_pose_in_map.compose(inputs.laser_pose_in_odom())
+            self.global_costmap.update(inputs.base_pose_in_map, inputs.scan, laser_pose)
             self._global_updated_ns = now_ns
 
     @staticmethod

@@ -1,4 +1,4 @@
-"""What the navigator knows of the robot: its newest inputs, how old they are, where it was when."""
+"""Inputs of the navigator: the newest odometry, localization and scan, and which of them are missing."""
 
 from __future__ import annotations
 
@@ -13,33 +13,33 @@ from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D, interpolate
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 
-# Long enough for a scan that comes late through transforms.
+# Odometry that is kept: long enough for a scan that waits for transforms.
 HISTORY_NS = 2 * NANOSECONDS_PER_SECOND
 
-# AMCL dates its transform ahead, by a second at most; what lies farther ahead is of another clock
-# and would pass as fresh for ever.
+# AMCL dates its transform ahead by a second at most; a stamp farther ahead is of another clock and would count as
+# fresh forever.
 MOST_AHEAD_S = 2.0
 
-# Farther is no place [m]: counted in cells it would be no number.
+# Coordinates above this are refused [m]: counted in cells they would overflow.
 FARTHEST_M = 1e9
 
 
 class OdometrySample(NamedTuple):
-    """One message of odometry."""
+    """Contents of one odometry message."""
 
     stamp_ns: int
     base_pose_in_odom: Pose2D
     linear_mps: float
     angular_radps: float
-    linear_std_mps: float = 0.0  # by its covariance; 0: it says nothing of it
+    linear_std_mps: float = 0.0  # from the message's covariance; 0: unknown
     angular_std_radps: float = 0.0
 
 
 class MissingInput(NamedTuple):
-    """An input that cannot be driven by."""
+    """An input that has not been received or is not usable."""
 
-    what: str  # its name
-    why: str  # the rest of the sentence
+    what: str  # name of the input
+    why: str  # rest of the sentence
 
     def __str__(self) -> str:
         return f'{self.what} {self.why}'
@@ -53,60 +53,49 @@ class NavigatorInputs:
         self.reset()
 
     def reset(self) -> None:
-        """Nothing has arrived yet."""
+        """Forget all inputs."""
         self._odometry: Deque[OdometrySample] = deque()
         self._localized_ns: Optional[int] = None
         self._odom_pose_in_map: Optional[Pose2D] = None
         self.scan: Optional[Scan] = None
         self._scan_pose_in_base = self.laser_pose_in_base
 
-    # ---- arrivals
+    # ---- messages; one that is refused with an InputFault changes nothing
 
-    def take_odometry(
-        self,
-        stamp_ns: int,
-        base_pose_in_odom: Pose2D,
-        linear_mps: float,
-        angular_radps: float,
-        linear_std_mps: float = 0.0,
-        angular_std_radps: float = 0.0,
-    ) -> None:
-        """Enter /odom. A stamp that is not newer is ignored.
+    def take_odometry(self, sample: OdometrySample) -> None:
+        """Enter /odom; a stamp that is not newer is ignored.
 
         Raises:
-            InputFault: a number is not finite, or too far off; the state is that of before.
+            InputFault: a number is not finite or too large.
         """
-        _check_place('odometry', base_pose_in_odom)
-        _check_finite('odometry', linear_mps, angular_radps, linear_std_mps, angular_std_radps)
-        if self._odometry and stamp_ns <= self._odometry[-1].stamp_ns:
+        _check_place('odometry', sample.base_pose_in_odom)
+        _check_finite('odometry', *sample[2:])
+        if self._odometry and sample.stamp_ns <= self._odometry[-1].stamp_ns:
             return
-        self._odometry.append(
-            OdometrySample(stamp_ns, base_pose_in_odom, linear_mps, angular_radps, linear_std_mps, angular_std_radps)
-        )
-        while self._odometry[0].stamp_ns < stamp_ns - HISTORY_NS:
+        self._odometry.append(sample)
+        while self._odometry[0].stamp_ns < sample.stamp_ns - HISTORY_NS:
             self._odometry.popleft()
 
     def take_localization(self, stamp_ns: int, odom_pose_in_map: Pose2D) -> None:
         """Enter the transform map->odom; its stamp may lie ahead, as AMCL dates it.
 
         Raises:
-            InputFault: a number is not finite, or too far off; the state is that of before.
+            InputFault: a number is not finite or too large.
         """
         _check_place('the transform map->odom', odom_pose_in_map)
         self._localized_ns, self._odom_pose_in_map = stamp_ns, odom_pose_in_map
 
     def take_scan(self, scan: Scan, laser_pose_in_base: Optional[Pose2D] = None) -> None:
-        """Enter /scan, taken at `laser_pose_in_base` if that is another one than usual.
+        """Enter /scan, taken at `laser_pose_in_base` or, without it, at the usual mount.
 
         Raises:
-            InputFault: no ray of it tells anything, or their directions are not finite; the
-                state is that of before.
+            InputFault: no range is valid, or directions are not finite.
         """
         if len(scan.ranges_m) == 0:
             raise InputFault('the scan has no rays')
         _check_finite('the scan', scan.angle_min_rad, scan.angle_increment_rad, scan.range_min_m, scan.range_max_m)
         ranges_m = np.asarray(scan.ranges_m)
-        # An open space is all +inf. A blind laser sends what is no measurement.
+        # In open space all ranges are +inf; a covered laser sends no valid ones.
         if not (((ranges_m >= scan.range_min_m) & (ranges_m <= scan.range_max_m)) | (ranges_m == math.inf)).any():
             raise InputFault(
                 f'none of {len(ranges_m)} ranges is valid: from {scan.range_min_m:g} '
@@ -115,36 +104,36 @@ class NavigatorInputs:
         self.scan = scan
         self._scan_pose_in_base = self.laser_pose_in_base if laser_pose_in_base is None else laser_pose_in_base
 
-    # ---- what they tell
+    # ---- newest values
 
     @property
     def odometry(self) -> OdometrySample:
-        """The newest; only when nothing is missing."""
+        """Return the newest odometry; only when nothing is missing."""
         return self._odometry[-1]
 
     @property
     def odom_pose_in_map(self) -> Pose2D:
-        """The newest; only when nothing is missing."""
+        """Return the newest transform map->odom; only when nothing is missing."""
         assert self._odom_pose_in_map is not None
         return self._odom_pose_in_map
 
     @property
     def has_pose(self) -> bool:
-        """Whether there is a `base_pose_in_map`, however old."""
+        """Return whether there is a `base_pose_in_map`, however old."""
         return bool(self._odometry) and self._odom_pose_in_map is not None
 
     @property
     def base_pose_in_map(self) -> Pose2D:
-        """Where the robot is by localization; only when `has_pose`."""
+        """Return the localized pose; only when `has_pose`."""
         return self.odom_pose_in_map.compose(self.odometry.base_pose_in_odom)
 
     def laser_pose_in_odom(self) -> Pose2D:
-        """Where the laser was when it took the newest scan: a turning robot has moved since."""
+        """Return the laser's pose when it took the newest scan: a turning robot has moved since."""
         assert self.scan is not None
         return self.base_pose_in_odom_at(self.scan.stamp_ns).compose(self._scan_pose_in_base)
 
     def base_pose_in_odom_at(self, stamp_ns: int) -> Pose2D:
-        """The robot at a time, between the odometry messages around it; the end ones outside."""
+        """Return the robot's pose at a time, interpolated between odometry messages, else the nearest of them."""
         after = None
         for sample in reversed(self._odometry):
             if sample.stamp_ns <= stamp_ns:
@@ -153,7 +142,7 @@ class NavigatorInputs:
         return self._odometry[0].base_pose_in_odom
 
     def missing(self, now_ns: int, timeout_s: float) -> Optional[MissingInput]:
-        """The first of what has not arrived or is too old; None when all is fresh."""
+        """Return the first input that has not been received or is too old; None if all are fresh."""
         stamps = (
             ('odometry', self._odometry[-1].stamp_ns if self._odometry else None),
             ('localization (map->odom)', self._localized_ns),
@@ -161,26 +150,26 @@ class NavigatorInputs:
         )
         for name, stamp_ns in stamps:
             if stamp_ns is None:
-                return MissingInput(name, 'has not come yet')
+                return MissingInput(name, 'has not been received yet')
             age_s = (now_ns - stamp_ns) / NANOSECONDS_PER_SECOND
             if age_s > timeout_s:
                 return MissingInput(name, f'is {age_s:.1f} s old (input_timeout {timeout_s:g} s)')
             if -age_s > MOST_AHEAD_S:
-                return MissingInput(name, f'is dated {-age_s:.1f} s ahead')
+                return MissingInput(name, f'is dated {-age_s:.1f} s ahead of the clock')
         return None
 
 
 def _between(before: OdometrySample, after: OdometrySample, stamp_ns: int) -> Pose2D:
-    share = (stamp_ns - before.stamp_ns) / (after.stamp_ns - before.stamp_ns)
-    return interpolate(before.base_pose_in_odom, after.base_pose_in_odom, share)
+    fraction = (stamp_ns - before.stamp_ns) / (after.stamp_ns - before.stamp_ns)
+    return interpolate(before.base_pose_in_odom, after.base_pose_in_odom, fraction)
 
 
 def _check_place(what: str, pose: Pose2D) -> None:
     _check_finite(what, *pose)
     if max(abs(pose.x_m), abs(pose.y_m)) > FARTHEST_M:
-        raise InputFault(f'{what} is {pose.x_m:g}, {pose.y_m:g} m off')
+        raise InputFault(f'{what} is at ({pose.x_m:g}, {pose.y_m:g}) m; allowed: within {FARTHEST_M:g} m')
 
 
 def _check_finite(what: str, *values: float) -> None:
     if not all(math.isfinite(value) for value in values):
-        raise InputFault(f'{what} holds a number that is not finite: {values}')
+        raise InputFault(f'{what} has a number that is not finite: {values}')

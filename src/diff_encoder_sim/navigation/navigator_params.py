@@ -12,21 +12,20 @@ from diff_encoder_sim.navigation.costmap_params import CostmapParams, local_defa
 from diff_encoder_sim.navigation.dwa_params import DwaParams
 from diff_encoder_sim.navigation.global_planner import NavfnParams
 
-CLEAR_COSTMAP = 'clear_costmap_recovery/ClearCostmapRecovery'
-ROTATE = 'rotate_recovery/RotateRecovery'
+RecoveryType = Literal['clear_costmap_recovery/ClearCostmapRecovery', 'rotate_recovery/RotateRecovery']
+CLEAR_COSTMAP: RecoveryType = 'clear_costmap_recovery/ClearCostmapRecovery'
+ROTATE: RecoveryType = 'rotate_recovery/RotateRecovery'
 
 
 class BehaviourParams(Params):
-    """An entry of recovery_behaviors."""
+    """Entry of recovery_behaviors."""
 
     name: str = Field(min_length=1, description='of the behaviour, each its own')
-    type: Literal['clear_costmap_recovery/ClearCostmapRecovery', 'rotate_recovery/RotateRecovery'] = Field(
-        description='what it does'
-    )
+    type: RecoveryType = Field(description='what it does')
 
 
 class NavigatorParams(Params):
-    """The whole tree below move_base's private namespace."""
+    """Parameters below move_base's private namespace."""
 
     controller_frequency: float = Field(20.0, gt=0, le=1000, description='rate of velocity commands [Hz]')
     planner_frequency: float = Field(
@@ -40,7 +39,7 @@ class NavigatorParams(Params):
     recovery_behavior_enabled: bool = Field(True, description='try recovery behaviours before giving up')
     clearing_rotation_allowed: bool = Field(True, description="turn in place among upstream's usual recoveries")
     conservative_reset_dist: float = Field(
-        3.0, ge=0, description='the first recovery clears obstacles farther away than this [m]'
+        3.0, ge=0, description='side of the square around the robot outside which the first recovery clears [m]'
     )
     input_timeout: float = Field(
         0.5, gt=0, description='odometry, localization or scan older than this stop the robot [s]'
@@ -48,7 +47,8 @@ class NavigatorParams(Params):
     max_unseen_travel: float = Field(
         0.3,
         ge=0,
-        description='commanded travel while the pose of the odometry stays the same, before the goal is given up [m]; 0: no limit, as upstream',
+        description='commanded travel while the pose of the odometry stays the same, before the goal is given up [m]; '
+        '0: no limit, as upstream',
     )
     base_global_planner: Literal['navfn/NavfnROS'] = Field('navfn/NavfnROS', description='the only value')
     base_local_planner: Literal['dwa_local_planner/DWAPlannerROS'] = Field(
@@ -73,12 +73,13 @@ class NavigatorParams(Params):
 
     @property
     def control_period_s(self) -> float:
-        """Between two steps of the navigator [s]."""
+        """Return the time between two steps of the navigator [s]."""
         return 1.0 / self.controller_frequency
 
     @model_validator(mode='before')
     @classmethod
-    def _take_latch(cls, given: Any) -> Any:
+    def _pass_latch_on(cls, given: Any) -> Any:
+        """Pass latch_xy_goal_tolerance on to the DWA: upstream reads it here and not in the DWA's namespace."""
         name, planner = 'latch_xy_goal_tolerance', 'DWAPlannerROS'
         if not (isinstance(given, dict) and name in given and isinstance(given.get(planner, {}), dict)):
             return given
@@ -100,8 +101,8 @@ class NavigatorParams(Params):
             raise ValueError("local_costmap.global_frame that is /odom's, such as odom, and not global_costmap's")
         if not self.DWAPlannerROS.can_start(self.control_period_s):
             raise ValueError(
-                'DWAPlannerROS whose min_vel_trans or min_vel_theta can be reached from a stand '
-                'in one control period (acc_lim_x, acc_lim_theta over controller_frequency), else '
-                'the robot never moves; min_vel_trans: 0.0 is safe'
+                'DWAPlannerROS whose min_vel_trans or min_vel_theta a standing robot can reach in one control '
+                'period (acc_lim_x, acc_lim_theta over controller_frequency), else it never moves; '
+                'min_vel_trans: 0.0 is safe'
             )
         return self

@@ -1,115 +1,75 @@
-"""The obstacle layer's update: clear along each ray, mark its end, free the robot's outline."""
+"""Obstacle layer: what scans have marked and not cleared since, as costmap_2d's ObstacleLayer."""
 
 from __future__ import annotations
 
-import math
+from typing import Optional, Tuple
 
 import numpy as np
-from numba import njit
 
-from diff_encoder_sim.navigation.footprint import LETHAL
+from diff_encoder_sim.base.laser_scan import Scan
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.navigation.cost_values import FREE
+from diff_encoder_sim.navigation.costmap_params import CostmapParams
+from diff_encoder_sim.navigation.footprint import fill_polygon
+from diff_encoder_sim.navigation.grid_window import GridWindow
+from diff_encoder_sim.navigation.ray_clearing import clear_and_mark, clear_outline
 
-FREE = 0
 
-
-@njit(cache=True)
-def clear_and_mark(
-    cells: np.ndarray,
-    per_m: float,
-    x_m: float,
-    y_m: float,
-    yaw_rad: float,
-    angle_min_rad: float,
-    angle_increment_rad: float,
-    ranges_m: np.ndarray,
-    range_min_m: float,
-    range_max_m: float,
-    raytrace_range_m: float,
-    obstacle_range_m: float,
-    inf_is_valid: bool,
-    clears: bool,
-    marks: bool,
-) -> None:
-    """Enter one scan into an obstacle layer.
-
-    All rays clear before any marks: a ray that grazes what another one hit must not erase it. A
-    range that is not a number, below range_min or above range_max says nothing.
+class ObstacleLayer:
+    """Cells of a costmap that hold obstacles, free space or `unseen`; places are in the grid's own frame.
 
     Args:
-        cells: (rows, columns) uint8, changed in place.
+        params: the costmap's.
+        shape: (rows, columns) of the costmap.
         per_m: cells in a metre.
-        x_m, y_m, yaw_rad: the laser in the grid's own frame.
-        ranges_m: (n,) as in Scan.
-        inf_is_valid: whether +inf means free up to raytrace_range.
+        unseen: cost of cells where no ray has been.
     """
-    rows, columns = cells.shape
-    row, column = math.floor(y_m * per_m), math.floor(x_m * per_m)
-    clears = clears and 0 <= row < rows and 0 <= column < columns
-    hits, hit_count = np.empty((len(ranges_m), 2), np.int64), 0
-    last_row, last_column, last_is_longer = row, column, False
-    for index in range(len(ranges_m)):
-        range_m = ranges_m[index]
-        is_valid = inf_is_valid if range_m == math.inf else range_min_m <= range_m <= range_max_m
-        if not is_valid:
-            continue
-        bearing_rad = yaw_rad + angle_min_rad + index * angle_increment_rad
-        sin_bearing, cos_bearing = math.sin(bearing_rad), math.cos(bearing_rad)
-        if clears:
-            reach_m = min(range_m, raytrace_range_m)
-            to_row = math.floor((y_m + reach_m * sin_bearing) * per_m)
-            to_column = math.floor((x_m + reach_m * cos_bearing) * per_m)
-            is_longer = range_m > raytrace_range_m
-            # Neighbouring rays often end in one cell: then they pass the same ones.
-            if to_row != last_row or to_column != last_column or is_longer != last_is_longer:
-                _clear_ray(cells, row, column, to_row, to_column, is_longer)
-                last_row, last_column, last_is_longer = to_row, to_column, is_longer
-        if range_m <= obstacle_range_m and range_m < math.inf:
-            hits[hit_count, 0] = math.floor((y_m + range_m * sin_bearing) * per_m)
-            hits[hit_count, 1] = math.floor((x_m + range_m * cos_bearing) * per_m)
-            hit_count += 1
-    if marks:
-        _mark(cells, hits[:hit_count])
 
+    def __init__(self, params: CostmapParams, shape: Tuple[int, int], per_m: float, unseen: int) -> None:
+        self.cells = np.full(shape, unseen, np.uint8)
+        self._params, self._per_m, self._unseen = params, per_m, unseen
 
-@njit(cache=True)
-def _mark(cells: np.ndarray, hits: np.ndarray) -> None:
-    for index in range(len(hits)):
-        row, column = hits[index]
-        if 0 <= row < cells.shape[0] and 0 <= column < cells.shape[1]:
-            cells[row, column] = LETHAL
-
-
-@njit(cache=True)
-def free_outline(cells: np.ndarray, per_m: float, corners_m: np.ndarray) -> None:
-    """Free the cells under the sides of a polygon (n, 2), in the grid's own frame.
-
-    Their centres may lie outside of it; who stands there has them under its outline all the same.
-    """
-    row, column = math.floor(corners_m[-1, 1] * per_m), math.floor(corners_m[-1, 0] * per_m)
-    for index in range(len(corners_m)):
-        to_row = math.floor(corners_m[index, 1] * per_m)
-        to_column = math.floor(corners_m[index, 0] * per_m)
-        _clear_ray(cells, row, column, to_row, to_column, True)
-        row, column = to_row, to_column
-
-
-@njit(cache=True)
-def _clear_ray(cells: np.ndarray, row: int, column: int, to_row: int, to_column: int, with_end: bool) -> None:
-    """Free the cells of a line (Bresenham) up to its end or the edge of the grid."""
-    rows, columns = cells.shape
-    down, right = abs(to_row - row), abs(to_column - column)
-    row_step = 1 if to_row > row else -1
-    column_step = 1 if to_column > column else -1
-    error = right - down
-    # The cell of the hit itself stays what it was: no ray has passed it.
-    for _ in range(max(down, right) + with_end):
-        if not (0 <= row < rows and 0 <= column < columns):
+    def enter(self, scan: Scan, laser: Pose2D) -> None:
+        """Clear and mark by a scan taken at `laser`."""
+        params, source = self._params, self._params.scan
+        if not params.observation_sources:
             return
-        cells[row, column] = FREE
-        doubled = 2 * error
-        if doubled > -down:
-            error -= down
-            column += column_step
-        if doubled < right:
-            error += right
-            row += row_step
+        clear_and_mark(
+            self.cells,
+            self._per_m,
+            laser.x_m,
+            laser.y_m,
+            laser.yaw_rad,
+            scan.angle_min_rad,
+            scan.angle_increment_rad,
+            np.asarray(scan.ranges_m, dtype=np.float64),
+            scan.range_min_m,
+            scan.range_max_m,
+            params.raytrace_range,
+            params.obstacle_range,
+            source.inf_is_valid,
+            source.clearing,
+            source.marking,
+        )
+
+    def clear_polygon(self, corners_m: np.ndarray) -> None:
+        """Clear the cells inside a polygon (n, 2) and those that its sides cross."""
+        fill_polygon(self.cells, self._per_m, corners_m, FREE)
+        clear_outline(self.cells, self._per_m, corners_m)
+
+    def forget(self, kept: Optional[GridWindow] = None) -> None:
+        """Make all cells unseen, except those of a window."""
+        cells = np.full_like(self.cells, self._unseen)
+        if kept is not None:
+            cells[kept.cells] = self.cells[kept.cells]
+        self.cells = cells
+
+    def shift(self, down: int, right: int) -> None:
+        """Move the grid by whole rows and columns over the world, keeping the cells in sight."""
+        rows, columns = self.cells.shape
+        moved = np.full_like(self.cells, self._unseen)
+        if abs(down) < rows and abs(right) < columns:
+            moved[max(0, -down) : rows - max(0, down), max(0, -right) : columns - max(0, right)] = self.cells[
+                max(0, down) : rows - max(0, -down), max(0, right) : columns - max(0, -right)
+            ]
+        self.cells = moved

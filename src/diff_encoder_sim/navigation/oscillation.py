@@ -1,4 +1,4 @@
-"""Memory against oscillation: once the robot has turned back, it stays with the new direction.
+"""Prevention of oscillation: once the robot has reversed a direction, it keeps the new one for a while.
 
 base_local_planner's OscillationCostFunction, for forward and backward and for left and right.
 """
@@ -14,14 +14,14 @@ from diff_encoder_sim.navigation.dwa_params import DwaParams
 
 
 class _Direction:
-    """One axis: which way it went last, and which way alone it may go."""
+    """Last direction along one axis, and the one that it is locked to."""
 
     def __init__(self) -> None:
         self._last_sign = 0
         self.only_sign = 0
 
-    def take(self, velocity: float) -> bool:
-        """Enter a command; True when it reverses the one before."""
+    def enter(self, velocity: float) -> bool:
+        """Enter a command; return whether it reverses the one before."""
         sign = (velocity > 0.0) - (velocity < 0.0)
         if sign == 0:
             return False
@@ -32,40 +32,40 @@ class _Direction:
         return reverses
 
     def allows(self, sign: int) -> bool:
-        """Whether a command of this sign may be given."""
+        """Return whether a command of this sign is allowed."""
         return self.only_sign != -sign
 
 
 class OscillationMemory:
-    """What past commands forbid the next one, until the robot has got away."""
+    """Directions that past commands rule out until the robot has moved away from where it reversed."""
 
     def __init__(self, params: DwaParams) -> None:
         self._params = params
         self.reset()
 
     def reset(self) -> None:
-        """Everything is allowed again."""
+        """Allow all directions."""
         self._linear, self._angular = _Direction(), _Direction()
-        self._turned_back_at: Optional[Pose2D] = None
+        self._reversed_at: Optional[Pose2D] = None
 
     def allowed(self) -> np.ndarray:
-        """(4,) bool: forward, backward, left, right."""
+        """Return whether forward, backward, left and right are allowed, (4,) bool."""
         return np.array(
             [self._linear.allows(1), self._linear.allows(-1), self._angular.allows(1), self._angular.allows(-1)]
         )
 
     def update(self, base_pose: Pose2D, linear_mps: float, angular_radps: float) -> None:
         """Enter the command that was chosen at a pose."""
-        reversed_now = self._linear.take(linear_mps)
-        # A robot that moves on may weave: turning counts only (nearly) on the spot.
+        reversed_now = self._linear.enter(linear_mps)
+        # A robot that drives on may weave: turns count only (nearly) in place.
         if abs(linear_mps) <= self._params.min_vel_trans:
-            reversed_now = self._angular.take(angular_radps) or reversed_now
+            reversed_now = self._angular.enter(angular_radps) or reversed_now
         if reversed_now:
-            self._turned_back_at = base_pose
-        if self._turned_back_at is not None and self._has_got_away(base_pose, self._turned_back_at):
+            self._reversed_at = base_pose
+        if self._reversed_at is not None and self._has_moved_away(base_pose, self._reversed_at):
             self.reset()
 
-    def _has_got_away(self, base_pose: Pose2D, since: Pose2D) -> bool:
+    def _has_moved_away(self, base_pose: Pose2D, since: Pose2D) -> bool:
         params = self._params
         squared_m = (base_pose.x_m - since.x_m) ** 2 + (base_pose.y_m - since.y_m) ** 2
         turned_rad = abs(wrap_angle(base_pose.yaw_rad - since.yaw_rad))

@@ -1,4 +1,4 @@
-"""Distances over the free cells of a costmap from a plan, or from its last point in sight.
+"""Distances over the free cells of a costmap from a plan, or from its last point in the window.
 
 base_local_planner's MapGrid: a wavefront over the four neighbours, in cells.
 """
@@ -10,15 +10,14 @@ import math
 import numpy as np
 from numba import njit
 
-from diff_encoder_sim.navigation.footprint import NO_INFORMATION
-from diff_encoder_sim.navigation.inflation import INSCRIBED
+from diff_encoder_sim.navigation.cost_values import INSCRIBED, NO_INFORMATION
 
-# The layers of `plan_distances`.
+# Layers of `fill_distance_grids`.
 TO_PLAN, TO_END, TO_FRONT = range(3)
 
 
 @njit(cache=True)
-def plan_distances(
+def fill_distance_grids(
     costs: np.ndarray,
     per_m: float,
     origin: np.ndarray,
@@ -27,46 +26,46 @@ def plan_distances(
     nose_m: float,
     grids: np.ndarray,
 ) -> bool:
-    """Fill `grids` (3, rows, columns) int32: cells to the plan, to its end, to the nose's goal.
+    """Fill `grids` (3, rows, columns) int32: cells to the plan, to its end, to the nose's goal beyond it.
 
-    Args:
-        costs, per_m: as in `plan_distance`, which also says when it is False.
-        origin: (3,) x, y, yaw of the grid's corner.
-        plan: (n, 3) in the frame of `origin`, n > 0.
-        base: (3,) the robot in the grid's own frame.
-        nose_m: from the robot's centre to its nose.
+    The plan (n, 3), n > 0, is in the frame of the grid's `origin` (3,); `base` (3,) is the robot in the grid's own
+    frame, its nose `nose_m` ahead of its centre. Returns False as `fill_distance_grid`.
     """
+    plan_m = _in_grid(plan, origin)
+    front_m = plan_m.copy()
+    # The nose's goal is beyond the goal as seen from the robot, not along the goal's heading, which would swing
+    # around when the robot must turn at the end.
+    bearing_rad = math.atan2(plan_m[-1, 1] - base[1], plan_m[-1, 0] - base[0])
+    front_m[-1, 0] += nose_m * math.cos(bearing_rad)
+    front_m[-1, 1] += nose_m * math.sin(bearing_rad)
+    return (
+        fill_distance_grid(costs, per_m, plan_m, False, grids[TO_PLAN])
+        and fill_distance_grid(costs, per_m, plan_m, True, grids[TO_END])
+        and fill_distance_grid(costs, per_m, front_m, True, grids[TO_FRONT])
+    )
+
+
+@njit(cache=True)
+def _in_grid(plan: np.ndarray, origin: np.ndarray) -> np.ndarray:
+    """Return the points (n, 2) of a plan (n, 3) in the frame of a grid with this origin (3,)."""
     cos_yaw, sin_yaw = math.cos(origin[2]), math.sin(origin[2])
     plan_m = np.empty((len(plan), 2))
     for index in range(len(plan)):
         x_m, y_m = plan[index, 0] - origin[0], plan[index, 1] - origin[1]
         plan_m[index, 0] = x_m * cos_yaw + y_m * sin_yaw
         plan_m[index, 1] = y_m * cos_yaw - x_m * sin_yaw
-    front_m = plan_m.copy()
-    # The nose's goal lies behind the goal as the robot sees it, not along the goal's heading: that
-    # would swing around when the robot must turn at the end.
-    bearing_rad = math.atan2(plan_m[-1, 1] - base[1], plan_m[-1, 0] - base[0])
-    front_m[-1, 0] += nose_m * math.cos(bearing_rad)
-    front_m[-1, 1] += nose_m * math.sin(bearing_rad)
-    return (
-        plan_distance(costs, per_m, plan_m, False, grids[TO_PLAN])
-        and plan_distance(costs, per_m, plan_m, True, grids[TO_END])
-        and plan_distance(costs, per_m, front_m, True, grids[TO_FRONT])
-    )
+    return plan_m
 
 
 @njit(cache=True)
-def plan_distance(costs: np.ndarray, per_m: float, plan_m: np.ndarray, only_end: bool, distance: np.ndarray) -> bool:
-    """Fill `distance` (rows, columns) int32; False where no point of the plan is on known cells.
+def fill_distance_grid(
+    costs: np.ndarray, per_m: float, plan_m: np.ndarray, only_end: bool, distance: np.ndarray
+) -> bool:
+    """Fill `distance` (rows, columns) int32 over a costmap; return False if no point of the plan is on known cells.
 
-    Cells that block the robot's centre get the number of cells, cells that the wave does not
-    reach one more: both are farther than any way around.
-
-    Args:
-        costs: (rows, columns) uint8 costmap.
-        per_m: cells in a metre.
-        plan_m: (n, 2) x, y in the grid's own frame.
-        only_end: start from the last point before the plan leaves the grid, not from all of it.
+    The plan (n, 2) is in the grid's own frame; `only_end` starts the wave from the last point before it leaves the
+    grid. Cells that block the robot's centre get the number of cells, unreached cells one more, both farther than any
+    path.
     """
     rows, columns = costs.shape
     blocked, unreached = rows * columns, rows * columns + 1
@@ -75,7 +74,7 @@ def plan_distance(costs: np.ndarray, per_m: float, plan_m: np.ndarray, only_end:
     filled = _seed(costs, per_m, plan_m, only_end, distance, queue)
     if filled == 0:
         return False
-    # A fence around the grid, so that the wave need not ask where it ends.
+    # A fence around the grid spares the wave the check for its edge.
     wide = columns + 2
     fenced = np.full((rows + 2) * wide, blocked, np.int32)
     is_free = np.zeros((rows + 2) * wide, np.bool_)
@@ -117,14 +116,14 @@ def _spread(fenced: np.ndarray, is_free: np.ndarray, wide: int, blocked: int, qu
 def _seed(
     costs: np.ndarray, per_m: float, plan_m: np.ndarray, only_end: bool, distance: np.ndarray, queue: np.ndarray
 ) -> int:
-    """Put the plan's cells at distance 0 into the queue; returns how many."""
+    """Put the plan's cells at distance 0 into the queue; return their number."""
     rows, columns = costs.shape
     filled, end = 0, -1
     for index in range(len(plan_m)):
         before = max(0, index - 1)
         x_step = plan_m[index, 0] - plan_m[before, 0]
         y_step = plan_m[index, 1] - plan_m[before, 1]
-        # No gaps between the points wider than a cell.
+        # Points farther apart than a cell leave no gaps.
         steps = max(1, math.ceil(math.sqrt(x_step * x_step + y_step * y_step) * per_m))
         for step in range(1, steps + 1):
             row = math.floor((plan_m[before, 1] + y_step * step / steps) * per_m)
@@ -142,6 +141,7 @@ def _seed(
 
 @njit(cache=True)
 def _finish_seed(only_end: bool, end: int, filled: int, columns: int, distance: np.ndarray, queue: np.ndarray) -> int:
+    """Put the plan's end into the queue if only that is wanted; return the number of cells in the queue."""
     if only_end and end >= 0:
         distance[end // columns, end % columns] = 0
         queue[0] = end

@@ -1,4 +1,4 @@
-"""Why there is no plan."""
+"""Reasons why no plan was found."""
 
 from __future__ import annotations
 
@@ -6,22 +6,22 @@ import enum
 
 
 class PlanProblem(enum.Enum):
-    """What stands in the way."""
+    """Kinds of failure to plan."""
 
-    NOT_FINITE = 'a coordinate is no number'
+    NOT_FINITE = 'a coordinate is not finite'
     OUTSIDE = 'outside the map'
     IN_WALL = 'in a wall of the static map'
     BLOCKED = 'in an obstacle'
-    UNREACHABLE = 'no way there'
+    UNREACHABLE = 'no path to the goal'
 
     @property
     def is_lasting(self) -> bool:
-        """Whether waiting or clearing obstacles cannot help."""
+        """Return whether neither waiting nor clearing obstacles can help."""
         return self in (PlanProblem.NOT_FINITE, PlanProblem.OUTSIDE, PlanProblem.IN_WALL)
 
 
 class PlanError(ValueError):
-    """There is no plan; the text says which pose and why, in one line."""
+    """No plan was found; the text names the pose and the reason in one line."""
 
     def __init__(self, problem: PlanProblem, text: str) -> None:
         super().__init__(text)

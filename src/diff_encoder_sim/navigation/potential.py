@@ -1,10 +1,9 @@
-"""The navigation function: what it costs to get from the start to each cell, and the way back down.
+"""Navigation function: the cost from the start to each cell, and the descent back to the start.
 
-As navfn: a wave from the start over the four neighbours, interpolated between them, so that its
-level lines are nearly circles and the descent is no staircase. Differences: cells leave a heap in
-order of cost, where navfn takes them in rough batches, and the interpolation is the exact solution
-of the eikonal equation (Sethian, A fast marching level set method, 1996), of which navfn's is a
-quadratic fit.
+As navfn: a wave from the start over the four neighbours, interpolated between them, so that its level lines are
+nearly circles and the descent has no stairs. Differences: cells leave a heap in order of cost, where navfn takes them
+in rough batches, and the interpolation is the exact solution of the eikonal equation (Sethian, A fast marching level
+set method, 1996), of which navfn's is a quadratic fit.
 """
 
 from __future__ import annotations
@@ -29,13 +28,11 @@ def propagate(
     uses_heuristic: bool,
     stops_at_goal: bool,
 ) -> np.ndarray:
-    """(rows, columns) float64 potential: cost from the start, inf where not reached.
+    """Return the potential (rows, columns) float64: the cost from the start, inf where not reached.
 
-    Args:
-        weights: (rows, columns) float64 cost of crossing a cell, inf where it is blocked.
-        least_weight: smallest of the weights, for the heuristic.
-        uses_heuristic: A*, towards the goal first, instead of Dijkstra.
-        stops_at_goal: once the potential around the goal is settled.
+    Weights (rows, columns) float64 are the cost of crossing a cell, inf where it is blocked, none below
+    `least_weight`. `uses_heuristic` is A* instead of Dijkstra; `stops_at_goal` ends the search once the potential
+    around the goal is settled.
     """
     rows, columns = weights.shape
     potential = np.full((rows, columns), np.inf)
@@ -43,8 +40,8 @@ def propagate(
     potential[start_row, start_column] = 0.0
     keys[0], cells[0], size = 0.0, start_row * columns + start_column, 1
     enough = np.inf
-    # A* comes to cells before both neighbours that they depend on are settled. Corrections below
-    # a hundredth of a cell are left out: each would run through everything behind it.
+    # A* reaches cells before both neighbours that they depend on are settled. Corrections below a hundredth of a
+    # cell are dropped: each would spread to all cells behind it.
     least_gain = 0.01 * least_weight if uses_heuristic else 1e-9
     while size > 0:
         key, cell = keys[0], cells[0]
@@ -52,7 +49,7 @@ def propagate(
         row, column = cell // columns, cell % columns
         ahead = least_weight * math.hypot(row - goal_row, column - goal_column) if uses_heuristic else 0.0
         if key > potential[row, column] + ahead + 1e-9:
-            continue  # an entry that a cheaper way has overtaken
+            continue  # a cheaper entry for this cell came first
         if key > enough:
             break
         if stops_at_goal and row == goal_row and column == goal_column:
@@ -76,7 +73,7 @@ def propagate(
 
 @njit(cache=True)
 def _wave(potential: np.ndarray, weights: np.ndarray, row: int, column: int) -> float:
-    """Cost at a cell of a wave that comes over its cheaper neighbour along each axis."""
+    """Return the cost at a cell of a wave over its cheaper neighbour along each axis."""
     rows, columns = potential.shape
     weight = weights[row, column]
     if weight == np.inf:
@@ -90,13 +87,14 @@ def _wave(potential: np.ndarray, weights: np.ndarray, row: int, column: int) -> 
     )
     low, high = min(along, across), max(along, across)
     if high - low >= weight:
-        return low + weight
+        return float(low + weight)
     apart = high - low
-    return low + 0.5 * (apart + math.sqrt(2.0 * weight * weight - apart * apart))
+    return float(low + 0.5 * (apart + math.sqrt(2.0 * weight * weight - apart * apart)))
 
 
 @njit(cache=True)
 def _twice_as_long(keys: np.ndarray, cells: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+    """Return a heap with twice the space."""
     more_keys, more_cells = np.empty(2 * len(keys)), np.empty(2 * len(cells), np.int64)
     for place in range(len(keys)):
         more_keys[place], more_cells[place] = keys[place], cells[place]
@@ -105,6 +103,7 @@ def _twice_as_long(keys: np.ndarray, cells: np.ndarray) -> Tuple[np.ndarray, np.
 
 @njit(cache=True)
 def _push(keys: np.ndarray, cells: np.ndarray, size: int, key: float, cell: int) -> int:
+    """Add a cell to the heap; return its size."""
     place = size
     while place > 0:
         parent = (place - 1) // 2
@@ -118,6 +117,7 @@ def _push(keys: np.ndarray, cells: np.ndarray, size: int, key: float, cell: int)
 
 @njit(cache=True)
 def _pop(keys: np.ndarray, cells: np.ndarray, size: int) -> int:
+    """Remove the cell with the least key from the heap; return its size."""
     size -= 1
     key, cell, place = keys[size], cells[size], 0
     while 2 * place + 1 < size:
@@ -134,10 +134,10 @@ def _pop(keys: np.ndarray, cells: np.ndarray, size: int) -> int:
 
 @njit(cache=True)
 def descend(potential: np.ndarray, row: int, column: int) -> np.ndarray:
-    """(n, 2) column and row coordinates from a cell down to the start; cell centres are whole.
+    """Return the path (n, 2) of columns and rows from a cell down to the start; cell centres are whole numbers.
 
-    Along the gradient in steps of half a cell; where that leads nowhere (beside obstacles), to
-    the lowest neighbour. Empty if the potential has no way down.
+    Along the gradient in steps of half a cell; where that does not descend (beside obstacles), to the lowest
+    neighbour. Empty if no path descends to the start.
     """
     path = np.empty((4 * potential.size + 4, 2))
     x, y = float(column), float(row)
@@ -162,7 +162,7 @@ def descend(potential: np.ndarray, row: int, column: int) -> np.ndarray:
 
 @njit(cache=True)
 def _along_gradient(potential: np.ndarray, x: float, y: float) -> Tuple[float, float]:
-    """The next point downhill, (x, y) itself where the four nodes around give no direction."""
+    """Return the next point downhill, (x, y) itself if the four nodes around it give no direction."""
     row, column = int(math.floor(y)), int(math.floor(x))
     if not (0 <= row < potential.shape[0] - 1 and 0 <= column < potential.shape[1] - 1):
         return x, y
@@ -172,13 +172,13 @@ def _along_gradient(potential: np.ndarray, x: float, y: float) -> Tuple[float, f
         at_row, at_column = row + corner // 2, column + corner % 2
         if potential[at_row, at_column] == np.inf:
             return x, y
-        share = (down if corner // 2 else 1.0 - down) * (right if corner % 2 else 1.0 - right)
+        fraction = (down if corner // 2 else 1.0 - down) * (right if corner % 2 else 1.0 - right)
         x_slope = _slope(potential, at_row, at_column, 0, 1)
         y_slope = _slope(potential, at_row, at_column, 1, 0)
         steepness = math.hypot(x_slope, y_slope)
         if steepness > 0.0:
-            x_sum += share * x_slope / steepness
-            y_sum += share * y_slope / steepness
+            x_sum += fraction * x_slope / steepness
+            y_sum += fraction * y_slope / steepness
     norm = math.hypot(x_sum, y_sum)
     if norm < 1e-6:
         return x, y
@@ -187,7 +187,7 @@ def _along_gradient(potential: np.ndarray, x: float, y: float) -> Tuple[float, f
 
 @njit(cache=True)
 def _slope(potential: np.ndarray, row: int, column: int, down: int, right: int) -> float:
-    """Slope along an axis from the neighbours that have a potential."""
+    """Return the slope along an axis from the neighbours that have a potential."""
     slope = 0.0
     if row - down >= 0 and column - right >= 0 and potential[row - down, column - right] < np.inf:
         slope += potential[row, column] - potential[row - down, column - right]
@@ -202,22 +202,22 @@ def _slope(potential: np.ndarray, row: int, column: int, down: int, right: int) 
 
 @njit(cache=True)
 def _interpolated(potential: np.ndarray, x: float, y: float) -> float:
-    """Potential between cell centres, inf beside blocked cells and outside."""
+    """Return the potential between cell centres, inf beside blocked cells and outside the grid."""
     row, column = int(math.floor(y)), int(math.floor(x))
     if not (0 <= row < potential.shape[0] - 1 and 0 <= column < potential.shape[1] - 1):
         return np.inf
     right, down = x - column, y - row
     height = 0.0
     for corner in range(4):
-        share = (down if corner // 2 else 1.0 - down) * (right if corner % 2 else 1.0 - right)
-        if share > 0.0:  # 0 times infinity is no number
-            height += share * potential[row + corner // 2, column + corner % 2]
+        fraction = (down if corner // 2 else 1.0 - down) * (right if corner % 2 else 1.0 - right)
+        if fraction > 0.0:  # 0 times infinity is no number
+            height += fraction * potential[row + corner // 2, column + corner % 2]
     return height
 
 
 @njit(cache=True)
 def _lowest_neighbour(potential: np.ndarray, row: int, column: int) -> Tuple[int, int]:
-    """The lowest of the eight neighbours, or the cell itself; no cutting of blocked corners."""
+    """Return the lowest of the eight neighbours or the cell itself, without cutting blocked corners."""
     rows, columns = potential.shape
     lowest_row, lowest_column = row, column
     for down in range(-1, 2):

@@ -1,4 +1,4 @@
-"""The last metre: stop at the goal, turn to its heading (LatchedStopRotateController)."""
+"""Stop at the goal and turn to its heading: base_local_planner's LatchedStopRotateController."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from typing import Callable, NamedTuple, Optional, Tuple
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.navigation.dwa_params import DwaParams
 
-# Whether a (linear [m/s], angular [rad/s]) command keeps clear of obstacles.
+# Returns whether a command (linear [m/s], angular [rad/s]) keeps clear of obstacles.
 ClearanceCheck = Callable[[float, float], bool]
 
 
 class Motion(NamedTuple):
-    """Where the robot is and how it moves, by its odometry."""
+    """Pose and velocity of the robot, from odometry."""
 
     base_pose: Pose2D  # in the frame of the goal
     linear_mps: float
@@ -21,7 +21,7 @@ class Motion(NamedTuple):
 
 
 class LatchedStopRotate:
-    """Takes over from the DWA within xy_goal_tolerance of the goal."""
+    """Controls the robot instead of the DWA within xy_goal_tolerance of the goal."""
 
     def __init__(self, params: DwaParams, sim_period_s: float) -> None:
         self.params = params
@@ -29,30 +29,30 @@ class LatchedStopRotate:
         self.reset()
 
     def reset(self) -> None:
-        """A new plan: neither at its goal nor turning."""
+        """Begin a new plan: the position is not latched and the robot is not turning."""
         self._is_latched = False
         self._is_rotating = False
 
     def is_position_reached(self, motion: Motion, goal: Pose2D) -> bool:
-        """Whether the robot is within tolerance, or was once and that is latched."""
-        distance_m = math.hypot(goal.x_m - motion.base_pose.x_m, goal.y_m - motion.base_pose.y_m)
+        """Return whether the robot is within tolerance, or was once and that is latched."""
         params = self.params
+        distance_m = math.hypot(goal.x_m - motion.base_pose.x_m, goal.y_m - motion.base_pose.y_m)
         self._is_latched |= distance_m <= (1.0 - params.latch_margin) * params.xy_goal_tolerance
         if params.latch_xy_goal_tolerance:
             return self._is_latched
         return distance_m <= params.xy_goal_tolerance
 
     def is_goal_reached(self, motion: Motion, goal: Pose2D) -> bool:
-        """Whether the robot stands at the goal, position and heading within tolerance."""
+        """Return whether the robot stands at the goal, position and heading within tolerance."""
         return (
             self.is_position_reached(motion, goal)
-            and abs(self._turn_left(motion, goal)) <= self.params.yaw_goal_tolerance
+            and abs(self._remaining_turn(motion, goal)) <= self.params.yaw_goal_tolerance
             and self._is_stopped(motion)
         )
 
     def command(self, motion: Motion, goal: Pose2D, is_clear: ClearanceCheck) -> Optional[Tuple[float, float]]:
-        """(linear [m/s], angular [rad/s]) to stop and then turn; None where that would collide."""
-        turn_rad = self._turn_left(motion, goal)
+        """Return (linear [m/s], angular [rad/s]) to stop and then turn; None if that would collide."""
+        turn_rad = self._remaining_turn(motion, goal)
         if abs(turn_rad) <= self.params.yaw_goal_tolerance:
             self._is_rotating = False
             return 0.0, 0.0
@@ -64,7 +64,7 @@ class LatchedStopRotate:
         return command if is_clear(*command) else None
 
     @staticmethod
-    def _turn_left(motion: Motion, goal: Pose2D) -> float:
+    def _remaining_turn(motion: Motion, goal: Pose2D) -> float:
         return wrap_angle(goal.yaw_rad - motion.base_pose.yaw_rad)
 
     def _is_stopped(self, motion: Motion) -> bool:
@@ -74,15 +74,16 @@ class LatchedStopRotate:
         )
 
     def _slow_down(self, motion: Motion) -> Tuple[float, float]:
-        """One period of braking at the acceleration limits."""
-        brakes = (self.params.acc_lim_x * self._sim_period_s, self.params.acc_lim_theta * self._sim_period_s)
+        """Return the command after one period of braking at the acceleration limits."""
+        linear_mps = abs(motion.linear_mps) - self.params.acc_lim_x * self._sim_period_s
+        angular_radps = abs(motion.angular_radps) - self.params.acc_lim_theta * self._sim_period_s
         return (
-            math.copysign(max(0.0, abs(motion.linear_mps) - brakes[0]), motion.linear_mps),
-            math.copysign(max(0.0, abs(motion.angular_radps) - brakes[1]), motion.angular_radps),
+            math.copysign(max(0.0, linear_mps), motion.linear_mps),
+            math.copysign(max(0.0, angular_radps), motion.angular_radps),
         )
 
     def _turning_speed(self, turn_rad: float, angular_radps: float) -> float:
-        """The rest of the turn in a second, if reachable and if it can still be stopped."""
+        """Return the speed [rad/s] that ends the turn in a second, as far as it can be reached and stopped in time."""
         params = self.params
         change = params.acc_lim_theta * self._sim_period_s
         speed = self._within_limits(abs(turn_rad))

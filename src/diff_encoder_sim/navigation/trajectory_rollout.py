@@ -1,4 +1,4 @@
-"""Where velocity samples lead: base_local_planner's SimpleTrajectoryGenerator."""
+"""Rollout of velocity samples into trajectories: base_local_planner's SimpleTrajectoryGenerator."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from numba import njit
 def step_count(
     linear_mps: float, angular_radps: float, sim_time_s: float, granularity_m: float, angular_granularity_rad: float
 ) -> int:
-    """Points of a trajectory, none farther apart than the granularities."""
+    """Return the number of points of a trajectory, so that none are farther apart than the granularities."""
     return math.ceil(
         max(abs(linear_mps) * sim_time_s / granularity_m, abs(angular_radps) * sim_time_s / angular_granularity_rad)
     )
@@ -21,7 +21,7 @@ def step_count(
 
 @njit(cache=True)
 def approach(value: float, target: float, largest_step: float) -> float:
-    """`value` moved towards `target` by no more than a step."""
+    """Move `value` towards `target` by no more than a step."""
     if value < target:
         return min(target, value + largest_step)
     return max(target, value - largest_step)
@@ -38,12 +38,10 @@ def roll_out(
     accelerates: bool,
     points: np.ndarray,
 ) -> None:
-    """Fill `points` (steps, 3) x, y, yaw: from the start pose, the end of the last step left out.
+    """Fill `points` (steps, 3) x, y, yaw from the start pose (3,) on, without the end of the last step.
 
-    Args:
-        pose: (3,) x, y [m], yaw [rad]; twist, sample: (2,) [m/s], [rad/s].
-        accelerations: (2,) limits [m/s^2], [rad/s^2].
-        accelerates: go from the twist to the sample at the limits, instead of at once.
+    Twist and sample (2,) are in m/s and rad/s. If it `accelerates`, the velocity goes from the twist to the sample
+    at the limits (2,) [m/s^2], [rad/s^2], else it is the sample at once.
     """
     interval_s = sim_time_s / steps
     x_m, y_m, yaw_rad = pose[0], pose[1], pose[2]
@@ -70,13 +68,10 @@ def roll_out_all(
     accelerations: np.ndarray,
     accelerates: bool,
 ) -> Tuple[np.ndarray, np.ndarray]:
-    """(n, most steps, 3) points of each sample, and (n,) how many: 0 where it is no trajectory.
+    """Return the points (n, most steps, 3) of samples (n, 2) and their numbers (n,), 0 for no trajectory.
 
-    Args:
-        samples: (n, 2) linear [m/s], angular [rad/s].
-        simulation: (3,) time [s], granularity [m], angular granularity [rad].
-        limits: (3,) min and max translation [m/s], min turn [rad/s].
-        pose, twist, accelerations, accelerates: as in `roll_out`.
+    `simulation` (3,) is the time [s] and the granularities [m], [rad]; `limits` (3,) are the least and the highest
+    translation [m/s] and the least turn [rad/s]; the others as in `roll_out`.
     """
     steps = np.zeros(len(samples), np.int64)
     for index in range(len(samples)):
@@ -86,8 +81,7 @@ def roll_out_all(
             steps[index] = step_count(linear_mps, angular_radps, simulation[0], simulation[1], simulation[2])
     points = np.empty((len(samples), steps.max(), 3))
     for index in range(len(samples)):
-        if steps[index] > 0:
-            roll_out(
-                pose, twist, samples[index], steps[index], simulation[0], accelerations, accelerates, points[index]
-            )
+        count = steps[index]
+        if count > 0:
+            roll_out(pose, twist, samples[index], count, simulation[0], accelerations, accelerates, points[index])
     return points, steps

@@ -44,7 +44,7 @@ class NavigationViews:
         """Publish the topics whose period is over."""
         plans = (
             (self._global_plans, self._map_frame, navigator.global_plan_in_map),
-            (self._plans_in_sight, self._odom_frame, navigator.plan_in_sight_in_odom),
+            (self._plans_in_sight, self._odom_frame, navigator.visible_plan_in_odom),
             (self._local_plans, self._odom_frame, navigator.local_plan_in_odom),
         )
         for plan_publisher, frame, poses in plans:

@@ -1,0 +1,108 @@
+"""Kernels of the obstacle layer: clear cells along rays and outlines, mark where rays end."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from diff_encoder_sim.navigation.cost_values import FREE, LETHAL
+
+
+@njit(cache=True)
+def clear_and_mark(
+    cells: np.ndarray,
+    per_m: float,
+    x_m: float,
+    y_m: float,
+    yaw_rad: float,
+    angle_min_rad: float,
+    angle_increment_rad: float,
+    ranges_m: np.ndarray,
+    range_min_m: float,
+    range_max_m: float,
+    raytrace_range_m: float,
+    obstacle_range_m: float,
+    inf_is_valid: bool,
+    clears: bool,
+    marks: bool,
+) -> None:
+    """Enter one scan into an obstacle layer `cells`, (rows, columns) uint8 with `per_m` cells in a metre.
+
+    All rays clear before any marks, so that a ray that grazes an obstacle does not erase another ray's hit. x_m,
+    y_m, yaw_rad is the laser in the grid's own frame. A range that is NaN or outside range_min to range_max is
+    ignored; +inf clears up to raytrace_range if `inf_is_valid`.
+    """
+    rows, columns = cells.shape
+    row, column = math.floor(y_m * per_m), math.floor(x_m * per_m)
+    clears = clears and 0 <= row < rows and 0 <= column < columns
+    hits, hit_count = np.empty((len(ranges_m), 2), np.int64), 0
+    last_row, last_column, last_is_longer = row, column, False
+    for index in range(len(ranges_m)):
+        range_m = ranges_m[index]
+        is_valid = inf_is_valid if range_m == math.inf else range_min_m <= range_m <= range_max_m
+        if not is_valid:
+            continue
+        bearing_rad = yaw_rad + angle_min_rad + index * angle_increment_rad
+        sin_bearing, cos_bearing = math.sin(bearing_rad), math.cos(bearing_rad)
+        if clears:
+            reach_m = min(range_m, raytrace_range_m)
+            to_row = math.floor((y_m + reach_m * sin_bearing) * per_m)
+            to_column = math.floor((x_m + reach_m * cos_bearing) * per_m)
+            is_longer = range_m > raytrace_range_m
+            # Neighbouring rays that end in the same cell pass the same cells.
+            if to_row != last_row or to_column != last_column or is_longer != last_is_longer:
+                _clear_ray(cells, row, column, to_row, to_column, is_longer)
+                last_row, last_column, last_is_longer = to_row, to_column, is_longer
+        if range_m <= obstacle_range_m and range_m < math.inf:
+            hits[hit_count, 0] = math.floor((y_m + range_m * sin_bearing) * per_m)
+            hits[hit_count, 1] = math.floor((x_m + range_m * cos_bearing) * per_m)
+            hit_count += 1
+    if marks:
+        _mark(cells, hits[:hit_count])
+
+
+@njit(cache=True)
+def _mark(cells: np.ndarray, hits: np.ndarray) -> None:
+    """Mark the cells of `hits`, (n, 2) row and column, that are on the grid."""
+    for index in range(len(hits)):
+        row, column = hits[index]
+        if 0 <= row < cells.shape[0] and 0 <= column < cells.shape[1]:
+            cells[row, column] = LETHAL
+
+
+@njit(cache=True)
+def clear_outline(cells: np.ndarray, per_m: float, corners_m: np.ndarray) -> None:
+    """Clear the cells that the sides of a polygon (n, 2) cross, given in the grid's own frame.
+
+    Their centres may lie outside the polygon, but they count in the cost of the robot's footprint.
+    """
+    row, column = math.floor(corners_m[-1, 1] * per_m), math.floor(corners_m[-1, 0] * per_m)
+    for index in range(len(corners_m)):
+        to_row = math.floor(corners_m[index, 1] * per_m)
+        to_column = math.floor(corners_m[index, 0] * per_m)
+        _clear_ray(cells, row, column, to_row, to_column, True)
+        row, column = to_row, to_column
+
+
+@njit(cache=True)
+def _clear_ray(cells: np.ndarray, row: int, column: int, to_row: int, to_column: int, with_end: bool) -> None:
+    """Clear the cells of a line (Bresenham) up to its end or the edge of the grid."""
+    rows, columns = cells.shape
+    down, right = abs(to_row - row), abs(to_column - column)
+    row_step = 1 if to_row > row else -1
+    column_step = 1 if to_column > column else -1
+    error = right - down
+    # The cell of the hit itself stays as it was: the ray has not passed through it.
+    for _ in range(max(down, right) + with_end):
+        if not (0 <= row < rows and 0 <= column < columns):
+            return
+        cells[row, column] = FREE
+        doubled = 2 * error
+        if doubled > -down:
+            error -= down
+            column += column_step
+        if doubled < right:
+            error += right
+            row += row_step
