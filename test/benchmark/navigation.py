@@ -30,6 +30,7 @@ from diff_encoder_sim.navigation.dwa import DwaPlanner
 from diff_encoder_sim.navigation.dwa_params import DwaParams
 from diff_encoder_sim.navigation.global_planner import GlobalPlanner, NavfnParams
 from diff_encoder_sim.navigation.inflation import squared_distances
+from dwa_scoring import score_all
 from navigation_simulation import LASER_IN_BASE, TABLE_2, ClosedLoop, Robot, navigator_params, rasterise, read_shapes
 
 PERIOD_S = 0.05
@@ -127,7 +128,7 @@ def _dwa_row(name: str, costmap: Costmap, change: Dict[str, Any]) -> List[Any]:
     distance = np.arange(0.0, 1.4, 0.025)
     plan = np.column_stack([POSE.x_m + distance, np.full_like(distance, POSE.y_m), np.zeros_like(distance)])
     milliseconds = best_ms(lambda: planner.find_best(POSE, 0.42, 0.0, costmap, plan))
-    scored = planner.score_all(POSE, 0.42, 0.0, costmap, plan)
+    scored = score_all(planner, POSE, 0.42, 0.0, costmap, plan)
     assert scored is not None
     return [name, len(scored.samples), milliseconds]
 

@@ -283,7 +283,7 @@ class MoveBaseTest(NodeTest):
         for goal, words in (
             (Pose2D(9.0, 0.0, 0.0), 'outside the map'),
             (Pose2D(0.5, 0.0, 0.0), 'in a wall'),
-            (Pose2D(2.4, 1.4, 0.0), 'after 2 recovery behaviours: there is no way'),
+            (Pose2D(2.4, 1.4, 0.0), 'after 2 recovery behaviours: there is no path'),
         ):
             sent_ns = self.robot.now_ns
             self.assert_ends(self.send(goal), GoalStatus.ABORTED, words)
@@ -463,7 +463,7 @@ class MoveBaseTest(NodeTest):
         """As upstream: its clients look at the number of poses."""
         for error, words in (
             (self.plan_error(Pose2D(0.5, 0.0, 0.0)), 'in a wall'),
-            (self.plan_error(Pose2D(2.4, 1.4, 0.0)), 'no way to the goal'),
+            (self.plan_error(Pose2D(2.4, 1.4, 0.0)), 'no path to the goal'),
             (self.plan_error(FAR, tolerance=NAN), 'tolerance'),
         ):
             self.assertEqual(error, 'no plan')

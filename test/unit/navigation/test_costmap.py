@@ -1,4 +1,4 @@
-"""Costmap layers against their definitions and against brute force."""
+"""Costmaps: layers against their definitions, and updates of windows against whole ones."""
 
 import math
 
@@ -9,49 +9,16 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
-from diff_encoder_sim.navigation.costmap import FREE, INSCRIBED, LETHAL, NO_INFORMATION, Costmap
+from diff_encoder_sim.navigation.cost_values import FREE, INSCRIBED, LETHAL, NO_INFORMATION
+from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.costmap_params import CostmapParams, local_defaults
-from diff_encoder_sim.navigation.footprint import IN_OBSTACLE, OFF_MAP, make_footprint
-from diff_encoder_sim.navigation.inflation import squared_distances
-
-INSCRIBED_M = 0.26  # of 0.5 x 0.6 m and 0.01 m of padding
-
-
-def static_costmap(cells, origin=IDENTITY, **params):
-    return Costmap(CostmapParams.from_mapping(params, ''), OccupancyGrid(np.asarray(cells, np.int8), 0.05, origin))
-
-
-def scan_of(ranges_by_degree, rays=360):
-    ranges = np.full(rays, np.nan)
-    for degree, range_m in ranges_by_degree.items():
-        ranges[degree] = range_m
-    return Scan(0, 0.0, math.radians(1.0), 0.15, 6.0, ranges)
+from diff_encoder_sim.navigation.footprint import IN_OBSTACLE, OFF_MAP
+from navigation_scenes import RAY_STEP_RAD, scan_of, static_costmap
+from navigation_simulation import RAYS
 
 
 def random_walls():
     return np.where(np.random.default_rng(1).random((160, 200)) < 0.01, 100, 0)
-
-
-# ---- footprint
-
-
-def test_radii_of_the_padded_rectangle():
-    footprint = make_footprint([[0.25, 0.3], [-0.25, 0.3], [-0.25, -0.3], [0.25, -0.3]], 0.01)
-    assert footprint.inscribed_radius_m == pytest.approx(INSCRIBED_M)
-    assert footprint.circumscribed_radius_m == pytest.approx(math.hypot(0.26, 0.31))
-
-
-def test_footprint_is_read_from_text_as_upstream_does():
-    params = CostmapParams.from_mapping({'footprint': '[[0.2, 0.1], [-0.2, 0.1], [0, -0.3]]'}, '')
-    assert params.footprint == [[0.2, 0.1], [-0.2, 0.1], [0.0, -0.3]]
-
-
-@pytest.mark.parametrize(
-    'footprint', [[[0, 1], [1, 0]], [[1, 1], [2, 1], [2, 2]], 'round', [[0.1, 0.1, 0.1], [-0.1, 0.1], [0, -0.1]]]
-)
-def test_a_footprint_must_be_a_polygon_around_the_robot(footprint):
-    with pytest.raises(ConfigError, match='footprint'):
-        CostmapParams.from_mapping({'footprint': footprint}, '')
 
 
 def test_footprint_cost_depends_on_heading():
@@ -63,44 +30,6 @@ def test_footprint_cost_depends_on_heading():
     assert costmap.footprint_cost(Pose2D(0.2, 2.5, 0.0)) == OFF_MAP
 
 
-# ---- inflation
-
-
-@pytest.mark.parametrize('seed', range(5))
-def test_distance_transform_equals_brute_force_up_to_the_limit(seed):
-    random = np.random.default_rng(seed)
-    is_obstacle = random.random((40, 55)) < random.choice([0.002, 0.02, 0.3])
-    limit = int(random.integers(1, 25))
-    squared = squared_distances(is_obstacle, limit)
-    rows, columns = np.nonzero(is_obstacle)
-    row, column = np.indices(is_obstacle.shape)
-    exact = ((row[..., None] - rows) ** 2 + (column[..., None] - columns) ** 2).min(axis=-1, initial=10**6)
-    within = exact <= limit * limit
-    assert (squared[within] == exact[within]).all()
-    assert (squared[~within] > limit * limit).all()
-
-
-def test_inflation_follows_upstreams_formula():
-    cells = np.zeros((81, 81))
-    cells[40, 40] = 100
-    costmap = static_costmap(cells, inflation_radius=0.8, cost_scaling_factor=4.0)
-    row, column = np.indices(cells.shape)
-    distance_m = np.hypot(row - 40, column - 40) * 0.05
-    expected = np.floor(252.0 * np.exp(-4.0 * (distance_m - INSCRIBED_M)))
-    expected[distance_m <= INSCRIBED_M] = INSCRIBED
-    expected[distance_m > 0.8 + 1e-9] = FREE
-    expected[40, 40] = LETHAL
-    assert (costmap.costs == expected).all()
-
-
-def test_inflation_enters_the_unknown_only_where_the_robot_would_touch():
-    cells = np.full((41, 41), -1)
-    cells[20, 20] = 100
-    costs = static_costmap(cells).costs
-    assert costs[20, 20] == LETHAL and costs[20, 25] == INSCRIBED
-    assert costs[20, 26] == NO_INFORMATION
-
-
 def test_static_layer_reads_occupancy_as_upstream():
     cells = np.array([[0, 50, 100], [-1, 99, 65]])
     assert static_costmap(cells, inflation_radius=0.0).costs.tolist() == [[0, 0, 254], [255, 0, 0]]
@@ -108,9 +37,6 @@ def test_static_layer_reads_occupancy_as_upstream():
         cells, inflation_radius=0.0, lethal_cost_threshold=65, track_unknown_space=False
     ).costs.tolist() == [[0, 0, 254], [0, 254, 254]]
     assert static_costmap(cells, inflation_radius=0.0, trinary_costmap=False).costs[0, 1] == 127
-
-
-# ---- obstacles
 
 
 def test_a_hit_is_marked_and_inflated_within_obstacle_range_only():
@@ -168,7 +94,7 @@ def test_nothing_is_left_under_the_outline_of_the_robot():
         pose = Pose2D(*random.uniform(-0.2, 0.2, 2), random.uniform(-3.0, 3.0))
         costmap = Costmap(local_defaults())
         costmap.update(pose)
-        costmap._obstacles[:] = LETHAL
+        costmap._obstacles.cells[:] = LETHAL
         costmap.update(pose)
         assert costmap.footprint_cost(pose) >= 0.0
         assert (costmap.costs == LETHAL).mean() > 0.8
@@ -250,22 +176,23 @@ def test_static_obstacles_are_told_from_seen_ones():
     assert not costmap.is_static_obstacle(2.5, 3.5)
 
 
-@pytest.mark.parametrize(
-    'params',
-    [
-        {'rolling_window': True, 'static_map': True},
-        {'static_map': False},
-        {'observation_sources': 'sonar'},
-        {'rolling_window': True, 'resolution': 0.0005},
-    ],
-)
-def test_params_that_make_no_costmap_are_refused(params):
-    with pytest.raises(ConfigError):
-        CostmapParams.from_mapping(params, 'costmap.yaml')
-
-
 def test_a_costmap_needs_a_map_or_a_window():
     with pytest.raises(ConfigError):
         Costmap(CostmapParams())
     with pytest.raises(ConfigError):
         static_costmap(np.zeros((0, 0)))
+
+
+def test_costs_do_not_depend_on_when_they_are_asked_for():
+    random = np.random.default_rng(10)
+    grid = OccupancyGrid(np.where(random.random((160, 200)) < 0.01, 100, 0).astype(np.int8), 0.05, Pose2D(1, 2, 0.3))
+    often, once = (Costmap(CostmapParams(), grid) for _ in range(2))
+    for step in range(8):
+        pose = grid.origin.compose(Pose2D(1.0 + step, 4.0, 0.7 * step))
+        scan = Scan(0, 0.0, RAY_STEP_RAD, 0.15, 6.0, random.uniform(0.3, 4.0, RAYS))
+        for costmap in (often, once):
+            costmap.update(pose, scan, pose)
+            if step == 4:
+                costmap.clear_obstacles(pose, 2.0)
+        assert often.costs.any()
+    assert (once.costs == often.costs).all()

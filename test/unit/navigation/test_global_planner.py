@@ -12,7 +12,6 @@ from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.costmap_params import CostmapParams
 from diff_encoder_sim.navigation.global_planner import GlobalPlanner, NavfnParams
 from diff_encoder_sim.navigation.plan_error import PlanError, PlanProblem
-from diff_encoder_sim.navigation.potential import propagate
 
 RESOLUTION_M = 0.05
 
@@ -86,29 +85,6 @@ def test_plans_cost_no_more_than_a_reference_dijkstras(seed, use_dijkstra):
     assert all(np.isfinite(weights[cell]) for cell in cells)
 
 
-def test_potential_is_the_fixpoint_of_the_wave_equation():
-    """Sweeping the eikonal update over all cells until nothing changes gives the same."""
-    random = np.random.default_rng(3)
-    weights = random.uniform(50.0, 250.0, (25, 30))
-    weights[random.random(weights.shape) < 0.2] = np.inf
-    weights[12, 15] = 50.0
-    expected = np.full((27, 32), np.inf)
-    expected[13, 16] = 0.0
-    for _ in range(200):
-        for row in range(1, 26):
-            for column in range(1, 31):
-                weight = weights[row - 1, column - 1]
-                along = min(expected[row, column - 1], expected[row, column + 1])
-                across = min(expected[row - 1, column], expected[row + 1, column])
-                low, high = min(along, across), max(along, across)
-                if np.isfinite(low) and np.isfinite(weight):
-                    apart = high - low
-                    new = low + weight if apart >= weight else low + 0.5 * (apart + math.sqrt(2 * weight**2 - apart**2))
-                    expected[row, column] = min(expected[row, column], new)
-    potential = propagate(weights, 12, 15, 0, 0, 50.0, False, False)
-    assert potential == pytest.approx(expected[1:-1, 1:-1])
-
-
 def test_a_plan_in_the_open_is_straight_and_looks_along_itself():
     plan = planner(np.zeros((100, 200))).make_plan(Pose2D(1.0, 1.0, 2.0), Pose2D(9.0, 4.0, -1.0))
     assert tuple(plan[0, :2]) == (1.0, 1.0) and tuple(plan[-1]) == (9.0, 4.0, -1.0)
@@ -149,7 +125,7 @@ START = Pose2D(1.0, 2.5, 0.0)
         (Pose2D(1e308, -1e308, 0.0), PlanProblem.OUTSIDE, 'outside the map'),
         (Pose2D(3.02, 2.5, 0.0), PlanProblem.IN_WALL, r'the goal \(3.02, 2.50\) is in a wall of the map'),
         (Pose2D(2.9, 2.5, 0.0), PlanProblem.IN_WALL, 'so close to a wall of the map'),
-        (Pose2D(5.0, 2.5, 0.0), PlanProblem.UNREACHABLE, r'no way to the goal \(5.00, 2.50\)'),
+        (Pose2D(5.0, 2.5, 0.0), PlanProblem.UNREACHABLE, r'no path to the goal \(5.00, 2.50\)'),
     ],
 )
 def test_failures_say_what_is_wrong(goal, problem, text):
@@ -168,7 +144,7 @@ def test_unknown_space_is_a_way_only_if_allowed():
     cells[:, 50:60] = -1
     goal = Pose2D(5.0, 1.5, 0.0)
     assert len(planner(cells).make_plan(Pose2D(1.0, 1.5, 0.0), goal)) > 2
-    with pytest.raises(PlanError, match='no way'):
+    with pytest.raises(PlanError, match='no path'):
         planner(cells, allow_unknown=False).make_plan(Pose2D(1.0, 1.5, 0.0), goal)
     with pytest.raises(PlanError, match='unknown space'):
         planner(cells, allow_unknown=False).make_plan(START, Pose2D(2.7, 1.5, 0.0))

@@ -1,0 +1,38 @@
+"""config/amcl.yaml against the parameters that upstream's amcl has, both ways."""
+
+import pytest
+
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.localization.amcl_params import AmclParams
+from upstream_params import AMCL, different, read_config, wrong_types
+
+# Parameters that upstream does not have and ignores.
+OWN_AMCL = {'seed', 'lost_fraction', 'lost_distance', 'lost_scans'}
+
+
+def test_upstream_knows_every_parameter_of_our_amcl_yaml():
+    assert set(read_config('amcl.yaml')) - set(AMCL) <= OWN_AMCL
+
+
+def test_values_have_the_type_that_upstream_reads():
+    assert wrong_types(read_config('amcl.yaml'), (AMCL,)) == []
+
+
+def test_what_our_file_leaves_out_is_the_same_in_both_stacks():
+    """A default that differs must stand in the file."""
+    assert different(AMCL, AmclParams(), read_config('amcl.yaml')) == set()
+
+
+def test_amcl_takes_every_parameter_of_upstream_at_its_default():
+    assert AmclParams.from_mapping(AMCL, 'amcl') == AmclParams()
+
+
+def test_amcl_takes_what_upstreams_node_writes_to_the_parameter_server():
+    """dynamic_reconfigure adds restore_defaults, and has an older name for one of the others."""
+    older = 'beam_skip_error_threshold_'
+    dumped = {**AMCL, 'restore_defaults': False, older: 0.0}
+    assert AmclParams.from_mapping(dumped, 'amcl') == AmclParams(beam_skip_error_threshold=0.0)
+    with pytest.raises(ConfigError, match='beam_skip_error_threshold: given 1.5'):
+        AmclParams.from_mapping({older: 1.5}, 'amcl')
+    # What has no effect leaves the campaigns' fingerprints as they are.
+    assert not {older, 'restore_defaults'} & set(AmclParams().model_dump())
