@@ -7,7 +7,8 @@ from diff_encoder_sim.lockstep.robot_params import load_robot_params
 from diff_encoder_sim.lockstep.trial_run import run_trial
 from diff_encoder_sim.simulation.link_frames import LinkFrames
 from diff_encoder_sim.simulation.robot import expand_xacro
-from diff_encoder_sim.trials.trial_definition import Trial, TrialPlan, find_world, load_test
+from diff_encoder_sim.trials.test_definition import find_world, load_test
+from diff_encoder_sim.trials.trial_definition import Trial, TrialPlan
 from launched_graph import DATA, ROOT, Graph, require_ros
 
 pytestmark = [pytest.mark.rostest, pytest.mark.timeout(180)]

@@ -6,7 +6,8 @@ from diff_encoder_sim.cli import reencode
 from diff_encoder_sim.lockstep.robot_params import load_robot_params
 from diff_encoder_sim.lockstep.trial_run import run_trial
 from diff_encoder_sim.recording.trial_recording import read_trial
-from diff_encoder_sim.trials.trial_definition import Trial, TrialPlan, find_world, load_test
+from diff_encoder_sim.trials.test_definition import find_world, load_test
+from diff_encoder_sim.trials.trial_definition import Trial, TrialPlan
 from diff_encoder_sim.trials.trial_outcome import Outcome
 from launched_graph import DATA, ROOT, Graph, complaints, require_ros
 from reencoding_drives import ROS2, drive, without_index, write_ros1, write_ros2

@@ -29,7 +29,8 @@ from diff_encoder_sim.recording import topics
 from diff_encoder_sim.recording.bag_opening import open_bag
 from diff_encoder_sim.recording.trial_bag import TrialBag
 from diff_encoder_sim.serialization.basic_messages import encode_string
-from diff_encoder_sim.trials.trial_definition import TrialPlan, find_world
+from diff_encoder_sim.trials.test_definition import find_world
+from diff_encoder_sim.trials.trial_definition import TrialPlan
 
 ROBOT = ROOT / 'urdf' / 'alto.urdf.xacro'
 MEMORY_PERIOD_S = 0.1

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from checkout import ROOT
 
-from diff_encoder_sim.trials.trial_definition import Trial, TrialPlan, find_world, load_test
+from diff_encoder_sim.trials.test_definition import find_world, load_test
+from diff_encoder_sim.trials.trial_definition import Trial, TrialPlan
 
 
 def plan_of(test: str, ppr: float, number: int, nav: str = 'embedded', bag: str = '') -> TrialPlan:

@@ -7,7 +7,8 @@ from rosbags.rosbag1 import Writer
 
 from diff_encoder_sim.base.se2 import quat_xyzw_from_yaw
 from diff_encoder_sim.serialization.typestore import STORE
-from diff_encoder_sim.trials.trial_definition import Trial, load_test
+from diff_encoder_sim.trials.test_definition import load_test
+from diff_encoder_sim.trials.trial_definition import Trial
 from places import ROOT
 
 PERIOD_NS = 50_000_000

@@ -16,7 +16,8 @@ from diff_encoder_sim.campaign.files import TrialFiles
 from diff_encoder_sim.encoders.pulses import PerWheel, PulsesPerRevolution
 from diff_encoder_sim.lockstep.robot_params import RobotParams
 from diff_encoder_sim.recording.topics import RecordMode
-from diff_encoder_sim.trials.trial_definition import TestDefinition, Trial
+from diff_encoder_sim.trials.test_definition import TestDefinition
+from diff_encoder_sim.trials.trial_definition import Trial
 
 # A mistyped list, or one list too many, is told at once and not after the memory is full.
 MOST_CELLS, MOST_TRIALS = 10_000, 1_000_000

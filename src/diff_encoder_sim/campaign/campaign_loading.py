@@ -24,7 +24,7 @@ from diff_encoder_sim.campaign.robot_file import Robot, load_robot_file
 from diff_encoder_sim.encoders.pulses import ppr_label
 from diff_encoder_sim.lockstep.robot_params import RobotConfig, RobotParams, check_key, load_robot_config, override
 from diff_encoder_sim.simulation.simulator import Simulator
-from diff_encoder_sim.trials.trial_definition import TestDefinition, find_world, load_test
+from diff_encoder_sim.trials.test_definition import TestDefinition, find_world, load_test
 
 # Leaves room for a trial's number and for the name that a file has while it is unfinished.
 LONGEST_LABEL = 150
@@ -90,7 +90,7 @@ def _load_tests(params: CampaignParams, folder: Optional[Path], config_folder: P
     ]
     _check_unique('tests', [test.name for test in tests])
     for test in tests:
-        test.check_way(params.nav)
+        test.check_drivable(params.nav)
     return tests
 
 

@@ -18,7 +18,7 @@ from diff_encoder_sim.base.typed_params import load_yaml
 from diff_encoder_sim.mapping.map_files import load_map
 from diff_encoder_sim.simulation.robot import expand_xacro
 from diff_encoder_sim.simulation.world import load_world
-from diff_encoder_sim.trials.trial_definition import TestDefinition, find_world
+from diff_encoder_sim.trials.test_definition import TestDefinition, find_world
 
 NAME_DIGITS = 16  # of a sha256, where it names a folder
 

@@ -27,7 +27,8 @@ from diff_encoder_sim.navigation.navigator_params import NavigatorParams
 from diff_encoder_sim.odometry.wheel_odometry import OdometryParams
 from diff_encoder_sim.simulation.periods import STATES_PERIOD_S, STATES_RATE_HZ
 from diff_encoder_sim.trials.required_packages import GAZEBO, UPSTREAM_NAVIGATION, UPSTREAM_SLAM, require
-from diff_encoder_sim.trials.trial_definition import LivePlan, TestDefinition, Trial, find_world, load_test
+from diff_encoder_sim.trials.test_definition import TestDefinition, find_world, load_test
+from diff_encoder_sim.trials.trial_definition import LivePlan, Trial
 
 NO_BAG = 'none'
 SIMULATORS = ('pybullet', 'gazebo')
@@ -54,7 +55,7 @@ def plan(options: argparse.Namespace) -> LivePlan:
         raise ConfigError(f'sim: given {options.sim!r}; allowed: {", ".join(SIMULATORS)}')
     folder = package_folder()
     trial = _trial(options, load_test(options.test, folder / 'config'))
-    trial.test.check_way(options.nav)
+    trial.test.check_drivable(options.nav)
     if options.slam != 'none' and options.nav != 'scripted':
         raise ConfigError(f'slam: given {options.slam} with nav {options.nav}; allowed: nav:=scripted, or slam:=none')
     _check_packages(options)

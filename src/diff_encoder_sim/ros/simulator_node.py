@@ -26,7 +26,7 @@ from diff_encoder_sim.ros.simulated_models import SimulatedModels
 from diff_encoder_sim.ros.trial_plan import trial_plan
 from diff_encoder_sim.simulation.periods import STATES_PERIOD_NS, STATES_RATE_HZ, TICK_NS
 from diff_encoder_sim.simulation.simulator import Simulator, SimulatorParams
-from diff_encoder_sim.trials.trial_definition import PoseParams
+from diff_encoder_sim.trials.test_definition import PoseParams
 
 PAUSED_CLOCK_PERIOD_S = 0.05
 

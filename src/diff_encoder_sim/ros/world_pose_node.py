@@ -9,7 +9,7 @@ from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.ros.conversions import pose_stamped_message
 from diff_encoder_sim.ros.model_states import ModelStateReader, ModelStatesParams, trial_defaults
 from diff_encoder_sim.ros.node import node_params, publisher, run_node
-from diff_encoder_sim.trials.trial_definition import PoseParams
+from diff_encoder_sim.trials.test_definition import PoseParams
 
 
 class WorldPoseParams(ModelStatesParams):

@@ -1,1 +1,1 @@
-"""Tests, trials and their outcomes, and who drives a robot through a test."""
+"""Tests, trials and their outcomes, and the drivers that take a robot through a test."""

@@ -17,5 +17,5 @@ class PoseSource(enum.Enum):
     WORLD = 'world'  # ground truth
 
 
-# Final pose minus goal: x [m] and y [m] along the map's axes, yaw [rad] wrapped; None where the source never had a pose.
+# Final pose minus goal: x [m] and y [m] along the map's axes, yaw [rad] wrapped; None where the source had no pose.
 FinalErrors = Dict[PoseSource, Optional[Pose2D]]

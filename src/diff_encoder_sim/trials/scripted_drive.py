@@ -1,4 +1,4 @@
-"""Scripted drives: velocity profiles that cover a distance exactly, without feedback."""
+"""Scripted drives: velocity profiles over time that cover a distance exactly, without feedback."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ import math
 from typing import List, NamedTuple, Tuple
 
 from diff_encoder_sim.simulation.periods import STATES_PERIOD_S
-from diff_encoder_sim.trials.trial_definition import Segment, SpeedLimits, TestDefinition
+from diff_encoder_sim.trials.test_definition import Segment, SpeedLimits, TestDefinition
 
 PAUSE_BETWEEN_SEGMENTS_S = 0.5
-SETTLING_S = 1.0  # at rest, before a result counts
+SETTLING_S = 1.0  # at rest, before a trial ends
 
 
 class Trapezoid(NamedTuple):
@@ -21,16 +21,16 @@ class Trapezoid(NamedTuple):
 
     @property
     def ramp_s(self) -> float:
-        """Time to speed up; equal to that to slow down."""
+        """Return the time to speed up, which is also that to slow down."""
         return min(self.top_speed / self.acceleration, math.sqrt(abs(self.distance) / self.acceleration))
 
     @property
     def duration_s(self) -> float:
-        """Time from rest to rest: two ramps where the top speed is not reached."""
+        """Return the time from rest to rest: two ramps where the top speed is not reached."""
         return self.ramp_s + max(self.ramp_s, abs(self.distance) / self.top_speed)
 
     def covered(self, time_s: float) -> float:
-        """Distance covered after `time_s`, in closed form."""
+        """Return the distance covered after `time_s`, in closed form."""
         left_s = self.duration_s - time_s
         if time_s <= 0.0:
             covered = 0.0
@@ -62,14 +62,14 @@ class ScriptedDrive:
         return self.command(elapsed_s, elapsed_s + STATES_PERIOD_S)
 
     def is_over(self, elapsed_s: float) -> bool:
-        """Whether the robot has been at rest for long enough."""
+        """Return whether the robot has been at rest for SETTLING_S."""
         return elapsed_s > self.duration_s + SETTLING_S
 
     def command(self, from_s: float, to_s: float) -> Tuple[float, float]:
-        """Mean linear [m/s] and angular [rad/s] velocity between two times since the start.
+        """Return the mean linear [m/s] and angular [rad/s] velocity between two times since the start.
 
-        A command holds until the next one comes. Its mean, not its value at one instant, makes
-        the held commands add up to the exact distance.
+        A command holds until the next one comes. The mean over that time, not the value at one instant, makes the
+        commands add up to the exact distance.
         """
         interval_s = to_s - from_s
         linear_m = angular_rad = 0.0

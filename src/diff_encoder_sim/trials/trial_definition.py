@@ -1,187 +1,46 @@
-"""What a test asks of the robot, read from config/tests/, and one trial of it."""
+"""One run of a test, and the files and rates that it is run with."""
 
 from __future__ import annotations
 
-import math
-from pathlib import Path
-from typing import List, Literal, Optional, Union
+from typing import Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.se2 import Pose2D, move_along_arc, wrap_angle
-from diff_encoder_sim.base.typed_params import Params, load_params
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.encoders.pulses import DEFAULT_PPR, PulsesPerRevolution
-
-# A coordinate farther off is a mistyped number [m].
-FARTHEST_M = 1e6
-
-
-class PoseParams(Params):
-    """A pose on the floor, as users write it."""
-
-    x: float = Field(0.0, ge=-FARTHEST_M, le=FARTHEST_M, description='[m]')
-    y: float = Field(0.0, ge=-FARTHEST_M, le=FARTHEST_M, description='[m]')
-    yaw: float = Field(0.0, description='counter-clockwise [rad]')
-
-    def pose(self) -> Pose2D:
-        """The same as a core pose."""
-        return Pose2D(self.x, self.y, wrap_angle(self.yaw))
-
-
-class Segment(Params):
-    """One leg of a scripted drive: a straight line or turns in place."""
-
-    # A mistyped number must not drive for hours: a script has no time limit.
-    straight: Optional[float] = Field(None, ge=-1000.0, le=1000.0, description='distance, negative is backwards [m]')
-    turns: Optional[float] = Field(None, ge=-1000.0, le=1000.0, description='full turns, counter-clockwise')
-
-    @model_validator(mode='after')
-    def _check_one_motion(self) -> Segment:
-        if (self.straight is None) == (self.turns is None):
-            raise ValueError('either straight or turns')
-        return self
-
-
-class Point(Params):
-    """A point on the floor."""
-
-    x: float = Field(ge=-FARTHEST_M, le=FARTHEST_M, description='[m]')
-    y: float = Field(ge=-FARTHEST_M, le=FARTHEST_M, description='[m]')
-
-
-class Leg(Params):
-    """One leg of a route that is navigated: a goal, waypoints on the way to one, or turns."""
-
-    goal: Optional[PoseParams] = Field(None, description='pose in the map frame at which the robot stops')
-    through: Optional[List[Point]] = Field(
-        None, min_length=1, description='waypoints, passed without stopping, in this order'
-    )
-    turns: Optional[float] = Field(None, description='full turns in place by the estimated pose, counter-clockwise')
-
-    @model_validator(mode='after')
-    def _check_one_kind(self) -> Leg:
-        if sum(part is not None for part in (self.goal, self.through, self.turns)) != 1:
-            raise ValueError('one of goal, through, turns')
-        return self
-
-
-class SpeedLimits(Params):
-    """How fast a scripted drive goes: the paper's table 2 unless changed."""
-
-    speed: float = Field(0.45, gt=0, description='highest speed [m/s]')
-    acceleration: float = Field(0.7, gt=0, description='highest acceleration [m/s^2]')
-    angular_speed: float = Field(1.0, gt=0, description='highest turning rate [rad/s]')
-    angular_acceleration: float = Field(4.9, gt=0, description='highest angular acceleration [rad/s^2]')
-
-
-class TestDefinition(Params):
-    """A test: a world, a start, a route to navigate, and a drive without feedback."""
-
-    __test__ = False  # tells pytest that the name is a coincidence
-
-    # It becomes part of file names.
-    name: str = Field(
-        min_length=1, max_length=60, pattern=r'^[A-Za-z0-9][A-Za-z0-9_.+-]*$', description='part of file names'
-    )
-    world: str = Field(min_length=1, description='file in worlds/ without its suffix, or a path')
-    start: PoseParams = Field(PoseParams(), description='pose of the robot in the map frame')
-    drive: List[Segment] = Field([], description='what nav:=scripted drives, without feedback')
-    route: List[Leg] = Field([], description='what is navigated; the last leg is a goal')
-    pass_radius: float = Field(0.5, gt=0, description='distance that counts as passing a waypoint [m]')
-    time_limit: float = Field(600.0, gt=0, description='simulated time after which a route has failed [s]')
-    limits: SpeedLimits = Field(SpeedLimits(), description='speeds of the scripted drive')
-
-    @model_validator(mode='after')
-    def _check_there_is_a_way(self) -> TestDefinition:
-        if not (self.drive or self.route):
-            raise ValueError('a drive, a route, or both')
-        if self.route and self.route[-1].goal is None:
-            raise ValueError('a route whose last leg is a goal')
-        return self
-
-    def goal(self) -> Pose2D:
-        """Where the robot is to end, in the map frame."""
-        if self.route:
-            return self.route[-1].goal.pose()
-        return self.drive_end()
-
-    def check_way(self, nav: str) -> None:
-        """Check that there is a way for this kind of navigation.
-
-        Raises:
-            ConfigError: scripted needs a drive, any other a route.
-        """
-        if nav == 'scripted' and not self.drive:
-            raise ConfigError(f'nav: given scripted, but {self.name} has no drive; allowed: embedded, upstream')
-        if nav != 'scripted' and not self.route:
-            raise ConfigError(f'nav: given {nav}, but {self.name} has no route; allowed: scripted')
-
-    def drive_end(self) -> Pose2D:
-        """Where the scripted drive ends when all goes to plan, in the map frame."""
-        pose = self.start.pose()
-        for segment in self.drive:
-            pose = move_along_arc(pose, segment.straight or 0.0, 2.0 * math.pi * (segment.turns or 0.0))
-        return pose._replace(yaw_rad=wrap_angle(pose.yaw_rad))
+from diff_encoder_sim.trials.test_definition import TestDefinition
 
 
 class Trial(Params):
-    """One run of a test with one encoder and one seed; written into its bag."""
+    """One run of a test with one encoder and one seed; recorded in its bag."""
 
     test: TestDefinition
     ppr: PulsesPerRevolution = DEFAULT_PPR
     number: int = Field(0, ge=0, description='the seed of all that varies between trials')
     odom: Literal['encoder', 'ideal'] = 'encoder'
     nav: Literal['scripted', 'embedded', 'upstream'] = 'scripted'
-    wheel_diameter: float = Field(0.2, gt=0, description='[m]')
-    wheel_separation: float = Field(0.4, gt=0, description='[m]')
+    wheel_diameter: float = Field(0.2, gt=0, description='of the odometry [m]')
+    wheel_separation: float = Field(0.4, gt=0, description='of the odometry [m]')
 
     def goal(self) -> Pose2D:
-        """Where the robot is to end, in the map frame."""
+        """Return the pose at which the robot is to end, in the map frame."""
         return self.test.drive_end() if self.nav == 'scripted' else self.test.goal()
 
 
 class TrialPlan(Params):
-    """A trial and where its files are: what trial.launch hands to the nodes."""
+    """A trial and the paths of its files."""
 
     trial: Trial
     world: str = Field(description='path of the world file')
     map: str = Field(description="path of its map's YAML file")
     bag: str = Field(description='path of the bag to record; empty for none')
     slam: Literal['none', 'embedded', 'upstream'] = 'none'
-    save_map: str = Field('', description='path, without suffix, for the map that is made')
+    save_map: str = Field('', description='path, without suffix, of the map that SLAM makes')
 
 
 class LivePlan(TrialPlan):
-    """A trial plan with the rates that the nodes of a live graph must agree on."""
+    """The parameter /trial: a plan with the rates that the nodes of a live graph must agree on."""
 
     report_rate: float = Field(gt=0, description='of /odom and /global_pose [Hz]')
     command_period: float = Field(ge=0, description='between commands on /cmd_vel [s]; 0: not waited for')
-
-
-def load_test(name: str, config_folder: Union[str, Path]) -> TestDefinition:
-    """A test by its name (`SL` is config/tests/SL.yaml) or by the path of its file.
-
-    Raises:
-        ConfigError: there is no such test, or its file is bad.
-    """
-    tests_folder = Path(config_folder) / 'tests'
-    path = Path(name) if name.endswith('.yaml') else tests_folder / f'{name}.yaml'
-    if not path.is_file():
-        known = ', '.join(sorted(file.stem for file in tests_folder.glob('*.yaml')))
-        raise ConfigError(f'test: given {name!r}; allowed: {known}, or a .yaml file')
-    return load_params(TestDefinition, path)
-
-
-def find_world(name: str, worlds_folder: Union[str, Path]) -> Path:
-    """Path of a world file given by path or by its name under worlds/.
-
-    Raises:
-        ConfigError: there is no such file.
-    """
-    candidates = [Path(name), Path(worlds_folder) / name, Path(worlds_folder) / f'{name}.world']
-    for path in candidates:
-        if path.is_file():
-            return path.resolve()
-    known = ', '.join(sorted(file.stem for file in Path(worlds_folder).glob('*.world')))
-    raise ConfigError(f'world: given {name!r}; allowed: {known}, or a .world file')

@@ -8,7 +8,7 @@ from typing import NamedTuple, Optional
 
 from diff_encoder_sim.base.se2 import Pose2D
 
-# A robot that is farther from its goal than this is not there, whatever it believes [m].
+# A robot that is farther from its goal has failed, whatever its pose estimate [m].
 GOAL_DISTANCE_M = 0.5
 
 
@@ -30,14 +30,14 @@ class Outcome(enum.Enum):
 
 
 class Ending(NamedTuple):
-    """The outcome and, of a failure, the reason in a line."""
+    """An outcome and, for a failure, its reason in one line."""
 
     outcome: Outcome
     reason: str = ''
 
 
 class RouteFailed(Exception):
-    """Why the route was not driven to its end."""
+    """The route was not driven to its end: with the outcome and the reason."""
 
     def __init__(self, outcome: Outcome, reason: str) -> None:
         super().__init__(reason)
@@ -45,7 +45,7 @@ class RouteFailed(Exception):
 
 
 def goal_error(true_pose_in_map: Pose2D, goal_in_map: Pose2D, limit_m: float = GOAL_DISTANCE_M) -> Optional[str]:
-    """What is wrong with where the robot stands at the end, if it is too far from the goal."""
+    """Return why a robot at this pose has failed to reach the goal, None where it is near enough."""
     distance_m = math.hypot(true_pose_in_map.x_m - goal_in_map.x_m, true_pose_in_map.y_m - goal_in_map.y_m)
     if distance_m <= limit_m:
         return None

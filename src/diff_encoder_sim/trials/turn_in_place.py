@@ -1,4 +1,4 @@
-"""Turning in place by what the robot believes of its heading."""
+"""Turns in place by the estimated heading."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from typing import Optional
 
 from diff_encoder_sim.base.se2 import wrap_angle
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.trials.trial_definition import SpeedLimits
+from diff_encoder_sim.trials.test_definition import SpeedLimits
 
-# The robot is slowed down by at most this share of the deceleration limit, and in the end in
-# proportion to what is left: commands take a while to take effect, and it must not overshoot.
+# The robot slows down with at most this fraction of the deceleration limit, and in the end in proportion to the angle
+# left: commands take a while to take effect, and it must not overshoot.
 BRAKING_FRACTION = 0.3
 APPROACH_PER_S = 1.5
 STOP_WITHIN_RAD = 0.02
 
-# A belief that steps over that to and fro, as below 40 PPR it does, will come no nearer.
+# A heading estimate that jumps across the end, as it does below 40 PPR, comes no nearer after so many crossings.
 MOST_CROSSINGS = 2
 
 
@@ -33,27 +33,27 @@ class TurnInPlace:
         self.is_over = False
 
     def rate(self, now_ns: int, yaw_rad: float) -> float:
-        """Angular velocity to command [rad/s], given the heading believed now.
+        """Return the angular velocity to command [rad/s] at the heading estimated now.
 
-        While the heading is not finite, the robot slows down to a stand; what it turns meanwhile,
-        up to half a turn, is counted afterwards.
+        While the heading is not finite, the robot slows down and stops; what it turns meanwhile, up to half a turn, is
+        counted afterwards.
         """
         last_ns = now_ns if self._last_ns is None else self._last_ns
         interval_s = max(0, now_ns - last_ns) / NANOSECONDS_PER_SECOND
         self._last_ns = now_ns
-        wanted_radps = self._wanted_rate(yaw_rad) if math.isfinite(yaw_rad) else 0.0
+        target_radps = self._target_rate(yaw_rad) if math.isfinite(yaw_rad) else 0.0
         if self.is_over:
             return 0.0
         change_radps = self._limits.angular_acceleration * interval_s
-        self._rate_radps += max(-change_radps, min(change_radps, wanted_radps - self._rate_radps))
+        self._rate_radps += max(-change_radps, min(change_radps, target_radps - self._rate_radps))
         return self._rate_radps
 
     def halt(self) -> None:
-        """Begin again from a stand: the robot was stopped, for want of a heading."""
+        """Speed up from rest at the next heading: the robot was stopped."""
         self._rate_radps, self._last_ns = 0.0, None
 
-    def _wanted_rate(self, yaw_rad: float) -> float:
-        """The rate to reach [rad/s] with what is left to turn, however fast."""
+    def _target_rate(self, yaw_rad: float) -> float:
+        """Count what was turned, and return the rate to speed up or slow down to [rad/s]."""
         left_before_rad = self._angle_rad - self._turned_rad
         if self._last_yaw_rad is not None:
             self._turned_rad += wrap_angle(yaw_rad - self._last_yaw_rad)

@@ -15,7 +15,7 @@ from diff_encoder_sim.analysis.encoder_labels import ppr_value
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.campaign.store import ResultStore
 from diff_encoder_sim.trials.pose_source import PoseSource
-from diff_encoder_sim.trials.trial_definition import load_test
+from diff_encoder_sim.trials.test_definition import load_test
 from diff_encoder_sim.trials.trial_outcome import Outcome
 from trial_bags import ROOT, TRUTH, trial, write_bag
 

@@ -14,7 +14,7 @@ from diff_encoder_sim.base import atomic_files
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.campaign.files import collect
 from diff_encoder_sim.mapping.map_files import load_map
-from diff_encoder_sim.trials.trial_definition import load_test
+from diff_encoder_sim.trials.test_definition import load_test
 
 ROBOT = ROOT / 'urdf' / 'alto.urdf.xacro'
 

@@ -101,3 +101,33 @@ def test_the_tool_prints_one_line_and_exits_with_1(capsys):
     with pytest.raises(SystemExit) as caught:
         trial_spec.main(['--test', 'XX'])
     assert caught.value.code == "trial.launch: test: given 'XX'; allowed: DLD, SL, SMT, or a .yaml file"
+
+
+# ---- rates that the nodes of the graph must agree on
+
+
+@pytest.fixture
+def as_if_installed(monkeypatch):
+    monkeypatch.setattr(trial_spec, 'parent_only_lists', lambda: True)
+
+
+@pytest.mark.parametrize(('nav', 'command_period'), [('scripted', 0.05), ('embedded', 0.05), ('upstream', 0.0)])
+def test_by_default_all_have_20_hz_and_nobody_waits_for_upstreams_commands(as_if_installed, nav, command_period):
+    made = plan('--nav', nav)
+    assert (made.report_rate, made.command_period) == (20.0, command_period)
+
+
+def test_each_rate_is_the_one_in_its_file(tmp_path):
+    encoder, navigation = tmp_path / 'config.yaml', tmp_path / 'navigation.yaml'
+    encoder.write_text('rate: 33.3\n')
+    navigation.write_text('controller_frequency: 10\n')
+    files = ['--config', str(encoder), '--navigation-config', str(navigation)]
+    made = plan('--nav', 'embedded', *files)
+    assert (made.report_rate, made.command_period) == (33.3, 0.1)
+    made = plan('--nav', 'scripted', *files)
+    assert (made.report_rate, made.command_period) == (33.3, 0.05)  # scripted commands answer the true poses
+
+
+def test_ideal_odometry_comes_with_the_states_whatever_the_encoder(tmp_path):
+    (tmp_path / 'config.yaml').write_text('rate: 50\n')
+    assert plan('--odom', 'ideal', '--config', str(tmp_path / 'config.yaml')).report_rate == 20.0

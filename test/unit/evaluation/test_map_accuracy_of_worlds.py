@@ -11,7 +11,7 @@ from diff_encoder_sim.evaluation.map_accuracy import map_accuracy, true_surface,
 from diff_encoder_sim.mapping.map_files import load_map
 from diff_encoder_sim.simulation.world import load_world
 from diff_encoder_sim.trials.scripted_drive import ScriptedDrive
-from diff_encoder_sim.trials.trial_definition import TestDefinition
+from diff_encoder_sim.trials.test_definition import TestDefinition
 from places import ROOT
 
 SCAN_HEIGHT_M, RANGE_M, NEAR_M = 1.12, 5.9, 0.05

@@ -14,7 +14,8 @@ from diff_encoder_sim.mapping.map_files import load_map, save_map
 from diff_encoder_sim.navigation.goal_status import STOP
 from diff_encoder_sim.simulation.rasterise import rasterise
 from diff_encoder_sim.simulation.world import load_world
-from diff_encoder_sim.trials.trial_definition import TestDefinition, Trial, TrialPlan, find_world
+from diff_encoder_sim.trials.test_definition import TestDefinition, find_world
+from diff_encoder_sim.trials.trial_definition import Trial, TrialPlan
 from diff_encoder_sim.trials.trial_outcome import Outcome
 from places import ROOT
 

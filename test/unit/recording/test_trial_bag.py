@@ -30,7 +30,8 @@ from diff_encoder_sim.serialization.pose_messages import (
 from diff_encoder_sim.serialization.scan_messages import encode_scan
 from diff_encoder_sim.serialization.transform_messages import encode_tf, encode_transform
 from diff_encoder_sim.serialization.typestore import definition
-from diff_encoder_sim.trials.trial_definition import Trial, load_test
+from diff_encoder_sim.trials.test_definition import load_test
+from diff_encoder_sim.trials.trial_definition import Trial
 from diff_encoder_sim.trials.trial_outcome import Outcome
 from places import ROOT
 

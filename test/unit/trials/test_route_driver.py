@@ -1,4 +1,4 @@
-"""A test's route, driven by beliefs that the test makes up."""
+"""A test's route, driven by pose estimates that the test makes up."""
 
 import logging
 import math
@@ -8,7 +8,7 @@ import pytest
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.navigation.goal_status import GoalStatus
 from diff_encoder_sim.trials.route_driver import POSE_TIMEOUT_S, RouteDriver
-from diff_encoder_sim.trials.trial_definition import TestDefinition
+from diff_encoder_sim.trials.test_definition import TestDefinition
 from diff_encoder_sim.trials.trial_outcome import Outcome, RouteFailed
 
 PERIOD_NS = 50_000_000
@@ -33,7 +33,7 @@ class Clock:
 def test_waypoints_are_left_when_near_and_the_goal_when_reached():
     route = [{'through': [{'x': 1.0, 'y': 0.0}, {'x': 1.0, 'y': 2.0}]}, {'goal': {'x': 3.0, 'y': 2.0, 'yaw': 0.5}}]
     clock = Clock(driver(route, pass_radius=0.3))
-    # A waypoint's heading is towards the next one; the last one keeps that of the way to it.
+    # A waypoint's heading is towards the next one; that of the last one is 0.
     assert clock.step(0, 0, status=GoalStatus.NONE).goal_in_map == pytest.approx((1, 0, math.pi / 2))
     assert clock.step(0.69, 0).goal_in_map is None
     assert clock.step(0.71, 0).goal_in_map[:2] == (1, 2)
@@ -54,7 +54,7 @@ def test_a_waypoint_that_the_navigator_stops_at_counts_as_passed():
     assert clock.step(0.96, 0, status=SUCCEEDED).goal_in_map == (2, 0, 0)
 
 
-def test_turns_are_counted_by_the_belief_and_then_the_goal_is_sent():
+def test_turns_are_counted_by_the_pose_estimate_and_then_the_goal_is_sent():
     clock = Clock(driver([{'turns': 2}, {'goal': {'yaw': 0.0}}]))
     yaw_rad, turned_rad, outputs = 0.0, 0.0, []
     while not outputs or outputs[-1].goal_in_map is None:
@@ -84,7 +84,7 @@ def test_a_route_has_a_time_limit_whether_the_robot_knows_where_it_is_or_not():
     assert failure.value.ending.outcome is Outcome.TIMED_OUT
 
 
-def test_a_robot_that_turns_stops_while_no_belief_comes_and_turns_on_from_a_stand(caplog):
+def test_a_robot_that_turns_stops_while_no_pose_estimate_comes_and_continues_from_rest(caplog):
     """The navigator watches over its inputs only while it has a goal."""
     caplog.set_level(logging.INFO)
     clock = Clock(driver([{'turns': 2}, {'goal': {'yaw': 0.0}}]))
@@ -98,8 +98,8 @@ def test_a_robot_that_turns_stops_while_no_belief_comes_and_turns_on_from_a_stan
     assert again == pytest.approx([0.0, 4.9 * 0.05, 2 * 4.9 * 0.05])
     assert clock.driven.watch(clock.now_ns).turn_rate_radps is None
     assert [record.getMessage() for record in caplog.records] == [
-        'the pose is 0.6 s old: stopped turning',
-        'the pose is back: turning on',
+        'turn in place paused: the newest pose estimate is 0.6 s old',
+        'turn in place continues: pose estimates come again',
     ]
 
 

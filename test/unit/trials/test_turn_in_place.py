@@ -1,4 +1,4 @@
-"""Turning in place by a belief: it ends where it should, on a robot that lags behind commands."""
+"""Turning in place by an estimate: it ends where it should, on a robot that lags behind commands."""
 
 import math
 from collections import deque
@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.se2 import wrap_angle
-from diff_encoder_sim.trials.trial_definition import SpeedLimits
+from diff_encoder_sim.trials.test_definition import SpeedLimits
 from diff_encoder_sim.trials.turn_in_place import STOP_WITHIN_RAD, TurnInPlace
 
 LIMITS = SpeedLimits()
@@ -27,18 +27,18 @@ class LaggingRobot:
         self._on_their_way.append(command_radps)
         wanted = self._on_their_way.popleft()
         # The lag's closed form over a period in which the command stands.
-        share = math.exp(-PERIOD_S / LAG_S)
-        step_rad = wanted * PERIOD_S + (self.rate_radps - wanted) * LAG_S * (1.0 - share)
-        self.rate_radps = wanted + (self.rate_radps - wanted) * share
+        fraction = math.exp(-PERIOD_S / LAG_S)
+        step_rad = wanted * PERIOD_S + (self.rate_radps - wanted) * LAG_S * (1.0 - fraction)
+        self.rate_radps = wanted + (self.rate_radps - wanted) * fraction
         self.turned_rad += step_rad
         self.yaw_rad = wrap_angle(self.yaw_rad + step_rad)
 
 
-def turn(angle_rad, start_yaw_rad=0.0, belief=lambda robot: robot.yaw_rad, limits=LIMITS):
+def turn(angle_rad, start_yaw_rad=0.0, estimate=lambda robot: robot.yaw_rad, limits=LIMITS):
     """The robot after it has come to rest, the turn, and what was commanded."""
     robot, task, commands = LaggingRobot(start_yaw_rad), TurnInPlace(angle_rad, limits), []
     while not task.is_over and len(commands) < MOST_PERIODS:
-        commands.append(task.rate(len(commands) * PERIOD_NS, belief(robot)))
+        commands.append(task.rate(len(commands) * PERIOD_NS, estimate(robot)))
         robot.step(commands[-1])
     for _ in range(40):
         robot.step(0.0)
@@ -71,7 +71,7 @@ def test_rates_keep_both_limits():
     assert commands[-1] == 0.0
 
 
-def test_a_noisy_belief_about_half_a_turn_loses_no_turn():
+def test_a_noisy_estimate_about_half_a_turn_loses_no_turn():
     """The wrap falls on the noise: each crossing of +-pi must count as the small step that it is."""
     rng = np.random.default_rng(5)
     robot, task, _ = turn(10.0 * math.pi, math.pi, lambda robot: wrap_angle(robot.yaw_rad + rng.normal(0.0, 0.01)))
@@ -102,8 +102,8 @@ def test_a_heading_that_is_not_finite_stops_the_robot_and_is_not_counted(bad):
     assert robot.turned_rad == pytest.approx(2.0 * math.pi, abs=STOP_WITHIN_RAD)
 
 
-def test_a_belief_that_stands_still_is_never_taken_for_a_turn():
-    _, task, commands = turn(2.0 * math.pi, belief=lambda robot: 0.3)
+def test_an_estimate_that_stands_still_is_never_taken_for_a_turn():
+    _, task, commands = turn(2.0 * math.pi, estimate=lambda robot: 0.3)
     assert not task.is_over
     assert np.abs(commands).max() == LIMITS.angular_speed
 
@@ -119,26 +119,26 @@ def test_time_that_jumps_back_changes_no_rate():
 
 @pytest.mark.parametrize('turns', [5.0, -5.0])
 @pytest.mark.parametrize('step_rad', [0.056, 0.079])
-def test_a_belief_too_coarse_to_stop_by_ends_within_one_of_its_steps(turns, step_rad):
+def test_an_estimate_too_coarse_to_stop_by_ends_within_one_of_its_steps(turns, step_rad):
     """An encoder of 28 or 20 PPR: no heading that it can tell is within STOP_WITHIN_RAD of the whole angle."""
 
-    def belief(robot):
+    def estimate(robot):
         return wrap_angle(step_rad * (math.floor((robot.turned_rad - turns * 2.0 * math.pi) / step_rad) + 0.5))
 
-    robot, task, _ = turn(2.0 * math.pi * turns, belief=belief)
+    robot, task, _ = turn(2.0 * math.pi * turns, estimate=estimate)
     assert task.is_over
     assert robot.turned_rad == pytest.approx(2.0 * math.pi * turns, abs=step_rad)
 
 
-def test_a_belief_that_jumps_past_the_end_is_turned_back_to():
+def test_an_estimate_that_jumps_past_the_end_is_turned_back_to():
     """Localization corrects itself: once is no sign of coarseness."""
     corrections = [0.0]
 
-    def belief(robot):
+    def estimate(robot):
         if robot.turned_rad > math.pi - 0.1:
             corrections[0] = 0.3
         return wrap_angle(robot.yaw_rad + corrections[0])
 
-    robot, task, _ = turn(math.pi, belief=belief)
+    robot, task, _ = turn(math.pi, estimate=estimate)
     assert task.is_over
     assert robot.turned_rad == pytest.approx(math.pi - 0.3, abs=2 * STOP_WITHIN_RAD)

@@ -16,7 +16,8 @@ from diff_encoder_sim.analysis.figures.trajectory_plot import draw_trajectories
 from diff_encoder_sim.analysis.figures.xy_errors import draw_xy_errors
 from diff_encoder_sim.analysis.quantities import YAW, X
 from diff_encoder_sim.trials.pose_source import PoseSource
-from diff_encoder_sim.trials.trial_definition import PoseParams, Trial, load_test
+from diff_encoder_sim.trials.test_definition import PoseParams, load_test
+from diff_encoder_sim.trials.trial_definition import Trial
 from diff_encoder_sim.trials.trial_outcome import Outcome
 from places import CONFIG
 from synthetic_trials import ALTO, dataset_of, synthetic_dataset, trial_data
