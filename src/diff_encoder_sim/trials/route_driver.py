@@ -151,7 +151,7 @@ def _stages_of(leg: Leg) -> List[Union[Destination, Turn]]:
 
 
 def _waypoint_poses(through: List[Point]) -> List[Pose2D]:
-    """Head each waypoint towards the next, for a navigator that stops there should look ahead; the last has heading 0."""
+    """Head each waypoint towards the next, in case the navigator stops there; the last has heading 0."""
     points = [(point.x, point.y) for point in through]
     next_points = points[1:] + points[-1:]
     return [
