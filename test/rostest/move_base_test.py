@@ -476,7 +476,7 @@ class MoveBaseTest(NodeTest):
         for error, words in (
             (self.plan_error(Pose2D(NAN, 0.0, 0.0)), 'goal: position (nan'),
             (self.plan_error(FAR, 'moon'), "goal: no transform from frame 'moon' to 'map'"),
-            (self.plan_error(FAR, start=bad_start), 'start: no rotation'),
+            (self.plan_error(FAR, start=bad_start), 'start: orientation (0.0, 0.0, 0.0, 0.0) is no rotation'),
         ):
             self.assertIn(words, error)
 

@@ -105,5 +105,5 @@ def yaw_from_quat_xyzw(x: float, y: float, z: float, w: float) -> float:
     """
     norm_squared = x * x + y * y + z * z + w * w
     if not (math.isfinite(norm_squared) and norm_squared > 0.0):
-        raise ValueError(f'no rotation: quaternion ({x}, {y}, {z}, {w})')
+        raise ValueError(f'orientation ({x}, {y}, {z}, {w}) is no rotation; expected finite numbers, not all 0')
     return math.atan2(2.0 * (w * z + x * y), norm_squared - 2.0 * (y * y + z * z))

@@ -87,7 +87,7 @@ def load_yaml(path: Union[str, Path]) -> Dict[str, Any]:
     if content is None:
         return {}
     if not isinstance(content, dict):
-        raise ConfigError(f'{path}: given a {type(content).__name__}; allowed: keys and values')
+        raise ConfigError(f'{path}: given a {type(content).__name__}; allowed: a mapping (key: value)')
     return content
 
 

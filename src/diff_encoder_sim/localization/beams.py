@@ -77,9 +77,9 @@ def _range_limits_m(scan: Scan, params: AmclParams) -> Tuple[float, float]:
     if params.laser_min_range > 0.0:
         range_min_m = max(range_min_m, params.laser_min_range)
     if not (0.0 < range_max_m < math.inf):
-        raise InputFault(f'scan: given a range limit of {range_max_m} m; expected a finite number greater than 0')
+        raise InputFault(f'range_max {range_max_m} m; expected a finite number greater than 0')
     if not (0.0 <= range_min_m < math.inf):
-        raise InputFault(f'scan: given a least range of {range_min_m} m; expected a finite number of at least 0')
+        raise InputFault(f'range_min {range_min_m} m; expected a finite number of at least 0')
     return range_min_m, range_max_m
 
 
@@ -115,21 +115,20 @@ def check_scan(scan: Scan) -> None:
         InputFault: no rays, bearings that are not finite, or all rays in one direction.
     """
     if np.ndim(scan.ranges_m) != 1 or len(scan.ranges_m) == 0:
-        raise InputFault(f'scan: given {np.size(scan.ranges_m)} ranges; expected at least one')
+        raise InputFault(f'{np.size(scan.ranges_m)} ranges; expected at least one')
     if not math.isfinite(scan.angle_min_rad + scan.angle_increment_rad * len(scan.ranges_m)):
         raise InputFault(
-            f'scan: given bearings from {scan.angle_min_rad} in steps of '
-            f'{scan.angle_increment_rad} rad; expected finite numbers'
+            f'angle_min {scan.angle_min_rad}, angle_increment {scan.angle_increment_rad} rad; expected finite numbers'
         )
     if len(scan.ranges_m) > 1 and scan.angle_increment_rad == 0.0:
         raise InputFault(
-            f'scan: given {len(scan.ranges_m)} rays in one direction (angle_increment 0); expected each in its own'
+            f'angle_increment 0 with {len(scan.ranges_m)} ranges; expected each ray in a direction of its own'
         )
 
 
 def no_return_fault(scan: Scan, beams: Beams) -> InputFault:
     """Return the error for a scan without a return in any of the rays used."""
     return InputFault(
-        f'scan: none of {len(scan.ranges_m)} rays, of those used, returned from '
-        f'within {beams.range_max_m:g} m: nothing to locate the robot by'
+        f'none of {len(scan.ranges_m)} rays, as far as they are used, has a return within {beams.range_max_m:g} m: '
+        'it cannot localize the robot'
     )

@@ -85,7 +85,7 @@ def check_grid(grid: OccupancyGrid) -> None:
         raise InputFault(f'map: given a resolution of {grid.resolution_m} m; allowed: a finite number greater than 0')
     check_pose(grid.origin, 'map origin')
     if not (grid.cells == FREE).any():
-        raise InputFault('map: no cell is free: there is nowhere for the robot to be')
+        raise InputFault('map: no cell is free; expected free space around the robot')
 
 
 def check_pose(pose: Pose2D, name: str) -> None:

@@ -205,7 +205,7 @@ class NavigatingDriver:
             estimate = self._amcl.update(pose, scan, self._laser_pose)
         except InputFault as fault:
             if not self._is_scan_bad:
-                log.warning('%s; dropped, with those like it that follow', fault)
+                log.warning('scan dropped: %s (bad scans that follow it directly are not reported)', fault)
             self._is_scan_bad = True
             return
         self._is_scan_bad = False

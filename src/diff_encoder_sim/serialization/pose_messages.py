@@ -127,7 +127,7 @@ def _read_frames(fields: FieldReader, has_child: bool) -> Tuple[int, str, str]:
 
 def _planar_pose(x_m: float, y_m: float, z_m: float, qx: float, qy: float, qz: float, qw: float) -> Pose2D:
     if not abs(x_m) + abs(y_m) + abs(z_m) <= _FARTHEST_M:
-        raise InputFault(f'no position: ({x_m}, {y_m}, {z_m})')
+        raise InputFault(f'position ({x_m}, {y_m}, {z_m}); expected finite numbers [m]')
     try:
         return Pose2D(x_m, y_m, yaw_from_quat_xyzw(qx, qy, qz, qw))
     except ValueError as error:

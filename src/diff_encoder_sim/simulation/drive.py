@@ -53,7 +53,9 @@ class DriveController:
         limits = self.params.max_linear_speed, self.params.max_angular_speed
         cut = (_clamp(linear_mps, limits[0]), _clamp(angular_radps, limits[1]))
         if cut != (linear_mps, angular_radps):
-            text = 'command of %.3f m/s, %.3f rad/s is cut to the limits of %.3f m/s, %.3f rad/s'
+            text = (
+                'velocity command of %.3f m/s, %.3f rad/s exceeds the limits of %.3f m/s, %.3f rad/s: limited to them'
+            )
             log.warning(text, linear_mps, angular_radps, *limits)
         self._command = cut
         self._command_time_ns = now_ns

@@ -41,10 +41,12 @@ def rasterise(world: World, height_m: float, resolution_m: float, free_x_m: floa
         raise ConfigError(f'world {world.name!r}: nothing to map at a height of {height_m} m')
     grid = _grid_around(points_m, resolution_m)
     if any(_is_inside(solid, free_x_m, free_y_m, height_m) for solid in world.solids):
-        raise ConfigError(f'free point ({free_x_m}, {free_y_m}): it is in a wall')
+        raise ConfigError(f'free point ({free_x_m}, {free_y_m}): in a wall; allowed: a point in free space')
     seed = grid.cell_at(free_x_m, free_y_m)
     if not grid.contains(*seed) or grid.cells[seed] != UNKNOWN:
-        raise ConfigError(f'free point ({free_x_m}, {free_y_m}): it is outside of the map or on a surface')
+        raise ConfigError(
+            f'free point ({free_x_m}, {free_y_m}): outside of the map or on a surface; allowed: a point in free space'
+        )
     _fill(grid, seed)
     return grid
 
@@ -97,7 +99,7 @@ def _fill(grid: OccupancyGrid, seed: Tuple[int, int]) -> None:
         row, column = waiting.popleft()
         for cell in ((row + 1, column), (row - 1, column), (row, column + 1), (row, column - 1)):
             if not grid.contains(*cell):
-                raise ConfigError('the world is open: free space reaches the edge of the map')
+                raise ConfigError('free space reaches the edge of the map; expected a world with a closed outer wall')
             if grid.cells[cell] == UNKNOWN:
                 grid.cells[cell] = FREE
                 waiting.append(cell)

@@ -149,7 +149,7 @@ class GridSlam:
     def _check_time(self, stamp_ns: int) -> None:
         if self._newest_ns is not None and stamp_ns < self._newest_ns:
             raise InputFault(
-                f'scan: given a stamp of {stamp_ns / NANOSECONDS_PER_SECOND:.3f} s after one of '
+                f'stamp of {stamp_ns / NANOSECONDS_PER_SECOND:.3f} s after one of '
                 f'{self._newest_ns / NANOSECONDS_PER_SECOND:.3f} s: time went back; '
                 'the map so far is kept'
             )

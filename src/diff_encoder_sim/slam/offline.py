@@ -48,7 +48,7 @@ def _enter(slam: GridSlam, odometry: OdometryTrack, scan: Scan, laser_pose_in_ba
     try:
         return slam.update(odometry.at(scan.stamp_ns), scan, laser_pose_in_base) is not None
     except InputFault as fault:
-        log.warning('scan at %.3f s: %s; left out', scan.stamp_ns / NANOSECONDS_PER_SECOND, fault)
+        log.warning('scan at %.3f s dropped: %s', scan.stamp_ns / NANOSECONDS_PER_SECOND, fault)
         return False
 
 
@@ -61,7 +61,7 @@ class OdometryTrack:
         end = next(backward, len(stamps_ns))
         if end < len(stamps_ns):
             log.warning(
-                'odometry goes back in time to %.3f s: only the drive before is mapped',
+                'odometry stamps go back to %.3f s: only the drive before that is mapped',
                 stamps_ns[end] / NANOSECONDS_PER_SECOND,
             )
         self.stamps_ns, self._poses = list(stamps_ns[:end]), list(base_poses_in_odom[:end])
@@ -76,7 +76,7 @@ class OdometryTrack:
         if after < len(self.stamps_ns) and self.stamps_ns[after] == stamp_ns:
             return self._poses[after]
         if not 0 < after < len(self.stamps_ns):
-            raise InputFault('no odometry for its time')
+            raise InputFault('no odometry at its stamp')
         start, end = self._poses[after - 1], self._poses[after]
         fraction = (stamp_ns - self.stamps_ns[after - 1]) / (self.stamps_ns[after] - self.stamps_ns[after - 1])
         return interpolate(start, end, fraction)

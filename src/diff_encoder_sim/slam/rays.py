@@ -71,5 +71,5 @@ def usable_rays(scan: Scan, laser_pose_in_base: Pose2D, params: GridSlamParams) 
 def _range_max_m(scan: Scan) -> float:
     range_max_m = float(scan.range_max_m)
     if not 0.0 < range_max_m < math.inf:
-        raise InputFault(f'scan: given a range limit of {range_max_m} m; expected a finite number greater than 0')
+        raise InputFault(f'range_max {range_max_m} m; expected a finite number greater than 0')
     return range_max_m

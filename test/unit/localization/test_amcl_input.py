@@ -20,7 +20,7 @@ NAN_POSE = Pose2D(math.nan, 0.0, 0.0)
     [
         (None, np.full(180, np.inf), IDENTITY, 'none of 180 rays'),
         (None, np.full(180, np.nan), IDENTITY, 'none of 180 rays'),
-        (None, np.array([]), IDENTITY, 'given 0 ranges'),
+        (None, np.array([]), IDENTITY, '0 ranges; expected at least one'),
         (NAN_POSE, None, IDENTITY, 'odometry pose: given .nan'),
         (Pose2D(0, 0, math.inf), None, IDENTITY, 'odometry pose'),
         (None, None, NAN_POSE, 'laser pose'),

@@ -123,7 +123,7 @@ def test_a_bad_scan_is_a_fault_also_between_updates():
 
 def test_rays_that_all_point_one_way_are_refused():
     scan = simulated_scan(ROOM, START)._replace(angle_increment_rad=0.0)
-    with pytest.raises(InputFault, match='180 rays in one direction'):
+    with pytest.raises(InputFault, match='angle_increment 0 with 180 ranges'):
         amcl().update(IDENTITY, scan, IDENTITY)
     one = scan._replace(ranges_m=scan.ranges_m[:1])
     assert amcl().update(IDENTITY, one, IDENTITY) is not None

@@ -40,7 +40,7 @@ def test_the_rays_that_count_are_those_within_limits(hits_only, dtype):
 @pytest.mark.parametrize(
     ('ranges', 'message'),
     [
-        (np.array([]), 'given 0 ranges'),
+        (np.array([]), '0 ranges; expected at least one'),
         (np.full(36, np.inf), 'none of 36 rays'),
         (np.full(36, np.nan), 'none of 36 rays'),
         (np.full(36, -np.inf), 'none of 36 rays'),
@@ -63,13 +63,13 @@ def test_no_return_counts_in_the_beam_model_and_nan_does_not():
 @pytest.mark.parametrize(
     ('changes', 'message'),
     [
-        (dict(angle_min_rad=np.nan), 'bearings from nan'),
-        (dict(angle_increment_rad=np.inf), 'in steps of inf'),
-        (dict(range_max_m=np.nan), 'range limit of nan'),
-        (dict(angle_increment_rad=1e307), 'in steps of 1e.307'),
-        (dict(range_max_m=-1.0), 'range limit of -1'),
-        (dict(range_min_m=np.nan), 'least range of nan'),
-        (dict(range_min_m=-0.1), 'least range of -0.1'),
+        (dict(angle_min_rad=np.nan), 'angle_min nan'),
+        (dict(angle_increment_rad=np.inf), 'angle_increment inf'),
+        (dict(range_max_m=np.nan), 'range_max nan'),
+        (dict(angle_increment_rad=1e307), 'angle_increment 1e.307'),
+        (dict(range_max_m=-1.0), 'range_max -1'),
+        (dict(range_min_m=np.nan), 'range_min nan'),
+        (dict(range_min_m=-0.1), 'range_min -0.1'),
         (dict(ranges_m=np.ones((2, 2))), 'expected at least one'),
     ],
 )

@@ -133,7 +133,7 @@ def test_scans_odometry_and_mount(tmp_path):
         ),
         (
             dict(scans=[scan(0, [1.0])], mount=MOUNT, poses=[odometry(0, math.nan, 0)]),
-            '/odom: no position: (nan, 0.0, 0.0)',
+            '/odom: position (nan, 0.0, 0.0); expected finite numbers',
         ),
     ],
     ids=['no scan', 'no odometry', 'no mount', 'other frame', 'circle', 'type', 'no rotation', 'no position'],

@@ -40,7 +40,7 @@ def test_the_ramp_keeps_the_acceleration_limit():
 
 def test_what_is_beyond_the_limits_is_cut_with_a_warning(caplog):
     assert settled(controller(max_linear_speed=0.5), 99.0, 0.0) == pytest.approx((5.0, 5.0))
-    assert 'cut to the limits' in caplog.text
+    assert 'exceeds the limits' in caplog.text
 
 
 @pytest.mark.parametrize('command', [(math.nan, 0.0), (0.0, math.inf), (-math.inf, math.nan)])

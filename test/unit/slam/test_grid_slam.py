@@ -148,7 +148,7 @@ def test_scans_are_entered_after_a_move_a_turn_or_a_time():
     [
         (dict(ranges_m=np.empty(0)), 'expected at least one'),
         (dict(angle_increment_rad=math.nan), 'expected finite numbers'),
-        (dict(range_max_m=0.0), 'range limit'),
+        (dict(range_max_m=0.0), 'range_max 0.0'),
         (dict(stamp_ns=0), 'time went back; the map so far is kept'),
     ],
 )
