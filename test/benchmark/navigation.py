@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""What navigation costs: one DWA cycle, costmap updates, distance transforms, global plans.
+"""Time that navigation takes: one DWA cycle, costmap updates, distance transforms, global plans.
 
-The DWA aims below 1.5 ms a cycle with upstream's default samples. Compile times are apart: they
-fall due once, then numba's cache on disk serves every process.
+The DWA aims below 1.5 ms a cycle with upstream's default samples. Compile times are apart: they are spent once, then
+numba's cache on disk serves every process.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from navigation_simulation import LASER_IN_BASE, TABLE_2, ClosedLoop, Robot, nav
 
 PERIOD_S = 0.05
 
-# Beside a pillar of the ROS-logo world, on the way between two: obstacles in half of the window.
+# Beside a pillar of the ROS-logo world, between two of them: obstacles in half of the window.
 POSE = Pose2D(-1.9, -0.935, 0.0)
 WIDE = {'inflation_radius': 1.0, 'cost_scaling_factor': 3.0}
 
@@ -55,7 +55,7 @@ print(time.perf_counter() - started)
 
 
 def best_ms(work: Callable[[], Any], repeats: int = 30) -> float:
-    """Best time of a call [ms]: the one that met no other process."""
+    """Return the best time of a call [ms], the one least disturbed by other processes."""
     work()
     times_s = []
     for _ in range(repeats):
@@ -88,7 +88,7 @@ _CACHE = tempfile.TemporaryDirectory()
 
 
 def _compile_row(name: str) -> List[Any]:
-    """Seconds until a new process has driven its first step; both share one cache folder."""
+    """Return the seconds until a new process has driven its first step; all processes have one cache folder."""
     script = FIRST_DRIVE.format(source=str(ROOT / 'src'), tests=str(ROOT / 'test' / 'support'))
     done = subprocess.run(
         [sys.executable, '-c', script],
@@ -100,7 +100,7 @@ def _compile_row(name: str) -> List[Any]:
 
 
 def _local_costmap(**changes: object) -> Costmap:
-    """A window around POSE that has seen one scan, in a frame equal to the map."""
+    """Return a window around POSE that has seen one scan, in a frame equal to the map."""
     costmap = Costmap(local_defaults(**{**WIDE, **changes}))
     costmap.update(POSE, Robot(read_shapes('ros_logo'), POSE).scan(), POSE.compose(LASER_IN_BASE))
     return costmap
@@ -154,7 +154,7 @@ def _costmap_rows() -> List[List[Any]]:
 
 
 def _update_ms(costmap: Costmap, scan: Any) -> Tuple[float, float]:
-    """Of an update alone, and of one whose result is looked at: inflation waits for that."""
+    """Return the time of an update alone, and of one whose costs are read: inflation waits for that."""
 
     def update() -> Costmap:
         costmap.update(POSE, scan, POSE.compose(LASER_IN_BASE))
@@ -201,7 +201,7 @@ def _plan_rows() -> List[List[Any]]:
 
 
 def _step_rows() -> List[List[Any]]:
-    """Over a drive of 10 s, scan casting and kinematics of the test robot left out."""
+    """Return rows over a drive of 10 s, without scan casting and kinematics of the test robot."""
     shapes = read_shapes('hallway')
     grid = rasterise(shapes, (-17.0, -4.0), (17.0, 4.0))
     loop = ClosedLoop(shapes, grid, Pose2D(-10.0, 0.0, 0.0), params=navigator_params())

@@ -20,7 +20,7 @@ TICK_S, TICK_NS = 0.01, 10_000_000
 RAYS, RANGE_MIN_M, RANGE_MAX_M = 360, 0.15, 6.0
 WHEEL_RADIUS_M, WHEEL_SEPARATION_M = 0.1, 0.4
 
-# Table 2 of the paper. min_vel_trans must be reachable from a stand: 0.7 m/s^2 over 50 ms.
+# Table 2 of the paper. A standing robot must reach min_vel_trans in one period: 0.7 m/s^2 over 50 ms.
 TABLE_2 = {
     'max_vel_x': 0.45,
     'max_vel_trans': 0.45,
@@ -129,8 +129,8 @@ def cast(x, y, yaw, rays, segments, circles):
             across = dx * (y1 - y0) - dy * (x1 - x0)
             if abs(across) > 1e-12:
                 along = ((x0 - x) * (y1 - y0) - (y0 - y) * (x1 - x0)) / across
-                share = ((x0 - x) * dy - (y0 - y) * dx) / across
-                if along > 0.0 and 0.0 <= share <= 1.0:
+                fraction = ((x0 - x) * dy - (y0 - y) * dx) / across
+                if along > 0.0 and 0.0 <= fraction <= 1.0:
                     ranges[ray] = min(ranges[ray], along)
         for index in range(len(circles)):
             cx, cy, radius = circles[index]
@@ -170,7 +170,7 @@ class Robot:
             self.now_ns += TICK_NS
 
     def odometry(self):
-        """(base_pose_in_odom, linear, angular and what is known of them) as read now; call at 20 Hz."""
+        """Base pose in odom, twist and its standard deviations, as measured now; call at 20 Hz."""
         if self._ppr is None:
             self.base_in_odom = IDENTITY.compose(self.pose.relative_to(self._start))
             return self.base_in_odom, self.linear, self.angular
@@ -184,7 +184,7 @@ class Robot:
         return IDENTITY.compose(self.pose).compose(self.base_in_odom.inverse())
 
     def scan(self, sigma_m=0.03):
-        """What the laser sees, with noise."""
+        """Scan of the laser, with noise."""
         laser = self.pose.compose(LASER_IN_BASE)
         ranges = cast(*laser, RAYS, self.shapes.segments, self.shapes.circles)
         ranges[ranges > RANGE_MAX_M] = np.inf

@@ -46,22 +46,11 @@ class Navigator:
         self.inputs = NavigatorInputs(laser_pose_in_base)
         self._timeline = Timeline(TIME_TOLERANCE_NS)
         self._run: Optional[GoalRun] = None
-        self.set_map(static_map)
-
-    # ---- goals and services
-
-    def set_map(self, static_map: OccupancyGrid) -> None:
-        """Navigate on another map; obstacles and the goal are forgotten."""
-        params, inputs = self.params, self.inputs
-        self.cancel('the map was changed')
-        costmaps = Costmap(params.global_costmap, static_map), Costmap(params.local_costmap)
-        global_planner = GlobalPlanner(params.NavfnROS, costmaps[0])
-        local_planner = LocalPlanner(params.DWAPlannerROS, params.control_period_s)
-        recoveries = make_recoveries(params, costmaps[1])
-        watch = TravelWatch(params.max_unseen_travel, costmaps[1].footprint.inscribed_radius_m)
-        self._parts = NavigatorParts(params, inputs, *costmaps, global_planner, local_planner, recoveries, watch)
+        self._parts = _make_parts(params, self.inputs, static_map)
         self._global_updated_ns: Optional[int] = None
         self._local_updated_ns: Optional[int] = None
+
+    # ---- goals and services
 
     def set_goal(self, goal: Pose2D) -> None:
         """Drive to a pose in the map frame; an earlier goal is dropped."""
@@ -206,3 +195,12 @@ class Navigator:
         if run is None:
             return NavigatorOutput(STOP, GoalStatus.NONE, Phase.PLANNING, idle_text)
         return NavigatorOutput(command, run.status, run.phase, run.text)
+
+
+def _make_parts(params: NavigatorParams, inputs: NavigatorInputs, static_map: OccupancyGrid) -> NavigatorParts:
+    costmaps = Costmap(params.global_costmap, static_map), Costmap(params.local_costmap)
+    global_planner = GlobalPlanner(params.NavfnROS, costmaps[0])
+    local_planner = LocalPlanner(params.DWAPlannerROS, params.control_period_s)
+    recoveries = make_recoveries(params, costmaps[1])
+    watch = TravelWatch(params.max_unseen_travel, costmaps[1].footprint.inscribed_radius_m)
+    return NavigatorParts(params, inputs, *costmaps, global_planner, local_planner, recoveries, watch)

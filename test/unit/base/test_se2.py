@@ -12,6 +12,7 @@ from diff_encoder_sim.base.se2 import (
     Pose2D,
     move_along_arc,
     quat_xyzw_from_yaw,
+    transform_points,
     wrap_angle,
     yaw_from_quat_xyzw,
 )
@@ -98,3 +99,9 @@ def test_yaw_survives_the_quaternion_whatever_its_length(yaw, length):
 def test_what_is_no_rotation_is_refused(quat):
     with pytest.raises(ValueError, match='no rotation'):
         yaw_from_quat_xyzw(*quat)
+
+
+def test_points_are_transformed_as_poses_are():
+    frame, points_m = Pose2D(1.0, -2.0, 0.7), np.array([[0.0, 0.0], [1.0, 0.5], [-3.0, 2.0]])
+    expected = [frame.compose(Pose2D(x_m, y_m, 0.0))[:2] for x_m, y_m in points_m.tolist()]
+    assert transform_points(frame, points_m) == pytest.approx(np.array(expected))

@@ -166,7 +166,7 @@ def test_clearing_keeps_a_square_around_the_robot():
     assert (costmap.costs == FREE).all()
 
 
-def test_static_obstacles_are_told_from_seen_ones():
+def test_static_obstacles_are_distinguished_from_seen_ones():
     cells = np.zeros((100, 100))
     cells[:, 70] = 100
     costmap = static_costmap(cells)
@@ -196,3 +196,16 @@ def test_costs_do_not_depend_on_when_they_are_asked_for():
                 costmap.clear_obstacles(pose, 2.0)
         assert often.costs.any()
     assert (once.costs == often.costs).all()
+
+
+def test_the_turned_costmap_equals_the_straight_one():
+    """A map in a turned frame costs the same at the same places."""
+    random, origin = np.random.default_rng(11), Pose2D(-3.0, 2.0, 0.7)
+    straight, turned = static_costmap(random_walls()), static_costmap(random_walls(), origin)
+    scan = scan_of(dict(enumerate(random.uniform(0.3, 4.0, 360))))
+    pose = Pose2D(4.01, 3.02, 0.4)
+    straight.update(pose, scan, pose)
+    turned.update(origin.compose(pose), scan, origin.compose(pose))
+    assert (straight.costs == turned.costs).mean() > 0.999  # rounding moves few rays by a cell
+    for place in (Pose2D(4.01, 3.02, 0.4), Pose2D(2.03, 1.01, 0.0), Pose2D(6.51, 5.03, -1.0)):
+        assert turned.footprint_cost(origin.compose(place)) == straight.footprint_cost(place)

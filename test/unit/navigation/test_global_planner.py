@@ -64,8 +64,8 @@ def cost_along(plan, weights):
     points = plan[:, :2] / RESOLUTION_M
     steps = np.diff(points, axis=0)
     total = 0.0
-    for share in (0.1, 0.3, 0.5, 0.7, 0.9):
-        cells = np.floor(points[:-1] + share * steps).astype(int)
+    for fraction in (0.1, 0.3, 0.5, 0.7, 0.9):
+        cells = np.floor(points[:-1] + fraction * steps).astype(int)
         total += 0.2 * (np.hypot(*steps.T) * weights[cells[:, 1], cells[:, 0]]).sum()
     return total
 

@@ -7,9 +7,11 @@ from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.costmap_params import local_defaults
 from diff_encoder_sim.navigation.dwa_params import DwaParams
+from diff_encoder_sim.navigation.goal_status import Command
 from diff_encoder_sim.navigation.local_planner import LocalPlanner, visible_stretch
+from diff_encoder_sim.navigation.navigator_inputs import OdometrySample
 from diff_encoder_sim.navigation.stop_rotate import Motion
-from navigation_scenes import PERIOD_S, winding_plan
+from navigation_scenes import PERIOD_S, dwa_params, straight_plan, winding_plan
 from navigation_simulation import TABLE_2
 
 
@@ -50,3 +52,31 @@ def test_the_plan_in_odom_follows_robot_and_localization():
         assert planner.is_goal_reached(motion, odom_in_map) == fresh.is_goal_reached(motion, odom_in_map)
         seen.add(len(planner.plan_in_odom))
     assert len(seen) > 5
+
+
+@pytest.mark.parametrize(
+    ('commanded', 'measured', 'used'),
+    [
+        ((0.40, 0.0), (0.31, 0.3), (0.40, 0.0)),  # within 2 sigma: the command
+        ((0.40, 0.0), (0.16, 0.9), (0.36, 0.1)),  # farther off: the nearest within 2 sigma
+        ((0.00, -0.5), (0.30, 0.5), (0.10, -0.3)),
+    ],
+)
+def test_control_begins_with_the_last_command_as_far_as_odometry_allows(commanded, measured, used):
+    planner = LocalPlanner(dwa_params(twist_sigmas=2.0), PERIOD_S)
+    motion = planner.odometry_motion(OdometrySample(0, IDENTITY, *measured, 0.1, 0.4), Command(*commanded))
+    assert motion == (IDENTITY, pytest.approx(used[0]), pytest.approx(used[1]))
+
+
+def test_by_default_control_begins_with_the_twist_of_odometry():
+    motion = LocalPlanner(dwa_params(), PERIOD_S).odometry_motion(
+        OdometrySample(0, IDENTITY, 0.31, 0.3, 0.1, 0.4), Command(0.4, 0.0)
+    )
+    assert motion == (IDENTITY, 0.31, 0.3)
+
+
+def test_a_plan_outside_the_costmap_is_a_problem():
+    planner = LocalPlanner(dwa_params(), PERIOD_S)
+    planner.set_plan(straight_plan() + np.array([50.0, 0.0, 0.0]))
+    assert planner.compute(Motion(IDENTITY, 0.0, 0.0), IDENTITY, Costmap(local_defaults())) is None
+    assert planner.problem == 'the plan is outside the local costmap'

@@ -19,7 +19,7 @@ def scan_of(*ranges_m):
 
 
 @pytest.mark.parametrize('ranges', [(math.nan, math.nan), (0.0, 0.14), (6.1, 7.0), (-math.inf,)])
-def test_a_scan_that_tells_nothing_is_not_fresh(ranges):
+def test_a_scan_without_a_valid_range_is_not_fresh(ranges):
     inputs = NavigatorInputs(IDENTITY)
     with pytest.raises(InputFault, match=f'none of {len(ranges)} ranges is valid: from 0.15 to 6 m'):
         inputs.take_scan(scan_of(*ranges))

@@ -30,7 +30,7 @@ def test_the_navigator_takes_every_parameter_of_upstream_at_its_default():
     for costmap in (params.global_costmap, params.local_costmap):
         assert (costmap.obstacle_range, costmap.raytrace_range) == (2.5, 3.0)
         assert costmap.transform_tolerance == 0.3  # not the obstacle layer's
-        assert not costmap.scan.clearing  # as upstream: it must be told to clear
+        assert not costmap.scan.clearing  # as upstream: clearing is off by default
         assert not costmap.track_unknown_space  # the costmap's counts before a layer's
 
 
