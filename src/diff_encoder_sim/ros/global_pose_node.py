@@ -1,4 +1,4 @@
-"""global_pose_node: where TF says the robot is on the map, as /global_pose at a steady rate."""
+"""global_pose_node: publishes the pose estimate on TF, map -> base_link, as /global_pose at a steady rate."""
 
 from __future__ import annotations
 
@@ -27,10 +27,9 @@ class GlobalPoseParams(Params):
 
 
 class GlobalPoseNode:
-    """Reads map -> base_link whenever a transform arrives, and reports each boundary's once.
+    """Looks up map -> base_link whenever a transform arrives, and publishes it once in each period.
 
-    Only new transforms are reported: while the chain is broken or frozen there is silence, not
-    an old pose.
+    Only new transforms are published: while the chain is broken or has stopped, no old pose is repeated.
     """
 
     def __init__(self) -> None:
@@ -50,7 +49,8 @@ class GlobalPoseNode:
         try:
             transform = self._buffer.lookup_transform(self._params.map_frame, self._params.base_frame, rospy.Time(0))
         except tf2_ros.TransformException as error:
-            log.info('waiting for %s -> %s: %s', self._params.map_frame, self._params.base_frame, error)
+            frames = self._params.map_frame, self._params.base_frame
+            log.info('no pose estimate: no transform %s -> %s (%s)', *frames, str(error).rstrip('. '))
             return
         stamp_ns = ns_from_stamp(transform.header.stamp)
         step = self._timeline.advance(stamp_ns)
@@ -70,5 +70,5 @@ def _trial_defaults() -> Dict[str, float]:
 
 
 def main() -> None:
-    """Entry point of the executable."""
+    """Run the node."""
     run_node('global_pose_node', GlobalPoseNode)

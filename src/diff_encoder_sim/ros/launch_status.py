@@ -1,9 +1,9 @@
-"""Makes roslaunch exit with a status that tells whether the trial succeeded.
+"""Makes roslaunch exit with status 0 only when the trial succeeded.
 
-roslaunch ends with status 0 however a required node dies (ros_comm issue 919, never solved). So
-a watcher outside of roslaunch's reach waits for the trial's word. Hearing none, it lets
-roslaunch stop every node in good order and then ends roslaunch itself by a signal, which shells
-see as a failure. docs/adr/0003-exit-status.md has the alternatives.
+roslaunch exits with status 0 however a required node dies (ros_comm issue 919, never solved). So a watcher process,
+which roslaunch does not know, waits until the trial reports its success. If the trial ends without that, the watcher
+lets roslaunch stop all nodes and then ends roslaunch itself by a signal, which shells see as a failure.
+docs/adr/0003-exit-status.md has the alternatives.
 """
 
 from __future__ import annotations
@@ -16,6 +16,8 @@ import time
 from pathlib import Path
 from typing import List, Optional
 
+from diff_encoder_sim.base.roslaunch_process import is_roslaunch
+
 SUCCESS = b'succeeded'
 # Not one of those that roslaunch handles; a shell reports it as status 128 + 10.
 FAILURE_SIGNAL = signal.SIGUSR1
@@ -23,13 +25,13 @@ POLL_PERIOD_S = 0.003
 
 
 class LaunchStatus:
-    """The trial's side: says `succeed` before it ends, or roslaunch fails."""
+    """The trial's side: roslaunch fails unless `succeed` is called."""
 
     def __init__(self) -> None:
         """Start the watcher, if this process was started by roslaunch."""
-        self._watcher: Optional[subprocess.Popen] = None
+        self._watcher: Optional[subprocess.Popen[bytes]] = None
         roslaunch_pid = os.getppid()
-        if _is_roslaunch(roslaunch_pid):
+        if is_roslaunch(roslaunch_pid):
             self._watcher = subprocess.Popen(
                 [sys.executable, '-m', __name__, str(roslaunch_pid)], stdin=subprocess.PIPE, start_new_session=True
             )
@@ -42,26 +44,19 @@ class LaunchStatus:
 
 
 def watch(roslaunch_pid: int) -> None:
-    """The watcher's side: read the word, and fail roslaunch at its very end without it."""
-    word = sys.stdin.buffer.read()  # ends when the trial says it or dies
-    if word == SUCCESS:
+    """Wait for the trial's report; without its success, end roslaunch by a signal when its nodes have ended."""
+    report = sys.stdin.buffer.read()  # returns when the trial has reported, or has died
+    if report == SUCCESS:
         return
-    while _is_roslaunch(roslaunch_pid):
+    while is_roslaunch(roslaunch_pid):
         if not _living_children(roslaunch_pid):
             os.kill(roslaunch_pid, FAILURE_SIGNAL)
             return
         time.sleep(POLL_PERIOD_S)
 
 
-def _is_roslaunch(pid: int) -> bool:
-    try:
-        return b'roslaunch' in Path(f'/proc/{pid}/cmdline').read_bytes()
-    except OSError:
-        return False
-
-
 def _living_children(pid: int) -> List[int]:
-    """Processes started by `pid`, its threads included, that have not exited yet."""
+    """Return the processes that any thread of `pid` has started and that have not ended yet."""
     children: List[int] = []
     for file in Path(f'/proc/{pid}/task').glob('*/children'):
         try:

@@ -1,4 +1,4 @@
-"""One model's state out of /gazebo/model_states, dated and at a steady rate."""
+"""One model's state from /gazebo/model_states, with a stamp and at a steady rate."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from diff_encoder_sim.simulation.periods import STATES_PERIOD_S, STATES_RATE_HZ
 
 
 class ModelStatesParams(Params):
-    """Which model, how often, and how to date it."""
+    """Which model, how often, and how its states get their stamps."""
 
     model: str = Field('alto', min_length=1, description='name of the robot in /gazebo/model_states')
     rate: float = Field(STATES_RATE_HZ, ge=1e-3, le=1e6, description='reports per second of the clock [Hz]')
@@ -39,11 +39,10 @@ def trial_defaults() -> Dict[str, float]:
 class ModelStateReader:
     """Calls back with (stamp_ns, pose in the world, twist in the world) of one model.
 
-    ModelStates has no stamp, and /clock comes on another connection, so sooner or later than the
-    states that hold at its time. Of a simulator that sends states at whole multiples of a period,
-    and waits for the answer (as simulator_node does), the multiple nearest to the clock is the
-    exact time; states that are ahead of the clock wait for it. Of any other simulator, the clock
-    as it stands is the best guess.
+    ModelStates has no stamp, and /clock comes on another connection, before or after the states of the same time. If the
+    simulator publishes states at whole multiples of a period and waits for the answer, as simulator_node does, the
+    multiple nearest to the clock is the exact time; states that are ahead of the clock wait for it. With any other
+    simulator the clock is the best guess.
     """
 
     def __init__(self, params: ModelStatesParams, callback: Callable[[int, Pose2D, Twist], None]) -> None:
@@ -66,7 +65,7 @@ class ModelStateReader:
         with self._lock:
             if self._clock_ns is not None and now_ns < self._clock_ns:
                 log.warning(
-                    '/clock went back to %.3f s: %s begins again',
+                    '/clock went back to %.3f s: %s restarts',
                     now_ns / NANOSECONDS_PER_SECOND,
                     rospy.get_name(),
                     extra=EVENT,
@@ -96,7 +95,7 @@ class ModelStateReader:
     def _report(self, stamp_ns: int, message: ModelStates) -> None:
         try:
             if self._params.model not in message.name:
-                raise InputFault(f'model {self._params.model!r} is not among {message.name}')
+                raise InputFault(f'no model {self._params.model!r}; expected it among {message.name}')
             index = message.name.index(self._params.model)
             if not index < min(len(message.pose), len(message.twist)):
                 raise InputFault(

@@ -1,4 +1,4 @@
-"""navigation_trial_node: takes the robot along a test's route by move_base, ends with the trial."""
+"""navigation_trial_node: sends a test's route to move_base, goal by goal, and ends with the trial."""
 
 from __future__ import annotations
 
@@ -35,29 +35,29 @@ _STATUS = {
 
 
 class NavigationTrialNode:
-    """Steps the route's driver with each /global_pose, and does for it what it wants."""
+    """Steps the route's driver with each /global_pose, and applies its goals and turns."""
 
     def __init__(self, status: LaunchStatus) -> None:
         self._params = node_params(TrialParams)
         self._runner = TrialRunner(status, self._params, self._watch)
         self._driver = RouteDriver(self._runner.trial.test)
-        self._believed: Optional[Pose2D] = None
+        self._estimate: Optional[Pose2D] = None
         self._failure: Optional[RouteFailed] = None
         self._goal: Optional[actionlib.ClientGoalHandle] = None
-        self._lock = threading.Lock()  # true and believed poses come in threads
+        self._lock = threading.Lock()  # true and estimated poses come in threads
         self._may_drive, self._ended = threading.Event(), threading.Event()
         self._commands = publisher('cmd_vel', Twist)
-        # Not the simple client: it may hear of a goal before it knows it, and logs an error.
+        # Not SimpleActionClient: it may receive a status of a goal before it knows the goal, and logs an error.
         self._action = actionlib.ActionClient(ACTION, MoveBaseAction)
         self._global_pose = pose_subscriber(topics.GLOBAL_POSE, self._on_global_pose)
 
     def run(self) -> None:
-        """Blocks until the trial is over."""
-        heard = ['/scan', '/amcl_pose', '/map']
+        """Run the trial; returns at its end."""
+        connected = ['/scan', '/amcl_pose', '/map']
         if self._runner.trial.nav != 'upstream':
-            heard += [f'/{ACTION}/status', '/amcl/scan_taken']
+            connected += [f'/{ACTION}/status', '/amcl/scan_taken']
             self._may_drive.set()
-        self._runner.run(self._drive, heard)
+        self._runner.run(self._drive, connected)
 
     def _drive(self) -> None:
         if not self._may_drive.is_set():
@@ -67,22 +67,25 @@ class NavigationTrialNode:
         self._runner.wait_for(self._ended.is_set)
         if self._failure is not None:
             self._action.cancel_all_goals()
-            self._commands.publish(Twist())  # a turn is nobody else's to end
-            raise TrialFailed(*reversed(self._failure.ending))
-        log.info('%s ends %s', topics.GLOBAL_POSE, distance_from_goal(self._believed, self._runner.trial.goal()))
+            self._commands.publish(Twist())  # ends a turn in place, which is not move_base's
+            outcome, reason = self._failure.ending
+            raise TrialFailed(reason, outcome)
+        if self._estimate is not None:
+            distance = distance_from_goal(self._estimate, self._runner.trial.goal())
+            log.info('estimated pose (%s): %s', topics.GLOBAL_POSE, distance)
 
     def _is_served(self) -> bool:
-        # Waiting goes by simulated time, so it is only begun when it will not be for long.
+        # wait_for_server waits by simulated time: it is only called when it will return soon.
         return self._action.last_status_msg is not None and self._action.wait_for_server(rospy.Duration(0.1))
 
     def _watch(self, stamp_ns: int, _: Pose2D) -> None:
-        """A robot that has lost its way gets no pose, but its time runs."""
+        """Let the driver check its time limits also while there is no pose estimate."""
         self._drive_on(stamp_ns, lambda: self._driver.watch(stamp_ns))
 
     def _on_global_pose(self, stamp_ns: int, base_pose_in_map: Pose2D) -> None:
         if self._ended.is_set() or not self._may_drive.is_set():
             return
-        self._believed = base_pose_in_map
+        self._estimate = base_pose_in_map
         self._drive_on(stamp_ns, lambda: self._driver.step(stamp_ns, base_pose_in_map, *self._goal_status()))
 
     def _drive_on(self, stamp_ns: int, decide: Callable[[], DriverOutput]) -> None:
@@ -111,7 +114,7 @@ class NavigationTrialNode:
 
 
 def main() -> None:
-    """Entry point of the executable."""
-    # First of all, so that whatever goes wrong from here on fails the launch.
+    """Run the node."""
+    # First of all, so that any failure from here on fails the launch.
     status = LaunchStatus()
     run_node('navigation_trial_node', lambda: NavigationTrialNode(status), NavigationTrialNode.run)

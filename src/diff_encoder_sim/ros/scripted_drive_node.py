@@ -1,4 +1,4 @@
-"""scripted_drive_node: drives a test's script over /cmd_vel, and ends with the trial."""
+"""scripted_drive_node: publishes a test's drive on /cmd_vel, without feedback, and ends with the trial."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from diff_encoder_sim.ros.trial_plan import required_trial_plan
 from diff_encoder_sim.ros.trial_runner import TrialFailed, TrialParams, TrialRunner
 from diff_encoder_sim.trials.scripted_drive import ScriptedDrive
 
-# What must be connected before time runs, by `slam`; of the embedded one time waits for the pose.
-TOPICS_OF_MAPPERS = {'embedded': ('/scan', '/map', '/slam_gmapping/pose'), 'upstream': ('/scan', '/map')}
+# What must be connected before time runs, by `slam`: simulated time waits for the embedded one's pose.
+TOPICS_OF_SLAM = {'embedded': ('/scan', '/map', '/slam_gmapping/pose'), 'upstream': ('/scan', '/map')}
 
 
 class ScriptedDriveNode:
-    """Drives without feedback: of /world_pose only the stamps count."""
+    """Drives without feedback: of /world_pose only the stamps are used."""
 
     def __init__(self, status: LaunchStatus) -> None:
         params = node_params(TrialParams)
@@ -34,19 +34,19 @@ class ScriptedDriveNode:
         self._runner = TrialRunner(status, params, self._on_true_pose)
         self._drive = ScriptedDrive(self._runner.trial.test)
         plan = required_trial_plan()
-        # A mapper may have to compile first; the robot does not drive before it listens.
-        self._also_heard = TOPICS_OF_MAPPERS.get(plan.slam, ())
+        # SLAM may have to compile first; the robot does not drive before it has subscribed.
+        self._also_connected = TOPICS_OF_SLAM.get(plan.slam, ())
         if plan.slam == 'none':
             self._broadcast_start(params)
         self._map_keeper = MapKeeper(plan.save_map) if plan.save_map else None
 
     def run(self) -> None:
-        """Blocks until the trial is over."""
+        """Run the trial; returns at its end."""
         try:
-            self._runner.run(self._drive_and_map, self._also_heard)
+            self._runner.run(self._drive_and_map, self._also_connected)
         finally:
             if self._map_keeper is not None and self._map_keeper.has_unsaved:
-                self._map_keeper.save()  # of a trial that failed: what there is
+                self._map_keeper.save()  # the map so far, of a trial that failed
 
     def _drive_and_map(self) -> None:
         self._runner.wait_for(self._finished.is_set)
@@ -57,7 +57,7 @@ class ScriptedDriveNode:
                 raise TrialFailed(str(error)) from None
 
     def _on_true_pose(self, stamp_ns: int, _: Pose2D) -> None:
-        if self._start_ns is None or stamp_ns < self._start_ns:  # time was reset: from the top
+        if self._start_ns is None or stamp_ns < self._start_ns:  # time was reset: from the start
             self._start_ns = stamp_ns
         elapsed_s = (stamp_ns - self._start_ns) / NANOSECONDS_PER_SECOND
         linear_mps, angular_radps = self._drive.command_at(elapsed_s)
@@ -66,7 +66,7 @@ class ScriptedDriveNode:
             self._finished.set()
 
     def _broadcast_start(self, params: TrialParams) -> None:
-        """Without localization the map is where the surveyed start says: odom stands there."""
+        """Publish map -> odom for a trial without localization: odom is at the surveyed start."""
         self._static_transforms = tf2_ros.StaticTransformBroadcaster()
         self._static_transforms.sendTransform(
             transform_message(self._runner.trial.test.start.pose(), 0, params.map_frame, params.odom_frame)
@@ -74,7 +74,7 @@ class ScriptedDriveNode:
 
 
 def main() -> None:
-    """Entry point of the executable."""
-    # First of all, so that whatever goes wrong from here on fails the launch.
+    """Run the node."""
+    # First of all, so that any failure from here on fails the launch.
     status = LaunchStatus()
     run_node('scripted_drive_node', lambda: ScriptedDriveNode(status), ScriptedDriveNode.run)

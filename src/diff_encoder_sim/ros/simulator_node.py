@@ -1,4 +1,4 @@
-"""simulator_node: the stand-in for Gazebo on its topics and services."""
+"""simulator_node: simulates robot, LiDAR and world with PyBullet, on Gazebo's topics and services."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class SimulatorNodeParams(SimulatorParams):
         0.0,
         ge=0,
         le=10,
-        description='period of a controller whose commands are waited for [s]; 0: taken as they come; default: of /trial',
+        description='period of a controller that is waited for [s]; 0: commands apply as they come; default: of /trial',
     )
     commands_answer: Literal['reports', 'states'] = Field(
         'reports', description='what the controller answers: wait_for, or /gazebo/model_states; default: of /trial'
@@ -73,7 +73,7 @@ class SimulatorNodeParams(SimulatorParams):
 
 
 class SimulatorNode:
-    """Runs the simulator in its own thread and speaks for it."""
+    """Runs the simulator in a thread and publishes its state."""
 
     def __init__(self) -> None:
         params = node_params(SimulatorNodeParams, defaults=_trial_defaults())
@@ -160,15 +160,15 @@ class SimulatorNode:
                     self._publish_clock()
                     time.sleep(PAUSED_CLOCK_PERIOD_S)
         except rospy.ROSException:
-            if not rospy.is_shutdown():  # publishing on closed topics is how a shutdown looks
+            if not rospy.is_shutdown():  # at shutdown, topics are closed while this thread publishes
                 raise
         except Exception as error:
-            rospy.logfatal('simulation stopped: %s', error)
+            rospy.logfatal('the simulation ends by an internal error: %s', error)
             rospy.signal_shutdown(str(error))
             raise
 
     def _step(self) -> None:
-        """Say how things stand, wait until time may go on, and let it."""
+        """Publish the state, wait until time may advance, and advance it by one tick."""
         with self._lock:
             self._publish()
             now_ns = self._simulator.time_ns
@@ -246,5 +246,5 @@ def _trial_defaults() -> Dict[str, Any]:
 
 
 def main() -> None:
-    """Entry point of the executable."""
+    """Run the node."""
     run_node('simulator_node', SimulatorNode)

@@ -1,4 +1,4 @@
-"""The life of a live trial: the graph comes up, time runs, somebody drives, the result is told."""
+"""The course of a live trial: the nodes connect, time runs, a node drives, the result is published."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ FIRST_MESSAGES_S = 0.2  # of wall time, for latched messages on connections just
 LAST_MESSAGES_S = 0.5  # of wall time, for what is on its way into the bag
 POLL_PERIOD_S = 0.1
 
-# Each must have a publisher that all its subscribers hear before time may run.
+# Each must have a publisher that all its subscribers are connected to before time runs.
 GRAPH = (
     '/clock',
     '/joint_states',
@@ -42,7 +42,7 @@ GRAPH = (
     '/tf_static',
 )
 
-# Of what else is recorded nothing must be missed either, as far as the trial has it.
+# Other recorded topics, which not every trial has: where they are published, the recorder must be connected as well.
 ALSO_RECORDED = tuple(topic for topic in topics.RECORDED if topic not in GRAPH)
 
 
@@ -67,10 +67,10 @@ class TrialFailed(Exception):
 
 
 class TrialRunner:
-    """Starts a trial, watches over it, and reports how it ended; driving is others' work."""
+    """Starts a trial, supervises it, and reports its outcome; its owner drives."""
 
     def __init__(self, status: LaunchStatus, params: TrialParams, on_world_pose: Callable[[int, Pose2D], None]) -> None:
-        """`on_world_pose` is called with (stamp_ns, true pose in the map) at 20 Hz."""
+        """Publish /trial; `on_world_pose` is called with (stamp_ns, true pose in the map) for each /world_pose."""
         self._status = status
         self._params = params
         self._on_true_pose = on_world_pose
@@ -78,29 +78,29 @@ class TrialRunner:
         self.trial = plan.trial
         self._record = f'bag: {plan.bag}' if plan.bag else 'no bag'
         self._true_pose: Optional[Pose2D] = None
-        self._last_heard_s = time.monotonic()
+        self._last_pose_s = time.monotonic()
         self._info = publisher(topics.TRIAL, String, latch=True)
         self._result = publisher(topics.TRIAL_RESULT, String, latch=True)
         self._info.publish(String(self.trial.model_dump_json()))
         self._world_pose = pose_subscriber(topics.WORLD_POSE, self._on_world_pose)
 
-    def run(self, drive: Callable[[], None], also_heard: Sequence[str] = ()) -> None:
-        """Let time run, `drive`, and tell the result; exits with status 1 when it failed.
+    def run(self, drive: Callable[[], None], also_connected: Sequence[str] = ()) -> None:
+        """Let time run, `drive`, and report the outcome; exits with status 1 when the trial failed.
 
         Args:
-            drive: returns when the driving is done; raises TrialFailed.
-            also_heard: topics that must be connected, too, before time runs.
+            drive: returns at the end of the drive; raises TrialFailed.
+            also_connected: more topics that must be connected before time runs.
         """
         try:
-            self._start(also_heard)
+            self._start(also_connected)
             drive()
             self._check_goal()
         except TrialFailed as failure:
             self._report(failure.outcome, str(failure))
-            rospy.logerr('trial failed: %s', failure)
+            rospy.logerr('trial failed: %s; %s', failure, self._record)
             sys.exit(1)
         self._report(Outcome.SUCCEEDED, '')
-        rospy.loginfo('trial succeeded; %s', self._record)
+        rospy.loginfo('trial succeeded; %s; roslaunch stops all nodes now', self._record)
         self._status.succeed()
 
     def wait_for(self, is_done: Callable[[], bool]) -> None:
@@ -112,30 +112,32 @@ class TrialRunner:
         while not is_done():
             if rospy.is_shutdown():
                 raise TrialFailed('stopped before its end')
-            if time.monotonic() - self._last_heard_s > self._params.stall_timeout:
+            if time.monotonic() - self._last_pose_s > self._params.stall_timeout:
                 raise TrialFailed(f'no {topics.WORLD_POSE} for {self._params.stall_timeout:.0f} s')
             time.sleep(POLL_PERIOD_S)
 
-    def _start(self, also_heard: Sequence[str]) -> None:
-        missing = wait_until_connected((*GRAPH, *also_heard), ALSO_RECORDED, self._params.start_timeout)
+    def _start(self, also_connected: Sequence[str]) -> None:
+        missing = wait_until_connected((*GRAPH, *also_connected), ALSO_RECORDED, self._params.start_timeout)
         if rospy.is_shutdown():
             raise TrialFailed('stopped before it began')
         if missing:
-            raise TrialFailed(f'after {self._params.start_timeout:.0f} s still not connected: {", ".join(missing)}')
+            raise TrialFailed(f'topics not connected within {self._params.start_timeout:.0f} s: {", ".join(missing)}')
         time.sleep(FIRST_MESSAGES_S)
-        self._last_heard_s = time.monotonic()
+        self._last_pose_s = time.monotonic()
         _call('/gazebo/unpause_physics')
 
     def _check_goal(self) -> None:
-        goal = self.trial.goal()
-        log.info('%s ends %s', topics.WORLD_POSE, distance_from_goal(self._true_pose, goal))
-        reason = goal_error(self._true_pose, goal, self._params.goal_distance)
+        goal, true_pose = self.trial.goal(), self._true_pose
+        if true_pose is None:
+            raise TrialFailed(f'no {topics.WORLD_POSE} has been received')
+        log.info('true pose (%s): %s', topics.WORLD_POSE, distance_from_goal(true_pose, goal))
+        reason = goal_error(true_pose, goal, self._params.goal_distance)
         if reason is not None:
             raise TrialFailed(reason, Outcome.LOST)
 
     def _on_world_pose(self, stamp_ns: int, base_pose_in_map: Pose2D) -> None:
         self._true_pose = base_pose_in_map
-        self._last_heard_s = time.monotonic()
+        self._last_pose_s = time.monotonic()
         self._on_true_pose(stamp_ns, base_pose_in_map)
 
     def _report(self, outcome: Outcome, reason: str) -> None:
@@ -147,7 +149,7 @@ class TrialRunner:
 
 
 def distance_from_goal(pose: Pose2D, goal: Pose2D) -> str:
-    """How far off, for people: distance and angle, both without sign."""
+    """Format how far a pose is from the goal: distance and angle, both without sign."""
     distance_m = math.hypot(pose.x_m - goal.x_m, pose.y_m - goal.y_m)
     angle_deg = abs(math.degrees(wrap_angle(pose.yaw_rad - goal.yaw_rad)))
     return f'{distance_m:.3f} m and {angle_deg:.1f} degrees from the goal'

@@ -1,4 +1,4 @@
-"""world_pose_node: the robot's true pose out of /gazebo/model_states, as /world_pose."""
+"""world_pose_node: publishes the robot's true pose, from /gazebo/model_states, as /world_pose in the map frame."""
 
 from __future__ import annotations
 
@@ -34,5 +34,5 @@ class WorldPoseNode:
 
 
 def main() -> None:
-    """Entry point of the executable."""
+    """Run the node."""
     run_node('world_pose_node', WorldPoseNode)
