@@ -9,6 +9,9 @@ from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.trials.pose_source import PoseSource
 from diff_encoder_sim.trials.trial_outcome import Outcome
 
+# Final errors (x [m], y [m], yaw [deg]): within the tolerance, beyond it in position, and in heading.
+IN, OUT, TURNED = (0.01, -0.02, 1.0), (0.01, 0.3, 1.0), (0.01, -0.02, 4.0)
+
 
 def trial(test, ppr, number, outcome=Outcome.SUCCEEDED, varied=(), **errors):
     """A trial with errors (x [m], y [m], yaw [deg]) by source; a source left out has none."""
@@ -24,6 +27,19 @@ def trial(test, ppr, number, outcome=Outcome.SUCCEEDED, varied=(), **errors):
 def cell(test, ppr, source, rows, **others):
     """Trials 1, 2, ... whose errors of one source are `rows`."""
     return [trial(test, ppr, number, **{source: row}, **others) for number, row in enumerate(rows, start=1)]
+
+
+def rows(inside, outside):
+    """So many final errors within the tolerance, and so many beyond."""
+    return [IN] * inside + [OUT] * outside
+
+
+def both(test, ppr, world, odom, **others):
+    """A cell whose sources are (inside, outside)."""
+    return [
+        trial(test, ppr, number, world=true, odom=estimated, **others)
+        for number, (true, estimated) in enumerate(zip(rows(*world), rows(*odom)), start=1)
+    ]
 
 
 def dataset(*cells):

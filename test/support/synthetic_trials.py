@@ -12,6 +12,10 @@ from diff_encoder_sim.trials.trial_outcome import Outcome
 
 ALTO = RobotGeometry(0.2, 0.4)
 
+DEG = math.pi / 180.0
+# x [m], y [m], yaw: of three trials; within 0.05 m: 2 and 1 of them; within 3 degrees: 2.
+HAND_ERRORS = [(0.00, 0.10, 1.0 * DEG), (0.03, -0.10, -2.0 * DEG), (-0.06, 0.00, 4.0 * DEG)]
+
 
 def trial_data(test='SL', ppr='90', number=1, errors=(0.0, 0.0, 0.0), **other):
     """One trial; `errors` of all sources alike, or by source."""
@@ -49,6 +53,11 @@ def dataset_of(trials, **other):
             **other,
         }
     )
+
+
+def hand_dataset():
+    """Three trials of a cell, whose statistics are easily worked out."""
+    return dataset_of(trial_data('SL', '90', number, errors) for number, errors in enumerate(HAND_ERRORS, 1))
 
 
 def synthetic_dataset(tests=('SL', 'SMT', 'DLD'), pprs=('40', '90', '1024', '4096'), trials=30, variants=((),)):

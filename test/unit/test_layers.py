@@ -29,7 +29,7 @@ MAY_IMPORT = {
     'reencoding': 'base encoders odometry trials evaluation serialization recording',
     'campaign': 'base encoders mapping simulation trials recording lockstep',
     'analysis': 'base encoders odometry mapping trials evaluation recording campaign',
-    'advice': 'trials evaluation analysis',
+    'advice': 'base trials evaluation analysis',
     'cli': (
         'base encoders odometry mapping simulation slam navigation trials evaluation recording lockstep reencoding '
         'campaign analysis advice '

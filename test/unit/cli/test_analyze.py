@@ -1,11 +1,7 @@
-"""The command: what it prints, where it writes, and what it never overwrites."""
+"""The command: what it prints, and where it writes."""
 
 import pytest
 
-from diff_encoder_sim.analysis.dataset_loading import load_dataset
-from diff_encoder_sim.analysis.output_folder import CONTENTS, output_folder
-from diff_encoder_sim.analysis.outputs import write_analysis
-from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.cli import analyze
 from trial_bags import TRUTH, trial, write_bag
 
@@ -74,77 +70,3 @@ def test_the_help_has_an_example(capsys):
     with pytest.raises(SystemExit) as caught:
         analyze.main(['--help'])
     assert caught.value.code == 0 and 'analyze results/paper' in capsys.readouterr().out
-
-
-def test_every_file_is_written(tmp_path):
-    dataset = load_dataset([write_bag(tmp_path / 'a.bag', trial())])
-    (tmp_path / 'out').mkdir()
-    assert 'SL' in write_analysis(dataset, tmp_path / 'out')
-    files = {str(path.relative_to(tmp_path / 'out')) for path in (tmp_path / 'out').rglob('*')}
-    assert {
-        'tables/table4.tex',
-        'tables/path_errors.md',
-        'tables/comparisons.csv',
-        'figures/trajectories_SL.svg',
-        'report.html',
-    } <= files
-    assert 'tables/comparisons.md' not in files
-
-
-# ---- the output folder
-
-
-def write(folder, **files):
-    with output_folder(folder) as made:
-        for name, text in files.items():
-            (made / name).write_text(text)
-
-
-def names(folder):
-    return sorted(path.name for path in folder.rglob('*'))
-
-
-def test_an_earlier_analysis_is_replaced(tmp_path):
-    out = tmp_path / 'out'
-    write(out, one='1', two='2')
-    write(out, one='3')
-    assert names(tmp_path) == [CONTENTS, 'one', 'out'] and (out / 'one').read_text() == '3'
-
-
-def test_an_empty_folder_and_a_link_to_one_are_written(tmp_path):
-    (tmp_path / 'out').mkdir()
-    (tmp_path / 'link').symlink_to('out')
-    write(tmp_path / 'link', one='1')
-    assert (tmp_path / 'link').is_symlink() and (tmp_path / 'out' / 'one').read_text() == '1'
-    write(tmp_path / 'out', one='2')
-    assert names(tmp_path / 'out') == [CONTENTS, 'one']
-
-
-@pytest.mark.parametrize('earlier', [False, True])
-def test_what_others_wrote_is_not_overwritten(tmp_path, earlier):
-    out = tmp_path / 'out'
-    if earlier:
-        write(out, one='1')
-    (out / 'deep').mkdir(parents=True)
-    (out / 'deep' / 'notes.txt').write_text('mine')
-    before = names(tmp_path)
-    with pytest.raises(ConfigError, match=f"{out}: holds 'deep', which analyze did not write"):
-        write(out, one='2')
-    assert names(tmp_path) == before and (out / 'deep' / 'notes.txt').read_text() == 'mine'
-
-
-def test_a_failed_analysis_leaves_the_earlier_one(tmp_path):
-    write(tmp_path / 'out', one='1')
-    with pytest.raises(KeyboardInterrupt), output_folder(tmp_path / 'out') as made:
-        (made / 'one').write_text('2')
-        raise KeyboardInterrupt
-    assert (tmp_path / 'out' / 'one').read_text() == '1' and names(tmp_path) == [CONTENTS, 'one', 'out']
-
-
-def test_a_place_that_cannot_be_written_is_named(tmp_path):
-    (tmp_path / 'file').write_text('')
-    for path in (tmp_path / 'file', tmp_path / 'file' / 'out'):
-        with pytest.raises(ConfigError, match=str(path)) as caught:
-            write(path, one='1')
-        assert '\n' not in str(caught.value)
-    assert names(tmp_path) == ['file']

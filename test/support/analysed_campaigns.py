@@ -1,0 +1,27 @@
+"""Campaign folders with made-up rows and small bags, to be analysed."""
+
+import pytest
+
+from campaign_files import RUN, row_of_job
+from diff_encoder_sim.analysis.dataset_loading import load_dataset
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.campaign.store import ResultStore
+from trial_bags import write_bag
+
+
+def finish(campaign, folder, count=None):
+    """Run a campaign's trials: rows that are made up, and bags that are of the trials."""
+    with ResultStore(folder, campaign, RUN) as store:
+        for job in store.pending()[:count]:
+            write_bag(folder / store.bag_path(job), campaign.trial_of(job))
+            store.append(row_of_job(campaign, job, store.bag_path(job)))
+        store.finish()
+    return folder
+
+
+def refusal(*paths):
+    """The one line with which these paths are refused."""
+    with pytest.raises(ConfigError) as caught:
+        load_dataset(paths)
+    assert '\n' not in str(caught.value)
+    return str(caught.value)

@@ -1,0 +1,30 @@
+"""Figure 4."""
+
+from diff_encoder_sim.analysis.figures import variants_of
+from diff_encoder_sim.analysis.figures.distributions import draw_distributions
+from diff_encoder_sim.analysis.figures.xy_errors import draw_xy_errors
+from diff_encoder_sim.trials.pose_source import PoseSource
+from figure_panels import shown
+from synthetic_trials import dataset_of, synthetic_dataset, trial_data
+
+
+def test_xy_errors_count_what_is_inside_and_what_is_beyond():
+    errors = [(0.04, 0.04, 0.0), *[(0.01, 0.0, 0.0)] * 8, (7.0, 0.0, 0.0)]
+    dataset = dataset_of(trial_data(number=number, errors=error) for number, error in enumerate(errors))
+    (panel,) = shown(draw_xy_errors(variants_of(dataset)[0], PoseSource.ODOM))
+    assert panel.get_title() == '90 PPR\n8 of 10 inside, 1 beyond'
+    assert panel.get_ylabel().startswith('SL')
+
+
+def test_a_row_of_xy_errors_has_one_scale():
+    panels = shown(draw_xy_errors(variants_of(synthetic_dataset(trials=10))[0], PoseSource.ODOM))
+    limits = [panel.get_xlim() for panel in panels]
+    assert len(panels) == 12
+    assert all(len(set(limits[row : row + 4])) == 1 for row in (0, 4, 8)) and len(set(limits)) > 1
+
+
+def test_many_encoders_wrap():
+    dataset = synthetic_dataset(tests=('SL', 'SMT'), pprs=tuple(str(number) for number in range(10, 26)), trials=1)
+    drawing = draw_xy_errors(variants_of(dataset)[0], PoseSource.ODOM)
+    assert len(shown(drawing)) == 32 and len(drawing.axes) == 32
+    assert len(shown(draw_distributions(variants_of(dataset)[0], PoseSource.ODOM))) == 6

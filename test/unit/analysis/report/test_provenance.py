@@ -1,0 +1,23 @@
+"""The origin of a report."""
+
+from campaign_manifest import manifest
+from diff_encoder_sim.analysis.report.provenance import provenance
+from paper_datasets import dataset
+
+
+def test_the_origin_names_the_commands_and_the_host(tmp_path):
+    origin = provenance(dataset([])._replace(manifest=manifest(), folder=tmp_path / 'results'))
+    assert origin.commands == [
+        "rosrun diff_encoder_sim campaign --config 'my file.yaml' --out results",
+        f'rosrun diff_encoder_sim analyze {tmp_path}/results',
+    ]
+    run = dict(origin.runs[0].facts)
+    assert run['commit'] == 'abc with changes' and run['versions'] == 'numpy 2.0'
+    assert run['host'] == 'a chip, 2 of 4 cores, 8 GiB, Linux'
+    assert 'world: hallway' in origin.configuration
+
+
+def test_bags_alone_have_no_origin_but_the_libraries():
+    origin = provenance(dataset([]))
+    assert (origin.commands, origin.runs, origin.configuration) == ([], [], None)
+    assert origin.facts[0].text.startswith('python ')

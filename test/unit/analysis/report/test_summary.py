@@ -1,0 +1,21 @@
+"""The rows of the summary."""
+
+from diff_encoder_sim.analysis.report.summary import summary_rows
+from diff_encoder_sim.trials.pose_source import PoseSource
+from paper_datasets import IN, cell, dataset
+
+
+def test_the_summary_has_a_row_for_each_test_and_source():
+    rows_of = summary_rows(dataset(cell('SL', '40', 'odom', [IN]), cell('SMT', '90', 'odom', [IN])))
+    assert [(row.test, row.source, list(row.fractions)) for row in rows_of] == [
+        (test, source, [ppr])
+        for test, ppr in (('SL', '40'), ('SMT', '90'))
+        for source in (PoseSource.WORLD, PoseSource.GLOBAL, PoseSource.ODOM)
+    ]
+
+
+def test_encoders_are_in_the_order_of_their_pulses_also_where_the_first_test_has_not_all():
+    rows_of = summary_rows(
+        dataset(cell('SL', '90', 'odom', [IN]), cell('SMT', '40', 'odom', [IN]), cell('SMT', '90', 'odom', [IN]))
+    )
+    assert [list(row.fractions) for row in rows_of if row.source == PoseSource.ODOM] == [['90'], ['40', '90']]

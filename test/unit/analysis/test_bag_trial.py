@@ -1,0 +1,37 @@
+"""One trial from its bag."""
+
+import math
+
+import numpy as np
+import pytest
+
+from diff_encoder_sim.analysis.bag_trial import MOST_POINTS
+from diff_encoder_sim.analysis.dataset_loading import load_dataset
+from diff_encoder_sim.trials.pose_source import PoseSource
+from diff_encoder_sim.trials.trial_outcome import Outcome
+from synthetic_trials import ALTO
+from trial_bags import TRUTH, trial, write_bag
+
+
+def test_a_bag_tells_what_its_row_would(tmp_path):
+    path = write_bag(tmp_path / 'a.bag', trial(number=7), believed=TRUTH[1:])
+    dataset = load_dataset([path])
+    (found,) = dataset.trials
+    assert (dataset.title, dataset.manifest, dataset.folder, dataset.robot) == ('a', None, None, ALTO)
+    assert found[:6] == ('SL', '40', (), 7, 7, Outcome.SUCCEEDED) and found.bag == path
+    assert found.duration_s == pytest.approx(0.1) and found.distance_m == pytest.approx(10 + math.hypot(10, 0.1))
+    assert set(found.errors) == set(PoseSource) and found.errors[PoseSource.AMCL] is None
+    assert found.errors[PoseSource.ODOM] == pytest.approx((-0.1, 0.5, 0.05))  # seen from the start at (-10, 0)
+    assert found.errors[PoseSource.WORLD] == pytest.approx((0.0, 0.1, 0.02))
+    assert found.paths[PoseSource.ODOM].ate_max_m == pytest.approx(math.hypot(0.1, 0.4))
+    assert found.paths[PoseSource.GLOBAL].poses == 2 and found.paths[PoseSource.AMCL] is None
+    assert found.tracks.true.tolist() == [[-10.0, 0.0], [0.0, 0.0], [10.0, 0.1]]
+    assert found.tracks.odometry == pytest.approx(np.array([[-10.0, 0.0], [0.0, 0.3], [9.9, 0.5]]))
+    assert dataset.requested == {'SL': trial(number=7)}
+
+
+def test_tracks_are_thinned_and_keep_their_ends(tmp_path):
+    odom = [(0.01 * index, 0.0, 0.0) for index in range(3 * MOST_POINTS)]
+    (found,) = load_dataset([write_bag(tmp_path / 'a.bag', trial(), odom=odom)]).trials
+    assert found.tracks.odometry.shape == (MOST_POINTS, 2)
+    assert found.tracks.odometry[[0, -1], 0] == pytest.approx([-10.0, -10.0 + odom[-1][0]])

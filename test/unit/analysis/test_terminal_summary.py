@@ -1,0 +1,26 @@
+"""What the terminal shows of a dataset."""
+
+from diff_encoder_sim.analysis.terminal_summary import cell_table, summary, trial_table
+from diff_encoder_sim.trials.trial_outcome import Outcome
+from paper_datasets import IN, OUT, cell, dataset, trial
+
+
+def last_row(table):
+    return table.splitlines()[-1].split()
+
+
+def test_a_cell_counts_its_trials_and_those_within():
+    trials = cell('SL', '40', 'world', [IN, OUT, None])
+    trials[2] = trials[2]._replace(outcome=Outcome.LOST)
+    assert last_row(cell_table(dataset(trials))) == ['SL', '40', '3', '2', '50', '0.2263']  # 0.32 m / sqrt(2)
+
+
+def test_a_trial_shows_its_outcome_and_errors():
+    made = dataset([trial('SL', '40', 1, Outcome.TIMED_OUT, world=(0.3, -0.4, 2.0))])
+    assert last_row(trial_table(made)) == ['SL', '40', '1', 'timed', 'out', '60.0', '20.00', '0.5000', '+2.00']
+
+
+def test_single_trials_have_rows_of_their_own():
+    single, several = dataset([trial('SL', '40', 1, world=IN)]), dataset(cell('SL', '40', 'world', [IN, IN]))
+    assert 'outcome' in summary(single) and 'outcome' not in summary(several)
+    assert all('world: ground truth' in summary(made) for made in (single, several))

@@ -1,0 +1,37 @@
+"""The fraction of trials within tolerance, against counts and intervals worked out by hand."""
+
+import pytest
+
+from diff_encoder_sim.analysis.within_tolerance import Sufficiency, fewest_trials, fraction_within
+from diff_encoder_sim.trials.pose_source import PoseSource
+from diff_encoder_sim.trials.trial_outcome import Outcome
+from paper_datasets import IN, OUT, TURNED, cell, rows, trial
+
+
+def test_a_fraction_is_of_the_trials_with_a_pose_and_joint_over_position_and_heading():
+    trials = cell('SL', '90', 'odom', [IN, IN, OUT, TURNED, None])
+    trials.append(trial('SL', '90', 6, outcome=Outcome.TORN, odom=IN))
+    fraction = fraction_within(trials, PoseSource.ODOM)
+    assert fraction[:4] == (4, 2, 3, 3)
+    assert fraction_within(trials, PoseSource.WORLD) is None
+
+
+@pytest.mark.parametrize(
+    ('inside', 'sufficiency'),
+    [
+        (30, Sufficiency.YES),
+        (29, Sufficiency.YES),
+        (28, Sufficiency.UNDECIDED),
+        (20, Sufficiency.UNDECIDED),
+        (19, Sufficiency.NO),
+        (0, Sufficiency.NO),
+    ],
+)
+def test_a_fraction_is_sufficient_where_wilsons_interval_says_so(inside, sufficiency):
+    # 28 of 30: 0.787 to 0.982; 29: 0.833 to 0.994; 20: 0.488 to 0.808; 19: 0.455 to 0.781.
+    fraction = fraction_within(cell('SL', '90', 'odom', rows(inside, 30 - inside)), PoseSource.ODOM)
+    assert fraction.sufficiency is sufficiency
+
+
+def test_sixteen_trials_can_show_the_fraction_and_fifteen_cannot():
+    assert fewest_trials() == 16  # n / (n + 1.96^2) >= 0.8 from n = 15.4 on
