@@ -1,6 +1,6 @@
-"""How often a simulated robot reports, live and in lockstep.
+"""Periods of the simulated robot's reports, live and in lockstep.
 
-What a user can set has its period elsewhere: the encoder's `rate`, the scanner's, the navigator's `controller_frequency`.
+Other periods follow from parameters: the encoder's `rate`, the LiDAR's, and the navigator's `controller_frequency`.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 TICK_NS = 10_000_000
 TICK_S = TICK_NS / NANOSECONDS_PER_SECOND
 
-# Of /gazebo/model_states, of the true pose that is made from it, and of the scripted drive's commands.
+# /gazebo/model_states, the true pose that is made from it, and the commands of the scripted drive.
 STATES_PERIOD_NS = 50_000_000
 STATES_PERIOD_S = STATES_PERIOD_NS / NANOSECONDS_PER_SECOND
 STATES_RATE_HZ = 1.0 / STATES_PERIOD_S
