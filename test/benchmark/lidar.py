@@ -88,14 +88,14 @@ def main() -> None:
     arguments = argparse.ArgumentParser(description=__doc__)
     arguments.add_argument('--repeats', type=int, default=10, help='rounds over all poses')
     repeats = arguments.parse_args().repeats
-    print_header(f'Cost of a sweep: best of {repeats} rounds over {POSES} poses, one thread')
+    print_header(f'Cost of a scan: best of {repeats} rounds over {POSES} poses, one thread')
     print(
         _table(
-            'first sweep of a new process',
+            'first scan of a new process',
             ['numba cache', 's'],
             [
                 [state, f'{spent_s:.3f}']
-                for state, spent_s in zip(('empty', 'filled'), first_call_s('lidar', 'first_sweep_s'))
+                for state, spent_s in zip(('empty', 'filled'), first_call_s('lidar', 'first_scan_s'))
             ],
         )
     )
@@ -126,13 +126,13 @@ def main() -> None:
         )
     )
     print(
-        'numba is the exact distances alone; a whole sweep with its noise, in the hallway: '
-        f'{_sweep_ms(hallway, poses, repeats):.3f} ms.\n99 % of the rays agree as shown; of the '
+        'numba is the exact distances alone; a whole scan with its noise, in the hallway: '
+        f'{_scan_ms(hallway, poses, repeats):.3f} ms.\n99 % of the rays agree as shown; of the '
         'others most graze an edge.'
     )
 
 
-def first_sweep_s() -> float:
+def first_scan_s() -> float:
     """Return seconds for the first scan in this process: compiling, or loading the compiled code."""
     lidar = Lidar(load_world(ROOT / 'worlds' / 'hallway.world'), SCAN_HEIGHT_M, LidarParams(), np.random.default_rng(0))
     began_s = time.perf_counter()
@@ -167,7 +167,7 @@ def _compare(world: World, poses: List[Pose2D], rays: int, repeats: int) -> List
     ]
 
 
-def _sweep_ms(world: World, poses: List[Pose2D], repeats: int) -> float:
+def _scan_ms(world: World, poses: List[Pose2D], repeats: int) -> float:
     lidar = Lidar(world, SCAN_HEIGHT_M, LidarParams(), np.random.default_rng(0))
     return _best_ms(lambda pose: lidar.scan(0, pose), poses, repeats)
 

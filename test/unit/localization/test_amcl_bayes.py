@@ -4,7 +4,7 @@ What makes the comparison fair:
 - Both filter the same thing: the same prior, odometry and scans, the odometry model diff-corrected
   (table 5.6; independent Gaussian turn, drive and turn) and upstream's likelihood-field weights.
   Those are no probabilities, but the posterior that they define is as exact as any. The weights
-  are checked against plain Python in test_amcl_laser.py.
+  are checked against plain Python in test_likelihood_field.py.
 - The grid filter has no error of its own that would count. The odometry noise is Gaussian in the
   two turns and the drive, so each is a product in the Fourier domain (exact shifts, no
   interpolation); cells of 3 cm and 2 degrees are below a third of every spread. Its window goes

@@ -101,9 +101,9 @@ def test_the_shipped_worlds_against_brute_force(name, angle_min, angle_span):
 
 def test_noise_has_the_spread_that_was_asked_for_and_comes_from_the_seed():
     pose = Pose2D(0, 0, 0)
-    sweeps = [lidar(ROOM, seed=seed, noise=0.03).scan(0, pose).ranges_m for seed in (1, 1, 2)]
-    assert (sweeps[0] == sweeps[1]).all() and not (sweeps[0] == sweeps[2]).any()
-    errors_m = sweeps[0] - lidar(ROOM).true_ranges_m(pose)
+    scans = [lidar(ROOM, seed=seed, noise=0.03).scan(0, pose).ranges_m for seed in (1, 1, 2)]
+    assert (scans[0] == scans[1]).all() and not (scans[0] == scans[2]).any()
+    errors_m = scans[0] - lidar(ROOM).true_ranges_m(pose)
     assert errors_m.std() == pytest.approx(0.03, rel=0.1)  # 1000 rays: 99.9 % within 8 %
     assert abs(errors_m.mean()) < 0.004
 
