@@ -39,7 +39,7 @@ def trial_defaults() -> Dict[str, float]:
 class ModelStateReader:
     """Calls back with (stamp_ns, pose in the world, twist in the world) of one model.
 
-    ModelStates has no stamp, and /clock comes on another connection, before or after the states of the same time. If the
+    ModelStates has no stamp, and /clock comes on another connection, before or after the states of the same time. If a
     simulator publishes states at whole multiples of a period and waits for the answer, as simulator_node does, the
     multiple nearest to the clock is the exact time; states that are ahead of the clock wait for it. With any other
     simulator the clock is the best guess.
