@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import threading
 import time
 from typing import Optional
@@ -82,8 +81,10 @@ class MoveBaseNode:
                 self._navigator.take_scan(mount.level(scan_from_message(message)), mount.laser_pose_in_base)
             except InputFault as fault:
                 # robot_state_publisher publishes the laser's transform only once simulated time runs.
-                level = logging.WARNING if self._has_had_scan else logging.INFO
-                log.log(level, '%s: %s; scan dropped', self._scans.resolved_name, fault)
+                if self._has_had_scan:
+                    log.warning('%s: %s; scan dropped', self._scans.resolved_name, fault)
+                else:
+                    log.info('%s: first scan not used: %s', self._scans.resolved_name, fault)
             self._has_had_scan = True
 
     def _on_odometry(self, message: Odometry) -> None:
