@@ -56,7 +56,7 @@ def _bags_in(paths: Sequence[Path]) -> List[Path]:
             continue
         campaigns = sorted(file.parent for file in path.rglob(MANIFEST))
         if campaigns:
-            raise ConfigError(f'{path}: has a campaign in {campaigns[0]}; expected that folder')
+            raise ConfigError(f'{path}: holds the results of a campaign in {campaigns[0]}; expected that folder')
         found = sorted(path.rglob('*.bag'))
         if not found:
             raise ConfigError(f"{path}: no .bag file in this folder, and no campaign's results")

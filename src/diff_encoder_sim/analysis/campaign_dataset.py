@@ -22,7 +22,7 @@ def campaign_dataset(folder: Path) -> Dataset:
     """
     manifest, rows, notes = read_campaign(folder)
     if not rows:
-        raise ConfigError(f'{folder}: no trial is finished; expected some')
+        raise ConfigError(f'{folder}: no trial is finished; expected at least one')
     bags, missing = _bags_of_rows(folder, rows)
     notes = notes + missing
     trials = [data_of(row) for row in rows]

@@ -111,7 +111,7 @@ def _check_size(params: CampaignParams) -> None:
     cells = params.cell_count()
     if cells > MOST_CELLS or cells * params.trials > MOST_TRIALS:
         raise ConfigError(
-            f'given {cells} cells of {params.trials} trials; allowed: {MOST_CELLS} cells, {MOST_TRIALS} trials'
+            f'given {cells} cells of {params.trials} trials; allowed: at most {MOST_CELLS} cells, {MOST_TRIALS} trials'
         )
 
 
@@ -142,8 +142,8 @@ def _check_joints(params: RobotParams) -> None:
         joint = getattr(params.encoder, key)
         if joint not in turned:
             raise ConfigError(
-                f'config.{key}: given {joint!r}; allowed: what simulator.left_joint '
-                f'and simulator.right_joint say: {" or ".join(turned)}'
+                f'config.{key}: given {joint!r}; allowed: a joint of simulator.left_joint '
+                f'and simulator.right_joint: {" or ".join(turned)}'
             )
 
 

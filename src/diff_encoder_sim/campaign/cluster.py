@@ -114,10 +114,10 @@ def _check_workers(client: Client, address: str) -> None:
         _check_versions(there, f'worker {worker}')
     threads = client.nthreads().values()
     if not threads:
-        log.warning('%s has no workers yet: waiting for them', address)
+        log.warning('%s has no workers yet; waiting for one', address)
     if any(count > 1 for count in threads):
         log.warning(
-            '%s has workers of several threads, which run one trial at a time: better several workers of --nthreads 1',
+            '%s has workers with several threads, but a worker runs one trial at a time: start more, with --nthreads 1',
             address,
         )
 

@@ -169,7 +169,7 @@ class _Engine:
         return self._fault('the scheduler does not answer any more')
 
     def _fault(self, reason: str) -> CampaignFault:
-        return CampaignFault(f'{reason}; {self._progress.count()} are done, the same command goes on')
+        return CampaignFault(f'{reason}; {self._progress.count()} are done; run the same command again to continue')
 
 
 @contextlib.contextmanager

@@ -173,7 +173,7 @@ class ResultStore:
         raise ConfigError(
             f'{self.folder}: has results of another configuration: '
             f'{"; ".join(found[:DIFFERENCES_SHOWN])}{f"; and {more} more" if more > 0 else ""}; '
-            f'allowed: the same configuration to go on, or another folder'
+            f'allowed: the same configuration, to continue, or another folder'
         )
 
     # ---- trials.csv
@@ -237,7 +237,11 @@ def _write_all(file: io.FileIO, content: bytes) -> None:
 def _warn_of_other_code(folder: Path, first: Dict[str, Any], run: Dict[str, Any]) -> None:
     changes = differences(*({key: about.get(key) for key in ('versions', 'commit')} for about in (first, run)))
     if changes:
-        log.warning('%s: begun with other code, results may not compare: %s', folder, '; '.join(changes))
+        log.warning(
+            '%s: the results so far are from another version of the code, and may differ from new ones: %s',
+            folder,
+            '; '.join(changes),
+        )
 
 
 def _remove_unfinished(folder: Path) -> None:

@@ -71,7 +71,7 @@ class GoalRun:
     def wait(self, missing: MissingInput) -> None:
         """Stop because an input is missing; the next `act` continues with full patience and a new plan."""
         if self._waits_for is None:
-            log.warning('%s; stopped', missing, extra=EVENT)
+            log.warning('%s; robot stopped', missing, extra=EVENT)
         self.command, self._waits_for, self._is_under_way = STOP, missing, False
         self.text = f'stopped: {missing}'
 

@@ -65,7 +65,7 @@ def find_wheels(path: Path, source: BagSource, options: WheelOptions, params: En
         raise ConfigError(f'{path}: {topic}: given {joints[0]} for both wheels; allowed: two of {", ".join(names)}')
     if kind == ENCODER_PULSE and options.pulses_ppr is None:
         raise ConfigError(
-            f'{path}: {topic} are counts; expected --pulses-ppr, the pulses per revolution of their encoder'
+            f'{path}: {topic} has counts; expected --pulses-ppr, the pulses per revolution of their encoder'
         )
     return WheelTopic(topic, kind, joints, options.pulses_ppr if kind == ENCODER_PULSE else None)
 

@@ -85,7 +85,7 @@ class GraphPacer:
             if not self._moved.wait_for(lambda: not self._behind(expected_ns), LONGEST_WAIT_S):
                 for topic in self._behind(expected_ns):
                     log.warning(
-                        '%s: no message of simulated time %.2f s within %.0f s of wall time: not waited for any more',
+                        '%s: no message of simulated time %.2f s within %.0f s of wall time; time runs on without waiting for it',
                         topic,
                         expected_ns / NANOSECONDS_PER_SECOND,
                         LONGEST_WAIT_S,

@@ -12,7 +12,7 @@ from trial_bags import trial, write_bag
 def test_nothing_finished_and_other_paths_beside_a_campaign_are_refused(folder, tmp_path):
     assert 'expected it alone' in refusal(folder, tmp_path)
     empty = finish(small_campaign(tmp_path), tmp_path / 'empty', 0)
-    assert refusal(empty) == f'{empty}: no trial is finished; expected some'
+    assert refusal(empty) == f'{empty}: no trial is finished; expected at least one'
     (empty / 'trials.csv').unlink()
     assert refusal(empty).startswith(f'{empty}/trials.csv: no such file')
 

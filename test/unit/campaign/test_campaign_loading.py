@@ -155,7 +155,7 @@ def test_a_mistake_on_the_command_line_is_not_blamed_on_the_file(tmp_path, repla
         ({'trials': 0}, 'trials: given 0'),
         ({'trials': 1.5}, 'trials: given 1.5'),
         ({'trials': 10**30}, 'trials: given 10+; allowed: less than or equal to 1000000'),
-        ({'trials': 900_000}, 'given 4 cells of 900000 trials; allowed: 10000 cells, 1000000 trials'),
+        ({'trials': 900_000}, 'given 4 cells of 900000 trials; allowed: at most 10000 cells, 1000000 trials'),
         ({'seed': -1}, 'seed: given -1'),
         ({'seed': 2**70}, 'seed: given'),
         ({'nav': 'upstream'}, "nav: given 'up"),

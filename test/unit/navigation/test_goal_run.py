@@ -87,7 +87,7 @@ def test_a_stop_is_logged_once_and_so_is_the_return(room, caplog):
     loop.muted.clear()
     loop.run(1.0)
     assert [record.getMessage() for record in caplog.records] == [
-        'scan is 0.6 s old (input_timeout 0.5 s); stopped',
+        'scan is 0.6 s old (input_timeout 0.5 s); robot stopped',
         'scan received again: driving on with a new plan',
     ]
 
