@@ -9,7 +9,9 @@ from trial_bags import ROOT, trial, write_bag
 
 
 def test_a_folder_of_campaigns_is_not_pooled(folder):
-    assert refusal(folder.parent) == f'{folder.parent}: holds the results of a campaign in {folder}; expected that folder'
+    assert (
+        refusal(folder.parent) == f'{folder.parent}: holds the results of a campaign in {folder}; expected that folder'
+    )
 
 
 def test_bags_are_sorted_into_cells(tmp_path):
