@@ -2,8 +2,8 @@
 
 import pytest
 
-from diff_encoder_sim.lockstep.bag_publications import DESCRIPTION_ARGUMENTS
 from diff_encoder_sim.lockstep.robot_params import load_robot_params
+from diff_encoder_sim.lockstep.state_publisher import DESCRIPTION_ARGUMENTS
 from diff_encoder_sim.lockstep.trial_run import run_trial
 from diff_encoder_sim.simulation.link_frames import LinkFrames
 from diff_encoder_sim.simulation.robot import expand_xacro

@@ -1,10 +1,12 @@
-"""A trial in lockstep, recorded as the live graph is: same topics, types and frames."""
+"""A trial in lockstep, recorded to a bag as the live graph is: the same topics, types and frames."""
 
 from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Callable, List, Optional, Union
+from typing import Callable, Optional, Union
+
+from typing_extensions import override
 
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
@@ -12,6 +14,7 @@ from diff_encoder_sim.encoders.wheel_encoder import EncoderSample
 from diff_encoder_sim.localization.amcl import AmclEstimate
 from diff_encoder_sim.lockstep.publications import Publications
 from diff_encoder_sim.lockstep.robot_params import RobotParams
+from diff_encoder_sim.lockstep.state_publisher import StatePublisher
 from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.navigation.goal_status import Command, GoalStatus
 from diff_encoder_sim.odometry.wheel_odometry import OdometryEstimate
@@ -28,23 +31,15 @@ from diff_encoder_sim.serialization.pose_messages import (
     encode_pose_with_covariance,
 )
 from diff_encoder_sim.serialization.scan_messages import encode_scan
-from diff_encoder_sim.serialization.transform_messages import encode_spatial_transform, encode_tf, encode_transform
-from diff_encoder_sim.simulation.link_frames import LinkFrame, LinkFrames
-from diff_encoder_sim.simulation.robot import expand_xacro
+from diff_encoder_sim.serialization.transform_messages import encode_tf, encode_transform
 from diff_encoder_sim.simulation.simulator import Simulator
 from diff_encoder_sim.simulation.state import JointStates
 from diff_encoder_sim.trials.trial_definition import Trial
 from diff_encoder_sim.trials.trial_outcome import Ending
 
-# robot_state_publisher's publish_frequency, 50 Hz.
-FRAMES_PERIOD_NS = 20_000_000
-
-# What trial.launch gives the robot file for robot_description.
-DESCRIPTION_ARGUMENTS = {'root_inertia': 'false'}
-
 
 class BagPublications(Publications):
-    """Writes what the bag wants; nothing is made of what it does not."""
+    """Writes the messages that the bag records; others are not encoded."""
 
     def __init__(self, bag: TrialBag, params: RobotParams) -> None:
         self._bag = bag
@@ -53,108 +48,72 @@ class BagPublications(Publications):
         self._odom_frame, self._base_frame = params.odometry.odom_frame, params.odometry.base_frame
         self._joints = params.encoder.left_joint, params.encoder.right_joint
         self._trial_node = topics.NAVIGATION_TRIAL_NODE
-        self._goal: Optional[SentGoal] = None
-        self._frames: Optional[LinkFrames] = None
-        self._frames_published_ns = 0
+        self._goal = SentGoal(self._trial_node, 0, 0)  # before the first
+        self._state_publisher: Optional[StatePublisher] = None  # where the bag records /tf
         self._models: Optional[ModelStatesEncoder] = None
 
+    @override
     def begin(self, trial: Trial, simulator: Simulator, robot_file: Union[str, Path]) -> None:
-        """/trial, and on /tf_static where odometry begins if nothing localizes."""
         if trial.nav == 'scripted':
             self._trial_node = topics.SCRIPTED_DRIVE_NODE
         self._write(topics.TRIAL, self._trial_node, 0, lambda: encode_string(trial.model_dump_json()))
         if trial.nav == 'scripted':
-            self._write(
-                topics.TF_STATIC,
-                self._trial_node,
-                0,
-                lambda: encode_tf(encode_transform(trial.test.start.pose(), 0, self._map_frame, self._odom_frame)),
-            )
+            start = trial.test.start.pose()  # without localization, odom is where the robot starts
+            self._write_transform(topics.TF_STATIC, self._trial_node, 0, start, 0, self._map_frame, self._odom_frame)
         if self._bag.wants(topics.TF):
-            self._frames = LinkFrames(expand_xacro(robot_file, DESCRIPTION_ARGUMENTS))
-        self._models = ModelStatesEncoder(simulator.world, simulator.robot_name)
+            self._state_publisher = StatePublisher(robot_file, self._write)
 
+    @override
     def ending(self, now_ns: int, ending: Ending) -> None:
         text = json.dumps({'outcome': ending.outcome.value, 'reason': ending.reason})
         self._write(topics.TRIAL_RESULT, self._trial_node, now_ns, lambda: encode_string(text))
 
+    @override
     def map(self, grid: OccupancyGrid) -> None:
         self._write(topics.MAP, topics.MAP_NODE, 0, lambda: encode_map(grid, 0, self._map_frame))
         self._write(topics.MAP_METADATA, topics.MAP_NODE, 0, lambda: encode_map_metadata(grid, 0))
 
+    @override
     def joint_states(self, joints: JointStates) -> None:
         now_ns = joints.stamp_ns
         self._write(topics.CLOCK, topics.SIMULATOR_NODE, now_ns, lambda: encode_clock(now_ns))
         self._write(topics.JOINT_STATES, topics.SIMULATOR_NODE, now_ns, lambda: encode_joint_state(joints))
-        if self._frames and now_ns - self._frames_published_ns >= FRAMES_PERIOD_NS:
-            self._publish_frames(joints)
+        if self._state_publisher is not None:
+            self._state_publisher.take(joints)
 
-    def _publish_frames(self, joints: JointStates) -> None:
-        """robot_state_publisher's part; what is fixed, once."""
-        now_ns = joints.stamp_ns
-        if self._frames_published_ns == 0:
-            self._write(
-                topics.TF_STATIC,
-                topics.STATE_PUBLISHER_NODE,
-                now_ns,
-                lambda: self._frames_message(self._frames.fixed, now_ns),
-            )
-        self._frames_published_ns = now_ns
-        self._write(
-            topics.TF,
-            topics.STATE_PUBLISHER_NODE,
-            now_ns,
-            lambda: self._frames_message(self._frames.turned(dict(zip(joints.names, joints.angles_rad))), now_ns),
-        )
-
-    @staticmethod
-    def _frames_message(frames: List[LinkFrame], stamp_ns: int) -> bytes:
-        return encode_tf(
-            *(
-                encode_spatial_transform(frame.translation_xyz_m, frame.quat_xyzw, stamp_ns, frame.parent, frame.child)
-                for frame in frames
-            )
-        )
-
+    @override
     def models(self, now_ns: int, simulator: Simulator) -> None:
-        self._write(topics.MODEL_STATES, topics.SIMULATOR_NODE, now_ns, lambda: self._models.encode(simulator.base()))
+        self._write(topics.MODEL_STATES, topics.SIMULATOR_NODE, now_ns, lambda: self._encode_models(simulator))
 
+    def _encode_models(self, simulator: Simulator) -> bytes:
+        if self._models is None:
+            self._models = ModelStatesEncoder(simulator.world, simulator.robot_name)
+        return self._models.encode(simulator.base())
+
+    @override
     def world_pose(self, now_ns: int, base_pose_in_map: Pose2D) -> None:
-        self._write(
-            topics.WORLD_POSE,
-            topics.WORLD_POSE_NODE,
-            now_ns,
-            lambda: encode_pose_stamped(base_pose_in_map, now_ns, self._map_frame),
-        )
+        self._write_pose(topics.WORLD_POSE, topics.WORLD_POSE_NODE, now_ns, now_ns, base_pose_in_map)
 
+    @override
     def scan(self, scan: Scan) -> None:
-        simulator = self._params.simulator
-        self._write(
-            topics.SCAN,
-            topics.SIMULATOR_NODE,
-            scan.stamp_ns,
-            lambda: encode_scan(scan, simulator.laser_link, 1.0 / simulator.lidar.rate),
-        )
+        laser, duration_s = self._params.simulator.laser_link, 1.0 / self._params.simulator.lidar.rate
+        self._write(topics.SCAN, topics.SIMULATOR_NODE, scan.stamp_ns, lambda: encode_scan(scan, laser, duration_s))
 
+    @override
     def encoder_pulse(self, now_ns: int, sample: EncoderSample) -> None:
         self._write(
             topics.ENCODER_PULSE, topics.ENCODER_NODE, now_ns, lambda: encode_encoder_pulse(sample, self._joints)
         )
 
+    @override
     def odometry(self, now_ns: int, estimate: OdometryEstimate) -> None:
+        frames = self._odom_frame, self._base_frame
         if self._params.odometry.publish_tf:
-            self._publish_transform(
-                now_ns,
-                topics.ODOM_NODE,
-                estimate.base_pose_in_odom,
-                estimate.stamp_ns,
-                self._odom_frame,
-                self._base_frame,
-            )
-        self._write(
-            topics.ODOM, topics.ODOM_NODE, now_ns, lambda: encode_odometry(estimate, self._odom_frame, self._base_frame)
-        )
+            pose, stamp_ns = estimate.base_pose_in_odom, estimate.stamp_ns
+            self._write_transform(topics.TF, topics.ODOM_NODE, now_ns, pose, stamp_ns, *frames)
+        self._write(topics.ODOM, topics.ODOM_NODE, now_ns, lambda: encode_odometry(estimate, *frames))
 
+    @override
     def amcl_pose(self, now_ns: int, estimate: AmclEstimate) -> None:
         self._write(
             topics.AMCL_POSE,
@@ -165,46 +124,41 @@ class BagPublications(Publications):
             ),
         )
 
+    @override
     def odom_in_map(self, now_ns: int, stamp_ns: int, odom_pose_in_map: Pose2D) -> None:
-        self._publish_transform(now_ns, topics.AMCL_NODE, odom_pose_in_map, stamp_ns, self._map_frame, self._odom_frame)
+        frames = self._map_frame, self._odom_frame
+        self._write_transform(topics.TF, topics.AMCL_NODE, now_ns, odom_pose_in_map, stamp_ns, *frames)
 
-    def _publish_transform(
-        self, now_ns: int, node: str, child_pose: Pose2D, stamp_ns: int, parent_frame: str, child_frame: str
-    ) -> None:
-        self._write(
-            topics.TF,
-            node,
-            now_ns,
-            lambda: encode_tf(encode_transform(child_pose, stamp_ns, parent_frame, child_frame)),
-        )
-
+    @override
     def global_pose(self, now_ns: int, stamp_ns: int, base_pose_in_map: Pose2D) -> None:
-        self._write(
-            topics.GLOBAL_POSE,
-            topics.GLOBAL_POSE_NODE,
-            now_ns,
-            lambda: encode_pose_stamped(base_pose_in_map, stamp_ns, self._map_frame),
-        )
+        self._write_pose(topics.GLOBAL_POSE, topics.GLOBAL_POSE_NODE, now_ns, stamp_ns, base_pose_in_map)
 
+    @override
     def command(self, now_ns: int, command: Command, is_navigators: bool) -> None:
         node = topics.MOVE_BASE_NODE if is_navigators else self._trial_node
         self._write(topics.CMD_VEL, node, now_ns, lambda: encode_command(*command))
 
+    @override
     def goal(self, now_ns: int, stamp_ns: int, goal_in_map: Pose2D) -> None:
-        number = self._goal.number + 1 if self._goal else 1
-        self._goal = SentGoal(self._trial_node, number, now_ns)
+        sent = self._goal = SentGoal(self._trial_node, self._goal.number + 1, now_ns)
         self._write(
-            topics.GOAL,
-            self._trial_node,
-            now_ns,
-            lambda: encode_goal(self._goal, goal_in_map, stamp_ns, self._map_frame),
+            topics.GOAL, self._trial_node, now_ns, lambda: encode_goal(sent, goal_in_map, stamp_ns, self._map_frame)
         )
 
+    @override
     def goal_result(self, now_ns: int, status: GoalStatus, text: str) -> None:
         self._write(
             topics.RESULT, topics.MOVE_BASE_NODE, now_ns, lambda: encode_result(self._goal, status, text, now_ns)
         )
 
-    def _write(self, topic: str, node: str, now_ns: int, make: Callable[[], bytes]) -> None:
+    def _write_pose(self, topic: str, node: str, now_ns: int, stamp_ns: int, pose_in_map: Pose2D) -> None:
+        self._write(topic, node, now_ns, lambda: encode_pose_stamped(pose_in_map, stamp_ns, self._map_frame))
+
+    def _write_transform(
+        self, topic: str, node: str, now_ns: int, child_pose: Pose2D, stamp_ns: int, parent: str, child: str
+    ) -> None:
+        self._write(topic, node, now_ns, lambda: encode_tf(encode_transform(child_pose, stamp_ns, parent, child)))
+
+    def _write(self, topic: str, node: str, now_ns: int, encode: Callable[[], bytes]) -> None:
         if self._bag.wants(topic):
-            self._bag.write(topic, node, make(), now_ns)
+            self._bag.write(topic, node, encode(), now_ns)

@@ -28,5 +28,5 @@ class LatencyParams(Params):
 
 
 def latency_ns(latency_s: float) -> int:
-    """In nanoseconds."""
+    """Return a latency in nanoseconds."""
     return round(latency_s * NANOSECONDS_PER_SECOND)

@@ -1,4 +1,4 @@
-"""A trial in one process, on simulated time: the live graph's parts, each at its rate.
+"""A trial in one process, on simulated time: the parts of the live graph, each at its rate.
 
 Equal trials and parameters give equal numbers, bit for bit.
 """
@@ -13,11 +13,13 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.encoders.wheel_encoder import DiffEncoder
 from diff_encoder_sim.localization.amcl import AmclEstimate
-from diff_encoder_sim.lockstep.drivers import Driver, NavigatingDriver, ScriptedDriver
+from diff_encoder_sim.lockstep.driver import Driver
 from diff_encoder_sim.lockstep.latency import latency_ns
+from diff_encoder_sim.lockstep.navigating_driver import NavigatingDriver
 from diff_encoder_sim.lockstep.publications import Publications
 from diff_encoder_sim.lockstep.robot_params import RobotParams
 from diff_encoder_sim.lockstep.schedule import Schedule
+from diff_encoder_sim.lockstep.scripted_driver import ScriptedDriver
 from diff_encoder_sim.navigation.goal_status import Command, NavigatorOutput
 from diff_encoder_sim.odometry.wheel_odometry import OdometryEstimate, WheelOdometry
 from diff_encoder_sim.simulation.periods import STATES_PERIOD_NS, TICK_NS
@@ -29,18 +31,18 @@ WORLD_POSE_IN_MAP = IDENTITY
 
 
 class Report(NamedTuple):
-    """The robot at one message of its odometry."""
+    """The state of the trial at one /odom."""
 
     stamp_ns: int
-    true_pose_in_map: Pose2D
+    true_pose_in_map: Pose2D  # the newest /world_pose
     odometry: OdometryEstimate
     estimated_pose_in_map: Optional[Pose2D]  # /global_pose; None before localization
-    estimate: Optional[AmclEstimate]  # the newest of AMCL's
+    estimate: Optional[AmclEstimate]  # AMCL's newest
     navigation: NavigatorOutput
 
 
 class LockstepTrial:
-    """One robot in its world, and who drives it. The map's frame is the world's."""
+    """A robot in its world and its driver. The map's frame is the world's."""
 
     def __init__(
         self,
@@ -49,8 +51,10 @@ class LockstepTrial:
         params: RobotParams,
         publications: Optional[Publications] = None,
     ) -> None:
-        """Raises:
-        ConfigError: a file is missing or bad, or the trial is one for the live graph.
+        """Load the files and place the robot at its start.
+
+        Raises:
+            ConfigError: a file is missing or bad, or the trial needs the live graph.
         """
         trial = plan.trial
         if trial.odom != 'encoder' or trial.nav == 'upstream' or plan.slam != 'none':
@@ -72,31 +76,42 @@ class LockstepTrial:
         self._driver = self._begin(plan, robot_file, params)
         self._reports: List[Report] = []
         self._true_pose = trial.test.start.pose()
-        self.distance_m = 0.0  # that base_link has come along the floor
+        self.distance_m = 0.0  # path length of base_link
         self.last_report: Optional[Report] = None
-        self.ending: Optional[Ending] = None  # None while it runs
+        self._ending: Optional[Ending] = None
 
     @property
     def time_ns(self) -> int:
-        """Simulated time."""
+        """Return the simulated time."""
         return self._simulator.time_ns
 
     @property
+    def ending(self) -> Ending:
+        """Return how the trial ended, once it was run.
+
+        Raises:
+            RuntimeError: it has not ended.
+        """
+        if self._ending is None:
+            raise RuntimeError('the trial has not ended')
+        return self._ending
+
+    @property
     def true_pose_in_map(self) -> Pose2D:
-        """Where the robot stands."""
+        """Return the newest /world_pose."""
         return self._true_pose
 
     def run(self) -> Iterator[Report]:
-        """Drive to the end, which is then in `ending`; yields each message of odometry."""
+        """Run the trial to its `ending`, and yield a report at each /odom."""
         try:
-            while self.ending is None:
+            while self._ending is None:
                 self._tick()
                 yield from self._reports
                 self._reports.clear()
-            self._publications.ending(self._simulator.time_ns, self.ending)
+            self._publications.ending(self._simulator.time_ns, self._ending)
         finally:
             self._simulator.close()
-            # Maps and filters go now: parts know each other in circles, which Python collects late.
+            # Maps and filters are freed now: the parts refer to each other in circles, which Python collects late.
             self._schedule.clear()
             del self._driver
 
@@ -104,11 +119,11 @@ class LockstepTrial:
         try:
             self._schedule.run_until(self._simulator.time_ns)
         except RouteFailed as failure:
-            self.ending = failure.ending
+            self._ending = failure.ending
             return
         if self._driver.is_over:
             reason = goal_error(self._true_pose, self._trial.goal())
-            self.ending = Ending(Outcome.LOST, reason) if reason else Ending(Outcome.SUCCEEDED)
+            self._ending = Ending(Outcome.LOST, reason) if reason else Ending(Outcome.SUCCEEDED)
             return
         self._simulator.tick()
 
@@ -116,7 +131,7 @@ class LockstepTrial:
         try:
             self._publications.begin(plan.trial, self._simulator, robot_file)
             return self._make_driver(plan, params)
-        except BaseException:  # of a full disk, a bad map: nobody else could free the physics
+        except BaseException:  # a full disk, a bad map: the caller has no object to close the physics by
             self._simulator.close()
             raise
 
@@ -127,7 +142,7 @@ class LockstepTrial:
             plan, params, self._simulator.laser_pose_in_base, self._schedule, self._send, self._publications
         )
 
-    # ---- at their rates
+    # ---- at a rate
 
     def _read_joints(self) -> None:
         joints = self._simulator.joint_states()
@@ -142,9 +157,9 @@ class LockstepTrial:
             self._schedule.at(due_ns, lambda: self._take_odometry(due_ns, estimate))
 
     def _sample_truth(self) -> None:
-        """The truth, and whether the robot has run into something."""
+        """Publish the true pose, and fail a robot that touches an obstacle."""
         now_ns = self._simulator.time_ns
-        # Composed as world_pose_node does, for equal bits.
+        # Composed as by world_pose_node, for equal bits.
         pose = WORLD_POSE_IN_MAP.compose(self._simulator.base_pose_in_world())
         self.distance_m += math.hypot(pose.x_m - self._true_pose.x_m, pose.y_m - self._true_pose.y_m)
         self._true_pose = pose
@@ -153,14 +168,14 @@ class LockstepTrial:
         hit = self._simulator.obstacle_hit()
         if hit is not None:
             raise RouteFailed(Outcome.COLLISION, f'the robot touches {hit} at ({pose.x_m:.2f}, {pose.y_m:.2f}) m')
-        self._driver.take_true_time(now_ns)
+        self._driver.take_time(now_ns)
 
     def _scan(self) -> None:
         scan = self._simulator.scan()
         self._publications.scan(scan)
         self._driver.take_scan(scan)
 
-    # ---- after their latency
+    # ---- after a latency
 
     def _take_odometry(self, now_ns: int, estimate: OdometryEstimate) -> None:
         self._publications.odometry(now_ns, estimate)

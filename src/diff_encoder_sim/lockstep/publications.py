@@ -1,4 +1,4 @@
-"""What the parts of a trial in lockstep say, topic by topic; who listens, redefines it."""
+"""What the parts of a trial in lockstep publish, topic by topic."""
 
 from __future__ import annotations
 
@@ -19,49 +19,49 @@ from diff_encoder_sim.trials.trial_outcome import Ending
 
 
 class Publications:
-    """Nobody listens. Each method is one publication on the live graph's topics, at `now_ns`."""
+    """One method for each publication on the live graph, at `now_ns`. Here they do nothing; a subclass may record."""
 
     def begin(self, trial: Trial, simulator: Simulator, robot_file: Union[str, Path]) -> None:
-        """/trial, before time runs."""
+        """Publish /trial, before time runs."""
 
     def ending(self, now_ns: int, ending: Ending) -> None:
-        """/trial_result."""
+        """Publish /trial_result."""
 
     def map(self, grid: OccupancyGrid) -> None:
-        """/map and /map_metadata, before time runs."""
+        """Publish /map and /map_metadata, before time runs."""
 
     def joint_states(self, joints: JointStates) -> None:
-        """/clock and /joint_states of each tick, and the wheels on /tf."""
+        """Publish /clock and /joint_states at each tick, and the wheels' frames on /tf."""
 
     def models(self, now_ns: int, simulator: Simulator) -> None:
-        """/gazebo/model_states."""
+        """Publish /gazebo/model_states."""
 
     def world_pose(self, now_ns: int, base_pose_in_map: Pose2D) -> None:
-        """/world_pose: the truth."""
+        """Publish /world_pose, the true pose."""
 
     def scan(self, scan: Scan) -> None:
-        """/scan."""
+        """Publish /scan."""
 
     def encoder_pulse(self, now_ns: int, sample: EncoderSample) -> None:
-        """/encoder_pulse."""
+        """Publish /encoder_pulse."""
 
     def odometry(self, now_ns: int, estimate: OdometryEstimate) -> None:
-        """/odom, and odom->base_link on /tf."""
+        """Publish /odom, and odom->base_link on /tf."""
 
     def amcl_pose(self, now_ns: int, estimate: AmclEstimate) -> None:
-        """/amcl_pose."""
+        """Publish /amcl_pose."""
 
     def odom_in_map(self, now_ns: int, stamp_ns: int, odom_pose_in_map: Pose2D) -> None:
-        """map->odom on /tf, with its stamp."""
+        """Publish map->odom on /tf, with its stamp."""
 
     def global_pose(self, now_ns: int, stamp_ns: int, base_pose_in_map: Pose2D) -> None:
-        """/global_pose: where the robot believes to be."""
+        """Publish /global_pose, the pose estimate."""
 
     def command(self, now_ns: int, command: Command, is_navigators: bool) -> None:
-        """/cmd_vel, from the navigator or from who drives the trial."""
+        """Publish /cmd_vel, by the navigator or by the trial's own node."""
 
     def goal(self, now_ns: int, stamp_ns: int, goal_in_map: Pose2D) -> None:
-        """/move_base/goal; the stamp is that of the pose at which it was decided."""
+        """Publish /move_base/goal; the stamp is that of the pose estimate at which it was sent."""
 
     def goal_result(self, now_ns: int, status: GoalStatus, text: str) -> None:
-        """/move_base/result of the goal sent last."""
+        """Publish /move_base/result of the goal sent last."""

@@ -1,9 +1,9 @@
-"""The parameters of a robot's every part, as the files of config/ give them."""
+"""The parameters of all parts of a robot, as the YAML files of config/ give them."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Dict, Iterator, List, Mapping, NamedTuple, Sequence, Tuple, Type, Union
+from typing import Any, Callable, Dict, Iterator, Mapping, NamedTuple, Sequence, Type, Union
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.typed_params import Params, did_you_mean, load_yaml, split_params
@@ -14,16 +14,16 @@ from diff_encoder_sim.navigation.navigator_params import NavigatorParams
 from diff_encoder_sim.odometry.wheel_odometry import OdometryParams
 from diff_encoder_sim.simulation.simulator import SimulatorParams
 
-# The files by their stems, in the order of RobotParams.
-CONFIG_FILES: Dict[str, Tuple[Type[Params], ...]] = {
-    'config': (EncoderParams, OdometryParams),
-    'simulator': (SimulatorParams,),
-    'amcl': (AmclParams,),
-    'navigation': (NavigatorParams,),
-    'lockstep': (LatencyParams,),
+# The files by their stems, each with the fields of RobotParams that it sets.
+CONFIG_FILES: Dict[str, Dict[str, Type[Params]]] = {
+    'config': {'encoder': EncoderParams, 'odometry': OdometryParams},
+    'simulator': {'simulator': SimulatorParams},
+    'amcl': {'amcl': AmclParams},
+    'navigation': {'navigator': NavigatorParams},
+    'lockstep': {'latency': LatencyParams},
 }
 
-# What a trial sets itself, and from where: an override of it would have no effect.
+# Keys that a trial sets itself, with what sets them: an override would have no effect.
 SET_BY_TRIALS = {
     'config.ppr': "the campaign's ppr",
     'config.ppr.left': "the campaign's ppr",
@@ -37,7 +37,7 @@ RobotConfig = Dict[str, Dict[str, Any]]
 
 
 class RobotParams(NamedTuple):
-    """The YAML files of config/, each as its nodes read it."""
+    """The parameters of each part, as its node reads them."""
 
     encoder: EncoderParams
     odometry: OdometryParams
@@ -48,35 +48,31 @@ class RobotParams(NamedTuple):
 
 
 def load_robot_params(config_folder: Union[str, Path]) -> RobotParams:
-    """What trial.launch gives its nodes.
+    """Load the parameters that trial.launch gives its nodes.
 
     Raises:
         ConfigError: a file is missing or bad.
     """
-    folder, parts = Path(config_folder), []
-    for stem, params_classes in CONFIG_FILES.items():
-        path = folder / f'{stem}.yaml'
-        parts += split_params(load_yaml(path), str(path), *params_classes)
-    return RobotParams(*parts)
+    return _robot_params(_load_files(config_folder), lambda stem: str(_path(config_folder, stem)))
 
 
 def load_robot_config(config_folder: Union[str, Path]) -> RobotConfig:
-    """The files of config/ by their stems, as they are, but good.
+    """Load the content of the files by their stems, for `override`.
 
     Raises:
         ConfigError: a file is missing or bad.
     """
     load_robot_params(config_folder)
-    return {stem: load_yaml(Path(config_folder) / f'{stem}.yaml') for stem in CONFIG_FILES}
+    return _load_files(config_folder)
 
 
 def override(config: RobotConfig, overrides: Mapping[str, Any]) -> RobotParams:
-    """The parameters when some have other values.
+    """Return the parameters with other values for some keys.
 
     Args:
         config: from `load_robot_config`.
-        overrides: values by dotted keys that begin with the stem of a file, such as
-            `simulator.lidar.noise`; see `check_key`.
+        overrides: values by dotted keys that begin with the stem of a file, such as `simulator.lidar.noise`; see
+            `check_key`.
 
     Raises:
         ConfigError: a value is not allowed, or another key decides what this one should.
@@ -84,12 +80,9 @@ def override(config: RobotConfig, overrides: Mapping[str, Any]) -> RobotParams:
     changed: RobotConfig = dict(config)
     for key, value in overrides.items():
         changed = _with_value(changed, key.split('.'), value)
-    parts: List[Params] = []
-    for stem, params_classes in CONFIG_FILES.items():
-        parts += split_params(changed[stem], stem, *params_classes)
-    params = RobotParams(*parts)
+    params = _robot_params(changed, str)
     for key, value in overrides.items():
-        _check_it_took_effect(params, key, value)
+        _check_effect(params, key, value)
     return params
 
 
@@ -103,19 +96,33 @@ def check_key(key: str) -> None:
         raise ConfigError(f'{key}: every trial sets it; allowed: {SET_BY_TRIALS[key]}')
     known = [
         f'{stem}.{name}'
-        for stem, params_classes in CONFIG_FILES.items()
-        for params_class in params_classes
+        for stem, classes in CONFIG_FILES.items()
+        for params_class in classes.values()
         for name in _dotted_keys(params_class)
     ]
     if key not in known:
-        hint = did_you_mean(key, known) or (
-            '; allowed: a parameter of a file of config/, such as simulator.lidar.noise'
-        )
+        hint = did_you_mean(key, known) or '; allowed: a parameter of a file of config/, such as simulator.lidar.noise'
         raise ConfigError(f'{key}: unknown key{hint}')
 
 
+def _path(config_folder: Union[str, Path], stem: str) -> Path:
+    return Path(config_folder) / f'{stem}.yaml'
+
+
+def _load_files(config_folder: Union[str, Path]) -> RobotConfig:
+    return {stem: load_yaml(_path(config_folder, stem)) for stem in CONFIG_FILES}
+
+
+def _robot_params(config: RobotConfig, source: Callable[[str], str]) -> RobotParams:
+    """Check each file's content; `source` returns from its stem what an error names it by."""
+    parts: Dict[str, Any] = {}
+    for stem, classes in CONFIG_FILES.items():
+        parts.update(zip(classes, split_params(config[stem], source(stem), *classes.values())))
+    return RobotParams(**parts)
+
+
 def _dotted_keys(params_class: Type[Params]) -> Iterator[str]:
-    """Of single values; the flat names only, where costmaps know others as well."""
+    """Yield the keys of single values: of costmaps their flat names alone, which have namespaces as aliases."""
     for name, field in params_class.model_fields.items():
         if isinstance(field.annotation, type) and issubclass(field.annotation, Params):
             yield from (f'{name}.{below}' for below in _dotted_keys(field.annotation))
@@ -130,11 +137,11 @@ def _with_value(mapping: Mapping[str, Any], path: Sequence[str], value: Any) -> 
     return {**mapping, first: value}
 
 
-def _check_it_took_effect(params: RobotParams, key: str, value: Any) -> None:
-    """move_base's namespaces overlap: what one sets, another can set again."""
+def _check_effect(params: RobotParams, key: str, value: Any) -> None:
+    """Check that a parameter has its value: in move_base's overlapping namespaces another key can set it again."""
     stem, *path = key.split('.')
-    classes = CONFIG_FILES[stem]
-    used: Any = next(part for part in params if isinstance(part, classes) and path[0] in type(part).model_fields)
+    parts = [getattr(params, field) for field in CONFIG_FILES[stem]]
+    used: Any = next(part for part in parts if path[0] in type(part).model_fields)
     for name in path:
         used = getattr(used, name)
     if isinstance(used, (bool, int, float, str)) and used != value:

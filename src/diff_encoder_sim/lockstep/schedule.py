@@ -1,4 +1,4 @@
-"""Simulated time as a queue: parts at their rates, answers after their latency."""
+"""Simulated time as a queue of actions: at their rates, or after a latency."""
 
 from __future__ import annotations
 
@@ -9,10 +9,9 @@ Action = Callable[[], None]
 
 
 class Schedule:
-    """Actions by time [ns]; those of one time in a fixed order.
+    """Actions by time [ns], those of one time in a fixed order.
 
-    First what comes at a rate, in the order in which it was entered; then what was put off until
-    then, in the order in which that was done.
+    First those at a rate, then those entered by `at`, each in the order in which they were entered.
     """
 
     def __init__(self) -> None:
@@ -21,19 +20,19 @@ class Schedule:
         self._count = 0
 
     def every(self, period_ns: int, action: Action) -> None:
-        """Do it at 0 and at every multiple of the period."""
+        """Enter an action for 0 and every multiple of the period."""
         self._push(0, 0, period_ns, action)
 
     def at(self, time_ns: int, action: Action) -> None:
-        """Do it once."""
+        """Enter an action for one time."""
         self._push(time_ns, 1, 0, action)
 
     def clear(self) -> None:
-        """Forget all."""
+        """Remove all actions."""
         self._queue.clear()
 
     def run_until(self, time_ns: int) -> None:
-        """Do all that is due up to and including a time; it may enter more."""
+        """Run all actions up to and including a time; they may enter more."""
         queue = self._queue
         while queue and queue[0][0] <= time_ns:
             due_ns, rank, period_ns, action = queue[0]

@@ -1,4 +1,4 @@
-"""A whole trial in lockstep, from its plan to its bag and its result."""
+"""A trial in lockstep, from its plan to its bag and its result."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from diff_encoder_sim.trials.trial_outcome import Ending
 
 
 class TrialResult(NamedTuple):
-    """How a trial ended, and where, by each source of poses."""
+    """How a trial ended, and how far from its goal by each pose source."""
 
     ending: Ending
     duration_s: float  # simulated
-    distance_m: float  # that base_link came along the floor
+    distance_m: float  # path length of base_link
     errors: FinalErrors
 
 
@@ -52,7 +52,7 @@ def _final_errors(trial: LockstepTrial, plan: TrialPlan) -> FinalErrors:
     poses: Dict[PoseSource, Optional[Pose2D]] = dict.fromkeys(PoseSource)
     poses[PoseSource.WORLD] = trial.true_pose_in_map
     if last is not None:
-        # Odometry begins at zero, where the robot was surveyed to stand.
+        # Odometry begins at zero, which is the surveyed start pose.
         poses[PoseSource.ODOM] = start.compose(last.odometry.base_pose_in_odom)
         poses[PoseSource.AMCL] = last.estimate and last.estimate.base_pose_in_map
         poses[PoseSource.GLOBAL] = last.estimated_pose_in_map

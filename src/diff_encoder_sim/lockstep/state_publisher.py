@@ -1,0 +1,50 @@
+"""The frames of the robot's links, as robot_state_publisher publishes them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Callable, List, Union
+
+from diff_encoder_sim.recording import topics
+from diff_encoder_sim.serialization.transform_messages import encode_spatial_transform, encode_tf
+from diff_encoder_sim.simulation.link_frames import LinkFrame, LinkFrames
+from diff_encoder_sim.simulation.robot import expand_xacro
+from diff_encoder_sim.simulation.state import JointStates
+
+# robot_state_publisher's publish_frequency, 50 Hz.
+FRAMES_PERIOD_NS = 20_000_000
+
+# The xacro arguments that trial.launch gives the robot file for robot_description.
+DESCRIPTION_ARGUMENTS = {'root_inertia': 'false'}
+
+# Records a message: its topic, node, time [ns], and what encodes it where it is recorded.
+WriteMessage = Callable[[str, str, int, Callable[[], bytes]], None]
+
+
+class StatePublisher:
+    """Writes the wheels' frames to /tf at 50 Hz, and the fixed ones once to /tf_static."""
+
+    def __init__(self, robot_file: Union[str, Path], write: WriteMessage) -> None:
+        self._frames = LinkFrames(expand_xacro(robot_file, DESCRIPTION_ARGUMENTS))
+        self._write = write
+        self._published_ns = 0
+
+    def take(self, joints: JointStates) -> None:
+        """Publish at the time of these joint states, if the period is over."""
+        now_ns, frames = joints.stamp_ns, self._frames
+        if now_ns - self._published_ns < FRAMES_PERIOD_NS:
+            return
+        if self._published_ns == 0:
+            self._write(topics.TF_STATIC, topics.STATE_PUBLISHER_NODE, now_ns, lambda: _encode(frames.fixed, now_ns))
+        self._published_ns = now_ns
+        angles_rad = dict(zip(joints.names, joints.angles_rad))
+        self._write(topics.TF, topics.STATE_PUBLISHER_NODE, now_ns, lambda: _encode(frames.turned(angles_rad), now_ns))
+
+
+def _encode(frames: List[LinkFrame], stamp_ns: int) -> bytes:
+    return encode_tf(
+        *(
+            encode_spatial_transform(frame.translation_xyz_m, frame.quat_xyzw, stamp_ns, frame.parent, frame.child)
+            for frame in frames
+        )
+    )
