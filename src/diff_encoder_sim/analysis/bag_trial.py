@@ -1,4 +1,4 @@
-"""One trial from its bag: everything recomputed from what was recorded."""
+"""Reads one trial from its bag: everything is computed from the recording."""
 
 from __future__ import annotations
 
@@ -19,32 +19,32 @@ from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.encoders.pulses import ppr_label
 from diff_encoder_sim.evaluation.trajectory_error import Alignment, PathError, path_error
 from diff_encoder_sim.recording import topics
-from diff_encoder_sim.recording.trial_recording import POSE_TOPICS, read_trial
+from diff_encoder_sim.recording.trial_recording import POSE_TOPICS, TrialRecording, read_trial
 from diff_encoder_sim.trials.pose_source import PoseSource
 from diff_encoder_sim.trials.trial_definition import Trial
 
-# For a worker at a time: enough that handing them over costs nothing.
+# Sent to a worker at a time: enough to make the overhead negligible.
 BAGS_PER_TASK = 4
 
 MOST_POINTS = 600  # of a track
 
-# Odometry begins anywhere; the other sources estimate where in the map the robot is.
+# Odometry begins anywhere; the other sources estimate the pose in the map.
 ALIGNMENTS = {PoseSource.ODOM: Alignment.ORIGIN, PoseSource.AMCL: Alignment.NONE, PoseSource.GLOBAL: Alignment.NONE}
 
 
 class BagTrial(NamedTuple):
-    """What a bag tells of its trial."""
+    """A trial from its bag."""
 
-    trial: Trial  # what was asked for
-    data: TrialData  # what came of it; nothing is varied
+    trial: Trial  # its definition
+    data: TrialData  # its results; nothing is varied
 
 
 def read_bag_trials(paths: Sequence[Path]) -> List[Union[BagTrial, str]]:
-    """Of each bag what it tells, or a line that says why it cannot be analysed; on all cores."""
+    """Read each bag on all cores; return its trial, or a line with the reason why it cannot be analysed."""
     workers = min(usable_cores(), len(paths))
     if workers < 2:
         return [_trial_or_reason(path) for path in paths]
-    # Forked: there at once, and the script that was started is not run again.
+    # Forked: starts at once, and does not run the main script again.
     with ProcessPoolExecutor(workers, multiprocessing.get_context('fork')) as pool:
         return list(pool.map(_trial_or_reason, paths, chunksize=BAGS_PER_TASK))
 
@@ -59,35 +59,36 @@ def read_bag_trial(path: Path) -> BagTrial:
     for topic in (topics.ODOM, topics.WORLD_POSE):
         if topic not in recording.poses:
             raise ConfigError(f'{path}: no message on {topic}; expected {POSE_TOPICS[topic]}')
-    trial, errors, poses = recording.trial, goal_errors(recording), poses_in_map(recording)
+    return BagTrial(recording.trial, _data(recording))
+
+
+def _data(recording: TrialRecording) -> TrialData:
+    trial, poses = recording.trial, poses_in_map(recording)
     truth = poses[PoseSource.WORLD]
-    return BagTrial(
-        trial,
-        TrialData(
-            trial.test.name,
-            label_of(trial),
-            (),
-            trial.number,
-            trial.number,
-            recording.outcome,
-            recording.reason,
-            float(truth.stamps_ns.max() - truth.stamps_ns.min()) / NANOSECONDS_PER_SECOND,
-            truth.path_length_m(),
-            errors,
-            _path_errors(poses),
-            _tracks(poses),
-            path,
-        ),
+    return TrialData(
+        trial.test.name,
+        label_of(trial),
+        (),
+        trial.number,
+        trial.number,
+        recording.outcome,
+        recording.reason,
+        float(truth.stamps_ns.max() - truth.stamps_ns.min()) / NANOSECONDS_PER_SECOND,
+        truth.path_length_m(),
+        goal_errors(recording),
+        _path_errors(poses),
+        _tracks(poses),
+        recording.path,
     )
 
 
 def label_of(trial: Trial) -> str:
-    """The trial's encoder in a word, as a cell has it."""
+    """Return the label of the trial's encoder."""
     return IDEAL if trial.odom == 'ideal' else ppr_label(trial.ppr)
 
 
 def robot_of(trial: Trial) -> RobotGeometry:
-    """The robot as the trial's odometry believes it."""
+    """Return the wheel geometry that the trial's odometry computes with."""
     return RobotGeometry(trial.wheel_diameter, trial.wheel_separation)
 
 
@@ -111,4 +112,6 @@ def _tracks(poses: Dict[PoseSource, PoseSeries]) -> Tracks:
 
 
 def _thinned(points: np.ndarray) -> np.ndarray:
-    return points[np.unique(np.linspace(0, len(points) - 1, MOST_POINTS).round().astype(int))]
+    indices = np.linspace(0, len(points) - 1, MOST_POINTS).round().astype(int)
+    kept: np.ndarray = points[np.unique(indices)]
+    return kept

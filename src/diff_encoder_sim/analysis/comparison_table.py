@@ -7,7 +7,7 @@ from typing import List, Sequence
 from diff_encoder_sim.analysis.dataset import Dataset
 from diff_encoder_sim.analysis.ppr_comparison import PprComparison
 from diff_encoder_sim.analysis.ppr_conclusion import conclusion
-from diff_encoder_sim.analysis.table_files import Column, Entry, Number, Table
+from diff_encoder_sim.analysis.table import Column, Entry, Number, Table
 from diff_encoder_sim.analysis.table_keys import key_columns, key_entries, varied_keys
 
 DECIMALS = 4

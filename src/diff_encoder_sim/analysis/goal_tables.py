@@ -13,7 +13,7 @@ from diff_encoder_sim.analysis.encoder_labels import IDEAL, ppr_text
 from diff_encoder_sim.analysis.final_errors import with_final_error
 from diff_encoder_sim.analysis.goal_statistics import DECIMALS, STATISTICS, Statistic, Statistics, cell_statistics
 from diff_encoder_sim.analysis.quantities import QUANTITIES, YAW, Quantity, X
-from diff_encoder_sim.analysis.table_files import Column, Entry, Number, Table
+from diff_encoder_sim.analysis.table import Column, Entry, Number, Table
 from diff_encoder_sim.analysis.table_keys import cell_text, key_columns, key_entries, varied_keys
 from diff_encoder_sim.recording.topics import TOPIC_OF_SOURCE
 from diff_encoder_sim.trials.pose_source import PoseSource

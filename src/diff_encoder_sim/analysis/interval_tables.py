@@ -11,7 +11,7 @@ from diff_encoder_sim.analysis.final_errors import count_within, final_errors
 from diff_encoder_sim.analysis.goal_statistics import DECIMALS, PERCENT_DECIMALS, error_statistics
 from diff_encoder_sim.analysis.goal_tables import GoalTable
 from diff_encoder_sim.analysis.quantities import QUANTITIES, Quantity
-from diff_encoder_sim.analysis.table_files import Column, Entry, Label, Number, Table
+from diff_encoder_sim.analysis.table import Column, Entry, Label, Number, Table
 from diff_encoder_sim.analysis.table_keys import key_columns, key_entries, varied_keys
 from diff_encoder_sim.evaluation.sample_statistics import (
     LEVEL,

@@ -9,7 +9,7 @@ import numpy as np
 
 from diff_encoder_sim.analysis.dataset import Dataset
 from diff_encoder_sim.analysis.final_errors import with_final_error
-from diff_encoder_sim.analysis.table_files import Column, Entry, Label, Number, Table
+from diff_encoder_sim.analysis.table import Column, Entry, Label, Number, Table
 from diff_encoder_sim.analysis.table_keys import key_columns, key_entries, varied_keys
 from diff_encoder_sim.evaluation.relative_error import RPE_DISTANCES_M, RpePairs, rpe_name
 from diff_encoder_sim.evaluation.rpe_segments import RelativeError
@@ -23,48 +23,43 @@ _WHOLE = 'whole path'
 _RPE = [(pairs, distance_m) for distance_m in RPE_DISTANCES_M for pairs in RpePairs]
 
 
+_ATE_NOTE = (
+    "ATE: distance from the true pose, /odom's with its first pose aligned to the true one, the others' without "
+    f"alignment; mean of the trials' RMSE with its {100 * LEVEL:g} % interval (t-distribution) and standard deviation, "
+    'and the largest distance in any trial. inf: too few trials for a bound.'
+)
+_RPE_NOTE = (
+    'RPE: error of the motion over segments of the true path; mean of the RMSE of the trials whose path is so long, '
+    'and how many segments they have together. Consecutive segments lie end to end; of all pairs, one begins at each '
+    'pose.'
+)
+
+
 def path_error_table(dataset: Dataset) -> Optional[Table]:
-    """Rows cell and source, numbers over its trials; None for a dataset without paths."""
+    """Build a row for each cell and source over its trials; None for a dataset without paths."""
     keys = varied_keys(dataset)
-    columns = [
-        *key_columns(keys),
-        Column('ppr', 'PPR'),
-        Column('source', 'source'),
-        Column('trials', 'trials'),
-        *_columns(),
-    ]
     rows: List[List[Entry]] = []
     for cell, trials in dataset.cells().items():
         for source, topic in TOPIC_OF_SOURCE.items():
             paths = [path for path in (trial.paths.get(source) for trial in with_final_error(trials, source)) if path]
             if paths:
-                rows.append(
-                    [*key_entries(cell.test, cell.varied, keys), cell.ppr, Label(source.value, topic), *_numbers(paths)]
-                )
+                entries: List[Entry] = [
+                    *key_entries(cell.test, cell.varied, keys),
+                    cell.ppr,
+                    Label(source.value, topic),
+                ]
+                rows.append([*entries, *_numbers(paths)])
     if not rows:
         return None
-    return Table(
-        'path_errors',
-        'Errors over the whole path',
-        columns,
-        rows,
-        [
-            (
-                "ATE: distance from the truth, /odom's with its first pose laid on the true one, the others' without "
-                f"alignment; mean of the trials' RMSE with its {100 * LEVEL:g} % interval (t-distribution) and "
-                'standard deviation, and the largest distance in any trial. inf: too few trials for a bound.'
-            ),
-            (
-                'RPE: error of the motion over segments of the true path; mean of the RMSE of those trials whose path '
-                'is so long, and how many segments they have together. Consecutive segments lie end to end; of all '
-                'pairs, one begins at each pose.'
-            ),
-        ],
-    )
+    columns = [*key_columns(keys), *_columns()]
+    return Table('path_errors', 'Errors over the whole path', columns, rows, [_ATE_NOTE, _RPE_NOTE])
 
 
 def _columns() -> List[Column]:
     columns = [
+        Column('ppr', 'PPR'),
+        Column('source', 'source'),
+        Column('trials', 'trials'),
         Column('ate_rmse_mean_m', 'ATE RMSE [m]', _WHOLE),
         Column('ate_rmse_low_m', 'from', _WHOLE),
         Column('ate_rmse_high_m', 'to', _WHOLE),
@@ -85,7 +80,7 @@ def _rpe_columns(pairs: RpePairs, distance_m: float) -> List[Column]:
 
 
 def _numbers(paths: Sequence[PathError]) -> List[Entry]:
-    """Count, and an entry for each of `_columns`."""
+    """Return an entry for each of `_columns` from the number of trials on."""
     ate_m = np.array([path.ate_rmse_m for path in paths])
     in_metres = [
         _mean(ate_m.tolist()),

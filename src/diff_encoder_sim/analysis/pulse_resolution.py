@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import List, NamedTuple, Sequence
 
-from diff_encoder_sim.analysis.table_files import Column, Entry, Number, Table
+from diff_encoder_sim.analysis.table import Column, Entry, Number, Table
 
 
 class PulseResolution(NamedTuple):

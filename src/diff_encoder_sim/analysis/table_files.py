@@ -1,58 +1,14 @@
-"""Tables as data, and how they are written: CSV to compute with, Markdown and LaTeX to read."""
+"""Writes tables: CSV to compute with, Markdown and LaTeX to read."""
 
 from __future__ import annotations
 
 import csv
 import io
 from pathlib import Path
-from typing import Callable, Dict, Iterable, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Callable, Dict, Iterable, Sequence
 
-# So many groups of columns fit the width of a page; others follow below, with the key columns again.
-GROUPS_ABREAST = 4
-
-_LATEX_ESCAPES = str.maketrans(
-    {
-        '\\': r'\textbackslash{}',
-        '~': r'\textasciitilde{}',
-        '^': r'\textasciicircum{}',
-        **{char: f'\\{char}' for char in '&%$#_{}'},
-    }
-)
-
-
-class Number(NamedTuple):
-    """A number, and how many decimals tables show; CSV has all."""
-
-    value: Optional[float]  # None where there is no such number
-    decimals: int
-
-
-class Label(NamedTuple):
-    """A text as CSV has it, and as tables show it."""
-
-    name: str
-    head: str
-
-
-Entry = Union[str, Label, Number]
-
-
-class Column(NamedTuple):
-    """A column; those without a group come first and are the keys of the rows."""
-
-    name: str  # in CSV, with the unit
-    head: str  # as tables show it, with the unit
-    group: str = ''  # a heading over neighbouring columns
-
-
-class Table(NamedTuple):
-    """A table, independent of the format it is written in."""
-
-    name: str  # of its files, without suffix
-    title: str
-    columns: List[Column]
-    rows: List[List[Entry]]  # an entry for each column
-    notes: List[str]  # below it, a sentence or two each
+from diff_encoder_sim.analysis.latex_table import latex_text
+from diff_encoder_sim.analysis.table import Entry, Label, Number, Table, abreast, is_number_column, rounded
 
 
 def csv_text(table: Table) -> str:
@@ -77,22 +33,6 @@ def markdown_text(table: Table) -> str:
     return '\n\n'.join(part for part in parts if part) + '\n'
 
 
-def latex_text(table: Table) -> str:
-    r"""Format a table as LaTeX, for \input in a document that uses booktabs."""
-    lines = [
-        r'% \usepackage{booktabs}',
-        r'\begin{table}',
-        r'\centering\scriptsize',
-        r'\setlength{\tabcolsep}{3pt}',
-        rf'\caption{{{_latex(table.title)}}}',
-        rf'\label{{tab:{table.name}}}',
-    ]
-    for columns in abreast(table.columns):
-        lines += _latex_tabular(table, columns)
-    lines += [rf'\par\raggedright {_latex(note)}' for note in table.notes]
-    return '\n'.join([*lines, r'\end{table}', ''])
-
-
 WRITERS: Dict[str, Callable[[Table], str]] = {'csv': csv_text, 'md': markdown_text, 'tex': latex_text}
 
 
@@ -110,36 +50,12 @@ def write_tables(tables: Sequence[Table], csv_only: Sequence[Table], folder: Pat
         (folder / f'{table.name}.{suffix}').write_bytes(WRITERS[suffix](table).encode('utf-8'))
 
 
-def abreast(columns: Sequence[Column]) -> Iterator[List[int]]:
-    """Yield the indices of the columns of each block that fits the page's width, the key columns in each."""
-    keys = [index for index, column in enumerate(columns) if not column.group]
-    groups = list(dict.fromkeys(column.group for column in columns if column.group))
-    for first in range(0, max(len(groups), 1), GROUPS_ABREAST):
-        shown = groups[first : first + GROUPS_ABREAST]
-        yield keys + [index for index, column in enumerate(columns) if column.group in shown]
-
-
-def is_number_column(table: Table, index: int) -> bool:
-    """Return whether a column is aligned to the right."""
-    return bool(table.rows) and all(isinstance(row[index], Number) for row in table.rows)
-
-
 def _exact(entry: Entry) -> str:
     if not isinstance(entry, Number):
         return entry.name if isinstance(entry, Label) else entry
     if entry.value is None:
         return ''
     return repr(float(entry.value) if entry.decimals else int(entry.value))
-
-
-def rounded(entry: Entry, absent: str) -> str:
-    """Format an entry as tables show it; `absent` replaces a missing number."""
-    if not isinstance(entry, Number):
-        return entry.head if isinstance(entry, Label) else entry
-    if entry.value is None:
-        return absent
-    # Adding zero removes the sign of what is rounded to zero.
-    return f'{round(entry.value, entry.decimals) + 0.0:.{entry.decimals}f}'
 
 
 def _markdown(text: str) -> str:
@@ -150,53 +66,3 @@ def _markdown(text: str) -> str:
 
 def _markdown_row(texts: Iterable[str]) -> str:
     return f'| {" | ".join(map(_markdown, texts))} |'
-
-
-def _latex_tabular(table: Table, columns: Sequence[int]) -> List[str]:
-    alignment = ''.join('r' if is_number_column(table, index) else 'l' for index in columns)
-    heads = ' & '.join(_latex(table.columns[index].head) for index in columns)
-    lines = [
-        rf'\begin{{tabular}}{{{alignment}}}',
-        r'\toprule',
-        *_latex_groups(table, columns),
-        rf'{heads} \\',
-        r'\midrule',
-    ]
-    for number, row in enumerate(table.rows):
-        if number and row[0] != table.rows[number - 1][0]:
-            lines.append(r'\midrule')
-        lines.append(' & '.join(_latex_entry(row[index]) for index in columns) + r' \\')
-    return [*lines, r'\bottomrule', r'\end{tabular}', r'\par\medskip']
-
-
-def _latex_groups(table: Table, columns: Sequence[int]) -> List[str]:
-    """Return the line of group headings and the rules below them; nothing without groups."""
-    cells, rules = [], []
-    for group, first, last in equal_neighbours([table.columns[index].group for index in columns]):
-        if group:
-            cells.append(rf'\multicolumn{{{last - first + 1}}}{{c}}{{{_latex(group)}}}')
-            rules.append(rf'\cmidrule(lr){{{first}-{last}}}')
-        else:
-            cells += [''] * (last - first + 1)
-    return [' & '.join(cells) + r' \\', ' '.join(rules)] if rules else []
-
-
-def equal_neighbours(texts: Sequence[str]) -> List[Tuple[str, int, int]]:
-    """Return the runs of equal neighbours: text, first and last position, from 1."""
-    runs: List[Tuple[str, int, int]] = []
-    for position, text in enumerate(texts, start=1):
-        if runs and runs[-1][0] == text:
-            runs[-1] = (text, runs[-1][1], position)
-        else:
-            runs.append((text, position, position))
-    return runs
-
-
-def _latex_entry(entry: Entry) -> str:
-    text = rounded(entry, '--')
-    is_known = isinstance(entry, Number) and entry.value is not None
-    return text.replace('-', '$-$') if is_known else _latex(text)
-
-
-def _latex(text: str) -> str:
-    return text.translate(_LATEX_ESCAPES)

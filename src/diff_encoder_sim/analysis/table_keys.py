@@ -6,7 +6,7 @@ from typing import List, Sequence
 
 from diff_encoder_sim.analysis.dataset import CellKey, Dataset, Varied, distinct
 from diff_encoder_sim.analysis.encoder_labels import ppr_text
-from diff_encoder_sim.analysis.table_files import Column
+from diff_encoder_sim.analysis.table import Column
 
 
 def cell_text(cell: CellKey) -> str:

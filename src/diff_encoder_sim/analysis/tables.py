@@ -10,7 +10,7 @@ from diff_encoder_sim.analysis.goal_tables import GOAL_TABLES, goal_table
 from diff_encoder_sim.analysis.interval_tables import interval_table
 from diff_encoder_sim.analysis.path_tables import path_error_table
 from diff_encoder_sim.analysis.pulse_resolution import pulse_resolution_table
-from diff_encoder_sim.analysis.table_files import Table
+from diff_encoder_sim.analysis.table import Table
 
 
 def all_tables(dataset: Dataset) -> List[Table]:

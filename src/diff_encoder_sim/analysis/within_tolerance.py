@@ -15,8 +15,8 @@ from diff_encoder_sim.analysis.quantities import QUANTITIES, YAW, Quantity, X
 from diff_encoder_sim.evaluation.sample_statistics import LEVEL, Interval, wilson
 from diff_encoder_sim.trials.pose_source import PoseSource
 
-# The sources that are judged: where the robot was, where it estimated to be, and what the estimate
-# would have been without a map.
+# The sources that are compared with the goal: the true pose, the pose estimate, and what the estimate
+# would be without a map.
 SOURCE_TEXTS = {PoseSource.WORLD: 'true pose', PoseSource.GLOBAL: 'pose estimate', PoseSource.ODOM: 'odometry alone'}
 
 # The paper's 30 trials can show no more than 88 %, if all of them end within the tolerance.

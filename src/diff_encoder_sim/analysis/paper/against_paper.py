@@ -9,7 +9,7 @@ from diff_encoder_sim.analysis.paper.errata import ERRATA
 from diff_encoder_sim.analysis.paper.paper_cells import STATISTICS
 from diff_encoder_sim.analysis.paper.paper_comparison import ComparedCell, PaperComparison
 from diff_encoder_sim.analysis.quantities import Quantity
-from diff_encoder_sim.analysis.table_files import Column, Entry, Number, Table
+from diff_encoder_sim.analysis.table import Column, Entry, Number, Table
 from diff_encoder_sim.analysis.table_keys import cell_text
 from diff_encoder_sim.recording.topics import TOPIC_OF_SOURCE
 from diff_encoder_sim.trials.pose_source import PoseSource

@@ -8,7 +8,7 @@ from diff_encoder_sim.analysis.dataset import Dataset
 from diff_encoder_sim.analysis.paper.against_paper import cell_tables, errata_table, resolution_table, score_table
 from diff_encoder_sim.analysis.paper.claim_results import ClaimResult, check_claims
 from diff_encoder_sim.analysis.paper.paper_comparison import compare_with_paper
-from diff_encoder_sim.analysis.table_files import Table
+from diff_encoder_sim.analysis.table import Table
 from diff_encoder_sim.analysis.table_keys import varied_texts
 
 

@@ -10,7 +10,7 @@ from diff_encoder_sim.analysis.closed_form import closed_form_std, odometry_minu
 from diff_encoder_sim.analysis.dataset import Dataset
 from diff_encoder_sim.analysis.encoder_labels import ppr_value
 from diff_encoder_sim.analysis.quantities import QUANTITIES
-from diff_encoder_sim.analysis.table_files import Column, Entry, Table
+from diff_encoder_sim.analysis.table import Column, Entry, Table
 from diff_encoder_sim.analysis.table_keys import cell_text
 from diff_encoder_sim.evaluation.sample_statistics import LEVEL, spread, std_interval
 

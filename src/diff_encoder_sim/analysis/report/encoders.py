@@ -7,7 +7,7 @@ from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 from diff_encoder_sim.analysis.dataset import distinct
 from diff_encoder_sim.analysis.ppr_comparison import PprComparison, Question
 from diff_encoder_sim.analysis.ppr_conclusion import conclusion
-from diff_encoder_sim.analysis.table_files import Column, Entry, Table
+from diff_encoder_sim.analysis.table import Column, Entry, Table
 from diff_encoder_sim.analysis.table_keys import setup_text
 from diff_encoder_sim.evaluation.sample_statistics import SIGNIFICANCE
 from diff_encoder_sim.recording.topics import TOPIC_OF_SOURCE

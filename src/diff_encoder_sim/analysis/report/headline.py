@@ -27,7 +27,7 @@ NOTHING = 'No trial ended with a pose: nothing can be concluded.'
 
 
 class Headline(NamedTuple):
-    """What the dataset says about the encoders."""
+    """What the dataset shows about the encoders."""
 
     statement: str  # what is listed by source
     by_source: Dict[str, str]  # by text of the pose source

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import List, NamedTuple
 
-from diff_encoder_sim.analysis.table_files import Table, abreast, equal_neighbours, is_number_column, rounded
+from diff_encoder_sim.analysis.table import Table, abreast, equal_neighbours, is_number_column, rounded
 
 
 class Group(NamedTuple):

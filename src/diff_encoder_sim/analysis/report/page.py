@@ -20,7 +20,7 @@ from diff_encoder_sim.analysis.report.sections import (
     tables_content,
     trials_content,
 )
-from diff_encoder_sim.analysis.table_files import Table
+from diff_encoder_sim.analysis.table import Table
 
 TEMPLATE = 'page.html'
 

@@ -15,7 +15,7 @@ from diff_encoder_sim.analysis.report.encoders import compare_encoders
 from diff_encoder_sim.analysis.report.html_table import html_table
 from diff_encoder_sim.analysis.report.summary import SummaryRow, summary_rows
 from diff_encoder_sim.analysis.report.trials import bag_links, failure_table, trial_table
-from diff_encoder_sim.analysis.table_files import Table
+from diff_encoder_sim.analysis.table import Table
 from diff_encoder_sim.analysis.table_keys import setup_text
 from diff_encoder_sim.analysis.within_tolerance import REQUIRED_FRACTION, SOURCE_TEXTS, TOLERANCE_TEXT
 from diff_encoder_sim.recording.topics import TOPIC_OF_SOURCE

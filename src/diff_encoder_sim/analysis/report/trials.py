@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import List, NamedTuple, Optional
 
 from diff_encoder_sim.analysis.dataset import Dataset, TrialData
-from diff_encoder_sim.analysis.table_files import Column, Entry, Number, Table
+from diff_encoder_sim.analysis.table import Column, Entry, Number, Table
 from diff_encoder_sim.analysis.table_keys import cell_text, key_columns, key_entries, varied_keys
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.recording.topics import TOPIC_OF_SOURCE
@@ -18,7 +18,7 @@ from diff_encoder_sim.trials.trial_outcome import Outcome
 
 _NOTE = (
     "Topics: distance from the goal, and heading minus the goal's, at the end. ATE: root mean square of the "
-    'distance between /odom and the true pose along the path, without alignment.'
+    'distance between /odom, its first pose aligned, and the true pose along the path.'
 )
 
 
