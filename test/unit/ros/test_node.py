@@ -1,0 +1,91 @@
+"""Parameters of a node, and how often its log repeats a message."""
+
+import logging
+
+import pytest
+
+pytest.importorskip('rospy')
+pytest.importorskip('diff_encoder_sim.msg')
+
+import rospy
+
+from diff_encoder_sim.base.errors import EVENT, ConfigError
+from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
+from diff_encoder_sim.odometry.wheel_odometry import OdometryParams
+from diff_encoder_sim.ros import node
+
+
+@pytest.fixture(name='given')
+def fixture_given(monkeypatch):
+    """Sets the private parameters of a node called /node."""
+
+    def given(private):
+        monkeypatch.setattr(rospy, 'get_param', lambda name, default: private)
+        monkeypatch.setattr(rospy, 'get_name', lambda: '/node')
+
+    return given
+
+
+def test_parameters_of_other_nodes_in_the_same_file_are_no_misspellings(given):
+    given({'rate': 10.0, 'wheel_diameter': 0.3})
+    assert node.node_params(EncoderParams, OdometryParams).rate == 10.0
+    assert node.node_params(OdometryParams, EncoderParams).wheel_diameter == 0.3
+    with pytest.raises(ConfigError, match=r'^/node: wheel_diameter: unknown key'):
+        node.node_params(EncoderParams)
+
+
+def test_a_launch_argument_with_a_value_for_each_wheel_is_text(given):
+    given({'ppr': '{left: 90, right: 1024}'})
+    ppr = node.node_params(EncoderParams).ppr
+    assert (ppr.left, ppr.right) == (90, 1024)
+
+
+def test_defaults_are_for_what_is_not_set(given):
+    given({'rate': 10.0})
+    params = node.node_params(EncoderParams, defaults={'rate': 50.0, 'counter_modulus': 65536})
+    assert (params.rate, params.counter_modulus) == (10.0, 65536)
+
+
+def test_a_value_where_the_nodes_parameters_should_be_is_refused(given):
+    given(90)
+    with pytest.raises(ConfigError, match=r'^/node: given 90; allowed: private parameters'):
+        node.node_params(EncoderParams)
+
+
+@pytest.fixture(name='sent')
+def fixture_sent(monkeypatch):
+    """What reaches /rosout, at a clock that the test sets: (lines, clock)."""
+    lines, clock = [], [0.0]
+    levels = ((logging.WARNING, lambda _, text: lines.append(text)), (logging.INFO, lambda _, text: lines.append(text)))
+    monkeypatch.setattr(node._RosLogHandler, '_LEVELS', levels)
+    monkeypatch.setattr(node.time, 'monotonic', lambda: clock[0])
+    return lines, clock
+
+
+@pytest.fixture(name='log')
+def fixture_log(sent):
+    log, handler = logging.getLogger('test_node'), node._RosLogHandler()
+    log.setLevel(logging.INFO)
+    log.addHandler(handler)
+    yield log
+    log.removeHandler(handler)
+
+
+def test_a_message_is_repeated_only_after_a_while(sent, log):
+    lines, clock = sent
+    for at_s, age_s in ((0.0, 1), (1.0, 2), (4.9, 3), (5.0, 4)):
+        clock[0] = at_s
+        log.warning('%s: %d s old', '/scan', age_s)
+    assert lines == ['/scan: 1 s old', '/scan: 4 s old']
+
+
+def test_the_same_message_about_another_topic_is_another_one(sent, log):
+    for topic in ('/scan', '/odom', '/scan'):
+        log.warning('%s: dropped', topic)
+    assert sent[0] == ['/scan: dropped', '/odom: dropped']
+
+
+def test_events_are_always_sent(sent, log):
+    for _ in range(3):
+        log.info('restarted', extra=EVENT)
+    assert sent[0] == ['restarted'] * 3
