@@ -56,10 +56,11 @@ class RunningRelativeErrors:
         planar = planar_pairs(pairs)
         # A robot that stands repeats itself: such pairs are kept once, with their count.
         firsts = np.flatnonzero(np.concatenate(([True], (planar[1:] != planar[:-1]).any(axis=1))))
-        counts = np.diff(firsts, append=len(planar))
+        distinct = lengths_m[firsts], planar[firsts], np.diff(firsts, append=len(planar))
+        step_list = steps.tolist()
         for distance_m in RPE_DISTANCES_M:
-            self._consecutive[distance_m].add(steps, planar)
-            self._all[distance_m].add(lengths_m[firsts], planar[firsts], counts)
+            self._consecutive[distance_m].add(step_list, planar)
+            self._all[distance_m].add(*distinct)
 
     def results(self) -> Dict[RpePairs, Dict[float, RelativeError]]:
         """Return the errors over all pairs so far, by length of the segments [m]."""

@@ -37,7 +37,8 @@ def planar_pairs(pairs: np.ndarray) -> np.ndarray:
         (n, 5) complex: both positions x + iy [m], both rotations exp(-i yaw), and the difference of the yaws [rad].
     """
     x_m, y_m, yaws_rad = pairs[:, 0::3], pairs[:, 1::3], pairs[:, 2::3]
-    return np.hstack((x_m + 1j * y_m, np.exp(-1j * yaws_rad), yaws_rad[:, :1] - yaws_rad[:, 1:]))
+    rotations = np.cos(yaws_rad) - 1j * np.sin(yaws_rad)
+    return np.hstack((x_m + 1j * y_m, rotations, yaws_rad[:, :1] - yaws_rad[:, 1:]))
 
 
 class SegmentSums(NamedTuple):
@@ -76,8 +77,8 @@ class ConsecutiveSegments:
         """Leave the open segment unfinished; the next pose begins a path."""
         self._start, self._since_m = self._start[:0], 0.0
 
-    def add(self, steps_m: np.ndarray, pairs: np.ndarray) -> None:
-        """Take the next block: (n, 5), and the path from the pair before to each (n,), 0 to the first."""
+    def add(self, steps_m: List[float], pairs: np.ndarray) -> None:
+        """Take the next block: (n, 5), and the path from the pair before to each, 0 to the first."""
         if len(self._start) == 0:
             self._start = pairs[:1]
         ends = pairs[self._ends(steps_m)]
@@ -89,20 +90,15 @@ class ConsecutiveSegments:
         """Return the error over all segments so far."""
         return self._sums.result()
 
-    def _ends(self, steps_m: np.ndarray) -> List[int]:
+    def _ends(self, steps_m: List[float]) -> List[int]:
         """Find the poses at which a segment ends; summed from its start on, as evo does, digit for digit."""
-        lengths_m = np.cumsum(np.append(0.0, steps_m))
-        ends: List[int] = []
-        begin = 0
-        while begin < len(steps_m):
-            stop = int(np.searchsorted(lengths_m, lengths_m[begin] + self._distance_m - self._since_m)) + 1
-            sums_m = np.cumsum(np.append(self._since_m, steps_m[begin:stop]))
-            steps = int(np.searchsorted(sums_m[:-1], self._distance_m))
-            begin += steps
-            self._since_m = float(sums_m[steps])
-            if self._since_m >= self._distance_m:
-                ends.append(begin - 1)
-                self._since_m = 0.0
+        ends, since_m, distance_m = [], self._since_m, self._distance_m
+        for index, step_m in enumerate(steps_m):
+            since_m += step_m
+            if since_m >= distance_m:
+                ends.append(index)
+                since_m = 0.0
+        self._since_m = since_m
         return ends
 
 
@@ -160,7 +156,9 @@ class AllSegments:
     def _with_segments(self, ends: np.ndarray) -> SegmentSums:
         """Add segments from the first poses, leaving out those whose length is not within tolerance."""
         misses_m = np.abs(self._segment_lengths_m(ends) - self._distance_m)
-        starts = np.flatnonzero(misses_m <= self._distance_m * LENGTH_TOLERANCE)
+        is_within = misses_m <= self._distance_m * LENGTH_TOLERANCE
+        # A slice of all is no copy.
+        starts = slice(len(ends)) if is_within.all() else np.flatnonzero(is_within)
         return self._sums.plus(self._pairs[starts], self._pairs[ends[starts]], self._counts[starts])
 
     def _with_last_segments(self) -> SegmentSums:
