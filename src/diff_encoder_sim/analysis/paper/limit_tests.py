@@ -39,11 +39,12 @@ def _fraction_interval(one: Sample, level: float) -> Interval:
 
 def _fraction_text(one: Sample, found: Interval) -> str:
     counts = f'{count_within(one.values, one.quantity)} of {len(one.values)} within'
-    return f'{counts}, {100.0 * found.low:.0f} to {100.0 * found.high:.0f} per cent'
+    return f'{counts}, 95 % interval {100.0 * found.low:.0f} to {100.0 * found.high:.0f} %'
 
 
 def _std_text(one: Sample, found: Interval) -> str:
-    return f'standard deviation {spread(one.values):.3g}, {found.low:.3g} to {found.high:.3g} {one.quantity.unit}'
+    interval = f'95 % interval {found.low:.3g} to {found.high:.3g}'
+    return f'standard deviation {spread(one.values):.3g} {one.quantity.unit}, {interval}'
 
 
 def _against_limit(

@@ -66,7 +66,7 @@ def _equal_fractions(pair: Pair, result: PairedResult, adjusted_p: float) -> Hyp
     elif adjusted_p < SIGNIFICANCE:
         conclusion = Conclusion.FAILS
     first, second = (count_within(values, pair.quantity) for values in pair.values)
-    counts = f'{first} and {second} of {result.pairs} within with {pair.names[0]} and {pair.names[1]}'
+    counts = f'within tolerance {first} ({pair.names[0]}) and {second} ({pair.names[1]}) of {result.pairs}'
     return HypothesisTest(conclusion, f'{pair.label}: {counts}')
 
 
@@ -108,4 +108,5 @@ def _test_sizes(pair: Pair) -> _Difference:
 
 
 def _both(pair: Pair, first: float, second: float) -> str:
-    return f'{first:.3g} {pair.names[0]}, {second:.3g} {pair.names[1]} {pair.quantity.unit}'
+    unit, (name_a, name_b) = pair.quantity.unit, pair.names
+    return f'{first:.3g} {unit} ({name_a}), {second:.3g} {unit} ({name_b})'

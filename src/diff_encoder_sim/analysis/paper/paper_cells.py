@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 from pathlib import Path
-from typing import List, NamedTuple, Optional, Union
+from typing import Dict, List, NamedTuple, Optional, Union
 
 from diff_encoder_sim.analysis.quantities import QUANTITIES, Quantity
 from diff_encoder_sim.base.errors import ConfigError
@@ -17,6 +17,7 @@ STATISTICS = ('min', 'max', 'std', 'pct_within')
 
 # The names in the file.
 _SOURCES = {'odom': PoseSource.ODOM, 'world_pose': PoseSource.WORLD, 'global_pose': PoseSource.GLOBAL}
+_QUANTITIES = {quantity.name: quantity for quantity in QUANTITIES}
 
 
 class PaperCell(NamedTuple):
@@ -38,22 +39,22 @@ def load_paper_cells(path: Optional[Union[str, Path]] = None) -> List[PaperCell]
         ConfigError: the file cannot be read, or a line of it is bad.
     """
     path = Path(path or package_folder() / 'config' / 'paper' / 'tables_4_5_6.csv')
-    by_name = {quantity.name: quantity for quantity in QUANTITIES}
     try:
         with path.open(newline='', encoding='utf-8') as file:
-            return [
-                PaperCell(
-                    int(row['table']),
-                    _SOURCES[row['source']],
-                    row['test'],
-                    row['ppr'],
-                    by_name[row['quantity']],
-                    row['statistic'],
-                    float(row['value']),
-                )
-                for row in csv.DictReader(file)
-            ]
+            return [_cell(row) for row in csv.DictReader(file)]
     except OSError as error:
         raise ConfigError(f'{path}: cannot be read: {error.strerror}') from None
     except (KeyError, ValueError, TypeError) as error:
         raise ConfigError(f'{path}: {error}; allowed: lines as in {path.parent / "README.md"}') from None
+
+
+def _cell(row: Dict[str, str]) -> PaperCell:
+    return PaperCell(
+        int(row['table']),
+        _SOURCES[row['source']],
+        row['test'],
+        row['ppr'],
+        _QUANTITIES[row['quantity']],
+        row['statistic'],
+        float(row['value']),
+    )

@@ -43,7 +43,7 @@ def test_fraction_against_a_limit():
     assert conclusions(fractions_within(0.88, above=all_of_them)) == [HOLDS]
     assert conclusions(fractions_within(0.89, above=all_of_them)) == [UNCLEAR]
     assert conclusions(fractions_within(0.88, below=all_of_them)) == [FAILS]
-    assert '30 of 30 within, 89 to 100 per cent' in fractions_within(0.9, above=all_of_them)[0].text
+    assert '30 of 30 within, 95 % interval 89 to 100 %' in fractions_within(0.9, above=all_of_them)[0].text
 
 
 def test_all_within_needs_every_trial():
