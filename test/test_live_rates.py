@@ -1,4 +1,4 @@
-"""Live trials with encoders that report at other rates than 20 Hz: simulated time waits for nothing that does not come."""
+"""Live trials with encoders that report at other rates than 20 Hz: time waits for nothing that does not come."""
 
 import pytest
 

@@ -8,34 +8,13 @@ from collections import deque
 from typing import Callable, Deque, Optional, Tuple
 
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.encoders.sampling import BoundaryTimes
-from diff_encoder_sim.navigation.control_rate import ControlRate
+from diff_encoder_sim.ros.expected_stamps import AnsweredTimes
 
 log = logging.getLogger(__name__)
 
 Command = Tuple[float, float]  # linear [m/s], angular [rad/s]
 STANDSTILL: Command = (0.0, 0.0)
 IDLE_PATIENCE_S = 0.02  # of wall time
-
-
-class AnsweredTimes:
-    """The simulated times whose reports a controller answers with a command.
-
-    It answers every report or, where they come faster than it controls, those that its own `ControlRate` picks.
-    """
-
-    def __init__(self, reports: BoundaryTimes, control_period_s: float) -> None:
-        self._reports = reports
-        self._control_hz = 1.0 / control_period_s
-        self.restart()
-
-    def restart(self) -> None:
-        """Begin again at time 0."""
-        self._rate = ControlRate(self._control_hz)
-
-    def is_answered(self, time_ns: int) -> bool:
-        """Return whether a time is one of them; to be asked of every tick, in order."""
-        return self._reports.newest_ns(time_ns) == time_ns and self._rate.is_due(time_ns)
 
 
 class CommandGate:

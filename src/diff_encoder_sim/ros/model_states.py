@@ -32,7 +32,7 @@ class ModelStatesParams(Params):
 
 
 def trial_defaults() -> Dict[str, float]:
-    """Return the parameters that follow from the running trial, with simulator_node; none outside of one."""
+    """Return the parameters for states of simulator_node, which runs with a trial; none where there is no trial."""
     return {} if trial_plan() is None else {'states_period': STATES_PERIOD_S}
 
 

@@ -104,12 +104,12 @@ class NavigationTrialNode:
             return GoalStatus.NONE, ''
         return (_STATUS.get(self._goal.get_goal_status(), GoalStatus.ABORTED), self._goal.get_goal_status_text())
 
-    def _apply(self, stamp_ns: int, wanted: DriverOutput) -> None:
-        if wanted.turn_rate_radps is not None:
-            self._commands.publish(Twist(Vector3(), Vector3(0, 0, wanted.turn_rate_radps)))
-        if wanted.goal_in_map is not None:
+    def _apply(self, stamp_ns: int, output: DriverOutput) -> None:
+        if output.turn_rate_radps is not None:
+            self._commands.publish(Twist(Vector3(), Vector3(0, 0, output.turn_rate_radps)))
+        if output.goal_in_map is not None:
             self._goal = self._action.send_goal(
-                MoveBaseGoal(target_pose=pose_stamped_message(wanted.goal_in_map, stamp_ns, self._params.map_frame))
+                MoveBaseGoal(target_pose=pose_stamped_message(output.goal_in_map, stamp_ns, self._params.map_frame))
             )
 
 

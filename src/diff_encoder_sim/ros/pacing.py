@@ -15,10 +15,10 @@ from diff_encoder_sim.ros.conversions import ns_from_stamp
 
 log = logging.getLogger(__name__)
 
-# Behind by more than this, the lost time is given up instead of being raced after.
+# Simulated time that lags behind the wall clock by more is not caught up with.
 LARGEST_LAG_S = 0.2
 
-# A topic that keeps the simulation waiting for longer is no longer waited for.
+# A topic that does not come within this wall time is not waited for until its next message.
 LONGEST_WAIT_S = 2.0
 
 
@@ -85,7 +85,8 @@ class GraphPacer:
             if not self._moved.wait_for(lambda: not self._behind(expected_ns), LONGEST_WAIT_S):
                 for topic in self._behind(expected_ns):
                     log.warning(
-                        '%s: no message of simulated time %.2f s within %.0f s of wall time; time runs on without waiting for it',
+                        '%s: no message of simulated time %.2f s within %.0f s of wall time; '
+                        'time runs on without waiting for it',
                         topic,
                         expected_ns / NANOSECONDS_PER_SECOND,
                         LONGEST_WAIT_S,

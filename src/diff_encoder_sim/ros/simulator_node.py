@@ -17,27 +17,22 @@ from typing_extensions import Literal
 
 from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.encoders.sampling import DEFAULT_RATE_HZ, BoundaryTimes
-from diff_encoder_sim.ros.command_gate import AnsweredTimes, Command, CommandGate
+from diff_encoder_sim.encoders.sampling import DEFAULT_RATE_HZ
+from diff_encoder_sim.ros.command_gate import Command, CommandGate
 from diff_encoder_sim.ros.conversions import joint_state_message, scan_message, stamp_from_ns
+from diff_encoder_sim.ros.expected_stamps import GRAPH_LEAD_NS, AnsweredTimes, ExpectedStamps
 from diff_encoder_sim.ros.node import log, node_params, publisher, run_node, subscriber
 from diff_encoder_sim.ros.pacing import LONGEST_WAIT_S, GraphPacer, WallPacer
 from diff_encoder_sim.ros.simulated_models import SimulatedModels
 from diff_encoder_sim.ros.trial_plan import trial_plan
-from diff_encoder_sim.simulation.periods import STATES_PERIOD_NS, STATES_RATE_HZ, TICK_NS
+from diff_encoder_sim.simulation.periods import STATES_PERIOD_NS, TICK_NS
 from diff_encoder_sim.simulation.simulator import Simulator, SimulatorParams
 from diff_encoder_sim.trials.test_definition import PoseParams
 
 PAUSED_CLOCK_PERIOD_S = 0.05
 
-# How far physics may run ahead of /odom and the true and estimated poses, so that it computes while the others do.
-GRAPH_LEAD_NS = 20_000_000
-
-# A command takes effect that long after the report that it answers, and before the next one is answered.
+# A command takes effect GRAPH_LEAD_NS after the report that it answers, and before the next one is answered.
 SHORTEST_COMMAND_PERIOD_S = (GRAPH_LEAD_NS + TICK_NS) / NANOSECONDS_PER_SECOND
-
-# robot_state_publisher publishes the laser's frame 20 ms after time has begun: before, no scan can be answered.
-FIRST_SCAN_LEAD_NS = 50_000_000
 
 
 class SimulatorNodeParams(SimulatorParams):
@@ -89,17 +84,16 @@ class SimulatorNode:
         self._scan_frame = params.laser_link
         self._scan_period_ns = params.lidar.period_ns
         self._models = SimulatedModels(self._simulator, self._lock)
-        self._reports = BoundaryTimes(params.report_rate, TICK_NS)
-        self._states = BoundaryTimes(STATES_RATE_HZ, TICK_NS)
+        expected = ExpectedStamps(params.report_rate, self._scan_period_ns)
         self._pacers = (
-            GraphPacer(params.wait_for, self._report_before, params.wait_for_once_begun),
-            GraphPacer(params.wait_for_after_states, self._state_before),
-            GraphPacer(params.wait_for_after_scans, self._scan_before),
+            GraphPacer(params.wait_for, expected.report_before, params.wait_for_once_begun),
+            GraphPacer(params.wait_for_after_states, expected.state_before),
+            GraphPacer(params.wait_for_after_scans, expected.scan_before),
         )
         self._wall_pacer = WallPacer(params.real_time_factor)
         self._commands = subscriber('cmd_vel', Twist, self._on_command)
         self._gate = CommandGate(
-            self._answered_times(params),
+            _answered_times(params, expected),
             GRAPH_LEAD_NS,
             LONGEST_WAIT_S,
             lambda: self._commands.get_num_connections() > 0,
@@ -118,38 +112,6 @@ class SimulatorNode:
             self._on_unpause(EmptyRequest())
         self._loop = threading.Thread(target=self._run, daemon=True)
         self._loop.start()
-
-    # ---- what must have come before time may go on
-
-    def _report_before(self, sim_time_ns: int) -> int:
-        return self._reports.newest_ns(sim_time_ns - GRAPH_LEAD_NS)
-
-    def _state_before(self, sim_time_ns: int) -> int:
-        return self._states.newest_ns(sim_time_ns - GRAPH_LEAD_NS)
-
-    def _scan_before(self, sim_time_ns: int) -> int:
-        """Return the newest scan with odometry to place it: its answer must come before newer odometry does.
-
-        With newer odometry tf2 interpolates, and rounds otherwise than for the newest.
-        """
-        if sim_time_ns < FIRST_SCAN_LEAD_NS:
-            return -1
-        before_newest_ns = self._reports.newest_ns(self._reports.newest_ns(sim_time_ns) - TICK_NS)
-        return before_newest_ns // self._scan_period_ns * self._scan_period_ns
-
-    def _answered_times(self, params: SimulatorNodeParams) -> Optional[AnsweredTimes]:
-        if params.command_period == 0.0:
-            return None
-        if params.command_period < SHORTEST_COMMAND_PERIOD_S:
-            raise ConfigError(
-                f'{rospy.get_name()}: command_period: given {params.command_period:g} s; allowed: 0, '
-                f'or above {GRAPH_LEAD_NS // 1_000_000} ms'
-            )
-        return AnsweredTimes(
-            self._states if params.commands_answer == 'states' else self._reports, params.command_period
-        )
-
-    # ---- time
 
     def _run(self) -> None:
         try:
@@ -243,6 +205,18 @@ def _trial_defaults() -> Dict[str, Any]:
         'commands_answer': 'states' if plan.trial.nav == 'scripted' else 'reports',
         'command_period': plan.command_period and max(plan.command_period, SHORTEST_COMMAND_PERIOD_S),
     }
+
+
+def _answered_times(params: SimulatorNodeParams, expected: ExpectedStamps) -> Optional[AnsweredTimes]:
+    if params.command_period == 0.0:
+        return None
+    if params.command_period < SHORTEST_COMMAND_PERIOD_S:
+        raise ConfigError(
+            f'{rospy.get_name()}: command_period: given {params.command_period:g} s; allowed: 0, '
+            f'or above {GRAPH_LEAD_NS // 1_000_000} ms'
+        )
+    reports = expected.states if params.commands_answer == 'states' else expected.reports
+    return AnsweredTimes(reports, params.command_period)
 
 
 def main() -> None:
