@@ -372,7 +372,7 @@ class AmclTest(NodeTest):
             self.send_scan(self.with_fields(good, ranges=[]))
             return self.rosout.warnings_of(NODE)
 
-        self.assertIn('/scan: scan: given 0 ranges', wait_until(is_warned, 'a warning')[0])
+        self.assertIn('/scan: 0 ranges; expected at least one', wait_until(is_warned, 'a warning')[0])
 
     @staticmethod
     def with_fields(message, **fields):
