@@ -14,7 +14,7 @@ import numpy as np
 from diff_encoder_sim.analysis.dataset import CellKey, Dataset, TrialData, Varied
 from diff_encoder_sim.analysis.final_errors import equal_trials, final_errors
 from diff_encoder_sim.analysis.quantities import QUANTITIES, Quantity
-from diff_encoder_sim.evaluation.sample_statistics import (
+from diff_encoder_sim.evaluation.paired_statistics import (
     SIGNIFICANCE,
     PairedResult,
     holm,

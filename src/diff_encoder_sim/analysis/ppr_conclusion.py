@@ -7,7 +7,8 @@ import math
 from diff_encoder_sim.analysis.encoder_labels import ppr_text
 from diff_encoder_sim.analysis.ppr_comparison import PprComparison, Question
 from diff_encoder_sim.analysis.quantities import Quantity
-from diff_encoder_sim.evaluation.sample_statistics import Interval, PairedResult
+from diff_encoder_sim.evaluation.paired_statistics import PairedResult
+from diff_encoder_sim.evaluation.sample_statistics import Interval
 
 
 def conclusion(one: PprComparison) -> str:

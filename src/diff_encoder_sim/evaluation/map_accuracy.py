@@ -1,7 +1,8 @@
-"""How true a map is, against the world's geometry."""
+"""Accuracy of an occupancy grid, against the world's geometry."""
 
 from __future__ import annotations
 
+import itertools
 import math
 from typing import NamedTuple, Sequence, Tuple
 
@@ -14,17 +15,17 @@ from diff_encoder_sim.simulation.lidar import cast_rays, cut_world
 from diff_encoder_sim.simulation.rasterise import rasterise, surface_points
 from diff_encoder_sim.simulation.world import World
 
-SPACING_M = 0.01  # between the points that stand for a surface
+SPACING_M = 0.01  # between the points by which a surface is represented
 
-# A raster to tell which surfaces can be seen at all from where the robot is [m].
+# Cells of the raster that finds which surfaces can be seen at all from where the robot is [m].
 RASTER_M = 0.05
 
-# Distances are compared in cells; as much of one is rounding.
+# Distances are compared in cells; this much of one is rounding.
 ROUNDING_CELLS = 1e-6
 
 
 class MapAccuracy(NamedTuple):
-    """A map against the true surfaces; a cell is as far from another as their centres are."""
+    """A map compared with the true surfaces; distances are between centres of cells."""
 
     occupied_cells: int
     correct_fraction: float  # of occupied cells: a cell that a true surface crosses is near
@@ -48,17 +49,15 @@ def map_accuracy(
         ConfigError: no surface, or none visible: nothing to compare with.
     """
     if len(surface_m) == 0 or len(visible_m) == 0:
-        raise ConfigError(
-            f'{len(surface_m)} points of surface, {len(visible_m)} of it visible: no map can be compared with that'
-        )
-    grid_pose = map_pose_in_world.compose(grid.origin)
-    near_cells = near_m / grid.resolution_m
-    # Wide enough for all points, so that none needs a special case.
-    surface, visible = (_in_cells(points, grid_pose, grid.resolution_m) for points in (surface_m, visible_m))
+        found = f'{len(surface_m)} points of surface, {len(visible_m)} of it visible'
+        raise ConfigError(f'{found}: no map can be compared with that')
     rows, columns = np.nonzero(grid.cells == OCCUPIED)
     occupied = np.column_stack([columns, rows]) + 0.5
     if len(occupied) == 0:
         return MapAccuracy(0, math.nan, math.nan, 0.0)
+    grid_pose = map_pose_in_world.compose(grid.origin)
+    surface, visible = (_in_cells(points, grid_pose, grid.resolution_m) for points in (surface_m, visible_m))
+    near_cells = near_m / grid.resolution_m
     crossed = np.unique(np.floor(surface), axis=0) + 0.5
     return MapAccuracy(
         len(occupied),
@@ -69,9 +68,9 @@ def map_accuracy(
 
 
 def true_surface(world: World, height_m: float, free_x_m: float, free_y_m: float) -> np.ndarray:
-    """(n, 2) points of the surfaces around a free point [m], in the world frame.
+    """Return (n, 2) points of the surfaces around a free point [m], in the world frame.
 
-    What is hidden inside walls is left out, but for what lies within a raster cell of the face.
+    Surfaces inside walls are left out, unless they lie within a raster cell of the wall's face.
 
     Raises:
         ConfigError: as `rasterise`.
@@ -79,7 +78,7 @@ def true_surface(world: World, height_m: float, free_x_m: float, free_y_m: float
     points_m = surface_points(world, height_m, SPACING_M)
     raster = rasterise(world, height_m, RASTER_M, free_x_m, free_y_m)
     columns, rows = np.floor(_in_cells(points_m, raster.origin, RASTER_M) + 1e-9).astype(int).T
-    return points_m[raster.cells[rows, columns] == OCCUPIED]
+    return np.asarray(points_m[raster.cells[rows, columns] == OCCUPIED])
 
 
 def visible_points(
@@ -90,69 +89,66 @@ def visible_points(
     bearings_rad: np.ndarray,
     range_m: float,
 ) -> np.ndarray:
-    """(m, 2) points of a surface that a scanner without noise would have met under way.
+    """Return (m, 2) points of a surface that a scanner without noise would have hit on a drive.
 
     Args:
-        world: what is scanned; height_m: of the scan plane.
+        world: what is scanned.
+        height_m: of the scan plane.
         surface_m: (n, 2) from `true_surface`.
-        laser_poses_in_world: where it scanned from.
-        bearings_rad: (k,) its rays, equally spaced.
-        range_m: how far it sees.
+        laser_poses_in_world: of each scan.
+        bearings_rad: (k,) of the rays, equally spaced.
+        range_m: of the scanner.
     """
     segments, circles = cut_world(world, height_m)
     ends = []
     for pose in laser_poses_in_world:
         directions_rad = pose.yaw_rad + bearings_rad
         ranges_m = cast_rays(pose.x_m, pose.y_m, directions_rad, segments, circles)
-        seen = ranges_m < range_m
-        ends.append(
-            np.column_stack(
-                [
-                    pose.x_m + ranges_m[seen] * np.cos(directions_rad[seen]),
-                    pose.y_m + ranges_m[seen] * np.sin(directions_rad[seen]),
-                ]
-            )
-        )
+        is_hit = ranges_m < range_m
+        unit_vectors = np.column_stack([np.cos(directions_rad[is_hit]), np.sin(directions_rad[is_hit])])
+        ends.append(np.array(pose[:2]) + ranges_m[is_hit, np.newaxis] * unit_vectors)
     # Thinned to a raster finer than the points lie: nothing is lost, and the search is short.
     ends_m = np.unique(np.round(np.concatenate(ends) / (0.5 * SPACING_M)), axis=0) * (0.5 * SPACING_M)
-    return surface_m[_is_near(surface_m / SPACING_M, ends_m / SPACING_M, 1.0)]
+    return np.asarray(surface_m[_is_near(surface_m / SPACING_M, ends_m / SPACING_M, 1.0)])
 
 
 def _in_cells(points_m: np.ndarray, origin: Pose2D, cell_m: float) -> np.ndarray:
-    """(n, 2) points of the frame that `origin` is given in, as column and row, not rounded."""
+    """Convert (n, 2) points of the frame that `origin` is given in to column and row, not rounded."""
     cos_yaw, sin_yaw = math.cos(origin.yaw_rad), math.sin(origin.yaw_rad)
     x_m, y_m = points_m[:, 0] - origin.x_m, points_m[:, 1] - origin.y_m
     return np.column_stack([cos_yaw * x_m + sin_yaw * y_m, cos_yaw * y_m - sin_yaw * x_m]) / cell_m
 
 
 def _is_near(points: np.ndarray, others: np.ndarray, distance: float) -> np.ndarray:
-    """(n,) bool: whether some of the others (m, 2) is within a distance of each point (n, 2).
+    """Find which points (n, 2) have some of the others (m, 2) within a distance: (n,) bool.
 
-    Only others in the same or a neighbouring square of a coarse raster are looked at.
+    Only others in the same or a neighbouring square of a coarse raster are compared.
     """
     limit = distance * (1.0 + ROUNDING_CELLS) + ROUNDING_CELLS
     order, starts, squares, width = _sorted_into_squares(others, limit)
-    lowest = others.min(axis=0) - limit
-    columns, rows = np.floor((points - lowest) / limit).astype(int).T
+    columns, rows = np.floor((points - (others.min(axis=0) - limit)) / limit).astype(int).T
     found = np.zeros(len(points), bool)
-    for row_offset in (-1, 0, 1):
-        for column_offset in (-1, 0, 1):
-            row, column = rows + row_offset, columns + column_offset
-            asked = np.nonzero((column >= 0) & (column < width) & ~found)[0]
-            keys = row[asked] * width + column[asked]
-            place = np.minimum(np.searchsorted(squares, keys), len(squares) - 1)
-            is_there = squares[place] == keys
-            asked, place = asked[is_there], place[is_there]
-            for offset in range(int((starts[1:] - starts[:-1]).max())):
-                index = starts[place] + offset
-                valid = index < starts[place + 1]
-                gap = points[asked[valid]] - others[order[index[valid]]]
-                found[asked[valid]] |= (gap * gap).sum(axis=1) <= limit * limit
+    for row_offset, column_offset in itertools.product((-1, 0, 1), repeat=2):
+        row, column = rows + row_offset, columns + column_offset
+        open_points = np.nonzero((column >= 0) & (column < width) & ~found)[0]
+        keys = row[open_points] * width + column[open_points]
+        place = np.minimum(np.searchsorted(squares, keys), len(squares) - 1)
+        has_square = squares[place] == keys
+        open_points, place = open_points[has_square], place[has_square]
+        for offset in range(int((starts[1:] - starts[:-1]).max())):
+            index = starts[place] + offset
+            is_inside = index < starts[place + 1]
+            gaps = points[open_points[is_inside]] - others[order[index[is_inside]]]
+            found[open_points[is_inside]] |= np.square(gaps).sum(axis=1) <= limit * limit
     return found
 
 
 def _sorted_into_squares(points: np.ndarray, side: float) -> Tuple[np.ndarray, np.ndarray, np.ndarray, int]:
-    """Points in the order of the squares they are in, where each begins, its key, and the width."""
+    """Sort points by the squares they are in.
+
+    Returns:
+        the order, where each square begins in it and the last ends, the keys of the squares, columns of the raster.
+    """
     lowest = points.min(axis=0) - side
     columns, rows = np.floor((points - lowest) / side).astype(int).T
     width = int(columns.max()) + 2

@@ -16,7 +16,7 @@ MOST_PAIRS_EXACT = 100
 
 
 def signed_rank_p(differences: np.ndarray) -> float:
-    """Of differences that lie symmetrically about zero; those of zero are left out."""
+    """Compute the two-sided p-value of differences that lie symmetrically about zero; those of zero are left out."""
     differences = differences[differences != 0.0]
     # Doubled, because the mean rank of an even number of ties ends in a half.
     ranks = np.rint(2.0 * stats.rankdata(np.abs(differences))).astype(int)
@@ -29,7 +29,7 @@ def signed_rank_p(differences: np.ndarray) -> float:
 
 
 def means_beyond_interval(pairs: int, level: float) -> int:
-    """How many means of two differences lie from either end to the interval's bound, it included.
+    """Count the means of two differences from either end to the interval's bound, it included.
 
     0 where not even the outermost ones are as unlikely as `level` asks.
     """
@@ -42,7 +42,7 @@ def means_beyond_interval(pairs: int, level: float) -> int:
 
 
 def _positive_sum_chances(ranks: np.ndarray) -> np.ndarray:
-    """Chance of each sum, from zero, of the ranks that a fair coin makes positive."""
+    """Compute the chance of each sum, from zero, of the ranks that a fair coin makes positive."""
     chances = np.zeros(int(np.sum(ranks)) + 1)
     chances[0] = 1.0
     for rank in ranks:

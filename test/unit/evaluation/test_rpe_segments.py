@@ -119,14 +119,3 @@ def test_memory_is_bounded_where_a_robot_creeps_for_hours(monkeypatch):
     found = running.results()[RpePairs.ALL]
     assert found[1.0].segments == pytest.approx(10_000 + 400 - 18, abs=2)
     assert found[1.0].translation_rmse_m == pytest.approx(0.01, rel=0.02)
-
-
-def test_a_restart_ends_all_segments():
-    running, one = errors_of(line(150, 0.125)), errors_of(line(150, 0.125)).results()
-    running.restart()
-    running.add(line(150, 0.125))
-    twice = running.results()
-    for pairs in RpePairs:
-        for distance_m in RPE_DISTANCES_M:
-            assert twice[pairs][distance_m].segments == 2 * one[pairs][distance_m].segments
-    assert running.length_m == pytest.approx(2 * 149 * 0.125)

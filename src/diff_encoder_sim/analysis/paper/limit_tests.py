@@ -7,7 +7,8 @@ from typing import Callable, List, Sequence
 from diff_encoder_sim.analysis.final_errors import count_within
 from diff_encoder_sim.analysis.paper.claim_samples import Sample
 from diff_encoder_sim.analysis.paper.hypothesis_tests import Conclusion, HypothesisTest, holds_if, too_few
-from diff_encoder_sim.evaluation.sample_statistics import SIGNIFICANCE, Interval, spread, std_interval, wilson
+from diff_encoder_sim.evaluation.paired_statistics import SIGNIFICANCE
+from diff_encoder_sim.evaluation.sample_statistics import Interval, spread, std_interval, wilson
 
 _IntervalOf = Callable[[Sample, float], Interval]  # at a level of confidence
 _TextOf = Callable[[Sample, Interval], str]

@@ -9,15 +9,15 @@ import numpy as np
 from diff_encoder_sim.analysis.final_errors import count_within
 from diff_encoder_sim.analysis.paper.claim_samples import Pair
 from diff_encoder_sim.analysis.paper.hypothesis_tests import Conclusion, HypothesisTest, too_few
-from diff_encoder_sim.evaluation.sample_statistics import (
+from diff_encoder_sim.evaluation.paired_statistics import (
     SIGNIFICANCE,
     PairedResult,
     holm,
     mcnemar,
-    spread,
     spread_ratio,
     wilcoxon,
 )
+from diff_encoder_sim.evaluation.sample_statistics import spread
 
 # 30 of 30 trials in both cells bound the difference by 9 percentage points, no closer.
 EQUAL_FRACTIONS_MARGIN = 0.15

@@ -12,7 +12,7 @@ from diff_encoder_sim.analysis.paper.errata import errata_of
 from diff_encoder_sim.analysis.paper.paper_cells import PaperCell, load_paper_cells
 from diff_encoder_sim.analysis.paper.printed_resolutions import ComparedResolution, compare_resolutions
 from diff_encoder_sim.analysis.paper.statistic_tests import COMPARISONS, Agreement
-from diff_encoder_sim.evaluation.sample_statistics import SIGNIFICANCE
+from diff_encoder_sim.evaluation.paired_statistics import SIGNIFICANCE
 from diff_encoder_sim.trials.pose_source import PoseSource
 
 # The only cells that parameters were fitted to: table, test, PPR and quantity

@@ -9,7 +9,7 @@ from diff_encoder_sim.analysis.ppr_comparison import PprComparison, Question
 from diff_encoder_sim.analysis.ppr_conclusion import conclusion
 from diff_encoder_sim.analysis.table import Column, Entry, Table
 from diff_encoder_sim.analysis.table_keys import setup_text
-from diff_encoder_sim.evaluation.sample_statistics import SIGNIFICANCE
+from diff_encoder_sim.evaluation.paired_statistics import SIGNIFICANCE
 from diff_encoder_sim.recording.topics import TOPIC_OF_SOURCE
 from diff_encoder_sim.trials.pose_source import PoseSource
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from diff_encoder_sim.evaluation.sample_statistics import Interval, holm, mcnemar, spread_ratio, wilcoxon
+from diff_encoder_sim.evaluation.paired_statistics import holm, mcnemar, spread_ratio, wilcoxon
+from diff_encoder_sim.evaluation.sample_statistics import Interval
 from simulated_samples import DRAWS, TRIALS, chance_range, fraction_covering, is_near
 
 INFINITY = math.inf
@@ -19,7 +20,7 @@ def pairs_with(rng, draw, ratio, repetitions=1000, trials=TRIALS, shared=0.5):
     return (math.sqrt(shared) * common + math.sqrt(1.0 - shared) * own) * np.array([[ratio], [1.0]])
 
 
-def share_significant(test, pairs):
+def fraction_significant(test, pairs):
     return np.mean([test(*pair).p_value <= 0.05 for pair in pairs])
 
 
@@ -27,7 +28,7 @@ def share_significant(test, pairs):
 @pytest.mark.parametrize('shared', [0.0, 0.5])
 def test_the_ratio_of_spreads_has_its_size_and_coverage_whatever_the_distribution(draw, shared):
     pairs = pairs_with(np.random.default_rng(7), draw, 1.0, shared=shared)
-    assert 0.01 < share_significant(spread_ratio, pairs) <= 0.05
+    assert 0.01 < fraction_significant(spread_ratio, pairs) <= 0.05
     pairs *= np.array([[5.0], [1.0]])
     lowest = 0.85 if draw == 'contaminated' else 0.905
     assert lowest < fraction_covering([spread_ratio(*pair).interval for pair in pairs], 5.0) < 0.985
@@ -51,9 +52,9 @@ def test_families_of_spreads_without_a_difference_stay_without_one(draw):
 
 def test_thirty_trials_tell_larger_spreads_apart():
     rng = np.random.default_rng(11)
-    assert share_significant(spread_ratio, pairs_with(rng, 'normal', 1.6, 300)) > 0.5
-    assert share_significant(spread_ratio, pairs_with(rng, 'uniform', 1.6, 300, shared=0.0)) > 0.7
-    assert share_significant(spread_ratio, pairs_with(rng, 'laplace', 3.0, 300)) > 0.95
+    assert fraction_significant(spread_ratio, pairs_with(rng, 'normal', 1.6, 300)) > 0.5
+    assert fraction_significant(spread_ratio, pairs_with(rng, 'uniform', 1.6, 300, shared=0.0)) > 0.7
+    assert fraction_significant(spread_ratio, pairs_with(rng, 'laplace', 3.0, 300)) > 0.95
 
 
 def test_swapped_samples_give_the_inverse_ratio_and_offsets_do_not_matter():
