@@ -22,16 +22,13 @@ def score_all(planner, base_pose, linear_mps, angular_radps, costmap, plan):
     task = planner.scoring_task(base_pose, linear_mps, angular_radps, costmap, plan)
     if task is None:
         return None
-    alone = [
-        score_samples(
-            *task._replace(samples=task.samples[i : i + 1], points=task.points[i : i + 1], steps=task.steps[i : i + 1])
-        )
-        for i in range(len(task.samples))
-    ]
-    scores, totals = np.concatenate([one[1] for one in alone]), np.concatenate([one[2] for one in alone])
-    accepted = np.flatnonzero(totals >= 0.0)
-    best = int(accepted[np.argmin(totals[accepted])]) if len(accepted) else -1
-    return Scored(task.samples, scores, totals, best)
+    for i in range(len(task.samples)):
+        one = slice(i, i + 1)
+        alone = {name: getattr(task, name)[one] for name in ('samples', 'points', 'steps', 'scores', 'totals')}
+        score_samples(*task._replace(**alone))
+    accepted = np.flatnonzero(task.totals >= 0.0)
+    best = int(accepted[np.argmin(task.totals[accepted])]) if len(accepted) else -1
+    return Scored(task.samples, task.scores, task.totals, best)
 
 
 def scored(planner, costmap, plan, twist=(0.3, 0.0), pose=IDENTITY):

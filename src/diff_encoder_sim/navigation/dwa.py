@@ -13,6 +13,7 @@ import numpy as np
 
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.navigation.costmap import Costmap
+from diff_encoder_sim.navigation.critics import CRITICS
 from diff_encoder_sim.navigation.dwa_params import DwaParams
 from diff_encoder_sim.navigation.dynamic_window import dynamic_window, velocity_samples
 from diff_encoder_sim.navigation.oscillation import OscillationMemory
@@ -44,6 +45,8 @@ class ScoringTask(NamedTuple):
     points: np.ndarray
     steps: np.ndarray
     allowed: np.ndarray
+    scores: np.ndarray
+    totals: np.ndarray
 
 
 class DwaPlanner:
@@ -78,10 +81,10 @@ class DwaPlanner:
         task = self.scoring_task(base_pose, linear_mps, angular_radps, costmap, plan)
         if task is None:
             return None
-        best, _, totals = score_samples(*task)
+        best = score_samples(*task)
         if best < 0:
             return None
-        twist, cost = np.array([linear_mps, angular_radps]), float(totals[best])
+        twist, cost = np.array([linear_mps, angular_radps]), float(task.totals[best])
         trajectory = self._trajectory(base_pose, twist, task.samples[best], cost)
         self.oscillation.update(base_pose, trajectory.linear_mps, trajectory.angular_radps)
         return trajectory
@@ -115,7 +118,8 @@ class DwaPlanner:
         )
         scales, allowed = self._scales(costmap, goal_m), self.oscillation.allowed()
         scene = costs, per_m, costmap.footprint.vertices_m, self._grids, nose_m, scales
-        return ScoringTask(*scene, params.sum_scores, samples, points, steps, allowed)
+        scores, totals = np.empty((len(samples), CRITICS)), np.empty(len(samples))
+        return ScoringTask(*scene, params.sum_scores, samples, points, steps, allowed, scores, totals)
 
     def _scales(self, costmap: Costmap, goal_m: float) -> np.ndarray:
         """Return the weights (7,) of the critics; biases are per metre, distances in cells."""

@@ -8,7 +8,7 @@ not notice changes in other files.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple, Tuple
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -133,15 +133,17 @@ def score_samples(
     points: np.ndarray,
     steps: np.ndarray,
     allowed: np.ndarray,
-) -> Tuple[int, np.ndarray, np.ndarray]:
-    """Return the index of the cheapest sample (-1 for none), costs (n, 7) by critic and weighted sums (n,).
+    scores: np.ndarray,
+    totals: np.ndarray,
+) -> int:
+    """Return the index of the cheapest sample, the first of equals, -1 for none; fill `scores` and `totals`.
 
     The first six arguments are those of Scene. Samples (n, 2) are linear [m/s] and angular [rad/s], their
     trajectories the first `steps` (n,) of `points` (n, most, 3) in the grid's own frame, `allowed` (4,) is
-    OscillationMemory's. Samples that cannot win have the costs of their last points alone.
+    OscillationMemory's. Scores (n, 7) are the unweighted costs by critic, totals (n,) their weighted sums; samples
+    that cannot win have those of their last points alone.
     """
     scene = Scene(costs, per_m, vertices_m, grids, nose_m, scales)
-    scores, totals = np.empty((len(samples), CRITICS)), np.empty(len(samples))
     bounds = np.full(len(samples), math.inf)
     for index in range(len(samples)):
         _score_end(scene, samples[index], points[index, : steps[index]], allowed, scores[index])
@@ -158,7 +160,7 @@ def score_samples(
         totals[index] = total
         if 0.0 <= total < least or (total == least and index < best):
             best, least = index, total
-    return best, scores, totals
+    return best
 
 
 @njit(cache=True, inline='always')  # a call with a Scene takes 5 to 9 % of a DWA cycle
