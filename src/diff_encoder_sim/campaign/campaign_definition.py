@@ -1,4 +1,4 @@
-"""What a campaign is: parameters, cells and trials."""
+"""A campaign: its parameters, cells and trials."""
 
 from __future__ import annotations
 
@@ -55,14 +55,14 @@ class CampaignParams(Params):
     )
 
     def combinations(self) -> Iterator[Varied]:
-        """Of the varied parameters; one empty combination where nothing is varied."""
+        """Yield the combinations of varied parameters; one empty combination where nothing is varied."""
         keys = sorted(self.vary)
         for values in itertools.product(*(self.vary[key] for key in keys)):
             yield tuple(zip(keys, values))
 
     def cell_count(self) -> int:
-        """How many cells there are, without making them."""
-        return math.prod(map(len, (self.tests, self.ppr, *self.vary.values())))
+        """Count the cells without creating them."""
+        return math.prod([len(self.tests), len(self.ppr), *(len(values) for values in self.vary.values())])
 
 
 class CampaignCell(NamedTuple):
@@ -75,14 +75,14 @@ class CampaignCell(NamedTuple):
     robot_params: RobotParams  # resolved
 
     def varied_texts(self) -> Tuple[Tuple[str, str], ...]:
-        """What is varied, as a table shows it."""
+        """Return the varied parameters as a table shows them."""
         return tuple((key, text_of(value)) for key, value in self.varied)
 
 
 class TrialJob(NamedTuple):
     """One trial of a campaign."""
 
-    index: int  # in the order of the results
+    index: int  # type: ignore[assignment]  # in the order of the results; hides tuple.index
     cell_index: int
     trial: int  # from 1 in each cell
     seed: int
@@ -104,7 +104,7 @@ class Campaign(NamedTuple):
         ]
 
     def trial_of(self, job: TrialJob) -> Trial:
-        """What the job's trial is, as it is written into its bag."""
+        """Return the job's trial as it is written into its bag."""
         cell = self.cells[job.cell_index]
         odometry = cell.robot_params.odometry
         return Trial(
@@ -150,7 +150,7 @@ class Campaign(NamedTuple):
 
 
 def text_of(value: Any) -> str:
-    """A parameter's value in one printable line."""
+    """Return a parameter's value in one printable line."""
     is_plain = isinstance(value, str) and value.isprintable()
     return value if is_plain else json.dumps(value)
 

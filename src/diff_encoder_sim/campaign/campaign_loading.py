@@ -31,11 +31,11 @@ LONGEST_LABEL = 150
 
 
 def load_campaign(name: str, package_folder: Union[str, Path], replace: Optional[Mapping[str, Any]] = None) -> Campaign:
-    """A campaign by its name (`paper` is config/campaigns/paper.yaml) or its file's path.
+    """Load a campaign by its name (`paper` is config/campaigns/paper.yaml) or its file's path.
 
     Args:
         name: paths of tests and of the robot in a file are relative to that file; on the command
-            line to where the user stands.
+            line to the current folder.
         package_folder: where config/, worlds/ and urdf/ are.
         replace: values from the command line that come before the file's; None is none.
 
@@ -83,7 +83,7 @@ def _named(source: Union[str, Path]) -> Iterator[None]:
 
 
 def _load_tests(params: CampaignParams, folder: Optional[Path], config_folder: Path) -> List[TestDefinition]:
-    """The tests; files among them are relative to `folder`, else to where the user stands."""
+    """Load the tests; files among them are relative to `folder`, else to the current folder."""
     tests = [
         load_test(str(folder / name) if folder and name.endswith('.yaml') else name, config_folder)
         for name in params.tests
@@ -95,7 +95,7 @@ def _load_tests(params: CampaignParams, folder: Optional[Path], config_folder: P
 
 
 def _load_robot(params: CampaignParams, folder: Path, package_folder: Path) -> Robot:
-    """The robot; overrides of its own file are checked here, where that file has a name."""
+    """Load the robot; overrides of its own file are checked here, where errors can name that file."""
     if not params.robot:
         return Robot(package_folder / 'urdf' / 'alto.urdf.xacro', {})
     robot = load_robot_file(folder / params.robot)
@@ -118,7 +118,7 @@ def _check_size(params: CampaignParams) -> None:
 def _resolve(
     params: CampaignParams, config: RobotConfig, robot_overrides: Mapping[str, Any]
 ) -> List[Tuple[Varied, RobotParams]]:
-    """Each combination of what is varied, with all parameters; the robot's give way to these."""
+    """Return each combination of varied parameters with all parameters; the campaign's precede the robot's."""
     for key in (*params.overrides, *params.vary):
         check_key(key)
         if key in params.overrides and key in params.vary:
@@ -136,7 +136,7 @@ def _resolve(
 
 
 def _check_joints(params: RobotParams) -> None:
-    """An encoder on a joint that nobody turns would fail each trial after its first second."""
+    """Check that encoders are on driven joints: on another, each trial would fail after its first second."""
     turned = params.simulator.left_joint, params.simulator.right_joint
     for key in ('left_joint', 'right_joint'):
         joint = getattr(params.encoder, key)
@@ -154,7 +154,7 @@ def _collect(
     robot: Path,
     package_folder: Path,
 ) -> TrialFiles:
-    """The files of the trials."""
+    """Read the files of the trials, and try each simulator once."""
     worlds = package_folder / 'worlds'
     files = collect(tests, worlds, robot, needs_maps=params.nav != 'scripted')
     simulators = [robot_params.simulator for _, robot_params in combinations]
@@ -183,7 +183,7 @@ def _cells(
         for varied, robot_params in combinations
         for ppr in params.ppr
     ]
-    # Some file systems take SL_a and sl_A for one name.
+    # Some file systems do not tell SL_a from sl_A.
     if len({cell.label.casefold() for cell in cells}) < len(cells):
         cells = [cell._replace(label=f'{cell.label}_c{index}') for index, cell in enumerate(cells)]
     return cells

@@ -8,7 +8,7 @@ import logging
 import os
 import signal
 import warnings
-from typing import Any, Dict, Iterator
+from typing import Any, Dict, Iterator, cast
 
 import dask
 from distributed import Client, LocalCluster, rpc
@@ -31,7 +31,7 @@ COMPARED = ('python', 'dask', 'distributed', *PACKAGES)
 
 @contextlib.contextmanager
 def local_client(workers: int) -> Iterator[Client]:
-    """A cluster of `workers` processes on loopback, one thread each; it ends with the context.
+    """Start `workers` processes on loopback, one thread each; they end with the context.
 
     BLAS has one thread in each: Dask's nannies see to that. The workers end by themselves when
     this process is killed.
@@ -59,7 +59,7 @@ def local_client(workers: int) -> Iterator[Client]:
 
 @contextlib.contextmanager
 def connected_client(address: str) -> Iterator[Client]:
-    """A client of a running scheduler, such as tcp://host:8786.
+    """Connect to a running scheduler, such as tcp://host:8786.
 
     Raises:
         ConfigError: nobody answers there, or its versions of Python or of libraries differ.
@@ -89,7 +89,8 @@ def _check_scheduler(address: str) -> None:
 async def _scheduler_versions(address: str) -> Dict[str, Any]:
     security = Security().get_connection_args('client')  # from Dask's own configuration
     async with rpc(address, timeout=CONNECT_TIMEOUT_S, connection_args=security) as scheduler:
-        return await scheduler.versions(packages=PACKAGES)
+        versions: Dict[str, Any] = await scheduler.versions(packages=PACKAGES)
+        return versions
 
 
 def _check_versions(versions: Dict[str, Any], name: str) -> None:
@@ -109,7 +110,7 @@ def _compared(versions: Dict[str, Any]) -> Dict[str, str]:
 
 
 def _check_workers(client: Client, address: str) -> None:
-    versions = client.get_versions(check=False, packages=PACKAGES)
+    versions = cast('Dict[str, Any]', client.get_versions(check=False, packages=PACKAGES))  # the client is synchronous
     for worker, there in versions['workers'].items():
         _check_versions(there, f'worker {worker}')
     threads = client.nthreads().values()
@@ -123,7 +124,7 @@ def _check_workers(client: Client, address: str) -> None:
 
 
 def _kill_workers(cluster: LocalCluster) -> None:
-    """End the workers at once: asked to close, they would finish their trials first."""
+    """Kill the workers: asked to close, they would finish their trials first."""
     for nanny in cluster.workers.values():
         nanny.auto_restart = False
         with contextlib.suppress(ProcessLookupError, TypeError):
@@ -145,6 +146,6 @@ def _interrupts_stay_here() -> Iterator[None]:
 
 
 def _silence() -> None:
-    # What is a problem for the campaign is said by the engine, in one line.
+    # The engine reports what is a problem for the campaign, in one line.
     for name in ('distributed', 'distributed.client', 'tornado', 'asyncio'):
         logging.getLogger(name).setLevel(logging.CRITICAL)

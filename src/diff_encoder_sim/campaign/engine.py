@@ -10,8 +10,9 @@ import queue
 import time
 import uuid
 from pathlib import Path
-from typing import Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import TYPE_CHECKING, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
 
+from dask.typing import Key
 from distributed import Client, Future, KilledWorker
 
 from diff_encoder_sim.base.atomic_files import write_file
@@ -19,7 +20,7 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.campaign.campaign_definition import Campaign, TrialJob
 from diff_encoder_sim.campaign.progress import Progress
 from diff_encoder_sim.campaign.store import ResultStore
-from diff_encoder_sim.campaign.worker import FinishedTrial, MachineFault, ResultsFolder, RunTrial, run_task
+from diff_encoder_sim.campaign.worker import FinishedTrial, HostFault, ResultsFolder, RunTrial, run_task
 from diff_encoder_sim.lockstep.trial_run import run_trial
 
 TICK_S = 1.0
@@ -27,11 +28,16 @@ TICK_S = 1.0
 TRIALS_PER_THREAD = 2
 PROBE_PREFIX = '.probe-'
 
+if TYPE_CHECKING:  # generic for mypy only
+    TrialFuture = Future[FinishedTrial]
+else:
+    TrialFuture = Future
+
 _CANCELLED = (asyncio.CancelledError, concurrent.futures.CancelledError)
 
 
 class CampaignFault(Exception):
-    """The campaign cannot go on: why, in one line. What is finished is kept."""
+    """Why the campaign cannot continue, in one line. Finished trials are kept."""
 
 
 class UnrunTrial(NamedTuple):
@@ -50,7 +56,7 @@ def run_campaign(
     jobs: Sequence[TrialJob],
     run: RunTrial = run_trial,
 ) -> List[UnrunTrial]:
-    """Run trials that `store` has no result of yet; returns those that could not be run.
+    """Run trials that `store` has no result of yet, and return those that could not be run.
 
     Raises:
         CampaignFault: the scheduler is gone, or a machine cannot run trials or keep their results.
@@ -58,7 +64,7 @@ def run_campaign(
     with _probe(store.folder) as results:
         engine = _Engine(client, campaign, store, progress, results, run)
         unrun = engine.run(jobs)
-        # One trial that kills its workers takes the blameless with it: each once more, alone.
+        # A trial that kills its worker also loses the trials that wait there: each is run once more, alone.
         killers = [trial.job for trial in unrun if trial.killed_workers]
         unrun = [trial for trial in unrun if not trial.killed_workers]
         return unrun + engine.run(killers, at_once=1)
@@ -85,8 +91,8 @@ class _Engine:
         self._name = uuid.uuid4().hex[:8]
         # A task, not scattered data: Dask makes it again when the worker that holds it dies.
         self._campaign = client.submit(_identity, campaign, key=f'campaign-{self._name}', pure=False)
-        self._running: Dict[str, Tuple[TrialJob, Future]] = {}
-        self._ended: queue.SimpleQueue[Future] = queue.SimpleQueue()
+        self._running: Dict[Key, Tuple[TrialJob, TrialFuture]] = {}
+        self._ended: queue.SimpleQueue[TrialFuture] = queue.SimpleQueue()
         self._threads = 0
         self._next_tick_s = 0.0
 
@@ -122,12 +128,12 @@ class _Engine:
         self._running[future.key] = job, future
         future.add_done_callback(self._ended.put)
 
-    def _keep_result(self, job: TrialJob, future: Future) -> Optional[UnrunTrial]:
+    def _keep_result(self, job: TrialJob, future: TrialFuture) -> Optional[UnrunTrial]:
         try:
             finished = future.result()
         except KilledWorker:
             return UnrunTrial(job, 'each worker that began it died', True)
-        except (MachineFault, ImportError) as error:
+        except (HostFault, ImportError) as error:
             raise self._fault(str(error)) from None
         except _CANCELLED:
             raise self._scheduler_gone() from None
@@ -149,7 +155,7 @@ class _Engine:
         self._progress.add(finished.row)
 
     def _tick(self) -> None:
-        """Once a second: see whether the scheduler and which workers are there."""
+        """Check once a second that the scheduler answers, and how many workers there are."""
         if time.monotonic() < self._next_tick_s:
             return
         self._check_scheduler()
@@ -174,7 +180,7 @@ class _Engine:
 
 @contextlib.contextmanager
 def _probe(folder: Union[str, Path]) -> Iterator[ResultsFolder]:
-    """A file by which workers find out whether they see the results folder.
+    """Write a file by which workers find out whether they see the results folder.
 
     Raises:
         CampaignFault: it cannot be written.

@@ -24,14 +24,14 @@ NAME_DIGITS = 16  # of a sha256, where it names a folder
 
 
 class WorldFiles(NamedTuple):
-    """What one test is run on: paths, below the folder or whole; no map is ''."""
+    """World and map of a test: paths, absolute or below the folder; '' for no map."""
 
     world: str
     map: str
 
 
 class PlacedFiles(NamedTuple):
-    """Where the files are on this machine."""
+    """Paths of the files on this host."""
 
     robot: Path
     worlds: Dict[str, WorldFiles]  # by the name of the test
@@ -45,7 +45,7 @@ class TrialFiles(NamedTuple):
     worlds: Dict[str, WorldFiles]  # by the name of the test
 
     def sha256(self) -> Dict[str, str]:
-        """Of each file's content, by path below the folder."""
+        """Return the sha256 of each file's content, by path below the folder."""
         return {name: _sha256(zlib.decompress(content)) for name, content in sorted(self.contents.items())}
 
     def materialise(self, folder: Union[str, Path]) -> PlacedFiles:

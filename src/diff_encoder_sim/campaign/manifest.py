@@ -1,4 +1,4 @@
-"""manifest.json: what a results folder holds the results of, and what they were computed with."""
+"""manifest.json: whose results a folder holds, and what they were computed with."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ ABSENT = '(absent)'
 
 
 def manifest_of(campaign: Campaign, run: Dict[str, Any]) -> Dict[str, Any]:
-    """The content of a new folder's manifest; `run` is from `describe_run`."""
+    """Return the content of a new folder's manifest; `run` is from `describe_run`."""
     seed, trials = campaign.params.seed, campaign.params.trials
     return {
         'name': campaign.params.name,
@@ -31,18 +31,18 @@ def manifest_of(campaign: Campaign, run: Dict[str, Any]) -> Dict[str, Any]:
 
 
 def describe_run(package_folder: Path, command: Sequence[str]) -> Dict[str, Any]:
-    """What this process computes with: versions, commit, machine, command line and time."""
+    """Describe what this process computes with: versions, commit, host, command line and time."""
     return {
         'started': datetime.now(timezone.utc).isoformat(timespec='seconds'),
         'command': list(command),
         'versions': _versions(package_folder),
         'commit': _commit(package_folder),
-        'machine': _machine(),
+        'machine': _host(),
     }
 
 
 def differences(old: Any, new: Any) -> List[str]:
-    """In which keys two resolved configurations differ, each with both values, in a line each."""
+    """List the keys in which two resolved configurations differ, each with both values, a line each."""
     there, here = dict(_flat(old, '')), dict(_flat(new, ''))
     return [
         f'{key}: {there.get(key, ABSENT)!r} there, {here.get(key, ABSENT)!r} here'
@@ -52,7 +52,7 @@ def differences(old: Any, new: Any) -> List[str]:
 
 
 def _flat(value: Any, path: str) -> Iterator[Tuple[str, Any]]:
-    """Single values by dotted paths."""
+    """Yield single values by dotted paths."""
     if not isinstance(value, (dict, list)):
         yield path, value
         return
@@ -82,7 +82,7 @@ def _package_version(package_folder: Path) -> Optional[str]:
 
 
 def _commit(package_folder: Path) -> Optional[Dict[str, Any]]:
-    """Of the checkout; None where the package is installed, even within some other checkout."""
+    """Return the checkout's commit; None where the package is installed, even within another checkout."""
     if git(package_folder, 'ls-files', '--error-unmatch', 'package.xml') is None:
         return None
     return {
@@ -91,7 +91,7 @@ def _commit(package_folder: Path) -> Optional[Dict[str, Any]]:
     }
 
 
-def _machine() -> Dict[str, Any]:
+def _host() -> Dict[str, Any]:
     return {
         'host': platform.node(),
         'cpu': cpu_model(),

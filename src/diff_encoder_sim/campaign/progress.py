@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import collections
 import time
-from typing import Callable, Dict, List, Optional, Sequence, TextIO, Tuple
+from typing import Callable, Counter, Dict, List, Optional, Sequence, TextIO, Tuple
 
 from tabulate import tabulate
 from tqdm import tqdm
@@ -12,12 +12,12 @@ from tqdm import tqdm
 from diff_encoder_sim.campaign.trial_row import OUTCOMES, TrialRow
 from diff_encoder_sim.trials.trial_outcome import Outcome
 
-LINE_EVERY_SHARE = 0.1
+LINE_EVERY_FRACTION = 0.1
 LINE_EVERY_S = 30.0
 
 
 class Progress:
-    """Counts trials; a subclass shows them. A context, at whose end the display is closed."""
+    """Counts trials; a subclass shows them. A context manager, which closes the display at its end."""
 
     def __init__(
         self, total: int, done: Sequence[TrialRow], stream: TextIO, clock: Callable[[], float] = time.monotonic
@@ -47,16 +47,16 @@ class Progress:
         self._show()
 
     def tick(self, workers: int) -> None:
-        """Show that time passes."""
+        """Update the number of workers and the time."""
         self._workers = workers
         self._show()
 
     def count(self) -> str:
-        """Such as 120 of 360 trials."""
+        """Return a text such as '120 of 360 trials'."""
         return f'{self.done} of {self.total} trials'
 
     def text(self) -> str:
-        """The state in one line."""
+        """Return the state in one line."""
         left_s = self._left_s()
         plural = '' if self._workers == 1 else 's'
         return ', '.join(
@@ -75,11 +75,11 @@ class Progress:
         return self.done - self._done_before
 
     def wall_time_s(self) -> float:
-        """Since the start [s]."""
+        """Return the time since the start [s]."""
         return self._clock() - self._began_s
 
     def real_time_factor(self) -> float:
-        """Simulated seconds done per second of wall time."""
+        """Return simulated seconds per second of wall time."""
         return self._simulated_s / max(self.wall_time_s(), 1e-9)
 
     def _left_s(self) -> Optional[float]:
@@ -95,7 +95,7 @@ class Progress:
 
 
 class ProgressBar(Progress):
-    """For a terminal."""
+    """A progress bar for a terminal."""
 
     def __init__(
         self, total: int, done: Sequence[TrialRow], stream: TextIO, clock: Callable[[], float] = time.monotonic
@@ -120,7 +120,7 @@ class ProgressBar(Progress):
 
 
 class ProgressLines(Progress):
-    """For a file or a pipe: a line every 10 % or 30 s."""
+    """Lines for a file or a pipe, every 10 % or 30 s."""
 
     def __init__(
         self, total: int, done: Sequence[TrialRow], stream: TextIO, clock: Callable[[], float] = time.monotonic
@@ -131,7 +131,7 @@ class ProgressLines(Progress):
 
     def _show(self) -> None:
         now_s = self._clock()
-        is_far = self.done - self._shown_done >= LINE_EVERY_SHARE * self.total
+        is_far = self.done - self._shown_done >= LINE_EVERY_FRACTION * self.total
         is_last = self.done == self.total > self._shown_done
         if is_far or is_last or now_s - self._shown_s >= LINE_EVERY_S:
             print(self.text(), file=self._stream, flush=True)
@@ -139,13 +139,13 @@ class ProgressLines(Progress):
 
 
 def progress_on(stream: TextIO, total: int, done: Sequence[TrialRow]) -> Progress:
-    """A bar on a terminal, lines elsewhere."""
+    """Choose a bar on a terminal, lines elsewhere."""
     return (ProgressBar if stream.isatty() else ProgressLines)(total, done, stream)
 
 
 def outcome_table(rows: Sequence[TrialRow]) -> str:
-    """How many trials of each cell ended in which way; ways that none ended in are left out."""
-    cells: Dict[Tuple[str, ...], collections.Counter] = {}
+    """Count the outcomes of each cell's trials, as a table; outcomes that no trial has are left out."""
+    cells: Dict[Tuple[str, ...], Counter[Outcome]] = {}
     for row in rows:
         cell = (row.test, *(text for _, text in row.varied), row.ppr)
         cells.setdefault(cell, collections.Counter())[row.outcome] += 1

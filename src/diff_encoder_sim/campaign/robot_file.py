@@ -25,7 +25,7 @@ class Robot(NamedTuple):
 
 
 def load_robot_file(path: Path) -> Robot:
-    """A robot by its YAML file, or by its xacro or URDF alone.
+    """Load a robot by its YAML file, or by its xacro or URDF alone.
 
     Raises:
         ConfigError: the YAML file cannot be read or has a bad key.

@@ -26,20 +26,19 @@ DIFFERENCES_SHOWN = 3
 
 
 class ResultStore:
-    """One campaign's results, held by one process; a context, at whose end it is let go.
+    """One campaign's results, locked by one process; a context manager, which releases them at its end.
 
-    A trial counts as done when its line in trials.csv ends: no line, or half a line, and the trial
-    is pending.
+    A trial is done when its line in trials.csv is complete; without a line, or with half of one, it is pending.
     """
 
     def __init__(
         self, folder: Union[str, Path], campaign: Campaign, run: Dict[str, Any], must_resume: bool = False
     ) -> None:
-        """Begin a folder, or go on with one.
+        """Begin a folder, or resume one.
 
         Args:
-            folder: made when there is none.
-            campaign: that the folder is for; one with other results is an error.
+            folder: created where there is none.
+            campaign: whose results the folder holds; a folder with those of another is an error.
             run: from `manifest.describe_run`.
             must_resume: whether a folder without results is an error.
 
@@ -57,8 +56,7 @@ class ResultStore:
             self._lock(opened)
             self._refuse_foreign(must_resume)  # again, now that nobody else writes here
             self._begin_or_resume(run)
-            self._table = open(self.folder / TABLE, 'ab', buffering=0)
-            opened.enter_context(self._table)
+            self._table = opened.enter_context(open(self.folder / TABLE, 'ab', buffering=0))
             self._opened = opened.pop_all()
 
     def __enter__(self) -> ResultStore:
@@ -71,20 +69,20 @@ class ResultStore:
 
     @property
     def rows(self) -> List[TrialRow]:
-        """Of the finished trials, in the order of jobs."""
+        """The finished trials in the order of jobs."""
         return [self._rows[index] for index in sorted(self._rows)]
 
     def pending(self) -> List[TrialJob]:
-        """The trials that are still to be run."""
+        """Return the trials that are still to be run."""
         return [job for job in self._jobs.values() if job.index not in self._rows]
 
     def bag_path(self, job: TrialJob) -> str:
-        """Of the job's bag, below the folder; '' when bags are not recorded."""
+        """Return the path of a job's bag below the folder; '' when bags are not recorded."""
         is_recorded = self._campaign.params.record != 'none'
         return f'{BAGS}/{self._campaign.bag_name(job)}' if is_recorded else ''
 
     def append(self, row: TrialRow) -> None:
-        """Keep a finished trial; it is on the disk when this returns. A second row is dropped.
+        """Write a finished trial to the disk; a second row of the same trial is dropped.
 
         Raises:
             ConfigError: the disk is full, or the like; the rows before are whole.
@@ -104,7 +102,7 @@ class ResultStore:
         self._rows[job.index] = row
 
     def finish(self) -> Path:
-        """Sort trials.csv in the order of jobs, and take no more rows; returns its path.
+        """Sort trials.csv in the order of jobs, close it, and return its path.
 
         Raises:
             ConfigError: it cannot be written; the unsorted one is still there.
@@ -135,8 +133,8 @@ class ResultStore:
             )
 
     def _lock(self, opened: contextlib.ExitStack) -> None:
-        """Held until this process ends, however it does."""
-        file = opened.enter_context(open(self.folder / LOCK, 'ab'))
+        """Lock the folder until this process ends, however it does."""
+        file = opened.enter_context(open(self.folder / LOCK, 'ab'))  # noqa: SIM115 (the stack closes it)
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
@@ -179,7 +177,7 @@ class ResultStore:
     # ---- trials.csv
 
     def _read_rows(self) -> Dict[int, TrialRow]:
-        """The finished trials: all but what was torn, and those whose bag is gone."""
+        """Read the finished trials, without a torn last line and without those whose bag is gone."""
         path = self.folder / TABLE
         content = path.read_bytes() if path.is_file() else b''
         # A line is written at one stroke and ends last: what follows the last end is torn.
@@ -222,8 +220,8 @@ def _named_errors(path: Path) -> Iterator[None]:
         raise ConfigError(f'{error.filename or path}: cannot be read or written: {error.strerror or error}') from None
 
 
-def _jobs_by_identity(campaign: Campaign) -> Dict[Tuple, TrialJob]:
-    """As TrialRow.identity has it."""
+def _jobs_by_identity(campaign: Campaign) -> Dict[Tuple[object, ...], TrialJob]:
+    """Return the jobs by `TrialRow.identity`."""
     cells = [(cell.test.name, ppr_label(cell.ppr), cell.varied_texts()) for cell in campaign.cells]
     return {(*cells[job.cell_index], job.trial, job.seed): job for job in campaign.jobs()}
 
@@ -245,7 +243,7 @@ def _warn_of_other_code(folder: Path, first: Dict[str, Any], run: Dict[str, Any]
 
 
 def _remove_unfinished(folder: Path) -> None:
-    """What a killed campaign had not finished writing."""
+    """Remove what a killed campaign had not finished writing."""
     for path in (*folder.glob(f'*{UNFINISHED_SUFFIX}'), *(folder / BAGS).glob(f'*{UNFINISHED_SUFFIX}')):
         path.unlink()
 

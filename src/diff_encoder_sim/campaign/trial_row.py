@@ -20,7 +20,7 @@ class TrialRow(NamedTuple):
     """A trial and how it ended."""
 
     test: str
-    ppr: str  # as encoder.ppr_label says it
+    ppr: str  # as encoders.pulses.ppr_label writes it
     varied: Tuple[Tuple[str, str], ...]  # dotted keys of parameters, and their values as text
     trial: int
     seed: int
@@ -33,12 +33,12 @@ class TrialRow(NamedTuple):
     bag: str  # path below the results folder; '' for none
 
     def identity(self) -> Tuple[object, ...]:
-        """Which trial it is of: the first fields, to seed."""
+        """Return what identifies the trial: the first fields, up to the seed."""
         return self[:5]
 
 
 def header(varied_keys: Sequence[str]) -> List[str]:
-    """The names of the columns, with their units."""
+    """Return the names of the columns, with their units."""
     return [
         'test',
         'ppr',
@@ -56,7 +56,7 @@ def header(varied_keys: Sequence[str]) -> List[str]:
 
 
 def fields_of(row: TrialRow) -> List[str]:
-    """The row as texts; numbers read back as the same numbers, wall time to the millisecond."""
+    """Return the row as texts; numbers read back as the same numbers, wall time to the millisecond."""
     errors = [row.errors.get(source) or ('',) * len(PARTS) for source in PoseSource]
     values = [
         row.test,
@@ -76,7 +76,7 @@ def fields_of(row: TrialRow) -> List[str]:
 
 
 def row_of(fields: Sequence[str], varied_keys: Sequence[str]) -> TrialRow:
-    """The row that `fields_of` made into texts.
+    """Return the row that `fields_of` made into texts.
 
     Raises:
         ValueError: these are not the fields of a row.
@@ -109,7 +109,7 @@ def csv_line(fields: Sequence[str]) -> bytes:
 
 
 def csv_fields(line: bytes) -> List[str]:
-    """What `csv_line` made into a line, with or without its end.
+    """Return the fields that `csv_line` made into a line, with or without its end.
 
     Raises:
         ValueError: this is no such line.
@@ -121,7 +121,7 @@ def csv_fields(line: bytes) -> List[str]:
 
 
 def _one_line(text: str) -> str:
-    """A row is one line of the file: whatever a reason says, it must not end the line."""
+    """Return a text without line ends: a row is one line of the file."""
     return ''.join(char if char.isprintable() else ' ' for char in text)
 
 

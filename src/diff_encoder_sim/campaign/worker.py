@@ -1,4 +1,4 @@
-"""What a Dask worker does with one trial: files in, the row out, the bag into its place."""
+"""One trial on a Dask worker: its files in, its row out, its bag into the results folder."""
 
 from __future__ import annotations
 
@@ -22,26 +22,26 @@ from diff_encoder_sim.lockstep.trial_run import TrialResult
 from diff_encoder_sim.recording.topics import RecordMode
 from diff_encoder_sim.trials.trial_definition import TrialPlan
 
-# experiments.trial_run.run_trial, or what stands in for it.
+# lockstep.trial_run.run_trial, or a substitute of tests.
 RunTrial = Callable[[TrialPlan, Path, RobotParams, RecordMode], TrialResult]
 
 # PyBullet is not made for threads: a worker that has several takes turns.
 _one_trial = threading.Lock()
 
 
-class MachineFault(Exception):
-    """The worker's machine cannot run trials (a full disk, no memory): why, in one line."""
+class HostFault(Exception):
+    """Why the worker's host cannot run trials (a full disk, no memory), in one line."""
 
 
 class ResultsFolder(NamedTuple):
-    """Where the client keeps the results, and what tells a worker that it sees the same folder."""
+    """Where the client keeps the results, and how a worker recognises that it sees the same folder."""
 
     path: str  # absolute, on the client's machine
     probe: str  # name of a file in it
     nonce: str  # content of that file
 
     def is_shared(self) -> bool:
-        """Whether this process sees the client's folder and can write there."""
+        """Check whether this process sees the client's folder and can write there."""
         try:
             seen = Path(self.path, self.probe).read_text(encoding='utf-8')
         except (OSError, UnicodeDecodeError):
@@ -50,23 +50,23 @@ class ResultsFolder(NamedTuple):
 
 
 class FinishedTrial(NamedTuple):
-    """What goes back to the client."""
+    """What a worker returns to the client."""
 
     row: TrialRow
     bag: Optional[bytes]  # None: not recorded, or in its place already
 
 
 def run_task(campaign: Campaign, job: TrialJob, bag: str, results: ResultsFolder, run: RunTrial) -> FinishedTrial:
-    """The task: `run_job` with the worker's own temporary folder, which goes when the worker goes.
+    """Run `run_job` with the worker's own temporary folder, which is removed with the worker.
 
     Raises:
-        MachineFault: a file cannot be written, or the memory is full.
+        HostFault: a file cannot be written, or the memory is full.
     """
     with _one_trial:
         try:
             return run_job(campaign, job, bag, results, run, Path(get_worker().local_directory))
         except (OSError, MemoryError) as error:
-            raise MachineFault(f'worker on {platform.node()}: {_reason(error)}') from None
+            raise HostFault(f'worker on {platform.node()}: {_reason(error)}') from None
 
 
 def run_job(
@@ -75,15 +75,19 @@ def run_job(
     """Run one trial.
 
     Args:
+        campaign: which the job belongs to.
+        job: what to run.
+        results: the client's folder, shared with this machine or not.
+        run: runs the trial.
         bag: path of its bag below the results folder; '' for none.
-        scratch: a folder of this process for what need not be kept.
+        scratch: a folder of this process for temporary files.
 
     Raises:
         OSError: a file cannot be written.
     """
     is_shared = results.is_shared()
     placed = Path(results.path, bag)
-    # A name of its own for each attempt: Dask may believe a worker dead that is still at work.
+    # A name of its own for each attempt: Dask may restart a trial whose worker is still running it.
     unfinished = (placed.parent if is_shared else scratch) / (
         f'.{placed.name}.{uuid.uuid4().hex[:8]}{UNFINISHED_SUFFIX}'
     )

@@ -130,8 +130,10 @@ def test_a_map_is_only_needed_to_navigate(tmp_path):
         ('urdf/alto.urdf.xacro', None, 'no such robot file'),
         (
             'urdf/alto.urdf.xacro',
-            '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="r">'
-            '<xacro:include filename="other.xacro"/></robot>',
+            (
+                '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="r">'
+                '<xacro:include filename="other.xacro"/></robot>'
+            ),
             'includes other files',
         ),
     ],

@@ -34,7 +34,7 @@ def test_a_line_has_counts_speed_and_time_left():
 
 
 def test_what_was_done_before_counts_but_not_for_speed_and_time_left():
-    clock, stream, progress = lines_of(10, [row(), row(Outcome.LOST), row(), row(), row()])
+    clock, _, progress = lines_of(10, [row(), row(Outcome.LOST), row(), row(), row()])
     clock.now_s = 4.0
     progress.add(row())
     assert progress.done_now == 1
@@ -42,7 +42,7 @@ def test_what_was_done_before_counts_but_not_for_speed_and_time_left():
 
 
 def test_lines_come_every_tenth_of_the_trials():
-    clock, stream, progress = lines_of(200)
+    _, stream, progress = lines_of(200)
     for _ in range(200):
         progress.add(row())
     counts = [int(line.split()[0]) for line in stream.getvalue().splitlines()]
@@ -57,7 +57,7 @@ def test_lines_come_every_thirty_seconds_when_trials_are_slow():
 
 
 def test_the_last_trial_has_a_line():
-    clock, stream, progress = lines_of(11)
+    _, stream, progress = lines_of(11)
     for _ in range(11):
         progress.add(row())
     assert stream.getvalue().splitlines()[-1].startswith('11 of 11 trials')
