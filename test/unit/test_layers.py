@@ -31,8 +31,8 @@ MAY_IMPORT = {
     'analysis': 'base encoders odometry mapping trials evaluation recording campaign',
     'advice': 'base trials evaluation analysis',
     'cli': (
-        'base encoders odometry mapping simulation slam navigation trials evaluation recording lockstep reencoding '
-        'campaign analysis advice '
+        'base encoders odometry mapping simulation slam navigation trials evaluation recording lockstep '
+        'reencoding campaign analysis advice '
     ),
     'ros': (
         'base encoders odometry mapping simulation localization slam navigation trials serialization '
