@@ -40,8 +40,7 @@ def flattened(given: Mapping[str, Any]) -> Dict[str, Any]:
     _name_source_scan(flat)
     _make_footprint_of_radius(flat)
     if flat.get('rolling_window') is True:
-        for key in ('static_map', 'track_unknown_space'):
-            flat.setdefault(key, False)
+        return {'static_map': False, 'track_unknown_space': False, **flat}
     return flat
 
 

@@ -46,7 +46,7 @@ class MissingInput(NamedTuple):
 
 
 class NavigatorInputs:
-    """The newest odometry, localization and scan."""
+    """Newest odometry, localization and scan; the scan's usual mount is `laser_pose_in_base`."""
 
     def __init__(self, laser_pose_in_base: Pose2D) -> None:
         self.laser_pose_in_base = laser_pose_in_base
@@ -94,13 +94,11 @@ class NavigatorInputs:
         if len(scan.ranges_m) == 0:
             raise InputFault('the scan has no rays')
         _check_finite('the scan', scan.angle_min_rad, scan.angle_increment_rad, scan.range_min_m, scan.range_max_m)
-        ranges_m = np.asarray(scan.ranges_m)
+        ranges_m, low_m, high_m = np.asarray(scan.ranges_m), scan.range_min_m, scan.range_max_m
         # In open space all ranges are +inf; a covered laser sends no valid ones.
-        if not (((ranges_m >= scan.range_min_m) & (ranges_m <= scan.range_max_m)) | (ranges_m == math.inf)).any():
-            raise InputFault(
-                f'none of {len(ranges_m)} ranges is valid: from {scan.range_min_m:g} '
-                f'to {scan.range_max_m:g} m, or +inf for no return'
-            )
+        if not (((ranges_m >= low_m) & (ranges_m <= high_m)) | (ranges_m == math.inf)).any():
+            valid = f'from {low_m:g} to {high_m:g} m, or +inf for no return'
+            raise InputFault(f'none of {len(ranges_m)} ranges is valid: {valid}')
         self.scan = scan
         self._scan_pose_in_base = self.laser_pose_in_base if laser_pose_in_base is None else laser_pose_in_base
 
