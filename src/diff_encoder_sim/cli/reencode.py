@@ -20,10 +20,11 @@ from diff_encoder_sim.odometry.wheel_odometry import OdometryParams
 from diff_encoder_sim.recording.bag_source import BagSource, open_source
 from diff_encoder_sim.recording.trial_metadata import trial_of_source
 from diff_encoder_sim.reencoding.bag_output import ReencodedBag
-from diff_encoder_sim.reencoding.reencoder import DriveSummary, Reencoder, WheelsAtPpr
+from diff_encoder_sim.reencoding.reencoder import DriveSummary, Reencoder
 from diff_encoder_sim.reencoding.reference import Reference, find_reference
 from diff_encoder_sim.reencoding.result_table import csv_table, text_table
 from diff_encoder_sim.reencoding.wheels import WheelOptions, WheelTopic, find_wheels
+from diff_encoder_sim.reencoding.wheels_at_ppr import WheelsAtPpr
 from diff_encoder_sim.trials.trial_definition import Trial
 
 LEGEND = """\

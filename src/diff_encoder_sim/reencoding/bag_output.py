@@ -1,9 +1,9 @@
-"""The bag that reencoding writes for a PPR, with the topics of the live nodes."""
+"""The bag that reencoding writes for a PPR: what the live nodes would have published."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import List, Tuple
+from typing import List, Tuple, cast
 
 from diff_encoder_sim.encoders.wheel_encoder import EncoderSample
 from diff_encoder_sim.odometry.wheel_odometry import OdometryEstimate, OdometryParams
@@ -17,12 +17,12 @@ from diff_encoder_sim.serialization.ros1_stream import Message
 from diff_encoder_sim.serialization.transform_messages import encode_tf, encode_transform
 from diff_encoder_sim.trials.trial_definition import Trial
 
-# What odometry is compared with, and how a trial ended, by the node that told it.
+# The truth, and how a trial ended: copied as they are, with the node that published them.
 COPIED = {topics.WORLD_POSE: topics.WORLD_POSE_NODE, topics.TRIAL_RESULT: topics.NAVIGATION_TRIAL_NODE}
 
 
 def copied_topics(source: BagSource) -> List[str]:
-    """Those of `COPIED` that a bag has as a trial's has them; none of ROS 2's other encoding."""
+    """List the topics of `COPIED` that a bag has as a trial's has them; none of a ROS 2 bag, which is encoded otherwise."""
     if source.is_cdr:
         return []
     known = topics.recorded_topics('full')
@@ -30,23 +30,23 @@ def copied_topics(source: BagSource) -> List[str]:
 
 
 class ReencodedBag(TrialBag):
-    """Publishes what the nodes would have, at the time of the message that led to it.
+    """Writes what the nodes would have published, at the time of the message that led to it.
 
     Memory does not grow with the bag.
     """
 
     def __init__(self, path: Path, joints: Tuple[str, str], params: OdometryParams) -> None:
-        """`joints` are left, right; `params` tell the frames, and whether there is a transform."""
+        """Open the bag; `joints` are left, right, `params` have the frames, and whether there is a transform."""
         super().__init__(path, 'full')
         self._joints, self._params = joints, params
         self._chunks_seen = 0
 
     def encoder_pulse(self, time_ns: int, sample: EncoderSample) -> None:
-        """/encoder_pulse."""
+        """Write /encoder_pulse."""
         self.write(topics.ENCODER_PULSE, topics.ENCODER_NODE, encode_encoder_pulse(sample, self._joints), time_ns)
 
     def odometry(self, time_ns: int, estimate: OdometryEstimate) -> None:
-        """/odom, and odom->base_link on /tf."""
+        """Write /odom, and odom->base_link to /tf."""
         odom_frame, base_frame = self._params.odom_frame, self._params.base_frame
         if self._params.publish_tf:
             transform = encode_transform(estimate.base_pose_in_odom, estimate.stamp_ns, odom_frame, base_frame)
@@ -54,21 +54,21 @@ class ReencodedBag(TrialBag):
         self.write(topics.ODOM, topics.ODOM_NODE, encode_odometry(estimate, odom_frame, base_frame), time_ns)
 
     def trial(self, time_ns: int, trial: Trial) -> None:
-        """/trial."""
+        """Write /trial."""
         self.write(topics.TRIAL, topics.NAVIGATION_TRIAL_NODE, encode_string(trial.model_dump_json()), time_ns)
 
     def copy(self, message: Message) -> None:
-        """One of `COPIED`, as it is."""
+        """Write a message of `COPIED` as it is."""
         self.write(message.topic, COPIED[message.topic], message.raw, message.time_ns)
 
     def write(self, topic: str, node: str, message: bytes, time_ns: int) -> None:
-        """As `TrialBag.write`, but it forgets where the messages of finished chunks are."""
+        """Write as `TrialBag.write` does, and forget the positions of messages in finished chunks."""
         super().write(topic, node, message, time_ns)
         chunks = self._opened().chunks
         if len(chunks) == self._chunks_seen:
             return
         self._chunks_seen = len(chunks)
-        # rosbags keeps the place of every message; of a chunk that is written it needs how many.
+        # rosbags keeps the position of every message; of a chunk that is written it uses no more than their number.
         for chunk in chunks[-2:-1]:
-            for connection_id, places in chunk.connections.items():
-                chunk.connections[connection_id] = range(len(places))
+            for connection_id, positions in chunk.connections.items():
+                chunk.connections[connection_id] = cast('List[Tuple[int, int]]', range(len(positions)))

@@ -1,4 +1,4 @@
-"""Where the robot was by another account: a topic of poses, or two frames of /tf."""
+"""The reference of a comparison: a topic of poses, or two frames of /tf."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from diff_encoder_sim.serialization.transform_messages import decode_tf
 
 ARROW = '->'
 
-# A chain of more frames goes in a circle.
+# A longer chain of frames goes in a circle.
 _LONGEST_CHAIN = 100
 
 
 class PoseTopic:
-    """Poses of a topic."""
+    """Reads the poses of a topic."""
 
     def __init__(self, topic: str, message_type: str, is_cdr: bool) -> None:
         self.name, self.topics = topic, (topic,)
         self._decoder = PoseDecoder(message_type, is_cdr)
 
     def poses(self, message: Message) -> Iterator[StampedPose]:
-        """The one pose of a message.
+        """Decode the one pose of a message.
 
         Raises:
             InputFault: the message is torn, or its pose is not finite.
@@ -37,10 +37,10 @@ class PoseTopic:
 
 
 class FramePair:
-    """A frame's pose in another, up the chain of transforms.
+    """Computes a frame's pose in another, up the chain of transforms.
 
-    A pose comes with every transform of the lowest frame in the chain that is not fixed; the
-    frames above stand where they were told to be last, as AMCL's map -> odom does.
+    There is a pose for every transform of the lowest frame in the chain that is not fixed. Of the
+    frames above, as of AMCL's map -> odom, the last transform before it is taken.
     """
 
     topics = (TF, TF_STATIC)
@@ -53,7 +53,7 @@ class FramePair:
         self._moving: Dict[str, StampedPose] = {}
 
     def poses(self, message: Message) -> Iterator[StampedPose]:
-        """Those that a message of transforms, added to the ones before, tells of.
+        """Add a message of transforms to the ones before, and yield the poses that it leads to.
 
         Raises:
             InputFault: the message is torn, or a pose in it is not finite.
@@ -75,7 +75,7 @@ class FramePair:
         return frame
 
     def _pose(self) -> Optional[Pose2D]:
-        """None while the chain does not reach the parent."""
+        """Walk up the chain; None while it does not reach the parent."""
         frame, pose = self._child, IDENTITY
         for _ in range(_LONGEST_CHAIN):
             if frame == self._parent:
@@ -91,10 +91,10 @@ Reference = Union[PoseTopic, FramePair]
 
 
 def find_reference(path: Path, source: BagSource, given: str) -> Optional[Reference]:
-    """What to compare with: as given, else /world_pose where the bag has it, else nothing.
+    """Choose the reference: as given, else /world_pose where the bag has it, else None.
 
     Args:
-        path: of the bag, for messages.
+        path: of the bag, for error messages.
         source: the bag.
         given: a topic, or frames as 'map->base_link'; empty for the default.
 
@@ -109,11 +109,8 @@ def find_reference(path: Path, source: BagSource, given: str) -> Optional[Refere
         return PoseTopic(topic, kind, source.is_cdr)
     if not given:
         return None
-    raise ConfigError(
-        f'{path}: --reference: given {given}, which is '
-        f'{"of " + kind if kind else "not there"}; allowed: '
-        f'{", ".join(_allowed(source)) or "it has no poses"}'
-    )
+    found, allowed = f'of {kind}' if kind else 'not there', ', '.join(_allowed(source)) or 'it has no poses'
+    raise ConfigError(f'{path}: --reference: given {given}, which is {found}; allowed: {allowed}')
 
 
 def _frame_pair(path: Path, source: BagSource, given: str) -> FramePair:
@@ -127,7 +124,7 @@ def _frame_pair(path: Path, source: BagSource, given: str) -> FramePair:
 
 
 def _allowed(source: BagSource) -> Iterator[str]:
-    """Topics of poses, and frames where there are any."""
+    """List topics of poses, and frames where there are any."""
     yield from sorted(topic for topic, kind in source.topics.items() if kind in POSE_TYPES)
     if source.topics.get(TF) == TRANSFORMS:
         yield f'two frames of {TF} as map{ARROW}base_link'

@@ -13,7 +13,7 @@ from diff_encoder_sim.encoders.pulses import ppr_label
 from diff_encoder_sim.evaluation.relative_error import RPE_DISTANCES_M, RpePairs, rpe_name
 from diff_encoder_sim.evaluation.rpe_segments import RelativeError
 from diff_encoder_sim.evaluation.trajectory_error import PathError
-from diff_encoder_sim.reencoding.reencoder import WheelsAtPpr
+from diff_encoder_sim.reencoding.wheels_at_ppr import WheelsAtPpr
 
 _PATH_HEADS = [
     'PPR',

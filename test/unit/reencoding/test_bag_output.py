@@ -1,39 +1,52 @@
-"""The layout for Foxglove shows what our bags hold."""
+"""Bags that reencoding writes: what the nodes would have published, and memory that does not grow."""
 
-import json
+import pytest
 
-from diff_encoder_sim.recording.topics import TOPICS
-from diff_encoder_sim.serialization.typestore import STORE
-from places import CONFIG
+from diff_encoder_sim.odometry.wheel_odometry import OdometryParams, WheelOdometry
+from diff_encoder_sim.reencoding.bag_output import ReencodedBag
+from diff_encoder_sim.serialization.joint_messages import encode_encoder_pulse
+from diff_encoder_sim.serialization.pose_messages import encode_odometry
+from diff_encoder_sim.serialization.transform_messages import encode_tf, encode_transform
+from reencoding_drives import JOINTS, TICK_NS, angles_rad, drive, write_ros1
+from reencoding_runs import contents, run, samples_of
 
-LAYOUT = json.loads((CONFIG / 'foxglove' / 'trial.json').read_text())
-KINDS = {topic.name: topic.message_type for topic in TOPICS}
-
-
-def plotted(config):
-    yield from (path['value'] for path in config.get('paths', ()))
-    if 'xAxisPath' in config:
-        yield config['xAxisPath']['value']
+PPRS = (40, 90, 1024)
 
 
-def test_every_plotted_field_is_one_of_a_recorded_topic():
-    values = [value for config in LAYOUT['configById'].values() for value in plotted(config)]
-    assert len(values) > 5
-    for value in values:
-        topic, *fields = value.split('.')
-        kind = KINDS[topic]
-        for field in fields:
-            known = STORE.types[kind].__dataclass_fields__
-            assert field.split('[')[0] in known, value
-            kind = str(known[field.split('[')[0]].type).replace('__', '/')
+@pytest.fixture
+def bag(tmp_path):
+    return write_ros1(tmp_path / 'drive.bag', drive())
 
 
-def test_the_scene_shows_recorded_topics():
-    assert set(LAYOUT['configById']['3D!scene']['topics']) <= set(KINDS)
+def test_bags_hold_what_the_nodes_would_have_published(tmp_path, bag):
+    run(bag, '--ppr', *PPRS, '--out', tmp_path / 'out')
+    for ppr in PPRS:
+        odometry = WheelOdometry(OdometryParams(ppr=ppr))
+        samples = samples_of(angles_rad(501), ppr)
+        estimates = [odometry.update(*sample) for sample in samples]
+        found = contents(tmp_path / 'out' / (f'drive_{ppr}ppr.bag'))
+        assert found == {
+            '/world_pose': contents(bag)['/world_pose'],
+            '/encoder_pulse': [encode_encoder_pulse(sample, JOINTS)[4:] for sample in samples],
+            '/odom': [encode_odometry(estimate, 'odom', 'base_link')[4:] for estimate in estimates],
+            '/tf': [
+                encode_tf(encode_transform(estimate.base_pose_in_odom, estimate.stamp_ns, 'odom', 'base_link'))[4:]
+                for estimate in estimates
+            ],
+        }
+        assert len(samples) == 101
 
 
-def test_every_panel_has_its_place():
-    def leaves(node):
-        return [node] if isinstance(node, str) else leaves(node['first']) + leaves(node['second'])
-
-    assert sorted(leaves(LAYOUT['layout'])) == sorted(LAYOUT['configById'])
+def test_a_bag_keeps_no_index_in_memory(tmp_path):
+    sample = samples_of(angles_rad(11), 90)[0]
+    with ReencodedBag(tmp_path / 'long.bag', JOINTS, OdometryParams()) as bag:
+        for tick in range(60_000):
+            bag.encoder_pulse(tick * TICK_NS, sample._replace(stamp_ns=tick * TICK_NS))
+        kept = [
+            len(places)
+            for chunk in bag._writer.chunks
+            for places in chunk.connections.values()
+            if isinstance(places, list)
+        ]
+        assert len(bag._writer.chunks) > 3 and len(kept) == 1
+    assert len(contents(tmp_path / 'long.bag')['/encoder_pulse']) == 60_000

@@ -1,0 +1,57 @@
+"""One encoder and its odometry, fed with recorded wheel angles."""
+
+from __future__ import annotations
+
+from typing import Optional, Tuple
+
+from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
+from diff_encoder_sim.encoders.pulses import PerWheel
+from diff_encoder_sim.encoders.wheel_encoder import DiffEncoder, EncoderParams, EncoderSample
+from diff_encoder_sim.evaluation.trajectory_error import Alignment, PathComparison
+from diff_encoder_sim.odometry.wheel_odometry import OdometryEstimate, OdometryParams, WheelOdometry
+from diff_encoder_sim.reencoding.bag_output import ReencodedBag
+from diff_encoder_sim.reencoding.reencoded_trial import with_encoder
+from diff_encoder_sim.serialization.joint_messages import JointValues
+from diff_encoder_sim.trials.trial_definition import Trial
+
+
+class WheelsAtPpr:
+    """Encoder and odometry at one PPR, as gz_diff_encoder_node and gz_diff_odom_node run them."""
+
+    def __init__(self, ppr: PerWheel, encoder: EncoderParams, odometry: OdometryParams) -> None:
+        self.ppr = ppr
+        self.comparison = PathComparison(Alignment.ORIGIN)
+        self.reports = 0
+        self.bag: Optional[ReencodedBag] = None  # where messages are written; None: nowhere
+        self.stamped_pose: Tuple[int, Pose2D] = (0, IDENTITY)  # the last, base in odom
+        self._encoder = DiffEncoder(encoder.model_copy(update={'ppr': ppr}))
+        self._odometry = WheelOdometry(odometry.model_copy(update={'ppr': ppr}))
+
+    def update(self, time_ns: int, joints: JointValues) -> bool:
+        """Take one joint message that was recorded at `time_ns`; return whether it led to a new odometry pose.
+
+        Raises:
+            InputFault: the encoder drops the message.
+        """
+        sample = self._encoder.update(*joints)
+        if sample is None:
+            return False
+        self.reports += 1
+        estimate = self._odometry.update(*sample)
+        self._write(time_ns, sample, estimate)
+        if estimate is None:
+            return False
+        self.stamped_pose = estimate.stamp_ns, estimate.base_pose_in_odom
+        return True
+
+    def write_trial(self, time_ns: int, recorded: Trial) -> None:
+        """Write the recorded trial as if it had been driven with this encoder."""
+        if self.bag is not None:
+            self.bag.trial(time_ns, with_encoder(recorded, self.ppr, self._odometry.params))
+
+    def _write(self, time_ns: int, sample: EncoderSample, estimate: Optional[OdometryEstimate]) -> None:
+        if self.bag is None:
+            return
+        self.bag.encoder_pulse(time_ns, sample)
+        if estimate is not None:
+            self.bag.odometry(time_ns, estimate)

@@ -1,0 +1,44 @@
+"""Runs of the reencode command, and what they wrote."""
+
+import csv
+
+import pytest
+
+from diff_encoder_sim.cli import reencode
+from diff_encoder_sim.encoders.wheel_encoder import DiffEncoder, EncoderParams
+from diff_encoder_sim.recording.bag_opening import open_bag
+from reencoding_drives import JOINTS, START_NS, TICK_NS
+
+
+def run(*arguments):
+    reencode.main([str(argument) for argument in arguments])
+
+
+def complaint(capsys, *arguments):
+    """The one line of a run that fails."""
+    with pytest.raises(SystemExit) as error:
+        run(*arguments)
+    text = str(error.value)
+    assert text.startswith('reencode: ') and '\n' not in text
+    return text
+
+
+def contents(path):
+    """Raw messages by topic, without the seq of their headers."""
+    found = {}
+    with open_bag(path) as reader:
+        for connection, _, raw in reader.messages():
+            found.setdefault(connection.topic, []).append(bytes(raw)[4:])
+    return found
+
+
+def rows_of(folder):
+    with open(folder / 'reencode.csv', newline='') as file:
+        return list(csv.DictReader(file))
+
+
+def samples_of(angles, ppr):
+    """What a live encoder says of a drive at 100 Hz."""
+    encoder = DiffEncoder(EncoderParams(ppr=ppr))
+    samples = [encoder.update(START_NS + tick * TICK_NS, JOINTS, pair) for tick, pair in enumerate(angles.tolist())]
+    return [sample for sample in samples if sample is not None]

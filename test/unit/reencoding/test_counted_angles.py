@@ -1,0 +1,69 @@
+"""Counts of a finer encoder in place of wheel angles."""
+
+import math
+
+import numpy as np
+import pytest
+
+from diff_encoder_sim.encoders.counter import wrap_count
+from diff_encoder_sim.encoders.pulses import PerWheel
+from diff_encoder_sim.reencoding.counted_angles import CountedAngles
+from diff_encoder_sim.serialization.joint_messages import JointValues
+from diff_encoder_sim.serialization.typestore import STORE
+from reencoding_drives import ROS1, ROS2, angles_rad, write_ros1, write_ros2
+from reencoding_runs import contents, run, samples_of
+
+
+@pytest.mark.parametrize('modulus', [0, 256])
+@pytest.mark.parametrize('maker', [ROS1, ROS2], ids=['ROS 1', 'ROS 2'])
+def test_counts_of_a_finer_encoder_give_the_counts_of_its_divisors(tmp_path, maker, modulus):
+    angles = angles_rad(2001, speeds_radps=(-4.0, 4.4))
+    rows = [
+        ('/fine', stamp_ns, maker.pulses(stamp_ns, [wrap_count(count, modulus) for count in counts]))
+        for stamp_ns, *counts in samples_of(angles, 1024)
+    ]
+    config = tmp_path / 'config.yaml'
+    config.write_text(f'counter_modulus: {modulus}\n')
+    write, name = (write_ros2, 'a') if maker is ROS2 else (write_ros1, 'a.bag')
+    run(
+        write(tmp_path / name, rows),
+        '--pulses-ppr',
+        '1024',
+        '--ppr',
+        '64',
+        '100',
+        '--out',
+        tmp_path / 'out',
+        '--config',
+        config,
+    )
+    found = {
+        ppr: [
+            STORE.deserialize_ros1(b'\0\0\0\0' + raw, 'diff_encoder_sim/msg/EncoderPulse').pulses.tolist()
+            for raw in contents(tmp_path / 'out' / (f'a_{ppr}ppr.bag'))['/encoder_pulse']
+        ]
+        for ppr in (64, 100)
+    }
+    expected = {
+        ppr: [[wrap_count(count, modulus) for count in sample[1:]] for sample in samples_of(angles, ppr)]
+        for ppr in (64, 100)
+    }
+    if modulus == 0:
+        assert found[64] == expected[64]
+        differences = np.subtract(found[100], expected[100])
+        assert set(np.abs(differences).ravel()) <= {0, 1}
+        assert np.count_nonzero(differences) <= 1.5 * 0.25 * 100 / 1024 * differences.size
+    # A wrapped count tells travel alone: the steps are those of the drive, up to its unknown start.
+    steps = np.diff(np.array(found[64]), axis=0)
+    assert [[wrap_count(int(step), modulus) for step in pair] for pair in steps] == np.diff(
+        [sample[1:] for sample in samples_of(angles, 64)], axis=0
+    ).tolist()
+
+
+def test_an_angle_is_the_middle_of_its_pulse_and_other_joints_are_left_out():
+    counted = CountedAngles(('l', 'r'), PerWheel(left=100, right=4), 16)
+    first = counted.angles(JointValues(5, ('arm', 'r', 'l'), [7, 15, 0]))
+    assert (first.stamp_ns, first.names) == (5, ('r', 'l'))
+    assert first.values == pytest.approx([15.5 * math.pi / 2.0, 0.5 * math.pi / 50.0])
+    wrapped = counted.angles(JointValues(6, ('r', 'l'), [0, 15]))
+    assert wrapped.values == pytest.approx([16.5 * math.pi / 2.0, -0.5 * math.pi / 50.0])
