@@ -20,7 +20,7 @@ from diff_encoder_sim.base.typed_params import P, Params, shared_params
 LOG_AGAIN_AFTER_S = 5.0
 LONG_COMPILATION_S = 1.0
 
-# Of a dozen nodes in one terminal rospy's own format does not tell which one a line is from.
+# rospy's own format has no node name, and a terminal shows the lines of a dozen nodes.
 CONSOLE_FORMAT = '[${severity}] [${time}] [${node}]: ${message}'
 
 log = logging.getLogger('diff_encoder_sim')

@@ -70,7 +70,7 @@ class ReplayNode:
     def run(self) -> None:
         """Play and record; returns at the end of the drive."""
         try:
-            self._wait_for_listeners()
+            self._wait_for_subscribers()
             self._play()
         except ConfigError:
             self._recorder.discard()
@@ -114,7 +114,7 @@ class ReplayNode:
             self._trial = publisher(topics.TRIAL, String, latch=True)
             self._trial.publish(String(with_encoder(trial, self._encoder.ppr, self._odometry).model_dump_json()))
 
-    def _wait_for_listeners(self) -> None:
+    def _wait_for_subscribers(self) -> None:
         """Wait until the encoder node and the odometry node have subscribed.
 
         Raises:
@@ -123,8 +123,8 @@ class ReplayNode:
         master = rosgraph.Master(rospy.get_name())
         deadline_s = time.monotonic() + self._params.start_timeout
         while not rospy.is_shutdown():
-            listeners = {topic: set(nodes) - {rospy.get_name()} for topic, nodes in master.getSystemState()[1]}
-            missing = [topic for topic in (topics.JOINT_STATES, topics.ENCODER_PULSE) if not listeners.get(topic)]
+            subscribers = {topic: set(nodes) - {rospy.get_name()} for topic, nodes in master.getSystemState()[1]}
+            missing = [topic for topic in (topics.JOINT_STATES, topics.ENCODER_PULSE) if not subscribers.get(topic)]
             if not missing:
                 return
             if time.monotonic() > deadline_s:

@@ -19,7 +19,7 @@ SECOND_NS = 1_000_000_000
 LASER = Pose2D(0.2, 0.0, 0.0)
 
 
-class Drive:
+class FedQueue:
     """A queue with the buffer that it reads, and the scans that it handed on: (stamp [s], x of the base in odom)."""
 
     def __init__(self):
@@ -48,7 +48,7 @@ class Drive:
 @pytest.fixture(name='drive')
 def fixture_drive(caplog):
     caplog.set_level(logging.INFO, logger='diff_encoder_sim')
-    return Drive()
+    return FedQueue()
 
 
 def test_a_scan_waits_for_its_odometry_and_has_its_pose(drive):
