@@ -69,7 +69,7 @@ def test_every_message_is_the_same_byte_for_byte(bags, topic):
 
 
 @pytest.mark.parametrize('topic', ONCE)
-def test_what_is_said_once_is_the_same(bags, topic):
+def test_what_is_published_once_is_the_same(bags, topic):
     live, lockstep = (messages[topic] for messages in bags)
     assert live == lockstep and len(live) == 1
 
@@ -82,26 +82,26 @@ def test_both_have_the_same_topics_of_the_same_types(bags):
 def test_commands_and_clock_are_the_same_in_order(bags):
     live, lockstep = bags
     assert live['/cmd_vel'][: len(lockstep['/cmd_vel'])] == lockstep['/cmd_vel']
-    # While it is paused, the live simulator says 0 again and again.
+    # While it is paused, the live simulator publishes 0 again and again.
     assert set(lockstep['/clock']) <= set(live['/clock'])
 
 
-def test_the_wheels_frames_are_those_that_robot_state_publisher_tells(bags):
-    """At its times, which depend on the machine; KDL rounds differently in the last bit."""
+def test_the_wheels_frames_are_those_that_robot_state_publisher_publishes(bags):
+    """At its times, which depend on the load of the host; KDL rounds differently in the last bit."""
     from sensor_msgs.msg import JointState
 
     live, _ = bags
     states = [JointState().deserialize(content) for _, content, _ in live['/joint_states']]
     angles = {state.header.stamp.to_nsec(): dict(zip(state.name, state.position)) for state in states}
     frames = LinkFrames(expand_xacro(ROOT / 'urdf' / 'alto.urdf.xacro', DESCRIPTION_ARGUMENTS))
-    told = [
+    published = [
         transform
         for _, content, _ in live['/tf']
         for transform in transforms_of(content)
         if transform.header.frame_id == 'base_link'
     ]
-    assert len(told) > 50
-    for transform in told:
+    assert len(published) > 50
+    for transform in published:
         (ours,) = [
             frame
             for frame in frames.turned(angles[transform.header.stamp.to_nsec()])

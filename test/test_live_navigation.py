@@ -1,4 +1,4 @@
-"""Navigated trials on the whole graph: they end at the goal by belief, and a robot carried off stops."""
+"""Navigated trials on the whole graph: they end at the goal by the pose estimate, and a robot carried off stops."""
 
 import math
 import sys
@@ -48,7 +48,7 @@ def finished(request, tmp_path_factory):
         return folder / 'trial.bag', launch.output()
 
 
-def test_it_ends_at_its_goal_by_its_belief(finished):
+def test_it_ends_at_its_goal_by_its_pose_estimate(finished):
     recording = read_trial(finished[0])
     assert recording.outcome == Outcome.SUCCEEDED
     end = Pose2D(*recording.poses['/global_pose'].x_y_yaw[-1].tolist()).relative_to(GOAL)
@@ -58,7 +58,7 @@ def test_it_ends_at_its_goal_by_its_belief(finished):
     assert math.hypot(truth[0] - GOAL.x_m, truth[1] - GOAL.y_m) < 0.2
 
 
-def test_belief_follows_truth_all_the_way(finished):
+def test_the_pose_estimate_follows_the_truth_all_the_way(finished):
     poses = read_trial(finished[0]).poses
     truth = dict(zip(poses['/world_pose'].stamps_ns.tolist(), poses['/world_pose'].x_y_yaw.tolist()))
     errors = [
@@ -102,7 +102,7 @@ def test_carried_off_it_says_so_and_stops_and_goes_on_when_told_where_it_is(tmp_
         assert code == 0, output
         wait_for_line(launch, 'lost')
         wait_for_line(launch, 'stopped')
-        # It drove on for half a second: set down once more, where it is going to be told to be.
+        # It drove on for half a second: set down once more, at the pose that /initialpose will name.
         code, output = graph.run(sys.executable, ROOT / 'scripts' / 'place_robot', *ELSEWHERE)
         assert code == 0, output
         code, output = graph.run(

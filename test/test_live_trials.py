@@ -247,7 +247,7 @@ def test_global_pose_is_the_start_and_the_odometry(turn):
 
 
 def test_same_trial_twice_is_the_same(line_bags):
-    """Which simulated time each command takes effect at does not depend on the machine's load."""
+    """Which simulated time each command takes effect at does not depend on the load of the host."""
     first, second = (Bag(path) for path in line_bags)
     for contents in (Bag.angles, Bag.pulses):
         one, other = contents(first), contents(second)

@@ -23,7 +23,7 @@ from diff_encoder_sim.lockstep.scripted_driver import ScriptedDriver
 from diff_encoder_sim.navigation.goal_status import Command, NavigatorOutput
 from diff_encoder_sim.odometry.wheel_odometry import OdometryEstimate, WheelOdometry
 from diff_encoder_sim.simulation.periods import STATES_PERIOD_NS, TICK_NS
-from diff_encoder_sim.simulation.simulator import Simulator
+from diff_encoder_sim.simulation.simulator import Simulator, SimulatorParams
 from diff_encoder_sim.trials.trial_definition import TrialPlan
 from diff_encoder_sim.trials.trial_outcome import Ending, Outcome, RouteFailed, goal_error
 
@@ -56,23 +56,15 @@ class LockstepTrial:
         Raises:
             ConfigError: a file is missing or bad, or the trial needs the live graph.
         """
-        trial = plan.trial
-        if trial.odom != 'encoder' or trial.nav == 'upstream' or plan.slam != 'none':
-            raise ConfigError(
-                f'lockstep: given odom {trial.odom}, nav {trial.nav}, slam '
-                f'{plan.slam}; allowed: encoder; embedded or scripted; none'
-            )
-        self._trial = trial
+        _check_supported(plan)
+        trial = self._trial = plan.trial
         self._publications = publications or Publications()
         self._simulator = Simulator(plan.world, robot_file, params.simulator, trial.test.start.pose(), trial.number)
         self._encoder = DiffEncoder(params.encoder.model_copy(update={'ppr': trial.ppr}))
         self._odometry = WheelOdometry(params.odometry.model_copy(update={'ppr': trial.ppr}))
         self._odometry_latency_ns = latency_ns(params.latency.odometry)
         self._command_latency_ns = latency_ns(params.latency.command)
-        self._schedule = Schedule()
-        self._schedule.every(TICK_NS, self._read_joints)
-        self._schedule.every(STATES_PERIOD_NS, self._sample_truth)
-        self._schedule.every(params.simulator.lidar.period_ns, self._scan)
+        self._schedule = self._schedule_at_rates(params.simulator)
         self._driver = self._begin(plan, robot_file, params)
         self._reports: List[Report] = []
         self._true_pose = trial.test.start.pose()
@@ -144,6 +136,13 @@ class LockstepTrial:
 
     # ---- at a rate
 
+    def _schedule_at_rates(self, simulator: SimulatorParams) -> Schedule:
+        schedule = Schedule()
+        schedule.every(TICK_NS, self._read_joints)
+        schedule.every(STATES_PERIOD_NS, self._sample_truth)
+        schedule.every(simulator.lidar.period_ns, self._scan)
+        return schedule
+
     def _read_joints(self) -> None:
         joints = self._simulator.joint_states()
         self._publications.joint_states(joints)
@@ -193,3 +192,12 @@ class LockstepTrial:
     def _send(self, now_ns: int, command: Command, is_navigators: bool) -> None:
         self._publications.command(now_ns, command, is_navigators)
         self._schedule.at(now_ns + self._command_latency_ns, lambda: self._simulator.command(*command))
+
+
+def _check_supported(plan: TrialPlan) -> None:
+    trial = plan.trial
+    if trial.odom != 'encoder' or trial.nav == 'upstream' or plan.slam != 'none':
+        raise ConfigError(
+            f'lockstep: given odom {trial.odom}, nav {trial.nav}, slam {plan.slam}; '
+            f'allowed: encoder; embedded or scripted; none'
+        )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from pathlib import Path
-from typing import Any, Dict, List, Optional
+from typing import Any, Dict, List, Optional, Tuple
 
 import rospy
 from geometry_msgs.msg import Twist
@@ -85,11 +85,7 @@ class SimulatorNode:
         self._scan_period_ns = params.lidar.period_ns
         self._models = SimulatedModels(self._simulator, self._lock)
         expected = ExpectedStamps(params.report_rate, self._scan_period_ns)
-        self._pacers = (
-            GraphPacer(params.wait_for, expected.report_before, params.wait_for_once_begun),
-            GraphPacer(params.wait_for_after_states, expected.state_before),
-            GraphPacer(params.wait_for_after_scans, expected.scan_before),
-        )
+        self._pacers = _graph_pacers(params, expected)
         self._wall_pacer = WallPacer(params.real_time_factor)
         self._commands = subscriber('cmd_vel', Twist, self._on_command)
         self._gate = CommandGate(
@@ -99,19 +95,20 @@ class SimulatorNode:
             lambda: self._commands.get_num_connections() > 0,
             params.command_at_start,
         )
-        self._services = [
-            rospy.Service(f'/gazebo/{name}', Empty, handler)
-            for name, handler in (
-                ('pause_physics', self._on_pause),
-                ('unpause_physics', self._on_unpause),
-                ('reset_simulation', self._on_reset_simulation),
-                ('reset_world', self._on_reset_world),
-            )
-        ]
+        self._services = self._advertise_services()
         if not params.paused:
             self._on_unpause(EmptyRequest())
         self._loop = threading.Thread(target=self._run, daemon=True)
         self._loop.start()
+
+    def _advertise_services(self) -> List[rospy.Service]:
+        handlers = {
+            'pause_physics': self._on_pause,
+            'unpause_physics': self._on_unpause,
+            'reset_simulation': self._on_reset_simulation,
+            'reset_world': self._on_reset_world,
+        }
+        return [rospy.Service(f'/gazebo/{name}', Empty, handler) for name, handler in handlers.items()]
 
     def _run(self) -> None:
         try:
@@ -205,6 +202,14 @@ def _trial_defaults() -> Dict[str, Any]:
         'commands_answer': 'states' if plan.trial.nav == 'scripted' else 'reports',
         'command_period': plan.command_period and max(plan.command_period, SHORTEST_COMMAND_PERIOD_S),
     }
+
+
+def _graph_pacers(params: SimulatorNodeParams, expected: ExpectedStamps) -> Tuple[GraphPacer, ...]:
+    return (
+        GraphPacer(params.wait_for, expected.report_before, params.wait_for_once_begun),
+        GraphPacer(params.wait_for_after_states, expected.state_before),
+        GraphPacer(params.wait_for_after_scans, expected.scan_before),
+    )
 
 
 def _answered_times(params: SimulatorNodeParams, expected: ExpectedStamps) -> Optional[AnsweredTimes]:

@@ -73,10 +73,7 @@ class RouteDriver:
         Raises:
             RouteFailed: the test's time limit, from the first call on, is over.
         """
-        if self._started_ns is None:
-            self._started_ns = now_ns
-        if now_ns - self._started_ns > self._test.time_limit * NANOSECONDS_PER_SECOND:
-            raise RouteFailed(Outcome.TIMED_OUT, f'not at its end after {self._test.time_limit:.0f} s (time_limit)')
+        self._check_time_limit(now_ns)
         age_s = (now_ns - self._estimate_ns) / NANOSECONDS_PER_SECOND
         if not isinstance(self._stage, TurnInPlace) or age_s <= POSE_TIMEOUT_S:
             return DriverOutput()
@@ -85,6 +82,12 @@ class RouteDriver:
         self._is_halted = True
         self._stage.halt()
         return DriverOutput(turn_rate_radps=0.0)
+
+    def _check_time_limit(self, now_ns: int) -> None:
+        if self._started_ns is None:
+            self._started_ns = now_ns
+        if now_ns - self._started_ns > self._test.time_limit * NANOSECONDS_PER_SECOND:
+            raise RouteFailed(Outcome.TIMED_OUT, f'not at its end after {self._test.time_limit:.0f} s (time_limit)')
 
     def step(self, now_ns: int, base_pose_in_map: Pose2D, status: GoalStatus, status_text: str) -> DriverOutput:
         """Return what follows from a pose estimate.
