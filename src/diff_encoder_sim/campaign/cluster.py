@@ -99,7 +99,7 @@ def _check_versions(versions: Dict[str, Any], name: str) -> None:
         if version != here[package]:
             raise ConfigError(
                 f'--scheduler: {package} is {version or "not installed"} on {name}, '
-                f'{here[package]} here; allowed: the same on all machines'
+                f'{here[package]} here; allowed: the same versions on all hosts'
             )
 
 

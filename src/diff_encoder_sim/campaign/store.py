@@ -201,9 +201,8 @@ class ResultStore:
                     raise ValueError
             except (ValueError, KeyError):
                 raise ConfigError(
-                    f'{path}: line {number} is not of this campaign; allowed: as it '
-                    f'was written, or without the line to run its trial '
-                    f'again'
+                    f'{path}: line {number} does not belong to this campaign; expected the file as campaign wrote it, '
+                    'or without this line, whose trial is then run again'
                 ) from None
             yield job, row
 
@@ -255,4 +254,4 @@ def _read_manifest(path: Path) -> Dict[str, Any]:
             return {'fingerprint': '', **manifest}
     except (ValueError, LookupError, TypeError):
         pass
-    raise ConfigError(f'{path}: not a manifest of this program; allowed: as it was written')
+    raise ConfigError(f'{path}: not the manifest of a campaign; expected it as campaign wrote it')

@@ -81,7 +81,7 @@ class DiffEncoder:
 
         Raises:
             InputFault: a wheel is named twice, has no finite angle, or has long been missing, or
-                the stamps stand still. The state stays as before.
+                the stamps do not advance. The state stays as before.
         """
         angles = [_angle_of(channel.joint, names, angles_rad) for channel in self._channels]
         steps = [channel.take(stamp_ns, angle) for channel, angle in zip(self._channels, angles) if angle is not None]
@@ -117,8 +117,8 @@ class DiffEncoder:
             self._stale_in_a_row += 1
         if self._stale_in_a_row >= STAMPS_STAND_STILL_AFTER:
             raise InputFault(
-                f'stamps stand still at {stamp_ns / NANOSECONDS_PER_SECOND:.3f} s (the last {self._stale_in_a_row} '
-                f'messages); expected header.stamp to be the time of each sample'
+                f'stamps do not advance: {stamp_ns / NANOSECONDS_PER_SECOND:.3f} s in the last {self._stale_in_a_row} '
+                f'messages; expected header.stamp to be the time of each sample'
             )
 
     def _check_nothing_missing(self, stamp_ns: int, names: Sequence[str]) -> None:

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import threading
-from typing import Any, Dict, Optional, Tuple
+from typing import Any, Dict, Optional
 
-import numpy as np
 import rospy
 import tf2_ros
 from geometry_msgs.msg import PoseWithCovarianceStamped
@@ -19,21 +18,15 @@ from tf2_msgs.msg import TFMessage
 
 from diff_encoder_sim.base.errors import EVENT, InputFault
 from diff_encoder_sim.base.laser_scan import Scan
-from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
+from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
 from diff_encoder_sim.localization.amcl import Amcl
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.amcl_warm_up import warm_up
-from diff_encoder_sim.localization.particles import check_covariance, check_pose
 from diff_encoder_sim.ros.amcl_output import AmclOutput
-from diff_encoder_sim.ros.conversions import (
-    ns_from_stamp,
-    pose_covariance_from_message,
-    pose_from_message,
-    pose_from_transform,
-    stamp_from_ns,
-)
+from diff_encoder_sim.ros.conversions import ns_from_stamp, stamp_from_ns
+from diff_encoder_sim.ros.initial_pose import InitialPoseReader, PoseGuess
 from diff_encoder_sim.ros.map_client import fetch_map
 from diff_encoder_sim.ros.map_conversions import grid_from_message
 from diff_encoder_sim.ros.node import compile_first, log, node_params, publisher, run_node, subscriber
@@ -44,9 +37,6 @@ SILENCE_S = 15.0
 
 # Clocks within a robot differ by less. After a scan from farther ahead the next would look like a restart.
 MOST_AHEAD_NS = NANOSECONDS_PER_SECOND
-
-# A base pose in the map with its 3x3 covariance over (x [m], y [m], yaw [rad]).
-Guess = Tuple[Pose2D, np.ndarray]
 
 
 class AmclNodeParams(AmclParams):
@@ -70,11 +60,12 @@ class AmclNode:
         compile_first(lambda: warm_up(self._params))
         self._lock = threading.RLock()  # scans, transforms and services come in threads
         self._amcl: Optional[Amcl] = None
-        self._guess: Optional[Guess] = None  # from before there was a map
+        self._guess: Optional[PoseGuess] = None  # from before there was a map
         self._rng = generator(self._params.seed, 'amcl')
         self._timeline = Timeline(tolerance_ns=NANOSECONDS_PER_SECOND // 10)
         self._buffer = tf2_ros.Buffer(rospy.Duration(30.0))
         self._listener = tf2_ros.TransformListener(self._buffer, tcp_nodelay=True)
+        self._initial_pose = InitialPoseReader(self._params, self._buffer)
         self._undelayed = publisher('/tf', TFMessage)
         # So that the simulator can wait for the answer to each scan; upstream publishes nothing for most of them.
         self._taken = publisher('~scan_taken', Header)
@@ -124,7 +115,7 @@ class AmclNode:
         except InputFault as fault:
             log.warning('map not used: %s', fault)
 
-    def _use_map(self, message: OccupancyGridMessage, guess: Optional[Guess]) -> None:
+    def _use_map(self, message: OccupancyGridMessage, guess: Optional[PoseGuess]) -> None:
         """Start localization on a map: at the guess, or without one at the initial_pose_* parameters."""
         grid = grid_from_message(message)
         frame = message.header.frame_id.lstrip('/')
@@ -145,7 +136,7 @@ class AmclNode:
 
     def _on_set_map(self, request: SetMapRequest) -> SetMapResponse:
         try:
-            self._use_map(request.map, self._read_guess(request.initial_pose))
+            self._use_map(request.map, self._initial_pose.read(request.initial_pose))
         except InputFault as fault:
             log.warning('set_map refused: %s', fault, extra=EVENT)
             return SetMapResponse(success=False)
@@ -201,7 +192,7 @@ class AmclNode:
 
     def _on_initial_pose(self, message: PoseWithCovarianceStamped) -> None:
         try:
-            guess = self._read_guess(message)
+            guess = self._initial_pose.read(message)
             with self._lock:
                 if self._amcl is None:
                     self._guess = guess
@@ -209,37 +200,6 @@ class AmclNode:
                     self._amcl.set_pose(*guess)
         except InputFault as fault:
             log.warning('%s refused: %s', self._initial_poses.resolved_name, fault, extra=EVENT)
-
-    def _read_guess(self, message: PoseWithCovarianceStamped) -> Guess:
-        """Return the pose that a message gives, moved by odometry from the message's stamp to now.
-
-        Raises:
-            InputFault: it is no valid pose, or in another frame than the map's.
-        """
-        frame = message.header.frame_id.lstrip('/')
-        if not frame:
-            log.warning('initial pose: header.frame_id is empty; used as if it were %r', self._params.global_frame_id)
-        elif frame != self._params.global_frame_id:
-            raise InputFault(f'header.frame_id is {frame!r}; expected {self._params.global_frame_id!r}')
-        pose = pose_from_message(message.pose.pose)
-        covariance = pose_covariance_from_message(message.pose.covariance)
-        check_pose(pose, 'initial pose')
-        check_covariance(covariance)
-        return pose.compose(self._moved_since(message.header.stamp)), covariance
-
-    def _moved_since(self, stamp: rospy.Time) -> Pose2D:
-        """Return the base's pose now in the base frame at a stamp, by odometry; a stamp of 0 means now."""
-        frames = self._params.odom_frame_id, self._params.base_frame_id
-        try:
-            now = self._buffer.lookup_transform(*frames, rospy.Time(0))
-            if stamp.is_zero() or stamp >= now.header.stamp:
-                return IDENTITY
-            then = self._buffer.lookup_transform(*frames, stamp)
-        except tf2_ros.TransformException as error:
-            if not stamp.is_zero():
-                log.warning('initial pose: not corrected for the motion since its stamp: %s', error)
-            return IDENTITY
-        return pose_from_transform(now).relative_to(pose_from_transform(then))
 
     def _on_global_localization(self, _: EmptyRequest) -> EmptyResponse:
         with self._lock:

@@ -127,7 +127,7 @@ def test_resume_needs_results_and_makes_no_folder(campaign, tmp_path):
 @pytest.mark.parametrize('content', ['', '{', '[]', '{}', '{"runs": [], "configuration": {}}', '{"runs": [1]}'])
 def test_a_damaged_manifest_is_named(campaign, tmp_path, content):
     (tmp_path / 'manifest.json').write_text(content)
-    assert 'manifest.json: not a manifest' in refusal(tmp_path, campaign)
+    assert 'manifest.json: not the manifest of a campaign' in refusal(tmp_path, campaign)
     assert (tmp_path / 'manifest.json').read_text() == content
 
 

@@ -123,6 +123,6 @@ def test_stamps_that_nobody_sets_are_reported():
     encoder = DiffEncoder(EncoderParams(ppr=10))
     for _ in range(100):
         encoder.update(0, NAMES, [0.0, 0.0])
-    with pytest.raises(InputFault, match=r'stamps stand still at 0\.000 s'):
+    with pytest.raises(InputFault, match=r'stamps do not advance: 0\.000 s'):
         encoder.update(0, NAMES, [0.0, 0.0])
     assert encoder.update(50 * MS, NAMES, [turn(2, 10)] * 2) == EncoderSample(50 * MS, 2, 2)
