@@ -21,7 +21,7 @@ from tabulate import tabulate
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.campaign.campaign_definition import Campaign
 from diff_encoder_sim.campaign.campaign_loading import load_campaign
-from diff_encoder_sim.campaign.store import ResultStore
+from diff_encoder_sim.campaign.result_store import ResultStore
 from diff_encoder_sim.campaign.trial_row import TrialRow
 from diff_encoder_sim.encoders.pulses import ppr_label
 from diff_encoder_sim.lockstep.trial_run import TrialResult, run_trial

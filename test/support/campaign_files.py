@@ -8,7 +8,7 @@ import yaml
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.campaign.campaign_loading import load_campaign
-from diff_encoder_sim.campaign.store import ResultStore
+from diff_encoder_sim.campaign.result_store import ResultStore
 from diff_encoder_sim.campaign.trial_row import TrialRow
 from diff_encoder_sim.encoders.pulses import ppr_label
 from diff_encoder_sim.trials.pose_source import PoseSource
@@ -43,7 +43,7 @@ def small_campaign(folder, **changes):
 def row_of_job(campaign, job, bag='', **changes):
     """Some result; another for each job."""
     cell = campaign.cells[job.cell_index]
-    errors = {source: Pose2D(job.index / 3, -1e-17, 0.1 * number) for number, source in enumerate(PoseSource)}
+    errors = {source: Pose2D(job.position / 3, -1e-17, 0.1 * number) for number, source in enumerate(PoseSource)}
     row = TrialRow(
         cell.test.name,
         ppr_label(cell.ppr),
@@ -52,7 +52,7 @@ def row_of_job(campaign, job, bag='', **changes):
         job.seed,
         Outcome.SUCCEEDED,
         '',
-        49.05 + job.index,
+        49.05 + job.position,
         errors,
         20.000000000000004,
         1.25,

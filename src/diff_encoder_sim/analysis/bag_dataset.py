@@ -9,7 +9,7 @@ from typing import Dict, List, Sequence
 from diff_encoder_sim.analysis.bag_trial import BagTrial, read_bag_trials, robot_of
 from diff_encoder_sim.analysis.dataset import Dataset
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.campaign.folder import MANIFEST
+from diff_encoder_sim.campaign.results_layout import MANIFEST
 
 log = logging.getLogger(__name__)
 

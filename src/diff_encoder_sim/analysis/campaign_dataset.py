@@ -9,7 +9,7 @@ from diff_encoder_sim.analysis.bag_trial import BagTrial, read_bag_trials, robot
 from diff_encoder_sim.analysis.campaign_folder import Manifest, read_campaign
 from diff_encoder_sim.analysis.dataset import Dataset, TrialData
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.campaign.folder import BAGS
+from diff_encoder_sim.campaign.results_layout import BAGS
 from diff_encoder_sim.campaign.trial_row import TrialRow
 from diff_encoder_sim.encoders.pulses import ppr_label
 

@@ -10,7 +10,7 @@ from typing import Any, Dict, List, NamedTuple, Tuple
 
 from diff_encoder_sim.analysis.dataset import RobotGeometry
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.campaign.folder import MANIFEST, TABLE
+from diff_encoder_sim.campaign.results_layout import MANIFEST, TABLE
 from diff_encoder_sim.campaign.trial_row import TrialRow, csv_fields, header, row_of
 from diff_encoder_sim.trials.trial_definition import Trial
 

@@ -12,17 +12,17 @@ from pydantic import AfterValidator, Field
 from typing_extensions import Annotated
 
 from diff_encoder_sim.base.typed_params import Params
-from diff_encoder_sim.campaign.files import TrialFiles
+from diff_encoder_sim.campaign.trial_files import TrialFiles
 from diff_encoder_sim.encoders.pulses import PerWheel, PulsesPerRevolution
 from diff_encoder_sim.lockstep.robot_params import RobotParams
 from diff_encoder_sim.recording.topics import RecordMode
 from diff_encoder_sim.trials.test_definition import TestDefinition
 from diff_encoder_sim.trials.trial_definition import Trial
 
-# A mistyped list, or one list too many, is told at once and not after the memory is full.
+# A mistyped list, or one list too many, is refused at once and not after the memory is full.
 MOST_CELLS, MOST_TRIALS = 10_000, 1_000_000
 
-Varied = Tuple[Tuple[str, Any], ...]  # dotted keys, in their alphabet's order, and values
+Varied = Tuple[Tuple[str, Any], ...]  # dotted keys in alphabetical order, and values
 
 
 def _is_printable(text: str) -> str:
@@ -62,13 +62,13 @@ class CampaignParams(Params):
 
     def cell_count(self) -> int:
         """Count the cells without creating them."""
-        return math.prod([len(self.tests), len(self.ppr), *(len(values) for values in self.vary.values())])
+        return len(self.tests) * len(self.ppr) * math.prod(len(values) for values in self.vary.values())
 
 
 class CampaignCell(NamedTuple):
-    """One test with one encoder and one set of parameters: trials that differ by seed alone."""
+    """One test with one encoder and one set of parameters; its trials differ by seed alone."""
 
-    label: str  # for file names and people, one of its own: SL_90_noise0.03
+    label: str  # in names of files; unique: SL_90_noise0.03
     test: TestDefinition
     ppr: PerWheel
     varied: Varied
@@ -82,25 +82,25 @@ class CampaignCell(NamedTuple):
 class TrialJob(NamedTuple):
     """One trial of a campaign."""
 
-    index: int  # type: ignore[assignment]  # in the order of the results; hides tuple.index
+    position: int  # in the order of the results, from 0
     cell_index: int
     trial: int  # from 1 in each cell
     seed: int
 
 
 class Campaign(NamedTuple):
-    """All that is needed to run the trials, on any machine."""
+    """All that is needed to run the trials, on any host."""
 
     params: CampaignParams
     cells: List[CampaignCell]  # by test, then varied parameters, then PPR
     files: TrialFiles
 
     def jobs(self) -> List[TrialJob]:
-        """Every trial; equal trial numbers have equal seeds in all cells, and compare in pairs."""
+        """List every trial; equal trial numbers have equal seeds in all cells, and are compared in pairs."""
         numbers = itertools.product(range(len(self.cells)), range(1, self.params.trials + 1))
         return [
-            TrialJob(index, cell_index, trial, self.params.seed + trial)
-            for index, (cell_index, trial) in enumerate(numbers)
+            TrialJob(position, cell_index, trial, self.params.seed + trial)
+            for position, (cell_index, trial) in enumerate(numbers)
         ]
 
     def trial_of(self, job: TrialJob) -> Trial:
@@ -117,23 +117,17 @@ class Campaign(NamedTuple):
         )
 
     def bag_name(self, job: TrialJob) -> str:
-        """File name of the job's bag: SL_90_007.bag."""
+        """Name the file of the job's bag: SL_90_007.bag."""
         digits = max(3, len(str(self.params.trials)))
         return f'{self.cells[job.cell_index].label}_{job.trial:0{digits}d}.bag'
 
     def resolved(self) -> Dict[str, Any]:
-        """Everything that determines the results, for JSON: all parameters, files by sha256."""
+        """Collect everything that determines the results, for JSON: all parameters, files by sha256."""
         params = self.params
         of_one_test = self.cells[: len(self.cells) // len(params.tests)]
-        encoders = len(params.ppr)
         return {
-            'tests': [
-                {**cell.test.model_dump(mode='json'), 'files': self.files.worlds[cell.test.name]._asdict()}
-                for cell in self.cells[:: len(of_one_test)]
-            ],
-            'parameters': [
-                {'varied': dict(cell.varied), **_dumped(cell.robot_params)} for cell in of_one_test[::encoders]
-            ],
+            'tests': [self._dumped_test(cell.test) for cell in self.cells[:: len(of_one_test)]],
+            'parameters': [_dumped_parameters(cell) for cell in of_one_test[:: len(params.ppr)]],
             'ppr': [ppr.model_dump(mode='json') for ppr in params.ppr],
             'trials': params.trials,
             'seed': params.seed,
@@ -144,9 +138,12 @@ class Campaign(NamedTuple):
         }
 
     def fingerprint(self) -> str:
-        """sha256 over `resolved`: campaigns of equal fingerprints have equal results."""
+        """Compute the sha256 of `resolved`: campaigns of equal fingerprints have equal results."""
         text = json.dumps(self.resolved(), sort_keys=True, allow_nan=False)
         return hashlib.sha256(text.encode('utf-8')).hexdigest()
+
+    def _dumped_test(self, test: TestDefinition) -> Dict[str, Any]:
+        return {**test.model_dump(mode='json'), 'files': self.files.worlds[test.name]._asdict()}
 
 
 def text_of(value: Any) -> str:
@@ -155,5 +152,6 @@ def text_of(value: Any) -> str:
     return value if is_plain else json.dumps(value)
 
 
-def _dumped(robot_params: RobotParams) -> Dict[str, Any]:
-    return {name: part.model_dump(mode='json') for name, part in robot_params._asdict().items()}
+def _dumped_parameters(cell: CampaignCell) -> Dict[str, Any]:
+    parts = {name: part.model_dump(mode='json') for name, part in cell.robot_params._asdict().items()}
+    return {'varied': dict(cell.varied), **parts}

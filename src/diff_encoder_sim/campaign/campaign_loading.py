@@ -19,8 +19,8 @@ from diff_encoder_sim.campaign.campaign_definition import (
     Varied,
     text_of,
 )
-from diff_encoder_sim.campaign.files import TrialFiles, collect
 from diff_encoder_sim.campaign.robot_file import Robot, load_robot_file
+from diff_encoder_sim.campaign.trial_files import TrialFiles, collect
 from diff_encoder_sim.encoders.pulses import ppr_label
 from diff_encoder_sim.lockstep.robot_params import RobotConfig, RobotParams, check_key, load_robot_config, override
 from diff_encoder_sim.simulation.simulator import Simulator

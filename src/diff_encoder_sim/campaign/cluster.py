@@ -1,4 +1,4 @@
-"""The workers that a campaign runs on: processes of this machine, or a Dask cluster by address."""
+"""The workers that a campaign runs on: processes of this host, or a Dask cluster by address."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def _check_scheduler(address: str) -> None:
             f'--scheduler: given {address!r}: {reason}; allowed: the address of a '
             f'running Dask scheduler, such as tcp://127.0.0.1:8786'
         ) from None
-    _check_versions(versions, f'scheduler {address}')
+    check_versions(versions, f'scheduler {address}')
 
 
 async def _scheduler_versions(address: str) -> Dict[str, Any]:
@@ -93,7 +93,12 @@ async def _scheduler_versions(address: str) -> Dict[str, Any]:
         return versions
 
 
-def _check_versions(versions: Dict[str, Any], name: str) -> None:
+def check_versions(versions: Dict[str, Any], name: str) -> None:
+    """Check that a peer has the versions that this process has.
+
+    Raises:
+        ConfigError: one differs.
+    """
     here = _compared(get_versions(packages=PACKAGES))
     for package, version in _compared(versions).items():
         if version != here[package]:
@@ -112,7 +117,7 @@ def _compared(versions: Dict[str, Any]) -> Dict[str, str]:
 def _check_workers(client: Client, address: str) -> None:
     versions = cast('Dict[str, Any]', client.get_versions(check=False, packages=PACKAGES))  # the client is synchronous
     for worker, there in versions['workers'].items():
-        _check_versions(there, f'worker {worker}')
+        check_versions(there, f'worker {worker}')
     threads = client.nthreads().values()
     if not threads:
         log.warning('%s has no workers yet; waiting for one', address)

@@ -19,7 +19,7 @@ from diff_encoder_sim.base.atomic_files import write_file
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.campaign.campaign_definition import Campaign, TrialJob
 from diff_encoder_sim.campaign.progress import Progress
-from diff_encoder_sim.campaign.store import ResultStore
+from diff_encoder_sim.campaign.result_store import ResultStore
 from diff_encoder_sim.campaign.worker import FinishedTrial, HostFault, ResultsFolder, RunTrial, run_task
 from diff_encoder_sim.lockstep.trial_run import run_trial
 
@@ -122,7 +122,7 @@ class _Engine:
             bag,
             self._results,
             self._run,
-            key=f'trial-{self._name}-{job.index}-{uuid.uuid4().hex[:8]}',
+            key=f'trial-{self._name}-{job.position}-{uuid.uuid4().hex[:8]}',
             pure=False,
         )
         self._running[future.key] = job, future

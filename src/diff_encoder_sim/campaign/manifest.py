@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.metadata
+import json
 import os
 import platform
 from datetime import datetime, timezone
@@ -10,10 +11,11 @@ from pathlib import Path
 from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple
 from xml.etree import ElementTree
 
+from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.host_info import cpu_model, git, usable_cores
 from diff_encoder_sim.campaign.campaign_definition import Campaign
 
-# Those that a result can depend on, and the engine.
+# Those that a result can depend on, and those that run the trials.
 LIBRARIES = ('numpy', 'numba', 'pybullet', 'rosbags', 'pydantic', 'xacro', 'dask', 'distributed')
 ABSENT = '(absent)'
 
@@ -39,6 +41,21 @@ def describe_run(package_folder: Path, command: Sequence[str]) -> Dict[str, Any]
         'commit': _commit(package_folder),
         'machine': _host(),
     }
+
+
+def read_manifest(path: Path) -> Dict[str, Any]:
+    """Read a manifest back.
+
+    Raises:
+        ConfigError: it is not as it was written.
+    """
+    try:
+        manifest = json.loads(path.read_text(encoding='utf-8'))
+        if isinstance(manifest['runs'][0], dict) and isinstance(manifest['configuration'], dict):
+            return {'fingerprint': '', **manifest}
+    except (ValueError, LookupError, TypeError):
+        pass
+    raise ConfigError(f'{path}: not the manifest of a campaign; expected it as campaign wrote it')
 
 
 def differences(old: Any, new: Any) -> List[str]:

@@ -30,7 +30,7 @@ from diff_encoder_sim.campaign.campaign_loading import load_campaign
 from diff_encoder_sim.campaign.engine import run_campaign
 from diff_encoder_sim.campaign.manifest import describe_run
 from diff_encoder_sim.campaign.progress import progress_on
-from diff_encoder_sim.campaign.store import ResultStore
+from diff_encoder_sim.campaign.result_store import ResultStore
 from diff_encoder_sim.campaign.worker import RunTrial
 from diff_encoder_sim.cli.trial_workers import (
     add_workers,

@@ -22,7 +22,7 @@ COPIED = {topics.WORLD_POSE: topics.WORLD_POSE_NODE, topics.TRIAL_RESULT: topics
 
 
 def copied_topics(source: BagSource) -> List[str]:
-    """List the topics of `COPIED` that a bag has as a trial's has them; none of a ROS 2 bag, which is encoded otherwise."""
+    """List the topics of `COPIED` that a bag has with a trial's types; none of a ROS 2 bag: its encoding differs."""
     if source.is_cdr:
         return []
     known = topics.recorded_topics('full')

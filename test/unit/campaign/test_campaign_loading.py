@@ -42,7 +42,7 @@ def test_the_papers_is_the_papers():
 def test_jobs_come_by_test_then_varied_parameters_then_ppr_then_trial(tmp_path):
     campaign = small_campaign(tmp_path, vary=VARY)
     jobs = campaign.jobs()
-    assert [job.index for job in jobs] == list(range(2 * 4 * 2 * 2))
+    assert [job.position for job in jobs] == list(range(2 * 4 * 2 * 2))
     told = [
         (cell.test.name, dict(cell.varied)[MODULUS], dict(cell.varied)[NOISE], cell.ppr.left, job.trial)
         for job in jobs

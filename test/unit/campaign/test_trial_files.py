@@ -12,7 +12,7 @@ import yaml
 from campaign_files import ROOT, package_copy
 from diff_encoder_sim.base import atomic_files
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.campaign.files import collect
+from diff_encoder_sim.campaign.trial_files import collect
 from diff_encoder_sim.mapping.map_files import load_map
 from diff_encoder_sim.trials.test_definition import load_test
 
