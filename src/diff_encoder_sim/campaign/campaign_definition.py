@@ -39,7 +39,7 @@ class CampaignParams(Params):
 
     name: Line = Field(min_length=1, description='name of the campaign')
     tests: List[Line] = Field(min_length=1, description='names of files in config/tests/, or paths of .yaml files')
-    ppr: List[PulsesPerRevolution] = Field(min_length=1)
+    ppr: List[PulsesPerRevolution] = Field(min_length=1, description='encoders, in pulses per wheel revolution')
     trials: int = Field(30, ge=1, le=MOST_TRIALS, description='trials of each test with each encoder')
     seed: int = Field(0, ge=0, lt=2**62, description='trial k has the seed `seed` + k')
     nav: Literal['embedded', 'scripted'] = Field('embedded', description='navigated, or a drive without feedback')
