@@ -7,8 +7,10 @@ import subprocess
 import sys
 
 import pytest
+import yaml
 
-from documented_commands import pages
+from diff_encoder_sim.campaign.campaign_definition import CampaignParams
+from documented_commands import fences, pages
 from places import ROOT
 
 DOCS, PACKAGE = ROOT / 'docs', ROOT / 'src' / 'diff_encoder_sim'
@@ -39,6 +41,14 @@ def test_the_site_builds_without_a_warning(tmp_path):
     built = list((tmp_path / 'site').rglob('*.html'))
     assert len(built) > 40
     assert [page.name for page in built if FROM_ELSEWHERE.search(page.read_text())] == []
+
+
+def test_the_campaign_file_that_is_shown_is_allowed():
+    shown = [
+        fence.lines for fence in fences((DOCS / 'campaigns.md').read_text().splitlines()) if fence.language == 'yaml'
+    ]
+    assert len(shown) == 1
+    CampaignParams.from_mapping(yaml.safe_load('\n'.join(shown[0])), 'campaigns.md')
 
 
 def test_the_readme_is_one_page():
