@@ -9,7 +9,7 @@ from typing import Iterator, Mapping, Tuple, Union
 
 from rosbags.highlevel import AnyReader, AnyReaderError
 from rosbags.interfaces import Connection
-from rosbags.rosbag1 import ReaderError
+from rosbags.rosbag1 import Reader, ReaderError
 from rosbags.typesys import TypesysError
 
 from diff_encoder_sim.base.errors import ConfigError, in_one_line
@@ -29,26 +29,37 @@ def open_bag(path: Union[str, Path]) -> Iterator[AnyReader]:
     path = Path(path)
     if not path.exists():
         raise ConfigError(f'{path}: no such bag')
-    try:
-        with contextlib.ExitStack() as opened:
-            with naming_damage(path):
-                reader = opened.enter_context(AnyReader([path]))
-            yield reader
-    except (AnyReaderError, ReaderError, EOFError) as error:
-        raise ConfigError(f'{path}: not a readable bag: {in_one_line(error)}') from None
+    with _readable(path), contextlib.ExitStack() as opened:
+        with naming_damage(path):
+            reader = opened.enter_context(AnyReader([path]))
+        yield reader
 
 
 @contextlib.contextmanager
-def open_ros1_bag(path: Path) -> Iterator[AnyReader]:
+def open_ros1_bag(path: Path) -> Iterator[Reader]:
     """Open a bag for reading that must be of ROS 1, as those of trials are.
+
+    By rosbags' own reader of ROS 1: AnyReader parses the definitions of all types first, which takes
+    longer than some bags.
 
     Raises:
         ConfigError: it is missing, no readable bag, or of ROS 2.
     """
-    with open_bag(path) as reader:
-        if reader.is2:
+    if path.suffix != '.bag' or not path.exists():
+        with open_bag(path):  # refuses it, unless it is of ROS 2
             raise ConfigError(f"{path}: a ROS 2 bag; expected a trial's, of ROS 1")
+    with _readable(path), contextlib.ExitStack() as opened:
+        with naming_damage(path):
+            reader = opened.enter_context(Reader(path))
         yield reader
+
+
+@contextlib.contextmanager
+def _readable(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except (AnyReaderError, ReaderError, EOFError) as error:
+        raise ConfigError(f'{path}: not a readable bag: {in_one_line(error)}') from None
 
 
 @contextlib.contextmanager
@@ -67,7 +78,7 @@ def naming_damage(path: Path) -> Iterator[None]:
         raise ConfigError(f'{path}: a damaged bag: {reason}; expected it as it was recorded') from None
 
 
-def typed_messages(path: Path, reader: AnyReader, types: Mapping[str, str]) -> Iterator[Tuple[Connection, bytes]]:
+def typed_messages(path: Path, reader: Reader, types: Mapping[str, str]) -> Iterator[Tuple[Connection, bytes]]:
     """Yield the serialized messages of some topics, each with its connection.
 
     Args:

@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 from typing import Any, Dict, NamedTuple, Optional, Union
 
-from rosbags.highlevel import AnyReader
+from rosbags.rosbag1 import Reader
 
 from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.recording.bag_opening import naming_damage, open_ros1_bag, typed_messages
@@ -26,7 +26,7 @@ class TrialMetadata(NamedTuple):
     reason: str  # of a failure
 
 
-def read_metadata(path: Path, reader: AnyReader) -> Optional[TrialMetadata]:
+def read_metadata(path: Path, reader: Reader) -> Optional[TrialMetadata]:
     """Read the trial of an indexed bag and its result; None where the bag has no /trial.
 
     Raises:
@@ -69,7 +69,7 @@ def trial_of_source(path: Path, source: BagSource) -> Optional[Trial]:
         raise ConfigError(f'{path}: {TRIAL}: {error}') from None
 
 
-def _texts(path: Path, reader: AnyReader, *topics: str) -> Dict[str, str]:
+def _texts(path: Path, reader: Reader, *topics: str) -> Dict[str, str]:
     texts = {}
     for connection, raw in typed_messages(path, reader, dict.fromkeys(topics, STRING)):
         with naming_damage(path):

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Dict, List, NamedTuple, Union
 
 import numpy as np
-from rosbags.highlevel import AnyReader
 from rosbags.interfaces import Connection
+from rosbags.rosbag1 import Reader
 
 from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.pose_series import PoseSeries
@@ -54,7 +54,7 @@ def read_trial(path: Union[str, Path]) -> TrialRecording:
         return TrialRecording(path, *metadata, _read_poses(path, reader))
 
 
-def _read_poses(path: Path, reader: AnyReader) -> Dict[str, PoseSeries]:
+def _read_poses(path: Path, reader: Reader) -> Dict[str, PoseSeries]:
     _check_one_robot(path, reader)
     decoders = {topic: PoseDecoder(kind) for topic, kind in POSE_TOPICS.items()}
     poses: Dict[str, List[StampedPose]] = {}
@@ -79,7 +79,7 @@ def _node(connection: Connection) -> str:
     return str(getattr(connection.ext, 'callerid', None))
 
 
-def _check_one_robot(path: Path, reader: AnyReader) -> None:
+def _check_one_robot(path: Path, reader: Reader) -> None:
     """Refuse a bag of several robots, which would be taken for one robot that jumps."""
     used = [connection for connection in reader.connections if connection.msgcount]
     odometry = sorted({connection.topic for connection in used if connection.msgtype == ODOMETRY})
