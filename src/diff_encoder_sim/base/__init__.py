@@ -1,1 +1,1 @@
-"""The foundation of all other rooms: poses, stamps, seeds, typed parameters, errors, atomic files."""
+"""The foundation of all other packages: poses, stamps, seeds, typed parameters, errors, atomic files."""
