@@ -116,10 +116,11 @@ class DwaPlanner:
         points, steps = roll_out_all(
             pose, twist, samples, self._simulation, self._limits, self._accelerations, accelerates
         )
-        scales, allowed = self._scales(costmap, goal_m), self.oscillation.allowed()
-        scene = costs, per_m, costmap.footprint.vertices_m, self._grids, nose_m, scales
+        scene = costs, per_m, costmap.footprint.vertices_m, self._grids, nose_m, self._scales(costmap, goal_m)
         scores, totals = np.empty((len(samples), CRITICS)), np.empty(len(samples))
-        return ScoringTask(*scene, params.sum_scores, samples, points, steps, allowed, scores, totals)
+        return ScoringTask(
+            *scene, params.sum_scores, samples, points, steps, self.oscillation.allowed(), scores, totals
+        )
 
     def _scales(self, costmap: Costmap, goal_m: float) -> np.ndarray:
         """Return the weights (7,) of the critics; biases are per metre, distances in cells."""

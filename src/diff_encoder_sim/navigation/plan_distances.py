@@ -31,7 +31,12 @@ def fill_distance_grids(
     The plan (n, 3), n > 0, is in the frame of the grid's `origin` (3,); `base` (3,) is the robot in the grid's own
     frame, its nose `nose_m` ahead of its centre. Returns False as `fill_distance_grid`.
     """
-    plan_m = _in_grid(plan, origin)
+    cos_yaw, sin_yaw = math.cos(origin[2]), math.sin(origin[2])
+    plan_m = np.empty((len(plan), 2))
+    for index in range(len(plan)):
+        x_m, y_m = plan[index, 0] - origin[0], plan[index, 1] - origin[1]
+        plan_m[index, 0] = x_m * cos_yaw + y_m * sin_yaw
+        plan_m[index, 1] = y_m * cos_yaw - x_m * sin_yaw
     front_m = plan_m.copy()
     # The nose's goal is beyond the goal as seen from the robot, not along the goal's heading, which would swing
     # around when the robot must turn at the end.
@@ -43,18 +48,6 @@ def fill_distance_grids(
         and fill_distance_grid(costs, per_m, plan_m, True, grids[TO_END])
         and fill_distance_grid(costs, per_m, front_m, True, grids[TO_FRONT])
     )
-
-
-@njit(cache=True)
-def _in_grid(plan: np.ndarray, origin: np.ndarray) -> np.ndarray:
-    """Return the points (n, 2) of a plan (n, 3) in the frame of a grid with this origin (3,)."""
-    cos_yaw, sin_yaw = math.cos(origin[2]), math.sin(origin[2])
-    plan_m = np.empty((len(plan), 2))
-    for index in range(len(plan)):
-        x_m, y_m = plan[index, 0] - origin[0], plan[index, 1] - origin[1]
-        plan_m[index, 0] = x_m * cos_yaw + y_m * sin_yaw
-        plan_m[index, 1] = y_m * cos_yaw - x_m * sin_yaw
-    return plan_m
 
 
 @njit(cache=True)

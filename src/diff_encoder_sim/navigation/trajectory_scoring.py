@@ -2,7 +2,7 @@
 
 `score_samples` searches best first. No point of a trajectory costs less than zero, so the cost of its last point is
 a lower bound, and most samples need no further scoring. All kernels share this file because numba's disk cache does
-not notice changes in other files.
+not notice changes in other files. Those with a Scene are inlined: calls with it made a DWA cycle 2 to 9 % longer.
 """
 
 from __future__ import annotations
@@ -163,7 +163,7 @@ def score_samples(
     return best
 
 
-@njit(cache=True, inline='always')  # a call with a Scene takes 5 to 9 % of a DWA cycle
+@njit(cache=True, inline='always')
 def _score_end(scene: Scene, sample: np.ndarray, points: np.ndarray, allowed: np.ndarray, scores: np.ndarray) -> None:
     """Fill `scores` (7,) with the costs of a sample and of its last point."""
     scores[:] = 0.0
@@ -179,7 +179,7 @@ def _score_end(scene: Scene, sample: np.ndarray, points: np.ndarray, allowed: np
         _score_point(scene, points[-1], scores)
 
 
-@njit(cache=True, inline='always')  # a call with a Scene takes 5 to 9 % of a DWA cycle
+@njit(cache=True, inline='always')
 def _score_rest(scene: Scene, sums_obstacle: bool, points: np.ndarray, most: float, scores: np.ndarray) -> float:
     """Enter all points but the last into `scores` and return the weighted sum.
 
@@ -198,7 +198,7 @@ def _score_rest(scene: Scene, sums_obstacle: bool, points: np.ndarray, most: flo
     return total
 
 
-@njit(cache=True)
+@njit(cache=True, inline='always')
 def _score_point(scene: Scene, point: np.ndarray, scores: np.ndarray) -> None:
     """Fill `scores` (7,) with the costs of one place, up to the first that is below zero."""
     rows, columns = scene.costs.shape
