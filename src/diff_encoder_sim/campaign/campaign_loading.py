@@ -183,7 +183,7 @@ def _cells(
         for varied, robot_params in combinations
         for ppr in params.ppr
     ]
-    # Some file systems do not tell SL_a from sl_A.
+    # To some file systems SL_a and sl_A are the same name.
     if len({cell.label.casefold() for cell in cells}) < len(cells):
         cells = [cell._replace(label=f'{cell.label}_c{index}') for index, cell in enumerate(cells)]
     return cells

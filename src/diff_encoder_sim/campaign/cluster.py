@@ -20,7 +20,7 @@ from diff_encoder_sim.base.errors import ConfigError
 log = logging.getLogger(__name__)
 
 CONNECT_TIMEOUT_S = 5
-# Longer than any trial stops a worker's machine from answering, shorter than a user waits.
+# Longer than any trial keeps a worker's host from answering, shorter than a user waits.
 LOST_PEER_TIMEOUT = '15s'
 DASK_CONFIG = {'distributed.comm.timeouts.tcp': LOST_PEER_TIMEOUT}
 
@@ -62,7 +62,7 @@ def connected_client(address: str) -> Iterator[Client]:
     """Connect to a running scheduler, such as tcp://host:8786.
 
     Raises:
-        ConfigError: nobody answers there, or its versions of Python or of libraries differ.
+        ConfigError: no scheduler answers there, or its versions of Python or of libraries differ.
     """
     _silence()
     with dask.config.set(DASK_CONFIG), warnings.catch_warnings():

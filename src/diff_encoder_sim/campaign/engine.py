@@ -59,7 +59,7 @@ def run_campaign(
     """Run trials that `store` has no result of yet, and return those that could not be run.
 
     Raises:
-        CampaignFault: the scheduler is gone, or a machine cannot run trials or keep their results.
+        CampaignFault: the scheduler is gone, or a host cannot run trials or keep their results.
     """
     with _probe(store.folder) as results:
         engine = _Engine(client, campaign, store, progress, results, run)

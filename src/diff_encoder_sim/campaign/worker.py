@@ -36,7 +36,7 @@ class HostFault(Exception):
 class ResultsFolder(NamedTuple):
     """Where the client keeps the results, and how a worker recognises that it sees the same folder."""
 
-    path: str  # absolute, on the client's machine
+    path: str  # absolute, on the client's host
     probe: str  # name of a file in it
     nonce: str  # content of that file
 
@@ -77,7 +77,7 @@ def run_job(
     Args:
         campaign: which the job belongs to.
         job: what to run.
-        results: the client's folder, shared with this machine or not.
+        results: the client's folder, shared with this host or not.
         run: runs the trial.
         bag: path of its bag below the results folder; '' for none.
         scratch: a folder of this process for temporary files.

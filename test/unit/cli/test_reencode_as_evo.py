@@ -91,6 +91,11 @@ def option(command, name):
     return words[words.index(name) + 1] if name in words else None
 
 
+def test_the_page_has_both_errors_and_both_conventions():
+    assert {shlex.split(command)[0] for command in COMMANDS} == {'evo_ape', 'evo_rpe'}
+    assert {'--all_pairs' in command for command in COMMANDS if command.startswith('evo_rpe')} == {True, False}
+
+
 @pytest.mark.parametrize('command', COMMANDS)
 def test_the_commands_of_the_documentation_find_what_analyze_and_reencode_find(
     trial_folder, reencoded, analyzed, command
