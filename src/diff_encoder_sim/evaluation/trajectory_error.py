@@ -18,7 +18,7 @@ from diff_encoder_sim.evaluation.pose_pairing import WaitingPoses, take_pairs
 from diff_encoder_sim.evaluation.relative_error import RpePairs, RunningRelativeErrors
 from diff_encoder_sim.evaluation.rpe_segments import RelativeError
 
-# A reference pose whose stamp is older than the newest by no more than this was overtaken by another message: it is dropped.
+# A reference pose that is older than the newest by no more than this was overtaken by another message: it is dropped.
 OVERTAKEN_NS = NANOSECONDS_PER_SECOND
 # So many poses are compared at a time: what they take stays in the processor's cache.
 BLOCK = 1000
