@@ -7,7 +7,7 @@ from typing import Optional, Tuple
 
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 
-# Of the encoder and, unless told otherwise, of what follows its reports.
+# Of the encoder and, unless set otherwise, of what follows its reports.
 DEFAULT_RATE_HZ = 20.0
 
 
