@@ -10,9 +10,8 @@ import queue
 import time
 import uuid
 from pathlib import Path
-from typing import TYPE_CHECKING, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import TYPE_CHECKING, Dict, Hashable, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
 
-from dask.typing import Key
 from distributed import Client, Future, KilledWorker
 
 from diff_encoder_sim.base.atomic_files import write_file
@@ -91,7 +90,7 @@ class _Engine:
         self._name = uuid.uuid4().hex[:8]
         # A task, not scattered data: Dask makes it again when the worker that holds it dies.
         self._campaign = client.submit(_identity, campaign, key=f'campaign-{self._name}', pure=False)
-        self._running: Dict[Key, Tuple[TrialJob, TrialFuture]] = {}
+        self._running: Dict[Hashable, Tuple[TrialJob, TrialFuture]] = {}
         self._ended: queue.SimpleQueue[TrialFuture] = queue.SimpleQueue()
         self._threads = 0
         self._next_tick_s = 0.0
