@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from importlib import metadata
+from pathlib import Path
+from typing import Optional
 from xml.etree import ElementTree
 
 from diff_encoder_sim.base.errors import ConfigError
@@ -11,14 +13,14 @@ from diff_encoder_sim.base.paths import package_folder
 DISTRIBUTION = 'diff_encoder_sim'
 
 
-def package_version() -> str:
-    """Return the version in package.xml: of the checkout, or of the installed share folder.
+def package_version(folder: Optional[Path] = None) -> str:
+    """Return the version in a folder's package.xml: that of `package_folder` unless another is given.
 
     Where there is no package.xml, as after an installation by pip, the distribution's metadata has the version.
     """
     try:
-        text = ElementTree.parse(str(package_folder() / 'package.xml')).findtext('version')
-    except (ConfigError, OSError):
+        text = ElementTree.parse(str((folder or package_folder()) / 'package.xml')).findtext('version')
+    except (ConfigError, OSError, ElementTree.ParseError):
         return _distribution_version()
     return text.strip() if text else _distribution_version()
 

@@ -9,10 +9,10 @@ import platform
 from datetime import datetime, timezone
 from pathlib import Path
 from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple
-from xml.etree import ElementTree
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.host_info import cpu_model, git, usable_cores
+from diff_encoder_sim.base.version import package_version
 from diff_encoder_sim.campaign.campaign_definition import Campaign
 
 # Those that a result can depend on, and those that run the trials.
@@ -80,7 +80,7 @@ def _flat(value: Any, path: str) -> Iterator[Tuple[str, Any]]:
 
 def _versions(package_folder: Path) -> Dict[str, Optional[str]]:
     versions: Dict[str, Optional[str]] = {
-        'diff_encoder_sim': _package_version(package_folder),
+        'diff_encoder_sim': package_version(package_folder),
         'python': platform.python_version(),
     }
     for library in LIBRARIES:
@@ -89,13 +89,6 @@ def _versions(package_folder: Path) -> Dict[str, Optional[str]]:
         except importlib.metadata.PackageNotFoundError:
             versions[library] = None
     return versions
-
-
-def _package_version(package_folder: Path) -> Optional[str]:
-    try:
-        return ElementTree.parse(str(package_folder / 'package.xml')).findtext('version')
-    except (OSError, ElementTree.ParseError):
-        return None
 
 
 def _commit(package_folder: Path) -> Optional[Dict[str, Any]]:
