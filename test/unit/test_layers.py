@@ -14,6 +14,7 @@ PACKAGE = SOURCE / 'diff_encoder_sim'
 # Which room imports which: a room may import those of its line, all of which stand above it.
 MAY_IMPORT = {
     'base': '',
+    'robots': 'base',
     'encoders': 'base',
     'odometry': 'base encoders',
     'mapping': 'base',

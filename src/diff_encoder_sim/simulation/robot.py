@@ -13,7 +13,7 @@ import xacro
 
 from diff_encoder_sim.base.errors import ConfigError, in_one_line
 from diff_encoder_sim.base.typed_params import did_you_mean
-from diff_encoder_sim.simulation.xml_values import joint_link, joint_origin, parse_lengths, rotation_from_rpy
+from diff_encoder_sim.base.xml_values import joint_link, joint_origin, parse_lengths, rotation_from_rpy
 
 # Signs that a xacro file depends on more than its own text and arguments: other files, the environment.
 _DEPENDS_ON_OTHERS = re.compile(rb'include|load_yaml|\$\((?!arg\b)')

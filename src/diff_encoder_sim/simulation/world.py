@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.simulation.xml_values import parse_lengths, parse_numbers, rotation_from_rpy
+from diff_encoder_sim.base.xml_values import parse_lengths, parse_numbers, rotation_from_rpy
 
 ALLOWED_SHAPES = ('box', 'cylinder', 'sphere', 'plane')
 

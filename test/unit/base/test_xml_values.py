@@ -7,13 +7,7 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.simulation.xml_values import (
-    joint_link,
-    joint_origin,
-    parse_lengths,
-    parse_numbers,
-    rotation_from_rpy,
-)
+from diff_encoder_sim.base.xml_values import joint_link, joint_origin, parse_lengths, parse_numbers, rotation_from_rpy
 
 JOINT = """<joint name="j"><parent link="base"/>{}</joint>"""
 
