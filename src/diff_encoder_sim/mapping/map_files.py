@@ -97,7 +97,7 @@ def load_map(path: Union[str, Path]) -> OccupancyGrid:
 def save_map(grid: OccupancyGrid, stem: Union[str, Path], params: MapSaverParams = DEFAULT_SAVER_PARAMS) -> Path:
     """Write STEM.pgm and STEM.yaml as map_saver does; return the YAML file's path.
 
-    Each file is replaced atomically.
+    Each file is replaced atomically; folders that are missing are made.
 
     Raises:
         ConfigError: the stem names no file, or its folder cannot be written to.
@@ -126,6 +126,7 @@ def _pgm(cells: np.ndarray, params: MapSaverParams) -> bytes:
 
 def _write(path: Path, content: bytes) -> None:
     try:
+        path.parent.mkdir(parents=True, exist_ok=True)
         write_file(path, content)
     except OSError as error:
         raise ConfigError(f'{path}: cannot be written: {error.strerror or error}') from None

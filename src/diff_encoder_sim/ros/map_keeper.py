@@ -47,7 +47,6 @@ class MapKeeper:
             grid = grid_from_message(message).cropped(SAVED_MARGIN_M)
         except InputFault as fault:
             raise ConfigError(f'{self._stem}: {fault}') from None
-        self._stem.parent.mkdir(parents=True, exist_ok=True)
         path = save_map(grid, self._stem)
         self._is_saved = True
         log.info('map saved: %s', path, extra=EVENT)

@@ -221,12 +221,16 @@ def test_whatever_the_files_hold_a_map_comes_out_or_one_line(description, image)
         assert grid.resolution_m > 0 and np.isfinite(grid.origin).all()
 
 
+def test_folders_that_are_missing_are_made(tmp_path):
+    grid = OccupancyGrid(np.zeros((1, 1), dtype=np.int8), 0.05, Pose2D(0, 0, 0))
+    assert save_map(grid, tmp_path / 'new' / 'folder' / 'm') == tmp_path / 'new' / 'folder' / 'm.yaml'
+
+
 @pytest.mark.parametrize(
     ('stem', 'complaint'),
     [
-        ('no/folder/map', 'map.pgm: cannot be written: No such file'),
         ('', 'a folder'),
-        ('m.yaml/map', 'map.pgm: cannot be written: Not a directory'),
+        ('m.yaml/map', 'map.pgm: cannot be written: (Not a directory|File exists)'),
     ],
 )
 def test_a_place_that_cannot_be_written_to_is_named(tmp_path, monkeypatch, stem, complaint):
