@@ -57,6 +57,17 @@ def propagate_motion_noise(
     return propagated
 
 
+def behind_axle(covariance: np.ndarray, yaw_rad: float, axle_x_m: float) -> np.ndarray:
+    """Return the 3x3 covariance of (x, y, yaw) of a point that the axle's middle, whose covariance is given, leads.
+
+    Args:
+        covariance: 3x3, of the axle's middle.
+        yaw_rad: heading.
+        axle_x_m: how far ahead of the point the axle is.
+    """
+    return _carried_by_heading(covariance, axle_x_m * math.sin(yaw_rad), -axle_x_m * math.cos(yaw_rad))
+
+
 def _carried_by_heading(covariance: np.ndarray, x_per_yaw_m: float, y_per_yaw_m: float) -> np.ndarray:
     """Return J C J' of a 3x3 covariance C, for a J that is the identity but for x and y by yaw."""
     (xx, xy, x_yaw), (_, yy, y_yaw), (_, _, yaw_yaw) = covariance.tolist()

@@ -22,7 +22,7 @@ from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.encoders.counter import CounterModulus, count_difference
 from diff_encoder_sim.encoders.pulses import DEFAULT_PPR, PulsesPerRevolution
 from diff_encoder_sim.odometry.mean_twist import MeanTwist, mean_twist
-from diff_encoder_sim.odometry.odometry_covariance import propagate_motion_noise, quantisation_covariance
+from diff_encoder_sim.odometry.odometry_covariance import behind_axle, propagate_motion_noise, quantisation_covariance
 
 log = logging.getLogger(__name__)
 
@@ -40,6 +40,7 @@ class OdometryParams(Params):
     ppr: PulsesPerRevolution = DEFAULT_PPR
     wheel_diameter: float = Field(0.2, gt=0, description='as the odometry assumes it [m]')
     wheel_separation: float = Field(0.4, gt=0, description='between the contact points, as the odometry assumes it [m]')
+    axle_x: float = Field(0.0, description='place of the axle ahead of the origin of base_frame [m]')
     counter_modulus: CounterModulus = 0
     velocity_window: int = Field(1, ge=1, description='report intervals that the twist spans')
     motion_noise: float = Field(1e-6, ge=0, description="variance of a wheel's travel per metre of it [m^2/m]")
@@ -60,6 +61,7 @@ class OdometryEstimate(NamedTuple):
     angular_velocity_radps: float  # counter-clockwise
     pose_covariance: np.ndarray  # 3x3 over (x [m], y [m], yaw [rad]) in the odom frame
     twist_covariance: np.ndarray  # 2x2 over (linear [m/s], angular [rad/s])
+    lateral_velocity_mps: float = 0.0  # along base_link's y: where base_link is not on the axle, it swings in turns
 
     def twist_std(self) -> Tuple[float, float]:
         """Return the standard deviations of the twist, linear [m/s] and angular [rad/s]."""
@@ -87,7 +89,7 @@ class WheelOdometry:
         """Return to pose zero; the next report of a new stamp, whatever it counts, is the start."""
         self._counters: Optional[_Report] = None
         self._totals: Deque[_Report] = deque(maxlen=self.params.velocity_window + 1)
-        self._pose = IDENTITY
+        self._pose = IDENTITY  # of the axle's middle, where it began
         self._motion_covariance = np.zeros((3, 3))
 
     def update(self, stamp_ns: int, left_count: int, right_count: int) -> Optional[OdometryEstimate]:
@@ -177,9 +179,24 @@ class WheelOdometry:
         pose_covariance = self._motion_covariance + quantisation_covariance(
             self._pose, self._left_m_per_pulse, self._right_m_per_pulse, self.params.wheel_separation
         )
-        wrapped_pose = IDENTITY.compose(self._pose)
+        axle_x_m = self.params.axle_x
+        if axle_x_m:
+            pose_covariance = behind_axle(pose_covariance, self._pose.yaw_rad, axle_x_m)
         return OdometryEstimate(
-            stamp_ns, wrapped_pose, twist.linear_mps, twist.angular_radps, pose_covariance, twist.covariance
+            stamp_ns,
+            self._base_pose(),
+            twist.linear_mps,
+            twist.angular_radps,
+            pose_covariance,
+            twist.covariance,
+            0.0 - axle_x_m * twist.angular_radps,  # never -0.0
+        )
+
+    def _base_pose(self) -> Pose2D:
+        """Return the pose of base_frame: the axle's, moved back along its x on the way there and at its end."""
+        axle, axle_x_m = IDENTITY.compose(self._pose), self.params.axle_x
+        return axle._replace(
+            x_m=axle.x_m + axle_x_m * (1.0 - math.cos(axle.yaw_rad)), y_m=axle.y_m - axle_x_m * math.sin(axle.yaw_rad)
         )
 
     def _twist(self) -> MeanTwist:

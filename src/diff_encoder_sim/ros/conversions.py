@@ -99,7 +99,8 @@ def odometry_message(estimate: OdometryEstimate, odom_frame: str, base_frame: st
     message.pose.pose = pose_message(estimate.base_pose_in_odom)
     message.pose.covariance = _planar_covariance(estimate.pose_covariance, PLANAR_AXES)
     message.twist.twist = Twist(
-        Vector3(estimate.linear_velocity_mps, 0, 0), Vector3(0, 0, estimate.angular_velocity_radps)
+        Vector3(estimate.linear_velocity_mps, estimate.lateral_velocity_mps, 0),
+        Vector3(0, 0, estimate.angular_velocity_radps),
     )
     message.twist.covariance = _planar_covariance(estimate.twist_covariance, (0, 5))
     return message

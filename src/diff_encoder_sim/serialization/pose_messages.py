@@ -61,14 +61,14 @@ def encode_pose_with_covariance(pose: Pose2D, covariance: np.ndarray, stamp_ns: 
 
 def encode_odometry(estimate: OdometryEstimate, odom_frame: str, base_frame: str) -> bytes:
     """Encode nav_msgs/Odometry: pose in the odom frame, twist in the base frame, with covariances."""
-    linear_mps, angular_radps = estimate.linear_velocity_mps, estimate.angular_velocity_radps
+    linear_mps = (estimate.linear_velocity_mps, estimate.lateral_velocity_mps, 0.0)
     return b''.join(
         (
             encode_header(estimate.stamp_ns, odom_frame),
             encode_name(base_frame),
             encode_planar_pose(estimate.base_pose_in_odom),
             encode_odometry_covariance(estimate.pose_covariance),
-            encode_twist((linear_mps, 0.0, 0.0), (0.0, 0.0, angular_radps)),
+            encode_twist(linear_mps, (0.0, 0.0, estimate.angular_velocity_radps)),
             encode_twist_covariance(estimate.twist_covariance),
         )
     )

@@ -59,10 +59,11 @@ def test_what_is_no_pose_is_refused(x_m, w, complaint):
 
 def test_odometry_has_its_covariances_where_messages_have_them():
     pose_covariance, twist_covariance = np.diag([1.0, 2.0, 3.0]), np.diag([4.0, 5.0])
-    estimate = OdometryEstimate(7, POSE, 0.4, -0.5, pose_covariance, twist_covariance)
+    estimate = OdometryEstimate(7, POSE, 0.4, -0.5, pose_covariance, twist_covariance, 0.2)
     message = conversions.odometry_message(estimate, 'odom', 'base_link')
     assert [message.pose.covariance[index] for index in (0, 7, 35)] == [1.0, 2.0, 3.0]
     assert (message.twist.covariance[0], message.twist.covariance[35]) == (4.0, 5.0)
+    assert (message.twist.twist.linear.x, message.twist.twist.linear.y) == (0.4, 0.2)
     assert message.pose.covariance[14] == message.twist.covariance[7] == UNKNOWN_VARIANCE
     assert conversions.twist_std_from_message(message) == pytest.approx((2.0, math.sqrt(5.0)))
     assert conversions.pose_covariance_from_message(message.pose.covariance) == pytest.approx(pose_covariance)

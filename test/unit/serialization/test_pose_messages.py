@@ -24,12 +24,12 @@ POSES = [Pose2D(*row) for row in np.random.default_rng(2).uniform(-3.0, 3.0, (20
 
 
 def test_odometry(rng):
-    estimate = values.estimate(rng)
+    estimate = values.estimate(rng)._replace(lateral_velocity_mps=0.125)
     message = read(encode_odometry(estimate, 'odom', 'base_link'), 'nav_msgs/msg/Odometry')
     check_header(message.header, estimate.stamp_ns, 'odom')
     assert message.child_frame_id == 'base_link'
     check_pose(message.pose.pose, estimate.base_pose_in_odom)
-    assert vector(message.twist.twist.linear) == (estimate.linear_velocity_mps, 0.0, 0.0)
+    assert vector(message.twist.twist.linear) == (estimate.linear_velocity_mps, 0.125, 0.0)
     assert vector(message.twist.twist.angular) == (0.0, 0.0, estimate.angular_velocity_radps)
     for part, planar, axes in (
         (message.pose, estimate.pose_covariance, [0, 1, 5]),
