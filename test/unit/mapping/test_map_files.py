@@ -228,10 +228,7 @@ def test_folders_that_are_missing_are_made(tmp_path):
 
 @pytest.mark.parametrize(
     ('stem', 'complaint'),
-    [
-        ('', 'a folder'),
-        ('m.yaml/map', 'map.pgm: cannot be written: (Not a directory|File exists)'),
-    ],
+    [('', 'a folder'), ('m.yaml/map', 'map.pgm: cannot be written: (Not a directory|File exists)')],
 )
 def test_a_place_that_cannot_be_written_to_is_named(tmp_path, monkeypatch, stem, complaint):
     monkeypatch.chdir(tmp_path)
