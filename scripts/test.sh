@@ -23,17 +23,7 @@ main() {
   reports=$(mktemp -d)
   trap 'rm -rf "$reports"' EXIT
   run_linters
-  # Beside each other: rostests wait most of the time.
-  set -m      # a process group of its own, to be ended with this script
-  check_core_on_python38 >"$reports/python38.log" 2>&1 </dev/null &
-  core_on_python38=$!
-  set +m
-  trap 'kill -- "-$core_on_python38" 2>/dev/null || true; rm -rf "$reports"' EXIT
-  check_everything_here
-  say "waiting for Python 3.8"
-  wait "$core_on_python38" || true
-  cat "$reports/python38.log"
-  [ -z "$python38" ] || count test/unit
+  run_tests
   echo
   echo "$passed passed, $failed failed, $skipped skipped"
   [ "$failed" -eq 0 ]
@@ -63,26 +53,40 @@ check() {
   if "${@:2}"; then passed=$((passed + 1)); else failed=$((failed + 1)); fi
 }
 
-check_everything_here() {
-  say "pytest test/ on $("$venv/bin/python" --version)"
+run_tests() {
+  # Two at a time: unit tests on one core, live ones, which wait most of the time, on the other.
+  set -m      # a process group of its own, to be ended with this script
+  check_units >"$reports/units.log" 2>&1 </dev/null &
+  units=$!
+  set +m
+  trap 'kill -- "-$units" 2>/dev/null || true; rm -rf "$reports"' EXIT
+  say "pytest test/ without test/unit on $("$venv/bin/python" --version)"
   # with the workspace at hand, a rostest that skips itself for want of ROS is a failure
-  (source_workspace; ROSTESTS_REQUIRED=1 run_pytest "$venv/bin/python" test) || true
-  count test
+  (source_workspace; ROSTESTS_REQUIRED=1 run_pytest live "$venv/bin/python" test --ignore=test/unit) || true
+  say "waiting for the unit tests"
+  wait "$units" || true
+  cat "$reports/units.log"
+  count live
+  count unit
+  [ -z "$python38" ] || count unit38
 }
 
-check_core_on_python38() {
+check_units() {
+  say "pytest test/unit on $("$venv/bin/python" --version)"
+  (source_workspace; run_pytest unit "$venv/bin/python" test/unit) || true
   [ -n "$python38" ] || { say "Python 3.8 NOT checked: none found (python3.8 on PATH, \$PYTHON38, ~/.pyenv/versions/3.8*)"; return; }
   ensure_venv "$venv38" "$python38" '' requirements.txt requirements-test.txt
   say "pytest test/unit on $("$venv38/bin/python" --version)"
-  env -u PYTHONPATH bash -c "$(declare -f run_pytest); $(declare -p reports); run_pytest '$venv38/bin/python' test/unit -p no:cacheprovider" || true
+  (unset PYTHONPATH; run_pytest unit38 "$venv38/bin/python" test/unit) || true
 }
 
-run_pytest() { "$1" -m pytest "${@:2}" --junitxml="$reports/${2//\//-}.xml"; }
+# run_pytest REPORT PYTHON ARGUMENTS...
+run_pytest() { "$2" -m pytest -p no:cacheprovider "${@:3}" --junitxml="$reports/$1.xml"; }
 
-# count WHAT: adds a run's numbers up from its report. No report or no test is a failure.
+# count REPORT: adds a run's numbers up. No report or no test is a failure.
 count() {
   local numbers
-  if numbers=$("$venv/bin/python" - "$reports/${1//\//-}.xml" <<'PY'
+  if numbers=$("$venv/bin/python" - "$reports/$1.xml" <<'PY'
 import sys
 import xml.etree.ElementTree as ElementTree
 suites = list(ElementTree.parse(sys.argv[1]).getroot().iter('testsuite'))
