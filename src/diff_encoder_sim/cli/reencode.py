@@ -81,6 +81,8 @@ def _recorded_drive(options: argparse.Namespace, source: BagSource) -> RecordedD
     wheels = _wheels(options, source, trial, encoder)
     reference = find_reference(options.bag, source, options.reference)
     encoder = encoder.model_copy(update={'left_joint': wheels.joints[0], 'right_joint': wheels.joints[1]})
+    if wheels.ppr is not None:  # the encoder that counted knew which way is forward
+        encoder = encoder.model_copy(update={'left_reversed': False, 'right_reversed': False})
     return RecordedDrive(options.bag, trial, wheels, reference, encoder, odometry)
 
 

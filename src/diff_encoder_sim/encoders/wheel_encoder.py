@@ -34,6 +34,8 @@ class EncoderParams(Params):
     rate: float = Field(DEFAULT_RATE_HZ, ge=1e-3, le=1e6, description='reports per second of joint stamps [Hz]')
     left_joint: str = Field('left_wheel_joint', min_length=1, description='name of the left wheel in /joint_states')
     right_joint: str = Field('right_wheel_joint', min_length=1, description='name of the right wheel in /joint_states')
+    left_reversed: bool = Field(False, description='the angle of the left joint falls when the robot drives forward')
+    right_reversed: bool = Field(False, description='the angle of the right joint falls when the robot drives forward')
     counter_modulus: CounterModulus = 0
 
     @model_validator(mode='after')
@@ -68,6 +70,7 @@ class DiffEncoder:
         self._left = WheelChannel(params.left_joint, params.ppr.left, params.rate)
         self._right = WheelChannel(params.right_joint, params.ppr.right, params.rate)
         self._channels = self._left, self._right
+        self._signs = -1.0 if params.left_reversed else 1.0, -1.0 if params.right_reversed else 1.0
         self._first_stamp_ns: Optional[int] = None
         self._stale_in_a_row = 0
 
@@ -84,7 +87,11 @@ class DiffEncoder:
                 the stamps do not advance. The state stays as before.
         """
         angles = [_angle_of(channel.joint, names, angles_rad) for channel in self._channels]
-        steps = [channel.take(stamp_ns, angle) for channel, angle in zip(self._channels, angles) if angle is not None]
+        steps = [
+            channel.take(stamp_ns, sign * angle)
+            for channel, sign, angle in zip(self._channels, self._signs, angles)
+            if angle is not None
+        ]
         if Step.RESTART in steps:
             log.warning(
                 'joint stamps went back to %.3f s: encoder restarted', stamp_ns / NANOSECONDS_PER_SECOND, extra=EVENT

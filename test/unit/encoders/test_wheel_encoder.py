@@ -40,6 +40,13 @@ def test_joints_may_come_in_any_order_among_others_and_under_any_name():
     assert encoder.update(0, names, [9.0, turn(7, 10), 9.0, turn(3, 10)]) == EncoderSample(0, 3, 7)
 
 
+def test_a_joint_whose_angle_falls_counts_up_when_the_robot_drives_forward():
+    encoder = DiffEncoder(EncoderParams(ppr=10, right_reversed=True))
+    for stamp, pulses in enumerate((0, 3, -4)):
+        sample = encoder.update(stamp * 50 * MS, NAMES, [turn(pulses, 10), -turn(pulses, 10)])
+        assert sample == EncoderSample(stamp * 50 * MS, pulses, pulses)
+
+
 def test_wheels_may_come_in_separate_messages_interleaved_with_others():
     encoder = DiffEncoder(EncoderParams(ppr=10))
     samples = []
