@@ -79,3 +79,12 @@ def rotation_from_rpy(roll_rad: float, pitch_rad: float, yaw_rad: float) -> np.n
             [-sp, cp * sr, cp * cr],
         ]
     )
+
+
+def rpy_from_rotation(rotation: np.ndarray) -> Vector:
+    """Return the (roll, pitch, yaw) [rad] of a 3x3 rotation; where x points up or down, roll alone takes the turn."""
+    cosine = math.hypot(rotation[0, 0], rotation[1, 0])
+    pitch_rad = math.atan2(-rotation[2, 0], cosine)
+    if cosine < 1e-9:
+        return math.copysign(1.0, pitch_rad) * math.atan2(rotation[0, 1], rotation[1, 1]), pitch_rad, 0.0
+    return math.atan2(rotation[2, 1], rotation[2, 2]), pitch_rad, math.atan2(rotation[1, 0], rotation[0, 0])

@@ -1,0 +1,93 @@
+"""Points of the meshes in STL, OBJ and DAE files.
+
+A DAE is scaled by its <unit>; its <up_axis> is left alone, as RViz (https://github.com/ros-visualization/rviz/issues/1045,
+pull request 1689) and Gazebo Classic (https://github.com/gazebosim/gazebo-classic/issues/1305) do.
+"""
+
+from __future__ import annotations
+
+import functools
+import io
+from pathlib import Path
+from typing import List
+
+import numpy as np
+
+from diff_encoder_sim.base.errors import ConfigError, in_one_line
+
+_LARGEST_BYTES = 50_000_000
+# As many as an STL of that size has; a DAE may show one part any number of times.
+_MOST_POINTS = 3_000_000
+_SUFFIXES = ('.stl', '.obj', '.dae')
+
+
+def mesh_points_m(path: Path, where: str) -> np.ndarray:
+    """Return the (n, 3) corners of a mesh's triangles [m], in the file's axes, unscaled.
+
+    Args:
+        path: an .stl (binary or text), .obj or .dae file.
+        where: begins the error: the robot's file, the link and the mesh.
+
+    Raises:
+        ConfigError: there is no such mesh, or none that can be used.
+    """
+    if not path.is_file():
+        raise ConfigError(f'{where}: given {path}, which is no file; allowed: an .stl, .obj or .dae file')
+    if path.suffix.lower() not in _SUFFIXES:
+        raise ConfigError(f'{where}: given {path.suffix or "no suffix"!r}; allowed: {", ".join(_SUFFIXES)}')
+    status = path.stat()
+    if status.st_size > _LARGEST_BYTES:
+        raise ConfigError(
+            f'{where}: given {status.st_size / 1e6:.0f} MB; allowed: up to {_LARGEST_BYTES / 1e6:.0f} MB '
+            '(a collision mesh needs few triangles, or is a box, cylinder or sphere)'
+        )
+    try:
+        return _read_once(path, status.st_mtime_ns)
+    except ConfigError as error:
+        raise ConfigError(f'{where}: {error}') from None
+
+
+@functools.lru_cache(maxsize=64)
+def _read_once(path: Path, _mtime_ns: int) -> np.ndarray:
+    """Read and check a mesh; both wheels show the same one, and a robot is described more than once."""
+    try:
+        points_m = _points_m(path)
+    except Exception as error:  # the readers let errors of many types through
+        raise ConfigError(f'given no valid mesh ({in_one_line(error)[:200]}); allowed: a readable mesh') from None
+    if len(points_m) == 0 or not np.isfinite(points_m).all():
+        given = 'a mesh without triangles' if len(points_m) == 0 else 'corners that are no numbers'
+        raise ConfigError(f'given {given}; allowed: triangles with finite corners')
+    points_m.setflags(write=False)
+    return points_m
+
+
+def _points_m(path: Path) -> np.ndarray:
+    """Read the corners of a mesh."""
+    content = path.read_bytes()
+    if path.suffix.lower() == '.dae':
+        return _dae_points_m(content)
+    import trimesh  # noqa: PLC0415  half a second, for robots with meshes only
+
+    mesh = trimesh.load_mesh(io.BytesIO(content), file_type=path.suffix[1:].lower(), process=False, skip_materials=True)
+    return np.asarray(mesh.triangles, float).reshape(-1, 3)
+
+
+def _dae_points_m(content: bytes) -> np.ndarray:
+    """Return the corners of all that a DAE's scene shows, by its unit."""
+    import collada  # noqa: PLC0415  as above
+
+    if b'<!ENTITY' in content:
+        raise ValueError('it declares entities')
+    # missing textures and the like do not matter
+    document = collada.Collada(io.BytesIO(content), ignore=[collada.common.DaeError])
+    parts: List[np.ndarray] = [np.empty((0, 3))]
+    count = 0
+    for geometry in document.scene.objects('geometry'):
+        for primitive in geometry.primitives():
+            if primitive.vertex is None or isinstance(primitive, collada.lineset.BoundLineSet):
+                continue
+            parts.append(primitive.vertex[np.unique(primitive.vertex_index)])
+            count += len(parts[-1])
+            if count > _MOST_POINTS:
+                raise ValueError(f'more than {_MOST_POINTS} corners')
+    return np.vstack(parts).astype(float) * (document.assetInfo.unitmeter or 1.0)

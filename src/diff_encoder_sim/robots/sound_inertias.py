@@ -1,0 +1,124 @@
+"""Inertias that no body can have, found and replaced: published URDFs are full of them."""
+
+from __future__ import annotations
+
+from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+
+import numpy as np
+
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.robots.mass_properties import homogeneous, link_mass, merged
+from diff_encoder_sim.robots.mesh_hulls import MeshFinder, visual_primitives_of
+from diff_encoder_sim.robots.robot_description import MassProperties
+from diff_encoder_sim.robots.robot_tree import Inertial, Link, RobotTree, Shape
+from diff_encoder_sim.robots.solids import farthest_m, placed
+
+# Principal moments of a thin plate, a = b + c, come with few digits.
+_ROUNDING = 0.05
+# No body's radius of gyration is larger than the farthest of its points; shapes are only roughly the body.
+_LARGER_THAN_SHAPES = 2.0
+
+LinkShapes = Mapping[str, Tuple[Shape, ...]]
+
+
+class LinkMasses(NamedTuple):
+    """What each link weighs."""
+
+    by_link: Dict[str, MassProperties]  # in the root's frame, joints at zero; links without mass are left out
+    warnings: Tuple[str, ...]  # a line for each inertia that was replaced
+
+    def of(self, links: Sequence[str]) -> MassProperties:
+        """Return the mass of several links, joined rigidly, in the root's frame."""
+        return merged(self.by_link[link] for link in links if link in self.by_link)
+
+    @property
+    def total(self) -> MassProperties:
+        """Return the mass of the robot."""
+        return merged(self.by_link.values())
+
+
+def link_masses(tree: RobotTree, shapes: LinkShapes, find: MeshFinder) -> LinkMasses:
+    """Return all links' masses, absurd inertias replaced by those of homogeneous solids.
+
+    Args:
+        tree: the robot.
+        shapes: each link's collision shapes, meshes replaced, in the link.
+        find: finds the mesh of a visual shape, which stands in where a link has no collision shape.
+
+    Raises:
+        ConfigError: the robot has no mass.
+    """
+    poses = tree.link_poses()
+    by_link: Dict[str, MassProperties] = {}
+    warnings: List[str] = []
+    for name, link in tree.links.items():
+        if link.inertial is None or link.inertial.mass_kg <= 0:
+            continue
+        fault = _fault(link.inertial, _reach_m(tree, name, poses, shapes))
+        by_link[name] = link_mass(link.inertial, poses[name])
+        if fault is not None:
+            solid, of_what = _stand_in(link, shapes[name], find)
+            sound = link.inertial._replace(inertia_kgm2=solid.inertia_kgm2)
+            by_link[name] = link_mass(sound, poses[name])
+            warnings.append(f'the inertia of link {name} {fault}; simulated with that of {of_what}')
+    if not by_link:
+        raise ConfigError(
+            f'{tree.where}: given no link with a mass; allowed: <inertial> with a mass greater than 0 in a link, '
+            'such as that of the body'
+        )
+    return LinkMasses(by_link, tuple(warnings))
+
+
+def _fault(inertial: Inertial, reach_m: float) -> Optional[str]:
+    """Return what is wrong with an inertia, for a mass within `reach_m` of its centre; None if nothing is."""
+    moments = np.linalg.eigvalsh(inertial.inertia_kgm2)
+    shown = ', '.join(f'{moment:.3g}' for moment in moments)
+    if moments[0] <= 0:
+        return f'is not positive (principal moments {shown} kg m^2)'
+    if moments[0] + moments[1] < (1 - _ROUNDING) * moments[2]:
+        return f'is that of no body: the largest principal moment is more than the sum of the others ({shown} kg m^2)'
+    gyration_m = float(np.sqrt(moments[2] / inertial.mass_kg))
+    if gyration_m > _LARGER_THAN_SHAPES * reach_m:
+        return (
+            f'({moments[2]:.3g} kg m^2 of {inertial.mass_kg:.3g} kg) is that of a larger body: '
+            f'its radius of gyration is {1e3 * gyration_m:.0f} mm, its shapes are within {1e3 * reach_m:.0f} mm'
+        )
+    return None
+
+
+def _reach_m(tree: RobotTree, link: str, poses: Mapping[str, np.ndarray], shapes: LinkShapes) -> float:
+    """Return how far a link's shapes reach from its centre of mass.
+
+    Links that are fixed to each other count as one; where these have no shape the whole robot does.
+    """
+    inertial = tree.links[link].inertial
+    assert inertial is not None
+    com_m = (poses[link] @ np.append(inertial.com_in_link_m, 1.0))[:3]
+    for links in (_fixed_together(tree, link), list(tree.links)):
+        reach_m = farthest_m([placed(shape, poses[name]) for name in links for shape in shapes[name]], com_m)
+        if reach_m > 0:
+            return reach_m
+    return np.inf
+
+
+def _fixed_together(tree: RobotTree, link: str) -> List[str]:
+    """Return the links that fixed joints join to a link, and itself."""
+    joint = tree.joint_above(link)
+    while joint is not None and joint.kind == 'fixed':
+        link = joint.parent
+        joint = tree.joint_above(link)
+    found = [link]
+    for name in found:  # grows while it runs
+        found += [below.child for below in tree.joints.values() if below.parent == name and below.kind == 'fixed']
+    return found
+
+
+def _stand_in(link: Link, collisions: Sequence[Shape], find: MeshFinder) -> Tuple[MassProperties, str]:
+    """Return a homogeneous solid of a link's mass, and what it is made of, in words."""
+    assert link.inertial is not None
+    if collisions:
+        return homogeneous(collisions, link.inertial.mass_kg), 'a homogeneous solid of its collision shapes'
+    visuals = visual_primitives_of(link, find)
+    if visuals:
+        return homogeneous(visuals, link.inertial.mass_kg), 'a homogeneous solid of its visual shapes'
+    return homogeneous((), link.inertial.mass_kg), 'a ball of water'
