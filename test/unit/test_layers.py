@@ -28,7 +28,7 @@ MAY_IMPORT = {
     'recording': 'base trials serialization',
     'lockstep': 'base encoders odometry mapping simulation localization navigation trials serialization recording',
     'reencoding': 'base encoders odometry trials evaluation serialization recording',
-    'campaign': 'base encoders mapping simulation trials recording lockstep',
+    'campaign': 'base robots encoders mapping simulation trials recording lockstep',
     'analysis': 'base encoders odometry mapping trials evaluation recording campaign',
     'advice': 'base trials evaluation analysis',
     'cli': (

@@ -19,10 +19,11 @@ from diff_encoder_sim.campaign.campaign_definition import (
     Varied,
     text_of,
 )
-from diff_encoder_sim.campaign.robot_file import Robot, load_robot_file
 from diff_encoder_sim.campaign.trial_files import TrialFiles, collect
 from diff_encoder_sim.encoders.pulses import ppr_label
 from diff_encoder_sim.lockstep.robot_params import RobotConfig, RobotParams, check_key, load_robot_config, override
+from diff_encoder_sim.robots.robot_file import RobotFile, load_robot_file
+from diff_encoder_sim.robots.robot_source import RobotSource
 from diff_encoder_sim.simulation.simulator import Simulator
 from diff_encoder_sim.trials.test_definition import TestDefinition, find_world, load_test
 
@@ -55,7 +56,7 @@ def load_campaign(name: str, package_folder: Union[str, Path], replace: Optional
     with _named(path):
         _check_size(params)
         combinations = _resolve(params, config, robot.overrides)
-        files = _collect(params, tests, combinations, robot.urdf, package_folder)
+        files = _collect(params, tests, combinations, robot.source.file, package_folder)
     return Campaign(params, _cells(params, tests, combinations), files)
 
 
@@ -94,12 +95,13 @@ def _load_tests(params: CampaignParams, folder: Optional[Path], config_folder: P
     return tests
 
 
-def _load_robot(params: CampaignParams, folder: Path, package_folder: Path) -> Robot:
+def _load_robot(params: CampaignParams, folder: Path, package_folder: Path) -> RobotFile:
     """Load the robot; overrides of its own file are checked here, where errors can name that file."""
     if not params.robot:
-        return Robot(package_folder / 'urdf' / 'alto.urdf.xacro', {})
-    robot = load_robot_file(folder / params.robot)
-    with _named(folder / params.robot):
+        path = package_folder / 'urdf' / 'alto.urdf.xacro'
+        return RobotFile(RobotSource(path), None, {}, 'alto', str(path))
+    robot = load_robot_file(params.robot, folder, package_folder, {})
+    with _named(robot.where):
         for key in robot.overrides:
             check_key(key)
             if key in params.vary:

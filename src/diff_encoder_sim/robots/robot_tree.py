@@ -90,6 +90,7 @@ class RobotTree(NamedTuple):
     joints: Dict[str, Joint]  # by the joint's name
     xml: ElementTree.Element  # <robot>: for <gazebo>, <transmission> and <ros2_control>
     where: str  # the robot's file, which begins each error
+    notes: Tuple[str, ...] = ()  # what was ignored, one line each
 
     def joint_above(self, link: str) -> Optional[Joint]:
         """Return the joint that a link hangs on; None for the root."""
@@ -111,7 +112,9 @@ class RobotTree(NamedTuple):
 
     def subtree(self, link: str) -> Iterator[str]:
         """Yield a link's name and those of all links below it."""
-        yield link
-        for joint in self.joints.values():
-            if joint.parent == link:
-                yield from self.subtree(joint.child)
+        open_links = [link]
+        while open_links:
+            name = open_links.pop()
+            yield name
+            below = [joint.child for joint in self.joints.values() if joint.parent == name]
+            open_links += reversed(below)

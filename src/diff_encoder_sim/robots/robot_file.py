@@ -1,0 +1,95 @@
+"""A robot as users name it: one that comes with the package, a robot file (YAML), or a xacro or URDF alone."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
+
+from pydantic import Field
+
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.typed_params import Params, did_you_mean, load_params
+from diff_encoder_sim.robots.robot_source import RobotSource
+
+_YAML = ('.yaml', '.yml')
+
+
+class RobotFileParams(Params):
+    """The keys of a robot file; config/robots/ has patterns."""
+
+    urdf: str = Field(min_length=1, description='xacro or URDF file, relative to this file')
+    arguments: Dict[str, Union[bool, int, float, str]] = Field({}, description='xacro arguments by name')
+    packages: List[str] = Field(
+        [], description='folders in which packages of package:// and $(find) are looked for, relative to this file'
+    )
+    ppr: Optional[float] = Field(
+        None, gt=0, description="counts per wheel revolution of the robot's own encoder; need not be whole"
+    )
+    overrides: Dict[str, Any] = Field({}, alias='set', description='values of parameters, by dotted keys')
+
+
+class RobotFile(NamedTuple):
+    """A robot's own files and numbers."""
+
+    source: RobotSource
+    ppr: Optional[float]  # counts per wheel revolution; None where no robot file gives it
+    overrides: Dict[str, Any]  # by dotted keys, as robot_params.override takes them
+    label: str  # such as 'burger'
+    where: str  # the file that errors about these values name
+
+
+def load_robot_file(
+    given: str, folder: Path, package_folder: Path, arguments: Mapping[str, str], packages: Sequence[Path] = ()
+) -> RobotFile:
+    """Load a robot by its name, its YAML file, or its xacro or URDF alone.
+
+    Args:
+        given: the name of a file in config/robots/, or a path.
+        folder: what that path is relative to.
+        package_folder: where config/ is.
+        arguments: xacro arguments of the command line, which precede those of the file.
+        packages: more folders in which packages are looked for, before those of the file.
+
+    Raises:
+        ConfigError: there is no such robot, or its YAML file has a bad key.
+    """
+    path = _path_of(given, folder, package_folder / 'config' / 'robots')
+    if path.suffix not in _YAML:
+        source = RobotSource(path, _as_pairs(arguments), _checked(packages, 'packages'))
+        return RobotFile(source, None, {}, path.name.partition('.')[0], str(path))
+    params = load_params(RobotFileParams, path)
+    own_packages = [path.parent / Path(each).expanduser() for each in params.packages]
+    source = RobotSource(
+        path.parent / Path(params.urdf).expanduser(),
+        _as_pairs({**params.arguments, **arguments}),
+        (*_checked(packages, 'packages'), *_checked(own_packages, f'{path}: packages')),
+    )
+    return RobotFile(source, params.ppr, dict(params.overrides), path.stem, str(path))
+
+
+def _path_of(given: str, folder: Path, robots_folder: Path) -> Path:
+    """Return the file that a user means; a name is taken before a path."""
+    shipped = robots_folder / f'{given}.yaml'
+    if Path(given).name == given and shipped.is_file():
+        return shipped
+    path = folder / Path(given).expanduser()
+    if given and path.exists():
+        return path
+    names = sorted(each.stem for each in robots_folder.glob('*.yaml'))
+    raise ConfigError(
+        f'robot: given {given!r}, and no such file is in {folder.absolute()}; allowed: {", ".join(names)}, '
+        f'or a .yaml, .xacro or .urdf file{did_you_mean(given, names)}'
+    )
+
+
+def _checked(folders: Sequence[Path], where: str) -> Tuple[Path, ...]:
+    for folder in folders:
+        if not folder.is_dir():
+            raise ConfigError(f'{where}: given {str(folder)!r}; allowed: a folder that exists')
+    return tuple(folders)
+
+
+def _as_pairs(arguments: Mapping[str, Union[bool, float, str]]) -> Tuple[Tuple[str, str], ...]:
+    """Return arguments as text, as xacro takes them: true and false as in YAML."""
+    texts = {name: str(value).lower() if isinstance(value, bool) else str(value) for name, value in arguments.items()}
+    return tuple(sorted(texts.items()))

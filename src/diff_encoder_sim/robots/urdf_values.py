@@ -1,0 +1,52 @@
+"""Names, numbers and poses in a URDF, checked."""
+
+from __future__ import annotations
+
+from typing import List, Optional
+from xml.etree import ElementTree
+
+import numpy as np
+
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.xml_values import parse_numbers, rotation_from_rpy
+
+# In SI units: nothing about a robot that drives through rooms is bigger.
+MOST = 1e6
+
+
+def named(element: ElementTree.Element, where: str) -> str:
+    """Return an element's name.
+
+    Raises:
+        ConfigError: it has none.
+    """
+    name = element.get('name', '')
+    if not name.strip():
+        raise ConfigError(f'{where}: <{element.tag}>: name: missing')
+    return name
+
+
+def bounded_numbers(text: Optional[str], count: int, where: str) -> List[float]:
+    """Read `count` numbers of a size that a robot can have.
+
+    Raises:
+        ConfigError: the text is something else.
+    """
+    numbers = parse_numbers(text, count, where)
+    if max(map(abs, numbers)) > MOST:
+        raise ConfigError(f'{where}: given {text!r}; allowed: from {-MOST:g} to {MOST:g}')
+    return numbers
+
+
+def parse_pose(parent: ElementTree.Element, where: str) -> np.ndarray:
+    """Return the (4, 4) pose of an element's <origin>, [m] and [rad]; that of the parent frame where it has none.
+
+    Raises:
+        ConfigError: xyz or rpy are not three numbers.
+    """
+    origin = parent.find('origin')
+    pose = np.eye(4)
+    if origin is not None:
+        pose[:3, 3] = bounded_numbers(origin.get('xyz', '0 0 0'), 3, f'{where}: origin xyz')
+        pose[:3, :3] = rotation_from_rpy(*bounded_numbers(origin.get('rpy', '0 0 0'), 3, f'{where}: origin rpy'))
+    return pose

@@ -1,0 +1,137 @@
+"""A robot's xacro or URDF file as URDF text."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any, Dict, Iterable, NamedTuple, Optional, Tuple
+
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.typed_params import did_you_mean
+from diff_encoder_sim.robots.package_search import SEARCH_VARIABLES
+from diff_encoder_sim.robots.robot_source import RobotSource
+from diff_encoder_sim.robots.robot_xml import MOST_BYTES, read_robot_text
+
+MOST_S = 120  # of waiting; the process has its own limits of computing
+MOST_KEPT = 32
+
+_NEEDS_XACRO = re.compile(r'xacro:|\$[({]')
+_WARNING = re.compile(r'^warning: (.*)$', re.MULTILINE)
+
+
+class Expansion(NamedTuple):
+    """What a robot's file has become."""
+
+    urdf: str
+    declared: Tuple[str, ...] = ()  # names of the xacro arguments that the files declare or use
+    notes: Tuple[str, ...] = ()  # xacro's warnings, packages that are not there
+
+
+class _Kept(NamedTuple):
+    expansion: Expansion
+    digests: Dict[str, Optional[str]]  # of all files that it was made from
+    environment: Dict[str, Optional[str]]
+
+
+_kept: Dict[RobotSource, _Kept] = {}
+
+
+def expand(source: RobotSource) -> str:
+    """Return the URDF text of a robot.
+
+    Raises:
+        ConfigError: the file cannot be read or expanded, or does not know an argument.
+    """
+    return expansion(source).urdf
+
+
+def expansion(source: RobotSource) -> Expansion:
+    """Return the URDF text of a robot, and what was noted on the way.
+
+    A campaign asks for the same few robots in each of its trials, so results are kept until a file or variable that
+    they were made from changes.
+
+    Raises:
+        ConfigError: the file cannot be read or expanded, or does not know an argument.
+    """
+    text = read_robot_text(source.file)
+    needs_xacro = source.file.suffix == '.xacro' or _NEEDS_XACRO.search(text)
+    result = _by_xacro(source) if needs_xacro else Expansion(text)
+    for name, _ in source.arguments:
+        if name not in result.declared:
+            raise ConfigError(
+                f'{source.file}: argument {name!r} is not known{did_you_mean(name, result.declared)}; '
+                f'allowed: {", ".join(result.declared) or "no argument"}'
+            )
+    return result
+
+
+def _by_xacro(source: RobotSource) -> Expansion:
+    kept = _kept.pop(source, None)
+    if kept is None or kept.digests != _digests(kept.digests) or kept.environment != _values(kept.environment):
+        answer = _ask(source)
+        urdf, notes = answer['urdf'], (*answer['notes'], *answer['warnings'])
+        made = Expansion(urdf, tuple(answer['declared']), notes)
+        if answer['opened'] is None:
+            return made
+        kept = _Kept(made, _digests(answer['opened']), _values([*SEARCH_VARIABLES, *answer['environment']]))
+    _kept[source] = kept
+    if len(_kept) > MOST_KEPT:
+        del _kept[next(iter(_kept))]
+    return kept.expansion
+
+
+def _ask(source: RobotSource) -> Dict[str, Any]:
+    """Run the expansion in its own process.
+
+    Raises:
+        ConfigError: what is wrong with the file.
+    """
+    folders = list(map(str, source.package_folders))
+    request = {'file': str(source.file), 'arguments': source.arguments, 'package_folders': folders}
+    environment = {**os.environ, 'PYTHONPATH': os.pathsep.join(path for path in sys.path if path)}
+    try:
+        process = subprocess.run(
+            [sys.executable, '-m', 'diff_encoder_sim.robots.xacro_process'],
+            input=json.dumps(request), capture_output=True,
+            env=environment, timeout=MOST_S, check=False, encoding='utf-8', errors='replace',
+        )  # fmt: skip
+    except subprocess.TimeoutExpired:
+        raise ConfigError(f'{source.file}: takes longer than {MOST_S} s to expand') from None
+    if process.returncode:
+        raise ConfigError(f'{source.file}: {_end_of(process)}')
+    answer: Dict[str, Any] = json.loads(process.stdout)
+    if 'fault' in answer:
+        raise ConfigError(answer['fault'])
+    if len(answer['urdf']) > MOST_BYTES:
+        raise ConfigError(f'{source.file}: expands to more than {MOST_BYTES // 10**6} MB')
+    answer['warnings'] = list(dict.fromkeys(_WARNING.findall(process.stderr)))
+    return answer
+
+
+def _end_of(process: subprocess.CompletedProcess[str]) -> str:
+    if process.returncode in (-signal.SIGXCPU, -signal.SIGKILL):
+        return 'takes too much computing to expand: do its macros or expressions ever end?'
+    last = process.stderr.strip().splitlines()[-1:] or [f'status {process.returncode}']
+    return f'cannot be expanded: {last[0]}'
+
+
+def _digests(paths: Iterable[str]) -> Dict[str, Optional[str]]:
+    return {path: _digest(Path(path)) for path in paths}
+
+
+def _digest(path: Path) -> Optional[str]:
+    try:
+        return hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError:
+        return None
+
+
+def _values(names: Iterable[str]) -> Dict[str, Optional[str]]:
+    return {name: os.environ.get(name) for name in names}

@@ -1,0 +1,143 @@
+"""Expands one xacro in a process of its own, which xacro_expansion starts: whatever a file does ends there.
+
+Reads a request (JSON) from stdin, writes an answer (JSON) to stdout. Here two functions of xacro are replaced:
+how it reads a file (ours is bounded, without entities, forgiving in form), and what $(find) means (xacro's asks ROS).
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import resource
+import sys
+import xml.dom.expatbuilder
+import xml.dom.minidom
+from pathlib import Path
+from typing import Any, Callable, Dict, List, Optional
+
+import xacro
+
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.robots.package_search import find_package, searched_folders
+from diff_encoder_sim.robots.robot_source import RobotSource
+from diff_encoder_sim.robots.robot_xml import parse_robot_xml, read_robot_text
+from diff_encoder_sim.robots.xacro_faults import explain, place
+
+MOST_CPU_S = 20
+MOST_MEMORY_BYTES = 2 * 2**30
+
+_ASKED = re.compile(r'<xacro:arg\s[^>]*?name\s*=\s*["\']([^"\']+)|\$\(\s*arg\s+([^\s)]+)|xacro\.arg\(\s*["\'](\w+)')
+
+
+def main() -> None:
+    """Answer the request on stdin."""
+    resource.setrlimit(resource.RLIMIT_CPU, (MOST_CPU_S, MOST_CPU_S + 1))
+    resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY_BYTES, MOST_MEMORY_BYTES))
+    request = json.load(sys.stdin)
+    answer_to, sys.stdout = sys.stdout, sys.stderr  # nothing that xacro prints may get into the answer
+    opened = OpenedFiles()
+    sys.addaudithook(opened.note)
+    folders = tuple(map(Path, request['package_folders']))
+    source = RobotSource(Path(request['file']), tuple(map(tuple, request['arguments'])), folders)
+    answer = Expander(source).answer()
+    json.dump({**answer, 'opened': opened.paths}, answer_to)
+
+
+class OpenedFiles:
+    """Notes which files an expansion depends on, be they there or not; None when they cannot be named."""
+
+    def __init__(self) -> None:
+        self.paths: Optional[List[str]] = []
+
+    def note(self, event: str, arguments: Any) -> None:
+        """Take one of Python's audit events."""
+        if event == 'glob.glob':
+            self.paths = None
+        elif event == 'open' and self.paths is not None and isinstance(arguments[0], str):
+            path = os.path.abspath(arguments[0])
+            if path not in self.paths and not path.endswith(('.py', '.pyc', 'package.xml')):
+                self.paths.append(path)
+
+
+class Expander:
+    """Expands one robot."""
+
+    def __init__(self, source: RobotSource) -> None:
+        self._source = source
+        self._texts: Dict[str, str] = {}  # of the files that were read, by path
+        self._environment: Dict[str, Optional[str]] = {}
+        self._notes: List[str] = []
+
+    def answer(self) -> Dict[str, Any]:
+        """Return the URDF or one line on what is wrong, and what it depends on."""
+        answer: Dict[str, Any] = {}
+        original = xacro.parse, xacro.eval_extension
+        xacro.parse, xacro.eval_extension = self._parse, self._substituted(xacro.eval_extension)
+        try:
+            document = xacro.process_file(str(self._source.file), mappings=dict(self._source.arguments))
+            # Not the whole document: xacro's banner has the file's path in it.
+            answer['urdf'] = '<?xml version="1.0"?>\n' + document.documentElement.toprettyxml(indent='  ')
+        except ConfigError as error:
+            answer['fault'] = str(error)
+        except Exception as error:  # a xacro is a program: it may raise whatever Python can
+            answer['fault'] = explain(error, self._source, self._texts, self._declared())
+        finally:
+            xacro.parse, xacro.eval_extension = original
+        return {**answer, 'notes': self._notes, 'environment': self._environment, 'declared': self._declared()}
+
+    def _declared(self) -> List[str]:
+        """Return the names of the arguments that the files declare or use."""
+        names = (name for text in self._texts.values() for match in _ASKED.findall(text) for name in match if name)
+        return list(dict.fromkeys(names))
+
+    def _parse(self, given: Any, filename: Optional[str] = None) -> Any:
+        """Do what xacro.parse does."""
+        if given is not None or filename is None:
+            return given
+        including = [str(file) for file in xacro.filestack[:-1]]
+        where = str(self._source.file) + (f': {filename}' if including else '')
+        if 'package://' in filename:
+            self._refuse_package(filename, including)
+        if os.path.realpath(filename) in map(os.path.realpath, including):
+            raise ConfigError(f'{place(including[-1], filename, self._source, self._texts)}: files include each other')
+        if including and not os.path.exists(filename):
+            xacro.filestack.pop()  # as xacro does, so that the place is that of the include
+            raise xacro.XacroException(f'no such file: {filename}', exc=FileNotFoundError())
+        text = read_robot_text(filename)
+        self._texts[filename] = text
+        parse_robot_xml(text, where)
+        return xml.dom.expatbuilder.parseString(text, namespaces=False)
+
+    def _refuse_package(self, filename: str, including: List[str]) -> None:
+        name = filename.partition('package://')[2].partition('/')[0]
+        where = place(including[-1], f'find {name}', self._source, self._texts)
+        raise ConfigError(
+            f'{where}: package {name!r} is not found; looked for in {", ".join(searched_folders(self._source))}'
+        )
+
+    def _substituted(self, original: Callable[[str], str]) -> Callable[[str], str]:
+        """Return what resolves '$(...)': packages by our own search, the rest by xacro's `original`."""
+
+        def substitute(text: str) -> str:
+            words = text[2:-1].split()
+            if len(words) == 2 and words[0] == 'find':
+                return self._found(words[1])
+            if len(words) >= 2 and words[0] in ('env', 'optenv'):
+                self._environment[words[1]] = os.environ.get(words[1])
+            return original(text)
+
+        return substitute
+
+    def _found(self, name: str) -> str:
+        folder = find_package(name, self._source)
+        if folder is not None:
+            return str(folder)
+        note = f'package {name!r} is not found; $(find {name}) became package://{name}'
+        if note not in self._notes:
+            self._notes.append(note)
+        return f'package://{name}'
+
+
+if __name__ == '__main__':
+    main()
