@@ -18,6 +18,7 @@ from diff_encoder_sim.base.errors import ConfigError, in_one_line
 _LARGEST_BYTES = 50_000_000
 # As many as an STL of that size has; a DAE may show one part any number of times.
 _MOST_POINTS = 3_000_000
+_FARTHEST = 1e9  # of a corner, in the file's unit
 _SUFFIXES = ('.stl', '.obj', '.dae')
 
 
@@ -54,9 +55,10 @@ def _read_once(path: Path, _mtime_ns: int) -> np.ndarray:
         points_m = _points_m(path)
     except Exception as error:  # the readers let errors of many types through
         raise ConfigError(f'given no valid mesh ({in_one_line(error)[:200]}); allowed: a readable mesh') from None
-    if len(points_m) == 0 or not np.isfinite(points_m).all():
-        given = 'a mesh without triangles' if len(points_m) == 0 else 'corners that are no numbers'
-        raise ConfigError(f'given {given}; allowed: triangles with finite corners')
+    if len(points_m) == 0:
+        raise ConfigError('given a mesh without triangles; allowed: at least one')
+    if not (np.abs(points_m) < _FARTHEST).all():
+        raise ConfigError(f'given corners that are no numbers or enormous; allowed: up to {_FARTHEST:g}')
     points_m.setflags(write=False)
     return points_m
 

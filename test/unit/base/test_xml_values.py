@@ -7,7 +7,14 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.xml_values import joint_link, joint_origin, parse_lengths, parse_numbers, rotation_from_rpy
+from diff_encoder_sim.base.xml_values import (
+    joint_link,
+    joint_origin,
+    parse_lengths,
+    parse_numbers,
+    rotation_from_rpy,
+    rpy_from_rotation,
+)
 
 JOINT = """<joint name="j"><parent link="base"/>{}</joint>"""
 
@@ -46,3 +53,10 @@ def test_rotations_are_about_fixed_axes_in_the_order_x_y_z():
     turned = rotation_from_rpy(math.pi / 2, 0, math.pi / 2) @ [0, 1, 0]
     assert turned == pytest.approx([0, 0, 1])
     assert rotation_from_rpy(0.1, 0.2, 0.3) @ rotation_from_rpy(0.1, 0.2, 0.3).T == pytest.approx(np.eye(3))
+
+
+@pytest.mark.parametrize('pitch_rad', [0.0, 0.3, -1.2, math.pi / 2, -math.pi / 2])
+def test_angles_of_a_rotation_give_the_rotation_again(pitch_rad):
+    for roll_rad, yaw_rad in [(0, 0), (0.4, -2.5), (math.pi, 1), (-3, math.pi / 2)]:
+        rotation = rotation_from_rpy(roll_rad, pitch_rad, yaw_rad)
+        assert rotation_from_rpy(*rpy_from_rotation(rotation)) == pytest.approx(rotation, abs=1e-12)

@@ -1,0 +1,129 @@
+"""Robots made by hand from links and joints, poses, and mesh files, for the tests of robots/."""
+
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+
+from diff_encoder_sim.base.xml_values import rotation_from_rpy
+from diff_encoder_sim.robots.robot_tree import Inertial, Joint, Link, Mesh, RobotTree, Shape
+
+# Corners of a cube of edge 2 around the origin, and its twelve triangles.
+CUBE_CORNERS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
+CUBE_TRIANGLES = np.array(
+    [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4]]
+    + [[1, 5, 7], [1, 7, 3]]
+)
+
+
+def pose(xyz_m=(0, 0, 0), rpy_rad=(0, 0, 0)):
+    matrix = np.eye(4)
+    matrix[:3, :3] = rotation_from_rpy(*rpy_rad)
+    matrix[:3, 3] = xyz_m
+    return matrix
+
+
+def shape(geometry, xyz_m=(0, 0, 0), rpy_rad=(0, 0, 0)):
+    return Shape(geometry, pose(xyz_m, rpy_rad))
+
+
+def mesh_shape(uri, scale=1.0, xyz_m=(0, 0, 0), rpy_rad=(0, 0, 0)):
+    return shape(Mesh(uri, (scale, scale, scale)), xyz_m, rpy_rad)
+
+
+def random_rotation(rng):
+    rotation, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+    return rotation * np.linalg.det(rotation)
+
+
+def random_pose(rng):
+    matrix = np.eye(4)
+    matrix[:3, :3] = random_rotation(rng)
+    matrix[:3, 3] = rng.normal(size=3)
+    return matrix
+
+
+def link(name, inertial=None, collisions=(), visuals=()):
+    return Link(name, inertial, tuple(collisions), tuple(visuals), None)
+
+
+def inertial(mass_kg, inertia_kgm2, com_m=(0, 0, 0)):
+    return Inertial(mass_kg, np.array(com_m, float), np.asarray(inertia_kgm2, float) * np.ones((3, 3)) * np.eye(3))
+
+
+def joint(parent, child, child_in_parent=None, kind='fixed'):
+    at = np.eye(4) if child_in_parent is None else child_in_parent
+    axis = np.array([0.0, 1.0, 0.0])
+    return Joint(f'{parent}_to_{child}', kind, parent, child, at, axis, None, None, False)
+
+
+def tree(links, joints=()):
+    """A robot whose root is the first link."""
+    by_name = {each.name: each for each in links}
+    xml = ElementTree.Element('robot', name='made')
+    return RobotTree('made', links[0].name, by_name, {each.name: each for each in joints}, xml, 'made.urdf')
+
+
+def finder(folder):
+    """Finds `package://any/NAME` in a folder, as package_search does."""
+
+    def find(uri):
+        path = Path(folder) / uri.rsplit('/', 1)[-1]
+        return path if path.exists() else None
+
+    return find
+
+
+def write_text_stl(path, corners, triangles):
+    lines = ['solid part']
+    for triangle in triangles:
+        lines += [' facet normal 0 0 0', '  outer loop']
+        lines += ['   vertex ' + ' '.join(repr(float(value)) for value in corners[index]) for index in triangle]
+        lines += ['  endloop', ' endfacet']
+    path.write_text('\n'.join([*lines, 'endsolid part', '']))
+
+
+def write_binary_stl(path, corners, triangles, header=b'made by a test'):
+    records = np.zeros(len(triangles), [('normal', '<f4', 3), ('corners', '<f4', (3, 3)), ('attribute', '<u2')])
+    records['corners'] = corners[triangles]
+    path.write_bytes(header.ljust(80) + np.uint32(len(triangles)).tobytes() + records.tobytes())
+
+
+def write_obj(path, corners, triangles):
+    lines = ['v ' + ' '.join(repr(float(value)) for value in corner) for corner in corners]
+    lines += ['f ' + ' '.join(str(index + 1) for index in triangle) for triangle in triangles]
+    path.write_text('mtllib missing.mtl\nusemtl none\n' + '\n'.join(lines) + '\n')
+
+
+def write_dae(path, corners, triangles, unit_m=1.0, up_axis='Z_UP', node='', instances=1):
+    """A scene that shows one part, `node` in its <node>: <translate>, <matrix> and the like."""
+    numbers = ' '.join(repr(float(value)) for value in np.ravel(corners))
+    indices = ' '.join(str(index) for index in np.ravel(triangles))
+    shown = f'<node id="n">{node}<instance_geometry url="#part"/></node>' * instances
+    path.write_text(f"""<?xml version="1.0" encoding="utf-8"?>
+<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+  <asset><created>2024-01-01T00:00:00</created><modified>2024-01-01T00:00:00</modified>
+    <unit name="unit" meter="{unit_m}"/><up_axis>{up_axis}</up_axis></asset>
+  <library_geometries><geometry id="part" name="part"><mesh>
+    <source id="points"><float_array id="array" count="{np.size(corners)}">{numbers}</float_array>
+      <technique_common><accessor source="#array" count="{len(corners)}" stride="3">
+        <param name="X" type="float"/><param name="Y" type="float"/><param name="Z" type="float"/>
+      </accessor></technique_common></source>
+    <vertices id="corners"><input semantic="POSITION" source="#points"/></vertices>
+    <triangles count="{len(triangles)}"><input semantic="VERTEX" source="#corners" offset="0"/>
+      <p>{indices}</p></triangles>
+  </mesh></geometry></library_geometries>
+  <library_visual_scenes><visual_scene id="scene">{shown}</visual_scene></library_visual_scenes>
+  <scene><instance_visual_scene url="#scene"/></scene>
+</COLLADA>
+""")
+
+
+WRITERS = {
+    'text.stl': write_text_stl,
+    'binary.stl': write_binary_stl,
+    'solid.stl': lambda *given: write_binary_stl(*given, header=b'solid though it is binary'),
+    'part.obj': write_obj,
+    'part.dae': write_dae,
+    'LOUD.STL': write_binary_stl,
+}

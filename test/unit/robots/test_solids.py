@@ -1,0 +1,115 @@
+import math
+
+import numpy as np
+import pytest
+
+from diff_encoder_sim.robots.robot_tree import Box, Cylinder, Sphere
+from diff_encoder_sim.robots.solids import (
+    farthest_m,
+    lowest_point_m,
+    placed,
+    reach_m,
+    rolling_radius_m,
+    support_point_m,
+    volume_m3,
+)
+from robot_parts import pose, random_pose, shape
+
+Y = np.array([0.0, 1.0, 0.0])
+PRIMITIVES = [Box((0.3, 0.2, 0.1)), Cylinder(0.033, 0.018), Sphere(0.05)]
+
+
+def test_volumes_are_those_of_the_textbook():
+    assert volume_m3(Box((2, 3, 4))) == 24
+    assert volume_m3(Cylinder(2, 3)) == pytest.approx(12 * math.pi)
+    assert volume_m3(Sphere(3)) == pytest.approx(36 * math.pi)
+
+
+def test_the_lowest_point_of_a_box_on_its_edge_is_in_the_middle_of_the_edge():
+    lowest_m = lowest_point_m(shape(Box((2, 6, 2)), (1, 2, 5), (0, math.pi / 4, 0)))
+    assert lowest_m == pytest.approx([1, 2, 5 - math.sqrt(2)])
+
+
+def test_the_lowest_point_of_a_flat_face_is_its_middle():
+    assert lowest_point_m(shape(Box((2, 6, 2)), (1, 2, 5))) == pytest.approx([1, 2, 4])
+    assert lowest_point_m(shape(Cylinder(3, 2), (1, 2, 5))) == pytest.approx([1, 2, 4])
+
+
+def test_a_lying_cylinder_touches_the_floor_below_its_middle():
+    assert lowest_point_m(shape(Cylinder(0.5, 2), (1, 2, 5), (math.pi / 2, 0, 0))) == pytest.approx([1, 2, 4.5])
+
+
+@pytest.mark.parametrize('tilt_rad', [0.1, 0.8, 1.5])
+def test_a_tilted_cylinder_touches_the_floor_with_its_rim(tilt_rad):
+    lowest_m = lowest_point_m(shape(Cylinder(0.5, 2), rpy_rad=(tilt_rad, 0, 0)))
+    assert lowest_m[2] == pytest.approx(-math.cos(tilt_rad) - 0.5 * math.sin(tilt_rad))
+
+
+def test_a_ball_touches_the_floor_below_its_centre():
+    assert lowest_point_m(shape(Sphere(0.5), (1, 2, 5), (1, 2, 3))) == pytest.approx([1, 2, 4.5])
+
+
+@pytest.mark.parametrize('geometry', PRIMITIVES)
+def test_no_point_of_a_shape_is_farther_than_its_support(geometry):
+    """Random points of the shape, random poses and directions."""
+    rng = np.random.default_rng(2)
+    inside_m = _points_inside(geometry, rng)
+    for _ in range(20):
+        part = shape(geometry)._replace(pose_in_link=random_pose(rng))
+        direction = rng.normal(size=3)
+        unit = direction / np.linalg.norm(direction)
+        reaches_m = (inside_m @ part.pose_in_link[:3, :3].T + part.pose_in_link[:3, 3]) @ unit
+        assert reaches_m.max() <= reach_m([part], direction)
+        assert unit @ support_point_m(part, direction) == pytest.approx(reach_m([part], direction))
+        assert reaches_m.max() > reach_m([part], direction) - 0.03
+
+
+@pytest.mark.parametrize('geometry', PRIMITIVES)
+def test_no_point_of_a_shape_is_farther_from_a_point_than_said(geometry):
+    rng = np.random.default_rng(3)
+    part, point_m = shape(geometry)._replace(pose_in_link=random_pose(rng)), rng.normal(size=3)
+    inside_m = _points_inside(geometry, rng) @ part.pose_in_link[:3, :3].T + part.pose_in_link[:3, 3]
+    assert np.linalg.norm(inside_m - point_m, axis=1).max() <= farthest_m([part], point_m)
+
+
+def test_without_shapes_nothing_is_reached():
+    assert reach_m([], Y) == -math.inf
+    assert farthest_m([], Y) == 0
+
+
+def test_a_shape_is_placed_by_its_links_pose():
+    part = placed(shape(Box((1, 1, 1)), (1, 0, 0)), pose((0, 0, 2), (0, 0, math.pi / 2)))
+    assert part.pose_in_link[:3, 3] == pytest.approx([0, 1, 2])
+
+
+@pytest.mark.parametrize('roll_rad', [math.pi / 2, -math.pi / 2, 1.5708, 1.57])
+def test_a_cylinder_along_the_axis_rolls_on_its_radius(roll_rad):
+    assert rolling_radius_m(shape(Cylinder(0.033, 0.018), (0, 0.01, 0), (roll_rad, 0, 0)), Y) == 0.033
+
+
+def test_a_ball_on_the_axis_rolls_on_its_radius():
+    assert rolling_radius_m(shape(Sphere(0.033), (0, 0.3, 0.001)), Y) == 0.033
+
+
+@pytest.mark.parametrize(
+    'part',
+    [
+        shape(Box((0.066, 0.018, 0.066))),
+        shape(Cylinder(0.033, 0.018)),
+        shape(Cylinder(0.033, 0.018), (0.01, 0, 0), (math.pi / 2, 0, 0)),
+        shape(Sphere(0.033), (0, 0, 0.01)),
+    ],
+    ids=['box', 'lies flat', 'off the axis', 'ball off the axis'],
+)
+def test_what_is_not_round_about_the_axis_does_not_roll(part):
+    assert rolling_radius_m(part, Y) is None
+
+
+def _points_inside(geometry, rng):
+    points_m = rng.uniform(-1, 1, (20_000, 3))
+    if isinstance(geometry, Box):
+        return points_m * geometry.size_xyz_m / 2
+    if isinstance(geometry, Cylinder):
+        points_m = points_m[np.hypot(points_m[:, 0], points_m[:, 1]) <= 1]
+        return points_m * [geometry.radius_m, geometry.radius_m, geometry.length_m / 2]
+    return geometry.radius_m * points_m[np.linalg.norm(points_m, axis=1) <= 1]
