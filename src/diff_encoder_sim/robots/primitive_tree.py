@@ -1,0 +1,66 @@
+"""A robot with boxes, cylinders and balls in place of its meshes: what this room measures."""
+
+from __future__ import annotations
+
+from typing import Dict, List, Mapping, NamedTuple, Tuple
+
+import numpy as np
+
+from diff_encoder_sim.robots.findings import Findings
+from diff_encoder_sim.robots.ground_contacts import CASTER_NAMES
+from diff_encoder_sim.robots.mesh_hulls import MeshFinder, primitives_of, visual_primitives_of
+from diff_encoder_sim.robots.robot_tree import Cylinder, Link, RobotTree, Shape, Sphere
+from diff_encoder_sim.robots.rolling_wheels import rigid_links, spins
+from diff_encoder_sim.robots.solids import placed
+
+
+class BodyShape(NamedTuple):
+    """A shape in the root, with its link."""
+
+    link: str
+    shape: Shape
+
+
+def primitive_tree(tree: RobotTree, find: MeshFinder, seen: Findings) -> RobotTree:
+    """Return the robot with its collision meshes replaced, and visual shapes only where they are needed.
+
+    Visual meshes are large, and say less: they stand in for a wheel that has no round collision shape, for a caster
+    that has none, and for a robot that has none at all.
+
+    Raises:
+        ConfigError: a collision mesh is missing, broken or too large.
+    """
+    links: Dict[str, Link] = {}
+    for name, link in tree.links.items():
+        shapes, notes = primitives_of(link, tree.where, find)
+        links[name] = link._replace(collisions=shapes, visuals=())
+        for note in notes:
+            seen.note(note)
+    wheels = {link for joint in tree.joints.values() if spins(tree, joint) for link in rigid_links(tree, joint.child)}
+    has_body = any(links[name].collisions for name in links if name not in wheels)
+    if not has_body:
+        seen.warn('no link but the wheels has a collision shape: visual shapes are taken')
+    for name, link in tuple(links.items()):
+        is_flat_wheel = name in wheels and not _is_round(link)
+        is_caster = bool(CASTER_NAMES.search(name)) and not link.collisions
+        if is_flat_wheel or is_caster or not has_body:
+            links[name] = link._replace(visuals=visual_primitives_of(tree.links[name], find))
+    return tree._replace(links=links)
+
+
+def collision_shapes(tree: RobotTree) -> Dict[str, Tuple[Shape, ...]]:
+    """Return each link's collision shapes, in the link."""
+    return {name: link.collisions for name, link in tree.links.items()}
+
+
+def body_shapes(tree: RobotTree, poses: Mapping[str, np.ndarray]) -> List[BodyShape]:
+    """Return the shapes of all links in the root: collision shapes, or visual ones where a link has none."""
+    return [
+        BodyShape(name, placed(shape, pose))
+        for name, pose in poses.items()
+        for shape in tree.links[name].collisions or tree.links[name].visuals
+    ]
+
+
+def _is_round(link: Link) -> bool:
+    return any(isinstance(shape.geometry, (Cylinder, Sphere)) for shape in link.collisions)
