@@ -106,10 +106,10 @@ def _by_evidence(
 ) -> Tuple[WheelPair, str]:
     """Return the pair that transmissions, sizes and names tell, where no plugin does."""
     check_plugins(tree, drives, wheels)
+    check_steering(tree, wheels)
     commanded = [wheel for wheel in wheels if wheel.joint in commanded_joints(tree) and not wheel.swivel]
     if len(commanded) == 2 and are_coaxial(*commanded):
         return left_first(*commanded), 'transmissions'
-    check_steering(tree, wheels)
     fixed = [wheel for wheel in (commanded or wheels) if not wheel.swivel]
     fixed = _without_casters(fixed)
     check_count(tree, fixed)

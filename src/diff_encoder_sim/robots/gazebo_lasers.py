@@ -68,7 +68,7 @@ def whole_period_rate_hz(rate_hz: float) -> float:
 
 
 def _angles(sensor: ElementTree.Element, rays: int) -> Dict[str, float]:
-    """Return samples, angle_min and angle_span; SDF's last ray is at max_angle, LidarParams' one step before the end."""
+    """Return samples, angle_min and angle_span; SDF's last ray is at max_angle, LidarParams' a step before its end."""
     first_rad, last_rad = _number(sensor, 'horizontal/min_angle'), _number(sensor, 'horizontal/max_angle')
     settings: Dict[str, float] = {'samples': rays}
     if first_rad is not None and last_rad is not None and last_rad > first_rad:

@@ -31,7 +31,7 @@ _SEPARATION_TAGS = ('wheelseparation', 'wheeltrack', 'trackwidth', 'tread')
 _KIND_WORDS = (
     (SKID_STEER, 'skid'),
     (STEERED, 'ackermann|tricycle|steer'),
-    (OMNIDIRECTIONAL, 'planar_?move|mecanum|omni'),
+    (OMNIDIRECTIONAL, 'planar_?move|force_based_move|mecanum|omni|holonomic'),
     (DIFFERENTIAL, 'diff[-_]?drive|differential'),
 )
 

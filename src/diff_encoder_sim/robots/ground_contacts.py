@@ -19,7 +19,7 @@ NAMED_RADII = 0.5
 CASTER_NAMES = re.compile('caster|castor|ball|skid|wheel|support|roller|slider', re.IGNORECASE)
 
 TILT = 1e-3  # rad, by which the front and the rear edge of a flat face are told apart
-LONG_RADII = 0.5  # of the drive wheels: a longer face stands on its edges
+LONG_RADII = 1.0  # of the drive wheels: a longer face stands on its edges
 SAME_HEIGHT_M = 1e-3
 SMALLEST_M = 2e-3  # a marker, not a body
 

@@ -14,7 +14,7 @@ ALLOWED = 'allowed: two driven wheels on one axle; name them as simulator.left_j
 OVERRIDE = 'to simulate two of its wheels as the drive, name them as simulator.left_joint and simulator.right_joint'
 _MODELLED = 'modelled are two driven wheels on one axle'
 _UNLIKE = {
-    SKID_STEER: 'a skid-steer robot, whose wheels slip sideways in each turn',
+    SKID_STEER: 'a robot with two or more driven axles (skid-steer), whose wheels slip sideways in each turn',
     STEERED: 'a robot with a steered wheel (tricycle or Ackermann)',
     OMNIDIRECTIONAL: 'an omnidirectional robot, whose wheels have rollers or which its plugin moves without wheels',
 }
@@ -39,14 +39,15 @@ def check_plugins(tree: RobotTree, plugins: Iterable[DriveTags], wheels: Sequenc
 
 
 def check_steering(tree: RobotTree, wheels: Iterable[RollingWheel]) -> None:
-    """Refuse a robot whose wheel stands on a swivel with limits, or on one that is commanded.
+    """Refuse a robot whose wheel stands on a swivel that is commanded, or has limits where nothing is known to be commanded.
 
     Raises:
         ConfigError: the robot steers.
     """
     commanded = commanded_joints(tree) + commanded_joints(tree, position=True)
     for wheel in wheels:
-        if wheel.swivel and (wheel.swivel in commanded or not spins(tree, tree.joints[wheel.swivel])):
+        is_limited = not commanded and wheel.swivel and not spins(tree, tree.joints[wheel.swivel])
+        if wheel.swivel in commanded or is_limited:
             raise unlike(
                 tree.where, STEERED, f'joint {wheel.swivel!r} turns wheel {wheel.link!r} about an upright axis'
             )
@@ -84,7 +85,7 @@ def check_axles(tree: RobotTree, pairs: Sequence[WheelPair]) -> None:
     radii_m = [pair.radius_m for pair in pairs]
     if len(pairs) > 1 and max(radii_m) - min(radii_m) <= LIKE_RADIUS * max(radii_m):
         names = ', '.join(repr(joint) for pair in pairs for joint in pair.joints)
-        raise unlike(tree.where, SKID_STEER, f'{len(pairs)} axles with wheels of one size: {names}')
+        raise unlike(tree.where, SKID_STEER, f'wheels of one size: {names}')
 
 
 def _share_one(a: List[str], b: List[str]) -> bool:
