@@ -80,4 +80,4 @@ def _footprint(robot: RobotDescription) -> Dict[str, Any]:
 
 def _rounded(value: float) -> float:
     """Return a number as a person would write it: 0.066 for 0.06600000000000002."""
-    return float(f'{value:.{_DIGITS}g}') + 0.0
+    return float(f'{round(value, 9):.{_DIGITS}g}') + 0.0

@@ -69,7 +69,7 @@ def describe_tree(tree: RobotTree, find: MeshFinder, choices: RobotChoices, seen
     base = _wheel_base(tree, left, right, geometry)
     seen.add(
         'axle',
-        f'x = {base.axle_x_m:.4g} m, {1e3 * (base.floor_z_m + base.radius_m):.4g} mm up',
+        f'x = {round(base.axle_x_m, 6) + 0.0:.4g} m, {1e3 * (base.floor_z_m + base.radius_m):.4g} mm up',
         'wheels, in the base frame',
     )
 

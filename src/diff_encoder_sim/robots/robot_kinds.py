@@ -39,7 +39,7 @@ def check_plugins(tree: RobotTree, plugins: Iterable[DriveTags], wheels: Sequenc
 
 
 def check_steering(tree: RobotTree, wheels: Iterable[RollingWheel]) -> None:
-    """Refuse a robot whose wheel stands on a swivel that is commanded, or has limits where nothing is known to be commanded.
+    """Refuse a wheel on a swivel that is commanded, or that has limits where nothing is known to be commanded.
 
     Raises:
         ConfigError: the robot steers.
