@@ -7,7 +7,9 @@ import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.cli import trial_spec
-from diff_encoder_sim.simulation.robot import load_robot
+from diff_encoder_sim.robots.robot_choices import RobotChoices
+from diff_encoder_sim.robots.robot_source import RobotSource
+from diff_encoder_sim.robots.simulated_robot import load_simulated_robot
 from launched_graph import DATA, ROOT, Graph, require_ros
 
 pytestmark = [pytest.mark.rostest, pytest.mark.timeout(200)]
@@ -35,7 +37,6 @@ ROBOT_FILE = """<robot name="box">
 # What is wrong: the left wheel's radius and origin in ROBOT_FILE, words of the error
 BAD_ROBOTS = {
     'radius is text': ('radius="thick"', 'xyz="0 0.2 0"', ['thick']),
-    'radius is zero': ('radius="0"', 'xyz="0 0.2 0"', ['radius', '0']),
     'radius is negative': ('radius="-0.1"', 'xyz="0 0.2 0"', ['-0.1']),
     'radius is not finite': ('radius="nan"', 'xyz="0 0.2 0"', ['nan']),
     'radius is missing': ('', 'xyz="0 0.2 0"', ['radius']),
@@ -222,8 +223,7 @@ def test_trial_spec_names_the_bad_argument_in_one_line(name, folder):
 def test_good_robot_file_is_taken(tmp_path):
     """The one that the bad ones differ from."""
     robot = load(tmp_path / 'good.urdf', 'radius="0.1"', 'xyz="0 0.2 0"')
-    assert robot.left_wheel_radius_m == 0.1
-    assert robot.wheel_separation_m == pytest.approx(0.4)
+    assert robot.wheels == pytest.approx((0.1, 0.1, 0.4))
 
 
 @pytest.mark.parametrize('name', list(BAD_ROBOTS))
@@ -238,7 +238,7 @@ def test_robot_file_with_bad_numbers(name, tmp_path):
 
 def load(path, radius, origin):
     path.write_text(ROBOT_FILE.format(radius=radius, origin=origin))
-    return load_robot(path, 'left_wheel_joint', 'right_wheel_joint', {})
+    return load_simulated_robot(RobotSource(path), RobotChoices('left_wheel_joint', 'right_wheel_joint'))
 
 
 def test_trial_ends_when_a_node_refuses_its_parameters(tmp_path):

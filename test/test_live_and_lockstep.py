@@ -5,8 +5,9 @@ import pytest
 from diff_encoder_sim.lockstep.robot_params import load_robot_params
 from diff_encoder_sim.lockstep.state_publisher import DESCRIPTION_ARGUMENTS
 from diff_encoder_sim.lockstep.trial_run import run_trial
+from diff_encoder_sim.robots.robot_source import RobotSource
+from diff_encoder_sim.robots.xacro_expansion import expand
 from diff_encoder_sim.simulation.link_frames import LinkFrames
-from diff_encoder_sim.simulation.robot import expand_xacro
 from diff_encoder_sim.trials.test_definition import find_world, load_test
 from diff_encoder_sim.trials.trial_definition import Trial, TrialPlan
 from launched_graph import DATA, ROOT, Graph, require_ros
@@ -93,7 +94,7 @@ def test_the_wheels_frames_are_those_that_robot_state_publisher_publishes(bags):
     live, _ = bags
     states = [JointState().deserialize(content) for _, content, _ in live['/joint_states']]
     angles = {state.header.stamp.to_nsec(): dict(zip(state.name, state.position)) for state in states}
-    frames = LinkFrames(expand_xacro(ROOT / 'urdf' / 'alto.urdf.xacro', DESCRIPTION_ARGUMENTS))
+    frames = LinkFrames(expand(RobotSource(ROOT / 'urdf' / 'alto.urdf.xacro', tuple(DESCRIPTION_ARGUMENTS.items()))))
     published = [
         transform
         for _, content, _ in live['/tf']

@@ -30,9 +30,10 @@ from measured_drive import (
 )
 from tabulate import tabulate
 
+from diff_encoder_sim.robots.robot_source import RobotSource
+from diff_encoder_sim.robots.xacro_expansion import expand
 from diff_encoder_sim.simulation.periods import TICK_S
 from diff_encoder_sim.simulation.physics import PhysicsParams
-from diff_encoder_sim.simulation.robot import expand_xacro
 
 CYLINDER_WIDTH_M = 0.04
 STEP_RATES_HZ = (200, 500, 1000)  # each divides 10 ms
@@ -106,7 +107,7 @@ def _measure(contact: str, robots: Dict[str, Path], rate_hz: int, iterations: in
 
 def _cylinder_robot(folder: Path) -> Path:
     """Return the shipped robot with wheels that touch the floor along a line."""
-    root = ElementTree.fromstring(expand_xacro(ROBOT, {}))
+    root = ElementTree.fromstring(expand(RobotSource(ROBOT)))
     for side in ('left', 'right'):
         collision = root.find(f"link[@name='{side}_wheel']/collision")
         collision.find('origin').set('rpy', f'{math.pi / 2} 0 0')  # URDF cylinders stand upright

@@ -18,7 +18,7 @@ MAY_IMPORT = {
     'encoders': 'base',
     'odometry': 'base encoders',
     'mapping': 'base',
-    'simulation': 'base mapping',
+    'simulation': 'base robots mapping',
     'localization': 'base mapping',
     'slam': 'base mapping localization',
     'navigation': 'base mapping',
@@ -26,7 +26,9 @@ MAY_IMPORT = {
     'evaluation': 'base mapping simulation',
     'serialization': 'base encoders odometry mapping simulation navigation',
     'recording': 'base trials serialization',
-    'lockstep': 'base encoders odometry mapping simulation localization navigation trials serialization recording',
+    'lockstep': (
+        'base robots encoders odometry mapping simulation localization navigation trials serialization recording '
+    ),
     'reencoding': 'base encoders odometry trials evaluation serialization recording',
     'campaign': 'base robots encoders mapping simulation trials recording lockstep',
     'analysis': 'base encoders odometry mapping trials evaluation recording campaign',
@@ -36,7 +38,7 @@ MAY_IMPORT = {
         'reencoding campaign analysis advice '
     ),
     'ros': (
-        'base encoders odometry mapping simulation localization slam navigation trials serialization '
+        'base robots encoders odometry mapping simulation localization slam navigation trials serialization '
         'recording reencoding '
     ),
 }

@@ -28,9 +28,10 @@ from diff_encoder_sim.base.se2 import Pose2D, quat_xyzw_from_yaw, yaw_from_quat_
 from diff_encoder_sim.encoders.wheel_encoder import EncoderSample
 from diff_encoder_sim.msg import EncoderPulse
 from diff_encoder_sim.odometry.wheel_odometry import OdometryEstimate
+from diff_encoder_sim.robots.robot_tree import Box, Cylinder, Sphere
 from diff_encoder_sim.serialization.message_types import UNKNOWN_VARIANCE
 from diff_encoder_sim.simulation.state import BodyState, JointStates
-from diff_encoder_sim.simulation.world import Box, Cylinder, Plane, Solid, Sphere, World
+from diff_encoder_sim.simulation.world import Plane, Solid, World
 
 # Rows of x, y and yaw in a message's 6x6 covariance.
 PLANAR_AXES = (0, 1, 5)

@@ -1,13 +1,13 @@
 """PyBullet behind a narrow interface: one robot on static solids, stepped at a fixed rate.
 
-Contact shapes, step and solver iterations are the outcome of a convergence study:
-docs/adr/0001-contact-and-step.md, test/benchmark/physics_convergence.py.
+Step and solver iterations are the outcome of a convergence study: docs/adr/0001-contact-and-step.md,
+test/benchmark/physics_convergence.py. Contact shapes are those of robots/physics_urdf.py.
 """
 
 from __future__ import annotations
 
 import tempfile
-from typing import Any, Dict, NamedTuple, Optional, Tuple
+from typing import Any, Dict, List, NamedTuple, Optional, Tuple
 from xml.etree import ElementTree
 
 import numpy as np
@@ -16,14 +16,16 @@ from pydantic import Field
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import Pose2D, quat_xyzw_from_yaw
 from diff_encoder_sim.base.typed_params import Params
+from diff_encoder_sim.robots.robot_tree import Box, Cylinder, Sphere
+from diff_encoder_sim.robots.simulated_robot import SimulatedRobot
 from diff_encoder_sim.simulation.periods import TICK_S
-from diff_encoder_sim.simulation.quiet_pybullet import pybullet
-from diff_encoder_sim.simulation.robot import RobotModel
+from diff_encoder_sim.simulation.quiet_pybullet import STDERR, STDOUT, pybullet, silence
 from diff_encoder_sim.simulation.state import AT_REST, BodyState, PlanarVelocity
-from diff_encoder_sim.simulation.world import Box, Cylinder, Plane, Solid, Sphere, World
+from diff_encoder_sim.simulation.world import Plane, Solid, World
 
 GRAVITY_MPS2 = 9.81
 SETTLING_TICKS = 50
+ROOT_LINK = -1
 SOLVER_RESIDUAL_THRESHOLD = 1e-9  # PyBullet's 1e-7 stops early, and slip is left over
 
 PositionXyz = Tuple[float, float, float]
@@ -49,7 +51,7 @@ class BulletPhysics:
     """A robot in a world. Equal calls give equal results, bit for bit."""
 
     def __init__(
-        self, world: World, robot: RobotModel, start_pose: Pose2D, wheel_torque_nm: float, params: PhysicsParams
+        self, world: World, robot: SimulatedRobot, start_pose: Pose2D, wheel_torque_nm: float, params: PhysicsParams
     ) -> None:
         self._wheel_torque_nm = wheel_torque_nm
         self._client = pybullet.connect(pybullet.DIRECT)
@@ -58,12 +60,15 @@ class BulletPhysics:
             floors = [solid for solid in world.solids if isinstance(solid.shape, Plane)]
             obstacles = [solid for solid in world.solids if not isinstance(solid.shape, Plane)]
             self._solid_names = {self._add_solid(solid): solid.name for solid in obstacles}
-            for solid in floors:
-                self._add_solid(solid)
+            floor_ids = [self._add_solid(solid) for solid in floors]
             self._robot = self._load(robot)
-            self._wheel_joints = self._find_joints(robot)
+            left_joint, right_joint = robot.joints
+            joints = self._link_indices(by_joint=True)
+            self._wheel_joints = joints[left_joint], joints[right_joint]
+            if robot.floor_only_links:
+                self._filter_contacts(floor_ids, robot.floor_only_links)
             self._base_in_inertial = self._inverse_inertial_offset()
-            self._settle(start_pose)
+            self._settle(start_pose, robot.description.floor_z_m)
         except BaseException:
             self.close()
             raise
@@ -159,33 +164,45 @@ class BulletPhysics:
             )
         )
 
-    def _load(self, robot: RobotModel) -> int:
+    def _load(self, robot: SimulatedRobot) -> int:
         # Not URDF_MERGE_FIXED_LINKS: it misplaces the centre of mass, and the casters get friction.
         flags = pybullet.URDF_USE_INERTIA_FROM_FILE
         with tempfile.NamedTemporaryFile('w', suffix='.urdf') as file:
             file.write(_without_visuals(robot.urdf))
             file.flush()
             try:
-                return int(pybullet.loadURDF(file.name, flags=flags, physicsClientId=self._client))
+                with silence(STDOUT, STDERR):
+                    return int(pybullet.loadURDF(file.name, flags=flags, physicsClientId=self._client))
             except pybullet.error:
-                raise ConfigError(f'robot {robot.name!r}: PyBullet cannot load its URDF') from None
+                raise ConfigError(f'{robot.description.tree.where}: PyBullet cannot load its URDF') from None
 
-    def _find_joints(self, robot: RobotModel) -> Tuple[int, int]:
+    def _link_indices(self, by_joint: bool) -> Dict[str, int]:
+        """Return PyBullet's numbers of the robot's links but the root, by their own names or their joints'."""
         count = pybullet.getNumJoints(self._robot, physicsClientId=self._client)
         infos = [pybullet.getJointInfo(self._robot, index, physicsClientId=self._client) for index in range(count)]
-        joints: Dict[str, int] = {info[1].decode(): info[0] for info in infos}
-        return joints[robot.left_joint], joints[robot.right_joint]
+        return {info[1 if by_joint else 12].decode(): info[0] for info in infos}
+
+    def _filter_contacts(self, floors: List[int], floor_only_links: Tuple[str, ...]) -> None:
+        """Let some links touch the floors alone, and the others everything else."""
+        links = self._link_indices(by_joint=False)
+        floor_only = {links[name] for name in floor_only_links}
+        for link in (ROOT_LINK, *links.values()):
+            # Pairs, because PyBullet's groups and masks change nothing between bodies that overlap already.
+            for solid in self._solid_names if link in floor_only else floors:
+                pybullet.setCollisionFilterPair(
+                    self._robot, solid, link, ROOT_LINK, enableCollision=0, physicsClientId=self._client
+                )
 
     def _inverse_inertial_offset(self) -> PoseXyzQuat:
         """Return base_link's pose in the frame of the root's centre of mass."""
-        dynamics = pybullet.getDynamicsInfo(self._robot, -1, physicsClientId=self._client)
+        dynamics = pybullet.getDynamicsInfo(self._robot, ROOT_LINK, physicsClientId=self._client)
         pose: PoseXyzQuat = pybullet.invertTransform(dynamics[3], dynamics[4])
         return pose
 
-    def _settle(self, start_pose: Pose2D) -> None:
-        """Let the robot settle onto its casters, then put it exactly at the start."""
+    def _settle(self, start_pose: Pose2D, floor_z_m: float) -> None:
+        """Let the robot, the floor at a height in its own frame, settle onto its casters; then put it at the start."""
         self._resting_angles_rad = (0.0, 0.0)
-        self._place_base((start_pose.x_m, start_pose.y_m, 0.0), quat_xyzw_from_yaw(start_pose.yaw_rad))
+        self._place_base((start_pose.x_m, start_pose.y_m, 0.0 - floor_z_m), quat_xyzw_from_yaw(start_pose.yaw_rad))
         for _ in range(SETTLING_TICKS):
             self.tick(0.0, 0.0)
         self.place(start_pose)

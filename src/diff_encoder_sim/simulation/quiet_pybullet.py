@@ -1,4 +1,4 @@
-"""PyBullet, imported without the line that it prints into tools' output and progress bars."""
+"""PyBullet, without the lines that it prints into tools' output and progress bars."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ STDOUT, STDERR = 1, 2
 
 
 @contextlib.contextmanager
-def _silence(*descriptors: int) -> Iterator[None]:
+def silence(*descriptors: int) -> Iterator[None]:
     """Silence file descriptors, as the line comes from C's printf, past sys.stdout."""
     sys.stdout.flush()
     sys.stderr.flush()
@@ -33,7 +33,7 @@ def _silence(*descriptors: int) -> Iterator[None]:
         os.close(nowhere)
 
 
-with _silence(STDOUT, STDERR):
+with silence(STDOUT, STDERR):
     import pybullet
 
-__all__ = ['pybullet']
+__all__ = ['STDERR', 'STDOUT', 'pybullet', 'silence']

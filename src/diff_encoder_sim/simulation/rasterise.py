@@ -10,8 +10,9 @@ import numpy as np
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.mapping.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from diff_encoder_sim.robots.robot_tree import Box, Cylinder, Sphere
 from diff_encoder_sim.simulation.lidar import cut_world
-from diff_encoder_sim.simulation.world import Box, Cylinder, Solid, Sphere, World
+from diff_encoder_sim.simulation.world import Solid, World
 
 MARGIN_CELLS = 10
 POINTS_PER_CELL = 8

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Optional, Union
+from typing import List, Optional, Union
 
 import numpy as np
 from pydantic import Field, field_validator
@@ -14,17 +14,17 @@ from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D, yaw_from_quat_xyzw
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.base.typed_params import Params
+from diff_encoder_sim.robots.robot_choices import RobotChoices
+from diff_encoder_sim.robots.robot_description import RobotDescription
+from diff_encoder_sim.robots.robot_source import RobotSource
+from diff_encoder_sim.robots.simulated_robot import load_simulated_robot
 from diff_encoder_sim.simulation.drive import DriveController, DriveParams
 from diff_encoder_sim.simulation.lidar import Lidar, LidarParams
 from diff_encoder_sim.simulation.periods import TICK_NS, TICK_S
 from diff_encoder_sim.simulation.physics import BulletPhysics, PhysicsParams
-from diff_encoder_sim.simulation.robot import load_robot
 from diff_encoder_sim.simulation.state import AT_REST, BodyState, JointStates, PlanarVelocity
 from diff_encoder_sim.simulation.wheel_errors import SlippingWheels, WheelErrorParams
 from diff_encoder_sim.simulation.world import load_world
-
-# A scanner that leans less is treated as level, as the nodes that read its scans treat it.
-LARGEST_LEAN_RAD = math.radians(5.0)
 
 
 class SimulatorParams(Params):
@@ -42,6 +42,10 @@ class SimulatorParams(Params):
     physics: PhysicsParams = Field(PhysicsParams(), description='settings of PyBullet')
     wheel_errors: WheelErrorParams = Field(WheelErrorParams(), description='errors of the wheels')
 
+    def choices(self) -> RobotChoices:
+        """Return what these parameters say about the robot."""
+        return RobotChoices(self.left_joint, self.right_joint, self.laser_link)
+
     @field_validator('lidar')
     @classmethod
     def _check_scan_period(cls, lidar: LidarParams) -> LidarParams:
@@ -56,7 +60,7 @@ class Simulator:
     def __init__(
         self,
         world_file: Union[str, Path],
-        robot_file: Union[str, Path],
+        robot: Union[str, Path, RobotSource],
         params: SimulatorParams,
         start_pose: Pose2D,
         seed: int,
@@ -71,24 +75,22 @@ class Simulator:
         """
         self.params = params
         self.world = load_world(world_file)
-        self._nominal = load_robot(robot_file, params.left_joint, params.right_joint, {})
-        self._true = load_robot(
-            robot_file, params.left_joint, params.right_joint, params.wheel_errors.xacro_arguments()
-        )
-        self._check_errors_took_effect(robot_file)
-        laser_pose = self._nominal.link_pose_in_root(params.laser_link)
-        self.laser_pose_in_base = _planar_mount(laser_pose, f'{robot_file}: link {params.laser_link!r}')
+        source = robot if isinstance(robot, RobotSource) else RobotSource(Path(robot))
+        self._robot = load_simulated_robot(source, params.choices(), params.wheel_errors.geometry())
+        description = self._robot.description
+        laser_pose = _laser_pose_in_root(description)
+        self.laser_pose_in_base = _in_plane(laser_pose)
         self._laser_above_base_m = float(laser_pose[2, 3])
         self._start_pose, self._seed = start_pose, seed
-        radius_m = 0.5 * (self._nominal.left_wheel_radius_m + self._nominal.right_wheel_radius_m)
-        self._controller = DriveController(params.drive, radius_m, self._nominal.wheel_separation_m)
+        radius_m = 0.5 * description.wheel_diameter_m
+        self._controller = DriveController(params.drive, radius_m, description.wheel_separation_m)
         self._physics = self._new_physics()
         self._begin()
 
     @property
     def robot_name(self) -> str:
         """The robot's name in its URDF."""
-        return self._nominal.name
+        return self._robot.description.tree.name
 
     def close(self) -> None:
         """Free the physics; the object cannot be used afterwards."""
@@ -103,19 +105,19 @@ class Simulator:
 
     def _new_physics(self) -> BulletPhysics:
         params = self.params
-        return BulletPhysics(self.world, self._true, self._start_pose, params.drive.wheel_torque, params.physics)
+        return BulletPhysics(self.world, self._robot, self._start_pose, params.drive.wheel_torque, params.physics)
 
     def _begin(self) -> None:
         """Set time to 0, and draw what differs from trial to trial from the seed."""
         self.time_ns = 0
         phases_rad = generator(self._seed, 'wheel_phase').uniform(0.0, 2.0 * math.pi, 2)
-        self._phases_rad = tuple(phases_rad.tolist())
+        self._phases_rad: List[float] = phases_rad.tolist()
         # base_link may be at the floor, where ALTO's is, or at the axle.
         self._scan_height_m = self._physics.base_pose()[0][2] + self._laser_above_base_m
         self._lidar = Lidar(self.world, self._scan_height_m, self.params.lidar, generator(self._seed, 'lidar_noise'))
         self._wheels = SlippingWheels(
             self.params.wheel_errors,
-            (self._true.left_wheel_radius_m, self._true.right_wheel_radius_m),
+            (self._robot.wheels.left_radius_m, self._robot.wheels.right_radius_m),
             generator(self._seed, 'wheel_slip'),
         )
         self._read_wheels()
@@ -148,9 +150,15 @@ class Simulator:
         self._read_wheels()
 
     def joint_states(self) -> JointStates:
-        """Return the wheels' angles (phase included) and speeds, as an ideal joint sensor reads them."""
-        names = self.params.left_joint, self.params.right_joint
-        return JointStates(self.time_ns, names, self._angles_rad, self._speeds_radps)
+        """Return the wheels' angles (phase included) and speeds, as ideal sensors of the robot's joints."""
+        left, right = self._robot.forward_signs
+        (left_rad, right_rad), (left_radps, right_radps) = self._angles_rad, self._speeds_radps
+        return JointStates(
+            self.time_ns,
+            self._robot.joints,
+            (left * left_rad, right * right_rad),
+            (left * left_radps, right * right_radps),
+        )
 
     def base(self) -> BodyState:
         """Return the true state of base_link in the world frame."""
@@ -172,36 +180,23 @@ class Simulator:
     def _read_wheels(self) -> None:
         rolled = self._physics.wheels()
         turned_rad = self._wheels.turned(rolled.angles_rad)
-        self._angles_rad = tuple(phase + angle for phase, angle in zip(self._phases_rad, turned_rad))
+        self._angles_rad = self._phases_rad[0] + turned_rad[0], self._phases_rad[1] + turned_rad[1]
         self._speeds_radps = self._wheels.turning_speeds(*rolled.speeds_radps)
 
-    def _check_errors_took_effect(self, robot_file: Union[str, Path]) -> None:
-        """Refuse a robot file without the xacro arguments, which would silently drop the errors."""
-        errors, nominal, true = self.params.wheel_errors, self._nominal, self._true
-        for key, true_m, nominal_m in (
-            ('left_radius_error', true.left_wheel_radius_m, nominal.left_wheel_radius_m),
-            ('right_radius_error', true.right_wheel_radius_m, nominal.right_wheel_radius_m),
-            ('wheel_separation_error', true.wheel_separation_m, nominal.wheel_separation_m),
-        ):
-            wanted_m = nominal_m * (1.0 + getattr(errors, key))
-            if not math.isclose(true_m, wanted_m, rel_tol=1e-6):
-                raise ConfigError(
-                    f'{robot_file}: wheel_errors.{key} has no effect on this robot; '
-                    f'allowed: 0, or a xacro file with arguments as alto has them'
-                )
 
-
-def _planar_mount(laser_pose_in_base: np.ndarray, where: str) -> Pose2D:
-    """Return a scanner's mount (4, 4) in the plane; `where` names it in the error.
+def _laser_pose_in_root(description: RobotDescription) -> np.ndarray:
+    """Return the scanner's (4, 4) pose, which is upright.
 
     Raises:
-        ConfigError: the scanner leans, or is mounted upside down.
+        ConfigError: the robot has none.
     """
-    lean_rad = math.acos(min(1.0, max(-1.0, float(laser_pose_in_base[2, 2]))))
-    if lean_rad > LARGEST_LEAN_RAD:
+    if description.laser is None:
         raise ConfigError(
-            f'{where}: leans by {math.degrees(lean_rad):.0f} degrees; allowed: a '
-            f'scanner upright within {math.degrees(LARGEST_LEAN_RAD):.0f} degrees'
+            f'{description.tree.where}: no laser is found; allowed: simulator.laser_link, a link of the file'
         )
-    x_m, y_m = laser_pose_in_base[:2, 3].tolist()
-    return Pose2D(x_m, y_m, math.atan2(laser_pose_in_base[1, 0], laser_pose_in_base[0, 0]))
+    return description.laser.pose_in_root
+
+
+def _in_plane(pose: np.ndarray) -> Pose2D:
+    x_m, y_m = pose[:2, 3].tolist()
+    return Pose2D(x_m, y_m, math.atan2(pose[1, 0], pose[0, 0]))

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import Dict, Tuple
+from typing import Tuple
 
 import numpy as np
 from pydantic import Field
 
 from diff_encoder_sim.base.typed_params import Params
+from diff_encoder_sim.robots.simulated_robot import GeometryErrors
 
 
 class WheelErrorParams(Params):
@@ -21,13 +22,9 @@ class WheelErrorParams(Params):
     right_slip: float = Field(0.0, ge=0, lt=1, description='fraction of the rolled distance that is lost')
     slip_noise: float = Field(0.0, ge=0, description="variance of a wheel's lost travel per metre of it [m^2/m]")
 
-    def xacro_arguments(self) -> Dict[str, str]:
-        """Return the geometry errors under the names of the robot file's xacro:arg."""
-        return {
-            'wheel_radius_error_left': repr(self.left_radius_error),
-            'wheel_radius_error_right': repr(self.right_radius_error),
-            'wheel_separation_error': repr(self.wheel_separation_error),
-        }
+    def geometry(self) -> GeometryErrors:
+        """Return the errors that make another robot, as those of slip do not."""
+        return GeometryErrors(self.left_radius_error, self.right_radius_error, self.wheel_separation_error)
 
 
 class SlippingWheels:

@@ -3,34 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Iterator, List, NamedTuple, Tuple, Union
+from typing import Iterator, List, NamedTuple, Union
 from xml.etree import ElementTree
 
 import numpy as np
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.xml_values import parse_lengths, parse_numbers, rotation_from_rpy
+from diff_encoder_sim.robots.robot_tree import Box, Cylinder, Sphere
 
 ALLOWED_SHAPES = ('box', 'cylinder', 'sphere', 'plane')
-
-
-class Box(NamedTuple):
-    """A cuboid, centred on its pose."""
-
-    size_xyz_m: Tuple[float, float, float]
-
-
-class Cylinder(NamedTuple):
-    """A cylinder along z, centred on its pose."""
-
-    radius_m: float
-    length_m: float
-
-
-class Sphere(NamedTuple):
-    """A ball, centred on its pose."""
-
-    radius_m: float
 
 
 class Plane(NamedTuple):

@@ -9,7 +9,8 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.evaluation.map_accuracy import SPACING_M, map_accuracy, true_surface, visible_points
 from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
-from diff_encoder_sim.simulation.world import Box, Cylinder, Model, Solid, World
+from diff_encoder_sim.robots.robot_tree import Box, Cylinder
+from diff_encoder_sim.simulation.world import Model, Solid, World
 
 CELL_M = 0.1
 WALL = np.column_stack([np.arange(0.005, 1.0, 0.01), np.full(100, 0.56)])

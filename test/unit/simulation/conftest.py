@@ -11,13 +11,9 @@ from places import ROOT
 def make_simulator():
     made = []
 
-    def make(world='hallway', start=Pose2D(-10, 0, 0), seed=1, **params):
+    def make(world='hallway', start=Pose2D(-10, 0, 0), seed=1, robot=ROOT / 'urdf' / 'alto.urdf.xacro', **params):
         simulator = Simulator(
-            ROOT / 'worlds' / f'{world}.world',
-            ROOT / 'urdf' / 'alto.urdf.xacro',
-            SimulatorParams.from_mapping(params, 'test'),
-            start,
-            seed,
+            ROOT / 'worlds' / f'{world}.world', robot, SimulatorParams.from_mapping(params, 'test'), start, seed
         )
         made.append(simulator)
         return simulator

@@ -5,9 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.simulation.simulator import Simulator, SimulatorParams
 from places import ROOT
 from simulated_drive import RADIUS_M, SEPARATION_M, drive
 
@@ -46,9 +44,14 @@ def test_slip_noise_has_the_variance_that_was_asked_for(make_simulator):
     assert np.var(errors_m) == pytest.approx(noise * path_m, rel=0.45)
 
 
-def test_errors_that_a_robot_file_cannot_express_are_refused(tmp_path):
+def test_a_robot_file_without_arguments_for_errors_has_them_all_the_same(make_simulator, tmp_path):
     plain = tmp_path / 'plain.urdf.xacro'
-    plain.write_text((ROOT / 'urdf' / 'alto.urdf.xacro').read_text().replace('$(arg wheel_separation_error)', '0'))
-    params = SimulatorParams.from_mapping({'wheel_errors': {'wheel_separation_error': 0.1}}, '')
-    with pytest.raises(ConfigError, match='wheel_separation_error has no effect'):
-        Simulator(ROOT / 'worlds' / 'hallway.world', plain, params, Pose2D(0, 0, 0), 0)
+    text = (ROOT / 'urdf' / 'alto.urdf.xacro').read_text()
+    for argument in ('wheel_radius_error_left', 'wheel_radius_error_right', 'wheel_separation_error'):
+        text = text.replace(f'$(arg {argument})', '0').replace(f'<xacro:arg name="{argument}" default="0"/>', '')
+    plain.write_text(text)
+    errors = {'left_radius_error': 0.01, 'right_radius_error': 0.01, 'wheel_separation_error': -0.03}
+    simulator = make_simulator('ros_logo', Pose2D(-3.4, -0.85, 0), robot=plain, wheel_errors=errors)
+    wheels, turned = drive(simulator, 0.0, 1.0, 2 * math.pi)
+    measured = RADIUS_M * (wheels[1] - wheels[0]) / SEPARATION_M
+    assert turned / measured == pytest.approx(1.01 / 0.97, abs=2e-4)

@@ -1,0 +1,93 @@
+"""A robot as the simulator needs it: what PyBullet loads, and what is known of it."""
+
+from __future__ import annotations
+
+from typing import NamedTuple, Optional, Tuple
+
+import numpy as np
+
+from diff_encoder_sim.robots.describing import describe
+from diff_encoder_sim.robots.physics_urdf import FLOOR_ONLY_LINKS, TrueWheels, physics_urdf
+from diff_encoder_sim.robots.robot_choices import RobotChoices
+from diff_encoder_sim.robots.robot_description import RobotDescription
+from diff_encoder_sim.robots.robot_source import RobotSource
+from diff_encoder_sim.robots.sound_urdf import sound_wheels
+from diff_encoder_sim.robots.urdf_parsing import parse_urdf
+from diff_encoder_sim.robots.xacro_expansion import expansion
+
+
+class GeometryErrors(NamedTuple):
+    """What the true wheels differ by from the description's, relative."""
+
+    left_radius: float = 0.0
+    right_radius: float = 0.0
+    separation: float = 0.0
+
+    def applied_to(self, description: RobotDescription) -> TrueWheels:
+        """Return the true wheels of a robot."""
+        radius_m = 0.5 * description.wheel_diameter_m
+        return TrueWheels(
+            radius_m * (1.0 + self.left_radius),
+            radius_m * (1.0 + self.right_radius),
+            description.wheel_separation_m * (1.0 + self.separation),
+        )
+
+    def arguments(self) -> Tuple[Tuple[str, str], ...]:
+        """Return the errors that are not 0 as xacro arguments, under the names that ALTO's file has for them."""
+        named = {
+            'wheel_radius_error_left': self.left_radius,
+            'wheel_radius_error_right': self.right_radius,
+            'wheel_separation_error': self.separation,
+        }
+        return tuple((name, repr(error)) for name, error in named.items() if error)
+
+
+NO_ERRORS = GeometryErrors()
+
+
+class SimulatedRobot(NamedTuple):
+    """A robot with its true wheels."""
+
+    description: RobotDescription
+    urdf: str  # what PyBullet loads; wheel joints are named as in the description, and positive is forward
+    wheels: TrueWheels
+    floor_only_links: Tuple[str, ...]  # of that URDF: touch nothing but the floor, which the others do not touch
+
+    @property
+    def joints(self) -> Tuple[str, str]:
+        """Return the names of the left and the right wheel's joint."""
+        return self.description.left.joint, self.description.right.joint
+
+    @property
+    def forward_signs(self) -> Tuple[float, float]:
+        """Return the signs of the left and the right joint's speed, by the robot's own axes, when it drives forward."""
+        left, right = self.description.left, self.description.right
+        return 1.0 if left.is_forward_positive else -1.0, 1.0 if right.is_forward_positive else -1.0
+
+
+def load_simulated_robot(
+    source: RobotSource, choices: RobotChoices, errors: GeometryErrors = NO_ERRORS
+) -> SimulatedRobot:
+    """Read a robot and make its physics right.
+
+    A URDF that is sound is simulated as it is. Errors of the wheels are then those of its own xacro arguments; without
+    such arguments, and for all other robots, the wheels of the simulated robot are changed.
+
+    Raises:
+        ConfigError: the robot's files are bad, or describe no robot with two driven wheels.
+    """
+    description = describe(source, choices)
+    wheels = errors.applied_to(description)
+    sound = _as_it_is(source, description, errors)
+    if sound is not None and np.allclose(sound.wheels, wheels, rtol=1e-6, atol=0.0):
+        return sound
+    return SimulatedRobot(description, physics_urdf(description, wheels), wheels, FLOOR_ONLY_LINKS)
+
+
+def _as_it_is(source: RobotSource, description: RobotDescription, errors: GeometryErrors) -> Optional[SimulatedRobot]:
+    """Return a robot of the file's own URDF; None where that is not sound."""
+    declared = expansion(source).declared
+    arguments = {**dict(source.arguments), **{name: value for name, value in errors.arguments() if name in declared}}
+    urdf = expansion(source._replace(arguments=tuple(arguments.items()))).urdf
+    wheels = sound_wheels(parse_urdf(urdf, str(source.file)), description.left.joint, description.right.joint)
+    return wheels and SimulatedRobot(description, urdf, wheels, ())
