@@ -45,7 +45,7 @@ def primitives_of(link: Link, where: str, find: MeshFinder) -> Primitives:
             shapes.append(shape)
             continue
         name = PurePosixPath(shape.geometry.uri).name
-        shapes.append(mesh_hull(shape, f'{where}: link {link.name!r}: collision mesh {shape.geometry.uri!r}', find))
+        shapes.append(mesh_hull(shape, f'{where}: link {link.name!r}', find))
         notes.append(f'collision mesh {name} of link {link.name} is simulated as {in_words(shapes[-1].geometry)}')
     return Primitives(tuple(shapes), tuple(notes))
 
@@ -68,25 +68,43 @@ def mesh_hull(shape: Shape, where: str, find: MeshFinder) -> Shape:
         ConfigError: the mesh is missing, broken or too large; `where` begins the text.
     """
     assert isinstance(shape.geometry, Mesh)
-    path = find(shape.geometry.uri)
+    uri = shape.geometry.uri
+    place = f'{where}: collision mesh {uri!r}'
+    path = find(uri)
     if path is None:
-        raise ConfigError(f'{where}: given a file that is not found; allowed: an .stl, .obj or .dae file')
+        raise ConfigError(f'{place}: {_not_found(uri)}')
     turn, centre_m = shape.pose_in_link[:3, :3], shape.pose_in_link[:3, 3]
-    points_m = mesh_points_m(path, where) * shape.geometry.scale_xyz @ turn.T + centre_m
+    points_m = mesh_points_m(path, place) * shape.geometry.scale_xyz @ turn.T + centre_m
     extents_m = np.sort(np.ptp(points_m @ turn, axis=0))
     if extents_m[1] < 0.5 * 10**-_DECIMALS:
-        raise ConfigError(f'{where}: given a mesh without extent; allowed: a mesh with a width and a length')
+        raise ConfigError(f'{place}: given a mesh without extent; allowed: a mesh with a width and a length')
     return min(_candidates(points_m, turn), key=lambda candidate: volume_m3(candidate.geometry))
+
+
+def _not_found(uri: str) -> str:
+    """Return what is wrong with a mesh's name that no file has."""
+    scheme, separator, rest = uri.partition('://')
+    if not separator or scheme == 'file':
+        return 'given a file that is missing; allowed: an .stl, .obj or .dae file, its path relative to the robot file'
+    package = rest.partition('/')[0]
+    return (
+        f'given a file that is missing, or package {package!r} is not found; allowed: one above the robot file or '
+        'below a folder there, on ROS_PACKAGE_PATH or AMENT_PREFIX_PATH, or in a given folder of packages'
+    )
 
 
 def in_words(geometry: Geometry) -> str:
     """Return a primitive as users read it."""
     if isinstance(geometry, Box):
-        return 'a box of ' + ' x '.join(f'{1e3 * side_m:.4g}' for side_m in geometry.size_xyz_m) + ' mm'
+        return 'a box of ' + ' x '.join(map(_mm, geometry.size_xyz_m)) + ' mm'
     if isinstance(geometry, Cylinder):
-        return f'a cylinder of radius {1e3 * geometry.radius_m:.4g} mm, length {1e3 * geometry.length_m:.4g} mm'
+        return f'a cylinder of radius {_mm(geometry.radius_m)} mm, length {_mm(geometry.length_m)} mm'
     assert isinstance(geometry, Sphere)
-    return f'a sphere of radius {1e3 * geometry.radius_m:.4g} mm'
+    return f'a sphere of radius {_mm(geometry.radius_m)} mm'
+
+
+def _mm(length_m: float) -> str:
+    return f'{round(1e3 * length_m, 1):.7g}'
 
 
 def _candidates(points_m: np.ndarray, mesh_axes: np.ndarray) -> Iterator[Shape]:

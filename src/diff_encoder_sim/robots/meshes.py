@@ -1,4 +1,4 @@
-"""Points of the meshes in STL, OBJ and DAE files.
+"""The outermost points of meshes in STL, OBJ and DAE files.
 
 A DAE is scaled by its <unit>; its <up_axis> is left alone, as RViz (https://github.com/ros-visualization/rviz/issues/1045,
 pull request 1689) and Gazebo Classic (https://github.com/gazebosim/gazebo-classic/issues/1305) do.
@@ -8,10 +8,12 @@ from __future__ import annotations
 
 import functools
 import io
+import re
 from pathlib import Path
 from typing import List
 
 import numpy as np
+from scipy.spatial import ConvexHull, QhullError
 
 from diff_encoder_sim.base.errors import ConfigError, in_one_line
 
@@ -19,11 +21,13 @@ _LARGEST_BYTES = 50_000_000
 # As many as an STL of that size has; a DAE may show one part any number of times.
 _MOST_POINTS = 3_000_000
 _FARTHEST = 1e9  # of a corner, in the file's unit
+# A part whose material is missing, often for want of a texture, is a part all the same.
+_MATERIALS = re.compile(rb'<(\w+:)?bind_material\b.*?</(\w+:)?bind_material>', re.DOTALL)
 _SUFFIXES = ('.stl', '.obj', '.dae')
 
 
 def mesh_points_m(path: Path, where: str) -> np.ndarray:
-    """Return the (n, 3) corners of a mesh's triangles [m], in the file's axes, unscaled.
+    """Return the (n, 3) corners of a mesh's convex hull [m], in the file's axes, unscaled.
 
     Args:
         path: an .stl (binary or text), .obj or .dae file.
@@ -59,8 +63,17 @@ def _read_once(path: Path, _mtime_ns: int) -> np.ndarray:
         raise ConfigError('given a mesh without triangles; allowed: at least one')
     if not (np.abs(points_m) < _FARTHEST).all():
         raise ConfigError(f'given corners that are no numbers or enormous; allowed: up to {_FARTHEST:g}')
-    points_m.setflags(write=False)
-    return points_m
+    outer_m = _outer(points_m)
+    outer_m.setflags(write=False)
+    return outer_m
+
+
+def _outer(points_m: np.ndarray) -> np.ndarray:
+    """Return the corners of the convex hull of (n, 3) points; all points where it is flat."""
+    try:
+        return np.asarray(points_m[ConvexHull(points_m).vertices])
+    except QhullError:
+        return np.unique(points_m, axis=0)
 
 
 def _points_m(path: Path) -> np.ndarray:
@@ -80,8 +93,7 @@ def _dae_points_m(content: bytes) -> np.ndarray:
 
     if b'<!ENTITY' in content:
         raise ValueError('it declares entities')
-    # missing textures and the like do not matter
-    document = collada.Collada(io.BytesIO(content), ignore=[collada.common.DaeError])
+    document = collada.Collada(io.BytesIO(_MATERIALS.sub(b'', content)), ignore=[collada.common.DaeError])
     parts: List[np.ndarray] = [np.empty((0, 3))]
     count = 0
     for geometry in document.scene.objects('geometry'):

@@ -6,11 +6,10 @@ import re
 from typing import Dict, Iterable, Tuple
 from xml.etree import ElementTree
 
-import numpy as np
-
-from diff_encoder_sim.base.xml_values import joint_origin, parse_numbers, rotation_from_rpy, rpy_from_rotation
+from diff_encoder_sim.base.xml_values import rpy_from_rotation
 from diff_encoder_sim.robots.mesh_hulls import MeshFinder, mesh_hull
 from diff_encoder_sim.robots.robot_tree import Box, Cylinder, Geometry, Mesh, Shape, Sphere
+from diff_encoder_sim.robots.urdf_parsing import parse_urdf
 
 # Signs that a xacro or URDF depends on more than its own text and arguments: other files, the environment.
 _NEEDS_OTHERS = re.compile(r'include|load_yaml|<mesh|\$\((?!arg\b)')
@@ -34,29 +33,20 @@ def self_contained_urdf(urdf: str, where: str, find: MeshFinder) -> str:
     Raises:
         ConfigError: a mesh is missing, broken or too large.
     """
-    robot = ElementTree.fromstring(urdf.strip())
-    meshes = [
-        (link.get('name', ''), collision)
-        for link in robot.findall('link')
-        for collision in link.findall('collision')
-        if collision.find('geometry/mesh') is not None
-    ]
-    for name, collision in meshes:
-        _replace_mesh(collision, f'{where}: link {name!r}: collision mesh', find)
-    return ElementTree.tostring(robot, encoding='unicode') if meshes else urdf
+    tree = parse_urdf(urdf, where)
+    has_meshes = False
+    for element in tree.xml.findall('link'):
+        link = tree.links[element.get('name', '')]
+        meshes = [shape for shape in link.collisions if isinstance(shape.geometry, Mesh)]
+        has_meshes = has_meshes or bool(meshes)
+        collisions = [each for each in element.findall('collision') if each.find('geometry/mesh') is not None]
+        for collision, shape in zip(collisions, meshes):
+            _put(mesh_hull(shape, f'{where}: link {link.name!r}', find), collision)
+    return ElementTree.tostring(tree.xml, encoding='unicode') if has_meshes else urdf
 
 
-def _replace_mesh(collision: ElementTree.Element, where: str, find: MeshFinder) -> None:
-    """Put the mesh's hull in its place, in a <collision>."""
-    mesh = collision.find('geometry/mesh')
-    assert mesh is not None
-    uri = mesh.get('filename', '')
-    scale_x, scale_y, scale_z = parse_numbers(mesh.get('scale', '1 1 1'), 3, f'{where} {uri!r} scale')
-    origin = joint_origin(collision, f'{where} {uri!r}: ')
-    pose = np.eye(4)
-    pose[:3, :3] = rotation_from_rpy(*origin.rpy_rad)
-    pose[:3, 3] = origin.xyz_m
-    hull = mesh_hull(Shape(Mesh(uri, (scale_x, scale_y, scale_z)), pose), f'{where} {uri!r}', find)
+def _put(hull: Shape, collision: ElementTree.Element) -> None:
+    """Make a primitive the shape of a <collision>."""
     for child in [*collision.findall('origin'), *collision.findall('geometry')]:
         collision.remove(child)
     rpy_rad = rpy_from_rotation(hull.pose_in_link[:3, :3])

@@ -110,7 +110,7 @@ def test_a_flat_sheet_becomes_a_plate_of_1_mm(tmp_path):
 
 @pytest.mark.parametrize('size', [(0, 0, 0), (1, 0, 0)])
 def test_a_mesh_without_extent_is_one_line(tmp_path, size):
-    with pytest.raises(ConfigError, match='^my.urdf: given a mesh without extent; allowed: [^\n]*$'):
+    with pytest.raises(ConfigError, match='^my.urdf: collision mesh .* given a mesh without extent; allowed: [^\n]*$'):
         hull_of(tmp_path, CUBE_CORNERS * size)
 
 
@@ -124,9 +124,15 @@ def test_a_missing_collision_mesh_is_one_line_that_names_file_link_and_mesh(tmp_
     with pytest.raises(ConfigError) as caught:
         primitives_of(part, 'my.urdf', finder(tmp_path))
     assert str(caught.value) == (
-        "my.urdf: link 'base': collision mesh 'package://p/a.stl': given a file that is not found; "
-        'allowed: an .stl, .obj or .dae file'
+        "my.urdf: link 'base': collision mesh 'package://p/a.stl': given a file that is missing, or package 'p' is not "
+        'found; allowed: one above the robot file or below a folder there, on ROS_PACKAGE_PATH or '
+        'AMENT_PREFIX_PATH, or in a given folder of packages'
     )
+
+
+def test_a_missing_mesh_of_a_path_says_what_it_is_relative_to(tmp_path):
+    with pytest.raises(ConfigError, match='given a file that is missing; allowed: .* relative to the robot file$'):
+        mesh_hull(mesh_shape('meshes/a.stl'), 'my.urdf', finder(tmp_path))
 
 
 def test_a_missing_visual_mesh_is_no_error(tmp_path):

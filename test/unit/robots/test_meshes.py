@@ -43,6 +43,21 @@ def test_nodes_of_a_dae_move_what_they_show(tmp_path):
     assert found == pytest.approx(np.array([[9, -2, -1], [11, 2, 1]]), abs=1e-5)
 
 
+def test_a_part_of_a_dae_whose_material_is_missing_counts(tmp_path):
+    write_dae(tmp_path / 'a.dae', CUBE_CORNERS, CUBE_TRIANGLES)
+    bound = '<technique_common><instance_material symbol="m" target="#m"/></technique_common>'
+    shown = f'url="#part"><bind_material>{bound}</bind_material></instance_geometry>'
+    text = (tmp_path / 'a.dae').read_text().replace('url="#part"/>', shown)
+    (tmp_path / 'b.dae').write_text(text)
+    assert mesh_points_m(tmp_path / 'b.dae', WHERE).max() == 1
+
+
+def test_points_inside_a_mesh_are_left_out(tmp_path):
+    corners = np.vstack([CUBE_CORNERS, 0.5 * CUBE_CORNERS])
+    write_obj(tmp_path / 'a.obj', corners, np.vstack([CUBE_TRIANGLES, 8 + CUBE_TRIANGLES]))
+    assert len(mesh_points_m(tmp_path / 'a.obj', WHERE)) == 8
+
+
 def test_an_edited_mesh_is_read_again(tmp_path):
     write_obj(tmp_path / 'a.obj', CUBE_CORNERS, CUBE_TRIANGLES)
     mesh_points_m(tmp_path / 'a.obj', WHERE)
