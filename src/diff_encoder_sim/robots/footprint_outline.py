@@ -14,7 +14,7 @@ from diff_encoder_sim.robots.solids import reach_m, support_point_m
 
 _MOST_CORNERS = 16
 _BEARINGS = 64  # in which corners are looked for; a round robot's sides, halved twice, are 16
-_CLOSE_M = 1e-3  # a side goes where its neighbours' corner is no farther out
+_CLOSE_M = 2e-3  # a side goes where its neighbours' corner is no farther out
 _GRID_DECIMALS = 3
 # How far rounding to the grid moves a corner at most.
 _ROUNDING_M = 10**-_GRID_DECIMALS * math.sqrt(0.5)

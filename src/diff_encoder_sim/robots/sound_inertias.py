@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -10,13 +10,12 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.robots.mass_properties import homogeneous, link_mass, merged
 from diff_encoder_sim.robots.mesh_hulls import MeshFinder, visual_primitives_of
 from diff_encoder_sim.robots.robot_description import MassProperties
-from diff_encoder_sim.robots.robot_tree import Inertial, Link, RobotTree, Shape
+from diff_encoder_sim.robots.robot_tree import Inertial, RobotTree, Shape
 from diff_encoder_sim.robots.solids import farthest_m, placed
 
 # Principal moments of a thin plate, a = b + c, come with few digits.
 _ROUNDING = 0.05
-# No body's radius of gyration is larger than the farthest of its points; shapes are only roughly the body.
-_LARGER_THAN_SHAPES = 2.0
+_MOST_NAMED = 3
 
 LinkShapes = Mapping[str, Tuple[Shape, ...]]
 
@@ -25,7 +24,7 @@ class LinkMasses(NamedTuple):
     """What each link weighs."""
 
     by_link: Dict[str, MassProperties]  # in the root's frame, joints at zero; links without mass are left out
-    warnings: Tuple[str, ...]  # a line for each inertia that was replaced
+    warnings: Tuple[str, ...]  # a line for each kind of inertia that was replaced
 
     def of(self, links: Sequence[str]) -> MassProperties:
         """Return the mass of several links, joined rigidly, in the root's frame."""
@@ -35,6 +34,13 @@ class LinkMasses(NamedTuple):
     def total(self) -> MassProperties:
         """Return the mass of the robot."""
         return merged(self.by_link.values())
+
+
+class _Fault(NamedTuple):
+    """Why no body has an inertia."""
+
+    kind: str
+    detail: str
 
 
 def link_masses(tree: RobotTree, shapes: LinkShapes, find: MeshFinder) -> LinkMasses:
@@ -50,40 +56,50 @@ def link_masses(tree: RobotTree, shapes: LinkShapes, find: MeshFinder) -> LinkMa
     """
     poses = tree.link_poses()
     by_link: Dict[str, MassProperties] = {}
-    warnings: List[str] = []
+    faults: Dict[str, _Fault] = {}
     for name, link in tree.links.items():
         if link.inertial is None or link.inertial.mass_kg <= 0:
             continue
-        fault = _fault(link.inertial, _reach_m(tree, name, poses, shapes))
-        by_link[name] = link_mass(link.inertial, poses[name])
+        inertial = link.inertial
+        fault = _fault(inertial, _reach_m(tree, name, poses, shapes))
         if fault is not None:
-            solid, of_what = _stand_in(link, shapes[name], find)
-            sound = link.inertial._replace(inertia_kgm2=solid.inertia_kgm2)
-            by_link[name] = link_mass(sound, poses[name])
-            warnings.append(f'the inertia of link {name} {fault}; simulated with that of {of_what}')
+            faults[name] = fault
+            solid = homogeneous(shapes[name] or visual_primitives_of(link, find), inertial.mass_kg)
+            inertial = inertial._replace(inertia_kgm2=solid.inertia_kgm2)
+        by_link[name] = link_mass(inertial, poses[name])
     if not by_link:
         raise ConfigError(
             f'{tree.where}: given no link with a mass; allowed: <inertial> with a mass greater than 0 in a link, '
             'such as that of the body'
         )
-    return LinkMasses(by_link, tuple(warnings))
+    return LinkMasses(by_link, tuple(_in_words(faults)))
 
 
-def _fault(inertial: Inertial, reach_m: float) -> Optional[str]:
-    """Return what is wrong with an inertia, for a mass within `reach_m` of its centre; None if nothing is."""
+def _fault(inertial: Inertial, reach_m: float) -> Optional[_Fault]:
+    """Return what is wrong with the inertia of a mass, all of it within `reach_m` of its centre; None if nothing is."""
     moments = np.linalg.eigvalsh(inertial.inertia_kgm2)
-    shown = ', '.join(f'{moment:.3g}' for moment in moments)
+    shown = 'principal moments ' + ', '.join(f'{moment:.3g}' for moment in moments) + ' kg m^2'
     if moments[0] <= 0:
-        return f'is not positive (principal moments {shown} kg m^2)'
+        return _Fault('an inertia that is not positive', shown)
     if moments[0] + moments[1] < (1 - _ROUNDING) * moments[2]:
-        return f'is that of no body: the largest principal moment is more than the sum of the others ({shown} kg m^2)'
+        return _Fault('an inertia of no body, one principal moment larger than the sum of the others', shown)
     gyration_m = float(np.sqrt(moments[2] / inertial.mass_kg))
-    if gyration_m > _LARGER_THAN_SHAPES * reach_m:
-        return (
-            f'({moments[2]:.3g} kg m^2 of {inertial.mass_kg:.3g} kg) is that of a larger body: '
-            f'its radius of gyration is {1e3 * gyration_m:.0f} mm, its shapes are within {1e3 * reach_m:.0f} mm'
+    if gyration_m > reach_m:
+        return _Fault(
+            'an inertia of a body larger than its shapes',
+            f'{moments[2]:.3g} kg m^2 of {inertial.mass_kg:.3g} kg: a radius of gyration of {1e3 * gyration_m:.0f} mm, '
+            f'shapes within {1e3 * reach_m:.0f} mm',
         )
     return None
+
+
+def _in_words(faults: Mapping[str, _Fault]) -> Iterator[str]:
+    """Yield a line for each kind of fault, with the first of its links."""
+    for kind in dict.fromkeys(fault.kind for fault in faults.values()):
+        links = [f'{link} ({fault.detail})' for link, fault in faults.items() if fault.kind == kind]
+        more = len(links) - _MOST_NAMED
+        named = ', '.join(links[:_MOST_NAMED]) + (f' and {more} more' if more > 0 else '')
+        yield f'{kind}, replaced by that of a homogeneous solid: {named}'
 
 
 def _reach_m(tree: RobotTree, link: str, poses: Mapping[str, np.ndarray], shapes: LinkShapes) -> float:
@@ -111,14 +127,3 @@ def _fixed_together(tree: RobotTree, link: str) -> List[str]:
     for name in found:  # grows while it runs
         found += [below.child for below in tree.joints.values() if below.parent == name and below.kind == 'fixed']
     return found
-
-
-def _stand_in(link: Link, collisions: Sequence[Shape], find: MeshFinder) -> Tuple[MassProperties, str]:
-    """Return a homogeneous solid of a link's mass, and what it is made of, in words."""
-    assert link.inertial is not None
-    if collisions:
-        return homogeneous(collisions, link.inertial.mass_kg), 'a homogeneous solid of its collision shapes'
-    visuals = visual_primitives_of(link, find)
-    if visuals:
-        return homogeneous(visuals, link.inertial.mass_kg), 'a homogeneous solid of its visual shapes'
-    return homogeneous((), link.inertial.mass_kg), 'a ball of water'

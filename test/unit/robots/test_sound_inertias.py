@@ -20,8 +20,8 @@ from robot_parts import (
 )
 
 WHEEL_WARNING = (
-    'the inertia of link base (1 kg m^2 of 0.02 kg) is that of a larger body: its radius of gyration is 7071 mm, its '
-    'shapes are within 408 mm; simulated with that of a homogeneous solid of its collision shapes'
+    'an inertia of a body larger than its shapes, replaced by that of a homogeneous solid: '
+    'base (1 kg m^2 of 0.02 kg: a radius of gyration of 7071 mm, shapes within 408 mm)'
 )
 BODY = shape(Box((0.4, 0.3, 0.1)))
 BODY_INERTIA = homogeneous([BODY], 1.0).inertia_kgm2
@@ -52,16 +52,17 @@ def test_1_kgm2_of_20_g_is_named_and_replaced_and_its_mass_and_centre_stay():
 @pytest.mark.parametrize(
     ('inertia', 'fault'),
     [
-        (0.0, 'is not positive'),
-        (np.diag([0.01, 0.01, -0.01]), 'is not positive'),
-        (np.diag([0.001, 0.001, 0.01]), 'is that of no body'),
-        (np.diag([0.0, 0.01, 0.01]), 'is not positive'),
+        (0.0, 'that is not positive'),
+        (np.diag([0.01, 0.01, -0.01]), 'that is not positive'),
+        (np.diag([0.001, 0.001, 0.01]), 'of no body'),
+        (np.diag([0.0, 0.01, 0.01]), 'that is not positive'),
     ],
 )
 def test_an_inertia_that_no_body_has_is_named_and_replaced(inertia, fault):
     found = masses_of(one_link(inertia, collisions=[BODY]))
     assert len(found.warnings) == 1
-    assert f'link base {fault}' in found.warnings[0]
+    assert found.warnings[0].startswith(f'an inertia {fault}')
+    assert ': base (principal moments ' in found.warnings[0]
     assert found.total.inertia_kgm2 == pytest.approx(BODY_INERTIA)
 
 
@@ -76,8 +77,14 @@ def test_a_visual_shape_stands_in_for_a_collision_shape_and_water_for_both(tmp_p
     assert seen.total.inertia_kgm2 == pytest.approx(homogeneous([shape(Box((0.2, 0.2, 0.2)))], 1.0).inertia_kgm2)
     unseen = masses_of(one_link(0.0, visuals=[mesh_shape('package://p/b.stl', 0.1)]), tmp_path)
     assert unseen.total.inertia_kgm2 == pytest.approx(homogeneous((), 1.0).inertia_kgm2)
-    assert 'visual shapes' in seen.warnings[0]
-    assert 'a ball of water' in unseen.warnings[0]
+
+
+def test_many_links_of_one_fault_are_one_line():
+    links = [link(name, inertial(1.0, 0.0), [BODY]) for name in 'abcde']
+    found = masses_of(tree(links, [joint('a', name) for name in 'bcde']))
+    nothing = '(principal moments 0, 0, 0 kg m^2)'
+    (warning,) = found.warnings
+    assert warning.endswith(f': a {nothing}, b {nothing}, c {nothing} and 2 more')
 
 
 def test_a_link_without_shapes_is_measured_by_what_it_is_fixed_to():
