@@ -77,7 +77,7 @@ def _path_of(given: str, folder: Path, robots_folder: Path) -> Path:
         return path
     names = sorted(each.stem for each in robots_folder.glob('*.yaml'))
     raise ConfigError(
-        f'robot: given {given!r}, and no such file is in {folder.absolute()}; allowed: {", ".join(names)}, '
+        f'robot: given {given!r}, but there is no {path}; allowed: {", ".join(names)}, '
         f'or a .yaml, .xacro or .urdf file{did_you_mean(given, names)}'
     )
 
