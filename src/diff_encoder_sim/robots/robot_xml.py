@@ -27,13 +27,7 @@ def read_robot_text(path: Union[str, Path]) -> str:
     Raises:
         ConfigError: the file is missing, too big, or not text.
     """
-    content = _content(Path(path))
-    if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
-        text = content.decode('utf-16', errors='replace')
-    elif b'\0' in content:
-        raise ConfigError(f'{path}: a binary file; allowed: a xacro or URDF file')
-    else:
-        text = content.decode(_encoding(content, path), errors='replace').lstrip('\ufeff')
+    text = _decoded(_content(Path(path)), path).lstrip('\ufeff')
     return _DECLARATION.sub(lambda declaration: '\n' * declaration.group().count('\n'), text, count=1)
 
 
@@ -102,14 +96,14 @@ def _content(path: Path) -> bytes:
     return content
 
 
-def _encoding(content: bytes, path: Union[str, Path]) -> str:
+def _decoded(content: bytes, path: Union[str, Path]) -> str:
+    if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return content.decode('utf-16', errors='replace')
+    if b'\0' in content:
+        raise ConfigError(f'{path}: a binary file; allowed: a xacro or URDF file')
     declared = _ENCODING.search(content, 0, 1000)
     name = declared[1].decode() if declared else 'utf-8'
     try:
-        # A codec of text: 'zip' and the like are of bytes. That of UTF-16 would have had its mark.
-        is_text = isinstance(b''.decode(name), str)
-    except (LookupError, ValueError):
-        is_text = False
-    if not is_text:
-        raise ConfigError(f'{path}: encoding: given {name!r}; allowed: utf-8, iso-8859-1 and the like')
-    return 'utf-8' if name.lower().replace('-', '').startswith('utf16') else name
+        return content.decode(name, errors='replace')
+    except LookupError:
+        raise ConfigError(f'{path}: encoding: given {name!r}; allowed: utf-8, iso-8859-1 and the like') from None

@@ -79,7 +79,7 @@ def _by_xacro(source: RobotSource) -> Expansion:
         urdf, notes = answer['urdf'], (*answer['notes'], *answer['warnings'])
         made = Expansion(urdf, tuple(answer['declared']), notes)
         if answer['opened'] is None:
-            return made
+            return made  # it depends on what is in a folder
         kept = _Kept(made, _digests(answer['opened']), _values([*SEARCH_VARIABLES, *answer['environment']]))
     _kept[source] = kept
     if len(_kept) > MOST_KEPT:
@@ -128,7 +128,7 @@ def _digests(paths: Iterable[str]) -> Dict[str, Optional[str]]:
 
 def _digest(path: Path) -> Optional[str]:
     try:
-        return hashlib.sha256(path.read_bytes()).hexdigest()
+        return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else None
     except OSError:
         return None
 

@@ -3,50 +3,59 @@
 from __future__ import annotations
 
 import re
-from typing import Iterator, Mapping, Optional, Sequence
+from typing import Iterator, List, Mapping, Optional, Sequence
 
 import xacro
 
 from diff_encoder_sim.base.errors import in_one_line
+from diff_encoder_sim.robots.package_search import searched_folders
 from diff_encoder_sim.robots.robot_source import RobotSource
 
+MOST_CHARACTERS = 600
+
 _OLD_TAG = re.compile(r'<(?:property\s[^>]*value|macro\s[^>]*params|include\s[^>]*filename)\s*=')
+_ARGUMENT = re.compile(r"Undefined substitution argument '?(\w+)")
+_PACKAGE = re.compile(r'package://([\w.-]+)')
 
 # Parts of xacro's messages that stand in the file as they are.
 _QUOTED = (
     re.compile(r"when evaluating expression '(.+?)'(?: when evaluating|$)"),
     re.compile(r'unknown macro name: (\S+)'),
-    re.compile(r'no such file: .*?([^/]+)$'),
+    re.compile(r'^No such file or directory: .*?([^/]+)$'),
+    re.compile(r'environment variable \'(\w+)\''),
+    re.compile(r'substitution command \[(.+?)\]'),
+    re.compile(r'^(xacro:\w+): missing attribute'),
     re.compile(r'"([^"]+)"'),
 )
 
 
-def explain(
-    error: BaseException, source: RobotSource, texts: Mapping[str, str], declared_arguments: Sequence[str]
-) -> str:
+def explain(error: BaseException, source: RobotSource, texts: Mapping[str, str], declared: Sequence[str]) -> str:
     """Return one line on what an expansion raised.
 
     Args:
         error: what came out of xacro.
         source: the robot.
         texts: the files that were read, by path.
-        declared_arguments: names of the arguments that the files declare or use.
+        declared: names of the arguments that the files declare or use.
     """
     causes = list(_chain(error))
     if any(isinstance(cause, RecursionError) for cause in causes):
         return f'{source.file}: macros, properties or includes refer to each other without end'
     if any(isinstance(cause, MemoryError) for cause in causes):
         return f'{source.file}: needs too much memory to expand'
-    message = in_one_line(error)
-    argument = re.match(r"Undefined substitution argument '?(\w+)", message)
+    message, fragment = _message(causes), ''
+    argument, package = _ARGUMENT.search(message), _PACKAGE.search(message)
     if argument:
-        declared = ', '.join(name for name in declared_arguments if name != argument[1]) or 'none'
+        others = ', '.join(name for name in declared if name != argument[1])
         message = (
-            f'argument {argument[1]!r} has no value and no <xacro:arg> with a default; other arguments: {declared}'
+            f'argument {argument[1]!r} has no value, and no <xacro:arg> with a default; others: {others or "none"}'
         )
-    fragment = f'arg {argument[1]}' if argument else _quoted(message)
+        fragment = f'arg {argument[1]}'
+    elif package:
+        message, fragment = _missing_package(package[1], source), f'find {package[1]}'
     file = str(xacro.filestack[-1]) if xacro.filestack else str(source.file)
-    return f'{place(file, fragment, source, texts)}: {message}{_old_style_hint(texts)}'
+    where = place(file, fragment or _quoted(message), source, texts)
+    return f'{where}: {_clipped(message)}{_old_style_hint(texts)}'
 
 
 def place(file: str, fragment: Optional[str], source: RobotSource, texts: Mapping[str, str]) -> str:
@@ -57,6 +66,22 @@ def place(file: str, fragment: Optional[str], source: RobotSource, texts: Mappin
         if line:
             return f'{_path(path, source)}, line {line}'
     return _path(file, source)
+
+
+def _missing_package(name: str, source: RobotSource) -> str:
+    places = ', '.join(searched_folders(source))
+    return f'package {name!r} is not found; looked for in {places}; give the folder that it is in as --packages'
+
+
+def _message(causes: Sequence[BaseException]) -> str:
+    """Return xacro's message and the macro that it is about, or the last cause where that says all."""
+    if type(causes[-1]).__name__ == 'SubstitutionException':
+        return in_one_line(causes[-1])
+    if isinstance(causes[-1], OSError):
+        return f'{causes[-1].strerror}: {causes[-1].filename}'
+    macros: List[xacro.Macro] = [macro for cause in causes for macro in getattr(cause, 'macros', [])]
+    names = [macro.body.getAttribute('name') for macro in macros[:1]]
+    return ' '.join([in_one_line(causes[0]), *(f'in macro "xacro:{name}"' for name in names)])
 
 
 def _path(file: str, source: RobotSource) -> str:
@@ -71,6 +96,10 @@ def _line_of(fragment: Optional[str], text: str) -> Optional[int]:
 def _quoted(message: str) -> Optional[str]:
     matches = (pattern.search(message) for pattern in _QUOTED)
     return next((match[1] for match in matches if match), None)
+
+
+def _clipped(message: str) -> str:
+    return message if len(message) <= MOST_CHARACTERS else f'{message[:MOST_CHARACTERS]}...'
 
 
 def _chain(error: Optional[BaseException]) -> Iterator[BaseException]:

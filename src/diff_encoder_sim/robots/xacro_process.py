@@ -14,17 +14,17 @@ import sys
 import xml.dom.expatbuilder
 import xml.dom.minidom
 from pathlib import Path
-from typing import Any, Callable, Dict, List, Optional
+from typing import Any, Dict, List, Optional
 
 import xacro
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.robots.package_search import find_package, searched_folders
+from diff_encoder_sim.robots.package_search import find_package
 from diff_encoder_sim.robots.robot_source import RobotSource
 from diff_encoder_sim.robots.robot_xml import parse_robot_xml, read_robot_text
 from diff_encoder_sim.robots.xacro_faults import explain, place
 
-MOST_CPU_S = 20
+MOST_CPU_S = 10
 MOST_MEMORY_BYTES = 2 * 2**30
 
 _ASKED = re.compile(r'<xacro:arg\s[^>]*?name\s*=\s*["\']([^"\']+)|\$\(\s*arg\s+([^\s)]+)|xacro\.arg\(\s*["\'](\w+)')
@@ -68,12 +68,12 @@ class Expander:
         self._texts: Dict[str, str] = {}  # of the files that were read, by path
         self._environment: Dict[str, Optional[str]] = {}
         self._notes: List[str] = []
+        self._parse_as_xacro, self._substitute_as_xacro = xacro.parse, xacro.eval_extension
 
     def answer(self) -> Dict[str, Any]:
         """Return the URDF or one line on what is wrong, and what it depends on."""
         answer: Dict[str, Any] = {}
-        original = xacro.parse, xacro.eval_extension
-        xacro.parse, xacro.eval_extension = self._parse, self._substituted(xacro.eval_extension)
+        xacro.parse, xacro.eval_extension = self._parse, self._substitute
         try:
             document = xacro.process_file(str(self._source.file), mappings=dict(self._source.arguments))
             # Not the whole document: xacro's banner has the file's path in it.
@@ -83,7 +83,7 @@ class Expander:
         except Exception as error:  # a xacro is a program: it may raise whatever Python can
             answer['fault'] = explain(error, self._source, self._texts, self._declared())
         finally:
-            xacro.parse, xacro.eval_extension = original
+            xacro.parse, xacro.eval_extension = self._parse_as_xacro, self._substitute_as_xacro
         return {**answer, 'notes': self._notes, 'environment': self._environment, 'declared': self._declared()}
 
     def _declared(self) -> List[str]:
@@ -96,38 +96,25 @@ class Expander:
         if given is not None or filename is None:
             return given
         including = [str(file) for file in xacro.filestack[:-1]]
-        where = str(self._source.file) + (f': {filename}' if including else '')
-        if 'package://' in filename:
-            self._refuse_package(filename, including)
         if os.path.realpath(filename) in map(os.path.realpath, including):
             raise ConfigError(f'{place(including[-1], filename, self._source, self._texts)}: files include each other')
         if including and not os.path.exists(filename):
-            xacro.filestack.pop()  # as xacro does, so that the place is that of the include
-            raise xacro.XacroException(f'no such file: {filename}', exc=FileNotFoundError())
-        text = read_robot_text(filename)
-        self._texts[filename] = text
-        parse_robot_xml(text, where)
+            return self._parse_as_xacro(None, filename)  # which knows what an optional file is
+        try:
+            text = self._texts[filename] = read_robot_text(filename)
+            parse_robot_xml(text, filename)
+        except ConfigError as error:
+            raise ConfigError(f'{self._source.file}: {error}' if including else str(error)) from None
         return xml.dom.expatbuilder.parseString(text, namespaces=False)
 
-    def _refuse_package(self, filename: str, including: List[str]) -> None:
-        name = filename.partition('package://')[2].partition('/')[0]
-        where = place(including[-1], f'find {name}', self._source, self._texts)
-        raise ConfigError(
-            f'{where}: package {name!r} is not found; looked for in {", ".join(searched_folders(self._source))}'
-        )
-
-    def _substituted(self, original: Callable[[str], str]) -> Callable[[str], str]:
-        """Return what resolves '$(...)': packages by our own search, the rest by xacro's `original`."""
-
-        def substitute(text: str) -> str:
-            words = text[2:-1].split()
-            if len(words) == 2 and words[0] == 'find':
-                return self._found(words[1])
-            if len(words) >= 2 and words[0] in ('env', 'optenv'):
-                self._environment[words[1]] = os.environ.get(words[1])
-            return original(text)
-
-        return substitute
+    def _substitute(self, text: str) -> str:
+        """Do what xacro.eval_extension does: resolve '$(...)', packages by our own search."""
+        words = text[2:-1].split()
+        if len(words) == 2 and words[0] == 'find':
+            return self._found(words[1])
+        if len(words) >= 2 and words[0] in ('env', 'optenv'):
+            self._environment[words[1]] = os.environ.get(words[1])
+        return str(self._substitute_as_xacro(text))
 
     def _found(self, name: str) -> str:
         folder = find_package(name, self._source)

@@ -1,0 +1,120 @@
+"""Packages and meshes are found as ROS would, and without it."""
+
+import pytest
+
+from diff_encoder_sim.robots.package_search import SEARCH_VARIABLES, find_package, resolve_uri, searched_folders
+from diff_encoder_sim.robots.robot_source import RobotSource
+
+
+@pytest.fixture(autouse=True)
+def no_ros(monkeypatch):
+    for variable in SEARCH_VARIABLES:
+        monkeypatch.delenv(variable, raising=False)
+
+
+def package(folder, name='', inside='meshes/wheel.stl'):
+    """A package in a folder; without a package.xml when `name` is None."""
+    (folder / inside).parent.mkdir(parents=True)
+    (folder / inside).write_text('mesh')
+    if name is not None:
+        (folder / 'package.xml').write_text(f'<package format="2">\n <name> {name or folder.name} </name></package>')
+    return folder
+
+
+def robot_in(folder, *package_folders):
+    return RobotSource(folder / 'urdf' / 'robot.urdf', (), package_folders)
+
+
+def test_a_robots_own_package_has_the_name_of_its_package_xml(tmp_path):
+    own = package(tmp_path / 'foo_description-master', 'foo_description')
+    assert find_package('foo_description', robot_in(own)) == own
+    assert find_package('foo_description-master', robot_in(own)) is None
+    assert resolve_uri('package://foo_description/meshes/wheel.stl', robot_in(own)) == own / 'meshes' / 'wheel.stl'
+
+
+def test_neighbours_of_a_robots_package_are_found(tmp_path):
+    own = package(tmp_path / 'src' / 'robots' / 'foo_description')
+    beside = package(tmp_path / 'src' / 'robots' / 'foo_gazebo-1.0', 'foo_gazebo')
+    elsewhere = package(tmp_path / 'src' / 'sensors' / 'lasers')
+    assert find_package('foo_gazebo', robot_in(own)) == beside
+    assert find_package('lasers', robot_in(own)) == elsewhere
+
+
+def test_a_folder_without_package_xml_goes_by_its_own_name(tmp_path):
+    own = package(tmp_path / 'foo_description', None)
+    assert find_package('foo_description', robot_in(own)) == own
+
+
+def test_named_folders_are_packages_or_hold_some_levels_down(tmp_path):
+    lone = package(tmp_path / 'a' / 'lone')
+    deep = package(tmp_path / 'b' / 'src' / 'repo' / 'deep_folder', 'deep')
+    package(tmp_path / 'b' / '.git' / 'hidden')
+    package(tmp_path / 'b' / 'ignored' / 'unused')
+    (tmp_path / 'b' / 'ignored' / 'CATKIN_IGNORE').touch()
+    source = RobotSource(tmp_path / 'c' / 'r.urdf', (), (lone, tmp_path / 'b', tmp_path / 'none'))
+    assert find_package('lone', source) == lone
+    assert find_package('deep', source) == deep
+    assert find_package('hidden', source) is None and find_package('unused', source) is None
+
+
+@pytest.mark.parametrize(
+    ('variable', 'place'),
+    [('ROS_PACKAGE_PATH', 'stack/foo'), ('AMENT_PREFIX_PATH', 'share/foo'), ('COLCON_PREFIX_PATH', 'foo/share/foo')],
+)
+def test_packages_of_ros_are_found(tmp_path, monkeypatch, variable, place):
+    installed = package(tmp_path / 'ros' / place)
+    monkeypatch.setenv(variable, f'/nowhere:{tmp_path / "ros"}')
+    assert find_package('foo', RobotSource(tmp_path / 'r.urdf')) == installed
+
+
+def test_what_the_user_names_comes_first_and_ros_last(tmp_path, monkeypatch):
+    near, ros, named = (package(tmp_path / name / 'foo') for name in ('near', 'ros', 'named'))
+    monkeypatch.setenv('ROS_PACKAGE_PATH', str(tmp_path / 'ros'))
+    assert find_package('foo', robot_in(near, tmp_path / 'named')) == named
+    assert find_package('foo', robot_in(near)) == near
+    assert find_package('foo', RobotSource(tmp_path / 'elsewhere' / 'r.urdf')) == ros
+
+
+def test_a_package_that_comes_later_is_found_then(tmp_path):
+    source = RobotSource(tmp_path / 'x' / 'r.urdf', (), (tmp_path,))
+    assert find_package('foo', source) is None
+    package(tmp_path / 'foo_folder', 'foo')
+    assert find_package('foo', source) == tmp_path / 'foo_folder'
+
+
+@pytest.mark.parametrize('name', ['', '..', '.', '/etc', 'a/b', '~'])
+def test_what_is_no_name_is_no_package(tmp_path, name):
+    assert find_package(name, RobotSource(tmp_path / 'r.urdf')) is None
+
+
+def test_where_was_looked_can_be_said(tmp_path, monkeypatch):
+    monkeypatch.setenv('ROS_PACKAGE_PATH', '/ws/src:/opt/ros/noetic/share')
+    text = ', '.join(searched_folders(RobotSource(tmp_path / 'r.urdf', (), (tmp_path / 'mine',))))
+    for part in (str(tmp_path / 'mine'), str(tmp_path), '/ws/src:/opt/ros/noetic/share', 'AMENT_PREFIX_PATH (not set)'):
+        assert part in text
+
+
+def test_meshes_are_named_in_many_ways(tmp_path, monkeypatch):
+    own = package(tmp_path / 'foo', inside='meshes/a wheel.stl')
+    (own / 'urdf').mkdir()
+    source, mesh = robot_in(own), own / 'meshes' / 'a wheel.stl'
+    for uri in (
+        'package://foo/meshes/a wheel.stl',
+        'model://foo/meshes/a wheel.stl',
+        f'file://{mesh}',
+        f'file://{str(mesh).replace(" ", "%20")}',
+        'file://package://foo/meshes/a wheel.stl',
+        '../meshes/a wheel.stl',
+        str(mesh),
+    ):
+        found = resolve_uri(uri, source)
+        assert found is not None and found.samefile(mesh), uri
+    for uri in ('package://foo/none.stl', 'package://none/a.stl', 'https://x/a.stl', 'none.stl', '', 'package://foo'):
+        assert resolve_uri(uri, source) is None
+    monkeypatch.setenv('GAZEBO_MODEL_PATH', str(tmp_path))
+    assert resolve_uri('model://foo/meshes/a wheel.stl', RobotSource(tmp_path / 'x' / 'r.urdf')) == mesh
+
+
+def test_a_description_that_was_copied_without_its_package_finds_its_meshes(tmp_path):
+    copied = package(tmp_path / 'downloads', None)
+    assert resolve_uri('package://foo/meshes/wheel.stl', robot_in(copied)) == copied / 'meshes' / 'wheel.stl'
