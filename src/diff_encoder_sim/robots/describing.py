@@ -17,7 +17,7 @@ from diff_encoder_sim.robots.ground_contacts import WheelBase, ground_contacts
 from diff_encoder_sim.robots.laser_mount import find_laser
 from diff_encoder_sim.robots.mesh_hulls import MeshFinder
 from diff_encoder_sim.robots.package_search import resolve_uri
-from diff_encoder_sim.robots.primitive_tree import body_shapes, collision_shapes, primitive_tree
+from diff_encoder_sim.robots.primitive_tree import body_shapes, collision_shapes, mesh_points_m, primitive_tree
 from diff_encoder_sim.robots.robot_choices import RobotChoices
 from diff_encoder_sim.robots.robot_description import DriveWheel, OutlineXy, RobotDescription
 from diff_encoder_sim.robots.robot_source import RobotSource
@@ -82,7 +82,7 @@ def describe_tree(tree: RobotTree, find: MeshFinder, choices: RobotChoices, seen
     seen.add('centre of mass', f'({com}) m', '<inertial> of the links')
 
     shapes = body_shapes(simple, simple.link_poses())
-    contacts = ground_contacts(simple, base)
+    contacts = ground_contacts(simple, base, lambda link, number: mesh_points_m(tree, find, link, number))
     hull = [(name, shape) for name, shape in shapes if name not in base.links]
     judge_stance(contacts, base, float(mass.com_m[0]), hull, seen)
     footprint = footprint_outline([shape for _, shape in shapes], base.floor_z_m, tree.where)

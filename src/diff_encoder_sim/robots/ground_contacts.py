@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from typing import Iterator, List, NamedTuple, Optional, Tuple
+from typing import Callable, Iterator, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -19,9 +19,13 @@ NAMED_RADII = 0.5
 CASTER_NAMES = re.compile('caster|castor|ball|skid|wheel|support|roller|slider', re.IGNORECASE)
 
 TILT = 1e-3  # rad, by which the front and the rear edge of a flat face are told apart
-LONG_RADII = 1.0  # of the drive wheels: a longer face stands on its edges
 SAME_HEIGHT_M = 1e-3
+LONG_RADII = 1.0  # of the drive wheels: what is longer stands on its outer edge
 SMALLEST_M = 2e-3  # a marker, not a body
+BESIDE_AXLE_M = 1e-3  # what is nearer to the axle carries nothing
+
+# Returns the (n, 3) points of a link's collision mesh in its link, by the link's name and the shape's number.
+MeshPoints = Callable[[str, int], Optional[np.ndarray]]
 
 
 class WheelBase(NamedTuple):
@@ -33,51 +37,70 @@ class WheelBase(NamedTuple):
     links: Tuple[str, ...]  # of the drive wheels, with all that hangs on them
 
 
-def ground_contacts(tree: RobotTree, wheels: WheelBase) -> Tuple[GroundContact, ...]:
-    """Return what is near the floor, front to back.
+def ground_contacts(tree: RobotTree, wheels: WheelBase, mesh_points: MeshPoints) -> Tuple[GroundContact, ...]:
+    """Return what is near the floor, front to back: of each link at most one before and one behind the axle.
 
     Args:
         tree: the robot, meshes replaced.
         wheels: of the drive.
+        mesh_points: what was replaced, for shapes that come near the floor.
     """
     contacts: List[GroundContact] = []
-    poses = tree.link_poses()
-    for name in poses:
+    for name, pose in tree.link_poses().items():
         if name not in wheels.links:
-            contacts += _contacts(tree, name, list(_body(tree, name, poses[name])), wheels)
+            contacts += _contacts(tree, name, _low_points_m(tree, name, pose, wheels, mesh_points), wheels)
     return tuple(sorted(contacts, key=lambda contact: -contact.point_m[0]))
 
 
-def lowest_edges_m(shapes: List[Shape]) -> List[np.ndarray]:
-    """Return the (3,) foremost and rearmost points of the shapes' lower sides."""
-    return [support_point_m(shape, np.array([tilt, 0.0, -1.0])) for shape in shapes for tilt in (TILT, -TILT)]
+def lowest_edges_m(shape: Shape) -> List[np.ndarray]:
+    """Return the (3,) foremost and rearmost points of a shape's lower side."""
+    return [support_point_m(shape, np.array([tilt, 0.0, -1.0])) for tilt in (TILT, -TILT)]
 
 
-def _body(tree: RobotTree, name: str, pose: np.ndarray) -> Iterator[Shape]:
-    """Yield a link's shapes in the root: collision, or visual where it has none."""
-    link = tree.links[name]
-    for shape in link.collisions or link.visuals:
+def _near_m(name: str, wheels: WheelBase) -> float:
+    return max(NEAR_M, (NAMED_RADII if CASTER_NAMES.search(name) else NEAR_RADII) * wheels.radius_m)
+
+
+def _low_points_m(
+    tree: RobotTree, name: str, pose: np.ndarray, wheels: WheelBase, mesh_points: MeshPoints
+) -> np.ndarray:
+    """Return the (n, 3) points of a link near the floor: of its collision shapes, or of visual ones without these."""
+    link, found_m = tree.links[name], [np.empty((0, 3))]
+    highest_m = wheels.floor_z_m + _near_m(name, wheels)
+    for number, shape in enumerate(link.collisions or link.visuals):
         in_root = placed(shape, pose)
-        if farthest_m([in_root], in_root.pose_in_link[:3, 3]) > SMALLEST_M:
-            yield in_root
+        points_m = np.array(lowest_edges_m(in_root))
+        if points_m[:, 2].min() > highest_m or farthest_m([in_root], in_root.pose_in_link[:3, 3]) < SMALLEST_M:
+            continue
+        mesh_m = mesh_points(name, number) if link.collisions else None
+        if mesh_m is not None:
+            points_m = mesh_m @ pose[:3, :3].T + pose[:3, 3]
+        found_m.append(points_m[points_m[:, 2] <= highest_m])
+    return np.vstack(found_m)
 
 
-def _contacts(tree: RobotTree, name: str, shapes: List[Shape], wheels: WheelBase) -> Iterator[GroundContact]:
-    """Yield a link's contacts: none, one, or its front and its rear edge."""
-    near_m = max(NEAR_M, (NAMED_RADII if CASTER_NAMES.search(name) else NEAR_RADII) * wheels.radius_m)
-    points_m = lowest_edges_m(shapes)
-    lowest_m = min((float(point[2]) for point in points_m), default=np.inf)
-    if lowest_m > wheels.floor_z_m + near_m:
-        return
-    points_m = sorted((p for p in points_m if p[2] < lowest_m + SAME_HEIGHT_M), key=lambda point: float(point[0]))
+def _contacts(tree: RobotTree, name: str, points_m: np.ndarray, wheels: WheelBase) -> Iterator[GroundContact]:
+    """Yield a link's contacts, by its (n, 3) points near the floor."""
     foot_m = _swivel_foot_m(tree, name)
-    if foot_m is not None:
-        yield _contact(name, np.array([foot_m[0], foot_m[1], lowest_m]))
-    elif points_m[-1][0] - points_m[0][0] > LONG_RADII * wheels.radius_m:
-        yield _contact(f'{name} (front)', points_m[-1])
-        yield _contact(f'{name} (rear)', points_m[0])
-    else:
-        yield _contact(name, np.append(np.mean(points_m, axis=0)[:2], lowest_m))
+    if foot_m is not None and len(points_m):
+        yield _contact(name, np.append(foot_m[:2], points_m[:, 2].min()))
+        return
+    sides = [_carrying_point_m(points_m, wheels, side) for side in (1, -1)]
+    for side_name, point_m in zip(('front', 'rear'), sides):
+        if point_m is not None:
+            yield _contact(name if any(other is None for other in sides) else f'{name} ({side_name})', point_m)
+
+
+def _carrying_point_m(points_m: np.ndarray, wheels: WheelBase, side: int) -> Optional[np.ndarray]:
+    """Return where a link's (n, 3) points carry it on one side of the axle: in their middle, or at the outer edge."""
+    there_m = points_m[side * (points_m[:, 0] - wheels.axle_x_m) > BESIDE_AXLE_M]
+    if len(there_m) == 0:
+        return None
+    low_m = there_m[there_m[:, 2] <= there_m[:, 2].min() + SAME_HEIGHT_M]
+    middle_m = 0.5 * (low_m.min(axis=0) + low_m.max(axis=0))
+    if np.ptp(low_m[:, 0]) > LONG_RADII * wheels.radius_m:
+        middle_m[0] = side * (side * low_m[:, 0]).max()
+    return np.append(middle_m[:2], low_m[:, 2].min())
 
 
 def _swivel_foot_m(tree: RobotTree, link: str) -> Optional[np.ndarray]:
@@ -87,7 +110,7 @@ def _swivel_foot_m(tree: RobotTree, link: str) -> Optional[np.ndarray]:
     file draws it.
     """
     swivel = next((joint for joint in joints_above(tree, link) if is_upright(tree, joint)), None)
-    return None if swivel is None else tree.link_poses()[swivel.child][:3, 3]
+    return None if swivel is None else np.asarray(tree.link_poses()[swivel.child][:3, 3])
 
 
 def _contact(name: str, point_m: np.ndarray) -> GroundContact:

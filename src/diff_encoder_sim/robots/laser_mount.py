@@ -17,7 +17,10 @@ from diff_encoder_sim.robots.robot_tree import RobotTree
 
 LEVEL_DEG = 5.0  # a scanner that leans less is simulated level
 _NAMES = re.compile(r'laser|lidar|(^|_)scan(ner)?(_|$)|hokuyo|(^|_)(lds|sick|urg)(_|\d|$)', re.IGNORECASE)
-_HOLDERS = re.compile('mount|bracket|support|holder|stand|plate|tower|screw|riser|inertia|wheel', re.IGNORECASE)
+_OTHERS = re.compile(
+    'mount|bracket|support|holder|stand|plate|tower|screw|riser|inertia|wheel|camera|rgbd|depth|sonar|cliff',
+    re.IGNORECASE,
+)
 
 
 class _Scanner(NamedTuple):
@@ -41,9 +44,9 @@ def find_laser(tree: RobotTree, chosen: Optional[str], seen: Findings) -> Option
     """
     scanners = list(_chosen(tree, chosen) if chosen is not None else _found(tree))
     level = [scanner for scanner in scanners if lean_deg(scanner.pose) <= LEVEL_DEG or _is_upside_down(scanner.pose)]
-    for scanner in scanners:
-        if scanner not in level:
-            seen.note(f'laser {scanner.link!r} leans by {lean_deg(scanner.pose):.0f} degrees and is left out')
+    leaning = [repr(scanner.link) for scanner in scanners if scanner not in level]
+    if leaning:
+        seen.note(f'scanners that are not level are left out: {", ".join(leaning)}')
     if not level:
         seen.warn('no laser is found: only scripted drives can be simulated; simulator.laser_link names one')
         return None
@@ -82,7 +85,7 @@ def _found(tree: RobotTree) -> Iterator[_Scanner]:
         yield _by_sensor(tags, poses)
     if not sensors:
         parents = {joint.parent for joint in tree.joints.values()}
-        named = [link for link in poses if _NAMES.search(link) and not _HOLDERS.search(link)]
+        named = [link for link in poses if _NAMES.search(link) and not _OTHERS.search(link)]
         # The frame of the scans is the end of a chain, below its case.
         for link in sorted(named, key=lambda link: link in parents):
             yield _Scanner(link, poses[link], "its link's name", {}, ())

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Dict, List, Mapping, NamedTuple, Tuple
+from typing import Dict, List, Mapping, NamedTuple, Optional, Tuple
 
 import numpy as np
 
+from diff_encoder_sim.robots import meshes
 from diff_encoder_sim.robots.findings import Findings
 from diff_encoder_sim.robots.ground_contacts import CASTER_NAMES
 from diff_encoder_sim.robots.mesh_hulls import MeshFinder, primitives_of, visual_primitives_of
-from diff_encoder_sim.robots.robot_tree import Cylinder, Link, RobotTree, Shape, Sphere
+from diff_encoder_sim.robots.robot_tree import Cylinder, Link, Mesh, RobotTree, Shape, Sphere
 from diff_encoder_sim.robots.rolling_wheels import rigid_links, spins
 from diff_encoder_sim.robots.solids import placed
 
@@ -51,6 +52,16 @@ def primitive_tree(tree: RobotTree, find: MeshFinder, seen: Findings) -> RobotTr
 def collision_shapes(tree: RobotTree) -> Dict[str, Tuple[Shape, ...]]:
     """Return each link's collision shapes, in the link."""
     return {name: link.collisions for name, link in tree.links.items()}
+
+
+def mesh_points_m(tree: RobotTree, find: MeshFinder, link: str, number: int) -> Optional[np.ndarray]:
+    """Return the (n, 3) points of a link's collision mesh in the link; None where that shape is no mesh."""
+    shape = tree.links[link].collisions[number]
+    path = find(shape.geometry.uri) if isinstance(shape.geometry, Mesh) else None
+    if path is None or not isinstance(shape.geometry, Mesh):
+        return None
+    points_m = meshes.mesh_points_m(path, tree.where) * shape.geometry.scale_xyz
+    return np.asarray(points_m @ shape.pose_in_link[:3, :3].T + shape.pose_in_link[:3, 3])
 
 
 def body_shapes(tree: RobotTree, poses: Mapping[str, np.ndarray]) -> List[BodyShape]:

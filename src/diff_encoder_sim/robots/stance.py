@@ -71,7 +71,7 @@ def _judge_side(
     """Warn where the side on which the robot leans has no contact, or one off the floor."""
     points = [(contact.name, np.array(contact.point_m)) for contact in contacts]
     on_contact = list(_tips(points, wheels, side))
-    edges = [(name, point) for name, shape in hull for point in lowest_edges_m([shape])]
+    edges = [(name, point) for name, shape in hull for point in lowest_edges_m(shape)]
     tips = on_contact or list(_tips(edges, wheels, side))
     where = f'its centre of mass is {"ahead of" if side > 0 else "behind"} the axle'
     if not tips:
