@@ -91,7 +91,7 @@ def _dae_points_m(content: bytes) -> np.ndarray:
     """Return the corners of all that a DAE's scene shows, by its unit."""
     import collada  # noqa: PLC0415  as above
 
-    if b'<!ENTITY' in content:
+    if b'<!ENTITY' in content.replace(b'\0', b''):  # in UTF-16, too
         raise ValueError('it declares entities')
     document = collada.Collada(io.BytesIO(_MATERIALS.sub(b'', content)), ignore=[collada.common.DaeError])
     parts: List[np.ndarray] = [np.empty((0, 3))]
