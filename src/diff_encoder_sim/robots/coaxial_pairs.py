@@ -42,11 +42,16 @@ def left_first(a: RollingWheel, b: RollingWheel) -> WheelPair:
     return WheelPair(a, b) if a.centre_m[1] >= b.centre_m[1] else WheelPair(b, a)
 
 
+def are_parallel(a: RollingWheel, b: RollingWheel) -> bool:
+    """Return whether the axes of two wheels are parallel."""
+    return bool(abs(a.axis @ b.axis) > PARALLEL)
+
+
 def are_coaxial(a: RollingWheel, b: RollingWheel) -> bool:
     """Return whether two wheels have one axis and one radius, side by side."""
     apart_m, larger_m = b.centre_m - a.centre_m, max(a.radius_m or 0.0, b.radius_m or 0.0)
     return bool(
-        abs(a.axis @ b.axis) > PARALLEL
+        are_parallel(a, b)
         and np.linalg.norm(np.cross(apart_m, a.axis)) < OFF_LINE * larger_m
         and abs(apart_m @ a.axis) > LEAST_SEPARATION * larger_m
         and abs((a.radius_m or 0.0) - (b.radius_m or 0.0)) <= LIKE_RADIUS * larger_m

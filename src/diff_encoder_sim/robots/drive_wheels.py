@@ -11,7 +11,7 @@ from diff_encoder_sim.robots.coaxial_pairs import WheelPair, are_coaxial, coaxia
 from diff_encoder_sim.robots.findings import Findings
 from diff_encoder_sim.robots.gazebo_tags import DIFFERENTIAL, DriveTags, commanded_joints
 from diff_encoder_sim.robots.robot_choices import RobotChoices
-from diff_encoder_sim.robots.robot_kinds import check_axles, check_count, check_plugins, check_steering
+from diff_encoder_sim.robots.robot_kinds import check_one_pair, check_plugins, check_steering, check_wheels
 from diff_encoder_sim.robots.robot_tree import RobotTree
 from diff_encoder_sim.robots.rolling_wheels import RollingWheel, spins, wheel_of
 
@@ -86,6 +86,7 @@ def _users_wheel(tree: RobotTree, name: Optional[str], side: str) -> Optional[Ro
 
 def _by_plugin(tree: RobotTree, drives: Sequence[DriveTags], seen: Findings) -> Optional[Tuple[WheelPair, str]]:
     """Return the pair of the first differential drive whose joints the robot has."""
+    check_one_pair(tree, drives)
     for tags in drives:
         if tags.kind != DIFFERENTIAL:
             continue
@@ -110,11 +111,10 @@ def _by_evidence(
     commanded = [wheel for wheel in wheels if wheel.joint in commanded_joints(tree) and not wheel.swivel]
     if len(commanded) == 2 and are_coaxial(*commanded):
         return left_first(*commanded), 'transmissions'
-    fixed = [wheel for wheel in (commanded or wheels) if not wheel.swivel]
-    fixed = _without_casters(fixed)
-    check_count(tree, fixed)
+    driven = commanded if len(commanded) > 2 else wheels
+    fixed = _without_casters([wheel for wheel in driven if not wheel.swivel])
+    check_wheels(tree, fixed)
     pairs = coaxial_pairs(fixed)
-    check_axles(tree, pairs)
     pair = max(pairs, key=lambda pair: pair.radius_m)
     if len(pairs) > 1:
         others = ', '.join(repr(joint) for other in pairs if other is not pair for joint in other.joints)
@@ -122,7 +122,7 @@ def _by_evidence(
             f'the largest wheels, {pair.joints[0]!r} and {pair.joints[1]!r}, are taken to be driven '
             f'and {others} to be casters'
         )
-    return pair, 'transmissions and geometry' if commanded else 'geometry'
+    return pair, 'transmissions and geometry' if driven is commanded else 'geometry'
 
 
 def _without_casters(wheels: List[RollingWheel]) -> List[RollingWheel]:
