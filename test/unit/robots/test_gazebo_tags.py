@@ -1,0 +1,117 @@
+import pytest
+
+from diff_encoder_sim.robots.gazebo_tags import commanded_joints, drive_plugins
+from urdf_texts import plugin, tree_of, usual
+
+WHEELS = ('left_wheel_joint',), ('right_wheel_joint',)
+
+
+def only_drive(text):
+    (tags,) = drive_plugins(tree_of(usual(text)))
+    return tags
+
+
+@pytest.mark.parametrize(
+    ('filename', 'tags'),
+    [
+        (
+            'libgazebo_ros_diff_drive.so',
+            {
+                'leftJoint': 'left_wheel_joint',
+                'rightJoint': 'right_wheel_joint',
+                'wheelSeparation': 0.3,
+                'wheelDiameter': 0.1,
+                'wheelTorque': 5,
+            },
+        ),
+        (
+            'libgazebo_ros_diff_drive.so',
+            {
+                'left_joint': 'left_wheel_joint',
+                'right_joint': 'right_wheel_joint',
+                'wheel_separation': 0.3,
+                'wheel_diameter': 0.1,
+                'max_wheel_torque': 5,
+            },
+        ),
+        (
+            'libmaker_of_robots.so',
+            {
+                'left_wheel_joint_name': ' left_wheel_joint ',
+                'right_wheel_joint_name': 'right_wheel_joint',
+                'wheel_separation': 0.3,
+                'wheel_diameter': 0.1,
+                'torque': 5,
+            },
+        ),
+    ],
+)
+def test_a_drive_plugin_tells_joints_and_sizes_whatever_it_calls_them(filename, tags):
+    found = only_drive(plugin(filename, **tags))
+    assert (found.source, found.kind) == (filename, 'differential')
+    assert (found.left_joints, found.right_joints) == WHEELS
+    assert (found.separation_m, found.diameter_m, found.limits) == (0.3, 0.1, {'wheel_torque': 5.0})
+
+
+def test_gazebo_sim_tells_the_radius_and_limits_of_the_body():
+    found = only_drive(
+        '<gazebo><plugin name="gz::sim::systems::DiffDrive" filename="gz-sim-diff-drive-system">'
+        '<left_joint>left_wheel_joint</left_joint><right_joint>right_wheel_joint</right_joint>'
+        '<wheel_radius>0.05</wheel_radius><max_linear_velocity>0.5</max_linear_velocity>'
+        '<max_angular_acceleration>2</max_angular_acceleration></plugin></gazebo>'
+    )
+    assert found.diameter_m == 0.1
+    assert found.limits == {'max_linear_speed': 0.5, 'max_angular_acceleration': 2.0}
+
+
+def test_zero_stands_for_no_limit():
+    found = only_drive(
+        plugin('libx_diff_drive.so', leftJoint='a', rightJoint='b', wheelTorque=0, wheelAcceleration=1.8)
+    )
+    assert found.limits == {'rim_acceleration': 1.8}
+
+
+def test_several_joints_on_a_side_are_a_skid_steer_drive():
+    several = '<left_joint>a</left_joint><left_joint>b</left_joint><right_joint>c</right_joint>'
+    found = only_drive(f'<gazebo><plugin filename="libgazebo_ros_diff_drive.so">{several}</plugin></gazebo>')
+    assert (found.kind, found.left_joints) == ('skid-steer', ('a', 'b'))
+    front_and_rear = {'leftFrontJoint': 'a', 'leftRearJoint': 'b', 'rightFrontJoint': 'c', 'rightRearJoint': 'd'}
+    found = only_drive(plugin('libgazebo_ros_skid_steer_drive.so', **front_and_rear))
+    assert (found.kind, found.left_joints, found.right_joints) == ('skid-steer', ('a', 'b'), ('c', 'd'))
+
+
+@pytest.mark.parametrize(
+    ('filename', 'tags', 'kind'),
+    [
+        ('libgazebo_ros_planar_move.so', {}, 'omnidirectional'),
+        ('libgazebo_ros_tricycle_drive.so', {'steeringJoint': 'a'}, 'steered'),
+        ('gz-sim-ackermann-steering-system', {'left_joint': 'a', 'right_joint': 'b'}, 'steered'),
+        ('gz-sim-mecanum-drive-system', {'front_left_joint': 'a', 'front_right_joint': 'b'}, 'omnidirectional'),
+    ],
+)
+def test_other_drives_are_told_by_their_names(filename, tags, kind):
+    assert only_drive(plugin(filename, **tags)).kind == kind
+
+
+@pytest.mark.parametrize(
+    ('filename', 'tags'),
+    [
+        ('libgazebo_ros_joint_state_publisher.so', {'jointName': 'left_wheel_joint, right_wheel_joint'}),
+        ('libgazebo_ros_imu.so', {'bodyName': 'left_wheel'}),
+        ('libgazebo_ros_control.so', {'robotNamespace': '/'}),
+    ],
+)
+def test_other_plugins_drive_nothing(filename, tags):
+    assert drive_plugins(tree_of(usual(plugin(filename, **tags)))) == ()
+
+
+def test_transmissions_and_ros2_control_tell_what_is_commanded_and_how():
+    text = usual(
+        '<transmission name="t"><joint name="left_wheel_joint"><hardwareInterface>hardware_interface/'
+        'VelocityJointInterface</hardwareInterface></joint></transmission>'
+        '<ros2_control name="r" type="system"><joint name="right_wheel_joint"><command_interface name="velocity"/>'
+        '<state_interface name="position"/></joint><joint name="ball_caster_joint"><command_interface name="position"/>'
+        '</joint><joint name="missing"><command_interface name="velocity"/></joint></ros2_control>'
+    )
+    assert commanded_joints(tree_of(text)) == ('left_wheel_joint', 'right_wheel_joint')
+    assert commanded_joints(tree_of(text), position=True) == ('ball_caster_joint',)

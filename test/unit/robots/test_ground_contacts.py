@@ -1,0 +1,71 @@
+"""What touches the floor beside the drive wheels."""
+
+import numpy as np
+import pytest
+
+from robot_parts import finder, write_binary_stl
+from urdf_texts import LEVEL, ball, base, box, cylinder, described, joint, link, pair, robot, usual, wheel
+
+
+def contacts_of(*parts, **given):
+    """Names, x, y and height above the floor [mm] of the contacts, front to back."""
+    description = described(robot(base(), pair(), *parts), **given)
+    return [(contact.name, *(round(1e3 * value, 3) for value in contact.point_m)) for contact in description.contacts]
+
+
+def test_a_ball_touches_at_its_lowest_point():
+    assert contacts_of(ball('front', 0.1), ball('rear', -0.12, clearance_m=0.001)) == [
+        ('front', 100.0, 0.0, 0.0),
+        ('rear', -120.0, 0.0, 1.0),
+    ]
+
+
+def test_what_is_well_above_the_floor_does_not_touch_unless_it_is_called_a_caster():
+    assert contacts_of(ball('sensor', 0.1, clearance_m=0.01)) == []
+    assert contacts_of(ball('ball_caster', 0.1, clearance_m=0.01)) == [('ball_caster', 100.0, 0.0, 10.0)]
+
+
+def test_a_caster_wheel_stands_below_its_swivel():
+    """Forward it trails, backward it leads: drawn either way, its mean place is the swivel's."""
+    for trail_m in (-0.03, 0.03):
+        swivel = link('fork') + joint('swivel', 'fork', '0.2 0.05 0.08', 'continuous', axis='0 0 1')
+        roll = wheel('roll', x_m=trail_m, radius_m=0.03, parent='fork', z_m=0.03 - 0.08)
+        assert contacts_of(swivel, roll) == [('roll', 200.0, 50.0, 0.0)]
+
+
+def test_a_skid_stands_in_its_middle_and_a_long_plate_on_its_edge():
+    skid = link('skid', box(0.04, 0.02, 0.02)) + joint('j', 'skid', '0.1 0 0.01')
+    assert contacts_of(skid) == [('skid', 100.0, 0.0, 0.0)]
+    plate = link('plate', box(0.2, 0.1, 0.02)) + joint('j', 'plate', '0.15 0 0.011')
+    assert contacts_of(plate) == [('plate', 250.0, 0.0, 1.0)]
+
+
+def test_a_hull_on_the_floor_stands_on_both_its_edges():
+    hull = link('hull', box(0.3, 0.2, 0.1)) + joint('j', 'hull', '0.02 0 0.053')
+    assert contacts_of(hull) == [('hull (front)', 170.0, 0.0, 3.0), ('hull (rear)', -130.0, 0.0, 3.0)]
+
+
+def test_a_roll_that_lies_touches_below_its_middle():
+    roll = link('roll', cylinder(0.02, 0.1), LEVEL) + joint('j', 'roll', '-0.1 0 0.02')
+    assert contacts_of(roll) == [('roll', -100.0, 0.0, 0.0)]
+
+
+def test_a_marker_of_a_millimetre_carries_nothing():
+    assert contacts_of(link('footprint', box(0.001, 0.001, 0.001)) + joint('j', 'footprint', '0.1 0 0')) == []
+
+
+def test_a_mesh_touches_where_its_own_points_are_lowest(tmp_path):
+    """Its box would touch at the corners."""
+    body = np.array([[0.2, 0.1, 0.05], [0.2, -0.1, 0.05], [-0.2, 0.1, 0.05], [-0.2, -0.1, 0.05], [0, 0, 0.2]])
+    foot = np.array([[0.1, 0.01, 0.001], [0.1, -0.01, 0.001], [0.12, 0.0, 0.001]])
+    corners = np.vstack([body, foot])
+    write_binary_stl(tmp_path / 'body.stl', corners, np.array([[0, 1, 4], [2, 3, 4], [0, 2, 4], [1, 3, 4], [5, 6, 7]]))
+    mesh = link('shell', '<mesh filename="package://any/body.stl"/>') + joint('j', 'shell', '0 0 0')
+    assert contacts_of(mesh, find=finder(tmp_path)) == [('shell', pytest.approx(110.0), 0.0, pytest.approx(1.0))]
+
+
+def test_passive_wheels_of_a_driven_pair_are_contacts_and_the_driven_are_not():
+    description = described(
+        usual(pair(x_m=-0.2, names=('a', 'b'))), left_joint='left_wheel_joint', right_joint='right_wheel_joint'
+    )
+    assert [contact.name for contact in description.contacts] == ['ball_caster', 'a', 'b']
