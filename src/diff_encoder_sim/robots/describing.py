@@ -6,6 +6,7 @@ import functools
 from pathlib import Path
 from typing import Dict, List, Optional, Sequence, Tuple
 
+from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.robots.coaxial_pairs import WheelPair
 from diff_encoder_sim.robots.controller_tags import controllers
 from diff_encoder_sim.robots.drive_limits import drive_limits
@@ -30,6 +31,7 @@ from diff_encoder_sim.robots.wheel_geometry import WheelGeometry, wheel_geometry
 from diff_encoder_sim.robots.xacro_expansion import expansion
 
 MOST_NAMES = 12
+WORLD_FRAMES = ('map', 'odom')  # the robot's place in them is what is published
 
 
 def describe(source: RobotSource, choices: RobotChoices = RobotChoices()) -> RobotDescription:  # noqa: B008
@@ -59,6 +61,11 @@ def _describe(
 
 def describe_tree(tree: RobotTree, find: MeshFinder, choices: RobotChoices, seen: Findings) -> RobotDescription:
     """Return what is known of a robot whose URDF is parsed; see `describe`."""
+    if tree.root in WORLD_FRAMES:
+        raise ConfigError(
+            f'{tree.where}: root link {tree.root!r} is the name of a frame that others publish; '
+            "allowed: the robot's base as root, such as base_link"
+        )
     seen.add('name', tree.name, '<robot name>')
     seen.add('base frame', tree.root, 'root link')
     simple = primitive_tree(tree, find, seen)

@@ -60,7 +60,7 @@ def complaint_about(text, **choices):
         ),
         (
             tuple(omni(name, bearing * math.pi / 3) for name, bearing in (('a', 0), ('b', 2), ('c', 4))),
-            'an omnidirectional robot, whose wheels have rollers or which its plugin moves without wheels (the axles of',
+            'an omnidirectional robot, whose wheels have rollers or which its plugin moves without wheels (the axles',
         ),
         (
             tuple(omni(name, bearing * math.pi / 4) for name, bearing in (('a', 1), ('b', 3), ('c', 5), ('d', 7))),
@@ -89,7 +89,7 @@ def test_rotors_of_a_drone_are_no_wheels():
             plugin('libgazebo_ros_skid_steer_drive.so', leftFrontJoint='a', rightFrontJoint='b'),
             (
                 "plugin libgazebo_ros_skid_steer_drive.so with 'a', 'b'); modelled are two driven wheels on one axle; "
-                'to simulate two of its wheels as the drive, name them as simulator.left_joint and simulator.right_joint'
+                'to simulate two of its wheels as the drive, name them as simulator.left_joint and'
             ),
         ),
         (plugin('libgazebo_ros_ackermann_drive.so'), 'tricycle or Ackermann'),
