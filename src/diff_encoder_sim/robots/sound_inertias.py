@@ -55,13 +55,15 @@ def link_masses(tree: RobotTree, shapes: LinkShapes, find: MeshFinder) -> LinkMa
         ConfigError: the robot has no mass.
     """
     poses = tree.link_poses()
+    around = _shapes_around(tree, poses, shapes)
     by_link: Dict[str, MassProperties] = {}
     faults: Dict[str, _Fault] = {}
     for name, link in tree.links.items():
         if link.inertial is None or link.inertial.mass_kg <= 0:
             continue
         inertial = link.inertial
-        fault = _fault(inertial, _reach_m(tree, name, poses, shapes))
+        com_m = link_mass(inertial, poses[name]).com_m
+        fault = _fault(inertial, farthest_m(around[name], com_m) or np.inf)
         if fault is not None:
             faults[name] = fault
             solid = homogeneous(shapes[name] or visual_primitives_of(link, find), inertial.mass_kg)
@@ -76,7 +78,7 @@ def link_masses(tree: RobotTree, shapes: LinkShapes, find: MeshFinder) -> LinkMa
 
 
 def _fault(inertial: Inertial, reach_m: float) -> Optional[_Fault]:
-    """Return what is wrong with the inertia of a mass, all of it within `reach_m` of its centre; None if nothing is."""
+    """Return what is wrong with the inertia of a mass all within `reach_m` of its centre; None if nothing is."""
     moments = np.linalg.eigvalsh(inertial.inertia_kgm2)
     shown = 'principal moments ' + ', '.join(f'{moment:.3g}' for moment in moments) + ' kg m^2'
     if moments[0] <= 0:
@@ -102,28 +104,13 @@ def _in_words(faults: Mapping[str, _Fault]) -> Iterator[str]:
         yield f'{kind}, replaced by that of a homogeneous solid: {named}'
 
 
-def _reach_m(tree: RobotTree, link: str, poses: Mapping[str, np.ndarray], shapes: LinkShapes) -> float:
-    """Return how far a link's shapes reach from its centre of mass.
-
-    Links that are fixed to each other count as one; where these have no shape the whole robot does.
-    """
-    inertial = tree.links[link].inertial
-    assert inertial is not None
-    com_m = (poses[link] @ np.append(inertial.com_in_link_m, 1.0))[:3]
-    for links in (_fixed_together(tree, link), list(tree.links)):
-        reach_m = farthest_m([placed(shape, poses[name]) for name in links for shape in shapes[name]], com_m)
-        if reach_m > 0:
-            return reach_m
-    return np.inf
-
-
-def _fixed_together(tree: RobotTree, link: str) -> List[str]:
-    """Return the links that fixed joints join to a link, and itself."""
-    joint = tree.joint_above(link)
-    while joint is not None and joint.kind == 'fixed':
-        link = joint.parent
-        joint = tree.joint_above(link)
-    found = [link]
-    for name in found:  # grows while it runs
-        found += [below.child for below in tree.joints.values() if below.parent == name and below.kind == 'fixed']
-    return found
+def _shapes_around(tree: RobotTree, poses: Mapping[str, np.ndarray], shapes: LinkShapes) -> Dict[str, List[Shape]]:
+    """Return, by link, the shapes of all links that are fixed to it, and its own, in the root; else those of all."""
+    joints = {joint.child: joint for joint in tree.joints.values()}
+    around: Dict[str, List[Shape]] = {}
+    for name, pose in poses.items():
+        joint = joints.get(name)
+        around[name] = around[joint.parent] if joint is not None and joint.kind == 'fixed' else []
+        around[name] += [placed(shape, pose) for shape in shapes[name]]
+    everything = [placed(shape, pose) for name, pose in poses.items() for shape in shapes[name]]
+    return {name: found or everything for name, found in around.items()}

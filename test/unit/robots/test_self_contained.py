@@ -5,7 +5,9 @@ import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.xml_values import joint_origin, rotation_from_rpy
+from diff_encoder_sim.robots.mesh_hulls import primitives_of
 from diff_encoder_sim.robots.self_contained import needs_other_files, self_contained_urdf
+from diff_encoder_sim.robots.urdf_parsing import parse_urdf
 from places import ROOT
 from robot_parts import CUBE_CORNERS, CUBE_TRIANGLES, finder, write_binary_stl
 
@@ -53,6 +55,15 @@ def test_all_else_stays(find):
 def test_it_needs_no_other_file_afterwards(find):
     text = self_contained_urdf(URDF, 'my.urdf', find)
     assert self_contained_urdf(text, 'my.urdf', lambda uri: None) == text
+
+
+def test_read_again_it_has_the_shapes_that_the_meshes_were_replaced_by(find):
+    before = parse_urdf(URDF, 'my.urdf')
+    after = parse_urdf(self_contained_urdf(URDF, 'my.urdf', find), 'my.urdf')
+    for name, link in before.links.items():
+        for right, found in zip(primitives_of(link, 'my.urdf', find).shapes, after.links[name].collisions):
+            assert found.geometry == right.geometry
+            assert found.pose_in_link == pytest.approx(right.pose_in_link, abs=1e-12)
 
 
 def test_a_urdf_without_collision_meshes_stays_as_it_is():
