@@ -55,7 +55,7 @@ def _check_format(robot: ElementTree.Element, where: str) -> None:
         raise ConfigError(f'{where}: given {kind}; allowed: a URDF or xacro file, which begins with <robot>')
     for tag in _XACRO_TAGS:
         if robot.find(tag) is not None:
-            raise ConfigError(f'{where}: <{tag}>: given without prefix, as old xacros have it; allowed: <xacro:{tag}>')
+            raise ConfigError(f'{where}: <{tag}>: given in a URDF; allowed: in a xacro, as <xacro:{tag}>')
 
 
 def _check_names(kind: str, names: Sequence[str], where: str) -> None:

@@ -13,7 +13,6 @@ from diff_encoder_sim.robots.robot_source import RobotSource
 
 MOST_CHARACTERS = 600
 
-_OLD_TAG = re.compile(r'<(?:property\s[^>]*value|macro\s[^>]*params|include\s[^>]*filename)\s*=')
 _ARGUMENT = re.compile(r"Undefined substitution argument '?(\w+)")
 _PACKAGE = re.compile(r'package://([\w.-]+)')
 
@@ -55,7 +54,7 @@ def explain(error: BaseException, source: RobotSource, texts: Mapping[str, str],
         message, fragment = _missing_package(package[1], source), f'find {package[1]}'
     file = str(xacro.filestack[-1]) if xacro.filestack else str(source.file)
     where = place(file, fragment or _quoted(message), source, texts)
-    return f'{where}: {_clipped(message)}{_old_style_hint(texts)}'
+    return f'{where}: {_clipped(message)}'
 
 
 def place(file: str, fragment: Optional[str], source: RobotSource, texts: Mapping[str, str]) -> str:
@@ -106,9 +105,3 @@ def _chain(error: Optional[BaseException]) -> Iterator[BaseException]:
     while error is not None:
         yield error
         error = getattr(error, 'exc', None) or error.__cause__
-
-
-def _old_style_hint(texts: Mapping[str, str]) -> str:
-    if any(_OLD_TAG.search(text) for text in texts.values()):
-        return '; the file is an old xacro: write <xacro:property>, <xacro:macro>, <xacro:include> with the prefix'
-    return ''

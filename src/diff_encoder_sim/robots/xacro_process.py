@@ -1,7 +1,8 @@
 """Expands one xacro in a process of its own, which xacro_expansion starts: whatever a file does ends there.
 
-Reads a request (JSON) from stdin, writes an answer (JSON) to stdout. Here two functions of xacro are replaced:
-how it reads a file (ours is bounded, without entities, forgiving in form), and what $(find) means (xacro's asks ROS).
+Reads a request (JSON) from stdin, writes an answer (JSON) to stdout. Here three functions of xacro are replaced: how it
+reads a file (ours is bounded, without entities, forgiving in form), what $(find) means (xacro's asks ROS), and what a call
+of a macro is (old xacros have no prefix there).
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from typing import Any, Dict, List, Optional
 import xacro
 
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.robots.old_xacro import NOTE, prefix_call, prefix_tags
 from diff_encoder_sim.robots.package_search import find_package
 from diff_encoder_sim.robots.robot_source import RobotSource
 from diff_encoder_sim.robots.robot_xml import parse_robot_xml, read_robot_text
@@ -69,11 +71,12 @@ class Expander:
         self._environment: Dict[str, Optional[str]] = {}
         self._notes: List[str] = []
         self._parse_as_xacro, self._substitute_as_xacro = xacro.parse, xacro.eval_extension
+        self._call_as_xacro = xacro.handle_macro_call
 
     def answer(self) -> Dict[str, Any]:
         """Return the URDF or one line on what is wrong, and what it depends on."""
         answer: Dict[str, Any] = {}
-        xacro.parse, xacro.eval_extension = self._parse, self._substitute
+        xacro.parse, xacro.eval_extension, xacro.handle_macro_call = self._parse, self._substitute, self._call
         try:
             document = xacro.process_file(str(self._source.file), mappings=dict(self._source.arguments))
             # Not the whole document: xacro's banner has the file's path in it.
@@ -84,6 +87,7 @@ class Expander:
             answer['fault'] = explain(error, self._source, self._texts, self._declared())
         finally:
             xacro.parse, xacro.eval_extension = self._parse_as_xacro, self._substitute_as_xacro
+            xacro.handle_macro_call = self._call_as_xacro
         return {**answer, 'notes': self._notes, 'environment': self._environment, 'declared': self._declared()}
 
     def _declared(self) -> List[str]:
@@ -105,7 +109,16 @@ class Expander:
             parse_robot_xml(text, filename)
         except ConfigError as error:
             raise ConfigError(f'{self._source.file}: {error}' if including else str(error)) from None
-        return xml.dom.expatbuilder.parseString(text, namespaces=False)
+        document = xml.dom.expatbuilder.parseString(text, namespaces=False)
+        if prefix_tags(document):
+            self._note(NOTE)
+        return document
+
+    def _call(self, node: Any, macros: Any, symbols: Any) -> Any:
+        """Do what xacro.handle_macro_call does."""
+        if prefix_call(node, macros):
+            self._note(NOTE)
+        return self._call_as_xacro(node, macros, symbols)
 
     def _substitute(self, text: str) -> str:
         """Do what xacro.eval_extension does: resolve '$(...)', packages by our own search."""
@@ -120,10 +133,12 @@ class Expander:
         folder = find_package(name, self._source)
         if folder is not None:
             return str(folder)
-        note = f'package {name!r} is not found; $(find {name}) became package://{name}'
+        self._note(f'package {name!r} is not found; $(find {name}) became package://{name}')
+        return f'package://{name}'
+
+    def _note(self, note: str) -> None:
         if note not in self._notes:
             self._notes.append(note)
-        return f'package://{name}'
 
 
 if __name__ == '__main__':

@@ -69,8 +69,11 @@ def test_a_long_chain_of_links_is_read():
         ('<launch/>', 'given a launch file'),
         ('<html/>', 'given <html>'),
         ('<robot/>', 'the robot has no link'),
-        ('<robot><include filename="a.xacro"/></robot>', '<include>: given without prefix, as old xacros have it'),
-        ('<robot><macro name="m"/></robot>', 'allowed: <xacro:macro>'),
+        (
+            '<robot><include filename="a.xacro"/></robot>',
+            '<include>: given in a URDF; allowed: in a xacro, as <xacro:include>',
+        ),
+        ('<robot><macro name="m"/></robot>', 'as <xacro:macro>'),
         ('<robot><link/></robot>', '<link>: name: missing'),
         ('<robot><link name=" "/></robot>', '<link>: name: missing'),
         ('<robot><link name="a"/><link name="a"/></robot>', "link 'a': given 2 times"),

