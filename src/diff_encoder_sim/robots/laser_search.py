@@ -12,7 +12,7 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.typed_params import did_you_mean
 from diff_encoder_sim.robots.findings import Findings
 from diff_encoder_sim.robots.gazebo_lasers import LaserTags, gazebo_lasers
-from diff_encoder_sim.robots.robot_description import LaserMount
+from diff_encoder_sim.robots.robot_description import RobotLaser
 from diff_encoder_sim.robots.robot_tree import RobotTree
 
 LEVEL_DEG = 5.0  # a scanner that leans less is simulated level
@@ -31,7 +31,7 @@ class _Scanner(NamedTuple):
     notes: Tuple[str, ...]
 
 
-def find_laser(tree: RobotTree, chosen: Optional[str], seen: Findings) -> Optional[LaserMount]:
+def find_laser(tree: RobotTree, chosen: Optional[str], seen: Findings) -> Optional[RobotLaser]:
     """Return the scanner; None, with a warning, where the robot has none.
 
     Args:
@@ -104,7 +104,7 @@ def _is_upside_down(pose: np.ndarray) -> bool:
     return lean_deg(pose) >= 180.0 - LEVEL_DEG
 
 
-def _mount(scanner: _Scanner, seen: Findings) -> LaserMount:
+def _mount(scanner: _Scanner, seen: Findings) -> RobotLaser:
     """Return the scanner level and upright."""
     x_m, y_m, z_m = scanner.pose[:3, 3].tolist()
     settings, pose = dict(scanner.settings), scanner.pose
@@ -117,7 +117,7 @@ def _mount(scanner: _Scanner, seen: Findings) -> LaserMount:
     if settings:
         shown = ', '.join(f'{key} {value:.4g}' for key, value in settings.items())
         seen.add('laser', shown, scanner.source if scanner.settings else 'default')
-    return LaserMount(scanner.link, pose, settings)
+    return RobotLaser(scanner.link, pose, settings)
 
 
 def _turned_over(pose: np.ndarray) -> np.ndarray:

@@ -40,7 +40,7 @@ class GroundContact(NamedTuple):
     point_m: Vector  # the lowest point, in the root
 
 
-class LaserMount(NamedTuple):
+class RobotLaser(NamedTuple):
     """The scanner and what the URDF says of it."""
 
     link: str
@@ -68,7 +68,7 @@ class RobotDescription(NamedTuple):
     contacts: Tuple[GroundContact, ...]
     hull: Tuple[Shape, ...]  # collision shapes of all but wheels and contacts, poses in the root, meshes replaced
     footprint: OutlineXy  # convex, counter-clockwise, wheels included
-    laser: Optional[LaserMount]
+    laser: Optional[RobotLaser]
     drive_limits: Dict[str, float]  # keys of DriveParams that plugins and joint limits give
     found: Tuple[Found, ...]
     warnings: Tuple[str, ...]  # what is likely wrong in the URDF, one line each
