@@ -1,8 +1,8 @@
 """Expands one xacro in a process of its own, which xacro_expansion starts: whatever a file does ends there.
 
 Reads a request (JSON) from stdin, writes an answer (JSON) to stdout. Here three functions of xacro are replaced: how it
-reads a file (ours is bounded, without entities, forgiving in form), what $(find) means (xacro's asks ROS), and what a call
-of a macro is (old xacros have no prefix there).
+reads a file (ours is bounded, without entities, forgiving in form), what $(find) means (xacro's asks ROS), and what
+calls a macro (old xacros do so without prefix).
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ from diff_encoder_sim.robots.xacro_faults import explain, place
 MOST_CPU_S = 10
 MOST_MEMORY_BYTES = 2 * 2**30
 
+_MACRO = re.compile(r'<(?:xacro:)?macro\s[^>]*?name\s*=\s*["\']([^"\']+)')
 _ASKED = re.compile(r'<xacro:arg\s[^>]*?name\s*=\s*["\']([^"\']+)|\$\(\s*arg\s+([^\s)]+)|xacro\.arg\(\s*["\'](\w+)')
 
 
@@ -79,6 +80,7 @@ class Expander:
         xacro.parse, xacro.eval_extension, xacro.handle_macro_call = self._parse, self._substitute, self._call
         try:
             document = xacro.process_file(str(self._source.file), mappings=dict(self._source.arguments))
+            self._check_for_links(document)
             # Not the whole document: xacro's banner has the file's path in it.
             answer['urdf'] = '<?xml version="1.0"?>\n' + document.documentElement.toprettyxml(indent='  ')
         except ConfigError as error:
@@ -89,6 +91,14 @@ class Expander:
             xacro.parse, xacro.eval_extension = self._parse_as_xacro, self._substitute_as_xacro
             xacro.handle_macro_call = self._call_as_xacro
         return {**answer, 'notes': self._notes, 'environment': self._environment, 'declared': self._declared()}
+
+    def _check_for_links(self, document: xml.dom.minidom.Document) -> None:
+        macros = _MACRO.findall(self._texts[str(self._source.file)])
+        if macros and not document.getElementsByTagName('link'):
+            raise ConfigError(
+                f'{self._source.file}: no link: the file defines {", ".join(macros[:5])}, but uses no macro that makes '
+                'one; allowed: the xacro of the whole robot, which includes this one'
+            )
 
     def _declared(self) -> List[str]:
         """Return the names of the arguments that the files declare or use."""

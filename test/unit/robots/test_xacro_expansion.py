@@ -103,6 +103,7 @@ def test_a_package_that_is_read_from_and_missing_is_named_with_where_it_was_look
         ('\n<a b="${1 / 0}"/>', ', line 2: division by zero'),
         ('<a>', ', line 1: not well-formed XML: mismatched tag'),
         ('<a b="${xacro.load_yaml(\'none.yaml\')}"/>', 'No such file or directory'),
+        ('<xacro:macro name="bot"><link name="a"/></xacro:macro>', 'no link: the file defines bot, but uses no macro'),
     ],
 )
 def test_a_fault_is_one_line_with_file_and_line(tmp_path, body, text):
