@@ -27,6 +27,7 @@ extensions = [
     'api_pages',
     'node_tables',
     'reference_tables',
+    'robot_table',
 ]
 exclude_patterns = ['_ext']
 myst_enable_extensions = ['colon_fence', 'deflist']
