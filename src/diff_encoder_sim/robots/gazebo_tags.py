@@ -50,7 +50,10 @@ class DriveTags(NamedTuple):
 
 def drive_plugins(tree: RobotTree) -> Tuple[DriveTags, ...]:
     """Return the plugins that name a left and a right joint, or whose name tells what they drive."""
-    read = (_read_plugin(plugin) for plugin in tree.xml.iter('plugin'))
+    plugins = list(tree.xml.iter('plugin'))
+    # Before Gazebo 1.0 a plugin was a <controller:...> of its own name.
+    plugins += [child for element in tree.xml.iter('gazebo') for child in element if child.tag != 'plugin']
+    read = (_read_plugin(plugin) for plugin in plugins)
     return tuple(tags for tags in read if tags is not None)
 
 
@@ -62,7 +65,7 @@ def commanded_joints(tree: RobotTree, position: bool = False) -> Tuple[str, ...]
 
 def tag_words(element: ElementTree.Element) -> str:
     """Return a tag in lower-case letters only: leftJoint and left_joint are the same."""
-    return re.sub('[^a-z]', '', element.tag.rsplit('}', 1)[-1].rsplit(':', 1)[-1].lower())
+    return re.sub('[^a-z]', '', _local_name(element).lower())
 
 
 def positive(text: Optional[str]) -> Optional[float]:
@@ -74,12 +77,17 @@ def positive(text: Optional[str]) -> Optional[float]:
     return number if 0.0 < number < math.inf else None
 
 
+def _local_name(element: ElementTree.Element) -> str:
+    """Return a tag without its namespace."""
+    return element.tag.rsplit('}', 1)[-1].rsplit(':', 1)[-1]
+
+
 def _read_plugin(plugin: ElementTree.Element) -> Optional[DriveTags]:
     children = [(tag_words(child), (child.text or '').strip()) for child in plugin.iter() if child is not plugin]
-    filename = plugin.get('filename') or plugin.get('name') or 'plugin'
+    filename = plugin.get('filename') or _local_name(plugin)
     left, right = _joints(children, 'left'), _joints(children, 'right')
     kind = _kind(f'{filename} {plugin.get("name")}', children, left)
-    if not (left and right) and kind not in (STEERED, OMNIDIRECTIONAL):
+    if not (left and right) and (kind not in (STEERED, OMNIDIRECTIONAL) or plugin.tag != 'plugin'):
         return None
     diameter_m = _first(children, ('wheeldiameter',))
     radius_m = _first(children, ('wheelradius',))

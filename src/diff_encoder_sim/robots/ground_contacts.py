@@ -49,7 +49,15 @@ def ground_contacts(tree: RobotTree, wheels: WheelBase, mesh_points: MeshPoints)
     for name, pose in tree.link_poses().items():
         if name not in wheels.links:
             contacts += _contacts(tree, name, _low_points_m(tree, name, pose, wheels, mesh_points), wheels)
-    return tuple(sorted(contacts, key=lambda contact: -contact.point_m[0]))
+    kept = _lowest(contacts, wheels, 1) + _lowest(contacts, wheels, -1)
+    return tuple(sorted(kept, key=lambda contact: -contact.point_m[0]))
+
+
+def _lowest(contacts: List[GroundContact], wheels: WheelBase, side: int) -> List[GroundContact]:
+    """Return the contacts on a side of the axle that come nearly as low as its lowest: no forks above casters."""
+    there = [contact for contact in contacts if side * (contact.point_m[0] - wheels.axle_x_m) > BESIDE_AXLE_M]
+    lowest_m = min((contact.point_m[2] for contact in there), default=0.0)
+    return [contact for contact in there if contact.point_m[2] <= lowest_m + NEAR_M]
 
 
 def lowest_edges_m(shape: Shape) -> List[np.ndarray]:

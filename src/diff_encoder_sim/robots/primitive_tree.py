@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Dict, List, Mapping, NamedTuple, Optional, Tuple
+from typing import Dict, List, Mapping, NamedTuple, Optional, Set, Tuple
 
 import numpy as np
 
-from diff_encoder_sim.robots import meshes
+from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.robots.findings import Findings
 from diff_encoder_sim.robots.ground_contacts import CASTER_NAMES
 from diff_encoder_sim.robots.mesh_hulls import MeshFinder, primitives_of, visual_primitives_of
-from diff_encoder_sim.robots.robot_tree import Cylinder, Link, Mesh, RobotTree, Shape, Sphere
+from diff_encoder_sim.robots.robot_tree import Cylinder, Joint, Link, RobotTree, Shape, Sphere
 from diff_encoder_sim.robots.rolling_wheels import rigid_links, spins
 from diff_encoder_sim.robots.solids import placed
+from diff_encoder_sim.robots.wheel_treads import mesh_treads, points_in_link_m
 
 
 class BodyShape(NamedTuple):
@@ -37,16 +38,37 @@ def primitive_tree(tree: RobotTree, find: MeshFinder, seen: Findings) -> RobotTr
         links[name] = link._replace(collisions=shapes, visuals=())
         for note in notes:
             seen.note(note)
-    wheels = {link for joint in tree.joints.values() if spins(tree, joint) for link in rigid_links(tree, joint.child)}
+    wheels = _add_treads(tree, links, find)
     has_body = any(links[name].collisions for name in links if name not in wheels)
     if not has_body:
         seen.warn('no link but the wheels has a collision shape: visual shapes are taken')
-    for name, link in tuple(links.items()):
-        is_flat_wheel = name in wheels and not _is_round(link)
-        is_caster = bool(CASTER_NAMES.search(name)) and not link.collisions
-        if is_flat_wheel or is_caster or not has_body:
+    for name, link in links.items():
+        if not link.visuals and (not has_body or (CASTER_NAMES.search(name) and not link.collisions)):
             links[name] = link._replace(visuals=visual_primitives_of(tree.links[name], find))
     return tree._replace(links=links)
+
+
+def _add_treads(tree: RobotTree, links: Dict[str, Link], find: MeshFinder) -> Set[str]:
+    """Add treads to the wheels' meshes, and visual shapes to wheels that are not round; return the wheels' links."""
+    wheels: Set[str] = set()
+    for joint in tree.joints.values():
+        for name in rigid_links(tree, joint.child) if spins(tree, joint) else ():
+            link = links[name]
+            link = link._replace(collisions=(*link.collisions, *mesh_treads(tree, joint, name, find, visual=False)))
+            if not _is_round(link):
+                shapes = visual_primitives_of(tree.links[name], find)
+                link = link._replace(visuals=(*shapes, *_visual_treads(tree, joint, name, find)))
+            links[name] = link
+            wheels.add(name)
+    return wheels
+
+
+def _visual_treads(tree: RobotTree, joint: Joint, name: str, find: MeshFinder) -> Tuple[Shape, ...]:
+    """Return the treads of visual meshes; one that cannot be read is left out, as everywhere."""
+    try:
+        return tuple(mesh_treads(tree, joint, name, find, visual=True))
+    except ConfigError:
+        return ()
 
 
 def collision_shapes(tree: RobotTree) -> Dict[str, Tuple[Shape, ...]]:
@@ -56,12 +78,8 @@ def collision_shapes(tree: RobotTree) -> Dict[str, Tuple[Shape, ...]]:
 
 def mesh_points_m(tree: RobotTree, find: MeshFinder, link: str, number: int) -> Optional[np.ndarray]:
     """Return the (n, 3) points of a link's collision mesh in the link; None where that shape is no mesh."""
-    shape = tree.links[link].collisions[number]
-    path = find(shape.geometry.uri) if isinstance(shape.geometry, Mesh) else None
-    if path is None or not isinstance(shape.geometry, Mesh):
-        return None
-    points_m = meshes.mesh_points_m(path, tree.where) * shape.geometry.scale_xyz
-    return np.asarray(points_m @ shape.pose_in_link[:3, :3].T + shape.pose_in_link[:3, 3])
+    shapes = tree.links[link].collisions
+    return points_in_link_m(shapes[number], find, tree.where) if number < len(shapes) else None
 
 
 def body_shapes(tree: RobotTree, poses: Mapping[str, np.ndarray]) -> List[BodyShape]:

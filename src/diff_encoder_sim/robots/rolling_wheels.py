@@ -7,7 +7,7 @@ from typing import Iterator, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from diff_encoder_sim.robots.robot_tree import Joint, RobotTree, Shape
+from diff_encoder_sim.robots.robot_tree import Cylinder, Joint, RobotTree, Shape
 from diff_encoder_sim.robots.solids import placed, rolling_radius_m
 
 LEVEL = 0.17  # an axis' vertical part (10 degrees), below which a wheel can stand on it
@@ -102,6 +102,13 @@ def _rolling_shape(tree: RobotTree, joint: Joint) -> Tuple[Optional[float], np.n
         radius_m = max((radius for radius, _ in rolling), default=0.0)
         if radius_m > 0.0:
             largest = [shape for radius, shape in rolling if radius > (1.0 - SAME_RADIUS) * radius_m]
+            width_m = min(_width_m(shape) for shape in largest)
+            # A mesh's tread is narrower than the wheel with its motor; twin tyres are equally wide.
+            largest = [shape for shape in largest if _width_m(shape) <= (1.0 + SAME_RADIUS) * width_m]
             centre_m = np.mean([shape.pose_in_link[:3, 3] for shape in largest], axis=0)
             return radius_m, centre_m, f'{kind} {type(largest[0].geometry).__name__.lower()}'
     return None, np.zeros(3), 'no rolling shape'
+
+
+def _width_m(shape: Shape) -> float:
+    return shape.geometry.length_m if isinstance(shape.geometry, Cylinder) else 0.0

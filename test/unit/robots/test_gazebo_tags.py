@@ -115,3 +115,12 @@ def test_transmissions_and_ros2_control_tell_what_is_commanded_and_how():
     )
     assert commanded_joints(tree_of(text)) == ('left_wheel_joint', 'right_wheel_joint')
     assert commanded_joints(tree_of(text), position=True) == ('ball_caster_joint',)
+
+
+def test_a_controller_of_the_first_gazebo_tells_the_same():
+    found = only_drive(
+        '<gazebo><controller:differential_position2d xmlns:controller="any" name="c">'
+        '<leftJoint>left_wheel_joint</leftJoint><rightJoint>right_wheel_joint</rightJoint><wheelSeparation>0.3</wheelSeparation>'
+        '</controller:differential_position2d></gazebo>'
+    )
+    assert (found.source, found.left_joints, found.separation_m) == ('differential_position2d', WHEELS[0], 0.3)

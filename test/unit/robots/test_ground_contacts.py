@@ -69,3 +69,8 @@ def test_passive_wheels_of_a_driven_pair_are_contacts_and_the_driven_are_not():
         usual(pair(x_m=-0.2, names=('a', 'b'))), left_joint='left_wheel_joint', right_joint='right_wheel_joint'
     )
     assert [contact.name for contact in description.contacts] == ['ball_caster', 'a', 'b']
+
+
+def test_a_fork_above_its_caster_is_no_contact():
+    swivel = link('caster_fork', box(0.02, 0.02, 0.02)) + joint('swivel', 'caster_fork', '0.2 0 0.03', axis='0 0 1')
+    assert [name for name, *_ in contacts_of(swivel, ball('caster', 0.18))] == ['caster']
