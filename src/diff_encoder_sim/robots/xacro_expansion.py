@@ -83,7 +83,7 @@ def _by_xacro(source: RobotSource) -> Expansion:
         kept = _Kept(made, _digests(answer['opened']), _values([*SEARCH_VARIABLES, *answer['environment']]))
     _kept[source] = kept
     if len(_kept) > MOST_KEPT:
-        del _kept[next(iter(_kept))]
+        _kept.pop(next(iter(_kept)), None)
     return kept.expansion
 
 

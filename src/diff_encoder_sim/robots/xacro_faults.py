@@ -47,7 +47,8 @@ def explain(error: BaseException, source: RobotSource, texts: Mapping[str, str],
     if argument:
         others = ', '.join(name for name in declared if name != argument[1])
         message = (
-            f'argument {argument[1]!r} has no value, and no <xacro:arg> with a default; others: {others or "none"}'
+            f'argument {argument[1]!r} has no value, and no <xacro:arg> with a default; others: {others or "none"}; '
+            f'give it as --robot-arg {argument[1]}:=VALUE'
         )
         fragment = f'arg {argument[1]}'
     elif package:
@@ -69,7 +70,10 @@ def place(file: str, fragment: Optional[str], source: RobotSource, texts: Mappin
 
 def _missing_package(name: str, source: RobotSource) -> str:
     places = ', '.join(searched_folders(source))
-    return f'package {name!r} is not found; looked for in {places}; give the folder that it is in as --packages'
+    return (
+        f'package {name!r} is not found; looked for in {places}; '
+        'name a folder that has it under packages in the robot file, or as --packages'
+    )
 
 
 def _message(causes: Sequence[BaseException]) -> str:
