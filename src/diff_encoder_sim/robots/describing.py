@@ -8,26 +8,22 @@ from typing import Dict, List, Optional, Sequence, Tuple
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.robots.coaxial_pairs import WheelPair
-from diff_encoder_sim.robots.controller_tags import controllers
 from diff_encoder_sim.robots.drive_limits import drive_limits
-from diff_encoder_sim.robots.drive_wheels import choose_wheels
+from diff_encoder_sim.robots.drive_train import find_drive
 from diff_encoder_sim.robots.findings import Findings
 from diff_encoder_sim.robots.footprint_outline import footprint_outline
-from diff_encoder_sim.robots.gazebo_tags import drive_plugins
-from diff_encoder_sim.robots.ground_contacts import WheelBase, ground_contacts
+from diff_encoder_sim.robots.ground_contacts import ground_contacts
 from diff_encoder_sim.robots.laser_search import find_laser
 from diff_encoder_sim.robots.mesh_hulls import MeshFinder
 from diff_encoder_sim.robots.package_search import resolve_uri
 from diff_encoder_sim.robots.primitive_tree import body_shapes, collision_shapes, mesh_points_m, primitive_tree
 from diff_encoder_sim.robots.robot_choices import RobotChoices
-from diff_encoder_sim.robots.robot_description import DriveWheel, OutlineXy, RobotDescription
+from diff_encoder_sim.robots.robot_description import MassProperties, OutlineXy, RobotDescription
 from diff_encoder_sim.robots.robot_source import RobotSource
 from diff_encoder_sim.robots.robot_tree import Joint, RobotTree
-from diff_encoder_sim.robots.rolling_wheels import RollingWheel, rolling_wheels
 from diff_encoder_sim.robots.sound_inertias import link_masses
 from diff_encoder_sim.robots.stance import judge_stance
 from diff_encoder_sim.robots.urdf_parsing import parse_urdf
-from diff_encoder_sim.robots.wheel_geometry import WheelGeometry, wheel_geometry
 from diff_encoder_sim.robots.xacro_expansion import expansion
 
 MOST_NAMES = 12
@@ -61,48 +57,26 @@ def _describe(
 
 def describe_tree(tree: RobotTree, find: MeshFinder, choices: RobotChoices, seen: Findings) -> RobotDescription:
     """Return what is known of a robot whose URDF is parsed; see `describe`."""
-    if tree.root in WORLD_FRAMES:
-        raise ConfigError(
-            f'{tree.where}: root link {tree.root!r} is the name of a frame that others publish; '
-            "allowed: the robot's base as root, such as base_link"
-        )
+    _check_root(tree)
     seen.add('name', tree.name, '<robot name>')
     seen.add('base frame', tree.root, 'root link')
     simple = primitive_tree(tree, find, seen)
-    drives = drive_plugins(tree) + controllers(tree)
-    pair = choose_wheels(simple, rolling_wheels(simple), drives, choices, seen)
-    geometry = wheel_geometry(tree.where, pair, drives, choices, seen)
-    left, right = _driven(pair.left, geometry, pair), _driven(pair.right, geometry, pair)
-    base = _wheel_base(tree, left, right, geometry)
-    seen.add(
-        'axle',
-        f'x = {round(base.axle_x_m, 6) + 0.0:.4g} m, {1e3 * (base.floor_z_m + base.radius_m):.4g} mm up',
-        'wheels, in the base frame',
-    )
-
-    masses = link_masses(simple, collision_shapes(simple), find)
-    for warning in masses.warnings:
-        seen.warn(warning)
-    mass = masses.total
-    com = ', '.join(f'{part:.4g}' for part in mass.com_m)
-    seen.add('mass [kg]', f'{mass.mass_kg:.4g}', '<inertial> of the links')
-    seen.add('centre of mass', f'({com}) m', '<inertial> of the links')
-
+    drive = find_drive(simple, choices, seen)
+    mass = _mass(simple, find, seen)
     shapes = body_shapes(simple, simple.link_poses())
-    contacts = ground_contacts(simple, base, lambda link, number: mesh_points_m(tree, find, link, number))
-    hull = [(name, shape) for name, shape in shapes if name not in base.links]
-    judge_stance(contacts, base, float(mass.com_m[0]), hull, seen)
-    footprint = footprint_outline([shape for _, shape in shapes], base.floor_z_m, tree.where)
+    hull = [(name, shape) for name, shape in shapes if name not in drive.base.links]
+    contacts = ground_contacts(simple, drive.base, lambda link, number: mesh_points_m(tree, find, link, number))
+    judge_stance(contacts, drive.base, float(mass.com_m[0]), hull, seen)
+    footprint = footprint_outline([shape for _, shape in shapes], drive.base.floor_z_m, tree.where)
     seen.add('footprint', _extent(footprint), 'collision shapes')
     laser = find_laser(simple, choices.laser_link, seen)
-    limits = drive_limits(tree, pair, geometry, drives, mass.mass_kg, seen)
-    _note_frozen(tree, pair, seen)
+    limits = drive_limits(tree, drive, mass.mass_kg, seen)
+    _note_frozen(tree, drive.pair, seen)
     return RobotDescription(
         tree,
-        left,
-        right,
-        geometry.diameter_m,
-        geometry.separation_m,
+        drive.left,
+        drive.right,
+        *drive.geometry,
         mass,
         contacts,
         tuple(shape for _, shape in hull),
@@ -115,19 +89,24 @@ def describe_tree(tree: RobotTree, find: MeshFinder, choices: RobotChoices, seen
     )
 
 
-def _driven(wheel: RollingWheel, geometry: WheelGeometry, pair: WheelPair) -> DriveWheel:
-    """Return a driven wheel, moved along the axle to where the nominal separation has it."""
-    middle_m = 0.5 * float(pair.left.centre_m[1] + pair.right.centre_m[1])
-    x_m, _, z_m = wheel.centre_m.tolist()
-    y_m = middle_m + (0.5 if wheel is pair.left else -0.5) * geometry.separation_m
-    radius_m = wheel.radius_m or 0.5 * geometry.diameter_m
-    return DriveWheel(wheel.joint, wheel.link, (x_m, y_m, z_m), radius_m, bool(wheel.axis[1] > 0.0))
+def _check_root(tree: RobotTree) -> None:
+    if tree.root in WORLD_FRAMES:
+        raise ConfigError(
+            f'{tree.where}: root link {tree.root!r} is the name of a frame that others publish; '
+            "allowed: the robot's base as root, such as base_link"
+        )
 
 
-def _wheel_base(tree: RobotTree, left: DriveWheel, right: DriveWheel, geometry: WheelGeometry) -> WheelBase:
-    links = (*tree.subtree(left.link), *tree.subtree(right.link))
-    middle_x_m, middle_z_m = (0.5 * (left.centre_m[axis] + right.centre_m[axis]) for axis in (0, 2))
-    return WheelBase(middle_x_m, middle_z_m - 0.5 * geometry.diameter_m, 0.5 * geometry.diameter_m, links)
+def _mass(tree: RobotTree, find: MeshFinder, seen: Findings) -> MassProperties:
+    """Return the mass of all links."""
+    masses = link_masses(tree, collision_shapes(tree), find)
+    for warning in masses.warnings:
+        seen.warn(warning)
+    mass = masses.total
+    com = ', '.join(f'{round(part, 6) + 0.0:.4g}' for part in mass.com_m.tolist())
+    seen.add('mass [kg]', f'{mass.mass_kg:.4g}', '<inertial> of the links')
+    seen.add('centre of mass', f'({com}) m', '<inertial> of the links')
+    return mass
 
 
 def _extent(outline: OutlineXy) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Dict, Iterator, Sequence, Tuple
 
 from diff_encoder_sim.robots.coaxial_pairs import WheelPair
+from diff_encoder_sim.robots.drive_train import DriveTrain
 from diff_encoder_sim.robots.findings import Findings
 from diff_encoder_sim.robots.gazebo_tags import DriveTags
 from diff_encoder_sim.robots.robot_tree import RobotTree
@@ -25,22 +26,15 @@ _UNITS = {
 Limit = Tuple[str, float, str]  # key of DriveParams, value, source
 
 
-def drive_limits(
-    tree: RobotTree,
-    pair: WheelPair,
-    geometry: WheelGeometry,
-    drives: Sequence[DriveTags],
-    mass_kg: float,
-    seen: Findings,
-) -> Dict[str, float]:
+def drive_limits(tree: RobotTree, drive: DriveTrain, mass_kg: float, seen: Findings) -> Dict[str, float]:
     """Return the limits that the robot's file gives, by keys of DriveParams; the first source of each counts.
 
     The torque is never more than one wheel could pass on if it carried the whole robot on a floor of friction 1:
     plugins give 10 N m and more to robots of 1 kg, which a real motor does not have, and which only lets wheels slip.
     """
-    ours = [tags for tags in drives if set(pair.joints) <= set(tags.left_joints + tags.right_joints)]
+    geometry = drive.geometry
     limits: Dict[str, Tuple[float, str]] = {}
-    for key, value, source in [*_by_drives(ours, geometry), *_by_joints(tree, pair, geometry, seen)]:
+    for key, value, source in [*_by_drives(drive.drives, geometry), *_by_joints(tree, drive.pair, geometry, seen)]:
         limits.setdefault(key, (value, source))
     traction_nm = mass_kg * G_MPS2 * 0.5 * geometry.diameter_m
     torque_nm, source = limits.get('wheel_torque', (traction_nm, ''))

@@ -28,13 +28,19 @@ def wheel_geometry(
 ) -> WheelGeometry:
     """Return the nominal geometry; where from, and who disagrees, is added to what is seen.
 
+    Args:
+        where: begins the error: the robot's file.
+        pair: the driven wheels.
+        drives: plugins and controllers that drive them.
+        choices: the user's.
+        seen: takes sources and disagreements.
+
     Raises:
         ConfigError: nobody tells how large the wheels are.
     """
-    ours = [tags for tags in drives if set(pair.joints) <= set(tags.left_joints + tags.right_joints)]
     return WheelGeometry(
-        _diameter_m(where, pair, ours, choices.wheel_diameter, seen),
-        _separation_m(pair, ours, choices.wheel_separation, seen),
+        _diameter_m(where, pair, drives, choices.wheel_diameter, seen),
+        _separation_m(pair, drives, choices.wheel_separation, seen),
     )
 
 
