@@ -20,8 +20,9 @@ from checkout import print_header
 from measured_drive import WINDOWS, bullet_client, compare, cruise_costs_us, new_simulator, read_test, record_drive
 from tabulate import tabulate
 
+from diff_encoder_sim.simulation.bullet_shapes import shape_arguments
 from diff_encoder_sim.simulation.periods import TICK_S
-from diff_encoder_sim.simulation.physics import PhysicsParams, _shape_arguments
+from diff_encoder_sim.simulation.physics import PhysicsParams
 from diff_encoder_sim.simulation.simulator import Simulator
 from diff_encoder_sim.simulation.world import Plane
 
@@ -203,7 +204,7 @@ def _removed_solids(simulator: Simulator) -> List[Tuple[Dict[str, Any], Any, Any
     client, placed = bullet_client(simulator), []
     solids = [solid for solid in simulator.world.solids if not isinstance(solid.shape, Plane)]
     for body, solid in zip(simulator._physics._solid_names, solids):
-        placed.append((_shape_arguments(solid), *pybullet.getBasePositionAndOrientation(body, physicsClientId=client)))
+        placed.append((shape_arguments(solid), *pybullet.getBasePositionAndOrientation(body, physicsClientId=client)))
         pybullet.removeBody(body, physicsClientId=client)
     return placed
 

@@ -24,7 +24,12 @@ FLOOR_ONLY_LINKS = (LEFT_WHEEL, RIGHT_WHEEL, SUPPORTS)
 
 # Of the robot's mass. A URDF's own wheels may weigh nothing or everything; the solver wants neither.
 _WHEEL_MASS, _SUPPORTS_MASS = 0.05, 0.001
-_WHEEL_FRICTION = 1.0  # of rubber on a clean hard floor
+# A wheel's inertia, of the robot's mass times its radius squared: as with the rotor of a geared motor behind it.
+# The solver's error in turns falls with it: 0.05 % with that of a homogeneous ball, 0.002 % with this.
+_WHEEL_INERTIA = 0.08
+# PyBullet multiplies it by the floor's 0.5: rubber on a clean hard floor. A step in which the speed changes takes twice
+# the mean force, and with half this friction the wheels slip then: 0.02 %, and 0.02 degrees in each metre.
+_WHEEL_FRICTION = 2.0
 _THICKEST_WHEEL = 0.5  # of its radius, on its outer side: no URDF says how thick a wheel of any shape is
 
 
@@ -44,7 +49,7 @@ def physics_urdf(description: RobotDescription, wheels: TrueWheels) -> str:
     """
     balls = _wheel_balls(description, wheels)
     supports = support_balls(description)
-    parts = [homogeneous([ball], _WHEEL_MASS * description.mass.mass_kg) for ball in balls]
+    parts = [_wheel_mass(description.mass.mass_kg, *ball) for ball in zip(balls, wheels)]
     parts.append(homogeneous(supports, _SUPPORTS_MASS * description.mass.mass_kg))
     robot = ElementTree.Element('robot', name=description.tree.name)
     add_link(robot, BODY, _rest(description.mass, parts), (*description.hull, *_wheel_outlines(description)))
@@ -76,6 +81,11 @@ def _ball(radius_m: float, centre_m: Vector) -> Shape:
     pose = np.eye(4)
     pose[:3, 3] = centre_m
     return Shape(Sphere(radius_m), pose)
+
+
+def _wheel_mass(robot_kg: float, ball: Shape, radius_m: float) -> MassProperties:
+    inertia_kgm2 = _WHEEL_INERTIA * robot_kg * radius_m**2 * np.eye(3)
+    return MassProperties(_WHEEL_MASS * robot_kg, ball.pose_in_link[:3, 3], inertia_kgm2)
 
 
 def _wheel_outlines(description: RobotDescription) -> Iterator[Shape]:

@@ -7,8 +7,7 @@ test/benchmark/physics_convergence.py. Contact shapes are those of robots/physic
 from __future__ import annotations
 
 import tempfile
-from typing import Any, Dict, List, NamedTuple, Optional, Tuple
-from xml.etree import ElementTree
+from typing import Dict, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 from pydantic import Field
@@ -16,8 +15,8 @@ from pydantic import Field
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import Pose2D, quat_xyzw_from_yaw
 from diff_encoder_sim.base.typed_params import Params
-from diff_encoder_sim.robots.robot_tree import Box, Cylinder, Sphere
 from diff_encoder_sim.robots.simulated_robot import SimulatedRobot
+from diff_encoder_sim.simulation.bullet_shapes import QuatXyzw, quat_xyzw, shape_arguments, without_visuals
 from diff_encoder_sim.simulation.periods import TICK_S
 from diff_encoder_sim.simulation.quiet_pybullet import STDERR, STDOUT, pybullet, silence
 from diff_encoder_sim.simulation.state import AT_REST, BodyState, PlanarVelocity
@@ -29,7 +28,6 @@ ROOT_LINK = -1
 SOLVER_RESIDUAL_THRESHOLD = 1e-9  # PyBullet's 1e-7 stops early, and slip is left over
 
 PositionXyz = Tuple[float, float, float]
-QuatXyzw = Tuple[float, float, float, float]
 PoseXyzQuat = Tuple[PositionXyz, QuatXyzw]
 
 
@@ -60,13 +58,12 @@ class BulletPhysics:
             floors = [solid for solid in world.solids if isinstance(solid.shape, Plane)]
             obstacles = [solid for solid in world.solids if not isinstance(solid.shape, Plane)]
             self._solid_names = {self._add_solid(solid): solid.name for solid in obstacles}
-            floor_ids = [self._add_solid(solid) for solid in floors]
+            self._floors = [self._add_solid(solid) for solid in floors]
             self._robot = self._load(robot)
             left_joint, right_joint = robot.joints
             joints = self._link_indices(by_joint=True)
             self._wheel_joints = joints[left_joint], joints[right_joint]
-            if robot.floor_only_links:
-                self._filter_contacts(floor_ids, robot.floor_only_links)
+            self._floor_only = self._filter_contacts(robot.floor_only_links)
             self._base_in_inertial = self._inverse_inertial_offset()
             self._settle(start_pose, robot.description.floor_z_m)
         except BaseException:
@@ -132,6 +129,22 @@ class BulletPhysics:
         contacts = pybullet.getContactPoints(bodyA=self._robot, physicsClientId=self._client)
         return next((self._solid_names[contact[2]] for contact in contacts if contact[2] in self._solid_names), None)
 
+    def floor_loads(self) -> Dict[str, float]:
+        """Return the share of the weight on each link, by the joint that it hangs on, that stands on the floor."""
+        names = {index: name for name, index in self._link_indices(by_joint=True).items()}
+        loads_n: Dict[str, float] = {}
+        for contact in pybullet.getContactPoints(bodyA=self._robot, physicsClientId=self._client):
+            if contact[2] in self._floors and contact[9] > 0.0:
+                name = names.get(contact[3], '')
+                loads_n[name] = loads_n.get(name, 0.0) + contact[9]
+        # Shares: PyBullet gives the force of a sub-step over the whole step.
+        return {name: load_n / sum(loads_n.values()) for name, load_n in loads_n.items()}
+
+    def is_seen(self, from_m: np.ndarray, to_m: np.ndarray) -> np.ndarray:
+        """Return for (n, 3) points in the world whether a ray from each to another (n, 3) point hits the robot."""
+        rays = pybullet.rayTestBatch(from_m.tolist(), to_m.tolist(), physicsClientId=self._client)
+        return np.array([ray[0] == self._robot and ray[1] not in self._floor_only for ray in rays])
+
     def _inertial_pose(self) -> PoseXyzQuat:
         """Return position and orientation of the root's centre of mass, as PyBullet reports them."""
         pose: PoseXyzQuat = pybullet.getBasePositionAndOrientation(self._robot, physicsClientId=self._client)
@@ -150,7 +163,7 @@ class BulletPhysics:
 
     def _add_solid(self, solid: Solid) -> int:
         position = solid.pose_in_world[:3, 3]
-        shape = pybullet.createCollisionShape(physicsClientId=self._client, **_shape_arguments(solid))
+        shape = pybullet.createCollisionShape(physicsClientId=self._client, **shape_arguments(solid))
         # A plain rigid body: one of PyBullet's multibodies is moved on in each step even where it
         # stands still, which in a world of 49 solids takes a third of the time.
         return int(
@@ -158,7 +171,7 @@ class BulletPhysics:
                 baseMass=0,
                 baseCollisionShapeIndex=shape,
                 basePosition=position.tolist(),
-                baseOrientation=_quat_xyzw(solid.pose_in_world[:3, :3]),
+                baseOrientation=quat_xyzw(solid.pose_in_world[:3, :3]),
                 useMaximalCoordinates=1,
                 physicsClientId=self._client,
             )
@@ -168,7 +181,7 @@ class BulletPhysics:
         # Not URDF_MERGE_FIXED_LINKS: it misplaces the centre of mass, and the casters get friction.
         flags = pybullet.URDF_USE_INERTIA_FROM_FILE
         with tempfile.NamedTemporaryFile('w', suffix='.urdf') as file:
-            file.write(_without_visuals(robot.urdf))
+            file.write(without_visuals(robot.urdf))
             file.flush()
             try:
                 with silence(STDOUT, STDERR):
@@ -182,16 +195,20 @@ class BulletPhysics:
         infos = [pybullet.getJointInfo(self._robot, index, physicsClientId=self._client) for index in range(count)]
         return {info[1 if by_joint else 12].decode(): info[0] for info in infos}
 
-    def _filter_contacts(self, floors: List[int], floor_only_links: Tuple[str, ...]) -> None:
-        """Let some links touch the floors alone, and the others everything else."""
+    def _filter_contacts(self, floor_only_links: Sequence[str]) -> Tuple[int, ...]:
+        """Let some links touch floors alone, and the others all else; return PyBullet's numbers of the first.
+
+        Without such links everything touches everything.
+        """
         links = self._link_indices(by_joint=False)
-        floor_only = {links[name] for name in floor_only_links}
-        for link in (ROOT_LINK, *links.values()):
+        floor_only = tuple(links[name] for name in floor_only_links)
+        for link in (ROOT_LINK, *links.values()) if floor_only else ():
             # Pairs, because PyBullet's groups and masks change nothing between bodies that overlap already.
-            for solid in self._solid_names if link in floor_only else floors:
+            for solid in self._solid_names if link in floor_only else self._floors:
                 pybullet.setCollisionFilterPair(
                     self._robot, solid, link, ROOT_LINK, enableCollision=0, physicsClientId=self._client
                 )
+        return floor_only
 
     def _inverse_inertial_offset(self) -> PoseXyzQuat:
         """Return base_link's pose in the frame of the root's centre of mass."""
@@ -228,33 +245,3 @@ def _turned_to_yaw(quat_xyzw: QuatXyzw, yaw_rad: float) -> QuatXyzw:
     roll_rad, pitch_rad, _ = pybullet.getEulerFromQuaternion(quat_xyzw)
     turned: QuatXyzw = pybullet.getQuaternionFromEuler((roll_rad, pitch_rad, yaw_rad))
     return turned
-
-
-def _without_visuals(urdf: str) -> str:
-    """Return the URDF without visuals: making meshes of them takes longer than all the rest."""
-    root = ElementTree.fromstring(urdf)
-    for link in root.findall('link'):
-        for visual in link.findall('visual'):
-            link.remove(visual)
-    return ElementTree.tostring(root, encoding='unicode')
-
-
-def _shape_arguments(solid: Solid) -> Dict[str, Any]:
-    """Return PyBullet's arguments for a solid's collision shape."""
-    shape = solid.shape
-    if isinstance(shape, Box):
-        return {'shapeType': pybullet.GEOM_BOX, 'halfExtents': [0.5 * length_m for length_m in shape.size_xyz_m]}
-    if isinstance(shape, Cylinder):
-        return {'shapeType': pybullet.GEOM_CYLINDER, 'radius': shape.radius_m, 'height': shape.length_m}
-    if isinstance(shape, Sphere):
-        return {'shapeType': pybullet.GEOM_SPHERE, 'radius': shape.radius_m}
-    return {'shapeType': pybullet.GEOM_PLANE}
-
-
-def _quat_xyzw(rotation: np.ndarray) -> QuatXyzw:
-    """Return the quaternion of a 3x3 rotation, by its roll, pitch and yaw."""
-    pitch_rad = -np.arcsin(np.clip(rotation[2, 0], -1.0, 1.0))
-    roll_rad = np.arctan2(rotation[2, 1], rotation[2, 2])
-    yaw_rad = np.arctan2(rotation[1, 0], rotation[0, 0])
-    quat: QuatXyzw = pybullet.getQuaternionFromEuler((roll_rad, pitch_rad, yaw_rad))
-    return quat

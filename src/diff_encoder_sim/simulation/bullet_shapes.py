@@ -1,0 +1,44 @@
+"""Shapes and rotations as PyBullet takes them."""
+
+from __future__ import annotations
+
+from typing import Any, Dict, Tuple
+from xml.etree import ElementTree
+
+import numpy as np
+
+from diff_encoder_sim.robots.robot_tree import Box, Cylinder, Sphere
+from diff_encoder_sim.simulation.quiet_pybullet import pybullet
+from diff_encoder_sim.simulation.world import Solid
+
+QuatXyzw = Tuple[float, float, float, float]
+
+
+def without_visuals(urdf: str) -> str:
+    """Return the URDF without visuals: making meshes of them takes longer than all the rest."""
+    root = ElementTree.fromstring(urdf)
+    for link in root.findall('link'):
+        for visual in link.findall('visual'):
+            link.remove(visual)
+    return ElementTree.tostring(root, encoding='unicode')
+
+
+def shape_arguments(solid: Solid) -> Dict[str, Any]:
+    """Return PyBullet's arguments for a solid's collision shape."""
+    shape = solid.shape
+    if isinstance(shape, Box):
+        return {'shapeType': pybullet.GEOM_BOX, 'halfExtents': [0.5 * length_m for length_m in shape.size_xyz_m]}
+    if isinstance(shape, Cylinder):
+        return {'shapeType': pybullet.GEOM_CYLINDER, 'radius': shape.radius_m, 'height': shape.length_m}
+    if isinstance(shape, Sphere):
+        return {'shapeType': pybullet.GEOM_SPHERE, 'radius': shape.radius_m}
+    return {'shapeType': pybullet.GEOM_PLANE}
+
+
+def quat_xyzw(rotation: np.ndarray) -> QuatXyzw:
+    """Return the quaternion of a 3x3 rotation, by its roll, pitch and yaw."""
+    pitch_rad = -np.arcsin(np.clip(rotation[2, 0], -1.0, 1.0))
+    roll_rad = np.arctan2(rotation[2, 1], rotation[2, 2])
+    yaw_rad = np.arctan2(rotation[1, 0], rotation[0, 0])
+    quat: QuatXyzw = pybullet.getQuaternionFromEuler((roll_rad, pitch_rad, yaw_rad))
+    return quat
