@@ -22,7 +22,7 @@ MAY_IMPORT = {
     'localization': 'base mapping',
     'slam': 'base mapping localization',
     'navigation': 'base mapping',
-    'trials': 'base encoders simulation navigation',
+    'trials': 'base encoders mapping simulation navigation',
     'evaluation': 'base mapping simulation',
     'serialization': 'base encoders odometry mapping simulation navigation',
     'recording': 'base trials serialization',

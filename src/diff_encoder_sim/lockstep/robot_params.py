@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Callable, Dict, Iterator, Mapping, NamedTuple, Sequence, Type, Union
+from typing import Any, Callable, Dict, Iterator, Mapping, NamedTuple, Type, Union
 
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.nested_mappings import merged, nested
 from diff_encoder_sim.base.typed_params import Params, did_you_mean, load_yaml, split_params
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 from diff_encoder_sim.localization.amcl_params import AmclParams
@@ -77,10 +78,7 @@ def override(config: RobotConfig, overrides: Mapping[str, Any]) -> RobotParams:
     Raises:
         ConfigError: a value is not allowed, or another key decides what this one should.
     """
-    changed: RobotConfig = dict(config)
-    for key, value in overrides.items():
-        changed = _with_value(changed, key.split('.'), value)
-    params = _robot_params(changed, str)
+    params = _robot_params(merged(config, nested(overrides)), str)
     for key, value in overrides.items():
         _check_effect(params, key, value)
     return params
@@ -128,13 +126,6 @@ def _dotted_keys(params_class: Type[Params]) -> Iterator[str]:
             yield from (f'{name}.{below}' for below in _dotted_keys(field.annotation))
         else:
             yield name
-
-
-def _with_value(mapping: Mapping[str, Any], path: Sequence[str], value: Any) -> Dict[str, Any]:
-    first, *below = path
-    if below:
-        value = _with_value(mapping.get(first, {}), below, value)
-    return {**mapping, first: value}
 
 
 def _check_effect(params: RobotParams, key: str, value: Any) -> None:

@@ -49,7 +49,7 @@ class AmclNode:
     """Waits for a map, then updates the filter with each scan and the odometry at the scan's time."""
 
     def __init__(self) -> None:
-        params = node_params(AmclNodeParams, defaults=_trial_defaults())
+        params = node_params(AmclNodeParams, part='amcl', defaults=_trial_defaults())
         # Frame ids may begin with '/', as they did before tf2.
         self._params = params.model_copy(
             update={

@@ -16,7 +16,7 @@ class EncoderNode:
     """Samples the wheel angles at a steady rate and publishes the counters."""
 
     def __init__(self) -> None:
-        params = node_params(EncoderParams, OdometryParams)
+        params = node_params(EncoderParams, OdometryParams, part='config')
         self._joints = (params.left_joint, params.right_joint)
         self._encoder = DiffEncoder(params)
         self._pulses = publisher('encoder_pulse', EncoderPulse)

@@ -33,7 +33,7 @@ class GlobalPoseNode:
     """
 
     def __init__(self) -> None:
-        self._params = node_params(GlobalPoseParams, defaults=_trial_defaults())
+        self._params = node_params(GlobalPoseParams, part='global_pose', defaults=_trial_defaults())
         self._buffer = tf2_ros.Buffer()
         self._restart()
         self._poses = publisher('global_pose', PoseStamped)

@@ -28,7 +28,7 @@ class IdealOdomNode:
     """Publishes the true pose, relative to the first one, on /odom and TF."""
 
     def __init__(self) -> None:
-        params = node_params(IdealOdomParams, defaults=trial_defaults())
+        params = node_params(IdealOdomParams, part='ideal_odom', defaults=trial_defaults())
         self._start_pose: Optional[Pose2D] = None
         self._newest_ns = 0
         self._output = OdometryOutput(params.odom_frame, params.base_frame, params.publish_tf)

@@ -40,7 +40,7 @@ class MoveBaseNode:
     """Steps the navigator with /odom at controller_frequency, and publishes what comes of it."""
 
     def __init__(self) -> None:
-        self._params = node_params(NavigatorParams)
+        self._params = node_params(NavigatorParams, part='navigation')
         compile_first(warm_up)
         self._lock = threading.RLock()  # topics, services and the map come in threads
         self._navigator: Optional[Navigator] = None

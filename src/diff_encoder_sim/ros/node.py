@@ -8,14 +8,19 @@ import os
 import sys
 import time
 import warnings
-from typing import Any, Callable, Dict, Mapping, Optional, Tuple, Type
+from typing import Any, Callable, Dict, Mapping, Optional, Set, Tuple, Type
 
 import genpy
+import rosgraph.names
 import rospy
 import yaml
 
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.nested_mappings import merged
 from diff_encoder_sim.base.typed_params import P, Params, shared_params
+
+# The parameter that launch files set by the command of the same name.
+ROBOT_SETTINGS = '/robot_settings'
 
 LOG_AGAIN_AFTER_S = 5.0
 LONG_COMPILATION_S = 1.0
@@ -45,12 +50,15 @@ def run_node(name: str, build: Callable[[], Any], run: Callable[[Any], None] = l
         log.info('stopped before it was running')  # by Ctrl-C or roslaunch
 
 
-def node_params(params_class: Type[P], *also_known: Type[Params], defaults: Optional[Mapping[str, Any]] = None) -> P:
+def node_params(
+    params_class: Type[P], *also_known: Type[Params], part: str = '', defaults: Optional[Mapping[str, Any]] = None
+) -> P:
     """Read the node's private parameters as `params_class`.
 
     Args:
         params_class: what this node uses.
         also_known: structs of other nodes that share the same YAML file; their keys are no misspellings.
+        part: of /robot_settings, whose values replace those of YAML files and launch files; '' for none.
         defaults: values for parameters that are not set.
 
     Raises:
@@ -59,9 +67,32 @@ def node_params(params_class: Type[P], *also_known: Type[Params], defaults: Opti
     private = rospy.get_param('~', {})
     if not isinstance(private, dict):
         raise ConfigError(f'{rospy.get_name()}: given {private!r}; allowed: private parameters of the node')
-    given = {**(defaults or {}), **private}
+    of_robot = robot_settings(part) if part else {}
+    typed = {key: value for key, value in private.items() if key in _typed_names()}
+    given = {**merged({**(defaults or {}), **private}, of_robot), **typed}
     given = {key: _mapping_of(value) for key, value in given.items()}
-    return shared_params(given, rospy.get_name(), params_class, *also_known)
+    source = f'{rospy.get_name()} with {ROBOT_SETTINGS}/{part}' if of_robot else rospy.get_name()
+    return shared_params(given, source, params_class, *also_known)
+
+
+def robot_settings(part: str) -> Dict[str, Any]:
+    """Return what launch files found out about the robot, for one part of it; nothing where they set no robot.
+
+    Raises:
+        ConfigError: the parameter is no mapping.
+    """
+    settings = rospy.get_param(f'{ROBOT_SETTINGS}/{part}', {})
+    if not isinstance(settings, dict):
+        raise ConfigError(
+            f'{ROBOT_SETTINGS}/{part}: given {settings!r}; allowed: what the command robot_settings prints'
+        )
+    return settings
+
+
+def _typed_names() -> Set[str]:
+    """Return the parameters that stand on the node's own command line, as `_ppr:=90`."""
+    names = rosgraph.names.load_mappings(sys.argv)
+    return {name[1:] for name in names if name.startswith('_') and not name.startswith('__')}
 
 
 def _mapping_of(value: Any) -> Any:

@@ -20,7 +20,7 @@ class OdometryNode:
     """Publishes odometry for each message of the counters, and resets it by service."""
 
     def __init__(self) -> None:
-        params = node_params(OdometryParams, EncoderParams)
+        params = node_params(OdometryParams, EncoderParams, part='config')
         self._odometry = WheelOdometry(params)
         self._lock = threading.Lock()  # the service and the topic come in different threads
         self._output = OdometryOutput(params.odom_frame, params.base_frame, params.publish_tf)

@@ -55,9 +55,9 @@ class ReplayNode:
 
     def __init__(self, status: LaunchStatus) -> None:
         self._status = status
-        self._params = node_params(ReplayParams, EncoderParams, OdometryParams)
-        self._encoder = node_params(EncoderParams, OdometryParams, ReplayParams)
-        self._odometry = node_params(OdometryParams, EncoderParams, ReplayParams)
+        self._params = node_params(ReplayParams, EncoderParams, OdometryParams, part='config')
+        self._encoder = node_params(EncoderParams, OdometryParams, ReplayParams, part='config')
+        self._odometry = node_params(OdometryParams, EncoderParams, ReplayParams, part='config')
         self._bag = users_path(self._params.bag)
         self._out = self._new_bag()
         with open_source(self._bag) as source:

@@ -71,7 +71,7 @@ class SimulatorNode:
     """Runs the simulator in a thread and publishes its state."""
 
     def __init__(self) -> None:
-        params = node_params(SimulatorNodeParams, defaults=_trial_defaults())
+        params = node_params(SimulatorNodeParams, part='simulator', defaults=_trial_defaults())
         core_params = SimulatorParams(**{name: getattr(params, name) for name in SimulatorParams.model_fields})
         self._simulator = Simulator(
             Path(params.world), Path(params.robot), core_params, params.start.pose(), params.seed

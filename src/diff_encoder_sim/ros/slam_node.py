@@ -44,7 +44,7 @@ class SlamNode:
 
     def __init__(self) -> None:
         plan = trial_plan()
-        self._params = node_params(SlamNodeParams, defaults={'seed': plan.trial.number} if plan else {})
+        self._params = node_params(SlamNodeParams, part='slam', defaults={'seed': plan.trial.number} if plan else {})
         compile_first(lambda: warm_up(self._params))
         # In a trial the map's frame is the world's, because the start is surveyed.
         start = plan.trial.test.start.pose() if plan else None

@@ -23,7 +23,7 @@ class WorldPoseNode:
     """Republishes one model's pose in the map frame."""
 
     def __init__(self) -> None:
-        params = node_params(WorldPoseParams, defaults=trial_defaults())
+        params = node_params(WorldPoseParams, part='world_pose', defaults=trial_defaults())
         self._map_frame = params.map_frame
         self._world_in_map = params.map_in_world.pose().inverse()
         self._poses = publisher('world_pose', PoseStamped)

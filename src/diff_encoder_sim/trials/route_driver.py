@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import math
 from collections import deque
-from typing import Deque, List, NamedTuple, Optional, Union
+from typing import List, NamedTuple, Optional, Union
 
 from diff_encoder_sim.base.errors import EVENT
 from diff_encoder_sim.base.se2 import Pose2D
@@ -56,7 +56,7 @@ class RouteDriver:
 
     def __init__(self, test: TestDefinition) -> None:
         self._test = test
-        self._stages = _stages(test)  # that have not begun
+        self._stages = deque(stages_of(test))  # that have not begun
         self._stage: Union[Destination, TurnInPlace, None] = None
         self._ended_ns: Optional[int] = None
         self._started_ns: Optional[int] = None
@@ -141,11 +141,12 @@ class RouteDriver:
         return status is GoalStatus.SUCCEEDED
 
 
-def _stages(test: TestDefinition) -> Deque[Union[Destination, Turn]]:
-    return deque(stage for leg in test.route for stage in _stages_of(leg))
+def stages_of(test: TestDefinition) -> List[Union[Destination, Turn]]:
+    """Return what a test's route consists of, in its order."""
+    return [stage for leg in test.route for stage in _stages_of_leg(leg)]
 
 
-def _stages_of(leg: Leg) -> List[Union[Destination, Turn]]:
+def _stages_of_leg(leg: Leg) -> List[Union[Destination, Turn]]:
     if leg.turns is not None:
         return [Turn(2.0 * math.pi * leg.turns)]
     if leg.goal is not None:
