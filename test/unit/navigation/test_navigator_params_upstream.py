@@ -18,6 +18,7 @@ from upstream_params import (
 
 # Parameters that upstream does not have and ignores.
 OWN_MOVE_BASE = {'input_timeout', 'max_unseen_travel'}
+OWN_NAVFN = {'use_dijkstra', 'neutral_cost', 'cost_factor'}  # global_planner's
 OWN_DWA = {'twist_sigmas', 'latch_margin', 'turn_to_path_angle'}
 
 
@@ -26,7 +27,7 @@ def test_upstream_knows_every_parameter_of_our_navigation_yaml():
     parts = {'global_costmap', 'local_costmap', 'NavfnROS', 'DWAPlannerROS'}
     assert set(ours) - MOVE_BASE_NAMES - parts <= OWN_MOVE_BASE
     assert set(ours['DWAPlannerROS']) - set(DWA) <= OWN_DWA
-    assert set(ours.get('NavfnROS', {})) <= set(NAVFN)
+    assert set(ours['NavfnROS']) - set(NAVFN) <= OWN_NAVFN
     for costmap in (ours['global_costmap'], ours['local_costmap']):
         assert set(costmap) <= set(COSTMAP) | FLAT_NAMES
         assert set(costmap['scan']) <= set(SCAN_SOURCE)
@@ -41,7 +42,7 @@ def test_what_our_file_leaves_out_is_the_same_in_both_stacks():
     ours = read_config('navigation.yaml')
     params = NavigatorParams.from_mapping({}, '')
     assert different(MOVE_BASE, params, ours) == set()
-    assert different(NAVFN, params.NavfnROS, ours.get('NavfnROS', {})) == set()
+    assert different(NAVFN, params.NavfnROS, ours['NavfnROS']) == set()
     assert different(DWA, params.DWAPlannerROS, ours['DWAPlannerROS']) == set()
     # The size of the global one is the map's.
     for name, costmap, other in (
