@@ -1,0 +1,109 @@
+"""The robot of a launch file, and the parameters that its nodes run with.
+
+Precedence, the strongest first: launch arguments (ppr:=, lidar_noise:=); what a YAML file that the user gives (config:=,
+navigation_config:=, ...) has otherwise than the package's file of that name; the robot file's `set`; what was found out
+from the URDF; the package's files of config/.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+from pathlib import Path
+from typing import Any, Dict, List, Mapping, NamedTuple
+
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.nested_mappings import flat
+from diff_encoder_sim.base.paths import package_folder
+from diff_encoder_sim.base.typed_params import load_yaml
+from diff_encoder_sim.cli.robot_arguments import DEFAULT_ROBOT, xacro_arguments_of_text
+from diff_encoder_sim.lockstep.robot_params import CONFIG_FILES, RobotParams, check_key, override
+from diff_encoder_sim.robots.robot_file import load_robot_file
+from diff_encoder_sim.robots.robot_setup import RobotSetup, set_up_robot
+
+# The launch arguments with YAML files, by the stems of the package's files.
+FILE_OPTIONS = {
+    'config': '--config',
+    'simulator': '--simulator-config',
+    'amcl': '--amcl-config',
+    'navigation': '--navigation-config',
+    'slam': '--slam-config',
+}
+
+OWN_PPR = 'config.ppr'
+_ABSENT = object()
+
+
+class LaunchedRobot(NamedTuple):
+    """A robot and what its nodes run with."""
+
+    setup: RobotSetup
+    settings: Dict[str, Any]  # by dotted keys: what replaces the values of the YAML files
+    params: RobotParams
+    notes: List[str]  # where a YAML file goes before the robot, a line each
+
+
+def add_launched_robot(parser: argparse.ArgumentParser) -> None:
+    """Add the options of `launched_robot` but the robot itself."""
+    parser.add_argument('--robot-args', default='', metavar='TEXT', help='xacro arguments: name:=value name:=value')
+    folder = package_folder() / 'config'
+    for stem, option in FILE_OPTIONS.items():
+        default = folder / f'{stem}.yaml'
+        parser.add_argument(option, default=str(default), metavar='FILE', help=f'in place of config/{stem}.yaml')
+
+
+def launched_robot(options: argparse.Namespace, arguments: Mapping[str, Any]) -> LaunchedRobot:
+    """Return the robot that a launch file's options name; `arguments` are the values of launch arguments by dotted keys.
+
+    Raises:
+        ConfigError: a file is missing or bad, or a value is not allowed.
+    """
+    setup = _setup(options)
+    files = {stem: getattr(options, option[2:].replace('-', '_')) for stem, option in FILE_OPTIONS.items()}
+    theirs = _users_values(files)
+    settings = dict(setup.settings)
+    if setup.file.ppr is not None:
+        settings[OWN_PPR] = setup.file.ppr
+    replaced = {key for key in settings if any(_overlap(key, other) for other in theirs)}
+    notes = [
+        f'{key}: as in {files[key.partition(".")[0]]}, not {settings[key]!r} as in {setup.file.where}'
+        for key in sorted(replaced & {*setup.file.overrides, OWN_PPR})
+    ]
+    settings = {key: value for key, value in settings.items() if key not in replaced}
+    settings.update(arguments)
+    return LaunchedRobot(setup, settings, _checked(files, settings), notes)
+
+
+def _setup(options: argparse.Namespace) -> RobotSetup:
+    # Not users_path: roslaunch starts its commands in a folder of its own.
+    users_folder = Path(os.environ.get('PWD', '.'))
+    arguments = xacro_arguments_of_text(options.robot_args)
+    file = load_robot_file(options.robot or DEFAULT_ROBOT, users_folder, package_folder(), arguments)
+    for key in file.overrides:
+        try:
+            check_key(key)
+        except ConfigError as error:
+            raise ConfigError(f'{file.where}: {error}') from None
+    return set_up_robot(file)
+
+
+def _users_values(files: Mapping[str, str]) -> Dict[str, Any]:
+    """Return what the user's files have otherwise than the package's, by dotted keys."""
+    values: Dict[str, Any] = {}
+    for stem, path in files.items():
+        own = package_folder() / 'config' / f'{stem}.yaml'
+        if Path(path).resolve() != own.resolve():
+            usual = dict(flat(load_yaml(own)))
+            given = flat(load_yaml(path))
+            values.update({f'{stem}.{key}': value for key, value in given if usual.get(key, _ABSENT) != value})
+    return values
+
+
+def _overlap(key: str, other: str) -> bool:
+    """Return whether two dotted keys name the same value, or one is a part of the other."""
+    return f'{key}.'.startswith(f'{other}.') or f'{other}.'.startswith(f'{key}.')
+
+
+def _checked(files: Mapping[str, str], settings: Mapping[str, Any]) -> RobotParams:
+    config = {stem: load_yaml(files.get(stem, package_folder() / 'config' / f'{stem}.yaml')) for stem in CONFIG_FILES}
+    return override(config, settings)

@@ -1,0 +1,73 @@
+"""robot_settings: find out about a robot and print the parameters of the nodes that follow, as YAML.
+
+The launch files put them into the parameter /robot_settings, where the nodes read them.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from typing import Any, Dict, List, Optional, Sequence
+
+import yaml
+
+from diff_encoder_sim.base.command_line import run_tool, tool_parser
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.nested_mappings import nested
+from diff_encoder_sim.cli.launched_robot import LaunchedRobot, add_launched_robot, launched_robot
+from diff_encoder_sim.cli.robot_arguments import ROBOT_HELP
+
+
+def main(arguments: Optional[Sequence[str]] = None) -> None:
+    """Run the command line."""
+    run_tool('robot_settings', lambda: _print_settings(_parse(arguments)))
+
+
+def _print_settings(options: argparse.Namespace) -> None:
+    robot = launched_robot(options, launch_arguments(options.values))
+    for note in robot.notes:
+        print(f'robot_settings: {note}', file=sys.stderr)
+    print(yaml.safe_dump({**nested(robot.settings), **_of_poses(robot)}, sort_keys=False))
+
+
+def _of_poses(robot: LaunchedRobot) -> Dict[str, Any]:
+    """Return the parameters of the nodes that have no file in config/."""
+    model, base_frame = robot.setup.name, robot.params.odometry.base_frame
+    return {
+        'slam': {'base_frame': base_frame},
+        'world_pose': {'model': model},
+        'ideal_odom': {'model': model, 'base_frame': base_frame},
+        'global_pose': {'base_frame': base_frame},
+    }
+
+
+def launch_arguments(words: List[str]) -> Dict[str, Any]:
+    """Read FILE.KEY:=VALUE, the value as YAML; one without a value is not given.
+
+    Raises:
+        ConfigError: a word is none.
+    """
+    values = {}
+    for word in words:
+        key, separator, text = word.partition(':=')
+        if not (key and separator):
+            raise ConfigError(f'arguments: given {word!r}; allowed: FILE.KEY:=VALUE')
+        if text:
+            values[key] = yaml_value(text)
+    return values
+
+
+def yaml_value(text: str) -> Any:
+    """Read a launch argument as roslaunch itself would."""
+    try:
+        return yaml.safe_load(text)
+    except yaml.YAMLError:
+        return text
+
+
+def _parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
+    parser = tool_parser('robot_settings', __doc__, ['burger config.ppr:=90', 'my_robot.yaml'])
+    parser.add_argument('robot', metavar='ROBOT', help=ROBOT_HELP)
+    parser.add_argument('values', nargs='*', metavar='FILE.KEY:=VALUE', help="a parameter, before the robot's own")
+    add_launched_robot(parser)
+    return parser.parse_args(arguments)

@@ -1,0 +1,56 @@
+"""A robot as every command uses it: its file, what was found out about it, and the settings that follow."""
+
+from __future__ import annotations
+
+from typing import Any, Dict, Mapping, NamedTuple
+
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.robots.derived_settings import derived_settings
+from diff_encoder_sim.robots.describing import describe
+from diff_encoder_sim.robots.robot_choices import RobotChoices
+from diff_encoder_sim.robots.robot_description import RobotDescription
+from diff_encoder_sim.robots.robot_file import RobotFile
+
+# Settings in which a robot file overrides what would be found out; of several the first that is given.
+_CHOICES = {
+    'left_joint': ('simulator.left_joint', 'config.left_joint'),
+    'right_joint': ('simulator.right_joint', 'config.right_joint'),
+    'laser_link': ('simulator.laser_link',),
+    'wheel_diameter': ('config.wheel_diameter',),
+    'wheel_separation': ('config.wheel_separation',),
+}
+_NUMBERS = ('wheel_diameter', 'wheel_separation')
+
+
+class RobotSetup(NamedTuple):
+    """A robot, ready to be simulated and navigated."""
+
+    file: RobotFile
+    description: RobotDescription
+    settings: Dict[str, Any]  # values of parameters by dotted keys: the URDF's, and before them the robot file's
+
+    @property
+    def name(self) -> str:
+        """Return the robot's name in its URDF, which is that of its model in the simulation."""
+        return self.description.tree.name
+
+
+def set_up_robot(file: RobotFile) -> RobotSetup:
+    """Find out about a robot; what its file sets goes before what is found.
+
+    Raises:
+        ConfigError: its description cannot be read, or is no differential drive.
+    """
+    description = describe(file.source, _choices(file.overrides, file.where))
+    return RobotSetup(file, description, {**derived_settings(description), **file.overrides})
+
+
+def _choices(overrides: Mapping[str, Any], where: str) -> RobotChoices:
+    given = {
+        choice: next((overrides[key] for key in keys if key in overrides), None) for choice, keys in _CHOICES.items()
+    }
+    for choice, value in given.items():
+        kind, allowed = ((int, float), 'a number') if choice in _NUMBERS else (str, 'a name')
+        if value is not None and (isinstance(value, bool) or not isinstance(value, kind)):
+            raise ConfigError(f'{where}: {_CHOICES[choice][0]}: given {value!r}; allowed: {allowed}')
+    return RobotChoices(**given)
