@@ -22,7 +22,7 @@ MAY_IMPORT = {
     'localization': 'base mapping',
     'slam': 'base mapping localization',
     'navigation': 'base mapping',
-    'trials': 'base encoders mapping simulation navigation',
+    'trials': 'base encoders odometry mapping simulation navigation',
     'evaluation': 'base mapping simulation',
     'serialization': 'base encoders odometry mapping simulation navigation',
     'recording': 'base trials serialization',
@@ -34,7 +34,7 @@ MAY_IMPORT = {
     'analysis': 'base encoders odometry mapping trials evaluation recording campaign',
     'advice': 'base trials evaluation analysis',
     'cli': (
-        'base encoders odometry mapping simulation slam navigation trials evaluation recording lockstep '
+        'base robots encoders odometry mapping simulation slam navigation trials evaluation recording lockstep '
         'reencoding campaign analysis advice '
     ),
     'ros': (

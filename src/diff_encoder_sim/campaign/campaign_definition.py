@@ -18,6 +18,7 @@ from diff_encoder_sim.lockstep.robot_params import RobotParams
 from diff_encoder_sim.recording.topics import RecordMode
 from diff_encoder_sim.trials.test_definition import TestDefinition
 from diff_encoder_sim.trials.trial_definition import Trial
+from diff_encoder_sim.trials.trial_wheels import wheels_of
 
 # A mistyped list, or one list too many, is refused at once and not after the memory is full.
 MOST_CELLS, MOST_TRIALS = 10_000, 1_000_000
@@ -106,14 +107,12 @@ class Campaign(NamedTuple):
     def trial_of(self, job: TrialJob) -> Trial:
         """Return the job's trial as it is written into its bag."""
         cell = self.cells[job.cell_index]
-        odometry = cell.robot_params.odometry
         return Trial(
             test=cell.test,
             ppr=cell.ppr,
             number=job.seed,
             nav=self.params.nav,
-            wheel_diameter=odometry.wheel_diameter,
-            wheel_separation=odometry.wheel_separation,
+            **wheels_of(cell.robot_params.odometry, cell.robot_params.encoder),
         )
 
     def bag_name(self, job: TrialJob) -> str:

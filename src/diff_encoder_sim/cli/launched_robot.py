@@ -1,8 +1,8 @@
 """The robot of a launch file, and the parameters that its nodes run with.
 
-Precedence, the strongest first: launch arguments (ppr:=, lidar_noise:=); what a YAML file that the user gives (config:=,
-navigation_config:=, ...) has otherwise than the package's file of that name; the robot file's `set`; what was found out
-from the URDF; the package's files of config/.
+Precedence, the strongest first: launch arguments (ppr:=, lidar_noise:=); what a YAML file that the user gives
+(config:=, navigation_config:=, ...) has otherwise than the package's file of that name; the robot file's `set`; what
+was found out from the URDF; the package's files of config/.
 """
 
 from __future__ import annotations
@@ -12,14 +12,15 @@ import os
 from pathlib import Path
 from typing import Any, Dict, List, Mapping, NamedTuple
 
-from diff_encoder_sim.base.errors import ConfigError
+import yaml
+
 from diff_encoder_sim.base.nested_mappings import flat
 from diff_encoder_sim.base.paths import package_folder
 from diff_encoder_sim.base.typed_params import load_yaml
-from diff_encoder_sim.cli.robot_arguments import DEFAULT_ROBOT, xacro_arguments_of_text
-from diff_encoder_sim.lockstep.robot_params import CONFIG_FILES, RobotParams, check_key, override
-from diff_encoder_sim.robots.robot_file import load_robot_file
-from diff_encoder_sim.robots.robot_setup import RobotSetup, set_up_robot
+from diff_encoder_sim.lockstep.robot_loading import load_robot
+from diff_encoder_sim.lockstep.robot_params import CONFIG_FILES, RobotParams, override
+from diff_encoder_sim.robots.robot_setup import RobotSetup
+from diff_encoder_sim.robots.xacro_arguments import xacro_arguments_of_text
 
 # The launch arguments with YAML files, by the stems of the package's files.
 FILE_OPTIONS = {
@@ -53,7 +54,7 @@ def add_launched_robot(parser: argparse.ArgumentParser) -> None:
 
 
 def launched_robot(options: argparse.Namespace, arguments: Mapping[str, Any]) -> LaunchedRobot:
-    """Return the robot that a launch file's options name; `arguments` are the values of launch arguments by dotted keys.
+    """Return the robot that a launch file's options name; `arguments` are launch arguments by dotted keys.
 
     Raises:
         ConfigError: a file is missing or bad, or a value is not allowed.
@@ -74,17 +75,18 @@ def launched_robot(options: argparse.Namespace, arguments: Mapping[str, Any]) ->
     return LaunchedRobot(setup, settings, _checked(files, settings), notes)
 
 
+def yaml_value(text: str) -> Any:
+    """Read a launch argument as roslaunch itself would."""
+    try:
+        return yaml.safe_load(text)
+    except yaml.YAMLError:
+        return text
+
+
 def _setup(options: argparse.Namespace) -> RobotSetup:
-    # Not users_path: roslaunch starts its commands in a folder of its own.
+    # roslaunch starts its commands in a folder of its own.
     users_folder = Path(os.environ.get('PWD', '.'))
-    arguments = xacro_arguments_of_text(options.robot_args)
-    file = load_robot_file(options.robot or DEFAULT_ROBOT, users_folder, package_folder(), arguments)
-    for key in file.overrides:
-        try:
-            check_key(key)
-        except ConfigError as error:
-            raise ConfigError(f'{file.where}: {error}') from None
-    return set_up_robot(file)
+    return load_robot(options.robot, users_folder, package_folder(), xacro_arguments_of_text(options.robot_args))
 
 
 def _users_values(files: Mapping[str, str]) -> Dict[str, Any]:

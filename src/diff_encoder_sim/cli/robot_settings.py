@@ -14,7 +14,7 @@ import yaml
 from diff_encoder_sim.base.command_line import run_tool, tool_parser
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.nested_mappings import nested
-from diff_encoder_sim.cli.launched_robot import LaunchedRobot, add_launched_robot, launched_robot
+from diff_encoder_sim.cli.launched_robot import LaunchedRobot, add_launched_robot, launched_robot, yaml_value
 from diff_encoder_sim.cli.robot_arguments import ROBOT_HELP
 
 
@@ -55,14 +55,6 @@ def launch_arguments(words: List[str]) -> Dict[str, Any]:
         if text:
             values[key] = yaml_value(text)
     return values
-
-
-def yaml_value(text: str) -> Any:
-    """Read a launch argument as roslaunch itself would."""
-    try:
-        return yaml.safe_load(text)
-    except yaml.YAMLError:
-        return text
 
 
 def _parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:

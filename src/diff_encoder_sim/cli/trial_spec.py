@@ -7,28 +7,31 @@ from __future__ import annotations
 
 import argparse
 import os
+import sys
 import time
 from pathlib import Path
-from typing import Any, Optional, Sequence, Union
+from typing import Optional, Sequence, Union
 
-import yaml
 from pydantic import Field
 
 from diff_encoder_sim.base.command_line import run_tool, tool_parser
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.paths import package_folder, users_path
 from diff_encoder_sim.base.roslaunch_process import parent_only_lists
-from diff_encoder_sim.base.typed_params import Params, load_params, load_yaml, shared_params
+from diff_encoder_sim.base.typed_params import Params
+from diff_encoder_sim.cli.launched_robot import OWN_PPR, LaunchedRobot, add_launched_robot, launched_robot, yaml_value
+from diff_encoder_sim.cli.robot_arguments import ROBOT_HELP
 from diff_encoder_sim.encoders.pulses import ppr_label
-from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
+from diff_encoder_sim.lockstep.robot_params import RobotParams
 from diff_encoder_sim.mapping.map_files import load_map
 from diff_encoder_sim.mapping.occupancy_grid import OCCUPIED, UNKNOWN
-from diff_encoder_sim.navigation.navigator_params import NavigatorParams
-from diff_encoder_sim.odometry.wheel_odometry import OdometryParams
 from diff_encoder_sim.simulation.periods import STATES_PERIOD_S, STATES_RATE_HZ
 from diff_encoder_sim.trials.required_packages import GAZEBO, UPSTREAM_NAVIGATION, UPSTREAM_SLAM, require
+from diff_encoder_sim.trials.robot_pace import at_pace_of
+from diff_encoder_sim.trials.route_check import misfit
 from diff_encoder_sim.trials.test_definition import TestDefinition, find_world, load_test
 from diff_encoder_sim.trials.trial_definition import LivePlan, Trial
+from diff_encoder_sim.trials.trial_wheels import wheels_of
 
 NO_BAG = 'none'
 SIMULATORS = ('pybullet', 'gazebo')
@@ -54,7 +57,8 @@ def plan(options: argparse.Namespace) -> LivePlan:
     if options.sim not in SIMULATORS:
         raise ConfigError(f'sim: given {options.sim!r}; allowed: {", ".join(SIMULATORS)}')
     folder = package_folder()
-    trial = _trial(options, load_test(options.test, folder / 'config'))
+    robot = launched_robot(options, {OWN_PPR: yaml_value(options.ppr)} if options.ppr else {})
+    trial = _trial(options, load_test(options.test, folder / 'config'), robot.params)
     trial.test.check_drivable(options.nav)
     if options.slam != 'none' and options.nav != 'scripted':
         raise ConfigError(f'slam: given {options.slam} with nav {options.nav}; allowed: nav:=scripted, or slam:=none')
@@ -63,44 +67,43 @@ def plan(options: argparse.Namespace) -> LivePlan:
     map_path = _map_path(options, world)
     if options.nav != 'scripted':
         _check_start(trial.test, map_path)
+    _check_robot(options, trial, robot, map_path)
     files = {
         'world': str(world),
         'map': map_path,
         'bag': _bag_path(options.bag, trial),
         'save_map': str(_new_file('save_map', options.save_map)) if options.save_map else '',
     }
-    rates = {'report_rate': _report_rate_hz(options), 'command_period': _command_period_s(options)}
+    rates = {
+        'report_rate': _report_rate_hz(options, robot.params),
+        'command_period': _command_period_s(options, robot.params),
+    }
     return LivePlan.from_mapping({'trial': trial, 'slam': options.slam, **files, **rates}, '')
 
 
-def _trial(options: argparse.Namespace, test: TestDefinition) -> Trial:
-    config = load_yaml(options.config)
-    robot = shared_params(config, options.config, OdometryParams, EncoderParams)
-    number = TrialArgument.from_mapping({'trial': _yaml_value(options.trial)}, '').trial
+def _trial(options: argparse.Namespace, test: TestDefinition, robot: RobotParams) -> Trial:
+    number = TrialArgument.from_mapping({'trial': yaml_value(options.trial)}, '').trial
     return Trial.from_mapping(
         {
-            'test': test,
-            'ppr': _yaml_value(options.ppr) if options.ppr else robot.ppr,
+            'test': at_pace_of(robot.simulator.drive, test),
+            'ppr': robot.encoder.ppr,
             'number': number,
             'odom': options.odom,
             'nav': options.nav,
-            # Recorded in the bag, for whoever computes odometry from its pulses.
-            'wheel_diameter': robot.wheel_diameter,
-            'wheel_separation': robot.wheel_separation,
+            **wheels_of(robot.odometry, robot.encoder),
         },
         '',
     )
 
 
-def _report_rate_hz(options: argparse.Namespace) -> float:
-    encoder = shared_params(load_yaml(options.config), options.config, EncoderParams, OdometryParams)
-    return encoder.rate if options.odom == 'encoder' else STATES_RATE_HZ
+def _report_rate_hz(options: argparse.Namespace, robot: RobotParams) -> float:
+    return robot.encoder.rate if options.odom == 'encoder' else STATES_RATE_HZ
 
 
-def _command_period_s(options: argparse.Namespace) -> float:
+def _command_period_s(options: argparse.Namespace, robot: RobotParams) -> float:
     """Return the period of the commands that the simulator waits for: upstream's move_base sends its when it can."""
     if options.nav == 'embedded':
-        return load_params(NavigatorParams, options.navigation_config).control_period_s
+        return robot.navigator.control_period_s
     return STATES_PERIOD_S if options.nav == 'scripted' else 0.0
 
 
@@ -139,12 +142,16 @@ def _check_start(test: TestDefinition, map_path: str) -> None:
         )
 
 
-def _yaml_value(text: str) -> Any:
-    """Read a launch argument as roslaunch itself would."""
-    try:
-        return yaml.safe_load(text)
-    except yaml.YAMLError:
-        return text
+def _check_robot(options: argparse.Namespace, trial: Trial, robot: LaunchedRobot, map_path: str) -> None:
+    """Refuse, or with --unchecked=true name, what keeps the robot from doing the test."""
+    problem = None
+    if options.nav != 'scripted' or Path(map_path).is_file():
+        params = robot.params
+        problem = misfit(trial.test, trial.nav, params.navigator, params.simulator.drive, load_map(map_path))
+    if problem and options.unchecked != 'true':
+        raise ConfigError(f'{problem}; allowed: another robot or test, or unchecked:=true')
+    if problem:
+        print(f'trial.launch: {problem}', file=sys.stderr)
 
 
 def _bag_path(given: str, trial: Trial) -> str:
@@ -172,9 +179,8 @@ def _bag_name(trial: Trial) -> str:
 def parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
     """Read the command line; values are checked by `plan`."""
     parser = tool_parser('trial_spec', __doc__, ['--test SL --ppr 90 --trial 3 --bag sl.bag'])
-    config = package_folder() / 'config'
     for option, default, text in (
-        ('--ppr', '', "pulses per wheel revolution: 90, or '{left: 90, right: 1024}' (default: as in --config)"),
+        ('--ppr', '', "pulses per wheel revolution: 90, or '{left: 90, right: 1024}' (default: the robot's own)"),
         ('--trial', '0', 'number of the trial, which is its seed'),
         ('--odom', 'encoder', 'encoder or ideal'),
         ('--nav', 'embedded', 'embedded, upstream or scripted'),
@@ -183,10 +189,11 @@ def parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
         ('--sim', 'pybullet', 'pybullet or gazebo'),
         ('--map', '', 'map .yaml file (default: the one beside the world)'),
         ('--bag', '', 'path of the bag to record, or none (default: a new name in bags/)'),
-        ('--config', str(config / 'config.yaml'), 'encoder and odometry .yaml file'),
-        ('--navigation-config', str(config / 'navigation.yaml'), 'move_base .yaml file'),
+        ('--robot', 'alto', ROBOT_HELP),
+        ('--unchecked', 'false', 'true: run also a robot that does not fit the test'),
     ):
-        shown = f' (default: {default})' if default and not option.endswith('config') else ''
+        shown = f' (default: {default})' if default else ''
         parser.add_argument(option, default=default, metavar='VALUE', help=text + shown)
+    add_launched_robot(parser)
     parser.add_argument('--test', required=True, metavar='TEST', help='SL, SMT, DLD, or a .yaml file')
     return parser.parse_args(arguments)

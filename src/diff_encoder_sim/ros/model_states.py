@@ -18,7 +18,7 @@ from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.encoders.sampling import BoundarySampler
 from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_from_message
 from diff_encoder_sim.ros.gazebo_messages import ModelStates
-from diff_encoder_sim.ros.node import log, subscriber
+from diff_encoder_sim.ros.node import log, robot_settings, subscriber
 from diff_encoder_sim.ros.trial_plan import trial_plan
 from diff_encoder_sim.simulation.periods import STATES_PERIOD_S, STATES_RATE_HZ
 
@@ -34,6 +34,15 @@ class ModelStatesParams(Params):
 def trial_defaults() -> Dict[str, float]:
     """Return the parameters for states of simulator_node, which runs with a trial; none where there is no trial."""
     return {} if trial_plan() is None else {'states_period': STATES_PERIOD_S}
+
+
+def launched_model() -> str:
+    """Return the name of the robot that a launch file has started, else the usual one.
+
+    Raises:
+        rospy.ROSException: there is no master.
+    """
+    return str(robot_settings('world_pose').get('model', ModelStatesParams().model))
 
 
 class ModelStateReader:

@@ -14,6 +14,7 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.ros.conversions import pose_message
 from diff_encoder_sim.ros.gazebo_messages import SetModelState
+from diff_encoder_sim.ros.model_states import launched_model
 
 SERVICE = '/gazebo/set_model_state'
 
@@ -25,11 +26,11 @@ def main() -> None:
 
 def _place(options: argparse.Namespace) -> None:
     request = SetModelState._request_class()
-    request.model_state.model_name = options.model
     request.model_state.pose = pose_message(Pose2D(options.x, options.y, options.yaw))
     try:
+        request.model_state.model_name = options.model or launched_model()
         response = rospy.ServiceProxy(SERVICE, SetModelState)(request)
-    except (rospy.ROSException, rospy.ServiceException) as error:
+    except (OSError, rospy.ROSException, rospy.ServiceException) as error:
         raise ConfigError(f'{SERVICE}: {error}; expected a running simulation') from None
     if not response.success:
         raise ConfigError(f'{SERVICE}: {response.status_message}')
@@ -41,5 +42,5 @@ def _parse() -> argparse.Namespace:
     parser.add_argument('x', type=float, help='position of base_link in the world, in metres')
     parser.add_argument('y', type=float, help='position of base_link in the world, in metres')
     parser.add_argument('yaw', type=float, help='heading, counter-clockwise from the x axis, in radians')
-    parser.add_argument('--model', default='alto', metavar='NAME', help="the robot's model (default: %(default)s)")
+    parser.add_argument('--model', metavar='NAME', help="the robot's model (default: the launched robot's)")
     return parser.parse_args(rospy.myargv()[1:])

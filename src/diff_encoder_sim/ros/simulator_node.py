@@ -16,8 +16,11 @@ from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 from typing_extensions import Literal
 
 from diff_encoder_sim.base.errors import ConfigError, InputFault
+from diff_encoder_sim.base.paths import package_folder, users_path
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.encoders.sampling import DEFAULT_RATE_HZ
+from diff_encoder_sim.robots.robot_file import load_robot_file
+from diff_encoder_sim.robots.xacro_arguments import xacro_arguments_of_text
 from diff_encoder_sim.ros.command_gate import Command, CommandGate
 from diff_encoder_sim.ros.conversions import joint_state_message, scan_message, stamp_from_ns
 from diff_encoder_sim.ros.expected_stamps import GRAPH_LEAD_NS, AnsweredTimes, ExpectedStamps
@@ -38,7 +41,10 @@ SHORTEST_COMMAND_PERIOD_S = (GRAPH_LEAD_NS + TICK_NS) / NANOSECONDS_PER_SECOND
 class SimulatorNodeParams(SimulatorParams):
     """Parameters of simulator_node. World, start and seed are the /trial's unless given."""
 
-    robot: str = Field(min_length=1, description='xacro or URDF file')
+    robot: str = Field(
+        min_length=1, description='name of a robot in config/robots/, a robot file, or a xacro or URDF file'
+    )
+    robot_args: str = Field('', description="arguments of the robot's xacro: name:=value name:=value")
     world: str = Field(min_length=1, description='world file; default: that of /trial')
     start: PoseParams = Field(PoseParams(), description='pose of base_link in the world; default: that of /trial')
     seed: int = Field(0, ge=0, description='of all random draws; default: the number of /trial')
@@ -73,8 +79,11 @@ class SimulatorNode:
     def __init__(self) -> None:
         params = node_params(SimulatorNodeParams, part='simulator', defaults=_trial_defaults())
         core_params = SimulatorParams(**{name: getattr(params, name) for name in SimulatorParams.model_fields})
+        robot = load_robot_file(
+            params.robot, users_path('.'), package_folder(), xacro_arguments_of_text(params.robot_args)
+        )
         self._simulator = Simulator(
-            Path(params.world), Path(params.robot), core_params, params.start.pose(), params.seed
+            Path(params.world), robot.source.file, core_params, params.start.pose(), params.seed
         )
         self._lock = threading.RLock()  # the loop and the callbacks share the simulator
         self._running = threading.Event()

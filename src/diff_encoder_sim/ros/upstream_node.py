@@ -69,4 +69,4 @@ def _initial_pose() -> List[str]:
 def _name(node: str) -> str:
     """Return the full name that roslaunch gives the node."""
     name = rosgraph.names.load_mappings(sys.argv).get('__name', node)
-    return rosgraph.names.ns_join(rosgraph.names.get_ros_namespace(), name)
+    return str(rosgraph.names.ns_join(rosgraph.names.get_ros_namespace(), name))

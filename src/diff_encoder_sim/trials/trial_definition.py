@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Any, Dict, Literal
 
-from pydantic import Field
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
 
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.encoders.pulses import DEFAULT_PPR, PulsesPerRevolution
 from diff_encoder_sim.trials.test_definition import TestDefinition
+
+_USUAL_WHEELS = ('axle_x', 'left_joint', 'right_joint', 'left_reversed', 'right_reversed')
 
 
 class Trial(Params):
@@ -22,6 +24,21 @@ class Trial(Params):
     nav: Literal['scripted', 'embedded', 'upstream'] = 'scripted'
     wheel_diameter: float = Field(0.2, gt=0, description='of the odometry [m]')
     wheel_separation: float = Field(0.4, gt=0, description='of the odometry [m]')
+    axle_x: float = Field(0.0, description='of the odometry [m]')
+    left_joint: str = Field('left_wheel_joint', description='left wheel in /joint_states')
+    right_joint: str = Field('right_wheel_joint', description='right wheel in /joint_states')
+    left_reversed: bool = Field(False, description='its angle falls when the robot drives forward')
+    right_reversed: bool = Field(False, description='its angle falls when the robot drives forward')
+
+    @model_serializer(mode='wrap')
+    def _without_usual_wheels(self, serialise: SerializerFunctionWrapHandler) -> Dict[str, Any]:
+        """Leave out what is as with most robots: bags stay as they were before robots differed in it."""
+        fields = type(self).model_fields
+        return {
+            name: value
+            for name, value in serialise(self).items()
+            if name not in _USUAL_WHEELS or getattr(self, name) != fields[name].default
+        }
 
     def goal(self) -> Pose2D:
         """Return the pose at which the robot is to end, in the map frame."""
