@@ -34,7 +34,7 @@ MAY_IMPORT = {
     'analysis': 'base encoders odometry mapping trials evaluation recording campaign',
     'advice': 'base trials evaluation analysis',
     'cli': (
-        'base robots encoders odometry mapping simulation slam navigation trials evaluation recording lockstep '
+        'base robots encoders odometry mapping simulation slam trials evaluation recording lockstep '
         'reencoding campaign analysis advice '
     ),
     'ros': (

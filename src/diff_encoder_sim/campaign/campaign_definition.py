@@ -6,12 +6,13 @@ import hashlib
 import itertools
 import json
 import math
-from typing import Any, Dict, Iterator, List, Literal, NamedTuple, Tuple
+from typing import Any, Dict, Iterator, List, Literal, NamedTuple, Optional, Tuple
 
 from pydantic import AfterValidator, Field
 from typing_extensions import Annotated
 
 from diff_encoder_sim.base.typed_params import Params
+from diff_encoder_sim.campaign.campaign_robot import CampaignRobot
 from diff_encoder_sim.campaign.trial_files import TrialFiles
 from diff_encoder_sim.encoders.pulses import PerWheel, PulsesPerRevolution
 from diff_encoder_sim.lockstep.robot_params import RobotParams
@@ -47,7 +48,7 @@ class CampaignParams(Params):
     record: RecordMode = Field(
         'minimal', description='topics in the bags: all, without bulky ones such as /scan, or no bags'
     )
-    robot: Line = Field('', description="xacro, URDF, or a file like config/alto.yaml; empty for the package's ALTO")
+    robot: Line = Field('', description='name of a robot in config/robots/, a robot file, xacro or URDF; empty: alto')
     overrides: Dict[Line, Any] = Field(
         {}, alias='set', description='values of parameters in all trials, by dotted keys'
     )
@@ -95,6 +96,7 @@ class Campaign(NamedTuple):
     params: CampaignParams
     cells: List[CampaignCell]  # by test, then varied parameters, then PPR
     files: TrialFiles
+    robot: Optional[CampaignRobot] = None
 
     def jobs(self) -> List[TrialJob]:
         """List every trial; equal trial numbers have equal seeds in all cells, and are compared in pairs."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import re
 from pathlib import Path
 from typing import Any, Iterator, List, Mapping, Optional, Sequence, Tuple, Union
@@ -19,19 +20,26 @@ from diff_encoder_sim.campaign.campaign_definition import (
     Varied,
     text_of,
 )
+from diff_encoder_sim.campaign.campaign_robot import campaign_robot
 from diff_encoder_sim.campaign.trial_files import TrialFiles, collect
 from diff_encoder_sim.encoders.pulses import ppr_label
+from diff_encoder_sim.lockstep.robot_loading import load_robot
 from diff_encoder_sim.lockstep.robot_params import RobotConfig, RobotParams, check_key, load_robot_config, override
-from diff_encoder_sim.robots.robot_file import RobotFile, load_robot_file
 from diff_encoder_sim.robots.robot_source import RobotSource
 from diff_encoder_sim.simulation.simulator import Simulator
+from diff_encoder_sim.trials.robot_pace import at_pace_of
 from diff_encoder_sim.trials.test_definition import TestDefinition, find_world, load_test
 
 # Leaves room for a trial's number and for the name that a file has while it is unfinished.
 LONGEST_LABEL = 150
 
 
-def load_campaign(name: str, package_folder: Union[str, Path], replace: Optional[Mapping[str, Any]] = None) -> Campaign:
+def load_campaign(
+    name: str,
+    package_folder: Union[str, Path],
+    replace: Optional[Mapping[str, Any]] = None,
+    robot_arguments: Optional[Mapping[str, str]] = None,
+) -> Campaign:
     """Load a campaign by its name (`paper` is config/campaigns/paper.yaml) or its file's path.
 
     Args:
@@ -39,6 +47,7 @@ def load_campaign(name: str, package_folder: Union[str, Path], replace: Optional
             line to the current folder.
         package_folder: where config/, worlds/ and urdf/ are.
         replace: values from the command line that come before the file's; None is none.
+        robot_arguments: of the robot's xacro.
 
     Raises:
         ConfigError: a file is missing or bad, or a value is not allowed.
@@ -48,16 +57,17 @@ def load_campaign(name: str, package_folder: Union[str, Path], replace: Optional
     given = {key: value for key, value in (replace or {}).items() if value is not None}
     params = _load_params(path, given)
     config = load_robot_config(package_folder / 'config')
-    robot = _load_robot(params, Path() if 'robot' in given else path.parent, package_folder)
+    robot_folder = Path() if 'robot' in given else path.parent
+    robot = load_robot(params.robot, robot_folder, package_folder, robot_arguments or {})
     with _named('' if 'tests' in given else path):
         tests = _load_tests(params, None if 'tests' in given else path.parent, package_folder / 'config')
     with _named('' if 'ppr' in given else path):
         _check_unique('ppr', [ppr_label(ppr) for ppr in params.ppr])
     with _named(path):
         _check_size(params)
-        combinations = _resolve(params, config, robot.overrides)
-        files = _collect(params, tests, combinations, robot.source.file, package_folder)
-    return Campaign(params, _cells(params, tests, combinations), files)
+        combinations = _resolve(params, config, robot.settings)
+    files = _collect(params, tests, combinations, robot.file.source, package_folder)
+    return Campaign(params, _cells(params, tests, combinations), files, campaign_robot(robot))
 
 
 def _find(name: str, folder: Path) -> Path:
@@ -95,20 +105,6 @@ def _load_tests(params: CampaignParams, folder: Optional[Path], config_folder: P
     return tests
 
 
-def _load_robot(params: CampaignParams, folder: Path, package_folder: Path) -> RobotFile:
-    """Load the robot; overrides of its own file are checked here, where errors can name that file."""
-    if not params.robot:
-        path = package_folder / 'urdf' / 'alto.urdf.xacro'
-        return RobotFile(RobotSource(path), None, {}, 'alto', str(path))
-    robot = load_robot_file(params.robot, folder, package_folder, {})
-    with _named(robot.where):
-        for key in robot.overrides:
-            check_key(key)
-            if key in params.vary:
-                raise ConfigError(f'{key}: given here, and under vary in the campaign; allowed: one of them')
-    return robot
-
-
 def _check_size(params: CampaignParams) -> None:
     cells = params.cell_count()
     if cells > MOST_CELLS or cells * params.trials > MOST_TRIALS:
@@ -118,7 +114,7 @@ def _check_size(params: CampaignParams) -> None:
 
 
 def _resolve(
-    params: CampaignParams, config: RobotConfig, robot_overrides: Mapping[str, Any]
+    params: CampaignParams, config: RobotConfig, of_robot: Mapping[str, Any]
 ) -> List[Tuple[Varied, RobotParams]]:
     """Return each combination of varied parameters with all parameters; the campaign's precede the robot's."""
     for key in (*params.overrides, *params.vary):
@@ -126,7 +122,7 @@ def _resolve(
         if key in params.overrides and key in params.vary:
             raise ConfigError(f'{key}: given under set and vary; allowed: one of them')
     resolved = [
-        (varied, override(config, {**robot_overrides, **params.overrides, **dict(varied)}))
+        (varied, override(config, {**of_robot, **params.overrides, **dict(varied)}))
         for varied in params.combinations()
     ]
     # Not before: YAML has values, such as dates, that no parameter allows and no text can show.
@@ -153,7 +149,7 @@ def _collect(
     params: CampaignParams,
     tests: Sequence[TestDefinition],
     combinations: Sequence[Tuple[Varied, RobotParams]],
-    robot: Path,
+    robot: RobotSource,
     package_folder: Path,
 ) -> TrialFiles:
     """Read the files of the trials, and try each simulator once."""
@@ -179,9 +175,11 @@ def _check_unique(key: str, texts: Sequence[str]) -> None:
 def _cells(
     params: CampaignParams, tests: Sequence[TestDefinition], combinations: Sequence[Tuple[Varied, RobotParams]]
 ) -> List[CampaignCell]:
+    drives = [robot_params.simulator.drive for _, robot_params in combinations]
+    paced = [functools.reduce(lambda slower, drive: at_pace_of(drive, slower), drives, test) for test in tests]
     cells = [
         CampaignCell(_label(test, ppr_label(ppr), varied), test, ppr, varied, robot_params)
-        for test in tests
+        for test in paced
         for varied, robot_params in combinations
         for ppr in params.ppr
     ]

@@ -28,6 +28,7 @@ def manifest_of(campaign: Campaign, run: Dict[str, Any]) -> Dict[str, Any]:
         'fingerprint': campaign.fingerprint(),
         'seeds': {'first': seed + 1, 'last': seed + trials},
         'runs': [run],
+        **({'robot': campaign.robot.as_json()} if campaign.robot else {}),
         'configuration': campaign.resolved(),
     }
 

@@ -9,14 +9,17 @@ import tempfile
 import zlib
 from pathlib import Path
 from typing import Dict, NamedTuple, Sequence, Union
-from xml.etree import ElementTree
 
 import yaml
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.typed_params import load_yaml
 from diff_encoder_sim.mapping.map_files import load_map
-from diff_encoder_sim.simulation.robot import expand_xacro
+from diff_encoder_sim.robots.package_search import resolve_uri
+from diff_encoder_sim.robots.robot_source import RobotSource
+from diff_encoder_sim.robots.robot_xml import read_robot_text
+from diff_encoder_sim.robots.self_contained import needs_other_files, self_contained_urdf
+from diff_encoder_sim.robots.xacro_expansion import expand
 from diff_encoder_sim.simulation.world import load_world
 from diff_encoder_sim.trials.test_definition import TestDefinition, find_world
 
@@ -81,14 +84,14 @@ class TrialFiles(NamedTuple):
 
 
 def collect(
-    tests: Sequence[TestDefinition], worlds_folder: Union[str, Path], robot_file: Union[str, Path], needs_maps: bool
+    tests: Sequence[TestDefinition], worlds_folder: Union[str, Path], source: RobotSource, needs_maps: bool
 ) -> TrialFiles:
     """Read what the tests need, and check that it can be used.
 
     Args:
         tests: with names that differ.
         worlds_folder: where worlds are found by name; each has its map beside it.
-        robot_file: xacro or URDF. Its text is kept, as wheel errors are xacro arguments.
+        source: the robot.
         needs_maps: whether a world without a map is an error.
 
     Raises:
@@ -103,8 +106,7 @@ def collect(
             _add(contents, {world.name: world.read_bytes()})[0],
             _add_map(contents, world.with_suffix('.yaml'), needs_maps),
         )
-    _check_robot(Path(robot_file))
-    robot = _add(contents, {Path(robot_file).name: Path(robot_file).read_bytes()})[0]
+    robot = _add(contents, _robot_file(source))[0]
     return TrialFiles(contents, robot, worlds)
 
 
@@ -125,15 +127,16 @@ def _add_map(contents: Dict[str, bytes], path: Path, is_needed: bool) -> str:
     return _add(contents, {path.name: text.encode('utf-8'), description['image']: image})[0]
 
 
-def _check_robot(path: Path) -> None:
-    robot = ElementTree.fromstring(expand_xacro(path, {}))
-    if robot.find('.//collision/geometry/mesh') is not None:
-        raise ConfigError(
-            f'robot: {path} has a mesh as collision shape, which workers would not have; allowed: box, cylinder, sphere'
-        )
-    tags = (element.tag for element in ElementTree.parse(str(path)).iter())
-    if any(tag.rpartition('}')[2] == 'include' for tag in tags):
-        raise ConfigError(f'robot: {path} includes other files, which workers would not have; allowed: all in one file')
+def _robot_file(source: RobotSource) -> Dict[str, bytes]:
+    """Return the robot by the name of its file, so that it needs no other file.
+
+    A xacro that needs none stays as it is, as wheel errors may be its arguments.
+    """
+    text = read_robot_text(source.file)
+    if not (source.arguments or needs_other_files(text)):
+        return {source.file.name: source.file.read_bytes()}
+    urdf = self_contained_urdf(expand(source), str(source.file), lambda uri: resolve_uri(uri, source))
+    return {f'{source.file.name.partition(".")[0]}.urdf': urdf.encode('utf-8')}
 
 
 def _add(contents: Dict[str, bytes], files: Dict[str, bytes]) -> Sequence[str]:

@@ -71,7 +71,7 @@ def launched_robot(options: argparse.Namespace, arguments: Mapping[str, Any]) ->
         for key in sorted(replaced & {*setup.file.overrides, OWN_PPR})
     ]
     settings = {key: value for key, value in settings.items() if key not in replaced}
-    settings.update(arguments)
+    settings = {**_missing_costmaps(files), **settings, **arguments}
     return LaunchedRobot(setup, settings, _checked(files, settings), notes)
 
 
@@ -99,6 +99,13 @@ def _users_values(files: Mapping[str, str]) -> Dict[str, Any]:
             given = flat(load_yaml(path))
             values.update({f'{stem}.{key}': value for key, value in given if usual.get(key, _ABSENT) != value})
     return values
+
+
+def _missing_costmaps(files: Mapping[str, str]) -> Dict[str, Any]:
+    """Return the package's costmaps that the user's file leaves out: outline and frame alone make none."""
+    usual, given = load_yaml(package_folder() / 'config' / 'navigation.yaml'), load_yaml(files['navigation'])
+    missing = {name: usual[name] for name in ('global_costmap', 'local_costmap') if name not in given}
+    return {f'navigation.{key}': value for key, value in flat(missing)}
 
 
 def _overlap(key: str, other: str) -> bool:

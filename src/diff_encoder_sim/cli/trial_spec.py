@@ -21,7 +21,7 @@ from diff_encoder_sim.base.roslaunch_process import parent_only_lists
 from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.cli.launched_robot import OWN_PPR, LaunchedRobot, add_launched_robot, launched_robot, yaml_value
 from diff_encoder_sim.cli.robot_arguments import ROBOT_HELP
-from diff_encoder_sim.encoders.pulses import ppr_label
+from diff_encoder_sim.encoders.pulses import DEFAULT_PPR, PulsesPerRevolution, ppr_label
 from diff_encoder_sim.lockstep.robot_params import RobotParams
 from diff_encoder_sim.mapping.map_files import load_map
 from diff_encoder_sim.mapping.occupancy_grid import OCCUPIED, UNKNOWN
@@ -37,10 +37,11 @@ NO_BAG = 'none'
 SIMULATORS = ('pybullet', 'gazebo')
 
 
-class TrialArgument(Params):
-    """The launch argument `trial`, for an error that names it as the user does."""
+class TrialArguments(Params):
+    """Launch arguments, for errors that name them as the user does."""
 
     trial: int = Field(ge=0)
+    ppr: PulsesPerRevolution = DEFAULT_PPR
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> None:
@@ -57,8 +58,11 @@ def plan(options: argparse.Namespace) -> LivePlan:
     if options.sim not in SIMULATORS:
         raise ConfigError(f'sim: given {options.sim!r}; allowed: {", ".join(SIMULATORS)}')
     folder = package_folder()
-    robot = launched_robot(options, {OWN_PPR: yaml_value(options.ppr)} if options.ppr else {})
-    trial = _trial(options, load_test(options.test, folder / 'config'), robot.params)
+    test = load_test(options.test, folder / 'config')
+    ppr = {'ppr': yaml_value(options.ppr)} if options.ppr else {}
+    number = TrialArguments.from_mapping({'trial': yaml_value(options.trial), **ppr}, '').trial
+    robot = launched_robot(options, {OWN_PPR: ppr['ppr']} if ppr else {})
+    trial = _trial(options, test, number, robot.params)
     trial.test.check_drivable(options.nav)
     if options.slam != 'none' and options.nav != 'scripted':
         raise ConfigError(f'slam: given {options.slam} with nav {options.nav}; allowed: nav:=scripted, or slam:=none')
@@ -81,8 +85,7 @@ def plan(options: argparse.Namespace) -> LivePlan:
     return LivePlan.from_mapping({'trial': trial, 'slam': options.slam, **files, **rates}, '')
 
 
-def _trial(options: argparse.Namespace, test: TestDefinition, robot: RobotParams) -> Trial:
-    number = TrialArgument.from_mapping({'trial': yaml_value(options.trial)}, '').trial
+def _trial(options: argparse.Namespace, test: TestDefinition, number: int, robot: RobotParams) -> Trial:
     return Trial.from_mapping(
         {
             'test': at_pace_of(robot.simulator.drive, test),
@@ -144,10 +147,9 @@ def _check_start(test: TestDefinition, map_path: str) -> None:
 
 def _check_robot(options: argparse.Namespace, trial: Trial, robot: LaunchedRobot, map_path: str) -> None:
     """Refuse, or with --unchecked=true name, what keeps the robot from doing the test."""
-    problem = None
-    if options.nav != 'scripted' or Path(map_path).is_file():
-        params = robot.params
-        problem = misfit(trial.test, trial.nav, params.navigator, params.simulator.drive, load_map(map_path))
+    if options.nav == 'scripted':
+        return  # through a world whose map may not be made yet; a collision ends it at once
+    problem = misfit(trial.test, robot.params.navigator, robot.params.simulator.drive, load_map(map_path))
     if problem and options.unchecked != 'true':
         raise ConfigError(f'{problem}; allowed: another robot or test, or unchecked:=true')
     if problem:

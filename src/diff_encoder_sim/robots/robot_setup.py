@@ -16,8 +16,8 @@ _CHOICES = {
     'left_joint': ('simulator.left_joint', 'config.left_joint'),
     'right_joint': ('simulator.right_joint', 'config.right_joint'),
     'laser_link': ('simulator.laser_link',),
-    'wheel_diameter': ('config.wheel_diameter',),
-    'wheel_separation': ('config.wheel_separation',),
+    'wheel_diameter': ('simulator.wheel_diameter',),
+    'wheel_separation': ('simulator.wheel_separation',),
 }
 _NUMBERS = ('wheel_diameter', 'wheel_separation')
 
@@ -53,4 +53,4 @@ def _choices(overrides: Mapping[str, Any], where: str) -> RobotChoices:
         kind, allowed = ((int, float), 'a number') if choice in _NUMBERS else (str, 'a name')
         if value is not None and (isinstance(value, bool) or not isinstance(value, kind)):
             raise ConfigError(f'{where}: {_CHOICES[choice][0]}: given {value!r}; allowed: {allowed}')
-    return RobotChoices(**given)
+    return RobotChoices(**{choice: value or None for choice, value in given.items()})

@@ -64,7 +64,7 @@ def _diameter_m(
     if value_m is None:
         raise ConfigError(
             f'{where}: given wheels {pair.left.link!r} and {pair.right.link!r} without a round shape; '
-            'allowed: a collision cylinder, sphere or round mesh on the axle, or config.wheel_diameter'
+            'allowed: a collision cylinder, sphere or round mesh on the axle, or simulator.wheel_diameter'
         )
     seen.add('wheel diameter [m]', f'{value_m:.5g}', source)
     return value_m

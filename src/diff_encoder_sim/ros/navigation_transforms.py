@@ -13,7 +13,7 @@ from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.navigation.navigator_inputs import MOST_AHEAD_S
 from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_from_message, pose_from_transform
-from diff_encoder_sim.ros.laser_mount import LaserMount, laser_mount
+from diff_encoder_sim.ros.scanner_mount import ScannerMount, scanner_mount
 
 # Largest tilt of a goal's z axis, as 1 - cos of its angle: upstream's.
 MOST_TILT = 1e-3
@@ -55,13 +55,13 @@ class NavigationTransforms:
         if frame.lstrip('/') not in ('', self.odom_frame):
             raise InputFault(f'header.frame_id is {frame!r}; expected {self.odom_frame!r} (local_costmap/global_frame)')
 
-    def laser_mount(self, laser_frame: str) -> LaserMount:
+    def laser_mount(self, laser_frame: str) -> ScannerMount:
         """Look up how the laser with a scan's frame is mounted on the robot.
 
         Raises:
             InputFault: there is no such transform, or it is no valid pose.
         """
-        return laser_mount(self._lookup(self.base_frame, laser_frame))
+        return scanner_mount(self._lookup(self.base_frame, laser_frame))
 
     def pose_in_map(self, message: PoseStamped) -> Pose2D:
         """Transform a goal or a start to the map frame, by the newest transform, whatever its stamp.

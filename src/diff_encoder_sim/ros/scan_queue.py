@@ -16,7 +16,7 @@ from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_from_transform, scan_from_message
-from diff_encoder_sim.ros.laser_mount import LaserMount, laser_mount
+from diff_encoder_sim.ros.scanner_mount import ScannerMount, scanner_mount
 from diff_encoder_sim.ros.node import log
 
 # A scan that is so much older than the newest one is dropped; and so many may wait.
@@ -92,12 +92,12 @@ class ScanQueue:
         except _NoTransform as reason:
             self._warn_dropped(reason)
 
-    def _place(self, message: LaserScan) -> Tuple[Pose2D, LaserMount]:
+    def _place(self, message: LaserScan) -> Tuple[Pose2D, ScannerMount]:
         """Look up where the base was in odom, and how the laser is mounted."""
         mount = self._mount(message.header.frame_id.lstrip('/'))
         return self._odom_pose(message.header.stamp), mount
 
-    def _hand_on(self, message: LaserScan, odom_pose: Pose2D, mount: LaserMount) -> None:
+    def _hand_on(self, message: LaserScan, odom_pose: Pose2D, mount: ScannerMount) -> None:
         scan = mount.level(scan_from_message(message))
         try:
             self._take(scan, odom_pose, mount.laser_pose_in_base)
@@ -119,8 +119,8 @@ class ScanQueue:
     def _warn_dropped(self, reason: _NoTransform) -> None:
         log.warning('%s: scan dropped: %s', self._topic, reason)
 
-    def _mount(self, laser_frame: str) -> LaserMount:
-        mount = laser_mount(self._laser_transform(laser_frame))
+    def _mount(self, laser_frame: str) -> ScannerMount:
+        mount = scanner_mount(self._laser_transform(laser_frame))
         if mount.lean_rad > LEVEL_WITHIN_RAD and laser_frame not in self._tilted:
             self._tilted.add(laser_frame)
             log.warning(

@@ -83,7 +83,7 @@ class SimulatorNode:
             params.robot, users_path('.'), package_folder(), xacro_arguments_of_text(params.robot_args)
         )
         self._simulator = Simulator(
-            Path(params.world), robot.source.file, core_params, params.start.pose(), params.seed
+            Path(params.world), robot.source, core_params, params.start.pose(), params.seed
         )
         self._lock = threading.RLock()  # the loop and the callbacks share the simulator
         self._running = threading.Event()

@@ -37,6 +37,10 @@ class SimulatorParams(Params):
     laser_link: str = Field(
         'laser', min_length=1, description='link of the LiDAR in the robot file, and frame of its scans'
     )
+    wheel_diameter: float = Field(0.0, ge=0, description="nominal one of the robot [m]; 0: as in the robot file")
+    wheel_separation: float = Field(
+        0.0, ge=0, description='between the contact points, nominal one of the robot [m]; 0: as in the robot file'
+    )
     drive: DriveParams = Field(DriveParams(), description='motors and their controller')
     lidar: LidarParams = Field(LidarParams(), description='LiDAR')
     physics: PhysicsParams = Field(PhysicsParams(), description='settings of PyBullet')
@@ -44,7 +48,8 @@ class SimulatorParams(Params):
 
     def choices(self) -> RobotChoices:
         """Return what these parameters say about the robot."""
-        return RobotChoices(self.left_joint, self.right_joint, self.laser_link)
+        diameter_m, separation_m = self.wheel_diameter or None, self.wheel_separation or None
+        return RobotChoices(self.left_joint, self.right_joint, self.laser_link, diameter_m, separation_m)
 
     @field_validator('lidar')
     @classmethod

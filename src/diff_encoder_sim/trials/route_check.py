@@ -7,7 +7,7 @@ from typing import Iterable, Iterator, NamedTuple, Optional
 
 import numpy as np
 
-from diff_encoder_sim.base.se2 import Pose2D, move_along_arc
+from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.footprint import IN_OBSTACLE
@@ -29,23 +29,17 @@ class _RouteEffort(NamedTuple):
     turned_rad: float  # in place, on purpose
 
 
-def misfit(
-    test: TestDefinition, nav: str, navigator: NavigatorParams, drive: DriveParams, grid: OccupancyGrid
-) -> Optional[str]:
-    """Return why a robot cannot do a test, in one line; None where nothing speaks against it.
+def misfit(test: TestDefinition, navigator: NavigatorParams, drive: DriveParams, grid: OccupancyGrid) -> Optional[str]:
+    """Return why a robot cannot navigate a test's route, in one line; None where nothing speaks against it.
 
     Args:
         test: to be driven in the map.
-        nav: scripted, or how it is navigated.
         navigator: with the robot's outline and speeds.
         drive: its motors.
         grid: the map.
     """
     costmap = Costmap(navigator.global_costmap, grid)
     try:
-        if nav == 'scripted':
-            _check_poses(costmap, _driven_poses(test))
-            return None
         effort = _plan_route(test, navigator, costmap)
     except PlanError as error:
         return f'test {test.name}: not for this robot: {error}'
@@ -95,20 +89,6 @@ def _turned_poses(pose: Pose2D, angle_rad: float) -> Iterator[Pose2D]:
     angle_rad = math.copysign(min(abs(angle_rad), 2.0 * math.pi), angle_rad)
     for angle in np.linspace(0.0, angle_rad, 1 + math.ceil(abs(angle_rad) / STEP_RAD)).tolist():
         yield pose._replace(yaw_rad=pose.yaw_rad + angle)
-
-
-def _driven_poses(test: TestDefinition) -> Iterator[Pose2D]:
-    pose = test.start.pose()
-    for segment in test.drive:
-        if segment.turns is not None:
-            angle_rad = 2.0 * math.pi * segment.turns
-            yield from _turned_poses(pose, angle_rad)
-            pose = pose._replace(yaw_rad=pose.yaw_rad + angle_rad)
-            continue
-        length_m = segment.straight or 0.0
-        for along_m in np.linspace(0.0, length_m, 1 + math.ceil(abs(length_m) / STEP_M)).tolist():
-            yield move_along_arc(pose, along_m, 0.0)
-        pose = move_along_arc(pose, length_m, 0.0)
 
 
 def _too_slow(

@@ -13,12 +13,14 @@ TOOLS = {
     'advise': 'cli.advise',
     'analyze': 'cli.analyze',
     'campaign': 'cli.campaign',
+    'check_robot': 'cli.check_robot',
     'map_bag': 'cli.map_bag',
     'map_saver': 'ros.map_saver_node',
     'place_robot': 'ros.place_robot',
     'rasterise_world': 'cli.rasterise_world',
     'reencode': 'cli.reencode',
-    'robot_description': 'cli.robot_description',
+    'robot_description': 'cli.print_urdf',
+    'robot_settings': 'cli.robot_settings',
     'trial_spec': 'cli.trial_spec',
 }
 

@@ -24,7 +24,7 @@ def room_with_a_door(door_m):
     return OccupancyGrid(cells, CELL_M, Pose2D(0.0, 0.0, 0.0))
 
 
-def ask(door_m=1.5, size_m=(0.5, 0.6), nav='embedded', drive=None, ahead_m=0.5, segments=(), **test):
+def ask(door_m=1.5, size_m=(0.5, 0.6), drive=None, ahead_m=0.5, **test):
     length_m, side = size_m[0], 0.5 * size_m[1]
     front_m = ahead_m * length_m
     outline = [[front_m, -side], [front_m, side], [front_m - length_m, side], [front_m - length_m, -side]]
@@ -35,12 +35,10 @@ def ask(door_m=1.5, size_m=(0.5, 0.6), nav='embedded', drive=None, ahead_m=0.5, 
         'world': 'w',
         'start': {'x': 2.0, 'y': 2.0, 'yaw': 0.0},
         'route': [WAY],
-        'drive': list(segments),
         **test,
     }
     return misfit(
         TestDefinition.from_mapping(asked, ''),
-        nav,
         NavigatorParams.from_mapping(costmaps, ''),
         DriveParams.from_mapping(drive or {}, ''),
         room_with_a_door(door_m),
@@ -66,12 +64,6 @@ def test_a_turn_in_place_needs_room_for_the_corners():
     turn = [{'turns': 1}, {'goal': place}]
     assert ask(size_m=(1.4, 0.5), start=place, route=turn) is not None
     assert ask(size_m=(0.6, 0.5), start=place, route=turn) is None
-
-
-def test_a_drive_without_feedback_is_followed_along_its_line():
-    straight = [{'straight': 4.0}]
-    assert ask(door_m=0.4, nav='scripted', route=[], segments=straight) is not None
-    assert ask(door_m=1.5, nav='scripted', route=[], segments=straight) is None
 
 
 @pytest.mark.parametrize(('speed', 'is_told'), [(0.5, False), (0.01, True)])

@@ -12,7 +12,7 @@ from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.ros.conversions import pose_from_transform
 
 
-class LaserMount(NamedTuple):
+class ScannerMount(NamedTuple):
     """A laser on the robot, projected to the floor."""
 
     laser_pose_in_base: Pose2D
@@ -26,7 +26,7 @@ class LaserMount(NamedTuple):
         return scan._replace(angle_min_rad=-scan.angle_min_rad, angle_increment_rad=-scan.angle_increment_rad)
 
 
-def laser_mount(transform: TransformStamped) -> LaserMount:
+def scanner_mount(transform: TransformStamped) -> ScannerMount:
     """Compute the mounting from the transform of the laser's frame to the base's.
 
     Raises:
@@ -38,4 +38,4 @@ def laser_mount(transform: TransformStamped) -> LaserMount:
     upright = rotation.z**2 + rotation.w**2
     # Component of the laser's z axis along the base's.
     up = (upright - aside) / (upright + aside)
-    return LaserMount(pose, up < 0.0, math.acos(min(abs(up), 1.0)))
+    return ScannerMount(pose, up < 0.0, math.acos(min(abs(up), 1.0)))

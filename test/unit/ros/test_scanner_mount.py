@@ -12,7 +12,7 @@ from geometry_msgs.msg import Quaternion, TransformStamped
 
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.laser_scan import Scan
-from diff_encoder_sim.ros.laser_mount import laser_mount
+from diff_encoder_sim.ros.scanner_mount import scanner_mount
 
 SCAN = Scan(0, -0.5, 0.25, 0.1, 6.0, np.array([1.0, 2.0, 3.0]))
 
@@ -21,7 +21,7 @@ def mount(x=0.0, y=0.0, z=0.0, w=0.0):
     transform = TransformStamped()
     transform.transform.translation.x = 0.2
     transform.transform.rotation = Quaternion(x, y, z, w)
-    return laser_mount(transform)
+    return scanner_mount(transform)
 
 
 def test_an_upright_laser_is_level():
