@@ -25,6 +25,7 @@ from diff_encoder_sim.campaign.trial_files import TrialFiles, collect
 from diff_encoder_sim.encoders.pulses import ppr_label
 from diff_encoder_sim.lockstep.robot_loading import load_robot
 from diff_encoder_sim.lockstep.robot_params import RobotConfig, RobotParams, check_key, load_robot_config, override
+from diff_encoder_sim.robots.robot_setup import RobotSetup
 from diff_encoder_sim.robots.robot_source import RobotSource
 from diff_encoder_sim.simulation.simulator import Simulator
 from diff_encoder_sim.trials.robot_pace import at_pace_of
@@ -57,8 +58,7 @@ def load_campaign(
     given = {key: value for key, value in (replace or {}).items() if value is not None}
     params = _load_params(path, given)
     config = load_robot_config(package_folder / 'config')
-    robot_folder = Path() if 'robot' in given else path.parent
-    robot = load_robot(params.robot, robot_folder, package_folder, robot_arguments or {})
+    robot = _load_robot(params, None if 'robot' in given else path, package_folder, robot_arguments or {})
     with _named('' if 'tests' in given else path):
         tests = _load_tests(params, None if 'tests' in given else path.parent, package_folder / 'config')
     with _named('' if 'ppr' in given else path):
@@ -66,7 +66,7 @@ def load_campaign(
     with _named(path):
         _check_size(params)
         combinations = _resolve(params, config, robot.settings)
-    files = _collect(params, tests, combinations, robot.file.source, package_folder)
+        files = _collect(params, tests, combinations, robot.file.source, package_folder)
     return Campaign(params, _cells(params, tests, combinations), files, campaign_robot(robot))
 
 
@@ -105,6 +105,18 @@ def _load_tests(params: CampaignParams, folder: Optional[Path], config_folder: P
     return tests
 
 
+def _load_robot(
+    params: CampaignParams, path: Optional[Path], package_folder: Path, arguments: Mapping[str, str]
+) -> RobotSetup:
+    """Load the robot, which the campaign's file names where its `path` is given; other errors are its own file's."""
+    try:
+        return load_robot(params.robot, path.parent if path else Path(), package_folder, arguments)
+    except ConfigError as error:
+        if path and str(error).startswith('robot: '):
+            raise ConfigError(f'{path}: {error}') from None
+        raise
+
+
 def _check_size(params: CampaignParams) -> None:
     cells = params.cell_count()
     if cells > MOST_CELLS or cells * params.trials > MOST_TRIALS:
@@ -122,8 +134,7 @@ def _resolve(
         if key in params.overrides and key in params.vary:
             raise ConfigError(f'{key}: given under set and vary; allowed: one of them')
     resolved = [
-        (varied, override(config, {**of_robot, **params.overrides, **dict(varied)}))
-        for varied in params.combinations()
+        (varied, override(config, {**of_robot, **params.overrides, **dict(varied)})) for varied in params.combinations()
     ]
     # Not before: YAML has values, such as dates, that no parameter allows and no text can show.
     for key, values in params.vary.items():

@@ -60,11 +60,16 @@ def load_robot_file(
     params = load_params(RobotFileParams, path)
     own_packages = [path.parent / Path(each).expanduser() for each in params.packages]
     source = RobotSource(
-        path.parent / Path(params.urdf).expanduser(),
+        _tidy(path.parent / Path(params.urdf).expanduser()),
         _as_pairs({**params.arguments, **arguments}),
         (*_checked(packages, 'packages'), *_checked(own_packages, f'{path}: packages')),
     )
     return RobotFile(source, params.ppr, dict(params.overrides), path.stem, str(path))
+
+
+def _tidy(path: Path) -> Path:
+    """Return a path as people read it: a/b for a/c/../b."""
+    return path.resolve() if '..' in path.parts else path
 
 
 def _path_of(given: str, folder: Path, robots_folder: Path) -> Path:

@@ -16,8 +16,8 @@ from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_from_transform, scan_from_message
-from diff_encoder_sim.ros.scanner_mount import ScannerMount, scanner_mount
 from diff_encoder_sim.ros.node import log
+from diff_encoder_sim.ros.scanner_mount import ScannerMount, scanner_mount
 
 # A scan that is so much older than the newest one is dropped; and so many may wait.
 PATIENCE_NS = 2 * NANOSECONDS_PER_SECOND

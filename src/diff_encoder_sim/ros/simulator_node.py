@@ -82,9 +82,7 @@ class SimulatorNode:
         robot = load_robot_file(
             params.robot, users_path('.'), package_folder(), xacro_arguments_of_text(params.robot_args)
         )
-        self._simulator = Simulator(
-            Path(params.world), robot.source, core_params, params.start.pose(), params.seed
-        )
+        self._simulator = Simulator(Path(params.world), robot.source, core_params, params.start.pose(), params.seed)
         self._lock = threading.RLock()  # the loop and the callbacks share the simulator
         self._running = threading.Event()
         self._clock = publisher('/clock', Clock)

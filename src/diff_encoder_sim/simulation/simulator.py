@@ -37,7 +37,7 @@ class SimulatorParams(Params):
     laser_link: str = Field(
         'laser', min_length=1, description='link of the LiDAR in the robot file, and frame of its scans'
     )
-    wheel_diameter: float = Field(0.0, ge=0, description="nominal one of the robot [m]; 0: as in the robot file")
+    wheel_diameter: float = Field(0.0, ge=0, description='nominal one of the robot [m]; 0: as in the robot file')
     wheel_separation: float = Field(
         0.0, ge=0, description='between the contact points, nominal one of the robot [m]; 0: as in the robot file'
     )

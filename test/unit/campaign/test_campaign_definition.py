@@ -73,7 +73,7 @@ def test_every_parameter_of_every_file_is_in_the_fingerprint(tmp_path):
     before = load_campaign(path, package).fingerprint()
     for name, old, new in (
         ('config.yaml', 'max_wheel_speed: 100.0', 'max_wheel_speed: 101.0'),
-        ('simulator.yaml', 'wheel_torque: 20.0', 'wheel_torque: 20.5'),
+        ('simulator.yaml', 'command_timeout: 0.5', 'command_timeout: 0.6'),
         ('amcl.yaml', 'kld_err: 0.02', 'kld_err: 0.021'),
         ('navigation.yaml', 'occdist_scale: 0.02', 'occdist_scale: 0.03'),
         ('tests/SL.yaml', 'x: 10.0', 'x: 10.5'),

@@ -165,7 +165,7 @@ def test_a_mistake_on_the_command_line_is_not_blamed_on_the_file(tmp_path, repla
         ({'tests': ['SL', 'SL']}, 'tests: given SL 2 times'),
         ({'tests': ['XX']}, "test: given 'XX'; allowed: DLD"),
         ({'tests': ['none.yaml']}, "test: given '.*none.yaml'"),
-        ({'robot': 'no.xacro'}, 'no.xacro: no such robot'),
+        ({'robot': 'no.xacro'}, "given 'no.xacro', but there is no"),
         ({'tests': ['DLD'], 'nav': 'scripted'}, 'nav: given scripted, but DLD has no drive; allowed: embedded'),
         ({'set': {1: 2}}, 'set.1'),
         ({'set': {'amcl': 1}}, 'amcl: unknown key'),
@@ -200,9 +200,12 @@ def test_a_mistake_on_the_command_line_is_not_blamed_on_the_file(tmp_path, repla
             {'vary': {NOISE: list(range(1000)), MODULUS: list(range(1000)), 'amcl.kld_err': [1] * 1000}},
             'given 4000000000 cells',
         ),
-        ({'set': {'simulator.left_joint': 'wheel', 'config.left_joint': 'wheel'}}, "joint 'wheel' is missing"),
+        (
+            {'set': {'simulator.left_joint': 'wheel', 'config.left_joint': 'wheel'}},
+            "given 'wheel' as left wheel joint, which is missing",
+        ),
         ({'set': {'config.left_joint': 'wheel'}}, "config.left_joint: given 'wheel'; allowed: .* left_wheel_joint or"),
-        ({'vary': {'simulator.laser_link': ['laser', 'nose']}}, "link 'nose' is missing"),
+        ({'vary': {'simulator.laser_link': ['laser', 'nose']}}, "given 'nose' as laser link, which is missing"),
     ],
 )
 def test_a_mistake_in_the_file_is_named(tmp_path, changes, expected):

@@ -1,4 +1,4 @@
-"""A robot of one's own in a campaign: config/alto.yaml as the pattern."""
+"""A robot of one's own in a campaign: config/robots/alto.yaml as the pattern."""
 
 import shutil
 
@@ -9,7 +9,7 @@ from campaign_files import ROOT
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.campaign.campaign_loading import load_campaign
 
-ALTO = ROOT / 'config' / 'alto.yaml'
+ALTO = ROOT / 'config' / 'robots' / 'alto.yaml'
 URDF = ROOT / 'urdf' / 'alto.urdf.xacro'
 
 
@@ -65,7 +65,10 @@ def test_what_a_campaign_sets_comes_before_the_robots(tmp_path):
             ['robot.yaml', 'config.wheel_diametre', "did you mean 'config.wheel_diameter'"],
         ),
         ({'config__wheel_diameter': -1.0}, ['wheel_diameter', '-1.0', 'greater than 0']),
-        ({'config__left_joint': 'left', 'simulator__left_joint': 'left'}, ["joint 'left' is missing"]),
+        (
+            {'config__left_joint': 'left', 'simulator__left_joint': 'left'},
+            ["given 'left' as left wheel joint, which is missing"],
+        ),
     ],
 )
 def test_a_bad_number_is_named(tmp_path, overrides, texts):
@@ -92,10 +95,34 @@ def test_a_bad_robot_file_is_named(tmp_path, content, text):
     assert text in str(error.value)
 
 
-def test_a_robot_that_collides_as_a_mesh_is_refused(tmp_path):
+def test_a_mesh_that_is_missing_is_named_with_the_robots_file(tmp_path):
     path = robot_file(tmp_path)
     robot = (tmp_path / 'robot.xacro').read_text(encoding='utf-8')
-    mesh = '<link name="horn"><collision><geometry><mesh filename="horn.stl"/></geometry></collision></link></robot>'
+    mesh = (
+        '<link name="horn"><collision><geometry><mesh filename="horn.stl"/></geometry></collision></link>'
+        '<joint name="j" type="fixed"><parent link="base_link"/><child link="horn"/></joint></robot>'
+    )
     (tmp_path / 'robot.xacro').write_text(robot.replace('</robot>', mesh), encoding='utf-8')
-    with pytest.raises(ConfigError, match='robot.xacro has a mesh as collision shape'):
+    with pytest.raises(ConfigError, match=r"robot.xacro: link 'horn': collision mesh 'horn.stl'"):
         campaign(path)
+
+
+@pytest.mark.parametrize('name', ['burger', 'kobuki'])
+def test_a_robot_that_comes_with_the_package_is_taken_by_name(name):
+    taken = campaign(name)
+    assert taken.robot.name in (name, f'turtlebot3_{name}')
+    (cell, *_) = taken.cells
+    assert cell.robot_params.odometry.wheel_separation != 0.4
+    assert {row.quantity for row in taken.robot.found} >= {'wheel diameter [m]', 'mass [kg]'}
+
+
+def test_a_test_is_driven_no_faster_than_the_robot(tmp_path):
+    slow = campaign(robot_file(tmp_path, simulator__drive__max_linear_speed=0.2), tests=['SL'])
+    assert {cell.test.limits.speed for cell in slow.cells} == {0.2}
+
+
+def test_arguments_of_a_xacro_reach_its_file():
+    noisy = load_campaign('quick', ROOT, {'robot': str(URDF)}, {'lidar_noise': '0.25'})
+    assert {cell.robot_params.simulator.lidar.noise for cell in noisy.cells} == {0.25}
+    with pytest.raises(ConfigError, match="argument 'lidar_nose' is not known; did you mean 'lidar_noise'"):
+        load_campaign('quick', ROOT, {'robot': str(URDF)}, {'lidar_nose': '0.25'})

@@ -14,9 +14,31 @@ from diff_encoder_sim.base import atomic_files
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.campaign.trial_files import collect
 from diff_encoder_sim.mapping.map_files import load_map
+from diff_encoder_sim.robots.describing import describe
+from diff_encoder_sim.robots.robot_source import RobotSource
 from diff_encoder_sim.trials.test_definition import load_test
 
 ROBOT = ROOT / 'urdf' / 'alto.urdf.xacro'
+
+
+HORN = (
+    '<link name="horn"><collision><geometry><mesh filename="horn.stl"/></geometry></collision></link>'
+    '<joint name="horn_joint" type="fixed"><parent link="base_link"/><child link="horn"/>'
+    '<origin xyz="0.4 0 0.5"/></joint>'
+)
+CORNERS = ('0 0 0', '0.1 0 0', '0 0.1 0', '0 0 0.1')
+TETRAHEDRON = '\n'.join(
+    [
+        'solid horn',
+        *(
+            f'facet normal 0 0 0\nouter loop\n{loop}\nendloop\nendfacet'
+            for loop in (
+                '\n'.join(f'vertex {corner}' for corner in CORNERS if corner != left_out) for left_out in CORNERS
+            )
+        ),
+        'endsolid horn',
+    ]
+)
 
 
 def paper_tests(package=ROOT, names=('SL', 'SMT', 'DLD')):
@@ -25,7 +47,10 @@ def paper_tests(package=ROOT, names=('SL', 'SMT', 'DLD')):
 
 def collected(package=ROOT, robot=None, needs_maps=True, names=('SL', 'SMT', 'DLD')):
     return collect(
-        paper_tests(package, names), package / 'worlds', robot or package / 'urdf' / 'alto.urdf.xacro', needs_maps
+        paper_tests(package, names),
+        package / 'worlds',
+        robot or RobotSource(package / 'urdf' / 'alto.urdf.xacro'),
+        needs_maps,
     )
 
 
@@ -126,27 +151,39 @@ def test_a_map_is_only_needed_to_navigate(tmp_path):
         ('worlds/hallway.world', None, "world: given 'hallway'"),
         ('worlds/hallway.pgm', 'P5 1', 'hallway.pgm: '),
         ('worlds/hallway.yaml', 'image: no.pgm', 'hallway.yaml: '),
-        ('urdf/alto.urdf.xacro', '<robot', 'not a valid xacro'),
-        ('urdf/alto.urdf.xacro', None, 'no such robot file'),
-        (
-            'urdf/alto.urdf.xacro',
-            (
-                '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="r">'
-                '<xacro:include filename="other.xacro"/></robot>'
-            ),
-            'includes other files',
-        ),
+        ('urdf/alto.urdf.xacro', None, 'alto.urdf.xacro'),
     ],
 )
 def test_a_bad_file_is_named_before_anything_runs(tmp_path, name, content, expected):
     package = package_copy(tmp_path / 'package')
-    (package / 'urdf' / 'other.xacro').write_text('<robot/>')
     (package / name).unlink()
     if content is not None:
         (package / name).write_text(content)
     with pytest.raises(ConfigError, match=expected) as caught:
         collected(package)
     assert '\n' not in str(caught.value)
+
+
+def test_a_robot_of_several_files_and_arguments_travels_as_one(tmp_path):
+    """Burger's xacro includes another file; its workers need none."""
+    source = RobotSource(ROOT / 'urdf' / 'burger.urdf.xacro')
+    placed = collected(robot=source).materialise(tmp_path)
+    text = placed.robot.read_text()
+    assert placed.robot.name == 'burger.urdf' and 'xacro:' not in text
+    there, here = describe(RobotSource(placed.robot)), describe(source)
+    assert there.found == here.found and there.footprint == here.footprint
+    with_argument = source._replace(file=ROBOT, arguments=(('lidar_noise', '0.25'),))
+    assert '0.25' in collected(robot=with_argument).materialise(tmp_path).robot.read_text()
+
+
+def test_a_collision_mesh_travels_as_its_hull(tmp_path):
+    robot = ROBOT.read_text().replace('</robot>', f'{HORN}</robot>')
+    (tmp_path / 'robot.urdf.xacro').write_text(robot)
+    (tmp_path / 'horn.stl').write_text(TETRAHEDRON)
+    source = RobotSource(tmp_path / 'robot.urdf.xacro')
+    placed = collected(robot=source).materialise(tmp_path / 'out')
+    assert '<mesh' not in placed.robot.read_text()
+    assert describe(RobotSource(placed.robot)).footprint == describe(source).footprint
 
 
 def test_a_file_is_replaced_whole_or_not_at_all(tmp_path, monkeypatch):

@@ -30,13 +30,7 @@ def ask(door_m=1.5, size_m=(0.5, 0.6), drive=None, ahead_m=0.5, **test):
     outline = [[front_m, -side], [front_m, side], [front_m - length_m, side], [front_m - length_m, -side]]
     costmaps = {name: {'footprint': outline} for name in ('global_costmap', 'local_costmap')}
     costmaps['local_costmap'].update(static_map=False, rolling_window=True, global_frame='odom')
-    asked = {
-        'name': 'T',
-        'world': 'w',
-        'start': {'x': 2.0, 'y': 2.0, 'yaw': 0.0},
-        'route': [WAY],
-        **test,
-    }
+    asked = {'name': 'T', 'world': 'w', 'start': {'x': 2.0, 'y': 2.0, 'yaw': 0.0}, 'route': [WAY], **test}
     return misfit(
         TestDefinition.from_mapping(asked, ''),
         NavigatorParams.from_mapping(costmaps, ''),
