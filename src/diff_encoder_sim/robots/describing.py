@@ -14,7 +14,7 @@ from diff_encoder_sim.robots.findings import Findings
 from diff_encoder_sim.robots.footprint_outline import footprint_outline
 from diff_encoder_sim.robots.ground_contacts import ground_contacts
 from diff_encoder_sim.robots.laser_search import find_laser
-from diff_encoder_sim.robots.mesh_hulls import MeshFinder
+from diff_encoder_sim.robots.mesh_corners import MeshFinder
 from diff_encoder_sim.robots.package_search import resolve_uri
 from diff_encoder_sim.robots.primitive_tree import body_shapes, collision_shapes, mesh_points_m, primitive_tree
 from diff_encoder_sim.robots.robot_choices import RobotChoices

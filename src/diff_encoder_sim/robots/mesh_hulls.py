@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from pathlib import Path, PurePosixPath
-from typing import Callable, Iterator, List, NamedTuple, Optional, Tuple
+from typing import Iterator, List, NamedTuple, Tuple
 
 import numpy as np
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.robots.enclosing_balls import smallest_ball
-from diff_encoder_sim.robots.meshes import mesh_points_m
+from diff_encoder_sim.robots.mesh_corners import MeshFinder, is_listed, link_corners_m, mesh_name
 from diff_encoder_sim.robots.robot_tree import Box, Cylinder, Geometry, Link, Mesh, Shape, Sphere
 from diff_encoder_sim.robots.solids import volume_m3
-
-# Finds a mesh's file by its URI: package_search.resolve_uri of a robot. None: there is none.
-MeshFinder = Callable[[str], Optional[Path]]
 
 _THINNEST_M = 1e-3  # a mesh that is a flat sheet becomes a plate
 _DECIMALS = 6  # of a length [m]: STL files hold 24 bits
@@ -44,7 +40,7 @@ def primitives_of(link: Link, where: str, find: MeshFinder) -> Primitives:
         if not isinstance(shape.geometry, Mesh):
             shapes.append(shape)
             continue
-        name = PurePosixPath(shape.geometry.uri).name
+        name = mesh_name(shape.geometry.uri)
         shapes.append(mesh_hull(shape, f'{where}: link {link.name!r}', find))
         notes.append(f'collision mesh {name} of link {link.name} is simulated as {in_words(shapes[-1].geometry)}')
     return Primitives(tuple(shapes), tuple(notes))
@@ -68,29 +64,13 @@ def mesh_hull(shape: Shape, where: str, find: MeshFinder) -> Shape:
         ConfigError: the mesh is missing, broken or too large; `where` begins the text.
     """
     assert isinstance(shape.geometry, Mesh)
-    uri = shape.geometry.uri
-    place = f'{where}: collision mesh {uri!r}'
-    path = find(uri)
-    if path is None:
-        raise ConfigError(f'{place}: {_not_found(uri)}')
-    turn, centre_m = shape.pose_in_link[:3, :3], shape.pose_in_link[:3, 3]
-    points_m = mesh_points_m(path, place) * shape.geometry.scale_xyz @ turn.T + centre_m
+    uri, turn = shape.geometry.uri, shape.pose_in_link[:3, :3]
+    place = f'{where}: collision mesh {(mesh_name(uri) if is_listed(uri) else uri)!r}'
+    points_m = link_corners_m(shape, place, find)
     extents_m = np.sort(np.ptp(points_m @ turn, axis=0))
     if extents_m[1] < 0.5 * 10**-_DECIMALS:
         raise ConfigError(f'{place}: given a mesh without extent; allowed: a mesh with a width and a length')
     return min(_candidates(points_m, turn), key=lambda candidate: volume_m3(candidate.geometry))
-
-
-def _not_found(uri: str) -> str:
-    """Return what is wrong with a mesh's name that no file has."""
-    scheme, separator, rest = uri.partition('://')
-    if not separator or scheme == 'file':
-        return 'given a file that is missing; allowed: an .stl, .obj or .dae file, its path relative to the robot file'
-    package = rest.partition('/')[0]
-    return (
-        f'given a file that is missing, or package {package!r} is not found; allowed: one above the robot file or '
-        'below a folder there, on ROS_PACKAGE_PATH or AMENT_PREFIX_PATH, or in a given folder of packages'
-    )
 
 
 def in_words(geometry: Geometry) -> str:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import functools
 import io
+import math
 import re
 from pathlib import Path
 from typing import List
@@ -20,6 +21,7 @@ from diff_encoder_sim.base.errors import ConfigError, in_one_line
 _LARGEST_BYTES = 50_000_000
 # As many as an STL of that size has; a DAE may show one part any number of times.
 _MOST_POINTS = 3_000_000
+_DIGITS = 7
 _FARTHEST = 1e9  # of a corner, in the file's unit
 # A part whose material is missing, often for want of a texture, is a part all the same.
 _MATERIALS = re.compile(rb'<(\w+:)?bind_material\b.*?</(\w+:)?bind_material>', re.DOTALL)
@@ -63,9 +65,14 @@ def _read_once(path: Path, _mtime_ns: int) -> np.ndarray:
         raise ConfigError('given a mesh without triangles; allowed: at least one')
     if not (np.abs(points_m) < _FARTHEST).all():
         raise ConfigError(f'given corners that are no numbers or enormous; allowed: up to {_FARTHEST:g}')
-    outer_m = _outer(points_m)
+    outer_m = _outer(np.round(points_m, _decimals(points_m)))
     outer_m.setflags(write=False)
     return outer_m
+
+
+def _decimals(points_m: np.ndarray) -> int:
+    """Return how many decimals say where points are: STL files hold 24 bits, 7 digits."""
+    return _DIGITS - math.ceil(math.log10(max(float(np.abs(points_m).max()), 1e-9)))
 
 
 def _outer(points_m: np.ndarray) -> np.ndarray:

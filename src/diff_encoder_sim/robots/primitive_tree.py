@@ -6,11 +6,11 @@ from typing import Dict, List, Mapping, NamedTuple, Optional, Set, Tuple
 
 import numpy as np
 
-from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.robots.findings import Findings
 from diff_encoder_sim.robots.ground_contacts import CASTER_NAMES
-from diff_encoder_sim.robots.mesh_hulls import MeshFinder, primitives_of, visual_primitives_of
-from diff_encoder_sim.robots.robot_tree import Cylinder, Joint, Link, RobotTree, Shape, Sphere
+from diff_encoder_sim.robots.mesh_corners import MeshFinder
+from diff_encoder_sim.robots.mesh_hulls import primitives_of, visual_primitives_of
+from diff_encoder_sim.robots.robot_tree import Cylinder, Link, RobotTree, Shape, Sphere
 from diff_encoder_sim.robots.rolling_wheels import rigid_links, spins
 from diff_encoder_sim.robots.solids import placed
 from diff_encoder_sim.robots.wheel_treads import mesh_treads, points_in_link_m
@@ -57,18 +57,10 @@ def _add_treads(tree: RobotTree, links: Dict[str, Link], find: MeshFinder) -> Se
             link = link._replace(collisions=(*link.collisions, *mesh_treads(tree, joint, name, find, visual=False)))
             if not _is_round(link):
                 shapes = visual_primitives_of(tree.links[name], find)
-                link = link._replace(visuals=(*shapes, *_visual_treads(tree, joint, name, find)))
+                link = link._replace(visuals=(*shapes, *mesh_treads(tree, joint, name, find, visual=True)))
             links[name] = link
             wheels.add(name)
     return wheels
-
-
-def _visual_treads(tree: RobotTree, joint: Joint, name: str, find: MeshFinder) -> Tuple[Shape, ...]:
-    """Return the treads of visual meshes; one that cannot be read is left out, as everywhere."""
-    try:
-        return tuple(mesh_treads(tree, joint, name, find, visual=True))
-    except ConfigError:
-        return ()
 
 
 def collision_shapes(tree: RobotTree) -> Dict[str, Tuple[Shape, ...]]:
@@ -77,7 +69,7 @@ def collision_shapes(tree: RobotTree) -> Dict[str, Tuple[Shape, ...]]:
 
 
 def mesh_points_m(tree: RobotTree, find: MeshFinder, link: str, number: int) -> Optional[np.ndarray]:
-    """Return the (n, 3) points of a link's collision mesh in the link; None where that shape is no mesh."""
+    """Return the (n, 3) outer points of a link's collision mesh in the link; None where that shape is no mesh."""
     shapes = tree.links[link].collisions
     return points_in_link_m(shapes[number], find, tree.where) if number < len(shapes) else None
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-from typing import Dict, Iterable, Tuple
 from xml.etree import ElementTree
 
-from diff_encoder_sim.base.xml_values import rpy_from_rotation
-from diff_encoder_sim.robots.mesh_hulls import MeshFinder, mesh_hull
-from diff_encoder_sim.robots.robot_tree import Box, Cylinder, Geometry, Mesh, Shape, Sphere
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.robots.findings import Findings
+from diff_encoder_sim.robots.mesh_corners import MeshFinder, file_corners_m, is_listed, listed_mesh
+from diff_encoder_sim.robots.primitive_tree import primitive_tree
 from diff_encoder_sim.robots.urdf_parsing import parse_urdf
 
 # Signs that a xacro or URDF depends on more than its own text and arguments: other files, the environment.
@@ -21,9 +21,11 @@ def needs_other_files(text: str) -> bool:
 
 
 def self_contained_urdf(urdf: str, where: str, find: MeshFinder) -> str:
-    """Return a URDF with collision meshes replaced by boxes, cylinders and balls; without any, the text as it is.
+    """Return a URDF with the outer corners of its meshes in place of their files' names.
 
-    Visual meshes stay: only RViz looks at them.
+    What is found out about a robot is the same with it as with the meshes. So all collision meshes are written out, and
+    the visual meshes of links whose visual shapes count; other visual meshes keep their names. Without any such mesh
+    it is the text as it is.
 
     Args:
         urdf: the XML, xacro expanded.
@@ -31,40 +33,26 @@ def self_contained_urdf(urdf: str, where: str, find: MeshFinder) -> str:
         find: finds a mesh's file.
 
     Raises:
-        ConfigError: a mesh is missing, broken or too large.
+        ConfigError: a collision mesh is missing, broken or too large.
     """
     tree = parse_urdf(urdf, where)
-    has_meshes = False
-    for element in tree.xml.findall('link'):
-        link = tree.links[element.get('name', '')]
-        meshes = [shape for shape in link.collisions if isinstance(shape.geometry, Mesh)]
-        has_meshes = has_meshes or bool(meshes)
-        collisions = [each for each in element.findall('collision') if each.find('geometry/mesh') is not None]
-        for collision, shape in zip(collisions, meshes):
-            _put(mesh_hull(shape, f'{where}: link {link.name!r}', find), collision)
-    return ElementTree.tostring(tree.xml, encoding='unicode') if has_meshes else urdf
+    simple = primitive_tree(tree, find, Findings())
+    is_changed = False
+    for link in tree.xml.findall('link'):
+        kinds = ('collision', 'visual') if simple.links[link.get('name', '')].visuals else ('collision',)
+        meshes = [mesh for kind in kinds for mesh in link.findall(f'{kind}/geometry/mesh')]
+        for mesh in meshes:
+            is_changed |= _list_corners(mesh, where, find)
+    return ElementTree.tostring(tree.xml, encoding='unicode') if is_changed else urdf
 
 
-def _put(hull: Shape, collision: ElementTree.Element) -> None:
-    """Make a primitive the shape of a <collision>."""
-    for child in [*collision.findall('origin'), *collision.findall('geometry')]:
-        collision.remove(child)
-    rpy_rad = rpy_from_rotation(hull.pose_in_link[:3, :3])
-    ElementTree.SubElement(collision, 'origin', xyz=_text(hull.pose_in_link[:3, 3]), rpy=_text(rpy_rad))
-    tag, attributes = _element(hull.geometry)
-    ElementTree.SubElement(ElementTree.SubElement(collision, 'geometry'), tag, attributes)
-
-
-def _element(geometry: Geometry) -> Tuple[str, Dict[str, str]]:
-    """Return the URDF tag and attributes of a primitive."""
-    if isinstance(geometry, Box):
-        return 'box', {'size': _text(geometry.size_xyz_m)}
-    if isinstance(geometry, Cylinder):
-        return 'cylinder', {'radius': repr(geometry.radius_m), 'length': repr(geometry.length_m)}
-    assert isinstance(geometry, Sphere)
-    return 'sphere', {'radius': repr(geometry.radius_m)}
-
-
-def _text(numbers: Iterable[float]) -> str:
-    """Return numbers as XML text, all digits."""
-    return ' '.join(repr(float(number)) for number in numbers)
+def _list_corners(mesh: ElementTree.Element, where: str, find: MeshFinder) -> bool:
+    """Put a mesh's corners in place of its file's name; say whether that was needed and possible."""
+    uri = mesh.get('filename', '').strip()
+    if is_listed(uri):
+        return False
+    try:
+        mesh.set('filename', listed_mesh(uri, file_corners_m(uri, where, find)))
+    except ConfigError:  # of a visual mesh: it does not count here either
+        return False
+    return True

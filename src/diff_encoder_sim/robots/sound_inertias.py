@@ -8,7 +8,8 @@ import numpy as np
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.robots.mass_properties import homogeneous, link_mass, merged
-from diff_encoder_sim.robots.mesh_hulls import MeshFinder, visual_primitives_of
+from diff_encoder_sim.robots.mesh_corners import MeshFinder
+from diff_encoder_sim.robots.mesh_hulls import visual_primitives_of
 from diff_encoder_sim.robots.robot_description import MassProperties
 from diff_encoder_sim.robots.robot_tree import Inertial, RobotTree, Shape
 from diff_encoder_sim.robots.solids import farthest_m, placed

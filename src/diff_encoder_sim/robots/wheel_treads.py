@@ -6,8 +6,8 @@ from typing import Iterator, Optional
 
 import numpy as np
 
-from diff_encoder_sim.robots.mesh_hulls import MeshFinder
-from diff_encoder_sim.robots.meshes import mesh_points_m
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.robots.mesh_corners import MeshFinder, is_listed, link_corners_m
 from diff_encoder_sim.robots.robot_tree import Cylinder, Joint, Mesh, RobotTree, Shape
 
 RIM = 0.98  # of the radius: what is farther out rolls
@@ -23,16 +23,21 @@ def mesh_treads(tree: RobotTree, joint: Joint, link: str, find: MeshFinder, visu
         joint: what turns the link.
         link: the joint's child, or a link fixed to it.
         find: finds a mesh's file.
-        visual: whether to look at visual rather than collision meshes.
+        visual: whether to look at visual rather than collision meshes; those that cannot be read are left out then.
 
     Raises:
-        ConfigError: a mesh cannot be read.
+        ConfigError: a collision mesh cannot be read.
     """
     poses = tree.link_poses()
     to_link = np.linalg.inv(poses[link]) @ poses[joint.child]
     part = tree.links[link]
     for shape in part.visuals if visual else part.collisions:
-        points_m = points_in_link_m(shape, find, f'{tree.where}: link {link!r}')
+        try:
+            points_m = points_in_link_m(shape, find, f'{tree.where}: link {link!r}')
+        except ConfigError:
+            if not visual:
+                raise
+            continue
         tread = None if points_m is None else tread_of(points_m, to_link[:3, 3], to_link[:3, :3] @ joint.axis)
         if tread is not None:
             yield tread
@@ -46,11 +51,8 @@ def points_in_link_m(shape: Shape, find: MeshFinder, where: str) -> Optional[np.
     """
     if not isinstance(shape.geometry, Mesh):
         return None
-    path = find(shape.geometry.uri)
-    if path is None:
-        return None
-    points_m = mesh_points_m(path, where) * shape.geometry.scale_xyz
-    return np.asarray(points_m @ shape.pose_in_link[:3, :3].T + shape.pose_in_link[:3, 3])
+    uri = shape.geometry.uri
+    return link_corners_m(shape, where, find) if is_listed(uri) or find(uri) is not None else None
 
 
 def tread_of(points_m: np.ndarray, centre_m: np.ndarray, axis: np.ndarray) -> Optional[Shape]:

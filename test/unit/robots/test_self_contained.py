@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.xml_values import joint_origin, rotation_from_rpy
-from diff_encoder_sim.robots.mesh_hulls import primitives_of
+from diff_encoder_sim.robots.mesh_hulls import primitives_of, visual_primitives_of
+from diff_encoder_sim.robots.robot_tree import Cylinder
 from diff_encoder_sim.robots.self_contained import needs_other_files, self_contained_urdf
 from diff_encoder_sim.robots.urdf_parsing import parse_urdf
 from places import ROOT
@@ -28,22 +28,39 @@ URDF = """
 """
 
 
+WHEEL = """
+<robot name="made">
+  <link name="base"><collision><geometry><box size="1 1 1"/></geometry></collision></link>
+  <joint name="j" type="continuous"><parent link="base"/><child link="wheel"/><axis xyz="0 1 0"/></joint>
+  <link name="wheel">
+    <collision><geometry><mesh filename="package://p/a.stl"/></geometry></collision>
+    <visual><geometry><mesh filename="package://p/drum.stl"/></geometry></visual>
+    <visual><geometry><mesh filename="package://p/torn.stl"/></geometry></visual>
+    <visual><geometry><mesh filename="package://p/missing.stl"/></geometry></visual>
+  </link>
+</robot>
+"""
+
+
+def no_file(_uri):
+    return None
+
+
 @pytest.fixture(name='find')
 def fixture_find(tmp_path):
     write_binary_stl(tmp_path / 'a.stl', CUBE_CORNERS, CUBE_TRIANGLES)
     return finder(tmp_path)
 
 
-def test_collision_meshes_become_primitives_in_their_place(find):
-    base, top = ElementTree.fromstring(self_contained_urdf(URDF, 'my.urdf', find)).findall('link')
-    hull, ball = base.findall('collision')
+def test_the_corners_of_collision_meshes_stand_in_for_their_files(find):
+    hull, ball = ElementTree.fromstring(self_contained_urdf(URDF, 'my.urdf', find)).find('link').findall('collision')
     assert hull.get('name') == 'hull'
-    assert hull.find('geometry/box').get('size') == '0.2 0.4 0.6'
-    origin = joint_origin(hull)
-    assert origin.xyz_m == (1, 2, 3)
-    assert rotation_from_rpy(*origin.rpy_rad) == pytest.approx(rotation_from_rpy(0.1, 0.2, 0.3))
+    kind, name, numbers = hull.find('geometry/mesh').get('filename').split(':')
+    assert (kind, name) == ('corners', 'a.stl')
+    corners = np.array(numbers.split(), float).reshape(-1, 3)
+    assert sorted(corners.tolist()) == sorted(CUBE_CORNERS.tolist())
+    assert hull.find('geometry/mesh').get('scale') == '0.1 0.2 0.3'
     assert ball.find('geometry/sphere').get('radius') == '0.5'
-    assert top.find('collision/geometry/box').get('size') == '2.0 2.0 2.0'
 
 
 def test_all_else_stays(find):
@@ -54,27 +71,40 @@ def test_all_else_stays(find):
 
 def test_it_needs_no_other_file_afterwards(find):
     text = self_contained_urdf(URDF, 'my.urdf', find)
-    assert self_contained_urdf(text, 'my.urdf', lambda uri: None) == text
+    assert self_contained_urdf(text, 'my.urdf', no_file) == text
 
 
-def test_read_again_it_has_the_shapes_that_the_meshes_were_replaced_by(find):
+def test_read_again_it_has_the_shapes_and_the_notes_that_the_files_give(find):
     before = parse_urdf(URDF, 'my.urdf')
     after = parse_urdf(self_contained_urdf(URDF, 'my.urdf', find), 'my.urdf')
     for name, link in before.links.items():
-        for right, found in zip(primitives_of(link, 'my.urdf', find).shapes, after.links[name].collisions):
-            assert found.geometry == right.geometry
-            assert found.pose_in_link == pytest.approx(right.pose_in_link, abs=1e-12)
+        right, found = primitives_of(link, 'my.urdf', find), primitives_of(after.links[name], 'my.urdf', no_file)
+        assert found.notes == right.notes
+        assert [str(shape) for shape in found.shapes] == [str(shape) for shape in right.shapes]
+
+
+def test_a_wheel_that_is_round_to_the_eye_only_keeps_its_visual_mesh(tmp_path, find):
+    bearings_rad = np.linspace(0, 2 * np.pi, 12, endpoint=False)
+    rim = np.stack([np.cos(bearings_rad), np.sin(bearings_rad)], axis=1)
+    drum = np.vstack([np.column_stack([rim[:, 0], np.full(12, y), rim[:, 1]]) for y in (-1, 1)])
+    write_binary_stl(tmp_path / 'drum.stl', drum, np.arange(24).reshape(-1, 3))
+    (tmp_path / 'torn.stl').write_bytes(b'')
+    text = self_contained_urdf(WHEEL, 'my.urdf', find)
+    meshes = [mesh.get('filename') for mesh in ElementTree.fromstring(text).iter('mesh')]
+    assert [name.split(':')[0] for name in meshes] == ['corners', 'corners', 'package', 'package']
+    (round_one,) = visual_primitives_of(parse_urdf(text, 'my.urdf').links['wheel'], no_file)
+    assert isinstance(round_one.geometry, Cylinder)
 
 
 def test_a_urdf_without_collision_meshes_stays_as_it_is():
     text = '<robot name="made"><link name="base"/></robot>  <!-- end -->\n'
-    assert self_contained_urdf(text, 'my.urdf', lambda uri: None) is text
+    assert self_contained_urdf(text, 'my.urdf', no_file) is text
 
 
 def test_a_missing_mesh_is_one_line_that_names_file_link_and_mesh():
     message = "my.urdf: link 'base': collision mesh 'package://p/a.stl': given a file that is missing"
     with pytest.raises(ConfigError) as caught:
-        self_contained_urdf(URDF, 'my.urdf', lambda uri: None)
+        self_contained_urdf(URDF, 'my.urdf', no_file)
     assert str(caught.value).startswith(message)
 
 
@@ -103,7 +133,7 @@ def test_a_robot_in_one_file_needs_no_other():
     assert not needs_other_files('<robot><xacro:arg name="a" default="1"/><x y="$(arg a)"/></robot>')
 
 
-def test_numbers_keep_all_their_digits(find):
-    text = self_contained_urdf(URDF.replace('0.1 0.2 0.3"/></g', '0.1234565 1 1"/></g'), 'my.urdf', find)
-    size = ElementTree.fromstring(text).find('link/collision/geometry/box').get('size')
-    assert np.fromstring(size, sep=' ')[0] == pytest.approx(0.246913, abs=1e-9)
+def test_listed_corners_that_are_no_numbers_are_one_short_line(find):
+    text = self_contained_urdf(URDF, 'my.urdf', find).replace('corners:a.stl:', 'corners:a.stl:x ')
+    with pytest.raises(ConfigError, match="^my.urdf: link 'base': collision mesh 'a.stl': given 'x [^\n]*; allowed: "):
+        primitives_of(parse_urdf(text, 'my.urdf').links['base'], 'my.urdf', no_file)
