@@ -1,8 +1,8 @@
 """Finds ROS packages and the files in them, with and without ROS.
 
 Where packages are looked for, in this order: the folders that the user names, the folders above the robot's file and
-their neighbours, ROS_PACKAGE_PATH, AMENT_PREFIX_PATH and COLCON_PREFIX_PATH. A package has the name in its package.xml,
-or else its folder's.
+their neighbours, ROS_PACKAGE_PATH, AMENT_PREFIX_PATH and COLCON_PREFIX_PATH. A package has the name in its package.xml
+or its folder's; some are looked for by the other.
 """
 
 from __future__ import annotations
@@ -111,10 +111,8 @@ def _paths_of(variable: str) -> List[Path]:
 
 
 def _if_package(name: str, folder: Path) -> Optional[Path]:
-    """Return the folder if it is the package: by its package.xml, else by its own name."""
-    if not folder.is_dir():
-        return None
-    return folder if (_declared_name(folder) or folder.name) == name else None
+    """Return the folder if it is the package: by its package.xml or its own name."""
+    return folder if folder.is_dir() and name in (_declared_name(folder), folder.name) else None
 
 
 def _declared_name(folder: Path) -> str:
@@ -128,10 +126,10 @@ def _declared_name(folder: Path) -> str:
 
 
 class _Crawl(NamedTuple):
-    """What a search below a folder has found, by name."""
+    """What a search below a folder has found."""
 
-    packages: Dict[str, Path]  # with a package.xml
-    folders: Dict[str, Path]  # without one
+    packages: Dict[str, Path]  # by the name in their package.xml
+    folders: Dict[str, Path]  # all, by their own names
 
 
 def _package_below(name: str, folder: Path, levels: int) -> Optional[Path]:
@@ -157,8 +155,10 @@ def _crawl(folder: Path, levels: int, _changed_ns: int) -> _Crawl:
         for each in level:
             count += 1
             name = _declared_name(each)
-            (found.packages if name else found.folders).setdefault(name or each.name, each)
-            if not name and count < MOST_FOLDERS:
+            found.folders.setdefault(each.name, each)
+            if name:
+                found.packages.setdefault(name, each)
+            elif count < MOST_FOLDERS:
                 below += _subfolders(each)
         level = below
     return found

@@ -28,7 +28,7 @@ def robot_in(folder, *package_folders):
 def test_a_robots_own_package_has_the_name_of_its_package_xml(tmp_path):
     own = package(tmp_path / 'foo_description-master', 'foo_description')
     assert find_package('foo_description', robot_in(own)) == own
-    assert find_package('foo_description-master', robot_in(own)) is None
+    assert find_package('foo', robot_in(own)) is None
     assert resolve_uri('package://foo_description/meshes/wheel.stl', robot_in(own)) == own / 'meshes' / 'wheel.stl'
 
 
@@ -40,9 +40,11 @@ def test_neighbours_of_a_robots_package_are_found(tmp_path):
     assert find_package('lasers', robot_in(own)) == elsewhere
 
 
-def test_a_folder_without_package_xml_goes_by_its_own_name(tmp_path):
-    own = package(tmp_path / 'foo_description', None)
+@pytest.mark.parametrize('declared', [None, 'foo_descriptions'])
+def test_a_package_goes_by_its_folders_name_too(tmp_path, declared):
+    own = package(tmp_path / 'foo_description', declared)
     assert find_package('foo_description', robot_in(own)) == own
+    assert find_package('foo_description', RobotSource(tmp_path / 'x' / 'r.urdf', (), (tmp_path,))) == own
 
 
 def test_named_folders_are_packages_or_hold_some_levels_down(tmp_path):
