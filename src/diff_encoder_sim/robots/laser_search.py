@@ -43,8 +43,8 @@ def find_laser(tree: RobotTree, chosen: Optional[str], seen: Findings) -> Option
         ConfigError: the user's link is missing, or leans.
     """
     scanners = list(_chosen(tree, chosen) if chosen is not None else _found(tree))
-    level = [scanner for scanner in scanners if lean_deg(scanner.pose) <= LEVEL_DEG or _is_upside_down(scanner.pose)]
-    leaning = [repr(scanner.link) for scanner in scanners if scanner not in level]
+    level = [scanner for scanner in scanners if _is_level(scanner.pose)]
+    leaning = [repr(scanner.link) for scanner in scanners if not _is_level(scanner.pose)]
     if leaning:
         seen.note(f'scanners that are not level are left out: {", ".join(leaning)}')
     if not level:
@@ -69,7 +69,7 @@ def _chosen(tree: RobotTree, link: str) -> Iterator[_Scanner]:
             f'allowed: one of {", ".join(tree.links)}{did_you_mean(link, tree.links)}'
         )
     pose = tree.link_poses()[link]
-    if lean_deg(pose) > LEVEL_DEG and not _is_upside_down(pose):
+    if not _is_level(pose):
         raise ConfigError(
             f'{tree.where}: given {link!r} as laser link, which leans by {lean_deg(pose):.0f} degrees; '
             f'allowed: a scanner upright within {LEVEL_DEG:.0f} degrees'
@@ -98,6 +98,10 @@ def _by_sensor(tags: LaserTags, poses: Dict[str, np.ndarray]) -> _Scanner:
     if frame_pose is not None and np.allclose(frame_pose, pose, atol=1e-3):
         return _Scanner(tags.frame, frame_pose, tags.source, tags.settings, tags.notes)
     return _Scanner(tags.link, pose, tags.source, tags.settings, tags.notes)
+
+
+def _is_level(pose: np.ndarray) -> bool:
+    return lean_deg(pose) <= LEVEL_DEG or _is_upside_down(pose)
 
 
 def _is_upside_down(pose: np.ndarray) -> bool:

@@ -97,3 +97,10 @@ def test_a_scanner_upside_down_is_turned_up_and_its_rays_go_the_other_way():
 
 def test_a_case_around_the_scanner_is_no_scanner_of_its_own():
     assert laser_of(link('lidar_case_plate', box(0.1, 0.1, 0.1)) + joint('j', 'lidar_case_plate', '0 0 0.2')) is None
+
+
+def test_a_link_with_a_level_and_a_leaning_sensor_has_the_level_one():
+    leaning = laser_sensor('eye', pose='0 0 0 0 1 0')
+    description = described(usual(mounted('eye'), laser_sensor('eye'), leaning))
+    assert description.laser.link == 'eye'
+    assert "scanners that are not level are left out: 'eye'" in description.notes
