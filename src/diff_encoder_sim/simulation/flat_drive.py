@@ -18,6 +18,8 @@ _FLOOR = World('floor', [Model('floor', np.eye(4), [Solid('floor', Plane(), np.e
 _WAY_M, _LONGEST_CRUISE_S = 2.0, 20.0  # of a wheel at constant speed
 _SETTLING_S = 0.5
 _LONGEST_RAMP_S = 2.0  # a robot that accelerates slowly is tried at a lower speed
+# Half a turn in a second: no navigator turns faster, and where the centre of mass is off the axle robots slip then.
+_FASTEST_TURN_RADPS = 3.0
 _MOTOR_LAG_S = 0.05
 
 
@@ -29,6 +31,7 @@ class FlatDrive(NamedTuple):
     wheel_turn_rad: float
     true_turn_rad: float
     pitches_rad: Tuple[float, float]  # lowest and highest; positive is nose down
+    speed: float  # commanded, signed [m/s], of a turn in place [rad/s]
     reached: float  # fraction of the commanded wheel speed at the end of the ramp
 
 
@@ -57,7 +60,8 @@ class FlatFloor:
 
     def turn(self, speed_mps: float) -> FlatDrive:
         """Turn in place, counter-clockwise if positive, with wheels at a speed, or as fast as the limits allow."""
-        limit_radps = min(self._drive.max_angular_speed, _LONGEST_RAMP_S * self._drive.max_angular_acceleration)
+        ramp_radps = _LONGEST_RAMP_S * self._drive.max_angular_acceleration
+        limit_radps = min(self._drive.max_angular_speed, ramp_radps, _FASTEST_TURN_RADPS)
         angular_radps = math.copysign(min(abs(speed_mps) / self._half_separation_m, limit_radps), speed_mps)
         cruise_s = _WAY_M / (abs(angular_radps) * self._half_separation_m)
         return self.drive(0.0, angular_radps, min(cruise_s, _LONGEST_CRUISE_S))
@@ -95,6 +99,7 @@ class FlatFloor:
             (right_m - left_m) / self._wheels.separation_m,
             self._truth.turn_rad,
             (min(self._pitches_rad), max(self._pitches_rad)),
+            linear_mps or angular_radps,
             reached,
         )
 

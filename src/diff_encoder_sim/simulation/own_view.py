@@ -7,7 +7,7 @@ from typing import List, Tuple
 
 import numpy as np
 
-from diff_encoder_sim.robots.robot_description import RobotLaser, RobotDescription
+from diff_encoder_sim.robots.robot_description import RobotDescription, RobotLaser
 from diff_encoder_sim.robots.robot_tree import Mesh
 from diff_encoder_sim.simulation.check_results import Check
 from diff_encoder_sim.simulation.lidar import LidarParams
@@ -32,9 +32,10 @@ def check_laser(description: RobotDescription, physics: BulletPhysics, lidar: Li
     bearings_rad = lidar.angle_min + lidar.angle_span * np.arange(_RAYS) / _RAYS
     directions = np.stack([np.cos(bearings_rad + yaw_rad), np.sin(bearings_rad + yaw_rad), np.zeros(_RAYS)], axis=1)
     begin_m, end_m = (np.array([x_m, y_m, height_m]) + reach_m * directions for reach_m in (lidar.range_min, _FAR_M))
-    if physics.is_seen(end_m, begin_m).all() and not physics.is_seen(begin_m, end_m).any():
-        return _inside(description, f'{place}inside a collision shape of the robot')
     hidden = physics.is_seen(begin_m, end_m)
+    # Rays do not see a shape that they begin in.
+    if physics.is_seen(end_m, begin_m).all() and not hidden.all():
+        return _inside(description, f'{place}inside a collision shape of the robot')
     return _hidden(place, bearings_rad, hidden)
 
 

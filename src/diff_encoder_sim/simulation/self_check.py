@@ -58,7 +58,8 @@ def _straight(drives: List[FlatDrive]) -> Iterator[Check]:
             _ratio(drive.true_turn_rad - drive.wheel_turn_rad, drive.wheel_distance_m) for drive in same_way
         )
         value = (
-            f'truth and wheels differ by {100 * distance:.4f} % of the distance, {math.degrees(turn_radpm):.4f} deg/m'
+            f'at {_speeds(same_way)} m/s truth and wheels differ by {100 * distance:.4f} % of the distance, '
+            f'{math.degrees(turn_radpm):.4f} deg/m'
         )
         yield _judged(name, value, distance <= TOLERANCE and turn_radpm <= TOLERANCE_RADPM, _SLIP_ADVICE)
 
@@ -67,9 +68,8 @@ def _turns(drives: List[FlatDrive]) -> Iterator[Check]:
     """Compare truth and wheels in turns in place."""
     for name, same_way in (('turn, left', drives[0::2]), ('turn, right', drives[1::2])):
         angle = max(_relative(drive.true_turn_rad, drive.wheel_turn_rad) for drive in same_way)
-        yield _judged(
-            name, f'truth and wheels differ by {100 * angle:.4f} % of the angle', angle <= TOLERANCE, _SLIP_ADVICE
-        )
+        value = f'at {_speeds(same_way)} rad/s truth and wheels differ by {100 * angle:.4f} % of the angle'
+        yield _judged(name, value, angle <= TOLERANCE, _SLIP_ADVICE)
 
 
 def _weight(robot: SimulatedRobot, loads: Dict[str, float]) -> Check:
@@ -106,6 +106,10 @@ def _torque(robot: SimulatedRobot, params: DriveParams, drives: _Drives) -> Chec
     )
     advice = 'a higher simulator.drive.wheel_torque, or lower accelerations'
     return _judged('torque', value, reached >= LEAST_REACHED, advice)
+
+
+def _speeds(drives: List[FlatDrive]) -> str:
+    return ' and '.join(f'{abs(drive.speed):.3g}' for drive in drives)
 
 
 def _judged(name: str, value: str, is_ok: bool, advice: str) -> Check:

@@ -1,5 +1,7 @@
 """Simulators of ALTO in the shipped worlds."""
 
+from pathlib import Path
+
 import pytest
 
 from diff_encoder_sim.base.se2 import Pose2D
@@ -13,7 +15,11 @@ def make_simulator():
 
     def make(world='hallway', start=Pose2D(-10, 0, 0), seed=1, robot=ROOT / 'urdf' / 'alto.urdf.xacro', **params):
         simulator = Simulator(
-            ROOT / 'worlds' / f'{world}.world', robot, SimulatorParams.from_mapping(params, 'test'), start, seed
+            world if isinstance(world, Path) else ROOT / 'worlds' / f'{world}.world',
+            robot,
+            SimulatorParams.from_mapping(params, 'test'),
+            start,
+            seed,
         )
         made.append(simulator)
         return simulator

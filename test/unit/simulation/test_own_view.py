@@ -1,0 +1,72 @@
+"""Where the scanner is, and what of the robot it sees."""
+
+import pytest
+
+from diff_encoder_sim.robots.robot_choices import RobotChoices
+from diff_encoder_sim.robots.robot_source import RobotSource
+from diff_encoder_sim.robots.simulated_robot import load_simulated_robot
+from diff_encoder_sim.simulation.drive import DriveParams
+from diff_encoder_sim.simulation.flat_drive import FlatFloor
+from diff_encoder_sim.simulation.lidar import LidarParams
+from diff_encoder_sim.simulation.own_view import check_laser
+from diff_encoder_sim.simulation.physics import PhysicsParams
+from generated_robots import Recipe, urdf_of
+
+
+@pytest.fixture
+def check(tmp_path):
+    def check_it(post_m=None, **recipe):
+        path = tmp_path / 'robot.urdf'
+        text = urdf_of(Recipe(**recipe), tmp_path)
+        if post_m is not None:
+            box = (
+                f'<collision><origin xyz="{post_m} 0 0.2"/><geometry><box size="0.02 0.02 0.1"/></geometry></collision>'
+            )
+            text = text.replace('</link>', f'{box}</link>', 1)
+        path.write_text(text)
+        robot = load_simulated_robot(RobotSource(path), RobotChoices())
+        floor = FlatFloor(robot, DriveParams(), PhysicsParams())
+        try:
+            return check_laser(robot.description, floor.physics, LidarParams(range_min=0.05))
+        finally:
+            floor.close()
+
+    return check_it
+
+
+def test_a_scanner_on_top_sees_nothing_of_the_robot(check):
+    assert check() == (
+        'laser', 'base_scan at x -0.030, y 0.000, 0.180 m above the floor, sees nothing of the robot', True, ''
+    )  # fmt: skip
+
+
+def test_the_root_may_be_above_the_floor(check):
+    assert '0.180 m above the floor' in check(root_height_m=0.033).value
+
+
+def test_a_post_is_seen_from_where_it_is(check):
+    """0.02 m wide, 0.14 m behind: 8 degrees."""
+    seen = check(post_m=-0.18)
+    assert 'in 2 % of its rays, from -180 to' in seen.value
+    assert seen.is_ok and 'angle_span' in seen.advice
+
+
+def test_a_scanner_between_the_walls_of_its_own_body_is_not_ok(check):
+    """Ahead of the box, at half its height."""
+    seen = check(laser_m=(0.1, 0.0, 0.1))
+    assert not seen.is_ok
+    assert 'sees the robot itself in' in seen.value
+
+
+def test_a_scanner_inside_the_body_is_not_ok(check):
+    inside = check(laser_m=(-0.03, 0.0, 0.09))
+    assert not inside.is_ok
+    assert 'inside a collision shape' in inside.value
+
+
+def test_a_scanner_inside_the_hull_of_a_mesh_may_be_in_a_recess(check):
+    assert check(laser_m=(-0.03, 0.0, 0.09), wheel='mesh').is_ok
+
+
+def test_a_scanner_below_the_floor_is_not_ok(check):
+    assert not check(laser_m=(0.0, 0.0, -0.01)).is_ok

@@ -1,0 +1,88 @@
+"""What the self-check says of robots that are right, and of robots that are not."""
+
+import pytest
+
+from diff_encoder_sim.robots.robot_choices import RobotChoices
+from diff_encoder_sim.robots.robot_source import RobotSource
+from diff_encoder_sim.robots.simulated_robot import GeometryErrors, load_simulated_robot
+from diff_encoder_sim.simulation.self_check import self_check
+from diff_encoder_sim.simulation.simulator import SimulatorParams
+from generated_robots import RECIPES, Recipe, urdf_of
+from places import ROOT
+
+
+@pytest.fixture
+def load(tmp_path):
+    def load_it(recipe, *errors):
+        path = tmp_path / 'robot.urdf'
+        path.write_text(urdf_of(recipe, tmp_path))
+        return load_simulated_robot(RobotSource(path), RobotChoices(), GeometryErrors(*errors))
+
+    return load_it
+
+
+def checks_of(robot, **drive):
+    limits = {**robot.description.drive_limits, **drive}
+    return {check.name: check for check in self_check(robot, SimulatorParams.from_mapping({'drive': limits}, 'test'))}
+
+
+def failures(robot, **drive):
+    return [name for name, check in checks_of(robot, **drive).items() if not check.is_ok]
+
+
+@pytest.mark.parametrize('name', list(RECIPES))
+def test_robots_as_people_write_them_pass(name, load):
+    checks = checks_of(load(RECIPES[name]))
+    assert [check for check in checks.values() if not check.is_ok] == []
+    assert len(checks) == 8
+
+
+def test_alto_passes():
+    alto = load_simulated_robot(RobotSource(ROOT / 'urdf' / 'alto.urdf.xacro'), RobotChoices())
+    checks = {check.name: check for check in self_check(alto, SimulatorParams())}
+    assert all(check.is_ok for check in checks.values())
+    assert checks['weight on the driven wheels'].value == 'left 289 N (37 %), right 289 N (37 %) of 785 N'
+    assert checks['laser'].value.startswith('laser at x 0.120, y 0.000, 1.120 m above the floor')
+
+
+def test_wheels_with_errors_roll_as_they_are(load):
+    assert failures(load(Recipe(), 0.02, -0.01, 0.03)) == []
+
+
+def test_cylinder_wheels_as_they_are_written_fail(load, tmp_path):
+    """This is what would be measured without the import's corrections."""
+    robot = load(Recipe(wheel_mass_kg=0.1))
+    text = urdf_of(Recipe(wheel_mass_kg=0.1), tmp_path)
+    assert 'turn, left' in failures(robot._replace(urdf=text, floor_only_links=()))
+
+
+def test_weak_motors_are_found(load):
+    weak = checks_of(load(Recipe()), wheel_torque=0.005)['torque']
+    assert not weak.is_ok
+    assert 'wheel_torque' in weak.advice
+
+
+def test_a_robot_that_stands_on_its_caster_is_found(load):
+    assert 'weight on the driven wheels' in failures(load(Recipe(com_m=(-0.078, 0.0, 0.04))))
+
+
+def test_a_robot_that_tips_over_is_found(load):
+    assert 'pitch' in failures(load(Recipe(com_m=(-0.13, 0.0, 0.04))))
+
+
+def test_a_robot_that_rocks_leans_onto_its_other_support(load):
+    """It hangs clear by a hundredth of its distance."""
+    rocking = checks_of(load(Recipe(com_m=(-0.005, 0.0, 0.15))), max_linear_acceleration=1.5)['pitch']
+    assert rocking.is_ok
+    assert ' to 0.60 while' in rocking.value
+
+
+def test_a_robot_without_a_laser_is_found(load):
+    robot = load(Recipe())
+    robot = robot._replace(description=robot.description._replace(laser=None))
+    assert failures(robot) == ['laser']
+
+
+def test_the_same_robot_gives_the_same_numbers(load):
+    robot = load(Recipe())
+    assert checks_of(robot) == checks_of(robot)
