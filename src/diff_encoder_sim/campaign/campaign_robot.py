@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any, Dict, NamedTuple, Tuple
+from typing import Any, Dict, NamedTuple, Optional, Tuple
 
 from diff_encoder_sim.robots.robot_description import Found
 from diff_encoder_sim.robots.robot_setup import RobotSetup
+from diff_encoder_sim.robots.robot_source import RobotSource
+from diff_encoder_sim.simulation.check_results import Check
 
 
 class CampaignRobot(NamedTuple):
@@ -13,24 +15,26 @@ class CampaignRobot(NamedTuple):
 
     name: str
     file: str
-    arguments: Tuple[Tuple[str, str], ...]  # of its xacro
+    source: RobotSource
+    ppr: Optional[float]  # of its own encoder; None where no robot file gives it
     found: Tuple[Found, ...]
     overrides: Dict[str, Any]  # of the robot file, by dotted keys
     warnings: Tuple[str, ...]
     notes: Tuple[str, ...]
-    checks: Tuple[Dict[str, Any], ...] = ()  # rows of the self-check; none before it was run
+    checks: Tuple[Check, ...] = ()  # of the self-check; none before it was run
 
     def as_json(self) -> Dict[str, Any]:
         """Return mappings and lists, as manifest.json has them."""
         return {
             'name': self.name,
             'file': self.file,
-            'arguments': dict(self.arguments),
+            'arguments': dict(self.source.arguments),
+            'ppr': self.ppr,
             'found': [row._asdict() for row in self.found],
             'set': self.overrides,
             'warnings': list(self.warnings),
             'notes': list(self.notes),
-            'checks': list(self.checks),
+            'checks': [check._asdict() for check in self.checks],
         }
 
 
@@ -40,7 +44,8 @@ def campaign_robot(setup: RobotSetup) -> CampaignRobot:
     return CampaignRobot(
         setup.name,
         file.where,
-        file.source.arguments,
+        file.source,
+        file.ppr,
         description.found,
         file.overrides,
         description.warnings,

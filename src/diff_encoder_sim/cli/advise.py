@@ -12,7 +12,7 @@ import sys
 from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
-from typing import List, Optional, Sequence, Type
+from typing import Any, List, Mapping, Optional, Sequence, Type
 
 from distributed import Client
 
@@ -32,6 +32,8 @@ from diff_encoder_sim.campaign.manifest import describe_run
 from diff_encoder_sim.campaign.progress import progress_on
 from diff_encoder_sim.campaign.result_store import ResultStore
 from diff_encoder_sim.campaign.worker import RunTrial
+from diff_encoder_sim.cli.robot_arguments import add_robot_arguments
+from diff_encoder_sim.cli.robot_checks import add_unchecked, with_checks
 from diff_encoder_sim.cli.trial_workers import (
     add_workers,
     positive_number,
@@ -44,6 +46,7 @@ from diff_encoder_sim.cli.trial_workers import (
 from diff_encoder_sim.encoders.pulses import ppr_label
 from diff_encoder_sim.evaluation.sample_statistics import LEVEL
 from diff_encoder_sim.lockstep.trial_run import run_trial
+from diff_encoder_sim.robots.xacro_arguments import xacro_arguments
 
 # An encoder is judged each time that so many trials of each test are done, and after the last.
 JUDGED_EVERY, DEFAULT_TRIALS = 30, 60
@@ -59,7 +62,8 @@ def main(arguments: Optional[Sequence[str]] = None, run: RunTrial = run_trial) -
 def _advise(options: argparse.Namespace, run: RunTrial) -> None:
     looks = _looks(options.trials)
     given = {key: getattr(options, key) for key in ('tests', 'ppr', 'trials', 'robot')}
-    campaign = load_campaign(options.candidates, package_folder(), given)
+    campaign = _candidates(options, given)
+    campaign = with_checks('advise', campaign, options.unchecked)
     labels, tolerance = _ascending(campaign), Tolerance(options.tolerance, options.yaw_tolerance)
     _warn_of_goal_tolerance(campaign, tolerance)
     with _CandidateTrials(options, campaign, run) as trials:
@@ -68,6 +72,20 @@ def _advise(options: argparse.Namespace, run: RunTrial) -> None:
     print(f'{advisor.table()}\n{_legend(tolerance)}\n\nYes in every test:')
     for source, label in found.items():
         print(f'  {CRITERIA[source]}: {_summary(labels, label)}')
+    if campaign.robot and campaign.robot.ppr:
+        print(f"The robot's own encoder has {campaign.robot.ppr:g} PPR.")
+
+
+def _candidates(options: argparse.Namespace, given: Mapping[str, Any]) -> Campaign:
+    """Load the candidates; the robot's own encoder is one of them, unless --ppr is given."""
+    arguments = xacro_arguments(options.robot_args)
+    campaign = load_campaign(options.candidates, package_folder(), given, arguments)
+    own = campaign.robot and campaign.robot.ppr
+    candidates = campaign.params.ppr
+    if not own or options.ppr or f'{own:g}' in map(ppr_label, candidates):
+        return campaign
+    pprs = [*(ppr.model_dump() for ppr in candidates), own]
+    return load_campaign(options.candidates, package_folder(), {**given, 'ppr': pprs}, arguments)
 
 
 def _legend(tolerance: Tolerance) -> str:
@@ -165,12 +183,7 @@ def _parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
         '--tests SL --ppr 40 90 180 360 --trials 60 --out results/advice_sl',
     ]
     parser = tool_parser('advise', __doc__, examples)
-    parser.add_argument(
-        '--robot',
-        '--config',
-        metavar='FILE',
-        help="robot: a .yaml file like config/alto.yaml, or a xacro or URDF (default: the paper's ALTO)",
-    )
+    add_robot_arguments(parser, '--config', note=' (default: alto)')
     _add_tolerances(parser)
     _add_candidates(parser)
     parser.add_argument(
@@ -181,6 +194,7 @@ def _parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
         help='results folder: new, or with results of the same robot, tests and candidates (default: %(default)s)',
     )
     add_workers(parser)
+    add_unchecked(parser)
     return parser.parse_args(arguments)
 
 

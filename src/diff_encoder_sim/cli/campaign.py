@@ -20,6 +20,8 @@ from diff_encoder_sim.campaign.manifest import describe_run
 from diff_encoder_sim.campaign.progress import Progress, outcome_table, progress_on
 from diff_encoder_sim.campaign.result_store import ResultStore
 from diff_encoder_sim.campaign.worker import RunTrial
+from diff_encoder_sim.cli.robot_arguments import add_robot_arguments
+from diff_encoder_sim.cli.robot_checks import add_unchecked, with_checks
 from diff_encoder_sim.cli.trial_workers import (
     add_workers,
     positive_number,
@@ -30,6 +32,7 @@ from diff_encoder_sim.cli.trial_workers import (
     workers,
 )
 from diff_encoder_sim.lockstep.trial_run import run_trial
+from diff_encoder_sim.robots.xacro_arguments import xacro_arguments
 
 
 def main(arguments: Optional[Sequence[str]] = None, run: RunTrial = run_trial) -> None:
@@ -40,7 +43,9 @@ def main(arguments: Optional[Sequence[str]] = None, run: RunTrial = run_trial) -
 
 def _campaign(options: argparse.Namespace, run: RunTrial) -> None:
     given = {key: getattr(options, key) for key in ('tests', 'ppr', 'trials', 'robot', 'record')}
-    campaign = load_campaign(options.config, package_folder(), given)
+    arguments = xacro_arguments(options.robot_args)
+    campaign = load_campaign(options.config, package_folder(), given, arguments)
+    campaign = with_checks('campaign', campaign, options.unchecked)
     about = describe_run(package_folder(), sys.argv)
     with ResultStore(options.out, campaign, about, options.resume) as store:
         progress = progress_on(sys.stderr, len(campaign.jobs()), store.rows)
@@ -74,6 +79,7 @@ def _parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
     examples = [
         '--config quick --out results/quick',
         '--config paper --out results/sl --tests SL --ppr 40 90 --trials 10',
+        '--config quick --robot burger --out results/burger',
         '--config quick --robot my_robot.yaml --out results/my_robot',
     ]
     parser = tool_parser('campaign', __doc__, examples)
@@ -92,6 +98,7 @@ def _parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
     )
     _add_overrides(parser)
     add_workers(parser)
+    add_unchecked(parser)
     parser.add_argument('--resume', action='store_true', help='fail if DIR has no results yet')
     return parser.parse_args(arguments)
 
@@ -103,7 +110,7 @@ def _add_overrides(parser: argparse.ArgumentParser) -> None:
         '--ppr', nargs='+', type=positive_number, metavar='N', help='encoders, in pulses per wheel revolution'
     )
     group.add_argument('--trials', type=whole_number, metavar='N', help='trials of each test with each encoder')
-    group.add_argument('--robot', metavar='FILE', help='robot: a .yaml file like config/alto.yaml, or a xacro or URDF')
+    add_robot_arguments(group)
     group.add_argument(
         '--record',
         choices=('full', 'minimal', 'none'),

@@ -12,11 +12,10 @@ from typing import Mapping, NamedTuple, Optional, Sequence, Set
 
 from diff_encoder_sim.base.command_line import run_tool
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.typed_params import load_yaml, shared_params
 from diff_encoder_sim.cli.reencode_arguments import CSV_NAME, output_files, parse, ppr_of_text, pprs_of_texts
+from diff_encoder_sim.cli.reencode_robot import RecordedRobot, recorded_robot
 from diff_encoder_sim.encoders.pulses import PerWheel, ppr_label
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
-from diff_encoder_sim.odometry.wheel_odometry import OdometryParams
 from diff_encoder_sim.recording.bag_source import BagSource, open_source
 from diff_encoder_sim.recording.trial_metadata import trial_of_source
 from diff_encoder_sim.reencoding.bag_output import ReencodedBag
@@ -42,8 +41,7 @@ class RecordedDrive(NamedTuple):
     trial: Optional[Trial]
     wheels: WheelTopic
     reference: Optional[Reference]
-    encoder: EncoderParams
-    odometry: OdometryParams
+    robot: RecordedRobot
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> None:
@@ -61,7 +59,7 @@ def _reencode(options: argparse.Namespace) -> None:
     with open_source(options.bag) as source:
         drive = _recorded_drive(options, source)
         _check_coarser(pprs, drive.wheels)
-        runs = [WheelsAtPpr(ppr, drive.encoder, drive.odometry) for ppr in pprs]
+        runs = [WheelsAtPpr(ppr, drive.robot.encoder, drive.robot.odometry) for ppr in pprs]
         try:
             summary = _run_and_write(drive, runs, source, files)
         except OSError as error:
@@ -74,16 +72,18 @@ def _reencode(options: argparse.Namespace) -> None:
 
 
 def _recorded_drive(options: argparse.Namespace, source: BagSource) -> RecordedDrive:
-    config = load_yaml(options.config)
-    encoder = shared_params(config, options.config, EncoderParams, OdometryParams)
-    odometry = shared_params(config, options.config, OdometryParams, EncoderParams)
     trial = trial_of_source(options.bag, source)
+    robot = recorded_robot(options, trial)
+    encoder, sources = robot.encoder, dict(robot.sources)
     wheels = _wheels(options, source, trial, encoder)
     reference = find_reference(options.bag, source, options.reference)
+    for side, joint in zip(('left', 'right'), wheels.joints):
+        if joint != getattr(encoder, f'{side}_joint'):
+            sources[f'{side}_joint'] = f'--{side}' if getattr(options, side) else f"the bag's {wheels.topic}"
     encoder = encoder.model_copy(update={'left_joint': wheels.joints[0], 'right_joint': wheels.joints[1]})
     if wheels.ppr is not None:  # the encoder that counted knew which way is forward
         encoder = encoder.model_copy(update={'left_reversed': False, 'right_reversed': False})
-    return RecordedDrive(options.bag, trial, wheels, reference, encoder, odometry)
+    return RecordedDrive(options.bag, trial, wheels, reference, robot._replace(encoder=encoder, sources=sources))
 
 
 def _wheels(
@@ -107,7 +107,7 @@ def _run_and_write(
         return _run(drive, runs, source)
     with contextlib.ExitStack() as stack:
         for run in runs:
-            run.bag = ReencodedBag(files[ppr_label(run.ppr)], drive.wheels.joints, drive.odometry)
+            run.bag = ReencodedBag(files[ppr_label(run.ppr)], drive.wheels.joints, drive.robot.odometry)
             stack.enter_context(run.bag)
         summary = _run(drive, runs, source)
     with open(files[CSV_NAME], 'x', encoding='utf-8') as file:
@@ -116,7 +116,7 @@ def _run_and_write(
 
 
 def _run(drive: RecordedDrive, runs: Sequence[WheelsAtPpr], source: BagSource) -> DriveSummary:
-    reencoder = Reencoder(drive.wheels, drive.reference, runs, source.is_cdr, drive.encoder.counter_modulus)
+    reencoder = Reencoder(drive.wheels, drive.reference, runs, source.is_cdr, drive.robot.encoder.counter_modulus)
     summary = reencoder.run(source, drive.trial)
     if not any(run.reports > 1 for run in runs):
         why = '; '.join(summary.faults) or source.fault or 'too short'
@@ -142,6 +142,8 @@ def _check_coarser(pprs: Sequence[PerWheel], wheels: WheelTopic) -> None:
 def _warn(source: BagSource, drive: RecordedDrive, runs: Sequence[WheelsAtPpr], summary: DriveSummary) -> None:
     """Print what could not be read or compared, one line each."""
     notes = list(summary.faults)
+    if drive.robot.is_guessed():
+        notes.append('neither the bag nor --robot says which wheels these are: those of config/config.yaml are used')
     if source.fault:
         notes.append(f'{source.fault}; all messages that can be read are used')
     if drive.reference and not any(run.comparison.result() for run in runs):
@@ -158,8 +160,9 @@ def _print(drive: RecordedDrive, runs: Sequence[WheelsAtPpr], summary: DriveSumm
     print(
         f'{drive.path}: {summary.messages} messages of {wheels.topic} '
         f'({", ".join(wheels.joints)}) in {summary.duration_s:.1f} s, read in {took_s:.1f} s; '
-        f'compared with {reference}:\n'
+        f'compared with {reference}'
     )
+    print(f'{drive.robot.text()}\n')
     print(text_table(runs))
     print(f'\n{LEGEND}')
 

@@ -10,7 +10,7 @@ import yaml
 
 from diff_encoder_sim.base.command_line import tool_parser
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.paths import package_folder
+from diff_encoder_sim.cli.robot_arguments import add_robot_arguments
 from diff_encoder_sim.encoders.pulses import PerWheel, ppr_label
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 
@@ -27,7 +27,7 @@ each odometry is from a reference."""
 NOTES = """\
 From recorded counts the wheel angle is known to half a pulse. At a PPR that divides the recorded encoder's the
 result is exact; at another, in a fraction of PPR / (4 x recorded PPR) of the samples a count is one off. Counts that
-wrap need their counter_modulus in --config."""
+wrap need their counter_modulus in --config or the robot file."""
 
 
 def parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
@@ -60,9 +60,9 @@ def parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
         '--config',
         type=Path,
         metavar='FILE',
-        default=package_folder() / 'config' / 'config.yaml',
-        help="the robot's wheels, joints and counter (default: config/config.yaml)",
+        help="the robot's wheels, joints and counter, in place of config/config.yaml",
     )
+    add_robot_arguments(parser, note=" (default: the wheels of the bag's trial, else those of config/config.yaml)")
     return parser.parse_args(arguments)
 
 
@@ -70,8 +70,8 @@ def _add_wheel_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group('wheels, where the bag leaves a choice')
     for option, metavar, text in (
         ('--joint-states', 'TOPIC', "topic of wheel angles (default: the bag's only one)"),
-        ('--left', 'JOINT', "left joint (default: as in --config, or the bag's only left wheel)"),
-        ('--right', 'JOINT', "right joint (default: as in --config, or the bag's only right wheel)"),
+        ('--left', 'JOINT', "left joint (default: the robot's, or the bag's only left wheel)"),
+        ('--right', 'JOINT', "right joint (default: the robot's, or the bag's only right wheel)"),
         ('--pulses', 'TOPIC', 'topic of counts, to be used instead of wheel angles'),
         ('--pulses-ppr', 'PPR', 'PPR of the encoder that counted them (default: that of the recorded trial)'),
     ):

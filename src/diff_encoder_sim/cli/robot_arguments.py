@@ -7,9 +7,9 @@ import argparse
 ROBOT_HELP = 'robot: a name (config/robots/), a robot file (.yaml), or a xacro or URDF file'
 
 
-def add_robot_arguments(parser: argparse._ActionsContainer, default: str = '', note: str = '') -> None:
-    """Add --robot and --robot-arg; `note` is what the help says about the default."""
-    parser.add_argument('--robot', metavar='NAME|FILE', default=default or None, help=ROBOT_HELP + note)
+def add_robot_arguments(parser: argparse._ActionsContainer, *aliases: str, note: str = '') -> None:
+    """Add --robot, under other names too, and --robot-arg; `note` is what the help says about the default."""
+    parser.add_argument('--robot', *aliases, metavar='NAME|FILE', help=ROBOT_HELP + note)
     add_xacro_arguments(parser)
 
 

@@ -17,6 +17,8 @@ from diff_encoder_sim.base.nested_mappings import nested
 from diff_encoder_sim.cli.launched_robot import LaunchedRobot, add_launched_robot, launched_robot, yaml_value
 from diff_encoder_sim.cli.robot_arguments import ROBOT_HELP
 
+LARGEST_INT = 2**31 - 1
+
 
 def main(arguments: Optional[Sequence[str]] = None) -> None:
     """Run the command line."""
@@ -27,7 +29,14 @@ def _print_settings(options: argparse.Namespace) -> None:
     robot = launched_robot(options, launch_arguments(options.values))
     for note in robot.notes:
         print(f'robot_settings: {note}', file=sys.stderr)
-    print(yaml.safe_dump({**nested(robot.settings), **_of_poses(robot)}, sort_keys=False))
+    settings = {key: _for_xml_rpc(value) for key, value in robot.settings.items()}
+    print(yaml.safe_dump({**nested(settings), **_of_poses(robot)}, sort_keys=False))
+
+
+def _for_xml_rpc(value: Any) -> Any:
+    """Return a large whole number as text: the parameter server's have 32 bits. The nodes read it as a number."""
+    is_large = isinstance(value, int) and abs(value) > LARGEST_INT
+    return str(value) if is_large else value
 
 
 def _of_poses(robot: LaunchedRobot) -> Dict[str, Any]:

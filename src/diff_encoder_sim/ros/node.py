@@ -96,7 +96,9 @@ def _typed_names() -> Set[str]:
 
 
 def _mapping_of(value: Any) -> Any:
-    """Parse a launch argument such as `{left: 90, right: 1024}`, which arrives as text."""
+    """Parse a launch argument such as `{left: 90, right: 1024}`, and numbers of more than 32 bits: both are text."""
+    if isinstance(value, str) and value.isdigit() and int(value) >= 2**31:
+        return int(value)
     if not (isinstance(value, str) and value.startswith('{')):
         return value
     try:

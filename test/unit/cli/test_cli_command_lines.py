@@ -13,6 +13,7 @@ TOOLS = {
     'advise': 'cli.advise',
     'analyze': 'cli.analyze',
     'campaign': 'cli.campaign',
+    'check_robot': 'cli.check_robot',
     'map_bag': 'cli.map_bag',
     'map_saver': 'ros.map_saver_node',
     'place_robot': 'ros.place_robot',

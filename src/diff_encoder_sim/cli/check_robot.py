@@ -1,0 +1,78 @@
+"""check_robot: find out about a robot from its URDF or xacro, and check that it drives in the simulation as it should.
+
+Prints what was found, each value with its source, and the results of a drive on a flat floor: whether the robot moves
+as its wheels turn, stands on them, has the torque, and where its laser is.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Iterator, Optional, Sequence
+
+from tabulate import tabulate
+
+from diff_encoder_sim.base.command_line import run_tool, tool_parser
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.paths import package_folder
+from diff_encoder_sim.campaign.campaign_checks import check_robot
+from diff_encoder_sim.cli.robot_arguments import ROBOT_HELP, add_xacro_arguments
+from diff_encoder_sim.lockstep.robot_loading import load_robot
+from diff_encoder_sim.lockstep.robot_params import load_robot_config, override
+from diff_encoder_sim.robots.robot_file_text import robot_file_text
+from diff_encoder_sim.robots.robot_setup import RobotSetup
+from diff_encoder_sim.robots.xacro_arguments import xacro_arguments
+from diff_encoder_sim.simulation.check_results import checks_table
+
+
+def main(arguments: Optional[Sequence[str]] = None) -> None:
+    """Run the command line."""
+    run_tool('check_robot', lambda: _check(_parse(arguments)))
+
+
+def _check(options: argparse.Namespace) -> None:
+    if options.write and options.write.exists():
+        raise ConfigError(f'--write: {options.write} exists; allowed: the path of a new file')
+    setup = load_robot(options.robot, Path(), package_folder(), xacro_arguments(options.robot_args), options.packages)
+    print('\n'.join(_found(setup)), flush=True)
+    if options.write:
+        options.write.parent.mkdir(parents=True, exist_ok=True)
+        options.write.write_text(robot_file_text(setup, options.write), encoding='utf-8')
+        print(f'\nWritten: {options.write}', flush=True)
+    params = override(load_robot_config(package_folder() / 'config'), setup.settings)
+    checks = check_robot(setup.file.source, params.simulator)
+    failed = [check.name for check in checks if not check.is_ok]
+    print(f'\n{checks_table(checks)}\n', flush=True)
+    if failed:
+        raise ConfigError(f'{setup.file.where}: the robot fails its self-check: {", ".join(failed)}')
+    print(f'{setup.name}: all checks are ok.')
+
+
+def _found(setup: RobotSetup) -> Iterator[str]:
+    description = setup.description
+    yield tabulate(description.found, ['found', 'value', 'source'], disable_numparse=True)
+    own = [(key, value) for key, value in setup.file.overrides.items()]
+    if own:
+        yield f'\n{tabulate(own, [f"set in {setup.file.where}", "value"], disable_numparse=True)}'
+    for title, lines in (('Warnings', description.warnings), ('Notes', description.notes)):
+        if lines:
+            yield '\n'.join([f'\n{title}:', *(f'- {line}' for line in lines)])
+
+
+def _parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
+    examples = ['my_robot.urdf.xacro --write my_robot.yaml', 'burger']
+    parser = tool_parser('check_robot', __doc__, examples)
+    parser.add_argument('robot', metavar='ROBOT', help=ROBOT_HELP)
+    add_xacro_arguments(parser)
+    parser.add_argument(
+        '--packages',
+        nargs='+',
+        type=Path,
+        default=[],
+        metavar='DIR',
+        help='folders in which the packages of package:// and $(find) are looked for first',
+    )
+    parser.add_argument(
+        '--write', type=Path, metavar='FILE', help='write a robot file with what was found, for --robot and robot:='
+    )
+    return parser.parse_args(arguments)

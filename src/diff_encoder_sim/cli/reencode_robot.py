@@ -1,0 +1,80 @@
+"""The robot of a recorded drive: its wheels as options, robot file or bag tell them, each with where it is from.
+
+Precedence, the strongest first: --left, --right; --config; --robot; the bag's /trial; config/config.yaml. Of a --config
+beside a --robot, what differs from the package's file counts, as for launch files.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any, Dict, List, NamedTuple, Optional
+
+from diff_encoder_sim.base.paths import package_folder
+from diff_encoder_sim.base.typed_params import load_yaml, shared_params
+from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
+from diff_encoder_sim.lockstep.robot_loading import load_robot
+from diff_encoder_sim.odometry.wheel_odometry import OdometryParams
+from diff_encoder_sim.recording.topics import TRIAL
+from diff_encoder_sim.robots.xacro_arguments import xacro_arguments
+from diff_encoder_sim.trials.trial_definition import Trial
+from diff_encoder_sim.trials.trial_wheels import OF_ENCODER, OF_ODOMETRY
+
+USUAL = 'config/config.yaml'
+
+
+class RecordedRobot(NamedTuple):
+    """Parameters that a drive is read with."""
+
+    encoder: EncoderParams
+    odometry: OdometryParams
+    sources: Dict[str, str]  # by the parameter's name
+
+    def is_guessed(self) -> bool:
+        """Return whether neither the user nor the bag says what the wheels are."""
+        return all(self.sources[name] == USUAL for name in OF_ODOMETRY)
+
+    def text(self) -> str:
+        """Return the wheels with their sources, in one line."""
+        odometry = self.odometry
+        values = {
+            'wheel_diameter': f'diameter {odometry.wheel_diameter:g} m',
+            'wheel_separation': f'separation {odometry.wheel_separation:g} m',
+            'axle_x': f'axle at x = {odometry.axle_x:g} m',
+            'left_joint': f'left joint {self.encoder.left_joint}',
+            'right_joint': f'right joint {self.encoder.right_joint}',
+        }
+        by_source: Dict[str, List[str]] = {}
+        for name, value in values.items():
+            by_source.setdefault(self.sources[name], []).append(value)
+        return 'wheels: ' + '; '.join(f'{", ".join(parts)} ({source})' for source, parts in by_source.items())
+
+
+def recorded_robot(options: argparse.Namespace, trial: Optional[Trial]) -> RecordedRobot:
+    """Collect the parameters of a recorded drive.
+
+    Raises:
+        ConfigError: a file is missing or bad, or a value is not allowed.
+    """
+    usual = load_yaml(package_folder() / 'config' / 'config.yaml')
+    values, sources = dict(usual), dict.fromkeys([*OF_ODOMETRY, *OF_ENCODER], USUAL)
+
+    def add(layer: Dict[str, Any], source: str) -> None:
+        values.update(layer)
+        sources.update(dict.fromkeys(layer, source))
+
+    if trial is not None:
+        add({name: getattr(trial, name) for name in (*OF_ODOMETRY, *OF_ENCODER)}, f"the bag's {TRIAL}")
+    if options.robot:
+        robot = load_robot(options.robot, Path(), package_folder(), xacro_arguments(options.robot_args))
+        of_file = robot.settings.items()
+        add({key.partition('.')[2]: value for key, value in of_file if key.startswith('config.')}, robot.file.where)
+    if options.config:
+        given = load_yaml(options.config)
+        add(
+            {key: value for key, value in given.items() if not options.robot or usual.get(key) != value},
+            str(options.config),
+        )
+    name = str(options.config or options.robot or USUAL)
+    encoder = shared_params(values, name, EncoderParams, OdometryParams)
+    return RecordedRobot(encoder, shared_params(values, name, OdometryParams, EncoderParams), sources)

@@ -1,0 +1,43 @@
+"""The checks before a campaign's first trial: a robot that fails them stops it, unless --unchecked is given."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.paths import package_folder
+from diff_encoder_sim.campaign.campaign_checks import check_robot, unfit_tests
+from diff_encoder_sim.campaign.campaign_definition import Campaign
+from diff_encoder_sim.simulation.check_results import checks_table
+
+
+def add_unchecked(parser: argparse.ArgumentParser) -> None:
+    """Add the option that lets trials begin in spite of the checks."""
+    parser.add_argument(
+        '--unchecked',
+        action='store_true',
+        help='run the trials also where the self-check of the robot fails, or a test is not for it',
+    )
+
+
+def with_checks(name: str, campaign: Campaign, is_unchecked: bool) -> Campaign:
+    """Return the campaign with the results of its robot's self-check.
+
+    Raises:
+        ConfigError: the robot fails it, or cannot do a test, and `is_unchecked` is False.
+    """
+    if campaign.robot is None:
+        return campaign
+    for warning in campaign.robot.warnings:
+        print(f'{name}: {campaign.robot.file}: {warning}', file=sys.stderr)
+    checks = check_robot(campaign.robot.source, campaign.cells[0].robot_params.simulator)
+    problems = unfit_tests(campaign, package_folder() / 'worlds')
+    if not all(check.is_ok for check in checks):
+        print(checks_table(checks), file=sys.stderr)
+        problems.insert(0, f'{campaign.robot.file}: the robot fails its self-check')
+    if problems and not is_unchecked:
+        raise ConfigError('; '.join([*problems, 'allowed: another robot or test, or --unchecked']))
+    for problem in problems:
+        print(f'{name}: {problem}', file=sys.stderr)
+    return campaign._replace(robot=campaign.robot._replace(checks=tuple(checks)))
