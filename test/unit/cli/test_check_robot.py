@@ -1,0 +1,71 @@
+"""check_robot: what is found, whether it drives, and the robot file that is written."""
+
+import pytest
+import yaml
+
+from diff_encoder_sim.cli.check_robot import main
+from diff_encoder_sim.lockstep.robot_loading import load_robot
+from places import ROOT
+
+KOBUKI = ROOT / 'urdf' / 'kobuki.urdf.xacro'
+
+
+def test_what_is_found_and_checked_is_printed_with_a_verdict(capsys):
+    main([str(KOBUKI)])
+    out = capsys.readouterr().out
+    assert 'wheel diameter [m]' in out and 'libgazebo_ros_diff_drive.so' in out
+    assert 'straight, forward' in out and 'NOT OK' not in out
+    assert out.splitlines()[-1] == 'kobuki: all checks are ok.'
+
+
+def test_a_robot_that_fails_ends_with_status_1_and_what_to_do(tmp_path, capsys):
+    weak = tmp_path / 'weak.yaml'
+    weak.write_text(yaml.safe_dump({'urdf': str(KOBUKI), 'set': {'simulator.drive.wheel_torque': 0.001}}))
+    with pytest.raises(SystemExit) as ended:
+        main([str(weak)])
+    assert 'weak.yaml: the robot fails its self-check: ' in str(ended.value.code)
+    out = capsys.readouterr().out
+    assert 'NOT OK' in out and 'a higher simulator.drive.wheel_torque' in out
+
+
+def test_the_written_file_means_the_same_robot(tmp_path, capsys):
+    path = tmp_path / 'robots' / 'mine.yaml'
+    main([str(KOBUKI), '--write', str(path)])
+    assert f'Written: {path}' in capsys.readouterr().out
+    written, found = (load_robot(str(each), tmp_path, ROOT, {}) for each in (path, KOBUKI))
+    assert written.settings == found.settings
+    assert written.description.left == found.description.left and written.description.right == found.description.right
+    assert written.description.footprint == found.description.footprint
+    text = path.read_text()
+    assert '# ppr: 90 ' in text and '# [m] libgazebo_ros_diff_drive.so' in text
+    assert not any(line != line.rstrip() for line in text.splitlines())
+
+
+def test_a_file_that_exists_is_not_overwritten(tmp_path):
+    path = tmp_path / 'mine.yaml'
+    path.write_text('mine')
+    with pytest.raises(SystemExit, match='--write: .*mine.yaml exists; allowed: the path of a new file'):
+        main([str(KOBUKI), '--write', str(path)])
+    assert path.read_text() == 'mine'
+
+
+def test_a_robot_file_keeps_what_its_user_knows(tmp_path):
+    path = tmp_path / 'copy.yaml'
+    main(['kobuki', '--write', str(path)])
+    content = yaml.safe_load(path.read_text())
+    assert content['ppr'] == pytest.approx(2578.333, abs=1e-3)
+    assert content['set']['config.counter_modulus'] == 65536
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'expected'),
+    [
+        (['nobody'], "given 'nobody', but there is no"),
+        ([str(KOBUKI), '--robot-arg', 'size'], "--robot-arg: given 'size'; allowed: name:=value"),
+        ([str(KOBUKI), '--packages', '/nowhere'], "packages: given '/nowhere'"),
+    ],
+)
+def test_mistakes_are_one_line(arguments, expected):
+    with pytest.raises(SystemExit) as ended:
+        main(arguments)
+    assert expected in str(ended.value.code) and '\n' not in str(ended.value.code)

@@ -1,0 +1,48 @@
+"""Which wheels a recorded drive is read with, and where each is from."""
+
+from argparse import Namespace
+from pathlib import Path
+
+import pytest
+
+from diff_encoder_sim.cli.reencode_robot import recorded_robot
+from diff_encoder_sim.trials.test_definition import TestDefinition
+from diff_encoder_sim.trials.trial_definition import Trial
+
+TEST = TestDefinition.from_mapping({'name': 'T', 'world': 'w', 'drive': [{'straight': 1.0}]}, '')
+TRIAL = Trial(test=TEST, wheel_diameter=0.15, wheel_separation=0.3, left_joint='l', right_joint='r')
+
+
+def robot(trial=None, **options):
+    return recorded_robot(Namespace(**{'robot': None, 'robot_args': [], 'config': None, **options}), trial)
+
+
+def wheels(found):
+    return found.odometry.wheel_diameter, found.odometry.wheel_separation, found.encoder.left_joint
+
+
+def test_without_any_word_they_are_guessed_and_said_to_be():
+    found = robot()
+    assert found.is_guessed() and '(config/config.yaml)' in found.text()
+
+
+def test_a_bags_trial_says_what_they_are():
+    found = robot(TRIAL)
+    assert wheels(found) == (0.15, 0.3, 'l') and not found.is_guessed()
+    assert found.text().startswith('wheels: diameter 0.15 m, separation 0.3 m, ')
+    assert "(the bag's /trial)" in found.text()
+
+
+def test_a_robot_goes_before_the_bag():
+    found = robot(TRIAL, robot='burger')
+    assert wheels(found) == (0.066, 0.16, 'wheel_left_joint')
+    assert 'burger.yaml' in found.text()
+
+
+@pytest.mark.parametrize('given', [None, 'burger'])
+def test_a_yaml_file_goes_before_both(tmp_path, given):
+    path = tmp_path / 'mine.yaml'
+    path.write_text('wheel_diameter: 0.1\nodom_frame: odom\n')
+    found = robot(TRIAL, robot=given, config=Path(path))
+    assert found.odometry.wheel_diameter == 0.1 and found.sources['wheel_diameter'] == str(path)
+    assert found.odometry.wheel_separation == (0.16 if given else 0.3)

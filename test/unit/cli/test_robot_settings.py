@@ -1,0 +1,127 @@
+"""The parameter /robot_settings: which of launch argument, user's file, robot file and URDF a value is from."""
+
+import pytest
+import yaml
+
+from diff_encoder_sim.cli.robot_settings import main
+from places import ROOT
+
+ALTO = ROOT / 'urdf' / 'alto.urdf.xacro'
+
+
+@pytest.fixture(name='settings')
+def fixture_settings(capsys):
+    def settings(*arguments):
+        main([str(argument) for argument in arguments])
+        return yaml.safe_load(capsys.readouterr().out)
+
+    return settings
+
+
+@pytest.fixture(name='failure')
+def fixture_failure():
+    def failure(*arguments):
+        with pytest.raises(SystemExit) as ended:
+            main([str(argument) for argument in arguments])
+        assert '\n' not in str(ended.value.code)
+        return str(ended.value.code)
+
+    return failure
+
+
+def robot_file(folder, **overrides):
+    path = folder / 'mine.yaml'
+    content = {
+        'urdf': str(ALTO),
+        'ppr': 360,
+        'set': {key.replace('__', '.'): value for key, value in overrides.items()},
+    }
+    path.write_text(yaml.safe_dump(content))
+    return path
+
+
+def config_with(folder, name='config', **changes):
+    """A copy of a file of config/ with other values."""
+    path = folder / f'my_{name}.yaml'
+    content = yaml.safe_load((ROOT / 'config' / f'{name}.yaml').read_text())
+    path.write_text(yaml.safe_dump({**content, **changes}))
+    return path
+
+
+def test_a_robot_by_name_has_its_own_wheels_frames_and_model(settings):
+    burger = settings('burger')
+    assert burger['config']['left_joint'] == burger['simulator']['left_joint'] == 'wheel_left_joint'
+    assert burger['config']['wheel_diameter'] == 0.066 and burger['config']['ppr'] == 4096
+    base = burger['config']['base_frame']
+    assert (
+        base == burger['amcl']['base_frame_id'] == burger['slam']['base_frame'] == burger['global_pose']['base_frame']
+    )
+    assert burger['world_pose']['model'] == burger['ideal_odom']['model'] == 'burger'
+    assert burger['navigation']['local_costmap']['footprint'] == burger['navigation']['global_costmap']['footprint']
+
+
+def test_a_robot_file_goes_before_its_urdf(settings, tmp_path):
+    mine = settings(robot_file(tmp_path, config__wheel_diameter=0.21))
+    assert (mine['config']['wheel_diameter'], mine['config']['wheel_separation']) == (0.21, 0.4)
+
+
+def test_a_launch_argument_goes_before_everything(settings, tmp_path):
+    arguments = ['config.ppr:=40', 'simulator.lidar.noise:=0.07', 'config.left_joint:=']
+    given = ['--config', config_with(tmp_path, ppr=1024)]
+    mine = settings(robot_file(tmp_path, simulator__lidar__noise=0.02), *arguments, *given)
+    assert mine['config']['ppr'] == 40 and mine['simulator']['lidar']['noise'] == 0.07
+    assert mine['config']['left_joint'] == 'left_wheel_joint'
+
+
+def test_what_a_users_yaml_file_changes_is_kept_and_said(tmp_path, capsys):
+    """And what it only repeats from the package's file is the robot's: a whole copy makes nothing ALTO's."""
+    main(['burger', '--config', str(config_with(tmp_path, wheel_diameter=0.21, ppr=1024))])
+    out, err = capsys.readouterr()
+    burger = yaml.safe_load(out)['config']
+    assert 'wheel_diameter' not in burger and 'ppr' not in burger  # the node's own, from the YAML file
+    assert burger['left_joint'] == 'wheel_left_joint' and burger['wheel_separation'] == 0.16
+    assert 'config.ppr: as in ' in err and 'my_config.yaml, not 4096.0 as in ' in err
+
+
+def test_a_ppr_for_each_wheel_in_a_users_file_is_kept(settings, tmp_path):
+    burger = settings('burger', '--config', config_with(tmp_path, ppr={'left': 40, 'right': 90}))
+    assert 'ppr' not in burger['config']
+
+
+def test_a_users_file_without_costmaps_gets_whole_ones(settings, tmp_path):
+    path = tmp_path / 'navigation.yaml'
+    path.write_text('controller_frequency: 10\n')
+    local = settings('burger', '--navigation-config', path)['navigation']['local_costmap']
+    assert local['rolling_window'] is True and local['robot_base_frame'] != 'base_link'
+
+
+def test_numbers_above_32_bits_are_text(settings, tmp_path):
+    """XML-RPC has no larger ones."""
+    mine = settings(robot_file(tmp_path, config__counter_modulus=2**32))
+    assert mine['config']['counter_modulus'] == '4294967296'
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'expected'),
+    [
+        (['burgr'], "given 'burgr', but there is no"),
+        (['alto', 'ppr'], "given 'ppr'; allowed: FILE.KEY:=VALUE"),
+        (['alto', 'config.ppr:=0'], 'ppr: given 0'),
+        (['alto', '--robot-args', 'speed'], "robot_args: given 'speed'; allowed: name:=value"),
+        (['alto', '--robot-args', 'lidar_nose:=1'], "argument 'lidar_nose' is not known"),
+        (['alto', '--config', '/nowhere.yaml'], '/nowhere.yaml: cannot be read'),
+    ],
+)
+def test_mistakes_are_one_line(failure, arguments, expected):
+    assert expected in failure(*arguments)
+
+
+def test_a_bad_value_of_a_robot_file_is_named_with_it(failure, tmp_path):
+    text = failure(robot_file(tmp_path, config__wheel_diameter=-1.0))
+    assert 'mine.yaml: ' in text and 'wheel_diameter: given -1.0' in text
+    text = failure(robot_file(tmp_path, config__wheel_diametre=0.2))
+    assert "mine.yaml: set: config.wheel_diametre: unknown key; did you mean 'config.wheel_diameter'" in text
+
+
+def test_arguments_of_the_xacro_reach_the_robot(settings):
+    assert settings(ALTO, '--robot-args', 'lidar_noise:=0.25')['simulator']['lidar']['noise'] == 0.25
