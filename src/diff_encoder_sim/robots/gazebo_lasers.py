@@ -16,6 +16,7 @@ SENSOR_TYPES = ('ray', 'gpu_ray', 'lidar', 'gpu_lidar')
 TURN_RAD = 2.0 * math.pi
 SHORTEST_PERIOD_S = 0.01  # of a scan; periods are whole multiples of it
 FRAME_TAGS = ('framename', 'gzframeid', 'ignitionframeid')
+MOST_RAYS = 100_000  # that LidarParams allows
 FEWEST_RAYS = 8  # range finders have fewer
 
 
@@ -47,7 +48,7 @@ def _read_laser(tree: RobotTree, link: str, sensor: ElementTree.Element) -> Opti
     settings, notes = _angles(sensor, rays), []
     for key, path in (('range_min', 'range/min'), ('range_max', 'range/max'), ('noise', 'noise/stddev')):
         number = _number(sensor, path)
-        if number is not None and math.isfinite(number) and (number > 0.0 or key != 'range_max'):
+        if number is not None and (number > 0.0 or key != 'range_max'):
             settings[key] = max(0.0, number)
     if settings.get('range_min', 0.0) >= settings.get('range_max', math.inf):
         del settings['range_min'], settings['range_max']
@@ -79,16 +80,17 @@ def _angles(sensor: ElementTree.Element, rays: int) -> Dict[str, float]:
 
 def _rays(sensor: ElementTree.Element, direction: str) -> int:
     samples, resolution = _number(sensor, f'{direction}/samples'), _number(sensor, f'{direction}/resolution')
-    return min(100_000, round((1.0 if samples is None else samples) * (1.0 if resolution is None else resolution)))
+    return round(min(MOST_RAYS, (1.0 if samples is None else samples) * (1.0 if resolution is None else resolution)))
 
 
 def _number(sensor: ElementTree.Element, path: str) -> Optional[float]:
-    """Return the number below a sensor; plugins have tags of the same names, so a path names its parent."""
+    """Return the finite number below a sensor; plugins have tags of the same names, so a path names its parent."""
     element = sensor.find(f'.//{path}') if '/' in path else sensor.find(path)
     try:
-        return None if element is None else float(element.text or '')
+        number = math.nan if element is None else float(element.text or '')
     except ValueError:
         return None
+    return number if math.isfinite(number) else None
 
 
 def _frame(sensor: ElementTree.Element) -> str:

@@ -66,3 +66,11 @@ def test_what_makes_no_sense_is_left_to_the_defaults(given, missing):
 
 def test_a_sensor_of_a_link_that_is_not_there_is_no_scanner():
     assert gazebo_lasers(tree_of(usual(laser_sensor('nowhere')))) == ()
+
+
+@pytest.mark.parametrize(
+    ('samples', 'rays'), [('1e300', 100_000), ('inf', None), ('nan', None), ('-5', None), ('', None)]
+)
+def test_a_number_of_rays_that_no_scanner_has_is_cut_or_no_scanner(samples, rays):
+    found = gazebo_lasers(tree_of(usual(EYE, laser_sensor('eye', samples=samples))))
+    assert [laser.settings['samples'] for laser in found] == ([] if rays is None else [rays])
