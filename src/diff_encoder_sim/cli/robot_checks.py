@@ -33,9 +33,10 @@ def with_checks(name: str, campaign: Campaign, is_unchecked: bool) -> Campaign:
         print(f'{name}: {campaign.robot.file}: {warning}', file=sys.stderr)
     checks = check_robot(campaign.robot.source, campaign.cells[0].robot_params.simulator)
     problems = unfit_tests(campaign, package_folder() / 'worlds')
-    if not all(check.is_ok for check in checks):
+    failed = [check.name for check in checks if not check.is_ok]
+    if failed:
         print(checks_table(checks), file=sys.stderr)
-        problems.insert(0, f'{campaign.robot.file}: the robot fails its self-check')
+        problems.insert(0, f'{campaign.robot.file}: the robot fails its self-check: {", ".join(failed)}')
     if problems and not is_unchecked:
         raise ConfigError('; '.join([*problems, 'allowed: another robot or test, or --unchecked']))
     for problem in problems:

@@ -10,7 +10,7 @@ import os
 import sys
 import time
 from pathlib import Path
-from typing import Optional, Sequence, Union
+from typing import Iterator, Optional, Sequence, Union
 
 from pydantic import Field
 
@@ -19,12 +19,14 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.paths import package_folder, users_path
 from diff_encoder_sim.base.roslaunch_process import parent_only_lists
 from diff_encoder_sim.base.typed_params import Params
+from diff_encoder_sim.campaign.campaign_checks import check_robot
 from diff_encoder_sim.cli.launched_robot import OWN_PPR, LaunchedRobot, add_launched_robot, launched_robot, yaml_value
 from diff_encoder_sim.cli.robot_arguments import ROBOT_HELP
 from diff_encoder_sim.encoders.pulses import DEFAULT_PPR, PulsesPerRevolution, ppr_label
 from diff_encoder_sim.lockstep.robot_params import RobotParams
 from diff_encoder_sim.mapping.map_files import load_map
 from diff_encoder_sim.mapping.occupancy_grid import OCCUPIED, UNKNOWN
+from diff_encoder_sim.simulation.check_results import checks_table
 from diff_encoder_sim.simulation.periods import STATES_PERIOD_S, STATES_RATE_HZ
 from diff_encoder_sim.trials.required_packages import GAZEBO, UPSTREAM_NAVIGATION, UPSTREAM_SLAM, require
 from diff_encoder_sim.trials.robot_pace import at_pace_of
@@ -146,14 +148,29 @@ def _check_start(test: TestDefinition, map_path: str) -> None:
 
 
 def _check_robot(options: argparse.Namespace, trial: Trial, robot: LaunchedRobot, map_path: str) -> None:
-    """Refuse, or with --unchecked=true name, what keeps the robot from doing the test."""
-    if options.nav == 'scripted':
-        return  # through a world whose map may not be made yet; a collision ends it at once
-    problem = misfit(trial.test, robot.params.navigator, robot.params.simulator.drive, load_map(map_path))
-    if problem and options.unchecked != 'true':
-        raise ConfigError(f'{problem}; allowed: another robot or test, or unchecked:=true')
-    if problem:
+    """Refuse, or with --unchecked=true name, what keeps the robot from driving, or from doing the test."""
+    if parent_only_lists():
+        return
+    problems = [*_failed_checks(options, robot)]
+    # A drive without feedback goes through worlds whose map may not be made yet; a collision ends it at once.
+    if options.nav != 'scripted':
+        problem = misfit(trial.test, robot.params.navigator, robot.params.simulator.drive, load_map(map_path))
+        problems += [problem] if problem else []
+    if problems and options.unchecked != 'true':
+        raise ConfigError('; '.join([*problems, 'allowed: another robot or test, or unchecked:=true']))
+    for problem in problems:
         print(f'trial.launch: {problem}', file=sys.stderr)
+
+
+def _failed_checks(options: argparse.Namespace, robot: LaunchedRobot) -> Iterator[str]:
+    """Drive the robot in PyBullet, unless Gazebo is to do so, and print the table where a check fails."""
+    if options.sim == 'gazebo':
+        return
+    checks = check_robot(robot.setup.file.source, robot.params.simulator)
+    failed = [check.name for check in checks if not check.is_ok]
+    if failed:
+        print(checks_table(checks), file=sys.stderr)
+        yield f'{robot.setup.file.where}: the robot fails its self-check: {", ".join(failed)}'
 
 
 def _bag_path(given: str, trial: Trial) -> str:
@@ -192,7 +209,7 @@ def parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
         ('--map', '', 'map .yaml file (default: the one beside the world)'),
         ('--bag', '', 'path of the bag to record, or none (default: a new name in bags/)'),
         ('--robot', 'alto', ROBOT_HELP),
-        ('--unchecked', 'false', 'true: run also a robot that does not fit the test'),
+        ('--unchecked', 'false', 'true: run also a robot that fails its self-check or does not fit the test'),
     ):
         shown = f' (default: {default})' if default else ''
         parser.add_argument(option, default=default, metavar='VALUE', help=text + shown)
