@@ -3,10 +3,9 @@
 import pytest
 
 from diff_encoder_sim.lockstep.robot_params import load_robot_params
-from diff_encoder_sim.lockstep.state_publisher import DESCRIPTION_ARGUMENTS
 from diff_encoder_sim.lockstep.trial_run import run_trial
+from diff_encoder_sim.robots.display_urdf import display_urdf
 from diff_encoder_sim.robots.robot_source import RobotSource
-from diff_encoder_sim.robots.xacro_expansion import expand
 from diff_encoder_sim.simulation.link_frames import LinkFrames
 from diff_encoder_sim.trials.test_definition import find_world, load_test
 from diff_encoder_sim.trials.trial_definition import Trial, TrialPlan
@@ -94,7 +93,7 @@ def test_the_wheels_frames_are_those_that_robot_state_publisher_publishes(bags):
     live, _ = bags
     states = [JointState().deserialize(content) for _, content, _ in live['/joint_states']]
     angles = {state.header.stamp.to_nsec(): dict(zip(state.name, state.position)) for state in states}
-    frames = LinkFrames(expand(RobotSource(ROOT / 'urdf' / 'alto.urdf.xacro', tuple(DESCRIPTION_ARGUMENTS.items()))))
+    frames = LinkFrames(display_urdf(RobotSource(ROOT / 'urdf' / 'alto.urdf.xacro'), next(iter(angles.values()))))
     published = [
         transform
         for _, content, _ in live['/tf']

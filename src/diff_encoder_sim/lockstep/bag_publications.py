@@ -61,7 +61,7 @@ class BagPublications(Publications):
             start = trial.test.start.pose()  # without localization, odom is where the robot starts
             self._write_transform(topics.TF_STATIC, self._trial_node, 0, start, 0, self._map_frame, self._odom_frame)
         if self._bag.wants(topics.TF):
-            self._state_publisher = StatePublisher(robot_file, self._write)
+            self._state_publisher = StatePublisher(robot_file, simulator.joint_states().names, self._write)
 
     @override
     def ending(self, now_ns: int, ending: Ending) -> None:

@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Callable, List, Union
+from typing import Callable, Collection, List, Union
 
 from diff_encoder_sim.recording import topics
+from diff_encoder_sim.robots.display_urdf import display_urdf
 from diff_encoder_sim.robots.robot_source import RobotSource
-from diff_encoder_sim.robots.xacro_expansion import expansion
 from diff_encoder_sim.serialization.transform_messages import encode_spatial_transform, encode_tf
 from diff_encoder_sim.simulation.link_frames import LinkFrame, LinkFrames
 from diff_encoder_sim.simulation.state import JointStates
 
 # robot_state_publisher's publish_frequency, 50 Hz.
 FRAMES_PERIOD_NS = 20_000_000
-
-# The xacro argument that trial.launch gives the robot file, where it declares it, for robot_description.
-DESCRIPTION_ARGUMENTS = {'root_inertia': 'false'}
 
 # Records a message: its topic, node, time [ns], and what encodes it where it is recorded.
 WriteMessage = Callable[[str, str, int, Callable[[], bytes]], None]
@@ -25,8 +22,9 @@ WriteMessage = Callable[[str, str, int, Callable[[], bytes]], None]
 class StatePublisher:
     """Writes the wheels' frames to /tf at 50 Hz, and the fixed ones once to /tf_static."""
 
-    def __init__(self, robot_file: Union[str, Path], write: WriteMessage) -> None:
-        self._frames = LinkFrames(_description(RobotSource(Path(robot_file))))
+    def __init__(self, robot_file: Union[str, Path], joints: Collection[str], write: WriteMessage) -> None:
+        """Read the frames of a robot of which these joints move."""
+        self._frames = LinkFrames(display_urdf(RobotSource(Path(robot_file)), joints))
         self._write = write
         self._published_ns = 0
 
@@ -40,13 +38,6 @@ class StatePublisher:
         self._published_ns = now_ns
         angles_rad = dict(zip(joints.names, joints.angles_rad))
         self._write(topics.TF, topics.STATE_PUBLISHER_NODE, now_ns, lambda: _encode(frames.turned(angles_rad), now_ns))
-
-
-def _description(source: RobotSource) -> str:
-    """Return the URDF that robot_state_publisher gets."""
-    declared = expansion(source).declared
-    arguments = tuple((name, value) for name, value in DESCRIPTION_ARGUMENTS.items() if name in declared)
-    return expansion(source._replace(arguments=arguments)).urdf
 
 
 def _encode(frames: List[LinkFrame], stamp_ns: int) -> bytes:
