@@ -70,7 +70,7 @@ def describe_tree(tree: RobotTree, find: MeshFinder, choices: RobotChoices, seen
     footprint = footprint_outline([shape for _, shape in shapes], drive.base.floor_z_m, tree.where)
     seen.add('footprint', _extent(footprint), 'collision shapes')
     laser = find_laser(simple, choices.laser_link, seen)
-    limits = drive_limits(tree, drive, mass.mass_kg, seen)
+    limits = drive_limits(tree, drive, mass, contacts, seen)
     _note_frozen(tree, drive.pair, seen)
     return RobotDescription(
         tree,

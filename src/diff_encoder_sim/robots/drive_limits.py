@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from typing import Dict, Iterator, Sequence, Tuple
 
 from diff_encoder_sim.robots.coaxial_pairs import WheelPair
 from diff_encoder_sim.robots.drive_train import DriveTrain
 from diff_encoder_sim.robots.findings import Findings
-from diff_encoder_sim.robots.gazebo_tags import DriveTags
+from diff_encoder_sim.robots.grip import most_torque_nm, sensible_acceleration_mps2
+from diff_encoder_sim.robots.robot_description import GroundContact, MassProperties
 from diff_encoder_sim.robots.robot_tree import RobotTree
 from diff_encoder_sim.robots.wheel_geometry import WheelGeometry
 
 FASTEST_MPS = 5.0  # a joint's limit beyond it is a placeholder
 SLOWEST_MPS = 0.05
-G_MPS2 = 9.81
 
 _UNITS = {
     'wheel_torque': 'wheel torque [N m]',
@@ -26,32 +27,41 @@ _UNITS = {
 Limit = Tuple[str, float, str]  # key of DriveParams, value, source
 
 
-def drive_limits(tree: RobotTree, drive: DriveTrain, mass_kg: float, seen: Findings) -> Dict[str, float]:
+def drive_limits(
+    tree: RobotTree, drive: DriveTrain, mass: MassProperties, contacts: Sequence[GroundContact], seen: Findings
+) -> Dict[str, float]:
     """Return the limits that the robot's file gives, by keys of DriveParams; the first source of each counts.
 
-    The torque is never more than one wheel could pass on if it carried the whole robot on a floor of friction 1:
-    plugins give 10 N m and more to robots of 1 kg, which a real motor does not have, and which only lets wheels slip.
+    Torque and acceleration are never more than the floor takes: plugins give 10 N m and more to robots of 1 kg, and
+    10 m/s^2, which a real motor does not have, and which only lets wheels slip.
     """
-    geometry = drive.geometry
     limits: Dict[str, Tuple[float, str]] = {}
-    for key, value, source in [*_by_drives(drive.drives, geometry), *_by_joints(tree, drive.pair, geometry, seen)]:
+    for key, value, source in [*_by_drives(drive), *_by_joints(tree, drive.pair, drive.geometry, seen)]:
         limits.setdefault(key, (value, source))
-    traction_nm = mass_kg * G_MPS2 * 0.5 * geometry.diameter_m
-    torque_nm, source = limits.get('wheel_torque', (traction_nm, ''))
-    if torque_nm >= traction_nm:
-        beyond = f' (given by {source}: {torque_nm:.4g})' if source else ''
-        limits['wheel_torque'] = traction_nm, f'mass x g x wheel radius: more only slips{beyond}'
+    most_nm = most_torque_nm(mass.mass_kg, drive.base.radius_m)
+    most_mps2 = sensible_acceleration_mps2(mass, contacts, drive.base)
+    limits.setdefault('wheel_torque', (math.inf, ''))
+    _cut(limits, 'wheel_torque', most_nm, 'mass x g x wheel radius: more only slips')
+    _cut(limits, 'max_linear_acceleration', most_mps2, "half of the wheels' grip")
+    _cut(limits, 'max_angular_acceleration', 2.0 * most_mps2 / drive.geometry.separation_m, "half of the wheels' grip")
     for key, (value, source) in limits.items():
         seen.add(_UNITS[key], f'{value:.4g}', source)
     return {key: value for key, (value, _) in limits.items()}
 
 
-def _by_drives(drives: Sequence[DriveTags], geometry: WheelGeometry) -> Iterator[Limit]:
-    for tags in drives:
+def _cut(limits: Dict[str, Tuple[float, str]], key: str, most: float, reason: str) -> None:
+    """Lower a limit that is given to what makes sense."""
+    value, source = limits.get(key, (0.0, ''))
+    if value > most:
+        limits[key] = most, f'{reason} (given by {source}: {value:.4g})' if source else reason
+
+
+def _by_drives(drive: DriveTrain) -> Iterator[Limit]:
+    for tags in drive.drives:
         for key, value in tags.limits.items():
             if key == 'rim_acceleration':
                 yield 'max_linear_acceleration', value, tags.source
-                yield 'max_angular_acceleration', 2.0 * value / geometry.separation_m, tags.source
+                yield 'max_angular_acceleration', 2.0 * value / drive.geometry.separation_m, tags.source
             else:
                 yield key, value, tags.source
 

@@ -1,0 +1,40 @@
+"""What the driven wheels pass on, in closed form."""
+
+import numpy as np
+import pytest
+
+from diff_encoder_sim.robots.grip import G_MPS2, MARGIN, sensible_acceleration_mps2
+from diff_encoder_sim.robots.ground_contacts import WheelBase
+from diff_encoder_sim.robots.robot_description import GroundContact, MassProperties
+from urdf_texts import described, plugin, usual
+
+WHEELS = WheelBase(0.1, -0.05, 0.05, ())
+
+
+def acceleration_mps2(com_x_m, com_z_m, *contacts_x_m):
+    mass = MassProperties(2.0, np.array([com_x_m, 0.0, com_z_m]), np.eye(3))
+    contacts = [GroundContact('any', (x_m, 0.0, -0.05)) for x_m in contacts_x_m]
+    return sensible_acceleration_mps2(mass, contacts, WHEELS)
+
+
+def test_wheels_below_the_centre_of_mass_on_the_floor_have_all_the_weight():
+    assert acceleration_mps2(0.1, -0.05, 0.3, -0.1) == pytest.approx(MARGIN * G_MPS2)
+    assert acceleration_mps2(0.2, 0.1) == pytest.approx(MARGIN * G_MPS2)
+
+
+@pytest.mark.parametrize('side', [1, -1])
+def test_a_caster_takes_weight_and_takes_more_the_higher_the_centre_of_mass(side):
+    """At the limit, the wheels' load m (g (1 - d/c) - a h/c) is the force m a that they pass on."""
+    d_m, c_m, h_m = 0.05, 0.2, 0.1
+    found = acceleration_mps2(0.1 + side * d_m, h_m - 0.05, 0.1 + side * c_m, 0.1 - side * 0.01)
+    a_mps2 = found / MARGIN
+    assert G_MPS2 * (1 - d_m / c_m) - a_mps2 * h_m / c_m == pytest.approx(a_mps2)
+
+
+def test_a_plugins_acceleration_beyond_the_grip_is_cut_and_a_smaller_one_is_not():
+    joints = {'leftJoint': 'left_wheel_joint', 'rightJoint': 'right_wheel_joint'}
+    slow = described(usual(plugin('libdiff_drive.so', **joints, wheelAcceleration=0.5))).drive_limits
+    fast = described(usual(plugin('libdiff_drive.so', **joints, wheelAcceleration=60))).drive_limits
+    assert slow['max_linear_acceleration'] == 0.5
+    assert 0.5 < fast['max_linear_acceleration'] < MARGIN * G_MPS2
+    assert fast['max_angular_acceleration'] == pytest.approx(2 * fast['max_linear_acceleration'] / 0.3)
