@@ -24,6 +24,9 @@ _UNITS = {
     'max_angular_acceleration': 'highest angular acceleration [rad/s^2]',
 }
 
+# Of config/simulator.yaml, where the robot's file gives none; its torque is ALTO's, and no other's.
+_USUAL = {'wheel_torque': math.inf, 'max_linear_acceleration': 1.5, 'max_angular_acceleration': 6.0}
+
 Limit = Tuple[str, float, str]  # key of DriveParams, value, source
 
 
@@ -40,18 +43,18 @@ def drive_limits(
         limits.setdefault(key, (value, source))
     most_nm = most_torque_nm(mass.mass_kg, drive.base.radius_m)
     most_mps2 = sensible_acceleration_mps2(mass, contacts, drive.base)
-    limits.setdefault('wheel_torque', (math.inf, ''))
+    most_radps2 = 2.0 * most_mps2 / drive.geometry.separation_m
     _cut(limits, 'wheel_torque', most_nm, 'mass x g x wheel radius: more only slips')
     _cut(limits, 'max_linear_acceleration', most_mps2, "half of the wheels' grip")
-    _cut(limits, 'max_angular_acceleration', 2.0 * most_mps2 / drive.geometry.separation_m, "half of the wheels' grip")
+    _cut(limits, 'max_angular_acceleration', most_radps2, "half of the wheels' grip")
     for key, (value, source) in limits.items():
         seen.add(_UNITS[key], f'{value:.4g}', source)
     return {key: value for key, (value, _) in limits.items()}
 
 
 def _cut(limits: Dict[str, Tuple[float, str]], key: str, most: float, reason: str) -> None:
-    """Lower a limit that is given to what makes sense."""
-    value, source = limits.get(key, (0.0, ''))
+    """Lower a limit, given or usual, to what makes sense."""
+    value, source = limits.get(key, (_USUAL[key], ''))
     if value > most:
         limits[key] = most, f'{reason} (given by {source}: {value:.4g})' if source else reason
 

@@ -6,7 +6,7 @@ import pytest
 from diff_encoder_sim.robots.grip import G_MPS2, MARGIN, sensible_acceleration_mps2
 from diff_encoder_sim.robots.ground_contacts import WheelBase
 from diff_encoder_sim.robots.robot_description import GroundContact, MassProperties
-from urdf_texts import described, plugin, usual
+from urdf_texts import ball, base, described, pair, plugin, robot, usual
 
 WHEELS = WheelBase(0.1, -0.05, 0.05, ())
 
@@ -29,6 +29,12 @@ def test_a_caster_takes_weight_and_takes_more_the_higher_the_centre_of_mass(side
     found = acceleration_mps2(0.1 + side * d_m, h_m - 0.05, 0.1 + side * c_m, 0.1 - side * 0.01)
     a_mps2 = found / MARGIN
     assert G_MPS2 * (1 - d_m / c_m) - a_mps2 * h_m / c_m == pytest.approx(a_mps2)
+
+
+def test_the_usual_acceleration_is_cut_where_a_caster_carries_most():
+    heavy_front = described(robot(base(com_x_m=0.08), pair(), ball('ball', 0.1))).drive_limits
+    assert heavy_front['max_linear_acceleration'] < 1.5
+    assert 'max_linear_acceleration' not in described(usual()).drive_limits
 
 
 def test_a_plugins_acceleration_beyond_the_grip_is_cut_and_a_smaller_one_is_not():
