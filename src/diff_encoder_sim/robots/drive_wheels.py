@@ -7,7 +7,7 @@ from typing import List, Optional, Sequence, Tuple
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.typed_params import did_you_mean
-from diff_encoder_sim.robots.coaxial_pairs import WheelPair, are_coaxial, coaxial_pairs, left_first
+from diff_encoder_sim.robots.coaxial_pairs import LIKE_RADIUS, WheelPair, are_coaxial, coaxial_pairs, left_first
 from diff_encoder_sim.robots.findings import Findings
 from diff_encoder_sim.robots.gazebo_tags import DIFFERENTIAL, DriveTags, commanded_joints
 from diff_encoder_sim.robots.robot_choices import RobotChoices
@@ -41,6 +41,7 @@ def choose_wheels(
     seen.add('left wheel joint', pair.left.joint, source)
     seen.add('right wheel joint', pair.right.joint, source)
     _check_names(pair, seen)
+    _check_others(pair, wheels, seen)
     return pair
 
 
@@ -148,6 +149,19 @@ def _check_axle(tree: RobotTree, pair: WheelPair) -> None:
                 f'{tree.where}: given joint {wheel.joint!r} about the axis ({axis}) of root link {tree.root!r}; '
                 'allowed: a wheel that turns about y, so that it drives along x'
             )
+
+
+def _check_others(pair: WheelPair, wheels: Sequence[RollingWheel], seen: Findings) -> None:
+    """Warn of wheels on another axle that are as large: they may be driven, too, and they resist turns."""
+    others = [
+        repr(wheel.joint)
+        for wheel in wheels
+        if wheel.joint not in pair.joints
+        and wheel.swivel is None
+        and abs((wheel.radius_m or 0.0) - pair.radius_m) <= LIKE_RADIUS * pair.radius_m
+    ]
+    if others:
+        seen.warn(f'the wheels of {", ".join(others)} slide without friction: what they do in turns is not modelled')
 
 
 def _check_names(pair: WheelPair, seen: Findings) -> None:

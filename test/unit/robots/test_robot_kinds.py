@@ -119,6 +119,10 @@ def test_the_user_may_drive_two_wheels_of_a_skid_steer_robot_and_the_others_slid
     )
     assert description.axle_x_m == pytest.approx(0.2)
     assert [contact.name for contact in description.contacts] == ['left_wheel', 'right_wheel']
+    assert description.warnings[0] == (
+        "the wheels of 'left_wheel_joint', 'right_wheel_joint' slide without friction: "
+        'what they do in turns is not modelled'
+    )
 
 
 def test_a_commanded_swivel_steers_and_a_free_one_is_a_caster():
