@@ -13,6 +13,7 @@ from diff_encoder_sim.analysis.ppr_comparison import PprComparison
 from diff_encoder_sim.analysis.report.headline import Headline, headline
 from diff_encoder_sim.analysis.report.pictures import data_uri
 from diff_encoder_sim.analysis.report.provenance import provenance
+from diff_encoder_sim.analysis.report.robot_section import robot_section
 from diff_encoder_sim.analysis.report.sections import (
     paper_content,
     scope_text,
@@ -47,6 +48,7 @@ def write_report(
         headline=lead,
         scope=scope_text(dataset),
         notes=dataset.notes,
+        robot=robot_section(dataset),
         origin=provenance(dataset),
         figures=[{'caption': figure.caption, 'uri': data_uri(figure.svg, figure.png)} for figure in figures],
         summary=summary_content(dataset),

@@ -1,0 +1,51 @@
+"""The report's section of the robot."""
+
+import pytest
+
+from campaign_manifest import manifest
+from diff_encoder_sim.analysis.report.robot_section import robot_section
+from synthetic_trials import dataset_of
+
+CHECK = {'name': 'torque', 'value': '100 %', 'is_ok': True, 'advice': ''}
+ROBOT = {
+    'name': 'r2',
+    'file': 'r2.yaml',
+    'found': [{'quantity': 'mass [kg]', 'value': '32', 'source': '<inertial>'}],
+    'set': {'config.wheel_diameter': 0.1},
+    'warnings': ['one wheel is flat'],
+    'notes': [],
+    'checks': [CHECK],
+}
+
+
+@pytest.fixture(name='section')
+def fixture_section():
+    def section(**changes):
+        return robot_section(dataset_of([])._replace(manifest={**manifest(), 'robot': {**ROBOT, **changes}}))
+
+    return section
+
+
+def rows(table):
+    return [row.entries for row in table.blocks[0].rows]
+
+
+def test_what_was_found_is_shown_with_its_source(section):
+    shown = section()
+    assert rows(shown.found) == [['mass [kg]', '32', '<inertial>']]
+    assert rows(shown.settings) == [['config.wheel_diameter', '0.1']]
+    assert shown.warnings == ['one wheel is flat']
+
+
+def test_the_conclusion_says_whether_the_results_can_be_trusted(section):
+    assert section().conclusion == 'It passed all 1 checks of its self-check.'
+    failed = section(checks=[{**CHECK, 'is_ok': False, 'advice': 'a stronger motor'}])
+    assert failed.conclusion.startswith('Its self-check failed (torque)')
+    assert rows(failed.checks) == [['torque', '100 %', 'NOT OK: a stronger motor']]
+    assert section(checks=[]).conclusion == 'It was not checked.'
+
+
+def test_there_is_none_without_a_robot_in_the_manifest(section):
+    assert robot_section(dataset_of([])) is None
+    assert robot_section(dataset_of([])._replace(manifest=manifest())) is None
+    assert section(found=None) is None
