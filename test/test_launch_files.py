@@ -114,7 +114,7 @@ def check_all_is_there(config):
 def test_trial_starts_what_it_should(choice, load):
     config, commands = load(TRIAL, *words(choice))
     assert types(config) == trial_nodes(**choice)
-    roles = {'gazebo': 'server', 'spawn_robot': 'spawn alto', **{name: name for name in UPSTREAM}}
+    roles = {'gazebo': 'server', 'spawn_robot': 'spawn', **{name: name for name in UPSTREAM}}
     for node in config.nodes:
         assert node.type not in ('upstream_node', 'gazebo_trial') or node.args.strip() == roles[node.name]
     check_all_is_there(config)
@@ -180,11 +180,31 @@ def test_mapping_drives_and_maps(slam, odom, load):
     check_all_is_there(config)
     found = params(config)
     assert found['/slam_gmapping/particles'] == SLAM['particles']
-    assert found['/simulator_node/lidar/noise'] == 0.01  # as the paper maps with
+    assert 'simulator.lidar.noise:=0.01' in commands['/robot_settings']  # as the paper maps with
     assert '--save-map=maps/ros_logo' in commands['trial'] and '--slam=' + slam in commands['trial']
     assert any(
         word.startswith('--test=/') and word.endswith('/config/mapping/ros_logo.yaml') for word in commands['trial']
     )
+
+
+@pytest.mark.parametrize('file', ['trial', 'encoder_odometry', 'mapping', 'replay', 'simulator'])
+def test_every_launch_file_that_starts_a_robot_sets_its_settings_once(file, load):
+    needed = ['bag:=drive.bag'] if file == 'replay' else []
+    config, commands = load(LAUNCH / f'{file}.launch', 'robot:=mine.yaml', 'robot_args:=a=1 b=2', *needed)
+    assert commands['/robot_settings'][3] == 'mine.yaml'
+    assert '--robot-args=a=1 b=2' in commands['/robot_settings']
+    assert '/gz_diff_encoder_node/ppr' not in params(config) or params(config)['/gz_diff_encoder_node/ppr'] == 90
+
+
+def test_launch_arguments_go_before_the_robot(load):
+    _, commands = load(TRIAL, 'ppr:={left: 40, right: 90}', 'lidar_noise:=0.02')
+    assert commands['/robot_settings'][3:6] == [
+        'alto',
+        'config.ppr:={left: 40, right: 90}',
+        'simulator.lidar.noise:=0.02',
+    ]
+    _, commands = load(LAUNCH / 'replay.launch', 'bag:=b.bag', 'left:=l', 'right:=r')
+    assert {'config.left_joint:=l', 'config.right_joint:=r'} <= set(commands['/robot_settings'])
 
 
 def test_no_launch_file_is_forgotten():
@@ -355,6 +375,20 @@ def test_move_base_gets_what_roslaunch_gave(stand_ins):
     assert started_with(stand_ins, 'move_base', 'upstream_node', 'move_base', *REMAPPINGS) == REMAPPINGS
 
 
+def test_upstreams_nodes_find_the_robots_settings_among_their_parameters(stand_ins):
+    graph, _ = stand_ins
+    code, settings = graph.run(sys.executable, SCRIPTS / 'robot_settings', 'burger')
+    assert code == 0 and graph.run('rosparam', 'set', '/robot_settings', settings)[0] == 0
+    assert graph.run('rosparam', 'set', '/my_base/local_costmap/width', '2.5')[0] == 0
+    started_with(stand_ins, 'move_base', 'upstream_node', 'move_base', '__name:=my_base')
+    costmap = yaml.safe_load(graph.run('rosparam', 'get', '/my_base/local_costmap')[1])
+    assert costmap['width'] == 2.5 and costmap['robot_base_frame'] == 'base_footprint' and costmap['footprint']
+    started_with(stand_ins, 'amcl', 'upstream_node', 'amcl', '__name:=other_amcl')
+    assert graph.run('rosparam', 'get', '/other_amcl/base_frame_id')[1].strip() == 'base_footprint'
+    assert started_with(stand_ins, 'spawn_model', 'gazebo_trial', 'spawn')[4] == 'burger'
+    assert graph.run('rosparam', 'delete', '/robot_settings')[0] == 0
+
+
 def test_gazebo_gets_the_trials_world(stand_ins):
     assert started_with(stand_ins, 'gzserver', 'gazebo_trial', 'server', *REMAPPINGS) == [
         '-u',
@@ -366,7 +400,7 @@ def test_gazebo_gets_the_trials_world(stand_ins):
 
 
 def test_gazebo_gets_the_robot_at_the_trials_start(stand_ins):
-    assert started_with(stand_ins, 'spawn_model', 'gazebo_trial', 'spawn', 'alto') == [
+    assert started_with(stand_ins, 'spawn_model', 'gazebo_trial', 'spawn') == [
         '-urdf',
         '-param',
         'gazebo_robot_description',

@@ -46,7 +46,7 @@ class LaunchedRobot(NamedTuple):
 
 def add_launched_robot(parser: argparse.ArgumentParser) -> None:
     """Add the options of `launched_robot` but the robot itself."""
-    parser.add_argument('--robot-args', default='', metavar='TEXT', help='xacro arguments: name:=value name:=value')
+    parser.add_argument('--robot-args', default='', metavar='TEXT', help='xacro arguments: name=value name=value')
     folder = package_folder() / 'config'
     for stem, option in FILE_OPTIONS.items():
         default = folder / f'{stem}.yaml'

@@ -26,13 +26,13 @@ def xacro_arguments(words: Sequence[str], where: str = '--robot-arg') -> Dict[st
 
 
 def xacro_arguments_of_text(text: str) -> Dict[str, str]:
-    """Read the launch argument robot_args.
+    """Read the launch argument robot_args: name=value, as roslaunch passes no := within a value.
 
     Raises:
-        ConfigError: it is not NAME:=VALUE, separated by blanks.
+        ConfigError: it is not such pairs, separated by blanks.
     """
     try:
         words = shlex.split(text)
     except ValueError as error:
-        raise ConfigError(f'robot_args: given {text!r}: {error}; allowed: name:=value name:=value') from None
-    return xacro_arguments(words, 'robot_args')
+        raise ConfigError(f'robot_args: given {text!r}: {error}; allowed: name=value name=value') from None
+    return xacro_arguments([word if ':=' in word else word.replace('=', ':=', 1) for word in words], 'robot_args')

@@ -8,11 +8,11 @@ import os
 import sys
 import time
 import warnings
-from typing import Any, Callable, Dict, Mapping, Optional, Set, Tuple, Type
+from typing import Any, Callable, Dict, Mapping, Optional, Tuple, Type
 
 import genpy
-import rosgraph.names
 import rospy
+import rospy.client
 import yaml
 
 from diff_encoder_sim.base.errors import ConfigError
@@ -68,7 +68,9 @@ def node_params(
     if not isinstance(private, dict):
         raise ConfigError(f'{rospy.get_name()}: given {private!r}; allowed: private parameters of the node')
     of_robot = robot_settings(part) if part else {}
-    typed = {key: value for key, value in private.items() if key in _typed_names()}
+    # As `_ppr:=90`, on the node's own command line.
+    names = rospy.client.load_command_line_node_params(sys.argv)
+    typed = {key: value for key, value in private.items() if key in names}
     given = {**merged({**(defaults or {}), **private}, of_robot), **typed}
     given = {key: _mapping_of(value) for key, value in given.items()}
     source = f'{rospy.get_name()} with {ROBOT_SETTINGS}/{part}' if of_robot else rospy.get_name()
@@ -87,12 +89,6 @@ def robot_settings(part: str) -> Dict[str, Any]:
             f'{ROBOT_SETTINGS}/{part}: given {settings!r}; allowed: what the command robot_settings prints'
         )
     return settings
-
-
-def _typed_names() -> Set[str]:
-    """Return the parameters that stand on the node's own command line, as `_ppr:=90`."""
-    names = rosgraph.names.load_mappings(sys.argv)
-    return {name[1:] for name in names if name.startswith('_') and not name.startswith('__')}
 
 
 def _mapping_of(value: Any) -> Any:

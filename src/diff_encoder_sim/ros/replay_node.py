@@ -33,6 +33,7 @@ from diff_encoder_sim.ros.node import log, node_params, publisher, run_node
 from diff_encoder_sim.ros.recorder import Recorder
 from diff_encoder_sim.serialization.message_types import JOINT_STATE
 from diff_encoder_sim.trials.trial_definition import Trial
+from diff_encoder_sim.trials.trial_wheels import OF_ODOMETRY
 
 RECORDED = (topics.ENCODER_PULSE, topics.ODOM, topics.TF, topics.TRIAL, *COPIED)
 
@@ -111,8 +112,15 @@ class ReplayNode:
 
     def _publish_trial(self, trial: Optional[Trial]) -> None:
         if trial is not None:
+            self._warn_of_other_wheels(trial)
             self._trial = publisher(topics.TRIAL, String, latch=True)
             self._trial.publish(String(with_encoder(trial, self._encoder.ppr, self._odometry).model_dump_json()))
+
+    def _warn_of_other_wheels(self, trial: Trial) -> None:
+        for name in OF_ODOMETRY:
+            used, recorded = getattr(self._odometry, name), getattr(trial, name)
+            if used != recorded:
+                log.warning("%s: %g is used, %g was used in the bag's trial: see robot:=", name, used, recorded)
 
     def _wait_for_subscribers(self) -> None:
         """Wait until the encoder node and the odometry node have subscribed.

@@ -44,7 +44,7 @@ class SimulatorNodeParams(SimulatorParams):
     robot: str = Field(
         min_length=1, description='name of a robot in config/robots/, a robot file, or a xacro or URDF file'
     )
-    robot_args: str = Field('', description="arguments of the robot's xacro: name:=value name:=value")
+    robot_args: str = Field('', description="arguments of the robot's xacro: name=value name=value")
     world: str = Field(min_length=1, description='world file; default: that of /trial')
     start: PoseParams = Field(PoseParams(), description='pose of base_link in the world; default: that of /trial')
     seed: int = Field(0, ge=0, description='of all random draws; default: the number of /trial')

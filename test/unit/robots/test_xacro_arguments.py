@@ -10,13 +10,14 @@ def test_words_and_texts_give_the_same():
     expected = {'scale': '2', 'name': 'my robot', 'empty': ''}
     assert xacro_arguments(['scale:=2', 'name:=my robot', 'empty:=']) == expected
     assert xacro_arguments_of_text("scale:=2 name:='my robot' empty:=") == expected
+    assert xacro_arguments_of_text("scale=2 name='my robot' empty=") == expected
     assert xacro_arguments_of_text('') == {}
 
 
 @pytest.mark.parametrize(
     ('text', 'expected'),
     [
-        ('scale=2', "robot_args: given 'scale=2'; allowed: name:=value"),
+        ('scale', "robot_args: given 'scale'; allowed: name:=value"),
         (':=2', "given ':=2'"),
         ('a:=1 a:=2', "given 'a' twice; allowed: once"),
         ("a:='1", 'No closing quotation'),

@@ -17,11 +17,13 @@ from diff_encoder_sim.ros import node
 
 @pytest.fixture(name='given')
 def fixture_given(monkeypatch):
-    """Sets the private parameters of a node called /node."""
+    """Sets the private parameters of a node called /node, a robot's settings, and what is typed on its command line."""
 
-    def given(private):
-        monkeypatch.setattr(rospy, 'get_param', lambda name, default: private)
+    def given(private, of_robot=None, typed=()):
+        parameters = {'~': private, '/robot_settings/config': of_robot or {}}
+        monkeypatch.setattr(rospy, 'get_param', parameters.get)
         monkeypatch.setattr(rospy, 'get_name', lambda: '/node')
+        monkeypatch.setattr(node.sys, 'argv', ['node', *typed])
 
     return given
 
@@ -44,6 +46,25 @@ def test_defaults_are_for_what_is_not_set(given):
     given({'rate': 10.0})
     params = node.node_params(EncoderParams, defaults={'rate': 50.0, 'counter_modulus': 65536})
     assert (params.rate, params.counter_modulus) == (10.0, 65536)
+
+
+def test_a_robots_settings_go_before_yaml_files_and_what_is_typed_before_them(given):
+    given({'rate': 10.0, 'ppr': 40}, {'rate': 30.0, 'ppr': 4096}, ['_ppr:=40', '__name:=node'])
+    params = node.node_params(EncoderParams, part='config')
+    assert (params.rate, params.ppr.left) == (30.0, 40)
+    assert node.node_params(EncoderParams).rate == 10.0  # a node that has no part of them
+
+
+def test_a_number_of_more_than_32_bits_comes_as_text(given):
+    given({}, {'counter_modulus': '4294967296', 'left_joint': '7'})
+    params = node.node_params(EncoderParams, part='config')
+    assert (params.counter_modulus, params.left_joint) == (2**32, '7')
+
+
+def test_a_bad_value_among_a_robots_settings_is_named_with_them(given):
+    given({}, {'rate': -1.0})
+    with pytest.raises(ConfigError, match=r'^/node with /robot_settings/config: rate: given -1.0'):
+        node.node_params(EncoderParams, part='config')
 
 
 def test_a_value_where_the_nodes_parameters_should_be_is_refused(given):
