@@ -1,7 +1,7 @@
 """The URDF that PyBullet loads for a robot: four links with the robot's mass, rolling and outline, and nothing else.
 
 Whatever the robot's own URDF looks like, wheels touch the floor in one point each, the rest of the weight is carried
-without friction, and a rigid body stands on three points, so that truth and wheels agree (docs/adr/0016-robots.md).
+without friction, and a rigid body stands on three points, so that truth and wheels agree (docs/adr/0017-robots.md).
 """
 
 from __future__ import annotations

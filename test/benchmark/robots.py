@@ -1,0 +1,193 @@
+#!/usr/bin/env python3
+"""How well robots of all kinds roll: truth against their wheels, and what 4096 PPR make of SL and SMT.
+
+Robots that come with the package, and descriptions as people write them (test/support/generated_robots.py). Each drives
+on a flat floor within its own limits. The table of docs/adr/0017-robots.md; nothing is asserted.
+"""
+
+from __future__ import annotations
+
+import argparse
+import logging
+import math
+import sys
+import tempfile
+from pathlib import Path
+from typing import Iterator, List, NamedTuple, Tuple
+
+import numpy as np
+from checkout import ROOT, print_header
+from tabulate import tabulate
+
+sys.path.insert(0, str(ROOT / 'test' / 'support'))
+
+from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, wrap_angle, yaw_from_quat_xyzw
+from diff_encoder_sim.encoders.wheel_encoder import DiffEncoder, EncoderParams
+from diff_encoder_sim.lockstep.robot_loading import load_robot
+from diff_encoder_sim.lockstep.robot_params import RobotConfig, load_robot_config, override
+from diff_encoder_sim.odometry.wheel_odometry import OdometryParams, WheelOdometry
+from diff_encoder_sim.robots.simulated_robot import SimulatedRobot, load_simulated_robot
+from diff_encoder_sim.simulation.drive import DriveController
+from diff_encoder_sim.simulation.flat_drive import FlatFloor
+from diff_encoder_sim.simulation.periods import TICK_NS, TICK_S
+from diff_encoder_sim.simulation.simulator import SimulatorParams
+from generated_robots import RECIPES, urdf_of
+
+SPEEDS_MPS = (0.1, 0.3, 1.0)
+PPR = 4096
+SL_M, SL_MPS = 20.0, 0.45
+SMT_RAD, SMT_RADPS = 10 * math.pi, 1.0
+JOINTS = ('left', 'right')
+TICKS_PER_REPORT = 5  # 20 Hz
+
+HEADERS = [
+    'robot',
+    'mass\n[kg]',
+    'on wheels\n[%]',
+    'straight:\ndistance [%]',
+    'yaw\n[deg/m]',
+    'turns:\nangle [%]',
+    'SL: lateral sd,\nclosed form [mm]',
+    'bias\n[mm]',
+    'SMT: yaw error\n[deg]',
+    'one pulse\n[deg]',
+]
+
+
+class Motion(NamedTuple):
+    """A drive, tick by tick."""
+
+    angles_rad: List[Tuple[float, float]]  # of the wheels
+    end: Pose2D  # true pose of the axle's middle, in that of the start
+
+
+def main() -> None:
+    """Print the table."""
+    arguments = _arguments()
+    print_header(f'Robots of all kinds: truth against wheels at {", ".join(map(str, SPEEDS_MPS))} m/s, or the limit')
+    with tempfile.TemporaryDirectory() as folder:
+        rows = [
+            _row(name, robot, params, arguments.phases)
+            for name, robot, params in _robots(Path(folder))
+            if not arguments.robots or name in arguments.robots
+        ]
+    print(tabulate(rows, HEADERS, disable_numparse=True, stralign='right'))
+    print(
+        f'\nstraight, turns: worst difference over speeds, both ways. SL: 20 m at {SL_MPS} m/s (or the limit),\n'
+        f'{PPR} PPR, {arguments.phases} phases of the encoders: odometry minus truth, across. SMT: five turns at '
+        f'{SMT_RADPS:g} rad/s, largest yaw error; one pulse: d/L.'
+    )
+
+
+def _robots(folder: Path) -> Iterator[Tuple[str, SimulatedRobot, SimulatorParams]]:
+    """The shipped robots, then the generated ones."""
+    config = load_robot_config(ROOT / 'config')
+    for path in sorted((ROOT / 'config' / 'robots').glob('*.yaml')):
+        yield (path.stem, *_loaded(str(path), config))
+    for index, (name, recipe) in enumerate(RECIPES.items()):
+        path = folder / f'robot_{index}.urdf'
+        path.write_text(urdf_of(recipe, folder), encoding='utf-8')
+        yield (name, *_loaded(str(path), config))
+
+
+def _loaded(given: str, config: RobotConfig) -> Tuple[SimulatedRobot, SimulatorParams]:
+    setup = load_robot(given, Path(), ROOT, {})
+    params = override(config, setup.settings).simulator
+    return load_simulated_robot(setup.file.source, params.choices()), params
+
+
+def _row(name: str, robot: SimulatedRobot, params: SimulatorParams, phases: int) -> List[str]:
+    floor = FlatFloor(robot, params.drive, params.physics)
+    loads = floor.rest()
+    straight = [floor.straight(sign * speed) for speed in SPEEDS_MPS for sign in (1.0, -1.0)]
+    turns = [floor.turn(sign * speed) for speed in SPEEDS_MPS for sign in (1.0, -1.0)]
+    floor.close()
+    distance = max(abs(drive.true_distance_m / drive.wheel_distance_m - 1.0) for drive in straight)
+    yaw_radpm = max(abs((drive.true_turn_rad - drive.wheel_turn_rad) / drive.wheel_distance_m) for drive in straight)
+    angle = max(abs(drive.true_turn_rad / drive.wheel_turn_rad - 1.0) for drive in turns)
+    description = robot.description
+    pulse_rad = math.pi * description.wheel_diameter_m / PPR / description.wheel_separation_m
+    speed_mps = min(SL_MPS, params.drive.max_linear_speed)
+    rate_radps = min(SMT_RADPS, params.drive.max_angular_speed)
+    line = _errors(robot, _motion(robot, params, speed_mps, 0.0, SL_M / speed_mps), phases)
+    spin = _errors(robot, _motion(robot, params, 0.0, rate_radps, SMT_RAD / rate_radps), phases)
+    return [
+        name,
+        f'{description.mass.mass_kg:.3g}',
+        f'{100 * sum(loads.get(joint, 0.0) for joint in robot.joints):.0f}',
+        f'{100 * distance:.4f}',
+        f'{math.degrees(yaw_radpm):.4f}',
+        f'{100 * angle:.4f}',
+        f'{1000 * np.std(line[:, 1]):.2f}, {1000 * SL_M * pulse_rad * math.sqrt(1 / 6):.2f}',
+        f'{1000 * np.mean(line[:, 1]):+.2f}',
+        f'{math.degrees(np.abs(spin[:, 2]).max()):.4f}',
+        f'{math.degrees(pulse_rad):.4f}',
+    ]
+
+
+def _motion(
+    robot: SimulatedRobot, params: SimulatorParams, linear_mps: float, angular_radps: float, duration_s: float
+) -> Motion:
+    """Drive at a velocity for a time, then stop and stand for a second."""
+    floor = FlatFloor(robot, params.drive, params.physics)
+    controller = DriveController(
+        params.drive, 0.5 * robot.description.wheel_diameter_m, robot.description.wheel_separation_m
+    )
+    floor.rest()
+    begin, angles_rad = _axle_pose(floor, robot), [floor.physics.wheels().angles_rad]
+    ticks = round(duration_s / TICK_S)
+    for tick in range(ticks + round(3.0 / TICK_S)):
+        command = (linear_mps, angular_radps) if tick < ticks else (0.0, 0.0)
+        controller.command(tick * TICK_NS, *command)
+        floor.physics.tick(*controller.wheel_speeds_radps(tick * TICK_NS, TICK_S))
+        angles_rad.append(floor.physics.wheels().angles_rad)
+    end = _axle_pose(floor, robot).relative_to(begin)
+    floor.close()
+    return Motion(angles_rad, end)
+
+
+def _axle_pose(floor: FlatFloor, robot: SimulatedRobot) -> Pose2D:
+    (x_m, y_m, _), quat_xyzw = floor.physics.base_pose()
+    return Pose2D(x_m, y_m, yaw_from_quat_xyzw(*quat_xyzw)).compose(Pose2D(robot.description.axle_x_m, 0.0, 0.0))
+
+
+def _errors(robot: SimulatedRobot, motion: Motion, phases: int) -> np.ndarray:
+    """Odometry minus truth at the end, (phases, 3): along, across, yaw."""
+    rng, rows = np.random.default_rng(0), []
+    for _ in range(phases):
+        encoder = DiffEncoder(EncoderParams(ppr=PPR, left_joint=JOINTS[0], right_joint=JOINTS[1]))
+        odometry = WheelOdometry(
+            OdometryParams(
+                ppr=PPR,
+                wheel_diameter=robot.description.wheel_diameter_m,
+                wheel_separation=robot.description.wheel_separation_m,
+            )
+        )
+        shift_rad = rng.uniform(0.0, 2.0 * math.pi, 2)
+        pose = IDENTITY
+        for tick, angles_rad in enumerate(motion.angles_rad):
+            if tick % TICKS_PER_REPORT:
+                continue
+            sample = encoder.update(tick * TICK_NS, JOINTS, [a + b for a, b in zip(angles_rad, shift_rad)])
+            estimate = sample and odometry.update(*sample)
+            pose = estimate.base_pose_in_odom if estimate else pose
+        rows.append(
+            (pose.x_m - motion.end.x_m, pose.y_m - motion.end.y_m, wrap_angle(pose.yaw_rad - motion.end.yaw_rad))
+        )
+    return np.array(rows)
+
+
+def _arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        epilog='example: .venv/bin/python test/benchmark/robots.py --robots burger kobuki',
+    )
+    parser.add_argument('--robots', nargs='+', default=[], metavar='NAME', help='only these (default: all)')
+    parser.add_argument('--phases', type=int, default=200, help='of the encoders, for SL and SMT')
+    return parser.parse_args()
+
+
+if __name__ == '__main__':
+    logging.disable(logging.WARNING)
+    main()
