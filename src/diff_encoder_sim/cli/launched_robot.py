@@ -16,7 +16,7 @@ import yaml
 
 from diff_encoder_sim.base.nested_mappings import flat
 from diff_encoder_sim.base.paths import package_folder
-from diff_encoder_sim.base.typed_params import load_yaml
+from diff_encoder_sim.base.typed_params import load_yaml, split_params
 from diff_encoder_sim.lockstep.robot_loading import load_robot
 from diff_encoder_sim.lockstep.robot_params import CONFIG_FILES, RobotParams, override
 from diff_encoder_sim.robots.robot_setup import RobotSetup
@@ -115,4 +115,6 @@ def _overlap(key: str, other: str) -> bool:
 
 def _checked(files: Mapping[str, str], settings: Mapping[str, Any]) -> RobotParams:
     config = {stem: load_yaml(files.get(stem, package_folder() / 'config' / f'{stem}.yaml')) for stem in CONFIG_FILES}
+    for stem, classes in CONFIG_FILES.items():
+        split_params(config[stem], str(files.get(stem, stem)), *classes.values())  # alone, so that an error is its own
     return override(config, settings)
