@@ -1,0 +1,61 @@
+"""The robot of trial.launch: its wheels in the plan, and what it cannot do, before anything starts."""
+
+import pytest
+import yaml
+
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.cli import trial_spec
+from places import ROOT
+
+ALTO = ROOT / 'urdf' / 'alto.urdf.xacro'
+
+
+def plan(*arguments):
+    return trial_spec.plan(trial_spec.parse(['--bag', 'none', *arguments]))
+
+
+def robot_file(folder, **overrides):
+    path = folder / 'mine.yaml'
+    settings = {key.replace('__', '.'): value for key, value in overrides.items()}
+    path.write_text(yaml.safe_dump({'urdf': str(ALTO), 'set': settings}))
+    return str(path)
+
+
+def test_the_bag_will_hold_the_robots_wheels_joints_and_encoder():
+    burger = plan('--test', 'SMT', '--robot', 'burger').trial
+    assert (burger.wheel_diameter, burger.wheel_separation, burger.ppr.left) == (0.066, 0.16, 4096)
+    assert (burger.left_joint, burger.right_joint) == ('wheel_left_joint', 'wheel_right_joint')
+    assert plan('--test', 'SMT', '--robot', 'burger', '--ppr', '90').trial.ppr.left == 90
+
+
+def test_a_test_is_driven_no_faster_than_the_robot(tmp_path):
+    slow = robot_file(tmp_path, simulator__drive__max_linear_speed=0.2)
+    assert plan('--test', 'SL', '--robot', slow, '--nav', 'scripted').trial.test.limits.speed == 0.2
+
+
+def test_a_robot_that_cannot_do_the_test_is_refused_in_one_line(tmp_path, capsys):
+    slow = robot_file(tmp_path, simulator__drive__max_linear_speed=0.1)
+    with pytest.raises(ConfigError, match='^test DLD: not for this robot: .*; allowed: .*unchecked:=true'):
+        plan('--test', 'DLD', '--robot', slow)
+    assert plan('--test', 'DLD', '--robot', slow, '--unchecked', 'true').trial.test.name == 'DLD'
+    assert 'trial.launch: test DLD: not for this robot' in capsys.readouterr().err
+
+
+def test_a_robot_that_fails_its_self_check_is_refused_with_the_table(tmp_path, capsys):
+    weak = robot_file(tmp_path, simulator__drive__wheel_torque=0.01)
+    with pytest.raises(ConfigError, match='mine.yaml: the robot fails its self-check: '):
+        plan('--test', 'SL', '--robot', weak)
+    assert 'NOT OK' in capsys.readouterr().err
+
+
+def test_gazebo_has_physics_of_its_own(tmp_path, monkeypatch):
+    monkeypatch.setattr(trial_spec, 'require', lambda package: None)
+    weak = robot_file(tmp_path, simulator__drive__wheel_torque=0.01)
+    assert plan('--test', 'SL', '--robot', weak, '--sim', 'gazebo').trial.test.name == 'SL'
+
+
+def test_paths_are_relative_to_the_users_folder(tmp_path, monkeypatch):
+    """roslaunch runs its commands elsewhere."""
+    robot_file(tmp_path, config__wheel_diameter=0.21)
+    monkeypatch.setenv('PWD', str(tmp_path))
+    assert plan('--test', 'SMT', '--robot', 'mine.yaml').trial.wheel_diameter == 0.21
