@@ -69,11 +69,9 @@ def _advise(options: argparse.Namespace, run: RunTrial) -> None:
     with _CandidateTrials(options, campaign, run) as trials:
         advisor = Advisor(labels, looks, tolerance, trials.with_encoder)
         found = {source: advisor.smallest(source) for source in CRITERIA}
-    print(f'{advisor.table()}\n{_legend(tolerance)}\n\nYes in every test:')
+    print(f'{advisor.table()}\n{_legend(tolerance)}\n{_own_encoder(campaign)}\nYes in every test:')
     for source, label in found.items():
         print(f'  {CRITERIA[source]}: {_summary(labels, label)}')
-    if campaign.robot and campaign.robot.ppr:
-        print(f"The robot's own encoder has {campaign.robot.ppr:g} PPR.")
 
 
 def _candidates(options: argparse.Namespace, given: Mapping[str, Any]) -> Campaign:
@@ -86,6 +84,11 @@ def _candidates(options: argparse.Namespace, given: Mapping[str, Any]) -> Campai
         return campaign
     pprs = [*(ppr.model_dump() for ppr in candidates), own]
     return load_campaign(options.candidates, package_folder(), {**given, 'ppr': pprs}, arguments)
+
+
+def _own_encoder(campaign: Campaign) -> str:
+    known = campaign.robot and campaign.robot.ppr
+    return f"The robot's own encoder has {known:g} PPR.\n" if known else ''
 
 
 def _legend(tolerance: Tolerance) -> str:
