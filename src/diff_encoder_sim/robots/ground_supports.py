@@ -12,8 +12,9 @@ from diff_encoder_sim.robots.robot_tree import Shape, Sphere
 # A contact that is closer to the axle cannot keep a robot from tipping. Of the wheel's radius.
 _SHORTEST_ARM = 0.1
 # How far the support on the light side hangs above the floor, of its distance from the axle: a robot that tips over
-# onto it leans by 0.6 degrees, whatever its size. With both down, they and not the wheels might carry it.
-_CLEARANCE = 0.01
+# onto it leans by 0.06 degrees, whatever its size. With both down, they and not the wheels might carry it. With 0.01 a
+# robot balanced on its axle rocks by 0.6 degrees, by which its base frame 0.1 m above the axle is 0.1 % of a metre off.
+_CLEARANCE = 0.001
 _GAP_DECIMALS = 3  # of m: contacts within a millimetre are on the floor together
 _SUPPORT_RADIUS = 0.5  # of the wheel's; any ball touches a floor in one point
 
