@@ -110,11 +110,14 @@ def _load_robot(
 ) -> RobotSetup:
     """Load the robot, which the campaign's file names where its `path` is given; other errors are its own file's."""
     try:
-        return load_robot(params.robot, path.parent if path else Path(), package_folder, arguments)
+        robot = load_robot(params.robot, path.parent if path else Path(), package_folder, arguments)
     except ConfigError as error:
         if path and str(error).startswith('robot: '):
             raise ConfigError(f'{path}: {error}') from None
         raise
+    if 'simulator.laser_link' not in params.overrides:
+        robot.check_laser()
+    return robot
 
 
 def _check_size(params: CampaignParams) -> None:

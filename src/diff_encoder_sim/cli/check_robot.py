@@ -39,6 +39,7 @@ def _check(options: argparse.Namespace) -> None:
         options.write.parent.mkdir(parents=True, exist_ok=True)
         options.write.write_text(robot_file_text(setup, options.write), encoding='utf-8')
         print(f'\nWritten: {options.write}', flush=True)
+    setup.check_laser()
     params = override(load_robot_config(package_folder() / 'config'), setup.settings)
     checks = check_robot(setup.file.source, params.simulator)
     failed = [check.name for check in checks if not check.is_ok]

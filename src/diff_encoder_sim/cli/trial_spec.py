@@ -166,6 +166,7 @@ def _failed_checks(options: argparse.Namespace, robot: LaunchedRobot) -> Iterato
     """Drive the robot in PyBullet, unless Gazebo is to do so, and print the table where a check fails."""
     if options.sim == 'gazebo':
         return
+    robot.setup.check_laser()
     checks = check_robot(robot.setup.file.source, robot.params.simulator)
     failed = [check.name for check in checks if not check.is_ok]
     if failed:

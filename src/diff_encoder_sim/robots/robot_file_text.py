@@ -101,6 +101,8 @@ def _settings(setup: RobotSetup) -> Iterator[str]:
             unit = _UNITS.get(key.rpartition('.')[2], '')
             comment = ' '.join(filter(None, [unit, _source(setup, key)]))
             yield '  ' + _line(key, setup.settings[key], comment and f'# {comment}')
+    if setup.description.laser is None:
+        yield '  # ' + _line('simulator.laser_link', 'LINK', '# no laser was found: the link that carries it')
 
 
 def _source(setup: RobotSetup, key: str) -> str:

@@ -21,6 +21,8 @@ _CHOICES = {
 }
 _NUMBERS = ('wheel_diameter', 'wheel_separation')
 
+MOST_LINKS = 12  # in an error
+
 
 class RobotSetup(NamedTuple):
     """A robot, ready to be simulated and navigated."""
@@ -33,6 +35,20 @@ class RobotSetup(NamedTuple):
     def name(self) -> str:
         """Return the robot's name in its URDF, which is that of its model in the simulation."""
         return self.description.tree.name
+
+    def check_laser(self) -> None:
+        """Check that there is a laser: a simulated robot has one.
+
+        Raises:
+            ConfigError: none was found.
+        """
+        if self.description.laser is None:
+            links = self.description.tree.links
+            shown = ', '.join(list(links)[:MOST_LINKS]) + (', ...' if len(links) > MOST_LINKS else '')
+            raise ConfigError(
+                f'{self.file.where}: the robot has no laser, which a simulated one needs; allowed: a link that carries '
+                f'one, as simulator.laser_link in a robot file: {shown}'
+            )
 
 
 def set_up_robot(file: RobotFile) -> RobotSetup:

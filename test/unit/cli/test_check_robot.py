@@ -1,10 +1,14 @@
 """check_robot: what is found, whether it drives, and the robot file that is written."""
 
+import re
+
 import pytest
 import yaml
 
 from diff_encoder_sim.cli.check_robot import main
 from diff_encoder_sim.lockstep.robot_loading import load_robot
+from diff_encoder_sim.robots.robot_source import RobotSource
+from diff_encoder_sim.robots.xacro_expansion import expand
 from places import ROOT
 
 KOBUKI = ROOT / 'urdf' / 'kobuki.urdf.xacro'
@@ -39,6 +43,21 @@ def test_the_written_file_means_the_same_robot(tmp_path, capsys):
     text = path.read_text()
     assert '# ppr: 90 ' in text and '# [m] libgazebo_ros_diff_drive.so' in text
     assert not any(line != line.rstrip() for line in text.splitlines())
+
+
+def test_a_robot_without_a_laser_is_told_where_to_name_it(tmp_path, capsys):
+    blind, path = tmp_path / 'blind.urdf', tmp_path / 'blind.yaml'
+    urdf = expand(RobotSource(KOBUKI))
+    blind.write_text(urdf.replace('"laser"', '"box"'))
+    blind.write_text(re.sub(r'<sensor.*?</sensor>', '', blind.read_text(), flags=re.DOTALL))
+    with pytest.raises(SystemExit) as ended:
+        main([str(blind), '--write', str(path)])
+    assert 'blind.urdf: the robot has no laser' in str(ended.value.code) and 'box' in str(ended.value.code)
+    text = path.read_text()
+    assert '# simulator.laser_link: LINK ' in text
+    path.write_text(re.sub(r'# simulator.laser_link: LINK', 'simulator.laser_link: box', text))
+    main([str(path)])
+    assert 'all checks are ok' in capsys.readouterr().out
 
 
 def test_a_file_that_exists_is_not_overwritten(tmp_path):
