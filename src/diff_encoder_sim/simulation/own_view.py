@@ -9,11 +9,13 @@ import numpy as np
 
 from diff_encoder_sim.robots.robot_description import RobotDescription, RobotLaser
 from diff_encoder_sim.robots.robot_tree import Mesh
+from diff_encoder_sim.robots.solids import reach_m
 from diff_encoder_sim.simulation.check_results import Check
 from diff_encoder_sim.simulation.lidar import LidarParams
 from diff_encoder_sim.simulation.physics import BulletPhysics
 
 _RAYS = 360
+_SIX_WAYS = np.vstack([np.eye(3), -np.eye(3)])
 _FAR_M = 5.0  # beyond any part of a robot
 _MOST_HIDDEN = 0.1  # of the rays: posts and cables
 
@@ -34,7 +36,8 @@ def check_laser(description: RobotDescription, physics: BulletPhysics, lidar: Li
     begin_m, end_m = (np.array([x_m, y_m, height_m]) + reach_m * directions for reach_m in (lidar.range_min, _FAR_M))
     hidden = physics.is_seen(begin_m, end_m)
     # Rays do not see a shape that they begin in.
-    if physics.is_seen(end_m, begin_m).all() and not hidden.all():
+    is_inside = physics.is_seen(end_m, begin_m).all() and not hidden.all()
+    if is_inside and not _is_in_its_case(description, mount.link):
         return _inside(description, f'{place}inside a collision shape of the robot')
     return _hidden(place, bearings_rad, hidden)
 
@@ -42,6 +45,13 @@ def check_laser(description: RobotDescription, physics: BulletPhysics, lidar: Li
 def _place(mount: RobotLaser) -> Tuple[List[float], float]:
     pose = mount.pose_in_root
     return pose[:3, 3].tolist(), math.atan2(pose[1, 0], pose[0, 0])
+
+
+def _is_in_its_case(description: RobotDescription, link: str) -> bool:
+    """Return whether the scanner is in a shape of its own link: real rays begin outside of that."""
+    shapes = description.tree.links[link].collisions
+    cases = [shape for shape in shapes if not isinstance(shape.geometry, Mesh)]
+    return any(all(reach_m([case], way) > 0.0 for way in _SIX_WAYS) for case in cases)
 
 
 def _inside(description: RobotDescription, value: str) -> Check:

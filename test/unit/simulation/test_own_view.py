@@ -1,5 +1,7 @@
 """Where the scanner is, and what of the robot it sees."""
 
+import re
+
 import pytest
 
 from diff_encoder_sim.robots.robot_choices import RobotChoices
@@ -15,7 +17,7 @@ from generated_robots import Recipe, urdf_of
 
 @pytest.fixture
 def check(tmp_path):
-    def check_it(post_m=None, **recipe):
+    def check_it(post_m=None, case_m=None, **recipe):
         path = tmp_path / 'robot.urdf'
         text = urdf_of(Recipe(**recipe), tmp_path)
         if post_m is not None:
@@ -23,6 +25,10 @@ def check(tmp_path):
                 f'<collision><origin xyz="{post_m} 0 0.2"/><geometry><box size="0.02 0.02 0.1"/></geometry></collision>'
             )
             text = text.replace('</link>', f'{box}</link>', 1)
+        if case_m is not None:
+            case = f'<collision><geometry><cylinder radius="{case_m}" length="0.05"/></geometry></collision>'
+            text = re.sub(r'<link name="base_scan".*?/>', f'<link name="base_scan">{case}</link>', text)
+            assert case in text
         path.write_text(text)
         robot = load_simulated_robot(RobotSource(path), RobotChoices())
         floor = FlatFloor(robot, DriveParams(), PhysicsParams())
@@ -38,6 +44,12 @@ def test_a_scanner_on_top_sees_nothing_of_the_robot(check):
     assert check() == (
         'laser', 'base_scan at x -0.030, y 0.000, 0.180 m above the floor, sees nothing of the robot', True, ''
     )  # fmt: skip
+
+
+def test_a_case_that_is_wider_than_the_shortest_range_hides_nothing(check):
+    """As published: a case about the scan's frame as collision shape, and a range from inside of it."""
+    assert check(case_m=0.08).value.endswith('sees nothing of the robot')
+    assert check(case_m=0.08, post_m=-0.18).value.count('sees the robot itself in 2 %') == 1
 
 
 def test_the_root_may_be_above_the_floor(check):
