@@ -64,7 +64,7 @@ def test_another_tolerance_goes_on_with_the_same_trials(first):
 
 
 @pytest.mark.parametrize(
-    ('arguments', 'told'),
+    ('arguments', 'message'),
     [
         (['--trials', '15'], '--trials: given 15; allowed: from 16'),
         (['--tolerance', '0'], "given '0'; allowed: a number greater than 0"),
@@ -72,10 +72,10 @@ def test_another_tolerance_goes_on_with_the_same_trials(first):
         (['--robot', 'nothing.yaml'], 'nothing.yaml'),
     ],
 )
-def test_a_mistake_is_one_line_and_leaves_nothing(arguments, told, tmp_path):
+def test_a_mistake_is_one_line_and_leaves_nothing(arguments, message, tmp_path):
     done = advise(*CANDIDATES, *arguments, cwd=tmp_path)
     assert done.returncode != 0 and done.stdout == ''
-    assert told in done.stderr.splitlines()[-1]
+    assert message in done.stderr.splitlines()[-1]
     assert list(tmp_path.iterdir()) == []
 
 

@@ -29,7 +29,7 @@ pytestmark = pytest.mark.timeout(120)
 
 
 class Machine:
-    """Processes of one test, and the folder that tells its trials what is to go wrong."""
+    """Processes of one test, and the folder whose files make its trials go wrong."""
 
     def __init__(self, folder):
         self.folder = folder
@@ -225,7 +225,7 @@ def test_a_stopped_client_leaves_no_process_and_can_be_resumed(machine, undistur
     assert results(machine.out) == undisturbed
 
 
-def test_a_lost_scheduler_is_told_in_a_line(machine, undisturbed):
+def test_a_lost_scheduler_is_reported_in_a_line(machine, undisturbed):
     address, scheduler, _ = machine.cluster(trial_s=0.2)
     client = machine.campaign('--scheduler', address)
     machine.wait_for_attempts(8)
@@ -264,7 +264,7 @@ def test_a_full_disk_on_a_worker_stops_the_campaign(machine, undisturbed):
 
 
 @pytest.mark.parametrize('address', ['nowhere', 'tcp://127.0.0.1:{}'])
-def test_an_address_without_a_scheduler_is_told_in_a_line(machine, address):
+def test_an_address_without_a_scheduler_is_reported_in_a_line(machine, address):
     with socket.socket() as listener:  # that never says a word
         listener.bind(('127.0.0.1', 0))
         listener.listen()

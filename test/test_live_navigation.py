@@ -135,7 +135,7 @@ def initial_pose(x, y, yaw):
 
 
 def longest_stand_s(series):
-    """Of a robot that drives before and after [s]."""
+    """Return how long a robot stands [s] that drives before and after."""
     longest, since_ns = 0, series.stamps_ns[0]
     for index in range(1, len(series.stamps_ns)):
         step = series.x_y_yaw[index] - series.x_y_yaw[index - 1]

@@ -21,7 +21,7 @@ TRIAL_NUMBERS = (
 
 @pytest.fixture(scope='module')
 def report(tmp_path_factory):
-    """Of 36 trials, one of them a failure."""
+    """The report of 36 trials, one of them a failure."""
     rng = np.random.default_rng(6)
     trials = [
         cell(test, ppr, 'world', rng.normal(0.0, [0.02, 0.02, 1.0], (6, 3)).tolist())

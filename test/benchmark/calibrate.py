@@ -77,7 +77,7 @@ def _minus(pose: Pose2D, goal: Pose2D) -> np.ndarray:
 
 
 def sensitivities(truth: np.ndarray, separation_m: float) -> Tuple[np.ndarray, np.ndarray]:
-    """Of the final odometry, when a wheel on the way seems to travel more than it does.
+    """Return how the final odometry changes when a wheel on the way seems to travel more than it does.
 
     Args:
         truth: (n, 3) true poses on the way, x [m], y [m], yaw [rad].
@@ -176,7 +176,7 @@ def statistic(values: np.ndarray, cell: PaperCell) -> np.ndarray:
 
 
 def asked_for(drives: Drives) -> str:
-    """Of each spread of the column, the slip noise that alone would make it; a table."""
+    """Return a table: for each spread of the column, the slip noise that alone would make it."""
     rows = []
     for cell in column():
         if cell.statistic != 'std':

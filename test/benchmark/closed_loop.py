@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """The paper's tests navigated in lockstep, by pulses per revolution: how many reach the goal, where
-the robot believes to stand and where it stands, and whether AMCL's covariance says so (NEES)."""
+the pose estimate is and where the robot stands, and whether AMCL's covariance says so (NEES)."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from diff_encoder_sim.lockstep.robot_params import load_robot_params
 ROBOT = ROOT / 'urdf' / 'alto.urdf.xacro'
 CONFIG = ROOT / 'config'
 XY_TOLERANCE_M, YAW_TOLERANCE_RAD = 0.05, 0.052
-# A share of estimates is enough: neighbours along the way are alike.
+# A fraction of the estimates is enough: neighbours along the way are alike.
 ESTIMATES_PER_TRIAL = 20
 
 
@@ -33,7 +33,7 @@ class Result(NamedTuple):
     failure: str  # '' when it reached its goal
     duration_s: float
     wall_s: float
-    believed_error: Optional[Pose2D]  # /global_pose in the goal's frame
+    estimated_error: Optional[Pose2D]  # /global_pose in the goal's frame
     true_error: Optional[Pose2D]
     nees: List[float]  # of AMCL's estimates against the truth, each of 3 degrees
 
@@ -45,19 +45,19 @@ def run_trial(cell: Tuple[str, int, int]) -> Result:
     loop = LockstepTrial(plan, ROBOT, load_robot_params(CONFIG))
     begin_s, reports = time.perf_counter(), list(loop.run())
     last, goal = reports[-1], plan.trial.goal()
-    believed = last.estimated_pose_in_map
+    estimated = last.estimated_pose_in_map
     return Result(
         loop.ending.reason,
         last.stamp_ns * 1e-9,
         time.perf_counter() - begin_s,
-        believed and believed.relative_to(goal),
+        estimated and estimated.relative_to(goal),
         last.true_pose_in_map.relative_to(goal),
         _nees(reports),
     )
 
 
 def _nees(reports: List[Report]) -> List[float]:
-    """Of estimates as they came, each against the truth at its stamp."""
+    """Return the NEES of estimates as they came, each against the truth at its stamp."""
     truth = {report.stamp_ns: report.true_pose_in_map for report in reports}
     estimates = {report.estimate.stamp_ns: report.estimate for report in reports if report.estimate is not None}
     chosen = list(estimates.values())[:: max(1, len(estimates) // ESTIMATES_PER_TRIAL)]
@@ -101,9 +101,9 @@ def main() -> None:
                 'reached',
                 'time [s]\nmedian',
                 'most',
-                'within,\nbelieved',
+                'within,\nestimated',
                 'within,\ntrue',
-                'believed\nxy [mm]',
+                'estimated\nxy [mm]',
                 'yaw [deg]',
                 'true\nxy [mm]',
                 'yaw [deg]',
@@ -126,15 +126,15 @@ def _row(results: List[Result]) -> List[str]:
     good = [result for result in results if not result.failure]
     durations = [result.duration_s for result in results]
     nees = [value for result in results for value in result.nees]
-    believed = [result.believed_error for result in good]
+    estimated = [result.estimated_error for result in good]
     true = [result.true_error for result in good]
     return [
         f'{len(good)}/{len(results)}',
         f'{np.median(durations):.1f}',
         f'{max(durations):.1f}',
-        _within(believed),
+        _within(estimated),
         _within(true),
-        *_rms(believed),
+        *_rms(estimated),
         *_rms(true),
         f'{np.mean(nees):.2f}',
         f'{np.median(nees):.2f}',

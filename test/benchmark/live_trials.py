@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Navigated trials on the live graph, one cell after another: whether each ends at its goal, and how
-far from it the robot believes to be and is. Needs the sourced workspace."""
+far from it its pose estimate and its true pose are. Needs the sourced workspace."""
 
 from __future__ import annotations
 

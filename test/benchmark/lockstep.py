@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What a closed-loop trial in lockstep costs: times real time, the share of each part, and PyBullet's
+"""What a closed-loop trial in lockstep costs: times real time, the fraction of each part, and PyBullet's
 bare stepping of the same duration, which is the limit. One process, one thread, processor time."""
 
 from __future__ import annotations
@@ -119,14 +119,14 @@ def main() -> None:
             begin_s = time.process_time()
             run_trial(plan, ROBOT, params, 'full')
             whole_s = time.process_time() - begin_s
-    shares = {**stopwatch.spent_s, 'the rest': whole_s - sum(stopwatch.spent_s.values())}
+    fractions = {**stopwatch.spent_s, 'the rest': whole_s - sum(stopwatch.spent_s.values())}
     print(
         tabulate(
             [
                 [part, f'{100.0 * spent_s / whole_s:.1f}', f'{1e3 * spent_s / duration_s:.2f}']
-                for part, spent_s in sorted(shares.items(), key=lambda item: -item[1])
+                for part, spent_s in sorted(fractions.items(), key=lambda item: -item[1])
             ],
-            ['part (record full, measured)', 'share [%]', 'ms per simulated s'],
+            ['part (record full, measured)', 'fraction [%]', 'ms per simulated s'],
             disable_numparse=True,
             stralign='right',
         )

@@ -208,9 +208,9 @@ class AmclTest(NodeTest):
         self.begin(START, Pose2D(START.x_m + 0.2, START.y_m - 0.2, START.yaw_rad + 0.1), UNSURE)
         for _ in range(14):
             pose = self.localized()
-            believed_of = self.true_pose
+            pose_at_update = self.true_pose
             self.move(0.3, 0.42)
-        self.assert_near(pose, believed_of, 0.12)
+        self.assert_near(pose, pose_at_update, 0.12)
 
     def test_a_cloud_after_each_update_and_a_pose_after_each_second(self):
         stamps = []
@@ -408,9 +408,9 @@ class AmclTest(NodeTest):
             # Seen from below the rays go clockwise: the first is where the last was, but for its sign.
             flipped = self.with_fields(upright, ranges=upright.ranges[::-1], angle_min=-upright.angle_max)
             flipped.header.frame_id = 'laser_down'
-            pose, believed_of = self.answered(self.send_scan(flipped)), self.true_pose
+            pose, pose_at_update = self.answered(self.send_scan(flipped)), self.true_pose
             self.move(0.3, 0.42)
-            self.assert_near(pose, believed_of, 0.12)
+            self.assert_near(pose, pose_at_update, 0.12)
 
     def test_a_laser_that_leans_is_used_with_a_warning(self):
         self.answered(self.send_scan(self.scan(frame='laser_lean')))

@@ -69,7 +69,7 @@ def ranges_from(laser):
 
 
 class Robot:
-    """Lives in periods of 50 ms: tells where it is and what it sees, and follows the answer."""
+    """Lives in periods of 50 ms: reports where it is and what it sees, and follows the answer."""
 
     def __init__(self, start_ns):
         self.now_ns, self.pose, self.twist = start_ns, Pose2D(-2.0, -1.0, 0.0), (0.0, 0.0)

@@ -42,7 +42,7 @@ def stamp_from_ns(stamp_ns):
 
 
 def yaw_of(quaternion):
-    """Of a rotation about z, which is what the nodes send."""
+    """Return the yaw of a rotation about z, which is what the nodes send."""
     return 2.0 * math.atan2(quaternion.z, quaternion.w)
 
 

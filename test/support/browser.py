@@ -140,7 +140,7 @@ async def _connected(address: str) -> WebSocketClientConnection:
 
 
 def _address(profile: Path) -> str:
-    """Of the first tab, once the browser has written its port."""
+    """Return the address of the first tab, once the browser has written its port."""
     port_file, deadline = profile / 'DevToolsActivePort', time.monotonic() + START_TIMEOUT_S
     while not (port_file.is_file() and port_file.read_text(encoding='ascii').count('\n')):
         assert time.monotonic() < deadline, 'the browser did not start'

@@ -43,7 +43,7 @@ def both(test, ppr, world, odom, **others):
 
 
 def dataset(*cells):
-    """Of lists of trials."""
+    """Return the dataset of lists of trials."""
     return Dataset(
         'made for a test',
         [trial for of_cell in cells for trial in of_cell],

@@ -96,7 +96,7 @@ class Maker:
         return self.make('tf2_msgs/msg/TFMessage', transforms=list(transforms))
 
     def pose(self, kind, stamp_ns, pose):
-        """Of one of the types with a pose."""
+        """Return a message of one of the types with a pose."""
         header = self.header(stamp_ns, 'map')
         if kind.endswith('TransformStamped'):
             return self.transform(stamp_ns, pose, 'map', 'robot')
@@ -131,7 +131,7 @@ def angles_rad(count, speeds_radps=(4.0, 4.4), phases_rad=(0.3, 1.1)):
 
 
 def true_poses(angles):
-    """Of the base, from zero, without an encoder's rounding."""
+    """Return the poses of the base, from zero, without an encoder's rounding."""
     poses = [IDENTITY]
     for left, right in np.diff(angles, axis=0) * 0.5 * WHEEL_DIAMETER_M:
         poses.append(move_along_arc(poses[-1], 0.5 * (left + right), (right - left) / WHEEL_SEPARATION_M))

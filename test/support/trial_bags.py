@@ -46,7 +46,7 @@ def message(kind, row, stamp_ns, frame='map'):
     return bytes(STORE.serialize_ros1(made, kind))
 
 
-def write_bag(path, about, odom=ODOM, truth=TRUTH, amcl=(), believed=(), result='succeeded', more=()):
+def write_bag(path, about, odom=ODOM, truth=TRUTH, amcl=(), estimated=(), result='succeeded', more=()):
     """A bag of poses a period apart.
 
     `about` is a Trial, the text of /trial, or None; `more` are further (topic, kind, node, rows).
@@ -59,7 +59,7 @@ def write_bag(path, about, odom=ODOM, truth=TRUTH, amcl=(), believed=(), result=
         ('/odom', ODOMETRY, None, odom),
         ('/world_pose', STAMPED, None, truth),
         ('/amcl_pose', WITH_COVARIANCE, None, amcl),
-        ('/global_pose', STAMPED, None, believed),
+        ('/global_pose', STAMPED, None, estimated),
         *more,
     ]
     with Writer(path) as bag:

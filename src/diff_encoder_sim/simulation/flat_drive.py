@@ -67,7 +67,7 @@ class FlatFloor:
         return self.drive(0.0, angular_radps, min(cruise_s, _LONGEST_CRUISE_S))
 
     def rest(self) -> Dict[str, float]:
-        """Stand still, and return the share of the weight on each of PyBullet's links that touches the floor."""
+        """Stand still, and return the fraction of the weight on each of PyBullet's links that touches the floor."""
         for _ in range(round(_SETTLING_S / TICK_S)):
             self._tick()
         return self.physics.floor_loads()

@@ -130,14 +130,14 @@ class BulletPhysics:
         return next((self._solid_names[contact[2]] for contact in contacts if contact[2] in self._solid_names), None)
 
     def floor_loads(self) -> Dict[str, float]:
-        """Return the share of the weight on each link, by the joint that it hangs on, that stands on the floor."""
+        """Return the fraction of the weight on each link, by the joint that it hangs on, that stands on the floor."""
         names = {index: name for name, index in self._link_indices(by_joint=True).items()}
         loads_n: Dict[str, float] = {}
         for contact in pybullet.getContactPoints(bodyA=self._robot, physicsClientId=self._client):
             if contact[2] in self._floors and contact[9] > 0.0:
                 name = names.get(contact[3], '')
                 loads_n[name] = loads_n.get(name, 0.0) + contact[9]
-        # Shares: PyBullet gives the force of a sub-step over the whole step.
+        # Fractions: PyBullet gives the force of a sub-step over the whole step.
         return {name: load_n / sum(loads_n.values()) for name, load_n in loads_n.items()}
 
     def is_seen(self, from_m: np.ndarray, to_m: np.ndarray) -> np.ndarray:

@@ -103,7 +103,7 @@ class RouteDriver:
         """
         self._estimate_ns = now_ns
         if self._is_halted:
-            log.info('turn in place continues: pose estimates come again', extra=EVENT)
+            log.info('turn in place continues: pose estimates are received again', extra=EVENT)
             self._is_halted = False
         if self._ended_ns is not None:
             self.is_over = now_ns - self._ended_ns >= SETTLING_S * NANOSECONDS_PER_SECOND

@@ -61,12 +61,12 @@ def test_what_stays_undecided_does_not_count_as_reached():
     assert '50/60 ?' in advisor.table()
 
 
-@pytest.mark.parametrize(('looks', 'told'), [((30,), '29/30 yes'), ((30, 60, 90, 120), '57/60 yes')])
-def test_each_look_has_its_part_of_the_doubt(looks, told):
+@pytest.mark.parametrize(('looks', 'expected'), [((30,), '29/30 yes'), ((30, 60, 90, 120), '57/60 yes')])
+def test_each_look_has_its_part_of_the_doubt(looks, expected):
     # 29 of 30: from 83 % on for one look, from 78 % on for each of four.
     advisor = Bench(lambda ppr, number: number % 20 == 0).advisor(looks)
     assert advisor.smallest(PoseSource.WORLD) == '20'
-    assert told in advisor.table()
+    assert expected in advisor.table()
 
 
 def test_trials_are_run_once_for_all_sources():

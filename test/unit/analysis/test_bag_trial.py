@@ -14,7 +14,7 @@ from trial_bags import TRUTH, trial, write_bag
 
 
 def test_a_bag_tells_what_its_row_would(tmp_path):
-    path = write_bag(tmp_path / 'a.bag', trial(number=7), believed=TRUTH[1:])
+    path = write_bag(tmp_path / 'a.bag', trial(number=7), estimated=TRUTH[1:])
     dataset = load_dataset([path])
     (found,) = dataset.trials
     assert (dataset.title, dataset.manifest, dataset.folder, dataset.robot) == ('a', None, None, ALTO)

@@ -43,12 +43,12 @@ def test_jobs_come_by_test_then_varied_parameters_then_ppr_then_trial(tmp_path):
     campaign = small_campaign(tmp_path, vary=VARY)
     jobs = campaign.jobs()
     assert [job.position for job in jobs] == list(range(2 * 4 * 2 * 2))
-    told = [
+    reported = [
         (cell.test.name, dict(cell.varied)[MODULUS], dict(cell.varied)[NOISE], cell.ppr.left, job.trial)
         for job in jobs
         for cell in [campaign.cells[job.cell_index]]
     ]
-    assert told == [
+    assert reported == [
         (test, modulus, noise, ppr, trial)
         for test in ('SL', 'SMT')
         for modulus in (0, 65536)

@@ -8,7 +8,7 @@ from diff_encoder_sim.trials.trial_outcome import Outcome
 
 
 class Clock:
-    """Seconds that pass when told."""
+    """Seconds that pass when a test lets them."""
 
     now_s = 0.0
 

@@ -41,7 +41,7 @@ def wrapped(pairs):
 
 
 def matrices(poses):
-    """Of evo: 4 x 4 each."""
+    """Return poses as evo has them: 4 x 4 each."""
     found = np.tile(np.eye(4), (len(poses), 1, 1))
     found[:, 0, 0] = found[:, 1, 1] = np.cos(poses[:, 2])
     found[:, 1, 0] = np.sin(poses[:, 2])

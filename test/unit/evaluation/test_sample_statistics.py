@@ -20,7 +20,7 @@ INFINITY = math.inf
 
 @pytest.mark.parametrize(('within', 'trials'), [(0, 30), (7, 30), (29, 30), (30, 30), (1, 1), (999, 1000)])
 def test_wilson_is_the_root_of_its_quadratic_equation(within, trials):
-    """Both bounds p solve (share - p)^2 = z^2 p (1 - p) / n, or are the end of the range."""
+    """Both bounds p solve (fraction - p)^2 = z^2 p (1 - p) / n, or are the end of the range."""
     z = stats.norm.ppf(0.975)
     for bound in wilson(within, trials):
         assert (within / trials - bound) ** 2 == pytest.approx(z**2 * bound * (1.0 - bound) / trials, abs=1e-12)
@@ -32,11 +32,11 @@ def test_wilson_of_30_in_30_as_one_computes_it_by_hand():
     assert wilson(0, 30) == pytest.approx((0.0, z2 / (30 + z2)), abs=1e-6)
 
 
-@pytest.mark.parametrize('share', [0.1, 0.5, 0.95])
-def test_wilson_covers_as_its_binomial_sum_says(share):
-    chances = stats.binom.pmf(np.arange(TRIALS + 1), TRIALS, share)
+@pytest.mark.parametrize('fraction', [0.1, 0.5, 0.95])
+def test_wilson_covers_as_its_binomial_sum_says(fraction):
+    chances = stats.binom.pmf(np.arange(TRIALS + 1), TRIALS, fraction)
     covering = [
-        interval.low <= share <= interval.high for interval in (wilson(count, TRIALS) for count in range(TRIALS + 1))
+        interval.low <= fraction <= interval.high for interval in (wilson(count, TRIALS) for count in range(TRIALS + 1))
     ]
     assert 0.92 < chances[covering].sum() < 0.98
 

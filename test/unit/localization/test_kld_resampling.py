@@ -36,7 +36,7 @@ def test_kld_limit_is_the_chi_square_bound(freedom):
 
 
 def test_kld_limit_keeps_the_divergence_within_bounds():
-    """Of sample sets of that size, 99 % diverge less than kld_err from what they are drawn from."""
+    """99 % of sample sets of that size diverge less than kld_err from what they are drawn from."""
     bins, kld_err = 30, 0.05
     probabilities = np.random.default_rng(0).dirichlet(np.ones(bins))
     count = kld_limit(bins, kld_err, Z_99, 1, 10**6)

@@ -88,7 +88,7 @@ def test_the_robot_frees_where_it_stands():
 
 
 def test_nothing_is_left_under_the_outline_of_the_robot():
-    """Of a cell that the outline crosses, the centre may lie outside: upstream frees it, too."""
+    """The centre of a cell that the outline crosses may lie outside: upstream frees it, too."""
     random = np.random.default_rng(2)
     for _ in range(50):
         pose = Pose2D(*random.uniform(-0.2, 0.2, 2), random.uniform(-3.0, 3.0))

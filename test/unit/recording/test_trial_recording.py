@@ -22,7 +22,7 @@ def refusal(path):
 
 
 def test_every_series_is_read(tmp_path):
-    recording = read_trial(write_bag(tmp_path / 'a.bag', trial(), amcl=TRUTH[:1], believed=TRUTH[:2]))
+    recording = read_trial(write_bag(tmp_path / 'a.bag', trial(), amcl=TRUTH[:1], estimated=TRUTH[:2]))
     assert recording.trial == trial() and recording.outcome == Outcome.SUCCEEDED
     assert {topic: len(series.stamps_ns) for topic, series in recording.poses.items()} == {
         '/odom': 3,
@@ -40,8 +40,8 @@ def test_a_bag_without_a_result_is_torn_and_silent_topics_are_left_out(tmp_path)
 
 
 def test_an_unknown_outcome_is_refused(tmp_path):
-    told = refusal(write_bag(tmp_path / 'a.bag', trial(), result='won'))
-    assert "/trial_result: outcome: given 'won'; allowed: succeeded, collision" in told
+    message = refusal(write_bag(tmp_path / 'a.bag', trial(), result='won'))
+    assert "/trial_result: outcome: given 'won'; allowed: succeeded, collision" in message
 
 
 @pytest.mark.parametrize(

@@ -61,10 +61,10 @@ def ros_class(name):
 @pytest.mark.parametrize('message_type', sorted({topic.message_type for topic in TOPICS}))
 def test_definitions_are_those_of_the_installed_classes(message_type):
     name = message_type.replace('/msg/', '/')
-    told = definition(message_type)
-    assert told.md5sum == ros_class(name)._md5sum
-    assert told.has_header == ros_class(name)._has_header
-    for part, built in generate_dynamic(name, told.text).items():
+    ours = definition(message_type)
+    assert ours.md5sum == ros_class(name)._md5sum
+    assert ours.has_header == ros_class(name)._has_header
+    for part, built in generate_dynamic(name, ours.text).items():
         installed = ros_class(part)
         assert (built._md5sum, built.__slots__, built._slot_types) == (
             installed._md5sum,

@@ -43,7 +43,7 @@ def test_nothing_is_said_of_a_robot_that_fits():
     assert ask() is None
 
 
-def test_a_robot_wider_than_a_door_is_told_so():
+def test_a_robot_wider_than_a_door_is_refused():
     assert ask(size_m=(0.5, 1.8)).startswith('test T: not for this robot: ')
     assert ask(size_m=(0.5, 1.2)) is None
 
@@ -60,11 +60,11 @@ def test_a_turn_in_place_needs_room_for_the_corners():
     assert ask(size_m=(0.6, 0.5), start=place, route=turn) is None
 
 
-@pytest.mark.parametrize(('speed', 'is_told'), [(0.5, False), (0.01, True)])
-def test_a_robot_that_cannot_be_there_in_time_is_told_so(speed, is_told):
+@pytest.mark.parametrize(('speed', 'is_refused'), [(0.5, False), (0.01, True)])
+def test_a_robot_that_cannot_be_there_in_time_is_refused(speed, is_refused):
     answer = ask(drive={'max_linear_speed': speed}, time_limit=60.0)
-    assert (answer is not None) == is_told
-    if is_told:
+    assert (answer is not None) == is_refused
+    if is_refused:
         assert 'at least 4' in answer and 'at 0.01 m/s; time_limit is 60 s' in answer
 
 

@@ -99,7 +99,7 @@ def test_a_robot_that_turns_stops_while_no_pose_estimate_comes_and_continues_fro
     assert clock.driven.watch(clock.now_ns).turn_rate_radps is None
     assert [record.getMessage() for record in caplog.records] == [
         'turn in place paused: the newest pose estimate is 0.6 s old',
-        'turn in place continues: pose estimates come again',
+        'turn in place continues: pose estimates are received again',
     ]
 
 
