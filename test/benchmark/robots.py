@@ -66,11 +66,11 @@ def main() -> None:
     arguments = _arguments()
     print_header(f'Robots of all kinds: truth against wheels at {", ".join(map(str, SPEEDS_MPS))} m/s, or the limit')
     with tempfile.TemporaryDirectory() as folder:
-        rows = [
-            _row(name, robot, params, arguments.phases)
-            for name, robot, params in _robots(Path(folder))
-            if not arguments.robots or name in arguments.robots
-        ]
+        rows = []
+        for name, robot, params in _robots(Path(folder)):
+            if not arguments.robots or name in arguments.robots:
+                print(f'{name} ...', file=sys.stderr)
+                rows.append(_row(name, robot, params, arguments.phases))
     print(tabulate(rows, HEADERS, disable_numparse=True, stralign='right'))
     print(
         f'\nstraight, turns: worst difference over speeds, both ways. SL: 20 m at {SL_MPS} m/s (or the limit),\n'
@@ -184,7 +184,7 @@ def _arguments() -> argparse.Namespace:
         epilog='example: .venv/bin/python test/benchmark/robots.py --robots burger kobuki',
     )
     parser.add_argument('--robots', nargs='+', default=[], metavar='NAME', help='only these (default: all)')
-    parser.add_argument('--phases', type=int, default=200, help='of the encoders, for SL and SMT')
+    parser.add_argument('--phases', type=int, default=100, help='of the encoders, for SL and SMT')
     return parser.parse_args()
 
 
