@@ -7,10 +7,9 @@ from __future__ import annotations
 
 import argparse
 import os
-import sys
 import time
 from pathlib import Path
-from typing import Iterator, Optional, Sequence, Union
+from typing import Optional, Sequence, Union
 
 from pydantic import Field
 
@@ -19,18 +18,16 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.paths import package_folder, users_path
 from diff_encoder_sim.base.roslaunch_process import parent_only_lists
 from diff_encoder_sim.base.typed_params import Params
-from diff_encoder_sim.campaign.campaign_checks import check_robot
-from diff_encoder_sim.cli.launched_robot import OWN_PPR, LaunchedRobot, add_launched_robot, launched_robot, yaml_value
+from diff_encoder_sim.cli.launched_robot import OWN_PPR, add_launched_robot, launched_robot, yaml_value
 from diff_encoder_sim.cli.robot_arguments import ROBOT_HELP
+from diff_encoder_sim.cli.trial_robot_check import check_robot_of_trial
 from diff_encoder_sim.encoders.pulses import DEFAULT_PPR, PulsesPerRevolution, ppr_label
 from diff_encoder_sim.lockstep.robot_params import RobotParams
 from diff_encoder_sim.mapping.map_files import load_map
 from diff_encoder_sim.mapping.occupancy_grid import OCCUPIED, UNKNOWN
-from diff_encoder_sim.simulation.check_results import checks_table
 from diff_encoder_sim.simulation.periods import STATES_PERIOD_S, STATES_RATE_HZ
 from diff_encoder_sim.trials.required_packages import GAZEBO, UPSTREAM_NAVIGATION, UPSTREAM_SLAM, require
 from diff_encoder_sim.trials.robot_pace import at_pace_of
-from diff_encoder_sim.trials.route_check import misfit
 from diff_encoder_sim.trials.test_definition import TestDefinition, find_world, load_test
 from diff_encoder_sim.trials.trial_definition import LivePlan, Trial
 from diff_encoder_sim.trials.trial_wheels import wheels_of
@@ -73,7 +70,8 @@ def plan(options: argparse.Namespace) -> LivePlan:
     map_path = _map_path(options, world)
     if options.nav != 'scripted':
         _check_start(trial.test, map_path)
-    _check_robot(options, trial, robot, map_path)
+    if not parent_only_lists():
+        check_robot_of_trial(options, trial, robot, map_path)
     files = {
         'world': str(world),
         'map': map_path,
@@ -145,33 +143,6 @@ def _check_start(test: TestDefinition, map_path: str) -> None:
             f'test {test.name}: start: given ({start.x:.2f}, {start.y:.2f}), {where} '
             f'the map {map_path}; allowed: a start in free space'
         )
-
-
-def _check_robot(options: argparse.Namespace, trial: Trial, robot: LaunchedRobot, map_path: str) -> None:
-    """Refuse, or with --unchecked=true name, what keeps the robot from driving, or from doing the test."""
-    if parent_only_lists():
-        return
-    problems = [*_failed_checks(options, robot)]
-    # A drive without feedback goes through worlds whose map may not be made yet; a collision ends it at once.
-    if options.nav != 'scripted':
-        problem = misfit(trial.test, robot.params.navigator, robot.params.simulator.drive, load_map(map_path))
-        problems += [problem] if problem else []
-    if problems and options.unchecked != 'true':
-        raise ConfigError('; '.join([*problems, 'allowed: another robot or test, or unchecked:=true']))
-    for problem in problems:
-        print(f'trial.launch: {problem}', file=sys.stderr)
-
-
-def _failed_checks(options: argparse.Namespace, robot: LaunchedRobot) -> Iterator[str]:
-    """Drive the robot in PyBullet, unless Gazebo is to do so, and print the table where a check fails."""
-    if options.sim == 'gazebo':
-        return
-    robot.setup.check_laser()
-    checks = check_robot(robot.setup.file.source, robot.params.simulator)
-    failed = [check.name for check in checks if not check.is_ok]
-    if failed:
-        print(checks_table(checks), file=sys.stderr)
-        yield f'{robot.setup.file.where}: the robot fails its self-check: {", ".join(failed)}'
 
 
 def _bag_path(given: str, trial: Trial) -> str:

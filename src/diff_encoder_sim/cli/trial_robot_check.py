@@ -1,0 +1,44 @@
+"""The checks of the robot before a live trial."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from typing import Iterator
+
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.campaign.campaign_checks import check_robot
+from diff_encoder_sim.cli.launched_robot import LaunchedRobot
+from diff_encoder_sim.mapping.map_files import load_map
+from diff_encoder_sim.simulation.check_results import checks_table
+from diff_encoder_sim.trials.route_check import misfit
+from diff_encoder_sim.trials.trial_definition import Trial
+
+
+def check_robot_of_trial(options: argparse.Namespace, trial: Trial, robot: LaunchedRobot, map_path: str) -> None:
+    """Check that the robot drives as it should and can do the test; with --unchecked=true, only print what is wrong.
+
+    Raises:
+        ConfigError: it does not.
+    """
+    problems = [*_failed_checks(options, robot)]
+    # A drive without feedback goes through worlds whose map may not be made yet; a collision ends it at once.
+    if options.nav != 'scripted':
+        problem = misfit(trial.test, robot.params.navigator, robot.params.simulator.drive, load_map(map_path))
+        problems += [problem] if problem else []
+    if problems and options.unchecked != 'true':
+        raise ConfigError('; '.join([*problems, 'allowed: another robot or test, or unchecked:=true']))
+    for problem in problems:
+        print(f'trial.launch: {problem}', file=sys.stderr)
+
+
+def _failed_checks(options: argparse.Namespace, robot: LaunchedRobot) -> Iterator[str]:
+    """Drive the robot in PyBullet, unless Gazebo is to do so, and print the table where a check fails."""
+    if options.sim == 'gazebo':
+        return
+    robot.setup.check_laser()
+    checks = check_robot(robot.setup.file.source, robot.params.simulator)
+    failed = [check.name for check in checks if not check.is_ok]
+    if failed:
+        print(checks_table(checks), file=sys.stderr)
+        yield f'{robot.setup.file.where}: the robot fails its self-check: {", ".join(failed)}'
