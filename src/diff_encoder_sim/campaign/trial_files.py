@@ -133,7 +133,7 @@ def _robot_file(source: RobotSource) -> Dict[str, bytes]:
     A xacro that needs none stays as it is, as wheel errors may be its arguments.
     """
     text = read_robot_text(source.file)
-    if not (source.arguments or needs_other_files(text)):
+    if not (source.arguments or source.added_laser or needs_other_files(text)):
         return {source.file.name: source.file.read_bytes()}
     urdf = self_contained_urdf(expand(source), str(source.file), lambda uri: resolve_uri(uri, source))
     return {f'{source.file.name.partition(".")[0]}.urdf': urdf.encode('utf-8')}

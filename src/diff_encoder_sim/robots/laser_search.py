@@ -48,7 +48,7 @@ def find_laser(tree: RobotTree, chosen: Optional[str], seen: Findings) -> Option
     if leaning:
         seen.note(f'scanners that are not level are left out: {", ".join(leaning)}')
     if not level:
-        seen.warn('no laser is found: only scripted drives can be simulated; simulator.laser_link names one')
+        seen.warn('no laser is found: simulator.laser_link names its link, `laser` in a robot file adds one')
         return None
     others = list(dict.fromkeys(scanner.link for scanner in level[1:] if scanner.link != level[0].link))
     if others:

@@ -6,12 +6,28 @@ from pathlib import Path
 from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
 
 from pydantic import Field
+from typing_extensions import Annotated
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.typed_params import Params, did_you_mean, load_params
+from diff_encoder_sim.robots.added_laser import AddedLaser
 from diff_encoder_sim.robots.robot_source import RobotSource
 
 _YAML = ('.yaml', '.yml')
+
+Coordinate = Annotated[float, Field(ge=-100.0, le=100.0)]  # [m]
+
+
+class AddedLaserParams(Params):
+    """A scanner for a robot whose URDF has none."""
+
+    parent: str = Field(min_length=1, description='link that carries it')
+    xyz: List[Coordinate] = Field(min_length=3, max_length=3, description='place in that link [m]')
+
+    def added(self) -> AddedLaser:
+        """Return the scanner."""
+        x_m, y_m, z_m = self.xyz
+        return AddedLaser(self.parent, (x_m, y_m, z_m))
 
 
 class RobotFileParams(Params):
@@ -21,6 +37,9 @@ class RobotFileParams(Params):
     arguments: Dict[str, Union[bool, int, float, str]] = Field({}, description='xacro arguments by name')
     packages: List[str] = Field(
         [], description='folders in which packages of package:// and $(find) are looked for, relative to this file'
+    )
+    laser: Optional[AddedLaserParams] = Field(
+        None, description='a level scanner, added as link `laser` to a URDF that has none'
     )
     ppr: Optional[float] = Field(
         None, gt=0, description="counts per wheel revolution of the robot's own encoder; need not be whole"
@@ -63,6 +82,7 @@ def load_robot_file(
         _tidy(path.parent / Path(params.urdf).expanduser()),
         _as_pairs({**params.arguments, **arguments}),
         (*_checked(packages, 'packages'), *_checked(own_packages, f'{path}: packages')),
+        params.laser and params.laser.added(),
     )
     return RobotFile(source, params.ppr, dict(params.overrides), path.stem, str(path))
 

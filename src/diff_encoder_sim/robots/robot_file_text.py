@@ -6,9 +6,13 @@ import os
 from pathlib import Path
 from typing import Any, Dict, Iterator, List
 
+import numpy as np
 import yaml
 
+from diff_encoder_sim.robots.added_laser import ADDED_HEIGHT_M
+from diff_encoder_sim.robots.robot_description import RobotDescription
 from diff_encoder_sim.robots.robot_setup import RobotSetup
+from diff_encoder_sim.robots.solids import reach_m
 
 COMMENTS_FROM = 60  # column
 
@@ -88,7 +92,24 @@ def _head(setup: RobotSetup, folder: Path) -> Iterator[str]:
     known = setup.file.ppr is not None
     ppr = _line('ppr', setup.file.ppr if known else 90, "# counts per wheel revolution of the robot's own encoder")
     yield ppr if known else f'# {ppr}'
+    yield from _laser(setup)
     yield 'set:'
+
+
+def _laser(setup: RobotSetup) -> Iterator[str]:
+    """Yield the laser that the user added, or a proposal for a robot without one."""
+    added = setup.file.source.added_laser
+    if added is not None:
+        yield _line('laser', {'parent': added.parent, 'xyz': list(added.xyz_m)}, '# [m] a scanner that the URDF lacks')
+    elif setup.description.laser is None:
+        place = {'parent': setup.description.tree.root, 'xyz': [0.0, 0.0, _height_m(setup.description)]}
+        yield '# ' + _line('laser', place, '# [m] no laser was found: this adds one above the robot')
+
+
+def _height_m(description: RobotDescription) -> float:
+    """Return a height [m] above all of the robot, in its root."""
+    top_m = max(0.0, reach_m(description.hull, np.array([0.0, 0.0, 1.0])))
+    return round(top_m + ADDED_HEIGHT_M, 3)
 
 
 def _settings(setup: RobotSetup) -> Iterator[str]:
@@ -101,8 +122,6 @@ def _settings(setup: RobotSetup) -> Iterator[str]:
             unit = _UNITS.get(key.rpartition('.')[2], '')
             comment = ' '.join(filter(None, [unit, _source(setup, key)]))
             yield '  ' + _line(key, setup.settings[key], comment and f'# {comment}')
-    if setup.description.laser is None:
-        yield '  # ' + _line('simulator.laser_link', 'LINK', '# no laser was found: the link that carries it')
 
 
 def _source(setup: RobotSetup, key: str) -> str:

@@ -46,8 +46,8 @@ class RobotSetup(NamedTuple):
             links = self.description.tree.links
             shown = ', '.join(list(links)[:MOST_LINKS]) + (', ...' if len(links) > MOST_LINKS else '')
             raise ConfigError(
-                f'{self.file.where}: the robot has no laser, which a simulated one needs; allowed: a link that carries '
-                f'one, as simulator.laser_link in a robot file: {shown}'
+                f'{self.file.where}: the robot has no laser, which a simulated one needs; allowed: in a robot file '
+                f'laser: {{parent: LINK, xyz: [x, y, z]}}, or simulator.laser_link; links: {shown}'
             )
 
 

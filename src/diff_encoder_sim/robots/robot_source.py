@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import NamedTuple, Tuple
+from typing import NamedTuple, Optional, Tuple
+
+from diff_encoder_sim.robots.added_laser import AddedLaser
 
 
 class RobotSource(NamedTuple):
@@ -12,3 +14,4 @@ class RobotSource(NamedTuple):
     file: Path  # xacro or URDF
     arguments: Tuple[Tuple[str, str], ...] = ()  # (name, value) of xacro:arg, in any order
     package_folders: Tuple[Path, ...] = ()  # packages, or folders that hold some
+    added_laser: Optional[AddedLaser] = None  # None: the scanner is the URDF's

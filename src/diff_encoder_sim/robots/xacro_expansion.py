@@ -14,6 +14,7 @@ from typing import Any, Dict, Iterable, NamedTuple, Optional, Tuple
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.typed_params import did_you_mean
+from diff_encoder_sim.robots.added_laser import with_laser
 from diff_encoder_sim.robots.package_search import SEARCH_VARIABLES
 from diff_encoder_sim.robots.robot_source import RobotSource
 from diff_encoder_sim.robots.robot_xml import MOST_BYTES, read_robot_text
@@ -69,7 +70,9 @@ def expansion(source: RobotSource) -> Expansion:
                 f'{source.file}: argument {name!r} is not known{did_you_mean(name, result.declared)}; '
                 f'allowed: {", ".join(result.declared) or "no argument"}'
             )
-    return result
+    if source.added_laser is None:
+        return result
+    return result._replace(urdf=with_laser(result.urdf, source.added_laser))
 
 
 def _by_xacro(source: RobotSource) -> Expansion:

@@ -45,7 +45,7 @@ def test_the_written_file_means_the_same_robot(tmp_path, capsys):
     assert not any(line != line.rstrip() for line in text.splitlines())
 
 
-def test_a_robot_without_a_laser_is_told_where_to_name_it(tmp_path, capsys):
+def test_a_robot_without_a_laser_gets_one_from_its_robot_file(tmp_path, capsys):
     blind, path = tmp_path / 'blind.urdf', tmp_path / 'blind.yaml'
     urdf = expand(RobotSource(KOBUKI))
     blind.write_text(urdf.replace('"laser"', '"box"'))
@@ -54,8 +54,8 @@ def test_a_robot_without_a_laser_is_told_where_to_name_it(tmp_path, capsys):
         main([str(blind), '--write', str(path)])
     assert 'blind.urdf: the robot has no laser' in str(ended.value.code) and 'box' in str(ended.value.code)
     text = path.read_text()
-    assert '# simulator.laser_link: LINK ' in text
-    path.write_text(re.sub(r'# simulator.laser_link: LINK', 'simulator.laser_link: box', text))
+    assert '# laser: {parent: base_footprint, xyz: [0.0, 0.0, 0.' in text
+    path.write_text(text.replace('# laser: ', 'laser: '))
     main([str(path)])
     assert 'all checks are ok' in capsys.readouterr().out
 

@@ -71,7 +71,7 @@ def test_a_range_finder_or_a_leaning_or_spatial_scanner_is_not_taken():
     description = described(usual(*down, *few, *spatial))
     assert description.laser is None
     assert "scanners that are not level are left out: 'cliff'" in description.notes
-    assert description.warnings[-1].startswith('no laser is found: only scripted drives can be simulated')
+    assert description.warnings[-1].startswith('no laser is found: simulator.laser_link names its link')
 
 
 def test_of_two_scanners_the_first_is_simulated_and_the_other_noted():

@@ -4,6 +4,7 @@ import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.robots.robot_file import load_robot_file
+from diff_encoder_sim.robots.robot_source import RobotSource
 
 
 @pytest.fixture(name='package')
@@ -53,7 +54,7 @@ def test_a_urdf_alone_is_a_robot(package, tmp_path):
     path.write_text('<robot/>')
     for given in ('my.bot.urdf.xacro', str(path)):
         robot = load_robot_file(given, tmp_path, package, {'b': '1', 'a': '2'})
-        assert robot.source == (path, (('a', '2'), ('b', '1')), ())
+        assert robot.source == RobotSource(path, (('a', '2'), ('b', '1')))
         assert (robot.ppr, robot.overrides, robot.label, robot.where) == (None, {}, 'my', str(path))
 
 
