@@ -82,7 +82,7 @@ def load_robot_file(
         _tidy(path.parent / Path(params.urdf).expanduser()),
         _as_pairs({**params.arguments, **arguments}),
         (*_checked(packages, 'packages'), *_checked(own_packages, f'{path}: packages')),
-        params.laser and params.laser.added(),
+        None if params.laser is None else params.laser.added(),
     )
     return RobotFile(source, params.ppr, dict(params.overrides), path.stem, str(path))
 
