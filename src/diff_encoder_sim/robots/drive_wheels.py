@@ -106,7 +106,7 @@ def _by_plugin(tree: RobotTree, drives: Sequence[DriveTags], seen: Findings) -> 
 def _by_evidence(
     tree: RobotTree, wheels: Sequence[RollingWheel], drives: Sequence[DriveTags], seen: Findings
 ) -> Tuple[WheelPair, str]:
-    """Return the pair that transmissions, sizes and names tell, where no plugin does."""
+    """Return the pair that follows from transmissions, sizes and names, where no plugin does."""
     check_plugins(tree, drives, wheels)
     check_steering(tree, wheels)
     commanded = [wheel for wheel in wheels if wheel.joint in commanded_joints(tree) and not wheel.swivel]

@@ -49,7 +49,7 @@ class DriveTags(NamedTuple):
 
 
 def drive_plugins(tree: RobotTree) -> Tuple[DriveTags, ...]:
-    """Return the plugins that name a left and a right joint, or whose name tells what they drive."""
+    """Return the plugins that name a left and a right joint, or whose name says what they drive."""
     plugins = list(tree.xml.iter('plugin'))
     # Before Gazebo 1.0 a plugin was a <controller:...> of its own name.
     plugins += [child for element in tree.xml.iter('gazebo') for child in element if child.tag != 'plugin']

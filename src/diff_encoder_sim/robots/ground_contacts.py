@@ -18,7 +18,7 @@ NEAR_RADII = 0.1  # of the drive wheels
 NAMED_RADII = 0.5
 CASTER_NAMES = re.compile('caster|castor|ball|skid|wheel|support|roller|slider', re.IGNORECASE)
 
-TILT = 1e-3  # rad, by which the front and the rear edge of a flat face are told apart
+TILT = 1e-3  # rad, by which the front and the rear edge of a flat face are distinguished
 SAME_HEIGHT_M = 1e-3
 LONG_RADII = 1.0  # of the drive wheels: what is longer stands on its outer edge
 SMALLEST_M = 2e-3  # a marker, not a body

@@ -7,7 +7,7 @@ from typing import Container
 
 NOTE = 'an old xacro: tags without the prefix xacro: are taken as with it'
 
-# Tags of xacro by the attribute that tells them from others of the same name.
+# Tags of xacro by the attribute that distinguishes them from others of the same name.
 _TAGS = {
     'arg': 'default',
     'if': 'value',

@@ -33,7 +33,7 @@ def unlike(where: str, kind: str, reason: str) -> ConfigError:
 
 
 def check_plugins(tree: RobotTree, plugins: Iterable[DriveTags], wheels: Sequence[RollingWheel]) -> None:
-    """Refuse what plugins tell to be no differential drive, where none is one.
+    """Refuse what plugins say is no differential drive, where none is one.
 
     Raises:
         ConfigError: the robot skids, steers or moves sideways.

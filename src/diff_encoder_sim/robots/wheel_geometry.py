@@ -36,7 +36,7 @@ def wheel_geometry(
         seen: takes sources and disagreements.
 
     Raises:
-        ConfigError: nobody tells how large the wheels are.
+        ConfigError: nothing gives the size of the wheels.
     """
     return WheelGeometry(
         _diameter_m(where, pair, drives, choices.wheel_diameter, seen),
@@ -48,17 +48,18 @@ def _diameter_m(
     where: str, pair: WheelPair, drives: Sequence[DriveTags], chosen_m: Optional[float], seen: Findings
 ) -> float:
     """Return the diameter: a controller's rather than the shape's, unless it is out of question."""
-    told = _told([(tags.source, tags.diameter_m) for tags in drives])
+    given = _given([(tags.source, tags.diameter_m) for tags in drives])
     shape = _shape_diameter(pair, seen)
-    value_m, source = shape or told or (None, '')
-    if shape is not None and told is not None and _differ(shape[0], told[0]) > AGREE:
-        is_measured = _differ(shape[0], told[0]) <= MEASURED
-        value_m, source = told if is_measured else shape
+    value_m, source = shape or given or (None, '')
+    if shape is not None and given is not None and _differ(shape[0], given[0]) > AGREE:
+        is_measured = _differ(shape[0], given[0]) <= MEASURED
+        value_m, source = given if is_measured else shape
         seen.warn(
-            f'wheel diameter: {told[0]:.5g} m by {told[1]}, {shape[0]:.5g} m by the {shape[1]}: {value_m:.5g} m is used'
+            f'wheel diameter: {given[0]:.5g} m by {given[1]}, '
+            f'{shape[0]:.5g} m by the {shape[1]}: {value_m:.5g} m is used'
         )
-    elif told is not None:
-        value_m, source = told
+    elif given is not None:
+        value_m, source = given
     if chosen_m is not None:
         value_m, source = chosen_m, 'given'
     if value_m is None:
@@ -88,10 +89,10 @@ def _separation_m(pair: WheelPair, drives: Sequence[DriveTags], chosen_m: Option
     """Return the separation: the shapes', unless the user knows better."""
     value_m = float(pair.left.centre_m[1] - pair.right.centre_m[1])
     source = 'middles of the wheels' if pair.left.radius_m else 'joints of the wheels'
-    told = _told([(tags.source, tags.separation_m) for tags in drives])
-    if told is not None and _differ(value_m, told[0]) > AGREE:
+    given = _given([(tags.source, tags.separation_m) for tags in drives])
+    if given is not None and _differ(value_m, given[0]) > AGREE:
         seen.warn(
-            f'wheel separation: {told[0]:.5g} m by {told[1]}, {value_m:.5g} m between the {source}, which is used'
+            f'wheel separation: {given[0]:.5g} m by {given[1]}, {value_m:.5g} m between the {source}, which is used'
         )
     if chosen_m is not None:
         value_m, source = chosen_m, 'given'
@@ -99,8 +100,8 @@ def _separation_m(pair: WheelPair, drives: Sequence[DriveTags], chosen_m: Option
     return value_m
 
 
-def _told(told: Sequence[Tuple[str, Optional[float]]]) -> Optional[Tuple[float, str]]:
-    return next(((value_m, source) for source, value_m in told if value_m is not None), None)
+def _given(given: Sequence[Tuple[str, Optional[float]]]) -> Optional[Tuple[float, str]]:
+    return next(((value_m, source) for source, value_m in given if value_m is not None), None)
 
 
 def _differ(a: float, b: float) -> float:
