@@ -105,6 +105,9 @@ class AmclParams(Params):
     odom_alpha3: Alpha = Field(0.2, description='noise of the translation from translation')
     odom_alpha4: Alpha = Field(0.2, description='noise of the translation from rotation')
     odom_alpha5: Alpha = Field(0.2, description='accepted, without effect: of the omni models')
+    axle_x: float = Field(
+        0.0, ge=-10, le=10, description="not upstream's: place of the axle ahead of the origin of base_frame_id [m]"
+    )
 
     # When the robot counts as lost. Not upstream's parameters; 0 is upstream's behaviour: never.
     lost_fraction: Probability = Field(

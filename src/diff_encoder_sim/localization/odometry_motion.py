@@ -37,7 +37,31 @@ def motion_model(params: AmclParams) -> MotionModel:
         move = decompose(previous, current)
         return sample_motion(particles, move, noise(move, params), rng)
 
-    return sample
+    return _about_the_axle(sample, params.axle_x) if params.axle_x else sample
+
+
+def _about_the_axle(sample: MotionModel, axle_x_m: float) -> MotionModel:
+    """Return a model of the base's motion from one of the axle's.
+
+    A robot whose base frame is off the axle moves it sideways when it turns on the spot. To table 5.6 that is a turn of
+    90 degrees, a drive, and a turn back, each with its noise, of which none happened.
+    """
+    axle_in_base = Pose2D(axle_x_m, 0.0, 0.0)
+
+    def sample_base(particles: np.ndarray, previous: Pose2D, current: Pose2D, rng: np.random.Generator) -> np.ndarray:
+        axles = _moved_ahead(particles, axle_x_m)
+        moved = sample(axles, previous.compose(axle_in_base), current.compose(axle_in_base), rng)
+        return _moved_ahead(moved, -axle_x_m)
+
+    return sample_base
+
+
+def _moved_ahead(poses: np.ndarray, by_m: float) -> np.ndarray:
+    """Return (n, 3) poses moved along their own x axes."""
+    moved = poses.copy()
+    moved[:, 0] += by_m * np.cos(poses[:, 2])
+    moved[:, 1] += by_m * np.sin(poses[:, 2])
+    return moved
 
 
 def decompose(previous: Pose2D, current: Pose2D) -> Move:

@@ -39,6 +39,7 @@ def _wheels(robot: RobotDescription) -> Dict[str, Any]:
         'config.wheel_diameter': _rounded(robot.wheel_diameter_m),
         'config.wheel_separation': _rounded(robot.wheel_separation_m),
         'config.axle_x': _rounded(robot.axle_x_m),
+        'amcl.axle_x': _rounded(robot.axle_x_m),
         # The simulated ones too: workers have the URDF alone, not the controller's file that may have them.
         'simulator.wheel_diameter': _rounded(robot.wheel_diameter_m),
         'simulator.wheel_separation': _rounded(robot.wheel_separation_m),

@@ -27,6 +27,7 @@ _QUANTITIES = {
     'config.wheel_separation': 'wheel separation [m]',
     'simulator.wheel_separation': 'wheel separation [m]',
     'config.axle_x': 'axle',
+    'amcl.axle_x': 'axle',
     'config.base_frame': 'base frame',
     'simulator.laser_link': 'laser link',
     'simulator.lidar': 'laser',

@@ -114,3 +114,30 @@ def test_headings_stay_in_range_and_equal_seeds_in_step():
         assert (end[:, 2] >= -math.pi).all() and (end[:, 2] < math.pi).all()
         results.append(rng.random())
     assert results[0] == results[1]
+
+
+@pytest.mark.parametrize('turn_rad', [0.3, -1.0])
+def test_a_turn_on_the_spot_of_a_base_ahead_of_its_axle_is_a_turn(turn_rad):
+    """The axle stands still: the base's end is on a circle about it, and its noise that of the turn alone."""
+    behind = Pose2D(-0.1, 0.0, 0.0)
+    base_in_axle = Pose2D(0.1, 0.0, 0.0)
+    current = Pose2D(0.0, 0.0, turn_rad).compose(base_in_axle)
+    model = motion_model(params(odom_model_type='diff-corrected', axle_x=behind.x_m))
+    particles = np.tile(np.array(tuple(base_in_axle)), (DRAWS, 1))
+    end = model(particles, base_in_axle, current, np.random.default_rng(1))
+    variance = ALPHAS['odom_alpha1'] * turn_rad**2
+    expect(end[:, 2], turn_rad, variance)
+    drive = math.sqrt(ALPHAS['odom_alpha4'] * turn_rad**2)
+    axle = end[:, :2] - 0.1 * np.stack([np.cos(end[:, 2]), np.sin(end[:, 2])], axis=1)
+    assert np.sqrt((axle**2).sum(axis=1).mean()) == pytest.approx(drive, rel=0.02)
+    assert np.isfinite(end).all()
+
+
+def test_on_the_axle_nothing_changes():
+    previous, current = Pose2D(1.0, -2.0, 0.7), Pose2D(1.3, -1.9, 0.9)
+    particles = np.random.default_rng(2).uniform(-1.0, 1.0, (50, 3))
+    ends = [
+        motion_model(params(**changes))(particles, previous, current, np.random.default_rng(3))
+        for changes in ({}, {'axle_x': 0.0})
+    ]
+    assert (ends[0] == ends[1]).all()
