@@ -24,6 +24,9 @@ from diff_encoder_sim.robots.robot_setup import RobotSetup
 from diff_encoder_sim.robots.xacro_arguments import xacro_arguments
 from diff_encoder_sim.simulation.check_results import checks_table
 
+# Of the columns value and source, so that a table fits a usual terminal.
+WIDTHS = (52, 44)
+
 
 def main(arguments: Optional[Sequence[str]] = None) -> None:
     """Run the command line."""
@@ -51,7 +54,7 @@ def _check(options: argparse.Namespace) -> None:
 
 def _found(setup: RobotSetup) -> Iterator[str]:
     description = setup.description
-    yield tabulate(description.found, ['found', 'value', 'source'], disable_numparse=True)
+    yield tabulate(description.found, ['found', 'value', 'source'], disable_numparse=True, maxcolwidths=[None, *WIDTHS])
     own = [(key, value) for key, value in setup.file.overrides.items()]
     if own:
         yield f'\n{tabulate(own, [f"set in {setup.file.where}", "value"], disable_numparse=True)}'

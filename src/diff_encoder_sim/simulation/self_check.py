@@ -85,7 +85,8 @@ def _weight(robot: SimulatedRobot, loads: Dict[str, float]) -> Check:
 def _pitch(at_rest_deg: float, drives: List[FlatDrive]) -> Check:
     lowest_deg = math.degrees(min(drive.pitches_rad[0] for drive in drives))
     highest_deg = math.degrees(max(drive.pitches_rad[1] for drive in drives))
-    value = f'at rest {at_rest_deg:.2f} degrees, {lowest_deg:.2f} to {highest_deg:.2f} while speeding up and braking'
+    at_rest, lowest, highest = (f'{round(pitch, 2) + 0.0:.2f}' for pitch in (at_rest_deg, lowest_deg, highest_deg))
+    value = f'at rest {at_rest} degrees, {lowest} to {highest} while speeding up and braking'
     is_ok = abs(at_rest_deg) <= LARGEST_PITCH_AT_REST_DEG and max(-lowest_deg, highest_deg) <= LARGEST_PITCH_DEG
     advice = (
         'it tips over: a lower centre of mass, nearer to the axle, or a lower simulator.drive.max_linear_acceleration'
