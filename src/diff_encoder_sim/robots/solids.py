@@ -58,6 +58,17 @@ def farthest_m(shapes: Iterable[Shape], point_m: np.ndarray) -> float:
     )
 
 
+def holds_point(shape: Shape, point_m: np.ndarray) -> bool:
+    """Return whether a (3,) point, in the frame of the shape's pose, is inside of a primitive."""
+    x_m, y_m, z_m = (shape.pose_in_link[:3, :3].T @ (point_m - shape.pose_in_link[:3, 3])).tolist()
+    geometry = shape.geometry
+    if isinstance(geometry, Box):
+        return all(abs(part) < 0.5 * size for part, size in zip((x_m, y_m, z_m), geometry.size_xyz_m))
+    if isinstance(geometry, Cylinder):
+        return math.hypot(x_m, y_m) < geometry.radius_m and abs(z_m) < 0.5 * geometry.length_m
+    return math.sqrt(x_m**2 + y_m**2 + z_m**2) < _primitive(geometry).radius_m
+
+
 def rolling_radius_m(shape: Shape, axis: np.ndarray) -> Optional[float]:
     """Return the radius on which a shape rolls about an axis through its link's origin.
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from diff_encoder_sim.robots.robot_description import RobotDescription, RobotLaser
 from diff_encoder_sim.robots.robot_tree import Mesh
-from diff_encoder_sim.robots.solids import reach_m
+from diff_encoder_sim.robots.solids import holds_point, reach_m
 from diff_encoder_sim.simulation.check_results import Check
 from diff_encoder_sim.simulation.lidar import LidarParams
 from diff_encoder_sim.simulation.physics import BulletPhysics
@@ -37,7 +37,8 @@ def check_laser(description: RobotDescription, physics: BulletPhysics, lidar: Li
     begin_m, end_m = (np.array([x_m, y_m, height_m]) + reach_m * directions for reach_m in (lidar.range_min, _FAR_M))
     hidden = physics.is_seen(begin_m, end_m)
     # Rays do not see a shape that they begin in.
-    is_inside = physics.is_seen(end_m, begin_m).all() and not hidden.all()
+    begin_in_root_m = begin_m - [0.0, 0.0, height_m - z_m]
+    is_inside = all(any(holds_point(shape, point_m) for shape in description.hull) for point_m in begin_in_root_m)
     if is_inside and not _is_in_its_case(description, mount.link):
         return _inside(description, f'{place}inside a collision shape of the robot')
     return _hidden(place, bearings_rad, hidden)

@@ -6,6 +6,7 @@ import pytest
 from diff_encoder_sim.robots.robot_tree import Box, Cylinder, Sphere
 from diff_encoder_sim.robots.solids import (
     farthest_m,
+    holds_point,
     lowest_point_m,
     placed,
     reach_m,
@@ -23,6 +24,16 @@ def test_volumes_are_those_of_the_textbook():
     assert volume_m3(Box((2, 3, 4))) == 24
     assert volume_m3(Cylinder(2, 3)) == pytest.approx(12 * math.pi)
     assert volume_m3(Sphere(3)) == pytest.approx(36 * math.pi)
+
+
+@pytest.mark.parametrize('geometry', PRIMITIVES)
+def test_a_point_is_inside_of_a_primitive_until_its_farthest_point(geometry):
+    turned = shape(geometry, (1, 2, 5), (0.3, -0.7, 1.1))
+    middle_m = turned.pose_in_link[:3, 3]
+    for direction in np.random.default_rng(0).normal(size=(20, 3)):
+        outmost_m = support_point_m(turned, direction)
+        assert holds_point(turned, middle_m + 0.999 * (outmost_m - middle_m))
+        assert not holds_point(turned, middle_m + 1.001 * (outmost_m - middle_m))
 
 
 def test_the_lowest_point_of_a_box_on_its_edge_is_in_the_middle_of_the_edge():

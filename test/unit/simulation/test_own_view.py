@@ -76,6 +76,13 @@ def test_a_scanner_inside_the_body_is_not_ok(check):
     assert 'inside a collision shape' in inside.value
 
 
+def test_a_scanner_between_the_wheels_is_inside_the_body_all_the_same(check):
+    """At their height: they hide the walls of the body from outside."""
+    inside = check(laser_m=(-0.03, 0.0, 0.05))
+    assert not inside.is_ok
+    assert 'inside a collision shape' in inside.value
+
+
 def test_a_scanner_inside_the_hull_of_a_mesh_may_be_in_a_recess(check):
     assert check(laser_m=(-0.03, 0.0, 0.09), wheel='mesh').is_ok
 
