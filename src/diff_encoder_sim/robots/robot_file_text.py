@@ -135,7 +135,7 @@ def _source(setup: RobotSetup, key: str) -> str:
 
 def _line(key: str, value: Any, comment: str) -> str:
     # A single value ends with the mark of a document's end.
-    text = yaml.safe_dump(value, default_flow_style=True, width=10_000).strip().replace('\n...', '')
+    text = yaml.safe_dump(value, default_flow_style=True, width=10_000, allow_unicode=True).strip().replace('\n...', '')
     return f'{f"{key}: {text}".ljust(COMMENTS_FROM)} {comment}'.rstrip()
 
 

@@ -88,3 +88,9 @@ def test_mistakes_are_one_line(arguments, expected):
     with pytest.raises(SystemExit) as ended:
         main(arguments)
     assert expected in str(ended.value.code) and '\n' not in str(ended.value.code)
+
+
+def test_a_path_is_written_as_people_read_it(tmp_path):
+    (tmp_path / 'mein rührer.urdf').write_text(expand(RobotSource(KOBUKI)), encoding='utf-8')
+    main([str(tmp_path / 'mein rührer.urdf'), '--write', str(tmp_path / 'mine.yaml')])
+    assert 'urdf: mein rührer.urdf' in (tmp_path / 'mine.yaml').read_text(encoding='utf-8')
