@@ -9,6 +9,7 @@ source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
 venv38=$root/.venv38
 passed=0 failed=0 skipped=0
+in_the_rest=(test/unit test/test_docs.py test/test_documented_commands.py test/test_campaign.py)
 
 main() {
   bash "$root/scripts/setup.sh" --test
@@ -54,31 +55,35 @@ check() {
 }
 
 run_tests() {
-  # Two at a time: unit tests on one core, live ones, which wait most of the time, on the other.
+  # Two at a time, about as long as each other: live graphs here; unit tests, commands and documentation beside them.
   set -m      # a process group of its own, to be ended with this script
-  check_units >"$reports/units.log" 2>&1 </dev/null &
-  units=$!
+  check_the_rest >"$reports/rest.log" 2>&1 </dev/null &
+  rest=$!
   set +m
-  trap 'kill -- "-$units" 2>/dev/null || true; rm -rf "$reports"' EXIT
-  say "pytest test/ without test/unit on $("$venv/bin/python" --version)"
-  # with the workspace at hand, a rostest that skips itself for want of ROS is a failure
-  (source_workspace; ROSTESTS_REQUIRED=1 run_pytest live "$venv/bin/python" test --ignore=test/unit) || true
-  say "waiting for the unit tests"
-  wait "$units" || true
-  cat "$reports/units.log"
+  trap 'kill -- "-$rest" 2>/dev/null || true; rm -rf "$reports"' EXIT
+  local not_here
+  not_here=("${in_the_rest[@]/#/--ignore=}")
+  say "pytest test/ but for ${in_the_rest[*]} on $("$venv/bin/python" --version)"
+  check_with_ros live test "${not_here[@]}"
+  say "waiting for ${in_the_rest[*]}"
+  wait "$rest" || true
+  cat "$reports/rest.log"
   count live
-  count unit
+  count rest
   [ -z "$python38" ] || count unit38
 }
 
-check_units() {
-  say "pytest test/unit on $("$venv/bin/python" --version)"
-  (source_workspace; run_pytest unit "$venv/bin/python" test/unit) || true
+check_the_rest() {
+  say "pytest ${in_the_rest[*]} on $("$venv/bin/python" --version)"
+  check_with_ros rest "${in_the_rest[@]}"
   [ -n "$python38" ] || { say "Python 3.8 NOT checked: none found (python3.8 on PATH, \$PYTHON38, ~/.pyenv/versions/3.8*)"; return; }
   ensure_venv "$venv38" "$python38" '' requirements.txt requirements-test.txt
   say "pytest test/unit on $("$venv38/bin/python" --version)"
   (unset PYTHONPATH; run_pytest unit38 "$venv38/bin/python" test/unit) || true
 }
+
+# check_with_ros REPORT ARGUMENTS...: with the workspace at hand, a rostest that skips itself for want of ROS is a failure.
+check_with_ros() { (source_workspace; ROSTESTS_REQUIRED=1 run_pytest "$1" "$venv/bin/python" "${@:2}") || true; }
 
 # run_pytest REPORT PYTHON ARGUMENTS...
 run_pytest() { "$2" -m pytest -p no:cacheprovider "${@:3}" --junitxml="$reports/$1.xml"; }

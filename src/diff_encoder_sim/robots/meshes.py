@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import List
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
 
 from diff_encoder_sim.base.errors import ConfigError, in_one_line
 
@@ -77,6 +76,8 @@ def _decimals(points_m: np.ndarray) -> int:
 
 def _outer(points_m: np.ndarray) -> np.ndarray:
     """Return the corners of the convex hull of (n, 3) points; all points where it is flat."""
+    from scipy.spatial import ConvexHull, QhullError  # noqa: PLC0415  a quarter of a second, likewise
+
     try:
         return np.asarray(points_m[ConvexHull(points_m).vertices])
     except QhullError:

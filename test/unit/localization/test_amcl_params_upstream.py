@@ -7,7 +7,7 @@ from diff_encoder_sim.localization.amcl_params import AmclParams
 from upstream_params import AMCL, different, read_config, wrong_types
 
 # Parameters that upstream does not have and ignores.
-OWN_AMCL = {'seed', 'lost_fraction', 'lost_distance', 'lost_scans'}
+OWN_AMCL = {'seed', 'axle_x', 'lost_fraction', 'lost_distance', 'lost_scans'}
 
 
 def test_upstream_knows_every_parameter_of_our_amcl_yaml():

@@ -17,7 +17,7 @@ def test_bad_messages_are_counted_and_the_rest_is_used(tmp_path, capsys):
     rows[joints[30]][2].position = np.zeros(2)
     run(write_ros1(tmp_path / 'a.bag', rows), '--ppr', '90', '40')
     lines = capsys.readouterr().err.splitlines()
-    assert lines == [
+    assert [line for line in lines if 'dropped' in line] == [
         "reencode: %s: /joint_states: 11 messages dropped; the first: joint 'left_wheel_joint' has "
         'position nan; expected a finite angle [rad]' % (tmp_path / 'a.bag')
     ]

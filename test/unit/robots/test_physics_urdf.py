@@ -50,7 +50,8 @@ def _centre_of_mass(robot, index, client, dynamics):
         return dynamics[3], dynamics[4]
     state = pybullet.getLinkState(robot, index, computeForwardKinematics=True, physicsClientId=client)
     base = pybullet.getBasePositionAndOrientation(robot, physicsClientId=client)
-    root = pybullet.multiplyTransforms(*base, *pybullet.invertTransform(*pybullet.getDynamicsInfo(robot, -1)[3:5]))
+    inertial = pybullet.getDynamicsInfo(robot, -1, physicsClientId=client)[3:5]
+    root = pybullet.multiplyTransforms(*base, *pybullet.invertTransform(*inertial))
     return pybullet.multiplyTransforms(*pybullet.invertTransform(*root), *state[:2])
 
 
