@@ -19,6 +19,7 @@ from diff_encoder_sim.campaign.campaign_checks import check_robot
 from diff_encoder_sim.cli.robot_arguments import ROBOT_HELP, add_xacro_arguments
 from diff_encoder_sim.lockstep.robot_loading import load_robot
 from diff_encoder_sim.lockstep.robot_params import load_robot_config, override
+from diff_encoder_sim.robots.robot_file import ROBOT_FILE_SUFFIXES
 from diff_encoder_sim.robots.robot_file_text import robot_file_text
 from diff_encoder_sim.robots.robot_setup import RobotSetup
 from diff_encoder_sim.robots.xacro_arguments import xacro_arguments
@@ -34,14 +35,12 @@ def main(arguments: Optional[Sequence[str]] = None) -> None:
 
 
 def _check(options: argparse.Namespace) -> None:
-    if options.write and options.write.exists():
-        raise ConfigError(f'--write: {options.write} exists; allowed: the path of a new file')
+    if options.write:
+        _check_path(options.write)
     setup = load_robot(options.robot, Path(), package_folder(), xacro_arguments(options.robot_args), options.packages)
     print('\n'.join(_found(setup)), flush=True)
     if options.write:
-        options.write.parent.mkdir(parents=True, exist_ok=True)
-        options.write.write_text(robot_file_text(setup, options.write), encoding='utf-8')
-        print(f'\nWritten: {options.write}', flush=True)
+        _write(setup, options.write)
     setup.check_laser()
     params = override(load_robot_config(package_folder() / 'config'), setup.settings)
     checks = check_robot(setup.file.source, params.simulator)
@@ -50,6 +49,32 @@ def _check(options: argparse.Namespace) -> None:
     if failed:
         raise ConfigError(f'{setup.file.where}: the robot fails its self-check: {", ".join(failed)}')
     print(f'{setup.name}: all checks are ok.')
+
+
+def _check_path(path: Path) -> None:
+    """Check the path of the robot file that is to be written, before anything is found out.
+
+    Raises:
+        ConfigError: there is a file already, or its name is not that of a robot file.
+    """
+    if path.exists():
+        raise ConfigError(f'--write: {path} exists; allowed: the path of a new file')
+    if path.suffix not in ROBOT_FILE_SUFFIXES:
+        raise ConfigError(f'--write: given {path}; allowed: a name that ends in {" or ".join(ROBOT_FILE_SUFFIXES)}')
+
+
+def _write(setup: RobotSetup, path: Path) -> None:
+    """Write the robot file.
+
+    Raises:
+        ConfigError: its folder cannot be written to.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(robot_file_text(setup, path), encoding='utf-8')
+    except OSError as error:
+        raise ConfigError(f'--write: {path} cannot be written: {error.strerror}') from None
+    print(f'\nWritten: {path}', flush=True)
 
 
 def _found(setup: RobotSetup) -> Iterator[str]:

@@ -13,7 +13,7 @@ from diff_encoder_sim.base.typed_params import Params, did_you_mean, load_params
 from diff_encoder_sim.robots.added_laser import AddedLaser
 from diff_encoder_sim.robots.robot_source import RobotSource
 
-_YAML = ('.yaml', '.yml')
+ROBOT_FILE_SUFFIXES = ('.yaml', '.yml')
 
 Coordinate = Annotated[float, Field(ge=-100.0, le=100.0)]  # [m]
 
@@ -73,7 +73,7 @@ def load_robot_file(
         ConfigError: there is no such robot, or its YAML file has a bad key.
     """
     path = _path_of(given, folder, package_folder / 'config' / 'robots')
-    if path.suffix not in _YAML:
+    if path.suffix not in ROBOT_FILE_SUFFIXES:
         source = RobotSource(path, _as_pairs(arguments), _checked(packages, 'packages'))
         return RobotFile(source, None, {}, path.name.partition('.')[0], str(path))
     params = load_params(RobotFileParams, path)

@@ -94,3 +94,14 @@ def test_a_path_is_written_as_people_read_it(tmp_path):
     (tmp_path / 'mein rührer.urdf').write_text(expand(RobotSource(KOBUKI)), encoding='utf-8')
     main([str(tmp_path / 'mein rührer.urdf'), '--write', str(tmp_path / 'mine.yaml')])
     assert 'urdf: mein rührer.urdf' in (tmp_path / 'mine.yaml').read_text(encoding='utf-8')
+
+
+def test_a_robot_file_in_a_place_that_cannot_be_written_to_is_one_line(tmp_path):
+    (tmp_path / 'file').write_text('')
+    with pytest.raises(SystemExit, match='--write: .*mine.yaml cannot be written: '):
+        main([str(KOBUKI), '--write', str(tmp_path / 'file' / 'mine.yaml')])
+
+
+def test_a_robot_file_needs_the_name_of_one(tmp_path):
+    with pytest.raises(SystemExit, match='--write: given .*mine; allowed: a name that ends in .yaml or .yml'):
+        main([str(KOBUKI), '--write', str(tmp_path / 'mine')])
