@@ -9,7 +9,7 @@ source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
 venv38=$root/.venv38
 passed=0 failed=0 skipped=0
-in_the_rest=(test/unit test/test_docs.py test/test_documented_commands.py test/test_campaign.py)
+in_the_rest=(test/unit test/test_docs.py test/test_documented_commands.py)
 
 main() {
   bash "$root/scripts/setup.sh" --test
