@@ -31,7 +31,6 @@ _QUANTITIES = {
     'config.base_frame': 'base frame',
     'simulator.laser_link': 'laser link',
     'simulator.lidar': 'laser',
-    'amcl.laser_max_range': 'laser',
     'simulator.drive.wheel_torque': 'wheel torque [N m]',
     'simulator.drive.max_linear_acceleration': 'highest acceleration [m/s^2]',
     'simulator.drive.max_angular_acceleration': 'highest angular acceleration [rad/s^2]',
