@@ -40,6 +40,7 @@ def load_campaign(
     package_folder: Union[str, Path],
     replace: Optional[Mapping[str, Any]] = None,
     robot_arguments: Optional[Mapping[str, str]] = None,
+    robot_packages: Sequence[Path] = (),
 ) -> Campaign:
     """Load a campaign by its name (`paper` is config/campaigns/paper.yaml) or its file's path.
 
@@ -49,6 +50,7 @@ def load_campaign(
         package_folder: where config/, worlds/ and urdf/ are.
         replace: values from the command line that come before the file's; None is none.
         robot_arguments: of the robot's xacro.
+        robot_packages: folders in which the robot's packages are looked for.
 
     Raises:
         ConfigError: a file is missing or bad, or a value is not allowed.
@@ -58,7 +60,8 @@ def load_campaign(
     given = {key: value for key, value in (replace or {}).items() if value is not None}
     params = _load_params(path, given)
     config = load_robot_config(package_folder / 'config')
-    robot = _load_robot(params, None if 'robot' in given else path, package_folder, robot_arguments or {})
+    campaigns_file = None if 'robot' in given else path
+    robot = _load_robot(params, campaigns_file, package_folder, robot_arguments or {}, robot_packages)
     with _named('' if 'tests' in given else path):
         tests = _load_tests(params, None if 'tests' in given else path.parent, package_folder / 'config')
     with _named('' if 'ppr' in given else path):
@@ -106,11 +109,15 @@ def _load_tests(params: CampaignParams, folder: Optional[Path], config_folder: P
 
 
 def _load_robot(
-    params: CampaignParams, path: Optional[Path], package_folder: Path, arguments: Mapping[str, str]
+    params: CampaignParams,
+    path: Optional[Path],
+    package_folder: Path,
+    arguments: Mapping[str, str],
+    packages: Sequence[Path],
 ) -> RobotSetup:
     """Load the robot, which the campaign's file names where its `path` is given; other errors are its own file's."""
     try:
-        robot = load_robot(params.robot, path.parent if path else Path(), package_folder, arguments)
+        robot = load_robot(params.robot, path.parent if path else Path(), package_folder, arguments, packages)
     except ConfigError as error:
         if path and str(error).startswith('robot: '):
             raise ConfigError(f'{path}: {error}') from None

@@ -77,13 +77,13 @@ def _advise(options: argparse.Namespace, run: RunTrial) -> None:
 def _candidates(options: argparse.Namespace, given: Mapping[str, Any]) -> Campaign:
     """Load the candidates; the robot's own encoder is one of them, unless --ppr is given."""
     arguments = xacro_arguments(options.robot_args)
-    campaign = load_campaign(options.candidates, package_folder(), given, arguments)
+    campaign = load_campaign(options.candidates, package_folder(), given, arguments, options.packages)
     own = campaign.robot and campaign.robot.ppr
     candidates = campaign.params.ppr
     if not own or options.ppr or f'{own:g}' in map(ppr_label, candidates):
         return campaign
     pprs = [*(ppr.model_dump() for ppr in candidates), own]
-    return load_campaign(options.candidates, package_folder(), {**given, 'ppr': pprs}, arguments)
+    return load_campaign(options.candidates, package_folder(), {**given, 'ppr': pprs}, arguments, options.packages)
 
 
 def _own_encoder(campaign: Campaign) -> str:

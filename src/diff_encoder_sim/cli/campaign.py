@@ -44,7 +44,7 @@ def main(arguments: Optional[Sequence[str]] = None, run: RunTrial = run_trial) -
 def _campaign(options: argparse.Namespace, run: RunTrial) -> None:
     given = {key: getattr(options, key) for key in ('tests', 'ppr', 'trials', 'robot', 'record')}
     arguments = xacro_arguments(options.robot_args)
-    campaign = load_campaign(options.config, package_folder(), given, arguments)
+    campaign = load_campaign(options.config, package_folder(), given, arguments, options.packages)
     campaign = with_checks('campaign', campaign, options.unchecked)
     about = describe_run(package_folder(), sys.argv)
     with ResultStore(options.out, campaign, about, options.resume) as store:

@@ -16,7 +16,7 @@ from diff_encoder_sim.base.command_line import run_tool, tool_parser
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.paths import package_folder
 from diff_encoder_sim.campaign.campaign_checks import check_robot
-from diff_encoder_sim.cli.robot_arguments import ROBOT_HELP, add_xacro_arguments
+from diff_encoder_sim.cli.robot_arguments import ROBOT_HELP, add_description_arguments
 from diff_encoder_sim.lockstep.robot_loading import load_robot
 from diff_encoder_sim.lockstep.robot_params import load_robot_config, override
 from diff_encoder_sim.robots.robot_file import ROBOT_FILE_SUFFIXES
@@ -92,15 +92,7 @@ def _parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
     examples = ['my_robot.urdf.xacro --write my_robot.yaml', 'burger']
     parser = tool_parser('check_robot', __doc__, examples)
     parser.add_argument('robot', metavar='ROBOT', help=ROBOT_HELP)
-    add_xacro_arguments(parser)
-    parser.add_argument(
-        '--packages',
-        nargs='+',
-        type=Path,
-        default=[],
-        metavar='DIR',
-        help='folders in which the packages of package:// and $(find) are looked for first',
-    )
+    add_description_arguments(parser)
     parser.add_argument(
         '--write', type=Path, metavar='FILE', help='write a robot file with what was found, for --robot and robot:='
     )

@@ -66,7 +66,8 @@ def recorded_robot(options: argparse.Namespace, trial: Optional[Trial]) -> Recor
     if trial is not None:
         add({name: getattr(trial, name) for name in (*OF_ODOMETRY, *OF_ENCODER)}, f"the bag's {TRIAL}")
     if options.robot:
-        robot = load_robot(options.robot, Path(), package_folder(), xacro_arguments(options.robot_args))
+        arguments = xacro_arguments(options.robot_args)
+        robot = load_robot(options.robot, Path(), package_folder(), arguments, options.packages)
         of_file = robot.settings.items()
         add({key.partition('.')[2]: value for key, value in of_file if key.startswith('config.')}, robot.file.where)
     if options.config:

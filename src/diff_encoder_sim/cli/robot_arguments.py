@@ -1,20 +1,21 @@
-"""The robot on command lines: --robot and --robot-arg."""
+"""The robot on command lines: --robot, --robot-arg and --packages."""
 
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 
 ROBOT_HELP = 'robot: a name (config/robots/), a robot file (.yaml), or a xacro or URDF file'
 
 
 def add_robot_arguments(parser: argparse._ActionsContainer, *aliases: str, note: str = '') -> None:
-    """Add --robot, under other names too, and --robot-arg; `note` is what the help says about the default."""
+    """Add --robot (and other names of it), --robot-arg and --packages; `note` is what the help says of the default."""
     parser.add_argument('--robot', *aliases, metavar='NAME|FILE', help=ROBOT_HELP + note)
-    add_xacro_arguments(parser)
+    add_description_arguments(parser)
 
 
-def add_xacro_arguments(parser: argparse._ActionsContainer) -> None:
-    """Add --robot-arg."""
+def add_description_arguments(parser: argparse._ActionsContainer) -> None:
+    """Add --robot-arg and --packages."""
     parser.add_argument(
         '--robot-arg',
         metavar='NAME:=VALUE',
@@ -22,4 +23,12 @@ def add_xacro_arguments(parser: argparse._ActionsContainer) -> None:
         default=[],
         dest='robot_args',
         help="argument of the robot's xacro; may be repeated",
+    )
+    parser.add_argument(
+        '--packages',
+        nargs='+',
+        type=Path,
+        default=[],
+        metavar='DIR',
+        help="folders in which the packages of the robot's package:// and $(find) are looked for first",
     )

@@ -5,11 +5,15 @@ from __future__ import annotations
 from typing import Any, Dict, Mapping, NamedTuple
 
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.typed_params import did_you_mean
+from diff_encoder_sim.robots.added_laser import ADDED_LINK
 from diff_encoder_sim.robots.derived_settings import derived_settings
 from diff_encoder_sim.robots.describing import describe
 from diff_encoder_sim.robots.robot_choices import RobotChoices
 from diff_encoder_sim.robots.robot_description import RobotDescription
 from diff_encoder_sim.robots.robot_file import RobotFile
+from diff_encoder_sim.robots.urdf_parsing import parse_urdf
+from diff_encoder_sim.robots.xacro_expansion import expand
 
 # Settings in which a robot file overrides what would be found out; of several the first that is given.
 _CHOICES = {
@@ -57,8 +61,27 @@ def set_up_robot(file: RobotFile) -> RobotSetup:
     Raises:
         ConfigError: its description cannot be read, or is no differential drive.
     """
+    _check_added_laser(file)
     description = describe(file.source, _choices(file.overrides, file.where))
     return RobotSetup(file, description, {**derived_settings(description), **file.overrides})
+
+
+def _check_added_laser(file: RobotFile) -> None:
+    """Check the place of a laser here, where an error can name the robot file."""
+    laser = file.source.added_laser
+    if laser is None:
+        return
+    links = parse_urdf(expand(file.source._replace(added_laser=None)), str(file.source.file)).links
+    if laser.parent not in links:
+        raise ConfigError(
+            f'{file.where}: laser: parent: given {laser.parent!r}; allowed: a link of {file.source.file.name}'
+            f'{did_you_mean(laser.parent, links)}'
+        )
+    if ADDED_LINK in links:
+        raise ConfigError(
+            f'{file.where}: laser: {file.source.file.name} has a link {ADDED_LINK!r} already; '
+            f'allowed: simulator.laser_link: {ADDED_LINK}'
+        )
 
 
 def _choices(overrides: Mapping[str, Any], where: str) -> RobotChoices:

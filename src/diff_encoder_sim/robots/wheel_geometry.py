@@ -14,6 +14,7 @@ AGREE = 0.005  # relative difference that is not worth a line
 # A controller's number that differs by more is a mistake in it, such as a radius for a diameter; by less it is a wheel
 # measured while it rolls under load.
 MEASURED = 0.1
+LARGEST_M = 2.0  # of a wheel on a robot that drives indoors
 
 
 class WheelGeometry(NamedTuple):
@@ -67,6 +68,8 @@ def _diameter_m(
             f'{where}: given wheels {pair.left.link!r} and {pair.right.link!r} without a round shape; '
             'allowed: a collision cylinder, sphere or round mesh on the axle, or simulator.wheel_diameter'
         )
+    if value_m > LARGEST_M:
+        seen.warn(f'wheels of {value_m:.5g} m: a URDF is in metres; are its lengths in mm?')
     seen.add('wheel diameter [m]', f'{value_m:.5g}', source)
     return value_m
 

@@ -126,3 +126,18 @@ def test_arguments_of_a_xacro_reach_its_file():
     assert {cell.robot_params.simulator.lidar.noise for cell in noisy.cells} == {0.25}
     with pytest.raises(ConfigError, match="argument 'lidar_nose' is not known; did you mean 'lidar_noise'"):
         load_campaign('quick', ROOT, {'robot': str(URDF)}, {'lidar_nose': '0.25'})
+
+
+def test_packages_of_the_command_line_are_looked_in(tmp_path):
+    package = tmp_path / 'elsewhere' / 'my_description'
+    package.mkdir(parents=True)
+    (package / 'package.xml').write_text('<package><name>my_description</name></package>')
+    shutil.copy(str(URDF), str(package / 'parts.xacro'))
+    own = tmp_path / 'mine' / 'robot.urdf.xacro'
+    own.parent.mkdir()
+    own.write_text(
+        '<robot name="mine" xmlns:xacro="http://www.ros.org/wiki/xacro">'
+        '<xacro:include filename="$(find my_description)/parts.xacro"/></robot>'
+    )
+    folders = [tmp_path / 'elsewhere']
+    assert load_campaign('quick', ROOT, {'robot': str(own)}, {}, folders).robot.name == 'mine'

@@ -14,7 +14,9 @@ TRIAL = Trial(test=TEST, wheel_diameter=0.15, wheel_separation=0.3, left_joint='
 
 
 def robot(trial=None, **options):
-    return recorded_robot(Namespace(**{'robot': None, 'robot_args': [], 'config': None, **options}), trial)
+    return recorded_robot(
+        Namespace(**{'robot': None, 'robot_args': [], 'packages': [], 'config': None, **options}), trial
+    )
 
 
 def wheels(found):

@@ -99,3 +99,8 @@ def test_wheels_without_a_round_shape_need_a_diameter():
 def test_an_axle_off_the_origin_has_a_place():
     description = described(robot(base(), pair(x_m=-0.12, z_m=-0.05), ball('caster', 0.1, clearance_m=-0.1)))
     assert (description.axle_x_m, description.floor_z_m) == pytest.approx((-0.12, -0.1))
+
+
+def test_wheels_as_large_as_a_house_are_suspected_to_be_in_millimetres():
+    warnings = described(robot(base(body=box(300.0, 200.0, 100.0)), pair(radius_m=50.0, separation_m=300.0))).warnings
+    assert any('wheels of 100 m: a URDF is in metres; are its lengths in mm?' in warning for warning in warnings)
