@@ -9,7 +9,7 @@ source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
 venv38=$root/.venv38
 passed=0 failed=0 skipped=0
-in_the_rest=(test/unit test/test_docs.py test/test_documented_commands.py)
+declare -A streams=()     # process groups in the background, by the function that runs there
 
 main() {
   bash "$root/scripts/setup.sh" --test
@@ -54,28 +54,41 @@ check() {
   if "${@:2}"; then passed=$((passed + 1)); else failed=$((failed + 1)); fi
 }
 
+# Three streams at a time: live graphs wait most of the time, and unit tests compute.
 run_tests() {
-  # Two at a time, about as long as each other: live graphs here; unit tests, commands and documentation beside them.
-  set -m      # a process group of its own, to be ended with this script
-  check_the_rest >"$reports/rest.log" 2>&1 </dev/null &
-  rest=$!
-  set +m
-  trap 'kill -- "-$rest" 2>/dev/null || true; rm -rf "$reports"' EXIT
-  local not_here
-  not_here=("${in_the_rest[@]/#/--ignore=}")
-  say "pytest test/ but for ${in_the_rest[*]} on $("$venv/bin/python" --version)"
-  check_with_ros live test "${not_here[@]}"
-  say "waiting for ${in_the_rest[*]}"
-  wait "$rest" || true
-  cat "$reports/rest.log"
-  count live
+  local live=(test/test_live_*.py test/test_launch_files.py) stream
+  begin check_units
+  begin check_live "${live[@]}"
+  say "pytest test/ but for the streams beside it on $("$venv/bin/python" --version)"
+  check_with_ros rest test --ignore=test/unit "${live[@]/#/--ignore=}"
+  for stream in "${!streams[@]}"; do
+    say "waiting for $stream"
+    wait "${streams[$stream]}" || true
+    cat "$reports/$stream.log"
+  done
   count rest
+  count live
+  count unit
   [ -z "$python38" ] || count unit38
 }
 
-check_the_rest() {
-  say "pytest ${in_the_rest[*]} on $("$venv/bin/python" --version)"
-  check_with_ros rest "${in_the_rest[@]}"
+# begin FUNCTION ARGUMENTS...: in the background, in a process group of its own, which ends with this script.
+begin() {
+  set -m
+  "$@" >"$reports/$1.log" 2>&1 </dev/null &
+  set +m
+  streams[$1]=$!
+  trap 'for group in "${streams[@]}"; do kill -- "-$group" 2>/dev/null || true; done; rm -rf "$reports"' EXIT
+}
+
+check_live() {
+  say "pytest $* on $("$venv/bin/python" --version)"
+  check_with_ros live "$@"
+}
+
+check_units() {
+  say "pytest test/unit on $("$venv/bin/python" --version)"
+  check_with_ros unit test/unit
   [ -n "$python38" ] || { say "Python 3.8 NOT checked: none found (python3.8 on PATH, \$PYTHON38, ~/.pyenv/versions/3.8*)"; return; }
   ensure_venv "$venv38" "$python38" '' requirements.txt requirements-test.txt
   say "pytest test/unit on $("$venv38/bin/python" --version)"
