@@ -14,8 +14,8 @@ from diff_encoder_sim.robots.findings import Findings
 from diff_encoder_sim.robots.footprint_outline import footprint_outline
 from diff_encoder_sim.robots.ground_contacts import ground_contacts
 from diff_encoder_sim.robots.laser_search import find_laser
-from diff_encoder_sim.robots.mesh_corners import MeshFinder
-from diff_encoder_sim.robots.package_search import resolve_uri
+from diff_encoder_sim.robots.mesh_corners import MeshFinder, PackageNotFound
+from diff_encoder_sim.robots.package_search import resolve_uri, searched_folders
 from diff_encoder_sim.robots.primitive_tree import body_shapes, collision_shapes, mesh_points_m, primitive_tree
 from diff_encoder_sim.robots.robot_choices import RobotChoices
 from diff_encoder_sim.robots.robot_description import MassProperties, OutlineXy, RobotDescription
@@ -52,7 +52,10 @@ def _describe(
     def find(uri: str) -> Optional[Path]:
         return resolve_uri(uri, source)
 
-    return describe_tree(tree, find, choices, seen)
+    try:
+        return describe_tree(tree, find, choices, seen)
+    except PackageNotFound as error:
+        raise ConfigError(f'{error}; looked for in {", ".join(searched_folders(source))}') from None
 
 
 def describe_tree(tree: RobotTree, find: MeshFinder, choices: RobotChoices, seen: Findings) -> RobotDescription:

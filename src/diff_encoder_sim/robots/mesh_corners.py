@@ -19,6 +19,10 @@ MeshFinder = Callable[[str], Optional[Path]]
 _LISTED = 'corners:'
 
 
+class PackageNotFound(ConfigError):
+    """A mesh whose package, or whose file in it, is missing; whoever knows where it was looked for adds that."""
+
+
 def listed_mesh(uri: str, corners_m: np.ndarray) -> str:
     """Return the URI of a mesh that lists its (n, 3) corners, all digits, under the name of its file."""
     return f'{_LISTED}{mesh_name(uri).replace(":", "_")}:' + ' '.join(map(repr, corners_m.ravel().tolist()))
@@ -45,7 +49,7 @@ def file_corners_m(uri: str, where: str, find: MeshFinder) -> np.ndarray:
         return np.array(parse_numbers(numbers, max(3, len(numbers.split()) // 3 * 3), where)).reshape(-1, 3)
     path = find(uri)
     if path is None:
-        raise ConfigError(f'{where}: {_not_found(uri)}')
+        raise _not_found(uri, where)
     return mesh_points_m(path, where)
 
 
@@ -60,13 +64,14 @@ def link_corners_m(shape: Shape, where: str, find: MeshFinder) -> np.ndarray:
     return np.asarray(corners_m @ shape.pose_in_link[:3, :3].T + shape.pose_in_link[:3, 3])
 
 
-def _not_found(uri: str) -> str:
-    """Return what is wrong with a mesh's name that no file has."""
+def _not_found(uri: str, where: str) -> ConfigError:
+    """Return the error of a mesh's name that no file has."""
     scheme, separator, rest = uri.partition('://')
     if not separator or scheme == 'file':
-        return 'given a file that is missing; allowed: an .stl, .obj or .dae file, its path relative to the robot file'
+        allowed = 'an .stl, .obj or .dae file, its path relative to the robot file'
+        return ConfigError(f'{where}: given a file that is missing; allowed: {allowed}')
     package = rest.partition('/')[0]
-    return (
-        f'given a file that is missing, or package {package!r} is not found; allowed: one above the robot file or '
-        'below a folder there, on ROS_PACKAGE_PATH or AMENT_PREFIX_PATH, or in a given folder of packages'
+    return PackageNotFound(
+        f'{where}: given a file that is missing, or package {package!r} is not found; allowed: one above the robot '
+        'file or below a folder there, on ROS_PACKAGE_PATH or AMENT_PREFIX_PATH, or in a given folder of packages'
     )
