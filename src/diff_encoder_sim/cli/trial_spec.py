@@ -181,7 +181,7 @@ def parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
         ('--map', '', 'map .yaml file (default: the one beside the world)'),
         ('--bag', '', 'path of the bag to record, or none (default: a new name in bags/)'),
         ('--robot', 'alto', ROBOT_HELP),
-        ('--unchecked', 'false', 'true: run also a robot that fails its self-check or does not fit the test'),
+        ('--unchecked', 'false', 'true: do not check whether the robot drives as it should and fits the test'),
     ):
         shown = f' (default: {default})' if default else ''
         parser.add_argument(option, default=default, metavar='VALUE', help=text + shown)
