@@ -54,7 +54,7 @@ def load_robot_params(config_folder: Union[str, Path]) -> RobotParams:
     Raises:
         ConfigError: a file is missing or bad.
     """
-    return _robot_params(_load_files(config_folder), lambda stem: str(_path(config_folder, stem)))
+    return _checked_params(config_folder, _load_files(config_folder))
 
 
 def load_robot_config(config_folder: Union[str, Path]) -> RobotConfig:
@@ -63,8 +63,14 @@ def load_robot_config(config_folder: Union[str, Path]) -> RobotConfig:
     Raises:
         ConfigError: a file is missing or bad.
     """
-    load_robot_params(config_folder)
-    return _load_files(config_folder)
+    config = _load_files(config_folder)
+    _checked_params(config_folder, config)
+    return config
+
+
+def _checked_params(config_folder: Union[str, Path], config: RobotConfig) -> RobotParams:
+    """Return the parameters of the files; errors name the file."""
+    return _robot_params(config, lambda stem: str(_path(config_folder, stem)))
 
 
 def override(config: RobotConfig, overrides: Mapping[str, Any]) -> RobotParams:
