@@ -109,7 +109,8 @@ def _keys(params_class: Type[Params]) -> List[str]:
 
 
 def _first_problem(params_class: Type[Params], error: ValidationError) -> str:
-    problem = error.errors()[0]
+    # A misspelt key before the missing one that it stands for.
+    problem = next((each for each in error.errors() if each['type'] == 'extra_forbidden'), error.errors()[0])
     key = '.'.join(str(part) for part in problem['loc']) or 'value'
     if not key.isprintable():
         key = repr(key)  # the line stays one

@@ -25,6 +25,7 @@ from diff_encoder_sim.campaign.trial_files import TrialFiles, collect
 from diff_encoder_sim.encoders.pulses import ppr_label
 from diff_encoder_sim.lockstep.robot_loading import load_robot
 from diff_encoder_sim.lockstep.robot_params import RobotConfig, RobotParams, check_key, load_robot_config, override
+from diff_encoder_sim.robots.robot_file import RobotNotFound
 from diff_encoder_sim.robots.robot_setup import RobotSetup
 from diff_encoder_sim.robots.robot_source import RobotSource
 from diff_encoder_sim.simulation.simulator import Simulator
@@ -118,10 +119,8 @@ def _load_robot(
     """Load the robot, which the campaign's file names where its `path` is given; other errors are its own file's."""
     try:
         robot = load_robot(params.robot, path.parent if path else Path(), package_folder, arguments, packages)
-    except ConfigError as error:
-        if path and str(error).startswith('robot: '):
-            raise ConfigError(f'{path}: {error}') from None
-        raise
+    except RobotNotFound as error:
+        raise ConfigError(f'{path}: {error}' if path else str(error)) from None
     if 'simulator.laser_link' not in params.overrides:
         robot.check_laser()
     return robot

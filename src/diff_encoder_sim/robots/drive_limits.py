@@ -25,7 +25,13 @@ _UNITS = {
 }
 
 # Of config/simulator.yaml, where the robot's file gives none; its torque is ALTO's, and no other's.
-_USUAL = {'wheel_torque': math.inf, 'max_linear_acceleration': 1.5, 'max_angular_acceleration': 6.0}
+USUAL_LIMITS = {
+    'wheel_torque': math.inf,
+    'max_linear_speed': 1.0,
+    'max_angular_speed': 2.0,
+    'max_linear_acceleration': 1.5,
+    'max_angular_acceleration': 6.0,
+}
 
 Limit = Tuple[str, float, str]  # key of DriveParams, value, source
 
@@ -47,14 +53,15 @@ def drive_limits(
     _cut(limits, 'wheel_torque', most_nm, 'mass x g x wheel radius: more only slips')
     _cut(limits, 'max_linear_acceleration', most_mps2, "half of the wheels' grip")
     _cut(limits, 'max_angular_acceleration', most_radps2, "half of the wheels' grip")
-    for key, (value, source) in limits.items():
-        seen.add(_UNITS[key], f'{value:.4g}', source)
+    for key, unit in _UNITS.items():
+        value, source = limits.get(key, (USUAL_LIMITS[key], "this package's default: the robot's file gives none"))
+        seen.add(unit, f'{value:.4g}', source)
     return {key: value for key, (value, _) in limits.items()}
 
 
 def _cut(limits: Dict[str, Tuple[float, str]], key: str, most: float, reason: str) -> None:
     """Lower a limit, given or usual, to what makes sense."""
-    value, source = limits.get(key, (_USUAL[key], ''))
+    value, source = limits.get(key, (USUAL_LIMITS[key], ''))
     if value > most:
         limits[key] = most, f'{reason} (given by {source}: {value:.4g})' if source else reason
 

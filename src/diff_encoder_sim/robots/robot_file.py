@@ -47,6 +47,10 @@ class RobotFileParams(Params):
     overrides: Dict[str, Any] = Field({}, alias='set', description='values of parameters, by dotted keys')
 
 
+class RobotNotFound(ConfigError):
+    """There is no robot of that name or path: whoever gave it is wrong, not the robot's file."""
+
+
 class RobotFile(NamedTuple):
     """A robot's own files and numbers."""
 
@@ -70,7 +74,8 @@ def load_robot_file(
         packages: more folders in which packages are looked for, before those of the file.
 
     Raises:
-        ConfigError: there is no such robot, or its YAML file has a bad key.
+        RobotNotFound: there is no such robot.
+        ConfigError: its YAML file has a bad key, or a folder of packages is missing.
     """
     path = _path_of(given, folder, package_folder / 'config' / 'robots')
     if path.suffix not in ROBOT_FILE_SUFFIXES:
@@ -101,7 +106,7 @@ def _path_of(given: str, folder: Path, robots_folder: Path) -> Path:
     if given and path.exists():
         return path
     names = sorted(each.stem for each in robots_folder.glob('*.yaml'))
-    raise ConfigError(
+    raise RobotNotFound(
         f'robot: given {given!r}, but there is no {path}; allowed: {", ".join(names)}, '
         f'or a .yaml, .xacro or .urdf file{did_you_mean(given, names)}'
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Dict, Iterator, List, Mapping, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -26,10 +26,6 @@ class LinkMasses(NamedTuple):
 
     by_link: Dict[str, MassProperties]  # in the root's frame, joints at zero; links without mass are left out
     warnings: Tuple[str, ...]  # a line for each kind of inertia that was replaced
-
-    def of(self, links: Sequence[str]) -> MassProperties:
-        """Return the mass of several links, joined rigidly, in the root's frame."""
-        return merged(self.by_link[link] for link in links if link in self.by_link)
 
     @property
     def total(self) -> MassProperties:

@@ -3,9 +3,10 @@
 import pytest
 
 from diff_encoder_sim.base.paths import package_folder
-from diff_encoder_sim.lockstep.robot_params import check_key, load_robot_config, override
+from diff_encoder_sim.lockstep.robot_params import check_key, load_robot_config, load_robot_params, override
 from diff_encoder_sim.robots.derived_settings import derived_settings
-from urdf_texts import ball, base, described, joint, laser_sensor, link, pair, plugin, robot, usual, wheel
+from diff_encoder_sim.robots.drive_limits import USUAL_LIMITS
+from urdf_texts import ball, base, described, found, joint, laser_sensor, link, pair, plugin, robot, usual, wheel
 
 EYE = link('eye') + joint('eye_joint', 'eye', '0 0 0.2')
 
@@ -47,6 +48,14 @@ def test_the_navigator_asks_for_no_more_than_the_drive_gives():
 @pytest.mark.parametrize(('range_max_m', 'used_m'), [(2.0, 2.0), (12.0, 3.5)])
 def test_amcl_looks_no_farther_than_the_scanner(range_max_m, used_m):
     assert settings_of(EYE, laser_sensor('eye', ranges=(0.1, range_max_m)))['amcl.laser_max_range'] == used_m
+
+
+def test_what_is_printed_as_default_is_the_default():
+    drive = load_robot_params(package_folder() / 'config').simulator.drive
+    printed = {key: value for key, value in USUAL_LIMITS.items() if key != 'wheel_torque'}
+    assert printed == {key: getattr(drive, key) for key in printed}
+    value, source = found(described(usual()), 'highest speed [m/s]')
+    assert (value, source) == ('1', "this package's default: the robot's file gives none")
 
 
 def test_without_a_scanner_nothing_is_said_of_it():
