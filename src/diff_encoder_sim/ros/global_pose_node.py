@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from typing import Dict
 
 import rospy
@@ -34,6 +35,7 @@ class GlobalPoseNode:
 
     def __init__(self) -> None:
         self._params = node_params(GlobalPoseParams, part='global_pose', defaults=_trial_defaults())
+        self._lock = threading.Lock()  # each publisher of /tf comes in a thread of its own
         self._buffer = tf2_ros.Buffer()
         self._restart()
         self._poses = publisher('global_pose', PoseStamped)
@@ -46,6 +48,10 @@ class GlobalPoseNode:
         self._timeline = Timeline(tolerance_ns=0)
 
     def _on_transform(self, _: TFMessage) -> None:
+        with self._lock:
+            self._publish_newest()
+
+    def _publish_newest(self) -> None:
         try:
             transform = self._buffer.lookup_transform(self._params.map_frame, self._params.base_frame, rospy.Time(0))
         except tf2_ros.TransformException as error:
