@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Sets up, runs a small campaign, and makes a report of it: which encoder reaches which accuracy, in about a minute.
-#   scripts/quickstart.sh                            config/campaigns/quick.yaml
-#   scripts/quickstart.sh --config paper --trials 3  options go to campaign; without --out the results go to a new folder
-#                                                    below results/
+#   bash scripts/quickstart.sh                            config/campaigns/quick.yaml
+#   bash scripts/quickstart.sh --config paper --trials 3  options go to campaign; without --out the results go to a new folder
+#                                                         below results/
 set -euo pipefail
 # shellcheck source=scripts/lib.sh
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"

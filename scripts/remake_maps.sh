@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Maps the shipped worlds anew, as the paper did: ideal odometry, a LiDAR of 1 cm noise, grid SLAM.
-#   scripts/remake_maps.sh [WORLD...]      writes worlds/WORLD.pgm and .yaml; needs scripts/setup.sh first
+#   bash scripts/remake_maps.sh [WORLD...]      writes worlds/WORLD.pgm and .yaml; needs scripts/setup.sh first
 set -euo pipefail
 # shellcheck source=scripts/lib.sh
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"

@@ -23,7 +23,7 @@ main() {
 
 usage() {
   cat <<'TEXT'
-usage: scripts/setup.sh [--test] [--rviz]
+usage: bash scripts/setup.sh [--test] [--rviz]
   --test   also what the tests need (pytest, rostest, catkin_lint, check_urdf, Chromium, ruff, mypy, Sphinx)
   --rviz   also RViz, for rviz:=true (big)
 Installs apt packages as root (through sudo when run by a user), Python libraries into .venv/, and builds .ws/.
