@@ -111,7 +111,19 @@ def publisher(topic: str, message_class: Type[genpy.Message], latch: bool = Fals
     """
     with warnings.catch_warnings():
         warnings.simplefilter('ignore', SyntaxWarning)  # about queue_size=None, which is wanted here
-        return rospy.Publisher(topic, message_class, queue_size=None, latch=latch, tcp_nodelay=True)
+        return _Publisher(topic, message_class, queue_size=None, latch=latch, tcp_nodelay=True)
+
+
+class _Publisher(rospy.Publisher):  # type: ignore[misc]  # rospy has no types
+    """Publishes; what comes while the node ends is not published, without an exception in each callback's thread."""
+
+    def publish(self, *args: Any, **fields: Any) -> None:
+        """Publish a message, or one of these fields."""
+        try:
+            super().publish(*args, **fields)
+        except rospy.ROSException:
+            if not rospy.is_shutdown():
+                raise
 
 
 def subscriber(topic: str, message_class: Type[genpy.Message], callback: Callable[[Any], None]) -> rospy.Subscriber:

@@ -1,5 +1,6 @@
 """Parameters of a node, and how often its log repeats a message."""
 
+import contextlib
 import logging
 
 import pytest
@@ -8,6 +9,7 @@ pytest.importorskip('rospy')
 pytest.importorskip('diff_encoder_sim.msg')
 
 import rospy
+from std_msgs.msg import Header
 
 from diff_encoder_sim.base.errors import EVENT, ConfigError
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
@@ -110,3 +112,12 @@ def test_events_are_always_sent(sent, log):
     for _ in range(3):
         log.info('restarted', extra=EVENT)
     assert sent[0] == ['restarted'] * 3
+
+
+@pytest.mark.parametrize('is_shut_down', [True, False])
+def test_a_message_that_comes_while_the_node_ends_is_no_traceback(monkeypatch, is_shut_down):
+    publisher = node.publisher('/nowhere', Header)
+    publisher.unregister()
+    monkeypatch.setattr(rospy, 'is_shutdown', lambda: is_shut_down)
+    with contextlib.nullcontext() if is_shut_down else pytest.raises(rospy.ROSException):
+        publisher.publish(Header())
