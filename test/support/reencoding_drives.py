@@ -1,6 +1,9 @@
 """Recorded drives for the tests of reencoding, in bags of every kind."""
 
 import re
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -114,6 +117,9 @@ class Maker:
             twist=self.make('geometry_msgs/msg/TwistWithCovariance', twist=twist, covariance=np.zeros(36)),
         )
 
+    def text(self, text):
+        return self.make('std_msgs/msg/String', data=text)
+
     def raw(self, message):
         kind = message.__msgtype__
         return bytes(
@@ -177,6 +183,15 @@ def write_ros2(path, rows, plugin='sqlite3'):
         options = {}
     _write(Writer2(path, **options), rows, STORE2, STORE2.serialize_cdr)
     return path
+
+
+def converted_to_ros2(path, to):
+    """By rosbags-convert, whose options have changed between the versions of rosbags."""
+    command = str(Path(sys.executable).with_name('rosbags-convert'))
+    options = subprocess.run([command, '--help'], stdout=subprocess.PIPE, text=True, check=True).stdout
+    source = ['--src', str(path)] if '--src' in options else [str(path)]
+    subprocess.run([command, *source, '--dst', str(to)], check=True)
+    return to
 
 
 def _write(writer, rows, store, serialize):

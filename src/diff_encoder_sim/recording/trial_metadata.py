@@ -58,13 +58,13 @@ def trial_of_source(path: Path, source: BagSource) -> Optional[Trial]:
     Raises:
         ConfigError: /trial is not as expected.
     """
-    if source.is_cdr or source.topics.get(TRIAL) != STRING:
+    if source.topics.get(TRIAL) != STRING:
         return None
     message = next(source.messages((TRIAL,)), None)
     if message is None:
         return None
     try:
-        return _trial(path, decode_string(message.raw))
+        return _trial(path, decode_string(message.raw, source.is_cdr))
     except InputFault as error:
         raise ConfigError(f'{path}: {TRIAL}: {error}') from None
 

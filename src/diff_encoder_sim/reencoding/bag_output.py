@@ -10,9 +10,11 @@ from diff_encoder_sim.odometry.wheel_odometry import OdometryEstimate, OdometryP
 from diff_encoder_sim.recording import topics
 from diff_encoder_sim.recording.bag_source import BagSource
 from diff_encoder_sim.recording.trial_bag import TrialBag
-from diff_encoder_sim.serialization.basic_messages import encode_string
+from diff_encoder_sim.serialization.basic_messages import decode_string, encode_string
+from diff_encoder_sim.serialization.field_reader import FieldReader
 from diff_encoder_sim.serialization.joint_messages import encode_encoder_pulse
 from diff_encoder_sim.serialization.pose_messages import encode_odometry
+from diff_encoder_sim.serialization.primitives import NUMBER_SIZE, POSE, encode_header
 from diff_encoder_sim.serialization.ros1_stream import Message
 from diff_encoder_sim.serialization.transform_messages import encode_tf, encode_transform
 from diff_encoder_sim.trials.trial_definition import Trial
@@ -22,9 +24,7 @@ COPIED = {topics.WORLD_POSE: topics.WORLD_POSE_NODE, topics.TRIAL_RESULT: topics
 
 
 def copied_topics(source: BagSource) -> List[str]:
-    """List the topics of `COPIED` that a bag has with a trial's types; none of a ROS 2 bag: its encoding differs."""
-    if source.is_cdr:
-        return []
+    """List the topics of `COPIED` that a bag has with a trial's types."""
     known = topics.recorded_topics('full')
     return [topic for topic in COPIED if source.topics.get(topic) == known[topic].message_type]
 
@@ -57,9 +57,14 @@ class ReencodedBag(TrialBag):
         """Write /trial."""
         self.write(topics.TRIAL, topics.NAVIGATION_TRIAL_NODE, encode_string(trial.model_dump_json()), time_ns)
 
-    def copy(self, message: Message) -> None:
-        """Write a message of `COPIED` as it is."""
-        self.write(message.topic, COPIED[message.topic], message.raw, message.time_ns)
+    def copy(self, message: Message, is_cdr: bool) -> None:
+        """Write a message of `COPIED` as it is, in ROS 1's encoding.
+
+        Raises:
+            InputFault: a message of ROS 2 is torn.
+        """
+        raw = _of_cdr(message) if is_cdr else message.raw
+        self.write(message.topic, COPIED[message.topic], raw, message.time_ns)
 
     def write(self, topic: str, node: str, message: bytes, time_ns: int) -> None:
         """Write as `TrialBag.write` does, and forget the positions of messages in finished chunks."""
@@ -72,3 +77,11 @@ class ReencodedBag(TrialBag):
         for chunk in chunks[-2:-1]:
             for connection_id, positions in chunk.connections.items():
                 chunk.connections[connection_id] = cast('List[Tuple[int, int]]', range(len(positions)))
+
+
+def _of_cdr(message: Message) -> bytes:
+    """Return a message of `COPIED`, a String or a PoseStamped, in ROS 1's encoding."""
+    if message.topic == topics.TRIAL_RESULT:
+        return encode_string(decode_string(message.raw, is_cdr=True))
+    fields = FieldReader(message.raw, is_cdr=True)
+    return encode_header(*fields.header()) + POSE.pack(*fields.unpack(POSE, NUMBER_SIZE))

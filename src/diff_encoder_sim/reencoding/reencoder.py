@@ -73,7 +73,7 @@ class Reencoder:
             if self._reference and message.topic in reference:
                 self._take_reference(self._reference, message)
             if message.topic in copied:
-                self._copy(message)
+                self._copy(message, source.is_cdr)
             if trial and message.topic == topics.TRIAL:
                 self._write_trial(message.time_ns, trial)
         duration_s = (self._last_ns - self._first_ns) / NANOSECONDS_PER_SECOND
@@ -120,10 +120,13 @@ class Reencoder:
         except InputFault as fault:
             self._dropped.add(message.topic, fault)
 
-    def _copy(self, message: Message) -> None:
-        for run in self._runs:
-            if run.bag is not None:
-                run.bag.copy(message)
+    def _copy(self, message: Message, is_cdr: bool) -> None:
+        try:
+            for run in self._runs:
+                if run.bag is not None:
+                    run.bag.copy(message, is_cdr)
+        except InputFault as fault:
+            self._dropped.add(message.topic, fault)
 
     def _write_trial(self, time_ns: int, trial: Trial) -> None:
         for run in self._runs:

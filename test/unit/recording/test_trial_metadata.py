@@ -51,8 +51,10 @@ def test_a_topic_of_another_type_is_refused_by_its_index_and_none_in_a_stream(tm
     assert streamed_trial_of(path) is None
 
 
-def test_a_bag_of_ros_2_is_of_no_trial(tmp_path):
-    path = write_ros2(tmp_path / 'bag', drive(ROS2))
-    assert streamed_trial_of(path) is None
+def test_a_bag_of_ros_2_has_a_trial_in_a_stream(tmp_path):
+    of_none = write_ros2(tmp_path / 'none', drive(ROS2))
+    assert streamed_trial_of(of_none) is None
+    path = write_ros2(tmp_path / 'bag', [('/trial', 1, ROS2.text(trial().model_dump_json()))])
+    assert streamed_trial_of(path) == trial()
     with pytest.raises(ConfigError, match=r"a ROS 2 bag; expected a trial's, of ROS 1"):
         trial_of(path)

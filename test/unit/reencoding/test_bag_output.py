@@ -3,12 +3,13 @@
 import pytest
 
 from diff_encoder_sim.odometry.wheel_odometry import OdometryParams, WheelOdometry
-from diff_encoder_sim.reencoding.bag_output import ReencodedBag
+from diff_encoder_sim.reencoding.bag_output import COPIED, ReencodedBag
 from diff_encoder_sim.serialization.joint_messages import encode_encoder_pulse
 from diff_encoder_sim.serialization.pose_messages import encode_odometry
 from diff_encoder_sim.serialization.transform_messages import encode_tf, encode_transform
-from reencoding_drives import JOINTS, TICK_NS, angles_rad, drive, write_ros1
+from reencoding_drives import JOINTS, ROS1, TICK_NS, angles_rad, converted_to_ros2, drive, write_ros1
 from reencoding_runs import contents, run, samples_of
+from trial_bags import trial
 
 PPRS = (40, 90, 1024)
 
@@ -50,3 +51,17 @@ def test_a_bag_keeps_no_index_in_memory(tmp_path):
         ]
         assert len(bag._writer.chunks) > 3 and len(kept) == 1
     assert len(contents(tmp_path / 'long.bag')['/encoder_pulse']) == 60_000
+
+
+def test_a_trial_keeps_its_ppr_truth_and_result_through_rosbags_convert(tmp_path):
+    """As --help promises: the PPR of --pulses is that of the recorded trial, also in a converted bag."""
+    samples = [(stamp_ns, counts) for stamp_ns, *counts in samples_of(angles_rad(501), 1024)]
+    rows = drive() + [('/encoder_pulse', stamp_ns, ROS1.pulses(stamp_ns, counts)) for stamp_ns, counts in samples]
+    about = trial(ppr={'left': 1024, 'right': 1024}).model_dump_json()
+    texts = [('/trial', 1, ROS1.text(about)), ('/trial_result', 1, ROS1.text('{"outcome": "succeeded"}'))]
+    bag = write_ros1(tmp_path / 'drive.bag', texts + sorted(rows, key=lambda row: row[1]))
+    for path, out in ((bag, 'of_1'), (converted_to_ros2(bag, tmp_path / 'drive'), 'of_2')):
+        run(path, '--pulses', '/encoder_pulse', '--ppr', '64', '--out', tmp_path / out)
+    found = contents(tmp_path / 'of_2' / 'drive_64ppr.bag')
+    assert found == contents(tmp_path / 'of_1' / 'drive_64ppr.bag')
+    assert set(COPIED) < set(found)
