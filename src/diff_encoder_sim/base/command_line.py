@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import signal
 import sys
 import textwrap
 from typing import Callable, Sequence
@@ -41,9 +40,6 @@ def run_tool(name: str, tool: Callable[[], None]) -> None:
         tool()
     except ConfigError as error:
         sys.exit(f'{name}: {error}')
-    except KeyboardInterrupt:
-        print(f'{name}: stopped', file=sys.stderr)
-        sys.exit(128 + signal.SIGINT)
     except BrokenPipeError:
         # The reader (head, less) has closed the pipe: nothing more can be printed, and it is no error.
         sys.stderr.close()

@@ -25,11 +25,6 @@ def test_a_users_mistake_is_one_line_and_status_1():
     assert ending(ConfigError('ppr: given 0; allowed: greater than 0')) == 'tool: ppr: given 0; allowed: greater than 0'
 
 
-def test_ctrl_c_has_the_status_that_shells_expect(capsys):
-    assert ending(KeyboardInterrupt()) == 130
-    assert capsys.readouterr().err == 'tool: stopped\n'
-
-
 def test_a_reader_that_has_seen_enough_is_no_error(monkeypatch):
     errors = io.StringIO()
     monkeypatch.setattr(sys, 'stderr', errors)

@@ -47,9 +47,10 @@ def test_no_command_is_forgotten():
     found = {}
     for script in (ROOT / 'scripts').iterdir():
         if not script.suffix:
-            (module,) = re.findall('from diff_encoder_sim.(.*) import main', script.read_text())
+            ((name, module),) = re.findall(r"^ *run_command\('(.*)', '(.*)'\)$", script.read_text(), re.MULTILINE)
+            assert name == script.name
             if module.startswith('cli.') or 'tool_parser(' in source(module):
-                found[script.name] = module
+                found[name] = module
     assert found == TOOLS
 
 

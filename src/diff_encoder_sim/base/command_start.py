@@ -1,0 +1,36 @@
+"""How every command starts. It imports next to nothing: what comes before it cannot be stopped in one line."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import signal
+import sys
+
+STANDARD_ERROR = 2
+STOPPED = 128 + signal.SIGINT  # the exit status that shells expect after Ctrl-C
+
+
+def run_command(name: str, module: str) -> None:
+    """Import a command's module, such as `cli.campaign`, and run its `main`.
+
+    Ctrl-C at any moment, also during the imports, prints one line and exits with status 130.
+    """
+    line = f'{name}: stopped\n'.encode()
+
+    def end_at_once(*_: object) -> None:
+        # There is nothing to tidy up, and an exception could be swallowed, or reported, by what is being imported.
+        os.write(STANDARD_ERROR, line)
+        os._exit(STOPPED)
+
+    signal.signal(signal.SIGINT, end_at_once)
+    main = importlib.import_module(f'diff_encoder_sim.{module}').main
+    try:
+        try:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+            main()
+        finally:
+            signal.signal(signal.SIGINT, end_at_once)
+    except KeyboardInterrupt:
+        os.write(STANDARD_ERROR, line)
+        sys.exit(STOPPED)
