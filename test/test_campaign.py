@@ -244,8 +244,8 @@ def test_a_trial_that_kills_its_workers_does_not_stop_the_others(machine, undist
     code, _, err = finish(machine.campaign('--workers', '2', '--ppr', '40'))
     assert code == 1
     said = campaign_lines(err)
-    assert any('ZeroDivisionError: of trial 3' in line and 'SL_40_003' in line for line in said)
-    assert any('each worker that began it died' in line and 'SL_40_007' in line for line in said)
+    assert any('ZeroDivisionError: of trial 3' in line and 'SL_40_003' in line for line in said), err
+    assert any('each worker that began it died' in line and 'SL_40_007' in line for line in said), err
     assert [row['trial'] for row in results(machine.out)[0]] == [
         str(trial) for trial in range(1, 13) if trial not in (3, 7)
     ]
