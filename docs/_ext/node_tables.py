@@ -9,7 +9,6 @@ import importlib
 from pathlib import Path
 from typing import Any, Dict, Iterable, Iterator, List, Sequence, Type
 
-import yaml
 from docutils import nodes
 from parameter_tables import parameter_tables
 from sphinx.application import Sphinx
@@ -19,10 +18,11 @@ from sphinx.ext.autodoc.mock import mock
 from sphinx.util.docutils import SphinxDirective
 
 from diff_encoder_sim.base.typed_params import Params
+from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.recording.topics import TOPICS
 
 ROOT = Path(__file__).resolve().parents[2]
-NODES: Dict[str, Dict[str, Any]] = yaml.safe_load((ROOT / 'docs' / 'nodes.yaml').read_text(encoding='utf-8'))
+NODES: Dict[str, Dict[str, Any]] = load_yaml(ROOT / 'docs' / 'nodes.yaml')
 
 
 class NodeDirective(SphinxDirective):
@@ -84,7 +84,7 @@ def parameters(directive: SphinxDirective, dotted: str, config: str = '', prefix
     values: Dict[str, Any] = {}
     if config:
         directive.env.note_dependency(str(ROOT / 'config' / config))
-        values = yaml.safe_load((ROOT / 'config' / config).read_text(encoding='utf-8'))
+        values = load_yaml(ROOT / 'config' / config)
     for part in parameter_tables(_params_class(dotted, directive.config.autodoc_mock_imports), values):
         spaces = ' and '.join(f'`{prefix}{space}`' for space in part.namespaces if space)
         title = f'Below {spaces}' if spaces else f'Parameter `{prefix}`' if prefix else 'Key'

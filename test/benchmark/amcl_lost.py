@@ -19,7 +19,7 @@ sys.path.insert(0, str(ROOT / 'test' / 'support'))
 
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, wrap_angle
-from diff_encoder_sim.base.typed_params import load_yaml
+from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.localization.amcl import Amcl
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.distance import distance_to_occupied

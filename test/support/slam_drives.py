@@ -9,7 +9,7 @@ import numpy as np
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.base.seeds import generator
-from diff_encoder_sim.base.typed_params import load_yaml
+from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.encoders.wheel_encoder import DiffEncoder, EncoderParams
 from diff_encoder_sim.evaluation.map_accuracy import map_accuracy, true_surface, visible_points
 from diff_encoder_sim.evaluation.trajectory_error import Alignment, RunningPathError

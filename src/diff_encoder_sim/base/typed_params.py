@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import difflib
 from pathlib import Path
-from typing import Any, Dict, Iterable, List, Mapping, Type, TypeVar, Union
+from typing import Any, Iterable, List, Mapping, Type, TypeVar, Union
 
-import yaml
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.yaml_files import load_yaml
 
 P = TypeVar('P', bound='Params')
 
@@ -69,32 +69,6 @@ def split_params(mapping: Mapping[str, Any], source: str, *params_classes: Type[
         ConfigError: a value is not allowed, or no class knows a key.
     """
     return [shared_params(mapping, source, each, *params_classes) for each in params_classes]
-
-
-def load_yaml(path: Union[str, Path]) -> Dict[str, Any]:
-    """Read the mapping in a YAML file, by safe_load; an empty file is an empty mapping.
-
-    Raises:
-        ConfigError: the file cannot be read, is not YAML, or is not a mapping.
-    """
-    try:
-        content = yaml.safe_load(Path(path).read_text(encoding='utf-8'))
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, 'strerror', None) or 'not UTF-8 text'
-        raise ConfigError(f'{path}: cannot be read: {reason}') from None
-    except Exception as error:  # for a bad number or date PyYAML raises other types than its own
-        raise ConfigError(_yaml_problem(path, error)) from None
-    if content is None:
-        return {}
-    if not isinstance(content, dict):
-        raise ConfigError(f'{path}: given a {type(content).__name__}; allowed: a mapping (key: value)')
-    return content
-
-
-def _yaml_problem(path: Union[str, Path], error: Exception) -> str:
-    mark = getattr(error, 'problem_mark', None)
-    line = f', line {mark.line + 1}' if mark else ''
-    return f'{path}{line}: not valid YAML: {getattr(error, "problem", None) or "cannot be parsed"}'
 
 
 def did_you_mean(given: str, known: Iterable[str]) -> str:

@@ -10,7 +10,7 @@ from typing import Any, Iterator, List, Mapping, Optional, Sequence, Tuple, Unio
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import IDENTITY
-from diff_encoder_sim.base.typed_params import load_yaml
+from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.campaign.campaign_definition import (
     MOST_CELLS,
     MOST_TRIALS,
@@ -145,7 +145,7 @@ def _resolve(
     resolved = [
         (varied, override(config, {**of_robot, **params.overrides, **dict(varied)})) for varied in params.combinations()
     ]
-    # Not before: YAML has values, such as dates, that no parameter allows and no text can show.
+    # Not before: YAML has values, such as sets, that no parameter allows and no text can show.
     for key, values in params.vary.items():
         _check_unique(key, [text_of(value) for value in values])
     for _, robot_params in resolved:

@@ -13,7 +13,7 @@ from typing import Dict, NamedTuple, Sequence, Union
 import yaml
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.typed_params import load_yaml
+from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.mapping.map_files import load_map
 from diff_encoder_sim.robots.package_search import resolve_uri
 from diff_encoder_sim.robots.robot_source import RobotSource

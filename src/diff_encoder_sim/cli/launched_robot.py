@@ -12,11 +12,10 @@ import os
 from pathlib import Path
 from typing import Any, Dict, List, Mapping, NamedTuple
 
-import yaml
-
 from diff_encoder_sim.base.nested_mappings import flat
 from diff_encoder_sim.base.paths import package_folder
-from diff_encoder_sim.base.typed_params import load_yaml, split_params
+from diff_encoder_sim.base.typed_params import split_params
+from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.lockstep.robot_loading import load_robot
 from diff_encoder_sim.lockstep.robot_params import CONFIG_FILES, RobotParams, override
 from diff_encoder_sim.robots.robot_setup import RobotSetup
@@ -73,14 +72,6 @@ def launched_robot(options: argparse.Namespace, arguments: Mapping[str, Any]) ->
     settings = {key: value for key, value in settings.items() if key not in replaced}
     settings = {**_missing_costmaps(files), **settings, **arguments}
     return LaunchedRobot(setup, settings, _checked(files, settings), notes)
-
-
-def yaml_value(text: str) -> Any:
-    """Read a launch argument as roslaunch itself would."""
-    try:
-        return yaml.safe_load(text)
-    except yaml.YAMLError:
-        return text
 
 
 def _setup(options: argparse.Namespace) -> RobotSetup:

@@ -6,10 +6,9 @@ import argparse
 from pathlib import Path
 from typing import Dict, List, Optional, Sequence
 
-import yaml
-
 from diff_encoder_sim.base.command_line import tool_parser
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.yaml_files import yaml_value
 from diff_encoder_sim.cli.robot_arguments import add_robot_arguments
 from diff_encoder_sim.encoders.pulses import PerWheel, ppr_label
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
@@ -99,11 +98,7 @@ def ppr_of_text(option: str, text: str) -> PerWheel:
     Raises:
         ConfigError: it is neither.
     """
-    try:
-        value = yaml.safe_load(text)
-    except yaml.YAMLError:
-        value = text
-    return EncoderParams.from_mapping({'ppr': value}, option).ppr
+    return EncoderParams.from_mapping({'ppr': yaml_value(text, option)}, option).ppr
 
 
 def output_files(folder: Optional[Path], bag: Path, pprs: Sequence[PerWheel]) -> Dict[str, Path]:

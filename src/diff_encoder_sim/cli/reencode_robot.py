@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import Any, Dict, List, NamedTuple, Optional
 
 from diff_encoder_sim.base.paths import package_folder
-from diff_encoder_sim.base.typed_params import load_yaml, shared_params
+from diff_encoder_sim.base.typed_params import shared_params
+from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 from diff_encoder_sim.lockstep.robot_loading import load_robot
 from diff_encoder_sim.odometry.wheel_odometry import OdometryParams

@@ -14,7 +14,8 @@ import yaml
 from diff_encoder_sim.base.command_line import run_tool, tool_parser
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.nested_mappings import nested
-from diff_encoder_sim.cli.launched_robot import LaunchedRobot, add_launched_robot, launched_robot, yaml_value
+from diff_encoder_sim.base.yaml_files import yaml_value
+from diff_encoder_sim.cli.launched_robot import LaunchedRobot, add_launched_robot, launched_robot
 from diff_encoder_sim.cli.robot_arguments import ROBOT_HELP
 
 LARGEST_INT = 2**31 - 1
@@ -62,7 +63,7 @@ def launch_arguments(words: List[str]) -> Dict[str, Any]:
         if not (key and separator):
             raise ConfigError(f'arguments: given {word!r}; allowed: FILE.KEY:=VALUE')
         if text:
-            values[key] = yaml_value(text)
+            values[key] = yaml_value(text, key)
     return values
 
 

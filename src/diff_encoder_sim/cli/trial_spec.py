@@ -18,7 +18,8 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.paths import package_folder, users_path
 from diff_encoder_sim.base.roslaunch_process import parent_only_lists
 from diff_encoder_sim.base.typed_params import Params
-from diff_encoder_sim.cli.launched_robot import OWN_PPR, add_launched_robot, launched_robot, yaml_value
+from diff_encoder_sim.base.yaml_files import yaml_value
+from diff_encoder_sim.cli.launched_robot import OWN_PPR, add_launched_robot, launched_robot
 from diff_encoder_sim.cli.robot_arguments import ROBOT_HELP
 from diff_encoder_sim.cli.trial_robot_check import check_robot_of_trial
 from diff_encoder_sim.encoders.pulses import DEFAULT_PPR, PulsesPerRevolution, ppr_label
@@ -58,8 +59,8 @@ def plan(options: argparse.Namespace) -> LivePlan:
         raise ConfigError(f'sim: given {options.sim!r}; allowed: {", ".join(SIMULATORS)}')
     folder = package_folder()
     test = load_test(options.test, folder / 'config')
-    ppr = {'ppr': yaml_value(options.ppr)} if options.ppr else {}
-    number = TrialArguments.from_mapping({'trial': yaml_value(options.trial), **ppr}, '').trial
+    ppr = {'ppr': yaml_value(options.ppr, 'ppr')} if options.ppr else {}
+    number = TrialArguments.from_mapping({'trial': yaml_value(options.trial, 'trial'), **ppr}, '').trial
     robot = launched_robot(options, {OWN_PPR: ppr['ppr']} if ppr else {})
     trial = _trial(options, test, number, robot.params)
     trial.test.check_drivable(options.nav)

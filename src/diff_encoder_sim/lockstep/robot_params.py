@@ -7,7 +7,8 @@ from typing import Any, Callable, Dict, Iterator, Mapping, NamedTuple, Type, Uni
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.nested_mappings import merged, nested
-from diff_encoder_sim.base.typed_params import Params, did_you_mean, load_yaml, split_params
+from diff_encoder_sim.base.typed_params import Params, did_you_mean, split_params
+from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.lockstep.latency import LatencyParams

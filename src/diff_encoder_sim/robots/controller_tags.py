@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, Dict, Iterator, List, Mapping, Optional, Tuple
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.typed_params import load_yaml
+from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.robots.gazebo_tags import DIFFERENTIAL, SKID_STEER, DriveTags, tag_words
 from diff_encoder_sim.robots.robot_tree import RobotTree
 

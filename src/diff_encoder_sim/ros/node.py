@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import math
 import os
+import re
 import sys
 import time
 import warnings
@@ -13,11 +14,11 @@ from typing import Any, Callable, Dict, Mapping, Optional, Tuple, Type
 import genpy
 import rospy
 import rospy.client
-import yaml
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.nested_mappings import merged
 from diff_encoder_sim.base.typed_params import P, Params, shared_params
+from diff_encoder_sim.base.yaml_files import yaml_value
 
 # The parameter that launch files set by the command of the same name.
 ROBOT_SETTINGS = '/robot_settings'
@@ -72,7 +73,7 @@ def node_params(
     names = rospy.client.load_command_line_node_params(sys.argv)
     typed = {key: value for key, value in private.items() if key in names}
     given = {**merged({**(defaults or {}), **private}, of_robot), **typed}
-    given = {key: _mapping_of(value) for key, value in given.items()}
+    given = {key: _mapping_of(value, f'{rospy.get_name()}: {key}') for key, value in given.items()}
     source = f'{rospy.get_name()} with {ROBOT_SETTINGS}/{part}' if of_robot else rospy.get_name()
     return shared_params(given, source, params_class, *also_known)
 
@@ -91,16 +92,12 @@ def robot_settings(part: str) -> Dict[str, Any]:
     return settings
 
 
-def _mapping_of(value: Any) -> Any:
+def _mapping_of(value: Any, source: str) -> Any:
     """Parse a launch argument such as `{left: 90, right: 1024}`, and numbers of more than 32 bits: both are text."""
-    if isinstance(value, str) and value.isdigit() and int(value) >= 2**31:
-        return int(value)
-    if not (isinstance(value, str) and value.startswith('{')):
+    is_large = isinstance(value, str) and re.fullmatch('[1-9][0-9]{9,}', value)
+    if not (is_large or (isinstance(value, str) and value.startswith('{'))):
         return value
-    try:
-        return yaml.safe_load(value)
-    except yaml.YAMLError:
-        return value
+    return yaml_value(value, source)
 
 
 def publisher(topic: str, message_class: Type[genpy.Message], latch: bool = False) -> rospy.Publisher:

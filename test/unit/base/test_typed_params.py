@@ -3,7 +3,8 @@
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.typed_params import did_you_mean, load_params, load_yaml, split_params
+from diff_encoder_sim.base.typed_params import did_you_mean, load_params, split_params
+from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 from diff_encoder_sim.odometry.wheel_odometry import OdometryParams
 
@@ -34,7 +35,7 @@ def test_a_shared_file_serves_several_structs_and_still_finds_misspellings():
 @pytest.mark.parametrize(
     ('content', 'complaint'),
     [
-        (b'ppr: [1', 'line 1.*not valid YAML'),
+        (b'ppr: [1', r'line \d: not valid YAML'),
         (b'- a\n- b\n', 'given a list'),
         (b'ppr: !!python/object/apply:os.system ["false"]', 'not valid YAML'),
         (b'\xff\xfe\x00', 'cannot be read|not valid YAML'),

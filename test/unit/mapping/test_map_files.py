@@ -124,7 +124,7 @@ def test_saving_replaces_files_whole_and_leaves_nothing_else(tmp_path, monkeypat
     ('text', 'complaint'),
     [
         (YAML.replace('0.05', '0'), 'm.yaml: resolution: given 0'),
-        (YAML.replace('0.05', '2001-99-99'), 'm.yaml: not valid YAML'),  # an error of datetime's
+        (YAML.replace('0.05', '2001-99-99'), 'm.yaml, line 2: given 2001-99-99'),
         (YAML.replace('m.pgm', '"m\\n.pgm"'), 'm.yaml: image: given .* allowed: a file name'),
         (YAML.replace('m.pgm', '"m\\0.pgm"'), 'm.yaml: image: given .* allowed: a file name'),
         (YAML + 'negate: 2\n', 'm.yaml: negate: given 2'),

@@ -3,7 +3,7 @@
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.typed_params import load_yaml
+from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.robots.physics_urdf import FLOOR_ONLY_LINKS
 from diff_encoder_sim.robots.robot_choices import RobotChoices
 from diff_encoder_sim.robots.robot_source import RobotSource

@@ -1,0 +1,143 @@
+"""YAML files and arguments: read as ROS reads them (YAML 1.1), without the values that 1.1 changes unseen.
+
+`0100` is 64 to YAML 1.1, `1:30` is 90, `on` is true, and of two equal keys the last one counts. All of these are
+errors here that name the line. docs/adr/0022-yaml-and-bounds.md says why.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any, Callable, Dict, Hashable, Union
+
+import yaml
+from yaml.constructor import SafeConstructor
+from yaml.nodes import MappingNode, ScalarNode
+
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.yaml_limits import check_size
+
+try:
+    from yaml import CSafeLoader as SafeLoader  # 20 times as fast
+except ImportError:
+    from yaml import SafeLoader  # type: ignore[assignment]
+
+LONGEST_FILE = 1_000_000  # characters
+
+# What means the same in YAML 1.1, in YAML 1.2 and to people.
+_PLAIN = {
+    'int': re.compile(r'[-+]?(0|[1-9][0-9]*|0x[0-9a-fA-F]+)'),
+    'float': re.compile(r'[-+]?([0-9]+\.[0-9]*|\.[0-9]+)([eE][-+][0-9]+)?|[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)'),
+    'bool': re.compile(r'true|True|TRUE|false|False|FALSE'),
+    'timestamp': re.compile(r'(?!)'),  # no date is a parameter
+}
+
+
+class RefusedYaml(yaml.constructor.ConstructorError):
+    """YAML that can be read, and would not mean what its author sees."""
+
+    def __init__(self, problem: str, node: yaml.Node) -> None:
+        super().__init__(None, None, problem, node.start_mark)
+
+
+class StrictLoader(SafeLoader):
+    """PyYAML's safe loader, which refuses what changes silently."""
+
+    def construct_mapping(self, node: MappingNode, deep: bool = False) -> Dict[Hashable, Any]:
+        """Construct a mapping of keys that are text, each given once."""
+        lines: Dict[str, int] = {}
+        for key, _ in node.value:
+            if key.tag not in ('tag:yaml.org,2002:str', 'tag:yaml.org,2002:merge'):
+                raise RefusedYaml(f'given the key {_shown(key)}; allowed: text, or in quotes', key)
+            if key.value in lines:
+                text = f'{_shown(key)}: given twice, first in line {lines[key.value]}; allowed: each key once'
+                raise RefusedYaml(text, key)
+            lines[key.value] = key.start_mark.line + 1
+        return super().construct_mapping(node, deep)
+
+
+def _constructor(kind: str) -> Callable[[StrictLoader, ScalarNode], Any]:
+    """Return the constructor of a kind of scalar, for values that are what they read."""
+    construct = SafeConstructor.yaml_constructors[f'tag:yaml.org,2002:{kind}']
+
+    def construct_plain(loader: StrictLoader, node: ScalarNode) -> Any:
+        try:
+            value = construct(loader, node)
+        except (ValueError, KeyError):
+            raise RefusedYaml(f'given {_shown(node)}; allowed: a number, or text in quotes', node) from None
+        if not _PLAIN[kind].fullmatch(node.value):
+            told = 'a date' if kind == 'timestamp' else str(value).lower()
+            allowed = 'text in quotes' if kind == 'timestamp' else f'{told}, or text in quotes'
+            raise RefusedYaml(f'given {_shown(node)}, which YAML 1.1 takes for {told}; allowed: {allowed}', node)
+        return value
+
+    return construct_plain
+
+
+for _kind in _PLAIN:
+    StrictLoader.add_constructor(f'tag:yaml.org,2002:{_kind}', _constructor(_kind))
+
+
+def load_yaml(path: Union[str, Path]) -> Dict[str, Any]:
+    """Read the mapping in a YAML file; an empty file is an empty mapping.
+
+    Raises:
+        ConfigError: the file cannot be read, is not YAML, is not a mapping, or has a value that is not what it reads.
+    """
+    try:
+        content = _parse(_read(path))
+    except yaml.YAMLError as error:
+        raise ConfigError(_problem(str(path), error)) from None
+    if content is None:
+        return {}
+    if not isinstance(content, dict):
+        raise ConfigError(f'{path}: given a {type(content).__name__}; allowed: a mapping (key: value)')
+    return content
+
+
+def yaml_value(text: str, source: str) -> Any:
+    """Read an argument as roslaunch itself would; what is no YAML is text.
+
+    Raises:
+        ConfigError: `source`, which names the argument, has a value that is not what it reads.
+    """
+    try:
+        return _parse(text)
+    except RefusedYaml as error:
+        raise ConfigError(f'{source}: {error.problem}') from None
+    except yaml.YAMLError:
+        return text
+
+
+def _read(path: Union[str, Path]) -> str:
+    try:
+        with open(path, encoding='utf-8') as file:
+            text = file.read(LONGEST_FILE + 1)
+    except (OSError, ValueError) as error:  # ValueError: bytes that are no UTF-8, a path with a null character
+        reason = getattr(error, 'strerror', None) or 'not UTF-8 text'
+        raise ConfigError(f'{path}: cannot be read: {reason}') from None
+    if len(text) > LONGEST_FILE:
+        raise ConfigError(f'{path}: longer than {LONGEST_FILE:,} characters; allowed: a file of parameters')
+    return text
+
+
+def _parse(text: str) -> Any:
+    try:
+        check_size(yaml.parse(text, Loader=SafeLoader))
+        return yaml.load(text, Loader=StrictLoader)  # a safe loader
+    except UnicodeEncodeError:
+        raise yaml.YAMLError from None  # bytes of a command line that are no UTF-8
+
+
+def _problem(source: str, error: yaml.YAMLError) -> str:
+    mark = getattr(error, 'problem_mark', None)
+    where = f'{source}, line {mark.line + 1}' if mark else source
+    problem = getattr(error, 'problem', None) or getattr(error, 'reason', None) or 'cannot be parsed'
+    return f'{where}: {problem}' if isinstance(error, RefusedYaml) else f'{where}: not valid YAML: {problem}'
+
+
+def _shown(node: yaml.Node) -> str:
+    if not isinstance(node, ScalarNode):
+        return 'that is a list or a mapping'
+    text = str(node.value)
+    return text if text.isprintable() and len(text) < 60 else f'{text[:57]!r}...'
