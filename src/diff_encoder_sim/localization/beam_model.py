@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from diff_encoder_sim.base.compiled import compiled
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.beams import Beams
 from diff_encoder_sim.localization.sensor import Likelihoods, SensorModel
@@ -41,7 +41,7 @@ class BeamModel(SensorModel):
         )
 
 
-@njit(cache=True)
+@compiled
 def _weigh_by_casting(
     poses: np.ndarray,
     laser: np.ndarray,
@@ -85,7 +85,7 @@ def _weigh_by_casting(
     return factors
 
 
-@njit(cache=True)
+@compiled
 def ray_probability(
     range_m: float, expected_m: float, range_max_m: float, mixture: np.ndarray
 ) -> float:  # pragma: no cover (compiled)
@@ -105,7 +105,7 @@ def ray_probability(
     return probability
 
 
-@njit(cache=True)
+@compiled
 def cast_ray(
     blocked: np.ndarray, column: float, row: float, end_column: float, end_row: float, reach: float
 ) -> float:  # pragma: no cover (compiled)

@@ -9,8 +9,8 @@ import math
 from typing import NamedTuple, Tuple
 
 import numpy as np
-from numba import njit
 
+from diff_encoder_sim.base.compiled import compiled
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
@@ -83,7 +83,7 @@ def _range_limits_m(scan: Scan, params: AmclParams) -> Tuple[float, float]:
     return range_min_m, range_max_m
 
 
-@njit(cache=True)
+@compiled
 def _rays_in_base(
     ranges_m: np.ndarray,
     range_min_m: float,

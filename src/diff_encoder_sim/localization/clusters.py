@@ -9,8 +9,8 @@ import math
 from typing import NamedTuple, Tuple
 
 import numpy as np
-from numba import njit
 
+from diff_encoder_sim.base.compiled import compiled
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.localization.histogram import cluster_labels
 
@@ -36,7 +36,7 @@ def particle_statistics(particles: np.ndarray, weights: np.ndarray) -> ParticleS
     return ParticleStatistics(mean, covariance, float(cluster_weights[heaviest]), len(cluster_weights))
 
 
-@njit(cache=True)
+@compiled
 def _mean_unit_vector(particles: np.ndarray, weights: np.ndarray) -> Tuple[float, float]:
     """Return the mean of (cos yaw, sin yaw) with weights of sum 1.
 

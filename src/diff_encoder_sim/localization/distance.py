@@ -8,7 +8,8 @@ same cells from a queue and is sometimes off by part of a cell.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from diff_encoder_sim.base.compiled import compiled
 
 # Stands for "no occupied cell in this column"; its square still fits an int64 with room to add.
 _FAR = 1 << 28
@@ -27,7 +28,7 @@ def distance_to_occupied(occupied: np.ndarray, resolution_m: float, max_distance
     return distances_m
 
 
-@njit(cache=True)
+@compiled
 def _squared_distances(occupied: np.ndarray) -> np.ndarray:  # pragma: no cover (compiled)
     """Return (height, width) int64 squared distance in cells; about _FAR squared where none is."""
     height, width = occupied.shape
@@ -41,7 +42,7 @@ def _squared_distances(occupied: np.ndarray) -> np.ndarray:  # pragma: no cover 
     return squared
 
 
-@njit(cache=True)
+@compiled
 def _along_columns(occupied: np.ndarray, distance: np.ndarray) -> None:  # pragma: no cover
     """Fill in the distance to the nearest occupied cell of the same column: once down, once up."""
     height, width = occupied.shape
@@ -55,7 +56,7 @@ def _along_columns(occupied: np.ndarray, distance: np.ndarray) -> None:  # pragm
             distance[row, column] = min(distance[row, column], distance[row + 1, column] + 1)
 
 
-@njit(cache=True)
+@compiled
 def _along_row(
     heights: np.ndarray, squared: np.ndarray, vertices: np.ndarray, starts: np.ndarray
 ) -> None:  # pragma: no cover

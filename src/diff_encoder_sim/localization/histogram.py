@@ -13,7 +13,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+
+from diff_encoder_sim.base.compiled import compiled
 
 BIN_M = 0.5
 BINS_PER_TURN = 36
@@ -25,7 +26,7 @@ _MASK = (1 << 28) - 1
 _YAW_BITS = 6
 
 
-@njit(cache=True)
+@compiled
 def draw_until_enough(
     particles: np.ndarray,
     cumulative: np.ndarray,
@@ -66,7 +67,7 @@ def draw_until_enough(
     return drawn[:count].copy()
 
 
-@njit(cache=True)
+@compiled
 def _chosen_index(cumulative: np.ndarray, uniform: float) -> int:  # pragma: no cover (compiled)
     """Return the particle whose part of [0, 1) holds `uniform`; never one of weight 0."""
     target = uniform * cumulative[-1]
@@ -77,7 +78,7 @@ def _chosen_index(cumulative: np.ndarray, uniform: float) -> int:  # pragma: no 
     return int(index)
 
 
-@njit(cache=True)
+@compiled
 def cluster_labels(particles: np.ndarray) -> np.ndarray:  # pragma: no cover (compiled)
     """Return (n,) int64 the cluster of each particle (n, 3), numbered from 0 as they are met."""
     count = len(particles)
@@ -99,7 +100,7 @@ def cluster_labels(particles: np.ndarray) -> np.ndarray:  # pragma: no cover (co
     return labels
 
 
-@njit(cache=True)
+@compiled
 def _label_connected(
     table: np.ndarray, slot: int, label: int, label_of_slot: np.ndarray, pending: np.ndarray
 ) -> None:  # pragma: no cover (compiled)
@@ -119,7 +120,7 @@ def _label_connected(
                 pending_count += 1
 
 
-@njit(cache=True)
+@compiled
 def _new_table(largest_count: int) -> np.ndarray:  # pragma: no cover (compiled)
     """Return an empty table for up to `largest_count` bins, at most half full."""
     size = 16
@@ -128,7 +129,7 @@ def _new_table(largest_count: int) -> np.ndarray:  # pragma: no cover (compiled)
     return np.full(size, _EMPTY, dtype=np.int64)
 
 
-@njit(cache=True)
+@compiled
 def _key_of_pose(x_m: float, y_m: float, yaw_rad: float) -> int:  # pragma: no cover (compiled)
     """Return the key of the bin that holds a pose."""
     return _key_of_bin(
@@ -138,13 +139,13 @@ def _key_of_pose(x_m: float, y_m: float, yaw_rad: float) -> int:  # pragma: no c
     )
 
 
-@njit(cache=True)
+@compiled
 def _key_of_bin(bin_x: int, bin_y: int, bin_yaw: int) -> int:  # pragma: no cover (compiled)
     """Return the key of a bin by its indices; the heading's may be any whole number."""
     return (((bin_x + _OFFSET) & _MASK) << 28 | ((bin_y + _OFFSET) & _MASK)) << _YAW_BITS | bin_yaw % BINS_PER_TURN
 
 
-@njit(cache=True)
+@compiled
 def _neighbour(key: int, step_x: int, step_y: int, step_yaw: int) -> int:  # pragma: no cover
     """Return the key of the bin so many steps away."""
     return _key_of_bin(
@@ -154,7 +155,7 @@ def _neighbour(key: int, step_x: int, step_y: int, step_yaw: int) -> int:  # pra
     )
 
 
-@njit(cache=True)
+@compiled
 def _slot_of(table: np.ndarray, key: int) -> int:  # pragma: no cover (compiled)
     """Find `key` in the table, or the empty slot where it belongs."""
     mask = len(table) - 1
@@ -165,7 +166,7 @@ def _slot_of(table: np.ndarray, key: int) -> int:  # pragma: no cover (compiled)
     return slot
 
 
-@njit(cache=True)
+@compiled
 def _add(table: np.ndarray, key: int) -> bool:  # pragma: no cover (compiled)
     """Put `key` into the table; return whether it is new."""
     slot = _slot_of(table, key)

@@ -10,8 +10,8 @@ from __future__ import annotations
 from typing import Optional, Tuple
 
 import numpy as np
-from numba import njit
 
+from diff_encoder_sim.base.compiled import compiled
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.beams import Beams
 from diff_encoder_sim.localization.distance import distance_to_occupied
@@ -64,7 +64,7 @@ def ray_probability(distance_m: np.ndarray, params: AmclParams, range_max_m: flo
     return params.laser_z_hit * hit + params.laser_z_rand / range_max_m
 
 
-@njit(cache=True, fastmath={'reassoc', 'nsz'})
+@compiled(fastmath={'reassoc', 'nsz'})
 def sum_over_endpoints(
     poses: np.ndarray, ends: np.ndarray, table: np.ndarray
 ) -> np.ndarray:  # pragma: no cover (compiled)
@@ -91,7 +91,7 @@ def sum_over_endpoints(
     return sums
 
 
-@njit(cache=True)
+@compiled
 def count_at_endpoints(
     poses: np.ndarray, ends: np.ndarray, table: np.ndarray
 ) -> np.ndarray:  # pragma: no cover (compiled)

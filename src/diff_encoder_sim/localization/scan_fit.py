@@ -10,8 +10,8 @@ import math
 from typing import NamedTuple, Optional, Tuple
 
 import numpy as np
-from numba import njit
 
+from diff_encoder_sim.base.compiled import compiled
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.localization.amcl_params import AmclParams
@@ -78,7 +78,7 @@ class FitMap:
         return ScanFit(*_sort_rays(*start, directions_rad, ranges, self._distance_m / cell_m, self._kinds))
 
 
-@njit(cache=True)
+@compiled
 def _sort_rays(
     laser_x: float, laser_y: float, directions_rad: np.ndarray, ranges: np.ndarray, distance: float, kinds: np.ndarray
 ) -> Tuple[int, int, int]:  # pragma: no cover
@@ -105,7 +105,7 @@ def _sort_rays(
     return fitting, through, short
 
 
-@njit(cache=True)
+@compiled
 def _distance_to_map(
     x: float, y: float, cos_direction: float, sin_direction: float, length: float, shape: Tuple[int, int]
 ) -> float:  # pragma: no cover (compiled)
@@ -120,7 +120,7 @@ def _distance_to_map(
     return enter if enter < leave else length
 
 
-@njit(cache=True)
+@compiled
 def _kind_at(kinds: np.ndarray, x: float, y: float) -> int:  # pragma: no cover (compiled)
     """Return what the map has at a point given in cells."""
     column, row = int(math.floor(x)), int(math.floor(y))

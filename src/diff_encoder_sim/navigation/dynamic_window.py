@@ -8,8 +8,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from diff_encoder_sim.base.compiled import compiled
 from diff_encoder_sim.navigation.dwa_params import DwaParams
 
 
@@ -48,7 +48,7 @@ def _clamp(value: float, low: float, high: float) -> float:
     return min(max(value, low), high)
 
 
-@njit(cache=True)
+@compiled
 def samples_between(low: float, high: float, count: int) -> np.ndarray:
     """Return evenly spaced samples with both ends, and 0 where it lies between two of them.
 
@@ -75,7 +75,7 @@ def velocity_samples(window: DynamicWindow, linear_count: int, angular_count: in
     return _velocity_samples(*window, linear_count, angular_count)
 
 
-@njit(cache=True)
+@compiled
 def _velocity_samples(
     min_linear_mps: float,
     max_linear_mps: float,

@@ -7,9 +7,10 @@ import math
 from typing import Any, List, NamedTuple, Sequence
 
 import numpy as np
-from numba import njit
 from pydantic import AfterValidator, BeforeValidator, Field
 from typing_extensions import Annotated
+
+from diff_encoder_sim.base.compiled import compiled
 
 # Footprint costs below zero mean that the robot cannot stand there, as in upstream's CostmapModel.
 IN_OBSTACLE, IN_UNKNOWN, OFF_MAP = -1.0, -2.0, -3.0
@@ -75,7 +76,7 @@ def _encloses_origin(vertices_m: np.ndarray) -> bool:
     return bool(abs(turns.sum()) > math.pi)
 
 
-@njit(cache=True)
+@compiled
 def fill_polygon(cells: np.ndarray, per_m: float, corners_m: np.ndarray, value: int) -> None:
     """Set every cell whose centre lies inside a polygon (n, 2) given in the grid's own frame."""
     rows, columns = cells.shape
@@ -94,7 +95,7 @@ def fill_polygon(cells: np.ndarray, per_m: float, corners_m: np.ndarray, value: 
                 cells[row, column] = value
 
 
-@njit(cache=True)
+@compiled
 def _is_inside(x_m: float, y_m: float, corners_m: np.ndarray) -> bool:
     inside = False
     before = len(corners_m) - 1

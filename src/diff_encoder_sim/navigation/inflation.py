@@ -10,8 +10,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from diff_encoder_sim.base.compiled import compiled
 from diff_encoder_sim.navigation.cost_values import INSCRIBED, LETHAL, NO_INFORMATION
 
 
@@ -35,7 +35,7 @@ def cost_table(
     return costs.astype(np.uint8)
 
 
-@njit(cache=True)
+@compiled
 def squared_distances(is_obstacle: np.ndarray, limit: int) -> np.ndarray:
     """Return the squared distances to the nearest obstacle, (rows, columns) int32 in cells^2.
 
@@ -60,7 +60,7 @@ def squared_distances(is_obstacle: np.ndarray, limit: int) -> np.ndarray:
     return squared
 
 
-@njit(cache=True)
+@compiled
 def _nearest_in_row(along_column: np.ndarray, limit: int, squared: np.ndarray) -> None:
     """Fill one row of squared distances from the distances along columns."""
     columns = len(along_column)
@@ -88,7 +88,7 @@ def _nearest_in_row(along_column: np.ndarray, limit: int, squared: np.ndarray) -
         squared[column] = best
 
 
-@njit(cache=True)
+@compiled
 def inflate(
     base: np.ndarray,
     costs: np.ndarray,

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple, Optional, Tuple
 
 import numpy as np
-from numba import njit
 
+from diff_encoder_sim.base.compiled import compiled
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, transform_points
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.dwa import DwaPlanner
@@ -121,7 +121,7 @@ class LocalPlanner:
         return visible
 
 
-@njit(cache=True)
+@compiled
 def visible_stretch(plan: np.ndarray, x_m: float, y_m: float, sight_m: float, prune_m: float) -> Tuple[int, int]:
     """Return the first of a plan's points (n, 3) to follow from a place and the one behind the last; (0, 0) for none.
 

@@ -8,15 +8,15 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from diff_encoder_sim.base.compiled import compiled
 from diff_encoder_sim.navigation.cost_values import INSCRIBED, NO_INFORMATION
 
 # Layers of `fill_distance_grids`.
 TO_PLAN, TO_END, TO_FRONT = range(3)
 
 
-@njit(cache=True)
+@compiled
 def fill_distance_grids(
     costs: np.ndarray,
     per_m: float,
@@ -50,7 +50,7 @@ def fill_distance_grids(
     )
 
 
-@njit(cache=True)
+@compiled
 def fill_distance_grid(
     costs: np.ndarray, per_m: float, plan_m: np.ndarray, only_end: bool, distance: np.ndarray
 ) -> bool:
@@ -85,7 +85,7 @@ def fill_distance_grid(
     return True
 
 
-@njit(cache=True)
+@compiled
 def _spread(fenced: np.ndarray, is_free: np.ndarray, wide: int, blocked: int, queue: np.ndarray, filled: int) -> None:
     """Run the wave over a flat grid, `wide` cells a row, from the cells in the queue."""
     unreached = blocked + 1
@@ -105,7 +105,7 @@ def _spread(fenced: np.ndarray, is_free: np.ndarray, wide: int, blocked: int, qu
                     fenced[to_cell] = blocked
 
 
-@njit(cache=True)
+@compiled
 def _seed(
     costs: np.ndarray, per_m: float, plan_m: np.ndarray, only_end: bool, distance: np.ndarray, queue: np.ndarray
 ) -> int:
@@ -132,7 +132,7 @@ def _seed(
     return _finish_seed(only_end, end, filled, columns, distance, queue)
 
 
-@njit(cache=True)
+@compiled
 def _finish_seed(only_end: bool, end: int, filled: int, columns: int, distance: np.ndarray, queue: np.ndarray) -> int:
     """Put the plan's end into the queue if only that is wanted; return the number of cells in the queue."""
     if only_end and end >= 0:

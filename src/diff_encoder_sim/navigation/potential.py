@@ -12,12 +12,13 @@ import math
 from typing import Tuple
 
 import numpy as np
-from numba import njit
+
+from diff_encoder_sim.base.compiled import compiled
 
 STEP_CELLS = 0.5  # along the descent, navfn's pathStep
 
 
-@njit(cache=True)
+@compiled
 def propagate(
     weights: np.ndarray,
     start_row: int,
@@ -71,7 +72,7 @@ def propagate(
     return potential
 
 
-@njit(cache=True)
+@compiled
 def _wave(potential: np.ndarray, weights: np.ndarray, row: int, column: int) -> float:
     """Return the cost at a cell of a wave over its cheaper neighbour along each axis."""
     rows, columns = potential.shape
@@ -92,7 +93,7 @@ def _wave(potential: np.ndarray, weights: np.ndarray, row: int, column: int) -> 
     return float(low + 0.5 * (apart + math.sqrt(2.0 * weight * weight - apart * apart)))
 
 
-@njit(cache=True)
+@compiled
 def _twice_as_long(keys: np.ndarray, cells: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
     """Return a heap with twice the space."""
     more_keys, more_cells = np.empty(2 * len(keys)), np.empty(2 * len(cells), np.int64)
@@ -101,7 +102,7 @@ def _twice_as_long(keys: np.ndarray, cells: np.ndarray) -> Tuple[np.ndarray, np.
     return more_keys, more_cells
 
 
-@njit(cache=True)
+@compiled
 def _push(keys: np.ndarray, cells: np.ndarray, size: int, key: float, cell: int) -> int:
     """Add a cell to the heap; return its size."""
     place = size
@@ -115,7 +116,7 @@ def _push(keys: np.ndarray, cells: np.ndarray, size: int, key: float, cell: int)
     return size + 1
 
 
-@njit(cache=True)
+@compiled
 def _pop(keys: np.ndarray, cells: np.ndarray, size: int) -> int:
     """Remove the cell with the least key from the heap; return its size."""
     size -= 1
@@ -132,7 +133,7 @@ def _pop(keys: np.ndarray, cells: np.ndarray, size: int) -> int:
     return size
 
 
-@njit(cache=True)
+@compiled
 def descend(potential: np.ndarray, row: int, column: int) -> np.ndarray:
     """Return the path (n, 2) of columns and rows from a cell down to the start; cell centres are whole numbers.
 
@@ -160,7 +161,7 @@ def descend(potential: np.ndarray, row: int, column: int) -> np.ndarray:
     return path[:0].copy()
 
 
-@njit(cache=True)
+@compiled
 def _along_gradient(potential: np.ndarray, x: float, y: float) -> Tuple[float, float]:
     """Return the next point downhill, (x, y) itself if the four nodes around it give no direction."""
     row, column = int(math.floor(y)), int(math.floor(x))
@@ -185,7 +186,7 @@ def _along_gradient(potential: np.ndarray, x: float, y: float) -> Tuple[float, f
     return x - STEP_CELLS * x_sum / norm, y - STEP_CELLS * y_sum / norm
 
 
-@njit(cache=True)
+@compiled
 def _slope(potential: np.ndarray, row: int, column: int, down: int, right: int) -> float:
     """Return the slope along an axis from the neighbours that have a potential."""
     slope = 0.0
@@ -200,7 +201,7 @@ def _slope(potential: np.ndarray, row: int, column: int, down: int, right: int) 
     return slope
 
 
-@njit(cache=True)
+@compiled
 def _interpolated(potential: np.ndarray, x: float, y: float) -> float:
     """Return the potential between cell centres, inf beside blocked cells and outside the grid."""
     row, column = int(math.floor(y)), int(math.floor(x))
@@ -215,7 +216,7 @@ def _interpolated(potential: np.ndarray, x: float, y: float) -> float:
     return height
 
 
-@njit(cache=True)
+@compiled
 def _lowest_neighbour(potential: np.ndarray, row: int, column: int) -> Tuple[int, int]:
     """Return the lowest of the eight neighbours or the cell itself, without cutting blocked corners."""
     rows, columns = potential.shape

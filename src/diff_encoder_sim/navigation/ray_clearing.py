@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from diff_encoder_sim.base.compiled import compiled
 from diff_encoder_sim.navigation.cost_values import FREE, LETHAL
 
 
-@njit(cache=True)
+@compiled
 def clear_and_mark(
     cells: np.ndarray,
     per_m: float,
@@ -63,7 +63,7 @@ def clear_and_mark(
         _mark(cells, hits[:hit_count])
 
 
-@njit(cache=True)
+@compiled
 def _mark(cells: np.ndarray, hits: np.ndarray) -> None:
     """Mark the cells of `hits`, (n, 2) row and column, that are on the grid."""
     for index in range(len(hits)):
@@ -72,7 +72,7 @@ def _mark(cells: np.ndarray, hits: np.ndarray) -> None:
             cells[row, column] = LETHAL
 
 
-@njit(cache=True)
+@compiled
 def clear_outline(cells: np.ndarray, per_m: float, corners_m: np.ndarray) -> None:
     """Clear the cells that the sides of a polygon (n, 2) cross, given in the grid's own frame.
 
@@ -86,7 +86,7 @@ def clear_outline(cells: np.ndarray, per_m: float, corners_m: np.ndarray) -> Non
         row, column = to_row, to_column
 
 
-@njit(cache=True)
+@compiled
 def _clear_ray(cells: np.ndarray, row: int, column: int, to_row: int, to_column: int, with_end: bool) -> None:
     """Clear the cells of a line (Bresenham) up to its end or the edge of the grid."""
     rows, columns = cells.shape

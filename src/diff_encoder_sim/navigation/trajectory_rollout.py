@@ -6,10 +6,11 @@ import math
 from typing import Tuple
 
 import numpy as np
-from numba import njit
+
+from diff_encoder_sim.base.compiled import compiled
 
 
-@njit(cache=True)
+@compiled
 def step_count(
     linear_mps: float, angular_radps: float, sim_time_s: float, granularity_m: float, angular_granularity_rad: float
 ) -> int:
@@ -19,7 +20,7 @@ def step_count(
     )
 
 
-@njit(cache=True)
+@compiled
 def approach(value: float, target: float, largest_step: float) -> float:
     """Move `value` towards `target` by no more than a step."""
     if value < target:
@@ -27,7 +28,7 @@ def approach(value: float, target: float, largest_step: float) -> float:
     return max(target, value - largest_step)
 
 
-@njit(cache=True)
+@compiled
 def roll_out(
     pose: np.ndarray,
     twist: np.ndarray,
@@ -58,7 +59,7 @@ def roll_out(
         yaw_rad += angular_radps * interval_s
 
 
-@njit(cache=True)
+@compiled
 def roll_out_all(
     pose: np.ndarray,
     twist: np.ndarray,

@@ -11,8 +11,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from diff_encoder_sim.base.compiled import compiled
 from diff_encoder_sim.navigation.cost_values import LETHAL
 from diff_encoder_sim.navigation.critics import (
     ALIGNMENT,
@@ -47,7 +47,7 @@ class Scene(NamedTuple):
     scales: np.ndarray  # (7,) weights of the critics, none below zero
 
 
-@njit(cache=True)
+@compiled
 def footprint_cost(
     costs: np.ndarray, per_m: float, vertices_m: np.ndarray, x_m: float, y_m: float, cos_yaw: float, sin_yaw: float
 ) -> float:
@@ -71,7 +71,7 @@ def footprint_cost(
     return highest
 
 
-@njit(cache=True)
+@compiled
 def line_cost(costs: np.ndarray, row: int, column: int, to_row: int, to_column: int) -> float:
     """Return the highest cost on a line of cells (Bresenham), or a reason (< 0) as `footprint_cost`."""
     rows, columns = costs.shape
@@ -98,7 +98,7 @@ def line_cost(costs: np.ndarray, row: int, column: int, to_row: int, to_column: 
             row += row_step
 
 
-@njit(cache=True)
+@compiled
 def stays_clear(costs: np.ndarray, per_m: float, vertices_m: np.ndarray, points: np.ndarray) -> bool:
     """Return whether the robot can stand at every point (n, 3) of a trajectory in the grid's own frame."""
     rows, columns = costs.shape
@@ -111,7 +111,7 @@ def stays_clear(costs: np.ndarray, per_m: float, vertices_m: np.ndarray, points:
     return True
 
 
-@njit(cache=True)
+@compiled
 def _standing_cost(
     costs: np.ndarray, per_m: float, vertices_m: np.ndarray, point: np.ndarray, row: int, column: int
 ) -> float:
@@ -120,7 +120,7 @@ def _standing_cost(
     return COLLIDES if cost < 0.0 else max(cost, float(costs[row, column]))
 
 
-@njit(cache=True)
+@compiled
 def score_samples(
     costs: np.ndarray,
     per_m: float,
@@ -163,7 +163,7 @@ def score_samples(
     return best
 
 
-@njit(cache=True, inline='always')
+@compiled(inline='always')
 def _score_end(scene: Scene, sample: np.ndarray, points: np.ndarray, allowed: np.ndarray, scores: np.ndarray) -> None:
     """Fill `scores` (7,) with the costs of a sample and of its last point."""
     scores[:] = 0.0
@@ -179,7 +179,7 @@ def _score_end(scene: Scene, sample: np.ndarray, points: np.ndarray, allowed: np
         _score_point(scene, points[-1], scores)
 
 
-@njit(cache=True, inline='always')
+@compiled(inline='always')
 def _score_rest(scene: Scene, sums_obstacle: bool, points: np.ndarray, most: float, scores: np.ndarray) -> float:
     """Enter all points but the last into `scores` and return the weighted sum.
 
@@ -198,7 +198,7 @@ def _score_rest(scene: Scene, sums_obstacle: bool, points: np.ndarray, most: flo
     return total
 
 
-@njit(cache=True, inline='always')
+@compiled(inline='always')
 def _score_point(scene: Scene, point: np.ndarray, scores: np.ndarray) -> None:
     """Fill `scores` (7,) with the costs of one place, up to the first that is below zero."""
     rows, columns = scene.costs.shape
@@ -229,7 +229,7 @@ def _score_point(scene: Scene, point: np.ndarray, scores: np.ndarray) -> None:
             scores[critic] = scene.grids[layer, row, column]
 
 
-@njit(cache=True)
+@compiled
 def _total(scores: np.ndarray, scales: np.ndarray) -> float:
     """Return the weighted sum of costs (7,), or the first that is below zero."""
     total = 0.0

@@ -12,8 +12,8 @@ import math
 from typing import Optional, Tuple
 
 import numpy as np
-from numba import njit
 
+from diff_encoder_sim.base.compiled import compiled
 from diff_encoder_sim.base.se2 import wrap_angle
 from diff_encoder_sim.navigation.dwa_params import DwaParams
 from diff_encoder_sim.navigation.stop_rotate import ClearanceCheck, LatchedStopRotate, Motion
@@ -55,7 +55,7 @@ class TurnToPath:
         return self._turner.command(motion, goal, is_clear)
 
 
-@njit(cache=True)
+@compiled
 def bearing_ahead(plan: np.ndarray, x_m: float, y_m: float) -> float:
     """Return the direction [rad] from a place to the point of the plan (n, 3) ahead, or to its end if that is near."""
     nearest, least_m = 0, math.inf

@@ -10,9 +10,9 @@ import math
 from typing import List, Tuple
 
 import numpy as np
-from numba import njit
 from pydantic import Field, model_validator
 
+from diff_encoder_sim.base.compiled import compiled
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
@@ -117,7 +117,7 @@ def _sides(solid: Solid, box: Box) -> List[List[float]]:
     return sides
 
 
-@njit(cache=True)
+@compiled
 def _measure(ranges_m: np.ndarray, normals: np.ndarray, noise_m: float, range_min_m: float, range_max_m: float) -> None:
     """Turn true ranges (n,) into measured ones, in place."""
     for ray in range(len(ranges_m)):
@@ -131,7 +131,7 @@ def _measure(ranges_m: np.ndarray, normals: np.ndarray, noise_m: float, range_mi
             ranges_m[ray] = np.inf
 
 
-@njit(cache=True)
+@compiled
 def cast_rays(
     x_m: float, y_m: float, bearings_rad: np.ndarray, segments: np.ndarray, circles: np.ndarray
 ) -> np.ndarray:
@@ -170,7 +170,7 @@ def cast_rays(
     return ranges_m
 
 
-@njit(cache=True)
+@compiled
 def _directions(bearings_rad: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
     """Return (n,) cosines and (n,) sines.
 
@@ -183,7 +183,7 @@ def _directions(bearings_rad: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
     return cosines, sines
 
 
-@njit(cache=True)
+@compiled
 def _rays_within(left_rad: float, width_rad: float, lap: int, step_rad: float, count: int) -> Tuple[int, int]:
     """Return the first and last ray in an angle that begins `left_rad` after the first bearing.
 
@@ -196,7 +196,7 @@ def _rays_within(left_rad: float, width_rad: float, lap: int, step_rad: float, c
     return first, last
 
 
-@njit(cache=True)
+@compiled
 def _meet_segment(
     ax: float,
     ay: float,
@@ -221,7 +221,7 @@ def _meet_segment(
             ranges_m[ray] = distance_m
 
 
-@njit(cache=True)
+@compiled
 def _meet_circle(
     cx: float,
     cy: float,

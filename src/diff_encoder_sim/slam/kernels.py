@@ -10,8 +10,8 @@ import math
 from typing import Tuple
 
 import numpy as np
-from numba import njit
 
+from diff_encoder_sim.base.compiled import compiled
 from diff_encoder_sim.slam.patches import HITS, MASK, MEAN_X, MEAN_Y, SHIFT, SIDE, VISITS
 
 # A cell counts as surface if more than this fraction of its visits are hits: upstream's.
@@ -25,7 +25,7 @@ MOVES = np.array(
 )
 
 
-@njit(cache=True)
+@compiled
 def propose_poses(
     table: np.ndarray,
     cells: np.ndarray,
@@ -65,7 +65,7 @@ def propose_poses(
     return drawn, log_factors, scores
 
 
-@njit(cache=True)
+@compiled
 def climb(
     table: np.ndarray,
     cells: np.ndarray,
@@ -103,7 +103,7 @@ def climb(
     return best, score
 
 
-@njit(cache=True)
+@compiled
 def _score(
     table: np.ndarray, cells: np.ndarray, pose: np.ndarray, ends: np.ndarray, kernel: int, scale: float
 ) -> float:
@@ -123,7 +123,7 @@ def _score(
     return total
 
 
-@njit(cache=True)
+@compiled
 def log_likelihood(
     table: np.ndarray, cells: np.ndarray, pose: np.ndarray, ends: np.ndarray, kernel: int, scale: float
 ) -> float:
@@ -144,7 +144,7 @@ def log_likelihood(
     return total
 
 
-@njit(cache=True)
+@compiled
 def _squared_distance(table: np.ndarray, cells: np.ndarray, x: float, y: float, kernel: int) -> float:
     """Return the squared distance from a point to the surface near it, infinite if there is none.
 
@@ -186,7 +186,7 @@ def _squared_distance(table: np.ndarray, cells: np.ndarray, x: float, y: float, 
     return float(_squared_across(mean_x, mean_y, xx, xy, yy))
 
 
-@njit(cache=True)
+@compiled
 def _squared_across(x: float, y: float, xx: float, xy: float, yy: float) -> float:
     """Return the squared length of (x, y) across the longer axis of a covariance.
 
@@ -203,7 +203,7 @@ def _squared_across(x: float, y: float, xx: float, xy: float, yy: float) -> floa
     return x * x + y * y - (1.0 - max(shorter, 0.0) / longer) * along * along / norm
 
 
-@njit(cache=True)
+@compiled
 def _log_motion(pose: np.ndarray, expected: np.ndarray, sigmas: np.ndarray) -> float:
     """Return the log of the motion model at a pose, up to a constant; sigmas ahead, across, turned."""
     # In the frame of the expected heading, not of the one before the move: the difference is
@@ -215,7 +215,7 @@ def _log_motion(pose: np.ndarray, expected: np.ndarray, sigmas: np.ndarray) -> f
     return float(-0.5 * ((ahead / sigmas[0]) ** 2 + (across / sigmas[1]) ** 2 + (turned_rad / sigmas[2]) ** 2))
 
 
-@njit(cache=True)
+@compiled
 def gaussian_draw(poses: np.ndarray, weights: np.ndarray, normals: np.ndarray) -> np.ndarray:
     """Draw (3,) from the Gaussian with mean and covariance of poses (k, 3) with weights (k,), sum 1.
 

@@ -6,8 +6,8 @@ import math
 from typing import Tuple
 
 import numpy as np
-from numba import njit
 
+from diff_encoder_sim.base.compiled import compiled
 from diff_encoder_sim.slam.patches import EMPTY, HITS, MASK, MEAN_X, MEAN_Y, SHIFT, SIDE, VISITS, PatchMaps
 from diff_encoder_sim.slam.rays import Rays
 
@@ -34,7 +34,7 @@ def update_maps(maps: PatchMaps, particles: np.ndarray, rays: Rays) -> None:
         _update_map(table, *patches, laser_x, laser_y, cosines, sines, lengths, rays.is_hit)
 
 
-@njit(cache=True)
+@compiled
 def _update_map(
     table: np.ndarray,
     cells: np.ndarray,
@@ -75,7 +75,7 @@ def _update_map(
                 next_y += period_y
 
 
-@njit(cache=True)
+@compiled
 def _first_border(start: float, slope: float) -> Tuple[int, float, float]:
     """Return, for one axis: step, distance along the ray to the first cell border, and between two."""
     if slope > 0.0:
@@ -85,7 +85,7 @@ def _first_border(start: float, slope: float) -> Tuple[int, float, float]:
     return 0, math.inf, math.inf
 
 
-@njit(cache=True)
+@compiled
 def _hit(cell: np.ndarray, x: float, y: float) -> None:
     cell[HITS] += np.float32(1.0)
     cell[VISITS] += np.float32(1.0)
@@ -93,7 +93,7 @@ def _hit(cell: np.ndarray, x: float, y: float) -> None:
     cell[MEAN_Y] += np.float32((y - cell[MEAN_Y]) / cell[HITS])
 
 
-@njit(cache=True)
+@compiled
 def _own_patch(
     table: np.ndarray,
     row: int,

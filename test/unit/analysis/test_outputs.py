@@ -1,5 +1,8 @@
 """The files of an analysis."""
 
+import os
+import tempfile
+
 from diff_encoder_sim.analysis.dataset_loading import load_dataset
 from diff_encoder_sim.analysis.outputs import write_analysis
 from trial_bags import trial, write_bag
@@ -18,3 +21,15 @@ def test_every_file_is_written(tmp_path):
         'report.html',
     } <= files
     assert 'tables/comparisons.md' not in files
+
+
+def test_matplotlib_has_a_folder_where_home_cannot_be_written(tmp_path, monkeypatch):
+    (tmp_path / 'home').touch()
+    monkeypatch.setenv('HOME', str(tmp_path / 'home'))
+    monkeypatch.setattr(tempfile, 'tempdir', str(tmp_path))
+    monkeypatch.delenv('XDG_CACHE_HOME', raising=False)
+    monkeypatch.delenv('MPLCONFIGDIR', raising=False)
+    dataset = load_dataset([write_bag(tmp_path / 'a.bag', trial())])
+    (tmp_path / 'out').mkdir()
+    write_analysis(dataset, tmp_path / 'out')
+    assert os.environ['MPLCONFIGDIR'] == str(tmp_path / f'diff_encoder_sim-{os.geteuid()}' / 'matplotlib')
