@@ -159,6 +159,11 @@ def test_a_users_own_files_reach_their_nodes(tmp_path, load):
     [
         ('encoder_odometry.launch', [], {'gz_diff_encoder_node', 'gz_diff_odom_node'}),
         ('simulator.launch', [], {'simulator_node'}),
+        (
+            'teleop.launch',
+            [],
+            {'simulator_node', 'gz_diff_encoder_node', 'gz_diff_odom_node', 'world_pose_node', 'robot_state_publisher'},
+        ),
         ('gazebo.launch', [], {'gazebo', 'spawn_robot'}),
         ('navigation.launch', [], set(UPSTREAM)),
         ('navigation.launch', ['stack:=upstream'], set(UPSTREAM)),
@@ -187,7 +192,7 @@ def test_mapping_drives_and_maps(slam, odom, load):
     )
 
 
-@pytest.mark.parametrize('file', ['trial', 'encoder_odometry', 'mapping', 'replay', 'simulator'])
+@pytest.mark.parametrize('file', ['trial', 'encoder_odometry', 'mapping', 'replay', 'simulator', 'teleop'])
 def test_every_launch_file_that_starts_a_robot_sets_its_settings_once(file, load):
     needed = ['bag:=drive.bag'] if file == 'replay' else []
     config, commands = load(LAUNCH / f'{file}.launch', 'robot:=mine.yaml', 'robot_args:=a=1 b=2', *needed)
@@ -217,6 +222,7 @@ def test_no_launch_file_is_forgotten():
         'slam.launch',
         'mapping.launch',
         'replay.launch',
+        'teleop.launch',
     }
 
 
@@ -299,6 +305,26 @@ def make_packages(folder, programs):
 
 def add_packages(graph, folder):
     graph.environment['ROS_PACKAGE_PATH'] = '{}:{}'.format(folder, os.environ['ROS_PACKAGE_PATH'])
+
+
+def test_teleop_starts_ros_own_nodes_for_a_joystick(tmp_path):
+    """joy and teleop_twist_joy publish /cmd_vel; a stand-in has their launch file's name and argument."""
+    require_ros()
+    make_packages(tmp_path / 'packages', {'teleop_twist_joy': {}})
+    folder = tmp_path / 'packages' / 'teleop_twist_joy' / 'launch'
+    folder.mkdir()
+    (folder / 'teleop.launch').write_text(
+        '<launch><arg name="joy_config"/><param name="/joystick" value="$(arg joy_config)"/></launch>'
+    )
+    with Graph(tmp_path / 'ros') as graph:
+        add_packages(graph, tmp_path / 'packages')
+        code, output = graph.run(
+            'roslaunch', '--dump-params', LAUNCH / 'teleop.launch', 'joystick:=xbox', 'start:={x: 1.0, yaw: 0.5}'
+        )
+    assert code == 0, output
+    found = yaml.safe_load(output)
+    assert found['/joystick'] == 'xbox'
+    assert (found['/simulator_node/start/x'], found['/simulator_node/start/yaw']) == (1.0, 0.5)
 
 
 @pytest.fixture(scope='module')
