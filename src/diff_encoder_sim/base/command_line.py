@@ -7,6 +7,7 @@ import sys
 import textwrap
 from typing import Callable, Sequence
 
+from diff_encoder_sim.base.command_name import as_called, as_typed
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.version import package_version
 
@@ -17,21 +18,26 @@ def tool_parser(name: str, description: str, examples: Sequence[str], notes: str
     """Return a parser with --help and --version.
 
     Args:
-        name: the executable, as after `rosrun diff_encoder_sim`.
+        name: the executable, as after `rosrun diff_encoder_sim`; the description begins with it.
         description: paragraphs, filled to the width of the help.
         examples: arguments of whole commands, without the executable.
         notes: paragraphs between the options and the examples.
     """
-    commands = '\n'.join(f'  rosrun diff_encoder_sim {name} {arguments}'.rstrip() for arguments in examples)
+    commands = '\n'.join(f'  {as_typed(name)} {arguments}'.rstrip() for arguments in examples)
     epilog = [*([_filled(notes)] if notes else []), f'examples:\n{commands}']
     parser = argparse.ArgumentParser(
-        prog=name,
-        description=_filled(description),
+        prog=as_called(name),
+        description=_filled(description.replace(name, as_called(name), 1)),
         epilog='\n\n'.join(epilog),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument('--version', action='version', version=f'%(prog)s (diff_encoder_sim) {package_version()}')
+    add_version(parser)
     return parser
+
+
+def add_version(parser: argparse.ArgumentParser) -> None:
+    """Add --version, which is the package's."""
+    parser.add_argument('--version', action='version', version=f'%(prog)s (diff_encoder_sim) {package_version()}')
 
 
 def run_tool(name: str, tool: Callable[[], None]) -> None:
@@ -39,7 +45,7 @@ def run_tool(name: str, tool: Callable[[], None]) -> None:
     try:
         tool()
     except ConfigError as error:
-        sys.exit(f'{name}: {error}')
+        sys.exit(f'{as_called(name)}: {error}')
     except BrokenPipeError:
         # The reader (head, less) has closed the pipe: nothing more can be printed, and it is no error.
         sys.stderr.close()

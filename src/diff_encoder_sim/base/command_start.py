@@ -6,13 +6,14 @@ import importlib
 import os
 import signal
 import sys
+from typing import Sequence
 
 STANDARD_ERROR = 2
 STOPPED = 128 + signal.SIGINT  # the exit status that shells expect after Ctrl-C
 
 
-def run_command(name: str, module: str) -> None:
-    """Import a command's module, such as `cli.campaign`, and run its `main`.
+def run_command(name: str, module: str, *arguments: Sequence[str]) -> None:
+    """Import a command's module, such as `cli.campaign`, and run its `main`: for sys.argv, or for a list of arguments.
 
     Ctrl-C at any moment, also during the imports, prints one line and exits with status 130.
     """
@@ -28,7 +29,7 @@ def run_command(name: str, module: str) -> None:
     try:
         try:
             signal.signal(signal.SIGINT, signal.default_int_handler)
-            main()
+            main(*arguments)
         finally:
             signal.signal(signal.SIGINT, end_at_once)
     except KeyboardInterrupt:

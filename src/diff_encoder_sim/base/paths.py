@@ -10,15 +10,15 @@ from diff_encoder_sim.base.errors import ConfigError
 
 
 def package_folder() -> Path:
-    """Return the folder of package.xml, config/, worlds/ and urdf/: the checkout, or the installed share folder.
+    """Return the folder of package.xml, config/, worlds/ and urdf/: the checkout, or where catkin or pip install them.
 
     Raises:
         ConfigError: neither is there.
     """
     here = Path(__file__).resolve()
-    # src/diff_encoder_sim in a checkout, lib/python3/dist-packages/... when installed.
+    # Up from src/diff_encoder_sim of a checkout; catkin has share/ beside lib/python3/, pip in the package.
     for folder in here.parents:
-        for candidate in (folder, folder / 'share' / 'diff_encoder_sim'):
+        for candidate in (folder, folder / 'share' / 'diff_encoder_sim', folder / 'share'):
             if (candidate / 'config' / 'config.yaml').is_file():
                 return candidate
     raise ConfigError(f'config/config.yaml: not found above {here}')

@@ -12,6 +12,7 @@ from typing import Dict, NamedTuple, Sequence, Union
 
 import yaml
 
+from diff_encoder_sim.base.command_name import as_typed
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.mapping.map_files import load_map
@@ -115,7 +116,7 @@ def _add_map(contents: Dict[str, bytes], path: Path, is_needed: bool) -> str:
         if is_needed:
             raise ConfigError(
                 f'map: there is no {path}; allowed: a map .yaml file beside its '
-                f'world, as made by rosrun diff_encoder_sim rasterise_world'
+                f'world, as made by {as_typed("rasterise_world")}'
             )
         return ''
     load_map(path)

@@ -23,6 +23,7 @@ from diff_encoder_sim.analysis.encoder_labels import ppr_value
 from diff_encoder_sim.analysis.quantities import YAW, X
 from diff_encoder_sim.analysis.within_tolerance import REQUIRED_FRACTION, fewest_trials
 from diff_encoder_sim.base.command_line import tool_parser
+from diff_encoder_sim.base.command_name import as_called
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.paths import package_folder
 from diff_encoder_sim.campaign.campaign_definition import Campaign, TrialJob
@@ -174,8 +175,8 @@ def _warn_of_goal_tolerance(campaign: Campaign, tolerance: Tolerance) -> None:
     planner = campaign.cells[0].robot_params.navigator.DWAPlannerROS
     if campaign.params.nav == 'embedded' and tolerance.position_m < planner.xy_goal_tolerance:
         print(
-            f'advise: navigation stops within {planner.xy_goal_tolerance:g} m of a goal, whatever the encoder; for '
-            f'{tolerance.position_m:g} m set navigation.DWAPlannerROS.xy_goal_tolerance in the robot file',
+            f'{as_called("advise")}: navigation stops within {planner.xy_goal_tolerance:g} m of a goal, whatever the '
+            f'encoder; for {tolerance.position_m:g} m set navigation.DWAPlannerROS.xy_goal_tolerance in the robot file',
             file=sys.stderr,
         )
 

@@ -16,13 +16,14 @@ from diff_encoder_sim.analysis.output_folder import REPORT, output_folder
 from diff_encoder_sim.analysis.outputs import write_analysis
 from diff_encoder_sim.analysis.terminal_summary import summary
 from diff_encoder_sim.base.command_line import run_tool, tool_parser
+from diff_encoder_sim.base.command_name import as_called
 
 DEFAULT_NAME = 'analysis'
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> None:
     """Run the command line."""
-    logging.basicConfig(format='analyze: %(message)s')
+    logging.basicConfig(format=f'{as_called("analyze")}: %(message)s')
     run_tool('analyze', lambda: _analyze(_parse(arguments)))
 
 

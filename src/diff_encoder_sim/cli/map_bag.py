@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Optional, Sequence
 
 from diff_encoder_sim.base.command_line import run_tool, tool_parser
+from diff_encoder_sim.base.command_name import as_called
 from diff_encoder_sim.base.paths import package_folder
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
@@ -31,7 +32,7 @@ from diff_encoder_sim.slam.slam_warm_up import warm_up
 
 def main(arguments: Optional[Sequence[str]] = None) -> None:
     """Run the command line."""
-    logging.basicConfig(format='map_bag: %(message)s')
+    logging.basicConfig(format=f'{as_called("map_bag")}: %(message)s')
     run_tool('map_bag', lambda: _map_bag(_parse(arguments)))
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Mapping, NamedTuple, Optional, Sequence, Set
 
 from diff_encoder_sim.base.command_line import run_tool
+from diff_encoder_sim.base.command_name import as_called
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.cli.reencode_arguments import CSV_NAME, output_files, parse, ppr_of_text, pprs_of_texts
 from diff_encoder_sim.cli.reencode_robot import RecordedRobot, recorded_robot
@@ -48,7 +49,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> None:
     """Run the command line."""
     handler = logging.StreamHandler()
     handler.addFilter(_OnceFilter())
-    logging.basicConfig(format='reencode: %(message)s', handlers=[handler])
+    logging.basicConfig(format=f'{as_called("reencode")}: %(message)s', handlers=[handler])
     run_tool('reencode', lambda: _reencode(parse(arguments)))
 
 
@@ -151,7 +152,7 @@ def _warn(source: BagSource, drive: RecordedDrive, runs: Sequence[WheelsAtPpr], 
             f'no pose of {drive.reference.name} has the time of an odometry message: errors cannot be computed'
         )
     for note in notes:
-        print(f'reencode: {drive.path}: {note}', file=sys.stderr)
+        print(f'{as_called("reencode")}: {drive.path}: {note}', file=sys.stderr)
 
 
 def _print(drive: RecordedDrive, runs: Sequence[WheelsAtPpr], summary: DriveSummary, took_s: float) -> None:

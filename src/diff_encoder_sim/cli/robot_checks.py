@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 
+from diff_encoder_sim.base.command_name import as_called
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.paths import package_folder
 from diff_encoder_sim.campaign.campaign_checks import check_robot, unfit_tests
@@ -30,7 +31,7 @@ def with_checks(name: str, campaign: Campaign, is_unchecked: bool) -> Campaign:
     if campaign.robot is None:
         return campaign
     for warning in campaign.robot.warnings:
-        print(f'{name}: {campaign.robot.file}: {warning}', file=sys.stderr)
+        print(f'{as_called(name)}: {campaign.robot.file}: {warning}', file=sys.stderr)
     checks = check_robot(campaign.robot.source, campaign.cells[0].robot_params.simulator)
     problems = unfit_tests(campaign, package_folder() / 'worlds')
     failed = [check.name for check in checks if not check.is_ok]
@@ -40,5 +41,5 @@ def with_checks(name: str, campaign: Campaign, is_unchecked: bool) -> Campaign:
     if problems and not is_unchecked:
         raise ConfigError('; '.join([*problems, 'allowed: another robot or test, or --unchecked']))
     for problem in problems:
-        print(f'{name}: {problem}', file=sys.stderr)
+        print(f'{as_called(name)}: {problem}', file=sys.stderr)
     return campaign._replace(robot=campaign.robot._replace(checks=tuple(checks)))

@@ -14,6 +14,7 @@ from typing import Optional, Sequence, Union
 from pydantic import Field
 
 from diff_encoder_sim.base.command_line import run_tool, tool_parser
+from diff_encoder_sim.base.command_name import as_typed
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.paths import package_folder, users_path
 from diff_encoder_sim.base.roslaunch_process import parent_only_lists
@@ -126,8 +127,7 @@ def _map_path(options: argparse.Namespace, world: Path) -> str:
     path = users_path(options.map) if options.map else world.with_suffix('.yaml')
     if options.nav != 'scripted' and not path.is_file():
         raise ConfigError(
-            f'map: there is no {path}; allowed: a map .yaml file, as made by '
-            f'rosrun diff_encoder_sim rasterise_world {world}'
+            f'map: there is no {path}; allowed: a map .yaml file, as made by {as_typed("rasterise_world")} {world}'
         )
     return str(path)
 

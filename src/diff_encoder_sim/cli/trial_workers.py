@@ -14,6 +14,7 @@ from typing import Callable, ContextManager, Dict, Iterator, List, Sequence
 from distributed import Client
 
 from diff_encoder_sim.base.command_line import run_tool
+from diff_encoder_sim.base.command_name import as_called
 from diff_encoder_sim.base.host_info import usable_cores
 from diff_encoder_sim.campaign.campaign_definition import Campaign
 from diff_encoder_sim.campaign.cluster import connected_client, local_client
@@ -35,14 +36,14 @@ class _Stopped(BaseException):
 
 def run_trials_tool(name: str, tool: Callable[[], None]) -> None:
     """Run a tool that runs trials; a fault or a signal prints one line and sets the exit status."""
-    logging.basicConfig(format=f'{name}: %(message)s')
+    logging.basicConfig(format=f'{as_called(name)}: %(message)s')
     try:
         with _signals_raise():
             run_tool(name, tool)
     except CampaignFault as fault:
-        sys.exit(f'{name}: {fault}')
+        sys.exit(f'{as_called(name)}: {fault}')
     except _Stopped as stopped:
-        print(f'{name}: stopped {stopped.when}', file=sys.stderr)
+        print(f'{as_called(name)}: stopped {stopped.when}', file=sys.stderr)
         sys.exit(128 + stopped.number)
 
 
@@ -86,8 +87,8 @@ def unrun_text(name: str, campaign: Campaign, unrun: Sequence[UnrunTrial]) -> st
     for reason, bags in by_reason.items():
         count = '1 trial' if len(bags) == 1 else f'{len(bags)} trials'
         more = ', ...' if len(bags) > UNRUN_SHOWN else ''
-        lines.append(f'{name}: {count} could not be run ({reason}): {", ".join(bags[:UNRUN_SHOWN])}{more}')
-    return '\n'.join([*lines, f'{name}: run the same command again to retry them'])
+        lines.append(f'{as_called(name)}: {count} could not be run ({reason}): {", ".join(bags[:UNRUN_SHOWN])}{more}')
+    return '\n'.join([*lines, f'{as_called(name)}: run the same command again to retry them'])
 
 
 def positive_number(text: str) -> float:

@@ -1,4 +1,7 @@
-"""PyBullet, without the lines that it prints into tools' output and progress bars."""
+"""PyBullet, without the lines that it prints into tools' output and progress bars.
+
+Where it is not installed, all that does not simulate works, and what does ends with one line.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +9,9 @@ import contextlib
 import ctypes
 import os
 import sys
-from typing import Iterator
+from typing import Iterator, NoReturn
+
+from diff_encoder_sim.base.errors import ConfigError
 
 # PyBullet's version decides which of the two the line goes to.
 STDOUT, STDERR = 1, 2
@@ -33,7 +38,21 @@ def silence(*descriptors: int) -> Iterator[None]:
         os.close(nowhere)
 
 
-with silence(STDOUT, STDERR):
-    import pybullet
+class _Missing:
+    """Stands for PyBullet where it is not installed."""
+
+    def __getattr__(self, name: str) -> NoReturn:
+        raise ConfigError(
+            'PyBullet, which simulates the robot, is not installed; allowed: Python 3.8 to 3.11, where pip install '
+            "pybullet takes a minute, or pip install 'diff_encoder_sim[sim]', which builds it from source (a C++ "
+            'compiler, ten minutes)'
+        )
+
+
+try:
+    with silence(STDOUT, STDERR):
+        import pybullet
+except ModuleNotFoundError:
+    pybullet = _Missing()
 
 __all__ = ['STDERR', 'STDOUT', 'pybullet', 'silence']

@@ -22,6 +22,14 @@ def test_an_installation_is_found_in_share(tmp_path, monkeypatch):
     assert paths.package_folder() == share
 
 
+def test_an_installation_by_pip_is_found_in_the_package(tmp_path, monkeypatch):
+    package = tmp_path / 'lib' / 'python3.8' / 'site-packages' / 'diff_encoder_sim'
+    (package / 'share' / 'config').mkdir(parents=True)
+    (package / 'share' / 'config' / 'config.yaml').write_text('')
+    monkeypatch.setattr(paths, '__file__', str(package / 'base' / 'paths.py'))
+    assert paths.package_folder() == package / 'share'
+
+
 def test_a_copy_without_configuration_says_what_is_missing(tmp_path, monkeypatch):
     monkeypatch.setattr(paths, '__file__', str(tmp_path / 'paths.py'))
     with pytest.raises(ConfigError, match=r'config/config\.yaml: not found'):

@@ -5,11 +5,13 @@ from __future__ import annotations
 import importlib.metadata
 import platform
 import shlex
+from pathlib import Path
 from typing import Any, Dict, List, NamedTuple, Optional
 
 import yaml
 
 from diff_encoder_sim.analysis.dataset import Dataset
+from diff_encoder_sim.base.command_name import CONSOLE
 
 # The analysis computes and draws with them; the campaign's own versions are in its manifest.
 LIBRARIES = ('numpy', 'scipy', 'matplotlib')
@@ -59,11 +61,12 @@ def provenance(dataset: Dataset) -> Provenance:
 def _commands(dataset: Dataset, runs: List[Dict[str, Any]]) -> List[str]:
     if dataset.folder is None or not runs:
         return []
-    arguments = list(map(str, runs[0].get('command', [])))[1:]
-    return [
-        shlex.join(['rosrun', 'diff_encoder_sim', 'campaign', *arguments]),
-        shlex.join(['rosrun', 'diff_encoder_sim', 'analyze', str(dataset.folder)]),
-    ]
+    program, *arguments = map(str, runs[0].get('command') or [''])
+    folder = str(dataset.folder)
+    if Path(program).name == CONSOLE:
+        return [shlex.join([CONSOLE, *arguments]), shlex.join([CONSOLE, 'analyze', folder])]
+    rosrun = ['rosrun', 'diff_encoder_sim']
+    return [shlex.join([*rosrun, 'campaign', *arguments]), shlex.join([*rosrun, 'analyze', folder])]
 
 
 def _run(run: Dict[str, Any]) -> Run:

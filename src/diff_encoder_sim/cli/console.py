@@ -1,0 +1,52 @@
+"""diff-encoder-sim: the commands that need no ROS, as one; pip installs it. It imports a command only to run it."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from typing import Optional, Sequence
+
+from diff_encoder_sim.base.command_line import add_version
+from diff_encoder_sim.base.command_name import CONSOLE, as_called
+from diff_encoder_sim.base.command_start import run_command
+
+DESCRIPTION = 'Which wheel encoder does a differential-drive robot need, and is its odometry right?'
+COMMANDS = {
+    'campaign': 'run trials of several tests and encoders, faster than real time',
+    'advise': 'find the encoder with the fewest pulses that keeps a robot within a tolerance',
+    'analyze': 'make tables, figures and a report of a campaign, or of bags',
+    'reencode': 'compute what a recorded drive would have been with other encoders',
+    'map_bag': 'build a map from the scans and the odometry in a bag',
+    'check_robot': 'find out about a robot from its URDF, and check that it drives as it should',
+    'rasterise_world': 'make a map directly from a .world file',
+}
+
+
+def main(arguments: Optional[Sequence[str]] = None) -> None:
+    """Run the command line."""
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    name = _parser().parse_args(given[:1]).command.replace('-', '_')
+    run_command(as_called(name), f'cli.{name}', given[1:])
+
+
+def _parser() -> argparse.ArgumentParser:
+    shown = {name.replace('_', '-'): text for name, text in COMMANDS.items()}
+    width = max(map(len, shown))
+    commands = '\n'.join(f'  {name:{width}}  {text}' for name, text in shown.items())
+    parser = argparse.ArgumentParser(
+        prog=CONSOLE,
+        usage=f'{CONSOLE} COMMAND ...',
+        description=DESCRIPTION,
+        epilog=f'commands:\n{commands}\n\n{CONSOLE} COMMAND --help describes a command.',
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    add_version(parser)
+    parser.add_argument(
+        'command', metavar='COMMAND', type=_with_hyphens, choices=list(shown), help='what to do; its arguments follow'
+    )
+    return parser
+
+
+def _with_hyphens(name: str) -> str:
+    """Take the names that rosrun has, too."""
+    return name.replace('_', '-')

@@ -1,0 +1,47 @@
+"""Python 3.12 has no wheels of PyBullet: what does not simulate works, and what does says what to install."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+from places import SOURCE
+from trial_bags import trial, write_bag
+
+# Run a command where PyBullet cannot be imported.
+BEGIN = """
+import runpy, sys
+sys.modules['pybullet'] = None
+sys.argv[:2] = ['diff-encoder-sim']
+from diff_encoder_sim.cli.console import main
+main()
+"""
+
+
+def run(folder, *arguments):
+    environment = {**os.environ, 'PYTHONPATH': str(SOURCE)}
+    command = [sys.executable, '-c', BEGIN, '-', *map(str, arguments)]
+    return subprocess.run(command, env=environment, cwd=str(folder), capture_output=True, text=True)
+
+
+@pytest.mark.parametrize(
+    'arguments',
+    ['check-robot burger', 'campaign --config quick --out results', 'advise --tolerance 0.05 --out results'],
+)
+def test_a_command_that_simulates_says_in_one_line_what_to_install(arguments, tmp_path):
+    done = run(tmp_path, *arguments.split())
+    assert done.returncode == 1
+    line = done.stderr.splitlines()[-1]
+    assert 'PyBullet' in line and 'pip install pybullet' in line and 'diff_encoder_sim[sim]' in line
+    assert len(done.stderr.splitlines()) == 1
+    assert not (tmp_path / 'results').exists()
+
+
+def test_what_does_not_simulate_works(tmp_path):
+    write_bag(tmp_path / 'a.bag', trial())
+    world = SOURCE.parent / 'worlds' / 'hallway.world'
+    for arguments in (['analyze', 'a.bag'], ['rasterise-world', world, '--out', 'map'], ['reencode', '--help']):
+        done = run(tmp_path, *arguments)
+        assert (done.returncode, done.stderr) == (0, '')
+    assert (tmp_path / 'analysis' / 'report.html').exists() and (tmp_path / 'map.yaml').exists()
