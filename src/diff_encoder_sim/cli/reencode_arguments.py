@@ -12,6 +12,8 @@ from diff_encoder_sim.base.yaml_files import yaml_value
 from diff_encoder_sim.cli.robot_arguments import add_robot_arguments
 from diff_encoder_sim.encoders.pulses import PerWheel, ppr_label
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
+from diff_encoder_sim.reencoding.csv_format import TIME_UNITS
+from diff_encoder_sim.reencoding.wheel_units import UNITS
 
 PAPER_PPR = ('40', '90', '1024', '4096')
 CSV_NAME = 'reencode.csv'
@@ -19,20 +21,34 @@ CSV_NAME = 'reencode.csv'
 DESCRIPTION = """\
 reencode: compute what a recorded drive's odometry would have been with other encoders.
 
-Reads wheel angles (sensor_msgs/JointState), or the counts of a finer encoder (diff_encoder_sim/EncoderPulse), from a
-bag. Computes /encoder_pulse, /odom and /tf for each PPR as the live nodes would have published them, and prints how far
-each odometry is from a reference."""
+Reads wheel angles (sensor_msgs/JointState) or counts (diff_encoder_sim/EncoderPulse) from a bag; where it has neither,
+any numbers of its messages (--ticks), a table (--csv), or odometry (--odom). Computes /encoder_pulse, /odom and /tf for
+each PPR as the live nodes would have published them, and prints how far each odometry is from a reference."""
 
 NOTES = """\
-From recorded counts the wheel angle is known to half a pulse. At a PPR that divides the recorded encoder's the
-result is exact; at another, in a fraction of PPR / (4 x recorded PPR) of the samples a count is one off. Counts that
-wrap need their counter_modulus in --config or the robot file."""
+From recorded counts the wheel angle is known to half a count. At a PPR that divides the recorded encoder's the
+result is exact; at another, in a fraction of PPR / (4 x recorded PPR) of the samples a count is one off. A finer PPR
+shows no more than the recorded counts do. Counts of --pulses that wrap need their counter_modulus in --config or the
+robot file; those of --ticks wrap where the type of their field does (int16, uint16, int32, uint32).
+
+Messages without a header are stamped with the time of their receipt. Wheels that come in two topics are paired at the
+left one's stamps. Speeds are integrated by the trapezoidal rule."""
+
+EXAMPLES = [
+    'drive.bag --ppr 40 90 1024 4096 --out what_if/',
+    'drive.bag --ticks /lwheel /rwheel --ticks-per-revolution 360 --ppr 40 90',
+    'kobuki.bag --robot kobuki --ticks /mobile_base/sensors/core.left_encoder /mobile_base/sensors/core.right_encoder',
+    'jackal.bag --ticks "/feedback.drivers[0].measured_travel" "/feedback.drivers[1].measured_travel" --unit rad',
+    '--csv wheels.csv --columns time left right --time-unit us --unit m/s --ppr 40 90',
+]
 
 
 def parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
     """Read the command line."""
-    parser = tool_parser('reencode', DESCRIPTION, ['drive.bag --ppr 40 90 1024 4096 --out what_if/'], NOTES)
-    parser.add_argument('bag', type=Path, metavar='BAG', help='bag of ROS 1 (complete, or torn by a crash) or ROS 2')
+    parser = tool_parser('reencode', DESCRIPTION, EXAMPLES, NOTES)
+    parser.add_argument(
+        'bag', type=Path, nargs='?', metavar='BAG', help='bag of ROS 1 (complete, or torn by a crash) or ROS 2'
+    )
     parser.add_argument(
         '--ppr',
         nargs='+',
@@ -48,6 +64,7 @@ def parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
         help=f'write a bag for each PPR, and {CSV_NAME}, into DIR (default: only print the table)',
     )
     _add_wheel_options(parser)
+    _add_other_sources(parser)
     parser.add_argument(
         '--reference',
         default='',
@@ -75,6 +92,66 @@ def _add_wheel_options(parser: argparse.ArgumentParser) -> None:
         ('--pulses-ppr', 'PPR', 'PPR of the encoder that counted them (default: that of the recorded trial)'),
     ):
         group.add_argument(option, default='', metavar=metavar, help=text)
+
+
+def _add_other_sources(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group('wheels of a drive without wheel angles')
+    group.add_argument(
+        '--ticks',
+        nargs=2,
+        metavar=('LEFT', 'RIGHT'),
+        help='numbers in the messages of the bag: a topic of std_msgs (Int16 ... Float64), an element of an array as '
+        'TOPIC[0], or a field of any message that the bag defines as TOPIC.field.field[0]',
+    )
+    group.add_argument('--csv', type=Path, metavar='FILE', help='table in place of a bag; its delimiter is found')
+    group.add_argument(
+        '--columns',
+        nargs=3,
+        default=(),
+        metavar=('TIME', 'LEFT', 'RIGHT'),
+        help='columns of the table: names in its header, or numbers from 1',
+    )
+    group.add_argument('--time-unit', choices=TIME_UNITS, default='', help='unit of the time column (default: s)')
+    group.add_argument(
+        '--unit',
+        choices=UNITS,
+        default='',
+        help='what the numbers of --ticks or --csv are: counts (ticks; ticks/message where each message has what was '
+        'counted since the one before), angles, path of the wheel (m), or speeds (default: ticks)',
+    )
+    group.add_argument(
+        '--ticks-per-revolution',
+        default='',
+        metavar='N',
+        help='ticks of a whole turn of the wheel, or "{left: N, right: N}" (default: the --robot\'s ppr)',
+    )
+    group.add_argument(
+        '--ticks-modulus',
+        type=_modulus,
+        metavar='N',
+        help='counts before the recorded counter wraps, 0 for never (default: by the type of the field, 65536 for 16 '
+        'bits; of a table: 0)',
+    )
+    group.add_argument(
+        '--reversed',
+        nargs='+',
+        choices=('left', 'right'),
+        default=(),
+        help='wheels whose numbers fall when the robot drives forward',
+    )
+    group.add_argument(
+        '--odom',
+        default='',
+        metavar='TOPIC',
+        help='last resort: compute how the wheels have turned from the poses of nav_msgs/Odometry',
+    )
+
+
+def _modulus(text: str) -> int:
+    try:
+        return EncoderParams.from_mapping({'counter_modulus': int(text)}, '').counter_modulus
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
 
 
 def pprs_of_texts(texts: Sequence[str]) -> List[PerWheel]:

@@ -29,7 +29,7 @@ class RecordedRobot(NamedTuple):
 
     encoder: EncoderParams
     odometry: OdometryParams
-    sources: Dict[str, str]  # by the parameter's name
+    sources: Dict[str, str]  # by the parameter's name; of ppr only where a file gives it
 
     def is_guessed(self) -> bool:
         """Return whether neither the user nor the bag says what the wheels are."""
@@ -71,6 +71,8 @@ def recorded_robot(options: argparse.Namespace, trial: Optional[Trial]) -> Recor
         robot = load_robot(options.robot, Path(), package_folder(), arguments, options.packages)
         of_file = robot.settings.items()
         add({key.partition('.')[2]: value for key, value in of_file if key.startswith('config.')}, robot.file.where)
+        if robot.file.ppr is not None:
+            add({'ppr': robot.file.ppr}, robot.file.where)
     if options.config:
         given = load_yaml(options.config)
         add(

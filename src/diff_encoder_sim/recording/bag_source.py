@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Collection, Iterator, Union
 
 from rosbags.highlevel import AnyReader
+from rosbags.interfaces import Connection
 from rosbags.typesys import Stores, get_typestore
 
 from diff_encoder_sim.base.errors import ConfigError, in_one_line
@@ -21,6 +22,7 @@ class Ros2Stream:
     def __init__(self, reader: AnyReader) -> None:
         self._reader = reader
         self.topics = {connection.topic: connection.msgtype for connection in reader.connections}
+        self.definitions = {connection.msgtype: _definition(connection) for connection in reader.connections}
         self.fault = ''
 
     def messages(self, topics: Collection[str]) -> Iterator[Message]:
@@ -33,6 +35,12 @@ class Ros2Stream:
                 yield Message(connection.topic, time_ns, bytes(raw))
         except Exception as error:  # each storage raises its own, some from libraries that rosbags uses
             self.fault = f'damaged: {in_one_line(error)}'
+
+
+def _definition(connection: Connection) -> str:
+    """Return a type's definition as it was recorded, empty where it was not."""
+    recorded = connection.msgdef
+    return str(getattr(recorded, 'data', recorded))  # a text itself in rosbags for Python 3.8
 
 
 BagSource = Union[Ros1Stream, Ros2Stream]

@@ -8,8 +8,8 @@ from typing import List, Tuple, cast
 from diff_encoder_sim.encoders.wheel_encoder import EncoderSample
 from diff_encoder_sim.odometry.wheel_odometry import OdometryEstimate, OdometryParams
 from diff_encoder_sim.recording import topics
-from diff_encoder_sim.recording.bag_source import BagSource
 from diff_encoder_sim.recording.trial_bag import TrialBag
+from diff_encoder_sim.reencoding.wheel_source import DriveStream
 from diff_encoder_sim.serialization.basic_messages import decode_string, encode_string
 from diff_encoder_sim.serialization.field_reader import FieldReader
 from diff_encoder_sim.serialization.joint_messages import encode_encoder_pulse
@@ -23,7 +23,7 @@ from diff_encoder_sim.trials.trial_definition import Trial
 COPIED = {topics.WORLD_POSE: topics.WORLD_POSE_NODE, topics.TRIAL_RESULT: topics.NAVIGATION_TRIAL_NODE}
 
 
-def copied_topics(source: BagSource) -> List[str]:
+def copied_topics(source: DriveStream) -> List[str]:
     """List the topics of `COPIED` that a bag has with a trial's types."""
     known = topics.recorded_topics('full')
     return [topic for topic in COPIED if source.topics.get(topic) == known[topic].message_type]

@@ -7,14 +7,12 @@ from typing import List, NamedTuple, Optional, Sequence
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.recording import topics
-from diff_encoder_sim.recording.bag_source import BagSource
 from diff_encoder_sim.reencoding.bag_output import copied_topics
-from diff_encoder_sim.reencoding.counted_angles import CountedAngles
 from diff_encoder_sim.reencoding.dropped_messages import DroppedMessages
 from diff_encoder_sim.reencoding.reference import Reference
-from diff_encoder_sim.reencoding.wheels import WheelTopic
+from diff_encoder_sim.reencoding.wheel_source import DriveStream, WheelSource
 from diff_encoder_sim.reencoding.wheels_at_ppr import WheelsAtPpr
-from diff_encoder_sim.serialization.joint_messages import JointDecoder, JointValues
+from diff_encoder_sim.serialization.joint_messages import JointValues
 from diff_encoder_sim.serialization.ros1_stream import Message
 from diff_encoder_sim.trials.trial_definition import Trial
 
@@ -30,46 +28,34 @@ class DriveSummary(NamedTuple):
 class Reencoder:
     """Feeds a recorded drive to every PPR, and compares each one's odometry with a reference."""
 
-    def __init__(
-        self,
-        wheels: WheelTopic,
-        reference: Optional[Reference],
-        runs: Sequence[WheelsAtPpr],
-        is_cdr: bool,
-        counter_modulus: int,
-    ) -> None:
+    def __init__(self, wheels: WheelSource, reference: Optional[Reference], runs: Sequence[WheelsAtPpr]) -> None:
         """Prepare to read.
 
         Args:
             wheels: where the angles come from.
             reference: what every path is compared with; None for the path at the finest PPR.
             runs: by PPR.
-            is_cdr: whether the bag is of ROS 2.
-            counter_modulus: of recorded counts.
         """
-        self._topic, self._reference, self._runs = wheels.topic, reference, runs
+        self._wheels, self._reference, self._runs = wheels, reference, runs
         self._finest = max(runs, key=lambda run: min(run.ppr.left, run.ppr.right))
-        self._decoder = JointDecoder(wheels.message_type, is_cdr)
-        self._counted = CountedAngles(wheels.joints, wheels.ppr, counter_modulus) if wheels.ppr else None
         self._dropped = DroppedMessages()
         self._messages, self._first_ns, self._last_ns = 0, 0, 0
 
-    def run(self, source: BagSource, trial: Optional[Trial]) -> DriveSummary:
+    def run(self, source: DriveStream, trial: Optional[Trial]) -> DriveSummary:
         """Read the drive to its end.
 
         Args:
-            source: the bag.
+            source: the drive.
             trial: which the bag was recorded in; None for another drive.
 
         Raises:
             OSError: a bag cannot be written.
         """
         reference = self._reference.topics if self._reference else ()
-        copied = copied_topics(source)
-        for message in source.messages((self._topic, *reference, *copied, *([topics.TRIAL] if trial else []))):
-            if message.topic == self._topic:
+        copied, of_wheels = copied_topics(source), self._wheels.topics
+        for message in source.messages((*of_wheels, *reference, *copied, *([topics.TRIAL] if trial else []))):
+            if message.topic in of_wheels:
                 self._take_wheels(message)
-                continue
             if self._reference and message.topic in reference:
                 self._take_reference(self._reference, message)
             if message.topic in copied:
@@ -84,25 +70,22 @@ class Reencoder:
             self._first_ns = message.time_ns
         self._messages, self._last_ns = self._messages + 1, message.time_ns
         try:
-            joints = self._decoder.decode(message.raw)
+            for joints in self._wheels.angles(message):
+                if self._update(message, joints):
+                    self._compare()
         except InputFault as fault:
-            self._dropped.add(self._topic, fault)
-            return
-        if self._counted is not None:
-            joints = self._counted.angles(joints)
-        if self._update(message.time_ns, joints):
-            self._compare()
+            self._dropped.add(message.topic, fault)
 
-    def _update(self, time_ns: int, joints: JointValues) -> bool:
+    def _update(self, message: Message, joints: JointValues) -> bool:
         """Return whether odometry has a new pose: all encoders report and drop the same messages."""
         has_moved, dropped = False, None
         for run in self._runs:
             try:
-                has_moved = run.update(time_ns, joints)
+                has_moved = run.update(message.time_ns, joints)
             except InputFault as fault:
                 dropped = fault
         if dropped is not None:
-            self._dropped.add(self._topic, dropped)
+            self._dropped.add(message.topic, dropped)
         return has_moved
 
     def _compare(self) -> None:

@@ -17,6 +17,8 @@ from diff_encoder_sim.serialization.message_types import ENCODER_PULSE, JOINT_ST
 # Joints may come in several messages in turn, so more than the first are read for their names.
 MESSAGES_WITH_NAMES = 500
 
+JOINT_TYPES = (JOINT_STATE, ENCODER_PULSE)
+
 _SIDES = {'left': {'left', 'l'}, 'right': {'right', 'r'}}
 
 
@@ -37,6 +39,11 @@ class WheelOptions(NamedTuple):
     pulses_ppr: Optional[PerWheel] = None
     left_joint: str = ''
     right_joint: str = ''
+
+
+def has_joints(source: BagSource) -> bool:
+    """Return whether a bag has a topic of the joints' angles or counts."""
+    return any(_topics_of(source, kind) for kind in JOINT_TYPES)
 
 
 def find_wheels(path: Path, source: BagSource, options: WheelOptions, params: EncoderParams) -> WheelTopic:

@@ -69,6 +69,7 @@ class Ros1Stream:
         self._layout = _MessageLayout()
         self._topic_of: Dict[int, str] = {}  # by connection
         self.topics: Dict[str, str] = {}  # types by topic, as rosbags spells them
+        self.definitions: Dict[str, str] = {}  # by type, as recorded; empty where they were not
         self.fault = ''  # why not all of it can be read
         with open(path, 'rb') as file:
             is_indexed = self._read_index(file)
@@ -102,9 +103,11 @@ class Ros1Stream:
 
     def _add_connection(self, fields: HeaderFields, data: bytes) -> None:
         topic = fields[b'topic'].decode('utf-8', 'replace')
-        kind = header_fields(data)[b'type'].decode('utf-8', 'replace')
+        about = header_fields(data)
+        kind = about[b'type'].decode('utf-8', 'replace').replace('/', '/msg/', 1)
         self._topic_of[UINT32.unpack(fields[b'conn'])[0]] = topic
-        self.topics.setdefault(topic, kind.replace('/', '/msg/', 1))
+        self.topics.setdefault(topic, kind)
+        self.definitions.setdefault(kind, about.get(b'message_definition', b'').decode('utf-8', 'replace'))
 
     def _chunks(self, file: BinaryIO) -> Iterator[bytes]:
         """Yield chunks, uncompressed, up to the end or to where the file is torn."""

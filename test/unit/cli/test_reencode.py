@@ -39,7 +39,6 @@ def no_time(path):
         (None, [], ['no such bag']),
         (two_robots, [], ['/joint_states, /robot2/joint_states', '--joint-states']),
         (counts_only, [], ['/fine', '--pulses-ppr']),
-        (counts_only, ['--pulses-ppr', '64'], ['--ppr: given 90', 'at most 64', '/fine']),
         (no_time, [], ['/joint_states', 'stamps do not advance']),
         (one_message, [], ['/joint_states', 'no drive', 'too short']),
         (lambda path: write_ros1(path, drive(names=('a', 'b'))), [], ['/joint_states', '--left', 'a, b']),

@@ -1,0 +1,51 @@
+"""Wheel angles from the rows of a CSV file."""
+
+from __future__ import annotations
+
+from typing import Iterator, Optional, Sequence, Tuple
+
+from diff_encoder_sim.encoders.pulses import PerWheel
+from diff_encoder_sim.reencoding.csv_stream import PAIR
+from diff_encoder_sim.reencoding.wheel_units import SPEEDS, SPEEDS_NOTE, WheelAngle, WheelUnit
+from diff_encoder_sim.serialization.joint_messages import JointValues
+from diff_encoder_sim.serialization.ros1_stream import Message
+
+
+class CsvWheels:
+    """Reads the messages of a `CsvStream`."""
+
+    are_joint_angles = False
+
+    def __init__(
+        self,
+        topic: str,
+        joints: Tuple[str, str],
+        units: Tuple[WheelUnit, WheelUnit],
+        ppr: Optional[PerWheel],
+        about: str,
+    ) -> None:
+        """Prepare to read.
+
+        Args:
+            topic: of the stream.
+            joints: left, right: the names under which angles are given.
+            units: of the numbers, left and right.
+            ppr: of counts.
+            about: what the numbers are, for the reader.
+        """
+        self.topics: Tuple[str, ...] = (topic,)
+        self.joints, self.ppr = joints, ppr
+        self.text = f'rows ({about})'
+        self._unit = units[0].unit
+        self._wheels = (WheelAngle(units[0]), WheelAngle(units[1]))
+
+    def angles(self, message: Message) -> Sequence[JointValues]:
+        """Return both wheels."""
+        values = zip(self._wheels, PAIR.unpack(message.raw))
+        angles_rad = [wheel.angle_rad(message.time_ns, value) for wheel, value in values]
+        return (JointValues(message.time_ns, self.joints, angles_rad),)
+
+    def notes(self) -> Iterator[str]:
+        """List what speeds cannot show; bad rows are the stream's."""
+        if self._unit in SPEEDS:
+            yield SPEEDS_NOTE

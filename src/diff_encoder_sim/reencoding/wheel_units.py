@@ -1,0 +1,98 @@
+"""What a recorded number says of a wheel, by its unit: counts, an angle, a path, or a speed; each becomes an angle."""
+
+from __future__ import annotations
+
+import math
+from typing import Callable, Dict, NamedTuple, Optional
+
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.reencoding.counted_angles import CountedWheel
+
+TICKS = 'ticks'
+TICKS_PER_MESSAGE = 'ticks/message'
+
+# What one of each turns a wheel by, given its radius [m].
+_RAD_OF_ANGLE: Dict[str, Callable[[float], float]] = {
+    'rad': lambda _: 1.0,
+    'deg': lambda _: math.pi / 180.0,
+    'rev': lambda _: 2.0 * math.pi,
+    'm': lambda radius_m: 1.0 / radius_m,
+}
+_RADPS_OF_SPEED: Dict[str, Callable[[float], float]] = {
+    'rad/s': lambda _: 1.0,
+    'deg/s': lambda _: math.pi / 180.0,
+    'rpm': lambda _: math.pi / 30.0,
+    'm/s': lambda radius_m: 1.0 / radius_m,
+}
+COUNTED = (TICKS, TICKS_PER_MESSAGE)
+SPEEDS = tuple(_RADPS_OF_SPEED)
+UNITS = (*COUNTED, *_RAD_OF_ANGLE, *SPEEDS)
+
+SPEEDS_NOTE = (
+    'the wheel angles are integrated speeds: what a wheel does between two of them, and the error of each, adds up in '
+    'them; a PPR adds its own rounding to these'
+)
+
+
+class WheelUnit(NamedTuple):
+    """How the numbers of one wheel are to be understood."""
+
+    unit: str  # one of UNITS
+    radius_m: float
+    ppr: Optional[float] = None  # of counts
+    counter_modulus: int = 0  # of counts; 0 where they do not wrap
+    is_reversed: bool = False  # they fall when the robot drives forward
+
+
+class WheelAngle:
+    """Turns the numbers of one wheel, in their order, into angles [rad]."""
+
+    def __init__(self, unit: WheelUnit) -> None:
+        self._sign = -1.0 if unit.is_reversed else 1.0
+        self._convert = _converter(unit)
+
+    def angle_rad(self, stamp_ns: int, value: float) -> float:
+        """Take the next number, which is finite."""
+        return self._sign * self._convert(stamp_ns, value)
+
+
+def _converter(unit: WheelUnit) -> Callable[[int, float], float]:
+    if unit.ppr is not None:
+        wheel = CountedWheel(unit.ppr, unit.counter_modulus)
+        if unit.unit == TICKS:
+            return lambda _, count: wheel.angle_rad(math.floor(count))
+        total = _Total()
+        return lambda _, ticks: wheel.angle_rad(math.floor(total.add(ticks)))
+    if unit.unit in SPEEDS:
+        integral = _Integral(_RADPS_OF_SPEED[unit.unit](unit.radius_m))
+        return integral.add
+    factor = _RAD_OF_ANGLE[unit.unit](unit.radius_m)
+    return lambda _, value: factor * value
+
+
+class _Total:
+    def __init__(self) -> None:
+        self._total = 0.0
+
+    def add(self, value: float) -> float:
+        self._total += value
+        return self._total
+
+
+class _Integral:
+    """Integrates a speed by the trapezoidal rule, from 0 at its first stamp."""
+
+    def __init__(self, factor: float) -> None:
+        self._factor = factor
+        self._angle_rad = 0.0
+        self._last_ns: Optional[int] = None
+        self._last_radps = 0.0
+
+    def add(self, stamp_ns: int, speed: float) -> float:
+        speed_radps = self._factor * speed
+        # Time that goes back is the start of another run, which the encoder sees, too.
+        if self._last_ns is not None and stamp_ns > self._last_ns:
+            interval_s = (stamp_ns - self._last_ns) / NANOSECONDS_PER_SECOND
+            self._angle_rad += 0.5 * (speed_radps + self._last_radps) * interval_s
+        self._last_ns, self._last_radps = stamp_ns, speed_radps
+        return self._angle_rad
