@@ -16,6 +16,7 @@ from typing import Dict, List
 import numpy as np
 import psutil
 from checkout import ROOT, print_header
+from rosbags.highlevel import AnyReader
 from tabulate import tabulate
 
 from diff_encoder_sim.base.se2 import Pose2D
@@ -26,7 +27,6 @@ from diff_encoder_sim.campaign.trial_row import TrialRow
 from diff_encoder_sim.encoders.pulses import ppr_label
 from diff_encoder_sim.lockstep.trial_run import TrialResult, run_trial
 from diff_encoder_sim.recording import topics
-from diff_encoder_sim.recording.bag_opening import open_bag
 from diff_encoder_sim.recording.trial_bag import TrialBag
 from diff_encoder_sim.serialization.basic_messages import encode_string
 from diff_encoder_sim.trials.test_definition import find_world
@@ -108,7 +108,7 @@ def _make(campaign: Campaign, folder: Path) -> None:
 
 
 def _copy(source: Path, target: Path, about: str) -> None:
-    with open_bag(source) as reader, TrialBag(target, 'minimal') as bag:
+    with AnyReader([source]) as reader, TrialBag(target, 'minimal') as bag:
         for connection, time_ns, raw in reader.messages():
             bag.write(
                 connection.topic,

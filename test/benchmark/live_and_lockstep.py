@@ -21,6 +21,7 @@ import numpy as np
 from checkout import ROOT, print_header
 from live_graph import check_sourced, start_master, stop
 from plans import plan_of
+from rosbags.highlevel import AnyReader
 from scipy.stats import ks_2samp
 from tabulate import tabulate
 
@@ -29,7 +30,6 @@ from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.lockstep.robot_params import load_robot_params
 from diff_encoder_sim.lockstep.trial_run import run_trial
 from diff_encoder_sim.recording import topics
-from diff_encoder_sim.recording.bag_opening import open_bag
 from diff_encoder_sim.recording.topics import TOPIC_OF_SOURCE
 from diff_encoder_sim.recording.trial_recording import read_trial
 from diff_encoder_sim.trials.pose_source import PoseSource
@@ -144,7 +144,7 @@ def _both(test: str, ppr: int, trial: int, nav: str, arguments: argparse.Namespa
 def _counts(bag: Path) -> Dict[int, List[int]]:
     """Both counters by stamp."""
     counts = {}
-    with open_bag(bag) as reader:
+    with AnyReader([bag]) as reader:
         connections = [connection for connection in reader.connections if connection.topic == topics.ENCODER_PULSE]
         for connection, _, raw in reader.messages(connections):
             message = reader.deserialize(raw, connection.msgtype)

@@ -10,6 +10,7 @@ from diff_encoder_sim.analysis.bag_trial import BagTrial, read_bag_trials, robot
 from diff_encoder_sim.analysis.dataset import Dataset
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.campaign.results_layout import MANIFEST
+from diff_encoder_sim.recording.bag_source import bags_in
 
 log = logging.getLogger(__name__)
 
@@ -57,9 +58,9 @@ def _bags_in(paths: Sequence[Path]) -> List[Path]:
         campaigns = sorted(file.parent for file in path.rglob(MANIFEST))
         if campaigns:
             raise ConfigError(f'{path}: holds the results of a campaign in {campaigns[0]}; expected that folder')
-        found = sorted(path.rglob('*.bag'))
+        found = bags_in(path)
         if not found:
-            raise ConfigError(f"{path}: no .bag file in this folder, and no campaign's results")
+            raise ConfigError(f"{path}: no bag in this folder, and no campaign's results")
         bags += found
     return bags
 

@@ -12,6 +12,7 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.campaign.results_layout import BAGS
 from diff_encoder_sim.campaign.trial_row import TrialRow
 from diff_encoder_sim.encoders.pulses import ppr_label
+from diff_encoder_sim.recording.bag_source import bags_in
 
 
 def campaign_dataset(folder: Path) -> Dataset:
@@ -59,7 +60,7 @@ def _bags_of_rows(folder: Path, rows: Sequence[TrialRow]) -> Tuple[Dict[int, Pat
         notes.append(
             f'{folder / BAGS}: has bags of {len(bags)} of {len(rows)} trials; the others have no errors along the path'
         )
-    foreign = sorted(set((folder / BAGS).glob('*.bag')) - set(bags.values()))
+    foreign = sorted(set(bags_in(folder / BAGS)) - set(bags.values()))
     if foreign:
         notes.append(f'{foreign[0]}: not a bag of trials.csv ({len(foreign)} such); left out')
     return bags, notes

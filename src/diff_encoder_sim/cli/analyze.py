@@ -17,6 +17,7 @@ from diff_encoder_sim.analysis.outputs import write_analysis
 from diff_encoder_sim.analysis.terminal_summary import summary
 from diff_encoder_sim.base.command_line import run_tool, tool_parser
 from diff_encoder_sim.base.command_name import as_called
+from diff_encoder_sim.recording.bag_source import is_bag_folder
 
 DEFAULT_NAME = 'analysis'
 
@@ -37,7 +38,7 @@ def _analyze(options: argparse.Namespace) -> None:
 
 
 def _beside(path: Path) -> Path:
-    return (path if path.is_dir() else path.parent) / DEFAULT_NAME
+    return (path if path.is_dir() and not is_bag_folder(path) else path.parent) / DEFAULT_NAME
 
 
 def _parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
@@ -48,7 +49,7 @@ def _parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
         nargs='+',
         type=Path,
         metavar='DIR|BAG',
-        help="one campaign's results folder; or bags of trials, and folders with such bags",
+        help="one campaign's results folder; or bags of trials, of ROS 1 or ROS 2, and folders with such bags",
     )
     parser.add_argument(
         '--out',

@@ -21,13 +21,15 @@ from diff_encoder_sim.base.typed_params import load_params
 from diff_encoder_sim.mapping.map_files import save_map
 from diff_encoder_sim.mapping.occupancy_grid import SAVED_MARGIN_M
 from diff_encoder_sim.recording import topics
-from diff_encoder_sim.recording.bag_opening import open_bag
+from diff_encoder_sim.recording.bag_source import open_source
 from diff_encoder_sim.recording.scan_bag import ScanBag
-from diff_encoder_sim.recording.trial_metadata import trial_of
+from diff_encoder_sim.recording.trial_metadata import trial_of_source
 from diff_encoder_sim.slam.grid_slam import GridSlam
 from diff_encoder_sim.slam.offline import OdometryTrack, map_recording
 from diff_encoder_sim.slam.slam_params import GridSlamParams
 from diff_encoder_sim.slam.slam_warm_up import warm_up
+
+log = logging.getLogger(__name__)
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> None:
@@ -38,17 +40,20 @@ def main(arguments: Optional[Sequence[str]] = None) -> None:
 
 def _map_bag(options: argparse.Namespace) -> None:
     params = load_params(GridSlamParams, options.config)
-    trial = trial_of(options.bag)
-    start = trial.test.start.pose() if trial else None
-    slam = GridSlam(params, generator(trial.number if trial else options.seed, 'slam'), start)
-    warm_up(params)
-    begin_s = time.perf_counter()
-    with open_bag(options.bag) as reader:
-        drive = ScanBag(options.bag, reader, options.scan, options.odom)
+    with open_source(options.bag) as source:
+        trial = trial_of_source(options.bag, source)
+        drive = ScanBag(options.bag, source, options.scan, options.odom)
         track = OdometryTrack(drive.odometry_ns, drive.base_poses_in_odom)
+        start = trial.test.start.pose() if trial else None
+        slam = GridSlam(params, generator(trial.number if trial else options.seed, 'slam'), start)
+        warm_up(params)
+        begin_s = time.perf_counter()
         entered = map_recording(slam, track, drive.scans(), drive.laser_pose_in_base)
+        fault = source.fault
     took_s = time.perf_counter() - begin_s
     path = save_map(slam.map().cropped(SAVED_MARGIN_M), options.stem or options.bag.with_suffix(''))
+    if fault:
+        log.warning('%s: %s; all messages that can be read are used', options.bag, fault)
     drive_s = (track.stamps_ns[-1] - track.stamps_ns[0]) / NANOSECONDS_PER_SECOND
     print(
         f'{path}: {entered} scans of a drive of {drive_s:.1f} s, in {took_s:.1f} s: '
@@ -58,7 +63,7 @@ def _map_bag(options: argparse.Namespace) -> None:
 
 def _parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
     parser = tool_parser('map_bag', __doc__, ['bags/drive.bag -f maps/office'])
-    parser.add_argument('bag', type=Path, metavar='BAG', help='bag with scans, odometry and /tf_static')
+    parser.add_argument('bag', type=Path, metavar='BAG', help='bag (ROS 1 or 2) with scans, odometry and /tf_static')
     parser.add_argument(
         '-f', dest='stem', type=Path, metavar='STEM', help='write STEM.pgm and STEM.yaml (default: beside the bag)'
     )

@@ -12,6 +12,9 @@ from diff_encoder_sim.base.errors import ConfigError, in_one_line
 
 FORMATS = ('PPM', 'PNG')  # PPM is PIL's name for all of PGM's family
 
+# A PNG of 40 kB may have as many: they take up to 0.6 GB while they are read. A square of 290 m in cells of 5 cm.
+LARGEST_IMAGE = 1 << 25
+
 
 def read_image(path: Path) -> np.ndarray:
     """Return pixels (rows, columns, channels) uint8: one channel of grey, three of colour or four with alpha.
@@ -20,15 +23,17 @@ def read_image(path: Path) -> np.ndarray:
     grey or colour is not alpha; it matters where map_server averages all channels.
 
     Raises:
-        ConfigError: the image cannot be read, or is larger than PIL's limit.
+        ConfigError: the image cannot be read, or has more than `LARGEST_IMAGE` pixels.
     """
     try:
         with warnings.catch_warnings():
             warnings.simplefilter('error', Image.DecompressionBombWarning)
             with Image.open(path, formats=FORMATS) as image:
+                if image.width * image.height > LARGEST_IMAGE:
+                    raise Image.DecompressionBombError
                 return _pixels(image)
     except (Image.DecompressionBombWarning, Image.DecompressionBombError):
-        raise ConfigError(f'{path}: image too large; allowed: at most {Image.MAX_IMAGE_PIXELS} pixels') from None
+        raise ConfigError(f'{path}: image too large; allowed: at most {LARGEST_IMAGE} pixels') from None
     except UnidentifiedImageError:
         raise ConfigError(f'{path}: not an image, or one without pixels; allowed: PGM or PNG') from None
     except Exception as error:  # PIL raises many types for a damaged image

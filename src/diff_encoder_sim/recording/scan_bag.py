@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import contextlib
 from pathlib import Path
-from typing import Dict, Iterator, List, Tuple
-
-from rosbags.highlevel import AnyReader
-from rosbags.interfaces import Connection
+from typing import Dict, Iterator, List, Optional, Tuple
 
 from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.recording import topics
+from diff_encoder_sim.recording.bag_source import BagSource
+from diff_encoder_sim.serialization.bag_messages import Message
 from diff_encoder_sim.serialization.message_types import LASER_SCAN, ODOMETRY, TRANSFORMS
 from diff_encoder_sim.serialization.pose_messages import PoseDecoder, StampedPose
 from diff_encoder_sim.serialization.scan_messages import decode_scan
@@ -23,13 +22,13 @@ class ScanBag:
     """A drive with a laser. Scans are read as they are asked for."""
 
     def __init__(
-        self, path: Path, reader: AnyReader, scan_topic: str = topics.SCAN, odom_topic: str = topics.ODOM
+        self, path: Path, source: BagSource, scan_topic: str = topics.SCAN, odom_topic: str = topics.ODOM
     ) -> None:
         """Read odometry and the laser's mount.
 
         Args:
             path: for messages.
-            reader: from `open_bag`, for as long as this is used.
+            source: from `open_source`, for as long as this is used.
             scan_topic: of LaserScan.
             odom_topic: of Odometry.
 
@@ -37,12 +36,14 @@ class ScanBag:
             ConfigError: a topic is missing or of another type, a pose is not finite, or /tf_static
                 does not contain where the laser is.
         """
-        self._path, self._reader = path, reader
-        self._scan_connections = self._connections(scan_topic, LASER_SCAN)
-        odometry = self._read_odometry(self._connections(odom_topic, ODOMETRY))
+        self._path, self._source = path, source
+        self._scan_topic = scan_topic
+        self._check_type(scan_topic, LASER_SCAN)
+        self._check_type(odom_topic, ODOMETRY)
+        odometry, laser_frame, fixed = self._read_drive(odom_topic)
         self.odometry_ns = [stamped.stamp_ns for stamped in odometry]
         self.base_poses_in_odom = [stamped.pose for stamped in odometry]
-        self.laser_pose_in_base = self._laser_pose(odometry[-1].child_frame)
+        self.laser_pose_in_base = self._laser_pose(laser_frame, odometry[-1].child_frame, fixed)
 
     def scans(self) -> Iterator[Scan]:
         """Yield the scans in the order they were recorded.
@@ -50,34 +51,47 @@ class ScanBag:
         Raises:
             ConfigError: a message is damaged.
         """
-        for connection, raw in self._messages(self._scan_connections):
-            with self._naming(connection.topic):
-                scan, _ = decode_scan(raw, self._reader.is2)
-            yield scan
+        for message in self._source.messages((self._scan_topic,)):
+            yield self._decode_scan(message)[0]
 
-    def _connections(self, topic: str, kind: str) -> List[Connection]:
-        found = [connection for connection in self._reader.connections if connection.topic == topic]
-        others = sorted({connection.msgtype for connection in found} - {kind})
-        if others:
-            raise ConfigError(f'{self._path}: {topic} is {", ".join(others)}; expected {kind}')
-        if not sum(connection.msgcount for connection in found):
-            raise ConfigError(f'{self._path}: no message on {topic}; expected {kind}')
-        return found
+    def _check_type(self, topic: str, kind: str) -> None:
+        found = self._source.topics.get(topic)
+        if found is None:
+            raise self._missing(topic, kind)
+        if found != kind:
+            raise ConfigError(f'{self._path}: {topic} is {found}; expected {kind}')
 
-    def _read_odometry(self, connections: List[Connection]) -> List[StampedPose]:
-        decoder = PoseDecoder(ODOMETRY, self._reader.is2)
-        poses = []
-        for connection, raw in self._messages(connections):
-            with self._naming(connection.topic):
-                poses.append(decoder.decode(raw))
-        return poses
+    def _missing(self, topic: str, kind: str) -> ConfigError:
+        torn = f' ({self._source.fault})' if self._source.fault else ''
+        return ConfigError(f'{self._path}: no message on {topic}{torn}; expected {kind}')
 
-    def _laser_pose(self, base_frame: str) -> Pose2D:
+    def _read_drive(self, odom_topic: str) -> Tuple[List[StampedPose], str, Dict[str, StampedPose]]:
+        """Return odometry, the frame of the scans, and the newest transform of each fixed frame by that child frame."""
+        decoder = PoseDecoder(ODOMETRY, self._source.is_cdr)
+        poses: List[StampedPose] = []
+        laser_frame: Optional[str] = None
+        fixed: Dict[str, StampedPose] = {}
+        static = [topics.TF_STATIC] if self._source.topics.get(topics.TF_STATIC) == TRANSFORMS else []
+        for message in self._source.messages((self._scan_topic, odom_topic, *static)):
+            with self._naming(message.topic):
+                if message.topic == odom_topic:
+                    poses.append(decoder.decode(message.raw))
+                elif message.topic != self._scan_topic:
+                    fixed.update({each.child_frame: each for each in decode_tf(message.raw, self._source.is_cdr)})
+                elif laser_frame is None:
+                    laser_frame = self._decode_scan(message)[1]
+        if laser_frame is None:
+            raise self._missing(self._scan_topic, LASER_SCAN)
+        if not poses:
+            raise self._missing(odom_topic, ODOMETRY)
+        return poses, laser_frame, fixed
+
+    def _decode_scan(self, message: Message) -> Tuple[Scan, str]:
+        with self._naming(message.topic):
+            return decode_scan(message.raw, self._source.is_cdr)
+
+    def _laser_pose(self, laser_frame: str, base_frame: str, fixed: Dict[str, StampedPose]) -> Pose2D:
         """Return the laser's pose in the base frame by walking up the fixed transforms."""
-        connection, raw = next(self._messages(self._scan_connections))
-        with self._naming(connection.topic):
-            laser_frame = decode_scan(raw, self._reader.is2)[1]
-        fixed = self._fixed_frames()
         frame, pose = laser_frame, IDENTITY
         while frame != base_frame:
             if frame not in fixed:
@@ -88,19 +102,6 @@ class ScanBag:
             transform = fixed.pop(frame)  # popped, so that a circle ends
             frame, pose = transform.parent_frame, transform.pose.compose(pose)
         return pose
-
-    def _fixed_frames(self) -> Dict[str, StampedPose]:
-        """Return the newest transform of each fixed frame, by that child frame."""
-        frames = {}
-        static = [each for each in self._reader.connections if each.topic == topics.TF_STATIC]
-        for connection, raw in self._messages([each for each in static if each.msgtype == TRANSFORMS]):
-            with self._naming(connection.topic):
-                frames.update({transform.child_frame: transform for transform in decode_tf(raw, self._reader.is2)})
-        return frames
-
-    def _messages(self, connections: List[Connection]) -> Iterator[Tuple[Connection, bytes]]:
-        for connection, _, raw in self._reader.messages(connections) if connections else ():
-            yield connection, raw
 
     @contextlib.contextmanager
     def _naming(self, topic: str) -> Iterator[None]:

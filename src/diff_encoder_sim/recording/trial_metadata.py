@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any, Dict, NamedTuple, Optional, Union
-
-from rosbags.rosbag1 import Reader
+from typing import Any, Dict, Iterator, NamedTuple, Optional, Tuple
 
 from diff_encoder_sim.base.errors import ConfigError, InputFault
-from diff_encoder_sim.recording.bag_opening import naming_damage, open_ros1_bag, typed_messages
 from diff_encoder_sim.recording.bag_source import BagSource
 from diff_encoder_sim.recording.topics import TRIAL, TRIAL_RESULT
 from diff_encoder_sim.serialization.basic_messages import decode_string
@@ -26,13 +23,13 @@ class TrialMetadata(NamedTuple):
     reason: str  # of a failure
 
 
-def read_metadata(path: Path, reader: Reader) -> Optional[TrialMetadata]:
-    """Read the trial of an indexed bag and its result; None where the bag has no /trial.
+def read_metadata(path: Path, source: BagSource) -> Optional[TrialMetadata]:
+    """Read the trial of a bag and its result; None where the bag has no /trial.
 
     Raises:
-        ConfigError: one of the texts is not as expected, or the bag is damaged.
+        ConfigError: one of the texts is not as expected.
     """
-    texts = _texts(path, reader, TRIAL, TRIAL_RESULT)
+    texts = dict(_texts(path, source, TRIAL, TRIAL_RESULT))
     if TRIAL not in texts:
         return None
     trial = _trial(path, texts[TRIAL])
@@ -40,41 +37,24 @@ def read_metadata(path: Path, reader: Reader) -> Optional[TrialMetadata]:
     return TrialMetadata(trial, _outcome(path, result), str(result.get('reason', '')))
 
 
-def trial_of(path: Union[str, Path]) -> Optional[Trial]:
-    """Read the trial that a bag was recorded from; None where the bag has no /trial.
-
-    Raises:
-        ConfigError: the file is no readable bag, or its /trial is not as expected.
-    """
-    path = Path(path)
-    with open_ros1_bag(path) as reader:
-        texts = _texts(path, reader, TRIAL)
-    return _trial(path, texts[TRIAL]) if texts else None
-
-
 def trial_of_source(path: Path, source: BagSource) -> Optional[Trial]:
-    """Read the trial that a streamed bag was recorded from; None where the bag has no /trial.
+    """Read the trial that a bag was recorded from; None where the bag has no /trial.
 
     Raises:
         ConfigError: /trial is not as expected.
     """
-    if source.topics.get(TRIAL) != STRING:
-        return None
-    message = next(source.messages((TRIAL,)), None)
-    if message is None:
-        return None
-    try:
-        return _trial(path, decode_string(message.raw, source.is_cdr))
-    except InputFault as error:
-        raise ConfigError(f'{path}: {TRIAL}: {error}') from None
+    for _, text in _texts(path, source, TRIAL):
+        return _trial(path, text)
+    return None
 
 
-def _texts(path: Path, reader: Reader, *topics: str) -> Dict[str, str]:
-    texts = {}
-    for connection, raw in typed_messages(path, reader, dict.fromkeys(topics, STRING)):
-        with naming_damage(path):
-            texts[connection.topic] = decode_string(raw)
-    return texts
+def _texts(path: Path, source: BagSource, *topics: str) -> Iterator[Tuple[str, str]]:
+    strings = [topic for topic in topics if source.topics.get(topic) == STRING]
+    for message in source.messages(strings) if strings else ():
+        try:
+            yield message.topic, decode_string(message.raw, source.is_cdr)
+        except InputFault as error:
+            raise ConfigError(f'{path}: {message.topic}: {error}') from None
 
 
 def _trial(path: Path, text: str) -> Trial:

@@ -10,12 +10,12 @@ from diff_encoder_sim.odometry.wheel_odometry import OdometryEstimate, OdometryP
 from diff_encoder_sim.recording import topics
 from diff_encoder_sim.recording.trial_bag import TrialBag
 from diff_encoder_sim.reencoding.wheel_source import DriveStream
+from diff_encoder_sim.serialization.bag_messages import Message
 from diff_encoder_sim.serialization.basic_messages import decode_string, encode_string
 from diff_encoder_sim.serialization.field_reader import FieldReader
 from diff_encoder_sim.serialization.joint_messages import encode_encoder_pulse
 from diff_encoder_sim.serialization.pose_messages import encode_odometry
 from diff_encoder_sim.serialization.primitives import NUMBER_SIZE, POSE, encode_header
-from diff_encoder_sim.serialization.ros1_stream import Message
 from diff_encoder_sim.serialization.transform_messages import encode_tf, encode_transform
 from diff_encoder_sim.trials.trial_definition import Trial
 

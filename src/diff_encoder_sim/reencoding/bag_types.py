@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import struct
 from pathlib import Path
 from typing import Any, Dict, NamedTuple, Tuple
 
@@ -10,9 +11,11 @@ from rosbags.serde import SerdeError
 from rosbags.typesys import Stores, TypesysError, get_types_from_msg, get_typestore
 
 from diff_encoder_sim.base.errors import ConfigError, InputFault
-from diff_encoder_sim.recording.bag_opening import DAMAGE
 from diff_encoder_sim.recording.bag_source import BagSource
 from diff_encoder_sim.serialization.field_reader import TORN
+
+# What rosbags raises where bytes of a definition or a message have changed.
+DAMAGE = (OSError, RuntimeError, ValueError, LookupError, AssertionError, struct.error, MemoryError)
 
 # By type: constants, and fields as name and what it is, as rosbags has them.
 Fields = Dict[str, Tuple[Any, Any]]

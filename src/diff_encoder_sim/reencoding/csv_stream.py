@@ -9,7 +9,7 @@ from typing import Collection, Dict, Iterator, Sequence, TextIO, Tuple
 
 from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.reencoding.csv_format import COMMENT, find_format
-from diff_encoder_sim.serialization.ros1_stream import Message
+from diff_encoder_sim.serialization.bag_messages import Message
 
 # Left and right in a message.
 PAIR = struct.Struct('<2d')

@@ -7,8 +7,8 @@ from typing import Iterator, Optional, Sequence, Tuple
 from diff_encoder_sim.encoders.pulses import PerWheel
 from diff_encoder_sim.reencoding.csv_stream import PAIR
 from diff_encoder_sim.reencoding.wheel_units import SPEEDS, SPEEDS_NOTE, WheelAngle, WheelUnit
+from diff_encoder_sim.serialization.bag_messages import Message
 from diff_encoder_sim.serialization.joint_messages import JointValues
-from diff_encoder_sim.serialization.ros1_stream import Message
 
 
 class CsvWheels:

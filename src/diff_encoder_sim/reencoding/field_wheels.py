@@ -10,8 +10,8 @@ from diff_encoder_sim.reencoding.message_fields import MessageField
 from diff_encoder_sim.reencoding.paired_angles import LONGEST_GAP_NS, PairedAngles
 from diff_encoder_sim.reencoding.receive_times import ReceiveTimes, receive_times_note
 from diff_encoder_sim.reencoding.wheel_units import SPEEDS, SPEEDS_NOTE, WheelAngle, WheelUnit
+from diff_encoder_sim.serialization.bag_messages import Message
 from diff_encoder_sim.serialization.joint_messages import JointValues
-from diff_encoder_sim.serialization.ros1_stream import Message
 
 
 class Wheel(NamedTuple):

@@ -6,8 +6,8 @@ from typing import Iterator, Sequence, Tuple
 
 from diff_encoder_sim.reencoding.counted_angles import CountedAngles
 from diff_encoder_sim.reencoding.wheels import WheelTopic
+from diff_encoder_sim.serialization.bag_messages import Message
 from diff_encoder_sim.serialization.joint_messages import JointDecoder, JointValues
-from diff_encoder_sim.serialization.ros1_stream import Message
 
 
 class JointWheels:

@@ -11,10 +11,10 @@ from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.encoders.pulses import PerWheel
 from diff_encoder_sim.odometry.wheel_odometry import OdometryParams
 from diff_encoder_sim.recording.bag_source import BagSource
+from diff_encoder_sim.serialization.bag_messages import Message
 from diff_encoder_sim.serialization.joint_messages import JointValues
 from diff_encoder_sim.serialization.message_types import ODOMETRY
 from diff_encoder_sim.serialization.pose_messages import PoseDecoder
-from diff_encoder_sim.serialization.ros1_stream import Message
 
 # What the wheels' axle cannot do; less is rounding.
 _SIDEWAYS_FRACTION = 0.01

@@ -12,8 +12,8 @@ from diff_encoder_sim.reencoding.dropped_messages import DroppedMessages
 from diff_encoder_sim.reencoding.reference import Reference
 from diff_encoder_sim.reencoding.wheel_source import DriveStream, WheelSource
 from diff_encoder_sim.reencoding.wheels_at_ppr import WheelsAtPpr
+from diff_encoder_sim.serialization.bag_messages import Message
 from diff_encoder_sim.serialization.joint_messages import JointValues
-from diff_encoder_sim.serialization.ros1_stream import Message
 from diff_encoder_sim.trials.trial_definition import Trial
 
 

@@ -9,9 +9,9 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.recording.bag_source import BagSource
 from diff_encoder_sim.recording.topics import TF, TF_STATIC, WORLD_POSE
+from diff_encoder_sim.serialization.bag_messages import Message
 from diff_encoder_sim.serialization.message_types import TRANSFORMS
 from diff_encoder_sim.serialization.pose_messages import POSE_TYPES, PoseDecoder, StampedPose
-from diff_encoder_sim.serialization.ros1_stream import Message
 from diff_encoder_sim.serialization.transform_messages import decode_tf
 
 ARROW = '->'

@@ -7,8 +7,8 @@ from typing import Collection, Dict, Iterator, Optional, Sequence, Tuple
 from typing_extensions import Protocol
 
 from diff_encoder_sim.encoders.pulses import PerWheel
+from diff_encoder_sim.serialization.bag_messages import Message
 from diff_encoder_sim.serialization.joint_messages import JointValues
-from diff_encoder_sim.serialization.ros1_stream import Message
 
 
 class DriveStream(Protocol):

@@ -13,7 +13,7 @@ import numpy as np
 
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 
-UINT32, UINT64 = struct.Struct('<I'), struct.Struct('<Q')
+UINT16, UINT32, UINT64 = struct.Struct('<H'), struct.Struct('<I'), struct.Struct('<Q')
 LENGTH = UINT32  # of a text or a sequence
 NUMBER_SIZE = 8  # of float64 and int64, which CDR aligns to it
 TIME = struct.Struct('<2I')  # seconds, nanoseconds

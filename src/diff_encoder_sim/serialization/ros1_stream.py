@@ -7,15 +7,15 @@ none, so that memory does not grow with the bag. rosbags' reader does neither
 
 from __future__ import annotations
 
-import bz2
 import os
 import struct
 from pathlib import Path
-from typing import BinaryIO, Collection, Dict, Iterator, NamedTuple
+from typing import BinaryIO, Collection, Dict, Iterator, List, NamedTuple
 
-import lz4.frame
-
+from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.serialization.bag_messages import BagConnection, Message
+from diff_encoder_sim.serialization.bounded_decompression import LARGEST_CHUNK, check_size, decompressed
 from diff_encoder_sim.serialization.primitives import TIME, UINT32, UINT64
 from diff_encoder_sim.serialization.ros1_records import (
     HeaderFields,
@@ -33,14 +33,6 @@ _MESSAGE, _CHUNK, _CONNECTION = 2, 5, 7
 # Of a message, with the length of the data: the fields op, conn and time, each a length, its name
 # and =, and a value of 1, 4 and 8 bytes.
 _MESSAGE_HEADER_SIZE = 42
-
-
-class Message(NamedTuple):
-    """One message as it was recorded."""
-
-    topic: str
-    time_ns: int  # when it was recorded, by the recorder's clock
-    raw: bytes
 
 
 class _MessageLayout(NamedTuple):
@@ -67,7 +59,7 @@ class Ros1Stream:
         """
         self._path = path
         self._layout = _MessageLayout()
-        self._topic_of: Dict[int, str] = {}  # by connection
+        self._connections: Dict[int, BagConnection] = {}
         self.topics: Dict[str, str] = {}  # types by topic, as rosbags spells them
         self.definitions: Dict[str, str] = {}  # by type, as recorded; empty where they were not
         self.fault = ''  # why not all of it can be read
@@ -78,13 +70,18 @@ class Ros1Stream:
             for _ in self.messages(()):
                 pass  # learns every connection on the way
 
+    @property
+    def connections(self) -> List[BagConnection]:
+        """Return the connections in the order of their first message."""
+        return list(self._connections.values())
+
     def messages(self, topics: Collection[str]) -> Iterator[Message]:
         """Yield the messages of some topics as they were written.
 
         Raises:
             OSError: the file cannot be read.
         """
-        wanted = {conn: topic for conn, topic in self._topic_of.items() if topic in topics}
+        wanted = {number: each for number, each in self._connections.items() if each.topic in topics}
         with open(self._path, 'rb') as file:
             for chunk in self._chunks(file):
                 yield from self._messages_of(chunk, wanted)
@@ -102,12 +99,16 @@ class Ros1Stream:
         return bool(self.topics)
 
     def _add_connection(self, fields: HeaderFields, data: bytes) -> None:
-        topic = fields[b'topic'].decode('utf-8', 'replace')
-        about = header_fields(data)
-        kind = about[b'type'].decode('utf-8', 'replace').replace('/', '/msg/', 1)
-        self._topic_of[UINT32.unpack(fields[b'conn'])[0]] = topic
-        self.topics.setdefault(topic, kind)
-        self.definitions.setdefault(kind, about.get(b'message_definition', b'').decode('utf-8', 'replace'))
+        described = {name: value.decode('utf-8', 'replace') for name, value in header_fields(data).items()}
+        connection = BagConnection(
+            fields[b'topic'].decode('utf-8', 'replace'),
+            described[b'type'].replace('/', '/msg/', 1),
+            described.get(b'md5sum', ''),
+            described.get(b'callerid', ''),
+        )
+        self._connections[UINT32.unpack(fields[b'conn'])[0]] = connection
+        self.topics.setdefault(connection.topic, connection.message_type)
+        self.definitions.setdefault(connection.message_type, described.get(b'message_definition', ''))
 
     def _chunks(self, file: BinaryIO) -> Iterator[bytes]:
         """Yield chunks, uncompressed, up to the end or to where the file is torn."""
@@ -122,25 +123,18 @@ class Ros1Stream:
             if fields.get(b'op') != bytes([_CHUNK]):
                 file.seek(length, os.SEEK_CUR)
                 continue
-            # A recorder that is killed leaves its last chunk with a length of 0.
-            data = file.read(min(length or size, size))
-            if len(data) != length:
+            ends_at = file.tell() + (length or size)  # a recorder that is killed leaves its last chunk with 0
+            if min(ends_at, size) < ends_at:
                 self.fault = f'torn in the chunk at byte {begins_at}'
-            yield self._uncompressed(fields.get(b'compression', b''), data, begins_at)
+            try:
+                chunk = _chunk(file, fields, min(ends_at, size) - file.tell(), is_whole=length > 0)
+            except InputFault as fault:
+                self.fault = f'damaged: the chunk at byte {begins_at} {fault}'
+            else:
+                yield chunk
+            file.seek(ends_at)
 
-    def _uncompressed(self, compression: bytes, data: bytes, begins_at: int) -> bytes:
-        """Return what there is of a chunk; these decompressors do not mind a missing end."""
-        try:
-            if compression == b'bz2':
-                return bz2.BZ2Decompressor().decompress(data)
-            if compression == b'lz4':
-                return bytes(lz4.frame.LZ4FrameDecompressor().decompress(data))
-        except (OSError, RuntimeError):
-            self.fault = f'damaged: the chunk at byte {begins_at} cannot be decompressed'
-            return b''
-        return data
-
-    def _messages_of(self, chunk: bytes, wanted: Dict[int, str]) -> Iterator[Message]:
+    def _messages_of(self, chunk: bytes, wanted: Dict[int, BagConnection]) -> Iterator[Message]:
         number_at, time_of = UINT32.unpack_from, TIME.unpack_from
         layout = self._layout
         for header_at, data_at, end in records(chunk):
@@ -148,10 +142,11 @@ class Ros1Stream:
                 if not self._learn(chunk[header_at : data_at - 4], chunk[data_at:end]):
                     continue
                 layout = self._layout
-            topic = wanted.get(number_at(chunk, header_at + layout.conn_at)[0])
-            if topic is not None:
+            connection = wanted.get(number_at(chunk, header_at + layout.conn_at)[0])
+            if connection is not None:
                 seconds, nanoseconds = time_of(chunk, header_at + layout.time_at)
-                yield Message(topic, seconds * NANOSECONDS_PER_SECOND + nanoseconds, chunk[data_at:end])
+                time_ns = seconds * NANOSECONDS_PER_SECOND + nanoseconds
+                yield Message(connection.topic, time_ns, chunk[data_at:end], connection.node)
 
     def _learn(self, header: bytes, data: bytes) -> bool:
         """Take a record that is no message in the usual layout, and return whether it is one in another."""
@@ -166,3 +161,17 @@ class Ros1Stream:
             self.fault = 'damaged: a record has no proper header'
             return False
         return True
+
+
+def _chunk(file: BinaryIO, fields: HeaderFields, length: int, is_whole: bool) -> bytes:
+    """Read `length` bytes of a chunk, and decompress what there is of it.
+
+    Raises:
+        InputFault: it is too large, becomes larger than it says, or is damaged.
+    """
+    check_size(length)
+    compression = fields.get(b'compression', b'').decode('utf-8', 'replace')
+    said = LARGEST_CHUNK
+    if is_whole and len(fields.get(b'size', b'')) == UINT32.size:
+        said = UINT32.unpack(fields[b'size'])[0]
+    return decompressed(compression, file.read(length), said)

@@ -31,6 +31,6 @@ def test_what_can_be_analysed_is(tmp_path, caplog):
 
 
 def test_nothing_to_analyse_is_refused(tmp_path):
-    assert refusal(tmp_path) == f"{tmp_path}: no .bag file in this folder, and no campaign's results"
+    assert refusal(tmp_path) == f"{tmp_path}: no bag in this folder, and no campaign's results"
     (tmp_path / 'a.bag').write_bytes(b'')
     assert refusal(tmp_path).startswith(f'{tmp_path}/a.bag: not a readable bag')

@@ -54,7 +54,7 @@ def test_nothing_to_analyse_is_one_line_and_leaves_nothing_behind(tmp_path):
     for name in ('no.bag', 'no/folder/no.bag'):
         assert refusal(tmp_path / name) == f'analyze: {tmp_path / name}: no such bag'
     (tmp_path / 'empty').mkdir()
-    assert 'no .bag file in this folder' in refusal(tmp_path / 'empty')
+    assert 'no bag in this folder' in refusal(tmp_path / 'empty')
     assert [path.name for path in tmp_path.rglob('*')] == ['empty']
 
 

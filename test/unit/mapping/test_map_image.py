@@ -1,9 +1,12 @@
 """Images of map files, of every pixel type that SDL reads."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 from PIL import Image
 
+from bag_bombs import png_of_zeros
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.mapping.map_files import load_map
 from diff_encoder_sim.mapping.occupancy_grid import FREE, OCCUPIED, UNKNOWN
@@ -71,7 +74,8 @@ def test_black_and_white_of_one_bit(tmp_path):
         (b'P5\n-3 x', 'cannot be read'),
         (b'P5\n10 10\n255\nxx', 'truncated'),
         (png(Image.new('L', (99, 99)))[:60], 'cannot be read'),
-        (b'P5\n9500 9500\n255\n', 'too large; allowed: at most 89478485 pixels'),
+        (b'P5\n5793 5793\n255\n', 'too large; allowed: at most 33554432 pixels'),
+        (b'P5\n9500 9500\n255\n', 'too large; allowed: at most 33554432 pixels'),
         (b'P5\n1000000 1000000\n255\n', 'too large'),
         (b'Pf 1 1 -1\n\0\0\0\0', 'pixels of type F'),
         (b'GIF89a\x01\x00\x01\x00\x00\x00\x00;', 'allowed: PGM or PNG'),
@@ -84,3 +88,17 @@ def test_an_image_that_is_no_map_is_named(tmp_path, content, complaint):
         load_map(path)
     assert complaint in str(caught.value)
     assert '\n' not in str(caught.value)
+
+
+def test_an_image_of_many_pixels_is_refused_before_it_is_decompressed(tmp_path):
+    """64 million pixels in 64 kB."""
+    path = write_map(tmp_path, [[0]])
+    (tmp_path / 'm.pgm').write_bytes(png_of_zeros(8000, 8000))
+    assert (tmp_path / 'm.pgm').stat().st_size < 100_000
+    tracemalloc.start()
+    try:
+        with pytest.raises(ConfigError, match=r'm\.pgm: image too large; allowed: at most 33554432 pixels'):
+            load_map(path)
+        assert tracemalloc.get_traced_memory()[1] < 10e6
+    finally:
+        tracemalloc.stop()

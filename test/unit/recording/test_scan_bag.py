@@ -9,7 +9,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import quat_xyzw_from_yaw
-from diff_encoder_sim.recording.bag_opening import open_bag
+from diff_encoder_sim.recording.bag_source import open_source
 from diff_encoder_sim.recording.scan_bag import ScanBag
 
 STORE = get_typestore(Stores.ROS1_NOETIC)
@@ -91,8 +91,8 @@ def write(path, scans=(), poses=(), mount=(), scan_type='sensor_msgs/msg/LaserSc
 
 
 def read(path):
-    with open_bag(path) as reader:
-        drive = ScanBag(path, reader)
+    with open_source(path) as source:
+        drive = ScanBag(path, source)
         return drive, list(drive.scans())
 
 

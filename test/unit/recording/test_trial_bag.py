@@ -7,6 +7,7 @@ import resource
 
 import numpy as np
 import pytest
+from rosbags.highlevel import AnyReader
 from rosbags.rosbag1 import Writer
 
 import message_values as values
@@ -14,7 +15,6 @@ from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.navigation.goal_status import GoalStatus
 from diff_encoder_sim.recording import topics
-from diff_encoder_sim.recording.bag_opening import open_bag
 from diff_encoder_sim.recording.trial_bag import TrialBag
 from diff_encoder_sim.recording.trial_recording import read_trial
 from diff_encoder_sim.serialization.basic_messages import encode_clock, encode_command, encode_string
@@ -85,7 +85,7 @@ def one_of_each():
 
 def written(path):
     """Each message as (topic, time, message), and the connections in their order."""
-    with open_bag(path) as reader:
+    with AnyReader([path]) as reader:
         return (
             [
                 (connection.topic, time_ns, reader.deserialize(raw, connection.msgtype))
@@ -132,7 +132,7 @@ def test_each_publisher_counts_its_headers_from_one(tmp_path):
             bag.write(topics.ODOM, topics.ODOM_NODE, pose(), 5)  # any type that begins with a header
             bag.write(topics.WORLD_POSE, topics.WORLD_POSE_NODE, pose(), 5)
             bag.write(topics.TF, topics.ODOM_NODE, ODOM_POSE, 5)
-    with open_bag(path) as reader:
+    with AnyReader([path]) as reader:
         raw = {
             topic: [bytes(raw) for connection, _, raw in reader.messages() if connection.topic == topic]
             for topic in (topics.ODOM, topics.WORLD_POSE, topics.TF)

@@ -6,7 +6,7 @@ import pytest
 from diff_encoder_sim.base.se2 import Pose2D, move_along_arc
 from diff_encoder_sim.odometry.wheel_odometry import OdometryParams
 from diff_encoder_sim.reencoding.odometry_wheels import OdometryWheels
-from diff_encoder_sim.serialization.ros1_stream import Message
+from diff_encoder_sim.serialization.bag_messages import Message
 from reencoding_drives import JOINTS, MAKERS, ROS1, WHEEL_DIAMETER_M, WHEEL_SEPARATION_M
 
 # Ahead, about a wheel, on the spot, back in a bend; a step is both wheels' angles [rad].

@@ -1,0 +1,89 @@
+"""Decompresses chunks and messages of bags to no more than they may become: 5 kB of bz2 can be 2 GB."""
+
+from __future__ import annotations
+
+import bz2
+import contextlib
+import importlib
+import io
+from typing import BinaryIO, Callable, Dict, cast
+
+import lz4.frame
+
+from diff_encoder_sim.base.errors import InputFault, in_one_line
+
+# Of a chunk, or of a message that is compressed by itself [bytes]. Recorders close a chunk at 1 to 4 MiB; it is
+# larger only where one message is.
+LARGEST_CHUNK = 1 << 27
+
+
+def open_zstd(file: BinaryIO) -> BinaryIO:
+    """Return the decompressed content of a file, which is decompressed as it is read."""
+    return _ZSTD_READER(file)
+
+
+def _zstd_reader() -> Callable[[BinaryIO], BinaryIO]:
+    """Return what reads zstd: Python's own from 3.14 on, or the library that rosbags came with."""
+    for name in ('compression.zstd', 'backports.zstd'):
+        with contextlib.suppress(ImportError):
+            return cast('Callable[[BinaryIO], BinaryIO]', importlib.import_module(name).ZstdFile)
+    library = importlib.import_module('zstandard')
+    return cast('Callable[[BinaryIO], BinaryIO]', library.ZstdDecompressor().stream_reader)
+
+
+_ZSTD_READER = _zstd_reader()
+
+
+def decompressed(compression: str, data: bytes, said: int = LARGEST_CHUNK) -> bytes:
+    """Decompress a chunk or a message, as far as it goes: bz2 and lz4 do not mind a missing end.
+
+    Args:
+        compression: 'bz2', 'lz4', 'zstd', or 'none' or '' for data as they are.
+        data: compressed.
+        said: how large it says that it becomes [bytes].
+
+    Raises:
+        InputFault: it says more than `LARGEST_CHUNK`, becomes larger than it says, or is damaged.
+    """
+    check_size(said)
+    if compression in ('', 'none'):
+        return data
+    if compression not in _BEGINNINGS:
+        raise InputFault(f'compressed by {compression!r}; expected {", ".join(_BEGINNINGS)} or none')
+    try:
+        content = _BEGINNINGS[compression](data, said + 1)
+    except Exception as error:  # each library has its own, down to RuntimeError
+        raise InputFault(f'cannot be decompressed: {in_one_line(error)}') from None
+    if len(content) > said:
+        raise InputFault(f'becomes larger than the {said} bytes that it says')
+    return content
+
+
+def check_size(said: int) -> None:
+    """Check how large a chunk says that it is, before anything is read.
+
+    Raises:
+        InputFault: larger than `LARGEST_CHUNK`.
+    """
+    if said > LARGEST_CHUNK:
+        raise InputFault(f'says that it has {said} bytes; allowed: at most {LARGEST_CHUNK}')
+
+
+def _bz2_beginning(data: bytes, size: int) -> bytes:
+    return bz2.BZ2Decompressor().decompress(data, max_length=size)
+
+
+def _lz4_beginning(data: bytes, size: int) -> bytes:
+    return bytes(lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=size))
+
+
+def _zstd_beginning(data: bytes, size: int) -> bytes:
+    return open_zstd(io.BytesIO(data)).read(size)
+
+
+# Each returns no more than the first `size` bytes, and holds little more in memory.
+_BEGINNINGS: Dict[str, Callable[[bytes, int], bytes]] = {
+    'bz2': _bz2_beginning,
+    'lz4': _lz4_beginning,
+    'zstd': _zstd_beginning,
+}
