@@ -21,6 +21,9 @@ CONVERGED_WITHIN_M = 0.5
 # A larger coordinate is on no map, and would not fit the histogram's keys [m].
 LARGEST_COORDINATE_M = 1e6
 
+# Side of a map's cells [m]: others are mistyped, and end as coordinates that are not finite.
+SMALLEST_CELL_M, LARGEST_CELL_M = 1e-3, 100.0
+
 
 def particles_around(pose: Pose2D, covariance: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:
     """Draw (count, 3) particles from a Gaussian about `pose` (base in the map).
@@ -79,10 +82,12 @@ def check_grid(grid: OccupancyGrid) -> None:
     Raises:
         InputFault: no cells, no free cell, or an invalid resolution or origin.
     """
+    resolution_m = grid.resolution_m
     if grid.cells.ndim != 2 or grid.cells.size == 0:
         raise InputFault(f'map: given {" x ".join(map(str, grid.cells.shape))} cells; allowed: at least 1 x 1')
-    if not (np.isfinite(grid.resolution_m) and grid.resolution_m > 0.0):
-        raise InputFault(f'map: given a resolution of {grid.resolution_m} m; allowed: a finite number greater than 0')
+    if not SMALLEST_CELL_M <= resolution_m <= LARGEST_CELL_M:
+        allowed = f'{SMALLEST_CELL_M:g} to {LARGEST_CELL_M:g} m'
+        raise InputFault(f'map: given a resolution of {resolution_m} m; allowed: {allowed}')
     check_pose(grid.origin, 'map origin')
     if not (grid.cells == FREE).any():
         raise InputFault('map: no cell is free; expected free space around the robot')

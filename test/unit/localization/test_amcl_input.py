@@ -67,6 +67,8 @@ ROOM = pillar_room()
         (ROOM._replace(origin=NAN_POSE), 'map origin: given .nan'),
         (ROOM._replace(resolution_m=0.0), 'resolution of 0.0 m'),
         (ROOM._replace(resolution_m=math.nan), 'resolution of nan m'),
+        (ROOM._replace(resolution_m=1e300), 'resolution of 1e.300 m; allowed: 0.001 to 100 m'),
+        (ROOM._replace(resolution_m=1e-300), 'resolution of 1e-300 m'),
         (ROOM._replace(cells=np.full((5, 5), UNKNOWN, np.int8)), 'no cell is free'),
         (ROOM._replace(cells=np.full((5, 5), OCCUPIED, np.int8)), 'no cell is free'),
     ],

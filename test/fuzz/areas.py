@@ -1,0 +1,21 @@
+"""What is fuzzed: an area's cases are made and run by the module that bears its name."""
+
+import fuzz_amcl
+import fuzz_bags
+import fuzz_campaigns
+import fuzz_lockstep
+import fuzz_maps
+import fuzz_robots
+import fuzz_worlds
+from rounds import Area
+from sandbox import Limits
+
+AREAS = (
+    Area('amcl', fuzz_amcl.run, fuzz_amcl.warm_up),
+    Area('lockstep', fuzz_lockstep.run, fuzz_lockstep.warm_up, Limits(cpu_s=60)),
+    Area('worlds', fuzz_worlds.run, fuzz_worlds.warm_up),
+    Area('robots', fuzz_robots.run, fuzz_robots.warm_up),
+    Area('maps', fuzz_maps.run, fuzz_maps.warm_up),
+    Area('bags', fuzz_bags.run, fuzz_bags.warm_up, Limits(cpu_s=60)),
+    Area('campaigns', fuzz_campaigns.run, fuzz_campaigns.warm_up),
+)

@@ -1,0 +1,114 @@
+"""Results folders with torn, doubled and foreign rows, unknown columns, odd manifests and missing or damaged bags."""
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+
+from analysed_campaigns import finish
+from campaign_files import RUN, small_campaign
+from diff_encoder_sim.analysis.dataset_loading import load_dataset
+from diff_encoder_sim.analysis.output_folder import output_folder
+from diff_encoder_sim.analysis.outputs import write_analysis
+from diff_encoder_sim.analysis.terminal_summary import summary
+from diff_encoder_sim.campaign.result_store import ResultStore
+from odd_values import ODD_VALUES, damaged, odd_mapping, pick
+
+DRAWN = 0.05  # fraction of the cases whose figures are drawn, which takes a second
+_cache = {}
+
+
+def warm_up(folder):
+    """Make the good folder once: cases copy it."""
+    _cache['campaign'] = small_campaign(folder)
+    finish(_cache['campaign'], folder / 'good')
+    _cache['files'] = {
+        path.relative_to(folder / 'good'): path.read_bytes() for path in (folder / 'good').rglob('*') if path.is_file()
+    }
+    _analyze([folder / 'good'], None)
+
+
+def run(rng, folder):
+    results = folder / 'results'
+    for path, content in _cache['files'].items():
+        (results / path).parent.mkdir(parents=True, exist_ok=True)
+        (results / path).write_bytes(content)
+    for _ in range(int(rng.integers(1, 4))):
+        pick(rng, (_change_table, _change_table, _change_manifest, _change_bags))(rng, results)
+    if rng.random() < 0.5:
+        with ResultStore(results, _cache['campaign'], RUN, bool(rng.integers(2))) as store:
+            store.finish()
+    paths = [results, results / 'bags', *sorted((results / 'bags').glob('*.bag'))[:2]]
+    given = [results] if rng.random() < 0.6 else [pick(rng, paths) for _ in range(2)]
+    _analyze(given, folder / 'analysis' if rng.random() < DRAWN else None)
+
+
+def _analyze(paths, out):
+    dataset = load_dataset(paths)
+    summary(dataset)
+    if out:
+        with output_folder(out) as folder:
+            write_analysis(dataset, folder)
+
+
+def _change_table(rng, results):
+    path = results / 'trials.csv'
+    if not path.is_file():
+        return
+    lines = path.read_bytes().split(b'\n')
+    row = int(rng.integers(len(lines)))
+    action = int(rng.integers(8))
+    if action == 0:  # torn
+        lines[row:] = [lines[row][: int(rng.integers(len(lines[row]) + 1))]]
+    elif action == 1:  # a column that nobody knows, in all rows or in one
+        lines = [line + b',extra' if index == row or rng.random() < 0.9 else line for index, line in enumerate(lines)]
+    elif action == 2:  # a column less
+        lines = [line.rpartition(b',')[0] for line in lines]
+    elif action == 3:
+        lines.insert(int(rng.integers(len(lines))), lines[row])
+    elif action == 4:
+        rng.shuffle(lines)
+    elif action == 5:
+        lines[row] = damaged(rng, lines[row])
+    elif action == 6:
+        fields = lines[row].split(b',')
+        fields[int(rng.integers(len(fields)))] = str(pick(rng, ODD_VALUES)).encode('utf-8', 'replace')
+        lines[row] = b','.join(fields)
+    else:
+        lines = pick(rng, ([], [b''], [b'\xff\xfe'], [lines[0]], lines[1:], [b'\xef\xbb\xbf' + lines[0], *lines[1:]]))
+    path.write_bytes(pick(rng, (b'\n', b'\n', b'\n', b'\r\n')).join(lines))
+
+
+def _change_manifest(rng, results):
+    path = results / 'manifest.json'
+    if not path.is_file():
+        return
+    action = rng.random()
+    if action < 0.1:
+        path.unlink()
+    elif action < 0.3:
+        path.write_bytes(damaged(rng, path.read_bytes()))
+    else:
+        path.write_text(json.dumps(odd_mapping(rng, json.loads(_cache['files'][Path('manifest.json')])), default=str))
+
+
+def _change_bags(rng, results):
+    bags = sorted((results / 'bags').glob('*.bag'))
+    if not bags:
+        return
+    bag = pick(rng, bags)
+    action = int(rng.integers(6))
+    if action == 0:
+        bag.unlink()
+    elif action == 1:
+        bag.write_bytes(damaged(rng, bag.read_bytes()))
+    elif action == 2:
+        shutil.copy(pick(rng, bags), bag.with_name('twice.bag'))
+    elif action == 3:
+        bag.write_bytes(bag.read_bytes()[: int(rng.integers(bag.stat().st_size))])
+    elif action == 4:
+        bag.rename(bag.with_name(pick(rng, ('ä.bag', 'SL_40_007.bag', 'x' * 200 + '.bag'))))
+    else:
+        shutil.rmtree(results / 'bags')
+        (results / 'bags').write_bytes(np.random.default_rng(0).bytes(10))
