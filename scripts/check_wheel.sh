@@ -27,14 +27,14 @@ check_python() {
   alone diff-encoder-sim check-robot --help
   if "$venv/bin/python" -c 'import pybullet' 2>/dev/null; then
     alone diff-encoder-sim check-robot burger
-    alone diff-encoder-sim campaign --config quick --tests SL --ppr 40 --trials 1 --out results
+    alone diff-encoder-sim campaign --config quick --tests SL --ppr 40 --trials 1 --record full --out results
     cp results/bags/SL_40_001.bag "$folder/drive.bag"
   else
     step "check-robot names the extra [sim]" bash -c "! env -i '$venv/bin/diff-encoder-sim' check-robot burger 2>&1 | grep -v 'diff_encoder_sim\[sim\]'"
   fi
   alone diff-encoder-sim rasterise-world "$root/worlds/hallway.world" --out map
   alone diff-encoder-sim analyze "$folder/drive.bag" --out analysis
-  alone diff-encoder-sim reencode "$folder/drive.bag" --ppr 40 90 --out what_if
+  alone diff-encoder-sim reencode "$folder/drive.bag" --ppr 20 40 --out what_if
   alone diff-encoder-sim map-bag "$folder/drive.bag" -f mapped
 }
 

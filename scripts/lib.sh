@@ -87,11 +87,16 @@ constraints_of() {
 
 requirement_names() { grep -oE '^[A-Za-z0-9][A-Za-z0-9._-]*' "$root/$1"; }
 
-# Someone may have removed a package by hand: ask for each by its name (in milliseconds, unlike pip).
+# Someone may have removed a package by hand: ask for each that this Python needs by its name (in milliseconds, unlike pip).
 has_requirements() {
-  # shellcheck disable=SC2046  # names are words
-  "$1/bin/python" -c 'import sys; from importlib.metadata import version; [version(n) for n in sys.argv[1:]]' \
-    $(requirement_names "$2") 2>/dev/null
+  "$1/bin/python" - "$root/$2" 2>/dev/null <<'PY'
+import sys
+from importlib.metadata import version
+from pip._vendor.packaging.requirements import Requirement
+for requirement in (Requirement(line.split(' #')[0]) for line in open(sys.argv[1]) if line[0].isalnum()):
+    if requirement.marker is None or requirement.marker.evaluate():
+        version(requirement.name)
+PY
 }
 
 # --- the ROS environment ------------------------------------------------------------------------------------------------

@@ -1,17 +1,22 @@
 #!/usr/bin/env bash
 # Sets the checkout up: ROS and build tools through apt, Python libraries in .venv/, a catkin workspace in .ws/.
 # Afterwards `source .ws/devel/setup.bash` is all that a shell needs. Run it again at any time: what is done is skipped.
+# With --without-ros, for systems that have no Noetic: the part without ROS in .venv/, and nothing else.
 set -euo pipefail
 # shellcheck source=scripts/lib.sh
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
-with_test=false with_rviz=false
+with_test=false with_rviz=false without_ros=false
 
 main() {
   parse_arguments "$@"
   use_system_tools_only
   check_checkout
   lock
+  if $without_ros; then set_up_without_ros; else set_up_with_ros; fi
+}
+
+set_up_with_ros() {
   detect_ros
   install_apt_packages
   # shellcheck disable=SC2046  # a list of words
@@ -24,8 +29,10 @@ main() {
 usage() {
   cat <<'TEXT'
 usage: bash scripts/setup.sh [--test] [--rviz]
+       bash scripts/setup.sh --without-ros
   --test   also what the tests need (pytest, rostest, catkin_lint, check_urdf, Chromium, ruff, mypy, Sphinx)
   --rviz   also RViz, for rviz:=true (big)
+  --without-ros   only what needs no ROS: .venv/bin/diff-encoder-sim, with any Python from 3.8 to 3.13
 Installs apt packages as root (through sudo when run by a user), Python libraries into .venv/, and builds .ws/.
 TEXT
 }
@@ -35,10 +42,12 @@ parse_arguments() {
     case $argument in
       --test) with_test=true ;;
       --rviz) with_rviz=true ;;
+      --without-ros) without_ros=true ;;
       -h|--help) usage; exit 0 ;;
-      *) die "unknown option '$argument'; allowed: --test, --rviz, --help" ;;
+      *) die "unknown option '$argument'; allowed: --test, --rviz, --without-ros, --help" ;;
     esac
   done
+  if $without_ros && { $with_test || $with_rviz; }; then die "--without-ros installs neither tests nor RViz: give it alone"; fi
 }
 
 # The build must not pick up a python, cmake or workspace that happens to be on the user's PATH (pyenv, conda, another ROS).
@@ -73,10 +82,15 @@ detect_ros() {
   elif [ "$release" = bookworm ]; then
     ros=debian
   elif [ "$release" = focal ]; then
-    die "no ROS here: install ROS Noetic first (wiki.ros.org/noetic/Installation/Ubuntu, ros-noetic-ros-core is enough), then run this again"
+    refuse "no ROS here: install ROS Noetic first (wiki.ros.org/noetic/Installation/Ubuntu, ros-noetic-ros-core is enough), then run this again"
   else
-    die "this system ($release) has no ROS Noetic: needed is Ubuntu 20.04 with /opt/ros/noetic, or Debian 12"
+    refuse "this system ($release) has no ROS Noetic: needed is Ubuntu 20.04 with /opt/ros/noetic, or Debian 12"
   fi
+}
+
+refuse() {
+  say "$1" >&2
+  die "all but the live ROS graph needs no ROS, and is installed by: bash scripts/setup.sh --without-ros"
 }
 
 # The packages, one group a line: what for, then names.
@@ -84,7 +98,7 @@ wanted_packages() {
   local name
   echo python3-venv                                                       # .venv/
   echo g++ make cmake                                                     # catkin's CMake asks for a compiler
-  case $ros in
+  case ${ros:-none} in
     debian)
       echo ros-core rosbash rospack-tools                                 # roslaunch, rosbag, rostopic, ..., rosrun
       echo catkin ros-message-generation ros-message-runtime           # catkin_make with EncoderPulse
@@ -157,6 +171,24 @@ check_available() {
     apt-cache show "$name" >/dev/null 2>&1 || unknown+=" $name"
   done
   [ -z "$unknown" ] || die "apt does not know$unknown: is the package source of ROS ($ros) configured and reachable? see $log"
+}
+
+# --- the part without ROS -----------------------------------------------------------------------------------------------
+
+set_up_without_ros() {
+  local mark=$venv/.stamp-package key
+  # Debian and Ubuntu have these two in a package of their own
+  /usr/bin/python3 -c 'import venv, ensurepip' 2>/dev/null || install_apt_packages
+  ensure_venv "$venv" /usr/bin/python3 '' requirements.txt
+  key=$(cd "$root"; cat pyproject.toml package.xml requirements.txt | hash_of)
+  if ! is_stamped "$mark" "$key"; then
+    # editable: the checkout's files are used where they are
+    step "installing diff_encoder_sim into .venv" pip_in "$venv" --no-deps --editable "$root"
+    stamp "$mark" "$key"
+  fi
+  "$venv/bin/python" -c 'import pybullet' >/dev/null 2>&1 || say "$("$venv/bin/python" --version) has no wheel of PyBullet, which" \
+    "simulation needs; this builds it (a C++ compiler, ten minutes): .venv/bin/pip install pybullet"
+  say "ready: .venv/bin/diff-encoder-sim campaign --config quick --out results/quick"
 }
 
 # --- Python and catkin --------------------------------------------------------------------------------------------------

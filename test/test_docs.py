@@ -52,7 +52,7 @@ def test_the_campaign_file_that_is_shown_is_allowed():
 
 
 def test_the_readme_is_one_page():
-    assert len((ROOT / 'README.md').read_text().splitlines()) < 150
+    assert len((ROOT / 'README.md').read_text().splitlines()) <= 150
 
 
 @pytest.mark.parametrize('page', pages(), ids=lambda page: str(page.relative_to(ROOT)))

@@ -1,0 +1,40 @@
+"""scripts/setup.sh on a system without Noetic: it says what runs there, and what to type for that."""
+
+import shutil
+import subprocess
+
+import pytest
+
+from places import ROOT
+
+
+@pytest.fixture(name='set_up')
+def fixture_set_up(tmp_path):
+    """Runs setup.sh of a checkout where it reads that the system is of another release: status and stderr."""
+    shutil.copytree(str(ROOT / 'scripts'), str(tmp_path / 'scripts'))
+
+    def set_up(release, *arguments):
+        (tmp_path / 'os-release').write_text(f'ID=ubuntu\nVERSION_CODENAME={release}\n')
+        elsewhere = 'mount --bind os-release /etc/os-release && exec bash scripts/setup.sh "$@"'
+        command = ['unshare', '--map-root-user', '--mount', 'bash', '-c', elsewhere, 'setup', *arguments]
+        done = subprocess.run(command, cwd=str(tmp_path), capture_output=True, text=True)
+        if 'unshare failed' in done.stderr or 'mount: ' in done.stderr:
+            pytest.skip(f'this user may not mount: {done.stderr}')
+        return done.returncode, done.stderr
+
+    return set_up
+
+
+@pytest.mark.parametrize('release', ['jammy', 'noble'])
+def test_it_offers_the_part_without_ros_where_there_is_no_noetic(set_up, release):
+    status, said = set_up(release)
+    assert status == 1
+    reason, offer = said.splitlines()
+    assert f'this system ({release}) has no ROS Noetic' in reason
+    assert offer.endswith(': bash scripts/setup.sh --without-ros')
+
+
+def test_the_part_without_ros_has_no_tests_and_no_rviz(set_up):
+    status, said = set_up('jammy', '--without-ros', '--test')
+    assert (status, len(said.splitlines())) == (1, 1)
+    assert '--without-ros' in said
