@@ -5,90 +5,101 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import logging
-import os
-import signal
 import warnings
-from typing import Any, Dict, Iterator, cast
+from pathlib import Path
+from typing import Any, Callable, Dict, Iterator, NamedTuple, Optional, cast
 
 import dask
-from distributed import Client, LocalCluster, rpc
+from distributed import Client, rpc
 from distributed.security import Security
 from distributed.versions import get_versions
 
-from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.errors import ConfigError, in_one_line
+from diff_encoder_sim.campaign.dask_settings import DASK_CONFIG, silence_dask
 
 log = logging.getLogger(__name__)
 
 CONNECT_TIMEOUT_S = 5
-# Longer than any trial keeps a worker's host from answering, shorter than a user waits.
-LOST_PEER_TIMEOUT = '15s'
-DASK_CONFIG = {'distributed.comm.timeouts.tcp': LOST_PEER_TIMEOUT}
-
 # What must be equal everywhere for tasks to be understood, and for trials to be repeatable.
 PACKAGES = ['numpy', 'numba']
 COMPARED = ('python', 'dask', 'distributed', *PACKAGES)
 
 
-@contextlib.contextmanager
-def local_client(workers: int) -> Iterator[Client]:
-    """Start `workers` processes on loopback, one thread each; they end with the context.
+class Workers(NamedTuple):
+    """Where trials run."""
 
-    BLAS has one thread in each: Dask's nannies see to that. The workers end by themselves when
-    this process is killed.
-    """
-    _silence()
-    with dask.config.set(DASK_CONFIG), _interrupts_stay_here():
-        cluster = LocalCluster(
-            n_workers=workers,
-            threads_per_worker=1,
-            processes=True,
-            host='127.0.0.1',
-            dashboard_address=None,
-            memory_limit=0,
-            silence_logs=logging.CRITICAL,
-        )
-    try:
-        with Client(cluster, set_as_default=False) as client:
+    client: Client
+    problem: Callable[[], Optional[str]] = lambda: None  # why no trial can run any more, where that is known
+
+
+class TlsFiles(NamedTuple):
+    """Files in PEM format, by which the processes of a Dask cluster know each other."""
+
+    ca: Path
+    cert: Path
+    key: Optional[Path]  # None: it is in the file of the certificate
+
+    def security(self) -> Security:
+        """Read the files.
+
+        Raises:
+            ConfigError: one is missing, or not what it should be.
+        """
+        for option, path in (('ca', self.ca), ('cert', self.cert), ('key', self.key or self.cert)):
             try:
-                yield client
-            finally:
-                _kill_workers(cluster)
-    finally:
-        cluster.close()
+                path.read_bytes()
+            except OSError as error:
+                raise ConfigError(f'--tls-{option}: given {str(path)!r}: {error.strerror}; allowed: a file') from None
+        security = Security(
+            require_encryption=True,
+            tls_ca_file=str(self.ca),
+            tls_client_cert=str(self.cert),
+            tls_client_key=str(self.key) if self.key else None,
+        )
+        try:
+            security.get_connection_args('client')
+        except (OSError, ValueError) as error:  # ssl.SSLError is an OSError
+            given = ', '.join(str(path) for path in self if path)
+            raise ConfigError(
+                f'--tls-ca, --tls-cert, --tls-key: given {given}: {in_one_line(error)}; '
+                f'allowed: certificates, and the key of --tls-cert, in PEM format'
+            ) from None
+        return security
 
 
 @contextlib.contextmanager
-def connected_client(address: str) -> Iterator[Client]:
-    """Connect to a running scheduler, such as tcp://host:8786.
+def connected_workers(address: str, tls: Optional[TlsFiles] = None) -> Iterator[Workers]:
+    """Connect to a running scheduler, such as tcp://host:8786; without `tls`, with what Dask's configuration has.
 
     Raises:
         ConfigError: no scheduler answers there, or its versions of Python or of libraries differ.
     """
-    _silence()
+    silence_dask()
+    security = tls.security() if tls else Security()
     with dask.config.set(DASK_CONFIG), warnings.catch_warnings():
         warnings.simplefilter('ignore')  # about versions, which are checked here
-        _check_scheduler(address)
-        with Client(address, timeout=CONNECT_TIMEOUT_S, set_as_default=False) as client:
+        _check_scheduler(address, security)
+        with Client(address, timeout=CONNECT_TIMEOUT_S, security=security, set_as_default=False) as client:
             _check_workers(client, address)
-            yield client
+            yield Workers(client)
 
 
-def _check_scheduler(address: str) -> None:
+def _check_scheduler(address: str, security: Security) -> None:
     # Before a Client is made: of one that cannot connect the end is long and loud.
     try:
-        versions = asyncio.run(asyncio.wait_for(_scheduler_versions(address), CONNECT_TIMEOUT_S))
+        versions = asyncio.run(asyncio.wait_for(_scheduler_versions(address, security), CONNECT_TIMEOUT_S))
     except Exception as error:  # many kinds, by address and by what answers there
-        reason = str(error) or f'no answer within {CONNECT_TIMEOUT_S} s'
+        reason = in_one_line(error) if str(error) else f'no answer within {CONNECT_TIMEOUT_S} s'
         raise ConfigError(
-            f'--scheduler: given {address!r}: {reason}; allowed: the address of a '
-            f'running Dask scheduler, such as tcp://127.0.0.1:8786'
+            f'--scheduler: given {address!r}: {reason}; allowed: the address of a running Dask scheduler, such as '
+            f'tcp://127.0.0.1:8786, or tls://127.0.0.1:8786 with --tls-ca and --tls-cert'
         ) from None
     check_versions(versions, f'scheduler {address}')
 
 
-async def _scheduler_versions(address: str) -> Dict[str, Any]:
-    security = Security().get_connection_args('client')  # from Dask's own configuration
-    async with rpc(address, timeout=CONNECT_TIMEOUT_S, connection_args=security) as scheduler:
+async def _scheduler_versions(address: str, security: Security) -> Dict[str, Any]:
+    connection_args = security.get_connection_args('client')
+    async with rpc(address, timeout=CONNECT_TIMEOUT_S, connection_args=connection_args) as scheduler:
         versions: Dict[str, Any] = await scheduler.versions(packages=PACKAGES)
         return versions
 
@@ -126,31 +137,3 @@ def _check_workers(client: Client, address: str) -> None:
             '%s has workers with several threads, but a worker runs one trial at a time: start more, with --nthreads 1',
             address,
         )
-
-
-def _kill_workers(cluster: LocalCluster) -> None:
-    """Kill the workers: asked to close, they would finish their trials first."""
-    for nanny in cluster.workers.values():
-        nanny.auto_restart = False
-        with contextlib.suppress(ProcessLookupError, TypeError):
-            os.kill(nanny.pid, signal.SIGKILL)
-
-
-@contextlib.contextmanager
-def _interrupts_stay_here() -> Iterator[None]:
-    """Keep Ctrl-C, which goes to all processes of a terminal, from the ones that are started.
-
-    Threads that begin in this context, and the processes that they start at any time, have SIGINT
-    blocked: this process stops them.
-    """
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-def _silence() -> None:
-    # The engine reports what is a problem for the campaign, in one line.
-    for name in ('distributed', 'distributed.client', 'tornado', 'asyncio'):
-        logging.getLogger(name).setLevel(logging.CRITICAL)

@@ -12,11 +12,12 @@ import uuid
 from pathlib import Path
 from typing import TYPE_CHECKING, Dict, Hashable, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
 
-from distributed import Client, Future, KilledWorker
+from distributed import Future, KilledWorker
 
 from diff_encoder_sim.base.atomic_files import write_file
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.campaign.campaign_definition import Campaign, TrialJob
+from diff_encoder_sim.campaign.cluster import Workers
 from diff_encoder_sim.campaign.progress import Progress
 from diff_encoder_sim.campaign.result_store import ResultStore
 from diff_encoder_sim.campaign.worker import FinishedTrial, HostFault, ResultsFolder, RunTrial, run_task
@@ -48,7 +49,7 @@ class UnrunTrial(NamedTuple):
 
 
 def run_campaign(
-    client: Client,
+    workers: Workers,
     campaign: Campaign,
     store: ResultStore,
     progress: Progress,
@@ -61,7 +62,7 @@ def run_campaign(
         CampaignFault: the scheduler is gone, or a host cannot run trials or keep their results.
     """
     with _probe(store.folder) as results:
-        engine = _Engine(client, campaign, store, progress, results, run)
+        engine = _Engine(workers, campaign, store, progress, results, run)
         unrun = engine.run(jobs)
         # A trial that kills its worker also loses the trials that wait there: each is run once more, alone.
         killers = [trial.job for trial in unrun if trial.killed_workers]
@@ -74,14 +75,15 @@ class _Engine:
 
     def __init__(
         self,
-        client: Client,
+        workers: Workers,
         campaign: Campaign,
         store: ResultStore,
         progress: Progress,
         results: ResultsFolder,
         run: RunTrial,
     ) -> None:
-        self._client = client
+        self._client = workers.client
+        self._problem_of_workers = workers.problem
         self._store = store
         self._progress = progress
         self._results = results
@@ -89,7 +91,7 @@ class _Engine:
         # Unique on a scheduler that serves several campaigns.
         self._name = uuid.uuid4().hex[:8]
         # A task, not scattered data: Dask makes it again when the worker that holds it dies.
-        self._campaign = client.submit(_identity, campaign, key=f'campaign-{self._name}', pure=False)
+        self._campaign = self._client.submit(_identity, campaign, key=f'campaign-{self._name}', pure=False)
         self._running: Dict[Hashable, Tuple[TrialJob, TrialFuture]] = {}
         self._ended: queue.SimpleQueue[TrialFuture] = queue.SimpleQueue()
         self._threads = 0
@@ -154,7 +156,7 @@ class _Engine:
         self._progress.add(finished.row)
 
     def _tick(self) -> None:
-        """Check once a second that the scheduler answers, and how many workers there are."""
+        """Check once a second that the scheduler answers, and which workers there are."""
         if time.monotonic() < self._next_tick_s:
             return
         self._check_scheduler()
@@ -162,6 +164,9 @@ class _Engine:
             self._threads = sum(self._client.nthreads().values())
         except OSError:
             raise self._scheduler_gone() from None
+        problem = self._problem_of_workers()
+        if problem is not None:
+            raise self._fault(problem)
         self._progress.tick(self._threads)
         self._next_tick_s = time.monotonic() + TICK_S
 

@@ -14,8 +14,6 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, List, Mapping, Optional, Sequence, Type
 
-from distributed import Client
-
 from diff_encoder_sim.advice.encoder_search import CRITERIA, Advisor, Tolerance
 from diff_encoder_sim.analysis.campaign_dataset import data_of
 from diff_encoder_sim.analysis.dataset import TrialData
@@ -28,6 +26,7 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.paths import package_folder
 from diff_encoder_sim.campaign.campaign_definition import Campaign, TrialJob
 from diff_encoder_sim.campaign.campaign_loading import load_campaign
+from diff_encoder_sim.campaign.cluster import Workers
 from diff_encoder_sim.campaign.engine import run_campaign
 from diff_encoder_sim.campaign.manifest import describe_run
 from diff_encoder_sim.campaign.progress import progress_on
@@ -126,7 +125,7 @@ class _CandidateTrials:
         self._options = options
         self._campaign = campaign
         self._run_trial = run
-        self._client: Optional[Client] = None  # from the first trial on
+        self._workers: Optional[Workers] = None  # from the first trial on
         self._store = ResultStore(options.out, campaign, describe_run(package_folder(), sys.argv))
         self._opened = ExitStack()
         self._opened.enter_context(self._store)
@@ -150,11 +149,11 @@ class _CandidateTrials:
 
     def _run(self, label: str, jobs: Sequence[TrialJob]) -> None:
         print(f'{label} PPR', file=sys.stderr)
-        if self._client is None:
-            self._client = self._opened.enter_context(workers(self._options, len(jobs)))
+        if self._workers is None:
+            self._workers = self._opened.enter_context(workers(self._options, len(jobs)))
         progress = progress_on(sys.stderr, len(jobs), [])
         with progress, stop_reports(progress):
-            unrun = run_campaign(self._client, self._campaign, self._store, progress, jobs, self._run_trial)
+            unrun = run_campaign(self._workers, self._campaign, self._store, progress, jobs, self._run_trial)
         if unrun:
             sys.exit(unrun_text('advise', self._campaign, unrun))
 

@@ -64,8 +64,8 @@ def _run_pending(
     pending = store.pending()
     if not pending:
         return []
-    with workers(options, len(pending)) as client:
-        return run_campaign(client, campaign, store, progress, pending, run)
+    with workers(options, len(pending)) as ready:
+        return run_campaign(ready, campaign, store, progress, pending, run)
 
 
 def _summary(store: ResultStore, progress: Progress) -> str:

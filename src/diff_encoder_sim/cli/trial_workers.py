@@ -9,16 +9,16 @@ import math
 import signal
 import sys
 from pathlib import Path
-from typing import Callable, ContextManager, Dict, Iterator, List, Sequence
-
-from distributed import Client
+from typing import Callable, ContextManager, Dict, Iterator, List, Optional, Sequence
 
 from diff_encoder_sim.base.command_line import run_tool
 from diff_encoder_sim.base.command_name import as_called
+from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.host_info import usable_cores
 from diff_encoder_sim.campaign.campaign_definition import Campaign
-from diff_encoder_sim.campaign.cluster import connected_client, local_client
+from diff_encoder_sim.campaign.cluster import TlsFiles, Workers, connected_workers
 from diff_encoder_sim.campaign.engine import CampaignFault, UnrunTrial
+from diff_encoder_sim.campaign.local_workers import local_workers
 from diff_encoder_sim.campaign.progress import Progress
 
 STOPPING_SIGNALS = (signal.SIGINT, signal.SIGTERM)
@@ -68,13 +68,33 @@ def add_workers(parser: argparse.ArgumentParser) -> None:
         metavar='ADDRESS',
         help='run on a Dask cluster: its scheduler, such as tcp://host:8786 (docs/cluster.md)',
     )
+    tls = parser.add_argument_group('for a cluster whose processes know each other by certificates, in PEM files')
+    tls.add_argument('--tls-ca', type=Path, metavar='FILE', help='certificate of who signed the certificates')
+    tls.add_argument('--tls-cert', type=Path, metavar='FILE', help='certificate of this process')
+    tls.add_argument('--tls-key', type=Path, metavar='FILE', help='its key, unless that is in the file of --tls-cert')
 
 
-def workers(options: argparse.Namespace, pending: int) -> ContextManager[Client]:
-    """Return the workers that the options select, on this host no more than there are `pending` trials."""
+def workers(options: argparse.Namespace, pending: int) -> ContextManager[Workers]:
+    """Return the workers that the options select, on this host no more than there are `pending` trials.
+
+    Raises:
+        ConfigError: an option for TLS is given where it has no effect, or misses another.
+    """
+    tls = _tls_files(options)
     if options.scheduler is not None:
-        return connected_client(options.scheduler)
-    return local_client(min(options.workers or usable_cores(), pending))
+        return connected_workers(options.scheduler, tls)
+    return local_workers(min(options.workers or usable_cores(), pending))
+
+
+def _tls_files(options: argparse.Namespace) -> Optional[TlsFiles]:
+    given = [f'--tls-{name}' for name in TlsFiles._fields if getattr(options, f'tls_{name}') is not None]
+    if not given:
+        return None
+    if options.tls_ca is None or options.tls_cert is None or not (options.scheduler or '').startswith('tls://'):
+        raise ConfigError(
+            f'given {", ".join(given)}; allowed: --tls-ca and --tls-cert, with --scheduler tls://HOST:PORT'
+        )
+    return TlsFiles(options.tls_ca, options.tls_cert, options.tls_key)
 
 
 def unrun_text(name: str, campaign: Campaign, unrun: Sequence[UnrunTrial]) -> str:

@@ -47,7 +47,7 @@ def test_no_command_is_forgotten():
     found = {}
     for script in (ROOT / 'scripts').iterdir():
         if not script.suffix:
-            ((name, module),) = re.findall(r"^ *run_command\('(.*)', '(.*)'\)$", script.read_text(), re.MULTILINE)
+            ((name, module),) = re.findall(r"^run_command\('(.*)', '(.*)'\)$", script.read_text(), re.MULTILINE)
             assert name == script.name
             if module.startswith('cli.') or 'tool_parser(' in source(module):
                 found[name] = module
