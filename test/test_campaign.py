@@ -3,113 +3,19 @@
 Trials take no time (campaign_trials.py); what a trial computes has tests of its own.
 """
 
-import csv
-import json
 import os
 import re
 import signal
 import socket
-import subprocess
-import sys
 import time
 from collections import Counter
-from pathlib import Path
 
-import campaign_trials
 import psutil
 import pytest
-from distributed import Client
 
-HERE = Path(__file__).resolve().parent
-TRIALS = 24
-ARGUMENTS = ['--config', 'paper', '--tests', 'SL', '--ppr', '40', '90', '--trials', '12']
-PATIENCE_S = 40.0
+from campaign_processes import HERE, TRIALS, Machine, campaign_lines, finish, results, wait_until, workers_of
 
 pytestmark = pytest.mark.timeout(120)
-
-
-class Machine:
-    """Processes of one test, and the folder whose files make its trials go wrong."""
-
-    def __init__(self, folder):
-        self.folder = folder
-        self.out = folder / 'out'
-        self.log = folder / campaign_trials.LOG
-        self._processes = []
-
-    def start(self, *command, trial_s=0.0, **options):
-        environment = {
-            **os.environ,
-            'PYTHONPATH': os.pathsep.join([str(HERE), *filter(None, sys.path)]),
-            campaign_trials.FOLDER: str(self.folder),
-            campaign_trials.TRIAL_S: str(trial_s),
-        }
-        process = subprocess.Popen(
-            [sys.executable, *map(str, command)],
-            env=environment,
-            cwd=str(self.folder),
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            start_new_session=True,
-            **options,
-        )
-        self._processes.append(process)
-        return process
-
-    def campaign(self, *arguments, trial_s=0.0):
-        return self.start(HERE / 'campaign_trials.py', *ARGUMENTS, '--out', self.out, *arguments, trial_s=trial_s)
-
-    def cluster(self, workers=2, trial_s=0.0, preload=()):
-        """A scheduler and workers without nannies; returns the address and the processes."""
-        about = self.folder / 'scheduler.json'
-        scheduler = self.start(
-            '-m',
-            'distributed.cli.dask_scheduler',
-            '--host',
-            '127.0.0.1',
-            '--port',
-            '0',
-            '--no-dashboard',
-            '--scheduler-file',
-            about,
-        )
-        wait_until(lambda: about.exists() and about.read_text().endswith('}'))
-        address = json.loads(about.read_text())['address']
-        started = [
-            self.start(
-                '-m',
-                'distributed.cli.dask_worker',
-                address,
-                '--no-nanny',
-                '--nthreads',
-                '1',
-                '--no-dashboard',
-                '--memory-limit',
-                '0',
-                '--local-directory',
-                self.folder / 'scratch',
-                *preload,
-                trial_s=trial_s,
-            )
-            for _ in range(workers)
-        ]
-        with Client(address, set_as_default=False) as client:
-            client.wait_for_workers(workers, timeout=PATIENCE_S)
-        return address, scheduler, started
-
-    def attempts(self):
-        """(process id, trial) of each trial that was begun."""
-        lines = self.log.read_text().splitlines() if self.log.exists() else []
-        return [tuple(map(int, line.split())) for line in lines]
-
-    def wait_for_attempts(self, count):
-        wait_until(lambda: len(self.attempts()) >= count)
-
-    def close(self):
-        for process in self._processes:
-            if process.poll() is None:
-                process.kill()
-            process.communicate()
 
 
 @pytest.fixture
@@ -125,34 +31,6 @@ def undisturbed(tmp_path_factory):
     assert finish(machine.campaign('--workers', '2'))[0] == 0
     machine.close()
     return results(machine.out)
-
-
-def wait_until(condition):
-    end_s = time.monotonic() + PATIENCE_S
-    while not condition():
-        assert time.monotonic() < end_s, 'waited in vain'
-        time.sleep(0.05)
-
-
-def finish(process):
-    """Exit status, lines of stdout, lines of stderr that are the program's own."""
-    out, err = process.communicate(timeout=PATIENCE_S)
-    lines = [line for line in err.decode().splitlines() if not line.startswith('pybullet build time')]
-    return process.returncode, out.decode().splitlines(), lines
-
-
-def results(folder):
-    """What a campaign leaves: its table but for wall times, and its bags. Nothing else may be there."""
-    with open(str(folder / 'trials.csv'), newline='') as file:
-        rows = list(csv.DictReader(file))
-    for row in rows:
-        assert float(row.pop('wall_time_s')) >= 0.0
-    assert {path.name for path in folder.iterdir()} == {'.lock', 'manifest.json', 'trials.csv', 'bags'}
-    return rows, {path.name: path.read_bytes() for path in (folder / 'bags').iterdir()}
-
-
-def campaign_lines(lines):
-    return [line for line in lines if line.startswith('campaign: ')]
 
 
 def test_each_trial_has_a_row_and_a_bag(undisturbed):
@@ -193,6 +71,32 @@ def test_local_workers_that_are_killed_are_replaced(machine, undisturbed):
     assert (code, campaign_lines(err)) == (0, [])
     assert len({process for process, _ in machine.attempts()}) == 4
     assert results(machine.out) == undisturbed
+
+
+def test_a_worker_killed_while_it_starts_is_started_again(machine, undisturbed):
+    client = machine.campaign('--workers', '1')
+    wait_until(lambda: workers_of(client))
+    workers_of(client)[0].kill()
+    code, _, err = finish(client)
+    assert code == 0, err
+    assert campaign_lines(err) == ['campaign: a worker process ended while it started (SIGKILL): trying again']
+    assert 'Traceback' not in '\n'.join(err)
+    assert results(machine.out) == undisturbed
+
+
+def test_a_host_where_no_worker_starts_is_reported_in_a_line(machine):
+    client = machine.campaign('--workers', '2')
+    while client.poll() is None:
+        for worker in workers_of(client):
+            worker.kill()
+        time.sleep(0.02)
+    code, _, err = finish(client)
+    assert code == 1
+    assert campaign_lines(err)[-1] == (
+        'campaign: no worker process starts on this host: SIGKILL; 0 of 24 trials are done; '
+        'run the same command again to continue'
+    )
+    assert len(campaign_lines(err)) == 3 and 'Traceback' not in '\n'.join(err)
 
 
 def test_bags_come_over_the_network_where_the_folder_is_not_shared(machine, undisturbed):

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import collections
 import time
-from typing import Callable, Counter, Dict, List, Optional, Sequence, TextIO, Tuple
+from typing import Callable, Counter, Dict, List, Sequence, TextIO, Tuple
 
 from tabulate import tabulate
 from tqdm import tqdm
 
+from diff_encoder_sim.campaign.time_left import TimeLeft
 from diff_encoder_sim.campaign.trial_row import OUTCOMES, TrialRow
 from diff_encoder_sim.trials.trial_outcome import Outcome
 
@@ -20,10 +21,16 @@ class Progress:
     """Counts trials; a subclass shows them. A context manager, which closes the display at its end."""
 
     def __init__(
-        self, total: int, done: Sequence[TrialRow], stream: TextIO, clock: Callable[[], float] = time.monotonic
+        self,
+        total: int,
+        done: Sequence[TrialRow],
+        left: TimeLeft,
+        stream: TextIO,
+        clock: Callable[[], float] = time.monotonic,
     ) -> None:
         """`done` are the results of runs before this one; `clock` gives seconds."""
         self.total = total
+        self._left = left
         self.done = len(done)
         self._stream = stream
         self._clock = clock
@@ -44,6 +51,7 @@ class Progress:
         self.done += 1
         self._failed += _has_failed(row)
         self._simulated_s += row.duration_s
+        self._left.add(row)
         self._show()
 
     def tick(self, workers: int) -> None:
@@ -57,17 +65,14 @@ class Progress:
 
     def text(self) -> str:
         """Return the state in one line."""
-        left_s = self._left_s()
+        if self._workers == 0 and self.done < self.total:
+            return f'{self.count()}, {self._failed} failed, waiting for workers to start'
         plural = '' if self._workers == 1 else 's'
-        return ', '.join(
-            [
-                self.count(),
-                f'{self._failed} failed',
-                f'{self._workers} worker{plural}',
-                f'{self.real_time_factor():.0f} x real time',
-                f'{tqdm.format_interval(left_s) if left_s is not None else "?"} left',
-            ]
-        )
+        parts = [self.count(), f'{self._failed} failed', f'{self._workers} worker{plural}']
+        if self.done_now:
+            parts.append(f'{self.real_time_factor():.0f} x real time')
+        left_s = self._left.seconds(max(1, self._workers)) if self.done < self.total else 0.0
+        return ', '.join([*parts, f'about {tqdm.format_interval(left_s)} left'])
 
     @property
     def done_now(self) -> int:
@@ -82,11 +87,6 @@ class Progress:
         """Return simulated seconds per second of wall time."""
         return self._simulated_s / max(self.wall_time_s(), 1e-9)
 
-    def _left_s(self) -> Optional[float]:
-        if self.done_now == 0:
-            return None if self.done < self.total else 0.0
-        return self.wall_time_s() / self.done_now * (self.total - self.done)
-
     def _show(self) -> None:
         raise NotImplementedError
 
@@ -98,9 +98,14 @@ class ProgressBar(Progress):
     """A progress bar for a terminal."""
 
     def __init__(
-        self, total: int, done: Sequence[TrialRow], stream: TextIO, clock: Callable[[], float] = time.monotonic
+        self,
+        total: int,
+        done: Sequence[TrialRow],
+        left: TimeLeft,
+        stream: TextIO,
+        clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        super().__init__(total, done, stream, clock)
+        super().__init__(total, done, left, stream, clock)
         self._bar = tqdm(
             total=total,
             initial=self.done,
@@ -120,27 +125,34 @@ class ProgressBar(Progress):
 
 
 class ProgressLines(Progress):
-    """Lines for a file or a pipe, every 10 % or 30 s."""
+    """Lines for a file or a pipe: at the first tick, when the first worker is there, and then every 10 % or 30 s."""
 
     def __init__(
-        self, total: int, done: Sequence[TrialRow], stream: TextIO, clock: Callable[[], float] = time.monotonic
+        self,
+        total: int,
+        done: Sequence[TrialRow],
+        left: TimeLeft,
+        stream: TextIO,
+        clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        super().__init__(total, done, stream, clock)
+        super().__init__(total, done, left, stream, clock)
         self._shown_done = self.done
-        self._shown_s = self._began_s
+        self._shown_s = -LINE_EVERY_S
+        self._had_workers = False
 
     def _show(self) -> None:
         now_s = self._clock()
         is_far = self.done - self._shown_done >= LINE_EVERY_FRACTION * self.total
         is_last = self.done == self.total > self._shown_done
-        if is_far or is_last or now_s - self._shown_s >= LINE_EVERY_S:
+        is_first = self._workers > 0 and not self._had_workers
+        if is_far or is_last or is_first or now_s - self._shown_s >= LINE_EVERY_S:
             print(self.text(), file=self._stream, flush=True)
-            self._shown_done, self._shown_s = self.done, now_s
+            self._shown_done, self._shown_s, self._had_workers = self.done, now_s, self._workers > 0
 
 
-def progress_on(stream: TextIO, total: int, done: Sequence[TrialRow]) -> Progress:
+def progress_on(stream: TextIO, total: int, done: Sequence[TrialRow], left: TimeLeft) -> Progress:
     """Choose a bar on a terminal, lines elsewhere."""
-    return (ProgressBar if stream.isatty() else ProgressLines)(total, done, stream)
+    return (ProgressBar if stream.isatty() else ProgressLines)(total, done, left, stream)
 
 
 def outcome_table(rows: Sequence[TrialRow]) -> str:

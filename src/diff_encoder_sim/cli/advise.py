@@ -31,6 +31,7 @@ from diff_encoder_sim.campaign.engine import run_campaign
 from diff_encoder_sim.campaign.manifest import describe_run
 from diff_encoder_sim.campaign.progress import progress_on
 from diff_encoder_sim.campaign.result_store import ResultStore
+from diff_encoder_sim.campaign.time_left import time_left
 from diff_encoder_sim.campaign.worker import RunTrial
 from diff_encoder_sim.cli.robot_arguments import add_robot_arguments
 from diff_encoder_sim.cli.robot_checks import add_unchecked, with_checks
@@ -151,7 +152,7 @@ class _CandidateTrials:
         print(f'{label} PPR', file=sys.stderr)
         if self._workers is None:
             self._workers = self._opened.enter_context(workers(self._options, len(jobs)))
-        progress = progress_on(sys.stderr, len(jobs), [])
+        progress = progress_on(sys.stderr, len(jobs), [], time_left(self._campaign, jobs, self._store.rows))
         with progress, stop_reports(progress):
             unrun = run_campaign(self._workers, self._campaign, self._store, progress, jobs, self._run_trial)
         if unrun:

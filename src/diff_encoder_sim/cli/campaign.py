@@ -13,12 +13,13 @@ from typing import List, Optional, Sequence
 
 from diff_encoder_sim.base.command_line import tool_parser
 from diff_encoder_sim.base.paths import package_folder
-from diff_encoder_sim.campaign.campaign_definition import Campaign
+from diff_encoder_sim.campaign.campaign_definition import Campaign, TrialJob
 from diff_encoder_sim.campaign.campaign_loading import load_campaign
 from diff_encoder_sim.campaign.engine import UnrunTrial, run_campaign
 from diff_encoder_sim.campaign.manifest import describe_run
 from diff_encoder_sim.campaign.progress import Progress, outcome_table, progress_on
 from diff_encoder_sim.campaign.result_store import ResultStore
+from diff_encoder_sim.campaign.time_left import time_left
 from diff_encoder_sim.campaign.worker import RunTrial
 from diff_encoder_sim.cli.robot_arguments import add_robot_arguments
 from diff_encoder_sim.cli.robot_checks import add_unchecked, with_checks
@@ -48,9 +49,11 @@ def _campaign(options: argparse.Namespace, run: RunTrial) -> None:
     campaign = with_checks('campaign', campaign, options.unchecked)
     about = describe_run(package_folder(), sys.argv)
     with ResultStore(options.out, campaign, about, options.resume) as store:
-        progress = progress_on(sys.stderr, len(campaign.jobs()), store.rows)
+        jobs = store.pending()
+        left = time_left(campaign, jobs, store.rows)
+        progress = progress_on(sys.stderr, len(campaign.jobs()), store.rows, left)
         with progress, stop_reports(progress):
-            unrun = _run_pending(options, campaign, store, progress, run)
+            unrun = _run_jobs(options, campaign, store, progress, jobs, run) if jobs else []
             table = store.finish()
         print(table)
         print(_summary(store, progress))
@@ -58,14 +61,16 @@ def _campaign(options: argparse.Namespace, run: RunTrial) -> None:
         sys.exit(unrun_text('campaign', campaign, unrun))
 
 
-def _run_pending(
-    options: argparse.Namespace, campaign: Campaign, store: ResultStore, progress: Progress, run: RunTrial
+def _run_jobs(
+    options: argparse.Namespace,
+    campaign: Campaign,
+    store: ResultStore,
+    progress: Progress,
+    jobs: Sequence[TrialJob],
+    run: RunTrial,
 ) -> List[UnrunTrial]:
-    pending = store.pending()
-    if not pending:
-        return []
-    with workers(options, len(pending)) as ready:
-        return run_campaign(ready, campaign, store, progress, pending, run)
+    with workers(options, len(jobs)) as ready:
+        return run_campaign(ready, campaign, store, progress, jobs, run)
 
 
 def _summary(store: ResultStore, progress: Progress) -> str:

@@ -4,7 +4,7 @@ import pytest
 from distributed.versions import get_versions
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.campaign.cluster import PACKAGES, check_versions, connected_client
+from diff_encoder_sim.campaign.cluster import PACKAGES, TlsFiles, check_versions, connected_workers
 
 
 def changed(**packages):
@@ -34,6 +34,23 @@ def test_another_version_is_named(packages, text):
 
 @pytest.mark.parametrize('address', ['tcp://127.0.0.1:1', 'no address'])
 def test_where_no_scheduler_answers_is_one_line(address):
-    with pytest.raises(ConfigError, match='--scheduler: given') as caught, connected_client(address):
+    with pytest.raises(ConfigError, match='--scheduler: given') as caught, connected_workers(address):
         pass
+    assert '\n' not in str(caught.value)
+
+
+def test_a_file_of_tls_that_is_missing_is_named(tmp_path):
+    cert = tmp_path / 'cert.pem'
+    cert.write_text('')
+    with pytest.raises(ConfigError, match=r'^--tls-key: given .*key.pem.: No such file or directory; allowed: a file$'):
+        TlsFiles(cert, cert, tmp_path / 'key.pem').security()
+
+
+def test_files_that_are_no_certificates_are_one_line(tmp_path):
+    path = tmp_path / 'cert.pem'
+    path.write_text('not a certificate')
+    with pytest.raises(
+        ConfigError, match='^--tls-ca, --tls-cert, --tls-key: given .*; allowed: certificates'
+    ) as caught:
+        TlsFiles(path, path, None).security()
     assert '\n' not in str(caught.value)

@@ -7,8 +7,17 @@ from types import SimpleNamespace
 
 import pytest
 
+from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.campaign.engine import CampaignFault, UnrunTrial
-from diff_encoder_sim.cli.trial_workers import positive_number, run_trials_tool, stop_reports, unrun_text, whole_number
+from diff_encoder_sim.cli.trial_workers import (
+    add_workers,
+    positive_number,
+    run_trials_tool,
+    stop_reports,
+    unrun_text,
+    whole_number,
+    workers,
+)
 
 CAMPAIGN = SimpleNamespace(bag_name=lambda job: f'bags/SL_90ppr_trial{job}.bag')
 
@@ -62,3 +71,19 @@ def test_a_signal_ends_the_tool_with_its_status_and_says_how_many_trials_are_don
         'campaign: stopped after 12 of 40 trials; run the same command again to continue\n'
     )
     assert [signal.getsignal(each) for each in (signal.SIGINT, signal.SIGTERM)] == handlers
+
+
+@pytest.mark.parametrize(
+    'arguments',
+    [
+        '--tls-ca a --tls-cert b',
+        '--tls-ca a --tls-cert b --scheduler tcp://host:8786',
+        '--tls-cert b --tls-key c --scheduler tls://host:8786',
+        '--tls-ca a --workers 2',
+    ],
+)
+def test_options_for_tls_without_a_cluster_that_uses_them_are_an_error(arguments):
+    parser = argparse.ArgumentParser()
+    add_workers(parser)
+    with pytest.raises(ConfigError, match='^given --tls-.*; allowed: --tls-ca and --tls-cert, with --scheduler tls://'):
+        workers(parser.parse_args(arguments.split()), 1)
