@@ -43,7 +43,7 @@ class MessageType(NamedTuple):
         decode = self.store.deserialize_cdr if self.is_cdr else self.store.deserialize_ros1
         try:
             return decode(raw, self.name)
-        except (SerdeError, *DAMAGE):
+        except (SerdeError, TypesysError, *DAMAGE):
             raise InputFault(TORN) from None
 
 
@@ -64,6 +64,7 @@ def _store(name: str, definition: str, is_cdr: bool) -> Any:
     with contextlib.suppress(TypesysError, *DAMAGE):
         store = get_typestore(Stores.EMPTY)
         store.register(get_types_from_msg(definition, name))
+        store.get_msgdef(name)  # fails where a type is missing that it is made of
         if definition:
             return store
     return get_typestore(Stores.ROS2_HUMBLE if is_cdr else Stores.ROS1_NOETIC)

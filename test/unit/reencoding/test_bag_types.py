@@ -5,7 +5,7 @@ import pytest
 from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.recording.bag_source import open_source
 from diff_encoder_sim.reencoding.bag_types import message_type
-from reencoding_sources import Bag, kobuki
+from reencoding_sources import Bag, jackal, kobuki
 
 
 def without_definitions(path):
@@ -22,6 +22,13 @@ def test_a_type_that_nobody_defines_is_named(tmp_path):
     with open_source(path) as source, pytest.raises(ConfigError, match='which the bag does not define') as caught:
         message_type(path, source, '/mobile_base/sensors/core')
     assert 'kobuki_msgs/msg/SensorState' in str(caught.value)
+
+
+def test_a_type_whose_parts_nobody_defines_is_named(tmp_path):
+    path = jackal().write(tmp_path / 'a.bag')
+    path.write_bytes(path.read_bytes().replace(b'MSG: jackal_msgs/DriveFeedback', b'MSG: jackal_msgs/OtherFeedback'))
+    with open_source(path) as source, pytest.raises(ConfigError, match='which the bag does not define'):
+        message_type(path, source, '/feedback')
 
 
 def test_a_type_of_ros_needs_no_definition(tmp_path):
