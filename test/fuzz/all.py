@@ -13,16 +13,16 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 KEEP = ROOT / 'results' / 'fuzz'
-sys.path[1:1] = [str(ROOT / 'src'), str(ROOT / 'test' / 'support')]
+sys.path[1:1] = [str(ROOT / 'src'), str(ROOT / 'test' / 'support'), str(ROOT / 'test')]
 
-from areas import AREAS
+from areas import AREAS, LIVE_AREAS
 from rounds import fuzz, try_again
 from sandbox import ACCEPTED, FALLEN, REFUSED
 
 
 def main():
     options = parse()
-    areas = [area for area in AREAS if area.name in options.areas]
+    areas = [area for area in (*AREAS, *LIVE_AREAS) if area.name in options.areas]
     if options.case is not None:
         for area in areas:
             print(area.name, *try_again(area, options.seed, options.case))
@@ -43,11 +43,19 @@ def main():
 
 def parse():
     names = [area.name for area in AREAS]
+    live = [area.name for area in LIVE_AREAS]
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('--minutes', type=float, default=1.0, help='how long (default: %(default)s)')
     parser.add_argument('--cases', type=int, help='of each area, instead of minutes')
     parser.add_argument('--seed', type=int, default=0, help='default: %(default)s')
-    parser.add_argument('--areas', nargs='+', choices=names, default=names, metavar='AREA', help=', '.join(names))
+    parser.add_argument(
+        '--areas',
+        nargs='+',
+        choices=names + live,
+        default=names,
+        metavar='AREA',
+        help=f'{", ".join(names)} (default: all of these); {", ".join(live)}',
+    )
     parser.add_argument('--case', type=int, metavar='N', help='run the case N alone')
     parser.add_argument(
         '--keep', type=Path, default=KEEP, metavar='DIR', help='of inputs that fell (default: %(default)s)'

@@ -5,6 +5,7 @@ import fuzz_bags
 import fuzz_campaigns
 import fuzz_lockstep
 import fuzz_maps
+import fuzz_replay
 import fuzz_robots
 import fuzz_worlds
 from rounds import Area
@@ -19,3 +20,6 @@ AREAS = (
     Area('bags', fuzz_bags.run, fuzz_bags.warm_up, Limits(cpu_s=60)),
     Area('campaigns', fuzz_campaigns.run, fuzz_campaigns.warm_up),
 )
+
+# On a real graph, where a case takes seconds: by name only, with the workspace sourced.
+LIVE_AREAS = (Area('replay', fuzz_replay.run, lambda folder: None),)

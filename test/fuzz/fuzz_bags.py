@@ -30,7 +30,7 @@ def run(rng, folder):
     maker = ROS1 if rng.random() < 0.7 else ROS2
     if maker is ROS2:
         stamps_ns = np.minimum(stamps_ns, LARGEST_STAMP2_NS)
-    rows = [_odd_row(rng, row) for row in _drive(maker, stamps_ns, angles, rng)]
+    rows = [odd_row(rng, row) for row in _drive(maker, stamps_ns, angles, rng)]
     path = write_ros1(folder / 'odd.bag', rows) if maker is ROS1 else write_ros2(folder / 'odd', rows)
     pick(rng, (_reencode, _reencode, _map))(path, folder)
 
@@ -70,7 +70,7 @@ def _drive(maker, stamps_ns, angles, rng=None):
     return rows
 
 
-def _odd_row(rng, row):
+def odd_row(rng, row):
     """Change a message's own shape, once in a while."""
     topic, stamp, message = row
     header = getattr(message, 'header', None)

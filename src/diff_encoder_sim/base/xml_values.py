@@ -12,6 +12,9 @@ from diff_encoder_sim.base.errors import ConfigError
 
 Vector = Tuple[float, float, float]
 
+# In SI units: nothing about a robot that drives through rooms is bigger.
+MOST = 1e6
+
 
 class JointOrigin(NamedTuple):
     """A joint's frame in its parent link."""
@@ -35,13 +38,25 @@ def parse_numbers(text: Optional[str], count: int, where: str) -> List[float]:
     return numbers
 
 
+def bounded_numbers(text: Optional[str], count: int, where: str) -> List[float]:
+    """Read `count` numbers of a size that robots and the rooms that they drive through can have.
+
+    Raises:
+        ConfigError: the text is something else.
+    """
+    numbers = parse_numbers(text, count, where)
+    if max(map(abs, numbers)) > MOST:
+        raise ConfigError(f'{where}: given {text!r}; allowed: from {-MOST:g} to {MOST:g}')
+    return numbers
+
+
 def parse_lengths(text: Optional[str], count: int, where: str) -> List[float]:
     """Read `count` lengths greater than 0 [m] from a file's text; `where` names them in the error.
 
     Raises:
         ConfigError: the text is something else.
     """
-    lengths_m = parse_numbers(text, count, where)
+    lengths_m = bounded_numbers(text, count, where)
     if min(lengths_m) <= 0:
         raise ConfigError(f'{where}: given {text!r}; allowed: lengths greater than 0 [m]')
     return lengths_m

@@ -10,9 +10,9 @@ import numpy as np
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.typed_params import did_you_mean
-from diff_encoder_sim.base.xml_values import joint_link
+from diff_encoder_sim.base.xml_values import bounded_numbers, joint_link
 from diff_encoder_sim.robots.robot_tree import Joint
-from diff_encoder_sim.robots.urdf_values import bounded_numbers, named, parse_pose
+from diff_encoder_sim.robots.urdf_values import named, parse_pose
 
 JOINT_KINDS = ('fixed', 'continuous', 'revolute', 'prismatic', 'floating', 'planar')
 _WITHOUT_AXIS = ('fixed', 'floating')

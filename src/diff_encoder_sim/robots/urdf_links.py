@@ -8,8 +8,9 @@ from xml.etree import ElementTree
 import numpy as np
 
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.xml_values import bounded_numbers
 from diff_encoder_sim.robots.robot_tree import Box, Cylinder, Geometry, Inertial, Link, Mesh, Shape, Sphere
-from diff_encoder_sim.robots.urdf_values import bounded_numbers, named, parse_pose
+from diff_encoder_sim.robots.urdf_values import named, parse_pose
 
 
 def parse_link(element: ElementTree.Element, where: str, notes: List[str]) -> Link:

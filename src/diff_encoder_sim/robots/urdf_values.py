@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import List, Optional
 from xml.etree import ElementTree
 
 import numpy as np
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.xml_values import parse_numbers, rotation_from_rpy
-
-# In SI units: nothing about a robot that drives through rooms is bigger.
-MOST = 1e6
+from diff_encoder_sim.base.xml_values import bounded_numbers, rotation_from_rpy
 
 
 def named(element: ElementTree.Element, where: str) -> str:
@@ -24,18 +20,6 @@ def named(element: ElementTree.Element, where: str) -> str:
     if not name.strip():
         raise ConfigError(f'{where}: <{element.tag}>: name: missing')
     return name
-
-
-def bounded_numbers(text: Optional[str], count: int, where: str) -> List[float]:
-    """Read `count` numbers of a size that a robot can have.
-
-    Raises:
-        ConfigError: the text is something else.
-    """
-    numbers = parse_numbers(text, count, where)
-    if max(map(abs, numbers)) > MOST:
-        raise ConfigError(f'{where}: given {text!r}; allowed: from {-MOST:g} to {MOST:g}')
-    return numbers
 
 
 def parse_pose(parent: ElementTree.Element, where: str) -> np.ndarray:

@@ -17,6 +17,7 @@ from diff_encoder_sim.simulation.world import Solid, World
 MARGIN_CELLS = 10
 POINTS_PER_CELL = 8
 MOST_CELLS = 25_000_000  # a minute's work
+MOST_POINTS = 10_000_000  # of surfaces; some hundred megabytes
 
 
 def rasterise(world: World, height_m: float, resolution_m: float, free_x_m: float, free_y_m: float) -> OccupancyGrid:
@@ -34,8 +35,8 @@ def rasterise(world: World, height_m: float, resolution_m: float, free_x_m: floa
         free_y_m: likewise.
 
     Raises:
-        ConfigError: the free point is inside a wall, nothing is at that height, or the cells
-            would be too many.
+        ConfigError: the free point is inside a wall, nothing is at that height, or the cells or the points of
+            surfaces would be too many.
     """
     points_m = surface_points(world, height_m, resolution_m / POINTS_PER_CELL)
     if len(points_m) == 0:
@@ -68,8 +69,18 @@ def _grid_around(points_m: np.ndarray, resolution_m: float) -> OccupancyGrid:
 
 
 def surface_points(world: World, height_m: float, spacing_m: float) -> np.ndarray:
-    """Return (n, 2) points [m], at most `spacing_m` apart, on all surfaces at a height."""
+    """Return (n, 2) points [m], at most `spacing_m` apart, on all surfaces at a height.
+
+    Raises:
+        ConfigError: they would be too many.
+    """
     segments, circles = cut_world(world, height_m)
+    length_m = np.hypot(*(segments[:, 2:] - segments[:, :2]).T).sum() + 2.0 * np.pi * circles[:, 2].sum()
+    if length_m > MOST_POINTS * spacing_m:
+        raise ConfigError(
+            f'world {world.name!r}: {length_m:.0f} m of surfaces, with a point each {spacing_m:g} m; '
+            f'allowed: at most {MOST_POINTS} points'
+        )
     lines = []
     for x0, y0, x1, y1 in segments:
         count = int(np.ceil(np.hypot(x1 - x0, y1 - y0) / spacing_m)) + 1

@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.xml_values import parse_lengths, parse_numbers, rotation_from_rpy
+from diff_encoder_sim.base.xml_values import bounded_numbers, parse_lengths, rotation_from_rpy
 from diff_encoder_sim.robots.robot_tree import Box, Cylinder, Sphere
 
 ALLOWED_SHAPES = ('box', 'cylinder', 'sphere', 'plane')
@@ -120,7 +120,7 @@ def _pose_of(element: ElementTree.Element, path: Union[str, Path]) -> np.ndarray
     if text is None:
         return np.eye(4)
     where = f'{path}: {element.tag} {element.get("name")!r} pose'
-    x_m, y_m, z_m, roll_rad, pitch_rad, yaw_rad = parse_numbers(text, 6, where)
+    x_m, y_m, z_m, roll_rad, pitch_rad, yaw_rad = bounded_numbers(text, 6, where)
     pose = np.eye(4)
     pose[:3, :3] = rotation_from_rpy(roll_rad, pitch_rad, yaw_rad)
     pose[:3, 3] = x_m, y_m, z_m

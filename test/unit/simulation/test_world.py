@@ -67,6 +67,8 @@ def test_all_primitives_are_read(tmp_path):
         (FLOOR + model('<box><size>1 2</size></box>'), "box size: given '1 2'; allowed: 3"),
         (FLOOR + model('<box><size>1 0 2</size></box>'), 'greater than 0'),
         (FLOOR + model('<box><size>1 nan 2</size></box>'), '3 finite'),
+        (FLOOR + model('<box><size>1 1e300 2</size></box>'), "given '1 1e300 2'; allowed: from -1e.06"),
+        (FLOOR + model('<box><size>1 1 1</size></box>', '<pose>0 1e300 0 0 0 0</pose>'), 'pose.*allowed: from'),
         (FLOOR + model('<cylinder><radius>1</radius></cylinder>'), 'cylinder length: given None'),
         (FLOOR + model('<box><size>1 1 1</size></box>', '<pose>0 0 x 0 0 0</pose>'), 'pose'),
         (FLOOR + model('<box><size>1 1 1</size></box>', static='false'), "'m' moves"),
