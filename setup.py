@@ -17,6 +17,9 @@ setup(
     **generate_distutils_setup(
         packages=find_packages('src'),
         package_dir={'': 'src'},
-        package_data={'diff_encoder_sim.analysis.report': ['*.html', '*.css', '*.js']},
+        package_data={
+            'diff_encoder_sim.analysis.report': ['*.html', '*.css', '*.js'],
+            'diff_encoder_sim.serialization': ['definitions/*/*.msg'],
+        },
     ),
 )

@@ -1,5 +1,7 @@
 """A trial on the live graph and in lockstep: the same messages, byte for byte, in bags of one kind."""
 
+import subprocess
+
 import pytest
 
 from diff_encoder_sim.lockstep.robot_params import load_robot_params
@@ -20,8 +22,8 @@ ONCE = ('/trial', '/trial_result')
 
 
 @pytest.fixture(scope='module')
-def bags(tmp_path_factory):
-    """(live, lockstep): raw messages by topic, each (type, bytes, md5sum)."""
+def paths(tmp_path_factory):
+    """(live, lockstep)"""
     require_ros()
     folder = tmp_path_factory.mktemp('both')
     with Graph(folder) as graph:
@@ -48,7 +50,13 @@ def bags(tmp_path_factory):
         load_robot_params(ROOT / 'config'),
         'full',
     )
-    return [messages_of(folder / name) for name in ('live.bag', 'lockstep.bag')]
+    return [folder / name for name in ('live.bag', 'lockstep.bag')]
+
+
+@pytest.fixture(scope='module')
+def bags(paths):
+    """(live, lockstep): raw messages by topic, each (type, bytes, md5sum)."""
+    return [messages_of(path) for path in paths]
 
 
 def messages_of(path):
@@ -144,3 +152,27 @@ def transforms_of(content):
 def numbers_of(transform):
     place, turn = transform.transform.translation, transform.transform.rotation
     return [place.x, place.y, place.z, turn.x, turn.y, turn.z, turn.w]
+
+
+def test_both_have_the_same_definitions(paths):
+    from rosbags.rosbag1 import Reader
+
+    def definitions(path):
+        with Reader(path) as bag:
+            return {
+                connection.topic: getattr(connection.msgdef, 'data', connection.msgdef)
+                for connection in bag.connections
+            }
+
+    live, lockstep = (definitions(path) for path in paths)
+    assert live == lockstep
+
+
+def test_rosbag_check_finds_nothing_to_migrate(paths):
+    """But gazebo_msgs, where it is not installed."""
+    for path in paths:
+        result = subprocess.run(['rosbag', 'check', str(path)], capture_output=True, text=True, check=False)
+        assert (result.returncode, result.stderr) == (0, '')
+        migrations = [line for line in result.stdout.splitlines() if line.startswith(' * From: ')]
+        assert [line for line in migrations if 'gazebo_msgs/ModelStates' not in line] == []
+        assert migrations or 'does not need any migrations' in result.stdout

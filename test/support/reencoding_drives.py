@@ -12,7 +12,8 @@ from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from diff_encoder_sim.base.se2 import IDENTITY, move_along_arc, quat_xyzw_from_yaw
-from diff_encoder_sim.serialization.message_types import ENCODER_PULSE_FIELDS
+from diff_encoder_sim.serialization.message_definitions import fields_text
+from diff_encoder_sim.serialization.message_types import ENCODER_PULSE
 from diff_encoder_sim.serialization.typestore import STORE
 
 JOINTS = ('left_wheel_joint', 'right_wheel_joint')
@@ -22,9 +23,7 @@ COMPRESSIONS = (None, Writer1.CompressionFormat.BZ2, Writer1.CompressionFormat.L
 
 STORE2 = get_typestore(Stores.ROS2_HUMBLE)
 STORE2.register(
-    get_types_from_msg(
-        ENCODER_PULSE_FIELDS.replace('Header ', 'std_msgs/Header ', 1), 'diff_encoder_sim/msg/EncoderPulse'
-    )
+    get_types_from_msg(fields_text(ENCODER_PULSE).replace('\nHeader ', '\nstd_msgs/Header '), ENCODER_PULSE)
 )
 
 

@@ -14,7 +14,8 @@ from genpy.dynamic import generate_dynamic
 from geometry_msgs.msg import Pose, Twist
 from std_msgs.msg import Header
 
-from diff_encoder_sim.serialization.message_types import MODEL_STATES_FIELDS
+from diff_encoder_sim.serialization.message_definitions import full_text
+from diff_encoder_sim.serialization.message_types import MODEL_STATES
 
 __all__ = ['GetModelState', 'ModelStates', 'SetModelState', 'built_message', 'built_service']
 
@@ -80,7 +81,8 @@ def _built_messages(name: str, definition: str) -> Dict[str, Type[genpy.Message]
 try:
     from gazebo_msgs.msg import ModelStates
 except ImportError:
-    ModelStates = built_message('gazebo_msgs/ModelStates', MODEL_STATES_FIELDS)
+    # The text that bags contain, from a live trial as in lockstep.
+    ModelStates = generate_dynamic('gazebo_msgs/ModelStates', full_text(MODEL_STATES))['gazebo_msgs/ModelStates']
 
 try:
     from gazebo_msgs.srv import GetModelState, SetModelState

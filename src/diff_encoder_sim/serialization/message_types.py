@@ -1,4 +1,4 @@
-"""The names of message types, and the fields of those that rosbags does not know."""
+"""The names of message types."""
 
 from __future__ import annotations
 
@@ -24,32 +24,3 @@ MOVE_BASE_ACTION_RESULT = 'move_base_msgs/msg/MoveBaseActionResult'
 
 # The variance of height, roll and pitch, which wheels do not measure; the value is that of gazebo_ros_diff_drive.
 UNKNOWN_VARIANCE = 1e12
-
-# gazebo_msgs/ModelStates; the package is missing in Debian's ROS, too.
-MODEL_STATES_FIELDS = """\
-string[] name
-geometry_msgs/Pose[] pose
-geometry_msgs/Twist[] twist"""
-
-# Those of msg/EncoderPulse.msg, which is missing where only the Python package is installed.
-ENCODER_PULSE_FIELDS = """\
-Header header
-string[] name
-int64[] pulses"""
-
-# Fields by type.
-DEFINITIONS = {
-    MODEL_STATES: MODEL_STATES_FIELDS,
-    ENCODER_PULSE: ENCODER_PULSE_FIELDS,
-    TRANSFORMS: 'geometry_msgs/TransformStamped[] transforms',
-    MOVE_BASE_GOAL: 'geometry_msgs/PoseStamped target_pose',
-    MOVE_BASE_RESULT: '',
-    MOVE_BASE_ACTION_GOAL: """\
-Header header
-actionlib_msgs/GoalID goal_id
-MoveBaseGoal goal""",
-    MOVE_BASE_ACTION_RESULT: """\
-Header header
-actionlib_msgs/GoalStatus status
-MoveBaseResult result""",
-}

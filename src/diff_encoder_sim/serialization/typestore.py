@@ -1,4 +1,4 @@
-"""The message types of a trial's bag and their definitions, by rosbags."""
+"""The message types of a trial's bag and their definitions; what is computed of them, rosbags computes."""
 
 from __future__ import annotations
 
@@ -7,26 +7,24 @@ from typing import NamedTuple
 
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from diff_encoder_sim.serialization.message_types import DEFINITIONS
+from diff_encoder_sim.serialization.message_definitions import defined_types, fields_text, full_text
 
 STORE = get_typestore(Stores.ROS1_NOETIC)
-for _name, _fields in DEFINITIONS.items():
-    STORE.register(get_types_from_msg(_fields, _name))
+for _name in defined_types():
+    if _name not in STORE.types:
+        STORE.register(get_types_from_msg(fields_text(_name), _name))
 
 
 class Definition(NamedTuple):
     """What a bag contains about a type."""
 
-    text: str  # its fields and those of the types it is made of, without comments
+    text: str  # its .msg file and those of the types it is made of
     md5sum: str
-
-    @property
-    def has_header(self) -> bool:
-        """Whether the first field is a Header, whose seq the publisher counts."""
-        return self.text.startswith('std_msgs/Header header\n')
+    has_header: bool  # whether the first field is a Header, whose seq the publisher counts
 
 
 @lru_cache(maxsize=None)
 def definition(message_type: str) -> Definition:
     """Return the definition of a type by its name as rosbags spells it."""
-    return Definition(*STORE.generate_msgdef(message_type))
+    fields, md5sum = STORE.generate_msgdef(message_type)
+    return Definition(full_text(message_type), md5sum, fields.startswith('std_msgs/Header header\n'))

@@ -4,6 +4,7 @@ import contextlib
 import errno
 import os
 import resource
+import subprocess
 
 import numpy as np
 import pytest
@@ -289,3 +290,14 @@ def test_ros_reads_it(tmp_path):
         assert times_ns == sorted(times_ns)
         assert len(times_ns) == 1000 * len(expected) == read.get_message_count()
         assert f'messages:    {len(times_ns)}' in str(read)  # what rosbag info prints
+
+
+def test_rosbag_check_finds_nothing_to_migrate(tmp_path):
+    pytest.importorskip('rosbag')
+    path = tmp_path / 'a.bag'
+    with TrialBag(path, 'full') as bag:
+        for topic, node, message in one_of_each():
+            if topic.name != topics.MODEL_STATES:  # gazebo_msgs may not be installed
+                bag.write(topic.name, node, message, 7)
+    result = subprocess.run(['rosbag', 'check', str(path)], capture_output=True, text=True)
+    assert (result.stdout, result.stderr) == ('Bag file does not need any migrations.\n', '')
