@@ -142,8 +142,9 @@ def _add_other_sources(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         '--odom',
         default='',
-        metavar='TOPIC',
-        help='last resort: compute how the wheels have turned from the poses of nav_msgs/Odometry',
+        metavar='TOPIC|FRAMES',
+        help='last resort: compute how the wheels have turned from poses: a topic of odometry, or two frames of /tf as '
+        '"odom->base_link"',
     )
 
 

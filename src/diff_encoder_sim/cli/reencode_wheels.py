@@ -15,7 +15,8 @@ from diff_encoder_sim.reencoding.csv_wheels import CsvWheels
 from diff_encoder_sim.reencoding.field_wheels import FieldWheels, Wheel
 from diff_encoder_sim.reencoding.joint_wheels import JointWheels
 from diff_encoder_sim.reencoding.message_fields import MessageField, find_field
-from diff_encoder_sim.reencoding.odometry_wheels import odometry_wheels
+from diff_encoder_sim.reencoding.odometry_wheels import OdometryWheels
+from diff_encoder_sim.reencoding.reference import find_poses
 from diff_encoder_sim.reencoding.serving_topics import serving_options
 from diff_encoder_sim.reencoding.wheel_source import WheelSource
 from diff_encoder_sim.reencoding.wheel_units import COUNTED, TICKS, WheelUnit
@@ -67,7 +68,8 @@ def bag_wheels(
         ConfigError: there are none; it lists what the bag has.
     """
     if options.odom:
-        return odometry_wheels(options.bag, source, options.odom, _joints(robot), robot.odometry)
+        poses = find_poses(options.bag, source, '--odom', options.odom)
+        return OdometryWheels(poses, _joints(robot), robot.odometry)
     if options.ticks:
         return _field_wheels(options, source, robot)
     return _joint_wheels(options, source, trial, robot)
@@ -101,18 +103,25 @@ def _joint_wheels(
     options: argparse.Namespace, source: BagSource, trial: Optional[Trial], robot: RecordedRobot
 ) -> JointWheels:
     if not (options.joint_states or options.pulses or has_joints(source)):
-        serving = serving_options(options.bag, source)
-        listed = ' | '.join(serving) if serving else f'nothing in its topics {", ".join(sorted(source.topics))}'
+        listed = _serving(options, source) or f'nothing in its topics {", ".join(sorted(source.topics))}'
         raise ConfigError(f'{options.bag}: no topic of {" or ".join(JOINT_TYPES)}; what could serve: {listed}')
     given_ppr = ppr_of_text('--pulses-ppr', options.pulses_ppr) if options.pulses_ppr else None
     trial_ppr = trial.ppr if trial else None
     chosen = WheelOptions(options.joint_states, options.pulses, given_ppr or trial_ppr, options.left, options.right)
-    wheels = find_wheels(options.bag, source, chosen, robot.encoder)
+    try:
+        wheels = find_wheels(options.bag, source, chosen, robot.encoder)
+    except ConfigError as error:
+        other = '' if options.joint_states or options.pulses else _serving(options, source)
+        raise ConfigError(f'{error}; what else could serve: {other}' if other else str(error)) from None
     if given_ppr is not None and wheels.ppr is None:
         raise ConfigError(
             f'--pulses-ppr: given, but {wheels.topic} has wheel angles; expected --pulses TOPIC with it, or neither'
         )
     return JointWheels(wheels, source.is_cdr, robot.encoder.counter_modulus)
+
+
+def _serving(options: argparse.Namespace, source: BagSource) -> str:
+    return ' | '.join(serving_options(options.bag, source))
 
 
 def _joints(robot: RecordedRobot) -> Tuple[str, str]:

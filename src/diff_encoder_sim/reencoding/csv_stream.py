@@ -41,6 +41,8 @@ class CsvStream:
         self.topic = path.name
         self.topics: Dict[str, str] = {self.topic: 'CSV'}
         self.fault = ''
+        if path.exists() and not path.is_file():
+            raise ConfigError(f'{path}: given no regular file; allowed: one, as it is read twice')
         try:
             lines = [line for _, line in itertools.islice(self._lines(), _LINES_LOOKED_AT)]
             self._format = find_format(lines, columns, time_unit)

@@ -3,37 +3,18 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 from typing import Iterator, Optional, Sequence, Tuple
 
-from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.encoders.pulses import PerWheel
 from diff_encoder_sim.odometry.wheel_odometry import OdometryParams
-from diff_encoder_sim.recording.bag_source import BagSource
+from diff_encoder_sim.reencoding.reference import Reference
 from diff_encoder_sim.serialization.bag_messages import Message
 from diff_encoder_sim.serialization.joint_messages import JointValues
-from diff_encoder_sim.serialization.message_types import ODOMETRY
-from diff_encoder_sim.serialization.pose_messages import PoseDecoder
+from diff_encoder_sim.serialization.pose_messages import StampedPose
 
 # What the wheels' axle cannot do; less is rounding.
 _SIDEWAYS_FRACTION = 0.01
-
-
-def odometry_wheels(
-    path: Path, source: BagSource, topic: str, joints: Tuple[str, str], wheels: OdometryParams
-) -> OdometryWheels:
-    """Return the wheels of a topic that a user has named.
-
-    Raises:
-        ConfigError: it is not there, or of another type; it lists those that are there.
-    """
-    kind = source.topics.get(topic)
-    if kind == ODOMETRY:
-        return OdometryWheels(topic, source.is_cdr, joints, wheels)
-    found = f'of {kind}' if kind else 'not there'
-    listed = ', '.join(sorted(name for name, kind in source.topics.items() if kind == ODOMETRY)) or 'it has none'
-    raise ConfigError(f'{path}: --odom: given {topic}, which is {found}; allowed: a topic of {ODOMETRY}: {listed}')
 
 
 class OdometryWheels:
@@ -42,48 +23,49 @@ class OdometryWheels:
     ppr: Optional[PerWheel] = None  # of an encoder that nobody knows
     are_joint_angles = False
 
-    def __init__(self, topic: str, is_cdr: bool, joints: Tuple[str, str], wheels: OdometryParams) -> None:
+    def __init__(self, odometry: Reference, joints: Tuple[str, str], wheels: OdometryParams) -> None:
         """Prepare to read.
 
         Args:
-            topic: of nav_msgs/Odometry.
-            is_cdr: of ROS 2.
+            odometry: a topic of poses, or two frames of /tf.
             joints: left, right: the names under which angles are given.
             wheels: diameter, separation, and where the axle is in the frame of the poses.
         """
-        self.topics: Tuple[str, ...] = (topic,)
+        self.topics: Tuple[str, ...] = odometry.topics
         self.joints = joints
-        self.text = f'messages of {topic} (wheel angles by inverse kinematics)'
-        self._decoder = PoseDecoder(ODOMETRY, is_cdr)
+        self.text = f'messages of {odometry.name} (wheel angles by inverse kinematics)'
+        self._odometry = odometry
         self._wheels, self._axle = wheels, Pose2D(wheels.axle_x, 0.0, 0.0)
         self._last: Optional[Pose2D] = None
         self._left_rad = self._right_rad = 0.0
         self._along_m = self._sideways_m = 0.0
 
     def angles(self, message: Message) -> Sequence[JointValues]:
-        """Return both wheels.
+        """Return both wheels at every pose.
 
         Raises:
             InputFault: the message is torn, or its pose is not finite.
         """
-        stamped = self._decoder.decode(message.raw)
-        axle = stamped.pose.compose(self._axle)
-        if self._last is not None:
-            self._move(axle.relative_to(self._last))
-        self._last = axle
-        return (JointValues(stamped.stamp_ns, self.joints, (self._left_rad, self._right_rad)),)
+        return [self._at(stamped) for stamped in self._odometry.poses(message)]
 
     def notes(self) -> Iterator[str]:
         """List what poses cannot show."""
         yield (
-            f'the wheel angles are computed from the poses of {self.topics[0]} with the diameter and separation below: '
-            f'slip, and what the recorded encoder rounded, are in them as motion; a PPR adds its own rounding to these'
+            f'the wheel angles are computed from the poses of {self._odometry.name}, with the diameter and separation '
+            f'below: slip, and what the recorded encoder rounded, are in them as motion; a PPR adds its own rounding'
         )
         if self._sideways_m > _SIDEWAYS_FRACTION * self._along_m:
             yield (
-                f'{self.topics[0]} moves {self._sideways_m:.2f} m sideways on {self._along_m:.2f} m ahead, which two '
-                f'wheels on an axle cannot do: left out'
+                f'{self._odometry.name} moves {self._sideways_m:.2f} m sideways on {self._along_m:.2f} m ahead, which '
+                f'two wheels on an axle cannot do: left out'
             )
+
+    def _at(self, stamped: StampedPose) -> JointValues:
+        axle = stamped.pose.compose(self._axle)
+        if self._last is not None:
+            self._move(axle.relative_to(self._last))
+        self._last = axle
+        return JointValues(stamped.stamp_ns, self.joints, (self._left_rad, self._right_rad))
 
     def _move(self, motion: Pose2D) -> None:
         """Turn the wheels by the arc whose chord is the motion: the inverse of `move_along_arc`."""

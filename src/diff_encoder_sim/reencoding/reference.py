@@ -101,25 +101,39 @@ def find_reference(path: Path, source: BagSource, given: str) -> Optional[Refere
     Raises:
         ConfigError: what is given is not there, or of another type.
     """
+    if given or source.topics.get(WORLD_POSE) in POSE_TYPES:
+        return find_poses(path, source, '--reference', given or WORLD_POSE)
+    return None
+
+
+def find_poses(path: Path, source: BagSource, option: str, given: str) -> Reference:
+    """Find the poses that a user names.
+
+    Args:
+        path: of the bag, for error messages.
+        source: the bag.
+        option: by which they are named, for error messages.
+        given: a topic, or frames as 'map->base_link'.
+
+    Raises:
+        ConfigError: what is given is not there, or of another type.
+    """
     if ARROW in given:
-        return _frame_pair(path, source, given)
-    topic = given or WORLD_POSE
-    kind = source.topics.get(topic)
+        return _frame_pair(path, source, option, given)
+    kind = source.topics.get(given)
     if kind in POSE_TYPES:
-        return PoseTopic(topic, kind, source.is_cdr)
-    if not given:
-        return None
+        return PoseTopic(given, kind, source.is_cdr)
     found, allowed = f'of {kind}' if kind else 'not there', ', '.join(_allowed(source)) or 'it has no poses'
-    raise ConfigError(f'{path}: --reference: given {given}, which is {found}; allowed: {allowed}')
+    raise ConfigError(f'{path}: {option}: given {given}, which is {found}; allowed: {allowed}')
 
 
-def _frame_pair(path: Path, source: BagSource, given: str) -> FramePair:
+def _frame_pair(path: Path, source: BagSource, option: str, given: str) -> FramePair:
     parent_frame, _, child_frame = given.partition(ARROW)
     frames: Tuple[str, str] = (parent_frame.strip(' /'), child_frame.strip(' /'))
     if not all(frames) or frames[0] == frames[1]:
-        raise ConfigError(f'--reference: given {given!r}; allowed: two frames, as map{ARROW}base_link')
+        raise ConfigError(f'{option}: given {given!r}; allowed: two frames, as map{ARROW}base_link')
     if source.topics.get(TF) != TRANSFORMS:
-        raise ConfigError(f'{path}: --reference: given {given}, but there is no {TF} of {TRANSFORMS}')
+        raise ConfigError(f'{path}: {option}: given {given}, but there is no {TF} of {TRANSFORMS}')
     return FramePair(*frames, source.is_cdr)
 
 

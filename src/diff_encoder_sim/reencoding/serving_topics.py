@@ -10,10 +10,12 @@ from typing import Dict, Iterator, List, NamedTuple
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.recording.bag_source import BagSource
+from diff_encoder_sim.recording.topics import TF
 from diff_encoder_sim.reencoding.bag_types import message_type
 from diff_encoder_sim.reencoding.message_fields import number_paths
+from diff_encoder_sim.reencoding.reference import ARROW
 from diff_encoder_sim.reencoding.wheel_units import TICKS
-from diff_encoder_sim.serialization.message_types import ODOMETRY
+from diff_encoder_sim.serialization.message_types import ODOMETRY, TRANSFORMS
 
 _LISTED = 5
 
@@ -58,8 +60,10 @@ class _Pair(NamedTuple):
 def serving_options(path: Path, source: BagSource) -> List[str]:
     """List options by which wheel angles can be had from a bag, the likeliest first."""
     pairs = sorted(_pairs(path, source), key=lambda pair: ([TICKS, 'rad', 'm', 'rad/s', 'rpm'].index(pair.unit), pair))
-    odometry = sorted(topic for topic, kind in source.topics.items() if kind == ODOMETRY)
-    return [*(pair.option for pair in pairs[:_LISTED]), *(f'--odom {topic}' for topic in odometry[:_LISTED])]
+    poses = sorted(topic for topic, kind in source.topics.items() if kind == ODOMETRY)
+    if not poses and source.topics.get(TF) == TRANSFORMS:
+        poses = [shlex.quote(f'odom{ARROW}base_link')]
+    return [*(pair.option for pair in pairs[:_LISTED]), *(f'--odom {each}' for each in poses[:_LISTED])]
 
 
 def _pairs(path: Path, source: BagSource) -> Iterator[_Pair]:

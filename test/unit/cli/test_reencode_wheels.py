@@ -65,7 +65,7 @@ def test_options_of_another_source_are_refused(arguments, text):
         ),
         ([*LEFT_RIGHT, '--ticks-modulus', '9', '--unit', 'rad'], ['--ticks-modulus: given with --unit rad']),
         (['--ticks', '/lwheel', '/wheel', '--unit', 'rad'], ['--ticks: given /wheel', '/lwheel, /rwheel']),
-        (['--odom', '/lwheel'], ['--odom: given /lwheel, which is of std_msgs/msg/Int16; allowed', 'it has none']),
+        (['--odom', '/lwheel'], ['--odom: given /lwheel, which is of std_msgs/msg/Int16; allowed: it has no poses']),
         (['--odom', '/odom'], ['--odom: given /odom, which is not there']),
     ],
 )
@@ -73,6 +73,23 @@ def test_mistakes_are_named_in_one_line(bag, capsys, arguments, texts):
     text = complaint(capsys, bag, *arguments, '--ppr', '90')
     for part in texts:
         assert part in text
+
+
+def test_joints_that_are_no_wheels_are_told_what_else_could_serve(tmp_path, capsys):
+    path = write_ros1(tmp_path / 'a.bag', drive(names=('arm', 'hand')) + odometry().rows)
+    text = complaint(capsys, path, '--ppr', '90')
+    assert "no joint 'left_wheel_joint'; expected --left, one of arm, hand; what else could serve: --odom /odom" in text
+    assert 'serve' not in complaint(capsys, path, '--ppr', '90', '--joint-states', '/joint_states')
+
+
+def test_speeds_of_joints_serve_where_they_have_no_angles(tmp_path, capsys):
+    rows = drive(reference=None)
+    for _, _, message in rows:
+        message.position, message.velocity = np.zeros(0), np.array([4.0, 4.4])
+    path = write_ros1(tmp_path / 'a.bag', rows)
+    assert 'has no position' in complaint(capsys, path, '--ppr', '90')
+    run(path, '--ticks', '/joint_states.velocity[0]', '/joint_states.velocity[1]', '--unit', 'rad/s', '--ppr', '90')
+    assert '501 messages of /joint_states.velocity[0]' in capsys.readouterr().out
 
 
 def test_a_table_has_no_poses(tmp_path, capsys):

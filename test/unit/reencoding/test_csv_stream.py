@@ -1,5 +1,7 @@
 """Rows of a CSV file as messages."""
 
+import os
+
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
@@ -44,5 +46,13 @@ def test_what_is_no_table_is_refused(tmp_path, content):
 
 
 def test_what_cannot_be_read_is_named(tmp_path):
-    with pytest.raises(ConfigError, match=r'cannot be read: Is a directory'):
-        CsvStream(tmp_path, ('1', '2', '3'), 's')
+    with pytest.raises(ConfigError, match=r'none\.csv: cannot be read: No such file'):
+        CsvStream(tmp_path / 'none.csv', ('1', '2', '3'), 's')
+
+
+def test_what_cannot_be_read_twice_is_refused(tmp_path):
+    """A pipe would end, or give the rest, when it is read again."""
+    os.mkfifo(tmp_path / 'pipe')
+    for path in (tmp_path, tmp_path / 'pipe'):
+        with pytest.raises(ConfigError, match='given no regular file'):
+            CsvStream(path, ('1', '2', '3'), 's')

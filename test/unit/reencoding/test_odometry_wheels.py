@@ -6,6 +6,7 @@ import pytest
 from diff_encoder_sim.base.se2 import Pose2D, move_along_arc
 from diff_encoder_sim.odometry.wheel_odometry import OdometryParams
 from diff_encoder_sim.reencoding.odometry_wheels import OdometryWheels
+from diff_encoder_sim.reencoding.reference import FramePair, PoseTopic
 from diff_encoder_sim.serialization.bag_messages import Message
 from reencoding_drives import JOINTS, MAKERS, ROS1, WHEEL_DIAMETER_M, WHEEL_SEPARATION_M
 
@@ -24,7 +25,8 @@ def poses(axle_x_m=0.0):
 
 
 def read(maker, all_poses, **params):
-    wheels = OdometryWheels('/odom', maker.is_ros2, JOINTS, OdometryParams(**params))
+    odometry = PoseTopic('/odom', 'nav_msgs/msg/Odometry', maker.is_ros2)
+    wheels = OdometryWheels(odometry, JOINTS, OdometryParams(**params))
     messages = [maker.pose('nav_msgs/msg/Odometry', tick * 10**7, pose) for tick, pose in enumerate(all_poses)]
     found = [wheels.angles(Message('/odom', 0, maker.raw(message)))[0] for message in messages]
     return np.array([joints.values for joints in found]), wheels
@@ -36,6 +38,16 @@ def test_wheels_turn_as_they_did(maker, axle_x_m):
     found, wheels = read(maker, poses(axle_x_m), axle_x=axle_x_m)
     assert found == pytest.approx(np.vstack([(0.0, 0.0), np.cumsum(STEPS_RAD, axis=0)]), abs=1e-9)
     assert len(list(wheels.notes())) == 1
+
+
+def test_two_frames_are_odometry_too():
+    wheels = OdometryWheels(FramePair('odom', 'base_link', is_cdr=False), JOINTS, OdometryParams())
+    found = []
+    for tick, pose in enumerate(poses()):
+        transform = ROS1.tf(ROS1.transform(tick * 10**7, pose, 'odom', 'base_link'))
+        found += wheels.angles(Message('/tf', 0, ROS1.raw(transform)))
+        assert wheels.angles(Message('/tf', 0, ROS1.raw(ROS1.tf(ROS1.transform(1, pose, 'base_link', 'wheel'))))) == []
+    assert found[-1].values == pytest.approx(np.sum(STEPS_RAD, axis=0), abs=1e-9)
 
 
 def test_what_poses_cannot_show_is_said():

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
+from diff_encoder_sim.base.se2 import IDENTITY
 from diff_encoder_sim.recording.bag_source import open_source
 from diff_encoder_sim.reencoding.serving_topics import serving_options
-from reencoding_drives import drive, write_ros1
+from reencoding_drives import ROS1, drive, write_ros1
 from reencoding_sources import Bag, arrays, create3, duckietown, jackal, kobuki, odometry, turtlebot3, two_topics
 
 VELOCITY = "'/feedback.drivers[{}].measured_velocity'"
@@ -56,6 +57,12 @@ def test_the_likeliest_comes_first_and_other_numbers_are_left_out(tmp_path):
         '/feedback.drivers[0].measured_velocity',
         '/odom',
     ]
+
+
+def test_transforms_serve_where_there_is_no_odometry(tmp_path):
+    transform = ROS1.tf(ROS1.transform(5, IDENTITY, 'odom', 'base_link'))
+    path = write_ros1(tmp_path / 'a.bag', [('/tf', 5, transform)])
+    assert options_of(path) == ["--odom 'odom->base_link'"]
 
 
 def test_poses_and_lasers_do_not_serve(tmp_path):
