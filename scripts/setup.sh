@@ -104,16 +104,18 @@ wanted_packages() {
       echo catkin ros-message-generation ros-message-runtime           # catkin_make with EncoderPulse
       echo python3-rospy python3-tf2-ros tf2-tools                        # nodes; static_transform_publisher
       # message classes; definitions and the package.xml with which rosmsg and catkin find them
-      for name in actionlib-msgs geometry-msgs move-base-msgs nav-msgs sensor-msgs std-msgs std-srvs tf2-msgs visualization-msgs; do
+      for name in actionlib-msgs diagnostic-msgs geometry-msgs map-msgs move-base-msgs nav-msgs sensor-msgs std-msgs std-srvs tf2-msgs visualization-msgs; do
         echo "python3-$name ros-$name lib$name-dev"
       done
       echo python3-actionlib                                             # move_base's action
+      echo python3-dynamic-reconfigure                                   # parameters that change while nodes run
       echo python3-rosgraph-msgs ros-rosgraph-msgs libros-rosgraph-msgs-dev
       echo ros-robot-state-publisher
       ;;
     noetic)
       echo ros-noetic-ros-core ros-noetic-tf2-ros                         # has catkin, rostest and the common messages
       echo ros-noetic-robot-state-publisher ros-noetic-xacro ros-noetic-move-base-msgs
+      echo ros-noetic-map-msgs ros-noetic-dynamic-reconfigure            # changes of costmaps, of parameters
       ;;
   esac
   if $with_test; then

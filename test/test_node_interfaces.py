@@ -22,6 +22,14 @@ OF_EVERY_NODE = {
     'subscribes': {'/clock'},
     'services': {'~get_loggers', '~set_logger_level', '~tf2_frames'},
 }
+# In each namespace that dynamic_reconfigure changes.
+OF_RECONFIGURE = {
+    'publishes': {
+        'parameter_descriptions': 'dynamic_reconfigure/ConfigDescription',
+        'parameter_updates': 'dynamic_reconfigure/Config',
+    },
+    'services': {'set_parameters': 'dynamic_reconfigure/Reconfigure'},
+}
 PATIENCE_S = 60.0
 LAUNCH = ROOT / 'launch'
 
@@ -34,7 +42,11 @@ def declared(name, kind):
     entries = NODES[name].get(kind, {})
     if entries == 'recorded':
         return {topic.name: topic.message_type.replace('/msg/', '/') for topic in TOPICS}
-    return {full(name, entry): type_and_meaning[0] for entry, type_and_meaning in entries.items()}
+    declared_types = {full(name, entry): type_and_meaning[0] for entry, type_and_meaning in entries.items()}
+    for namespace in NODES[name].get('reconfigures', ()):
+        for entry, its_type in OF_RECONFIGURE.get(kind, {}).items():
+            declared_types[full(name, '~' if namespace == '~' else f'{namespace}/') + entry] = its_type
+    return declared_types
 
 
 def full(name, entry):

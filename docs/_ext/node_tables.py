@@ -47,6 +47,11 @@ class NodeDirective(SphinxDirective):
             elif key in node:
                 rows = [(f'`{topic}`', f'`{kind}`', text) for topic, (kind, text) in node[key].items()]
                 yield from table((title, 'Type', 'Meaning'), rows)
+        if 'reconfigures' in node:
+            rows = [(f'`{namespace}`', text) for namespace, text in node['reconfigures'].items()]
+            yield from table(
+                ('[Changes while it runs](navigation.md#change-parameters-while-it-runs)', 'Parameters'), rows
+            )
         if 'params' in node:
             yield from parameters(self, node['params'], node.get('config', ''), '~')
 

@@ -9,6 +9,8 @@ import numpy as np
 import rospy
 import rostest
 import tf2_ros
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from dynamic_reconfigure.client import Client
 from geometry_msgs.msg import PoseArray, PoseWithCovarianceStamped, Quaternion
 from nav_msgs.msg import OccupancyGrid
 from nav_msgs.srv import GetMap, GetMapResponse, SetMap
@@ -235,6 +237,52 @@ class AmclTest(NodeTest):
         sent = np.reshape(self.poses.messages[-1].pose.covariance, (6, 6))
         np.testing.assert_allclose(sent[np.ix_((0, 1, 5), (0, 1, 5))], covariance, atol=0.01)
         self.assertEqual(np.count_nonzero(sent), 5)
+
+    def test_diagnostics_compare_the_standard_deviations_with_their_limits(self):
+        diagnostics = Collector('/diagnostics', DiagnosticArray)
+        for covariance, level, words in (
+            (SURE, DiagnosticStatus.OK, 'OK'),
+            (np.diag([0.01, 0.09, 0.01]), DiagnosticStatus.WARN, 'Too large'),
+        ):
+            self.begin(START, START, covariance)
+            diagnostics.clear()
+            stamps = [self.send_scan(self.scan()) for _ in range(15)]
+            self.answered(stamps[-1])
+            told = [one for message in diagnostics.messages for one in message.status if one.name.startswith('amcl')]
+            self.assertIn(len(told), (1, 2), 'once a second')
+            status = told[-1]
+            self.assertEqual((status.name, status.hardware_id), ('amcl: Standard deviation', 'None'))
+            self.assertEqual((status.level, status.message), (level, words))
+            values = {pair.key: float(pair.value) for pair in status.values}
+            self.assertEqual(
+                list(values), [f'{name}_{axis}' for name in ('std', 'std_warn_level') for axis in ('x', 'y', 'yaw')]
+            )
+            self.assertAlmostEqual(values['std_y'], math.sqrt(covariance[1, 1]), delta=0.02)
+            self.assertEqual(values['std_warn_level_y'], 0.2)
+
+    def test_parameters_change_while_it_runs(self):
+        """As with upstream: names and limits of its AMCL.cfg."""
+        client = Client(NODE, timeout=20.0)
+        self.addCleanup(client.close)
+        self.addCleanup(client.update_configuration, {'restore_defaults': True})
+        self.localized()
+        values = client.update_configuration({'min_particles': 50, 'max_particles': 200, 'resample_interval': 0})
+        self.assertEqual([values[name] for name in ('max_particles', 'resample_interval')], [200, 1], 'clamped')
+        self.move(0.3, 0.42)
+        self.clouds.clear()
+        self.assert_near(self.localized(), self.true_pose, 0.1)
+        self.assertLessEqual(len(self.clouds.wait_for_count(1)[-1].poses), 200)
+        self.assertEqual(rospy.get_param(NODE + '/max_particles'), 200)
+        for change, words in (({'min_particles': 300}, 'min_particles (300)'), ({'odom_frame_id': 'wheels'}, 'until')):
+            name = next(iter(change))
+            self.assertEqual(client.update_configuration(change)[name], values[name])
+            self.rosout.wait_for_warning(NODE, 'not changed', words)
+        client.update_configuration({'tf_broadcast': False})
+        silent = self.send_scan(self.scan())
+        client.update_configuration({'tf_broadcast': True})
+        answered = self.send_scan(self.scan())
+        self.answered(answered)
+        self.assertNotIn(silent, self.answers())
 
     def test_who_comes_late_hears_the_newest_pose_and_cloud(self):
         self.localized()

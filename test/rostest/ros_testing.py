@@ -95,6 +95,10 @@ class Collector:
         with self._changed:
             self._messages = []
 
+    def stop(self):
+        """Unsubscribe; what has come is kept."""
+        self._subscriber.unregister()
+
     def wait_for(self, condition, what, timeout_s=TIMEOUT_S):
         """All messages, as soon as `condition(messages)` is true."""
         with self._changed:

@@ -39,6 +39,22 @@ class Params(BaseModel):
             raise ConfigError(prefix + _first_problem(cls, error)) from None
 
 
+def with_changes(params: P, changes: Mapping[str, Any], source: str) -> P:
+    """Return a struct with changes, validated as a whole; where both are structs, those of a nested one.
+
+    Raises:
+        ConfigError: a value is not allowed.
+    """
+    given = params.model_dump(exclude_unset=True)
+    for key, value in changes.items():
+        nested = getattr(params, key, None)
+        if isinstance(nested, Params) and isinstance(value, Mapping):
+            given[key] = {**nested.model_dump(exclude_unset=True), **value}
+        else:
+            given[key] = value
+    return type(params).from_mapping(given, source)
+
+
 def load_params(params_class: Type[P], path: Union[str, Path]) -> P:
     """Read a YAML file into `params_class`.
 

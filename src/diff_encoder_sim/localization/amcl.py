@@ -114,6 +114,12 @@ class Amcl:
         """Let the next scan update the filter though the robot has not moved."""
         self._force_update = True
 
+    def reconfigure(self, params: AmclParams) -> None:
+        """Use other parameters from the next scan on; particles and estimate stay (upstream draws new particles)."""
+        self.params = params
+        self._set.reconfigure(params)
+        self._laser_model = laser_model(params, self.grid)
+
     # State
 
     @property

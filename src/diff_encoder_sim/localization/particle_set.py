@@ -35,11 +35,16 @@ class ParticleSet:
     has_settled: bool  # most of the weight has been close together since the restart
 
     def __init__(self, params: AmclParams, particles: np.ndarray, rng: np.random.Generator) -> None:
-        self._params, self._rng = params, rng
+        self._rng = rng
+        self.reconfigure(params)
+        self.restart(particles)
+
+    def reconfigure(self, params: AmclParams) -> None:
+        """Use other parameters; their number of particles from the next resampling on."""
+        self._params = params
         self._motion_model = motion_model(params)
         self._limits = kld_limits(params)
         self.averages = LikelihoodAverages(params.recovery_alpha_slow, params.recovery_alpha_fast)
-        self.restart(particles)
 
     def restart(self, particles: np.ndarray) -> None:
         """Replace the particles by others (n, 3), of equal weight."""

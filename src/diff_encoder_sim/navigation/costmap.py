@@ -40,7 +40,7 @@ class Costmap:
     def __init__(self, params: CostmapParams, static_map: Optional[OccupancyGrid] = None) -> None:
         if params.rolling_window == (static_map is not None):
             raise ConfigError('a static costmap needs a map, a rolling window takes none')
-        self.params = params
+        self.params, self._map = params, static_map
         self.footprint = make_footprint(params.footprint, params.footprint_padding)
         if static_map is not None:
             self._use_map(static_map)
@@ -151,6 +151,14 @@ class Costmap:
             self._note_change_around(laser, max(self.params.raytrace_range, self.params.obstacle_range))
         if self.params.footprint_clearing_enabled:
             self._clear_footprint(base_pose)
+
+    def reconfigured(self, params: CostmapParams) -> Costmap:
+        """Return a costmap with other parameters: with the obstacles of this one, unless its cells are others."""
+        other = Costmap(params, self._map)
+        is_alike = (other.shape, other.resolution_m) == (self.shape, self.resolution_m)
+        if is_alike and params.observation_sources:
+            other.origin, other._obstacles.cells = self.origin, self._obstacles.cells
+        return other
 
     def clear_obstacles(self, base_pose: Pose2D, reset_distance_m: float = 0.0) -> None:
         """Forget the obstacle layer outside a square of this side around the robot."""

@@ -57,9 +57,9 @@ class CostmapParams(Params):
     height: float = Field(3.0, gt=0, le=200, description='of a rolling window [m]')
     resolution: float = Field(0.05, gt=0, le=1, description='side of a cell of a rolling window [m]')
     update_frequency: float = Field(5.0, gt=0, description='how often scans are entered [Hz]')
-    publish_frequency: float = Field(0.0, ge=0, description='how often it is published [Hz]; 0: not')
+    publish_frequency: float = Field(0.0, ge=0, description='how often it is published [Hz]; 0: to newcomers only')
     always_send_full_costmap: bool = Field(
-        False, description='accepted, without effect: the full costmap is always sent'
+        False, description='publish all cells each time; false: those that have changed, on costmap_updates'
     )
     origin_x: float = Field(0.0, description='accepted, without effect: the map or the robot decides [m]')
     origin_y: float = Field(0.0, description='accepted, without effect: the map or the robot decides [m]')

@@ -61,6 +61,7 @@ class DwaPlanner:
         self.params = params
         self.sim_period_s = sim_period_s
         self.oscillation = OscillationMemory(params)
+        self.last_task: Optional[ScoringTask] = None  # of the last `find_best`, for displays
         self._grids = np.empty((3, 0, 0), np.int32)  # of fill_distance_grids
         self._simulation = np.array([params.sim_time, params.sim_granularity, params.angular_sim_granularity])
         self._limits = np.array([params.min_vel_trans, params.max_vel_trans, params.min_vel_theta])
@@ -78,7 +79,7 @@ class DwaPlanner:
             costmap: the local costmap.
             plan: (n, 3) the stretch of the global plan to follow, in the costmap's frame; n > 0.
         """
-        task = self.scoring_task(base_pose, linear_mps, angular_radps, costmap, plan)
+        self.last_task = task = self.scoring_task(base_pose, linear_mps, angular_radps, costmap, plan)
         if task is None:
             return None
         best = score_samples(*task)

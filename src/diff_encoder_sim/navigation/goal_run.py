@@ -13,7 +13,7 @@ from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.global_planner import GlobalPlanner
-from diff_encoder_sim.navigation.goal_status import STOP, Command, GoalStatus, Phase, Trigger
+from diff_encoder_sim.navigation.goal_status import STOP, Command, GoalStatus, Phase, StartedRecovery, Trigger
 from diff_encoder_sim.navigation.local_planner import LocalPlanner
 from diff_encoder_sim.navigation.navigator_inputs import MissingInput, NavigatorInputs
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
@@ -60,6 +60,7 @@ class GoalRun:
         self.global_plan_in_map = np.empty((0, 3))
         self.local_plan_in_odom = np.empty((0, 3))
         self.command = command  # the last one returned
+        self.started_recovery: Optional[StartedRecovery] = None  # in this period
         self._is_under_way = False  # False before the first step and while waiting
         self._waits_for: Optional[MissingInput] = None
         self._recovery = RecoverySequence(parts.recoveries)
@@ -68,11 +69,19 @@ class GoalRun:
         self._planned_ns: Optional[int] = None  # time of the last attempt, successful or not
         self._last_plan_ns = self._last_control_ns = self._last_progress_ns = 0
 
+    def reconfigure(self, parts: NavigatorParts) -> None:
+        """Go on with other parts, along the same plan; recovery behaviours begin anew."""
+        if parts.local_planner is not self._parts.local_planner and len(self.global_plan_in_map):
+            parts.local_planner.set_plan(self.global_plan_in_map)
+        self._parts, self._params = parts, parts.params
+        self._recovery = RecoverySequence(parts.recoveries)
+
     def wait(self, missing: MissingInput) -> None:
         """Stop because an input is missing; the next `act` continues with full patience and a new plan."""
         if self._waits_for is None:
             log.warning('%s; robot stopped', missing, extra=EVENT)
         self.command, self._waits_for, self._is_under_way = STOP, missing, False
+        self.started_recovery = None
         self.text = f'stopped: {missing}'
 
     def end(self, status: GoalStatus, text: str) -> None:
@@ -84,6 +93,7 @@ class GoalRun:
         """Return the command for one control period."""
         if not self._is_under_way:
             self._set_out(now_ns)
+        self.started_recovery = None
         self._watch_travel(now_ns)
         self.command = self._act(now_ns) if self.status is GoalStatus.ACTIVE else STOP
         return self.command
@@ -223,7 +233,7 @@ class GoalRun:
         parts, inputs = self._parts, self._parts.inputs
         poses = inputs.base_pose_in_map, inputs.odometry.base_pose_in_odom
         result = self._recovery.step(RecoveryView(now_ns, *poses, parts.global_costmap, parts.local_costmap))
-        self.text = result.text
+        self.text, self.started_recovery = result.text, self._recovery.started
         if not result.is_done:
             return Command(0.0, result.angular_radps)
         log.info('%s', self.text)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import enum
-from typing import NamedTuple
+from typing import NamedTuple, Optional
 
 
 class GoalStatus(enum.Enum):
@@ -47,6 +47,14 @@ class Command(NamedTuple):
 STOP = Command(0.0, 0.0)
 
 
+class StartedRecovery(NamedTuple):
+    """A recovery behaviour that begins."""
+
+    name: str
+    number: int  # among all behaviours, from 0
+    total: int  # of all behaviours
+
+
 class NavigatorOutput(NamedTuple):
     """Result of one control period."""
 
@@ -54,3 +62,4 @@ class NavigatorOutput(NamedTuple):
     status: GoalStatus
     phase: Phase  # meaningful while the status is ACTIVE
     text: str  # one line for people: what is being done, or why the goal is over
+    started_recovery: Optional[StartedRecovery] = None  # in the period in which a behaviour begins

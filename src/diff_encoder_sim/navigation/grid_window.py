@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import NamedTuple, Tuple
 
+import numpy as np
+
 from diff_encoder_sim.base.se2 import Pose2D
 
 
@@ -52,6 +54,15 @@ def window_around(place: Pose2D, reach_m: float, per_m: float, shape: Tuple[int,
     """
     rows = _cells_around(place.y_m, reach_m, per_m, shape[0])
     return GridWindow(*rows, *_cells_around(place.x_m, reach_m, per_m, shape[1]))
+
+
+def changed_window(before: np.ndarray, after: np.ndarray) -> GridWindow:
+    """Return the smallest window with all cells in which two grids (rows, columns) differ; empty if they are equal."""
+    differs = before != after
+    rows, columns = np.flatnonzero(differs.any(axis=1)), np.flatnonzero(differs.any(axis=0))
+    if len(rows) == 0:
+        return GridWindow(0, 0, 0, 0)
+    return GridWindow(int(rows[0]), int(rows[-1]) + 1, int(columns[0]), int(columns[-1]) + 1)
 
 
 def _cells_around(centre_m: float, reach_m: float, per_m: float, size: int) -> Tuple[int, int]:

@@ -11,7 +11,7 @@ global plan is in the map frame, the local one in odom.
 from __future__ import annotations
 
 import logging
-from typing import Optional
+from typing import Optional, Tuple
 
 import numpy as np
 
@@ -21,6 +21,8 @@ from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
 from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.navigation.costmap import Costmap
+from diff_encoder_sim.navigation.costmap_params import CostmapParams
+from diff_encoder_sim.navigation.dwa import ScoringTask
 from diff_encoder_sim.navigation.global_planner import GlobalPlanner
 from diff_encoder_sim.navigation.goal_run import GoalRun, NavigatorParts
 from diff_encoder_sim.navigation.goal_status import STOP, Command, GoalStatus, NavigatorOutput, Phase
@@ -46,7 +48,9 @@ class Navigator:
         self.inputs = NavigatorInputs(laser_pose_in_base)
         self._timeline = Timeline(TIME_TOLERANCE_NS)
         self._run: Optional[GoalRun] = None
-        self._parts = _make_parts(params, self.inputs, static_map)
+        costmaps = Costmap(params.global_costmap, static_map), Costmap(params.local_costmap)
+        local_planner = LocalPlanner(params.DWAPlannerROS, params.control_period_s)
+        self._parts = _make_parts(params, self.inputs, costmaps, local_planner)
         self._global_updated_ns: Optional[int] = None
         self._local_updated_ns: Optional[int] = None
 
@@ -81,6 +85,20 @@ class Navigator:
         for costmap in (self.global_costmap, self.local_costmap):
             costmap.clear_obstacles(IDENTITY)
 
+    def reconfigure(self, params: NavigatorParams) -> None:
+        """Go on with other parameters: the goal and its plan stay, and obstacles where the cells are the same."""
+        old, before, self.params = self._parts, self.params, params
+        costmaps = (
+            _costmap_with(old.global_costmap, params.global_costmap),
+            _costmap_with(old.local_costmap, params.local_costmap),
+        )
+        local_planner = old.local_planner
+        if (params.DWAPlannerROS, params.control_period_s) != (before.DWAPlannerROS, before.control_period_s):
+            local_planner = LocalPlanner(params.DWAPlannerROS, params.control_period_s)
+        self._parts = _make_parts(params, self.inputs, costmaps, local_planner)
+        if self._run:
+            self._run.reconfigure(self._parts)
+
     # ---- for displays
 
     @property
@@ -113,6 +131,11 @@ class Navigator:
         """Return the part (n, 3) of the global plan in the local costmap; empty without a goal."""
         is_active = self.status is GoalStatus.ACTIVE
         return self._parts.local_planner.plan_in_odom if is_active else np.empty((0, 3))
+
+    @property
+    def scoring_task(self) -> Optional[ScoringTask]:
+        """Return what the DWA has chosen its last command from, valid until the next step; None before the first."""
+        return self._parts.local_planner.dwa.last_task
 
     # ---- messages
 
@@ -194,13 +217,17 @@ class Navigator:
         run = self._run
         if run is None:
             return NavigatorOutput(STOP, GoalStatus.NONE, Phase.PLANNING, idle_text)
-        return NavigatorOutput(command, run.status, run.phase, run.text)
+        return NavigatorOutput(command, run.status, run.phase, run.text, run.started_recovery)
 
 
-def _make_parts(params: NavigatorParams, inputs: NavigatorInputs, static_map: OccupancyGrid) -> NavigatorParts:
-    costmaps = Costmap(params.global_costmap, static_map), Costmap(params.local_costmap)
+def _costmap_with(costmap: Costmap, params: CostmapParams) -> Costmap:
+    return costmap if params == costmap.params else costmap.reconfigured(params)
+
+
+def _make_parts(
+    params: NavigatorParams, inputs: NavigatorInputs, costmaps: Tuple[Costmap, Costmap], local_planner: LocalPlanner
+) -> NavigatorParts:
     global_planner = GlobalPlanner(params.NavfnROS, costmaps[0])
-    local_planner = LocalPlanner(params.DWAPlannerROS, params.control_period_s)
     recoveries = make_recoveries(params, costmaps[1])
     watch = TravelWatch(params.max_unseen_travel, costmaps[1].footprint.inscribed_radius_m)
     return NavigatorParts(params, inputs, *costmaps, global_planner, local_planner, recoveries, watch)

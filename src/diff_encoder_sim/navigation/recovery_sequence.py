@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import List
+from typing import List, Optional
 
-from diff_encoder_sim.navigation.goal_status import Trigger
+from diff_encoder_sim.navigation.goal_status import StartedRecovery, Trigger
 from diff_encoder_sim.navigation.recovery import Recovery, RecoveryStep, RecoveryView
 
 
@@ -20,6 +20,7 @@ class RecoverySequence:
         self._index = 0  # of the behaviour that is next
         self._is_running = False
         self._trigger, self._problem = Trigger.PLANNING, ''
+        self.started: Optional[StartedRecovery] = None  # the behaviour that the last `step` has begun
 
     def call(self, trigger: Trigger, problem: str) -> None:
         """Have the next behaviour started for a reason and its description."""
@@ -44,9 +45,11 @@ class RecoverySequence:
     def step(self, view: RecoveryView) -> RecoveryStep:
         """Run the next behaviour for one control period; only while not exhausted."""
         recovery = self._recoveries[self._index]
+        self.started = None
         if not self._is_running:
             recovery.start()
             self._is_running = True
+            self.started = StartedRecovery(recovery.name, self._index, len(self._recoveries))
         result = recovery.step(view)
         if result.is_done:
             self._index += 1

@@ -25,6 +25,7 @@ from diff_encoder_sim.localization.amcl import Amcl
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.amcl_warm_up import warm_up
 from diff_encoder_sim.ros.amcl_output import AmclOutput
+from diff_encoder_sim.ros.amcl_reconfiguration import serve_amcl
 from diff_encoder_sim.ros.conversions import ns_from_stamp, stamp_from_ns
 from diff_encoder_sim.ros.initial_pose import InitialPoseReader, PoseGuess
 from diff_encoder_sim.ros.map_client import fetch_map
@@ -40,9 +41,10 @@ MOST_AHEAD_NS = NANOSECONDS_PER_SECOND
 
 
 class AmclNodeParams(AmclParams):
-    """Parameters of amcl_node: upstream's, and the seed of all random draws."""
+    """Parameters of amcl_node: those of the filter, and of the node alone."""
 
     seed: int = Field(0, ge=0, description='of all random draws; default: the number of /trial')
+    diagnostic_period: float = Field(1.0, gt=0, description='between two messages on /diagnostics [s]')
 
 
 class AmclNode:
@@ -69,7 +71,7 @@ class AmclNode:
         self._undelayed = publisher('/tf', TFMessage)
         # So that the simulator can wait for the answer to each scan; upstream publishes nothing for most of them.
         self._taken = publisher('~scan_taken', Header)
-        self._output = AmclOutput(self._params)
+        self._output = AmclOutput(self._params, self._params.diagnostic_period)
         self._queue = ScanQueue(
             rospy.resolve_name('scan'),
             self._buffer,
@@ -79,6 +81,14 @@ class AmclNode:
         )
         self._subscribe()
         rospy.on_shutdown(self._output.save)
+        self._reconfiguration = serve_amcl(self._params, self._reconfigure)
+
+    def _reconfigure(self, params: AmclNodeParams) -> None:
+        warm_up(params)  # another model may not be compiled yet; scans do not wait for that
+        with self._lock:
+            self._params = self._output.params = params
+            if self._amcl is not None:
+                self._amcl.reconfigure(params)
 
     def _subscribe(self) -> None:
         self._services = [

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Optional, Tuple
 
 import numpy as np
@@ -15,6 +14,7 @@ from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.localization.amcl import Amcl, AmclEstimate
 from diff_encoder_sim.localization.amcl_params import AmclParams
+from diff_encoder_sim.ros.amcl_spread import AmclSpread
 from diff_encoder_sim.ros.conversions import (
     pose_message,
     pose_with_covariance_message,
@@ -27,20 +27,21 @@ from diff_encoder_sim.ros.node import log, publisher
 class AmclOutput:
     """Publishes the state of the filter after each scan."""
 
-    def __init__(self, params: AmclParams) -> None:
-        self._params = params
+    def __init__(self, params: AmclParams, diagnostic_period_s: float) -> None:
+        self.params = params
         self._broadcaster = tf2_ros.TransformBroadcaster()
         self._poses = publisher('amcl_pose', PoseWithCovarianceStamped, latch=True)
         self._clouds = publisher('particlecloud', PoseArray, latch=True)
         # The newest that can be saved, and the one that was saved: pose in the map, covariance.
         self._to_save: Optional[Tuple[Pose2D, np.ndarray]] = None
         self.saved: Optional[Tuple[Pose2D, np.ndarray]] = None
+        self._spread = AmclSpread(diagnostic_period_s)
         self.restart()
 
     def restart(self) -> None:
         """Start anew with localization: warn again of what was warned of before."""
         self._was_lost = False
-        self._is_spread = True  # at the start it always is: no reason for a warning
+        self._spread.restart()
         self._seen_updates = 0
         self._saved_ns: Optional[int] = None
 
@@ -56,11 +57,13 @@ class AmclOutput:
         if estimate is not None:
             self._poses.publish(
                 pose_with_covariance_message(
-                    estimate.base_pose_in_map, estimate.covariance, stamp_ns, self._params.global_frame_id
+                    estimate.base_pose_in_map, estimate.covariance, stamp_ns, self.params.global_frame_id
                 )
             )
-            self._warn_of_spread(estimate)
+            self._spread.warn(estimate, self.params)
         self._warn_of_loss(amcl)
+        if amcl.last_estimate is not None:
+            self._spread.diagnose(amcl.last_estimate, self.params, stamp_ns)
         if amcl.last_estimate is not None and not amcl.is_lost:
             odom_pose_in_map = amcl.last_estimate.odom_pose_in_map
             self._broadcast(odom_pose_in_map, stamp_ns)
@@ -70,17 +73,17 @@ class AmclOutput:
     def _publish_cloud(self, amcl: Amcl, stamp_ns: int) -> None:
         cloud = PoseArray(poses=[pose_message(Pose2D(*row)) for row in amcl.particles.tolist()])
         cloud.header.stamp = stamp_from_ns(stamp_ns)
-        cloud.header.frame_id = self._params.global_frame_id
+        cloud.header.frame_id = self.params.global_frame_id
         self._clouds.publish(cloud)
 
     def _broadcast(self, odom_pose_in_map: Pose2D, stamp_ns: int) -> None:
-        if not self._params.tf_broadcast:
+        if not self.params.tf_broadcast:
             return
         # Dated ahead, so that until the next scan lookups at the time of newer odometry succeed.
-        ahead_ns = round(self._params.transform_tolerance * NANOSECONDS_PER_SECOND)
+        ahead_ns = round(self.params.transform_tolerance * NANOSECONDS_PER_SECOND)
         self._broadcaster.sendTransform(
             transform_message(
-                odom_pose_in_map, stamp_ns + ahead_ns, self._params.global_frame_id, self._params.odom_frame_id
+                odom_pose_in_map, stamp_ns + ahead_ns, self.params.global_frame_id, self.params.odom_frame_id
             )
         )
 
@@ -94,42 +97,24 @@ class AmclOutput:
                 'not published until enough do. Carry the robot back, set its pose by /initialpose, or call '
                 'global_localization and drive it by hand',
                 fit_percent,
-                100.0 * self._params.lost_fraction,
+                100.0 * self.params.lost_fraction,
                 extra=EVENT,
             )
         elif self._was_lost and not amcl.is_lost:
             log.info('localized again: %.0f %% of the rays agree with the map', fit_percent, extra=EVENT)
         self._was_lost = amcl.is_lost
 
-    def _warn_of_spread(self, estimate: AmclEstimate) -> None:
-        """Warn when a standard deviation exceeds std_warn_level_*, which upstream has for its diagnostics."""
-        sigmas = np.sqrt(np.diag(estimate.covariance))
-        limits = (self._params.std_warn_level_x, self._params.std_warn_level_y, self._params.std_warn_level_yaw)
-        is_spread = bool((sigmas > limits).any())
-        if is_spread and not self._is_spread:
-            log.warning(
-                'uncertain pose: standard deviations %.2f m (x), %.2f m (y), %.0f degrees; above std_warn_level_* '
-                '(%.2f m, %.2f m, %.0f degrees)',
-                sigmas[0],
-                sigmas[1],
-                math.degrees(sigmas[2]),
-                limits[0],
-                limits[1],
-                math.degrees(limits[2]),
-            )
-        self._is_spread = is_spread
-
     # ---- the saved pose
 
     def _save_when_due(self, stamp_ns: int) -> None:
-        rate = self._params.save_pose_rate
+        rate = self.params.save_pose_rate
         if rate > 0.0 and (self._saved_ns is None or stamp_ns - self._saved_ns >= NANOSECONDS_PER_SECOND / rate):
             self._saved_ns = stamp_ns
             self.save()
 
     def save(self) -> None:
         """Write the pose into the initial_* parameters, where a restarted node starts from."""
-        if self._to_save is None or self._params.save_pose_rate <= 0.0:
+        if self._to_save is None or self.params.save_pose_rate <= 0.0:
             return
         pose, covariance = self._to_save
         try:

@@ -5,10 +5,17 @@ from __future__ import annotations
 import actionlib
 import rospy
 from geometry_msgs.msg import PoseStamped
-from move_base_msgs.msg import MoveBaseAction, MoveBaseActionGoal, MoveBaseFeedback, MoveBaseGoal, MoveBaseResult
+from move_base_msgs.msg import (
+    MoveBaseAction,
+    MoveBaseActionGoal,
+    MoveBaseFeedback,
+    MoveBaseGoal,
+    MoveBaseResult,
+    RecoveryStatus,
+)
 
 from diff_encoder_sim.base.errors import EVENT, InputFault
-from diff_encoder_sim.navigation.goal_status import GoalStatus
+from diff_encoder_sim.navigation.goal_status import GoalStatus, NavigatorOutput
 from diff_encoder_sim.navigation.navigator import Navigator
 from diff_encoder_sim.ros.conversions import pose_stamped_message
 from diff_encoder_sim.ros.navigation_transforms import NavigationTransforms
@@ -26,6 +33,7 @@ class GoalServer:
         self._transforms = transforms
         self._current_goals = publisher('~current_goal', PoseStamped)
         self._goals = publisher('~goal', MoveBaseActionGoal)
+        self._recoveries = publisher('~recovery_status', RecoveryStatus)
         self._server = actionlib.SimpleActionServer(rospy.get_name(), MoveBaseAction, auto_start=False)
         self._server.start()
         self._keep_status_up()
@@ -68,19 +76,17 @@ class GoalServer:
         navigator.set_goal(pose_in_map)
         self._current_goals.publish(pose_stamped_message(pose_in_map, now_ns, self._transforms.map_frame))
 
-    def report(self, navigator: Navigator, now_ns: int, text: str) -> None:
-        """Publish feedback, and set the text of the goal's status on `~status`."""
+    def report(self, navigator: Navigator, now_ns: int, output: NavigatorOutput) -> None:
+        """Publish feedback and a recovery that begins, and set the text of the goal's status on `~status`."""
         if not self._server.is_active():
             return
-        self._server.current_goal.get_goal_status().text = text
+        self._server.current_goal.get_goal_status().text = output.text
         if navigator.inputs.has_pose:
-            self._server.publish_feedback(
-                MoveBaseFeedback(
-                    base_position=pose_stamped_message(
-                        navigator.inputs.base_pose_in_map, now_ns, self._transforms.map_frame
-                    )
-                )
-            )
+            pose = pose_stamped_message(navigator.inputs.base_pose_in_map, now_ns, self._transforms.map_frame)
+            self._server.publish_feedback(MoveBaseFeedback(base_position=pose))
+            if output.started_recovery is not None:
+                name, number, total = output.started_recovery
+                self._recoveries.publish(RecoveryStatus(pose, number, total, name))
 
     def end(self, status: GoalStatus, text: str) -> None:
         """Publish the goal's result, unless it has one already."""

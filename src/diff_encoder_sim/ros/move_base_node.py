@@ -6,17 +6,13 @@ import threading
 import time
 from typing import Optional
 
-import numpy as np
 import rospy
-from geometry_msgs.msg import PoseStamped, Twist, Vector3
+from geometry_msgs.msg import Twist, Vector3
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
 from nav_msgs.msg import Odometry
-from nav_msgs.srv import GetPlan, GetPlanRequest, GetPlanResponse
 from sensor_msgs.msg import LaserScan
-from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 
 from diff_encoder_sim.base.errors import InputFault
-from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.navigation.control_rate import ControlRate
 from diff_encoder_sim.navigation.goal_status import STOP, Command, GoalStatus, NavigatorOutput
@@ -24,14 +20,15 @@ from diff_encoder_sim.navigation.navigation_warm_up import warm_up
 from diff_encoder_sim.navigation.navigator import Navigator
 from diff_encoder_sim.navigation.navigator_inputs import MissingInput
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
-from diff_encoder_sim.navigation.plan_error import PlanError
 from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_from_message, scan_from_message, twist_std_from_message
 from diff_encoder_sim.ros.goal_server import GoalServer
 from diff_encoder_sim.ros.map_client import fetch_map
 from diff_encoder_sim.ros.map_conversions import grid_from_message
+from diff_encoder_sim.ros.navigation_reconfiguration import NavigationReconfiguration
 from diff_encoder_sim.ros.navigation_transforms import NavigationTransforms
-from diff_encoder_sim.ros.navigation_views import NavigationViews, path_message
+from diff_encoder_sim.ros.navigation_views import NavigationViews
 from diff_encoder_sim.ros.node import compile_first, log, node_params, publisher, run_node, subscriber
+from diff_encoder_sim.ros.plan_services import PlanServices
 
 WATCHDOG_PERIOD_S = 0.1
 
@@ -51,15 +48,21 @@ class MoveBaseNode:
         self._transforms = _transforms(self._params)
         self._views = NavigationViews(self._transforms.map_frame, self._transforms.odom_frame)
         self._goals = GoalServer(self._transforms)
-        self._services = [
-            rospy.Service('~make_plan', GetPlan, self._on_make_plan),
-            rospy.Service('~clear_costmaps', Empty, self._on_clear_costmaps),
-        ]
+        self._services = PlanServices(self._transforms, self._lock, lambda: self._navigator)
         self._scans = subscriber('scan', LaserScan, self._on_scan)
         self._odometry = subscriber('odom', Odometry, self._on_odometry)
         self._watchdog = rospy.Timer(rospy.Duration(WATCHDOG_PERIOD_S), self._on_watchdog, reset=True)
         rospy.on_shutdown(self._on_shutdown)
         fetch_map(self._on_map)
+        self._reconfiguration = NavigationReconfiguration(self._params, self._reconfigure)
+
+    def _reconfigure(self, params: NavigatorParams) -> None:
+        with self._lock:
+            if self._navigator is not None:
+                self._navigator.reconfigure(params)
+            if params.controller_frequency != self._params.controller_frequency:
+                self._control_rate = ControlRate(params.controller_frequency)
+            self._params = params
 
     # ---- arrivals
 
@@ -167,7 +170,7 @@ class MoveBaseNode:
         """Publish the command, the goal's state and what displays show."""
         if output.status is GoalStatus.ACTIVE:
             self._command(output.command)
-            self._goals.report(navigator, now_ns, output.text)
+            self._goals.report(navigator, now_ns, output)
         elif self._is_driving:
             self._is_driving = False
             self._command(STOP)
@@ -183,39 +186,6 @@ class MoveBaseNode:
                 self._command(STOP)
                 self._goals.end(GoalStatus.ABORTED, 'move_base was shut down')
             self._navigator = None  # a message that is still on its way moves nothing
-
-    # ---- services
-
-    def _on_make_plan(self, request: GetPlanRequest) -> GetPlanResponse:
-        with self._lock:
-            if self._navigator is None:
-                raise rospy.ServiceException('there is no map yet')
-            try:
-                poses = self._plan(self._navigator, request)
-            except InputFault as fault:
-                raise rospy.ServiceException(str(fault)) from None
-            except PlanError as error:
-                # As upstream: a valid request for which there is no plan gets an empty one.
-                log.warning('make_plan: %s', str(error))
-                poses = np.empty((0, 3))
-        return GetPlanResponse(plan=path_message(poses, ns_from_stamp(rospy.Time.now()), self._transforms.map_frame))
-
-    def _plan(self, navigator: Navigator, request: GetPlanRequest) -> np.ndarray:
-        has_start = bool(request.start.header.frame_id)
-        start = self._pose_in_map('start', request.start) if has_start else None
-        return navigator.make_plan(start, self._pose_in_map('goal', request.goal), request.tolerance)
-
-    def _pose_in_map(self, what: str, message: PoseStamped) -> Pose2D:
-        try:
-            return self._transforms.pose_in_map(message)
-        except InputFault as fault:
-            raise InputFault(f'{what}: {fault}') from None
-
-    def _on_clear_costmaps(self, _: EmptyRequest) -> EmptyResponse:
-        with self._lock:
-            if self._navigator is not None:
-                self._navigator.clear_costmaps()
-        return EmptyResponse()
 
 
 def _transforms(params: NavigatorParams) -> NavigationTransforms:

@@ -3,7 +3,7 @@
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.typed_params import did_you_mean, load_params, split_params
+from diff_encoder_sim.base.typed_params import did_you_mean, load_params, split_params, with_changes
 from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 from diff_encoder_sim.odometry.wheel_odometry import OdometryParams
@@ -64,3 +64,12 @@ def test_an_empty_file_means_all_defaults(tmp_path):
 
 def test_did_you_mean_is_silent_without_a_likely_word():
     assert did_you_mean('zzz', ['ppr', 'rate']) == ''
+
+
+def test_changes_are_checked_together_with_what_was_given():
+    params = EncoderParams.from_mapping({'ppr': 40}, '')
+    changed = with_changes(params, {'rate': 10.0}, '')
+    assert (changed.ppr, changed.rate) == (params.ppr, 10.0)
+    assert with_changes(changed, {}, '') == changed
+    with pytest.raises(ConfigError, match=r'^rate: given -1\.0; allowed: greater than'):
+        with_changes(params, {'rate': -1.0}, '')

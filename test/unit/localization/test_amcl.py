@@ -8,6 +8,7 @@ import pytest
 from amcl_filters import amcl, noisy, run
 from amcl_world import START, moved, pillar_room, simulated_scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, wrap_angle
+from diff_encoder_sim.base.typed_params import with_changes
 
 
 @pytest.mark.parametrize('model', ['likelihood_field', 'beam'])
@@ -140,3 +141,13 @@ def test_what_was_handed_out_does_not_change(drive):
     particles, weights = estimate.particles.copy(), estimate.weights.copy()
     run(filter_, drive[1:4])
     assert (estimate.particles == particles).all() and (estimate.weights == weights).all()
+
+
+def test_parameters_that_change_leave_particles_and_estimate(drive):
+    filter_ = amcl(3)
+    run(filter_, drive[:6])
+    particles, estimate = filter_.particles, filter_.last_estimate
+    filter_.reconfigure(with_changes(filter_.params, {'min_particles': 20, 'max_particles': 50}, ''))
+    assert filter_.particles is particles and filter_.last_estimate is estimate
+    estimates = [each for each in run(filter_, drive[6:]) if each]
+    assert len(estimates[-1].particles) <= 50 < len(particles)

@@ -209,3 +209,23 @@ def test_the_turned_costmap_equals_the_straight_one():
     assert (straight.costs == turned.costs).mean() > 0.999  # rounding moves few rays by a cell
     for place in (Pose2D(4.01, 3.02, 0.4), Pose2D(2.03, 1.01, 0.0), Pose2D(6.51, 5.03, -1.0)):
         assert turned.footprint_cost(origin.compose(place)) == straight.footprint_cost(place)
+
+
+def test_other_parameters_keep_the_obstacles_while_the_cells_are_the_same():
+    cells = np.zeros((60, 60))
+    costmap = static_costmap(cells, inflation_radius=0.5)
+    costmap.update(Pose2D(1.5, 1.5, 0.0), scan_of({0: 0.6}), Pose2D(1.5, 1.5, 0.0))
+    narrow = costmap.reconfigured(CostmapParams.from_mapping({'inflation_radius': 0.0}, ''))
+    assert ((narrow.costs == LETHAL) == (costmap.costs == LETHAL)).all() and (costmap.costs == LETHAL).sum() == 1
+    assert set(np.unique(narrow.costs)) == {FREE, LETHAL}
+    blind = costmap.reconfigured(CostmapParams.from_mapping({'observation_sources': ''}, ''))
+    assert (blind.costs == FREE).all()
+
+
+def test_a_window_of_another_size_begins_empty_around_the_robot():
+    window, here = Costmap(local_defaults()), Pose2D(5.0, 2.0, 0.0)
+    window.update(here, scan_of({0: 0.6}), here)
+    assert window.reconfigured(local_defaults(inflation_radius=0.2)).origin == window.origin
+    larger = window.reconfigured(local_defaults(width=4.0))
+    larger.update(here)
+    assert larger.shape == (60, 80) and (larger.costs == FREE).all() and larger.contains(*larger.cell_at(*here[:2]))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.navigation.grid_window import GridWindow, window_around
+from diff_encoder_sim.navigation.grid_window import GridWindow, changed_window, window_around
 
 SHAPE = (20, 30)
 
@@ -44,3 +44,12 @@ def test_the_window_around_two_holds_both():
 @pytest.mark.parametrize(('window', 'is_empty'), [((2, 2, 0, 9), True), ((0, 9, 5, 4), True), ((2, 3, 4, 5), False)])
 def test_a_window_without_rows_or_columns_is_empty(window, is_empty):
     assert GridWindow(*window).is_empty is is_empty
+
+
+def test_the_window_of_a_change_holds_all_cells_that_differ_and_no_more():
+    before = np.zeros(SHAPE, np.uint8)
+    after = before.copy()
+    after[3, 20] = after[7, 4] = after[5, 29] = 1
+    assert changed_window(before, after) == (3, 8, 4, 30)
+    assert changed_window(after, before) == (3, 8, 4, 30)
+    assert changed_window(before, before.copy()).is_empty

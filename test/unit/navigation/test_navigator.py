@@ -7,6 +7,7 @@ import pytest
 
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, wrap_angle
+from diff_encoder_sim.base.typed_params import with_changes
 from diff_encoder_sim.navigation.goal_status import STOP, GoalStatus
 from diff_encoder_sim.navigation.plan_error import PlanError
 from navigation_simulation import ClosedLoop, navigator_params, rasterise, read_shapes
@@ -224,3 +225,28 @@ def test_make_plan_needs_a_pose_and_finite_numbers(room):
     with pytest.raises(PlanError, match='tolerance nan'):
         loop.navigator.make_plan(IDENTITY, AHEAD, math.nan)
     assert len(loop.navigator.make_plan(IDENTITY, AHEAD)) > 2
+
+
+def test_parameters_that_change_on_the_way_count_from_then_on(hallway):
+    """The goal stays, the plan stays, and another local planner follows it."""
+    loop = ClosedLoop(*hallway, IDENTITY, params=navigator_params())
+    loop.navigator.set_goal(AHEAD)
+    for _ in range(30):
+        loop.step()
+    plan = loop.navigator.global_plan_in_map
+    assert loop.outputs[-1].command.linear_mps > 0.3
+    loop.navigator.reconfigure(navigator_params({'max_vel_x': 0.2, 'max_vel_trans': 0.2}))
+    for _ in range(20):
+        loop.step()
+    assert 0.15 < loop.outputs[-1].command.linear_mps <= 0.2
+    assert loop.navigator.global_plan_in_map is plan
+    loop.run(30.0)
+    assert_at(loop, AHEAD)
+
+
+def test_what_did_not_change_is_kept(hallway):
+    navigator = ClosedLoop(*hallway, IDENTITY, params=navigator_params()).navigator
+    costmaps = navigator.global_costmap, navigator.local_costmap
+    navigator.reconfigure(with_changes(navigator.params, {'local_costmap': {'publish_frequency': 7.0}}, ''))
+    assert navigator.global_costmap is costmaps[0] and navigator.local_costmap is not costmaps[1]
+    assert navigator.local_costmap.params.publish_frequency == 7.0

@@ -1,7 +1,7 @@
 """The order in which recovery behaviours are tried."""
 
 from diff_encoder_sim.base.se2 import IDENTITY
-from diff_encoder_sim.navigation.goal_status import Trigger
+from diff_encoder_sim.navigation.goal_status import StartedRecovery, Trigger
 from diff_encoder_sim.navigation.recovery import Recovery, RecoveryStep, RecoveryView
 from diff_encoder_sim.navigation.recovery_sequence import RecoverySequence
 
@@ -68,3 +68,13 @@ def test_without_behaviours_it_is_exhausted_at_once():
     sequence.call(Trigger.PLANNING, 'the goal is in an obstacle')
     assert sequence.is_exhausted
     assert sequence.failure == 'no plan was found: the goal is in an obstacle'
+
+
+def test_a_behaviour_is_reported_in_the_step_that_begins_it():
+    sequence = RecoverySequence([Counted('first'), Counted('second')])
+    for expected in (StartedRecovery('first', 0, 2), StartedRecovery('second', 1, 2)):
+        sequence.call(Trigger.PLANNING, 'blocked')
+        sequence.step(VIEW)
+        assert sequence.started == expected
+        sequence.step(VIEW)
+        assert sequence.started is None
