@@ -516,5 +516,5 @@ def test_a_trial_with_upstreams_nodes_reaches_its_goal(upstream_trial):
 def test_all_that_rviz_shows_is_published(upstream_trial):
     text = (ROOT / 'config' / 'rviz' / 'trial.rviz').read_text()
     shown = set(re.findall(r'Topic: (/\S+)', text)) - {'/initialpose', '/move_base_simple/goal'}  # RViz's own
-    assert len(shown) == 15
+    assert len(shown) == 18
     assert shown - upstream_trial[2] == set()

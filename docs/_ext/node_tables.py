@@ -49,9 +49,8 @@ class NodeDirective(SphinxDirective):
                 yield from table((title, 'Type', 'Meaning'), rows)
         if 'reconfigures' in node:
             rows = [(f'`{namespace}`', text) for namespace, text in node['reconfigures'].items()]
-            yield from table(
-                ('[Changes while it runs](navigation.md#change-parameters-while-it-runs)', 'Parameters'), rows
-            )
+            title = '[Changes while it runs](navigation.md#change-parameters-while-it-runs)'
+            yield from table((title, 'Parameters'), rows)
         if 'params' in node:
             yield from parameters(self, node['params'], node.get('config', ''), '~')
 

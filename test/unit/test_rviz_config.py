@@ -11,6 +11,7 @@ SHOWN = {
     '/map': 'Map',
     '/move_base/global_costmap/costmap': 'Map',
     '/move_base/local_costmap/costmap': 'Map',
+    '/move_base/local_costmap/footprint': 'Polygon',
     '/scan': 'LaserScan',
     '/particlecloud': 'PoseArray',
     '/move_base/NavfnROS/plan': 'Path',
