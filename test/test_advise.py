@@ -67,7 +67,7 @@ def test_another_tolerance_goes_on_with_the_same_trials(first):
     ('arguments', 'message'),
     [
         (['--trials', '15'], '--trials: given 15; allowed: from 16'),
-        (['--tolerance', '0'], "given '0'; allowed: a number greater than 0"),
+        (['--tolerance', '0'], "given '0'; allowed: 1e-6 to 1000 [m]"),
         (['--candidates', 'nothing'], "given 'nothing'; allowed: paper, quick, sweep, or a .yaml file"),
         (['--robot', 'nothing.yaml'], 'nothing.yaml'),
     ],

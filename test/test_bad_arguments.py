@@ -19,7 +19,7 @@ TRIAL = ROOT / 'launch' / 'trial.launch'
 WORLD = '_world:=%s' % (ROOT / 'worlds' / 'hallway.world')
 ROBOT = '_robot:=%s' % (ROOT / 'urdf' / 'alto.urdf.xacro')
 ENCODER, ODOM, SIMULATOR = 'gz_diff_encoder_node', 'gz_diff_odom_node', 'simulator_node'
-PPR_ALLOWED = 'greater than 0'
+PPR_ALLOWED = '0.001 to 1e9 [per revolution]'
 AWAIT_MASTER = 'import rosgraph, time\nwhile not rosgraph.is_master_online(): time.sleep(0.05)'
 
 ROBOT_FILE = """<robot name="box">
@@ -81,9 +81,9 @@ BAD_PARAMETERS = {
         ['left_joint', 'right_joint', 'differ'],
     ),
     'modulus': (ODOM, ['_counter_modulus:=1'], ['counter_modulus', '1', '2']),
-    'rate': (ENCODER, ['_rate:=0'], ['rate', '0', 'greater']),
-    'window': (ODOM, ['_velocity_window:=0'], ['velocity_window', '0', 'greater']),
-    'diameter': (ODOM, ['_wheel_diameter:=-0.2'], ['wheel_diameter', '-0.2', 'greater than 0']),
+    'rate': (ENCODER, ['_rate:=0'], ['rate', '0', '0.001 to 1e6 [Hz]']),
+    'window': (ODOM, ['_velocity_window:=0'], ['velocity_window', '0', '1 to 10000']),
+    'diameter': (ODOM, ['_wheel_diameter:=-0.2'], ['wheel_diameter', '-0.2', '0.001 to 100 [m]']),
     'flag': (ODOM, ['_publish_tf:=maybe'], ['publish_tf', 'maybe', 'boolean']),
     'model states rate': ('world_pose_node', ['_rate:=fast'], ['rate', 'fast', 'number']),
     'map in world': ('world_pose_node', ['_map_in_world:={x: far}'], ['map_in_world.x', 'far', 'number']),
@@ -102,10 +102,18 @@ BAD_PARAMETERS = {
         [WORLD, ROBOT, '_left_joint:=left_weel_joint'],
         ['left_weel_joint', "did you mean 'left_wheel_joint'"],
     ),
-    'real time factor': (SIMULATOR, [WORLD, ROBOT, '_real_time_factor:=-1'], ['real_time_factor', '-1', 'greater']),
+    'real time factor': (
+        SIMULATOR,
+        [WORLD, ROBOT, '_real_time_factor:=-1'],
+        ['real_time_factor', '-1', '0, or 0.001 to 1e6'],
+    ),
     'command period': (SIMULATOR, [WORLD, ROBOT, '_command_period:=0.02'], ['command_period', '0.02', 'above 20 ms']),
     'scan rate': (SIMULATOR, [WORLD, ROBOT, '_lidar:={rate: 30}'], ['lidar', "'rate': 30", 'whole 10 ms']),
-    'limit': (SIMULATOR, [WORLD, ROBOT, '_drive:={max_linear_speed: 0}'], ['drive.max_linear_speed', '0', 'greater']),
+    'limit': (
+        SIMULATOR,
+        [WORLD, ROBOT, '_drive:={max_linear_speed: 0}'],
+        ['drive.max_linear_speed', '0', '0.001 to 100 [m/s]'],
+    ),
 }
 
 # What is wrong: arguments of trial.launch, words of one line
@@ -129,12 +137,12 @@ BAD_SPECS = {
     'ppr negative for a wheel': (['--ppr={left: 40, right: -4}'], ['ppr.right', '-4', PPR_ALLOWED]),
     'ppr is no YAML': (['--ppr={left: 40'], ['ppr', '{left: 40', PPR_ALLOWED]),
     'odom': (['--odom=foo'], ['odom', 'foo', 'encoder', 'ideal']),
-    'trial negative': (['--trial=-1'], ['trial: given', '-1', 'greater']),
+    'trial negative': (['--trial=-1'], ['trial: given', '-1', '0 to']),
     'trial text': (['--trial=first'], ['trial: given', 'first', 'integer']),
     'bag where nothing can be written': (['--bag=/proc/1/new.bag'], ['bag', '/proc/1']),
     'config is a list': (['--config={}/list.yaml'], ['list.yaml', 'list']),
     'config misspelt': (['--config={}/misspelt.yaml'], ['misspelt.yaml', 'wheel_diametre', 'wheel_diameter']),
-    'config value': (['--config={}/negative.yaml'], ['negative.yaml', 'wheel_diameter', '-0.2', 'greater than 0']),
+    'config value': (['--config={}/negative.yaml'], ['negative.yaml', 'wheel_diameter', '-0.2', '0.001 to 100 [m]']),
     'test names no world': (['--test={}/no_such_world.yaml', '--nav=scripted'], ['world', 'moon', 'hallway']),
     'test with two motions': (['--test={}/two_motions.yaml'], ['two_motions.yaml', 'straight', 'turns']),
     'test without a drive': (['--test={}/no_drive.yaml'], ['no_drive.yaml', 'drive']),

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import typing
-from typing import Any, Dict, Iterator, List, Mapping, NamedTuple, Tuple, Type
+from typing import Any, Dict, Iterator, List, Mapping, NamedTuple, Sequence, Tuple, Type
 
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 from sphinx.errors import ExtensionError
 
+from diff_encoder_sim.base.bounded_numbers import Between
 from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.encoders.pulses import PerWheel, ppr_label
 
-SYMBOLS = {'gt': '>', 'ge': '≥', 'lt': '<', 'le': '≤'}
 NAMES = {
     bool: 'bool',
     int: 'int',
@@ -109,11 +109,12 @@ def _text(value: Any) -> str:
 
 
 def _type_text(field: FieldInfo) -> str:
-    kind = _kind(field.annotation)
-    limits = {name: _limit(getattr(part, name)) for part in field.metadata for name in SYMBOLS if hasattr(part, name)}
-    if set(limits) == {'ge', 'le'}:
-        return f'{kind}, {limits["ge"]} to {limits["le"]}'
-    return ' '.join([kind, ', '.join(f'{SYMBOLS[name]} {limit}' for name, limit in limits.items())]).strip()
+    return _bounded(_kind(field.annotation), field.metadata)
+
+
+def _bounded(kind: str, metadata: Sequence[Any]) -> str:
+    """Add the bounds of a number, which pydantic keeps beside its type."""
+    return ', '.join([kind, *(str(part) for part in metadata if isinstance(part, Between))])
 
 
 def _limit(number: float) -> str:
@@ -124,7 +125,7 @@ def _kind(annotation: Any) -> str:
     """Return what a user may write for an annotation."""
     origin, parts = typing.get_origin(annotation), typing.get_args(annotation)
     if hasattr(annotation, '__metadata__'):  # Annotated[...]
-        return _kind(annotation.__origin__)
+        return _bounded(_kind(annotation.__origin__), annotation.__metadata__)
     if origin is typing.Union:
         return _kind(next(part for part in parts if part is not type(None)))
     if origin is typing.Literal:

@@ -171,7 +171,7 @@ class MapServerTest(unittest.TestCase):
         for arguments, words in (
             (['-f', '/proc/1/map'], ['/proc/1/map.pgm', 'cannot be written']),
             (['-f', 'log/map'], ['log/map.pgm', 'cannot be written']),
-            (['--occ', '101'], ['occ', '101', 'less than or equal to 100']),
+            (['--occ', '101'], ['occ', '101', '1 to 100 [%]']),
             (['--free', '70'], ['free below occ']),
         ):
             code, lines = Saver(self.folder, *arguments).wait()

@@ -5,13 +5,21 @@ from __future__ import annotations
 import argparse
 import sys
 import textwrap
-from typing import Callable, Sequence
+from typing import Callable, NoReturn, Sequence
 
 from diff_encoder_sim.base.command_name import as_called, as_typed
-from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.errors import ConfigError, in_one_line, readable
 from diff_encoder_sim.base.version import package_version
 
 HELP_WIDTH = 80
+
+
+class ToolParser(argparse.ArgumentParser):
+    """argparse's, with errors of a readable length."""
+
+    def error(self, message: str) -> NoReturn:
+        """Print the usage and what is wrong, and exit with status 2."""
+        super().error(readable(message))
 
 
 def tool_parser(name: str, description: str, examples: Sequence[str], notes: str = '') -> argparse.ArgumentParser:
@@ -25,7 +33,7 @@ def tool_parser(name: str, description: str, examples: Sequence[str], notes: str
     """
     commands = '\n'.join(f'  {as_typed(name)} {arguments}'.rstrip() for arguments in examples)
     epilog = [*([_filled(notes)] if notes else []), f'examples:\n{commands}']
-    parser = argparse.ArgumentParser(
+    parser = ToolParser(
         prog=as_called(name),
         description=_filled(description.replace(name, as_called(name), 1)),
         epilog='\n\n'.join(epilog),
@@ -50,6 +58,10 @@ def run_tool(name: str, tool: Callable[[], None]) -> None:
         # The reader (head, less) has closed the pipe: nothing more can be printed, and it is no error.
         sys.stderr.close()
         sys.exit(0)
+    except OSError as error:
+        # A path that no file can have, a folder without permission, a full disk: wherever it shows first.
+        named = f'{error.filename}: ' if error.filename is not None else ''
+        sys.exit(f'{as_called(name)}: {readable(named + (error.strerror or in_one_line(error)))}')
 
 
 def _filled(text: str) -> str:

@@ -15,7 +15,7 @@ class ConfigError(ValueError):
     """
 
     def __init__(self, text: str) -> None:
-        super().__init__(_readable(text))
+        super().__init__(readable(text))
 
 
 class InputFault(ValueError):
@@ -32,7 +32,7 @@ def in_one_line(error: BaseException) -> str:
 EVENT = {'event': True}
 
 
-def _readable(text: str) -> str:
+def readable(text: str) -> str:
     """Return a text in one line of a readable length, whatever a user has given."""
     text = ''.join(each if each.isprintable() else repr(each)[1:-1] for each in _without_middle(text, LONGEST_LINE))
     return re.sub(rf'\S{{{LONGEST_WORD},}}', lambda word: _without_middle(word[0], LONGEST_WORD), text)

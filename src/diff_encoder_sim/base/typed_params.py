@@ -7,6 +7,7 @@ names that users write in YAML and ROS parameters; units stand in each field's d
 from __future__ import annotations
 
 import difflib
+import re
 from pathlib import Path
 from typing import Any, Iterable, List, Mapping, Type, TypeVar, Union
 
@@ -32,7 +33,9 @@ class Params(BaseModel):
         """
         prefix = f'{source}: ' if source else ''
         if not isinstance(mapping, Mapping):
-            raise ConfigError(f'{prefix}given {mapping!r}; allowed: a mapping with the keys {", ".join(_keys(cls))}')
+            raise ConfigError(
+                f'{prefix}given {_shown(mapping)}; allowed: a mapping with the keys {", ".join(_keys(cls))}'
+            )
         try:
             return cls.model_validate(dict(mapping))
         except ValidationError as error:
@@ -109,5 +112,21 @@ def _first_problem(params_class: Type[Params], error: ValidationError) -> str:
     if problem['type'] == 'missing':
         return f'{key}: missing'
     allowed = problem['msg'].replace('Input should be ', '').replace('Value error, ', '')
-    given = repr(problem['input'])
-    return f'{key}: given {given if len(given) < 80 else given[:77] + "..."}; allowed: {allowed}'
+    if problem['type'] in ('model_type', 'dict_type'):
+        allowed = 'a mapping (key: value)'
+    if problem['type'] in ('float_type', 'int_type') and _is_power_of_ten(problem['input']):
+        allowed += ', which YAML writes with point and sign: 1.0e-3'
+    return f'{key}: given {_shown(problem["input"])}; allowed: {allowed}'
+
+
+def _is_power_of_ten(given: Any) -> bool:
+    """Return whether ROS's YAML takes for text what people take for a number."""
+    return isinstance(given, str) and re.fullmatch(r'[-+]?[0-9.]+[eE][-+]?[0-9]+', given) is not None
+
+
+def _shown(given: Any) -> str:
+    try:
+        text = repr(given)
+    except ValueError:
+        text = 'a number of more than 4300 digits'  # Python makes no text of it
+    return text if len(text) < 80 else text[:77] + '...'

@@ -11,6 +11,7 @@ from typing import Any, Dict, Iterator, List, Literal, NamedTuple, Optional, Tup
 from pydantic import AfterValidator, Field
 from typing_extensions import Annotated
 
+from diff_encoder_sim.base.bounded_numbers import Between
 from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.campaign.campaign_robot import CampaignRobot
 from diff_encoder_sim.campaign.trial_files import TrialFiles
@@ -42,8 +43,8 @@ class CampaignParams(Params):
     name: Line = Field(min_length=1, description='name of the campaign')
     tests: List[Line] = Field(min_length=1, description='names of files in config/tests/, or paths of .yaml files')
     ppr: List[PulsesPerRevolution] = Field(min_length=1, description='encoders, in pulses per wheel revolution')
-    trials: int = Field(30, ge=1, le=MOST_TRIALS, description='trials of each test with each encoder')
-    seed: int = Field(0, ge=0, lt=2**62, description='trial k has the seed `seed` + k')
+    trials: Annotated[int, Between(1, MOST_TRIALS)] = Field(30, description='trials of each test with each encoder')
+    seed: Annotated[int, Between(0, 2**62 - 1)] = Field(0, description='trial k has the seed `seed` + k')
     nav: Literal['embedded', 'scripted'] = Field('embedded', description='navigated, or a drive without feedback')
     record: RecordMode = Field(
         'minimal', description='topics in the bags: all, without bulky ones such as /scan, or no bags'

@@ -20,11 +20,13 @@ from diff_encoder_sim.analysis.dataset import TrialData
 from diff_encoder_sim.analysis.encoder_labels import ppr_value
 from diff_encoder_sim.analysis.quantities import YAW, X
 from diff_encoder_sim.analysis.within_tolerance import REQUIRED_FRACTION, fewest_trials
+from diff_encoder_sim.base.bounded_numbers import PULSES_PER_TURN, Between
 from diff_encoder_sim.base.command_line import tool_parser
 from diff_encoder_sim.base.command_name import as_called
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.number_arguments import number_within, whole_number_within
 from diff_encoder_sim.base.paths import package_folder
-from diff_encoder_sim.campaign.campaign_definition import Campaign, TrialJob
+from diff_encoder_sim.campaign.campaign_definition import MOST_TRIALS, Campaign, TrialJob
 from diff_encoder_sim.campaign.campaign_loading import load_campaign
 from diff_encoder_sim.campaign.cluster import Workers
 from diff_encoder_sim.campaign.engine import run_campaign
@@ -35,15 +37,7 @@ from diff_encoder_sim.campaign.time_left import time_left
 from diff_encoder_sim.campaign.worker import RunTrial
 from diff_encoder_sim.cli.robot_arguments import add_robot_arguments
 from diff_encoder_sim.cli.robot_checks import add_unchecked, with_checks
-from diff_encoder_sim.cli.trial_workers import (
-    add_workers,
-    positive_number,
-    run_trials_tool,
-    stop_reports,
-    unrun_text,
-    whole_number,
-    workers,
-)
+from diff_encoder_sim.cli.trial_workers import add_workers, run_trials_tool, stop_reports, unrun_text, workers
 from diff_encoder_sim.encoders.pulses import ppr_label
 from diff_encoder_sim.evaluation.sample_statistics import LEVEL
 from diff_encoder_sim.lockstep.trial_run import run_trial
@@ -205,14 +199,14 @@ def _parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
 def _add_tolerances(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         '--tolerance',
-        type=positive_number,
+        type=number_within(Between(1e-6, 1000.0, 'm')),
         default=X.tolerance,
         metavar='M',
         help='allowed error in x and in y at the goal, in metres (default: %(default)g)',
     )
     parser.add_argument(
         '--yaw-tolerance',
-        type=positive_number,
+        type=number_within(Between(1e-6, 360.0, 'degrees')),
         default=YAW.tolerance,
         metavar='DEG',
         help='allowed error of the heading at the goal, in degrees (default: %(default)g)',
@@ -222,7 +216,11 @@ def _add_tolerances(parser: argparse.ArgumentParser) -> None:
 def _add_candidates(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--tests', nargs='+', metavar='TEST', help='tests: SL, SMT, DLD, or .yaml files')
     parser.add_argument(
-        '--ppr', nargs='+', type=positive_number, metavar='N', help='candidates, in pulses per wheel revolution'
+        '--ppr',
+        nargs='+',
+        type=number_within(PULSES_PER_TURN),
+        metavar='N',
+        help='candidates, in pulses per wheel revolution',
     )
     parser.add_argument(
         '--candidates',
@@ -232,7 +230,7 @@ def _add_candidates(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         '--trials',
-        type=whole_number,
+        type=whole_number_within(Between(1, MOST_TRIALS)),
         default=DEFAULT_TRIALS,
         metavar='N',
         help='most trials of each test with each candidate '

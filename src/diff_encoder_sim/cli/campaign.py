@@ -11,9 +11,11 @@ import sys
 from pathlib import Path
 from typing import List, Optional, Sequence
 
+from diff_encoder_sim.base.bounded_numbers import PULSES_PER_TURN, Between
 from diff_encoder_sim.base.command_line import tool_parser
+from diff_encoder_sim.base.number_arguments import number_within, whole_number_within
 from diff_encoder_sim.base.paths import package_folder
-from diff_encoder_sim.campaign.campaign_definition import Campaign, TrialJob
+from diff_encoder_sim.campaign.campaign_definition import MOST_TRIALS, Campaign, TrialJob
 from diff_encoder_sim.campaign.campaign_loading import load_campaign
 from diff_encoder_sim.campaign.engine import UnrunTrial, run_campaign
 from diff_encoder_sim.campaign.manifest import describe_run
@@ -23,15 +25,7 @@ from diff_encoder_sim.campaign.time_left import time_left
 from diff_encoder_sim.campaign.worker import RunTrial
 from diff_encoder_sim.cli.robot_arguments import add_robot_arguments
 from diff_encoder_sim.cli.robot_checks import add_unchecked, with_checks
-from diff_encoder_sim.cli.trial_workers import (
-    add_workers,
-    positive_number,
-    run_trials_tool,
-    stop_reports,
-    unrun_text,
-    whole_number,
-    workers,
-)
+from diff_encoder_sim.cli.trial_workers import add_workers, run_trials_tool, stop_reports, unrun_text, workers
 from diff_encoder_sim.lockstep.trial_run import run_trial
 from diff_encoder_sim.robots.xacro_arguments import xacro_arguments
 
@@ -112,9 +106,18 @@ def _add_overrides(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group('instead of what the campaign file has')
     group.add_argument('--tests', nargs='+', metavar='TEST', help='tests: SL, SMT, DLD, or .yaml files')
     group.add_argument(
-        '--ppr', nargs='+', type=positive_number, metavar='N', help='encoders, in pulses per wheel revolution'
+        '--ppr',
+        nargs='+',
+        type=number_within(PULSES_PER_TURN),
+        metavar='N',
+        help='encoders, in pulses per wheel revolution',
     )
-    group.add_argument('--trials', type=whole_number, metavar='N', help='trials of each test with each encoder')
+    group.add_argument(
+        '--trials',
+        type=whole_number_within(Between(1, MOST_TRIALS)),
+        metavar='N',
+        help='trials of each test with each encoder',
+    )
     add_robot_arguments(group)
     group.add_argument(
         '--record',

@@ -12,8 +12,10 @@ import time
 from pathlib import Path
 from typing import Optional, Sequence
 
+from diff_encoder_sim.base.bounded_numbers import SEEDS
 from diff_encoder_sim.base.command_line import run_tool, tool_parser
 from diff_encoder_sim.base.command_name import as_called
+from diff_encoder_sim.base.number_arguments import whole_number_within
 from diff_encoder_sim.base.paths import package_folder
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
@@ -78,7 +80,7 @@ def _parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
     parser.add_argument('--odom', default=topics.ODOM, metavar='TOPIC', help='topic of odometry (default: %(default)s)')
     parser.add_argument(
         '--seed',
-        type=int,
+        type=whole_number_within(SEEDS),
         default=0,
         metavar='N',
         help="seed of the particles; a trial's bag uses the trial's number (default: %(default)s)",

@@ -7,7 +7,9 @@ from pathlib import Path
 from typing import List, Optional, Sequence
 
 from pydantic import Field
+from typing_extensions import Annotated
 
+from diff_encoder_sim.base.bounded_numbers import Between, Place_m
 from diff_encoder_sim.base.command_line import run_tool, tool_parser
 from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.mapping.map_files import save_map
@@ -18,9 +20,9 @@ from diff_encoder_sim.simulation.world import load_world
 class RasteriseParams(Params):
     """Where and how finely a world is cut."""
 
-    free: List[float] = Field(min_length=2, max_length=2, description='a point x, y in free space [m]')
-    height: float = Field(description='of the scan plane above the floor [m]')
-    resolution: float = Field(ge=0.001, le=10, description='side of a cell [m]')
+    free: List[Place_m] = Field(min_length=2, max_length=2, description='a point x, y in free space [m]')
+    height: Place_m = Field(description='of the scan plane above the floor [m]')
+    resolution: Annotated[float, Between(1e-3, 10.0, 'm')] = Field(description='side of a cell [m]')
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> None:

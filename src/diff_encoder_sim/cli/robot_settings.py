@@ -15,8 +15,9 @@ from diff_encoder_sim.base.command_line import run_tool, tool_parser
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.nested_mappings import nested
 from diff_encoder_sim.base.yaml_files import yaml_value
-from diff_encoder_sim.cli.launched_robot import LaunchedRobot, add_launched_robot, launched_robot
+from diff_encoder_sim.cli.launched_robot import OWN_PPR, LaunchedRobot, add_launched_robot, launched_robot
 from diff_encoder_sim.cli.robot_arguments import ROBOT_HELP
+from diff_encoder_sim.lockstep.robot_params import check_key
 
 LARGEST_INT = 2**31 - 1
 
@@ -62,6 +63,8 @@ def launch_arguments(words: List[str]) -> Dict[str, Any]:
         key, separator, text = word.partition(':=')
         if not (key and separator):
             raise ConfigError(f'arguments: given {word!r}; allowed: FILE.KEY:=VALUE')
+        if key != OWN_PPR:
+            check_key(key)
         if text:
             values[key] = yaml_value(text, key)
     return values

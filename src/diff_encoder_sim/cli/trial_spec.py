@@ -13,6 +13,7 @@ from typing import Optional, Sequence, Union
 
 from pydantic import Field
 
+from diff_encoder_sim.base.bounded_numbers import Seed
 from diff_encoder_sim.base.command_line import run_tool, tool_parser
 from diff_encoder_sim.base.command_name import as_typed
 from diff_encoder_sim.base.errors import ConfigError
@@ -41,7 +42,7 @@ SIMULATORS = ('pybullet', 'gazebo')
 class TrialArguments(Params):
     """Launch arguments, for errors that name them as the user does."""
 
-    trial: int = Field(ge=0)
+    trial: Seed = Field()
     ppr: PulsesPerRevolution = DEFAULT_PPR
 
 

@@ -5,16 +5,17 @@ from __future__ import annotations
 import argparse
 import contextlib
 import logging
-import math
 import signal
 import sys
 from pathlib import Path
 from typing import Callable, ContextManager, Dict, Iterator, List, Optional, Sequence
 
+from diff_encoder_sim.base.bounded_numbers import Between
 from diff_encoder_sim.base.command_line import run_tool
 from diff_encoder_sim.base.command_name import as_called
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.host_info import usable_cores
+from diff_encoder_sim.base.number_arguments import whole_number_within
 from diff_encoder_sim.campaign.campaign_definition import Campaign
 from diff_encoder_sim.campaign.cluster import TlsFiles, Workers, connected_workers
 from diff_encoder_sim.campaign.engine import CampaignFault, UnrunTrial
@@ -61,7 +62,10 @@ def add_workers(parser: argparse.ArgumentParser) -> None:
     """Add the options that select where trials run."""
     where = parser.add_mutually_exclusive_group()
     where.add_argument(
-        '--workers', type=whole_number, metavar='N', help='worker processes on this host (default: one for each core)'
+        '--workers',
+        type=whole_number_within(Between(1, 1024)),
+        metavar='N',
+        help='worker processes on this host (default: one for each core)',
     )
     where.add_argument(
         '--scheduler',
@@ -109,24 +113,6 @@ def unrun_text(name: str, campaign: Campaign, unrun: Sequence[UnrunTrial]) -> st
         more = ', ...' if len(bags) > UNRUN_SHOWN else ''
         lines.append(f'{as_called(name)}: {count} could not be run ({reason}): {", ".join(bags[:UNRUN_SHOWN])}{more}')
     return '\n'.join([*lines, f'{as_called(name)}: run the same command again to retry them'])
-
-
-def positive_number(text: str) -> float:
-    """Parse an argument that is a number greater than 0."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not (math.isfinite(value) and value > 0):
-        raise argparse.ArgumentTypeError(f'given {text!r}; allowed: a number greater than 0')
-    return value
-
-
-def whole_number(text: str) -> int:
-    """Parse an argument that is a whole number from 1."""
-    if not (text.isascii() and text.isdigit() and int(text) > 0):
-        raise argparse.ArgumentTypeError(f'given {text!r}; allowed: a whole number from 1')
-    return int(text)
 
 
 @contextlib.contextmanager

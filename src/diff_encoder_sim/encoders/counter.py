@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-from pydantic import AfterValidator, Field
+from pydantic import Field
 from typing_extensions import Annotated
 
-
-def _can_count(modulus: int) -> int:
-    if modulus != 0 and not 2 <= modulus <= 2**63:
-        raise ValueError('0 (never wraps), or a whole number from 2 to 2^63')
-    return modulus
-
+from diff_encoder_sim.base.bounded_numbers import Between
 
 CounterModulus = Annotated[
     int,
-    AfterValidator(_can_count),
+    Between(2, 2**63, 'counts', or_zero=True),
     Field(description='counts before the counter wraps: 65536 for int16, 0 for no wrap'),
 ]
 

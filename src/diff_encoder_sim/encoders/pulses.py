@@ -8,21 +8,22 @@ from typing import Any
 from pydantic import BeforeValidator, Field
 from typing_extensions import Annotated
 
+from diff_encoder_sim.base.bounded_numbers import PULSES_PER_TURN, PulsesPerTurn, is_number
 from diff_encoder_sim.base.typed_params import Params
 
 
 class PerWheel(Params):
     """One positive number for each wheel."""
 
-    left: float = Field(gt=0, description='of the left wheel')
-    right: float = Field(gt=0, description='of the right wheel')
+    left: PulsesPerTurn = Field(description='of the left wheel')
+    right: PulsesPerTurn = Field(description='of the right wheel')
 
 
 def _same_for_both(value: Any) -> Any:
     if isinstance(value, (dict, PerWheel)):
         return value
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not (math.isfinite(value) and value > 0):
-        raise ValueError('a finite number greater than 0, or {left: ..., right: ...} of them')
+    if not (is_number(value) and PULSES_PER_TURN.allows(value)):
+        raise ValueError(f'{PULSES_PER_TURN}, or {{left: ..., right: ...}}')
     return {'left': value, 'right': value}
 
 

@@ -10,6 +10,7 @@ from typing import NamedTuple, Optional, Sequence
 
 from pydantic import Field, model_validator
 
+from diff_encoder_sim.base.bounded_numbers import Rate_Hz
 from diff_encoder_sim.base.errors import EVENT, InputFault
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step
 from diff_encoder_sim.base.typed_params import Params, did_you_mean
@@ -31,7 +32,7 @@ class EncoderParams(Params):
     """Parameters of gz_diff_encoder_node, under the names that users set."""
 
     ppr: PulsesPerRevolution = DEFAULT_PPR
-    rate: float = Field(DEFAULT_RATE_HZ, ge=1e-3, le=1e6, description='reports per second of joint stamps [Hz]')
+    rate: Rate_Hz = Field(DEFAULT_RATE_HZ, description='reports per second of joint stamps [Hz]')
     left_joint: str = Field('left_wheel_joint', min_length=1, description='name of the left wheel in /joint_states')
     right_joint: str = Field('right_wheel_joint', min_length=1, description='name of the right wheel in /joint_states')
     left_reversed: bool = Field(False, description='the angle of the left joint falls when the robot drives forward')

@@ -13,6 +13,22 @@ import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 from typing_extensions import Annotated, Literal
 
+from diff_encoder_sim.base.bounded_numbers import (
+    Angle_rad,
+    Between,
+    Count,
+    Distance_m,
+    Duration_s,
+    Fraction,
+    Offset_m,
+    Place_m,
+    PositiveDistance_m,
+    SignedDuration_s,
+    SignedRate_Hz,
+    Turn_rad,
+    Variance_m2,
+    Weight,
+)
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.typed_params import Params
 
@@ -23,9 +39,7 @@ def _no_omni(value: Any) -> Any:
     return value
 
 
-Alpha = Annotated[float, Field(ge=0)]
-MixtureWeight = Annotated[float, Field(ge=0)]
-Probability = Annotated[float, Field(ge=0, le=1)]
+Alpha = Annotated[float, Between(0.0, 1000.0)]
 FrameId = Annotated[str, Field(min_length=1)]
 
 
@@ -33,26 +47,24 @@ class AmclParams(Params):
     """All of upstream's parameters, so that its YAML files load; those at the end are the node's."""
 
     # The filter. kld_z is the standard normal quantile itself, not a probability (0.99 is 84 %).
-    min_particles: int = Field(100, ge=1, description='fewest particles')
-    max_particles: int = Field(5000, ge=1, le=1_000_000, description='most particles')
-    kld_err: float = Field(
-        0.01,
-        gt=0,
-        description='largest error of the estimated distribution, from which the number of particles follows',
+    min_particles: Annotated[int, Between(1, 1_000_000)] = Field(100, description='fewest particles')
+    max_particles: Annotated[int, Between(1, 1_000_000)] = Field(5000, description='most particles')
+    kld_err: Annotated[float, Between(1e-6, 10.0)] = Field(
+        0.01, description='largest error of the estimated distribution, from which the number of particles follows'
     )
-    kld_z: float = Field(
-        0.99, ge=0, description='standard normal quantile of that error (not a probability: 0.99 is 84 %)'
+    kld_z: Annotated[float, Between(0.0, 100.0)] = Field(
+        0.99, description='standard normal quantile of that error (not a probability: 0.99 is 84 %)'
     )
-    update_min_d: float = Field(0.2, ge=0, description='displacement along x or y of odom before an update [m]')
-    update_min_a: float = Field(math.pi / 6.0, ge=0, description='turn before an update [rad]')
-    resample_interval: int = Field(2, ge=1, description='updates from one resampling to the next')
+    update_min_d: Distance_m = Field(0.2, description='displacement along x or y of odom before an update [m]')
+    update_min_a: Turn_rad = Field(math.pi / 6.0, description='turn before an update [rad]')
+    resample_interval: Count = Field(2, description='updates from one resampling to the next')
     selective_resampling: bool = Field(
         False, description='resample only when the effective number of particles is below half'
     )
-    recovery_alpha_slow: Probability = Field(
+    recovery_alpha_slow: Fraction = Field(
         0.001, description='decay rate of the slow average of the scan likelihood; 0: no random particles'
     )
-    recovery_alpha_fast: Probability = Field(
+    recovery_alpha_fast: Fraction = Field(
         0.1, description='decay rate of the fast average of the scan likelihood; 0: no random particles'
     )
     force_update_after_initialpose: bool = Field(
@@ -62,38 +74,46 @@ class AmclParams(Params):
         False, description='update at the next scan after a new map, without motion'
     )
 
-    initial_pose_x: float = Field(0.0, description='mean of the initial pose [m]')
-    initial_pose_y: float = Field(0.0, description='mean of the initial pose [m]')
-    initial_pose_a: float = Field(0.0, description='mean of the initial yaw [rad]')
-    initial_cov_xx: float = Field(0.25, ge=0, description='variance of the initial pose [m^2]')
-    initial_cov_yy: float = Field(0.25, ge=0, description='variance of the initial pose [m^2]')
-    initial_cov_aa: float = Field((math.pi / 12.0) ** 2, ge=0, description='variance of the initial yaw [rad^2]')
+    initial_pose_x: Place_m = Field(0.0, description='mean of the initial pose [m]')
+    initial_pose_y: Place_m = Field(0.0, description='mean of the initial pose [m]')
+    initial_pose_a: Angle_rad = Field(0.0, description='mean of the initial yaw [rad]')
+    initial_cov_xx: Variance_m2 = Field(0.25, description='variance of the initial pose [m^2]')
+    initial_cov_yy: Variance_m2 = Field(0.25, description='variance of the initial pose [m^2]')
+    initial_cov_aa: Annotated[float, Between(0.0, 1e8, 'rad^2')] = Field(
+        (math.pi / 12.0) ** 2, description='variance of the initial yaw [rad^2]'
+    )
 
     # The laser. Ranges of 0 or less stand for the scan's own range_min and range_max.
     laser_model_type: Literal['beam', 'likelihood_field', 'likelihood_field_prob'] = Field(
         'likelihood_field', description='sensor model'
     )
-    laser_min_range: float = Field(-1.0, description='shorter ranges are left out [m]; 0 or less: as in the scan')
-    laser_max_range: float = Field(-1.0, description='longer ranges count as no return [m]; 0 or less: as in the scan')
-    laser_max_beams: int = Field(30, ge=2, description='rays of a scan that are used, evenly spaced')
-    laser_z_hit: MixtureWeight = Field(0.95, description='weight of a hit in the mixture')
-    laser_z_short: MixtureWeight = Field(0.1, description='weight of an unexpected obstacle (beam model)')
-    laser_z_max: MixtureWeight = Field(0.05, description='weight of a ray without a return (beam model)')
-    laser_z_rand: MixtureWeight = Field(0.05, description='weight of a random range')
-    laser_sigma_hit: float = Field(0.2, gt=0, description='standard deviation of a hit [m]')
-    laser_lambda_short: float = Field(0.1, ge=0, description='decay of unexpected obstacles (beam model) [1/m]')
-    laser_likelihood_max_dist: float = Field(
-        2.0, gt=0, description='distances to obstacles are cut here (likelihood field) [m]'
+    laser_min_range: Place_m = Field(-1.0, description='shorter ranges are left out [m]; 0 or less: as in the scan')
+    laser_max_range: Place_m = Field(
+        -1.0, description='longer ranges count as no return [m]; 0 or less: as in the scan'
+    )
+    laser_max_beams: Annotated[int, Between(2, 100_000)] = Field(
+        30, description='rays of a scan that are used, evenly spaced'
+    )
+    laser_z_hit: Weight = Field(0.95, description='weight of a hit in the mixture')
+    laser_z_short: Weight = Field(0.1, description='weight of an unexpected obstacle (beam model)')
+    laser_z_max: Weight = Field(0.05, description='weight of a ray without a return (beam model)')
+    laser_z_rand: Weight = Field(0.05, description='weight of a random range')
+    laser_sigma_hit: Annotated[float, Between(1e-4, 1000.0, 'm')] = Field(
+        0.2, description='standard deviation of a hit [m]'
+    )
+    laser_lambda_short: Annotated[float, Between(0.0, 1e4, '1/m')] = Field(
+        0.1, description='decay of unexpected obstacles (beam model) [1/m]'
+    )
+    laser_likelihood_max_dist: Annotated[float, Between(1e-3, 1000.0, 'm')] = Field(
+        2.0, description='distances to obstacles are cut here (likelihood field) [m]'
     )
     do_beamskip: bool = Field(
         False, description='leave out rays that most particles do not explain (likelihood_field_prob)'
     )
-    beam_skip_distance: float = Field(0.5, ge=0, description='from the map, for a ray to be explained [m]')
-    beam_skip_threshold: Probability = Field(0.3, description='fraction of particles that must explain a ray')
-    beam_skip_error_threshold: Probability = Field(
-        0.9, description='fraction of rays left out above which all are used'
-    )
-    beam_skip_error_threshold_: Optional[Probability] = Field(None, exclude=True, description='older name of the same')
+    beam_skip_distance: Distance_m = Field(0.5, description='from the map, for a ray to be explained [m]')
+    beam_skip_threshold: Fraction = Field(0.3, description='fraction of particles that must explain a ray')
+    beam_skip_error_threshold: Fraction = Field(0.9, description='fraction of rays left out above which all are used')
+    beam_skip_error_threshold_: Optional[Fraction] = Field(None, exclude=True, description='older name of the same')
 
     # The odometry. Alphas: rotation from rotation, rotation from translation, translation from
     # translation, translation from rotation; the fifth is of the omni models only.
@@ -105,17 +125,17 @@ class AmclParams(Params):
     odom_alpha3: Alpha = Field(0.2, description='noise of the translation from translation')
     odom_alpha4: Alpha = Field(0.2, description='noise of the translation from rotation')
     odom_alpha5: Alpha = Field(0.2, description='accepted, without effect: of the omni models')
-    axle_x: float = Field(
-        0.0, ge=-10, le=10, description="not upstream's: place of the axle ahead of the origin of base_frame_id [m]"
+    axle_x: Offset_m = Field(
+        0.0, description="not upstream's: place of the axle ahead of the origin of base_frame_id [m]"
     )
 
     # When the robot counts as lost. Not upstream's parameters; 0 is upstream's behaviour: never.
-    lost_fraction: Probability = Field(
+    lost_fraction: Fraction = Field(
         0.0, description='fraction of the rays that fit the map, below which a scan is bad; 0: never lost'
     )
-    lost_distance: float = Field(0.2, gt=0, description='largest distance from the map for a ray to fit [m]')
-    lost_scans: int = Field(
-        5, ge=1, description='bad scans in a row after which the robot is lost, good ones after which it is found'
+    lost_distance: PositiveDistance_m = Field(0.2, description='largest distance from the map for a ray to fit [m]')
+    lost_scans: Count = Field(
+        5, description='bad scans in a row after which the robot is lost, good ones after which it is found'
     )
 
     # The node's.
@@ -123,17 +143,17 @@ class AmclParams(Params):
     base_frame_id: FrameId = Field('base_link', description='frame of the robot')
     global_frame_id: FrameId = Field('map', description='frame of the map')
     tf_broadcast: bool = Field(True, description='broadcast map -> odom on TF')
-    transform_tolerance: float = Field(0.1, ge=0, description='time by which map -> odom is post-dated [s]')
-    save_pose_rate: float = Field(
+    transform_tolerance: Duration_s = Field(0.1, description='time by which map -> odom is post-dated [s]')
+    save_pose_rate: SignedRate_Hz = Field(
         0.5, description='how often the pose is stored on the parameter server [Hz]; 0 or less: never'
     )
-    gui_publish_rate: float = Field(-1.0, description='accepted, without effect [Hz]')
+    gui_publish_rate: SignedRate_Hz = Field(-1.0, description='accepted, without effect [Hz]')
     use_map_topic: bool = Field(False, description='take the map from /map instead of the service static_map')
     first_map_only: bool = Field(False, description='with use_map_topic: ignore later maps')
-    std_warn_level_x: float = Field(0.2, ge=0, description='warn above this standard deviation of x [m]')
-    std_warn_level_y: float = Field(0.2, ge=0, description='warn above this standard deviation of y [m]')
-    std_warn_level_yaw: float = Field(0.1, ge=0, description='warn above this standard deviation of yaw [rad]')
-    bag_scan_period: float = Field(-1.0, description='accepted, without effect [s]')
+    std_warn_level_x: Distance_m = Field(0.2, description='warn above this standard deviation of x [m]')
+    std_warn_level_y: Distance_m = Field(0.2, description='warn above this standard deviation of y [m]')
+    std_warn_level_yaw: Turn_rad = Field(0.1, description='warn above this standard deviation of yaw [rad]')
+    bag_scan_period: SignedDuration_s = Field(-1.0, description='accepted, without effect [s]')
     restore_defaults: bool = Field(False, exclude=True, description='accepted, without effect: of dynamic_reconfigure')
 
     def initial_pose(self) -> Pose2D:

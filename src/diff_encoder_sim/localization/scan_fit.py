@@ -31,7 +31,7 @@ LEAST_RAYS = 10
 
 # Not laser_max_range: the farther rays distinguish places better, and make a half blocked view
 # matter less. These replace the limits of a scan that has none (below 0, +inf).
-_SCANS_OWN_LIMITS = AmclParams(laser_min_range=1e-9, laser_max_range=1e15)
+_SCANS_OWN_LIMITS = AmclParams(laser_min_range=1e-9, laser_max_range=1e6)
 
 _OFF_MAP, _UNKNOWN, _CLEAR, _NEAR, _OCCUPIED = range(5)
 

@@ -5,19 +5,20 @@ from __future__ import annotations
 from pydantic import Field, field_validator
 from typing_extensions import Annotated
 
+from diff_encoder_sim.base.bounded_numbers import Between
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.simulation.periods import TICK_NS, TICK_S
 
-Latency = Annotated[float, Field(ge=0, le=10)]
+Latency_s = Annotated[float, Between(0.0, 10.0, 's')]
 
 
 class LatencyParams(Params):
     """Simulated time from a part's input to the moment when its output reaches the others."""
 
-    odometry: Latency = Field(0.0, description='from wheel angles to /odom [s]')
-    localization: Latency = Field(0.0, description='from /odom and /scan to map->odom [s]')
-    command: Latency = Field(0.02, description='from /odom to the wheels; 0.02 as in the live graph [s]')
+    odometry: Latency_s = Field(0.0, description='from wheel angles to /odom [s]')
+    localization: Latency_s = Field(0.0, description='from /odom and /scan to map->odom [s]')
+    command: Latency_s = Field(0.02, description='from /odom to the wheels; 0.02 as in the live graph [s]')
 
     @field_validator('*')
     @classmethod

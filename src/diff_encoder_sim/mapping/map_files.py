@@ -10,8 +10,10 @@ import numpy as np
 import yaml
 from PIL import Image
 from pydantic import Field, field_validator, model_validator
+from typing_extensions import Annotated
 
 from diff_encoder_sim.base.atomic_files import write_file
+from diff_encoder_sim.base.bounded_numbers import Between, CellSide_m, Fraction, Percent
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.typed_params import Params, load_params
@@ -28,13 +30,13 @@ class MapFileParams(Params):
     """Keys of map_server's YAML file."""
 
     image: str = Field(min_length=1, description='PGM or PNG; relative to the YAML file')
-    resolution: float = Field(gt=0, description='side of a pixel [m]')
-    origin: List[float] = Field(
+    resolution: CellSide_m = Field(description='side of a pixel [m]')
+    origin: List[Annotated[float, Between(-1e6, 1e6)]] = Field(
         min_length=3, max_length=3, description='pose of the lower left corner: x, y [m], yaw [rad]'
     )
     negate: Literal[0, 1, False, True] = 0
-    occupied_thresh: float = Field(0.65, ge=0, le=1)
-    free_thresh: float = Field(0.196, ge=0, le=1)
+    occupied_thresh: Fraction = Field(0.65)
+    free_thresh: Fraction = Field(0.196)
     mode: Literal['trinary', 'scale', 'raw'] = 'trinary'
 
     @field_validator('image')
@@ -69,8 +71,8 @@ def _number(value: Any) -> Any:
 class MapSaverParams(Params):
     """Options of map_saver: the occupancies that are saved as free and as occupied."""
 
-    free: int = Field(25, ge=0, le=100, description='highest occupancy of a free cell [%]')
-    occ: int = Field(65, ge=1, le=100, description='lowest occupancy of an occupied cell [%]')
+    free: Percent = Field(25, description='highest occupancy of a free cell [%]')
+    occ: Annotated[int, Between(1, 100, '%')] = Field(65, description='lowest occupancy of an occupied cell [%]')
 
     @model_validator(mode='after')
     def _check_order(self) -> MapSaverParams:

@@ -9,6 +9,8 @@ from __future__ import annotations
 import math
 from typing import Any, Dict, List, Mapping
 
+from diff_encoder_sim.base.bounded_numbers import LENGTH, is_number
+
 STATIC, OBSTACLE, INFLATION = (f'costmap_2d::{kind}Layer' for kind in ('Static', 'Obstacle', 'Inflation'))
 ORDER = (STATIC, OBSTACLE, INFLATION)
 # Names of the layers where no plugins are listed.
@@ -106,7 +108,7 @@ def _make_footprint_of_radius(flat: Dict[str, Any]) -> None:
         del flat['footprint']  # none, as upstream's default
     if radius_m is None or 'footprint' in flat:
         return
-    if isinstance(radius_m, bool) or not isinstance(radius_m, (int, float)) or not radius_m > 0.0:
-        raise ValueError(f'robot_radius: greater than 0, not {radius_m!r}')
+    if not (is_number(radius_m) and LENGTH.allows(radius_m)):
+        raise ValueError(f'robot_radius: {LENGTH}, not {repr(radius_m)[:50]}')
     angles = [2.0 * math.pi * index / CIRCLE_CORNERS for index in range(CIRCLE_CORNERS)]
     flat['footprint'] = [[radius_m * math.cos(angle), radius_m * math.sin(angle)] for angle in angles]

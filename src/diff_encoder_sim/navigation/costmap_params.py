@@ -7,6 +7,14 @@ from typing import Any
 from pydantic import AfterValidator, Field, model_validator
 from typing_extensions import Annotated, Literal
 
+from diff_encoder_sim.base.bounded_numbers import (
+    Between,
+    Duration_s,
+    Place_m,
+    PositiveDistance_m,
+    Rate_Hz,
+    RateOrZero_Hz,
+)
 from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.navigation.costmap_layer_params import flattened
 from diff_encoder_sim.navigation.footprint import ALTO_FOOTPRINT, FootprintPolygon
@@ -21,6 +29,9 @@ def _is_scan(topic: str) -> str:
     return topic
 
 
+WindowSide_m = Annotated[float, Between(0.01, 200.0, 'm')]
+
+
 class ScanSource(Params):
     """Entry of `observation_sources`: a laser that marks and clears."""
 
@@ -32,12 +43,12 @@ class ScanSource(Params):
         True, description="rays clear what they pass; upstream's default is false: nothing is ever cleared"
     )
     inf_is_valid: bool = Field(True, description="+inf, no return (REP 117), clears; upstream's default is false")
-    expected_update_rate: float = Field(
-        0.0, ge=0, description='accepted, without effect: input_timeout stops the robot instead [s]'
+    expected_update_rate: Duration_s = Field(
+        0.0, description='accepted, without effect: input_timeout stops the robot instead [s]'
     )
-    observation_persistence: float = Field(0.0, ge=0, description='accepted, without effect: one scan at a time [s]')
-    min_obstacle_height: float = Field(0.0, description='accepted, without effect: a scan has one height [m]')
-    max_obstacle_height: float = Field(2.0, description='accepted, without effect: a scan has one height [m]')
+    observation_persistence: Duration_s = Field(0.0, description='accepted, without effect: one scan at a time [s]')
+    min_obstacle_height: Place_m = Field(0.0, description='accepted, without effect: a scan has one height [m]')
+    max_obstacle_height: Place_m = Field(2.0, description='accepted, without effect: a scan has one height [m]')
 
 
 class CostmapParams(Params):
@@ -53,26 +64,28 @@ class CostmapParams(Params):
     map_topic: Literal['map', '/map'] = Field('map', description='remap the node for another topic')
     static_map: bool = Field(True, description='size and walls are those of the map')
     rolling_window: bool = Field(False, description='a window that moves with the robot')
-    width: float = Field(3.0, gt=0, le=200, description='of a rolling window [m]')
-    height: float = Field(3.0, gt=0, le=200, description='of a rolling window [m]')
-    resolution: float = Field(0.05, gt=0, le=1, description='side of a cell of a rolling window [m]')
-    update_frequency: float = Field(5.0, gt=0, description='how often scans are entered [Hz]')
-    publish_frequency: float = Field(0.0, ge=0, description='how often it is published [Hz]; 0: to newcomers only')
+    width: WindowSide_m = Field(3.0, description='of a rolling window [m]')
+    height: WindowSide_m = Field(3.0, description='of a rolling window [m]')
+    resolution: Annotated[float, Between(1e-3, 1.0, 'm')] = Field(
+        0.05, description='side of a cell of a rolling window [m]'
+    )
+    update_frequency: Rate_Hz = Field(5.0, description='how often scans are entered [Hz]')
+    publish_frequency: RateOrZero_Hz = Field(0.0, description='how often it is published [Hz]; 0: to newcomers only')
     always_send_full_costmap: bool = Field(
         False, description='publish all cells each time; false: those that have changed, on costmap_updates'
     )
-    origin_x: float = Field(0.0, description='accepted, without effect: the map or the robot decides [m]')
-    origin_y: float = Field(0.0, description='accepted, without effect: the map or the robot decides [m]')
-    transform_tolerance: float = Field(
-        0.3, ge=0, description='accepted, without effect: input_timeout stops the robot instead [s]'
+    origin_x: Place_m = Field(0.0, description='accepted, without effect: the map or the robot decides [m]')
+    origin_y: Place_m = Field(0.0, description='accepted, without effect: the map or the robot decides [m]')
+    transform_tolerance: Duration_s = Field(
+        0.3, description='accepted, without effect: input_timeout stops the robot instead [s]'
     )
     track_unknown_space: bool = Field(
         True,
         description='what neither map nor scan has seen is unknown; false: free, '
         'the default of a rolling window and of upstream',
     )
-    lethal_cost_threshold: int = Field(
-        100, ge=1, le=100, description='occupancy in the map from which a cell is a wall [%]'
+    lethal_cost_threshold: Annotated[int, Between(1, 100, '%')] = Field(
+        100, description='occupancy in the map from which a cell is a wall [%]'
     )
     trinary_costmap: bool = Field(True, description='occupancy below lethal_cost_threshold is free')
     unknown_cost_value: Literal[-1] = Field(-1, description='occupancy that means unknown')
@@ -80,19 +93,23 @@ class CostmapParams(Params):
     first_map_only: bool = Field(False, description='accepted, without effect: only the first map is used')
     subscribe_to_updates: Literal[False] = Field(False, description='accepted: the only value')
     combination_method: Literal[1] = Field(1, description='the higher cost of map and obstacles counts')
-    max_obstacle_height: float = Field(2.0, description='accepted, without effect: a scan has one height [m]')
+    max_obstacle_height: Place_m = Field(2.0, description='accepted, without effect: a scan has one height [m]')
     observation_sources: str = Field('scan', description="scan, or empty for none, which is upstream's default")
     scan: ScanSource = Field(ScanSource(), description='the laser')
-    obstacle_range: float = Field(2.5, gt=0, description='farthest hit that is marked [m]')
-    raytrace_range: float = Field(3.0, gt=0, description='how far rays clear [m]')
+    obstacle_range: PositiveDistance_m = Field(2.5, description='farthest hit that is marked [m]')
+    raytrace_range: PositiveDistance_m = Field(3.0, description='how far rays clear [m]')
     footprint_clearing_enabled: bool = Field(True, description='cells under the robot are free')
-    inflation_radius: float = Field(
-        0.55, ge=0, le=10, description='distance from obstacles within which cells cost [m]'
+    inflation_radius: Annotated[float, Between(0.0, 10.0, 'm')] = Field(
+        0.55, description='distance from obstacles within which cells cost [m]'
     )
-    cost_scaling_factor: float = Field(10.0, ge=0, description='decay of the cost with that distance [1/m]')
+    cost_scaling_factor: Annotated[float, Between(0.0, 1e4, '1/m')] = Field(
+        10.0, description='decay of the cost with that distance [1/m]'
+    )
     inflate_unknown: Literal[False] = Field(False, description='accepted: the only value')
     footprint: FootprintPolygon = ALTO_FOOTPRINT
-    footprint_padding: float = Field(0.01, ge=0, description='added to the footprint on all sides [m]')
+    footprint_padding: Annotated[float, Between(0.0, 100.0, 'm')] = Field(
+        0.01, description='added to the footprint on all sides [m]'
+    )
 
     @model_validator(mode='before')
     @classmethod

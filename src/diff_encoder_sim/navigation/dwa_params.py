@@ -6,9 +6,29 @@ Exceptions are prune_plan and the weights of path and goal, which config/navigat
 from __future__ import annotations
 
 from pydantic import Field, model_validator
-from typing_extensions import Literal
+from typing_extensions import Annotated, Literal
 
+from diff_encoder_sim.base.bounded_numbers import (
+    Acceleration_mps2,
+    Between,
+    Distance_m,
+    Duration_s,
+    Offset_m,
+    PositiveAcceleration_mps2,
+    PositiveDistance_m,
+    PositiveTurn_rad,
+    PositiveTurnAcceleration_radps2,
+    PositiveTurnRate_radps,
+    Speed_mps,
+    Turn_rad,
+    TurnRate_radps,
+    Velocity_mps,
+    Weight,
+)
 from diff_encoder_sim.base.typed_params import Params
+
+# Of all trajectories of one control period: 240 MB.
+MOST_POINTS = 10_000_000
 
 
 class DwaParams(Params):
@@ -18,76 +38,73 @@ class DwaParams(Params):
     and have no effect.
     """
 
-    max_vel_trans: float = Field(0.55, ge=0, description='highest speed [m/s]')
-    min_vel_trans: float = Field(0.1, ge=0, description='a slower sample must at least turn with min_vel_theta [m/s]')
-    max_vel_x: float = Field(0.55, description='highest forward velocity [m/s]')
-    min_vel_x: float = Field(0.0, description='lowest forward velocity; negative: may drive backwards [m/s]')
-    max_vel_y: float = Field(0.0, description='accepted, without effect [m/s]')
-    min_vel_y: float = Field(0.0, description='accepted, without effect [m/s]')
-    max_vel_theta: float = Field(1.0, gt=0, description='highest turning rate [rad/s]')
-    min_vel_theta: float = Field(
-        0.4, ge=0, description='lowest turning rate of a turn in place, also at the goal [rad/s]'
+    max_vel_trans: Speed_mps = Field(0.55, description='highest speed [m/s]')
+    min_vel_trans: Speed_mps = Field(0.1, description='a slower sample must at least turn with min_vel_theta [m/s]')
+    max_vel_x: Velocity_mps = Field(0.55, description='highest forward velocity [m/s]')
+    min_vel_x: Velocity_mps = Field(0.0, description='lowest forward velocity; negative: may drive backwards [m/s]')
+    max_vel_y: Velocity_mps = Field(0.0, description='accepted, without effect [m/s]')
+    min_vel_y: Velocity_mps = Field(0.0, description='accepted, without effect [m/s]')
+    max_vel_theta: PositiveTurnRate_radps = Field(1.0, description='highest turning rate [rad/s]')
+    min_vel_theta: TurnRate_radps = Field(
+        0.4, description='lowest turning rate of a turn in place, also at the goal [rad/s]'
     )
-    acc_lim_x: float = Field(2.5, gt=0, description='highest acceleration [m/s^2]')
-    acc_lim_y: float = Field(2.5, description='accepted, without effect [m/s^2]')
-    acc_lim_theta: float = Field(3.2, gt=0, description='highest angular acceleration [rad/s^2]')
-    acc_lim_trans: float = Field(0.1, ge=0, description='accepted, without effect, as upstream [m/s^2]')
+    acc_lim_x: PositiveAcceleration_mps2 = Field(2.5, description='highest acceleration [m/s^2]')
+    acc_lim_y: Acceleration_mps2 = Field(2.5, description='accepted, without effect [m/s^2]')
+    acc_lim_theta: PositiveTurnAcceleration_radps2 = Field(3.2, description='highest angular acceleration [rad/s^2]')
+    acc_lim_trans: Acceleration_mps2 = Field(0.1, description='accepted, without effect, as upstream [m/s^2]')
 
-    xy_goal_tolerance: float = Field(0.1, gt=0, description='distance from the goal that counts as reached [m]')
-    yaw_goal_tolerance: float = Field(0.1, gt=0, description='heading error that counts as reached [rad]')
+    xy_goal_tolerance: PositiveDistance_m = Field(0.1, description='distance from the goal that counts as reached [m]')
+    yaw_goal_tolerance: PositiveTurn_rad = Field(0.1, description='heading error that counts as reached [rad]')
     latch_xy_goal_tolerance: bool = Field(False, description='once within xy_goal_tolerance, only turn')
-    trans_stopped_vel: float = Field(0.1, ge=0, description='slower counts as standing [m/s]')
-    theta_stopped_vel: float = Field(0.1, ge=0, description='slower counts as standing [rad/s]')
+    trans_stopped_vel: Speed_mps = Field(0.1, description='slower counts as standing [m/s]')
+    theta_stopped_vel: TurnRate_radps = Field(0.1, description='slower counts as standing [rad/s]')
 
-    sim_time: float = Field(1.7, gt=0, le=20, description='duration of a trajectory [s]')
-    sim_granularity: float = Field(0.025, ge=0.001, description='distance between its points [m]')
-    angular_sim_granularity: float = Field(0.1, ge=0.001, description='turn between its points [rad]')
-    vx_samples: int = Field(3, ge=1, le=1000, description='forward velocities that are tried')
-    vy_samples: int = Field(10, description='accepted, without effect')
-    vth_samples: int = Field(20, ge=1, le=1000, description='turning rates that are tried')
+    sim_time: Annotated[float, Between(0.01, 20.0, 's')] = Field(1.7, description='duration of a trajectory [s]')
+    sim_granularity: Annotated[float, Between(1e-3, 100.0, 'm')] = Field(
+        0.025, description='distance between its points [m]'
+    )
+    angular_sim_granularity: Annotated[float, Between(1e-3, 100.0, 'rad')] = Field(
+        0.1, description='turn between its points [rad]'
+    )
+    vx_samples: Annotated[int, Between(1, 1000)] = Field(3, description='forward velocities that are tried')
+    vy_samples: Annotated[int, Between(-1_000_000, 1_000_000)] = Field(10, description='accepted, without effect')
+    vth_samples: Annotated[int, Between(1, 1000)] = Field(20, description='turning rates that are tried')
     use_dwa: bool = Field(
         True, description='sample what is reachable in one control period; false: in sim_time, as base_local_planner'
     )
 
-    path_distance_bias: float = Field(32.0, ge=0, description='weight of the distance from the path')
-    goal_distance_bias: float = Field(24.0, ge=0, description='weight of the distance from the goal')
-    occdist_scale: float = Field(0.01, ge=0, description='weight of the cost under the robot')
-    twirling_scale: float = Field(0.0, ge=0, description='weight of turning')
-    forward_point_distance: float = Field(
+    path_distance_bias: Weight = Field(32.0, description='weight of the distance from the path')
+    goal_distance_bias: Weight = Field(24.0, description='weight of the distance from the goal')
+    occdist_scale: Weight = Field(0.01, description='weight of the cost under the robot')
+    twirling_scale: Weight = Field(0.0, description='weight of turning')
+    forward_point_distance: Offset_m = Field(
         0.325, description='from the centre of the robot to the point that is scored ahead of it [m]'
     )
-    cheat_factor: float = Field(
+    cheat_factor: Weight = Field(
         1.0,
-        ge=0,
         description='that point is scored only farther from the goal than forward_point_distance '
         'times the square root of this',
     )
     sum_scores: bool = Field(False, description='sum the cost under the robot along a trajectory; false: its maximum')
-    oscillation_reset_dist: float = Field(0.05, ge=0, description='travel that allows the opposite direction again [m]')
-    oscillation_reset_angle: float = Field(0.2, ge=0, description='turn that allows the opposite direction again [rad]')
-    twist_sigmas: float = Field(
+    oscillation_reset_dist: Distance_m = Field(0.05, description='travel that allows the opposite direction again [m]')
+    oscillation_reset_angle: Turn_rad = Field(0.2, description='turn that allows the opposite direction again [rad]')
+    twist_sigmas: Weight = Field(
         0.0,
-        ge=0,
         description="use the last command for the velocity if it is within so many standard deviations of odometry's "
         'twist; 0: never, as upstream',
     )
-    latch_margin: float = Field(
-        0.0,
-        ge=0,
-        le=0.9,
-        description='fraction of xy_goal_tolerance to be inside of it before it is latched; 0: none, as upstream',
+    latch_margin: Annotated[float, Between(0.0, 0.9)] = Field(
+        0.0, description='fraction of xy_goal_tolerance to be inside of it before it is latched; 0: none, as upstream'
     )
-    turn_to_path_angle: float = Field(
+    turn_to_path_angle: Annotated[float, Between(0.0, 3.2, 'rad')] = Field(
         2.0,
-        ge=0,
-        le=3.2,
         description='turn in place towards a plan that begins at a larger angle than this [rad]; 0: never, as upstream',
     )
     prune_plan: bool = Field(True, description='drop the part of the plan behind the robot')
 
-    stop_time_buffer: float = Field(0.2, ge=0, description='accepted, without effect, as upstream [s]')
-    scaling_speed: float = Field(0.25, ge=0, description='accepted, without effect, as upstream [m/s]')
-    max_scaling_factor: float = Field(0.2, ge=0, description='accepted, without effect, as upstream')
+    stop_time_buffer: Duration_s = Field(0.2, description='accepted, without effect, as upstream [s]')
+    scaling_speed: Speed_mps = Field(0.25, description='accepted, without effect, as upstream [m/s]')
+    max_scaling_factor: Weight = Field(0.2, description='accepted, without effect, as upstream')
     publish_traj_pc: bool = Field(False, description='publish trajectory_cloud to subscribers')
     publish_cost_grid_pc: bool = Field(False, description='publish cost_cloud to subscribers')
     global_frame_id: str = Field('odom', description='accepted, without effect')
@@ -100,7 +117,17 @@ class DwaParams(Params):
             raise ValueError('min_vel_x not above max_vel_x')
         if self.min_vel_theta > self.max_vel_theta:
             raise ValueError('min_vel_theta not above max_vel_theta')
+        if self._most_points() > MOST_POINTS:
+            raise ValueError(
+                f'vx_samples, vth_samples, sim_time and granularities of no more than {MOST_POINTS:,} points in all'
+            )
         return self
+
+    def _most_points(self) -> float:
+        """Return how many points the trajectories of one control period have at most."""
+        speed_mps = min(self.max_vel_trans, max(abs(self.min_vel_x), abs(self.max_vel_x)))
+        steps = self.sim_time * max(speed_mps / self.sim_granularity, self.max_vel_theta / self.angular_sim_granularity)
+        return self.vx_samples * self.vth_samples * steps
 
     def can_start(self, control_period_s: float) -> bool:
         """Return whether a standing robot has any sample that passes min_vel_trans and min_vel_theta.

@@ -10,10 +10,14 @@ import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field
 from typing_extensions import Annotated
 
+from diff_encoder_sim.base.bounded_numbers import Offset_m
 from diff_encoder_sim.base.compiled import compiled
 
 # Footprint costs below zero mean that the robot cannot stand there, as in upstream's CostmapModel.
 IN_OBSTACLE, IN_UNKNOWN, OFF_MAP = -1.0, -2.0, -3.0
+
+
+MOST_CORNERS = 1000
 
 
 def _from_text(value: Any) -> Any:
@@ -21,7 +25,7 @@ def _from_text(value: Any) -> Any:
     if isinstance(value, str):
         try:
             return json.loads(value)
-        except ValueError:
+        except (ValueError, RecursionError):
             pass
     return value
 
@@ -35,10 +39,10 @@ def _is_polygon(points: List[List[float]]) -> List[List[float]]:
 
 
 FootprintPolygon = Annotated[
-    List[List[float]],
+    List[List[Offset_m]],
     AfterValidator(_is_polygon),
     BeforeValidator(_from_text),
-    Field(description='corners [x, y] of the robot in base_link, in order around it [m]'),
+    Field(max_length=MOST_CORNERS, description='corners [x, y] of the robot in base_link, in order around it [m]'),
 ]
 
 # ALTO: 0.5 m long, 0.6 m wide, base_link in the middle.

@@ -7,7 +7,9 @@ from typing import Tuple
 
 import numpy as np
 from pydantic import Field
+from typing_extensions import Annotated
 
+from diff_encoder_sim.base.bounded_numbers import Between, Distance_m, Place_m, Weight
 from diff_encoder_sim.base.se2 import Pose2D, transform_points
 from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.navigation.cost_values import INSCRIBED, LETHAL, NO_INFORMATION
@@ -24,12 +26,12 @@ class NavfnParams(Params):
     """Parameters of the global planner, under navfn's and global_planner's names."""
 
     allow_unknown: bool = Field(True, description='plan through unknown cells')
-    default_tolerance: float = Field(0.0, ge=0, description='how far from a blocked goal a plan may end [m]')
+    default_tolerance: Distance_m = Field(0.0, description='how far from a blocked goal a plan may end [m]')
     use_dijkstra: bool = Field(True, description='false: A*')
-    neutral_cost: float = Field(50.0, ge=1, le=253, description='cost of a free cell')
-    cost_factor: float = Field(0.8, ge=0, description="weight of the costmap's cost, added to it")
-    planner_window_x: float = Field(0.0, description='accepted, without effect, as upstream [m]')
-    planner_window_y: float = Field(0.0, description='accepted, without effect, as upstream [m]')
+    neutral_cost: Annotated[float, Between(1.0, 253.0)] = Field(50.0, description='cost of a free cell')
+    cost_factor: Weight = Field(0.8, description="weight of the costmap's cost, added to it")
+    planner_window_x: Place_m = Field(0.0, description='accepted, without effect, as upstream [m]')
+    planner_window_y: Place_m = Field(0.0, description='accepted, without effect, as upstream [m]')
     visualize_potential: bool = Field(False, description='accepted, without effect')
 
 

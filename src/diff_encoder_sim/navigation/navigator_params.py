@@ -5,8 +5,16 @@ from __future__ import annotations
 from typing import Any, List
 
 from pydantic import Field, model_validator
-from typing_extensions import Literal
+from typing_extensions import Annotated, Literal
 
+from diff_encoder_sim.base.bounded_numbers import (
+    Between,
+    Distance_m,
+    Duration_s,
+    Place_m,
+    PositiveDuration_s,
+    RateOrZero_Hz,
+)
 from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.navigation.costmap_params import CostmapParams, local_defaults
 from diff_encoder_sim.navigation.dwa_params import DwaParams
@@ -27,26 +35,29 @@ class BehaviourParams(Params):
 class NavigatorParams(Params):
     """Parameters below move_base's private namespace."""
 
-    controller_frequency: float = Field(20.0, gt=0, le=1000, description='rate of velocity commands [Hz]')
-    planner_frequency: float = Field(
-        0.0, ge=0, description='rate of new plans while driving [Hz]; 0: only when one is needed'
+    controller_frequency: Annotated[float, Between(1e-3, 1000.0, 'Hz')] = Field(
+        20.0, description='rate of velocity commands [Hz]'
     )
-    planner_patience: float = Field(5.0, ge=0, description='time without a plan before recovery [s]')
-    controller_patience: float = Field(15.0, ge=0, description='time without a command before recovery [s]')
-    max_planning_retries: int = Field(-1, ge=-1, description='attempts to plan before recovery; -1: no limit')
-    oscillation_timeout: float = Field(0.0, ge=0, description='time without progress before recovery [s]; 0: no limit')
-    oscillation_distance: float = Field(0.5, ge=0, description='travel that counts as progress [m]')
+    planner_frequency: RateOrZero_Hz = Field(
+        0.0, description='rate of new plans while driving [Hz]; 0: only when one is needed'
+    )
+    planner_patience: Duration_s = Field(5.0, description='time without a plan before recovery [s]')
+    controller_patience: Duration_s = Field(15.0, description='time without a command before recovery [s]')
+    max_planning_retries: Annotated[int, Between(-1, 1_000_000)] = Field(
+        -1, description='attempts to plan before recovery; -1: no limit'
+    )
+    oscillation_timeout: Duration_s = Field(0.0, description='time without progress before recovery [s]; 0: no limit')
+    oscillation_distance: Distance_m = Field(0.5, description='travel that counts as progress [m]')
     recovery_behavior_enabled: bool = Field(True, description='try recovery behaviours before giving up')
     clearing_rotation_allowed: bool = Field(True, description="turn in place among upstream's usual recoveries")
-    conservative_reset_dist: float = Field(
-        3.0, ge=0, description='side of the square around the robot outside which the first recovery clears [m]'
+    conservative_reset_dist: Distance_m = Field(
+        3.0, description='side of the square around the robot outside which the first recovery clears [m]'
     )
-    input_timeout: float = Field(
-        0.5, gt=0, description='odometry, localization or scan older than this stop the robot [s]'
+    input_timeout: PositiveDuration_s = Field(
+        0.5, description='odometry, localization or scan older than this stop the robot [s]'
     )
-    max_unseen_travel: float = Field(
+    max_unseen_travel: Distance_m = Field(
         0.3,
-        ge=0,
         description='commanded travel while the pose of the odometry stays the same, before the goal is given up [m]; '
         '0: no limit, as upstream',
     )
@@ -58,7 +69,7 @@ class NavigatorParams(Params):
     recovery_behaviors: List[BehaviourParams] = Field(
         [], description="in the order in which they are tried; empty: upstream's usual four"
     )
-    clearing_radius: float = Field(0.46, description='accepted, without effect, as upstream [m]')
+    clearing_radius: Place_m = Field(0.46, description='accepted, without effect, as upstream [m]')
     make_plan_clear_costmap: bool = Field(True, description='accepted, without effect: planning changes no costmap')
     make_plan_add_unreachable_goal: bool = Field(
         True, description='accepted, without effect: a plan ends where the robot can get to'

@@ -14,7 +14,9 @@ from typing import Deque, NamedTuple, Optional, Tuple
 
 import numpy as np
 from pydantic import Field
+from typing_extensions import Annotated
 
+from diff_encoder_sim.base.bounded_numbers import Between, Length_m, Offset_m, TravelVariance_m
 from diff_encoder_sim.base.errors import EVENT
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, move_along_arc
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
@@ -38,14 +40,14 @@ class OdometryParams(Params):
     """
 
     ppr: PulsesPerRevolution = DEFAULT_PPR
-    wheel_diameter: float = Field(0.2, gt=0, description='as the odometry assumes it [m]')
-    wheel_separation: float = Field(0.4, gt=0, description='between the contact points, as the odometry assumes it [m]')
-    axle_x: float = Field(0.0, description='place of the axle ahead of the origin of base_frame [m]')
+    wheel_diameter: Length_m = Field(0.2, description='as the odometry assumes it [m]')
+    wheel_separation: Length_m = Field(0.4, description='between the contact points, as the odometry assumes it [m]')
+    axle_x: Offset_m = Field(0.0, description='place of the axle ahead of the origin of base_frame [m]')
     counter_modulus: CounterModulus = 0
-    velocity_window: int = Field(1, ge=1, description='report intervals that the twist spans')
-    motion_noise: float = Field(1e-6, ge=0, description="variance of a wheel's travel per metre of it [m^2/m]")
-    max_wheel_speed: float = Field(
-        100.0, gt=0, description='a faster wheel means that the counter was restarted [rad/s]'
+    velocity_window: Annotated[int, Between(1, 10_000)] = Field(1, description='report intervals that the twist spans')
+    motion_noise: TravelVariance_m = Field(1e-6, description="variance of a wheel's travel per metre of it [m^2/m]")
+    max_wheel_speed: Annotated[float, Between(1e-3, 1e9, 'rad/s')] = Field(
+        100.0, description='a faster wheel means that the counter was restarted [rad/s]'
     )
     odom_frame: str = Field('odom', min_length=1, description='frame of the pose')
     base_frame: str = Field('base_link', min_length=1, description='frame of the robot')

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
 
 from pydantic import Field
-from typing_extensions import Annotated
 
+from diff_encoder_sim.base.bounded_numbers import Offset_m, PulsesPerTurn
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.typed_params import Params, did_you_mean, load_params
 from diff_encoder_sim.robots.added_laser import AddedLaser
@@ -15,14 +15,12 @@ from diff_encoder_sim.robots.robot_source import RobotSource
 
 ROBOT_FILE_SUFFIXES = ('.yaml', '.yml')
 
-Coordinate = Annotated[float, Field(ge=-100.0, le=100.0)]  # [m]
-
 
 class AddedLaserParams(Params):
     """A scanner for a robot whose URDF has none."""
 
     parent: str = Field(min_length=1, description='link that carries it')
-    xyz: List[Coordinate] = Field(min_length=3, max_length=3, description='place in that link [m]')
+    xyz: List[Offset_m] = Field(min_length=3, max_length=3, description='place in that link [m]')
 
     def added(self) -> AddedLaser:
         """Return the scanner."""
@@ -41,8 +39,8 @@ class RobotFileParams(Params):
     laser: Optional[AddedLaserParams] = Field(
         None, description='a level scanner, added as link `laser` to a URDF that has none'
     )
-    ppr: Optional[float] = Field(
-        None, gt=0, description="counts per wheel revolution of the robot's own encoder; need not be whole"
+    ppr: Optional[PulsesPerTurn] = Field(
+        None, description="counts per wheel revolution of the robot's own encoder; need not be whole"
     )
     overrides: Dict[str, Any] = Field({}, alias='set', description='values of parameters, by dotted keys')
 

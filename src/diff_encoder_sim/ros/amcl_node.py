@@ -16,6 +16,7 @@ from std_msgs.msg import Header
 from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 from tf2_msgs.msg import TFMessage
 
+from diff_encoder_sim.base.bounded_numbers import PositiveDuration_s, Seed
 from diff_encoder_sim.base.errors import EVENT, InputFault
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
@@ -43,8 +44,8 @@ MOST_AHEAD_NS = NANOSECONDS_PER_SECOND
 class AmclNodeParams(AmclParams):
     """Parameters of amcl_node: those of the filter, and of the node alone."""
 
-    seed: int = Field(0, ge=0, description='of all random draws; default: the number of /trial')
-    diagnostic_period: float = Field(1.0, gt=0, description='between two messages on /diagnostics [s]')
+    seed: Seed = Field(0, description='of all random draws; default: the number of /trial')
+    diagnostic_period: PositiveDuration_s = Field(1.0, description='between two messages on /diagnostics [s]')
 
 
 class AmclNode:

@@ -11,6 +11,7 @@ from geometry_msgs.msg import PoseStamped
 from pydantic import Field
 from tf2_msgs.msg import TFMessage
 
+from diff_encoder_sim.base.bounded_numbers import Rate_Hz
 from diff_encoder_sim.base.stamps import Step, Timeline
 from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.encoders.sampling import DEFAULT_RATE_HZ, BoundarySampler
@@ -24,7 +25,7 @@ class GlobalPoseParams(Params):
 
     map_frame: str = Field('map', min_length=1, description='frame of the pose')
     base_frame: str = Field('base_link', min_length=1, description='frame of the robot')
-    rate: float = Field(DEFAULT_RATE_HZ, ge=1e-3, le=1e6, description='poses per second of stamps [Hz]')
+    rate: Rate_Hz = Field(DEFAULT_RATE_HZ, description='poses per second of stamps [Hz]')
 
 
 class GlobalPoseNode:

@@ -11,6 +11,7 @@ from geometry_msgs.msg import Twist
 from pydantic import Field
 from rosgraph_msgs.msg import Clock
 
+from diff_encoder_sim.base.bounded_numbers import Duration_s, Rate_Hz
 from diff_encoder_sim.base.errors import EVENT, InputFault
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
@@ -27,8 +28,8 @@ class ModelStatesParams(Params):
     """Which model, how often, and how its states get their stamps."""
 
     model: str = Field('alto', min_length=1, description='name of the robot in /gazebo/model_states')
-    rate: float = Field(STATES_RATE_HZ, ge=1e-3, le=1e6, description='reports per second of the clock [Hz]')
-    states_period: float = Field(0.0, ge=0, description='states come at whole multiples of this [s]; 0: at any time')
+    rate: Rate_Hz = Field(STATES_RATE_HZ, description='reports per second of the clock [Hz]')
+    states_period: Duration_s = Field(0.0, description='states come at whole multiples of this [s]; 0: at any time')
 
 
 def trial_defaults() -> Dict[str, float]:

@@ -9,8 +9,10 @@ import argparse
 
 import rospy
 
+from diff_encoder_sim.base.bounded_numbers import ANGLES, PLACES
 from diff_encoder_sim.base.command_line import run_tool, tool_parser
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.number_arguments import number_within
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.ros.conversions import pose_message
 from diff_encoder_sim.ros.gazebo_messages import SetModelState
@@ -39,8 +41,10 @@ def _place(options: argparse.Namespace) -> None:
 
 def _parse() -> argparse.Namespace:
     parser = tool_parser('place_robot', __doc__, ['-5.0 0.5 1.57'])
-    parser.add_argument('x', type=float, help='position of base_link in the world, in metres')
-    parser.add_argument('y', type=float, help='position of base_link in the world, in metres')
-    parser.add_argument('yaw', type=float, help='heading, counter-clockwise from the x axis, in radians')
+    parser.add_argument('x', type=number_within(PLACES), help='position of base_link in the world, in metres')
+    parser.add_argument('y', type=number_within(PLACES), help='position of base_link in the world, in metres')
+    parser.add_argument(
+        'yaw', type=number_within(ANGLES), help='heading, counter-clockwise from the x axis, in radians'
+    )
     parser.add_argument('--model', metavar='NAME', help="the robot's model (default: the launched robot's)")
     return parser.parse_args(rospy.myargv()[1:])

@@ -15,7 +15,9 @@ import rosgraph
 import rospy
 from pydantic import Field
 from std_msgs.msg import String
+from typing_extensions import Annotated
 
+from diff_encoder_sim.base.bounded_numbers import Between, PositiveDuration_s
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.paths import users_path
 from diff_encoder_sim.base.typed_params import Params
@@ -47,8 +49,8 @@ class ReplayParams(Params):
     bag: str = Field(min_length=1, description='ROS 1 bag with wheel angles (JointState)')
     out: str = Field('', description='path of the new bag; empty: bags/BAG_PPRppr_replay.bag')
     joint_states: str = Field('', description='topic of the wheel angles; empty: the only one of its type')
-    speed: float = Field(1.0, gt=0, le=100, description='played time per recorded time')
-    start_timeout: float = Field(60.0, gt=0, description='wall time for the graph to start [s]')
+    speed: Annotated[float, Between(1e-3, 100.0)] = Field(1.0, description='played time per recorded time')
+    start_timeout: PositiveDuration_s = Field(60.0, description='wall time for the graph to start [s]')
 
 
 class ReplayNode:

@@ -13,8 +13,9 @@ from pydantic import Field
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState, LaserScan
 from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
-from typing_extensions import Literal
+from typing_extensions import Annotated, Literal
 
+from diff_encoder_sim.base.bounded_numbers import Between, Rate_Hz, Seed
 from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.paths import package_folder, users_path
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
@@ -47,12 +48,12 @@ class SimulatorNodeParams(SimulatorParams):
     robot_args: str = Field('', description="arguments of the robot's xacro: name=value name=value")
     world: str = Field(min_length=1, description='world file; default: that of /trial')
     start: PoseParams = Field(PoseParams(), description='pose of base_link in the world; default: that of /trial')
-    seed: int = Field(0, ge=0, description='of all random draws; default: the number of /trial')
-    real_time_factor: float = Field(
-        1.0, ge=0, description='simulated time per wall time; 0: as fast as the graph keeps up'
+    seed: Seed = Field(0, description='of all random draws; default: the number of /trial')
+    real_time_factor: Annotated[float, Between(1e-3, 1e6, or_zero=True)] = Field(
+        1.0, description='simulated time per wall time; 0: as fast as the graph keeps up'
     )
-    report_rate: float = Field(
-        DEFAULT_RATE_HZ, ge=1e-3, le=1e6, description="rate of wait_for [Hz]; default: the encoder's rate of /trial"
+    report_rate: Rate_Hz = Field(
+        DEFAULT_RATE_HZ, description="rate of wait_for [Hz]; default: the encoder's rate of /trial"
     )
     wait_for: List[str] = Field([], description='stamped topics at report_rate that simulated time waits for')
     wait_for_once_begun: List[str] = Field([], description='the same, from their first message on')
@@ -60,10 +61,8 @@ class SimulatorNodeParams(SimulatorParams):
         [], description='stamped topics that answer each /gazebo/model_states and are waited for'
     )
     wait_for_after_scans: List[str] = Field([], description='stamped topics that answer each scan and are waited for')
-    command_period: float = Field(
+    command_period: Annotated[float, Between(0.0, 10.0, 's')] = Field(
         0.0,
-        ge=0,
-        le=10,
         description='period of a controller that is waited for [s]; 0: commands apply as they come; default: of /trial',
     )
     commands_answer: Literal['reports', 'states'] = Field(

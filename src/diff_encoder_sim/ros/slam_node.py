@@ -16,6 +16,7 @@ from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Float64
 from tf2_msgs.msg import TFMessage
 
+from diff_encoder_sim.base.bounded_numbers import Seed
 from diff_encoder_sim.base.errors import EVENT
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
@@ -36,7 +37,7 @@ SILENCE_S = 15.0
 class SlamNodeParams(GridSlamParams):
     """Parameters of slam_node: slam_gmapping's, and the seed of all random draws."""
 
-    seed: int = Field(0, ge=0, description='of all random draws; default: the number of /trial')
+    seed: Seed = Field(0, description='of all random draws; default: the number of /trial')
 
 
 class SlamNode:

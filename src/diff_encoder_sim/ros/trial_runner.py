@@ -13,6 +13,7 @@ from pydantic import Field
 from std_msgs.msg import String
 from std_srvs.srv import Empty
 
+from diff_encoder_sim.base.bounded_numbers import PositiveDistance_m, PositiveDuration_s
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.recording import topics
@@ -51,10 +52,12 @@ class TrialParams(Params):
 
     odom_frame: str = Field('odom', min_length=1, description='frame of the odometry')
     map_frame: str = Field('map', min_length=1, description='frame of goals')
-    start_timeout: float = Field(60.0, gt=0, description='wall time for the graph to start [s]')
-    stall_timeout: float = Field(20.0, gt=0, description='wall time without a true pose before the trial fails [s]')
-    goal_distance: float = Field(
-        GOAL_DISTANCE_M, gt=0, description='a true pose farther from the goal fails the trial [m]'
+    start_timeout: PositiveDuration_s = Field(60.0, description='wall time for the graph to start [s]')
+    stall_timeout: PositiveDuration_s = Field(
+        20.0, description='wall time without a true pose before the trial fails [s]'
+    )
+    goal_distance: PositiveDistance_m = Field(
+        GOAL_DISTANCE_M, description='a true pose farther from the goal fails the trial [m]'
     )
 
 

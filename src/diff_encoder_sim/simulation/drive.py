@@ -7,7 +7,16 @@ import math
 from typing import Tuple
 
 from pydantic import Field
+from typing_extensions import Annotated
 
+from diff_encoder_sim.base.bounded_numbers import (
+    Between,
+    PositiveAcceleration_mps2,
+    PositiveDuration_s,
+    PositiveSpeed_mps,
+    PositiveTurnAcceleration_radps2,
+    PositiveTurnRate_radps,
+)
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.base.typed_params import Params
@@ -18,12 +27,16 @@ log = logging.getLogger(__name__)
 class DriveParams(Params):
     """Limits of the motors and their controller."""
 
-    max_linear_speed: float = Field(1.0, gt=0, description='commands are cut to it [m/s]')
-    max_angular_speed: float = Field(2.0, gt=0, description='commands are cut to it [rad/s]')
-    max_linear_acceleration: float = Field(1.5, gt=0, description='slope of the velocity ramp [m/s^2]')
-    max_angular_acceleration: float = Field(6.0, gt=0, description='slope of the turning-rate ramp [rad/s^2]')
-    wheel_torque: float = Field(20.0, gt=0, description='of each motor [N m]')
-    command_timeout: float = Field(0.5, gt=0, description='the robot stops after this time without a command [s]')
+    max_linear_speed: PositiveSpeed_mps = Field(1.0, description='commands are cut to it [m/s]')
+    max_angular_speed: PositiveTurnRate_radps = Field(2.0, description='commands are cut to it [rad/s]')
+    max_linear_acceleration: PositiveAcceleration_mps2 = Field(1.5, description='slope of the velocity ramp [m/s^2]')
+    max_angular_acceleration: PositiveTurnAcceleration_radps2 = Field(
+        6.0, description='slope of the turning-rate ramp [rad/s^2]'
+    )
+    wheel_torque: Annotated[float, Between(1e-6, 1e6, 'N m')] = Field(20.0, description='of each motor [N m]')
+    command_timeout: PositiveDuration_s = Field(
+        0.5, description='the robot stops after this time without a command [s]'
+    )
 
 
 class DriveController:

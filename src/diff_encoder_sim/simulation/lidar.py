@@ -11,7 +11,9 @@ from typing import List, Tuple
 
 import numpy as np
 from pydantic import Field, model_validator
+from typing_extensions import Annotated
 
+from diff_encoder_sim.base.bounded_numbers import Between
 from diff_encoder_sim.base.compiled import compiled
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.laser_scan import Scan
@@ -31,15 +33,17 @@ CORNER = 1e-9  # of a segment's length
 class LidarParams(Params):
     """Parameters of the LiDAR; the defaults are the paper's table 2, while navigating."""
 
-    samples: int = Field(1000, ge=1, le=100_000, description='rays of a scan')
-    angle_min: float = Field(-math.pi, ge=-2 * math.pi, le=2 * math.pi, description='bearing of the first ray [rad]')
-    angle_span: float = Field(
-        2 * math.pi, gt=0, le=2 * math.pi, description='from the first ray to where the next scan would begin [rad]'
+    samples: Annotated[int, Between(1, 100_000)] = Field(1000, description='rays of a scan')
+    angle_min: Annotated[float, Between(-TURN_RAD, TURN_RAD, 'rad')] = Field(
+        -math.pi, description='bearing of the first ray [rad]'
     )
-    range_min: float = Field(0.15, ge=0, description='shortest range [m]')
-    range_max: float = Field(6.0, gt=0, description='longest range [m]')
-    noise: float = Field(0.03, ge=0, description='standard deviation of a range [m]')
-    rate: float = Field(10.0, ge=0.01, le=100, description='scans per second [Hz]')
+    angle_span: Annotated[float, Between(1e-6, TURN_RAD, 'rad')] = Field(
+        2 * math.pi, description='from the first ray to where the next scan would begin [rad]'
+    )
+    range_min: Annotated[float, Between(0.0, 1e4, 'm')] = Field(0.15, description='shortest range [m]')
+    range_max: Annotated[float, Between(1e-3, 1e4, 'm')] = Field(6.0, description='longest range [m]')
+    noise: Annotated[float, Between(0.0, 1000.0, 'm')] = Field(0.03, description='standard deviation of a range [m]')
+    rate: Annotated[float, Between(0.01, 100.0, 'Hz')] = Field(10.0, description='scans per second [Hz]')
 
     @model_validator(mode='after')
     def _check_ranges(self) -> LidarParams:

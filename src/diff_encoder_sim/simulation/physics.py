@@ -11,7 +11,9 @@ from typing import Dict, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 from pydantic import Field
+from typing_extensions import Annotated
 
+from diff_encoder_sim.base.bounded_numbers import Between
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import Pose2D, quat_xyzw_from_yaw
 from diff_encoder_sim.base.typed_params import Params
@@ -34,8 +36,8 @@ PoseXyzQuat = Tuple[PositionXyz, QuatXyzw]
 class PhysicsParams(Params):
     """Step and iterations of PyBullet."""
 
-    steps_per_tick: int = Field(2, ge=1, le=100, description='physics steps in each 10 ms')
-    solver_iterations: int = Field(50, ge=1, le=1000, description='iterations of the contact solver')
+    steps_per_tick: Annotated[int, Between(1, 100)] = Field(2, description='physics steps in each 10 ms')
+    solver_iterations: Annotated[int, Between(1, 1000)] = Field(50, description='iterations of the contact solver')
 
 
 class WheelState(NamedTuple):

@@ -9,6 +9,7 @@ from typing import List, Optional, Union
 import numpy as np
 from pydantic import Field, field_validator
 
+from diff_encoder_sim.base.bounded_numbers import LengthOrZero_m
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D, yaw_from_quat_xyzw
@@ -37,9 +38,9 @@ class SimulatorParams(Params):
     laser_link: str = Field(
         'laser', min_length=1, description='link of the LiDAR in the robot file, and frame of its scans'
     )
-    wheel_diameter: float = Field(0.0, ge=0, description='nominal one of the robot [m]; 0: as in the robot file')
-    wheel_separation: float = Field(
-        0.0, ge=0, description='between the contact points, nominal one of the robot [m]; 0: as in the robot file'
+    wheel_diameter: LengthOrZero_m = Field(0.0, description='nominal one of the robot [m]; 0: as in the robot file')
+    wheel_separation: LengthOrZero_m = Field(
+        0.0, description='between the contact points, nominal one of the robot [m]; 0: as in the robot file'
     )
     drive: DriveParams = Field(DriveParams(), description='motors and their controller')
     lidar: LidarParams = Field(LidarParams(), description='LiDAR')

@@ -7,20 +7,25 @@ from typing import Tuple
 
 import numpy as np
 from pydantic import Field
+from typing_extensions import Annotated
 
+from diff_encoder_sim.base.bounded_numbers import Between, TravelVariance_m
 from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.robots.simulated_robot import GeometryErrors
+
+GeometryError = Annotated[float, Between(-0.5, 0.5)]
+Slip = Annotated[float, Between(0.0, 0.999)]
 
 
 class WheelErrorParams(Params):
     """Errors of the true robot against the nominal one; left out, there are none."""
 
-    left_radius_error: float = Field(0.0, gt=-0.5, lt=0.5, description='true against nominal radius, relative')
-    right_radius_error: float = Field(0.0, gt=-0.5, lt=0.5, description='true against nominal radius, relative')
-    wheel_separation_error: float = Field(0.0, gt=-0.5, lt=0.5, description='true against nominal separation, relative')
-    left_slip: float = Field(0.0, ge=0, lt=1, description='fraction of the rolled distance that is lost')
-    right_slip: float = Field(0.0, ge=0, lt=1, description='fraction of the rolled distance that is lost')
-    slip_noise: float = Field(0.0, ge=0, description="variance of a wheel's lost travel per metre of it [m^2/m]")
+    left_radius_error: GeometryError = Field(0.0, description='true against nominal radius, relative')
+    right_radius_error: GeometryError = Field(0.0, description='true against nominal radius, relative')
+    wheel_separation_error: GeometryError = Field(0.0, description='true against nominal separation, relative')
+    left_slip: Slip = Field(0.0, description='fraction of the rolled distance that is lost')
+    right_slip: Slip = Field(0.0, description='fraction of the rolled distance that is lost')
+    slip_noise: TravelVariance_m = Field(0.0, description="variance of a wheel's lost travel per metre of it [m^2/m]")
 
     def geometry(self) -> GeometryErrors:
         """Return the errors that make another robot, as those of slip do not."""

@@ -5,11 +5,27 @@ from __future__ import annotations
 from pydantic import Field, model_validator
 from typing_extensions import Annotated
 
+from diff_encoder_sim.base.bounded_numbers import (
+    Between,
+    CellSide_m,
+    Count,
+    Distance_m,
+    Duration_s,
+    Fraction,
+    Place_m,
+    PositiveWeight,
+    SignedDuration_s,
+    Turn_rad,
+    Weight,
+)
 from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.slam.patches import MOST_ENTRIES, Extent, table_size
 
-Noise = Annotated[float, Field(ge=0)]
 FrameId = Annotated[str, Field(min_length=1)]
+
+
+# About the match of each particle with each scan; gmapping's are 27.
+MOST_TRIED_POSES = 100_000
 
 
 class GridSlamParams(Params):
@@ -20,69 +36,85 @@ class GridSlamParams(Params):
     """
 
     # The laser. 0 stands for upstream's default: the scan's own range_max less 1 cm.
-    maxRange: float = Field(0.0, ge=0, description='longer ranges are ignored [m]; 0: range_max of the scan less 1 cm')
-    maxUrange: float = Field(0.0, ge=0, description='rays are cut here; what they pass is free [m]; 0: maxRange')
+    maxRange: Distance_m = Field(0.0, description='longer ranges are ignored [m]; 0: range_max of the scan less 1 cm')
+    maxUrange: Distance_m = Field(0.0, description='rays are cut here; what they pass is free [m]; 0: maxRange')
 
     # Scan matching.
-    sigma: float = Field(
-        0.05, gt=0, description='divides a squared distance in the score of a scan match: twice a variance [m^2]'
+    sigma: Annotated[float, Between(1e-6, 1e6, 'm^2')] = Field(
+        0.05, description='divides a squared distance in the score of a scan match: twice a variance [m^2]'
     )
-    kernelSize: int = Field(1, ge=0, le=10, description='cells in each direction in which a match is searched')
-    lstep: float = Field(0.05, gt=0, description='first step of the match along x and y [m]')
-    astep: float = Field(0.05, gt=0, description='first step of the match in yaw [rad]')
-    iterations: int = Field(5, ge=0, le=30, description='how often the steps are halved')
-    lsigma: float = Field(0.075, gt=0, description='as sigma, in the likelihood of a ray [m^2]')
-    ogain: float = Field(
-        3.0,
-        gt=0,
-        description='divides the log-likelihood of a scan; upstream divides it by the number of particles too',
+    kernelSize: Annotated[int, Between(0, 10)] = Field(
+        1, description='cells in each direction in which a match is searched'
     )
-    lskip: int = Field(0, ge=0, description='rays left out between two that are matched')
-    minimumScore: float = Field(
-        0.0, ge=0, description='lowest score of a match that is used; below it odometry alone counts'
+    lstep: Annotated[float, Between(1e-6, 100.0, 'm')] = Field(
+        0.05, description='first step of the match along x and y [m]'
+    )
+    astep: Annotated[float, Between(1e-6, 100.0, 'rad')] = Field(
+        0.05, description='first step of the match in yaw [rad]'
+    )
+    iterations: Annotated[int, Between(0, 30)] = Field(5, description='how often the steps are halved')
+    lsigma: Annotated[float, Between(1e-6, 1e6, 'm^2')] = Field(
+        0.075, description='as sigma, in the likelihood of a ray [m^2]'
+    )
+    ogain: PositiveWeight = Field(
+        3.0, description='divides the log-likelihood of a scan; upstream divides it by the number of particles too'
+    )
+    lskip: Annotated[int, Between(0, 1_000_000)] = Field(0, description='rays left out between two that are matched')
+    minimumScore: Weight = Field(
+        0.0, description='lowest score of a match that is used; below it odometry alone counts'
     )
 
     # Proposal: poses tried about the best match.
-    llsamplerange: float = Field(
-        0.01, ge=0, description='poses about the match that are tried: range along x and y, each way [m]'
+    llsamplerange: Annotated[float, Between(0.0, 100.0, 'm')] = Field(
+        0.01, description='poses about the match that are tried: range along x and y, each way [m]'
     )
-    llsamplestep: float = Field(0.01, gt=0, description='step along x and y [m]')
-    lasamplerange: float = Field(0.005, ge=0, description='range in yaw, each way [rad]')
-    lasamplestep: float = Field(0.005, gt=0, description='step in yaw [rad]')
+    llsamplestep: Annotated[float, Between(1e-6, 100.0, 'm')] = Field(0.01, description='step along x and y [m]')
+    lasamplerange: Annotated[float, Between(0.0, 100.0, 'rad')] = Field(
+        0.005, description='range in yaw, each way [rad]'
+    )
+    lasamplestep: Annotated[float, Between(1e-6, 100.0, 'rad')] = Field(0.005, description='step in yaw [rad]')
 
     # Odometry's noise: standard deviation per metre driven or radian turned.
-    srr: Noise = Field(0.1, description='odometry noise, standard deviation: position per metre driven [m/m]')
-    srt: Noise = Field(0.2, description='odometry noise: yaw per metre driven [rad/m]')
-    str_: Noise = Field(0.1, alias='str', description='odometry noise: position per radian turned [m/rad]')
-    stt: Noise = Field(0.2, description='odometry noise: yaw per radian turned [rad/rad]')
+    srr: Annotated[float, Between(0.0, 100.0, 'm/m')] = Field(
+        0.1, description='odometry noise, standard deviation: position per metre driven [m/m]'
+    )
+    srt: Annotated[float, Between(0.0, 100.0, 'rad/m')] = Field(
+        0.2, description='odometry noise: yaw per metre driven [rad/m]'
+    )
+    str_: Annotated[float, Between(0.0, 100.0, 'm/rad')] = Field(
+        0.1, alias='str', description='odometry noise: position per radian turned [m/rad]'
+    )
+    stt: Annotated[float, Between(0.0, 100.0, 'rad/rad')] = Field(
+        0.2, description='odometry noise: yaw per radian turned [rad/rad]'
+    )
 
     # When a scan counts: any of the three.
-    linearUpdate: float = Field(
-        1.0, ge=0, description='displacement from the last scan taken after which the next is taken [m]'
+    linearUpdate: Distance_m = Field(
+        1.0, description='displacement from the last scan taken after which the next is taken [m]'
     )
-    angularUpdate: float = Field(0.5, ge=0, description='turn after which the next is taken [rad]')
-    temporalUpdate: float = Field(-1.0, description='time after which the next is taken [s]; below 0: never')
+    angularUpdate: Turn_rad = Field(0.5, description='turn after which the next is taken [rad]')
+    temporalUpdate: SignedDuration_s = Field(-1.0, description='time after which the next is taken [s]; below 0: never')
 
-    particles: int = Field(30, ge=1, le=10_000, description='number of particles, each with a map')
-    resampleThreshold: float = Field(
-        0.5, ge=0, le=1, description='fraction of effective particles below which they are resampled'
+    particles: Annotated[int, Between(1, 10_000)] = Field(30, description='number of particles, each with a map')
+    resampleThreshold: Fraction = Field(
+        0.5, description='fraction of effective particles below which they are resampled'
     )
 
     # The map; it grows when the robot sees beyond it.
-    xmin: float = Field(-100.0, description='first extent of the map, which grows [m]')
-    ymin: float = Field(-100.0, description='first extent of the map [m]')
-    xmax: float = Field(100.0, description='first extent of the map [m]')
-    ymax: float = Field(100.0, description='first extent of the map [m]')
-    delta: float = Field(0.05, gt=0, description='side of a cell [m]')
-    occ_thresh: float = Field(
-        0.25, ge=0, le=1, description='fraction of the rays into a cell that end there, above which it is occupied'
+    xmin: Place_m = Field(-100.0, description='first extent of the map, which grows [m]')
+    ymin: Place_m = Field(-100.0, description='first extent of the map [m]')
+    xmax: Place_m = Field(100.0, description='first extent of the map [m]')
+    ymax: Place_m = Field(100.0, description='first extent of the map [m]')
+    delta: CellSide_m = Field(0.05, description='side of a cell [m]')
+    occ_thresh: Fraction = Field(
+        0.25, description='fraction of the rays into a cell that end there, above which it is occupied'
     )
 
     # What only the node uses.
-    throttle_scans: int = Field(1, ge=1, description='take one scan of so many')
-    map_update_interval: float = Field(5.0, ge=0, description='time between two published maps [s]')
-    transform_publish_period: float = Field(0.05, ge=0, description='time between two transforms [s]; 0: no transform')
-    tf_delay: float = Field(
+    throttle_scans: Count = Field(1, description='take one scan of so many')
+    map_update_interval: Duration_s = Field(5.0, description='time between two published maps [s]')
+    transform_publish_period: Duration_s = Field(0.05, description='time between two transforms [s]; 0: no transform')
+    tf_delay: SignedDuration_s = Field(
         -1.0, description='time by which map -> odom is post-dated [s]; below 0: transform_publish_period'
     )
     base_frame: FrameId = Field('base_link', description='frame of the robot')
@@ -96,4 +128,11 @@ class GridSlamParams(Params):
         extent = Extent(self.xmin, self.ymin, self.xmax, self.ymax)
         if table_size(extent, self.delta, self.particles) > MOST_ENTRIES:
             raise ValueError('a smaller extent (xmin, ymin, xmax, ymax), larger cells (delta) or fewer particles')
+        return self
+
+    @model_validator(mode='after')
+    def _check_lattice(self) -> GridSlamParams:
+        places = 2.0 * self.llsamplerange / self.llsamplestep + 1.0
+        if places**2 * (2.0 * self.lasamplerange / self.lasamplestep + 1.0) > MOST_TRIED_POSES:
+            raise ValueError(f'ranges and steps of llsample and lasample with no more than {MOST_TRIED_POSES:,} poses')
         return self

@@ -7,21 +7,29 @@ from pathlib import Path
 from typing import List, Optional, Union
 
 from pydantic import Field, model_validator
+from typing_extensions import Annotated
 
+from diff_encoder_sim.base.bounded_numbers import (
+    Angle_rad,
+    Between,
+    Place_m,
+    PositiveAcceleration_mps2,
+    PositiveSpeed_mps,
+    PositiveTurnAcceleration_radps2,
+    PositiveTurnRate_radps,
+    Turns,
+)
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import Pose2D, move_along_arc, wrap_angle
 from diff_encoder_sim.base.typed_params import Params, load_params
-
-# A coordinate farther off is a mistyped number [m].
-FARTHEST_M = 1e6
 
 
 class PoseParams(Params):
     """A pose on the floor, as users write it."""
 
-    x: float = Field(0.0, ge=-FARTHEST_M, le=FARTHEST_M, description='[m]')
-    y: float = Field(0.0, ge=-FARTHEST_M, le=FARTHEST_M, description='[m]')
-    yaw: float = Field(0.0, description='counter-clockwise [rad]')
+    x: Place_m = Field(0.0, description='[m]')
+    y: Place_m = Field(0.0, description='[m]')
+    yaw: Angle_rad = Field(0.0, description='counter-clockwise [rad]')
 
     def pose(self) -> Pose2D:
         """Return the pose with its heading wrapped to [-pi, pi)."""
@@ -32,8 +40,10 @@ class Segment(Params):
     """One segment of a scripted drive: a straight line or turns in place."""
 
     # A mistyped number must not drive for hours: a scripted drive has no time limit.
-    straight: Optional[float] = Field(None, ge=-1000.0, le=1000.0, description='distance, negative is backwards [m]')
-    turns: Optional[float] = Field(None, ge=-1000.0, le=1000.0, description='full turns, counter-clockwise')
+    straight: Optional[Annotated[float, Between(-1000.0, 1000.0, 'm')]] = Field(
+        None, description='distance, negative is backwards [m]'
+    )
+    turns: Optional[Turns] = Field(None, description='full turns, counter-clockwise')
 
     @model_validator(mode='after')
     def _check_one_motion(self) -> Segment:
@@ -45,8 +55,8 @@ class Segment(Params):
 class Point(Params):
     """A point on the floor."""
 
-    x: float = Field(ge=-FARTHEST_M, le=FARTHEST_M, description='[m]')
-    y: float = Field(ge=-FARTHEST_M, le=FARTHEST_M, description='[m]')
+    x: Place_m = Field(description='[m]')
+    y: Place_m = Field(description='[m]')
 
 
 class Leg(Params):
@@ -56,7 +66,7 @@ class Leg(Params):
     through: Optional[List[Point]] = Field(
         None, min_length=1, description='waypoints, passed without stopping, in this order'
     )
-    turns: Optional[float] = Field(None, description='full turns in place by the estimated pose, counter-clockwise')
+    turns: Optional[Turns] = Field(None, description='full turns in place by the estimated pose, counter-clockwise')
 
     @model_validator(mode='after')
     def _check_one_kind(self) -> Leg:
@@ -68,10 +78,12 @@ class Leg(Params):
 class SpeedLimits(Params):
     """Speeds and accelerations of a scripted drive and of turns in place: the paper's table 2 unless changed."""
 
-    speed: float = Field(0.45, gt=0, description='highest speed [m/s]')
-    acceleration: float = Field(0.7, gt=0, description='highest acceleration [m/s^2]')
-    angular_speed: float = Field(1.0, gt=0, description='highest turning rate [rad/s]')
-    angular_acceleration: float = Field(4.9, gt=0, description='highest angular acceleration [rad/s^2]')
+    speed: PositiveSpeed_mps = Field(0.45, description='highest speed [m/s]')
+    acceleration: PositiveAcceleration_mps2 = Field(0.7, description='highest acceleration [m/s^2]')
+    angular_speed: PositiveTurnRate_radps = Field(1.0, description='highest turning rate [rad/s]')
+    angular_acceleration: PositiveTurnAcceleration_radps2 = Field(
+        4.9, description='highest angular acceleration [rad/s^2]'
+    )
 
 
 class TestDefinition(Params):
@@ -86,8 +98,12 @@ class TestDefinition(Params):
     start: PoseParams = Field(PoseParams(), description='pose of the robot in the map frame')
     drive: List[Segment] = Field([], description='what nav:=scripted drives, without feedback')
     route: List[Leg] = Field([], description='what is navigated; the last leg is a goal')
-    pass_radius: float = Field(0.5, gt=0, description='distance that counts as passing a waypoint [m]')
-    time_limit: float = Field(600.0, gt=0, description='simulated time after which a route has failed [s]')
+    pass_radius: Annotated[float, Between(1e-3, 1000.0, 'm')] = Field(
+        0.5, description='distance that counts as passing a waypoint [m]'
+    )
+    time_limit: Annotated[float, Between(0.1, 86_400.0, 's')] = Field(
+        600.0, description='simulated time after which a route has failed [s]'
+    )
     limits: SpeedLimits = Field(SpeedLimits(), description='speeds of the scripted drive')
 
     @model_validator(mode='after')

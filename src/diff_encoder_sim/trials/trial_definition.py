@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import Any, Dict, Literal
 
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
+from typing_extensions import Annotated
 
+from diff_encoder_sim.base.bounded_numbers import Between, Length_m, Offset_m, Rate_Hz, Seed
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.encoders.pulses import DEFAULT_PPR, PulsesPerRevolution
@@ -19,12 +21,12 @@ class Trial(Params):
 
     test: TestDefinition
     ppr: PulsesPerRevolution = DEFAULT_PPR
-    number: int = Field(0, ge=0, description='the seed of all that varies between trials')
+    number: Seed = Field(0, description='the seed of all that varies between trials')
     odom: Literal['encoder', 'ideal'] = 'encoder'
     nav: Literal['scripted', 'embedded', 'upstream'] = 'scripted'
-    wheel_diameter: float = Field(0.2, gt=0, description='of the odometry [m]')
-    wheel_separation: float = Field(0.4, gt=0, description='of the odometry [m]')
-    axle_x: float = Field(0.0, description='of the odometry [m]')
+    wheel_diameter: Length_m = Field(0.2, description='of the odometry [m]')
+    wheel_separation: Length_m = Field(0.4, description='of the odometry [m]')
+    axle_x: Offset_m = Field(0.0, description='of the odometry [m]')
     left_joint: str = Field('left_wheel_joint', description='left wheel in /joint_states')
     right_joint: str = Field('right_wheel_joint', description='right wheel in /joint_states')
     left_reversed: bool = Field(False, description='its angle falls when the robot drives forward')
@@ -59,5 +61,7 @@ class TrialPlan(Params):
 class LivePlan(TrialPlan):
     """The parameter /trial: a plan with the rates that the nodes of a live graph must agree on."""
 
-    report_rate: float = Field(gt=0, description='of /odom and /global_pose [Hz]')
-    command_period: float = Field(ge=0, description='between commands on /cmd_vel [s]; 0: not waited for')
+    report_rate: Rate_Hz = Field(description='of /odom and /global_pose [Hz]')
+    command_period: Annotated[float, Between(0.0, 10_000.0, 's')] = Field(
+        description='between commands on /cmd_vel [s]; 0: not waited for'
+    )

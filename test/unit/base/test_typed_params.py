@@ -71,5 +71,5 @@ def test_changes_are_checked_together_with_what_was_given():
     changed = with_changes(params, {'rate': 10.0}, '')
     assert (changed.ppr, changed.rate) == (params.ppr, 10.0)
     assert with_changes(changed, {}, '') == changed
-    with pytest.raises(ConfigError, match=r'^rate: given -1\.0; allowed: greater than'):
+    with pytest.raises(ConfigError, match=r'^rate: given -1\.0; allowed: 0\.001 to 1e6'):
         with_changes(params, {'rate': -1.0}, '')

@@ -64,7 +64,7 @@ def test_what_a_campaign_sets_comes_before_the_robots(tmp_path):
             {'config__wheel_diametre': 0.2},
             ['robot.yaml', 'config.wheel_diametre', "did you mean 'config.wheel_diameter'"],
         ),
-        ({'config__wheel_diameter': -1.0}, ['wheel_diameter', '-1.0', 'greater than 0']),
+        ({'config__wheel_diameter': -1.0}, ['wheel_diameter', '-1.0', '0.001 to 100 [m]']),
         (
             {'config__left_joint': 'left', 'simulator__left_joint': 'left'},
             ["given 'left' as left wheel joint, which is missing"],

@@ -57,7 +57,7 @@ def no_time(path):
         (whole, ['--reference', '/joint_states'], ['JointState', '/world_pose']),
         (whole, ['--reference', 'map->base_link'], ['map->base_link', '/tf']),
         (whole, ['--reference', 'map->'], ["'map->'", 'two frames']),
-        (whole, ['--ppr', '0'], ['--ppr', '0', 'greater than 0']),
+        (whole, ['--ppr', '0'], ['--ppr', '0', '0.001 to 1e9']),
         (whole, ['--ppr', 'many'], ['--ppr', 'many']),
         (whole, ['--ppr', '90', '90.0'], ['90 twice']),
         (whole, ['--config', 'no.yaml'], ['no.yaml', 'cannot be read']),

@@ -80,7 +80,7 @@ def test_an_unknown_robot_lists_the_known_ones(package, tmp_path, given):
         ('set: {}', 'urdf: missing'),
         ('urdf: a\nwheels: 2', 'wheels: unknown key'),
         ('udrf: a', "udrf: unknown key; did you mean 'urdf'"),
-        ('urdf: a\nppr: 0', 'ppr: given 0; allowed: greater than 0'),
+        ('urdf: a\nppr: 0', 'ppr: given 0; allowed: 0.001 to 1e9'),
         ('urdf: a\nppr: many', "ppr: given 'many'"),
         ('urdf: a\narguments: {a: [1]}', 'arguments.a'),
         ('urdf: a\narguments: {a: }', 'arguments.a'),
