@@ -7,6 +7,7 @@ import fuzz_lockstep
 import fuzz_maps
 import fuzz_replay
 import fuzz_robots
+import fuzz_sources
 import fuzz_worlds
 from rounds import Area
 from sandbox import Limits
@@ -18,6 +19,7 @@ AREAS = (
     Area('robots', fuzz_robots.run, fuzz_robots.warm_up),
     Area('maps', fuzz_maps.run, fuzz_maps.warm_up),
     Area('bags', fuzz_bags.run, fuzz_bags.warm_up, Limits(cpu_s=60)),
+    Area('sources', fuzz_sources.run, fuzz_sources.warm_up, Limits(cpu_s=60)),
     Area('campaigns', fuzz_campaigns.run, fuzz_campaigns.warm_up),
 )
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from decimal import Decimal, InvalidOperation
+from decimal import Decimal
 from typing import List, NamedTuple, Optional, Sequence, Tuple
 
 from diff_encoder_sim.base.errors import ConfigError, InputFault
@@ -50,7 +50,7 @@ class CsvFormat(NamedTuple):
             time_ns = Decimal(text) * self.unit_ns
             if 0 <= time_ns < LATEST_NS:
                 return int(time_ns)
-        except InvalidOperation:
+        except ArithmeticError:  # no number, or one with an exponent of millions
             pass
         raise InputFault(f'time {text!r}; expected 0 to below 2^32 s, in the unit of --time-unit')
 

@@ -55,7 +55,9 @@ def test_times_are_exact(text, unit, time_ns):
     assert find_format(['1,2,3'], '123', unit).numbers(f'{text},0,0')[0] == time_ns
 
 
-@pytest.mark.parametrize('row', ['', '1,2', 'x,2,3', '1,x,3', '1,2,nan', '1,2,1e999', '-1,2,3', 'nan,2,3', '1e99,2,3'])
+@pytest.mark.parametrize(
+    'row', ['', '1,2', 'x,2,3', '1,x,3', '1,2,nan', '1,2,1e999', '-1,2,3', 'nan,2,3', '1e99,2,3', '1e999999999,2,3']
+)
 def test_a_bad_row_is_refused(row):
     with pytest.raises(InputFault, match='expected'):
         find_format(['1,2,3'], '123', 's').numbers(row)
