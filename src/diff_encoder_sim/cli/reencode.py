@@ -15,7 +15,8 @@ from diff_encoder_sim.base.command_name import as_called
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.cli.reencode_arguments import CSV_NAME, output_files, parse, pprs_of_texts
 from diff_encoder_sim.cli.reencode_robot import RecordedRobot, recorded_robot
-from diff_encoder_sim.cli.reencode_wheels import bag_wheels, check_wheel_options, csv_wheels
+from diff_encoder_sim.cli.reencode_sources import check_wheel_options
+from diff_encoder_sim.cli.reencode_wheels import bag_wheels, csv_wheels
 from diff_encoder_sim.encoders.pulses import PerWheel, ppr_label
 from diff_encoder_sim.recording.bag_source import open_source
 from diff_encoder_sim.recording.trial_metadata import trial_of_source

@@ -9,11 +9,10 @@ from typing import Dict, List, Optional, Sequence
 from diff_encoder_sim.base.command_line import tool_parser
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.yaml_files import yaml_value
+from diff_encoder_sim.cli.reencode_sources import add_source_options
 from diff_encoder_sim.cli.robot_arguments import add_robot_arguments
 from diff_encoder_sim.encoders.pulses import PerWheel, ppr_label
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
-from diff_encoder_sim.reencoding.csv_format import TIME_UNITS
-from diff_encoder_sim.reencoding.wheel_units import UNITS
 
 PAPER_PPR = ('40', '90', '1024', '4096')
 CSV_NAME = 'reencode.csv'
@@ -64,7 +63,7 @@ def parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
         help=f'write a bag for each PPR, and {CSV_NAME}, into DIR (default: only print the table)',
     )
     _add_wheel_options(parser)
-    _add_other_sources(parser)
+    add_source_options(parser)
     parser.add_argument(
         '--reference',
         default='',
@@ -92,67 +91,6 @@ def _add_wheel_options(parser: argparse.ArgumentParser) -> None:
         ('--pulses-ppr', 'PPR', 'PPR of the encoder that counted them (default: that of the recorded trial)'),
     ):
         group.add_argument(option, default='', metavar=metavar, help=text)
-
-
-def _add_other_sources(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group('wheels of a drive without wheel angles')
-    group.add_argument(
-        '--ticks',
-        nargs=2,
-        metavar=('LEFT', 'RIGHT'),
-        help='numbers in the messages of the bag: a topic of std_msgs (Int16 ... Float64), an element of an array as '
-        'TOPIC[0], or a field of any message that the bag defines as TOPIC.field.field[0]',
-    )
-    group.add_argument('--csv', type=Path, metavar='FILE', help='table in place of a bag; its delimiter is found')
-    group.add_argument(
-        '--columns',
-        nargs=3,
-        default=(),
-        metavar=('TIME', 'LEFT', 'RIGHT'),
-        help='columns of the table: names in its header, or numbers from 1',
-    )
-    group.add_argument('--time-unit', choices=TIME_UNITS, default='', help='unit of the time column (default: s)')
-    group.add_argument(
-        '--unit',
-        choices=UNITS,
-        default='',
-        help='what the numbers of --ticks or --csv are: counts (ticks; ticks/message where each message has what was '
-        'counted since the one before), angles, path of the wheel (m), or speeds (default: ticks)',
-    )
-    group.add_argument(
-        '--ticks-per-revolution',
-        default='',
-        metavar='N',
-        help='ticks of a whole turn of the wheel, or "{left: N, right: N}" (default: the --robot\'s ppr)',
-    )
-    group.add_argument(
-        '--ticks-modulus',
-        type=_modulus,
-        metavar='N',
-        help='counts before the recorded counter wraps, 0 for never (default: by the type of the field, 65536 for 16 '
-        'bits; of a table: 0)',
-    )
-    group.add_argument(
-        '--reversed',
-        nargs='+',
-        choices=('left', 'right'),
-        default=(),
-        help='wheels whose numbers fall when the robot drives forward',
-    )
-    group.add_argument(
-        '--odom',
-        default='',
-        metavar='TOPIC|FRAMES',
-        help='last resort: compute how the wheels have turned from poses: a topic of odometry, or two frames of /tf as '
-        '"odom->base_link"',
-    )
-
-
-def _modulus(text: str) -> int:
-    try:
-        return EncoderParams.from_mapping({'counter_modulus': int(text)}, '').counter_modulus
-    except ValueError as error:
-        raise argparse.ArgumentTypeError(str(error)) from None
 
 
 def pprs_of_texts(texts: Sequence[str]) -> List[PerWheel]:
