@@ -17,9 +17,10 @@ from diff_encoder_sim.campaign.campaign_robot import CampaignRobot
 from diff_encoder_sim.campaign.trial_files import TrialFiles
 from diff_encoder_sim.encoders.pulses import PerWheel, PulsesPerRevolution
 from diff_encoder_sim.lockstep.robot_params import RobotParams
+from diff_encoder_sim.recording.bag_files import SUFFIXES
 from diff_encoder_sim.recording.topics import RecordMode
 from diff_encoder_sim.trials.test_definition import TestDefinition
-from diff_encoder_sim.trials.trial_definition import Trial
+from diff_encoder_sim.trials.trial_definition import BagFormat, Trial
 from diff_encoder_sim.trials.trial_wheels import wheels_of
 
 # A mistyped list, or one list too many, is refused at once and not after the memory is full.
@@ -49,6 +50,7 @@ class CampaignParams(Params):
     record: RecordMode = Field(
         'minimal', description='topics in the bags: all, without bulky ones such as /scan, or no bags'
     )
+    bag_format: BagFormat = Field('ros1', description='of the bags: ROS 1, or MCAP files of ROS 2')
     robot: Line = Field('', description='name of a robot in config/robots/, a robot file, xacro or URDF; empty: alto')
     overrides: Dict[Line, Any] = Field(
         {}, alias='set', description='values of parameters in all trials, by dotted keys'
@@ -121,7 +123,7 @@ class Campaign(NamedTuple):
     def bag_name(self, job: TrialJob) -> str:
         """Name the file of the job's bag: SL_90_007.bag."""
         digits = max(3, len(str(self.params.trials)))
-        return f'{self.cells[job.cell_index].label}_{job.trial:0{digits}d}.bag'
+        return f'{self.cells[job.cell_index].label}_{job.trial:0{digits}d}{SUFFIXES[self.params.bag_format]}'
 
     def resolved(self) -> Dict[str, Any]:
         """Collect everything that determines the results, for JSON: all parameters, files by sha256."""
@@ -135,6 +137,8 @@ class Campaign(NamedTuple):
             'seed': params.seed,
             'nav': params.nav,
             'record': params.record,
+            # Left out of bags of ROS 1, so that campaigns from before there was a choice can be completed.
+            **({} if params.bag_format == 'ros1' else {'bag_format': params.bag_format}),
             'robot': self.files.robot,
             'files': self.files.sha256(),
         }

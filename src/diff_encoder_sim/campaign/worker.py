@@ -101,7 +101,13 @@ def _run(campaign: Campaign, job: TrialJob, bag: str, bag_path: Path, run: RunTr
     cell = campaign.cells[job.cell_index]
     files = campaign.files.materialise(scratch)
     world = files.worlds[cell.test.name]
-    plan = TrialPlan(trial=campaign.trial_of(job), world=world.world, map=world.map, bag=str(bag_path) if bag else '')
+    plan = TrialPlan(
+        trial=campaign.trial_of(job),
+        world=world.world,
+        map=world.map,
+        bag=str(bag_path) if bag else '',
+        bag_format=campaign.params.bag_format,
+    )
     began_s = time.perf_counter()
     result = run(plan, files.robot, cell.robot_params, campaign.params.record)
     wall_time_s = time.perf_counter() - began_s

@@ -11,6 +11,8 @@ import sys
 from pathlib import Path
 from typing import List, Optional, Sequence
 
+from typing_extensions import get_args
+
 from diff_encoder_sim.base.bounded_numbers import PULSES_PER_TURN, Between
 from diff_encoder_sim.base.command_line import tool_parser
 from diff_encoder_sim.base.number_arguments import number_within, whole_number_within
@@ -28,6 +30,7 @@ from diff_encoder_sim.cli.robot_checks import add_unchecked, with_checks
 from diff_encoder_sim.cli.trial_workers import add_workers, run_trials_tool, stop_reports, unrun_text, workers
 from diff_encoder_sim.lockstep.trial_run import run_trial
 from diff_encoder_sim.robots.xacro_arguments import xacro_arguments
+from diff_encoder_sim.trials.trial_definition import BagFormat
 
 
 def main(arguments: Optional[Sequence[str]] = None, run: RunTrial = run_trial) -> None:
@@ -37,7 +40,7 @@ def main(arguments: Optional[Sequence[str]] = None, run: RunTrial = run_trial) -
 
 
 def _campaign(options: argparse.Namespace, run: RunTrial) -> None:
-    given = {key: getattr(options, key) for key in ('tests', 'ppr', 'trials', 'robot', 'record')}
+    given = {key: getattr(options, key) for key in ('tests', 'ppr', 'trials', 'robot', 'record', 'bag_format')}
     arguments = xacro_arguments(options.robot_args)
     campaign = load_campaign(options.config, package_folder(), given, arguments, options.packages)
     campaign = with_checks('campaign', campaign, options.unchecked)
@@ -123,4 +126,7 @@ def _add_overrides(parser: argparse.ArgumentParser) -> None:
         '--record',
         choices=('full', 'minimal', 'none'),
         help='topics in the bags: all; without scans and other bulk; or no bags',
+    )
+    group.add_argument(
+        '--bag-format', choices=get_args(BagFormat), help='bags of ROS 1, or MCAP files of ROS 2 (default: ros1)'
     )

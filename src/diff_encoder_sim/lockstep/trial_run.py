@@ -35,7 +35,7 @@ def run_trial(plan: TrialPlan, robot_file: Union[str, Path], params: RobotParams
     """
     if record == 'none':
         return _run(LockstepTrial(plan, robot_file, params), plan)
-    with TrialBag(plan.bag, record) as bag:
+    with TrialBag(plan.bag, record, plan.bag_format) as bag:
         return _run(LockstepTrial(plan, robot_file, params, BagPublications(bag, params)), plan)
 
 

@@ -3,29 +3,18 @@
 from __future__ import annotations
 
 import contextlib
-import itertools
 import os
 from pathlib import Path
 from types import TracebackType
-from typing import Dict, Iterator, NamedTuple, Optional, Tuple, Type, Union
-
-from rosbags.interfaces import Connection
-from rosbags.rosbag1 import Writer
+from typing import Dict, Optional, Tuple, Type, Union
 
 from diff_encoder_sim.base.atomic_files import UNFINISHED_SUFFIX
+from diff_encoder_sim.recording.bag_files import OPENERS, BagFile
 from diff_encoder_sim.recording.topics import RecordMode, recorded_topics
-from diff_encoder_sim.serialization.primitives import with_seq
-from diff_encoder_sim.serialization.typestore import definition
+from diff_encoder_sim.trials.trial_definition import BagFormat
 
 # The format has no message at time 0; a trial's first messages are recorded a nanosecond later.
 EARLIEST_NS = 1
-
-
-class _Publisher(NamedTuple):
-    """One node's connection of one topic."""
-
-    connection: Connection
-    seqs: Optional[Iterator[int]]  # of its messages; None where they have no header
 
 
 class TrialBag:
@@ -34,13 +23,14 @@ class TrialBag:
     When an exception ends the statement there is no file. Equal calls write equal bytes.
     """
 
-    def __init__(self, path: Union[str, Path], mode: RecordMode) -> None:
+    def __init__(self, path: Union[str, Path], mode: RecordMode, bag_format: BagFormat = 'ros1') -> None:
         """Prepare a bag that replaces a file of that name once it is whole; mode 'none' writes no file."""
         self._path = Path(path)
         self._unfinished = self._path.with_name(self._path.name + UNFINISHED_SUFFIX)
         self._topics = recorded_topics(mode)
-        self._publishers: Dict[Tuple[str, str], _Publisher] = {}
-        self._writer: Optional[Writer] = None
+        self._open = OPENERS[bag_format]
+        self._publishers: Dict[Tuple[str, str], int] = {}  # by topic and node
+        self._file: Optional[BagFile] = None
 
     def wants(self, topic: str) -> bool:
         """Return whether the mode records a topic, so that its message need not be made otherwise."""
@@ -61,35 +51,25 @@ class TrialBag:
         """
         if topic not in self._topics:
             return
-        publisher = self._publishers.get((topic, node)) or self._advertise(topic, node)
-        if publisher.seqs is not None:
-            message = with_seq(message, next(publisher.seqs))
         try:
-            self._opened().write(publisher.connection, max(time_ns, EARLIEST_NS), message)
+            publisher = self._publishers.get((topic, node))
+            if publisher is None:
+                publisher = self._advertise(topic, node)
+            self._opened().write(publisher, max(time_ns, EARLIEST_NS), message)
         except OSError as error:
             raise self._named(error) from None
 
-    def _advertise(self, topic: str, node: str) -> _Publisher:
+    def _advertise(self, topic: str, node: str) -> int:
         recorded = self._topics[topic]
         if node not in recorded.nodes:
             raise ValueError(f'{node} does not publish {topic}; expected one of {recorded.nodes}')
-        described = definition(recorded.message_type)
-        connection = self._opened().add_connection(
-            topic,
-            recorded.message_type,
-            msgdef=described.text,
-            md5sum=described.md5sum,
-            callerid=node,
-            latching=int(recorded.is_latched),
-        )
-        publisher = _Publisher(connection, itertools.count(1) if described.has_header else None)
-        self._publishers[topic, node] = publisher
+        publisher = self._publishers[topic, node] = self._opened().add_publisher(recorded, node)
         return publisher
 
-    def _opened(self) -> Writer:
-        if self._writer is None:
+    def _opened(self) -> BagFile:
+        if self._file is None:
             raise ValueError(f'{self._path}: not open; expected to be used in a with statement')
-        return self._writer
+        return self._file
 
     def __enter__(self) -> TrialBag:
         """Open the file under its unfinished name.
@@ -103,8 +83,7 @@ class TrialBag:
             self._path.parent.mkdir(parents=True, exist_ok=True)
             with contextlib.suppress(FileNotFoundError):
                 self._unfinished.unlink()  # of a process that was killed
-            self._writer = Writer(self._unfinished)
-            self._writer.open()
+            self._file = self._open(self._unfinished)
         except OSError as error:
             self._discard()
             raise self._named(error) from None
@@ -113,13 +92,13 @@ class TrialBag:
     def __exit__(
         self, error_type: Optional[Type[BaseException]], _: Optional[BaseException], __: Optional[TracebackType]
     ) -> None:
-        if self._writer is None:
+        if self._file is None:
             return
         if error_type is not None:
             self._discard()
             return
         try:
-            self._writer.close()
+            self._file.close()
             os.replace(str(self._unfinished), str(self._path))
         except OSError as error:
             self._discard()
@@ -131,8 +110,8 @@ class TrialBag:
     def _discard(self) -> None:
         # Closing writes what is buffered, and on a full disk fails once more.
         with contextlib.suppress(OSError):
-            if self._writer is not None and self._writer.bio is not None:
-                self._writer.bio.close()
+            if self._file is not None:
+                self._file.abandon()
         with contextlib.suppress(OSError):
             self._unfinished.unlink()
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import List, Tuple, cast
+from typing import List, Tuple
 
 from diff_encoder_sim.encoders.wheel_encoder import EncoderSample
 from diff_encoder_sim.odometry.wheel_odometry import OdometryEstimate, OdometryParams
@@ -39,7 +39,6 @@ class ReencodedBag(TrialBag):
         """Open the bag; `joints` are left, right, `params` have the frames, and whether there is a transform."""
         super().__init__(path, 'full')
         self._joints, self._params = joints, params
-        self._chunks_seen = 0
 
     def encoder_pulse(self, time_ns: int, sample: EncoderSample) -> None:
         """Write /encoder_pulse."""
@@ -65,18 +64,6 @@ class ReencodedBag(TrialBag):
         """
         raw = _of_cdr(message) if is_cdr else message.raw
         self.write(message.topic, COPIED[message.topic], raw, message.time_ns)
-
-    def write(self, topic: str, node: str, message: bytes, time_ns: int) -> None:
-        """Write as `TrialBag.write` does, and forget the positions of messages in finished chunks."""
-        super().write(topic, node, message, time_ns)
-        chunks = self._opened().chunks
-        if len(chunks) == self._chunks_seen:
-            return
-        self._chunks_seen = len(chunks)
-        # rosbags keeps the position of every message; of a chunk that is written it uses no more than their number.
-        for chunk in chunks[-2:-1]:
-            for connection_id, positions in chunk.connections.items():
-                chunk.connections[connection_id] = cast('List[Tuple[int, int]]', range(len(positions)))
 
 
 def _of_cdr(message: Message) -> bytes:

@@ -13,6 +13,8 @@ from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.encoders.pulses import DEFAULT_PPR, PulsesPerRevolution
 from diff_encoder_sim.trials.test_definition import TestDefinition
 
+BagFormat = Literal['ros1', 'mcap']
+
 _USUAL_WHEELS = ('axle_x', 'left_joint', 'right_joint', 'left_reversed', 'right_reversed')
 
 
@@ -54,6 +56,7 @@ class TrialPlan(Params):
     world: str = Field(description='path of the world file')
     map: str = Field(description="path of its map's YAML file")
     bag: str = Field(description='path of the bag to record; empty for none')
+    bag_format: BagFormat = Field('ros1', description='of a bag that is recorded in lockstep: ROS 1, or MCAP of ROS 2')
     slam: Literal['none', 'embedded', 'upstream'] = 'none'
     save_map: str = Field('', description='path, without suffix, of the map that SLAM makes')
 

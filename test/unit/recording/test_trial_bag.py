@@ -6,44 +6,23 @@ import os
 import resource
 import subprocess
 
-import numpy as np
 import pytest
 from rosbags.highlevel import AnyReader
 from rosbags.rosbag1 import Writer
 
-import message_values as values
-from diff_encoder_sim.base.laser_scan import Scan
-from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.navigation.goal_status import GoalStatus
 from diff_encoder_sim.recording import topics
 from diff_encoder_sim.recording.trial_bag import TrialBag
 from diff_encoder_sim.recording.trial_recording import read_trial
-from diff_encoder_sim.serialization.basic_messages import encode_clock, encode_command, encode_string
-from diff_encoder_sim.serialization.goal_messages import SentGoal, encode_goal, encode_result
-from diff_encoder_sim.serialization.joint_messages import encode_encoder_pulse, encode_joint_state
-from diff_encoder_sim.serialization.map_messages import encode_map, encode_map_metadata
-from diff_encoder_sim.serialization.model_messages import ModelStatesEncoder
-from diff_encoder_sim.serialization.pose_messages import (
-    encode_odometry,
-    encode_pose_stamped,
-    encode_pose_with_covariance,
-)
+from diff_encoder_sim.serialization.basic_messages import encode_clock, encode_string
 from diff_encoder_sim.serialization.scan_messages import encode_scan
-from diff_encoder_sim.serialization.transform_messages import encode_tf, encode_transform
 from diff_encoder_sim.serialization.typestore import definition
 from diff_encoder_sim.trials.test_definition import load_test
 from diff_encoder_sim.trials.trial_definition import Trial
 from diff_encoder_sim.trials.trial_outcome import Outcome
 from places import ROOT
+from recorded_messages import MAP_POSE, ODOM_POSE, SCAN, one_of_each, pose
 
-SCAN = Scan(0, -3.0, 0.01, 0.15, 6.0, np.linspace(0.2, 5.0, 600))
-GRID = values.grid(np.random.default_rng(0))
-ODOM_POSE = encode_tf(encode_transform(Pose2D(1.0, 2.0, 0.5), 7, 'odom', 'base_link'))
-MAP_POSE = encode_tf(encode_transform(Pose2D(3.0, 2.0, 0.1), 7, 'map', 'odom'))
-
-
-def pose(stamp_ns=0):
-    return encode_pose_stamped(Pose2D(1.0, 2.0, 0.5), stamp_ns, 'map')
+FORMATS = pytest.mark.parametrize('bag_format', ['ros1', 'mcap'])
 
 
 def write_some(bag, count=20):
@@ -55,33 +34,6 @@ def write_some(bag, count=20):
         bag.write(topics.WORLD_POSE, topics.WORLD_POSE_NODE, pose(now_ns), now_ns)
         bag.write(topics.SCAN, topics.SIMULATOR_NODE, encode_scan(SCAN, 'laser', 0.1), now_ns)
         bag.write(topics.TF, topics.AMCL_NODE, MAP_POSE, now_ns)
-
-
-def one_of_each():
-    """(topic, node, message) of all that nodes publish."""
-    rng = np.random.default_rng(1)
-    stamped, sent = values.pose(rng), SentGoal(topics.NAVIGATION_TRIAL_NODE, 1, 5)
-    made = {
-        topics.CLOCK: encode_clock(7),
-        topics.JOINT_STATES: encode_joint_state(values.joints(rng)),
-        topics.MODEL_STATES: ModelStatesEncoder(values.world(rng), 'alto').encode(values.body(rng)),
-        topics.CMD_VEL: encode_command(0.4, 0.1),
-        topics.ENCODER_PULSE: encode_encoder_pulse(values.encoder_sample(rng), values.JOINTS),
-        topics.ODOM: encode_odometry(values.estimate(rng), 'odom', 'base_link'),
-        topics.GLOBAL_POSE: pose(),
-        topics.WORLD_POSE: pose(),
-        topics.TF: ODOM_POSE,
-        topics.TF_STATIC: MAP_POSE,
-        topics.SCAN: encode_scan(SCAN, 'laser', 0.1),
-        topics.AMCL_POSE: encode_pose_with_covariance(stamped, values.covariance(rng, 3), 7, 'map'),
-        topics.MAP: encode_map(GRID, 7, 'map'),
-        topics.MAP_METADATA: encode_map_metadata(GRID, 7),
-        topics.GOAL: encode_goal(sent, stamped, 5, 'map'),
-        topics.RESULT: encode_result(sent, GoalStatus.SUCCEEDED, 'goal reached', 7),
-        topics.TRIAL: encode_string('{}'),
-        topics.TRIAL_RESULT: encode_string('{}'),
-    }
-    return [(topic, node, made[topic.name]) for topic in topics.TOPICS for node in topic.nodes]
 
 
 def written(path):
@@ -204,9 +156,10 @@ def test_a_node_that_does_not_publish_a_topic_is_refused(tmp_path):
 
 @pytest.mark.parametrize('error', [RuntimeError, KeyboardInterrupt, SystemExit])
 @pytest.mark.parametrize('count', [0, 1, 1000])
-def test_an_exception_leaves_no_file(tmp_path, error, count):
+@FORMATS
+def test_an_exception_leaves_no_file(tmp_path, error, count, bag_format):
     with pytest.raises(error):
-        with TrialBag(tmp_path / 'a.bag', 'full') as bag:
+        with TrialBag(tmp_path / 'a.bag', 'full', bag_format) as bag:
             write_some(bag, count)
             raise error
     assert list(tmp_path.iterdir()) == []
@@ -232,10 +185,11 @@ def test_what_a_killed_process_left_is_replaced(tmp_path):
 
 # Some fail at a chunk of 1 MiB, some at the last chunk or the index, when the bag is closed.
 @pytest.mark.parametrize('size', [0, 5_000, 100_000, 2_000_000])
-def test_a_file_that_cannot_grow_is_named_and_removed(tmp_path, size):
+@FORMATS
+def test_a_file_that_cannot_grow_is_named_and_removed(tmp_path, size, bag_format):
     path = tmp_path / 'a.bag'
     with pytest.raises(OSError) as caught, largest_file(size):
-        with TrialBag(path, 'full') as bag:
+        with TrialBag(path, 'full', bag_format) as bag:
             write_some(bag, count=1000)
     assert (caught.value.errno, caught.value.filename) == (errno.EFBIG, str(path))
     assert 'bag cannot be written: File too large' in str(caught.value)
@@ -256,11 +210,12 @@ def test_a_full_disk_can_be_told(tmp_path, monkeypatch, method):
 
 
 @pytest.mark.parametrize('name', ['file/bags/a.bag', 'folder'])
-def test_a_path_that_cannot_be_is_named(tmp_path, name):
+@FORMATS
+def test_a_path_that_cannot_be_is_named(tmp_path, name, bag_format):
     (tmp_path / 'file').write_text('')
     (tmp_path / 'folder').mkdir()
     with pytest.raises(OSError, match='bag cannot be written') as caught:
-        with TrialBag(tmp_path / name, 'full') as bag:
+        with TrialBag(tmp_path / name, 'full', bag_format) as bag:
             write_some(bag)
     assert caught.value.filename == str(tmp_path / name)
     assert sorted(os.listdir(str(tmp_path))) == ['file', 'folder']
@@ -294,6 +249,7 @@ def test_ros_reads_it(tmp_path):
 
 def test_rosbag_check_finds_nothing_to_migrate(tmp_path):
     pytest.importorskip('rosbag')
+    pytest.importorskip('diff_encoder_sim.msg')
     path = tmp_path / 'a.bag'
     with TrialBag(path, 'full') as bag:
         for topic, node, message in one_of_each():

@@ -3,11 +3,11 @@
 import pytest
 
 from diff_encoder_sim.odometry.wheel_odometry import OdometryParams, WheelOdometry
-from diff_encoder_sim.reencoding.bag_output import COPIED, ReencodedBag
+from diff_encoder_sim.reencoding.bag_output import COPIED
 from diff_encoder_sim.serialization.joint_messages import encode_encoder_pulse
 from diff_encoder_sim.serialization.pose_messages import encode_odometry
 from diff_encoder_sim.serialization.transform_messages import encode_tf, encode_transform
-from reencoding_drives import JOINTS, ROS1, TICK_NS, angles_rad, converted_to_ros2, drive, write_ros1
+from reencoding_drives import JOINTS, ROS1, angles_rad, converted_to_ros2, drive, write_ros1
 from reencoding_runs import contents, run, samples_of
 from trial_bags import trial
 
@@ -36,21 +36,6 @@ def test_bags_hold_what_the_nodes_would_have_published(tmp_path, bag):
             ],
         }
         assert len(samples) == 101
-
-
-def test_a_bag_keeps_no_index_in_memory(tmp_path):
-    sample = samples_of(angles_rad(11), 90)[0]
-    with ReencodedBag(tmp_path / 'long.bag', JOINTS, OdometryParams()) as bag:
-        for tick in range(60_000):
-            bag.encoder_pulse(tick * TICK_NS, sample._replace(stamp_ns=tick * TICK_NS))
-        kept = [
-            len(places)
-            for chunk in bag._writer.chunks
-            for places in chunk.connections.values()
-            if isinstance(places, list)
-        ]
-        assert len(bag._writer.chunks) > 3 and len(kept) == 1
-    assert len(contents(tmp_path / 'long.bag')['/encoder_pulse']) == 60_000
 
 
 def test_a_trial_keeps_its_ppr_truth_and_result_through_rosbags_convert(tmp_path):

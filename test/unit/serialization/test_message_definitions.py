@@ -40,7 +40,7 @@ def test_no_definition_is_left_that_no_recorded_type_needs():
 def test_a_full_text_is_that_of_the_installed_package(message_type):
     """Byte for byte; gazebo_msgs, which Debian lacks, has comments that are left out here."""
     message = pytest.importorskip('genpy.message')
-    if message_type == MODEL_STATES:
-        pytest.skip('written here')
     installed = message.get_message_class(message_type.replace('/msg/', '/'))
+    if installed is None or message_type == MODEL_STATES:
+        pytest.skip('not installed, or without its comments here')
     assert full_text(message_type) == installed._full_text

@@ -1,0 +1,57 @@
+"""A message of each recorded topic, encoded."""
+
+import numpy as np
+
+import message_values as values
+from diff_encoder_sim.base.laser_scan import Scan
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.navigation.goal_status import GoalStatus
+from diff_encoder_sim.recording import topics
+from diff_encoder_sim.serialization.basic_messages import encode_clock, encode_command, encode_string
+from diff_encoder_sim.serialization.goal_messages import SentGoal, encode_goal, encode_result
+from diff_encoder_sim.serialization.joint_messages import encode_encoder_pulse, encode_joint_state
+from diff_encoder_sim.serialization.map_messages import encode_map, encode_map_metadata
+from diff_encoder_sim.serialization.model_messages import ModelStatesEncoder
+from diff_encoder_sim.serialization.pose_messages import (
+    encode_odometry,
+    encode_pose_stamped,
+    encode_pose_with_covariance,
+)
+from diff_encoder_sim.serialization.scan_messages import encode_scan
+from diff_encoder_sim.serialization.transform_messages import encode_tf, encode_transform
+
+SCAN = Scan(0, -3.0, 0.01, 0.15, 6.0, np.linspace(0.2, 5.0, 600))
+GRID = values.grid(np.random.default_rng(0))
+ODOM_POSE = encode_tf(encode_transform(Pose2D(1.0, 2.0, 0.5), 7, 'odom', 'base_link'))
+MAP_POSE = encode_tf(encode_transform(Pose2D(3.0, 2.0, 0.1), 7, 'map', 'odom'))
+
+
+def pose(stamp_ns=0):
+    return encode_pose_stamped(Pose2D(1.0, 2.0, 0.5), stamp_ns, 'map')
+
+
+def one_of_each():
+    """(topic, node, message) of all that nodes publish."""
+    rng = np.random.default_rng(1)
+    stamped, sent = values.pose(rng), SentGoal(topics.NAVIGATION_TRIAL_NODE, 1, 5)
+    made = {
+        topics.CLOCK: encode_clock(7),
+        topics.JOINT_STATES: encode_joint_state(values.joints(rng)),
+        topics.MODEL_STATES: ModelStatesEncoder(values.world(rng), 'alto').encode(values.body(rng)),
+        topics.CMD_VEL: encode_command(0.4, 0.1),
+        topics.ENCODER_PULSE: encode_encoder_pulse(values.encoder_sample(rng), values.JOINTS),
+        topics.ODOM: encode_odometry(values.estimate(rng), 'odom', 'base_link'),
+        topics.GLOBAL_POSE: pose(),
+        topics.WORLD_POSE: pose(),
+        topics.TF: ODOM_POSE,
+        topics.TF_STATIC: MAP_POSE,
+        topics.SCAN: encode_scan(SCAN, 'laser', 0.1),
+        topics.AMCL_POSE: encode_pose_with_covariance(stamped, values.covariance(rng, 3), 7, 'map'),
+        topics.MAP: encode_map(GRID, 7, 'map'),
+        topics.MAP_METADATA: encode_map_metadata(GRID, 7),
+        topics.GOAL: encode_goal(sent, stamped, 5, 'map'),
+        topics.RESULT: encode_result(sent, GoalStatus.SUCCEEDED, 'goal reached', 7),
+        topics.TRIAL: encode_string('{}'),
+        topics.TRIAL_RESULT: encode_string('{}'),
+    }
+    return [(topic, node, made[topic.name]) for topic in topics.TOPICS for node in topic.nodes]
