@@ -72,6 +72,21 @@ def test_a_folder_that_cannot_be_is_named(campaign, tmp_path, place):
     assert 'cannot be read or written: ' in refusal(tmp_path / place, campaign)
 
 
+@pytest.mark.parametrize('is_begun', [False, True])
+def test_bags_that_are_a_link_elsewhere_are_refused_and_nothing_there_changes(campaign, tmp_path, is_begun):
+    folder, elsewhere = tmp_path / 'out', tmp_path / 'elsewhere'
+    elsewhere.mkdir()
+    (elsewhere / 'my.bag.active').touch()
+    if is_begun:
+        kill(folder, campaign, 2)
+        (folder / 'bags').rename(tmp_path / 'moved')
+    folder.mkdir(exist_ok=True)
+    (folder / 'bags').symlink_to(elsewhere)
+    refused = refusal(folder, campaign)
+    assert refused.startswith(f"{folder / 'bags'}: given a link to '{elsewhere}'; allowed: a folder")
+    assert [path.name for path in elsewhere.iterdir()] == ['my.bag.active']
+
+
 # ---- a full disk
 
 
