@@ -60,8 +60,7 @@ def read_trial(path: Union[str, Path]) -> TrialRecording:
 
 def _check_whole(path: Path, source: BagSource) -> None:
     if source.fault:
-        expected = 'expected it as it was recorded; rosbag reindex mends a bag without index'
-        raise ConfigError(f'{path}: not a whole bag: {source.fault}; {expected}')
+        raise ConfigError(f'{path}: not a whole bag: {source.fault}; expected it as it was recorded')
 
 
 def _check_types(path: Path, source: BagSource) -> None:

@@ -29,6 +29,8 @@ from diff_encoder_sim.serialization.ros1_records import (
 
 MAGIC = b'#ROSBAG V2.0\n'
 
+_MENDED = ' (rosbag reindex mends what can be mended)'
+
 _MESSAGE, _CHUNK, _CONNECTION = 2, 5, 7
 # Of a message, with the length of the data: the fields op, conn and time, each a length, its name
 # and =, and a value of 1, 4 and 8 bytes.
@@ -66,7 +68,7 @@ class Ros1Stream:
         with open(path, 'rb') as file:
             is_indexed = self._read_index(file)
         if not is_indexed:
-            self.fault = 'no index, as after a crash'
+            self.fault = f'no index, as after a crash{_MENDED}'
             for _ in self.messages(()):
                 pass  # learns every connection on the way
 
@@ -118,14 +120,14 @@ class Ros1Stream:
             begins_at = file.tell()
             fields, length = read_header(file), read_length(file)
             if fields is None or length is None:
-                self.fault = f'torn at byte {begins_at}'
+                self.fault = f'torn at byte {begins_at}{_MENDED}'
                 return
             if fields.get(b'op') != bytes([_CHUNK]):
                 file.seek(length, os.SEEK_CUR)
                 continue
             ends_at = file.tell() + (length or size)  # a recorder that is killed leaves its last chunk with 0
             if min(ends_at, size) < ends_at:
-                self.fault = f'torn in the chunk at byte {begins_at}'
+                self.fault = f'torn in the chunk at byte {begins_at}{_MENDED}'
             try:
                 chunk = _chunk(file, fields, min(ends_at, size) - file.tell(), is_whole=length > 0)
             except InputFault as fault:

@@ -53,7 +53,16 @@ def test_a_bag_without_index(tmp_path, compression):
     active.write_bytes(without_index(path.read_bytes()))
     messages, fault = as_streamed(active)
     assert messages == whole
-    assert fault == 'no index, as after a crash'
+    assert fault == 'no index, as after a crash (rosbag reindex mends what can be mended)'
+
+
+@pytest.mark.parametrize('fraction', [0.3, 0.6, 0.99])
+def test_who_has_a_torn_bag_is_told_what_mends_it(tmp_path, plain, fraction):
+    content = plain.read_bytes()
+    torn = tmp_path / 'torn.bag'
+    torn.write_bytes(content[: int(fraction * len(content))])
+    _, fault = as_streamed(torn)
+    assert fault.endswith(' (rosbag reindex mends what can be mended)')
 
 
 def test_a_chunk_that_was_still_being_written(tmp_path, plain):
