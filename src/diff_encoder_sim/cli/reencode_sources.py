@@ -20,6 +20,7 @@ _BELONGS_TO = {
     'ticks_per_revolution': ('ticks', 'csv'),
     'ticks_modulus': ('ticks', 'csv'),
     'reversed': ('ticks', 'csv'),
+    'seed': ('odom', 'ticks', 'csv'),
     'columns': ('csv',),
     'time_unit': ('csv',),
 }
@@ -78,6 +79,12 @@ def add_source_options(parser: argparse.ArgumentParser) -> None:
         help='last resort: compute how the wheels have turned from poses: a topic of odometry, or two frames of /tf as '
         '"odom->base_link"',
     )
+    group.add_argument(
+        '--seed',
+        type=_seed,
+        metavar='N',
+        help="of the wheels' angles at the start, which --odom and speeds do not have (default: 1)",
+    )
 
 
 def check_wheel_options(options: argparse.Namespace) -> None:
@@ -99,6 +106,12 @@ def check_wheel_options(options: argparse.Namespace) -> None:
             used = _option(given[0]) if given else 'wheel angles of joints'
             allowed = ' or '.join(map(_option, sources))
             raise ConfigError(f'{_option(name)}: given with {used}; allowed: with {allowed}')
+
+
+def _seed(text: str) -> int:
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f'given {text}; allowed: a whole number from 0')
+    return int(text)
 
 
 def _modulus(text: str) -> int:

@@ -9,7 +9,8 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.cli.reencode_arguments import ppr_of_text
 from diff_encoder_sim.cli.reencode_robot import RecordedRobot
 from diff_encoder_sim.encoders.pulses import PerWheel, ppr_label
-from diff_encoder_sim.reencoding.wheel_units import COUNTED, TICKS, WheelUnit
+from diff_encoder_sim.reencoding.start_angles import DEFAULT_SEED, start_angles_note, start_angles_rad
+from diff_encoder_sim.reencoding.wheel_units import COUNTED, SPEEDS, SPEEDS_NOTE, TICKS, WheelUnit
 
 
 class WheelNumbers(NamedTuple):
@@ -19,6 +20,7 @@ class WheelNumbers(NamedTuple):
     right: WheelUnit
     ppr: Optional[PerWheel]  # of counts
     about: str  # for the reader
+    notes: Tuple[str, ...]  # what the angles cannot show
 
 
 def wheel_numbers(
@@ -37,11 +39,13 @@ def wheel_numbers(
     unit, radius_m = options.unit or TICKS, 0.5 * robot.odometry.wheel_diameter
     ppr, moduli = _ticks_ppr(options, unit, robot), _moduli(options, unit, bits)
     pprs = (ppr.left, ppr.right) if ppr else (None, None)
+    seed = _seed(options, unit)
     left, right = (
-        WheelUnit(unit, radius_m, of_side, modulus, side in options.reversed)
-        for side, of_side, modulus in zip(('left', 'right'), pprs, moduli)
+        WheelUnit(unit, radius_m, of_side, modulus, side in options.reversed, start_rad)
+        for side, of_side, modulus, start_rad in zip(('left', 'right'), pprs, moduli, start_angles_rad(seed))
     )
-    return WheelNumbers(left, right, ppr, _about(unit, ppr, moduli, options.reversed))
+    notes = (SPEEDS_NOTE, start_angles_note(seed)) if unit in SPEEDS else ()
+    return WheelNumbers(left, right, ppr, _about(unit, ppr, moduli, options.reversed), notes)
 
 
 def _ticks_ppr(options: argparse.Namespace, unit: str, robot: RecordedRobot) -> Optional[PerWheel]:
@@ -68,6 +72,13 @@ def _moduli(options: argparse.Namespace, unit: str, bits: Sequence[Optional[int]
             raise ConfigError(f'--ticks-modulus: given with --unit {unit}; allowed: with {TICKS}')
         return (0, 0)
     return tuple((2**width if width else 0) if given is None else given for width in bits)
+
+
+def _seed(options: argparse.Namespace, unit: str) -> int:
+    """Return the seed of the angles at the start, which only speeds need."""
+    if options.seed is not None and unit not in SPEEDS:
+        raise ConfigError(f'--seed: given with --unit {unit}; allowed: with --odom or with {", ".join(SPEEDS)}')
+    return DEFAULT_SEED if options.seed is None else int(options.seed)
 
 
 def _about(unit: str, ppr: Optional[PerWheel], moduli: Sequence[int], is_reversed: Sequence[str]) -> str:

@@ -18,6 +18,7 @@ from diff_encoder_sim.reencoding.message_fields import find_field
 from diff_encoder_sim.reencoding.odometry_wheels import OdometryWheels
 from diff_encoder_sim.reencoding.reference import find_poses
 from diff_encoder_sim.reencoding.serving_topics import serving_options
+from diff_encoder_sim.reencoding.start_angles import DEFAULT_SEED
 from diff_encoder_sim.reencoding.wheel_source import WheelSource
 from diff_encoder_sim.reencoding.wheels import JOINT_TYPES, WheelOptions, find_wheels, has_joints
 from diff_encoder_sim.trials.trial_definition import Trial
@@ -33,7 +34,8 @@ def bag_wheels(
     """
     if options.odom:
         poses = find_poses(options.bag, source, '--odom', options.odom)
-        return OdometryWheels(poses, _joints(robot), robot.odometry)
+        seed = DEFAULT_SEED if options.seed is None else options.seed
+        return OdometryWheels(poses, _joints(robot), robot.odometry, seed)
     if options.ticks:
         return _field_wheels(options, source, robot)
     return _joint_wheels(options, source, trial, robot)
@@ -46,7 +48,9 @@ def csv_wheels(options: argparse.Namespace, stream: CsvStream, robot: RecordedRo
         ConfigError: the unit needs a number of ticks per revolution.
     """
     numbers = wheel_numbers(options, robot, (None, None))
-    return CsvWheels(stream.topic, _joints(robot), (numbers.left, numbers.right), numbers.ppr, numbers.about)
+    return CsvWheels(
+        stream.topic, _joints(robot), (numbers.left, numbers.right), numbers.ppr, numbers.about, numbers.notes
+    )
 
 
 def _field_wheels(options: argparse.Namespace, source: BagSource, robot: RecordedRobot) -> FieldWheels:
@@ -56,7 +60,7 @@ def _field_wheels(options: argparse.Namespace, source: BagSource, robot: Recorde
     numbers = wheel_numbers(options, robot, (left.bits, right.bits))
     joints = _joints(robot)
     wheels = Wheel(joints[0], left, numbers.left), Wheel(joints[1], right, numbers.right)
-    return FieldWheels(*wheels, numbers.ppr, numbers.about)
+    return FieldWheels(*wheels, numbers.ppr, numbers.about, numbers.notes)
 
 
 def _joint_wheels(

@@ -6,7 +6,7 @@ from typing import Iterator, Optional, Sequence, Tuple
 
 from diff_encoder_sim.encoders.pulses import PerWheel
 from diff_encoder_sim.reencoding.csv_stream import PAIR
-from diff_encoder_sim.reencoding.wheel_units import SPEEDS, SPEEDS_NOTE, WheelAngle, WheelUnit
+from diff_encoder_sim.reencoding.wheel_units import WheelAngle, WheelUnit
 from diff_encoder_sim.serialization.bag_messages import Message
 from diff_encoder_sim.serialization.joint_messages import JointValues
 
@@ -23,6 +23,7 @@ class CsvWheels:
         units: Tuple[WheelUnit, WheelUnit],
         ppr: Optional[PerWheel],
         about: str,
+        notes: Sequence[str] = (),
     ) -> None:
         """Prepare to read.
 
@@ -32,11 +33,12 @@ class CsvWheels:
             units: of the numbers, left and right.
             ppr: of counts.
             about: what the numbers are, for the reader.
+            notes: what the angles cannot show.
         """
         self.topics: Tuple[str, ...] = (topic,)
         self.joints, self.ppr = joints, ppr
         self.text = f'rows ({about})'
-        self._unit = units[0].unit
+        self._notes = notes
         self._wheels = (WheelAngle(units[0]), WheelAngle(units[1]))
 
     def angles(self, message: Message) -> Sequence[JointValues]:
@@ -46,6 +48,5 @@ class CsvWheels:
         return (JointValues(message.time_ns, self.joints, angles_rad),)
 
     def notes(self) -> Iterator[str]:
-        """List what speeds cannot show; bad rows are the stream's."""
-        if self._unit in SPEEDS:
-            yield SPEEDS_NOTE
+        """List what the angles cannot show; bad rows are the stream's."""
+        return iter(self._notes)

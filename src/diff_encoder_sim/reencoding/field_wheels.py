@@ -9,7 +9,7 @@ from diff_encoder_sim.encoders.pulses import PerWheel
 from diff_encoder_sim.reencoding.message_fields import MessageField
 from diff_encoder_sim.reencoding.paired_angles import LONGEST_GAP_NS, PairedAngles
 from diff_encoder_sim.reencoding.receive_times import ReceiveTimes, receive_times_note
-from diff_encoder_sim.reencoding.wheel_units import SPEEDS, SPEEDS_NOTE, WheelAngle, WheelUnit
+from diff_encoder_sim.reencoding.wheel_units import WheelAngle, WheelUnit
 from diff_encoder_sim.serialization.bag_messages import Message
 from diff_encoder_sim.serialization.joint_messages import JointValues
 
@@ -27,7 +27,9 @@ class FieldWheels:
 
     are_joint_angles = False
 
-    def __init__(self, left: Wheel, right: Wheel, ppr: Optional[PerWheel], about: str) -> None:
+    def __init__(
+        self, left: Wheel, right: Wheel, ppr: Optional[PerWheel], about: str, notes: Sequence[str] = ()
+    ) -> None:
         """Prepare to read.
 
         Args:
@@ -35,11 +37,12 @@ class FieldWheels:
             right: the right wheel.
             ppr: of counts.
             about: what the numbers are, for the reader.
+            notes: what the angles cannot show.
         """
         self.joints, self.ppr = (left.joint, right.joint), ppr
         self.topics: Tuple[str, ...] = tuple(dict.fromkeys((left.field.topic, right.field.topic)))
         self.text = f'messages of {left.field.name}, {right.field.name} ({about})'
-        self._unit = left.unit.unit
+        self._notes = notes
         self._fields = (left.field, right.field)
         self._wheels = (WheelAngle(left.unit), WheelAngle(right.unit))
         self._pairs = PairedAngles()
@@ -67,8 +70,7 @@ class FieldWheels:
         """List stamps that are those of receipt, and what could not be paired."""
         if self._received:
             yield receive_times_note(self._received)
-        if self._unit in SPEEDS:
-            yield SPEEDS_NOTE
+        yield from self._notes
         if self._pairs.left_out:
             left, right = (field.name for field in self._fields)
             gap_s = LONGEST_GAP_NS / NANOSECONDS_PER_SECOND

@@ -9,6 +9,7 @@ from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.encoders.pulses import PerWheel
 from diff_encoder_sim.odometry.wheel_odometry import OdometryParams
 from diff_encoder_sim.reencoding.reference import Reference
+from diff_encoder_sim.reencoding.start_angles import start_angles_note, start_angles_rad
 from diff_encoder_sim.serialization.bag_messages import Message
 from diff_encoder_sim.serialization.joint_messages import JointValues
 from diff_encoder_sim.serialization.pose_messages import StampedPose
@@ -23,13 +24,14 @@ class OdometryWheels:
     ppr: Optional[PerWheel] = None  # of an encoder that nobody knows
     are_joint_angles = False
 
-    def __init__(self, odometry: Reference, joints: Tuple[str, str], wheels: OdometryParams) -> None:
+    def __init__(self, odometry: Reference, joints: Tuple[str, str], wheels: OdometryParams, seed: int) -> None:
         """Prepare to read.
 
         Args:
             odometry: a topic of poses, or two frames of /tf.
             joints: left, right: the names under which angles are given.
             wheels: diameter, separation, and where the axle is in the frame of the poses.
+            seed: of the wheels' angles at the start.
         """
         self.topics: Tuple[str, ...] = odometry.topics
         self.joints = joints
@@ -37,7 +39,8 @@ class OdometryWheels:
         self._odometry = odometry
         self._wheels, self._axle = wheels, Pose2D(wheels.axle_x, 0.0, 0.0)
         self._last: Optional[Pose2D] = None
-        self._left_rad = self._right_rad = 0.0
+        self._seed = seed
+        self._left_rad, self._right_rad = start_angles_rad(seed)
         self._along_m = self._sideways_m = 0.0
 
     def angles(self, message: Message) -> Sequence[JointValues]:
@@ -54,6 +57,7 @@ class OdometryWheels:
             f'the wheel angles are computed from the poses of {self._odometry.name}, with the diameter and separation '
             f'below: slip, and what the recorded encoder rounded, are in them as motion; a PPR adds its own rounding'
         )
+        yield start_angles_note(self._seed)
         if self._sideways_m > _SIDEWAYS_FRACTION * self._along_m:
             yield (
                 f'{self._odometry.name} moves {self._sideways_m:.2f} m sideways on {self._along_m:.2f} m ahead, which '

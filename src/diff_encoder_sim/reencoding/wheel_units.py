@@ -30,7 +30,7 @@ UNITS = (*COUNTED, *_RAD_OF_ANGLE, *SPEEDS)
 
 SPEEDS_NOTE = (
     'the wheel angles are integrated speeds: what a wheel does between two of them, and the error of each, adds up in '
-    'them; a PPR adds its own rounding to these'
+    'them; a PPR adds its own rounding'
 )
 
 
@@ -42,6 +42,7 @@ class WheelUnit(NamedTuple):
     ppr: Optional[float] = None  # of counts
     counter_modulus: int = 0  # of counts; 0 where they do not wrap
     is_reversed: bool = False  # they fall when the robot drives forward
+    start_rad: float = 0.0  # angle at the first speed
 
 
 class WheelAngle:
@@ -64,7 +65,7 @@ def _converter(unit: WheelUnit) -> Callable[[int, float], float]:
         total = _Total()
         return lambda _, ticks: wheel.angle_rad(math.floor(total.add(ticks)))
     if unit.unit in SPEEDS:
-        integral = _Integral(_RADPS_OF_SPEED[unit.unit](unit.radius_m))
+        integral = _Integral(_RADPS_OF_SPEED[unit.unit](unit.radius_m), unit.start_rad)
         return integral.add
     factor = _RAD_OF_ANGLE[unit.unit](unit.radius_m)
     return lambda _, value: factor * value
@@ -80,11 +81,11 @@ class _Total:
 
 
 class _Integral:
-    """Integrates a speed by the trapezoidal rule, from 0 at its first stamp."""
+    """Integrates a speed by the trapezoidal rule."""
 
-    def __init__(self, factor: float) -> None:
+    def __init__(self, factor: float, start_rad: float) -> None:
         self._factor = factor
-        self._angle_rad = 0.0
+        self._angle_rad = start_rad
         self._last_ns: Optional[int] = None
         self._last_radps = 0.0
 

@@ -12,6 +12,10 @@ LEFT_RIGHT = ['--ticks', '/lwheel', '/rwheel']
 @pytest.mark.parametrize(
     ('arguments', 'text'),
     [
+        (
+            ['a.bag', '--seed', '2'],
+            '--seed: given with wheel angles of joints; allowed: with --odom or --ticks or --csv',
+        ),
         ([], 'BAG, --csv: given neither; allowed: one of them'),
         (['a.bag', '--csv', 'a.csv'], 'BAG, --csv: given both; allowed: one of them'),
         (['a.bag', '--odom', '/o', '--pulses', '/p'], '--pulses, --odom: given both; allowed: one of them'),

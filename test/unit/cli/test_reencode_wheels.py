@@ -28,6 +28,7 @@ def bag(tmp_path):
             ['--ticks-per-revolution: given with --unit rad'],
         ),
         ([*LEFT_RIGHT, '--ticks-modulus', '9', '--unit', 'rad'], ['--ticks-modulus: given with --unit rad']),
+        ([*LEFT_RIGHT, '--seed', '9', '--unit', 'rad'], ['--seed: given with --unit rad; allowed: with --odom']),
         (['--ticks', '/lwheel', '/wheel', '--unit', 'rad'], ['--ticks: given /wheel', '/lwheel, /rwheel']),
         (['--odom', '/lwheel'], ['--odom: given /lwheel, which is of std_msgs/msg/Int16; allowed: it has no poses']),
         (['--odom', '/odom'], ['--odom: given /odom, which is not there']),
@@ -113,6 +114,18 @@ def test_odometry_compared_with_itself_differs_by_the_new_rounding_alone(tmp_pat
     run(path, '--odom', '/odom', '--reference', '/odom', '--ppr', '90', '100000', '--out', tmp_path / 'out')
     coarse, fine = rows_of(tmp_path / 'out')
     assert float(fine['ate_max_m']) < 1e-4 < float(coarse['ate_max_m']) < 0.05
+
+
+@pytest.mark.parametrize('source', [['--odom', '/odom'], [*LEFT_RIGHT, '--unit', 'm/s']])
+def test_another_seed_begins_with_other_angles(tmp_path, source):
+    bag = odometry()
+    bag.rows += two_topics(360).rows
+    path = bag.write(tmp_path / 'a.bag')
+    first = {}
+    for name, seed in (('default', []), ('1', ['--seed', '1']), ('2', ['--seed', '2'])):
+        run(path, *source, *seed, '--ppr', '1000', '--out', tmp_path / name)
+        first[name] = contents(tmp_path / name / 'a_1000ppr.bag')['/encoder_pulse'][0]
+    assert first['default'] == first['1'] != first['2']
 
 
 def test_what_is_finer_than_the_recording_is_said_to_show_no_more(tmp_path, bag, capsys):

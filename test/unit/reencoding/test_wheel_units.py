@@ -55,6 +55,10 @@ def test_a_speed_that_changes_evenly_is_integrated_exactly(unit, per_radps):
     assert angles_of(WheelUnit(unit, RADIUS_M), speeds * per_radps) == pytest.approx(angles_rad, abs=1e-9)
 
 
+def test_speeds_begin_at_the_angle_that_is_given():
+    assert angles_of(WheelUnit('rad/s', RADIUS_M, start_rad=2.0), [0.0, 0.0]) == pytest.approx([2.0, 2.0])
+
+
 def test_time_that_stands_or_goes_back_does_not_turn_a_wheel():
     wheel = WheelAngle(WheelUnit('rad/s', RADIUS_M))
     angles = [wheel.angle_rad(stamp_ns, 3.0) for stamp_ns in (10**9, 2 * 10**9, 2 * 10**9, 10**9, 2 * 10**9)]
