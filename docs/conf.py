@@ -26,6 +26,7 @@ extensions = [
     'sphinx.ext.napoleon',
     'api_pages',
     'node_tables',
+    'notebook_pages',
     'reference_tables',
     'robot_table',
 ]

@@ -37,6 +37,7 @@ MAY_IMPORT = {
         'base robots encoders odometry mapping simulation slam trials evaluation recording lockstep '
         'reencoding campaign analysis advice '
     ),
+    'api': 'base encoders odometry trials evaluation serialization recording reencoding campaign analysis cli',
     'ros': (
         'base robots encoders odometry mapping simulation localization slam navigation trials serialization '
         'recording reencoding '

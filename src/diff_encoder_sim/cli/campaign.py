@@ -9,7 +9,7 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
-from typing import List, Optional, Sequence
+from typing import List, NamedTuple, Optional, Sequence
 
 from typing_extensions import get_args
 
@@ -35,16 +35,43 @@ from diff_encoder_sim.trials.trial_definition import BagFormat
 
 def main(arguments: Optional[Sequence[str]] = None, run: RunTrial = run_trial) -> None:
     """Run the command line; `run` runs one trial on a worker."""
-    options = _parse(arguments)
+    options = parse(arguments)
     run_trials_tool('campaign', lambda: _campaign(options, run))
 
 
+class CampaignRun(NamedTuple):
+    """What became of a campaign."""
+
+    table: Path
+    summary: str
+    unrun: str  # which trials could not be run, and why; '' for none
+
+
 def _campaign(options: argparse.Namespace, run: RunTrial) -> None:
+    done = complete(options, sys.argv, run)
+    print(done.table)
+    print(done.summary)
+    if done.unrun:
+        sys.exit(done.unrun)
+
+
+def complete(options: argparse.Namespace, command: Sequence[str], run: RunTrial = run_trial) -> CampaignRun:
+    """Run the trials of a campaign that are missing in its results folder.
+
+    Args:
+        options: of the command line.
+        command: what the manifest names as the command that repeats this.
+        run: runs one trial on a worker.
+
+    Raises:
+        ConfigError: a file, an option or the results folder is bad.
+        CampaignFault: trials cannot go on.
+    """
     given = {key: getattr(options, key) for key in ('tests', 'ppr', 'trials', 'robot', 'record', 'bag_format')}
     arguments = xacro_arguments(options.robot_args)
     campaign = load_campaign(options.config, package_folder(), given, arguments, options.packages)
     campaign = with_checks('campaign', campaign, options.unchecked)
-    about = describe_run(package_folder(), sys.argv)
+    about = describe_run(package_folder(), command)
     with ResultStore(options.out, campaign, about, options.resume) as store:
         jobs = store.pending()
         left = time_left(campaign, jobs, store.rows)
@@ -52,10 +79,8 @@ def _campaign(options: argparse.Namespace, run: RunTrial) -> None:
         with progress, stop_reports(progress):
             unrun = _run_jobs(options, campaign, store, progress, jobs, run) if jobs else []
             table = store.finish()
-        print(table)
-        print(_summary(store, progress))
-    if unrun:
-        sys.exit(unrun_text('campaign', campaign, unrun))
+        unrun_trials = unrun_text('campaign', campaign, unrun) if unrun else ''
+        return CampaignRun(table, _summary(store, progress), unrun_trials)
 
 
 def _run_jobs(
@@ -77,7 +102,8 @@ def _summary(store: ResultStore, progress: Progress) -> str:
     return f'{outcome_table(store.rows)}\n{duration}'
 
 
-def _parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
+def parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
+    """Read the command line."""
     examples = [
         '--config quick --out results/quick',
         '--config paper --out results/sl --tests SL --ppr 40 90 --trials 10',

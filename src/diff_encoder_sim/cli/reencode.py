@@ -8,7 +8,7 @@ import logging
 import sys
 import time
 from pathlib import Path
-from typing import Iterator, Mapping, NamedTuple, Optional, Sequence, Set
+from typing import Iterator, List, Mapping, NamedTuple, Optional, Sequence, Set
 
 from diff_encoder_sim.base.command_line import run_tool
 from diff_encoder_sim.base.command_name import as_called
@@ -62,21 +62,27 @@ def _reencode(options: argparse.Namespace) -> None:
     path = options.csv or options.bag
     files = output_files(options.out, path, pprs)
     begin_s = time.perf_counter()
-    with _opened_drive(options) as drive:
+    with opened_drive(options) as drive:
         runs = [WheelsAtPpr(ppr, drive.robot.encoder, drive.robot.odometry) for ppr in pprs]
         try:
-            summary = _run_and_write(drive, runs, files)
+            summary = run_drive(drive, runs, files)
         except OSError as error:
             where = error.filename or options.out or path
             raise ConfigError(f'{where}: {error.strerror}') from None
-        _warn(drive, runs, summary)
+        for note in notes_on(drive, runs, summary):
+            print(f'{as_called("reencode")}: {path}: {note}', file=sys.stderr)
     _print(drive, runs, summary, time.perf_counter() - begin_s)
     for file in files.values():
         print(file)
 
 
 @contextlib.contextmanager
-def _opened_drive(options: argparse.Namespace) -> Iterator[RecordedDrive]:
+def opened_drive(options: argparse.Namespace) -> Iterator[RecordedDrive]:
+    """Open the drive that the options name, for as long as the context lasts.
+
+    Raises:
+        ConfigError: a file or an option is bad.
+    """
     if options.csv:
         if options.reference:
             raise ConfigError('--reference: given with --csv; allowed: with a bag, which may have poses')
@@ -104,7 +110,13 @@ def _with_joints(options: argparse.Namespace, wheels: WheelSource, robot: Record
     return robot._replace(encoder=encoder, sources=sources)
 
 
-def _run_and_write(drive: RecordedDrive, runs: Sequence[WheelsAtPpr], files: Mapping[str, Path]) -> DriveSummary:
+def run_drive(drive: RecordedDrive, runs: Sequence[WheelsAtPpr], files: Mapping[str, Path]) -> DriveSummary:
+    """Read the drive for each PPR, and write `files`, which may be none.
+
+    Raises:
+        ConfigError: there is no drive in it.
+        OSError: a file cannot be written.
+    """
     if not files:
         return _run(drive, runs)
     with contextlib.ExitStack() as stack:
@@ -128,8 +140,8 @@ def _run(drive: RecordedDrive, runs: Sequence[WheelsAtPpr]) -> DriveSummary:
     return summary
 
 
-def _warn(drive: RecordedDrive, runs: Sequence[WheelsAtPpr], summary: DriveSummary) -> None:
-    """Print what could not be read or compared, one line each."""
+def notes_on(drive: RecordedDrive, runs: Sequence[WheelsAtPpr], summary: DriveSummary) -> List[str]:
+    """List what could not be read or compared, one line each."""
     notes = [*drive.wheels.notes(), *summary.faults]
     if drive.robot.is_guessed():
         notes.append('neither the bag nor --robot says which wheels these are: those of config/config.yaml are used')
@@ -139,8 +151,7 @@ def _warn(drive: RecordedDrive, runs: Sequence[WheelsAtPpr], summary: DriveSumma
         notes.append(
             f'no pose of {drive.reference.name} has the time of an odometry message: errors cannot be computed'
         )
-    for note in notes:
-        print(f'{as_called("reencode")}: {drive.path}: {note}', file=sys.stderr)
+    return notes
 
 
 def _print(drive: RecordedDrive, runs: Sequence[WheelsAtPpr], summary: DriveSummary, took_s: float) -> None:

@@ -1,0 +1,30 @@
+"""What notebooks and programs import: campaigns and recorded drives, with their results as arrays.
+
+The functions take the options of the commands by their names: `run_campaign('results', 'quick', ppr=[40, 90])` is
+`campaign --out results --config quick --ppr 40 90`. A mistake raises `ConfigError`, whose text is one line.
+"""
+
+from diff_encoder_sim.analysis.dataset import Dataset, TrialData
+from diff_encoder_sim.analysis.terminal_summary import summary
+from diff_encoder_sim.api.campaigns import read_results, run_campaign, write_report
+from diff_encoder_sim.api.drives import ReencodedDrive, read_path, reencode
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.pose_series import PoseSeries
+from diff_encoder_sim.evaluation.trajectory_error import PathError
+from diff_encoder_sim.trials.pose_source import PoseSource
+
+__all__ = [
+    'ConfigError',
+    'Dataset',
+    'PathError',
+    'PoseSeries',
+    'PoseSource',
+    'ReencodedDrive',
+    'TrialData',
+    'read_path',
+    'read_results',
+    'reencode',
+    'run_campaign',
+    'summary',
+    'write_report',
+]

@@ -1,0 +1,60 @@
+"""Runs the code of a notebook as Jupyter does, cell by cell, with what it prints and draws, and no library for that."""
+
+import json
+import subprocess
+import sys
+
+# Reads the cells, runs them in one namespace, and prints what each printed, and its figures as PNG in base64.
+RUN = """
+import base64, contextlib, io, json, sys
+import matplotlib
+matplotlib.use('agg')
+import matplotlib.pyplot as plt
+
+def drawn():
+    for number in plt.get_fignums():
+        picture = io.BytesIO()
+        plt.figure(number).savefig(picture, format='png', dpi=72, bbox_inches='tight', metadata={'Software': None})
+        yield base64.b64encode(picture.getvalue()).decode()
+    plt.close('all')
+
+plt.show = lambda: None
+namespace, done = {'__name__': '__main__'}, []
+for source in json.load(sys.stdin):
+    printed = io.StringIO()
+    with contextlib.redirect_stdout(printed):
+        exec(compile(source, 'cell', 'exec'), namespace)
+    done.append([printed.getvalue(), list(drawn())])
+print(json.dumps(done))
+"""
+
+
+def code_cells(notebook):
+    return [cell for cell in notebook['cells'] if cell['cell_type'] == 'code']
+
+
+def run(notebook, folder, environment):
+    """Run a notebook in a folder: for each code cell, the text that it prints, and its figures."""
+    sources = json.dumps([''.join(cell['source']) for cell in code_cells(notebook)])
+    done = subprocess.run(
+        [sys.executable, '-c', RUN], input=sources, env=environment, cwd=str(folder), capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+def shown(cell):
+    """The text and the figures that a notebook shows below a cell."""
+    text = ''.join(''.join(output['text']) for output in cell['outputs'] if output['output_type'] == 'stream')
+    return text, [output['data']['image/png'] for output in cell['outputs'] if output['output_type'] == 'display_data']
+
+
+def show(notebook, done):
+    """Put what was printed and drawn below the cells."""
+    for count, (cell, (text, pictures)) in enumerate(zip(code_cells(notebook), done), 1):
+        cell['execution_count'] = count
+        stream = {'name': 'stdout', 'output_type': 'stream', 'text': text.splitlines(keepends=True)}
+        cell['outputs'] = [stream] if text else []
+        for picture in pictures:
+            data = {'image/png': picture, 'text/plain': ['<Figure>']}
+            cell['outputs'].append({'data': data, 'metadata': {}, 'output_type': 'display_data'})
