@@ -18,8 +18,6 @@ from diff_encoder_sim.cli.campaign import complete, parse
 def run_campaign(out: Union[str, Path], config: Union[str, Path] = 'quick', **options: Any) -> Dataset:
     """Run the trials of a campaign that its results folder does not have yet; return all results.
 
-    In a program, call it below `if __name__ == '__main__':`, as workers are processes that import the program.
-
     Args:
         out: the results folder.
         config: a campaign by name, or a .yaml file.

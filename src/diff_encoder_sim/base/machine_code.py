@@ -10,7 +10,6 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import logging
-import multiprocessing
 import os
 import shutil
 import tempfile
@@ -20,6 +19,7 @@ from typing import List, Optional
 from diff_encoder_sim.base.own_folder import is_temporary, own_folder
 
 FOLDER_VARIABLE = 'NUMBA_CACHE_DIR'
+SAID_VARIABLE = 'DIFF_ENCODER_SIM_KERNELS_NOT_KEPT'  # of this process and those that it starts
 PACKAGE = Path(os.path.abspath(__file__)).parents[1]
 
 log = logging.getLogger(__name__)
@@ -41,7 +41,8 @@ def machine_code_folder() -> Optional[str]:
 
 
 def _say_nowhere() -> None:
-    if multiprocessing.parent_process() is None:  # said once, not by each worker
+    if os.environ.get(SAID_VARIABLE) is None:  # once, not by each worker
+        os.environ[SAID_VARIABLE] = 'yes'
         log.warning(
             "%s, the user's cache and the folder for temporary files cannot be written (TMPDIR names another): "
             'each process compiles the kernels anew, which takes it half a minute',

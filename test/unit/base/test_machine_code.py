@@ -19,12 +19,14 @@ def twice(x):
     return 2 * x
 """
 CALL = """
-import os, sys
+import os, subprocess, sys
 from diff_encoder_sim.room.kernel import twice
 
 assert twice(float(sys.argv[1]) if '.' in sys.argv[1] else int(sys.argv[1])) == 6
 print(len(twice.stats.cache_hits), len(twice.stats.cache_misses), twice.stats.cache_path)
 print(os.environ.get('NUMBA_CACHE_DIR'))
+if sys.argv[2:] == ['child']:
+    subprocess.check_call([sys.executable, '-c', 'from diff_encoder_sim.room import kernel'])
 """
 # Root may write anywhere, unless it has no capabilities.
 UNPRIVILEGED = ['setpriv', '--bounding-set=-all', '--inh-caps=-all'] if os.geteuid() == 0 else []
@@ -61,10 +63,10 @@ class Installation:
         for path in (self.package, *self.package.rglob('*')):
             path.chmod(path.stat().st_mode & ~0o222)
 
-    def call(self, argument='3', **environment):
+    def call(self, *arguments, **environment):
         places = {'HOME': str(self.folder / 'home'), 'TMPDIR': str(self.tmp), 'PYTHONPATH': str(self.folder / 'lib')}
         run = subprocess.run(
-            [*UNPRIVILEGED, sys.executable, '-c', CALL, argument],
+            [*UNPRIVILEGED, sys.executable, '-c', CALL, *(arguments or ['3'])],
             env={'PATH': os.environ['PATH'], **places, **environment},
             cwd=str(self.folder / 'home'),
             capture_output=True,
@@ -130,6 +132,6 @@ def test_without_any_place_nothing_is_kept_and_that_is_said(installation):
     somebody_elses = installation.tmp / f'diff_encoder_sim-{os.geteuid()}'
     somebody_elses.mkdir()
     somebody_elses.chmod(0o777)
-    run = installation.call()
+    run = installation.call('3', 'child')
     assert (run.compiled, run.folder) == (1, 'None')
     assert len(run.said.splitlines()) == 1 and 'compiles the kernels anew' in run.said
