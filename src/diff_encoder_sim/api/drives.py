@@ -14,7 +14,6 @@ from diff_encoder_sim.base.pose_series import PoseSeries
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.cli.reencode import notes_on, opened_drive, run_drive
 from diff_encoder_sim.cli.reencode_arguments import output_files, parse, pprs_of_texts
-from diff_encoder_sim.cli.reencode_wheels import check_wheel_options
 from diff_encoder_sim.encoders.pulses import PerWheel, ppr_label
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 from diff_encoder_sim.evaluation.trajectory_error import PathError
@@ -47,7 +46,6 @@ def reencode(bag: Union[str, Path, None] = None, **options: Any) -> List[Reencod
         OSError: a file cannot be written.
     """
     given = parsed(parse, [*([str(bag)] if bag is not None else []), *command_line(options)])
-    check_wheel_options(given)
     pprs = pprs_of_texts(given.ppr)
     with opened_drive(given) as drive:
         runs = [_WheelsWithPath(ppr, drive.robot.encoder, drive.robot.odometry) for ppr in pprs]

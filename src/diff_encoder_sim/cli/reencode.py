@@ -57,7 +57,6 @@ def main(arguments: Optional[Sequence[str]] = None) -> None:
 
 
 def _reencode(options: argparse.Namespace) -> None:
-    check_wheel_options(options)
     pprs = pprs_of_texts(options.ppr)
     path = options.csv or options.bag
     files = output_files(options.out, path, pprs)
@@ -83,6 +82,7 @@ def opened_drive(options: argparse.Namespace) -> Iterator[RecordedDrive]:
     Raises:
         ConfigError: a file or an option is bad.
     """
+    check_wheel_options(options)
     if options.csv:
         if options.reference:
             raise ConfigError('--reference: given with --csv; allowed: with a bag, which may have poses')
