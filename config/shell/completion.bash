@@ -12,8 +12,9 @@ else
 fi
 typeset -A _diff_encoder_sim_helps
 
-# Only these are asked for help by rosrun: a node takes no --help, and would start.
-_diff_encoder_sim_commands=' advise analyze campaign check_robot map_bag map_saver place_robot rasterise_world reencode '
+# Only these are asked for help: a node takes no --help, and would start. Those in the second line need ROS.
+_diff_encoder_sim_commands='advise analyze campaign check_robot map_bag rasterise_world reencode'
+_diff_encoder_sim_of_ros='map_saver place_robot'
 
 # WORDS...: sets COMPREPLY for the word at the cursor, an argument of the command that these words are.
 _diff_encoder_sim_arguments() {
@@ -51,17 +52,23 @@ _diff_encoder_sim_reply() {
   done < <(sort -u <<<"$1" | grep .)
 }
 
-# rosrun diff_encoder_sim COMMAND ...; all else is left to ROS's own completion, which Debian loads when it is needed.
+# rosrun diff_encoder_sim COMMAND ...; all else is left to ROS's own completion, where there is one.
 _diff_encoder_sim_rosrun() {
+  local commands="$_diff_encoder_sim_commands $_diff_encoder_sim_of_ros"
   if [ "$COMP_CWORD" -gt 2 ] && [ "${COMP_WORDS[1]}" = diff_encoder_sim ]; then
-    case $_diff_encoder_sim_commands in *" ${COMP_WORDS[2]} "*) _diff_encoder_sim_arguments "${COMP_WORDS[@]:0:3}" ;; esac
+    case " $commands " in *" ${COMP_WORDS[2]} "*) _diff_encoder_sim_arguments "${COMP_WORDS[@]:0:3}" ;; esac
     return
   fi
   if ! declare -f _roscomplete_exe >/dev/null && declare -f _completion_loader >/dev/null; then
-    _completion_loader rosrun
-    complete -o default -F _diff_encoder_sim_rosrun rosrun     # the loader has replaced it
+    _completion_loader rosrun                                    # Debian's, which has not been needed yet
+    complete -o default -F _diff_encoder_sim_rosrun rosrun       # it has replaced ours
   fi
   ! declare -f _roscomplete_exe >/dev/null || _roscomplete_exe
+  if [ "$COMP_CWORD" -eq 2 ] && [ "${COMP_WORDS[1]}" = diff_encoder_sim ]; then
+    [ ${#COMPREPLY[@]} -gt 0 ] || _diff_encoder_sim_reply "$(tr ' ' '\n' <<<"$commands")"     # ROS knows none in a devel space
+  elif [ -n "${ZSH_VERSION:-}" ]; then
+    compcall                                                     # ROS's for zsh
+  fi
 }
 
 # diff-encoder-sim COMMAND ..., which pip installs.

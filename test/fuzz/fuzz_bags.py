@@ -46,7 +46,8 @@ def _odd_drive(rng, stamps_ns, angles):
     elif action == 2:  # some angles are odd
         angles[at : at + int(rng.integers(1, 20)), int(rng.integers(2))] = odd_float(rng)
     elif action == 3:  # a counter that starts again
-        angles[at:] += odd_float(rng, 1000.0)
+        with np.errstate(invalid='ignore'):
+            angles[at:] += odd_float(rng, 1000.0)
     else:  # nothing moves, or everything is odd
         angles[:] = odd_float(rng)
     return np.clip(stamps_ns, 0, LARGEST_STAMP_NS), angles

@@ -58,7 +58,7 @@ def _change_table(rng, results):
         return
     lines = path.read_bytes().split(b'\n')
     row = int(rng.integers(len(lines)))
-    action = int(rng.integers(8))
+    action = int(rng.integers(9))
     if action == 0:  # torn
         lines[row:] = [lines[row][: int(rng.integers(len(lines[row]) + 1))]]
     elif action == 1:  # a column that nobody knows, in all rows or in one
@@ -75,6 +75,9 @@ def _change_table(rng, results):
         fields = lines[row].split(b',')
         fields[int(rng.integers(len(fields)))] = str(pick(rng, ODD_VALUES)).encode('utf-8', 'replace')
         lines[row] = b','.join(fields)
+    elif action == 7:  # rows of a campaign that varied a parameter, below or instead of these
+        other = [line.replace(b',', b',noise,' if index == 0 else b',0.03,', 2) for index, line in enumerate(lines)]
+        lines = lines + other if rng.random() < 0.5 else other
     else:
         lines = pick(rng, ([], [b''], [b'\xff\xfe'], [lines[0]], lines[1:], [b'\xef\xbb\xbf' + lines[0], *lines[1:]]))
     path.write_bytes(pick(rng, (b'\n', b'\n', b'\n', b'\r\n')).join(lines))

@@ -23,13 +23,13 @@ def warm_up(folder):
 
 
 def run(rng, folder):
-    _use(write_map(rng, folder, odd_mapping(rng, GOOD), is_odd=True))
+    _use(write_map(rng, folder, odd_mapping(rng, GOOD, 1) if rng.random() < 0.5 else GOOD, is_odd=True))
 
 
 def write_map(rng, folder, description, is_odd=False):
     """Write map.pgm and map.yaml."""
     image = _image(rng) if is_odd else _encoded(Image.fromarray(np.full((40, 60), 254, np.uint8)), 'PPM')
-    (folder / 'map.pgm').write_bytes(damaged(rng, image) if is_odd and rng.random() < 0.5 else image)
+    (folder / 'map.pgm').write_bytes(damaged(rng, image) if is_odd and rng.random() < 0.3 else image)
     return write_yaml(rng, folder / 'map.yaml', description)
 
 

@@ -7,6 +7,7 @@ import sys
 
 import pytest
 
+from diff_encoder_sim.cli.console import COMMANDS
 from places import CONFIG, ROOT
 
 COMPLETION = CONFIG / 'shell' / 'completion.bash'
@@ -18,7 +19,8 @@ SHELLS = [
 SCRIPT = """
 source {completion}
 rosrun() {{ echo "$2" >>{log}; PYTHONPATH={root}/src {python} {root}/scripts/"$2" "$3"; }}
-_roscomplete_exe() {{ COMPREPLY=(of ROS); }}
+_roscomplete_exe() {{ [ "${{COMP_WORDS[2]}}" = map_b ] || COMPREPLY=(of ROS); }}
+compcall() {{ :; }}
 diff-encoder-sim() {{ rosrun diff_encoder_sim "${{1//-/_}}" "$2"; }}
 tab() {{
   [ -z "${{ZSH_VERSION:-}}" ] || emulate -L sh -o ksh_arrays
@@ -38,8 +40,10 @@ TABS = {
     ('rosrun', 'diff_encoder_sim', 'campaign', '--out', '/etc/host'): [],  # the shell itself offers files
     ('rosrun', 'diff_encoder_sim', 'amcl_node', '--h'): [],
     ('rosrun', 'diff_encoder_sim', 'cam'): ['of', 'ROS'],
+    ('rosrun', 'diff_encoder_sim', 'map_b'): ['map_bag'],  # ROS has found nothing
     ('rosrun', 'another', 'campaign', '--rec'): ['of', 'ROS'],
     ('diff-encoder-sim', 'ch'): ['check-robot'],
+    ('diff-encoder-sim', 'map-'): ['map-bag'],
     ('diff-encoder-sim', 'campaign', '--rec'): ['--record'],
     ('diff-encoder-sim', 'campaign', '--record', 'mi'): ['minimal'],
 }
@@ -65,8 +69,13 @@ def test_help_is_asked_for_once_and_never_of_a_node(offered):
     assert offered[1] == ['campaign']
 
 
-def test_every_command_of_the_reference_is_completed():
-    """Those that users type: docs/commands.md."""
+def test_every_command_is_completed():
+    """Those of docs/commands.md, and of diff-encoder-sim."""
+    text = COMPLETION.read_text()
+    console, of_ros = (
+        re.search(f"^_diff_encoder_sim_{name}='(.*)'$", text, re.MULTILINE)[1].split()
+        for name in ('commands', 'of_ros')
+    )
     documented = re.findall('^## (.*)$', (ROOT / 'docs' / 'commands.md').read_text(), re.MULTILINE)
-    listed = re.search("^_diff_encoder_sim_commands='(.*)'$", COMPLETION.read_text(), re.MULTILINE)[1]
-    assert sorted(listed.split()) == sorted(documented)
+    assert sorted(console) == sorted(COMMANDS)
+    assert sorted(console + of_ros) == sorted(documented)

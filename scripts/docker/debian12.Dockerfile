@@ -1,0 +1,16 @@
+# Debian 12: ROS of Debian's own packages, this package, and a user without rights. From the checkout's folder:
+#   docker build -f scripts/docker/debian12.Dockerfile -t diff_encoder_sim .
+#   docker run --rm -v "$PWD/results:/home/robot/results" diff_encoder_sim \
+#     rosrun diff_encoder_sim campaign --config quick --out results/quick
+FROM debian:bookworm-slim
+
+# pip trusts the system's certificates
+RUN apt-get update && apt-get install -y --no-install-recommends ca-certificates
+RUN useradd --create-home robot
+COPY --chown=robot . /home/robot/diff_encoder_sim
+RUN bash /home/robot/diff_encoder_sim/scripts/setup.sh && rm -rf /var/lib/apt/lists/* /home/robot/.cache
+
+USER robot
+WORKDIR /home/robot
+ENTRYPOINT ["bash", "/home/robot/diff_encoder_sim/scripts/docker/entrypoint.sh"]
+CMD ["bash"]
