@@ -2,6 +2,7 @@
 
 import yaml
 
+from diff_encoder_sim.base.command_line import run_tool
 from diff_encoder_sim.campaign.campaign_loading import load_campaign
 from diff_encoder_sim.lockstep.robot_params import CONFIG_FILES, SET_BY_TRIALS, _dotted_keys, load_robot_config
 from diff_encoder_sim.lockstep.trial_run import run_trial
@@ -43,7 +44,7 @@ def run(rng, folder):
     write_yaml(rng, folder / 'test.yaml', test)
     write_yaml(rng, folder / 'campaign.yaml', odd_mapping(rng, campaign) if rng.random() < 0.1 else campaign)
     (folder / 'small.world').write_text(SMALL)
-    _use(folder)
+    run_tool('fuzz', lambda: _use(folder))  # as every command does
 
 
 def _odd_settings(rng):

@@ -5,6 +5,7 @@ import io
 import numpy as np
 from PIL import Image
 
+from diff_encoder_sim.base.command_line import run_tool
 from diff_encoder_sim.localization.amcl import Amcl
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.mapping.map_files import load_map, save_map
@@ -23,7 +24,8 @@ def warm_up(folder):
 
 
 def run(rng, folder):
-    _use(write_map(rng, folder, odd_mapping(rng, GOOD, 1) if rng.random() < 0.5 else GOOD, is_odd=True))
+    path = write_map(rng, folder, odd_mapping(rng, GOOD, 1) if rng.random() < 0.5 else GOOD, is_odd=True)
+    run_tool('fuzz', lambda: _use(path))  # as every command does
 
 
 def write_map(rng, folder, description, is_odd=False):

@@ -3,6 +3,7 @@
 import numpy as np
 import yaml
 
+from diff_encoder_sim.base.command_line import run_tool
 from diff_encoder_sim.base.se2 import IDENTITY
 from diff_encoder_sim.lockstep.robot_loading import load_robot
 from diff_encoder_sim.lockstep.robot_params import load_robot_config, override
@@ -24,7 +25,8 @@ def warm_up(folder):
 
 
 def run(rng, folder):
-    pick(rng, (_odd_urdf, _odd_urdf, _odd_urdf, _odd_xacro, _odd_robot_file))(rng, folder)
+    make_and_use = pick(rng, (_odd_urdf, _odd_urdf, _odd_urdf, _odd_xacro, _odd_robot_file))
+    run_tool('fuzz', lambda: make_and_use(rng, folder))  # as every command does
 
 
 def _odd_urdf(rng, folder):
