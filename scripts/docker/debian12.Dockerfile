@@ -1,7 +1,6 @@
-# Debian 12: ROS of Debian's own packages, this package, and a user without rights. From the checkout's folder:
+# Debian 12: ROS of Debian's own packages, this package, and a user without rights (docs/getting_started.md). From the checkout:
 #   docker build -f scripts/docker/debian12.Dockerfile -t diff_encoder_sim .
-#   docker run --rm -v "$PWD/results:/home/robot/results" diff_encoder_sim \
-#     rosrun diff_encoder_sim campaign --config quick --out results/quick
+#   docker run --rm -it diff_encoder_sim
 FROM debian:bookworm-slim
 
 # pip trusts the system's certificates

@@ -1,7 +1,6 @@
-# Ubuntu 20.04 with ROS Noetic, this package, and a user without rights. From the checkout's folder:
+# Ubuntu 20.04 with ROS Noetic, this package, and a user without rights (docs/getting_started.md). From the checkout:
 #   docker build -f scripts/docker/noetic.Dockerfile -t diff_encoder_sim .
-#   docker run --rm -v "$PWD/results:/home/robot/results" diff_encoder_sim \
-#     rosrun diff_encoder_sim campaign --config quick --out results/quick
+#   docker run --rm -it diff_encoder_sim
 FROM ros:noetic-ros-core-focal
 
 # pip trusts the system's certificates

@@ -16,11 +16,11 @@ main() {
   inside "$user" "${entrypoint[@]}" "$@"
 }
 
-# With the network's settings, as Docker's host passes them on: name servers, proxy, certificates.
+# With the network's settings, as Docker sets them: names, proxy, certificates.
 make_system() {
   local path
   debootstrap --variant=minbase bookworm "$system" >/dev/null
-  for path in /etc/resolv.conf /etc/pip.conf /etc/apt/apt.conf.d/*proxy* /usr/local/share/ca-certificates/*; do
+  for path in /etc/resolv.conf /etc/hosts /etc/pip.conf /etc/apt/apt.conf.d/*proxy* /usr/local/share/ca-certificates/*; do
     [ ! -f "$path" ] || install -D -m 644 "$path" "$system$path"
   done
 }

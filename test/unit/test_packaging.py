@@ -16,3 +16,13 @@ def test_rosrun_offers_only_what_is_installed():
     """It offers each file that may be executed; setup.sh and its like run as `bash scripts/setup.sh`."""
     executable = [path.name for path in (ROOT / 'scripts').iterdir() if path.is_file() and path.stat().st_mode & 0o100]
     assert [name for name in executable if '.' in name] == []
+
+
+def test_the_images_differ_in_their_base_alone():
+    """Only Debian's steps can be run without Docker (scripts/docker/run_steps.sh)."""
+    steps = {
+        path.stem: [line for line in path.read_text().splitlines() if not line.startswith(('#', 'FROM'))]
+        for path in (ROOT / 'scripts' / 'docker').glob('*.Dockerfile')
+    }
+    assert steps.keys() == {'debian12', 'noetic'}
+    assert steps['debian12'] == steps['noetic']
