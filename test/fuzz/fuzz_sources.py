@@ -79,7 +79,7 @@ def _options(rng):
     unit = pick(rng, UNITS)
     options = ['--unit', unit]
     if unit.startswith('ticks') and rng.random() < 0.95:
-        options += ['--ticks-per-revolution', str(odd_number(rng, 360) if rng.random() < 0.2 else 360)]
+        options.append(f'--ticks-per-revolution={odd_number(rng, 360) if rng.random() < 0.2 else 360}')
     if rng.random() < 0.1:
         options += ['--ticks-modulus', pick(rng, ('65536', '2', '0'))]
     return options + (['--reversed', 'left', 'right'] if rng.random() < 0.1 else [])
