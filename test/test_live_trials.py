@@ -338,7 +338,7 @@ def test_launch_fails_when_time_stands_still(tmp_path):
         code, output = run.graph.run('rosservice', 'call', '/gazebo/pause_physics')
         assert code == 0, output
         run.check_failed()
-        assert 'trial failed: no /world_pose for 2 s' in run.launch.output()
+        assert 'trial failed: no /world_pose for 4 s' in run.launch.output()
         result = Bag(run.bag).text('/trial_result')
         assert result['outcome'] == 'failed'
         assert '/world_pose' in result['reason']

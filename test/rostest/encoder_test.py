@@ -13,6 +13,7 @@ from ros_testing import (
     NodeTest,
     RosoutWatch,
     connected_publisher,
+    impossible_stamps_ns,
     stamp_from_ns,
     stamp_ns_of,
     start_test_node,
@@ -282,6 +283,19 @@ class EncoderTest(NodeTest):
         self.assert_stamps(reports, expected)
         self.assertEqual([report.pulses[0] for report in reports], [0, 5, 10] * 2)
         warned = self.rosout.wait_for_warning(plain.node, 'back')
+        self.assertEqual(len(warned), 1, warned)
+
+    def test_stamps_that_cannot_be_are_dropped_with_one_warning(self):
+        plain = self.channels['plain']
+        impossible_ns = impossible_stamps_ns()
+        plain.send_wheels(self.epoch_ns, 1.5, 2.5)
+        for stamp_ns in impossible_ns:
+            plain.send_wheels(stamp_ns, 1000.5, 1000.5)
+        plain.send_wheels(self.epoch_ns + PERIOD_NS, 3.5, 4.5)
+        reports = plain.pulses.wait_for_stamp(self.epoch_ns + PERIOD_NS)
+        self.assert_stamps(reports, [self.epoch_ns, self.epoch_ns + PERIOD_NS])
+        self.assertEqual([tuple(report.pulses) for report in reports], [(1, 2), (3, 4)])
+        warned = self.rosout.wait_for_warning(plain.node, plain.topic, 'stamp 4294967296', 'allowed')
         self.assertEqual(len(warned), 1, warned)
 
 

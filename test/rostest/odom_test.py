@@ -17,6 +17,7 @@ from ros_testing import (
     RosoutWatch,
     angle_between,
     connected_publisher,
+    impossible_stamps_ns,
     stamp_from_ns,
     stamp_ns_of,
     start_test_node,
@@ -302,6 +303,19 @@ class OdomTest(NodeTest):
         self.assert_stamps(messages, [self.epoch_ns, last_ns])
         self.assert_pose(messages[-1], 4 * DISTANCE_PER_PULSE, 0.0, 0.0)
         warned = self.rosout.wait_for_warning(plain.node, plain.topic, '2')
+        self.assertEqual(len(warned), 1, warned)
+
+    def test_stamps_that_cannot_be_reach_neither_odom_nor_tf(self):
+        plain = self.channels['plain']
+        plain.send(self.epoch_ns, 0, 0)
+        for stamp_ns in impossible_stamps_ns():
+            plain.send(stamp_ns, 50, 0)
+        plain.send(self.epoch_ns + PERIOD_NS, 6, 6)
+        messages = plain.odom.wait_for_stamp(self.epoch_ns + PERIOD_NS)
+        self.assert_stamps(messages, [self.epoch_ns, self.epoch_ns + PERIOD_NS])
+        self.assert_pose(messages[-1], 6 * DISTANCE_PER_PULSE, 0.0, 0.0)
+        self.check_tf_equals_odom(plain)
+        warned = self.rosout.wait_for_warning(plain.node, plain.topic, 'stamp 4294967296', 'allowed')
         self.assertEqual(len(warned), 1, warned)
 
     def test_counts_at_the_ends_of_int64(self):

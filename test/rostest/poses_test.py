@@ -357,6 +357,36 @@ class PosesTest(NodeTest):
         start_ns = (self.now_ns // PERIOD_NS + 2) * PERIOD_NS
         self.check_20_hz(start_ns)
 
+    def test_global_pose_outlives_transforms_that_tf_cannot_hold(self):
+        """tf2 aborts the process that hands it one."""
+        self.localize()
+        far_ns = 2**32 * NS_PER_S - 1
+        for message in (
+            transform('odom', 'base_link', far_ns, 1, 1, 0),
+            transform('anywhere', 'nowhere', far_ns, 1, 1, 0),
+            transform('odom', 'base_link', self.now_ns + 60 * NS_PER_S, 1, 1, 0),
+        ):
+            self.tf.publish(message)
+        self.check_20_hz(self.epoch_ns + NS_PER_S)
+        warned = self.rosout.wait_for_warning('/global_pose_node', '/tf', "'base_link' of /poses", '4294967296')
+        self.assertEqual(len(warned), 1, warned)
+
+    def test_a_clock_that_cannot_be_dates_no_pose(self):
+        self.drive([pose_message(1, 2, 0.0)], [self.world])
+        self.clock.publish(Clock(stamp_from_ns(2**32 * NS_PER_S - 1)))
+        self.rosout.wait_for_warning('/world_pose_node', '/clock', 'stamp 4294967296')
+        self.rosout.wait_for_warning('/ideal_odom_node', '/clock', 'stamp 4294967296')
+        last_ns = self.now_ns
+        self.drive([pose_message(1, 2, 0.0)], [self.world, self.odom])
+        for collector in (self.world, self.odom, self.ideal_tf):
+            self.assertNotIn(4294967295, self._seconds_of(collector))
+        self.assertIn(last_ns, [stamp_ns_of(message) for message in self.odom.messages])
+
+    @staticmethod
+    def _seconds_of(collector):
+        stamped = [one for message in collector.messages for one in getattr(message, 'transforms', [message])]
+        return [stamp_ns_of(one) // NS_PER_S for one in stamped]
+
     # --- Gazebo -------------------------------------------------------------------------------------------------------
 
     def test_a_subscriber_of_gazebos_own_type_is_served(self):

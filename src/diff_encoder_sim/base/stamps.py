@@ -1,11 +1,40 @@
-"""Stamps of messages in integer nanoseconds: which are new, and when time jumps back."""
+"""Stamps of messages in integer nanoseconds: which can be, which are new, and when time jumps back."""
 
 from __future__ import annotations
 
 import enum
 from typing import Optional
 
+from diff_encoder_sim.base.errors import InputFault
+
 NANOSECONDS_PER_SECOND = 1_000_000_000
+
+# tf2 adds and subtracts stamps in 32 bits, and aborts its whole process where a sum or difference does not fit. Between
+# stamps of less than 2^31 s (of January 2038) all do. docs/adr/0019-stamps.md
+STAMP_LIMIT_S = 2**31
+
+# A transform farther ahead pushes the true ones out of tf2's buffers, which keep 10 s.
+MOST_AHEAD_S = 10.0
+
+
+def check_stamp(stamp_ns: int, now_ns: int = 0, most_ahead_s: float = MOST_AHEAD_S) -> None:
+    """Check that a stamp can be: that TF can hold it, and that it is not far ahead of the clock.
+
+    Args:
+        stamp_ns: of a message.
+        now_ns: the clock; 0 while it is not known.
+        most_ahead_s: how far ahead of the clock a stamp may be [s].
+
+    Raises:
+        InputFault: it cannot be.
+    """
+    stamp_s, ahead_s = stamp_ns / NANOSECONDS_PER_SECOND, (stamp_ns - now_ns) / NANOSECONDS_PER_SECOND
+    if stamp_ns >= STAMP_LIMIT_S * NANOSECONDS_PER_SECOND:
+        raise InputFault(f'stamp {stamp_s:.3f} s; allowed: below {STAMP_LIMIT_S} s, as TF can hold no more')
+    if now_ns and ahead_s > most_ahead_s:
+        raise InputFault(
+            f'stamp {stamp_s:.3f} s is {ahead_s:.1f} s ahead of the clock; allowed: up to {most_ahead_s:g} s'
+        )
 
 
 class Step(enum.Enum):

@@ -6,7 +6,6 @@ import threading
 from typing import Any, Dict, Optional
 
 import rospy
-import tf2_ros
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
 from nav_msgs.srv import SetMap, SetMapRequest, SetMapResponse
@@ -32,13 +31,12 @@ from diff_encoder_sim.ros.initial_pose import InitialPoseReader, PoseGuess
 from diff_encoder_sim.ros.map_client import fetch_map
 from diff_encoder_sim.ros.map_conversions import grid_from_message
 from diff_encoder_sim.ros.node import compile_first, log, node_params, publisher, run_node, subscriber
-from diff_encoder_sim.ros.scan_queue import ScanQueue
+from diff_encoder_sim.ros.scan_queue import SCANS_MOST_AHEAD_S, ScanQueue
+from diff_encoder_sim.ros.stamped_subscriber import stamped_subscriber
+from diff_encoder_sim.ros.transform_buffer import TransformBuffer
 from diff_encoder_sim.ros.trial_plan import trial_plan
 
 SILENCE_S = 15.0
-
-# Clocks within a robot differ by less. After a scan from farther ahead the next would look like a restart.
-MOST_AHEAD_NS = NANOSECONDS_PER_SECOND
 
 
 class AmclNodeParams(AmclParams):
@@ -66,8 +64,7 @@ class AmclNode:
         self._guess: Optional[PoseGuess] = None  # from before there was a map
         self._rng = generator(self._params.seed, 'amcl')
         self._timeline = Timeline(tolerance_ns=NANOSECONDS_PER_SECOND // 10)
-        self._buffer = tf2_ros.Buffer(rospy.Duration(30.0))
-        self._listener = tf2_ros.TransformListener(self._buffer, tcp_nodelay=True)
+        self._buffer = TransformBuffer(cache_s=30.0)
         self._initial_pose = InitialPoseReader(self._params, self._buffer)
         self._undelayed = publisher('/tf', TFMessage)
         # So that the simulator can wait for the answer to each scan; upstream publishes nothing for most of them.
@@ -98,7 +95,7 @@ class AmclNode:
             rospy.Service('set_map', SetMap, self._on_set_map),
         ]
         self._initial_poses = subscriber('initialpose', PoseWithCovarianceStamped, self._on_initial_pose)
-        self._scans = subscriber('scan', LaserScan, self._on_scan)
+        self._scans = stamped_subscriber('scan', LaserScan, self._on_scan, SCANS_MOST_AHEAD_S)
         # The laser's transform may come last, after the scan and its odometry.
         self._transforms = [subscriber(topic, TFMessage, lambda _: self._process()) for topic in ('/tf', '/tf_static')]
         self._has_had_scan = False
@@ -157,16 +154,8 @@ class AmclNode:
 
     def _on_scan(self, message: LaserScan) -> None:
         self._has_had_scan = True
-        stamp_ns, now_ns = ns_from_stamp(message.header.stamp), ns_from_stamp(rospy.Time.now())
-        if 0 < now_ns < stamp_ns - MOST_AHEAD_NS:
-            log.warning(
-                '%s: stamp %.1f s ahead of the clock; scan dropped',
-                self._scans.resolved_name,
-                (stamp_ns - now_ns) / NANOSECONDS_PER_SECOND,
-            )
-            return
         with self._lock:
-            step = self._timeline.advance(stamp_ns)
+            step = self._timeline.advance(ns_from_stamp(message.header.stamp))
             if step is Step.RESTART:
                 self._restart()
             if step is not Step.STALE:

@@ -9,7 +9,8 @@ from diff_encoder_sim.encoders.wheel_encoder import DiffEncoder, EncoderParams
 from diff_encoder_sim.msg import EncoderPulse
 from diff_encoder_sim.odometry.wheel_odometry import OdometryParams
 from diff_encoder_sim.ros.conversions import encoder_pulse_message, ns_from_stamp
-from diff_encoder_sim.ros.node import log, node_params, publisher, run_node, subscriber
+from diff_encoder_sim.ros.node import log, node_params, publisher, run_node
+from diff_encoder_sim.ros.stamped_subscriber import stamped_subscriber
 
 
 class EncoderNode:
@@ -20,7 +21,7 @@ class EncoderNode:
         self._joints = (params.left_joint, params.right_joint)
         self._encoder = DiffEncoder(params)
         self._pulses = publisher('encoder_pulse', EncoderPulse)
-        self._joint_states = subscriber('joint_states', JointState, self._on_joint_states)
+        self._joint_states = stamped_subscriber('joint_states', JointState, self._on_joint_states)
 
     def _on_joint_states(self, message: JointState) -> None:
         try:

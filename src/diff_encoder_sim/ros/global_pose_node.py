@@ -17,6 +17,7 @@ from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.encoders.sampling import DEFAULT_RATE_HZ, BoundarySampler
 from diff_encoder_sim.ros.conversions import ns_from_stamp
 from diff_encoder_sim.ros.node import log, node_params, publisher, run_node, subscriber
+from diff_encoder_sim.ros.transform_buffer import TransformBuffer
 from diff_encoder_sim.ros.trial_plan import trial_plan
 
 
@@ -37,11 +38,10 @@ class GlobalPoseNode:
     def __init__(self) -> None:
         self._params = node_params(GlobalPoseParams, part='global_pose', defaults=_trial_defaults())
         self._lock = threading.Lock()  # each publisher of /tf comes in a thread of its own
-        self._buffer = tf2_ros.Buffer()
         self._restart()
         self._poses = publisher('global_pose', PoseStamped)
-        # The listener subscribes first, so the buffer holds a transform before it is looked up.
-        self._listener = tf2_ros.TransformListener(self._buffer, tcp_nodelay=True)
+        # It subscribes first, so it holds a transform before that is looked up.
+        self._buffer = TransformBuffer()
         self._transforms = subscriber('/tf', TFMessage, self._on_transform)
 
     def _restart(self) -> None:

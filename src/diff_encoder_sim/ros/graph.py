@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import time
+from http.client import HTTPConnection
 from typing import Any, Dict, Iterable, List, Set, Tuple
-from xmlrpc.client import ServerProxy
+from xmlrpc.client import ServerProxy, Transport
 
 import rosgraph
 import rospy
 
 POLL_PERIOD_S = 0.1
+NODE_LIMIT_S = 5.0  # of wall time, for a node to respond
 
 
 def unconnected(topics: Iterable[str], if_published: Iterable[str] = ()) -> List[str]:
@@ -25,7 +27,7 @@ def unconnected(topics: Iterable[str], if_published: Iterable[str] = ()) -> List
     for topic in (*topics, *(topic for topic in if_published if topic in publishers_of)):
         for node in publishers_of.get(topic, []):
             if node not in links:
-                links[node] = _outbound_links(master.lookupNode(node))
+                links[node] = _links_of(node, master.lookupNode(node))
         subscribed = set(subscribers_of.get(topic, []))
         connected = [
             {subscriber for link_topic, subscriber in links[node] if link_topic == topic}
@@ -49,10 +51,33 @@ def wait_until_connected(topics: Iterable[str], if_published: Iterable[str], tim
         time.sleep(POLL_PERIOD_S)
 
 
+def node_api(node_uri: str, limit_s: float) -> ServerProxy:
+    """Return a node's own interface; its calls raise socket.timeout when it has not responded within `limit_s`."""
+    return ServerProxy(node_uri, transport=_LimitedTransport(limit_s))
+
+
+class _LimitedTransport(Transport):
+    def __init__(self, limit_s: float) -> None:
+        super().__init__()
+        self._limit_s = limit_s
+
+    def make_connection(self, host: Any) -> HTTPConnection:
+        connection = super().make_connection(host)
+        connection.timeout = self._limit_s
+        return connection
+
+
+def _links_of(node: str, node_uri: str) -> Set[Tuple[str, str]]:
+    try:
+        return _outbound_links(node_uri)
+    except OSError as error:
+        raise OSError(f'{node}: {error}') from None
+
+
 def _outbound_links(node_uri: str) -> Set[Tuple[str, str]]:
     """Return (topic, subscribing node) of each connection that a node's publishers have."""
     # XML-RPC has no types: [code, text, list of connections].
-    response: Any = ServerProxy(node_uri).getBusInfo(rospy.get_name())
+    response: Any = node_api(node_uri, NODE_LIMIT_S).getBusInfo(rospy.get_name())
     code, message, connections = response
     if code != 1:
         raise OSError(message)

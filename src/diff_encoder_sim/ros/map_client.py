@@ -11,6 +11,7 @@ from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
 from nav_msgs.srv import GetMap
 
 from diff_encoder_sim.ros.node import log
+from diff_encoder_sim.ros.service_call import MAP_LIMIT_S, call_service
 
 WARN_AFTER_S = 5.0
 BETWEEN_REQUESTS_S = 1.0
@@ -25,7 +26,7 @@ def _fetch(use_map: Callable[[OccupancyGridMessage], None]) -> None:
     while not rospy.is_shutdown():
         try:
             rospy.wait_for_service('static_map', timeout=WARN_AFTER_S)
-            message = rospy.ServiceProxy('static_map', GetMap)().map
+            message = call_service('static_map', GetMap, limit_s=MAP_LIMIT_S).map
         except (rospy.ROSException, rospy.ServiceException) as error:
             if not rospy.is_shutdown():
                 log.warning('no map yet: %s; waiting for it', error)

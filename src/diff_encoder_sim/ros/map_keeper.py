@@ -14,6 +14,7 @@ from diff_encoder_sim.mapping.map_files import save_map
 from diff_encoder_sim.mapping.occupancy_grid import SAVED_MARGIN_M
 from diff_encoder_sim.ros.map_conversions import grid_from_message
 from diff_encoder_sim.ros.node import log, subscriber
+from diff_encoder_sim.ros.service_call import MAP_LIMIT_S, call_service
 
 
 class MapKeeper:
@@ -57,6 +58,6 @@ class MapKeeper:
         if rospy.is_shutdown():
             return None  # the SLAM node is shutting down, too
         try:
-            return rospy.ServiceProxy('dynamic_map', GetMap)().map
+            return call_service('dynamic_map', GetMap, limit_s=MAP_LIMIT_S).map
         except rospy.ServiceException:
             return None

@@ -14,7 +14,7 @@ from rosgraph_msgs.msg import Clock
 from diff_encoder_sim.base.bounded_numbers import Duration_s, Rate_Hz
 from diff_encoder_sim.base.errors import EVENT, InputFault
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline, check_stamp
 from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.encoders.sampling import BoundarySampler
 from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_from_message
@@ -72,6 +72,11 @@ class ModelStateReader:
 
     def _on_clock(self, message: Clock) -> None:
         now_ns = ns_from_stamp(message.clock)
+        try:
+            check_stamp(now_ns)
+        except InputFault as fault:
+            log.warning('%s: %s; message dropped', self._clock.resolved_name, fault)
+            return
         with self._lock:
             if self._clock_ns is not None and now_ns < self._clock_ns:
                 log.warning(

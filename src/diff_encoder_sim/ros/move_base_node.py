@@ -27,8 +27,9 @@ from diff_encoder_sim.ros.map_conversions import grid_from_message
 from diff_encoder_sim.ros.navigation_reconfiguration import NavigationReconfiguration
 from diff_encoder_sim.ros.navigation_transforms import NavigationTransforms
 from diff_encoder_sim.ros.navigation_views import NavigationViews
-from diff_encoder_sim.ros.node import compile_first, log, node_params, publisher, run_node, subscriber
+from diff_encoder_sim.ros.node import compile_first, log, node_params, publisher, run_node
 from diff_encoder_sim.ros.plan_services import PlanServices
+from diff_encoder_sim.ros.stamped_subscriber import stamped_subscriber
 
 WATCHDOG_PERIOD_S = 0.1
 
@@ -49,8 +50,8 @@ class MoveBaseNode:
         self._views = NavigationViews(self._transforms.map_frame, self._transforms.odom_frame)
         self._goals = GoalServer(self._transforms)
         self._services = PlanServices(self._transforms, self._lock, lambda: self._navigator)
-        self._scans = subscriber('scan', LaserScan, self._on_scan)
-        self._odometry = subscriber('odom', Odometry, self._on_odometry)
+        self._scans = stamped_subscriber('scan', LaserScan, self._on_scan)
+        self._odometry = stamped_subscriber('odom', Odometry, self._on_odometry)
         self._watchdog = rospy.Timer(rospy.Duration(WATCHDOG_PERIOD_S), self._on_watchdog, reset=True)
         rospy.on_shutdown(self._on_shutdown)
         fetch_map(self._on_map)

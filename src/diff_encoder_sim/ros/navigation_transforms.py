@@ -14,6 +14,7 @@ from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.navigation.navigator_inputs import MOST_AHEAD_S
 from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_from_message, pose_from_transform
 from diff_encoder_sim.ros.scanner_mount import ScannerMount, scanner_mount
+from diff_encoder_sim.ros.transform_buffer import TransformBuffer
 
 # Largest tilt of a goal's z axis, as 1 - cos of its angle: upstream's.
 MOST_TILT = 1e-3
@@ -25,8 +26,7 @@ class NavigationTransforms:
     def __init__(self, map_frame: str, odom_frame: str, base_frame: str) -> None:
         self.map_frame, self.odom_frame = map_frame.lstrip('/'), odom_frame.lstrip('/')
         self.base_frame = base_frame.lstrip('/')
-        self._buffer = tf2_ros.Buffer()
-        self._listener = tf2_ros.TransformListener(self._buffer, tcp_nodelay=True)
+        self._buffer = TransformBuffer()
 
     def odom_pose_in_map(self, now_ns: int) -> Optional[Tuple[int, Pose2D]]:
         """Return (stamp_ns, pose of odom in the map), None while there is no such transform.

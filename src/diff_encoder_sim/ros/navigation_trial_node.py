@@ -75,8 +75,8 @@ class NavigationTrialNode:
             log.info('estimated pose (%s): %s', topics.GLOBAL_POSE, distance)
 
     def _is_served(self) -> bool:
-        # wait_for_server waits by simulated time: it is only called when it will return soon.
-        return self._action.last_status_msg is not None and self._action.wait_for_server(rospy.Duration(0.1))
+        # It would wait by simulated time, which may stand still: a limit that is over at once only makes it look.
+        return bool(self._action.wait_for_server(rospy.Duration(-1.0)))
 
     def _watch(self, stamp_ns: int, _: Pose2D) -> None:
         """Let the driver check its time limits also while there is no pose estimate."""

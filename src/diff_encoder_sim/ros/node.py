@@ -7,9 +7,11 @@ import math
 import os
 import re
 import sys
+import threading
 import time
+import traceback
 import warnings
-from typing import Any, Callable, Dict, Mapping, Optional, Tuple, Type
+from typing import Any, Callable, Dict, List, Mapping, Optional, Tuple, Type
 
 import genpy
 import rospy
@@ -31,12 +33,17 @@ CONSOLE_FORMAT = '[${severity}] [${time}] [${node}]: ${message}'
 
 log = logging.getLogger('diff_encoder_sim')
 
+_print_traceback = threading.excepthook  # Python's own
+
 
 def run_node(name: str, build: Callable[[], Any], run: Callable[[Any], None] = lambda node: rospy.spin()) -> None:
     """Start a node, build its object, and let it `run`: by default until shutdown.
 
-    A user's mistake ends the node with one line and exit status 1.
+    A user's mistake ends the node with one line and exit status 1. An exception of this package that ends one of its
+    threads ends the node as well: roslaunch would not notice half a node.
     """
+    broken_threads: List[str] = []
+    threading.excepthook = lambda args: _end_with_thread(args, broken_threads)
     os.environ.setdefault('ROSCONSOLE_FORMAT', CONSOLE_FORMAT)
     try:
         rospy.init_node(name)
@@ -44,11 +51,31 @@ def run_node(name: str, build: Callable[[], Any], run: Callable[[Any], None] = l
         log.addHandler(_RosLogHandler())
         log.propagate = False
         run(build())
+        if broken_threads:
+            sys.exit(1)
     except ConfigError as error:
         rospy.logfatal('%s', error)
         sys.exit(1)
     except (rospy.ROSInterruptException, rospy.exceptions.ROSInitException):
         log.info('stopped before it was running')  # by Ctrl-C or roslaunch
+
+
+def _end_with_thread(args: threading.ExceptHookArgs, broken_threads: List[str]) -> None:
+    if _is_ending():
+        return
+    _print_traceback(args)
+    frames = traceback.walk_tb(args.exc_traceback)
+    is_ours = any(str(frame.f_globals.get('__name__', '')).startswith('diff_encoder_sim.') for frame, _ in frames)
+    if not is_ours:
+        return  # a thread of rospy's own, which may end so when another node dies
+    broken_threads.append(args.thread.name if args.thread else '')
+    rospy.logfatal('internal error: %s: %s; the node ends', args.exc_type.__name__, args.exc_value)
+    rospy.signal_shutdown('a thread has ended by an exception')
+
+
+def _is_ending() -> bool:
+    """Return whether the node's shutdown has begun: topics are closed before rospy.is_shutdown() is true."""
+    return bool(rospy.core.is_shutdown_requested())
 
 
 def node_params(
@@ -119,7 +146,7 @@ class _Publisher(rospy.Publisher):  # type: ignore[misc]  # rospy has no types
         try:
             super().publish(*args, **fields)
         except rospy.ROSException:
-            if not rospy.is_shutdown():
+            if not _is_ending():
                 raise
 
 

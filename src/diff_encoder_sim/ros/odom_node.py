@@ -12,8 +12,9 @@ from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 from diff_encoder_sim.msg import EncoderPulse
 from diff_encoder_sim.odometry.wheel_odometry import OdometryParams, WheelOdometry
 from diff_encoder_sim.ros.conversions import encoder_sample
-from diff_encoder_sim.ros.node import log, node_params, run_node, subscriber
+from diff_encoder_sim.ros.node import log, node_params, run_node
 from diff_encoder_sim.ros.odometry_output import OdometryOutput
+from diff_encoder_sim.ros.stamped_subscriber import stamped_subscriber
 
 
 class OdometryNode:
@@ -25,7 +26,7 @@ class OdometryNode:
         self._lock = threading.Lock()  # the service and the topic come in different threads
         self._output = OdometryOutput(params.odom_frame, params.base_frame, params.publish_tf)
         self._reset = rospy.Service('~reset', Empty, self._on_reset)
-        self._pulses = subscriber('encoder_pulse', EncoderPulse, self._on_pulses)
+        self._pulses = stamped_subscriber('encoder_pulse', EncoderPulse, self._on_pulses)
 
     def _on_pulses(self, message: EncoderPulse) -> None:
         try:

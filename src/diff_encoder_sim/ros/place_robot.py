@@ -17,6 +17,7 @@ from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.ros.conversions import pose_message
 from diff_encoder_sim.ros.gazebo_messages import SetModelState
 from diff_encoder_sim.ros.model_states import launched_model
+from diff_encoder_sim.ros.service_call import call_service
 
 SERVICE = '/gazebo/set_model_state'
 
@@ -31,7 +32,7 @@ def _place(options: argparse.Namespace) -> None:
     request.model_state.pose = pose_message(Pose2D(options.x, options.y, options.yaw))
     try:
         request.model_state.model_name = options.model or launched_model()
-        response = rospy.ServiceProxy(SERVICE, SetModelState)(request)
+        response = call_service(SERVICE, SetModelState, request)
     except (OSError, rospy.ROSException, rospy.ServiceException) as error:
         raise ConfigError(f'{SERVICE}: {error}; expected a running simulation') from None
     if not response.success:

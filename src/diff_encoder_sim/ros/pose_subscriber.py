@@ -10,7 +10,8 @@ from geometry_msgs.msg import PoseStamped
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_from_message
-from diff_encoder_sim.ros.node import log, subscriber
+from diff_encoder_sim.ros.node import log
+from diff_encoder_sim.ros.stamped_subscriber import stamped_subscriber
 
 
 def pose_subscriber(topic: str, callback: Callable[[int, Pose2D], None]) -> rospy.Subscriber:
@@ -24,4 +25,4 @@ def pose_subscriber(topic: str, callback: Callable[[int, Pose2D], None]) -> rosp
             return
         callback(ns_from_stamp(message.header.stamp), pose)
 
-    return subscriber(topic, PoseStamped, on_message)
+    return stamped_subscriber(topic, PoseStamped, on_message)

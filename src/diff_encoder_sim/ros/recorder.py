@@ -19,9 +19,11 @@ import rospy
 from rosgraph_msgs.msg import Clock
 
 from diff_encoder_sim.base.atomic_files import UNFINISHED_SUFFIX
-from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.errors import ConfigError, InputFault
+from diff_encoder_sim.base.stamps import check_stamp
 from diff_encoder_sim.recording.topics import CLOCK, RECORDED
-from diff_encoder_sim.ros.node import run_node
+from diff_encoder_sim.ros.conversions import ns_from_stamp
+from diff_encoder_sim.ros.node import log, run_node
 from diff_encoder_sim.ros.trial_plan import required_trial_plan
 
 # The format has no message at time 0; what comes before the clock gets the first instant after.
@@ -40,6 +42,7 @@ class Recorder:
         self._path = path
         self._unfinished = self._path.with_name(self._path.name + UNFINISHED_SUFFIX)
         self._lock = threading.Lock()  # each topic comes in a thread of its own
+        self._newest = EARLIEST
         self.last_message_s = time.monotonic()
         try:
             self._path.parent.mkdir(parents=True, exist_ok=True)
@@ -86,12 +89,21 @@ class Recorder:
         try:
             with self._lock:
                 if self._bag is not None:
-                    self._bag.write(
-                        topic, content, max(rospy.Time.now(), EARLIEST), raw=is_raw, connection_header=header
-                    )
+                    self._bag.write(topic, content, self._now(), raw=is_raw, connection_header=header)
         except OSError as error:
             rospy.logfatal('recording ends: %s cannot be written: %s', self._unfinished, error.strerror)
             rospy.signal_shutdown('recording failed')
+
+    def _now(self) -> rospy.Time:
+        """Return the clock's time, or the last one before it where the clock shows a time that cannot be."""
+        now = rospy.Time.now()
+        try:
+            check_stamp(ns_from_stamp(now))
+        except InputFault as fault:
+            log.warning('/clock: %s; recorded with the time before', fault)
+        else:
+            self._newest = max(now, EARLIEST)
+        return self._newest
 
 
 def main() -> None:

@@ -23,6 +23,9 @@ from diff_encoder_sim.ros.scanner_mount import ScannerMount, scanner_mount
 PATIENCE_NS = 2 * NANOSECONDS_PER_SECOND
 LONGEST_QUEUE = 100
 
+# Clocks within a robot differ by less. After a scan from farther ahead the next would look like a restart.
+SCANS_MOST_AHEAD_S = 1.0
+
 # A laser that is tilted more is worth a warning: its ranges are used as if it were level.
 LEVEL_WITHIN_RAD = math.radians(5.0)
 

@@ -117,20 +117,12 @@ class SimulatorNode:
         return [rospy.Service(f'/gazebo/{name}', Empty, handler) for name, handler in handlers.items()]
 
     def _run(self) -> None:
-        try:
-            while not rospy.is_shutdown():
-                if self._running.is_set():
-                    self._step()
-                else:
-                    self._publish_clock()
-                    time.sleep(PAUSED_CLOCK_PERIOD_S)
-        except rospy.ROSException:
-            if not rospy.is_shutdown():  # at shutdown, topics are closed while this thread publishes
-                raise
-        except Exception as error:
-            rospy.logfatal('the simulation ends by an internal error: %s', error)
-            rospy.signal_shutdown(str(error))
-            raise
+        while not rospy.is_shutdown():
+            if self._running.is_set():
+                self._step()
+            else:
+                self._publish_clock()
+                time.sleep(PAUSED_CLOCK_PERIOD_S)
 
     def _step(self) -> None:
         """Publish the state, wait until time may advance, and advance it by one tick."""

@@ -17,15 +17,17 @@ from std_msgs.msg import Float64
 from tf2_msgs.msg import TFMessage
 
 from diff_encoder_sim.base.bounded_numbers import Seed
-from diff_encoder_sim.base.errors import EVENT
+from diff_encoder_sim.base.errors import EVENT, InputFault
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.seeds import generator
-from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline, check_stamp
 from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_stamped_message, transform_message
 from diff_encoder_sim.ros.map_conversions import map_message
 from diff_encoder_sim.ros.node import compile_first, log, node_params, publisher, run_node, subscriber
-from diff_encoder_sim.ros.scan_queue import ScanQueue
+from diff_encoder_sim.ros.scan_queue import SCANS_MOST_AHEAD_S, ScanQueue
+from diff_encoder_sim.ros.stamped_subscriber import stamped_subscriber
+from diff_encoder_sim.ros.transform_buffer import TransformBuffer
 from diff_encoder_sim.ros.trial_plan import trial_plan
 from diff_encoder_sim.slam.grid_slam import GridSlam
 from diff_encoder_sim.slam.slam_params import GridSlamParams
@@ -55,8 +57,7 @@ class SlamNode:
         self._timeline = Timeline(tolerance_ns=NANOSECONDS_PER_SECOND // 10)
         self._mapped_ns: Optional[int] = None
         self._broadcast_ns: Optional[int] = None
-        self._buffer = tf2_ros.Buffer(rospy.Duration(30.0))
-        self._listener = tf2_ros.TransformListener(self._buffer, tcp_nodelay=True)
+        self._buffer = TransformBuffer(cache_s=30.0)
         self._broadcaster = tf2_ros.TransformBroadcaster()
         self._maps = publisher('map', OccupancyGridMessage, latch=True)
         self._metadata = publisher('map_metadata', MapMetaData, latch=True)
@@ -66,7 +67,7 @@ class SlamNode:
         self._queue = ScanQueue(
             rospy.resolve_name('scan'), self._buffer, self._params.base_frame, self._params.odom_frame, self._take
         )
-        self._scans = subscriber('scan', LaserScan, self._on_scan)
+        self._scans = stamped_subscriber('scan', LaserScan, self._on_scan, SCANS_MOST_AHEAD_S)
         # The laser's transform may come last, after the scan and its odometry.
         self._transforms = [subscriber(topic, TFMessage, lambda _: self._process()) for topic in ('/tf', '/tf_static')]
         self._has_had_scan = False
@@ -144,6 +145,11 @@ class SlamNode:
         stamp_ns = ns_from_stamp(rospy.Time.now()) + round(delay_s * NANOSECONDS_PER_SECOND)
         if stamp_ns == self._broadcast_ns:
             return  # the clock has not moved: tf2 warns of repeated stamps
+        try:
+            check_stamp(stamp_ns)
+        except InputFault as fault:
+            log.warning('/clock: %s; map -> odom not published', fault)
+            return
         self._broadcast_ns = stamp_ns
         self._broadcaster.sendTransform(
             transform_message(odom_pose_in_map, stamp_ns, self._params.map_frame, self._params.odom_frame)

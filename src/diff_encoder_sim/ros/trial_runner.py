@@ -20,7 +20,9 @@ from diff_encoder_sim.recording import topics
 from diff_encoder_sim.ros.graph import wait_until_connected
 from diff_encoder_sim.ros.launch_status import LaunchStatus
 from diff_encoder_sim.ros.node import log, publisher
+from diff_encoder_sim.ros.node_watch import NodeWatch
 from diff_encoder_sim.ros.pose_subscriber import pose_subscriber
+from diff_encoder_sim.ros.service_call import call_service
 from diff_encoder_sim.ros.trial_plan import required_trial_plan
 from diff_encoder_sim.trials.trial_outcome import GOAL_DISTANCE_M, Outcome, goal_error
 
@@ -43,6 +45,9 @@ GRAPH = (
     '/tf_static',
 )
 
+# As trial.launch calls the node that writes the bag; without a bag it does not run.
+RECORDER = '/record_trial'
+
 # Other recorded topics, which not every trial has: where they are published, the recorder must be connected as well.
 ALSO_RECORDED = tuple(topic for topic in topics.RECORDED if topic not in GRAPH)
 
@@ -54,7 +59,7 @@ class TrialParams(Params):
     map_frame: str = Field('map', min_length=1, description='frame of goals')
     start_timeout: PositiveDuration_s = Field(60.0, description='wall time for the graph to start [s]')
     stall_timeout: PositiveDuration_s = Field(
-        20.0, description='wall time without a true pose before the trial fails [s]'
+        20.0, description='wall time without a true pose or a response of a node, before the trial fails [s]'
     )
     goal_distance: PositiveDistance_m = Field(
         GOAL_DISTANCE_M, description='a true pose farther from the goal fails the trial [m]'
@@ -82,6 +87,7 @@ class TrialRunner:
         self._record = f'bag: {plan.bag}' if plan.bag else 'no bag'
         self._true_pose: Optional[Pose2D] = None
         self._last_pose_s = time.monotonic()
+        self._nodes = NodeWatch(params.stall_timeout)
         self._info = publisher(topics.TRIAL, String, latch=True)
         self._result = publisher(topics.TRIAL_RESULT, String, latch=True)
         self._info.publish(String(self.trial.model_dump_json()))
@@ -97,10 +103,11 @@ class TrialRunner:
         try:
             self._start(also_connected)
             drive()
+            self._check_nodes()
             self._check_goal()
         except TrialFailed as failure:
+            rospy.logerr('trial failed: %s; %s', failure, self._record)  # first: what follows takes a while
             self._report(failure.outcome, str(failure))
-            rospy.logerr('trial failed: %s; %s', failure, self._record)
             sys.exit(1)
         self._report(Outcome.SUCCEEDED, '')
         rospy.loginfo('trial succeeded; %s; roslaunch stops all nodes now', self._record)
@@ -110,13 +117,15 @@ class TrialRunner:
         """Block until `is_done`.
 
         Raises:
-            TrialFailed: the trial was stopped, or simulated time stands still.
+            TrialFailed: the trial was stopped, simulated time stands still, or a node does not respond.
         """
         while not is_done():
             if rospy.is_shutdown():
                 raise TrialFailed('stopped before its end')
             if time.monotonic() - self._last_pose_s > self._params.stall_timeout:
                 raise TrialFailed(f'no {topics.WORLD_POSE} for {self._params.stall_timeout:.0f} s')
+            if self._nodes.failure is not None:
+                raise TrialFailed(self._nodes.failure)
             time.sleep(POLL_PERIOD_S)
 
     def _start(self, also_connected: Sequence[str]) -> None:
@@ -125,9 +134,15 @@ class TrialRunner:
             raise TrialFailed('stopped before it began')
         if missing:
             raise TrialFailed(f'topics not connected within {self._params.start_timeout:.0f} s: {", ".join(missing)}')
+        self._nodes.start((*GRAPH, *also_connected), [RECORDER])
         time.sleep(FIRST_MESSAGES_S)
         self._last_pose_s = time.monotonic()
         _call('/gazebo/unpause_physics')
+
+    def _check_nodes(self) -> None:
+        failure = self._nodes.check()
+        if failure is not None:
+            raise TrialFailed(failure)
 
     def _check_goal(self) -> None:
         goal, true_pose = self.trial.goal(), self._true_pose
@@ -160,6 +175,6 @@ def distance_from_goal(pose: Pose2D, goal: Pose2D) -> str:
 
 def _call(service: str) -> None:
     try:
-        rospy.ServiceProxy(service, Empty)()
+        call_service(service, Empty)
     except rospy.ServiceException as error:
         log.warning('%s: %s', service, error)

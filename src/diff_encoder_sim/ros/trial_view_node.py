@@ -9,7 +9,8 @@ from visualization_msgs.msg import MarkerArray
 from diff_encoder_sim.base.stamps import Step, Timeline
 from diff_encoder_sim.recording import topics
 from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_from_message, pose_stamped_message, world_markers
-from diff_encoder_sim.ros.node import publisher, run_node, subscriber
+from diff_encoder_sim.ros.node import publisher, run_node
+from diff_encoder_sim.ros.stamped_subscriber import stamped_subscriber
 from diff_encoder_sim.ros.trial_plan import required_trial_plan
 from diff_encoder_sim.simulation.world import load_world
 
@@ -48,9 +49,9 @@ class TrialViewNode:
         self._markers.publish(world_markers(load_world(plan.world), MAP_FRAME))
         self._odom_trail = PathTrail('odom_path')
         self._subscribers = [
-            subscriber(topics.ODOM, Odometry, self._on_odom),
-            subscriber(topics.GLOBAL_POSE, PoseStamped, PathTrail('global_pose_path').add),
-            subscriber(topics.WORLD_POSE, PoseStamped, PathTrail('world_pose_path').add),
+            stamped_subscriber(topics.ODOM, Odometry, self._on_odom),
+            stamped_subscriber(topics.GLOBAL_POSE, PoseStamped, PathTrail('global_pose_path').add),
+            stamped_subscriber(topics.WORLD_POSE, PoseStamped, PathTrail('world_pose_path').add),
         ]
 
     def _on_odom(self, message: Odometry) -> None:

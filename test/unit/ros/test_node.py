@@ -2,6 +2,7 @@
 
 import contextlib
 import logging
+import threading
 
 import pytest
 
@@ -118,6 +119,32 @@ def test_events_are_always_sent(sent, log):
 def test_a_message_that_comes_while_the_node_ends_is_no_traceback(monkeypatch, is_shut_down):
     publisher = node.publisher('/nowhere', Header)
     publisher.unregister()
-    monkeypatch.setattr(rospy, 'is_shutdown', lambda: is_shut_down)
+    monkeypatch.setattr(rospy.core, 'is_shutdown_requested', lambda: is_shut_down)
     with contextlib.nullcontext() if is_shut_down else pytest.raises(rospy.ROSException):
         publisher.publish(Header())
+
+
+@pytest.mark.parametrize('is_of_this_package', [True, False])
+def test_a_thread_that_ends_by_an_exception_ends_the_node(monkeypatch, is_of_this_package):
+    """Only one of this package: rospy's own threads may end so when another node dies."""
+    reasons, ended = [], threading.Event()
+
+    def broken(*_):
+        ended.set()
+        raise RuntimeError('a map that nobody thought of')
+
+    def build():
+        target = (lambda: node.compile_first(broken)) if is_of_this_package else broken
+        thread = threading.Thread(target=target)
+        thread.start()
+        thread.join()
+
+    monkeypatch.setattr(rospy, 'init_node', lambda name: None)
+    monkeypatch.setattr(rospy, 'signal_shutdown', reasons.append)
+    monkeypatch.setattr(node, 'log', logging.getLogger('test_node_ends'))  # which gets a handler
+    monkeypatch.setattr(threading, 'excepthook', threading.excepthook)
+    monkeypatch.setattr(node, '_print_traceback', lambda _: None)
+    with pytest.raises(SystemExit) if is_of_this_package else contextlib.nullcontext():
+        node.run_node('node', build, lambda _: None)
+    assert ended.is_set()
+    assert len(reasons) == is_of_this_package
