@@ -108,7 +108,8 @@ wanted_packages() {
         echo "python3-$name ros-$name lib$name-dev"
       done
       echo python3-actionlib                                             # move_base's action
-      echo python3-dynamic-reconfigure                                   # parameters that change while nodes run
+      # parameters that change while nodes run; the package.xml with which rosrun finds its dynparam
+      echo python3-dynamic-reconfigure libdynamic-reconfigure-config-init-mutex-dev
       echo python3-rosgraph-msgs ros-rosgraph-msgs libros-rosgraph-msgs-dev
       echo ros-robot-state-publisher
       ;;

@@ -7,7 +7,7 @@ are the same in both, so a layer's parameters only move up.
 from __future__ import annotations
 
 import math
-from typing import Any, Dict, List, Mapping
+from typing import Any, Dict, List, Mapping, Set
 
 from diff_encoder_sim.base.bounded_numbers import LENGTH, is_number
 
@@ -34,30 +34,31 @@ def flattened(given: Mapping[str, Any]) -> Dict[str, Any]:
         ValueError: layers or sources that this package's costmap does not have.
     """
     flat = dict(given)
-    if 'plugins' in flat:
-        _merge_listed_layers(flat)
-    else:
-        for name, kind in USUAL_NAMES.items():
-            _merge_layer(flat, name, kind)
+    off = _merge_listed_layers(flat) if 'plugins' in flat else _merge_usual_layers(flat)
     _name_source_scan(flat)
+    if OBSTACLE in off:
+        flat['observation_sources'] = ''
+    if INFLATION in off:
+        flat['inflation_radius'] = 0.0
     _make_footprint_of_radius(flat)
     if flat.get('rolling_window') is True:
         return {'static_map': False, 'track_unknown_space': False, **flat}
     return flat
 
 
-def _merge_listed_layers(flat: Dict[str, Any]) -> None:
-    """Move up the layers that are listed as plugins; as upstream there are no others."""
+def _merge_usual_layers(flat: Dict[str, Any]) -> Set[str]:
+    """Move up the layers where none are listed; return the kinds that are not enabled."""
+    return {kind for name, kind in USUAL_NAMES.items() if not _merge_layer(flat, name, kind)}
+
+
+def _merge_listed_layers(flat: Dict[str, Any]) -> Set[str]:
+    """Move up the layers that are listed as plugins; return the kinds that are not, or not enabled."""
     plugins = _checked_plugins(flat.pop('plugins'))
     kinds = [plugin['type'] for plugin in plugins]
     flat.pop('map_type', None)
     flat['static_map'] = STATIC in kinds
-    for plugin in plugins:
-        _merge_layer(flat, plugin['name'], plugin['type'])
-    if OBSTACLE not in kinds:
-        flat['observation_sources'] = ''
-    if INFLATION not in kinds:
-        flat['inflation_radius'] = 0.0
+    enabled = {plugin['type'] for plugin in plugins if _merge_layer(flat, plugin['name'], plugin['type'])}
+    return set(ORDER) - enabled
 
 
 def _checked_plugins(plugins: Any) -> List[Dict[str, str]]:
@@ -73,16 +74,23 @@ def _checked_plugins(plugins: Any) -> List[Dict[str, str]]:
     return plugins
 
 
-def _merge_layer(flat: Dict[str, Any], name: str, kind: str) -> None:
-    """Move up one layer's parameters; where the costmap has them too, its own count, as upstream."""
+def _merge_layer(flat: Dict[str, Any], name: str, kind: str) -> bool:
+    """Move up one layer's parameters, and return whether it is enabled.
+
+    Where the costmap has them too, its own count, as upstream.
+    """
     layer = flat.pop(name, {})
     if not isinstance(layer, dict):
         raise ValueError(f'{name}: a mapping, the parameters of this layer')
-    if layer.get('enabled', True) is not True:
+    enabled = layer.get('enabled', True)
+    if not isinstance(enabled, bool):
+        raise ValueError(f'{name}.enabled: true or false')
+    if kind == STATIC and not enabled:
         raise ValueError(f'{name}.enabled: true; take the layer out of plugins instead')
     for key, value in layer.items():
         if key not in NOT_MOVED[kind]:
             flat.setdefault(key, value)
+    return enabled
 
 
 def _name_source_scan(flat: Dict[str, Any]) -> None:

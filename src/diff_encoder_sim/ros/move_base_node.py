@@ -68,13 +68,11 @@ class MoveBaseNode:
     # ---- arrivals
 
     def _on_map(self, message: OccupancyGridMessage) -> None:
-        try:
-            navigator = Navigator(self._params, grid_from_message(message))
-        except InputFault as fault:
-            log.warning('map not used: %s', fault)
-            return
         with self._lock:
-            self._navigator = navigator
+            try:
+                self._navigator = Navigator(self._params, grid_from_message(message))
+            except InputFault as fault:
+                log.warning('map not used: %s', fault)
 
     def _on_scan(self, message: LaserScan) -> None:
         with self._lock:

@@ -30,6 +30,15 @@ def test_layers_that_are_not_listed_are_not_there():
     assert (params.static_map, params.observation_sources, params.inflation_radius) == (True, '', 0.0)
 
 
+@pytest.mark.parametrize('form', [{}, {'plugins': PLUGINS}])
+def test_layers_that_are_not_enabled_have_no_effect(form):
+    """As dynamic_reconfigure leaves them on the parameter server."""
+    layers = {'inflation_layer': {'enabled': False, 'inflation_radius': 0.7}, 'obstacle_layer': {'enabled': False}}
+    laser = {'observation_sources': 'laser', 'laser': {'topic': '/scan', 'data_type': 'LaserScan'}}
+    params = CostmapParams.from_mapping({**form, **layers, **laser}, '')
+    assert (params.observation_sources, params.inflation_radius) == ('', 0.0)
+
+
 def test_the_laser_may_have_any_name():
     params = CostmapParams.from_mapping(
         {

@@ -30,7 +30,8 @@ REFUSED = {
     'order': ({'plugins': PLUGINS[::-1]}, 'in this order'),
     'no list': ({'plugins': 'static_layer'}, 'a list of'),
     'layer is no mapping': ({'plugins': PLUGINS, 'static_layer': 3}, 'static_layer: a mapping'),
-    'switched off': ({'plugins': PLUGINS, 'inflation_layer': {'enabled': False}}, 'inflation_layer.enabled: true'),
+    'switched off': ({'plugins': PLUGINS, 'static_layer': {'enabled': False}}, 'static_layer.enabled: true; take'),
+    'half on': ({'inflation_layer': {'enabled': 'half'}}, 'inflation_layer.enabled: true or false'),
     'misspelt in a layer': (
         {'plugins': PLUGINS, 'inflation_layer': {'inflation_radios': 0.5}},
         'inflation_radios: unknown key',

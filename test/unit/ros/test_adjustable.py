@@ -4,6 +4,8 @@ import math
 
 import pytest
 
+import upstream_params
+
 pytest.importorskip('rospy')
 pytest.importorskip('diff_encoder_sim.msg')
 
@@ -12,7 +14,7 @@ from diff_encoder_sim.base.typed_params import with_changes
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
 from diff_encoder_sim.ros import amcl_reconfiguration, navigation_limits
-from diff_encoder_sim.ros.adjustable import adjustable, adjustables_of
+from diff_encoder_sim.ros.adjustable import RESTORE_DEFAULTS, adjustable, adjustables_of
 
 NAVIGATOR = NavigatorParams()
 GROUPS = [
@@ -23,6 +25,17 @@ GROUPS = [
     (NAVIGATOR.local_costmap, navigation_limits.OBSTACLE_LAYER),
     (NAVIGATOR.local_costmap, navigation_limits.INFLATION_LAYER),
 ]
+
+
+def test_the_names_are_upstreams():
+    """The tables of test/support are typed from upstream's nodes, which read more than they let change."""
+    for names, upstream in (
+        (amcl_reconfiguration.LIMITS, upstream_params.AMCL),
+        (navigation_limits.MOVE_BASE, upstream_params.MOVE_BASE_NAMES),
+        (navigation_limits.DWA, upstream_params.DWA),
+        (navigation_limits.COSTMAP, upstream_params.COSTMAP),
+    ):
+        assert set(names) - set(upstream) - {RESTORE_DEFAULTS} == set()
 
 
 def test_type_and_limits_are_those_of_the_value():
