@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple, Optional
+from typing import NamedTuple
 
 import numpy as np
 import rospy
@@ -13,7 +13,8 @@ from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.localization.amcl import AmclEstimate
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.ros.conversions import stamp_from_ns
-from diff_encoder_sim.ros.node import log, publisher
+from diff_encoder_sim.ros.display_topic import DisplayTopic
+from diff_encoder_sim.ros.node import log
 
 
 class Spread(NamedTuple):
@@ -33,8 +34,7 @@ class AmclSpread:
 
     def __init__(self, diagnostic_period_s: float) -> None:
         self._period_ns = diagnostic_period_s * NANOSECONDS_PER_SECOND
-        self._diagnostics = publisher('/diagnostics', DiagnosticArray)
-        self._published_ns: Optional[int] = None
+        self._diagnostics = DisplayTopic('/diagnostics', DiagnosticArray)
         self.restart()
 
     def restart(self) -> None:
@@ -58,9 +58,7 @@ class AmclSpread:
 
     def diagnose(self, estimate: AmclEstimate, params: AmclParams, now_ns: int) -> None:
         """Publish the status of the newest estimate, once a period and to subscribers."""
-        is_over = self._published_ns is None or not 0 <= now_ns - self._published_ns < self._period_ns
-        if is_over and self._diagnostics.get_num_connections():
-            self._published_ns = now_ns
+        if self._diagnostics.is_due(self._period_ns, now_ns):
             message = DiagnosticArray(status=[spread_status(_spread(estimate), _limits(params))])
             message.header.stamp = stamp_from_ns(now_ns)
             self._diagnostics.publish(message)
