@@ -14,6 +14,7 @@ from diff_encoder_sim.analysis.encoder_labels import IDEAL
 from diff_encoder_sim.analysis.goal_errors import goal_errors, poses_in_map
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.host_info import usable_cores
+from diff_encoder_sim.base.interrupts import interrupts_blocked
 from diff_encoder_sim.base.pose_series import PoseSeries
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.encoders.pulses import ppr_label
@@ -46,7 +47,9 @@ def read_bag_trials(paths: Sequence[Path]) -> List[Union[BagTrial, str]]:
         return [_trial_or_reason(path) for path in paths]
     # Forked: starts at once, and does not run the main script again.
     with ProcessPoolExecutor(workers, multiprocessing.get_context('fork')) as pool:
-        return list(pool.map(_trial_or_reason, paths, chunksize=BAGS_PER_TASK))
+        with interrupts_blocked():  # in the forked processes: they end with this one
+            read = pool.map(_trial_or_reason, paths, chunksize=BAGS_PER_TASK)
+        return list(read)
 
 
 def read_bag_trial(path: Path) -> BagTrial:

@@ -18,6 +18,7 @@ import dask
 from distributed import Client, SpecCluster
 from distributed.security import Security
 
+from diff_encoder_sim.base.interrupts import interrupts_blocked
 from diff_encoder_sim.campaign.cluster import Workers
 from diff_encoder_sim.campaign.dask_settings import DASK_CONFIG, LOOPBACK, PrivateScheduler, silence_dask
 from diff_encoder_sim.campaign.worker_process import STARTED, WorkerSettings
@@ -49,7 +50,7 @@ def local_workers(count: int) -> Iterator[Workers]:
         opened.enter_context(dask.config.set(DASK_CONFIG))
         scratch = opened.enter_context(tempfile.TemporaryDirectory(prefix='campaign-'))
         security = Security.temporary()
-        with _interrupts_stay_here():
+        with interrupts_blocked():  # in Dask's thread and ours: it comes to the main thread, which stops all
             scheduler = {
                 'cls': PrivateScheduler,
                 'options': {'host': LOOPBACK, 'protocol': 'tls://', 'security': security, 'dashboard': False},
@@ -155,16 +156,3 @@ def _problem(processes: Sequence[KeptProcess]) -> Optional[str]:
     if not all(process.is_given_up for process in processes):
         return None
     return f'no worker process starts on this host: {processes[0].problem}'
-
-
-@contextlib.contextmanager
-def _interrupts_stay_here() -> Iterator[None]:
-    """Keep Ctrl-C from the threads that begin in this context, and from the processes that they start.
-
-    It comes to the main thread, which then does not sleep on; that one stops them.
-    """
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)

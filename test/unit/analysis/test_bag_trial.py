@@ -1,6 +1,10 @@
 """One trial from its bag."""
 
 import math
+import os
+import signal
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -9,6 +13,7 @@ from diff_encoder_sim.analysis.bag_trial import MOST_POINTS
 from diff_encoder_sim.analysis.dataset_loading import load_dataset
 from diff_encoder_sim.trials.pose_source import PoseSource
 from diff_encoder_sim.trials.trial_outcome import Outcome
+from places import SOURCE
 from synthetic_trials import ALTO
 from trial_bags import TRUTH, trial, write_bag
 
@@ -35,3 +40,34 @@ def test_tracks_are_thinned_and_keep_their_ends(tmp_path):
     (found,) = load_dataset([write_bag(tmp_path / 'a.bag', trial(), odom=odom)]).trials
     assert found.tracks.odometry.shape == (MOST_POINTS, 2)
     assert found.tracks.odometry[[0, -1], 0] == pytest.approx([-10.0, -10.0 + odom[-1][0]])
+
+
+INTERRUPTED = """
+import time
+from diff_encoder_sim.analysis import bag_trial
+
+def read(path):
+    print('reading', flush=True)
+    time.sleep(0.3)
+
+bag_trial._trial_or_reason, bag_trial.usable_cores = read, lambda: 2
+try:
+    bag_trial.read_bag_trials(range(100))
+except KeyboardInterrupt:
+    print('stopped')
+"""
+
+
+def test_ctrl_c_ends_the_reading_processes_without_a_word_of_theirs():
+    process = subprocess.Popen(
+        [sys.executable, '-c', INTERRUPTED],
+        env={**os.environ, 'PYTHONPATH': str(SOURCE)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    assert process.stdout.readline() == 'reading\n'
+    os.killpg(process.pid, signal.SIGINT)  # as a terminal does
+    out, err = process.communicate(timeout=30)
+    assert (out.splitlines()[-1], err) == ('stopped', '')
