@@ -8,11 +8,7 @@ import signal
 import time
 from pathlib import Path
 
-from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.cli.campaign import main
-from diff_encoder_sim.lockstep.trial_run import TrialResult
-from diff_encoder_sim.trials.pose_source import PoseSource
-from diff_encoder_sim.trials.trial_outcome import Ending, Outcome
+from diff_encoder_sim.base.command_start import run_command
 
 TRIAL_S = 'CAMPAIGN_TRIALS_LAST_S'
 FOLDER = 'CAMPAIGN_TRIALS_FOLDER'  # of a log of attempts, and of what is to go wrong
@@ -21,6 +17,12 @@ LOG = 'attempts'
 
 def trial(plan, robot_file, params, record):
     """A result and a bag that depend on the plan alone."""
+    # Here, so that this script is no slower than scripts/campaign to notice Ctrl-C.
+    from diff_encoder_sim.base.se2 import Pose2D
+    from diff_encoder_sim.lockstep.trial_run import TrialResult
+    from diff_encoder_sim.trials.pose_source import PoseSource
+    from diff_encoder_sim.trials.trial_outcome import Ending, Outcome
+
     number = plan.trial.number
     folder = Path(os.environ[FOLDER])
     with open(folder / LOG, 'a') as log:
@@ -49,4 +51,4 @@ if __name__ == '__main__':
     # Workers know it by its module's name, not as part of the script that was started.
     from campaign_trials import trial as importable_trial
 
-    main(run=importable_trial)
+    run_command('campaign', 'cli.campaign', None, importable_trial)

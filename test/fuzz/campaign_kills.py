@@ -5,7 +5,7 @@
 
 A killed campaign is started again until it is complete. Each process must end without a traceback, each client without
 leaving a process, and trials.csv (but for wall times) and bags must equal those of an undisturbed campaign. The status
-is 1 if anything else was seen.
+is 1 if anything else was seen. Ctrl-C before Python has come to the first line of a script is counted apart.
 """
 
 import argparse
@@ -55,6 +55,9 @@ class KilledCampaigns:
         self.problems = []
         began_s = time.monotonic()
         process = self._start('undisturbed')
+        while not workers_of(process):
+            time.sleep(0.005)
+        self.starts_s = time.monotonic() - began_s
         self._end(process, 'undisturbed', 0)
         self.lasts_s = time.monotonic() - began_s
         self._expected = results(folder / 'undisturbed')
@@ -81,16 +84,19 @@ class KilledCampaigns:
     def _kill(self, process, name):
         """Wait for a random moment and kill; return the process that goes on."""
         way = self._rng.choice(list(WAYS), p=np.array(list(WAYS.values())) / sum(WAYS.values()))
-        end_s = time.monotonic() + self._rng.uniform(0.0, self.lasts_s)
+        of_workers = way == 'worker SIGKILL'
+        while of_workers and process.poll() is None and not workers_of(process):
+            time.sleep(0.005)
+        longest_s = self.lasts_s - self.starts_s if of_workers else self.lasts_s
+        end_s = time.monotonic() + self._rng.uniform(0.0, longest_s)
         while time.monotonic() < end_s and process.poll() is None:
             time.sleep(0.005)
-        if process.poll() is not None:
+        workers = workers_of(process)
+        if process.poll() is not None or (of_workers and not workers):
             return process
-        if way == 'worker SIGKILL':
-            workers = workers_of(process)
-            if workers:
-                self.seen[way] += 1
-                workers[self._rng.integers(len(workers))].kill()
+        if of_workers:
+            self.seen[way] += 1
+            workers[self._rng.integers(len(workers))].kill()
             return process
         self.seen[way] += 1
         children = psutil.Process(process.pid).children(recursive=True)
@@ -121,6 +127,9 @@ class KilledCampaigns:
         status = process.wait(PATIENCE_S)
         said = self._said.read_text()
         self.seen['workers started again'] += said.count('trying again')
+        if status == 1 and str(ROOT) not in said and 'KeyboardInterrupt' in said:
+            self.seen['Ctrl-C before the first line of the script'] += 1
+            return
         # A campaign may be through before the signal arrives.
         if status not in (*expected, 0) or any(word in said for word in UNWANTED):
             self.problems.append(f'{name}: status {status}, expected {expected[0]}:\n{said}')
@@ -131,7 +140,8 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         campaigns = KilledCampaigns(IDLE if options.idle else REAL, Path(folder), np.random.default_rng(options.seed))
         campaigns.run(options.kills)
-    print(f'an undisturbed campaign of 6 trials took {campaigns.lasts_s:.1f} s; kills came 0 to so many seconds apart')
+    times = f'{campaigns.lasts_s:.1f} s, its workers began after {campaigns.starts_s:.1f} s'
+    print(f'an undisturbed campaign of 6 trials took {times}; kills came at moments of these spans')
     for name, count in sorted(campaigns.seen.items()):
         print(f'{count:5} {name}')
     print('\n'.join(campaigns.problems) or 'no traceback, no process left, all results equal byte for byte')

@@ -6,14 +6,13 @@ import importlib
 import os
 import signal
 import sys
-from typing import Sequence
 
 STANDARD_ERROR = 2
 STOPPED = 128 + signal.SIGINT  # the exit status that shells expect after Ctrl-C
 
 
-def run_command(name: str, module: str, *arguments: Sequence[str]) -> None:
-    """Import a command's module, such as `cli.campaign`, and run its `main`: for sys.argv, or for a list of arguments.
+def run_command(name: str, module: str, *arguments: object) -> None:
+    """Import a command's module, such as `cli.campaign`, and run its `main`, for sys.argv unless `arguments` are given.
 
     Ctrl-C at any moment, also during the imports, prints one line and exits with status 130.
     """
