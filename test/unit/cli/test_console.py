@@ -30,7 +30,7 @@ def fixture_ending(monkeypatch, capsys):
 
 
 def test_every_command_without_ros_is_there_but_for_those_that_launch_files_call():
-    scripts = [path for path in (ROOT / 'scripts').iterdir() if not path.suffix]
+    scripts = [path for path in (ROOT / 'scripts').iterdir() if path.is_file() and not path.suffix]
     tools = {path.name for path in scripts if f"run_command('{path.name}', 'cli." in path.read_text()}
     assert tools - set(COMMANDS) == {'robot_description', 'robot_settings', 'trial_spec'}
     assert set(COMMANDS) <= tools
