@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 import textwrap
-from typing import Callable, NoReturn, Sequence
+from typing import Any, Callable, NoReturn, Sequence
 
 from diff_encoder_sim.base.command_name import as_called, as_typed
 from diff_encoder_sim.base.errors import ConfigError, in_one_line, readable
@@ -15,7 +16,15 @@ HELP_WIDTH = 80
 
 
 class ToolParser(argparse.ArgumentParser):
-    """argparse's, with errors of a readable length."""
+    """argparse's, for arguments in UTF-8, with errors of a readable length."""
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Parse arguments; file names of other bytes could be neither printed nor written into a bag."""
+        given = sys.argv[1:] if args is None else list(args)
+        for each in given:
+            if re.search('[\ud800-\udfff]', each):
+                self.error(f'given {each!r}; allowed: text in UTF-8')
+        return super().parse_known_args(given, namespace)
 
     def error(self, message: str) -> NoReturn:
         """Print the usage and what is wrong, and exit with status 2."""

@@ -19,8 +19,8 @@ from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.navigation.costmap_layer_params import flattened
 from diff_encoder_sim.navigation.footprint import ALTO_FOOTPRINT, FootprintPolygon
 
-# In a rolling window: 200 m x 200 m in cells of 4 cm.
-MOST_CELLS = 25_000_000
+# In a rolling window: 100 m x 100 m in cells of 5 cm.
+MOST_CELLS = 4_000_000
 
 
 def _is_scan(topic: str) -> str:

@@ -29,7 +29,7 @@ def cost_table(
     """
     cells = radius_in_cells(inflation_radius_m, resolution_m)
     distance_m = np.sqrt(np.arange(cells * cells + 1)) * resolution_m
-    decayed = (INSCRIBED - 1) * np.exp(-cost_scaling_factor * (distance_m - inscribed_radius_m))
+    decayed = (INSCRIBED - 1) * np.exp(np.minimum(-cost_scaling_factor * (distance_m - inscribed_radius_m), 0.0))
     costs = np.where(distance_m <= inscribed_radius_m, INSCRIBED, np.minimum(decayed, INSCRIBED))
     costs[0] = LETHAL
     return costs.astype(np.uint8)

@@ -17,7 +17,7 @@ import genpy
 import rospy
 import rospy.client
 
-from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.errors import ConfigError, readable
 from diff_encoder_sim.base.nested_mappings import merged
 from diff_encoder_sim.base.typed_params import P, Params, shared_params
 from diff_encoder_sim.base.yaml_files import yaml_value
@@ -55,6 +55,11 @@ def run_node(name: str, build: Callable[[], Any], run: Callable[[Any], None] = l
             sys.exit(1)
     except ConfigError as error:
         rospy.logfatal('%s', error)
+        sys.exit(1)
+    except OSError as error:
+        if error.filename is None:
+            raise
+        rospy.logfatal('%s', readable(f'{error.filename}: {error.strerror}'))  # such as a name that no file can have
         sys.exit(1)
     except (rospy.ROSInterruptException, rospy.exceptions.ROSInitException):
         log.info('stopped before it was running')  # by Ctrl-C or roslaunch

@@ -45,7 +45,7 @@ REFUSED = {
     'maximum': ({'use_maximum': True}, 'use_maximum: given True; allowed: False'),
     'too fine': (
         {'plugins': PLUGINS[1:], 'rolling_window': True, 'resolution': 1e-3, 'width': 6.0, 'height': 6.0},
-        '25000000 cells',
+        '4000000 cells',
     ),
     'radius': ({'robot_radius': -0.2}, 'robot_radius: 0.001 to 100 [m], not -0.2'),
     'radius is text': ({'robot_radius': 'wide'}, "not 'wide'"),
