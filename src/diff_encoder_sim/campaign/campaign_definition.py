@@ -12,6 +12,7 @@ from pydantic import AfterValidator, Field
 from typing_extensions import Annotated
 
 from diff_encoder_sim.base.bounded_numbers import Between
+from diff_encoder_sim.base.file_names import PathText
 from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.campaign.campaign_robot import CampaignRobot
 from diff_encoder_sim.campaign.trial_files import TrialFiles
@@ -36,13 +37,14 @@ def _is_printable(text: str) -> str:
 
 
 Line = Annotated[str, AfterValidator(_is_printable)]
+PathLine = Annotated[PathText, AfterValidator(_is_printable)]
 
 
 class CampaignParams(Params):
     """The keys of a campaign file."""
 
     name: Line = Field(min_length=1, description='name of the campaign')
-    tests: List[Line] = Field(min_length=1, description='names of files in config/tests/, or paths of .yaml files')
+    tests: List[PathLine] = Field(min_length=1, description='names of files in config/tests/, or paths of .yaml files')
     ppr: List[PulsesPerRevolution] = Field(min_length=1, description='encoders, in pulses per wheel revolution')
     trials: Annotated[int, Between(1, MOST_TRIALS)] = Field(30, description='trials of each test with each encoder')
     seed: Annotated[int, Between(0, 2**62 - 1)] = Field(0, description='trial k has the seed `seed` + k')
@@ -51,7 +53,9 @@ class CampaignParams(Params):
         'minimal', description='topics in the bags: all, without bulky ones such as /scan, or no bags'
     )
     bag_format: BagFormat = Field('ros1', description='of the bags: ROS 1, or MCAP files of ROS 2')
-    robot: Line = Field('', description='name of a robot in config/robots/, a robot file, xacro or URDF; empty: alto')
+    robot: PathLine = Field(
+        '', description='name of a robot in config/robots/, a robot file, xacro or URDF; empty: alto'
+    )
     overrides: Dict[Line, Any] = Field(
         {}, alias='set', description='values of parameters in all trials, by dotted keys'
     )

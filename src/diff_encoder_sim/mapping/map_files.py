@@ -15,6 +15,7 @@ from typing_extensions import Annotated
 from diff_encoder_sim.base.atomic_files import write_file
 from diff_encoder_sim.base.bounded_numbers import Between, CellSide_m, Fraction, Percent
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.file_names import PathText
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.typed_params import Params, load_params
 from diff_encoder_sim.mapping.map_image import read_image
@@ -29,7 +30,7 @@ ORIGIN_DIGITS = 9  # in a saved file: nanometres, so that a yaw sent as a quater
 class MapFileParams(Params):
     """Keys of map_server's YAML file."""
 
-    image: str = Field(min_length=1, description='PGM or PNG; relative to the YAML file')
+    image: PathText = Field(min_length=1, description='PGM or PNG; relative to the YAML file')
     resolution: CellSide_m = Field(description='side of a pixel [m]')
     origin: List[Annotated[float, Between(-1e6, 1e6)]] = Field(
         min_length=3, max_length=3, description='pose of the lower left corner: x, y [m], yaw [rad]'

@@ -9,6 +9,7 @@ from pydantic import Field
 
 from diff_encoder_sim.base.bounded_numbers import Offset_m, PulsesPerTurn
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.file_names import PathText
 from diff_encoder_sim.base.typed_params import Params, did_you_mean, load_params
 from diff_encoder_sim.robots.added_laser import AddedLaser
 from diff_encoder_sim.robots.robot_source import RobotSource
@@ -31,9 +32,9 @@ class AddedLaserParams(Params):
 class RobotFileParams(Params):
     """The keys of a robot file; config/robots/ has patterns."""
 
-    urdf: str = Field(min_length=1, description='xacro or URDF file, relative to this file')
+    urdf: PathText = Field(min_length=1, description='xacro or URDF file, relative to this file')
     arguments: Dict[str, Union[bool, int, float, str]] = Field({}, description='xacro arguments by name')
-    packages: List[str] = Field(
+    packages: List[PathText] = Field(
         [], description='folders in which packages of package:// and $(find) are looked for, relative to this file'
     )
     laser: Optional[AddedLaserParams] = Field(

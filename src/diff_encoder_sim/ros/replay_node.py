@@ -19,6 +19,7 @@ from typing_extensions import Annotated
 
 from diff_encoder_sim.base.bounded_numbers import Between, PositiveDuration_s
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.file_names import PathText
 from diff_encoder_sim.base.paths import users_path
 from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.encoders.pulses import ppr_label
@@ -46,8 +47,8 @@ QUIET_S = 1.0  # wall time without a message, after which the recording is compl
 class ReplayParams(Params):
     """Parameters of replay_node, beside those of the encoder and the odometry."""
 
-    bag: str = Field(min_length=1, description='ROS 1 bag with wheel angles (JointState)')
-    out: str = Field('', description='path of the new bag; empty: bags/BAG_PPRppr_replay.bag')
+    bag: PathText = Field(min_length=1, description='ROS 1 bag with wheel angles (JointState)')
+    out: PathText = Field('', description='path of the new bag; empty: bags/BAG_PPRppr_replay.bag')
     joint_states: str = Field('', description='topic of the wheel angles; empty: the only one of its type')
     speed: Annotated[float, Between(1e-3, 100.0)] = Field(1.0, description='played time per recorded time')
     start_timeout: PositiveDuration_s = Field(60.0, description='wall time for the graph to start [s]')

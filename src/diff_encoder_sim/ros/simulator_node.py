@@ -17,6 +17,7 @@ from typing_extensions import Annotated, Literal
 
 from diff_encoder_sim.base.bounded_numbers import Between, Rate_Hz, Seed
 from diff_encoder_sim.base.errors import ConfigError, InputFault
+from diff_encoder_sim.base.file_names import PathText
 from diff_encoder_sim.base.paths import package_folder, users_path
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.encoders.sampling import DEFAULT_RATE_HZ
@@ -42,11 +43,11 @@ SHORTEST_COMMAND_PERIOD_S = (GRAPH_LEAD_NS + TICK_NS) / NANOSECONDS_PER_SECOND
 class SimulatorNodeParams(SimulatorParams):
     """Parameters of simulator_node. World, start and seed are the /trial's unless given."""
 
-    robot: str = Field(
+    robot: PathText = Field(
         min_length=1, description='name of a robot in config/robots/, a robot file, or a xacro or URDF file'
     )
     robot_args: str = Field('', description="arguments of the robot's xacro: name=value name=value")
-    world: str = Field(min_length=1, description='world file; default: that of /trial')
+    world: PathText = Field(min_length=1, description='world file; default: that of /trial')
     start: PoseParams = Field(PoseParams(), description='pose of base_link in the world; default: that of /trial')
     seed: Seed = Field(0, description='of all random draws; default: the number of /trial')
     real_time_factor: Annotated[float, Between(1e-3, 1e6, or_zero=True)] = Field(

@@ -20,6 +20,7 @@ from diff_encoder_sim.base.bounded_numbers import (
     Turns,
 )
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.file_names import PathText
 from diff_encoder_sim.base.se2 import Pose2D, move_along_arc, wrap_angle
 from diff_encoder_sim.base.typed_params import Params, load_params
 
@@ -94,7 +95,7 @@ class TestDefinition(Params):
     name: str = Field(
         min_length=1, max_length=60, pattern=r'^[A-Za-z0-9][A-Za-z0-9_.+-]*$', description='part of file names'
     )
-    world: str = Field(min_length=1, description='file in worlds/ without its suffix, or a path')
+    world: PathText = Field(min_length=1, description='file in worlds/ without its suffix, or a path')
     start: PoseParams = Field(PoseParams(), description='pose of the robot in the map frame')
     drive: List[Segment] = Field([], description='what nav:=scripted drives, without feedback')
     route: List[Leg] = Field([], description='what is navigated; the last leg is a goal')

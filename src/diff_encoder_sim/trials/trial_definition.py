@@ -8,6 +8,7 @@ from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
 from typing_extensions import Annotated
 
 from diff_encoder_sim.base.bounded_numbers import Between, Length_m, Offset_m, Rate_Hz, Seed
+from diff_encoder_sim.base.file_names import PathText
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.encoders.pulses import DEFAULT_PPR, PulsesPerRevolution
@@ -53,12 +54,12 @@ class TrialPlan(Params):
     """A trial and the paths of its files."""
 
     trial: Trial
-    world: str = Field(description='path of the world file')
-    map: str = Field(description="path of its map's YAML file")
-    bag: str = Field(description='path of the bag to record; empty for none')
+    world: PathText = Field(description='path of the world file')
+    map: PathText = Field(description="path of its map's YAML file")
+    bag: PathText = Field(description='path of the bag to record; empty for none')
     bag_format: BagFormat = Field('ros1', description='of a bag that is recorded in lockstep: ROS 1, or MCAP of ROS 2')
     slam: Literal['none', 'embedded', 'upstream'] = 'none'
-    save_map: str = Field('', description='path, without suffix, of the map that SLAM makes')
+    save_map: PathText = Field('', description='path, without suffix, of the map that SLAM makes')
 
 
 class LivePlan(TrialPlan):
