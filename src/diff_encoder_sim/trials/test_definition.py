@@ -65,7 +65,7 @@ class Leg(Params):
 
     goal: Optional[PoseParams] = Field(None, description='pose in the map frame at which the robot stops')
     through: Optional[List[Point]] = Field(
-        None, min_length=1, description='waypoints, passed without stopping, in this order'
+        None, min_length=1, max_length=10_000, description='waypoints, passed without stopping, in this order'
     )
     turns: Optional[Turns] = Field(None, description='full turns in place by the estimated pose, counter-clockwise')
 
@@ -97,8 +97,8 @@ class TestDefinition(Params):
     )
     world: PathText = Field(min_length=1, description='file in worlds/ without its suffix, or a path')
     start: PoseParams = Field(PoseParams(), description='pose of the robot in the map frame')
-    drive: List[Segment] = Field([], description='what nav:=scripted drives, without feedback')
-    route: List[Leg] = Field([], description='what is navigated; the last leg is a goal')
+    drive: List[Segment] = Field([], max_length=1000, description='what nav:=scripted drives, without feedback')
+    route: List[Leg] = Field([], max_length=1000, description='what is navigated; the last leg is a goal')
     pass_radius: Annotated[float, Between(1e-3, 1000.0, 'm')] = Field(
         0.5, description='distance that counts as passing a waypoint [m]'
     )
