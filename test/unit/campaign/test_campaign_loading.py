@@ -176,7 +176,7 @@ def test_a_mistake_on_the_command_line_is_not_blamed_on_the_file(tmp_path, repla
         ({'set': {'config.ppr': 40}}, "config.ppr: every trial sets it; allowed: the campaign's ppr"),
         ({'set': {'amcl.initial_pose_x': 1.0}}, "initial_pose_x: every trial sets it; allowed: the test's start"),
         ({'set': {NOISE: -1}}, 'simulator: lidar.noise: given -1; allowed: 0 to 1000'),
-        ({'set': {NOISE: math.nan}}, 'simulator: lidar.noise: given nan; allowed: a finite number'),
+        ({'set': {NOISE: math.nan}}, 'simulator: lidar.noise: given nan; allowed: 0 to 1000'),
         ({'set': {NOISE: '0.1'}}, "lidar.noise: given '0.1'"),
         ({'set': {NOISE: None}}, 'noise: given None'),
         ({'set': {MODULUS: 1}}, 'config: counter_modulus: given 1'),
