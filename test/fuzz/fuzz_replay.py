@@ -1,5 +1,7 @@
 """replay.launch with odd arguments and odd bags, on a real ROS graph: where the workspace is sourced."""
 
+import re
+
 import numpy as np
 
 from diff_encoder_sim.base.errors import ConfigError
@@ -56,7 +58,15 @@ def run(rng, folder):
     if 'Traceback (most recent call last)' in output or not is_gone:
         raise Fault(f'{"" if is_gone else "processes are left: "}{arguments}: {output}')
     if code != 0:
-        raise ConfigError(f'status {code}')
+        raise ConfigError(_naming_line(output))
+
+
+def _naming_line(output):
+    """The line of whoever refuses: a node, robot_settings before any starts, or roslaunch itself."""
+    for line in output.splitlines():
+        if any(word in line for word in ('FATAL', 'robot_settings: ', 'RLException', 'Invalid ')):
+            return re.sub(r'\x1b\[[0-9;]*m', '', line)
+    raise Fault(f'it fails without a word: {output}')
 
 
 def _odd_rows(rng):
