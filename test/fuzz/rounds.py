@@ -53,14 +53,18 @@ def fuzz(areas, seed, cases=None, minutes=None, keep=None) -> Dict[str, Progress
     """Try `cases` of each area, or share the minutes among them; inputs of what falls go below the folder `keep`."""
     done = {area.name: Progress() for area in areas}
     for area in areas:
-        with temporary_folder() as folder, contextlib.redirect_stdout(io.StringIO()):
-            area.warm_up(folder)
+        _warm_up(area)
     end_s = time.monotonic() + 60.0 * (minutes or 0.0)
     while True:
         left = [area for area in areas if cases is None or done[area.name].tried < cases]
         if not left or (cases is None and time.monotonic() > end_s):
             return done
         _try(min(left, key=lambda area: done[area.name].spent_s), seed, keep, done)
+
+
+def _warm_up(area: Area) -> None:
+    with temporary_folder() as folder, contextlib.redirect_stdout(io.StringIO()):
+        area.warm_up(folder)
 
 
 def _try(area: Area, seed: int, keep: Optional[Path], done: Dict[str, Progress]) -> None:
@@ -81,6 +85,7 @@ def _try(area: Area, seed: int, keep: Optional[Path], done: Dict[str, Progress])
 
 def try_again(area: Area, seed: int, index: int) -> Verdict:
     """Run one case in this process, where a debugger can see it; its inputs stay in the folder that is printed."""
+    _warm_up(area)
     folder = Path(tempfile.mkdtemp(prefix='fuzz_'))
     print(f'inputs: {folder}')
     return judge(lambda: area.run(generator(area, seed, index), folder))

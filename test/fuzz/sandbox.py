@@ -23,6 +23,7 @@ LONGEST_LINE = 3000  # characters, as in base/errors.py
 
 # Of the caller, who waits for a machine that others use as well.
 WALL_PER_CPU = 10
+USAGE = 2  # argparse's status, after its usage and one line
 POLL_S = 0.005
 MEBIBYTE = 1 << 20
 
@@ -140,6 +141,8 @@ def _of_signal(number: int, limits: Limits) -> Verdict:
 
 def _of_line(given: object) -> Verdict:
     text = str(given)
+    if given == USAGE:
+        return Verdict(REFUSED, '')
     if not isinstance(given, str):
         return Verdict(FALLEN, f'ends with {given!r}, without a line')
     if len(text.splitlines()) != 1 or len(text) > LONGEST_LINE or not text.isprintable():

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import json
-import math
 from pathlib import Path
 from typing import Any, Dict, List, NamedTuple, Tuple
 
@@ -13,6 +12,9 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.campaign.results_layout import MANIFEST, TABLE
 from diff_encoder_sim.campaign.trial_row import TrialRow, csv_fields, header, row_of
 from diff_encoder_sim.trials.trial_definition import Trial
+
+# Of a trial: metres, radians or seconds. Squares of what is larger, or not finite, spoil every table.
+LARGEST_NUMBER = 1e9
 
 
 class Manifest(NamedTuple):
@@ -101,7 +103,7 @@ def _rows(path: Path, manifest: Manifest) -> Tuple[List[TrialRow], List[str]]:
         except ValueError:
             raise ConfigError(
                 f'{path}: line {number} does not belong to the campaign of {MANIFEST}, occurs twice or has a '
-                f'number that is not finite; expected it as campaign wrote it'
+                f'number that no trial has; expected it as campaign wrote it'
             ) from None
     return list(rows.values()), notes
 
@@ -114,7 +116,8 @@ def _row(line: str, manifest: Manifest) -> TrialRow:
     """
     row = row_of(csv_fields(line.encode('utf-8')), manifest.varied_keys)
     errors = itertools.chain.from_iterable(error for error in row.errors.values() if error)
-    _check(row.test in manifest.requested and all(map(math.isfinite, (row.duration_s, row.distance_m, *errors))))
+    numbers = (row.duration_s, row.distance_m, row.wall_time_s, *errors)
+    _check(row.test in manifest.requested and all(abs(number) <= LARGEST_NUMBER for number in numbers))
     return row
 
 

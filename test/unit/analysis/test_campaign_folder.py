@@ -39,6 +39,7 @@ def test_a_manifest_of_another_campaign_is_named(folder, tmp_path):
         lambda lines: lines[:2] + ['SL,90'] + lines[3:],
         lambda lines: lines[:1] + [lines[1].replace('SL,', 'LS,')] + lines[2:],
         lambda lines: lines[:1] + [lines[1].replace('49.05', 'nan')] + lines[2:],
+        lambda lines: lines[:1] + [lines[1].replace('49.05', '1e300')] + lines[2:],
     ],
 )
 def test_lines_that_are_no_rows_are_named(folder, change):
