@@ -1,12 +1,14 @@
 """replay_node: plays a recorded drive to the encoder and the odometry node, and records what they publish.
 
 `rosbag play` publishes the wheel angles, and the true poses if the bag is of a trial; recorded odometry, transforms and
-counts are left out. It starts when the live nodes have subscribed; the launch ends with it.
+counts are left out. It plays a copy of these topics, so that the bag may be of ROS 2, or torn. It starts when the live
+nodes have subscribed; the launch ends with it.
 """
 
 from __future__ import annotations
 
 import subprocess
+import tempfile
 import time
 from pathlib import Path
 from typing import List, Optional
@@ -27,6 +29,7 @@ from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 from diff_encoder_sim.odometry.wheel_odometry import OdometryParams
 from diff_encoder_sim.recording import topics
 from diff_encoder_sim.recording.bag_source import BagSource, open_source
+from diff_encoder_sim.recording.ros1_copy import write_ros1_copy
 from diff_encoder_sim.recording.trial_metadata import trial_of_source
 from diff_encoder_sim.reencoding.bag_output import COPIED, copied_topics
 from diff_encoder_sim.reencoding.reencoded_trial import with_encoder
@@ -47,7 +50,7 @@ QUIET_S = 1.0  # wall time without a message, after which the recording is compl
 class ReplayParams(Params):
     """Parameters of replay_node, beside those of the encoder and the odometry."""
 
-    bag: PathText = Field(min_length=1, description='ROS 1 bag with wheel angles (JointState)')
+    bag: PathText = Field(min_length=1, description='bag of ROS 1 or ROS 2 with wheel angles (JointState)')
     out: PathText = Field('', description='path of the new bag; empty: bags/BAG_PPRppr_replay.bag')
     joint_states: str = Field('', description='topic of the wheel angles; empty: the only one of its type')
     speed: Annotated[float, Between(1e-3, 100.0)] = Field(1.0, description='played time per recorded time')
@@ -87,11 +90,6 @@ class ReplayNode:
             self._status.succeed()
 
     def _wheel_topic(self, source: BagSource) -> str:
-        if source.is_cdr or source.fault:
-            raise ConfigError(
-                f'{self._bag}: rosbag play cannot read this bag ({source.fault or "of ROS 2"}); '
-                'expected a complete bag of ROS 1; the command reencode can read it'
-            )
         wheels = find_wheels(
             self._bag,
             source,
@@ -149,23 +147,40 @@ class ReplayNode:
         """Run rosbag play to its end.
 
         Raises:
-            ConfigError: rosbag play failed.
+            ConfigError: rosbag play failed, or there is no place for what it plays.
         """
-        player = subprocess.Popen(
-            self._command(), stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
-        )
-        while player.poll() is None and not rospy.is_shutdown():
-            time.sleep(POLL_PERIOD_S)
-        player.terminate()
-        output, _ = player.communicate()
+        with tempfile.TemporaryDirectory(prefix='replay_') as folder:
+            played = Path(folder) / 'drive.bag'
+            self._copy_drive(played)
+            player = subprocess.Popen(
+                self._command(played),
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                text=True,
+            )
+            while player.poll() is None and not rospy.is_shutdown():
+                time.sleep(POLL_PERIOD_S)
+            player.terminate()
+            output, _ = player.communicate()
         if player.returncode and not rospy.is_shutdown():
             raise ConfigError(f'{self._bag}: rosbag play: {" ".join(output.split())}')
 
-    def _command(self) -> List[str]:
+    def _copy_drive(self, path: Path) -> None:
+        """Write what is to be played, as far as the bag can be read."""
+        try:
+            with open_source(self._bag) as source:
+                write_ros1_copy(path, source, (self._topic, *self._copied))
+                if source.fault:
+                    log.warning('%s: %s; all messages that can be read are played', self._bag, source.fault)
+        except OSError as error:
+            raise ConfigError(f'{path}: cannot be written: {error.strerror}') from None
+
+    def _command(self, played: Path) -> List[str]:
         # A queue without limit: what a busy subscriber has not taken yet is late, not lost.
         options = ['--quiet', '--clock', '--wait-for-subscribers', '--delay', '1', '--queue', '0']
-        options += ['--rate', str(self._params.speed), '--topics', self._topic, *self._copied]
-        return ['rosbag', 'play', *options, '--bags', str(self._bag), f'{self._topic}:={topics.JOINT_STATES}']
+        options += ['--rate', str(self._params.speed)]
+        return ['rosbag', 'play', *options, str(played), f'{self._topic}:={topics.JOINT_STATES}']
 
 
 def main() -> None:

@@ -7,6 +7,8 @@ from typing import Any, NamedTuple
 
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
+from diff_encoder_sim.base.errors import InputFault
+from diff_encoder_sim.serialization.field_reader import TORN
 from diff_encoder_sim.serialization.message_definitions import defined_types, fields_text
 
 
@@ -30,8 +32,15 @@ def to_cdr(message: bytes, message_type: str) -> bytes:
 
 
 def to_ros1(message: bytes, message_type: str) -> bytes:
-    """Return a message in CDR encoded for ROS 1; the seq of a header is 0."""
-    return bytes(_ros2_store().cdr_to_ros1(message, message_type))
+    """Return a message in CDR encoded for ROS 1; the seq of a header is 0.
+
+    Raises:
+        InputFault: the message is torn, or in a foreign byte order.
+    """
+    try:
+        return bytes(_ros2_store().cdr_to_ros1(message, message_type))
+    except Exception:  # rosbags raises many types for a torn message
+        raise InputFault(TORN) from None
 
 
 @lru_cache(maxsize=None)

@@ -1,0 +1,36 @@
+"""Copies some topics of any bag into a bag of ROS 1, for programs that read no other: rosbag play, for one."""
+
+from __future__ import annotations
+
+import contextlib
+from pathlib import Path
+from typing import Dict, Sequence
+
+from diff_encoder_sim.base.errors import InputFault
+from diff_encoder_sim.recording.bag_files import Ros1File
+from diff_encoder_sim.recording.bag_source import BagSource
+from diff_encoder_sim.recording.topics import RecordedTopic
+from diff_encoder_sim.recording.trial_bag import EARLIEST_NS
+from diff_encoder_sim.serialization.ros2_types import to_ros1
+
+
+def write_ros1_copy(path: Path, source: BagSource, topics: Sequence[str]) -> None:
+    """Write the messages of some topics, which are of recorded types, as far as they can be read.
+
+    Raises:
+        OSError: the bag cannot be written.
+    """
+    bag = Ros1File(path)
+    try:
+        publishers: Dict[str, int] = {}
+        for message in source.messages(topics):
+            kind = source.topics[message.topic]
+            if message.topic not in publishers:
+                publishers[message.topic] = bag.add_publisher(RecordedTopic(message.topic, kind, ()), message.node)
+            with contextlib.suppress(InputFault):  # a torn message, which no node could take
+                raw = to_ros1(message.raw, kind) if source.is_cdr else message.raw
+                bag.write(publishers[message.topic], max(message.time_ns, EARLIEST_NS), raw)
+        bag.close()
+    except BaseException:
+        bag.abandon()
+        raise
