@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Builds the wheel as pip does, installs it with its libraries from PyPI into a clean environment of each given Python, and runs
 # its commands there, far from the checkout and without ROS. The first one simulates a trial, whose bag all of them read.
-#   scripts/check_wheel.sh python3.8 python3.11 python3.13
+#   bash scripts/check_wheel.sh python3.8 python3.11 python3.13
 set -euo pipefail
 # shellcheck source=scripts/lib.sh
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
