@@ -30,7 +30,7 @@ check_python() {
     alone diff-encoder-sim campaign --config quick --tests SL --ppr 40 --trials 1 --record full --out results
     cp results/bags/SL_40_001.bag "$folder/drive.bag"
   else
-    step "check-robot names the extra [sim]" bash -c "! env -i '$venv/bin/diff-encoder-sim' check-robot burger 2>&1 | grep -v 'diff_encoder_sim\[sim\]'"
+    step "check-robot names the extra [sim]" bash -c "! env -i '$venv/bin/diff-encoder-sim' check-robot burger 2>&1 | grep -v 'extra \[sim\]'"
   fi
   alone diff-encoder-sim rasterise-world "$root/worlds/hallway.world" --out map
   alone diff-encoder-sim analyze "$folder/drive.bag" --out analysis

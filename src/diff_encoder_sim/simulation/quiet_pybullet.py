@@ -43,9 +43,9 @@ class _Missing:
 
     def __getattr__(self, name: str) -> NoReturn:
         raise ConfigError(
-            'PyBullet, which simulates the robot, is not installed; allowed: Python 3.8 to 3.11, where pip install '
-            "pybullet takes a minute, or pip install 'diff_encoder_sim[sim]', which builds it from source (a C++ "
-            'compiler, ten minutes)'
+            'PyBullet, which simulates the robot, is not installed; allowed: pip install pybullet (a minute on Python '
+            '3.8 to 3.11, which have wheels; newer ones build it from source, with a C++ compiler in ten minutes, as '
+            'the extra [sim] does)'
         )
 
 

@@ -33,7 +33,7 @@ def test_a_command_that_simulates_says_in_one_line_what_to_install(arguments, tm
     done = run(tmp_path, *arguments.split())
     assert done.returncode == 1
     line = done.stderr.splitlines()[-1]
-    assert 'PyBullet' in line and 'pip install pybullet' in line and 'diff_encoder_sim[sim]' in line
+    assert 'PyBullet' in line and 'pip install pybullet' in line and '[sim]' in line
     assert len(done.stderr.splitlines()) == 1
     assert not (tmp_path / 'results').exists()
 
