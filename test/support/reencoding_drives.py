@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from rosbags import rosbag2
 from rosbags.rosbag1 import Writer as Writer1
 from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
@@ -171,7 +172,7 @@ def write_ros1(path, rows, compression=None, chunk_bytes=20_000):
     return path
 
 
-def write_ros2(path, rows, plugin='sqlite3'):
+def write_ros2(path, rows, plugin='sqlite3', compression='NONE'):
     try:
         from rosbags.rosbag2 import StoragePlugin
 
@@ -180,7 +181,10 @@ def write_ros2(path, rows, plugin='sqlite3'):
         if plugin != 'sqlite3':
             pytest.skip('this rosbags cannot write ' + plugin)
         options = {}
-    _write(Writer2(path, **options), rows, STORE2, STORE2.serialize_cdr)
+    writer = Writer2(path, **options)
+    names = Writer2 if hasattr(Writer2, 'CompressionMode') else rosbag2  # of the class in rosbags for Python 3.8
+    writer.set_compression(names.CompressionMode[compression], names.CompressionFormat.ZSTD)
+    _write(writer, rows, STORE2, STORE2.serialize_cdr)
     return path
 
 

@@ -2,12 +2,25 @@
 
 import json
 
+import pytest
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
 from diff_encoder_sim.recording.topics import TOPICS
+from diff_encoder_sim.serialization.ros2_types import ros2_definition
 from diff_encoder_sim.serialization.typestore import STORE
 from places import CONFIG
 
 LAYOUT = json.loads((CONFIG / 'foxglove' / 'trial.json').read_text())
 KINDS = {topic.name: topic.message_type for topic in TOPICS}
+
+
+def ros2_store():
+    """The types as MCAP files define them."""
+    store = get_typestore(Stores.EMPTY)
+    for kind in set(KINDS.values()):
+        types = get_types_from_msg(ros2_definition(kind).text, kind)
+        store.register({name: fields for name, fields in types.items() if name not in store.types})
+    return store
 
 
 def plotted(config):
@@ -16,14 +29,15 @@ def plotted(config):
         yield config['xAxisPath']['value']
 
 
-def test_every_plotted_field_is_one_of_a_recorded_topic():
+@pytest.mark.parametrize('store', [STORE, ros2_store()], ids=['ROS 1', 'MCAP'])
+def test_every_plotted_field_is_one_of_a_recorded_topic(store):
     values = [value for config in LAYOUT['configById'].values() for value in plotted(config)]
     assert len(values) > 5
     for value in values:
         topic, *fields = value.split('.')
         kind = KINDS[topic]
         for field in fields:
-            known = STORE.types[kind].__dataclass_fields__
+            known = store.types[kind].__dataclass_fields__
             assert field.split('[')[0] in known, value
             kind = str(known[field.split('[')[0]].type).replace('__', '/')
 

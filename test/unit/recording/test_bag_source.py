@@ -3,7 +3,7 @@
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.recording.bag_source import open_source
+from diff_encoder_sim.recording.bag_source import bags_in, open_source
 from reencoding_drives import COMPRESSIONS, ROS2, drive, write_ros1, write_ros2
 
 TOPICS = ('/joint_states', '/world_pose')
@@ -71,3 +71,28 @@ def test_what_is_no_bag_is_named_in_one_line(tmp_path, name, content, text):
     with pytest.raises(ConfigError) as error:
         as_streamed(path)
     assert str(path) in str(error.value) and text in str(error.value) and '\n' not in str(error.value)
+
+
+def test_bags_of_every_kind_are_found_in_a_folder_each_once(tmp_path):
+    of_ros2 = write_ros2(tmp_path / 'of_ros2', drive(ROS2, count=11))
+    (tmp_path / 'deep').mkdir()
+    others = [tmp_path / 'a.bag', tmp_path / 'b.mcap', tmp_path / 'deep' / 'c.db3']
+    for path in (*others, tmp_path / 'notes.txt'):
+        path.write_bytes(b'')
+    assert bags_in(tmp_path) == sorted([*others, of_ros2])
+    assert bags_in(of_ros2) == [of_ros2] and bags_in(tmp_path / 'none') == []
+
+
+def test_a_folder_without_metadata_is_no_bag(tmp_path):
+    with pytest.raises(ConfigError, match=r'metadata\.yaml: cannot be read'):
+        as_streamed(tmp_path)
+    (tmp_path / 'metadata.yaml').write_text('a: 1')
+    with pytest.raises(ConfigError, match=r'metadata\.yaml: not a readable bag: no relative_file_paths'):
+        as_streamed(tmp_path)
+
+
+@pytest.mark.parametrize('mode', ['FILE', 'MESSAGE'])
+def test_compressed_bags_of_ros_2(tmp_path, mode):
+    path = write_ros2(tmp_path / 'bag', drive(ROS2), compression=mode)
+    messages, fault = as_streamed(path)
+    assert messages == as_streamed(write_ros2(tmp_path / 'plain', drive(ROS2)))[0] and fault == ''

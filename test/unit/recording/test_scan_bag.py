@@ -8,9 +8,11 @@ from rosbags.rosbag1 import Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.se2 import quat_xyzw_from_yaw
+from diff_encoder_sim.base.se2 import Pose2D, quat_xyzw_from_yaw
 from diff_encoder_sim.recording.bag_source import open_source
 from diff_encoder_sim.recording.scan_bag import ScanBag
+from diff_encoder_sim.serialization.message_types import ODOMETRY
+from reencoding_drives import ROS1, ROS2, write_ros1, write_ros2
 
 STORE = get_typestore(Stores.ROS1_NOETIC)
 STORE.register(get_types_from_msg('geometry_msgs/TransformStamped[] transforms', 'tf2_msgs/msg/TFMessage'))
@@ -154,3 +156,18 @@ def test_files_that_are_no_bags(tmp_path, content):
         read(path)
     with pytest.raises(ConfigError, match='no such bag'):
         read(tmp_path / 'b.bag')
+
+
+def test_a_drive_in_a_bag_of_ros_2(tmp_path):
+    """In turn with one of ROS 1 that has the same messages."""
+    found = []
+    for maker, name, writer in ((ROS1, 'a.bag', write_ros1), (ROS2, 'b', write_ros2)):
+        rows = [
+            ('/tf_static', 1, maker.tf(maker.transform(1, Pose2D(0.2, 0.1, 0.5), 'base_link', 'laser'))),
+            ('/odom', 2, maker.pose(ODOMETRY, 2, Pose2D(1.0, 2.0, 0.25))),
+            ('/scan', 3, maker.scan(3, [1.0, 2.0, 3.0], 'laser')),
+        ]
+        drive, (scan,) = read(writer(tmp_path / name, rows))
+        found.append((drive.odometry_ns, drive.base_poses_in_odom, drive.laser_pose_in_base, scan.stamp_ns))
+        assert scan.ranges_m.tolist() == [1.0, 2.0, 3.0]
+    assert found[0] == found[1] and found[0][0] == [2]
