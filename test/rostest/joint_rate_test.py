@@ -1,0 +1,127 @@
+#!/usr/bin/env python3
+"""Joint states faster than a robot sends them: none is lost, and memory stays as it is. Started by joint_rate.test."""
+
+import math
+import os
+import time
+from pathlib import Path
+from xmlrpc.client import ServerProxy
+
+import rosgraph
+import rospy
+import rostest
+from nav_msgs.msg import Odometry
+from ros_testing import (
+    NS_PER_S,
+    PERIOD_NS,
+    Collector,
+    NodeTest,
+    RosoutWatch,
+    connected_publisher,
+    stamp_from_ns,
+    stamp_ns_of,
+    start_test_node,
+    wait_for_listeners,
+)
+from sensor_msgs.msg import JointState
+
+from diff_encoder_sim.msg import EncoderPulse
+
+RATE_HZ, JOINTS, PPR = 1000, 50, 90
+BURST = 10000
+NODES = [f'/{pair}/gz_diff_{kind}_node' for pair in ('usual', 'each') for kind in ('encoder', 'odom')]
+MB = 2**20
+FLAT_MB = 2.0  # growth that is no leak: a leak of 100 bytes a message is 6 MB a minute
+
+
+class JointRateTest(NodeTest):
+    @classmethod
+    def setUpClass(cls):
+        start_test_node('joint_rate')
+        cls.seconds = rospy.get_param('~seconds', 4)
+        cls.joints = connected_publisher('/joint_states', JointState)
+        wait_for_listeners(cls.joints, NODES[::2])
+        cls.pulses = {pair: Collector(f'/{pair}/encoder_pulse', EncoderPulse) for pair in ('usual', 'each')}
+        cls.odom = {pair: Collector(f'/{pair}/odom', Odometry) for pair in ('usual', 'each')}
+        cls.rosout = RosoutWatch()
+        master = rosgraph.Master(rospy.get_name())
+        cls.pids = {node: ServerProxy(master.lookupNode(node)).getPid('/joint_rate')[2] for node in NODES}
+
+    def setUp(self):
+        super().setUp()
+        for collector in (*self.pulses.values(), *self.odom.values()):
+            collector.clear()
+
+    def stamp_ns(self, index):
+        return self.epoch_ns + index * NS_PER_S // RATE_HZ
+
+    def send(self, index, wheel_rad):
+        """The two wheels among other joints."""
+        names = ['left_wheel_joint', 'right_wheel_joint', *(f'arm_{number}_joint' for number in range(JOINTS - 2))]
+        message = JointState(name=names, position=[wheel_rad] * JOINTS, velocity=[1.0] * JOINTS)
+        message.header.stamp = stamp_from_ns(self.stamp_ns(index))
+        self.joints.publish(message)
+
+    def angle(self, index):
+        return 3.0 * index / RATE_HZ + 0.01  # 3 rad/s, never on the edge of a pulse
+
+    def check_answers(self, count, lost=()):
+        """Every message is answered at 1000 Hz, and each 50 ms at 20 Hz, with the pulses of its own angle."""
+        last = count - 1
+        for pair, step in (('usual', PERIOD_NS * RATE_HZ // NS_PER_S), ('each', 1)):
+            sent = [index for index in range(0, count, step) if index not in lost]
+            self.odom[pair].wait_for_stamp(self.stamp_ns(last // step * step), timeout_s=120.0)
+            self.assert_stamps(self.odom[pair].messages, [self.stamp_ns(index) for index in sent])
+            reports = self.pulses[pair].messages
+            self.assertEqual([stamp_ns_of(report) for report in reports], [self.stamp_ns(index) for index in sent])
+            expected = [math.floor(self.angle(index) * PPR / (2.0 * math.pi)) for index in sent]
+            self.assertEqual([report.pulses[0] for report in reports], expected)
+
+    def memory_mb(self):
+        page = os.sysconf('SC_PAGE_SIZE')
+        return {
+            node: int(Path(f'/proc/{pid}/statm').read_text().split()[1]) * page / MB for node, pid in self.pids.items()
+        }
+
+    # --- tests --------------------------------------------------------------------------------------------------------
+
+    def test_1_khz_of_50_joints_loses_nothing_and_takes_no_memory(self):
+        count, after_start, latest_s = self.seconds * RATE_HZ, None, 0.0
+        start_s = time.monotonic()
+        for index in range(count):
+            ahead_s = start_s + index / RATE_HZ - time.monotonic()
+            latest_s = max(latest_s, -ahead_s)
+            if ahead_s > 0.0:
+                time.sleep(ahead_s)
+            self.send(index, self.angle(index))
+            if index == count // 4:  # buffers and caches have their size
+                after_start = self.memory_mb()
+        took_s = time.monotonic() - start_s
+        self.check_answers(count)
+        answered_s = time.monotonic() - start_s
+        growth = {node: size - after_start[node] for node, size in self.memory_mb().items()}
+        print(f'\n{count} messages of {JOINTS} joints in {took_s:.1f} s, at most {1e3 * latest_s:.0f} ms late')
+        print(f'all answered {answered_s - took_s:.2f} s after the last, at 20 Hz and at 1000 Hz')
+        for node, grown_mb in growth.items():
+            print(f'{node}: {self.memory_mb()[node]:.1f} MB, {grown_mb:+.2f} MB since a quarter of the time')
+            self.assertLess(grown_mb, FLAT_MB, node)
+        for node in NODES:
+            self.assertEqual(self.rosout.warnings_of(node), [])
+
+    def test_a_burst_of_10000_is_answered_whole(self):
+        for index in range(BURST):
+            self.send(index, self.angle(index))
+        self.check_answers(BURST)
+
+    def test_nan_among_them_costs_its_own_message_only(self):
+        count, lost = 2 * RATE_HZ, set(range(7, 2 * RATE_HZ, 50))  # none of them on a boundary of 20 Hz
+        for index in range(count):
+            self.send(index, math.nan if index in lost else self.angle(index))
+        self.check_answers(count, lost)
+        for node in NODES[::2]:
+            warned = self.rosout.wait_for_warning(node, '/joint_states', 'nan')
+            self.assertLessEqual(len(warned), 2, warned)  # one in 5 s
+
+
+if __name__ == '__main__':
+    rostest.rosrun('diff_encoder_sim', 'joint_rate', JointRateTest)
