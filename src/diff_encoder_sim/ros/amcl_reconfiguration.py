@@ -8,7 +8,7 @@ from typing import Any, Callable, Dict, List, TypeVar
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.typed_params import with_changes
 from diff_encoder_sim.localization.amcl_params import AmclParams
-from diff_encoder_sim.ros.adjustable import RESTORE_DEFAULTS, Limits, adjustable, adjustables_of
+from diff_encoder_sim.ros.adjustable import RESTORE_DEFAULTS, Limits, adjustables_of
 from diff_encoder_sim.ros.reconfiguration import serve
 
 LIMITS: Dict[str, Limits] = {
@@ -32,14 +32,13 @@ LIMITS: Dict[str, Limits] = {
     'save_pose_rate': (-1, 10),
     'use_map_topic': None,
     'first_map_only': None,
-    'selective_resampling': None,
     'laser_min_range': (-1, 1000),
     'laser_max_range': (-1, 1000),
     'laser_max_beams': (2, 250),
-    'laser_z_hit': (0, 10),
-    'laser_z_short': (0, 10),
-    'laser_z_max': (0, 10),
-    'laser_z_rand': (0, 10),
+    'laser_z_hit': (0, 1),
+    'laser_z_short': (0, 1),
+    'laser_z_max': (0, 1),
+    'laser_z_rand': (0, 1),
     'laser_sigma_hit': (0, 10),
     'laser_lambda_short': (0, 10),
     'laser_likelihood_max_dist': (0, 20),
@@ -55,8 +54,6 @@ LIMITS: Dict[str, Limits] = {
     'global_frame_id': None,
     RESTORE_DEFAULTS: None,
 }
-# AMCL.cfg has this one by another name than the node.
-SKIP_ERROR, SKIP_ERROR_IN_CFG = 'beam_skip_error_threshold', 'beam_skip_error_threshold_'
 
 P = TypeVar('P', bound=AmclParams)
 
@@ -74,9 +71,4 @@ def serve_amcl(params: P, apply: Callable[[P], None]) -> List[object]:
                 raise ConfigError(f'{name}: given {value!r}; allowed: {started_with!r} until the node is started again')
         apply(with_changes(params, values, ''))
 
-    skip_error = type(params).model_fields[SKIP_ERROR].description or ''
-    adjustables = [
-        *adjustables_of(params, LIMITS),
-        adjustable(SKIP_ERROR_IN_CFG, getattr(params, SKIP_ERROR), (0, 1), skip_error),
-    ]
-    return serve([('~', adjustables, change)])
+    return serve([('~', adjustables_of(params, LIMITS), change)])
