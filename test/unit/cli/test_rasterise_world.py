@@ -27,7 +27,7 @@ def test_the_tool_writes_a_map_that_is_read_back(tmp_path, capsys):
         (['--resolution', '1e300'], 'resolution: given 1e'),
         (['--height', 'inf'], 'height: given inf'),
         (['--free', '0', 'nan'], 'free.1: given nan'),
-        (['--free', '1e300', '0'], 'free point'),
+        (['--free', '1e300', '0'], 'free.0: given 1e+300; allowed: -1e6 to 1e6 [m]'),
     ],
 )
 def test_the_tool_names_a_bad_argument_in_one_line(tmp_path, arguments, complaint):
