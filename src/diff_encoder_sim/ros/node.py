@@ -11,7 +11,7 @@ import threading
 import time
 import traceback
 import warnings
-from typing import Any, Callable, Dict, List, Mapping, Optional, Tuple, Type
+from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Tuple, Type
 
 import genpy
 import rospy
@@ -46,7 +46,11 @@ def run_node(name: str, build: Callable[[], Any], run: Callable[[Any], None] = l
     threading.excepthook = lambda args: _end_with_thread(args, broken_threads)
     os.environ.setdefault('ROSCONSOLE_FORMAT', CONSOLE_FORMAT)
     try:
-        rospy.init_node(name)
+        arguments = typed_arguments(sys.argv)
+    except ConfigError as error:
+        sys.exit(f'{name}: {error}')
+    try:
+        rospy.init_node(name, argv=arguments)
         log.setLevel(logging.INFO)
         log.addHandler(_RosLogHandler())
         log.propagate = False
@@ -81,6 +85,25 @@ def _end_with_thread(args: threading.ExceptHookArgs, broken_threads: List[str]) 
 def _is_ending() -> bool:
     """Return whether the node's shutdown has begun: topics are closed before rospy.is_shutdown() is true."""
     return bool(rospy.core.is_shutdown_requested())
+
+
+def typed_arguments(words: Sequence[str]) -> List[str]:
+    """Return a node's command line with parameters that rospy can send: no large numbers, no broken YAML.
+
+    Raises:
+        ConfigError: a parameter such as `_ppr:=0100` has a value that is not what it reads.
+    """
+    checked = []
+    for word in words:
+        name, separator, text = word.partition(':=')
+        if separator and name.startswith('_') and not name.startswith('__'):
+            value = yaml_value(text, name)
+            if isinstance(value, str) or (isinstance(value, int) and abs(value) >= 2**31):
+                quoted = str(value).replace("'", "''")
+                checked.append(f"{name}:='{quoted}'")
+                continue
+        checked.append(word)
+    return checked
 
 
 def node_params(
@@ -126,7 +149,7 @@ def robot_settings(part: str) -> Dict[str, Any]:
 
 def _mapping_of(value: Any, source: str) -> Any:
     """Parse a launch argument such as `{left: 90, right: 1024}`, and numbers of more than 32 bits: both are text."""
-    is_large = isinstance(value, str) and re.fullmatch('[1-9][0-9]{9,}', value)
+    is_large = isinstance(value, str) and re.fullmatch('-?[1-9][0-9]{9,}', value)
     if not (is_large or (isinstance(value, str) and value.startswith('{'))):
         return value
     return yaml_value(value, source)
