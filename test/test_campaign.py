@@ -15,7 +15,7 @@ import pytest
 
 from campaign_processes import HERE, TRIALS, Machine, campaign_lines, finish, results, wait_until, workers_of
 
-pytestmark = pytest.mark.timeout(120)
+pytestmark = pytest.mark.timeout(300)
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ from distributed.security import Security
 
 from campaign_processes import Machine, campaign_lines, finish, results, workers_of
 
-pytestmark = pytest.mark.timeout(120)
+pytestmark = pytest.mark.timeout(300)
 
 
 @pytest.fixture
@@ -63,7 +63,7 @@ def test_no_port_of_a_campaign_speaks_http_or_takes_a_stranger(machine):
         assert not may_ask(address, 'tls', Security.temporary())
     code, _, err = finish(process)
     assert (code, campaign_lines(err)) == (0, []), err
-    assert 'Traceback' not in '\n'.join(err) and 'SSL' not in '\n'.join(err)
+    assert [line for line in err if not line[0].isdigit()] == []  # but for progress
     assert len(results(machine.out)[0]) == 24
 
 

@@ -32,10 +32,11 @@ REAL, IDLE = ROOT / 'scripts' / 'campaign', ROOT / 'test' / 'campaign_trials.py'
 ARGUMENTS = ['--config', 'quick', '--tests', 'SL', '--ppr', '40', '1024', '--trials', '3', '--workers', '2']
 # What is killed, how, and how often of 100 times. SIGINT goes to the whole group, as from a terminal.
 WAYS = {'client SIGKILL': 35, 'worker SIGKILL': 40, 'group SIGINT': 15, 'client SIGTERM': 10}
+# The bare signal is seen of SIGTERM before the tool has its handlers, and of SIGINT when Python is through with it.
 STATUS = {
-    'client SIGKILL': -signal.SIGKILL,
-    'group SIGINT': 128 + signal.SIGINT,
-    'client SIGTERM': 128 + signal.SIGTERM,
+    'client SIGKILL': (-signal.SIGKILL,),
+    'group SIGINT': (128 + signal.SIGINT, -signal.SIGINT),
+    'client SIGTERM': (128 + signal.SIGTERM, -signal.SIGTERM),
 }
 UNWANTED = ('Traceback', 'leaked', 'Error', 'Exception')
 PATIENCE_S = 300.0
@@ -104,7 +105,7 @@ class KilledCampaigns:
             os.killpg(process.pid, signal.SIGINT)
         else:
             process.send_signal(signal.SIGKILL if way == 'client SIGKILL' else signal.SIGTERM)
-        self._end(process, f'{name} after {way}', STATUS[way], -signal.SIGTERM if way == 'client SIGTERM' else None)
+        self._end(process, f'{name} after {way}', *STATUS[way])
         left = psutil.wait_procs(children, timeout=20)[1]
         if left:
             self.problems.append(f'{name} after {way}: left {left}')

@@ -1,4 +1,4 @@
-"""A few kills. The long run: `.venv/bin/python test/fuzz/campaign_kills.py --kills 100 --seed 1`."""
+"""A few kills. The long run: `.venv/bin/python test/fuzz/campaign_kills.py --kills 100 --seed 2`."""
 
 import numpy as np
 import pytest

@@ -17,7 +17,7 @@ from places import ROOT
 HERE = ROOT / 'test'
 TRIALS = 24
 ARGUMENTS = ['--config', 'paper', '--tests', 'SL', '--ppr', '40', '90', '--trials', '12']
-PATIENCE_S = 40.0
+PATIENCE_S = 100.0
 
 
 class Machine:

@@ -12,6 +12,7 @@ import subprocess
 import sys
 import tempfile
 import threading
+import warnings
 from typing import Iterator, Optional, Sequence
 
 import dask
@@ -49,7 +50,7 @@ def local_workers(count: int) -> Iterator[Workers]:
     with contextlib.ExitStack() as opened:
         opened.enter_context(dask.config.set(DASK_CONFIG))
         scratch = opened.enter_context(tempfile.TemporaryDirectory(prefix='campaign-'))
-        security = Security.temporary()
+        security = _new_key()
         with interrupts_blocked():  # in Dask's thread and ours: it comes to the main thread, which stops all
             scheduler = {
                 'cls': PrivateScheduler,
@@ -112,6 +113,12 @@ class KeptProcess:
             answer = _exchange(ours, self._settings)
             status = self._process.wait()
         return None if answer == STARTED else answer.decode() or _ending(status)
+
+
+def _new_key() -> Security:
+    with warnings.catch_warnings():
+        warnings.simplefilter('ignore')  # of cryptography, which will leave Python 3.8
+        return Security.temporary()
 
 
 def _settings(scheduler: str, security: Security, scratch: str) -> bytes:
