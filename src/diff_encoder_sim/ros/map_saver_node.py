@@ -8,10 +8,8 @@ from pathlib import Path
 import rospy
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
 
-from diff_encoder_sim.base.bounded_numbers import Between
 from diff_encoder_sim.base.command_line import run_tool, tool_parser
 from diff_encoder_sim.base.errors import EVENT, ConfigError, InputFault
-from diff_encoder_sim.base.number_arguments import whole_number_within
 from diff_encoder_sim.mapping.map_files import MapSaverParams, save_map
 from diff_encoder_sim.ros.map_conversions import grid_from_message
 from diff_encoder_sim.ros.node import log, run_node
@@ -72,14 +70,14 @@ def _parse() -> argparse.Namespace:
     )
     parser.add_argument(
         '--occ',
-        type=whole_number_within(Between(1, 100, '%')),
+        type=int,
         default=65,
         metavar='PERCENT',
         help='a cell of this occupancy or more is saved as occupied (default: %(default)s)',
     )
     parser.add_argument(
         '--free',
-        type=whole_number_within(Between(0, 100, '%')),
+        type=int,
         default=25,
         metavar='PERCENT',
         help='a cell of this occupancy or less is saved as free (default: %(default)s)',
