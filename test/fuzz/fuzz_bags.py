@@ -57,7 +57,7 @@ def _drive(maker, stamps_ns, angles, rng=None):
     """Joint states, true poses, odometry, scans and the scanner's mounting."""
     with np.errstate(all='ignore'):
         poses = true_poses(np.nan_to_num(angles, nan=0.0, posinf=0.0, neginf=0.0) % 1e3)
-    mount = maker.transform(int(stamps_ns[0]), IDENTITY, 'base_link', 'laser')
+    mount = maker.transform(START_NS, IDENTITY, 'base_link', 'laser')
     rows = [('/tf_static', int(stamps_ns[0]), maker.tf(mount))]
     for tick, (stamp, angle, pose) in enumerate(zip(stamps_ns.tolist(), angles, poses)):
         rows.append(('/joint_states', stamp, maker.joint_state(stamp, angle, JOINTS)))
