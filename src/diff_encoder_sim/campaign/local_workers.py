@@ -118,7 +118,8 @@ class KeptProcess:
 def _new_key() -> Security:
     with warnings.catch_warnings():
         warnings.simplefilter('ignore')  # of cryptography, which will leave Python 3.8
-        return Security.temporary()
+        security: Security = Security.temporary()
+    return security
 
 
 def _settings(scheduler: str, security: Security, scratch: str) -> bytes:
