@@ -40,6 +40,13 @@ class TransformBuffer(tf2_ros.Buffer):  # type: ignore[misc]  # tf2 has no types
         except (ValueError, TypeError) as error:
             _warn('/tf_static', authority, transform, error)
 
+    def get_latest_common_time(self, target_frame: str, source_frame: str) -> rospy.Time:
+        """Return the time of the newest transform between two frames; 0 where tf2 has none that rospy can hold."""
+        try:
+            return super().get_latest_common_time(target_frame, source_frame)
+        except TypeError:  # seen after odd messages on /tf_static (test/fuzz/live_messages.py): a negative time
+            return rospy.Time(0)
+
 
 def _warn(topic: str, authority: str, transform: TransformStamped, error: Exception) -> None:
     log.warning(

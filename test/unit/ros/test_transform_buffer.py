@@ -25,15 +25,18 @@ for stamp_s in eval(sys.argv[2]):
     transform.header.frame_id, transform.header.stamp = 'odom', rospy.Time(stamp_s)
     transform.transform.rotation.w = 1.0
     buffer.set_transform(transform, '/foreign')
+if sys.argv[3:]:
+    tf2_ros.Buffer.get_latest_common_time = lambda *_: rospy.Time(-1)
+    print(buffer.get_latest_common_time('odom', 'base_link').secs)
 for stamp_s in (0, 99):
     print(buffer.lookup_transform('odom', 'base_link', rospy.Time(stamp_s)).header.stamp.secs)
 print(*warned, sep='\\n')
 """
 
 
-def run(kind, stamps_s):
+def run(kind, stamps_s, *options):
     process = subprocess.run(
-        [sys.executable, '-c', SCRIPT, kind, repr(stamps_s)], capture_output=True, text=True, timeout=60
+        [sys.executable, '-c', SCRIPT, kind, repr(stamps_s), *options], capture_output=True, text=True, timeout=60
     )
     return process.returncode, process.stdout.splitlines(), process.stderr
 
@@ -63,3 +66,10 @@ def test_a_transform_far_ahead_does_not_push_out_the_true_ones():
     assert code == 0, errors
     assert lines[:2] == ['100', '99']
     assert 'ahead of the clock' in lines[2]
+
+
+def test_a_negative_time_from_tf2_is_none():
+    """As AMCL and SLAM, which ask for it with each scan, got it after odd messages on /tf_static."""
+    code, lines, errors = run('ours', [98, 100], 'negative')
+    assert code == 0, errors
+    assert lines[0] == '0'
