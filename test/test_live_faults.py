@@ -48,10 +48,7 @@ def test_no_trial_succeeds_whose_bag_is_not_written_any_more(tmp_path):
     """At rtf:=0 the trial is over before its stall time is."""
     require_ros()
     with Graph(tmp_path) as graph:
-        short = 'test:=%s' % (DATA / 'short_line.yaml')
-        launch = graph.launch(
-            IMPATIENT, *SOON_KILLED, 'nav:=scripted', short, 'rtf:=0', f'bag:={tmp_path / "trial.bag"}'
-        )
+        launch = graph.launch(IMPATIENT, *SOON_KILLED, *SCRIPTED, 'rtf:=0', f'bag:={tmp_path / "trial.bag"}')
         wait_for_text(launch, 'process[record_trial', 60.0)
         graph.wait_for_clock(0.01)
         os.kill(launch.pid_of('record_trial'), signal.SIGSTOP)

@@ -13,7 +13,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 KEEP = ROOT / 'results' / 'fuzz'
-sys.path[1:1] = [str(ROOT / 'src'), str(ROOT / 'test' / 'support'), str(ROOT / 'test')]
+# The package last: with the workspace sourced it comes through catkin.
+sys.path += [str(ROOT / 'test' / 'support'), str(ROOT / 'test'), str(ROOT / 'src')]
 
 from areas import AREAS, LIVE_AREAS
 from rounds import fuzz, try_again

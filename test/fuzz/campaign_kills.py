@@ -22,7 +22,8 @@ import numpy as np
 import psutil
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path[1:1] = [str(ROOT / 'src'), str(ROOT / 'test' / 'support'), str(ROOT / 'test')]
+# The package last: with the workspace sourced it comes through catkin.
+sys.path += [str(ROOT / 'test' / 'support'), str(ROOT / 'test'), str(ROOT / 'src')]
 
 import campaign_trials
 

@@ -18,7 +18,8 @@ import time
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path[1:1] = [str(ROOT / 'src'), str(ROOT / 'test' / 'support')]
+# The package last: with the workspace sourced it comes through catkin.
+sys.path += [str(ROOT / 'test' / 'support'), str(ROOT / 'src')]
 
 from diff_encoder_sim.cli.reencode import main as reencode
 from lockstep_trials import BEND, HALL, ended, lockstep

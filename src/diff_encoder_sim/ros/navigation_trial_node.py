@@ -75,8 +75,9 @@ class NavigationTrialNode:
             log.info('estimated pose (%s): %s', topics.GLOBAL_POSE, distance)
 
     def _is_served(self) -> bool:
-        # It would wait by simulated time, which may stand still: a limit that is over at once only makes it look.
-        return bool(self._action.wait_for_server(rospy.Duration(-1.0)))
+        # It would wait by simulated time, which may stand still. With a limit a second ago it only looks once.
+        a_second = rospy.Duration(1.0)
+        return rospy.Time.now() >= rospy.Time() + a_second and bool(self._action.wait_for_server(-a_second))
 
     def _watch(self, stamp_ns: int, _: Pose2D) -> None:
         """Let the driver check its time limits also while there is no pose estimate."""

@@ -103,10 +103,13 @@ class TrialRunner:
         try:
             self._start(also_connected)
             drive()
+            _call('/gazebo/pause_physics')  # before the nodes are asked, which takes a while: the bag ends here
             self._check_nodes()
             self._check_goal()
         except TrialFailed as failure:
             rospy.logerr('trial failed: %s; %s', failure, self._record)  # first: what follows takes a while
+            if not rospy.is_shutdown():
+                _call('/gazebo/pause_physics')
             self._report(failure.outcome, str(failure))
             sys.exit(1)
         self._report(Outcome.SUCCEEDED, '')
@@ -161,7 +164,6 @@ class TrialRunner:
     def _report(self, outcome: Outcome, reason: str) -> None:
         if rospy.is_shutdown():
             return
-        _call('/gazebo/pause_physics')
         self._result.publish(String(json.dumps({'outcome': outcome.value, 'reason': reason})))
         time.sleep(LAST_MESSAGES_S)
 

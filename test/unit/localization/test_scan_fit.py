@@ -40,7 +40,8 @@ def rays_ahead(range_m, count=20):
         (1.75, ScanFit(0, 0, 20)),  # short of it: a person
         (2.30, ScanFit(0, 20, 0)),  # through it, into what is unknown
         (4.00, ScanFit(0, 20, 0)),  # through it, off the map
-        (1e12, ScanFit(0, 20, 0)),
+        (9e5, ScanFit(0, 20, 0)),
+        (1e12, ScanFit(0, 0, 0)),  # no range of any scanner
         (math.inf, ScanFit(0, 0, 0)),
         (math.nan, ScanFit(0, 0, 0)),
         (0.05, ScanFit(0, 0, 0)),
@@ -56,10 +57,10 @@ def test_rays_against_one_wall(range_m, expected):
         (-5.0, 7.025, ScanFit(20, 0, 0)),
         (-5.0, 6.0, ScanFit(0, 0, 20)),
         (-5.0, 7.4, ScanFit(0, 20, 0)),
-        (-5.0, 1e12, ScanFit(0, 20, 0)),
+        (-5.0, 9e5, ScanFit(0, 20, 0)),
         (-5.0, 1.0, ScanFit(0, 0, 0)),  # not even to the map
         (-1e5, 1e5 + 2.4, ScanFit(0, 20, 0)),
-        (3.0, 1e12, ScanFit(0, 0, 0)),
+        (3.0, 9e5, ScanFit(0, 0, 0)),
     ],
 )
 def test_rays_from_off_the_map_are_followed_onto_it(laser_x_m, range_m, expected):

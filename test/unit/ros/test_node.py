@@ -139,7 +139,7 @@ def test_a_thread_that_ends_by_an_exception_ends_the_node(monkeypatch, is_of_thi
         thread.start()
         thread.join()
 
-    monkeypatch.setattr(rospy, 'init_node', lambda name: None)
+    monkeypatch.setattr(rospy, 'init_node', lambda name, argv: None)
     monkeypatch.setattr(rospy, 'signal_shutdown', reasons.append)
     monkeypatch.setattr(node, 'log', logging.getLogger('test_node_ends'))  # which gets a handler
     monkeypatch.setattr(threading, 'excepthook', threading.excepthook)
