@@ -60,7 +60,7 @@ def test_a_trial_survives_stamps_that_cannot_be_on_every_topic(tmp_path):
     """Each of them alone ended every node that listens to /tf."""
     require_ros()
     with Graph(tmp_path) as graph:
-        launch = graph.launch(ROOT / 'launch' / 'trial.launch', *NAVIGATED, 'ppr:=90', 'rtf:=0', 'bag:=none')
+        launch = graph.launch(ROOT / 'launch' / 'trial.launch', *NAVIGATED, 'ppr:=90', 'rtf:=2', 'bag:=none')
         graph.wait_for_clock(0.5)
         code, output = graph.run(sys.executable, ROOT / 'test' / 'rostest' / 'publish_impossible_stamps.py')
         assert code == 0, output

@@ -14,7 +14,7 @@ from slam_room import params, room_scan
 def test_without_a_match_the_motion_model_is_drawn_from():
     """minimumScore out of reach: mean and spread are odometry's, in the particle's frame."""
     count, move = 4000, Pose2D(0.5, 0.0, 0.2)
-    given = params(particles=count, minimumScore=1e9, srr=0.1, srt=0.05, str=0.04, stt=0.1)
+    given = params(particles=count, minimumScore=1e6, srr=0.1, srt=0.05, str=0.04, stt=0.1)
     maps = PatchMaps(Extent(-4.0, -4.0, 4.0, 4.0), CELL_M, count)
     start = np.tile([0.3, -0.2, 1.0], (count, 1))
     rays = usable_rays(room_scan(IDENTITY, ray_count=20), IDENTITY, given)
