@@ -125,7 +125,7 @@ def opened_page(executable: str, profile: Path) -> Iterator[Page]:
     try:
         socket = loop.run_until_complete(_connected(_address(profile)))
         yield Page(loop, socket)
-        socket.close()
+        loop.run_until_complete(_close(socket))
     finally:
         process.terminate()
         try:
@@ -133,6 +133,10 @@ def opened_page(executable: str, profile: Path) -> Iterator[Page]:
         except subprocess.TimeoutExpired:
             process.kill()
         loop.close()
+
+
+async def _close(socket: WebSocketClientConnection) -> None:
+    socket.close()
 
 
 async def _connected(address: str) -> WebSocketClientConnection:
