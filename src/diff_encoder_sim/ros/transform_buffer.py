@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+
 import rospy
 import tf2_ros
 from geometry_msgs.msg import TransformStamped
@@ -34,18 +36,13 @@ class TransformBuffer(tf2_ros.Buffer):  # type: ignore[misc]  # tf2 has no types
             _warn('/tf', authority, transform, error)
 
     def set_transform_static(self, transform: TransformStamped, authority: str) -> None:
-        """Take a transform of /tf_static, whose stamp means nothing."""
+        """Take a transform of /tf_static. Its stamp means nothing, and must not be the newest of a frame that moves."""
+        transform = copy.deepcopy(transform)
+        transform.header.stamp = rospy.Time()
         try:
             super().set_transform_static(transform, authority)
         except (ValueError, TypeError) as error:
             _warn('/tf_static', authority, transform, error)
-
-    def get_latest_common_time(self, target_frame: str, source_frame: str) -> rospy.Time:
-        """Return the time of the newest transform between two frames; 0 where tf2 has none that rospy can hold."""
-        try:
-            return super().get_latest_common_time(target_frame, source_frame)
-        except TypeError:  # seen after odd messages on /tf_static (test/fuzz/live_messages.py): a negative time
-            return rospy.Time(0)
 
 
 def _warn(topic: str, authority: str, transform: TransformStamped, error: Exception) -> None:
