@@ -101,6 +101,8 @@ class ResultStore:
         self._file.close()
         with _named_errors(self._table.path):
             self._table.write(self.rows)
+            if not self.pending():
+                _remove_unfinished(self.folder)
         return self._table.path
 
     def _refuse_foreign(self, must_resume: bool) -> None:
@@ -179,6 +181,6 @@ def _warn_of_other_code(folder: Path, first: Dict[str, Any], run: Dict[str, Any]
 
 
 def _remove_unfinished(folder: Path) -> None:
-    """Remove the files that a killed campaign had not finished writing."""
+    """Remove the files that a killed campaign, or a killed worker, had not finished writing."""
     for path in (*folder.glob(f'*{UNFINISHED_SUFFIX}'), *(folder / BAGS).glob(f'*{UNFINISHED_SUFFIX}')):
-        path.unlink()
+        path.unlink(missing_ok=True)

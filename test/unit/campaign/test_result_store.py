@@ -23,6 +23,18 @@ def test_the_table_is_in_job_order_whatever_the_order_of_ends(campaign, tmp_path
     assert {row['bag'] for row in rows} == {f'bags/{path.name}' for path in (tmp_path / 'turned' / 'bags').iterdir()}
 
 
+@pytest.mark.parametrize('missing', [0, 1])
+def test_what_a_killed_worker_left_goes_when_all_trials_are_done(campaign, tmp_path, missing):
+    """Before, a worker of another host may be at it."""
+    left = tmp_path / 'out' / 'bags' / '.SL_40_001.bag.1.active'
+    with ResultStore(tmp_path / 'out', campaign, RUN) as store:
+        for job in store.pending()[missing:]:
+            store.append(row_of_job(campaign, job))
+        left.write_text('half')
+        store.finish()
+    assert left.exists() == bool(missing)
+
+
 def test_each_row_is_on_the_disk_at_once_and_comes_once(campaign, tmp_path):
     jobs = campaign.jobs()
     with ResultStore(tmp_path, campaign, RUN) as store:
