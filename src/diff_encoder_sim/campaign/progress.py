@@ -39,6 +39,7 @@ class Progress:
         self._failed = sum(_has_failed(row) for row in done)
         self._simulated_s = 0.0
         self._workers = 0
+        self._open()
 
     def __enter__(self) -> Progress:
         return self
@@ -87,6 +88,9 @@ class Progress:
         """Return simulated seconds per second of wall time."""
         return self._simulated_s / max(self.wall_time_s(), 1e-9)
 
+    def _open(self) -> None:
+        """Prepare the display."""
+
     def _show(self) -> None:
         raise NotImplementedError
 
@@ -97,19 +101,11 @@ class Progress:
 class ProgressBar(Progress):
     """A progress bar for a terminal."""
 
-    def __init__(
-        self,
-        total: int,
-        done: Sequence[TrialRow],
-        left: TimeLeft,
-        stream: TextIO,
-        clock: Callable[[], float] = time.monotonic,
-    ) -> None:
-        super().__init__(total, done, left, stream, clock)
+    def _open(self) -> None:
         self._bar = tqdm(
-            total=total,
+            total=self.total,
             initial=self.done,
-            file=stream,
+            file=self._stream,
             dynamic_ncols=True,
             bar_format='{percentage:3.0f}% |{bar}| {desc}',
             desc=self.text(),
@@ -127,15 +123,7 @@ class ProgressBar(Progress):
 class ProgressLines(Progress):
     """Lines for a file or a pipe: at the first tick, when the first worker is there, and then every 10 % or 30 s."""
 
-    def __init__(
-        self,
-        total: int,
-        done: Sequence[TrialRow],
-        left: TimeLeft,
-        stream: TextIO,
-        clock: Callable[[], float] = time.monotonic,
-    ) -> None:
-        super().__init__(total, done, left, stream, clock)
+    def _open(self) -> None:
         self._shown_done = self.done
         self._shown_s = -LINE_EVERY_S
         self._had_workers = False
