@@ -2,23 +2,27 @@
 
 import math
 import time
-from typing import Dict, List, NamedTuple, Sequence, Tuple
+from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.base.seeds import generator
+from diff_encoder_sim.base.typed_params import load_params
 from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.encoders.wheel_encoder import DiffEncoder, EncoderParams
 from diff_encoder_sim.evaluation.map_accuracy import map_accuracy, true_surface, visible_points
 from diff_encoder_sim.evaluation.trajectory_error import Alignment, RunningPathError
 from diff_encoder_sim.odometry.wheel_odometry import OdometryParams, WheelOdometry
 from diff_encoder_sim.simulation.lidar import Lidar, LidarParams
+from diff_encoder_sim.simulation.periods import TICK_S
 from diff_encoder_sim.simulation.simulator import Simulator, SimulatorParams
 from diff_encoder_sim.simulation.world import World
 from diff_encoder_sim.slam.grid_slam import GridSlam
 from diff_encoder_sim.slam.slam_params import GridSlamParams
+from diff_encoder_sim.trials.scripted_drive import ScriptedDrive
+from diff_encoder_sim.trials.test_definition import TestDefinition
 from places import ROOT
 
 PPRS = (40, 90, 1024, 4096)
@@ -32,11 +36,12 @@ MAPPING = load_yaml(ROOT / 'config' / 'slam.yaml')
 
 
 class Tour(NamedTuple):
-    """Where to drive."""
+    """Where to drive: towards points, or by a script."""
 
     world: str
     start: Pose2D
     points: List[Tuple[float, float]]
+    script: Optional[ScriptedDrive] = None
 
 
 class Drive(NamedTuple):
@@ -76,6 +81,12 @@ ROS_LOGO = Tour(
 )
 
 
+def shipped_tour(world: str) -> Tour:
+    """The tour of config/mapping that mapping.launch drives."""
+    test = load_params(TestDefinition, ROOT / 'config' / 'mapping' / f'{world}.yaml')
+    return Tour(world, test.start.pose(), [], ScriptedDrive(test))
+
+
 def record(tour: Tour, pprs: Sequence[int] = PPRS, seed: int = 1) -> Drive:
     """Drive a tour with ideal odometry, some encoders and both scanners on board."""
     simulator = Simulator(
@@ -95,8 +106,8 @@ def record(tour: Tour, pprs: Sequence[int] = PPRS, seed: int = 1) -> Drive:
         {name: [] for name in ('ideal', *wheels)},
         {name: [] for name in lidars},
     )
-    points, tick = list(tour.points), 0
-    while points:
+    points, tick, is_over = list(tour.points), 0, False
+    while not is_over:
         pose = simulator.base_pose_in_world()
         for name, (encoder, odometry) in wheels.items():
             sample = encoder.update(*simulator.joint_states()[:3])
@@ -110,10 +121,14 @@ def record(tour: Tour, pprs: Sequence[int] = PPRS, seed: int = 1) -> Drive:
             for name, lidar in lidars.items():
                 drive.scans[name].append(lidar.scan(simulator.time_ns, laser_pose))
         if tick % CONTROL_TICKS == 0:
-            if math.hypot(points[0][0] - pose.x_m, points[0][1] - pose.y_m) < NEAR_M:
+            if tour.script:
+                simulator.command(*tour.script.command(TICK_S * tick, TICK_S * (tick + CONTROL_TICKS)))
+                is_over = tour.script.is_over(TICK_S * tick)
+            elif math.hypot(points[0][0] - pose.x_m, points[0][1] - pose.y_m) < NEAR_M:
                 points.pop(0)
             if points:
                 simulator.command(*_command_towards(points[0], pose))
+            is_over = is_over or not (points or tour.script)
         simulator.tick()
         tick += 1
     simulator.close()
@@ -130,8 +145,8 @@ def _command_towards(point: Tuple[float, float], pose: Pose2D) -> Tuple[float, f
 class Case:
     """A drive through a world, and what of the world could be seen."""
 
-    def __init__(self, tour: Tour, pprs: Sequence[int] = PPRS):
-        self.drive = drive = record(tour, pprs)
+    def __init__(self, tour: Tour, pprs: Sequence[int] = PPRS, seed: int = 1):
+        self.drive = drive = record(tour, pprs, seed)
         self.surface = true_surface(drive.world, drive.scan_height_m, *tour.start[:2])
         lasers = [pose.compose(drive.laser_pose_in_base) for pose in drive.true_poses]
         self.visible = visible_points(
@@ -139,8 +154,8 @@ class Case:
         )
 
     def map(self, odometry: str, scans: str, seed: int = 1, **changes):
-        """Accuracy of the map, error of the path, the mapper, and its processor time [s]."""
-        slam = GridSlam(GridSlamParams(**{**MAPPING, **changes}), np.random.default_rng(seed))
+        """Accuracy of the map, error of the path, the mapper, its processor time [s], and (2,) the path's bias [m]."""
+        slam = GridSlam(GridSlamParams(**{**MAPPING, **changes}), np.random.default_rng(seed), self.drive.true_poses[0])
         true, spent_s = [], 0.0
         for pose, odom_pose, scan in zip(self.drive.true_poses, self.drive.odometry[odometry], self.drive.scans[scans]):
             began_s = time.process_time()
@@ -153,4 +168,5 @@ class Case:
         accuracy = map_accuracy(grid, true[0].compose(path[0].inverse()), self.surface, self.visible, grid.resolution_m)
         error = RunningPathError(Alignment.ORIGIN)
         error.add(np.hstack((path, true)))
-        return accuracy, error.result(), slam, spent_s
+        bias_m = np.subtract(path, true)[:, :2].mean(axis=0)  # both begin at the same pose
+        return accuracy, error.result(), slam, spent_s, bias_m

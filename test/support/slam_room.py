@@ -25,10 +25,6 @@ SMALL = dict(
     sigma=0.002,
     lsigma=0.001,
     ogain=1.0,
-    llsamplerange=0.002,
-    llsamplestep=0.002,
-    lasamplerange=0.0005,
-    lasamplestep=0.0005,
     linearUpdate=0.2,
     angularUpdate=0.2,
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from typing import NamedTuple, Sequence, Tuple
+from typing import List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 
@@ -28,7 +28,7 @@ class MapAccuracy(NamedTuple):
     """A map compared with the true surfaces; distances are between centres of cells."""
 
     occupied_cells: int
-    correct_fraction: float  # of occupied cells: a cell that a true surface crosses is near
+    correct_fraction: float  # of occupied cells: a cell that a true surface crosses or touches is near
     close_fraction: float  # of occupied cells, more strictly: the centre is near a true surface
     mapped_fraction: float  # of the visible surface's length: an occupied cell is near
 
@@ -58,12 +58,13 @@ def map_accuracy(
     grid_pose = map_pose_in_world.compose(grid.origin)
     surface, visible = (_in_cells(points, grid_pose, grid.resolution_m) for points in (surface_m, visible_m))
     near_cells = near_m / grid.resolution_m
-    crossed = np.unique(np.floor(surface), axis=0) + 0.5
+    crossed = np.unique(np.concatenate(_touched_cells(surface)), axis=0)
+    is_mapped = [_is_near(cells, occupied, near_cells) for cells in _touched_cells(visible)]
     return MapAccuracy(
         len(occupied),
         float(_is_near(occupied, crossed, near_cells).mean()),
         float(_is_near(occupied, surface, near_cells).mean()),
-        float(_is_near(np.floor(visible) + 0.5, occupied, near_cells).mean()),
+        float(np.any(is_mapped, axis=0).mean()),
     )
 
 
@@ -117,6 +118,15 @@ def _in_cells(points_m: np.ndarray, origin: Pose2D, cell_m: float) -> np.ndarray
     cos_yaw, sin_yaw = math.cos(origin.yaw_rad), math.sin(origin.yaw_rad)
     x_m, y_m = points_m[:, 0] - origin.x_m, points_m[:, 1] - origin.y_m
     return np.column_stack([cos_yaw * x_m + sin_yaw * y_m, cos_yaw * y_m - sin_yaw * x_m]) / cell_m
+
+
+def _touched_cells(points: np.ndarray) -> List[np.ndarray]:
+    """Return the centres of the cells that points (n, 2) are in, (n, 2) each; on a border these differ.
+
+    So it does not matter on which side of a border rounding puts a point, which the grid's corner decides.
+    """
+    sides = itertools.product((-ROUNDING_CELLS, ROUNDING_CELLS), repeat=2)
+    return [np.floor(points + np.array(side)) + 0.5 for side in sides]
 
 
 def _is_near(points: np.ndarray, others: np.ndarray, distance: float) -> np.ndarray:

@@ -64,6 +64,7 @@ class GridSlam:
         self._log_weights = np.zeros(params.particles)
         # Over the whole path; resampling makes the weights equal, but not these.
         self._log_path_weights = np.zeros(params.particles)
+        self._trend = np.zeros(3)  # of the scans' offsets from odometry
         self._history = History()
         self._parents = np.arange(params.particles)
         self._estimate: Optional[SlamEstimate] = None
@@ -175,8 +176,8 @@ class GridSlam:
     def _step(self, move: Pose2D, rays: Rays) -> None:
         """Run algorithm 1 up to the resampling, with its line numbers."""
         self._cover(apply_moves(self._particles, np.array(move)), rays)
-        proposed = propose(self.maps, self._particles, move, rays, self.params, self._rng)  # 4 to 23
-        self._particles = proposed.particles
+        proposed = propose(self.maps, self._particles, move, rays, self.params, self._rng, self._trend)
+        self._particles, self._trend = proposed.particles, proposed.trend  # 4 to 23
         self._log_weights = self._log_weights + proposed.log_factors  # 24
         self._log_path_weights = self._log_path_weights + proposed.log_factors
         self._update_maps(rays)  # 26
@@ -188,13 +189,16 @@ class GridSlam:
         weights = self.weights
         count = effective_count(weights)
         is_due = may_resample and count < self.params.resampleThreshold * len(weights)
-        base_pose = Pose2D(*self._particles[self._best()].tolist())
+        kept = systematic_indices(weights, self._rng) if is_due else np.arange(len(weights))
+        # Of those kept: the best path so far may just have become unlikely.
+        best = kept[np.argmax(self._log_path_weights[kept])]
+        base_pose = Pose2D(*self._particles[best].tolist())
         odom_pose_in_map = base_pose.compose(odom_pose.inverse())
         estimate = SlamEstimate(stamp_ns, base_pose, odom_pose_in_map, entropy_of(weights), count, is_due)
         self._estimate = estimate
         self._parents = np.arange(len(weights))
         if is_due:
-            self._resample(systematic_indices(weights, self._rng))
+            self._resample(kept)
         return estimate
 
     def _resample(self, indices: np.ndarray) -> None:

@@ -24,17 +24,25 @@ class Proposal(NamedTuple):
     particles: np.ndarray  # (n, 3) base poses in the map, drawn
     log_factors: np.ndarray  # (n,) added to each particle's log-weight
     scores: np.ndarray  # (n,) of the best match, 0 to the number of matched rays
+    trend: np.ndarray  # (3,) running mean of how far the scans are from odometry, in standard deviations
 
 
 def propose(
-    maps: PatchMaps, particles: np.ndarray, move: Pose2D, rays: Rays, params: GridSlamParams, rng: np.random.Generator
+    maps: PatchMaps,
+    particles: np.ndarray,
+    move: Pose2D,
+    rays: Rays,
+    params: GridSlamParams,
+    rng: np.random.Generator,
+    trend: np.ndarray,
 ) -> Proposal:
     """Move the particles by odometry's `move` (in the base frame) and a scan.
 
-    Each starts where odometry puts it and climbs to the best match (algorithm 1, line 7). About
-    that it tries a lattice of poses, takes mean and covariance of them by likelihood times motion
-    model (lines 12 to 21), draws its new pose from that Gaussian, and is weighted by their sum
-    (lines 22 to 24). Where the best match scores not more than minimumScore, it draws from the
+    Each starts where odometry puts it and climbs to the best match (algorithm 1, line 7). From there it goes to the
+    likeliest pose by likelihood times motion model, in closed form where the paper tries poses: the Gaussian about it
+    (lines 12 to 21) is drawn from, and the weight is its integral (lines 22 to 24). Other than in the paper, the
+    particle takes of the way from odometry's pose to the one drawn only the share by which the scan contradicts
+    odometry: see `scan_share`. Where the best match scores not more than minimumScore, it draws from the
     motion model and is weighted by the likelihood there (lines 8 to 10).
 
     Args:
@@ -44,6 +52,7 @@ def propose(
         rays: the scan after the move.
         params: the noise of odometry and scan, and the search.
         rng: drawn from 3 n times, whatever the move, so that equal seeds stay in step.
+        trend: (3,) of the proposal before; zeros for the first.
     """
     sigmas = move_sigmas(move, params)
     normals = rng.standard_normal(particles.shape)
@@ -52,12 +61,13 @@ def propose(
     corner = np.array([maps.origin_x_m, maps.origin_y_m, 0.0])
     expected = (apply_moves(particles, np.array(move)) - corner) * scale
     fallback = (apply_moves(particles, np.array(move) + sigmas * normals) - corner) * scale
-    lattice = _lattice(params) * scale, sigmas * scale
     search = *_scan_arguments(rays, params, maps.cell_m), *_search_arguments(params, maps.cell_m)
-    drawn, log_factors, scores = propose_poses(maps.table, maps.cells, expected, fallback, normals, *search, *lattice)
+    drawn, log_factors, scores, trends = propose_poses(
+        maps.table, maps.cells, expected, fallback, normals, *search, sigmas * scale, trend
+    )
     drawn = drawn / scale + corner
     drawn[:, 2] = wrap_angles(drawn[:, 2])
-    return Proposal(drawn, log_factors, scores)
+    return Proposal(drawn, log_factors, scores, trends.mean(axis=0))
 
 
 def _scan_arguments(rays: Rays, params: GridSlamParams, cell_m: float) -> Tuple[np.ndarray, int, float, float]:
@@ -70,15 +80,3 @@ def _scan_arguments(rays: Rays, params: GridSlamParams, cell_m: float) -> Tuple[
 def _search_arguments(params: GridSlamParams, cell_m: float) -> Tuple[float, float, int, float]:
     """Return step, turn_rad, halvings and minimum_score of `propose_poses`."""
     return params.lstep / cell_m, params.astep, params.iterations, params.minimumScore
-
-
-def _lattice(params: GridSlamParams) -> np.ndarray:
-    """Return (k, 3) offsets [m, m, rad] from the best match to try."""
-    places_m = _steps(params.llsamplerange, params.llsamplestep)
-    turns_rad = _steps(params.lasamplerange, params.lasamplestep)
-    return np.stack(np.meshgrid(places_m, places_m, turns_rad, indexing='ij'), -1).reshape(-1, 3)
-
-
-def _steps(extent: float, step: float) -> np.ndarray:
-    count = int(extent / step + 1e-9)
-    return step * np.arange(-count, count + 1)

@@ -24,10 +24,6 @@ from diff_encoder_sim.slam.patches import MOST_ENTRIES, Extent, table_size
 FrameId = Annotated[str, Field(min_length=1)]
 
 
-# About the match of each particle with each scan; gmapping's are 27.
-MOST_TRIED_POSES = 100_000
-
-
 class GridSlamParams(Params):
     """All of slam_gmapping's parameters, so that its files load; the node uses those at the end.
 
@@ -64,15 +60,13 @@ class GridSlamParams(Params):
         0.0, description='lowest score of a match that is used; below it odometry alone counts'
     )
 
-    # Proposal: poses tried about the best match.
+    # Of slam_gmapping's files, and without effect: the proposal's Gaussian is in closed form here.
     llsamplerange: Annotated[float, Between(0.0, 100.0, 'm')] = Field(
-        0.01, description='poses about the match that are tried: range along x and y, each way [m]'
+        0.01, description='no effect; slam_gmapping reads it [m]'
     )
-    llsamplestep: Annotated[float, Between(1e-6, 100.0, 'm')] = Field(0.01, description='step along x and y [m]')
-    lasamplerange: Annotated[float, Between(0.0, 100.0, 'rad')] = Field(
-        0.005, description='range in yaw, each way [rad]'
-    )
-    lasamplestep: Annotated[float, Between(1e-6, 100.0, 'rad')] = Field(0.005, description='step in yaw [rad]')
+    llsamplestep: Annotated[float, Between(1e-6, 100.0, 'm')] = Field(0.01, description='no effect [m]')
+    lasamplerange: Annotated[float, Between(0.0, 100.0, 'rad')] = Field(0.005, description='no effect [rad]')
+    lasamplestep: Annotated[float, Between(1e-6, 100.0, 'rad')] = Field(0.005, description='no effect [rad]')
 
     # Odometry's noise: standard deviation per metre driven or radian turned.
     srr: Annotated[float, Between(0.0, 100.0, 'm/m')] = Field(
@@ -128,11 +122,4 @@ class GridSlamParams(Params):
         extent = Extent(self.xmin, self.ymin, self.xmax, self.ymax)
         if table_size(extent, self.delta, self.particles) > MOST_ENTRIES:
             raise ValueError('a smaller extent (xmin, ymin, xmax, ymax), larger cells (delta) or fewer particles')
-        return self
-
-    @model_validator(mode='after')
-    def _check_lattice(self) -> GridSlamParams:
-        places = 2.0 * self.llsamplerange / self.llsamplestep + 1.0
-        if places**2 * (2.0 * self.lasamplerange / self.lasamplestep + 1.0) > MOST_TRIED_POSES:
-            raise ValueError(f'ranges and steps of llsample and lasample with no more than {MOST_TRIED_POSES:,} poses')
         return self

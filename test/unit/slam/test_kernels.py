@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
-from diff_encoder_sim.slam.kernels import climb, gaussian_draw, log_likelihood
+from diff_encoder_sim.slam.kernels import climb, log_likelihood, refine, scan_share
 from diff_encoder_sim.slam.map_update import update_maps
 from diff_encoder_sim.slam.patches import Extent, PatchMaps
 from diff_encoder_sim.slam.rays import usable_rays
@@ -80,14 +80,28 @@ def test_far_from_everything_a_ray_costs_as_much_as_one_looks():
     assert log_likelihood(maps.table[0], maps.cells, outside, ends, 1, -1.0) == -4.5
 
 
-def test_draws_have_the_moments_of_the_weighted_poses():
-    rng = np.random.default_rng(9)
-    poses, weights = rng.standard_normal((27, 3)) @ np.diag([1.0, 2.0, 0.1]), rng.random(27)
-    weights /= weights.sum()
-    draws = np.array([gaussian_draw(poses, weights, normals) for normals in rng.standard_normal((20_000, 3))])
-    mean = weights @ poses
-    covariance = (poses - mean).T @ ((poses - mean) * weights[:, np.newaxis])
-    assert draws.mean(axis=0) == pytest.approx(mean, abs=0.06)
-    assert np.cov(draws.T) == pytest.approx(covariance, abs=0.12)
-    alone = gaussian_draw(poses[:1], np.ones(1), rng.standard_normal(3))
-    assert alone == pytest.approx(poses[0])
+def test_the_information_of_a_wall_is_across_it():
+    """In closed form: n rays at lsigma across the wall, odometry's alone along it."""
+    maps = PatchMaps(Extent(-4.0, -4.0, 4.0, 4.0), CELL_M, 1)
+    bearings = np.linspace(-0.9, 0.9, 60)
+    scan = room_scan(IDENTITY, ray_count=60)._replace(
+        angle_min_rad=-0.9, angle_increment_rad=1.8 / 59, ranges_m=1.0 / np.cos(bearings)
+    )
+    update_maps(maps, np.zeros((1, 3)), usable_rays(scan, IDENTITY, params()))
+    ends = np.column_stack([np.full(20, 1.0), np.linspace(-0.3, 0.3, 20)]) / CELL_M
+    expected, sigmas = np.array([80.1, 80.2, 0.003]), np.array([1.0, 2.0, 0.01])
+    mode, root = refine(maps.table[0], maps.cells, expected, expected, ends, 1, -1e-6, -50.0, sigmas)
+    information = root @ root.T
+    assert information[0, 0] == pytest.approx(20 * 2 * 50.0 + 1.0, rel=0.01)
+    assert information[1, 1] == pytest.approx(0.25, rel=0.05)
+    assert information[2, 2] == pytest.approx(2 * 50.0 * (ends[:, 1] ** 2).sum() + 0.01**-2, rel=0.02)
+    # Onto the wall, and along it where odometry says.
+    assert mode == pytest.approx([80.0, 80.2, 0.0], abs=0.01)
+
+
+def test_only_what_exceeds_the_noise_of_the_scan_is_taken():
+    """The share is 1 - 3 / squared way in standard deviations, at least 0; the trend's variance is 1 / 19."""
+    way, none = np.array([1.5, -2.0, 1.0]), np.zeros(3)
+    assert scan_share(way, none) == pytest.approx(1.0 - 3.0 / 7.25)
+    assert scan_share(none, way) == pytest.approx(1.0 - 3.0 / (19.0 * 7.25))
+    assert scan_share(0.5 * way, 0.1 * way) == scan_share(none, none) == 0.0
