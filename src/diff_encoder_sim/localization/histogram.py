@@ -33,7 +33,7 @@ def draw_until_enough(
     limits: np.ndarray,
     fraction_anywhere: float,
     free_centres: np.ndarray,
-    uniforms: np.ndarray,
+    places: np.ndarray,
     anywhere: np.ndarray,
 ) -> np.ndarray:  # pragma: no cover (compiled)
     """Draw (m, 3) particles one by one until there are enough for the bins that they fill.
@@ -44,21 +44,21 @@ def draw_until_enough(
         limits: (most + 1,) how many are enough, by the number of bins.
         fraction_anywhere: probability that a particle is drawn from all cells instead.
         free_centres: (c, 2) x, y [m] of those cells.
-        uniforms: (most, 2) chances: from where it is drawn, which particle.
-        anywhere: (most, 2) chances: which cell, which heading.
+        places: (most,) which particle: its place among the weights, of [0, 1).
+        anywhere: (most, 3) chances: whether it is drawn from all cells, which cell, which heading.
     """
-    drawn = np.empty((len(uniforms), 3))
-    table = _new_table(len(uniforms))
+    drawn = np.empty((len(places), 3))
+    table = _new_table(len(places))
     bin_count = 0
     count = 0
-    while count < len(uniforms):
-        if uniforms[count, 0] < fraction_anywhere:
-            cell = int(anywhere[count, 0] * len(free_centres))
+    while count < len(places):
+        if fraction_anywhere > 0.0 and anywhere[count, 0] < fraction_anywhere:
+            cell = int(anywhere[count, 1] * len(free_centres))
             drawn[count, 0] = free_centres[cell, 0]
             drawn[count, 1] = free_centres[cell, 1]
-            drawn[count, 2] = (2.0 * anywhere[count, 1] - 1.0) * math.pi
+            drawn[count, 2] = (2.0 * anywhere[count, 2] - 1.0) * math.pi
         else:
-            drawn[count] = particles[_chosen_index(cumulative, uniforms[count, 1])]
+            drawn[count] = particles[_chosen_index(cumulative, places[count])]
         if _add(table, _key_of_pose(drawn[count, 0], drawn[count, 1], drawn[count, 2])):
             bin_count += 1
         count += 1
@@ -68,9 +68,9 @@ def draw_until_enough(
 
 
 @compiled
-def _chosen_index(cumulative: np.ndarray, uniform: float) -> int:  # pragma: no cover (compiled)
-    """Return the particle whose part of [0, 1) holds `uniform`; never one of weight 0."""
-    target = uniform * cumulative[-1]
+def _chosen_index(cumulative: np.ndarray, place: float) -> int:  # pragma: no cover (compiled)
+    """Return the particle whose part of [0, 1) holds `place`; never one of weight 0."""
+    target = place * cumulative[-1]
     index = np.searchsorted(cumulative, target, side='right')
     # Rounding may put the target on the very end: the last particle that has any weight.
     if index == len(cumulative):

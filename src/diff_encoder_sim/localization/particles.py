@@ -7,11 +7,13 @@ weights (n,) that sum to 1.
 from __future__ import annotations
 
 import math
+from statistics import NormalDist
 
 import numpy as np
 
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angles
+from diff_encoder_sim.localization.kld_resampling import GOLDEN_SECTION
 from diff_encoder_sim.mapping.occupancy_grid import FREE, OccupancyGrid
 
 # Upstream's pf_alloc: the filter has converged when no particle is farther than this from the
@@ -20,6 +22,12 @@ CONVERGED_WITHIN_M = 0.5
 
 # A larger coordinate is on no map, and would not fit the histogram's keys [m].
 LARGEST_COORDINATE_M = 1e6
+
+# Steps of the first particles' places in x, y and yaw: the golden section and roots, which no whole numbers relate.
+EVEN_STEPS = (GOLDEN_SECTION, math.sqrt(2.0), math.sqrt(3.0))
+
+# 0 has no normal quantile.
+LEAST_CHANCE = 1e-12
 
 # Side of a map's cells [m]: others are mistyped, and end as coordinates that are not finite.
 SMALLEST_CELL_M, LARGEST_CELL_M = 1e-3, 100.0
@@ -32,7 +40,7 @@ def particles_around(pose: Pose2D, covariance: np.ndarray, count: int, rng: np.r
     """
     variances, axes = np.linalg.eigh(np.asarray(covariance, dtype=float)[:2, :2])
     sigmas = np.sqrt(np.maximum(variances, 0.0))
-    normals = rng.standard_normal((count, 3))
+    normals = even_normals(count, rng)
     particles = np.empty((count, 3))
     for row in (0, 1):
         particles[:, row] = (
@@ -40,6 +48,16 @@ def particles_around(pose: Pose2D, covariance: np.ndarray, count: int, rng: np.r
         )
     particles[:, 2] = wrap_angles(pose.yaw_rad + np.sqrt(covariance[2][2]) * normals[:, 2])
     return particles
+
+
+def even_normals(count: int, rng: np.random.Generator) -> np.ndarray:
+    """Draw (count, 3) standard normal numbers, spread evenly: their mean is nearer to 0 than that of independent ones.
+
+    A Kronecker sequence (Niederreiter, 1992) from a random place, through the inverse of the normal distribution. Along
+    a hallway, where a scan says little, an error of the first particles' mean stays for tens of metres.
+    """
+    places = np.maximum((rng.random(3) + np.outer(np.arange(count), EVEN_STEPS)) % 1.0, LEAST_CHANCE)
+    return np.array([*map(NormalDist().inv_cdf, places.ravel().tolist())]).reshape(count, 3)
 
 
 def particles_everywhere(free_centres: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""config/amcl.yaml against the parameters that upstream's amcl has, both ways."""
+"""config/amcl.yaml and amcl_accurate.yaml against the parameters that upstream's amcl has, both ways."""
 
 import pytest
 
@@ -9,18 +9,27 @@ from upstream_params import AMCL, different, read_config, wrong_types
 # Parameters that upstream does not have and ignores.
 OWN_AMCL = {'seed', 'axle_x', 'lost_fraction', 'lost_distance', 'lost_scans'}
 
-
-def test_upstream_knows_every_parameter_of_our_amcl_yaml():
-    assert set(read_config('amcl.yaml')) - set(AMCL) <= OWN_AMCL
+FILES = pytest.mark.parametrize('file', ['amcl.yaml', 'amcl_accurate.yaml'])
 
 
-def test_values_have_the_type_that_upstream_reads():
-    assert wrong_types(read_config('amcl.yaml'), (AMCL,)) == []
+@FILES
+def test_upstream_knows_every_parameter_of_our_files(file):
+    assert set(read_config(file)) - set(AMCL) <= OWN_AMCL
 
 
-def test_what_our_file_leaves_out_is_the_same_in_both_stacks():
+@FILES
+def test_values_have_the_type_that_upstream_reads(file):
+    assert wrong_types(read_config(file), (AMCL,)) == []
+
+
+@FILES
+def test_what_our_files_leave_out_is_the_same_in_both_stacks(file):
     """A default that differs must stand in the file."""
-    assert different(AMCL, AmclParams(), read_config('amcl.yaml')) == set()
+    assert different(AMCL, AmclParams(), read_config(file)) == set()
+
+
+def test_both_files_have_the_same_keys():
+    assert set(read_config('amcl_accurate.yaml')) == set(read_config('amcl.yaml'))
 
 
 def test_amcl_takes_every_parameter_of_upstream_at_its_default():

@@ -9,6 +9,7 @@ from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.kld_resampling import (
     LikelihoodAverages,
     effective_count,
+    even_places,
     kld_limit,
     kld_limits,
     resample,
@@ -69,27 +70,36 @@ def test_particles_stop_when_the_bins_they_fill_have_enough():
     assert len(resample(one_bin, np.full(50, 0.02), limits, 0.0, CORNERS, rng)) == 4000
 
 
-def test_particles_are_drawn_by_their_weights():
+def test_each_particle_is_drawn_as_often_as_its_weight_says():
+    """Low variance: n p rounded up or down, where independent draws vary by n p (1 - p)."""
     weights = np.array([0.5, 0.0, 0.3, 0.15, 0.05])
     particles = np.column_stack([np.arange(5.0), np.zeros((5, 2))])
-    drawn = resample(particles, weights, fixed_count(100_000), 0.0, CORNERS, np.random.default_rng(2))
-    counts = np.bincount(drawn[:, 0].astype(int), minlength=5)
-    assert counts[1] == 0
-    expected = 100_000 * weights[weights > 0]
-    # Chi-square with three degrees of freedom: 16.3 is the 99.9 % quantile.
-    assert ((counts[weights > 0] - expected) ** 2 / expected).sum() < 16.3
+    for count in (7, 1000, 3000):
+        drawn = resample(particles, weights, fixed_count(count), 0.0, CORNERS, np.random.default_rng(2))
+        counts = np.bincount(drawn[:, 0].astype(int), minlength=5)
+        assert (np.abs(counts - count * weights) < 1.0 + 1e-9).all()
+        assert counts[1] == 0
 
 
-def test_draws_are_independent_not_of_low_variance():
-    """Each is multinomial: the count of a particle varies as n p (1 - p)."""
-    particles = np.column_stack([np.arange(4.0), np.zeros((4, 2))])
+def test_draws_have_no_bias():
+    particles = np.column_stack([np.arange(3.0), np.zeros((3, 2))])
+    weights = np.array([0.24, 0.43, 0.33])
     rng = np.random.default_rng(3)
-    counts = [
-        (resample(particles, np.full(4, 0.25), fixed_count(400), 0.0, CORNERS, rng)[:, 0] == 0).sum()
-        for _ in range(1000)
-    ]
-    assert np.mean(counts) == pytest.approx(100, abs=1.5)
-    assert np.var(counts) == pytest.approx(75, rel=0.2)
+    drawn = [resample(particles, weights, fixed_count(10), 0.0, CORNERS, rng)[:, 0] for _ in range(4000)]
+    # At most one more or less than n p, so the standard deviation of a count's mean is below 0.5 / sqrt(4000).
+    assert np.bincount(np.concatenate(drawn).astype(int)) / 4000 == pytest.approx(10 * weights, abs=0.03)
+
+
+@pytest.mark.parametrize('count', [1, 2, 3, 10, 100, 3000, 4096, 4181])
+def test_places_are_those_of_systematic_resampling(count):
+    assert np.sort(even_places(count, 0.3)) == pytest.approx((np.arange(count) + 0.3) / count)
+
+
+@pytest.mark.parametrize('first', [50, 240, 400, 2000])
+def test_the_first_places_are_spread_nearly_as_evenly(first):
+    """By the three-gap theorem; of independent places, the largest gap is about log n / n."""
+    gaps = np.diff(np.sort(even_places(3000, 0.0)[:first]), append=1.0)
+    assert gaps.max() < 2.0 / first + 1.0 / 3000
 
 
 def test_the_recovery_fraction_is_drawn_anywhere():

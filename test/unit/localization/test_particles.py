@@ -7,6 +7,7 @@ import pytest
 
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.localization.particles import (
+    even_normals,
     free_cell_centres,
     has_converged,
     particles_around,
@@ -21,6 +22,15 @@ def test_particles_around_a_pose_have_its_mean_and_covariance():
     particles = particles_around(Pose2D(1.0, -2.0, 0.3), covariance, 100_000, np.random.default_rng(0))
     assert particles.mean(axis=0) == pytest.approx([1.0, -2.0, 0.3], abs=0.005)
     assert np.cov(particles.T) == pytest.approx(covariance, abs=0.001)
+
+
+def test_normal_draws_are_spread_evenly():
+    """Their mean and variance are nearer to 0 and 1 than those of independent draws: by 1 / sqrt(n), sqrt(2 / n)."""
+    for seed in range(5):
+        normals = even_normals(3000, np.random.default_rng(seed))
+        assert normals.mean(axis=0) == pytest.approx([0.0] * 3, abs=0.3 / math.sqrt(3000))
+        assert np.cov(normals.T) == pytest.approx(np.eye(3), abs=0.9 / math.sqrt(3000))
+    assert np.isfinite(even_normals(1, np.random.default_rng(0))).all()
 
 
 def test_headings_of_particles_are_wrapped():
