@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Callable, Dict, Iterator, Mapping, NamedTuple, Type, Union
+from typing import Any, Callable, Dict, Iterator, Mapping, NamedTuple, Optional, Type, Union
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.nested_mappings import merged, nested
@@ -55,23 +55,29 @@ def load_robot_params(config_folder: Union[str, Path]) -> RobotParams:
     Raises:
         ConfigError: a file is missing or bad.
     """
-    return _checked_params(config_folder, _load_files(config_folder))
+    paths = _paths(config_folder)
+    return _checked_params(paths, _load_files(paths))
 
 
-def load_robot_config(config_folder: Union[str, Path]) -> RobotConfig:
+def load_robot_config(config_folder: Union[str, Path], instead: Optional[Mapping[str, Path]] = None) -> RobotConfig:
     """Load the content of the files by their stems, for `override`.
+
+    Args:
+        config_folder: where the files are.
+        instead: files, by stem, that are read in place of the folder's.
 
     Raises:
         ConfigError: a file is missing or bad.
     """
-    config = _load_files(config_folder)
-    _checked_params(config_folder, config)
+    paths = {**_paths(config_folder), **(instead or {})}
+    config = _load_files(paths)
+    _checked_params(paths, config)
     return config
 
 
-def _checked_params(config_folder: Union[str, Path], config: RobotConfig) -> RobotParams:
+def _checked_params(paths: Mapping[str, Path], config: RobotConfig) -> RobotParams:
     """Return the parameters of the files; errors name the file."""
-    return _robot_params(config, lambda stem: str(_path(config_folder, stem)))
+    return _robot_params(config, lambda stem: str(paths[stem]))
 
 
 def override(config: RobotConfig, overrides: Mapping[str, Any]) -> RobotParams:
@@ -110,12 +116,12 @@ def check_key(key: str) -> None:
         raise ConfigError(f'{key}: unknown key{hint}')
 
 
-def _path(config_folder: Union[str, Path], stem: str) -> Path:
-    return Path(config_folder) / f'{stem}.yaml'
+def _paths(config_folder: Union[str, Path]) -> Dict[str, Path]:
+    return {stem: Path(config_folder) / f'{stem}.yaml' for stem in CONFIG_FILES}
 
 
-def _load_files(config_folder: Union[str, Path]) -> RobotConfig:
-    return {stem: load_yaml(_path(config_folder, stem)) for stem in CONFIG_FILES}
+def _load_files(paths: Mapping[str, Path]) -> RobotConfig:
+    return {stem: load_yaml(path) for stem, path in paths.items()}
 
 
 def _robot_params(config: RobotConfig, source: Callable[[str], str]) -> RobotParams:

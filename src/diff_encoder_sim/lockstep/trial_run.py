@@ -43,11 +43,12 @@ def _run(trial: LockstepTrial, plan: TrialPlan) -> TrialResult:
     for _ in trial.run():
         pass
     return TrialResult(
-        trial.ending, trial.time_ns / NANOSECONDS_PER_SECOND, trial.distance_m, _final_errors(trial, plan)
+        trial.ending, trial.time_ns / NANOSECONDS_PER_SECOND, trial.distance_m, final_errors(trial, plan)
     )
 
 
-def _final_errors(trial: LockstepTrial, plan: TrialPlan) -> FinalErrors:
+def final_errors(trial: LockstepTrial, plan: TrialPlan) -> FinalErrors:
+    """Return how far the trial ended from its goal by each pose source, in the axes of the map."""
     last, start = trial.last_report, plan.trial.test.start.pose()
     poses: Dict[PoseSource, Optional[Pose2D]] = dict.fromkeys(PoseSource)
     poses[PoseSource.WORLD] = trial.true_pose_in_map

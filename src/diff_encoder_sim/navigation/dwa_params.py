@@ -96,6 +96,11 @@ class DwaParams(Params):
     latch_margin: Annotated[float, Between(0.0, 0.9)] = Field(
         0.0, description='fraction of xy_goal_tolerance to be inside of it before it is latched; 0: none, as upstream'
     )
+    stop: Literal['latch', 'precise'] = Field(
+        'latch',
+        description='latch: anywhere within the tolerances, as upstream; precise: within them, go on to the place '
+        'nearest to the goal and to the middle of yaw_goal_tolerance',
+    )
     turn_to_path_angle: Annotated[float, Between(0.0, 3.2, 'rad')] = Field(
         2.0,
         description='turn in place towards a plan that begins at a larger angle than this [rad]; 0: never, as upstream',

@@ -140,10 +140,10 @@ class GoalRun:
         elif is_patience_over or 0 <= self._params.max_planning_retries < self._planning_retries:
             self._call_recovery(Trigger.PLANNING)
 
-    def _make_plan(self, now_ns: int) -> None:
+    def _make_plan(self, now_ns: int, is_renewed: bool = False) -> None:
         parts, self._planned_ns = self._parts, now_ns
         self.global_plan_in_map = parts.global_planner.make_plan(parts.inputs.base_pose_in_map, self._goal)
-        parts.local_planner.set_plan(self.global_plan_in_map)
+        parts.local_planner.set_plan(self.global_plan_in_map, is_renewed)
         self._last_plan_ns, self._planning_retries = now_ns, 0
         self.text = DRIVING
 
@@ -156,7 +156,7 @@ class GoalRun:
         """Make a new plan at planner_frequency while driving."""
         if self._is_plan_due(now_ns, math.inf):
             try:
-                self._make_plan(now_ns)
+                self._make_plan(now_ns, is_renewed=True)
             except PlanError as error:
                 # The old plan is followed until control fails.
                 log.debug('no new plan: %s', error)

@@ -13,6 +13,7 @@ from diff_encoder_sim.navigation.dwa import DwaPlanner
 from diff_encoder_sim.navigation.dwa_params import DwaParams
 from diff_encoder_sim.navigation.goal_status import Command
 from diff_encoder_sim.navigation.navigator_inputs import OdometrySample
+from diff_encoder_sim.navigation.precise_stop import PreciseStop
 from diff_encoder_sim.navigation.stop_rotate import ClearanceCheck, LatchedStopRotate, Motion
 from diff_encoder_sim.navigation.turn_to_path import TurnToPath
 
@@ -25,7 +26,7 @@ class LocalCommand(NamedTuple):
 
     linear_mps: float
     angular_radps: float
-    poses_in_odom: np.ndarray  # (n, 3); empty while turning at the goal
+    poses_in_odom: np.ndarray  # (n, 3); empty while stopping and turning at the goal
 
 
 class LocalPlanner:
@@ -34,7 +35,8 @@ class LocalPlanner:
     def __init__(self, params: DwaParams, sim_period_s: float) -> None:
         self.params = params
         self.dwa = DwaPlanner(params, sim_period_s)
-        self._stop_rotate = LatchedStopRotate(params, sim_period_s)
+        stop = PreciseStop if params.stop == 'precise' else LatchedStopRotate
+        self._stop_rotate: LatchedStopRotate = stop(params, sim_period_s)
         self._turn_to_path = TurnToPath(params, sim_period_s)
         self._plan_in_map = self._whole_in_odom = np.empty((0, 3))
         self._goal_in_odom = IDENTITY
@@ -42,10 +44,14 @@ class LocalPlanner:
         self.problem = ''  # why the last `compute` gave no command
         self.plan_in_odom = np.empty((0, 3))  # the stretch that is followed, for displays
 
-    def set_plan(self, plan_in_map: np.ndarray) -> None:
-        """Follow a new plan (n, 3), n > 0; latched tolerances, turns and locked directions are reset."""
+    def set_plan(self, plan_in_map: np.ndarray, is_renewed: bool = False) -> None:
+        """Follow a new plan (n, 3), n > 0; latched tolerances, turns and locked directions are reset.
+
+        With `is_renewed`, while the robot drives to the same goal, a precise stop goes on. Upstream begins anew.
+        """
         self._plan_in_map, self._odom_pose_in_map = plan_in_map, None
-        self._stop_rotate.reset()
+        if not (is_renewed and self.params.stop == 'precise'):
+            self._stop_rotate.reset()
         self._turn_to_path.reset()
         self.dwa.oscillation.reset()
 
@@ -68,14 +74,14 @@ class LocalPlanner:
             self.problem = 'the plan is outside the local costmap'
             return None
         if self._stop_rotate.is_position_reached(motion, self._goal_in_odom):
-            return self._turn_at_goal(motion, costmap)
+            return self._stop_at_goal(motion, costmap)
         turn = self._turn_to_path.command(motion, self.plan_in_odom, self._clearance_check(motion, costmap))
         return self._follow_plan(motion, costmap) if turn is None else LocalCommand(*turn, np.empty((0, 3)))
 
-    def _turn_at_goal(self, motion: Motion, costmap: Costmap) -> Optional[LocalCommand]:
-        turn = self._stop_rotate.command(motion, self._goal_in_odom, self._clearance_check(motion, costmap))
-        self.problem = 'turning at the goal would collide' if turn is None else ''
-        return None if turn is None else LocalCommand(*turn, np.empty((0, 3)))
+    def _stop_at_goal(self, motion: Motion, costmap: Costmap) -> Optional[LocalCommand]:
+        command = self._stop_rotate.command(motion, self._goal_in_odom, self._clearance_check(motion, costmap))
+        self.problem = 'turning at the goal would collide' if command is None else ''
+        return None if command is None else LocalCommand(*command, np.empty((0, 3)))
 
     def _follow_plan(self, motion: Motion, costmap: Costmap) -> Optional[LocalCommand]:
         best = self.dwa.find_best(motion.base_pose, motion.linear_mps, motion.angular_radps, costmap, self.plan_in_odom)

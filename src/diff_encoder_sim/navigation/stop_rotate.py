@@ -53,7 +53,7 @@ class LatchedStopRotate:
     def command(self, motion: Motion, goal: Pose2D, is_clear: ClearanceCheck) -> Optional[Tuple[float, float]]:
         """Return (linear [m/s], angular [rad/s]) to stop and then turn; None if that would collide."""
         turn_rad = self._remaining_turn(motion, goal)
-        if abs(turn_rad) <= self.params.yaw_goal_tolerance:
+        if self._has_turned(turn_rad, motion.angular_radps):
             self._is_rotating = False
             return 0.0, 0.0
         if not self._is_rotating and not self._is_stopped(motion):
@@ -62,6 +62,9 @@ class LatchedStopRotate:
             self._is_rotating = True
             command = 0.0, self._turning_speed(turn_rad, motion.angular_radps)
         return command if is_clear(*command) else None
+
+    def _has_turned(self, turn_rad: float, _: float) -> bool:
+        return abs(turn_rad) <= self.params.yaw_goal_tolerance
 
     @staticmethod
     def _remaining_turn(motion: Motion, goal: Pose2D) -> float:

@@ -77,9 +77,9 @@ def test_a_robot_that_runs_into_a_wall_has_collided():
 
 
 def test_a_robot_whose_estimate_but_not_itself_is_at_the_goal_is_lost(tmp_path):
-    """Its map lies 0.8 m too far ahead, and so does the goal by its pose estimate."""
+    """Its map lies 1 m too far ahead, and so does the goal by its pose estimate."""
     grid = load_map(ROOT / 'worlds' / 'hallway.yaml')
-    ahead = grid._replace(origin=grid.origin._replace(x_m=grid.origin.x_m + 0.8))
+    ahead = grid._replace(origin=grid.origin._replace(x_m=grid.origin.x_m + 1.0))
     ending = ended(lockstep(HALL, map_file=save_map(ahead, tmp_path / 'ahead')))
     assert ending.outcome is Outcome.LOST
     assert 'from the goal; allowed: 0.50 m' in ending.reason

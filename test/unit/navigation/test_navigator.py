@@ -22,6 +22,7 @@ WIDE = {'inflation_radius': 1.0, 'cost_scaling_factor': 3.0}
 
 # The square root of 12: a pulse is this many standard deviations of its rounding error.
 TWIST_SIGMAS = {'twist_sigmas': 3.47}
+PRECISE = {'stop': 'precise', 'latch_margin': 0.2}
 PASSAGE = 1.87 / 2  # pillars stand on multiples of 1.87 m
 
 
@@ -106,6 +107,48 @@ def test_a_goal_close_by_in_any_direction(room, distance, bearing_deg):
     loop.navigator.set_goal(goal)
     loop.run(20.0)
     assert_at(loop, goal)
+
+
+@pytest.mark.parametrize('distance', [0.02, 0.06, 0.15, 0.35])
+@pytest.mark.parametrize('bearing_deg', range(0, 360, 45))
+def test_a_precise_stop_at_a_goal_close_by_in_any_direction(room, distance, bearing_deg):
+    """Who drives there comes within 2 cm of it, with 40 pulses; who stands within the tolerance may stay."""
+    bearing = math.radians(bearing_deg)
+    loop = ClosedLoop(*room, IDENTITY, 40, params=navigator_params({**TWIST_SIGMAS, **PRECISE}))
+    goal = Pose2D(distance * math.cos(bearing), distance * math.sin(bearing), 2.0 * bearing)
+    loop.navigator.set_goal(goal)
+    loop.run(25.0)
+    assert_at(loop, goal)
+    assert distance == 0.02 or distance_m(loop.robot.pose, goal) < 0.02
+
+
+@pytest.mark.parametrize(('ppr', 'dwa', 'expected_m'), [(None, {}, 0.007), (40, TWIST_SIGMAS, 0.02)])
+def test_a_precise_stop_after_twenty_metres(hallway, ppr, dwa, expected_m):
+    loop = ClosedLoop(*hallway, Pose2D(-10.0, 0.0, 0.0), ppr, params=navigator_params({**dwa, **PRECISE}))
+    goal = Pose2D(10.0, 0.0, 0.0)
+    loop.navigator.set_goal(goal)
+    loop.run(60.0)
+    assert_at(loop, goal)
+    assert distance_m(loop.robot.pose, goal) < expected_m
+
+
+def test_a_precise_stop_goes_on_while_plans_are_renewed(room):
+    goal = Pose2D(1.0, 0.3, 1.0)
+    loop = ClosedLoop(*room, IDENTITY, params=navigator_params(PRECISE, planner_frequency=10.0))
+    loop.navigator.set_goal(goal)
+    loop.run(30.0)
+    assert_at(loop, goal)
+    assert distance_m(loop.robot.pose, goal) < 0.007
+
+
+def test_a_precise_stop_close_to_a_wall(room):
+    """The wall is nearer than the robot would come in sim_time at the speed of the approach."""
+    goal = Pose2D(3.0 - 0.25 - 0.2, 0.0, 0.0)
+    loop = ClosedLoop(*room, IDENTITY, params=navigator_params(PRECISE))
+    loop.navigator.set_goal(goal)
+    loop.run(30.0)
+    assert_at(loop, goal)
+    assert distance_m(loop.robot.pose, goal) < 0.007
 
 
 def test_a_goal_behind_the_robot(room):

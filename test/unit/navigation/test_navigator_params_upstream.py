@@ -21,7 +21,7 @@ OWN_MOVE_BASE = {'input_timeout', 'max_unseen_travel'}
 # Upstream reads them in the layers' namespaces alone; its defaults are the same.
 IN_LAYERS = {'combination_method', 'footprint_clearing_enabled', 'trinary_costmap', 'unknown_cost_value'}
 OWN_NAVFN = {'use_dijkstra', 'neutral_cost', 'cost_factor'}  # global_planner's
-OWN_DWA = {'twist_sigmas', 'latch_margin', 'turn_to_path_angle'}
+OWN_DWA = {'twist_sigmas', 'latch_margin', 'stop', 'turn_to_path_angle'}
 
 
 def test_upstream_knows_every_parameter_of_our_navigation_yaml():
