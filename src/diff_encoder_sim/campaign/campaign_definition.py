@@ -36,6 +36,7 @@ def _is_printable(text: str) -> str:
     return text
 
 
+ConfigFile = Literal['amcl', 'config', 'lockstep', 'navigation', 'simulator']  # stems of files of config/
 Line = Annotated[str, AfterValidator(_is_printable)]
 PathLine = Annotated[PathText, AfterValidator(_is_printable)]
 
@@ -55,6 +56,11 @@ class CampaignParams(Params):
     bag_format: BagFormat = Field('ros1', description='of the bags: ROS 1, or MCAP files of ROS 2')
     robot: PathLine = Field(
         '', description='name of a robot in config/robots/, a robot file, xacro or URDF; empty: alto'
+    )
+    files: Dict[ConfigFile, PathLine] = Field(
+        {},
+        description='in place of amcl.yaml and the other files of config/: `amcl: amcl_accurate`, '
+        'another file there, or the path of a .yaml file',
     )
     overrides: Dict[Line, Any] = Field(
         {}, alias='set', description='values of parameters in all trials, by dotted keys'

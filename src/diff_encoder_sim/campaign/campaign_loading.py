@@ -6,7 +6,7 @@ import contextlib
 import functools
 import re
 from pathlib import Path
-from typing import Any, Iterator, List, Mapping, Optional, Sequence, Tuple, Union
+from typing import Any, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple, Union
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import IDENTITY
@@ -49,7 +49,8 @@ def load_campaign(
         name: paths of tests and of the robot in a file are relative to that file; on the command
             line to the current folder.
         package_folder: where config/, worlds/ and urdf/ are.
-        replace: values from the command line that come before the file's; None is none.
+        replace: values from the command line that come before the file's; None is none. Of `files`, only those that
+            are named replace the file's.
         robot_arguments: of the robot's xacro.
         robot_packages: folders in which the robot's packages are looked for.
 
@@ -60,7 +61,9 @@ def load_campaign(
     path = _find(name, package_folder / 'config' / 'campaigns')
     given = {key: value for key, value in (replace or {}).items() if value is not None}
     params = _load_params(path, given)
-    config = load_robot_config(package_folder / 'config')
+    config = load_robot_config(
+        package_folder / 'config', _config_files(params, path, given.get('files', {}), package_folder / 'config')
+    )
     campaigns_file = None if 'robot' in given else path
     robot = _load_robot(params, campaigns_file, package_folder, robot_arguments or {}, robot_packages)
     with _named('' if 'tests' in given else path):
@@ -85,7 +88,10 @@ def _find(name: str, folder: Path) -> Path:
 def _load_params(path: Path, given: Mapping[str, Any]) -> CampaignParams:
     content = load_yaml(path)
     params = CampaignParams.from_mapping(content, str(path))
-    return CampaignParams.from_mapping({**content, **given}, '') if given else params
+    if not given:
+        return params
+    files = {**params.files, **given.get('files', {})}
+    return CampaignParams.from_mapping({**content, **given, 'files': files}, '')
 
 
 @contextlib.contextmanager
@@ -95,6 +101,23 @@ def _named(source: Union[str, Path]) -> Iterator[None]:
         yield
     except ConfigError as error:
         raise ConfigError(f'{source}: {error}' if source else str(error)) from None
+
+
+def _config_files(params: CampaignParams, path: Path, given: Mapping[str, str], config_folder: Path) -> Dict[str, Path]:
+    """Find the files that are read in place of those of config/; `given` are from the command line."""
+    found: Dict[str, Path] = {}
+    for stem, name in params.files.items():
+        with _named('' if stem in given else path):
+            found[stem] = _config_file(stem, name, Path() if stem in given else path.parent, config_folder)
+    return found
+
+
+def _config_file(stem: str, name: str, folder: Path, config_folder: Path) -> Path:
+    path = folder / name if name.endswith('.yaml') else config_folder / f'{name}.yaml'
+    if not path.is_file():
+        known = ', '.join(sorted(file.stem for file in config_folder.glob(f'{stem}*.yaml')))
+        raise ConfigError(f'files.{stem}: given {name!r}; allowed: {known}, or a .yaml file')
+    return path
 
 
 def _load_tests(params: CampaignParams, folder: Optional[Path], config_folder: Path) -> List[TestDefinition]:

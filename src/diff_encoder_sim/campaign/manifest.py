@@ -29,6 +29,7 @@ def manifest_of(campaign: Campaign, run: Dict[str, Any]) -> Dict[str, Any]:
         'seeds': {'first': seed + 1, 'last': seed + trials},
         'runs': [run],
         **({'robot': campaign.robot.as_json()} if campaign.robot else {}),
+        **({'config_files': dict(campaign.params.files)} if campaign.params.files else {}),
         'configuration': campaign.resolved(),
     }
 

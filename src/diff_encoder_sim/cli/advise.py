@@ -22,7 +22,6 @@ from diff_encoder_sim.analysis.quantities import YAW, X
 from diff_encoder_sim.analysis.within_tolerance import REQUIRED_FRACTION, fewest_trials
 from diff_encoder_sim.base.bounded_numbers import PULSES_PER_TURN, Between
 from diff_encoder_sim.base.command_line import tool_parser
-from diff_encoder_sim.base.command_name import as_called
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.number_arguments import number_within, whole_number_within
 from diff_encoder_sim.base.paths import package_folder
@@ -35,8 +34,10 @@ from diff_encoder_sim.campaign.progress import progress_on
 from diff_encoder_sim.campaign.result_store import ResultStore
 from diff_encoder_sim.campaign.time_left import time_left
 from diff_encoder_sim.campaign.worker import RunTrial
+from diff_encoder_sim.cli.amcl_argument import add_amcl, chosen_files
 from diff_encoder_sim.cli.robot_arguments import add_robot_arguments
 from diff_encoder_sim.cli.robot_checks import add_unchecked, with_checks
+from diff_encoder_sim.cli.stopping_spread import name_stopping
 from diff_encoder_sim.cli.trial_workers import add_workers, run_trials_tool, stop_reports, unrun_text, workers
 from diff_encoder_sim.encoders.pulses import ppr_label
 from diff_encoder_sim.evaluation.sample_statistics import LEVEL
@@ -57,10 +58,11 @@ def main(arguments: Optional[Sequence[str]] = None, run: RunTrial = run_trial) -
 def _advise(options: argparse.Namespace, run: RunTrial) -> None:
     looks = _looks(options.trials)
     given = {key: getattr(options, key) for key in ('tests', 'ppr', 'trials', 'robot')}
+    given['files'] = chosen_files(options)
     campaign = _candidates(options, given)
     campaign = with_checks('advise', campaign, options.unchecked)
     labels, tolerance = _ascending(campaign), Tolerance(options.tolerance, options.yaw_tolerance)
-    _warn_of_goal_tolerance(campaign, tolerance)
+    name_stopping('advise', campaign, tolerance.position_m, tolerance.yaw_deg)
     with _CandidateTrials(options, campaign, run) as trials:
         advisor = Advisor(labels, looks, tolerance, trials.with_encoder)
         found = {source: advisor.smallest(source) for source in CRITERIA}
@@ -164,17 +166,6 @@ def _ascending(campaign: Campaign) -> List[str]:
     return sorted(labels, key=float)
 
 
-def _warn_of_goal_tolerance(campaign: Campaign, tolerance: Tolerance) -> None:
-    """Warn where navigation stops before the robot is within the tolerance: no encoder changes that."""
-    planner = campaign.cells[0].robot_params.navigator.DWAPlannerROS
-    if campaign.params.nav == 'embedded' and tolerance.position_m < planner.xy_goal_tolerance:
-        print(
-            f'{as_called("advise")}: navigation stops within {planner.xy_goal_tolerance:g} m of a goal, whatever the '
-            f'encoder; for {tolerance.position_m:g} m set navigation.DWAPlannerROS.xy_goal_tolerance in the robot file',
-            file=sys.stderr,
-        )
-
-
 def _parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
     examples = [
         '--robot my_robot.yaml --tolerance 0.05 --yaw-tolerance 3',
@@ -182,6 +173,7 @@ def _parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
     ]
     parser = tool_parser('advise', __doc__, examples)
     add_robot_arguments(parser, '--config', note=' (default: alto)')
+    add_amcl(parser)
     _add_tolerances(parser)
     _add_candidates(parser)
     parser.add_argument(

@@ -32,9 +32,10 @@ def _analyze(options: argparse.Namespace) -> None:
     out = options.out or _beside(options.paths[0])
     with output_folder(out) as folder:
         dataset = load_dataset(options.paths)
+        beside = load_dataset([options.beside]) if options.beside else None
         print(summary(dataset), flush=True)
-        headline = write_analysis(dataset, folder)
-    print(f'\n{headline}\nReport: {out / REPORT}')
+        conclusions = write_analysis(dataset, folder, beside)
+    print(f'\n{conclusions}\nReport: {out / REPORT}')
 
 
 def _beside(path: Path) -> Path:
@@ -42,7 +43,7 @@ def _beside(path: Path) -> Path:
 
 
 def _parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
-    examples = ['results/paper', 'sl.bag bags/ --out comparison']
+    examples = ['results/paper', 'results/paper --beside results/other', 'sl.bag bags/ --out comparison']
     parser = tool_parser('analyze', __doc__, examples)
     parser.add_argument(
         'paths',
@@ -50,6 +51,12 @@ def _parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
         type=Path,
         metavar='DIR|BAG',
         help="one campaign's results folder; or bags of trials, of ROS 1 or ROS 2, and folders with such bags",
+    )
+    parser.add_argument(
+        '--beside',
+        type=Path,
+        metavar='DIR',
+        help="another campaign's results folder: the comparison with the paper shows both, and which fits better",
     )
     parser.add_argument(
         '--out',

@@ -13,6 +13,7 @@ from typing import List, NamedTuple, Optional, Sequence
 
 from typing_extensions import get_args
 
+from diff_encoder_sim.analysis.quantities import YAW, X
 from diff_encoder_sim.base.bounded_numbers import PULSES_PER_TURN, Between
 from diff_encoder_sim.base.command_line import tool_parser
 from diff_encoder_sim.base.number_arguments import number_within, whole_number_within
@@ -25,8 +26,10 @@ from diff_encoder_sim.campaign.progress import Progress, outcome_table, progress
 from diff_encoder_sim.campaign.result_store import ResultStore
 from diff_encoder_sim.campaign.time_left import time_left
 from diff_encoder_sim.campaign.worker import RunTrial
+from diff_encoder_sim.cli.amcl_argument import add_amcl, chosen_files
 from diff_encoder_sim.cli.robot_arguments import add_robot_arguments
 from diff_encoder_sim.cli.robot_checks import add_unchecked, with_checks
+from diff_encoder_sim.cli.stopping_spread import name_stopping
 from diff_encoder_sim.cli.trial_workers import add_workers, run_trials_tool, stop_reports, unrun_text, workers
 from diff_encoder_sim.lockstep.trial_run import run_trial
 from diff_encoder_sim.robots.xacro_arguments import xacro_arguments
@@ -68,12 +71,15 @@ def complete(options: argparse.Namespace, command: Sequence[str], run: RunTrial 
         CampaignFault: trials cannot go on.
     """
     given = {key: getattr(options, key) for key in ('tests', 'ppr', 'trials', 'robot', 'record', 'bag_format')}
+    given['files'] = chosen_files(options)
     arguments = xacro_arguments(options.robot_args)
     campaign = load_campaign(options.config, package_folder(), given, arguments, options.packages)
     campaign = with_checks('campaign', campaign, options.unchecked)
     about = describe_run(package_folder(), command)
     with ResultStore(options.out, campaign, about, options.resume) as store:
         jobs = store.pending()
+        if jobs:
+            name_stopping('campaign', campaign, X.tolerance, YAW.tolerance)
         left = time_left(campaign, jobs, store.rows)
         progress = progress_on(sys.stderr, len(campaign.jobs()), store.rows, left)
         with progress, stop_reports(progress):
@@ -107,6 +113,7 @@ def parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
     examples = [
         '--config quick --out results/quick',
         '--config paper --out results/sl --tests SL --ppr 40 90 --trials 10',
+        '--config paper --amcl amcl_accurate --out results/paper_accurate',
         '--config quick --robot burger --out results/burger',
         '--config quick --robot my_robot.yaml --out results/my_robot',
     ]
@@ -115,7 +122,7 @@ def parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
         '--config',
         required=True,
         metavar='NAME|FILE',
-        help='campaign: paper, quick or sweep (files of config/campaigns/), or a .yaml file',
+        help='campaign: quick, paper, accurate, ... (files of config/campaigns/), or a .yaml file',
     )
     parser.add_argument(
         '--out',
@@ -148,6 +155,7 @@ def _add_overrides(parser: argparse.ArgumentParser) -> None:
         help='trials of each test with each encoder',
     )
     add_robot_arguments(group)
+    add_amcl(group)
     group.add_argument(
         '--record',
         choices=('full', 'minimal', 'none'),

@@ -23,6 +23,7 @@ from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.base.yaml_files import yaml_value
 from diff_encoder_sim.cli.launched_robot import OWN_PPR, add_launched_robot, launched_robot
 from diff_encoder_sim.cli.robot_arguments import ROBOT_HELP
+from diff_encoder_sim.cli.stopping_spread import name_stopping_of_trial
 from diff_encoder_sim.cli.trial_robot_check import check_robot_of_trial
 from diff_encoder_sim.encoders.pulses import DEFAULT_PPR, PulsesPerRevolution, ppr_label
 from diff_encoder_sim.lockstep.robot_params import RobotParams
@@ -75,6 +76,7 @@ def plan(options: argparse.Namespace) -> LivePlan:
         _check_start(trial.test, map_path)
     if not parent_only_lists():
         check_robot_of_trial(options, trial, robot, map_path)
+        name_stopping_of_trial(options.nav, robot.params)
     files = {
         'world': str(world),
         'map': map_path,

@@ -10,9 +10,12 @@ import yaml
 
 from campaign_files import NOISE, ROOT, SMALL, campaign_file, small_campaign
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.typed_params import load_params
 from diff_encoder_sim.campaign.campaign_loading import load_campaign
+from diff_encoder_sim.localization.amcl_params import AmclParams
 
 MODULUS = 'config.counter_modulus'
+TRIALS = {'accurate': 360, 'paper': 360, 'paper_tb3': 360, 'quick': 40, 'sweep': 300}  # of the package's campaigns
 VARY = {NOISE: [0.01, 0.03], MODULUS: [0, 65536]}
 
 
@@ -24,13 +27,58 @@ def complaint(folder, replace=None, **changes):
     return str(caught.value)
 
 
-@pytest.mark.parametrize(('name', 'trials'), [('paper', 360), ('quick', 40), ('sweep', 300)])
+@pytest.mark.parametrize(('name', 'trials'), TRIALS.items())
 def test_the_packages_campaigns(name, trials):
     campaign = load_campaign(name, ROOT)
     jobs = campaign.jobs()
     assert len(jobs) == trials and campaign.params.name == name
     assert len({campaign.bag_name(job) for job in jobs}) == trials
     assert campaign.params.record == 'minimal' and campaign.params.nav == 'embedded'
+
+
+def test_every_campaign_of_the_package_is_tested_here():
+    assert {path.stem for path in (ROOT / 'config' / 'campaigns').glob('*.yaml')} == set(TRIALS)
+
+
+def test_the_accurate_one_has_the_papers_drives_and_wheels_with_another_filter():
+    paper, accurate = (load_campaign(name, ROOT) for name in ('paper', 'accurate'))
+    assert [cell.label for cell in accurate.cells] == [cell.label for cell in paper.cells]
+    ours, theirs = accurate.cells[0].robot_params, paper.cells[0].robot_params
+    assert (ours.simulator, ours.encoder, ours.odometry) == (theirs.simulator, theirs.encoder, theirs.odometry)
+    assert ours.amcl == load_params(AmclParams, ROOT / 'config' / 'amcl_accurate.yaml')
+    assert load_campaign('quick', ROOT).cells[0].robot_params.amcl == ours.amcl != theirs.amcl
+
+
+def test_the_two_readings_of_the_paper_differ_where_it_is_silent():
+    ours, tb3 = (load_campaign(name, ROOT).cells[0].robot_params for name in ('paper', 'paper_tb3'))
+    differing = {
+        name: getattr(tb3.amcl, name)
+        for name in type(tb3.amcl).model_fields
+        if getattr(ours.amcl, name) != getattr(tb3.amcl, name)
+    }
+    assert differing == {
+        'min_particles': 500,
+        'update_min_a': 0.2,
+        'resample_interval': 1,
+        'recovery_alpha_slow': 0.0,
+        'recovery_alpha_fast': 0.0,
+        **{f'odom_alpha{number}': 0.1 for number in (1, 2, 3, 4)},
+    }
+    planner = tb3.navigator.DWAPlannerROS
+    assert (planner.path_distance_bias, planner.vth_samples, planner.sim_time) == (32.0, 40, 2.0)
+    assert tb3.navigator.controller_frequency == 10.0 and not planner.latch_xy_goal_tolerance
+    table_2 = (
+        'xy_goal_tolerance',
+        'yaw_goal_tolerance',
+        'goal_distance_bias',
+        'max_vel_x',
+        'acc_lim_x',
+        'acc_lim_theta',
+    )
+    assert {name: getattr(planner, name) for name in table_2} == {
+        name: getattr(ours.navigator.DWAPlannerROS, name) for name in table_2
+    }
+    assert tb3.simulator == ours.simulator
 
 
 def test_the_papers_is_the_papers():
@@ -122,6 +170,7 @@ def test_the_command_line_comes_before_the_file(tmp_path):
         ({'ppr': [40, 40]}, 'ppr: given 40 2 times; allowed: once'),
         ({'tests': ['XX']}, "test: given 'XX'; allowed: DLD, SL, SMT"),
         ({'record': 'all'}, "record: given 'all'; allowed: 'full', 'minimal' or 'none'"),
+        ({'files': {'amcl': 'none'}}, "files.amcl: given 'none'; allowed: amcl, "),
     ],
 )
 def test_a_mistake_on_the_command_line_is_not_blamed_on_the_file(tmp_path, replace, expected):
@@ -161,6 +210,11 @@ def test_a_mistake_on_the_command_line_is_not_blamed_on_the_file(tmp_path, repla
         ({'nav': 'upstream'}, "nav: given 'up"),
         ({'record': 'everything'}, "record: given 'every"),
         ({'set': []}, 'set: given'),
+        ({'files': 'amcl'}, "files: given 'amcl'; allowed: a mapping"),
+        ({'files': {'amcl': 1}}, 'files.amcl: given 1'),
+        ({'files': {'slam': 'slam'}}, "files.slam.*: given 'slam'; allowed: 'amcl', 'config', 'lockstep'"),
+        ({'files': {'amcl': 'no'}}, "files.amcl: given 'no'; allowed: amcl, .*or a .yaml file"),
+        ({'files': {'navigation': 'no/where.yaml'}}, "given 'no/where.yaml'; allowed: navigation, or a .yaml file"),
         ({'vary': [1]}, 'vary: given'),
         ({'tests': ['SL', 'SL']}, 'tests: given SL 2 times'),
         ({'tests': ['XX']}, "test: given 'XX'; allowed: DLD"),
@@ -226,9 +280,38 @@ def test_files_beside_the_campaigns_are_found_from_it_and_the_users_from_where_t
     assert load_campaign(path, ROOT, {'tests': ['../mine.yaml']}).cells[0].test.name == 'mine'
 
 
+def test_another_file_replaces_one_of_config(tmp_path, monkeypatch):
+    (tmp_path / 'mine.yaml').write_text('max_particles: 900\n')
+    campaign = small_campaign(tmp_path, files={'amcl': 'mine.yaml'}, set={'amcl.min_particles': 700})
+    params = campaign.cells[0].robot_params
+    assert (params.amcl.max_particles, params.amcl.min_particles, params.amcl.kld_err) == (900, 700, 0.01)
+    default = small_campaign(tmp_path)
+    assert params.navigator == default.cells[0].robot_params.navigator
+    assert campaign.fingerprint() != default.fingerprint()
+    elsewhere = tmp_path / 'elsewhere'
+    elsewhere.mkdir()
+    monkeypatch.chdir(elsewhere)
+    path = str(campaign_file(tmp_path, files={'amcl': 'mine.yaml', 'navigation': 'navigation'}))
+    for given in ('../mine.yaml', 'amcl'):
+        replaced = load_campaign(path, ROOT, {'files': {'amcl': given}})
+        assert replaced.params.files == {'amcl': given, 'navigation': 'navigation'}
+        assert replaced.cells[0].robot_params.amcl.max_particles == (3000 if given == 'amcl' else 900)
+    with pytest.raises(ConfigError, match="^files.amcl: given 'mine.yaml'"):
+        load_campaign(path, ROOT, {'files': {'amcl': 'mine.yaml'}})
+
+
+def test_a_mistake_in_a_file_that_replaces_one_is_its_own(tmp_path):
+    (tmp_path / 'mine.yaml').write_text('max_particle: 900\n')
+    assert complaint(tmp_path, files={'amcl': 'mine.yaml'}).startswith(
+        f"{tmp_path}/mine.yaml: max_particle: unknown key; did you mean 'max_particles'?"
+    )
+
+
 @pytest.mark.parametrize('name', ['nothere', 'no/where.yaml'])
 def test_an_unknown_campaign_is_named(name):
-    with pytest.raises(ConfigError, match='campaign: given .*; allowed: paper, quick, sweep, or a .yaml'):
+    with pytest.raises(
+        ConfigError, match='campaign: given .*; allowed: accurate, paper, paper_tb3, quick, sweep, or a'
+    ):
         load_campaign(name, ROOT)
 
 

@@ -24,6 +24,14 @@ def test_the_manifest_is_there_before_the_first_trial(campaign, tmp_path):
     assert {'host', 'cpu', 'cores', 'os'} <= set(about['machine'])
 
 
+def test_files_in_place_of_those_of_config_are_named(tmp_path):
+    campaign = small_campaign(tmp_path, files={'amcl': 'amcl'})
+    with ResultStore(tmp_path / 'out', campaign, describe_run(ROOT, [])):
+        manifest = json.loads((tmp_path / 'out' / 'manifest.json').read_text())
+    assert manifest['config_files'] == {'amcl': 'amcl'}
+    assert campaign.fingerprint() == small_campaign(tmp_path).fingerprint()  # of equal values
+
+
 def test_the_commit_is_the_packages_own(tmp_path):
     assert describe_run(tmp_path, [])['commit'] is None
     subprocess.run(['git', 'init', '-q', tmp_path], check=True)

@@ -10,9 +10,9 @@ from trial_bags import TRUTH, trial, write_bag
 def fixture_quick(monkeypatch):
     """Files that take no time to make."""
 
-    def write_analysis(dataset, folder):
+    def write_analysis(dataset, folder, beside=None):
         (folder / 'report.html').write_text(dataset.title)
-        return f'{len(dataset.trials)} trials'
+        return f'{len(dataset.trials)} trials' + (f' beside {len(beside.trials)}' if beside else '')
 
     monkeypatch.setattr(analyze, 'write_analysis', write_analysis)
 
@@ -39,7 +39,8 @@ def test_several_trials_of_a_cell_are_pooled(tmp_path, capsys):
         write_bag(tmp_path / f'{number}.bag', trial(number=number), truth=[*TRUTH[:2], (10.0, y_m, 0.0)])
     analyze.main([str(tmp_path)])
     row = next(line.split() for line in capsys.readouterr().out.splitlines() if line.split()[:2] == ['SL', '40'])
-    assert row == ['SL', '40', '3', '3', '0', '0.0000', '67', '0.0200']  # odom and world; the others are silent
+    # odom, world, and odom minus world; the others are silent.
+    assert row == ['SL', '40', '3', '3', '0', '0.0000', '67', '0.0200', '0', '0.0200']
 
 
 def test_what_is_wrong_is_said_and_the_rest_is_analysed(tmp_path, capsys, caplog):
@@ -64,6 +65,16 @@ def test_the_output_is_where_it_is_wanted(tmp_path):
     assert (tmp_path / 'analysis' / 'report.html').is_file()
     analyze.main([str(bag), '--out', str(tmp_path / 'deep' / 'out')])
     assert (tmp_path / 'deep' / 'out' / 'report.html').read_text() == 'a'
+
+
+def test_other_results_are_shown_beside(tmp_path, capsys):
+    for name, count in (('a', 1), ('b', 2)):
+        (tmp_path / name).mkdir()
+        for number in range(count):
+            write_bag(tmp_path / name / f'{number}.bag', trial(number=number))
+    analyze.main([str(tmp_path / 'a'), '--beside', str(tmp_path / 'b')])
+    assert '\n1 trials beside 2\n' in capsys.readouterr().out
+    assert 'no such bag' in refusal(tmp_path / 'a', '--beside', tmp_path / 'c')
 
 
 def test_the_help_has_an_example(capsys):
