@@ -1,8 +1,7 @@
 #!/usr/bin/env python3
-"""Fits the simulation's wheel errors to one column of the paper, /odom at 4096 PPR: see
-docs/adr/0012-calibration.md. Prints the `set:` part of config/campaigns/paper.yaml, which slip
-each spread of the column alone would ask for, and, from trials driven with the result, how well
-the column is met. About six minutes of two cores."""
+"""Fits the simulation's wheel errors to one row of the paper, y of /odom in SL at 4096 PPR: see
+docs/adr/0012-calibration.md. Prints the `set:` part of config/campaigns/paper.yaml and, from trials
+driven with the result, how well the row is met. About a minute of two cores."""
 
 from __future__ import annotations
 
@@ -10,11 +9,12 @@ import argparse
 import math
 import multiprocessing
 import os
-from typing import Dict, Iterator, List, NamedTuple, Sequence, Tuple
+from typing import Any, Dict, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 from checkout import ROOT, print_header
-from plans import plan_of
+from end_levers import EndLevers
+from plans import paper_settings_with_ideal_wheels, plan_of
 from scipy import stats
 from scipy.optimize import minimize
 from tabulate import tabulate
@@ -26,8 +26,8 @@ from diff_encoder_sim.lockstep.lockstep_trial import LockstepTrial
 from diff_encoder_sim.lockstep.robot_params import load_robot_config, override
 from diff_encoder_sim.trials.pose_source import PoseSource
 
-TESTS = ('SL', 'SMT', 'DLD')
-SOURCE, PPR = PoseSource.ODOM, 4096
+# Its route is the paper's to the metre, and wheel errors make its y, not the stopping.
+TEST, SOURCE, PPR, QUANTITY = 'SL', PoseSource.ODOM, 4096, Y
 CONFIG, ROBOT = ROOT / 'config', ROOT / 'urdf' / 'alto.urdf.xacro'
 
 # Log10 of the slip noise and the radius difference in units of 1e-4: where the search begins.
@@ -36,8 +36,6 @@ SETS = 2000  # of the paper's size, drawn for each statistic's spread
 
 # How finely the paper gives SL's y: last digits [m], and one trial more or less.
 RESOLUTION = {'min': 1e-3, 'max': 1e-3, 'std': 1e-3, 'pct_within': 100.0 / TRIALS}
-
-Drives = Dict[str, List['Drive']]  # by test
 
 
 class WheelErrors(NamedTuple):
@@ -61,10 +59,10 @@ class Drive(NamedTuple):
     noise: np.ndarray  # (3, 3) covariance per unit of slip noise
 
 
-def drive(job: Tuple[str, int, Dict[str, float]]) -> Drive:
-    """Run one trial of (test, seed, overrides) at 4096 PPR."""
-    name, seed, overrides = job
-    plan = plan_of(name, PPR, seed)
+def drive(job: Tuple[int, Dict[str, Any]]) -> Drive:
+    """Run one trial of (seed, overrides)."""
+    seed, overrides = job
+    plan = plan_of(TEST, PPR, seed)
     trial, params = plan.trial, override(load_robot_config(CONFIG), overrides)
     reports = list(LockstepTrial(plan, ROBOT, params).run())
     truth = np.array([report.true_pose_in_map for report in reports])
@@ -85,32 +83,19 @@ def sensitivities(truth: np.ndarray, separation_m: float) -> Tuple[np.ndarray, n
     Returns:
         `by_radius` and `noise` of a Drive.
     """
-    steps = np.diff(truth, axis=0)
-    turns = (steps[:, 2] + math.pi) % (2.0 * math.pi) - math.pi
-    middle = truth[:-1] + 0.5 * np.column_stack((steps[:, :2], turns))
-    cos_yaw, sin_yaw = np.cos(middle[:, 2]), np.sin(middle[:, 2])
-    lengths_m = steps[:, 0] * cos_yaw + steps[:, 1] * sin_yaw
-    left_m, right_m = (lengths_m + side * 0.5 * separation_m * turns for side in (-1.0, 1.0))
-    # A metre more of a wheel shifts the end and turns it about where the robot then is.
-    shift = 0.5 * np.column_stack((cos_yaw, sin_yaw, np.zeros(len(turns))))
-    turn = (
-        np.column_stack((middle[:, 1] - truth[-1, 1], truth[-1, 0] - middle[:, 0], np.ones(len(turns)))) / separation_m
-    )
-    by_left, by_right = shift - turn, shift + turn
+    levers = EndLevers(truth)
+    left_m, right_m = (levers.lengths_m + side * 0.5 * separation_m * levers.turns_rad for side in (-1.0, 1.0))
+    by_left, by_right = (0.5 * levers.by_length + side * levers.by_heading / separation_m for side in (-1.0, 1.0))
     # A larger wheel turns less for the same way.
     by_radius = 0.5 * (left_m @ by_left - right_m @ by_right)
     noise = by_left.T @ (np.abs(left_m)[:, None] * by_left) + by_right.T @ (np.abs(right_m)[:, None] * by_right)
     return by_radius, noise
 
 
-def column() -> Iterator[PaperCell]:
-    """The paper's cells that are looked at."""
-    return (cell for cell in load_paper_cells() if (cell.source, cell.ppr) == (SOURCE, str(PPR)))
-
-
-def is_fitted(cell: PaperCell) -> bool:
-    """SL's y: its route is the paper's to the metre, and wheel errors make it, not the stopping."""
-    return cell.test == 'SL' and cell.quantity is Y
+def fitted_row() -> List[PaperCell]:
+    """The paper's numbers that are fitted to."""
+    of_row = (TEST, SOURCE, str(PPR), QUANTITY)
+    return [cell for cell in load_paper_cells() if (cell.test, cell.source, cell.ppr, cell.quantity) == of_row]
 
 
 class Fit:
@@ -121,10 +106,10 @@ class Fit:
     """
 
     def __init__(self, drives: Sequence[Drive]) -> None:
-        self._cells = [cell for cell in column() if is_fitted(cell)]
+        self._cells = fitted_row()
         rng = np.random.default_rng(0)
         chosen = rng.integers(len(drives), size=(SETS, TRIALS))
-        of_y = Y.component
+        of_y = QUANTITY.component
         self._errors_m = np.array([one.error[of_y] for one in drives])[chosen]
         self._by_radius_m = np.array([one.by_radius[of_y] for one in drives])[chosen]
         noise_m = np.sqrt([one.noise[of_y, of_y] for one in drives])[chosen]
@@ -175,88 +160,42 @@ def statistic(values: np.ndarray, cell: PaperCell) -> np.ndarray:
     return values.min(axis=-1) if cell.statistic == 'min' else values.max(axis=-1)
 
 
-def asked_for(drives: Drives) -> str:
-    """Return a table: for each spread of the column, the slip noise that alone would make it."""
-    rows = []
-    for cell in column():
-        if cell.statistic != 'std':
-            continue
-        of = cell.quantity.component
-        ideal = np.var([one.error[of] for one in drives[cell.test]], ddof=1)
-        per_noise = np.mean([one.noise[of, of] for one in drives[cell.test]])
-        variances = (
-            (cell.value / cell.quantity.scale) ** 2 * (TRIALS - 1) / stats.chi2(TRIALS - 1).ppf([0.975, 0.5, 0.025])
-        )
-        noise = (variances - ideal) / per_noise
-        rows.append(
-            [
-                cell.test,
-                cell.quantity.name,
-                cell.value,
-                f'{math.sqrt(ideal) * cell.quantity.scale:.4f}',
-                *(f'{value:.1e}' if value > 0.0 else 'none' for value in noise),
-            ]
-        )
-    return tabulate(
-        rows,
-        ['test', 'spread of', 'paper', 'ideal wheels', 'slip noise\nat least', 'best', 'at most'],
-        disable_numparse=True,
-        stralign='right',
-    )
+def row_table(campaigns: Dict[str, Sequence[Drive]]) -> str:
+    """The paper's row beside that of each campaign."""
+    errors_m = [np.array([one.error[QUANTITY.component] for one in drives]) for drives in campaigns.values()]
+    rows = [
+        [cell.statistic, cell.value, *(f'{statistic(of_one, cell):.3f}' for of_one in errors_m)]
+        for cell in fitted_row()
+    ]
+    return tabulate(rows, [QUANTITY.head, 'paper', *campaigns], disable_numparse=True, stralign='right')
 
 
-def column_table(campaigns: Sequence[Tuple[str, Drives]]) -> str:
-    """The paper's column beside that of each campaign."""
-    rows = []
-    for cell in column():
-        errors = [
-            cell.quantity.scale * np.array([one.error[cell.quantity.component] for one in drives[cell.test]])
-            for _, drives in campaigns
-        ]
-        rows.append(
-            [
-                cell.test,
-                cell.quantity.name,
-                cell.statistic,
-                cell.value,
-                *(f'{statistic(of_one, cell):.3f}' for of_one in errors),
-                'yes' if is_fitted(cell) else '',
-            ]
-        )
-    return tabulate(
-        rows,
-        ['test', 'error', 'statistic', 'paper', *(name for name, _ in campaigns), 'fitted to'],
-        disable_numparse=True,
-        stralign='right',
-    )
-
-
-def run_trials(trials: int, workers: int, overrides: Dict[str, float]) -> Drives:
-    """All tests with some parameters changed."""
-    jobs = [(test, seed, overrides) for test in TESTS for seed in range(1, trials + 1)]
+def run_trials(trials: int, workers: int, overrides: Dict[str, Any]) -> List[Drive]:
+    """Run trials with some parameters changed."""
     with multiprocessing.Pool(workers) as pool:
-        drives = pool.map(drive, jobs, chunksize=1)
-    return {test: [one for job, one in zip(jobs, drives) if job[0] == test] for test in TESTS}
+        return pool.map(drive, [(seed, overrides) for seed in range(1, trials + 1)], chunksize=1)
 
 
 def main() -> None:
     """Drive, fit, drive with the result, and print."""
     arguments = _arguments()
-    print_header(f'Wheel errors fitted to {SOURCE.value} at {PPR} PPR, {arguments.trials} trials a test')
-    ideal = run_trials(arguments.trials, arguments.workers, {})
-    print(asked_for(ideal))
-    fit = Fit(ideal['SL'])
+    print_header(
+        f'Wheel errors fitted to {QUANTITY.axis} of {SOURCE.value}, {TEST}, {PPR} PPR: {arguments.trials} trials'
+    )
+    settings = paper_settings_with_ideal_wheels()
+    ideal = run_trials(arguments.trials, arguments.workers, settings)
+    fit = Fit(ideal)
     best = fit.search()
     errors = from_vector(best)
-    print('\nset:', *(f'  {key}: {value:.1e}' for key, value in errors.overrides().items()), sep='\n')
+    print('set:', *(f'  {key}: {value:.1e}' for key, value in errors.overrides().items()), sep='\n')
     slips, radii = fit.interval(best, 0), fit.interval(best, 1)
     print(
         f'\n95 % intervals: slip_noise {10 ** slips[0]:.1e} to {10 ** slips[1]:.1e}, radius '
         f'difference {1e-4 * radii[0]:.1e} to {1e-4 * radii[1]:.1e}\n',
         flush=True,
     )
-    driven = run_trials(arguments.trials, arguments.workers, errors.overrides())
-    print(column_table([('ideal wheels', ideal), ('fitted', driven)]))
+    driven = run_trials(arguments.trials, arguments.workers, {**settings, **errors.overrides()})
+    print(row_table({'ideal wheels': ideal, 'fitted': driven}))
 
 
 def _arguments() -> argparse.Namespace:

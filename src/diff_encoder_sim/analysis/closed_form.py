@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Sequence
+from typing import Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -13,9 +13,19 @@ from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.odometry.odometry_covariance import quantisation_covariance
 from diff_encoder_sim.trials.trial_definition import Trial
 
+# A goal so near the line ahead [m], and so little turned [rad], is straight ahead.
+STRAIGHT_WITHIN = 1e-9
+
+# Of pulses: a travel that differs from whole pulses by less is whole but for rounding.
+DECIMALS = 9
+
 
 def closed_form_std(requested: Trial, robot: RobotGeometry, ppr: float) -> np.ndarray:
-    """(3,) standard deviations at the goal due to quantisation alone, along the map's axes: [m], [m], [rad]."""
+    """(3,) standard deviations at the goal due to quantisation alone, along the map's axes: [m], [m], [rad].
+
+    They are averaged over where the wheels stop within a pulse, as for drives whose ends differ by more than that.
+    The lateral one of a straight drive holds wherever it ends; of the heading, see `heading_std_rad`.
+    """
     start, m_per_pulse = requested.test.start.pose(), math.pi * robot.wheel_diameter_m / ppr
     covariance = quantisation_covariance(
         requested.goal().relative_to(start), m_per_pulse, m_per_pulse, robot.wheel_separation_m
@@ -23,6 +33,41 @@ def closed_form_std(requested: Trial, robot: RobotGeometry, ppr: float) -> np.nd
     turn = np.eye(3)
     turn[:2, :2] = _rotation(start)
     return np.sqrt(np.diag(turn @ covariance @ turn.T))
+
+
+def heading_std_rad(wheel_travel_m: np.ndarray, m_per_pulse: float, wheel_separation_m: float) -> float:
+    """Compute the heading's standard deviation for drives in which both wheels travel equally far.
+
+    A wheel that travels k + f pulses, 0 <= f < 1, from a uniform phase counts k + 1 with the chance f, or else k: a
+    variance of f (1 - f). So the heading's is 2 f (1 - f) (d/L)^2. Averaged over f, for drives that end anywhere
+    within a pulse, it is (d/L)^2 / 3; after whole pulses it is zero.
+
+    Args:
+        wheel_travel_m: (n,) of each wheel, in each of n drives that are equally likely; forward or backward.
+        m_per_pulse: d.
+        wheel_separation_m: L.
+    """
+    fractions = np.mod(np.round(wheel_travel_m / m_per_pulse, DECIMALS), 1.0)
+    return m_per_pulse / wheel_separation_m * math.sqrt(2.0 * float(np.mean(fractions * (1.0 - fractions))))
+
+
+def wheel_travel_m(requested: Trial, robot: RobotGeometry, true_minus_goal: Sequence[Pose2D]) -> Optional[np.ndarray]:
+    """(n,) travel of each wheel of drives that truly end there; None unless it is one straight line or turns in place.
+
+    Args:
+        requested: the drive.
+        robot: for the travel in turns.
+        true_minus_goal: final true poses minus the goal, along the map's axes.
+    """
+    motion = _only_motion(requested)
+    if motion is None:
+        return None
+    straight_m, turn_rad = motion
+    x_m, y_m, yaw_rad = np.reshape(true_minus_goal, (-1, 3)).T
+    if turn_rad:
+        return 0.5 * robot.wheel_separation_m * (turn_rad + yaw_rad)
+    start_yaw_rad = requested.test.start.yaw
+    return straight_m + math.cos(start_yaw_rad) * x_m + math.sin(start_yaw_rad) * y_m
 
 
 def odometry_minus_truth(trials: Sequence[TrialData], quantity: Quantity) -> np.ndarray:
@@ -35,3 +80,18 @@ def odometry_minus_truth(trials: Sequence[TrialData], quantity: Quantity) -> np.
 def _rotation(pose: Pose2D) -> np.ndarray:
     cos_yaw, sin_yaw = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
     return np.array([[cos_yaw, -sin_yaw], [sin_yaw, cos_yaw]])
+
+
+def _only_motion(requested: Trial) -> Optional[Tuple[float, float]]:
+    """Return the distance [m] or the turn [rad] of a drive that is nothing else."""
+    test = requested.test
+    if requested.nav == 'scripted':
+        motions = [(segment.straight or 0.0, 2.0 * math.pi * (segment.turns or 0.0)) for segment in test.drive]
+    else:
+        to_goal = requested.goal().relative_to(test.start.pose())
+        *legs, _ = test.route
+        if any(leg.turns is None for leg in legs) or max(abs(to_goal.y_m), abs(to_goal.yaw_rad)) > STRAIGHT_WITHIN:
+            return None
+        motions = [(0.0, 2.0 * math.pi * (leg.turns or 0.0)) for leg in legs] + [(to_goal.x_m, 0.0)]
+    motions = [motion for motion in motions if max(map(abs, motion)) > STRAIGHT_WITHIN]
+    return motions[0] if len(motions) == 1 else None

@@ -23,6 +23,14 @@ def with_final_error(trials: Sequence[TrialData], source: PoseSource) -> List[Tr
     return [trial for trial in trials if final_error(trial, source) is not None]
 
 
+def minus_truth(trials: Sequence[TrialData]) -> List[TrialData]:
+    """Return the trials with the odometry minus the true pose, its own error, in place of the odometry minus the goal.
+
+    The latter holds how far from the goal the robot stopped.
+    """
+    return [trial._replace(errors={**trial.errors, PoseSource.ODOM: trial.odometry_minus_truth}) for trial in trials]
+
+
 def equal_trials(
     first: Sequence[TrialData], second: Sequence[TrialData], source: PoseSource
 ) -> Tuple[List[TrialData], List[TrialData]]:

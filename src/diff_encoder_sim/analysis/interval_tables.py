@@ -39,7 +39,7 @@ def interval_table(dataset: Dataset, kind: GoalTable) -> Table:
             Label(quantity.name, quantity.head),
             *_estimates(final_errors(trials, kind.source, quantity), quantity),
         ]
-        for cell, trials in dataset.cells().items()
+        for cell, trials in kind.cells(dataset).items()
         for quantity in QUANTITIES
     ]
     title = f'{kind.title}: {100 * LEVEL:g} % intervals'

@@ -3,27 +3,37 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Optional
 
 from diff_encoder_sim.analysis.comparison_table import comparison_table
 from diff_encoder_sim.analysis.dataset import Dataset
 from diff_encoder_sim.analysis.figures import write_figures
 from diff_encoder_sim.analysis.output_folder import REPORT
+from diff_encoder_sim.analysis.paper.report_section import paper_section
 from diff_encoder_sim.analysis.ppr_comparison import compare_pprs
 from diff_encoder_sim.analysis.report import write_report
-from diff_encoder_sim.analysis.report.headline import Headline
 from diff_encoder_sim.analysis.table_files import write_tables
 from diff_encoder_sim.analysis.tables import all_tables
 
 
-def write_files(dataset: Dataset, folder: Path) -> Headline:
-    """Write tables/, figures/ and the report into a folder; return the report's headline.
+def write_files(dataset: Dataset, folder: Path, beside: Optional[Dataset] = None) -> str:
+    """Write tables/, figures/ and the report into a folder; return the conclusions as lines for the terminal.
+
+    Args:
+        dataset: the trials.
+        folder: an existing one.
+        beside: other trials, shown in the comparison with the paper alone.
 
     Raises:
-        ConfigError: the file of the paper's numbers cannot be read.
+        ConfigError: the file of the paper's numbers cannot be read, or `beside` has no cell of the paper.
         OSError: a file cannot be written.
     """
     tables, compared = all_tables(dataset), compare_pprs(dataset)
-    # The comparisons have hundreds of rows: as CSV only.
-    write_tables(tables, [comparison_table(dataset, compared)], folder / 'tables')
+    paper = paper_section([dataset, beside] if beside else [dataset])
+    # The comparisons and the paper's cells have hundreds of rows: as CSV only.
+    of_paper, long = ([], []) if paper is None else ([paper.scores, *paper.cells], [paper.all_cells])
+    write_tables([*tables, *of_paper], [comparison_table(dataset, compared), *long], folder / 'tables')
     figures = write_figures(dataset, folder / 'figures')
-    return write_report(dataset, tables, compared, figures, folder / REPORT)
+    lead = write_report(dataset, tables, compared, figures, paper, folder / REPORT)
+    is_concluded = paper is not None and (beside is not None or paper.has_enough_trials)
+    return '\n'.join([lead.text, *(paper.texts if paper and is_concluded else [])])

@@ -9,7 +9,7 @@ import numpy as np
 from tabulate import tabulate
 
 from diff_encoder_sim.analysis.dataset import Dataset, TrialData, Varied
-from diff_encoder_sim.analysis.final_errors import count_within_all, final_errors, with_final_error
+from diff_encoder_sim.analysis.final_errors import count_within_all, final_errors, minus_truth, with_final_error
 from diff_encoder_sim.analysis.quantities import X, Y
 from diff_encoder_sim.analysis.table_keys import varied_texts
 from diff_encoder_sim.analysis.within_tolerance import TOLERANCE_TEXT
@@ -18,7 +18,8 @@ from diff_encoder_sim.trials.pose_source import PoseSource
 from diff_encoder_sim.trials.trial_outcome import Outcome
 
 SOURCES_LEGEND = (
-    'odom: wheel odometry alone; amcl: last /amcl_pose; global: pose estimate (/global_pose); world: ground truth.'
+    'odom: wheel odometry; amcl: last /amcl_pose; global: pose estimate (/global_pose); world: ground truth;\n'
+    "odom - world: odometry minus ground truth, the odometry's own error."
 )
 CELL_LEGEND = (
     f'Final pose minus goal by pose source. %: trials that end {TOLERANCE_TEXT};\n'
@@ -41,8 +42,8 @@ def cell_table(dataset: Dataset) -> str:
     for cell, trials in dataset.cells().items():
         succeeded = sum(trial.outcome is Outcome.SUCCEEDED for trial in trials)
         row = [_name(cell.test, cell.varied), cell.ppr, f'{len(trials)}', f'{succeeded}']
-        for source in PoseSource:
-            row += [_percent_within(trials, source), _position_std(trials, source)]
+        for of_pose, source in (*((trials, source) for source in PoseSource), (minus_truth(trials), PoseSource.ODOM)):
+            row += [_percent_within(of_pose, source), _position_std(of_pose, source)]
         rows.append(row)
     return _table(rows, headers)
 
@@ -54,14 +55,15 @@ def trial_table(dataset: Dataset) -> str:
     for trial in dataset.trials:
         row = [_name(trial.test, trial.varied), trial.ppr, f'{trial.trial}', trial.outcome.text]
         row += [f'{trial.duration_s:.1f}', f'{trial.distance_m:.2f}']
-        for source in PoseSource:
-            row += _distance_and_heading(trial.errors.get(source))
+        for error in (*(trial.errors.get(source) for source in PoseSource), trial.odometry_minus_truth):
+            row += _distance_and_heading(error)
         rows.append(row)
     return _table(rows, headers)
 
 
 def _source_headers(*columns: str) -> List[str]:
-    return [f'{source.value}\n{column}' for source in PoseSource for column in columns]
+    poses = [*(f'\n{source.value}' for source in PoseSource), 'odom -\nworld']
+    return [f'{pose}\n{column}' for pose in poses for column in columns]
 
 
 def _name(test: str, varied: Varied) -> str:

@@ -10,14 +10,10 @@ import enum
 from typing import NamedTuple, Optional, Sequence
 
 from diff_encoder_sim.analysis.dataset import TrialData
-from diff_encoder_sim.analysis.final_errors import count_within_all, with_final_error
+from diff_encoder_sim.analysis.final_errors import count_within_all, minus_truth, with_final_error
 from diff_encoder_sim.analysis.quantities import QUANTITIES, YAW, Quantity, X
 from diff_encoder_sim.evaluation.sample_statistics import LEVEL, Interval, wilson
 from diff_encoder_sim.trials.pose_source import PoseSource
-
-# The sources that are compared with the goal: the true pose, the pose estimate, and what the estimate
-# would be without a map.
-SOURCE_TEXTS = {PoseSource.WORLD: 'true pose', PoseSource.GLOBAL: 'pose estimate', PoseSource.ODOM: 'odometry alone'}
 
 # The paper's 30 trials can show no more than 88 %, if all of them end within the tolerance.
 REQUIRED_FRACTION = 0.8
@@ -68,6 +64,28 @@ def fraction_within(
     within = count_within_all(trials, source, tolerances)
     position, heading = (count_within_all(trials, source, part) for part in ((x, y), (yaw,)))
     return FractionWithin(count, within, position, heading, wilson(within, count, level))
+
+
+class ComparedPose(NamedTuple):
+    """A final pose, and what it is compared with: the goal, or the true pose."""
+
+    text: str
+    topics: str
+    source: PoseSource
+    is_minus_truth: bool = False
+
+    def fraction(self, trials: Sequence[TrialData]) -> Optional[FractionWithin]:
+        """Count the trials of a cell within the tolerance, as `fraction_within` does."""
+        return fraction_within(minus_truth(trials) if self.is_minus_truth else trials, self.source)
+
+
+# Of the odometry at the goal, part of the error is that the robot stops elsewhere; minus the true pose it is its own.
+COMPARED_POSES = (
+    ComparedPose('true pose at the goal', '/world_pose', PoseSource.WORLD),
+    ComparedPose('pose estimate at the goal', '/global_pose', PoseSource.GLOBAL),
+    ComparedPose('odometry at the goal', '/odom', PoseSource.ODOM),
+    ComparedPose('odometry at the true pose', '/odom minus /world_pose', PoseSource.ODOM, is_minus_truth=True),
+)
 
 
 def fewest_trials() -> int:

@@ -2,10 +2,12 @@
 
 import math
 
+import numpy as np
 import pytest
 
-from diff_encoder_sim.analysis.closed_form import closed_form_std, odometry_minus_truth
+from diff_encoder_sim.analysis.closed_form import closed_form_std, heading_std_rad, odometry_minus_truth, wheel_travel_m
 from diff_encoder_sim.analysis.quantities import YAW, X
+from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.trials.pose_source import PoseSource
 from diff_encoder_sim.trials.test_definition import PoseParams
 from figure_panels import requested_trial
@@ -19,6 +21,43 @@ def test_odometry_minus_truth_goes_round_at_half_a_turn():
     ]
     assert odometry_minus_truth(trials, X) == pytest.approx([0.2])
     assert odometry_minus_truth(trials, YAW) == pytest.approx([math.degrees(6.2 - 2.0 * math.pi)])
+
+
+@pytest.mark.parametrize(('ppr', 'expected_deg'), [(40, 1.358), (90, 0.577), (1024, 0.031), (4096, 0.0138)])
+def test_the_heading_after_exactly_twenty_metres(ppr, expected_deg):
+    std_rad = heading_std_rad(np.array([20.0]), math.pi * 0.2 / ppr, 0.4)
+    assert math.degrees(std_rad) == pytest.approx(expected_deg, rel=0.01)
+
+
+@pytest.mark.parametrize('travel_m', [20.0, -3.3, 6.0])
+def test_the_heading_is_that_of_counted_pulses(travel_m):
+    """Wheels with uniform phases travel equally far; the encoder counts whole pulses (equation 1)."""
+    m_per_pulse, phases = math.pi * 0.2 / 90, np.random.default_rng(2).uniform(0.0, 1.0, (2, 20000))
+    left, right = np.floor(phases + travel_m / m_per_pulse) - np.floor(phases)
+    expected_rad = float(np.std((right - left) * m_per_pulse / 0.4))
+    assert heading_std_rad(np.array([travel_m]), m_per_pulse, 0.4) == pytest.approx(expected_rad, rel=0.02)
+
+
+def test_the_heading_averages_over_stops_and_vanishes_after_whole_pulses():
+    m_per_pulse = math.pi * 0.2 / 40
+    stops_m = 20.0 + m_per_pulse * np.linspace(0.0, 3.0, 3000, endpoint=False)
+    assert heading_std_rad(stops_m, m_per_pulse, 0.4) == pytest.approx(m_per_pulse / 0.4 * math.sqrt(1.0 / 3.0))
+    five_turns_m = wheel_travel_m(requested_trial('SMT'), ALTO, [Pose2D(0.0, 0.0, 0.0)])
+    assert five_turns_m == pytest.approx([5.0 * math.pi * 0.4])
+    for ppr in (40, 90, 1024, 4096):
+        assert heading_std_rad(five_turns_m, math.pi * 0.2 / ppr, 0.4) == 0.0
+
+
+@pytest.mark.parametrize('nav', ['embedded', 'scripted'])
+def test_wheels_travel_as_far_as_the_robot_truly_went(nav):
+    straight, turning = (requested_trial(test).model_copy(update={'nav': nav}) for test in ('SL', 'SMT'))
+    assert wheel_travel_m(straight, ALTO, [Pose2D(-0.04, 0.3, 0.1)]) == pytest.approx([19.96])
+    assert wheel_travel_m(turning, ALTO, [Pose2D(0.1, 0.0, -0.1)]) == pytest.approx([0.2 * (10.0 * math.pi - 0.1)])
+
+
+def test_wheels_of_other_drives_travel_each_its_own_way():
+    assert wheel_travel_m(requested_trial('DLD'), ALTO, [Pose2D(0.0, 0.0, 0.0)]) is None
+    assert wheel_travel_m(requested_trial('DLD').model_copy(update={'nav': 'scripted'}), ALTO, []) is None
 
 
 @pytest.mark.parametrize(('ppr', 'lateral_m'), [(40, 0.321), (90, 0.142), (1024, 0.0125), (4096, 0.0031)])

@@ -5,6 +5,7 @@ import math
 import pytest
 
 from diff_encoder_sim.analysis.goal_tables import GOAL_TABLES, goal_table
+from diff_encoder_sim.analysis.interval_tables import interval_table
 from diff_encoder_sim.trials.pose_source import PoseSource
 from diff_encoder_sim.trials.trial_outcome import Outcome
 from synthetic_trials import DEG, dataset_of, hand_dataset, synthetic_dataset, trial_data
@@ -41,7 +42,18 @@ def test_each_table_has_its_source():
     }
     dataset = dataset_of([trial_data(errors=errors)])
     means = {kind.name: column(goal_table(dataset, kind), 'ppr90_x_m')['mean'] for kind in GOAL_TABLES}
-    assert means == {'table4': 1.0, 'table5': 2.0, 'table6': 3.0, 'table6_amcl': 4.0}
+    assert means == {'table4': 1.0, 'table5': 2.0, 'table6': 3.0, 'table6_amcl': 4.0, 'table4_minus_truth': -1.0}
+
+
+def test_odometry_minus_truth_leaves_out_where_the_robot_stopped():
+    errors = {PoseSource.ODOM: (0.3, 0.0, 3.1), PoseSource.WORLD: (0.31, 0.0, -3.1)}
+    dataset = dataset_of([trial_data(errors=errors), trial_data(number=2, errors={PoseSource.ODOM: (0.3, 0.0, 3.1)})])
+    table = goal_table(dataset, GOAL_TABLES[-1])
+    assert table.title == 'As table 4. Final /odom minus /world_pose'
+    assert column(table, 'ppr90_x_m')['pct_within'] == 100.0 and column(table, 'ppr90_x_m')['trials'] == 1
+    assert column(table, 'ppr90_yaw_deg')['mean'] == pytest.approx(math.degrees(6.2 - 2.0 * math.pi))
+    [x_row, *_] = records(interval_table(dataset, GOAL_TABLES[-1]))
+    assert (x_row['trials'], float(x_row['mean'])) == ('1', pytest.approx(-0.01))
 
 
 def test_rows_are_by_test_and_columns_by_ppr_in_the_papers_order():

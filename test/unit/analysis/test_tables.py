@@ -20,7 +20,11 @@ def test_files_of_a_dataset(tmp_path):
     files = written(tmp_path / 'analysis' / 'tables', *all_tables(synthetic_dataset(trials=3)))
     names = [
         'table3',
-        *(name + more for name in ('table4', 'table5', 'table6', 'table6_amcl') for more in ('', '_intervals')),
+        *(
+            name + more
+            for name in ('table4', 'table5', 'table6', 'table6_amcl', 'table4_minus_truth')
+            for more in ('', '_intervals')
+        ),
     ]
     assert sorted(files) == sorted(f'{name}.{suffix}' for name in names for suffix in ('csv', 'md', 'tex'))
     assert all(files.values())

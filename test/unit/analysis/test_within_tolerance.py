@@ -2,7 +2,7 @@
 
 import pytest
 
-from diff_encoder_sim.analysis.within_tolerance import Sufficiency, fewest_trials, fraction_within
+from diff_encoder_sim.analysis.within_tolerance import COMPARED_POSES, Sufficiency, fewest_trials, fraction_within
 from diff_encoder_sim.trials.pose_source import PoseSource
 from diff_encoder_sim.trials.trial_outcome import Outcome
 from paper_datasets import IN, OUT, TURNED, cell, rows, trial
@@ -14,6 +14,19 @@ def test_a_fraction_is_of_the_trials_with_a_pose_and_joint_over_position_and_hea
     fraction = fraction_within(trials, PoseSource.ODOM)
     assert fraction[:4] == (4, 2, 3, 3)
     assert fraction_within(trials, PoseSource.WORLD) is None
+
+
+def test_odometry_is_compared_with_the_goal_and_with_the_truth():
+    # Both end 0.3 m from the goal, at the same place; in the last, the headings are on two sides of half a turn.
+    trials = [
+        trial('SL', '90', 1, odom=OUT, world=OUT),
+        trial('SL', '90', 2, odom=IN, world=OUT),
+        trial('SL', '90', 3, odom=(0.0, 0.0, 179.5), world=(0.0, 0.0, -179.5)),
+        trial('SL', '90', 4, odom=IN),
+    ]
+    at_goal, at_truth = (pose.fraction(trials) for pose in COMPARED_POSES[2:])
+    assert (at_goal.within, at_goal.trials) == (2, 4)
+    assert (at_truth.within, at_truth.trials) == (2, 3)
 
 
 @pytest.mark.parametrize(

@@ -59,5 +59,8 @@ def _draw(dataset: Dataset, variant: Variant) -> Iterator[Drawn]:
         if test in dataset.requested:
             caption = f'{test}: true paths and /odom, of at most {MOST_TRIALS} trials of each encoder'
             yield Drawn(f'trajectories_{test}', caption, draw_trajectories(variant, test, dataset.requested[test]))
-    caption = "Standard deviation against the encoder's resolution, with 95 % intervals"
+    caption = (
+        "Standard deviation against the encoder's resolution, with 95 % intervals; the closed form is for stops that "
+        'differ by more than a pulse'
+    )
     yield Drawn('spread_vs_ppr', caption, draw_spread(variant, dataset.robot, dataset.requested))

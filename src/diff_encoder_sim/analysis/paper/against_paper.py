@@ -5,59 +5,56 @@ from __future__ import annotations
 import math
 from typing import Dict, List, Optional, Sequence, Tuple
 
-from diff_encoder_sim.analysis.paper.errata import ERRATA
-from diff_encoder_sim.analysis.paper.paper_cells import STATISTICS
+from diff_encoder_sim.analysis.dataset import distinct
+from diff_encoder_sim.analysis.paper.errata import ERRATA, errata_of
+from diff_encoder_sim.analysis.paper.paper_cells import STATISTICS, PaperCell
 from diff_encoder_sim.analysis.paper.paper_comparison import ComparedCell, PaperComparison
+from diff_encoder_sim.analysis.paper.scores import Readings
 from diff_encoder_sim.analysis.quantities import Quantity
 from diff_encoder_sim.analysis.table import Column, Entry, Number, Table
-from diff_encoder_sim.analysis.table_keys import cell_text
 from diff_encoder_sim.recording.topics import TOPIC_OF_SOURCE
-from diff_encoder_sim.trials.pose_source import PoseSource
 
 HEADS = {'min': 'min', 'max': 'max', 'std': 'std. dev.', 'pct_within': '% within'}
+PRINTED = 'printed'  # in the paper; a campaign may be called paper
 DIFFERS, ERRATUM, CALIBRATED = '≠', '†', '*'
 LEGEND = (
-    f'In brackets our 95 % interval. {DIFFERS} chance alone does not explain the difference (p < 0.05; this '
-    f"marks about one of twenty cells that agree). {ERRATUM} the paper's number is among its errata. "
-    f'{CALIBRATED} the slip of config/campaigns/paper.yaml was fitted to this number.'
+    f'{DIFFERS} contradicted: chance alone does not explain the difference (p < 0.05 after Holm, over all cells of the '
+    f"source and test). {ERRATUM} the paper's number is among its errata. {CALIBRATED} the slip of "
+    f'config/campaigns/paper.yaml was fitted to this number. Neither is tested.'
 )
-SCORE_NOTE = (
-    'Agree: chance alone can explain the difference (p at least 0.05). Left out are cells that the errata affect, '
-    'minima and maxima that allow no conclusion, and the numbers that the slip of config/campaigns/paper.yaml was '
-    'fitted to.'
+INTERVAL_LEGEND = (
+    "In brackets our 95 % interval; of min and max, where those of the paper's number of trials lie (inf: too few of "
+    'ours for a bound).'
 )
 
 
-def cell_tables(comparison: PaperComparison) -> List[Table]:
-    """Build tables 4 to 6 with the paper's numbers beside ours."""
+def cell_tables(readings: Readings) -> List[Table]:
+    """Build tables 4 to 6 with the paper's numbers beside ours, of one reading with its intervals."""
+    is_single = len(readings) == 1
+    labels = ['ours'] if is_single else list(readings)
     columns = [Column('cell', 'cell'), Column('quantity', 'error')]
     columns += [
         Column(f'{statistic}_{whose}', whose, HEADS[statistic])
         for statistic in STATISTICS
-        for whose in ('paper', 'ours')
+        for whose in (PRINTED, *labels)
     ]
+    notes = [INTERVAL_LEGEND, LEGEND] if is_single else [LEGEND]
     tables = []
-    for number in sorted({row.paper.table for row in comparison.rows}):
-        rows = [row for row in comparison.rows if row.paper.table == number]
-        title = f'Table {number} of the paper ({TOPIC_OF_SOURCE[rows[0].paper.source]}) and ours'
-        tables.append(Table(f'paper_table{number}', title, columns, _cell_rows(rows), [LEGEND]))
+    for number in sorted({one.paper.table for cells in readings.values() for one in cells}):
+        by_reading = [{one.paper: one for one in cells if one.paper.table == number} for cells in readings.values()]
+        printed = distinct(paper for of_reading in by_reading for paper in of_reading)
+        title = f'Table {number} of the paper ({TOPIC_OF_SOURCE[printed[0].source]}) and ours'
+        tables.append(Table(f'paper_table{number}', title, columns, _cell_rows(printed, by_reading), notes))
     return tables
 
 
-def score_table(comparison: PaperComparison) -> Table:
-    """Count the cells that agree, by source and encoder."""
-    columns = [
-        Column('source', 'source'),
-        Column('ppr', 'PPR'),
-        Column('tested', 'cells compared'),
-        Column('compatible', 'agree'),
-    ]
-    scores, sources = comparison.scores(), list(PoseSource)
-    rows: List[List[Entry]] = []
-    for source, ppr in sorted(scores, key=lambda key: sources.index(key[0])):
-        tested, compatible = scores[source, ppr]
-        rows.append([TOPIC_OF_SOURCE[source], ppr, Number(tested, 0), Number(compatible, 0)])
-    return Table('paper_scores', 'Cells of the paper that agree with ours', columns, rows, [SCORE_NOTE])
+def all_cells_table(readings: Readings) -> Table:
+    """List every compared number of each reading, with its tests."""
+    names = ('campaign', 'table', 'source', 'test', 'ppr', 'quantity', 'statistic')
+    numbers = ('paper', 'ours', 'low', 'high', 'p', 'p_holm')
+    columns = [Column(name, name) for name in (*names, *numbers, 'left_out')]
+    rows = [_all_entries(label, one) for label, cells in readings.items() for one in cells]
+    return Table('paper_cells', 'Cells of the paper and ours', columns, rows, [])
 
 
 def resolution_table(comparison: PaperComparison) -> Table:
@@ -90,25 +87,44 @@ def errata_table() -> Table:
     return Table('errata', 'Errata of the paper', columns, rows, [])
 
 
-def _cell_rows(compared: Sequence[ComparedCell]) -> List[List[Entry]]:
-    by_row: Dict[Tuple[str, Quantity], Dict[str, ComparedCell]] = {}
-    for one in compared:
-        by_row.setdefault((cell_text(one.cell), one.paper.quantity), {})[one.paper.statistic] = one
-    return [
-        [cell, quantity.head, *(text for statistic in STATISTICS for text in _texts(of_row.get(statistic)))]
-        for (cell, quantity), of_row in by_row.items()
-    ]
+def _cell_rows(printed: Sequence[PaperCell], by_reading: Sequence[Dict[PaperCell, ComparedCell]]) -> List[List[Entry]]:
+    by_row: Dict[Tuple[str, Quantity], Dict[str, PaperCell]] = {}
+    for paper in printed:
+        by_row.setdefault((f'{paper.test}, {paper.ppr} PPR', paper.quantity), {})[paper.statistic] = paper
+    rows: List[List[Entry]] = []
+    for (cell, quantity), of_row in by_row.items():
+        entries: List[Entry] = [cell, quantity.head]
+        for statistic in STATISTICS:
+            entries += _texts(of_row.get(statistic), by_reading)
+        rows.append(entries)
+    return rows
 
 
-def _texts(one: Optional[ComparedCell]) -> Tuple[str, str]:
-    """Format the paper's number and ours, with marks."""
+def _texts(paper: Optional[PaperCell], by_reading: Sequence[Dict[PaperCell, ComparedCell]]) -> List[str]:
+    """Format the paper's number and that of each reading, with marks."""
+    if paper is None:
+        return ['–'] * (1 + len(by_reading))
+    decimals = 1 if paper.statistic == 'pct_within' else 3
+    found = [of_reading.get(paper) for of_reading in by_reading]
+    mark = f' {ERRATUM}' if errata_of(paper) else ''
+    return [f'{paper.value:.{decimals}f}{mark}', *(_our_text(one, decimals, len(found) == 1) for one in found)]
+
+
+def _our_text(one: Optional[ComparedCell], decimals: int, has_interval: bool) -> str:
     if one is None:
-        return '–', '–'
-    decimals = 1 if one.paper.statistic == 'pct_within' else 3
-    paper = f'{one.paper.value:.{decimals}f}{f" {ERRATUM}" if one.errata else ""}'
+        return '–'
     ours = f'{one.agreement.ours:.{decimals}f}'
-    if one.agreement.interval is not None:
+    if has_interval:
         low, high = one.agreement.interval
         ours += f' ({low:.{decimals}f} to {high:.{decimals}f})'
-    marks = [DIFFERS] * (one.is_compatible is False) + [CALIBRATED] * one.is_calibrated
-    return paper, ' '.join([ours, *marks])
+    marks = [DIFFERS] * one.is_contradicted + [CALIBRATED] * one.is_calibrated
+    return ' '.join([ours, *marks])
+
+
+def _all_entries(label: str, one: ComparedCell) -> List[Entry]:
+    """Return an entry for each column of `all_cells_table`."""
+    paper, found = one.paper, one.agreement
+    names = (f'{paper.table}', paper.source.value, paper.test, paper.ppr, paper.quantity.name, paper.statistic)
+    numbers = (paper.value, found.ours, *found.interval, found.p_value, one.p_adjusted)
+    left_out = [*one.errata, *(['calibrated'] if one.is_calibrated else [])]
+    return [label, *names, *(Number(value, 4) for value in numbers), ' '.join(left_out)]

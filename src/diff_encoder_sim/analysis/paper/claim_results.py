@@ -9,6 +9,9 @@ from diff_encoder_sim.analysis.paper.claim_samples import TrialsByCell
 from diff_encoder_sim.analysis.paper.claims import CLAIMS, Claim
 from diff_encoder_sim.analysis.paper.hypothesis_tests import Conclusion, HypothesisTest
 
+# Smaller p-values are shown as smaller than this.
+SMALLEST_P = 1e-4
+
 
 class ClaimResult(NamedTuple):
     """A claim and what our trials show."""
@@ -18,6 +21,12 @@ class ClaimResult(NamedTuple):
     varied: Varied  # parameters that set these trials apart from others of the dataset
     conclusion: str
     tests: List[HypothesisTest]
+
+    @property
+    def p_text(self) -> str:
+        """Return the p-value of the part that speaks most against the claim; empty where none was tested."""
+        p_value = min((test.p_against for test in self.tests if test.p_against is not None), default=None)
+        return '' if p_value is None else f'p {p_value:.2g}' if p_value >= SMALLEST_P else f'p < {SMALLEST_P:g}'
 
     @property
     def counts(self) -> str:
@@ -34,16 +43,16 @@ def check_claims(dataset: Dataset) -> List[ClaimResult]:
     return [_result(claim, varied, cells) for varied, cells in by_varied.items() for claim in CLAIMS]
 
 
-def claim_conclusion(tests: Sequence[HypothesisTest], trials: int) -> str:
-    """Conclude from the parts: one that fails refutes a claim, all must hold to reproduce it."""
+def claim_conclusion(tests: Sequence[HypothesisTest]) -> str:
+    """Conclude from the parts: one that fails contradicts a claim, all must hold to reproduce it."""
     conclusions = [test.conclusion for test in tests]
     if Conclusion.FAILS in conclusions:
-        return 'not reproduced'
+        return 'contradicted'
     if conclusions and all(one is Conclusion.HOLDS for one in conclusions):
         return 'reproduced'
-    return f'not decidable with {trials} trials'
+    return 'not contradicted' if any(test.p_against is not None for test in tests) else 'not tested: too few trials'
 
 
 def _result(claim: Claim, varied: Varied, cells: TrialsByCell) -> ClaimResult:
-    tests, most = claim.test(cells), max(map(len, cells.values()))
-    return ClaimResult(claim.text, claim.where, varied, claim_conclusion(tests, most), tests)
+    tests = claim.test(cells)
+    return ClaimResult(claim.text, claim.where, varied, claim_conclusion(tests), tests)

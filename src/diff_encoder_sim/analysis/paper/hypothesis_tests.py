@@ -2,13 +2,15 @@
 
 A claim has many parts (tests, encoders, quantities) and holds when all of them do, for which 95 %
 in each are enough. It fails when one of them does; that this is not chance is kept at 95 % for all
-parts together, by Holm for p-values and by Bonferroni for intervals.
+parts together, by Holm.
 """
 
 from __future__ import annotations
 
 import enum
-from typing import NamedTuple
+from typing import Iterable, List, NamedTuple, Optional
+
+from diff_encoder_sim.evaluation.paired_statistics import SIGNIFICANCE, holm
 
 
 class Conclusion(enum.Enum):
@@ -19,11 +21,29 @@ class Conclusion(enum.Enum):
     UNCLEAR = 'unclear'
 
 
+class PartResult(NamedTuple):
+    """A part of a claim, tested for itself."""
+
+    text: str  # with the numbers
+    holds: bool  # with 95 % confidence
+    p_against: float  # of the part being true; 1 where our trials are on the claim's side
+
+
 class HypothesisTest(NamedTuple):
     """The test of one part of a claim."""
 
     conclusion: Conclusion
     text: str  # with the numbers
+    p_against: Optional[float] = None  # corrected for the number of parts; None without enough trials
+
+
+def concluded(parts: Iterable[PartResult]) -> List[HypothesisTest]:
+    """Conclude from all parts of a claim, which are corrected for their number."""
+    parts = list(parts)
+    return [
+        HypothesisTest(_conclusion(part, p_value), part.text, p_value)
+        for part, p_value in zip(parts, holm([part.p_against for part in parts]))
+    ]
 
 
 def too_few(label: str) -> HypothesisTest:
@@ -31,6 +51,7 @@ def too_few(label: str) -> HypothesisTest:
     return HypothesisTest(Conclusion.UNCLEAR, f'{label}: too few trials')
 
 
-def holds_if(condition: bool, text: str) -> HypothesisTest:
-    """Return the test of a statement about these very trials, which chance plays no part in."""
-    return HypothesisTest(Conclusion.HOLDS if condition else Conclusion.FAILS, text)
+def _conclusion(part: PartResult, p_against: float) -> Conclusion:
+    if p_against < SIGNIFICANCE:
+        return Conclusion.FAILS
+    return Conclusion.HOLDS if part.holds else Conclusion.UNCLEAR

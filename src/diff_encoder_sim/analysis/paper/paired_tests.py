@@ -8,15 +8,8 @@ import numpy as np
 
 from diff_encoder_sim.analysis.final_errors import count_within
 from diff_encoder_sim.analysis.paper.claim_samples import Pair
-from diff_encoder_sim.analysis.paper.hypothesis_tests import Conclusion, HypothesisTest, too_few
-from diff_encoder_sim.evaluation.paired_statistics import (
-    SIGNIFICANCE,
-    PairedResult,
-    holm,
-    mcnemar,
-    spread_ratio,
-    wilcoxon,
-)
+from diff_encoder_sim.analysis.paper.hypothesis_tests import HypothesisTest, PartResult, concluded, too_few
+from diff_encoder_sim.evaluation.paired_statistics import SIGNIFICANCE, PairedResult, mcnemar, spread_ratio, wilcoxon
 from diff_encoder_sim.evaluation.sample_statistics import spread
 
 # 30 of 30 trials in both cells bound the difference by 9 percentage points, no closer.
@@ -46,11 +39,9 @@ def first_errs_more(pairs: Sequence[Pair]) -> List[HypothesisTest]:
 
 def fractions_equal(pairs: Sequence[Pair]) -> List[HypothesisTest]:
     """Test that the fractions within tolerance differ by less than EQUAL_FRACTIONS_MARGIN, by McNemar's test."""
-    results = [_mcnemar(pair) for pair in pairs]
-    adjusted = holm([result.p_value for result in results])
     return [
-        _equal_fractions(pair, result, p_value) if result.pairs else too_few(pair.label)
-        for pair, result, p_value in zip(pairs, results, adjusted)
+        *(too_few(pair.label) for pair in pairs if not len(pair.values[0])),
+        *concluded(_equal_fractions(pair, _mcnemar(pair)) for pair in pairs if len(pair.values[0])),
     ]
 
 
@@ -59,39 +50,26 @@ def _mcnemar(pair: Pair) -> PairedResult:
     return mcnemar(first, second, 1.0 - SIGNIFICANCE)
 
 
-def _equal_fractions(pair: Pair, result: PairedResult, adjusted_p: float) -> HypothesisTest:
-    conclusion = Conclusion.UNCLEAR
-    if max(-result.interval.low, result.interval.high) < EQUAL_FRACTIONS_MARGIN:
-        conclusion = Conclusion.HOLDS
-    elif adjusted_p < SIGNIFICANCE:
-        conclusion = Conclusion.FAILS
+def _equal_fractions(pair: Pair, result: PairedResult) -> PartResult:
+    is_equal = max(-result.interval.low, result.interval.high) < EQUAL_FRACTIONS_MARGIN
     first, second = (count_within(values, pair.quantity) for values in pair.values)
     counts = f'within tolerance {first} ({pair.names[0]}) and {second} ({pair.names[1]}) of {result.pairs}'
-    return HypothesisTest(conclusion, f'{pair.label}: {counts}')
+    return PartResult(f'{pair.label}: {counts}', is_equal, 1.0 if is_equal else result.p_value)
 
 
 def _compared(pairs: Sequence[Pair], difference_of: Callable[[Pair], _Difference]) -> List[HypothesisTest]:
     """Test that the first of each pair is the larger; pairs with too few trials come first."""
-    tested = [pair for pair in pairs if len(pair.values[0]) >= FEWEST_PAIRS]
-    differences = [difference_of(pair) for pair in tested]
-    adjusted = holm([difference.p_value for difference in differences])
     return [
         *(too_few(pair.label) for pair in pairs if len(pair.values[0]) < FEWEST_PAIRS),
-        *(
-            HypothesisTest(
-                _is_larger(difference, p_value), f'{pair.label}: {difference.text}, p {difference.p_value:.2g}'
-            )
-            for pair, difference, p_value in zip(tested, differences, adjusted)
-        ),
+        *concluded(_is_larger(pair, difference_of(pair)) for pair in pairs if len(pair.values[0]) >= FEWEST_PAIRS),
     ]
 
 
-def _is_larger(difference: _Difference, adjusted_p: float) -> Conclusion:
-    if difference.is_first_larger and difference.p_value < SIGNIFICANCE:
-        return Conclusion.HOLDS
-    if not difference.is_first_larger and adjusted_p < SIGNIFICANCE:
-        return Conclusion.FAILS
-    return Conclusion.UNCLEAR
+def _is_larger(pair: Pair, difference: _Difference) -> PartResult:
+    text = f'{pair.label}: {difference.text}, p {difference.p_value:.2g}'
+    if difference.is_first_larger:
+        return PartResult(text, difference.p_value < SIGNIFICANCE, 1.0)
+    return PartResult(text, False, difference.p_value)
 
 
 def _test_spreads(pair: Pair) -> _Difference:

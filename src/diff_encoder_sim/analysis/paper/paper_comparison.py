@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from typing import Dict, Iterator, List, NamedTuple, Optional, Tuple
 
-from diff_encoder_sim.analysis.dataset import CellKey, Dataset
+from diff_encoder_sim.analysis.dataset import CellKey, Dataset, Varied
 from diff_encoder_sim.analysis.encoder_labels import ppr_values
 from diff_encoder_sim.analysis.final_errors import final_errors
 from diff_encoder_sim.analysis.paper.errata import errata_of
 from diff_encoder_sim.analysis.paper.paper_cells import PaperCell, load_paper_cells
 from diff_encoder_sim.analysis.paper.printed_resolutions import ComparedResolution, compare_resolutions
 from diff_encoder_sim.analysis.paper.statistic_tests import COMPARISONS, Agreement
-from diff_encoder_sim.evaluation.paired_statistics import SIGNIFICANCE
+from diff_encoder_sim.evaluation.paired_statistics import SIGNIFICANCE, holm
 from diff_encoder_sim.trials.pose_source import PoseSource
 
 # The only cells that parameters were fitted to: table, test, PPR and quantity
@@ -28,12 +27,7 @@ class ComparedCell(NamedTuple):
     trials: int  # ours
     agreement: Agreement
     errata: List[str]  # keys of errata.ERRATA
-
-    @property
-    def is_compatible(self) -> Optional[bool]:
-        """Return whether chance alone can explain the difference; None where that is unknown."""
-        p_value = self.agreement.p_value
-        return None if p_value is None else p_value >= SIGNIFICANCE
+    p_adjusted: Optional[float]  # by Holm, over the cells of its family that are evidence; None where it is none
 
     @property
     def is_calibrated(self) -> bool:
@@ -41,12 +35,20 @@ class ComparedCell(NamedTuple):
         paper = self.paper
         return (paper.table, paper.test, paper.ppr, paper.quantity.name) == CALIBRATED
 
+    @property
+    def is_evidence(self) -> bool:
+        """Return whether it speaks for or against: a sound number of the paper, not fitted to, that can be tested."""
+        return not self.errata and not self.is_calibrated and self.agreement.p_value is not None
 
-class Score(NamedTuple):
-    """How many cells of a kind agree; chance alone makes about one in twenty differ."""
+    @property
+    def is_contradicted(self) -> bool:
+        """Return whether chance does not explain the difference, corrected for the number of cells in its family."""
+        return self.p_adjusted is not None and self.p_adjusted < SIGNIFICANCE
 
-    tested: int
-    compatible: int
+    @property
+    def family(self) -> Tuple[PoseSource, str, Varied]:
+        """Return what the cells that are judged together have in common."""
+        return self.paper.source, self.paper.test, self.cell.varied
 
 
 class PaperComparison(NamedTuple):
@@ -54,13 +56,6 @@ class PaperComparison(NamedTuple):
 
     rows: List[ComparedCell]
     resolutions: List[ComparedResolution]  # table 3 for this robot, PPR ascending
-
-    def scores(self) -> Dict[Tuple[PoseSource, str], Score]:
-        """Score the predictions by source and PPR, without the cells that the paper's errata affect."""
-        sound = [row for row in self.rows if row.is_compatible is not None and not row.errata and not row.is_calibrated]
-        tested = Counter((row.paper.source, row.paper.ppr) for row in sound)
-        compatible = Counter((row.paper.source, row.paper.ppr) for row in sound if row.is_compatible)
-        return {key: Score(count, compatible[key]) for key, count in tested.items()}
 
 
 def compare_with_paper(dataset: Dataset) -> PaperComparison:
@@ -70,7 +65,20 @@ def compare_with_paper(dataset: Dataset) -> PaperComparison:
         ConfigError: the file of the paper's numbers cannot be read.
     """
     resolutions = compare_resolutions(ppr_values(dataset.encoders()), *dataset.robot)
-    return PaperComparison(list(_compared_cells(dataset, load_paper_cells())), resolutions)
+    return PaperComparison(_judged(list(_compared_cells(dataset, load_paper_cells()))), resolutions)
+
+
+def _judged(cells: List[ComparedCell]) -> List[ComparedCell]:
+    """Correct the p-values in each family for the number of its cells."""
+    families: Dict[Tuple[PoseSource, str, Varied], List[int]] = {}
+    for index, one in enumerate(cells):
+        if one.is_evidence:
+            families.setdefault(one.family, []).append(index)
+    for indices in families.values():
+        adjusted = holm([p_value for index in indices if (p_value := cells[index].agreement.p_value) is not None])
+        for index, p_value in zip(indices, adjusted):
+            cells[index] = cells[index]._replace(p_adjusted=p_value)
+    return cells
 
 
 def _compared_cells(dataset: Dataset, printed: List[PaperCell]) -> Iterator[ComparedCell]:
@@ -80,4 +88,4 @@ def _compared_cells(dataset: Dataset, printed: List[PaperCell]) -> Iterator[Comp
                 values = final_errors(trials, paper.source, paper.quantity)
                 agreement = COMPARISONS[paper.statistic](values, paper.value, paper.quantity)
                 if agreement is not None:
-                    yield ComparedCell(paper, cell, len(values), agreement, errata_of(paper))
+                    yield ComparedCell(paper, cell, len(values), agreement, errata_of(paper), None)

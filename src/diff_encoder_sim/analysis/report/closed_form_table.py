@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Iterator, List, Optional, Tuple
+import math
+from typing import Iterator, List, Optional, Sequence, Tuple
 
 import numpy as np
 
-from diff_encoder_sim.analysis.closed_form import closed_form_std, odometry_minus_truth
-from diff_encoder_sim.analysis.dataset import Dataset
+from diff_encoder_sim.analysis.closed_form import closed_form_std, heading_std_rad, odometry_minus_truth, wheel_travel_m
+from diff_encoder_sim.analysis.dataset import Dataset, RobotGeometry, TrialData
 from diff_encoder_sim.analysis.encoder_labels import ppr_value
-from diff_encoder_sim.analysis.quantities import QUANTITIES
+from diff_encoder_sim.analysis.quantities import QUANTITIES, YAW
 from diff_encoder_sim.analysis.table import Column, Entry, Table
 from diff_encoder_sim.analysis.table_keys import cell_text
+from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.evaluation.sample_statistics import LEVEL, spread, std_interval
+from diff_encoder_sim.trials.pose_source import PoseSource
+from diff_encoder_sim.trials.trial_definition import Trial
 
 # Standard deviations range over three decades: in millimetres they are easier to read.
 SCALED = {'m': ('mm', 1e3), 'deg': ('deg', 1.0)}
@@ -22,22 +26,30 @@ _GROUP = 'standard deviation'
 _COLUMNS = [
     Column('cell', 'cell'),
     Column('quantity', 'error'),
-    Column('expected', 'quantisation alone', _GROUP),
+    Column('at_goal', 'quantisation alone, exactly at the goal', _GROUP),
+    Column('expected', 'quantisation alone, where trials stop', _GROUP),
     Column('measured', 'measured (95 % interval)', _GROUP),
     Column('conclusion', 'measured is', _GROUP),
 ]
-_NOTE = (
-    'Closed form: wheel phases uniform at the start and the goal reached exactly. Larger measured values come from '
-    'slip, wheel errors and the true final pose. Where a test turns by a whole number of pulses, the measured '
-    'standard deviation of the heading is smaller.'
-)
+_NOTES = [
+    (
+        'Closed form: wheel phases uniform at the start. Larger measured values come from slip, wheel errors and the '
+        'true final pose.'
+    ),
+    (
+        'Heading after one straight line, or turns in place, by wheels that travel k + f pulses (d: travel per pulse, '
+        'L: separation): (d/L) sqrt(2 f (1 - f)), for f exactly at the goal, and averaged over where the trials truly '
+        'stopped. Where their stops differ by several pulses, and for all other numbers, the average over f: '
+        '(d/L) sqrt(1/3) for the heading.'
+    ),
+]
 
 
 def closed_form_table(dataset: Dataset) -> Optional[Table]:
     """Build rows of cell and quantity; None where no cell has both numbers."""
     rows = list(_rows(dataset))
     title = 'Final /odom minus /world_pose: closed form and measured'
-    return Table('closed_form', title, _COLUMNS, rows, [_NOTE]) if rows else None
+    return Table('closed_form', title, _COLUMNS, rows, _NOTES) if rows else None
 
 
 def _rows(dataset: Dataset) -> Iterator[List[Entry]]:
@@ -45,18 +57,42 @@ def _rows(dataset: Dataset) -> Iterator[List[Entry]]:
         ppr = ppr_value(cell.ppr)
         if ppr is None or cell.test not in dataset.requested:
             continue
-        expected = closed_form_std(dataset.requested[cell.test], dataset.robot, ppr)
+        requested = dataset.requested[cell.test]
+        averaged = closed_form_std(requested, dataset.robot, ppr)
         for quantity in QUANTITIES:
             unit, scale = SCALED[quantity.unit]
             values = scale * odometry_minus_truth(trials, quantity)
             if len(values) > 1:
-                expected_std = scale * quantity.scale * expected[quantity.component]
-                yield [cell_text(cell), f'{quantity.axis} [{unit}]', *_comparison(values, expected_std)]
+                expected: Tuple[Optional[float], float] = (None, float(averaged[quantity.component]))
+                if quantity is YAW:
+                    expected = _heading_stds(requested, dataset.robot, ppr, trials) or expected
+                at_goal, where_stopped = (std and scale * quantity.scale * std for std in expected)
+                texts = [_text(at_goal), *_comparison(values, where_stopped or 0.0)]
+                yield [cell_text(cell), f'{quantity.axis} [{unit}]', *texts]
+
+
+def _heading_stds(
+    requested: Trial, robot: RobotGeometry, ppr: float, trials: Sequence[TrialData]
+) -> Optional[Tuple[float, float]]:
+    """Return the closed form [rad] exactly at the goal, and where the trials stopped; None for a drive without one."""
+    errors = (trial.errors[PoseSource.WORLD] for trial in trials if trial.odometry_minus_truth is not None)
+    stops = [error for error in errors if error is not None]
+    m_per_pulse = math.pi * robot.wheel_diameter_m / ppr
+    travels = [wheel_travel_m(requested, robot, ends) for ends in ([Pose2D(0.0, 0.0, 0.0)], stops)]
+    at_goal, stopped = (
+        travel if travel is None else heading_std_rad(travel, m_per_pulse, robot.wheel_separation_m)
+        for travel in travels
+    )
+    return None if at_goal is None or stopped is None else (at_goal, stopped)
 
 
 def _comparison(values: np.ndarray, expected: float) -> Tuple[str, str, str]:
-    """Return an entry for each column of the group."""
+    """Return the last three columns of the group."""
     low, high = std_interval(values, LEVEL)
     conclusion = 'above' if low > expected else 'below' if high < expected else 'as expected'
     measured = f'{spread(values) or 0.0:.{DIGITS}g} ({low:.{DIGITS}g} to {high:.{DIGITS}g})'
-    return f'{expected:.{DIGITS}g}', measured, conclusion
+    return _text(expected), measured, conclusion
+
+
+def _text(std: Optional[float]) -> str:
+    return '–' if std is None else f'{std:.{DIGITS}g}'

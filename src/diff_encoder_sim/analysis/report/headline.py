@@ -9,15 +9,15 @@ from diff_encoder_sim.analysis.encoder_labels import encoders_text, enumeration,
 from diff_encoder_sim.analysis.report.summary import summary_rows
 from diff_encoder_sim.analysis.table_keys import varied_texts
 from diff_encoder_sim.analysis.within_tolerance import (
+    COMPARED_POSES,
     REQUIRED_FRACTION,
-    SOURCE_TEXTS,
     TOLERANCE_TEXT,
+    ComparedPose,
     FractionWithin,
     Sufficiency,
     fewest_trials,
 )
 from diff_encoder_sim.evaluation.sample_statistics import LEVEL
-from diff_encoder_sim.trials.pose_source import PoseSource
 from diff_encoder_sim.trials.trial_outcome import Outcome
 
 # So many tests, counted with their sets of parameters, are named; more are only counted.
@@ -29,8 +29,8 @@ NOTHING = 'No trial ended with a pose: nothing can be concluded.'
 class Headline(NamedTuple):
     """What the dataset shows about the encoders."""
 
-    statement: str  # what is listed by source
-    by_source: Dict[str, str]  # by text of the pose source
+    statement: str  # what is listed by pose
+    by_source: Dict[str, str]  # by text of the final pose
     failures: str  # empty where all trials succeeded
 
     @property
@@ -45,7 +45,7 @@ class _Row(NamedTuple):
     """A row of the summary with the encoders that have a final pose."""
 
     name: str  # of the test with its parameters
-    source: PoseSource
+    pose: ComparedPose
     fractions: Dict[str, FractionWithin]  # by encoder, ascending
 
 
@@ -67,7 +67,7 @@ def _rows(dataset: Dataset) -> List[_Row]:
     for row in summary_rows(dataset):
         fractions = {label: fraction for label, fraction in row.fractions.items() if fraction}
         if fractions:
-            rows.append(_Row(_name(row.test, row.varied), row.source, fractions))
+            rows.append(_Row(_name(row.test, row.varied), row.pose, fractions))
     return rows
 
 
@@ -79,7 +79,7 @@ def _name(test: str, varied: Varied) -> str:
 def _statement() -> str:
     return (
         f'Encoders with which at least {100 * REQUIRED_FRACTION:.0f} % of trials end {TOLERANCE_TEXT} '
-        f'of the goal ({100 * LEVEL:.0f} % confidence):'
+        f'({100 * LEVEL:.0f} % confidence):'
     )
 
 
@@ -87,7 +87,7 @@ def _statement_of_few(most: int) -> str:
     trials = '1 trial' if most == 1 else f'{most} trials'
     return (
         f'{trials} per cell cannot show that {100 * REQUIRED_FRACTION:.0f} % end within tolerance; that takes '
-        f'{fewest_trials()}. Trials so far that end {TOLERANCE_TEXT} of the goal:'
+        f'{fewest_trials()}. Trials so far that end {TOLERANCE_TEXT}:'
     )
 
 
@@ -96,15 +96,15 @@ def _by_source(
 ) -> Dict[str, str]:
     """Describe each test, tests with equal texts together, or all tests as a whole where there are many."""
     texts = {}
-    for source, source_text in SOURCE_TEXTS.items():
-        of_source = [row for row in rows if row.source is source]
-        if len(of_source) > MOST_NAMED:
-            texts[source_text] = text_of_many(of_source)
-        elif of_source:
+    for pose in COMPARED_POSES:
+        of_pose = [row for row in rows if row.pose is pose]
+        if len(of_pose) > MOST_NAMED:
+            texts[pose.text] = text_of_many(of_pose)
+        elif of_pose:
             names: Dict[str, List[str]] = {}
-            for row in of_source:
+            for row in of_pose:
                 names.setdefault(text_of(row), []).append(row.name)
-            texts[source_text] = '; '.join(f'{enumeration(tests)}: {text}' for text, tests in names.items())
+            texts[pose.text] = '; '.join(f'{enumeration(tests)}: {text}' for text, tests in names.items())
     return texts
 
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Sequence
+from typing import Optional, Sequence
 
 import jinja2
 
 from diff_encoder_sim.analysis.dataset import Dataset
 from diff_encoder_sim.analysis.figures.style import Figure
+from diff_encoder_sim.analysis.paper.report_section import PaperSection
 from diff_encoder_sim.analysis.ppr_comparison import PprComparison
 from diff_encoder_sim.analysis.report.headline import Headline, headline
 from diff_encoder_sim.analysis.report.pictures import data_uri
@@ -27,7 +28,12 @@ TEMPLATE = 'page.html'
 
 
 def write_report(
-    dataset: Dataset, tables: Sequence[Table], compared: Sequence[PprComparison], figures: Sequence[Figure], path: Path
+    dataset: Dataset,
+    tables: Sequence[Table],
+    compared: Sequence[PprComparison],
+    figures: Sequence[Figure],
+    paper: Optional[PaperSection],
+    path: Path,
 ) -> Headline:
     """Write the page into an existing folder; return its headline.
 
@@ -36,10 +42,10 @@ def write_report(
         tables: `all_tables` of the dataset.
         compared: `compare_pprs` of the dataset.
         figures: `write_figures` of the dataset.
+        paper: the comparison with the paper; None where there is nothing to compare.
         path: of the page.
 
     Raises:
-        ConfigError: the file of the paper's numbers cannot be read.
         OSError: a figure cannot be read, or the file not be written.
     """
     lead = headline(dataset)
@@ -52,7 +58,7 @@ def write_report(
         origin=provenance(dataset),
         figures=[{'caption': figure.caption, 'uri': data_uri(figure.svg, figure.png)} for figure in figures],
         summary=summary_content(dataset),
-        paper=paper_content(dataset),
+        paper=paper and paper_content(paper),
         **tables_content(dataset, tables, compared),
         **trials_content(dataset, path.parent),
     )

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections import Counter
 from pathlib import Path
-from typing import Any, Dict, List, Optional, Sequence
+from typing import Any, Dict, List, Sequence
 
 from diff_encoder_sim.analysis.dataset import Dataset, distinct
 from diff_encoder_sim.analysis.encoder_labels import encoders_text, enumeration, ppr_text
-from diff_encoder_sim.analysis.paper.report_section import paper_section
+from diff_encoder_sim.analysis.paper.report_section import PaperSection
 from diff_encoder_sim.analysis.ppr_comparison import PprComparison
 from diff_encoder_sim.analysis.report.closed_form_table import closed_form_table
 from diff_encoder_sim.analysis.report.encoders import compare_encoders
@@ -17,8 +17,7 @@ from diff_encoder_sim.analysis.report.summary import SummaryRow, summary_rows
 from diff_encoder_sim.analysis.report.trials import bag_links, failure_table, trial_table
 from diff_encoder_sim.analysis.table import Table
 from diff_encoder_sim.analysis.table_keys import setup_text
-from diff_encoder_sim.analysis.within_tolerance import REQUIRED_FRACTION, SOURCE_TEXTS, TOLERANCE_TEXT
-from diff_encoder_sim.recording.topics import TOPIC_OF_SOURCE
+from diff_encoder_sim.analysis.within_tolerance import COMPARED_POSES, REQUIRED_FRACTION, TOLERANCE_TEXT
 
 
 def scope_text(dataset: Dataset) -> str:
@@ -35,14 +34,14 @@ def scope_text(dataset: Dataset) -> str:
 
 
 def summary_content(dataset: Dataset) -> Dict[str, Any]:
-    """Collect a table for each test and set of parameters: rows encoders, columns pose sources."""
+    """Collect a table for each test and set of parameters: rows encoders, columns final poses."""
     by_setup: Dict[str, List[SummaryRow]] = {}
     for row in summary_rows(dataset):
         by_setup.setdefault(setup_text(row.test, row.varied), []).append(row)
     return {
         'tolerance': TOLERANCE_TEXT,
         'required_percent': round(100 * REQUIRED_FRACTION),
-        'heads': [{'text': text, 'topic': TOPIC_OF_SOURCE[source]} for source, text in SOURCE_TEXTS.items()],
+        'heads': [{'text': pose.text, 'topic': pose.topics} for pose in COMPARED_POSES],
         'tables': {name: _encoder_rows(by_source) for name, by_source in by_setup.items()},
     }
 
@@ -75,16 +74,13 @@ def trials_content(dataset: Dataset, folder: Path) -> Dict[str, Any]:
     }
 
 
-def paper_content(dataset: Dataset) -> Optional[Dict[str, Any]]:
-    """Collect the comparison with the paper; None where they have no cell in common.
-
-    Raises:
-        ConfigError: the file of the paper's numbers cannot be read.
-    """
-    section = paper_section(dataset)
-    return section and {
+def paper_content(section: PaperSection) -> Dict[str, Any]:
+    """Collect the comparison with the paper; a row of claims has the result of each reading."""
+    return {
+        'texts': section.texts,
         'scores': html_table(section.scores),
-        'claims': section.claims,
+        'readings': list(section.claims),
+        'claims': list(zip(*section.claims.values())),
         'cells': [html_table(table) for table in section.cells],
         'errata': html_table(section.errata),
     }

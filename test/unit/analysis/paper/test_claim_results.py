@@ -3,7 +3,7 @@
 import pytest
 
 from claimed_campaigns import FALLING, campaign, conclusion_of
-from diff_encoder_sim.analysis.paper.claim_results import check_claims, claim_conclusion
+from diff_encoder_sim.analysis.paper.claim_results import ClaimResult, check_claims, claim_conclusion
 from diff_encoder_sim.analysis.paper.claims import CLAIMS
 from diff_encoder_sim.analysis.paper.hypothesis_tests import Conclusion, HypothesisTest
 
@@ -14,21 +14,28 @@ HOLDS, FAILS, UNCLEAR = Conclusion.HOLDS, Conclusion.FAILS, Conclusion.UNCLEAR
     ('parts', 'expected'),
     [
         ([HOLDS, HOLDS], 'reproduced'),
-        ([HOLDS, FAILS, UNCLEAR], 'not reproduced'),
-        ([HOLDS, UNCLEAR], 'not decidable with 30 trials'),
-        ([], 'not decidable with 30 trials'),
+        ([HOLDS, FAILS, UNCLEAR], 'contradicted'),
+        ([HOLDS, UNCLEAR], 'not contradicted'),
+        ([], 'not tested: too few trials'),
     ],
 )
 def test_the_conclusion_of_parts(parts, expected):
-    assert claim_conclusion([HypothesisTest(part, '') for part in parts], 30) == expected
+    assert claim_conclusion([HypothesisTest(part, '', 0.5) for part in parts]) == expected
 
 
-def test_what_is_missing_is_not_decided():
+def test_what_is_missing_is_not_tested():
     few = campaign(FALLING, tests=('SL',), pprs=('40', '90'), count=5)
-    assert conclusion_of(few, 'steadier odometry') == 'not decidable with 5 trials'
-    assert conclusion_of(few, 'Odometry is poor') == 'not decidable with 5 trials'
+    assert conclusion_of(few, 'steadier odometry') == 'not tested: too few trials'
+    assert conclusion_of(few, 'Odometry is poor') == 'not tested: too few trials'
     (result,) = [one for one in check_claims(few) if 'Odometry is poor' in one.text]
-    assert 'too few trials' in result.tests[0].text
+    assert 'too few trials' in result.tests[0].text and result.p_text == ''
+
+
+def test_the_p_value_is_that_of_the_part_most_against_the_claim():
+    tests = [HypothesisTest(UNCLEAR, '', 0.6), HypothesisTest(FAILS, '', 0.031), HypothesisTest(UNCLEAR, '')]
+    result = ClaimResult('', '', (), '', tests)
+    assert result.p_text == 'p 0.031'
+    assert result._replace(tests=[HypothesisTest(FAILS, '', 1e-9)]).p_text == 'p < 0.0001'
 
 
 def test_every_claim_is_tested_for_each_set_of_parameters():

@@ -3,7 +3,6 @@
 import pytest
 
 from diff_encoder_sim.analysis.paper.paper_comparison import compare_with_paper
-from diff_encoder_sim.trials.pose_source import PoseSource
 from diff_encoder_sim.trials.trial_outcome import Outcome
 from paper_datasets import cell, dataset
 
@@ -20,7 +19,7 @@ def test_only_cells_that_both_have_are_compared():
     assert by_key['yaw_deg', 'std'].agreement.ours == pytest.approx(0.5)
     assert by_key['y_m', 'pct_within'].agreement.ours == 100.0
     assert {row.trials for row in comparison.rows} == {3}
-    assert by_key['y_m', 'pct_within'].is_compatible is False
+    assert by_key['y_m', 'pct_within'].agreement.p_value < 0.05
 
 
 def test_varied_parameters_are_compared_each_for_itself():
@@ -45,11 +44,27 @@ def test_torn_trials_do_not_count_and_failed_ones_do():
     assert max(row.agreement.ours for row in comparison.rows if row.paper.statistic == 'max') == 0.5
 
 
-def test_scores_leave_affected_cells_out():
+def test_cells_that_errata_affect_are_no_evidence():
     rows = [(0.0, 0.0, 0.0)] * 30
     comparison = compare_with_paper(dataset(cell('SMT', '1024', 'world', rows)))
     assert len(comparison.rows) == 12
-    assert comparison.scores() == {}
+    assert not any(row.is_evidence or row.is_contradicted for row in comparison.rows)
+
+
+def test_a_family_is_corrected_for_its_own_cells_alone():
+    rows = [(0.001 * number, 0.0, 0.1 * number) for number in range(30)]
+    noisy = (('simulator.lidar.noise', '0.1'),)
+    alone = compare_with_paper(dataset(cell('SL', '40', 'odom', rows))).rows
+    among = compare_with_paper(
+        dataset(
+            cell('SL', '40', 'odom', rows),
+            cell('SL', '40', 'odom', rows, varied=noisy),
+            cell('SMT', '40', 'odom', rows),
+        )
+    ).rows
+    assert [row.p_adjusted for row in among if row.paper.test == 'SL'] == 2 * [row.p_adjusted for row in alone]
+    [tested] = [row for row in alone if (row.paper.quantity.name, row.paper.statistic) == ('y_m', 'pct_within')]
+    assert tested.p_adjusted > tested.agreement.p_value
 
 
 def test_the_resolutions_are_those_of_the_datasets_encoders_and_robot():
@@ -71,11 +86,4 @@ def test_calibrated_cells_are_told_apart():
         dataset(cell('SL', '4096', 'odom', rows), cell('SL', '1024', 'odom', rows), cell('SL', '4096', 'world', rows))
     )
     assert sum(row.is_calibrated for row in comparison.rows) == 4  # of y in SL
-    assert {key: score.tested for key, score in comparison.scores().items()} == {
-        key: sum(
-            row.is_compatible is not None and not row.is_calibrated
-            for row in comparison.rows
-            if (row.paper.source, row.paper.ppr) == key
-        )
-        for key in ((PoseSource.ODOM, '4096'), (PoseSource.ODOM, '1024'), (PoseSource.WORLD, '4096'))
-    }
+    assert not any(row.is_evidence for row in comparison.rows if row.is_calibrated)

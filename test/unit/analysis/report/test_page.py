@@ -8,6 +8,7 @@ import pytest
 
 from campaign_manifest import manifest
 from diff_encoder_sim.analysis.figures.style import Figure
+from diff_encoder_sim.analysis.paper.report_section import paper_section
 from diff_encoder_sim.analysis.ppr_comparison import compare_pprs
 from diff_encoder_sim.analysis.report import write_report
 from diff_encoder_sim.analysis.tables import all_tables
@@ -49,7 +50,7 @@ def figure(tmp_path):
 
 def page_of(made, folder, figures=()):
     path = folder / 'report.html'
-    lead = write_report(made, all_tables(made), compare_pprs(made), figures, path)
+    lead = write_report(made, all_tables(made), compare_pprs(made), figures, paper_section([made]), path)
     page = path.read_text(encoding='utf-8')
     for text in (lead.statement, *lead.by_source, *lead.by_source.values(), lead.failures):
         assert text in html.unescape(page)
