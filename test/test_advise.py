@@ -60,7 +60,7 @@ def test_another_tolerance_goes_on_with_the_same_trials(first):
         '  pose estimate at the goal: with no encoder up to 1024 PPR',
         '  odometry at the true pose: from 1024 PPR on',
     ]
-    assert 'navigation stops within 0.05 m of a goal' in finer.stderr
+    assert 'advise: stopping: precise drives up to within about 6 mm' in finer.stderr
 
 
 @pytest.mark.parametrize(
@@ -68,7 +68,10 @@ def test_another_tolerance_goes_on_with_the_same_trials(first):
     [
         (['--trials', '15'], '--trials: given 15; allowed: from 16'),
         (['--tolerance', '0'], "given '0'; allowed: 1e-6 to 1000 [m]"),
-        (['--candidates', 'nothing'], "given 'nothing'; allowed: paper, quick, sweep, or a .yaml file"),
+        (
+            ['--candidates', 'nothing'],
+            "given 'nothing'; allowed: accurate, paper, paper_tb3, quick, sweep, or a .yaml file",
+        ),
         (['--robot', 'nothing.yaml'], 'nothing.yaml'),
     ],
 )

@@ -22,7 +22,7 @@ LINK = re.compile(r'\]\(([^)#:]+)(?:#[^)]*)?\)')
 FILE = re.compile(r'(?<!`)`((?:[\w-]+/)*[\w-]+\.(?:py|sh|launch|world|csv|json|md))`')
 PLACEHOLDER = re.compile('[A-Z]{4}|^(results|tables)/')
 WRITTEN_BY_COMMANDS = {'trials.csv', 'manifest.json', 'reencode.csv'}
-OF_PUBLIC_DATA = {'encoder.csv', 'wheels.csv'}  # KAIST's and NCLT's
+OF_OTHERS = {'encoder.csv', 'wheels.csv', 'amcl.launch'}  # KAIST's, NCLT's, TurtleBot3's
 FROM_ELSEWHERE = re.compile(
     r'<(?:script|img|iframe)[^>]+src="(?:https?:)?//|<link[^>]+rel="stylesheet"[^>]+href="(?:https?:)?//'
 )
@@ -63,7 +63,7 @@ def test_links_and_files_on_a_page_exist(page):
     names = {path.name for folder in ('src', 'test', 'config', 'launch') for path in (ROOT / folder).rglob('*.*')}
     for name in FILE.findall(text):
         is_there = (ROOT / name).exists() or (PACKAGE / name).exists() or name in names
-        if not (is_there or name in WRITTEN_BY_COMMANDS | OF_PUBLIC_DATA or PLACEHOLDER.search(name)):
+        if not (is_there or name in WRITTEN_BY_COMMANDS | OF_OTHERS or PLACEHOLDER.search(name)):
             missing.append(name)
     assert missing == []
 

@@ -140,6 +140,14 @@ def test_both_stacks_get_the_same_parameters(nav, load):
     assert '/simulator_node/command_period' not in found  # that of /trial
 
 
+@pytest.mark.parametrize('launch', ['trial.launch', 'navigation.launch'])
+def test_the_accurate_amcl_can_be_chosen(launch, load):
+    path = ROOT / 'config' / 'amcl_accurate.yaml'
+    config, _ = load(LAUNCH / launch, f'amcl_config:={path}')
+    found, expected = params(config), yaml.safe_load(path.read_text())
+    assert {name: found['/amcl/' + name] for name in expected} == expected
+
+
 def test_a_users_own_files_reach_their_nodes(tmp_path, load):
     (tmp_path / 'amcl.yaml').write_text('laser_max_beams: 7\n')
     (tmp_path / 'navigation.yaml').write_text('DWAPlannerROS: {max_vel_x: 0.1}\n')
@@ -349,7 +357,7 @@ def stand_ins(tmp_path_factory):
             sys.executable, SCRIPTS / 'trial_spec', '--test=SMT', '--nav=upstream', '--sim=gazebo', '--bag=none'
         )
         assert code == 0, plan
-        code, output = graph.run('rosparam', 'set', '/trial', plan)
+        code, output = graph.run('rosparam', 'set', '/trial', plan.splitlines()[-1])  # below the line on stopping
         assert code == 0, output
         yield graph, folder
         core.send_signal(2)

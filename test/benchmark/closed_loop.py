@@ -9,6 +9,7 @@ import math
 import multiprocessing
 import os
 import time
+from functools import partial
 from typing import List, NamedTuple, Optional, Tuple
 
 import numpy as np
@@ -17,6 +18,8 @@ from plans import plan_of
 from tabulate import tabulate
 
 from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.base.yaml_files import load_yaml
+from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.lockstep.lockstep_trial import LockstepTrial, Report
 from diff_encoder_sim.lockstep.robot_params import load_robot_params
 
@@ -38,11 +41,13 @@ class Result(NamedTuple):
     nees: List[float]  # of AMCL's estimates against the truth, each of 3 degrees
 
 
-def run_trial(cell: Tuple[str, int, int]) -> Result:
-    """One trial of (test, PPR, number)."""
+def run_trial(amcl: str, cell: Tuple[str, int, int]) -> Result:
+    """One trial of (test, PPR, number) with AMCL's parameters of a file of config/."""
     name, ppr, number = cell
     plan = plan_of(name, ppr, number)
-    loop = LockstepTrial(plan, ROBOT, load_robot_params(CONFIG))
+    amcl_file = CONFIG / f'{amcl}.yaml'
+    params = load_robot_params(CONFIG)._replace(amcl=AmclParams.from_mapping(load_yaml(amcl_file), str(amcl_file)))
+    loop = LockstepTrial(plan, ROBOT, params)
     begin_s, reports = time.perf_counter(), list(loop.run())
     last, goal = reports[-1], plan.trial.goal()
     estimated = last.estimated_pose_in_map
@@ -75,7 +80,7 @@ def _nees(reports: List[Report]) -> List[float]:
 def main() -> None:
     """Run the cells and print the table."""
     arguments = _arguments()
-    print_header(f'{arguments.trials} trials of each test and PPR in lockstep')
+    print_header(f'{arguments.trials} trials of each test and PPR in lockstep, {arguments.amcl}.yaml')
     cells = [
         (test, ppr, arguments.first + number)
         for test in arguments.tests
@@ -83,7 +88,7 @@ def main() -> None:
         for number in range(arguments.trials)
     ]
     with multiprocessing.Pool(arguments.workers) as pool:
-        results = dict(zip(cells, pool.imap(run_trial, cells)))
+        results = dict(zip(cells, pool.imap(partial(run_trial, arguments.amcl), cells)))
     rows = []
     for test in arguments.tests:
         for ppr in arguments.ppr:
@@ -162,6 +167,7 @@ def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--tests', nargs='+', default=['SL', 'SMT', 'DLD'])
     parser.add_argument('--ppr', nargs='+', type=int, default=[40, 90, 1024, 4096])
+    parser.add_argument('--amcl', default='amcl', help="AMCL's parameters: a file of config/, without .yaml")
     parser.add_argument('--trials', type=int, default=30)
     parser.add_argument('--first', type=int, default=1, help='number of the first trial')
     parser.add_argument('--workers', type=int, default=os.cpu_count())

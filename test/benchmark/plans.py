@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Any, Dict
+
 from checkout import ROOT
 
+from diff_encoder_sim.campaign.campaign_loading import load_campaign
 from diff_encoder_sim.trials.test_definition import find_world, load_test
 from diff_encoder_sim.trials.trial_definition import Trial, TrialPlan
 
@@ -18,3 +21,9 @@ def plan_of(test: str, ppr: float, number: int, nav: str = 'embedded', bag: str 
         map=str(world.with_suffix('.yaml')),
         bag=bag,
     )
+
+
+def paper_settings_with_ideal_wheels() -> Dict[str, Any]:
+    """The parameters that config/campaigns/paper.yaml sets, but for wheel errors."""
+    settings = load_campaign('paper', ROOT).params.overrides
+    return {key: value for key, value in settings.items() if not key.startswith('simulator.wheel_errors.')}

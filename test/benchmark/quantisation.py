@@ -4,7 +4,8 @@
 The simulator drives each test once; its wheel angles are then seen through DiffEncoder and
 WheelOdometry from the wheel phases that the simulator draws for each seed. The straight drive is
 judged at its goal, the turn at a random moment of its last round at full speed, since the closed
-form is the mean over angles that are no whole number of pulses. Errors are odometry minus truth.
+form is the mean over angles that are no whole number of pulses. The heading of the straight drive has a
+closed form of its own, for the travel that the wheels end with. Errors are odometry minus truth.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from checkout import print_header
 from measured_drive import WHEEL_RADIUS_M, WHEEL_SEPARATION_M, Row, compare, new_simulator, read_test, record_drive
 from tabulate import tabulate
 
+from diff_encoder_sim.analysis.closed_form import heading_std_rad
 from diff_encoder_sim.base.se2 import wrap_angle
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.encoders.wheel_encoder import DiffEncoder, EncoderParams
@@ -67,7 +69,10 @@ def main() -> None:
             run = functools.partial(_run, drives[name], ppr, noise, at_goal)
             return list(executor.map(run, seeds, chunksize=10))
 
-        _print_spread({(name, ppr): ends(name, ppr, 0.0, name == 'SL') for name in drives for ppr in PPRS})
+        _print_spread(
+            {(name, ppr): ends(name, ppr, 0.0, name == 'SL') for name in drives for ppr in PPRS},
+            compare(drives['SL']).wheel_distance_m,
+        )
         noises = [(0.0, PPRS)] + [(noise, SLIP_PPRS) for noise in SLIP_NOISES_M2_PER_M]
         _print_nees(
             {
@@ -122,35 +127,21 @@ def _random_end(rows: List[Row], seed: int) -> int:
     return int(generator(seed, 'benchmark_end').choice(candidates))
 
 
-def _print_spread(cells: Dict[Tuple[str, float], List[End]]) -> None:
-    table = []
+def _print_spread(cells: Dict[Tuple[str, float], List[End]], straight_wheel_travel_m: float) -> None:
+    table: List[List[object]] = []
     for (name, ppr), ends in cells.items():
         errors = np.array([end.error for end in ends])
         d_over_l = math.pi * 2.0 * WHEEL_RADIUS_M / ppr / WHEEL_SEPARATION_M
+        turn_deg = math.degrees(d_over_l * math.sqrt(1.0 / 3.0))
+        heading_deg = np.degrees(errors[:, 2])
         if name == 'SL':
-            values, label = errors[:, 1], 'straight 20 m: lateral [m]'
-            closed = 20.0 * d_over_l * math.sqrt(1.0 / 6.0)
+            lateral_m = 20.0 * d_over_l * math.sqrt(1.0 / 6.0)
+            travel_m = np.array([straight_wheel_travel_m])
+            exactly_deg = math.degrees(heading_std_rad(travel_m, d_over_l * WHEEL_SEPARATION_M, WHEEL_SEPARATION_M))
+            table.append(_spread_row('straight 20 m: lateral [m]', ppr, errors[:, 1], lateral_m))
+            table.append(_spread_row('straight 20 m: heading [deg]', ppr, heading_deg, exactly_deg))
         else:
-            values, label = np.degrees(errors[:, 2]), 'turn in place: heading [deg]'
-            closed = math.degrees(d_over_l * math.sqrt(1.0 / 3.0))
-        count = len(values)
-        std = float(np.std(values, ddof=1))
-        low, high = (std * math.sqrt((count - 1) / chi_square_quantile(z, count - 1)) for z in (Z_99, -Z_99))
-        half_width = Z_99 * std / math.sqrt(count)
-        mean = float(np.mean(values))
-        table.append(
-            [
-                label,
-                ppr,
-                f'{std:.5f}',
-                f'{low:.5f} .. {high:.5f}',
-                f'{closed:.5f}',
-                _yes(low <= closed <= high),
-                f'{mean:+.5f}',
-                f'{half_width:.5f}',
-                _yes(abs(mean) <= half_width),
-            ]
-        )
+            table.append(_spread_row('turn in place: heading [deg]', ppr, heading_deg, turn_deg))
     print()
     print(
         tabulate(
@@ -174,6 +165,25 @@ def _print_spread(cells: Dict[Tuple[str, float], List[End]]) -> None:
         "\nIntervals by chi-square (Wilson and Hilferty's approximation); errors of rounding "
         'have shorter tails\nthan a normal distribution, so they are a little wide.'
     )
+
+
+def _spread_row(label: str, ppr: float, values: np.ndarray, closed: float) -> List[object]:
+    count = len(values)
+    std = float(np.std(values, ddof=1))
+    low, high = (std * math.sqrt((count - 1) / chi_square_quantile(z, count - 1)) for z in (Z_99, -Z_99))
+    half_width = Z_99 * std / math.sqrt(count)
+    mean = float(np.mean(values))
+    return [
+        label,
+        ppr,
+        f'{std:.5f}',
+        f'{low:.5f} .. {high:.5f}',
+        f'{closed:.5f}',
+        _yes(low <= closed <= high),
+        f'{mean:+.5f}',
+        f'{half_width:.5f}',
+        _yes(abs(mean) <= half_width),
+    ]
 
 
 def _print_nees(cells: Dict[Tuple[str, float, float], List[End]]) -> None:

@@ -127,9 +127,10 @@ def workers_of(client):
 
 
 def finish(process):
-    """Exit status, lines of stdout, lines of stderr that are the program's own."""
+    """Exit status, lines of stdout, lines of stderr that are the program's own, but for how the robot stops."""
     out, err = process.communicate(timeout=PATIENCE_S)
-    lines = [line for line in err.decode().splitlines() if not line.startswith('pybullet build time')]
+    others = ('pybullet build time', 'campaign: stopping: ')
+    lines = [line for line in err.decode().splitlines() if not line.startswith(others)]
     return process.returncode, out.decode().splitlines(), lines
 
 
