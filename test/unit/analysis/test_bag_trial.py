@@ -42,12 +42,13 @@ def test_tracks_are_thinned_and_keep_their_ends(tmp_path):
     assert found.tracks.odometry[[0, -1], 0] == pytest.approx([-10.0, -10.0 + odom[-1][0]])
 
 
+# One write a line: print makes two of it where Python's output is not buffered, and two processes write.
 INTERRUPTED = """
-import time
+import os, time
 from diff_encoder_sim.analysis import bag_trial
 
 def read(path):
-    print('reading', flush=True)
+    os.write(1, b'reading\\n')
     time.sleep(0.3)
 
 bag_trial._trial_or_reason, bag_trial.usable_cores = read, lambda: 2
