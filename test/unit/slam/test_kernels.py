@@ -100,8 +100,14 @@ def test_the_information_of_a_wall_is_across_it():
 
 
 def test_only_what_exceeds_the_noise_of_the_scan_is_taken():
-    """The share is 1 - 3 / squared way in standard deviations, at least 0; the trend's variance is 1 / 19."""
-    way, none = np.array([1.5, -2.0, 1.0]), np.zeros(3)
-    assert scan_share(way, none) == pytest.approx(1.0 - 3.0 / 7.25)
-    assert scan_share(none, way) == pytest.approx(1.0 - 3.0 / (19.0 * 7.25))
-    assert scan_share(0.5 * way, 0.1 * way) == scan_share(none, none) == 0.0
+    """The share is 1 - 7.81 / squared way in standard deviations, at least 0; the trend's variance is 1 / 19."""
+    way, none = np.array([1.5, -3.0, 2.0]), np.zeros(3)
+    assert scan_share(way, none) == pytest.approx(1.0 - 7.81 / 15.25)
+    assert scan_share(none, way) == pytest.approx(1.0 - 7.81 / (19.0 * 15.25))
+    assert scan_share(0.7 * way, 0.1 * way) == scan_share(none, none) == 0.0
+
+
+def test_the_noise_of_a_scan_alone_speaks_against_odometry_once_in_twenty():
+    noise = np.random.default_rng(1).standard_normal((20000, 3))
+    shares = np.array([scan_share(way, np.zeros(3)) for way in noise])
+    assert (shares > 0.0).mean() == pytest.approx(0.05, abs=0.005)
