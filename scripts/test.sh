@@ -8,6 +8,9 @@ set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
 venv38=$root/.venv38
+# Where the caller's environment forbids byte code, each process of a test would compile every module anew.
+unset PYTHONDONTWRITEBYTECODE
+
 passed=0 failed=0 skipped=0
 declare -A streams=()     # process groups in the background, by the function that runs there
 
