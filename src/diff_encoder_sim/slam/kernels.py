@@ -25,8 +25,8 @@ REFINEMENTS, CLOSE_CELLS, CLOSE_RAD = 10, 5e-3, 5e-5
 
 # Steps over which the running mean of the scans' offsets from odometry reaches back.
 TREND_STEPS = 10
-# Squared way, in a scan's standard deviations, above which the scan contradicts odometry: its own noise exceeds it once in
-# 20 (chi-squared with 3 degrees of freedom).
+# Squared way, in a scan's standard deviations, above which the scan contradicts odometry: its own noise exceeds it once
+# in 20 (chi-squared with 3 degrees of freedom).
 CONTRADICTION = 7.81
 
 MOVES = np.array(
@@ -186,8 +186,8 @@ def scan_share(offset: np.ndarray, trend: np.ndarray) -> float:
 
     The way (3,), and its running mean over the last steps (3,), are in standard deviations of the scan. The scan's own
     noise gives each a square of 3 on average, once the mean's is scaled to its variance, and seldom one above
-    CONTRADICTION. Only what exceeds that speaks against odometry (the nonnegative garrote, Breiman 1995); the mean finds
-    a small error that every step has.
+    CONTRADICTION. Only what exceeds that speaks against odometry (the nonnegative garrote, Breiman 1995); the mean
+    finds a small error that every step has.
     """
     squared = max((offset * offset).sum(), (2.0 * TREND_STEPS - 1.0) * (trend * trend).sum())
     return max(0.0, 1.0 - CONTRADICTION / squared) if squared > 0.0 else 0.0
