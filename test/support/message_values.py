@@ -4,7 +4,7 @@ import numpy as np
 
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.encoders.wheel_encoder import EncoderSample
+from diff_encoder_sim.encoders.encoder_sample import EncoderSample
 from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.odometry.wheel_odometry import OdometryEstimate
 from diff_encoder_sim.simulation.state import BodyState, JointStates

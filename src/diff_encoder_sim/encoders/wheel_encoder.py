@@ -6,18 +6,26 @@ Equation (1) of the paper, the counter's finite width, and the motor controller'
 from __future__ import annotations
 
 import logging
-from typing import NamedTuple, Optional, Sequence
+import math
+from typing import Optional, Sequence, Tuple, Union
 
 from pydantic import Field, model_validator
+from typing_extensions import Annotated
 
-from diff_encoder_sim.base.bounded_numbers import Rate_Hz
+from diff_encoder_sim.base.bounded_numbers import Between, Rate_Hz, Seed
 from diff_encoder_sim.base.errors import EVENT, InputFault
+from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step
 from diff_encoder_sim.base.typed_params import Params, did_you_mean
 from diff_encoder_sim.encoders.counter import CounterModulus, wrap_count
-from diff_encoder_sim.encoders.pulses import DEFAULT_PPR, PulsesPerRevolution
+from diff_encoder_sim.encoders.counting_wheel import CountingWheel, IdealWheel
+from diff_encoder_sim.encoders.encoder_model import NO_FAULTS, EncoderModel, counts_per_turn
+from diff_encoder_sim.encoders.encoder_sample import EncoderSample
+from diff_encoder_sim.encoders.pulses import DEFAULT_PPR, PerWheel, PulsesPerRevolution
+from diff_encoder_sim.encoders.report_link import PROMPT, ReportLink, ReportParams
 from diff_encoder_sim.encoders.sampling import DEFAULT_RATE_HZ
 from diff_encoder_sim.encoders.wheel_channel import MISSING_AFTER_NS, WheelChannel
+from diff_encoder_sim.encoders.wheel_rate import VelocityMethod, WheelRate
 
 log = logging.getLogger(__name__)
 
@@ -26,6 +34,10 @@ LARGEST_ANGLE_RAD = 1e9
 
 # After so many messages in a row without a newer stamp, the publisher does not set it.
 STAMPS_STAND_STILL_AFTER = 100
+
+# Samples keep their order: none is as late as the next one's boundary. So many draws, then again.
+MOST_JITTER_PERIODS = 0.9
+JITTERS = 1024
 
 
 class EncoderParams(Params):
@@ -38,6 +50,13 @@ class EncoderParams(Params):
     left_reversed: bool = Field(False, description='the angle of the left joint falls when the robot drives forward')
     right_reversed: bool = Field(False, description='the angle of the right joint falls when the robot drives forward')
     counter_modulus: CounterModulus = 0
+    encoder: Optional[EncoderModel] = Field(
+        None, description='of both wheels; none: whole pulses of ppr, without errors'
+    )
+    report: ReportParams = PROMPT
+    velocity_method: VelocityMethod = 'M'
+    velocity_clock: Annotated[float, Between(1.0, 1e9, 'Hz')] = Field(1e6, description='that times edges [Hz]')
+    seed: Seed = Field(0, description="of the encoders' errors: the trial's number")
 
     @model_validator(mode='after')
     def _check_joints_differ(self) -> EncoderParams:
@@ -45,13 +64,25 @@ class EncoderParams(Params):
             raise ValueError('left_joint and right_joint that differ')
         return self
 
+    @model_validator(mode='after')
+    def _check_whole_turns(self) -> EncoderParams:
+        """Check that edges which are not even can repeat with the turns of the sensor's shaft."""
+        model, ppr = self.encoder, self.counts_per_turn
+        if model is None or not model.has_uneven_edges:
+            return self
+        for wheel in (ppr.left, ppr.right):
+            counts = wheel / model.shaft_turns_per_wheel_turn
+            if abs(counts - round(counts)) > 1e-6 * counts or round(counts) % model.counts_per_cycle:
+                raise ValueError(
+                    f"a whole number of cycles, of {model.counts_per_cycle} counts each, in a turn of the sensor's shaft where edges are not "
+                    f'even, by lines, pole_pairs or bits; given {counts:g} counts'
+                )
+        return self
 
-class EncoderSample(NamedTuple):
-    """The counters as read at one instant."""
-
-    stamp_ns: int
-    left_pulses: int
-    right_pulses: int
+    @property
+    def counts_per_turn(self) -> PerWheel:
+        """Return the counts per wheel revolution: the encoder's, where it says them, else `ppr`."""
+        return counts_per_turn(self.ppr, self.encoder)
 
 
 class DiffEncoder:
@@ -62,18 +93,47 @@ class DiffEncoder:
     """
 
     def __init__(self, params: EncoderParams) -> None:
-        self.params = params
+        self.params, self.counts_per_turn = params, params.counts_per_turn
         self.reset()
 
     def reset(self) -> None:
         """Drop all samples; counts are still those of equation (1) at the wheel's angle."""
-        params = self.params
-        self._left = WheelChannel(params.left_joint, params.ppr.left, params.rate)
-        self._right = WheelChannel(params.right_joint, params.ppr.right, params.rate)
+        params, ppr = self.params, self.counts_per_turn
+        jitters_ns = self._jitters_ns()
+        self._left, self._right = (
+            WheelChannel(joint, self._wheel(side, counts), params.rate, jitters_ns)
+            for joint, side, counts in ((params.left_joint, 'left', ppr.left), (params.right_joint, 'right', ppr.right))
+        )
         self._channels = self._left, self._right
         self._signs = -1.0 if params.left_reversed else 1.0, -1.0 if params.right_reversed else 1.0
         self._first_stamp_ns: Optional[int] = None
         self._stale_in_a_row = 0
+
+    def _wheel(self, side: str, ppr: float) -> Union[IdealWheel, CountingWheel]:
+        params = self.params
+        model = params.encoder or (EncoderModel() if params.velocity_method != 'M' else None)
+        if model is None:
+            return IdealWheel(ppr)
+        if model.faults.wheel not in ('both', side):
+            model = model.model_copy(update={'faults': NO_FAULTS})
+        rate = None
+        if params.velocity_method != 'M':
+            rate = WheelRate(params.velocity_method, 2.0 * math.pi / ppr, params.velocity_clock)
+        return CountingWheel(model, ppr, generator(params.seed, f'{side}_encoder'), rate)
+
+    def _jitters_ns(self) -> Tuple[int, ...]:
+        """Draw how late samples are: the same for both wheels, which one controller reads."""
+        jitter_s = min(self.params.report.jitter, MOST_JITTER_PERIODS / self.params.rate)
+        if not jitter_s:
+            return ()
+        drawn_s = generator(self.params.seed, 'encoder_jitter').uniform(0.0, jitter_s, JITTERS)
+        return tuple(round(late_s * NANOSECONDS_PER_SECOND) for late_s in drawn_s)
+
+    def take_command(self, left: float, right: float) -> None:
+        """Take the commanded speeds of the wheels, whose signs are those of counts without a direction of their own."""
+        for channel, speed in ((self._left, left), (self._right, right)):
+            if isinstance(channel.wheel, CountingWheel):
+                channel.wheel.command((speed > 0.0) - (speed < 0.0))
 
     def update(self, stamp_ns: int, names: Sequence[str], angles_rad: Sequence[float]) -> Optional[EncoderSample]:
         """Take one joint message, and return a sample when both wheels have reached a boundary.
@@ -116,7 +176,10 @@ class DiffEncoder:
             channel.drop_before(index + 1)
         modulus = self.params.counter_modulus
         stamp_ns = max(left.stamp_ns, right.stamp_ns)
-        return EncoderSample(stamp_ns, wrap_count(left.pulses, modulus), wrap_count(right.pulses, modulus))
+        counts = wrap_count(left.pulses, modulus), wrap_count(right.pulses, modulus)
+        if left.rate_radps is None or right.rate_radps is None:
+            return EncoderSample(stamp_ns, *counts)
+        return EncoderSample(stamp_ns, *counts, (left.rate_radps, right.rate_radps))
 
     def _check_stamps_advance(self, stamp_ns: int, steps: Sequence[Step]) -> None:
         if Step.NEW in steps:
@@ -140,6 +203,27 @@ class DiffEncoder:
                     f'joint {channel.joint!r} not seen for {missing_ns / NANOSECONDS_PER_SECOND:.1f} s; '
                     f'this message names {list(names)}{did_you_mean(channel.joint, names)}'
                 )
+
+
+class ReportingEncoder:
+    """The encoders, and the way of their reports to the host: what the node, a lockstep trial and `reencode` run."""
+
+    def __init__(self, params: EncoderParams) -> None:
+        self._encoder = DiffEncoder(params)
+        self._link: Optional[ReportLink] = None
+        if params.report != PROMPT:
+            self._link = ReportLink(params.report, 1.0 / params.rate, generator(params.seed, 'encoder_reports'))
+
+    def take_command(self, left: float, right: float) -> None:
+        """Take the commanded speeds of the wheels; see `DiffEncoder`."""
+        self._encoder.take_command(left, right)
+
+    def update(self, stamp_ns: int, names: Sequence[str], angles_rad: Sequence[float]) -> Sequence[EncoderSample]:
+        """Take one joint message as `DiffEncoder.update` does, and return the reports that arrive by its stamp."""
+        sample = self._encoder.update(stamp_ns, names, angles_rad)
+        if self._link is not None:
+            return self._link.pass_on(stamp_ns, sample)
+        return () if sample is None else (sample,)
 
 
 def _angle_of(joint: str, names: Sequence[str], angles_rad: Sequence[float]) -> Optional[float]:

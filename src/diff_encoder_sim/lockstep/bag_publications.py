@@ -10,7 +10,7 @@ from typing_extensions import override
 
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.encoders.wheel_encoder import EncoderSample
+from diff_encoder_sim.encoders.encoder_sample import EncoderSample
 from diff_encoder_sim.localization.amcl import AmclEstimate
 from diff_encoder_sim.lockstep.publications import Publications
 from diff_encoder_sim.lockstep.robot_params import RobotParams

@@ -7,7 +7,7 @@ from typing import Union
 
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.encoders.wheel_encoder import EncoderSample
+from diff_encoder_sim.encoders.encoder_sample import EncoderSample
 from diff_encoder_sim.localization.amcl import AmclEstimate
 from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.navigation.goal_status import Command, GoalStatus

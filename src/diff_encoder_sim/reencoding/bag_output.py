@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import List, Tuple
 
-from diff_encoder_sim.encoders.wheel_encoder import EncoderSample
+from diff_encoder_sim.encoders.encoder_sample import EncoderSample
 from diff_encoder_sim.odometry.wheel_odometry import OdometryEstimate, OdometryParams
 from diff_encoder_sim.recording import topics
 from diff_encoder_sim.recording.trial_bag import TrialBag

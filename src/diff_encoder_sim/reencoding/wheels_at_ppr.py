@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Optional, Tuple
 
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
+from diff_encoder_sim.encoders.encoder_sample import EncoderSample
 from diff_encoder_sim.encoders.pulses import PerWheel
-from diff_encoder_sim.encoders.wheel_encoder import DiffEncoder, EncoderParams, EncoderSample
+from diff_encoder_sim.encoders.wheel_encoder import DiffEncoder, EncoderParams
 from diff_encoder_sim.evaluation.trajectory_error import Alignment, PathComparison
 from diff_encoder_sim.odometry.wheel_odometry import OdometryEstimate, OdometryParams, WheelOdometry
 from diff_encoder_sim.reencoding.bag_output import ReencodedBag

@@ -7,7 +7,7 @@ from typing import NamedTuple, Sequence, Tuple
 
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.encoders.wheel_encoder import EncoderSample
+from diff_encoder_sim.encoders.encoder_sample import EncoderSample
 from diff_encoder_sim.serialization.field_reader import FRAME_AT, STAMP_AT, TORN, FieldReader
 from diff_encoder_sim.serialization.message_types import ENCODER_PULSE
 from diff_encoder_sim.serialization.primitives import (

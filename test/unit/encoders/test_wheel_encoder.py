@@ -5,7 +5,8 @@ import math
 import pytest
 
 from diff_encoder_sim.base.errors import InputFault
-from diff_encoder_sim.encoders.wheel_encoder import DiffEncoder, EncoderParams, EncoderSample
+from diff_encoder_sim.encoders.encoder_sample import EncoderSample
+from diff_encoder_sim.encoders.wheel_encoder import DiffEncoder, EncoderParams
 
 NAMES = ['left_wheel_joint', 'right_wheel_joint']
 MS = 1_000_000

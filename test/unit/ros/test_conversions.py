@@ -13,7 +13,7 @@ from nav_msgs.msg import Odometry
 
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.encoders.wheel_encoder import EncoderSample
+from diff_encoder_sim.encoders.encoder_sample import EncoderSample
 from diff_encoder_sim.msg import EncoderPulse
 from diff_encoder_sim.odometry.wheel_odometry import OdometryEstimate
 from diff_encoder_sim.ros import conversions

@@ -1,0 +1,246 @@
+"""A wheel encoder as datasheet and wiring have it: the parameters under `encoder:`.
+
+Left out, everything is ideal: equation (1) of the paper.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import List, Literal, Optional
+
+from pydantic import Field, model_validator
+from typing_extensions import Annotated
+
+from diff_encoder_sim.base.bounded_numbers import Between, Duration_s, Fraction
+from diff_encoder_sim.base.typed_params import Params
+from diff_encoder_sim.encoders.pulses import PerWheel
+
+Side = Literal['both', 'left', 'right']
+Wiring = Literal['straight', 'swapped', 'inverted']
+BurstLength = Annotated[float, Between(1.0, 1e6, 'counts')]
+
+# Counts that a decoding makes of one line, which has four edges.
+COUNTS_PER_LINE = {'x1': 1, 'x2': 2, 'x4': 4}
+EDGES_PER_LINE = 4
+EDGES_PER_POLE_PAIR = 6
+MOST_COUNTS_PER_TURN = 2**24
+
+
+class FaultParams(Params):
+    """What goes wrong between sensor and counter; left out, nothing does."""
+
+    missed: Fraction = Field(0.0, description='fraction of the counts that are missed')
+    missed_burst: BurstLength = Field(1.0, description='counts that are missed in a row, on average')
+    extra: Fraction = Field(0.0, description='counts too many, as a fraction of all, in the direction of motion')
+    extra_burst: BurstLength = Field(1.0, description='counts too many in a row, on average')
+    max_count_rate: Annotated[float, Between(1.0, 1e9, 'counts/s', or_zero=True)] = Field(
+        0.0, description='what comes faster is lost [counts/s]; 0: no limit'
+    )
+    dead_channel: Literal['none', 'A', 'B', 'C'] = Field('none', description='a channel that stands still; C of hall')
+    dead_level: Literal['low', 'high'] = Field('low', description='where it stands still')
+    dead_from: Duration_s = Field(0.0, description='since the first sample [s]')
+    dead_for: Duration_s = Field(0.0, description='how long [s]; 0: to the end')
+    dead_every: Duration_s = Field(0.0, description='from one beginning to the next [s]; 0: once')
+    restart_at: Duration_s = Field(
+        0.0, description='the controller restarts with counters at zero, since the first sample [s]; 0: never'
+    )
+    wiring: Wiring = Field('straight', description='A and B swapped, or A inverted')
+    wheel: Side = Field('both', description='which has these faults')
+
+    @model_validator(mode='after')
+    def _check_dead_times(self) -> FaultParams:
+        if self.dead_every and not 0.0 < self.dead_for <= self.dead_every:
+            raise ValueError('dead_for above 0 and at most dead_every')
+        return self
+
+
+NO_FAULTS = FaultParams()
+
+
+class EncoderModel(Params):
+    """Sensor, gear and decoder of a wheel encoder.
+
+    Errors of size zero are left out. What differs from wheel to wheel is drawn from the trial's seed: the places of
+    edges and sensors, the phases of what repeats once or twice a turn, and where in the play the gear is.
+    """
+
+    sensor: Literal['quadrature', 'hall', 'single_channel', 'absolute'] = Field(
+        'quadrature', description='channels A and B; three of a motor; A alone; an angle'
+    )
+    lines: Optional[Annotated[int, Between(1, MOST_COUNTS_PER_TURN)]] = Field(
+        None, description="periods of a channel in a turn of the sensor's shaft; none: by ppr"
+    )
+    decoding: Literal['x1', 'x2', 'x4'] = Field('x4', description='counts per line: rising edges of A, all of A, all')
+    pole_pairs: Optional[Annotated[int, Between(1, 10_000)]] = Field(None, description='of hall: six counts each')
+    bits: Optional[Annotated[int, Between(1, 24, 'bits')]] = Field(
+        None, description='of absolute: 2^bits counts in a turn of its shaft'
+    )
+    side: Literal['wheel', 'motor'] = Field('wheel', description='of the gear, where the sensor is')
+    gear_ratio: Annotated[float, Between(1e-2, 1e4)] = Field(
+        1.0, description='turns of the motor per turn of the wheel'
+    )
+    backlash: Annotated[float, Between(0.0, 1.0, 'rad')] = Field(
+        0.0, description='play between motor and wheel, at the wheel [rad]'
+    )
+    direction: Literal['phases', 'command'] = Field(
+        'phases', description='of counting: by the order of edges, or by the commanded speed (always of single_channel)'
+    )
+    duty_cycle: Annotated[float, Between(0.1, 0.9)] = Field(
+        0.5, description='fraction of a line that a channel is high'
+    )
+    phase_error: Annotated[float, Between(-80.0, 80.0, 'degrees')] = Field(
+        0.0, description='B after A, minus 90 [electrical degrees]'
+    )
+    edge_error: Annotated[float, Between(0.0, 0.3, 'counts')] = Field(
+        0.0, description="standard deviation of each edge's place [counts]"
+    )
+    sensor_error: Annotated[float, Between(0.0, 20.0, 'degrees')] = Field(
+        0.0, description="of hall: standard deviation of each sensor's place [electrical degrees]"
+    )
+    eccentricity: Annotated[float, Between(0.0, 0.5, 'rad')] = Field(
+        0.0, description="amplitude of an error once per turn of the sensor's shaft [rad of it]"
+    )
+    first_harmonic: Annotated[float, Between(0.0, 20.0, 'degrees')] = Field(
+        0.0, description='of absolute: amplitude of its non-linearity once per turn [degrees of its shaft]'
+    )
+    second_harmonic: Annotated[float, Between(0.0, 20.0, 'degrees')] = Field(
+        0.0, description='of absolute: twice per turn'
+    )
+    noise: Annotated[float, Between(0.0, 1000.0, 'counts')] = Field(
+        0.0, description='of absolute: standard deviation of a reading [counts]'
+    )
+    hysteresis: Annotated[float, Between(0.0, 1000.0, 'counts')] = Field(
+        0.0, description='how far the sensor turns back before it shows that [counts]'
+    )
+    faults: FaultParams = NO_FAULTS
+
+    @model_validator(mode='after')
+    def _check_whole(self) -> EncoderModel:
+        for problem in (self._foreign_key(), self._shape_problem(), self._gear_problem(), self._fault_problem()):
+            if problem:
+                raise ValueError(problem)
+        return self
+
+    @property
+    def counts_per_shaft_turn(self) -> Optional[int]:
+        """Return the counts in a turn of the sensor's shaft; None where ppr tells."""
+        if self.sensor == 'hall':
+            return EDGES_PER_POLE_PAIR * self.pole_pairs if self.pole_pairs else None
+        if self.sensor == 'absolute':
+            return 2**self.bits if self.bits else None
+        return COUNTS_PER_LINE[self.decoding] * self.lines if self.lines else None
+
+    @property
+    def shaft_turns_per_wheel_turn(self) -> float:
+        """Return 1 where the sensor is on the wheel's side of the gear."""
+        return self.gear_ratio if self.side == 'motor' else 1.0
+
+    @property
+    def counts_per_wheel_turn(self) -> Optional[float]:
+        """Return the pulses per revolution of the wheel, which need not be whole; None where ppr tells."""
+        counts = self.counts_per_shaft_turn
+        return None if counts is None else counts * self.shaft_turns_per_wheel_turn
+
+    @property
+    def edges_per_count(self) -> int:
+        """Return how many of the sensor's edges a count takes."""
+        if self.sensor in ('hall', 'absolute'):
+            return 1
+        return EDGES_PER_LINE // COUNTS_PER_LINE[self.decoding]
+
+    @property
+    def counts_per_cycle(self) -> int:
+        """Return the counts after which the order of the sensor's channels repeats."""
+        return {'hall': EDGES_PER_POLE_PAIR, 'absolute': 1}.get(self.sensor, COUNTS_PER_LINE[self.decoding])
+
+    @property
+    def has_uneven_edges(self) -> bool:
+        """Return whether edges are in places of their own, which repeat with the shaft's turns."""
+        return bool(self.edge_error or self.sensor_error or self.edge_pattern())
+
+    def pulse_variance(self, counts_per_wheel_turn: float) -> float:
+        """Return what the sensor's errors add to the variance of a reading [pulses^2], beside the 1/12 of rounding.
+
+        The mean over a turn, docs/encoders.md; noise and play, which are over when the wheel has turned back, too.
+        """
+        counts_per_rad = counts_per_wheel_turn / (2.0 * math.pi)
+        of_shaft = counts_per_rad / self.shaft_turns_per_wheel_turn
+        waves_rad = (self.eccentricity, math.radians(self.first_harmonic), math.radians(self.second_harmonic))
+        variance = self.edge_error**2 + (self.sensor_error / 60.0) ** 2 + self.noise**2 + self.hysteresis**2 / 12.0
+        variance += sum((wave_rad * of_shaft) ** 2 / 2.0 for wave_rad in waves_rad)
+        return variance + (self.backlash * counts_per_rad) ** 2 / 12.0 + self._pattern_variance()
+
+    def edge_pattern(self) -> Optional[List[float]]:
+        """Return the places of a line's four edges, minus 0 to 3 [edges]; None where they are even."""
+        if self.sensor in ('hall', 'absolute') or (self.duty_cycle == 0.5 and self.phase_error == 0.0):
+            return None
+        longer, later = EDGES_PER_LINE * self.duty_cycle - 2.0, self.phase_error / 90.0
+        return [0.0, later, longer, later + longer]
+
+    def _pattern_variance(self) -> float:
+        """Return the variance [pulses^2] of the places of the edges that are counted."""
+        pattern = (self.edge_pattern() or [0.0])[:: self.edges_per_count]
+        mean = sum(pattern) / len(pattern)
+        return sum(((place - mean) / self.edges_per_count) ** 2 for place in pattern) / len(pattern)
+
+    def _foreign_key(self) -> str:
+        """Return what is wrong with a key of another sensor."""
+        of_sensors = {
+            'lines': ('quadrature', 'single_channel'),
+            'decoding': ('quadrature', 'single_channel'),
+            'duty_cycle': ('quadrature', 'single_channel'),
+            'phase_error': ('quadrature',),
+            'pole_pairs': ('hall',),
+            'sensor_error': ('hall',),
+            'bits': ('absolute',),
+            'first_harmonic': ('absolute',),
+            'second_harmonic': ('absolute',),
+            'noise': ('absolute',),
+        }
+        for key, sensors in of_sensors.items():
+            if self.sensor not in sensors and getattr(self, key) != type(self).model_fields[key].default:
+                return f'no {key} of sensor {self.sensor}; it is of {" and ".join(sensors)}'
+        if self.sensor == 'single_channel' and self.decoding == 'x4':
+            # The default of others; one channel has two edges.
+            return 'decoding x1 or x2 of sensor single_channel'
+        if self.sensor == 'absolute' and self.direction == 'command':
+            return 'direction phases of sensor absolute'
+        return ''
+
+    def _shape_problem(self) -> str:
+        places = [k + offset for k, offset in enumerate(self.edge_pattern() or [0.0] * EDGES_PER_LINE)]
+        if any(later - earlier < 0.05 for earlier, later in zip(places, [*places[1:], EDGES_PER_LINE])):
+            return (
+                'a duty_cycle and a phase_error that leave the edges in their order: A rises, B rises, A falls, B falls'
+            )
+        steepest = self.eccentricity + math.radians(self.first_harmonic + 2.0 * self.second_harmonic)
+        if steepest >= 1.0:
+            return 'an eccentricity and harmonics with which the shown angle rises with the true one'
+        return ''
+
+    def _gear_problem(self) -> str:
+        if self.side == 'wheel' and self.gear_ratio != 1.0:
+            return 'a gear_ratio with side: motor; on the wheel it changes nothing'
+        if self.side == 'wheel' and self.backlash:
+            return 'a backlash with side: motor; on the wheel nothing is seen of it'
+        counts = self.counts_per_shaft_turn
+        if counts is not None and counts > MOST_COUNTS_PER_TURN:
+            return f"at most {MOST_COUNTS_PER_TURN} counts in a turn of the sensor's shaft"
+        return ''
+
+    def _fault_problem(self) -> str:
+        faults = self.faults
+        channels = {'quadrature': 'AB', 'single_channel': 'A', 'hall': 'ABC', 'absolute': ''}[self.sensor]
+        if faults.dead_channel != 'none' and faults.dead_channel not in channels:
+            return f'faults.dead_channel {" or ".join(["none", *channels])} of sensor {self.sensor}'
+        if self.sensor == 'absolute' and (faults.missed or faults.extra or faults.max_count_rate):
+            return 'no missed, extra or max_count_rate of sensor absolute, which counts nothing'
+        if self.sensor in ('single_channel', 'absolute') and faults.wiring == 'swapped':
+            return f'faults.wiring straight or inverted of sensor {self.sensor}'
+        return ''
+
+
+def counts_per_turn(ppr: PerWheel, model: Optional[EncoderModel]) -> PerWheel:
+    """Return the counts per wheel revolution: the model's, where it says them, else `ppr`."""
+    counts = model.counts_per_wheel_turn if model else None
+    return ppr if counts is None else PerWheel(left=counts, right=counts)

@@ -1,0 +1,76 @@
+"""The way of a report from the motor controller to the host: late, lost, twice, or out of order."""
+
+from __future__ import annotations
+
+import heapq
+from typing import List, Literal, Optional, Tuple
+
+import numpy as np
+from pydantic import Field
+from typing_extensions import Annotated
+
+from diff_encoder_sim.base.bounded_numbers import Between, Fraction
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.base.typed_params import Params
+from diff_encoder_sim.encoders.encoder_sample import EncoderSample
+
+ShortDuration_s = Annotated[float, Between(0.0, 10.0, 's')]
+
+
+class ReportParams(Params):
+    """How reports come; left out, at once, each one, with the time of the sample."""
+
+    jitter: ShortDuration_s = Field(0.0, description='a sample is up to so much later than its boundary [s]')
+    latency: ShortDuration_s = Field(0.0, description='from sample to arrival, at least [s]')
+    latency_spread: ShortDuration_s = Field(0.0, description='and up to so much more, evenly [s]')
+    stamps: Literal['sample', 'arrival'] = Field('sample', description='the time in the stamp')
+    lost: Fraction = Field(0.0, description='fraction of the reports that never come')
+    repeated: Fraction = Field(0.0, description='fraction that come twice, the second time with the next report')
+    reordered: Fraction = Field(0.0, description='fraction that come only after the next report')
+
+
+PROMPT = ReportParams()
+
+
+class ReportLink:
+    """Delivers samples when the stamps of the joints have reached the time of their arrival."""
+
+    def __init__(self, params: ReportParams, period_s: float, rng: np.random.Generator) -> None:
+        """Prepare for samples each `period_s`."""
+        self._params, self._rng = params, rng
+        self._period_ns = period_s * NANOSECONDS_PER_SECOND
+        self._coming: List[Tuple[int, int, EncoderSample]] = []  # by arrival, then in order
+        self._sent = 0
+
+    def pass_on(self, now_ns: int, sample: Optional[EncoderSample]) -> List[EncoderSample]:
+        """Send a sample, and return what arrives up to now.
+
+        Args:
+            now_ns: the newest stamp of the joints.
+            sample: taken since the last call; None where none was.
+        """
+        if sample is not None:
+            self._send(sample)
+        arrived = []
+        while self._coming and self._coming[0][0] <= now_ns:
+            arrived.append(heapq.heappop(self._coming)[2])
+        return arrived
+
+    def _send(self, sample: EncoderSample) -> None:
+        params = self._params
+        lost, repeated, reordered, late = self._rng.random(4).tolist()
+        if lost < params.lost:
+            return
+        delay_ns = (params.latency + late * params.latency_spread) * NANOSECONDS_PER_SECOND
+        if reordered < params.reordered:
+            delay_ns += 1.5 * self._period_ns
+        self._deliver(sample, delay_ns)
+        if repeated < params.repeated:
+            self._deliver(sample, delay_ns + self._period_ns)
+
+    def _deliver(self, sample: EncoderSample, delay_ns: float) -> None:
+        arrival_ns = sample.stamp_ns + round(delay_ns)
+        if self._params.stamps == 'arrival':
+            sample = sample._replace(stamp_ns=arrival_ns)
+        self._sent += 1
+        heapq.heappush(self._coming, (arrival_ns, self._sent, sample))

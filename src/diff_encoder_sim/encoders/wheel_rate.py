@@ -1,0 +1,61 @@
+"""The wheel's speed as a motor controller measures it, from the times of edges.
+
+M, the counts of a period, needs no more than the counts: odometry computes it. T and M/T are from here
+(Ohmae et al., A microprocessor-controlled high-accuracy wide-range speed regulator for motor drives, IEEE
+Transactions on Industrial Electronics, 1982).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Literal, NamedTuple, Optional
+
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+
+VelocityMethod = Literal['M', 'T', 'MT']
+
+
+class TimedEdge(NamedTuple):
+    """An edge that was counted."""
+
+    time_ns: float
+    count: int  # that it led to
+    direction: int  # +1 forward, -1 backward
+
+
+class WheelRate:
+    """The mean speed between two edges: the last two (T), or the last ones of two reports (M/T)."""
+
+    def __init__(self, method: VelocityMethod, rad_per_count: float, clock_hz: float) -> None:
+        """Prepare for a clock that counts up each 1/`clock_hz`."""
+        self._is_t, self._rad_per_count = method == 'T', rad_per_count
+        self._tick_ns = NANOSECONDS_PER_SECOND / clock_hz
+        self._first: Optional[TimedEdge] = None  # of those that the speed is between
+        self._last: Optional[TimedEdge] = None
+        self._rate_radps = 0.0
+
+    def take_edges(self, one_before: Optional[TimedEdge], last: TimedEdge) -> None:
+        """Take the edges since the call before: the last one, and with it the one before where that is as new."""
+        if self._is_t:
+            self._first = one_before or self._last
+        self._last = last
+
+    def report(self, now_ns: int) -> float:
+        """Return the speed [rad/s] at a report; while no edge comes, no more than one count since the last one."""
+        if self._last is None:
+            return 0.0
+        if self._first is not None and self._first is not self._last:
+            self._rate_radps = self._between(self._first, self._last)
+        if not self._is_t:
+            self._first = self._last
+        since_s = (now_ns - self._last.time_ns) / NANOSECONDS_PER_SECOND
+        fastest_radps = self._rad_per_count / since_s if since_s > 0.0 else math.inf
+        return math.copysign(min(abs(self._rate_radps), fastest_radps), self._rate_radps)
+
+    def _between(self, first: TimedEdge, last: TimedEdge) -> float:
+        if self._is_t and first.direction != last.direction:
+            return 0.0  # the same edge, there and back
+        ticks = math.floor(last.time_ns / self._tick_ns) - math.floor(first.time_ns / self._tick_ns)
+        # Two edges in one tick: the fastest that the clock can show.
+        interval_s = max(ticks, 1) * self._tick_ns / NANOSECONDS_PER_SECOND
+        return (last.count - first.count) * self._rad_per_count / interval_s
