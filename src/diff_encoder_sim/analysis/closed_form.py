@@ -10,7 +10,7 @@ import numpy as np
 from diff_encoder_sim.analysis.dataset import RobotGeometry, TrialData
 from diff_encoder_sim.analysis.quantities import Quantity
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.odometry.odometry_covariance import quantisation_covariance
+from diff_encoder_sim.odometry.odometry_covariance import quantisation_covariance, reading_variance, residual_std
 from diff_encoder_sim.trials.trial_definition import Trial
 
 # A goal so near the line ahead [m], and so little turned [rad], is straight ahead.
@@ -27,9 +27,10 @@ def closed_form_std(requested: Trial, robot: RobotGeometry, ppr: float) -> np.nd
     The lateral one of a straight drive holds wherever it ends; of the heading, see `heading_std_rad`.
     """
     start, m_per_pulse = requested.test.start.pose(), math.pi * robot.wheel_diameter_m / ppr
-    covariance = quantisation_covariance(
-        requested.goal().relative_to(start), m_per_pulse, m_per_pulse, robot.wheel_separation_m
-    )
+    reading_m2 = reading_variance(m_per_pulse)
+    residual_m = residual_std(m_per_pulse, m_per_pulse)
+    goal = requested.goal().relative_to(start)
+    covariance = quantisation_covariance(goal, reading_m2, reading_m2, residual_m, robot.wheel_separation_m)
     turn = np.eye(3)
     turn[:2, :2] = _rotation(start)
     return np.sqrt(np.diag(turn @ covariance @ turn.T))

@@ -13,8 +13,8 @@ from diff_encoder_sim.encoders.decoder import CountsOfStates, counts_of_states
 from diff_encoder_sim.encoders.encoder_model import NO_FAULTS, EncoderModel
 from diff_encoder_sim.encoders.gear import Gear
 from diff_encoder_sim.encoders.pulses import pulses_from_angle
-from diff_encoder_sim.encoders.sensor import Sensor
 from diff_encoder_sim.encoders.wheel_rate import TimedEdge, WheelRate
+from diff_encoder_sim.encoders.wheel_sensor import Sensor
 
 
 class IdealWheel:
@@ -63,7 +63,7 @@ class CountingWheel:
         self._faulty = counts_of_states(model, model.faults.dead_channel != 'none', model.faults.wiring)
         self._faults = CountFaults(model.faults, rng) if model.faults != NO_FAULTS else None
         self._rate, self._edges_per_count = rate, model.edges_per_count
-        self._by_command = model.direction == 'command' or model.sensor == 'single_channel'
+        self._by_command = model.counts_by_command
         self._commanded = 1
         self._first_ns = 0
         self._turned: Optional[_Turned] = None

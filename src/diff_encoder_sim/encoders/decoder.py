@@ -79,7 +79,7 @@ def _steps_around(seen: Sequence[Levels], step: Step) -> List[int]:
 
 
 def _step_of(model: EncoderModel, states: Sequence[Levels]) -> Step:
-    if model.direction == 'command' or model.sensor == 'single_channel':
+    if model.counts_by_command:
         channels = 2 if model.sensor == 'quadrature' and model.decoding == 'x4' else 3 if model.sensor == 'hall' else 1
         only_rising = model.decoding == 'x1' and model.sensor != 'hall'
         return lambda before, after: _edges(before[:channels], after[:channels], only_rising)

@@ -154,6 +154,11 @@ class EncoderModel(Params):
         return {'hall': EDGES_PER_POLE_PAIR, 'absolute': 1}.get(self.sensor, COUNTS_PER_LINE[self.decoding])
 
     @property
+    def counts_by_command(self) -> bool:
+        """Return whether the commanded speeds tell the direction of counts."""
+        return self.direction == 'command' or self.sensor == 'single_channel'
+
+    @property
     def has_uneven_edges(self) -> bool:
         """Return whether edges are in places of their own, which repeat with the shaft's turns."""
         return bool(self.edge_error or self.sensor_error or self.edge_pattern())
@@ -240,7 +245,10 @@ class EncoderModel(Params):
         return ''
 
 
-def counts_per_turn(ppr: PerWheel, model: Optional[EncoderModel]) -> PerWheel:
+IDEAL_ENCODER = EncoderModel()
+
+
+def counts_per_turn(ppr: PerWheel, model: EncoderModel) -> PerWheel:
     """Return the counts per wheel revolution: the model's, where it says them, else `ppr`."""
-    counts = model.counts_per_wheel_turn if model else None
+    counts = model.counts_per_wheel_turn
     return ppr if counts is None else PerWheel(left=counts, right=counts)

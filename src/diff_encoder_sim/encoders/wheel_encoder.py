@@ -19,7 +19,7 @@ from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step
 from diff_encoder_sim.base.typed_params import Params, did_you_mean
 from diff_encoder_sim.encoders.counter import CounterModulus, wrap_count
 from diff_encoder_sim.encoders.counting_wheel import CountingWheel, IdealWheel
-from diff_encoder_sim.encoders.encoder_model import NO_FAULTS, EncoderModel, counts_per_turn
+from diff_encoder_sim.encoders.encoder_model import IDEAL_ENCODER, NO_FAULTS, EncoderModel, counts_per_turn
 from diff_encoder_sim.encoders.encoder_sample import EncoderSample
 from diff_encoder_sim.encoders.pulses import DEFAULT_PPR, PerWheel, PulsesPerRevolution
 from diff_encoder_sim.encoders.report_link import PROMPT, ReportLink, ReportParams
@@ -50,12 +50,14 @@ class EncoderParams(Params):
     left_reversed: bool = Field(False, description='the angle of the left joint falls when the robot drives forward')
     right_reversed: bool = Field(False, description='the angle of the right joint falls when the robot drives forward')
     counter_modulus: CounterModulus = 0
-    encoder: Optional[EncoderModel] = Field(
-        None, description='of both wheels; none: whole pulses of ppr, without errors'
-    )
+    encoder: EncoderModel = IDEAL_ENCODER
     report: ReportParams = PROMPT
-    velocity_method: VelocityMethod = 'M'
-    velocity_clock: Annotated[float, Between(1.0, 1e9, 'Hz')] = Field(1e6, description='that times edges [Hz]')
+    velocity_method: VelocityMethod = Field(
+        'M', description='of the twist: counts per period (M), time between edges (T), or both (MT)'
+    )
+    velocity_clock: Annotated[float, Between(1.0, 1e9, 'Hz')] = Field(
+        1e6, description='of the clock that times edges for T and MT [Hz]'
+    )
     seed: Seed = Field(0, description="of the encoders' errors: the trial's number")
 
     @model_validator(mode='after')
@@ -68,14 +70,14 @@ class EncoderParams(Params):
     def _check_whole_turns(self) -> EncoderParams:
         """Check that edges which are not even can repeat with the turns of the sensor's shaft."""
         model, ppr = self.encoder, self.counts_per_turn
-        if model is None or not model.has_uneven_edges:
+        if not model.has_uneven_edges:
             return self
         for wheel in (ppr.left, ppr.right):
             counts = wheel / model.shaft_turns_per_wheel_turn
             if abs(counts - round(counts)) > 1e-6 * counts or round(counts) % model.counts_per_cycle:
                 raise ValueError(
-                    f"a whole number of cycles, of {model.counts_per_cycle} counts each, in a turn of the sensor's shaft where edges are not "
-                    f'even, by lines, pole_pairs or bits; given {counts:g} counts'
+                    f"{model.counts_per_cycle} counts, or a multiple, in a turn of the sensor's shaft whose edges are "
+                    f'not even, by lines, pole_pairs or ppr; given {counts:g} counts'
                 )
         return self
 
@@ -111,8 +113,8 @@ class DiffEncoder:
 
     def _wheel(self, side: str, ppr: float) -> Union[IdealWheel, CountingWheel]:
         params = self.params
-        model = params.encoder or (EncoderModel() if params.velocity_method != 'M' else None)
-        if model is None:
+        model = params.encoder
+        if model == IDEAL_ENCODER and params.velocity_method == 'M':
             return IdealWheel(ppr)
         if model.faults.wheel not in ('both', side):
             model = model.model_copy(update={'faults': NO_FAULTS})

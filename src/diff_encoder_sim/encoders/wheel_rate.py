@@ -19,7 +19,7 @@ class TimedEdge(NamedTuple):
     """An edge that was counted."""
 
     time_ns: float
-    count: int  # that it led to
+    edge: int  # its number, or turning backward the one before: the count that it led to
     direction: int  # +1 forward, -1 backward
 
 
@@ -58,4 +58,4 @@ class WheelRate:
         ticks = math.floor(last.time_ns / self._tick_ns) - math.floor(first.time_ns / self._tick_ns)
         # Two edges in one tick: the fastest that the clock can show.
         interval_s = max(ticks, 1) * self._tick_ns / NANOSECONDS_PER_SECOND
-        return (last.count - first.count) * self._rad_per_count / interval_s
+        return (last.edge - first.edge) * self._rad_per_count / interval_s

@@ -11,7 +11,8 @@ from typing import Iterator, List, NamedTuple, Optional, Union
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
-from diff_encoder_sim.encoders.wheel_encoder import DiffEncoder
+from diff_encoder_sim.encoders.encoder_sample import EncoderSample
+from diff_encoder_sim.encoders.wheel_encoder import ReportingEncoder
 from diff_encoder_sim.localization.amcl import AmclEstimate
 from diff_encoder_sim.lockstep.driver import Driver
 from diff_encoder_sim.lockstep.latency import latency_ns
@@ -21,6 +22,7 @@ from diff_encoder_sim.lockstep.robot_params import RobotParams
 from diff_encoder_sim.lockstep.schedule import Schedule
 from diff_encoder_sim.lockstep.scripted_driver import ScriptedDriver
 from diff_encoder_sim.navigation.goal_status import Command, NavigatorOutput
+from diff_encoder_sim.odometry.mean_twist import wheel_speeds_mps
 from diff_encoder_sim.odometry.wheel_odometry import OdometryEstimate, WheelOdometry
 from diff_encoder_sim.simulation.periods import STATES_PERIOD_NS, TICK_NS
 from diff_encoder_sim.simulation.simulator import Simulator, SimulatorParams
@@ -60,7 +62,7 @@ class LockstepTrial:
         trial = self._trial = plan.trial
         self._publications = publications or Publications()
         self._simulator = Simulator(plan.world, robot_file, params.simulator, trial.test.start.pose(), trial.number)
-        self._encoder = DiffEncoder(params.encoder.model_copy(update={'ppr': trial.ppr}))
+        self._encoder = ReportingEncoder(params.encoder.model_copy(update={'ppr': trial.ppr, 'seed': trial.number}))
         self._odometry = WheelOdometry(params.odometry.model_copy(update={'ppr': trial.ppr}))
         self._odometry_latency_ns = latency_ns(params.latency.odometry)
         self._command_latency_ns = latency_ns(params.latency.command)
@@ -146,9 +148,10 @@ class LockstepTrial:
     def _read_joints(self) -> None:
         joints = self._simulator.joint_states()
         self._publications.joint_states(joints)
-        sample = self._encoder.update(*joints[:3])
-        if sample is None:
-            return
+        for sample in self._encoder.update(*joints[:3]):
+            self._take_report(sample)
+
+    def _take_report(self, sample: EncoderSample) -> None:
         self._publications.encoder_pulse(self._simulator.time_ns, sample)
         estimate = self._odometry.update(*sample)
         if estimate is not None:
@@ -191,7 +194,11 @@ class LockstepTrial:
 
     def _send(self, now_ns: int, command: Command, is_navigators: bool) -> None:
         self._publications.command(now_ns, command, is_navigators)
-        self._schedule.at(now_ns + self._command_latency_ns, lambda: self._simulator.command(*command))
+        self._schedule.at(now_ns + self._command_latency_ns, lambda: self._take_command(command))
+
+    def _take_command(self, command: Command) -> None:
+        self._simulator.command(*command)
+        self._encoder.take_command(*wheel_speeds_mps(*command, self._odometry.params.wheel_separation))
 
 
 def _check_supported(plan: TrialPlan) -> None:

@@ -7,8 +7,6 @@ from typing import NamedTuple, Tuple
 
 import numpy as np
 
-from diff_encoder_sim.odometry.odometry_covariance import PULSE_VARIANCE
-
 
 class MeanTwist(NamedTuple):
     """A twist over some interval, in base_link."""
@@ -21,6 +19,7 @@ class MeanTwist(NamedTuple):
 def mean_twist(
     pulses: Tuple[int, int],
     m_per_pulse: Tuple[float, float],
+    reading_vars_m2: Tuple[float, float],
     interval_s: float,
     wheel_separation_m: float,
     motion_noise: float,
@@ -32,6 +31,7 @@ def mean_twist(
     Args:
         pulses: left and right, within the interval.
         m_per_pulse: travel of each wheel per pulse.
+        reading_vars_m2: variance of each wheel's travel in one reading.
         interval_s: between the readings.
         wheel_separation_m: between the contact points.
         motion_noise: variance of a wheel's travel per metre of it [m^2/m].
@@ -42,8 +42,8 @@ def mean_twist(
     jacobian = _twist_by_travel(wheel_separation_m, interval_s)
     linear_mps, angular_radps = (jacobian @ travels_m).tolist()
     travel_variances = [
-        2.0 * PULSE_VARIANCE * wheel_m_per_pulse**2 + motion_noise * abs(travel_m)
-        for wheel_m_per_pulse, travel_m in zip(m_per_pulse, travels_m)
+        2.0 * reading_var_m2 + motion_noise * abs(travel_m)
+        for reading_var_m2, travel_m in zip(reading_vars_m2, travels_m)
     ]
     return MeanTwist(linear_mps, angular_radps, (jacobian * travel_variances) @ jacobian.T)
 
@@ -57,3 +57,9 @@ def _twist_by_travel(wheel_separation_m: float, interval_s: float) -> np.ndarray
     jacobian /= interval_s
     jacobian.setflags(write=False)
     return jacobian
+
+
+def wheel_speeds_mps(linear_mps: float, angular_radps: float, wheel_separation_m: float) -> Tuple[float, float]:
+    """Return the speeds of the left and right wheel in a twist of base_link, the axle's middle."""
+    half_mps = 0.5 * wheel_separation_m * angular_radps
+    return linear_mps - half_mps, linear_mps + half_mps

@@ -21,6 +21,21 @@ PULSE_VARIANCE = 1.0 / 12.0
 RESIDUAL_PULSES = 0.03
 
 
+def reading_variance(m_per_pulse: float, of_sensor: float = 0.0) -> float:
+    """Return the variance [m^2] of a wheel's travel as a reading has it.
+
+    Args:
+        m_per_pulse: travel of the wheel per pulse.
+        of_sensor: what the places of edges add to the variance of whole pulses [pulses^2].
+    """
+    return (PULSE_VARIANCE + of_sensor) * m_per_pulse**2
+
+
+def residual_std(left_m_per_pulse: float, right_m_per_pulse: float) -> float:
+    """Return the standard deviation [m] along x and along y of the rounding under way."""
+    return RESIDUAL_PULSES * max(left_m_per_pulse, right_m_per_pulse)
+
+
 def propagate_motion_noise(
     covariance: np.ndarray,
     yaw_rad: float,
@@ -96,15 +111,22 @@ def _covariance(columns: Iterable[Tuple[float, float, float]], variances: Iterab
 
 
 def quantisation_covariance(
-    base_pose_in_odom: Pose2D, left_m_per_pulse: float, right_m_per_pulse: float, wheel_separation_m: float
+    base_pose_in_odom: Pose2D, left_var_m2: float, right_var_m2: float, residual_m: float, wheel_separation_m: float
 ) -> np.ndarray:
-    """Return the 3x3 covariance of (x, y, yaw) that whole pulses cause: bounded, no random walk.
+    """Return the 3x3 covariance of (x, y, yaw) that reading whole pulses causes: bounded, no random walk.
 
     Each wheel is anywhere within a pulse twice: at the start and now. What remained of its
     pulse at the start turns and shifts the whole path about the start; what remains now turns
     and shifts the robot where it stands. In between, the rounding averages out. For a straight
     drive of length S this gives the lateral spread (S d/L) sqrt(1/6), and everywhere the heading
     spread (d/L) sqrt(1/3) (docs/adr/0002-odometry-covariance.md).
+
+    Args:
+        base_pose_in_odom: now.
+        left_var_m2: variance of the left wheel's travel in one reading, d^2 (1/12 + that of its edges' places).
+        right_var_m2: likewise.
+        residual_m: standard deviation along x and y of the rounding under way.
+        wheel_separation_m: between the contact points.
     """
     x_m, y_m, yaw_rad = base_pose_in_odom
     cos_yaw, sin_yaw = math.cos(yaw_rad), math.sin(yaw_rad)
@@ -119,6 +141,5 @@ def quantisation_covariance(
         (1.0, 0.0, 0.0),
         (0.0, 1.0, 0.0),
     )
-    left, right = PULSE_VARIANCE * left_m_per_pulse**2, PULSE_VARIANCE * right_m_per_pulse**2
-    residual = (RESIDUAL_PULSES * max(left_m_per_pulse, right_m_per_pulse)) ** 2
-    return _covariance(columns, (left, right, left, right, residual, residual))
+    residual = residual_m**2
+    return _covariance(columns, (left_var_m2, right_var_m2, left_var_m2, right_var_m2, residual, residual))

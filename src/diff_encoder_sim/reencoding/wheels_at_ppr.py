@@ -7,7 +7,7 @@ from typing import Optional, Tuple
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.encoders.encoder_sample import EncoderSample
 from diff_encoder_sim.encoders.pulses import PerWheel
-from diff_encoder_sim.encoders.wheel_encoder import DiffEncoder, EncoderParams
+from diff_encoder_sim.encoders.wheel_encoder import EncoderParams, ReportingEncoder
 from diff_encoder_sim.evaluation.trajectory_error import Alignment, PathComparison
 from diff_encoder_sim.odometry.wheel_odometry import OdometryEstimate, OdometryParams, WheelOdometry
 from diff_encoder_sim.reencoding.bag_output import ReencodedBag
@@ -25,7 +25,7 @@ class WheelsAtPpr:
         self.reports = 0
         self.bag: Optional[ReencodedBag] = None  # where messages are written; None: nowhere
         self.stamped_pose: Tuple[int, Pose2D] = (0, IDENTITY)  # the last, base in odom
-        self._encoder = DiffEncoder(encoder.model_copy(update={'ppr': ppr}))
+        self._encoder = ReportingEncoder(encoder.model_copy(update={'ppr': ppr}))
         self._odometry = WheelOdometry(odometry.model_copy(update={'ppr': ppr}))
 
     def update(self, time_ns: int, joints: JointValues) -> bool:
@@ -34,9 +34,12 @@ class WheelsAtPpr:
         Raises:
             InputFault: the encoder drops the message.
         """
-        sample = self._encoder.update(*joints)
-        if sample is None:
-            return False
+        has_moved = False
+        for sample in self._encoder.update(*joints):
+            has_moved = self._take_report(time_ns, sample) or has_moved
+        return has_moved
+
+    def _take_report(self, time_ns: int, sample: EncoderSample) -> bool:
         self.reports += 1
         estimate = self._odometry.update(*sample)
         self._write(time_ns, sample, estimate)

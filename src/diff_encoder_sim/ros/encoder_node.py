@@ -5,7 +5,7 @@ from __future__ import annotations
 from sensor_msgs.msg import JointState
 
 from diff_encoder_sim.base.errors import InputFault
-from diff_encoder_sim.encoders.wheel_encoder import DiffEncoder, EncoderParams
+from diff_encoder_sim.encoders.wheel_encoder import EncoderParams, ReportingEncoder
 from diff_encoder_sim.msg import EncoderPulse
 from diff_encoder_sim.odometry.wheel_odometry import OdometryParams
 from diff_encoder_sim.ros.conversions import encoder_pulse_message, ns_from_stamp
@@ -19,17 +19,17 @@ class EncoderNode:
     def __init__(self) -> None:
         params = node_params(EncoderParams, OdometryParams, part='config')
         self._joints = (params.left_joint, params.right_joint)
-        self._encoder = DiffEncoder(params)
+        self._encoder = ReportingEncoder(params)
         self._pulses = publisher('encoder_pulse', EncoderPulse)
         self._joint_states = stamped_subscriber('joint_states', JointState, self._on_joint_states)
 
     def _on_joint_states(self, message: JointState) -> None:
         try:
-            sample = self._encoder.update(ns_from_stamp(message.header.stamp), message.name, message.position)
+            samples = self._encoder.update(ns_from_stamp(message.header.stamp), message.name, message.position)
         except InputFault as fault:
             log.warning('%s: %s; message dropped', self._joint_states.resolved_name, fault)
             return
-        if sample is not None:
+        for sample in samples:
             self._pulses.publish(encoder_pulse_message(sample, self._joints))
 
 

@@ -8,7 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from diff_encoder_sim.base.se2 import Pose2D, move_along_arc
-from diff_encoder_sim.odometry.odometry_covariance import propagate_motion_noise, quantisation_covariance
+from diff_encoder_sim.odometry.odometry_covariance import (
+    propagate_motion_noise,
+    quantisation_covariance,
+    reading_variance,
+    residual_std,
+)
 
 SEPARATION_M = 0.4
 
@@ -18,6 +23,11 @@ def assert_equal_covariances(covariance, expected):
     sigmas = np.sqrt(np.diag(expected))
     assert (np.abs(covariance - expected) <= 1e-12 * np.outer(sigmas, sigmas)).all()
     assert (covariance == covariance.T).all()
+
+
+def quantisation(pose, left_m, right_m):
+    readings_m2 = reading_variance(left_m), reading_variance(right_m)
+    return quantisation_covariance(pose, *readings_m2, residual_std(left_m, right_m), SEPARATION_M)
 
 
 @given(st.floats(-30, 30), st.floats(-30, 30), st.floats(-9, 9), st.floats(1e-5, 0.1), st.floats(1e-5, 0.1))
@@ -32,7 +42,7 @@ def test_quantisation_covariance_is_that_of_four_roundings(x_m, y_m, yaw_rad, le
     jacobian, pulses_m2 = np.hstack([at_start, now]), np.square([left_m, right_m] * 2)
     residual_m2 = (0.03 * max(left_m, right_m)) ** 2
     expected = jacobian @ np.diag(pulses_m2 / 12) @ jacobian.T + np.diag([residual_m2, residual_m2, 0])
-    covariance = quantisation_covariance(Pose2D(x_m, y_m, yaw_rad), left_m, right_m, SEPARATION_M)
+    covariance = quantisation(Pose2D(x_m, y_m, yaw_rad), left_m, right_m)
     assert_equal_covariances(covariance, expected)
 
 
@@ -59,7 +69,7 @@ def test_motion_noise_is_carried_on_by_the_jacobians():
 
 def test_quantisation_covariance_is_the_closed_form_on_a_straight_line():
     d = math.pi * 0.2 / 90
-    covariance = quantisation_covariance(Pose2D(20.0, 0.0, 0.0), d, d, SEPARATION_M)
+    covariance = quantisation(Pose2D(20.0, 0.0, 0.0), d, d)
     assert math.sqrt(covariance[1, 1]) == pytest.approx(20 * d / SEPARATION_M * math.sqrt(1 / 6), rel=1e-5)
     assert math.sqrt(covariance[2, 2]) == pytest.approx(d / SEPARATION_M * math.sqrt(1 / 3))
     assert math.sqrt(covariance[2, 2]) * 180 / math.pi == pytest.approx(0.577, abs=5e-4)

@@ -21,7 +21,9 @@ def metres_per_pulse(ppr):
 
 
 def odometry(**params):
-    return WheelOdometry(OdometryParams.from_mapping({'max_wheel_speed': 1e9, **params}, 'test'))
+    return WheelOdometry(
+        OdometryParams.from_mapping({'max_wheel_speed': 1e9, 'max_wheel_acceleration': 1e9, **params}, 'test')
+    )
 
 
 def test_the_first_report_is_pose_zero_whatever_it_counts():
