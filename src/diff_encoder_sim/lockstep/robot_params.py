@@ -30,6 +30,7 @@ SET_BY_TRIALS = {
     'config.ppr': "the campaign's ppr",
     'config.ppr.left': "the campaign's ppr",
     'config.ppr.right': "the campaign's ppr",
+    'config.seed': "the trial's number",
     'amcl.initial_pose_x': "the test's start",
     'amcl.initial_pose_y': "the test's start",
     'amcl.initial_pose_a': "the test's start",

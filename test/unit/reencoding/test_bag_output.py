@@ -40,7 +40,7 @@ def test_bags_hold_what_the_nodes_would_have_published(tmp_path, bag):
 
 def test_a_trial_keeps_its_ppr_truth_and_result_through_rosbags_convert(tmp_path):
     """As --help promises: the PPR of --pulses is that of the recorded trial, also in a converted bag."""
-    samples = [(stamp_ns, counts) for stamp_ns, *counts in samples_of(angles_rad(501), 1024)]
+    samples = [(stamp_ns, counts) for stamp_ns, *counts, _ in samples_of(angles_rad(501), 1024)]
     rows = drive() + [('/encoder_pulse', stamp_ns, ROS1.pulses(stamp_ns, counts)) for stamp_ns, counts in samples]
     about = trial(ppr={'left': 1024, 'right': 1024}).model_dump_json()
     texts = [('/trial', 1, ROS1.text(about)), ('/trial_result', 1, ROS1.text('{"outcome": "succeeded"}'))]
