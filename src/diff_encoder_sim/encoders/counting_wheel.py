@@ -14,7 +14,7 @@ from diff_encoder_sim.encoders.encoder_model import NO_FAULTS, EncoderModel
 from diff_encoder_sim.encoders.gear import Gear
 from diff_encoder_sim.encoders.pulses import pulses_from_angle
 from diff_encoder_sim.encoders.wheel_rate import TimedEdge, WheelRate
-from diff_encoder_sim.encoders.wheel_sensor import Sensor
+from diff_encoder_sim.encoders.wheel_sensor import WheelSensor
 
 
 class IdealWheel:
@@ -58,7 +58,7 @@ class CountingWheel:
         """
         self._model = model
         self._gear = Gear(model.shaft_turns_per_wheel_turn, model.backlash, rng)
-        self._sensor = Sensor(model, ppr / model.shaft_turns_per_wheel_turn, rng)
+        self._sensor = WheelSensor(model, ppr / model.shaft_turns_per_wheel_turn, rng)
         self._sound = counts_of_states(model, False, model.faults.wiring)
         self._faulty = counts_of_states(model, model.faults.dead_channel != 'none', model.faults.wiring)
         self._faults = CountFaults(model.faults, rng) if model.faults != NO_FAULTS else None

@@ -19,7 +19,7 @@ class Wave(NamedTuple):
     phase_rad: float
 
 
-class Sensor:
+class WheelSensor:
     """Turns the shaft's angle into a place among the sensor's edges, of which there are a whole number in a turn."""
 
     def __init__(self, model: EncoderModel, counts_per_turn: float, rng: np.random.Generator) -> None:
@@ -91,9 +91,9 @@ def _edge_offsets(model: EncoderModel, counts: int, rng: np.random.Generator) ->
         # The edges of a cycle are the three sensors' in turn, twice.
         placed = rng.normal(0.0, model.sensor_error / (360.0 / EDGES_PER_POLE_PAIR), 3)
         offsets += placed[edges % 3]
-    # The edges of one count move together, so that they stay in their order.
     errors = rng.normal(0.0, model.edge_error * model.edges_per_count, counts)
-    return offsets + errors[edges // model.edges_per_count]
+    # Edges between those that are counted are moved in proportion, so that they stay in their order.
+    return offsets + np.interp(edges / model.edges_per_count, np.arange(counts + 1), np.append(errors, errors[0]))
 
 
 def _in_order(offsets: np.ndarray) -> np.ndarray:
