@@ -1,24 +1,44 @@
 #!/usr/bin/env python3
 """What one call of the core's components costs: the encoder for each joint message, the odometry
-for each report."""
+for each report; and what an encoder with all of its errors costs beside the ideal one."""
 
 from __future__ import annotations
 
 import argparse
 import math
 import time
-from typing import Callable, List, Sequence, Tuple
+from typing import Callable, Dict, List, Sequence, Tuple
 
 from checkout import print_header
 from tabulate import tabulate
 
-from diff_encoder_sim.encoders.wheel_encoder import DiffEncoder, EncoderParams
+from diff_encoder_sim.encoders.wheel_encoder import DiffEncoder, EncoderParams, ReportingEncoder
 from diff_encoder_sim.odometry.wheel_odometry import OdometryParams, WheelOdometry
 
 JOINTS = ('left_wheel_joint', 'right_wheel_joint')
 JOINT_PERIOD_NS = 10_000_000
 REPORT_PERIOD_NS = 50_000_000
 WHEEL_SPEED_RADPS = 4.5  # 0.45 m/s
+
+# What an encoder can have at a time: on the motor, with play, all errors of the sensor, faults, and a poor line.
+FULL = {
+    'lines': 12,
+    'gear_ratio': 34.0,
+    'side': 'motor',
+    'backlash': 0.01,
+    'duty_cycle': 0.45,
+    'phase_error': 10.0,
+    'edge_error': 0.05,
+    'eccentricity': 0.02,
+    'hysteresis': 0.1,
+    'faults': {'missed': 1e-3, 'extra': 1e-3, 'max_count_rate': 1e5, 'dead_channel': 'B', 'dead_from': 50.0},
+}
+REPORT = {'jitter': 0.002, 'latency': 0.01, 'latency_spread': 0.005, 'lost': 0.01, 'repeated': 0.01, 'reordered': 0.01}
+CHAINS: Dict[str, Dict] = {
+    'ideal': {},
+    'full': {'encoder': FULL, 'report': REPORT},
+    'full, speed by M/T': {'encoder': FULL, 'report': REPORT, 'velocity_method': 'MT'},
+}
 
 Arguments = List[Tuple]
 
@@ -52,6 +72,33 @@ def main() -> None:
         )
     )
     print('\nProcessor time. One encoder call in five is a report, as at 100 joint messages a second.')
+    _print_ratio(arguments)
+
+
+def _print_ratio(arguments: argparse.Namespace) -> None:
+    """Print encoder and odometry together for a joint message, with an ideal encoder and a full chain in turn."""
+    calls = _joint_messages(arguments.calls)
+    costs_us = {name: [] for name in CHAINS}
+    for _ in range(arguments.repeats):
+        for name, params in CHAINS.items():
+            costs_us[name].append(_cost_us(_encoder_and_odometry(params), calls))
+    ideal_us = min(costs_us['ideal'])
+    rows = [[name, f'{min(each):.1f}', f'{min(each) / ideal_us:.2f}'] for name, each in costs_us.items()]
+    print('\nEncoder and odometry, for each joint message at 100 Hz, reports at 20 Hz:\n')
+    print(
+        tabulate(rows, ['encoder', 'us', 'times the ideal'], disable_numparse=True, colalign=('left', 'right', 'right'))
+    )
+
+
+def _encoder_and_odometry(params: Dict) -> Callable:
+    encoder = ReportingEncoder(EncoderParams.from_mapping(params, 'benchmark'))
+    odometry = WheelOdometry(OdometryParams.from_mapping({'encoder': params.get('encoder', {})}, 'benchmark'))
+
+    def update(*joints) -> None:
+        for sample in encoder.update(*joints):
+            odometry.update(*sample)
+
+    return update
 
 
 def _cost_us(update: Callable, calls: Sequence[Tuple]) -> float:

@@ -93,7 +93,8 @@ def _edge_offsets(model: EncoderModel, counts: int, rng: np.random.Generator) ->
         offsets += placed[edges % 3]
     errors = rng.normal(0.0, model.edge_error * model.edges_per_count, counts)
     # Edges between those that are counted are moved in proportion, so that they stay in their order.
-    return offsets + np.interp(edges / model.edges_per_count, np.arange(counts + 1), np.append(errors, errors[0]))
+    offsets += np.interp(edges / model.edges_per_count, np.arange(counts + 1), np.append(errors, errors[0]))
+    return offsets
 
 
 def _in_order(offsets: np.ndarray) -> np.ndarray:

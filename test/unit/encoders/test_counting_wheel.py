@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from encoder_drives import counts
+from diff_encoder_sim.encoders.wheel_encoder import EncoderParams, ReportingEncoder
+from encoder_drives import JOINTS, TICK_NS, counts
 
 COUNT_RAD = 2.0 * math.pi / 1000
 
@@ -91,9 +92,6 @@ def test_a_dead_channel_counts_nothing_while_it_is_dead(times, counted):
 
 
 def test_by_the_command_the_sign_is_the_last_commanded_one():
-    from diff_encoder_sim.encoders.wheel_encoder import EncoderParams, ReportingEncoder
-    from encoder_drives import JOINTS, TICK_NS
-
     encoder = {'sensor': 'single_channel', 'decoding': 'x1', 'lines': 1000}
     reporting = ReportingEncoder(EncoderParams.from_mapping({'encoder': encoder, 'rate': 100.0}, 'test'))
     found = []
