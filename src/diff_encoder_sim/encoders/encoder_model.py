@@ -149,9 +149,11 @@ class EncoderModel(Params):
         return EDGES_PER_LINE // COUNTS_PER_LINE[self.decoding]
 
     @property
-    def counts_per_cycle(self) -> int:
-        """Return the counts after which the order of the sensor's channels repeats."""
-        return {'hall': EDGES_PER_POLE_PAIR, 'absolute': 1}.get(self.sensor, COUNTS_PER_LINE[self.decoding])
+    def counts_that_repeat(self) -> int:
+        """Return the counts after which the kinds of edges repeat: 1 where all are alike."""
+        if self.sensor_error:
+            return EDGES_PER_POLE_PAIR // 2
+        return COUNTS_PER_LINE[self.decoding] if self.edge_pattern() else 1
 
     @property
     def counts_by_command(self) -> bool:

@@ -74,9 +74,9 @@ class EncoderParams(Params):
             return self
         for wheel in (ppr.left, ppr.right):
             counts = wheel / model.shaft_turns_per_wheel_turn
-            if abs(counts - round(counts)) > 1e-6 * counts or round(counts) % model.counts_per_cycle:
+            if abs(counts - round(counts)) > 1e-6 * counts or round(counts) % model.counts_that_repeat:
                 raise ValueError(
-                    f"{model.counts_per_cycle} counts, or a multiple, in a turn of the sensor's shaft whose edges are "
+                    f"{model.counts_that_repeat} counts, or a multiple, in a turn of the sensor's shaft whose edges are "
                     f'not even, by lines, pole_pairs or ppr; given {counts:g} counts'
                 )
         return self

@@ -64,9 +64,9 @@ def test_a_bad_value_is_one_line(keys, words):
 
 def test_uneven_edges_need_a_whole_number_of_them():
     uneven = {'encoder': {'edge_error': 0.1}}
-    EncoderParams.from_mapping({'ppr': 40, **uneven}, 'config')
-    with pytest.raises(ConfigError, match='given 41 counts'):
-        EncoderParams.from_mapping({'ppr': 41, **uneven}, 'config')
+    EncoderParams.from_mapping({'ppr': 41, **uneven}, 'config')
+    with pytest.raises(ConfigError, match='4 counts, or a multiple.*given 41 counts'):
+        EncoderParams.from_mapping({'ppr': 41, 'encoder': {'duty_cycle': 0.4}}, 'config')
     with pytest.raises(ConfigError, match=r'given 1632\.67 counts'):
         EncoderParams.from_mapping({'ppr': 1632.67, **uneven}, 'config')
     motor = {'lines': 12, 'gear_ratio': 34.014, 'side': 'motor', 'edge_error': 0.1}

@@ -1,0 +1,156 @@
+#!/usr/bin/env python3
+"""What each error of an encoder does to the odometry of a straight drive: over seeds, beside its closed form.
+
+The wheels turn evenly, from phases drawn by the seed; encoder and odometry are those of the nodes. In brackets the 99 %
+interval of what was measured. docs/encoders.md derives the closed forms.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from typing import Dict, List, NamedTuple
+
+import numpy as np
+from checkout import ROOT, print_header
+from scipy import stats
+from tabulate import tabulate
+
+sys.path.insert(0, str(ROOT / 'test' / 'support'))
+
+from encoder_drives import RADIUS_M, SEPARATION_M, drive, m_per_pulse, straight_drive
+
+LENGTH_M, SPEED_MPS = 20.0, 0.9
+CONFIDENCE = 0.99
+
+
+class Case(NamedTuple):
+    """An error, what is measured of it, and what the closed form says."""
+
+    name: str
+    ppr: float
+    encoder: Dict
+    measure: str  # one of MEASURES
+    expected: float  # [mm], [mrad]
+
+
+def _across(ppr: float, variance: float) -> float:
+    return 1e3 * LENGTH_M * m_per_pulse(ppr) / SEPARATION_M * math.sqrt(variance)
+
+
+def _cases() -> List[Case]:
+    cases = []
+    for ppr in (90, 1024):
+        cases.append(Case('none', ppr, {}, 'y', _across(ppr, 1 / 6)))
+        for sigma in (0.1, 0.3):
+            error = {'edge_error': sigma}
+            cases.append(Case(f'edges, {sigma} counts', ppr, error, 'y', _across(ppr, 1 / 6 + 2 * sigma**2)))
+    hall = {'sensor': 'hall', 'sensor_error': 6.0}
+    cases.append(Case('hall sensors, 6 degrees', 90, hall, 'y', _across(90, 1 / 6 + 2 * 0.1**2)))
+    for amplitude_rad in (0.005, 0.02):
+        expected = 1e3 * LENGTH_M * RADIUS_M * amplitude_rad / SEPARATION_M
+        cases.append(Case(f'eccentricity, {amplitude_rad} rad', 4096, {'eccentricity': amplitude_rad}, 'y', expected))
+    for missed in (0.001, 0.01):
+        variance_m2 = 2 * LENGTH_M * m_per_pulse(1024) * missed * (1 - missed)
+        heading_rad = math.sqrt(variance_m2) / SEPARATION_M
+        faults = {'faults': {'missed': missed}}
+        cases.append(Case(f'missed, {missed:g}', 1024, faults, 'short', 1e3 * LENGTH_M * missed))
+        cases.append(Case(f'missed, {missed:g}', 1024, faults, 'yaw', 1e3 * heading_rad))
+        cases.append(Case(f'missed, {missed:g}', 1024, faults, 'y', 1e3 * heading_rad * LENGTH_M / math.sqrt(3)))
+    return cases
+
+
+MEASURES = {'y': 'sd of y [mm]', 'yaw': 'sd of yaw [mrad]', 'short': 'short by, mean [mm]'}
+
+
+def main() -> None:
+    """Print the tables."""
+    arguments = _arguments()
+    print_header(f'Errors of encoders, {LENGTH_M:g} m straight, {arguments.seeds} seeds')
+    rows, inside = [], []
+    for case in _cases():
+        low, found, high = _measured(case, arguments.seeds)
+        inside.append(low <= case.expected <= high)
+        rows.append(
+            [
+                case.name,
+                f'{case.ppr:g}',
+                MEASURES[case.measure],
+                f'{case.expected:.2f}',
+                f'{found:.2f} ({low:.2f} to {high:.2f})',
+                'yes' if inside[-1] else 'NO',
+            ]
+        )
+    headers = ['error', 'PPR', 'of odometry', 'closed form', 'measured', 'inside']
+    print(tabulate(rows, headers, disable_numparse=True, colalign=('left', 'right', 'left', 'right', 'right', 'left')))
+    print(f'\n{sum(inside)} of {len(inside)} closed forms are inside the 99 % interval.\n')
+    _print_backlash()
+    _print_count_rates()
+
+
+def _measured(case: Case, seeds: int) -> np.ndarray:
+    """Return the lower end of the interval, the estimate, and its upper end."""
+    poses = np.array(
+        [
+            straight_drive(LENGTH_M, seed, case.ppr, case.encoder, speed_mps=SPEED_MPS).base_pose_in_odom
+            for seed in range(seeds)
+        ]
+    )
+    x_m, y_m, yaw_rad = poses.T
+    tail = (1.0 - CONFIDENCE) / 2.0
+    if case.measure == 'short':
+        # The heading's error shortens x, too; the way along the path is what counts.
+        short_m = LENGTH_M - x_m - np.square(yaw_rad) * LENGTH_M / 6.0
+        half = stats.norm.ppf(1.0 - tail) * short_m.std(ddof=1) / math.sqrt(seeds)
+        return 1e3 * np.array([short_m.mean() - half, short_m.mean(), short_m.mean() + half])
+    return 1e3 * _std_interval({'y': y_m, 'yaw': yaw_rad}[case.measure], tail)
+
+
+def _std_interval(values: np.ndarray, tail: float) -> np.ndarray:
+    """By resampling: quantisation's errors are not Gaussian."""
+    rng = np.random.default_rng(0)
+    drawn = rng.choice(values, (2000, len(values))).std(axis=1, ddof=1)
+    low, high = np.quantile(drawn, [tail, 1.0 - tail])
+    return np.array([low, values.std(ddof=1), high])
+
+
+def _print_backlash() -> None:
+    """Print the heading's error after each reversal of the left wheel."""
+    rows = []
+    for backlash_rad in (0.01, 0.05):
+        one_way = np.linspace(0.0, 20.0, 1000)
+        there_and_back = np.concatenate([one_way, one_way[::-1], one_way, one_way[::-1]])
+        turned = np.column_stack([there_and_back, np.zeros(len(there_and_back))])
+        encoder = {'lines': 1000, 'side': 'motor', 'gear_ratio': 10.0, 'backlash': backlash_rad}
+        yaw_rad = np.array([estimate.base_pose_in_odom.yaw_rad for estimate in drive(turned, 1, 90, encoder)])
+        true_rad = -RADIUS_M * there_and_back[::5][: len(yaw_rad)] / SEPARATION_M
+        error_rad = np.array([math.remainder(error, 2.0 * math.pi) for error in yaw_rad - true_rad])
+        middles = [1e3 * error_rad[100 + 200 * leg] for leg in range(4)]
+        steps = ', '.join(f'{step:+.3f}' for step in np.diff(middles))
+        rows.append([f'{backlash_rad:g}', f'{1e3 * RADIUS_M * backlash_rad / SEPARATION_M:.3f}', steps])
+    headers = ['backlash [rad]', 'closed form r b / L [mrad]', 'heading after each reversal [mrad]']
+    print(tabulate(rows, headers, disable_numparse=True, stralign='right'))
+
+
+def _print_count_rates() -> None:
+    """Print how fast a robot seems to be above the count-rate limit."""
+    rows = []
+    for rate in (500.0, 1000.0, 5000.0):
+        limit_mps = rate * m_per_pulse(1024)
+        faults = {'faults': {'max_count_rate': rate}}
+        travelled_m = straight_drive(LENGTH_M, 1, 1024, faults, speed_mps=SPEED_MPS).base_pose_in_odom.x_m
+        seems_mps = travelled_m / LENGTH_M * SPEED_MPS
+        rows.append([f'{rate:g}', f'{min(limit_mps, SPEED_MPS):.4f}', f'{seems_mps:.4f}'])
+    headers = ['counts/s', f'closed form min(v, f d) [m/s], v {SPEED_MPS}', 'measured']
+    print(f'\n{tabulate(rows, headers, disable_numparse=True, stralign="right")}')
+
+
+def _arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('--seeds', type=int, default=400)
+    return parser.parse_args()
+
+
+if __name__ == '__main__':
+    main()
