@@ -3,6 +3,7 @@
 import fuzz_amcl
 import fuzz_bags
 import fuzz_campaigns
+import fuzz_encoders
 import fuzz_lockstep
 import fuzz_maps
 import fuzz_replay
@@ -14,6 +15,7 @@ from sandbox import Limits
 
 AREAS = (
     Area('amcl', fuzz_amcl.run, fuzz_amcl.warm_up),
+    Area('encoders', fuzz_encoders.run, fuzz_encoders.warm_up),
     Area('lockstep', fuzz_lockstep.run, fuzz_lockstep.warm_up, Limits(cpu_s=60)),
     Area('worlds', fuzz_worlds.run, fuzz_worlds.warm_up),
     Area('robots', fuzz_robots.run, fuzz_robots.warm_up),

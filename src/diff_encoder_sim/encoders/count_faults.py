@@ -9,6 +9,9 @@ import numpy as np
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.encoders.encoder_model import FaultParams
 
+# More in one call are no motion but a jump of the angle: their number alone is drawn.
+MOST_ONE_BY_ONE = 100_000
+
 
 class HitCounts:
     """Chooses some of the counts, one by one or in bursts, however they are split into calls."""
@@ -22,11 +25,13 @@ class HitCounts:
             rng: draws the distances between bursts and their lengths, both geometric.
         """
         self._mean_gap = burst * (1.0 - fraction) / fraction
-        self._burst, self._rng = burst, rng
+        self._fraction, self._burst, self._rng = fraction, burst, rng
         self._in_gap, self._in_burst = self._draw_gap(), 0
 
     def take(self, counts: int) -> int:
         """Return how many of the next `counts` are chosen."""
+        if counts * self._fraction > MOST_ONE_BY_ONE:
+            return int(self._rng.binomial(counts, self._fraction))
         chosen = 0
         while counts > 0:
             if self._in_burst == 0 and self._in_gap >= counts:

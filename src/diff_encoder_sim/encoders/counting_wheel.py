@@ -132,7 +132,9 @@ class CountingWheel:
         is_new = one_before > first if direction > 0 else one_before <= first
 
         def timed(edge: int) -> TimedEdge:
-            passed = (self._sensor.place_of_edge(edge * edges) - before.place) / (now.place - before.place)
+            way = now.place - before.place
+            # Noise changes the state of a wheel that stands: when, nobody can tell.
+            passed = (self._sensor.place_of_edge(edge * edges) - before.place) / way if way else 1.0
             time_ns = before.stamp_ns + min(max(passed, 0.0), 1.0) * (now.stamp_ns - before.stamp_ns)
             return TimedEdge(time_ns, edge if direction > 0 else edge - 1, direction)
 

@@ -23,7 +23,8 @@ BurstLength = Annotated[float, Between(1.0, 1e6, 'counts')]
 COUNTS_PER_LINE = {'x1': 1, 'x2': 2, 'x4': 4}
 EDGES_PER_LINE = 4
 EDGES_PER_POLE_PAIR = 6
-MOST_COUNTS_PER_TURN = 2**24
+# Beyond any encoder that is sold; the places of so many edges fit into the memory.
+MOST_COUNTS_PER_TURN = 2**20
 
 
 class FaultParams(Params):
@@ -203,6 +204,7 @@ class EncoderModel(Params):
             'first_harmonic': ('absolute',),
             'second_harmonic': ('absolute',),
             'noise': ('absolute',),
+            'edge_error': ('quadrature', 'hall', 'single_channel'),
         }
         for key, sensors in of_sensors.items():
             if self.sensor not in sensors and getattr(self, key) != type(self).model_fields[key].default:
@@ -231,7 +233,7 @@ class EncoderModel(Params):
         if self.side == 'wheel' and self.backlash:
             return 'a backlash with side: motor; on the wheel nothing is seen of it'
         counts = self.counts_per_shaft_turn
-        if counts is not None and counts > MOST_COUNTS_PER_TURN:
+        if self.sensor != 'absolute' and counts is not None and counts > MOST_COUNTS_PER_TURN:
             return f"at most {MOST_COUNTS_PER_TURN} counts in a turn of the sensor's shaft"
         return ''
 

@@ -19,7 +19,13 @@ from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step
 from diff_encoder_sim.base.typed_params import Params, did_you_mean
 from diff_encoder_sim.encoders.counter import CounterModulus, wrap_count
 from diff_encoder_sim.encoders.counting_wheel import CountingWheel, IdealWheel
-from diff_encoder_sim.encoders.encoder_model import IDEAL_ENCODER, NO_FAULTS, EncoderModel, counts_per_turn
+from diff_encoder_sim.encoders.encoder_model import (
+    IDEAL_ENCODER,
+    MOST_COUNTS_PER_TURN,
+    NO_FAULTS,
+    EncoderModel,
+    counts_per_turn,
+)
 from diff_encoder_sim.encoders.encoder_sample import EncoderSample
 from diff_encoder_sim.encoders.pulses import DEFAULT_PPR, PerWheel, PulsesPerRevolution
 from diff_encoder_sim.encoders.report_link import PROMPT, ReportLink, ReportParams
@@ -74,10 +80,11 @@ class EncoderParams(Params):
             return self
         for wheel in (ppr.left, ppr.right):
             counts = wheel / model.shaft_turns_per_wheel_turn
-            if abs(counts - round(counts)) > 1e-6 * counts or round(counts) % model.counts_that_repeat:
+            is_whole = abs(counts - round(counts)) <= 1e-6 * counts and round(counts) % model.counts_that_repeat == 0
+            if not is_whole or counts > MOST_COUNTS_PER_TURN:
                 raise ValueError(
-                    f"{model.counts_that_repeat} counts, or a multiple, in a turn of the sensor's shaft whose edges are "
-                    f'not even, by lines, pole_pairs or ppr; given {counts:g} counts'
+                    f'{model.counts_that_repeat} counts, or a multiple up to {MOST_COUNTS_PER_TURN}, in a turn of the '
+                    f"sensor's shaft whose edges are not even, by lines, pole_pairs or ppr; given {counts:g} counts"
                 )
         return self
 
