@@ -14,6 +14,10 @@ from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 
 VelocityMethod = Literal['M', 'T', 'MT']
 
+# As where the timer of a motor controller overflows: no edge for so long is standstill. The speed was at most one count
+# in this time, 0.3 rad/s at 40 PPR.
+STANDSTILL_AFTER_S = 0.5
+
 
 class TimedEdge(NamedTuple):
     """An edge that was counted."""
@@ -41,7 +45,7 @@ class WheelRate:
         self._last = last
 
     def report(self, now_ns: int) -> float:
-        """Return the speed [rad/s] at a report; while no edge comes, no more than one count since the last one."""
+        """Return the speed [rad/s] at a report; while no edge comes, at most a count since the last one, then zero."""
         if self._last is None:
             return 0.0
         if self._first is not None and self._first is not self._last:
@@ -49,6 +53,8 @@ class WheelRate:
         if not self._is_t:
             self._first = self._last
         since_s = (now_ns - self._last.time_ns) / NANOSECONDS_PER_SECOND
+        if since_s > STANDSTILL_AFTER_S:
+            return 0.0
         fastest_radps = self._rad_per_count / since_s if since_s > 0.0 else math.inf
         return math.copysign(min(abs(self._rate_radps), fastest_radps), self._rate_radps)
 
