@@ -17,8 +17,8 @@ def is_restart(
 ) -> bool:
     """Return whether both counters are as near zero as the wheels can have turned, and going on needs too much of one.
 
-    One controller has both, so a jump of one counter alone is none. Where both were near zero before, a restart is no
-    loss and cannot be told from a jerk.
+    One controller has both, so a jump of one counter alone is none. Where both were near zero before, a restart loses
+    no more than a jerk that is taken for one.
 
     Args:
         counts_before: left and right counter at the last report, signed.
@@ -34,5 +34,5 @@ def is_restart(
         abs(count) <= abs(before) + most + ROUNDING_PULSES
         for count, before, most in zip(counts, pulses_before, most_change)
     )
-    were_far = any(abs(count) > 2.0 * (most + ROUNDING_PULSES) for count, most in zip(counts_before, most_change))
+    were_far = any(abs(count) > most + ROUNDING_PULSES for count, most in zip(counts_before, most_change))
     return were_far and near_zero and not went_on

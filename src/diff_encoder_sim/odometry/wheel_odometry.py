@@ -36,8 +36,9 @@ from diff_encoder_sim.odometry.odometry_covariance import (
 
 log = logging.getLogger(__name__)
 
-# Reports come at 20 Hz or so; one that is further back than this belongs to a new run.
-LATE_REPORT_TOLERANCE_NS = 100_000_000
+# A report that others have overtaken is ignored; one that is further back than this belongs to a new run. At 5 Hz one
+# that comes after the next is 0.2 s back.
+LATE_REPORT_TOLERANCE_NS = 500_000_000
 
 
 class OdometryParams(Params):
