@@ -19,14 +19,16 @@ from diff_encoder_sim.cli.reencode_sources import check_wheel_options
 from diff_encoder_sim.cli.reencode_wheels import bag_wheels, csv_wheels
 from diff_encoder_sim.encoders.pulses import PerWheel, ppr_label
 from diff_encoder_sim.recording.bag_source import open_source
+from diff_encoder_sim.recording.topics import CMD_VEL
 from diff_encoder_sim.recording.trial_metadata import trial_of_source
 from diff_encoder_sim.reencoding.bag_output import ReencodedBag
 from diff_encoder_sim.reencoding.csv_stream import CsvStream
-from diff_encoder_sim.reencoding.reencoder import DriveSummary, Reencoder
+from diff_encoder_sim.reencoding.reencoder import DriveSummary, Reencoder, has_commands
 from diff_encoder_sim.reencoding.reference import Reference, find_reference
 from diff_encoder_sim.reencoding.result_table import csv_table, text_table
 from diff_encoder_sim.reencoding.wheel_source import DriveStream, WheelSource
 from diff_encoder_sim.reencoding.wheels_at_ppr import WheelsAtPpr
+from diff_encoder_sim.serialization.message_types import TWIST
 from diff_encoder_sim.trials.trial_definition import Trial
 
 LEGEND = """\
@@ -145,6 +147,8 @@ def notes_on(drive: RecordedDrive, runs: Sequence[WheelsAtPpr], summary: DriveSu
     notes = [*drive.wheels.notes(), *summary.faults]
     if drive.robot.is_guessed():
         notes.append('neither the bag nor --robot says which wheels these are: those of config/config.yaml are used')
+    if any(run.counts_by_command for run in runs) and not has_commands(drive.stream):
+        notes.append(f'no {CMD_VEL} of {TWIST}, by which the encoder counts: all counts are forward')
     if drive.stream.fault:
         notes.append(f'{drive.stream.fault}; what can be read is used')
     if drive.reference and not any(run.comparison.result() for run in runs):

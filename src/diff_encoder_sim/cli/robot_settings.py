@@ -21,6 +21,9 @@ from diff_encoder_sim.lockstep.robot_params import check_key
 
 LARGEST_INT = 2**31 - 1
 
+# What campaigns set by themselves, and launch files by their arguments.
+SET_BY_ARGUMENTS = (OWN_PPR, 'config.seed')
+
 
 def main(arguments: Optional[Sequence[str]] = None) -> None:
     """Run the command line."""
@@ -63,7 +66,7 @@ def launch_arguments(words: List[str]) -> Dict[str, Any]:
         key, separator, text = word.partition(':=')
         if not (key and separator):
             raise ConfigError(f'arguments: given {word!r}; allowed: FILE.KEY:=VALUE')
-        if key != OWN_PPR:
+        if key not in SET_BY_ARGUMENTS:
             check_key(key)
         if text:
             values[key] = yaml_value(text, key)

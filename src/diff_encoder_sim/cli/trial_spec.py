@@ -26,6 +26,7 @@ from diff_encoder_sim.cli.robot_arguments import ROBOT_HELP
 from diff_encoder_sim.cli.stopping_spread import name_stopping_of_trial
 from diff_encoder_sim.cli.trial_robot_check import check_robot_of_trial
 from diff_encoder_sim.encoders.pulses import DEFAULT_PPR, PulsesPerRevolution, ppr_label
+from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 from diff_encoder_sim.lockstep.robot_params import RobotParams
 from diff_encoder_sim.mapping.map_files import load_map
 from diff_encoder_sim.mapping.occupancy_grid import OCCUPIED, UNKNOWN
@@ -85,6 +86,7 @@ def plan(options: argparse.Namespace) -> LivePlan:
     }
     rates = {
         'report_rate': _report_rate_hz(options, robot.params),
+        'report_delay': _report_delay_s(options, robot.params.encoder),
         'command_period': _command_period_s(options, robot.params),
     }
     return LivePlan.from_mapping({'trial': trial, 'slam': options.slam, **files, **rates}, '')
@@ -108,9 +110,16 @@ def _report_rate_hz(options: argparse.Namespace, robot: RobotParams) -> float:
     return robot.encoder.rate if options.odom == 'encoder' else STATES_RATE_HZ
 
 
+def _report_delay_s(options: argparse.Namespace, encoder: EncoderParams) -> float:
+    return encoder.report.longest_delay_s(1.0 / encoder.rate) if options.odom == 'encoder' else 0.0
+
+
 def _command_period_s(options: argparse.Namespace, robot: RobotParams) -> float:
-    """Return the period of the commands that the simulator waits for: upstream's move_base sends its when it can."""
-    if options.nav == 'embedded':
+    """Return the period of the commands that the simulator waits for; 0 where they do not come in each period.
+
+    Upstream's move_base sends its when it can, and nothing answers a report that is lost.
+    """
+    if options.nav == 'embedded' and robot.encoder.report.are_even:
         return robot.navigator.control_period_s
     return STATES_PERIOD_S if options.nav == 'scripted' else 0.0
 

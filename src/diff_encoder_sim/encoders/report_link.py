@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import heapq
+import math
 from typing import List, Literal, Optional, Tuple
 
 import numpy as np
@@ -16,6 +17,15 @@ from diff_encoder_sim.encoders.encoder_sample import EncoderSample
 
 ShortDuration_s = Annotated[float, Between(0.0, 10.0, 's')]
 
+# Samples keep their order: none is as late as the next one's boundary.
+MOST_JITTER_PERIODS = 0.9
+
+# A report that comes after the next one comes half a period after it.
+REORDERED_PERIODS = 1.5
+
+# So many reports are lost in a row only once in a million, and hardly ever more than that many.
+_RARE, _MOST_IN_A_ROW = 1e-6, 100
+
 
 class ReportParams(Params):
     """How reports come; left out, at once, each one, with the time of the sample."""
@@ -27,6 +37,23 @@ class ReportParams(Params):
     lost: Fraction = Field(0.0, description='fraction of the reports that never come')
     repeated: Fraction = Field(0.0, description='fraction that come twice, the second time with the next report')
     reordered: Fraction = Field(0.0, description='fraction that come only after the next report')
+
+    @property
+    def are_even(self) -> bool:
+        """Return whether a report comes in each period, and each one after the same time."""
+        return not (self.jitter or self.latency_spread or self.lost or self.reordered)
+
+    def jitter_within_s(self, period_s: float) -> float:
+        """Return by how much a sample may be late [s], for samples each `period_s`."""
+        return min(self.jitter, MOST_JITTER_PERIODS * period_s)
+
+    def longest_delay_s(self, period_s: float) -> float:
+        """Return by when a report or a later one has come, but for rare cases, from its boundary [s]."""
+        periods = REORDERED_PERIODS if self.reordered else 0.0
+        if self.lost:
+            in_a_row = math.log(_RARE) / math.log(self.lost) if self.lost < 1.0 else math.inf
+            periods += math.ceil(min(in_a_row, _MOST_IN_A_ROW))
+        return self.jitter_within_s(period_s) + self.latency + self.latency_spread + periods * period_s
 
 
 PROMPT = ReportParams()
@@ -63,7 +90,7 @@ class ReportLink:
             return
         delay_ns = (params.latency + late * params.latency_spread) * NANOSECONDS_PER_SECOND
         if reordered < params.reordered:
-            delay_ns += 1.5 * self._period_ns
+            delay_ns += REORDERED_PERIODS * self._period_ns
         self._deliver(sample, delay_ns)
         if repeated < params.repeated:
             self._deliver(sample, delay_ns + self._period_ns)

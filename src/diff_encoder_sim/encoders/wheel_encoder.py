@@ -41,8 +41,7 @@ LARGEST_ANGLE_RAD = 1e9
 # After so many messages in a row without a newer stamp, the publisher does not set it.
 STAMPS_STAND_STILL_AFTER = 100
 
-# Samples keep their order: none is as late as the next one's boundary. So many draws, then again.
-MOST_JITTER_PERIODS = 0.9
+# So many draws of samples' jitter, then again.
 JITTERS = 1024
 
 
@@ -58,9 +57,7 @@ class EncoderParams(Params):
     counter_modulus: CounterModulus = 0
     encoder: EncoderModel = IDEAL_ENCODER
     report: ReportParams = PROMPT
-    velocity_method: VelocityMethod = Field(
-        'M', description='of the twist: counts per period (M), time between edges (T), or both (MT)'
-    )
+    velocity_method: VelocityMethod = 'M'
     velocity_clock: Annotated[float, Between(1.0, 1e9, 'Hz')] = Field(
         1e6, description='of the clock that times edges for T and MT [Hz]'
     )
@@ -132,7 +129,7 @@ class DiffEncoder:
 
     def _jitters_ns(self) -> Tuple[int, ...]:
         """Draw how late samples are: the same for both wheels, which one controller reads."""
-        jitter_s = min(self.params.report.jitter, MOST_JITTER_PERIODS / self.params.rate)
+        jitter_s = self.params.report.jitter_within_s(1.0 / self.params.rate)
         if not jitter_s:
             return ()
         drawn_s = generator(self.params.seed, 'encoder_jitter').uniform(0.0, jitter_s, JITTERS)

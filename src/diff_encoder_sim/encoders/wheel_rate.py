@@ -10,9 +10,15 @@ from __future__ import annotations
 import math
 from typing import Literal, NamedTuple, Optional
 
+from pydantic import Field
+from typing_extensions import Annotated
+
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 
-VelocityMethod = Literal['M', 'T', 'MT']
+VelocityMethod = Annotated[
+    Literal['M', 'T', 'MT'],
+    Field(description='of the twist: counts per period (M), time between edges (T), or both (MT)'),
+]
 
 # As where the timer of a motor controller overflows: no edge for so long is standstill. The speed was at most one count
 # in this time, 0.3 rad/s at 40 PPR.

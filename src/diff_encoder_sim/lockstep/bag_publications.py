@@ -22,7 +22,7 @@ from diff_encoder_sim.recording import topics
 from diff_encoder_sim.recording.trial_bag import TrialBag
 from diff_encoder_sim.serialization.basic_messages import encode_clock, encode_command, encode_string
 from diff_encoder_sim.serialization.goal_messages import SentGoal, encode_goal, encode_result
-from diff_encoder_sim.serialization.joint_messages import encode_encoder_pulse, encode_joint_state
+from diff_encoder_sim.serialization.joint_messages import encode_encoder_pulse, encode_joint_state, encode_wheel_speeds
 from diff_encoder_sim.serialization.map_messages import encode_map, encode_map_metadata
 from diff_encoder_sim.serialization.model_messages import ModelStatesEncoder
 from diff_encoder_sim.serialization.pose_messages import (
@@ -101,9 +101,11 @@ class BagPublications(Publications):
 
     @override
     def encoder_pulse(self, now_ns: int, sample: EncoderSample) -> None:
-        self._write(
-            topics.ENCODER_PULSE, topics.ENCODER_NODE, now_ns, lambda: encode_encoder_pulse(sample, self._joints)
-        )
+        joints, speeds_radps = self._joints, sample.wheel_rates_radps
+        if speeds_radps is not None:
+            encoded = encode_wheel_speeds(sample.stamp_ns, speeds_radps, joints)
+            self._write(topics.ENCODER_VELOCITY, topics.ENCODER_NODE, now_ns, lambda: encoded)
+        self._write(topics.ENCODER_PULSE, topics.ENCODER_NODE, now_ns, lambda: encode_encoder_pulse(sample, joints))
 
     @override
     def odometry(self, now_ns: int, estimate: OdometryEstimate) -> None:

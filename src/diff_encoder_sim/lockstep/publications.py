@@ -43,7 +43,7 @@ class Publications:
         """Publish /scan."""
 
     def encoder_pulse(self, now_ns: int, sample: EncoderSample) -> None:
-        """Publish /encoder_pulse."""
+        """Publish /encoder_pulse and, where speeds are measured, /encoder_velocity."""
 
     def odometry(self, now_ns: int, estimate: OdometryEstimate) -> None:
         """Publish /odom, and odom->base_link on /tf."""

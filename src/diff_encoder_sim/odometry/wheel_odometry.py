@@ -24,6 +24,7 @@ from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.encoders.counter import CounterModulus, count_difference, wrap_count
 from diff_encoder_sim.encoders.encoder_model import IDEAL_ENCODER, EncoderModel, counts_per_turn
 from diff_encoder_sim.encoders.pulses import DEFAULT_PPR, PerWheel, PulsesPerRevolution
+from diff_encoder_sim.encoders.wheel_rate import VelocityMethod
 from diff_encoder_sim.odometry.counter_restart import is_restart
 from diff_encoder_sim.odometry.mean_twist import MeanTwist, mean_twist, wheel_speeds_mps
 from diff_encoder_sim.odometry.odometry_covariance import (
@@ -62,8 +63,15 @@ class OdometryParams(Params):
         200.0, description='counters near zero that this cannot explain were restarted, too [rad/s^2]'
     )
     encoder: EncoderModel = IDEAL_ENCODER
+    velocity_method: VelocityMethod = 'M'
     velocity_low_pass: Annotated[float, Between(0.0, 100.0, 's')] = Field(
         0.0, description="time constant of a low-pass on the wheels' speeds in the twist [s]; 0: none"
+    )
+    following_error_window: Annotated[float, Between(1e-3, 1e9, 'rad/s')] = Field(
+        1.0, description='on /diagnostics: how far a wheel may be from its commanded speed [rad/s]'
+    )
+    following_error_timeout: Annotated[float, Between(1e-2, 1e6, 's')] = Field(
+        1.0, description='on /diagnostics: for how long it may be further from it [s]'
     )
     odom_frame: str = Field('odom', min_length=1, description='frame of the pose')
     base_frame: str = Field('base_link', min_length=1, description='frame of the robot')
@@ -122,6 +130,11 @@ class WheelOdometry:
         self._rates: Optional[WheelRates] = None  # after the low-pass
         self._rates_ns = 0
         self.restarts = 0  # of counters
+
+    @property
+    def counts(self) -> Tuple[int, int]:
+        """Return the left and right pulses since the start, across wraps and restarts of the counters."""
+        return (self._totals[-1].left_pulses, self._totals[-1].right_pulses) if self._totals else (0, 0)
 
     def update(
         self, stamp_ns: int, left_count: int, right_count: int, wheel_rates_radps: Optional[WheelRates] = None

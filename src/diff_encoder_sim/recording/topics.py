@@ -17,6 +17,7 @@ MODEL_STATES = '/gazebo/model_states'
 SCAN = '/scan'
 CMD_VEL = '/cmd_vel'
 ENCODER_PULSE = '/encoder_pulse'
+ENCODER_VELOCITY = '/encoder_velocity'
 ODOM = '/odom'
 AMCL_POSE = '/amcl_pose'
 INITIAL_POSE = '/initialpose'
@@ -66,7 +67,8 @@ class RecordedTopic(NamedTuple):
     is_bulk: bool = False  # not needed by analysis; left out of a minimal recording
 
 
-# Those of the last lines are published with navigation only, and /initialpose by people.
+# Those of the last lines are published with navigation only, /initialpose by people, and /encoder_velocity where the
+# motor controller measures speeds.
 TOPICS = (
     RecordedTopic(TRIAL, message_types.STRING, _TRIAL_NODES, is_latched=True),
     RecordedTopic(TRIAL_RESULT, message_types.STRING, _TRIAL_NODES, is_latched=True),
@@ -75,6 +77,7 @@ TOPICS = (
     RecordedTopic(MODEL_STATES, message_types.MODEL_STATES, (SIMULATOR_NODE,), is_bulk=True),
     RecordedTopic(CMD_VEL, message_types.TWIST, (*_TRIAL_NODES, MOVE_BASE_NODE)),
     RecordedTopic(ENCODER_PULSE, message_types.ENCODER_PULSE, (ENCODER_NODE,)),
+    RecordedTopic(ENCODER_VELOCITY, message_types.JOINT_STATE, (ENCODER_NODE,)),
     RecordedTopic(ODOM, message_types.ODOMETRY, (ODOM_NODE, IDEAL_ODOM_NODE)),
     RecordedTopic(GLOBAL_POSE, message_types.POSE_STAMPED, (GLOBAL_POSE_NODE,)),
     RecordedTopic(WORLD_POSE, message_types.POSE_STAMPED, (WORLD_POSE_NODE,)),

@@ -13,7 +13,7 @@ from diff_encoder_sim.reencoding.wheel_source import DriveStream
 from diff_encoder_sim.serialization.bag_messages import Message
 from diff_encoder_sim.serialization.basic_messages import decode_string, encode_string
 from diff_encoder_sim.serialization.field_reader import FieldReader
-from diff_encoder_sim.serialization.joint_messages import encode_encoder_pulse
+from diff_encoder_sim.serialization.joint_messages import encode_encoder_pulse, encode_wheel_speeds
 from diff_encoder_sim.serialization.pose_messages import encode_odometry
 from diff_encoder_sim.serialization.primitives import NUMBER_SIZE, POSE, encode_header
 from diff_encoder_sim.serialization.transform_messages import encode_tf, encode_transform
@@ -41,7 +41,10 @@ class ReencodedBag(TrialBag):
         self._joints, self._params = joints, params
 
     def encoder_pulse(self, time_ns: int, sample: EncoderSample) -> None:
-        """Write /encoder_pulse."""
+        """Write /encoder_pulse and, where speeds are measured, /encoder_velocity."""
+        if sample.wheel_rates_radps is not None:
+            speeds = encode_wheel_speeds(sample.stamp_ns, sample.wheel_rates_radps, self._joints)
+            self.write(topics.ENCODER_VELOCITY, topics.ENCODER_NODE, speeds, time_ns)
         self.write(topics.ENCODER_PULSE, topics.ENCODER_NODE, encode_encoder_pulse(sample, self._joints), time_ns)
 
     def odometry(self, time_ns: int, estimate: OdometryEstimate) -> None:

@@ -13,7 +13,9 @@ from diff_encoder_sim.reencoding.reference import Reference
 from diff_encoder_sim.reencoding.wheel_source import DriveStream, WheelSource
 from diff_encoder_sim.reencoding.wheels_at_ppr import WheelsAtPpr
 from diff_encoder_sim.serialization.bag_messages import Message
+from diff_encoder_sim.serialization.basic_messages import decode_command
 from diff_encoder_sim.serialization.joint_messages import JointValues
+from diff_encoder_sim.serialization.message_types import TWIST
 from diff_encoder_sim.trials.trial_definition import Trial
 
 
@@ -23,6 +25,11 @@ class DriveSummary(NamedTuple):
     messages: int  # of the wheels
     duration_s: float  # between the first and the last of them, by the recorder's clock
     faults: List[str]  # one line for each topic
+
+
+def has_commands(source: DriveStream) -> bool:
+    """Return whether a drive has the commands that encoders may count by."""
+    return source.topics.get(topics.CMD_VEL) == TWIST
 
 
 class Reencoder:
@@ -52,8 +59,11 @@ class Reencoder:
             OSError: a bag cannot be written.
         """
         reference = self._reference.topics if self._reference else ()
-        copied, of_wheels = copied_topics(source), self._wheels.topics
-        for message in source.messages((*of_wheels, *reference, *copied, *([topics.TRIAL] if trial else []))):
+        copied, of_wheels, commands = copied_topics(source), self._wheels.topics, self._command_topics(source)
+        others = *commands, *([topics.TRIAL] if trial else [])
+        for message in source.messages((*of_wheels, *reference, *copied, *others)):
+            if message.topic in commands:
+                self._take_command(message, source.is_cdr)
             if message.topic in of_wheels:
                 self._take_wheels(message)
             if self._reference and message.topic in reference:
@@ -64,6 +74,20 @@ class Reencoder:
                 self._write_trial(message.time_ns, trial)
         duration_s = (self._last_ns - self._first_ns) / NANOSECONDS_PER_SECOND
         return DriveSummary(self._messages, duration_s, list(self._dropped.lines()))
+
+    def _command_topics(self, source: DriveStream) -> Sequence[str]:
+        """Return the topic of commands where an encoder needs them and the drive has them."""
+        is_needed = any(run.counts_by_command for run in self._runs)
+        return [topics.CMD_VEL] if is_needed and has_commands(source) else []
+
+    def _take_command(self, message: Message, is_cdr: bool) -> None:
+        try:
+            command = decode_command(message.raw, is_cdr)
+        except InputFault as fault:
+            self._dropped.add(message.topic, fault)
+            return
+        for run in self._runs:
+            run.take_command(*command)
 
     def _take_wheels(self, message: Message) -> None:
         if self._messages == 0:

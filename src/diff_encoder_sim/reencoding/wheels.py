@@ -11,6 +11,7 @@ from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.encoders.pulses import PerWheel
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 from diff_encoder_sim.recording.bag_source import BagSource
+from diff_encoder_sim.recording.topics import ENCODER_VELOCITY
 from diff_encoder_sim.serialization.joint_messages import JointDecoder
 from diff_encoder_sim.serialization.message_types import ENCODER_PULSE, JOINT_STATE
 
@@ -95,7 +96,8 @@ def _given_topic(path: Path, source: BagSource, topic: str, kind: str, option: s
 
 
 def _topics_of(source: BagSource, kind: str) -> List[str]:
-    return sorted(topic for topic, other in source.topics.items() if other == kind)
+    # The encoders' speeds are a JointState without angles.
+    return sorted(topic for topic, other in source.topics.items() if other == kind and topic != ENCODER_VELOCITY)
 
 
 def _joints(

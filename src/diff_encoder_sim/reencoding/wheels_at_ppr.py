@@ -9,6 +9,7 @@ from diff_encoder_sim.encoders.encoder_sample import EncoderSample
 from diff_encoder_sim.encoders.pulses import PerWheel
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams, ReportingEncoder
 from diff_encoder_sim.evaluation.trajectory_error import Alignment, PathComparison
+from diff_encoder_sim.odometry.mean_twist import wheel_speeds_mps
 from diff_encoder_sim.odometry.wheel_odometry import OdometryEstimate, OdometryParams, WheelOdometry
 from diff_encoder_sim.reencoding.bag_output import ReencodedBag
 from diff_encoder_sim.reencoding.reencoded_trial import with_encoder
@@ -23,10 +24,16 @@ class WheelsAtPpr:
         self.ppr = ppr
         self.comparison = PathComparison(Alignment.ORIGIN)
         self.reports = 0
+        self.counts_by_command = encoder.encoder.counts_by_command
         self.bag: Optional[ReencodedBag] = None  # where messages are written; None: nowhere
         self.stamped_pose: Tuple[int, Pose2D] = (0, IDENTITY)  # the last, base in odom
         self._encoder = ReportingEncoder(encoder.model_copy(update={'ppr': ppr}))
         self._odometry = WheelOdometry(odometry.model_copy(update={'ppr': ppr}))
+
+    def take_command(self, linear_mps: float, angular_radps: float) -> None:
+        """Take a commanded twist, whose wheels tell the direction of counts that have none of their own."""
+        separation_m = self._odometry.params.wheel_separation
+        self._encoder.take_command(*wheel_speeds_mps(linear_mps, angular_radps, separation_m))
 
     def update(self, time_ns: int, joints: JointValues) -> bool:
         """Take one joint message that was recorded at `time_ns`; return whether it led to a new odometry pose.

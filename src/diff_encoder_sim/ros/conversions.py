@@ -81,6 +81,25 @@ def encoder_pulse_message(sample: EncoderSample, joints: Sequence[str]) -> Encod
     return message
 
 
+def wheel_speeds_message(stamp_ns: int, speeds_radps: Sequence[float], joints: Sequence[str]) -> JointState:
+    """Convert the wheels' speeds, left then right; `joints` are their names in that order."""
+    message = JointState(name=list(joints), velocity=list(speeds_radps))
+    message.header.stamp = stamp_from_ns(stamp_ns)
+    return message
+
+
+def wheel_speeds_from_message(message: JointState) -> Tuple[float, float]:
+    """Return the speeds [rad/s] of a message with both wheels, left then right.
+
+    Raises:
+        InputFault: it has not exactly two, or one that is not finite.
+    """
+    if len(message.velocity) != 2 or not np.isfinite(message.velocity).all():
+        raise InputFault(f'velocities {list(message.velocity)}; expected 2 finite numbers, left then right [rad/s]')
+    left, right = message.velocity
+    return left, right
+
+
 def encoder_sample(message: EncoderPulse) -> EncoderSample:
     """Convert a message with both counters.
 

@@ -2,35 +2,58 @@
 
 from __future__ import annotations
 
+from geometry_msgs.msg import Twist
 from sensor_msgs.msg import JointState
 
 from diff_encoder_sim.base.errors import InputFault
+from diff_encoder_sim.encoders.encoder_sample import EncoderSample
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams, ReportingEncoder
 from diff_encoder_sim.msg import EncoderPulse
+from diff_encoder_sim.odometry.encoder_diagnosis import EncoderDiagnosis
+from diff_encoder_sim.odometry.mean_twist import wheel_speeds_mps
 from diff_encoder_sim.odometry.wheel_odometry import OdometryParams
-from diff_encoder_sim.ros.conversions import encoder_pulse_message, ns_from_stamp
-from diff_encoder_sim.ros.node import log, node_params, publisher, run_node
+from diff_encoder_sim.ros.conversions import encoder_pulse_message, ns_from_stamp, wheel_speeds_message
+from diff_encoder_sim.ros.node import log, node_params, publisher, run_node, subscriber
 from diff_encoder_sim.ros.stamped_subscriber import stamped_subscriber
+from diff_encoder_sim.ros.wheel_diagnostics import WheelDiagnostics
 
 
 class EncoderNode:
-    """Samples the wheel angles at a steady rate and publishes the counters."""
+    """Samples the wheel angles at a steady rate and publishes the counters, and speeds where they are measured."""
 
     def __init__(self) -> None:
         params = node_params(EncoderParams, OdometryParams, part='config')
         self._joints = (params.left_joint, params.right_joint)
         self._encoder = ReportingEncoder(params)
+        self._diagnosis = EncoderDiagnosis(params.counter_modulus)
+        self._diagnostics = WheelDiagnostics('Counts')
+        if params.velocity_method != 'M':
+            self._speeds = publisher('encoder_velocity', JointState)
         self._pulses = publisher('encoder_pulse', EncoderPulse)
+        if params.encoder.counts_by_command:
+            self._separation_m = node_params(OdometryParams, EncoderParams, part='config').wheel_separation
+            self._commands = subscriber('cmd_vel', Twist, self._on_command)
         self._joint_states = stamped_subscriber('joint_states', JointState, self._on_joint_states)
+
+    def _on_command(self, message: Twist) -> None:
+        self._encoder.take_command(*wheel_speeds_mps(message.linear.x, message.angular.z, self._separation_m))
 
     def _on_joint_states(self, message: JointState) -> None:
         try:
             samples = self._encoder.update(ns_from_stamp(message.header.stamp), message.name, message.position)
         except InputFault as fault:
+            self._diagnosis.take_fault()
             log.warning('%s: %s; message dropped', self._joint_states.resolved_name, fault)
             return
         for sample in samples:
-            self._pulses.publish(encoder_pulse_message(sample, self._joints))
+            self._publish(sample)
+
+    def _publish(self, sample: EncoderSample) -> None:
+        if sample.wheel_rates_radps is not None:
+            self._speeds.publish(wheel_speeds_message(sample.stamp_ns, sample.wheel_rates_radps, self._joints))
+        self._pulses.publish(encoder_pulse_message(sample, self._joints))
+        self._diagnosis.take_report(sample)
+        self._diagnostics.publish_when_due(sample.stamp_ns, self._diagnosis.diagnose)
 
 
 def main() -> None:

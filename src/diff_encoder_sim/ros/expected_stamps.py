@@ -16,14 +16,16 @@ FIRST_SCAN_LEAD_NS = 50_000_000
 class ExpectedStamps:
     """The newest stamps that must have come before simulated time advances to some time; negative: none."""
 
-    def __init__(self, report_rate_hz: float, scan_period_ns: int) -> None:
+    def __init__(self, report_rate_hz: float, scan_period_ns: int, report_delay_ns: int = 0) -> None:
+        """Prepare for reports that come up to `report_delay_ns` after their boundary."""
+        self._report_delay_ns = report_delay_ns
         self.reports = BoundaryTimes(report_rate_hz, TICK_NS)
         self.states = BoundaryTimes(STATES_RATE_HZ, TICK_NS)
         self._scan_period_ns = scan_period_ns
 
     def report_before(self, sim_time_ns: int) -> int:
         """Return the newest report of the encoder that odometry must have answered."""
-        return self.reports.newest_ns(sim_time_ns - GRAPH_LEAD_NS)
+        return self.reports.newest_ns(sim_time_ns - self._report_delay_ns - GRAPH_LEAD_NS)
 
     def state_before(self, sim_time_ns: int) -> int:
         """Return the newest /gazebo/model_states that must have been answered."""
@@ -36,7 +38,8 @@ class ExpectedStamps:
         """
         if sim_time_ns < FIRST_SCAN_LEAD_NS:
             return -1
-        before_newest_ns = self.reports.newest_ns(self.reports.newest_ns(sim_time_ns) - TICK_NS)
+        newest_ns = self.reports.newest_ns(sim_time_ns - self._report_delay_ns)
+        before_newest_ns = self.reports.newest_ns(newest_ns - TICK_NS)
         return before_newest_ns // self._scan_period_ns * self._scan_period_ns
 
 

@@ -3,18 +3,25 @@
 from __future__ import annotations
 
 import threading
+from typing import Iterable
 
 import rospy
+from geometry_msgs.msg import Twist
+from sensor_msgs.msg import JointState
 from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 
 from diff_encoder_sim.base.errors import InputFault
+from diff_encoder_sim.encoders.encoder_sample import EncoderSample
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 from diff_encoder_sim.msg import EncoderPulse
+from diff_encoder_sim.odometry.odometry_diagnosis import OdometryDiagnosis
+from diff_encoder_sim.odometry.speed_pairing import SpeedPairing
 from diff_encoder_sim.odometry.wheel_odometry import OdometryParams, WheelOdometry
-from diff_encoder_sim.ros.conversions import encoder_sample
-from diff_encoder_sim.ros.node import log, node_params, run_node
+from diff_encoder_sim.ros.conversions import encoder_sample, ns_from_stamp, wheel_speeds_from_message
+from diff_encoder_sim.ros.node import log, node_params, run_node, subscriber
 from diff_encoder_sim.ros.odometry_output import OdometryOutput
 from diff_encoder_sim.ros.stamped_subscriber import stamped_subscriber
+from diff_encoder_sim.ros.wheel_diagnostics import WheelDiagnostics
 
 
 class OdometryNode:
@@ -22,10 +29,17 @@ class OdometryNode:
 
     def __init__(self) -> None:
         params = node_params(OdometryParams, EncoderParams, part='config')
+        rate_hz = node_params(EncoderParams, OdometryParams, part='config').rate
         self._odometry = WheelOdometry(params)
-        self._lock = threading.Lock()  # the service and the topic come in different threads
+        self._diagnosis = OdometryDiagnosis(self._odometry, rate_hz)
+        self._pairing = SpeedPairing() if params.velocity_method != 'M' else None
+        self._lock = threading.Lock()  # the service and each topic come in threads of their own
         self._output = OdometryOutput(params.odom_frame, params.base_frame, params.publish_tf)
+        self._diagnostics = WheelDiagnostics('Odometry')
         self._reset = rospy.Service('~reset', Empty, self._on_reset)
+        self._commands = subscriber('cmd_vel', Twist, self._on_command)
+        if self._pairing is not None:
+            self._speeds = stamped_subscriber('encoder_velocity', JointState, self._on_speeds)
         self._pulses = stamped_subscriber('encoder_pulse', EncoderPulse, self._on_pulses)
 
     def _on_pulses(self, message: EncoderPulse) -> None:
@@ -35,13 +49,35 @@ class OdometryNode:
             log.warning('%s: %s; message dropped', self._pulses.resolved_name, fault)
             return
         with self._lock:
+            self._take(self._pairing.take_counts(sample) if self._pairing is not None else (sample,))
+
+    def _on_speeds(self, message: JointState) -> None:
+        try:
+            speeds_radps = wheel_speeds_from_message(message)
+        except InputFault as fault:
+            log.warning('%s: %s; message dropped', self._speeds.resolved_name, fault)
+            return
+        with self._lock:
+            if self._pairing is not None:
+                self._take(self._pairing.take_speeds(ns_from_stamp(message.header.stamp), speeds_radps))
+
+    def _take(self, samples: Iterable[EncoderSample]) -> None:
+        """Integrate and publish, under the lock, so that what is published keeps its order."""
+        for sample in samples:
             estimate = self._odometry.update(*sample)
-        if estimate is not None:
-            self._output.publish(estimate)
+            self._diagnosis.take_report(sample.stamp_ns, estimate is not None)
+            if estimate is not None:
+                self._output.publish(estimate)
+                self._diagnostics.publish_when_due(sample.stamp_ns, self._diagnosis.diagnose)
+
+    def _on_command(self, message: Twist) -> None:
+        with self._lock:
+            self._diagnosis.take_command(message.linear.x, message.angular.z)
 
     def _on_reset(self, _: EmptyRequest) -> EmptyResponse:
         with self._lock:
             self._odometry.reset()
+            self._diagnosis.restart()
         log.info('reset: odometry starts at pose zero with the next /encoder_pulse')
         return EmptyResponse()
 

@@ -41,7 +41,7 @@ from diff_encoder_sim.serialization.message_types import JOINT_STATE
 from diff_encoder_sim.trials.trial_definition import Trial
 from diff_encoder_sim.trials.trial_wheels import OF_ODOMETRY
 
-RECORDED = (topics.ENCODER_PULSE, topics.ODOM, topics.TF, topics.TRIAL, *COPIED)
+RECORDED = (topics.ENCODER_PULSE, topics.ENCODER_VELOCITY, topics.ODOM, topics.TF, topics.TRIAL, *COPIED)
 
 POLL_PERIOD_S = 0.1
 QUIET_S = 1.0  # wall time without a message, after which the recording is complete

@@ -15,7 +15,7 @@ from sensor_msgs.msg import JointState, LaserScan
 from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 from typing_extensions import Annotated, Literal
 
-from diff_encoder_sim.base.bounded_numbers import Between, Rate_Hz, Seed
+from diff_encoder_sim.base.bounded_numbers import Between, Duration_s, Rate_Hz, Seed
 from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.file_names import PathText
 from diff_encoder_sim.base.paths import package_folder, users_path
@@ -56,6 +56,9 @@ class SimulatorNodeParams(SimulatorParams):
     report_rate: Rate_Hz = Field(
         DEFAULT_RATE_HZ, description="rate of wait_for [Hz]; default: the encoder's rate of /trial"
     )
+    report_delay: Duration_s = Field(
+        0.0, description='how much later they may come [s]; default: as the encoder reports, of /trial'
+    )
     wait_for: List[str] = Field([], description='stamped topics at report_rate that simulated time waits for')
     wait_for_once_begun: List[str] = Field([], description='the same, from their first message on')
     wait_for_after_states: List[str] = Field(
@@ -91,7 +94,8 @@ class SimulatorNode:
         self._scan_frame = params.laser_link
         self._scan_period_ns = params.lidar.period_ns
         self._models = SimulatedModels(self._simulator, self._lock)
-        expected = ExpectedStamps(params.report_rate, self._scan_period_ns)
+        report_delay_ns = round(params.report_delay * NANOSECONDS_PER_SECOND)
+        expected = ExpectedStamps(params.report_rate, self._scan_period_ns, report_delay_ns)
         self._pacers = _graph_pacers(params, expected)
         self._wall_pacer = WallPacer(params.real_time_factor)
         self._commands = subscriber('cmd_vel', Twist, self._on_command)
@@ -198,6 +202,7 @@ def _trial_defaults() -> Dict[str, Any]:
         'seed': plan.trial.number,
         'start': plan.trial.test.start.model_dump(),
         'report_rate': plan.report_rate,
+        'report_delay': plan.report_delay,
         'commands_answer': 'states' if plan.trial.nav == 'scripted' else 'reports',
         'command_period': plan.command_period and max(plan.command_period, SHORTEST_COMMAND_PERIOD_S),
     }

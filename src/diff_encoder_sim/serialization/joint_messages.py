@@ -40,6 +40,12 @@ def encode_encoder_pulse(sample: EncoderSample, joints: Tuple[str, str]) -> byte
     return encode_header(sample.stamp_ns, '') + encode_names(joints) + pulses
 
 
+def encode_wheel_speeds(stamp_ns: int, speeds_radps: Tuple[float, float], joints: Tuple[str, str]) -> bytes:
+    """Encode sensor_msgs/JointState of speeds alone, left then right; `joints` are their names in that order."""
+    positions, speeds, efforts = (encode_numbers('d', values) for values in ((), speeds_radps, ()))
+    return encode_header(stamp_ns, '') + encode_names(joints) + positions + speeds + efforts
+
+
 class JointValues(NamedTuple):
     """Joints at one instant."""
 

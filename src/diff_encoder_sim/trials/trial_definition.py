@@ -7,7 +7,7 @@ from typing import Any, Dict, Literal
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
 from typing_extensions import Annotated
 
-from diff_encoder_sim.base.bounded_numbers import Between, Length_m, Offset_m, Rate_Hz, Seed
+from diff_encoder_sim.base.bounded_numbers import Between, Duration_s, Length_m, Offset_m, Rate_Hz, Seed
 from diff_encoder_sim.base.file_names import PathText
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.typed_params import Params
@@ -66,6 +66,7 @@ class LivePlan(TrialPlan):
     """The parameter /trial: a plan with the rates that the nodes of a live graph must agree on."""
 
     report_rate: Rate_Hz = Field(description='of /odom and /global_pose [Hz]')
+    report_delay: Duration_s = Field(0.0, description='by which they may come after the sample of the wheels [s]')
     command_period: Annotated[float, Between(0.0, 10_000.0, 's')] = Field(
         description='between commands on /cmd_vel [s]; 0: not waited for'
     )
