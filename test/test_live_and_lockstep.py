@@ -3,15 +3,16 @@
 import subprocess
 
 import pytest
+import yaml
 
-from diff_encoder_sim.lockstep.robot_params import load_robot_params
+from diff_encoder_sim.lockstep.robot_params import load_robot_config, override
 from diff_encoder_sim.lockstep.trial_run import run_trial
 from diff_encoder_sim.robots.display_urdf import display_urdf
 from diff_encoder_sim.robots.robot_source import RobotSource
 from diff_encoder_sim.simulation.link_frames import LinkFrames
 from diff_encoder_sim.trials.test_definition import find_world, load_test
 from diff_encoder_sim.trials.trial_definition import Trial, TrialPlan
-from launched_graph import DATA, ROOT, Graph, require_ros
+from launched_graph import DATA, ROOT, Graph, complaints, require_ros
 
 pytestmark = [pytest.mark.rostest, pytest.mark.timeout(180)]
 
@@ -20,12 +21,37 @@ TOUR, PPR, NUMBER = DATA / 'short_tour.yaml', 90, 3
 STAMPED = ('/joint_states', '/gazebo/model_states', '/scan', '/encoder_pulse', '/odom', '/world_pose', '/global_pose')
 ONCE = ('/trial', '/trial_result')
 
+# An encoder with an error of each stage, and reports that come late, twice, out of order or not at all.
+REAL_ENCODER = {
+    'rate': 50.0,
+    'counter_modulus': 65536,
+    'encoder': {
+        'lines': 12,
+        'side': 'motor',
+        'gear_ratio': 34.014,
+        'backlash': 0.01,
+        'edge_error': 0.1,
+        'phase_error': 10.0,
+        'eccentricity': 0.02,
+        'hysteresis': 0.3,
+        'faults': {'missed': 0.01, 'missed_burst': 3.0, 'extra': 0.002, 'restart_at': 4.0},
+    },
+    'report': {
+        'jitter': 0.004,
+        'latency': 0.03,
+        'latency_spread': 0.01,
+        'lost': 0.05,
+        'repeated': 0.05,
+        'reordered': 0.05,
+    },
+    'velocity_method': 'MT',
+    'velocity_low_pass': 0.05,
+}
 
-@pytest.fixture(scope='module')
-def paths(tmp_path_factory):
-    """(live, lockstep)"""
+
+def drive_both_ways(folder, config):
+    """Drives the tour live and in lockstep with a file in place of config.yaml; returns the bags (live, lockstep)."""
     require_ros()
-    folder = tmp_path_factory.mktemp('both')
     with Graph(folder) as graph:
         launch = graph.launch(
             ROOT / 'launch' / 'trial.launch',
@@ -34,9 +60,11 @@ def paths(tmp_path_factory):
             'rtf:=0',
             f'ppr:={PPR}',
             f'trial:={NUMBER}',
+            f'config:={config}',
             'bag:=%s' % (folder / 'live.bag'),
         )
         assert launch.wait() == 0, launch.output()
+        assert [line for line in complaints(launch.output()) if 'counter restart' not in line] == []
     test = load_test(str(TOUR), ROOT / 'config')
     world = find_world(test.world, ROOT / 'worlds')
     run_trial(
@@ -47,10 +75,16 @@ def paths(tmp_path_factory):
             bag=str(folder / 'lockstep.bag'),
         ),
         ROOT / 'urdf' / 'alto.urdf.xacro',
-        load_robot_params(ROOT / 'config'),
+        override(load_robot_config(ROOT / 'config', {'config': config}), {}),
         'full',
     )
     return [folder / name for name in ('live.bag', 'lockstep.bag')]
+
+
+@pytest.fixture(scope='module')
+def paths(tmp_path_factory):
+    """(live, lockstep)"""
+    return drive_both_ways(tmp_path_factory.mktemp('both'), ROOT / 'config' / 'config.yaml')
 
 
 @pytest.fixture(scope='module')
@@ -72,6 +106,22 @@ def messages_of(path):
 def test_every_message_is_the_same_byte_for_byte(bags, topic):
     live, lockstep = (messages[topic] for messages in bags)
     # Simulated time goes on a little while the live graph ends.
+    assert 0 <= len(live) - len(lockstep) < 0.1 * len(lockstep)
+    assert live[: len(lockstep)] == lockstep
+
+
+@pytest.fixture(scope='module')
+def bags_of_real_encoder(tmp_path_factory):
+    """(live, lockstep) with the same errors, drawn from the trial's number: messages as `bags`."""
+    folder = tmp_path_factory.mktemp('real')
+    usual = yaml.safe_load((ROOT / 'config' / 'config.yaml').read_text())
+    (folder / 'real.yaml').write_text(yaml.safe_dump({**usual, **REAL_ENCODER}))
+    return [messages_of(path) for path in drive_both_ways(folder, folder / 'real.yaml')]
+
+
+@pytest.mark.parametrize('topic', ['/joint_states', '/encoder_pulse', '/encoder_velocity', '/odom', '/world_pose'])
+def test_an_encoder_with_errors_reports_the_same_live(bags_of_real_encoder, topic):
+    live, lockstep = (messages[topic] for messages in bags_of_real_encoder)
     assert 0 <= len(live) - len(lockstep) < 0.1 * len(lockstep)
     assert live[: len(lockstep)] == lockstep
 

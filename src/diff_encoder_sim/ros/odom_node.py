@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from typing import Iterable
 
 import rospy
@@ -49,7 +50,7 @@ class OdometryNode:
             log.warning('%s: %s; message dropped', self._pulses.resolved_name, fault)
             return
         with self._lock:
-            self._take(self._pairing.take_counts(sample) if self._pairing is not None else (sample,))
+            self._take(self._pairing.take_counts(sample, time.monotonic()) if self._pairing is not None else (sample,))
 
     def _on_speeds(self, message: JointState) -> None:
         try:

@@ -5,7 +5,7 @@ import random
 import pytest
 
 from diff_encoder_sim.encoders.encoder_sample import EncoderSample
-from diff_encoder_sim.odometry.speed_pairing import MOST_SPEEDS, MOST_WAITING, SpeedPairing
+from diff_encoder_sim.odometry.speed_pairing import MOST_SPEEDS, SpeedPairing
 
 PERIOD_NS = 50_000_000
 
@@ -27,7 +27,8 @@ def take(pairing, words):
     released = []
     for word in words.split():
         index = int(word[1:])
-        released += pairing.take_counts(counts(index)) if word[0] == 'c' else pairing.take_speeds(*speeds(index))
+        now_s = 0.05 * index
+        released += pairing.take_counts(counts(index), now_s) if word[0] == 'c' else pairing.take_speeds(*speeds(index))
     return released
 
 
@@ -42,7 +43,7 @@ def test_in_any_interleaving_of_the_topics_each_report_is_whole_and_in_order():
         at = {'c': 0, 's': 0}
         while min(at.values()) < 40:
             ahead = at['c'] - at['s']
-            kind = 's' if ahead >= MOST_WAITING else 'c' if ahead <= -MOST_WAITING else rng.choice('cs')
+            kind = 's' if ahead >= 9 else 'c' if ahead <= -9 else rng.choice('cs')
             released += take(pairing, f'{kind}{at[kind]}')
             at[kind] += 1
         assert released == [whole(index) for index in range(40)][: len(released)] and len(released) >= 40
@@ -65,12 +66,20 @@ def test_a_report_that_comes_after_the_next_keeps_its_speeds():
 
 
 def test_where_speeds_never_come_reports_wait_once(caplog):
+    """Half a second, which at 20 Hz are ten reports."""
     pairing = SpeedPairing()
-    assert take(pairing, ' '.join(f'c{index}' for index in range(MOST_WAITING))) == []
-    assert take(pairing, f'c{MOST_WAITING}') == [counts(index) for index in range(MOST_WAITING + 1)]
-    assert take(pairing, 'c10 c11 c12') == [counts(10), counts(11), counts(12)]
+    assert take(pairing, ' '.join(f'c{index}' for index in range(11))) == []
+    assert take(pairing, 'c11') == [counts(index) for index in range(12)]
+    assert take(pairing, 'c12 c13') == [counts(12), counts(13)]
     assert [record.levelname for record in caplog.records] == ['WARNING']
-    assert take(pairing, 's12 c13 s13 c14 s14') == [whole(13), whole(14)]
+    assert take(pairing, 's13 c14 s14 c15 s15') == [whole(14), whole(15)]
+
+
+def test_a_pause_alone_gives_up_nothing():
+    """As of a process that was suspended: its topics bring what they hold, one after the other."""
+    pairing = SpeedPairing()
+    assert pairing.take_counts(counts(0), 0.0) == [] and pairing.take_counts(counts(1), 60.0) == []
+    assert pairing.take_speeds(*speeds(0)) + pairing.take_speeds(*speeds(1)) == [whole(0), whole(1)]
 
 
 def test_after_a_jump_back_in_time_pairs_are_found_anew():
