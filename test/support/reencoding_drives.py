@@ -117,6 +117,11 @@ class Maker:
             twist=self.make('geometry_msgs/msg/TwistWithCovariance', twist=twist, covariance=np.zeros(36)),
         )
 
+    def command(self, linear_mps, angular_radps):
+        vectors = [dict(x=linear_mps, y=0.0, z=0.0), dict(x=0.0, y=0.0, z=angular_radps)]
+        linear, angular = (self.make('geometry_msgs/msg/Vector3', **vector) for vector in vectors)
+        return self.make('geometry_msgs/msg/Twist', linear=linear, angular=angular)
+
     def text(self, text):
         return self.make('std_msgs/msg/String', data=text)
 

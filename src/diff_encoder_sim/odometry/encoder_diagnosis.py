@@ -32,4 +32,4 @@ class EncoderDiagnosis:
             'reports per second': self._rate.reports_per_s,
             'dropped joint messages': self._dropped,
         }
-        return Diagnosis(f'{dropped} joint messages dropped' if dropped else '', values)
+        return Diagnosis(f'dropped joint messages: {dropped}' if dropped else '', values)

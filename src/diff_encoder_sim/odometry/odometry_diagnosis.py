@@ -75,9 +75,9 @@ class OdometryDiagnosis:
     def _warnings(self) -> Iterator[str]:
         lost, restarts = (now - told for now, told in zip(self._events(), self._told))
         if lost > 0:
-            yield f'{lost} reports lost'
+            yield f'lost reports: {lost}'
         if restarts > 0:
-            yield f'{restarts} counter restarts'
+            yield f'counter restarts: {restarts}'
         for side, lasts_s in zip(SIDES, self._following_error.lasts_s()):
             if lasts_s:
                 yield f'{side} wheel has not followed the command for {lasts_s:.1f} s'

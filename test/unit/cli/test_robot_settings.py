@@ -125,3 +125,9 @@ def test_a_bad_value_of_a_robot_file_is_named_with_it(failure, tmp_path):
 
 def test_arguments_of_the_xacro_reach_the_robot(settings):
     assert settings(ALTO, '--robot-args', 'lidar_noise:=0.25')['simulator']['lidar']['noise'] == 0.25
+
+
+@pytest.mark.parametrize(('given', 'seed'), [('3', 3), ('9000000000', '9000000000')])
+def test_the_trials_number_is_the_seed_of_the_encoders_errors(settings, given, seed):
+    assert settings('alto', f'config.seed:={given}')['config']['seed'] == seed
+    assert 'seed' not in settings('alto', 'config.seed:=')['config']

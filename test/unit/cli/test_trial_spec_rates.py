@@ -34,3 +34,21 @@ def test_each_rate_is_the_one_in_its_file(plan, tmp_path):
 def test_ideal_odometry_comes_with_the_states_whatever_the_encoder(plan, tmp_path):
     (tmp_path / 'config.yaml').write_text('rate: 50\n')
     assert plan('--odom', 'ideal', '--config', tmp_path / 'config.yaml').report_rate == 20.0
+
+
+@pytest.mark.parametrize(
+    ('report', 'delay_s', 'command_period'),
+    [
+        ('{}', 0.0, 0.05),
+        ('{latency: 0.03}', 0.03, 0.05),
+        ('{latency: 0.03, latency_spread: 0.01, jitter: 0.005}', 0.045, 0.0),
+        ('{reordered: 0.1}', 0.075, 0.0),
+        ('{lost: 0.1}', 0.3, 0.0),  # six in a row are one in a million
+        ('{repeated: 0.1}', 0.0, 0.05),
+    ],
+)
+def test_reports_that_come_late_or_never_are_not_waited_for_in_vain(plan, tmp_path, report, delay_s, command_period):
+    (tmp_path / 'config.yaml').write_text(f'report: {report}\n')
+    made = plan('--nav', 'embedded', '--config', tmp_path / 'config.yaml')
+    assert (made.report_delay, made.command_period) == (pytest.approx(delay_s), command_period)
+    assert plan('--odom', 'ideal', '--config', tmp_path / 'config.yaml').report_delay == 0.0

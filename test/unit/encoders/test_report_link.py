@@ -49,3 +49,36 @@ def test_fractions_are_lost_come_twice_or_after_the_next():
     order = [sample.left_pulses for _, sample in arrivals(reordered=0.2)]
     overtaken = sum(later < earlier for earlier, later in zip(order, order[1:]))
     assert len(order) == pytest.approx(2000, abs=2) and 250 < overtaken < 400
+
+
+@pytest.mark.parametrize(
+    'keys',
+    [
+        {},
+        {'latency': 0.03, 'latency_spread': 0.04},
+        {'reordered': 0.5},
+        {'lost': 0.3},
+        {'lost': 0.1, 'reordered': 0.1, 'repeated': 0.1, 'latency_spread': 0.1, 'stamps': 'arrival'},
+    ],
+)
+def test_after_the_longest_delay_a_report_or_a_later_one_has_come(keys):
+    delay_ns = ReportParams.from_mapping(keys, 'report').longest_delay_s(PERIOD_NS * 1e-9) * 1e9
+    newest_ns = 0
+    for now_ns, sample in arrivals(**keys):
+        assert newest_ns >= (now_ns - 10 * MS - delay_ns) // PERIOD_NS * PERIOD_NS - 1  # up to the tick before
+        newest_ns = max(newest_ns, sample.stamp_ns)
+
+
+def test_where_every_report_is_lost_nobody_waits_for_ever():
+    assert ReportParams(lost=1.0).longest_delay_s(0.05) == pytest.approx(5.0)
+
+
+@pytest.mark.parametrize(
+    ('keys', 'are_even'),
+    [
+        ({'latency': 0.1, 'repeated': 0.2, 'stamps': 'arrival'}, True),
+        *(({key: 0.01}, False) for key in ('jitter', 'latency_spread', 'lost', 'reordered')),
+    ],
+)
+def test_reports_are_even_where_each_takes_as_long_and_comes(keys, are_even):
+    assert ReportParams.from_mapping(keys, 'report').are_even == are_even

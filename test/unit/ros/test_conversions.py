@@ -81,3 +81,20 @@ def test_counters_are_left_then_right():
     assert message.name == ['left', 'right'] and conversions.encoder_sample(message) == sample
     with pytest.raises(InputFault, match='1 counters; expected 2'):
         conversions.encoder_sample(EncoderPulse(pulses=[1]))
+
+
+def test_wheel_speeds_come_back():
+    message = conversions.wheel_speeds_message(5, (1.5, -2.5), ('left', 'right'))
+    assert (message.name, message.position, conversions.ns_from_stamp(message.header.stamp)) == (
+        ['left', 'right'],
+        [],
+        5,
+    )
+    assert conversions.wheel_speeds_from_message(message) == (1.5, -2.5)
+
+
+@pytest.mark.parametrize('speeds', [[], [1.0], [1.0, NAN], [1.0, 2.0, 3.0]])
+def test_speeds_that_are_not_those_of_two_wheels_are_refused(speeds):
+    message = conversions.wheel_speeds_message(5, speeds, ('left', 'right'))
+    with pytest.raises(InputFault, match='2 finite numbers'):
+        conversions.wheel_speeds_from_message(message)

@@ -32,6 +32,16 @@ def test_time_is_at_most_two_ticks_past_a_report_that_is_not_answered(rate_hz):
         assert max(due, default=-1) == max(expected.report_before(time_ns), -1)
 
 
+@pytest.mark.parametrize('delay_ms', [10, 45, 130])
+def test_reports_and_what_they_place_are_waited_for_only_when_they_can_have_come(delay_ms):
+    prompt, late = ExpectedStamps(20.0, SCAN_NS), ExpectedStamps(20.0, SCAN_NS, delay_ms * MS)
+    for time_ns in range(1000 * MS, END_NS, TICK_NS):
+        assert late.report_before(time_ns) == prompt.report_before(time_ns - delay_ms * MS)
+        assert late.report_before(time_ns) + delay_ms * MS < time_ns
+        assert late.scan_before(time_ns) <= late.reports.newest_ns(time_ns - delay_ms * MS)
+        assert late.state_before(time_ns) == prompt.state_before(time_ns)
+
+
 @pytest.mark.parametrize('rate_hz', RATES_HZ)
 def test_a_scan_is_waited_for_when_it_has_its_odometry_and_before_there_is_newer(rate_hz):
     expected, stamps = ExpectedStamps(rate_hz, SCAN_NS), reports(rate_hz)

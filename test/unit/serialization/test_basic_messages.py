@@ -4,7 +4,13 @@ import pytest
 
 import message_values as values
 from diff_encoder_sim.base.errors import InputFault
-from diff_encoder_sim.serialization.basic_messages import decode_string, encode_clock, encode_command, encode_string
+from diff_encoder_sim.serialization.basic_messages import (
+    decode_command,
+    decode_string,
+    encode_clock,
+    encode_command,
+    encode_string,
+)
 from message_checks import read, stamp_ns, vector
 
 
@@ -18,6 +24,13 @@ def test_twist(rng):
     message = read(encode_command(linear_mps, angular_radps), 'geometry_msgs/msg/Twist')
     assert vector(message.linear) == (linear_mps, 0.0, 0.0)
     assert vector(message.angular) == (0.0, 0.0, angular_radps)
+
+
+def test_a_command_is_decoded_as_it_was_encoded(rng):
+    command = tuple(values.floats(rng, 2))
+    assert decode_command(encode_command(*command)) == command
+    with pytest.raises(InputFault, match='torn'):
+        decode_command(encode_command(*command)[:-1])
 
 
 @pytest.mark.parametrize('text', ['', '{"test": "SL"}', 'Prüfung\n'])

@@ -5,7 +5,12 @@ import pytest
 
 import message_values as values
 from diff_encoder_sim.base.errors import InputFault
-from diff_encoder_sim.serialization.joint_messages import JointDecoder, encode_encoder_pulse, encode_joint_state
+from diff_encoder_sim.serialization.joint_messages import (
+    JointDecoder,
+    encode_encoder_pulse,
+    encode_joint_state,
+    encode_wheel_speeds,
+)
 from diff_encoder_sim.serialization.message_types import ENCODER_PULSE, JOINT_STATE
 from message_checks import check_header, read
 from reencoding_drives import MAKERS
@@ -28,6 +33,14 @@ def test_encoder_pulses(rng):
     check_header(message.header, sample.stamp_ns, '')
     assert tuple(message.name) == values.JOINTS
     assert tuple(message.pulses) == (sample.left_pulses, sample.right_pulses)
+
+
+def test_wheel_speeds(rng):
+    now_ns, speeds_radps = values.stamp_ns(rng), tuple(values.floats(rng, 2))
+    message = read(encode_wheel_speeds(now_ns, speeds_radps, values.JOINTS), 'sensor_msgs/msg/JointState')
+    check_header(message.header, now_ns, '')
+    assert (tuple(message.name), tuple(message.velocity)) == (values.JOINTS, speeds_radps)
+    assert len(message.position) == len(message.effort) == 0
 
 
 def test_joint_states_are_decoded_as_they_were_encoded():
