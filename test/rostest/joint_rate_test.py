@@ -70,7 +70,8 @@ class JointRateTest(NodeTest):
         last = count - 1
         for pair, step in (('usual', PERIOD_NS * RATE_HZ // NS_PER_S), ('each', 1)):
             sent = [index for index in range(0, count, step) if index not in lost]
-            self.odom[pair].wait_for_stamp(self.stamp_ns(last // step * step), timeout_s=120.0)
+            for collector in (self.odom[pair], self.pulses[pair]):  # over connections of their own
+                collector.wait_for_stamp(self.stamp_ns(last // step * step), timeout_s=120.0)
             self.assert_stamps(self.odom[pair].messages, [self.stamp_ns(index) for index in sent])
             reports = self.pulses[pair].messages
             self.assertEqual([stamp_ns_of(report) for report in reports], [self.stamp_ns(index) for index in sent])

@@ -2,11 +2,14 @@
 """The contract of gz_diff_odom_node: /encoder_pulse in, /odom and TF out. Started by odom.test."""
 
 import math
+import time
 
 import numpy as np
 import rosgraph
 import rospy
 import rostest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from ros_testing import (
     NS_PER_S,
@@ -23,6 +26,7 @@ from ros_testing import (
     start_test_node,
     yaw_of,
 )
+from sensor_msgs.msg import JointState
 from std_srvs.srv import Empty
 from tf2_msgs.msg import TFMessage
 
@@ -95,7 +99,10 @@ class OdomTest(NodeTest):
             'plain': Channel('plain'),
             'custom': Channel('custom'),
             'silent': Channel('silent', with_tf=False),
+            'measured': Channel('measured'),
         }
+        cls.speeds = connected_publisher('/measured/encoder_velocity', JointState)
+        cls.commands = connected_publisher('/plain/cmd_vel', Twist)
         cls.rosout = RosoutWatch()
 
     def setUp(self):
@@ -253,6 +260,55 @@ class OdomTest(NodeTest):
         self.assertIn('/plain/tf', publishers)  # shows that the next line can fail
         self.assertNotIn('/silent/tf', publishers)
         self.assertEqual(silent.transforms(), [])
+
+    # --- measured speeds, and diagnoses -------------------------------------------------------------------------------
+
+    def send_speeds(self, stamp_ns, *speeds_radps):
+        message = JointState(name=['left_wheel_joint', 'right_wheel_joint'], velocity=speeds_radps)
+        message.header.stamp = stamp_from_ns(stamp_ns)
+        self.speeds.publish(message)
+
+    def test_measured_speeds_make_the_twist_whichever_comes_first(self):
+        measured = self.channels['measured']
+        for step in range(20):
+            stamp_ns = self.epoch_ns + step * PERIOD_NS
+            if step % 2:
+                self.send_speeds(stamp_ns, 2.0, 3.0)
+            measured.send(stamp_ns, step, step)
+            if not step % 2:
+                self.send_speeds(stamp_ns, 2.0, 3.0)
+        messages = measured.odom.wait_for_count(20)
+        self.assert_stamps(messages, [self.epoch_ns + step * PERIOD_NS for step in range(20)])
+        for message in messages:
+            linear, angular = twist_of(message)
+            self.assertAlmostEqual(linear, 0.1 * 2.5)
+            self.assertAlmostEqual(angular, 0.1 * 1.0 / SEPARATION)
+        self.assert_pose(messages[-1], 19 * DISTANCE_PER_PULSE, 0.0, 0.0)
+
+    def test_speeds_that_never_come_or_are_none_hold_back_nothing_for_long(self):
+        measured = self.channels['measured']
+        self.send_speeds(self.epoch_ns, math.nan, 1.0)
+        for step in range(30):
+            measured.send(self.epoch_ns + step * PERIOD_NS, step, step)
+            time.sleep(0.03)
+        measured.odom.wait_for_count(30)
+        self.rosout.wait_for_warning(measured.node, 'encoder_velocity', 'nan')
+
+    def test_diagnostics_tell_lost_reports_and_wheels_that_do_not_follow(self):
+        plain = self.channels['plain']
+        diagnostics = Collector('/diagnostics', DiagnosticArray)
+        self.drive(plain, [(0, 0)])
+        for step in [*range(1, 40), *range(43, 120)]:
+            if step % 5 == 0:
+                self.commands.publish(Twist())
+                time.sleep(0.05)  # a connection of its own
+            plain.send(self.epoch_ns + step * PERIOD_NS, 3 * step, 3 * step)
+        plain.odom.wait_for_stamp(self.epoch_ns + 119 * PERIOD_NS)
+        statuses = [status for message in diagnostics.messages for status in message.status]
+        told = ' '.join(status.message for status in statuses if status.name.startswith(plain.node.lstrip('/')))
+        self.assertIn('lost reports: 3', told)
+        self.assertIn('left wheel has not followed the command', told)
+        self.assertEqual({status.level for status in statuses} - {DiagnosticStatus.OK, DiagnosticStatus.WARN}, set())
 
     # --- restarts -----------------------------------------------------------------------------------------------------
 

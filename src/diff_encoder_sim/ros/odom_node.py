@@ -35,12 +35,13 @@ class OdometryNode:
         self._diagnosis = OdometryDiagnosis(self._odometry, rate_hz)
         self._pairing = SpeedPairing() if params.velocity_method != 'M' else None
         self._lock = threading.Lock()  # the service and each topic come in threads of their own
-        self._output = OdometryOutput(params.odom_frame, params.base_frame, params.publish_tf)
         self._diagnostics = WheelDiagnostics('Odometry')
         self._reset = rospy.Service('~reset', Empty, self._on_reset)
         self._commands = subscriber('cmd_vel', Twist, self._on_command)
         if self._pairing is not None:
             self._speeds = stamped_subscriber('encoder_velocity', JointState, self._on_speeds)
+        # Last, so that who sees /odom advertised finds it answering.
+        self._output = OdometryOutput(params.odom_frame, params.base_frame, params.publish_tf)
         self._pulses = stamped_subscriber('encoder_pulse', EncoderPulse, self._on_pulses)
 
     def _on_pulses(self, message: EncoderPulse) -> None:
