@@ -35,4 +35,4 @@ def is_restart(
         for count, before, most in zip(counts, pulses_before, most_change)
     )
     were_far = any(abs(count) > most + ROUNDING_PULSES for count, most in zip(counts_before, most_change))
-    return were_far and near_zero and not went_on
+    return any(pulses) and were_far and near_zero and not went_on

@@ -55,3 +55,8 @@ def test_what_is_overlooked_near_zero_is_no_more_than_the_greatest_acceleration_
         for now in range(-30, 31):
             if not restarted((before, before), (now, now)) and abs(now) <= LIMIT:
                 assert abs(before) <= 2.0 * LIMIT
+
+
+def test_counters_that_stand_still_were_not_restarted():
+    """As of a robot that runs against a wall near where its counters began."""
+    assert not is_restart((30, 28), (30, 28), (0, 0), (40.0, 40.0), (5.0, 5.0))
