@@ -25,6 +25,7 @@ extensions = [
     'sphinx.ext.autodoc',
     'sphinx.ext.napoleon',
     'api_pages',
+    'encoder_table',
     'node_tables',
     'notebook_pages',
     'reference_tables',

@@ -53,7 +53,10 @@ def _parts(params_class: Type[Params], default: Any, namespace: str) -> Iterator
     yield namespace, params_class, default
     for name, field in params_class.model_fields.items():
         if _is_nested(field):
-            yield from _parts(field.annotation, _default(name, field, default), f'{namespace}{_key(name, field)}/')
+            nested = _default(name, field, default)
+            # One that must be given has the defaults of its class.
+            nested = None if nested is PydanticUndefined else nested
+            yield from _parts(field.annotation, nested, f'{namespace}{_key(name, field)}/')
 
 
 def _rows(params_class: Type[Params], defaults: Mapping[str, Any], config: Mapping[str, Any]) -> Iterator[Row]:

@@ -1,0 +1,56 @@
+"""Directive `encoders`: the encoders of config/encoders, by their files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Dict, Iterator, List, Tuple
+
+from docutils import nodes
+from node_tables import table
+from sphinx.application import Sphinx
+from sphinx.util.docutils import SphinxDirective
+
+from diff_encoder_sim.base.nested_mappings import flat
+from diff_encoder_sim.encoders.encoder_catalogue import CatalogueEncoder, encoder_names, load_encoder
+from diff_encoder_sim.encoders.encoder_model import EncoderModel
+
+CONFIG = Path(__file__).resolve().parents[2] / 'config'
+COLUMNS = ('Name', 'Encoder', 'Price', 'Counts per wheel revolution', 'Sensor', 'Known of its errors', 'Source')
+OF_SHAPE = ('sensor', 'lines', 'decoding', 'pole_pairs', 'bits', 'side', 'gear_ratio', 'direction')
+
+
+class EncodersDirective(SphinxDirective):
+    """The encoders that come with the package."""
+
+    def run(self) -> List[nodes.Node]:
+        """Return one row for each encoder, the coarsest first."""
+        for name in encoder_names(CONFIG):
+            self.env.note_dependency(str(CONFIG / 'encoders' / f'{name}.yaml'))
+        encoders = [load_encoder(name, CONFIG, CONFIG) for name in encoder_names(CONFIG)]
+        encoders.sort(key=lambda encoder: encoder.counts_per_wheel_turn)
+        return self.parse_text_to_nodes('\n'.join(table(COLUMNS, [_row(encoder) for encoder in encoders])))
+
+
+def _row(encoder: CatalogueEncoder) -> Tuple[str, ...]:
+    counts = f'{encoder.counts_per_wheel_turn:.2f}'.rstrip('0').rstrip('.')
+    model = encoder.params.encoder
+    errors = '; '.join(f'`{key}` {value:g}' for key, value in _errors(model)) or 'nothing'
+    return f'`{encoder.stem}`', encoder.name, encoder.price, counts, _sensor(model), errors, '; '.join(encoder.source)
+
+
+def _errors(model: EncoderModel) -> Iterator[Tuple[str, float]]:
+    """Yield what the file says beside the counts."""
+    given = model.model_dump(exclude_unset=True)
+    return ((key, value) for key, value in flat(given) if key not in OF_SHAPE)
+
+
+def _sensor(model: EncoderModel) -> str:
+    shape = {'hall': f'{model.pole_pairs} pole pairs', 'absolute': f'{model.bits} bits'}
+    text = f'{model.sensor}, {shape.get(model.sensor, f"{model.lines} lines {model.decoding}")}'
+    return f'{text}, gear {model.gear_ratio:.6g}' if model.side == 'motor' else text
+
+
+def setup(app: Sphinx) -> Dict[str, bool]:
+    """Register the directive with Sphinx."""
+    app.add_directive('encoders', EncodersDirective)
+    return {'parallel_read_safe': True, 'parallel_write_safe': True}
