@@ -22,7 +22,7 @@ def name_stopping(name: str, campaign: Campaign, tolerance_m: float, tolerance_d
     """
     if campaign.params.nav != 'embedded':
         return
-    pprs = campaign.params.ppr
+    pprs = [encoder.ppr for encoder in campaign.encoders]
     lines = [stopping_line(cell.robot_params, pprs) for cell in campaign.cells]
     finest = max(pprs, key=lambda ppr: min(ppr.left, ppr.right))
     spreads = [spread_with(cell.robot_params, finest) for cell in campaign.cells]
