@@ -47,7 +47,7 @@ def encoders_text(labels: Sequence[str]) -> str:
     """Join one or more encoders, the unit once: `40, 90 and 1024 PPR`."""
     if IDEAL in labels or any(map(is_real, labels)):
         return enumeration([ppr_text(label) for label in labels])
-    return ppr_text(enumeration(labels))
+    return f'{enumeration(labels)} PPR'
 
 
 def enumeration(texts: Sequence[str]) -> str:

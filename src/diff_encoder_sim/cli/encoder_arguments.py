@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import math
 import sys
 from typing import Iterable
 
@@ -22,6 +21,6 @@ def name_encoders(command: str, encoders: Iterable[ChosenEncoder], wheel_diamete
     """Print a line for each real encoder: what its counts follow from, and how many they are on a metre."""
     for encoder in encoders:
         if encoder.real:
-            per_metre = encoder.ppr.left / (math.pi * wheel_diameter_m)
-            line = f'{encoder.name} ({encoder.real.name}): {encoder.resolution}, {per_metre:.5g} per metre'
+            per_metre = f'{encoder.counts_per_metre(wheel_diameter_m):.5g} per metre'
+            line = f'{encoder.name} ({encoder.real.name}): {encoder.resolution}, {per_metre}'
             print(f'{as_called(command)}: {line}', file=sys.stderr)

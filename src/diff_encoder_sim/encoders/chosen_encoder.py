@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, Dict, NamedTuple, Optional
 
 from diff_encoder_sim.encoders.encoder_catalogue import CatalogueEncoder
@@ -29,6 +30,10 @@ class ChosenEncoder(NamedTuple):
     def resolution(self) -> str:
         """Return how its counts follow from the datasheet; '' for an ideal one."""
         return resolution_text(self.real.params.encoder) if self.real else ''
+
+    def counts_per_metre(self, wheel_diameter_m: float) -> float:
+        """Return the counts of the left wheel on a metre."""
+        return self.ppr.left / (math.pi * wheel_diameter_m)
 
     @property
     def overrides(self) -> Dict[str, Any]:

@@ -9,6 +9,7 @@ import matplotlib
 from matplotlib.figure import Figure as Drawing
 
 from diff_encoder_sim.analysis.dataset import Dataset
+from diff_encoder_sim.analysis.encoder_labels import is_real
 from diff_encoder_sim.analysis.figures.distributions import draw_distributions
 from diff_encoder_sim.analysis.figures.spread import draw_spread
 from diff_encoder_sim.analysis.figures.style import STYLE, Figure, save
@@ -63,4 +64,5 @@ def _draw(dataset: Dataset, variant: Variant) -> Iterator[Drawn]:
         "Standard deviation against the encoder's resolution, with 95 % intervals; the closed form is for stops that "
         'differ by more than a pulse'
     )
+    caption += '; hollow: real encoders' if any(map(is_real, variant.labels)) else ''
     yield Drawn('spread_vs_ppr', caption, draw_spread(variant, dataset.robot, dataset.requested))
