@@ -90,4 +90,5 @@ class CampaignParams(Params):
     def values_of(self, varied: Varied) -> Dict[str, Any]:
         """Return the values of parameters, by dotted keys, in one of the combinations."""
         values = {**self.overrides, **dict(varied)}
-        return {**values, **self.variants[values.pop(VARIANT)]} if VARIANT in values else values
+        variant = values.pop(VARIANT, None)
+        return values if variant is None else {**values, **self.variants[variant]}

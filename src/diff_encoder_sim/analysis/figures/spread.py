@@ -37,6 +37,7 @@ DECADE_NAMES_FROM = 30.0
 
 # Plain numbers, where a log axis would have powers of ten.
 NUMBERS = FuncFormatter(lambda number, _: f'{number:g}')
+COUNTS = FuncFormatter(lambda counts, _: f'{counts:.0f}' if counts >= 100.0 else f'{counts:g}')
 
 
 class _Cell(NamedTuple):
@@ -148,5 +149,5 @@ def _name_pprs(panel: Axes, pprs: Sequence[float]) -> None:
             named.append(ppr)
     panel.set_xlim(low, high)
     panel.xaxis.set_major_locator(FixedLocator(named))
-    panel.xaxis.set_major_formatter(NUMBERS)
+    panel.xaxis.set_major_formatter(COUNTS)
     panel.xaxis.set_minor_locator(NullLocator())
