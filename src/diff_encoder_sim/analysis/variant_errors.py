@@ -52,7 +52,7 @@ def variant_errors(dataset: Dataset, kind: ErrorKind) -> Dict[CellKey, VariantEr
     The error is the final odometry minus the true pose. Trials count whatever their outcome, where they ended.
     """
     cells = dataset.cells()
-    if not all(VARIANT in dict(cell.varied) for cell in cells):
+    if not cells or not all(VARIANT in dict(cell.varied) for cell in cells):
         return {}
     first = first_variant(cells)
     found = {

@@ -5,11 +5,8 @@ from __future__ import annotations
 from typing import Any, Mapping
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.encoders.chosen_encoder import ChosenEncoder, resolution_text
+from diff_encoder_sim.encoders.chosen_encoder import RESOLUTION_KEYS, ChosenEncoder, resolution_text
 from diff_encoder_sim.lockstep.robot_params import RobotConfig, RobotParams, override
-
-# A robot's own encoder has them; the campaign's come in its place.
-OWN_RESOLUTION = ('config.encoder.lines', 'config.encoder.pole_pairs', 'config.encoder.bits')
 
 
 def encoder_parameters(
@@ -26,7 +23,8 @@ def encoder_parameters(
     Raises:
         ConfigError: a value is not allowed, or sets counts other than the encoder's.
     """
-    values = {key: value for key, value in of_robot.items() if key not in OWN_RESOLUTION}
+    # The robot's own encoder gives way.
+    values = {key: value for key, value in of_robot.items() if key not in RESOLUTION_KEYS}
     params = override(config, {**values, **encoder.overrides, **of_campaign})
     counts = params.encoder.encoder.counts_per_wheel_turn
     if counts != (encoder.real and encoder.ppr.left):

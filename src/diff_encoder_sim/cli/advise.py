@@ -17,6 +17,7 @@ from diff_encoder_sim.analysis.quantities import YAW, X
 from diff_encoder_sim.analysis.within_tolerance import REQUIRED_FRACTION, fewest_trials
 from diff_encoder_sim.base.bounded_numbers import PULSES_PER_TURN, Between
 from diff_encoder_sim.base.command_line import tool_parser
+from diff_encoder_sim.base.command_name import as_called
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.number_arguments import number_within, whole_number_within
 from diff_encoder_sim.base.paths import package_folder
@@ -55,7 +56,8 @@ def _advise(options: argparse.Namespace, run: RunTrial) -> None:
     campaign = _candidates(options, given)
     campaign = with_checks('advise', campaign, options.unchecked)
     labels, tolerance = _ascending(campaign), Tolerance(options.tolerance, options.yaw_tolerance)
-    name_encoders('advise', campaign.encoders, campaign.cells[0].robot_params.odometry.wheel_diameter)
+    diameter_m = campaign.cells[0].robot_params.odometry.wheel_diameter
+    name_encoders(as_called('advise'), campaign.encoders, diameter_m)
     name_stopping('advise', campaign, tolerance.position_m, tolerance.yaw_deg)
     with CandidateTrials(options, campaign, run) as trials:
         advisor = Advisor(labels, looks, tolerance, trials.with_encoder)

@@ -16,6 +16,7 @@ from typing_extensions import get_args
 from diff_encoder_sim.analysis.quantities import YAW, X
 from diff_encoder_sim.base.bounded_numbers import PULSES_PER_TURN, Between
 from diff_encoder_sim.base.command_line import tool_parser
+from diff_encoder_sim.base.command_name import as_called
 from diff_encoder_sim.base.number_arguments import number_within, whole_number_within
 from diff_encoder_sim.base.paths import package_folder
 from diff_encoder_sim.campaign.campaign_definition import Campaign, TrialJob
@@ -82,7 +83,8 @@ def complete(options: argparse.Namespace, command: Sequence[str], run: RunTrial 
     with ResultStore(options.out, campaign, about, options.resume) as store:
         jobs = store.pending()
         if jobs:
-            name_encoders('campaign', campaign.encoders, campaign.cells[0].robot_params.odometry.wheel_diameter)
+            diameter_m = campaign.cells[0].robot_params.odometry.wheel_diameter
+            name_encoders(as_called('campaign'), campaign.encoders, diameter_m)
             name_stopping('campaign', campaign, X.tolerance, YAW.tolerance)
         left = time_left(campaign, jobs, store.rows)
         progress = progress_on(sys.stderr, len(campaign.jobs()), store.rows, left)

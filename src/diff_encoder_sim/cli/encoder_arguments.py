@@ -6,21 +6,20 @@ import argparse
 import sys
 from typing import Iterable
 
-from diff_encoder_sim.base.command_name import as_called
 from diff_encoder_sim.encoders.chosen_encoder import ChosenEncoder
 
 ENCODERS_HELP = 'real encoders: amt102, pololu_25d, ... (files of config/encoders/; catalogue: all), or .yaml files'
 
 
-def add_encoders(parser: argparse._ActionsContainer) -> None:
-    """Add --encoders."""
-    parser.add_argument('--encoders', nargs='+', metavar='NAME|FILE', help=ENCODERS_HELP)
+def add_encoders(parser: argparse._ActionsContainer, option: str = '--encoders') -> None:
+    """Add the option that names real encoders."""
+    parser.add_argument(option, nargs='+', metavar='NAME|FILE', help=ENCODERS_HELP)
 
 
 def name_encoders(command: str, encoders: Iterable[ChosenEncoder], wheel_diameter_m: float) -> None:
-    """Print a line for each real encoder: what its counts follow from, and how many they are on a metre."""
+    """Print a line for each encoder with a resolution: what its counts follow from, and how many are on a metre."""
     for encoder in encoders:
-        if encoder.real:
+        if encoder.resolution:
+            name = f'{encoder.name} ({encoder.real.name})' if encoder.real else 'encoder'
             per_metre = f'{encoder.counts_per_metre(wheel_diameter_m):.5g} per metre'
-            line = f'{encoder.name} ({encoder.real.name}): {encoder.resolution}, {per_metre}'
-            print(f'{as_called(command)}: {line}', file=sys.stderr)
+            print(f'{command}: {name}: {encoder.resolution}, {per_metre}', file=sys.stderr)

@@ -42,4 +42,4 @@ def name_stopping_of_trial(nav: str, params: RobotParams) -> None:
     """Print how the robot of a live trial stops, if it is navigated."""
     if nav != 'scripted':
         used = as_upstream(params) if nav == 'upstream' else params
-        print(f'trial.launch: {stopping_line(used, [params.encoder.ppr])}', file=sys.stderr)
+        print(f'trial.launch: {stopping_line(used, [params.encoder.counts_per_turn])}', file=sys.stderr)

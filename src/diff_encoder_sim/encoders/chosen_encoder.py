@@ -8,17 +8,22 @@ from typing import Any, Dict, NamedTuple, Optional
 from diff_encoder_sim.encoders.encoder_catalogue import CatalogueEncoder
 from diff_encoder_sim.encoders.encoder_model import EncoderModel
 from diff_encoder_sim.encoders.pulses import PerWheel, encoder_label
+from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
+
+# By which config.yaml or a robot file says how many counts there are, in place of ppr.
+RESOLUTION_KEYS = ('config.encoder.lines', 'config.encoder.pole_pairs', 'config.encoder.bits')
 
 
 class ChosenEncoder(NamedTuple):
     """One of the encoders that are compared."""
 
     ppr: PerWheel  # counts per wheel revolution
-    real: Optional[CatalogueEncoder] = None  # None for an ideal one
+    resolution: str = ''  # how they follow from a datasheet; '' where they are given
+    real: Optional[CatalogueEncoder] = None  # None for an ideal one, and for the robot's own
 
     @property
     def name(self) -> str:
-        """Return the name of a real one; '' for an ideal one."""
+        """Return the name of a real one; '' for others."""
         return self.real.stem if self.real else ''
 
     @property
@@ -27,25 +32,24 @@ class ChosenEncoder(NamedTuple):
         return encoder_label(self.ppr, self.name)
 
     @property
-    def resolution(self) -> str:
-        """Return how its counts follow from the datasheet; '' for an ideal one."""
-        return resolution_text(self.real.params.encoder) if self.real else ''
-
-    def counts_per_metre(self, wheel_diameter_m: float) -> float:
-        """Return the counts of the left wheel on a metre."""
-        return self.ppr.left / (math.pi * wheel_diameter_m)
-
-    @property
     def overrides(self) -> Dict[str, Any]:
         """Return what it sets, by dotted keys such as `config.encoder.lines`."""
         ppr = {'config.ppr': self.ppr.model_dump()}
         return {**ppr, **self.real.overrides} if self.real else ppr
 
+    def counts_per_metre(self, wheel_diameter_m: float) -> float:
+        """Return the counts of the left wheel on a metre."""
+        return self.ppr.left / (math.pi * wheel_diameter_m)
+
 
 def chosen(real: CatalogueEncoder) -> ChosenEncoder:
     """Choose a real encoder."""
-    counts = real.counts_per_wheel_turn
-    return ChosenEncoder(PerWheel(left=counts, right=counts), real)
+    return own_encoder(real.params)._replace(real=real)
+
+
+def own_encoder(params: EncoderParams) -> ChosenEncoder:
+    """Choose the encoder that is in these parameters."""
+    return ChosenEncoder(params.counts_per_turn, resolution_text(params.encoder))
 
 
 def resolution_text(model: EncoderModel) -> str:
@@ -64,5 +68,5 @@ def _shaft_text(model: EncoderModel, counts: int) -> str:
     if model.pole_pairs:
         return f'{model.pole_pairs} pole pairs x {counts // model.pole_pairs}'
     if model.lines:
-        return f'{model.lines} lines x {counts // model.lines}'
+        return f'{model.lines} line{"s" if model.lines > 1 else ""} x {counts // model.lines}'
     return f'2^{model.bits}'

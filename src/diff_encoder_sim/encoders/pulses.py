@@ -44,6 +44,11 @@ def encoder_label(ppr: PerWheel, name: str) -> str:
     return f'{ppr_label(ppr)} {name}' if name else ppr_label(ppr)
 
 
+def file_label(ppr: PerWheel, name: str) -> str:
+    """Format an encoder for names of files: `90ppr`, or `8192_amt102`."""
+    return encoder_label(ppr, name).replace(' ', '_') if name else f'{ppr_label(ppr)}ppr'
+
+
 def pulses_from_angle(angle_rad: float, ppr: float) -> int:
     """Return the whole pulses at a wheel angle, equation (1): floor, so -0.1 pulse is -1."""
     return math.floor(angle_rad * ppr / (2.0 * math.pi))

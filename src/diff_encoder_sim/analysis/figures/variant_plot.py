@@ -57,11 +57,11 @@ def _draw_panel(panel: Axes, errors: _Errors, names: List[str], dataset: Dataset
         name, colour = dict(cell.varied)[VARIANT], colours[cell.ppr]
         if error.median <= 0.0:
             continue  # it has no place on a logarithmic axis
-        if name == first:
-            panel.axvline(error.median, color=colour, linewidth=0.7, linestyle=':')
         place = names.index(name) + BESIDE * ((labels.index(cell.ppr) + 0.5) / len(labels) - 0.5)
         bars = [[error.median - error.low], [error.high - error.median]]
         panel.errorbar([error.median], [place], xerr=bars, color=colour, **_look(error.failed > 0))
+        if name == first:
+            panel.plot([error.median] * 2, [-0.5, len(names) - 0.5], color=colour, linewidth=0.7, linestyle=':')
 
 
 def _look(has_failed: bool) -> Dict[str, Any]:
