@@ -10,7 +10,6 @@ from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.campaign.campaign_loading import load_campaign
 from diff_encoder_sim.campaign.result_store import ResultStore
 from diff_encoder_sim.campaign.trial_row import TrialRow
-from diff_encoder_sim.encoders.pulses import ppr_label
 from diff_encoder_sim.trials.pose_source import PoseSource
 from diff_encoder_sim.trials.trial_outcome import Outcome
 from places import ROOT
@@ -46,7 +45,7 @@ def row_of_job(campaign, job, bag='', **changes):
     errors = {source: Pose2D(job.position / 3, -1e-17, 0.1 * number) for number, source in enumerate(PoseSource)}
     row = TrialRow(
         cell.test.name,
-        ppr_label(cell.ppr),
+        cell.encoder.label,
         cell.varied_texts(),
         job.trial,
         job.seed,

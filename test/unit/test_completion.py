@@ -37,6 +37,8 @@ TABS = {
     ('rosrun', 'diff_encoder_sim', 'campaign', '--robot', 'b'): ['burger'],
     ('rosrun', 'diff_encoder_sim', 'campaign', '--tests', 'SL', 'SM'): ['SMT'],
     ('rosrun', 'diff_encoder_sim', 'campaign', '--config', 'pa'): ['paper', 'paper_tb3'],
+    ('rosrun', 'diff_encoder_sim', 'campaign', '--encoders', 'amt'): ['amt102'],
+    ('rosrun', 'diff_encoder_sim', 'campaign', '--encoders', 'amt102', 'cat'): ['catalogue'],
     ('rosrun', 'diff_encoder_sim', 'campaign', '--amcl', 'amcl_'): ['amcl_accurate'],
     ('rosrun', 'diff_encoder_sim', 'campaign', '--out', '/etc/host'): [],  # the shell itself offers files
     ('rosrun', 'diff_encoder_sim', 'amcl_node', '--h'): [],

@@ -31,7 +31,7 @@ MAY_IMPORT = {
     ),
     'reencoding': 'base encoders odometry trials evaluation serialization recording',
     'campaign': 'base robots encoders mapping simulation trials recording lockstep',
-    'analysis': 'base encoders odometry mapping trials evaluation recording campaign',
+    'analysis': 'base odometry mapping trials evaluation recording campaign',
     'advice': 'base trials evaluation analysis',
     'cli': (
         'base robots encoders odometry mapping simulation slam trials evaluation recording lockstep '

@@ -48,7 +48,7 @@ class Tolerance(NamedTuple):
 
 
 class Advisor:
-    """Searches encoders by bisection, which takes larger ones to be sufficient where a smaller one is.
+    """Searches encoders: ideal ones by bisection, which takes larger ones to be sufficient where a smaller one is.
 
     A few trials of each test decide most encoders; where they do not, more are run. Several looks at
     growing data would find by chance what is not so: each look has its part of 1 - LEVEL.
@@ -87,6 +87,10 @@ class Advisor:
             else:
                 low = middle + 1
         return self._labels[high]
+
+    def sufficient(self, source: PoseSource) -> List[str]:
+        """Return all encoders that are sufficient in every test: where counts do not tell which is better."""
+        return [label for label in self._labels if self._is_sufficient(label, source)]
 
     def table(self) -> str:
         """Return the results of the encoders that were tried: a row for each test by each criterion."""

@@ -9,13 +9,14 @@ from typing import Dict, List, Sequence
 from diff_encoder_sim.analysis.bag_trial import BagTrial, read_bag_trials, robot_of
 from diff_encoder_sim.analysis.dataset import Dataset
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.campaign.campaign_params import VARIANT
 from diff_encoder_sim.campaign.results_layout import MANIFEST
 from diff_encoder_sim.recording.bag_source import bags_in
 
 log = logging.getLogger(__name__)
 
 # Trials that differ in one of these are not pooled: it becomes a varied parameter.
-KEPT_APART = ('nav', 'wheel_diameter', 'wheel_separation')
+KEPT_APART = ('nav', VARIANT, 'wheel_diameter', 'wheel_separation')
 
 
 def bag_dataset(paths: Sequence[Path]) -> Dataset:

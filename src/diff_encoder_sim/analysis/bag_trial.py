@@ -17,7 +17,6 @@ from diff_encoder_sim.base.host_info import usable_cores
 from diff_encoder_sim.base.interrupts import interrupts_blocked
 from diff_encoder_sim.base.pose_series import PoseSeries
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.encoders.pulses import ppr_label
 from diff_encoder_sim.evaluation.trajectory_error import Alignment, PathError, path_error
 from diff_encoder_sim.recording import topics
 from diff_encoder_sim.recording.trial_recording import POSE_TOPICS, TrialRecording, read_trial
@@ -87,7 +86,7 @@ def _data(recording: TrialRecording) -> TrialData:
 
 def label_of(trial: Trial) -> str:
     """Return the label of the trial's encoder."""
-    return IDEAL if trial.odom == 'ideal' else ppr_label(trial.ppr)
+    return IDEAL if trial.odom == 'ideal' else trial.encoder_label
 
 
 def robot_of(trial: Trial) -> RobotGeometry:

@@ -9,9 +9,9 @@ from diff_encoder_sim.analysis.bag_trial import BagTrial, read_bag_trials, robot
 from diff_encoder_sim.analysis.campaign_folder import Manifest, read_campaign
 from diff_encoder_sim.analysis.dataset import Dataset, TrialData
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.campaign.campaign_params import VARIANT
 from diff_encoder_sim.campaign.results_layout import BAGS
 from diff_encoder_sim.campaign.trial_row import TrialRow
-from diff_encoder_sim.encoders.pulses import ppr_label
 from diff_encoder_sim.recording.bag_source import bags_in
 
 
@@ -83,8 +83,10 @@ def _differences(trial: TrialData, bag: BagTrial, manifest: Manifest) -> List[st
     recorded, requested = bag.trial, manifest.requested[trial.test]
     expected = {'test': requested.test, 'number': trial.seed, 'nav': requested.nav}
     differing = [key for key, value in expected.items() if getattr(recorded, key) != value]
-    if ppr_label(recorded.ppr) != trial.ppr:
+    if recorded.encoder_label != trial.ppr:
         differing.append('ppr')
+    if recorded.variant != dict(trial.varied).get(VARIANT, ''):
+        differing.append(VARIANT)
     if robot_of(recorded) not in manifest.robots:
         differing.append('wheel_diameter, wheel_separation')
     return differing

@@ -64,7 +64,8 @@ def _manifest(path: Path) -> Manifest:
         configuration = content['configuration']
         requested = [_requested(test, configuration['nav'], path) for test in configuration['tests']]
         parameters = configuration['parameters']
-        count = len(requested) * len(parameters) * len(configuration['ppr']) * configuration['trials']
+        encoders = len(configuration['ppr']) + len(configuration.get('encoders', []))
+        count = len(requested) * len(parameters) * encoders * configuration['trials']
         return Manifest(
             content,
             str(content['name']),

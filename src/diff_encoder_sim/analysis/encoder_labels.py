@@ -1,4 +1,7 @@
-"""Encoder labels as trials.csv and the tables have them: the PPR (`ppr_label`), or `ideal`."""
+"""Encoder labels as trials.csv and the tables have them (`encoders.pulses.encoder_label`), or `ideal`.
+
+`90` is an ideal encoder of 90 PPR, `40-90` one of 40 left and 90 right, `8192 amt102` a real one of 8192 counts.
+"""
 
 from __future__ import annotations
 
@@ -9,34 +12,42 @@ IDEAL = 'ideal'  # odometry from the simulator, without an encoder
 
 
 def ppr_value(label: str) -> Optional[float]:
-    """Return the pulses per revolution of both wheels; None where they differ or there is no encoder."""
+    """Return the counts per wheel revolution of both wheels; None where they differ or there is no encoder."""
     try:
-        return float(label)
+        return float(label.partition(' ')[0])
     except ValueError:
         return None
 
 
 def ppr_values(labels: Sequence[str]) -> List[float]:
-    """Return the distinct pulses per revolution of the labels that have one, ascending."""
+    """Return the distinct counts per wheel revolution of the labels that have them, ascending."""
     return sorted({value for value in map(ppr_value, labels) if value is not None})
 
 
+def is_real(label: str) -> bool:
+    """Return whether this is an encoder with a name, whose counts are not all that matters."""
+    return ' ' in label
+
+
 def ppr_order(label: str) -> Tuple[float, str]:
-    """Return a sort key: PPR ascending, then wheels that differ, then ideal odometry."""
+    """Return a sort key: counts ascending, ideal encoders first; then wheels that differ, then ideal odometry."""
     value = ppr_value(label)
     return (math.inf if value is None else value), label
 
 
 def ppr_text(label: str) -> str:
-    """Return an encoder as tables show it: `90 PPR`."""
+    """Return an encoder as tables show it: `90 PPR`, or `amt102 (8192 counts)`."""
+    if is_real(label):
+        counts, _, name = label.partition(' ')
+        return f'{name} ({counts} counts)'
     return 'ideal odometry' if label == IDEAL else f'{label} PPR'
 
 
 def encoders_text(labels: Sequence[str]) -> str:
     """Join one or more encoders, the unit once: `40, 90 and 1024 PPR`."""
-    if IDEAL in labels:
+    if IDEAL in labels or any(map(is_real, labels)):
         return enumeration([ppr_text(label) for label in labels])
-    return ppr_text(enumeration(labels))
+    return f'{enumeration(labels)} PPR'
 
 
 def enumeration(texts: Sequence[str]) -> str:

@@ -70,7 +70,7 @@ def goal_table(dataset: Dataset, kind: GoalTable) -> Table:
 
 def _columns(labels: Sequence[str]) -> Iterator[Column]:
     for label in labels:
-        name = label if label == IDEAL else f'ppr{label}'
+        name = label if label == IDEAL else f'ppr{label}'.replace(' ', '_')
         for quantity in QUANTITIES:
             yield Column(f'{name}_{quantity.name}', quantity.head, ppr_text(label))
 

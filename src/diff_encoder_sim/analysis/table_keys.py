@@ -7,6 +7,7 @@ from typing import List, Sequence
 from diff_encoder_sim.analysis.dataset import CellKey, Dataset, Varied, distinct
 from diff_encoder_sim.analysis.encoder_labels import ppr_text
 from diff_encoder_sim.analysis.table import Column
+from diff_encoder_sim.campaign.campaign_params import VARIANT
 
 
 def cell_text(cell: CellKey) -> str:
@@ -20,8 +21,8 @@ def setup_text(test: str, varied: Varied) -> str:
 
 
 def varied_texts(varied: Varied) -> List[str]:
-    """Return each parameter with its value."""
-    return [f'{key} {value}' for key, value in varied]
+    """Return each parameter with its value; a variant's name says what it is."""
+    return [value if key == VARIANT else f'{key} {value}' for key, value in varied]
 
 
 def varied_keys(dataset: Dataset) -> List[str]:

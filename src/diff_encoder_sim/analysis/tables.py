@@ -11,12 +11,12 @@ from diff_encoder_sim.analysis.interval_tables import interval_table
 from diff_encoder_sim.analysis.path_tables import path_error_table
 from diff_encoder_sim.analysis.pulse_resolution import pulse_resolution_table
 from diff_encoder_sim.analysis.table import Table
+from diff_encoder_sim.analysis.variant_table import variant_table
 
 
 def all_tables(dataset: Dataset) -> List[Table]:
-    """Build tables 3 to 6 of a dataset, the intervals of 4 to 6, and errors along the path if known."""
+    """Build tables 3 to 6 of a dataset, the intervals of 4 to 6, and errors along the path and of variants if known."""
     tables = [pulse_resolution_table(ppr_values(dataset.encoders()), *dataset.robot)]
     for kind in GOAL_TABLES:
         tables += [goal_table(dataset, kind), interval_table(dataset, kind)]
-    path_errors = path_error_table(dataset)
-    return tables if path_errors is None else [*tables, path_errors]
+    return [*tables, *(table for table in (path_error_table(dataset), variant_table(dataset)) if table is not None)]

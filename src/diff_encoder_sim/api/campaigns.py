@@ -21,7 +21,7 @@ def run_campaign(out: Union[str, Path], config: Union[str, Path] = 'quick', **op
     Args:
         out: the results folder.
         config: a campaign by name, or a .yaml file.
-        options: of the command `campaign`: tests, ppr, trials, robot, record, workers, ...
+        options: of the command `campaign`: tests, ppr, encoders, trials, robot, record, workers, ...
 
     Raises:
         ConfigError: an option, a file or the folder is bad.

@@ -12,9 +12,10 @@ from diff_encoder_sim.api.command_options import command_line, parsed
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.pose_series import PoseSeries
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.cli.reencode import notes_on, opened_drive, run_drive
-from diff_encoder_sim.cli.reencode_arguments import output_files, parse, pprs_of_texts
-from diff_encoder_sim.encoders.pulses import PerWheel, ppr_label
+from diff_encoder_sim.cli.reencode import notes_on, opened_drive, run_drive, wheels_with
+from diff_encoder_sim.cli.reencode_arguments import output_files, parse
+from diff_encoder_sim.cli.reencode_encoders import chosen_encoders
+from diff_encoder_sim.encoders.pulses import PerWheel
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 from diff_encoder_sim.evaluation.trajectory_error import PathError
 from diff_encoder_sim.odometry.wheel_odometry import OdometryParams
@@ -39,20 +40,20 @@ def reencode(bag: Union[str, Path, None] = None, **options: Any) -> List[Reencod
 
     Args:
         bag: of ROS 1 or ROS 2; None where the option csv names a table.
-        options: of the command `reencode`: ppr, out, robot, reference, ...
+        options: of the command `reencode`: ppr, encoder, out, robot, reference, ...
 
     Raises:
         ConfigError: an option or a file is bad, or there is no drive in it.
         OSError: a file cannot be written.
     """
     given = parsed(parse, [*([str(bag)] if bag is not None else []), *command_line(options)])
-    pprs = pprs_of_texts(given.ppr)
     with opened_drive(given) as drive:
-        runs = [_WheelsWithPath(ppr, drive.robot.encoder, drive.robot.odometry) for ppr in pprs]
-        summary = run_drive(drive, runs, output_files(given.out, drive.path, pprs))
+        encoders = chosen_encoders(given, drive.robot.encoder)
+        runs = [wheels_with(encoder, drive.robot, _WheelsWithPath) for encoder in encoders]
+        summary = run_drive(drive, runs, output_files(given.out, drive.path, encoders))
         for note in notes_on(drive, runs, summary):
             log.warning('%s: %s', drive.path, note)
-    return [ReencodedDrive(ppr_label(run.ppr), _series(run.path), run.comparison.result()) for run in runs]
+    return [ReencodedDrive(run.label, _series(run.path), run.comparison.result()) for run in runs]
 
 
 def read_path(bag: Union[str, Path], reference: str = '/odom') -> PoseSeries:
@@ -74,8 +75,8 @@ def read_path(bag: Union[str, Path], reference: str = '/odom') -> PoseSeries:
 class _WheelsWithPath(WheelsAtPpr):
     """Keeps the whole path."""
 
-    def __init__(self, ppr: PerWheel, encoder: EncoderParams, odometry: OdometryParams) -> None:
-        super().__init__(ppr, encoder, odometry)
+    def __init__(self, ppr: PerWheel, encoder: EncoderParams, odometry: OdometryParams, name: str = '') -> None:
+        super().__init__(ppr, encoder, odometry, name)
         self.path: List[Tuple[int, Pose2D]] = []
 
     def update(self, time_ns: int, joints: JointValues) -> bool:

@@ -31,7 +31,7 @@ def unfit_tests(campaign: Campaign, worlds_folder: Path) -> List[str]:
         return []
     found: Dict[str, str] = {}
     for cell in campaign.cells:
-        if cell.ppr == campaign.cells[0].ppr and cell.test.name not in found:
+        if cell.encoder == campaign.cells[0].encoder and cell.test.name not in found:
             params = cell.robot_params
             grid = load_map(find_world(cell.test.world, worlds_folder).with_suffix('.yaml'))
             line = misfit(cell.test, params.navigator, params.simulator.drive, grid)

@@ -5,79 +5,19 @@ from __future__ import annotations
 import hashlib
 import itertools
 import json
-import math
-from typing import Any, Dict, Iterator, List, Literal, NamedTuple, Optional, Tuple
+from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
-from pydantic import AfterValidator, Field
-from typing_extensions import Annotated
-
-from diff_encoder_sim.base.bounded_numbers import Between
-from diff_encoder_sim.base.file_names import PathText
-from diff_encoder_sim.base.typed_params import Params
+from diff_encoder_sim.base.nested_mappings import flat
+from diff_encoder_sim.campaign.campaign_params import VARIANT, CampaignParams, Varied
 from diff_encoder_sim.campaign.campaign_robot import CampaignRobot
 from diff_encoder_sim.campaign.trial_files import TrialFiles
-from diff_encoder_sim.encoders.pulses import PerWheel, PulsesPerRevolution
+from diff_encoder_sim.encoders.chosen_encoder import ChosenEncoder
+from diff_encoder_sim.encoders.pulses import PerWheel
 from diff_encoder_sim.lockstep.robot_params import RobotParams
 from diff_encoder_sim.recording.bag_files import SUFFIXES
-from diff_encoder_sim.recording.topics import RecordMode
 from diff_encoder_sim.trials.test_definition import TestDefinition
-from diff_encoder_sim.trials.trial_definition import BagFormat, Trial
+from diff_encoder_sim.trials.trial_definition import Trial
 from diff_encoder_sim.trials.trial_wheels import wheels_of
-
-# A mistyped list, or one list too many, is refused at once and not after the memory is full.
-MOST_CELLS, MOST_TRIALS = 10_000, 1_000_000
-
-Varied = Tuple[Tuple[str, Any], ...]  # dotted keys in alphabetical order, and values
-
-
-def _is_printable(text: str) -> str:
-    if not text.isprintable():
-        raise ValueError('printable characters')
-    return text
-
-
-ConfigFile = Literal['amcl', 'config', 'lockstep', 'navigation', 'simulator']  # stems of files of config/
-Line = Annotated[str, AfterValidator(_is_printable)]
-PathLine = Annotated[PathText, AfterValidator(_is_printable)]
-
-
-class CampaignParams(Params):
-    """The keys of a campaign file."""
-
-    name: Line = Field(min_length=1, description='name of the campaign')
-    tests: List[PathLine] = Field(min_length=1, description='names of files in config/tests/, or paths of .yaml files')
-    ppr: List[PulsesPerRevolution] = Field(min_length=1, description='encoders, in pulses per wheel revolution')
-    trials: Annotated[int, Between(1, MOST_TRIALS)] = Field(30, description='trials of each test with each encoder')
-    seed: Annotated[int, Between(0, 2**62 - 1)] = Field(0, description='trial k has the seed `seed` + k')
-    nav: Literal['embedded', 'scripted'] = Field('embedded', description='navigated, or a drive without feedback')
-    record: RecordMode = Field(
-        'minimal', description='topics in the bags: all, without bulky ones such as /scan, or no bags'
-    )
-    bag_format: BagFormat = Field('ros1', description='of the bags: ROS 1, or MCAP files of ROS 2')
-    robot: PathLine = Field(
-        '', description='name of a robot in config/robots/, a robot file, xacro or URDF; empty: alto'
-    )
-    files: Dict[ConfigFile, PathLine] = Field(
-        {},
-        description='in place of amcl.yaml and the other files of config/: `amcl: amcl_accurate`, '
-        'another file there, or the path of a .yaml file',
-    )
-    overrides: Dict[Line, Any] = Field(
-        {}, alias='set', description='values of parameters in all trials, by dotted keys'
-    )
-    vary: Dict[Line, Annotated[List[Any], Field(min_length=1)]] = Field(
-        {}, description='values of parameters: each combination is a cell of its own'
-    )
-
-    def combinations(self) -> Iterator[Varied]:
-        """Yield the combinations of varied parameters; one empty combination where nothing is varied."""
-        keys = sorted(self.vary)
-        for values in itertools.product(*(self.vary[key] for key in keys)):
-            yield tuple(zip(keys, values))
-
-    def cell_count(self) -> int:
-        """Count the cells without creating them."""
-        return len(self.tests) * len(self.ppr) * math.prod(len(values) for values in self.vary.values())
 
 
 class CampaignCell(NamedTuple):
@@ -85,9 +25,14 @@ class CampaignCell(NamedTuple):
 
     label: str  # in names of files; unique: SL_90_noise0.03
     test: TestDefinition
-    ppr: PerWheel
+    encoder: ChosenEncoder
     varied: Varied
     robot_params: RobotParams  # resolved
+
+    @property
+    def ppr(self) -> PerWheel:
+        """Return the encoder's counts per wheel revolution."""
+        return self.encoder.ppr
 
     def varied_texts(self) -> Tuple[Tuple[str, str], ...]:
         """Return the varied parameters as a table shows them."""
@@ -107,9 +52,15 @@ class Campaign(NamedTuple):
     """All that is needed to run the trials, on any host."""
 
     params: CampaignParams
-    cells: List[CampaignCell]  # by test, then varied parameters, then PPR
+    cells: List[CampaignCell]  # by test, then varied parameters, then encoder
     files: TrialFiles
     robot: Optional[CampaignRobot] = None
+
+    @property
+    def encoders(self) -> List[ChosenEncoder]:
+        """Return the encoders, in the order of the results: those of each test and set of parameters."""
+        first = self.cells[0]
+        return [cell.encoder for cell in self.cells if (cell.test, cell.varied) == (first.test, first.varied)]
 
     def jobs(self) -> List[TrialJob]:
         """List every trial; equal trial numbers have equal seeds in all cells, and are compared in pairs."""
@@ -127,6 +78,9 @@ class Campaign(NamedTuple):
             ppr=cell.ppr,
             number=job.seed,
             nav=self.params.nav,
+            encoder=cell.encoder.name,
+            resolution=cell.encoder.resolution,
+            variant=dict(cell.varied).get(VARIANT, ''),
             **wheels_of(cell.robot_params.odometry, cell.robot_params.encoder),
         )
 
@@ -137,12 +91,13 @@ class Campaign(NamedTuple):
 
     def resolved(self) -> Dict[str, Any]:
         """Collect everything that determines the results, for JSON: all parameters, files by sha256."""
-        params = self.params
+        params, encoders = self.params, self.encoders
         of_one_test = self.cells[: len(self.cells) // len(params.tests)]
         return {
             'tests': [self._dumped_test(cell.test) for cell in self.cells[:: len(of_one_test)]],
-            'parameters': [_dumped_parameters(cell) for cell in of_one_test[:: len(params.ppr)]],
+            'parameters': [_dumped_parameters(cell) for cell in of_one_test[:: len(encoders)]],
             'ppr': [ppr.model_dump(mode='json') for ppr in params.ppr],
+            **({'encoders': _dumped_encoders(of_one_test, len(encoders))} if params.encoders else {}),
             'trials': params.trials,
             'seed': params.seed,
             'nav': params.nav,
@@ -166,6 +121,25 @@ def text_of(value: Any) -> str:
     """Return a parameter's value in one printable line."""
     is_plain = isinstance(value, str) and value.isprintable()
     return value if is_plain else json.dumps(value)
+
+
+def _dumped_encoders(cells: Sequence[CampaignCell], count: int) -> List[Dict[str, Any]]:
+    """Return each real one of `count` encoders with the parameters that it has otherwise than the first of all.
+
+    Its `parameters` are by dotted keys, for each combination of varied parameters.
+    """
+    firsts = [dict(flat(_dumped_parameters(cell))) for cell in cells[::count]]
+    return [
+        {
+            'label': cells[column].encoder.label,
+            'parameters': [
+                {key: value for key, value in flat(_dumped_parameters(cell)) if first.get(key) != value}
+                for first, cell in zip(firsts, cells[column::count])
+            ],
+        }
+        for column in range(count)
+        if cells[column].encoder.real
+    ]
 
 
 def _dumped_parameters(cell: CampaignCell) -> Dict[str, Any]:

@@ -11,20 +11,15 @@ from typing import Any, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import IDENTITY
 from diff_encoder_sim.base.yaml_files import load_yaml
-from diff_encoder_sim.campaign.campaign_definition import (
-    MOST_CELLS,
-    MOST_TRIALS,
-    Campaign,
-    CampaignCell,
-    CampaignParams,
-    Varied,
-    text_of,
-)
+from diff_encoder_sim.campaign.campaign_definition import Campaign, CampaignCell, text_of
+from diff_encoder_sim.campaign.campaign_params import MOST_CELLS, MOST_TRIALS, VARIANT, CampaignParams, Varied
 from diff_encoder_sim.campaign.campaign_robot import campaign_robot
+from diff_encoder_sim.campaign.encoder_parameters import encoder_parameters
 from diff_encoder_sim.campaign.trial_files import TrialFiles, collect
-from diff_encoder_sim.encoders.pulses import ppr_label
+from diff_encoder_sim.encoders.chosen_encoder import ChosenEncoder, chosen
+from diff_encoder_sim.encoders.encoder_catalogue import load_encoders
 from diff_encoder_sim.lockstep.robot_loading import load_robot
-from diff_encoder_sim.lockstep.robot_params import RobotConfig, RobotParams, check_key, load_robot_config, override
+from diff_encoder_sim.lockstep.robot_params import RobotConfig, RobotParams, check_key, load_robot_config
 from diff_encoder_sim.robots.robot_file import RobotNotFound
 from diff_encoder_sim.robots.robot_setup import RobotSetup
 from diff_encoder_sim.robots.robot_source import RobotSource
@@ -34,6 +29,9 @@ from diff_encoder_sim.trials.test_definition import TestDefinition, find_world, 
 
 # Leaves room for a trial's number and for the name that a file has while it is unfinished.
 LONGEST_LABEL = 150
+
+# Values of what is varied, and all parameters with each encoder.
+Combination = Tuple[Varied, List[RobotParams]]
 
 
 def load_campaign(
@@ -50,7 +48,7 @@ def load_campaign(
             line to the current folder.
         package_folder: where config/, worlds/ and urdf/ are.
         replace: values from the command line that come before the file's; None is none. Of `files`, only those that
-            are named replace the file's.
+            are named replace the file's; `ppr` or `encoders` replace both of the file's.
         robot_arguments: of the robot's xacro.
         robot_packages: folders in which the robot's packages are looked for.
 
@@ -60,6 +58,7 @@ def load_campaign(
     package_folder = Path(package_folder)
     path = _find(name, package_folder / 'config' / 'campaigns')
     given = {key: value for key, value in (replace or {}).items() if value is not None}
+    is_own_choice = 'ppr' in given or 'encoders' in given
     params = _load_params(path, given)
     config = load_robot_config(
         package_folder / 'config', _config_files(params, path, given.get('files', {}), package_folder / 'config')
@@ -68,13 +67,13 @@ def load_campaign(
     robot = _load_robot(params, campaigns_file, package_folder, robot_arguments or {}, robot_packages)
     with _named('' if 'tests' in given else path):
         tests = _load_tests(params, None if 'tests' in given else path.parent, package_folder / 'config')
-    with _named('' if 'ppr' in given else path):
-        _check_unique('ppr', [ppr_label(ppr) for ppr in params.ppr])
+    with _named('' if is_own_choice else path):
+        encoders = _load_encoders(params, Path() if is_own_choice else path.parent, package_folder / 'config')
     with _named(path):
-        _check_size(params)
-        combinations = _resolve(params, config, robot.settings)
+        _check_size(params, len(encoders))
+        combinations = _resolve(params, config, robot.settings, encoders)
         files = _collect(params, tests, combinations, robot.file.source, package_folder)
-    return Campaign(params, _cells(params, tests, combinations), files, campaign_robot(robot))
+    return Campaign(params, _cells(tests, encoders, combinations), files, campaign_robot(robot))
 
 
 def _find(name: str, folder: Path) -> Path:
@@ -91,6 +90,8 @@ def _load_params(path: Path, given: Mapping[str, Any]) -> CampaignParams:
     if not given:
         return params
     files = {**params.files, **given.get('files', {})}
+    if 'ppr' in given or 'encoders' in given:
+        content = {key: value for key, value in content.items() if key not in ('ppr', 'encoders')}
     return CampaignParams.from_mapping({**content, **given, 'files': files}, '')
 
 
@@ -149,8 +150,19 @@ def _load_robot(
     return robot
 
 
-def _check_size(params: CampaignParams) -> None:
-    cells = params.cell_count()
+def _load_encoders(params: CampaignParams, folder: Path, config_folder: Path) -> List[ChosenEncoder]:
+    """Return the ideal encoders, then the real ones; files among them are relative to `folder`."""
+    if not params.ppr and not params.encoders:
+        raise ConfigError('ppr: missing; allowed: ppr, encoders, or both')
+    ideal = [ChosenEncoder(ppr) for ppr in params.ppr]
+    real = [chosen(encoder) for encoder in load_encoders(params.encoders, config_folder, folder)]
+    _check_unique('ppr', [encoder.label for encoder in ideal])
+    _check_unique('encoders', [encoder.label for encoder in real])
+    return [*ideal, *real]
+
+
+def _check_size(params: CampaignParams, encoders: int) -> None:
+    cells = len(params.tests) * encoders * params.combination_count()
     if cells > MOST_CELLS or cells * params.trials > MOST_TRIALS:
         raise ConfigError(
             f'given {cells} cells of {params.trials} trials; allowed: at most {MOST_CELLS} cells, {MOST_TRIALS} trials'
@@ -158,22 +170,33 @@ def _check_size(params: CampaignParams) -> None:
 
 
 def _resolve(
-    params: CampaignParams, config: RobotConfig, of_robot: Mapping[str, Any]
-) -> List[Tuple[Varied, RobotParams]]:
+    params: CampaignParams, config: RobotConfig, of_robot: Mapping[str, Any], encoders: Sequence[ChosenEncoder]
+) -> List[Combination]:
     """Return each combination of varied parameters with all parameters; the campaign's precede the robot's."""
+    _check_keys(params)
+    resolved = []
+    for varied in params.combinations():
+        values = params.values_of(varied)
+        resolved.append((varied, [encoder_parameters(config, of_robot, encoder, values) for encoder in encoders]))
+    # Not before: YAML has values, such as sets, that no parameter allows and no text can show.
+    for key, values_of_key in params.vary.items():
+        _check_unique(key, [text_of(value) for value in values_of_key])
+    for _, of_encoders in resolved:
+        _check_joints(of_encoders[0])
+    return resolved
+
+
+def _check_keys(params: CampaignParams) -> None:
     for key in (*params.overrides, *params.vary):
         check_key(key)
         if key in params.overrides and key in params.vary:
             raise ConfigError(f'{key}: given under set and vary; allowed: one of them')
-    resolved = [
-        (varied, override(config, {**of_robot, **params.overrides, **dict(varied)})) for varied in params.combinations()
-    ]
-    # Not before: YAML has values, such as sets, that no parameter allows and no text can show.
-    for key, values in params.vary.items():
-        _check_unique(key, [text_of(value) for value in values])
-    for _, robot_params in resolved:
-        _check_joints(robot_params)
-    return resolved
+    for name, values in params.variants.items():
+        for key in values:
+            with _named(f'variants: {name}'):
+                check_key(key)
+                if key in params.vary:
+                    raise ConfigError(f'{key}: given under variants and vary; allowed: one of them')
 
 
 def _check_joints(params: RobotParams) -> None:
@@ -191,14 +214,14 @@ def _check_joints(params: RobotParams) -> None:
 def _collect(
     params: CampaignParams,
     tests: Sequence[TestDefinition],
-    combinations: Sequence[Tuple[Varied, RobotParams]],
+    combinations: Sequence[Combination],
     robot: RobotSource,
     package_folder: Path,
 ) -> TrialFiles:
     """Read the files of the trials, and try each simulator once."""
     worlds = package_folder / 'worlds'
     files = collect(tests, worlds, robot, needs_maps=params.nav != 'scripted')
-    simulators = [robot_params.simulator for _, robot_params in combinations]
+    simulators = [of_encoders[0].simulator for _, of_encoders in combinations]
     # What names parts of the robot file, or changes it, must find them there.
     differing = {
         (simulator.left_joint, simulator.right_joint, simulator.laser_link, simulator.wheel_errors): simulator
@@ -216,15 +239,15 @@ def _check_unique(key: str, texts: Sequence[str]) -> None:
 
 
 def _cells(
-    params: CampaignParams, tests: Sequence[TestDefinition], combinations: Sequence[Tuple[Varied, RobotParams]]
+    tests: Sequence[TestDefinition], encoders: Sequence[ChosenEncoder], combinations: Sequence[Combination]
 ) -> List[CampaignCell]:
-    drives = [robot_params.simulator.drive for _, robot_params in combinations]
+    drives = [of_encoders[0].simulator.drive for _, of_encoders in combinations]
     paced = [functools.reduce(lambda slower, drive: at_pace_of(drive, slower), drives, test) for test in tests]
     cells = [
-        CampaignCell(_label(test, ppr_label(ppr), varied), test, ppr, varied, robot_params)
+        CampaignCell(_label(test, encoder, varied), test, encoder, varied, robot_params)
         for test in paced
-        for varied, robot_params in combinations
-        for ppr in params.ppr
+        for varied, of_encoders in combinations
+        for encoder, robot_params in zip(encoders, of_encoders)
     ]
     # To some file systems SL_a and sl_A are the same name.
     if len({cell.label.casefold() for cell in cells}) < len(cells):
@@ -232,6 +255,7 @@ def _cells(
     return cells
 
 
-def _label(test: TestDefinition, ppr: str, varied: Varied) -> str:
-    parts = [test.name, ppr, *(key.rpartition('.')[2] + text_of(value) for key, value in varied)]
+def _label(test: TestDefinition, encoder: ChosenEncoder, varied: Varied) -> str:
+    named = [text_of(value) if key == VARIANT else key.rpartition('.')[2] + text_of(value) for key, value in varied]
+    parts = [test.name, encoder.label, *named]
     return '_'.join(re.sub(r'[^A-Za-z0-9.+-]+', '_', part) for part in parts)[:LONGEST_LABEL]

@@ -29,9 +29,27 @@ def manifest_of(campaign: Campaign, run: Dict[str, Any]) -> Dict[str, Any]:
         'seeds': {'first': seed + 1, 'last': seed + trials},
         'runs': [run],
         **({'robot': campaign.robot.as_json()} if campaign.robot else {}),
+        **({'encoders': _encoders(campaign)} if campaign.params.encoders else {}),
         **({'config_files': dict(campaign.params.files)} if campaign.params.files else {}),
         'configuration': campaign.resolved(),
     }
+
+
+def _encoders(campaign: Campaign) -> List[Dict[str, Any]]:
+    """Return what is known of the real encoders, and what their counts follow from."""
+    diameter_m = campaign.cells[0].robot_params.odometry.wheel_diameter
+    return [
+        {
+            'label': encoder.label,
+            'name': encoder.real.name,
+            'source': list(encoder.real.source),
+            'price': encoder.real.price,
+            'resolution': encoder.resolution,
+            'counts_per_metre': encoder.counts_per_metre(diameter_m),
+        }
+        for encoder in campaign.encoders
+        if encoder.real
+    ]
 
 
 def describe_run(package_folder: Path, command: Sequence[str]) -> Dict[str, Any]:

@@ -17,7 +17,6 @@ from diff_encoder_sim.campaign.results_layout import BAGS, LOCK, MANIFEST, TABLE
 from diff_encoder_sim.campaign.results_lock import locked
 from diff_encoder_sim.campaign.trial_row import TrialRow
 from diff_encoder_sim.campaign.trials_table import TrialsTable
-from diff_encoder_sim.encoders.pulses import ppr_label
 
 log = logging.getLogger(__name__)
 
@@ -48,7 +47,7 @@ class ResultStore:
         self._campaign = campaign
         self._jobs = _jobs_by_identity(campaign)
         self._rows: Dict[int, TrialRow] = {}  # by position of job
-        self._table = TrialsTable(self.folder / TABLE, sorted(campaign.params.vary))
+        self._table = TrialsTable(self.folder / TABLE, campaign.params.varied_keys)
         with contextlib.ExitStack() as opened, _named_errors(self.folder):
             self._refuse_foreign(must_resume)
             self.folder.mkdir(parents=True, exist_ok=True)
@@ -169,7 +168,7 @@ def _named_errors(path: Path) -> Iterator[None]:
 
 def _jobs_by_identity(campaign: Campaign) -> Dict[Tuple[object, ...], TrialJob]:
     """Map jobs by what TrialRow.identity returns."""
-    cells = [(cell.test.name, ppr_label(cell.ppr), cell.varied_texts()) for cell in campaign.cells]
+    cells = [(cell.test.name, cell.encoder.label, cell.varied_texts()) for cell in campaign.cells]
     return {(*cells[job.cell_index], job.trial, job.seed): job for job in campaign.jobs()}
 
 

@@ -16,7 +16,6 @@ from diff_encoder_sim.base.atomic_files import UNFINISHED_SUFFIX
 from diff_encoder_sim.base.errors import in_one_line
 from diff_encoder_sim.campaign.campaign_definition import Campaign, TrialJob
 from diff_encoder_sim.campaign.trial_row import TrialRow
-from diff_encoder_sim.encoders.pulses import ppr_label
 from diff_encoder_sim.lockstep.robot_params import RobotParams
 from diff_encoder_sim.lockstep.trial_run import TrialResult
 from diff_encoder_sim.recording.topics import RecordMode
@@ -113,7 +112,7 @@ def _run(campaign: Campaign, job: TrialJob, bag: str, bag_path: Path, run: RunTr
     wall_time_s = time.perf_counter() - began_s
     return TrialRow(
         cell.test.name,
-        ppr_label(cell.ppr),
+        cell.encoder.label,
         cell.varied_texts(),
         job.trial,
         job.seed,

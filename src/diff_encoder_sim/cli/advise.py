@@ -1,48 +1,42 @@
 """advise: find the encoder with the fewest pulses per revolution that keeps a robot within a tolerance.
 
-Simulates trials of each test with candidate encoders, found by bisection, until it is known with confidence which
-candidates meet the tolerance. Results are kept: the same command runs the trials that are missing, and analyze makes a
-report of them.
+Simulates trials of each test with candidate encoders, until it is known with confidence which candidates meet the
+tolerance. Ideal encoders (--ppr) are searched by bisection; real ones (--encoders) are all tried, as more counts need
+not be better. Results are kept: the same command runs the trials that are missing, and analyze makes a report of them.
 """
 
 from __future__ import annotations
 
 import argparse
-import sys
-from contextlib import ExitStack
 from pathlib import Path
-from types import TracebackType
-from typing import Any, List, Mapping, Optional, Sequence, Type
+from typing import Any, List, Mapping, Optional, Sequence
 
 from diff_encoder_sim.advice.encoder_search import CRITERIA, Advisor, Tolerance
-from diff_encoder_sim.analysis.campaign_dataset import data_of
-from diff_encoder_sim.analysis.dataset import TrialData
-from diff_encoder_sim.analysis.encoder_labels import ppr_value
+from diff_encoder_sim.analysis.encoder_labels import encoders_text, is_real, ppr_order, ppr_value
 from diff_encoder_sim.analysis.quantities import YAW, X
 from diff_encoder_sim.analysis.within_tolerance import REQUIRED_FRACTION, fewest_trials
 from diff_encoder_sim.base.bounded_numbers import PULSES_PER_TURN, Between
 from diff_encoder_sim.base.command_line import tool_parser
+from diff_encoder_sim.base.command_name import as_called
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.number_arguments import number_within, whole_number_within
 from diff_encoder_sim.base.paths import package_folder
-from diff_encoder_sim.campaign.campaign_definition import MOST_TRIALS, Campaign, TrialJob
+from diff_encoder_sim.campaign.campaign_definition import Campaign
 from diff_encoder_sim.campaign.campaign_loading import load_campaign
-from diff_encoder_sim.campaign.cluster import Workers
-from diff_encoder_sim.campaign.engine import run_campaign
-from diff_encoder_sim.campaign.manifest import describe_run
-from diff_encoder_sim.campaign.progress import progress_on
-from diff_encoder_sim.campaign.result_store import ResultStore
-from diff_encoder_sim.campaign.time_left import time_left
+from diff_encoder_sim.campaign.campaign_params import MOST_TRIALS
 from diff_encoder_sim.campaign.worker import RunTrial
 from diff_encoder_sim.cli.amcl_argument import add_amcl, chosen_files
+from diff_encoder_sim.cli.candidate_trials import CandidateTrials
+from diff_encoder_sim.cli.encoder_arguments import add_encoders, name_encoders
 from diff_encoder_sim.cli.robot_arguments import add_robot_arguments
 from diff_encoder_sim.cli.robot_checks import add_unchecked, with_checks
 from diff_encoder_sim.cli.stopping_spread import name_stopping
-from diff_encoder_sim.cli.trial_workers import add_workers, run_trials_tool, stop_reports, unrun_text, workers
+from diff_encoder_sim.cli.trial_workers import add_workers, run_trials_tool
 from diff_encoder_sim.encoders.pulses import ppr_label
 from diff_encoder_sim.evaluation.sample_statistics import LEVEL
 from diff_encoder_sim.lockstep.trial_run import run_trial
 from diff_encoder_sim.robots.xacro_arguments import xacro_arguments
+from diff_encoder_sim.trials.pose_source import PoseSource
 
 # An encoder is judged each time that so many trials of each test are done, and after the last.
 JUDGED_EVERY, DEFAULT_TRIALS = 30, 60
@@ -57,18 +51,20 @@ def main(arguments: Optional[Sequence[str]] = None, run: RunTrial = run_trial) -
 
 def _advise(options: argparse.Namespace, run: RunTrial) -> None:
     looks = _looks(options.trials)
-    given = {key: getattr(options, key) for key in ('tests', 'ppr', 'trials', 'robot')}
+    given = {key: getattr(options, key) for key in ('tests', 'ppr', 'encoders', 'trials', 'robot')}
     given['files'] = chosen_files(options)
     campaign = _candidates(options, given)
     campaign = with_checks('advise', campaign, options.unchecked)
     labels, tolerance = _ascending(campaign), Tolerance(options.tolerance, options.yaw_tolerance)
+    diameter_m = campaign.cells[0].robot_params.odometry.wheel_diameter
+    name_encoders(as_called('advise'), campaign.encoders, diameter_m)
     name_stopping('advise', campaign, tolerance.position_m, tolerance.yaw_deg)
-    with _CandidateTrials(options, campaign, run) as trials:
+    with CandidateTrials(options, campaign, run) as trials:
         advisor = Advisor(labels, looks, tolerance, trials.with_encoder)
-        found = {source: advisor.smallest(source) for source in CRITERIA}
+        found = {source: _found(advisor, labels, source) for source in CRITERIA}
     print(f'{advisor.table()}\n{_legend(tolerance)}\n{_own_encoder(campaign)}\nYes in every test:')
-    for source, label in found.items():
-        print(f'  {CRITERIA[source]}: {_summary(labels, label)}')
+    for source, text in found.items():
+        print(f'  {CRITERIA[source]}: {text}')
 
 
 def _candidates(options: argparse.Namespace, given: Mapping[str, Any]) -> Campaign:
@@ -77,7 +73,7 @@ def _candidates(options: argparse.Namespace, given: Mapping[str, Any]) -> Campai
     campaign = load_campaign(options.candidates, package_folder(), given, arguments, options.packages)
     own = campaign.robot and campaign.robot.ppr
     candidates = campaign.params.ppr
-    if not own or options.ppr or f'{own:g}' in map(ppr_label, candidates):
+    if not own or options.ppr or campaign.params.encoders or f'{own:g}' in map(ppr_label, candidates):
         return campaign
     pprs = [*(ppr.model_dump() for ppr in candidates), own]
     return load_campaign(options.candidates, package_folder(), {**given, 'ppr': pprs}, arguments, options.packages)
@@ -95,7 +91,12 @@ def _legend(tolerance: Tolerance) -> str:
     )
 
 
-def _summary(labels: Sequence[str], label: Optional[str]) -> str:
+def _found(advisor: Advisor, labels: Sequence[str], source: PoseSource) -> str:
+    """Search the encoders that are sufficient."""
+    if any(map(is_real, labels)):
+        sufficient = advisor.sufficient(source)
+        return f'with {encoders_text(sufficient)}' if sufficient else 'with none of these encoders'
+    label = advisor.smallest(source)
     if label is None:
         return f'with no encoder up to {labels[-1]} PPR'
     return f'from {label} PPR on' + (', the smallest candidate' if label == labels[0] else '')
@@ -115,61 +116,19 @@ def _looks(trials: int) -> List[int]:
     return [*range(JUDGED_EVERY, trials, JUDGED_EVERY), trials]
 
 
-class _CandidateTrials:
-    """Runs the trials of an encoder when they are asked for. A context."""
-
-    def __init__(self, options: argparse.Namespace, campaign: Campaign, run: RunTrial) -> None:
-        self._options = options
-        self._campaign = campaign
-        self._run_trial = run
-        self._workers: Optional[Workers] = None  # from the first trial on
-        self._store = ResultStore(options.out, campaign, describe_run(package_folder(), sys.argv))
-        self._opened = ExitStack()
-        self._opened.enter_context(self._store)
-
-    def __enter__(self) -> _CandidateTrials:
-        return self
-
-    def __exit__(
-        self, kind: Optional[Type[BaseException]], error: Optional[BaseException], trace: Optional[TracebackType]
-    ) -> None:
-        if kind is None:
-            self._store.finish()
-        self._opened.__exit__(kind, error, trace)
-
-    def with_encoder(self, label: str, count: int) -> List[TrialData]:
-        """Return the first `count` trials of each test with an encoder; those without a result are run first."""
-        jobs = [job for job in self._store.pending() if job.trial <= count and self._label(job) == label]
-        if jobs:
-            self._run(label, jobs)
-        return [data_of(row) for row in self._store.rows if row.ppr == label and row.trial <= count]
-
-    def _run(self, label: str, jobs: Sequence[TrialJob]) -> None:
-        print(f'{label} PPR', file=sys.stderr)
-        if self._workers is None:
-            self._workers = self._opened.enter_context(workers(self._options, len(jobs)))
-        progress = progress_on(sys.stderr, len(jobs), [], time_left(self._campaign, jobs, self._store.rows))
-        with progress, stop_reports(progress):
-            unrun = run_campaign(self._workers, self._campaign, self._store, progress, jobs, self._run_trial)
-        if unrun:
-            sys.exit(unrun_text('advise', self._campaign, unrun))
-
-    def _label(self, job: TrialJob) -> str:
-        return ppr_label(self._campaign.cells[job.cell_index].ppr)
-
-
 def _ascending(campaign: Campaign) -> List[str]:
-    labels = [ppr_label(ppr) for ppr in campaign.params.ppr]
+    labels = [encoder.label for encoder in campaign.encoders]
     for label in labels:
         if ppr_value(label) is None:
             raise ConfigError(f'ppr: given {label}; allowed: one number for both wheels')
-    return sorted(labels, key=float)
+    return sorted(labels, key=ppr_order)
 
 
 def _parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
     examples = [
         '--robot my_robot.yaml --tolerance 0.05 --yaw-tolerance 3',
         '--tests SL --ppr 40 90 180 360 --trials 60 --out results/advice_sl',
+        '--encoders catalogue --out results/advice_catalogue',
     ]
     parser = tool_parser('advise', __doc__, examples)
     add_robot_arguments(parser, '--config', note=' (default: alto)')
@@ -212,13 +171,14 @@ def _add_candidates(parser: argparse.ArgumentParser) -> None:
         nargs='+',
         type=number_within(PULSES_PER_TURN),
         metavar='N',
-        help='candidates, in pulses per wheel revolution',
+        help='candidates, ideal encoders in pulses per wheel revolution',
     )
+    add_encoders(parser)
     parser.add_argument(
         '--candidates',
         default='sweep',
         metavar='NAME|FILE',
-        help='campaign file with the tests and candidates where --tests or --ppr are not given (default: %(default)s)',
+        help='campaign file with the tests and candidates, where these options do not give them (default: %(default)s)',
     )
     parser.add_argument(
         '--trials',

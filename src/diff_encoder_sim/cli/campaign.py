@@ -16,10 +16,12 @@ from typing_extensions import get_args
 from diff_encoder_sim.analysis.quantities import YAW, X
 from diff_encoder_sim.base.bounded_numbers import PULSES_PER_TURN, Between
 from diff_encoder_sim.base.command_line import tool_parser
+from diff_encoder_sim.base.command_name import as_called
 from diff_encoder_sim.base.number_arguments import number_within, whole_number_within
 from diff_encoder_sim.base.paths import package_folder
-from diff_encoder_sim.campaign.campaign_definition import MOST_TRIALS, Campaign, TrialJob
+from diff_encoder_sim.campaign.campaign_definition import Campaign, TrialJob
 from diff_encoder_sim.campaign.campaign_loading import load_campaign
+from diff_encoder_sim.campaign.campaign_params import MOST_TRIALS
 from diff_encoder_sim.campaign.engine import UnrunTrial, run_campaign
 from diff_encoder_sim.campaign.manifest import describe_run
 from diff_encoder_sim.campaign.progress import Progress, outcome_table, progress_on
@@ -27,6 +29,7 @@ from diff_encoder_sim.campaign.result_store import ResultStore
 from diff_encoder_sim.campaign.time_left import time_left
 from diff_encoder_sim.campaign.worker import RunTrial
 from diff_encoder_sim.cli.amcl_argument import add_amcl, chosen_files
+from diff_encoder_sim.cli.encoder_arguments import add_encoders, name_encoders
 from diff_encoder_sim.cli.robot_arguments import add_robot_arguments
 from diff_encoder_sim.cli.robot_checks import add_unchecked, with_checks
 from diff_encoder_sim.cli.stopping_spread import name_stopping
@@ -70,7 +73,8 @@ def complete(options: argparse.Namespace, command: Sequence[str], run: RunTrial 
         ConfigError: a file, an option or the results folder is bad.
         CampaignFault: trials cannot go on.
     """
-    given = {key: getattr(options, key) for key in ('tests', 'ppr', 'trials', 'robot', 'record', 'bag_format')}
+    keys = ('tests', 'ppr', 'encoders', 'trials', 'robot', 'record', 'bag_format')
+    given = {key: getattr(options, key) for key in keys}
     given['files'] = chosen_files(options)
     arguments = xacro_arguments(options.robot_args)
     campaign = load_campaign(options.config, package_folder(), given, arguments, options.packages)
@@ -79,6 +83,8 @@ def complete(options: argparse.Namespace, command: Sequence[str], run: RunTrial 
     with ResultStore(options.out, campaign, about, options.resume) as store:
         jobs = store.pending()
         if jobs:
+            diameter_m = campaign.cells[0].robot_params.odometry.wheel_diameter
+            name_encoders(as_called('campaign'), campaign.encoders, diameter_m)
             name_stopping('campaign', campaign, X.tolerance, YAW.tolerance)
         left = time_left(campaign, jobs, store.rows)
         progress = progress_on(sys.stderr, len(campaign.jobs()), store.rows, left)
@@ -114,6 +120,7 @@ def parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
         '--config quick --out results/quick',
         '--config paper --out results/sl --tests SL --ppr 40 90 --trials 10',
         '--config paper --amcl amcl_accurate --out results/paper_accurate',
+        '--config quick --encoders amt102 pololu_25d --out results/encoders',
         '--config quick --robot burger --out results/burger',
         '--config quick --robot my_robot.yaml --out results/my_robot',
     ]
@@ -139,15 +146,16 @@ def parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
 
 
 def _add_overrides(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group('instead of what the campaign file has')
+    group = parser.add_argument_group('instead of what the campaign file has (--ppr or --encoders: of both)')
     group.add_argument('--tests', nargs='+', metavar='TEST', help='tests: SL, SMT, DLD, or .yaml files')
     group.add_argument(
         '--ppr',
         nargs='+',
         type=number_within(PULSES_PER_TURN),
         metavar='N',
-        help='encoders, in pulses per wheel revolution',
+        help='ideal encoders, in pulses per wheel revolution',
     )
+    add_encoders(group)
     group.add_argument(
         '--trials',
         type=whole_number_within(Between(1, MOST_TRIALS)),

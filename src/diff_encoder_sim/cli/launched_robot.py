@@ -1,8 +1,8 @@
 """The robot of a launch file, and the parameters that its nodes run with.
 
-Precedence, the strongest first: launch arguments (ppr:=, lidar_noise:=); what a YAML file that the user gives
-(config:=, navigation_config:=, ...) has otherwise than the package's file of that name; the robot file's `set`; what
-was found out from the URDF; the package's files of config/.
+Precedence, the strongest first: launch arguments (ppr:= or encoder:=, lidar_noise:=); what a YAML file that the user
+gives (config:=, navigation_config:=, ...) has otherwise than the package's file of that name; the robot file's `set`;
+what was found out from the URDF; the package's files of config/.
 """
 
 from __future__ import annotations
@@ -10,12 +10,15 @@ from __future__ import annotations
 import argparse
 import os
 from pathlib import Path
-from typing import Any, Dict, List, Mapping, NamedTuple
+from typing import Any, Dict, List, Mapping, NamedTuple, Optional
 
+from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.nested_mappings import flat
 from diff_encoder_sim.base.paths import package_folder
 from diff_encoder_sim.base.typed_params import split_params
 from diff_encoder_sim.base.yaml_files import load_yaml
+from diff_encoder_sim.encoders.chosen_encoder import RESOLUTION_KEYS, ChosenEncoder, chosen, own_encoder
+from diff_encoder_sim.encoders.encoder_catalogue import load_encoder
 from diff_encoder_sim.lockstep.robot_loading import load_robot
 from diff_encoder_sim.lockstep.robot_params import CONFIG_FILES, RobotParams, override
 from diff_encoder_sim.robots.robot_setup import RobotSetup
@@ -40,12 +43,14 @@ class LaunchedRobot(NamedTuple):
     setup: RobotSetup
     settings: Dict[str, Any]  # by dotted keys: what replaces the values of the YAML files
     params: RobotParams
+    encoder: ChosenEncoder  # of encoder:=, or as the parameters have it
     notes: List[str]  # where a YAML file goes before the robot, a line each
 
 
 def add_launched_robot(parser: argparse.ArgumentParser) -> None:
     """Add the options of `launched_robot` but the robot itself."""
     parser.add_argument('--robot-args', default='', metavar='TEXT', help='xacro arguments: name=value name=value')
+    parser.add_argument('--encoder', default='', metavar='NAME|FILE', help='real encoder, in place of ppr')
     folder = package_folder() / 'config'
     for stem, option in FILE_OPTIONS.items():
         default = folder / f'{stem}.yaml'
@@ -58,7 +63,7 @@ def launched_robot(options: argparse.Namespace, arguments: Mapping[str, Any]) ->
     Raises:
         ConfigError: a file is missing or bad, or a value is not allowed.
     """
-    setup = _setup(options)
+    setup, encoder = _setup(options), _encoder(options, arguments)
     files = {stem: getattr(options, option[2:].replace('-', '_')) for stem, option in FILE_OPTIONS.items()}
     theirs = _users_values(files)
     settings = dict(setup.settings)
@@ -69,15 +74,43 @@ def launched_robot(options: argparse.Namespace, arguments: Mapping[str, Any]) ->
         f'{key}: as in {files[key.partition(".")[0]]}, not {settings[key]!r} as in {setup.file.where}'
         for key in sorted(replaced & {*setup.file.overrides, OWN_PPR})
     ]
+    given = {**(_overrides(encoder) if encoder else {}), **arguments}
+    if OWN_PPR in given:
+        replaced.update(RESOLUTION_KEYS)  # the robot's own encoder gives way
     settings = {key: value for key, value in settings.items() if key not in replaced}
-    settings = {**_missing_costmaps(files), **settings, **arguments}
-    return LaunchedRobot(setup, settings, _checked(files, settings), notes)
+    settings = {**_missing_costmaps(files), **settings, **given}
+    params = _checked(files, settings)
+    if OWN_PPR in given and encoder is None:
+        _check_no_resolution(files['config'], params, given[OWN_PPR])
+    return LaunchedRobot(setup, settings, params, encoder or own_encoder(params.encoder), notes)
+
+
+def _encoder(options: argparse.Namespace, arguments: Mapping[str, Any]) -> Optional[ChosenEncoder]:
+    if not options.encoder:
+        return None
+    if OWN_PPR in arguments:
+        raise ConfigError(f'encoder: given {options.encoder} beside ppr {arguments[OWN_PPR]}; allowed: one of them')
+    return chosen(load_encoder(options.encoder, package_folder() / 'config', _users_folder()))
+
+
+def _overrides(encoder: ChosenEncoder) -> Dict[str, Any]:
+    """Return what an encoder sets; the parameter server knows no None."""
+    return {key: value for key, value in encoder.overrides.items() if value is not None}
+
+
+def _check_no_resolution(file: str, params: RobotParams, ppr: Any) -> None:
+    resolution = own_encoder(params.encoder).resolution
+    if resolution:
+        raise ConfigError(f'{file}: encoder: given {resolution} beside ppr {ppr}; allowed: one of them')
 
 
 def _setup(options: argparse.Namespace) -> RobotSetup:
-    # roslaunch starts its commands in a folder of its own.
-    users_folder = Path(os.environ.get('PWD', '.'))
-    return load_robot(options.robot, users_folder, package_folder(), xacro_arguments_of_text(options.robot_args))
+    return load_robot(options.robot, _users_folder(), package_folder(), xacro_arguments_of_text(options.robot_args))
+
+
+def _users_folder() -> Path:
+    """Return the folder in which roslaunch was started: it starts its commands in one of its own."""
+    return Path(os.environ.get('PWD', '.'))
 
 
 def _users_values(files: Mapping[str, str]) -> Dict[str, Any]:

@@ -8,15 +8,18 @@ import logging
 import sys
 import time
 from pathlib import Path
-from typing import Iterator, List, Mapping, NamedTuple, Optional, Sequence, Set
+from typing import Iterator, List, Mapping, NamedTuple, Optional, Sequence, Set, Type, TypeVar
 
 from diff_encoder_sim.base.command_line import run_tool
 from diff_encoder_sim.base.command_name import as_called
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.cli.reencode_arguments import CSV_NAME, output_files, parse, pprs_of_texts
+from diff_encoder_sim.cli.encoder_arguments import name_encoders
+from diff_encoder_sim.cli.reencode_arguments import CSV_NAME, output_files, parse
+from diff_encoder_sim.cli.reencode_encoders import chosen_encoders, parameters_with
 from diff_encoder_sim.cli.reencode_robot import RecordedRobot, recorded_robot
 from diff_encoder_sim.cli.reencode_sources import check_wheel_options
 from diff_encoder_sim.cli.reencode_wheels import bag_wheels, csv_wheels
+from diff_encoder_sim.encoders.chosen_encoder import ChosenEncoder
 from diff_encoder_sim.encoders.pulses import PerWheel, ppr_label
 from diff_encoder_sim.recording.bag_source import open_source
 from diff_encoder_sim.recording.topics import CMD_VEL
@@ -39,6 +42,9 @@ root mean square of so many segments: consecutive ones lie end to end, all pairs
 pose on. evo gives the same numbers: docs/trajectory_errors.md."""
 
 
+AnyWheels = TypeVar('AnyWheels', bound=WheelsAtPpr)
+
+
 class RecordedDrive(NamedTuple):
     """A bag or a table with its wheels and reference, and the parameters that it is read with."""
 
@@ -59,12 +65,13 @@ def main(arguments: Optional[Sequence[str]] = None) -> None:
 
 
 def _reencode(options: argparse.Namespace) -> None:
-    pprs = pprs_of_texts(options.ppr)
     path = options.csv or options.bag
-    files = output_files(options.out, path, pprs)
     begin_s = time.perf_counter()
     with opened_drive(options) as drive:
-        runs = [WheelsAtPpr(ppr, drive.robot.encoder, drive.robot.odometry) for ppr in pprs]
+        encoders = chosen_encoders(options, drive.robot.encoder)
+        files = output_files(options.out, path, encoders)
+        name_encoders(as_called('reencode'), encoders, drive.robot.odometry.wheel_diameter)
+        runs = [wheels_with(encoder, drive.robot, WheelsAtPpr) for encoder in encoders]
         try:
             summary = run_drive(drive, runs, files)
         except OSError as error:
@@ -75,6 +82,16 @@ def _reencode(options: argparse.Namespace) -> None:
     _print(drive, runs, summary, time.perf_counter() - begin_s)
     for file in files.values():
         print(file)
+
+
+def wheels_with(encoder: ChosenEncoder, robot: RecordedRobot, wheels_class: Type[AnyWheels]) -> AnyWheels:
+    """Return the wheels of a recorded robot with another encoder.
+
+    Raises:
+        ConfigError: they do not go together.
+    """
+    params, odometry = parameters_with(encoder, robot.encoder, robot.odometry)
+    return wheels_class(encoder.ppr, params, odometry, encoder.name)
 
 
 @contextlib.contextmanager
@@ -113,7 +130,7 @@ def _with_joints(options: argparse.Namespace, wheels: WheelSource, robot: Record
 
 
 def run_drive(drive: RecordedDrive, runs: Sequence[WheelsAtPpr], files: Mapping[str, Path]) -> DriveSummary:
-    """Read the drive for each PPR, and write `files`, which may be none.
+    """Read the drive for each encoder, and write `files`, which may be none.
 
     Raises:
         ConfigError: there is no drive in it.
@@ -123,7 +140,7 @@ def run_drive(drive: RecordedDrive, runs: Sequence[WheelsAtPpr], files: Mapping[
         return _run(drive, runs)
     with contextlib.ExitStack() as stack:
         for run in runs:
-            run.bag = ReencodedBag(files[ppr_label(run.ppr)], drive.wheels.joints, drive.robot.odometry)
+            run.bag = ReencodedBag(files[run.label], drive.wheels.joints, drive.robot.odometry)
             stack.enter_context(run.bag)
         summary = _run(drive, runs)
     with open(files[CSV_NAME], 'x', encoding='utf-8') as file:
@@ -165,7 +182,7 @@ def _print(drive: RecordedDrive, runs: Sequence[WheelsAtPpr], summary: DriveSumm
         f'compared with {reference}'
     )
     print(f'{drive.robot.text()}')
-    finer = [ppr_label(run.ppr) for run in runs if _is_finer(run.ppr, drive.wheels.ppr)]
+    finer = [run.label for run in runs if _is_finer(run.ppr, drive.wheels.ppr)]
     if drive.wheels.ppr is not None and finer:
         print(
             f'recorded with {ppr_label(drive.wheels.ppr)} PPR: {", ".join(finer)} cannot show more than these counts do'

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Dict, List, Optional, Sequence
+from typing import Dict, Optional, Sequence
 
 from diff_encoder_sim.base.command_line import tool_parser
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.yaml_files import yaml_value
+from diff_encoder_sim.cli.encoder_arguments import add_encoders
+from diff_encoder_sim.cli.reencode_encoders import PAPER_PPR
 from diff_encoder_sim.cli.reencode_sources import add_source_options
 from diff_encoder_sim.cli.robot_arguments import add_robot_arguments
-from diff_encoder_sim.encoders.pulses import PerWheel, ppr_label
-from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
+from diff_encoder_sim.encoders.chosen_encoder import ChosenEncoder
+from diff_encoder_sim.encoders.pulses import file_label
 
-PAPER_PPR = ('40', '90', '1024', '4096')
 CSV_NAME = 'reencode.csv'
 
 DESCRIPTION = """\
@@ -35,6 +35,7 @@ left one's stamps. Speeds are integrated by the trapezoidal rule."""
 
 EXAMPLES = [
     'drive.bag --ppr 40 90 1024 4096 --out what_if/',
+    'drive.bag --encoder catalogue --ppr 90',
     'drive.bag --ticks /lwheel /rwheel --ticks-per-revolution 360 --ppr 40 90',
     'kobuki.bag --robot kobuki --ticks /mobile_base/sensors/core.left_encoder /mobile_base/sensors/core.right_encoder',
     'jackal.bag --ticks "/feedback.drivers[0].measured_travel" "/feedback.drivers[1].measured_travel" --unit rad',
@@ -51,16 +52,16 @@ def parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
     parser.add_argument(
         '--ppr',
         nargs='+',
-        default=PAPER_PPR,
         metavar='PPR',
-        help='encoders, in pulses per wheel revolution: 90, or "{left: 90, right: 1024}" '
-        f'(default: {" ".join(PAPER_PPR)})',
+        help='ideal encoders, in pulses per wheel revolution: 90, or "{left: 90, right: 1024}" '
+        f"(default: the robot's own where its file says it, else {' '.join(PAPER_PPR)})",
     )
+    add_encoders(parser, '--encoder')
     parser.add_argument(
         '--out',
         type=Path,
         metavar='DIR',
-        help=f'write a bag for each PPR, and {CSV_NAME}, into DIR (default: only print the table)',
+        help=f'write a bag for each encoder, and {CSV_NAME}, into DIR (default: only print the table)',
     )
     _add_wheel_options(parser)
     add_source_options(parser)
@@ -93,32 +94,8 @@ def _add_wheel_options(parser: argparse.ArgumentParser) -> None:
         group.add_argument(option, default='', metavar=metavar, help=text)
 
 
-def pprs_of_texts(texts: Sequence[str]) -> List[PerWheel]:
-    """Read the values of --ppr, in their order.
-
-    Raises:
-        ConfigError: one is no PPR, or given twice.
-    """
-    by_label: Dict[str, PerWheel] = {}
-    for text in texts:
-        ppr = ppr_of_text('--ppr', text)
-        if ppr_label(ppr) in by_label:
-            raise ConfigError(f'--ppr: given {ppr_label(ppr)} twice; allowed: each once')
-        by_label[ppr_label(ppr)] = ppr
-    return list(by_label.values())
-
-
-def ppr_of_text(option: str, text: str) -> PerWheel:
-    """Read one PPR: a number, or a YAML mapping with one for each wheel.
-
-    Raises:
-        ConfigError: it is neither.
-    """
-    return EncoderParams.from_mapping({'ppr': yaml_value(text, option)}, option).ppr
-
-
-def output_files(folder: Optional[Path], bag: Path, pprs: Sequence[PerWheel]) -> Dict[str, Path]:
-    """Return the path of each PPR's bag, by the PPR's label, and that of the CSV file; none without a folder.
+def output_files(folder: Optional[Path], bag: Path, encoders: Sequence[ChosenEncoder]) -> Dict[str, Path]:
+    """Return the path of each encoder's bag, by its label, and that of the CSV file; none without a folder.
 
     Raises:
         ConfigError: one of the files exists.
@@ -126,7 +103,7 @@ def output_files(folder: Optional[Path], bag: Path, pprs: Sequence[PerWheel]) ->
     if folder is None:
         return {}
     stem = bag.resolve().stem  # also where the bag is given as `.`
-    files = {ppr_label(ppr): folder / f'{stem}_{ppr_label(ppr)}ppr.bag' for ppr in pprs}
+    files = {each.label: folder / f'{stem}_{file_label(each.ppr, each.name)}.bag' for each in encoders}
     files[CSV_NAME] = folder / CSV_NAME
     for path in files.values():
         if path.exists():

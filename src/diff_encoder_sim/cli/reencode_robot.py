@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Any, Dict, List, NamedTuple, Optional
+from typing import Any, Dict, List, Mapping, NamedTuple, Optional
 
+from diff_encoder_sim.base.nested_mappings import merged, nested
 from diff_encoder_sim.base.paths import package_folder
 from diff_encoder_sim.base.typed_params import shared_params
 from diff_encoder_sim.base.yaml_files import load_yaml
+from diff_encoder_sim.encoders.chosen_encoder import RESOLUTION_KEYS
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 from diff_encoder_sim.lockstep.robot_loading import load_robot
 from diff_encoder_sim.odometry.wheel_odometry import OdometryParams
@@ -61,16 +63,16 @@ def recorded_robot(options: argparse.Namespace, trial: Optional[Trial]) -> Recor
     values, sources = dict(usual), dict.fromkeys([*OF_ODOMETRY, *OF_ENCODER], USUAL)
 
     def add(layer: Dict[str, Any], source: str) -> None:
-        values.update(layer)
+        values.update(merged(values, layer))
         sources.update(dict.fromkeys(layer, source))
 
     if trial is not None:
-        add({name: getattr(trial, name) for name in (*OF_ODOMETRY, *OF_ENCODER)}, f"the bag's {TRIAL}")
+        of_trial = {name: getattr(trial, name) for name in (*OF_ODOMETRY, *OF_ENCODER)}
+        add({**of_trial, 'seed': trial.number}, f"the bag's {TRIAL}")
     if options.robot:
         arguments = xacro_arguments(options.robot_args)
         robot = load_robot(options.robot, Path(), package_folder(), arguments, options.packages)
-        of_file = robot.settings.items()
-        add({key.partition('.')[2]: value for key, value in of_file if key.startswith('config.')}, robot.file.where)
+        add(nested(_encoder_and_odometry(robot.settings, options)), robot.file.where)
         if robot.file.ppr is not None:
             add({'ppr': robot.file.ppr}, robot.file.where)
     if options.config:
@@ -79,6 +81,15 @@ def recorded_robot(options: argparse.Namespace, trial: Optional[Trial]) -> Recor
             {key: value for key, value in given.items() if not options.robot or usual.get(key) != value},
             str(options.config),
         )
+    if options.seed is not None:
+        add({'seed': options.seed}, '--seed')
     name = str(options.config or options.robot or USUAL)
     encoder = shared_params(values, name, EncoderParams, OdometryParams)
     return RecordedRobot(encoder, shared_params(values, name, OdometryParams, EncoderParams), sources)
+
+
+def _encoder_and_odometry(of_robot: Mapping[str, Any], options: argparse.Namespace) -> Dict[str, Any]:
+    """Return what a robot sets of config.yaml, by dotted keys; its own resolution gives way to --ppr and --encoder."""
+    gives_way = RESOLUTION_KEYS if options.ppr or options.encoder else ()
+    values = {key: value for key, value in of_robot.items() if key not in gives_way}
+    return {key.partition('.')[2]: value for key, value in values.items() if key.startswith('config.')}

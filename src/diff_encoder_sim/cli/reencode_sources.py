@@ -83,7 +83,8 @@ def add_source_options(parser: argparse.ArgumentParser) -> None:
         '--seed',
         type=_seed,
         metavar='N',
-        help="of the wheels' angles at the start, which --odom and speeds do not have (default: 1)",
+        help="of the errors of --encoder (default: the number of the bag's trial, else 0); and of the wheels' angles "
+        'at the start, which --odom and speeds do not have (default: 1)',
     )
 
 
@@ -102,6 +103,8 @@ def check_wheel_options(options: argparse.Namespace) -> None:
     if options.csv and not options.columns:
         raise ConfigError('--csv: given without --columns; expected --columns TIME LEFT RIGHT, as names or numbers')
     for name, sources in _BELONGS_TO.items():
+        if name == 'seed' and options.encoder:
+            continue  # it is of these, too
         if getattr(options, name) not in (None, '', ()) and (given or ['joint_states'])[0] not in sources:
             used = _option(given[0]) if given else 'wheel angles of joints'
             allowed = ' or '.join(map(_option, sources))

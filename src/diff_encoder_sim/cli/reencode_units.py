@@ -6,7 +6,7 @@ import argparse
 from typing import NamedTuple, Optional, Sequence, Tuple
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.cli.reencode_arguments import ppr_of_text
+from diff_encoder_sim.cli.reencode_encoders import ppr_of_text
 from diff_encoder_sim.cli.reencode_robot import RecordedRobot
 from diff_encoder_sim.encoders.pulses import PerWheel, ppr_label
 from diff_encoder_sim.reencoding.start_angles import DEFAULT_SEED, start_angles_note, start_angles_rad
@@ -76,8 +76,9 @@ def _moduli(options: argparse.Namespace, unit: str, bits: Sequence[Optional[int]
 
 def _seed(options: argparse.Namespace, unit: str) -> int:
     """Return the seed of the angles at the start, which only speeds need."""
-    if options.seed is not None and unit not in SPEEDS:
-        raise ConfigError(f'--seed: given with --unit {unit}; allowed: with --odom or with {", ".join(SPEEDS)}')
+    if options.seed is not None and unit not in SPEEDS and not options.encoder:
+        allowed = f'with --odom or with {", ".join(SPEEDS)}, or with --encoder'
+        raise ConfigError(f'--seed: given with --unit {unit}; allowed: {allowed}')
     return DEFAULT_SEED if options.seed is None else int(options.seed)
 
 

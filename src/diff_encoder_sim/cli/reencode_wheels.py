@@ -6,7 +6,7 @@ import argparse
 from typing import Optional, Tuple
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.cli.reencode_arguments import ppr_of_text
+from diff_encoder_sim.cli.reencode_encoders import ppr_of_text
 from diff_encoder_sim.cli.reencode_robot import RecordedRobot
 from diff_encoder_sim.cli.reencode_units import wheel_numbers
 from diff_encoder_sim.recording.bag_source import BagSource

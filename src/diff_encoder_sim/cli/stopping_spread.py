@@ -22,7 +22,7 @@ def name_stopping(name: str, campaign: Campaign, tolerance_m: float, tolerance_d
     """
     if campaign.params.nav != 'embedded':
         return
-    pprs = campaign.params.ppr
+    pprs = [encoder.ppr for encoder in campaign.encoders]
     lines = [stopping_line(cell.robot_params, pprs) for cell in campaign.cells]
     finest = max(pprs, key=lambda ppr: min(ppr.left, ppr.right))
     spreads = [spread_with(cell.robot_params, finest) for cell in campaign.cells]
@@ -42,4 +42,4 @@ def name_stopping_of_trial(nav: str, params: RobotParams) -> None:
     """Print how the robot of a live trial stops, if it is navigated."""
     if nav != 'scripted':
         used = as_upstream(params) if nav == 'upstream' else params
-        print(f'trial.launch: {stopping_line(used, [params.encoder.ppr])}', file=sys.stderr)
+        print(f'trial.launch: {stopping_line(used, [params.encoder.counts_per_turn])}', file=sys.stderr)

@@ -21,11 +21,12 @@ from diff_encoder_sim.base.paths import package_folder, users_path
 from diff_encoder_sim.base.roslaunch_process import parent_only_lists
 from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.base.yaml_files import yaml_value
-from diff_encoder_sim.cli.launched_robot import OWN_PPR, add_launched_robot, launched_robot
+from diff_encoder_sim.cli.encoder_arguments import name_encoders
+from diff_encoder_sim.cli.launched_robot import OWN_PPR, LaunchedRobot, add_launched_robot, launched_robot
 from diff_encoder_sim.cli.robot_arguments import ROBOT_HELP
 from diff_encoder_sim.cli.stopping_spread import name_stopping_of_trial
 from diff_encoder_sim.cli.trial_robot_check import check_robot_of_trial
-from diff_encoder_sim.encoders.pulses import DEFAULT_PPR, PulsesPerRevolution, ppr_label
+from diff_encoder_sim.encoders.pulses import DEFAULT_PPR, PulsesPerRevolution, file_label
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 from diff_encoder_sim.lockstep.robot_params import RobotParams
 from diff_encoder_sim.mapping.map_files import load_map
@@ -66,7 +67,7 @@ def plan(options: argparse.Namespace) -> LivePlan:
     ppr = {'ppr': yaml_value(options.ppr, 'ppr')} if options.ppr else {}
     number = TrialArguments.from_mapping({'trial': yaml_value(options.trial, 'trial'), **ppr}, '').trial
     robot = launched_robot(options, {OWN_PPR: ppr['ppr']} if ppr else {})
-    trial = _trial(options, test, number, robot.params)
+    trial = _trial(options, test, number, robot)
     trial.test.check_drivable(options.nav)
     if options.slam != 'none' and options.nav != 'scripted':
         raise ConfigError(f'slam: given {options.slam} with nav {options.nav}; allowed: nav:=scripted, or slam:=none')
@@ -77,6 +78,7 @@ def plan(options: argparse.Namespace) -> LivePlan:
         _check_start(trial.test, map_path)
     if not parent_only_lists():
         check_robot_of_trial(options, trial, robot, map_path)
+        name_encoders('trial.launch', [robot.encoder], trial.wheel_diameter)
         name_stopping_of_trial(options.nav, robot.params)
     files = {
         'world': str(world),
@@ -92,14 +94,17 @@ def plan(options: argparse.Namespace) -> LivePlan:
     return LivePlan.from_mapping({'trial': trial, 'slam': options.slam, **files, **rates}, '')
 
 
-def _trial(options: argparse.Namespace, test: TestDefinition, number: int, robot: RobotParams) -> Trial:
+def _trial(options: argparse.Namespace, test: TestDefinition, number: int, launched: LaunchedRobot) -> Trial:
+    robot = launched.params
     return Trial.from_mapping(
         {
             'test': at_pace_of(robot.simulator.drive, test),
-            'ppr': robot.encoder.ppr,
+            'ppr': launched.encoder.ppr,
             'number': number,
             'odom': options.odom,
             'nav': options.nav,
+            'encoder': launched.encoder.name,
+            'resolution': launched.encoder.resolution,
             **wheels_of(robot.odometry, robot.encoder),
         },
         '',
@@ -177,7 +182,7 @@ def _new_file(argument: str, given: Union[str, Path]) -> Path:
 
 def _bag_name(trial: Trial) -> str:
     moment = time.strftime('%Y%m%dT%H%M%SZ', time.gmtime())
-    return f'{trial.test.name}_{ppr_label(trial.ppr)}ppr_trial{trial.number}_{moment}.bag'
+    return f'{trial.test.name}_{file_label(trial.ppr, trial.encoder)}_trial{trial.number}_{moment}.bag'
 
 
 def parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:

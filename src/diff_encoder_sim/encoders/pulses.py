@@ -39,6 +39,16 @@ def ppr_label(ppr: PerWheel) -> str:
     return left if left == right else f'{left}-{right}'
 
 
+def encoder_label(ppr: PerWheel, name: str) -> str:
+    """Format a real encoder as `8192 amt102`, its counts per wheel revolution first; an ideal one has no name."""
+    return f'{ppr_label(ppr)} {name}' if name else ppr_label(ppr)
+
+
+def file_label(ppr: PerWheel, name: str) -> str:
+    """Format an encoder for names of files: `90ppr`, or `8192_amt102`."""
+    return encoder_label(ppr, name).replace(' ', '_') if name else f'{ppr_label(ppr)}ppr'
+
+
 def pulses_from_angle(angle_rad: float, ppr: float) -> int:
     """Return the whole pulses at a wheel angle, equation (1): floor, so -0.1 pulse is -1."""
     return math.floor(angle_rad * ppr / (2.0 * math.pi))

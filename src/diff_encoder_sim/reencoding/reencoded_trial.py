@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from diff_encoder_sim.encoders.pulses import PerWheel
+from diff_encoder_sim.encoders.chosen_encoder import resolution_text
+from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 from diff_encoder_sim.odometry.wheel_odometry import OdometryParams
 from diff_encoder_sim.trials.trial_definition import Trial
 from diff_encoder_sim.trials.trial_wheels import OF_ODOMETRY
 
 
-def with_encoder(trial: Trial, ppr: PerWheel, odometry: OdometryParams) -> Trial:
-    """Return the same trial as if it had been driven with another encoder and odometry."""
-    geometry = {name: getattr(odometry, name) for name in OF_ODOMETRY}
-    return trial.model_copy(update={'ppr': ppr, 'odom': 'encoder', **geometry})
+def with_encoder(trial: Trial, encoder: EncoderParams, odometry: OdometryParams, name: str = '') -> Trial:
+    """Return the same trial as if it had been driven with another encoder, which may have a name, and odometry."""
+    geometry = {key: getattr(odometry, key) for key in OF_ODOMETRY}
+    resolution = resolution_text(encoder.encoder)
+    counted = {'ppr': encoder.counts_per_turn, 'encoder': name, 'resolution': resolution}
+    return trial.model_copy(update={**counted, 'odom': 'encoder', **geometry})

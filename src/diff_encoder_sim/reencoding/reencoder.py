@@ -40,11 +40,11 @@ class Reencoder:
 
         Args:
             wheels: where the angles come from.
-            reference: what every path is compared with; None for the path at the finest PPR.
-            runs: by PPR.
+            reference: what every path is compared with; None for the path of the finest encoder, an ideal one if any.
+            runs: with one encoder each.
         """
         self._wheels, self._reference, self._runs = wheels, reference, runs
-        self._finest = max(runs, key=lambda run: min(run.ppr.left, run.ppr.right))
+        self._finest = max(runs, key=lambda run: (not run.name, min(run.ppr.left, run.ppr.right)))
         self._dropped = DroppedMessages()
         self._messages, self._first_ns, self._last_ns = 0, 0, 0
 
@@ -95,27 +95,29 @@ class Reencoder:
         self._messages, self._last_ns = self._messages + 1, message.time_ns
         try:
             for joints in self._wheels.angles(message):
-                if self._update(message, joints):
-                    self._compare()
+                self._compare(self._update(message, joints))
         except InputFault as fault:
             self._dropped.add(message.topic, fault)
 
-    def _update(self, message: Message, joints: JointValues) -> bool:
-        """Return whether odometry has a new pose: all encoders report and drop the same messages."""
-        has_moved, dropped = False, None
+    def _update(self, message: Message, joints: JointValues) -> List[WheelsAtPpr]:
+        """Return those whose odometry has a new pose; all drop the same messages, but report at their own times."""
+        moved, dropped = [], None
         for run in self._runs:
             try:
-                has_moved = run.update(message.time_ns, joints)
+                if run.update(message.time_ns, joints):
+                    moved.append(run)
             except InputFault as fault:
                 dropped = fault
         if dropped is not None:
             self._dropped.add(message.topic, dropped)
-        return has_moved
+        return moved
 
-    def _compare(self) -> None:
-        for run in self._runs:
-            if self._reference is None and run is not self._finest:
-                run.comparison.take_reference(*self._finest.stamped_pose)
+    def _compare(self, moved: Sequence[WheelsAtPpr]) -> None:
+        if self._reference is None and self._finest in moved:
+            for run in self._runs:
+                if run is not self._finest:
+                    run.comparison.take_reference(*self._finest.stamped_pose)
+        for run in moved:
             if self._reference is not None or run is not self._finest:
                 run.comparison.take_estimate(*run.stamped_pose)
 

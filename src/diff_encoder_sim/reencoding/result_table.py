@@ -9,7 +9,6 @@ from typing import Dict, List, Optional, Sequence, Union
 
 from tabulate import tabulate
 
-from diff_encoder_sim.encoders.pulses import ppr_label
 from diff_encoder_sim.evaluation.relative_error import RPE_DISTANCES_M, RpePairs, rpe_name
 from diff_encoder_sim.evaluation.rpe_segments import RelativeError
 from diff_encoder_sim.evaluation.trajectory_error import PathError
@@ -36,9 +35,9 @@ Value = Union[str, int, float, None]
 
 
 def text_table(runs: Sequence[WheelsAtPpr]) -> str:
-    """Format one line for each PPR, and one for each PPR and length of RPE's segments."""
-    errors = {ppr_label(run.ppr): run.comparison.result() for run in runs}
-    paths = [[ppr_label(run.ppr), run.reports, *_path_cells(errors[ppr_label(run.ppr)])] for run in runs]
+    """Format one line for each encoder, and one for each encoder and length of RPE's segments."""
+    errors = {run.label: run.comparison.result() for run in runs}
+    paths = [[run.label, run.reports, *_path_cells(errors[run.label])] for run in runs]
     relative = [
         [label, f'{distance_m:g} m', *(cell for pairs in RpePairs for cell in _rpe_cells(error.rpe[pairs][distance_m]))]
         for label, error in errors.items()
@@ -86,7 +85,7 @@ def _rpe_cells(error: RelativeError) -> List[str]:
 
 def _values(run: WheelsAtPpr) -> Dict[str, Value]:
     error = run.comparison.result()
-    values: Dict[str, Value] = {'ppr': ppr_label(run.ppr), 'reports': run.reports}
+    values: Dict[str, Value] = {'ppr': run.label, 'reports': run.reports}
     values['common_stamps'] = error and error.poses
     values['ate_rmse_m'] = error and error.ate_rmse_m
     values['ate_max_m'] = error and error.ate_max_m

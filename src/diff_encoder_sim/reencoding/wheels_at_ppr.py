@@ -6,7 +6,7 @@ from typing import Optional, Tuple
 
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.encoders.encoder_sample import EncoderSample
-from diff_encoder_sim.encoders.pulses import PerWheel
+from diff_encoder_sim.encoders.pulses import PerWheel, encoder_label
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams, ReportingEncoder
 from diff_encoder_sim.evaluation.trajectory_error import Alignment, PathComparison
 from diff_encoder_sim.odometry.mean_twist import wheel_speeds_mps
@@ -20,15 +20,22 @@ from diff_encoder_sim.trials.trial_definition import Trial
 class WheelsAtPpr:
     """Encoder and odometry at one PPR, as gz_diff_encoder_node and gz_diff_odom_node run them."""
 
-    def __init__(self, ppr: PerWheel, encoder: EncoderParams, odometry: OdometryParams) -> None:
-        self.ppr = ppr
+    def __init__(self, ppr: PerWheel, encoder: EncoderParams, odometry: OdometryParams, name: str = '') -> None:
+        """Prepare an encoder; `name` is that of a real one, with its parameters."""
+        self.ppr, self.name = ppr, name
         self.comparison = PathComparison(Alignment.ORIGIN)
         self.reports = 0
         self.counts_by_command = encoder.encoder.counts_by_command
         self.bag: Optional[ReencodedBag] = None  # where messages are written; None: nowhere
         self.stamped_pose: Tuple[int, Pose2D] = (0, IDENTITY)  # the last, base in odom
-        self._encoder = ReportingEncoder(encoder.model_copy(update={'ppr': ppr}))
+        self._params = encoder.model_copy(update={'ppr': ppr})
+        self._encoder = ReportingEncoder(self._params)
         self._odometry = WheelOdometry(odometry.model_copy(update={'ppr': ppr}))
+
+    @property
+    def label(self) -> str:
+        """Return how tables call the encoder."""
+        return encoder_label(self.ppr, self.name)
 
     def take_command(self, linear_mps: float, angular_radps: float) -> None:
         """Take a commanded twist, whose wheels tell the direction of counts that have none of their own."""
@@ -58,7 +65,7 @@ class WheelsAtPpr:
     def write_trial(self, time_ns: int, recorded: Trial) -> None:
         """Write the recorded trial as if it had been driven with this encoder."""
         if self.bag is not None:
-            self.bag.trial(time_ns, with_encoder(recorded, self.ppr, self._odometry.params))
+            self.bag.trial(time_ns, with_encoder(recorded, self._params, self._odometry.params, self.name))
 
     def _write(self, time_ns: int, sample: EncoderSample, estimate: Optional[OdometryEstimate]) -> None:
         if self.bag is None:

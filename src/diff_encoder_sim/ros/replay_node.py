@@ -105,7 +105,7 @@ class ReplayNode:
         return wheels.topic
 
     def _new_bag(self) -> Path:
-        name = f'{self._bag.stem}_{ppr_label(self._encoder.ppr)}ppr_replay.bag'
+        name = f'{self._bag.stem}_{ppr_label(self._encoder.counts_per_turn)}ppr_replay.bag'
         path = users_path(self._params.out or str(Path('bags') / name))
         if path.exists():
             raise ConfigError(f'out: {path} exists; allowed: the path of a new file')
@@ -115,7 +115,7 @@ class ReplayNode:
         if trial is not None:
             self._warn_of_other_wheels(trial)
             self._trial = publisher(topics.TRIAL, String, latch=True)
-            self._trial.publish(String(with_encoder(trial, self._encoder.ppr, self._odometry).model_dump_json()))
+            self._trial.publish(String(with_encoder(trial, self._encoder, self._odometry).model_dump_json()))
 
     def _warn_of_other_wheels(self, trial: Trial) -> None:
         for name in OF_ODOMETRY:

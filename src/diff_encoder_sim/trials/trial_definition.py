@@ -11,12 +11,15 @@ from diff_encoder_sim.base.bounded_numbers import Between, Duration_s, Length_m,
 from diff_encoder_sim.base.file_names import PathText
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.typed_params import Params
-from diff_encoder_sim.encoders.pulses import DEFAULT_PPR, PulsesPerRevolution
+from diff_encoder_sim.encoders.pulses import DEFAULT_PPR, PulsesPerRevolution, encoder_label
 from diff_encoder_sim.trials.test_definition import TestDefinition
 
 BagFormat = Literal['ros1', 'mcap']
 
-_USUAL_WHEELS = ('axle_x', 'left_joint', 'right_joint', 'left_reversed', 'right_reversed')
+_LEFT_OUT_WHERE_USUAL = (
+    *('axle_x', 'left_joint', 'right_joint', 'left_reversed', 'right_reversed'),
+    *('encoder', 'resolution', 'variant'),
+)
 
 
 class Trial(Params):
@@ -34,16 +37,24 @@ class Trial(Params):
     right_joint: str = Field('right_wheel_joint', description='right wheel in /joint_states')
     left_reversed: bool = Field(False, description='its angle falls when the robot drives forward')
     right_reversed: bool = Field(False, description='its angle falls when the robot drives forward')
+    encoder: str = Field('', description='name of a real encoder, whose counts are `ppr`; empty: ideal')
+    resolution: str = Field('', description='how its counts follow from the datasheet')
+    variant: str = Field('', description='name of the set of parameters, where its campaign has several')
 
     @model_serializer(mode='wrap')
-    def _without_usual_wheels(self, serialise: SerializerFunctionWrapHandler) -> Dict[str, Any]:
-        """Leave out what is as with most robots: bags stay as they were before robots differed in it."""
+    def _without_the_usual(self, serialise: SerializerFunctionWrapHandler) -> Dict[str, Any]:
+        """Leave out what is as in most trials: bags stay as they were before trials differed in it."""
         fields = type(self).model_fields
         return {
             name: value
             for name, value in serialise(self).items()
-            if name not in _USUAL_WHEELS or getattr(self, name) != fields[name].default
+            if name not in _LEFT_OUT_WHERE_USUAL or getattr(self, name) != fields[name].default
         }
+
+    @property
+    def encoder_label(self) -> str:
+        """Return how tables and names of files call the encoder."""
+        return encoder_label(self.ppr, self.encoder)
 
     def goal(self) -> Pose2D:
         """Return the pose at which the robot is to end, in the map frame."""

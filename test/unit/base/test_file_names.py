@@ -3,7 +3,7 @@
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.campaign.campaign_definition import CampaignParams
+from diff_encoder_sim.campaign.campaign_params import CampaignParams
 from diff_encoder_sim.mapping.map_files import load_map
 from diff_encoder_sim.robots.robot_file import RobotFileParams
 from diff_encoder_sim.trials.test_definition import TestDefinition

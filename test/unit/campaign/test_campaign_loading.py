@@ -190,7 +190,7 @@ def test_a_mistake_on_the_command_line_is_not_blamed_on_the_file(tmp_path, repla
         ({'tests': []}, 'tests: given \\[\\]'),
         ({'tests': 'SL'}, "tests: given 'SL'"),
         ({'tests': [3]}, 'tests.0: given 3'),
-        ({'ppr': []}, 'ppr: given'),
+        ({'ppr': []}, 'ppr: missing; allowed: ppr, encoders, or both'),
         ({'ppr': 40}, 'ppr: given 40'),
         ({'ppr': ['40']}, "ppr.0: given '40'"),
         ({'ppr': [0]}, 'ppr.0: given 0'),

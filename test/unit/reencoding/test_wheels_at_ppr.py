@@ -46,7 +46,7 @@ def test_the_trial_is_as_if_driven_with_this_encoder(tmp_path):
     with ReencodedBag(tmp_path / 'a.bag', JOINTS, OdometryParams()) as run.bag:
         run.write_trial(START_NS, recorded)
     [raw] = contents(tmp_path / 'a.bag')['/trial']
-    expected = with_encoder(recorded, run.ppr, OdometryParams(wheel_diameter=0.3))
+    expected = with_encoder(recorded, EncoderParams(ppr=1024), OdometryParams(wheel_diameter=0.3))
     assert (expected.ppr, expected.odom, expected.wheel_diameter) == (run.ppr, 'encoder', 0.3)
     assert json.loads(raw.decode()) == json.loads(expected.model_dump_json())
     assert expected.test == recorded.test

@@ -9,14 +9,21 @@ import matplotlib
 from matplotlib.figure import Figure as Drawing
 
 from diff_encoder_sim.analysis.dataset import Dataset
+from diff_encoder_sim.analysis.encoder_labels import is_real
 from diff_encoder_sim.analysis.figures.distributions import draw_distributions
 from diff_encoder_sim.analysis.figures.spread import draw_spread
 from diff_encoder_sim.analysis.figures.style import STYLE, Figure, save
 from diff_encoder_sim.analysis.figures.trajectory_plot import MOST_TRIALS, draw_trajectories
+from diff_encoder_sim.analysis.figures.variant_plot import draw_variants
 from diff_encoder_sim.analysis.figures.variants import Variant, variants_of
 from diff_encoder_sim.analysis.figures.xy_errors import draw_xy_errors
 from diff_encoder_sim.analysis.quantities import YAW, X
 from diff_encoder_sim.recording.topics import TOPIC_OF_SOURCE
+
+VARIANTS_CAPTION = (
+    "The odometry's own final error, /odom minus /world_pose, in each variant: medians and quartiles, and the median "
+    'of the first variant as dotted lines. The other figures are of that variant.'
+)
 
 
 class Drawn(NamedTuple):
@@ -30,7 +37,8 @@ class Drawn(NamedTuple):
 def write_figures(dataset: Dataset, folder: Path) -> List[Figure]:
     """Write all figures that have data into `folder`, which is created.
 
-    Where parameters are varied besides PPR, each of their combinations has figures of its own.
+    Where parameters are varied besides the encoder, each of their combinations has figures of its own; of named
+    variants the first alone, and one figure has all.
 
     Raises:
         OSError: a file cannot be written.
@@ -43,6 +51,9 @@ def write_figures(dataset: Dataset, folder: Path) -> List[Figure]:
             for drawn in _draw(dataset, variant):
                 if drawn.drawing is not None:
                     figures.append(save(drawn.drawing, drawn.name + variant.suffix, f'{drawn.caption}{note}.', folder))
+        of_variants = draw_variants(dataset)
+        if of_variants is not None:
+            figures.insert(0, save(of_variants, 'variants', VARIANTS_CAPTION, folder))
     return figures
 
 
@@ -63,4 +74,5 @@ def _draw(dataset: Dataset, variant: Variant) -> Iterator[Drawn]:
         "Standard deviation against the encoder's resolution, with 95 % intervals; the closed form is for stops that "
         'differ by more than a pulse'
     )
+    caption += '; hollow: real encoders' if any(map(is_real, variant.labels)) else ''
     yield Drawn('spread_vs_ppr', caption, draw_spread(variant, dataset.robot, dataset.requested))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Dict, List
+from typing import Any, Collection, Dict, List
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -11,6 +11,7 @@ from matplotlib.figure import Figure as Drawing
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from diff_encoder_sim.analysis.encoder_labels import is_real
 from diff_encoder_sim.analysis.figures import style
 from diff_encoder_sim.analysis.figures.variants import Variant
 from diff_encoder_sim.analysis.final_errors import final_errors
@@ -28,8 +29,8 @@ BOX_WIDTH = 0.62
 STRIP_WIDTH = 0.4
 GOLDEN_RATIO = 0.618034
 
-# From so many encoders on their names are rotated to fit, and need more room.
-ROTATED_FROM, ROTATED_IN = 6, 0.2
+# From so many characters on the names of the encoders are rotated to fit, and need more room.
+ROTATED_FROM, CHARACTER_IN = 16, 0.06
 
 WITHIN_COLOUR = '0.93'
 
@@ -37,7 +38,7 @@ WITHIN_COLOUR = '0.93'
 def draw_distributions(variant: Variant, source: PoseSource) -> Drawing:
     """Draw a row for each test: x, y and yaw, with a box and all points for each encoder."""
     tests = variant.tests()
-    more_in = ROTATED_IN if len(variant.labels) >= ROTATED_FROM else 0.0
+    more_in = CHARACTER_IN * max(map(len, variant.labels)) if _are_rotated(variant.labels) else 0.0
     room = ROOM._replace(below_in=ROOM.below_in + more_in)
     figure, panels = style.panel_grid(len(tests), len(QUANTITIES), room, HEIGHT_TO_WIDTH)
     for row, test in zip(panels, tests):
@@ -47,7 +48,7 @@ def draw_distributions(variant: Variant, source: PoseSource) -> Drawing:
             _draw_panel(panel, values, quantity)
             panel.set_title(test)
     for panel in panels[-1]:
-        panel.set_xlabel('pulses per revolution')
+        panel.set_xlabel('encoder' if any(map(is_real, variant.labels)) else 'pulses per revolution')
     figure.legend(handles=_legend(), loc='lower center', ncols=3)
     return figure
 
@@ -58,11 +59,15 @@ def _draw_panel(panel: Axes, values: Dict[str, np.ndarray], quantity: Quantity) 
     panel.axhspan(-quantity.tolerance, quantity.tolerance, color=WITHIN_COLOUR, linewidth=0, zorder=0)
     panel.axhline(0.0, color='0.7', linewidth=0.6, zorder=1)
     panel.yaxis.set_major_locator(style.round_ticks(5))
-    panel.set_xticks(range(len(values)), list(values), rotation=90 if len(values) >= ROTATED_FROM else 0)
+    panel.set_xticks(range(len(values)), list(values), rotation=90 if _are_rotated(values) else 0)
     for place, (label, colour) in enumerate(style.ppr_colours(list(values)).items()):
         if len(values[label]) >= LEAST_FOR_BOX:
             _draw_box(panel, values[label], place)
         _draw_strip(panel, values[label], place, limit, colour)
+
+
+def _are_rotated(labels: Collection[str]) -> bool:
+    return len(''.join(labels)) >= ROTATED_FROM
 
 
 def _draw_box(panel: Axes, values: np.ndarray, place: int) -> None:

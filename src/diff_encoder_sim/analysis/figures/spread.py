@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Dict, List, Optional, Sequence, Tuple
+from typing import Any, Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,7 +12,7 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, LogLocator, NullForma
 
 from diff_encoder_sim.analysis.closed_form import closed_form_std
 from diff_encoder_sim.analysis.dataset import RobotGeometry, TrialData
-from diff_encoder_sim.analysis.encoder_labels import ppr_value
+from diff_encoder_sim.analysis.encoder_labels import is_real, ppr_value
 from diff_encoder_sim.analysis.figures import style
 from diff_encoder_sim.analysis.figures.error_series import SERIES, Series
 from diff_encoder_sim.analysis.figures.variants import Variant
@@ -37,8 +37,15 @@ DECADE_NAMES_FROM = 30.0
 
 # Plain numbers, where a log axis would have powers of ten.
 NUMBERS = FuncFormatter(lambda number, _: f'{number:g}')
+COUNTS = FuncFormatter(lambda counts, _: f'{counts:.0f}' if counts >= 100.0 else f'{counts:g}')
 
-_TrialsByPpr = Dict[float, List[TrialData]]
+
+class _Cell(NamedTuple):
+    """The trials with one encoder."""
+
+    ppr: float  # several real encoders may have the same
+    trials: List[TrialData]
+    is_real: bool
 
 
 def draw_spread(variant: Variant, robot: RobotGeometry, requested: Dict[str, Trial]) -> Optional[Drawing]:
@@ -49,16 +56,16 @@ def draw_spread(variant: Variant, robot: RobotGeometry, requested: Dict[str, Tri
         robot: for the closed form.
         requested: the definition of each test that has a closed form.
     """
-    cells = {test: _by_ppr(variant, test) for test in variant.tests()}
-    cells = {test: by_ppr for test, by_ppr in cells.items() if by_ppr}
-    if not cells:
+    shown = {test: _cells(variant, test) for test in variant.tests()}
+    shown = {test: cells for test, cells in shown.items() if cells}
+    if not shown:
         return None
-    figure, panels = style.panel_grid(len(cells), len(QUANTITIES), ROOM, HEIGHT_TO_WIDTH)
-    for row, (test, by_ppr) in zip(panels, cells.items()):
+    figure, panels = style.panel_grid(len(shown), len(QUANTITIES), ROOM, HEIGHT_TO_WIDTH)
+    for row, (test, cells) in zip(panels, shown.items()):
         for panel, quantity in zip(row, QUANTITIES):
-            _draw_panel(panel, by_ppr, quantity)
+            _draw_panel(panel, cells, quantity)
             if test in requested:
-                _draw_closed_form(panel, requested[test], robot, list(by_ppr), quantity)
+                _draw_closed_form(panel, requested[test], robot, [cell.ppr for cell in cells], quantity)
             panel.set_title(test)
     for panel in panels[-1]:
         panel.set_xlabel('pulses per revolution')
@@ -72,13 +79,13 @@ def _add_legend(figure: Drawing, panels: np.ndarray) -> None:
     figure.legend(list(lines.values()), list(lines), loc='lower center', ncols=3)
 
 
-def _by_ppr(variant: Variant, test: str) -> _TrialsByPpr:
-    """Return the cells with several trials and the same encoder at both wheels."""
-    cells = ((ppr_value(label), trials) for label, trials in variant.of_test(test).items())
-    return {ppr: trials for ppr, trials in cells if ppr is not None and len(trials) > 1}
+def _cells(variant: Variant, test: str) -> List[_Cell]:
+    """Return the cells with several trials and the same encoder at both wheels, by ascending counts."""
+    cells = ((ppr_value(label), trials, is_real(label)) for label, trials in variant.of_test(test).items())
+    return [_Cell(ppr, trials, of_real) for ppr, trials, of_real in cells if ppr is not None and len(trials) > 1]
 
 
-def _draw_panel(panel: Axes, by_ppr: _TrialsByPpr, quantity: Quantity) -> None:
+def _draw_panel(panel: Axes, cells: Sequence[_Cell], quantity: Quantity) -> None:
     panel.set(xscale='log', yscale='log', ylabel=f'std. dev. of {quantity.axis} [{quantity.unit}]')
     panel.grid(True)
     panel.yaxis.set_major_formatter(NUMBERS)
@@ -86,26 +93,33 @@ def _draw_panel(panel: Axes, by_ppr: _TrialsByPpr, quantity: Quantity) -> None:
     stds: List[float] = []
     for place, series in enumerate(SERIES):
         shift = APART ** (place - (len(SERIES) - 1) / 2)
-        stds += _draw_series(panel, series, by_ppr, quantity, shift)
+        for of_real in (False, True):
+            of_kind = [cell for cell in cells if cell.is_real is of_real]
+            stds += _draw_series(panel, series, of_kind, quantity, shift)
     if stds:
         _scale(panel, min(stds) / HEADROOM, max(stds) * HEADROOM)
-    _name_pprs(panel, list(by_ppr))
+    _name_pprs(panel, [cell.ppr for cell in cells])
 
 
 def _draw_series(
-    panel: Axes, series: Series, by_ppr: _TrialsByPpr, quantity: Quantity, shift: float
+    panel: Axes, series: Series, cells: Sequence[_Cell], quantity: Quantity, shift: float
 ) -> Sequence[float]:
-    """Draw the standard deviations with their intervals, except zeros; return them."""
+    """Draw the standard deviations with their intervals, except zeros; return them.
+
+    Those of real encoders are hollow and without a line: they differ by more than their counts.
+    """
     points: List[Tuple[float, float, float, float]] = []
-    for ppr, trials in by_ppr.items():
-        errors = series.errors(trials, quantity)
+    for cell in cells:
+        errors = series.errors(cell.trials, quantity)
         std = spread(errors)
         if std:
-            points.append((ppr * shift, std, *std_interval(errors, LEVEL)))
+            points.append((cell.ppr * shift, std, *std_interval(errors, LEVEL)))
     if not points:
         return []
     pprs, stds, lows, highs = np.array(points).T
     look: Any = dict(markersize=3.2, linewidth=0.7, elinewidth=0.7, capsize=1.5, capthick=0.7)
+    if cells[0].is_real:
+        look.update(linestyle='none', markerfacecolor='white')
     bars = [stds - lows, highs - stds]
     panel.errorbar(pprs, stds, bars, color=series.colour, marker=series.marker, label=series.label, **look)
     return [std for _, std, _, _ in points]
@@ -135,5 +149,5 @@ def _name_pprs(panel: Axes, pprs: Sequence[float]) -> None:
             named.append(ppr)
     panel.set_xlim(low, high)
     panel.xaxis.set_major_locator(FixedLocator(named))
-    panel.xaxis.set_major_formatter(NUMBERS)
+    panel.xaxis.set_major_formatter(COUNTS)
     panel.xaxis.set_minor_locator(NullLocator())

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Dict, List, NamedTuple
+from typing import Dict, Iterable, List, NamedTuple
 
-from diff_encoder_sim.analysis.dataset import CellKey, Dataset, TrialData
+from diff_encoder_sim.analysis.dataset import CellKey, Dataset, TrialData, Varied, distinct
 from diff_encoder_sim.analysis.table_keys import varied_texts
+from diff_encoder_sim.campaign.campaign_params import VARIANT
 
 
 class Variant(NamedTuple):
-    """Trials with the same values of all parameters that the campaign varies besides PPR."""
+    """Trials with the same values of all parameters that the campaign varies besides the encoder."""
 
     suffix: str  # of its figures' names; '' where there is one variant
     description: str  # for captions: the values; '' where nothing is varied
@@ -26,9 +27,12 @@ class Variant(NamedTuple):
 
 
 def variants_of(dataset: Dataset) -> List[Variant]:
-    """Split the dataset's trials by the values of the varied parameters."""
+    """Split the dataset's trials by the values of the varied parameters.
+
+    Of a campaign's named variants the first alone: the others are compared with it in a figure of their own.
+    """
     cells = dataset.cells()
-    all_varied = list(dict.fromkeys(cell.varied for cell in cells))
+    all_varied = [varied for varied in distinct(cell.varied for cell in cells) if _is_of_first_variant(varied, cells)]
     return [
         Variant(
             '' if len(all_varied) == 1 else f'_variant{number}',
@@ -38,3 +42,8 @@ def variants_of(dataset: Dataset) -> List[Variant]:
         )
         for number, varied in enumerate(all_varied, start=1)
     ]
+
+
+def _is_of_first_variant(varied: Varied, cells: Iterable[CellKey]) -> bool:
+    first = next(iter(cells))
+    return dict(varied).get(VARIANT) == dict(first.varied).get(VARIANT)

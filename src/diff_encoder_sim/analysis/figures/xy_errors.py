@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
 
 from diff_encoder_sim.analysis.dataset import TrialData
-from diff_encoder_sim.analysis.encoder_labels import ppr_text
+from diff_encoder_sim.analysis.encoder_labels import is_real, ppr_text
 from diff_encoder_sim.analysis.figures import style
 from diff_encoder_sim.analysis.figures.variants import Variant
 from diff_encoder_sim.analysis.final_errors import final_errors
@@ -22,6 +22,7 @@ from diff_encoder_sim.trials.pose_source import PoseSource
 MOST_ABREAST = 5
 LEAST_ABREAST = 3  # fewer panels are as wide as those of three
 ROOM = style.Room(left_in=0.75, between_in=0.1, above_in=0.34, below_in=0.22, legend_in=0.42)
+LINE_IN = 0.13  # that names of real encoders need above a panel, in addition
 BEYOND_MARKER = 'X'
 
 
@@ -33,7 +34,9 @@ def draw_xy_errors(variant: Variant, source: PoseSource) -> Drawing:
     tests, columns = variant.tests(), _abreast(len(variant.labels))
     rows_per_test = math.ceil(len(variant.labels) / columns)
     rows = rows_per_test * len(tests)
-    figure, panels = style.panel_grid(rows, columns, ROOM, least_columns=LEAST_ABREAST)
+    more_in = LINE_IN if any(map(is_real, variant.labels)) else 0.0
+    room = ROOM._replace(above_in=ROOM.above_in + more_in)
+    figure, panels = style.panel_grid(rows, columns, room, least_columns=LEAST_ABREAST)
     for index, test in enumerate(tests):
         _draw_test(variant, test, source, panels[index * rows_per_test : (index + 1) * rows_per_test])
     for panel in panels[-1]:
@@ -53,12 +56,17 @@ def _draw_test(variant: Variant, test: str, source: PoseSource, panels: np.ndarr
     limit_m = style.shown_limit([values for each in points for values in each.T], least=1.2 * X.tolerance)
     for panel, label, of_label in zip(panels.flat, variant.labels, points):
         _draw_panel(panel, of_label, limit_m, colours[label])
-        panel.set_title(f'{ppr_text(label)}\n{_counts(of_label, limit_m)}')
+        panel.set_title(f'{_name(label)}\n{_counts(of_label, limit_m)}')
     style.hide_unused(panels, len(variant.labels))
     for row in panels:
         row[0].set_ylabel(f'{test}\ny error [m]')
         for panel in row[1:]:
             panel.tick_params(labelleft=False)
+
+
+def _name(label: str) -> str:
+    """Return an encoder in lines that fit above a panel."""
+    return ppr_text(label).replace(' (', '\n(')
 
 
 def _points(trials: Sequence[TrialData], source: PoseSource) -> np.ndarray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Callable, Dict, List, NamedTuple, Sequence
 
 from diff_encoder_sim.analysis.dataset import Dataset, Varied
-from diff_encoder_sim.analysis.encoder_labels import encoders_text, enumeration, ppr_value
+from diff_encoder_sim.analysis.encoder_labels import encoders_text, enumeration, is_real, ppr_value
 from diff_encoder_sim.analysis.report.summary import summary_rows
 from diff_encoder_sim.analysis.table_keys import varied_texts
 from diff_encoder_sim.analysis.within_tolerance import (
@@ -120,7 +120,7 @@ def _encoders(row: _Row) -> str:
     if sufficient == labels and len(labels) > 1:
         return 'every encoder'
     is_from_on = sufficient == labels[-len(sufficient) :] and len(sufficient) > 1
-    if is_from_on and all(ppr_value(label) is not None for label in labels):
+    if is_from_on and all(ppr_value(label) is not None and not is_real(label) for label in labels):
         return f'from {sufficient[0]} PPR{open_text}'
     return f'{encoders_text(sufficient)}{open_text}'
 

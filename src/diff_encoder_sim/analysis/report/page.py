@@ -11,6 +11,7 @@ from diff_encoder_sim.analysis.dataset import Dataset
 from diff_encoder_sim.analysis.figures.style import Figure
 from diff_encoder_sim.analysis.paper.report_section import PaperSection
 from diff_encoder_sim.analysis.ppr_comparison import PprComparison
+from diff_encoder_sim.analysis.report.encoder_section import encoder_section
 from diff_encoder_sim.analysis.report.headline import Headline, headline
 from diff_encoder_sim.analysis.report.pictures import data_uri
 from diff_encoder_sim.analysis.report.provenance import provenance
@@ -55,6 +56,7 @@ def write_report(
         scope=scope_text(dataset),
         notes=dataset.notes,
         robot=robot_section(dataset),
+        real_encoders=encoder_section(dataset),
         origin=provenance(dataset),
         figures=[{'caption': figure.caption, 'uri': data_uri(figure.svg, figure.png)} for figure in figures],
         summary=summary_content(dataset),

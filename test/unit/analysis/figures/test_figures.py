@@ -62,6 +62,22 @@ def test_little_data(tmp_path, dataset, count):
 
 
 @pytest.mark.filterwarnings('error::RuntimeWarning', 'error::UserWarning')
+def test_fifteen_real_encoders_of_few_counts(tmp_path):
+    labels = [f'{counts} encoder_of_long_name_{number}' for number, counts in enumerate((90, 1024, 4096) * 5)]
+    figures = write_figures(synthetic_dataset(tests=('SL',), pprs=labels, trials=2), tmp_path)
+    assert [figure.name for figure in figures] == [*FOR_EACH_SOURCE, 'spread_vs_ppr']
+    assert figures[-1].caption.endswith('hollow: real encoders.')
+
+
+@pytest.mark.filterwarnings('error::RuntimeWarning', 'error::UserWarning')
+def test_of_named_variants_the_first_has_figures_and_one_figure_has_all(tmp_path):
+    variants = ((('variant', 'none'),), (('variant', 'missed 1 %'),))
+    figures = write_figures(synthetic_dataset(tests=('SL',), pprs=('40',), trials=2, variants=variants), tmp_path)
+    assert [figure.name for figure in figures] == ['variants', *FOR_EACH_SOURCE, 'spread_vs_ppr']
+    assert figures[1].caption.endswith('(none).')
+
+
+@pytest.mark.filterwarnings('error::RuntimeWarning', 'error::UserWarning')
 def test_variants_have_figures_of_their_own_in_common_colours(tmp_path):
     variants = ((('simulator.lidar.noise', '0.01'),), (('simulator.lidar.noise', '0.03'),))
     figures = write_figures(synthetic_dataset(tests=('SL',), pprs=('40',), trials=2, variants=variants), tmp_path)

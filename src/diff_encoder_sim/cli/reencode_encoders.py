@@ -1,0 +1,71 @@
+"""The encoders of reencode: by --ppr and --encoder, or the robot's own."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any, Dict, List, Tuple
+
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.paths import package_folder
+from diff_encoder_sim.base.typed_params import with_changes
+from diff_encoder_sim.base.yaml_files import yaml_value
+from diff_encoder_sim.encoders.chosen_encoder import ChosenEncoder, chosen, own_encoder
+from diff_encoder_sim.encoders.encoder_catalogue import load_encoders
+from diff_encoder_sim.encoders.pulses import PerWheel
+from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
+from diff_encoder_sim.odometry.wheel_odometry import OdometryParams
+
+PAPER_PPR = ('40', '90', '1024', '4096')
+
+
+def chosen_encoders(options: argparse.Namespace, own: EncoderParams) -> List[ChosenEncoder]:
+    """Return the encoders in their order; without options the robot's own, where it has a resolution.
+
+    Args:
+        options: of the command line.
+        own: of the robot.
+
+    Raises:
+        ConfigError: one is bad, or given twice, or --ppr beside a resolution.
+    """
+    resolution = own_encoder(own).resolution
+    if options.ppr is None and options.encoder is None and resolution:
+        return [own_encoder(own)]
+    texts = options.ppr or (() if options.encoder else PAPER_PPR)
+    if texts and resolution:
+        raise ConfigError(f'--ppr: given {" ".join(texts)} beside encoder: {resolution}; allowed: one of them')
+    ideal = [ChosenEncoder(ppr_of_text('--ppr', text)) for text in texts]
+    real = [chosen(each) for each in load_encoders(options.encoder or (), package_folder() / 'config', Path())]
+    for option, encoders in (('--ppr', ideal), ('--encoder', real)):
+        labels = [encoder.label for encoder in encoders]
+        twice = next((label for label in labels if labels.count(label) > 1), None)
+        if twice is not None:
+            raise ConfigError(f'{option}: given {twice} twice; allowed: each once')
+    return [*ideal, *real]
+
+
+def ppr_of_text(option: str, text: str) -> PerWheel:
+    """Read one PPR: a number, or a YAML mapping with one for each wheel.
+
+    Raises:
+        ConfigError: it is neither.
+    """
+    return EncoderParams.from_mapping({'ppr': yaml_value(text, option)}, option).ppr
+
+
+def parameters_with(
+    encoder: ChosenEncoder, of_robot: EncoderParams, odometry: OdometryParams
+) -> Tuple[EncoderParams, OdometryParams]:
+    """Return the parameters of a robot with another encoder.
+
+    Raises:
+        ConfigError: they contradict each other.
+    """
+    changes: Dict[str, Any] = {'ppr': encoder.ppr}
+    if encoder.real:
+        params = encoder.real.params
+        changes.update({**params.model_dump(exclude_unset=True), 'encoder': params.encoder.model_dump()})
+    shared = {key: value for key, value in changes.items() if key in OdometryParams.model_fields}
+    source = f'encoder {encoder.label}'
+    return with_changes(of_robot, changes, source), with_changes(odometry, shared, source)
