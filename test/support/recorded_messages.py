@@ -9,7 +9,7 @@ from diff_encoder_sim.navigation.goal_status import GoalStatus
 from diff_encoder_sim.recording import topics
 from diff_encoder_sim.serialization.basic_messages import encode_clock, encode_command, encode_string
 from diff_encoder_sim.serialization.goal_messages import SentGoal, encode_goal, encode_result
-from diff_encoder_sim.serialization.joint_messages import encode_encoder_pulse, encode_joint_state
+from diff_encoder_sim.serialization.joint_messages import encode_encoder_pulse, encode_joint_state, encode_wheel_speeds
 from diff_encoder_sim.serialization.map_messages import encode_map, encode_map_metadata
 from diff_encoder_sim.serialization.model_messages import ModelStatesEncoder
 from diff_encoder_sim.serialization.pose_messages import (
@@ -40,6 +40,7 @@ def one_of_each():
         topics.MODEL_STATES: ModelStatesEncoder(values.world(rng), 'alto').encode(values.body(rng)),
         topics.CMD_VEL: encode_command(0.4, 0.1),
         topics.ENCODER_PULSE: encode_encoder_pulse(values.encoder_sample(rng), values.JOINTS),
+        topics.ENCODER_VELOCITY: encode_wheel_speeds(7, (1.0, -2.0), values.JOINTS),
         topics.ODOM: encode_odometry(values.estimate(rng), 'odom', 'base_link'),
         topics.GLOBAL_POSE: pose(),
         topics.WORLD_POSE: pose(),

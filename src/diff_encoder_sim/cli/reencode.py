@@ -31,7 +31,6 @@ from diff_encoder_sim.reencoding.reference import Reference, find_reference
 from diff_encoder_sim.reencoding.result_table import csv_table, text_table
 from diff_encoder_sim.reencoding.wheel_source import DriveStream, WheelSource
 from diff_encoder_sim.reencoding.wheels_at_ppr import WheelsAtPpr
-from diff_encoder_sim.serialization.message_types import TWIST
 from diff_encoder_sim.trials.trial_definition import Trial
 
 LEGEND = """\
@@ -165,7 +164,7 @@ def notes_on(drive: RecordedDrive, runs: Sequence[WheelsAtPpr], summary: DriveSu
     if drive.robot.is_guessed():
         notes.append('neither the bag nor --robot says which wheels these are: those of config/config.yaml are used')
     if any(run.counts_by_command for run in runs) and not has_commands(drive.stream):
-        notes.append(f'no {CMD_VEL} of {TWIST}, by which the encoder counts: all counts are forward')
+        notes.append(f'no {CMD_VEL} (geometry_msgs/Twist), by which the encoder counts: all counts are forward')
     if drive.stream.fault:
         notes.append(f'{drive.stream.fault}; what can be read is used')
     if drive.reference and not any(run.comparison.result() for run in runs):

@@ -139,7 +139,7 @@ def test_what_each_mode_records():
     for mode, recorded in (('full', everything), ('minimal', everything - bulk), ('none', set())):
         bag = TrialBag('a.bag', mode)
         assert {topic for topic in topics.RECORDED if bag.wants(topic)} == recorded
-    assert len(everything) == 19
+    assert len(everything) == 20
 
 
 def test_the_mode_none_writes_no_file(tmp_path):
