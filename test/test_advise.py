@@ -70,7 +70,7 @@ def test_another_tolerance_goes_on_with_the_same_trials(first):
         (['--tolerance', '0'], "given '0'; allowed: 1e-6 to 1000 [m]"),
         (
             ['--candidates', 'nothing'],
-            "given 'nothing'; allowed: accurate, paper, paper_tb3, quick, sweep, or a .yaml file",
+            "given 'nothing'; allowed: accurate, faults, paper, paper_tb3, quick, sweep, or a .yaml file",
         ),
         (['--robot', 'nothing.yaml'], 'nothing.yaml'),
     ],
@@ -87,3 +87,16 @@ def test_candidates_have_equal_wheels(tmp_path):
     done = advise('--candidates', 'mixed.yaml', cwd=tmp_path)
     assert done.returncode == 1
     assert done.stderr.splitlines()[-1] == 'advise: ppr: given 90-1024; allowed: one number for both wheels'
+
+
+def test_real_encoders_are_all_tried_and_those_that_suffice_named(tmp_path):
+    real = ['--tests', 'SL', '--encoders', 'amt102', 'hoverboard_hub', '--trials', '16', '--workers', '1']
+    done = advise(*real, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    # 10 m / 8192 is within 0.05 m, 10 m / 90 is not.
+    assert done.stdout.splitlines()[-3:] == [
+        '  true pose at the goal: with hoverboard_hub (90 counts) and amt102 (8192 counts)',
+        '  pose estimate at the goal: with hoverboard_hub (90 counts) and amt102 (8192 counts)',
+        '  odometry at the true pose: with amt102 (8192 counts)',
+    ]
+    assert 'advise: amt102 (CUI Devices AMT102-V, at 2048 PPR): 2048 lines x 4 = 8192 counts' in done.stderr

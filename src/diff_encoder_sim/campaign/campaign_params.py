@@ -66,7 +66,7 @@ class CampaignParams(Params):
     vary: Dict[Line, Annotated[List[Any], Field(min_length=1)]] = Field(
         {}, description='values of parameters: each combination is a cell of its own'
     )
-    variants: Dict[Line, Dict[Line, Any]] = Field(
+    variants: Dict[Annotated[Line, Field(min_length=1)], Dict[Line, Any]] = Field(
         {},
         description='sets of values of parameters by names: each is a cell of its own; others are compared with the '
         'first; they come before `set`',

@@ -119,3 +119,18 @@ def test_every_test_must_reach():
     assert advisor.smallest(PoseSource.WORLD) == '360'
     lines = advisor.table().splitlines()
     assert [line.split()[0] for line in lines[2:]] == ['SL'] * 3 + ['SMT'] * 3
+
+
+def test_of_real_encoders_all_that_are_sufficient_are_found():
+    """More counts need not be better."""
+    asked = []
+
+    def trials_with(label, count):
+        asked.append(label)
+        is_in = label in ('90 hoverboard_hub', '8192 amt102')
+        return [trial('SL', label, number, world=IN if is_in else OUT) for number in range(1, count + 1)]
+
+    advisor = Advisor(['90 hoverboard_hub', '4096 as5600', '8192 amt102'], [30], TOLERANCE, trials_with)
+    assert advisor.sufficient(PoseSource.WORLD) == ['90 hoverboard_hub', '8192 amt102']
+    assert advisor.sufficient(PoseSource.GLOBAL) == [] and len(asked) == 3
+    assert 'amt102 (8192 counts)' in advisor.table()

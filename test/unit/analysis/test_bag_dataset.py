@@ -30,6 +30,18 @@ def test_bags_are_sorted_into_cells(tmp_path):
     ]
 
 
+def test_real_encoders_and_variants_are_those_of_the_bags(tmp_path):
+    amt102 = trial(ppr=8192, encoder='amt102', resolution='2048 lines x 4 = 8192 counts per wheel revolution')
+    write_bag(tmp_path / 'a.bag', amt102)
+    write_bag(tmp_path / 'b.bag', trial(ppr=8192))
+    assert load_dataset([tmp_path]).encoders() == ['8192', '8192 amt102']
+    write_bag(tmp_path / 'c.bag', trial(ppr=8192, variant='missed 1 %'))
+    assert [one.varied for one in load_dataset([tmp_path]).trials] == [
+        *[(('variant', ''),)] * 2,
+        (('variant', 'missed 1 %'),),
+    ]
+
+
 def test_other_configurations_are_kept_apart(tmp_path):
     write_bag(tmp_path / 'a.bag', trial())
     write_bag(tmp_path / 'b.bag', trial(nav='embedded'))

@@ -47,6 +47,18 @@ def test_varied_parameters_come_with_the_trials(tmp_path):
     ]
 
 
+def test_real_encoders_and_variants_come_with_the_trials(tmp_path):
+    variants = {'a none': {}, 'missed 1 %': {'config.encoder.faults.missed': 0.01}}
+    campaign = small_campaign(tmp_path, tests=['SL'], ppr=[40], encoders=['amt102'], variants=variants)
+    dataset = load_dataset([finish(campaign, tmp_path / 'out')])
+    assert dataset.notes == [] and all(trial.paths for trial in dataset.trials)
+    assert [(cell.ppr, cell.varied) for cell in dataset.cells()] == [
+        (label, (('variant', name),)) for name in variants for label in ('40', '8192 amt102')
+    ]
+    assert [encoder['label'] for encoder in dataset.manifest['encoders']] == ['8192 amt102']
+    assert dataset.manifest['encoders'][0]['resolution'] == '2048 lines x 4 = 8192 counts per wheel revolution'
+
+
 def test_bags_that_do_not_fit_are_named_and_their_rows_stay(folder):
     bags = folder / 'bags'
     (bags / 'SL_40_001.bag').write_bytes(b'')

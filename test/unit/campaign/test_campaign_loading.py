@@ -15,7 +15,14 @@ from diff_encoder_sim.campaign.campaign_loading import load_campaign
 from diff_encoder_sim.localization.amcl_params import AmclParams
 
 MODULUS = 'config.counter_modulus'
-TRIALS = {'accurate': 360, 'paper': 360, 'paper_tb3': 360, 'quick': 40, 'sweep': 300}  # of the package's campaigns
+TRIALS = {
+    'accurate': 360,
+    'faults': 1920,
+    'paper': 360,
+    'paper_tb3': 360,
+    'quick': 40,
+    'sweep': 300,
+}  # of the package's campaigns
 VARY = {NOISE: [0.01, 0.03], MODULUS: [0, 65536]}
 
 

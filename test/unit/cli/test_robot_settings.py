@@ -131,3 +131,10 @@ def test_arguments_of_the_xacro_reach_the_robot(settings):
 def test_the_trials_number_is_the_seed_of_the_encoders_errors(settings, given, seed):
     assert settings('alto', f'config.seed:={given}')['config']['seed'] == seed
     assert 'seed' not in settings('alto', 'config.seed:=')['config']
+
+
+def test_a_real_encoder_sets_all_that_the_parameter_server_can_hold(settings):
+    config = settings('alto', '--encoder', 'xl430')['config']
+    assert config['encoder']['bits'] == 12 and config['encoder']['faults']['missed'] == 0.0
+    assert config['counter_modulus'] == '4294967296' and config['ppr'] == {'left': 4096.0, 'right': 4096.0}
+    assert None not in config['encoder'].values()

@@ -58,3 +58,32 @@ def test_paths_are_relative_to_the_users_folder(tmp_path, monkeypatch):
     robot_file(tmp_path, config__wheel_diameter=0.21)
     monkeypatch.setenv('PWD', str(tmp_path))
     assert plan('--test', 'SMT', '--robot', 'mine.yaml').trial.wheel_diameter == 0.21
+
+
+def test_a_real_encoder_is_in_the_plan_and_named_once(tmp_path, capsys):
+    trial = plan('--test', 'SL', '--encoder', 'amt102', '--unchecked', 'true').trial
+    assert (trial.encoder_label, trial.encoder) == ('8192 amt102', 'amt102')
+    assert trial.resolution == '2048 lines x 4 = 8192 counts per wheel revolution'
+    said = capsys.readouterr().err
+    assert said.count('trial.launch: amt102 (CUI Devices AMT102-V, at 2048 PPR): 2048 lines x 4 = 8192 counts') == 1
+
+
+def test_a_robots_own_resolution_is_in_the_plan_and_gives_way_to_an_argument(tmp_path, capsys):
+    own = ('--test', 'SL', '--unchecked', 'true', '--robot', robot_file(tmp_path, config__encoder__lines=500))
+    trial = plan(*own).trial
+    assert (trial.encoder_label, trial.resolution[:17]) == ('2000', '500 lines x 4 = 2')
+    assert 'trial.launch: encoder: 500 lines x 4 = 2000 counts per wheel revolution, 3183.1' in capsys.readouterr().err
+    assert [plan(*own, *other).trial.encoder_label for other in (['--ppr', '90'], ['--encoder', 'xl430'])] == [
+        '90',
+        '4096 xl430',
+    ]
+
+
+def test_two_resolutions_are_one_line(tmp_path):
+    with pytest.raises(ConfigError, match='^encoder: given amt102 beside ppr 90; allowed: one of them'):
+        plan('--test', 'SL', '--encoder', 'amt102', '--ppr', '90')
+    config = yaml.safe_load((ROOT / 'config' / 'config.yaml').read_text())
+    config['encoder']['lines'] = 500
+    (tmp_path / 'mine.yaml').write_text(yaml.safe_dump(config))
+    with pytest.raises(ConfigError, match='mine.yaml: encoder: given 500 lines x 4 = .* beside ppr 90; allowed: one'):
+        plan('--test', 'SL', '--config', str(tmp_path / 'mine.yaml'), '--ppr', '90')

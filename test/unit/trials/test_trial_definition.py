@@ -3,6 +3,7 @@
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.encoders.pulses import PerWheel
 from diff_encoder_sim.trials.test_definition import TestDefinition
 from diff_encoder_sim.trials.trial_definition import LivePlan, Trial, TrialPlan
 
@@ -15,6 +16,14 @@ FILES = {'trial': Trial(test=TEST), 'world': 'w.world', 'map': 'w.yaml', 'bag': 
 def test_a_scripted_trial_ends_with_its_drive_and_any_other_at_the_goal_of_its_route():
     assert Trial(test=TEST, nav='scripted').goal() == (2.0, 0.0, 0.0)
     assert Trial(test=TEST, nav='embedded').goal() == (1.0, 0.0, 0.5)
+
+
+def test_what_is_usual_is_left_out_of_a_bag():
+    usual = Trial(test=TEST).model_dump()
+    assert {'encoder', 'resolution', 'variant', 'axle_x'}.isdisjoint(usual)
+    real = Trial(test=TEST, ppr=PerWheel(left=8192, right=8192), encoder='amt102', resolution='2048 lines x 4')
+    assert real.encoder_label == '8192 amt102' and Trial(test=TEST).encoder_label == '90'
+    assert Trial.from_mapping(real.model_dump(), '') == real
 
 
 def test_a_plan_for_the_live_graph_names_its_rates():
