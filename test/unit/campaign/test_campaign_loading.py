@@ -317,7 +317,7 @@ def test_a_mistake_in_a_file_that_replaces_one_is_its_own(tmp_path):
 @pytest.mark.parametrize('name', ['nothere', 'no/where.yaml'])
 def test_an_unknown_campaign_is_named(name):
     with pytest.raises(
-        ConfigError, match='campaign: given .*; allowed: accurate, paper, paper_tb3, quick, sweep, or a'
+        ConfigError, match='campaign: given .*; allowed: accurate, faults, paper, paper_tb3, quick, sweep, or a'
     ):
         load_campaign(name, ROOT)
 

@@ -92,7 +92,7 @@ def test_variants_are_cells_with_parameters_of_their_own(tmp_path):
 
 
 def test_edges_that_are_not_even_go_by_the_ppr_of_each_cell(tmp_path):
-    uneven = {'config.encoder.edge_error': 0.1}
+    uneven = {'config.encoder.phase_error': 10.0}
     assert len(small_campaign(tmp_path, tests=['SL'], ppr=[40, 1024], set=uneven).cells) == 2
     assert '4 counts, or a multiple' in complaint(tmp_path, ppr=[40, 90], set=uneven)
 
@@ -101,7 +101,10 @@ def test_edges_that_are_not_even_go_by_the_ppr_of_each_cell(tmp_path):
     ('changes', 'message'),
     [
         ({'set': {LINES: 2048}}, f'config.encoder: given {RESOLUTION} beside ppr: 40; allowed: one of them'),
-        ({**REAL, 'ppr': None, 'set': {LINES: 2048, 'config.encoder.bits': 10}}, 'beside encoders: 4096 xl430'),
+        (
+            {'ppr': None, 'encoders': ['xl430'], 'set': {'config.encoder.bits': 10}},
+            'given 2^10 = 1024 counts per wheel revolution beside encoders: 4096 xl430',
+        ),
         ({'variants': {'none': {}, 'fine': {LINES: 2048}}}, f'given {RESOLUTION} beside ppr: 40'),
         ({'encoders': ['amt102', 'amt102']}, 'encoders: given 8192 amt102 2 times; allowed: once'),
         ({'encoders': ['amt10']}, "encoder: given 'amt10'; allowed: "),

@@ -8,15 +8,23 @@ import pytest
 from diff_encoder_sim.cli.reencode_robot import recorded_robot
 from diff_encoder_sim.trials.test_definition import TestDefinition
 from diff_encoder_sim.trials.trial_definition import Trial
+from places import ROOT
 
 TEST = TestDefinition.from_mapping({'name': 'T', 'world': 'w', 'drive': [{'straight': 1.0}]}, '')
 TRIAL = Trial(test=TEST, wheel_diameter=0.15, wheel_separation=0.3, left_joint='l', right_joint='r')
 
 
 def robot(trial=None, **options):
-    return recorded_robot(
-        Namespace(**{'robot': None, 'robot_args': [], 'packages': [], 'config': None, **options}), trial
-    )
+    usual = {
+        'robot': None,
+        'robot_args': [],
+        'packages': [],
+        'config': None,
+        'ppr': None,
+        'encoder': None,
+        'seed': None,
+    }
+    return recorded_robot(Namespace(**{**usual, **options}), trial)
 
 
 def wheels(found):
@@ -48,3 +56,17 @@ def test_a_yaml_file_goes_before_both(tmp_path, given):
     found = robot(TRIAL, robot=given, config=Path(path))
     assert found.odometry.wheel_diameter == 0.1 and found.sources['wheel_diameter'] == str(path)
     assert found.odometry.wheel_separation == (0.16 if given else 0.3)
+
+
+def test_the_errors_of_encoders_are_those_of_the_bags_trial():
+    assert robot().encoder.seed == 0
+    assert robot(TRIAL.model_copy(update={'number': 7})).encoder.seed == 7
+    assert robot(TRIAL, seed=9).encoder.seed == 9
+
+
+def test_a_robots_encoder_has_a_resolution_that_gives_way(tmp_path):
+    alto = ROOT / 'urdf' / 'alto.urdf.xacro'
+    path = tmp_path / 'mine.yaml'
+    path.write_text(f'urdf: {alto}\nset: {{config.encoder.lines: 500, config.encoder.edge_error: 0.1}}\n')
+    own, by_ppr = (robot(robot=str(path), ppr=ppr).encoder.encoder for ppr in (None, ['40']))
+    assert (own.lines, own.edge_error, by_ppr.lines, by_ppr.edge_error) == (500, 0.1, None, 0.1)
