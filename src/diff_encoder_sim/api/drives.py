@@ -14,7 +14,7 @@ from diff_encoder_sim.base.pose_series import PoseSeries
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.cli.reencode import notes_on, opened_drive, run_drive, wheels_with
 from diff_encoder_sim.cli.reencode_arguments import output_files, parse
-from diff_encoder_sim.cli.reencode_encoders import chosen_encoders
+from diff_encoder_sim.cli.reencode_encoders import chosen_encoders, given_encoders
 from diff_encoder_sim.encoders.pulses import PerWheel
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 from diff_encoder_sim.evaluation.trajectory_error import PathError
@@ -48,7 +48,7 @@ def reencode(bag: Union[str, Path, None] = None, **options: Any) -> List[Reencod
     """
     given = parsed(parse, [*([str(bag)] if bag is not None else []), *command_line(options)])
     with opened_drive(given) as drive:
-        encoders = chosen_encoders(given, drive.robot.encoder)
+        encoders = chosen_encoders(given_encoders(given), drive.robot.encoder)
         runs = [wheels_with(encoder, drive.robot, _WheelsWithPath) for encoder in encoders]
         summary = run_drive(drive, runs, output_files(given.out, drive.path, encoders))
         for note in notes_on(drive, runs, summary):

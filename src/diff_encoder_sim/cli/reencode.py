@@ -15,7 +15,7 @@ from diff_encoder_sim.base.command_name import as_called
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.cli.encoder_arguments import name_encoders
 from diff_encoder_sim.cli.reencode_arguments import CSV_NAME, output_files, parse
-from diff_encoder_sim.cli.reencode_encoders import chosen_encoders, parameters_with
+from diff_encoder_sim.cli.reencode_encoders import chosen_encoders, given_encoders, parameters_with
 from diff_encoder_sim.cli.reencode_robot import RecordedRobot, recorded_robot
 from diff_encoder_sim.cli.reencode_sources import check_wheel_options
 from diff_encoder_sim.cli.reencode_wheels import bag_wheels, csv_wheels
@@ -66,8 +66,9 @@ def main(arguments: Optional[Sequence[str]] = None) -> None:
 def _reencode(options: argparse.Namespace) -> None:
     path = options.csv or options.bag
     begin_s = time.perf_counter()
+    given = given_encoders(options)
     with opened_drive(options) as drive:
-        encoders = chosen_encoders(options, drive.robot.encoder)
+        encoders = chosen_encoders(given, drive.robot.encoder)
         files = output_files(options.out, path, encoders)
         name_encoders(as_called('reencode'), encoders, drive.robot.odometry.wheel_diameter)
         runs = [wheels_with(encoder, drive.robot, WheelsAtPpr) for encoder in encoders]

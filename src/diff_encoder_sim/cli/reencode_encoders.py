@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Any, Dict, List, Tuple
+from typing import Any, Dict, List, Sequence, Tuple
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.paths import package_folder
@@ -19,23 +19,13 @@ from diff_encoder_sim.odometry.wheel_odometry import OdometryParams
 PAPER_PPR = ('40', '90', '1024', '4096')
 
 
-def chosen_encoders(options: argparse.Namespace, own: EncoderParams) -> List[ChosenEncoder]:
-    """Return the encoders in their order; without options the robot's own, where it has a resolution.
-
-    Args:
-        options: of the command line.
-        own: of the robot.
+def given_encoders(options: argparse.Namespace) -> List[ChosenEncoder]:
+    """Return the encoders of the command line in their order: none without options.
 
     Raises:
-        ConfigError: one is bad, or given twice, or --ppr beside a resolution.
+        ConfigError: one is bad, or given twice.
     """
-    resolution = own_encoder(own).resolution
-    if options.ppr is None and options.encoder is None and resolution:
-        return [own_encoder(own)]
-    texts = options.ppr or (() if options.encoder else PAPER_PPR)
-    if texts and resolution:
-        raise ConfigError(f'--ppr: given {" ".join(texts)} beside encoder: {resolution}; allowed: one of them')
-    ideal = [ChosenEncoder(ppr_of_text('--ppr', text)) for text in texts]
+    ideal = _ideal(options.ppr or ())
     real = [chosen(each) for each in load_encoders(options.encoder or (), package_folder() / 'config', Path())]
     for option, encoders in (('--ppr', ideal), ('--encoder', real)):
         labels = [encoder.label for encoder in encoders]
@@ -43,6 +33,25 @@ def chosen_encoders(options: argparse.Namespace, own: EncoderParams) -> List[Cho
         if twice is not None:
             raise ConfigError(f'{option}: given {twice} twice; allowed: each once')
     return [*ideal, *real]
+
+
+def chosen_encoders(given: Sequence[ChosenEncoder], own: EncoderParams) -> List[ChosenEncoder]:
+    """Return the given encoders; if there are none the robot's own, where it has a resolution, else the paper's.
+
+    Raises:
+        ConfigError: a PPR is given beside a resolution of the robot's own encoder.
+    """
+    resolution = own_encoder(own).resolution
+    if not given:
+        return [own_encoder(own)] if resolution else _ideal(PAPER_PPR)
+    ideal = [encoder.label for encoder in given if encoder.real is None]
+    if ideal and resolution:
+        raise ConfigError(f'--ppr: given {" ".join(ideal)} beside encoder: {resolution}; allowed: one of them')
+    return list(given)
+
+
+def _ideal(texts: Sequence[str]) -> List[ChosenEncoder]:
+    return [ChosenEncoder(ppr_of_text('--ppr', text)) for text in texts]
 
 
 def ppr_of_text(option: str, text: str) -> PerWheel:

@@ -14,7 +14,7 @@ NAMES = sorted(path.stem for path in (ROOT / 'config' / 'campaigns').glob('*.yam
 @pytest.mark.parametrize('name', NAMES)
 def test_a_trial_comes_to_its_goal(name, tmp_path):
     campaign = load_campaign(name, ROOT, {'tests': ['SMT'], 'ppr': [90.0], 'trials': 1})
-    (job,) = campaign.jobs()
+    job, *_ = campaign.jobs()
     files = campaign.files.materialise(tmp_path)
     plan = TrialPlan(trial=campaign.trial_of(job), bag='', **files.worlds['SMT']._asdict())
     result = run_trial(plan, files.robot, campaign.cells[0].robot_params, 'none')

@@ -11,7 +11,7 @@ import pytest
 from test_cli_command_lines import TOOLS
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.cli import launched_robot, robot_checks
+from diff_encoder_sim.cli import candidate_trials, launched_robot, robot_checks
 from places import ROOT, WORLDS
 from reencoding_drives import drive, write_ros1
 
@@ -77,8 +77,9 @@ def quick_loading(monkeypatch):
     def workers(*_):
         raise ConfigError('would run')
 
+    for runs_trials in (candidate_trials, module_of('campaign')):
+        monkeypatch.setattr(runs_trials, 'workers', workers)
     for name in ('advise', 'campaign'):
-        monkeypatch.setattr(module_of(name), 'workers', workers)
         monkeypatch.setattr(module_of(name), 'load_campaign', once(module_of(name).load_campaign))
     monkeypatch.setattr(robot_checks, 'check_robot', once(robot_checks.check_robot))
     monkeypatch.setattr(launched_robot, 'load_robot', once(launched_robot.load_robot))

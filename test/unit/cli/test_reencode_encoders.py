@@ -6,7 +6,13 @@ import pytest
 import yaml
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.cli.reencode_encoders import PAPER_PPR, chosen_encoders, parameters_with, ppr_of_text
+from diff_encoder_sim.cli.reencode_encoders import (
+    PAPER_PPR,
+    chosen_encoders,
+    given_encoders,
+    parameters_with,
+    ppr_of_text,
+)
 from diff_encoder_sim.encoders.encoder_catalogue import encoder_names
 from diff_encoder_sim.encoders.encoder_model import EncoderModel
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
@@ -18,7 +24,7 @@ GEARMOTOR = EncoderModel(lines=12, side='motor', gear_ratio=34.014)
 
 def given(ppr=None, encoder=None, own=None):
     options = argparse.Namespace(ppr=ppr, encoder=encoder)
-    return chosen_encoders(options, EncoderParams(encoder=own) if own else EncoderParams())
+    return chosen_encoders(given_encoders(options), EncoderParams(encoder=own) if own else EncoderParams())
 
 
 def labels(**options):
