@@ -16,7 +16,7 @@ from launched_graph import DATA, ROOT, Graph, complaints, require_ros
 
 pytestmark = [pytest.mark.rostest, pytest.mark.timeout(180)]
 
-TOUR, PPR, NUMBER = DATA / 'short_tour.yaml', 90, 3
+TOUR, NUMBER = DATA / 'short_tour.yaml', 3
 # What does not depend on how long a message was on its way.
 STAMPED = ('/joint_states', '/gazebo/model_states', '/scan', '/encoder_pulse', '/odom', '/world_pose', '/global_pose')
 ONCE = ('/trial', '/trial_result')
@@ -52,13 +52,13 @@ REAL_ENCODER = {
 def drive_both_ways(folder, config):
     """Drives the tour live and in lockstep with a file in place of config.yaml; returns the bags (live, lockstep)."""
     require_ros()
+    params = override(load_robot_config(ROOT / 'config', {'config': config}), {})
     with Graph(folder) as graph:
         launch = graph.launch(
             ROOT / 'launch' / 'trial.launch',
             f'test:={TOUR}',
             'nav:=scripted',
             'rtf:=0',
-            f'ppr:={PPR}',
             f'trial:={NUMBER}',
             f'config:={config}',
             'bag:=%s' % (folder / 'live.bag'),
@@ -69,13 +69,13 @@ def drive_both_ways(folder, config):
     world = find_world(test.world, ROOT / 'worlds')
     run_trial(
         TrialPlan(
-            trial=Trial(test=test, ppr={'left': PPR, 'right': PPR}, number=NUMBER, nav='scripted'),
+            trial=Trial(test=test, ppr=params.encoder.counts_per_turn, number=NUMBER, nav='scripted'),
             world=str(world),
             map=str(world.with_suffix('.yaml')),
             bag=str(folder / 'lockstep.bag'),
         ),
         ROOT / 'urdf' / 'alto.urdf.xacro',
-        override(load_robot_config(ROOT / 'config', {'config': config}), {}),
+        params,
         'full',
     )
     return [folder / name for name in ('live.bag', 'lockstep.bag')]
@@ -115,6 +115,7 @@ def bags_of_real_encoder(tmp_path_factory):
     """(live, lockstep) with the same errors, drawn from the trial's number: messages as `bags`."""
     folder = tmp_path_factory.mktemp('real')
     usual = yaml.safe_load((ROOT / 'config' / 'config.yaml').read_text())
+    del usual['ppr']  # the encoder says its own
     (folder / 'real.yaml').write_text(yaml.safe_dump({**usual, **REAL_ENCODER}))
     return [messages_of(path) for path in drive_both_ways(folder, folder / 'real.yaml')]
 
