@@ -23,6 +23,7 @@ from diff_encoder_sim.base.bounded_numbers import Between, PositiveDuration_s
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.file_names import PathText
 from diff_encoder_sim.base.paths import users_path
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.encoders.pulses import ppr_label
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
@@ -44,6 +45,9 @@ from diff_encoder_sim.trials.trial_wheels import OF_ODOMETRY
 RECORDED = (topics.ENCODER_PULSE, topics.ENCODER_VELOCITY, topics.ODOM, topics.TF, topics.TRIAL, *COPIED)
 
 POLL_PERIOD_S = 0.1
+# Wall time from the last message to one that says nothing new, with which rosbag play ends: what its queues then still
+# hold is lost.
+FLUSH_S = 0.5
 QUIET_S = 1.0  # wall time without a message, after which the recording is complete
 
 
@@ -170,7 +174,8 @@ class ReplayNode:
         """Write what is to be played, as far as the bag can be read."""
         try:
             with open_source(self._bag) as source:
-                write_ros1_copy(path, source, (self._topic, *self._copied))
+                flush_ns = round(FLUSH_S * self._params.speed * NANOSECONDS_PER_SECOND)
+                write_ros1_copy(path, source, (self._topic, *self._copied), again_after_ns=flush_ns)
                 if source.fault:
                     log.warning('%s: %s; all messages that can be read are played', self._bag, source.fault)
         except OSError as error:
