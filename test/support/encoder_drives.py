@@ -10,6 +10,7 @@ from diff_encoder_sim.odometry.wheel_odometry import OdometryParams, WheelOdomet
 JOINTS = ('left_wheel_joint', 'right_wheel_joint')
 RADIUS_M, SEPARATION_M = 0.1, 0.4
 TICK_NS = 10_000_000
+STANDING_TICKS = 5  # until the last report
 
 
 def m_per_pulse(ppr):
@@ -27,6 +28,7 @@ def wheels_of(seed, ppr, encoder=None, **params):
 def straight_drive(length_m, seed, ppr, encoder=None, speed_mps=0.45, **params):
     """The estimate at the end, and (2,) what each wheel turned [rad]."""
     turned = np.linspace(0.0, length_m / RADIUS_M, round(length_m / speed_mps * 1e9 / TICK_NS) + 1)
+    turned = np.append(turned, np.full(STANDING_TICKS, turned[-1]))
     return drive(np.column_stack([turned, turned]), seed, ppr, encoder, **params)[-1]
 
 
