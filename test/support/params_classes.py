@@ -11,6 +11,7 @@ from diff_encoder_sim.base.typed_params import Params
 # Where more is needed than a value for each field that has no default.
 ROUTE = {'name': 't', 'world': 'hallway', 'route': [{'goal': {'x': 1.0}}]}
 EXAMPLES = {
+    'EncoderFileParams': {'name': 'a', 'source': ['a'], 'price': 'a', 'encoder': {'lines': 1}},
     'Segment': {'straight': 1.0},
     'Leg': {'turns': 1.0},
     'TestDefinition': ROUTE,

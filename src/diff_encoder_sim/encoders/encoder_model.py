@@ -34,7 +34,7 @@ class FaultParams(Params):
     missed_burst: BurstLength = Field(1.0, description='counts that are missed in a row, on average')
     extra: Fraction = Field(0.0, description='counts too many, as a fraction of all, in the direction of motion')
     extra_burst: BurstLength = Field(1.0, description='counts too many in a row, on average')
-    max_count_rate: Annotated[float, Between(1.0, 1e9, 'counts/s', or_zero=True)] = Field(
+    max_count_rate: Annotated[float, Between(1e-3, 1e9, 'counts/s', or_zero=True)] = Field(
         0.0, description='what comes faster is lost [counts/s]; 0: no limit'
     )
     dead_channel: Literal['none', 'A', 'B', 'C'] = Field('none', description='a channel that stands still; C of hall')
