@@ -105,3 +105,12 @@ def test_odd_datasets_have_a_page(tmp_path, trials):
 def test_equal_data_gives_equal_bytes(tmp_path, figure):
     made = dataset(both('SL', '40', (20, 10), (15, 15)), both('SL', '90', (20, 10), (15, 15)))
     assert page_of(made, tmp_path, [figure]) == page_of(made, tmp_path, [figure])
+
+
+def test_real_encoders_stand_with_what_their_counts_follow_from(tmp_path):
+    made = dataset(cell('SL', '8192 amt102', 'world', rows(2, 0)))
+    encoder = {'label': '8192 amt102', 'name': 'AMT102-V', 'price': 'high', 'resolution': '2048 lines x 4 = 8192'}
+    about = {**manifest(), 'encoders': [{**encoder, 'counts_per_metre': 13037.97, 'source': ['a <datasheet>']}]}
+    page = page_of(made._replace(manifest=about), tmp_path)
+    for text in ('AMT102-V', '2048 lines x 4 = 8192', '13038.0', 'a &lt;datasheet&gt;', 'amt102 (8192 counts)'):
+        assert text in page
