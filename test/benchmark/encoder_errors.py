@@ -100,8 +100,8 @@ def _measured(case: Case, seeds: int) -> np.ndarray:
     x_m, y_m, yaw_rad = poses.T
     tail = (1.0 - CONFIDENCE) / 2.0
     if case.measure == 'short':
-        # The heading's error shortens x, too; the way along the path is what counts.
-        short_m = LENGTH_M - x_m - np.square(yaw_rad) * LENGTH_M / 6.0
+        # The heading's random walk shortens x, too, by its final variance times S / 4 on average.
+        short_m = LENGTH_M - x_m - np.square(yaw_rad) * LENGTH_M / 4.0
         half = stats.norm.ppf(1.0 - tail) * short_m.std(ddof=1) / math.sqrt(seeds)
         return 1e3 * np.array([short_m.mean() - half, short_m.mean(), short_m.mean() + half])
     return 1e3 * _std_interval({'y': y_m, 'yaw': yaw_rad}[case.measure], tail)
