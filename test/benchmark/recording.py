@@ -16,7 +16,8 @@ from tabulate import tabulate
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.encoders.encoder_sample import EncoderSample
-from diff_encoder_sim.odometry.wheel_odometry import OdometryParams, WheelOdometry
+from diff_encoder_sim.odometry.odometry_params import OdometryParams
+from diff_encoder_sim.odometry.wheel_odometry import WheelOdometry
 from diff_encoder_sim.recording import topics
 from diff_encoder_sim.recording.trial_bag import TrialBag
 from diff_encoder_sim.serialization.basic_messages import encode_clock, encode_command

@@ -25,7 +25,8 @@ from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, wrap_angle, yaw_from_qua
 from diff_encoder_sim.encoders.wheel_encoder import DiffEncoder, EncoderParams
 from diff_encoder_sim.lockstep.robot_loading import load_robot
 from diff_encoder_sim.lockstep.robot_params import RobotConfig, load_robot_config, override
-from diff_encoder_sim.odometry.wheel_odometry import OdometryParams, WheelOdometry
+from diff_encoder_sim.odometry.odometry_params import OdometryParams
+from diff_encoder_sim.odometry.wheel_odometry import WheelOdometry
 from diff_encoder_sim.robots.simulated_robot import SimulatedRobot, load_simulated_robot
 from diff_encoder_sim.simulation.drive import DriveController
 from diff_encoder_sim.simulation.flat_drive import FlatFloor

@@ -5,7 +5,8 @@ import math
 import numpy as np
 
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams, ReportingEncoder
-from diff_encoder_sim.odometry.wheel_odometry import OdometryParams, WheelOdometry
+from diff_encoder_sim.odometry.odometry_params import OdometryParams
+from diff_encoder_sim.odometry.wheel_odometry import WheelOdometry
 
 JOINTS = ('left_wheel_joint', 'right_wheel_joint')
 RADIUS_M, SEPARATION_M = 0.1, 0.4
@@ -21,7 +22,8 @@ def wheels_of(seed, ppr, encoder=None, **params):
     """Encoder, odometry, and (2,) the wheels' angles at the start, as a trial has them."""
     shared = {'ppr': ppr, 'encoder': encoder or {}}
     reporting = ReportingEncoder(EncoderParams.from_mapping({**shared, 'seed': seed, **params}, 'test'))
-    odometry = WheelOdometry(OdometryParams.from_mapping(shared, 'test'))
+    measured = {key: value for key, value in params.items() if key.startswith('velocity_')}
+    odometry = WheelOdometry(OdometryParams.from_mapping({**shared, 'motion_noise': 0.0, **measured}, 'test'))
     return reporting, odometry, np.random.default_rng(seed).uniform(0.0, 2.0 * math.pi, 2)
 
 

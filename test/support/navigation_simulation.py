@@ -11,7 +11,8 @@ from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, move_along_arc
 from diff_encoder_sim.mapping.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from diff_encoder_sim.navigation.navigator import Navigator
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
-from diff_encoder_sim.odometry.wheel_odometry import OdometryParams, WheelOdometry
+from diff_encoder_sim.odometry.odometry_params import OdometryParams
+from diff_encoder_sim.odometry.wheel_odometry import WheelOdometry
 from diff_encoder_sim.simulation.world import Box, Cylinder, load_world
 from places import WORLDS
 

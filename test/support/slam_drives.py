@@ -14,7 +14,8 @@ from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.encoders.wheel_encoder import DiffEncoder, EncoderParams
 from diff_encoder_sim.evaluation.map_accuracy import map_accuracy, true_surface, visible_points
 from diff_encoder_sim.evaluation.trajectory_error import Alignment, RunningPathError
-from diff_encoder_sim.odometry.wheel_odometry import OdometryParams, WheelOdometry
+from diff_encoder_sim.odometry.odometry_params import OdometryParams
+from diff_encoder_sim.odometry.wheel_odometry import WheelOdometry
 from diff_encoder_sim.simulation.lidar import Lidar, LidarParams
 from diff_encoder_sim.simulation.periods import TICK_S
 from diff_encoder_sim.simulation.simulator import Simulator, SimulatorParams

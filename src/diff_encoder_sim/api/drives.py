@@ -18,7 +18,7 @@ from diff_encoder_sim.cli.reencode_encoders import chosen_encoders, given_encode
 from diff_encoder_sim.encoders.pulses import PerWheel
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 from diff_encoder_sim.evaluation.trajectory_error import PathError
-from diff_encoder_sim.odometry.wheel_odometry import OdometryParams
+from diff_encoder_sim.odometry.odometry_params import OdometryParams
 from diff_encoder_sim.recording.bag_source import open_source
 from diff_encoder_sim.reencoding.reference import find_reference
 from diff_encoder_sim.reencoding.wheels_at_ppr import WheelsAtPpr

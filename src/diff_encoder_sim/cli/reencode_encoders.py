@@ -14,7 +14,7 @@ from diff_encoder_sim.encoders.chosen_encoder import ChosenEncoder, chosen, own_
 from diff_encoder_sim.encoders.encoder_catalogue import load_encoders
 from diff_encoder_sim.encoders.pulses import PerWheel
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
-from diff_encoder_sim.odometry.wheel_odometry import OdometryParams
+from diff_encoder_sim.odometry.odometry_params import OdometryParams
 
 PAPER_PPR = ('40', '90', '1024', '4096')
 

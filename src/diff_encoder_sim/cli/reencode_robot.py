@@ -17,7 +17,7 @@ from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.encoders.chosen_encoder import RESOLUTION_KEYS
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 from diff_encoder_sim.lockstep.robot_loading import load_robot
-from diff_encoder_sim.odometry.wheel_odometry import OdometryParams
+from diff_encoder_sim.odometry.odometry_params import OdometryParams
 from diff_encoder_sim.recording.topics import TRIAL
 from diff_encoder_sim.robots.xacro_arguments import xacro_arguments
 from diff_encoder_sim.trials.trial_definition import Trial

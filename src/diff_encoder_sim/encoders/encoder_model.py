@@ -6,7 +6,7 @@ Left out, everything is ideal: equation (1) of the paper.
 from __future__ import annotations
 
 import math
-from typing import List, Literal, Optional
+from typing import List, Literal, NamedTuple, Optional
 
 from pydantic import Field, model_validator
 from typing_extensions import Annotated
@@ -56,6 +56,13 @@ class FaultParams(Params):
 
 
 NO_FAULTS = FaultParams()
+
+
+class Wave(NamedTuple):
+    """An error that repeats with the shaft's turns."""
+
+    amplitude_rad: float
+    per_turn: int
 
 
 class EncoderModel(Params):
@@ -166,6 +173,11 @@ class EncoderModel(Params):
         """Return whether edges are in places of their own, which repeat with the shaft's turns."""
         return bool(self.edge_error or self.sensor_error or self.edge_pattern())
 
+    @property
+    def edge_variance(self) -> float:
+        """Return what the places of edges, and noise, add to the variance of a reading [pulses^2]; new in each one."""
+        return self.edge_error**2 + (self.sensor_error / 60.0) ** 2 + self.noise**2 + self._pattern_variance()
+
     def pulse_variance(self, counts_per_wheel_turn: float) -> float:
         """Return what the sensor's errors add to the variance of a reading [pulses^2], beside the 1/12 of rounding.
 
@@ -173,10 +185,24 @@ class EncoderModel(Params):
         """
         counts_per_rad = counts_per_wheel_turn / (2.0 * math.pi)
         of_shaft = counts_per_rad / self.shaft_turns_per_wheel_turn
-        waves_rad = (self.eccentricity, math.radians(self.first_harmonic), math.radians(self.second_harmonic))
-        variance = self.edge_error**2 + (self.sensor_error / 60.0) ** 2 + self.noise**2 + self.hysteresis**2 / 12.0
-        variance += sum((wave_rad * of_shaft) ** 2 / 2.0 for wave_rad in waves_rad)
-        return variance + (self.backlash * counts_per_rad) ** 2 / 12.0 + self._pattern_variance()
+        variance = self.edge_variance + self.hysteresis**2 / 12.0
+        variance += sum((wave.amplitude_rad * of_shaft) ** 2 / 2.0 for wave in self.waves)
+        return variance + (self.backlash * counts_per_rad) ** 2 / 12.0
+
+    @property
+    def speed_variance(self) -> float:
+        """Return the variance of the shown speed as a fraction of the true one: how steep the waves are."""
+        return sum((wave.amplitude_rad * wave.per_turn) ** 2 / 2.0 for wave in self.waves)
+
+    @property
+    def waves(self) -> List[Wave]:
+        """Return the errors that repeat with the turns of the sensor's shaft, but for those of size zero."""
+        waves = (
+            Wave(self.eccentricity, 1),
+            Wave(math.radians(self.first_harmonic), 1),
+            Wave(math.radians(self.second_harmonic), 2),
+        )
+        return [wave for wave in waves if wave.amplitude_rad]
 
     def edge_pattern(self) -> Optional[List[float]]:
         """Return the places of a line's four edges, minus 0 to 3 [edges]; None where they are even."""
@@ -222,8 +248,7 @@ class EncoderModel(Params):
             return (
                 'a duty_cycle and a phase_error that leave the edges in their order: A rises, B rises, A falls, B falls'
             )
-        steepest = self.eccentricity + math.radians(self.first_harmonic + 2.0 * self.second_harmonic)
-        if steepest >= 1.0:
+        if sum(wave.amplitude_rad * wave.per_turn for wave in self.waves) >= 1.0:
             return 'an eccentricity and harmonics with which the shown angle rises with the true one'
         return ''
 

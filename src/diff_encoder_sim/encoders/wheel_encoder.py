@@ -10,9 +10,8 @@ import math
 from typing import Optional, Sequence, Tuple, Union
 
 from pydantic import Field, model_validator
-from typing_extensions import Annotated
 
-from diff_encoder_sim.base.bounded_numbers import Between, Rate_Hz, Seed
+from diff_encoder_sim.base.bounded_numbers import Rate_Hz, Seed
 from diff_encoder_sim.base.errors import EVENT, InputFault
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step
@@ -31,7 +30,7 @@ from diff_encoder_sim.encoders.pulses import DEFAULT_PPR, PerWheel, PulsesPerRev
 from diff_encoder_sim.encoders.report_link import PROMPT, ReportLink, ReportParams
 from diff_encoder_sim.encoders.sampling import DEFAULT_RATE_HZ
 from diff_encoder_sim.encoders.wheel_channel import MISSING_AFTER_NS, WheelChannel
-from diff_encoder_sim.encoders.wheel_rate import VelocityMethod, WheelRate
+from diff_encoder_sim.encoders.wheel_rate import DEFAULT_CLOCK_HZ, VelocityClock_Hz, VelocityMethod, WheelRate
 
 log = logging.getLogger(__name__)
 
@@ -58,9 +57,7 @@ class EncoderParams(Params):
     encoder: EncoderModel = IDEAL_ENCODER
     report: ReportParams = PROMPT
     velocity_method: VelocityMethod = 'M'
-    velocity_clock: Annotated[float, Between(1.0, 1e9, 'Hz')] = Field(
-        1e6, description='of the clock that times edges for T and MT [Hz]'
-    )
+    velocity_clock: VelocityClock_Hz = DEFAULT_CLOCK_HZ
     seed: Seed = Field(0, description="of the encoders' errors: the trial's number")
 
     @model_validator(mode='after')

@@ -13,12 +13,17 @@ from typing import Literal, NamedTuple, Optional
 from pydantic import Field
 from typing_extensions import Annotated
 
+from diff_encoder_sim.base.bounded_numbers import Between
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 
 VelocityMethod = Annotated[
     Literal['M', 'T', 'MT'],
     Field(description='of the twist: counts per period (M), time between edges (T), or both (MT)'),
 ]
+VelocityClock_Hz = Annotated[
+    float, Between(1.0, 1e9, 'Hz'), Field(description='of the clock that times edges for T and MT [Hz]')
+]
+DEFAULT_CLOCK_HZ = 1e6
 
 # As where the timer of a motor controller overflows: no edge for so long is standstill. The speed was at most one count
 # in this time, 0.3 rad/s at 40 PPR.

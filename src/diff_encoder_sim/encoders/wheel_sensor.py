@@ -3,20 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import List, NamedTuple, Optional
+from typing import List, Optional
 
 import numpy as np
 
 from diff_encoder_sim.encoders.encoder_model import EDGES_PER_POLE_PAIR, EncoderModel
 from diff_encoder_sim.encoders.gear import Play
-
-
-class Wave(NamedTuple):
-    """An error that repeats with the shaft's turns."""
-
-    amplitude_rad: float
-    per_turn: int
-    phase_rad: float
 
 
 class WheelSensor:
@@ -31,7 +23,7 @@ class WheelSensor:
             rng: of this wheel.
         """
         self._edges_per_turn = counts_per_turn * model.edges_per_count
-        self._waves = _waves(model, rng)
+        self._waves = list(zip(model.waves, rng.uniform(0.0, 2.0 * math.pi, 3).tolist()))  # with their phases [rad]
         offsets = _edge_offsets(model, round(counts_per_turn), rng)
         self._offsets: Optional[List[float]] = None if offsets is None else _in_order(offsets).tolist()
         self._noise, self._rng = model.noise, rng
@@ -41,7 +33,7 @@ class WheelSensor:
     def place(self, shaft_angle_rad: float) -> float:
         """Return where the shaft is shown to be, in edges since the angle 0."""
         shown_rad = shaft_angle_rad
-        for amplitude_rad, per_turn, phase_rad in self._waves:
+        for (amplitude_rad, per_turn), phase_rad in self._waves:
             shown_rad += amplitude_rad * math.sin(per_turn * shaft_angle_rad + phase_rad)
         place = shown_rad * self._edges_per_turn / (2.0 * math.pi)
         if not self._hysteresis:
@@ -66,16 +58,6 @@ class WheelSensor:
     def place_of_edge(self, state: int) -> float:
         """Return where an edge is."""
         return state if self._offsets is None else state + self._offsets[state % len(self._offsets)]
-
-
-def _waves(model: EncoderModel, rng: np.random.Generator) -> List[Wave]:
-    phases_rad = rng.uniform(0.0, 2.0 * math.pi, 3).tolist()
-    waves = [
-        Wave(model.eccentricity, 1, phases_rad[0]),
-        Wave(math.radians(model.first_harmonic), 1, phases_rad[1]),
-        Wave(math.radians(model.second_harmonic), 2, phases_rad[2]),
-    ]
-    return [wave for wave in waves if wave.amplitude_rad]
 
 
 def _edge_offsets(model: EncoderModel, counts: int, rng: np.random.Generator) -> Optional[np.ndarray]:

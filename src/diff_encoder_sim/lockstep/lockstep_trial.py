@@ -22,8 +22,8 @@ from diff_encoder_sim.lockstep.robot_params import RobotParams
 from diff_encoder_sim.lockstep.schedule import Schedule
 from diff_encoder_sim.lockstep.scripted_driver import ScriptedDriver
 from diff_encoder_sim.navigation.goal_status import Command, NavigatorOutput
-from diff_encoder_sim.odometry.mean_twist import wheel_speeds_mps
 from diff_encoder_sim.odometry.wheel_odometry import OdometryEstimate, WheelOdometry
+from diff_encoder_sim.odometry.wheel_twist import wheel_speeds_mps
 from diff_encoder_sim.simulation.periods import STATES_PERIOD_NS, TICK_NS
 from diff_encoder_sim.simulation.simulator import Simulator, SimulatorParams
 from diff_encoder_sim.trials.trial_definition import TrialPlan

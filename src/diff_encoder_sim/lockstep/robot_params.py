@@ -13,7 +13,7 @@ from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.lockstep.latency import LatencyParams
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
-from diff_encoder_sim.odometry.wheel_odometry import OdometryParams
+from diff_encoder_sim.odometry.odometry_params import OdometryParams
 from diff_encoder_sim.simulation.simulator import SimulatorParams
 
 # The files by their stems, each with the fields of RobotParams that it sets.

@@ -9,8 +9,8 @@ from diff_encoder_sim.encoders.count_rate import CountRate
 from diff_encoder_sim.odometry.diagnosis import Diagnosis
 from diff_encoder_sim.odometry.following_error import FollowingError
 from diff_encoder_sim.odometry.lost_reports import LostReports
-from diff_encoder_sim.odometry.mean_twist import wheel_speeds_mps
 from diff_encoder_sim.odometry.wheel_odometry import WheelOdometry
+from diff_encoder_sim.odometry.wheel_twist import wheel_speeds_mps
 
 SIDES = ('left', 'right')
 

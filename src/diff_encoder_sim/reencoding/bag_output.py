@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import List, Tuple
 
 from diff_encoder_sim.encoders.encoder_sample import EncoderSample
-from diff_encoder_sim.odometry.wheel_odometry import OdometryEstimate, OdometryParams
+from diff_encoder_sim.odometry.odometry_params import OdometryParams
+from diff_encoder_sim.odometry.wheel_odometry import OdometryEstimate
 from diff_encoder_sim.recording import topics
 from diff_encoder_sim.recording.trial_bag import TrialBag
 from diff_encoder_sim.reencoding.wheel_source import DriveStream

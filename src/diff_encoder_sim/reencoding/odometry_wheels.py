@@ -7,7 +7,7 @@ from typing import Iterator, Optional, Sequence, Tuple
 
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.encoders.pulses import PerWheel
-from diff_encoder_sim.odometry.wheel_odometry import OdometryParams
+from diff_encoder_sim.odometry.odometry_params import OdometryParams
 from diff_encoder_sim.reencoding.reference import Reference
 from diff_encoder_sim.reencoding.start_angles import start_angles_note, start_angles_rad
 from diff_encoder_sim.serialization.bag_messages import Message

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from diff_encoder_sim.encoders.chosen_encoder import resolution_text
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
-from diff_encoder_sim.odometry.wheel_odometry import OdometryParams
+from diff_encoder_sim.odometry.odometry_params import OdometryParams
 from diff_encoder_sim.trials.trial_definition import Trial
 from diff_encoder_sim.trials.trial_wheels import OF_ODOMETRY
 

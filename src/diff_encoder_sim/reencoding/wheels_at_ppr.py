@@ -9,8 +9,9 @@ from diff_encoder_sim.encoders.encoder_sample import EncoderSample
 from diff_encoder_sim.encoders.pulses import PerWheel, encoder_label
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams, ReportingEncoder
 from diff_encoder_sim.evaluation.trajectory_error import Alignment, PathComparison
-from diff_encoder_sim.odometry.mean_twist import wheel_speeds_mps
-from diff_encoder_sim.odometry.wheel_odometry import OdometryEstimate, OdometryParams, WheelOdometry
+from diff_encoder_sim.odometry.odometry_params import OdometryParams
+from diff_encoder_sim.odometry.wheel_odometry import OdometryEstimate, WheelOdometry
+from diff_encoder_sim.odometry.wheel_twist import wheel_speeds_mps
 from diff_encoder_sim.reencoding.bag_output import ReencodedBag
 from diff_encoder_sim.reencoding.reencoded_trial import with_encoder
 from diff_encoder_sim.serialization.joint_messages import JointValues

@@ -10,8 +10,8 @@ from diff_encoder_sim.encoders.encoder_sample import EncoderSample
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams, ReportingEncoder
 from diff_encoder_sim.msg import EncoderPulse
 from diff_encoder_sim.odometry.encoder_diagnosis import EncoderDiagnosis
-from diff_encoder_sim.odometry.mean_twist import wheel_speeds_mps
-from diff_encoder_sim.odometry.wheel_odometry import OdometryParams
+from diff_encoder_sim.odometry.odometry_params import OdometryParams
+from diff_encoder_sim.odometry.wheel_twist import wheel_speeds_mps
 from diff_encoder_sim.ros.conversions import encoder_pulse_message, ns_from_stamp, wheel_speeds_message
 from diff_encoder_sim.ros.node import log, node_params, publisher, run_node, subscriber
 from diff_encoder_sim.ros.stamped_subscriber import stamped_subscriber

@@ -16,8 +16,9 @@ from diff_encoder_sim.encoders.encoder_sample import EncoderSample
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 from diff_encoder_sim.msg import EncoderPulse
 from diff_encoder_sim.odometry.odometry_diagnosis import OdometryDiagnosis
+from diff_encoder_sim.odometry.odometry_params import OdometryParams
 from diff_encoder_sim.odometry.speed_pairing import SpeedPairing
-from diff_encoder_sim.odometry.wheel_odometry import OdometryParams, WheelOdometry
+from diff_encoder_sim.odometry.wheel_odometry import WheelOdometry
 from diff_encoder_sim.ros.conversions import encoder_sample, ns_from_stamp, wheel_speeds_from_message
 from diff_encoder_sim.ros.node import log, node_params, run_node, subscriber
 from diff_encoder_sim.ros.odometry_output import OdometryOutput

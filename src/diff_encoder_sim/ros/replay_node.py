@@ -27,7 +27,7 @@ from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.encoders.pulses import ppr_label
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
-from diff_encoder_sim.odometry.wheel_odometry import OdometryParams
+from diff_encoder_sim.odometry.odometry_params import OdometryParams
 from diff_encoder_sim.recording import topics
 from diff_encoder_sim.recording.bag_source import BagSource, open_source
 from diff_encoder_sim.recording.ros1_copy import write_ros1_copy

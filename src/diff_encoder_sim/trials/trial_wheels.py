@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, Dict
 
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
-from diff_encoder_sim.odometry.wheel_odometry import OdometryParams
+from diff_encoder_sim.odometry.odometry_params import OdometryParams
 
 # Fields of Trial, by the parameters of which they have the names.
 OF_ODOMETRY = ('wheel_diameter', 'wheel_separation', 'axle_x')

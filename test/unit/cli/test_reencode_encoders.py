@@ -16,7 +16,7 @@ from diff_encoder_sim.cli.reencode_encoders import (
 from diff_encoder_sim.encoders.encoder_catalogue import encoder_names
 from diff_encoder_sim.encoders.encoder_model import EncoderModel
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
-from diff_encoder_sim.odometry.wheel_odometry import OdometryParams
+from diff_encoder_sim.odometry.odometry_params import OdometryParams
 from places import CONFIG
 
 GEARMOTOR = EncoderModel(lines=12, side='motor', gear_ratio=34.014)

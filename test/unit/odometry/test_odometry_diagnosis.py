@@ -5,7 +5,8 @@ import math
 import pytest
 
 from diff_encoder_sim.odometry.odometry_diagnosis import OdometryDiagnosis
-from diff_encoder_sim.odometry.wheel_odometry import OdometryParams, WheelOdometry
+from diff_encoder_sim.odometry.odometry_params import OdometryParams
+from diff_encoder_sim.odometry.wheel_odometry import WheelOdometry
 
 PERIOD_NS, PPR = 50_000_000, 100
 

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from diff_encoder_sim.base.se2 import wrap_angle
 from diff_encoder_sim.encoders.counter import wrap_count
-from diff_encoder_sim.odometry.wheel_odometry import OdometryParams, WheelOdometry
+from diff_encoder_sim.odometry.odometry_params import OdometryParams
+from diff_encoder_sim.odometry.wheel_odometry import WheelOdometry
 
 MS = 1_000_000
 DIAMETER_M, SEPARATION_M = 0.2, 0.4

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
-from diff_encoder_sim.odometry.wheel_odometry import OdometryParams, WheelOdometry
+from diff_encoder_sim.odometry.odometry_params import OdometryParams
+from diff_encoder_sim.odometry.wheel_odometry import WheelOdometry
 
 MS = 1_000_000
 SEPARATION_M = 0.4

@@ -5,7 +5,8 @@ import math
 import pytest
 
 from diff_encoder_sim.encoders.counter import wrap_count
-from diff_encoder_sim.odometry.wheel_odometry import OdometryParams, WheelOdometry
+from diff_encoder_sim.odometry.odometry_params import OdometryParams
+from diff_encoder_sim.odometry.wheel_odometry import WheelOdometry
 
 MS, PERIOD_NS = 1_000_000, 50_000_000
 DIAMETER_M = 0.2

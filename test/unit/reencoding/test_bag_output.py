@@ -2,7 +2,8 @@
 
 import pytest
 
-from diff_encoder_sim.odometry.wheel_odometry import OdometryParams, WheelOdometry
+from diff_encoder_sim.odometry.odometry_params import OdometryParams
+from diff_encoder_sim.odometry.wheel_odometry import WheelOdometry
 from diff_encoder_sim.reencoding.bag_output import COPIED
 from diff_encoder_sim.serialization.joint_messages import encode_encoder_pulse
 from diff_encoder_sim.serialization.pose_messages import encode_odometry

@@ -5,7 +5,8 @@ import pytest
 
 from diff_encoder_sim.base.se2 import Pose2D, move_along_arc
 from diff_encoder_sim.encoders.wheel_encoder import DiffEncoder, EncoderParams
-from diff_encoder_sim.odometry.wheel_odometry import OdometryParams, WheelOdometry
+from diff_encoder_sim.odometry.odometry_params import OdometryParams
+from diff_encoder_sim.odometry.wheel_odometry import WheelOdometry
 from diff_encoder_sim.reencoding.odometry_wheels import OdometryWheels
 from diff_encoder_sim.reencoding.reference import FramePair, PoseTopic
 from diff_encoder_sim.reencoding.start_angles import start_angles_rad

@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from diff_encoder_sim.odometry.wheel_odometry import OdometryParams, WheelOdometry
+from diff_encoder_sim.odometry.odometry_params import OdometryParams
+from diff_encoder_sim.odometry.wheel_odometry import WheelOdometry
 from reencoding_drives import angles_rad, drive, true_poses, without_index, write_ros1
 from reencoding_runs import rows_of, run, samples_of
 

@@ -8,7 +8,7 @@ import pytest
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.encoders.pulses import PerWheel
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
-from diff_encoder_sim.odometry.wheel_odometry import OdometryParams
+from diff_encoder_sim.odometry.odometry_params import OdometryParams
 from diff_encoder_sim.reencoding.result_table import csv_table, text_table
 from diff_encoder_sim.reencoding.wheels_at_ppr import WheelsAtPpr
 

@@ -7,7 +7,8 @@ import pytest
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.encoders.pulses import PerWheel
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
-from diff_encoder_sim.odometry.wheel_odometry import OdometryParams, WheelOdometry
+from diff_encoder_sim.odometry.odometry_params import OdometryParams
+from diff_encoder_sim.odometry.wheel_odometry import WheelOdometry
 from diff_encoder_sim.reencoding.bag_output import ReencodedBag
 from diff_encoder_sim.reencoding.reencoded_trial import with_encoder
 from diff_encoder_sim.reencoding.wheels_at_ppr import WheelsAtPpr

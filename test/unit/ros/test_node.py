@@ -14,7 +14,7 @@ from std_msgs.msg import Header
 
 from diff_encoder_sim.base.errors import EVENT, ConfigError
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
-from diff_encoder_sim.odometry.wheel_odometry import OdometryParams
+from diff_encoder_sim.odometry.odometry_params import OdometryParams
 from diff_encoder_sim.ros import node
 
 

@@ -1,7 +1,7 @@
 """The wheels of a robot in the trial that its bag holds."""
 
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
-from diff_encoder_sim.odometry.wheel_odometry import OdometryParams
+from diff_encoder_sim.odometry.odometry_params import OdometryParams
 from diff_encoder_sim.trials.test_definition import TestDefinition
 from diff_encoder_sim.trials.trial_definition import Trial
 from diff_encoder_sim.trials.trial_wheels import OF_ENCODER, OF_ODOMETRY, wheels_of

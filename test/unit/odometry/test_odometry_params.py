@@ -5,7 +5,7 @@ import math
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.odometry.wheel_odometry import OdometryParams
+from diff_encoder_sim.odometry.odometry_params import OdometryParams
 
 
 @pytest.mark.parametrize('key', ['wheel_diameter', 'wheel_separation', 'max_wheel_speed'])

@@ -1,0 +1,97 @@
+"""From the readings of two counters to the pulses between them, across wraps and restarts."""
+
+from __future__ import annotations
+
+import logging
+import math
+from typing import NamedTuple, Optional, Tuple
+
+from diff_encoder_sim.base.errors import EVENT
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.encoders.counter import count_difference, wrap_count
+from diff_encoder_sim.odometry.counter_restart import is_restart
+from diff_encoder_sim.odometry.odometry_params import OdometryParams
+
+log = logging.getLogger(__name__)
+
+
+class Reading(NamedTuple):
+    """Both counters at one instant."""
+
+    stamp_ns: int
+    left_pulses: int
+    right_pulses: int
+
+
+class _Step(NamedTuple):
+    """What happened between two readings."""
+
+    duration_ns: int
+    left_pulses: int
+    right_pulses: int
+
+
+class CounterSteps:
+    """Turns each reading into the pulses since the one before."""
+
+    def __init__(self, params: OdometryParams) -> None:
+        self._modulus = params.counter_modulus
+        self._ppr = params.counts_per_turn
+        self._max_speed_radps, self._max_acceleration_radps2 = params.max_wheel_speed, params.max_wheel_acceleration
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget all readings."""
+        self._last: Optional[Reading] = None
+        self._step: Optional[_Step] = None  # the last one
+        self.restarts = 0  # of counters
+
+    def take(self, reading: Reading) -> Optional[Tuple[int, int]]:
+        """Return the left and right pulses since the reading before; None where there is none.
+
+        A step faster than the wheels can turn is taken for a restart of the counters, and logs one warning.
+        """
+        last, self._last = self._last, reading
+        if last is None:
+            return None
+        pulses = self._pulses_between(last, reading)
+        self._step = _Step(reading.stamp_ns - last.stamp_ns, *pulses)
+        return pulses
+
+    def _pulses_between(self, last: Reading, reading: Reading) -> Tuple[int, int]:
+        left_pulses = count_difference(reading.left_pulses, last.left_pulses, self._modulus)
+        right_pulses = count_difference(reading.right_pulses, last.right_pulses, self._modulus)
+        pulses, counts = (left_pulses, right_pulses), self._signed(reading)
+        interval_s = (reading.stamp_ns - last.stamp_ns) / NANOSECONDS_PER_SECOND
+        is_near_zero = self._is_near_zero(self._signed(last), counts, pulses, interval_s)
+        if not is_near_zero and not self._is_implausible(pulses, interval_s):
+            return pulses
+        self.restarts += 1
+        log.warning(
+            '%d left and %d right pulses in %.3f s are faster than %s: taken as a counter restart, the pose is kept',
+            left_pulses,
+            right_pulses,
+            interval_s,
+            'max_wheel_acceleration allows' if is_near_zero else 'max_wheel_speed',
+            extra=EVENT,
+        )
+        return counts if is_near_zero else (0, 0)
+
+    def _is_near_zero(
+        self, counts_before: Tuple[int, int], counts: Tuple[int, int], pulses: Tuple[int, int], interval_s: float
+    ) -> bool:
+        """Return whether the counters began anew at zero."""
+        if self._step is None:
+            return False
+        share = interval_s * NANOSECONDS_PER_SECOND / self._step.duration_ns
+        went = self._step.left_pulses * share, self._step.right_pulses * share
+        turns = self._max_acceleration_radps2 * interval_s**2 / (2.0 * math.pi)
+        return is_restart(counts_before, counts, pulses, went, (turns * self._ppr.left, turns * self._ppr.right))
+
+    def _is_implausible(self, pulses: Tuple[int, int], interval_s: float) -> bool:
+        turns = max(abs(pulses[0]) / self._ppr.left, abs(pulses[1]) / self._ppr.right)
+        return 2.0 * math.pi * turns > self._max_speed_radps * interval_s
+
+    def _signed(self, reading: Reading) -> Tuple[int, int]:
+        """Return the counters as those that count down from zero to below it."""
+        return wrap_count(reading.left_pulses, self._modulus), wrap_count(reading.right_pulses, self._modulus)

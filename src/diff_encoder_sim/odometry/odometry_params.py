@@ -1,0 +1,55 @@
+"""What a user tells odometry: the geometry that it assumes, the encoder, and how it estimates the twist."""
+
+from __future__ import annotations
+
+from pydantic import Field
+from typing_extensions import Annotated
+
+from diff_encoder_sim.base.bounded_numbers import Between, Length_m, Offset_m, TravelVariance_m
+from diff_encoder_sim.base.typed_params import Params
+from diff_encoder_sim.encoders.counter import CounterModulus
+from diff_encoder_sim.encoders.encoder_model import IDEAL_ENCODER, EncoderModel, counts_per_turn
+from diff_encoder_sim.encoders.pulses import DEFAULT_PPR, PerWheel, PulsesPerRevolution
+from diff_encoder_sim.encoders.wheel_rate import DEFAULT_CLOCK_HZ, VelocityClock_Hz, VelocityMethod
+
+
+class OdometryParams(Params):
+    """Parameters of gz_diff_odom_node, under the names that users set.
+
+    `wheel_diameter` and `wheel_separation` are the geometry that odometry assumes; the true one
+    is the simulator's.
+    """
+
+    ppr: PulsesPerRevolution = DEFAULT_PPR
+    wheel_diameter: Length_m = Field(0.2, description='as the odometry assumes it [m]')
+    wheel_separation: Length_m = Field(0.4, description='between the contact points, as the odometry assumes it [m]')
+    axle_x: Offset_m = Field(0.0, description='place of the axle ahead of the origin of base_frame [m]')
+    counter_modulus: CounterModulus = 0
+    velocity_window: Annotated[int, Between(1, 10_000)] = Field(1, description='report intervals that the twist spans')
+    motion_noise: TravelVariance_m = Field(1e-6, description="variance of a wheel's travel per metre of it [m^2/m]")
+    max_wheel_speed: Annotated[float, Between(1e-3, 1e9, 'rad/s')] = Field(
+        100.0, description='a faster wheel means that the counter was restarted [rad/s]'
+    )
+    max_wheel_acceleration: Annotated[float, Between(1e-1, 1e9, 'rad/s^2')] = Field(
+        200.0, description='counters near zero that this cannot explain were restarted, too [rad/s^2]'
+    )
+    encoder: EncoderModel = IDEAL_ENCODER
+    velocity_method: VelocityMethod = 'M'
+    velocity_clock: VelocityClock_Hz = DEFAULT_CLOCK_HZ
+    velocity_low_pass: Annotated[float, Between(0.0, 100.0, 's')] = Field(
+        0.0, description="time constant of a low-pass on the wheels' speeds in the twist [s]; 0: none"
+    )
+    following_error_window: Annotated[float, Between(1e-3, 1e9, 'rad/s')] = Field(
+        1.0, description='on /diagnostics: how far a wheel may be from its commanded speed [rad/s]'
+    )
+    following_error_timeout: Annotated[float, Between(1e-2, 1e6, 's')] = Field(
+        1.0, description='on /diagnostics: for how long it may be further from it [s]'
+    )
+    odom_frame: str = Field('odom', min_length=1, description='frame of the pose')
+    base_frame: str = Field('base_link', min_length=1, description='frame of the robot')
+    publish_tf: bool = Field(True, description='broadcast odom_frame -> base_frame on TF')
+
+    @property
+    def counts_per_turn(self) -> PerWheel:
+        """Return the counts per wheel revolution: the encoder's, where it says them, else `ppr`."""
+        return counts_per_turn(self.ppr, self.encoder)
