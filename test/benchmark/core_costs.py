@@ -93,7 +93,8 @@ def _print_ratio(arguments: argparse.Namespace) -> None:
 
 def _encoder_and_odometry(params: Dict) -> Callable:
     encoder = ReportingEncoder(EncoderParams.from_mapping(params, 'benchmark'))
-    odometry = WheelOdometry(OdometryParams.from_mapping({'encoder': params.get('encoder', {})}, 'benchmark'))
+    of_odometry = {key: value for key, value in params.items() if key in OdometryParams.model_fields}
+    odometry = WheelOdometry(OdometryParams.from_mapping(of_odometry, 'benchmark'))
 
     def update(*joints) -> None:
         for sample in encoder.update(*joints):

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""How much faster than real time `reencode` is for each PPR, and that its memory is flat."""
+"""How much faster than real time `reencode` is, by PPR and with all errors of an encoder; that its memory is flat."""
 
 from __future__ import annotations
 
@@ -13,7 +13,9 @@ import time
 from pathlib import Path
 from typing import List, NamedTuple
 
+import yaml
 from checkout import ROOT, print_header
+from core_costs import FULL, REPORT
 from tabulate import tabulate
 
 from diff_encoder_sim.base.se2 import Pose2D, move_along_arc
@@ -49,17 +51,22 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         # What does not depend on the drive: the interpreter, and what it imports.
-        base = _best(folder, _drive(folder / 'short.bag', 1), ['90'], False, arguments.repeats)
+        base = _best(folder, _drive(folder / 'short.bag', 1), ['--ppr', '90'], False, arguments.repeats)
+        full = _encoder_file(folder / 'full.yaml')
         for hours in arguments.hours:
             bag = _drive(folder / f'{hours:g}h.bag', int(hours * 3600))
-            for pprs in (['90'], ['40', '90', '1024', '4096']):
+            for label, count, given in (
+                ('90 PPR', 1, ['--ppr', '90']),
+                ('40, 90, 1024, 4096 PPR', 4, ['--ppr', '40', '90', '1024', '4096']),
+                ('all errors and faults, M/T', 1, ['--encoder', str(full)]),
+            ):
                 for is_written in (False, True):
-                    run = _best(folder, bag, pprs, is_written, arguments.repeats)
-                    drive_s = (run.processor_s - base.processor_s) / len(pprs)
+                    run = _best(folder, bag, given, is_written, arguments.repeats)
+                    drive_s = (run.processor_s - base.processor_s) / count
                     rows.append(
                         [
                             f'{hours:g}',
-                            len(pprs),
+                            label,
                             'yes' if is_written else 'no',
                             f'{run.processor_s:.1f}',
                             f'{hours * 3600 / drive_s:.0f}',
@@ -70,9 +77,16 @@ def main() -> None:
     print(
         tabulate(
             rows,
-            ['drive [h]', 'PPRs', 'bags\nwritten', 'processor\n[s]', 'times real time,\nper PPR', 'peak\nmemory [MiB]'],
+            [
+                'drive [h]',
+                'encoders',
+                'bags\nwritten',
+                'processor\n[s]',
+                'times real time,\nper encoder',
+                'peak\nmemory [MiB]',
+            ],
             disable_numparse=True,
-            colalign=('right',) * 6,
+            colalign=('right', 'left') + ('right',) * 4,
         )
     )
     print(f'\nThe start takes {base.processor_s:.2f} s, which the factor leaves out.')
@@ -117,19 +131,27 @@ def _write_drive(path: Path, duration_s: int) -> None:
                 pose = move_along_arc(pose, travel_m, turn_rad)
 
 
-def _best(folder: Path, bag: Path, pprs: List[str], is_written: bool, repeats: int) -> Run:
-    runs = [_run(folder, bag, pprs, is_written) for _ in range(repeats)]
+def _encoder_file(path: Path) -> Path:
+    """The full chain of core_costs.py, as a file of `--encoder`."""
+    faults = {key: value for key, value in FULL['faults'].items() if not key.startswith('dead')}
+    config = {'report': REPORT, 'velocity_method': 'MT'}
+    encoder = {'name': 'full', 'source': ['core_costs.py'], 'price': 'none', 'config': config}
+    path.write_text(yaml.safe_dump({**encoder, 'encoder': {**FULL, 'faults': faults}}))
+    return path
+
+
+def _best(folder: Path, bag: Path, encoders: List[str], is_written: bool, repeats: int) -> Run:
+    runs = [_run(folder, bag, encoders, is_written) for _ in range(repeats)]
     return Run(min(run.processor_s for run in runs), max(run.peak_mib for run in runs))
 
 
-def _run(folder: Path, bag: Path, pprs: List[str], is_written: bool) -> Run:
+def _run(folder: Path, bag: Path, encoders: List[str], is_written: bool) -> Run:
     out = folder / f'out-{time.monotonic_ns()}'
     command = [
         sys.executable,
         str(ROOT / 'scripts' / 'reencode'),
         str(bag),
-        '--ppr',
-        *pprs,
+        *encoders,
         *(['--out', str(out)] if is_written else []),
     ]
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple, Optional
+from collections import deque
+from typing import Deque, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -63,6 +64,8 @@ class CountingWheel:
         self._faulty = counts_of_states(model, model.faults.dead_channel != 'none', model.faults.wiring)
         self._faults = CountFaults(model.faults, rng) if model.faults != NO_FAULTS else None
         self._rate, self._edges_per_count = rate, model.edges_per_count
+        # Before and after the last two changes of the count: the last two edges are in them.
+        self._crossings: Deque[Tuple[_Turned, _Turned]] = deque(maxlen=2)
         self._by_command = model.counts_by_command
         self._commanded = 1
         self._first_ns = 0
@@ -93,15 +96,19 @@ class CountingWheel:
 
     def rate_radps(self, stamp_ns: int) -> Optional[float]:
         """Return the measured speed; None where none is."""
-        return self._rate.report(stamp_ns) if self._rate else None
+        if self._rate is None:
+            return None
+        while self._crossings:
+            self._rate.take_edges(*self._timed_edges(*self._crossings.popleft()))
+        return self._rate.report(stamp_ns)
 
     def _add(self, before: _Turned, now: _Turned) -> None:
         decoder = self._decoder(now.stamp_ns)
         counts = decoder.count(now.state) - decoder.count(before.state)
         if self._by_command:
             counts = abs(counts) * self._commanded
-        if self._rate:
-            self._time_edges(self._rate, before, now)
+        if self._rate and before.state // self._edges_per_count != now.state // self._edges_per_count:
+            self._crossings.append((before, now))
         if self._faults:
             counts = self._faults.counted(counts, now.stamp_ns - before.stamp_ns)
         self._count += counts
@@ -120,13 +127,11 @@ class CountingWheel:
         if at_s and not self._was_restarted and stamp_ns - self._first_ns >= at_s * NANOSECONDS_PER_SECOND:
             self._count, self._was_restarted = 0, True
 
-    def _time_edges(self, rate: WheelRate, before: _Turned, now: _Turned) -> None:
-        """Time the last two counted edges of an interval, as if no count was missed."""
+    def _timed_edges(self, before: _Turned, now: _Turned) -> Tuple[Optional[TimedEdge], TimedEdge]:
+        """Return the last two counted edges of an interval, or the only one, as if no count was missed."""
         edges, direction = self._edges_per_count, 1 if now.state > before.state else -1
         # The counted edge at or before each place; turning backward, the one after it was crossed last.
         first, last = before.state // edges, now.state // edges
-        if first == last:
-            return
         crossed = last if direction > 0 else last + 1
         one_before = crossed - direction
         is_new = one_before > first if direction > 0 else one_before <= first
@@ -138,4 +143,4 @@ class CountingWheel:
             time_ns = before.stamp_ns + min(max(passed, 0.0), 1.0) * (now.stamp_ns - before.stamp_ns)
             return TimedEdge(time_ns, edge if direction > 0 else edge - 1, direction)
 
-        rate.take_edges(timed(one_before) if is_new else None, timed(crossed))
+        return timed(one_before) if is_new else None, timed(crossed)

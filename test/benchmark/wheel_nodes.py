@@ -1,0 +1,177 @@
+#!/usr/bin/env python3
+"""How many joint states a second encoder and odometry keep up with, live, both nodes on one core.
+
+Each message is reported; the messages that must come are those of the core's components, fed alike. The rate is raised
+until reports are late by more than 0.1 s when the last message is sent. Needs the sourced workspace.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from pathlib import Path
+from typing import Callable, Dict, List, NamedTuple
+
+from checkout import print_header
+from core_costs import CHAINS, JOINTS, WHEEL_SPEED_RADPS
+from live_graph import check_sourced, start_master, stop
+from tabulate import tabulate
+
+from diff_encoder_sim.encoders.wheel_encoder import EncoderParams, ReportingEncoder
+from diff_encoder_sim.odometry.odometry_params import OdometryParams
+from diff_encoder_sim.odometry.wheel_odometry import WheelOdometry
+
+CORE = '0'
+START_NS = 10**9
+LATE_S = 0.1
+CONNECTED_AFTER_S = 2.0
+NODES = ('gz_diff_encoder_node', 'gz_diff_odom_node')
+
+
+class Run(NamedTuple):
+    """One drive at one rate."""
+
+    expected: int  # messages on /odom
+    lost: int
+    late_s: float  # the last one, after the last message was sent
+    share: float  # of the core's time, both nodes
+
+
+def main() -> None:
+    """Raise the rate for each chain, and print the table."""
+    arguments = _arguments()
+    check_sourced()
+    print_header(
+        f'Encoder and odometry node on one core: joint states and reports at one rate for {arguments.seconds:g} s'
+    )
+    rows = []
+    with tempfile.TemporaryDirectory() as folder:
+        master = start_master(Path(folder))
+        try:
+            for name, params in CHAINS.items():
+                for rate_hz in arguments.rates:
+                    run = _run({'rate': rate_hz, **params}, rate_hz, arguments.seconds)
+                    rows.append(
+                        [name, f'{rate_hz:g}', run.expected, run.lost, f'{1e3 * run.late_s:.0f}', f'{run.share:.0%}']
+                    )
+                    if run.late_s > LATE_S:
+                        break
+        finally:
+            stop(master)
+    headers = ['encoder', 'rate\n[Hz]', '/odom\nexpected', 'lost', 'late at the\nend [ms]', 'of the\ncore']
+    print(tabulate(rows, headers, disable_numparse=True, colalign=('left',) + ('right',) * 5))
+
+
+def _run(params: Dict, rate_hz: float, seconds: float) -> Run:
+    import rospy
+    from nav_msgs.msg import Odometry
+    from sensor_msgs.msg import JointState
+
+    expected_ns = _expected_stamps_ns(params, rate_hz, seconds)
+    seen_ns: List[int] = []
+    everything = threading.Event()
+
+    def take(message: Odometry) -> None:
+        seen_ns.append(message.header.stamp.to_nsec())
+        if seen_ns[-1] >= expected_ns[-1]:
+            everything.set()
+
+    for name in NODES:
+        rospy.set_param(name, params)
+    nodes = [_node(name) for name in NODES]
+    listener = rospy.Subscriber('/odom', Odometry, take, tcp_nodelay=True)
+    try:
+        joints = rospy.Publisher('/joint_states', JointState, queue_size=None, tcp_nodelay=True)
+        _wait(lambda: joints.get_num_connections() == 1 and listener.get_num_connections() == 1)
+        time.sleep(CONNECTED_AFTER_S)  # the nodes among themselves
+        busy_s = _processor_s(nodes)
+        began_s = time.monotonic()
+        _send(joints, rate_hz, seconds)
+        sent_s = time.monotonic()
+        everything.wait(timeout=60.0)
+        ended_s = time.monotonic()
+        share = (_processor_s(nodes) - busy_s) / (ended_s - began_s)
+        return Run(len(expected_ns), len(set(expected_ns) - set(seen_ns)), ended_s - sent_s, share)
+    finally:
+        listener.unregister()
+        joints.unregister()
+        for node in nodes:
+            stop(node)
+
+
+def _expected_stamps_ns(params: Dict, rate_hz: float, seconds: float) -> List[int]:
+    encoder = ReportingEncoder(EncoderParams.from_mapping(params, 'encoder'))
+    of_odometry = {key: value for key, value in params.items() if key in OdometryParams.model_fields}
+    odometry = WheelOdometry(OdometryParams.from_mapping(of_odometry, 'odometry'))
+    stamps_ns = []
+    for index in range(round(rate_hz * seconds)):
+        for sample in encoder.update(_stamp_ns(index, rate_hz), JOINTS, _angles_rad(index, rate_hz)):
+            if odometry.update(*sample) is not None:
+                stamps_ns.append(sample.stamp_ns)
+    return stamps_ns
+
+
+def _stamp_ns(index: int, rate_hz: float) -> int:
+    return START_NS + round(index * 1e9 / rate_hz)
+
+
+def _angles_rad(index: int, rate_hz: float) -> List[float]:
+    return [0.01 + WHEEL_SPEED_RADPS * index / rate_hz] * 2
+
+
+def _send(joints, rate_hz: float, seconds: float) -> None:
+    import rospy
+    from sensor_msgs.msg import JointState
+
+    start_s = time.monotonic()
+    for index in range(round(rate_hz * seconds)):
+        ahead_s = start_s + index / rate_hz - time.monotonic()
+        if ahead_s > 0.0:
+            time.sleep(ahead_s)
+        message = JointState(name=JOINTS, position=_angles_rad(index, rate_hz))
+        stamp_ns = _stamp_ns(index, rate_hz)
+        message.header.stamp = rospy.Time(stamp_ns // 10**9, stamp_ns % 10**9)
+        joints.publish(message)
+
+
+def _node(name: str) -> subprocess.Popen:
+    path = subprocess.run(['catkin_find', 'diff_encoder_sim', name], stdout=subprocess.PIPE, text=True, check=True)
+    command = ['taskset', '-c', CORE, path.stdout.splitlines()[0], f'__name:={name}']
+    return subprocess.Popen(command, start_new_session=True, stdout=subprocess.DEVNULL)
+
+
+def _processor_s(nodes: List[subprocess.Popen]) -> float:
+    """Return the processor time of the nodes so far [s]: user and system."""
+    ticks = 0
+    for node in nodes:
+        fields = Path(f'/proc/{node.pid}/stat').read_text().rpartition(')')[2].split()
+        ticks += int(fields[11]) + int(fields[12])
+    return ticks / os.sysconf('SC_CLK_TCK')
+
+
+def _wait(condition: Callable[[], bool]) -> None:
+    deadline_s = time.monotonic() + 30.0
+    while not condition():
+        if time.monotonic() > deadline_s:
+            sys.exit('the nodes do not connect')
+        time.sleep(0.05)
+
+
+def _arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        epilog='example: source .ws/devel/setup.bash && .venv/bin/python test/benchmark/wheel_nodes.py --seconds 10',
+    )
+    parser.add_argument('--rates', type=float, nargs='+', default=[1000.0, 1500.0, 2000.0, 3000.0], help='[Hz]')
+    parser.add_argument('--seconds', type=float, default=10.0, help='of joint states at each rate')
+    return parser.parse_args()
+
+
+if __name__ == '__main__':
+    main()
