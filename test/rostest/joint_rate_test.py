@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Joint states faster than a robot sends them: none is lost, and memory stays as it is. Started by joint_rate.test."""
 
+import contextlib
 import math
 import os
 import time
@@ -10,6 +11,7 @@ from xmlrpc.client import ServerProxy
 import rosgraph
 import rospy
 import rostest
+import yaml
 from nav_msgs.msg import Odometry
 from ros_testing import (
     NS_PER_S,
@@ -25,11 +27,16 @@ from ros_testing import (
 )
 from sensor_msgs.msg import JointState
 
+from diff_encoder_sim.base.errors import InputFault
+from diff_encoder_sim.encoders.wheel_encoder import EncoderParams, ReportingEncoder
 from diff_encoder_sim.msg import EncoderPulse
 
 RATE_HZ, JOINTS, PPR = 1000, 50, 90
+WHEELS = ('left_wheel_joint', 'right_wheel_joint')
+PAIRS = ('usual', 'each', 'real')
+REAL = yaml.safe_load((Path(__file__).parent / 'data' / 'real_encoder.yaml').read_text())
 BURST = 10000
-NODES = [f'/{pair}/gz_diff_{kind}_node' for pair in ('usual', 'each') for kind in ('encoder', 'odom')]
+NODES = [f'/{pair}/gz_diff_{kind}_node' for pair in PAIRS for kind in ('encoder', 'odom')]
 MB = 2**20
 FLAT_MB = 2.0  # growth that is no leak: a leak of 100 bytes a message is 6 MB a minute
 
@@ -41,8 +48,9 @@ class JointRateTest(NodeTest):
         cls.seconds = rospy.get_param('~seconds', 4)
         cls.joints = connected_publisher('/joint_states', JointState)
         wait_for_listeners(cls.joints, NODES[::2])
-        cls.pulses = {pair: Collector(f'/{pair}/encoder_pulse', EncoderPulse) for pair in ('usual', 'each')}
-        cls.odom = {pair: Collector(f'/{pair}/odom', Odometry) for pair in ('usual', 'each')}
+        cls.pulses = {pair: Collector(f'/{pair}/encoder_pulse', EncoderPulse) for pair in PAIRS}
+        cls.odom = {pair: Collector(f'/{pair}/odom', Odometry) for pair in PAIRS}
+        cls.real = ReportingEncoder(EncoderParams.from_mapping(REAL, 'real_encoder.yaml'))
         cls.rosout = RosoutWatch()
         master = rosgraph.Master(rospy.get_name())
         cls.pids = {node: ServerProxy(master.lookupNode(node)).getPid('/joint_rate')[2] for node in NODES}
@@ -57,7 +65,7 @@ class JointRateTest(NodeTest):
 
     def send(self, index, wheel_rad):
         """The two wheels among other joints."""
-        names = ['left_wheel_joint', 'right_wheel_joint', *(f'arm_{number}_joint' for number in range(JOINTS - 2))]
+        names = [*WHEELS, *(f'arm_{number}_joint' for number in range(JOINTS - 2))]
         message = JointState(name=names, position=[wheel_rad] * JOINTS, velocity=[1.0] * JOINTS)
         message.header.stamp = stamp_from_ns(self.stamp_ns(index))
         self.joints.publish(message)
@@ -68,15 +76,28 @@ class JointRateTest(NodeTest):
     def check_answers(self, count, lost=()):
         """Every message is answered at 1000 Hz, and each 50 ms at 20 Hz, with the pulses of its own angle."""
         last = count - 1
-        for pair, step in (('usual', PERIOD_NS * RATE_HZ // NS_PER_S), ('each', 1)):
+        for pair, step in zip(PAIRS, (PERIOD_NS * RATE_HZ // NS_PER_S, 1, 1)):
             sent = [index for index in range(0, count, step) if index not in lost]
             for collector in (self.odom[pair], self.pulses[pair]):  # over connections of their own
                 collector.wait_for_stamp(self.stamp_ns(last // step * step), timeout_s=120.0)
             self.assert_stamps(self.odom[pair].messages, [self.stamp_ns(index) for index in sent])
             reports = self.pulses[pair].messages
             self.assertEqual([stamp_ns_of(report) for report in reports], [self.stamp_ns(index) for index in sent])
-            expected = [math.floor(self.angle(index) * PPR / (2.0 * math.pi)) for index in sent]
+            expected = self.real_counts(count, lost) if pair == 'real' else [self.count(index) for index in sent]
             self.assertEqual([report.pulses[0] for report in reports], expected)
+
+    def count(self, index):
+        """Equation (1)."""
+        return math.floor(self.angle(index) * PPR / (2.0 * math.pi))
+
+    def real_counts(self, count, lost):
+        """What the core counts by the same messages; errors of the encoder go on from test to test."""
+        samples = []
+        for index in range(count):
+            angle = math.nan if index in lost else self.angle(index)
+            with contextlib.suppress(InputFault):
+                samples += self.real.update(self.stamp_ns(index), WHEELS, [angle, angle])
+        return [sample.left_pulses for sample in samples]
 
     def memory_mb(self):
         page = os.sysconf('SC_PAGE_SIZE')
@@ -102,7 +123,7 @@ class JointRateTest(NodeTest):
         answered_s = time.monotonic() - start_s
         growth = {node: size - after_start[node] for node, size in self.memory_mb().items()}
         print(f'\n{count} messages of {JOINTS} joints in {took_s:.1f} s, at most {1e3 * latest_s:.0f} ms late')
-        print(f'all answered {answered_s - took_s:.2f} s after the last, at 20 Hz and at 1000 Hz')
+        print(f'all answered {answered_s - took_s:.2f} s after the last, at 20 Hz, at 1000 Hz, and of a real encoder')
         for node, grown_mb in growth.items():
             print(f'{node}: {self.memory_mb()[node]:.1f} MB, {grown_mb:+.2f} MB since a quarter of the time')
             self.assertLess(grown_mb, FLAT_MB, node)
