@@ -14,6 +14,7 @@ import sys
 import tempfile
 import threading
 import time
+import warnings
 from pathlib import Path
 from typing import Callable, Dict, List, NamedTuple
 
@@ -38,6 +39,7 @@ class Run(NamedTuple):
 
     expected: int  # messages on /odom
     lost: int
+    sent_hz: float  # which may be less than asked for
     late_s: float  # the last one, after the last message was sent
     share: float  # of the core's time, both nodes
 
@@ -53,18 +55,27 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         master = start_master(Path(folder))
         try:
-            for name, params in CHAINS.items():
+            for name, chain in CHAINS.items():
+                # Reports that come after others are ignored, on purpose: at 1 kHz most of a poor line.
+                params = {**chain, 'report': {'latency': 0.01}} if chain else {}
                 for rate_hz in arguments.rates:
                     run = _run({'rate': rate_hz, **params}, rate_hz, arguments.seconds)
-                    rows.append(
-                        [name, f'{rate_hz:g}', run.expected, run.lost, f'{1e3 * run.late_s:.0f}', f'{run.share:.0%}']
-                    )
+                    late_ms, share = f'{1e3 * run.late_s:.0f}', f'{run.share:.0%}'
+                    rows.append([name, f'{rate_hz:g}', f'{run.sent_hz:.0f}', run.expected, run.lost, late_ms, share])
                     if run.late_s > LATE_S:
                         break
         finally:
             stop(master)
-    headers = ['encoder', 'rate\n[Hz]', '/odom\nexpected', 'lost', 'late at the\nend [ms]', 'of the\ncore']
-    print(tabulate(rows, headers, disable_numparse=True, colalign=('left',) + ('right',) * 5))
+    headers = [
+        'encoder',
+        'rate\n[Hz]',
+        'sent\n[Hz]',
+        '/odom\nexpected',
+        'lost',
+        'late at the\nend [ms]',
+        'of the\ncore',
+    ]
+    print(tabulate(rows, headers, disable_numparse=True, colalign=('left',) + ('right',) * 6))
 
 
 def _run(params: Dict, rate_hz: float, seconds: float) -> Run:
@@ -86,7 +97,7 @@ def _run(params: Dict, rate_hz: float, seconds: float) -> Run:
     nodes = [_node(name) for name in NODES]
     listener = rospy.Subscriber('/odom', Odometry, take, tcp_nodelay=True)
     try:
-        joints = rospy.Publisher('/joint_states', JointState, queue_size=None, tcp_nodelay=True)
+        joints = _publisher(JointState)
         _wait(lambda: joints.get_num_connections() == 1 and listener.get_num_connections() == 1)
         time.sleep(CONNECTED_AFTER_S)  # the nodes among themselves
         busy_s = _processor_s(nodes)
@@ -96,7 +107,8 @@ def _run(params: Dict, rate_hz: float, seconds: float) -> Run:
         everything.wait(timeout=60.0)
         ended_s = time.monotonic()
         share = (_processor_s(nodes) - busy_s) / (ended_s - began_s)
-        return Run(len(expected_ns), len(set(expected_ns) - set(seen_ns)), ended_s - sent_s, share)
+        sent_hz = round(rate_hz * seconds) / (sent_s - began_s)
+        return Run(len(expected_ns), len(set(expected_ns) - set(seen_ns)), sent_hz, ended_s - sent_s, share)
     finally:
         listener.unregister()
         joints.unregister()
@@ -145,6 +157,15 @@ def _node(name: str) -> subprocess.Popen:
     return subprocess.Popen(command, start_new_session=True, stdout=subprocess.DEVNULL)
 
 
+def _publisher(kind):
+    import rospy
+
+    with warnings.catch_warnings():
+        warnings.simplefilter('ignore', SyntaxWarning)
+        # Without a queue `publish` returns when the message is in the socket: this process loses none.
+        return rospy.Publisher('/joint_states', kind, queue_size=None, tcp_nodelay=True)
+
+
 def _processor_s(nodes: List[subprocess.Popen]) -> float:
     """Return the processor time of the nodes so far [s]: user and system."""
     ticks = 0
@@ -168,7 +189,7 @@ def _arguments() -> argparse.Namespace:
         formatter_class=argparse.RawDescriptionHelpFormatter,
         epilog='example: source .ws/devel/setup.bash && .venv/bin/python test/benchmark/wheel_nodes.py --seconds 10',
     )
-    parser.add_argument('--rates', type=float, nargs='+', default=[1000.0, 1500.0, 2000.0, 3000.0], help='[Hz]')
+    parser.add_argument('--rates', type=float, nargs='+', default=[1000.0, 2000.0, 2500.0, 4000.0, 5000.0], help='[Hz]')
     parser.add_argument('--seconds', type=float, default=10.0, help='of joint states at each rate')
     return parser.parse_args()
 

@@ -26,6 +26,9 @@ EDGES_PER_POLE_PAIR = 6
 # Beyond any encoder that is sold; the places of so many edges fit into the memory.
 MOST_COUNTS_PER_TURN = 2**20
 
+# Standard deviations that a Gaussian error exceeds once in 500 million readings.
+RARE_DEVIATIONS = 6.0
+
 
 class FaultParams(Params):
     """What goes wrong between sensor and counter; left out, nothing does."""
@@ -188,6 +191,11 @@ class EncoderModel(Params):
         variance = self.edge_variance + self.hysteresis**2 / 12.0
         variance += sum((wave.amplitude_rad * of_shaft) ** 2 / 2.0 for wave in self.waves)
         return variance + (self.backlash * counts_per_rad) ** 2 / 12.0
+
+    def most_jump(self, counts_per_wheel_turn: float) -> float:
+        """Return by how much a reading may differ from the one before without motion, but for rare cases [pulses]."""
+        play = self.hysteresis + self.backlash * counts_per_wheel_turn / (2.0 * math.pi)
+        return play + RARE_DEVIATIONS * math.sqrt(2.0 * self.edge_variance)
 
     @property
     def speed_variance(self) -> float:

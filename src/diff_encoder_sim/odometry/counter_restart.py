@@ -25,7 +25,7 @@ def is_restart(
         counts: left and right counter now, signed.
         pulses: since the last report, if they went on.
         pulses_before: what the speed before makes of the same interval.
-        most_change: by how much the greatest acceleration changes that, in pulses.
+        most_change: by how much the greatest acceleration, and errors of the encoder, change that, in pulses.
     """
     went_on = all(
         abs(now - before) <= most + ROUNDING_PULSES for now, before, most in zip(pulses, pulses_before, most_change)

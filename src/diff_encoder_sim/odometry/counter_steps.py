@@ -37,6 +37,7 @@ class CounterSteps:
     def __init__(self, params: OdometryParams) -> None:
         self._modulus = params.counter_modulus
         self._ppr = params.counts_per_turn
+        self._most_jumps = params.encoder.most_jump(self._ppr.left), params.encoder.most_jump(self._ppr.right)
         self._max_speed_radps, self._max_acceleration_radps2 = params.max_wheel_speed, params.max_wheel_acceleration
         self.reset()
 
@@ -86,7 +87,9 @@ class CounterSteps:
         share = interval_s * NANOSECONDS_PER_SECOND / self._step.duration_ns
         went = self._step.left_pulses * share, self._step.right_pulses * share
         turns = self._max_acceleration_radps2 * interval_s**2 / (2.0 * math.pi)
-        return is_restart(counts_before, counts, pulses, went, (turns * self._ppr.left, turns * self._ppr.right))
+        left_jump, right_jump = self._most_jumps
+        most_change = turns * self._ppr.left + left_jump, turns * self._ppr.right + right_jump
+        return is_restart(counts_before, counts, pulses, went, most_change)
 
     def _is_implausible(self, pulses: Tuple[int, int], interval_s: float) -> bool:
         turns = max(abs(pulses[0]) / self._ppr.left, abs(pulses[1]) / self._ppr.right)

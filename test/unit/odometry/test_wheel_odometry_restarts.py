@@ -5,8 +5,10 @@ import math
 import pytest
 
 from diff_encoder_sim.encoders.counter import wrap_count
+from diff_encoder_sim.encoders.wheel_encoder import EncoderParams, ReportingEncoder
 from diff_encoder_sim.odometry.odometry_params import OdometryParams
 from diff_encoder_sim.odometry.wheel_odometry import WheelOdometry
+from encoder_drives import JOINTS
 
 MS, PERIOD_NS = 1_000_000, 50_000_000
 DIAMETER_M = 0.2
@@ -94,6 +96,28 @@ def test_hard_driving_through_every_count_is_no_restart(ppr, modulus, caplog):
         drive.drive(speed_radps, speed_radps, 60)
         drive.drive(speed_radps, -speed_radps, 7)
     assert drive.odometry.restarts == 0 and caplog.records == []
+
+
+@pytest.mark.parametrize('encoder', [{'sensor': 'absolute', 'bits': 14, 'noise': 5.0}, {'hysteresis': 9.0}])
+def test_noise_and_hysteresis_of_counters_near_zero_are_no_restart(encoder, caplog):
+    """At 1 kHz no acceleration explains them."""
+    ppr, period_ns = 16384, MS
+    reporting = ReportingEncoder(EncoderParams(ppr=ppr, rate=1000.0, encoder=encoder, seed=1))
+    odometry = WheelOdometry(OdometryParams(ppr=ppr, encoder=encoder))
+    for index in range(4000):
+        angle = 0.01 * math.sin(index / 300)
+        for sample in reporting.update(index * period_ns, JOINTS, [angle, -angle]):
+            odometry.update(*sample)
+    assert odometry.restarts == 0 and not caplog.records
+
+
+def test_a_noisy_encoder_is_seen_to_restart(caplog):
+    encoder = {'sensor': 'absolute', 'bits': 14, 'noise': 5.0}
+    odometry = WheelOdometry(OdometryParams(encoder=encoder))
+    for index in range(10):
+        odometry.update(index * PERIOD_NS, 3000 + 7 * (index % 2), -2500)
+    odometry.update(10 * PERIOD_NS, 4, -6)
+    assert odometry.restarts == 1
 
 
 def test_a_restart_near_zero_is_overlooked_and_costs_no_more_than_that():
