@@ -92,8 +92,12 @@ class CounterSteps:
         return is_restart(counts_before, counts, pulses, went, most_change)
 
     def _is_implausible(self, pulses: Tuple[int, int], interval_s: float) -> bool:
-        turns = max(abs(pulses[0]) / self._ppr.left, abs(pulses[1]) / self._ppr.right)
-        return 2.0 * math.pi * turns > self._max_speed_radps * interval_s
+        turns = self._max_speed_radps * interval_s / (2.0 * math.pi)
+        return any(
+            # A wheel that turns by less than a pulse may pass one.
+            abs(count) - 1.0 - jump > turns * ppr
+            for count, jump, ppr in zip(pulses, self._most_jumps, (self._ppr.left, self._ppr.right))
+        )
 
     def _signed(self, reading: Reading) -> Tuple[int, int]:
         """Return the counters as those that count down from zero to below it."""

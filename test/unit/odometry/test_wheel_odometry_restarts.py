@@ -98,6 +98,18 @@ def test_hard_driving_through_every_count_is_no_restart(ppr, modulus, caplog):
     assert drive.odometry.restarts == 0 and caplog.records == []
 
 
+@pytest.mark.parametrize('rate_hz', [20, 1000, 5000])
+@pytest.mark.parametrize('ppr', [1, 40, 4096])
+def test_whole_pulses_within_a_short_interval_are_no_restart(rate_hz, ppr, caplog):
+    """One count of 40 PPR within 1 ms is 157 rad/s."""
+    odometry = WheelOdometry(OdometryParams(ppr=ppr))
+    turned_pulses = [30.0 * index / rate_hz * ppr / (2 * math.pi) for index in range(2 * rate_hz)]
+    for index, pulses in enumerate(turned_pulses):
+        odometry.update(index * 1_000_000_000 // rate_hz, int(pulses), -int(pulses))
+    assert odometry.counts == (int(turned_pulses[-1]), -int(turned_pulses[-1]))
+    assert not caplog.records
+
+
 @pytest.mark.parametrize('encoder', [{'sensor': 'absolute', 'bits': 14, 'noise': 5.0}, {'hysteresis': 9.0}])
 def test_noise_and_hysteresis_of_counters_near_zero_are_no_restart(encoder, caplog):
     """At 1 kHz no acceleration explains them."""
