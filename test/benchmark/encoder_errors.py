@@ -19,7 +19,7 @@ from tabulate import tabulate
 
 sys.path.insert(0, str(ROOT / 'test' / 'support'))
 
-from encoder_drives import RADIUS_M, SEPARATION_M, drive, m_per_pulse, straight_drive
+from encoder_drives import RADIUS_M, SEPARATION_M, TICK_NS, drive, m_per_pulse, straight_drive
 
 LENGTH_M, SPEED_MPS = 20.0, 0.9
 CONFIDENCE = 0.99
@@ -87,6 +87,7 @@ def main() -> None:
     print(f'\n{sum(inside)} of {len(inside)} closed forms are inside the 99 % interval.\n')
     _print_backlash()
     _print_count_rates()
+    _print_speed_quanta()
 
 
 def _measured(case: Case, seeds: int) -> np.ndarray:
@@ -144,6 +145,31 @@ def _print_count_rates() -> None:
         rows.append([f'{rate:g}', f'{min(limit_mps, SPEED_MPS):.4f}', f'{seems_mps:.4f}'])
     headers = ['counts/s', f'closed form min(v, f d) [m/s], v {SPEED_MPS}', 'measured']
     print(f'\n{tabulate(rows, headers, disable_numparse=True, stralign="right")}')
+
+
+def _print_speed_quanta() -> None:
+    """Print how far apart the speeds are that a steadily accelerating wheel shows, near 0.45 m/s."""
+    rows = []
+    for name, given in (
+        ('M', {}),
+        ('T, clock 2 kHz', {'velocity_method': 'T', 'velocity_clock': 2e3}),
+        ('T, clock 20 kHz', {'velocity_method': 'T', 'velocity_clock': 2e4}),
+    ):
+        ppr, near_mps, rate_hz = 360, 0.45, 20.0
+        times_s = np.arange(20000) * 1e-9 * TICK_NS
+        turned = (0.4 * times_s + 0.5 * (0.1 / times_s[-1]) * times_s**2) / RADIUS_M
+        estimates = drive(np.column_stack([turned, turned]), 1, ppr, **given)
+        left_mps = [e.linear_velocity_mps - 0.5 * SEPARATION_M * e.angular_velocity_radps for e in estimates]
+        values_mps, times_shown = np.unique(np.round(left_mps[20:], 9), return_counts=True)
+        # Others are of wheels whose next edge is late: they are no measurement.
+        shown_mps = values_mps[times_shown > 5]
+        around = np.searchsorted(shown_mps, near_mps)
+        between_mps = shown_mps[around] - shown_mps[around - 1]
+        d_m = m_per_pulse(ppr)
+        expected_mps = near_mps**2 / (d_m * given['velocity_clock']) if given else d_m * rate_hz
+        rows.append([name, f'{1e3 * expected_mps:.2f}', f'{1e3 * between_mps:.2f}'])
+    headers = ['speed', 'closed form: d/T, v^2/(d f) [mm/s]', 'between the speeds that are shown [mm/s]']
+    print(f'\n{tabulate(rows, headers, disable_numparse=True, colalign=("left", "right", "right"))}')
 
 
 def _arguments() -> argparse.Namespace:
