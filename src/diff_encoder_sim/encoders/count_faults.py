@@ -60,18 +60,20 @@ class CountFaults:
         self._extra = _hits(params.extra, params.extra_burst, rng)
         self._most_per_ns = params.max_count_rate / NANOSECONDS_PER_SECOND
         self._unused = 0.0  # of the count that the rate allowed and did not get
+        self._until_ns = 0
 
-    def counted(self, counts: int, interval_ns: int) -> int:
-        """Return what the counter gets of the signed counts of an interval."""
+    def counted(self, counts: int, from_ns: int, to_ns: int) -> int:
+        """Return what the counter gets of the signed counts of an interval; between intervals nothing was counted."""
         number = abs(counts)
         if self._missed is not None:
             number -= self._missed.take(number)
         if self._extra is not None:
             number += self._extra.take(abs(counts))
         if self._most_per_ns:
-            allowed = self._unused + interval_ns * self._most_per_ns
+            idle_ns = from_ns - self._until_ns
+            allowed = min(self._unused + idle_ns * self._most_per_ns, 1.0) + (to_ns - from_ns) * self._most_per_ns
             number = min(number, int(allowed))
-            self._unused = min(allowed - number, 1.0)
+            self._unused, self._until_ns = min(allowed - number, 1.0), to_ns
         return number if counts >= 0 else -number
 
 

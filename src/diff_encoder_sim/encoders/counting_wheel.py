@@ -110,7 +110,7 @@ class CountingWheel:
         if self._rate and before.state // self._edges_per_count != now.state // self._edges_per_count:
             self._crossings.append((before, now))
         if self._faults:
-            counts = self._faults.counted(counts, now.stamp_ns - before.stamp_ns)
+            counts = self._faults.counted(counts, before.stamp_ns, now.stamp_ns)
         self._count += counts
 
     def _decoder(self, stamp_ns: int) -> CountsOfStates:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import logging
 import math
-from typing import NamedTuple, Optional, Tuple
+from collections import deque
+from typing import Deque, NamedTuple, Optional, Tuple
 
 from diff_encoder_sim.base.errors import EVENT
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
@@ -14,19 +15,18 @@ from diff_encoder_sim.odometry.odometry_params import OdometryParams
 
 log = logging.getLogger(__name__)
 
+# Stamps of arrival may be nearer to each other than their samples, by so much: a jump is judged by what a wheel turns
+# in this time at least.
+STAMPS_OFF_BY_S = 0.05
+
+# The speed before a jump is the mean over so much time at least, or over one interval: likewise.
+SPEED_OVER_NS = 20_000_000
+
 
 class Reading(NamedTuple):
     """Both counters at one instant."""
 
     stamp_ns: int
-    left_pulses: int
-    right_pulses: int
-
-
-class _Step(NamedTuple):
-    """What happened between two readings."""
-
-    duration_ns: int
     left_pulses: int
     right_pulses: int
 
@@ -44,7 +44,7 @@ class CounterSteps:
     def reset(self) -> None:
         """Forget all readings."""
         self._last: Optional[Reading] = None
-        self._step: Optional[_Step] = None  # the last one
+        self._totals: Deque[Reading] = deque([Reading(0, 0, 0)])  # those that the speed is between, since a start
         self.restarts = 0  # of counters
 
     def take(self, reading: Reading) -> Optional[Tuple[int, int]]:
@@ -56,8 +56,15 @@ class CounterSteps:
         if last is None:
             return None
         pulses = self._pulses_between(last, reading)
-        self._step = _Step(reading.stamp_ns - last.stamp_ns, *pulses)
+        self._remember(reading.stamp_ns - last.stamp_ns, *pulses)
         return pulses
+
+    def _remember(self, duration_ns: int, left_pulses: int, right_pulses: int) -> None:
+        total = self._totals[-1]
+        now = Reading(total.stamp_ns + duration_ns, total.left_pulses + left_pulses, total.right_pulses + right_pulses)
+        self._totals.append(now)
+        while len(self._totals) > 2 and now.stamp_ns - self._totals[1].stamp_ns >= SPEED_OVER_NS:
+            self._totals.popleft()
 
     def _pulses_between(self, last: Reading, reading: Reading) -> Tuple[int, int]:
         left_pulses = count_difference(reading.left_pulses, last.left_pulses, self._modulus)
@@ -65,7 +72,7 @@ class CounterSteps:
         pulses, counts = (left_pulses, right_pulses), self._signed(reading)
         interval_s = (reading.stamp_ns - last.stamp_ns) / NANOSECONDS_PER_SECOND
         is_near_zero = self._is_near_zero(self._signed(last), counts, pulses, interval_s)
-        if not is_near_zero and not self._is_implausible(pulses, interval_s):
+        if not is_near_zero and not self._is_implausible(pulses, max(interval_s, STAMPS_OFF_BY_S)):
             return pulses
         self.restarts += 1
         log.warning(
@@ -82,11 +89,15 @@ class CounterSteps:
         self, counts_before: Tuple[int, int], counts: Tuple[int, int], pulses: Tuple[int, int], interval_s: float
     ) -> bool:
         """Return whether the counters began anew at zero."""
-        if self._step is None:
+        if len(self._totals) < 2:
             return False
-        share = interval_s * NANOSECONDS_PER_SECOND / self._step.duration_ns
-        went = self._step.left_pulses * share, self._step.right_pulses * share
-        turns = self._max_acceleration_radps2 * interval_s**2 / (2.0 * math.pi)
+        first, last = self._totals[0], self._totals[-1]
+        span_s = (last.stamp_ns - first.stamp_ns) / NANOSECONDS_PER_SECOND
+        share = interval_s / span_s
+        went = (last.left_pulses - first.left_pulses) * share, (last.right_pulses - first.right_pulses) * share
+        # From the middle of the one interval to that of the other.
+        between_s = 0.5 * (span_s + interval_s)
+        turns = self._max_acceleration_radps2 * between_s * interval_s / (2.0 * math.pi)
         left_jump, right_jump = self._most_jumps
         most_change = turns * self._ppr.left + left_jump, turns * self._ppr.right + right_jump
         return is_restart(counts_before, counts, pulses, went, most_change)

@@ -1,5 +1,7 @@
 """Counts that are missed, too many, or too fast."""
 
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -37,15 +39,36 @@ def test_how_counts_are_split_does_not_matter(parts, fraction, burst, seed):
 
 
 def test_missed_and_extra_counts_go_the_way_of_the_wheel():
-    assert faults(missed=1.0).counted(-7, 10) == 0
-    assert faults(extra=1.0).counted(-7, 10) == -14
-    assert faults(extra=1.0).counted(7, 10) == 14
-    assert faults(missed=0.5, extra=0.5).counted(0, 10) == 0
+    assert faults(missed=1.0).counted(-7, 0, 10) == 0
+    assert faults(extra=1.0).counted(-7, 0, 10) == -14
+    assert faults(extra=1.0).counted(7, 0, 10) == 14
+    assert faults(missed=0.5, extra=0.5).counted(0, 0, 10) == 0
+
+
+def in_ticks(params, number, counts, tick_ns=10_000_000):
+    """What the counter gets of equal counts in each of some ticks."""
+    return sum(params.counted(counts, tick * tick_ns, (tick + 1) * tick_ns) for tick in range(number))
 
 
 def test_what_comes_faster_than_the_limit_is_lost():
-    limited = faults(max_count_rate=1000.0)
-    assert sum(limited.counted(30, 10_000_000) for _ in range(100)) == 1000
-    assert sum(limited.counted(-9, 10_000_000) for _ in range(100)) == -900
-    slow = faults(max_count_rate=30.0)  # a third of a count each time
-    assert sum(slow.counted(1, 10_000_000) for _ in range(100)) in (29, 30)
+    assert in_ticks(faults(max_count_rate=1000.0), 100, 30) == 1000
+    assert in_ticks(faults(max_count_rate=1000.0), 100, -9) == -900
+    assert in_ticks(faults(max_count_rate=30.0), 100, 1) in (29, 30)  # a third of a count each time
+
+
+@pytest.mark.parametrize('tick_ns', [100_000, 1_000_000, 10_000_000])
+@pytest.mark.parametrize('share', [0.1, 0.5, 0.95])
+@pytest.mark.parametrize('limit_hz', [50.0, 2000.0])
+def test_below_the_limit_nothing_is_lost(tick_ns, share, limit_hz):
+    """However many joint states come without a count."""
+    counts = [math.floor(share * limit_hz * tick * tick_ns * 1e-9) for tick in range(5000)]
+    steps = [(tick, now - before) for tick, (before, now) in enumerate(zip(counts, counts[1:])) if now > before]
+    limited = faults(max_count_rate=limit_hz)
+    counted = sum(limited.counted(step, tick * tick_ns, (tick + 1) * tick_ns) for tick, step in steps)
+    assert counted == counts[-1]
+
+
+def test_a_wheel_that_stood_has_saved_no_more_than_a_count():
+    limited = faults(max_count_rate=100.0)
+    assert limited.counted(1, 0, 10_000_000) == 1
+    assert limited.counted(9, 60_000_000_000, 60_010_000_000) == 2

@@ -8,7 +8,7 @@ from diff_encoder_sim.encoders.counter import wrap_count
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams, ReportingEncoder
 from diff_encoder_sim.odometry.odometry_params import OdometryParams
 from diff_encoder_sim.odometry.wheel_odometry import WheelOdometry
-from encoder_drives import JOINTS
+from encoder_drives import JOINTS, wheels_of
 
 MS, PERIOD_NS = 1_000_000, 50_000_000
 DIAMETER_M = 0.2
@@ -96,6 +96,19 @@ def test_hard_driving_through_every_count_is_no_restart(ppr, modulus, caplog):
         drive.drive(speed_radps, speed_radps, 60)
         drive.drive(speed_radps, -speed_radps, 7)
     assert drive.odometry.restarts == 0 and caplog.records == []
+
+
+@pytest.mark.parametrize(('rate_hz', 'spread_s'), [(20, 0.05), (100, 0.02), (1000, 0.02)])
+@pytest.mark.parametrize('seed', [1, 2, 3])
+def test_stamps_of_arrival_that_come_in_bursts_are_no_restart(rate_hz, spread_s, seed, caplog):
+    """Reports that arrive one after the other show a wheel far faster than it is."""
+    report = {'stamps': 'arrival', 'latency': 0.01, 'latency_spread': spread_s}
+    reporting, odometry, phases = wheels_of(seed, 1024, rate=rate_hz, report=report)
+    for index in range(5000):
+        for sample in reporting.update(index * MS, JOINTS, (phases + 0.0045 * index).tolist()):
+            odometry.update(*sample)
+    assert odometry.restarts == 0 and not caplog.records
+    assert abs(odometry.counts[0] - odometry.counts[1]) <= 2
 
 
 @pytest.mark.parametrize('rate_hz', [20, 1000, 5000])
