@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from typing import Any, Dict, List, Optional, Tuple
 
 from matplotlib.axes import Axes
@@ -15,11 +16,12 @@ from diff_encoder_sim.analysis.table_keys import setup_text
 from diff_encoder_sim.analysis.variant_errors import KINDS, VariantError, first_variant, variant_errors
 from diff_encoder_sim.campaign.campaign_params import VARIANT
 
-ROOM = style.Room(left_in=1.5, between_in=0.2, above_in=0.22, below_in=0.25, legend_in=0.6)
+ROOM = style.Room(left_in=1.75, between_in=0.2, above_in=0.22, below_in=0.25, legend_in=0.6)
 PANEL_IN = (style.WIDTH_IN - ROOM.left_in - style.RIGHT_IN - ROOM.between_in) / len(KINDS)
 
 # Of a row with the points of so many encoders, which are beside each other over this part of it.
-ROW_IN, BESIDE = 0.24, 0.7
+ROW_IN, BESIDE = 0.27, 0.7
+MOST_LETTERS = 30  # of a name in one line: two of them fit into a row
 LEGEND_COLUMNS = 4
 
 _Errors = Dict[CellKey, VariantError]
@@ -38,7 +40,7 @@ def draw_variants(dataset: Dataset) -> Optional[Drawing]:
             shown = {cell: one for cell, one in of_kind.items() if (cell.test, _others(cell)) == (test, others)}
             _draw_panel(panel, shown, names, dataset)
             panel.set_title(f'{setup_text(test, others)}: {kind.head}')
-        row[0].set_yticks(range(len(names)), names)
+        row[0].set_yticks(range(len(names)), [textwrap.fill(name, MOST_LETTERS) for name in names])
         row[1].set_yticks(range(len(names)), [''] * len(names))
     figure.legend(handles=_legend(dataset), loc='lower center', ncols=LEGEND_COLUMNS)
     return figure
