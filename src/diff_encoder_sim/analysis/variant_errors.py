@@ -13,6 +13,9 @@ from diff_encoder_sim.campaign.campaign_params import VARIANT
 from diff_encoder_sim.evaluation.paired_statistics import PairedResult, wilcoxon
 from diff_encoder_sim.trials.trial_outcome import Outcome
 
+# Of the figure, and of the table.
+VARIANTS = 'variants'
+
 # Smaller errors are rounding, and have no ratio [m, rad].
 LEAST_ERROR = 1e-7
 
@@ -63,8 +66,8 @@ def variant_errors(dataset: Dataset, kind: ErrorKind) -> Dict[CellKey, VariantEr
 
 
 def first_variant(cells: Dict[CellKey, List[TrialData]]) -> str:
-    """Return the name of the variant with which others are compared."""
-    return dict(next(iter(cells)).varied)[VARIANT]
+    """Return the name of the variant with which others are compared; '' where there are none."""
+    return next((dict(cell.varied).get(VARIANT, '') for cell in cells), '')
 
 
 def _in_variant(varied: Varied, name: str) -> Varied:

@@ -9,7 +9,14 @@ from diff_encoder_sim.analysis.dataset import CellKey, Dataset
 from diff_encoder_sim.analysis.encoder_labels import ppr_text
 from diff_encoder_sim.analysis.table import Column, Entry, Label, Number, Table
 from diff_encoder_sim.analysis.table_keys import key_columns, key_entries, varied_keys
-from diff_encoder_sim.analysis.variant_errors import KINDS, ErrorKind, VariantError, first_variant, variant_errors
+from diff_encoder_sim.analysis.variant_errors import (
+    KINDS,
+    VARIANTS,
+    ErrorKind,
+    VariantError,
+    first_variant,
+    variant_errors,
+)
 from diff_encoder_sim.evaluation.paired_statistics import PairedResult
 
 _HEADS = ('median', 'quartiles', 'ratio', '95 %', 'failed')
@@ -35,7 +42,7 @@ def variant_table(dataset: Dataset) -> Optional[Table]:
     ]
     columns = [*key_columns(keys), Column('error', 'error'), *groups]
     title = "Variants: the odometry's own final error, /odom minus /world_pose"
-    return Table('variants', title, columns, rows, _notes(dataset))
+    return Table(VARIANTS, title, columns, rows, _notes(dataset))
 
 
 def _notes(dataset: Dataset) -> List[str]:

@@ -18,6 +18,7 @@ from diff_encoder_sim.analysis.figures.variant_plot import draw_variants
 from diff_encoder_sim.analysis.figures.variants import Variant, variants_of
 from diff_encoder_sim.analysis.figures.xy_errors import draw_xy_errors
 from diff_encoder_sim.analysis.quantities import YAW, X
+from diff_encoder_sim.analysis.variant_errors import VARIANTS
 from diff_encoder_sim.recording.topics import TOPIC_OF_SOURCE
 
 VARIANTS_CAPTION = (
@@ -53,7 +54,7 @@ def write_figures(dataset: Dataset, folder: Path) -> List[Figure]:
                     figures.append(save(drawn.drawing, drawn.name + variant.suffix, f'{drawn.caption}{note}.', folder))
         of_variants = draw_variants(dataset)
         if of_variants is not None:
-            figures.insert(0, save(of_variants, 'variants', VARIANTS_CAPTION, folder))
+            figures.insert(0, save(of_variants, VARIANTS, VARIANTS_CAPTION, folder))
     return figures
 
 

@@ -13,10 +13,10 @@ from diff_encoder_sim.analysis.paper.report_section import PaperSection
 from diff_encoder_sim.analysis.ppr_comparison import PprComparison
 from diff_encoder_sim.analysis.report.encoder_section import encoder_section
 from diff_encoder_sim.analysis.report.headline import Headline, headline
-from diff_encoder_sim.analysis.report.pictures import data_uri
 from diff_encoder_sim.analysis.report.provenance import provenance
 from diff_encoder_sim.analysis.report.robot_section import robot_section
 from diff_encoder_sim.analysis.report.sections import (
+    figures_content,
     paper_content,
     scope_text,
     summary_content,
@@ -58,9 +58,9 @@ def write_report(
         robot=robot_section(dataset),
         real_encoders=encoder_section(dataset),
         origin=provenance(dataset),
-        figures=[{'caption': figure.caption, 'uri': data_uri(figure.svg, figure.png)} for figure in figures],
         summary=summary_content(dataset),
         paper=paper and paper_content(paper),
+        **figures_content(figures, tables),
         **tables_content(dataset, tables, compared),
         **trials_content(dataset, path.parent),
     )

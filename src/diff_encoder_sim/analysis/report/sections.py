@@ -8,16 +8,20 @@ from typing import Any, Dict, List, Sequence
 
 from diff_encoder_sim.analysis.dataset import Dataset, distinct
 from diff_encoder_sim.analysis.encoder_labels import encoders_text, enumeration, ppr_text
+from diff_encoder_sim.analysis.figures.style import Figure
 from diff_encoder_sim.analysis.paper.report_section import PaperSection
 from diff_encoder_sim.analysis.ppr_comparison import PprComparison
 from diff_encoder_sim.analysis.report.closed_form_table import closed_form_table
 from diff_encoder_sim.analysis.report.encoders import compare_encoders
 from diff_encoder_sim.analysis.report.html_table import html_table
+from diff_encoder_sim.analysis.report.pictures import data_uri
 from diff_encoder_sim.analysis.report.summary import SummaryRow, summary_rows
 from diff_encoder_sim.analysis.report.trials import bag_links, failure_table, trial_table
 from diff_encoder_sim.analysis.table import Table
 from diff_encoder_sim.analysis.table_keys import setup_text
+from diff_encoder_sim.analysis.variant_errors import VARIANTS, first_variant
 from diff_encoder_sim.analysis.within_tolerance import COMPARED_POSES, REQUIRED_FRACTION, TOLERANCE_TEXT
+from diff_encoder_sim.campaign.campaign_params import VARIANT
 
 
 def scope_text(dataset: Dataset) -> str:
@@ -35,14 +39,18 @@ def scope_text(dataset: Dataset) -> str:
 
 def summary_content(dataset: Dataset) -> Dict[str, Any]:
     """Collect a table for each test and set of parameters: rows encoders, columns final poses."""
-    by_setup: Dict[str, List[SummaryRow]] = {}
+    main: Dict[str, List[SummaryRow]] = {}
+    of_variants: Dict[str, List[SummaryRow]] = {}
+    first = first_variant(dataset.cells())
     for row in summary_rows(dataset):
-        by_setup.setdefault(setup_text(row.test, row.varied), []).append(row)
+        tables = main if dict(row.varied).get(VARIANT, first) == first else of_variants
+        tables.setdefault(setup_text(row.test, row.varied), []).append(row)
     return {
         'tolerance': TOLERANCE_TEXT,
         'required_percent': round(100 * REQUIRED_FRACTION),
         'heads': [{'text': pose.text, 'topic': pose.topics} for pose in COMPARED_POSES],
-        'tables': {name: _encoder_rows(by_source) for name, by_source in by_setup.items()},
+        'tables': {name: _encoder_rows(by_source) for name, by_source in main.items()},
+        'of_variants': {name: _encoder_rows(by_source) for name, by_source in of_variants.items()},
     }
 
 
@@ -53,11 +61,25 @@ def _encoder_rows(by_source: Sequence[SummaryRow]) -> List[Dict[str, Any]]:
     ]
 
 
+def figures_content(figures: Sequence[Figure], tables: Sequence[Table]) -> Dict[str, Any]:
+    """Collect the figures; that of variants with its table, as None where there are none."""
+    shown = {figure.name: _embedded(figure) for figure in figures}
+    table = next((table for table in tables if table.name == VARIANTS), None)
+    return {
+        'variants': table and {'figure': shown.pop(VARIANTS, None), 'table': html_table(table)},
+        'figures': list(shown.values()),
+    }
+
+
+def _embedded(figure: Figure) -> Dict[str, str]:
+    return {'caption': figure.caption, 'uri': data_uri(figure.svg, figure.png)}
+
+
 def tables_content(dataset: Dataset, tables: Sequence[Table], compared: Sequence[PprComparison]) -> Dict[str, Any]:
     """Collect the tables, and the comparison of the encoders."""
     encoders, closed_form = compare_encoders(compared), closed_form_table(dataset)
     return {
-        'goal_tables': [html_table(table) for table in tables if not table.name.endswith('_intervals')],
+        'goal_tables': [html_table(table) for table in tables if not table.name.endswith(('_intervals', VARIANTS))],
         'interval_tables': [html_table(table) for table in tables if table.name.endswith('_intervals')],
         'encoders': {**encoders._asdict(), 'table': encoders.table and html_table(encoders.table)},
         'closed_form': closed_form and html_table(closed_form),

@@ -114,3 +114,15 @@ def test_real_encoders_stand_with_what_their_counts_follow_from(tmp_path):
     page = page_of(made._replace(manifest=about), tmp_path)
     for text in ('AMT102-V', '2048 lines x 4 = 8192', '13038.0', 'a &lt;datasheet&gt;', 'amt102 (8192 counts)'):
         assert text in page
+
+
+def test_variants_come_first_and_only_the_first_of_them_is_unfolded(tmp_path, figure):
+    made = dataset(
+        *(both('SL', '40', (2, 0), (1, 1), varied=(('variant', name),)) for name in ('none', 'missed 1 %', 'restart'))
+    )
+    page = page_of(made, tmp_path, [figure._replace(name='variants'), figure])
+    assert page.index('id="variants"') < page.index('id="summary"') < page.index('id="figures"')
+    section = page[page.index('id="variants"') : page.index('id="summary"')]
+    assert section.count('<img') == 1 and 'odometry&#39;s own final error' in section
+    summary = page[page.index('id="summary"') : page.index('id="figures"')]
+    assert summary.index('SL, none') < summary.index('<details>') < summary.index('SL, missed 1 %')
