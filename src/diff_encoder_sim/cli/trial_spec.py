@@ -6,6 +6,7 @@ trial.launch calls it before any node starts, so that a wrong argument ends the 
 from __future__ import annotations
 
 import argparse
+import json
 import os
 import time
 from pathlib import Path
@@ -20,6 +21,7 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.paths import package_folder, users_path
 from diff_encoder_sim.base.roslaunch_process import parent_only_lists
 from diff_encoder_sim.base.typed_params import Params
+from diff_encoder_sim.base.xml_rpc import for_xml_rpc
 from diff_encoder_sim.base.yaml_files import yaml_value
 from diff_encoder_sim.cli.encoder_arguments import name_encoders
 from diff_encoder_sim.cli.launched_robot import OWN_PPR, LaunchedRobot, add_launched_robot, launched_robot
@@ -51,7 +53,11 @@ class TrialArguments(Params):
 
 def main(arguments: Optional[Sequence[str]] = None) -> None:
     """Run the command line; errors are trial.launch's, whose user reads them."""
-    run_tool('trial.launch', lambda: print(plan(parse(arguments)).model_dump_json(exclude_none=True)))
+    run_tool('trial.launch', lambda: _print(plan(parse(arguments))))
+
+
+def _print(plan_of_trial: LivePlan) -> None:
+    print(json.dumps(for_xml_rpc(plan_of_trial.model_dump(mode='json', exclude_none=True))))
 
 
 def plan(options: argparse.Namespace) -> LivePlan:

@@ -14,4 +14,5 @@ def with_encoder(trial: Trial, encoder: EncoderParams, odometry: OdometryParams,
     geometry = {key: getattr(odometry, key) for key in OF_ODOMETRY}
     resolution = resolution_text(encoder.encoder)
     counted = {'ppr': encoder.counts_per_turn, 'encoder': name, 'resolution': resolution}
+    counted['counter_modulus'] = encoder.counter_modulus
     return trial.model_copy(update={**counted, 'odom': 'encoder', **geometry})

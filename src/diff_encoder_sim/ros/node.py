@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 import math
 import os
-import re
 import sys
 import threading
 import time
@@ -20,6 +19,7 @@ import rospy.client
 from diff_encoder_sim.base.errors import ConfigError, readable
 from diff_encoder_sim.base.nested_mappings import merged
 from diff_encoder_sim.base.typed_params import P, Params, shared_params
+from diff_encoder_sim.base.xml_rpc import LARGEST_INT, from_xml_rpc
 from diff_encoder_sim.base.yaml_files import yaml_value
 
 # The parameter that launch files set by the command of the same name.
@@ -98,7 +98,7 @@ def typed_arguments(words: Sequence[str]) -> List[str]:
         name, separator, text = word.partition(':=')
         if separator and name.startswith('_') and not name.startswith('__'):
             value = yaml_value(text, name)
-            if isinstance(value, str) or (isinstance(value, int) and abs(value) >= 2**31):
+            if isinstance(value, str) or (isinstance(value, int) and abs(value) > LARGEST_INT):
                 quoted = str(value).replace("'", "''")
                 checked.append(f"{name}:='{quoted}'")
                 continue
@@ -149,10 +149,9 @@ def robot_settings(part: str) -> Dict[str, Any]:
 
 def _mapping_of(value: Any, source: str) -> Any:
     """Parse a launch argument such as `{left: 90, right: 1024}`, and numbers of more than 32 bits: both are text."""
-    is_large = isinstance(value, str) and re.fullmatch('-?[1-9][0-9]{9,}', value)
-    if not (is_large or (isinstance(value, str) and value.startswith('{'))):
-        return value
-    return yaml_value(value, source)
+    if isinstance(value, str) and value.startswith('{'):
+        return yaml_value(value, source)
+    return from_xml_rpc(value)
 
 
 def publisher(topic: str, message_class: Type[genpy.Message], latch: bool = False) -> rospy.Publisher:

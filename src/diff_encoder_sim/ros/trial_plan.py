@@ -7,6 +7,7 @@ from typing import Optional
 import rospy
 
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.xml_rpc import from_xml_rpc
 from diff_encoder_sim.trials.trial_definition import LivePlan
 
 PARAMETER = '/trial'
@@ -19,7 +20,7 @@ def trial_plan() -> Optional[LivePlan]:
         ConfigError: the parameter is set, but is no plan.
     """
     plan = rospy.get_param(PARAMETER, None)
-    return None if plan is None else LivePlan.from_mapping(plan, PARAMETER)
+    return None if plan is None else LivePlan.from_mapping(from_xml_rpc(plan), PARAMETER)
 
 
 def required_trial_plan() -> LivePlan:

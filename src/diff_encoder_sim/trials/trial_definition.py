@@ -11,6 +11,7 @@ from diff_encoder_sim.base.bounded_numbers import Between, Duration_s, Length_m,
 from diff_encoder_sim.base.file_names import PathText
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.typed_params import Params
+from diff_encoder_sim.encoders.counter import CounterModulus
 from diff_encoder_sim.encoders.pulses import DEFAULT_PPR, PulsesPerRevolution, encoder_label
 from diff_encoder_sim.trials.test_definition import TestDefinition
 
@@ -18,7 +19,7 @@ BagFormat = Literal['ros1', 'mcap']
 
 _LEFT_OUT_WHERE_USUAL = (
     *('axle_x', 'left_joint', 'right_joint', 'left_reversed', 'right_reversed'),
-    *('encoder', 'resolution', 'variant'),
+    *('encoder', 'resolution', 'variant', 'counter_modulus'),
 )
 
 
@@ -40,6 +41,7 @@ class Trial(Params):
     encoder: str = Field('', description='name of a real encoder, whose counts are `ppr`; empty: ideal')
     resolution: str = Field('', description='how its counts follow from the datasheet')
     variant: str = Field('', description='name of the set of parameters, where its campaign has several')
+    counter_modulus: CounterModulus = 0
 
     @model_serializer(mode='wrap')
     def _without_the_usual(self, serialise: SerializerFunctionWrapHandler) -> Dict[str, Any]:

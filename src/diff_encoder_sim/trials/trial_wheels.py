@@ -17,4 +17,5 @@ def wheels_of(odometry: OdometryParams, encoder: EncoderParams) -> Dict[str, Any
     return {
         **{name: getattr(odometry, name) for name in OF_ODOMETRY},
         **{name: getattr(encoder, name) for name in OF_ENCODER},
+        'counter_modulus': encoder.counter_modulus,
     }

@@ -4,7 +4,9 @@ import pytest
 import yaml
 
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.xml_rpc import from_xml_rpc
 from diff_encoder_sim.cli import trial_spec
+from diff_encoder_sim.trials.trial_definition import LivePlan
 from places import ROOT
 
 ALTO = ROOT / 'urdf' / 'alto.urdf.xacro'
@@ -26,6 +28,13 @@ def test_the_bag_will_hold_the_robots_wheels_joints_and_encoder():
     assert (burger.wheel_diameter, burger.wheel_separation, burger.ppr.left) == (0.066, 0.16, 4096)
     assert (burger.left_joint, burger.right_joint) == ('wheel_left_joint', 'wheel_right_joint')
     assert plan('--test', 'SMT', '--robot', 'burger', '--ppr', '90').trial.ppr.left == 90
+
+
+def test_a_counter_of_32_bits_passes_the_parameter_server(capsys):
+    trial_spec.main(['--bag', 'none', '--test', 'SMT', '--robot', 'burger'])
+    printed = yaml.safe_load(capsys.readouterr().out)
+    assert printed['trial']['counter_modulus'] == '4294967296'
+    assert LivePlan.from_mapping(from_xml_rpc(printed), '').trial.counter_modulus == 2**32
 
 
 def test_a_test_is_driven_no_faster_than_the_robot(tmp_path):

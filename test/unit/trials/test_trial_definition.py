@@ -20,7 +20,7 @@ def test_a_scripted_trial_ends_with_its_drive_and_any_other_at_the_goal_of_its_r
 
 def test_what_is_usual_is_left_out_of_a_bag():
     usual = Trial(test=TEST).model_dump()
-    assert {'encoder', 'resolution', 'variant', 'axle_x'}.isdisjoint(usual)
+    assert {'encoder', 'resolution', 'variant', 'axle_x', 'counter_modulus'}.isdisjoint(usual)
     real = Trial(test=TEST, ppr=PerWheel(left=8192, right=8192), encoder='amt102', resolution='2048 lines x 4')
     assert real.encoder_label == '8192 amt102' and Trial(test=TEST).encoder_label == '90'
     assert Trial.from_mapping(real.model_dump(), '') == real

@@ -12,7 +12,7 @@ TEST = TestDefinition.from_mapping({'name': 'T', 'world': 'w', 'drive': [{'strai
 def test_all_that_odometry_needs_is_kept():
     odometry, encoder = (
         OdometryParams(wheel_diameter=0.07, axle_x=0.1),
-        EncoderParams(left_joint='l', left_reversed=True),
+        EncoderParams(left_joint='l', left_reversed=True, counter_modulus=4096),
     )
     trial = Trial(test=TEST, **wheels_of(odometry, encoder))
     again = Trial.model_validate_json(trial.model_dump_json())
@@ -23,6 +23,7 @@ def test_all_that_odometry_needs_is_kept():
         'axle_x': 0.1,
     }
     assert [getattr(again, name) for name in OF_ENCODER] == ['l', 'right_wheel_joint', True, False]
+    assert again.counter_modulus == 4096
 
 
 def test_a_bag_of_a_usual_robot_is_as_before_robots_had_other_axles_and_joints():
