@@ -217,7 +217,7 @@ def test_launch_arguments_go_before_the_robot(load):
         'simulator.lidar.noise:=0.02',
     ]
     _, commands = load(LAUNCH / 'replay.launch', 'bag:=b.bag', 'left:=l', 'right:=r')
-    assert {'config.left_joint:=l', 'config.right_joint:=r'} <= set(commands['/robot_settings'])
+    assert {'config.left_joint:=l', 'config.right_joint:=r', '--bag=b.bag'} <= set(commands['/robot_settings'])
 
 
 def test_no_launch_file_is_forgotten():

@@ -57,8 +57,15 @@ def add_launched_robot(parser: argparse.ArgumentParser) -> None:
         parser.add_argument(option, default=str(default), metavar='FILE', help=f'in place of config/{stem}.yaml')
 
 
-def launched_robot(options: argparse.Namespace, arguments: Mapping[str, Any]) -> LaunchedRobot:
-    """Return the robot that a launch file's options name; `arguments` are launch arguments by dotted keys.
+def launched_robot(
+    options: argparse.Namespace, arguments: Mapping[str, Any], usual: Optional[Mapping[str, Any]] = None
+) -> LaunchedRobot:
+    """Return the robot that a launch file's options name.
+
+    Args:
+        options: those of `add_launched_robot`, and `robot`.
+        arguments: launch arguments by dotted keys.
+        usual: values by dotted keys that go before the package's files alone.
 
     Raises:
         ConfigError: a file is missing or bad, or a value is not allowed.
@@ -66,7 +73,7 @@ def launched_robot(options: argparse.Namespace, arguments: Mapping[str, Any]) ->
     setup, encoder = _setup(options), _encoder(options, arguments)
     files = {stem: getattr(options, option[2:].replace('-', '_')) for stem, option in FILE_OPTIONS.items()}
     theirs = _users_values(files)
-    settings = dict(setup.settings)
+    settings = {**(usual or {}), **setup.settings}
     if setup.file.ppr is not None:
         settings[OWN_PPR] = setup.file.ppr
     replaced = {key for key in settings if any(_overlap(key, other) for other in theirs)}

@@ -14,12 +14,14 @@ import yaml
 from diff_encoder_sim.base.command_line import run_tool, tool_parser
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.nested_mappings import nested
+from diff_encoder_sim.base.paths import users_path
+from diff_encoder_sim.base.xml_rpc import for_xml_rpc
 from diff_encoder_sim.base.yaml_files import yaml_value
 from diff_encoder_sim.cli.launched_robot import OWN_PPR, LaunchedRobot, add_launched_robot, launched_robot
 from diff_encoder_sim.cli.robot_arguments import ROBOT_HELP
 from diff_encoder_sim.lockstep.robot_params import check_key
-
-LARGEST_INT = 2**31 - 1
+from diff_encoder_sim.recording.bag_source import open_source
+from diff_encoder_sim.recording.trial_metadata import trial_of_source
 
 # What campaigns set by themselves, and launch files by their arguments.
 SET_BY_ARGUMENTS = (OWN_PPR, 'config.seed')
@@ -31,17 +33,11 @@ def main(arguments: Optional[Sequence[str]] = None) -> None:
 
 
 def _print_settings(options: argparse.Namespace) -> None:
-    robot = launched_robot(options, launch_arguments(options.values))
+    robot = launched_robot(options, launch_arguments(options.values), _of_bag(options.bag) if options.bag else {})
     for note in robot.notes:
         print(f'robot_settings: {note}', file=sys.stderr)
-    settings = {key: _for_xml_rpc(value) for key, value in robot.settings.items()}
-    print(yaml.safe_dump({**nested(settings), **_of_poses(robot)}, sort_keys=False))
-
-
-def _for_xml_rpc(value: Any) -> Any:
-    """Return a large whole number as text: the parameter server's have 32 bits. The nodes read it as a number."""
-    is_large = isinstance(value, int) and abs(value) > LARGEST_INT
-    return str(value) if is_large else value
+    settings = for_xml_rpc(nested(robot.settings))
+    print(yaml.safe_dump({**settings, **_of_poses(robot)}, sort_keys=False))
 
 
 def _of_poses(robot: LaunchedRobot) -> Dict[str, Any]:
@@ -53,6 +49,17 @@ def _of_poses(robot: LaunchedRobot) -> Dict[str, Any]:
         'ideal_odom': {'model': model, 'base_frame': base_frame},
         'global_pose': {'base_frame': base_frame},
     }
+
+
+def _of_bag(given: str) -> Dict[str, Any]:
+    """Return the seed of a bag's trial, as `reencode` takes it."""
+    path = users_path(given)
+    try:
+        with open_source(path) as source:
+            trial = trial_of_source(path, source)
+    except ConfigError:
+        return {}  # replay_node, which plays it, says what is wrong
+    return {} if trial is None else {'config.seed': trial.number}
 
 
 def launch_arguments(words: List[str]) -> Dict[str, Any]:
@@ -77,5 +84,6 @@ def _parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
     parser = tool_parser('robot_settings', __doc__, ['burger config.ppr:=90', 'my_robot.yaml'])
     parser.add_argument('robot', metavar='ROBOT', help=ROBOT_HELP)
     parser.add_argument('values', nargs='*', metavar='FILE.KEY:=VALUE', help="a parameter, before the robot's own")
+    parser.add_argument('--bag', default='', metavar='BAG', help="recorded drive, whose trial's number is the seed")
     add_launched_robot(parser)
     return parser.parse_args(arguments)

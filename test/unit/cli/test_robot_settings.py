@@ -5,6 +5,7 @@ import yaml
 
 from diff_encoder_sim.cli.robot_settings import main
 from places import ROOT
+from trial_bags import trial, write_bag
 
 ALTO = ROOT / 'urdf' / 'alto.urdf.xacro'
 
@@ -131,6 +132,17 @@ def test_arguments_of_the_xacro_reach_the_robot(settings):
 def test_the_trials_number_is_the_seed_of_the_encoders_errors(settings, given, seed):
     assert settings('alto', f'config.seed:={given}')['config']['seed'] == seed
     assert 'seed' not in settings('alto', 'config.seed:=')['config']
+
+
+def test_the_number_of_a_bags_trial_is_the_usual_seed(settings, tmp_path):
+    write_bag(tmp_path / 'a.bag', trial(number=7))
+    write_bag(tmp_path / 'no_trial.bag', None)
+    bag, mine = f'--bag={tmp_path / "a.bag"}', config_with(tmp_path, seed=5)
+    assert settings('alto', 'config.seed:=', bag)['config']['seed'] == 7
+    assert settings('alto', 'config.seed:=3', bag)['config']['seed'] == 3
+    assert 'seed' not in settings('alto', bag, f'--config={mine}')['config']
+    for other in ('no_trial.bag', 'not_there.bag'):
+        assert 'seed' not in settings('alto', f'--bag={tmp_path / other}')['config']
 
 
 def test_a_real_encoder_sets_all_that_the_parameter_server_can_hold(settings):
