@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import collections
 import contextlib
 import logging
 import sys
 import time
 from pathlib import Path
-from typing import Iterator, List, Mapping, NamedTuple, Optional, Sequence, Set, Type, TypeVar
+from typing import Counter, Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Type, TypeVar
 
 from diff_encoder_sim.base.command_line import run_tool
 from diff_encoder_sim.base.command_name import as_called
@@ -17,7 +18,7 @@ from diff_encoder_sim.cli.encoder_arguments import name_encoders
 from diff_encoder_sim.cli.reencode_arguments import CSV_NAME, output_files, parse
 from diff_encoder_sim.cli.reencode_encoders import chosen_encoders, given_encoders, parameters_with
 from diff_encoder_sim.cli.reencode_robot import RecordedRobot, recorded_robot
-from diff_encoder_sim.cli.reencode_sources import check_wheel_options
+from diff_encoder_sim.cli.reencode_sources import check_seed, check_wheel_options
 from diff_encoder_sim.cli.reencode_wheels import bag_wheels, csv_wheels
 from diff_encoder_sim.encoders.chosen_encoder import ChosenEncoder
 from diff_encoder_sim.encoders.pulses import PerWheel, ppr_label
@@ -57,13 +58,13 @@ class RecordedDrive(NamedTuple):
 
 def main(arguments: Optional[Sequence[str]] = None) -> None:
     """Run the command line."""
-    handler = logging.StreamHandler()
-    handler.addFilter(_OnceFilter())
+    handler, once = logging.StreamHandler(), _OnceFilter()
+    handler.addFilter(once)
     logging.basicConfig(format=f'{as_called("reencode")}: %(message)s', handlers=[handler])
-    run_tool('reencode', lambda: _reencode(parse(arguments)))
+    run_tool('reencode', lambda: _reencode(parse(arguments), once))
 
 
-def _reencode(options: argparse.Namespace) -> None:
+def _reencode(options: argparse.Namespace, once: _OnceFilter) -> None:
     path = options.csv or options.bag
     begin_s = time.perf_counter()
     given = given_encoders(options)
@@ -77,7 +78,7 @@ def _reencode(options: argparse.Namespace) -> None:
         except OSError as error:
             where = error.filename or options.out or path
             raise ConfigError(f'{where}: {error.strerror}') from None
-        for note in notes_on(drive, runs, summary):
+        for note in (*once.left_out(), *notes_on(drive, runs, summary)):
             print(f'{as_called("reencode")}: {path}: {note}', file=sys.stderr)
     _print(drive, runs, summary, time.perf_counter() - begin_s)
     for file in files.values():
@@ -107,11 +108,13 @@ def opened_drive(options: argparse.Namespace) -> Iterator[RecordedDrive]:
             raise ConfigError('--reference: given with --csv; allowed: with a bag, which may have poses')
         stream = CsvStream(options.csv, options.columns, options.time_unit or 's')
         robot = recorded_robot(options, None)
+        check_seed(options, robot)
         yield RecordedDrive(options.csv, stream, None, csv_wheels(options, stream, robot), None, robot)
         return
     with open_source(options.bag) as source:
         trial = trial_of_source(options.bag, source)
         robot = recorded_robot(options, trial)
+        check_seed(options, robot)
         wheels = bag_wheels(options, source, trial, robot)
         reference = find_reference(options.bag, source, options.reference)
         yield RecordedDrive(options.bag, source, trial, wheels, reference, _with_joints(options, wheels, robot))
@@ -197,15 +200,25 @@ def _is_finer(ppr: PerWheel, recorded: Optional[PerWheel]) -> bool:
 
 
 class _OnceFilter(logging.Filter):
-    """Drops a warning that was logged before: each PPR logs the same one when stamps go back."""
+    """Lets the first warning of a kind pass, and counts the others, which have other numbers or are of other PPRs."""
 
     def __init__(self) -> None:
         super().__init__()
-        self._logged: Set[str] = set()
+        self._first: Dict[str, str] = {}  # by kind
+        self._last: Dict[str, str] = {}
+        self._others: Counter[str] = collections.Counter()
 
     def filter(self, record: logging.LogRecord) -> bool:
-        """Return whether the record's text is new."""
-        text = record.getMessage()
-        is_new = text not in self._logged
-        self._logged.add(text)
-        return is_new
+        """Return whether the record is the first of its kind."""
+        kind, text = record.msg, record.getMessage()
+        is_first = kind not in self._first
+        self._first.setdefault(kind, text)
+        if not is_first and self._last[kind] != text:
+            self._others[kind] += 1
+        self._last[kind] = text
+        return is_first
+
+    def left_out(self) -> Iterator[str]:
+        """List how many of each kind did not pass; where each PPR logs the same when stamps go back, that is one."""
+        for kind, count in self._others.items():
+            yield f'{count} more such as "{self._first[kind]}"'

@@ -27,8 +27,8 @@ each PPR as the live nodes would have published them, and prints how far each od
 NOTES = """\
 From recorded counts the wheel angle is known to half a count. At a PPR that divides the recorded encoder's the
 result is exact; at another, in a fraction of PPR / (4 x recorded PPR) of the samples a count is one off. A finer PPR
-shows no more than the recorded counts do. Counts of --pulses that wrap need their counter_modulus in --config or the
-robot file; those of --ticks wrap where the type of their field does (int16, uint16, int32, uint32).
+shows no more than the recorded counts do. Counts of --pulses wrap at the counter_modulus of --config, --robot or the
+bag's trial; those of --ticks wrap where the type of their field does (int16, uint16, int32, uint32).
 
 Messages without a header are stamped with the time of their receipt. Wheels that come in two topics are paired at the
 left one's stamps. Speeds are integrated by the trapezoidal rule."""

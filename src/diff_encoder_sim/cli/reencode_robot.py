@@ -15,6 +15,8 @@ from diff_encoder_sim.base.paths import package_folder
 from diff_encoder_sim.base.typed_params import shared_params
 from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.encoders.chosen_encoder import RESOLUTION_KEYS
+from diff_encoder_sim.encoders.encoder_model import IDEAL_ENCODER
+from diff_encoder_sim.encoders.report_link import PROMPT
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 from diff_encoder_sim.lockstep.robot_loading import load_robot
 from diff_encoder_sim.odometry.odometry_params import OdometryParams
@@ -31,11 +33,22 @@ class RecordedRobot(NamedTuple):
 
     encoder: EncoderParams
     odometry: OdometryParams
+    counts_modulus: int  # of recorded counts; encoders that are computed have their own
     sources: Dict[str, str]  # by the parameter's name; of ppr only where a file gives it
 
     def is_guessed(self) -> bool:
         """Return whether neither the user nor the bag says what the wheels are."""
         return all(self.sources[name] == USUAL for name in OF_ODOMETRY)
+
+    @property
+    def draws_errors(self) -> bool:
+        """Return whether the robot's own encoder has errors that are drawn from the seed."""
+        return self.encoder.encoder != IDEAL_ENCODER or self.encoder.report != PROMPT
+
+    def counter_text(self) -> str:
+        """Return where recorded counts wrap, with its source."""
+        wraps = f'wrap at {self.counts_modulus}' if self.counts_modulus else 'do not wrap'
+        return f'counts {wraps}: {self.sources["counter_modulus"]}'
 
     def text(self) -> str:
         """Return the wheels with their sources, in one line."""
@@ -85,7 +98,17 @@ def recorded_robot(options: argparse.Namespace, trial: Optional[Trial]) -> Recor
         add({'seed': options.seed}, '--seed')
     name = str(options.config or options.robot or USUAL)
     encoder = shared_params(values, name, EncoderParams, OdometryParams)
-    return RecordedRobot(encoder, shared_params(values, name, OdometryParams, EncoderParams), sources)
+    odometry = shared_params(values, name, OdometryParams, EncoderParams)
+    return RecordedRobot(encoder, odometry, _counts_modulus(encoder, trial, sources), sources)
+
+
+def _counts_modulus(encoder: EncoderParams, trial: Optional[Trial], sources: Dict[str, str]) -> int:
+    """Return where recorded counts wrap; that of /trial is the recorded encoder's, not that of those to compute."""
+    if 'counter_modulus' in sources or trial is None:
+        sources.setdefault('counter_modulus', USUAL)
+        return encoder.counter_modulus
+    sources['counter_modulus'] = f"the bag's {TRIAL}"
+    return trial.counter_modulus
 
 
 def _encoder_and_odometry(of_robot: Mapping[str, Any], options: argparse.Namespace) -> Dict[str, Any]:

@@ -6,9 +6,10 @@ import argparse
 from pathlib import Path
 
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.cli.reencode_robot import RecordedRobot
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 from diff_encoder_sim.reencoding.csv_format import TIME_UNITS
-from diff_encoder_sim.reencoding.wheel_units import UNITS
+from diff_encoder_sim.reencoding.wheel_units import SPEEDS, UNITS
 
 # Options by the sources that they belong to.
 _SOURCES = ('joint_states', 'pulses', 'ticks', 'odom', 'csv')
@@ -20,7 +21,6 @@ _BELONGS_TO = {
     'ticks_per_revolution': ('ticks', 'csv'),
     'ticks_modulus': ('ticks', 'csv'),
     'reversed': ('ticks', 'csv'),
-    'seed': ('odom', 'ticks', 'csv'),
     'columns': ('csv',),
     'time_unit': ('csv',),
 }
@@ -83,7 +83,7 @@ def add_source_options(parser: argparse.ArgumentParser) -> None:
         '--seed',
         type=_seed,
         metavar='N',
-        help="of the errors of --encoder (default: the number of the bag's trial, else 0); and of the wheels' angles "
+        help="of the encoders' errors (default: the number of the bag's trial, else 0); and of the wheels' angles "
         'at the start, which --odom and speeds do not have (default: 1)',
     )
 
@@ -103,12 +103,24 @@ def check_wheel_options(options: argparse.Namespace) -> None:
     if options.csv and not options.columns:
         raise ConfigError('--csv: given without --columns; expected --columns TIME LEFT RIGHT, as names or numbers')
     for name, sources in _BELONGS_TO.items():
-        if name == 'seed' and options.encoder:
-            continue  # it is of these, too
         if getattr(options, name) not in (None, '', ()) and (given or ['joint_states'])[0] not in sources:
             used = _option(given[0]) if given else 'wheel angles of joints'
             allowed = ' or '.join(map(_option, sources))
             raise ConfigError(f'{_option(name)}: given with {used}; allowed: with {allowed}')
+
+
+def check_seed(options: argparse.Namespace, robot: RecordedRobot) -> None:
+    """Refuse a seed from which nothing is drawn: neither errors of an encoder, nor angles at the start.
+
+    Raises:
+        ConfigError: as said.
+    """
+    is_used = options.encoder or robot.draws_errors or options.odom or options.unit in SPEEDS
+    if options.seed is not None and not is_used:
+        raise ConfigError(
+            f'--seed: given {options.seed}, but nothing is drawn from it; allowed: with --encoder, with errors of an '
+            f'encoder in --config or --robot, with --odom, or with --unit {", ".join(SPEEDS)}'
+        )
 
 
 def _seed(text: str) -> int:

@@ -39,7 +39,7 @@ def wheel_numbers(
     unit, radius_m = options.unit or TICKS, 0.5 * robot.odometry.wheel_diameter
     ppr, moduli = _ticks_ppr(options, unit, robot), _moduli(options, unit, bits)
     pprs = (ppr.left, ppr.right) if ppr else (None, None)
-    seed = _seed(options, unit)
+    seed = DEFAULT_SEED if options.seed is None else options.seed
     left, right = (
         WheelUnit(unit, radius_m, of_side, modulus, side in options.reversed, start_rad)
         for side, of_side, modulus, start_rad in zip(('left', 'right'), pprs, moduli, start_angles_rad(seed))
@@ -72,14 +72,6 @@ def _moduli(options: argparse.Namespace, unit: str, bits: Sequence[Optional[int]
             raise ConfigError(f'--ticks-modulus: given with --unit {unit}; allowed: with {TICKS}')
         return (0, 0)
     return tuple((2**width if width else 0) if given is None else given for width in bits)
-
-
-def _seed(options: argparse.Namespace, unit: str) -> int:
-    """Return the seed of the angles at the start, which only speeds need."""
-    if options.seed is not None and unit not in SPEEDS and not options.encoder:
-        allowed = f'with --odom or with {", ".join(SPEEDS)}, or with --encoder'
-        raise ConfigError(f'--seed: given with --unit {unit}; allowed: {allowed}')
-    return DEFAULT_SEED if options.seed is None else int(options.seed)
 
 
 def _about(unit: str, ppr: Optional[PerWheel], moduli: Sequence[int], is_reversed: Sequence[str]) -> str:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import argparse
-from typing import Optional, Tuple
+from typing import List, Optional, Tuple
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.cli.reencode_encoders import ppr_of_text
 from diff_encoder_sim.cli.reencode_robot import RecordedRobot
 from diff_encoder_sim.cli.reencode_units import wheel_numbers
+from diff_encoder_sim.encoders.encoder_model import IDEAL_ENCODER
 from diff_encoder_sim.recording.bag_source import BagSource
 from diff_encoder_sim.reencoding.csv_stream import CsvStream
 from diff_encoder_sim.reencoding.csv_wheels import CsvWheels
@@ -81,7 +82,22 @@ def _joint_wheels(
         raise ConfigError(
             f'--pulses-ppr: given, but {wheels.topic} has wheel angles; expected --pulses TOPIC with it, or neither'
         )
-    return JointWheels(wheels, source.is_cdr, robot.encoder.counter_modulus)
+    if wheels.ppr is None:
+        return JointWheels(wheels, source.is_cdr, robot.odometry)
+    counting = {'ppr': wheels.ppr, 'counter_modulus': robot.counts_modulus, 'encoder': IDEAL_ENCODER}
+    odometry, notes = robot.odometry.model_copy(update=counting), [] if given_ppr else _notes_on_counts(trial, robot)
+    return JointWheels(wheels, source.is_cdr, odometry, robot.counter_text(), notes)
+
+
+def _notes_on_counts(trial: Optional[Trial], robot: RecordedRobot) -> List[str]:
+    """List what /trial says of the encoder that counted: its errors, and a counter other than the one assumed."""
+    notes = []
+    if trial and (trial.encoder or trial.variant):
+        variant = f', variant {trial.variant}' if trial.variant else ''
+        notes.append(f'the angles are counts of {trial.encoder_label}{variant}, with its errors')
+    if trial and trial.counter_modulus and robot.counts_modulus != trial.counter_modulus:
+        notes.append(f'{robot.counter_text()}; they did at {trial.counter_modulus} in the recorded trial')
+    return notes
 
 
 def _serving(options: argparse.Namespace, source: BagSource) -> str:

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import logging
 import math
 from collections import deque
 from typing import Deque, NamedTuple, Optional, Tuple
 
-from diff_encoder_sim.base.errors import EVENT
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.encoders.counter import count_difference, wrap_count
 from diff_encoder_sim.odometry.counter_restart import is_restart
 from diff_encoder_sim.odometry.odometry_params import OdometryParams
-
-log = logging.getLogger(__name__)
 
 # Stamps of arrival may be nearer to each other than their samples, by so much: a jump is judged by what a wheel turns
 # in this time at least.
@@ -29,6 +25,14 @@ class Reading(NamedTuple):
     stamp_ns: int
     left_pulses: int
     right_pulses: int
+
+
+class CounterStep(NamedTuple):
+    """What happened between two readings."""
+
+    left_pulses: int
+    right_pulses: int
+    restart: str = ''  # why the counters are taken to have restarted; '' where they went on
 
 
 class CounterSteps:
@@ -47,17 +51,17 @@ class CounterSteps:
         self._totals: Deque[Reading] = deque([Reading(0, 0, 0)])  # those that the speed is between, since a start
         self.restarts = 0  # of counters
 
-    def take(self, reading: Reading) -> Optional[Tuple[int, int]]:
-        """Return the left and right pulses since the reading before; None where there is none.
+    def take(self, reading: Reading) -> Optional[CounterStep]:
+        """Return the pulses since the reading before, whose stamp is older; None where there is none.
 
-        A step faster than the wheels can turn is taken for a restart of the counters, and logs one warning.
+        A step faster than the wheels can turn is taken for a restart of the counters.
         """
         last, self._last = self._last, reading
         if last is None:
             return None
-        pulses = self._pulses_between(last, reading)
-        self._remember(reading.stamp_ns - last.stamp_ns, *pulses)
-        return pulses
+        step = self._step_between(last, reading)
+        self._remember(reading.stamp_ns - last.stamp_ns, step.left_pulses, step.right_pulses)
+        return step
 
     def _remember(self, duration_ns: int, left_pulses: int, right_pulses: int) -> None:
         total = self._totals[-1]
@@ -66,24 +70,18 @@ class CounterSteps:
         while len(self._totals) > 2 and now.stamp_ns - self._totals[1].stamp_ns >= SPEED_OVER_NS:
             self._totals.popleft()
 
-    def _pulses_between(self, last: Reading, reading: Reading) -> Tuple[int, int]:
+    def _step_between(self, last: Reading, reading: Reading) -> CounterStep:
         left_pulses = count_difference(reading.left_pulses, last.left_pulses, self._modulus)
         right_pulses = count_difference(reading.right_pulses, last.right_pulses, self._modulus)
         pulses, counts = (left_pulses, right_pulses), self._signed(reading)
         interval_s = (reading.stamp_ns - last.stamp_ns) / NANOSECONDS_PER_SECOND
         is_near_zero = self._is_near_zero(self._signed(last), counts, pulses, interval_s)
         if not is_near_zero and not self._is_implausible(pulses, max(interval_s, STAMPS_OFF_BY_S)):
-            return pulses
+            return CounterStep(left_pulses, right_pulses)
         self.restarts += 1
-        log.warning(
-            '%d left and %d right pulses in %.3f s are faster than %s: taken as a counter restart, the pose is kept',
-            left_pulses,
-            right_pulses,
-            interval_s,
-            'max_wheel_acceleration allows' if is_near_zero else 'max_wheel_speed',
-            extra=EVENT,
-        )
-        return counts if is_near_zero else (0, 0)
+        bound = 'max_wheel_acceleration allows' if is_near_zero else 'max_wheel_speed'
+        restart = f'{left_pulses} left and {right_pulses} right pulses in {interval_s:.3f} s are faster than {bound}'
+        return CounterStep(*(counts if is_near_zero else (0, 0)), restart)
 
     def _is_near_zero(
         self, counts_before: Tuple[int, int], counts: Tuple[int, int], pulses: Tuple[int, int], interval_s: float

@@ -111,11 +111,13 @@ class WheelOdometry:
         return self._estimate(stamp_ns, wheel_rates_radps)
 
     def _integrate(self, reading: Reading) -> None:
-        pulses = self._steps.take(reading)
-        if pulses is None:
+        step = self._steps.take(reading)
+        if step is None:
             self._totals.append(reading._replace(left_pulses=0, right_pulses=0))
             return
-        left_pulses, right_pulses = pulses
+        if step.restart:
+            log.warning('%s: taken as a counter restart, the pose is kept', step.restart, extra=EVENT)
+        left_pulses, right_pulses = step.left_pulses, step.right_pulses
         total = self._totals[-1]
         self._totals.append(
             Reading(reading.stamp_ns, total.left_pulses + left_pulses, total.right_pulses + right_pulses)

@@ -70,3 +70,20 @@ def test_a_robots_encoder_has_a_resolution_that_gives_way(tmp_path):
     path.write_text(f'urdf: {alto}\nset: {{config.encoder.lines: 500, config.encoder.edge_error: 0.1}}\n')
     own, by_ppr = (robot(robot=str(path), ppr=ppr).encoder.encoder for ppr in (None, ['40']))
     assert (own.lines, own.edge_error, by_ppr.lines, by_ppr.edge_error) == (500, 0.1, None, 0.1)
+
+
+def test_recorded_counts_wrap_where_the_bag_says_and_computed_ones_do_not():
+    found = robot(TRIAL.model_copy(update={'counter_modulus': 4096}))
+    assert (found.counts_modulus, found.encoder.counter_modulus, found.odometry.counter_modulus) == (4096, 0, 0)
+    assert found.counter_text() == "counts wrap at 4096: the bag's /trial"
+    assert robot().counter_text() == 'counts do not wrap: config/config.yaml'
+
+
+def test_a_file_that_says_where_counts_wrap_goes_before_the_bag(tmp_path):
+    path, trial = tmp_path / 'mine.yaml', TRIAL.model_copy(update={'counter_modulus': 4096})
+    path.write_text('counter_modulus: 256\n')
+    by_file, by_robot = robot(trial, config=path, robot='kobuki'), robot(trial, robot='kobuki')
+    assert (by_file.counts_modulus, by_robot.counts_modulus, by_robot.encoder.counter_modulus) == (256, 65536, 65536)
+    assert by_file.counter_text() == f'counts wrap at 256: {path}'
+    path.write_text('wheel_diameter: 0.1\n')
+    assert robot(trial, config=path).counts_modulus == 4096

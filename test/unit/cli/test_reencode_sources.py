@@ -4,7 +4,8 @@ import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.cli.reencode_arguments import parse
-from diff_encoder_sim.cli.reencode_sources import check_wheel_options
+from diff_encoder_sim.cli.reencode_robot import recorded_robot
+from diff_encoder_sim.cli.reencode_sources import check_seed, check_wheel_options
 
 LEFT_RIGHT = ['--ticks', '/lwheel', '/rwheel']
 
@@ -12,10 +13,6 @@ LEFT_RIGHT = ['--ticks', '/lwheel', '/rwheel']
 @pytest.mark.parametrize(
     ('arguments', 'text'),
     [
-        (
-            ['a.bag', '--seed', '2'],
-            '--seed: given with wheel angles of joints; allowed: with --odom or --ticks or --csv',
-        ),
         ([], 'BAG, --csv: given neither; allowed: one of them'),
         (['a.bag', '--csv', 'a.csv'], 'BAG, --csv: given both; allowed: one of them'),
         (['a.bag', '--odom', '/o', '--pulses', '/p'], '--pulses, --odom: given both; allowed: one of them'),
@@ -44,3 +41,27 @@ def test_options_of_another_source_are_refused(arguments, text):
     with pytest.raises(ConfigError) as caught:
         check_wheel_options(parse(arguments))
     assert str(caught.value).startswith(text)
+
+
+def check_seed_of(*arguments):
+    options = parse(['a.bag', '--seed', '3', *map(str, arguments)])
+    check_seed(options, recorded_robot(options, None))
+
+
+@pytest.mark.parametrize('arguments', [[], ['--pulses', '/p'], [*LEFT_RIGHT, '--unit', 'rad']])
+def test_a_seed_of_nothing_is_refused(arguments):
+    with pytest.raises(ConfigError) as caught:
+        check_seed_of(*arguments)
+    assert str(caught.value).startswith('--seed: given 3, but nothing is drawn from it; allowed: with --encoder')
+
+
+@pytest.mark.parametrize('config', ['encoder: {edge_error: 0.1}', 'report: {lost: 0.1}'])
+def test_a_seed_is_of_errors_in_a_file(tmp_path, config):
+    path = tmp_path / 'mine.yaml'
+    path.write_text(f'{config}\n')
+    check_seed_of('--config', path)
+
+
+@pytest.mark.parametrize('arguments', [['--encoder', 'amt102'], ['--odom', '/odom'], [*LEFT_RIGHT, '--unit', 'm/s']])
+def test_a_seed_is_of_a_real_encoder_and_of_angles_at_the_start(arguments):
+    check_seed_of(*arguments)

@@ -5,8 +5,10 @@ import math
 import numpy as np
 import pytest
 
+from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.encoders.counter import wrap_count
 from diff_encoder_sim.encoders.pulses import PerWheel
+from diff_encoder_sim.odometry.odometry_params import OdometryParams
 from diff_encoder_sim.reencoding.counted_angles import CountedAngles
 from diff_encoder_sim.serialization.joint_messages import JointValues
 from diff_encoder_sim.serialization.typestore import STORE
@@ -60,10 +62,49 @@ def test_counts_of_a_finer_encoder_give_the_counts_of_its_divisors(tmp_path, mak
     ).tolist()
 
 
+def counted_by(**params):
+    return CountedAngles(('l', 'r'), OdometryParams(**params))
+
+
+def at(stamp_ms, left, right):
+    return JointValues(stamp_ms * 1_000_000, ('l', 'r'), [left, right])
+
+
 def test_an_angle_is_the_middle_of_its_pulse_and_other_joints_are_left_out():
-    counted = CountedAngles(('l', 'r'), PerWheel(left=100, right=4), 16)
+    counted = counted_by(ppr=PerWheel(left=100, right=4), counter_modulus=16)
     first = counted.angles(JointValues(5, ('arm', 'r', 'l'), [7, 15, 0]))
-    assert (first.stamp_ns, first.names) == (5, ('r', 'l'))
-    assert first.values == pytest.approx([15.5 * math.pi / 2.0, 0.5 * math.pi / 50.0])
-    wrapped = counted.angles(JointValues(6, ('r', 'l'), [0, 15]))
-    assert wrapped.values == pytest.approx([16.5 * math.pi / 2.0, -0.5 * math.pi / 50.0])
+    assert (first.stamp_ns, first.names) == (5, ('l', 'r'))
+    assert first.values == pytest.approx([0.5 * math.pi / 50.0, 15.5 * math.pi / 2.0])
+    wrapped = counted.angles(JointValues(500_000_005, ('r', 'l'), [0, 15]))
+    assert wrapped.values == pytest.approx([-0.5 * math.pi / 50.0, 16.5 * math.pi / 2.0])
+    assert counted.restarts == 0
+
+
+@pytest.mark.parametrize('modulus', [0, 65536])
+def test_a_restart_of_the_counters_is_no_motion(modulus):
+    counted = counted_by(ppr=100, counter_modulus=modulus)
+    for tick in range(20):
+        last = counted.angles(at(50 * tick, 1000 + 4 * tick, 2000 + 4 * tick))
+    again = counted.angles(at(1000, 2, 2))
+    assert np.subtract(again.values, last.values) == pytest.approx([4.0 * math.pi / 100.0] * 2)
+    assert counted.restarts == 1
+
+
+def test_a_report_that_is_repeated_or_late_turns_no_wheel():
+    counted = counted_by(ppr=100)
+    angles = [counted.angles(at(*report)).values for report in ((0, 5, 5), (100, 9, 9), (100, 9, 9), (50, 7, 7))]
+    assert angles[1] == angles[2] == angles[3]
+    assert counted.angles(at(150, 11, 11)).values == pytest.approx([11.5 * math.pi / 50.0] * 2)
+
+
+def test_time_that_goes_back_is_another_drive_and_no_restart():
+    counted = counted_by(ppr=100)
+    counted.angles(at(5000, 900, 900))
+    assert counted.angles(at(0, 3, 4)).values == pytest.approx([3.5 * math.pi / 50.0, 4.5 * math.pi / 50.0])
+    assert counted.restarts == 0
+
+
+@pytest.mark.parametrize(('names', 'values'), [(('l',), [1]), (('l', 'l', 'r'), [1, 2, 3]), (('l', 'r'), [1])])
+def test_counts_without_one_of_each_wheel_are_refused(names, values):
+    with pytest.raises(InputFault, match='expected l and r, each once'):
+        counted_by(ppr=100).angles(JointValues(0, names, values))
