@@ -9,9 +9,11 @@ from __future__ import annotations
 import difflib
 import re
 from pathlib import Path
-from typing import Any, Iterable, List, Mapping, Type, TypeVar, Union
+from typing import Any, Iterable, List, Mapping, Optional, Sequence, Type, TypeVar, Union
 
 from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic_core import PydanticCustomError
+from typing_extensions import get_args
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.yaml_files import load_yaml
@@ -40,6 +42,16 @@ class Params(BaseModel):
             return cls.model_validate(dict(mapping))
         except ValidationError as error:
             raise ConfigError(prefix + _first_problem(cls, error)) from None
+
+
+def not_allowed(key: str, given: Any, allowed: str) -> PydanticCustomError:
+    """Return the error for a validator of several keys to raise, of the one at fault: dotted where it is below."""
+    return PydanticCustomError('not_allowed', '{allowed}', {'key': key, 'given': given, 'allowed': allowed})
+
+
+def missing(key: str) -> PydanticCustomError:
+    """Return the error for a validator to raise of a key that is missing because of others."""
+    return PydanticCustomError('missing', 'missing', {'key': key})
 
 
 def with_changes(params: P, changes: Mapping[str, Any], source: str) -> P:
@@ -104,11 +116,13 @@ def _keys(params_class: Type[Params]) -> List[str]:
 def _first_problem(params_class: Type[Params], error: ValidationError) -> str:
     # A misspelt key before the missing one that it stands for.
     problem = next((each for each in error.errors() if each['type'] == 'extra_forbidden'), error.errors()[0])
-    key = '.'.join(str(part) for part in problem['loc']) or 'value'
+    by_validator = problem.get('ctx', {})
+    path = [str(part) for part in problem['loc']] + ([by_validator['key']] if 'key' in by_validator else [])
+    key = '.'.join(path) or 'value'
     if not key.isprintable():
         key = repr(key)  # the line stays one
     if problem['type'] == 'extra_forbidden':
-        return f'{key}: unknown key{did_you_mean(key, _keys(params_class))}'
+        return f'{key}: unknown key{did_you_mean(path[-1], _keys_at(params_class, path[:-1]))}'
     if problem['type'] == 'missing':
         return f'{key}: missing'
     allowed = problem['msg'].replace('Input should be ', '').replace('Value error, ', '')
@@ -116,7 +130,23 @@ def _first_problem(params_class: Type[Params], error: ValidationError) -> str:
         allowed = 'a mapping (key: value)'
     if problem['type'] in ('float_type', 'int_type') and _is_power_of_ten(problem['input']):
         allowed += ', which YAML writes with point and sign: 1.0e-3'
-    return f'{key}: given {_shown(problem["input"])}; allowed: {allowed}'
+    return f'{key}: given {_shown(by_validator.get("given", problem["input"]))}; allowed: {allowed}'
+
+
+def _keys_at(params_class: Type[Params], path: Sequence[str]) -> List[str]:
+    """Return the keys of the struct that a path of keys leads to."""
+    for part in path:
+        fields = params_class.model_fields.items()
+        annotation = next((field.annotation for name, field in fields if part in (name, field.alias)), None)
+        params_class = _struct_in(annotation) or params_class
+    return _keys(params_class)
+
+
+def _struct_in(annotation: Any) -> Optional[Type[Params]]:
+    """Return the struct in a field's type; None where there is none."""
+    if isinstance(annotation, type) and issubclass(annotation, Params):
+        return annotation
+    return next(filter(None, map(_struct_in, get_args(annotation))), None)
 
 
 def _is_power_of_ten(given: Any) -> bool:

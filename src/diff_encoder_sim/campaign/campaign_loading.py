@@ -157,7 +157,7 @@ def _load_encoders(params: CampaignParams, folder: Path, config_folder: Path) ->
     ideal = [ChosenEncoder(ppr) for ppr in params.ppr]
     real = [chosen(encoder) for encoder in load_encoders(params.encoders, config_folder, folder)]
     _check_unique('ppr', [encoder.label for encoder in ideal])
-    _check_unique('encoders', [encoder.label for encoder in real])
+    _check_unique('encoders', [encoder.label for encoder in real], 'once; of two files, rename one')
     return [*ideal, *real]
 
 
@@ -232,10 +232,10 @@ def _collect(
     return files
 
 
-def _check_unique(key: str, texts: Sequence[str]) -> None:
+def _check_unique(key: str, texts: Sequence[str], allowed: str = 'once') -> None:
     for text in texts:
         if texts.count(text) > 1:
-            raise ConfigError(f'{key}: given {text} {texts.count(text)} times; allowed: once')
+            raise ConfigError(f'{key}: given {text} {texts.count(text)} times; allowed: {allowed}')
 
 
 def _cells(

@@ -1,4 +1,4 @@
-"""Real encoders on command lines: their choice, and what follows from their datasheets, which is printed once."""
+"""Real encoders on command lines: their choice, and what follows from datasheets and rates, which is printed once."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import sys
 from typing import Iterable
 
 from diff_encoder_sim.encoders.chosen_encoder import ChosenEncoder
+from diff_encoder_sim.simulation.periods import JOINTS_RATE_HZ
 
 ENCODERS_HELP = 'real encoders: amt102, pololu_25d, ... (files of config/encoders/; catalogue: all), or .yaml files'
 
@@ -23,3 +24,11 @@ def name_encoders(command: str, encoders: Iterable[ChosenEncoder], wheel_diamete
             name = f'{encoder.name} ({encoder.real.name})' if encoder.real else 'encoder'
             per_metre = f'{encoder.counts_per_metre(wheel_diameter_m):.5g} per metre'
             print(f'{command}: {name}: {encoder.resolution}, {per_metre}', file=sys.stderr)
+
+
+def name_rates(command: str, rates_hz: Iterable[float]) -> None:
+    """Print a line for each rate at which the simulator's encoders cannot report: they sample its joint states."""
+    for rate_hz in dict.fromkeys(rates_hz):
+        if rate_hz > JOINTS_RATE_HZ:
+            given = f'rate: {rate_hz:g} Hz of reports'
+            print(f'{command}: {given}, but joint states come at {JOINTS_RATE_HZ:g} Hz: so do reports', file=sys.stderr)

@@ -23,7 +23,7 @@ from diff_encoder_sim.base.roslaunch_process import parent_only_lists
 from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.base.xml_rpc import for_xml_rpc
 from diff_encoder_sim.base.yaml_files import yaml_value
-from diff_encoder_sim.cli.encoder_arguments import name_encoders
+from diff_encoder_sim.cli.encoder_arguments import name_encoders, name_rates
 from diff_encoder_sim.cli.launched_robot import OWN_PPR, LaunchedRobot, add_launched_robot, launched_robot
 from diff_encoder_sim.cli.robot_arguments import ROBOT_HELP
 from diff_encoder_sim.cli.stopping_spread import name_stopping_of_trial
@@ -33,7 +33,7 @@ from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 from diff_encoder_sim.lockstep.robot_params import RobotParams
 from diff_encoder_sim.mapping.map_files import load_map
 from diff_encoder_sim.mapping.occupancy_grid import OCCUPIED, UNKNOWN
-from diff_encoder_sim.simulation.periods import STATES_PERIOD_S, STATES_RATE_HZ
+from diff_encoder_sim.simulation.periods import JOINTS_RATE_HZ, STATES_PERIOD_S, STATES_RATE_HZ
 from diff_encoder_sim.trials.required_packages import GAZEBO, UPSTREAM_NAVIGATION, UPSTREAM_SLAM, require
 from diff_encoder_sim.trials.robot_pace import at_pace_of
 from diff_encoder_sim.trials.test_definition import TestDefinition, find_world, load_test
@@ -85,6 +85,7 @@ def plan(options: argparse.Namespace) -> LivePlan:
     if not parent_only_lists():
         check_robot_of_trial(options, trial, robot, map_path)
         name_encoders('trial.launch', [robot.encoder], trial.wheel_diameter)
+        name_rates('trial.launch', [robot.params.encoder.rate] if _samples_ticks(options) else [])
         name_stopping_of_trial(options.nav, robot.params)
     files = {
         'world': str(world),
@@ -92,9 +93,10 @@ def plan(options: argparse.Namespace) -> LivePlan:
         'bag': _bag_path(options.bag, trial),
         'save_map': str(_new_file('save_map', options.save_map)) if options.save_map else '',
     }
+    report_rate_hz = _report_rate_hz(options, robot.params.encoder)
     rates = {
-        'report_rate': _report_rate_hz(options, robot.params),
-        'report_delay': _report_delay_s(options, robot.params.encoder),
+        'report_rate': report_rate_hz,
+        'report_delay': _report_delay_s(options, robot.params.encoder, report_rate_hz),
         'command_period': _command_period_s(options, robot.params),
     }
     return LivePlan.from_mapping({'trial': trial, 'slam': options.slam, **files, **rates}, '')
@@ -117,12 +119,19 @@ def _trial(options: argparse.Namespace, test: TestDefinition, number: int, launc
     )
 
 
-def _report_rate_hz(options: argparse.Namespace, robot: RobotParams) -> float:
-    return robot.encoder.rate if options.odom == 'encoder' else STATES_RATE_HZ
+def _samples_ticks(options: argparse.Namespace) -> bool:
+    """Return whether encoders sample the joint states of this package's simulator; Gazebo's rate is in the URDF."""
+    return (options.odom, options.sim) == ('encoder', 'pybullet')
 
 
-def _report_delay_s(options: argparse.Namespace, encoder: EncoderParams) -> float:
-    return encoder.report.longest_delay_s(1.0 / encoder.rate) if options.odom == 'encoder' else 0.0
+def _report_rate_hz(options: argparse.Namespace, encoder: EncoderParams) -> float:
+    if options.odom != 'encoder':
+        return STATES_RATE_HZ
+    return min(encoder.rate, JOINTS_RATE_HZ) if _samples_ticks(options) else encoder.rate
+
+
+def _report_delay_s(options: argparse.Namespace, encoder: EncoderParams, rate_hz: float) -> float:
+    return encoder.report.longest_delay_s(1.0 / rate_hz) if options.odom == 'encoder' else 0.0
 
 
 def _command_period_s(options: argparse.Namespace, robot: RobotParams) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Any, Dict, List, NamedTuple, Sequence
 
@@ -10,7 +11,7 @@ from typing_extensions import Annotated
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.nested_mappings import flat
-from diff_encoder_sim.base.typed_params import Params, did_you_mean, load_params
+from diff_encoder_sim.base.typed_params import Params, did_you_mean, load_params, missing, not_allowed
 from diff_encoder_sim.encoders.encoder_model import EncoderModel
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 
@@ -35,7 +36,7 @@ class EncoderFileParams(Params):
     @classmethod
     def _check_counts(cls, encoder: EncoderModel) -> EncoderModel:
         if encoder.counts_per_wheel_turn is None:
-            raise ValueError("with the counts in a turn of the sensor's shaft: lines, pole_pairs or bits")
+            raise missing({'hall': 'pole_pairs', 'absolute': 'bits'}.get(encoder.sensor, 'lines'))
         return encoder
 
     @field_validator('config')
@@ -43,7 +44,8 @@ class EncoderFileParams(Params):
     def _check_keys(cls, config: Dict[str, Any]) -> Dict[str, Any]:
         foreign = next((key for key in config if key not in OF_DEVICE), None)
         if foreign is not None:
-            raise ValueError(f'the keys {", ".join(OF_DEVICE)}{did_you_mean(foreign, OF_DEVICE)}')
+            allowed = f'the keys {", ".join(OF_DEVICE)}{did_you_mean(foreign, OF_DEVICE)}'
+            raise not_allowed(foreign, config[foreign], allowed)
         return config
 
 
@@ -116,10 +118,20 @@ def _path_of(given: str, config_folder: Path, folder: Path) -> Path:
     names = encoder_names(config_folder)
     if given in names:
         return config_folder / 'encoders' / f'{given}.yaml'
-    path = folder / Path(given).expanduser()
+    path = folder / os.path.expanduser(given)  # as it is where nobody has this name
     if path.suffix == '.yaml' and path.is_file():
         return path
+    wrong = _what_is_wrong(given, path)
     raise ConfigError(
-        f'encoder: given {given!r}; allowed: {", ".join(names)}, {WHOLE_CATALOGUE} (all of these), '
+        f'encoder: given {given!r}{wrong}; allowed: {", ".join(names)}, {WHOLE_CATALOGUE} (all of these), '
         f'or a .yaml file{did_you_mean(given, names)}'
     )
+
+
+def _what_is_wrong(given: str, path: Path) -> str:
+    """Return what is wrong with a path; '' where a name was meant."""
+    if given and path.is_dir():
+        return ', a folder'
+    if path.is_file():
+        return ', whose name does not end in .yaml'
+    return ', no such file' if '/' in given or path.suffix in ('.yaml', '.yml') else ''

@@ -6,13 +6,13 @@ Left out, everything is ideal: equation (1) of the paper.
 from __future__ import annotations
 
 import math
-from typing import List, Literal, NamedTuple, Optional
+from typing import List, Literal, NamedTuple, Optional, Sequence
 
 from pydantic import Field, model_validator
 from typing_extensions import Annotated
 
 from diff_encoder_sim.base.bounded_numbers import Between, Duration_s, Fraction
-from diff_encoder_sim.base.typed_params import Params
+from diff_encoder_sim.base.typed_params import Params, not_allowed
 from diff_encoder_sim.encoders.pulses import PerWheel
 
 Side = Literal['both', 'left', 'right']
@@ -25,6 +25,12 @@ EDGES_PER_LINE = 4
 EDGES_PER_POLE_PAIR = 6
 # Beyond any encoder that is sold; the places of so many edges fit into the memory.
 MOST_COUNTS_PER_TURN = 2**20
+
+# Between two edges of a line [edges].
+SHORTEST_STATE = 0.05
+
+# How steep waves may be: with 1 the shown angle could stand still while the shaft turns.
+STEEPEST = 0.99
 
 # Standard deviations that a Gaussian error exceeds once in 500 million readings.
 RARE_DEVIATIONS = 6.0
@@ -54,7 +60,7 @@ class FaultParams(Params):
     @model_validator(mode='after')
     def _check_dead_times(self) -> FaultParams:
         if self.dead_every and not 0.0 < self.dead_for <= self.dead_every:
-            raise ValueError('dead_for above 0 and at most dead_every')
+            raise not_allowed('dead_for', self.dead_for, f'above 0.0, and at most dead_every, {self.dead_every}')
         return self
 
 
@@ -124,13 +130,6 @@ class EncoderModel(Params):
         0.0, description='how far the sensor turns back before it shows that [counts]'
     )
     faults: FaultParams = NO_FAULTS
-
-    @model_validator(mode='after')
-    def _check_whole(self) -> EncoderModel:
-        for problem in (self._foreign_key(), self._shape_problem(), self._gear_problem(), self._fault_problem()):
-            if problem:
-                raise ValueError(problem)
-        return self
 
     @property
     def counts_per_shaft_turn(self) -> Optional[int]:
@@ -225,8 +224,9 @@ class EncoderModel(Params):
         mean = sum(pattern) / len(pattern)
         return sum(((place - mean) / self.edges_per_count) ** 2 for place in pattern) / len(pattern)
 
-    def _foreign_key(self) -> str:
-        """Return what is wrong with a key of another sensor."""
+    @model_validator(mode='after')
+    def _check_sensor(self) -> EncoderModel:
+        """Check that no key is of another sensor."""
         of_sensors = {
             'lines': ('quadrature', 'single_channel'),
             'decoding': ('quadrature', 'single_channel'),
@@ -241,45 +241,65 @@ class EncoderModel(Params):
             'edge_error': ('quadrature', 'hall', 'single_channel'),
         }
         for key, sensors in of_sensors.items():
-            if self.sensor not in sensors and getattr(self, key) != type(self).model_fields[key].default:
-                return f'no {key} of sensor {self.sensor}; it is of {" and ".join(sensors)}'
+            value = getattr(self, key)
+            if self.sensor not in sensors and value != type(self).model_fields[key].default:
+                raise not_allowed(key, value, f'with sensor {_either(sensors)}, not {self.sensor}')
         if self.sensor == 'single_channel' and self.decoding == 'x4':
             # The default of others; one channel has two edges.
-            return 'decoding x1 or x2 of sensor single_channel'
+            raise not_allowed('decoding', self.decoding, 'x1 or x2, with sensor single_channel')
         if self.sensor == 'absolute' and self.direction == 'command':
-            return 'direction phases of sensor absolute'
-        return ''
+            raise not_allowed('direction', self.direction, 'phases, with sensor absolute')
+        return self
 
-    def _shape_problem(self) -> str:
-        places = [k + offset for k, offset in enumerate(self.edge_pattern() or [0.0] * EDGES_PER_LINE)]
-        if any(later - earlier < 0.05 for earlier, later in zip(places, [*places[1:], EDGES_PER_LINE])):
-            return (
-                'a duty_cycle and a phase_error that leave the edges in their order: A rises, B rises, A falls, B falls'
+    @model_validator(mode='after')
+    def _check_shape(self) -> EncoderModel:
+        """Check that edges are in order, and that the shown angle rises with the true one."""
+        later = self.phase_error / 90.0
+        # A falls after B has risen, and before B falls, which is before A rises again. Rounded, as they are shown.
+        least = round((1.0 + SHORTEST_STATE + later) / EDGES_PER_LINE, 3)
+        most = round((3.0 - SHORTEST_STATE - later) / EDGES_PER_LINE, 3)
+        if not least <= self.duty_cycle <= most:
+            raise not_allowed('duty_cycle', self.duty_cycle, f'{least} to {most}, with phase_error {self.phase_error}')
+        most_deg = round(math.degrees(STEEPEST - self.eccentricity - math.radians(self.first_harmonic)) / 2.0, 3)
+        if self.second_harmonic > most_deg:
+            raise not_allowed(
+                'second_harmonic',
+                self.second_harmonic,
+                f'up to {most_deg}, with eccentricity {self.eccentricity} and first_harmonic {self.first_harmonic}',
             )
-        if sum(wave.amplitude_rad * wave.per_turn for wave in self.waves) >= 1.0:
-            return 'an eccentricity and harmonics with which the shown angle rises with the true one'
-        return ''
+        return self
 
-    def _gear_problem(self) -> str:
+    @model_validator(mode='after')
+    def _check_gear(self) -> EncoderModel:
         if self.side == 'wheel' and self.gear_ratio != 1.0:
-            return 'a gear_ratio with side: motor; on the wheel it changes nothing'
+            raise not_allowed('gear_ratio', self.gear_ratio, '1.0 with side wheel, or side motor')
         if self.side == 'wheel' and self.backlash:
-            return 'a backlash with side: motor; on the wheel nothing is seen of it'
-        counts = self.counts_per_shaft_turn
-        if self.sensor != 'absolute' and counts is not None and counts > MOST_COUNTS_PER_TURN:
-            return f"at most {MOST_COUNTS_PER_TURN} counts in a turn of the sensor's shaft"
-        return ''
+            raise not_allowed('backlash', self.backlash, '0.0 with side wheel, or side motor')
+        most_lines = MOST_COUNTS_PER_TURN // COUNTS_PER_LINE[self.decoding]
+        if self.lines is not None and self.lines > most_lines:
+            raise not_allowed('lines', self.lines, f'up to {most_lines}, with decoding {self.decoding}')
+        return self
 
-    def _fault_problem(self) -> str:
+    @model_validator(mode='after')
+    def _check_faults(self) -> EncoderModel:
         faults = self.faults
         channels = {'quadrature': 'AB', 'single_channel': 'A', 'hall': 'ABC', 'absolute': ''}[self.sensor]
-        if faults.dead_channel != 'none' and faults.dead_channel not in channels:
-            return f'faults.dead_channel {" or ".join(["none", *channels])} of sensor {self.sensor}'
-        if self.sensor == 'absolute' and (faults.missed or faults.extra or faults.max_count_rate):
-            return 'no missed, extra or max_count_rate of sensor absolute, which counts nothing'
+        if faults.dead_channel not in ('none', *channels):
+            allowed = f'{_either(["none", *channels])}, with sensor {self.sensor}'
+            raise not_allowed('faults.dead_channel', faults.dead_channel, allowed)
+        for key in ('missed', 'extra', 'max_count_rate', 'restart_at') if self.sensor == 'absolute' else ():
+            if getattr(faults, key):
+                allowed = '0.0 with sensor absolute, which shows its angle and counts nothing'
+                raise not_allowed(f'faults.{key}', getattr(faults, key), allowed)
         if self.sensor in ('single_channel', 'absolute') and faults.wiring == 'swapped':
-            return f'faults.wiring straight or inverted of sensor {self.sensor}'
-        return ''
+            raise not_allowed('faults.wiring', faults.wiring, f'straight or inverted, with sensor {self.sensor}')
+        return self
+
+
+def _either(words: Sequence[str]) -> str:
+    """Return 'A', 'A or B', or 'A, B or C'."""
+    *others, last = words
+    return f'{", ".join(others)} or {last}' if others else last
 
 
 IDEAL_ENCODER = EncoderModel()

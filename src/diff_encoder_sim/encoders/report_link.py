@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import heapq
 import math
-from typing import List, Literal, Optional, Tuple
+from typing import Dict, List, Literal, Optional, Tuple
 
 import numpy as np
 from pydantic import Field
@@ -22,6 +22,9 @@ MOST_JITTER_PERIODS = 0.9
 
 # A report that comes after the next one comes half a period after it.
 REORDERED_PERIODS = 1.5
+
+# Odometry ignores a report that others have overtaken; one that is further back than this belongs to a new run.
+LATE_REPORT_TOLERANCE_NS = 500_000_000
 
 # So many reports are lost in a row only once in a million, and hardly ever more than that many.
 _RARE, _MOST_IN_A_ROW = 1e-6, 100
@@ -54,6 +57,20 @@ class ReportParams(Params):
             in_a_row = math.log(_RARE) / math.log(self.lost) if self.lost < 1.0 else math.inf
             periods += math.ceil(min(in_a_row, _MOST_IN_A_ROW))
         return self.jitter_within_s(period_s) + self.latency + self.latency_spread + periods * period_s
+
+    def most_behind_s(self, period_s: float) -> Dict[str, float]:
+        """Return by how much at most a report's stamp is behind the newest that has come, as a sum by keys [s].
+
+        What has come before a report was sampled before the report was, or within what its delay is above the least.
+        Stamps of arrivals are in order.
+        """
+        if self.stamps == 'arrival':
+            return {}
+        return {
+            'latency_spread': self.latency_spread,
+            'reordered': REORDERED_PERIODS * period_s if self.reordered else 0.0,
+            'repeated': period_s if self.repeated else 0.0,
+        }
 
 
 PROMPT = ReportParams()

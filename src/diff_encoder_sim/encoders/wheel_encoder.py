@@ -15,7 +15,7 @@ from diff_encoder_sim.base.bounded_numbers import Rate_Hz, Seed
 from diff_encoder_sim.base.errors import EVENT, InputFault
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step
-from diff_encoder_sim.base.typed_params import Params, did_you_mean
+from diff_encoder_sim.base.typed_params import Params, did_you_mean, not_allowed
 from diff_encoder_sim.encoders.counter import CounterModulus, wrap_count
 from diff_encoder_sim.encoders.counting_wheel import CountingWheel, IdealWheel
 from diff_encoder_sim.encoders.encoder_model import (
@@ -27,7 +27,7 @@ from diff_encoder_sim.encoders.encoder_model import (
 )
 from diff_encoder_sim.encoders.encoder_sample import EncoderSample
 from diff_encoder_sim.encoders.pulses import DEFAULT_PPR, PerWheel, PulsesPerRevolution
-from diff_encoder_sim.encoders.report_link import PROMPT, ReportLink, ReportParams
+from diff_encoder_sim.encoders.report_link import LATE_REPORT_TOLERANCE_NS, PROMPT, ReportLink, ReportParams
 from diff_encoder_sim.encoders.sampling import DEFAULT_RATE_HZ
 from diff_encoder_sim.encoders.wheel_channel import MISSING_AFTER_NS, WheelChannel
 from diff_encoder_sim.encoders.wheel_rate import DEFAULT_CLOCK_HZ, VelocityClock_Hz, VelocityMethod, WheelRate
@@ -63,7 +63,7 @@ class EncoderParams(Params):
     @model_validator(mode='after')
     def _check_joints_differ(self) -> EncoderParams:
         if self.left_joint == self.right_joint:
-            raise ValueError('left_joint and right_joint that differ')
+            raise not_allowed('left_joint', self.left_joint, 'another joint than right_joint')
         return self
 
     @model_validator(mode='after')
@@ -76,10 +76,28 @@ class EncoderParams(Params):
             counts = wheel / model.shaft_turns_per_wheel_turn
             is_whole = abs(counts - round(counts)) <= 1e-6 * counts and round(counts) % model.counts_that_repeat == 0
             if not is_whole or counts > MOST_COUNTS_PER_TURN:
-                raise ValueError(
-                    f'{model.counts_that_repeat} counts, or a multiple up to {MOST_COUNTS_PER_TURN}, in a turn of the '
-                    f"sensor's shaft whose edges are not even, by lines, pole_pairs or ppr; given {counts:g} counts"
+                turns = model.shaft_turns_per_wheel_turn
+                step, most = f'{model.counts_that_repeat * turns:.9g}', f'{MOST_COUNTS_PER_TURN * turns:.9g}'
+                raise not_allowed(
+                    'ppr',
+                    wheel,
+                    f'multiples of {step} up to {most}, as edges are not even; or lines or pole_pairs of encoder',
                 )
+        return self
+
+    @model_validator(mode='after')
+    def _check_order_of_reports(self) -> EncoderParams:
+        """Check that no late report is so far behind that odometry takes it for the first of a new run."""
+        parts_s, most_s = self.report.most_behind_s(1.0 / self.rate), LATE_REPORT_TOLERANCE_NS / NANOSECONDS_PER_SECOND
+        behind_s = sum(parts_s.values())
+        if behind_s > most_s:
+            key = max(parts_s, key=lambda key: parts_s[key])
+            raise not_allowed(
+                f'report.{key}',
+                getattr(self.report, key),
+                f'reports up to {most_s:g} s behind newer ones, not {behind_s:.4g} s as with this report and rate '
+                f'{self.rate:g}; or stamps: arrival',
+            )
         return self
 
     @property
@@ -100,7 +118,7 @@ class DiffEncoder:
         self.reset()
 
     def reset(self) -> None:
-        """Drop all samples; counts are still those of equation (1) at the wheel's angle."""
+        """Drop all samples; the next angle is each wheel's first, and its errors are drawn as at the start."""
         params, ppr = self.params, self.counts_per_turn
         jitters_ns = self._jitters_ns()
         self._left, self._right = (

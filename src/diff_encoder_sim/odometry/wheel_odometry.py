@@ -17,6 +17,7 @@ import numpy as np
 from diff_encoder_sim.base.errors import EVENT
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, move_along_arc
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
+from diff_encoder_sim.encoders.report_link import LATE_REPORT_TOLERANCE_NS
 from diff_encoder_sim.odometry.counter_steps import CounterSteps, Reading
 from diff_encoder_sim.odometry.odometry_covariance import (
     behind_axle,
@@ -29,10 +30,6 @@ from diff_encoder_sim.odometry.odometry_params import OdometryParams
 from diff_encoder_sim.odometry.wheel_twist import TwistEstimator, WheelRates
 
 log = logging.getLogger(__name__)
-
-# A report that others have overtaken is ignored; one that is further back than this belongs to a new run. At 5 Hz one
-# that comes after the next is 0.2 s back.
-LATE_REPORT_TOLERANCE_NS = 500_000_000
 
 
 class OdometryEstimate(NamedTuple):

@@ -23,6 +23,7 @@ from diff_encoder_sim.ros.conversions import encoder_sample, ns_from_stamp, whee
 from diff_encoder_sim.ros.node import log, node_params, run_node, subscriber
 from diff_encoder_sim.ros.odometry_output import OdometryOutput
 from diff_encoder_sim.ros.stamped_subscriber import stamped_subscriber
+from diff_encoder_sim.ros.trial_plan import trial_plan
 from diff_encoder_sim.ros.wheel_diagnostics import WheelDiagnostics
 
 
@@ -31,7 +32,9 @@ class OdometryNode:
 
     def __init__(self) -> None:
         params = node_params(OdometryParams, EncoderParams, part='config')
-        rate_hz = node_params(EncoderParams, OdometryParams, part='config').rate
+        rate_hz, plan = node_params(EncoderParams, OdometryParams, part='config').rate, trial_plan()
+        if plan is not None:
+            rate_hz = min(rate_hz, plan.report_rate)  # as joint states come
         self._odometry = WheelOdometry(params)
         self._diagnosis = OdometryDiagnosis(self._odometry, rate_hz)
         self._pairing = SpeedPairing() if params.velocity_method != 'M' else None

@@ -10,6 +10,7 @@ from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 # One step of simulated time: /clock and /joint_states.
 TICK_NS = 10_000_000
 TICK_S = TICK_NS / NANOSECONDS_PER_SECOND
+JOINTS_RATE_HZ = 1.0 / TICK_S
 
 # /gazebo/model_states, the true pose that is made from it, and the commands of the scripted drive.
 STATES_PERIOD_NS = 50_000_000

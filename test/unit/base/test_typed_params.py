@@ -1,17 +1,82 @@
 """A user's mistake gets one line: where, which key, what was given, what is allowed."""
 
 import pytest
+from pydantic import model_validator
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.typed_params import did_you_mean, load_params, split_params, with_changes
+from diff_encoder_sim.base.typed_params import (
+    Params,
+    did_you_mean,
+    load_params,
+    missing,
+    not_allowed,
+    split_params,
+    with_changes,
+)
 from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
+from diff_encoder_sim.navigation.navigator_params import NavigatorParams
 from diff_encoder_sim.odometry.odometry_params import OdometryParams
+from diff_encoder_sim.robots.robot_file import RobotFileParams
 
 
 def test_a_misspelt_key_is_named_with_what_was_probably_meant():
     with pytest.raises(ConfigError, match=r"f\.yaml: pprr: unknown key; did you mean 'ppr'\?"):
         EncoderParams.from_mapping({'pprr': 90}, 'f.yaml')
+
+
+@pytest.mark.parametrize(
+    ('params_class', 'keys', 'expected'),
+    [
+        (EncoderParams, {'encoder': {'sensors': 'hall'}}, "encoder.sensors: unknown key; did you mean 'sensor'?"),
+        (EncoderParams, {'encoder': {'faults': {'mised': 0.1}}}, "encoder.faults.mised: .* did you mean 'missed'?"),
+        (EncoderParams, {'ppr': {'left': 1, 'right': 2, 'rigt': 2}}, "ppr.rigt: .* did you mean 'right'?"),
+        (EncoderParams, {'report': {'velocity_clock': 1}}, 'report.velocity_clock: unknown key$'),
+        (EncoderParams, {'': 1}, 'value: unknown key$'),
+        (RobotFileParams, {'urdf': 'a', 'laser': {'parant': 'b'}}, "laser.parant: .* did you mean 'parent'?"),
+        (
+            NavigatorParams,
+            {'recovery_behaviors': [{'name': 'a', 'tpye': 'b'}]},
+            "recovery_behaviors.0.tpye: .* did you mean 'type'?",
+        ),
+    ],
+)
+def test_a_misspelt_key_is_looked_up_in_the_struct_that_it_is_in(params_class, keys, expected):
+    with pytest.raises(ConfigError, match=f'^{expected}'):
+        params_class.from_mapping(keys, '')
+
+
+class Interval(Params):
+    """Two keys that a validator compares, and one that the other asks for."""
+
+    first: float = 0.0
+    last: float = 1.0
+    unit: str = ''
+
+    @model_validator(mode='after')
+    def _check(self):
+        if self.first > self.last:
+            raise not_allowed('first', self.first, f'up to last, {self.last}')
+        if self.last > 100.0 and not self.unit:
+            raise missing('unit')
+        return self
+
+
+class Pair(Params):
+    """A struct with another below."""
+
+    interval: Interval = Interval()
+
+
+def test_a_validator_of_several_keys_names_the_one_at_fault():
+    for params_class, keys, above in (
+        (Interval, lambda value: value, ''),
+        (Pair, lambda value: {'interval': value}, 'interval.'),
+    ):
+        with pytest.raises(ConfigError, match=rf'^f: {above}first: given 3\.0; allowed: up to last, 2\.0$'):
+            params_class.from_mapping(keys({'first': 3.0, 'last': 2.0}), 'f')
+        with pytest.raises(ConfigError, match=f'^f: {above}unit: missing$'):
+            params_class.from_mapping(keys({'last': 200.0}), 'f')
 
 
 def test_whole_numbers_are_fine_where_a_length_is_wanted():

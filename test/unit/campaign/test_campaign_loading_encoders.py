@@ -94,7 +94,14 @@ def test_variants_are_cells_with_parameters_of_their_own(tmp_path):
 def test_edges_that_are_not_even_go_by_the_ppr_of_each_cell(tmp_path):
     uneven = {'config.encoder.phase_error': 10.0}
     assert len(small_campaign(tmp_path, tests=['SL'], ppr=[40, 1024], set=uneven).cells) == 2
-    assert '4 counts, or a multiple' in complaint(tmp_path, ppr=[40, 90], set=uneven)
+    assert 'ppr: given 90.0; allowed: multiples of 4' in complaint(tmp_path, ppr=[40, 90], set=uneven)
+
+
+def test_two_files_of_one_name_and_resolution_are_told_apart_by_renaming_one(tmp_path):
+    shipped = ROOT / 'config' / 'encoders' / 'amt102.yaml'
+    (tmp_path / 'amt102.yaml').write_text(shipped.read_text())
+    text = complaint(tmp_path, encoders=['amt102', 'amt102.yaml'])
+    assert text.endswith('encoders: given 8192 amt102 2 times; allowed: once; of two files, rename one')
 
 
 @pytest.mark.parametrize(

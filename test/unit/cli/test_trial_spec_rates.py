@@ -36,6 +36,23 @@ def test_ideal_odometry_comes_with_the_states_whatever_the_encoder(plan, tmp_pat
     assert plan('--odom', 'ideal', '--config', tmp_path / 'config.yaml').report_rate == 20.0
 
 
+@pytest.mark.parametrize(('sim', 'rate'), [('pybullet', 100.0), ('gazebo', 1000.0)])
+def test_reports_come_no_faster_than_the_simulators_joint_states(plan, tmp_path, sim, rate):
+    """Gazebo's rate is in the URDF."""
+    (tmp_path / 'config.yaml').write_text('rate: 1000\nreport: {lost: 0.1}\n')
+    made = plan('--nav', 'scripted', '--sim', sim, '--config', tmp_path / 'config.yaml')
+    assert (made.report_rate, made.report_delay) == (rate, pytest.approx(6 / rate))
+
+
+def test_the_trial_says_so(plan, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(trial_spec, 'parent_only_lists', lambda: False)
+    (tmp_path / 'config.yaml').write_text('rate: 1000\n')
+    for odom, lines in (('encoder', 1), ('ideal', 0)):
+        plan('--nav', 'scripted', '--unchecked', 'true', '--odom', odom, '--config', tmp_path / 'config.yaml')
+        said = 'trial.launch: rate: 1000 Hz of reports, but joint states come at 100 Hz: so do reports\n'
+        assert capsys.readouterr().err.count(said) == lines
+
+
 @pytest.mark.parametrize(
     ('report', 'delay_s', 'command_period'),
     [

@@ -138,14 +138,31 @@ def test_a_file_of_ones_own_is_relative_to_the_folder_and_comes_after_a_name(tmp
     assert load_encoder('e4t', CONFIG, tmp_path).counts_per_wheel_turn == 1440
 
 
-@pytest.mark.parametrize('given', ['amt10', 'AMT102', 'amt102.yaml', 'none/amt102', ''])
-def test_an_unknown_encoder_lists_the_known_ones(tmp_path, given):
+@pytest.mark.parametrize(
+    ('given', 'wrong'),
+    [
+        ('amt10', ''),
+        ('AMT102', ''),
+        ('', ''),
+        ('amt102.yaml', ', no such file'),
+        ('amt102.yml', ', no such file'),
+        ('none/amt102', ', no such file'),
+        ('~nobody_of_this_name/amt102.yaml', ', no such file'),
+        ('folder', ', a folder'),
+        ('folder.yaml', ', a folder'),
+        ('mine.yml', ', whose name does not end in .yaml'),
+    ],
+)
+def test_an_unknown_encoder_lists_the_known_ones_and_says_what_is_wrong_with_a_path(tmp_path, given, wrong):
+    own_file(tmp_path).rename(tmp_path / 'mine.yml')
+    for folder in ('folder', 'folder.yaml'):
+        (tmp_path / folder).mkdir()
     with pytest.raises(ConfigError) as caught:
         load_encoder(given, CONFIG, tmp_path)
     text = str(caught.value)
-    assert f'encoder: given {given!r}; allowed: amt102, as5047p' in text and '\n' not in text
+    assert f'encoder: given {given!r}{wrong}; allowed: amt102, as5047p' in text and '\n' not in text
     assert 'catalogue (all of these), or a .yaml file' in text
-    assert ("did you mean 'amt102'" in text) == ('amt10' in given)
+    assert ("did you mean 'amt102'" in text) == ('amt10' in given and '~' not in given)
 
 
 @pytest.mark.parametrize(
@@ -158,13 +175,16 @@ def test_an_unknown_encoder_lists_the_known_ones(tmp_path, given):
         ({'source': 'its manual'}, 'source: given'),
         ({'price': '12.5'}, 'price: given 12.5'),
         ({'encoder': None}, 'encoder: missing'),
-        ({'encoder': '{}'}, 'encoder: given {}; allowed: with the counts'),
+        ({'encoder': '{}'}, 'encoder.lines: missing'),
+        ({'encoder': '{sensor: hall}'}, 'encoder.pole_pairs: missing'),
+        ({'encoder': '{sensor: absolute}'}, 'encoder.bits: missing'),
         ({'encoder': '{lines: 0}'}, 'encoder.lines: given 0'),
-        ({'encoder': '{lines: 16, sensor: hall}'}, 'no lines of sensor hall'),
+        ({'encoder': '{lines: 16, sensor: hall}'}, 'encoder.lines: given 16; allowed: with sensor'),
+        ({'encoder': '{lnes: 16}'}, "encoder.lnes: unknown key; did you mean 'lines'?"),
         ({'encoders': '{lines: 16}'}, "encoders: unknown key; did you mean 'encoder'?"),
         ({'config': '3'}, 'config: given 3'),
         ({'config': '{rates: 50.0}'}, "velocity_clock, velocity_method; did you mean 'rate'?"),
-        ({'config': '{ppr: 90}'}, 'config: given'),
+        ({'config': '{wheel_diameter: 3}'}, 'config.wheel_diameter: given 3; allowed: the keys counter_modulus, rate'),
         ({'config': '{rate: fast}'}, "config.rate: given 'fast'"),
         ({'config': '{report: {latency: -1.0}}'}, 'config.report.latency: given -1.0'),
     ],

@@ -1,6 +1,7 @@
 """What an encoder's parameters allow, and what follows from them."""
 
 import math
+import re
 
 import pytest
 
@@ -42,18 +43,35 @@ def test_without_a_resolution_of_its_own_ppr_tells():
         ({'decoding': 'x5'}, "decoding: given 'x5'"),
         ({'faults': {'missed': 1.2}}, 'faults.missed: given 1.2'),
         ({'side': 'motor', 'backlash': -0.1}, 'backlash: given -0.1'),
-        ({'sensor': 'hall', 'pole_pairs': 15, 'lines': 4}, 'no lines of sensor hall'),
-        ({'sensor': 'hall', 'sensors': 4}, 'sensors: unknown key'),
-        ({'backlash': 0.01}, 'side: motor'),
-        ({'gear_ratio': 2.0}, 'side: motor'),
-        ({'duty_cycle': 0.2, 'phase_error': 60}, 'in their order'),
-        ({'eccentricity': 0.5, 'sensor': 'absolute', 'second_harmonic': 15.0}, 'rises with the true one'),
-        ({'sensor': 'single_channel', 'lines': 20}, 'decoding x1 or x2'),
-        ({'sensor': 'absolute', 'faults': {'missed': 0.1}}, 'counts nothing'),
-        ({'sensor': 'absolute', 'faults': {'dead_channel': 'A'}}, 'dead_channel none'),
-        ({'faults': {'dead_channel': 'C'}}, 'dead_channel none or A or B'),
-        ({'faults': {'dead_every': 1.0}}, 'dead_for'),
-        ({'lines': 300_000}, 'at most 1048576 counts'),
+        ({'sensor': 'hall', 'lines': 4}, 'lines: given 4; allowed: with sensor quadrature or single_channel, not hall'),
+        ({'sensor': 'hall', 'noise': 1.0}, 'noise: given 1.0; allowed: with sensor absolute, not hall'),
+        ({'sensors': 'hall'}, "sensors: unknown key; did you mean 'sensor'?"),
+        ({'backlash': 0.01}, 'backlash: given 0.01; allowed: 0.0 with side wheel, or side motor'),
+        ({'gear_ratio': 2.0}, 'gear_ratio: given 2.0; allowed: 1.0 with side wheel, or side motor'),
+        (
+            {'duty_cycle': 0.2, 'phase_error': 60},
+            'duty_cycle: given 0.2; allowed: 0.429 to 0.571, with phase_error 60.0',
+        ),
+        ({'duty_cycle': 0.9, 'phase_error': -20}, 'allowed: 0.207 to 0.793, with phase_error -20.0'),
+        (
+            {'eccentricity': 0.5, 'sensor': 'absolute', 'second_harmonic': 15.0},
+            'second_harmonic: given 15.0; allowed: up to 14.037, with eccentricity 0.5 and first_harmonic 0.0',
+        ),
+        ({'sensor': 'single_channel'}, "decoding: given 'x4'; allowed: x1 or x2, with sensor single_channel"),
+        ({'sensor': 'absolute', 'direction': 'command'}, 'allowed: phases, with sensor absolute'),
+        ({'sensor': 'absolute', 'faults': {'missed': 0.1}}, 'faults.missed: given 0.1; allowed: 0.0 with'),
+        ({'sensor': 'absolute', 'faults': {'restart_at': 5.0}}, 'faults.restart_at: given 5.0; allowed: 0.0 with'),
+        ({'sensor': 'absolute', 'faults': {'dead_channel': 'A'}}, 'allowed: none, with sensor absolute'),
+        (
+            {'sensor': 'absolute', 'faults': {'wiring': 'swapped'}},
+            'allowed: straight or inverted, with sensor absolute',
+        ),
+        ({'faults': {'dead_channel': 'C'}}, "faults.dead_channel: given 'C'; allowed: none, A or B, with sensor"),
+        (
+            {'faults': {'dead_every': 1.0, 'dead_for': 2.0}},
+            'faults.dead_for: given 2.0; allowed: above 0.0, and at most',
+        ),
+        ({'lines': 300_000}, 'lines: given 300000; allowed: up to 262144, with decoding x4'),
     ],
 )
 def test_a_bad_value_is_one_line(keys, words):
@@ -62,13 +80,29 @@ def test_a_bad_value_is_one_line(keys, words):
     assert words in str(raised.value) and '\n' not in str(raised.value)
 
 
+@pytest.mark.parametrize('phase_error', [-50.0, -20.0, 0.0, 35.0, 80.0])
+def test_any_allowed_duty_cycle_leaves_the_edges_in_order(phase_error):
+    """With the widest and narrowest that the error names."""
+    with pytest.raises(ConfigError) as raised:
+        model(duty_cycle=0.9, phase_error=phase_error)
+    least, most = (float(word) for word in re.findall(r'allowed: (\S+) to (\S+),', str(raised.value))[0])
+    for duty_cycle in (max(least, 0.1), most):
+        offsets = model(duty_cycle=duty_cycle, phase_error=phase_error).edge_pattern() or [0.0] * 4
+        places = [*(place + offset for place, offset in enumerate(offsets)), 4.0]
+        assert all(later - earlier > 0.04 for earlier, later in zip(places, places[1:]))
+
+
 def test_uneven_edges_need_a_whole_number_of_them():
     uneven = {'encoder': {'edge_error': 0.1}}
     EncoderParams.from_mapping({'ppr': 41, **uneven}, 'config')
-    with pytest.raises(ConfigError, match='4 counts, or a multiple up to .*given 41 counts'):
+    with pytest.raises(ConfigError, match=r'^config: ppr: given 41\.0; allowed: multiples of 4 up to 1048576'):
         EncoderParams.from_mapping({'ppr': 41, 'encoder': {'duty_cycle': 0.4}}, 'config')
-    with pytest.raises(ConfigError, match=r'given 1632\.67 counts'):
+    with pytest.raises(ConfigError, match=r'ppr: given 1632\.67; allowed: multiples of 1 up to'):
         EncoderParams.from_mapping({'ppr': 1632.67, **uneven}, 'config')
+    geared = {'duty_cycle': 0.4, 'gear_ratio': 34.014, 'side': 'motor'}
+    with pytest.raises(ConfigError, match=r'ppr: given 100\.0; allowed: multiples of 136\.056 up to'):
+        EncoderParams.from_mapping({'ppr': 100, 'encoder': geared}, 'config')
+    EncoderParams.from_mapping({'ppr': 2 * 136.056, 'encoder': geared}, 'config')
     motor = {'lines': 12, 'gear_ratio': 34.014, 'side': 'motor', 'edge_error': 0.1}
     EncoderParams.from_mapping({'encoder': motor}, 'config')
 

@@ -69,6 +69,28 @@ def test_after_the_longest_delay_a_report_or_a_later_one_has_come(keys):
         newest_ns = max(newest_ns, sample.stamp_ns)
 
 
+def most_behind_ns(stamps_ns):
+    """By how much a stamp is behind the newest before it."""
+    return np.max(np.maximum.accumulate(stamps_ns) - stamps_ns)
+
+
+@pytest.mark.parametrize('seed', range(12))
+def test_no_report_is_farther_behind_the_newest_than_its_parameters_say(seed):
+    """Up to a period: which sample is the newest at the farthest is a matter of whole periods."""
+    rng = np.random.default_rng(seed)
+    keys = {'latency': rng.uniform(0.0, 0.2), 'latency_spread': rng.choice([0.0, rng.uniform(0.0, 0.3)])}
+    keys.update({key: rng.choice([0.0, 0.5]) for key in ('lost', 'repeated', 'reordered')})
+    stamps_ns = [sample.stamp_ns for _, sample in arrivals(5000, seed=seed, **{k: float(v) for k, v in keys.items()})]
+    allowed_ns = sum(ReportParams(**keys).most_behind_s(PERIOD_NS * 1e-9).values()) * 1e9
+    assert allowed_ns - 2 * PERIOD_NS < most_behind_ns(stamps_ns) <= allowed_ns
+
+
+def test_stamps_of_arrivals_are_in_order():
+    keys = {'latency_spread': 0.3, 'repeated': 0.5, 'reordered': 0.5, 'stamps': 'arrival'}
+    assert most_behind_ns([sample.stamp_ns for _, sample in arrivals(5000, **keys)]) == 0
+    assert sum(ReportParams(**keys).most_behind_s(0.05).values()) == 0.0
+
+
 def test_where_every_report_is_lost_nobody_waits_for_ever():
     assert ReportParams(lost=1.0).longest_delay_s(0.05) == pytest.approx(5.0)
 
