@@ -99,13 +99,18 @@ def recorded_robot(options: argparse.Namespace, trial: Optional[Trial]) -> Recor
     name = str(options.config or options.robot or USUAL)
     encoder = shared_params(values, name, EncoderParams, OdometryParams)
     odometry = shared_params(values, name, OdometryParams, EncoderParams)
-    return RecordedRobot(encoder, odometry, _counts_modulus(encoder, trial, sources), sources)
+    return RecordedRobot(encoder, odometry, _counts_modulus(encoder, trial, options.config, sources), sources)
 
 
-def _counts_modulus(encoder: EncoderParams, trial: Optional[Trial], sources: Dict[str, str]) -> int:
-    """Return where recorded counts wrap; that of /trial is the recorded encoder's, not that of those to compute."""
-    if 'counter_modulus' in sources or trial is None:
-        sources.setdefault('counter_modulus', USUAL)
+def _counts_modulus(
+    encoder: EncoderParams, trial: Optional[Trial], config: Optional[Path], sources: Dict[str, str]
+) -> int:
+    """Return where recorded counts wrap: as /trial has it before --robot, whose encoder need not be the recorded one.
+
+    It is not that of encoders to compute.
+    """
+    given = sources.setdefault('counter_modulus', USUAL)
+    if trial is None or given == str(config) or (given != USUAL and not trial.counter_modulus):
         return encoder.counter_modulus
     sources['counter_modulus'] = f"the bag's {TRIAL}"
     return trial.counter_modulus

@@ -8,9 +8,9 @@ from typing import Optional, Tuple
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.stamps import Step, Timeline
 from diff_encoder_sim.encoders.counter import count_difference
+from diff_encoder_sim.encoders.report_link import LATE_REPORT_TOLERANCE_NS
 from diff_encoder_sim.odometry.counter_steps import CounterSteps, Reading
 from diff_encoder_sim.odometry.odometry_params import OdometryParams
-from diff_encoder_sim.odometry.wheel_odometry import LATE_REPORT_TOLERANCE_NS
 from diff_encoder_sim.serialization.joint_messages import JointValues
 
 

@@ -79,11 +79,12 @@ def test_recorded_counts_wrap_where_the_bag_says_and_computed_ones_do_not():
     assert robot().counter_text() == 'counts do not wrap: config/config.yaml'
 
 
-def test_a_file_that_says_where_counts_wrap_goes_before_the_bag(tmp_path):
+def test_a_file_that_says_where_counts_wrap_goes_before_the_bag_and_the_bag_before_a_robot(tmp_path):
     path, trial = tmp_path / 'mine.yaml', TRIAL.model_copy(update={'counter_modulus': 4096})
     path.write_text('counter_modulus: 256\n')
     by_file, by_robot = robot(trial, config=path, robot='kobuki'), robot(trial, robot='kobuki')
-    assert (by_file.counts_modulus, by_robot.counts_modulus, by_robot.encoder.counter_modulus) == (256, 65536, 65536)
+    assert (by_file.counts_modulus, by_robot.counts_modulus, by_robot.encoder.counter_modulus) == (256, 4096, 65536)
+    assert robot(TRIAL, robot='kobuki').counts_modulus == 65536
     assert by_file.counter_text() == f'counts wrap at 256: {path}'
     path.write_text('wheel_diameter: 0.1\n')
     assert robot(trial, config=path).counts_modulus == 4096
