@@ -86,7 +86,7 @@ BAD_PARAMETERS = {
     'same joint twice': (
         ENCODER,
         ['_left_joint:=wheel', '_right_joint:=wheel'],
-        ['left_joint', 'right_joint', 'differ'],
+        ['left_joint', 'wheel', 'another joint than right_joint'],
     ),
     'modulus': (ODOM, ['_counter_modulus:=1'], ['counter_modulus', '1', '2']),
     'rate': (ENCODER, ['_rate:=0'], ['rate', '0', '0.001 to 1e6 [Hz]']),
