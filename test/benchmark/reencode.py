@@ -154,7 +154,11 @@ def _run(folder: Path, bag: Path, encoders: List[str], is_written: bool) -> Run:
         *encoders,
         *(['--out', str(out)] if is_written else []),
     ]
-    process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
+    # Without a sourced workspace, too.
+    paths = os.pathsep.join([str(ROOT / 'src'), os.environ.get('PYTHONPATH', '')])
+    environment = {**os.environ, 'PYTHONPATH': paths}
+    quiet = {'stdout': subprocess.DEVNULL, 'stderr': subprocess.DEVNULL}
+    process = subprocess.Popen(command, env=environment, **quiet)
     _, status, usage = os.wait4(process.pid, 0)
     process.returncode = os.WEXITSTATUS(status)
     assert process.returncode == 0, command
