@@ -61,7 +61,8 @@ class CountingWheel:
         self._gear = Gear(model.shaft_turns_per_wheel_turn, model.backlash, rng)
         self._sensor = WheelSensor(model, ppr / model.shaft_turns_per_wheel_turn, rng)
         self._sound = counts_of_states(model, False, model.faults.wiring)
-        self._faulty = counts_of_states(model, model.faults.dead_channel != 'none', model.faults.wiring)
+        self._may_die = model.faults.dead_channel != 'none'
+        self._faulty = counts_of_states(model, self._may_die, model.faults.wiring)
         self._faults = CountFaults(model.faults, rng) if model.faults != NO_FAULTS else None
         self._rate, self._edges_per_count = rate, model.edges_per_count
         # Before and after the last two changes of the count: the last two edges are in them.
@@ -103,8 +104,8 @@ class CountingWheel:
         return self._rate.report(stamp_ns)
 
     def _add(self, before: _Turned, now: _Turned) -> None:
-        decoder = self._decoder(now.stamp_ns)
-        counts = decoder.count(now.state) - decoder.count(before.state)
+        decoder = self._decoder(now.stamp_ns) if self._may_die else self._sound
+        counts = decoder.between(before.state, now.state)
         if self._by_command:
             counts = abs(counts) * self._commanded
         if self._rate and before.state // self._edges_per_count != now.state // self._edges_per_count:

@@ -25,6 +25,12 @@ class CountsOfStates(NamedTuple):
         cycles, place = divmod(state, len(self.within_cycle))
         return self.per_cycle * cycles + self.within_cycle[place]
 
+    def between(self, before: int, now: int) -> int:
+        """Return what is counted from one state to another."""
+        per_cycle, within = self
+        edges = len(within)
+        return per_cycle * (now // edges - before // edges) + within[now % edges] - within[before % edges]
+
 
 def counts_of_states(model: EncoderModel, is_dead: bool, wiring: Wiring) -> CountsOfStates:
     """Return what is counted.

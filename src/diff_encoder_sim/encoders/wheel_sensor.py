@@ -46,12 +46,13 @@ class WheelSensor:
         """Return the last edge at or before a place, turning forward; noise is new each time."""
         if self._noise:
             place += self._noise * self._rng.standard_normal()
-        state = math.floor(place)
-        if self._offsets is None:
+        state, offsets = math.floor(place), self._offsets
+        if offsets is None:
             return state
-        while place < self.place_of_edge(state):
+        edges = len(offsets)
+        while place < state + offsets[state % edges]:
             state -= 1
-        while place >= self.place_of_edge(state + 1):
+        while place >= state + 1 + offsets[(state + 1) % edges]:
             state += 1
         return state
 
