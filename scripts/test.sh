@@ -59,7 +59,7 @@ check() {
 
 # Three streams at a time: live graphs wait most of the time, and unit tests compute.
 run_tests() {
-  local live=(test/test_live_*.py test/test_{launch_files,node_interfaces,replay,rostests,teleop}.py) stream
+  local live=(test/test_live_*.py test/test_{launch_files,node_interfaces,rostests,teleop}.py) stream
   begin check_units
   begin check_live "${live[@]}"
   say "pytest test/ but for the streams beside it on $("$venv/bin/python" --version)"
