@@ -27,7 +27,7 @@ from diff_encoder_sim.campaign.campaign_params import MOST_TRIALS
 from diff_encoder_sim.campaign.worker import RunTrial
 from diff_encoder_sim.cli.amcl_argument import add_amcl, chosen_files
 from diff_encoder_sim.cli.candidate_trials import CandidateTrials
-from diff_encoder_sim.cli.encoder_arguments import add_encoders, name_encoders, name_rates
+from diff_encoder_sim.cli.encoder_arguments import add_encoders, name_campaigns_encoders
 from diff_encoder_sim.cli.robot_arguments import add_robot_arguments
 from diff_encoder_sim.cli.robot_checks import add_unchecked, with_checks
 from diff_encoder_sim.cli.stopping_spread import name_stopping
@@ -56,9 +56,7 @@ def _advise(options: argparse.Namespace, run: RunTrial) -> None:
     campaign = _candidates(options, given)
     campaign = with_checks('advise', campaign, options.unchecked)
     labels, tolerance = _ascending(campaign), Tolerance(options.tolerance, options.yaw_tolerance)
-    diameter_m = campaign.cells[0].robot_params.odometry.wheel_diameter
-    name_encoders(as_called('advise'), campaign.encoders, diameter_m)
-    name_rates(as_called('advise'), (cell.robot_params.encoder.rate for cell in campaign.cells))
+    name_campaigns_encoders(as_called('advise'), campaign)
     name_stopping('advise', campaign, tolerance.position_m, tolerance.yaw_deg)
     with CandidateTrials(options, campaign, run) as trials:
         advisor = Advisor(labels, looks, tolerance, trials.with_encoder)

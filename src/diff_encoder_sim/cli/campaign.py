@@ -29,7 +29,7 @@ from diff_encoder_sim.campaign.result_store import ResultStore
 from diff_encoder_sim.campaign.time_left import time_left
 from diff_encoder_sim.campaign.worker import RunTrial
 from diff_encoder_sim.cli.amcl_argument import add_amcl, chosen_files
-from diff_encoder_sim.cli.encoder_arguments import add_encoders, name_encoders, name_rates
+from diff_encoder_sim.cli.encoder_arguments import add_encoders, name_campaigns_encoders
 from diff_encoder_sim.cli.robot_arguments import add_robot_arguments
 from diff_encoder_sim.cli.robot_checks import add_unchecked, with_checks
 from diff_encoder_sim.cli.stopping_spread import name_stopping
@@ -83,9 +83,7 @@ def complete(options: argparse.Namespace, command: Sequence[str], run: RunTrial 
     with ResultStore(options.out, campaign, about, options.resume) as store:
         jobs = store.pending()
         if jobs:
-            diameter_m = campaign.cells[0].robot_params.odometry.wheel_diameter
-            name_encoders(as_called('campaign'), campaign.encoders, diameter_m)
-            name_rates(as_called('campaign'), (cell.robot_params.encoder.rate for cell in campaign.cells))
+            name_campaigns_encoders(as_called('campaign'), campaign)
             name_stopping('campaign', campaign, X.tolerance, YAW.tolerance)
         left = time_left(campaign, jobs, store.rows)
         progress = progress_on(sys.stderr, len(campaign.jobs()), store.rows, left)

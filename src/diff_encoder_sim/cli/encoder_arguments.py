@@ -6,6 +6,7 @@ import argparse
 import sys
 from typing import Iterable
 
+from diff_encoder_sim.campaign.campaign_definition import Campaign
 from diff_encoder_sim.encoders.chosen_encoder import ChosenEncoder
 from diff_encoder_sim.simulation.periods import JOINTS_RATE_HZ
 
@@ -24,6 +25,12 @@ def name_encoders(command: str, encoders: Iterable[ChosenEncoder], wheel_diamete
             name = f'{encoder.name} ({encoder.real.name})' if encoder.real else 'encoder'
             per_metre = f'{encoder.counts_per_metre(wheel_diameter_m):.5g} per metre'
             print(f'{command}: {name}: {encoder.resolution}, {per_metre}', file=sys.stderr)
+
+
+def name_campaigns_encoders(command: str, campaign: Campaign) -> None:
+    """Print what follows from the encoders and rates of a campaign."""
+    name_encoders(command, campaign.encoders, campaign.cells[0].robot_params.odometry.wheel_diameter)
+    name_rates(command, (cell.robot_params.encoder.rate for cell in campaign.cells))
 
 
 def name_rates(command: str, rates_hz: Iterable[float]) -> None:

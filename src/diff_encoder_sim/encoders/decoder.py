@@ -22,8 +22,7 @@ class CountsOfStates(NamedTuple):
 
     def count(self, state: int) -> int:
         """Return the count at a state; only its differences matter."""
-        cycles, place = divmod(state, len(self.within_cycle))
-        return self.per_cycle * cycles + self.within_cycle[place]
+        return self.between(0, state)
 
     def between(self, before: int, now: int) -> int:
         """Return what is counted from one state to another."""

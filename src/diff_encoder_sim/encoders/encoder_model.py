@@ -23,6 +23,7 @@ BurstLength = Annotated[float, Between(1.0, 1e6, 'counts')]
 COUNTS_PER_LINE = {'x1': 1, 'x2': 2, 'x4': 4}
 EDGES_PER_LINE = 4
 EDGES_PER_POLE_PAIR = 6
+DEGREES_PER_HALL_EDGE = 360.0 / EDGES_PER_POLE_PAIR
 # Beyond any encoder that is sold; the places of so many edges fit into the memory.
 MOST_COUNTS_PER_TURN = 2**20
 
@@ -178,7 +179,12 @@ class EncoderModel(Params):
     @property
     def edge_variance(self) -> float:
         """Return what the places of edges, and noise, add to the variance of a reading [pulses^2]; new in each one."""
-        return self.edge_error**2 + (self.sensor_error / 60.0) ** 2 + self.noise**2 + self._pattern_variance()
+        return (
+            self.edge_error**2
+            + (self.sensor_error / DEGREES_PER_HALL_EDGE) ** 2
+            + self.noise**2
+            + self._pattern_variance()
+        )
 
     def pulse_variance(self, counts_per_wheel_turn: float) -> float:
         """Return what the sensor's errors add to the variance of a reading [pulses^2], beside the 1/12 of rounding.

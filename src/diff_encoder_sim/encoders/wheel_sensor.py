@@ -7,7 +7,7 @@ from typing import List, Optional
 
 import numpy as np
 
-from diff_encoder_sim.encoders.encoder_model import EDGES_PER_POLE_PAIR, EncoderModel
+from diff_encoder_sim.encoders.encoder_model import DEGREES_PER_HALL_EDGE, EncoderModel
 from diff_encoder_sim.encoders.gear import Play
 
 
@@ -72,7 +72,7 @@ def _edge_offsets(model: EncoderModel, counts: int, rng: np.random.Generator) ->
         offsets += np.resize(pattern, len(edges))
     if model.sensor_error:
         # The edges of a cycle are the three sensors' in turn, twice.
-        placed = rng.normal(0.0, model.sensor_error / (360.0 / EDGES_PER_POLE_PAIR), 3)
+        placed = rng.normal(0.0, model.sensor_error / DEGREES_PER_HALL_EDGE, 3)
         offsets += placed[edges % 3]
     errors = rng.normal(0.0, model.edge_error * model.edges_per_count, counts)
     # Edges between those that are counted are moved in proportion, so that they stay in their order.

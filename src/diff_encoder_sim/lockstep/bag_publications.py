@@ -103,8 +103,12 @@ class BagPublications(Publications):
     def encoder_pulse(self, now_ns: int, sample: EncoderSample) -> None:
         joints, speeds_radps = self._joints, sample.wheel_rates_radps
         if speeds_radps is not None:
-            encoded = encode_wheel_speeds(sample.stamp_ns, speeds_radps, joints)
-            self._write(topics.ENCODER_VELOCITY, topics.ENCODER_NODE, now_ns, lambda: encoded)
+            self._write(
+                topics.ENCODER_VELOCITY,
+                topics.ENCODER_NODE,
+                now_ns,
+                lambda: encode_wheel_speeds(sample.stamp_ns, speeds_radps, joints),
+            )
         self._write(topics.ENCODER_PULSE, topics.ENCODER_NODE, now_ns, lambda: encode_encoder_pulse(sample, joints))
 
     @override

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from typing import Tuple
+
 from pydantic import Field
 from typing_extensions import Annotated
 
@@ -53,3 +56,9 @@ class OdometryParams(Params):
     def counts_per_turn(self) -> PerWheel:
         """Return the counts per wheel revolution: the encoder's, where it says them, else `ppr`."""
         return counts_per_turn(self.ppr, self.encoder)
+
+    @property
+    def m_per_pulse(self) -> Tuple[float, float]:
+        """Return the way of the left and of the right rim per pulse [m]."""
+        circumference_m, ppr = math.pi * self.wheel_diameter, self.counts_per_turn
+        return circumference_m / ppr.left, circumference_m / ppr.right

@@ -53,9 +53,7 @@ class WheelOdometry:
 
     def __init__(self, params: OdometryParams) -> None:
         self.params = params
-        circumference_m = math.pi * params.wheel_diameter
-        self._ppr = params.counts_per_turn
-        self._m_per_pulse = circumference_m / self._ppr.left, circumference_m / self._ppr.right
+        self._m_per_pulse = params.m_per_pulse
         self._reading_vars_m2 = self._reading_variances(params)
         self._residual_m = residual_std(*self._m_per_pulse)
         self._timeline = Timeline(LATE_REPORT_TOLERANCE_NS)
@@ -169,8 +167,9 @@ class WheelOdometry:
 
     def _reading_variances(self, params: OdometryParams) -> Tuple[float, float]:
         """Return the variance of each wheel's travel in one reading [m^2]."""
+        ppr = params.counts_per_turn
         left, right = (
             reading_variance(m_per_pulse, params.encoder.pulse_variance(counts))
-            for m_per_pulse, counts in zip(self._m_per_pulse, (self._ppr.left, self._ppr.right))
+            for m_per_pulse, counts in zip(self._m_per_pulse, (ppr.left, ppr.right))
         )
         return left, right

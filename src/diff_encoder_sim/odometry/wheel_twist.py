@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import math
 from typing import NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
@@ -43,8 +42,7 @@ class TwistEstimator:
 
     def __init__(self, params: OdometryParams) -> None:
         self._params, self._radius_m = params, 0.5 * params.wheel_diameter
-        ppr = params.counts_per_turn
-        self._m_per_pulse = math.pi * params.wheel_diameter / ppr.left, math.pi * params.wheel_diameter / ppr.right
+        self._m_per_pulse = params.m_per_pulse
         self._edge_variance, self._wave_variance = params.encoder.edge_variance, params.encoder.speed_variance
         self._tick_s = 1.0 / params.velocity_clock
         self.reset()
