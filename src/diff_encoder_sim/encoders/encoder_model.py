@@ -152,6 +152,12 @@ class EncoderModel(Params):
         counts = self.counts_per_shaft_turn
         return None if counts is None else counts * self.shaft_turns_per_wheel_turn
 
+    def of_wheel(self, side: str) -> EncoderModel:
+        """Return the encoder of the `left` or the `right` wheel, of which only one may have the faults."""
+        if self.faults.wheel in ('both', side):
+            return self
+        return self.model_copy(update={'faults': NO_FAULTS})
+
     @property
     def edges_per_count(self) -> int:
         """Return how many of the sensor's edges a count takes."""

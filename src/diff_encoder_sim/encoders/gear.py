@@ -33,7 +33,7 @@ class Gear:
     def __init__(self, ratio: float, backlash_rad: float, rng: np.random.Generator) -> None:
         """Draw where in the play the gear begins."""
         self._ratio, self._backlash_rad = ratio, backlash_rad
-        self._begins = rng.uniform(-0.5, 0.5) * backlash_rad
+        self.begins_rad: float = rng.uniform(-0.5, 0.5) * backlash_rad  # the wheel's angle less that of its play
         self._play: Optional[Play] = None
 
     def shaft_angle_rad(self, wheel_angle_rad: float) -> float:
@@ -41,5 +41,5 @@ class Gear:
         if not self._backlash_rad:
             return self._ratio * wheel_angle_rad
         if self._play is None:
-            self._play = Play(self._backlash_rad, wheel_angle_rad + self._begins)
+            self._play = Play(self._backlash_rad, wheel_angle_rad + self.begins_rad)
         return self._ratio * (2.0 * wheel_angle_rad - self._play.follow(wheel_angle_rad))

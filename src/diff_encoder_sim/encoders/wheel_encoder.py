@@ -18,13 +18,7 @@ from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step
 from diff_encoder_sim.base.typed_params import Params, did_you_mean, not_allowed
 from diff_encoder_sim.encoders.counter import CounterModulus, wrap_count
 from diff_encoder_sim.encoders.counting_wheel import CountingWheel, IdealWheel
-from diff_encoder_sim.encoders.encoder_model import (
-    IDEAL_ENCODER,
-    MOST_COUNTS_PER_TURN,
-    NO_FAULTS,
-    EncoderModel,
-    counts_per_turn,
-)
+from diff_encoder_sim.encoders.encoder_model import IDEAL_ENCODER, MOST_COUNTS_PER_TURN, EncoderModel, counts_per_turn
 from diff_encoder_sim.encoders.encoder_sample import EncoderSample
 from diff_encoder_sim.encoders.pulses import DEFAULT_PPR, PerWheel, PulsesPerRevolution
 from diff_encoder_sim.encoders.report_link import LATE_REPORT_TOLERANCE_NS, PROMPT, ReportLink, ReportParams
@@ -132,11 +126,9 @@ class DiffEncoder:
 
     def _wheel(self, side: str, ppr: float) -> Union[IdealWheel, CountingWheel]:
         params = self.params
-        model = params.encoder
+        model = params.encoder.of_wheel(side)
         if model == IDEAL_ENCODER and params.velocity_method == 'M':
             return IdealWheel(ppr)
-        if model.faults.wheel not in ('both', side):
-            model = model.model_copy(update={'faults': NO_FAULTS})
         rate = None
         if params.velocity_method != 'M':
             rate = WheelRate(params.velocity_method, 2.0 * math.pi / ppr, params.velocity_clock)

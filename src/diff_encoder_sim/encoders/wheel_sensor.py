@@ -23,9 +23,10 @@ class WheelSensor:
             rng: of this wheel.
         """
         self._edges_per_turn = counts_per_turn * model.edges_per_count
-        self._waves = list(zip(model.waves, rng.uniform(0.0, 2.0 * math.pi, 3).tolist()))  # with their phases [rad]
-        offsets = _edge_offsets(model, round(counts_per_turn), rng)
-        self._offsets: Optional[List[float]] = None if offsets is None else _in_order(offsets).tolist()
+        self.wave_phases_rad: List[float] = rng.uniform(0.0, 2.0 * math.pi, 3).tolist()
+        self._waves = list(zip(model.waves, self.wave_phases_rad))
+        self.edge_offsets = _edge_offsets(model, round(counts_per_turn), rng)
+        self._offsets: Optional[List[float]] = None if self.edge_offsets is None else self.edge_offsets.tolist()
         self._noise, self._rng = model.noise, rng
         self._hysteresis = model.hysteresis * model.edges_per_count
         self._play: Optional[Play] = None
@@ -62,7 +63,7 @@ class WheelSensor:
 
 
 def _edge_offsets(model: EncoderModel, counts: int, rng: np.random.Generator) -> Optional[np.ndarray]:
-    """Return (n,) how far each edge of a turn is from its place, in edges; None where all are in theirs."""
+    """Return (n,) how far each edge of a turn is from its place, in edges, in order; None where all are in theirs."""
     pattern = model.edge_pattern()
     if not model.has_uneven_edges:
         return None
@@ -77,7 +78,7 @@ def _edge_offsets(model: EncoderModel, counts: int, rng: np.random.Generator) ->
     errors = rng.normal(0.0, model.edge_error * model.edges_per_count, counts)
     # Edges between those that are counted are moved in proportion, so that they stay in their order.
     offsets += np.interp(edges / model.edges_per_count, np.arange(counts + 1), np.append(errors, errors[0]))
-    return offsets
+    return _in_order(offsets)
 
 
 def _in_order(offsets: np.ndarray) -> np.ndarray:
