@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import List, Optional, Sequence
+from typing import Optional, Sequence
 
 import numpy as np
 
@@ -33,8 +33,7 @@ def drawn_counts(
         (draws, n) counts; whole numbers as floats.
     """
     if model == IDEAL_ENCODER:
-        ideal: np.ndarray = np.floor(angles_rad * (ppr / (2.0 * math.pi)))
-        return ideal - ideal[:, :1]
+        return _since_the_first(np.floor(angles_rad * (ppr / (2.0 * math.pi))))
     gears = [Gear(model.shaft_turns_per_wheel_turn, model.backlash, rng) for rng in rngs]
     sensors = [WheelSensor(model, ppr / model.shaft_turns_per_wheel_turn, rng) for rng in rngs]
     places = _places(model, ppr, _shaft_angles(model, gears, angles_rad), sensors)
@@ -47,7 +46,13 @@ def drawn_counts(
         steps = _faulty(model.faults, steps, times_s, rngs[0])
     counts = np.zeros(angles_rad.shape)
     np.cumsum(steps, axis=1, out=counts[:, 1:])
-    return np.rint(counts)
+    rounded: np.ndarray = np.rint(counts)
+    return rounded
+
+
+def _since_the_first(counts: np.ndarray) -> np.ndarray:
+    since: np.ndarray = counts - counts[:, :1]
+    return since
 
 
 def _shaft_angles(model: EncoderModel, gears: Sequence[Gear], angles_rad: np.ndarray) -> np.ndarray:
@@ -55,7 +60,8 @@ def _shaft_angles(model: EncoderModel, gears: Sequence[Gear], angles_rad: np.nda
     if not model.backlash:
         return ratio * angles_rad
     begins = angles_rad[:, 0] + [gear.begins_rad for gear in gears]
-    return ratio * (2.0 * angles_rad - _followed(model.backlash, begins, angles_rad))
+    shaft_rad: np.ndarray = ratio * (2.0 * angles_rad - _followed(model.backlash, begins, angles_rad))
+    return shaft_rad
 
 
 def _places(model: EncoderModel, ppr: float, shaft_rad: np.ndarray, sensors: Sequence[WheelSensor]) -> np.ndarray:
@@ -83,19 +89,21 @@ def _followed(gap: float, begins: np.ndarray, inputs: np.ndarray) -> np.ndarray:
 
 def _states(places: np.ndarray, sensors: Sequence[WheelSensor]) -> np.ndarray:
     """Return the last edge at or before each place, turning forward."""
-    states = np.floor(places).astype(np.int64)
+    states: np.ndarray = np.floor(places).astype(np.int64)
     offsets = _offsets(sensors)
     if offsets is None:
         return states
-
-    def place_of_edge(edges: np.ndarray) -> np.ndarray:
-        return edges + np.take_along_axis(offsets, edges % offsets.shape[1], axis=1)
-
     while True:
-        moved = (places >= place_of_edge(states + 1)).astype(np.int64) - (places < place_of_edge(states))
-        if not moved.any():
+        is_before = places < _places_of(states, offsets)
+        is_beyond = places >= _places_of(states + 1, offsets)
+        if not (is_before.any() or is_beyond.any()):
             return states
-        states += moved
+        states += is_beyond.astype(np.int64) - is_before
+
+
+def _places_of(edges: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+    places: np.ndarray = edges + np.take_along_axis(offsets, edges % offsets.shape[1], axis=1)
+    return places
 
 
 def _offsets(sensors: Sequence[WheelSensor]) -> Optional[np.ndarray]:
@@ -106,10 +114,10 @@ def _offsets(sensors: Sequence[WheelSensor]) -> Optional[np.ndarray]:
 def _steps(model: EncoderModel, states: np.ndarray, times_s: np.ndarray) -> np.ndarray:
     """Return (draws, n - 1) what a decoder counts between samples."""
     faults = model.faults
-    steps = np.diff(_counts(counts_of_states(model, False, faults.wiring), states), axis=1)
+    steps: np.ndarray = np.diff(_counts(counts_of_states(model, False, faults.wiring), states), axis=1)
     if faults.dead_channel != 'none':
         faulty = np.diff(_counts(counts_of_states(model, True, faults.wiring), states), axis=1)
-        steps = np.where(_is_dead(faults, times_s[1:]), faulty, steps)
+        steps = np.where(_is_dead(faults, times_s)[1:], faulty, steps)
     return steps
 
 
@@ -148,9 +156,10 @@ def _hits(fraction: float, burst: float, numbers: np.ndarray, rng: np.random.Gen
     """Draw how many of each number of counts are hit, in bursts of geometric lengths."""
     if not fraction:
         return np.zeros_like(numbers)
-    begun = rng.binomial(numbers, fraction / burst)
+    begun: np.ndarray = rng.binomial(numbers, fraction / burst)
     if burst == 1.0:
         return begun
     longer = np.zeros_like(begun)
     longer[begun > 0] = rng.negative_binomial(begun[begun > 0], 1.0 / burst)
-    return np.minimum(begun + longer, numbers)
+    hits: np.ndarray = np.minimum(begun + longer, numbers)
+    return hits

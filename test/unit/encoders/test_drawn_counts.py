@@ -67,7 +67,7 @@ def evenly(draws, turns=40.0, samples=400):
 
 
 @pytest.mark.parametrize('burst', [1.0, 8.0])
-@pytest.mark.parametrize('fault, sign', [('missed', -1), ('extra', 1)])
+@pytest.mark.parametrize(('fault', 'sign'), [('missed', -1), ('extra', 1)])
 def test_counts_are_missed_and_added_as_often_as_asked_for_and_as_unevenly(fault, sign, burst):
     draws, p, ppr = 400, 0.02, 500.0
     model = EncoderModel.model_validate({'faults': {fault: p, f'{fault}_burst': burst}})
