@@ -32,7 +32,7 @@ MAY_IMPORT = {
     'reencoding': 'base encoders odometry trials evaluation serialization recording',
     'campaign': 'base robots encoders mapping simulation trials recording lockstep',
     'analysis': 'base odometry mapping trials evaluation recording campaign',
-    'advice': 'base trials evaluation analysis',
+    'advice': 'base robots encoders odometry simulation navigation trials evaluation lockstep campaign analysis',
     'cli': (
         'base robots encoders odometry mapping simulation slam trials evaluation recording lockstep '
         'reencoding campaign analysis advice '

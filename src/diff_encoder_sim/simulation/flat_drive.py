@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import Dict, NamedTuple, Tuple
+from typing import Callable, Dict, List, NamedTuple, Tuple
 
 import numpy as np
 
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, wrap_angle, yaw_from_quat_xyzw
 from diff_encoder_sim.robots.simulated_robot import SimulatedRobot
 from diff_encoder_sim.simulation.drive import DriveController, DriveParams
-from diff_encoder_sim.simulation.periods import TICK_NS, TICK_S
+from diff_encoder_sim.simulation.periods import STATES_PERIOD_S, TICK_NS, TICK_S
 from diff_encoder_sim.simulation.physics import BulletPhysics, PhysicsParams
 from diff_encoder_sim.simulation.world import Model, Plane, Solid, World
 
@@ -33,6 +33,15 @@ class FlatDrive(NamedTuple):
     pitches_rad: Tuple[float, float]  # lowest and highest; positive is nose down
     speed: float  # commanded, signed [m/s], of a turn in place [rad/s]
     reached: float  # fraction of the commanded wheel speed at the end of the ramp
+
+
+class RolledDrive(NamedTuple):
+    """What wheels rolled on a drive, and where that ended."""
+
+    times_s: np.ndarray  # (n,) of each tick, since the start
+    ways_m: np.ndarray  # (n, 2) of the left and of the right wheel's rim since the start
+    separation_m: float  # between the wheels' contact points
+    end: Pose2D  # true one of the axle's middle, as seen from where it began
 
 
 class FlatFloor:
@@ -65,6 +74,23 @@ class FlatFloor:
         angular_radps = math.copysign(min(abs(speed_mps) / self._half_separation_m, limit_radps), speed_mps)
         cruise_s = _WAY_M / (abs(angular_radps) * self._half_separation_m)
         return self.drive(0.0, angular_radps, min(cruise_s, _LONGEST_CRUISE_S))
+
+    def follow(self, command_at: Callable[[float], Tuple[float, float]], duration_s: float) -> RolledDrive:
+        """Drive by commands, linear [m/s] and angular [rad/s], of the time since the start [s].
+
+        Each holds for STATES_PERIOD_S, in which the true pose of a trial is sampled.
+        """
+        start, start_rad = self._axle_pose(), np.array(self.physics.wheels().angles_rad)
+        angles_rad: List[Tuple[float, float]] = [self.physics.wheels().angles_rad]
+        ticks = round(STATES_PERIOD_S / TICK_S)
+        for index in range(math.ceil(duration_s / TICK_S)):
+            if index % ticks == 0:
+                self._controller.command(self._now_ns, *command_at(index * TICK_S))
+            self._tick()
+            angles_rad.append(self.physics.wheels().angles_rad)
+        ways_m = (np.array(angles_rad) - start_rad) * self._wheels[:2]
+        end = self._axle_pose().relative_to(start)
+        return RolledDrive(TICK_S * np.arange(len(ways_m)), ways_m, self._wheels.separation_m, end)
 
     def rest(self) -> Dict[str, float]:
         """Stand still, and return the fraction of the weight on each of PyBullet's links that touches the floor."""

@@ -82,7 +82,8 @@ class Simulator:
         self.params = params
         self.world = load_world(world_file)
         source = robot if isinstance(robot, RobotSource) else RobotSource(Path(robot))
-        self._robot = load_simulated_robot(source, params.choices(), params.wheel_errors.geometry())
+        geometry = params.wheel_errors.geometry(generator(seed, 'wheel_geometry'))
+        self._robot = load_simulated_robot(source, params.choices(), geometry)
         description = self._robot.description
         laser_pose = _laser_pose_in_root(description)
         self.laser_pose_in_base = _in_plane(laser_pose)

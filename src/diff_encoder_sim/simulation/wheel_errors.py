@@ -14,6 +14,7 @@ from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.robots.simulated_robot import GeometryErrors
 
 GeometryError = Annotated[float, Between(-0.5, 0.5)]
+Spread = Annotated[float, Between(0.0, 0.1)]
 Slip = Annotated[float, Between(0.0, 0.999)]
 
 
@@ -23,13 +24,23 @@ class WheelErrorParams(Params):
     left_radius_error: GeometryError = Field(0.0, description='true against nominal radius, relative')
     right_radius_error: GeometryError = Field(0.0, description='true against nominal radius, relative')
     wheel_separation_error: GeometryError = Field(0.0, description='true against nominal separation, relative')
+    radius_spread: Spread = Field(
+        0.0, description="standard deviation of each wheel's radius from robot to robot, relative; drawn by the seed"
+    )
+    wheel_separation_spread: Spread = Field(0.0, description='likewise of the separation')
     left_slip: Slip = Field(0.0, description='fraction of the rolled distance that is lost')
     right_slip: Slip = Field(0.0, description='fraction of the rolled distance that is lost')
     slip_noise: TravelVariance_m = Field(0.0, description="variance of a wheel's lost travel per metre of it [m^2/m]")
 
-    def geometry(self) -> GeometryErrors:
-        """Return the errors that make another robot, as those of slip do not."""
-        return GeometryErrors(self.left_radius_error, self.right_radius_error, self.wheel_separation_error)
+    def geometry(self, rng: np.random.Generator) -> GeometryErrors:
+        """Draw the errors that make another robot, as those of slip do not."""
+        means = self.left_radius_error, self.right_radius_error, self.wheel_separation_error
+        spreads = self.radius_spread, self.radius_spread, self.wheel_separation_spread
+        drawn = (
+            (1.0 + mean) * (1.0 + spread * normal) - 1.0 if spread else mean
+            for mean, spread, normal in zip(means, spreads, rng.standard_normal(3).tolist())
+        )
+        return GeometryErrors(*drawn)
 
 
 class SlippingWheels:

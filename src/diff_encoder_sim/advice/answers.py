@@ -1,0 +1,109 @@
+"""The three kinds of answers to "which encoder?", for odometry, for the pose estimate and for the true pose."""
+
+from __future__ import annotations
+
+import enum
+import math
+from typing import NamedTuple, Optional, Sequence, Tuple
+
+from diff_encoder_sim.advice.budget import AXES
+
+
+class Question(enum.Enum):
+    """What is to be within the tolerance; the value is its name in JSON."""
+
+    ODOMETRY = 'odometry'
+    POSE_ESTIMATE = 'pose_estimate'
+    TRUTH = 'truth'
+
+    @property
+    def text(self) -> str:
+        """Return what tables call it."""
+        return {
+            Question.ODOMETRY: 'odometry at the true pose',
+            Question.POSE_ESTIMATE: 'pose estimate at the goal',
+            Question.TRUTH: 'true pose at the goal',
+        }[self]
+
+
+class Kind(enum.Enum):
+    """The value is its name in JSON."""
+
+    FROM = 'from'
+    NOT_THE_LIMIT = 'not_the_limit'
+    UNDECIDED = 'undecided'
+
+
+class Limit(NamedTuple):
+    """Something else than the encoder that takes too much of a tolerance by itself."""
+
+    cause: str
+    test: str
+    axis: int  # of AXES
+    error: float  # which the required share of trials does not exceed by this cause alone: [m] or [rad]
+    tolerance: float
+    reduced_to: float  # the same error, if there were less of the cause
+
+    def __str__(self) -> str:
+        return f'{self.cause} ({_of(self.error, self.tolerance, self.axis)} {AXES[self.axis]}, {self.test})'
+
+    @property
+    def reduced(self) -> str:
+        """Return the smaller error in words."""
+        return f'{self.cause} at {_in_words(self.reduced_to, self.axis)}'
+
+
+class Answer(NamedTuple):
+    """An answer. Counts are per revolution of the wheel."""
+
+    question: Question
+    kind: Kind
+    counts: Optional[float] = None  # from which on the requirement is met; of the other kinds with the limits reduced
+    interval: Tuple[Optional[float], Optional[float]] = (None, None)  # not enough, or unknown; enough for certain
+    encoder: str = ''  # label of the candidate with these counts
+    limits: Sequence[Limit] = ()
+    more_trials: Optional[int] = None  # of each test, that would decide
+    note: str = ''
+
+    def __str__(self) -> str:
+        if self.kind is Kind.FROM:
+            return f'from {_counts(self.counts)} counts per revolution on{self._interval()}{self._note()}'
+        if self.kind is Kind.NOT_THE_LIMIT:
+            return f'the encoder is not the limit: {self._limits()}{self._with_less()}{self._note()}'
+        trials = (
+            'no number of trials that is reasonable' if self.more_trials is None else f'{self.more_trials} more trials'
+        )
+        return f'undecided: {trials} of each test would decide{self._note()}'
+
+    def _interval(self) -> str:
+        low, high = self.interval
+        if low is None:
+            return ''
+        return f' (between {_counts(low)} and {_counts(high)})' if low != high else ''
+
+    def _limits(self) -> str:
+        return ' and '.join(map(str, self.limits)) or 'no cause by itself'
+
+    def _with_less(self) -> str:
+        if not self.limits:
+            return ''
+        less = ' and '.join(limit.reduced for limit in self.limits)
+        return f'; with {less} {f"from {_counts(self.counts)} counts on" if self.counts else "it is still not"}'
+
+    def _note(self) -> str:
+        return f'; {self.note}' if self.note else ''
+
+
+def _counts(counts: Optional[float]) -> str:
+    return '-' if counts is None else f'{counts:.6g}'
+
+
+def _of(error: float, tolerance: float, axis: int) -> str:
+    """Return `47 of 50 mm`."""
+    if AXES[axis] == 'heading':
+        return f'{math.degrees(error):.2g} of {math.degrees(tolerance):g} degrees'
+    return f'{1e3 * error:.3g} of {1e3 * tolerance:g} mm'
+
+
+def _in_words(error: float, axis: int) -> str:
+    return f'{math.degrees(error):.2g} degrees' if AXES[axis] == 'heading' else f'{1e3 * error:.2g} mm'

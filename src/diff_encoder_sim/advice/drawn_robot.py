@@ -1,0 +1,95 @@
+"""What of a robot its odometry depends on: true wheels, slip, and the geometry that odometry assumes."""
+
+from __future__ import annotations
+
+import enum
+import math
+from typing import Mapping, NamedTuple
+
+import numpy as np
+
+from diff_encoder_sim.lockstep.robot_params import RobotParams
+from diff_encoder_sim.lockstep.stopping import spread_with
+from diff_encoder_sim.navigation.stop_spread import StopSpread
+from diff_encoder_sim.odometry.odometry_params import OdometryParams
+from diff_encoder_sim.robots.physics_urdf import TrueWheels
+from diff_encoder_sim.robots.robot_source import RobotSource
+from diff_encoder_sim.robots.simulated_robot import load_simulated_robot
+from diff_encoder_sim.simulation.wheel_errors import WheelErrorParams
+
+
+class WheelCause(enum.Enum):
+    """What makes wheels turn otherwise than odometry takes them to."""
+
+    RADIUS = 'wheel radius'
+    SEPARATION = 'wheel separation'
+    SLIP = 'wheel slip'
+
+
+# How much of each cause there is: 1 is all of it, 0, which may be left out, none.
+Amounts = Mapping[WheelCause, float]
+ALL_CAUSES: Amounts = dict.fromkeys(WheelCause, 1.0)
+
+
+class DrawnWheels(NamedTuple):
+    """True wheels of many robots: (draws, 1) each."""
+
+    left_radius_m: np.ndarray
+    right_radius_m: np.ndarray
+    separation_m: np.ndarray
+
+
+class DrawnRobot(NamedTuple):
+    """A robot of which many are drawn, where its wheels differ from robot to robot."""
+
+    sound: TrueWheels  # without errors
+    errors: WheelErrorParams
+    odometry: OdometryParams
+    axle_x_m: float  # true place of the axle ahead of the base
+    stop: StopSpread
+
+    def wheels(self, amounts: Amounts, rng: np.random.Generator, draws: int) -> DrawnWheels:
+        """Draw true wheels; without a cause they are as odometry assumes them."""
+        errors, normals = self.errors, rng.standard_normal((3, draws, 1))
+        radius, separation = amounts.get(WheelCause.RADIUS, 0.0), amounts.get(WheelCause.SEPARATION, 0.0)
+        radius_m, separation_m = 0.5 * self.odometry.wheel_diameter, self.odometry.wheel_separation
+        means, spread = self._mean_wheels(), errors.radius_spread
+        return DrawnWheels(
+            radius_m + radius * (means.left_radius_m * (1.0 + spread * normals[0]) - radius_m),
+            radius_m + radius * (means.right_radius_m * (1.0 + spread * normals[1]) - radius_m),
+            separation_m
+            + separation * (means.separation_m * (1.0 + errors.wheel_separation_spread * normals[2]) - separation_m),
+        )
+
+    def has(self, cause: WheelCause) -> bool:
+        """Return whether a robot has an error."""
+        errors, odometry, means = self.errors, self.odometry, self._mean_wheels()
+        if cause is WheelCause.SLIP:
+            return bool(errors.left_slip or errors.right_slip or errors.slip_noise)
+        if cause is WheelCause.SEPARATION:
+            return bool(errors.wheel_separation_spread) or not _equal(means.separation_m, odometry.wheel_separation)
+        is_off = not all(_equal(2.0 * radius_m, odometry.wheel_diameter) for radius_m in means[:2])
+        return is_off or bool(errors.radius_spread)
+
+    def _mean_wheels(self) -> TrueWheels:
+        errors, sound = self.errors, self.sound
+        return TrueWheels(
+            sound.left_radius_m * (1.0 + errors.left_radius_error),
+            sound.right_radius_m * (1.0 + errors.right_radius_error),
+            sound.separation_m * (1.0 + errors.wheel_separation_error),
+        )
+
+
+def drawn_robot(source: RobotSource, params: RobotParams) -> DrawnRobot:
+    """Read a robot.
+
+    Raises:
+        ConfigError: its description is bad.
+    """
+    robot = load_simulated_robot(source, params.simulator.choices())
+    stop = spread_with(params, params.encoder.counts_per_turn)
+    return DrawnRobot(robot.wheels, params.simulator.wheel_errors, params.odometry, robot.description.axle_x_m, stop)
+
+
+def _equal(one_m: float, other_m: float) -> bool:
+    return math.isclose(one_m, other_m, rel_tol=1e-9)

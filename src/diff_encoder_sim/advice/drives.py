@@ -1,0 +1,100 @@
+"""One drive of each test: what the wheels of a robot without errors roll, and where the robot truly ends."""
+
+from __future__ import annotations
+
+from typing import List, NamedTuple, Sequence
+
+import numpy as np
+
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.lockstep.lockstep_trial import LockstepTrial
+from diff_encoder_sim.lockstep.publications import Publications
+from diff_encoder_sim.lockstep.robot_params import RobotParams
+from diff_encoder_sim.robots.robot_source import RobotSource
+from diff_encoder_sim.robots.simulated_robot import SimulatedRobot, load_simulated_robot
+from diff_encoder_sim.simulation.flat_drive import FlatFloor, RolledDrive
+from diff_encoder_sim.simulation.periods import TICK_S
+from diff_encoder_sim.simulation.state import JointStates
+from diff_encoder_sim.simulation.wheel_errors import WheelErrorParams
+from diff_encoder_sim.trials.scripted_drive import SETTLING_S, ScriptedDrive
+from diff_encoder_sim.trials.test_definition import Segment, TestDefinition
+from diff_encoder_sim.trials.trial_definition import TrialPlan
+from diff_encoder_sim.trials.trial_outcome import Outcome
+
+# A navigated drive needs an encoder: the finest there is.
+FINEST_PPR = 65536.0
+
+
+class Drive(NamedTuple):
+    """A drive from a start to a goal."""
+
+    test: str
+    start_in_map: Pose2D
+    goal_in_map: Pose2D
+    rolled: RolledDrive
+
+    @property
+    def length_m(self) -> float:
+        """Return the length of the way of the axle's middle."""
+        return float(np.abs(np.diff(self.rolled.ways_m.mean(axis=1))).sum())
+
+
+def straight_test(distance_m: float, like: TestDefinition) -> TestDefinition:
+    """Return a test that is a straight line, at the speeds of another."""
+    return like.model_copy(
+        update={'name': f'{distance_m:g} m straight', 'drive': [Segment(straight=distance_m)], 'route': []}
+    )
+
+
+def scripted(test: TestDefinition, robot: RobotSource, params: RobotParams) -> Drive:
+    """Drive a test's velocity profiles on a floor without walls.
+
+    Raises:
+        ConfigError: the robot's description is bad.
+    """
+    script, simulator = ScriptedDrive(test), params.simulator
+    floor = FlatFloor(load_simulated_robot(robot, simulator.choices()), simulator.drive, simulator.physics)
+    try:
+        rolled = floor.follow(script.command_at, script.duration_s + SETTLING_S)
+    finally:
+        floor.close()
+    return Drive(test.name, test.start.pose(), test.drive_end(), rolled)
+
+
+def navigated(plan: TrialPlan, robot: RobotSource, params: RobotParams) -> Drive:
+    """Navigate a test's route with a fine encoder.
+
+    Raises:
+        ConfigError: a file is bad, or the robot did not come to its goal.
+    """
+    sound = params.simulator.model_copy(update={'wheel_errors': WheelErrorParams()})
+    fine = plan.trial.model_copy(update={'ppr': {'left': FINEST_PPR, 'right': FINEST_PPR}})
+    recorder = _Wheels()
+    trial = LockstepTrial(
+        plan.model_copy(update={'trial': fine, 'bag': ''}), robot.file, params._replace(simulator=sound), recorder
+    )
+    for _ in trial.run():
+        pass
+    if trial.ending.outcome is not Outcome.SUCCEEDED:
+        raise ConfigError(f'{plan.trial.test.name}: the robot does not come to its goal: {trial.ending.reason}')
+    start, goal = plan.trial.test.start.pose(), plan.trial.goal()
+    simulated = load_simulated_robot(robot, sound.choices())
+    return Drive(plan.trial.test.name, start, goal, recorder.rolled(simulated, start, trial.true_pose_in_map))
+
+
+class _Wheels(Publications):
+    """Keeps the angles of the joints."""
+
+    def __init__(self) -> None:
+        self._angles_rad: List[Sequence[float]] = []
+
+    def joint_states(self, joints: JointStates) -> None:
+        self._angles_rad.append(joints.angles_rad)
+
+    def rolled(self, robot: SimulatedRobot, start: Pose2D, end: Pose2D) -> RolledDrive:
+        angles_rad = np.array(self._angles_rad) * robot.forward_signs
+        ways_m = (angles_rad - angles_rad[0]) * robot.wheels[:2]
+        axle = Pose2D(robot.description.axle_x_m, 0.0, 0.0)
+        true_end = end.compose(axle).relative_to(start.compose(axle))
+        return RolledDrive(TICK_S * np.arange(len(ways_m)), ways_m, robot.wheels.separation_m, true_end)

@@ -1,0 +1,39 @@
+"""What takes too much of a tolerance, whatever the encoder."""
+
+from __future__ import annotations
+
+from typing import List, Mapping
+
+import numpy as np
+
+from diff_encoder_sim.advice.answers import Limit
+from diff_encoder_sim.advice.requirement import Requirement
+
+# A cause that takes more of the tolerance than this leaves too little for the others.
+MOST_BY_ONE_CAUSE = 0.5
+
+
+def limits(alone: Mapping[str, Mapping[str, np.ndarray]], requirement: Requirement) -> List[Limit]:
+    """Return the causes that are limits, the worst first, each where it is worst.
+
+    Args:
+        alone: by cause and test, (n, 3) errors by the axes of budgets that the cause makes by itself.
+        requirement: whose share of the trials is looked at.
+    """
+    found = [limit for cause, of_tests in alone.items() for limit in [_worst(cause, of_tests, requirement)]]
+    return sorted(
+        (limit for limit in found if limit.error > limit.reduced_to), key=lambda limit: -limit.error / limit.tolerance
+    )
+
+
+def _worst(cause: str, of_tests: Mapping[str, np.ndarray], requirement: Requirement) -> Limit:
+    every = [
+        Limit(
+            cause, test, axis, float(error), float(tolerance), min(float(error), MOST_BY_ONE_CAUSE * float(tolerance))
+        )
+        for test, errors in of_tests.items()
+        for axis, (error, tolerance) in enumerate(
+            zip(np.quantile(np.abs(errors), requirement.share, axis=0), requirement.tolerances)
+        )
+    ]
+    return max(every, key=lambda limit: limit.error / limit.tolerance)

@@ -1,0 +1,131 @@
+"""Odometry's error at the goal over the whole range of encoders, and from how many counts on it is small enough."""
+
+from __future__ import annotations
+
+import math
+from typing import Callable, Dict, List, NamedTuple, Optional, Sequence
+
+import numpy as np
+
+from diff_encoder_sim.advice.drawn_robot import ALL_CAUSES, Amounts
+from diff_encoder_sim.advice.drive_draws import DriveDraws
+from diff_encoder_sim.advice.requirement import Requirement
+from diff_encoder_sim.encoders.encoder_model import EncoderModel
+from diff_encoder_sim.encoders.pulses import PerWheel
+from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
+from diff_encoder_sim.evaluation.sample_statistics import Interval, wilson
+
+# The range of the curve, in counts per revolution of the wheel.
+FEWEST_COUNTS, MOST_COUNTS, PER_OCTAVE = 8.0, 65536.0, 4
+
+DRAWS = 1000
+# Where the curve crosses what is asked for, it is drawn more finely and more often.
+FINE_POINTS, FINE_DRAWS = 10, 8000
+
+
+class Curve(NamedTuple):
+    """Of one test: final errors, (draws, 3) odometry minus truth in the axes of the map: [m], [m], [rad]."""
+
+    draws: DriveDraws
+    errors: Dict[float, np.ndarray]  # by counts per revolution
+    without_steps: np.ndarray  # with an encoder of endless resolution
+
+    @property
+    def test(self) -> str:
+        """Return the name of the test."""
+        return self.draws.drive.test
+
+
+class SmallestCounts(NamedTuple):
+    """From how many counts per revolution on a requirement is met."""
+
+    counts: float
+    interval: Interval  # as the number of draws leaves it
+
+
+class OdometryCurves:
+    """The curves of a robot's tests."""
+
+    def __init__(self, tests: Sequence[DriveDraws], params: EncoderParams, amounts: Amounts = ALL_CAUSES) -> None:
+        """Draw them.
+
+        Args:
+            tests: a drive of each.
+            params: of the robot's encoder, but for its counts.
+            amounts: of what else there is.
+        """
+        self._params, self._amounts = params, amounts
+        counts = self._between(FEWEST_COUNTS, MOST_COUNTS, round(PER_OCTAVE * math.log2(MOST_COUNTS / FEWEST_COUNTS)))
+        encoders = [*map(self.encoder, counts), None]
+        self.curves: List[Curve] = []
+        for draws in tests:
+            *errors, without_steps = draws.errors(encoders, DRAWS, amounts)
+            self.curves.append(Curve(draws, dict(zip(counts, errors)), without_steps))
+
+    def encoder(self, counts: float) -> EncoderParams:
+        """Return the robot's encoder with other counts per revolution."""
+        return self._params.model_copy(update={'ppr': PerWheel(left=counts, right=counts)})
+
+    @property
+    def counts(self) -> List[float]:
+        """Return the counts per revolution that were drawn, ascending."""
+        return sorted(self.curves[0].errors)
+
+    def share(self, counts: float, requirement: Requirement) -> Interval:
+        """Return the interval of the share of trials within the tolerance, in the test where it is smallest."""
+        return min(share_within(curve.errors[counts], requirement) for curve in self.curves)
+
+    def share_without_steps(self, requirement: Requirement) -> Interval:
+        """Return the same with an encoder of endless resolution."""
+        return min(share_within(curve.without_steps, requirement) for curve in self.curves)
+
+    def smallest(self, requirement: Requirement) -> Optional[SmallestCounts]:
+        """Return from how many counts on the requirement is met; None where not even the most meet it."""
+        roughly = self._smallest(requirement)
+        if roughly is None:
+            return None
+        before = self.counts[max(0, self.counts.index(roughly.interval.low) - 1)]
+        between = self._between(before, roughly.interval.high, FINE_POINTS)
+        for curve in self.curves:
+            is_met = share_within(curve.errors[before], requirement).low >= requirement.share
+            errors = curve.draws.errors(
+                [self.encoder(each) for each in between], DRAWS if is_met else FINE_DRAWS, self._amounts
+            )
+            curve.errors.update(zip(between, errors))
+        return self._smallest(requirement)
+
+    def _smallest(self, requirement: Requirement) -> Optional[SmallestCounts]:
+        shares = {counts: self.share(counts, requirement) for counts in self.counts}
+        certain = _first_from_which_on(lambda counts: shares[counts].low >= requirement.share, self.counts)
+        likely = _first_from_which_on(lambda counts: sum(shares[counts]) / 2.0 >= requirement.share, self.counts)
+        possible = _first_from_which_on(lambda counts: shares[counts].high >= requirement.share, self.counts)
+        if certain is None or likely is None or possible is None:
+            return None
+        return SmallestCounts(likely, Interval(possible, certain))
+
+    def _between(self, low: float, high: float, steps: int) -> List[float]:
+        return whole_counts(np.geomspace(low, high, steps + 1).tolist(), self._params.encoder)
+
+
+def share_within(errors: np.ndarray, requirement: Requirement) -> Interval:
+    """Return the interval of the share of all trials that (draws, 3) errors are a sample of."""
+    return wilson(int(requirement.within(errors).sum()), len(errors), requirement.confidence)
+
+
+def whole_counts(counts: Sequence[float], model: EncoderModel) -> List[float]:
+    """Return the nearest counts per revolution that an encoder can have, ascending, each once."""
+    step = model.counts_that_repeat * model.shaft_turns_per_wheel_turn
+    return sorted({step * max(1, round(each / step)) for each in counts})
+
+
+def _first_from_which_on(is_met: Callable[[float], bool], counts: Sequence[float]) -> Optional[float]:
+    """Return the smallest counts such that they and all larger ones meet it.
+
+    Where a drive ends after whole pulses, fewer counts may be better by chance of the test's length.
+    """
+    first = None
+    for each in reversed(counts):
+        if not is_met(each):
+            break
+        first = each
+    return first
