@@ -91,6 +91,15 @@ def load_robot_file(
     return RobotFile(source, params.ppr, dict(params.overrides), path.stem, str(path))
 
 
+def robot_names(config_folder: Path) -> List[str]:
+    """Return the names of the robots in config/robots."""
+    return _names_in(config_folder / 'robots')
+
+
+def _names_in(robots_folder: Path) -> List[str]:
+    return sorted(path.stem for path in robots_folder.glob('*.yaml'))
+
+
 def _tidy(path: Path) -> Path:
     """Return a path as people read it: a/b for a/c/../b."""
     return path.resolve() if '..' in path.parts else path
@@ -104,7 +113,7 @@ def _path_of(given: str, folder: Path, robots_folder: Path) -> Path:
     path = folder / Path(given).expanduser()
     if given and path.exists():
         return path
-    names = sorted(each.stem for each in robots_folder.glob('*.yaml'))
+    names = _names_in(robots_folder)
     raise RobotNotFound(
         f'robot: given {given!r}, but there is no {path}; allowed: {", ".join(names)}, '
         f'or a .yaml, .xacro or .urdf file{did_you_mean(given, names)}'

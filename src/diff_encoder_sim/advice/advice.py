@@ -1,0 +1,37 @@
+"""All that is found about which encoder a robot needs."""
+
+from __future__ import annotations
+
+from typing import Dict, List, NamedTuple, Optional, Sequence
+
+from diff_encoder_sim.advice.answers import Answer, Question
+from diff_encoder_sim.advice.budget import Budget
+from diff_encoder_sim.advice.evidence import Counts
+from diff_encoder_sim.advice.listed_encoders import ListedEncoder
+from diff_encoder_sim.advice.odometry_curve import OdometryCurves
+from diff_encoder_sim.advice.requirement import Requirement
+
+
+class TriedEncoder(NamedTuple):
+    """Closed-loop trials of one test with one encoder."""
+
+    test: str
+    label: str
+    counts: float  # per revolution of the wheel
+    within: Dict[Question, Counts]
+    truth: Optional[Budget]  # None where too few trials came to their goal
+
+
+class Advice(NamedTuple):
+    """What is known; without trials, of odometry alone."""
+
+    robot: str
+    own_counts: Optional[float]  # of the robot's own encoder, per revolution of the wheel
+    requirement: Requirement
+    candidates: Sequence[str]  # labels, from the coarsest to the finest
+    curves: OdometryCurves
+    closed_form: Dict[str, float]  # by test: from how many counts on, by quantisation alone
+    answers: Dict[Question, Answer]
+    budgets: Dict[str, Dict[float, Budget]]  # of odometry, by test and counts
+    tried: List[TriedEncoder]
+    encoders: List[ListedEncoder]

@@ -1,0 +1,126 @@
+"""The data of an advice's charts: rows of numbers and texts."""
+
+from __future__ import annotations
+
+from typing import Any, Dict, List
+
+import numpy as np
+
+from diff_encoder_sim.advice.advice import Advice
+from diff_encoder_sim.advice.advice_tables import DECIMALS, TO_SHOWN
+from diff_encoder_sim.advice.answers import Question
+from diff_encoder_sim.advice.budget import AXES, Budget
+from diff_encoder_sim.advice.evidence import share_interval
+from diff_encoder_sim.advice.requirement import along_goal
+
+UNITS = ('mm', 'mm', 'degrees')
+
+# A logarithmic axis has no zero [mm, degrees].
+SMALLEST_ERROR = 1e-4
+
+Rows = List[Dict[str, Any]]
+
+
+def chart_data(advice: Advice) -> Dict[str, Rows]:
+    """Return the rows by name."""
+    return {
+        'curves': _curve_rows(advice),
+        'errors': _error_rows(advice),
+        'trials': _trial_rows(advice),
+        'encoders': _encoder_rows(advice),
+        'budget': _budget_rows(advice),
+    }
+
+
+def _curve_rows(advice: Advice) -> Rows:
+    return [
+        {
+            'test': curve.test,
+            'question': Question.ODOMETRY.text,
+            'counts': counts,
+            'share': round(float(np.mean(advice.requirement.within(errors))), 4),
+        }
+        for curve in advice.curves.curves
+        for counts, errors in sorted(curve.errors.items())
+    ]
+
+
+def _error_rows(advice: Advice) -> Rows:
+    share = advice.requirement.share
+    lines = {'half': 0.5, f'{100.0 * share:g} %': share, '95 %': 0.95}
+    rows: Rows = []
+    for curve in advice.curves.curves:
+        for counts, errors in sorted(curve.errors.items()):
+            shown = np.abs(along_goal(errors, curve.draws.drive.goal_in_map)) * TO_SHOWN
+            for line, level in lines.items():
+                of_axes = np.maximum(np.quantile(shown, level, axis=0), SMALLEST_ERROR)
+                rows += [
+                    {'test': curve.test, 'counts': counts, 'line': line, 'axis': axis, 'error': float(f'{error:.4g}')}
+                    for axis, error in zip(AXES, of_axes)
+                ]
+    return rows
+
+
+def _trial_rows(advice: Advice) -> Rows:
+    rows = []
+    for tried in advice.tried:
+        for question, counts in tried.within.items():
+            interval = share_interval(counts, advice.requirement.confidence)
+            rows.append(
+                {
+                    'test': tried.test,
+                    'encoder': tried.label,
+                    'counts': tried.counts,
+                    'question': question.text,
+                    'share': round(counts.fraction, 4),
+                    'low': round(interval.low, 4),
+                    'high': round(interval.high, 4),
+                    'trials': f'{counts.within} of {counts.trials}',
+                }
+            )
+    return rows
+
+
+def _encoder_rows(advice: Advice) -> Rows:
+    return [
+        {
+            'encoder': encoder.name,
+            'counts': round(encoder.counts, 3),
+            'share': round(sum(encoder.share) / 2.0, 4),
+            'trials': f'{100.0 * encoder.share.low:.0f} to {100.0 * encoder.share.high:.0f} %',
+        }
+        for encoder in advice.encoders
+    ]
+
+
+def _budget_rows(advice: Advice) -> Rows:
+    rows = []
+    for test, budgets in advice.budgets.items():
+        for counts, budget in budgets.items():
+            rows += _bars(test, Question.ODOMETRY, f'{counts:g}', counts, budget)
+    for tried in advice.tried:
+        if tried.truth:
+            rows += _bars(tried.test, Question.TRUTH, tried.label, tried.counts, tried.truth)
+    return rows
+
+
+def _bars(test: str, question: Question, label: str, counts: float, budget: Budget) -> Rows:
+    """Return the bars of one encoder: parts of the root mean square, in proportion to the mean squares."""
+    named = {**budget.parts, 'rest': budget.rest}
+    squares = {cause: np.maximum(part.bias**2 + part.variance, 0.0) for cause, part in named.items()}
+    total = np.maximum(sum(squares.values()), 1e-18)
+    return [
+        {
+            'test': test,
+            'question': question.value,
+            'encoder': label,
+            'counts': counts,
+            'cause': cause,
+            'axis': axis,
+            'rms': float(f'{squares[cause][index] / np.sqrt(total[index]) * TO_SHOWN[index]:.4g}'),
+            'mean': f'{part.bias[index] * TO_SHOWN[index]:.{DECIMALS[index]}f} {UNITS[index]}',
+            'deviation': f'{part.std[index] * TO_SHOWN[index]:.{DECIMALS[index]}f} {UNITS[index]}',
+        }
+        for cause, part in named.items()
+        for index, axis in enumerate(AXES)
+    ]

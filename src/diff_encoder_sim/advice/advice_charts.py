@@ -1,0 +1,176 @@
+"""The interactive charts of an advice: curves over the counts, and the budget as stacked bars."""
+
+from __future__ import annotations
+
+from typing import Any, Dict, List
+
+from markupsafe import Markup
+
+from diff_encoder_sim.advice.advice import Advice
+from diff_encoder_sim.advice.advice_chart_data import Rows
+from diff_encoder_sim.advice.advice_tables import TO_SHOWN
+from diff_encoder_sim.advice.answers import Question
+from diff_encoder_sim.advice.budget import AXES
+from diff_encoder_sim.analysis.charts import Chart, Choice, Look, Option, charts_html
+from diff_encoder_sim.analysis.charts.chart import ZOOM
+
+# Of questions, and of causes in their order: told apart by the colour-blind (Okabe and Ito, 2008).
+COLOURS = {Question.ODOMETRY: '#d55e00', Question.POSE_ESTIMATE: '#0072b2', Question.TRUTH: '#009e73'}
+CAUSES = ('#0072b2', '#e69f00', '#009e73', '#cc79a7', '#56b4e9', '#d55e00', '#f0e442', '#999999')
+
+Spec = Dict[str, Any]
+
+_COUNTS = {'field': 'counts', 'type': 'quantitative', 'scale': {'type': 'log'}, 'title': 'counts per revolution'}
+_BELOW = {'orient': 'bottom', 'columns': 1}
+_OF_TEST = {'filter': 'datum.test === test'}
+
+
+def advice_charts(advice: Advice) -> Markup:
+    """Return the block of charts."""
+    data = {
+        'curves': _curve_rows(advice),
+        'errors': _error_rows(advice),
+        'trials': _trial_rows(advice),
+        'encoders': _encoder_rows(advice),
+        'budget': _budget_rows(advice),
+    }
+    return charts_html(
+        [_share_chart(advice), _error_chart(advice), _budget_chart(data['budget'])], data, _choices(advice)
+    )
+
+
+def _choices(advice: Advice) -> List[Choice]:
+    tests = [curve.test for curve in advice.curves.curves]
+    tests += [tried.test for tried in advice.tried if tried.test not in tests]
+    return [
+        Choice('test', 'Test', [Option(test, test) for test in dict.fromkeys(tests)], tests[0], Look.BUTTONS),
+        Choice('axis', 'Error', [Option(axis, axis) for axis in AXES], AXES[1], Look.BUTTONS),
+        Choice(
+            'question',
+            'Budget of',
+            [Option(question.value, question.text) for question in (Question.ODOMETRY, Question.TRUTH)],
+            Question.ODOMETRY.value,
+            Look.BUTTONS,
+        ),
+    ]
+
+
+def _share_chart(advice: Advice) -> Chart:
+    colour = {
+        'field': 'question',
+        'type': 'nominal',
+        'title': None,
+        'scale': {'domain': [each.text for each in COLOURS], 'range': list(COLOURS.values())},
+        'legend': _BELOW,
+    }
+    share = {'field': 'share', 'type': 'quantitative', 'title': 'within the tolerance', 'axis': {'format': '%'}}
+    line = {
+        'data': {'name': 'curves'},
+        'transform': [_OF_TEST],
+        'params': [ZOOM],
+        'mark': {'type': 'line', 'clip': True},
+        'encoding': {'x': _COUNTS, 'y': share, 'color': colour},
+    }
+    trials = {
+        'data': {'name': 'trials'},
+        'transform': [_OF_TEST],
+        'mark': {'type': 'point', 'filled': True, 'size': 60, 'clip': True},
+        'encoding': {
+            'x': _COUNTS,
+            'y': share,
+            'color': colour,
+            'tooltip': _tips(encoder='encoder', question='', trials='trials within'),
+        },
+    }
+    bars = {
+        **trials,
+        'mark': {'type': 'rule', 'clip': True},
+        'encoding': {'x': _COUNTS, 'y': {**share, 'field': 'low'}, 'y2': {'field': 'high'}, 'color': colour},
+    }
+    real = {
+        'data': {'name': 'encoders'},
+        'mark': {'type': 'point', 'shape': 'diamond', 'size': 60, 'color': COLOURS[Question.ODOMETRY], 'clip': True},
+        'encoding': {
+            'x': _COUNTS,
+            'y': share,
+            'tooltip': _tips(encoder='encoder', counts='counts', trials='draws within'),
+        },
+    }
+    required = {
+        'data': {'values': [{'share': advice.requirement.share}]},
+        'mark': {'type': 'rule', 'strokeDash': [4, 3], 'color': '#565d66'},
+        'encoding': {'y': share},
+    }
+    return Chart(
+        'share',
+        'How many trials are within the tolerance',
+        'Line: odometry, by draws of one drive; dots: closed-loop trials with the interval of their share; diamonds: '
+        'odometry with the encoders of the table, in the test where they are worst; dashed: the share that is asked for.',
+        {'layer': [required, line, bars, trials, real]},
+    )
+
+
+def _error_chart(advice: Advice) -> Chart:
+    error = {'field': 'error', 'type': 'quantitative', 'scale': {'type': 'log'}, 'title': 'error [mm, degrees]'}
+    lines = {
+        'data': {'name': 'errors'},
+        'transform': [_OF_TEST, {'filter': 'datum.axis === axis'}],
+        'params': [ZOOM],
+        'mark': {'type': 'line', 'clip': True},
+        'encoding': {
+            'x': _COUNTS,
+            'y': error,
+            'strokeDash': {'field': 'line', 'type': 'nominal', 'title': None, 'legend': _BELOW},
+        },
+    }
+    tolerances = [
+        {'axis': axis, 'error': float(tolerance * scale)}
+        for axis, tolerance, scale in zip(AXES, advice.requirement.tolerances, TO_SHOWN)
+    ]
+    limit = {
+        'data': {'values': tolerances},
+        'transform': [{'filter': 'datum.axis === axis'}],
+        'mark': {'type': 'rule', 'strokeDash': [4, 3], 'color': '#565d66'},
+        'encoding': {'y': error},
+    }
+    return Chart(
+        'error',
+        "Odometry's error against the counts",
+        'What half, the required share, and 95 % of the draws do not exceed; dashed: the tolerance.',
+        {'layer': [limit, lines]},
+    )
+
+
+def _budget_chart(rows: Rows) -> Chart:
+    causes = list(dict.fromkeys(row['cause'] for row in rows))
+    return Chart(
+        'budget',
+        'Error budget',
+        'Height: root mean square error; each cause has its part of the mean square.',
+        {
+            'data': {'name': 'budget'},
+            'transform': [_OF_TEST, {'filter': 'datum.axis === axis && datum.question === question'}],
+            'mark': 'bar',
+            'encoding': {
+                'x': {
+                    'field': 'encoder',
+                    'type': 'ordinal',
+                    'sort': {'field': 'counts'},
+                    'title': 'counts per revolution',
+                },
+                'y': {'field': 'rms', 'type': 'quantitative', 'title': 'rms [mm, degrees]'},
+                'color': {
+                    'field': 'cause',
+                    'type': 'nominal',
+                    'title': None,
+                    'scale': {'domain': causes, 'range': [CAUSES[index % len(CAUSES)] for index in range(len(causes))]},
+                    'legend': {'orient': 'bottom', 'columns': 2},
+                },
+                'tooltip': _tips(encoder='encoder', cause='cause', mean='mean', deviation='standard deviation'),
+            },
+        },
+    )
+
+
+def _tips(**fields: str) -> List[Dict[str, str]]:
+    return [{'field': field, 'title': title or field} for field, title in fields.items()]

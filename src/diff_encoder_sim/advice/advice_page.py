@@ -1,0 +1,52 @@
+"""Advice as a page that any browser opens, offline."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import jinja2
+
+from diff_encoder_sim.advice.advice import Advice
+from diff_encoder_sim.advice.advice_charts import advice_charts
+from diff_encoder_sim.advice.advice_tables import advice_tables
+from diff_encoder_sim.analysis import report
+from diff_encoder_sim.base.atomic_files import write_file
+
+TEMPLATE = 'advice.html'
+
+
+def write_page(advice: Advice, path: Path) -> None:
+    """Write the page, whole or not at all.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    page = _template().render(
+        advice=advice, scope=_scope(advice), charts=advice_charts(advice), tables=list(advice_tables(advice))
+    )
+    write_file(path, page.encode('utf-8'))
+
+
+def _scope(advice: Advice) -> str:
+    """Say what the answers rest on."""
+    parts = []
+    for curve in advice.curves.curves:
+        draws = min(map(len, curve.errors.values()))
+        parts.append(f'{curve.test}: {draws} draws or more of one drive of {curve.draws.drive.length_m:.3g} m')
+    trials = sum(counts.trials for tried in advice.tried for counts in list(tried.within.values())[:1])
+    if trials:
+        parts.append(f'{trials} closed-loop trials')
+    return '; '.join(parts) + '.'
+
+
+def _template() -> jinja2.Template:
+    """Load the template, which has the style of the report; it escapes all data and refuses unknown names."""
+    folders = [Path(__file__).parent, Path(report.__file__).parent]
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader([str(folder) for folder in folders]),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template(TEMPLATE)

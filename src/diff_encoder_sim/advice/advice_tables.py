@@ -1,0 +1,111 @@
+"""The tables of an advice, as texts: for the terminal and for the page."""
+
+from __future__ import annotations
+
+from typing import Iterator, List, NamedTuple
+
+import numpy as np
+
+from diff_encoder_sim.advice.advice import Advice
+from diff_encoder_sim.advice.answers import Question
+from diff_encoder_sim.advice.budget import Budget, Part
+from diff_encoder_sim.advice.listed_encoders import ListedEncoder
+from diff_encoder_sim.analysis.encoder_labels import ppr_text
+
+TO_SHOWN = np.array([1e3, 1e3, np.degrees(1.0)])
+UNITS = ('along [mm]', 'across [mm]', 'heading [deg]')
+DECIMALS = (1, 1, 2)
+
+_MARKS = {True: 'yes', False: 'no', None: '?'}
+
+
+class AdviceTable(NamedTuple):
+    """Rows of texts."""
+
+    title: str
+    heads: List[str]
+    rows: List[List[str]]
+    keys: int  # columns of text; the others are aligned to the right
+    note: str = ''
+
+
+def advice_tables(advice: Advice) -> Iterator[AdviceTable]:
+    """Yield the tables that there are."""
+    if advice.tried:
+        yield _trials_table(advice)
+    if advice.budgets:
+        yield _budget_table(advice)
+    if advice.encoders:
+        yield _encoder_table(advice)
+
+
+def _trials_table(advice: Advice) -> AdviceTable:
+    labels = list(dict.fromkeys(tried.label for tried in sorted(advice.tried, key=lambda each: each.counts)))
+    by_place = {(tried.test, tried.label): tried for tried in advice.tried}
+    rows = []
+    for test in dict.fromkeys(tried.test for tried in advice.tried):
+        for question in next(iter(by_place.values())).within:
+            found = [by_place.get((test, label)) for label in labels]
+            texts = [f'{each.within[question].within}/{each.within[question].trials}' if each else '' for each in found]
+            rows.append([test, question.text, *texts])
+    return AdviceTable('Closed-loop trials within the tolerance', ['test', '', *map(ppr_text, labels)], rows, 2)
+
+
+def _budget_table(advice: Advice) -> AdviceTable:
+    rows: List[List[str]] = []
+    for test, budgets in advice.budgets.items():
+        counts = shown_counts(advice, list(budgets))
+        rows += _budget_rows(f'{test}: {Question.ODOMETRY.text}, {counts:g} PPR', budgets[counts])
+    truth = advice.answers.get(Question.TRUTH)
+    for tried in advice.tried:
+        if tried.truth and truth and tried.label == truth.encoder:
+            rows += _budget_rows(f'{tried.test}: {Question.TRUTH.text}, {ppr_text(tried.label)}', tried.truth)
+    return AdviceTable('Error budget: mean ± standard deviation', ['', 'cause', *UNITS], rows, 2, REST)
+
+
+REST = 'rest: what was found less what the causes add up to; negative: causes that make up for each other.'
+
+
+def shown_counts(advice: Advice, counts: List[float]) -> float:
+    """Return of which counts to show the budget of odometry: those of the answer, or the most."""
+    wanted = advice.answers[Question.ODOMETRY].counts or max(counts)
+    return min(counts, key=lambda each: abs(np.log(each / wanted)))
+
+
+def _budget_rows(title: str, budget: Budget) -> List[List[str]]:
+    named = {**budget.parts, 'rest': budget.rest, 'found': budget.found}
+    rows = [['', cause, *_part_texts(part)] for cause, part in named.items()]
+    rows[0][0] = title
+    return rows
+
+
+def _part_texts(part: Part) -> List[str]:
+    shown = zip(part.bias * TO_SHOWN, part.std * TO_SHOWN, DECIMALS)
+    # Adding zero removes the sign of what is rounded to zero.
+    return [
+        f'{round(bias, digits) + 0.0:+.{digits}f} ± {round(std, digits) + 0.0:.{digits}f}'
+        for bias, std, digits in shown
+    ]
+
+
+def _encoder_table(advice: Advice) -> AdviceTable:
+    heads = ['encoder', 'price', 'counts', 'like ideal', 'odometry within', *(question.text for question in Question)]
+    return AdviceTable('Encoders on these wheels', heads, list(map(_encoder_row, advice.encoders)), 2, LIKE_IDEAL)
+
+
+LIKE_IDEAL = (
+    'like ideal: counts of an ideal encoder whose readings are as uncertain, by which pose estimate and true pose are '
+    'judged; odometry is drawn with all errors of the encoder. ?: undecided.'
+)
+
+
+def _encoder_row(encoder: ListedEncoder) -> List[str]:
+    low, high = encoder.share
+    return [
+        encoder.name,
+        encoder.price,
+        f'{encoder.counts:.6g}',
+        f'{encoder.equivalent_counts:.4g}',
+        f'{100.0 * low:.0f} to {100.0 * high:.0f} %',
+        *(_MARKS[encoder.meets[question]] for question in Question),
+    ]

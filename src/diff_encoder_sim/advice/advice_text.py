@@ -1,0 +1,24 @@
+"""Advice for the terminal."""
+
+from __future__ import annotations
+
+from tabulate import tabulate
+
+from diff_encoder_sim.advice.advice import Advice
+from diff_encoder_sim.advice.advice_tables import AdviceTable, advice_tables
+
+
+def answers_text(advice: Advice) -> str:
+    """Return a line for each question."""
+    return '\n'.join(f'  {question.text}: {answer}' for question, answer in advice.answers.items())
+
+
+def tables_text(advice: Advice) -> str:
+    """Return the tables."""
+    return '\n\n'.join(map(_table_text, advice_tables(advice)))
+
+
+def _table_text(table: AdviceTable) -> str:
+    aligned = ['left'] * table.keys + ['right'] * (len(table.heads) - table.keys)
+    text = tabulate(table.rows, table.heads, disable_numparse=True, colalign=aligned)
+    return '\n'.join([table.title, text, *([table.note] if table.note else [])])

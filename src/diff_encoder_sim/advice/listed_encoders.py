@@ -1,0 +1,84 @@
+"""Which encoders that one can buy, or that shipped robots have, meet a requirement on this robot."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+
+from diff_encoder_sim.advice.answers import Answer, Kind, Question
+from diff_encoder_sim.advice.drive_draws import DriveDraws
+from diff_encoder_sim.advice.odometry_curve import share_within
+from diff_encoder_sim.advice.requirement import Requirement
+from diff_encoder_sim.encoders.encoder_catalogue import WHOLE_CATALOGUE, load_encoders
+from diff_encoder_sim.encoders.pulses import PerWheel
+from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
+from diff_encoder_sim.evaluation.sample_statistics import Interval
+from diff_encoder_sim.odometry.odometry_covariance import PULSE_VARIANCE
+from diff_encoder_sim.robots.robot_file import load_robot_file, robot_names
+
+DRAWS = 400
+
+
+class ListedEncoder(NamedTuple):
+    """An encoder on the wheels of this robot."""
+
+    name: str
+    price: str  # class of its price; '' of a robot's own
+    counts: float  # per revolution of the wheel
+    equivalent_counts: float  # of an ideal encoder whose readings are as uncertain
+    share: Interval  # of trials whose odometry is within the tolerance, in the test where it is smallest
+    meets: Dict[Question, Optional[bool]]  # None: not known
+
+
+def equivalent_counts(params: EncoderParams) -> float:
+    """Return how many counts an ideal encoder has whose readings have the variance of this one's."""
+    counts = params.counts_per_turn.left
+    return counts * math.sqrt(PULSE_VARIANCE / (PULSE_VARIANCE + params.encoder.pulse_variance(counts)))
+
+
+def listed_encoders(
+    tests: Sequence[DriveDraws], config_folder: Path, requirement: Requirement, answers: Mapping[Question, Answer]
+) -> List[ListedEncoder]:
+    """Return the encoders of config/encoders and of config/robots, by ascending counts.
+
+    Odometry is drawn with each encoder's own errors. At the goal, where localization corrects what grows with the way,
+    an encoder counts as the ideal one whose readings are as uncertain.
+    """
+    found = []
+    for name, price, params in _known(config_folder):
+        share = min(share_within(draws.errors([params], DRAWS)[0], requirement) for draws in tests)
+        like = equivalent_counts(params)
+        meets = {Question.ODOMETRY: _met(share, requirement)}
+        for question in (Question.POSE_ESTIMATE, Question.TRUTH):
+            meets[question] = _by_counts(like, answers.get(question))
+        found.append(ListedEncoder(name, price, params.counts_per_turn.left, like, share, meets))
+    return sorted(found, key=lambda encoder: (encoder.counts, encoder.name))
+
+
+def _known(config_folder: Path) -> Iterator[Tuple[str, str, EncoderParams]]:
+    """Yield name, class of price and parameters."""
+    for encoder in load_encoders([WHOLE_CATALOGUE], config_folder, Path()):
+        yield encoder.stem, encoder.price, encoder.params
+    for name in robot_names(config_folder):
+        ppr = load_robot_file(name, Path(), config_folder.parent, {}).ppr
+        if ppr is not None:
+            yield f'own of {name}', '', EncoderParams(ppr=PerWheel(left=ppr, right=ppr))
+
+
+def _met(share: Interval, requirement: Requirement) -> Optional[bool]:
+    if share.low >= requirement.share:
+        return True
+    return False if share.high < requirement.share else None
+
+
+def _by_counts(counts: float, answer: Optional[Answer]) -> Optional[bool]:
+    """Return whether so many counts are enough; between those that are and those that are not, nobody knows."""
+    if answer is None or answer.kind is Kind.UNDECIDED:
+        return None
+    if answer.kind is Kind.NOT_THE_LIMIT:
+        return False
+    not_enough, enough = answer.interval
+    if enough is not None and counts >= enough:
+        return True
+    return False if not_enough is not None and counts <= not_enough else None

@@ -1,0 +1,79 @@
+"""How closed-loop trials end: stopping, localization and odometry, each with its error."""
+
+from __future__ import annotations
+
+from typing import Dict, List, NamedTuple, Sequence
+
+import numpy as np
+
+from diff_encoder_sim.advice.answers import Question
+from diff_encoder_sim.advice.budget import Budget, added, part_of
+from diff_encoder_sim.advice.requirement import Requirement, along_goal
+from diff_encoder_sim.analysis.dataset import TrialData
+from diff_encoder_sim.base.se2 import Pose2D, wrap_angles
+from diff_encoder_sim.trials.pose_source import PoseSource
+from diff_encoder_sim.trials.trial_outcome import Outcome
+
+STOPPING, LOCALIZATION, ENCODER = 'stopping', 'localization', 'encoder'
+
+# The pose that each question about the goal is asked of.
+SOURCES = {Question.POSE_ESTIMATE: PoseSource.GLOBAL, Question.TRUTH: PoseSource.WORLD}
+
+
+class Ends(NamedTuple):
+    """Where trials that came to their goal ended, (n, 3) by the axes of budgets."""
+
+    stopping: np.ndarray  # pose estimate minus goal
+    localization: np.ndarray  # true pose minus pose estimate
+    odometry: np.ndarray  # odometry minus true pose
+
+    @property
+    def truth(self) -> np.ndarray:
+        """Return the true pose minus the goal."""
+        return _wrapped(self.stopping + self.localization)
+
+
+def is_within(trial: TrialData, question: Question, requirement: Requirement) -> bool:
+    """Return whether a trial ended within the tolerance; one that gave up did not, wherever it stands."""
+    error = trial.errors.get(SOURCES[question]) if trial.outcome is Outcome.SUCCEEDED else None
+    return error is not None and bool(requirement.within(np.array([error]))[0])
+
+
+def ends_of(trials: Sequence[TrialData], goal_in_map: Pose2D) -> Ends:
+    """Return where the trials ended that came to their goal."""
+    sources = PoseSource.GLOBAL, PoseSource.WORLD, PoseSource.ODOM
+    found: List[List[Pose2D]] = []
+    for trial in trials:
+        errors = [trial.errors.get(source) for source in sources]
+        if trial.outcome is Outcome.SUCCEEDED and None not in errors:
+            found.append([error for error in errors if error is not None])
+    estimate, truth, odometry = np.array(found, dtype=float).reshape(-1, 3, 3).transpose(1, 0, 2)
+    parts = estimate, truth - estimate, odometry - truth
+    return Ends(*(along_goal(_wrapped(part), goal_in_map) for part in parts))
+
+
+def truth_budget(ends: Ends, of_finest: Ends) -> Budget:
+    """Return what adds up to the true pose's error at the goal.
+
+    Args:
+        ends: with an encoder.
+        of_finest: of the same trials with the finest encoder, whose part is taken for none.
+    """
+    parts = {
+        STOPPING: part_of(of_finest.stopping),
+        LOCALIZATION: part_of(of_finest.localization),
+        ENCODER: added(ends.truth, of_finest.truth),
+    }
+    return Budget(parts, part_of(ends.truth))
+
+
+def alone(ends: Dict[str, Ends]) -> Dict[str, Dict[str, np.ndarray]]:
+    """Return, by cause and test, the errors of the true pose that each cause makes by itself."""
+    return {
+        STOPPING: {test: each.stopping for test, each in ends.items()},
+        LOCALIZATION: {test: each.localization for test, each in ends.items()},
+    }
+
+
+def _wrapped(errors: np.ndarray) -> np.ndarray:
+    return np.column_stack([errors[:, :2], wrap_angles(errors[:, 2])])
