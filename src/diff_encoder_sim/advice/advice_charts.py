@@ -27,16 +27,9 @@ _OF_TEST = {'filter': 'datum.test === test'}
 
 def advice_charts(advice: Advice) -> Markup:
     """Return the block of charts."""
-    data = {
-        'curves': _curve_rows(advice),
-        'errors': _error_rows(advice),
-        'trials': _trial_rows(advice),
-        'encoders': _encoder_rows(advice),
-        'budget': _budget_rows(advice),
-    }
-    return charts_html(
-        [_share_chart(advice), _error_chart(advice), _budget_chart(data['budget'])], data, _choices(advice)
-    )
+    data = chart_data(advice)
+    charts = [_share_chart(advice), _error_chart(advice), _budget_chart(data['budget'])]
+    return charts_html(charts, data, _choices(advice))
 
 
 def _choices(advice: Advice) -> List[Choice]:
@@ -105,7 +98,7 @@ def _share_chart(advice: Advice) -> Chart:
         'share',
         'How many trials are within the tolerance',
         'Line: odometry, by draws of one drive; dots: closed-loop trials with the interval of their share; diamonds: '
-        'odometry with the encoders of the table, in the test where they are worst; dashed: the share that is asked for.',
+        'odometry with the encoders of the table, in the test where they are worst; dashed: the share asked for.',
         {'layer': [required, line, bars, trials, real]},
     )
 
