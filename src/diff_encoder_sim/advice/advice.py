@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Dict, List, NamedTuple, Optional, Sequence
+from typing import Dict, List, NamedTuple, Optional
 
 from diff_encoder_sim.advice.answers import Answer, Question
 from diff_encoder_sim.advice.budget import Budget
@@ -28,7 +28,6 @@ class Advice(NamedTuple):
     robot: str
     own_counts: Optional[float]  # of the robot's own encoder, per revolution of the wheel
     requirement: Requirement
-    candidates: Sequence[str]  # labels, from the coarsest to the finest
     curves: OdometryCurves
     closed_form: Dict[str, float]  # by test: from how many counts on, by quantisation alone
     answers: Dict[Question, Answer]

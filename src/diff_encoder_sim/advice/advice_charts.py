@@ -7,7 +7,7 @@ from typing import Any, Dict, List
 from markupsafe import Markup
 
 from diff_encoder_sim.advice.advice import Advice
-from diff_encoder_sim.advice.advice_chart_data import Rows
+from diff_encoder_sim.advice.advice_chart_data import Rows, chart_data
 from diff_encoder_sim.advice.advice_tables import TO_SHOWN
 from diff_encoder_sim.advice.answers import Question
 from diff_encoder_sim.advice.budget import AXES

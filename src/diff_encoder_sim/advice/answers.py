@@ -62,7 +62,8 @@ class Answer(NamedTuple):
     interval: Tuple[Optional[float], Optional[float]] = (None, None)  # not enough, or unknown; enough for certain
     encoder: str = ''  # label of the candidate with these counts
     limits: Sequence[Limit] = ()
-    more_trials: Optional[int] = None  # of each test, that would decide
+    more_trials: Optional[int] = None  # of each test, that would decide: of `undecided`, or of the finest candidate
+    undecided: str = ''  # label of the candidate below `encoder` of which nobody knows
     note: str = ''
 
     def __str__(self) -> str:

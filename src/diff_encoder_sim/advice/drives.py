@@ -8,6 +8,8 @@ import numpy as np
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.encoders.encoder_model import IDEAL_ENCODER
+from diff_encoder_sim.encoders.pulses import PerWheel
 from diff_encoder_sim.lockstep.lockstep_trial import LockstepTrial
 from diff_encoder_sim.lockstep.publications import Publications
 from diff_encoder_sim.lockstep.robot_params import RobotParams
@@ -19,20 +21,33 @@ from diff_encoder_sim.simulation.state import JointStates
 from diff_encoder_sim.simulation.wheel_errors import WheelErrorParams
 from diff_encoder_sim.trials.scripted_drive import SETTLING_S, ScriptedDrive
 from diff_encoder_sim.trials.test_definition import Segment, TestDefinition
-from diff_encoder_sim.trials.trial_definition import TrialPlan
+from diff_encoder_sim.trials.trial_definition import Trial, TrialPlan
 from diff_encoder_sim.trials.trial_outcome import Outcome
 
-# A navigated drive needs an encoder: the finest there is.
-FINEST_PPR = 65536.0
+# A navigated drive needs an encoder.
+FINEST = PerWheel(left=65536.0, right=65536.0)
 
 
 class Drive(NamedTuple):
     """A drive from a start to a goal."""
 
-    test: str
-    start_in_map: Pose2D
-    goal_in_map: Pose2D
+    requested: Trial
     rolled: RolledDrive
+
+    @property
+    def test(self) -> str:
+        """Return the name of the test."""
+        return self.requested.test.name
+
+    @property
+    def start_in_map(self) -> Pose2D:
+        """Return where the robot starts."""
+        return self.requested.test.start.pose()
+
+    @property
+    def goal_in_map(self) -> Pose2D:
+        """Return where it is to end."""
+        return self.requested.goal()
 
     @property
     def length_m(self) -> float:
@@ -59,7 +74,7 @@ def scripted(test: TestDefinition, robot: RobotSource, params: RobotParams) -> D
         rolled = floor.follow(script.command_at, script.duration_s + SETTLING_S)
     finally:
         floor.close()
-    return Drive(test.name, test.start.pose(), test.drive_end(), rolled)
+    return Drive(Trial(test=test, nav='scripted'), rolled)
 
 
 def navigated(plan: TrialPlan, robot: RobotSource, params: RobotParams) -> Drive:
@@ -69,18 +84,21 @@ def navigated(plan: TrialPlan, robot: RobotSource, params: RobotParams) -> Drive
         ConfigError: a file is bad, or the robot did not come to its goal.
     """
     sound = params.simulator.model_copy(update={'wheel_errors': WheelErrorParams()})
-    fine = plan.trial.model_copy(update={'ppr': {'left': FINEST_PPR, 'right': FINEST_PPR}})
-    recorder = _Wheels()
-    trial = LockstepTrial(
-        plan.model_copy(update={'trial': fine, 'bag': ''}), robot.file, params._replace(simulator=sound), recorder
+    fine = {'encoder': IDEAL_ENCODER, 'ppr': FINEST}
+    without_errors = params._replace(
+        simulator=sound,
+        encoder=params.encoder.model_copy(update=fine),
+        odometry=params.odometry.model_copy(update=fine),
     )
+    recorder = _Wheels()
+    unrecorded = plan.model_copy(update={'trial': plan.trial.model_copy(update={'ppr': FINEST}), 'bag': ''})
+    trial = LockstepTrial(unrecorded, robot.file, without_errors, recorder)
     for _ in trial.run():
         pass
     if trial.ending.outcome is not Outcome.SUCCEEDED:
         raise ConfigError(f'{plan.trial.test.name}: the robot does not come to its goal: {trial.ending.reason}')
-    start, goal = plan.trial.test.start.pose(), plan.trial.goal()
-    simulated = load_simulated_robot(robot, sound.choices())
-    return Drive(plan.trial.test.name, start, goal, recorder.rolled(simulated, start, trial.true_pose_in_map))
+    simulated, start = load_simulated_robot(robot, sound.choices()), plan.trial.test.start.pose()
+    return Drive(plan.trial, recorder.rolled(simulated, start, trial.true_pose_in_map))
 
 
 class _Wheels(Publications):

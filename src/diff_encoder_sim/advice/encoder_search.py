@@ -1,146 +1,103 @@
-"""Searches the smallest encoder with which a robot ends its tests within a tolerance."""
+"""Searches the lowest encoder that suffices: by trials of a few, around a first guess of which it is.
+
+Encoders have ranks from 0 on, of ascending quality; one of a higher rank is taken to be no worse. Several questions are
+asked of the same trials, those of equal number being paired; each looks only at the ranks that it came to.
+"""
 
 from __future__ import annotations
 
-import math
-from typing import Callable, Dict, List, NamedTuple, Optional, Sequence, Tuple
+from typing import Dict, Hashable, Mapping, NamedTuple, Optional
 
-from tabulate import tabulate
-
-from diff_encoder_sim.analysis.dataset import TrialData, Varied
-from diff_encoder_sim.analysis.encoder_labels import ppr_text
-from diff_encoder_sim.analysis.quantities import YAW, Quantity, X, Y
-from diff_encoder_sim.analysis.table_keys import setup_text
-from diff_encoder_sim.analysis.within_tolerance import FractionWithin, Sufficiency, fraction_within
-from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.evaluation.sample_statistics import LEVEL
-from diff_encoder_sim.trials.pose_source import PoseSource
-from diff_encoder_sim.trials.trial_outcome import Outcome
-
-# The criteria by the pose source that decides them. Odometry is compared with the true pose, not with the goal.
-CRITERIA = {
-    PoseSource.WORLD: 'true pose at the goal',
-    PoseSource.GLOBAL: 'pose estimate at the goal',
-    PoseSource.ODOM: 'odometry at the true pose',
-}
-
-FAR_OFF = Pose2D(math.inf, math.inf, math.inf)
-
-_MARKS = {Sufficiency.YES: 'yes', Sufficiency.NO: 'no', Sufficiency.UNDECIDED: '?'}
-
-Setup = Tuple[str, Varied]  # a test with its set of parameters
+from diff_encoder_sim.advice.evidence import Counts
+from diff_encoder_sim.advice.rank_judge import Asked, RankJudge, RankTrials, RunTrials, fewest_trials
+from diff_encoder_sim.analysis.within_tolerance import Sufficiency
 
 
-class Tolerance(NamedTuple):
-    """The allowed error: in x and y each, and in heading."""
+class RankAnswer(NamedTuple):
+    """The answer to a question.
 
-    position_m: float
-    yaw_deg: float
-
-    @property
-    def quantities(self) -> Tuple[Quantity, ...]:
-        """Return x, y and yaw with these tolerances."""
-        return (
-            X._replace(tolerance=self.position_m),
-            Y._replace(tolerance=self.position_m),
-            YAW._replace(tolerance=self.yaw_deg),
-        )
-
-
-class Advisor:
-    """Searches encoders: ideal ones by bisection, which takes larger ones to be sufficient where a smaller one is.
-
-    A few trials of each test decide most encoders; where they do not, more are run. Several looks at
-    growing data would find by chance what is not so: each look has its part of 1 - LEVEL.
+    YES: an encoder suffices from `rank` on. NO: not even the highest one does. UNDECIDED: whether that one does.
     """
 
-    def __init__(
-        self,
-        labels: Sequence[str],
-        looks: Sequence[int],
-        tolerance: Tolerance,
-        trials_with: Callable[[str, int], List[TrialData]],
-    ) -> None:
+    kind: Sufficiency
+    rank: Optional[int] = None  # the lowest that is shown to suffice
+    insufficient: Optional[int] = None  # the highest below it that is shown not to; of NO the highest of all
+    undecided: Optional[int] = None  # the rank where more trials say most: right below `rank`, or the highest
+    more_trials: Optional[int] = None  # of each test there, which would probably decide; None: too many to say
+
+
+class EncoderSearch:
+    """Searches for the answers to several questions, running trials as needed."""
+
+    def __init__(self, ranks: int, run: RunTrials, asked: Asked) -> None:
         """Prepare the search.
 
         Args:
-            labels: of encoders, ascending.
-            looks: after how many trials of each test to look, ascending.
-            tolerance: of the final errors.
-            trials_with: runs so many trials of each test with an encoder.
+            ranks: how many encoders there are.
+            run: takes a rank and a number, and returns the outcomes of so many first trials of each test.
+            asked: of each encoder.
         """
-        self._labels = labels
-        self._looks = looks
-        self._tolerance = tolerance
-        self._trials_with = trials_with
-        self._tried: Dict[str, Dict[Setup, List[TrialData]]] = {}
+        self._top = ranks - 1
+        self._asked = asked
+        self._trials = RankTrials(run)
 
-    def smallest(self, source: PoseSource) -> Optional[str]:
-        """Return the smallest encoder that is sufficient in every test; None where the largest is not."""
-        if not self._is_sufficient(self._labels[-1], source):
-            return None
-        low, high = 0, len(self._labels) - 1
-        while low < high:
-            middle = (low + high) // 2
-            if self._is_sufficient(self._labels[middle], source):
-                high = middle
-            else:
-                low = middle + 1
-        return self._labels[high]
+    def answers(self, guesses: Mapping[Hashable, int]) -> Dict[Hashable, RankAnswer]:
+        """RankAnswer each question, given a first guess of its lowest sufficient rank.
 
-    def sufficient(self, source: PoseSource) -> List[str]:
-        """Return all encoders that are sufficient in every test: where counts do not tell which is better."""
-        return [label for label in self._labels if self._is_sufficient(label, source)]
+        In the end the rank of each answer and those beside it have trials of equal numbers.
+        """
+        judges = {question: RankJudge(self._trials, question, self._asked) for question in guesses}
+        before = -1
+        while before != self._trials.total:  # the trials for one question may tell more about another
+            before = self._trials.total
+            for question, guess in guesses.items():
+                self._search(judges[question], guess)
+        found = {question: self._answer(judge) for question, judge in judges.items()}
+        for answer in found.values():
+            self._run_beside(answer.rank)
+        return found
 
-    def table(self) -> str:
-        """Return the results of the encoders that were tried: a row for each test by each criterion."""
-        labels = [label for label in self._labels if label in self._tried]
-        rows = [
-            [setup_text(*setup), text, *(_cell_text(self._fraction(label, setup, source)) for label in labels)]
-            for setup in self._tried[labels[-1]]
-            for source, text in CRITERIA.items()
-        ]
-        return tabulate(
-            rows,
-            ['test', '', *map(ppr_text, labels)],
-            disable_numparse=True,
-            colalign=('left', 'left', *['right'] * len(labels)),
-        )
+    def counts(self, question: Hashable) -> Dict[int, Dict[Hashable, Counts]]:
+        """Return the trials of each test by rank, ascending: all that there are."""
+        return {rank: self._trials.counts(rank, question) for rank in self._trials.ranks}
 
-    def _is_sufficient(self, label: str, source: PoseSource) -> bool:
-        """Run trials until all tests are decided, one fails, or there are no more looks."""
-        for count in self._looks:
-            self._run_trials(label, count)
-            results = [self._sufficiency(label, setup, source) for setup in self._tried[label]]
-            if Sufficiency.UNDECIDED not in results or Sufficiency.NO in results:
-                break
-        return all(result is Sufficiency.YES for result in results)
+    def _search(self, judge: RankJudge, guess: int) -> None:
+        """Go from the guess down while ranks suffice, or up until one does, by growing steps; then close the gap.
 
-    def _run_trials(self, label: str, count: int) -> None:
-        tried = self._tried.get(label, {})
-        if min(map(len, tried.values()), default=0) < count:
-            setups: Dict[Setup, List[TrialData]] = {}
-            for trial in self._trials_with(label, count):
-                setups.setdefault((trial.test, trial.varied), []).append(_with_criteria(trial))
-            self._tried[label] = setups
+        The gap lies between the lowest rank that is shown to suffice and the next below that is not, be that shown not
+        to or undecided.
+        """
+        if judge.settle(self._top) is not Sufficiency.YES:
+            return
+        judge.settle(guess)
+        step = 1
+        while True:
+            high = judge.lowest_sufficient()
+            low = max((rank for rank in judge.ranks if rank < high), default=-1)
+            if high - low == 1:
+                return
+            goes_up = high == self._top and low >= 0
+            rank = min(low + step, high - 1) if goes_up else max(high - step, low + 1)
+            goes_on = (judge.settle(rank) is Sufficiency.YES) != goes_up
+            step = 2 * step if goes_on else 1
 
-    def _sufficiency(self, label: str, setup: Setup, source: PoseSource) -> Sufficiency:
-        fraction = self._fraction(label, setup, source)
-        return Sufficiency.NO if fraction is None else fraction.sufficiency
+    def _answer(self, judge: RankJudge) -> RankAnswer:
+        kinds = {rank: judge.kind(rank) for rank in judge.ranks}
+        if Sufficiency.YES not in kinds.values():
+            kind = kinds[self._top]
+            if kind is Sufficiency.NO:
+                return RankAnswer(kind, insufficient=self._top)
+            return RankAnswer(kind, undecided=self._top, more_trials=judge.more_trials(self._top))
+        high = judge.lowest_sufficient()
+        low = max((rank for rank, kind in kinds.items() if kind is Sufficiency.NO and rank < high), default=None)
+        answer = RankAnswer(Sufficiency.YES, high, low)
+        if high - 1 in (-1, low):
+            return answer
+        return answer._replace(undecided=high - 1, more_trials=judge.more_trials(high - 1))
 
-    def _fraction(self, label: str, setup: Setup, source: PoseSource) -> Optional[FractionWithin]:
-        level = 1.0 - (1.0 - LEVEL) / len(self._looks)
-        return fraction_within(self._tried[label][setup], source, self._tolerance.quantities, level)
-
-
-def _with_criteria(trial: TrialData) -> TrialData:
-    """Replace the errors by those of CRITERIA. A robot that gave up is not at its goal, wherever it stands."""
-    errors = dict(trial.errors)
-    if trial.outcome is not Outcome.SUCCEEDED:
-        errors.update(dict.fromkeys(CRITERIA, FAR_OFF))
-    errors[PoseSource.ODOM] = trial.odometry_minus_truth
-    return trial._replace(errors=errors)
-
-
-def _cell_text(fraction: Optional[FractionWithin]) -> str:
-    return '' if fraction is None else f'{fraction.within}/{fraction.trials} {_MARKS[fraction.sufficiency]}'
+    def _run_beside(self, rank: Optional[int]) -> None:
+        if rank is not None:
+            first = fewest_trials(self._asked)
+            for beside in (rank - 1, rank + 1):
+                if 0 <= beside <= self._top:
+                    self._trials.run(beside, first)

@@ -10,7 +10,6 @@ import numpy as np
 from diff_encoder_sim.advice.drawn_robot import ALL_CAUSES, Amounts
 from diff_encoder_sim.advice.drive_draws import DriveDraws
 from diff_encoder_sim.advice.requirement import Requirement
-from diff_encoder_sim.encoders.encoder_model import EncoderModel
 from diff_encoder_sim.encoders.pulses import PerWheel
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 from diff_encoder_sim.evaluation.sample_statistics import Interval, wilson
@@ -104,18 +103,18 @@ class OdometryCurves:
         return SmallestCounts(likely, Interval(possible, certain))
 
     def _between(self, low: float, high: float, steps: int) -> List[float]:
-        return whole_counts(np.geomspace(low, high, steps + 1).tolist(), self._params.encoder)
+        return self.whole(np.geomspace(low, high, steps + 1).tolist())
+
+    def whole(self, counts: Sequence[float]) -> List[float]:
+        """Return the nearest counts that the encoder can have, ascending, each once."""
+        model = self._params.encoder
+        step = model.counts_that_repeat * model.shaft_turns_per_wheel_turn
+        return sorted({step * max(1, round(each / step)) for each in counts})
 
 
 def share_within(errors: np.ndarray, requirement: Requirement) -> Interval:
     """Return the interval of the share of all trials that (draws, 3) errors are a sample of."""
     return wilson(int(requirement.within(errors).sum()), len(errors), requirement.confidence)
-
-
-def whole_counts(counts: Sequence[float], model: EncoderModel) -> List[float]:
-    """Return the nearest counts per revolution that an encoder can have, ascending, each once."""
-    step = model.counts_that_repeat * model.shaft_turns_per_wheel_turn
-    return sorted({step * max(1, round(each / step)) for each in counts})
 
 
 def _first_from_which_on(is_met: Callable[[float], bool], counts: Sequence[float]) -> Optional[float]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Dict, List, NamedTuple, Sequence
+from typing import Dict, List, Mapping, NamedTuple, Sequence
 
 import numpy as np
 
@@ -34,8 +34,14 @@ class Ends(NamedTuple):
 
 
 def is_within(trial: TrialData, question: Question, requirement: Requirement) -> bool:
-    """Return whether a trial ended within the tolerance; one that gave up did not, wherever it stands."""
-    error = trial.errors.get(SOURCES[question]) if trial.outcome is Outcome.SUCCEEDED else None
+    """Return whether a trial ended within the tolerance.
+
+    One that gave up did not come to its goal, wherever it stands; its odometry may be right.
+    """
+    if question is Question.ODOMETRY:
+        error = trial.odometry_minus_truth
+    else:
+        error = trial.errors.get(SOURCES[question]) if trial.outcome is Outcome.SUCCEEDED else None
     return error is not None and bool(requirement.within(np.array([error]))[0])
 
 
@@ -67,12 +73,20 @@ def truth_budget(ends: Ends, of_finest: Ends) -> Budget:
     return Budget(parts, part_of(ends.truth))
 
 
-def alone(ends: Dict[str, Ends]) -> Dict[str, Dict[str, np.ndarray]]:
-    """Return, by cause and test, the errors of the true pose that each cause makes by itself."""
-    return {
-        STOPPING: {test: each.stopping for test, each in ends.items()},
-        LOCALIZATION: {test: each.localization for test, each in ends.items()},
-    }
+def causes_alone(question: Question, ends: Mapping[str, Ends]) -> Dict[str, Dict[str, np.ndarray]]:
+    """Return, by cause and test, the errors at the goal that each cause makes by itself."""
+    of_stop = {STOPPING: {test: each.stopping for test, each in ends.items()}}
+    if question is Question.POSE_ESTIMATE:
+        return of_stop
+    return {**of_stop, LOCALIZATION: {test: each.localization for test, each in ends.items()}}
+
+
+def reduced(question: Question, ends: Ends, amounts: Mapping[str, float]) -> np.ndarray:
+    """Return (n, 3) errors at the goal by the axes of budgets, with so much of each cause; all where none is given."""
+    stopping = amounts.get(STOPPING, 1.0) * ends.stopping
+    if question is Question.POSE_ESTIMATE:
+        return stopping
+    return _wrapped(stopping + amounts.get(LOCALIZATION, 1.0) * ends.localization)
 
 
 def _wrapped(errors: np.ndarray) -> np.ndarray:

@@ -1,24 +1,34 @@
-"""advise: find the encoder with the fewest pulses per revolution that keeps a robot within a tolerance.
+"""advise: which wheel encoder a robot needs, and what limits its accuracy otherwise.
 
-Simulates trials of each test with candidate encoders, until it is known with confidence which candidates meet the
-tolerance. Ideal encoders (--ppr) are searched by bisection; real ones (--encoders) are all tried, as more counts need
-not be better. Results are kept: the same command runs the trials that are missing, and analyze makes a report of them.
+First the odometry of a drive of each test is drawn thousands of times with every resolution: its answer is there after
+seconds. Then closed-loop trials with a few of the candidates tell from which on pose estimate and true pose are within
+the tolerance at the goal. Results are kept: the same command runs the trials that are missing.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
+import math
+import sys
+import time
 from pathlib import Path
-from typing import Any, List, Mapping, Optional, Sequence
+from typing import Any, Mapping, Optional, Sequence
 
-from diff_encoder_sim.advice.encoder_search import CRITERIA, Advisor, Tolerance
-from diff_encoder_sim.analysis.encoder_labels import encoders_text, is_real, ppr_order, ppr_value
+from diff_encoder_sim.advice.advice import Advice
+from diff_encoder_sim.advice.advice_json import advice_json
+from diff_encoder_sim.advice.advice_page import write_page
+from diff_encoder_sim.advice.advice_text import answers_text, tables_text
+from diff_encoder_sim.advice.listed_encoders import listed_encoders
+from diff_encoder_sim.advice.odometry_study import study_odometry, with_budgets
+from diff_encoder_sim.advice.requirement import Requirement
+from diff_encoder_sim.advice.trial_study import TrialStudy
 from diff_encoder_sim.analysis.quantities import YAW, X
-from diff_encoder_sim.analysis.within_tolerance import REQUIRED_FRACTION, fewest_trials
+from diff_encoder_sim.analysis.within_tolerance import REQUIRED_FRACTION
+from diff_encoder_sim.base.atomic_files import write_file
 from diff_encoder_sim.base.bounded_numbers import PULSES_PER_TURN, Between
 from diff_encoder_sim.base.command_line import tool_parser
 from diff_encoder_sim.base.command_name import as_called
-from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.number_arguments import number_within, whole_number_within
 from diff_encoder_sim.base.paths import package_folder
 from diff_encoder_sim.campaign.campaign_definition import Campaign
@@ -36,11 +46,10 @@ from diff_encoder_sim.encoders.pulses import ppr_label
 from diff_encoder_sim.evaluation.sample_statistics import LEVEL
 from diff_encoder_sim.lockstep.trial_run import run_trial
 from diff_encoder_sim.robots.xacro_arguments import xacro_arguments
-from diff_encoder_sim.trials.pose_source import PoseSource
 
-# An encoder is judged each time that so many trials of each test are done, and after the last.
-JUDGED_EVERY, DEFAULT_TRIALS = 30, 60
+DEFAULT_TRIALS = 60
 DEFAULT_OUT = Path('results') / 'advice'
+PAGE = 'advice.html'
 
 
 def main(arguments: Optional[Sequence[str]] = None, run: RunTrial = run_trial) -> None:
@@ -50,103 +59,78 @@ def main(arguments: Optional[Sequence[str]] = None, run: RunTrial = run_trial) -
 
 
 def _advise(options: argparse.Namespace, run: RunTrial) -> None:
-    looks = _looks(options.trials)
+    began_s = time.monotonic()
+    requirement = Requirement(options.share, options.tolerance, math.radians(options.yaw_tolerance), options.confidence)
+    campaign = with_checks('advise', _candidates(options), options.unchecked)
+    name_campaigns_encoders(as_called('advise'), campaign)
+    advice = study_odometry(campaign, requirement, options.distance)
+    print(f'{advice.robot}: {requirement}\n{answers_text(advice)}')
+    print(f'{as_called("advise")}: first answer after {time.monotonic() - began_s:.1f} s', file=sys.stderr)
+    if options.has_trials:
+        name_stopping('advise', campaign, requirement.position_m, options.yaw_tolerance)
+        with CandidateTrials(options, campaign, run) as trials:
+            advice = TrialStudy(campaign, advice, trials.with_encoder, options.trials).advice()
+    _finish(advice, campaign, options)
+
+
+def _finish(advice: Advice, campaign: Campaign, options: argparse.Namespace) -> None:
+    """Add what is not waited for, print all of it, and write the files."""
+    advice = with_budgets(advice)
+    tests = [curve.draws for curve in advice.curves.curves]
+    known = listed_encoders(tests, package_folder() / 'config', advice.requirement, advice.answers)
+    advice = advice._replace(encoders=known)
+    if options.has_trials:
+        print(answers_text(advice))
+    print(f'\n{tables_text(advice)}\n{_own_encoder(campaign)}')
+    page = options.out / PAGE
+    page.parent.mkdir(parents=True, exist_ok=True)
+    write_page(advice, page)
+    print(f'Page: {page}')
+    if options.json:
+        write_file(options.json, json.dumps(advice_json(advice), indent=1, allow_nan=False).encode('utf-8'))
+        print(f'JSON: {options.json}')
+
+
+def _candidates(options: argparse.Namespace) -> Campaign:
+    """Load the candidates; the robot's own encoder is one of them, unless candidates are given."""
     given = {key: getattr(options, key) for key in ('tests', 'ppr', 'encoders', 'trials', 'robot')}
     given['files'] = chosen_files(options)
-    campaign = _candidates(options, given)
-    campaign = with_checks('advise', campaign, options.unchecked)
-    labels, tolerance = _ascending(campaign), Tolerance(options.tolerance, options.yaw_tolerance)
-    name_campaigns_encoders(as_called('advise'), campaign)
-    name_stopping('advise', campaign, tolerance.position_m, tolerance.yaw_deg)
-    with CandidateTrials(options, campaign, run) as trials:
-        advisor = Advisor(labels, looks, tolerance, trials.with_encoder)
-        found = {source: _found(advisor, labels, source) for source in CRITERIA}
-    print(f'{advisor.table()}\n{_legend(tolerance)}\n{_own_encoder(campaign)}\nYes in every test:')
-    for source, text in found.items():
-        print(f'  {CRITERIA[source]}: {text}')
 
+    def load(values: Mapping[str, Any]) -> Campaign:
+        arguments = xacro_arguments(options.robot_args)
+        return load_campaign(options.candidates, package_folder(), values, arguments, options.packages)
 
-def _candidates(options: argparse.Namespace, given: Mapping[str, Any]) -> Campaign:
-    """Load the candidates; the robot's own encoder is one of them, unless --ppr is given."""
-    arguments = xacro_arguments(options.robot_args)
-    campaign = load_campaign(options.candidates, package_folder(), given, arguments, options.packages)
-    own = campaign.robot and campaign.robot.ppr
-    candidates = campaign.params.ppr
+    campaign = load(given)
+    own, candidates = campaign.robot and campaign.robot.ppr, campaign.params.ppr
     if not own or options.ppr or campaign.params.encoders or f'{own:g}' in map(ppr_label, candidates):
         return campaign
-    pprs = [*(ppr.model_dump() for ppr in candidates), own]
-    return load_campaign(options.candidates, package_folder(), {**given, 'ppr': pprs}, arguments, options.packages)
+    return load({**given, 'ppr': [*(ppr.model_dump() for ppr in candidates), own]})
 
 
 def _own_encoder(campaign: Campaign) -> str:
     known = campaign.robot and campaign.robot.ppr
-    return f"The robot's own encoder has {known:g} PPR.\n" if known else ''
-
-
-def _legend(tolerance: Tolerance) -> str:
-    return (
-        f'yes: at least {100 * REQUIRED_FRACTION:.0f} % of the trials end within {tolerance.position_m:g} m in x and y '
-        f'and {tolerance.yaw_deg:g} degrees, with {100 * LEVEL:.0f} % confidence;\nno: fewer do; ?: undecided.'
-    )
-
-
-def _found(advisor: Advisor, labels: Sequence[str], source: PoseSource) -> str:
-    """Search the encoders that are sufficient."""
-    if any(map(is_real, labels)):
-        sufficient = advisor.sufficient(source)
-        return f'with {encoders_text(sufficient)}' if sufficient else 'with none of these encoders'
-    label = advisor.smallest(source)
-    if label is None:
-        return f'with no encoder up to {labels[-1]} PPR'
-    return f'from {label} PPR on' + (', the smallest candidate' if label == labels[0] else '')
-
-
-def _looks(trials: int) -> List[int]:
-    """Return the numbers of trials after which to judge an encoder.
-
-    Raises:
-        ConfigError: so few trials cannot show the required fraction.
-    """
-    if trials < fewest_trials():
-        raise ConfigError(
-            f'--trials: given {trials}; allowed: from {fewest_trials()}, as fewer '
-            f'cannot show that {100 * REQUIRED_FRACTION:.0f} % of all trials are within the tolerance'
-        )
-    return [*range(JUDGED_EVERY, trials, JUDGED_EVERY), trials]
-
-
-def _ascending(campaign: Campaign) -> List[str]:
-    labels = [encoder.label for encoder in campaign.encoders]
-    for label in labels:
-        if ppr_value(label) is None:
-            raise ConfigError(f'ppr: given {label}; allowed: one number for both wheels')
-    return sorted(labels, key=ppr_order)
+    return f"The robot's own encoder has {known:g} PPR." if known else ''
 
 
 def _parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
     examples = [
         '--robot my_robot.yaml --tolerance 0.05 --yaw-tolerance 3',
-        '--tests SL --ppr 40 90 180 360 --trials 60 --out results/advice_sl',
+        '--robot burger --share 0.95 --distance 10 --no-trials',
+        '--tests SL --ppr 40 90 180 360 --out results/advice_sl --json advice.json',
         '--encoders catalogue --out results/advice_catalogue',
     ]
     parser = tool_parser('advise', __doc__, examples)
     add_robot_arguments(parser, '--config', note=' (default: alto)')
     add_amcl(parser)
-    _add_tolerances(parser)
+    _add_requirement(parser)
     _add_candidates(parser)
-    parser.add_argument(
-        '--out',
-        type=Path,
-        default=DEFAULT_OUT,
-        metavar='DIR',
-        help='results folder: new, or with results of the same robot, tests and candidates (default: %(default)s)',
-    )
+    _add_outputs(parser)
     add_workers(parser)
     add_unchecked(parser)
     return parser.parse_args(arguments)
 
 
-def _add_tolerances(parser: argparse.ArgumentParser) -> None:
+def _add_requirement(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         '--tolerance',
         type=number_within(Between(1e-6, 1000.0, 'm')),
@@ -160,6 +144,26 @@ def _add_tolerances(parser: argparse.ArgumentParser) -> None:
         default=YAW.tolerance,
         metavar='DEG',
         help='allowed error of the heading at the goal, in degrees (default: %(default)g)',
+    )
+    parser.add_argument(
+        '--share',
+        type=number_within(Between(0.01, 0.999)),
+        default=REQUIRED_FRACTION,
+        metavar='FRACTION',
+        help='of the trials that must end within the tolerance (default: %(default)g)',
+    )
+    parser.add_argument(
+        '--confidence',
+        type=number_within(Between(0.5, 0.9999)),
+        default=LEVEL,
+        metavar='FRACTION',
+        help='of the answers (default: %(default)g)',
+    )
+    parser.add_argument(
+        '--distance',
+        type=number_within(Between(0.1, 1000.0, 'm')),
+        metavar='M',
+        help='judge odometry after so many metres straight, in place of the tests',
     )
 
 
@@ -184,6 +188,24 @@ def _add_candidates(parser: argparse.ArgumentParser) -> None:
         type=whole_number_within(Between(1, MOST_TRIALS)),
         default=DEFAULT_TRIALS,
         metavar='N',
-        help='most trials of each test with each candidate '
-        f'(default: %(default)d); most candidates are decided after {JUDGED_EVERY}',
+        help='most closed-loop trials of each test with each candidate (default: %(default)d)',
+    )
+    parser.add_argument(
+        '--no-trials',
+        dest='has_trials',
+        action='store_false',
+        help='answer for odometry alone, without closed-loop trials',
+    )
+
+
+def _add_outputs(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        '--out',
+        type=Path,
+        default=DEFAULT_OUT,
+        metavar='DIR',
+        help='results folder: new, or with results of the same robot, tests and candidates (default: %(default)s)',
+    )
+    parser.add_argument(
+        '--json', type=Path, metavar='FILE', help='write all of it as JSON, too (docs/which_encoder.md)'
     )

@@ -1,0 +1,102 @@
+"""Odometry's part of an advice: a drive of each test, its curve, budget and answer."""
+
+from __future__ import annotations
+
+import tempfile
+from typing import Dict, Iterator, List, Optional
+
+from diff_encoder_sim.advice.advice import Advice
+from diff_encoder_sim.advice.answers import Question
+from diff_encoder_sim.advice.closed_form_counts import closed_form_counts
+from diff_encoder_sim.advice.drawn_robot import drawn_robot
+from diff_encoder_sim.advice.drive_draws import DriveDraws
+from diff_encoder_sim.advice.drives import Drive, navigated, scripted, straight_test
+from diff_encoder_sim.advice.odometry_answer import odometry_answer
+from diff_encoder_sim.advice.odometry_budget import odometry_budgets
+from diff_encoder_sim.advice.odometry_curve import OdometryCurves
+from diff_encoder_sim.advice.requirement import Requirement
+from diff_encoder_sim.analysis.dataset import RobotGeometry
+from diff_encoder_sim.campaign.campaign_definition import Campaign, TrialJob
+from diff_encoder_sim.encoders.encoder_model import IDEAL_ENCODER
+from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
+from diff_encoder_sim.robots.robot_source import RobotSource
+from diff_encoder_sim.trials.trial_definition import TrialPlan
+
+# Of which encoders the budget is shown, in counts per revolution.
+BUDGET_COUNTS = tuple(float(2**exponent) for exponent in range(4, 15))
+
+
+def study_odometry(campaign: Campaign, requirement: Requirement, distance_m: Optional[float]) -> Advice:
+    """Draw the odometry of a campaign's tests, or of a straight line.
+
+    Args:
+        campaign: of which the first encoder's parameters, but for its counts, are the robot's.
+        requirement: at the end of each drive.
+        distance_m: length of a straight line in place of the tests.
+
+    Raises:
+        ConfigError: a file is bad, or the robot does not come to a goal.
+    """
+    params = ideal_counts(campaign.cells[0].robot_params.encoder)
+    with tempfile.TemporaryDirectory() as folder:
+        drives = list(_drives(campaign, distance_m, folder))
+        robot = drawn_robot(RobotSource(campaign.files.materialise(folder).robot), campaign.cells[0].robot_params)
+    curves = OdometryCurves([DriveDraws(drive, robot, campaign.params.seed) for drive in drives], params)
+    geometry = geometry_of(campaign)
+    return Advice(
+        campaign.robot.name if campaign.robot else 'the robot',
+        campaign.robot and campaign.robot.ppr,
+        requirement,
+        curves,
+        {drive.test: closed_form_counts(drive.requested, geometry, requirement) for drive in drives},
+        {Question.ODOMETRY: odometry_answer(curves, params, requirement)},
+        {},
+        [],
+        [],
+    )
+
+
+def geometry_of(campaign: Campaign) -> RobotGeometry:
+    """Return the geometry that odometry assumes."""
+    odometry = campaign.cells[0].robot_params.odometry
+    return RobotGeometry(odometry.wheel_diameter, odometry.wheel_separation)
+
+
+def with_budgets(advice: Advice) -> Advice:
+    """Return the advice with odometry's budget over the range of encoders, and for the answer's."""
+    wanted = advice.answers[Question.ODOMETRY].counts
+    counts = advice.curves.whole([*BUDGET_COUNTS, *([wanted] if wanted else [])])
+    encoders = [advice.curves.encoder(each) for each in counts]
+    budgets = {curve.test: dict(zip(counts, odometry_budgets(curve.draws, encoders))) for curve in advice.curves.curves}
+    return advice._replace(budgets=budgets)
+
+
+def ideal_counts(params: EncoderParams) -> EncoderParams:
+    """Return the encoder with counts by ppr: an ideal one in place of one whose counts are its own."""
+    if params.encoder.counts_per_wheel_turn is None:
+        return params
+    return params.model_copy(update={'encoder': IDEAL_ENCODER})
+
+
+def _drives(campaign: Campaign, distance_m: Optional[float], folder: str) -> Iterator[Drive]:
+    """Drive each test: by its script, where it has one, as that needs no navigation."""
+    files = campaign.files.materialise(folder)
+    robot = RobotSource(files.robot)
+    for job in _first_jobs(campaign):
+        cell = campaign.cells[job.cell_index]
+        if distance_m is not None:
+            yield scripted(straight_test(distance_m, cell.test), robot, cell.robot_params)
+            return
+        if cell.test.drive:
+            yield scripted(cell.test, robot, cell.robot_params)
+        else:
+            plan = TrialPlan(trial=campaign.trial_of(job), bag='', **files.worlds[cell.test.name]._asdict())
+            yield navigated(plan, robot, cell.robot_params)
+
+
+def _first_jobs(campaign: Campaign) -> List[TrialJob]:
+    """Return one trial of each test."""
+    first: Dict[str, TrialJob] = {}
+    for job in campaign.jobs():
+        first.setdefault(campaign.cells[job.cell_index].test.name, job)
+    return list(first.values())

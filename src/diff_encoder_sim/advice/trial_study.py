@@ -1,0 +1,195 @@
+"""The closed-loop part of an advice: trials with a few of the candidates, and what they say."""
+
+from __future__ import annotations
+
+import math
+from typing import Callable, Dict, List, NamedTuple, Optional, Sequence
+
+import numpy as np
+
+from diff_encoder_sim.advice.advice import Advice, TriedEncoder
+from diff_encoder_sim.advice.answers import Answer, Kind, Question
+from diff_encoder_sim.advice.budget import Budget
+from diff_encoder_sim.advice.closed_form_counts import local_counts
+from diff_encoder_sim.advice.encoder_search import EncoderSearch, RankAnswer
+from diff_encoder_sim.advice.evidence import Counts
+from diff_encoder_sim.advice.limits import limits
+from diff_encoder_sim.advice.listed_encoders import equivalent_counts
+from diff_encoder_sim.advice.odometry_study import geometry_of
+from diff_encoder_sim.advice.rank_judge import Asked, Outcomes
+from diff_encoder_sim.advice.trial_errors import SOURCES, Ends, causes_alone, ends_of, is_within, reduced, truth_budget
+from diff_encoder_sim.analysis.dataset import TrialData
+from diff_encoder_sim.analysis.within_tolerance import Sufficiency
+from diff_encoder_sim.campaign.campaign_definition import Campaign
+from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
+
+# So many trials of each test compare the curve of odometry with closed-loop trials: at its encoder and those beside it.
+CONFIRMING = 8
+
+# The draws that trials are compared with, and beyond how many standard deviations they disagree: once in 300.
+DRAWS, DEVIATIONS = 1000, 3.0
+
+# Of fewer trials a variance says too little for a budget.
+FEWEST_FOR_BUDGET = 8
+
+# Runs the first trials of each test with an encoder, by its label, and returns them.
+TrialsWith = Callable[[str, int], Sequence[TrialData]]
+
+
+class Candidate(NamedTuple):
+    """An encoder to choose."""
+
+    label: str
+    counts: float  # of an ideal encoder whose readings are as uncertain
+    params: EncoderParams
+
+
+def candidates_of(campaign: Campaign) -> List[Candidate]:
+    """Return the encoders of a campaign, from the coarsest to the finest."""
+    of_one_test = campaign.cells[: len(campaign.encoders)]
+    found = [
+        Candidate(
+            cell.encoder.label,
+            equivalent_counts(cell.robot_params.encoder),
+            cell.robot_params.encoder.model_copy(update={'ppr': cell.ppr}),
+        )
+        for cell in of_one_test
+    ]
+    return sorted(found, key=lambda candidate: candidate.counts)
+
+
+class TrialStudy:
+    """Runs trials as they are needed."""
+
+    def __init__(self, campaign: Campaign, advice: Advice, trials_with: TrialsWith, most_trials: int) -> None:
+        """Prepare.
+
+        Args:
+            campaign: of the candidates.
+            advice: what is known by the odometry of single drives.
+            trials_with: runs trials.
+            most_trials: of each test with each encoder.
+        """
+        self._advice, self._trials_with = advice, trials_with
+        self._candidates = candidates_of(campaign)
+        self._goals = {cell.test.name: cell.test.goal() for cell in campaign.cells}
+        self._geometry = geometry_of(campaign)
+        self._trials: Dict[int, Sequence[TrialData]] = {}
+        asked = Asked(advice.requirement.share, advice.requirement.confidence, most_trials)
+        self._search = EncoderSearch(len(self._candidates), self._run, asked)
+
+    def advice(self) -> Advice:
+        """Run the trials, and return the advice with what they say."""
+        first = self._rank_from(local_counts(self._geometry, self._advice.requirement))
+        found = self._search.answers(dict.fromkeys(SOURCES, first))
+        odometry = self._confirmed(self._advice.answers[Question.ODOMETRY])
+        answers = {question: self._answer(question, found[question]) for question in SOURCES}
+        return self._advice._replace(answers={Question.ODOMETRY: odometry, **answers}, tried=self._tried())
+
+    def _run(self, rank: int, count: int) -> Outcomes:
+        trials = self._trials[rank] = self._trials_with(self._candidates[rank].label, count)
+        return {
+            test: {
+                question: [
+                    is_within(trial, question, self._advice.requirement) for trial in trials if trial.test == test
+                ]
+                for question in SOURCES
+            }
+            for test in self._goals
+        }
+
+    def _rank_from(self, counts: float) -> int:
+        """Return the first candidate with so many counts, or the last."""
+        enough = (rank for rank, candidate in enumerate(self._candidates) if candidate.counts >= counts)
+        return next(enough, len(self._candidates) - 1)
+
+    def _confirmed(self, answer: Answer) -> Answer:
+        """Compare the curve with trials at the encoder that it recommends, one below and one above."""
+        if answer.kind is not Kind.FROM or answer.interval[1] is None:
+            return answer
+        rank = self._rank_from(answer.interval[1])
+        for beside in (rank - 1, rank, rank + 1):
+            if 0 <= beside < len(self._candidates) and beside not in self._trials:
+                self._run(beside, CONFIRMING)
+        is_enough = self._candidates[rank].counts >= answer.interval[1]
+        return answer._replace(encoder=self._candidates[rank].label if is_enough else '', note=self._disagreement())
+
+    def _disagreement(self) -> str:
+        """Say so where trials end otherwise than the draws of one drive let expect."""
+        within, expected, variance = 0, 0.0, 0.0
+        for rank, trials in self._trials.items():
+            for curve in self._advice.curves.curves:
+                of_test = [trial for trial in trials if trial.test == curve.test]
+                (errors,) = curve.draws.errors([self._candidates[rank].params], DRAWS)
+                share = float(np.mean(self._advice.requirement.within(errors)))
+                within += self._counts(of_test, Question.ODOMETRY).within
+                expected += len(of_test) * share
+                variance += len(of_test) * share * (1.0 - share)
+        if abs(within - expected) - 0.5 <= DEVIATIONS * math.sqrt(variance):
+            return ''
+        return f'but of the trials {within} are within the tolerance, where the draws let expect {expected:.0f}'
+
+    def _answer(self, question: Question, found: RankAnswer) -> Answer:
+        if found.kind is Sufficiency.YES and found.rank is not None:
+            chosen = self._candidates[found.rank]
+            below = None if found.insufficient is None else self._candidates[found.insufficient].counts
+            return Answer(
+                question,
+                Kind.FROM,
+                chosen.counts,
+                (below, chosen.counts),
+                chosen.label,
+                more_trials=found.more_trials,
+                undecided='' if found.undecided is None else self._candidates[found.undecided].label,
+            )
+        if found.kind is Sufficiency.NO:
+            return self._limited(question)
+        return Answer(question, Kind.UNDECIDED, more_trials=found.more_trials)
+
+    def _limited(self, question: Question) -> Answer:
+        """Name what is too large even with the finest encoder, and say which encoder would do with less of it."""
+        requirement = self._advice.requirement
+        found = limits(causes_alone(question, self._ends(max(self._trials))), requirement)
+        amounts = {limit.cause: limit.reduced_to / limit.error for limit in found}
+        enough = None
+        for rank in sorted(self._trials, reverse=True):
+            of_tests = self._ends(rank).values()
+            shares = [np.mean(requirement.within(reduced(question, ends, amounts))) for ends in of_tests]
+            if not found or min(shares) < requirement.share:
+                break
+            enough = self._candidates[rank]
+        return Answer(
+            question, Kind.NOT_THE_LIMIT, enough and enough.counts, encoder=enough.label if enough else '', limits=found
+        )
+
+    def _ends(self, rank: int) -> Dict[str, Ends]:
+        return {
+            test: ends_of([trial for trial in self._trials[rank] if trial.test == test], goal)
+            for test, goal in self._goals.items()
+        }
+
+    def _tried(self) -> List[TriedEncoder]:
+        tried = []
+        for rank in sorted(self._trials):
+            candidate, ends = self._candidates[rank], self._ends(rank)
+            for test in self._goals:
+                trials = [trial for trial in self._trials[rank] if trial.test == test]
+                tried.append(
+                    TriedEncoder(
+                        test,
+                        candidate.label,
+                        candidate.counts,
+                        {question: self._counts(trials, question) for question in Question},
+                        self._budget(test, ends[test]),
+                    )
+                )
+        return tried
+
+    def _counts(self, trials: Sequence[TrialData], question: Question) -> Counts:
+        return Counts(sum(is_within(trial, question, self._advice.requirement) for trial in trials), len(trials))
+
+    def _budget(self, test: str, ends: Ends) -> Optional[Budget]:
+        finest = self._ends(max(self._trials))[test]
+        if min(len(ends.stopping), len(finest.stopping)) < FEWEST_FOR_BUDGET:
+            return None
+        return truth_budget(ends, finest)
