@@ -11,6 +11,7 @@ from diff_encoder_sim.advice.advice_chart_data import Rows, chart_data
 from diff_encoder_sim.advice.advice_tables import TO_SHOWN
 from diff_encoder_sim.advice.answers import Question
 from diff_encoder_sim.advice.budget import AXES
+from diff_encoder_sim.advice.odometry_curve import FEWEST_COUNTS, MOST_COUNTS
 from diff_encoder_sim.analysis.charts import Chart, Choice, Look, Option, charts_html
 from diff_encoder_sim.analysis.charts.chart import ZOOM
 
@@ -20,7 +21,12 @@ CAUSES = ('#0072b2', '#e69f00', '#009e73', '#cc79a7', '#56b4e9', '#d55e00', '#f0
 
 Spec = Dict[str, Any]
 
-_COUNTS = {'field': 'counts', 'type': 'quantitative', 'scale': {'type': 'log'}, 'title': 'counts per revolution'}
+_COUNTS: Spec = {
+    'field': 'counts',
+    'type': 'quantitative',
+    'scale': {'type': 'log', 'domain': [FEWEST_COUNTS, MOST_COUNTS], 'nice': False},
+    'title': 'counts per revolution',
+}
 _BELOW = {'orient': 'bottom', 'columns': 1}
 _OF_TEST = {'filter': 'datum.test === test'}
 

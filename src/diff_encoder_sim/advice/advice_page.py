@@ -32,7 +32,9 @@ def _scope(advice: Advice) -> str:
     parts = []
     for curve in advice.curves.curves:
         draws = min(map(len, curve.errors.values()))
-        parts.append(f'{curve.test}: {draws} draws or more of one drive of {curve.draws.drive.length_m:.3g} m')
+        parts.append(
+            f'{curve.test}: {draws} draws or more of one drive, of {curve.draws.drive.wheel_way_m:.3g} m of each wheel'
+        )
     trials = sum(counts.trials for tried in advice.tried for counts in list(tried.within.values())[:1])
     if trials:
         parts.append(f'{trials} closed-loop trials')

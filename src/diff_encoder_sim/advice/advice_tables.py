@@ -63,7 +63,7 @@ def _budget_table(advice: Advice) -> AdviceTable:
     return AdviceTable('Error budget: mean ± standard deviation', ['', 'cause', *UNITS], rows, 2, REST)
 
 
-REST = 'rest: what was found less what the causes add up to; negative: causes that make up for each other.'
+REST = 'rest: what was found less what the causes add up to; negative where causes make up for each other'
 
 
 def shown_counts(advice: Advice, counts: List[float]) -> float:
@@ -89,13 +89,14 @@ def _part_texts(part: Part) -> List[str]:
 
 
 def _encoder_table(advice: Advice) -> AdviceTable:
-    heads = ['encoder', 'price', 'counts', 'like ideal', 'odometry within', *(question.text for question in Question)]
+    heads = ['encoder', 'price', 'counts', 'like ideal', 'within', *(question.head for question in Question)]
     return AdviceTable('Encoders on these wheels', heads, list(map(_encoder_row, advice.encoders)), 2, LIKE_IDEAL)
 
 
 LIKE_IDEAL = (
-    'like ideal: counts of an ideal encoder whose readings are as uncertain, by which pose estimate and true pose are '
-    'judged; odometry is drawn with all errors of the encoder. ?: undecided.'
+    'like ideal: counts of an ideal encoder whose readings are as uncertain, by which pose estimate and true pose are\n'
+    'judged. within: share of the draws whose odometry is within the tolerance, with all errors of the encoder.\n'
+    '?: not known.'
 )
 
 

@@ -13,6 +13,11 @@ def answers_text(advice: Advice) -> str:
     return '\n'.join(f'  {question.text}: {answer}' for question, answer in advice.answers.items())
 
 
+def closed_form_text(advice: Advice) -> str:
+    """Return what quantisation alone asks for."""
+    return ', '.join(f'{test} {counts:.0f}' for test, counts in advice.closed_form.items())
+
+
 def tables_text(advice: Advice) -> str:
     """Return the tables."""
     return '\n\n'.join(map(_table_text, advice_tables(advice)))

@@ -17,13 +17,16 @@ class Question(enum.Enum):
     TRUTH = 'truth'
 
     @property
+    def head(self) -> str:
+        """Return what heads of tables call it."""
+        return {Question.ODOMETRY: 'odometry', Question.POSE_ESTIMATE: 'pose estimate', Question.TRUTH: 'true pose'}[
+            self
+        ]
+
+    @property
     def text(self) -> str:
-        """Return what tables call it."""
-        return {
-            Question.ODOMETRY: 'odometry at the true pose',
-            Question.POSE_ESTIMATE: 'pose estimate at the goal',
-            Question.TRUTH: 'true pose at the goal',
-        }[self]
+        """Return the same with what it is compared with."""
+        return f'{self.head} at the {"true pose" if self is Question.ODOMETRY else "goal"}'
 
 
 class Kind(enum.Enum):
@@ -68,31 +71,35 @@ class Answer(NamedTuple):
 
     def __str__(self) -> str:
         if self.kind is Kind.FROM:
-            return f'from {_counts(self.counts)} counts per revolution on{self._interval()}{self._note()}'
-        if self.kind is Kind.NOT_THE_LIMIT:
-            return f'the encoder is not the limit: {self._limits()}{self._with_less()}{self._note()}'
-        trials = (
-            'no number of trials that is reasonable' if self.more_trials is None else f'{self.more_trials} more trials'
-        )
-        return f'undecided: {trials} of each test would decide{self._note()}'
+            text = f'from {_counts(self.counts)} counts per revolution on{self._interval()}{self._undecided()}'
+        elif self.kind is Kind.NOT_THE_LIMIT:
+            text = f'the encoder is not the limit: {self._limits()}'
+        else:
+            text = f'undecided{self._more_trials()}'
+        return f'{text}; {self.note}' if self.note else text
 
     def _interval(self) -> str:
         low, high = self.interval
         if low is None:
             return ''
+        if self.encoder and high == self.counts:
+            return f'; {_counts(low)} are not enough'
         return f' (between {_counts(low)} and {_counts(high)})' if low != high else ''
 
-    def _limits(self) -> str:
-        return ' and '.join(map(str, self.limits)) or 'no cause by itself'
+    def _undecided(self) -> str:
+        return f'; {self.undecided}: undecided{self._more_trials()}' if self.undecided else ''
 
-    def _with_less(self) -> str:
-        if not self.limits:
+    def _more_trials(self) -> str:
+        if self.more_trials is None:
             return ''
-        less = ' and '.join(limit.reduced for limit in self.limits)
-        return f'; with {less} {f"from {_counts(self.counts)} counts on" if self.counts else "it is still not"}'
+        return f', about {self.more_trials} more trials of each test would decide'
 
-    def _note(self) -> str:
-        return f'; {self.note}' if self.note else ''
+    def _limits(self) -> str:
+        if not self.limits:
+            return 'several causes together are, none by itself'
+        less = ' and '.join(limit.reduced for limit in self.limits)
+        with_less = f'from {_counts(self.counts)} counts on' if self.counts else 'it would still not be met'
+        return f'{" and ".join(map(str, self.limits))}; with {less}: {with_less}'
 
 
 def _counts(counts: Optional[float]) -> str:

@@ -23,10 +23,12 @@ from diff_encoder_sim.encoders.encoder_model import IDEAL_ENCODER
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 from diff_encoder_sim.navigation.stop_spread import StopSpread
 from diff_encoder_sim.odometry.drawn_odometry import base_poses, final_poses
-from diff_encoder_sim.simulation.periods import JOINTS_RATE_HZ
 
 # A drive ends in so many places within the spread of the robot's stop.
 ENDS = 16
+
+# Odometry is told the counts so often on a drive: more reports change its end by a thousandth of its spread.
+MOST_SAMPLES = 500
 
 # So many poses at a time: beyond, arrays leave the processor's cache.
 POSES_AT_A_TIME = 2**18
@@ -39,7 +41,9 @@ class DriveDraws:
 
     def __init__(self, drive: Drive, robot: DrawnRobot, seed: int) -> None:
         self.drive, self.robot, self._seed = drive, robot, seed
-        self._ways_m = _ways_to_ends(drive, robot.stop, generator(seed, f'{drive.test}_ends'))
+        samples = _samples(len(drive.rolled.times_s))
+        left_m, right_m = _ways_to_ends(drive, robot.stop, generator(seed, f'{drive.test}_ends'))
+        self._ways_m, self._times_s = (left_m[:, samples], right_m[:, samples]), drive.rolled.times_s[samples]
 
     def errors(
         self, encoders: Sequence[Optional[EncoderParams]], draws: int, amounts: Amounts = ALL_CAUSES
@@ -47,7 +51,7 @@ class DriveDraws:
         """Return the final errors of odometry with each encoder.
 
         Args:
-            encoders: all of one rate of reports; None for one without steps.
+            encoders: None for one without steps.
             draws: how many.
             amounts: of what else there is.
 
@@ -63,20 +67,17 @@ class DriveDraws:
     def _portions(self, encoders: Sequence[Optional[EncoderParams]], draws: int) -> Iterator[Tuple[int, int]]:
         """Yield the first draw and the number of draws of each portion."""
         edges = max((_edges(encoder) for encoder in encoders if encoder), default=0.0)
-        samples = len(self.drive.rolled.times_s[:: _stride(encoders)])
-        at_a_time = max(1, round(POSES_AT_A_TIME / max(samples, edges / EDGES_PER_POSE)))
+        at_a_time = max(1, round(POSES_AT_A_TIME / max(len(self._times_s), edges / EDGES_PER_POSE)))
         return ((first, min(at_a_time, draws - first)) for first in range(0, draws, at_a_time))
 
     def _portion(
         self, encoders: Sequence[Optional[EncoderParams]], first: int, draws: int, amounts: Amounts
     ) -> List[np.ndarray]:
-        stride = _stride(encoders)
-        left_m, right_m = (ways_m[:, _samples(ways_m, stride)] for ways_m in self._ways_m)
+        left_m, right_m = self._ways_m
         chosen = np.arange(first, first + draws) % ENDS
         truth = final_poses(left_m, right_m, self.drive.rolled.separation_m)[chosen]
         turned = self._turned(left_m[chosen], right_m[chosen], first, amounts)
-        times_s = self.drive.rolled.times_s[_samples(self.drive.rolled.times_s[np.newaxis], stride)]
-        return [self._error(encoder, turned, times_s, truth, first) for encoder in encoders]
+        return [self._error(encoder, turned, truth, first) for encoder in encoders]
 
     def _turned(
         self, left_m: np.ndarray, right_m: np.ndarray, first: int, amounts: Amounts
@@ -101,21 +102,16 @@ class DriveDraws:
         return turned[0], turned[1]
 
     def _error(
-        self,
-        encoder: Optional[EncoderParams],
-        turned: Tuple[np.ndarray, np.ndarray],
-        times_s: np.ndarray,
-        truth: np.ndarray,
-        first: int,
+        self, encoder: Optional[EncoderParams], turned: Tuple[np.ndarray, np.ndarray], truth: np.ndarray, first: int
     ) -> np.ndarray:
         odometry, robot = self.robot.odometry, self.robot
-        left_m, right_m = self._told_m(encoder, turned, times_s, first)
+        left_m, right_m = self._told_m(encoder, turned, first)
         told = base_poses(final_poses(left_m, right_m, odometry.wheel_separation), odometry.axle_x)
         error = told - base_poses(truth, robot.axle_x_m) + self._physics_error()
         return _in_map(error, self.drive.start_in_map.yaw_rad)
 
     def _told_m(
-        self, encoder: Optional[EncoderParams], turned: Tuple[np.ndarray, np.ndarray], times_s: np.ndarray, first: int
+        self, encoder: Optional[EncoderParams], turned: Tuple[np.ndarray, np.ndarray], first: int
     ) -> Tuple[np.ndarray, np.ndarray]:
         """Return (draws, n) the ways of the wheels as odometry has them."""
         assumed_m = 0.5 * self.robot.odometry.wheel_diameter
@@ -134,7 +130,7 @@ class DriveDraws:
                 generator(self._seed, f'{self.drive.test}_{side}_{first + draw}')
                 for draw in range(len(turned_rad) if model != IDEAL_ENCODER else 0)
             ]
-            counts = drawn_counts(model, counts_per_turn, phase_rad + turned_rad, times_s, rngs)
+            counts = drawn_counts(model, counts_per_turn, phase_rad + turned_rad, self._times_s, rngs)
             told.append(counts * (2.0 * math.pi * assumed_m / counts_per_turn))
         return told[0], told[1]
 
@@ -163,16 +159,9 @@ def _ways_to_ends(drive: Drive, stop: StopSpread, rng: np.random.Generator) -> T
     return left_m + ahead_m - swing_m, right_m + ahead_m + swing_m
 
 
-def _stride(encoders: Sequence[Optional[EncoderParams]]) -> int:
-    """Return how many joint states there are to a report."""
-    rate = next((encoder.rate for encoder in encoders if encoder), JOINTS_RATE_HZ)
-    return max(1, round(JOINTS_RATE_HZ / rate))
-
-
-def _samples(of: np.ndarray, stride: int) -> np.ndarray:
-    """Return the indices of the samples that are reported, the last of all included."""
-    last = of.shape[1] - 1
-    return np.append(np.arange(0, last, stride), last)
+def _samples(ticks: int) -> np.ndarray:
+    """Return the indices of the joint states that are taken for reports."""
+    return np.unique(np.linspace(0, ticks - 1, min(ticks, MOST_SAMPLES)).round().astype(np.int64))
 
 
 def _edges(encoder: EncoderParams) -> float:

@@ -50,9 +50,9 @@ class Drive(NamedTuple):
         return self.requested.goal()
 
     @property
-    def length_m(self) -> float:
-        """Return the length of the way of the axle's middle."""
-        return float(np.abs(np.diff(self.rolled.ways_m.mean(axis=1))).sum())
+    def wheel_way_m(self) -> float:
+        """Return the mean way that the wheels roll."""
+        return float(np.abs(np.diff(self.rolled.ways_m, axis=0)).sum(axis=0).mean())
 
 
 def straight_test(distance_m: float, like: TestDefinition) -> TestDefinition:

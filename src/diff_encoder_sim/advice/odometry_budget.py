@@ -19,7 +19,7 @@ DRAWS = 1000
 
 
 def odometry_budgets(draws: DriveDraws, encoders: Sequence[EncoderParams]) -> List[Budget]:
-    """Return the budget with each encoder; all have one rate of reports.
+    """Return the budget with each encoder.
 
     What simulated wheels slip on the simulated floor is a part of its own: it is the simulator's, not the robot's.
     """

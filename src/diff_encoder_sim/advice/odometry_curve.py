@@ -9,6 +9,7 @@ import numpy as np
 
 from diff_encoder_sim.advice.drawn_robot import ALL_CAUSES, Amounts
 from diff_encoder_sim.advice.drive_draws import DriveDraws
+from diff_encoder_sim.advice.evidence import Counts, monotone_fractions
 from diff_encoder_sim.advice.requirement import Requirement
 from diff_encoder_sim.encoders.pulses import PerWheel
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
@@ -39,7 +40,7 @@ class SmallestCounts(NamedTuple):
     """From how many counts per revolution on a requirement is met."""
 
     counts: float
-    interval: Interval  # as the number of draws leaves it
+    interval: Interval  # too few for certain, and enough for certain, as the number of draws leaves it
 
 
 class OdometryCurves:
@@ -83,7 +84,7 @@ class OdometryCurves:
         roughly = self._smallest(requirement)
         if roughly is None:
             return None
-        before = self.counts[max(0, self.counts.index(roughly.interval.low) - 1)]
+        before = roughly.interval.low
         between = self._between(before, roughly.interval.high, FINE_POINTS)
         for curve in self.curves:
             is_met = share_within(curve.errors[before], requirement).low >= requirement.share
@@ -96,11 +97,18 @@ class OdometryCurves:
     def _smallest(self, requirement: Requirement) -> Optional[SmallestCounts]:
         shares = {counts: self.share(counts, requirement) for counts in self.counts}
         certain = _first_from_which_on(lambda counts: shares[counts].low >= requirement.share, self.counts)
-        likely = _first_from_which_on(lambda counts: sum(shares[counts]) / 2.0 >= requirement.share, self.counts)
         possible = _first_from_which_on(lambda counts: shares[counts].high >= requirement.share, self.counts)
-        if certain is None or likely is None or possible is None:
+        if certain is None or possible is None:
             return None
-        return SmallestCounts(likely, Interval(possible, certain))
+        too_few = self.counts[max(0, self.counts.index(possible) - 1)]
+        likely = max(self._crossing(curve, requirement) for curve in self.curves)
+        return SmallestCounts(min(max(likely, too_few), certain), Interval(too_few, certain))
+
+    def _crossing(self, curve: Curve, requirement: Requirement) -> float:
+        """Return where a curve that does not fall, fitted to the draws, reaches the share."""
+        within = [requirement.within(curve.errors[counts]) for counts in self.counts]
+        fractions = monotone_fractions([Counts(int(each.sum()), len(each)) for each in within])
+        return self.whole([float(np.exp(np.interp(requirement.share, fractions, np.log(self.counts))))])[0]
 
     def _between(self, low: float, high: float, steps: int) -> List[float]:
         return self.whole(np.geomspace(low, high, steps + 1).tolist())

@@ -18,7 +18,7 @@ from typing import Any, Mapping, Optional, Sequence
 from diff_encoder_sim.advice.advice import Advice
 from diff_encoder_sim.advice.advice_json import advice_json
 from diff_encoder_sim.advice.advice_page import write_page
-from diff_encoder_sim.advice.advice_text import answers_text, tables_text
+from diff_encoder_sim.advice.advice_text import answers_text, closed_form_text, tables_text
 from diff_encoder_sim.advice.listed_encoders import listed_encoders
 from diff_encoder_sim.advice.odometry_study import study_odometry, with_budgets
 from diff_encoder_sim.advice.requirement import Requirement
@@ -65,6 +65,7 @@ def _advise(options: argparse.Namespace, run: RunTrial) -> None:
     name_campaigns_encoders(as_called('advise'), campaign)
     advice = study_odometry(campaign, requirement, options.distance)
     print(f'{advice.robot}: {requirement}\n{answers_text(advice)}')
+    print(f'  the same in closed form, of quantisation alone: {closed_form_text(advice)}', flush=True)
     print(f'{as_called("advise")}: first answer after {time.monotonic() - began_s:.1f} s', file=sys.stderr)
     if options.has_trials:
         name_stopping('advise', campaign, requirement.position_m, options.yaw_tolerance)

@@ -24,6 +24,10 @@ from diff_encoder_sim.base.typed_params import Params
 log = logging.getLogger(__name__)
 
 
+# Of a limit; less is rounding.
+ABOVE_LIMIT = 1.0 + 1e-9
+
+
 class DriveParams(Params):
     """Limits of the motors and their controller."""
 
@@ -65,7 +69,7 @@ class DriveController:
             raise InputFault(f'linear.x {linear_mps} m/s, angular.z {angular_radps} rad/s; expected finite numbers')
         limits = self.params.max_linear_speed, self.params.max_angular_speed
         cut = (_clamp(linear_mps, limits[0]), _clamp(angular_radps, limits[1]))
-        if cut != (linear_mps, angular_radps):
+        if max(abs(linear_mps) / limits[0], abs(angular_radps) / limits[1]) > ABOVE_LIMIT:
             text = (
                 'velocity command of %.3f m/s, %.3f rad/s exceeds the limits of %.3f m/s, %.3f rad/s: limited to them'
             )
