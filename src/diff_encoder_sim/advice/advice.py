@@ -6,7 +6,7 @@ from typing import Dict, List, NamedTuple, Optional
 
 from diff_encoder_sim.advice.answers import Answer, Question
 from diff_encoder_sim.advice.budget import Budget
-from diff_encoder_sim.advice.evidence import Counts
+from diff_encoder_sim.advice.evidence import TrialCounts
 from diff_encoder_sim.advice.listed_encoders import ListedEncoder
 from diff_encoder_sim.advice.odometry_curve import OdometryCurves
 from diff_encoder_sim.advice.requirement import Requirement
@@ -18,7 +18,7 @@ class TriedEncoder(NamedTuple):
     test: str
     label: str
     counts: float  # per revolution of the wheel
-    within: Dict[Question, Counts]
+    within: Dict[Question, TrialCounts]
     truth: Optional[Budget]  # None where too few trials came to their goal
 
 

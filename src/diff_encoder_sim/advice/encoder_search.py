@@ -6,10 +6,10 @@ asked of the same trials, those of equal number being paired; each looks only at
 
 from __future__ import annotations
 
-from typing import Dict, Hashable, Mapping, NamedTuple, Optional
+from typing import Dict, Generic, Mapping, NamedTuple, Optional
 
-from diff_encoder_sim.advice.evidence import Counts
-from diff_encoder_sim.advice.rank_judge import Asked, RankJudge, RankTrials, RunTrials, fewest_trials
+from diff_encoder_sim.advice.evidence import TrialCounts
+from diff_encoder_sim.advice.rank_judge import Asked, Q, RankJudge, RankTrials, RunTrials, fewest_trials
 from diff_encoder_sim.analysis.within_tolerance import Sufficiency
 
 
@@ -26,22 +26,22 @@ class RankAnswer(NamedTuple):
     more_trials: Optional[int] = None  # of each test there, which would probably decide; None: too many to say
 
 
-class EncoderSearch:
+class EncoderSearch(Generic[Q]):
     """Searches for the answers to several questions, running trials as needed."""
 
-    def __init__(self, ranks: int, run: RunTrials, asked: Asked) -> None:
+    def __init__(self, ranks: int, run: RunTrials[Q], asked: Asked) -> None:
         """Prepare the search.
 
         Args:
             ranks: how many encoders there are.
-            run: takes a rank and a number, and returns the outcomes of so many first trials of each test.
+            run: runs the first trials of a rank.
             asked: of each encoder.
         """
         self._top = ranks - 1
         self._asked = asked
         self._trials = RankTrials(run)
 
-    def answers(self, guesses: Mapping[Hashable, int]) -> Dict[Hashable, RankAnswer]:
+    def answers(self, guesses: Mapping[Q, int]) -> Dict[Q, RankAnswer]:
         """RankAnswer each question, given a first guess of its lowest sufficient rank.
 
         In the end the rank of each answer and those beside it have trials of equal numbers.
@@ -57,11 +57,11 @@ class EncoderSearch:
             self._run_beside(answer.rank)
         return found
 
-    def counts(self, question: Hashable) -> Dict[int, Dict[Hashable, Counts]]:
+    def counts(self, question: Q) -> Dict[int, Dict[str, TrialCounts]]:
         """Return the trials of each test by rank, ascending: all that there are."""
         return {rank: self._trials.counts(rank, question) for rank in self._trials.ranks}
 
-    def _search(self, judge: RankJudge, guess: int) -> None:
+    def _search(self, judge: RankJudge[Q], guess: int) -> None:
         """Go from the guess down while ranks suffice, or up until one does, by growing steps; then close the gap.
 
         The gap lies between the lowest rank that is shown to suffice and the next below that is not, be that shown not
@@ -81,7 +81,7 @@ class EncoderSearch:
             goes_on = (judge.settle(rank) is Sufficiency.YES) != goes_up
             step = 2 * step if goes_on else 1
 
-    def _answer(self, judge: RankJudge) -> RankAnswer:
+    def _answer(self, judge: RankJudge[Q]) -> RankAnswer:
         kinds = {rank: judge.kind(rank) for rank in judge.ranks}
         if Sufficiency.YES not in kinds.values():
             kind = kinds[self._top]

@@ -12,7 +12,8 @@ The average is by Jeffreys' prior, Beta(1/2, 1/2), cut at the required share, wh
 
 from __future__ import annotations
 
-from typing import List, NamedTuple, Optional, Sequence
+from functools import lru_cache
+from typing import List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 from scipy.optimize import brentq
@@ -29,7 +30,7 @@ MOST_FORESEEN = 1000
 MARGIN = 1e-9
 
 
-class Counts(NamedTuple):
+class TrialCounts(NamedTuple):
     """Trials of one test with one encoder."""
 
     within: int  # the tolerance
@@ -61,12 +62,12 @@ def log_evidence_against(within: np.ndarray, trials: np.ndarray, share: float) -
     return log_evidence_for(trials - within, trials, 1.0 - share)
 
 
-def shows_enough(counts: Counts, share: float, doubt: float) -> bool:
+def shows_enough(counts: TrialCounts, share: float, doubt: float) -> bool:
     """Return whether the share in a test is shown to be more than `share`, at 1 - `doubt`."""
     return bool(_enough(np.array(counts.within), np.array(counts.trials), share, doubt))
 
 
-def shows_too_few(tests: Sequence[Counts], share: float, doubt: float) -> bool:
+def shows_too_few(tests: Sequence[TrialCounts], share: float, doubt: float) -> bool:
     """Return whether the share in at least one test is shown to be less than `share`, at 1 - `doubt`.
 
     The mean of the tests' e-values is an e-value itself, whatever they have in common. It is no less than what
@@ -76,7 +77,7 @@ def shows_too_few(tests: Sequence[Counts], share: float, doubt: float) -> bool:
     return bool(_too_few(within, trials, share, doubt))
 
 
-def more_trials(tests: Sequence[Counts], share: float, doubt: float) -> Optional[int]:
+def more_trials(tests: Sequence[TrialCounts], share: float, doubt: float) -> Optional[int]:
     """Return how many more trials of each test would decide if they went as those so far; None: over MOST_FORESEEN.
 
     0 where the present ones decide. The fractions so far are taken half a trial nearer to 1/2: 20 of 20 may not go on.
@@ -88,7 +89,8 @@ def more_trials(tests: Sequence[Counts], share: float, doubt: float) -> Optional
     return int(more[np.argmax(decided)]) if decided.any() else None
 
 
-def looks(share: float, doubt: float, most: int) -> List[int]:
+@lru_cache(maxsize=None)  # asked at each rank of a search
+def looks(share: float, doubt: float, most: int) -> Tuple[int, ...]:
     """Return after how many trials to look: each time that one more of them may fail and the share is still shown.
 
     Args:
@@ -101,29 +103,29 @@ def looks(share: float, doubt: float, most: int) -> List[int]:
     while True:
         shown = numbers[(numbers >= len(found)) & _enough(numbers - len(found), numbers, share, doubt)]
         if len(shown) == 0:
-            return found
+            return tuple(found)
         found.append(int(shown[0]))
 
 
-def share_interval(counts: Counts, confidence: float) -> Interval:
+def share_interval(counts: TrialCounts, confidence: float) -> Interval:
     """Return the shares that the trials do not exclude: each bound holds with `confidence`, at all times at once."""
-    outside = Counts(counts.trials - counts.within, counts.trials)
+    outside = TrialCounts(counts.trials - counts.within, counts.trials)
     return Interval(_lower_bound(counts, confidence), 1.0 - _lower_bound(outside, confidence))
 
 
-def monotone_fractions(ranks: Sequence[Counts]) -> List[float]:
+def monotone_fractions(ranks: Sequence[TrialCounts]) -> List[float]:
     """Fit fractions that do not fall from rank to rank, by pooling adjacent violators.
 
     Args:
         ranks: of ascending quality, each with trials.
     """
-    pools: List[Counts] = []
+    pools: List[TrialCounts] = []
     sizes: List[int] = []
     for counts in ranks:
         pool, size = counts, 1
         while pools and pools[-1].fraction >= pool.fraction:
             lower = pools.pop()
-            pool, size = Counts(lower.within + pool.within, lower.trials + pool.trials), size + sizes.pop()
+            pool, size = TrialCounts(lower.within + pool.within, lower.trials + pool.trials), size + sizes.pop()
         pools.append(pool)
         sizes.append(size)
     return [pool.fraction for pool, size in zip(pools, sizes) for _ in range(size)]
@@ -144,7 +146,7 @@ def _log_mass_above(share: float, a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.asarray(betaln(a, b) + np.log(betainc(b, a, 1.0 - share)))
 
 
-def _lower_bound(counts: Counts, confidence: float) -> float:
+def _lower_bound(counts: TrialCounts, confidence: float) -> float:
     """Return the largest share that is shown to be exceeded; 0 without one."""
     within, trials = np.array(counts.within), np.array(counts.trials)
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from diff_encoder_sim.advice.drawn_robot import ALL_CAUSES, Amounts
 from diff_encoder_sim.advice.drive_draws import DriveDraws
-from diff_encoder_sim.advice.evidence import Counts, monotone_fractions
+from diff_encoder_sim.advice.evidence import TrialCounts, monotone_fractions
 from diff_encoder_sim.advice.requirement import Requirement
 from diff_encoder_sim.encoders.pulses import PerWheel
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
@@ -107,7 +107,7 @@ class OdometryCurves:
     def _crossing(self, curve: Curve, requirement: Requirement) -> float:
         """Return where a curve that does not fall, fitted to the draws, reaches the share."""
         within = [requirement.within(curve.errors[counts]) for counts in self.counts]
-        fractions = monotone_fractions([Counts(int(each.sum()), len(each)) for each in within])
+        fractions = monotone_fractions([TrialCounts(int(each.sum()), len(each)) for each in within])
         return self.whole([float(np.exp(np.interp(requirement.share, fractions, np.log(self.counts))))])[0]
 
     def _between(self, low: float, high: float, steps: int) -> List[float]:

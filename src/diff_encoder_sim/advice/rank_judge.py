@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Callable, Dict, Hashable, List, Mapping, NamedTuple, Optional, Sequence
+from typing import Callable, Dict, Generic, List, Mapping, NamedTuple, Optional, Sequence, TypeVar
 
-from diff_encoder_sim.advice.evidence import Counts, looks, more_trials, shows_enough, shows_too_few
+from diff_encoder_sim.advice.evidence import TrialCounts, looks, more_trials, shows_enough, shows_too_few
 from diff_encoder_sim.analysis.within_tolerance import REQUIRED_FRACTION, Sufficiency
 from diff_encoder_sim.evaluation.sample_statistics import LEVEL
 
+Q = TypeVar('Q')  # questions, whatever they are
+
 # Of each test by each question, whether each trial ended within the tolerance, in the order of their numbers.
-Outcomes = Mapping[Hashable, Mapping[Hashable, Sequence[bool]]]
-RunTrials = Callable[[int, int], Outcomes]
+Outcomes = Mapping[str, Mapping[Q, Sequence[bool]]]
+
+# Takes a rank and a number, and runs so many first trials of each test that are not there yet.
+RunTrials = Callable[[int, int], Outcomes[Q]]
 
 # Below the highest rank, trials end that would probably take more than so many times the allowed number to decide.
 PATIENCE = 2
@@ -32,19 +36,19 @@ class Asked(NamedTuple):
 def fewest_trials(asked: Asked) -> int:
     """Return how many trials show the share if none fails."""
     count = 1
-    while not shows_enough(Counts(count, count), asked.share, asked.doubt):
+    while not shows_enough(TrialCounts(count, count), asked.share, asked.doubt):
         count += 1
     return count
 
 
-class RankTrials:
+class RankTrials(Generic[Q]):
     """The trials so far, by rank."""
 
-    def __init__(self, run: RunTrials) -> None:
+    def __init__(self, run: RunTrials[Q]) -> None:
         """Begin without trials; `run` runs them."""
         self._run = run
         self._done: Dict[int, int] = {}
-        self._outcomes: Dict[int, Outcomes] = {}
+        self._outcomes: Dict[int, Outcomes[Q]] = {}
 
     @property
     def ranks(self) -> List[int]:
@@ -66,15 +70,15 @@ class RankTrials:
         """Return how many trials of each test a rank has."""
         return self._done[rank]
 
-    def counts(self, rank: int, question: Hashable) -> Dict[Hashable, Counts]:
+    def counts(self, rank: int, question: Q) -> Dict[str, TrialCounts]:
         """Return the trials of each test by a question."""
         return {
-            test: Counts(sum(outcomes[question]), len(outcomes[question]))
+            test: TrialCounts(sum(outcomes[question]), len(outcomes[question]))
             for test, outcomes in self._outcomes[rank].items()
         }
 
 
-class RankJudge:
+class RankJudge(Generic[Q]):
     """Judges ranks for one question. The highest rank comes first.
 
     What suffices in a test at one rank suffices at those above, and what does not at one rank does not at those below.
@@ -82,7 +86,7 @@ class RankJudge:
     through many that nearly suffice does not find one of them by chance.
     """
 
-    def __init__(self, trials: RankTrials, question: Hashable, asked: Asked) -> None:
+    def __init__(self, trials: RankTrials[Q], question: Q, asked: Asked) -> None:
         """Begin without ranks.
 
         Args:
@@ -107,7 +111,7 @@ class RankJudge:
                 self.kind(other) is not Sufficiency.YES for other in self.ranks
             )
         most = self._asked.most_trials
-        for count in looks(self._asked.share, self._doubts[rank], most) or [most]:
+        for count in looks(self._asked.share, self._doubts[rank], most) or (most,):
             self._trials.run(rank, count)
             if self.kind(rank) is not Sufficiency.UNDECIDED or self._is_hopeless(rank):
                 break
@@ -139,7 +143,7 @@ class RankJudge:
         ]
         return all(map(any, zip(*shown)))
 
-    def _tests(self, rank: int) -> List[Counts]:
+    def _tests(self, rank: int) -> List[TrialCounts]:
         return list(self._trials.counts(rank, self._question).values())
 
     def _is_hopeless(self, rank: int) -> bool:

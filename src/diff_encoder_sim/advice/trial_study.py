@@ -12,7 +12,7 @@ from diff_encoder_sim.advice.answers import Answer, Kind, Question
 from diff_encoder_sim.advice.budget import Budget
 from diff_encoder_sim.advice.closed_form_counts import local_counts
 from diff_encoder_sim.advice.encoder_search import EncoderSearch, RankAnswer
-from diff_encoder_sim.advice.evidence import Counts
+from diff_encoder_sim.advice.evidence import TrialCounts
 from diff_encoder_sim.advice.limits import limits
 from diff_encoder_sim.advice.listed_encoders import equivalent_counts
 from diff_encoder_sim.advice.odometry_study import geometry_of
@@ -86,7 +86,7 @@ class TrialStudy:
         answers = {question: self._answer(question, found[question]) for question in SOURCES}
         return self._advice._replace(answers={Question.ODOMETRY: odometry, **answers}, tried=self._tried())
 
-    def _run(self, rank: int, count: int) -> Outcomes:
+    def _run(self, rank: int, count: int) -> Outcomes[Question]:
         trials = self._trials[rank] = self._trials_with(self._candidates[rank].label, count)
         return {
             test: {
@@ -185,8 +185,8 @@ class TrialStudy:
                 )
         return tried
 
-    def _counts(self, trials: Sequence[TrialData], question: Question) -> Counts:
-        return Counts(sum(is_within(trial, question, self._advice.requirement) for trial in trials), len(trials))
+    def _counts(self, trials: Sequence[TrialData], question: Question) -> TrialCounts:
+        return TrialCounts(sum(is_within(trial, question, self._advice.requirement) for trial in trials), len(trials))
 
     def _budget(self, test: str, ends: Ends) -> Optional[Budget]:
         finest = self._ends(max(self._trials))[test]

@@ -6,7 +6,7 @@ from scipy import integrate, stats
 
 from diff_encoder_sim.advice.evidence import (
     MOST_FORESEEN,
-    Counts,
+    TrialCounts,
     log_evidence_against,
     log_evidence_for,
     looks,
@@ -59,62 +59,72 @@ def test_no_trials_are_no_evidence():
 
 
 def test_evidence_of_very_many_trials_is_finite_where_it_decides():
-    assert shows_enough(Counts(9000, 10000), SHARE, DOUBT) and shows_too_few([Counts(7000, 10000)], SHARE, DOUBT)
-    assert not shows_enough(Counts(10, 10000), SHARE, DOUBT) and not shows_too_few([Counts(10000, 10000)], SHARE, DOUBT)
+    assert shows_enough(TrialCounts(9000, 10000), SHARE, DOUBT) and shows_too_few(
+        [TrialCounts(7000, 10000)], SHARE, DOUBT
+    )
+    assert not shows_enough(TrialCounts(10, 10000), SHARE, DOUBT) and not shows_too_few(
+        [TrialCounts(10000, 10000)], SHARE, DOUBT
+    )
 
 
 def test_one_test_that_fails_is_enough_to_show_it():
-    good, bad = Counts(30, 30), Counts(14, 30)
+    good, bad = TrialCounts(30, 30), TrialCounts(14, 30)
     assert shows_too_few([bad], SHARE, DOUBT) and shows_too_few([good, bad], SHARE, DOUBT)
     assert not shows_too_few([good, good], SHARE, DOUBT)
 
 
 def test_tests_share_the_doubt():
-    good, bad = Counts(19, 19), Counts(11, 19)
+    good, bad = TrialCounts(19, 19), TrialCounts(11, 19)
     just_enough = 1.01 / evidence(log_evidence_against, *bad)
     assert shows_too_few([bad], SHARE, just_enough) and not shows_too_few([good, bad], SHARE, just_enough)
     assert shows_too_few([good, bad], SHARE, 2.0 * just_enough)
 
 
 def test_one_looks_when_one_more_failure_is_forgiven():
-    assert looks(SHARE, DOUBT, 60) == [17, 31, 41, 51, 59]
-    assert looks(SHARE, DOUBT, 58) == [17, 31, 41, 51]
+    assert looks(SHARE, DOUBT, 60) == (17, 31, 41, 51, 59)
+    assert looks(SHARE, DOUBT, 58) == (17, 31, 41, 51)
     for failures, trials in enumerate(looks(SHARE, DOUBT, 60)):
-        assert shows_enough(Counts(trials - failures, trials), SHARE, DOUBT)
-        assert not shows_enough(Counts(trials - 1 - failures, trials - 1), SHARE, DOUBT)
+        assert shows_enough(TrialCounts(trials - failures, trials), SHARE, DOUBT)
+        assert not shows_enough(TrialCounts(trials - 1 - failures, trials - 1), SHARE, DOUBT)
 
 
 def test_there_is_no_look_where_all_trials_could_show_nothing():
-    assert looks(0.95, DOUBT, 60) == [] and looks(0.95, DOUBT, 74) == [74]
+    assert looks(0.95, DOUBT, 60) == () and looks(0.95, DOUBT, 74) == (74,)
 
 
 @pytest.mark.parametrize(
-    'tests', [[Counts(19, 20)], [Counts(12, 20)], [Counts(20, 20), Counts(19, 20)], [Counts(20, 20), Counts(13, 20)]]
+    'tests',
+    [
+        [TrialCounts(19, 20)],
+        [TrialCounts(12, 20)],
+        [TrialCounts(20, 20), TrialCounts(19, 20)],
+        [TrialCounts(20, 20), TrialCounts(13, 20)],
+    ],
 )
 def test_so_many_more_trials_of_that_fraction_decide(tests):
     more = more_trials(tests, SHARE, 0.01)
     assert 0 < more < MOST_FORESEEN
 
     def decided(after):
-        foreseen = [Counts(w + after * (w + 0.5) / (n + 1.0), n + after) for w, n in tests]
+        foreseen = [TrialCounts(w + after * (w + 0.5) / (n + 1.0), n + after) for w, n in tests]
         return all(shows_enough(counts, SHARE, 0.01) for counts in foreseen) or shows_too_few(foreseen, SHARE, 0.01)
 
     assert decided(more) and not decided(more - 1)
 
 
 def test_a_fraction_at_the_share_is_not_decided_in_sight():
-    assert more_trials([Counts(33, 41)], SHARE, DOUBT) is None
-    assert more_trials([Counts(30, 30), Counts(24, 30)], SHARE, DOUBT) is None
+    assert more_trials([TrialCounts(33, 41)], SHARE, DOUBT) is None
+    assert more_trials([TrialCounts(30, 30), TrialCounts(24, 30)], SHARE, DOUBT) is None
 
 
 def test_what_is_decided_needs_no_more():
-    assert more_trials([Counts(30, 30)], SHARE, DOUBT) == more_trials([Counts(3, 30)], SHARE, DOUBT) == 0
+    assert more_trials([TrialCounts(30, 30)], SHARE, DOUBT) == more_trials([TrialCounts(3, 30)], SHARE, DOUBT) == 0
 
 
 @pytest.mark.parametrize('trials', [5, 20, 60, 400])
 def test_the_interval_is_on_one_side_of_the_share_when_that_is_shown(trials):
     for within in range(0, trials + 1, max(1, trials // 20)):
-        counts = Counts(within, trials)
+        counts = TrialCounts(within, trials)
         low, high = share_interval(counts, 1.0 - DOUBT)
         assert 0.0 <= low <= within / trials <= high <= 1.0
         assert (low >= SHARE) == shows_enough(counts, SHARE, DOUBT)
@@ -122,12 +132,12 @@ def test_the_interval_is_on_one_side_of_the_share_when_that_is_shown(trials):
 
 
 def test_few_trials_bound_nothing():
-    assert share_interval(Counts(0, 4), 0.95).low == 0.0 and share_interval(Counts(4, 4), 0.95).high == 1.0
-    assert share_interval(Counts(1, 1), 0.95).low < 0.1
+    assert share_interval(TrialCounts(0, 4), 0.95).low == 0.0 and share_interval(TrialCounts(4, 4), 0.95).high == 1.0
+    assert share_interval(TrialCounts(1, 1), 0.95).low < 0.1
 
 
 def test_fractions_that_fall_are_pooled():
-    ranks = [Counts(5, 10), Counts(3, 10), Counts(27, 30), Counts(8, 10), Counts(10, 10)]
+    ranks = [TrialCounts(5, 10), TrialCounts(3, 10), TrialCounts(27, 30), TrialCounts(8, 10), TrialCounts(10, 10)]
     assert monotone_fractions(ranks) == [0.4, 0.4, 0.875, 0.875, 1.0]
     assert monotone_fractions(ranks[::-1]) == [pytest.approx(53 / 70)] * 5
     assert monotone_fractions([]) == []
@@ -139,7 +149,7 @@ def test_the_monotone_fit_is_the_least_squares_one():
     rng = np.random.default_rng(2)
     trials = rng.integers(5, 40, 7)
     within = rng.binomial(trials, np.linspace(0.5, 0.7, 7))
-    fitted = monotone_fractions([Counts(*counts) for counts in zip(within.tolist(), trials.tolist())])
+    fitted = monotone_fractions([TrialCounts(*counts) for counts in zip(within.tolist(), trials.tolist())])
     ascending = [{'type': 'ineq', 'fun': lambda p, i=i: p[i + 1] - p[i]} for i in range(6)]
     best = minimize(lambda p: np.sum(trials * np.square(within / trials - p)), fitted, constraints=ascending)
     assert np.allclose(best.x, fitted, atol=1e-3)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.simulation.wheel_errors import WheelErrorParams
 from places import ROOT
 from simulated_drive import RADIUS_M, SEPARATION_M, drive
 
@@ -55,3 +56,20 @@ def test_a_robot_file_without_arguments_for_errors_has_them_all_the_same(make_si
     wheels, turned = drive(simulator, 0.0, 1.0, 2 * math.pi)
     measured = RADIUS_M * (wheels[1] - wheels[0]) / SEPARATION_M
     assert turned / measured == pytest.approx(1.01 / 0.97, abs=2e-4)
+
+
+def test_robots_differ_from_each_other_by_the_spread_that_was_asked_for():
+    params = WheelErrorParams(left_radius_error=0.01, radius_spread=0.002, wheel_separation_spread=0.004)
+    drawn = np.array([params.geometry(np.random.default_rng(seed)) for seed in range(2000)])
+    np.testing.assert_allclose(drawn.mean(axis=0), [0.01, 0.0, 0.0], atol=3e-4)
+    np.testing.assert_allclose(drawn.std(axis=0), [0.00202, 0.002, 0.004], rtol=0.06)
+
+
+def test_the_same_seed_makes_the_same_robot(make_simulator):
+    turned = []
+    for seed in (1, 1, 2):
+        simulator = make_simulator(seed=seed, wheel_errors={'radius_spread': 0.01})
+        drive(simulator, 0.45, 0.0, 2.0)
+        turned.append(simulator.base_pose_in_world())
+        simulator.close()
+    assert turned[0] == turned[1] != turned[2]

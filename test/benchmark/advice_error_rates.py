@@ -1,0 +1,135 @@
+#!/usr/bin/env python3
+"""How often advise's closed-loop trials give a wrong answer, where the truth is known.
+
+Trials of two tests with twelve encoders end within the tolerance by chances that each curve gives for one test; in the
+other test by the same ("both"), or always ("one"), where an error of one test alone is enough. Trials of equal number
+have a part in common at all encoders, by a correlation. The search begins at a guess, which is off by so many steps.
+
+wrong: what is recommended does not suffice; none: no encoder is said to suffice, though one does; undecided: with how
+many more trials would decide; steps: from the smallest encoder that suffices to the recommended one; within 1: how many
+of the recommended ones are no more than one step from it; trials: of both tests together.
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+from typing import Dict, NamedTuple, Optional, Sequence, Tuple
+
+import numpy as np
+from checkout import print_header
+from scipy.stats import norm
+from tabulate import tabulate
+
+from diff_encoder_sim.advice.encoder_search import EncoderSearch, RankAnswer
+from diff_encoder_sim.advice.rank_judge import Asked, Outcomes
+from diff_encoder_sim.analysis.within_tolerance import Sufficiency
+
+RANKS = 12
+TESTS = ('SL', 'SMT')
+QUESTION = 'truth'
+ALWAYS = 0.999
+
+# Where no encoder suffices, guesses are off from here.
+MIDDLE = RANKS // 2
+
+
+class Found(NamedTuple):
+    """An answer, and what it took."""
+
+    answer: RankAnswer
+    trials: int
+
+
+def curves(share: float) -> Dict[str, np.ndarray]:
+    """Return the chances by rank of each shape."""
+    rank = np.arange(RANKS)
+    below, above = share - 0.01, share + 0.01
+    middle = share + 0.5 * (1.0 - share)
+    # Lateral error of whole pulses, candidates in steps of sqrt(2): P = 1 - (1 - c)^2.
+    needed = 1.0 - np.sqrt(1.0 - share)
+    straight = 1.0 - (1.0 - np.minimum(1.0, needed * 2.0 ** (0.5 * (rank - 5.5)))) ** 2
+    just = 1.0 - (1.0 - np.minimum(1.0, needed * 2.0 ** (0.5 * (rank - 5.05)))) ** 2
+    return {
+        'a step': np.where(rank < 5, 0.1, ALWAYS),
+        'a straight line': straight,
+        'just below, then above': just,
+        'flat': share + 0.045 * (rank - 6.7) * 5.0 * (1.0 - share),
+        'one just below': np.where(rank < 5, 0.4, np.where(rank < 6, below, ALWAYS)),
+        'nine just below': np.where(rank < 9, below, ALWAYS),
+        'all just below': np.full(RANKS, below),
+        'up to share - 0.1': np.minimum(share - 0.1, 0.2 + 0.1 * rank),
+        'up to share - 0.3': np.minimum(share - 0.3, 0.2 + 0.1 * rank),
+        'all just above': np.full(RANKS, above),
+        'up to between share and 1': np.minimum(middle, 0.2 + 0.15 * rank),
+    }
+
+
+def main() -> None:
+    """Print a row for each curve, in one or both tests, from each guess."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument('--searches', type=int, default=600, help='of each row (default: %(default)d)')
+    parser.add_argument('--correlations', type=float, nargs='+', default=[0.0, 0.5, 0.9], help='taken in turn')
+    parser.add_argument('--guesses', type=int, nargs='+', default=[0, -5], help='steps off the right rank')
+    parser.add_argument('--share', type=float, default=Asked().share)
+    parser.add_argument('--confidence', type=float, default=Asked().confidence)
+    parser.add_argument('--most-trials', type=int, default=Asked().most_trials, help='of each test with each encoder')
+    options = parser.parse_args()
+    asked = Asked(options.share, options.confidence, options.most_trials)
+    print_header(f'Answers of {options.searches} searches a row [%]: {asked}')
+    rows = [
+        [name, tests, off, *_rates(chances, tests == 'both', off, asked, options)]
+        for name, chances in curves(asked.share).items()
+        for tests in ('one', 'both')
+        for off in options.guesses
+    ]
+    headers = ['chances', 'tests', 'guess', 'wrong', 'none', 'undecided', 'steps', 'within 1', 'trials']
+    print(tabulate(rows, headers, floatfmt='.1f', missingval='-'))
+
+
+def _rates(
+    chances: np.ndarray, in_both: bool, off: int, asked: Asked, options: argparse.Namespace
+) -> Tuple[Optional[float], ...]:
+    """Search many times, and return the columns of a row after its name."""
+    chances = np.clip(chances, 0.001, ALWAYS)
+    sufficient = np.nonzero(chances >= asked.share)[0]
+    lowest = int(sufficient[0]) if len(sufficient) else None
+    guess = int(np.clip((MIDDLE if lowest is None else lowest) + off, 0, RANKS - 1))
+    by_test = np.array([chances, chances if in_both else np.full(RANKS, ALWAYS)])
+    rng = np.random.default_rng(1)
+    correlations = itertools.islice(itertools.cycle(options.correlations), options.searches)
+    found = [_search(by_test, correlation, guess, asked, rng) for correlation in correlations]
+    ranks = np.array([one.answer.rank for one in found if one.answer.rank is not None], dtype=int)
+    steps = None if lowest is None or not len(ranks) else ranks - lowest
+    return (
+        100.0 * np.count_nonzero(chances[ranks] < asked.share) / len(found),
+        None if lowest is None else _percent_of_kind(found, Sufficiency.NO),
+        _percent_of_kind(found, Sufficiency.UNDECIDED),
+        None if steps is None else float(np.mean(steps)),
+        None if steps is None else 100.0 * float(np.mean(np.abs(steps) <= 1)),
+        float(np.mean([one.trials for one in found])),
+    )
+
+
+def _search(by_test: np.ndarray, correlation: float, guess: int, asked: Asked, rng: np.random.Generator) -> Found:
+    """Draw (tests, ranks, trials) outcomes, and search."""
+    common = rng.standard_normal((len(TESTS), 1, asked.most_trials))
+    own = rng.standard_normal((len(TESTS), RANKS, asked.most_trials))
+    drawn = np.sqrt(correlation) * common + np.sqrt(1.0 - correlation) * own
+    outcomes = drawn <= norm.ppf(by_test)[:, :, np.newaxis]
+    done: Dict[int, int] = {}
+
+    def run(rank: int, count: int) -> Outcomes[str]:
+        done[rank] = count
+        return {test: {QUESTION: of_test[rank, :count].tolist()} for test, of_test in zip(TESTS, outcomes)}
+
+    answer = EncoderSearch(RANKS, run, asked).answers({QUESTION: guess})[QUESTION]
+    return Found(answer, len(TESTS) * sum(done.values()))
+
+
+def _percent_of_kind(found: Sequence[Found], kind: Sufficiency) -> float:
+    return 100.0 * sum(one.answer.kind is kind for one in found) / len(found)
+
+
+if __name__ == '__main__':
+    main()
