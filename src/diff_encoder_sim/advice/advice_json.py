@@ -44,6 +44,7 @@ def _answer(answer: Answer) -> Dict[str, Any]:
         'encoder': answer.encoder or None,
         'limit': [_limit(limit) for limit in answer.limits],
         'more_trials': answer.more_trials,
+        'undecided_encoder': answer.undecided or None,
         'text': str(answer),
     }
 

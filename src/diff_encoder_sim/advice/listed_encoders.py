@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
 from diff_encoder_sim.advice.answers import Answer, Kind, Question
+from diff_encoder_sim.advice.candidates import equivalent_counts
 from diff_encoder_sim.advice.drive_draws import DriveDraws
 from diff_encoder_sim.advice.odometry_curve import share_within
 from diff_encoder_sim.advice.requirement import Requirement
@@ -14,7 +14,6 @@ from diff_encoder_sim.encoders.encoder_catalogue import WHOLE_CATALOGUE, load_en
 from diff_encoder_sim.encoders.pulses import PerWheel
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 from diff_encoder_sim.evaluation.sample_statistics import Interval
-from diff_encoder_sim.odometry.odometry_covariance import PULSE_VARIANCE
 from diff_encoder_sim.robots.robot_file import load_robot_file, robot_names
 
 DRAWS = 400
@@ -29,12 +28,6 @@ class ListedEncoder(NamedTuple):
     equivalent_counts: float  # of an ideal encoder whose readings are as uncertain
     share: Interval  # of trials whose odometry is within the tolerance, in the test where it is smallest
     meets: Dict[Question, Optional[bool]]  # None: not known
-
-
-def equivalent_counts(params: EncoderParams) -> float:
-    """Return how many counts an ideal encoder has whose readings have the variance of this one's."""
-    counts = params.counts_per_turn.left
-    return counts * math.sqrt(PULSE_VARIANCE / (PULSE_VARIANCE + params.encoder.pulse_variance(counts)))
 
 
 def listed_encoders(

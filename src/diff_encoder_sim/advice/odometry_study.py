@@ -6,7 +6,8 @@ import tempfile
 from typing import Dict, Iterator, List, Optional
 
 from diff_encoder_sim.advice.advice import Advice
-from diff_encoder_sim.advice.answers import Question
+from diff_encoder_sim.advice.answers import Answer, Kind, Question
+from diff_encoder_sim.advice.candidates import candidates_of, smallest_enough
 from diff_encoder_sim.advice.closed_form_counts import closed_form_counts
 from diff_encoder_sim.advice.drawn_robot import drawn_robot
 from diff_encoder_sim.advice.drive_draws import DriveDraws
@@ -42,18 +43,29 @@ def study_odometry(campaign: Campaign, requirement: Requirement, distance_m: Opt
         drives = list(_drives(campaign, distance_m, folder))
         robot = drawn_robot(RobotSource(campaign.files.materialise(folder).robot), campaign.cells[0].robot_params)
     curves = OdometryCurves([DriveDraws(drive, robot, campaign.params.seed) for drive in drives], params)
-    geometry = geometry_of(campaign)
+    geometry, answer = geometry_of(campaign), odometry_answer(curves, params, requirement)
+    if answer.kind is Kind.FROM:
+        answer = answer._replace(encoder=_recommended(campaign, answer, curves, requirement))
     return Advice(
         campaign.robot.name if campaign.robot else 'the robot',
         campaign.robot and campaign.robot.ppr,
         requirement,
         curves,
         {drive.test: closed_form_counts(drive.requested, geometry, requirement) for drive in drives},
-        {Question.ODOMETRY: odometry_answer(curves, params, requirement)},
+        {Question.ODOMETRY: answer},
         {},
         [],
         [],
     )
+
+
+def _recommended(campaign: Campaign, answer: Answer, curves: OdometryCurves, requirement: Requirement) -> str:
+    """Return the label of the smallest candidate that is enough; '' without one."""
+    too_few = answer.interval[0] or 0.0
+    # Real encoders have errors of their own: those with fewer counts are tried, too.
+    candidates = [each for each in candidates_of(campaign) if each.counts > too_few or each.label != f'{each.counts:g}']
+    found = smallest_enough(candidates, [curve.draws for curve in curves.curves], requirement)
+    return found.label if found else ''
 
 
 def geometry_of(campaign: Campaign) -> RobotGeometry:

@@ -3,25 +3,24 @@
 from __future__ import annotations
 
 import math
-from typing import Callable, Dict, List, NamedTuple, Optional, Sequence
+from typing import Callable, Dict, List, Optional, Sequence
 
 import numpy as np
 
 from diff_encoder_sim.advice.advice import Advice, TriedEncoder
 from diff_encoder_sim.advice.answers import Answer, Kind, Question
 from diff_encoder_sim.advice.budget import Budget
+from diff_encoder_sim.advice.candidates import candidates_of
 from diff_encoder_sim.advice.closed_form_counts import local_counts
 from diff_encoder_sim.advice.encoder_search import EncoderSearch, RankAnswer
 from diff_encoder_sim.advice.evidence import TrialCounts
 from diff_encoder_sim.advice.limits import limits
-from diff_encoder_sim.advice.listed_encoders import equivalent_counts
 from diff_encoder_sim.advice.odometry_study import geometry_of
 from diff_encoder_sim.advice.rank_judge import Asked, Outcomes
 from diff_encoder_sim.advice.trial_errors import SOURCES, Ends, causes_alone, ends_of, is_within, reduced, truth_budget
 from diff_encoder_sim.analysis.dataset import TrialData
 from diff_encoder_sim.analysis.within_tolerance import Sufficiency
 from diff_encoder_sim.campaign.campaign_definition import Campaign
-from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 
 # So many trials of each test compare the curve of odometry with closed-loop trials: at its encoder and those beside it.
 CONFIRMING = 8
@@ -34,28 +33,6 @@ FEWEST_FOR_BUDGET = 8
 
 # Runs the first trials of each test with an encoder, by its label, and returns them.
 TrialsWith = Callable[[str, int], Sequence[TrialData]]
-
-
-class Candidate(NamedTuple):
-    """An encoder to choose."""
-
-    label: str
-    counts: float  # of an ideal encoder whose readings are as uncertain
-    params: EncoderParams
-
-
-def candidates_of(campaign: Campaign) -> List[Candidate]:
-    """Return the encoders of a campaign, from the coarsest to the finest."""
-    of_one_test = campaign.cells[: len(campaign.encoders)]
-    found = [
-        Candidate(
-            cell.encoder.label,
-            equivalent_counts(cell.robot_params.encoder),
-            cell.robot_params.encoder.model_copy(update={'ppr': cell.ppr}),
-        )
-        for cell in of_one_test
-    ]
-    return sorted(found, key=lambda candidate: candidate.counts)
 
 
 class TrialStudy:
@@ -104,15 +81,15 @@ class TrialStudy:
         return next(enough, len(self._candidates) - 1)
 
     def _confirmed(self, answer: Answer) -> Answer:
-        """Compare the curve with trials at the encoder that it recommends, one below and one above."""
-        if answer.kind is not Kind.FROM or answer.interval[1] is None:
+        """Compare the draws with trials at the encoder that they recommend, one below and one above."""
+        labels = [candidate.label for candidate in self._candidates]
+        if not answer.encoder:
             return answer
-        rank = self._rank_from(answer.interval[1])
+        rank = labels.index(answer.encoder)
         for beside in (rank - 1, rank, rank + 1):
-            if 0 <= beside < len(self._candidates) and beside not in self._trials:
+            if 0 <= beside < len(labels) and beside not in self._trials:
                 self._run(beside, CONFIRMING)
-        is_enough = self._candidates[rank].counts >= answer.interval[1]
-        return answer._replace(encoder=self._candidates[rank].label if is_enough else '', note=self._disagreement())
+        return answer._replace(note=self._disagreement())
 
     def _disagreement(self) -> str:
         """Say so where trials end otherwise than the draws of one drive let expect."""

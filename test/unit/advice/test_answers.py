@@ -17,19 +17,25 @@ TURN = Limit('localization', 'SMT', 2, math.radians(4.0), math.radians(3.0), mat
         ),
         (
             Answer(Question.TRUTH, Kind.FROM, 40.0, (20.0, 40.0), '40', more_trials=70, undecided='28'),
-            'from 40 counts per revolution on; 20 are not enough; '
-            '28: undecided, about 70 more trials of each test would decide',
+            (
+                'from 40 counts per revolution on; 20 are not enough; '
+                '28: undecided, about 70 more trials of each test would decide'
+            ),
         ),
         (Answer(Question.POSE_ESTIMATE, Kind.FROM, 20.0, (None, 20.0), '20'), 'from 20 counts per revolution on'),
         (
             Answer(Question.ODOMETRY, Kind.NOT_THE_LIMIT, 512.0, limits=[RADIUS]),
-            'the encoder is not the limit: wheel radius (47 of 50 mm across, SL); '
-            'with wheel radius at 25 mm: from 512 counts on',
+            (
+                'the encoder is not the limit: wheel radius (47 of 50 mm across, SL); '
+                'with wheel radius at 25 mm: from 512 counts on'
+            ),
         ),
         (
             Answer(Question.TRUTH, Kind.NOT_THE_LIMIT, limits=[TURN]),
-            'the encoder is not the limit: localization (4 of 3 degrees heading, SMT); '
-            'with localization at 1.5 degrees: it would still not be met',
+            (
+                'the encoder is not the limit: localization (4 of 3 degrees heading, SMT); '
+                'with localization at 1.5 degrees: it would still not be met'
+            ),
         ),
         (
             Answer(Question.TRUTH, Kind.UNDECIDED, more_trials=30),

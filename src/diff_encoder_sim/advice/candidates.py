@@ -1,0 +1,56 @@
+"""The encoders that a user can choose from."""
+
+from __future__ import annotations
+
+import math
+from typing import List, NamedTuple, Optional, Sequence
+
+from diff_encoder_sim.advice.drive_draws import DriveDraws
+from diff_encoder_sim.advice.odometry_curve import share_within
+from diff_encoder_sim.advice.requirement import Requirement
+from diff_encoder_sim.campaign.campaign_definition import Campaign
+from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
+from diff_encoder_sim.odometry.odometry_covariance import PULSE_VARIANCE
+
+# As many as where the curve crosses what is asked for.
+DRAWS = 8000
+
+
+class Candidate(NamedTuple):
+    """An encoder to choose."""
+
+    label: str
+    counts: float  # of an ideal encoder whose readings are as uncertain
+    params: EncoderParams
+
+
+def candidates_of(campaign: Campaign) -> List[Candidate]:
+    """Return the encoders of a campaign, from the coarsest to the finest."""
+    found = []
+    for cell in campaign.cells[: len(campaign.encoders)]:
+        params = cell.robot_params.encoder.model_copy(update={'ppr': cell.ppr})
+        found.append(Candidate(cell.encoder.label, equivalent_counts(params), params))
+    return sorted(found, key=lambda candidate: candidate.counts)
+
+
+def equivalent_counts(params: EncoderParams) -> float:
+    """Return how many counts an ideal encoder has whose readings have the variance of this one's."""
+    counts = params.counts_per_turn.left
+    return counts * math.sqrt(PULSE_VARIANCE / (PULSE_VARIANCE + params.encoder.pulse_variance(counts)))
+
+
+def smallest_enough(
+    candidates: Sequence[Candidate], tests: Sequence[DriveDraws], requirement: Requirement
+) -> Optional[Candidate]:
+    """Return the first candidate whose odometry meets a requirement for certain; None where none does.
+
+    Args:
+        candidates: in the order in which they are tried.
+        tests: a drive of each.
+        requirement: at the end of each drive.
+    """
+    for candidate in candidates:
+        shares = (share_within(draws.errors([candidate.params], DRAWS)[0], requirement) for draws in tests)
+        if all(share.low >= requirement.share for share in shares):
+            return candidate
+    return None

@@ -1,0 +1,98 @@
+"""ALTO's odometry after a straight line without a simulator, and an advice of it."""
+
+import functools
+import math
+
+import numpy as np
+
+from diff_encoder_sim.advice import odometry_curve
+from diff_encoder_sim.advice.advice import Advice, TriedEncoder
+from diff_encoder_sim.advice.answers import Answer, Kind, Question
+from diff_encoder_sim.advice.drawn_robot import DrawnRobot
+from diff_encoder_sim.advice.drive_draws import DriveDraws
+from diff_encoder_sim.advice.drives import Drive
+from diff_encoder_sim.advice.evidence import TrialCounts
+from diff_encoder_sim.advice.listed_encoders import ListedEncoder
+from diff_encoder_sim.advice.odometry_answer import odometry_answer
+from diff_encoder_sim.advice.odometry_curve import OdometryCurves
+from diff_encoder_sim.advice.odometry_study import with_budgets
+from diff_encoder_sim.advice.requirement import Requirement
+from diff_encoder_sim.advice.trial_errors import Ends, truth_budget
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
+from diff_encoder_sim.evaluation.sample_statistics import Interval
+from diff_encoder_sim.navigation.stop_spread import StopSpread
+from diff_encoder_sim.odometry.odometry_params import OdometryParams
+from diff_encoder_sim.robots.physics_urdf import TrueWheels
+from diff_encoder_sim.simulation.flat_drive import RolledDrive
+from diff_encoder_sim.simulation.wheel_errors import WheelErrorParams
+from diff_encoder_sim.trials.test_definition import Segment, TestDefinition
+from diff_encoder_sim.trials.trial_definition import Trial
+
+REQUIREMENT = Requirement(0.8, 0.05, math.radians(3.0), 0.95)
+NOT_BY_ODOMETRY = {**dict.fromkeys(Question), Question.ODOMETRY: False}
+STOP = StopSpread(0.005, 0.01)
+DRAWS = 120  # of each point of a curve
+
+
+def straight(length_m=20.0, name='SL'):
+    """A drive without slip."""
+    test = TestDefinition(name=name, world='hallway', drive=[Segment(straight=length_m)])
+    way_m = np.linspace(0.0, length_m, 400)
+    rolled = RolledDrive(0.1 * np.arange(400), np.column_stack([way_m, way_m]), 0.4, Pose2D(length_m, 0.0, 0.0))
+    return Drive(Trial(test=test, nav='scripted'), rolled)
+
+
+def alto(**wheel_errors):
+    errors = WheelErrorParams(**wheel_errors)
+    return DrawnRobot(TrueWheels(0.1, 0.1, 0.4), errors, OdometryParams(), 0.0, STOP)
+
+
+def advice_of(*drives, requirement=REQUIREMENT, draws=DRAWS, **wheel_errors):
+    """An advice without trials, budgets and encoders, by few draws."""
+    params = EncoderParams()
+    kept = odometry_curve.DRAWS, odometry_curve.FINE_DRAWS
+    odometry_curve.DRAWS, odometry_curve.FINE_DRAWS = min(draws, 500), draws
+    try:
+        tests = [DriveDraws(drive, alto(**wheel_errors), 1) for drive in drives or [straight()]]
+        curves = OdometryCurves(tests, params)
+        answers = {Question.ODOMETRY: odometry_answer(curves, params, requirement)}
+    finally:
+        odometry_curve.DRAWS, odometry_curve.FINE_DRAWS = kept
+    return Advice('alto', 90.0, requirement, curves, {'SL': 347.0}, answers, {}, [], [])
+
+
+@functools.lru_cache(maxsize=None)
+def straight_advice():
+    """The same once for all tests."""
+    advice = advice_of(draws=2000)
+    answer = advice.answers[Question.ODOMETRY]._replace(encoder='360')
+    return advice._replace(answers={Question.ODOMETRY: answer})
+
+
+@functools.lru_cache(maxsize=None)
+def whole_advice():
+    """An advice with all that there can be."""
+    tried = [
+        TriedEncoder('SL', label, float(label), dict.fromkeys(Question, TrialCounts(within, 17)), budget)
+        for label, within, budget in (('28', 12, None), ('40', 17, _truth_budget()))
+    ]
+    advice = with_budgets(straight_advice())
+    answers = {
+        **advice.answers,
+        Question.POSE_ESTIMATE: Answer(Question.POSE_ESTIMATE, Kind.UNDECIDED, more_trials=12),
+        Question.TRUTH: Answer(Question.TRUTH, Kind.FROM, 40.0, (28.0, 40.0), '40'),
+    }
+    encoders = [
+        ListedEncoder('amt102', 'industrial low', 8192.0, 586.8, Interval(0.98, 1.0), dict.fromkeys(Question, True)),
+        ListedEncoder(
+            'own of alto', '', 90.0, 90.0, Interval(0.1, 0.2), {**dict.fromkeys(Question), Question.ODOMETRY: False}
+        ),
+    ]
+    return advice._replace(tried=tried, answers=answers, encoders=encoders)
+
+
+def _truth_budget():
+    rng = np.random.default_rng(1)
+    stop, fix = rng.normal(0.0, 0.002, (17, 3)), rng.normal(0.001, 0.003, (17, 3))
+    return truth_budget(Ends(stop, fix, stop), Ends(stop, fix, stop))
