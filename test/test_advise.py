@@ -1,5 +1,6 @@
 """The advise command on real worker processes."""
 
+import json
 import os
 import subprocess
 import sys
@@ -8,7 +9,7 @@ from pathlib import Path
 import pytest
 
 HERE = Path(__file__).resolve().parent
-CANDIDATES = ['--tests', 'SL', 'SMT', '--ppr', '1024', '40', '90', '256', '--trials', '16', '--workers', '1']
+CANDIDATES = ['--tests', 'SL', '--ppr', '1024', '40', '90', '360', '--workers', '1']
 
 pytestmark = pytest.mark.timeout(120)
 
@@ -24,50 +25,84 @@ def advise(*arguments, cwd):
     )
 
 
+def answers(done):
+    """The last of the answers that were printed, by their beginnings."""
+    lines = [line.strip() for line in done.stdout.splitlines() if line.startswith('  ')]
+    return dict(line.split(': ', 1) for line in lines)
+
+
 @pytest.fixture(scope='module')
 def first(tmp_path_factory):
     folder = tmp_path_factory.mktemp('advise')
-    return folder, advise(*CANDIDATES, cwd=folder)
+    return folder, advise(*CANDIDATES, '--json', 'advice.json', cwd=folder)
 
 
-def test_the_answer_names_the_smallest_encoder_by_each_question(first):
+def test_odometry_is_answered_first_and_then_what_trials_show(first):
     _, done = first
     assert done.returncode == 0, done.stderr
-    # 10 m / 256 is within 0.05 m, 10 m / 90 is not.
-    assert done.stdout.splitlines()[-4:] == [
-        'Yes in every test:',
-        '  true pose at the goal: from 40 PPR on, the smallest candidate',
-        '  pose estimate at the goal: from 40 PPR on, the smallest candidate',
-        '  odometry at the true pose: from 256 PPR on',
-    ]
-    assert '0/16 no' in done.stdout and '16/16 yes' in done.stdout
+    lines = done.stdout.splitlines()
+    assert lines[0] == 'alto: at least 80 % of the trials within 0.05 m in x and y and 3 degrees'
+    assert lines[1].startswith('  odometry at the true pose: from 3')
+    assert lines[2] == '  the same in closed form, of quantisation alone: SL 347'
+    assert 'advise: first answer after' in done.stderr
+    found = answers(done)
+    assert found['true pose at the goal'] == 'from 90 counts per revolution on; 40 are not enough'
+    assert found['pose estimate at the goal'] == 'from 40 counts per revolution on'
+    assert 'Error budget' in done.stdout and 'Encoders on these wheels' in done.stdout
+    assert "The robot's own encoder has 90 PPR." in done.stdout
+
+
+def test_all_of_it_is_in_the_json_and_on_the_page(first):
+    folder, done = first
+    content = json.loads((folder / 'advice.json').read_text())
+    assert content['answers']['odometry']['encoder'] == '360'
+    assert content['answers']['truth']['smallest_ppr'] == 90.0
+    assert 'Which encoder for alto?' in (folder / 'results' / 'advice' / 'advice.html').read_text()
+    assert done.stdout.splitlines()[-2:] == ['Page: results/advice/advice.html', 'JSON: advice.json']
 
 
 def test_the_same_command_again_runs_nothing(first):
     folder, done = first
     rows = (folder / 'results' / 'advice' / 'trials.csv').read_text()
-    again = advise(*CANDIDATES, cwd=folder)
+    again = advise(*CANDIDATES, '--json', 'advice.json', cwd=folder)
     assert (again.returncode, again.stdout) == (0, done.stdout)
     assert 'trials,' not in again.stderr
     assert (folder / 'results' / 'advice' / 'trials.csv').read_text() == rows
 
 
-def test_another_tolerance_goes_on_with_the_same_trials(first):
+def test_another_tolerance_goes_on_with_the_same_trials_and_names_what_limits(first):
     folder, _ = first
-    finer = advise(*CANDIDATES, '--tolerance', '0.015', cwd=folder)
-    assert finer.stdout.splitlines()[-3:] == [
-        '  true pose at the goal: with no encoder up to 1024 PPR',
-        '  pose estimate at the goal: with no encoder up to 1024 PPR',
-        '  odometry at the true pose: from 1024 PPR on',
-    ]
-    assert 'advise: stopping: precise drives up to within about 6 mm' in finer.stderr
+    finer = answers(advise(*CANDIDATES, '--tolerance', '0.015', cwd=folder))
+    limit = 'the encoder is not the limit: stopping (20 of 15 mm across, SL); with stopping at 7.5 mm: '
+    assert finer['pose estimate at the goal'].startswith(limit)
+
+
+def test_without_trials_there_is_odometry_alone(tmp_path):
+    done = advise(*CANDIDATES, '--no-trials', '--distance', '10', '--share', '0.95', cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert list(answers(done)) == ['odometry at the true pose', 'the same in closed form, of quantisation alone']
+    assert answers(done)['the same in closed form, of quantisation alone'] == '10 m straight 244'
+    assert [path.name for path in (tmp_path / 'results' / 'advice').iterdir()] == ['advice.html']
+
+
+def test_wheels_can_be_the_limit(tmp_path):
+    text = (HERE.parent / 'config' / 'robots' / 'alto.yaml').read_text()
+    urdf = HERE.parent / 'urdf' / 'alto.urdf.xacro'
+    text = text.replace('../../urdf/alto.urdf.xacro', str(urdf))
+    (tmp_path / 'worn.yaml').write_text(f'{text}  simulator.wheel_errors.left_radius_error: 0.005\n')
+    done = advise(*CANDIDATES, '--no-trials', '--robot', 'worn.yaml', cwd=tmp_path)
+    found = answers(done)['odometry at the true pose']
+    assert found.startswith('the encoder is not the limit: wheel radius (')
+    assert 'across, SL); with wheel radius at 25 mm: from ' in found
 
 
 @pytest.mark.parametrize(
     ('arguments', 'message'),
     [
-        (['--trials', '15'], '--trials: given 15; allowed: from 16'),
+        (['--trials', '0'], "given '0'; allowed: whole numbers from 1"),
+        (['--share', '80'], "given '80'; allowed: 0.01 to 0.999"),
         (['--tolerance', '0'], "given '0'; allowed: 1e-6 to 1000 [m]"),
+        (['--distance', '0'], "given '0'; allowed: 0.1 to 1000 [m]"),
         (
             ['--candidates', 'nothing'],
             "given 'nothing'; allowed: accurate, faults, paper, paper_tb3, quick, sweep, or a .yaml file",
@@ -82,21 +117,11 @@ def test_a_mistake_is_one_line_and_leaves_nothing(arguments, message, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_candidates_have_equal_wheels(tmp_path):
-    (tmp_path / 'mixed.yaml').write_text('name: mixed\ntests: [SL]\nppr: [40, {left: 90, right: 1024}]\n')
-    done = advise('--candidates', 'mixed.yaml', cwd=tmp_path)
-    assert done.returncode == 1
-    assert done.stderr.splitlines()[-1] == 'advise: ppr: given 90-1024; allowed: one number for both wheels'
-
-
-def test_real_encoders_are_all_tried_and_those_that_suffice_named(tmp_path):
-    real = ['--tests', 'SL', '--encoders', 'amt102', 'hoverboard_hub', '--trials', '16', '--workers', '1']
-    done = advise(*real, cwd=tmp_path)
+def test_real_encoders_are_ordered_by_what_they_are_worth(tmp_path):
+    real = ['--tests', 'SL', '--encoders', 'amt102', 'hoverboard_hub', '--workers', '1']
+    done = advise(*real, '--json', 'advice.json', cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    # 10 m / 8192 is within 0.05 m, 10 m / 90 is not.
-    assert done.stdout.splitlines()[-3:] == [
-        '  true pose at the goal: with hoverboard_hub (90 counts) and amt102 (8192 counts)',
-        '  pose estimate at the goal: with hoverboard_hub (90 counts) and amt102 (8192 counts)',
-        '  odometry at the true pose: with amt102 (8192 counts)',
-    ]
+    content = json.loads((tmp_path / 'advice.json').read_text())
+    assert content['answers']['odometry']['encoder'] == '8192 amt102'
+    assert content['answers']['truth']['encoder'] == '90 hoverboard_hub'
     assert 'advise: amt102 (CUI Devices AMT102-V, at 2048 PPR): 2048 lines x 4 = 8192 counts' in done.stderr

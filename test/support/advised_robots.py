@@ -7,10 +7,10 @@ import numpy as np
 
 from diff_encoder_sim.advice import odometry_curve
 from diff_encoder_sim.advice.advice import Advice, TriedEncoder
-from diff_encoder_sim.advice.answers import Answer, Kind, Question
+from diff_encoder_sim.advice.answers import Answer, Criterion, Kind
 from diff_encoder_sim.advice.drawn_robot import DrawnRobot
 from diff_encoder_sim.advice.drive_draws import DriveDraws
-from diff_encoder_sim.advice.drives import Drive
+from diff_encoder_sim.advice.error_free_drives import Drive
 from diff_encoder_sim.advice.evidence import TrialCounts
 from diff_encoder_sim.advice.listed_encoders import ListedEncoder
 from diff_encoder_sim.advice.odometry_answer import odometry_answer
@@ -30,7 +30,7 @@ from diff_encoder_sim.trials.test_definition import Segment, TestDefinition
 from diff_encoder_sim.trials.trial_definition import Trial
 
 REQUIREMENT = Requirement(0.8, 0.05, math.radians(3.0), 0.95)
-NOT_BY_ODOMETRY = {**dict.fromkeys(Question), Question.ODOMETRY: False}
+NOT_BY_ODOMETRY = {**dict.fromkeys(Criterion), Criterion.ODOMETRY: False}
 STOP = StopSpread(0.005, 0.01)
 DRAWS = 120  # of each point of a curve
 
@@ -56,7 +56,7 @@ def advice_of(*drives, requirement=REQUIREMENT, draws=DRAWS, **wheel_errors):
     try:
         tests = [DriveDraws(drive, alto(**wheel_errors), 1) for drive in drives or [straight()]]
         curves = OdometryCurves(tests, params)
-        answers = {Question.ODOMETRY: odometry_answer(curves, params, requirement)}
+        answers = {Criterion.ODOMETRY: odometry_answer(curves, params, requirement)}
     finally:
         odometry_curve.DRAWS, odometry_curve.FINE_DRAWS = kept
     return Advice('alto', 90.0, requirement, curves, {'SL': 347.0}, answers, {}, [], [])
@@ -66,27 +66,27 @@ def advice_of(*drives, requirement=REQUIREMENT, draws=DRAWS, **wheel_errors):
 def straight_advice():
     """The same once for all tests."""
     advice = advice_of(draws=2000)
-    answer = advice.answers[Question.ODOMETRY]._replace(encoder='360')
-    return advice._replace(answers={Question.ODOMETRY: answer})
+    answer = advice.answers[Criterion.ODOMETRY]._replace(encoder='360')
+    return advice._replace(answers={Criterion.ODOMETRY: answer})
 
 
 @functools.lru_cache(maxsize=None)
 def whole_advice():
     """An advice with all that there can be."""
     tried = [
-        TriedEncoder('SL', label, float(label), dict.fromkeys(Question, TrialCounts(within, 17)), budget)
+        TriedEncoder('SL', label, float(label), dict.fromkeys(Criterion, TrialCounts(within, 17)), budget)
         for label, within, budget in (('28', 12, None), ('40', 17, _truth_budget()))
     ]
     advice = with_budgets(straight_advice())
     answers = {
         **advice.answers,
-        Question.POSE_ESTIMATE: Answer(Question.POSE_ESTIMATE, Kind.UNDECIDED, more_trials=12),
-        Question.TRUTH: Answer(Question.TRUTH, Kind.FROM, 40.0, (28.0, 40.0), '40'),
+        Criterion.POSE_ESTIMATE: Answer(Criterion.POSE_ESTIMATE, Kind.UNDECIDED, more_trials=12),
+        Criterion.TRUTH: Answer(Criterion.TRUTH, Kind.FROM, 40.0, (28.0, 40.0), '40'),
     }
     encoders = [
-        ListedEncoder('amt102', 'industrial low', 8192.0, 586.8, Interval(0.98, 1.0), dict.fromkeys(Question, True)),
+        ListedEncoder('amt102', 'industrial low', 8192.0, 586.8, Interval(0.98, 1.0), dict.fromkeys(Criterion, True)),
         ListedEncoder(
-            'own of alto', '', 90.0, 90.0, Interval(0.1, 0.2), {**dict.fromkeys(Question), Question.ODOMETRY: False}
+            'own of alto', '', 90.0, 90.0, Interval(0.1, 0.2), {**dict.fromkeys(Criterion), Criterion.ODOMETRY: False}
         ),
     ]
     return advice._replace(tried=tried, answers=answers, encoders=encoders)

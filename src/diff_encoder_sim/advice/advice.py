@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Dict, List, NamedTuple, Optional
 
-from diff_encoder_sim.advice.answers import Answer, Question
+from diff_encoder_sim.advice.answers import Answer, Criterion
 from diff_encoder_sim.advice.budget import Budget
 from diff_encoder_sim.advice.evidence import TrialCounts
 from diff_encoder_sim.advice.listed_encoders import ListedEncoder
@@ -18,7 +18,7 @@ class TriedEncoder(NamedTuple):
     test: str
     label: str
     counts: float  # per revolution of the wheel
-    within: Dict[Question, TrialCounts]
+    within: Dict[Criterion, TrialCounts]
     truth: Optional[Budget]  # None where too few trials came to their goal
 
 
@@ -30,7 +30,7 @@ class Advice(NamedTuple):
     requirement: Requirement
     curves: OdometryCurves
     closed_form: Dict[str, float]  # by test: from how many counts on, by quantisation alone
-    answers: Dict[Question, Answer]
+    answers: Dict[Criterion, Answer]
     budgets: Dict[str, Dict[float, Budget]]  # of odometry, by test and counts
     tried: List[TriedEncoder]
     encoders: List[ListedEncoder]

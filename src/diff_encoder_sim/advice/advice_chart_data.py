@@ -8,7 +8,7 @@ import numpy as np
 
 from diff_encoder_sim.advice.advice import Advice
 from diff_encoder_sim.advice.advice_tables import DECIMALS, TO_SHOWN
-from diff_encoder_sim.advice.answers import Question
+from diff_encoder_sim.advice.answers import Criterion
 from diff_encoder_sim.advice.budget import AXES, Budget
 from diff_encoder_sim.advice.evidence import share_interval
 from diff_encoder_sim.advice.requirement import along_goal
@@ -36,7 +36,7 @@ def _curve_rows(advice: Advice) -> Rows:
     return [
         {
             'test': curve.test,
-            'question': Question.ODOMETRY.text,
+            'criterion': Criterion.ODOMETRY.text,
             'counts': counts,
             'share': round(float(np.mean(advice.requirement.within(errors))), 4),
         }
@@ -64,14 +64,14 @@ def _error_rows(advice: Advice) -> Rows:
 def _trial_rows(advice: Advice) -> Rows:
     rows = []
     for tried in advice.tried:
-        for question, counts in tried.within.items():
+        for criterion, counts in tried.within.items():
             interval = share_interval(counts, advice.requirement.confidence)
             rows.append(
                 {
                     'test': tried.test,
                     'encoder': tried.label,
                     'counts': tried.counts,
-                    'question': question.text,
+                    'criterion': criterion.text,
                     'share': round(counts.fraction, 4),
                     'low': round(interval.low, 4),
                     'high': round(interval.high, 4),
@@ -97,14 +97,14 @@ def _budget_rows(advice: Advice) -> Rows:
     rows = []
     for test, budgets in advice.budgets.items():
         for counts, budget in budgets.items():
-            rows += _bars(test, Question.ODOMETRY, f'{counts:g}', counts, budget)
+            rows += _bars(test, Criterion.ODOMETRY, f'{counts:g}', counts, budget)
     for tried in advice.tried:
         if tried.truth:
-            rows += _bars(tried.test, Question.TRUTH, tried.label, tried.counts, tried.truth)
+            rows += _bars(tried.test, Criterion.TRUTH, tried.label, tried.counts, tried.truth)
     return rows
 
 
-def _bars(test: str, question: Question, label: str, counts: float, budget: Budget) -> Rows:
+def _bars(test: str, criterion: Criterion, label: str, counts: float, budget: Budget) -> Rows:
     """Return the bars of one encoder: parts of the root mean square, in proportion to the mean squares."""
     named = {**budget.parts, 'rest': budget.rest}
     squares = {cause: np.maximum(part.bias**2 + part.variance, 0.0) for cause, part in named.items()}
@@ -112,7 +112,7 @@ def _bars(test: str, question: Question, label: str, counts: float, budget: Budg
     return [
         {
             'test': test,
-            'question': question.value,
+            'criterion': criterion.value,
             'encoder': label,
             'counts': counts,
             'cause': cause,

@@ -9,14 +9,14 @@ from markupsafe import Markup
 from diff_encoder_sim.advice.advice import Advice
 from diff_encoder_sim.advice.advice_chart_data import Rows, chart_data
 from diff_encoder_sim.advice.advice_tables import TO_SHOWN
-from diff_encoder_sim.advice.answers import Question
+from diff_encoder_sim.advice.answers import Criterion
 from diff_encoder_sim.advice.budget import AXES
 from diff_encoder_sim.advice.odometry_curve import FEWEST_COUNTS, MOST_COUNTS
 from diff_encoder_sim.analysis.charts import Chart, Choice, Look, Option, charts_html
 from diff_encoder_sim.analysis.charts.chart import ZOOM
 
-# Of questions, and of causes in their order: told apart by the colour-blind (Okabe and Ito, 2008).
-COLOURS = {Question.ODOMETRY: '#d55e00', Question.POSE_ESTIMATE: '#0072b2', Question.TRUTH: '#009e73'}
+# Of criteria, and of causes in their order: told apart by the colour-blind (Okabe and Ito, 2008).
+COLOURS = {Criterion.ODOMETRY: '#d55e00', Criterion.POSE_ESTIMATE: '#0072b2', Criterion.TRUTH: '#009e73'}
 CAUSES = ('#0072b2', '#e69f00', '#009e73', '#cc79a7', '#56b4e9', '#d55e00', '#f0e442', '#999999')
 
 Spec = Dict[str, Any]
@@ -45,10 +45,10 @@ def _choices(advice: Advice) -> List[Choice]:
         Choice('test', 'Test', [Option(test, test) for test in dict.fromkeys(tests)], tests[0], Look.BUTTONS),
         Choice('axis', 'Error', [Option(axis, axis) for axis in AXES], AXES[1], Look.BUTTONS),
         Choice(
-            'question',
+            'criterion',
             'Budget of',
-            [Option(question.value, question.text) for question in (Question.ODOMETRY, Question.TRUTH)],
-            Question.ODOMETRY.value,
+            [Option(criterion.value, criterion.text) for criterion in (Criterion.ODOMETRY, Criterion.TRUTH)],
+            Criterion.ODOMETRY.value,
             Look.BUTTONS,
         ),
     ]
@@ -56,7 +56,7 @@ def _choices(advice: Advice) -> List[Choice]:
 
 def _share_chart(advice: Advice) -> Chart:
     colour = {
-        'field': 'question',
+        'field': 'criterion',
         'type': 'nominal',
         'title': None,
         'scale': {'domain': [each.text for each in COLOURS], 'range': list(COLOURS.values())},
@@ -78,7 +78,7 @@ def _share_chart(advice: Advice) -> Chart:
             'x': _COUNTS,
             'y': share,
             'color': colour,
-            'tooltip': _tips(encoder='encoder', question='', trials='trials within'),
+            'tooltip': _tips(encoder='encoder', criterion='', trials='trials within'),
         },
     }
     bars = {
@@ -88,7 +88,7 @@ def _share_chart(advice: Advice) -> Chart:
     }
     real = {
         'data': {'name': 'encoders'},
-        'mark': {'type': 'point', 'shape': 'diamond', 'size': 60, 'color': COLOURS[Question.ODOMETRY], 'clip': True},
+        'mark': {'type': 'point', 'shape': 'diamond', 'size': 60, 'color': COLOURS[Criterion.ODOMETRY], 'clip': True},
         'encoding': {
             'x': _COUNTS,
             'y': share,
@@ -148,7 +148,7 @@ def _budget_chart(rows: Rows) -> Chart:
         'Height: root mean square error; each cause has its part of the mean square.',
         {
             'data': {'name': 'budget'},
-            'transform': [_OF_TEST, {'filter': 'datum.axis === axis && datum.question === question'}],
+            'transform': [_OF_TEST, {'filter': 'datum.axis === axis && datum.criterion === criterion'}],
             'mark': 'bar',
             'encoding': {
                 'x': {

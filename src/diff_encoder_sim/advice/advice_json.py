@@ -24,7 +24,7 @@ def advice_json(advice: Advice) -> Dict[str, Any]:
         'version': VERSION,
         'robot': {'name': advice.robot, 'own_ppr': advice.own_counts},
         'requirement': requirement._asdict(),
-        'answers': {question.value: _answer(answer) for question, answer in advice.answers.items()},
+        'answers': {criterion.value: _answer(answer) for criterion, answer in advice.answers.items()},
         'closed_form_ppr': advice.closed_form,
         'curves': {curve.test: _curve(curve, requirement) for curve in advice.curves.curves},
         'budgets': {
@@ -83,7 +83,7 @@ def _tried(tried: TriedEncoder) -> Dict[str, Any]:
         'test': tried.test,
         'encoder': tried.label,
         'ppr': tried.counts,
-        'within': {question.value: counts._asdict() for question, counts in tried.within.items()},
+        'within': {criterion.value: counts._asdict() for criterion, counts in tried.within.items()},
         'budget': tried.truth and _budget(tried.truth),
     }
 
@@ -95,5 +95,5 @@ def _encoder(encoder: ListedEncoder) -> Dict[str, Any]:
         'ppr': encoder.counts,
         'equivalent_ppr': encoder.equivalent_counts,
         'odometry_share': list(encoder.share),
-        'meets': {question.value: meets for question, meets in encoder.meets.items()},
+        'meets': {criterion.value: meets for criterion, meets in encoder.meets.items()},
     }

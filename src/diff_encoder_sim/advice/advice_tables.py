@@ -7,7 +7,7 @@ from typing import Iterator, List, NamedTuple
 import numpy as np
 
 from diff_encoder_sim.advice.advice import Advice
-from diff_encoder_sim.advice.answers import Question
+from diff_encoder_sim.advice.answers import Criterion
 from diff_encoder_sim.advice.budget import Budget, Part
 from diff_encoder_sim.advice.listed_encoders import ListedEncoder
 from diff_encoder_sim.analysis.encoder_labels import ppr_text
@@ -44,10 +44,12 @@ def _trials_table(advice: Advice) -> AdviceTable:
     by_place = {(tried.test, tried.label): tried for tried in advice.tried}
     rows = []
     for test in dict.fromkeys(tried.test for tried in advice.tried):
-        for question in next(iter(by_place.values())).within:
+        for criterion in next(iter(by_place.values())).within:
             found = [by_place.get((test, label)) for label in labels]
-            texts = [f'{each.within[question].within}/{each.within[question].trials}' if each else '' for each in found]
-            rows.append([test, question.text, *texts])
+            texts = [
+                f'{each.within[criterion].within}/{each.within[criterion].trials}' if each else '' for each in found
+            ]
+            rows.append([test, criterion.text, *texts])
     return AdviceTable('Closed-loop trials within the tolerance', ['test', '', *map(ppr_text, labels)], rows, 2)
 
 
@@ -55,11 +57,11 @@ def _budget_table(advice: Advice) -> AdviceTable:
     rows: List[List[str]] = []
     for test, budgets in advice.budgets.items():
         counts = shown_counts(advice, list(budgets))
-        rows += _budget_rows(f'{test}: {Question.ODOMETRY.text}, {counts:g} PPR', budgets[counts])
-    truth = advice.answers.get(Question.TRUTH)
+        rows += _budget_rows(f'{test}: {Criterion.ODOMETRY.text}, {counts:g} PPR', budgets[counts])
+    truth = advice.answers.get(Criterion.TRUTH)
     for tried in advice.tried:
         if tried.truth and truth and tried.label == truth.encoder:
-            rows += _budget_rows(f'{tried.test}: {Question.TRUTH.text}, {ppr_text(tried.label)}', tried.truth)
+            rows += _budget_rows(f'{tried.test}: {Criterion.TRUTH.text}, {ppr_text(tried.label)}', tried.truth)
     return AdviceTable('Error budget: mean ± standard deviation', ['', 'cause', *UNITS], rows, 2, REST)
 
 
@@ -68,7 +70,7 @@ REST = 'rest: what was found less what the causes add up to; negative where caus
 
 def shown_counts(advice: Advice, counts: List[float]) -> float:
     """Return of which counts to show the budget of odometry: those of the answer, or the most."""
-    wanted = advice.answers[Question.ODOMETRY].counts or max(counts)
+    wanted = advice.answers[Criterion.ODOMETRY].counts or max(counts)
     return min(counts, key=lambda each: abs(np.log(each / wanted)))
 
 
@@ -89,7 +91,7 @@ def _part_texts(part: Part) -> List[str]:
 
 
 def _encoder_table(advice: Advice) -> AdviceTable:
-    heads = ['encoder', 'price', 'counts', 'like ideal', 'within', *(question.head for question in Question)]
+    heads = ['encoder', 'price', 'counts', 'like ideal', 'within', *(criterion.head for criterion in Criterion)]
     return AdviceTable('Encoders on these wheels', heads, list(map(_encoder_row, advice.encoders)), 2, LIKE_IDEAL)
 
 
@@ -108,5 +110,5 @@ def _encoder_row(encoder: ListedEncoder) -> List[str]:
         f'{encoder.counts:.6g}',
         f'{encoder.equivalent_counts:.4g}',
         f'{100.0 * low:.0f} to {100.0 * high:.0f} %',
-        *(_MARKS[encoder.meets[question]] for question in Question),
+        *(_MARKS[encoder.meets[criterion]] for criterion in Criterion),
     ]

@@ -9,8 +9,8 @@ from diff_encoder_sim.advice.advice_tables import AdviceTable, advice_tables
 
 
 def answers_text(advice: Advice) -> str:
-    """Return a line for each question."""
-    return '\n'.join(f'  {question.text}: {answer}' for question, answer in advice.answers.items())
+    """Return a line for each criterion."""
+    return '\n'.join(f'  {criterion.text}: {answer}' for criterion, answer in advice.answers.items())
 
 
 def closed_form_text(advice: Advice) -> str:

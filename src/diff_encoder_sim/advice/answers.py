@@ -9,7 +9,7 @@ from typing import NamedTuple, Optional, Sequence, Tuple
 from diff_encoder_sim.advice.budget import AXES
 
 
-class Question(enum.Enum):
+class Criterion(enum.Enum):
     """What is to be within the tolerance; the value is its name in JSON."""
 
     ODOMETRY = 'odometry'
@@ -19,14 +19,12 @@ class Question(enum.Enum):
     @property
     def head(self) -> str:
         """Return what heads of tables call it."""
-        return {Question.ODOMETRY: 'odometry', Question.POSE_ESTIMATE: 'pose estimate', Question.TRUTH: 'true pose'}[
-            self
-        ]
+        return 'true pose' if self is Criterion.TRUTH else self.value.replace('_', ' ')
 
     @property
     def text(self) -> str:
         """Return the same with what it is compared with."""
-        return f'{self.head} at the {"true pose" if self is Question.ODOMETRY else "goal"}'
+        return f'{self.head} at the {"true pose" if self is Criterion.ODOMETRY else "goal"}'
 
 
 class Kind(enum.Enum):
@@ -59,7 +57,7 @@ class Limit(NamedTuple):
 class Answer(NamedTuple):
     """An answer. Counts are per revolution of the wheel."""
 
-    question: Question
+    criterion: Criterion
     kind: Kind
     counts: Optional[float] = None  # from which on the requirement is met; of the other kinds with the limits reduced
     interval: Tuple[Optional[float], Optional[float]] = (None, None)  # not enough, or unknown; enough for certain

@@ -14,7 +14,7 @@ from typing import Iterator, List, Optional, Sequence, Tuple
 import numpy as np
 
 from diff_encoder_sim.advice.drawn_robot import ALL_CAUSES, Amounts, DrawnRobot, WheelCause
-from diff_encoder_sim.advice.drives import Drive
+from diff_encoder_sim.advice.error_free_drives import Drive
 from diff_encoder_sim.base.host_info import usable_cores
 from diff_encoder_sim.base.se2 import wrap_angles
 from diff_encoder_sim.base.seeds import generator

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
-from diff_encoder_sim.advice.answers import Answer, Kind, Question
+from diff_encoder_sim.advice.answers import Answer, Criterion, Kind
 from diff_encoder_sim.advice.candidates import equivalent_counts
 from diff_encoder_sim.advice.drive_draws import DriveDraws
 from diff_encoder_sim.advice.odometry_curve import share_within
@@ -27,11 +27,11 @@ class ListedEncoder(NamedTuple):
     counts: float  # per revolution of the wheel
     equivalent_counts: float  # of an ideal encoder whose readings are as uncertain
     share: Interval  # of trials whose odometry is within the tolerance, in the test where it is smallest
-    meets: Dict[Question, Optional[bool]]  # None: not known
+    meets: Dict[Criterion, Optional[bool]]  # None: not known
 
 
 def listed_encoders(
-    tests: Sequence[DriveDraws], config_folder: Path, requirement: Requirement, answers: Mapping[Question, Answer]
+    tests: Sequence[DriveDraws], config_folder: Path, requirement: Requirement, answers: Mapping[Criterion, Answer]
 ) -> List[ListedEncoder]:
     """Return the encoders of config/encoders and of config/robots, by ascending counts.
 
@@ -42,9 +42,9 @@ def listed_encoders(
     for name, price, params in _known(config_folder):
         share = min(share_within(draws.errors([params], DRAWS)[0], requirement) for draws in tests)
         like = equivalent_counts(params)
-        meets = {Question.ODOMETRY: _met(share, requirement)}
-        for question in (Question.POSE_ESTIMATE, Question.TRUTH):
-            meets[question] = _by_counts(like, answers.get(question))
+        meets = {Criterion.ODOMETRY: _met(share, requirement)}
+        for criterion in (Criterion.POSE_ESTIMATE, Criterion.TRUTH):
+            meets[criterion] = _by_counts(like, answers.get(criterion))
         found.append(ListedEncoder(name, price, params.counts_per_turn.left, like, share, meets))
     return sorted(found, key=lambda encoder: (encoder.counts, encoder.name))
 

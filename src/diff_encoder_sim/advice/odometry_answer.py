@@ -6,7 +6,7 @@ from typing import Dict, List, Tuple
 
 import numpy as np
 
-from diff_encoder_sim.advice.answers import Answer, Kind, Limit, Question
+from diff_encoder_sim.advice.answers import Answer, Criterion, Kind, Limit
 from diff_encoder_sim.advice.drawn_robot import Amounts, WheelCause
 from diff_encoder_sim.advice.limits import limits
 from diff_encoder_sim.advice.odometry_budget import wheel_errors
@@ -19,14 +19,14 @@ def odometry_answer(curves: OdometryCurves, params: EncoderParams, requirement: 
     """Return the answer by the curves; `params` are those of the robot's encoder, but for its counts."""
     smallest = curves.smallest(requirement)
     if smallest is not None:
-        return Answer(Question.ODOMETRY, Kind.FROM, smallest.counts, smallest.interval)
+        return Answer(Criterion.ODOMETRY, Kind.FROM, smallest.counts, smallest.interval)
     share = curves.share_without_steps(requirement)
     if share.high >= requirement.share:
         note = f'at the edge of what {requirement.share:g} of the draws reach, up to {MOST_COUNTS:g} counts'
-        return Answer(Question.ODOMETRY, Kind.UNDECIDED, note=note)
+        return Answer(Criterion.ODOMETRY, Kind.UNDECIDED, note=note)
     found, amounts = _limits(curves, requirement)
     with_less = OdometryCurves([curve.draws for curve in curves.curves], params, amounts).smallest(requirement)
-    return Answer(Question.ODOMETRY, Kind.NOT_THE_LIMIT, with_less and with_less.counts, limits=found)
+    return Answer(Criterion.ODOMETRY, Kind.NOT_THE_LIMIT, with_less and with_less.counts, limits=found)
 
 
 def _limits(curves: OdometryCurves, requirement: Requirement) -> Tuple[List[Limit], Amounts]:

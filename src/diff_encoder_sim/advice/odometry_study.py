@@ -6,12 +6,12 @@ import tempfile
 from typing import Dict, Iterator, List, Optional
 
 from diff_encoder_sim.advice.advice import Advice
-from diff_encoder_sim.advice.answers import Answer, Kind, Question
+from diff_encoder_sim.advice.answers import Answer, Criterion, Kind
 from diff_encoder_sim.advice.candidates import candidates_of, smallest_enough
 from diff_encoder_sim.advice.closed_form_counts import closed_form_counts
 from diff_encoder_sim.advice.drawn_robot import drawn_robot
 from diff_encoder_sim.advice.drive_draws import DriveDraws
-from diff_encoder_sim.advice.drives import Drive, navigated, scripted, straight_test
+from diff_encoder_sim.advice.error_free_drives import Drive, navigated, scripted, straight_test
 from diff_encoder_sim.advice.odometry_answer import odometry_answer
 from diff_encoder_sim.advice.odometry_budget import odometry_budgets
 from diff_encoder_sim.advice.odometry_curve import OdometryCurves
@@ -52,7 +52,7 @@ def study_odometry(campaign: Campaign, requirement: Requirement, distance_m: Opt
         requirement,
         curves,
         {drive.test: closed_form_counts(drive.requested, geometry, requirement) for drive in drives},
-        {Question.ODOMETRY: answer},
+        {Criterion.ODOMETRY: answer},
         {},
         [],
         [],
@@ -76,7 +76,7 @@ def geometry_of(campaign: Campaign) -> RobotGeometry:
 
 def with_budgets(advice: Advice) -> Advice:
     """Return the advice with odometry's budget over the range of encoders, and for the answer's."""
-    wanted = advice.answers[Question.ODOMETRY].counts
+    wanted = advice.answers[Criterion.ODOMETRY].counts
     counts = advice.curves.whole([*BUDGET_COUNTS, *([wanted] if wanted else [])])
     encoders = [advice.curves.encoder(each) for each in counts]
     budgets = {curve.test: dict(zip(counts, odometry_budgets(curve.draws, encoders))) for curve in advice.curves.curves}

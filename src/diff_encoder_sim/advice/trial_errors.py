@@ -6,7 +6,7 @@ from typing import Dict, List, Mapping, NamedTuple, Sequence
 
 import numpy as np
 
-from diff_encoder_sim.advice.answers import Question
+from diff_encoder_sim.advice.answers import Criterion
 from diff_encoder_sim.advice.budget import Budget, added, part_of
 from diff_encoder_sim.advice.requirement import Requirement, along_goal
 from diff_encoder_sim.analysis.dataset import TrialData
@@ -16,8 +16,8 @@ from diff_encoder_sim.trials.trial_outcome import Outcome
 
 STOPPING, LOCALIZATION, ENCODER = 'stopping', 'localization', 'encoder'
 
-# The pose that each question about the goal is asked of.
-SOURCES = {Question.POSE_ESTIMATE: PoseSource.GLOBAL, Question.TRUTH: PoseSource.WORLD}
+# The pose that each criterion about the goal is asked of.
+SOURCES = {Criterion.POSE_ESTIMATE: PoseSource.GLOBAL, Criterion.TRUTH: PoseSource.WORLD}
 
 
 class Ends(NamedTuple):
@@ -33,15 +33,15 @@ class Ends(NamedTuple):
         return _wrapped(self.stopping + self.localization)
 
 
-def is_within(trial: TrialData, question: Question, requirement: Requirement) -> bool:
+def is_within(trial: TrialData, criterion: Criterion, requirement: Requirement) -> bool:
     """Return whether a trial ended within the tolerance.
 
     One that gave up did not come to its goal, wherever it stands; its odometry may be right.
     """
-    if question is Question.ODOMETRY:
+    if criterion is Criterion.ODOMETRY:
         error = trial.odometry_minus_truth
     else:
-        error = trial.errors.get(SOURCES[question]) if trial.outcome is Outcome.SUCCEEDED else None
+        error = trial.errors.get(SOURCES[criterion]) if trial.outcome is Outcome.SUCCEEDED else None
     return error is not None and bool(requirement.within(np.array([error]))[0])
 
 
@@ -73,18 +73,18 @@ def truth_budget(ends: Ends, of_finest: Ends) -> Budget:
     return Budget(parts, part_of(ends.truth))
 
 
-def causes_alone(question: Question, ends: Mapping[str, Ends]) -> Dict[str, Dict[str, np.ndarray]]:
+def causes_alone(criterion: Criterion, ends: Mapping[str, Ends]) -> Dict[str, Dict[str, np.ndarray]]:
     """Return, by cause and test, the errors at the goal that each cause makes by itself."""
     of_stop = {STOPPING: {test: each.stopping for test, each in ends.items()}}
-    if question is Question.POSE_ESTIMATE:
+    if criterion is Criterion.POSE_ESTIMATE:
         return of_stop
     return {**of_stop, LOCALIZATION: {test: each.localization for test, each in ends.items()}}
 
 
-def reduced(question: Question, ends: Ends, amounts: Mapping[str, float]) -> np.ndarray:
+def reduced(criterion: Criterion, ends: Ends, amounts: Mapping[str, float]) -> np.ndarray:
     """Return (n, 3) errors at the goal by the axes of budgets, with so much of each cause; all where none is given."""
     stopping = amounts.get(STOPPING, 1.0) * ends.stopping
-    if question is Question.POSE_ESTIMATE:
+    if criterion is Criterion.POSE_ESTIMATE:
         return stopping
     return _wrapped(stopping + amounts.get(LOCALIZATION, 1.0) * ends.localization)
 

@@ -8,7 +8,7 @@ from typing import Callable, Dict, List, Optional, Sequence
 import numpy as np
 
 from diff_encoder_sim.advice.advice import Advice, TriedEncoder
-from diff_encoder_sim.advice.answers import Answer, Kind, Question
+from diff_encoder_sim.advice.answers import Answer, Criterion, Kind
 from diff_encoder_sim.advice.budget import Budget
 from diff_encoder_sim.advice.candidates import candidates_of
 from diff_encoder_sim.advice.closed_form_counts import local_counts
@@ -59,18 +59,18 @@ class TrialStudy:
         """Run the trials, and return the advice with what they say."""
         first = self._rank_from(local_counts(self._geometry, self._advice.requirement))
         found = self._search.answers(dict.fromkeys(SOURCES, first))
-        odometry = self._confirmed(self._advice.answers[Question.ODOMETRY])
-        answers = {question: self._answer(question, found[question]) for question in SOURCES}
-        return self._advice._replace(answers={Question.ODOMETRY: odometry, **answers}, tried=self._tried())
+        odometry = self._confirmed(self._advice.answers[Criterion.ODOMETRY])
+        answers = {criterion: self._answer(criterion, found[criterion]) for criterion in SOURCES}
+        return self._advice._replace(answers={Criterion.ODOMETRY: odometry, **answers}, tried=self._tried())
 
-    def _run(self, rank: int, count: int) -> Outcomes[Question]:
+    def _run(self, rank: int, count: int) -> Outcomes[Criterion]:
         trials = self._trials[rank] = self._trials_with(self._candidates[rank].label, count)
         return {
             test: {
-                question: [
-                    is_within(trial, question, self._advice.requirement) for trial in trials if trial.test == test
+                criterion: [
+                    is_within(trial, criterion, self._advice.requirement) for trial in trials if trial.test == test
                 ]
-                for question in SOURCES
+                for criterion in SOURCES
             }
             for test in self._goals
         }
@@ -99,19 +99,19 @@ class TrialStudy:
                 of_test = [trial for trial in trials if trial.test == curve.test]
                 (errors,) = curve.draws.errors([self._candidates[rank].params], DRAWS)
                 share = float(np.mean(self._advice.requirement.within(errors)))
-                within += self._counts(of_test, Question.ODOMETRY).within
+                within += self._counts(of_test, Criterion.ODOMETRY).within
                 expected += len(of_test) * share
                 variance += len(of_test) * share * (1.0 - share)
         if abs(within - expected) - 0.5 <= DEVIATIONS * math.sqrt(variance):
             return ''
         return f'but of the trials {within} are within the tolerance, where the draws let expect {expected:.0f}'
 
-    def _answer(self, question: Question, found: RankAnswer) -> Answer:
+    def _answer(self, criterion: Criterion, found: RankAnswer) -> Answer:
         if found.kind is Sufficiency.YES and found.rank is not None:
             chosen = self._candidates[found.rank]
             below = None if found.insufficient is None else self._candidates[found.insufficient].counts
             return Answer(
-                question,
+                criterion,
                 Kind.FROM,
                 chosen.counts,
                 (below, chosen.counts),
@@ -120,23 +120,27 @@ class TrialStudy:
                 undecided='' if found.undecided is None else self._candidates[found.undecided].label,
             )
         if found.kind is Sufficiency.NO:
-            return self._limited(question)
-        return Answer(question, Kind.UNDECIDED, more_trials=found.more_trials)
+            return self._limited(criterion)
+        return Answer(criterion, Kind.UNDECIDED, more_trials=found.more_trials)
 
-    def _limited(self, question: Question) -> Answer:
+    def _limited(self, criterion: Criterion) -> Answer:
         """Name what is too large even with the finest encoder, and say which encoder would do with less of it."""
         requirement = self._advice.requirement
-        found = limits(causes_alone(question, self._ends(max(self._trials))), requirement)
+        found = limits(causes_alone(criterion, self._ends(max(self._trials))), requirement)
         amounts = {limit.cause: limit.reduced_to / limit.error for limit in found}
         enough = None
         for rank in sorted(self._trials, reverse=True):
             of_tests = self._ends(rank).values()
-            shares = [np.mean(requirement.within(reduced(question, ends, amounts))) for ends in of_tests]
+            shares = [np.mean(requirement.within(reduced(criterion, ends, amounts))) for ends in of_tests]
             if not found or min(shares) < requirement.share:
                 break
             enough = self._candidates[rank]
         return Answer(
-            question, Kind.NOT_THE_LIMIT, enough and enough.counts, encoder=enough.label if enough else '', limits=found
+            criterion,
+            Kind.NOT_THE_LIMIT,
+            enough and enough.counts,
+            encoder=enough.label if enough else '',
+            limits=found,
         )
 
     def _ends(self, rank: int) -> Dict[str, Ends]:
@@ -156,14 +160,14 @@ class TrialStudy:
                         test,
                         candidate.label,
                         candidate.counts,
-                        {question: self._counts(trials, question) for question in Question},
+                        {criterion: self._counts(trials, criterion) for criterion in Criterion},
                         self._budget(test, ends[test]),
                     )
                 )
         return tried
 
-    def _counts(self, trials: Sequence[TrialData], question: Question) -> TrialCounts:
-        return TrialCounts(sum(is_within(trial, question, self._advice.requirement) for trial in trials), len(trials))
+    def _counts(self, trials: Sequence[TrialData], criterion: Criterion) -> TrialCounts:
+        return TrialCounts(sum(is_within(trial, criterion, self._advice.requirement) for trial in trials), len(trials))
 
     def _budget(self, test: str, ends: Ends) -> Optional[Budget]:
         finest = self._ends(max(self._trials))[test]

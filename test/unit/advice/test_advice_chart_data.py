@@ -8,7 +8,7 @@ from diff_encoder_sim.advice.advice_chart_data import chart_data
 
 def test_bars_of_an_encoder_add_up_to_the_root_mean_square():
     advice = whole_advice()
-    rows = [row for row in chart_data(advice)['budget'] if row['question'] == 'odometry' and row['axis'] == 'across']
+    rows = [row for row in chart_data(advice)['budget'] if row['criterion'] == 'odometry' and row['axis'] == 'across']
     for counts, budget in advice.budgets['SL'].items():
         rms_mm = 1e3 * (budget.found.bias[1] ** 2 + budget.found.variance[1]) ** 0.5
         assert sum(row['rms'] for row in rows if row['counts'] == counts) == pytest.approx(rms_mm, rel=0.05)

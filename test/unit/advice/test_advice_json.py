@@ -73,5 +73,5 @@ def test_the_documentation_names_all_keys(content):
         for name in part.replace('[]', '.0').split('.'):
             value = value[int(name)] if name.isdigit() else value[name]
         names = next(iter(value.values())) if part == 'answers' else value
-        prefix = 'answers.<question>' if part == 'answers' else part
+        prefix = 'answers.<criterion>' if part == 'answers' else part
         assert {f'{prefix}.{name}' for name in names} <= documented

@@ -2,7 +2,7 @@ from advised_robots import straight_advice, whole_advice
 from diff_encoder_sim.advice.advice_text import answers_text, closed_form_text, tables_text
 
 
-def test_each_question_has_a_line():
+def test_each_criterion_has_a_line():
     lines = answers_text(whole_advice()).splitlines()
     assert lines[0].startswith('  odometry at the true pose: from 3')
     assert lines[1:] == [

@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from diff_encoder_sim.advice.answers import Answer, Kind, Limit, Question
+from diff_encoder_sim.advice.answers import Answer, Criterion, Kind, Limit
 
 RADIUS = Limit('wheel radius', 'SL', 1, 0.047, 0.05, 0.025)
 TURN = Limit('localization', 'SMT', 2, math.radians(4.0), math.radians(3.0), math.radians(1.5))
@@ -12,44 +12,44 @@ TURN = Limit('localization', 'SMT', 2, math.radians(4.0), math.radians(3.0), mat
     ('answer', 'text'),
     [
         (
-            Answer(Question.ODOMETRY, Kind.FROM, 347.0, (340.0, 350.0), '360'),
+            Answer(Criterion.ODOMETRY, Kind.FROM, 347.0, (340.0, 350.0), '360'),
             'from 347 counts per revolution on (between 340 and 350)',
         ),
         (
-            Answer(Question.TRUTH, Kind.FROM, 40.0, (20.0, 40.0), '40', more_trials=70, undecided='28'),
+            Answer(Criterion.TRUTH, Kind.FROM, 40.0, (20.0, 40.0), '40', more_trials=70, undecided='28'),
             (
                 'from 40 counts per revolution on; 20 are not enough; '
                 '28: undecided, about 70 more trials of each test would decide'
             ),
         ),
-        (Answer(Question.POSE_ESTIMATE, Kind.FROM, 20.0, (None, 20.0), '20'), 'from 20 counts per revolution on'),
+        (Answer(Criterion.POSE_ESTIMATE, Kind.FROM, 20.0, (None, 20.0), '20'), 'from 20 counts per revolution on'),
         (
-            Answer(Question.ODOMETRY, Kind.NOT_THE_LIMIT, 512.0, limits=[RADIUS]),
+            Answer(Criterion.ODOMETRY, Kind.NOT_THE_LIMIT, 512.0, limits=[RADIUS]),
             (
                 'the encoder is not the limit: wheel radius (47 of 50 mm across, SL); '
                 'with wheel radius at 25 mm: from 512 counts on'
             ),
         ),
         (
-            Answer(Question.TRUTH, Kind.NOT_THE_LIMIT, limits=[TURN]),
+            Answer(Criterion.TRUTH, Kind.NOT_THE_LIMIT, limits=[TURN]),
             (
                 'the encoder is not the limit: localization (4 of 3 degrees heading, SMT); '
                 'with localization at 1.5 degrees: it would still not be met'
             ),
         ),
         (
-            Answer(Question.TRUTH, Kind.UNDECIDED, more_trials=30),
+            Answer(Criterion.TRUTH, Kind.UNDECIDED, more_trials=30),
             'undecided, about 30 more trials of each test would decide',
         ),
-        (Answer(Question.TRUTH, Kind.UNDECIDED), 'undecided'),
+        (Answer(Criterion.TRUTH, Kind.UNDECIDED), 'undecided'),
     ],
 )
 def test_an_answer_in_words(answer, text):
     assert str(answer) == text
 
 
-def test_questions_say_what_is_compared_with_what():
-    assert [question.text for question in Question] == [
+def test_criteria_say_what_is_compared_with_what():
+    assert [criterion.text for criterion in Criterion] == [
         'odometry at the true pose',
         'pose estimate at the goal',
         'true pose at the goal',

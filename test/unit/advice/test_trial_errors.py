@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from diff_encoder_sim.advice.answers import Question
+from diff_encoder_sim.advice.answers import Criterion
 from diff_encoder_sim.advice.requirement import Requirement
 from diff_encoder_sim.advice.trial_errors import (
     ENCODER,
@@ -39,16 +39,16 @@ def trials(count, seed=1, encoder_m=0.0):
     ]
 
 
-def test_each_question_looks_at_its_own_error():
+def test_each_criterion_looks_at_its_own_error():
     one = trial((0.01, 0.0, 0.0), (0.06, 0.0, 0.0), (0.1, 0.0, 0.0))
-    within = {question: is_within(one, question, REQUIREMENT) for question in Question}
-    assert within == {Question.ODOMETRY: True, Question.POSE_ESTIMATE: True, Question.TRUTH: False}
+    within = {criterion: is_within(one, criterion, REQUIREMENT) for criterion in Criterion}
+    assert within == {Criterion.ODOMETRY: True, Criterion.POSE_ESTIMATE: True, Criterion.TRUTH: False}
 
 
 def test_a_trial_that_gave_up_is_not_at_its_goal_wherever_it_stands():
     one = trial((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))._replace(outcome=Outcome.TIMED_OUT)
-    assert not is_within(one, Question.TRUTH, REQUIREMENT) and not is_within(one, Question.POSE_ESTIMATE, REQUIREMENT)
-    assert is_within(one, Question.ODOMETRY, REQUIREMENT)
+    assert not is_within(one, Criterion.TRUTH, REQUIREMENT) and not is_within(one, Criterion.POSE_ESTIMATE, REQUIREMENT)
+    assert is_within(one, Criterion.ODOMETRY, REQUIREMENT)
     assert len(ends_of([one], AHEAD).truth) == 0
 
 
@@ -75,9 +75,9 @@ def test_the_encoders_part_is_what_the_finest_one_does_not_have():
 
 def test_causes_can_be_looked_at_alone_and_with_less_of_them():
     ends = ends_of(trials(30), AHEAD)
-    assert list(causes_alone(Question.POSE_ESTIMATE, {'SL': ends})) == [STOPPING]
-    assert list(causes_alone(Question.TRUTH, {'SL': ends})) == [STOPPING, LOCALIZATION]
-    np.testing.assert_allclose(reduced(Question.TRUTH, ends, {}), ends.truth, atol=1e-15)
-    half = reduced(Question.TRUTH, ends, {STOPPING: 0.5})
+    assert list(causes_alone(Criterion.POSE_ESTIMATE, {'SL': ends})) == [STOPPING]
+    assert list(causes_alone(Criterion.TRUTH, {'SL': ends})) == [STOPPING, LOCALIZATION]
+    np.testing.assert_allclose(reduced(Criterion.TRUTH, ends, {}), ends.truth, atol=1e-15)
+    half = reduced(Criterion.TRUTH, ends, {STOPPING: 0.5})
     np.testing.assert_allclose(half, 0.5 * ends.stopping + ends.localization, atol=1e-15)
-    np.testing.assert_allclose(reduced(Question.POSE_ESTIMATE, ends, {LOCALIZATION: 0.0}), ends.stopping, atol=1e-15)
+    np.testing.assert_allclose(reduced(Criterion.POSE_ESTIMATE, ends, {LOCALIZATION: 0.0}), ends.stopping, atol=1e-15)

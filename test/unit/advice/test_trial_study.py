@@ -7,7 +7,7 @@ import pytest
 
 from advised_robots import REQUIREMENT, straight_advice
 from diff_encoder_sim.advice.advice import TriedEncoder
-from diff_encoder_sim.advice.answers import Kind, Question
+from diff_encoder_sim.advice.answers import Criterion, Kind
 from diff_encoder_sim.advice.trial_study import CONFIRMING, TrialStudy
 from diff_encoder_sim.base.paths import package_folder
 from diff_encoder_sim.base.se2 import Pose2D
@@ -52,7 +52,7 @@ def study(campaign, trials, most=60):
 
 def test_the_smallest_sufficient_encoder_is_found_and_tried_with_its_neighbours(campaign):
     trials = Trials(encoder_m=1.5)  # 37 mm at 40 PPR, 25 mm at 60
-    answer = study(campaign, trials).answers[Question.TRUTH]
+    answer = study(campaign, trials).answers[Criterion.TRUTH]
     assert answer.kind is Kind.FROM and answer.encoder in ('60', '90')
     assert answer.interval[1] == answer.counts == float(answer.encoder)
     rank = PPR.index(answer.counts)
@@ -62,11 +62,11 @@ def test_the_smallest_sufficient_encoder_is_found_and_tried_with_its_neighbours(
 
 def test_the_pose_estimate_has_an_answer_of_its_own(campaign):
     answers = study(campaign, Trials(encoder_m=1.5)).answers
-    assert answers[Question.POSE_ESTIMATE].counts == 20.0  # the encoder spoils the truth alone, in these trials
+    assert answers[Criterion.POSE_ESTIMATE].counts == 20.0  # the encoder spoils the truth alone, in these trials
 
 
 def test_a_map_that_is_wrong_is_named_as_the_limit_with_what_would_do(campaign):
-    answer = study(campaign, Trials(map_m=0.06)).answers[Question.TRUTH]
+    answer = study(campaign, Trials(map_m=0.06)).answers[Criterion.TRUTH]
     assert answer.kind is Kind.NOT_THE_LIMIT
     (limit,) = answer.limits
     assert (limit.cause, limit.test, limit.axis) == ('localization', 'SL', 1)
@@ -76,25 +76,25 @@ def test_a_map_that_is_wrong_is_named_as_the_limit_with_what_would_do(campaign):
 
 
 def test_a_stop_that_is_too_wide_limits_the_pose_estimate(campaign):
-    answer = study(campaign, Trials(stop_m=0.1)).answers[Question.POSE_ESTIMATE]
+    answer = study(campaign, Trials(stop_m=0.1)).answers[Criterion.POSE_ESTIMATE]
     assert answer.kind is Kind.NOT_THE_LIMIT and answer.limits[0].cause == 'stopping'
 
 
 def test_too_few_trials_leave_it_undecided_and_say_how_many_more(campaign):
-    answer = study(campaign, Trials(), most=5).answers[Question.TRUTH]
+    answer = study(campaign, Trials(), most=5).answers[Criterion.TRUTH]
     assert answer.kind is Kind.UNDECIDED
     assert answer.more_trials >= 10
 
 
 def test_the_odometrys_encoder_is_tried_with_its_neighbours(campaign):
     trials = Trials()
-    answer = study(campaign, trials).answers[Question.ODOMETRY]
+    answer = study(campaign, trials).answers[Criterion.ODOMETRY]
     assert answer.encoder == '360' and answer.note == ''
     assert all(trials.run[label] >= CONFIRMING for label in ('256', '360', '512'))
 
 
 def test_trials_that_disagree_with_the_draws_are_spoken_of(campaign):
-    answer = study(campaign, Trials(odometry_m=0.2)).answers[Question.ODOMETRY]
+    answer = study(campaign, Trials(odometry_m=0.2)).answers[Criterion.ODOMETRY]
     assert 'where the draws let expect' in answer.note and answer.note in str(answer)
 
 
@@ -102,7 +102,7 @@ def test_all_trials_are_kept_with_their_budget(campaign):
     found = study(campaign, Trials(encoder_m=1.5))
     finest = found.tried[-1]
     assert isinstance(finest, TriedEncoder) and (finest.test, finest.label) == ('SL', '4096')
-    assert finest.within[Question.TRUTH].trials >= 16
+    assert finest.within[Criterion.TRUTH].trials >= 16
     assert finest.truth.found.std[1] == pytest.approx(0.002, rel=0.6)
     assert [tried.counts for tried in found.tried] == sorted(tried.counts for tried in found.tried)
     assert found.requirement is REQUIREMENT
