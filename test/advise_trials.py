@@ -5,6 +5,7 @@ Not a test: test_advise.py runs it, and workers import it.
 
 from pathlib import Path
 
+from diff_encoder_sim.advice import listed_encoders, odometry_budget, odometry_curve
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.cli.advise import main
 from diff_encoder_sim.lockstep.trial_run import TrialResult
@@ -27,6 +28,8 @@ def trial(plan, robot_file, params, record):
 
 
 if __name__ == '__main__':
+    # A tenth of the draws, of which there are tests of their own.
+    odometry_curve.DRAWS, odometry_curve.FINE_DRAWS, odometry_budget.DRAWS, listed_encoders.DRAWS = 100, 3000, 100, 40
     # Workers know it by its module's name, not as part of the script that was started.
     from advise_trials import trial as importable_trial
 

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -27,8 +28,7 @@ def advise(*arguments, cwd):
 
 def answers(done):
     """The last of the answers that were printed, by their beginnings."""
-    lines = [line.strip() for line in done.stdout.splitlines() if line.startswith('  ')]
-    return dict(line.split(': ', 1) for line in lines)
+    return dict(re.findall(r'^  (\w[\w ,]+): (.*)$', done.stdout, re.MULTILINE))
 
 
 @pytest.fixture(scope='module')
@@ -99,7 +99,7 @@ def test_wheels_can_be_the_limit(tmp_path):
 @pytest.mark.parametrize(
     ('arguments', 'message'),
     [
-        (['--trials', '0'], "given '0'; allowed: whole numbers from 1"),
+        (['--trials', '0'], "given '0'; allowed: a whole number, 1 to 1000000"),
         (['--share', '80'], "given '80'; allowed: 0.01 to 0.999"),
         (['--tolerance', '0'], "given '0'; allowed: 1e-6 to 1000 [m]"),
         (['--distance', '0'], "given '0'; allowed: 0.1 to 1000 [m]"),

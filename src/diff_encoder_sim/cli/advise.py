@@ -19,8 +19,10 @@ from diff_encoder_sim.advice.advice import Advice
 from diff_encoder_sim.advice.advice_json import advice_json
 from diff_encoder_sim.advice.advice_page import write_page
 from diff_encoder_sim.advice.advice_text import answers_text, closed_form_text, tables_text
+from diff_encoder_sim.advice.evidence import looks
 from diff_encoder_sim.advice.listed_encoders import listed_encoders
 from diff_encoder_sim.advice.odometry_study import study_odometry, with_budgets
+from diff_encoder_sim.advice.rank_judge import Asked, fewest_trials
 from diff_encoder_sim.advice.requirement import Requirement
 from diff_encoder_sim.advice.trial_study import TrialStudy
 from diff_encoder_sim.analysis.quantities import YAW, X
@@ -29,6 +31,7 @@ from diff_encoder_sim.base.atomic_files import write_file
 from diff_encoder_sim.base.bounded_numbers import PULSES_PER_TURN, Between
 from diff_encoder_sim.base.command_line import tool_parser
 from diff_encoder_sim.base.command_name import as_called
+from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.number_arguments import number_within, whole_number_within
 from diff_encoder_sim.base.paths import package_folder
 from diff_encoder_sim.campaign.campaign_definition import Campaign
@@ -47,7 +50,8 @@ from diff_encoder_sim.evaluation.sample_statistics import LEVEL
 from diff_encoder_sim.lockstep.trial_run import run_trial
 from diff_encoder_sim.robots.xacro_arguments import xacro_arguments
 
-DEFAULT_TRIALS = 60
+# Trials go on as long as those that fail are fewer than this, where the others show the share.
+FORGIVEN = 5
 DEFAULT_OUT = Path('results') / 'advice'
 PAGE = 'advice.html'
 
@@ -60,6 +64,7 @@ def main(arguments: Optional[Sequence[str]] = None, run: RunTrial = run_trial) -
 
 def _advise(options: argparse.Namespace, run: RunTrial) -> None:
     began_s = time.monotonic()
+    _check_trials(options)
     requirement = Requirement(options.share, options.tolerance, math.radians(options.yaw_tolerance), options.confidence)
     campaign = with_checks('advise', _candidates(options), options.unchecked)
     name_campaigns_encoders(as_called('advise'), campaign)
@@ -90,6 +95,23 @@ def _finish(advice: Advice, campaign: Campaign, options: argparse.Namespace) -> 
     if options.json:
         write_file(options.json, json.dumps(advice_json(advice), indent=1, allow_nan=False).encode('utf-8'))
         print(f'JSON: {options.json}')
+
+
+def _check_trials(options: argparse.Namespace) -> None:
+    """Choose the most trials, where none are given.
+
+    Raises:
+        ConfigError: so few cannot show the share.
+    """
+    asked = Asked(options.share, options.confidence)
+    fewest = fewest_trials(asked)
+    if options.trials is None:
+        options.trials = (looks(options.share, asked.doubt, FORGIVEN * fewest) or (fewest,))[:FORGIVEN][-1]
+    if options.has_trials and options.trials < fewest:
+        raise ConfigError(
+            f'--trials: given {options.trials}; allowed: from {fewest}, as fewer cannot show that '
+            f'{100 * options.share:g} % of all trials are within the tolerance, even if none fails'
+        )
 
 
 def _candidates(options: argparse.Namespace) -> Campaign:
@@ -187,9 +209,9 @@ def _add_candidates(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         '--trials',
         type=whole_number_within(Between(1, MOST_TRIALS)),
-        default=DEFAULT_TRIALS,
         metavar='N',
-        help='most closed-loop trials of each test with each candidate (default: %(default)d)',
+        help='most closed-loop trials of each test with each candidate (default: what shows the share although '
+        'four of them fail, 59 for 80 %%)',
     )
     parser.add_argument(
         '--no-trials',

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import Optional, Sequence
+from typing import Optional, Sequence, Tuple
 
 import numpy as np
 
 from diff_encoder_sim.encoders.decoder import CountsOfStates, counts_of_states
 from diff_encoder_sim.encoders.encoder_model import IDEAL_ENCODER, NO_FAULTS, EncoderModel, FaultParams
 from diff_encoder_sim.encoders.gear import Gear
-from diff_encoder_sim.encoders.wheel_sensor import WheelSensor
+from diff_encoder_sim.encoders.wheel_sensor import WheelSensor, drawn_phases_rad
 
 
 def drawn_counts(
@@ -35,11 +35,11 @@ def drawn_counts(
     if model == IDEAL_ENCODER:
         return _since_the_first(np.floor(angles_rad * (ppr / (2.0 * math.pi))))
     gears = [Gear(model.shaft_turns_per_wheel_turn, model.backlash, rng) for rng in rngs]
-    sensors = [WheelSensor(model, ppr / model.shaft_turns_per_wheel_turn, rng) for rng in rngs]
-    places = _places(model, ppr, _shaft_angles(model, gears, angles_rad), sensors)
+    phases_rad, offsets = _sensors(model, ppr / model.shaft_turns_per_wheel_turn, rngs)
+    places = _places(model, ppr, _shaft_angles(model, gears, angles_rad), phases_rad)
     if model.noise:
         places = places + model.noise * rngs[0].standard_normal(places.shape)
-    steps = _steps(model, _states(places, sensors), times_s)
+    steps = _steps(model, _states(places, offsets), times_s)
     if model.counts_by_command:
         steps = np.abs(steps) * _directions(angles_rad)
     if model.faults != NO_FAULTS:
@@ -55,6 +55,19 @@ def _since_the_first(counts: np.ndarray) -> np.ndarray:
     return since
 
 
+def _sensors(
+    model: EncoderModel, counts_per_shaft_turn: float, rngs: Sequence[np.random.Generator]
+) -> Tuple[np.ndarray, Optional[np.ndarray]]:
+    """Draw (draws, 3) phases of waves and (draws, edges) offsets of edges, or one row of them where all are alike."""
+    if model.edge_error or model.sensor_error:
+        sensors = [WheelSensor(model, counts_per_shaft_turn, rng) for rng in rngs]
+        phases_rad = [sensor.wave_phases_rad for sensor in sensors]
+        return np.array(phases_rad), np.array([sensor.edge_offsets for sensor in sensors])
+    # Nothing is drawn for such edges.
+    offsets = WheelSensor(model, counts_per_shaft_turn, np.random.default_rng(0)).edge_offsets
+    return np.array([drawn_phases_rad(rng) for rng in rngs]), None if offsets is None else offsets[np.newaxis]
+
+
 def _shaft_angles(model: EncoderModel, gears: Sequence[Gear], angles_rad: np.ndarray) -> np.ndarray:
     ratio = model.shaft_turns_per_wheel_turn
     if not model.backlash:
@@ -64,10 +77,9 @@ def _shaft_angles(model: EncoderModel, gears: Sequence[Gear], angles_rad: np.nda
     return shaft_rad
 
 
-def _places(model: EncoderModel, ppr: float, shaft_rad: np.ndarray, sensors: Sequence[WheelSensor]) -> np.ndarray:
+def _places(model: EncoderModel, ppr: float, shaft_rad: np.ndarray, phases_rad: np.ndarray) -> np.ndarray:
     """Return where shafts are shown to be, in edges."""
     shown_rad = shaft_rad
-    phases_rad = np.array([sensor.wave_phases_rad for sensor in sensors])
     for wave, phase_rad in zip(model.waves, phases_rad.T):
         shown_rad = shown_rad + wave.amplitude_rad * np.sin(wave.per_turn * shaft_rad + phase_rad[:, np.newaxis])
     edges_per_rad = ppr / model.shaft_turns_per_wheel_turn * model.edges_per_count / (2.0 * math.pi)
@@ -87,10 +99,9 @@ def _followed(gap: float, begins: np.ndarray, inputs: np.ndarray) -> np.ndarray:
     return followed
 
 
-def _states(places: np.ndarray, sensors: Sequence[WheelSensor]) -> np.ndarray:
+def _states(places: np.ndarray, offsets: Optional[np.ndarray]) -> np.ndarray:
     """Return the last edge at or before each place, turning forward."""
     states: np.ndarray = np.floor(places).astype(np.int64)
-    offsets = _offsets(sensors)
     if offsets is None:
         return states
     while True:
@@ -104,11 +115,6 @@ def _states(places: np.ndarray, sensors: Sequence[WheelSensor]) -> np.ndarray:
 def _places_of(edges: np.ndarray, offsets: np.ndarray) -> np.ndarray:
     places: np.ndarray = edges + np.take_along_axis(offsets, edges % offsets.shape[1], axis=1)
     return places
-
-
-def _offsets(sensors: Sequence[WheelSensor]) -> Optional[np.ndarray]:
-    offsets = [sensor.edge_offsets for sensor in sensors]
-    return None if offsets[0] is None else np.array(offsets)
 
 
 def _steps(model: EncoderModel, states: np.ndarray, times_s: np.ndarray) -> np.ndarray:

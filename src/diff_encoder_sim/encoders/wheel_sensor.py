@@ -23,7 +23,7 @@ class WheelSensor:
             rng: of this wheel.
         """
         self._edges_per_turn = counts_per_turn * model.edges_per_count
-        self.wave_phases_rad: List[float] = rng.uniform(0.0, 2.0 * math.pi, 3).tolist()
+        self.wave_phases_rad = drawn_phases_rad(rng)
         self._waves = list(zip(model.waves, self.wave_phases_rad))
         self.edge_offsets = _edge_offsets(model, round(counts_per_turn), rng)
         self._offsets: Optional[List[float]] = None if self.edge_offsets is None else self.edge_offsets.tolist()
@@ -60,6 +60,12 @@ class WheelSensor:
     def place_of_edge(self, state: int) -> float:
         """Return where an edge is."""
         return state if self._offsets is None else state + self._offsets[state % len(self._offsets)]
+
+
+def drawn_phases_rad(rng: np.random.Generator) -> List[float]:
+    """Draw the phases of a sensor's waves, before all else of it."""
+    phases_rad: List[float] = rng.uniform(0.0, 2.0 * math.pi, 3).tolist()
+    return phases_rad
 
 
 def _edge_offsets(model: EncoderModel, counts: int, rng: np.random.Generator) -> Optional[np.ndarray]:
