@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Sets up, runs a small campaign, and makes a report of it: which encoder reaches which accuracy, in about a minute.
-#   bash scripts/quickstart.sh                            config/campaigns/quick.yaml
+# Sets up, shows a few closed-loop trials in a report, and says which encoder the paper's robot needs, in two minutes.
+#   bash scripts/quickstart.sh                            two trials of each cell of config/campaigns/quick.yaml
 #   bash scripts/quickstart.sh --config paper --trials 3  options go to campaign; without --out the results go to a new folder
 #                                                         below results/
 set -euo pipefail
@@ -8,7 +8,8 @@ set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
 arguments=("$@")
-[[ " $* " =~ \ --config[\ =] ]] || arguments=(--config quick "$@")
+[[ " $* " =~ \ --trials[\ =] || " $* " =~ \ --config[\ =] ]] || arguments=(--trials 2 "${arguments[@]}")
+[[ " $* " =~ \ --config[\ =] ]] || arguments=(--config quick "${arguments[@]}")
 
 main() {
   [[ " ${arguments[*]} " != *" --help "* ]] || { sed -n '2,5s/^# \{0,1\}//p' "${BASH_SOURCE[0]}"; exit 0; }
@@ -20,6 +21,8 @@ main() {
   rosrun diff_encoder_sim campaign "${arguments[@]}" || die "the campaign did not come to its end (it ended with $?)"
   say "rosrun diff_encoder_sim analyze $folder"
   rosrun diff_encoder_sim analyze "$folder"
+  say "rosrun diff_encoder_sim advise --robot alto --no-trials --out $folder/advice"
+  rosrun diff_encoder_sim advise --robot alto --no-trials --out "$folder/advice"
 }
 
 # The folder of the results: what --out says, or a new one.
