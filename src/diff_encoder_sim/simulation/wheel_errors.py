@@ -16,6 +16,11 @@ from diff_encoder_sim.robots.simulated_robot import GeometryErrors
 GeometryError = Annotated[float, Between(-0.5, 0.5)]
 Slip = Annotated[float, Between(0.0, 0.999)]
 
+# Without any of these errors the simulated wheels lose grip in curves, and some travel where they brake. As odometry's
+# `curve_noise` and `distance_std`, by its error in the paper's tests (docs/adr/0031-covariance-follows-robot.md).
+CONTACT_CURVE_NOISE = 1e-6  # [m^2/m]
+CONTACT_DISTANCE_STD = 5e-5
+
 
 class WheelErrorParams(Params):
     """Errors of the true robot against the nominal one; left out, there are none."""
@@ -30,6 +35,11 @@ class WheelErrorParams(Params):
     def geometry(self) -> GeometryErrors:
         """Return the errors that make another robot, as those of slip do not."""
         return GeometryErrors(self.left_radius_error, self.right_radius_error, self.wheel_separation_error)
+
+    def travel_errors(self) -> Tuple[float, float]:
+        """Return by how much the left and the right wheel travel more than their turning says, relative; no noise."""
+        left = self.left_radius_error - self.left_slip * (1.0 + self.left_radius_error)
+        return left, self.right_radius_error - self.right_slip * (1.0 + self.right_radius_error)
 
 
 class SlippingWheels:
