@@ -102,17 +102,24 @@ def _record(name: str) -> List[Row]:
 
 def _run(rows: List[Row], ppr: float, noise: float, at_goal: bool, seed: int) -> End:
     """Run one seed's drive through the real encoder and odometry, up to where it is evaluated."""
+    end = len(rows) - 1 if at_goal else _random_end(rows, seed)
+    params = OdometryParams(ppr=ppr, motion_noise=noise)
+    return end_of_drive(rows, ppr, seed, WheelErrorParams(slip_noise=noise), params, end)
+
+
+def end_of_drive(
+    rows: List[Row], ppr: float, seed: int, errors: WheelErrorParams, params: OdometryParams, end: int
+) -> End:
+    """Run ideal wheels' drive, turned by wheels with errors, through encoder and odometry, up to a row."""
     # The simulator's own draws: Simulator.reset.
     phases_rad = generator(seed, 'wheel_phase').uniform(0.0, 2.0 * math.pi, 2)
-    wheels = SlippingWheels(
-        WheelErrorParams(slip_noise=noise), (WHEEL_RADIUS_M, WHEEL_RADIUS_M), generator(seed, 'wheel_slip')
-    )
-    encoder = DiffEncoder(EncoderParams(ppr=ppr))
-    odometry = WheelOdometry(OdometryParams(ppr=ppr, motion_noise=noise))
-    end = len(rows) - 1 if at_goal else _random_end(rows, seed)
+    wheels = SlippingWheels(errors, (WHEEL_RADIUS_M, WHEEL_RADIUS_M), generator(seed, 'wheel_slip'))
+    of_rolled = 1.0 / (1.0 + np.array([errors.left_radius_error, errors.right_radius_error]))
+    encoder, odometry = DiffEncoder(EncoderParams(ppr=ppr)), WheelOdometry(params)
     estimate = None
     for row in rows[: end + 1]:
-        sample = encoder.update(row.stamp_ns, JOINTS, (phases_rad + wheels.turned(row.angles_rad)).tolist())
+        turned_rad = phases_rad + of_rolled * wheels.turned(row.angles_rad)
+        sample = encoder.update(row.stamp_ns, JOINTS, turned_rad.tolist())
         estimate = odometry.update(*sample)
     pose, truth = estimate.base_pose_in_odom, rows[end].true_pose.relative_to(rows[0].true_pose)
     error = np.array([pose.x_m - truth.x_m, pose.y_m - truth.y_m, wrap_angle(pose.yaw_rad - truth.yaw_rad)])

@@ -21,6 +21,9 @@ from diff_encoder_sim.encoders.chosen_encoder import RESOLUTION_KEYS, ChosenEnco
 from diff_encoder_sim.encoders.encoder_catalogue import load_encoder
 from diff_encoder_sim.lockstep.robot_loading import load_robot
 from diff_encoder_sim.lockstep.robot_params import CONFIG_FILES, RobotParams, override
+from diff_encoder_sim.lockstep.wheel_uncertainty import uncertainty_of_robot
+from diff_encoder_sim.odometry.hidden_encoder import hidden_encoder
+from diff_encoder_sim.odometry.odometry_params import OdometryParams
 from diff_encoder_sim.robots.robot_setup import RobotSetup
 from diff_encoder_sim.robots.xacro_arguments import xacro_arguments_of_text
 
@@ -33,7 +36,8 @@ FILE_OPTIONS = {
     'slam': '--slam-config',
 }
 
-OWN_PPR = 'config.ppr'
+OWN_PPR, OWN_NOISE = 'config.ppr', 'config.motion_noise'
+SIMULATED = 'pybullet'  # the simulator whose wheels have the errors of the parameters
 _ABSENT = object()
 
 
@@ -44,7 +48,7 @@ class LaunchedRobot(NamedTuple):
     settings: Dict[str, Any]  # by dotted keys: what replaces the values of the YAML files
     params: RobotParams
     encoder: ChosenEncoder  # of encoder:=, or as the parameters have it
-    notes: List[str]  # where a YAML file goes before the robot, a line each
+    notes: List[str]  # where a YAML file goes before the robot, or a default hides the encoder; a line each
 
 
 def add_launched_robot(parser: argparse.ArgumentParser) -> None:
@@ -63,7 +67,7 @@ def launched_robot(
     """Return the robot that a launch file's options name.
 
     Args:
-        options: those of `add_launched_robot`, and `robot`.
+        options: those of `add_launched_robot`, `robot`, and `sim`, which simulates the wheels.
         arguments: launch arguments by dotted keys.
         usual: values by dotted keys that go before the package's files alone.
 
@@ -73,9 +77,12 @@ def launched_robot(
     setup, encoder = _setup(options), _encoder(options, arguments)
     files = {stem: getattr(options, option[2:].replace('-', '_')) for stem, option in FILE_OPTIONS.items()}
     theirs = _users_values(files)
-    settings = {**(usual or {}), **setup.settings}
+    settings = {**(usual or {}), **_config(uncertainty_of_robot(setup.settings)), **setup.settings}
     if setup.file.ppr is not None:
         settings[OWN_PPR] = setup.file.ppr
+    is_noise_given = any(OWN_NOISE in values for values in (settings, theirs, arguments))
+    if options.sim != SIMULATED:  # its wheels are told of when they are known
+        settings = {**_config(OdometryParams().uncertainty), **settings}
     replaced = {key for key in settings if any(_overlap(key, other) for other in theirs)}
     notes = [
         f'{key}: as in {files[key.partition(".")[0]]}, not {settings[key]!r} as in {setup.file.where}'
@@ -89,7 +96,15 @@ def launched_robot(
     params = _checked(files, settings)
     if OWN_PPR in given and encoder is None:
         _check_no_resolution(files['config'], params, given[OWN_PPR])
+    settings.update(_config(params.odometry.uncertainty))
+    if options.sim != SIMULATED and not is_noise_given:
+        notes += filter(None, [hidden_encoder(params.odometry)])
     return LaunchedRobot(setup, settings, params, encoder or own_encoder(params.encoder), notes)
+
+
+def _config(values: Mapping[str, Any]) -> Dict[str, Any]:
+    """Return values of config.yaml by dotted keys."""
+    return {f'config.{key}': value for key, value in values.items()}
 
 
 def _encoder(options: argparse.Namespace, arguments: Mapping[str, Any]) -> Optional[ChosenEncoder]:

@@ -22,6 +22,7 @@ from diff_encoder_sim.cli.reencode_sources import check_seed, check_wheel_option
 from diff_encoder_sim.cli.reencode_wheels import bag_wheels, csv_wheels
 from diff_encoder_sim.encoders.chosen_encoder import ChosenEncoder
 from diff_encoder_sim.encoders.pulses import PerWheel, ppr_label
+from diff_encoder_sim.odometry.hidden_encoder import encoder_lateral_std, hidden_encoder
 from diff_encoder_sim.recording.bag_source import open_source
 from diff_encoder_sim.recording.topics import CMD_VEL
 from diff_encoder_sim.recording.trial_metadata import trial_of_source
@@ -78,11 +79,20 @@ def _reencode(options: argparse.Namespace, once: _OnceFilter) -> None:
         except OSError as error:
             where = error.filename or options.out or path
             raise ConfigError(f'{where}: {error.strerror}') from None
-        for note in (*once.left_out(), *notes_on(drive, runs, summary)):
+        hidden = _hidden_encoder(encoders, drive.robot) if files else []
+        for note in (*once.left_out(), *notes_on(drive, runs, summary), *hidden):
             print(f'{as_called("reencode")}: {path}: {note}', file=sys.stderr)
     _print(drive, runs, summary, time.perf_counter() - begin_s)
     for file in files.values():
         print(file)
+
+
+def _hidden_encoder(encoders: Sequence[ChosenEncoder], robot: RecordedRobot) -> List[str]:
+    """Say once, of the finest encoder that it hides, what the bags' covariance is for a motion noise nobody gave."""
+    if robot.odometry.motion_noise is not None:
+        return []
+    all_params = [parameters_with(encoder, robot.encoder, robot.odometry)[1] for encoder in encoders]
+    return [line for line in [hidden_encoder(min(all_params, key=encoder_lateral_std))] if line]
 
 
 def wheels_with(encoder: ChosenEncoder, robot: RecordedRobot, wheels_class: Type[AnyWheels]) -> AnyWheels:

@@ -19,7 +19,8 @@ from diff_encoder_sim.encoders.encoder_model import IDEAL_ENCODER
 from diff_encoder_sim.encoders.report_link import PROMPT
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 from diff_encoder_sim.lockstep.robot_loading import load_robot
-from diff_encoder_sim.odometry.odometry_params import OdometryParams
+from diff_encoder_sim.lockstep.wheel_uncertainty import uncertainty_of_robot
+from diff_encoder_sim.odometry.odometry_params import UNCERTAINTY_KEYS, OdometryParams
 from diff_encoder_sim.recording.topics import TRIAL
 from diff_encoder_sim.robots.xacro_arguments import xacro_arguments
 from diff_encoder_sim.trials.trial_definition import Trial
@@ -80,7 +81,7 @@ def recorded_robot(options: argparse.Namespace, trial: Optional[Trial]) -> Recor
         sources.update(dict.fromkeys(layer, source))
 
     if trial is not None:
-        of_trial = {name: getattr(trial, name) for name in (*OF_ODOMETRY, *OF_ENCODER)}
+        of_trial = {name: getattr(trial, name) for name in (*OF_ODOMETRY, *UNCERTAINTY_KEYS, *OF_ENCODER)}
         add({**of_trial, 'seed': trial.number}, f"the bag's {TRIAL}")
     if options.robot:
         arguments = xacro_arguments(options.robot_args)
@@ -120,4 +121,5 @@ def _encoder_and_odometry(of_robot: Mapping[str, Any], options: argparse.Namespa
     """Return what a robot sets of config.yaml, by dotted keys; its own resolution gives way to --ppr and --encoder."""
     gives_way = RESOLUTION_KEYS if options.ppr or options.encoder else ()
     values = {key: value for key, value in of_robot.items() if key not in gives_way}
-    return {key.partition('.')[2]: value for key, value in values.items() if key.startswith('config.')}
+    of_config = {key.partition('.')[2]: value for key, value in values.items() if key.startswith('config.')}
+    return {**uncertainty_of_robot(of_robot), **of_config}

@@ -20,6 +20,7 @@ from diff_encoder_sim.base.yaml_files import yaml_value
 from diff_encoder_sim.cli.launched_robot import OWN_PPR, LaunchedRobot, add_launched_robot, launched_robot
 from diff_encoder_sim.cli.robot_arguments import ROBOT_HELP
 from diff_encoder_sim.lockstep.robot_params import check_key
+from diff_encoder_sim.odometry.odometry_params import UNCERTAINTY_KEYS
 from diff_encoder_sim.recording.bag_source import open_source
 from diff_encoder_sim.recording.trial_metadata import trial_of_source
 
@@ -52,14 +53,16 @@ def _of_poses(robot: LaunchedRobot) -> Dict[str, Any]:
 
 
 def _of_bag(given: str) -> Dict[str, Any]:
-    """Return the seed of a bag's trial, as `reencode` takes it."""
+    """Return the seed of a bag's trial, and what its covariance knew of the wheels, as `reencode` takes them."""
     path = users_path(given)
     try:
         with open_source(path) as source:
             trial = trial_of_source(path, source)
     except ConfigError:
         return {}  # replay_node, which plays it, says what is wrong
-    return {} if trial is None else {'config.seed': trial.number}
+    if trial is None:
+        return {}
+    return {'config.seed': trial.number, **{f'config.{key}': getattr(trial, key) for key in UNCERTAINTY_KEYS}}
 
 
 def launch_arguments(words: List[str]) -> Dict[str, Any]:
@@ -85,5 +88,6 @@ def _parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
     parser.add_argument('robot', metavar='ROBOT', help=ROBOT_HELP)
     parser.add_argument('values', nargs='*', metavar='FILE.KEY:=VALUE', help="a parameter, before the robot's own")
     parser.add_argument('--bag', default='', metavar='BAG', help="recorded drive, whose trial's number is the seed")
+    parser.add_argument('--sim', default='', metavar='NAME', help='pybullet, where it simulates the wheels')
     add_launched_robot(parser)
     return parser.parse_args(arguments)

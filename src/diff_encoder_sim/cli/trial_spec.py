@@ -24,7 +24,7 @@ from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.base.xml_rpc import for_xml_rpc
 from diff_encoder_sim.base.yaml_files import yaml_value
 from diff_encoder_sim.cli.encoder_arguments import name_encoders, name_rates
-from diff_encoder_sim.cli.launched_robot import OWN_PPR, LaunchedRobot, add_launched_robot, launched_robot
+from diff_encoder_sim.cli.launched_robot import OWN_PPR, SIMULATED, LaunchedRobot, add_launched_robot, launched_robot
 from diff_encoder_sim.cli.robot_arguments import ROBOT_HELP
 from diff_encoder_sim.cli.stopping_spread import name_stopping_of_trial
 from diff_encoder_sim.cli.trial_robot_check import check_robot_of_trial
@@ -41,7 +41,7 @@ from diff_encoder_sim.trials.trial_definition import LivePlan, Trial
 from diff_encoder_sim.trials.trial_wheels import wheels_of
 
 NO_BAG = 'none'
-SIMULATORS = ('pybullet', 'gazebo')
+SIMULATORS = (SIMULATED, 'gazebo')
 
 
 class TrialArguments(Params):

@@ -12,6 +12,7 @@ from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.lockstep.latency import LatencyParams
+from diff_encoder_sim.lockstep.wheel_uncertainty import with_uncertainty
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
 from diff_encoder_sim.odometry.odometry_params import OdometryParams
 from diff_encoder_sim.simulation.simulator import SimulatorParams
@@ -40,7 +41,7 @@ RobotConfig = Dict[str, Dict[str, Any]]
 
 
 class RobotParams(NamedTuple):
-    """The parameters of each part, as its node reads them."""
+    """The parameters of each part, as its node reads them; odometry is told of the simulated wheels' errors."""
 
     encoder: EncoderParams
     odometry: OdometryParams
@@ -130,6 +131,7 @@ def _robot_params(config: RobotConfig, source: Callable[[str], str]) -> RobotPar
     parts: Dict[str, Any] = {}
     for stem, classes in CONFIG_FILES.items():
         parts.update(zip(classes, split_params(config[stem], source(stem), *classes.values())))
+    parts['odometry'] = with_uncertainty(parts['odometry'], parts['simulator'].wheel_errors)
     return RobotParams(**parts)
 
 

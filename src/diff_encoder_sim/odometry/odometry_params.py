@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Tuple
+from typing import Dict, Optional, Tuple
 
 from pydantic import Field
 from typing_extensions import Annotated
@@ -14,6 +14,18 @@ from diff_encoder_sim.encoders.counter import CounterModulus
 from diff_encoder_sim.encoders.encoder_model import IDEAL_ENCODER, EncoderModel, counts_per_turn
 from diff_encoder_sim.encoders.pulses import DEFAULT_PPR, PerWheel, PulsesPerRevolution
 from diff_encoder_sim.encoders.wheel_rate import DEFAULT_CLOCK_HZ, VelocityClock_Hz, VelocityMethod
+from diff_encoder_sim.odometry.geometry_uncertainty import GeometryStd
+from diff_encoder_sim.odometry.odometry_covariance import reading_variance
+
+RelativeStd = Annotated[float, Between(0.0, 2.0)]
+
+# Of a wheel of which nobody says how it slips [m^2/m]: 4.5 mm after 20 m.
+USUAL_MOTION_NOISE = 1e-6
+
+FOLLOWED = "by the robot's wheel errors"
+
+# What the covariance knows of the wheels.
+UNCERTAINTY_KEYS = ('motion_noise', 'curve_noise', 'distance_std', 'turn_std', 'diameter_difference_std')
 
 
 class OdometryParams(Params):
@@ -29,7 +41,23 @@ class OdometryParams(Params):
     axle_x: Offset_m = Field(0.0, description='place of the axle ahead of the origin of base_frame [m]')
     counter_modulus: CounterModulus = 0
     velocity_window: Annotated[int, Between(1, 10_000)] = Field(1, description='report intervals that the twist spans')
-    motion_noise: TravelVariance_m = Field(1e-6, description="variance of a wheel's travel per metre of it [m^2/m]")
+    motion_noise: Optional[TravelVariance_m] = Field(
+        None, description=f"variance of a wheel's travel per metre of it [m^2/m]; none: {FOLLOWED}, else 1e-6"
+    )
+    curve_noise: Optional[TravelVariance_m] = Field(
+        None, description=f'what curves add to motion_noise, about [m^2/m]; none: {FOLLOWED}, else 0'
+    )
+    distance_std: Optional[RelativeStd] = Field(
+        None, description=f"standard deviation of a distance's relative error; none: {FOLLOWED}, else 0"
+    )
+    turn_std: Optional[RelativeStd] = Field(
+        None, description=f"standard deviation of a turn's relative error; none: {FOLLOWED}, else 0"
+    )
+    diameter_difference_std: Optional[RelativeStd] = Field(
+        None,
+        description='standard deviation of the right minus the left diameter, relative to their mean; '
+        f'none: {FOLLOWED}, else 0',
+    )
     max_wheel_speed: Annotated[float, Between(1e-3, 1e9, 'rad/s')] = Field(
         100.0, description='a faster wheel means that the counter was restarted [rad/s]'
     )
@@ -56,6 +84,32 @@ class OdometryParams(Params):
     def counts_per_turn(self) -> PerWheel:
         """Return the counts per wheel revolution: the encoder's, where it says them, else `ppr`."""
         return counts_per_turn(self.ppr, self.encoder)
+
+    @property
+    def travel_variance(self) -> float:
+        """Return the variance of a wheel's travel per metre of it [m^2/m]."""
+        return USUAL_MOTION_NOISE if self.motion_noise is None else self.motion_noise
+
+    @property
+    def geometry_std(self) -> GeometryStd:
+        """Return the standard deviations of the geometry's relative errors."""
+        stds = self.distance_std, self.turn_std, self.diameter_difference_std
+        return GeometryStd(*(std or 0.0 for std in stds))
+
+    @property
+    def uncertainty(self) -> Dict[str, float]:
+        """Return what the covariance knows of the wheels, by the names of the parameters, none left open."""
+        return dict(zip(UNCERTAINTY_KEYS, (self.travel_variance, self.curve_noise or 0.0, *self.geometry_std)))
+
+    @property
+    def reading_variances_m2(self) -> Tuple[float, float]:
+        """Return the variance of the left and of the right wheel's travel in one reading [m^2]."""
+        ppr = self.counts_per_turn
+        left, right = (
+            reading_variance(m_per_pulse, self.encoder.pulse_variance(counts))
+            for m_per_pulse, counts in zip(self.m_per_pulse, (ppr.left, ppr.right))
+        )
+        return left, right
 
     @property
     def m_per_pulse(self) -> Tuple[float, float]:

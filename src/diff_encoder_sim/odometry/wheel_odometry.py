@@ -19,11 +19,11 @@ from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, move_along_arc
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
 from diff_encoder_sim.encoders.report_link import LATE_REPORT_TOLERANCE_NS
 from diff_encoder_sim.odometry.counter_steps import CounterSteps, Reading
+from diff_encoder_sim.odometry.geometry_uncertainty import KNOWN_EXACTLY, carry_geometry_errors, geometry_covariance
 from diff_encoder_sim.odometry.odometry_covariance import (
     behind_axle,
     propagate_motion_noise,
     quantisation_covariance,
-    reading_variance,
     residual_std,
 )
 from diff_encoder_sim.odometry.odometry_params import OdometryParams
@@ -54,8 +54,9 @@ class WheelOdometry:
     def __init__(self, params: OdometryParams) -> None:
         self.params = params
         self._m_per_pulse = params.m_per_pulse
-        self._reading_vars_m2 = self._reading_variances(params)
+        self._reading_vars_m2 = params.reading_variances_m2
         self._residual_m = residual_std(*self._m_per_pulse)
+        self._geometry_std = params.geometry_std
         self._timeline = Timeline(LATE_REPORT_TOLERANCE_NS)
         self._steps, self._twists = CounterSteps(params), TwistEstimator(params)
         self.reset()
@@ -67,6 +68,7 @@ class WheelOdometry:
         self._totals: Deque[Reading] = deque(maxlen=self.params.velocity_window + 1)
         self._pose = IDENTITY  # of the axle's middle, where it began
         self._motion_covariance = np.zeros((3, 3))
+        self._geometry_errors = np.zeros((3, 3))
 
     @property
     def restarts(self) -> int:
@@ -126,14 +128,11 @@ class WheelOdometry:
         moved = move_along_arc(start, 0.5 * (left_m + right_m), (right_m - left_m) / self.params.wheel_separation)
         # The heading comes from the totals: adding up rounded increments would let it drift.
         self._pose = moved._replace(yaw_rad=self._heading_rad(self._totals[-1]))
-        self._motion_covariance = propagate_motion_noise(
-            self._motion_covariance,
-            start.yaw_rad,
-            left_m,
-            right_m,
-            self.params.wheel_separation,
-            self.params.motion_noise,
-        )
+        step = start.yaw_rad, left_m, right_m, self.params.wheel_separation
+        noise = self.params.travel_variance, self.params.curve_noise or 0.0
+        self._motion_covariance = propagate_motion_noise(self._motion_covariance, *step, *noise)
+        if self._geometry_std != KNOWN_EXACTLY:
+            self._geometry_errors = carry_geometry_errors(self._geometry_errors, *step)
 
     def _heading_rad(self, total: Reading) -> float:
         left_m_per_pulse, right_m_per_pulse = self._m_per_pulse
@@ -142,10 +141,8 @@ class WheelOdometry:
 
     def _estimate(self, stamp_ns: int, wheel_rates_radps: Optional[WheelRates]) -> OdometryEstimate:
         twist = self._twists.twist(self._totals, wheel_rates_radps)
-        pose_covariance = self._motion_covariance + quantisation_covariance(
-            self._pose, *self._reading_vars_m2, self._residual_m, self.params.wheel_separation
-        )
         axle_x_m = self.params.axle_x
+        pose_covariance = self._axle_covariance()
         if axle_x_m:
             pose_covariance = behind_axle(pose_covariance, self._pose.yaw_rad, axle_x_m)
         return OdometryEstimate(
@@ -158,18 +155,18 @@ class WheelOdometry:
             0.0 - axle_x_m * twist.angular_radps,  # never -0.0
         )
 
+    def _axle_covariance(self) -> np.ndarray:
+        """Return the 3x3 covariance of (x, y, yaw) of the axle's middle."""
+        covariance: np.ndarray = self._motion_covariance + quantisation_covariance(
+            self._pose, *self._reading_vars_m2, self._residual_m, self.params.wheel_separation
+        )
+        if self._geometry_std != KNOWN_EXACTLY:
+            covariance = covariance + geometry_covariance(self._geometry_errors, self._geometry_std)
+        return covariance
+
     def _base_pose(self) -> Pose2D:
         """Return the pose of base_frame: the axle's, moved back along its x on the way there and at its end."""
         axle, axle_x_m = IDENTITY.compose(self._pose), self.params.axle_x
         return axle._replace(
             x_m=axle.x_m + axle_x_m * (1.0 - math.cos(axle.yaw_rad)), y_m=axle.y_m - axle_x_m * math.sin(axle.yaw_rad)
         )
-
-    def _reading_variances(self, params: OdometryParams) -> Tuple[float, float]:
-        """Return the variance of each wheel's travel in one reading [m^2]."""
-        ppr = params.counts_per_turn
-        left, right = (
-            reading_variance(m_per_pulse, params.encoder.pulse_variance(counts))
-            for m_per_pulse, counts in zip(self._m_per_pulse, (ppr.left, ppr.right))
-        )
-        return left, right

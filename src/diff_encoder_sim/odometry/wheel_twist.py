@@ -78,7 +78,7 @@ class TwistEstimator:
 
     def _way(self, pulses: int, m_per_pulse: float) -> RimMotion:
         way_m = pulses * m_per_pulse
-        variance = 2.0 * reading_variance(m_per_pulse, self._edge_variance) + self._params.motion_noise * abs(way_m)
+        variance = 2.0 * reading_variance(m_per_pulse, self._edge_variance) + self._params.travel_variance * abs(way_m)
         return RimMotion(way_m, variance + self._wave_variance * way_m**2)
 
     def _measured_speeds(self, rates_radps: WheelRates, interval_s: float) -> Rims:
@@ -95,7 +95,7 @@ class TwistEstimator:
             return RimMotion(0.0, PULSE_VARIANCE * (m_per_pulse / STANDSTILL_AFTER_S) ** 2)
         least_s = interval_s if self._params.velocity_method == 'MT' else 0.0
         between_s = min(max(least_s, m_per_pulse / abs(mps)), STANDSTILL_AFTER_S)
-        way_m2 = 2.0 * self._edge_variance * m_per_pulse**2 + self._params.motion_noise * abs(mps) * between_s
+        way_m2 = 2.0 * self._edge_variance * m_per_pulse**2 + self._params.travel_variance * abs(mps) * between_s
         time_s2 = self._tick_s**2 / 6.0
         return RimMotion(mps, (way_m2 + mps**2 * time_s2) / between_s**2 + self._wave_variance * mps**2)
 

@@ -15,4 +15,4 @@ def with_encoder(trial: Trial, encoder: EncoderParams, odometry: OdometryParams,
     resolution = resolution_text(encoder.encoder)
     counted = {'ppr': encoder.counts_per_turn, 'encoder': name, 'resolution': resolution}
     counted['counter_modulus'] = encoder.counter_modulus
-    return trial.model_copy(update={**counted, 'odom': 'encoder', **geometry})
+    return trial.model_copy(update={**counted, 'odom': 'encoder', **geometry, **odometry.uncertainty})

@@ -15,6 +15,7 @@ from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.encoders.encoder_sample import EncoderSample
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 from diff_encoder_sim.msg import EncoderPulse
+from diff_encoder_sim.odometry.hidden_encoder import hidden_encoder
 from diff_encoder_sim.odometry.odometry_diagnosis import OdometryDiagnosis
 from diff_encoder_sim.odometry.odometry_params import OdometryParams
 from diff_encoder_sim.odometry.speed_pairing import SpeedPairing
@@ -35,6 +36,9 @@ class OdometryNode:
         rate_hz, plan = node_params(EncoderParams, OdometryParams, part='config').rate, trial_plan()
         if plan is not None:
             rate_hz = min(rate_hz, plan.report_rate)  # as joint states come
+        warning = hidden_encoder(params) if params.motion_noise is None else ''
+        if warning:
+            log.warning('%s', warning)
         self._odometry = WheelOdometry(params)
         self._diagnosis = OdometryDiagnosis(self._odometry, rate_hz)
         self._pairing = SpeedPairing() if params.velocity_method != 'M' else None

@@ -17,6 +17,11 @@ GeometryError = Annotated[float, Between(-0.5, 0.5)]
 Spread = Annotated[float, Between(0.0, 0.1)]
 Slip = Annotated[float, Between(0.0, 0.999)]
 
+# Without any of these errors the simulated wheels lose grip in curves, and some travel where they brake. As odometry's
+# `curve_noise` and `distance_std`, by its error in the paper's tests (docs/adr/0031-covariance-follows-robot.md).
+CONTACT_CURVE_NOISE = 1e-6  # [m^2/m]
+CONTACT_DISTANCE_STD = 5e-5
+
 
 class WheelErrorParams(Params):
     """Errors of the true robot against the nominal one; left out, there are none."""
@@ -41,6 +46,11 @@ class WheelErrorParams(Params):
             for mean, spread, normal in zip(means, spreads, rng.standard_normal(3).tolist())
         )
         return GeometryErrors(*drawn)
+
+    def travel_errors(self) -> Tuple[float, float]:
+        """Return by how much the left and the right wheel travel more than their turning says, relative; no noise."""
+        left = self.left_radius_error - self.left_slip * (1.0 + self.left_radius_error)
+        return left, self.right_radius_error - self.right_slip * (1.0 + self.right_radius_error)
 
 
 class SlippingWheels:

@@ -7,19 +7,29 @@ from typing import Any, Dict, Literal
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
 from typing_extensions import Annotated
 
-from diff_encoder_sim.base.bounded_numbers import Between, Duration_s, Length_m, Offset_m, Rate_Hz, Seed
+from diff_encoder_sim.base.bounded_numbers import (
+    Between,
+    Duration_s,
+    Length_m,
+    Offset_m,
+    Rate_Hz,
+    Seed,
+    TravelVariance_m,
+)
 from diff_encoder_sim.base.file_names import PathText
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.encoders.counter import CounterModulus
 from diff_encoder_sim.encoders.pulses import DEFAULT_PPR, PulsesPerRevolution, encoder_label
+from diff_encoder_sim.odometry.odometry_params import UNCERTAINTY_KEYS, RelativeStd
+from diff_encoder_sim.simulation.wheel_errors import CONTACT_CURVE_NOISE, CONTACT_DISTANCE_STD
 from diff_encoder_sim.trials.test_definition import TestDefinition
 
 BagFormat = Literal['ros1', 'mcap']
 
 _LEFT_OUT_WHERE_USUAL = (
     *('axle_x', 'left_joint', 'right_joint', 'left_reversed', 'right_reversed'),
-    *('encoder', 'resolution', 'variant', 'counter_modulus'),
+    *('encoder', 'resolution', 'variant', 'counter_modulus', *UNCERTAINTY_KEYS),
 )
 
 
@@ -42,6 +52,12 @@ class Trial(Params):
     resolution: str = Field('', description='how its counts follow from the datasheet')
     variant: str = Field('', description='name of the set of parameters, where its campaign has several')
     counter_modulus: CounterModulus = 0
+    # As of simulated wheels without errors.
+    motion_noise: TravelVariance_m = Field(0.0, description="of the odometry's covariance [m^2/m]")
+    curve_noise: TravelVariance_m = Field(CONTACT_CURVE_NOISE, description="of the odometry's covariance [m^2/m]")
+    distance_std: RelativeStd = Field(CONTACT_DISTANCE_STD, description="of the odometry's covariance")
+    turn_std: RelativeStd = Field(0.0, description="of the odometry's covariance")
+    diameter_difference_std: RelativeStd = Field(0.0, description="of the odometry's covariance")
 
     @model_serializer(mode='wrap')
     def _without_the_usual(self, serialise: SerializerFunctionWrapHandler) -> Dict[str, Any]:

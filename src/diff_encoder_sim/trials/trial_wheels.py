@@ -16,6 +16,7 @@ def wheels_of(odometry: OdometryParams, encoder: EncoderParams) -> Dict[str, Any
     """Return the fields of Trial that whoever computes odometry from the bag's pulses or angles needs."""
     return {
         **{name: getattr(odometry, name) for name in OF_ODOMETRY},
+        **odometry.uncertainty,
         **{name: getattr(encoder, name) for name in OF_ENCODER},
         'counter_modulus': encoder.counter_modulus,
     }

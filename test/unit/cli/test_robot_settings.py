@@ -150,3 +150,40 @@ def test_a_real_encoder_sets_all_that_the_parameter_server_can_hold(settings):
     assert config['encoder']['bits'] == 12 and config['encoder']['faults']['missed'] == 0.0
     assert config['counter_modulus'] == '4294967296' and config['ppr'] == {'left': 4096.0, 'right': 4096.0}
     assert None not in config['encoder'].values()
+
+
+# ---- what the covariance of /odom knows
+
+
+def test_simulated_wheels_tell_the_covariance(settings, tmp_path):
+    path = robot_file(tmp_path, simulator__wheel_errors__slip_noise=2.7e-8)
+    config = settings(path, '--sim', 'pybullet')['config']
+    assert (config['motion_noise'], config['curve_noise']) == (2.7e-8, 1e-6)
+    assert settings('alto', '--sim', 'pybullet')['config']['motion_noise'] == 0.0
+
+
+def test_a_real_robot_has_the_slip_of_its_file_and_no_simulated_contact(settings, tmp_path):
+    path = robot_file(tmp_path, simulator__wheel_errors__slip_noise=2.7e-8)
+    config = settings(path)['config']
+    assert (config['motion_noise'], config['curve_noise'], config['distance_std']) == (2.7e-8, 0.0, 0.0)
+
+
+def test_a_default_that_hides_the_encoder_is_warned_of_once(capsys, tmp_path):
+    hidden = ["/odom's covariance hides the encoder"]
+    for arguments, expected in (
+        (['burger'], hidden),
+        (['alto', 'config.ppr:=40'], []),
+        (['burger', '--sim', 'pybullet'], []),
+        (['burger', 'config.motion_noise:=1.0e-6'], []),
+        ([str(robot_file(tmp_path, simulator__wheel_errors__slip_noise=2.7e-8))], []),
+    ):
+        main(arguments)
+        lines = capsys.readouterr().err.splitlines()
+        assert [line.split(': ')[1] for line in lines if 'hides' in line] == expected
+
+
+def test_a_users_file_goes_before_the_robots_slip(settings, tmp_path):
+    path = robot_file(tmp_path, simulator__wheel_errors__slip_noise=2.7e-8)
+    mine = tmp_path / 'config.yaml'
+    mine.write_text((ROOT / 'config' / 'config.yaml').read_text() + '\nmotion_noise: 3.0e-7\n')
+    assert settings(path, '--config', mine)['config']['motion_noise'] == 3e-7

@@ -1,0 +1,235 @@
+#!/usr/bin/env python3
+"""Whether /odom's covariance says what odometry is wrong by (NEES): the paper's tests, by pulses per revolution.
+
+odometry_nees.py                  a few navigated drives of each test, each seen from many wheel phases, with slip drawn
+                                  anew: of the robot of a campaign, and of robots whose geometry is drawn, too
+odometry_nees.py results/paper    what the bags of campaigns have at the end of each trial
+"""
+
+from __future__ import annotations
+
+import argparse
+import functools
+import math
+import multiprocessing
+import os
+from pathlib import Path
+from typing import Any, Dict, Iterator, List, NamedTuple, Sequence, Tuple
+
+import numpy as np
+from checkout import ROOT, print_header
+from measured_drive import TICKS_PER_REPORT, Row
+from plans import plan_of
+from quantisation import End, end_of_drive
+from rosbags.highlevel import AnyReader
+from tabulate import tabulate
+
+from diff_encoder_sim.base.se2 import Pose2D, wrap_angle, yaw_from_quat_xyzw
+from diff_encoder_sim.base.seeds import generator
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.campaign.campaign_loading import load_campaign
+from diff_encoder_sim.lockstep.lockstep_trial import LockstepTrial
+from diff_encoder_sim.lockstep.publications import Publications
+from diff_encoder_sim.lockstep.robot_params import RobotParams
+from diff_encoder_sim.recording.topics import ODOM, WORLD_POSE
+from diff_encoder_sim.simulation.simulator import Simulator
+from diff_encoder_sim.simulation.state import JointStates
+from diff_encoder_sim.simulation.wheel_errors import WheelErrorParams
+
+ROBOT = ROOT / 'urdf' / 'alto.urdf.xacro'
+ALLOWED = (0.8, 1.25)
+SEPARATOR = ' | '
+PLANE = (0, 1, 5)  # x, y and yaw of six
+
+LEGEND = """
+NEES / 3: 1 is honest; above, odometry is surer than it may be. +-: two standard errors of the mean, over drives where
+there are several. Alone: mean of error^2 over variance. On the way: at a report of the second half, drawn by seed.
+Noise alone: the same, if the covariance is not told of radius errors. Robots: the difference of the diameters
+is drawn for each seed, normal, with the campaign's as its standard deviation."""
+
+
+class Case(NamedTuple):
+    """One encoder of a robot on one drive."""
+
+    test: str
+    ppr: float
+    drive: int
+
+
+class Ends(NamedTuple):
+    """What one drive's seeds end with."""
+
+    goal: List[End]
+    way: List[End]
+    noise_alone: List[End]
+    robots: List[End]
+
+
+class DriveRecorder(Publications):
+    """Keeps the wheels' angles at each report of the encoder with the truth at that time."""
+
+    def __init__(self) -> None:
+        """Begin empty."""
+        self.rows: List[Row] = []
+        self._joints: List[JointStates] = []
+        self._simulator: Simulator
+
+    def begin(self, trial: object, simulator: Simulator, robot_file: object) -> None:
+        """Take the simulator, whose true pose belongs to each joint state."""
+        self._simulator = simulator
+
+    def joint_states(self, joints: JointStates) -> None:
+        """Keep one in so many ticks."""
+        self._joints.append(joints)
+        if len(self._joints) % TICKS_PER_REPORT == 1:
+            left_rad, right_rad = np.subtract(joints.angles_rad, self._joints[0].angles_rad).tolist()
+            self.rows.append(Row(joints.stamp_ns, (left_rad, right_rad), self._simulator.base_pose_in_world()))
+
+
+def main() -> None:
+    """Print the table."""
+    arguments = _arguments()
+    if arguments.results:
+        print_header("NEES of /odom's covariance at the end of each trial")
+        for folder in arguments.results:
+            _print_table(f'{folder}', ['goal'], _of_results(folder))
+    else:
+        print_header(f"NEES of odometry's covariance: {arguments.drives} drives with {arguments.seeds} seeds each")
+        cases = [
+            Case(test, ppr, drive)
+            for test in arguments.tests
+            for ppr in arguments.ppr
+            for drive in range(1, arguments.drives + 1)
+        ]
+        run = functools.partial(_ends_of_drive, arguments.campaign, arguments.seeds)
+        with multiprocessing.Pool(arguments.workers) as pool:
+            found = pool.map(run, cases, chunksize=1)
+        columns = {
+            f'{case.test}{SEPARATOR}{case.ppr:g}': [of for at, of in zip(cases, found) if at[:2] == case[:2]]
+            for case in cases
+        }
+        _print_table(arguments.campaign, ['goal', 'on the way', 'noise alone', 'robots'], columns)
+    print(LEGEND)
+
+
+# ---- drives that are seen from many wheel phases
+
+
+def _ends_of_drive(campaign: str, seeds: int, case: Case) -> Ends:
+    cell = load_campaign(campaign, ROOT, {'tests': [case.test], 'ppr': [case.ppr], 'trials': 1}).cells[0]
+    params, errors = cell.robot_params, cell.robot_params.simulator.wheel_errors
+    rows = _navigated(case, params)
+    odometry = params.odometry.model_copy(update={'ppr': cell.ppr})
+    exact = odometry.model_copy(update={'distance_std': 0.0, 'turn_std': 0.0, 'diameter_difference_std': 0.0})
+    ends = Ends([], [], [], [])
+    for number in range(seeds):
+        seed = 10_000 * case.drive + number
+        way = int(generator(seed, 'benchmark_end').integers(len(rows) // 2, len(rows)))
+        at_end = functools.partial(end_of_drive, rows, case.ppr, seed)
+        ends.goal.append(at_end(errors, odometry, len(rows) - 1))
+        ends.way.append(at_end(errors, odometry, way))
+        ends.noise_alone.append(at_end(errors, exact, len(rows) - 1))
+        ends.robots.append(at_end(_drawn(errors, seed), odometry, len(rows) - 1))
+    return ends
+
+
+def _navigated(case: Case, params: RobotParams) -> List[Row]:
+    """Drive the test with ideal wheels: where the robot goes hardly depends on its odometry."""
+    ideal = params._replace(simulator=params.simulator.model_copy(update={'wheel_errors': WheelErrorParams()}))
+    recorder = DriveRecorder()
+    for _ in LockstepTrial(plan_of(case.test, case.ppr, case.drive), ROBOT, ideal, recorder).run():
+        pass
+    return recorder.rows
+
+
+def _drawn(errors: WheelErrorParams, seed: int) -> WheelErrorParams:
+    """Return the wheels of another robot of the kind that odometry takes this one for."""
+    spread = abs(errors.right_radius_error - errors.left_radius_error)
+    half = 0.5 * spread * float(generator(seed, 'benchmark_robot').standard_normal())
+    return errors.model_copy(update={'left_radius_error': -half, 'right_radius_error': half})
+
+
+# ---- trials that were run
+
+
+def _of_results(folder: Path) -> Dict[str, List[Ends]]:
+    ends: Dict[str, List[End]] = {}
+    for path in sorted((folder / 'bags').glob('*.bag'), key=_order):
+        test, ppr, _ = path.stem.split('_')
+        ends.setdefault(f'{test}{SEPARATOR}{ppr}', []).append(_end_of_bag(path))
+    return {label: [Ends(of, [], [], [])] for label, of in ends.items()}
+
+
+def _order(path: Path) -> Tuple[str, float, str]:
+    test, ppr, number = path.stem.split('_')
+    return test, float(ppr), number
+
+
+def _end_of_bag(path: Path) -> End:
+    """Return the last odometry of a bag whose stamp the truth has."""
+    truth: Dict[int, Pose2D] = {}
+    odometry: List[Any] = []
+    with AnyReader([path]) as reader:
+        wanted = [connection for connection in reader.connections if connection.topic in (ODOM, WORLD_POSE)]
+        for connection, _, data in reader.messages(wanted):
+            message = reader.deserialize(data, connection.msgtype)
+            if connection.topic == ODOM:
+                odometry.append(message)
+            else:
+                truth[_stamp_ns(message)] = _pose(message.pose)
+    last = next(message for message in reversed(odometry) if _stamp_ns(message) in truth)
+    pose, true = _pose(last.pose.pose), truth[_stamp_ns(last)].relative_to(truth[_stamp_ns(odometry[0])])
+    error = np.array([pose.x_m - true.x_m, pose.y_m - true.y_m, wrap_angle(pose.yaw_rad - true.yaw_rad)])
+    return End(error, np.reshape(last.pose.covariance, (6, 6))[np.ix_(PLANE, PLANE)])
+
+
+def _stamp_ns(message: Any) -> int:
+    return int(message.header.stamp.sec) * NANOSECONDS_PER_SECOND + int(message.header.stamp.nanosec)
+
+
+def _pose(pose: Any) -> Pose2D:
+    at, turned = pose.position, pose.orientation
+    return Pose2D(at.x, at.y, yaw_from_quat_xyzw(turned.x, turned.y, turned.z, turned.w))
+
+
+# ---- tables
+
+
+def _print_table(title: str, columns: Sequence[str], cells: Dict[str, List[Ends]]) -> None:
+    rows = [[*label.split(SEPARATOR), *_row(columns, drives)] for label, drives in cells.items()]
+    headers = ['test', 'PPR', *(f'NEES / 3\n{column}' for column in columns), 'goal: x\nalone', 'y', 'yaw', 'inside']
+    print(f'\n{title}\n')
+    print(tabulate(rows, headers, disable_numparse=True, stralign='right'))
+
+
+def _row(columns: Sequence[str], drives: Sequence[Ends]) -> Iterator[str]:
+    for index in range(len(columns)):
+        means = np.array([np.mean(_nees(drive[index])) for drive in drives])
+        every = np.concatenate([_nees(drive[index]) for drive in drives])
+        within = np.std(every, ddof=1) / math.sqrt(len(every))
+        between = np.std(means, ddof=1) / math.sqrt(len(means)) if len(means) > 1 else 0.0
+        yield f'{np.mean(every):.2f} +- {2.0 * max(within, between):.2f}'
+    goal = [end for drive in drives for end in drive.goal]
+    yield from (f'{value:.2f}' for value in np.mean([end.error**2 / np.diag(end.covariance) for end in goal], axis=0))
+    yield 'yes' if ALLOWED[0] <= np.mean(_nees(goal)) <= ALLOWED[1] else 'NO'
+
+
+def _nees(ends: Sequence[End]) -> np.ndarray:
+    """(n,) NEES / 3."""
+    return np.array([end.error @ np.linalg.solve(end.covariance, end.error) for end in ends]) / 3.0
+
+
+def _arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument('results', nargs='*', type=Path, help='results folders of campaigns, with bags')
+    parser.add_argument('--campaign', default='paper')
+    parser.add_argument('--tests', nargs='+', default=['SL', 'SMT', 'DLD'])
+    parser.add_argument('--ppr', nargs='+', type=float, default=[40.0, 90.0, 1024.0, 4096.0])
+    parser.add_argument('--drives', type=int, default=6)
+    parser.add_argument('--seeds', type=int, default=25)
+    parser.add_argument('--workers', type=int, default=os.cpu_count())
+    return parser.parse_args()
+
+
+if __name__ == '__main__':
+    main()
