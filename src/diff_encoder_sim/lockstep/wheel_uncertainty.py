@@ -1,6 +1,7 @@
 """What odometry's covariance is told of the wheels: the errors that the robot has, where a user does not say others.
 
 A bias has no spread over trials of one robot: it is taken for one draw from robots whose errors spread by its size.
+Errors that differ from robot to robot have their own spread.
 """
 
 from __future__ import annotations
@@ -17,12 +18,14 @@ from diff_encoder_sim.simulation.wheel_errors import CONTACT_CURVE_NOISE, CONTAC
 def wheel_uncertainty(errors: WheelErrorParams) -> Dict[str, float]:
     """Return the parameters of odometry, by their names, that describe the errors of wheels."""
     left, right = errors.travel_errors()
-    distance = 0.5 * (left + right)
+    distance, spread = 0.5 * (left + right), errors.radius_spread / math.sqrt(2.0)
     return {
         'motion_noise': errors.slip_noise,
-        'distance_std': abs(distance),
-        'turn_std': abs(distance - errors.wheel_separation_error),
-        'diameter_difference_std': abs(right - left),
+        'distance_std': math.hypot(distance, spread),
+        'turn_std': math.hypot(
+            distance - errors.wheel_separation_error, math.hypot(spread, errors.wheel_separation_spread)
+        ),
+        'diameter_difference_std': math.hypot(right - left, 2.0 * spread),
     }
 
 

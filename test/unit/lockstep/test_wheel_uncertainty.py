@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from diff_encoder_sim.lockstep.robot_params import load_robot_config, override
@@ -56,3 +57,13 @@ def test_a_robot_file_says_nothing_by_zero():
 
 def test_a_robot_of_which_nothing_is_known_has_the_usual_noise():
     assert OdometryParams().uncertainty == dict(zip(UNCERTAINTY_KEYS, (USUAL_MOTION_NOISE, 0.0, 0.0, 0.0, 0.0)))
+
+
+def test_errors_that_differ_from_robot_to_robot_spread_as_they_do():
+    uncertainty = wheel_uncertainty(WheelErrorParams(radius_spread=0.01, wheel_separation_spread=0.02))
+    left, right = 0.01 * np.random.default_rng(1).standard_normal((2, 4000))
+    separation = 0.02 * np.random.default_rng(2).standard_normal(4000)
+    mean = 0.5 * (left + right)
+    assert uncertainty['distance_std'] == pytest.approx(mean.std(), rel=0.05)
+    assert uncertainty['turn_std'] == pytest.approx((mean - separation).std(), rel=0.05)
+    assert uncertainty['diameter_difference_std'] == pytest.approx((right - left).std(), rel=0.05)

@@ -86,8 +86,8 @@ def _statement() -> str:
 def _statement_of_few(most: int) -> str:
     trials = '1 trial' if most == 1 else f'{most} trials'
     return (
-        f'{trials} per cell: an illustration; {fewest_trials()} show whether {100 * REQUIRED_FRACTION:.0f} % end within '
-        f'tolerance, and advise tells which encoder is needed. Trials that end {TOLERANCE_TEXT}:'
+        f'{trials} per cell: an illustration; {fewest_trials()} show whether {100 * REQUIRED_FRACTION:.0f} % end '
+        f'within tolerance, and advise tells which encoder is needed. Trials that end {TOLERANCE_TEXT}:'
     )
 
 

@@ -46,8 +46,8 @@ def test_failures_are_counted():
 def test_few_trials_are_counted_and_called_few():
     assert headline(dataset(both('SL', '40', (5, 0), (1, 4)), both('SL', '90', (4, 1), (5, 0)))) == (
         (
-            '5 trials per cell: an illustration; 16 show whether 80 % end within tolerance, and advise tells which encoder '
-            f'is needed. Trials that end {TOLERANCE}:'
+            '5 trials per cell: an illustration; 16 show whether 80 % end within tolerance, and advise tells '
+            f'which encoder is needed. Trials that end {TOLERANCE}:'
         ),
         dict(zip(TEXTS, ('SL: 9 of 10', 'SL: 6 of 10', 'SL: 5 of 10'))),
         '',
