@@ -18,6 +18,7 @@ setup(
         packages=find_packages('src'),
         package_dir={'': 'src'},
         package_data={
+            'diff_encoder_sim.analysis.charts': ['*.html', '*.css', '*.js', 'library/*'],
             'diff_encoder_sim.analysis.report': ['*.html', '*.css', '*.js'],
             'diff_encoder_sim.serialization': ['definitions/*/*.msg'],
         },
