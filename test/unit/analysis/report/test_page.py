@@ -5,6 +5,7 @@ import html.parser
 import re
 
 import pytest
+from PIL import Image
 
 from campaign_manifest import manifest
 from diff_encoder_sim.analysis.figures.style import Figure
@@ -44,7 +45,7 @@ class Elements(html.parser.HTMLParser):
 def figure(tmp_path):
     svg, png = tmp_path / 'a.svg', tmp_path / 'a.png'
     svg.write_text('<svg xmlns="http://www.w3.org/2000/svg" width="9" height="9"/>')
-    png.write_bytes(b'\x89PNG' + bytes(200))
+    Image.new('RGB', (40, 30)).save(png)
     return Figure('a', 'A caption <of> it.', png, svg)
 
 
