@@ -58,5 +58,5 @@ class Choice(NamedTuple):
     look: Look
     within: str = ''  # of a list: the name of another choice, whose values its options are within
     # Of a list: a click on a mark whose data has a field of its name chooses that value, and brings this chart into
-    # view. So does one on an element of the page with `data-choose`, its values by name as JSON.
+    # view. So does one on a hidden element of the page with `data-choose`, values by name as JSON.
     clicked_for: str = ''

@@ -133,12 +133,10 @@ addEventListener('DOMContentLoaded', () => {
       }
       show();
     });
-    document.addEventListener('click', (event) => {
-      const named = event.target.closest('[data-choose]');
-      if (named) {
-        chooseNamed(JSON.parse(named.dataset.choose));
-      }
-    });
+    for (const element of document.querySelectorAll('[data-choose]')) {
+      element.hidden = false;
+      element.addEventListener('click', () => chooseNamed(JSON.parse(element.dataset.choose)));
+    }
     show();
   }
 
