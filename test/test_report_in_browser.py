@@ -136,6 +136,8 @@ def test_it_prints_with_the_tables_unfolded_and_the_trials_left_out(page, report
     shown = [f'getComputedStyle(document.querySelector("{part}")).display' for part in ('.charts', '.figures')]
     assert [page.evaluate(part) for part in shown] == ['none', 'block']
     page.call('Emulation.setEmulatedMedia', media='')
+    page.wait_for('[...document.querySelectorAll(".drawing svg")].every(svg => svg.clientWidth > 400)')
+    assert page.complaints() == []
 
 
 @pytest.mark.parametrize('width_px', WIDTHS_PX)

@@ -24,8 +24,8 @@ PATHS = ('true path', '/odom')
 # Of more trials, the first of each cell: the page stays below 3 MB.
 MOST_TRIALS = 400
 
-# Points nearer than this fraction of the floor's sides to the line between others are left out: half a pixel.
-STRAIGHT_WITHIN = 1e-3
+# Points nearer than this fraction of the floor's sides to the line between others are left out: less than a pixel.
+STRAIGHT_WITHIN = 1.5e-3
 
 MM_PER_M = 1000.0
 DECIMALS = 3  # of metres

@@ -126,11 +126,17 @@ def distribution_spec(colours: Dict[str, str], names: Dict[str, str]) -> Spec:
         'type': 'quantitative',
         'scale': {'domain': [-0.5, {'expr': 'length(sources) - 0.5'}], 'nice': False, 'zero': False},
     }
-    encoder: Spec = {'field': 'encoder', 'type': 'ordinal', 'sort': list(colours), 'title': None}
+    encoder: Spec = {
+        'field': 'encoder',
+        'type': 'ordinal',
+        'sort': list(colours),
+        'title': None,
+        'scale': {'paddingOuter': 0.2},
+    }
     encoder['axis'] = {
         'labelExpr': 'encoder_names[datum.value]',
         'labelAngle': _angle(names.values()),
-        'labelLimit': 150,
+        'labelLimit': 200,
     }
     y_axis = {'labelExpr': _WITH_UNIT, 'tickCount': 6}
     value = {'type': 'quantitative', 'title': 'error', 'axis': y_axis, 'scale': {'nice': False, 'padding': 8}}
@@ -224,7 +230,7 @@ def curve_spec(pprs: Sequence[float]) -> Spec:
     x['axis'] = {'values': list(pprs), 'format': PLAIN, 'labelOverlap': 'greedy'}
     y: Spec = {
         'type': 'quantitative',
-        'scale': {'type': 'log'},
+        'scale': {'type': 'log', 'nice': False, 'padding': 12},
         'title': 'standard deviation',
         'axis': {'labelExpr': _WITH_UNIT, 'labelOverlap': 'greedy'},
     }
@@ -363,7 +369,8 @@ def path_spec(colours: Dict[str, str], floors: Dict[str, Floor], test_of: List[s
 def _floor_axis(name: str, low: str, high: str, size: str) -> Spec:
     """Return an axis of the floor: from border to border, or more of it where both axes have one scale."""
     floor = 'floors[test_of[trial]]'
-    scale = f'max(({floor}.right - {floor}.left) / width, ({floor}.top - {floor}.bottom) / height)'
+    # While the page is printed without charts, they have no width.
+    scale = f'max(({floor}.right - {floor}.left) / max(width, 1), ({floor}.top - {floor}.bottom) / height)'
     span = f'({floor}.{high} - {floor}.{low})'
     half = f"0.5 * (scale === 'equal' ? {size} * {scale} : {span})"
     middle = f'0.5 * ({floor}.{high} + {floor}.{low})'
