@@ -43,7 +43,7 @@ STYLE: Dict[Any, Any] = {
 }
 
 # Plain and short: 0.05 and 0, where matplotlib writes 0.00, and powers of ten on logarithmic axes.
-NUMBERS = FuncFormatter(lambda number, _: f'{number:g}')
+NUMBERS = FuncFormatter(lambda number, _: f'{number:g}'.replace('-', '−'))
 
 TOLERANCE_COLOUR = '0.35'
 

@@ -22,7 +22,7 @@ from diff_encoder_sim.trials.pose_source import PoseSource
 MOST_ABREAST = 5
 LEAST_ABREAST = 3  # fewer panels are as wide as those of three
 # Labels below the outer ticks of neighbouring panels need room between them.
-ROOM = style.Room(left_in=0.75, between_in=0.26, above_in=0.34, below_in=0.22, legend_in=0.42)
+ROOM = style.Room(left_in=0.75, between_in=0.28, above_in=0.34, below_in=0.22, legend_in=0.42)
 LINE_IN = 0.13  # that names of real encoders need above a panel, in addition
 BEYOND_MARKER = 'X'
 

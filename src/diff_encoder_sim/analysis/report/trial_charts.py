@@ -15,10 +15,10 @@ from diff_encoder_sim.analysis.figures.style import ppr_colours
 from diff_encoder_sim.analysis.quantities import QUANTITIES, YAW, X, Y
 from diff_encoder_sim.analysis.report.chart_data import closed_form_rows, error_rows, spread_rows, trial_rows
 from diff_encoder_sim.analysis.report.chart_paths import Floor, floors_of, map_rows, mark_rows, path_indices, path_rows
-from diff_encoder_sim.analysis.report.specs.curve import curve_spec
-from diff_encoder_sim.analysis.report.specs.distributions import distribution_spec
-from diff_encoder_sim.analysis.report.specs.path import path_spec
-from diff_encoder_sim.analysis.report.specs.scatter import scatter_spec
+from diff_encoder_sim.analysis.report.specs.curve_spec import curve_spec
+from diff_encoder_sim.analysis.report.specs.distribution_spec import distribution_spec
+from diff_encoder_sim.analysis.report.specs.path_spec import path_spec
+from diff_encoder_sim.analysis.report.specs.scatter_spec import scatter_spec
 from diff_encoder_sim.analysis.table_keys import cell_text, setup_text
 
 PATH = 'path'

@@ -43,7 +43,7 @@ def test_labels_below_neighbouring_panels_do_not_collide(encoders, largest_m):
         labels = [label for panel in shown(drawing) for label in _labels_below(panel)]
         boxes = sorted((label.get_window_extent() for label in labels), key=lambda box: box.x0)
     assert len(boxes) >= 2 * encoders
-    apart_px = 0.08 * drawing.dpi  # two spaces
+    apart_px = 0.05 * drawing.dpi  # a space
     assert all(left.x1 + apart_px < right.x0 for left, right in zip(boxes, boxes[1:]))
 
 

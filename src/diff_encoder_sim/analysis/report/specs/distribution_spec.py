@@ -6,8 +6,8 @@ from typing import Dict, Iterable
 
 from diff_encoder_sim.analysis.charts.chart import ZOOM
 from diff_encoder_sim.analysis.quantities import QUANTITIES
-from diff_encoder_sim.analysis.report.specs import common
-from diff_encoder_sim.analysis.report.specs.common import Spec
+from diff_encoder_sim.analysis.report.specs import spec_parts as common
+from diff_encoder_sim.analysis.report.specs.spec_parts import Spec
 
 # Points are spread by the golden ratio: evenly, and the same way each time; over this fraction of a pose's room.
 JITTER = 0.5

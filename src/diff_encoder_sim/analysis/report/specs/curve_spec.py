@@ -7,8 +7,8 @@ from typing import Any, Sequence
 from diff_encoder_sim.analysis.charts.chart import ZOOM
 from diff_encoder_sim.analysis.figures.error_series import SERIES
 from diff_encoder_sim.analysis.figures.spread import APART
-from diff_encoder_sim.analysis.report.specs import common
-from diff_encoder_sim.analysis.report.specs.common import Spec
+from diff_encoder_sim.analysis.report.specs import spec_parts as common
+from diff_encoder_sim.analysis.report.specs.spec_parts import Spec
 
 BEYOND = 1.5  # the axis goes on by this factor on both sides
 CLOSED_FORM_GREY = '#737373'

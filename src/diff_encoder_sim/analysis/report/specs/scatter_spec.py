@@ -6,8 +6,8 @@ from typing import Dict
 
 from diff_encoder_sim.analysis.charts.chart import ZOOM
 from diff_encoder_sim.analysis.quantities import X
-from diff_encoder_sim.analysis.report.specs import common
-from diff_encoder_sim.analysis.report.specs.common import Spec
+from diff_encoder_sim.analysis.report.specs import spec_parts as common
+from diff_encoder_sim.analysis.report.specs.spec_parts import Spec
 
 
 def scatter_spec(colours: Dict[str, str]) -> Spec:

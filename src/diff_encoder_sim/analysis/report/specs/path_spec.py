@@ -6,8 +6,8 @@ from typing import Any, Dict, List
 
 from diff_encoder_sim.analysis.charts.chart import ZOOM
 from diff_encoder_sim.analysis.report.chart_paths import MM_PER_M, PATHS, Floor
-from diff_encoder_sim.analysis.report.specs import common
-from diff_encoder_sim.analysis.report.specs.common import Spec
+from diff_encoder_sim.analysis.report.specs import spec_parts as common
+from diff_encoder_sim.analysis.report.specs.spec_parts import Spec
 
 TRUE_GREY = '#737373'
 
