@@ -11,12 +11,13 @@ import subprocess
 import time
 import urllib.request
 from pathlib import Path
-from typing import Any, Dict, Iterator, List, Optional
+from typing import Any, Dict, Iterator, List, Optional, Tuple
 
 from tornado.websocket import WebSocketClientConnection, websocket_connect
 
 START_TIMEOUT_S = 60.0
 ANSWER_TIMEOUT_S = 60.0
+CONDITION_TIMEOUT_S = 10.0
 END_TIMEOUT_S = 10.0
 MOST_BYTES = 64 * 1024 * 1024  # of a PDF
 
@@ -62,6 +63,36 @@ class Page:
         result = self.call('Runtime.evaluate', expression=expression, returnByValue=True, awaitPromise=True)
         assert 'exceptionDetails' not in result, result
         return result['result'].get('value')
+
+    def wait_for(self, condition: str) -> None:
+        """Wait until a JavaScript expression is true."""
+        deadline = time.monotonic() + CONDITION_TIMEOUT_S
+        while not self.evaluate(condition):
+            assert time.monotonic() < deadline, condition
+            time.sleep(0.02)
+
+    def middle_of(self, element: str) -> Tuple[float, float]:
+        """Scroll to an element, given as an expression; return its middle in the window."""
+        self.evaluate(f'({element}).scrollIntoView({{block: "center", behavior: "instant"}})')
+        box = self.evaluate(f'({element}).getBoundingClientRect().toJSON()')
+        return box['x'] + 0.5 * box['width'], box['y'] + 0.5 * box['height']
+
+    def hover(self, element: str) -> None:
+        """Move the mouse onto an element, given as an expression."""
+        x, y = self.middle_of(element)
+        self.call('Input.dispatchMouseEvent', type='mouseMoved', x=x, y=y)
+
+    def click(self, element: str) -> None:
+        """Press and release the mouse's left button on an element, given as an expression."""
+        x, y = self.middle_of(element)
+        for kind in ('mousePressed', 'mouseReleased'):
+            self.call('Input.dispatchMouseEvent', type=kind, x=x, y=y, button='left', clickCount=1)
+
+    def tap(self, element: str) -> None:
+        """Touch an element, given as an expression."""
+        x, y = self.middle_of(element)
+        self.call('Input.dispatchTouchEvent', type='touchStart', touchPoints=[{'x': x, 'y': y}])
+        self.call('Input.dispatchTouchEvent', type='touchEnd', touchPoints=[])
 
     def pdf(self) -> bytes:
         """As it prints."""

@@ -7,7 +7,10 @@ import math
 from diff_encoder_sim.analysis.dataset import Dataset, RobotGeometry, TrialData
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.trials.pose_source import PoseSource
+from diff_encoder_sim.trials.test_definition import load_test
+from diff_encoder_sim.trials.trial_definition import Trial
 from diff_encoder_sim.trials.trial_outcome import Outcome
+from places import CONFIG
 
 # Final errors (x [m], y [m], yaw [deg]): within the tolerance, beyond it in position, and in heading.
 IN, OUT, TURNED = (0.01, -0.02, 1.0), (0.01, 0.3, 1.0), (0.01, -0.02, 4.0)
@@ -40,6 +43,16 @@ def both(test, ppr, world, odom, **others):
         trial(test, ppr, number, world=true, odom=estimated, **others)
         for number, (true, estimated) in enumerate(zip(rows(*world), rows(*odom)), start=1)
     ]
+
+
+def navigated(test):
+    """Return a test of the package as the paper drives it."""
+    return Trial(test=load_test(test, CONFIG), nav='embedded')
+
+
+def paper_dataset(*cells):
+    """Return the dataset of lists of trials of the paper's tests, as the paper has them."""
+    return dataset(*cells)._replace(requested={test: navigated(test) for test in ('SL', 'SMT', 'DLD')})
 
 
 def dataset(*cells):

@@ -5,7 +5,7 @@ import tempfile
 
 from diff_encoder_sim.analysis.dataset_loading import load_dataset
 from diff_encoder_sim.analysis.outputs import write_analysis
-from paper_datasets import IN, cell, dataset
+from paper_datasets import IN, cell, paper_dataset
 from trial_bags import trial, write_bag
 
 
@@ -18,20 +18,23 @@ def test_every_file_is_written(tmp_path):
         'tables/table4.tex',
         'tables/path_errors.md',
         'tables/comparisons.csv',
-        'tables/paper_scores.md',
-        'tables/paper_cells.csv',
         'figures/trajectories_SL.svg',
         'report.html',
     } <= files
-    assert not {'tables/comparisons.md', 'tables/paper_cells.md'} & files
+    # The bag's drive is none of the paper's.
+    assert not {'tables/comparisons.md', 'tables/paper_scores.md', 'tables/paper_cells.csv'} & files
 
 
 def test_the_papers_scores_are_lines_for_the_terminal_with_enough_trials_or_beside_others(tmp_path):
-    few, enough = (dataset(cell('SL', '40', 'odom', [IN] * count))._replace(title=f'{count}') for count in (3, 30))
+    few, enough = (
+        paper_dataset(cell('SL', '40', 'odom', [IN] * count))._replace(title=f'{count}') for count in (3, 30)
+    )
     for number, (made, beside, lines) in enumerate(((few, None, 0), (enough, None, 1), (few, enough, 3))):
         (tmp_path / f'{number}').mkdir()
         text = write_analysis(made, tmp_path / f'{number}', beside)
         assert len([line for line in text.splitlines() if 'paper' in line]) == lines
+        tables = {path.name for path in (tmp_path / f'{number}' / 'tables').iterdir()}
+        assert {'paper_scores.md', 'paper_cells.csv'} <= tables and 'paper_cells.md' not in tables
 
 
 def test_matplotlib_has_a_folder_where_home_cannot_be_written(tmp_path, monkeypatch):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import enum
-from typing import Any, Dict, List, Mapping, NamedTuple, Sequence, Union
+from typing import Any, Dict, Mapping, NamedTuple, Sequence, Union
 
 # By name, as specifications refer to them: rows with equal keys. Numbers are finite or None.
 Data = Mapping[str, Sequence[Mapping[str, Any]]]
@@ -43,7 +43,9 @@ class Option(NamedTuple):
 
     value: Union[str, int]
     label: str
-    colour: str = ''  # in which charts draw it, as CSS has it
+    colour: str = ''  # in which charts draw it, as CSS has it; '' where it has none
+    symbol: str = '●'  # that charts draw for it, where it has a colour
+    within: Union[str, int, None] = None  # offered while the choice that its own is `within` has this value
 
 
 class Choice(NamedTuple):
@@ -52,7 +54,9 @@ class Choice(NamedTuple):
     name: str
     label: str
     options: Sequence[Option]
-    chosen: Union[str, int, List[Union[str, int]]]  # at first; a list of values for boxes
+    chosen: Union[str, int, Sequence[Union[str, int]]]  # at first; several values for boxes
     look: Look
-    # A click on a mark whose data has a field of the choice's name chooses its value, and this chart comes into view.
+    within: str = ''  # of a list: the name of another choice, whose values its options are within
+    # Of a list: a click on a mark whose data has a field of its name chooses that value, and brings this chart into
+    # view. So does one on a hidden element of the page with `data-choose`, values by name as JSON.
     clicked_for: str = ''

@@ -1,10 +1,10 @@
 'use strict';
 
 // Draws the charts of a page from the JSON beside them, and lets its reader choose what they show.
-(() => {
+addEventListener('DOMContentLoaded', () => {
   const part = document.querySelector('.charts');
   const {charts, data, choices} = JSON.parse(part.querySelector('script[type="application/json"]').textContent);
-  const views = new Map();                // by name of the chart
+  const views = new Map();                // with the scales that can be zoomed
 
   const FONT = getComputedStyle(document.body).fontFamily;
   const CONFIG = {
@@ -17,6 +17,13 @@
   function rowsOf(columns) {
     const names = Object.keys(columns);
     return (columns[names[0]] || []).map((_, row) => Object.fromEntries(names.map((name) => [name, columns[name][row]])));
+  }
+
+  // The rows that a chart names: its own, as a view adds to them.
+  function datasetsOf(spec) {
+    const text = JSON.stringify(spec);
+    const named = Object.entries(data).filter(([name]) => text.includes(`"name":"${name}"`));
+    return Object.fromEntries(named.map(([name, columns]) => [name, rowsOf(columns)]));
   }
 
   // The names and values of a mark beside the pointer.
@@ -36,26 +43,57 @@
     tip.style.top = `${event.clientY + 14 + height > innerHeight ? event.clientY - height - 10 : event.clientY + 14}px`;
   }
 
-  function choose(name, value) {
-    for (const view of views.values()) {
-      view.signal(name, value).runAsync();
+  const inputsOf = ({name}) => [...part.querySelectorAll(`.choices [name="${name}"]`)];
+
+  // What the form has chosen: all of several boxes, or else one.
+  function chosen(choice) {
+    const [first, ...others] = inputsOf(choice);
+    const checked = [first, ...others].filter((input) => input.checked).map((input) => choice.values[input.value]);
+    return first.type === 'checkbox' ? checked : first.type === 'radio' ? checked[0] : choice.values[first.value];
+  }
+
+  // Choose in the form, as its reader would.
+  function choose(choice, value) {
+    const index = choice.values.indexOf(value);
+    const [first, ...others] = inputsOf(choice);
+    if (first.type === 'radio') {
+      [first, ...others][index].checked = true;
+    } else {
+      first.value = index;
     }
   }
 
-  // What the form has chosen: all of several boxes, or else one.
-  function chosen({name, values}) {
-    const inputs = [...part.querySelectorAll(`[name="${name}"]`)];
-    const checked = inputs.filter((input) => input.checked).map((input) => values[input.value]);
-    return inputs[0].type === 'checkbox' ? checked : inputs[0].type === 'radio' ? checked[0] : values[inputs[0].value];
+  // Offer in a list what is within another choice, and draw what is chosen.
+  function show() {
+    for (const choice of choices.filter(({within}) => within)) {
+      const parent = chosen(choices.find(({name}) => name === choice.within));
+      const options = [...inputsOf(choice)[0].options];
+      for (const [index, option] of options.entries()) {
+        option.hidden = option.disabled = choice.parents[index] !== parent;
+      }
+      if (choice.parents[inputsOf(choice)[0].value] !== parent) {
+        choose(choice, choice.values[choice.parents.indexOf(parent)]);
+      }
+    }
+    for (const view of views.keys()) {
+      for (const choice of choices) {
+        view.signal(choice.name, chosen(choice));
+      }
+      view.runAsync();
+    }
   }
 
-  // A click on a mark that names the value of a choice chooses it, and shows the chart that it is for.
-  function chooseMark(datum) {
-    for (const {name, values, clicked_for} of choices) {
-      if (clicked_for && values.includes(datum[name])) {
-        part.querySelector(`[name="${name}"]`).value = values.indexOf(datum[name]);
-        choose(name, datum[name]);
-        document.getElementById(`chart-${clicked_for}`).scrollIntoView({block: 'nearest', behavior: 'smooth'});
+  // Choose what a mark or an element of the page names, and bring the chart that it is for into view.
+  function chooseNamed(named) {
+    for (const choice of choices) {
+      const index = choice.clicked_for ? choice.values.indexOf(named[choice.name]) : -1;
+      if (index >= 0) {
+        if (choice.within) {
+          choose(choices.find(({name}) => name === choice.within), choice.parents[index]);
+        }
+        choose(choice, named[choice.name]);
+        show();
+        document.getElementById(`chart-${choice.clicked_for}`).scrollIntoView({block: 'nearest', behavior: 'smooth'});
       }
     }
   }
@@ -72,14 +110,14 @@
     view.runAsync();
   }
 
-  async function draw({name, spec}, rows) {
+  async function draw({name, spec}) {
     const figure = document.getElementById(`chart-${name}`);
-    const drawn = vegaLite.compile({...spec, datasets: rows}, {config: CONFIG}).spec;
+    const drawn = vegaLite.compile({...spec, datasets: datasetsOf(spec)}, {config: CONFIG}).spec;
     const container = figure.querySelector('.drawing');
     const view = new vega.View(vega.parse(drawn), {renderer: 'svg', container, hover: true, tooltip: showTip});
-    views.set(name, view);
-    view.addEventListener('click', (_event, item) => item && item.datum && chooseMark(item.datum));
+    view.addEventListener('click', (_event, item) => item && item.datum && chooseNamed(item.datum));
     const scales = drawn.scales.filter((scale) => scale.domainRaw);
+    views.set(view, scales);
     figure.querySelector('.zoom').hidden = !scales.length;
     for (const button of figure.querySelectorAll('.zoom button')) {
       button.addEventListener('click', () => zoom(view, scales, Number(button.dataset.factor)));
@@ -88,13 +126,18 @@
   }
 
   async function drawAll() {
-    const rows = Object.fromEntries(Object.entries(data).map(([name, columns]) => [name, rowsOf(columns)]));
-    await Promise.all(charts.map((chart) => draw(chart, rows)));
-    for (const choice of choices) {
-      for (const input of part.querySelectorAll(`[name="${choice.name}"]`)) {
-        input.addEventListener('change', () => choose(choice.name, chosen(choice)));
+    await Promise.all(charts.map(draw));
+    part.addEventListener('change', () => {
+      for (const [view, scales] of views) {
+        zoom(view, scales, 0);            // other data has other axes
       }
+      show();
+    });
+    for (const element of document.querySelectorAll('[data-choose]')) {
+      element.hidden = false;
+      element.addEventListener('click', () => chooseNamed(JSON.parse(element.dataset.choose)));
     }
+    show();
   }
 
   const instead = document.querySelector('.instead-of-charts');
@@ -108,5 +151,4 @@
     part.classList.remove('drawn');
     console.warn(`no interactive charts in this browser: ${error}`);
   });
-  part.views = views;                     // for those who look into them, as tests do
-})();
+});

@@ -9,7 +9,7 @@ from typing import Any, Dict, List, Sequence
 import jinja2
 from markupsafe import Markup
 
-from diff_encoder_sim.analysis.charts.chart import Chart, Choice, Data
+from diff_encoder_sim.analysis.charts.chart import Chart, Choice, Data, Look
 
 TEMPLATE = 'charts.html'
 LIBRARY = Path(__file__).parent / 'library'
@@ -57,8 +57,9 @@ def _with_parameters(chart: Chart, choices: Sequence[Choice]) -> Dict[str, Any]:
 
 
 def _choice(choice: Choice) -> Dict[str, Any]:
-    values = [option.value for option in choice.options]
-    return {'name': choice.name, 'values': values, 'clicked_for': choice.clicked_for}
+    values, parents = [option.value for option in choice.options], [option.within for option in choice.options]
+    of_list = {'within': choice.within, 'parents': parents, 'clicked_for': choice.clicked_for}
+    return {'name': choice.name, 'values': values, **(of_list if choice.look is Look.LIST else {})}
 
 
 def _columns(rows: Sequence[Any]) -> Dict[str, List[Any]]:

@@ -35,8 +35,6 @@ NEAREST_NAMES = 1.0 / 7.0
 # Axes that span more have a label at each decade only.
 DECADE_NAMES_FROM = 30.0
 
-# Plain numbers, where a log axis would have powers of ten.
-NUMBERS = FuncFormatter(lambda number, _: f'{number:g}')
 COUNTS = FuncFormatter(lambda counts, _: f'{counts:.0f}' if counts >= 100.0 else f'{counts:g}')
 
 
@@ -88,7 +86,7 @@ def _cells(variant: Variant, test: str) -> List[_Cell]:
 def _draw_panel(panel: Axes, cells: Sequence[_Cell], quantity: Quantity) -> None:
     panel.set(xscale='log', yscale='log', ylabel=f'std. dev. of {quantity.axis} [{quantity.unit}]')
     panel.grid(True)
-    panel.yaxis.set_major_formatter(NUMBERS)
+    panel.yaxis.set_major_formatter(style.NUMBERS)
     panel.yaxis.set_minor_formatter(NullFormatter())
     stds: List[float] = []
     for place, series in enumerate(SERIES):

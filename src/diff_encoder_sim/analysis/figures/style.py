@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure as Drawing
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 WIDTH_IN = 16.0 / 2.54
 RIGHT_IN = 0.1
@@ -41,6 +41,9 @@ STYLE: Dict[Any, Any] = {
     'svg.fonttype': 'none',
     'svg.hashsalt': 'diff_encoder_sim',
 }
+
+# Plain and short: 0.05 and 0, where matplotlib writes 0.00, and powers of ten on logarithmic axes.
+NUMBERS = FuncFormatter(lambda number, _: f'{number:g}'.replace('-', '−'))
 
 TOLERANCE_COLOUR = '0.35'
 

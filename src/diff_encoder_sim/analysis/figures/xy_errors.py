@@ -21,7 +21,8 @@ from diff_encoder_sim.trials.pose_source import PoseSource
 
 MOST_ABREAST = 5
 LEAST_ABREAST = 3  # fewer panels are as wide as those of three
-ROOM = style.Room(left_in=0.75, between_in=0.1, above_in=0.34, below_in=0.22, legend_in=0.42)
+# Labels below the outer ticks of neighbouring panels need room between them.
+ROOM = style.Room(left_in=0.75, between_in=0.28, above_in=0.34, below_in=0.22, legend_in=0.42)
 LINE_IN = 0.13  # that names of real encoders need above a panel, in addition
 BEYOND_MARKER = 'X'
 
@@ -78,6 +79,7 @@ def _draw_panel(panel: Axes, points: np.ndarray, limit_m: float, colour: Any) ->
     panel.set(xlim=(-limit_m, limit_m), ylim=(-limit_m, limit_m), aspect='equal')
     for axis in (panel.xaxis, panel.yaxis):
         axis.set_major_locator(style.round_ticks(3))
+        axis.set_major_formatter(style.NUMBERS)
     panel.grid(True)
     panel.add_patch(
         Circle((0.0, 0.0), X.tolerance, fill=False, linewidth=0.9, edgecolor=style.TOLERANCE_COLOUR, zorder=5)

@@ -10,6 +10,7 @@ from diff_encoder_sim.analysis.paper.claim_results import ClaimResult, check_cla
 from diff_encoder_sim.analysis.paper.mean_table import mean_table
 from diff_encoder_sim.analysis.paper.paper_cells import TRIALS
 from diff_encoder_sim.analysis.paper.paper_comparison import PaperComparison, compare_with_paper
+from diff_encoder_sim.analysis.paper.paper_setup import of_paper
 from diff_encoder_sim.analysis.paper.score_tables import fit_texts, score_table, score_text
 from diff_encoder_sim.analysis.paper.scores import Readings
 from diff_encoder_sim.analysis.table import Table
@@ -30,11 +31,12 @@ class PaperSection(NamedTuple):
 
 
 def paper_section(datasets: Sequence[Dataset]) -> Optional[PaperSection]:
-    """Compare datasets with the paper; None where there is but one and it has no cell of the paper.
+    """Compare datasets with the paper; None where there is but one and it has no cell of the paper, or another robot.
 
     Raises:
         ConfigError: the file of the paper's numbers cannot be read, or one of several has no cell of the paper.
     """
+    datasets = [of_paper(dataset) for dataset in datasets]
     comparisons = [compare_with_paper(dataset) for dataset in datasets]
     if len(datasets) == 1 and not comparisons[0].rows:
         return None
@@ -42,7 +44,7 @@ def paper_section(datasets: Sequence[Dataset]) -> Optional[PaperSection]:
         if not comparison.rows:
             raise ConfigError(
                 f'{dataset.folder or dataset.title}: has no cell of the paper; '
-                f'expected trials of SL, SMT or DLD with 40, 90, 1024 or 4096 PPR'
+                f"expected the paper's robot and tests (SL, SMT or DLD, navigated) with 40, 90, 1024 or 4096 PPR"
             )
     names = _names(datasets)
     readings = _readings(names, comparisons)

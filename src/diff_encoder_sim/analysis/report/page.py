@@ -23,6 +23,7 @@ from diff_encoder_sim.analysis.report.sections import (
     tables_content,
     trials_content,
 )
+from diff_encoder_sim.analysis.report.trial_charts import trial_charts
 from diff_encoder_sim.analysis.table import Table
 
 TEMPLATE = 'page.html'
@@ -63,6 +64,7 @@ def write_report(
         **figures_content(figures, tables),
         **tables_content(dataset, tables, compared),
         **trials_content(dataset, path.parent),
+        charts=trial_charts(dataset),
     )
     # Bytes: the same line ends on every system.
     path.write_bytes(page.encode('utf-8'))

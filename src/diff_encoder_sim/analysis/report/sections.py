@@ -11,6 +11,7 @@ from diff_encoder_sim.analysis.encoder_labels import encoders_text, enumeration,
 from diff_encoder_sim.analysis.figures.style import Figure
 from diff_encoder_sim.analysis.paper.report_section import PaperSection
 from diff_encoder_sim.analysis.ppr_comparison import PprComparison
+from diff_encoder_sim.analysis.report.chart_paths import path_indices
 from diff_encoder_sim.analysis.report.closed_form_table import closed_form_table
 from diff_encoder_sim.analysis.report.encoders import compare_encoders
 from diff_encoder_sim.analysis.report.html_table import html_table
@@ -87,12 +88,13 @@ def tables_content(dataset: Dataset, tables: Sequence[Table], compared: Sequence
 
 
 def trials_content(dataset: Dataset, folder: Path) -> Dict[str, Any]:
-    """Collect the failures and all trials, with links to the bags from a page in `folder`."""
+    """Collect the failures and all trials, with links to the bags from a page in `folder`, and which have a path."""
     return {
         'failures': html_table(failure_table(dataset)),
         'trial_count': len(dataset.trials),
         'trials': html_table(trial_table(dataset)),
         'bags': bag_links(dataset, folder),
+        'with_path': path_indices(dataset),
     }
 
 

@@ -10,7 +10,15 @@ from diff_encoder_sim.analysis.charts import Chart, Choice, Look, Option, charts
 SPEC = {'data': {'name': 'ends'}, 'mark': 'point', 'params': [{'name': 'own', 'value': 1}]}
 ENCODER = Choice('encoder', 'Encoder', [Option('40', '40 PPR', '#123456'), Option('90', '90 PPR')], ['90'], Look.BOXES)
 TEST = Choice('test', 'Test', [Option('SL', 'straight'), Option('SMT', 'turns')], 'SMT', Look.BUTTONS)
-TRIAL = Choice('trial', 'Trial', [Option(7, 'seventh'), Option(8, 'eighth')], 8, Look.LIST, 'path')
+TRIAL = Choice(
+    'trial',
+    'Trial',
+    [Option(7, 'seventh', within='SL'), Option(8, 'eighth', within='SMT')],
+    8,
+    Look.LIST,
+    'test',
+    'path',
+)
 EVIL = '</script><b>&"'
 
 
@@ -33,7 +41,7 @@ def test_choices_are_parameters_of_every_chart():
     for each in given['charts']:
         own = [{'name': 'encoder', 'value': ['90']}, {'name': 'test', 'value': 'SMT'}, {'name': 'own', 'value': 1}]
         assert each['spec']['params'] == own
-    assert given['choices'][0] == {'name': 'encoder', 'values': ['40', '90'], 'clicked_for': ''}
+    assert given['choices'][0] == {'name': 'encoder', 'values': ['40', '90']}
     assert SPEC['params'] == [{'name': 'own', 'value': 1}]
 
 
@@ -52,7 +60,18 @@ def test_each_choice_shows_what_is_chosen_at_first():
         ('radio', 'test', '1', ' checked'),
     ]
     assert re.findall(r'<option value="(\d)"( selected)?>', html) == [('0', ''), ('1', ' selected')]
-    assert 'style="background: #123456"' in html
+    assert '<span style="color: #123456" aria-hidden="true">●</span>40 PPR' in html
+
+
+def test_a_list_knows_what_its_options_are_within():
+    [given] = content(charts_html([chart()], {}, [TRIAL]))['choices']
+    assert given == {
+        'name': 'trial',
+        'values': [7, 8],
+        'within': 'test',
+        'parents': ['SL', 'SMT'],
+        'clicked_for': 'path',
+    }
 
 
 def test_numbers_of_a_chart_are_a_link_away():

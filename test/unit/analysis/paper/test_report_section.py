@@ -6,7 +6,7 @@ import pytest
 
 from diff_encoder_sim.analysis.paper.report_section import paper_section
 from diff_encoder_sim.base.errors import ConfigError
-from paper_datasets import IN, OUT, cell, dataset
+from paper_datasets import IN, OUT, cell, paper_dataset
 from places import SOURCE
 
 ANALYSIS = SOURCE / 'diff_encoder_sim' / 'analysis'
@@ -23,14 +23,14 @@ def test_only_the_report_and_the_writing_of_files_import_the_paper():
 
 
 def test_a_dataset_that_has_no_cell_of_the_paper_has_no_tables():
-    assert paper_section([dataset(cell('own', '40', 'odom', [(0.0, 0.0, 0.0)] * 3))]) is None
+    assert paper_section([paper_dataset(cell('own', '40', 'odom', [(0.0, 0.0, 0.0)] * 3))]) is None
 
 
 def test_sets_of_varied_parameters_are_readings():
     rows = [(0.0, 0.0, 0.0)] * 3
     quiet, noisy = (('lidar.noise_std', '0.01'),), (('lidar.noise_std', '0.03'),)
     section = paper_section(
-        [dataset(cell('SL', '40', 'odom', rows, varied=quiet), cell('SL', '40', 'odom', rows, varied=noisy))]
+        [paper_dataset(cell('SL', '40', 'odom', rows, varied=quiet), cell('SL', '40', 'odom', rows, varied=noisy))]
     )
     assert list(section.claims) == ['lidar.noise_std 0.01', 'lidar.noise_std 0.03']
     assert len({len(claims) for claims in section.claims.values()}) == 1
@@ -38,7 +38,7 @@ def test_sets_of_varied_parameters_are_readings():
 
 
 def test_another_dataset_is_a_reading_beside_the_first(tmp_path):
-    first, second = (dataset(cell('SL', '40', 'odom', rows * 30)) for rows in ([IN], [OUT]))
+    first, second = (paper_dataset(cell('SL', '40', 'odom', rows * 30)) for rows in ([IN], [OUT]))
     section = paper_section([first._replace(title='a'), second._replace(title='b')])
     assert list(section.claims) == ['a', 'b'] and section.has_enough_trials
     assert {row[0] for row in section.all_cells.rows} == {'a', 'b'}
@@ -48,7 +48,7 @@ def test_another_dataset_is_a_reading_beside_the_first(tmp_path):
 
 def test_the_better_fit_is_of_the_trials_that_both_have():
     """With fewer trials less is contradicted, which is no better fit."""
-    few, many = (dataset(cell('SL', '40', 'odom', [OUT] * count)) for count in (3, 30))
+    few, many = (paper_dataset(cell('SL', '40', 'odom', [OUT] * count)) for count in (3, 30))
     [few_score, many_score, fit] = paper_section([few._replace(title='few'), many._replace(title='many')]).texts
     assert few_score.partition(':')[2] != many_score.partition(':')[2]
     assert 'few and many fit the paper equally well: 0 cells agree with few alone, 0 with many alone' in fit
@@ -57,7 +57,9 @@ def test_the_better_fit_is_of_the_trials_that_both_have():
 
 
 def test_another_dataset_must_have_cells_of_the_paper():
-    has, has_not = (dataset(cell(test, '40', 'odom', [IN] * 3)) for test in ('SL', 'own'))
+    has, has_not = (paper_dataset(cell(test, '40', 'odom', [IN] * 3)) for test in ('SL', 'own'))
     for pair in ([has, has_not], [has_not, has]):
-        with pytest.raises(ConfigError, match=r'has no cell of the paper; expected trials of SL, SMT or DLD'):
+        with pytest.raises(
+            ConfigError, match=r"has no cell of the paper; expected the paper's robot and tests \(SL, SMT or DLD"
+        ):
             paper_section(pair)
