@@ -59,7 +59,7 @@ def advice_of(*drives, requirement=REQUIREMENT, draws=DRAWS, **wheel_errors):
         answers = {Criterion.ODOMETRY: odometry_answer(curves, params, requirement)}
     finally:
         odometry_curve.DRAWS, odometry_curve.FINE_DRAWS = kept
-    return Advice('alto', 90.0, requirement, curves, {'SL': 347.0}, answers, {}, [], [])
+    return Advice('alto', 90.0, requirement, curves, {'SL': 347.0}, answers, {}, {'coasting': STOP}, [], [])
 
 
 @functools.lru_cache(maxsize=None)
@@ -95,4 +95,5 @@ def whole_advice():
 def _truth_budget():
     rng = np.random.default_rng(1)
     stop, fix = rng.normal(0.0, 0.002, (17, 3)), rng.normal(0.001, 0.003, (17, 3))
-    return truth_budget(Ends(stop, fix, stop), Ends(stop, fix, stop))
+    ends = Ends(stop, fix, stop)
+    return truth_budget(ends, ends, ends, {})

@@ -10,6 +10,7 @@ from diff_encoder_sim.advice.evidence import TrialCounts
 from diff_encoder_sim.advice.listed_encoders import ListedEncoder
 from diff_encoder_sim.advice.odometry_curve import OdometryCurves
 from diff_encoder_sim.advice.requirement import Requirement
+from diff_encoder_sim.navigation.stop_spread import StopSpread
 
 
 class TriedEncoder(NamedTuple):
@@ -32,5 +33,6 @@ class Advice(NamedTuple):
     closed_form: Dict[str, float]  # by test: from how many counts on, by quantisation alone
     answers: Dict[Criterion, Answer]
     budgets: Dict[str, Dict[float, Budget]]  # of odometry, by test and counts
+    stopping: Dict[str, StopSpread]  # at most, in closed form, by cause
     tried: List[TriedEncoder]
     encoders: List[ListedEncoder]

@@ -31,6 +31,7 @@ def advice_json(advice: Advice) -> Dict[str, Any]:
             test: [{'ppr': counts, **_budget(budget)} for counts, budget in budgets.items()]
             for test, budgets in advice.budgets.items()
         },
+        'stopping': {cause: spread._asdict() for cause, spread in advice.stopping.items()},
         'trials': [_tried(tried) for tried in advice.tried],
         'encoders': [_encoder(encoder) for encoder in advice.encoders],
     }

@@ -35,6 +35,8 @@ def advice_tables(advice: Advice) -> Iterator[AdviceTable]:
         yield _trials_table(advice)
     if advice.budgets:
         yield _budget_table(advice)
+    if advice.tried:
+        yield _stopping_table(advice)
     if advice.encoders:
         yield _encoder_table(advice)
 
@@ -88,6 +90,14 @@ def _part_texts(part: Part) -> List[str]:
         f'{round(bias, digits) + 0.0:+.{digits}f} ± {round(std, digits) + 0.0:.{digits}f}'
         for bias, std, digits in shown
     ]
+
+
+def _stopping_table(advice: Advice) -> AdviceTable:
+    rows = [
+        [cause, f'{1e3 * spread.position_m:.1f}', f'{np.degrees(spread.yaw_rad):.2f}']
+        for cause, spread in advice.stopping.items()
+    ]
+    return AdviceTable('Stopping in closed form: at most', ['cause', 'position [mm]', 'heading [deg]'], rows, 1)
 
 
 def _encoder_table(advice: Advice) -> AdviceTable:

@@ -17,8 +17,8 @@ def closed_form_counts(requested: Trial, robot: RobotGeometry, requirement: Requ
     """Return the counts per revolution from which on odometry at the goal is within the tolerance.
 
     Across a straight line of length S the error is the difference of two phases that are uniform in a pulse d, times
-    S / L: P(|y| <= tol) = 1 - (1 - c)^2 with c = tol L / (S d). What is not across a straight line is taken as normal,
-    with `closed_form_std`, and the axis that needs the most counts decides.
+    S / L: the share within tol is 1 - (1 - c)^2 with c = tol L / (S d). What is not across a straight line is taken as
+    normal, with `closed_form_std`, and the axis that needs the most counts decides.
     """
     per_count = closed_form_std(requested, robot, 1.0)
     return float(np.max(per_count * _reach(requested, requirement.share) / requirement.tolerances))

@@ -20,6 +20,7 @@ from diff_encoder_sim.analysis.dataset import RobotGeometry
 from diff_encoder_sim.campaign.campaign_definition import Campaign, TrialJob
 from diff_encoder_sim.encoders.encoder_model import IDEAL_ENCODER
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
+from diff_encoder_sim.lockstep.stopping import parts_with
 from diff_encoder_sim.robots.robot_source import RobotSource
 from diff_encoder_sim.trials.trial_definition import TrialPlan
 
@@ -38,10 +39,11 @@ def study_odometry(campaign: Campaign, requirement: Requirement, distance_m: Opt
     Raises:
         ConfigError: a file is bad, or the robot does not come to a goal.
     """
-    params = ideal_counts(campaign.cells[0].robot_params.encoder)
+    first = campaign.cells[0]
+    params = ideal_counts(first.robot_params.encoder)
     with tempfile.TemporaryDirectory() as folder:
         drives = list(_drives(campaign, distance_m, folder))
-        robot = drawn_robot(RobotSource(campaign.files.materialise(folder).robot), campaign.cells[0].robot_params)
+        robot = drawn_robot(RobotSource(campaign.files.materialise(folder).robot), first.robot_params)
     curves = OdometryCurves([DriveDraws(drive, robot, campaign.params.seed) for drive in drives], params)
     geometry, answer = geometry_of(campaign), odometry_answer(curves, params, requirement)
     if answer.kind is Kind.FROM:
@@ -54,6 +56,7 @@ def study_odometry(campaign: Campaign, requirement: Requirement, distance_m: Opt
         {drive.test: closed_form_counts(drive.requested, geometry, requirement) for drive in drives},
         {Criterion.ODOMETRY: answer},
         {},
+        parts_with(first.robot_params, first.ppr),
         [],
         [],
     )

@@ -58,17 +58,21 @@ def ends_of(trials: Sequence[TrialData], goal_in_map: Pose2D) -> Ends:
     return Ends(*(along_goal(_wrapped(part), goal_in_map) for part in parts))
 
 
-def truth_budget(ends: Ends, of_finest: Ends) -> Budget:
+def truth_budget(ends: Ends, of_finest: Ends, sound: Ends, without: Mapping[str, Ends]) -> Budget:
     """Return what adds up to the true pose's error at the goal.
 
     Args:
         ends: with an encoder.
-        of_finest: of the same trials with the finest encoder, whose part is taken for none.
+        of_finest: of the same trials with the finest encoder: what the encoder adds to that.
+        sound: with the finest encoder, and without the causes that are switched off.
+        without: as `ends`, without one cause each.
     """
+    switched = {cause: added(ends.truth, others.truth) for cause, others in without.items()}
     parts = {
-        STOPPING: part_of(of_finest.stopping),
-        LOCALIZATION: part_of(of_finest.localization),
+        STOPPING: part_of(sound.stopping),
+        LOCALIZATION: part_of(sound.localization),
         ENCODER: added(ends.truth, of_finest.truth),
+        **switched,
     }
     return Budget(parts, part_of(ends.truth))
 

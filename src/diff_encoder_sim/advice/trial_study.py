@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Callable, Dict, List, Optional, Sequence
+from typing import Callable, Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from diff_encoder_sim.advice.evidence import TrialCounts
 from diff_encoder_sim.advice.limits import limits
 from diff_encoder_sim.advice.odometry_study import geometry_of
 from diff_encoder_sim.advice.rank_judge import Asked, Outcomes
+from diff_encoder_sim.advice.switched_causes import WITHOUT_ALL, cause_of
 from diff_encoder_sim.advice.trial_errors import SOURCES, Ends, causes_alone, ends_of, is_within, reduced, truth_budget
 from diff_encoder_sim.analysis.dataset import TrialData
 from diff_encoder_sim.analysis.within_tolerance import Sufficiency
@@ -31,8 +32,11 @@ DRAWS, DEVIATIONS = 1000, 3.0
 # Of fewer trials a variance says too little for a budget.
 FEWEST_FOR_BUDGET = 8
 
-# Runs the first trials of each test with an encoder, by its label, and returns them.
-TrialsWith = Callable[[str, int], Sequence[TrialData]]
+# Trials of each test without a cause.
+WITHOUT_CAUSE = 17
+
+# Runs the first trials of each test with an encoder, by its label, and a set of parameters, and returns them.
+TrialsWith = Callable[[str, int, str], Sequence[TrialData]]
 
 
 class TrialStudy:
@@ -51,7 +55,9 @@ class TrialStudy:
         self._candidates = candidates_of(campaign)
         self._goals = {cell.test.name: cell.test.goal() for cell in campaign.cells}
         self._geometry = geometry_of(campaign)
+        self._variants = list(campaign.params.variants)
         self._trials: Dict[int, Sequence[TrialData]] = {}
+        self._switched: Dict[Tuple[int, str], Sequence[TrialData]] = {}
         asked = Asked(advice.requirement.share, advice.requirement.confidence, most_trials)
         self._search = EncoderSearch(len(self._candidates), self._run, asked)
 
@@ -61,10 +67,12 @@ class TrialStudy:
         found = self._search.answers(dict.fromkeys(SOURCES, first))
         odometry = self._confirmed(self._advice.answers[Criterion.ODOMETRY])
         answers = {criterion: self._answer(criterion, found[criterion]) for criterion in SOURCES}
+        self._switch_off(answers[Criterion.TRUTH])
         return self._advice._replace(answers={Criterion.ODOMETRY: odometry, **answers}, tried=self._tried())
 
     def _run(self, rank: int, count: int) -> Outcomes[Criterion]:
-        trials = self._trials[rank] = self._trials_with(self._candidates[rank].label, count)
+        as_it_is = self._variants[0] if self._variants else ''
+        trials = self._trials[rank] = self._trials_with(self._candidates[rank].label, count, as_it_is)
         return {
             test: {
                 criterion: [
@@ -106,6 +114,16 @@ class TrialStudy:
             return ''
         return f'but of the trials {within} are within the tolerance, where the draws let expect {expected:.0f}'
 
+    def _switch_off(self, truth: Answer) -> None:
+        """Run trials without each cause, with the encoder of the answer; without all of them with the finest one."""
+        if not self._variants:
+            return
+        labels = [candidate.label for candidate in self._candidates]
+        rank = labels.index(truth.encoder) if truth.encoder else max(self._trials)
+        *without, without_all = self._variants[1:]
+        for place, variant in (*((rank, name) for name in without), (max(self._trials), without_all)):
+            self._switched[place, variant] = self._trials_with(labels[place], WITHOUT_CAUSE, variant)
+
     def _answer(self, criterion: Criterion, found: RankAnswer) -> Answer:
         if found.kind is Sufficiency.YES and found.rank is not None:
             chosen = self._candidates[found.rank]
@@ -144,15 +162,17 @@ class TrialStudy:
         )
 
     def _ends(self, rank: int) -> Dict[str, Ends]:
+        return self._ends_of(self._trials[rank])
+
+    def _ends_of(self, trials: Sequence[TrialData]) -> Dict[str, Ends]:
         return {
-            test: ends_of([trial for trial in self._trials[rank] if trial.test == test], goal)
-            for test, goal in self._goals.items()
+            test: ends_of([trial for trial in trials if trial.test == test], goal) for test, goal in self._goals.items()
         }
 
     def _tried(self) -> List[TriedEncoder]:
         tried = []
         for rank in sorted(self._trials):
-            candidate, ends = self._candidates[rank], self._ends(rank)
+            candidate = self._candidates[rank]
             for test in self._goals:
                 trials = [trial for trial in self._trials[rank] if trial.test == test]
                 tried.append(
@@ -161,7 +181,7 @@ class TrialStudy:
                         candidate.label,
                         candidate.counts,
                         {criterion: self._counts(trials, criterion) for criterion in Criterion},
-                        self._budget(test, ends[test]),
+                        self._budget(rank, test),
                     )
                 )
         return tried
@@ -169,8 +189,15 @@ class TrialStudy:
     def _counts(self, trials: Sequence[TrialData], criterion: Criterion) -> TrialCounts:
         return TrialCounts(sum(is_within(trial, criterion, self._advice.requirement) for trial in trials), len(trials))
 
-    def _budget(self, test: str, ends: Ends) -> Optional[Budget]:
-        finest = self._ends(max(self._trials))[test]
-        if min(len(ends.stopping), len(finest.stopping)) < FEWEST_FOR_BUDGET:
+    def _budget(self, rank: int, test: str) -> Optional[Budget]:
+        """Return the budget of the true pose, with the causes that were switched off; None of too few trials."""
+        ends, finest = self._ends(rank)[test], self._ends(max(self._trials))[test]
+        sound, without = finest, {}
+        for (place, variant), trials in self._switched.items():
+            if variant == WITHOUT_ALL:
+                sound = self._ends_of(trials)[test]
+            elif place == rank:
+                without[cause_of(variant)] = self._ends_of(trials)[test]
+        if min(len(each.stopping) for each in (ends, finest, sound, *without.values())) < FEWEST_FOR_BUDGET:
             return None
-        return truth_budget(ends, finest)
+        return truth_budget(ends, finest, sound, without)

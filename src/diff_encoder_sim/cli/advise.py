@@ -13,7 +13,7 @@ import math
 import sys
 import time
 from pathlib import Path
-from typing import Any, Mapping, Optional, Sequence
+from typing import Any, Dict, Mapping, Optional, Sequence
 
 from diff_encoder_sim.advice.advice import Advice
 from diff_encoder_sim.advice.advice_json import advice_json
@@ -24,6 +24,7 @@ from diff_encoder_sim.advice.listed_encoders import listed_encoders
 from diff_encoder_sim.advice.odometry_study import study_odometry, with_budgets
 from diff_encoder_sim.advice.rank_judge import Asked, fewest_trials
 from diff_encoder_sim.advice.requirement import Requirement
+from diff_encoder_sim.advice.switched_causes import switched_off
 from diff_encoder_sim.advice.trial_study import TrialStudy
 from diff_encoder_sim.analysis.quantities import YAW, X
 from diff_encoder_sim.analysis.within_tolerance import REQUIRED_FRACTION
@@ -115,7 +116,10 @@ def _check_trials(options: argparse.Namespace) -> None:
 
 
 def _candidates(options: argparse.Namespace) -> Campaign:
-    """Load the candidates; the robot's own encoder is one of them, unless candidates are given."""
+    """Load the candidates, with sets of parameters that do without a cause of errors.
+
+    The robot's own encoder is one of them, unless candidates are given.
+    """
     given = {key: getattr(options, key) for key in ('tests', 'ppr', 'encoders', 'trials', 'robot')}
     given['files'] = chosen_files(options)
 
@@ -124,10 +128,16 @@ def _candidates(options: argparse.Namespace) -> Campaign:
         return load_campaign(options.candidates, package_folder(), values, arguments, options.packages)
 
     campaign = load(given)
+    if campaign.params.vary or campaign.params.variants:
+        raise ConfigError(f'--candidates: {options.candidates} varies parameters; allowed: one that varies none')
     own, candidates = campaign.robot and campaign.robot.ppr, campaign.params.ppr
-    if not own or options.ppr or campaign.params.encoders or f'{own:g}' in map(ppr_label, candidates):
-        return campaign
-    return load({**given, 'ppr': [*(ppr.model_dump() for ppr in candidates), own]})
+    more: Dict[str, Any] = {}
+    if own and not (options.ppr or campaign.params.encoders or f'{own:g}' in map(ppr_label, candidates)):
+        more['ppr'] = [*(ppr.model_dump() for ppr in candidates), own]
+    variants = switched_off([cell.robot_params for cell in campaign.cells])
+    if variants and options.has_trials:
+        more['variants'] = variants
+    return load({**given, **more}) if more else campaign
 
 
 def _own_encoder(campaign: Campaign) -> str:

@@ -6,13 +6,14 @@ import argparse
 import sys
 from contextlib import ExitStack
 from types import TracebackType
-from typing import List, Optional, Sequence, Type
+from typing import List, Optional, Sequence, Tuple, Type
 
 from diff_encoder_sim.analysis.campaign_dataset import data_of
 from diff_encoder_sim.analysis.dataset import TrialData
 from diff_encoder_sim.analysis.encoder_labels import ppr_text
 from diff_encoder_sim.base.paths import package_folder
 from diff_encoder_sim.campaign.campaign_definition import Campaign, TrialJob
+from diff_encoder_sim.campaign.campaign_params import VARIANT
 from diff_encoder_sim.campaign.cluster import Workers
 from diff_encoder_sim.campaign.engine import run_campaign
 from diff_encoder_sim.campaign.manifest import describe_run
@@ -55,15 +56,23 @@ class CandidateTrials:
             self._store.finish()
         self._opened.__exit__(kind, error, trace)
 
-    def with_encoder(self, label: str, count: int) -> List[TrialData]:
-        """Return the first `count` trials of each test with an encoder; those without a result are run first."""
-        jobs = [job for job in self._store.pending() if job.trial <= count and self._label(job) == label]
-        if jobs:
-            self._run(label, jobs)
-        return [data_of(row) for row in self._store.rows if row.ppr == label and row.trial <= count]
+    def with_encoder(self, label: str, count: int, variant: str) -> List[TrialData]:
+        """Return the first `count` trials of each test with an encoder; those without a result are run first.
 
-    def _run(self, label: str, jobs: Sequence[TrialJob]) -> None:
-        print(ppr_text(label), file=sys.stderr)
+        Args:
+            label: of the encoder.
+            count: of trials.
+            variant: name of the set of parameters; '' where the campaign has none.
+        """
+        wanted = label, variant
+        jobs = [job for job in self._store.pending() if job.trial <= count and self._cell(job) == wanted]
+        if jobs:
+            self._run(f'{ppr_text(label)}{variant and f", {variant}"}', jobs)
+        trials = [data_of(row) for row in self._store.rows if row.ppr == label and row.trial <= count]
+        return [trial for trial in trials if dict(trial.varied).get(VARIANT, '') == variant]
+
+    def _run(self, text: str, jobs: Sequence[TrialJob]) -> None:
+        print(text, file=sys.stderr)
         if self._workers is None:
             self._workers = self._opened.enter_context(workers(self._options, len(jobs)))
         progress = progress_on(sys.stderr, len(jobs), [], time_left(self._campaign, jobs, self._store.rows))
@@ -72,5 +81,6 @@ class CandidateTrials:
         if unrun:
             sys.exit(unrun_text('advise', self._campaign, unrun))
 
-    def _label(self, job: TrialJob) -> str:
-        return self._campaign.cells[job.cell_index].encoder.label
+    def _cell(self, job: TrialJob) -> Tuple[str, str]:
+        cell = self._campaign.cells[job.cell_index]
+        return cell.encoder.label, dict(cell.varied).get(VARIANT, '')

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import Sequence
+from typing import Dict, Sequence, Tuple
 
 from diff_encoder_sim.encoders.pulses import PerWheel, ppr_label
 from diff_encoder_sim.lockstep.robot_params import RobotParams
-from diff_encoder_sim.navigation.stop_spread import PoseStep, StopSpread, stop_spread
+from diff_encoder_sim.navigation.dwa_params import DwaParams
+from diff_encoder_sim.navigation.stop_spread import PoseStep, StopSpread, stop_parts, stop_spread
 
 # How each stop ends.
 _ENDS = {'latch': 'ends anywhere within', 'precise': 'drives up to within about'}
@@ -15,10 +16,20 @@ _ENDS = {'latch': 'ends anywhere within', 'precise': 'drives up to within about'
 
 def spread_with(params: RobotParams, ppr: PerWheel) -> StopSpread:
     """Return how far from a goal the robot stops with an encoder, by the pose estimate."""
+    return stop_spread(*_loop(params, ppr))
+
+
+def parts_with(params: RobotParams, ppr: PerWheel) -> Dict[str, StopSpread]:
+    """Return the same by its causes."""
+    return stop_parts(*_loop(params, ppr))
+
+
+def _loop(params: RobotParams, ppr: PerWheel) -> Tuple[DwaParams, float, float, PoseStep]:
+    """Return what the control loop makes of a stop."""
     odometry, navigator = params.odometry, params.navigator
     pulse_m = math.pi * odometry.wheel_diameter / min(ppr.left, ppr.right)
     step = PoseStep(pulse_m, pulse_m / odometry.wheel_separation)
-    return stop_spread(navigator.DWAPlannerROS, navigator.control_period_s, params.latency.command, step)
+    return navigator.DWAPlannerROS, navigator.control_period_s, params.latency.command, step
 
 
 def stopping_line(params: RobotParams, pprs: Sequence[PerWheel]) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Dict, NamedTuple
 
 from diff_encoder_sim.navigation.dwa_params import DwaParams
 from diff_encoder_sim.navigation.precise_stop import NEAR, SET_OUT, approach_speed, stopping_rest
@@ -23,8 +23,12 @@ class PoseStep(NamedTuple):
     yaw_rad: float
 
 
-def stop_spread(params: DwaParams, period_s: float, command_latency_s: float, step: PoseStep) -> StopSpread:
-    """Return the spread of a robot that has driven up to its goal, as steps of the control loop leave it.
+# Causes of a spread.
+LATCH, COASTING, LATENCY, PULSE, NEAR_ENOUGH = 'latch circle', 'coasting', 'latency', 'one pulse', 'near enough'
+
+
+def stop_parts(params: DwaParams, period_s: float, command_latency_s: float, step: PoseStep) -> Dict[str, StopSpread]:
+    """Return what a robot that has driven up to its goal may be off by for each cause, as the control loop leaves it.
 
     Args:
         params: tolerances and limits.
@@ -35,12 +39,32 @@ def stop_spread(params: DwaParams, period_s: float, command_latency_s: float, st
     tolerance_m, tolerance_rad = params.xy_goal_tolerance, params.yaw_goal_tolerance
     if params.stop == 'latch':
         margin = params.latch_margin if params.latch_xy_goal_tolerance else 0.0
-        return StopSpread((1.0 - margin) * tolerance_m, tolerance_rad)
-    speed_mps = approach_speed(params, period_s, NEAR * tolerance_m)
-    along_m = stopping_rest(speed_mps, params.acc_lim_x, period_s) + speed_mps * command_latency_s + step.position_m
-    rate_radps = params.min_vel_theta
-    turn_rad = stopping_rest(rate_radps, params.acc_lim_theta, period_s) + rate_radps * command_latency_s + step.yaw_rad
+        return {LATCH: StopSpread((1.0 - margin) * tolerance_m, tolerance_rad)}
+    speed_mps, rate_radps = approach_speed(params, period_s, NEAR * tolerance_m), params.min_vel_theta
+    return {
+        COASTING: StopSpread(
+            stopping_rest(speed_mps, params.acc_lim_x, period_s),
+            stopping_rest(rate_radps, params.acc_lim_theta, period_s),
+        ),
+        LATENCY: StopSpread(speed_mps * command_latency_s, rate_radps * command_latency_s),
+        PULSE: StopSpread(step.position_m, step.yaw_rad),
+        NEAR_ENOUGH: StopSpread(NEAR * tolerance_m, SET_OUT * tolerance_rad),
+    }
+
+
+def stop_spread(params: DwaParams, period_s: float, command_latency_s: float, step: PoseStep) -> StopSpread:
+    """Return the spread of a robot that has driven up to its goal; arguments as of `stop_parts`.
+
+    Ahead, what coasts, is late and is counted adds up, across the robot is as near as it has to be; of the heading, the
+    larger one of both.
+    """
+    parts = stop_parts(params, period_s, command_latency_s, step)
+    if LATCH in parts:
+        return parts[LATCH]
+    ahead = [parts[COASTING], parts[LATENCY], parts[PULSE]]
+    along_m, turn_rad = sum(part.position_m for part in ahead), sum(part.yaw_rad for part in ahead)
+    near = parts[NEAR_ENOUGH]
     return StopSpread(
-        min(tolerance_m, math.hypot(along_m, NEAR * tolerance_m)),
-        min(tolerance_rad, max(SET_OUT * tolerance_rad, turn_rad)),
+        min(params.xy_goal_tolerance, math.hypot(along_m, near.position_m)),
+        min(params.yaw_goal_tolerance, max(near.yaw_rad, turn_rad)),
     )

@@ -65,12 +65,21 @@ def test_the_goals_heading_is_ahead():
 
 
 def test_the_encoders_part_is_what_the_finest_one_does_not_have():
-    budget = truth_budget(ends_of(trials(2000, encoder_m=0.01), AHEAD), ends_of(trials(2000), AHEAD))
+    finest = ends_of(trials(2000), AHEAD)
+    budget = truth_budget(ends_of(trials(2000, encoder_m=0.01), AHEAD), finest, finest, {})
     assert budget.parts[STOPPING].std[0] == pytest.approx(0.003, rel=0.1)
     assert budget.parts[LOCALIZATION].bias[1] == pytest.approx(0.001, abs=2e-4)
     assert budget.parts[ENCODER].std[1] == pytest.approx(0.01, rel=0.1)
     total = sum(part.variance for part in budget.parts.values()) + budget.rest.variance
     np.testing.assert_allclose(total, budget.found.variance)
+
+
+def test_a_cause_that_is_switched_off_has_a_part_of_its_own():
+    ends, finest = ends_of(trials(2000, encoder_m=0.01), AHEAD), ends_of(trials(2000), AHEAD)
+    budget = truth_budget(ends, ends, finest, {'wheel slip': finest})
+    assert budget.parts['wheel slip'].std[1] == pytest.approx(0.01, rel=0.1)
+    assert budget.parts[ENCODER].std[1] == 0.0
+    np.testing.assert_allclose(budget.rest.variance, 0.0, atol=3e-6)
 
 
 def test_causes_can_be_looked_at_alone_and_with_less_of_them():

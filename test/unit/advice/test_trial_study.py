@@ -30,7 +30,8 @@ class Trials:
         self.run = {}
         self._encoder_m, self._stop_m, self._map_m, self._odometry_m = encoder_m, stop_m, map_m, odometry_m
 
-    def __call__(self, label, count):
+    def __call__(self, label, count, variant):
+        assert variant == ''
         self.run[label] = max(count, self.run.get(label, 0))
         return [self._trial(label, number) for number in range(1, count + 1)]
 

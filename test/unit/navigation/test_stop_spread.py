@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from diff_encoder_sim.navigation.stop_spread import PoseStep, stop_spread
+from diff_encoder_sim.navigation.stop_spread import PoseStep, stop_parts, stop_spread
 from navigation_scenes import dwa_params
 
 FINE = PoseStep(0.0, 0.0)
@@ -34,3 +34,16 @@ def test_a_coarse_encoder_adds_its_pulse_up_to_the_tolerance():
     assert fine.position_m + 0.01 < coarse.position_m < 0.02
     assert fine.yaw_rad < coarse.yaw_rad < 0.052
     assert stop_spread(dwa_params(stop='precise'), 0.05, 0.02, PoseStep(1.0, 1.0)) == pytest.approx((0.05, 0.052))
+
+
+@pytest.mark.parametrize('stop', ['latch', 'precise'])
+def test_the_parts_make_the_spread(stop):
+    params, step = dwa_params(stop=stop), PoseStep(0.002, 0.005)
+    parts, spread = stop_parts(params, 0.05, 0.03, step), stop_spread(params, 0.05, 0.03, step)
+    if stop == 'latch':
+        assert parts == {'latch circle': spread}
+    else:
+        ahead_m = sum(parts[cause].position_m for cause in ('coasting', 'latency', 'one pulse'))
+        assert spread.position_m == pytest.approx(math.hypot(ahead_m, parts['near enough'].position_m))
+        assert parts['one pulse'] == step
+        assert stop_parts(params, 0.05, 0.06, step)['latency'].position_m == 2.0 * parts['latency'].position_m
