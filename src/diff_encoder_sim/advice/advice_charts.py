@@ -17,6 +17,7 @@ from diff_encoder_sim.analysis.charts.chart import ZOOM
 
 # Of criteria, and of causes in their order: told apart by the colour-blind (Okabe and Ito, 2008).
 COLOURS = {Criterion.ODOMETRY: '#d55e00', Criterion.POSE_ESTIMATE: '#0072b2', Criterion.TRUTH: '#009e73'}
+GREY = '#565d66'
 CAUSES = ('#0072b2', '#e69f00', '#009e73', '#cc79a7', '#56b4e9', '#d55e00', '#f0e442', '#999999')
 
 Spec = Dict[str, Any]
@@ -28,6 +29,20 @@ _COUNTS: Spec = {
     'title': 'counts per revolution',
 }
 _BELOW = {'orient': 'bottom', 'columns': 1}
+_SHARE: Spec = {
+    'field': 'share',
+    'type': 'quantitative',
+    'scale': {'domain': [0.0, 1.0]},
+    'title': 'within the tolerance',
+    'axis': {'format': '%'},
+}
+_CRITERION_COLOUR: Spec = {
+    'field': 'criterion',
+    'type': 'nominal',
+    'title': None,
+    'scale': {'domain': [each.text for each in COLOURS], 'range': list(COLOURS.values())},
+    'legend': _BELOW,
+}
 _OF_TEST = {'filter': 'datum.test === test'}
 
 
@@ -55,58 +70,49 @@ def _choices(advice: Advice) -> List[Choice]:
 
 
 def _share_chart(advice: Advice) -> Chart:
-    colour = {
-        'field': 'criterion',
-        'type': 'nominal',
-        'title': None,
-        'scale': {'domain': [each.text for each in COLOURS], 'range': list(COLOURS.values())},
-        'legend': _BELOW,
-    }
-    share = {'field': 'share', 'type': 'quantitative', 'title': 'within the tolerance', 'axis': {'format': '%'}}
-    line = {
-        'data': {'name': 'curves'},
-        'transform': [_OF_TEST],
-        'params': [ZOOM],
-        'mark': {'type': 'line', 'clip': True},
-        'encoding': {'x': _COUNTS, 'y': share, 'color': colour},
-    }
-    trials = {
-        'data': {'name': 'trials'},
-        'transform': [_OF_TEST],
-        'mark': {'type': 'point', 'filled': True, 'size': 60, 'clip': True},
-        'encoding': {
-            'x': _COUNTS,
-            'y': share,
-            'color': colour,
-            'tooltip': _tips(encoder='encoder', criterion='', trials='trials within'),
-        },
-    }
-    bars = {
-        **trials,
-        'mark': {'type': 'rule', 'clip': True},
-        'encoding': {'x': _COUNTS, 'y': {**share, 'field': 'low'}, 'y2': {'field': 'high'}, 'color': colour},
-    }
-    real = {
-        'data': {'name': 'encoders'},
-        'mark': {'type': 'point', 'shape': 'diamond', 'size': 60, 'color': COLOURS[Criterion.ODOMETRY], 'clip': True},
-        'encoding': {
-            'x': _COUNTS,
-            'y': share,
-            'tooltip': _tips(encoder='encoder', counts='counts', trials='draws within'),
-        },
-    }
     required = {
         'data': {'values': [{'share': advice.requirement.share}]},
-        'mark': {'type': 'rule', 'strokeDash': [4, 3], 'color': '#565d66'},
-        'encoding': {'y': share},
+        'mark': {'type': 'rule', 'strokeDash': [4, 3], 'color': GREY},
+        'encoding': {'y': _SHARE},
     }
     return Chart(
         'share',
         'How many trials are within the tolerance',
         'Line: odometry, by draws of one drive; dots: closed-loop trials with the interval of their share; diamonds: '
         'odometry with the encoders of the table, in the test where they are worst; dashed: the share asked for.',
-        {'layer': [required, line, bars, trials, real]},
+        {'layer': [required, _drawn_line(), *_trial_dots(), _encoder_diamonds()]},
     )
+
+
+def _drawn_line() -> Spec:
+    return {
+        'data': {'name': 'curves'},
+        'transform': [_OF_TEST],
+        'params': [ZOOM],
+        'mark': {'type': 'line', 'clip': True},
+        'encoding': {'x': _COUNTS, 'y': _SHARE, 'color': _CRITERION_COLOUR},
+    }
+
+
+def _trial_dots() -> List[Spec]:
+    """Return the intervals and the dots on them."""
+    of_test = {'data': {'name': 'trials'}, 'transform': [_OF_TEST]}
+    ends = {'x': _COUNTS, 'y': {**_SHARE, 'field': 'low'}, 'y2': {'field': 'high'}, 'color': _CRITERION_COLOUR}
+    tips = _tips(encoder='', criterion='', trials='trials within')
+    dots = {'x': _COUNTS, 'y': _SHARE, 'color': _CRITERION_COLOUR, 'tooltip': tips}
+    return [
+        {**of_test, 'mark': {'type': 'rule', 'clip': True}, 'encoding': ends},
+        {**of_test, 'mark': {'type': 'point', 'filled': True, 'size': 60, 'clip': True}, 'encoding': dots},
+    ]
+
+
+def _encoder_diamonds() -> Spec:
+    colour = COLOURS[Criterion.ODOMETRY]
+    return {
+        'data': {'name': 'encoders'},
+        'mark': {'type': 'point', 'shape': 'diamond', 'size': 60, 'color': colour, 'clip': True},
+        'encoding': {'x': _COUNTS, 'y': _SHARE, 'tooltip': _tips(encoder='', counts='', trials='draws within')},
+    }
 
 
 def _error_chart(advice: Advice) -> Chart:
@@ -129,7 +135,7 @@ def _error_chart(advice: Advice) -> Chart:
     limit = {
         'data': {'values': tolerances},
         'transform': [{'filter': 'datum.axis === axis'}],
-        'mark': {'type': 'rule', 'strokeDash': [4, 3], 'color': '#565d66'},
+        'mark': {'type': 'rule', 'strokeDash': [4, 3], 'color': GREY},
         'encoding': {'y': error},
     }
     return Chart(

@@ -10,7 +10,6 @@ from diff_encoder_sim.advice.advice import Advice
 from diff_encoder_sim.advice.advice_charts import advice_charts
 from diff_encoder_sim.advice.advice_tables import advice_tables
 from diff_encoder_sim.analysis import report
-from diff_encoder_sim.analysis.encoder_labels import ppr_text
 from diff_encoder_sim.base.atomic_files import write_file
 
 TEMPLATE = 'advice.html'
@@ -52,5 +51,4 @@ def _template() -> jinja2.Template:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters['ppr_text'] = ppr_text
     return environment.get_template(TEMPLATE)

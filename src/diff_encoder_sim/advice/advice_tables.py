@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Iterator, List, NamedTuple
+from typing import Iterator, List, NamedTuple, Sequence
 
 import numpy as np
 
@@ -101,8 +101,9 @@ def _stopping_table(advice: Advice) -> AdviceTable:
 
 
 def _encoder_table(advice: Advice) -> AdviceTable:
-    heads = ['encoder', 'price', 'counts', 'like ideal', 'within', *(criterion.head for criterion in Criterion)]
-    return AdviceTable('Encoders on these wheels', heads, list(map(_encoder_row, advice.encoders)), 2, LIKE_IDEAL)
+    heads = ['encoder', 'price', 'counts', 'like ideal', 'within', *(criterion.head for criterion in advice.answers)]
+    rows = [_encoder_row(encoder, list(advice.answers)) for encoder in advice.encoders]
+    return AdviceTable('Encoders on these wheels', heads, rows, 2, LIKE_IDEAL)
 
 
 LIKE_IDEAL = (
@@ -112,7 +113,7 @@ LIKE_IDEAL = (
 )
 
 
-def _encoder_row(encoder: ListedEncoder) -> List[str]:
+def _encoder_row(encoder: ListedEncoder, criteria: Sequence[Criterion]) -> List[str]:
     low, high = encoder.share
     return [
         encoder.name,
@@ -120,5 +121,5 @@ def _encoder_row(encoder: ListedEncoder) -> List[str]:
         f'{encoder.counts:.6g}',
         f'{encoder.equivalent_counts:.4g}',
         f'{100.0 * low:.0f} to {100.0 * high:.0f} %',
-        *(_MARKS[encoder.meets[criterion]] for criterion in Criterion),
+        *(_MARKS[encoder.meets[criterion]] for criterion in criteria),
     ]

@@ -7,6 +7,7 @@ import math
 from typing import NamedTuple, Optional, Sequence, Tuple
 
 from diff_encoder_sim.advice.budget import AXES
+from diff_encoder_sim.analysis.encoder_labels import ppr_text
 
 
 class Criterion(enum.Enum):
@@ -69,7 +70,8 @@ class Answer(NamedTuple):
 
     def __str__(self) -> str:
         if self.kind is Kind.FROM:
-            text = f'from {_counts(self.counts)} counts per revolution on{self._interval()}{self._undecided()}'
+            text = f'from {_counts(self.counts)} counts per revolution on'
+            text = f'{text}{self._interval()}{self._candidate()}{self._undecided()}'
         elif self.kind is Kind.NOT_THE_LIMIT:
             text = f'the encoder is not the limit: {self._limits()}'
         else:
@@ -80,12 +82,16 @@ class Answer(NamedTuple):
         low, high = self.interval
         if low is None:
             return ''
-        if self.encoder and high == self.counts:
+        if self.encoder == _counts(self.counts):
             return f'; {_counts(low)} are not enough'
         return f' (between {_counts(low)} and {_counts(high)})' if low != high else ''
 
+    def _candidate(self) -> str:
+        is_known = self.encoder in ('', _counts(self.counts))
+        return '' if is_known else f'; of the candidates {ppr_text(self.encoder)}'
+
     def _undecided(self) -> str:
-        return f'; {self.undecided}: undecided{self._more_trials()}' if self.undecided else ''
+        return f'; {ppr_text(self.undecided)} undecided{self._more_trials()}' if self.undecided else ''
 
     def _more_trials(self) -> str:
         if self.more_trials is None:

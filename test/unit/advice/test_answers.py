@@ -13,13 +13,13 @@ TURN = Limit('localization', 'SMT', 2, math.radians(4.0), math.radians(3.0), mat
     [
         (
             Answer(Criterion.ODOMETRY, Kind.FROM, 347.0, (340.0, 350.0), '360'),
-            'from 347 counts per revolution on (between 340 and 350)',
+            'from 347 counts per revolution on (between 340 and 350); of the candidates 360 PPR',
         ),
         (
             Answer(Criterion.TRUTH, Kind.FROM, 40.0, (20.0, 40.0), '40', more_trials=70, undecided='28'),
             (
                 'from 40 counts per revolution on; 20 are not enough; '
-                '28: undecided, about 70 more trials of each test would decide'
+                '28 PPR undecided, about 70 more trials of each test would decide'
             ),
         ),
         (Answer(Criterion.POSE_ESTIMATE, Kind.FROM, 20.0, (None, 20.0), '20'), 'from 20 counts per revolution on'),
