@@ -49,7 +49,7 @@ _OF_TEST = {'filter': 'datum.test === test'}
 def advice_charts(advice: Advice) -> Markup:
     """Return the block of charts."""
     data = chart_data(advice)
-    charts = [_share_chart(advice), _error_chart(advice), _budget_chart(data['budget'])]
+    charts = [_share_chart(advice), _error_chart(advice), _budget_chart(advice, data['budget'])]
     return charts_html(charts, data, _choices(advice))
 
 
@@ -128,53 +128,54 @@ def _error_chart(advice: Advice) -> Chart:
             'strokeDash': {'field': 'line', 'type': 'nominal', 'title': None, 'legend': _BELOW},
         },
     }
+    return Chart(
+        'error',
+        "Odometry's error against the counts",
+        'What half, the required share, and 95 % of the draws do not exceed; dashed: the tolerance.',
+        {'layer': [_tolerance_rule(advice, error), lines]},
+    )
+
+
+def _budget_chart(advice: Advice, rows: Rows) -> Chart:
+    causes = list(dict.fromkeys(row['cause'] for row in rows))
+    rms = {'field': 'rms', 'type': 'quantitative', 'title': 'rms [mm, degrees]'}
+    bars = {
+        'data': {'name': 'budget'},
+        'transform': [_OF_TEST, {'filter': 'datum.axis === axis && datum.criterion === criterion'}],
+        'mark': 'bar',
+        'encoding': {
+            'x': {'field': 'encoder', 'type': 'ordinal', 'sort': {'field': 'counts'}, 'title': _COUNTS['title']},
+            'y': rms,
+            'color': {
+                'field': 'cause',
+                'type': 'nominal',
+                'title': None,
+                'scale': {'domain': causes, 'range': [CAUSES[index % len(CAUSES)] for index in range(len(causes))]},
+                'legend': {'orient': 'bottom', 'columns': 2},
+            },
+            'tooltip': _tips(encoder='', cause='', mean='', deviation='standard deviation'),
+        },
+    }
+    return Chart(
+        'budget',
+        'Error budget',
+        'Height: root mean square error; each cause has its part of the mean square. Dashed: the tolerance.',
+        {'layer': [bars, _tolerance_rule(advice, {**rms, 'field': 'error'})]},
+    )
+
+
+def _tolerance_rule(advice: Advice, error: Spec) -> Spec:
+    """Return the tolerance of the chosen axis as a line across."""
     tolerances = [
         {'axis': axis, 'error': float(tolerance * scale)}
         for axis, tolerance, scale in zip(AXES, advice.requirement.tolerances, TO_SHOWN)
     ]
-    limit = {
+    return {
         'data': {'values': tolerances},
         'transform': [{'filter': 'datum.axis === axis'}],
         'mark': {'type': 'rule', 'strokeDash': [4, 3], 'color': GREY},
         'encoding': {'y': error},
     }
-    return Chart(
-        'error',
-        "Odometry's error against the counts",
-        'What half, the required share, and 95 % of the draws do not exceed; dashed: the tolerance.',
-        {'layer': [limit, lines]},
-    )
-
-
-def _budget_chart(rows: Rows) -> Chart:
-    causes = list(dict.fromkeys(row['cause'] for row in rows))
-    return Chart(
-        'budget',
-        'Error budget',
-        'Height: root mean square error; each cause has its part of the mean square.',
-        {
-            'data': {'name': 'budget'},
-            'transform': [_OF_TEST, {'filter': 'datum.axis === axis && datum.criterion === criterion'}],
-            'mark': 'bar',
-            'encoding': {
-                'x': {
-                    'field': 'encoder',
-                    'type': 'ordinal',
-                    'sort': {'field': 'counts'},
-                    'title': 'counts per revolution',
-                },
-                'y': {'field': 'rms', 'type': 'quantitative', 'title': 'rms [mm, degrees]'},
-                'color': {
-                    'field': 'cause',
-                    'type': 'nominal',
-                    'title': None,
-                    'scale': {'domain': causes, 'range': [CAUSES[index % len(CAUSES)] for index in range(len(causes))]},
-                    'legend': {'orient': 'bottom', 'columns': 2},
-                },
-                'tooltip': _tips(encoder='encoder', cause='cause', mean='mean', deviation='standard deviation'),
-            },
-        },
-    )
 
 
 def _tips(**fields: str) -> List[Dict[str, str]]:
