@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import List, NamedTuple, Optional, Sequence
 
+from diff_encoder_sim.advice.answers import Answer, Kind
 from diff_encoder_sim.advice.drive_draws import DriveDraws
 from diff_encoder_sim.advice.odometry_curve import share_within
 from diff_encoder_sim.advice.requirement import Requirement
@@ -37,6 +38,18 @@ def equivalent_counts(params: EncoderParams) -> float:
     """Return how many counts an ideal encoder has whose readings have the variance of this one's."""
     counts = params.counts_per_turn.left
     return counts * math.sqrt(PULSE_VARIANCE / (PULSE_VARIANCE + params.encoder.pulse_variance(counts)))
+
+
+def recommended(
+    candidates: Sequence[Candidate], answer: Answer, tests: Sequence[DriveDraws], requirement: Requirement
+) -> Optional[Candidate]:
+    """Return the smallest candidate whose odometry is enough; None where none is, or where an answer names none."""
+    if answer.kind is not Kind.FROM:
+        return None
+    too_few = answer.interval[0] or 0.0
+    # Real encoders have errors of their own: those with fewer counts are tried, too.
+    possible = [each for each in candidates if each.counts > too_few or each.label != f'{each.counts:g}']
+    return smallest_enough(possible, tests, requirement)
 
 
 def smallest_enough(
