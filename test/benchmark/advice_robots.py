@@ -26,6 +26,7 @@ from tabulate import tabulate
 
 sys.path.insert(0, str(ROOT / 'test' / 'support'))
 
+from diff_encoder_sim.advice import drive_draws
 from diff_encoder_sim.advice.answers import Answer, Kind
 from diff_encoder_sim.advice.candidates import Candidate, equivalent_counts, recommended
 from diff_encoder_sim.advice.drive_draws import DriveDraws
@@ -37,7 +38,7 @@ from drawn_drives import many_one_by_one
 from synthetic_robots import SyntheticRobot, synthetic_robot
 
 # Of the truth: for all candidates, and for those whose share is as near as this to the required one.
-FEW, MANY, NEAR = 2000, 20_000, 0.06
+FEW, MANY, NEAR = 1000, 20_000, 0.04
 # Draws of one seed; others end in other places.
 OF_ONE_SEED = 1000
 FRESH = 1_000_000  # added to seeds
@@ -111,7 +112,9 @@ def main() -> None:
     print_header(f'Advice for {arguments.robots} synthetic robots against the truth')
     candidates = _candidate_counts()
     began_s = time.monotonic()
-    with tempfile.TemporaryDirectory() as folder, ProcessPoolExecutor(arguments.workers) as executor:
+    with tempfile.TemporaryDirectory() as folder, ProcessPoolExecutor(
+        arguments.workers, initializer=_one_thread
+    ) as executor:
         judge = functools.partial(_judged, candidates, Path(folder), arguments.alone)
         judged = []
         numbers = range(arguments.first, arguments.first + arguments.robots)
@@ -127,6 +130,11 @@ def main() -> None:
         f'\nadvice: {np.median(advice_s):.1f} s, at most {max(advice_s):.1f} s, {arguments.workers} at once; all: '
         f'{(time.monotonic() - began_s) / 60.0:.1f} minutes'
     )
+
+
+def _one_thread() -> None:
+    """Leave the other cores to the other workers."""
+    drive_draws.usable_cores = lambda: 1
 
 
 def _candidate_counts() -> List[float]:
@@ -281,7 +289,7 @@ def _arguments() -> argparse.Namespace:
     )
     parser.add_argument('--robots', type=int, default=200)
     parser.add_argument('--first', type=int, default=1, help='number of the first, which is its seed')
-    parser.add_argument('--alone', type=int, default=40, help='draws one by one of each robot')
+    parser.add_argument('--alone', type=int, default=20, help='draws one by one of each robot')
     parser.add_argument('--workers', type=int, default=2)
     return parser.parse_args()
 

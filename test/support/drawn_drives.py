@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from diff_encoder_sim.advice.drawn_robot import DrawnRobot
-from diff_encoder_sim.advice.drives import Drive
+from diff_encoder_sim.advice.error_free_drives import Drive
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, move_along_arc, wrap_angle
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams, ReportingEncoder
 from diff_encoder_sim.navigation.stop_spread import StopSpread

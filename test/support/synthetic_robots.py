@@ -7,7 +7,7 @@ import numpy as np
 
 from diff_encoder_sim.advice.drawn_robot import DrawnRobot, drawn_robot
 from diff_encoder_sim.advice.drive_draws import DriveDraws
-from diff_encoder_sim.advice.drives import Drive, scripted
+from diff_encoder_sim.advice.error_free_drives import Drive, scripted
 from diff_encoder_sim.advice.requirement import Requirement
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 from diff_encoder_sim.lockstep.robot_loading import load_robot

@@ -33,7 +33,7 @@ MOST_SAMPLES = 500
 # So many poses at a time: beyond, arrays leave the processor's cache.
 POSES_AT_A_TIME = 2**18
 # Of those, wheels from so many encoders are enough, as each begins anywhere on its encoder; and so many edges are.
-ENCODERS, EDGES = 128, 2**20
+ENCODERS, EDGES = 128, 2**18
 
 
 class DriveDraws:

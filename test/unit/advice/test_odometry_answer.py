@@ -5,7 +5,7 @@ import math
 import pytest
 
 from diff_encoder_sim.advice import odometry_curve
-from diff_encoder_sim.advice.answers import Kind, Question
+from diff_encoder_sim.advice.answers import Criterion, Kind
 from diff_encoder_sim.advice.drawn_robot import WheelCause
 from diff_encoder_sim.advice.drive_draws import DriveDraws
 from diff_encoder_sim.advice.limits import MOST_BY_ONE_CAUSE
@@ -33,7 +33,7 @@ def answer_of(encoder=None, required=REQUIRED, **errors):
 
 def test_from_so_many_counts_on():
     answer = answer_of(slip_noise=1e-8)
-    assert (answer.question, answer.kind) == (Question.ODOMETRY, Kind.FROM)
+    assert (answer.criterion, answer.kind) == (Criterion.ODOMETRY, Kind.FROM)
     assert answer.counts == pytest.approx(174.0, rel=0.08)
     assert answer.interval[0] <= answer.counts <= answer.interval[1]
 

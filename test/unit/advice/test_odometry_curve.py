@@ -5,9 +5,10 @@ import math
 import numpy as np
 import pytest
 
+from diff_encoder_sim.advice import odometry_curve
 from diff_encoder_sim.advice.closed_form_counts import closed_form_counts
 from diff_encoder_sim.advice.drive_draws import DriveDraws
-from diff_encoder_sim.advice.drives import straight_test
+from diff_encoder_sim.advice.error_free_drives import straight_test
 from diff_encoder_sim.advice.odometry_curve import FEWEST_COUNTS, MOST_COUNTS, OdometryCurves, share_within
 from diff_encoder_sim.advice.requirement import Requirement
 from diff_encoder_sim.analysis.dataset import RobotGeometry
@@ -29,6 +30,14 @@ def fast(length_m):
     return line(length_m, speed=2.0, acceleration=2.0)
 
 
+@pytest.fixture(scope='module', autouse=True)
+def _fewer_draws():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(odometry_curve, 'DRAWS', 400)
+        patch.setattr(odometry_curve, 'FINE_DRAWS', 2000)
+        yield
+
+
 @pytest.fixture(scope='module')
 def of_20_m():
     return curves_of(fast(20.0))
@@ -38,13 +47,13 @@ def test_20_m_take_as_many_counts_as_the_closed_form_says(of_20_m):
     smallest = of_20_m.smallest(required())
     assert closed_form_counts(line(20.0).requested, ALTO, required()) == pytest.approx(347.3, rel=1e-3)
     assert smallest.interval.low <= smallest.counts <= smallest.interval.high
-    assert smallest.counts == pytest.approx(347.3, rel=0.04)
-    assert smallest.interval.high < 1.2 * smallest.interval.low
+    assert smallest.counts == pytest.approx(347.3, rel=0.06)
+    assert smallest.interval.high < 1.3 * smallest.interval.low
 
 
 def test_larger_shares_take_more(of_20_m):
     more = of_20_m.smallest(required(share=0.95)).counts
-    assert more == pytest.approx(closed_form_counts(line(20.0).requested, ALTO, required(share=0.95)), rel=0.06)
+    assert more == pytest.approx(closed_form_counts(line(20.0).requested, ALTO, required(share=0.95)), rel=0.08)
 
 
 def test_shares_rise_with_the_counts(of_20_m):
@@ -53,19 +62,19 @@ def test_shares_rise_with_the_counts(of_20_m):
     assert (of_20_m.counts[0], of_20_m.counts[-1]) == (FEWEST_COUNTS, MOST_COUNTS)
     for lower, higher in zip(shares, shares[1:]):
         assert higher.high >= lower.low
-    assert shares[-1] == of_20_m.share_without_steps(required()) == share_within(np.zeros((1000, 3)), required())
+    assert shares[-1] == of_20_m.share_without_steps(required()) == share_within(np.zeros((400, 3)), required())
 
 
 def test_the_distance_is_what_counts():
     test = straight_test(10.0, line().requested.test)
     drive = rolled(('straight', test.drive[0].straight), speed=2.0, acceleration=2.0)
-    assert curves_of(drive).smallest(required()).counts == pytest.approx(173.7, rel=0.06)
+    assert curves_of(drive).smallest(required()).counts == pytest.approx(173.7, rel=0.08)
 
 
 def test_the_worst_test_decides(of_20_m):
     worse = fast(1.0)
     both = OdometryCurves([of_20_m.curves[0].draws, DriveDraws(worse, robot_of(), 1)], encoder_of(90))
-    assert both.smallest(required()).counts == pytest.approx(347.3, rel=0.05)
+    assert both.smallest(required()).counts == pytest.approx(347.3, rel=0.06)
 
 
 def test_all_encoders_may_be_enough_or_none():

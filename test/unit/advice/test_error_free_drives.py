@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from diff_encoder_sim.advice.drives import navigated, scripted, straight_test
+from diff_encoder_sim.advice.error_free_drives import navigated, scripted, straight_test
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.lockstep.robot_params import load_robot_params
 from diff_encoder_sim.odometry.drawn_odometry import final_poses
