@@ -27,7 +27,7 @@ def curves_of(drive, **errors):
 
 def fast(length_m):
     """A straight drive of few reports."""
-    return line(length_m, speed=2.0, acceleration=2.0)
+    return line(length_m, speed=10.0, acceleration=20.0)
 
 
 @pytest.fixture(scope='module', autouse=True)
@@ -62,12 +62,12 @@ def test_shares_rise_with_the_counts(of_20_m):
     assert (of_20_m.counts[0], of_20_m.counts[-1]) == (FEWEST_COUNTS, MOST_COUNTS)
     for lower, higher in zip(shares, shares[1:]):
         assert higher.high >= lower.low
-    assert shares[-1] == of_20_m.share_without_steps(required()) == share_within(np.zeros((400, 3)), required())
+    assert shares[-1] == share_within(np.zeros((400, 3)), required())
 
 
 def test_the_distance_is_what_counts():
     test = straight_test(10.0, line().requested.test)
-    drive = rolled(('straight', test.drive[0].straight), speed=2.0, acceleration=2.0)
+    drive = rolled(('straight', test.drive[0].straight), speed=10.0, acceleration=20.0)
     assert curves_of(drive).smallest(required()).counts == pytest.approx(173.7, rel=0.08)
 
 
