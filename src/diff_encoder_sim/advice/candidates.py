@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import math
-from typing import List, NamedTuple, Optional, Sequence
+from typing import Iterator, List, NamedTuple, Optional, Sequence
 
+from diff_encoder_sim.advice.answers import Answer, Kind
 from diff_encoder_sim.advice.drive_draws import DriveDraws
 from diff_encoder_sim.advice.odometry_curve import share_within
 from diff_encoder_sim.advice.requirement import Requirement
 from diff_encoder_sim.campaign.campaign_definition import Campaign
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
+from diff_encoder_sim.evaluation.sample_statistics import Interval
 from diff_encoder_sim.odometry.odometry_covariance import PULSE_VARIANCE
 
 # As many as where the curve crosses what is asked for.
 DRAWS = 8000
+# So many show that most of the others are not enough.
+FEW_DRAWS = 500
 
 
 class Candidate(NamedTuple):
@@ -39,6 +43,18 @@ def equivalent_counts(params: EncoderParams) -> float:
     return counts * math.sqrt(PULSE_VARIANCE / (PULSE_VARIANCE + params.encoder.pulse_variance(counts)))
 
 
+def recommended(
+    candidates: Sequence[Candidate], answer: Answer, tests: Sequence[DriveDraws], requirement: Requirement
+) -> Optional[Candidate]:
+    """Return the smallest candidate whose odometry is enough; None where none is, or where an answer names none."""
+    if answer.kind is not Kind.FROM:
+        return None
+    too_few = answer.interval[0] or 0.0
+    # Real encoders have errors of their own: those with fewer counts are tried, too.
+    possible = [each for each in candidates if each.counts > too_few or each.label != f'{each.counts:g}']
+    return smallest_enough(possible, tests, requirement)
+
+
 def smallest_enough(
     candidates: Sequence[Candidate], tests: Sequence[DriveDraws], requirement: Requirement
 ) -> Optional[Candidate]:
@@ -49,8 +65,12 @@ def smallest_enough(
         tests: a drive of each.
         requirement: at the end of each drive.
     """
+
+    def shares(candidate: Candidate, count: int) -> Iterator[Interval]:
+        return (share_within(draws.errors([candidate.params], count)[0], requirement) for draws in tests)
+
     for candidate in candidates:
-        shares = (share_within(draws.errors([candidate.params], DRAWS)[0], requirement) for draws in tests)
-        if all(share.low >= requirement.share for share in shares):
+        is_possible = all(share.high >= requirement.share for share in shares(candidate, FEW_DRAWS))
+        if is_possible and all(share.low >= requirement.share for share in shares(candidate, DRAWS)):
             return candidate
     return None

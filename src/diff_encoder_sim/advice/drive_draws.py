@@ -19,21 +19,21 @@ from diff_encoder_sim.base.host_info import usable_cores
 from diff_encoder_sim.base.se2 import wrap_angles
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.encoders.drawn_counts import drawn_counts
-from diff_encoder_sim.encoders.encoder_model import IDEAL_ENCODER
+from diff_encoder_sim.encoders.encoder_model import IDEAL_ENCODER, EncoderModel
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 from diff_encoder_sim.navigation.stop_spread import StopSpread
 from diff_encoder_sim.odometry.drawn_odometry import base_poses, final_poses
 
 # A drive ends in so many places within the spread of the robot's stop.
-ENDS = 16
+ENDS = 512
 
 # Odometry is told the counts so often on a drive: more reports change its end by a thousandth of its spread.
 MOST_SAMPLES = 500
 
 # So many poses at a time: beyond, arrays leave the processor's cache.
 POSES_AT_A_TIME = 2**18
-# The places of so many edges take as much memory as one pose.
-EDGES_PER_POSE = 16
+# Of those, wheels from so many encoders are enough, as each begins anywhere on its encoder; and so many edges are.
+ENCODERS, EDGES = 128, 2**18
 
 
 class DriveDraws:
@@ -44,6 +44,7 @@ class DriveDraws:
         samples = _samples(len(drive.rolled.times_s))
         left_m, right_m = _ways_to_ends(drive, robot.stop, generator(seed, f'{drive.test}_ends'))
         self._ways_m, self._times_s = (left_m[:, samples], right_m[:, samples]), drive.rolled.times_s[samples]
+        self._ends = final_poses(*self._ways_m, drive.rolled.separation_m)
 
     def errors(
         self, encoders: Sequence[Optional[EncoderParams]], draws: int, amounts: Amounts = ALL_CAUSES
@@ -60,14 +61,13 @@ class DriveDraws:
             axes of the map.
         """
         with ThreadPoolExecutor(usable_cores()) as pool:
-            firsts, counts = zip(*self._portions(encoders, draws))
+            firsts, counts = zip(*self._portions(draws))
             found = pool.map(lambda first, count: self._portion(encoders, first, count, amounts), firsts, counts)
             return [np.concatenate(errors) for errors in zip(*found)]
 
-    def _portions(self, encoders: Sequence[Optional[EncoderParams]], draws: int) -> Iterator[Tuple[int, int]]:
+    def _portions(self, draws: int) -> Iterator[Tuple[int, int]]:
         """Yield the first draw and the number of draws of each portion."""
-        edges = max((_edges(encoder) for encoder in encoders if encoder), default=0.0)
-        at_a_time = max(1, round(POSES_AT_A_TIME / max(len(self._times_s), edges / EDGES_PER_POSE)))
+        at_a_time = max(1, round(POSES_AT_A_TIME / len(self._times_s)))
         return ((first, min(at_a_time, draws - first)) for first in range(0, draws, at_a_time))
 
     def _portion(
@@ -75,9 +75,8 @@ class DriveDraws:
     ) -> List[np.ndarray]:
         left_m, right_m = self._ways_m
         chosen = np.arange(first, first + draws) % ENDS
-        truth = final_poses(left_m, right_m, self.drive.rolled.separation_m)[chosen]
         turned = self._turned(left_m[chosen], right_m[chosen], first, amounts)
-        return [self._error(encoder, turned, truth, first) for encoder in encoders]
+        return [self._error(encoder, turned, self._ends[chosen], first) for encoder in encoders]
 
     def _turned(
         self, left_m: np.ndarray, right_m: np.ndarray, first: int, amounts: Amounts
@@ -127,8 +126,8 @@ class DriveDraws:
         ):
             model = encoder.encoder.of_wheel(side)
             rngs = [
-                generator(self._seed, f'{self.drive.test}_{side}_{first + draw}')
-                for draw in range(len(turned_rad) if model != IDEAL_ENCODER else 0)
+                generator(self._seed, f'{self.drive.test}_{side}_{first}_{number}')
+                for number in range(_encoders(model, counts_per_turn))
             ]
             counts = drawn_counts(model, counts_per_turn, phase_rad + turned_rad, self._times_s, rngs)
             told.append(counts * (2.0 * math.pi * assumed_m / counts_per_turn))
@@ -164,9 +163,12 @@ def _samples(ticks: int) -> np.ndarray:
     return np.unique(np.linspace(0, ticks - 1, min(ticks, MOST_SAMPLES)).round().astype(np.int64))
 
 
-def _edges(encoder: EncoderParams) -> float:
-    model, ppr = encoder.encoder, encoder.counts_per_turn
-    return max(ppr.left, ppr.right) * model.edges_per_count if model.has_uneven_edges else 0.0
+def _encoders(model: EncoderModel, counts_per_turn: float) -> int:
+    """Return how many encoders there are in a portion of the draws."""
+    if model == IDEAL_ENCODER:
+        return 0
+    edges = counts_per_turn * model.edges_per_count if model.has_uneven_edges else 1.0
+    return max(1, min(ENCODERS, int(EDGES / edges)))
 
 
 def _in_map(errors: np.ndarray, start_yaw_rad: float) -> np.ndarray:

@@ -6,7 +6,7 @@ from typing import Dict, List, Optional, Sequence
 
 import numpy as np
 
-from diff_encoder_sim.advice.budget import Budget, Part, part_of
+from diff_encoder_sim.advice.budget import Budget, Part, added, part_of
 from diff_encoder_sim.advice.drawn_robot import ALL_CAUSES, Amounts, WheelCause
 from diff_encoder_sim.advice.drive_draws import DriveDraws
 from diff_encoder_sim.advice.requirement import along_goal
@@ -50,6 +50,15 @@ def wheel_errors(draws: DriveDraws) -> Dict[WheelCause, np.ndarray]:
     return {cause: _errors(draws, [None], {cause: 1.0})[0] - bare for cause in WheelCause if draws.robot.has(cause)}
 
 
+def encoder_errors(draws: DriveDraws, encoder: EncoderParams) -> Dict[str, np.ndarray]:
+    """Return (draws, 3) the same for each kind of error of an encoder, beside its steps."""
+    ideal = encoder.model_copy(update={'ppr': encoder.counts_per_turn, 'encoder': IDEAL_ENCODER})
+    without_faults = encoder.model_copy(update={'encoder': _without_faults(encoder)})
+    of_steps, sound, faulty = _errors(draws, [ideal, without_faults, encoder], {})
+    found = {EDGES: sound - of_steps, MISSED: faulty - sound}
+    return {cause: errors for cause, errors in found.items() if errors.any()}
+
+
 def _errors(draws: DriveDraws, encoders: Sequence[Optional[EncoderParams]], amounts: Amounts) -> List[np.ndarray]:
     goal = draws.drive.goal_in_map
     return [along_goal(errors, goal) for errors in draws.errors(encoders, DRAWS, amounts)]
@@ -60,7 +69,8 @@ def _encoder_parts(
 ) -> Dict[str, Part]:
     parts = {QUANTISATION: part_of(ideal - bare)}
     if _without_faults(encoder) != IDEAL_ENCODER:
-        parts[EDGES] = part_of(sound - ideal)
+        # An edge in another place is counted sooner or later, which depends on the rounding: not as a draw by itself.
+        parts[EDGES] = added(sound, ideal)
     if encoder.encoder.faults != NO_FAULTS:
         parts[MISSED] = part_of(faulty - sound)
     return parts

@@ -28,7 +28,6 @@ class Curve(NamedTuple):
 
     draws: DriveDraws
     errors: Dict[float, np.ndarray]  # by counts per revolution
-    without_steps: np.ndarray  # with an encoder of endless resolution
 
     @property
     def test(self) -> str:
@@ -56,11 +55,10 @@ class OdometryCurves:
         """
         self._params, self._amounts = params, amounts
         counts = self._between(FEWEST_COUNTS, MOST_COUNTS, round(PER_OCTAVE * math.log2(MOST_COUNTS / FEWEST_COUNTS)))
-        encoders = [*map(self.encoder, counts), None]
+        encoders = list(map(self.encoder, counts))
         self.curves: List[Curve] = []
         for draws in tests:
-            *errors, without_steps = draws.errors(encoders, DRAWS, amounts)
-            self.curves.append(Curve(draws, dict(zip(counts, errors)), without_steps))
+            self.curves.append(Curve(draws, dict(zip(counts, draws.errors(encoders, DRAWS, amounts)))))
 
     def encoder(self, counts: float) -> EncoderParams:
         """Return the robot's encoder with other counts per revolution."""
@@ -74,10 +72,6 @@ class OdometryCurves:
     def share(self, counts: float, requirement: Requirement) -> Interval:
         """Return the interval of the share of trials within the tolerance, in the test where it is smallest."""
         return min(share_within(curve.errors[counts], requirement) for curve in self.curves)
-
-    def share_without_steps(self, requirement: Requirement) -> Interval:
-        """Return the same with an encoder of endless resolution."""
-        return min(share_within(curve.without_steps, requirement) for curve in self.curves)
 
     def smallest(self, requirement: Requirement) -> Optional[SmallestCounts]:
         """Return from how many counts on the requirement is met; None where not even the most meet it."""

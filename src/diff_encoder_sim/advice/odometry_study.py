@@ -6,8 +6,8 @@ import tempfile
 from typing import Dict, Iterator, List, Optional
 
 from diff_encoder_sim.advice.advice import Advice
-from diff_encoder_sim.advice.answers import Answer, Criterion, Kind
-from diff_encoder_sim.advice.candidates import candidates_of, smallest_enough
+from diff_encoder_sim.advice.answers import Criterion
+from diff_encoder_sim.advice.candidates import candidates_of, recommended
 from diff_encoder_sim.advice.closed_form_counts import closed_form_counts
 from diff_encoder_sim.advice.drawn_robot import drawn_robot
 from diff_encoder_sim.advice.drive_draws import DriveDraws
@@ -46,29 +46,19 @@ def study_odometry(campaign: Campaign, requirement: Requirement, distance_m: Opt
         robot = drawn_robot(RobotSource(campaign.files.materialise(folder).robot), first.robot_params)
     curves = OdometryCurves([DriveDraws(drive, robot, campaign.params.seed) for drive in drives], params)
     geometry, answer = geometry_of(campaign), odometry_answer(curves, params, requirement)
-    if answer.kind is Kind.FROM:
-        answer = answer._replace(encoder=_recommended(campaign, answer, curves, requirement))
+    chosen = recommended(candidates_of(campaign), answer, [curve.draws for curve in curves.curves], requirement)
     return Advice(
         campaign.robot.name if campaign.robot else 'the robot',
         campaign.robot and campaign.robot.ppr,
         requirement,
         curves,
         {drive.test: closed_form_counts(drive.requested, geometry, requirement) for drive in drives},
-        {Criterion.ODOMETRY: answer},
+        {Criterion.ODOMETRY: answer._replace(encoder=chosen.label if chosen else '')},
         {},
         parts_with(first.robot_params, first.ppr),
         [],
         [],
     )
-
-
-def _recommended(campaign: Campaign, answer: Answer, curves: OdometryCurves, requirement: Requirement) -> str:
-    """Return the label of the smallest candidate that is enough; '' without one."""
-    too_few = answer.interval[0] or 0.0
-    # Real encoders have errors of their own: those with fewer counts are tried, too.
-    candidates = [each for each in candidates_of(campaign) if each.counts > too_few or each.label != f'{each.counts:g}']
-    found = smallest_enough(candidates, [curve.draws for curve in curves.curves], requirement)
-    return found.label if found else ''
 
 
 def geometry_of(campaign: Campaign) -> RobotGeometry:

@@ -27,16 +27,16 @@ def drawn_counts(
         ppr: counts per revolution of the wheel.
         angles_rad: (draws, n) of the wheel, as an encoder's samples have them.
         times_s: (n,) of the samples.
-        rngs: of each draw.
+        rngs: of each encoder; draws have them in turn.
 
     Returns:
         (draws, n) counts; whole numbers as floats.
     """
     if model == IDEAL_ENCODER:
         return _since_the_first(np.floor(angles_rad * (ppr / (2.0 * math.pi))))
-    gears = [Gear(model.shaft_turns_per_wheel_turn, model.backlash, rng) for rng in rngs]
+    play_rad = [Gear(model.shaft_turns_per_wheel_turn, model.backlash, rng).begins_rad for rng in rngs]
     phases_rad, offsets = _sensors(model, ppr / model.shaft_turns_per_wheel_turn, rngs)
-    places = _places(model, ppr, _shaft_angles(model, gears, angles_rad), phases_rad)
+    places = _places(model, ppr, _shaft_angles(model, np.array(play_rad), angles_rad), phases_rad)
     if model.noise:
         places = places + model.noise * rngs[0].standard_normal(places.shape)
     steps = _steps(model, _states(places, offsets), times_s)
@@ -58,7 +58,7 @@ def _since_the_first(counts: np.ndarray) -> np.ndarray:
 def _sensors(
     model: EncoderModel, counts_per_shaft_turn: float, rngs: Sequence[np.random.Generator]
 ) -> Tuple[np.ndarray, Optional[np.ndarray]]:
-    """Draw (draws, 3) phases of waves and (draws, edges) offsets of edges, or one row of them where all are alike."""
+    """Draw (encoders, 3) phases of waves and (encoders, edges) offsets, or one row of them where all are alike."""
     if model.edge_error or model.sensor_error:
         sensors = [WheelSensor(model, counts_per_shaft_turn, rng) for rng in rngs]
         phases_rad = [sensor.wave_phases_rad for sensor in sensors]
@@ -68,19 +68,19 @@ def _sensors(
     return np.array([drawn_phases_rad(rng) for rng in rngs]), None if offsets is None else offsets[np.newaxis]
 
 
-def _shaft_angles(model: EncoderModel, gears: Sequence[Gear], angles_rad: np.ndarray) -> np.ndarray:
+def _shaft_angles(model: EncoderModel, begins_rad: np.ndarray, angles_rad: np.ndarray) -> np.ndarray:
     ratio = model.shaft_turns_per_wheel_turn
     if not model.backlash:
         return ratio * angles_rad
-    begins = angles_rad[:, 0] + [gear.begins_rad for gear in gears]
-    shaft_rad: np.ndarray = ratio * (2.0 * angles_rad - _followed(model.backlash, begins, angles_rad))
+    begins_rad = angles_rad[:, 0] + np.resize(begins_rad, len(angles_rad))
+    shaft_rad: np.ndarray = ratio * (2.0 * angles_rad - _followed(model.backlash, begins_rad, angles_rad))
     return shaft_rad
 
 
 def _places(model: EncoderModel, ppr: float, shaft_rad: np.ndarray, phases_rad: np.ndarray) -> np.ndarray:
     """Return where shafts are shown to be, in edges."""
     shown_rad = shaft_rad
-    for wave, phase_rad in zip(model.waves, phases_rad.T):
+    for wave, phase_rad in zip(model.waves, np.resize(phases_rad, (len(shaft_rad), 3)).T):
         shown_rad = shown_rad + wave.amplitude_rad * np.sin(wave.per_turn * shaft_rad + phase_rad[:, np.newaxis])
     edges_per_rad = ppr / model.shaft_turns_per_wheel_turn * model.edges_per_count / (2.0 * math.pi)
     places = shown_rad * edges_per_rad
@@ -113,7 +113,8 @@ def _states(places: np.ndarray, offsets: Optional[np.ndarray]) -> np.ndarray:
 
 
 def _places_of(edges: np.ndarray, offsets: np.ndarray) -> np.ndarray:
-    places: np.ndarray = edges + np.take_along_axis(offsets, edges % offsets.shape[1], axis=1)
+    encoders = np.arange(len(edges))[:, np.newaxis] % len(offsets)
+    places: np.ndarray = edges + offsets[encoders, edges % offsets.shape[1]]
     return places
 
 

@@ -3,7 +3,8 @@ import math
 import pytest
 
 from advised_robots import REQUIREMENT, alto, straight
-from diff_encoder_sim.advice.candidates import candidates_of, equivalent_counts, smallest_enough
+from diff_encoder_sim.advice.answers import Answer, Criterion, Kind
+from diff_encoder_sim.advice.candidates import candidates_of, equivalent_counts, recommended, smallest_enough
 from diff_encoder_sim.advice.drive_draws import DriveDraws
 from diff_encoder_sim.base.paths import package_folder
 from diff_encoder_sim.campaign.campaign_loading import load_campaign
@@ -33,3 +34,17 @@ def test_the_smallest_that_is_enough_is_taken():
     tests = [DriveDraws(straight(), alto(), 1)]
     assert smallest_enough(candidates_of(campaign), tests, REQUIREMENT).label == '360'  # from 347 on, in closed form
     assert smallest_enough(candidates_of(campaign)[:1], tests, REQUIREMENT) is None
+
+
+@pytest.mark.parametrize(
+    ('answer', 'label'),
+    [
+        (Answer(Criterion.ODOMETRY, Kind.FROM, 347.0, (340.0, 355.0)), '360'),
+        (Answer(Criterion.ODOMETRY, Kind.FROM, 500.0, (400.0, 510.0)), '512'),  # too few are not tried
+        (Answer(Criterion.ODOMETRY, Kind.NOT_THE_LIMIT), None),
+    ],
+)
+def test_a_candidate_is_recommended_where_counts_are_what_is_needed(answer, label):
+    campaign = load_campaign('sweep', package_folder(), {'tests': ['SL'], 'ppr': [256.0, 360.0, 512.0]})
+    found = recommended(candidates_of(campaign), answer, [DriveDraws(straight(), alto(), 1)], REQUIREMENT)
+    assert (found and found.label) == label

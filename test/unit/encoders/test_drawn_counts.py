@@ -60,6 +60,13 @@ def test_counts_are_those_of_one_by_one(name):
     np.testing.assert_array_equal(drawn_counts(model, 120.0, angles, TIMES_S, rngs()), expected)
 
 
+@pytest.mark.parametrize('name', ['edges', 'eccentricity', 'pattern of x4', 'backlash'])
+def test_draws_have_encoders_in_turn(name):
+    model, angles = EncoderModel.model_validate(MODELS[name]), there_and_back()
+    expected = one_by_one(model, 120.0, angles, [*rngs()[:2], *rngs()[:2], *rngs()[:1]])
+    np.testing.assert_array_equal(drawn_counts(model, 120.0, angles, TIMES_S, rngs()[:2]), expected)
+
+
 def evenly(draws, turns=40.0, samples=400):
     """(draws, n) angles of wheels that turn evenly, and (n,) times [s]."""
     phases = np.random.default_rng(3).uniform(0.0, 2.0 * math.pi, (draws, 1))

@@ -1,0 +1,298 @@
+#!/usr/bin/env python3
+"""Advice for odometry against a known truth: robots with random geometry, slip and encoder errors.
+
+Each robot is advised as advise does it. The truth is on fresh seeds: many draws of each candidate near what is asked
+for, and, to show that draws may stand for the truth, some one by one through the components that nodes run (encoder,
+slipping wheels, odometry). Every fifth robot is driven by the simulator, the others roll on wheels by kinematics.
+"""
+
+from __future__ import annotations
+
+import argparse
+import functools
+import math
+import sys
+import tempfile
+import time
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
+
+import numpy as np
+import yaml
+from checkout import ROOT, print_header
+from scipy import stats
+from tabulate import tabulate
+
+sys.path.insert(0, str(ROOT / 'test' / 'support'))
+
+from diff_encoder_sim.advice import drive_draws
+from diff_encoder_sim.advice.answers import Answer, Kind
+from diff_encoder_sim.advice.candidates import Candidate, equivalent_counts, recommended
+from diff_encoder_sim.advice.drive_draws import DriveDraws
+from diff_encoder_sim.advice.odometry_answer import odometry_answer
+from diff_encoder_sim.advice.odometry_curve import OdometryCurves
+from diff_encoder_sim.encoders.pulses import PerWheel
+from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
+from drawn_drives import many_one_by_one
+from synthetic_robots import SyntheticRobot, synthetic_robot
+
+# Of the truth: for all candidates, and for those whose share is as near as this to the required one.
+FEW, MANY, NEAR = 1000, 20_000, 0.04
+# Draws of one seed; others end in other places.
+OF_ONE_SEED = 1000
+FRESH = 1_000_000  # added to seeds
+
+AIMS = {'meets the share': 0.95, 'within one step of the smallest that does': 0.80}
+WORST = 12
+
+
+class Alone(NamedTuple):
+    """Draws one by one, beside what the many let expect."""
+
+    within: int
+    draws: int
+    expected: float  # share
+    scaled: np.ndarray  # (draws, 3) errors less the mean of the many, over their standard deviation
+
+
+class Judged(NamedTuple):
+    """A robot, what was advised, and the truth."""
+
+    number: int
+    text: str
+    share: float
+    answer: Answer
+    rank: Optional[int]  # of the recommended candidate
+    truth: np.ndarray  # shares by rank
+    endless: float  # share with an encoder of endless resolution
+    alone: Alone
+    advice_s: float
+
+    @property
+    def smallest(self) -> Optional[int]:
+        """Return the rank of the smallest candidate that meets the share."""
+        enough = np.flatnonzero(self.truth >= self.share)
+        return int(enough[0]) if len(enough) else None
+
+    @property
+    def meets(self) -> bool:
+        """Return whether the recommended candidate meets the share."""
+        return self.rank is not None and self.truth[self.rank] >= self.share
+
+    @property
+    def steps(self) -> float:
+        """Return how many steps the recommended candidate is above the smallest."""
+        return math.inf if self.rank is None or self.smallest is None else self.rank - self.smallest
+
+    @property
+    def kind(self) -> str:
+        """Return the kind of the answer."""
+        if self.answer.kind is Kind.FROM and self.rank is None:
+            return 'from more counts on than the finest candidate has'
+        return {
+            Kind.FROM: 'a candidate is recommended',
+            Kind.NOT_THE_LIMIT: 'the encoder is not the limit',
+            Kind.UNDECIDED: 'undecided',
+        }[self.answer.kind]
+
+    @property
+    def is_right(self) -> bool:
+        """Return whether the answer holds."""
+        if self.answer.kind is Kind.FROM:
+            return self.meets if self.rank is not None else self.smallest in (None, len(self.truth) - 1)
+        if self.answer.kind is Kind.NOT_THE_LIMIT:
+            return self.endless < self.share and self.smallest is None
+        return True
+
+
+def main() -> None:
+    """Print the tables."""
+    arguments = _arguments()
+    print_header(f'Advice for {arguments.robots} synthetic robots against the truth')
+    candidates = _candidate_counts()
+    began_s = time.monotonic()
+    with tempfile.TemporaryDirectory() as folder, ProcessPoolExecutor(
+        arguments.workers, initializer=_one_thread
+    ) as executor:
+        judge = functools.partial(_judged, candidates, Path(folder), arguments.alone)
+        judged = []
+        numbers = range(arguments.first, arguments.first + arguments.robots)
+        for each in executor.map(judge, numbers):
+            judged.append(each)
+            print(f'{len(judged)} of {arguments.robots}: {_line(each, candidates)}', file=sys.stderr, flush=True)
+    _print_aims(judged)
+    _print_kinds(judged)
+    _print_alone(judged)
+    _print_worst(judged, candidates)
+    advice_s = [each.advice_s for each in judged]
+    print(
+        f'\nadvice: {np.median(advice_s):.1f} s, at most {max(advice_s):.1f} s, {arguments.workers} at once; all: '
+        f'{(time.monotonic() - began_s) / 60.0:.1f} minutes'
+    )
+
+
+def _one_thread() -> None:
+    """Leave the other cores to the other workers."""
+    drive_draws.usable_cores = lambda: 1
+
+
+def _candidate_counts() -> List[float]:
+    sweep = yaml.safe_load((ROOT / 'config' / 'campaigns' / 'sweep.yaml').read_text(encoding='utf-8'))
+    return [float(ppr) for ppr in sweep['ppr']]
+
+
+def _judged(counts: Sequence[float], folder: Path, alone: int, number: int) -> Judged:
+    synthetic = synthetic_robot(number, folder)
+    encoders = [_with_counts(synthetic.encoder, each) for each in counts]
+    began_s = time.monotonic()
+    answer, rank = _advised(synthetic, encoders, number)
+    advice_s = time.monotonic() - began_s
+    truth, endless = _truth(synthetic, encoders, number)
+    shown = encoders[-1 if rank is None else rank]
+    return Judged(
+        number,
+        synthetic.text,
+        synthetic.requirement.share,
+        answer,
+        rank,
+        truth,
+        endless,
+        _alone(synthetic, shown, number, alone),
+        advice_s,
+    )
+
+
+def _with_counts(params: EncoderParams, counts: float) -> EncoderParams:
+    return params.model_copy(update={'ppr': PerWheel(left=counts, right=counts)})
+
+
+def _advised(synthetic: SyntheticRobot, encoders: Sequence[EncoderParams], number: int) -> Tuple[Answer, Optional[int]]:
+    """Return the answer, and the rank of the recommended candidate."""
+    draws = DriveDraws(synthetic.drive, synthetic.robot, number)
+    curves = OdometryCurves([draws], synthetic.encoder)
+    answer = odometry_answer(curves, synthetic.encoder, synthetic.requirement)
+    candidates = [Candidate(f'{each.ppr.left:g}', equivalent_counts(each), each) for each in encoders]
+    found = recommended(
+        sorted(candidates, key=lambda candidate: candidate.counts), answer, [draws], synthetic.requirement
+    )
+    return answer, None if found is None else candidates.index(found)
+
+
+def _truth(synthetic: SyntheticRobot, encoders: Sequence[EncoderParams], number: int) -> Tuple[np.ndarray, float]:
+    """Return the shares of the candidates, and that of an encoder of endless resolution."""
+    shares = _shares(synthetic, [*encoders, None], number, FEW)
+    near = np.flatnonzero(np.abs(shares - synthetic.requirement.share) < NEAR)
+    if len(near):
+        every = [*encoders, None]
+        shares[near] = _shares(synthetic, [every[index] for index in near], number, MANY)
+    return shares[:-1], float(shares[-1])
+
+
+def _shares(
+    synthetic: SyntheticRobot, encoders: Sequence[Optional[EncoderParams]], number: int, draws: int
+) -> np.ndarray:
+    errors = _fresh_errors(synthetic, encoders, number, draws)
+    return np.array([np.mean(synthetic.requirement.within(each)) for each in errors])
+
+
+def _fresh_errors(
+    synthetic: SyntheticRobot, encoders: Sequence[Optional[EncoderParams]], number: int, draws: int
+) -> List[np.ndarray]:
+    portions = [
+        DriveDraws(synthetic.drive, synthetic.robot, FRESH * (1 + portion) + number).errors(encoders, OF_ONE_SEED)
+        for portion in range(draws // OF_ONE_SEED)
+    ]
+    return [np.concatenate(errors) for errors in zip(*portions)]
+
+
+def _alone(synthetic: SyntheticRobot, encoder: EncoderParams, number: int, draws: int) -> Alone:
+    (many,) = _fresh_errors(synthetic, [encoder], number, 10 * OF_ONE_SEED)
+    errors = many_one_by_one(synthetic.drive, synthetic.robot, encoder, range(FRESH * number, FRESH * number + draws))
+    within = synthetic.requirement.within(errors)
+    scaled = (errors - many.mean(axis=0)) / np.maximum(many.std(axis=0), 1e-9)
+    return Alone(int(within.sum()), draws, float(np.mean(synthetic.requirement.within(many))), scaled)
+
+
+def _print_aims(judged: Sequence[Judged]) -> None:
+    advised = [each for each in judged if each.rank is not None]
+    found = dict(zip(AIMS, ([each.meets for each in advised], [abs(each.steps) <= 1 for each in advised])))
+    rows = []
+    for aim, fraction in AIMS.items():
+        interval = stats.binomtest(sum(found[aim]), len(advised)).proportion_ci(0.95, 'wilson')
+        rows.append(
+            [
+                aim,
+                f'{sum(found[aim])} of {len(advised)}',
+                f'{100.0 * np.mean(found[aim]):.1f} ({100.0 * interval.low:.1f} to {100.0 * interval.high:.1f})',
+                f'{100.0 * fraction:.0f}',
+            ]
+        )
+    print(tabulate(rows, ['recommended candidate', 'robots', '% (95 % interval)', 'aim [%]'], disable_numparse=True))
+    missing = [100.0 * (each.share - each.truth[each.rank]) for each in advised if not each.meets]
+    if missing:
+        print(f'Those that do not meet it: by {np.median(missing):.2f} %, at most {max(missing):.2f} % of the trials.')
+
+
+def _print_kinds(judged: Sequence[Judged]) -> None:
+    kinds: Dict[str, List[bool]] = {}
+    for each in judged:
+        kinds.setdefault(each.kind, []).append(each.is_right)
+    rows = [[kind, len(right), len(right) - sum(right)] for kind, right in sorted(kinds.items())]
+    print(f'\n{tabulate(rows, ["answer", "robots", "wrong"])}')
+
+
+def _print_alone(judged: Sequence[Judged]) -> None:
+    """Compare draws one by one with the many: shares, means and spreads."""
+    alone = [each.alone for each in judged]
+    variance = np.array([max(one.draws * one.expected * (1.0 - one.expected), 0.05) for one in alone])
+    differences = np.array([one.within - one.draws * one.expected for one in alone])
+    total = differences.sum() / math.sqrt(variance.sum())
+    squares = float(np.sum(differences**2 / variance))
+    scaled = np.concatenate([one.scaled for one in alone])
+    print(
+        f'\n{len(scaled)} draws one by one through encoder, slipping wheels and odometry: '
+        f'{sum(one.within for one in alone)} within, {sum(one.draws * one.expected for one in alone):.1f} expected of '
+        f'the many draws at once ({total:+.2f} standard deviations; robot by robot chi^2 {squares:.0f} of '
+        f'{len(alone)}).'
+    )
+    rows = [
+        [axis, f'{values.mean():+.3f}', f'{1.0 / math.sqrt(len(values)):.3f}', f'{math.sqrt(np.mean(values**2)):.3f}']
+        for axis, values in zip(('x', 'y', 'heading'), scaled.T)
+    ]
+    print(tabulate(rows, ['of 1 sd', 'mean', 'its standard error', 'rms (1 where equal)'], disable_numparse=True))
+
+
+def _print_worst(judged: Sequence[Judged], candidates: Sequence[float]) -> None:
+    wrong = [each for each in judged if not each.is_right or (each.rank is not None and abs(each.steps) > 1)]
+    wrong.sort(key=lambda each: (each.is_right, -abs(each.steps)))
+    print(f'\n{len(wrong)} are wrong, or more than a step off{", the worst:" if len(wrong) > WORST else ""}')
+    for each in wrong[:WORST]:
+        print(f'  {_line(each, candidates)}\n    {each.text}\n    {each.answer}')
+
+
+def _line(each: Judged, candidates: Sequence[float]) -> str:
+    def of(rank: Optional[int]) -> str:
+        return 'none' if rank is None else f'{candidates[rank]:g} ({100.0 * each.truth[rank]:.1f} %)'
+
+    return (
+        f'robot {each.number}, {100.0 * each.share:g} % asked for: {each.kind}, {of(each.rank)}; smallest: '
+        f'{of(each.smallest)}; endless: {100.0 * each.endless:.1f} %; {each.advice_s:.1f} s'
+    )
+
+
+def _arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        epilog='example: .venv/bin/python test/benchmark/advice_robots.py --robots 10',
+    )
+    parser.add_argument('--robots', type=int, default=200)
+    parser.add_argument('--first', type=int, default=1, help='number of the first, which is its seed')
+    parser.add_argument('--alone', type=int, default=20, help='draws one by one of each robot')
+    parser.add_argument('--workers', type=int, default=2)
+    return parser.parse_args()
+
+
+if __name__ == '__main__':
+    main()

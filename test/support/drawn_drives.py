@@ -1,0 +1,134 @@
+"""Robots and drives to draw odometry of, and the same drives one by one through the components that nodes run."""
+
+import math
+
+import numpy as np
+
+from diff_encoder_sim.advice.drawn_robot import DrawnRobot
+from diff_encoder_sim.advice.error_free_drives import Drive
+from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, move_along_arc, wrap_angle
+from diff_encoder_sim.encoders.wheel_encoder import EncoderParams, ReportingEncoder
+from diff_encoder_sim.navigation.stop_spread import StopSpread
+from diff_encoder_sim.odometry.odometry_params import OdometryParams
+from diff_encoder_sim.odometry.wheel_odometry import WheelOdometry
+from diff_encoder_sim.robots.physics_urdf import TrueWheels
+from diff_encoder_sim.robots.simulated_robot import GeometryErrors
+from diff_encoder_sim.simulation.flat_drive import RolledDrive
+from diff_encoder_sim.simulation.periods import TICK_NS, TICK_S
+from diff_encoder_sim.simulation.wheel_errors import SlippingWheels, WheelErrorParams
+from diff_encoder_sim.trials.scripted_drive import SETTLING_S, ScriptedDrive
+from diff_encoder_sim.trials.test_definition import TestDefinition
+from diff_encoder_sim.trials.trial_definition import Trial
+from encoder_drives import JOINTS, RADIUS_M, SEPARATION_M
+
+EXACT_STOP = StopSpread(0.0, 0.0)
+LINE_M = 20.0
+
+
+def robot_of(radius_m=RADIUS_M, separation_m=SEPARATION_M, stop=EXACT_STOP, **errors):
+    """A robot whose drawing is right; its true wheels have the errors."""
+    odometry = OdometryParams(wheel_diameter=2.0 * radius_m, wheel_separation=separation_m, motion_noise=0.0)
+    return DrawnRobot(
+        TrueWheels(radius_m, radius_m, separation_m), WheelErrorParams(**errors), odometry, odometry.axle_x, stop
+    )
+
+
+def rolled(*segments, separation_m=SEPARATION_M, start=(), name='rolled', **limits):
+    """A drive of `('straight', metres)` and `('turns', number)` on wheels that roll without a simulator."""
+    test = TestDefinition.from_mapping(
+        {
+            'name': name,
+            'world': 'hallway',
+            'start': dict(start),
+            'drive': [dict([segment]) for segment in segments],
+            'limits': limits,
+        },
+        '',
+    )
+    script = ScriptedDrive(test)
+    times_s = TICK_S * np.arange(math.ceil((script.duration_s + SETTLING_S) / TICK_S) + 1)
+    speeds = np.array([script.command(time_s, time_s + TICK_S) for time_s in times_s[:-1].tolist()])
+    half_difference_mps = 0.5 * separation_m * speeds[:, 1]
+    speeds_mps = np.column_stack([speeds[:, 0] - half_difference_mps, speeds[:, 0] + half_difference_mps])
+    ways_m = np.concatenate([np.zeros((1, 2)), np.cumsum(TICK_S * speeds_mps, axis=0)])
+    end = test.drive_end().relative_to(test.start.pose())
+    return Drive(Trial(test=test, nav='scripted'), RolledDrive(times_s, ways_m, separation_m, end))
+
+
+def line(length_m=LINE_M, **limits):
+    """A straight drive."""
+    return rolled(('straight', length_m), **limits)
+
+
+def encoder_of(ppr, encoder=None, **params):
+    return EncoderParams.from_mapping({'ppr': ppr, 'encoder': encoder or {}, **params}, '')
+
+
+def one_by_one(drive, robot, encoder, seed):
+    """(3,) the final error of one draw, by the components that nodes run: x [m], y [m], yaw [rad] in the map."""
+    rng = np.random.default_rng(seed)
+    ways_m = _to_an_end(drive.rolled, robot.stop, rng)
+    errors = robot.errors.geometry(rng)
+    wheels = _wheels(robot.sound, errors)
+    swing_m = 0.5 * (ways_m[:, 1] - ways_m[:, 0]) * (wheels.separation_m / drive.rolled.separation_m)
+    ahead_m = ways_m.mean(axis=1)
+    rolled_rad = np.column_stack(
+        [(ahead_m - swing_m) / wheels.left_radius_m, (ahead_m + swing_m) / wheels.right_radius_m]
+    )
+    told = _told(robot, encoder.model_copy(update={'seed': seed}), wheels, rolled_rad, drive.rolled.times_s, rng)
+    shifted = _integrated(ways_m, drive.rolled.separation_m).relative_to(
+        _integrated(drive.rolled.ways_m, drive.rolled.separation_m)
+    )
+    # A simulated drive's contacts slip a little: its wheels' way ends beside the true one.
+    true_end = drive.rolled.end.compose(shifted)
+    axle = Pose2D(robot.axle_x_m, 0.0, 0.0)
+    start = drive.start_in_map
+    true_base = start.compose(axle).compose(true_end).compose(axle.inverse())
+    told_base = start.compose(told)
+    return np.array(
+        [
+            told_base.x_m - true_base.x_m,
+            told_base.y_m - true_base.y_m,
+            wrap_angle(told_base.yaw_rad - true_base.yaw_rad),
+        ]
+    )
+
+
+def many_one_by_one(drive, robot, encoder, seeds):
+    """(n, 3) of each seed."""
+    return np.array([one_by_one(drive, robot, encoder, seed) for seed in seeds])
+
+
+def _wheels(sound: TrueWheels, errors: GeometryErrors) -> TrueWheels:
+    factors = 1.0 + np.array(errors)
+    return TrueWheels(*(np.array(sound) * factors).tolist())
+
+
+def _to_an_end(drive: RolledDrive, stop: StopSpread, rng) -> np.ndarray:
+    """The ways of a drive that ends a little farther or nearer, and turned a little more or less."""
+    travelled_m = np.cumsum(np.abs(np.diff(drive.ways_m, axis=0, prepend=0.0)).sum(axis=1, keepdims=True), axis=0)
+    done = travelled_m / travelled_m[-1]
+    ahead_m, turn_rad = rng.uniform(-1.0, 1.0, 2) * stop
+    half_m = 0.5 * drive.separation_m * turn_rad
+    return drive.ways_m + done * [ahead_m - half_m, ahead_m + half_m]
+
+
+def _told(robot, params, wheels, rolled_rad, times_s, rng) -> Pose2D:
+    encoder = ReportingEncoder(params)
+    known = {'ppr': params.ppr, 'encoder': params.encoder, 'motion_noise': 0.0}
+    odometry = WheelOdometry(robot.odometry.model_copy(update=known))
+    slipping = SlippingWheels(robot.errors, wheels[:2], rng)
+    phases = rng.uniform(0.0, 2.0 * math.pi, 2).tolist()
+    estimate = None
+    for index, angles_rad in enumerate(rolled_rad.tolist()):
+        turned = slipping.turned(tuple(angles_rad))
+        for sample in encoder.update(index * TICK_NS, JOINTS, (phases[0] + turned[0], phases[1] + turned[1])):
+            estimate = odometry.update(*sample) or estimate
+    return estimate.base_pose_in_odom
+
+
+def _integrated(ways_m: np.ndarray, separation_m: float) -> Pose2D:
+    pose = IDENTITY
+    for left_m, right_m in np.diff(ways_m[::5], axis=0).tolist():
+        pose = move_along_arc(pose, 0.5 * (left_m + right_m), (right_m - left_m) / separation_m)
+    return pose

@@ -1,0 +1,78 @@
+"""The three kinds of answers for odometry."""
+
+import math
+
+import pytest
+
+from diff_encoder_sim.advice import odometry_curve
+from diff_encoder_sim.advice.answers import Criterion, Kind
+from diff_encoder_sim.advice.drawn_robot import WheelCause
+from diff_encoder_sim.advice.drive_draws import DriveDraws
+from diff_encoder_sim.advice.limits import MOST_BY_ONE_CAUSE
+from diff_encoder_sim.advice.odometry_answer import odometry_answer
+from diff_encoder_sim.advice.odometry_budget import EDGES, MISSED
+from diff_encoder_sim.advice.odometry_curve import OdometryCurves
+from diff_encoder_sim.advice.requirement import Requirement
+from drawn_drives import encoder_of, line, robot_of
+from encoder_drives import RADIUS_M, SEPARATION_M
+
+LENGTH_M = 10.0
+REQUIRED = Requirement(0.8, 0.05, math.radians(3.0), 0.95)
+
+
+@pytest.fixture(autouse=True)
+def _fewer_draws(monkeypatch):
+    monkeypatch.setattr(odometry_curve, 'DRAWS', 300)
+    monkeypatch.setattr(odometry_curve, 'FINE_DRAWS', 1500)
+
+
+def answer_of(encoder=None, required=REQUIRED, **errors):
+    params = encoder_of(90, encoder)
+    drive = line(LENGTH_M, speed=10.0, acceleration=20.0)
+    return odometry_answer(OdometryCurves([DriveDraws(drive, robot_of(**errors), 1)], params), params, required)
+
+
+def test_from_so_many_counts_on():
+    answer = answer_of(slip_noise=1e-8)
+    assert (answer.criterion, answer.kind) == (Criterion.ODOMETRY, Kind.FROM)
+    assert answer.counts == pytest.approx(174.0, rel=0.1)
+    assert answer.interval[0] <= answer.counts <= answer.interval[1]
+
+
+def test_the_encoder_is_not_the_limit():
+    """A wheel that is 0.1 % larger is 125 mm off after 10 m; at half of the tolerance an encoder is found."""
+    answer = answer_of(left_radius_error=0.001)
+    (limit,) = answer.limits
+    assert (answer.kind, limit.cause) == (Kind.NOT_THE_LIMIT, WheelCause.RADIUS.value)
+    assert limit.error == pytest.approx(LENGTH_M**2 * 0.001 / (2.0 * SEPARATION_M), rel=0.01)
+    assert limit.reduced_to == pytest.approx(MOST_BY_ONE_CAUSE * REQUIRED.position_m)
+    assert answer.counts == pytest.approx(
+        answer_of(left_radius_error=0.001 * limit.reduced_to / limit.error).counts, rel=0.15
+    )
+
+
+def test_at_the_edge_it_is_undecided():
+    """Where 80 % of the robots have radii that are near enough, an encoder of endless resolution is 80 % right."""
+    reach = 1.2816
+    spread = REQUIRED.position_m * 2.0 * SEPARATION_M / (math.sqrt(2.0) * LENGTH_M**2 * reach)
+    answer = answer_of(radius_spread=spread, required=REQUIRED._replace(yaw_rad=1.0))
+    assert answer.kind is Kind.UNDECIDED
+    assert '0.8 of the draws' in answer.note
+
+
+def test_the_encoders_own_errors_may_be_the_limit():
+    """Of 1 % of the counts missed a line of 10 m is 100 mm short, with any number of them."""
+    answer = answer_of({'faults': {'missed': 0.01}})
+    (limit,) = answer.limits
+    assert (answer.kind, limit.cause) == (Kind.NOT_THE_LIMIT, MISSED)
+    assert limit.error == pytest.approx(0.1, rel=0.05)
+    assert answer.counts is not None
+
+
+def test_an_eccentric_encoder_may_be_the_limit():
+    """(S r A / L), as normal as two phases let it be."""
+    answer = answer_of({'eccentricity': 0.05}, REQUIRED._replace(yaw_rad=1.0))
+    (limit,) = answer.limits
+    assert (answer.kind, limit.cause) == (Kind.NOT_THE_LIMIT, EDGES)
+    assert limit.error == pytest.approx(1.2816 * LENGTH_M * RADIUS_M * 0.05 / SEPARATION_M, rel=0.1)
+    assert answer.counts is not None
