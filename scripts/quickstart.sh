@@ -21,8 +21,20 @@ main() {
   rosrun diff_encoder_sim campaign "${arguments[@]}" || die "the campaign did not come to its end (it ended with $?)"
   say "rosrun diff_encoder_sim analyze $folder"
   rosrun diff_encoder_sim analyze "$folder"
-  say "rosrun diff_encoder_sim advise --robot alto --no-trials --out $folder/advice"
-  rosrun diff_encoder_sim advise --robot alto --no-trials --out "$folder/advice"
+  say "rosrun diff_encoder_sim advise --robot $(robot) --no-trials --out $folder/advice"
+  rosrun diff_encoder_sim advise --robot "$(robot)" --no-trials --out "$folder/advice"
+}
+
+# The robot of the campaign: what --robot says, or alto.
+robot() {
+  local index
+  for index in "${!arguments[@]}"; do
+    case ${arguments[index]} in
+      --robot) echo "${arguments[index + 1]:-}"; return ;;
+      --robot=*) echo "${arguments[index]#--robot=}"; return ;;
+    esac
+  done
+  echo alto
 }
 
 # The folder of the results: what --out says, or a new one.

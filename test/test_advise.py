@@ -73,7 +73,7 @@ def test_the_same_command_again_runs_nothing(first):
 def test_another_tolerance_goes_on_with_the_same_trials_and_names_what_limits(first):
     folder, _ = first
     finer = answers(advise(*CANDIDATES, '--tolerance', '0.015', cwd=folder))
-    limit = 'the encoder is not the limit: stopping (20 of 15 mm across, SL); with stopping at 7.5 mm: '
+    limit = 'the encoder is not the limit: stopping makes 20 of 15 mm across in SL; if stopping made 7.5 mm: '
     assert finer['pose estimate at the goal'].startswith(limit)
 
 
@@ -92,8 +92,8 @@ def test_wheels_can_be_the_limit(tmp_path):
     (tmp_path / 'worn.yaml').write_text(f'{text}  simulator.wheel_errors.left_radius_error: 0.005\n')
     done = advise(*CANDIDATES, '--no-trials', '--robot', 'worn.yaml', cwd=tmp_path)
     found = answers(done)['odometry at the true pose']
-    assert found.startswith('the encoder is not the limit: wheel radius (')
-    assert 'across, SL); with wheel radius at 25 mm: from ' in found
+    assert found.startswith('the encoder is not the limit: wheel radius makes ')
+    assert 'across in SL; if wheel radius made 25 mm: from ' in found
 
 
 @pytest.mark.parametrize(
@@ -102,6 +102,12 @@ def test_wheels_can_be_the_limit(tmp_path):
         (['--trials', '0'], "given '0'; allowed: a whole number, 1 to 1000000"),
         (['--share', '80'], "given '80'; allowed: 0.01 to 0.999"),
         (['--tolerance', '0'], "given '0'; allowed: 1e-6 to 1000 [m]"),
+        (['--distance', '10'], '--distance: given 10, but trials drive the tests; allowed: --no-trials'),
+        (
+            ['--json', 'missing/advice.json'],
+            "--json: given 'missing/advice.json'; allowed: a file in a folder that exists",
+        ),
+        (['--out', __file__], 'a file; allowed: a folder, new or with results'),
         (['--distance', '0'], "given '0'; allowed: 0.1 to 1000 [m]"),
         (
             ['--candidates', 'nothing'],

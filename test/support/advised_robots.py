@@ -59,7 +59,7 @@ def advice_of(*drives, requirement=REQUIREMENT, draws=DRAWS, **wheel_errors):
         answers = {Criterion.ODOMETRY: odometry_answer(curves, params, requirement)}
     finally:
         odometry_curve.DRAWS, odometry_curve.FINE_DRAWS = kept
-    return Advice('alto', 90.0, requirement, curves, {'SL': 347.0}, answers, {}, {'coasting': STOP}, [], [])
+    return Advice('alto', 90.0, requirement, curves, {'SL': 347.0}, answers, {}, {}, [], [])
 
 
 @functools.lru_cache(maxsize=None)
@@ -74,7 +74,7 @@ def straight_advice():
 def whole_advice():
     """An advice with all that there can be."""
     tried = [
-        TriedEncoder('SL', label, float(label), dict.fromkeys(Criterion, TrialCounts(within, 17)), budget)
+        TriedEncoder('SL', label, float(label), dict.fromkeys(Criterion, TrialCounts(within, 17)), budget, 17)
         for label, within, budget in (('28', 12, None), ('40', 17, _truth_budget()))
     ]
     advice = with_budgets(straight_advice())
@@ -89,11 +89,12 @@ def whole_advice():
             'own of alto', '', 90.0, 90.0, Interval(0.1, 0.2), {**dict.fromkeys(Criterion), Criterion.ODOMETRY: False}
         ),
     ]
-    return advice._replace(tried=tried, answers=answers, encoders=encoders)
+    stopping = {'40': {'coasting': STOP}}
+    return advice._replace(tried=tried, answers=answers, encoders=encoders, stopping=stopping)
 
 
 def _truth_budget():
     rng = np.random.default_rng(1)
     stop, fix = rng.normal(0.0, 0.002, (17, 3)), rng.normal(0.001, 0.003, (17, 3))
-    ends = Ends(stop, fix, stop)
+    ends = Ends(np.arange(17), stop, fix, stop)
     return truth_budget(ends, ends, ends, {})

@@ -20,7 +20,8 @@ class TriedEncoder(NamedTuple):
     label: str
     counts: float  # per revolution of the wheel
     within: Dict[Criterion, TrialCounts]
-    truth: Optional[Budget]  # None where too few trials came to their goal
+    truth: Optional[Budget]  # of those that came to their goal with all encoders; None where they are too few
+    budgeted: int  # how many these are
 
 
 class Advice(NamedTuple):
@@ -33,6 +34,6 @@ class Advice(NamedTuple):
     closed_form: Dict[str, float]  # by test: from how many counts on, by quantisation alone
     answers: Dict[Criterion, Answer]
     budgets: Dict[str, Dict[float, Budget]]  # of odometry, by test and counts
-    stopping: Dict[str, StopSpread]  # at most, in closed form, by cause
+    stopping: Dict[str, Dict[str, StopSpread]]  # by encoder and cause: at most, in closed form
     tried: List[TriedEncoder]
     encoders: List[ListedEncoder]

@@ -31,7 +31,10 @@ def advice_json(advice: Advice) -> Dict[str, Any]:
             test: [{'ppr': counts, **_budget(budget)} for counts, budget in budgets.items()]
             for test, budgets in advice.budgets.items()
         },
-        'stopping': {cause: spread._asdict() for cause, spread in advice.stopping.items()},
+        'stopping': {
+            label: {cause: spread._asdict() for cause, spread in spreads.items()}
+            for label, spreads in advice.stopping.items()
+        },
         'trials': [_tried(tried) for tried in advice.tried],
         'encoders': [_encoder(encoder) for encoder in advice.encoders],
     }
@@ -86,6 +89,7 @@ def _tried(tried: TriedEncoder) -> Dict[str, Any]:
         'ppr': tried.counts,
         'within': {criterion.value: counts._asdict() for criterion, counts in tried.within.items()},
         'budget': tried.truth and _budget(tried.truth),
+        'budgeted': tried.budgeted,
     }
 
 

@@ -35,7 +35,7 @@ def advice_tables(advice: Advice) -> Iterator[AdviceTable]:
         yield _trials_table(advice)
     if advice.budgets:
         yield _budget_table(advice)
-    if advice.tried:
+    if advice.stopping:
         yield _stopping_table(advice)
     if advice.encoders:
         yield _encoder_table(advice)
@@ -63,7 +63,8 @@ def _budget_table(advice: Advice) -> AdviceTable:
     truth = advice.answers.get(Criterion.TRUTH)
     for tried in advice.tried:
         if tried.truth and truth and tried.label == truth.encoder:
-            rows += _budget_rows(f'{tried.test}: {Criterion.TRUTH.text}, {ppr_text(tried.label)}', tried.truth)
+            what = f'{tried.test}: {Criterion.TRUTH.text}, {ppr_text(tried.label)}, {tried.budgeted} trials'
+            rows += _budget_rows(what, tried.truth)
     return AdviceTable('Error budget: mean ± standard deviation', ['', 'cause', *UNITS], rows, 2, REST)
 
 
@@ -94,10 +95,12 @@ def _part_texts(part: Part) -> List[str]:
 
 def _stopping_table(advice: Advice) -> AdviceTable:
     rows = [
-        [cause, f'{1e3 * spread.position_m:.1f}', f'{np.degrees(spread.yaw_rad):.2f}']
-        for cause, spread in advice.stopping.items()
+        [ppr_text(label), cause, f'{1e3 * spread.position_m:.1f}', f'{np.degrees(spread.yaw_rad):.2f}']
+        for label, spreads in advice.stopping.items()
+        for cause, spread in spreads.items()
     ]
-    return AdviceTable('Stopping in closed form: at most', ['cause', 'position [mm]', 'heading [deg]'], rows, 1)
+    heads = ['encoder', 'cause', 'position [mm]', 'heading [deg]']
+    return AdviceTable('Stopping in closed form: at most', heads, rows, 2)
 
 
 def _encoder_table(advice: Advice) -> AdviceTable:

@@ -47,12 +47,12 @@ class Limit(NamedTuple):
     reduced_to: float  # the same error, if there were less of the cause
 
     def __str__(self) -> str:
-        return f'{self.cause} ({_of(self.error, self.tolerance, self.axis)} {AXES[self.axis]}, {self.test})'
+        return f'{self.cause} makes {_of(self.error, self.tolerance, self.axis)} {AXES[self.axis]} in {self.test}'
 
     @property
     def reduced(self) -> str:
         """Return the smaller error in words."""
-        return f'{self.cause} at {_in_words(self.reduced_to, self.axis)}'
+        return f'{self.cause} made {_in_words(self.reduced_to, self.axis)}'
 
 
 class Answer(NamedTuple):
@@ -66,6 +66,7 @@ class Answer(NamedTuple):
     limits: Sequence[Limit] = ()
     more_trials: Optional[int] = None  # of each test, that would decide: of `undecided`, or of the finest candidate
     undecided: str = ''  # label of the candidate below `encoder` of which nobody knows
+    given_up: str = ''  # which trials do not come to their goal, whatever the encoder
     note: str = ''
 
     def __str__(self) -> str:
@@ -100,10 +101,10 @@ class Answer(NamedTuple):
 
     def _limits(self) -> str:
         if not self.limits:
-            return 'several causes together are, none by itself'
+            return self.given_up or 'several causes together are, none by itself'
         less = ' and '.join(limit.reduced for limit in self.limits)
-        with_less = f'from {_counts(self.counts)} counts on' if self.counts else 'it would still not be met'
-        return f'{" and ".join(map(str, self.limits))}; with {less}: {with_less}'
+        with_less = f'from {_counts(self.counts)} counts on' if self.counts else 'still not'
+        return f'{" and ".join([*filter(None, [self.given_up]), *map(str, self.limits)])}; if {less}: {with_less}'
 
 
 def _counts(counts: Optional[float]) -> str:

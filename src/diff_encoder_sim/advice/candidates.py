@@ -38,9 +38,12 @@ def candidates_of(campaign: Campaign) -> List[Candidate]:
 
 
 def equivalent_counts(params: EncoderParams) -> float:
-    """Return how many counts an ideal encoder has whose readings have the variance of this one's."""
-    counts = params.counts_per_turn.left
-    return counts * math.sqrt(PULSE_VARIANCE / (PULSE_VARIANCE + params.encoder.pulse_variance(counts)))
+    """Return how many counts an ideal encoder has whose readings have the mean variance of both wheels'."""
+    left, right = (
+        counts * math.sqrt(PULSE_VARIANCE / (PULSE_VARIANCE + params.encoder.pulse_variance(counts)))
+        for counts in (params.counts_per_turn.left, params.counts_per_turn.right)
+    )
+    return left if left == right else math.sqrt(2.0 / (left**-2 + right**-2))
 
 
 def recommended(

@@ -24,11 +24,14 @@ class WheelCause(enum.Enum):
     RADIUS = 'wheel radius'
     SEPARATION = 'wheel separation'
     SLIP = 'wheel slip'
+    CONTACT = 'simulated contact'  # what wheels without errors slip on the simulated floor: of no real robot
 
 
 # How much of each cause there is: 1 is all of it, 0, which may be left out, none.
 Amounts = Mapping[WheelCause, float]
 ALL_CAUSES: Amounts = dict.fromkeys(WheelCause, 1.0)
+# Of a real robot.
+ROBOTS_CAUSES: Amounts = dict.fromkeys((WheelCause.RADIUS, WheelCause.SEPARATION, WheelCause.SLIP), 1.0)
 
 
 class DrawnWheels(NamedTuple):
@@ -64,6 +67,8 @@ class DrawnRobot(NamedTuple):
     def has(self, cause: WheelCause) -> bool:
         """Return whether a robot has an error."""
         errors, odometry, means = self.errors, self.odometry, self._mean_wheels()
+        if cause is WheelCause.CONTACT:
+            return True
         if cause is WheelCause.SLIP:
             return bool(errors.left_slip or errors.right_slip or errors.slip_noise)
         if cause is WheelCause.SEPARATION:

@@ -13,7 +13,7 @@ from typing import Iterator, List, Optional, Sequence, Tuple
 
 import numpy as np
 
-from diff_encoder_sim.advice.drawn_robot import ALL_CAUSES, Amounts, DrawnRobot, WheelCause
+from diff_encoder_sim.advice.drawn_robot import ROBOTS_CAUSES, Amounts, DrawnRobot, WheelCause
 from diff_encoder_sim.advice.error_free_drives import Drive
 from diff_encoder_sim.base.host_info import usable_cores
 from diff_encoder_sim.base.se2 import wrap_angles
@@ -47,7 +47,7 @@ class DriveDraws:
         self._ends = final_poses(*self._ways_m, drive.rolled.separation_m)
 
     def errors(
-        self, encoders: Sequence[Optional[EncoderParams]], draws: int, amounts: Amounts = ALL_CAUSES
+        self, encoders: Sequence[Optional[EncoderParams]], draws: int, amounts: Amounts = ROBOTS_CAUSES
     ) -> List[np.ndarray]:
         """Return the final errors of odometry with each encoder.
 
@@ -76,7 +76,9 @@ class DriveDraws:
         left_m, right_m = self._ways_m
         chosen = np.arange(first, first + draws) % ENDS
         turned = self._turned(left_m[chosen], right_m[chosen], first, amounts)
-        return [self._error(encoder, turned, self._ends[chosen], first) for encoder in encoders]
+        contact = amounts.get(WheelCause.CONTACT, 0.0) * self._contact_error()
+        truth = self._ends[chosen]
+        return [self._error(encoder, turned, truth, contact, first) for encoder in encoders]
 
     def _turned(
         self, left_m: np.ndarray, right_m: np.ndarray, first: int, amounts: Amounts
@@ -101,12 +103,17 @@ class DriveDraws:
         return turned[0], turned[1]
 
     def _error(
-        self, encoder: Optional[EncoderParams], turned: Tuple[np.ndarray, np.ndarray], truth: np.ndarray, first: int
+        self,
+        encoder: Optional[EncoderParams],
+        turned: Tuple[np.ndarray, np.ndarray],
+        truth: np.ndarray,
+        contact: np.ndarray,
+        first: int,
     ) -> np.ndarray:
         odometry, robot = self.robot.odometry, self.robot
         left_m, right_m = self._told_m(encoder, turned, first)
         told = base_poses(final_poses(left_m, right_m, odometry.wheel_separation), odometry.axle_x)
-        error = told - base_poses(truth, robot.axle_x_m) + self._physics_error()
+        error = told - base_poses(truth, robot.axle_x_m) + contact
         return _in_map(error, self.drive.start_in_map.yaw_rad)
 
     def _told_m(
@@ -133,7 +140,7 @@ class DriveDraws:
             told.append(counts * (2.0 * math.pi * assumed_m / counts_per_turn))
         return told[0], told[1]
 
-    def _physics_error(self) -> np.ndarray:
+    def _contact_error(self) -> np.ndarray:
         """Return (3,) how far wheels without errors are from the truth: what simulated contacts slip."""
         rolled = self.drive.rolled
         left_m, right_m = rolled.ways_m.T[:, np.newaxis]

@@ -20,20 +20,21 @@ def limits(alone: Mapping[str, Mapping[str, np.ndarray]], requirement: Requireme
         alone: by cause and test, (n, 3) errors by the axes of budgets that the cause makes by itself.
         requirement: whose share of the trials is looked at.
     """
-    found = [limit for cause, of_tests in alone.items() for limit in [_worst(cause, of_tests, requirement)]]
-    return sorted(
-        (limit for limit in found if limit.error > limit.reduced_to), key=lambda limit: -limit.error / limit.tolerance
-    )
+    worst = [limit for cause, of_tests in alone.items() for limit in _worst(cause, of_tests, requirement)]
+    found = [limit for limit in worst if limit.error > limit.reduced_to]
+    return sorted(found, key=lambda limit: -limit.error / limit.tolerance)
 
 
-def _worst(cause: str, of_tests: Mapping[str, np.ndarray], requirement: Requirement) -> Limit:
+def _worst(cause: str, of_tests: Mapping[str, np.ndarray], requirement: Requirement) -> List[Limit]:
+    """Return where a cause takes most; nothing where there are no errors."""
     every = [
         Limit(
             cause, test, axis, float(error), float(tolerance), min(float(error), MOST_BY_ONE_CAUSE * float(tolerance))
         )
         for test, errors in of_tests.items()
+        if len(errors)
         for axis, (error, tolerance) in enumerate(
             zip(np.quantile(np.abs(errors), requirement.share, axis=0), requirement.tolerances)
         )
     ]
-    return max(every, key=lambda limit: limit.error / limit.tolerance)
+    return sorted(every, key=lambda limit: -limit.error / limit.tolerance)[:1]

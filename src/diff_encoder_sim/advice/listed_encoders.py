@@ -11,6 +11,7 @@ from diff_encoder_sim.advice.drive_draws import DriveDraws
 from diff_encoder_sim.advice.odometry_curve import share_within
 from diff_encoder_sim.advice.requirement import Requirement
 from diff_encoder_sim.encoders.encoder_catalogue import WHOLE_CATALOGUE, load_encoders
+from diff_encoder_sim.encoders.encoder_model import NO_FAULTS
 from diff_encoder_sim.encoders.pulses import PerWheel
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 from diff_encoder_sim.evaluation.sample_statistics import Interval
@@ -44,9 +45,14 @@ def listed_encoders(
         like = equivalent_counts(params)
         meets = {Criterion.ODOMETRY: _met(share, requirement)}
         for criterion in (Criterion.POSE_ESTIMATE, Criterion.TRUTH):
-            meets[criterion] = _by_counts(like, answers.get(criterion))
+            meets[criterion] = None if _loses_counts(params) else _by_counts(like, answers.get(criterion))
         found.append(ListedEncoder(name, price, params.counts_per_turn.left, like, share, meets))
     return sorted(found, key=lambda encoder: (encoder.counts, encoder.name))
+
+
+def _loses_counts(params: EncoderParams) -> bool:
+    """Return whether an encoder has faults, of which the variance of a reading knows nothing."""
+    return params.encoder.faults.model_copy(update={'max_count_rate': 0.0}) != NO_FAULTS
 
 
 def _known(config_folder: Path) -> Iterator[Tuple[str, str, EncoderParams]]:

@@ -7,7 +7,7 @@ from typing import Dict, List, Mapping, Sequence
 import numpy as np
 
 from diff_encoder_sim.advice.answers import Answer, Criterion, Kind, Limit
-from diff_encoder_sim.advice.drawn_robot import WheelCause
+from diff_encoder_sim.advice.drawn_robot import ROBOTS_CAUSES
 from diff_encoder_sim.advice.drive_draws import DriveDraws
 from diff_encoder_sim.advice.limits import limits
 from diff_encoder_sim.advice.odometry_budget import EDGES, MISSED, encoder_errors, wheel_errors
@@ -34,7 +34,7 @@ def odometry_answer(curves: OdometryCurves, params: EncoderParams, requirement: 
     tests = [curve.draws for curve in curves.curves]
     found = _limits(tests, finest, requirement)
     amounts = {limit.cause: limit.reduced_to / limit.error for limit in found}
-    of_wheels = {cause: amounts.get(cause.value, 1.0) for cause in WheelCause}
+    of_wheels = {cause: amounts.get(cause.value, amount) for cause, amount in ROBOTS_CAUSES.items()}
     with_less = OdometryCurves(tests, _with_less(params, amounts), of_wheels).smallest(requirement)
     return Answer(Criterion.ODOMETRY, Kind.NOT_THE_LIMIT, with_less and with_less.counts, limits=found)
 
@@ -43,7 +43,7 @@ def _limits(tests: Sequence[DriveDraws], finest: EncoderParams, requirement: Req
     """Return what is too large, of the wheels and of the encoder itself, however many counts it has."""
     alone: Dict[str, Dict[str, np.ndarray]] = {}
     for draws in tests:
-        of_wheels = {cause.value: errors for cause, errors in wheel_errors(draws).items()}
+        of_wheels = {cause.value: errors for cause, errors in wheel_errors(draws).items() if cause in ROBOTS_CAUSES}
         for cause, errors in {**of_wheels, **encoder_errors(draws, finest)}.items():
             alone.setdefault(cause, {})[draws.drive.test] = errors
     return limits(alone, requirement)

@@ -13,7 +13,7 @@ from diff_encoder_sim.advice.requirement import along_goal
 from diff_encoder_sim.encoders.encoder_model import IDEAL_ENCODER, NO_FAULTS, EncoderModel
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 
-QUANTISATION, EDGES, MISSED, CONTACT = 'quantisation', 'edge errors', 'missed counts', 'simulated contact'
+QUANTISATION, EDGES, MISSED = 'quantisation', 'edge errors', 'missed counts'
 
 DRAWS = 1000
 
@@ -32,7 +32,7 @@ def odometry_budgets(draws: DriveDraws, encoders: Sequence[EncoderParams]) -> Li
     bare, *errors = _errors(draws, [None, *of_encoders], {})
     ideal, sound, faulty = errors[:count], errors[count : 2 * count], errors[2 * count :]
     found = _errors(draws, encoders, ALL_CAUSES)
-    others = {**wheel_parts(draws), CONTACT: part_of(bare)}
+    others = wheel_parts(draws)
     return [
         Budget({**_encoder_parts(encoder, bare, *of_encoder), **others}, part_of(total))
         for encoder, *of_encoder, total in zip(encoders, ideal, sound, faulty, found)

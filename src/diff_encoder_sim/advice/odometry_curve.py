@@ -7,7 +7,7 @@ from typing import Callable, Dict, List, NamedTuple, Optional, Sequence
 
 import numpy as np
 
-from diff_encoder_sim.advice.drawn_robot import ALL_CAUSES, Amounts
+from diff_encoder_sim.advice.drawn_robot import ROBOTS_CAUSES, Amounts
 from diff_encoder_sim.advice.drive_draws import DriveDraws
 from diff_encoder_sim.advice.evidence import TrialCounts, monotone_fractions
 from diff_encoder_sim.advice.requirement import Requirement
@@ -45,7 +45,7 @@ class SmallestCounts(NamedTuple):
 class OdometryCurves:
     """The curves of a robot's tests."""
 
-    def __init__(self, tests: Sequence[DriveDraws], params: EncoderParams, amounts: Amounts = ALL_CAUSES) -> None:
+    def __init__(self, tests: Sequence[DriveDraws], params: EncoderParams, amounts: Amounts = ROBOTS_CAUSES) -> None:
         """Draw them.
 
         Args:

@@ -20,7 +20,6 @@ from diff_encoder_sim.analysis.dataset import RobotGeometry
 from diff_encoder_sim.campaign.campaign_definition import Campaign, TrialJob
 from diff_encoder_sim.encoders.encoder_model import IDEAL_ENCODER
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
-from diff_encoder_sim.lockstep.stopping import parts_with
 from diff_encoder_sim.robots.robot_source import RobotSource
 from diff_encoder_sim.trials.trial_definition import TrialPlan
 
@@ -55,7 +54,7 @@ def study_odometry(campaign: Campaign, requirement: Requirement, distance_m: Opt
         {drive.test: closed_form_counts(drive.requested, geometry, requirement) for drive in drives},
         {Criterion.ODOMETRY: answer._replace(encoder=chosen.label if chosen else '')},
         {},
-        parts_with(first.robot_params, first.ppr),
+        {},
         [],
         [],
     )

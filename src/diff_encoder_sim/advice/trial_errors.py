@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from typing import Dict, List, Mapping, NamedTuple, Sequence
 
 import numpy as np
@@ -23,6 +24,7 @@ SOURCES = {Criterion.POSE_ESTIMATE: PoseSource.GLOBAL, Criterion.TRUTH: PoseSour
 class Ends(NamedTuple):
     """Where trials that came to their goal ended, (n, 3) by the axes of budgets."""
 
+    numbers: np.ndarray  # (n,) of the trials
     stopping: np.ndarray  # pose estimate minus goal
     localization: np.ndarray  # true pose minus pose estimate
     odometry: np.ndarray  # odometry minus true pose
@@ -31,6 +33,17 @@ class Ends(NamedTuple):
     def truth(self) -> np.ndarray:
         """Return the true pose minus the goal."""
         return _wrapped(self.stopping + self.localization)
+
+    def only(self, numbers: np.ndarray) -> Ends:
+        """Return those of some trials."""
+        is_one = np.isin(self.numbers, numbers)
+        return Ends(*(part[is_one] for part in self))
+
+
+def paired(every: Sequence[Ends]) -> List[Ends]:
+    """Return the ends of the trials that all of these have."""
+    common = functools.reduce(np.intersect1d, (ends.numbers for ends in every))
+    return [ends.only(common) for ends in every]
 
 
 def is_within(trial: TrialData, criterion: Criterion, requirement: Requirement) -> bool:
@@ -49,21 +62,23 @@ def ends_of(trials: Sequence[TrialData], goal_in_map: Pose2D) -> Ends:
     """Return where the trials ended that came to their goal."""
     sources = PoseSource.GLOBAL, PoseSource.WORLD, PoseSource.ODOM
     found: List[List[Pose2D]] = []
-    for trial in trials:
+    numbers: List[int] = []
+    for trial in sorted(trials, key=lambda trial: trial.trial):
         errors = [trial.errors.get(source) for source in sources]
         if trial.outcome is Outcome.SUCCEEDED and None not in errors:
             found.append([error for error in errors if error is not None])
+            numbers.append(trial.trial)
     estimate, truth, odometry = np.array(found, dtype=float).reshape(-1, 3, 3).transpose(1, 0, 2)
     parts = estimate, truth - estimate, odometry - truth
-    return Ends(*(along_goal(_wrapped(part), goal_in_map) for part in parts))
+    return Ends(np.array(numbers, dtype=int), *(along_goal(_wrapped(part), goal_in_map) for part in parts))
 
 
 def truth_budget(ends: Ends, of_finest: Ends, sound: Ends, without: Mapping[str, Ends]) -> Budget:
     """Return what adds up to the true pose's error at the goal.
 
     Args:
-        ends: with an encoder.
-        of_finest: of the same trials with the finest encoder: what the encoder adds to that.
+        ends: with an encoder; all of the same trials.
+        of_finest: with the finest encoder: what the encoder adds to that.
         sound: with the finest encoder, and without the causes that are switched off.
         without: as `ends`, without one cause each.
     """

@@ -66,6 +66,7 @@ def main(arguments: Optional[Sequence[str]] = None, run: RunTrial = run_trial) -
 def _advise(options: argparse.Namespace, run: RunTrial) -> None:
     began_s = time.monotonic()
     _check_trials(options)
+    _check_outputs(options)
     requirement = Requirement(options.share, options.tolerance, math.radians(options.yaw_tolerance), options.confidence)
     campaign = with_checks('advise', _candidates(options), options.unchecked)
     name_campaigns_encoders(as_called('advise'), campaign)
@@ -98,6 +99,18 @@ def _finish(advice: Advice, campaign: Campaign, options: argparse.Namespace) -> 
         print(f'JSON: {options.json}')
 
 
+def _check_outputs(options: argparse.Namespace) -> None:
+    """Check, before minutes are spent, that the files can be written.
+
+    Raises:
+        ConfigError: a folder is missing, or a file in the way.
+    """
+    if options.out.exists() and not options.out.is_dir():
+        raise ConfigError(f'--out: given {str(options.out)!r}, a file; allowed: a folder, new or with results')
+    if options.json and (options.json.is_dir() or not options.json.parent.is_dir()):
+        raise ConfigError(f'--json: given {str(options.json)!r}; allowed: a file in a folder that exists')
+
+
 def _check_trials(options: argparse.Namespace) -> None:
     """Choose the most trials, where none are given.
 
@@ -108,6 +121,8 @@ def _check_trials(options: argparse.Namespace) -> None:
     fewest = fewest_trials(asked)
     if options.trials is None:
         options.trials = (looks(options.share, asked.doubt, FORGIVEN * fewest) or (fewest,))[:FORGIVEN][-1]
+    if options.has_trials and options.distance is not None:
+        raise ConfigError(f'--distance: given {options.distance:g}, but trials drive the tests; allowed: --no-trials')
     if options.has_trials and options.trials < fewest:
         raise ConfigError(
             f'--trials: given {options.trials}; allowed: from {fewest}, as fewer cannot show that '

@@ -20,7 +20,7 @@ def test_budgets_are_of_the_answers_encoders_and_end_with_what_was_found():
     table = tables()['Error budget: mean ± standard deviation']
     titles = [row[0] for row in table.rows if row[0]]
     counts = shown_counts(whole_advice(), list(whole_advice().budgets['SL']))
-    assert titles == [f'SL: odometry at the true pose, {counts:g} PPR', 'SL: true pose at the goal, 40 PPR']
+    assert titles == [f'SL: odometry at the true pose, {counts:g} PPR', 'SL: true pose at the goal, 40 PPR, 17 trials']
     assert abs(counts - 347.0) < 15.0
     causes = [row[1] for row in table.rows]
     assert causes == [

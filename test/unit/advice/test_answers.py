@@ -26,20 +26,24 @@ TURN = Limit('localization', 'SMT', 2, math.radians(4.0), math.radians(3.0), mat
         (
             Answer(Criterion.ODOMETRY, Kind.NOT_THE_LIMIT, 512.0, limits=[RADIUS]),
             (
-                'the encoder is not the limit: wheel radius (47 of 50 mm across, SL); '
-                'with wheel radius at 25 mm: from 512 counts on'
+                'the encoder is not the limit: wheel radius makes 47 of 50 mm across in SL; '
+                'if wheel radius made 25 mm: from 512 counts on'
             ),
         ),
         (
             Answer(Criterion.TRUTH, Kind.NOT_THE_LIMIT, limits=[TURN]),
             (
-                'the encoder is not the limit: localization (4 of 3 degrees heading, SMT); '
-                'with localization at 1.5 degrees: it would still not be met'
+                'the encoder is not the limit: localization makes 4 of 3 degrees heading in SMT; '
+                'if localization made 1.5 degrees: still not'
             ),
         ),
         (
             Answer(Criterion.TRUTH, Kind.UNDECIDED, more_trials=30),
             'undecided, about 30 more trials of each test would decide',
+        ),
+        (
+            Answer(Criterion.TRUTH, Kind.NOT_THE_LIMIT, given_up='9 of 17 trials of SL do not come to the goal (lost)'),
+            'the encoder is not the limit: 9 of 17 trials of SL do not come to the goal (lost)',
         ),
         (Answer(Criterion.TRUTH, Kind.UNDECIDED), 'undecided'),
     ],

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from diff_encoder_sim.advice.drawn_robot import ALL_CAUSES, WheelCause, drawn_robot
+from diff_encoder_sim.advice.drawn_robot import ALL_CAUSES, ROBOTS_CAUSES, WheelCause, drawn_robot
 from diff_encoder_sim.lockstep.robot_params import load_robot_params
 from diff_encoder_sim.robots.robot_source import RobotSource
 from diff_encoder_sim.simulation.wheel_errors import WheelErrorParams
@@ -63,10 +63,10 @@ def test_without_a_cause_wheels_are_as_odometry_assumes_them():
     ],
 )
 def test_errors_have_their_cause(errors, causes):
-    assert [cause for cause in WheelCause if robot_of(**errors).has(cause)] == causes
+    assert [cause for cause in ROBOTS_CAUSES if robot_of(**errors).has(cause)] == causes
 
 
 def test_odometry_may_be_what_is_wrong():
     robot = robot_of()
     narrower = robot._replace(odometry=robot.odometry.model_copy(update={'wheel_separation': 0.39}))
-    assert [cause for cause in WheelCause if narrower.has(cause)] == [WheelCause.SEPARATION]
+    assert [cause for cause in ROBOTS_CAUSES if narrower.has(cause)] == [WheelCause.SEPARATION]

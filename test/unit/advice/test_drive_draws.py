@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.advice import drive_draws
-from diff_encoder_sim.advice.drawn_robot import WheelCause
+from diff_encoder_sim.advice.drawn_robot import ALL_CAUSES, WheelCause
 from diff_encoder_sim.advice.drive_draws import DriveDraws
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.navigation.stop_spread import StopSpread
@@ -126,10 +126,12 @@ def test_errors_are_in_the_axes_of_the_map():
     assert to_the_left == pytest.approx([-ahead[1], ahead[0], ahead[2]])
 
 
-def test_what_simulated_contacts_slip_is_part_of_it():
+def test_what_simulated_contacts_slip_is_left_out_unless_it_is_asked_for():
     drive = line()
     drive = drive._replace(rolled=drive.rolled._replace(end=Pose2D(LINE_M - 0.002, 0.001, 0.0003)))
-    assert errors_of(drive, robot_of(), None, 1)[0] == pytest.approx([0.002, -0.001, -0.0003])
+    assert errors_of(drive, robot_of(), None, 1)[0] == pytest.approx(np.zeros(3), abs=1e-12)
+    with_contact = errors_of(drive, robot_of(), None, 1, amounts=ALL_CAUSES)[0]
+    assert with_contact == pytest.approx([0.002, -0.001, -0.0003])
 
 
 def test_the_axle_ahead_of_the_base_swings_in_turns():

@@ -7,7 +7,7 @@ import pytest
 
 from diff_encoder_sim.advice.drawn_robot import WheelCause
 from diff_encoder_sim.advice.drive_draws import DriveDraws
-from diff_encoder_sim.advice.odometry_budget import CONTACT, EDGES, MISSED, QUANTISATION, odometry_budgets, wheel_errors
+from diff_encoder_sim.advice.odometry_budget import EDGES, MISSED, QUANTISATION, odometry_budgets, wheel_errors
 from diff_encoder_sim.base.se2 import Pose2D
 from drawn_drives import LINE_M, encoder_of, line, robot_of, rolled
 from encoder_drives import SEPARATION_M, m_per_pulse
@@ -59,13 +59,13 @@ def test_a_separation_that_is_off_turns_too_far():
 
 
 def test_what_there_is_none_of_is_left_out():
-    assert list(budget_of().parts) == [QUANTISATION, CONTACT]
+    assert list(budget_of().parts) == [QUANTISATION, WheelCause.CONTACT.value]
 
 
 def test_contact_is_the_simulators():
     drive = line(**FAST)
     slipped = drive._replace(rolled=drive.rolled._replace(end=Pose2D(LINE_M, 0.001, 0.0)))
-    part = budget_of(drive=slipped, slip_noise=1e-6).parts[CONTACT]
+    part = budget_of(drive=slipped, slip_noise=1e-6).parts[WheelCause.CONTACT.value]
     assert part.bias == pytest.approx([0.0, -0.001, 0.0], abs=1e-9)
     assert part.variance == pytest.approx(0.0, abs=1e-12)
 

@@ -13,6 +13,7 @@ from diff_encoder_sim.base.paths import package_folder
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.campaign.campaign_loading import load_campaign
 from diff_encoder_sim.trials.pose_source import PoseSource
+from diff_encoder_sim.trials.trial_outcome import Outcome
 from synthetic_trials import trial_data
 
 PPR = [20.0, 28.0, 40.0, 60.0, 90.0, 180.0, 256.0, 360.0, 512.0, 4096.0]
@@ -72,13 +73,33 @@ def test_a_map_that_is_wrong_is_named_as_the_limit_with_what_would_do(campaign):
     (limit,) = answer.limits
     assert (limit.cause, limit.test, limit.axis) == ('localization', 'SL', 1)
     assert limit.error == pytest.approx(0.06, abs=0.005)
-    assert str(answer).startswith('the encoder is not the limit: localization (')
+    assert str(answer).startswith('the encoder is not the limit: localization makes ')
     assert answer.counts is not None and answer.encoder
 
 
 def test_a_stop_that_is_too_wide_limits_the_pose_estimate(campaign):
     answer = study(campaign, Trials(stop_m=0.1)).answers[Criterion.POSE_ESTIMATE]
     assert answer.kind is Kind.NOT_THE_LIMIT and answer.limits[0].cause == 'stopping'
+
+
+@pytest.mark.parametrize('every', [1, 2])
+def test_trials_that_do_not_come_to_the_goal_are_what_limits(campaign, every):
+    class Failing(Trials):
+        def _trial(self, label, number):
+            trial = super()._trial(label, number)
+            return trial if number % every else trial._replace(outcome=Outcome.COLLISION, reason='touches wall')
+
+    answer = study(campaign, Failing()).answers[Criterion.TRUTH]
+    assert answer.kind is Kind.NOT_THE_LIMIT and answer.limits == []
+    assert 'trials of SL do not come to the goal (collision: touches wall)' in str(answer)
+
+
+def test_equal_encoders_add_nothing_however_many_trials_they_have(campaign):
+    found = study(campaign, Trials(encoder_m=0.0))
+    budgets = [tried.truth for tried in found.tried if tried.truth]
+    assert len(budgets) > 1
+    for budget in budgets:
+        assert budget.parts['encoder'].bias.tolist() == budget.parts['encoder'].variance.tolist() == [0.0] * 3
 
 
 def test_too_few_trials_leave_it_undecided_and_say_how_many_more(campaign):
