@@ -6,12 +6,12 @@ trial.launch calls it before any node starts, so that a wrong argument ends the 
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import time
 from pathlib import Path
 from typing import Optional, Sequence, Union
 
+import yaml
 from pydantic import Field
 
 from diff_encoder_sim.base.bounded_numbers import Seed
@@ -57,7 +57,8 @@ def main(arguments: Optional[Sequence[str]] = None) -> None:
 
 
 def _print(plan_of_trial: LivePlan) -> None:
-    print(json.dumps(for_xml_rpc(plan_of_trial.model_dump(mode='json', exclude_none=True))))
+    # Not as JSON: of 1e-06 YAML reads a text.
+    print(yaml.safe_dump(for_xml_rpc(plan_of_trial.model_dump(mode='json', exclude_none=True)), sort_keys=False))
 
 
 def plan(options: argparse.Namespace) -> LivePlan:

@@ -10,6 +10,7 @@ import importlib
 import pytest
 from test_cli_command_lines import TOOLS
 
+from advised_robots import straight_advice
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.cli import candidate_trials, launched_robot, robot_checks
 from places import ROOT, WORLDS
@@ -72,7 +73,7 @@ def arguments_of(name, monkeypatch):
 
 @pytest.fixture
 def quick_loading(monkeypatch):
-    """No trial is run, and equal campaigns and robots are loaded and checked once."""
+    """No trial is run, no odometry drawn, and equal campaigns and robots are loaded and checked once."""
 
     def workers(*_):
         raise ConfigError('would run')
@@ -81,6 +82,7 @@ def quick_loading(monkeypatch):
         monkeypatch.setattr(runs_trials, 'workers', workers)
     for name in ('advise', 'campaign'):
         monkeypatch.setattr(module_of(name), 'load_campaign', once(module_of(name).load_campaign))
+    monkeypatch.setattr(module_of('advise'), 'study_odometry', lambda *_: straight_advice())
     monkeypatch.setattr(robot_checks, 'check_robot', once(robot_checks.check_robot))
     monkeypatch.setattr(launched_robot, 'load_robot', once(launched_robot.load_robot))
 

@@ -4,9 +4,11 @@ import math
 from pathlib import Path
 
 import pytest
+import yaml
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.cli import trial_spec
+from diff_encoder_sim.trials.trial_definition import LivePlan
 
 
 def plan(*arguments):
@@ -131,3 +133,12 @@ def test_each_rate_is_the_one_in_its_file(tmp_path):
 def test_ideal_odometry_comes_with_the_states_whatever_the_encoder(tmp_path):
     (tmp_path / 'config.yaml').write_text('rate: 50\n')
     assert plan('--odom', 'ideal', '--config', str(tmp_path / 'config.yaml')).report_rate == 20.0
+
+
+def test_what_it_prints_is_read_by_roslaunch_as_it_was(capsys):
+    """Of another simulator's wheels motion_noise is 1e-6, which YAML takes for a text unless it has a point."""
+    arguments = ['--bag', 'none', '--test', 'SL', '--sim', 'gazebo']
+    trial_spec.main(arguments)
+    printed = yaml.safe_load(capsys.readouterr().out)
+    assert printed['trial']['motion_noise'] == 1e-6
+    assert LivePlan.from_mapping(printed, '/trial') == trial_spec.plan(trial_spec.parse(arguments))

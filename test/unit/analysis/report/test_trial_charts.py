@@ -15,6 +15,7 @@ def charts(html):
 
 def options(html, name):
     legend = {'setup': 'Test', 'encoders': 'Encoder', 'sources': 'Pose'}[name]
+    html = str(html)  # a Markup escapes what it is asked for
     field = html[html.index(f'<legend>{legend}</legend>') :].partition('</fieldset>')[0]
     return re.findall(r'(?:</span>|">| checked>)([^<>]+)</label>', field)
 
