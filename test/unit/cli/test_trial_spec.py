@@ -9,6 +9,7 @@ import yaml
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.cli import trial_spec
 from diff_encoder_sim.trials.trial_definition import LivePlan
+from places import ROOT
 
 
 def plan(*arguments):
@@ -135,10 +136,13 @@ def test_ideal_odometry_comes_with_the_states_whatever_the_encoder(tmp_path):
     assert plan('--odom', 'ideal', '--config', str(tmp_path / 'config.yaml')).report_rate == 20.0
 
 
-def test_what_it_prints_is_read_by_roslaunch_as_it_was(capsys):
-    """Of another simulator's wheels motion_noise is 1e-6, which YAML takes for a text unless it has a point."""
-    arguments = ['--bag', 'none', '--test', 'SL', '--sim', 'gazebo']
+def test_what_it_prints_is_read_by_roslaunch_as_it_was(tmp_path, capsys):
+    """Of 2.7e-08 YAML 1.1 makes a text, unless it has a point."""
+    slipping = (ROOT / 'config' / 'robots' / 'alto.yaml').read_text()
+    slipping = slipping.replace('../../urdf/', f'{ROOT}/urdf/')
+    (tmp_path / 'slipping.yaml').write_text(f'{slipping}  simulator.wheel_errors.slip_noise: 2.0e-8\n')
+    arguments = ['--bag', 'none', '--test', 'SL', '--unchecked', 'true', '--robot', str(tmp_path / 'slipping.yaml')]
     trial_spec.main(arguments)
     printed = yaml.safe_load(capsys.readouterr().out)
-    assert printed['trial']['motion_noise'] == 1e-6
+    assert printed['trial']['motion_noise'] == 2e-8
     assert LivePlan.from_mapping(printed, '/trial') == trial_spec.plan(trial_spec.parse(arguments))
