@@ -47,7 +47,7 @@ def test_odometry_is_answered_first_and_then_what_trials_show(first):
     assert 'advise: first answer after' in done.stderr
     found = answers(done)
     assert found['true pose at the goal'] == 'from 90 counts per revolution on; 40 are not enough'
-    assert found['pose estimate at the goal'] == 'from 40 counts per revolution on'
+    assert found['pose estimate at the goal'] == 'from 40 counts per revolution on, the coarsest candidate'
     assert 'Error budget' in done.stdout and 'Encoders on these wheels' in done.stdout
     assert "The robot's own encoder has 90 PPR." in done.stdout
 

@@ -9,6 +9,7 @@ import jinja2
 from diff_encoder_sim.advice.advice import Advice
 from diff_encoder_sim.advice.advice_charts import advice_charts
 from diff_encoder_sim.advice.advice_tables import advice_tables
+from diff_encoder_sim.advice.advice_text import closed_form_text
 from diff_encoder_sim.analysis import report
 from diff_encoder_sim.base.atomic_files import write_file
 
@@ -22,7 +23,11 @@ def write_page(advice: Advice, path: Path) -> None:
         OSError: it cannot be written.
     """
     page = _template().render(
-        advice=advice, scope=_scope(advice), charts=advice_charts(advice), tables=list(advice_tables(advice))
+        advice=advice,
+        scope=_scope(advice),
+        closed_form=closed_form_text(advice),
+        charts=advice_charts(advice),
+        tables=list(advice_tables(advice)),
     )
     write_file(path, page.encode('utf-8'))
 

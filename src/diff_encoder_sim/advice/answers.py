@@ -82,7 +82,7 @@ class Answer(NamedTuple):
     def _interval(self) -> str:
         low, high = self.interval
         if low is None:
-            return ''
+            return '' if self.undecided else ', the coarsest candidate'
         if self.encoder == _counts(self.counts):
             return f'; {_counts(low)} are not enough'
         return f' (between {_counts(low)} and {_counts(high)})' if low != high else ''

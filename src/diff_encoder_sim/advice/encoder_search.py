@@ -42,9 +42,9 @@ class EncoderSearch(Generic[Q]):
         self._trials = RankTrials(run)
 
     def answers(self, guesses: Mapping[Q, int]) -> Dict[Q, RankAnswer]:
-        """RankAnswer each question, given a first guess of its lowest sufficient rank.
+        """Answer each question, given a first guess of its lowest sufficient rank.
 
-        In the end the rank of each answer and those beside it have trials of equal numbers.
+        In the end the ranks beside that of each answer have trials, too, paired with its own.
         """
         judges = {question: RankJudge(self._trials, question, self._asked) for question in guesses}
         before = -1
@@ -97,7 +97,7 @@ class EncoderSearch(Generic[Q]):
 
     def _run_beside(self, rank: Optional[int]) -> None:
         if rank is not None:
-            first = fewest_trials(self._asked)
+            some = (fewest_trials(self._asked) + 1) // 2
             for beside in (rank - 1, rank + 1):
                 if 0 <= beside <= self._top:
-                    self._trials.run(beside, first)
+                    self._trials.run(beside, some)

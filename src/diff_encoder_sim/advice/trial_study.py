@@ -37,7 +37,7 @@ from diff_encoder_sim.navigation.stop_spread import StopSpread
 from diff_encoder_sim.trials.trial_outcome import Outcome
 
 # So many trials of each test compare the curve of odometry with closed-loop trials: at its encoder and those beside it.
-CONFIRMING = 8
+CONFIRMING = 6
 
 # The draws that trials are compared with, and how often they seem to disagree where they do not, at most.
 DRAWS, FALSE_ALARM = 2000, 0.01

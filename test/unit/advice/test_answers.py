@@ -22,7 +22,10 @@ TURN = Limit('localization', 'SMT', 2, math.radians(4.0), math.radians(3.0), mat
                 '28 PPR undecided, about 70 more trials of each test would decide'
             ),
         ),
-        (Answer(Criterion.POSE_ESTIMATE, Kind.FROM, 20.0, (None, 20.0), '20'), 'from 20 counts per revolution on'),
+        (
+            Answer(Criterion.POSE_ESTIMATE, Kind.FROM, 20.0, (None, 20.0), '20'),
+            'from 20 counts per revolution on, the coarsest candidate',
+        ),
         (
             Answer(Criterion.ODOMETRY, Kind.NOT_THE_LIMIT, 512.0, limits=[RADIUS]),
             (
