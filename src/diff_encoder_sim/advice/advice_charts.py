@@ -27,6 +27,7 @@ _COUNTS: Spec = {
     'type': 'quantitative',
     'scale': {'type': 'log', 'domain': [FEWEST_COUNTS, MOST_COUNTS], 'nice': False},
     'title': 'counts per revolution',
+    'axis': {'values': [10, 30, 100, 300, 1000, 3000, 10000, 30000], 'format': 'd', 'labelOverlap': True},
 }
 _BELOW = {'orient': 'bottom', 'columns': 1}
 _SHARE: Spec = {

@@ -10,16 +10,10 @@ from diff_encoder_sim.advice.answers import Answer, Criterion, Kind, Limit
 from diff_encoder_sim.advice.drawn_robot import ROBOTS_CAUSES
 from diff_encoder_sim.advice.drive_draws import DriveDraws
 from diff_encoder_sim.advice.limits import limits
-from diff_encoder_sim.advice.odometry_budget import EDGES, MISSED, encoder_errors, wheel_errors
+from diff_encoder_sim.advice.odometry_budget import EDGES, MISSED, SENSOR_ERRORS, encoder_errors, wheel_errors
 from diff_encoder_sim.advice.odometry_curve import MOST_COUNTS, OdometryCurves
 from diff_encoder_sim.advice.requirement import Requirement
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
-
-# What a better sensor or gear has less of.
-SENSOR_ERRORS = (
-    *('edge_error', 'sensor_error', 'eccentricity', 'first_harmonic', 'second_harmonic'),
-    *('noise', 'hysteresis', 'backlash'),
-)
 
 
 def odometry_answer(curves: OdometryCurves, params: EncoderParams, requirement: Requirement) -> Answer:

@@ -15,6 +15,13 @@ from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 
 QUANTISATION, EDGES, MISSED = 'quantisation', 'edge errors', 'missed counts'
 
+# The keys of an encoder that make EDGES, in proportion to their values; with those of uneven lines, all of them.
+SENSOR_ERRORS = (
+    *('edge_error', 'sensor_error', 'eccentricity', 'first_harmonic', 'second_harmonic'),
+    *('noise', 'hysteresis', 'backlash'),
+)
+UNEVEN_LINES = ('duty_cycle', 'phase_error')
+
 DRAWS = 1000
 
 

@@ -24,7 +24,7 @@ from diff_encoder_sim.robots.robot_source import RobotSource
 from diff_encoder_sim.trials.trial_definition import TrialPlan
 
 # Of which encoders the budget is shown, in counts per revolution.
-BUDGET_COUNTS = tuple(float(2**exponent) for exponent in range(4, 15))
+BUDGET_COUNTS = tuple(float(2**exponent) for exponent in range(6, 15))
 
 
 def study_odometry(campaign: Campaign, requirement: Requirement, distance_m: Optional[float]) -> Advice:

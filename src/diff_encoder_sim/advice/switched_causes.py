@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, Dict, Mapping, Sequence
 
 from diff_encoder_sim.advice.drawn_robot import WheelCause
-from diff_encoder_sim.advice.odometry_budget import EDGES, MISSED
+from diff_encoder_sim.advice.odometry_budget import EDGES, MISSED, SENSOR_ERRORS, UNEVEN_LINES
 from diff_encoder_sim.base.nested_mappings import flat
 from diff_encoder_sim.encoders.encoder_model import IDEAL_ENCODER, NO_FAULTS
 from diff_encoder_sim.lockstep.robot_params import RobotParams
@@ -21,12 +21,7 @@ _CAUSES: Mapping[str, Mapping[str, Sequence[str]]] = {
     WheelCause.RADIUS.value: {_WHEELS: ('left_radius_error', 'right_radius_error', 'radius_spread')},
     WheelCause.SEPARATION.value: {_WHEELS: ('wheel_separation_error', 'wheel_separation_spread')},
     WheelCause.SLIP.value: {_WHEELS: ('left_slip', 'right_slip', 'slip_noise')},
-    EDGES: {
-        _ENCODER: (
-            *('backlash', 'duty_cycle', 'phase_error', 'edge_error', 'sensor_error', 'eccentricity'),
-            *('first_harmonic', 'second_harmonic', 'noise', 'hysteresis'),
-        )
-    },
+    EDGES: {_ENCODER: (*SENSOR_ERRORS, *UNEVEN_LINES)},
     MISSED: {_FAULTS: ('missed', 'extra', 'max_count_rate', 'dead_channel', 'restart_at', 'wiring')},
 }
 

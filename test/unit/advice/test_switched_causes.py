@@ -1,6 +1,8 @@
 import pytest
 
+from diff_encoder_sim.advice.odometry_budget import SENSOR_ERRORS, UNEVEN_LINES
 from diff_encoder_sim.advice.switched_causes import AS_IT_IS, WITHOUT_ALL, cause_of, switched_off
+from diff_encoder_sim.encoders.encoder_model import EncoderModel
 from diff_encoder_sim.lockstep.robot_params import load_robot_config, override
 from places import ROOT
 
@@ -43,3 +45,10 @@ def test_what_is_switched_off_leaves_an_ideal_robot(robot):
     values = {key.replace('__', '.'): value for key, value in given.items()}
     config = load_robot_config(ROOT / 'config')
     assert override(config, {**values, **without}) == override(config, {})
+
+
+def test_all_errors_of_an_encoder_belong_to_a_cause():
+    """What is left says which encoder it is."""
+    known = {*SENSOR_ERRORS, *UNEVEN_LINES, 'faults'}
+    kinds = {'sensor', 'lines', 'decoding', 'pole_pairs', 'bits', 'side', 'gear_ratio', 'direction'}
+    assert set(EncoderModel.model_fields) == known | kinds
