@@ -6,6 +6,7 @@ trial.launch calls it before any node starts, so that a wrong argument ends the 
 from __future__ import annotations
 
 import argparse
+import math
 import os
 import time
 from pathlib import Path
@@ -57,8 +58,9 @@ def main(arguments: Optional[Sequence[str]] = None) -> None:
 
 
 def _print(plan_of_trial: LivePlan) -> None:
-    # Not as JSON: of 1e-06 YAML reads a text.
-    print(yaml.safe_dump(for_xml_rpc(plan_of_trial.model_dump(mode='json', exclude_none=True)), sort_keys=False))
+    # In one line, and not as JSON: of 1e-06 YAML reads a text.
+    content = for_xml_rpc(plan_of_trial.model_dump(mode='json', exclude_none=True))
+    print(yaml.safe_dump(content, default_flow_style=True, width=math.inf, sort_keys=False), end='')
 
 
 def plan(options: argparse.Namespace) -> LivePlan:
