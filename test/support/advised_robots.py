@@ -8,9 +8,7 @@ import numpy as np
 from diff_encoder_sim.advice import odometry_curve
 from diff_encoder_sim.advice.advice import Advice, TriedEncoder
 from diff_encoder_sim.advice.answers import Answer, Criterion, Kind
-from diff_encoder_sim.advice.drawn_robot import DrawnRobot
 from diff_encoder_sim.advice.drive_draws import DriveDraws
-from diff_encoder_sim.advice.error_free_drives import Drive
 from diff_encoder_sim.advice.evidence import TrialCounts
 from diff_encoder_sim.advice.listed_encoders import ListedEncoder
 from diff_encoder_sim.advice.odometry_answer import odometry_answer
@@ -18,16 +16,10 @@ from diff_encoder_sim.advice.odometry_curve import OdometryCurves
 from diff_encoder_sim.advice.odometry_study import with_budgets
 from diff_encoder_sim.advice.requirement import Requirement
 from diff_encoder_sim.advice.trial_errors import Ends, truth_budget
-from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 from diff_encoder_sim.evaluation.sample_statistics import Interval
 from diff_encoder_sim.navigation.stop_spread import StopSpread
-from diff_encoder_sim.odometry.odometry_params import OdometryParams
-from diff_encoder_sim.robots.physics_urdf import TrueWheels
-from diff_encoder_sim.simulation.flat_drive import RolledDrive
-from diff_encoder_sim.simulation.wheel_errors import WheelErrorParams
-from diff_encoder_sim.trials.test_definition import Segment, TestDefinition
-from diff_encoder_sim.trials.trial_definition import Trial
+from drawn_drives import line, robot_of
 
 REQUIREMENT = Requirement(0.8, 0.05, math.radians(3.0), 0.95)
 NOT_BY_ODOMETRY = {**dict.fromkeys(Criterion), Criterion.ODOMETRY: False}
@@ -35,17 +27,13 @@ STOP = StopSpread(0.005, 0.01)
 DRAWS = 120  # of each point of a curve
 
 
-def straight(length_m=20.0, name='SL'):
-    """A drive without slip."""
-    test = TestDefinition(name=name, world='hallway', drive=[Segment(straight=length_m)])
-    way_m = np.linspace(0.0, length_m, 400)
-    rolled = RolledDrive(0.1 * np.arange(400), np.column_stack([way_m, way_m]), 0.4, Pose2D(length_m, 0.0, 0.0))
-    return Drive(Trial(test=test, nav='scripted'), rolled)
+def straight(length_m=20.0):
+    """SL without slip."""
+    return line(length_m, name='SL')
 
 
 def alto(**wheel_errors):
-    errors = WheelErrorParams(**wheel_errors)
-    return DrawnRobot(TrueWheels(0.1, 0.1, 0.4), errors, OdometryParams(), 0.0, STOP)
+    return robot_of(stop=STOP, **wheel_errors)
 
 
 def advice_of(*drives, requirement=REQUIREMENT, draws=DRAWS, **wheel_errors):

@@ -87,7 +87,7 @@ def _encoder_rows(advice: Advice) -> Rows:
             'encoder': encoder.name,
             'counts': round(encoder.counts, 3),
             'share': round(sum(encoder.share) / 2.0, 4),
-            'trials': f'{100.0 * encoder.share.low:.0f} to {100.0 * encoder.share.high:.0f} %',
+            'trials': encoder.share_text,
         }
         for encoder in advice.encoders
     ]

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import jinja2
-
 from diff_encoder_sim.advice.advice import Advice
 from diff_encoder_sim.advice.advice_charts import advice_charts
 from diff_encoder_sim.advice.advice_tables import advice_tables
-from diff_encoder_sim.advice.advice_text import closed_form_text
+from diff_encoder_sim.advice.advice_text import closed_form_text, own_encoder_text
 from diff_encoder_sim.analysis import report
+from diff_encoder_sim.analysis.html_templates import load_template
 from diff_encoder_sim.base.atomic_files import write_file
 
 TEMPLATE = 'advice.html'
@@ -22,10 +21,13 @@ def write_page(advice: Advice, path: Path) -> None:
     Raises:
         OSError: it cannot be written.
     """
-    page = _template().render(
+    # The report's folder has the style.
+    template = load_template(TEMPLATE, Path(__file__).parent, Path(report.__file__).parent)
+    page = template.render(
         advice=advice,
         scope=_scope(advice),
         closed_form=closed_form_text(advice),
+        own_encoder=own_encoder_text(advice),
         charts=advice_charts(advice),
         tables=list(advice_tables(advice)),
     )
@@ -44,16 +46,3 @@ def _scope(advice: Advice) -> str:
     if trials:
         parts.append(f'{trials} closed-loop trials')
     return '; '.join(parts) + '.'
-
-
-def _template() -> jinja2.Template:
-    """Load the template, which has the style of the report; it escapes all data and refuses unknown names."""
-    folders = [Path(__file__).parent, Path(report.__file__).parent]
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader([str(folder) for folder in folders]),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return environment.get_template(TEMPLATE)

@@ -117,12 +117,11 @@ LIKE_IDEAL = (
 
 
 def _encoder_row(encoder: ListedEncoder, criteria: Sequence[Criterion]) -> List[str]:
-    low, high = encoder.share
     return [
         encoder.name,
         encoder.price,
         f'{encoder.counts:.6g}',
         f'{encoder.equivalent_counts:.4g}',
-        f'{100.0 * low:.0f} to {100.0 * high:.0f} %',
+        encoder.share_text,
         *(_MARKS[encoder.meets[criterion]] for criterion in criteria),
     ]

@@ -18,6 +18,11 @@ def closed_form_text(advice: Advice) -> str:
     return ', '.join(f'{test} {counts:.0f}' for test, counts in advice.closed_form.items())
 
 
+def own_encoder_text(advice: Advice) -> str:
+    """Say how many counts the robot's own encoder has; nothing where nobody says it."""
+    return f"The robot's own encoder has {advice.own_counts:g} PPR." if advice.own_counts else ''
+
+
 def tables_text(advice: Advice) -> str:
     """Return the tables."""
     return '\n\n'.join(map(_table_text, advice_tables(advice)))

@@ -30,6 +30,11 @@ class ListedEncoder(NamedTuple):
     share: Interval  # of trials whose odometry is within the tolerance, in the test where it is smallest
     meets: Dict[Criterion, Optional[bool]]  # None: not known
 
+    @property
+    def share_text(self) -> str:
+        """Return the interval of the share as tables and charts show it."""
+        return f'{100.0 * self.share.low:.0f} to {100.0 * self.share.high:.0f} %'
+
 
 def listed_encoders(
     tests: Sequence[DriveDraws], config_folder: Path, requirement: Requirement, answers: Mapping[Criterion, Answer]

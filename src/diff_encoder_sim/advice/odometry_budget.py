@@ -10,7 +10,7 @@ from diff_encoder_sim.advice.budget import Budget, Part, added, part_of
 from diff_encoder_sim.advice.drawn_robot import ALL_CAUSES, Amounts, WheelCause
 from diff_encoder_sim.advice.drive_draws import DriveDraws
 from diff_encoder_sim.advice.requirement import along_goal
-from diff_encoder_sim.encoders.encoder_model import IDEAL_ENCODER, NO_FAULTS, EncoderModel
+from diff_encoder_sim.encoders.encoder_model import IDEAL_ENCODER, NO_FAULTS
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 
 QUANTISATION, EDGES, MISSED = 'quantisation', 'edge errors', 'missed counts'
@@ -31,11 +31,7 @@ def odometry_budgets(draws: DriveDraws, encoders: Sequence[EncoderParams]) -> Li
     What simulated wheels slip on the simulated floor is a part of its own: it is the simulator's, not the robot's.
     """
     count = len(encoders)
-    of_encoders = [
-        *(each.model_copy(update={'ppr': each.counts_per_turn, 'encoder': IDEAL_ENCODER}) for each in encoders),
-        *(each.model_copy(update={'encoder': _without_faults(each)}) for each in encoders),
-        *encoders,
-    ]
+    of_encoders = [*map(_ideal, encoders), *map(_without_faults, encoders), *encoders]
     bare, *errors = _errors(draws, [None, *of_encoders], {})
     ideal, sound, faulty = errors[:count], errors[count : 2 * count], errors[2 * count :]
     found = _errors(draws, encoders, ALL_CAUSES)
@@ -59,9 +55,7 @@ def wheel_errors(draws: DriveDraws) -> Dict[WheelCause, np.ndarray]:
 
 def encoder_errors(draws: DriveDraws, encoder: EncoderParams) -> Dict[str, np.ndarray]:
     """Return (draws, 3) the same for each kind of error of an encoder, beside its steps."""
-    ideal = encoder.model_copy(update={'ppr': encoder.counts_per_turn, 'encoder': IDEAL_ENCODER})
-    without_faults = encoder.model_copy(update={'encoder': _without_faults(encoder)})
-    of_steps, sound, faulty = _errors(draws, [ideal, without_faults, encoder], {})
+    of_steps, sound, faulty = _errors(draws, [_ideal(encoder), _without_faults(encoder), encoder], {})
     found = {EDGES: sound - of_steps, MISSED: faulty - sound}
     return {cause: errors for cause, errors in found.items() if errors.any()}
 
@@ -75,7 +69,7 @@ def _encoder_parts(
     encoder: EncoderParams, bare: np.ndarray, ideal: np.ndarray, sound: np.ndarray, faulty: np.ndarray
 ) -> Dict[str, Part]:
     parts = {QUANTISATION: part_of(ideal - bare)}
-    if _without_faults(encoder) != IDEAL_ENCODER:
+    if _without_faults(encoder).encoder != IDEAL_ENCODER:
         # An edge in another place is counted sooner or later, which depends on the rounding: not as a draw by itself.
         parts[EDGES] = added(sound, ideal)
     if encoder.encoder.faults != NO_FAULTS:
@@ -83,5 +77,10 @@ def _encoder_parts(
     return parts
 
 
-def _without_faults(encoder: EncoderParams) -> EncoderModel:
-    return encoder.encoder.model_copy(update={'faults': NO_FAULTS})
+def _ideal(encoder: EncoderParams) -> EncoderParams:
+    """Return an encoder of as many counts without errors."""
+    return encoder.model_copy(update={'ppr': encoder.counts_per_turn, 'encoder': IDEAL_ENCODER})
+
+
+def _without_faults(encoder: EncoderParams) -> EncoderParams:
+    return encoder.model_copy(update={'encoder': encoder.encoder.model_copy(update={'faults': NO_FAULTS})})

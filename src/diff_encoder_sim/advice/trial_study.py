@@ -86,11 +86,11 @@ class TrialStudy:
 
     def _run(self, rank: int, count: int) -> Outcomes[Criterion]:
         as_it_is = self._variants[0] if self._variants else ''
-        trials = self._trials[rank] = self._trials_with(self._candidates[rank].label, count, as_it_is)
+        self._trials[rank] = self._trials_with(self._candidates[rank].label, count, as_it_is)
         return {
             test: {
                 criterion: [
-                    is_within(trial, criterion, self._advice.requirement) for trial in trials if trial.test == test
+                    is_within(trial, criterion, self._advice.requirement) for trial in self._of_test(rank, test)
                 ]
                 for criterion in SOURCES
             }

@@ -18,7 +18,7 @@ from typing import Any, Dict, Mapping, Optional, Sequence
 from diff_encoder_sim.advice.advice import Advice
 from diff_encoder_sim.advice.advice_json import advice_json
 from diff_encoder_sim.advice.advice_page import write_page
-from diff_encoder_sim.advice.advice_text import answers_text, closed_form_text, tables_text
+from diff_encoder_sim.advice.advice_text import answers_text, closed_form_text, own_encoder_text, tables_text
 from diff_encoder_sim.advice.evidence import looks
 from diff_encoder_sim.advice.listed_encoders import listed_encoders
 from diff_encoder_sim.advice.odometry_study import study_odometry, with_budgets
@@ -78,10 +78,10 @@ def _advise(options: argparse.Namespace, run: RunTrial) -> None:
         name_stopping('advise', campaign, requirement.position_m, options.yaw_tolerance)
         with CandidateTrials(options, campaign, run) as trials:
             advice = TrialStudy(campaign, advice, trials.with_encoder, options.trials).advice()
-    _finish(advice, campaign, options)
+    _finish(advice, options)
 
 
-def _finish(advice: Advice, campaign: Campaign, options: argparse.Namespace) -> None:
+def _finish(advice: Advice, options: argparse.Namespace) -> None:
     """Add what is not waited for, print all of it, and write the files."""
     advice = with_budgets(advice)
     tests = [curve.draws for curve in advice.curves.curves]
@@ -89,7 +89,7 @@ def _finish(advice: Advice, campaign: Campaign, options: argparse.Namespace) -> 
     advice = advice._replace(encoders=known)
     if options.has_trials:
         print(answers_text(advice))
-    print(f'\n{tables_text(advice)}\n{_own_encoder(campaign)}')
+    print(f'\n{tables_text(advice)}\n{own_encoder_text(advice)}')
     page = options.out / PAGE
     page.parent.mkdir(parents=True, exist_ok=True)
     write_page(advice, page)
@@ -153,11 +153,6 @@ def _candidates(options: argparse.Namespace) -> Campaign:
     if variants and options.has_trials:
         more['variants'] = variants
     return load({**given, **more}) if more else campaign
-
-
-def _own_encoder(campaign: Campaign) -> str:
-    known = campaign.robot and campaign.robot.ppr
-    return f"The robot's own encoder has {known:g} PPR." if known else ''
 
 
 def _parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:

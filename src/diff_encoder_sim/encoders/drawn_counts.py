@@ -129,8 +129,7 @@ def _steps(model: EncoderModel, states: np.ndarray, times_s: np.ndarray) -> np.n
 
 
 def _counts(decoder: CountsOfStates, states: np.ndarray) -> np.ndarray:
-    edges = len(decoder.within_cycle)
-    cycles, within = np.divmod(states, edges) if edges > 1 else (states, np.zeros_like(states))
+    cycles, within = np.divmod(states, len(decoder.within_cycle))
     counts: np.ndarray = decoder.per_cycle * cycles + np.array(decoder.within_cycle)[within]
     return counts
 

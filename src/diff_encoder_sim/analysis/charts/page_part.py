@@ -6,10 +6,10 @@ import json
 from pathlib import Path
 from typing import Any, Dict, List, Sequence
 
-import jinja2
 from markupsafe import Markup
 
 from diff_encoder_sim.analysis.charts.chart import Chart, Choice, Data, Look
+from diff_encoder_sim.analysis.html_templates import load_template
 
 TEMPLATE = 'charts.html'
 LIBRARY = Path(__file__).parent / 'library'
@@ -40,7 +40,11 @@ def charts_html(charts: Sequence[Chart], data: Data, choices: Sequence[Choice] =
     text = json.dumps(content, allow_nan=False, ensure_ascii=False, separators=(',', ':'))
     # So that nothing in it ends the script.
     content_json = Markup(text.replace('<', '\\u003c'))
-    return Markup(_template().render(charts=charts, choices=choices, content=content_json, library=_library()))
+    return Markup(
+        load_template(TEMPLATE, Path(__file__).parent).render(
+            charts=charts, choices=choices, content=content_json, library=_library()
+        )
+    )
 
 
 def _with_parameters(chart: Chart, choices: Sequence[Choice]) -> Dict[str, Any]:
@@ -69,15 +73,3 @@ def _columns(rows: Sequence[Any]) -> Dict[str, List[Any]]:
 
 def _library() -> List[Markup]:
     return [Markup((LIBRARY / name).read_text(encoding='utf-8')) for name in SCRIPTS]
-
-
-def _template() -> jinja2.Template:
-    """Load the template; it escapes all data and refuses unknown names."""
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(str(Path(__file__).parent)),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return environment.get_template(TEMPLATE)

@@ -5,10 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Optional, Sequence
 
-import jinja2
-
 from diff_encoder_sim.analysis.dataset import Dataset
 from diff_encoder_sim.analysis.figures.style import Figure
+from diff_encoder_sim.analysis.html_templates import load_template
 from diff_encoder_sim.analysis.paper.report_section import PaperSection
 from diff_encoder_sim.analysis.ppr_comparison import PprComparison
 from diff_encoder_sim.analysis.report.encoder_section import encoder_section
@@ -51,7 +50,7 @@ def write_report(
         OSError: a figure cannot be read, or the file not be written.
     """
     lead = headline(dataset)
-    page = _template().render(
+    page = load_template(TEMPLATE, Path(__file__).parent).render(
         title=dataset.title,
         headline=lead,
         scope=scope_text(dataset),
@@ -69,15 +68,3 @@ def write_report(
     # Bytes: the same line ends on every system.
     path.write_bytes(page.encode('utf-8'))
     return lead
-
-
-def _template() -> jinja2.Template:
-    """Load the template; it escapes all data and refuses unknown names."""
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(str(Path(__file__).parent)),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return environment.get_template(TEMPLATE)

@@ -1,0 +1,19 @@
+"""Templates of pages: HTML files beside the modules that fill them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import jinja2
+
+
+def load_template(name: str, *folders: Path) -> jinja2.Template:
+    """Load a template, which escapes all data and refuses unknown names; it may include files of the same folders."""
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader([str(folder) for folder in folders]),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template(name)
