@@ -20,6 +20,7 @@ from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 from diff_encoder_sim.evaluation.sample_statistics import Interval
 from diff_encoder_sim.navigation.stop_spread import StopSpread
 from drawn_drives import line, robot_of
+from synthetic_trials import ALTO
 
 REQUIREMENT = Requirement(0.8, 0.05, math.radians(3.0), 0.95)
 NOT_BY_ODOMETRY = {**dict.fromkeys(Criterion), Criterion.ODOMETRY: False}
@@ -47,7 +48,7 @@ def advice_of(*drives, requirement=REQUIREMENT, draws=DRAWS, **wheel_errors):
         answers = {Criterion.ODOMETRY: odometry_answer(curves, params, requirement)}
     finally:
         odometry_curve.DRAWS, odometry_curve.FINE_DRAWS = kept
-    return Advice('alto', 90.0, requirement, curves, {'SL': 347.0}, answers, {}, {}, [], [])
+    return Advice('alto', 90.0, requirement, curves, ALTO, answers, {}, {}, [], [])
 
 
 @functools.lru_cache(maxsize=None)

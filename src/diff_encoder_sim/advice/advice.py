@@ -6,10 +6,12 @@ from typing import Dict, List, NamedTuple, Optional
 
 from diff_encoder_sim.advice.answers import Answer, Criterion
 from diff_encoder_sim.advice.budget import Budget
+from diff_encoder_sim.advice.closed_form_counts import closed_form_counts
 from diff_encoder_sim.advice.evidence import TrialCounts
 from diff_encoder_sim.advice.listed_encoders import ListedEncoder
 from diff_encoder_sim.advice.odometry_curve import OdometryCurves
 from diff_encoder_sim.advice.requirement import Requirement
+from diff_encoder_sim.analysis.dataset import RobotGeometry
 from diff_encoder_sim.navigation.stop_spread import StopSpread
 
 
@@ -31,9 +33,15 @@ class Advice(NamedTuple):
     own_counts: Optional[float]  # of the robot's own encoder, per revolution of the wheel
     requirement: Requirement
     curves: OdometryCurves
-    closed_form: Dict[str, float]  # by test: from how many counts on, by quantisation alone
+    geometry: RobotGeometry  # that odometry assumes
     answers: Dict[Criterion, Answer]
     budgets: Dict[str, Dict[float, Budget]]  # of odometry, by test and counts
     stopping: Dict[str, Dict[str, StopSpread]]  # by encoder and cause: at most, in closed form
     tried: List[TriedEncoder]
     encoders: List[ListedEncoder]
+
+    @property
+    def closed_form(self) -> Dict[str, float]:
+        """Return, by test, from how many counts on odometry meets the requirement by quantisation alone."""
+        drives = (curve.draws.drive for curve in self.curves.curves)
+        return {drive.test: closed_form_counts(drive.requested, self.geometry, self.requirement) for drive in drives}

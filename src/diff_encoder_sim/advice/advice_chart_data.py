@@ -11,12 +11,19 @@ from diff_encoder_sim.advice.advice_tables import DECIMALS, TO_SHOWN
 from diff_encoder_sim.advice.answers import Criterion
 from diff_encoder_sim.advice.budget import AXES, Budget
 from diff_encoder_sim.advice.evidence import share_interval
+from diff_encoder_sim.advice.odometry_curve import FEWEST_COUNTS, MOST_COUNTS
 from diff_encoder_sim.advice.requirement import along_goal
 
 UNITS = ('mm', 'mm', 'degrees')
 
 # A logarithmic axis has no zero [mm, degrees].
 SMALLEST_ERROR = 1e-4
+
+# Of which the closed form is drawn.
+SHARES = np.round(np.linspace(0.02, 0.99, 98), 2)
+
+# Dots of equal counts stand side by side: on a logarithmic axis by a factor.
+BESIDE = {Criterion.ODOMETRY: 1 / 1.1, Criterion.POSE_ESTIMATE: 1.0, Criterion.TRUTH: 1.1}
 
 Rows = List[Dict[str, Any]]
 
@@ -25,6 +32,7 @@ def chart_data(advice: Advice) -> Dict[str, Rows]:
     """Return the rows by name."""
     return {
         'curves': _curve_rows(advice),
+        'closed': _closed_form_rows(advice),
         'errors': _error_rows(advice),
         'trials': _trial_rows(advice),
         'encoders': _encoder_rows(advice),
@@ -42,6 +50,16 @@ def _curve_rows(advice: Advice) -> Rows:
         }
         for curve in advice.curves.curves
         for counts, errors in sorted(curve.errors.items())
+    ]
+
+
+def _closed_form_rows(advice: Advice) -> Rows:
+    asked = [advice._replace(requirement=advice.requirement._replace(share=float(share))) for share in SHARES]
+    return [
+        {'test': test, 'counts': float(f'{counts:.4g}'), 'share': each.requirement.share}
+        for each in asked
+        for test, counts in each.closed_form.items()
+        if FEWEST_COUNTS <= counts <= MOST_COUNTS
     ]
 
 
@@ -70,7 +88,7 @@ def _trial_rows(advice: Advice) -> Rows:
                 {
                     'test': tried.test,
                     'encoder': tried.label,
-                    'counts': tried.counts,
+                    'counts': tried.counts * BESIDE[criterion],
                     'criterion': criterion.text,
                     'share': round(counts.fraction, 4),
                     'low': round(interval.low, 4),

@@ -7,7 +7,7 @@ from typing import Any, Dict, List
 from markupsafe import Markup
 
 from diff_encoder_sim.advice.advice import Advice
-from diff_encoder_sim.advice.advice_chart_data import Rows, chart_data
+from diff_encoder_sim.advice.advice_chart_data import chart_data
 from diff_encoder_sim.advice.advice_tables import TO_SHOWN
 from diff_encoder_sim.advice.answers import Criterion
 from diff_encoder_sim.advice.budget import AXES
@@ -44,14 +44,14 @@ _CRITERION_COLOUR: Spec = {
     'scale': {'domain': [each.text for each in COLOURS], 'range': list(COLOURS.values())},
     'legend': _BELOW,
 }
+_REQUIRED = {'type': 'rule', 'color': GREY}
 _OF_TEST = {'filter': 'datum.test === test'}
 
 
 def advice_charts(advice: Advice) -> Markup:
     """Return the block of charts."""
-    data = chart_data(advice)
-    charts = [_share_chart(advice), _error_chart(advice), _budget_chart(advice, data['budget'])]
-    return charts_html(charts, data, _choices(advice))
+    charts = [_share_chart(advice), _error_chart(advice), _budget_chart(advice)]
+    return charts_html(charts, chart_data(advice), _choices(advice))
 
 
 def _choices(advice: Advice) -> List[Choice]:
@@ -71,17 +71,14 @@ def _choices(advice: Advice) -> List[Choice]:
 
 
 def _share_chart(advice: Advice) -> Chart:
-    required = {
-        'data': {'values': [{'share': advice.requirement.share}]},
-        'mark': {'type': 'rule', 'strokeDash': [4, 3], 'color': GREY},
-        'encoding': {'y': _SHARE},
-    }
+    required = {'data': {'values': [{'share': advice.requirement.share}]}, 'mark': _REQUIRED, 'encoding': {'y': _SHARE}}
     return Chart(
         'share',
         'How many trials are within the tolerance',
-        'Line: odometry, by draws of one drive; dots: closed-loop trials with the interval of their share; diamonds: '
-        'odometry with the encoders of the table, in the test where they are worst; dashed: the share asked for.',
-        {'layer': [required, _drawn_line(), *_trial_dots(), _encoder_diamonds()]},
+        'Line: odometry, by draws of one drive; dotted: the same in closed form, of quantisation alone, where the axis '
+        'that needs most counts decides; dots: closed-loop trials with the interval of their share; diamonds: odometry '
+        'with the encoders of the table, in the test where they are worst; grey: the share asked for.',
+        {'layer': [required, _closed_form_line(), _drawn_line(), *_trial_dots(), _encoder_diamonds()]},
     )
 
 
@@ -92,6 +89,15 @@ def _drawn_line() -> Spec:
         'params': [ZOOM],
         'mark': {'type': 'line', 'clip': True},
         'encoding': {'x': _COUNTS, 'y': _SHARE, 'color': _CRITERION_COLOUR},
+    }
+
+
+def _closed_form_line() -> Spec:
+    return {
+        'data': {'name': 'closed'},
+        'transform': [_OF_TEST],
+        'mark': {'type': 'line', 'strokeDash': [2, 3], 'color': COLOURS[Criterion.ODOMETRY], 'clip': True},
+        'encoding': {'x': _COUNTS, 'y': _SHARE},
     }
 
 
@@ -132,13 +138,12 @@ def _error_chart(advice: Advice) -> Chart:
     return Chart(
         'error',
         "Odometry's error against the counts",
-        'What half, the required share, and 95 % of the draws do not exceed; dashed: the tolerance.',
+        'What half, the required share, and 95 % of the draws do not exceed; grey: the tolerance.',
         {'layer': [_tolerance_rule(advice, error), lines]},
     )
 
 
-def _budget_chart(advice: Advice, rows: Rows) -> Chart:
-    causes = list(dict.fromkeys(row['cause'] for row in rows))
+def _budget_chart(advice: Advice) -> Chart:
     rms = {'field': 'rms', 'type': 'quantitative', 'title': 'rms [mm, degrees]'}
     bars = {
         'data': {'name': 'budget'},
@@ -151,7 +156,8 @@ def _budget_chart(advice: Advice, rows: Rows) -> Chart:
                 'field': 'cause',
                 'type': 'nominal',
                 'title': None,
-                'scale': {'domain': causes, 'range': [CAUSES[index % len(CAUSES)] for index in range(len(causes))]},
+                'scale': {'range': CAUSES},
+                'sort': None,  # as they come: the legend has those of the chosen criterion
                 'legend': {'orient': 'bottom', 'columns': 2},
             },
             'tooltip': _tips(encoder='', cause='', mean='', deviation='standard deviation'),
@@ -160,7 +166,7 @@ def _budget_chart(advice: Advice, rows: Rows) -> Chart:
     return Chart(
         'budget',
         'Error budget',
-        'Height: root mean square error; each cause has its part of the mean square. Dashed: the tolerance.',
+        'Height: root mean square error; each cause has its part of the mean square. Grey: the tolerance.',
         {'layer': [bars, _tolerance_rule(advice, {**rms, 'field': 'error'})]},
     )
 
@@ -174,7 +180,7 @@ def _tolerance_rule(advice: Advice, error: Spec) -> Spec:
     return {
         'data': {'values': tolerances},
         'transform': [{'filter': 'datum.axis === axis'}],
-        'mark': {'type': 'rule', 'strokeDash': [4, 3], 'color': GREY},
+        'mark': _REQUIRED,
         'encoding': {'y': error},
     }
 

@@ -6,9 +6,8 @@ import tempfile
 from typing import Dict, Iterator, List, Optional
 
 from diff_encoder_sim.advice.advice import Advice
-from diff_encoder_sim.advice.answers import Criterion
+from diff_encoder_sim.advice.answers import Criterion, Kind
 from diff_encoder_sim.advice.candidates import candidates_of, recommended
-from diff_encoder_sim.advice.closed_form_counts import closed_form_counts
 from diff_encoder_sim.advice.drawn_robot import drawn_robot
 from diff_encoder_sim.advice.drive_draws import DriveDraws
 from diff_encoder_sim.advice.error_free_drives import Drive, navigated, scripted, straight_test
@@ -44,15 +43,19 @@ def study_odometry(campaign: Campaign, requirement: Requirement, distance_m: Opt
         drives = list(_drives(campaign, distance_m, folder))
         robot = drawn_robot(RobotSource(campaign.files.materialise(folder).robot), first.robot_params)
     curves = OdometryCurves([DriveDraws(drive, robot, campaign.params.seed) for drive in drives], params)
-    geometry, answer = geometry_of(campaign), odometry_answer(curves, params, requirement)
+    answer = odometry_answer(curves, params, requirement)
     chosen = recommended(candidates_of(campaign), answer, [curve.draws for curve in curves.curves], requirement)
+    if chosen:
+        answer = answer._replace(encoder=chosen.label)
+    elif answer.kind is Kind.FROM:
+        answer = answer._replace(note='none of the candidates is enough')
     return Advice(
         campaign.robot.name if campaign.robot else 'the robot',
         campaign.robot and campaign.robot.ppr,
         requirement,
         curves,
-        {drive.test: closed_form_counts(drive.requested, geometry, requirement) for drive in drives},
-        {Criterion.ODOMETRY: answer._replace(encoder=chosen.label if chosen else '')},
+        geometry_of(campaign),
+        {Criterion.ODOMETRY: answer},
         {},
         {},
         [],
