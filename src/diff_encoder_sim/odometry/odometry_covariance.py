@@ -18,7 +18,7 @@ PULSE_VARIANCE = 1.0 / 12.0
 
 # Standard deviation, in pulses along x and along y, of the rounding under way, which does not quite average out;
 # measured by NEES after whole turns in place (test/benchmark/odometry_nees.py).
-RESIDUAL_PULSES = 0.05
+RESIDUAL_PULSES = 0.065
 
 
 def reading_variance(m_per_pulse: float, of_sensor: float = 0.0) -> float:
@@ -43,7 +43,6 @@ def propagate_motion_noise(
     right_m: float,
     wheel_separation_m: float,
     motion_noise: float,
-    curve_noise: float = 0.0,
 ) -> np.ndarray:
     """Return the 3x3 covariance of (x, y, yaw) after one more step of both wheels.
 
@@ -57,7 +56,6 @@ def propagate_motion_noise(
         right_m: travel of the right wheel.
         wheel_separation_m: between the contact points.
         motion_noise: variance per metre of travel [m^2/m].
-        curve_noise: what is added to it in curves; see `curve_travel` [m^2/m].
     """
     travel_m = 0.5 * (left_m + right_m)
     mid_yaw_rad = yaw_rad + 0.5 * (right_m - left_m) / wheel_separation_m
@@ -68,25 +66,10 @@ def propagate_motion_noise(
         (0.5 * cos_yaw + lever * sin_yaw, 0.5 * sin_yaw - lever * cos_yaw, -turn),
         (0.5 * cos_yaw - lever * sin_yaw, 0.5 * sin_yaw + lever * cos_yaw, turn),
     )
-    curve_m2 = curve_noise * curve_travel(left_m, right_m) if curve_noise else 0.0
-    variances = (motion_noise * abs(left_m) + curve_m2, motion_noise * abs(right_m) + curve_m2)
+    variances = (motion_noise * abs(left_m), motion_noise * abs(right_m))
     carried = _carried_by_heading(covariance, -travel_m * sin_yaw, travel_m * cos_yaw)
     propagated: np.ndarray = carried + _covariance(by_wheels, variances)
     return propagated
-
-
-def curve_travel(left_m: float, right_m: float) -> float:
-    """Return how much of a step [m] is travel in a curve: none of a straight line or a turn in place.
-
-    The square of travel times turn, as of the force that holds a robot in its curve, beside the outer wheel's travel:
-    so a difference of one pulse in a coarse straight line weighs little.
-
-    Args:
-        left_m: travel of the left wheel; one of them is not zero.
-        right_m: travel of the right wheel.
-    """
-    outer_m = max(abs(left_m), abs(right_m))
-    return (right_m * right_m - left_m * left_m) ** 2 / outer_m**3
 
 
 def behind_axle(covariance: np.ndarray, yaw_rad: float, axle_x_m: float) -> np.ndarray:

@@ -17,6 +17,9 @@ from diff_encoder_sim.encoders.wheel_rate import DEFAULT_CLOCK_HZ, VelocityClock
 from diff_encoder_sim.odometry.geometry_uncertainty import GeometryStd
 from diff_encoder_sim.odometry.odometry_covariance import reading_variance
 
+# Added to the variance of travel, per metre of it, by a lateral acceleration of 1 m/s^2; it grows with its square.
+CurveVariance = Annotated[float, Between(0.0, 1.0, 'm^2/m per (m/s^2)^2')]
+
 RelativeStd = Annotated[float, Between(0.0, 2.0)]
 
 # Of a wheel of which nobody says how it slips [m^2/m]: 4.5 mm after 20 m.
@@ -44,8 +47,10 @@ class OdometryParams(Params):
     motion_noise: Optional[TravelVariance_m] = Field(
         None, description=f"variance of a wheel's travel per metre of it [m^2/m]; none: {FOLLOWED}, else 1e-6"
     )
-    curve_noise: Optional[TravelVariance_m] = Field(
-        None, description=f'what curves add to motion_noise, about [m^2/m]; none: {FOLLOWED}, else 0'
+    curve_noise: Optional[CurveVariance] = Field(
+        None,
+        description='what a sideways acceleration of 1 m/s^2 adds to motion_noise, and its square in proportion '
+        f'[m^2/m per (m/s^2)^2]; none: {FOLLOWED}, else 0',
     )
     distance_std: Optional[RelativeStd] = Field(
         None, description=f"standard deviation of a distance's relative error; none: {FOLLOWED}, else 0"

@@ -20,6 +20,7 @@ from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
 from diff_encoder_sim.encoders.report_link import LATE_REPORT_TOLERANCE_NS
 from diff_encoder_sim.odometry.counter_steps import CounterSteps, Reading
 from diff_encoder_sim.odometry.geometry_uncertainty import KNOWN_EXACTLY, carry_geometry_errors, geometry_covariance
+from diff_encoder_sim.odometry.lateral_acceleration import LateralAcceleration
 from diff_encoder_sim.odometry.odometry_covariance import (
     behind_axle,
     propagate_motion_noise,
@@ -59,12 +60,14 @@ class WheelOdometry:
         self._geometry_std = params.geometry_std
         self._timeline = Timeline(LATE_REPORT_TOLERANCE_NS)
         self._steps, self._twists = CounterSteps(params), TwistEstimator(params)
+        self._pull = LateralAcceleration(params.wheel_separation)
         self.reset()
 
     def reset(self) -> None:
         """Return to pose zero; the next report of a new stamp, whatever it counts, is the start."""
         self._steps.reset()
         self._twists.reset()
+        self._pull.reset()
         self._totals: Deque[Reading] = deque(maxlen=self.params.velocity_window + 1)
         self._pose = IDENTITY  # of the axle's middle, where it began
         self._motion_covariance = np.zeros((3, 3))
@@ -119,18 +122,19 @@ class WheelOdometry:
         self._totals.append(
             Reading(reading.stamp_ns, total.left_pulses + left_pulses, total.right_pulses + right_pulses)
         )
+        left_m, right_m = left_pulses * self._m_per_pulse[0], right_pulses * self._m_per_pulse[1]
+        pull_mps2 = self._pull.take((reading.stamp_ns - total.stamp_ns) / NANOSECONDS_PER_SECOND, left_m, right_m)
         if left_pulses or right_pulses:
-            left_m_per_pulse, right_m_per_pulse = self._m_per_pulse
-            self._move_pose(left_pulses * left_m_per_pulse, right_pulses * right_m_per_pulse)
+            self._move_pose(left_m, right_m, pull_mps2)
 
-    def _move_pose(self, left_m: float, right_m: float) -> None:
+    def _move_pose(self, left_m: float, right_m: float, pull_mps2: float) -> None:
         start = self._pose
         moved = move_along_arc(start, 0.5 * (left_m + right_m), (right_m - left_m) / self.params.wheel_separation)
         # The heading comes from the totals: adding up rounded increments would let it drift.
         self._pose = moved._replace(yaw_rad=self._heading_rad(self._totals[-1]))
         step = start.yaw_rad, left_m, right_m, self.params.wheel_separation
-        noise = self.params.travel_variance, self.params.curve_noise or 0.0
-        self._motion_covariance = propagate_motion_noise(self._motion_covariance, *step, *noise)
+        noise = self.params.travel_variance + (self.params.curve_noise or 0.0) * pull_mps2**2
+        self._motion_covariance = propagate_motion_noise(self._motion_covariance, *step, noise)
         if self._geometry_std != KNOWN_EXACTLY:
             self._geometry_errors = carry_geometry_errors(self._geometry_errors, *step)
 

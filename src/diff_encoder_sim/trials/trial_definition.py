@@ -21,7 +21,7 @@ from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.encoders.counter import CounterModulus
 from diff_encoder_sim.encoders.pulses import DEFAULT_PPR, PulsesPerRevolution, encoder_label
-from diff_encoder_sim.odometry.odometry_params import UNCERTAINTY_KEYS, RelativeStd
+from diff_encoder_sim.odometry.odometry_params import UNCERTAINTY_KEYS, CurveVariance, RelativeStd
 from diff_encoder_sim.simulation.wheel_errors import CONTACT_CURVE_NOISE, CONTACT_DISTANCE_STD
 from diff_encoder_sim.trials.test_definition import TestDefinition
 
@@ -54,7 +54,9 @@ class Trial(Params):
     counter_modulus: CounterModulus = 0
     # As of simulated wheels without errors.
     motion_noise: TravelVariance_m = Field(0.0, description="of the odometry's covariance [m^2/m]")
-    curve_noise: TravelVariance_m = Field(CONTACT_CURVE_NOISE, description="of the odometry's covariance [m^2/m]")
+    curve_noise: CurveVariance = Field(
+        CONTACT_CURVE_NOISE, description="of the odometry's covariance, at 1 m/s^2 [m^2/m]"
+    )
     distance_std: RelativeStd = Field(CONTACT_DISTANCE_STD, description="of the odometry's covariance")
     turn_std: RelativeStd = Field(0.0, description="of the odometry's covariance")
     diameter_difference_std: RelativeStd = Field(0.0, description="of the odometry's covariance")

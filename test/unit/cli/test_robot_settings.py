@@ -4,6 +4,7 @@ import pytest
 import yaml
 
 from diff_encoder_sim.cli.robot_settings import main
+from diff_encoder_sim.simulation.wheel_errors import CONTACT_CURVE_NOISE
 from places import ROOT
 from trial_bags import trial, write_bag
 
@@ -158,7 +159,7 @@ def test_a_real_encoder_sets_all_that_the_parameter_server_can_hold(settings):
 def test_simulated_wheels_tell_the_covariance(settings, tmp_path):
     path = robot_file(tmp_path, simulator__wheel_errors__slip_noise=2.7e-8)
     config = settings(path, '--sim', 'pybullet')['config']
-    assert (config['motion_noise'], config['curve_noise']) == (2.7e-8, 1e-6)
+    assert (config['motion_noise'], config['curve_noise']) == (2.7e-8, CONTACT_CURVE_NOISE)
     assert settings('alto', '--sim', 'pybullet')['config']['motion_noise'] == 0.0
 
 

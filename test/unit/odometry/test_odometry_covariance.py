@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 
 from diff_encoder_sim.base.se2 import Pose2D, move_along_arc
 from diff_encoder_sim.odometry.odometry_covariance import (
-    curve_travel,
     propagate_motion_noise,
     quantisation_covariance,
     reading_variance,
@@ -41,7 +40,7 @@ def test_quantisation_covariance_is_that_of_four_roundings(x_m, y_m, yaw_rad, le
     ]
     now = [[0.5 * cos_yaw] * 2, [0.5 * sin_yaw] * 2, [-1 / SEPARATION_M, 1 / SEPARATION_M]]
     jacobian, pulses_m2 = np.hstack([at_start, now]), np.square([left_m, right_m] * 2)
-    residual_m2 = (0.05 * max(left_m, right_m)) ** 2
+    residual_m2 = residual_std(left_m, right_m) ** 2
     expected = jacobian @ np.diag(pulses_m2 / 12) @ jacobian.T + np.diag([residual_m2, residual_m2, 0])
     covariance = quantisation(Pose2D(x_m, y_m, yaw_rad), left_m, right_m)
     assert_equal_covariances(covariance, expected)
@@ -84,15 +83,6 @@ def test_motion_noise_grows_with_the_path_as_it_should():
     assert covariance[2, 2] == pytest.approx(2 * 1e-5 * 10 / SEPARATION_M**2)
     assert covariance[0, 0] == pytest.approx(1e-5 * 10 / 2)
     assert covariance[1, 1] == pytest.approx(2 * 1e-5 / SEPARATION_M**2 * 10**3 / 3, rel=1e-2)
-
-
-def test_curves_add_noise_where_straight_lines_and_turns_in_place_do_not():
-    assert curve_travel(0.01, 0.01) == curve_travel(-0.01, 0.01) == 0.0
-    assert curve_travel(0.0, 0.01) == curve_travel(-0.01, 0.0) == pytest.approx(0.01)
-    step = np.zeros((3, 3)), 0.0, 0.0, 0.01, SEPARATION_M
-    only = propagate_motion_noise(*step, 0.0, 1e-6)
-    # The wheel that stands slips as much: both have the noise of 10 mm.
-    assert only[2, 2] == pytest.approx(2 * 1e-6 * 0.01 / SEPARATION_M**2)
 
 
 def test_motion_noise_agrees_with_simulated_wheels():
