@@ -102,7 +102,7 @@ class Judged(NamedTuple):
         if self.answer.kind is Kind.FROM:
             return self.meets if self.rank is not None else self.smallest in (None, len(self.truth) - 1)
         if self.answer.kind is Kind.NOT_THE_LIMIT:
-            return self.endless < self.share and self.smallest is None
+            return (self.endless >= self.share) == self.answer.of_encoder and self.smallest is None
         return True
 
 
@@ -216,6 +216,8 @@ def _alone(synthetic: SyntheticRobot, encoder: EncoderParams, number: int, draws
 
 def _print_aims(judged: Sequence[Judged]) -> None:
     advised = [each for each in judged if each.rank is not None]
+    if not advised:
+        return
     found = dict(zip(AIMS, ([each.meets for each in advised], [abs(each.steps) <= 1 for each in advised])))
     rows = []
     for aim, fraction in AIMS.items():

@@ -66,6 +66,7 @@ class Answer(NamedTuple):
     limits: Sequence[Limit] = ()
     more_trials: Optional[int] = None  # of each test, that would decide: of `undecided`, or of the finest candidate
     undecided: str = ''  # label of the candidate below `encoder` of which nobody knows
+    of_encoder: bool = False  # with these limits an encoder without errors of its own would be enough
     given_up: str = ''  # which trials do not come to their goal, whatever the encoder
     note: str = ''
 
@@ -74,7 +75,8 @@ class Answer(NamedTuple):
             text = f'from {_counts(self.counts)} counts per revolution on'
             text = f'{text}{self._interval()}{self._candidate()}{self._undecided()}'
         elif self.kind is Kind.NOT_THE_LIMIT:
-            text = f'the encoder is not the limit: {self._limits()}'
+            what = "the encoder's counts are" if self.of_encoder else 'the encoder is'
+            text = f'{what} not the limit: {self._limits()}'
         else:
             text = f'undecided{self._more_trials()}'
         return f'{text}; {self.note}' if self.note else text

@@ -9,9 +9,9 @@ import numpy as np
 from diff_encoder_sim.advice.answers import Answer, Criterion, Kind, Limit
 from diff_encoder_sim.advice.drawn_robot import ROBOTS_CAUSES
 from diff_encoder_sim.advice.drive_draws import DriveDraws
-from diff_encoder_sim.advice.limits import limits
+from diff_encoder_sim.advice.limits import limits, worst_halved
 from diff_encoder_sim.advice.odometry_budget import EDGES, MISSED, SENSOR_ERRORS, encoder_errors, wheel_errors
-from diff_encoder_sim.advice.odometry_curve import MOST_COUNTS, OdometryCurves
+from diff_encoder_sim.advice.odometry_curve import DRAWS, MOST_COUNTS, OdometryCurves, share_within
 from diff_encoder_sim.advice.requirement import Requirement
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 
@@ -26,21 +26,41 @@ def odometry_answer(curves: OdometryCurves, params: EncoderParams, requirement: 
         note = f'at the edge of what {requirement.share:g} of the draws reach, up to {MOST_COUNTS:g} counts'
         return Answer(Criterion.ODOMETRY, Kind.UNDECIDED, note=note)
     tests = [curve.draws for curve in curves.curves]
-    found = _limits(tests, finest, requirement)
+    is_its_own = _is_ideal_enough(tests, requirement)
+    found = _limits(tests, finest, requirement, is_its_own)
     amounts = {limit.cause: limit.reduced_to / limit.error for limit in found}
     of_wheels = {cause: amounts.get(cause.value, amount) for cause, amount in ROBOTS_CAUSES.items()}
     with_less = OdometryCurves(tests, _with_less(params, amounts), of_wheels).smallest(requirement)
-    return Answer(Criterion.ODOMETRY, Kind.NOT_THE_LIMIT, with_less and with_less.counts, limits=found)
+    return Answer(
+        Criterion.ODOMETRY, Kind.NOT_THE_LIMIT, with_less and with_less.counts, limits=found, of_encoder=is_its_own
+    )
 
 
-def _limits(tests: Sequence[DriveDraws], finest: EncoderParams, requirement: Requirement) -> List[Limit]:
-    """Return what is too large, of the wheels and of the encoder itself, however many counts it has."""
-    alone: Dict[str, Dict[str, np.ndarray]] = {}
+def _is_ideal_enough(tests: Sequence[DriveDraws], requirement: Requirement) -> bool:
+    """Return whether an encoder without steps and errors meets the requirement, as the wheels are."""
+    shares = (share_within(draws.errors([None], DRAWS, ROBOTS_CAUSES)[0], requirement) for draws in tests)
+    return all(share.low >= requirement.share for share in shares)
+
+
+def _limits(
+    tests: Sequence[DriveDraws], finest: EncoderParams, requirement: Requirement, is_its_own: bool
+) -> List[Limit]:
+    """Return what is too large, of the wheels and of the encoder itself, however many counts it has.
+
+    With `is_its_own`, where its own errors are what is too much, the worst of these is one, however small.
+    """
+    of_wheels: Dict[str, Dict[str, np.ndarray]] = {}
+    of_encoder: Dict[str, Dict[str, np.ndarray]] = {}
     for draws in tests:
-        of_wheels = {cause.value: errors for cause, errors in wheel_errors(draws).items() if cause in ROBOTS_CAUSES}
-        for cause, errors in {**of_wheels, **encoder_errors(draws, finest)}.items():
-            alone.setdefault(cause, {})[draws.drive.test] = errors
-    return limits(alone, requirement)
+        for cause, errors in wheel_errors(draws).items():
+            if cause in ROBOTS_CAUSES:
+                of_wheels.setdefault(cause.value, {})[draws.drive.test] = errors
+        for name, errors in encoder_errors(draws, finest).items():
+            of_encoder.setdefault(name, {})[draws.drive.test] = errors
+    found = limits({**of_wheels, **of_encoder}, requirement)
+    if is_its_own and not any(limit.cause in of_encoder for limit in found):
+        found += worst_halved(of_encoder, requirement)
+    return found
 
 
 def _with_less(params: EncoderParams, amounts: Mapping[str, float]) -> EncoderParams:

@@ -76,3 +76,14 @@ def test_an_eccentric_encoder_may_be_the_limit():
     assert (answer.kind, limit.cause) == (Kind.NOT_THE_LIMIT, EDGES)
     assert limit.error == pytest.approx(1.2816 * LENGTH_M * RADIUS_M * 0.05 / SEPARATION_M, rel=0.1)
     assert answer.counts is not None
+
+
+def test_with_much_slip_the_encoders_own_errors_may_still_be_what_is_too_much():
+    """Slip takes 42 of 50 mm, with an ideal encoder for certain; an error of its own below half makes it too much."""
+    shift = {'left_slip': 42e-3 * 2.0 * SEPARATION_M / LENGTH_M**2}
+    own = {'eccentricity': 0.4 * 0.05 * SEPARATION_M / (1.2816 * LENGTH_M * RADIUS_M)}
+    answer = answer_of(own, REQUIRED._replace(yaw_rad=1.0), **shift)
+    assert answer.kind is Kind.NOT_THE_LIMIT and answer.of_encoder
+    assert [limit.cause for limit in answer.limits] == [WheelCause.SLIP.value, EDGES]
+    assert str(answer).startswith("the encoder's counts are not the limit: ")
+    assert answer.counts is not None
