@@ -1,19 +1,21 @@
 #!/usr/bin/env python3
-"""What a closed-loop trial in lockstep costs: times real time, the fraction of each part, and PyBullet's
-bare stepping of the same duration, which is the limit. One process, one thread, processor time."""
+"""What a closed-loop trial in lockstep costs: times real time, the fraction of each part, and how many times PyBullet's
+bare stepping of the same duration, measured in turn with it. One process, one thread, processor time."""
 
 from __future__ import annotations
 
 import argparse
 import os
+import statistics
 import tempfile
 import time
 from pathlib import Path
-from typing import Any, Callable, Dict, List, Tuple
+from typing import Any, Callable, Dict, List, Sequence, Tuple
 
 from checkout import ROOT, print_header
 from measured_drive import bullet_client
 from plans import plan_of
+from ratios import Ratio, add_json, print_ratios, write_ratios
 from tabulate import tabulate
 
 from diff_encoder_sim.encoders.wheel_encoder import DiffEncoder
@@ -26,12 +28,17 @@ from diff_encoder_sim.navigation.navigator import Navigator
 from diff_encoder_sim.odometry.wheel_odometry import WheelOdometry
 from diff_encoder_sim.recording.trial_bag import TrialBag
 from diff_encoder_sim.simulation.periods import TICK_NS
-from diff_encoder_sim.simulation.physics import BulletPhysics
+from diff_encoder_sim.simulation.physics import BulletPhysics, PhysicsParams
 from diff_encoder_sim.simulation.quiet_pybullet import pybullet
 from diff_encoder_sim.simulation.simulator import Simulator
 from diff_encoder_sim.trials.trial_definition import TrialPlan
 
 ROBOT = ROOT / 'urdf' / 'alto.urdf.xacro'
+# Record modes, and how many times the bare stepping a trial of DLD may cost.
+MODES = {'full': 1.6, 'minimal': 1.4, 'none': None}
+BARE = 'bare stepping'
+# The bare stepping that these limits speak of.
+LIMITS_PHYSICS = PhysicsParams(steps_per_tick=2, solver_iterations=50)
 # The parts, and the methods whose time counts as theirs; what is called within them is not counted twice.
 PARTS: List[Tuple[str, type, Tuple[str, ...]]] = [
     ('physics (PyBullet)', BulletPhysics, ('tick',)),
@@ -84,65 +91,43 @@ def main() -> None:
     """Print the tables."""
     arguments = _arguments()
     os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
-    print_header(f'{arguments.test} {arguments.ppr} PPR in lockstep, on one core')
+    print_header(f'{arguments.test} {arguments.ppr} PPR in lockstep, on one core, in {arguments.repeats} rounds')
     with tempfile.TemporaryDirectory() as folder:
         plan = plan_of(arguments.test, arguments.ppr, arguments.trial, bag=str(Path(folder) / 'trial.bag'))
         params = load_robot_params(ROOT / 'config')
-        run_trial(plan, ROBOT, params, 'full')  # compiles, fills caches
-        rows, costs_s = [], {}
-        for mode in ('full', 'minimal', 'none'):
-            duration_s, costs_s[mode] = min(
-                (_run(plan, params, mode) for _ in range(arguments.repeats)), key=lambda run: run[1]
-            )
-            size_mb = os.path.getsize(plan.bag) * 1e-6 if mode != 'none' else 0.0
-            rows.append(
-                [
-                    f'record {mode}',
-                    f'{duration_s:.1f}',
-                    f'{costs_s[mode]:.2f}',
-                    f'{duration_s / costs_s[mode]:.0f}',
-                    f'{size_mb:.1f}',
-                ]
-            )
-        bare_s = min(_bare_stepping_s(plan, params, duration_s) for _ in range(arguments.repeats))
-        rows.append(['bare stepping', f'{duration_s:.1f}', f'{bare_s:.2f}', f'{duration_s / bare_s:.0f}', ''])
-        print(
-            tabulate(
-                rows,
-                ['', 'simulated [s]', 'processor [s]', 'times real time', 'bag [MB]'],
-                disable_numparse=True,
-                stralign='right',
-            )
-        )
-        print(f'\nthe whole trial takes {costs_s["full"] / bare_s:.1f} times the bare stepping\n')
-        with Stopwatch() as stopwatch:
-            begin_s = time.process_time()
-            run_trial(plan, ROBOT, params, 'full')
-            whole_s = time.process_time() - begin_s
-    fractions = {**stopwatch.spent_s, 'the rest': whole_s - sum(stopwatch.spent_s.values())}
-    print(
-        tabulate(
-            [
-                [part, f'{100.0 * spent_s / whole_s:.1f}', f'{1e3 * spent_s / duration_s:.2f}']
-                for part, spent_s in sorted(fractions.items(), key=lambda item: -item[1])
-            ],
-            ['part (record full, measured)', 'fraction [%]', 'ms per simulated s'],
-            disable_numparse=True,
-            stralign='right',
-        )
-    )
+        duration_s = run_trial(plan, ROBOT, params, 'full').duration_s  # compiles, fills caches
+        rounds = [_round(plan, params, duration_s) for _ in range(arguments.repeats)]
+        _print_costs(duration_s, rounds)
+        ratios = [
+            Ratio(f'{plan.trial.test.name}, record {mode}', BARE, [costs[mode] / costs[BARE] for costs in rounds], most)
+            for mode, most in MODES.items()
+        ]
+        print_ratios(ratios)
+        write_ratios(arguments.json, ratios)
+        _print_parts(plan, params, duration_s)
 
 
-def _run(plan: TrialPlan, params: RobotParams, mode: str) -> Tuple[float, float]:
-    """(simulated, processor) time [s]."""
-    begin_s = time.process_time()
-    result = run_trial(plan, ROBOT, params, mode)
-    return result.duration_s, time.process_time() - begin_s
+def _round(plan: TrialPlan, params: RobotParams, duration_s: float) -> Dict[str, float]:
+    """Return the processor time [s] of a trial by record mode, and that of bare stepping around them.
+
+    A machine's speed wanders within minutes: bare stepping before, between and after sees what the trials see.
+    """
+    bare_s, costs_s = [_bare_stepping_s(plan, params, duration_s)], {}
+    for mode in MODES:
+        begin_s = time.process_time()
+        run_trial(plan, ROBOT, params, mode)
+        costs_s[mode] = time.process_time() - begin_s
+        bare_s.append(_bare_stepping_s(plan, params, duration_s))
+    return {**costs_s, BARE: statistics.mean(bare_s)}
 
 
 def _bare_stepping_s(plan: TrialPlan, params: RobotParams, duration_s: float) -> float:
-    """The robot drives straight and turns by turns; nothing but stepSimulation is measured."""
-    simulator = Simulator(plan.world, ROBOT, params.simulator, plan.trial.test.start.pose(), 0)
+    """Return the processor time of stepSimulation alone, over as long a drive straight ahead.
+
+    With the settings of which the limits speak, whatever those of the robot are.
+    """
+    simulated = params.simulator.model_copy(update={'physics': LIMITS_PHYSICS})
+    simulator = Simulator(plan.world, ROBOT, simulated, plan.trial.test.start.pose(), 0)
     client, spent_s = bullet_client(simulator), 0.0
     try:
         simulator.command(0.0, 0.5)
@@ -157,12 +142,36 @@ def _bare_stepping_s(plan: TrialPlan, params: RobotParams, duration_s: float) ->
     return spent_s
 
 
+def _print_costs(duration_s: float, rounds: Sequence[Dict[str, float]]) -> None:
+    rows = []
+    for name in (*MODES, BARE):
+        cost_s = statistics.median(costs[name] for costs in rounds)
+        rows.append([name, f'{cost_s:.2f}', f'{duration_s / cost_s:.0f}'])
+    heads = [f'{duration_s:.1f} s simulated', 'processor [s]', 'times real time']
+    print(f'{tabulate(rows, heads, disable_numparse=True, colalign=("left", "right", "right"))}\n')
+
+
+def _print_parts(plan: TrialPlan, params: RobotParams, duration_s: float) -> None:
+    with Stopwatch() as stopwatch:
+        begin_s = time.process_time()
+        run_trial(plan, ROBOT, params, 'full')
+        whole_s = time.process_time() - begin_s
+    parts = {**stopwatch.spent_s, 'the rest': whole_s - sum(stopwatch.spent_s.values())}
+    rows = [
+        [part, f'{100.0 * spent_s / whole_s:.1f}', f'{1e3 * spent_s / duration_s:.2f}']
+        for part, spent_s in sorted(parts.items(), key=lambda item: -item[1])
+    ]
+    heads = ['part (record full, measured)', 'fraction [%]', 'ms per simulated s']
+    print(f'\n{tabulate(rows, heads, disable_numparse=True, colalign=("left", "right", "right"))}')
+
+
 def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--test', default='DLD')
     parser.add_argument('--ppr', type=int, default=90)
     parser.add_argument('--trial', type=int, default=1)
-    parser.add_argument('--repeats', type=int, default=3, help='of which the fastest counts')
+    parser.add_argument('--repeats', type=int, default=5, help='rounds of bare stepping and trials in turn')
+    add_json(parser)
     return parser.parse_args()
 
 

@@ -4,8 +4,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from diff_encoder_sim.base.compiled import compiled
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, move_along_arc
 from diff_encoder_sim.mapping.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
@@ -118,7 +118,7 @@ def walled_room():
     return shapes, rasterise(shapes, (-3.5, -2.5), (3.5, 2.5))
 
 
-@njit(cache=True)
+@compiled
 def cast(x, y, yaw, rays, segments, circles):
     """(rays,) distance to the first solid around a laser, inf without one [m]."""
     ranges = np.full(rays, np.inf)

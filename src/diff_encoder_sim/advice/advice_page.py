@@ -8,8 +8,7 @@ from diff_encoder_sim.advice.advice import Advice
 from diff_encoder_sim.advice.advice_charts import advice_charts
 from diff_encoder_sim.advice.advice_tables import advice_tables
 from diff_encoder_sim.advice.advice_text import closed_form_text, own_encoder_text
-from diff_encoder_sim.analysis import report
-from diff_encoder_sim.analysis.html_templates import load_template
+from diff_encoder_sim.analysis.html_templates import STYLE, load_template
 from diff_encoder_sim.base.atomic_files import write_file
 
 TEMPLATE = 'advice.html'
@@ -21,8 +20,7 @@ def write_page(advice: Advice, path: Path) -> None:
     Raises:
         OSError: it cannot be written.
     """
-    # The report's folder has the style.
-    template = load_template(TEMPLATE, Path(__file__).parent, Path(report.__file__).parent)
+    template = load_template(TEMPLATE, Path(__file__).parent, STYLE)
     page = template.render(
         advice=advice,
         scope=_scope(advice),

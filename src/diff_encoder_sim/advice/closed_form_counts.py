@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy import stats
 
 from diff_encoder_sim.advice.requirement import Requirement
 from diff_encoder_sim.analysis.closed_form import STRAIGHT_WITHIN, closed_form_std
 from diff_encoder_sim.analysis.dataset import RobotGeometry
+from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.trials.trial_definition import Trial
+
+stats = deferred('scipy.stats')
 
 
 def closed_form_counts(requested: Trial, robot: RobotGeometry, requirement: Requirement) -> float:

@@ -16,10 +16,12 @@ from functools import lru_cache
 from typing import List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
-from scipy.optimize import brentq
-from scipy.special import betainc, betaln
 
+from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.evaluation.sample_statistics import Interval
+
+optimize = deferred('scipy.optimize')
+special = deferred('scipy.special')
 
 JEFFREYS = 0.5  # both parameters of the prior
 
@@ -143,7 +145,7 @@ def _too_few(within: np.ndarray, trials: np.ndarray, share: float, doubt: float)
 
 def _log_mass_above(share: float, a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Compute the logarithm of the integral of x^(a - 1) (1 - x)^(b - 1) from `share` to 1."""
-    return np.asarray(betaln(a, b) + np.log(betainc(b, a, 1.0 - share)))
+    return np.asarray(special.betaln(a, b) + np.log(special.betainc(b, a, 1.0 - share)))
 
 
 def _lower_bound(counts: TrialCounts, confidence: float) -> float:
@@ -155,4 +157,4 @@ def _lower_bound(counts: TrialCounts, confidence: float) -> float:
 
     if counts.within == 0 or beyond(MARGIN) <= 0.0:
         return 0.0
-    return float(brentq(beyond, MARGIN, counts.fraction - MARGIN))
+    return float(optimize.brentq(beyond, MARGIN, counts.fraction - MARGIN))

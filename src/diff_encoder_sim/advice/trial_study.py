@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Callable, Dict, List, Mapping, Optional, Sequence, Tuple
 
-from scipy import stats
-
 from diff_encoder_sim.advice.advice import Advice, TriedEncoder
 from diff_encoder_sim.advice.answers import Answer, Criterion, Kind
 from diff_encoder_sim.advice.budget import Budget
@@ -31,10 +29,13 @@ from diff_encoder_sim.advice.trial_errors import (
 from diff_encoder_sim.analysis.dataset import TrialData
 from diff_encoder_sim.analysis.encoder_labels import ppr_text
 from diff_encoder_sim.analysis.within_tolerance import Sufficiency
+from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.campaign.campaign_definition import Campaign
 from diff_encoder_sim.lockstep.stopping import parts_with
 from diff_encoder_sim.navigation.stop_spread import StopSpread
 from diff_encoder_sim.trials.trial_outcome import Outcome
+
+stats = deferred('scipy.stats')
 
 # So many trials of each test compare the curve of odometry with closed-loop trials: at its encoder and those beside it.
 CONFIRMING = 6

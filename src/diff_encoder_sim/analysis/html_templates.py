@@ -3,8 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import jinja2
+from diff_encoder_sim.base.deferred import deferred
+
+if TYPE_CHECKING:
+    import jinja2
+else:
+    jinja2 = deferred('jinja2')
+
+STYLE = Path(__file__).parent / 'report'  # the folder of what all pages include
 
 
 def load_template(name: str, *folders: Path) -> jinja2.Template:

@@ -1,30 +1,74 @@
-"""`compiled`, the decorator of all numba kernels."""
+"""`compiled`, the decorator of all numba kernels. numba is imported when the first of them is called."""
 
 from __future__ import annotations
 
 import functools
 import os
-from typing import Any, Callable, TypeVar, overload
+import threading
+from typing import Any, Callable, Optional, TypeVar, overload
 
-import numba
-
+from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.base.machine_code import FOLDER_VARIABLE, machine_code_folder
 
-Kernel = TypeVar('Kernel', bound=Callable[..., Any])
+numba = deferred('numba')
+
+Function = TypeVar('Function', bound=Callable[..., Any])
+
+
+class Kernel:
+    """A function that numba compiles when it is first called, from Python or by another kernel that is compiled."""
+
+    def __init__(self, function: Callable[..., Any], options: Any) -> None:
+        functools.update_wrapper(self, function)
+        self._function, self._options = function, options
+        self._dispatcher: Optional[Any] = None
+
+    def __call__(self, *arguments: Any) -> Any:  # noqa: D102 (that of the function)
+        return (self._dispatcher or self.dispatcher)(*arguments)
+
+    @property
+    def dispatcher(self) -> Any:
+        """Return numba's."""
+        with _LOCK:
+            if self._dispatcher is None:
+                _make_known()
+                self._dispatcher = numba.njit(self._function, cache=_is_kept(), **self._options)
+        return self._dispatcher
+
+    def __getattr__(self, name: str) -> Any:
+        # What numba asks a kernel that another one calls: its options, and the function.
+        if name.startswith('__'):
+            raise AttributeError(name)
+        return getattr(self.dispatcher, name)
+
+
+_LOCK = threading.RLock()
 
 
 @overload
-def compiled(kernel: Kernel) -> Kernel: ...
+def compiled(kernel: Function) -> Function: ...
 
 
 @overload
-def compiled(**options: Any) -> Callable[[Kernel], Kernel]: ...
+def compiled(**options: Any) -> Callable[[Function], Function]: ...
 
 
 def compiled(*kernel: Any, **options: Any) -> Any:
-    """Compile a kernel when it is first called, with `options` of numba.jit, and keep the machine code."""
-    decorate: Any = numba.njit
-    return decorate(*kernel, cache=_is_kept(), **options)
+    """Compile a kernel when it is first called, with `options` of numba.njit, and keep the machine code."""
+    if kernel:
+        return Kernel(kernel[0], options)
+    return lambda function: Kernel(function, options)
+
+
+@functools.lru_cache(maxsize=None)
+def _make_known() -> None:
+    """Tell numba what a kernel is that another one calls."""
+
+    def type_of_kernel(kernel: Kernel, context: Any) -> Any:
+        del context
+        return numba.typeof(kernel.dispatcher)
+
+    numba.extending.typeof_impl.register(Kernel)(type_of_kernel)
 
 
 @functools.lru_cache(maxsize=None)
@@ -34,5 +78,5 @@ def _is_kept() -> bool:
     if folder:
         # For processes that this one starts; and for numba, which has read its environment.
         os.environ[FOLDER_VARIABLE] = folder
-        numba.config.CACHE_DIR = folder  # type: ignore[attr-defined]  # numba makes its settings when it starts
+        numba.config.CACHE_DIR = folder
     return folder is not None

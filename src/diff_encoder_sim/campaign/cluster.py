@@ -7,15 +7,19 @@ import contextlib
 import logging
 import warnings
 from pathlib import Path
-from typing import Any, Callable, Dict, Iterator, NamedTuple, Optional, cast
+from typing import TYPE_CHECKING, Any, Callable, Dict, Iterator, NamedTuple, Optional, cast
 
-import dask
-from distributed import Client, rpc
-from distributed.security import Security
-from distributed.versions import get_versions
-
+from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.base.errors import ConfigError, in_one_line
 from diff_encoder_sim.campaign.dask_settings import DASK_CONFIG, silence_dask
+
+if TYPE_CHECKING:
+    from distributed import Client
+    from distributed.security import Security
+
+dask = deferred('dask')
+distributed = deferred('distributed')
+versions_of_dask = deferred('distributed.versions')
 
 log = logging.getLogger(__name__)
 
@@ -50,7 +54,7 @@ class TlsFiles(NamedTuple):
                 path.read_bytes()
             except OSError as error:
                 raise ConfigError(f'--tls-{option}: given {str(path)!r}: {error.strerror}; allowed: a file') from None
-        security = Security(
+        security: Security = distributed.Security(
             require_encryption=True,
             tls_ca_file=str(self.ca),
             tls_client_cert=str(self.cert),
@@ -75,11 +79,11 @@ def connected_workers(address: str, tls: Optional[TlsFiles] = None) -> Iterator[
         ConfigError: no scheduler answers there, or its versions of Python or of libraries differ.
     """
     silence_dask()
-    security = tls.security() if tls else Security()
+    security = tls.security() if tls else distributed.Security()
     with dask.config.set(DASK_CONFIG), warnings.catch_warnings():
         warnings.simplefilter('ignore')  # about versions, which are checked here
         _check_scheduler(address, security)
-        with Client(address, timeout=CONNECT_TIMEOUT_S, security=security, set_as_default=False) as client:
+        with distributed.Client(address, timeout=CONNECT_TIMEOUT_S, security=security, set_as_default=False) as client:
             _check_workers(client, address)
             yield Workers(client)
 
@@ -99,7 +103,7 @@ def _check_scheduler(address: str, security: Security) -> None:
 
 async def _scheduler_versions(address: str, security: Security) -> Dict[str, Any]:
     connection_args = security.get_connection_args('client')
-    async with rpc(address, timeout=CONNECT_TIMEOUT_S, connection_args=connection_args) as scheduler:
+    async with distributed.rpc(address, timeout=CONNECT_TIMEOUT_S, connection_args=connection_args) as scheduler:
         versions: Dict[str, Any] = await scheduler.versions(packages=PACKAGES)
         return versions
 
@@ -110,7 +114,7 @@ def check_versions(versions: Dict[str, Any], name: str) -> None:
     Raises:
         ConfigError: one differs.
     """
-    here = _compared(get_versions(packages=PACKAGES))
+    here = _compared(versions_of_dask.get_versions(packages=PACKAGES))
     for package, version in _compared(versions).items():
         if version != here[package]:
             raise ConfigError(

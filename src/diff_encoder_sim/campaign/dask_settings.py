@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import logging
-from typing import Any
-
-from distributed import Scheduler, Worker
 
 LOOPBACK = '127.0.0.1'
 # Longer than any trial keeps a worker's host from answering, shorter than a user waits.
@@ -15,20 +12,6 @@ DASK_CONFIG = {
     'distributed.scheduler.http.routes': [],
     'distributed.worker.http.routes': [],
 }
-
-
-class PrivateScheduler(Scheduler):
-    """A scheduler without an HTTP server: that has no keys, and every user of the host could read it."""
-
-    def start_http_server(self, *_: Any, **__: Any) -> None:
-        """Open no port."""
-
-
-class PrivateWorker(Worker):
-    """A worker without an HTTP server."""
-
-    def start_http_server(self, *_: Any, **__: Any) -> None:
-        """Open no port."""
 
 
 def silence_dask() -> None:

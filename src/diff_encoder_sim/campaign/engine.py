@@ -12,9 +12,8 @@ import uuid
 from pathlib import Path
 from typing import TYPE_CHECKING, Dict, Hashable, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
 
-from distributed import Future, KilledWorker
-
 from diff_encoder_sim.base.atomic_files import write_file
+from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.campaign.campaign_definition import Campaign, TrialJob
 from diff_encoder_sim.campaign.cluster import Workers
@@ -28,10 +27,12 @@ TICK_S = 1.0
 TRIALS_PER_THREAD = 2
 PROBE_PREFIX = '.probe-'
 
-if TYPE_CHECKING:  # generic for mypy only
+if TYPE_CHECKING:
+    from distributed import Future
+
     TrialFuture = Future[FinishedTrial]
-else:
-    TrialFuture = Future
+
+distributed = deferred('distributed')
 
 _CANCELLED = (asyncio.CancelledError, concurrent.futures.CancelledError)
 
@@ -132,7 +133,7 @@ class _Engine:
     def _keep_result(self, job: TrialJob, future: TrialFuture) -> Optional[UnrunTrial]:
         try:
             finished = future.result()
-        except KilledWorker:
+        except distributed.KilledWorker:
             return UnrunTrial(job, 'each worker that began it died', True)
         except (HostFault, ImportError) as error:
             raise self._fault(str(error)) from None

@@ -13,16 +13,20 @@ import sys
 import tempfile
 import threading
 import warnings
-from typing import Iterator, Optional, Sequence
+from typing import TYPE_CHECKING, Iterator, Optional, Sequence
 
-import dask
-from distributed import Client, SpecCluster
-from distributed.security import Security
-
+from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.base.interrupts import interrupts_blocked
 from diff_encoder_sim.campaign.cluster import Workers
-from diff_encoder_sim.campaign.dask_settings import DASK_CONFIG, LOOPBACK, PrivateScheduler, silence_dask
+from diff_encoder_sim.campaign.dask_settings import DASK_CONFIG, LOOPBACK, silence_dask
 from diff_encoder_sim.campaign.worker_process import STARTED, WorkerSettings
+
+if TYPE_CHECKING:
+    from distributed.security import Security
+
+dask = deferred('dask')
+distributed = deferred('distributed')
+private_processes = deferred('diff_encoder_sim.campaign.private_processes')
 
 log = logging.getLogger(__name__)
 
@@ -53,14 +57,14 @@ def local_workers(count: int) -> Iterator[Workers]:
         security = _new_key()
         with interrupts_blocked():  # in Dask's thread and ours: it comes to the main thread, which stops all
             scheduler = {
-                'cls': PrivateScheduler,
+                'cls': private_processes.PrivateScheduler,
                 'options': {'host': LOOPBACK, 'protocol': 'tls://', 'security': security, 'dashboard': False},
             }
-            cluster = opened.enter_context(SpecCluster(scheduler=scheduler, security=security))
+            cluster = opened.enter_context(distributed.SpecCluster(scheduler=scheduler, security=security))
             settings = _settings(cluster.scheduler_address, security, scratch)
             processes = [KeptProcess(settings) for _ in range(count)]
             opened.callback(_stop, processes)
-        client = opened.enter_context(Client(cluster, set_as_default=False))
+        client = opened.enter_context(distributed.Client(cluster, set_as_default=False))
         opened.callback(_stop, processes)  # before the client leaves: what they are at is of no use any more
         yield Workers(client, lambda: _problem(processes))
 
@@ -118,7 +122,7 @@ class KeptProcess:
 def _new_key() -> Security:
     with warnings.catch_warnings():
         warnings.simplefilter('ignore')  # of cryptography, which will leave Python 3.8
-        security: Security = Security.temporary()
+        security: Security = distributed.Security.temporary()
     return security
 
 

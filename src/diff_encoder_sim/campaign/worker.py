@@ -10,9 +10,8 @@ import uuid
 from pathlib import Path
 from typing import Callable, NamedTuple, Optional
 
-from distributed import get_worker
-
 from diff_encoder_sim.base.atomic_files import UNFINISHED_SUFFIX
+from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.base.errors import in_one_line
 from diff_encoder_sim.campaign.campaign_definition import Campaign, TrialJob
 from diff_encoder_sim.campaign.trial_row import TrialRow
@@ -20,6 +19,8 @@ from diff_encoder_sim.lockstep.robot_params import RobotParams
 from diff_encoder_sim.lockstep.trial_run import TrialResult
 from diff_encoder_sim.recording.topics import RecordMode
 from diff_encoder_sim.trials.trial_definition import TrialPlan
+
+distributed = deferred('distributed')
 
 # lockstep.trial_run.run_trial, or a substitute of tests.
 RunTrial = Callable[[TrialPlan, Path, RobotParams, RecordMode], TrialResult]
@@ -63,7 +64,7 @@ def run_task(campaign: Campaign, job: TrialJob, bag: str, results: ResultsFolder
     """
     with _one_trial:
         try:
-            return run_job(campaign, job, bag, results, run, Path(get_worker().local_directory))
+            return run_job(campaign, job, bag, results, run, Path(distributed.get_worker().local_directory))
         except (OSError, MemoryError) as error:
             raise HostFault(f'worker on {platform.node()}: {_reason(error)}') from None
 

@@ -10,11 +10,13 @@ import socket
 import threading
 from typing import NamedTuple
 
-import dask
-from distributed.security import Security
-
+from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.base.errors import in_one_line
-from diff_encoder_sim.campaign.dask_settings import DASK_CONFIG, LOOPBACK, PrivateWorker, silence_dask
+from diff_encoder_sim.campaign.dask_settings import DASK_CONFIG, LOOPBACK, silence_dask
+
+dask = deferred('dask')
+security_of_dask = deferred('distributed.security')
+private_processes = deferred('diff_encoder_sim.campaign.private_processes')
 
 STARTED = b'started'
 STANDARD_INPUT = 0
@@ -44,10 +46,10 @@ def main() -> None:
 
 
 async def _work(settings: WorkerSettings, parent: socket.socket) -> None:
-    security = Security(
+    security = security_of_dask.Security(
         require_encryption=True, tls_ca_file=settings.ca, tls_worker_cert=settings.cert, tls_worker_key=settings.key
     )
-    async with PrivateWorker(
+    async with private_processes.PrivateWorker(
         settings.scheduler,
         host=LOOPBACK,
         security=security,

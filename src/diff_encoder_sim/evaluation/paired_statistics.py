@@ -10,10 +10,12 @@ import math
 from typing import List, NamedTuple, Optional, Sequence
 
 import numpy as np
-from scipy import stats
 
+from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.evaluation.sample_statistics import LEVEL, Interval, mean_interval, spread
 from diff_encoder_sim.evaluation.signed_rank import means_beyond_interval, signed_rank_p
+
+stats = deferred('scipy.stats')
 
 SIGNIFICANCE = 0.05  # a difference counts where the p-value is below
 

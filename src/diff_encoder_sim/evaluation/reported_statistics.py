@@ -11,9 +11,12 @@ import math
 from typing import Optional
 
 import numpy as np
-from scipy import optimize, stats
 
+from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.evaluation.sample_statistics import Interval, spread
+
+optimize = deferred('scipy.optimize')
+stats = deferred('scipy.stats')
 
 # Values that differ by less are equal but for rounding.
 ROUNDING = 1e-9

@@ -10,7 +10,10 @@ import math
 from typing import NamedTuple, Optional, Tuple
 
 import numpy as np
-from scipy import stats
+
+from diff_encoder_sim.base.deferred import deferred
+
+stats = deferred('scipy.stats')
 
 LEVEL = 0.95  # of all intervals that are shown
 

@@ -9,7 +9,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy import stats
+
+from diff_encoder_sim.base.deferred import deferred
+
+stats = deferred('scipy.stats')
 
 # Above, the normal distribution is near enough: at 100 pairs and p = 0.05 it differs by 0.0001.
 MOST_PAIRS_EXACT = 100

@@ -1,15 +1,17 @@
 """PyBullet, without the lines that it prints into tools' output and progress bars.
 
-Where it is not installed, all that does not simulate works, and what does ends with one line.
+It is imported when it is first used. Where it is not installed, all that does not simulate works, and what does ends
+with one line.
 """
 
 from __future__ import annotations
 
 import contextlib
 import ctypes
+import importlib
 import os
 import sys
-from typing import Iterator, NoReturn
+from typing import Any, Iterator
 
 from diff_encoder_sim.base.errors import ConfigError
 
@@ -38,21 +40,24 @@ def silence(*descriptors: int) -> Iterator[None]:
         os.close(nowhere)
 
 
-class _Missing:
-    """Stands for PyBullet where it is not installed."""
+class _PyBullet:
+    """Stands for PyBullet, and imports it for the first of its names that is asked for."""
 
-    def __getattr__(self, name: str) -> NoReturn:
-        raise ConfigError(
-            'PyBullet, which simulates the robot, is not installed; allowed: pip install pybullet (a minute on Python '
-            '3.8 to 3.11, which have wheels; newer ones build it from source, with a C++ compiler in ten minutes, as '
-            'the extra [sim] does)'
-        )
+    def __getattr__(self, name: str) -> Any:
+        try:
+            with silence(STDOUT, STDERR):
+                module = importlib.import_module('pybullet')
+        except ModuleNotFoundError:
+            raise ConfigError(
+                'PyBullet, which simulates the robot, is not installed; allowed: pip install pybullet (a minute on '
+                'Python 3.8 to 3.11, which have wheels; newer ones build it from source, with a C++ compiler in ten '
+                'minutes, as the extra [sim] does)'
+            ) from None
+        value = getattr(module, name)
+        setattr(self, name, value)  # from now on found without this method
+        return value
 
 
-try:
-    with silence(STDOUT, STDERR):
-        import pybullet
-except ModuleNotFoundError:
-    pybullet = _Missing()
+pybullet: Any = _PyBullet()
 
 __all__ = ['STDERR', 'STDOUT', 'pybullet', 'silence']

@@ -10,13 +10,13 @@ import importlib, pkgutil
 import diff_encoder_sim.navigation as navigation
 from diff_encoder_sim.navigation.navigation_warm_up import warm_up
 from diff_encoder_sim.base.se2 import Pose2D
-from numba.core.dispatcher import Dispatcher
+from diff_encoder_sim.base.compiled import Kernel
 import navigation_simulation as simulation
 
 def compiled():
     return {f'{module.name}.{name}': len(value.signatures)
             for module in pkgutil.iter_modules(navigation.__path__, navigation.__name__ + '.')
-            for name, value in vars(importlib.import_module(module.name)).items() if isinstance(value, Dispatcher)}
+            for name, value in vars(importlib.import_module(module.name)).items() if isinstance(value, Kernel)}
 
 warm_up()
 before = compiled()

@@ -10,7 +10,6 @@ from __future__ import annotations
 from typing import List, NamedTuple, Sequence
 
 import numpy as np
-from scipy import stats
 
 from diff_encoder_sim.analysis.dataset import TrialData
 from diff_encoder_sim.analysis.final_errors import count_within_all, final_error, with_final_error
@@ -18,9 +17,12 @@ from diff_encoder_sim.analysis.paper.claim_samples import TrialsByCell
 from diff_encoder_sim.analysis.paper.hypothesis_tests import HypothesisTest, PartResult, concluded, too_few
 from diff_encoder_sim.analysis.paper.paper_cells import TRIALS
 from diff_encoder_sim.analysis.quantities import QUANTITIES, X, Y
+from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.base.se2 import wrap_angle
 from diff_encoder_sim.trials.pose_source import PoseSource
 from diff_encoder_sim.trials.trial_outcome import Outcome
+
+stats = deferred('scipy.stats')
 
 # A smaller difference is negligible, as a fraction of the tolerance.
 NEGLIGIBLE_FRACTION = 0.1

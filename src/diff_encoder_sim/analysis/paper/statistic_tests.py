@@ -9,13 +9,15 @@ from __future__ import annotations
 from typing import Callable, Dict, NamedTuple, Optional
 
 import numpy as np
-from scipy import stats
 
 from diff_encoder_sim.analysis.final_errors import count_within
 from diff_encoder_sim.analysis.paper.paper_cells import TRIALS
 from diff_encoder_sim.analysis.quantities import Quantity
+from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.evaluation.reported_statistics import maximum_interval, maximum_p_value, spread_p_value
 from diff_encoder_sim.evaluation.sample_statistics import LEVEL, Interval, spread, std_interval, wilson
+
+stats = deferred('scipy.stats')
 
 # Half of the last digit that the paper prints: of metres and of degrees alike, and of per cent.
 HALF_A_DIGIT = 0.0005
