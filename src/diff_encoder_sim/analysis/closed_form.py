@@ -33,7 +33,7 @@ def closed_form_std(requested: Trial, robot: RobotGeometry, ppr: float) -> np.nd
     covariance = quantisation_covariance(goal, reading_m2, reading_m2, residual_m, robot.wheel_separation_m)
     turn = np.eye(3)
     turn[:2, :2] = _rotation(start)
-    return np.sqrt(np.diag(turn @ covariance @ turn.T))
+    return np.sqrt(np.diag(turn @ covariance.matrix() @ turn.T))
 
 
 def heading_std_rad(wheel_travel_m: np.ndarray, m_per_pulse: float, wheel_separation_m: float) -> float:

@@ -7,9 +7,9 @@ and of one diameter against the other. The reasons are in docs/adr/0031-covarian
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, Tuple
 
-import numpy as np
+from diff_encoder_sim.odometry.odometry_covariance import PlanarCovariance, covariance_of
 
 
 class GeometryStd(NamedTuple):
@@ -23,14 +23,19 @@ class GeometryStd(NamedTuple):
 KNOWN_EXACTLY = GeometryStd()
 
 
+# What a relative error of 1, to first order, adds to x [m], y [m] and yaw [rad]: of the distance, the turn and the
+# diameters' difference.
+Columns = Tuple[Tuple[float, float, float], Tuple[float, float, float], Tuple[float, float, float]]
+NO_ERRORS: Columns = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+
+
 def carry_geometry_errors(
-    errors: np.ndarray, yaw_rad: float, left_m: float, right_m: float, wheel_separation_m: float
-) -> np.ndarray:
+    errors: Columns, yaw_rad: float, left_m: float, right_m: float, wheel_separation_m: float
+) -> Columns:
     """Return how the geometry's errors move the pose after one more step of both wheels.
 
     Args:
-        errors: 3x3, before the step: what a relative error of 1, to first order, adds to x [m], y [m] and yaw [rad]
-            (rows), of the distance, the turn and the diameters' difference (columns).
+        errors: before the step.
         yaw_rad: heading before the step.
         left_m: travel of the left wheel.
         right_m: travel of the right wheel.
@@ -39,23 +44,27 @@ def carry_geometry_errors(
     travel_m, turn_rad = 0.5 * (left_m + right_m), (right_m - left_m) / wheel_separation_m
     mid_yaw_rad = yaw_rad + 0.5 * turn_rad
     cos_yaw, sin_yaw = math.cos(mid_yaw_rad), math.sin(mid_yaw_rad)
-    by_travel = np.array([travel_m, 0.0, 0.25 * (right_m - left_m)])
-    by_turn = np.array([0.0, turn_rad, travel_m / wheel_separation_m])
-    across_m = travel_m * (errors[2] + 0.5 * by_turn)
-    step: np.ndarray = np.stack(
-        [cos_yaw * by_travel - sin_yaw * across_m, sin_yaw * by_travel + cos_yaw * across_m, by_turn]
+    steps = ((travel_m, 0.0), (0.0, turn_rad), (0.25 * (right_m - left_m), travel_m / wheel_separation_m))
+    distance, turn, difference = (
+        _carried(column, along_m, by_rad, travel_m, cos_yaw, sin_yaw)
+        for column, (along_m, by_rad) in zip(errors, steps)
     )
-    carried: np.ndarray = errors + step
-    return carried
+    return distance, turn, difference
 
 
-def geometry_covariance(errors: np.ndarray, std: GeometryStd) -> np.ndarray:
-    """Return the 3x3 covariance of (x, y, yaw) that errors of these standard deviations cause.
+def _carried(
+    column: Tuple[float, float, float], along_m: float, by_rad: float, travel_m: float, cos_yaw: float, sin_yaw: float
+) -> Tuple[float, float, float]:
+    """Return what an error has moved the pose by, after a step that it makes longer by `along_m` and turns further."""
+    x_m, y_m, yaw_rad = column
+    across_m = travel_m * (yaw_rad + 0.5 * by_rad)
+    return (
+        x_m + cos_yaw * along_m - sin_yaw * across_m,
+        y_m + sin_yaw * along_m + cos_yaw * across_m,
+        yaw_rad + by_rad,
+    )
 
-    Args:
-        errors: 3x3, of `carry_geometry_errors`.
-        std: of the three errors, which are independent.
-    """
-    scaled = errors * np.array(std)
-    covariance: np.ndarray = scaled @ scaled.T
-    return covariance
+
+def geometry_covariance(errors: Columns, std: GeometryStd) -> PlanarCovariance:
+    """Return the covariance that errors of these standard deviations, which are independent, cause."""
+    return covariance_of(errors, (std.distance**2, std.turn**2, std.diameter_difference**2))

@@ -31,7 +31,7 @@ def encoder_lateral_std(params: OdometryParams) -> float:
     """Return the standard deviation across [m] that the encoder's counts cause after a straight line."""
     end = Pose2D(STRAIGHT_M, 0.0, 0.0)
     covariance = quantisation_covariance(end, *params.reading_variances_m2, 0.0, params.wheel_separation)
-    return math.sqrt(covariance[1, 1])
+    return math.sqrt(covariance.yy)
 
 
 def noise_lateral_std(motion_noise: float, wheel_separation_m: float) -> float:

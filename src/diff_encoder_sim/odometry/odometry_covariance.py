@@ -7,7 +7,7 @@ calls take far longer than the arithmetic of such small ones.
 from __future__ import annotations
 
 import math
-from typing import Iterable, Tuple
+from typing import Iterable, NamedTuple, Tuple
 
 import numpy as np
 
@@ -36,21 +36,57 @@ def residual_std(left_m_per_pulse: float, right_m_per_pulse: float) -> float:
     return RESIDUAL_PULSES * max(left_m_per_pulse, right_m_per_pulse)
 
 
+class PlanarCovariance(NamedTuple):
+    """A symmetric 3x3 covariance of (x [m], y [m], yaw [rad]): its upper triangle."""
+
+    xx: float = 0.0
+    xy: float = 0.0
+    x_yaw: float = 0.0
+    yy: float = 0.0
+    y_yaw: float = 0.0
+    yaw_yaw: float = 0.0
+
+    def plus(self, other: PlanarCovariance) -> PlanarCovariance:
+        """Return the covariance of the sum of two errors that are independent."""
+        xx, xy, x_yaw, yy, y_yaw, yaw_yaw = other
+        return PlanarCovariance(
+            self.xx + xx, self.xy + xy, self.x_yaw + x_yaw, self.yy + yy, self.y_yaw + y_yaw, self.yaw_yaw + yaw_yaw
+        )
+
+    def matrix(self) -> np.ndarray:
+        """Return it as 3x3."""
+        xx, xy, x_yaw, yy, y_yaw, yaw_yaw = self
+        return np.array([[xx, xy, x_yaw], [xy, yy, y_yaw], [x_yaw, y_yaw, yaw_yaw]])
+
+    def carried_by_heading(self, x_per_yaw_m: float, y_per_yaw_m: float) -> PlanarCovariance:
+        """Return J C J' for a J that is the identity but for x and y by yaw."""
+        xx, xy, x_yaw, yy, y_yaw, yaw_yaw = self
+        new_x_yaw, new_y_yaw = x_yaw + x_per_yaw_m * yaw_yaw, y_yaw + y_per_yaw_m * yaw_yaw
+        return PlanarCovariance(
+            xx + x_per_yaw_m * (x_yaw + new_x_yaw),
+            xy + x_per_yaw_m * y_yaw + y_per_yaw_m * new_x_yaw,
+            new_x_yaw,
+            yy + y_per_yaw_m * (y_yaw + new_y_yaw),
+            new_y_yaw,
+            yaw_yaw,
+        )
+
+
 def propagate_motion_noise(
-    covariance: np.ndarray,
+    covariance: PlanarCovariance,
     yaw_rad: float,
     left_m: float,
     right_m: float,
     wheel_separation_m: float,
     motion_noise: float,
-) -> np.ndarray:
-    """Return the 3x3 covariance of (x, y, yaw) after one more step of both wheels.
+) -> PlanarCovariance:
+    """Return the covariance after one more step of both wheels.
 
     Siegwart and Nourbakhsh, Introduction to Autonomous Mobile Robots, section 5.2.4: each
     wheel's travel has a variance proportional to its length and independent of the other's.
 
     Args:
-        covariance: 3x3, before the step.
+        covariance: before the step.
         yaw_rad: heading before the step.
         left_m: travel of the left wheel.
         right_m: travel of the right wheel.
@@ -66,39 +102,23 @@ def propagate_motion_noise(
         (0.5 * cos_yaw + lever * sin_yaw, 0.5 * sin_yaw - lever * cos_yaw, -turn),
         (0.5 * cos_yaw - lever * sin_yaw, 0.5 * sin_yaw + lever * cos_yaw, turn),
     )
-    variances = (motion_noise * abs(left_m), motion_noise * abs(right_m))
-    carried = _carried_by_heading(covariance, -travel_m * sin_yaw, travel_m * cos_yaw)
-    propagated: np.ndarray = carried + _covariance(by_wheels, variances)
-    return propagated
+    carried = covariance.carried_by_heading(-travel_m * sin_yaw, travel_m * cos_yaw)
+    return carried.plus(covariance_of(by_wheels, (motion_noise * abs(left_m), motion_noise * abs(right_m))))
 
 
-def behind_axle(covariance: np.ndarray, yaw_rad: float, axle_x_m: float) -> np.ndarray:
-    """Return the 3x3 covariance of (x, y, yaw) of a point that the axle's middle, whose covariance is given, leads.
+def behind_axle(covariance: PlanarCovariance, yaw_rad: float, axle_x_m: float) -> PlanarCovariance:
+    """Return the covariance of a point that the axle's middle, whose covariance is given, leads.
 
     Args:
-        covariance: 3x3, of the axle's middle.
+        covariance: of the axle's middle.
         yaw_rad: heading.
         axle_x_m: how far ahead of the point the axle is.
     """
-    return _carried_by_heading(covariance, axle_x_m * math.sin(yaw_rad), -axle_x_m * math.cos(yaw_rad))
+    return covariance.carried_by_heading(axle_x_m * math.sin(yaw_rad), -axle_x_m * math.cos(yaw_rad))
 
 
-def _carried_by_heading(covariance: np.ndarray, x_per_yaw_m: float, y_per_yaw_m: float) -> np.ndarray:
-    """Return J C J' of a 3x3 covariance C, for a J that is the identity but for x and y by yaw."""
-    (xx, xy, x_yaw), (_, yy, y_yaw), (_, _, yaw_yaw) = covariance.tolist()
-    new_x_yaw, new_y_yaw = x_yaw + x_per_yaw_m * yaw_yaw, y_yaw + y_per_yaw_m * yaw_yaw
-    new_xy = xy + x_per_yaw_m * y_yaw + y_per_yaw_m * new_x_yaw
-    return np.array(
-        [
-            [xx + x_per_yaw_m * (x_yaw + new_x_yaw), new_xy, new_x_yaw],
-            [new_xy, yy + y_per_yaw_m * (y_yaw + new_y_yaw), new_y_yaw],
-            [new_x_yaw, new_y_yaw, yaw_yaw],
-        ]
-    )
-
-
-def _covariance(columns: Iterable[Tuple[float, float, float]], variances: Iterable[float]) -> np.ndarray:
-    """Return the 3x3 covariance of a sum of columns (x, y, yaw), each times an error of its own variance."""
+def covariance_of(columns: Iterable[Tuple[float, float, float]], variances: Iterable[float]) -> PlanarCovariance:
+    """Return the covariance of a sum of columns (x, y, yaw), each times an error of its own variance."""
     xx = xy = yy = x_yaw = y_yaw = yaw_yaw = 0.0
     for (x, y, yaw), variance in zip(columns, variances):
         xx += variance * x * x
@@ -107,13 +127,13 @@ def _covariance(columns: Iterable[Tuple[float, float, float]], variances: Iterab
         x_yaw += variance * x * yaw
         y_yaw += variance * y * yaw
         yaw_yaw += variance * yaw * yaw
-    return np.array([[xx, xy, x_yaw], [xy, yy, y_yaw], [x_yaw, y_yaw, yaw_yaw]])
+    return PlanarCovariance(xx, xy, x_yaw, yy, y_yaw, yaw_yaw)
 
 
 def quantisation_covariance(
     base_pose_in_odom: Pose2D, left_var_m2: float, right_var_m2: float, residual_m: float, wheel_separation_m: float
-) -> np.ndarray:
-    """Return the 3x3 covariance of (x, y, yaw) that reading whole pulses causes: bounded, no random walk.
+) -> PlanarCovariance:
+    """Return the covariance that reading whole pulses causes: bounded, no random walk.
 
     Each wheel is anywhere within a pulse twice: at the start and now. What remained of its
     pulse at the start turns and shifts the whole path about the start; what remains now turns
@@ -142,4 +162,4 @@ def quantisation_covariance(
         (0.0, 1.0, 0.0),
     )
     residual = residual_m**2
-    return _covariance(columns, (left_var_m2, right_var_m2, left_var_m2, right_var_m2, residual, residual))
+    return covariance_of(columns, (left_var_m2, right_var_m2, left_var_m2, right_var_m2, residual, residual))

@@ -19,9 +19,15 @@ from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, move_along_arc
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
 from diff_encoder_sim.encoders.report_link import LATE_REPORT_TOLERANCE_NS
 from diff_encoder_sim.odometry.counter_steps import CounterSteps, Reading
-from diff_encoder_sim.odometry.geometry_uncertainty import KNOWN_EXACTLY, carry_geometry_errors, geometry_covariance
+from diff_encoder_sim.odometry.geometry_uncertainty import (
+    KNOWN_EXACTLY,
+    NO_ERRORS,
+    carry_geometry_errors,
+    geometry_covariance,
+)
 from diff_encoder_sim.odometry.lateral_acceleration import LateralAcceleration
 from diff_encoder_sim.odometry.odometry_covariance import (
+    PlanarCovariance,
     behind_axle,
     propagate_motion_noise,
     quantisation_covariance,
@@ -70,8 +76,8 @@ class WheelOdometry:
         self._pull.reset()
         self._totals: Deque[Reading] = deque(maxlen=self.params.velocity_window + 1)
         self._pose = IDENTITY  # of the axle's middle, where it began
-        self._motion_covariance = np.zeros((3, 3))
-        self._geometry_errors = np.zeros((3, 3))
+        self._motion_covariance = PlanarCovariance()
+        self._geometry_errors = NO_ERRORS
 
     @property
     def restarts(self) -> int:
@@ -154,18 +160,18 @@ class WheelOdometry:
             self._base_pose(),
             twist.linear_mps,
             twist.angular_radps,
-            pose_covariance,
+            pose_covariance.matrix(),
             twist.covariance,
             0.0 - axle_x_m * twist.angular_radps,  # never -0.0
         )
 
-    def _axle_covariance(self) -> np.ndarray:
-        """Return the 3x3 covariance of (x, y, yaw) of the axle's middle."""
-        covariance: np.ndarray = self._motion_covariance + quantisation_covariance(
-            self._pose, *self._reading_vars_m2, self._residual_m, self.params.wheel_separation
+    def _axle_covariance(self) -> PlanarCovariance:
+        """Return the covariance of the axle's middle."""
+        covariance = self._motion_covariance.plus(
+            quantisation_covariance(self._pose, *self._reading_vars_m2, self._residual_m, self.params.wheel_separation)
         )
         if self._geometry_std != KNOWN_EXACTLY:
-            covariance = covariance + geometry_covariance(self._geometry_errors, self._geometry_std)
+            covariance = covariance.plus(geometry_covariance(self._geometry_errors, self._geometry_std))
         return covariance
 
     def _base_pose(self) -> Pose2D:

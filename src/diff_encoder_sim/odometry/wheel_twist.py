@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from typing import NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
@@ -121,26 +120,17 @@ def twist_of_rims(rims: Rims, interval_s: float, wheel_separation_m: float) -> W
     if interval_s == 0.0:
         return WheelTwist(0.0, 0.0, np.zeros((2, 2)))
     (left, left_variance), (right, right_variance) = rims
-    jacobian = _twist_by_travel(wheel_separation_m, interval_s)
-    linear_mps, angular_radps = (jacobian @ (left, right)).tolist()
-    return WheelTwist(linear_mps, angular_radps, (jacobian * (left_variance, right_variance)) @ jacobian.T)
+    # Matrices are computed in plain numbers: numpy's calls take far longer than the arithmetic of such small ones.
+    of_both = (left_variance + right_variance) / interval_s**2
+    together = 0.5 * (right_variance - left_variance) / (wheel_separation_m * interval_s**2)
+    covariance = np.array([[0.25 * of_both, together], [together, of_both / wheel_separation_m**2]])
+    return WheelTwist(0.5 * (left + right) / interval_s, (right - left) / (wheel_separation_m * interval_s), covariance)
 
 
 def wheel_speeds_mps(linear_mps: float, angular_radps: float, wheel_separation_m: float) -> Tuple[float, float]:
     """Return the speeds of the left and right rim in a twist of base_link, the axle's middle."""
     half_mps = 0.5 * wheel_separation_m * angular_radps
     return linear_mps - half_mps, linear_mps + half_mps
-
-
-# Reports come at one rate, so hardly ever another interval.
-@functools.lru_cache(maxsize=16)
-def _twist_by_travel(wheel_separation_m: float, interval_s: float) -> np.ndarray:
-    """Return a read-only 2x2 matrix: what a metre of the left and of the right wheel adds to the twist."""
-    jacobian = np.array([[0.5, 0.5], [-1.0, 1.0]])
-    jacobian[1] /= wheel_separation_m
-    jacobian /= interval_s
-    jacobian.setflags(write=False)
-    return jacobian
 
 
 def _mixed(old: RimMotion, new: RimMotion, share: float) -> RimMotion:

@@ -6,10 +6,9 @@ import itertools
 from pathlib import Path
 from typing import Callable, Dict, Iterator, List, NamedTuple, Optional, Tuple, cast
 
-from rosbags.interfaces import Connection
-from rosbags.rosbag1 import Writer
 from typing_extensions import Protocol
 
+from diff_encoder_sim.recording.ros1_writer import Ros1Writer
 from diff_encoder_sim.recording.topics import RecordedTopic
 from diff_encoder_sim.serialization.mcap_writer import McapWriter
 from diff_encoder_sim.serialization.primitives import with_seq
@@ -39,7 +38,7 @@ class BagFile(Protocol):
 class _Publisher(NamedTuple):
     """One node's connection of one topic."""
 
-    connection: Connection
+    connection_id: int
     seqs: Optional[Iterator[int]]  # of its messages; None where they have no header
 
 
@@ -49,7 +48,7 @@ class Ros1File:
     def __init__(self, path: Path) -> None:
         self._publishers: List[_Publisher] = []
         self._chunks_seen = 0
-        self._writer = Writer(path)
+        self._writer = Ros1Writer(path)
         self._writer.open()
 
     def add_publisher(self, topic: RecordedTopic, node: str) -> int:
@@ -63,13 +62,14 @@ class Ros1File:
             callerid=node,
             latching=int(topic.is_latched),
         )
-        self._publishers.append(_Publisher(connection, itertools.count(1) if described.has_header else None))
+        self._writer.begin_messages(connection)
+        self._publishers.append(_Publisher(connection.id, itertools.count(1) if described.has_header else None))
         return len(self._publishers) - 1
 
     def write(self, publisher: int, time_ns: int, message: bytes) -> None:
         """Write a message."""
-        connection, seqs = self._publishers[publisher]
-        self._writer.write(connection, time_ns, message if seqs is None else with_seq(message, next(seqs)))
+        connection_id, seqs = self._publishers[publisher]
+        self._writer.write_message(connection_id, time_ns, message if seqs is None else with_seq(message, next(seqs)))
         if len(self._writer.chunks) != self._chunks_seen:
             self._forget_places()
 

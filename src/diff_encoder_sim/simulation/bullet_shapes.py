@@ -35,6 +35,32 @@ def shape_arguments(solid: Solid) -> Dict[str, Any]:
     return {'shapeType': pybullet.GEOM_PLANE}
 
 
+def add_shape(client: int, solid: Solid) -> int:
+    """Make a solid's collision shape in one of PyBullet's worlds, and return its number."""
+    return int(pybullet.createCollisionShape(physicsClientId=client, **shape_arguments(solid)))
+
+
+def add_body(client: int, shape: int, solid: Solid) -> int:
+    """Put a solid of a shape into one of PyBullet's worlds, and return its number there."""
+    # A plain rigid body: one of PyBullet's multibodies is moved on in each step even where it
+    # stands still, which in a world of 49 solids takes a third of the time.
+    return int(
+        pybullet.createMultiBody(
+            baseMass=0,
+            baseCollisionShapeIndex=shape,
+            basePosition=solid.pose_in_world[:3, 3].tolist(),
+            baseOrientation=quat_xyzw(solid.pose_in_world[:3, :3]),
+            useMaximalCoordinates=1,
+            physicsClientId=client,
+        )
+    )
+
+
+def remove_body(client: int, body: int) -> None:
+    """Take a body out of one of PyBullet's worlds."""
+    pybullet.removeBody(body, physicsClientId=client)
+
+
 def quat_xyzw(rotation: np.ndarray) -> QuatXyzw:
     """Return the quaternion of a 3x3 rotation, by its roll, pitch and yaw."""
     pitch_rad = -np.arcsin(np.clip(rotation[2, 0], -1.0, 1.0))

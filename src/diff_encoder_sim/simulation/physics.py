@@ -6,8 +6,10 @@ test/benchmark/physics_convergence.py. Contact shapes are those of robots/physic
 
 from __future__ import annotations
 
+import math
 import tempfile
-from typing import Dict, NamedTuple, Optional, Sequence, Tuple
+from itertools import product
+from typing import Dict, Iterable, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 from pydantic import Field
@@ -18,15 +20,17 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import Pose2D, quat_xyzw_from_yaw
 from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.robots.simulated_robot import SimulatedRobot
-from diff_encoder_sim.simulation.bullet_shapes import QuatXyzw, quat_xyzw, shape_arguments, without_visuals
+from diff_encoder_sim.simulation.bullet_shapes import QuatXyzw, add_body, add_shape, without_visuals
+from diff_encoder_sim.simulation.near_solids import AHEAD_M, LOOK_AGAIN_M, NearSolids
 from diff_encoder_sim.simulation.periods import TICK_S
 from diff_encoder_sim.simulation.quiet_pybullet import STDERR, STDOUT, pybullet, silence
 from diff_encoder_sim.simulation.state import AT_REST, BodyState, PlanarVelocity
-from diff_encoder_sim.simulation.world import Plane, Solid, World
+from diff_encoder_sim.simulation.world import Plane, World
 
 GRAVITY_MPS2 = 9.81
 SETTLING_TICKS = 50
 ROOT_LINK = -1
+LOOK_AGAIN_TICKS = 100  # also where the wheels stand, and the robot slides
 SOLVER_RESIDUAL_THRESHOLD = 1e-9  # PyBullet's 1e-7 stops early, and slip is left over
 
 PositionXyz = Tuple[float, float, float]
@@ -36,7 +40,7 @@ PoseXyzQuat = Tuple[PositionXyz, QuatXyzw]
 class PhysicsParams(Params):
     """Step and iterations of PyBullet."""
 
-    steps_per_tick: Annotated[int, Between(1, 100)] = Field(2, description='physics steps in each 10 ms')
+    steps_per_tick: Annotated[int, Between(1, 100)] = Field(1, description='physics steps in each 10 ms')
     solver_iterations: Annotated[int, Between(1, 1000)] = Field(50, description='iterations of the contact solver')
 
 
@@ -59,13 +63,15 @@ class BulletPhysics:
             self._configure(params)
             floors = [solid for solid in world.solids if isinstance(solid.shape, Plane)]
             obstacles = [solid for solid in world.solids if not isinstance(solid.shape, Plane)]
-            self._solid_names = {self._add_solid(solid): solid.name for solid in obstacles}
-            self._floors = [self._add_solid(solid) for solid in floors]
+            self._floors = [add_body(self._client, add_shape(self._client, floor), floor) for floor in floors]
             self._robot = self._load(robot)
             left_joint, right_joint = robot.joints
             joints = self._link_indices(by_joint=True)
             self._wheel_joints = joints[left_joint], joints[right_joint]
-            self._floor_only = self._filter_contacts(robot.floor_only_links)
+            self._floor_only = self._keep_to_floors(robot.floor_only_links)
+            self._near = NearSolids(self._client, obstacles, self._keep_off)
+            self._wheel_radius_m = max(robot.wheels[:2])
+            self._driven_m, self._ticks = 0.0, 0  # since the near solids were looked at
             self._base_in_inertial = self._inverse_inertial_offset()
             self._settle(start_pose, robot.description.floor_z_m)
         except BaseException:
@@ -89,6 +95,10 @@ class BulletPhysics:
             physicsClientId=self._client,
         )
         pybullet.stepSimulation(physicsClientId=self._client)
+        self._driven_m += max(abs(left_radps), abs(right_radps)) * self._wheel_radius_m * TICK_S
+        self._ticks += 1
+        if self._driven_m > LOOK_AGAIN_M or self._ticks >= LOOK_AGAIN_TICKS:
+            self._look_around()
 
     def wheels(self) -> WheelState:
         """Return the rotation of the wheels against the body since the start."""
@@ -125,11 +135,15 @@ class BulletPhysics:
         """Lift the robot to a pose on the floor, moving at a velocity, wheel angles as they are."""
         position, quat = self.base_pose()
         self._place_base((pose.x_m, pose.y_m, position[2]), _turned_to_yaw(quat, pose.yaw_rad), velocity)
+        self._look_around()
 
     def obstacle_hit(self) -> Optional[str]:
         """Return the name of a solid, other than the floor, that the robot touches, if any."""
+        names = self._near.names
+        if not names:
+            return None
         contacts = pybullet.getContactPoints(bodyA=self._robot, physicsClientId=self._client)
-        return next((self._solid_names[contact[2]] for contact in contacts if contact[2] in self._solid_names), None)
+        return next((names[contact[2]] for contact in contacts if contact[2] in names), None)
 
     def floor_loads(self) -> Dict[str, float]:
         """Return the fraction of the weight on each link, by the joint that it hangs on, that stands on the floor."""
@@ -163,22 +177,6 @@ class BulletPhysics:
             physicsClientId=self._client,
         )
 
-    def _add_solid(self, solid: Solid) -> int:
-        position = solid.pose_in_world[:3, 3]
-        shape = pybullet.createCollisionShape(physicsClientId=self._client, **shape_arguments(solid))
-        # A plain rigid body: one of PyBullet's multibodies is moved on in each step even where it
-        # stands still, which in a world of 49 solids takes a third of the time.
-        return int(
-            pybullet.createMultiBody(
-                baseMass=0,
-                baseCollisionShapeIndex=shape,
-                basePosition=position.tolist(),
-                baseOrientation=quat_xyzw(solid.pose_in_world[:3, :3]),
-                useMaximalCoordinates=1,
-                physicsClientId=self._client,
-            )
-        )
-
     def _load(self, robot: SimulatedRobot) -> int:
         # Not URDF_MERGE_FIXED_LINKS: it misplaces the centre of mass, and the casters get friction.
         flags = pybullet.URDF_USE_INERTIA_FROM_FILE
@@ -197,20 +195,43 @@ class BulletPhysics:
         infos = [pybullet.getJointInfo(self._robot, index, physicsClientId=self._client) for index in range(count)]
         return {info[1 if by_joint else 12].decode(): info[0] for info in infos}
 
-    def _filter_contacts(self, floor_only_links: Sequence[str]) -> Tuple[int, ...]:
-        """Let some links touch floors alone, and the others all else; return PyBullet's numbers of the first.
+    def _keep_to_floors(self, floor_only_links: Sequence[str]) -> Tuple[int, ...]:
+        """Keep the other links off floors, if there are links that touch these alone; return PyBullet's numbers.
 
         Without such links everything touches everything.
         """
         links = self._link_indices(by_joint=False)
         floor_only = tuple(links[name] for name in floor_only_links)
-        for link in (ROOT_LINK, *links.values()) if floor_only else ():
-            # Pairs, because PyBullet's groups and masks change nothing between bodies that overlap already.
-            for solid in self._solid_names if link in floor_only else self._floors:
-                pybullet.setCollisionFilterPair(
-                    self._robot, solid, link, ROOT_LINK, enableCollision=0, physicsClientId=self._client
-                )
+        self._others = tuple({ROOT_LINK, *links.values()} - {*floor_only}) if floor_only else ()
+        for floor in self._floors:
+            self._filter(floor, self._others)
         return floor_only
+
+    def _keep_off(self, solid: int) -> None:
+        """Keep the links that touch floors alone off a solid."""
+        self._filter(solid, self._floor_only)
+
+    def _filter(self, body: int, links: Iterable[int]) -> None:
+        # Pairs, because PyBullet's groups and masks change nothing between bodies that overlap already.
+        for link in sorted(links):
+            pybullet.setCollisionFilterPair(
+                self._robot, body, link, ROOT_LINK, enableCollision=0, physicsClientId=self._client
+            )
+
+    def _look_around(self) -> None:
+        """Have the solids in the physics that the robot can reach soon."""
+        self._driven_m, self._ticks = 0.0, 0
+        (x_m, y_m, _), _ = self.base_pose()
+        self._near.look(x_m, y_m, self._reach_m + AHEAD_M)
+
+    def _reach_of_robot_m(self) -> float:
+        """Return how far from base_link the robot extends, by the boxes around its links."""
+        (x_m, y_m, _), _ = self.base_pose()
+        links = range(ROOT_LINK, pybullet.getNumJoints(self._robot, physicsClientId=self._client))
+        corners_m = [pybullet.getAABB(self._robot, link, physicsClientId=self._client) for link in links]
+        return max(
+            math.hypot(x - x_m, y - y_m) for (low, high) in corners_m for x, y in product(*zip(low[:2], high[:2]))
+        )
 
     def _inverse_inertial_offset(self) -> PoseXyzQuat:
         """Return base_link's pose in the frame of the root's centre of mass."""
@@ -222,6 +243,8 @@ class BulletPhysics:
         """Let the robot, the floor at a height in its own frame, settle onto its casters; then put it at the start."""
         self._resting_angles_rad = (0.0, 0.0)
         self._place_base((start_pose.x_m, start_pose.y_m, 0.0 - floor_z_m), quat_xyzw_from_yaw(start_pose.yaw_rad))
+        self._reach_m = self._reach_of_robot_m()
+        self._look_around()
         for _ in range(SETTLING_TICKS):
             self.tick(0.0, 0.0)
         self.place(start_pose)

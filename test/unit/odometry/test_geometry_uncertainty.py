@@ -6,7 +6,12 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.se2 import IDENTITY, move_along_arc
-from diff_encoder_sim.odometry.geometry_uncertainty import GeometryStd, carry_geometry_errors, geometry_covariance
+from diff_encoder_sim.odometry.geometry_uncertainty import (
+    NO_ERRORS,
+    GeometryStd,
+    carry_geometry_errors,
+    geometry_covariance,
+)
 
 SEPARATION_M = 0.4
 SMALL = 1e-6
@@ -24,7 +29,7 @@ def driven(steps_m, left=1.0, right=1.0, separation=1.0):
 
 
 def carried(steps_m):
-    errors, yaw_rad = np.zeros((3, 3)), 0.0
+    errors, yaw_rad = NO_ERRORS, 0.0
     for left_m, right_m in steps_m:
         errors = carry_geometry_errors(errors, yaw_rad, left_m, right_m, SEPARATION_M)
         yaw_rad += (right_m - left_m) / SEPARATION_M
@@ -33,7 +38,7 @@ def carried(steps_m):
 
 def test_errors_are_those_of_drives_with_another_geometry():
     steps_m = np.random.default_rng(3).uniform(-0.002, 0.01, (400, 2))
-    distance, turn, difference = carried(steps_m).T
+    distance, turn, difference = np.array(carried(steps_m))
     exact = driven(steps_m)
     half = 0.5 * SMALL
     by_difference = (driven(steps_m, 1.0 - half, 1.0 + half) - exact) / SMALL
@@ -48,13 +53,14 @@ def test_a_difference_of_diameters_bends_a_straight_line_as_by_the_closed_form()
     length_m, difference = 20.0, 5.2e-5
     errors = carried([(0.02, 0.02)] * 1000)
     covariance = geometry_covariance(errors, GeometryStd(diameter_difference=difference))
-    assert math.sqrt(covariance[2, 2]) == pytest.approx(length_m * difference / SEPARATION_M)
-    assert math.sqrt(covariance[1, 1]) == pytest.approx(length_m**2 * difference / (2 * SEPARATION_M), rel=1e-3)
-    assert covariance[0, 0] == pytest.approx(0.0, abs=1e-15)
+    assert math.sqrt(covariance.yaw_yaw) == pytest.approx(length_m * difference / SEPARATION_M)
+    assert math.sqrt(covariance.yy) == pytest.approx(length_m**2 * difference / (2 * SEPARATION_M), rel=1e-3)
+    assert covariance.xx == pytest.approx(0.0, abs=1e-15)
 
 
 def test_errors_are_independent():
     errors = carried([(0.01, 0.012)] * 100)
     stds = GeometryStd(1e-3, 2e-3, 3e-3)
     parts = [GeometryStd(1e-3), GeometryStd(turn=2e-3), GeometryStd(diameter_difference=3e-3)]
-    assert geometry_covariance(errors, stds) == pytest.approx(sum(geometry_covariance(errors, part) for part in parts))
+    by_part = [geometry_covariance(errors, part) for part in parts]
+    assert geometry_covariance(errors, stds) == pytest.approx(np.sum(by_part, axis=0))

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from diff_encoder_sim.base.se2 import Pose2D, move_along_arc
 from diff_encoder_sim.odometry.odometry_covariance import (
+    PlanarCovariance,
     propagate_motion_noise,
     quantisation_covariance,
     reading_variance,
@@ -27,7 +28,7 @@ def assert_equal_covariances(covariance, expected):
 
 def quantisation(pose, left_m, right_m):
     readings_m2 = reading_variance(left_m), reading_variance(right_m)
-    return quantisation_covariance(pose, *readings_m2, residual_std(left_m, right_m), SEPARATION_M)
+    return quantisation_covariance(pose, *readings_m2, residual_std(left_m, right_m), SEPARATION_M).matrix()
 
 
 @given(st.floats(-30, 30), st.floats(-30, 30), st.floats(-9, 9), st.floats(1e-5, 0.1), st.floats(1e-5, 0.1))
@@ -51,6 +52,7 @@ def test_motion_noise_is_carried_on_by_the_jacobians():
     for _ in range(50):
         root = rng.normal(0, 0.1, (3, 3))
         (yaw_rad, left_m, right_m), covariance = rng.uniform(-1, 1, 3), root @ root.T
+        given = PlanarCovariance(*covariance[np.triu_indices(3)].tolist())
         travel_m = (left_m + right_m) / 2
         mid_rad = yaw_rad + (right_m - left_m) / SEPARATION_M / 2
         along, across = np.array([[math.cos(mid_rad), -math.sin(mid_rad)], [math.sin(mid_rad), math.cos(mid_rad)]]).T
@@ -63,7 +65,7 @@ def test_motion_noise_is_carried_on_by_the_jacobians():
             by_pose @ covariance @ by_pose.T + by_wheels @ np.diag(1e-3 * np.abs([left_m, right_m])) @ by_wheels.T
         )
         assert_equal_covariances(
-            propagate_motion_noise(covariance, yaw_rad, left_m, right_m, SEPARATION_M, 1e-3), expected
+            propagate_motion_noise(given, yaw_rad, left_m, right_m, SEPARATION_M, 1e-3).matrix(), expected
         )
 
 
@@ -77,18 +79,18 @@ def test_quantisation_covariance_is_the_closed_form_on_a_straight_line():
 
 def test_motion_noise_grows_with_the_path_as_it_should():
     """Straight ahead each wheel's variance is k S: heading 2 k S / L^2, along k S / 2."""
-    covariance = np.zeros((3, 3))
+    covariance = PlanarCovariance()
     for _ in range(1000):
         covariance = propagate_motion_noise(covariance, 0.0, 0.01, 0.01, SEPARATION_M, 1e-5)
-    assert covariance[2, 2] == pytest.approx(2 * 1e-5 * 10 / SEPARATION_M**2)
-    assert covariance[0, 0] == pytest.approx(1e-5 * 10 / 2)
-    assert covariance[1, 1] == pytest.approx(2 * 1e-5 / SEPARATION_M**2 * 10**3 / 3, rel=1e-2)
+    assert covariance.yaw_yaw == pytest.approx(2 * 1e-5 * 10 / SEPARATION_M**2)
+    assert covariance.xx == pytest.approx(1e-5 * 10 / 2)
+    assert covariance.yy == pytest.approx(2 * 1e-5 / SEPARATION_M**2 * 10**3 / 3, rel=1e-2)
 
 
 def test_motion_noise_agrees_with_simulated_wheels():
     rng = np.random.default_rng(7)
     steps_m = rng.uniform(0.0, 0.02, (300, 2))
-    ends, covariance, pose = [], np.zeros((3, 3)), Pose2D(0, 0, 0)
+    ends, covariance, pose = [], PlanarCovariance(), Pose2D(0, 0, 0)
     for left_m, right_m in steps_m:
         covariance = propagate_motion_noise(covariance, pose.yaw_rad, left_m, right_m, SEPARATION_M, 1e-6)
         pose = arc(pose, left_m, right_m)
@@ -98,7 +100,7 @@ def test_motion_noise_agrees_with_simulated_wheels():
             noisy = arc(noisy, left_m, right_m)
         ends.append(noisy)
     sampled = np.cov(np.array(ends).T)
-    assert np.diag(sampled) == pytest.approx(np.diag(covariance), rel=0.2)
+    assert np.diag(sampled) == pytest.approx(np.diag(covariance.matrix()), rel=0.2)
 
 
 def arc(pose, left_m, right_m):

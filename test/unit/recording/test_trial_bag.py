@@ -8,9 +8,9 @@ import subprocess
 
 import pytest
 from rosbags.highlevel import AnyReader
-from rosbags.rosbag1 import Writer
 
 from diff_encoder_sim.recording import topics
+from diff_encoder_sim.recording.ros1_writer import Ros1Writer
 from diff_encoder_sim.recording.trial_bag import TrialBag
 from diff_encoder_sim.recording.trial_recording import read_trial
 from diff_encoder_sim.serialization.basic_messages import encode_clock, encode_string
@@ -196,12 +196,12 @@ def test_a_file_that_cannot_grow_is_named_and_removed(tmp_path, size, bag_format
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize('method', ['open', 'write', 'close'])
+@pytest.mark.parametrize('method', ['open', 'write_message', 'close'])
 def test_a_full_disk_can_be_told(tmp_path, monkeypatch, method):
     def full(*_):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr(Writer, method, full)
+    monkeypatch.setattr(Ros1Writer, method, full)
     with pytest.raises(OSError, match='bag cannot be written: No space left on device') as caught:
         with TrialBag(tmp_path / 'a.bag', 'full') as bag:
             write_some(bag)
