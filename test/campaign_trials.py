@@ -51,4 +51,4 @@ if __name__ == '__main__':
     # Workers know it by its module's name, not as part of the script that was started.
     from campaign_trials import trial as importable_trial
 
-    run_command('campaign', 'cli.campaign', None, importable_trial)
+    run_command('campaign', 'cli.campaign', None, importable_trial, parser='cli.campaign_arguments')

@@ -28,8 +28,9 @@ from diff_encoder_sim.campaign.campaign_loading import load_campaign
 from diff_encoder_sim.encoders.pulses import ppr_label
 from diff_encoder_sim.lockstep.lockstep_trial import LockstepTrial
 from diff_encoder_sim.lockstep.trial_run import final_errors
-from diff_encoder_sim.trials.pose_source import FinalErrors, PoseSource
+from diff_encoder_sim.trials.pose_source import PoseSource
 from diff_encoder_sim.trials.trial_definition import TrialPlan
+from diff_encoder_sim.trials.trial_outcome import FinalErrors
 
 CAUSES = ['truth\noutside', 'by\nstopping', 'by local-\nization', 'only\ntogether', 'AMCL\nparticles']
 SPREADS = [

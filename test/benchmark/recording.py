@@ -30,7 +30,7 @@ from diff_encoder_sim.serialization.pose_messages import (
 )
 from diff_encoder_sim.serialization.scan_messages import encode_scan
 from diff_encoder_sim.serialization.transform_messages import encode_spatial_transform, encode_tf, encode_transform
-from diff_encoder_sim.serialization.typestore import STORE
+from diff_encoder_sim.serialization.typestore import noetic_store
 from diff_encoder_sim.simulation.state import BodyState, JointStates
 from diff_encoder_sim.simulation.world import load_world
 
@@ -166,10 +166,10 @@ def _make_us(case: Case, count: int) -> float:
 
 def _rosbags_us(case: Case, count: int) -> float:
     kind = topics.recorded_topics('full')[case.topic].message_type
-    message = STORE.deserialize_ros1(case.make(0), kind)
+    message = noetic_store().deserialize_ros1(case.make(0), kind)
     began_s = time.process_time()
     for _ in range(count):
-        STORE.serialize_ros1(message, kind)
+        noetic_store().serialize_ros1(message, kind)
     return (time.process_time() - began_s) / count * 1e6
 
 

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.se2 import yaw_from_quat_xyzw
-from diff_encoder_sim.serialization.typestore import STORE
+from diff_encoder_sim.serialization.typestore import noetic_store
 
 
 def read(raw, message_type):
     """The message, after a look whether rosbags makes the same bytes of it."""
-    message = STORE.deserialize_ros1(raw, message_type)
-    assert bytes(STORE.serialize_ros1(message, message_type)) == raw
+    message = noetic_store().deserialize_ros1(raw, message_type)
+    assert bytes(noetic_store().serialize_ros1(message, message_type)) == raw
     return message
 
 

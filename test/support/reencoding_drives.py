@@ -15,7 +15,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from diff_encoder_sim.base.se2 import IDENTITY, move_along_arc, quat_xyzw_from_yaw
 from diff_encoder_sim.serialization.message_definitions import fields_text
 from diff_encoder_sim.serialization.message_types import ENCODER_PULSE
-from diff_encoder_sim.serialization.typestore import STORE
+from diff_encoder_sim.serialization.typestore import noetic_store
 
 JOINTS = ('left_wheel_joint', 'right_wheel_joint')
 WHEEL_DIAMETER_M, WHEEL_SEPARATION_M = 0.2, 0.4
@@ -132,7 +132,7 @@ class Maker:
         )
 
 
-ROS1, ROS2 = Maker(STORE), Maker(STORE2)
+ROS1, ROS2 = Maker(noetic_store()), Maker(STORE2)
 MAKERS = pytest.mark.parametrize('maker', [ROS1, ROS2], ids=['ROS 1', 'ROS 2'])
 
 
@@ -173,7 +173,7 @@ def write_ros1(path, rows, compression=None, chunk_bytes=20_000):
     writer.chunk_threshold = chunk_bytes
     if compression:
         writer.set_compression(compression)
-    _write(writer, rows, STORE, STORE.serialize_ros1)
+    _write(writer, rows, noetic_store(), noetic_store().serialize_ros1)
     return path
 
 

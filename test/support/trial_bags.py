@@ -6,7 +6,7 @@ import numpy as np
 from rosbags.rosbag1 import Writer
 
 from diff_encoder_sim.base.se2 import quat_xyzw_from_yaw
-from diff_encoder_sim.serialization.typestore import STORE
+from diff_encoder_sim.serialization.typestore import noetic_store
 from diff_encoder_sim.trials.test_definition import load_test
 from diff_encoder_sim.trials.trial_definition import Trial
 from places import ROOT
@@ -29,7 +29,7 @@ def trial(test='SL', number=1, **changes):
 
 def message(kind, row, stamp_ns, frame='map'):
     """A stamped pose of a kind, serialised."""
-    types = STORE.types
+    types = noetic_store().types
     header = types['std_msgs/msg/Header'](0, types['builtin_interfaces/msg/Time'](*divmod(stamp_ns, 10**9)), frame)
     pose = types['geometry_msgs/msg/Pose'](
         types['geometry_msgs/msg/Point'](row[0], row[1], 0.0),
@@ -43,7 +43,7 @@ def message(kind, row, stamp_ns, frame='map'):
         WITH_COVARIANCE: lambda: types[WITH_COVARIANCE](header, with_covariance),
         ODOMETRY: lambda: types[ODOMETRY](header, 'base_link', with_covariance, twist),
     }[kind]()
-    return bytes(STORE.serialize_ros1(made, kind))
+    return bytes(noetic_store().serialize_ros1(made, kind))
 
 
 def write_bag(path, about, odom=ODOM, truth=TRUTH, amcl=(), estimated=(), result='succeeded', more=()):
@@ -66,12 +66,12 @@ def write_bag(path, about, odom=ODOM, truth=TRUTH, amcl=(), estimated=(), result
         for topic, text in texts:
             if text is not None:
                 bag.write(
-                    bag.add_connection(topic, TEXT, typestore=STORE),
+                    bag.add_connection(topic, TEXT, typestore=noetic_store()),
                     1,
-                    bytes(STORE.serialize_ros1(STORE.types[TEXT](text), TEXT)),
+                    bytes(noetic_store().serialize_ros1(noetic_store().types[TEXT](text), TEXT)),
                 )
         for topic, kind, node, rows in series:
-            connection = bag.add_connection(topic, kind, typestore=STORE, callerid=node)
+            connection = bag.add_connection(topic, kind, typestore=noetic_store(), callerid=node)
             for index, row in enumerate(rows, start=1):
                 bag.write(connection, index * PERIOD_NS, message(kind, row, index * PERIOD_NS))
     return path

@@ -7,7 +7,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from diff_encoder_sim.recording.topics import TOPICS
 from diff_encoder_sim.serialization.ros2_types import ros2_definition
-from diff_encoder_sim.serialization.typestore import STORE
+from diff_encoder_sim.serialization.typestore import noetic_store
 from places import CONFIG
 
 LAYOUT = json.loads((CONFIG / 'foxglove' / 'trial.json').read_text())
@@ -29,7 +29,7 @@ def plotted(config):
         yield config['xAxisPath']['value']
 
 
-@pytest.mark.parametrize('store', [STORE, ros2_store()], ids=['ROS 1', 'MCAP'])
+@pytest.mark.parametrize('store', [noetic_store(), ros2_store()], ids=['ROS 1', 'MCAP'])
 def test_every_plotted_field_is_one_of_a_recorded_topic(store):
     values = [value for config in LAYOUT['configById'].values() for value in plotted(config)]
     assert len(values) > 5

@@ -66,6 +66,16 @@ for name in core:
 print(len(core))
 """
 
+# Libraries of seconds or many megabytes, and the modules that are not imported before what they wrap is needed.
+HEAVY = ('numba', 'pybullet', 'dask', 'distributed', 'matplotlib', 'scipy')
+WRAPPERS = ('analysis.figures', 'analysis.output_files', 'analysis.report', 'campaign.private_processes')
+IMPORT_AND_NAME_THE_HEAVY = f"""
+import importlib, sys
+for name in sys.argv[1:]:
+    importlib.import_module(name)
+print([name for name in {HEAVY} if name in sys.modules])
+"""
+
 
 def imported_modules(path):
     """Full names of all that a file imports, inside functions too; of `from a import b` both a and a.b."""
@@ -124,6 +134,32 @@ def test_every_core_module_imports_with_ros_blocked():
     )
     assert result.returncode == 0, result.stderr
     assert int(result.stdout.split()[-1]) >= 20
+
+
+def heavy_after(modules):
+    """The libraries of HEAVY that are there once these modules are imported, as Python writes a list."""
+    done = subprocess.run(
+        [sys.executable, '-c', IMPORT_AND_NAME_THE_HEAVY, *modules],
+        env={'PYTHONPATH': str(SOURCE), 'PATH': ''},
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout.strip()
+
+
+def test_the_core_imports_no_heavy_library_before_it_is_needed():
+    paths = [path for path in PACKAGE.rglob('*.py') if path.relative_to(PACKAGE).parts[0] not in ('ros', 'msg')]
+    names = sorted('.'.join(path.relative_to(SOURCE).with_suffix('').parts) for path in paths)
+    wrappers = tuple(f'diff_encoder_sim.{name}' for name in WRAPPERS)
+    light = [name for name in names if not name.startswith(wrappers)]
+    assert 200 < len(light) < len(names)
+    assert heavy_after(light) == '[]'
+
+
+@pytest.mark.parametrize('name', WRAPPERS)
+def test_only_modules_that_wrap_a_heavy_library_are_excepted(name):
+    assert heavy_after([f'diff_encoder_sim.{name}']) != '[]'
 
 
 def test_only_the_ros_folder_names_ros_modules():

@@ -11,7 +11,8 @@ from diff_encoder_sim.base.pose_series import PoseSeries
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.recording.topics import TOPIC_OF_SOURCE
 from diff_encoder_sim.recording.trial_recording import TrialRecording
-from diff_encoder_sim.trials.pose_source import FinalErrors, PoseSource
+from diff_encoder_sim.trials.pose_source import PoseSource
+from diff_encoder_sim.trials.trial_outcome import FinalErrors
 
 
 def poses_in_map(recording: TrialRecording) -> Dict[PoseSource, PoseSeries]:

@@ -13,13 +13,8 @@ from diff_encoder_sim.analysis.goal_tables import GoalTable
 from diff_encoder_sim.analysis.quantities import QUANTITIES, Quantity
 from diff_encoder_sim.analysis.table import Column, Entry, Label, Number, Table
 from diff_encoder_sim.analysis.table_keys import key_columns, key_entries, varied_keys
-from diff_encoder_sim.evaluation.sample_statistics import (
-    LEVEL,
-    bootstrap_std_interval,
-    mean_interval,
-    std_interval,
-    wilson,
-)
+from diff_encoder_sim.evaluation.confidence import LEVEL
+from diff_encoder_sim.evaluation.sample_statistics import bootstrap_std_interval, mean_interval, std_interval, wilson
 
 BOOTSTRAP_SEED = 0  # equal data, equal intervals
 

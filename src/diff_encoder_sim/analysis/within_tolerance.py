@@ -11,12 +11,10 @@ from typing import NamedTuple, Optional, Sequence
 
 from diff_encoder_sim.analysis.dataset import TrialData
 from diff_encoder_sim.analysis.final_errors import count_within_all, minus_truth, with_final_error
-from diff_encoder_sim.analysis.quantities import QUANTITIES, YAW, Quantity, X
-from diff_encoder_sim.evaluation.sample_statistics import LEVEL, Interval, wilson
+from diff_encoder_sim.analysis.quantities import QUANTITIES, REQUIRED_FRACTION, YAW, Quantity, X
+from diff_encoder_sim.evaluation.confidence import LEVEL
+from diff_encoder_sim.evaluation.sample_statistics import Interval, wilson
 from diff_encoder_sim.trials.pose_source import PoseSource
-
-# The paper's 30 trials can show no more than 88 %, if all of them end within the tolerance.
-REQUIRED_FRACTION = 0.8
 
 TOLERANCE_TEXT = f'within {X.tolerance:g} m in x and y and {YAW.tolerance:g} degrees'
 

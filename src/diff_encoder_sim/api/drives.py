@@ -13,8 +13,9 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.pose_series import PoseSeries
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.cli.reencode import notes_on, opened_drive, run_drive, wheels_with
-from diff_encoder_sim.cli.reencode_arguments import output_files, parse
+from diff_encoder_sim.cli.reencode_arguments import parse
 from diff_encoder_sim.cli.reencode_encoders import chosen_encoders, given_encoders
+from diff_encoder_sim.cli.reencode_outputs import output_files
 from diff_encoder_sim.encoders.pulses import PerWheel
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 from diff_encoder_sim.evaluation.trajectory_error import PathError

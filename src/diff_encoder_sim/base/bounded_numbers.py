@@ -7,11 +7,17 @@ the memory. `0`, and below 0 where a name says so, have a meaning of their own (
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from pydantic import GetCoreSchemaHandler
-from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 from typing_extensions import Annotated
+
+from diff_encoder_sim.base.deferred import deferred
+
+if TYPE_CHECKING:
+    import pydantic_core
+    from pydantic import GetCoreSchemaHandler
+else:
+    pydantic_core = deferred('pydantic_core')  # which command lines, bounded too, do without
 
 
 @dataclass(frozen=True)
@@ -31,13 +37,13 @@ class Between:
         """Return whether a number, which may be NaN, is within the bounds."""
         return self.least <= number <= self.most or (self.or_zero and number == 0)
 
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> pydantic_core.CoreSchema:
         """Check before the type is: to pydantic, 10^400 is no number."""
-        return core_schema.no_info_before_validator_function(self._checked, handler(source))
+        return pydantic_core.core_schema.no_info_before_validator_function(self._checked, handler(source))
 
     def _checked(self, value: Any) -> Any:
         if is_number(value) and not self.allows(value):
-            raise PydanticCustomError('out_of_bounds', '{allowed}', {'allowed': str(self)})
+            raise pydantic_core.PydanticCustomError('out_of_bounds', '{allowed}', {'allowed': str(self)})
         return value
 
 
@@ -75,6 +81,7 @@ Turns = Annotated[float, Between(-1000.0, 1000.0, 'turns')]
 
 PULSES_PER_TURN = Between(1e-3, 1e9, 'per revolution')
 PulsesPerTurn = Annotated[float, PULSES_PER_TURN]
+COUNTER_STATES = Between(2, 2**63, 'counts', or_zero=True)
 
 # Motion.
 Speed_mps = Annotated[float, Between(0.0, 100.0, 'm/s')]

@@ -11,10 +11,16 @@ STANDARD_ERROR = 2
 STOPPED = 128 + signal.SIGINT  # the exit status that shells expect after Ctrl-C
 
 
-def run_command(name: str, module: str, *arguments: object) -> None:
-    """Import a command's module, such as `cli.campaign`, and run its `main`, for sys.argv unless `arguments` are given.
+def run_command(name: str, module: str, *arguments: object, parser: str = '') -> None:
+    """Import a command's module, such as `cli.campaign`, and run its `main`.
 
     Ctrl-C at any moment, also during the imports, prints one line and exits with status 130.
+
+    Args:
+        name: of the command, for that line.
+        module: has `main`.
+        arguments: of `main`; the first is the command line, where it is not that of sys.argv.
+        parser: the module of a command line's `parse`, which imports little; '' for none.
     """
     line = f'{name}: stopped\n'.encode()
 
@@ -24,6 +30,9 @@ def run_command(name: str, module: str, *arguments: object) -> None:
         os._exit(STOPPED)
 
     signal.signal(signal.SIGINT, end_at_once)
+    if parser:
+        # `main` parses again, which costs nothing: here, --help and wrong arguments end before the long imports.
+        importlib.import_module(f'diff_encoder_sim.{parser}').parse(*arguments[:1])
     main = importlib.import_module(f'diff_encoder_sim.{module}').main
     try:
         try:

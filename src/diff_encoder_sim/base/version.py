@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from importlib import metadata
 from pathlib import Path
-from typing import Optional
+from typing import TYPE_CHECKING, Optional
 from xml.etree import ElementTree
 
+from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.paths import package_folder
+
+if TYPE_CHECKING:
+    from importlib import metadata
+else:
+    metadata = deferred('importlib.metadata')
 
 DISTRIBUTION = 'diff_encoder_sim'
 

@@ -12,8 +12,9 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import IDENTITY
 from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.campaign.campaign_definition import Campaign, CampaignCell, text_of
-from diff_encoder_sim.campaign.campaign_params import MOST_CELLS, MOST_TRIALS, VARIANT, CampaignParams, Varied
+from diff_encoder_sim.campaign.campaign_params import VARIANT, CampaignParams, Varied
 from diff_encoder_sim.campaign.campaign_robot import campaign_robot
+from diff_encoder_sim.campaign.campaign_sizes import MOST_CELLS, MOST_TRIALS
 from diff_encoder_sim.campaign.encoder_parameters import encoder_parameters
 from diff_encoder_sim.campaign.trial_files import TrialFiles, collect
 from diff_encoder_sim.encoders.chosen_encoder import ChosenEncoder, chosen

@@ -12,12 +12,10 @@ from typing_extensions import Annotated
 from diff_encoder_sim.base.bounded_numbers import Between
 from diff_encoder_sim.base.file_names import PathText
 from diff_encoder_sim.base.typed_params import Params
+from diff_encoder_sim.campaign.campaign_sizes import TRIALS
 from diff_encoder_sim.encoders.pulses import PulsesPerRevolution
 from diff_encoder_sim.recording.topics import RecordMode
-from diff_encoder_sim.trials.trial_definition import BagFormat
-
-# A mistyped list, or one list too many, is refused at once and not after the memory is full.
-MOST_CELLS, MOST_TRIALS = 10_000, 1_000_000
+from diff_encoder_sim.trials.bag_formats import BagFormat
 
 Varied = Tuple[Tuple[str, Any], ...]  # dotted keys, or VARIANT, in alphabetical order, and values
 VARIANT = 'variant'  # in place of a key: the value is the name of one of the file's `variants`
@@ -45,7 +43,7 @@ class CampaignParams(Params):
         description='real encoders, beside those of `ppr` or alone: names of files in config/encoders/, paths of .yaml '
         'files, or `catalogue` for all of config/encoders/',
     )
-    trials: Annotated[int, Between(1, MOST_TRIALS)] = Field(30, description='trials of each test with each encoder')
+    trials: Annotated[int, TRIALS] = Field(30, description='trials of each test with each encoder')
     seed: Annotated[int, Between(0, 2**62 - 1)] = Field(0, description='trial k has the seed `seed` + k')
     nav: Literal['embedded', 'scripted'] = Field('embedded', description='navigated, or a drive without feedback')
     record: RecordMode = Field(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import logging
 
 LOOPBACK = '127.0.0.1'
@@ -16,5 +17,7 @@ DASK_CONFIG = {
 
 def silence_dask() -> None:
     """Keep Dask's own log from the terminal: the engine reports what is a problem for the campaign, in one line."""
+    # Imported later, Dask would set its log's levels anew, and lose defaults where our settings are undone.
+    importlib.import_module('distributed')
     for name in ('distributed', 'distributed.client', 'tornado', 'tornado.application', 'asyncio'):
         logging.getLogger(name).setLevel(logging.CRITICAL)

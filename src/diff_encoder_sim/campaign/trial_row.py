@@ -7,8 +7,8 @@ import io
 from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.trials.pose_source import FinalErrors, PoseSource
-from diff_encoder_sim.trials.trial_outcome import Outcome
+from diff_encoder_sim.trials.pose_source import PoseSource
+from diff_encoder_sim.trials.trial_outcome import FinalErrors, Outcome
 
 PARTS = ('x_m', 'y_m', 'yaw_rad')
 

@@ -1,9 +1,4 @@
-"""advise: which wheel encoder a robot needs, and what limits its accuracy otherwise.
-
-First the odometry of a drive of each test is drawn thousands of times with every resolution: its answer is there after
-seconds. Then closed-loop trials with a few of the candidates tell from which on pose estimate and true pose are within
-the tolerance at the goal. Results are kept: the same command runs the trials that are missing.
-"""
+"""advise: which wheel encoder a robot needs. Its help is in advise_arguments."""
 
 from __future__ import annotations
 
@@ -12,7 +7,6 @@ import json
 import math
 import sys
 import time
-from pathlib import Path
 from typing import Any, Dict, Mapping, Optional, Sequence
 
 from diff_encoder_sim.advice.advice import Advice
@@ -26,40 +20,32 @@ from diff_encoder_sim.advice.rank_judge import Asked, fewest_trials
 from diff_encoder_sim.advice.requirement import Requirement
 from diff_encoder_sim.advice.switched_causes import switched_off
 from diff_encoder_sim.advice.trial_study import TrialStudy
-from diff_encoder_sim.analysis.quantities import YAW, X
-from diff_encoder_sim.analysis.within_tolerance import REQUIRED_FRACTION
 from diff_encoder_sim.base.atomic_files import write_file
-from diff_encoder_sim.base.bounded_numbers import PULSES_PER_TURN, Between
-from diff_encoder_sim.base.command_line import tool_parser
 from diff_encoder_sim.base.command_name import as_called
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.number_arguments import number_within, whole_number_within
 from diff_encoder_sim.base.paths import package_folder
 from diff_encoder_sim.campaign.campaign_definition import Campaign
 from diff_encoder_sim.campaign.campaign_loading import load_campaign
-from diff_encoder_sim.campaign.campaign_params import MOST_TRIALS
 from diff_encoder_sim.campaign.worker import RunTrial
-from diff_encoder_sim.cli.amcl_argument import add_amcl, chosen_files
+from diff_encoder_sim.cli.advise_arguments import parse
+from diff_encoder_sim.cli.amcl_argument import chosen_files
 from diff_encoder_sim.cli.candidate_trials import CandidateTrials
-from diff_encoder_sim.cli.encoder_arguments import add_encoders, name_campaigns_encoders
-from diff_encoder_sim.cli.robot_arguments import add_robot_arguments
-from diff_encoder_sim.cli.robot_checks import add_unchecked, with_checks
+from diff_encoder_sim.cli.encoder_notes import name_campaigns_encoders
+from diff_encoder_sim.cli.robot_checks import with_checks
 from diff_encoder_sim.cli.stopping_spread import name_stopping
-from diff_encoder_sim.cli.trial_workers import add_workers, run_trials_tool
+from diff_encoder_sim.cli.trial_workers import run_trials_tool
 from diff_encoder_sim.encoders.pulses import ppr_label
-from diff_encoder_sim.evaluation.sample_statistics import LEVEL
 from diff_encoder_sim.lockstep.trial_run import run_trial
 from diff_encoder_sim.robots.xacro_arguments import xacro_arguments
 
 # Trials go on as long as those that fail are fewer than this, where the others show the share.
 FORGIVEN = 5
-DEFAULT_OUT = Path('results') / 'advice'
 PAGE = 'advice.html'
 
 
 def main(arguments: Optional[Sequence[str]] = None, run: RunTrial = run_trial) -> None:
     """Run the command line; `run` runs one trial on a worker."""
-    options = _parse(arguments)
+    options = parse(arguments)
     run_trials_tool('advise', lambda: _advise(options, run))
 
 
@@ -153,102 +139,3 @@ def _candidates(options: argparse.Namespace) -> Campaign:
     if variants and options.has_trials:
         more['variants'] = variants
     return load({**given, **more}) if more else campaign
-
-
-def _parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
-    examples = [
-        '--robot my_robot.yaml --tolerance 0.05 --yaw-tolerance 3',
-        '--robot burger --share 0.95 --distance 10 --no-trials',
-        '--tests SL --ppr 40 90 180 360 --out results/advice_sl --json advice.json',
-        '--encoders catalogue --out results/advice_catalogue',
-    ]
-    parser = tool_parser('advise', __doc__, examples)
-    add_robot_arguments(parser, '--config', note=' (default: alto)')
-    add_amcl(parser)
-    _add_requirement(parser)
-    _add_candidates(parser)
-    _add_outputs(parser)
-    add_workers(parser)
-    add_unchecked(parser)
-    return parser.parse_args(arguments)
-
-
-def _add_requirement(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        '--tolerance',
-        type=number_within(Between(1e-6, 1000.0, 'm')),
-        default=X.tolerance,
-        metavar='M',
-        help='allowed error in x and in y at the goal, in metres (default: %(default)g)',
-    )
-    parser.add_argument(
-        '--yaw-tolerance',
-        type=number_within(Between(1e-6, 360.0, 'degrees')),
-        default=YAW.tolerance,
-        metavar='DEG',
-        help='allowed error of the heading at the goal, in degrees (default: %(default)g)',
-    )
-    parser.add_argument(
-        '--share',
-        type=number_within(Between(0.01, 0.999)),
-        default=REQUIRED_FRACTION,
-        metavar='FRACTION',
-        help='of the trials that must end within the tolerance (default: %(default)g)',
-    )
-    parser.add_argument(
-        '--confidence',
-        type=number_within(Between(0.5, 0.9999)),
-        default=LEVEL,
-        metavar='FRACTION',
-        help='of the answers (default: %(default)g)',
-    )
-    parser.add_argument(
-        '--distance',
-        type=number_within(Between(0.1, 1000.0, 'm')),
-        metavar='M',
-        help='judge odometry after so many metres straight, in place of the tests',
-    )
-
-
-def _add_candidates(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument('--tests', nargs='+', metavar='TEST', help='tests: SL, SMT, DLD, or .yaml files')
-    parser.add_argument(
-        '--ppr',
-        nargs='+',
-        type=number_within(PULSES_PER_TURN),
-        metavar='N',
-        help='candidates, ideal encoders in pulses per wheel revolution',
-    )
-    add_encoders(parser)
-    parser.add_argument(
-        '--candidates',
-        default='sweep',
-        metavar='NAME|FILE',
-        help='campaign file with the tests and candidates, where these options do not give them (default: %(default)s)',
-    )
-    parser.add_argument(
-        '--trials',
-        type=whole_number_within(Between(1, MOST_TRIALS)),
-        metavar='N',
-        help='most closed-loop trials of each test with each candidate (default: what shows the share although '
-        'four of them fail, 59 for 80 %%)',
-    )
-    parser.add_argument(
-        '--no-trials',
-        dest='has_trials',
-        action='store_false',
-        help='answer for odometry alone, without closed-loop trials',
-    )
-
-
-def _add_outputs(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        '--out',
-        type=Path,
-        default=DEFAULT_OUT,
-        metavar='DIR',
-        help='results folder: new, or with results of the same robot, tests and candidates (default: %(default)s)',
-    )
-    parser.add_argument(
-        '--json', type=Path, metavar='FILE', help='write all of it as JSON, too (docs/which_encoder.md)'
-    )

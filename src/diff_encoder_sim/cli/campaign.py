@@ -1,8 +1,4 @@
-"""campaign: run many simulated trials, of several tests and encoders, faster than real time, into one results folder.
-
-Trials run in lockstep in worker processes. Results are kept when the campaign is stopped or killed: the same command
-runs the trials that are missing.
-"""
+"""campaign: many simulated trials into one results folder. Its help is in campaign_arguments."""
 
 from __future__ import annotations
 
@@ -11,32 +7,25 @@ import sys
 from pathlib import Path
 from typing import List, NamedTuple, Optional, Sequence
 
-from typing_extensions import get_args
-
 from diff_encoder_sim.analysis.quantities import YAW, X
-from diff_encoder_sim.base.bounded_numbers import PULSES_PER_TURN, Between
-from diff_encoder_sim.base.command_line import tool_parser
 from diff_encoder_sim.base.command_name import as_called
-from diff_encoder_sim.base.number_arguments import number_within, whole_number_within
 from diff_encoder_sim.base.paths import package_folder
 from diff_encoder_sim.campaign.campaign_definition import Campaign, TrialJob
 from diff_encoder_sim.campaign.campaign_loading import load_campaign
-from diff_encoder_sim.campaign.campaign_params import MOST_TRIALS
 from diff_encoder_sim.campaign.engine import UnrunTrial, run_campaign
 from diff_encoder_sim.campaign.manifest import describe_run
 from diff_encoder_sim.campaign.progress import Progress, outcome_table, progress_on
 from diff_encoder_sim.campaign.result_store import ResultStore
 from diff_encoder_sim.campaign.time_left import time_left
 from diff_encoder_sim.campaign.worker import RunTrial
-from diff_encoder_sim.cli.amcl_argument import add_amcl, chosen_files
-from diff_encoder_sim.cli.encoder_arguments import add_encoders, name_campaigns_encoders
-from diff_encoder_sim.cli.robot_arguments import add_robot_arguments
-from diff_encoder_sim.cli.robot_checks import add_unchecked, with_checks
+from diff_encoder_sim.cli.amcl_argument import chosen_files
+from diff_encoder_sim.cli.campaign_arguments import parse
+from diff_encoder_sim.cli.encoder_notes import name_campaigns_encoders
+from diff_encoder_sim.cli.robot_checks import with_checks
 from diff_encoder_sim.cli.stopping_spread import name_stopping
-from diff_encoder_sim.cli.trial_workers import add_workers, run_trials_tool, stop_reports, unrun_text, workers
+from diff_encoder_sim.cli.trial_workers import run_trials_tool, stop_reports, unrun_text, workers
 from diff_encoder_sim.lockstep.trial_run import run_trial
 from diff_encoder_sim.robots.xacro_arguments import xacro_arguments
-from diff_encoder_sim.trials.trial_definition import BagFormat
 
 
 def main(arguments: Optional[Sequence[str]] = None, run: RunTrial = run_trial) -> None:
@@ -111,63 +100,3 @@ def _summary(store: ResultStore, progress: Progress) -> str:
     if not progress.done_now:
         duration = 'all trials had been run before: nothing to do'
     return f'{outcome_table(store.rows)}\n{duration}'
-
-
-def parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
-    """Read the command line."""
-    examples = [
-        '--config quick --out results/quick',
-        '--config paper --out results/sl --tests SL --ppr 40 90 --trials 10',
-        '--config paper --amcl amcl_accurate --out results/paper_accurate',
-        '--config quick --encoders amt102 pololu_25d --out results/encoders',
-        '--config quick --robot burger --out results/burger',
-        '--config quick --robot my_robot.yaml --out results/my_robot',
-    ]
-    parser = tool_parser('campaign', __doc__, examples)
-    parser.add_argument(
-        '--config',
-        required=True,
-        metavar='NAME|FILE',
-        help='campaign: quick, paper, accurate, ... (files of config/campaigns/), or a .yaml file',
-    )
-    parser.add_argument(
-        '--out',
-        required=True,
-        type=Path,
-        metavar='DIR',
-        help='results folder: new, or with results of the same campaign, which is then completed',
-    )
-    _add_overrides(parser)
-    add_workers(parser)
-    add_unchecked(parser)
-    parser.add_argument('--resume', action='store_true', help='fail if DIR has no results yet')
-    return parser.parse_args(arguments)
-
-
-def _add_overrides(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group('instead of what the campaign file has (--ppr or --encoders: of both)')
-    group.add_argument('--tests', nargs='+', metavar='TEST', help='tests: SL, SMT, DLD, or .yaml files')
-    group.add_argument(
-        '--ppr',
-        nargs='+',
-        type=number_within(PULSES_PER_TURN),
-        metavar='N',
-        help='ideal encoders, in pulses per wheel revolution',
-    )
-    add_encoders(group)
-    group.add_argument(
-        '--trials',
-        type=whole_number_within(Between(1, MOST_TRIALS)),
-        metavar='N',
-        help='trials of each test with each encoder',
-    )
-    add_robot_arguments(group)
-    add_amcl(group)
-    group.add_argument(
-        '--record',
-        choices=('full', 'minimal', 'none'),
-        help='topics in the bags: all; without scans and other bulk; or no bags',
-    )
-    group.add_argument(
-        '--bag-format', choices=get_args(BagFormat), help='bags of ROS 1, or MCAP files of ROS 2 (default: ros1)'
-    )

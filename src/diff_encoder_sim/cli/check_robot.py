@@ -1,8 +1,4 @@
-"""check_robot: find out about a robot from its URDF or xacro, and check that it drives in the simulation as it should.
-
-Prints what was found, each value with its source, and the results of a drive on a flat floor: whether the robot moves
-as its wheels turn, stands on them, has the torque, and where its laser is.
-"""
+"""check_robot: what is found out about a robot, and how it drives. Its help is in check_robot_arguments."""
 
 from __future__ import annotations
 
@@ -12,11 +8,11 @@ from typing import Iterator, Optional, Sequence
 
 from tabulate import tabulate
 
-from diff_encoder_sim.base.command_line import run_tool, tool_parser
+from diff_encoder_sim.base.command_line import run_tool
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.paths import package_folder
 from diff_encoder_sim.campaign.campaign_checks import check_robot
-from diff_encoder_sim.cli.robot_arguments import ROBOT_HELP, add_description_arguments
+from diff_encoder_sim.cli.check_robot_arguments import parse
 from diff_encoder_sim.lockstep.robot_loading import load_robot
 from diff_encoder_sim.lockstep.robot_params import load_robot_config, override
 from diff_encoder_sim.robots.robot_file import ROBOT_FILE_SUFFIXES
@@ -31,7 +27,7 @@ WIDTHS = (52, 44)
 
 def main(arguments: Optional[Sequence[str]] = None) -> None:
     """Run the command line."""
-    run_tool('check_robot', lambda: _check(_parse(arguments)))
+    run_tool('check_robot', lambda: _check(parse(arguments)))
 
 
 def _check(options: argparse.Namespace) -> None:
@@ -86,14 +82,3 @@ def _found(setup: RobotSetup) -> Iterator[str]:
     for title, lines in (('Warnings', description.warnings), ('Notes', description.notes)):
         if lines:
             yield '\n'.join([f'\n{title}:', *(f'- {line}' for line in lines)])
-
-
-def _parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
-    examples = ['my_robot.urdf.xacro --write my_robot.yaml', 'burger']
-    parser = tool_parser('check_robot', __doc__, examples)
-    parser.add_argument('robot', metavar='ROBOT', help=ROBOT_HELP)
-    add_description_arguments(parser)
-    parser.add_argument(
-        '--write', type=Path, metavar='FILE', help='write a robot file with what was found, for --robot and robot:='
-    )
-    return parser.parse_args(arguments)

@@ -26,7 +26,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> None:
     """Run the command line."""
     given = list(sys.argv[1:] if arguments is None else arguments)
     name = _parser().parse_args(given[:1]).command.replace('-', '_')
-    run_command(as_called(name), f'cli.{name}', given[1:])
+    run_command(as_called(name), f'cli.{name}', given[1:], parser=f'cli.{name}_arguments')
 
 
 def _parser() -> argparse.ArgumentParser:

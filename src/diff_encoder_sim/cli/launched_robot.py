@@ -17,6 +17,7 @@ from diff_encoder_sim.base.nested_mappings import flat
 from diff_encoder_sim.base.paths import package_folder
 from diff_encoder_sim.base.typed_params import split_params
 from diff_encoder_sim.base.yaml_files import load_yaml
+from diff_encoder_sim.cli.launch_arguments import FILE_OPTIONS
 from diff_encoder_sim.encoders.chosen_encoder import RESOLUTION_KEYS, ChosenEncoder, chosen, own_encoder
 from diff_encoder_sim.encoders.encoder_catalogue import load_encoder
 from diff_encoder_sim.lockstep.robot_loading import load_robot
@@ -26,15 +27,6 @@ from diff_encoder_sim.odometry.hidden_encoder import hidden_encoder
 from diff_encoder_sim.odometry.odometry_params import OdometryParams
 from diff_encoder_sim.robots.robot_setup import RobotSetup
 from diff_encoder_sim.robots.xacro_arguments import xacro_arguments_of_text
-
-# The launch arguments with YAML files, by the stems of the package's files.
-FILE_OPTIONS = {
-    'config': '--config',
-    'simulator': '--simulator-config',
-    'amcl': '--amcl-config',
-    'navigation': '--navigation-config',
-    'slam': '--slam-config',
-}
 
 OWN_PPR, OWN_NOISE = 'config.ppr', 'config.motion_noise'
 SIMULATED = 'pybullet'  # the simulator whose wheels have the errors of the parameters
@@ -51,16 +43,6 @@ class LaunchedRobot(NamedTuple):
     notes: List[str]  # where a YAML file goes before the robot, or a default hides the encoder; a line each
 
 
-def add_launched_robot(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `launched_robot` but the robot itself."""
-    parser.add_argument('--robot-args', default='', metavar='TEXT', help='xacro arguments: name=value name=value')
-    parser.add_argument('--encoder', default='', metavar='NAME|FILE', help='real encoder, in place of ppr')
-    folder = package_folder() / 'config'
-    for stem, option in FILE_OPTIONS.items():
-        default = folder / f'{stem}.yaml'
-        parser.add_argument(option, default=str(default), metavar='FILE', help=f'in place of config/{stem}.yaml')
-
-
 def launched_robot(
     options: argparse.Namespace, arguments: Mapping[str, Any], usual: Optional[Mapping[str, Any]] = None
 ) -> LaunchedRobot:
@@ -75,7 +57,7 @@ def launched_robot(
         ConfigError: a file is missing or bad, or a value is not allowed.
     """
     setup, encoder = _setup(options), _encoder(options, arguments)
-    files = {stem: getattr(options, option[2:].replace('-', '_')) for stem, option in FILE_OPTIONS.items()}
+    files = _files(options)
     theirs = _users_values(files)
     settings = {**(usual or {}), **_config(uncertainty_of_robot(setup.settings)), **setup.settings}
     if setup.file.ppr is not None:
@@ -100,6 +82,13 @@ def launched_robot(
     if options.sim != SIMULATED and not is_noise_given:
         notes += filter(None, [hidden_encoder(params.odometry)])
     return LaunchedRobot(setup, settings, params, encoder or own_encoder(params.encoder), notes)
+
+
+def _files(options: argparse.Namespace) -> Dict[str, str]:
+    """Return the paths of the YAML files by their stems: as given, else the package's."""
+    given = {stem: getattr(options, option[2:].replace('-', '_')) for stem, option in FILE_OPTIONS.items()}
+    folder = package_folder() / 'config'
+    return {stem: str(folder / f'{stem}.yaml') if path is None else path for stem, path in given.items()}
 
 
 def _config(values: Mapping[str, Any]) -> Dict[str, Any]:

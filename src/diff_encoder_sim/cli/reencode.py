@@ -14,9 +14,10 @@ from typing import Counter, Dict, Iterator, List, Mapping, NamedTuple, Optional,
 from diff_encoder_sim.base.command_line import run_tool
 from diff_encoder_sim.base.command_name import as_called
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.cli.encoder_arguments import name_encoders
-from diff_encoder_sim.cli.reencode_arguments import CSV_NAME, output_files, parse
+from diff_encoder_sim.cli.encoder_notes import name_encoders
+from diff_encoder_sim.cli.reencode_arguments import CSV_NAME, parse
 from diff_encoder_sim.cli.reencode_encoders import chosen_encoders, given_encoders, parameters_with
+from diff_encoder_sim.cli.reencode_outputs import output_files
 from diff_encoder_sim.cli.reencode_robot import RecordedRobot, recorded_robot
 from diff_encoder_sim.cli.reencode_sources import check_seed, check_wheel_options
 from diff_encoder_sim.cli.reencode_wheels import bag_wheels, csv_wheels

@@ -1,21 +1,18 @@
-"""The command line of reencode: its options, encoders and output files."""
+"""The command line of reencode."""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Dict, Optional, Sequence
+from typing import Optional, Sequence
 
 from diff_encoder_sim.base.command_line import tool_parser
-from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.cli.encoder_arguments import add_encoders
-from diff_encoder_sim.cli.reencode_encoders import PAPER_PPR
-from diff_encoder_sim.cli.reencode_sources import add_source_options
+from diff_encoder_sim.cli.reencode_source_arguments import add_source_options
 from diff_encoder_sim.cli.robot_arguments import add_robot_arguments
-from diff_encoder_sim.encoders.chosen_encoder import ChosenEncoder
-from diff_encoder_sim.encoders.pulses import file_label
 
 CSV_NAME = 'reencode.csv'
+PAPER_PPR = ('40', '90', '1024', '4096')
 
 DESCRIPTION = """\
 reencode: compute what a recorded drive's odometry would have been with other encoders.
@@ -43,7 +40,7 @@ EXAMPLES = [
 ]
 
 
-def parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
+def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
     """Read the command line."""
     parser = tool_parser('reencode', DESCRIPTION, EXAMPLES, NOTES)
     parser.add_argument(
@@ -92,20 +89,3 @@ def _add_wheel_options(parser: argparse.ArgumentParser) -> None:
         ('--pulses-ppr', 'PPR', 'PPR of the encoder that counted them (default: that of the recorded trial)'),
     ):
         group.add_argument(option, default='', metavar=metavar, help=text)
-
-
-def output_files(folder: Optional[Path], bag: Path, encoders: Sequence[ChosenEncoder]) -> Dict[str, Path]:
-    """Return the path of each encoder's bag, by its label, and that of the CSV file; none without a folder.
-
-    Raises:
-        ConfigError: one of the files exists.
-    """
-    if folder is None:
-        return {}
-    stem = bag.resolve().stem  # also where the bag is given as `.`
-    files = {each.label: folder / f'{stem}_{file_label(each.ppr, each.name)}.bag' for each in encoders}
-    files[CSV_NAME] = folder / CSV_NAME
-    for path in files.values():
-        if path.exists():
-            raise ConfigError(f'--out: {path} exists; allowed: a folder without it')
-    return files

@@ -10,13 +10,12 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.paths import package_folder
 from diff_encoder_sim.base.typed_params import with_changes
 from diff_encoder_sim.base.yaml_files import yaml_value
+from diff_encoder_sim.cli.reencode_arguments import PAPER_PPR
 from diff_encoder_sim.encoders.chosen_encoder import ChosenEncoder, chosen, own_encoder
 from diff_encoder_sim.encoders.encoder_catalogue import load_encoders
 from diff_encoder_sim.encoders.pulses import PerWheel
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 from diff_encoder_sim.odometry.odometry_params import OdometryParams
-
-PAPER_PPR = ('40', '90', '1024', '4096')
 
 
 def given_encoders(options: argparse.Namespace) -> List[ChosenEncoder]:

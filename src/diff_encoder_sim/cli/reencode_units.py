@@ -9,8 +9,9 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.cli.reencode_encoders import ppr_of_text
 from diff_encoder_sim.cli.reencode_robot import RecordedRobot
 from diff_encoder_sim.encoders.pulses import PerWheel, ppr_label
+from diff_encoder_sim.reencoding.number_units import COUNTED, SPEEDS, TICKS
 from diff_encoder_sim.reencoding.start_angles import DEFAULT_SEED, start_angles_note, start_angles_rad
-from diff_encoder_sim.reencoding.wheel_units import COUNTED, SPEEDS, SPEEDS_NOTE, TICKS, WheelUnit
+from diff_encoder_sim.reencoding.wheel_units import SPEEDS_NOTE, WheelUnit
 
 
 class WheelNumbers(NamedTuple):

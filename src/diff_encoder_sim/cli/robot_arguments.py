@@ -1,4 +1,4 @@
-"""The robot on command lines: --robot, --robot-arg and --packages."""
+"""The robot on command lines: --robot, --robot-arg, --packages and --unchecked."""
 
 from __future__ import annotations
 
@@ -31,4 +31,13 @@ def add_description_arguments(parser: argparse._ActionsContainer) -> None:
         default=[],
         metavar='DIR',
         help="folders in which the packages of the robot's package:// and $(find) are looked for first",
+    )
+
+
+def add_unchecked(parser: argparse.ArgumentParser) -> None:
+    """Add the option that lets trials begin in spite of the checks."""
+    parser.add_argument(
+        '--unchecked',
+        action='store_true',
+        help='run the trials also where the self-check of the robot fails, or a test is not for it',
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
 
 from diff_encoder_sim.base.command_name import as_called
@@ -11,15 +10,6 @@ from diff_encoder_sim.base.paths import package_folder
 from diff_encoder_sim.campaign.campaign_checks import check_robot, unfit_tests
 from diff_encoder_sim.campaign.campaign_definition import Campaign
 from diff_encoder_sim.simulation.check_results import checks_table
-
-
-def add_unchecked(parser: argparse.ArgumentParser) -> None:
-    """Add the option that lets trials begin in spite of the checks."""
-    parser.add_argument(
-        '--unchecked',
-        action='store_true',
-        help='run the trials also where the self-check of the robot fails, or a test is not for it',
-    )
 
 
 def with_checks(name: str, campaign: Campaign, is_unchecked: bool) -> Campaign:

@@ -1,7 +1,4 @@
-"""robot_settings: find out about a robot and print the parameters of the nodes that follow, as YAML.
-
-The launch files put them into the parameter /robot_settings, where the nodes read them.
-"""
+"""robot_settings: the parameters that follow from a robot. Its help is in robot_settings_arguments."""
 
 from __future__ import annotations
 
@@ -11,14 +8,14 @@ from typing import Any, Dict, List, Optional, Sequence
 
 import yaml
 
-from diff_encoder_sim.base.command_line import run_tool, tool_parser
+from diff_encoder_sim.base.command_line import run_tool
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.nested_mappings import nested
 from diff_encoder_sim.base.paths import users_path
 from diff_encoder_sim.base.xml_rpc import for_xml_rpc
 from diff_encoder_sim.base.yaml_files import yaml_value
-from diff_encoder_sim.cli.launched_robot import OWN_PPR, LaunchedRobot, add_launched_robot, launched_robot
-from diff_encoder_sim.cli.robot_arguments import ROBOT_HELP
+from diff_encoder_sim.cli.launched_robot import OWN_PPR, LaunchedRobot, launched_robot
+from diff_encoder_sim.cli.robot_settings_arguments import parse
 from diff_encoder_sim.lockstep.robot_params import check_key
 from diff_encoder_sim.odometry.odometry_params import UNCERTAINTY_KEYS
 from diff_encoder_sim.recording.bag_source import open_source
@@ -30,7 +27,7 @@ SET_BY_ARGUMENTS = (OWN_PPR, 'config.seed')
 
 def main(arguments: Optional[Sequence[str]] = None) -> None:
     """Run the command line."""
-    run_tool('robot_settings', lambda: _print_settings(_parse(arguments)))
+    run_tool('robot_settings', lambda: _print_settings(parse(arguments)))
 
 
 def _print_settings(options: argparse.Namespace) -> None:
@@ -81,13 +78,3 @@ def launch_arguments(words: List[str]) -> Dict[str, Any]:
         if text:
             values[key] = yaml_value(text, key)
     return values
-
-
-def _parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
-    parser = tool_parser('robot_settings', __doc__, ['burger config.ppr:=90', 'my_robot.yaml'])
-    parser.add_argument('robot', metavar='ROBOT', help=ROBOT_HELP)
-    parser.add_argument('values', nargs='*', metavar='FILE.KEY:=VALUE', help="a parameter, before the robot's own")
-    parser.add_argument('--bag', default='', metavar='BAG', help="recorded drive, whose trial's number is the seed")
-    parser.add_argument('--sim', default='', metavar='NAME', help='pybullet, where it simulates the wheels')
-    add_launched_robot(parser)
-    return parser.parse_args(arguments)

@@ -1,7 +1,4 @@
-"""trial_spec: check the arguments of trial.launch and print the plan of the trial, which becomes the parameter /trial.
-
-trial.launch calls it before any node starts, so that a wrong argument ends the launch with one line.
-"""
+"""trial_spec: the plan of a live trial, from the arguments of trial.launch. Its help is in trial_spec_arguments."""
 
 from __future__ import annotations
 
@@ -16,7 +13,7 @@ import yaml
 from pydantic import Field
 
 from diff_encoder_sim.base.bounded_numbers import Seed
-from diff_encoder_sim.base.command_line import run_tool, tool_parser
+from diff_encoder_sim.base.command_line import run_tool
 from diff_encoder_sim.base.command_name import as_typed
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.paths import package_folder, users_path
@@ -24,11 +21,11 @@ from diff_encoder_sim.base.roslaunch_process import parent_only_lists
 from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.base.xml_rpc import for_xml_rpc
 from diff_encoder_sim.base.yaml_files import yaml_value
-from diff_encoder_sim.cli.encoder_arguments import name_encoders, name_rates
-from diff_encoder_sim.cli.launched_robot import OWN_PPR, SIMULATED, LaunchedRobot, add_launched_robot, launched_robot
-from diff_encoder_sim.cli.robot_arguments import ROBOT_HELP
+from diff_encoder_sim.cli.encoder_notes import name_encoders, name_rates
+from diff_encoder_sim.cli.launched_robot import OWN_PPR, SIMULATED, LaunchedRobot, launched_robot
 from diff_encoder_sim.cli.stopping_spread import name_stopping_of_trial
 from diff_encoder_sim.cli.trial_robot_check import check_robot_of_trial
+from diff_encoder_sim.cli.trial_spec_arguments import parse
 from diff_encoder_sim.encoders.pulses import DEFAULT_PPR, PulsesPerRevolution, file_label
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 from diff_encoder_sim.lockstep.robot_params import RobotParams
@@ -201,26 +198,3 @@ def _new_file(argument: str, given: Union[str, Path]) -> Path:
 def _bag_name(trial: Trial) -> str:
     moment = time.strftime('%Y%m%dT%H%M%SZ', time.gmtime())
     return f'{trial.test.name}_{file_label(trial.ppr, trial.encoder)}_trial{trial.number}_{moment}.bag'
-
-
-def parse(arguments: Optional[Sequence[str]]) -> argparse.Namespace:
-    """Read the command line; values are checked by `plan`."""
-    parser = tool_parser('trial_spec', __doc__, ['--test SL --ppr 90 --trial 3 --bag sl.bag'])
-    for option, default, text in (
-        ('--ppr', '', "pulses per wheel revolution: 90, or '{left: 90, right: 1024}' (default: the robot's own)"),
-        ('--trial', '0', 'number of the trial, which is its seed'),
-        ('--odom', 'encoder', 'encoder or ideal'),
-        ('--nav', 'embedded', 'embedded, upstream or scripted'),
-        ('--slam', 'none', 'none, embedded or upstream'),
-        ('--save-map', '', 'path without suffix for the map that SLAM makes (default: not saved)'),
-        ('--sim', 'pybullet', 'pybullet or gazebo'),
-        ('--map', '', 'map .yaml file (default: the one beside the world)'),
-        ('--bag', '', 'path of the bag to record, or none (default: a new name in bags/)'),
-        ('--robot', 'alto', ROBOT_HELP),
-        ('--unchecked', 'false', 'true: do not check whether the robot drives as it should and fits the test'),
-    ):
-        shown = f' (default: {default})' if default else ''
-        parser.add_argument(option, default=default, metavar='VALUE', help=text + shown)
-    add_launched_robot(parser)
-    parser.add_argument('--test', required=True, metavar='TEST', help='SL, SMT, DLD, or a .yaml file')
-    return parser.parse_args(arguments)

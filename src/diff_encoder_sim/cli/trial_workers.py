@@ -10,12 +10,10 @@ import sys
 from pathlib import Path
 from typing import Callable, ContextManager, Dict, Iterator, List, Optional, Sequence
 
-from diff_encoder_sim.base.bounded_numbers import Between
 from diff_encoder_sim.base.command_line import run_tool
 from diff_encoder_sim.base.command_name import as_called
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.host_info import usable_cores
-from diff_encoder_sim.base.number_arguments import whole_number_within
 from diff_encoder_sim.campaign.campaign_definition import Campaign
 from diff_encoder_sim.campaign.cluster import TlsFiles, Workers, connected_workers
 from diff_encoder_sim.campaign.engine import CampaignFault, UnrunTrial
@@ -56,26 +54,6 @@ def stop_reports(progress: Progress) -> Iterator[None]:
     except _Stopped as stopped:
         stopped.when = f'after {progress.count()}; run the same command again to continue'
         raise
-
-
-def add_workers(parser: argparse.ArgumentParser) -> None:
-    """Add the options that select where trials run."""
-    where = parser.add_mutually_exclusive_group()
-    where.add_argument(
-        '--workers',
-        type=whole_number_within(Between(1, 1024)),
-        metavar='N',
-        help='worker processes on this host (default: one for each core)',
-    )
-    where.add_argument(
-        '--scheduler',
-        metavar='ADDRESS',
-        help='run on a Dask cluster: its scheduler, such as tcp://host:8786 (docs/cluster.md)',
-    )
-    tls = parser.add_argument_group('for a cluster whose processes know each other by certificates, in PEM files')
-    tls.add_argument('--tls-ca', type=Path, metavar='FILE', help='certificate of who signed the certificates')
-    tls.add_argument('--tls-cert', type=Path, metavar='FILE', help='certificate of this process')
-    tls.add_argument('--tls-key', type=Path, metavar='FILE', help='its key, unless that is in the file of --tls-cert')
 
 
 def workers(options: argparse.Namespace, pending: int) -> ContextManager[Workers]:

@@ -5,12 +5,10 @@ from __future__ import annotations
 from pydantic import Field
 from typing_extensions import Annotated
 
-from diff_encoder_sim.base.bounded_numbers import Between
+from diff_encoder_sim.base.bounded_numbers import COUNTER_STATES
 
 CounterModulus = Annotated[
-    int,
-    Between(2, 2**63, 'counts', or_zero=True),
-    Field(description='counts before the counter wraps: 65536 for int16, 0 for no wrap'),
+    int, COUNTER_STATES, Field(description='counts before the counter wraps: 65536 for int16, 0 for no wrap')
 ]
 
 

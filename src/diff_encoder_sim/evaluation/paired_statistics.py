@@ -12,7 +12,8 @@ from typing import List, NamedTuple, Optional, Sequence
 import numpy as np
 
 from diff_encoder_sim.base.deferred import deferred
-from diff_encoder_sim.evaluation.sample_statistics import LEVEL, Interval, mean_interval, spread
+from diff_encoder_sim.evaluation.confidence import LEVEL
+from diff_encoder_sim.evaluation.sample_statistics import Interval, mean_interval, spread
 from diff_encoder_sim.evaluation.signed_rank import means_beyond_interval, signed_rank_p
 
 stats = deferred('scipy.stats')

@@ -12,10 +12,9 @@ from typing import NamedTuple, Optional, Tuple
 import numpy as np
 
 from diff_encoder_sim.base.deferred import deferred
+from diff_encoder_sim.evaluation.confidence import LEVEL
 
 stats = deferred('scipy.stats')
-
-LEVEL = 0.95  # of all intervals that are shown
 
 # Resamples of fewer values are too often without a spread themselves.
 FEWEST_TO_RESAMPLE = 5

@@ -12,9 +12,9 @@ from diff_encoder_sim.lockstep.lockstep_trial import LockstepTrial
 from diff_encoder_sim.lockstep.robot_params import RobotParams
 from diff_encoder_sim.recording.topics import RecordMode
 from diff_encoder_sim.recording.trial_bag import TrialBag
-from diff_encoder_sim.trials.pose_source import FinalErrors, PoseSource
+from diff_encoder_sim.trials.pose_source import PoseSource
 from diff_encoder_sim.trials.trial_definition import TrialPlan
-from diff_encoder_sim.trials.trial_outcome import Ending
+from diff_encoder_sim.trials.trial_outcome import Ending, FinalErrors
 
 
 class TrialResult(NamedTuple):

@@ -14,7 +14,7 @@ from diff_encoder_sim.serialization.mcap_writer import McapWriter
 from diff_encoder_sim.serialization.primitives import with_seq
 from diff_encoder_sim.serialization.ros2_types import ros2_definition, to_cdr
 from diff_encoder_sim.serialization.typestore import definition
-from diff_encoder_sim.trials.trial_definition import BagFormat
+from diff_encoder_sim.trials.bag_formats import BagFormat
 
 SUFFIXES: Dict[BagFormat, str] = {'ros1': '.bag', 'mcap': '.mcap'}
 

@@ -11,7 +11,7 @@ from typing import Dict, Optional, Tuple, Type, Union
 from diff_encoder_sim.base.atomic_files import UNFINISHED_SUFFIX
 from diff_encoder_sim.recording.bag_files import OPENERS, BagFile
 from diff_encoder_sim.recording.topics import RecordMode, recorded_topics
-from diff_encoder_sim.trials.trial_definition import BagFormat
+from diff_encoder_sim.trials.bag_formats import BagFormat
 
 # The format has no message at time 0; a trial's first messages are recorded a nanosecond later.
 EARLIEST_NS = 1

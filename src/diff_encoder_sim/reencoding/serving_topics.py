@@ -13,8 +13,8 @@ from diff_encoder_sim.recording.bag_source import BagSource
 from diff_encoder_sim.recording.topics import TF
 from diff_encoder_sim.reencoding.bag_types import message_type
 from diff_encoder_sim.reencoding.message_fields import number_paths
+from diff_encoder_sim.reencoding.number_units import TICKS
 from diff_encoder_sim.reencoding.reference import ARROW
-from diff_encoder_sim.reencoding.wheel_units import TICKS
 from diff_encoder_sim.serialization.message_types import ODOMETRY, TRANSFORMS
 
 _LISTED = 5

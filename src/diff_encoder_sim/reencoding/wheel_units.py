@@ -3,30 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import Callable, Dict, NamedTuple, Optional
+from typing import Callable, NamedTuple, Optional
 
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.reencoding.counted_angles import CountedWheel
-
-TICKS = 'ticks'
-TICKS_PER_MESSAGE = 'ticks/message'
-
-# What one of each turns a wheel by, given its radius [m].
-_RAD_OF_ANGLE: Dict[str, Callable[[float], float]] = {
-    'rad': lambda _: 1.0,
-    'deg': lambda _: math.pi / 180.0,
-    'rev': lambda _: 2.0 * math.pi,
-    'm': lambda radius_m: 1.0 / radius_m,
-}
-_RADPS_OF_SPEED: Dict[str, Callable[[float], float]] = {
-    'rad/s': lambda _: 1.0,
-    'deg/s': lambda _: math.pi / 180.0,
-    'rpm': lambda _: math.pi / 30.0,
-    'm/s': lambda radius_m: 1.0 / radius_m,
-}
-COUNTED = (TICKS, TICKS_PER_MESSAGE)
-SPEEDS = tuple(_RADPS_OF_SPEED)
-UNITS = (*COUNTED, *_RAD_OF_ANGLE, *SPEEDS)
+from diff_encoder_sim.reencoding.number_units import RAD_OF_ANGLE, RADPS_OF_SPEED, SPEEDS, TICKS
 
 SPEEDS_NOTE = (
     'the wheel angles are integrated speeds: what a wheel does between two of them, and the error of each, adds up in '
@@ -65,9 +46,9 @@ def _converter(unit: WheelUnit) -> Callable[[int, float], float]:
         total = _Total()
         return lambda _, ticks: wheel.angle_rad(math.floor(total.add(ticks)))
     if unit.unit in SPEEDS:
-        integral = _Integral(_RADPS_OF_SPEED[unit.unit](unit.radius_m), unit.start_rad)
+        integral = _Integral(RADPS_OF_SPEED[unit.unit](unit.radius_m), unit.start_rad)
         return integral.add
-    factor = _RAD_OF_ANGLE[unit.unit](unit.radius_m)
+    factor = RAD_OF_ANGLE[unit.unit](unit.radius_m)
     return lambda _, value: factor * value
 
 

@@ -6,13 +6,19 @@ from functools import lru_cache
 from typing import NamedTuple
 
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from rosbags.typesys.store import Typestore
 
 from diff_encoder_sim.serialization.message_definitions import defined_types, fields_text, full_text
 
-STORE = get_typestore(Stores.ROS1_NOETIC)
-for _name in defined_types():
-    if _name not in STORE.types:
-        STORE.register(get_types_from_msg(fields_text(_name), _name))
+
+@lru_cache(maxsize=None)
+def noetic_store() -> Typestore:
+    """Return all message types of ROS 1 Noetic that rosbags has, and those of a trial's bag."""
+    store = get_typestore(Stores.ROS1_NOETIC)
+    for name in defined_types():
+        if name not in store.types:
+            store.register(get_types_from_msg(fields_text(name), name))
+    return store
 
 
 class Definition(NamedTuple):
@@ -26,5 +32,5 @@ class Definition(NamedTuple):
 @lru_cache(maxsize=None)
 def definition(message_type: str) -> Definition:
     """Return the definition of a type by its name as rosbags spells it."""
-    fields, md5sum = STORE.generate_msgdef(message_type)
+    fields, md5sum = noetic_store().generate_msgdef(message_type)
     return Definition(full_text(message_type), md5sum, fields.startswith('std_msgs/Header header\n'))

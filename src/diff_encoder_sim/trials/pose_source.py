@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import enum
-from typing import Dict, Optional
-
-from diff_encoder_sim.base.se2 import Pose2D
 
 
 class PoseSource(enum.Enum):
@@ -15,7 +12,3 @@ class PoseSource(enum.Enum):
     AMCL = 'amcl'  # the last localization update
     GLOBAL = 'global'  # the pose estimate: localization's map -> odom, and odometry since
     WORLD = 'world'  # ground truth
-
-
-# Final pose minus goal: x [m] and y [m] along the map's axes, yaw [rad] wrapped; None where the source had no pose.
-FinalErrors = Dict[PoseSource, Optional[Pose2D]]

@@ -23,9 +23,8 @@ from diff_encoder_sim.encoders.counter import CounterModulus
 from diff_encoder_sim.encoders.pulses import DEFAULT_PPR, PulsesPerRevolution, encoder_label
 from diff_encoder_sim.odometry.odometry_params import UNCERTAINTY_KEYS, CurveVariance, RelativeStd
 from diff_encoder_sim.simulation.wheel_errors import CONTACT_CURVE_NOISE, CONTACT_DISTANCE_STD
+from diff_encoder_sim.trials.bag_formats import BagFormat
 from diff_encoder_sim.trials.test_definition import TestDefinition
-
-BagFormat = Literal['ros1', 'mcap']
 
 _LEFT_OUT_WHERE_USUAL = (
     *('axle_x', 'left_joint', 'right_joint', 'left_reversed', 'right_reversed'),

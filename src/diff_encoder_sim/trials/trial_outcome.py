@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import enum
 import math
-from typing import NamedTuple, Optional
+from typing import Dict, NamedTuple, Optional
 
 from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.trials.pose_source import PoseSource
 
 # A robot that is farther from its goal has failed, whatever its pose estimate [m].
 GOAL_DISTANCE_M = 0.5
+
+# Final pose minus goal: x [m] and y [m] along the map's axes, yaw [rad] wrapped; None where the source had no pose.
+FinalErrors = Dict[PoseSource, Optional[Pose2D]]
 
 
 class Outcome(enum.Enum):

@@ -6,7 +6,7 @@ import pytest
 
 from diff_encoder_sim.api.command_options import command_line, parsed
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.cli.campaign import parse
+from diff_encoder_sim.cli.campaign_arguments import parse
 
 GIVEN = ['--config', 'quick', '--out', 'x']
 

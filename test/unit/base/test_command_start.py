@@ -10,8 +10,19 @@ import pytest
 
 from places import SOURCE
 
+PARSER = """
+import os, signal, sys, time
+
+def parse():
+    if sys.argv[1] == 'wrong':
+        sys.exit('wrong arguments')
+    if sys.argv[1] == 'parse':
+        os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(20)
+"""
 MODULE = """
 import os, signal, sys, time
+print('imported')
 stage = sys.argv[1]
 
 def here(name):
@@ -37,18 +48,20 @@ def main():
     finally:
         print('tidied up')
 """
-COMMAND = 'from diff_encoder_sim.base.command_start import run_command; run_command("tool", "interrupted_tool")'
+COMMAND = 'from diff_encoder_sim.base.command_start import run_command; run_command("tool", "interrupted_tool"{})'
+WITH_PARSER, WITHOUT = COMMAND.format(', parser="interrupted_arguments"'), COMMAND.format('')
 
 
 @pytest.fixture(name='ending')
 def fixture_ending(tmp_path):
     """Runs a command that is interrupted at a stage: status, stdout and stderr."""
     (tmp_path / 'interrupted_tool.py').write_text(MODULE)
-    begin = f'import diff_encoder_sim; diff_encoder_sim.__path__.append({str(tmp_path)!r}); {COMMAND}'
+    (tmp_path / 'interrupted_arguments.py').write_text(PARSER)
+    findable = f'import diff_encoder_sim; diff_encoder_sim.__path__.append({str(tmp_path)!r})'
 
-    def ending(stage):
+    def ending(stage, command=WITH_PARSER):
         process = subprocess.run(
-            [sys.executable, '-c', begin, stage],
+            [sys.executable, '-c', f'{findable}; {command}', stage],
             env={**os.environ, 'PYTHONPATH': str(SOURCE)},
             capture_output=True,
             text=True,
@@ -59,25 +72,33 @@ def fixture_ending(tmp_path):
     return ending
 
 
-@pytest.mark.parametrize(('stage', 'printed'), [('import', ''), ('finalizer', ''), ('exit', 'tidied up\n')])
+@pytest.mark.parametrize(
+    ('stage', 'printed'), [('parse', ''), ('import', ''), ('finalizer', ''), ('exit', 'tidied up\n')]
+)
 def test_a_stop_before_or_after_the_tool_ends_the_process_whatever_catches_exceptions(ending, stage, printed):
     status, out, err = ending(stage)
     assert (status, err) == (130, 'tool: stopped\n')
-    assert out in ('', printed)  # what was not flushed yet is lost
+    assert out in ('', f'imported\n{printed}')  # what was not flushed yet is lost
 
 
 def test_a_stop_of_the_tool_lets_it_tidy_up(ending):
-    assert ending('main') == (130, 'tidied up\n', 'tool: stopped\n')
+    assert ending('main') == (130, 'imported\ntidied up\n', 'tool: stopped\n')
 
 
-def test_a_tool_that_is_not_stopped_ends_as_ever(ending):
-    assert ending('none') == (0, 'tidied up\n', '')
+@pytest.mark.parametrize('command', [WITH_PARSER, WITHOUT])
+def test_a_tool_that_is_not_stopped_ends_as_ever(command, ending):
+    assert ending('none', command) == (0, 'imported\ntidied up\n', '')
+
+
+def test_wrong_arguments_are_told_before_the_tool_is_imported(ending):
+    assert ending('wrong') == (1, '', 'wrong arguments\n')
+    assert ending('wrong', WITHOUT) == (0, 'imported\ntidied up\n', '')
 
 
 def test_a_real_command_stopped_while_it_imports_its_libraries():
     script = SOURCE.parent / 'scripts' / 'analyze'
     process = subprocess.Popen(
-        [sys.executable, '-X', 'importtime', str(script), '--help'],
+        [sys.executable, '-X', 'importtime', str(script), 'results'],
         env={**os.environ, 'PYTHONPATH': str(SOURCE)},
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,

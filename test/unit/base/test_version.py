@@ -27,7 +27,7 @@ def test_the_newest_release_in_the_changelog_is_this_version():
 
 def test_an_installation_by_pip_takes_the_version_from_its_metadata(monkeypatch):
     monkeypatch.setattr(version, 'package_folder', no_package_folder)
-    monkeypatch.setattr(metadata, 'version', {'diff_encoder_sim': '9.8.7'}.__getitem__)
+    monkeypatch.setattr(version.metadata, 'version', {'diff_encoder_sim': '9.8.7'}.__getitem__)
     assert version.package_version() == '9.8.7'
 
 
@@ -36,5 +36,5 @@ def test_where_nothing_has_the_version_it_is_unknown(monkeypatch):
         raise metadata.PackageNotFoundError(name)
 
     monkeypatch.setattr(version, 'package_folder', no_package_folder)
-    monkeypatch.setattr(metadata, 'version', not_found)
+    monkeypatch.setattr(version.metadata, 'version', not_found)
     assert version.package_version() == 'unknown'

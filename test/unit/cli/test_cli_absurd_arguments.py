@@ -8,7 +8,7 @@ import argparse
 import importlib
 
 import pytest
-from test_cli_command_lines import TOOLS
+from test_cli_command_lines import COMMANDS, TOOLS
 
 from advised_robots import straight_advice
 from diff_encoder_sim.base.errors import ConfigError
@@ -47,7 +47,6 @@ GOOD = {
     'robot_settings': ['alto'],
     'trial_spec': ['--test', 'SL', '--bag', 'none', '--unchecked', 'true'],
 }
-COMMANDS = sorted(name for name, module in TOOLS.items() if module.startswith('cli.'))
 
 
 class _Parser(Exception):

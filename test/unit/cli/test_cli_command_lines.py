@@ -1,13 +1,15 @@
 """--version and --help of every command that a user types."""
 
 import importlib
+import os
 import re
+import subprocess
 import sys
 
 import pytest
 
 from diff_encoder_sim.base.version import package_version
-from places import ROOT
+from places import ROOT, SOURCE
 
 TOOLS = {
     'advise': 'cli.advise',
@@ -23,6 +25,25 @@ TOOLS = {
     'robot_settings': 'cli.robot_settings',
     'trial_spec': 'cli.trial_spec',
 }
+COMMANDS = sorted(name for name, module in TOOLS.items() if module.startswith('cli.'))
+START = r"^run_command\('(\w+)', '([\w.]+)'(?:, parser='([\w.]+)')?\)$"
+
+# Each takes a part of a second to import.
+SLOW = (
+    'numpy',
+    'pydantic',
+    'yaml',
+    'numba',
+    'scipy',
+    'dask',
+    'distributed',
+    'pybullet',
+    'matplotlib',
+    'rosbags',
+    'PIL',
+)
+REPORT = f'import atexit, sys; atexit.register(lambda: print([name for name in {SLOW} if name in sys.modules]))'
+RUN = f'{REPORT}; import runpy; sys.argv = sys.argv[1:]; runpy.run_path(sys.argv[0], run_name="__main__")'
 
 
 @pytest.fixture(name='printed')
@@ -47,8 +68,9 @@ def test_no_command_is_forgotten():
     found = {}
     for script in (ROOT / 'scripts').iterdir():
         if script.is_file() and not script.suffix:
-            ((name, module),) = re.findall(r"^run_command\('(.*)', '(.*)'\)$", script.read_text(), re.MULTILINE)
+            ((name, module, parser),) = re.findall(START, script.read_text(), re.MULTILINE)
             assert name == script.name
+            assert parser == (f'{module}_arguments' if module.startswith('cli.') else '')
             if module.startswith('cli.') or 'tool_parser(' in source(module):
                 found[name] = module
     assert found == TOOLS
@@ -72,3 +94,30 @@ def test_help_describes_every_option_and_has_an_example(name, printed, monkeypat
     assert all(len(line) <= 100 for line in text.split('\nexamples:')[0].splitlines())
     for option in re.findall(r'^  (?:-\w(?: \w+)?, )?(--?[\w-]+)(.*(?:\n {6,}.*)?)', text, re.MULTILINE):
         assert len(re.sub(r'[A-Z|_]+', '', option[1]).split()) >= 2, option
+
+
+@pytest.fixture(name='python')
+def fixture_python():
+    """Runs Python in a process of its own: status, stdout and stderr."""
+
+    def python(*words):
+        environment = {**os.environ, 'PYTHONPATH': str(SOURCE)}
+        done = subprocess.run([sys.executable, '-c', *words], env=environment, capture_output=True, text=True)
+        return done.returncode, done.stdout, done.stderr
+
+    return python
+
+
+@pytest.mark.parametrize('name', COMMANDS)
+@pytest.mark.parametrize(('option', 'expected'), [('--help', 0), ('--version', 0), ('--no-such-option', 2)])
+def test_help_and_wrong_options_wait_for_no_library(name, option, expected, python):
+    status, out, err = python(RUN, str(ROOT / 'scripts' / name), option)
+    assert (status, out.splitlines()[-1]) == (expected, '[]')
+    assert bool(err) == (expected == 2)
+
+
+def test_no_module_of_options_imports_a_library_that_takes_long(python):
+    names = sorted(path.stem for path in (SOURCE / 'diff_encoder_sim' / 'cli').glob('*_argument*.py'))
+    imports = ', '.join(f'diff_encoder_sim.cli.{name}' for name in names)
+    assert len(names) > len(COMMANDS)
+    assert python(f'{REPORT}; import {imports}') == (0, '[]\n', '')

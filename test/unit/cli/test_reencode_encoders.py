@@ -6,13 +6,8 @@ import pytest
 import yaml
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.cli.reencode_encoders import (
-    PAPER_PPR,
-    chosen_encoders,
-    given_encoders,
-    parameters_with,
-    ppr_of_text,
-)
+from diff_encoder_sim.cli.reencode_arguments import PAPER_PPR
+from diff_encoder_sim.cli.reencode_encoders import chosen_encoders, given_encoders, parameters_with, ppr_of_text
 from diff_encoder_sim.encoders.encoder_catalogue import encoder_names
 from diff_encoder_sim.encoders.encoder_model import EncoderModel
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams

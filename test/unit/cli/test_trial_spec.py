@@ -8,12 +8,13 @@ import yaml
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.cli import trial_spec
+from diff_encoder_sim.cli.trial_spec_arguments import parse
 from diff_encoder_sim.trials.trial_definition import LivePlan
 from places import ROOT
 
 
 def plan(*arguments):
-    return trial_spec.plan(trial_spec.parse(['--bag', 'none', '--test', 'SL', *arguments]))
+    return trial_spec.plan(parse(['--bag', 'none', '--test', 'SL', *arguments]))
 
 
 def test_a_test_without_a_drive_is_refused_where_it_is_to_be_scripted():
@@ -145,4 +146,4 @@ def test_what_it_prints_is_read_by_roslaunch_as_it_was(tmp_path, capsys):
     trial_spec.main(arguments)
     printed = yaml.safe_load(capsys.readouterr().out)
     assert printed['trial']['motion_noise'] == 2e-8
-    assert LivePlan.from_mapping(printed, '/trial') == trial_spec.plan(trial_spec.parse(arguments))
+    assert LivePlan.from_mapping(printed, '/trial') == trial_spec.plan(parse(arguments))

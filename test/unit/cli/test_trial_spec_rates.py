@@ -3,6 +3,7 @@
 import pytest
 
 from diff_encoder_sim.cli import trial_spec
+from diff_encoder_sim.cli.trial_spec_arguments import parse
 from places import ROOT
 
 CONFIG = ROOT / 'config'
@@ -11,7 +12,7 @@ CONFIG = ROOT / 'config'
 @pytest.fixture
 def plan(monkeypatch):
     monkeypatch.setattr(trial_spec, 'parent_only_lists', lambda: True)  # as if every package were installed
-    return lambda *words: trial_spec.plan(trial_spec.parse(['--test', 'SMT', '--bag', 'none', *map(str, words)]))
+    return lambda *words: trial_spec.plan(parse(['--test', 'SMT', '--bag', 'none', *map(str, words)]))
 
 
 @pytest.mark.parametrize(('nav', 'command_period'), [('scripted', 0.05), ('embedded', 0.05), ('upstream', 0.0)])

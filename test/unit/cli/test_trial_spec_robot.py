@@ -6,6 +6,7 @@ import yaml
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.xml_rpc import from_xml_rpc
 from diff_encoder_sim.cli import trial_spec
+from diff_encoder_sim.cli.trial_spec_arguments import parse
 from diff_encoder_sim.trials.trial_definition import LivePlan
 from places import ROOT
 
@@ -13,7 +14,7 @@ ALTO = ROOT / 'urdf' / 'alto.urdf.xacro'
 
 
 def plan(*arguments):
-    return trial_spec.plan(trial_spec.parse(['--bag', 'none', *arguments]))
+    return trial_spec.plan(parse(['--bag', 'none', *arguments]))
 
 
 def robot_file(folder, **overrides):

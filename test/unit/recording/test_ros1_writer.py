@@ -5,7 +5,7 @@ import random
 from rosbags.rosbag1 import Writer
 
 from diff_encoder_sim.recording.ros1_writer import Ros1Writer
-from diff_encoder_sim.serialization.typestore import STORE
+from diff_encoder_sim.serialization.typestore import noetic_store
 
 TYPES = ['std_msgs/msg/String', 'nav_msgs/msg/Odometry', 'rosgraph_msgs/msg/Clock']
 
@@ -20,7 +20,8 @@ def test_equal_messages_are_equal_bytes_over_several_chunks(tmp_path):
         with kind(tmp_path / name) as bag:
             bag.chunk_threshold = 50_000
             connections = [
-                bag.add_connection(f'/topic{number}', type_, typestore=STORE) for number, type_ in enumerate(TYPES)
+                bag.add_connection(f'/topic{number}', type_, typestore=noetic_store())
+                for number, type_ in enumerate(TYPES)
             ]
             for connection in connections if kind is Ros1Writer else ():
                 bag.begin_messages(connection)

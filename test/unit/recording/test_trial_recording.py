@@ -9,7 +9,7 @@ from rosbags.rosbag1 import Writer
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.recording.trial_recording import read_trial
 from diff_encoder_sim.serialization.basic_messages import encode_string
-from diff_encoder_sim.serialization.typestore import STORE
+from diff_encoder_sim.serialization.typestore import noetic_store
 from diff_encoder_sim.trials.trial_outcome import Outcome
 from trial_bags import ODOM, ODOMETRY, STAMPED, TEXT, TRUTH, message, trial, write_bag
 
@@ -66,8 +66,10 @@ def test_poses_are_finite(tmp_path, row):
 def test_a_message_that_is_too_short_is_named(tmp_path):
     path = tmp_path / 'a.bag'
     with Writer(path) as bag:
-        bag.write(bag.add_connection('/trial', TEXT, typestore=STORE), 1, encode_string(trial().model_dump_json()))
-        odom = bag.add_connection('/odom', ODOMETRY, typestore=STORE)
+        bag.write(
+            bag.add_connection('/trial', TEXT, typestore=noetic_store()), 1, encode_string(trial().model_dump_json())
+        )
+        odom = bag.add_connection('/odom', ODOMETRY, typestore=noetic_store())
         bag.write(odom, 2, message(ODOMETRY, ODOM[0], 0))
         bag.write(odom, 3, message(ODOMETRY, ODOM[1], 1)[:80])
     assert refusal(path).endswith('/odom: message 2: a message is torn; expected a finite pose')

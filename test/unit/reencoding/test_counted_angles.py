@@ -11,7 +11,7 @@ from diff_encoder_sim.encoders.pulses import PerWheel
 from diff_encoder_sim.odometry.odometry_params import OdometryParams
 from diff_encoder_sim.reencoding.counted_angles import CountedAngles
 from diff_encoder_sim.serialization.joint_messages import JointValues
-from diff_encoder_sim.serialization.typestore import STORE
+from diff_encoder_sim.serialization.typestore import noetic_store
 from reencoding_drives import ROS1, ROS2, angles_rad, write_ros1, write_ros2
 from reencoding_runs import contents, run, samples_of
 
@@ -41,7 +41,7 @@ def test_counts_of_a_finer_encoder_give_the_counts_of_its_divisors(tmp_path, mak
     )
     found = {
         ppr: [
-            STORE.deserialize_ros1(b'\0\0\0\0' + raw, 'diff_encoder_sim/msg/EncoderPulse').pulses.tolist()
+            noetic_store().deserialize_ros1(b'\0\0\0\0' + raw, 'diff_encoder_sim/msg/EncoderPulse').pulses.tolist()
             for raw in contents(tmp_path / 'out' / (f'a_{ppr}ppr.bag'))['/encoder_pulse']
         ]
         for ppr in (64, 100)

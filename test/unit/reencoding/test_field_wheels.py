@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from diff_encoder_sim.serialization.typestore import STORE
+from diff_encoder_sim.serialization.typestore import noetic_store
 from reencoding_drives import TICK_NS, angles_rad
 from reencoding_runs import contents, run, samples_of
 from reencoding_sources import (
@@ -29,7 +29,10 @@ def std(bits, kind):
 
 def counts_of(path):
     raws = contents(path)['/encoder_pulse']
-    return [STORE.deserialize_ros1(bytes(4) + raw, 'diff_encoder_sim/msg/EncoderPulse').pulses.tolist() for raw in raws]
+    return [
+        noetic_store().deserialize_ros1(bytes(4) + raw, 'diff_encoder_sim/msg/EncoderPulse').pulses.tolist()
+        for raw in raws
+    ]
 
 
 def reencoded(tmp_path, bag, arguments, ppr=64):

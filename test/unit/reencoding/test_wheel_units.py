@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from diff_encoder_sim.reencoding.wheel_units import UNITS, WheelAngle, WheelUnit
+from diff_encoder_sim.reencoding.number_units import UNITS
+from diff_encoder_sim.reencoding.wheel_units import WheelAngle, WheelUnit
 from reencoding_drives import TICK_NS
 from reencoding_sources import ticks
 

@@ -14,7 +14,7 @@ from diff_encoder_sim.serialization.pose_messages import (
     encode_pose_stamped,
     encode_pose_with_covariance,
 )
-from diff_encoder_sim.serialization.typestore import STORE
+from diff_encoder_sim.serialization.typestore import noetic_store
 from message_checks import check_header, check_pose, read, stamp_ns, vector
 from reencoding_drives import MAKERS
 from trial_bags import message as encoded_by_rosbags
@@ -94,7 +94,7 @@ def test_a_pose_is_what_rosbags_decodes(kind):
     for row in rng.uniform(-3.0, 3.0, (20, 3)).tolist():
         frame = ('', 'map', 'größer')[rng.integers(3)]
         raw = encoded_by_rosbags(kind, row, int(rng.integers(2**31 * 10**9)), frame)
-        expected = STORE.deserialize_ros1(raw, kind)
+        expected = noetic_store().deserialize_ros1(raw, kind)
         position = getattr(expected.pose, 'pose', expected.pose).position
         decoded = decoder.decode(raw)
         assert (decoded.stamp_ns, decoded.parent_frame) == (stamp_ns(expected.header.stamp), frame)

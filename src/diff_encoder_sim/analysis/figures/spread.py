@@ -17,7 +17,8 @@ from diff_encoder_sim.analysis.figures import style
 from diff_encoder_sim.analysis.figures.error_series import SERIES, Series
 from diff_encoder_sim.analysis.figures.variants import Variant
 from diff_encoder_sim.analysis.quantities import QUANTITIES, Quantity
-from diff_encoder_sim.evaluation.sample_statistics import LEVEL, spread, std_interval
+from diff_encoder_sim.evaluation.confidence import LEVEL
+from diff_encoder_sim.evaluation.sample_statistics import spread, std_interval
 from diff_encoder_sim.trials.trial_definition import Trial
 
 HEIGHT_TO_WIDTH = 0.95

@@ -14,8 +14,9 @@ from diff_encoder_sim.analysis.final_errors import count_within
 from diff_encoder_sim.analysis.paper.paper_cells import TRIALS
 from diff_encoder_sim.analysis.quantities import Quantity
 from diff_encoder_sim.base.deferred import deferred
+from diff_encoder_sim.evaluation.confidence import LEVEL
 from diff_encoder_sim.evaluation.reported_statistics import maximum_interval, maximum_p_value, spread_p_value
-from diff_encoder_sim.evaluation.sample_statistics import LEVEL, Interval, spread, std_interval, wilson
+from diff_encoder_sim.evaluation.sample_statistics import Interval, spread, std_interval, wilson
 
 stats = deferred('scipy.stats')
 

@@ -14,7 +14,8 @@ from diff_encoder_sim.analysis.quantities import QUANTITIES, YAW
 from diff_encoder_sim.analysis.table import Column, Entry, Table
 from diff_encoder_sim.analysis.table_keys import cell_text
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.evaluation.sample_statistics import LEVEL, spread, std_interval
+from diff_encoder_sim.evaluation.confidence import LEVEL
+from diff_encoder_sim.evaluation.sample_statistics import spread, std_interval
 from diff_encoder_sim.trials.pose_source import PoseSource
 from diff_encoder_sim.trials.trial_definition import Trial
 

@@ -6,18 +6,18 @@ from typing import Callable, Dict, List, NamedTuple, Sequence
 
 from diff_encoder_sim.analysis.dataset import Dataset, Varied
 from diff_encoder_sim.analysis.encoder_labels import encoders_text, enumeration, is_real, ppr_value
+from diff_encoder_sim.analysis.quantities import REQUIRED_FRACTION
 from diff_encoder_sim.analysis.report.summary import summary_rows
 from diff_encoder_sim.analysis.table_keys import varied_texts
 from diff_encoder_sim.analysis.within_tolerance import (
     COMPARED_POSES,
-    REQUIRED_FRACTION,
     TOLERANCE_TEXT,
     ComparedPose,
     FractionWithin,
     Sufficiency,
     fewest_trials,
 )
-from diff_encoder_sim.evaluation.sample_statistics import LEVEL
+from diff_encoder_sim.evaluation.confidence import LEVEL
 from diff_encoder_sim.trials.trial_outcome import Outcome
 
 # So many tests, counted with their sets of parameters, are named; more are only counted.

@@ -11,6 +11,7 @@ from diff_encoder_sim.analysis.encoder_labels import encoders_text, enumeration,
 from diff_encoder_sim.analysis.figures.style import Figure
 from diff_encoder_sim.analysis.paper.report_section import PaperSection
 from diff_encoder_sim.analysis.ppr_comparison import PprComparison
+from diff_encoder_sim.analysis.quantities import REQUIRED_FRACTION
 from diff_encoder_sim.analysis.report.chart_paths import path_indices
 from diff_encoder_sim.analysis.report.closed_form_table import closed_form_table
 from diff_encoder_sim.analysis.report.encoders import compare_encoders
@@ -21,7 +22,7 @@ from diff_encoder_sim.analysis.report.trials import bag_links, failure_table, tr
 from diff_encoder_sim.analysis.table import Table
 from diff_encoder_sim.analysis.table_keys import setup_text
 from diff_encoder_sim.analysis.variant_errors import VARIANTS, first_variant
-from diff_encoder_sim.analysis.within_tolerance import COMPARED_POSES, REQUIRED_FRACTION, TOLERANCE_TEXT
+from diff_encoder_sim.analysis.within_tolerance import COMPARED_POSES, TOLERANCE_TEXT
 from diff_encoder_sim.campaign.campaign_params import VARIANT
 
 

@@ -1,9 +1,10 @@
-"""Encoders and output files as reencode's command line gives them."""
+"""The files that reencode writes: their names, and those that are there already."""
 
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.cli.reencode_arguments import output_files, parse
+from diff_encoder_sim.cli.reencode_arguments import parse
+from diff_encoder_sim.cli.reencode_outputs import output_files
 from diff_encoder_sim.encoders.chosen_encoder import ChosenEncoder, chosen
 from diff_encoder_sim.encoders.encoder_catalogue import load_encoder
 from diff_encoder_sim.encoders.pulses import PerWheel

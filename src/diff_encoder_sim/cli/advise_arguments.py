@@ -1,0 +1,125 @@
+"""advise: which wheel encoder a robot needs, and what limits its accuracy otherwise.
+
+First the odometry of a drive of each test is drawn thousands of times with every resolution: its answer is there after
+seconds. Then closed-loop trials with a few of the candidates tell from which on pose estimate and true pose are within
+the tolerance at the goal. Results are kept: the same command runs the trials that are missing.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Optional, Sequence
+
+from diff_encoder_sim.analysis.quantities import REQUIRED_FRACTION, YAW, X
+from diff_encoder_sim.base.bounded_numbers import PULSES_PER_TURN, Between
+from diff_encoder_sim.base.command_line import tool_parser
+from diff_encoder_sim.base.number_arguments import number_within, whole_number_within
+from diff_encoder_sim.campaign.campaign_sizes import TRIALS
+from diff_encoder_sim.cli.amcl_argument import add_amcl
+from diff_encoder_sim.cli.encoder_arguments import add_encoders
+from diff_encoder_sim.cli.robot_arguments import add_robot_arguments, add_unchecked
+from diff_encoder_sim.cli.worker_arguments import add_workers
+from diff_encoder_sim.evaluation.confidence import LEVEL
+
+DEFAULT_OUT = Path('results') / 'advice'
+
+
+def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
+    """Read the command line."""
+    examples = [
+        '--robot my_robot.yaml --tolerance 0.05 --yaw-tolerance 3',
+        '--robot burger --share 0.95 --distance 10 --no-trials',
+        '--tests SL --ppr 40 90 180 360 --out results/advice_sl --json advice.json',
+        '--encoders catalogue --out results/advice_catalogue',
+    ]
+    parser = tool_parser('advise', __doc__, examples)
+    add_robot_arguments(parser, '--config', note=' (default: alto)')
+    add_amcl(parser)
+    _add_requirement(parser)
+    _add_candidates(parser)
+    _add_outputs(parser)
+    add_workers(parser)
+    add_unchecked(parser)
+    return parser.parse_args(arguments)
+
+
+def _add_requirement(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        '--tolerance',
+        type=number_within(Between(1e-6, 1000.0, 'm')),
+        default=X.tolerance,
+        metavar='M',
+        help='allowed error in x and in y at the goal, in metres (default: %(default)g)',
+    )
+    parser.add_argument(
+        '--yaw-tolerance',
+        type=number_within(Between(1e-6, 360.0, 'degrees')),
+        default=YAW.tolerance,
+        metavar='DEG',
+        help='allowed error of the heading at the goal, in degrees (default: %(default)g)',
+    )
+    parser.add_argument(
+        '--share',
+        type=number_within(Between(0.01, 0.999)),
+        default=REQUIRED_FRACTION,
+        metavar='FRACTION',
+        help='of the trials that must end within the tolerance (default: %(default)g)',
+    )
+    parser.add_argument(
+        '--confidence',
+        type=number_within(Between(0.5, 0.9999)),
+        default=LEVEL,
+        metavar='FRACTION',
+        help='of the answers (default: %(default)g)',
+    )
+    parser.add_argument(
+        '--distance',
+        type=number_within(Between(0.1, 1000.0, 'm')),
+        metavar='M',
+        help='judge odometry after so many metres straight, in place of the tests',
+    )
+
+
+def _add_candidates(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument('--tests', nargs='+', metavar='TEST', help='tests: SL, SMT, DLD, or .yaml files')
+    parser.add_argument(
+        '--ppr',
+        nargs='+',
+        type=number_within(PULSES_PER_TURN),
+        metavar='N',
+        help='candidates, ideal encoders in pulses per wheel revolution',
+    )
+    add_encoders(parser)
+    parser.add_argument(
+        '--candidates',
+        default='sweep',
+        metavar='NAME|FILE',
+        help='campaign file with the tests and candidates, where these options do not give them (default: %(default)s)',
+    )
+    parser.add_argument(
+        '--trials',
+        type=whole_number_within(TRIALS),
+        metavar='N',
+        help='most closed-loop trials of each test with each candidate (default: what shows the share although '
+        'four of them fail, 59 for 80 %%)',
+    )
+    parser.add_argument(
+        '--no-trials',
+        dest='has_trials',
+        action='store_false',
+        help='answer for odometry alone, without closed-loop trials',
+    )
+
+
+def _add_outputs(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        '--out',
+        type=Path,
+        default=DEFAULT_OUT,
+        metavar='DIR',
+        help='results folder: new, or with results of the same robot, tests and candidates (default: %(default)s)',
+    )
+    parser.add_argument(
+        '--json', type=Path, metavar='FILE', help='write all of it as JSON, too (docs/which_encoder.md)'
+    )

@@ -1,0 +1,38 @@
+"""map_bag: build a map by grid SLAM from the scans and the odometry in a bag, faster than real time.
+
+The bag also needs /tf_static, for the laser's mounting. The map of a bag that trial.launch recorded is in the world's
+frame, because the test's start pose is surveyed; any other map has its origin where odometry is zero.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Optional, Sequence
+
+from diff_encoder_sim.base.bounded_numbers import SEEDS
+from diff_encoder_sim.base.command_line import tool_parser
+from diff_encoder_sim.base.number_arguments import whole_number_within
+from diff_encoder_sim.recording import topics
+
+
+def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
+    """Read the command line."""
+    parser = tool_parser('map_bag', __doc__, ['bags/drive.bag -f maps/office'])
+    parser.add_argument('bag', type=Path, metavar='BAG', help='bag (ROS 1 or 2) with scans, odometry and /tf_static')
+    parser.add_argument(
+        '-f', dest='stem', type=Path, metavar='STEM', help='write STEM.pgm and STEM.yaml (default: beside the bag)'
+    )
+    parser.add_argument(
+        '--config', type=Path, metavar='FILE', help="parameters, by slam_gmapping's names (default: config/slam.yaml)"
+    )
+    parser.add_argument('--scan', default=topics.SCAN, metavar='TOPIC', help='topic of scans (default: %(default)s)')
+    parser.add_argument('--odom', default=topics.ODOM, metavar='TOPIC', help='topic of odometry (default: %(default)s)')
+    parser.add_argument(
+        '--seed',
+        type=whole_number_within(SEEDS),
+        default=0,
+        metavar='N',
+        help="seed of the particles; a trial's bag uses the trial's number (default: %(default)s)",
+    )
+    return parser.parse_args(arguments)

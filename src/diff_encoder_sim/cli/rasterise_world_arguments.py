@@ -1,0 +1,37 @@
+"""rasterise_world: make a map, as map_server reads it, directly from a .world file, without driving or SLAM."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Optional, Sequence
+
+from diff_encoder_sim.base.command_line import tool_parser
+
+
+def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
+    """Read the command line."""
+    parser = tool_parser('rasterise_world', __doc__, ['worlds/hallway.world --free -10 0 --out maps/hallway'])
+    parser.add_argument('world', type=Path, metavar='WORLD', help='.world file (SDF, of primitives)')
+    parser.add_argument(
+        '--free',
+        type=float,
+        nargs=2,
+        default=[0.0, 0.0],
+        metavar=('X', 'Y'),
+        help='a point in free space, in metres; all that can be reached from it is free on the map (default: 0 0)',
+    )
+    parser.add_argument(
+        '--height',
+        type=float,
+        default=1.12,
+        metavar='M',
+        help='height of the scan plane above the floor, in metres (default: %(default)s)',
+    )
+    parser.add_argument(
+        '--resolution', type=float, default=0.05, metavar='M', help='side of a cell, in metres (default: %(default)s)'
+    )
+    parser.add_argument(
+        '--out', type=Path, metavar='STEM', help='write STEM.pgm and STEM.yaml (default: beside the world)'
+    )
+    return parser.parse_args(arguments)

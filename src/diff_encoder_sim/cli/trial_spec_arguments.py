@@ -1,0 +1,36 @@
+"""trial_spec: check the arguments of trial.launch and print the plan of the trial, which becomes the parameter /trial.
+
+trial.launch calls it before any node starts, so that a wrong argument ends the launch with one line.
+"""
+
+from __future__ import annotations
+
+import argparse
+from typing import Optional, Sequence
+
+from diff_encoder_sim.base.command_line import tool_parser
+from diff_encoder_sim.cli.launch_arguments import add_launched_robot
+from diff_encoder_sim.cli.robot_arguments import ROBOT_HELP
+
+
+def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
+    """Read the command line; values are checked by `plan`."""
+    parser = tool_parser('trial_spec', __doc__, ['--test SL --ppr 90 --trial 3 --bag sl.bag'])
+    for option, default, text in (
+        ('--ppr', '', "pulses per wheel revolution: 90, or '{left: 90, right: 1024}' (default: the robot's own)"),
+        ('--trial', '0', 'number of the trial, which is its seed'),
+        ('--odom', 'encoder', 'encoder or ideal'),
+        ('--nav', 'embedded', 'embedded, upstream or scripted'),
+        ('--slam', 'none', 'none, embedded or upstream'),
+        ('--save-map', '', 'path without suffix for the map that SLAM makes (default: not saved)'),
+        ('--sim', 'pybullet', 'pybullet or gazebo'),
+        ('--map', '', 'map .yaml file (default: the one beside the world)'),
+        ('--bag', '', 'path of the bag to record, or none (default: a new name in bags/)'),
+        ('--robot', 'alto', ROBOT_HELP),
+        ('--unchecked', 'false', 'true: do not check whether the robot drives as it should and fits the test'),
+    ):
+        shown = f' (default: {default})' if default else ''
+        parser.add_argument(option, default=default, metavar='VALUE', help=text + shown)
+    add_launched_robot(parser)
+    parser.add_argument('--test', required=True, metavar='TEST', help='SL, SMT, DLD, or a .yaml file')
+    return parser.parse_args(arguments)

@@ -1,0 +1,99 @@
+#!/usr/bin/env python3
+"""How long a user waits: for --help of each command, and from `campaign` to its first finished trial, with kernels that
+are still to be compiled (cold) and with those that this left (warm)."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Dict, List
+
+from checkout import ROOT, print_header
+from ratios import Ratio, add_json, print_ratios, write_ratios
+
+# Wall time that is asked for [s].
+MOST_OF_HELP = 0.3
+MOST_OF_FIRST = {'cold': 25.0, 'warm': 8.0}
+CAMPAIGN = ['--config', 'quick', '--tests', 'SL', '--ppr', '90', '--trials', '1', '--workers', '1']
+LOOK_EVERY_S = 0.02
+
+
+def main() -> None:
+    """Print the table."""
+    arguments = _arguments()
+    print_header('Start-up, wall time')
+    ratios = _until_help(arguments.repeats) + _until_first_trial(arguments.campaigns)
+    print_ratios(ratios)
+    write_ratios(arguments.json, ratios)
+
+
+def _until_help(repeats: int) -> List[Ratio]:
+    scripts = sorted(path for path in (ROOT / 'scripts').iterdir() if path.is_file() and 'parser=' in path.read_text())
+    commands = {f'{path.name} --help': [str(path), '--help'] for path in scripts}
+    bare_s = [_run_s(['-c', 'pass']) for _ in range(repeats)]
+    helps = [
+        Ratio(name, 's', [_run_s(words) for _ in range(repeats)], MOST_OF_HELP) for name, words in commands.items()
+    ]
+    return [Ratio('python -c pass', 's', bare_s), *helps]
+
+
+def _run_s(words: List[str]) -> float:
+    began_s = time.perf_counter()
+    subprocess.run([sys.executable, *words], check=True, stdout=subprocess.DEVNULL, env=_environment())
+    return time.perf_counter() - began_s
+
+
+def _until_first_trial(repeats: int) -> List[Ratio]:
+    took_s: Dict[str, List[float]] = {state: [] for state in MOST_OF_FIRST}
+    for _ in range(repeats):
+        with tempfile.TemporaryDirectory() as kernels:
+            for rounds in took_s.values():  # the first one compiles
+                rounds.append(_first_trial_s({'NUMBA_CACHE_DIR': kernels}))
+    return [
+        Ratio(f'campaign, to its first trial, {state}', 's', rounds, MOST_OF_FIRST[state])
+        for state, rounds in took_s.items()
+        if rounds
+    ]
+
+
+def _first_trial_s(kernels: Dict[str, str]) -> float:
+    with tempfile.TemporaryDirectory() as folder, open(Path(folder) / 'said', 'wb') as said:
+        words = [sys.executable, str(ROOT / 'scripts' / 'campaign'), *CAMPAIGN, '--out', f'{folder}/out']
+        began_s = time.perf_counter()
+        process = subprocess.Popen(words, env={**_environment(), **kernels}, stdout=said, stderr=said)
+        while process.poll() is None and not _has_a_trial(Path(folder) / 'out' / 'trials.csv'):
+            time.sleep(LOOK_EVERY_S)
+        took_s = time.perf_counter() - began_s
+        if process.wait() != 0:
+            sys.exit((Path(folder) / 'said').read_text(encoding='utf-8'))
+    return took_s
+
+
+def _has_a_trial(table: Path) -> bool:
+    """Return whether there is a whole line below the table's head."""
+    return table.is_file() and table.read_bytes().count(b'\n') > 1
+
+
+def _environment() -> Dict[str, str]:
+    return {**os.environ, 'PYTHONPATH': os.pathsep.join(filter(None, sys.path[1:]))}
+
+
+def _arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        epilog='example: .venv/bin/python test/benchmark/start_up.py --campaigns 1',
+    )
+    parser.add_argument('--repeats', type=int, default=7, metavar='N', help='of each --help')
+    parser.add_argument('--campaigns', type=int, default=3, metavar='N', help='cold ones, and as many warm ones')
+    add_json(parser)
+    return parser.parse_args()
+
+
+if __name__ == '__main__':
+    main()
