@@ -23,6 +23,7 @@ set_up_with_ros() {
   ensure_venv "$venv" /usr/bin/python3 --system-site-packages $(requirement_files)
   link_sources
   build_workspace
+  compile_kernels
   say "ready: source ${workspace#"$PWD"/}/devel/setup.bash"
 }
 
@@ -189,12 +190,25 @@ set_up_without_ros() {
     step "installing diff_encoder_sim into .venv" pip_in "$venv" --no-deps --editable "$root"
     stamp "$mark" "$key"
   fi
+  compile_kernels
   "$venv/bin/python" -c 'import pybullet' >/dev/null 2>&1 || say "$("$venv/bin/python" --version) has no wheel of PyBullet, which" \
     "simulation needs; this builds it (a C++ compiler, ten minutes): .venv/bin/pip install pybullet"
   say "ready: .venv/bin/diff-encoder-sim campaign --config quick --out results/quick"
 }
 
 # --- Python and catkin --------------------------------------------------------------------------------------------------
+
+# Else the first trial of each of several workers would wait for numba. The machine code stays beside the sources.
+compile_kernels() {
+  local key mark=$venv/.stamp-kernels
+  key=$({ "$venv/bin/python" -c 'import sys; print(sys.version)'
+          cat "$venv/.stamp-requirements.txt"
+          grep -rl --include='*.py' '^@compiled' "$root/src" | sort | xargs sha256sum; } | hash_of)
+  ! is_stamped "$mark" "$key" || return 0
+  step "compiling kernels" as_owner env PYTHONPATH="$root/src" "$venv/bin/python" -c \
+    'from diff_encoder_sim.cli.compile_kernels import main; main()'
+  stamp "$mark" "$key"
+}
 
 requirement_files() {
   echo requirements.txt

@@ -11,13 +11,14 @@ from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.localization.amcl import Amcl
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.laser_models import laser_model
+from diff_encoder_sim.localization.scan_fit import FitMap
 from diff_encoder_sim.mapping.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 
 CELLS, RESOLUTION_M, RAYS, PARTICLES = 60, 0.1, 20, 20
 
 
 def warm_up(params: AmclParams) -> None:
-    """Run each kernel that a filter with these parameters needs once, in a small room.
+    """Run each kernel that a filter with these parameters, and the check of its scans, need once, in a small room.
 
     Takes milliseconds where numba's cache is filled, some seconds where it is not.
     """
@@ -27,6 +28,7 @@ def warm_up(params: AmclParams) -> None:
     scan = Scan(0, -math.pi, 2.0 * math.pi / RAYS, 0.1, 10.0, np.full(RAYS, 2.9))
     amcl = Amcl(few, grid, np.random.default_rng(0))
     amcl.update(IDENTITY, scan, IDENTITY)
+    FitMap(grid, RESOLUTION_M).fit(IDENTITY, scan, IDENTITY)
     # Beam skipping waits for particles that have converged.
     model = laser_model(few, grid)
     model.likelihoods(amcl.particles, model.beams(scan, IDENTITY), True)

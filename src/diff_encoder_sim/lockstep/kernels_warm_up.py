@@ -1,0 +1,29 @@
+"""Compile ahead what a trial runs: neither a set-up's first trial nor two workers at a time should wait for numba."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from diff_encoder_sim.base.se2 import IDENTITY
+from diff_encoder_sim.base.seeds import generator
+from diff_encoder_sim.localization.amcl_params import AmclParams
+from diff_encoder_sim.localization.amcl_warm_up import warm_up as warm_up_amcl
+from diff_encoder_sim.navigation.navigation_warm_up import warm_up as warm_up_navigation
+from diff_encoder_sim.robots.robot_tree import Box
+from diff_encoder_sim.simulation.lidar import Lidar, LidarParams
+from diff_encoder_sim.simulation.world import Model, Solid, World
+
+
+def warm_up() -> None:
+    """Run each kernel once: milliseconds where numba's cache is filled, else half a minute."""
+    warm_up_amcl(AmclParams())
+    warm_up_navigation()
+    wall = Solid('wall', Box((1.0, 1.0, 1.0)), _at(2.0))
+    world = World('room', [Model('wall', np.eye(4), [wall])])
+    Lidar(world, 0.2, LidarParams(), generator(0, 'lidar_noise')).scan(0, IDENTITY)
+
+
+def _at(x_m: float) -> np.ndarray:
+    pose = np.eye(4)
+    pose[0, 3] = x_m
+    return pose
