@@ -15,7 +15,7 @@ from diff_encoder_sim.base.errors import in_one_line
 from diff_encoder_sim.campaign.dask_settings import DASK_CONFIG, LOOPBACK, silence_dask
 
 dask = deferred('dask')
-security_of_dask = deferred('distributed.security')
+distributed = deferred('distributed')
 private_processes = deferred('diff_encoder_sim.campaign.private_processes')
 
 STARTED = b'started'
@@ -46,7 +46,7 @@ def main() -> None:
 
 
 async def _work(settings: WorkerSettings, parent: socket.socket) -> None:
-    security = security_of_dask.Security(
+    security = distributed.Security(
         require_encryption=True, tls_ca_file=settings.ca, tls_worker_cert=settings.cert, tls_worker_key=settings.key
     )
     async with private_processes.PrivateWorker(

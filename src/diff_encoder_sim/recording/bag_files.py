@@ -8,7 +8,7 @@ from typing import Callable, Dict, Iterator, List, NamedTuple, Optional, Tuple, 
 
 from typing_extensions import Protocol
 
-from diff_encoder_sim.recording.ros1_writer import Ros1Writer
+from diff_encoder_sim.recording.ros1_writer import Ros1Writer, record_header
 from diff_encoder_sim.recording.topics import RecordedTopic
 from diff_encoder_sim.serialization.mcap_writer import McapWriter
 from diff_encoder_sim.serialization.primitives import with_seq
@@ -39,6 +39,7 @@ class _Publisher(NamedTuple):
     """One node's connection of one topic."""
 
     connection_id: int
+    header: bytes  # of the records of its messages
     seqs: Optional[Iterator[int]]  # of its messages; None where they have no header
 
 
@@ -62,14 +63,15 @@ class Ros1File:
             callerid=node,
             latching=int(topic.is_latched),
         )
-        self._writer.begin_messages(connection)
-        self._publishers.append(_Publisher(connection.id, itertools.count(1) if described.has_header else None))
+        seqs = itertools.count(1) if described.has_header else None
+        self._publishers.append(_Publisher(connection.id, record_header(connection.id), seqs))
         return len(self._publishers) - 1
 
     def write(self, publisher: int, time_ns: int, message: bytes) -> None:
         """Write a message."""
-        connection_id, seqs = self._publishers[publisher]
-        self._writer.write_message(connection_id, time_ns, message if seqs is None else with_seq(message, next(seqs)))
+        connection_id, header, seqs = self._publishers[publisher]
+        numbered = message if seqs is None else with_seq(message, next(seqs))
+        self._writer.write_message(connection_id, header, time_ns, numbered)
         if len(self._writer.chunks) != self._chunks_seen:
             self._forget_places()
 

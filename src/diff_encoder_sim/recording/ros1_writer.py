@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import struct
-from typing import Dict
 
-from rosbags.interfaces import Connection
 from rosbags.rosbag1 import Writer
 
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
@@ -18,25 +16,24 @@ _FIELDS = _HEADER.size - _NUMBER + _TIME_SIZE
 _TIME_AND_LENGTH = struct.Struct('<3I')
 
 
+def record_header(connection_id: int) -> bytes:
+    """Return how the records of a connection's messages begin: all up to the time."""
+    conn, time = len(_CONN) + _NUMBER, len(_TIME) + _TIME_SIZE
+    return _HEADER.pack(_FIELDS, len(_OP), _OP, conn, _CONN, connection_id, time, _TIME)
+
+
 class Ros1Writer(Writer):
     """Writes the same bytes as rosbags' own."""
 
-    def begin_messages(self, connection: Connection) -> None:
-        """Prepare the records of a connection that was added."""
-        if not hasattr(self, '_headers'):
-            self._headers: Dict[int, bytes] = {}
-        conn, time = len(_CONN) + _NUMBER, len(_TIME) + _TIME_SIZE
-        self._headers[connection.id] = _HEADER.pack(_FIELDS, len(_OP), _OP, conn, _CONN, connection.id, time, _TIME)
-
-    def write_message(self, connection_id: int, time_ns: int, message: bytes) -> None:
-        """Write a message of a connection whose messages have begun."""
+    def write_message(self, connection_id: int, header: bytes, time_ns: int, message: bytes) -> None:
+        """Write a message of a connection; its header is that of `record_header`."""
         chunk = self.chunks[-1]
         place = chunk.data.tell()
         chunk.connections[connection_id].append((time_ns, place))
         chunk.start = min(chunk.start, time_ns)
         chunk.end = max(chunk.end, time_ns)
         seconds, nanoseconds = divmod(time_ns, NANOSECONDS_PER_SECOND)
-        record = self._headers[connection_id] + _TIME_AND_LENGTH.pack(seconds, nanoseconds, len(message)) + message
+        record = header + _TIME_AND_LENGTH.pack(seconds, nanoseconds, len(message)) + message
         chunk.data.write(record)
         if place + len(record) > self.chunk_threshold:
             self.write_chunk(chunk)

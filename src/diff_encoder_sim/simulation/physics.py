@@ -202,9 +202,9 @@ class BulletPhysics:
         """
         links = self._link_indices(by_joint=False)
         floor_only = tuple(links[name] for name in floor_only_links)
-        self._others = tuple({ROOT_LINK, *links.values()} - {*floor_only}) if floor_only else ()
+        others = {ROOT_LINK, *links.values()} - {*floor_only} if floor_only else ()
         for floor in self._floors:
-            self._filter(floor, self._others)
+            self._filter(floor, others)
         return floor_only
 
     def _keep_off(self, solid: int) -> None:

@@ -13,6 +13,7 @@ import os
 import sys
 from typing import Any, Iterator
 
+from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.base.errors import ConfigError
 
 # PyBullet's version decides which of the two the line goes to.
@@ -40,24 +41,18 @@ def silence(*descriptors: int) -> Iterator[None]:
         os.close(nowhere)
 
 
-class _PyBullet:
-    """Stands for PyBullet, and imports it for the first of its names that is asked for."""
-
-    def __getattr__(self, name: str) -> Any:
-        try:
-            with silence(STDOUT, STDERR):
-                module = importlib.import_module('pybullet')
-        except ModuleNotFoundError:
-            raise ConfigError(
-                'PyBullet, which simulates the robot, is not installed; allowed: pip install pybullet (a minute on '
-                'Python 3.8 to 3.11, which have wheels; newer ones build it from source, with a C++ compiler in ten '
-                'minutes, as the extra [sim] does)'
-            ) from None
-        value = getattr(module, name)
-        setattr(self, name, value)  # from now on found without this method
-        return value
+def _import_quietly(name: str) -> Any:
+    try:
+        with silence(STDOUT, STDERR):
+            return importlib.import_module(name)
+    except ModuleNotFoundError:
+        raise ConfigError(
+            'PyBullet, which simulates the robot, is not installed; allowed: pip install pybullet (a minute on Python '
+            '3.8 to 3.11, which have wheels; newer ones build it from source, with a C++ compiler in ten minutes, as '
+            'the extra [sim] does)'
+        ) from None
 
 
-pybullet: Any = _PyBullet()
+pybullet = deferred('pybullet', _import_quietly)
 
 __all__ = ['STDERR', 'STDOUT', 'pybullet', 'silence']

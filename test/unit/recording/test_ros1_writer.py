@@ -4,7 +4,7 @@ import random
 
 from rosbags.rosbag1 import Writer
 
-from diff_encoder_sim.recording.ros1_writer import Ros1Writer
+from diff_encoder_sim.recording.ros1_writer import Ros1Writer, record_header
 from diff_encoder_sim.serialization.typestore import noetic_store
 
 TYPES = ['std_msgs/msg/String', 'nav_msgs/msg/Odometry', 'rosgraph_msgs/msg/Clock']
@@ -23,11 +23,9 @@ def test_equal_messages_are_equal_bytes_over_several_chunks(tmp_path):
                 bag.add_connection(f'/topic{number}', type_, typestore=noetic_store())
                 for number, type_ in enumerate(TYPES)
             ]
-            for connection in connections if kind is Ros1Writer else ():
-                bag.begin_messages(connection)
             for number, time_ns, message in messages:
                 if kind is Ros1Writer:
-                    bag.write_message(connections[number].id, time_ns, message)
+                    bag.write_message(connections[number].id, record_header(connections[number].id), time_ns, message)
                 else:
                     bag.write(connections[number], time_ns, message)
     ours, theirs = ((tmp_path / name).read_bytes() for name in ('ours.bag', 'theirs.bag'))
