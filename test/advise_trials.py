@@ -13,8 +13,13 @@ from diff_encoder_sim.trials.pose_source import PoseSource
 from diff_encoder_sim.trials.trial_outcome import Ending, Outcome
 
 
-def trial(plan, robot_file, params, record):
-    """A result that depends on the encoder alone."""
+def trials(setups, robot_file, record):
+    """Results that depend on the encoders alone."""
+    return [trial(plan) for plan, _ in setups]
+
+
+def trial(plan):
+    """One of them."""
     if plan.bag:
         Path(plan.bag).write_bytes(b'a bag')
     estimate = Pose2D(0.01, 0.02, 0.0)
@@ -31,6 +36,6 @@ if __name__ == '__main__':
     # A tenth of the draws, of which there are tests of their own.
     odometry_curve.DRAWS, odometry_curve.FINE_DRAWS, odometry_budget.DRAWS, listed_encoders.DRAWS = 100, 3000, 100, 40
     # Workers know it by its module's name, not as part of the script that was started.
-    from advise_trials import trial as importable_trial
+    from advise_trials import trials as importable_trials
 
-    main(run=importable_trial)
+    main(run=importable_trials)

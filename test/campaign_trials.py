@@ -13,10 +13,18 @@ from diff_encoder_sim.base.command_start import run_command
 TRIAL_S = 'CAMPAIGN_TRIALS_LAST_S'
 FOLDER = 'CAMPAIGN_TRIALS_FOLDER'  # of a log of attempts, and of what is to go wrong
 LOG = 'attempts'
+GROUPS = 'groups'  # a log of what was begun at once: seeds with PPR
 
 
-def trial(plan, robot_file, params, record):
-    """A result and a bag that depend on the plan alone."""
+def trials(setups, robot_file, record):
+    """Results and bags that depend on the plans alone."""
+    with open(Path(os.environ[FOLDER]) / GROUPS, 'a') as log:
+        log.write(' '.join(f'{plan.trial.number}_{plan.trial.ppr.left:g}' for plan, _ in setups) + '\n')
+    return [trial(plan, robot_file) for plan, _ in setups]
+
+
+def trial(plan, robot_file):
+    """One of them."""
     # Here, so that this script is no slower than scripts/campaign to notice Ctrl-C.
     from diff_encoder_sim.base.se2 import Pose2D
     from diff_encoder_sim.lockstep.trial_run import TrialResult
@@ -27,9 +35,10 @@ def trial(plan, robot_file, params, record):
     folder = Path(os.environ[FOLDER])
     with open(folder / LOG, 'a') as log:
         log.write(f'{os.getpid()} {number}\n')
-    if (folder / f'kills_{number}').exists():
+    names = f'{number}', f'{number}_{plan.trial.ppr.left:g}'
+    if any((folder / f'kills_{name}').exists() for name in names):
         os.kill(os.getpid(), signal.SIGKILL)
-    if (folder / f'raises_{number}').exists():
+    if any((folder / f'raises_{name}').exists() for name in names):
         raise ZeroDivisionError(f'of trial {number}')
     if (folder / f'disk_full_{number}').exists():
         raise OSError(28, 'No space left on device', plan.bag)
@@ -49,6 +58,6 @@ def trial(plan, robot_file, params, record):
 
 if __name__ == '__main__':
     # Workers know it by its module's name, not as part of the script that was started.
-    from campaign_trials import trial as importable_trial
+    from campaign_trials import trials as importable_trials
 
-    run_command('campaign', 'cli.campaign', None, importable_trial, parser='cli.campaign_arguments')
+    run_command('campaign', 'cli.campaign', None, importable_trials, parser='cli.campaign_arguments')

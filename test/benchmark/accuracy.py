@@ -104,7 +104,9 @@ def _run(task: Tuple[Campaign, TrialJob, str]) -> List[End]:
     plan = TrialPlan(trial=trial, bag='', **files.worlds[trial.test.name]._asdict())
     loop = LockstepTrial(plan, files.robot, campaign.cells[job.cell_index].robot_params)
     counts = [len(report.estimate.particles) for report in loop.run() if report.estimate is not None]
-    return list(_end(final_errors(loop, plan), trial.goal(), float(np.median(counts))))
+    return list(
+        _end(final_errors(trial, loop.true_pose_in_map, loop.last_report), trial.goal(), float(np.median(counts)))
+    )
 
 
 def _end(errors: FinalErrors, goal: Pose2D, particles: float) -> Iterator[End]:

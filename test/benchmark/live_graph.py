@@ -40,17 +40,28 @@ class Run(NamedTuple):
     """One live trial."""
 
     real_time_factor: float
+    processor_ms: float  # of all nodes for each simulated second
     expected: int  # encoder samples: one for each 50 ms of /joint_states
     recorded: int
     is_odom_one_for_one: bool
     gaps: int  # steps of the encoder's stamps other than 50 ms
 
 
+class Reading(NamedTuple):
+    """Of the clocks at one time [s]."""
+
+    wall_s: float
+    sim_s: float
+    processor_s: float  # of all nodes
+
+
 def main() -> None:
     """Measure and print the table."""
     arguments = _arguments()
     check_sourced()
-    print_header(f'Live graph: trial.launch test:={arguments.test} rtf:=0, best of {arguments.repeats} runs')
+    print_header(
+        f'Live graph: trial.launch test:={arguments.test} nav:={arguments.nav} rtf:=0, best of {arguments.repeats} runs'
+    )
     test = read_test(arguments.test)
     simulator = new_simulator(test, PhysicsParams())
     tick_us, bare_us = cruise_costs_us(simulator, test)
@@ -61,7 +72,7 @@ def main() -> None:
         try:
             for name in (name for _ in range(arguments.repeats) for name in arguments.cores):
                 runs.setdefault(name, []).append(
-                    _trial(CORES[name], arguments.test, ScriptedDrive(test).duration_s, Path(folder))
+                    _trial(CORES[name], arguments, ScriptedDrive(test).duration_s, Path(folder))
                 )
         finally:
             stop(master)
@@ -84,6 +95,7 @@ def _print_table(tick_us: float, bare_us: float, runs: Dict[str, List[Run]]) -> 
                 f'{best:.1f}',
                 f'1 / {bare / best:.1f}',
                 ', '.join(f'{run.real_time_factor:.1f}' for run in several),
+                f'{min(run.processor_ms for run in several):.0f}',
                 several[0].expected,
                 sum(lost),
                 'yes' if all(run.is_odom_one_for_one for run in several) else 'NO',
@@ -98,18 +110,19 @@ def _print_table(tick_us: float, bare_us: float, runs: Dict[str, List[Run]]) -> 
                 'real-time\nfactor',
                 'of the\nlimit',
                 'each run',
+                'processor [ms]\nper simulated s',
                 'encoder samples\nexpected',
                 'lost,\nall runs',
                 '/odom one\nfor one',
                 'gaps in\n50 ms',
             ],
             disable_numparse=True,
-            colalign=('left',) + ('right',) * 7,
+            colalign=('left',) + ('right',) * 8,
         )
     )
 
 
-def _trial(cores: str, test: str, drive_s: float, folder: Path) -> Run:
+def _trial(cores: str, arguments: argparse.Namespace, drive_s: float, folder: Path) -> Run:
     bag = folder / 'trial.bag'
     if bag.exists():
         bag.unlink()
@@ -121,8 +134,8 @@ def _trial(cores: str, test: str, drive_s: float, folder: Path) -> Run:
             'roslaunch',
             'diff_encoder_sim',
             'trial.launch',
-            f'test:={test}',
-            'nav:=scripted',
+            f'test:={arguments.test}',
+            f'nav:={arguments.nav}',
             'rtf:=0',
             f'bag:={bag}',
         ],
@@ -137,15 +150,17 @@ def _trial(cores: str, test: str, drive_s: float, folder: Path) -> Run:
         stop(launch)
     if launch.returncode != 0 or not bag.is_file():
         sys.exit(f'the trial failed with status {launch.returncode}:\n{errors.decode()[-2000:]}')
-    driving = [(wall_s, sim_s) for wall_s, sim_s in readings if STARTED_S < sim_s < drive_s]
+    driving = [reading for reading in readings if STARTED_S < reading.sim_s < drive_s]
     if len(driving) < 2:
         sys.exit('the trial was over before its clock could be read twice; take a longer test')
-    (first_wall_s, first_s), (last_wall_s, last_s) = driving[0], driving[-1]
-    return Run((last_s - first_s) / (last_wall_s - first_wall_s), *_check_bag(bag))
+    first, last = driving[0], driving[-1]
+    simulated_s = last.sim_s - first.sim_s
+    processor_ms = 1e3 * (last.processor_s - first.processor_s) / simulated_s
+    return Run(simulated_s / (last.wall_s - first.wall_s), processor_ms, *_check_bag(bag))
 
 
-def _clock_readings(launch: subprocess.Popen) -> List[Tuple[float, float]]:
-    """(wall, simulated) time [s] now and then until the launch ends."""
+def _clock_readings(launch: subprocess.Popen) -> List[Reading]:
+    """The clocks now and then until the launch ends."""
     import rospy
     from rosgraph_msgs.msg import Clock
 
@@ -155,11 +170,28 @@ def _clock_readings(launch: subprocess.Popen) -> List[Tuple[float, float]]:
             sys.exit(f'the trial is not over after {TIME_LIMIT_S:.0f} s')
         try:
             clock = rospy.wait_for_message('/clock', Clock, timeout=POLL_PERIOD_S).clock
-            readings.append((time.monotonic(), clock.to_sec()))
+            readings.append(Reading(time.monotonic(), clock.to_sec(), processor_s(launch.pid)))
             time.sleep(POLL_PERIOD_S)
         except rospy.ROSException:
             pass  # not up yet, or already gone
     return readings
+
+
+def processor_s(root: int) -> float:
+    """Return the processor time so far [s] of a process and of what it has started, as long as they run."""
+    children: Dict[int, List[int]] = {}
+    ticks: Dict[int, int] = {}
+    for path in Path('/proc').glob('[0-9]*/stat'):
+        try:
+            fields = path.read_text().rpartition(')')[2].split()
+        except OSError:
+            continue  # ended meanwhile
+        children.setdefault(int(fields[1]), []).append(int(path.parent.name))
+        ticks[int(path.parent.name)] = int(fields[11]) + int(fields[12])
+    family = [root]
+    for process in family:
+        family += children.get(process, [])
+    return sum(ticks.get(process, 0) for process in family) / os.sysconf('SC_CLK_TCK')
 
 
 def _check_bag(bag: Path) -> Tuple[int, int, bool, int]:
@@ -241,6 +273,7 @@ def _arguments() -> argparse.Namespace:
         epilog='example: source .ws/devel/setup.bash && .venv/bin/python test/benchmark/live_graph.py --repeats 3',
     )
     parser.add_argument('--test', default='SL', choices=('SL', 'SMT'))
+    parser.add_argument('--nav', default='scripted', choices=('scripted', 'embedded'))
     parser.add_argument('--cores', nargs='+', default=list(CORES), choices=list(CORES))
     parser.add_argument('--repeats', type=int, default=3, help='runs, of which the best counts')
     return parser.parse_args()

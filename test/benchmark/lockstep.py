@@ -21,8 +21,7 @@ from tabulate import tabulate
 
 from diff_encoder_sim.encoders.wheel_encoder import DiffEncoder
 from diff_encoder_sim.localization.amcl import Amcl
-from diff_encoder_sim.lockstep.bag_publications import BagPublications
-from diff_encoder_sim.lockstep.lockstep_trial import LockstepTrial
+from diff_encoder_sim.lockstep.lockstep_trial import LockstepTrials
 from diff_encoder_sim.lockstep.robot_params import RobotParams, load_robot_params
 from diff_encoder_sim.lockstep.trial_run import run_trial
 from diff_encoder_sim.navigation.navigator import Navigator
@@ -49,9 +48,8 @@ PARTS: List[Tuple[str, type, Tuple[str, ...]]] = [
     ('encoder and odometry', WheelOdometry, ('update',)),
     ('AMCL', Amcl, ('update',)),
     ('navigation (costmaps, planner, DWA)', Navigator, ('take_scan', 'take_odometry', 'step', 'set_goal')),
-    ('serialising and writing', BagPublications, ('_write',)),
-    ('serialising and writing', TrialBag, ('__exit__',)),
-    ('setting up', LockstepTrial, ('__init__',)),
+    ('serialising and writing', TrialBag, ('publish', '__exit__')),
+    ('setting up', LockstepTrials, ('__init__',)),
 ]
 
 

@@ -21,6 +21,7 @@ from ros_testing import (
     RosoutWatch,
     angle_between,
     connected_publisher,
+    scan_message,
     stamp_from_ns,
     stamp_ns_of,
     start_test_node,
@@ -37,7 +38,6 @@ from diff_encoder_sim.ros.conversions import (
     pose_from_message,
     pose_from_transform,
     pose_with_covariance_message,
-    scan_message,
     transform_message,
 )
 from diff_encoder_sim.ros.map_conversions import map_message

@@ -13,6 +13,9 @@ import warnings
 import rosgraph
 import rospy
 from rosgraph_msgs.msg import Log
+from sensor_msgs.msg import LaserScan
+
+from diff_encoder_sim.serialization.scan_messages import encode_scan
 
 TIMEOUT_S = 20.0
 NS_PER_S = 1000000000
@@ -23,6 +26,11 @@ def start_test_node(name):
     """A node for the test itself; its own /rosout stays out of the way."""
     rospy.init_node(name, log_level=rospy.ERROR)
     logging.getLogger('rosout').setLevel(logging.ERROR)
+
+
+def scan_message(scan, frame, period_s):
+    """A scan as a message; `period_s` is the time between scans."""
+    return LaserScan().deserialize(encode_scan(scan, frame, period_s))
 
 
 def wait_until(condition, what, timeout_s=TIMEOUT_S):

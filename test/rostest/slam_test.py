@@ -18,6 +18,7 @@ from ros_testing import (
     RosoutWatch,
     angle_between,
     connected_publisher,
+    scan_message,
     stamp_from_ns,
     start_test_node,
     wait_for_listeners,
@@ -27,7 +28,7 @@ from std_msgs.msg import Float64
 from tf2_msgs.msg import TFMessage
 
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.ros.conversions import pose_from_message, pose_from_transform, scan_message, transform_message
+from diff_encoder_sim.ros.conversions import pose_from_message, pose_from_transform, transform_message
 from diff_encoder_sim.ros.map_conversions import grid_from_message
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'support'))

@@ -5,7 +5,8 @@ from typing import NamedTuple
 import numpy as np
 
 from diff_encoder_sim.base.se2 import IDENTITY
-from diff_encoder_sim.navigation.trajectory_scoring import score_samples
+from diff_encoder_sim.navigation import dwa_search
+from diff_encoder_sim.navigation.plan_distances import begin_waves
 
 
 class Scored(NamedTuple):
@@ -20,15 +21,13 @@ class Scored(NamedTuple):
 def score_all(planner, base_pose, linear_mps, angular_radps, costmap, plan):
     """Score each sample of `planner.find_best` on its own; None if the plan is off the costmap."""
     task = planner.scoring_task(base_pose, linear_mps, angular_radps, costmap, plan)
-    if task is None:
+    scene, pose = task.scene, task.pose_in_grid
+    if not begin_waves(scene.costs, scene.per_m, costmap.origin, plan, pose, scene.nose_m, scene.waves):
         return None
-    for i in range(len(task.samples)):
-        one = slice(i, i + 1)
-        alone = {name: getattr(task, name)[one] for name in ('samples', 'points', 'steps', 'scores', 'totals')}
-        score_samples(*task._replace(**alone))
-    accepted = np.flatnonzero(task.totals >= 0.0)
-    best = int(accepted[np.argmin(task.totals[accepted])]) if len(accepted) else -1
-    return Scored(task.samples, task.scores, task.totals, best)
+    samples, _, _, scores, totals = dwa_search.score_all(task)
+    accepted = np.flatnonzero(totals >= 0.0)
+    best = int(accepted[np.argmin(totals[accepted])]) if len(accepted) else -1
+    return Scored(samples, scores, totals, best)
 
 
 def scored(planner, costmap, plan, twist=(0.3, 0.0), pose=IDENTITY):

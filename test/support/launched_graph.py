@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import random
 import re
 import signal
 import socket
@@ -43,9 +44,13 @@ def require_ros():
 
 
 def free_port():
-    with socket.socket() as probe:
-        probe.bind(('127.0.0.1', 0))
-        return probe.getsockname()[1]
+    """A port at which a master may listen again and again: none that Linux gives to the ends of connections meanwhile."""
+    ports = random.SystemRandom().sample(range(20_000, 32_000), 100)  # Linux takes 32768 and above for those
+    for port in ports:
+        with socket.socket() as probe, contextlib.suppress(OSError):
+            probe.bind(('127.0.0.1', port))
+            return port
+    raise OSError(f'no port is free of {ports}')
 
 
 class Graph:

@@ -6,7 +6,9 @@ from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.encoders.encoder_sample import EncoderSample
 from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
+from diff_encoder_sim.odometry.odometry_covariance import PlanarCovariance
 from diff_encoder_sim.odometry.wheel_odometry import OdometryEstimate
+from diff_encoder_sim.odometry.wheel_twist import TwistCovariance
 from diff_encoder_sim.simulation.state import BodyState, JointStates
 from diff_encoder_sim.simulation.world import Model, World
 
@@ -50,7 +52,9 @@ def encoder_sample(rng):
 
 
 def estimate(rng):
-    return OdometryEstimate(stamp_ns(rng), pose(rng), *floats(rng, 2), covariance(rng, 3), covariance(rng, 2))
+    return OdometryEstimate(
+        stamp_ns(rng), pose(rng), *floats(rng, 2), PlanarCovariance(*floats(rng, 6)), TwistCovariance(*floats(rng, 3))
+    )
 
 
 def grid(rng):

@@ -73,9 +73,8 @@ def wheel_travel_m(requested: Trial, robot: RobotGeometry, true_minus_goal: Sequ
 
 def odometry_minus_truth(trials: Sequence[TrialData], quantity: Quantity) -> np.ndarray:
     """(n,) final odometry minus true pose of the trials that have both, in the quantity's unit."""
-    return quantity.scale * np.array(
-        [trial.odometry_minus_truth[quantity.component] for trial in trials if trial.odometry_minus_truth is not None]
-    )
+    errors = [trial.odometry_minus_truth for trial in trials]
+    return quantity.scale * np.array([error[quantity.component] for error in errors if error is not None])
 
 
 def _rotation(pose: Pose2D) -> np.ndarray:

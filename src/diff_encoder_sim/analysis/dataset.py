@@ -94,9 +94,10 @@ class Dataset(NamedTuple):
 
     def cells(self) -> Dict[CellKey, List[TrialData]]:
         """Group the trials by cell: the standard tests first, then by varied parameters, then PPR ascending."""
-        pooled: Dict[CellKey, List[TrialData]] = {}
+        by_key: Dict[Tuple[str, str, Varied], List[TrialData]] = {}
         for trial in self.trials:
-            pooled.setdefault(trial.cell, []).append(trial)
+            by_key.setdefault((trial.test, trial.ppr, trial.varied), []).append(trial)
+        pooled = {CellKey(*key): trials for key, trials in by_key.items()}
         tests = [*STANDARD_TESTS, *distinct(cell.test for cell in pooled)]
         varied = distinct(cell.varied for cell in pooled)
 

@@ -15,12 +15,12 @@ from diff_encoder_sim.trials.trial_outcome import Outcome
 
 def final_error(trial: TrialData, source: PoseSource) -> Optional[Pose2D]:
     """Return the final pose minus the goal; None without a pose, and for a torn bag, whose final pose is unknown."""
-    return None if trial.outcome is Outcome.TORN else trial.errors.get(source)
+    return _final_errors([trial], source)[0]
 
 
 def with_final_error(trials: Sequence[TrialData], source: PoseSource) -> List[TrialData]:
     """Return the trials that have a final error, whatever their outcome, as the paper pools them."""
-    return [trial for trial in trials if final_error(trial, source) is not None]
+    return [trial for trial, error in zip(trials, _final_errors(trials, source)) if error is not None]
 
 
 def minus_truth(trials: Sequence[TrialData]) -> List[TrialData]:
@@ -44,8 +44,8 @@ def equal_trials(
 
 def final_errors(trials: Sequence[TrialData], source: PoseSource, quantity: Quantity) -> np.ndarray:
     """(n,) final pose minus goal of the trials that have one, in the quantity's unit."""
-    errors = (final_error(trial, source) for trial in trials)
-    return quantity.scale * np.array([error[quantity.component] for error in errors if error is not None])
+    component, errors = quantity.component, _final_errors(trials, source)
+    return quantity.scale * np.array([error[component] for error in errors if error is not None])
 
 
 def count_within(values: np.ndarray, quantity: Quantity) -> int:
@@ -59,3 +59,7 @@ def count_within_all(
     """Count the trials that are within the tolerances of all quantities at once."""
     within = [np.abs(final_errors(trials, source, quantity)) <= quantity.tolerance for quantity in quantities]
     return int(np.count_nonzero(np.all(within, axis=0)))
+
+
+def _final_errors(trials: Sequence[TrialData], source: PoseSource) -> List[Optional[Pose2D]]:
+    return [None if trial.outcome is Outcome.TORN else trial.errors.get(source) for trial in trials]

@@ -5,9 +5,11 @@ from __future__ import annotations
 import functools
 import os
 import threading
-from typing import Any, Callable, Optional, TypeVar, overload
+from types import CodeType
+from typing import Any, Callable, Optional, Set, TypeVar, overload
 
 from diff_encoder_sim.base.deferred import deferred
+from diff_encoder_sim.base.kernel_cache import shared_cache
 from diff_encoder_sim.base.machine_code import FOLDER_VARIABLE, machine_code_folder
 
 numba = deferred('numba')
@@ -32,8 +34,16 @@ class Kernel:
         with _LOCK:
             if self._dispatcher is None:
                 _make_known()
-                self._dispatcher = numba.njit(self._function, cache=_is_kept(), **self._options)
+                dispatcher = numba.njit(self._function, **self._options)
+                if _is_kept():
+                    dispatcher._cache = shared_cache(self._function, self._files())
+                self._dispatcher = dispatcher
         return self._dispatcher
+
+    def _files(self) -> Set[str]:
+        """Return the files of this kernel and of those that it calls."""
+        called = map(self._function.__globals__.get, _names(self._function.__code__))
+        return {self._function.__code__.co_filename}.union(*(one._files() for one in called if isinstance(one, Kernel)))
 
     def __getattr__(self, name: str) -> Any:
         # What numba asks a kernel that another one calls: its options, and the function.
@@ -58,6 +68,12 @@ def compiled(*kernel: Any, **options: Any) -> Any:
     if kernel:
         return Kernel(kernel[0], options)
     return lambda function: Kernel(function, options)
+
+
+def _names(code: CodeType) -> Set[str]:
+    """Return the global names that code uses, comprehensions included."""
+    inner = (_names(one) for one in code.co_consts if isinstance(one, CodeType))
+    return set(code.co_names).union(*inner)
 
 
 @functools.lru_cache(maxsize=None)

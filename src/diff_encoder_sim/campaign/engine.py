@@ -19,18 +19,19 @@ from diff_encoder_sim.campaign.campaign_definition import Campaign, TrialJob
 from diff_encoder_sim.campaign.cluster import Workers
 from diff_encoder_sim.campaign.progress import Progress
 from diff_encoder_sim.campaign.result_store import ResultStore
-from diff_encoder_sim.campaign.worker import FinishedTrial, HostFault, ResultsFolder, RunTrial, run_task
-from diff_encoder_sim.lockstep.trial_run import run_trial
+from diff_encoder_sim.campaign.trial_groups import TrialGroup, split_for, trial_groups
+from diff_encoder_sim.campaign.worker import FinishedTrial, HostFault, PlacedJob, ResultsFolder, RunTrials, run_task
+from diff_encoder_sim.lockstep.trial_run import run_trials
 
 TICK_S = 1.0
-# Trials under way per thread of the workers: one runs, one waits there for its turn.
-TRIALS_PER_THREAD = 2
+# Groups under way per thread of the workers: one runs, one waits there for its turn.
+GROUPS_PER_THREAD = 2
 PROBE_PREFIX = '.probe-'
 
 if TYPE_CHECKING:
     from distributed import Future
 
-    TrialFuture = Future[FinishedTrial]
+    GroupFuture = Future[List[FinishedTrial]]
 
 distributed = deferred('distributed')
 
@@ -55,7 +56,7 @@ def run_campaign(
     store: ResultStore,
     progress: Progress,
     jobs: Sequence[TrialJob],
-    run: RunTrial = run_trial,
+    run: RunTrials = run_trials,
 ) -> List[UnrunTrial]:
     """Run trials that `store` has no result of yet, and return those that could not be run.
 
@@ -64,15 +65,15 @@ def run_campaign(
     """
     with _probe(store.folder) as results:
         engine = _Engine(workers, campaign, store, progress, results, run)
-        unrun = engine.run(jobs)
+        unrun = engine.run(trial_groups(campaign, jobs))
         # A trial that kills its worker also loses the trials that wait there: each is run once more, alone.
-        killers = [trial.job for trial in unrun if trial.killed_workers]
+        killers = [(trial.job,) for trial in unrun if trial.killed_workers]
         unrun = [trial for trial in unrun if not trial.killed_workers]
         return unrun + engine.run(killers, at_once=1)
 
 
 class _Engine:
-    """A sliding window of trials on the workers."""
+    """A sliding window of groups of trials on the workers."""
 
     def __init__(
         self,
@@ -81,7 +82,7 @@ class _Engine:
         store: ResultStore,
         progress: Progress,
         results: ResultsFolder,
-        run: RunTrial,
+        run: RunTrials,
     ) -> None:
         self._client = workers.client
         self._problem_of_workers = workers.problem
@@ -93,57 +94,61 @@ class _Engine:
         self._name = uuid.uuid4().hex[:8]
         # A task, not scattered data: Dask makes it again when the worker that holds it dies.
         self._campaign = self._client.submit(_identity, campaign, key=f'campaign-{self._name}', pure=False)
-        self._running: Dict[Hashable, Tuple[TrialJob, TrialFuture]] = {}
-        self._ended: queue.SimpleQueue[TrialFuture] = queue.SimpleQueue()
+        self._running: Dict[Hashable, Tuple[TrialGroup, GroupFuture]] = {}
+        self._ended: queue.SimpleQueue[GroupFuture] = queue.SimpleQueue()
         self._threads = 0
         self._next_tick_s = 0.0
 
-    def run(self, jobs: Sequence[TrialJob], at_once: Optional[int] = None) -> List[UnrunTrial]:
-        """Run trials, `at_once` at a time or as many as keep all workers busy."""
-        waiting = collections.deque(jobs)
+    def run(self, groups: Sequence[TrialGroup], at_once: Optional[int] = None) -> List[UnrunTrial]:
+        """Run trials, `at_once` groups at a time or as many as keep all workers busy."""
+        waiting = collections.deque(groups)
         unrun = []
         while waiting or self._running:
             self._tick()
-            limit = at_once or max(1, TRIALS_PER_THREAD * self._threads)
+            split_for(self._threads, len(self._running), waiting)
+            limit = at_once or max(1, GROUPS_PER_THREAD * self._threads)
             while waiting and len(self._running) < limit:
                 self._submit(waiting.popleft())
             with contextlib.suppress(queue.Empty):
-                job, future = self._running.pop(self._ended.get(timeout=TICK_S).key)
-                problem = self._keep_result(job, future)
-                if problem is not None:
-                    unrun.append(problem)
+                group, future = self._running.pop(self._ended.get(timeout=TICK_S).key)
+                problems = self._keep_results(group, future)
+                if len(group) == 1:
+                    unrun += problems
+                elif problems:  # of one of them, and nobody knows which: each is run alone
+                    waiting.extendleft((job,) for job in reversed(group))
         return unrun
 
-    def _submit(self, job: TrialJob) -> None:
-        bag = self._store.bag_path(job)
+    def _submit(self, group: TrialGroup) -> None:
+        placed = [PlacedJob(job, self._store.bag_path(job)) for job in group]
         # Job indices begin anew in no campaign: a key names one attempt of the client.
         future = self._client.submit(
             run_task,
             self._campaign,
-            job,
-            bag,
+            placed,
             self._results,
             self._run,
-            key=f'trial-{self._name}-{job.position}-{uuid.uuid4().hex[:8]}',
+            key=f'trial-{self._name}-{group[0].position}-{uuid.uuid4().hex[:8]}',
             pure=False,
         )
-        self._running[future.key] = job, future
+        self._running[future.key] = group, future
         future.add_done_callback(self._ended.put)
 
-    def _keep_result(self, job: TrialJob, future: TrialFuture) -> Optional[UnrunTrial]:
+    def _keep_results(self, group: TrialGroup, future: GroupFuture) -> List[UnrunTrial]:
+        """Keep the results of a group, or return its trials with what went wrong with one of them."""
         try:
-            finished = future.result()
+            results = future.result()
         except distributed.KilledWorker:
-            return UnrunTrial(job, 'each worker that began it died', True)
+            return [UnrunTrial(job, 'each worker that began it died', True) for job in group]
         except (HostFault, ImportError) as error:
             raise self._fault(str(error)) from None
         except _CANCELLED:
             raise self._scheduler_gone() from None
         except Exception as error:  # of a trial: a fault of this program, not of the others
             self._check_scheduler()
-            return UnrunTrial(job, f'{type(error).__name__}: {error}', False)
-        self._keep(finished)
-        return None
+            return [UnrunTrial(job, f'{type(error).__name__}: {error}', False) for job in group]
+        for finished in results:
+            self._keep(finished)
+        return []
 
     def _keep(self, finished: FinishedTrial) -> None:
         try:

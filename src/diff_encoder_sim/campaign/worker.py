@@ -1,4 +1,4 @@
-"""One trial on a Dask worker: its files in, its row out, its bag into the results folder."""
+"""Trials on a Dask worker: their files in, their rows out, their bags into the results folder."""
 
 from __future__ import annotations
 
@@ -8,25 +8,26 @@ import threading
 import time
 import uuid
 from pathlib import Path
-from typing import Callable, NamedTuple, Optional
+from typing import Callable, List, NamedTuple, Optional, Sequence
 
 from diff_encoder_sim.base.atomic_files import UNFINISHED_SUFFIX
 from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.base.errors import in_one_line
 from diff_encoder_sim.campaign.campaign_definition import Campaign, TrialJob
+from diff_encoder_sim.campaign.trial_files import PlacedFiles
 from diff_encoder_sim.campaign.trial_row import TrialRow
-from diff_encoder_sim.lockstep.robot_params import RobotParams
 from diff_encoder_sim.lockstep.trial_run import TrialResult
+from diff_encoder_sim.lockstep.trial_setup import TrialSetup
 from diff_encoder_sim.recording.topics import RecordMode
 from diff_encoder_sim.trials.trial_definition import TrialPlan
 
 distributed = deferred('distributed')
 
-# lockstep.trial_run.run_trial, or a substitute of tests.
-RunTrial = Callable[[TrialPlan, Path, RobotParams, RecordMode], TrialResult]
+# lockstep.trial_run.run_trials, or a substitute of tests.
+RunTrials = Callable[[Sequence[TrialSetup], Path, RecordMode], List[TrialResult]]
 
 # PyBullet is not made for threads: a worker that has several takes turns.
-_one_trial = threading.Lock()
+_one_drive = threading.Lock()
 
 
 class HostFault(Exception):
@@ -49,6 +50,13 @@ class ResultsFolder(NamedTuple):
         return seen == self.nonce and os.access(self.path, os.W_OK)
 
 
+class PlacedJob(NamedTuple):
+    """A trial and where its bag goes."""
+
+    job: TrialJob
+    bag: str  # path below the results folder; '' for none
+
+
 class FinishedTrial(NamedTuple):
     """What a worker returns to the client."""
 
@@ -56,61 +64,73 @@ class FinishedTrial(NamedTuple):
     bag: Optional[bytes]  # None: not recorded, or in its place already
 
 
-def run_task(campaign: Campaign, job: TrialJob, bag: str, results: ResultsFolder, run: RunTrial) -> FinishedTrial:
-    """Run `run_job` with the worker's own temporary folder, which is removed with the worker.
+def run_task(
+    campaign: Campaign, group: Sequence[PlacedJob], results: ResultsFolder, run: RunTrials
+) -> List[FinishedTrial]:
+    """Run `run_jobs` with the worker's own temporary folder, which is removed with the worker.
 
     Raises:
         HostFault: a file cannot be written, or the memory is full.
     """
-    with _one_trial:
+    with _one_drive:
         try:
-            return run_job(campaign, job, bag, results, run, Path(distributed.get_worker().local_directory))
+            return run_jobs(campaign, group, results, run, Path(distributed.get_worker().local_directory))
         except (OSError, MemoryError) as error:
             raise HostFault(f'worker on {platform.node()}: {_reason(error)}') from None
 
 
-def run_job(
-    campaign: Campaign, job: TrialJob, bag: str, results: ResultsFolder, run: RunTrial, scratch: Path
-) -> FinishedTrial:
-    """Run one trial.
+def run_jobs(
+    campaign: Campaign, group: Sequence[PlacedJob], results: ResultsFolder, run: RunTrials, scratch: Path
+) -> List[FinishedTrial]:
+    """Run trials that are one drive of the robot.
 
     Args:
-        campaign: which the job belongs to.
-        job: what to run.
+        campaign: which they belong to.
+        group: what to run.
         results: the client's folder, shared with this host or not.
-        run: runs the trial.
-        bag: path of its bag below the results folder; '' for none.
+        run: runs the trials.
         scratch: a folder of this process for temporary files.
 
     Raises:
         OSError: a file cannot be written.
     """
     is_shared = results.is_shared()
-    placed = Path(results.path, bag)
-    # A name of its own for each attempt: Dask may restart a trial whose worker is still running it.
-    unfinished = (placed.parent if is_shared else scratch) / (
-        f'.{placed.name}.{uuid.uuid4().hex[:8]}{UNFINISHED_SUFFIX}'
-    )
-    row = _run(campaign, job, bag, unfinished, run, scratch)
-    if bag and is_shared:
-        os.replace(str(unfinished), str(placed))
-    return FinishedTrial(row, _take(unfinished) if bag and not is_shared else None)
-
-
-def _run(campaign: Campaign, job: TrialJob, bag: str, bag_path: Path, run: RunTrial, scratch: Path) -> TrialRow:
-    cell = campaign.cells[job.cell_index]
     files = campaign.files.materialise(scratch)
+    paths = [_unfinished(placed, results, scratch, is_shared) for placed in group]
+    setups = [_setup(campaign, placed, path, files) for placed, path in zip(group, paths)]
+    began_s = time.perf_counter()
+    ended = run(setups, files.robot, campaign.params.record)
+    wall_time_s = (time.perf_counter() - began_s) / len(group)  # of each trial, its part of what they took together
+    finished = []
+    for placed, path, result in zip(group, paths, ended):
+        if placed.bag and is_shared:
+            os.replace(str(path), str(Path(results.path, placed.bag)))
+        row = _row(campaign, placed, result, wall_time_s)
+        finished.append(FinishedTrial(row, _take(path) if placed.bag and not is_shared else None))
+    return finished
+
+
+def _unfinished(placed: PlacedJob, results: ResultsFolder, scratch: Path, is_shared: bool) -> Path:
+    bag = Path(results.path, placed.bag)
+    # A name of its own for each attempt: Dask may restart a trial whose worker is still running it.
+    return (bag.parent if is_shared else scratch) / f'.{bag.name}.{uuid.uuid4().hex[:8]}{UNFINISHED_SUFFIX}'
+
+
+def _setup(campaign: Campaign, placed: PlacedJob, path: Path, files: PlacedFiles) -> TrialSetup:
+    cell = campaign.cells[placed.job.cell_index]
     world = files.worlds[cell.test.name]
     plan = TrialPlan(
-        trial=campaign.trial_of(job),
+        trial=campaign.trial_of(placed.job),
         world=world.world,
         map=world.map,
-        bag=str(bag_path) if bag else '',
+        bag=str(path) if placed.bag else '',
         bag_format=campaign.params.bag_format,
     )
-    began_s = time.perf_counter()
-    result = run(plan, files.robot, cell.robot_params, campaign.params.record)
-    wall_time_s = time.perf_counter() - began_s
+    return TrialSetup(plan, cell.robot_params)
+
+
+def _row(campaign: Campaign, placed: PlacedJob, result: TrialResult, wall_time_s: float) -> TrialRow:
+    job, cell = placed.job, campaign.cells[placed.job.cell_index]
     return TrialRow(
         cell.test.name,
         cell.encoder.label,
@@ -123,7 +143,7 @@ def _run(campaign: Campaign, job: TrialJob, bag: str, bag_path: Path, run: RunTr
         result.errors,
         result.distance_m,
         wall_time_s,
-        bag,
+        placed.bag,
     )
 
 

@@ -26,7 +26,7 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.paths import package_folder
 from diff_encoder_sim.campaign.campaign_definition import Campaign
 from diff_encoder_sim.campaign.campaign_loading import load_campaign
-from diff_encoder_sim.campaign.worker import RunTrial
+from diff_encoder_sim.campaign.worker import RunTrials
 from diff_encoder_sim.cli.advise_arguments import parse
 from diff_encoder_sim.cli.amcl_argument import chosen_files
 from diff_encoder_sim.cli.candidate_trials import CandidateTrials
@@ -35,7 +35,7 @@ from diff_encoder_sim.cli.robot_checks import with_checks
 from diff_encoder_sim.cli.stopping_spread import name_stopping
 from diff_encoder_sim.cli.trial_workers import run_trials_tool
 from diff_encoder_sim.encoders.pulses import ppr_label
-from diff_encoder_sim.lockstep.trial_run import run_trial
+from diff_encoder_sim.lockstep.trial_run import run_trials
 from diff_encoder_sim.robots.xacro_arguments import xacro_arguments
 
 # Trials go on as long as those that fail are fewer than this, where the others show the share.
@@ -43,13 +43,13 @@ FORGIVEN = 5
 PAGE = 'advice.html'
 
 
-def main(arguments: Optional[Sequence[str]] = None, run: RunTrial = run_trial) -> None:
-    """Run the command line; `run` runs one trial on a worker."""
+def main(arguments: Optional[Sequence[str]] = None, run: RunTrials = run_trials) -> None:
+    """Run the command line; `run` runs trials on a worker."""
     options = parse(arguments)
     run_trials_tool('advise', lambda: _advise(options, run))
 
 
-def _advise(options: argparse.Namespace, run: RunTrial) -> None:
+def _advise(options: argparse.Namespace, run: RunTrials) -> None:
     began_s = time.monotonic()
     _check_trials(options)
     _check_outputs(options)

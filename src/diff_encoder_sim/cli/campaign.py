@@ -17,19 +17,19 @@ from diff_encoder_sim.campaign.manifest import describe_run
 from diff_encoder_sim.campaign.progress import Progress, outcome_table, progress_on
 from diff_encoder_sim.campaign.result_store import ResultStore
 from diff_encoder_sim.campaign.time_left import time_left
-from diff_encoder_sim.campaign.worker import RunTrial
+from diff_encoder_sim.campaign.worker import RunTrials
 from diff_encoder_sim.cli.amcl_argument import chosen_files
 from diff_encoder_sim.cli.campaign_arguments import parse
 from diff_encoder_sim.cli.encoder_notes import name_campaigns_encoders
 from diff_encoder_sim.cli.robot_checks import with_checks
 from diff_encoder_sim.cli.stopping_spread import name_stopping
 from diff_encoder_sim.cli.trial_workers import run_trials_tool, stop_reports, unrun_text, workers
-from diff_encoder_sim.lockstep.trial_run import run_trial
+from diff_encoder_sim.lockstep.trial_run import run_trials
 from diff_encoder_sim.robots.xacro_arguments import xacro_arguments
 
 
-def main(arguments: Optional[Sequence[str]] = None, run: RunTrial = run_trial) -> None:
-    """Run the command line; `run` runs one trial on a worker."""
+def main(arguments: Optional[Sequence[str]] = None, run: RunTrials = run_trials) -> None:
+    """Run the command line; `run` runs trials on a worker."""
     options = parse(arguments)
     run_trials_tool('campaign', lambda: _campaign(options, run))
 
@@ -42,7 +42,7 @@ class CampaignRun(NamedTuple):
     unrun: str  # which trials could not be run, and why; '' for none
 
 
-def _campaign(options: argparse.Namespace, run: RunTrial) -> None:
+def _campaign(options: argparse.Namespace, run: RunTrials) -> None:
     done = complete(options, sys.argv, run)
     print(done.table)
     print(done.summary)
@@ -50,19 +50,19 @@ def _campaign(options: argparse.Namespace, run: RunTrial) -> None:
         sys.exit(done.unrun)
 
 
-def complete(options: argparse.Namespace, command: Sequence[str], run: RunTrial = run_trial) -> CampaignRun:
+def complete(options: argparse.Namespace, command: Sequence[str], run: RunTrials = run_trials) -> CampaignRun:
     """Run the trials of a campaign that are missing in its results folder.
 
     Args:
         options: of the command line.
         command: what the manifest names as the command that repeats this.
-        run: runs one trial on a worker.
+        run: runs trials on a worker.
 
     Raises:
         ConfigError: a file, an option or the results folder is bad.
         CampaignFault: trials cannot go on.
     """
-    keys = ('tests', 'ppr', 'encoders', 'trials', 'robot', 'record', 'bag_format')
+    keys = ('tests', 'ppr', 'encoders', 'trials', 'nav', 'robot', 'record', 'bag_format')
     given = {key: getattr(options, key) for key in keys}
     given['files'] = chosen_files(options)
     arguments = xacro_arguments(options.robot_args)
@@ -89,7 +89,7 @@ def _run_jobs(
     store: ResultStore,
     progress: Progress,
     jobs: Sequence[TrialJob],
-    run: RunTrial,
+    run: RunTrials,
 ) -> List[UnrunTrial]:
     with workers(options, len(jobs)) as ready:
         return run_campaign(ready, campaign, store, progress, jobs, run)

@@ -66,6 +66,7 @@ def _add_overrides(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         '--trials', type=whole_number_within(TRIALS), metavar='N', help='trials of each test with each encoder'
     )
+    group.add_argument('--nav', choices=('embedded', 'scripted'), help='navigated, or a drive without feedback')
     add_robot_arguments(group)
     add_amcl(group)
     group.add_argument(

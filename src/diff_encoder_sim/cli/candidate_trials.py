@@ -20,20 +20,20 @@ from diff_encoder_sim.campaign.manifest import describe_run
 from diff_encoder_sim.campaign.progress import progress_on
 from diff_encoder_sim.campaign.result_store import ResultStore
 from diff_encoder_sim.campaign.time_left import time_left
-from diff_encoder_sim.campaign.worker import RunTrial
+from diff_encoder_sim.campaign.worker import RunTrials
 from diff_encoder_sim.cli.trial_workers import stop_reports, unrun_text, workers
 
 
 class CandidateTrials:
     """Runs the trials of an encoder when they are asked for. A context."""
 
-    def __init__(self, options: argparse.Namespace, campaign: Campaign, run: RunTrial) -> None:
+    def __init__(self, options: argparse.Namespace, campaign: Campaign, run: RunTrials) -> None:
         """Open the results folder.
 
         Args:
             options: of the command line.
             campaign: with all candidates.
-            run: runs one trial on a worker.
+            run: runs trials on a worker.
 
         Raises:
             ConfigError: the folder has other things in it or cannot be used.

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from diff_encoder_sim.lockstep.kernels_warm_up import warm_up
+import concurrent.futures
+
+from diff_encoder_sim.lockstep.kernels_warm_up import PARTS
 from diff_encoder_sim.slam.slam_params import GridSlamParams
 from diff_encoder_sim.slam.slam_warm_up import warm_up as warm_up_slam
 
 
 def main() -> None:
-    """Compile what is not compiled yet."""
-    warm_up()
-    warm_up_slam(GridSlamParams())
+    """Compile what is not compiled yet, parts at a time: none is compiled twice (base/kernel_cache.py)."""
+    with concurrent.futures.ProcessPoolExecutor() as processes:
+        compiling = [processes.submit(part) for part in PARTS]
+        compiling.append(processes.submit(warm_up_slam, GridSlamParams()))
+        for each in compiling:
+            each.result()

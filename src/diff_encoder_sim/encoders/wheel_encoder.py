@@ -142,6 +142,11 @@ class DiffEncoder:
         drawn_s = generator(self.params.seed, 'encoder_jitter').uniform(0.0, jitter_s, JITTERS)
         return tuple(round(late_s * NANOSECONDS_PER_SECOND) for late_s in drawn_s)
 
+    @property
+    def has_ideal_wheels(self) -> bool:
+        """Return whether both follow equation (1), at each instant for itself."""
+        return all(isinstance(channel.wheel, IdealWheel) for channel in self._channels)
+
     def take_command(self, left: float, right: float) -> None:
         """Take the commanded speeds of the wheels, whose signs are those of counts without a direction of their own."""
         for channel, speed in ((self._left, left), (self._right, right)):
@@ -226,6 +231,11 @@ class ReportingEncoder:
         self._link: Optional[ReportLink] = None
         if params.report != PROMPT:
             self._link = ReportLink(params.report, 1.0 / params.rate, generator(params.seed, 'encoder_reports'))
+
+    @property
+    def needs_every_angle(self) -> bool:
+        """Return whether angles between the boundaries of the rate count, or their stamps: not of an ideal encoder."""
+        return self._link is not None or not self._encoder.has_ideal_wheels
 
     def take_command(self, left: float, right: float) -> None:
         """Take the commanded speeds of the wheels; see `DiffEncoder`."""

@@ -13,6 +13,7 @@ import numpy as np
 
 from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.evaluation.confidence import LEVEL
+from diff_encoder_sim.evaluation.pairwise_means import mean_of_rank
 from diff_encoder_sim.evaluation.sample_statistics import Interval, mean_interval, spread
 from diff_encoder_sim.evaluation.signed_rank import means_beyond_interval, signed_rank_p
 
@@ -69,13 +70,13 @@ def wilcoxon(first: np.ndarray, second: np.ndarray, level: float = LEVEL) -> Pai
     pairs = len(differences)
     if pairs == 0:
         return PairedResult(0, 0.0, Interval(-math.inf, math.inf), 1.0)
-    rows, columns = np.triu_indices(pairs)
-    means = np.sort(0.5 * (differences[rows] + differences[columns]))
+    means, ascending = pairs * (pairs + 1) // 2, np.sort(differences)
+    median = np.mean([mean_of_rank(ascending, rank) for rank in {(means - 1) // 2, means // 2}])
     beyond = means_beyond_interval(pairs, level)
-    interval = (
-        Interval(-math.inf, math.inf) if beyond == 0 else Interval(float(means[beyond - 1]), float(means[-beyond]))
-    )
-    return PairedResult(pairs, float(np.median(means)), interval, signed_rank_p(differences))
+    interval = Interval(-math.inf, math.inf)
+    if beyond:
+        interval = Interval(mean_of_rank(ascending, beyond - 1), mean_of_rank(ascending, means - beyond))
+    return PairedResult(pairs, float(median), interval, signed_rank_p(differences))
 
 
 def mcnemar(first: np.ndarray, second: np.ndarray, level: float = LEVEL) -> PairedResult:

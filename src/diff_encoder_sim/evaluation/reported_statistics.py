@@ -48,7 +48,7 @@ def spread_p_value(values: np.ndarray, reported: float, count: int) -> float:
 def maximum_p_value(values: np.ndarray, reported: Interval, count: int) -> Optional[float]:
     """Test a reported maximum of `count` values, on both sides; None where nothing can be concluded.
 
-    How many of ours lie above it has a known chance, whatever the distribution (`_chance_of_above`). Beyond all
+    How many of ours lie above it has a known chance, whatever the distribution (`_chances_of_above`). Beyond all
     of ours, that chance says no more: there the tail is taken as exponential (`_chance_beyond`), which Gaussian
     and uniform tails do not reach, so that for them false alarms are rarer.
 
@@ -58,9 +58,10 @@ def maximum_p_value(values: np.ndarray, reported: Interval, count: int) -> Optio
         count: of the values behind it.
     """
     fewest, most = (int(np.count_nonzero(values > bound)) for bound in (reported.high, reported.low))
-    too_low = _chance_of_above(fewest, len(values), count)
+    chances = _chances_of_above(len(values), count)
+    too_low = float(chances[fewest])
     if most:
-        too_high = 1.0 - _chance_of_above(most + 1, len(values), count)
+        too_high = 1.0 - float(chances[most + 1])
     else:
         scale = _tail_scale(values)
         if scale is None:
@@ -76,20 +77,26 @@ def maximum_interval(values: np.ndarray, count: int, level: float) -> Interval:
     An infinite bound is none: there are too few values for it, or they are all equal.
     """
     descending, tail = np.sort(values)[::-1], 0.5 - 0.5 * level
-    likely = [above for above in range(len(values) + 1) if _chance_of_above(above, len(values), count) >= tail]
-    low = float(descending[len(likely) - 1]) if len(likely) <= len(values) else -math.inf
-    unlikely = [above for above in likely if 1.0 - _chance_of_above(above + 1, len(values), count) < tail]
+    chances = _chances_of_above(len(values), count)
+    likely = int(np.count_nonzero(chances[:-1] >= tail))
+    low = float(descending[likely - 1]) if likely <= len(values) else -math.inf
+    unlikely = int(np.count_nonzero(1.0 - chances[1 : likely + 1] < tail))
     if unlikely:
-        return Interval(low, float(descending[len(unlikely) - 1]))
+        return Interval(low, float(descending[unlikely - 1]))
     scale = _tail_scale(values)
     if scale is None:
         return Interval(low, math.inf)
     return Interval(low, float(descending[0]) + scale * _furthest(len(values), count, tail))
 
 
-def _chance_of_above(above: int, ours: int, theirs: int) -> float:
-    """Return the chance that `above` of ours, or more, exceed the maximum of theirs: all orders are equally likely."""
-    return math.prod((ours - rank) / (ours + theirs - rank) for rank in range(above))
+@functools.lru_cache(maxsize=8)
+def _chances_of_above(ours: int, theirs: int) -> np.ndarray:
+    """(ours + 2,) chances that at least 0, 1, 2, ... of ours exceed the maximum of theirs, all orders equally likely.
+
+    From 1 for none, to 0 for one more than there are.
+    """
+    ranks = np.arange(ours + 1)
+    return np.cumprod(np.concatenate([[1.0], (ours - ranks) / (ours + theirs - ranks)]))
 
 
 def _tail_scale(values: np.ndarray) -> Optional[float]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Callable, Sequence
+
 import numpy as np
 
 from diff_encoder_sim.base.se2 import IDENTITY
@@ -15,12 +17,23 @@ from diff_encoder_sim.simulation.world import Model, Solid, World
 
 
 def warm_up() -> None:
-    """Run each kernel once: milliseconds where numba's cache is filled, else half a minute."""
+    """Run each kernel once: a second where numba's cache is filled, else half a minute."""
+    for part in PARTS:
+        part()
+
+
+def _warm_up_amcl() -> None:
     warm_up_amcl(AmclParams())
-    warm_up_navigation()
+
+
+def _warm_up_lidar() -> None:
     wall = Solid('wall', Box((1.0, 1.0, 1.0)), _at(2.0))
     world = World('room', [Model('wall', np.eye(4), [wall])])
     Lidar(world, 0.2, LidarParams(), generator(0, 'lidar_noise')).scan(0, IDENTITY)
+
+
+# Each has kernels of its own, which take long to compile.
+PARTS: Sequence[Callable[[], None]] = (warm_up_navigation, _warm_up_amcl, _warm_up_lidar)
 
 
 def _at(x_m: float) -> np.ndarray:

@@ -21,8 +21,11 @@ from diff_encoder_sim.trials.trial_outcome import Ending
 class Publications:
     """One method for each publication on the live graph, at `now_ns`. Here they do nothing; a subclass may record."""
 
+    def trial(self, trial: Trial) -> None:
+        """Publish /trial, first of all."""
+
     def begin(self, trial: Trial, simulator: Simulator, robot_file: Union[str, Path]) -> None:
-        """Publish /trial, before time runs."""
+        """Publish what stands still on /tf_static, before time runs."""
 
     def ending(self, now_ns: int, ending: Ending) -> None:
         """Publish /trial_result."""

@@ -2,30 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Optional
-
 from diff_encoder_sim.base.laser_scan import Scan
-from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.lockstep.driver import NO_NAVIGATION, SendCommand
-from diff_encoder_sim.lockstep.publications import Publications
+from diff_encoder_sim.lockstep.driver import SendCommand
 from diff_encoder_sim.navigation.goal_status import Command
-from diff_encoder_sim.odometry.wheel_odometry import OdometryEstimate
 from diff_encoder_sim.trials.scripted_drive import ScriptedDrive
-from diff_encoder_sim.trials.trial_definition import TrialPlan
+from diff_encoder_sim.trials.trial_definition import Trial
 
 
 class ScriptedDriver:
-    """Drives by time alone; odometry begins at the surveyed start pose, which places it on the map."""
+    """Drives by time alone."""
 
-    estimate = None
-    navigation = NO_NAVIGATION
-
-    def __init__(self, plan: TrialPlan, send: SendCommand, publications: Publications) -> None:
-        self._drive = ScriptedDrive(plan.trial.test)
-        self._start_pose = plan.trial.test.start.pose()
-        self._send, self._publications = send, publications
-        self.estimated_pose_in_map: Optional[Pose2D] = None
+    def __init__(self, trial: Trial, send: SendCommand) -> None:
+        self._drive, self._send = ScriptedDrive(trial.test), send
         self.is_over = False
 
     def take_time(self, now_ns: int) -> None:
@@ -36,8 +25,3 @@ class ScriptedDriver:
 
     def take_scan(self, scan: Scan) -> None:
         """Ignore it."""
-
-    def take_odometry(self, now_ns: int, estimate: OdometryEstimate) -> None:
-        """Publish it as /global_pose."""
-        self.estimated_pose_in_map = self._start_pose.compose(estimate.base_pose_in_odom)
-        self._publications.global_pose(now_ns, estimate.stamp_ns, self.estimated_pose_in_map)

@@ -5,7 +5,7 @@ Fox, Burgard and Thrun, The dynamic window approach to collision avoidance, 1997
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, Tuple
 
 import numpy as np
 
@@ -13,39 +13,54 @@ from diff_encoder_sim.base.compiled import compiled
 from diff_encoder_sim.navigation.dwa_params import DwaParams
 
 
-class DynamicWindow(NamedTuple):
-    """Lowest and highest reachable velocities."""
+class WindowParams(NamedTuple):
+    """Limits of the dynamic window, and how it is sampled."""
 
     min_linear_mps: float
     max_linear_mps: float
-    min_angular_radps: float
     max_angular_radps: float
+    linear_mps2: float
+    angular_radps2: float
+    horizon_s: float  # time in which a velocity must be reached
+    spares_goal: bool  # no velocity passes the goal within the horizon
+    linear_count: int
+    angular_count: int
 
 
-def dynamic_window(
-    params: DwaParams, linear_mps: float, angular_radps: float, sim_period_s: float, goal_distance_m: float
-) -> DynamicWindow:
-    """Return the velocities that acceleration and velocity limits allow around a twist.
-
-    With use_dwa those of one control period; without it those of sim_time, no faster than would overshoot the goal.
-    A quantised twist can be above the limits (at 40 PPR the second step is 0.63 m/s): then the window is the limit
-    alone, where upstream would sample from the limit up to what it takes for reachable.
-    """
-    horizon_s, max_linear_mps = sim_period_s, params.max_vel_x
-    if not params.use_dwa:
-        horizon_s = params.sim_time
-        max_linear_mps = max(min(max_linear_mps, goal_distance_m / horizon_s), params.min_vel_x)
-    linear_change, angular_change = params.acc_lim_x * horizon_s, params.acc_lim_theta * horizon_s
-    return DynamicWindow(
-        _clamp(linear_mps - linear_change, params.min_vel_x, max_linear_mps),
-        _clamp(linear_mps + linear_change, params.min_vel_x, max_linear_mps),
-        _clamp(angular_radps - angular_change, -params.max_vel_theta, params.max_vel_theta),
-        _clamp(angular_radps + angular_change, -params.max_vel_theta, params.max_vel_theta),
+def window_params(params: DwaParams, sim_period_s: float) -> WindowParams:
+    """Return the limits: with use_dwa for one control period; without it for sim_time."""
+    return WindowParams(
+        params.min_vel_x,
+        params.max_vel_x,
+        params.max_vel_theta,
+        params.acc_lim_x,
+        params.acc_lim_theta,
+        sim_period_s if params.use_dwa else params.sim_time,
+        not params.use_dwa,
+        params.vx_samples,
+        params.vth_samples,
     )
 
 
-def _clamp(value: float, low: float, high: float) -> float:
-    return min(max(value, low), high)
+@compiled
+def dynamic_window(
+    params: WindowParams, linear_mps: float, angular_radps: float, goal_distance_m: float
+) -> Tuple[float, float, float, float]:
+    """Return the lowest and highest linear [m/s] and angular [rad/s] velocities that the limits allow around a twist.
+
+    A quantised twist can be above the limits (at 40 PPR the second step is 0.63 m/s): then the window is the limit
+    alone, where upstream would sample from the limit up to what it takes for reachable.
+    """
+    lowest_mps, highest_mps = params.min_linear_mps, params.max_linear_mps
+    if params.spares_goal:
+        highest_mps = max(min(highest_mps, goal_distance_m / params.horizon_s), lowest_mps)
+    linear_change, angular_change = params.linear_mps2 * params.horizon_s, params.angular_radps2 * params.horizon_s
+    return (
+        min(max(linear_mps - linear_change, lowest_mps), highest_mps),
+        min(max(linear_mps + linear_change, lowest_mps), highest_mps),
+        min(max(angular_radps - angular_change, -params.max_angular_radps), params.max_angular_radps),
+        min(max(angular_radps + angular_change, -params.max_angular_radps), params.max_angular_radps),
+    )
 
 
 @compiled
@@ -70,22 +85,14 @@ def samples_between(low: float, high: float, count: int) -> np.ndarray:
     return samples[: filled + 1]
 
 
-def velocity_samples(window: DynamicWindow, linear_count: int, angular_count: int) -> np.ndarray:
-    """Return samples (n, 2) linear [m/s], angular [rad/s] of a window, the angular ones innermost."""
-    return _velocity_samples(*window, linear_count, angular_count)
-
-
 @compiled
-def _velocity_samples(
-    min_linear_mps: float,
-    max_linear_mps: float,
-    min_angular_radps: float,
-    max_angular_radps: float,
-    linear_count: int,
-    angular_count: int,
+def velocity_samples(
+    params: WindowParams, linear_mps: float, angular_radps: float, goal_distance_m: float
 ) -> np.ndarray:
-    linear = samples_between(min_linear_mps, max_linear_mps, linear_count)
-    angular = samples_between(min_angular_radps, max_angular_radps, angular_count)
+    """Return samples (n, 2) linear [m/s], angular [rad/s] of the window around a twist, the angular ones innermost."""
+    low_mps, high_mps, low_radps, high_radps = dynamic_window(params, linear_mps, angular_radps, goal_distance_m)
+    linear = samples_between(low_mps, high_mps, params.linear_count)
+    angular = samples_between(low_radps, high_radps, params.angular_count)
     samples = np.empty((len(linear) * len(angular), 2))
     for index in range(len(samples)):
         samples[index, 0] = linear[index // len(angular)]

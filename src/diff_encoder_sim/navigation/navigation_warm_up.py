@@ -9,6 +9,7 @@ import numpy as np
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.mapping.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
+from diff_encoder_sim.navigation.dwa_clouds import cost_cloud, trajectory_cloud
 from diff_encoder_sim.navigation.navigator import Navigator
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
 
@@ -30,6 +31,9 @@ def warm_up() -> None:
         navigator.take_localization(now_ns, IDENTITY)
         navigator.take_scan(Scan(now_ns, 0.0, 1.0, 0.1, 5.0, np.array([2.0, math.inf])))
         navigator.step(now_ns)
+    task = navigator.scoring_task
+    assert task is not None
+    trajectory_cloud(task, IDENTITY), cost_cloud(task, IDENTITY)
     navigator.local_costmap.footprint_cost(IDENTITY)
 
 

@@ -5,9 +5,7 @@ base_local_planner's OscillationCostFunction, for forward and backward and for l
 
 from __future__ import annotations
 
-from typing import Optional
-
-import numpy as np
+from typing import Optional, Tuple
 
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.navigation.dwa_params import DwaParams
@@ -48,11 +46,10 @@ class OscillationMemory:
         self._linear, self._angular = _Direction(), _Direction()
         self._reversed_at: Optional[Pose2D] = None
 
-    def allowed(self) -> np.ndarray:
-        """Return whether forward, backward, left and right are allowed, (4,) bool."""
-        return np.array(
-            [self._linear.allows(1), self._linear.allows(-1), self._angular.allows(1), self._angular.allows(-1)]
-        )
+    def allowed(self) -> Tuple[bool, bool, bool, bool]:
+        """Return whether forward, backward, left and right are allowed."""
+        linear, angular = self._linear, self._angular
+        return linear.allows(1), linear.allows(-1), angular.allows(1), angular.allows(-1)
 
     def update(self, base_pose: Pose2D, linear_mps: float, angular_radps: float) -> None:
         """Enter the command that was chosen at a pose."""

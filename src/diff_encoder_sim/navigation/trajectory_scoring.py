@@ -1,8 +1,7 @@
 """Costs of standing on a costmap and of driving a trajectory over it: kernels of critics.py.
 
-`score_samples` searches best first. No point of a trajectory costs less than zero, so the cost of its last point is
-a lower bound, and most samples need no further scoring. All kernels share this file because numba's disk cache does
-not notice changes in other files. Those with a Scene are inlined: calls with it made a DWA cycle 2 to 9 % longer.
+Kernels take what they need of a Scene one by one: to take an array out of a tuple counts a reference to it, which costs
+as much as to score a point.
 """
 
 from __future__ import annotations
@@ -22,18 +21,18 @@ from diff_encoder_sim.navigation.critics import (
     CRITICS,
     GOAL,
     GOAL_FRONT,
-    NO_TRAJECTORY,
     OBSTACLE,
     OFF_MAP,
-    OSCILLATES,
-    OSCILLATION,
     PATH,
     TWIRLING,
     UNREACHABLE,
 )
 from diff_encoder_sim.navigation.footprint import IN_OBSTACLE, IN_UNKNOWN
 from diff_encoder_sim.navigation.footprint import OFF_MAP as FOOTPRINT_OFF_MAP
-from diff_encoder_sim.navigation.plan_distances import TO_END, TO_FRONT, TO_PLAN
+from diff_encoder_sim.navigation.plan_distances import TO_END, TO_FRONT, TO_PLAN, Waves, distance_to
+
+# A point that is off by rounding alone is in the same cell if it is farther from that cell's edges [cells].
+ROUNDING_CELLS = 1e-6
 
 
 class Scene(NamedTuple):
@@ -42,9 +41,10 @@ class Scene(NamedTuple):
     costs: np.ndarray  # (rows, columns) uint8 costmap
     per_m: float  # cells in a metre
     vertices_m: np.ndarray  # (n, 2) footprint in base_link
-    grids: np.ndarray  # (3, rows, columns) int32, of fill_distance_grids
+    waves: Waves  # from the plan
     nose_m: float  # from the robot's centre to its nose
     scales: np.ndarray  # (7,) weights of the critics, none below zero
+    sums_obstacle: bool  # over a trajectory; else the highest counts
 
 
 @compiled
@@ -100,133 +100,159 @@ def line_cost(costs: np.ndarray, row: int, column: int, to_row: int, to_column: 
 
 @compiled
 def stays_clear(costs: np.ndarray, per_m: float, vertices_m: np.ndarray, points: np.ndarray) -> bool:
-    """Return whether the robot can stand at every point (n, 3) of a trajectory in the grid's own frame."""
+    """Return whether the robot can stand at every point (n, 5) of `roll_out`, in the grid's own frame."""
     rows, columns = costs.shape
     for index in range(len(points)):
         row, column = math.floor(points[index, 1] * per_m), math.floor(points[index, 0] * per_m)
         if not (0 <= row < rows and 0 <= column < columns):
             return False
-        if _standing_cost(costs, per_m, vertices_m, points[index], row, column) < 0.0:
+        x_m, y_m, cos_yaw, sin_yaw = points[index, 0], points[index, 1], points[index, 3], points[index, 4]
+        if footprint_cost(costs, per_m, vertices_m, x_m, y_m, cos_yaw, sin_yaw) < 0.0:
             return False
     return True
 
 
 @compiled
-def _standing_cost(
-    costs: np.ndarray, per_m: float, vertices_m: np.ndarray, point: np.ndarray, row: int, column: int
+def score_trajectory(
+    costs: np.ndarray,
+    per_m: float,
+    vertices_m: np.ndarray,
+    cells: np.ndarray,
+    queues: np.ndarray,
+    counts: np.ndarray,
+    nose_m: float,
+    scales: np.ndarray,
+    sums_obstacle: bool,
+    turn_radps: float,
+    points: np.ndarray,
+    steps: int,
+    most: float,
+    scores: np.ndarray,
 ) -> float:
-    """Return the highest cost under the outline at x, y, yaw and in the centre's cell, or COLLIDES."""
-    cost = footprint_cost(costs, per_m, vertices_m, point[0], point[1], math.cos(point[2]), math.sin(point[2]))
+    """Return the weighted sum of a trajectory's costs, below zero where it is rejected; fill `scores` (7,) by critic.
+
+    The first nine arguments are those of Scene and its waves. The trajectory is the first `steps` > 0 of `points`
+    (n, 5) of `roll_out` in the grid's own frame. From the end backwards, as obstacles are ahead, and no further than
+    to a sum above `most`.
+    """
+    total, scores[:] = 0.0, 0.0
+    scores[TWIRLING] = abs(turn_radps)
+    for index in range(steps - 1, -1, -1):
+        x_m, y_m, cos_yaw, sin_yaw = points[index, 0], points[index, 1], points[index, 3], points[index, 4]
+        obstacle = standing_cost(costs, per_m, vertices_m, scales, x_m, y_m, cos_yaw, sin_yaw)
+        is_last = index == steps - 1
+        if obstacle < 0.0 and is_last:
+            scores[OBSTACLE] = obstacle
+        if obstacle < 0.0:
+            return obstacle
+        scores[OBSTACLE] = scores[OBSTACLE] + obstacle if sums_obstacle else max(scores[OBSTACLE], obstacle)
+        x_nose_m, y_nose_m = x_m + nose_m * cos_yaw, y_m + nose_m * sin_yaw
+        reason = _score_distances(
+            costs, per_m, cells, queues, counts, scales, x_m, y_m, x_nose_m, y_nose_m, is_last, scores
+        )
+        total = reason if reason < 0.0 else _total(scores, scales)
+        if total < 0.0 or total > most:
+            break
+    return total
+
+
+@compiled
+def standing_cost(
+    costs: np.ndarray,
+    per_m: float,
+    vertices_m: np.ndarray,
+    scales: np.ndarray,
+    x_m: float,
+    y_m: float,
+    cos_yaw: float,
+    sin_yaw: float,
+) -> float:
+    """Return the highest cost under the outline and in the centre's cell, below zero if that rejects.
+
+    Without a weight of the obstacle critic it is 0 everywhere on the grid.
+    """
+    rows, columns = costs.shape
+    row, column = math.floor(y_m * per_m), math.floor(x_m * per_m)
+    if not (0 <= row < rows and 0 <= column < columns):
+        return CENTRE_OFF_MAP
+    if scales[OBSTACLE] == 0.0:
+        return 0.0
+    cost = footprint_cost(costs, per_m, vertices_m, x_m, y_m, cos_yaw, sin_yaw)
     return COLLIDES if cost < 0.0 else max(cost, float(costs[row, column]))
 
 
 @compiled
-def score_samples(
+def least_cost(
     costs: np.ndarray,
     per_m: float,
-    vertices_m: np.ndarray,
-    grids: np.ndarray,
+    cells: np.ndarray,
+    queues: np.ndarray,
+    counts: np.ndarray,
     nose_m: float,
     scales: np.ndarray,
-    sums_obstacle: bool,
-    samples: np.ndarray,
-    points: np.ndarray,
-    steps: np.ndarray,
-    allowed: np.ndarray,
+    turn_radps: float,
+    obstacle: float,
+    x_m: float,
+    y_m: float,
+    yaw_rad: float,
     scores: np.ndarray,
-    totals: np.ndarray,
-) -> int:
-    """Return the index of the cheapest sample, the first of equals, -1 for none; fill `scores` and `totals`.
+) -> float:
+    """Return the least that a trajectory can cost which ends at a point, inf if it must be rejected.
 
-    The first six arguments are those of Scene. Samples (n, 2) are linear [m/s] and angular [rad/s], their
-    trajectories the first `steps` (n,) of `points` (n, most, 3) in the grid's own frame, `allowed` (4,) is
-    OscillationMemory's. Scores (n, 7) are the unweighted costs by critic, totals (n,) their weighted sums; samples
-    that cannot win have those of their last points alone.
+    Distances count at the end, and one of its places costs `obstacle`. The point may be off by rounding: where that
+    decides on a cell, the answer is 0. `scores` (7,) is for the work.
     """
-    scene = Scene(costs, per_m, vertices_m, grids, nose_m, scales)
-    bounds = np.full(len(samples), math.inf)
-    for index in range(len(samples)):
-        _score_end(scene, samples[index], points[index, : steps[index]], allowed, scores[index])
-        totals[index] = _total(scores[index], scales) if steps[index] > 0 else NO_TRAJECTORY
-        if totals[index] >= 0.0:
-            bounds[index] = totals[index]
-    best, least = -1, math.inf
-    for _ in range(len(samples)):
-        index = int(np.argmin(bounds))
-        if bounds[index] == math.inf or bounds[index] > least:
-            break
-        bounds[index] = math.inf
-        total = _score_rest(scene, sums_obstacle, points[index, : steps[index]], least, scores[index])
-        totals[index] = total
-        if 0.0 <= total < least or (total == least and index < best):
-            best, least = index, total
-    return best
-
-
-@compiled(inline='always')
-def _score_end(scene: Scene, sample: np.ndarray, points: np.ndarray, allowed: np.ndarray, scores: np.ndarray) -> None:
-    """Fill `scores` (7,) with the costs of a sample and of its last point."""
+    rows, columns = costs.shape
+    x_nose_m, y_nose_m = x_m + nose_m * math.cos(yaw_rad), y_m + nose_m * math.sin(yaw_rad)
+    for along_m in (x_m, y_m, x_nose_m, y_nose_m):
+        if abs(along_m * per_m - math.floor(along_m * per_m + 0.5)) < ROUNDING_CELLS:
+            return 0.0
+    if not (0 <= math.floor(y_m * per_m) < rows and 0 <= math.floor(x_m * per_m) < columns):
+        return math.inf
     scores[:] = 0.0
-    scores[TWIRLING] = abs(sample[1])
-    if (
-        (sample[0] > 0 and not allowed[0])
-        or (sample[0] < 0 and not allowed[1])
-        or (sample[1] > 0 and not allowed[2])
-        or (sample[1] < 0 and not allowed[3])
-    ):
-        scores[OSCILLATION] = OSCILLATES
-    elif len(points) > 0:
-        _score_point(scene, points[-1], scores)
+    scores[OBSTACLE], scores[TWIRLING] = obstacle, abs(turn_radps)
+    reason = _score_distances(costs, per_m, cells, queues, counts, scales, x_m, y_m, x_nose_m, y_nose_m, True, scores)
+    return _total(scores, scales) if reason >= 0.0 else math.inf
 
 
-@compiled(inline='always')
-def _score_rest(scene: Scene, sums_obstacle: bool, points: np.ndarray, most: float, scores: np.ndarray) -> float:
-    """Enter all points but the last into `scores` and return the weighted sum.
-
-    From the end backwards, as obstacles are ahead, and no further than to a sum above `most`.
-    """
-    total = _total(scores, scene.scales)
-    here = np.zeros(CRITICS)
-    for index in range(len(points) - 2, -1, -1):
-        if total < 0.0 or total > most:
-            break
-        _score_point(scene, points[index], here)
-        scores[OBSTACLE] = scores[OBSTACLE] + here[OBSTACLE] if sums_obstacle else max(scores[OBSTACLE], here[OBSTACLE])
-        total = _total(here, scene.scales)
-        if total >= 0.0:
-            total = _total(scores, scene.scales)
-    return total
-
-
-@compiled(inline='always')
-def _score_point(scene: Scene, point: np.ndarray, scores: np.ndarray) -> None:
-    """Fill `scores` (7,) with the costs of one place, up to the first that is below zero."""
-    rows, columns = scene.costs.shape
-    row, column = math.floor(point[1] * scene.per_m), math.floor(point[0] * scene.per_m)
-    if not (0 <= row < rows and 0 <= column < columns):
-        scores[OBSTACLE] = CENTRE_OFF_MAP
-        return
-    if scene.scales[OBSTACLE] != 0.0:
-        scores[OBSTACLE] = _standing_cost(scene.costs, scene.per_m, scene.vertices_m, point, row, column)
-        if scores[OBSTACLE] < 0.0:
-            return
-    blocked = rows * columns
+@compiled
+def _score_distances(
+    costs: np.ndarray,
+    per_m: float,
+    cells: np.ndarray,
+    queues: np.ndarray,
+    counts: np.ndarray,
+    scales: np.ndarray,
+    x_m: float,
+    y_m: float,
+    x_nose_m: float,
+    y_nose_m: float,
+    is_last: bool,
+    scores: np.ndarray,
+) -> float:
+    """Return the reason (< 0) to reject a place on the grid; enter the distances of the last in `scores` (7,)."""
+    rows, columns = costs.shape
+    size, row, column = rows * columns, math.floor(y_m * per_m), math.floor(x_m * per_m)
     for critic, layer in ((PATH, TO_PLAN), (GOAL, TO_END)):
-        if scene.scales[critic] != 0.0:
-            cells = scene.grids[layer, row, column]
-            scores[critic] = cells
-            if cells >= blocked:
-                scores[critic] = BLOCKED if cells == blocked else UNREACHABLE
-                return
-    row = math.floor((point[1] + scene.nose_m * math.sin(point[2])) * scene.per_m)
-    column = math.floor((point[0] + scene.nose_m * math.cos(point[2])) * scene.per_m)
+        if scales[critic] != 0.0:
+            distance = distance_to(cells, queues, counts, layer, size, columns, row, column)
+            cost = float(distance) if distance < size else BLOCKED if distance == size else UNREACHABLE
+            if is_last:
+                scores[critic] = cost
+            if cost < 0.0:
+                return cost
+    row, column = math.floor(y_nose_m * per_m), math.floor(x_nose_m * per_m)
     # The nose may look into obstacles: that has a cost, but does not reject.
     for critic, layer in ((GOAL_FRONT, TO_FRONT), (ALIGNMENT, TO_PLAN)):
-        if scene.scales[critic] != 0.0:
-            if not (0 <= row < rows and 0 <= column < columns):
+        if scales[critic] != 0.0:
+            is_on_map = 0 <= row < rows and 0 <= column < columns
+            if is_last:
                 scores[critic] = OFF_MAP
-                return
-            scores[critic] = scene.grids[layer, row, column]
+                if is_on_map:
+                    scores[critic] = distance_to(cells, queues, counts, layer, size, columns, row, column)
+            if not is_on_map:
+                return OFF_MAP
+    return 0.0
 
 
 @compiled

@@ -27,12 +27,16 @@ def is_restart(
         pulses_before: what the speed before makes of the same interval.
         most_change: by how much the greatest acceleration, and errors of the encoder, change that, in pulses.
     """
-    went_on = all(
-        abs(now - before) <= most + ROUNDING_PULSES for now, before, most in zip(pulses, pulses_before, most_change)
+    near_zero = _are_within(counts, (abs(pulses_before[0]), abs(pulses_before[1])), most_change)
+    if not near_zero or not any(pulses) or _are_within(counts_before, (0.0, 0.0), most_change):
+        return False
+    changes = pulses[0] - pulses_before[0], pulses[1] - pulses_before[1]
+    return not _are_within(changes, (0.0, 0.0), most_change)
+
+
+def _are_within(numbers: Tuple[float, float], most: Tuple[float, float], more: Tuple[float, float]) -> bool:
+    """Return whether neither number is above the most and more [pulses], but for the rounding."""
+    return (
+        abs(numbers[0]) <= most[0] + more[0] + ROUNDING_PULSES
+        and abs(numbers[1]) <= most[1] + more[1] + ROUNDING_PULSES
     )
-    near_zero = all(
-        abs(count) <= abs(before) + most + ROUNDING_PULSES
-        for count, before, most in zip(counts, pulses_before, most_change)
-    )
-    were_far = any(abs(count) > most + ROUNDING_PULSES for count, most in zip(counts_before, most_change))
-    return any(pulses) and were_far and near_zero and not went_on

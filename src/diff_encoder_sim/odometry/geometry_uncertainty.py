@@ -7,9 +7,9 @@ and of one diameter against the other. The reasons are in docs/adr/0031-covarian
 from __future__ import annotations
 
 import math
-from typing import NamedTuple, Tuple
+from typing import Iterable, NamedTuple, Tuple
 
-from diff_encoder_sim.odometry.odometry_covariance import PlanarCovariance, covariance_of
+from diff_encoder_sim.odometry.odometry_covariance import PlanarCovariance
 
 
 class GeometryStd(NamedTuple):
@@ -67,4 +67,17 @@ def _carried(
 
 def geometry_covariance(errors: Columns, std: GeometryStd) -> PlanarCovariance:
     """Return the covariance that errors of these standard deviations, which are independent, cause."""
-    return covariance_of(errors, (std.distance**2, std.turn**2, std.diameter_difference**2))
+    return _covariance_of(errors, (std.distance**2, std.turn**2, std.diameter_difference**2))
+
+
+def _covariance_of(columns: Iterable[Tuple[float, float, float]], variances: Iterable[float]) -> PlanarCovariance:
+    """Return the covariance of a sum of columns (x, y, yaw), each times an error of its own variance."""
+    xx = xy = yy = x_yaw = y_yaw = yaw_yaw = 0.0
+    for (x, y, yaw), variance in zip(columns, variances):
+        xx += variance * x * x
+        xy += variance * x * y
+        yy += variance * y * y
+        x_yaw += variance * x * yaw
+        y_yaw += variance * y * yaw
+        yaw_yaw += variance * yaw * yaw
+    return PlanarCovariance(xx, xy, x_yaw, yy, y_yaw, yaw_yaw)

@@ -7,7 +7,7 @@ calls take far longer than the arithmetic of such small ones.
 from __future__ import annotations
 
 import math
-from typing import Iterable, NamedTuple, Tuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,8 +16,8 @@ from diff_encoder_sim.base.se2 import Pose2D
 # Variance of a position that is uniform within one pulse, in pulses squared.
 PULSE_VARIANCE = 1.0 / 12.0
 
-# Standard deviation, in pulses along x and along y, of the rounding under way, which does not quite average out;
-# measured by NEES after whole turns in place (test/benchmark/odometry_nees.py).
+# Standard deviation, in pulses along x and along y, of the rounding while the robot turns in place, which does not
+# quite average out; measured by NEES after whole turns (test/benchmark/odometry_nees.py).
 RESIDUAL_PULSES = 0.065
 
 
@@ -32,7 +32,7 @@ def reading_variance(m_per_pulse: float, of_sensor: float = 0.0) -> float:
 
 
 def residual_std(left_m_per_pulse: float, right_m_per_pulse: float) -> float:
-    """Return the standard deviation [m] along x and along y of the rounding under way."""
+    """Return the standard deviation [m] along x and along y of the rounding while turning in place."""
     return RESIDUAL_PULSES * max(left_m_per_pulse, right_m_per_pulse)
 
 
@@ -79,11 +79,14 @@ def propagate_motion_noise(
     right_m: float,
     wheel_separation_m: float,
     motion_noise: float,
+    heading_var_rad2: float = 0.0,
 ) -> PlanarCovariance:
     """Return the covariance after one more step of both wheels.
 
     Siegwart and Nourbakhsh, Introduction to Autonomous Mobile Robots, section 5.2.4: each
     wheel's travel has a variance proportional to its length and independent of the other's.
+    The heading of a step is off by a rounding of its own, which moves the robot sideways and is gone with
+    the next reading (docs/adr/0002-odometry-covariance.md).
 
     Args:
         covariance: before the step.
@@ -92,18 +95,27 @@ def propagate_motion_noise(
         right_m: travel of the right wheel.
         wheel_separation_m: between the contact points.
         motion_noise: variance per metre of travel [m^2/m].
+        heading_var_rad2: variance of the heading within a step, by the rounding of both readings.
     """
     travel_m = 0.5 * (left_m + right_m)
     mid_yaw_rad = yaw_rad + 0.5 * (right_m - left_m) / wheel_separation_m
     cos_yaw, sin_yaw = math.cos(mid_yaw_rad), math.sin(mid_yaw_rad)
-    lever, turn = 0.5 * travel_m / wheel_separation_m, 1.0 / wheel_separation_m
-    # The Jacobian's columns: what a metre of the left and of the right wheel adds to the pose.
-    by_wheels = (
-        (0.5 * cos_yaw + lever * sin_yaw, 0.5 * sin_yaw - lever * cos_yaw, -turn),
-        (0.5 * cos_yaw - lever * sin_yaw, 0.5 * sin_yaw + lever * cos_yaw, turn),
+    # The Jacobian's columns: a metre of the left wheel adds (a - b, -turn) to the pose, one of the right (a + b, turn).
+    turn, lever = 1.0 / wheel_separation_m, 0.5 * travel_m / wheel_separation_m
+    ax, ay, bx, by = 0.5 * cos_yaw, 0.5 * sin_yaw, -lever * sin_yaw, lever * cos_yaw
+    left_m2, right_m2 = motion_noise * abs(left_m), motion_noise * abs(right_m)
+    both_m2, more_m2 = left_m2 + right_m2, right_m2 - left_m2
+    # The product of both ways, because it does not take a pulse that one wheel alone counts for travel.
+    sideways_m2 = heading_var_rad2 * max(left_m * right_m, 0.0)
+    xx, xy, x_yaw, yy, y_yaw, yaw_yaw = covariance.carried_by_heading(-travel_m * sin_yaw, travel_m * cos_yaw)
+    return PlanarCovariance(
+        xx + both_m2 * (ax * ax + bx * bx) + 2.0 * more_m2 * ax * bx + sideways_m2 * sin_yaw * sin_yaw,
+        xy + both_m2 * (ax * ay + bx * by) + more_m2 * (ax * by + bx * ay) - sideways_m2 * sin_yaw * cos_yaw,
+        x_yaw + turn * (more_m2 * ax + both_m2 * bx),
+        yy + both_m2 * (ay * ay + by * by) + 2.0 * more_m2 * ay * by + sideways_m2 * cos_yaw * cos_yaw,
+        y_yaw + turn * (more_m2 * ay + both_m2 * by),
+        yaw_yaw + turn * turn * both_m2,
     )
-    carried = covariance.carried_by_heading(-travel_m * sin_yaw, travel_m * cos_yaw)
-    return carried.plus(covariance_of(by_wheels, (motion_noise * abs(left_m), motion_noise * abs(right_m))))
 
 
 def behind_axle(covariance: PlanarCovariance, yaw_rad: float, axle_x_m: float) -> PlanarCovariance:
@@ -117,19 +129,6 @@ def behind_axle(covariance: PlanarCovariance, yaw_rad: float, axle_x_m: float) -
     return covariance.carried_by_heading(axle_x_m * math.sin(yaw_rad), -axle_x_m * math.cos(yaw_rad))
 
 
-def covariance_of(columns: Iterable[Tuple[float, float, float]], variances: Iterable[float]) -> PlanarCovariance:
-    """Return the covariance of a sum of columns (x, y, yaw), each times an error of its own variance."""
-    xx = xy = yy = x_yaw = y_yaw = yaw_yaw = 0.0
-    for (x, y, yaw), variance in zip(columns, variances):
-        xx += variance * x * x
-        xy += variance * x * y
-        yy += variance * y * y
-        x_yaw += variance * x * yaw
-        y_yaw += variance * y * yaw
-        yaw_yaw += variance * yaw * yaw
-    return PlanarCovariance(xx, xy, x_yaw, yy, y_yaw, yaw_yaw)
-
-
 def quantisation_covariance(
     base_pose_in_odom: Pose2D, left_var_m2: float, right_var_m2: float, residual_m: float, wheel_separation_m: float
 ) -> PlanarCovariance:
@@ -137,29 +136,30 @@ def quantisation_covariance(
 
     Each wheel is anywhere within a pulse twice: at the start and now. What remained of its
     pulse at the start turns and shifts the whole path about the start; what remains now turns
-    and shifts the robot where it stands. In between, the rounding averages out. For a straight
-    drive of length S this gives the lateral spread (S d/L) sqrt(1/6), and everywhere the heading
-    spread (d/L) sqrt(1/3) (docs/adr/0002-odometry-covariance.md).
+    and shifts the robot where it stands. In between, the rounding is new in each reading
+    (`propagate_motion_noise`). For a straight drive of length S this gives the lateral spread (S d/L)
+    sqrt(1/6), and everywhere the heading spread (d/L) sqrt(1/3) (docs/adr/0002-odometry-covariance.md).
 
     Args:
         base_pose_in_odom: now.
         left_var_m2: variance of the left wheel's travel in one reading, d^2 (1/12 + that of its edges' places).
         right_var_m2: likewise.
-        residual_m: standard deviation along x and y of the rounding under way.
+        residual_m: standard deviation along x and y of the rounding while turning in place.
         wheel_separation_m: between the contact points.
     """
     x_m, y_m, yaw_rad = base_pose_in_odom
-    cos_yaw, sin_yaw = math.cos(yaw_rad), math.sin(yaw_rad)
-    x_turns, y_turns, turn = (x_m / wheel_separation_m, y_m / wheel_separation_m, 1.0 / wheel_separation_m)
-    # How a metre of the left and of the right wheel at the start, and of both now, moves the
-    # pose; last the residual along x and along y.
-    columns = (
-        (0.5 + y_turns, -x_turns, -turn),
-        (0.5 - y_turns, x_turns, turn),
-        (0.5 * cos_yaw, 0.5 * sin_yaw, -turn),
-        (0.5 * cos_yaw, 0.5 * sin_yaw, turn),
-        (1.0, 0.0, 0.0),
-        (0.0, 1.0, 0.0),
-    )
+    half_cos, half_sin = 0.5 * math.cos(yaw_rad), 0.5 * math.sin(yaw_rad)
+    turn, x_turns, y_turns = 1.0 / wheel_separation_m, x_m / wheel_separation_m, y_m / wheel_separation_m
+    # A metre of the left wheel at the start moves the pose by (1/2 + y/L, -x/L, -1/L), of the right one by
+    # (1/2 - y/L, x/L, 1/L); of either now by (cos/2, sin/2, -1/L or 1/L).
+    left, right, both, more = 0.5 + y_turns, 0.5 - y_turns, left_var_m2 + right_var_m2, right_var_m2 - left_var_m2
+    along = right_var_m2 * right - left_var_m2 * left
     residual = residual_m**2
-    return covariance_of(columns, (left_var_m2, right_var_m2, left_var_m2, right_var_m2, residual, residual))
+    return PlanarCovariance(
+        left_var_m2 * left**2 + right_var_m2 * right**2 + both * half_cos**2 + residual,
+        along * x_turns + both * half_cos * half_sin,
+        (along + more * half_cos) * turn,
+        both * (x_turns**2 + half_sin**2) + residual,
+        (both * x_turns + more * half_sin) * turn,
+        2.0 * both * turn**2,
+    )

@@ -34,7 +34,7 @@ from diff_encoder_sim.odometry.odometry_covariance import (
     residual_std,
 )
 from diff_encoder_sim.odometry.odometry_params import OdometryParams
-from diff_encoder_sim.odometry.wheel_twist import TwistEstimator, WheelRates
+from diff_encoder_sim.odometry.wheel_twist import TwistCovariance, TwistEstimator, WheelRates
 
 log = logging.getLogger(__name__)
 
@@ -46,13 +46,23 @@ class OdometryEstimate(NamedTuple):
     base_pose_in_odom: Pose2D  # yaw in [-pi, pi)
     linear_velocity_mps: float  # along base_link's x, signed
     angular_velocity_radps: float  # counter-clockwise
-    pose_covariance: np.ndarray  # 3x3 over (x [m], y [m], yaw [rad]) in the odom frame
-    twist_covariance: np.ndarray  # 2x2 over (linear [m/s], angular [rad/s])
+    of_pose: PlanarCovariance = PlanarCovariance()  # in the odom frame
+    of_twist: TwistCovariance = TwistCovariance()
     lateral_velocity_mps: float = 0.0  # along base_link's y: where base_link is not on the axle, it swings in turns
+
+    @property
+    def pose_covariance(self) -> np.ndarray:
+        """Return the 3x3 covariance over (x [m], y [m], yaw [rad]) in the odom frame."""
+        return self.of_pose.matrix()
+
+    @property
+    def twist_covariance(self) -> np.ndarray:
+        """Return the 2x2 covariance over (linear [m/s], angular [rad/s])."""
+        return self.of_twist.matrix()
 
     def twist_std(self) -> Tuple[float, float]:
         """Return the standard deviations of the twist, linear [m/s] and angular [rad/s]."""
-        return (math.sqrt(self.twist_covariance[0, 0]), math.sqrt(self.twist_covariance[1, 1]))
+        return math.sqrt(self.of_twist.linear), math.sqrt(self.of_twist.angular)
 
 
 class WheelOdometry:
@@ -62,6 +72,7 @@ class WheelOdometry:
         self.params = params
         self._m_per_pulse = params.m_per_pulse
         self._reading_vars_m2 = params.reading_variances_m2
+        self._heading_var_rad2 = sum(self._reading_vars_m2) / params.wheel_separation**2
         self._residual_m = residual_std(*self._m_per_pulse)
         self._geometry_std = params.geometry_std
         self._timeline = Timeline(LATE_REPORT_TOLERANCE_NS)
@@ -140,7 +151,7 @@ class WheelOdometry:
         self._pose = moved._replace(yaw_rad=self._heading_rad(self._totals[-1]))
         step = start.yaw_rad, left_m, right_m, self.params.wheel_separation
         noise = self.params.travel_variance + (self.params.curve_noise or 0.0) * pull_mps2**2
-        self._motion_covariance = propagate_motion_noise(self._motion_covariance, *step, noise)
+        self._motion_covariance = propagate_motion_noise(self._motion_covariance, *step, noise, self._heading_var_rad2)
         if self._geometry_std != KNOWN_EXACTLY:
             self._geometry_errors = carry_geometry_errors(self._geometry_errors, *step)
 
@@ -160,7 +171,7 @@ class WheelOdometry:
             self._base_pose(),
             twist.linear_mps,
             twist.angular_radps,
-            pose_covariance.matrix(),
+            pose_covariance,
             twist.covariance,
             0.0 - axle_x_m * twist.angular_radps,  # never -0.0
         )

@@ -25,12 +25,24 @@ class RimMotion(NamedTuple):
 Rims = Tuple[RimMotion, RimMotion]  # left, right
 
 
+class TwistCovariance(NamedTuple):
+    """A symmetric 2x2 covariance of (linear [m/s], angular [rad/s])."""
+
+    linear: float = 0.0
+    linear_angular: float = 0.0
+    angular: float = 0.0
+
+    def matrix(self) -> np.ndarray:
+        """Return it as 2x2."""
+        return np.array([[self.linear, self.linear_angular], [self.linear_angular, self.angular]])
+
+
 class WheelTwist(NamedTuple):
     """A twist over some interval, in base_link."""
 
     linear_mps: float  # along x, signed
     angular_radps: float  # counter-clockwise
-    covariance: np.ndarray  # 2x2 over (linear [m/s], angular [rad/s])
+    covariance: TwistCovariance
 
 
 class TwistEstimator:
@@ -118,12 +130,11 @@ def twist_of_rims(rims: Rims, interval_s: float, wheel_separation_m: float) -> W
         wheel_separation_m: between the contact points.
     """
     if interval_s == 0.0:
-        return WheelTwist(0.0, 0.0, np.zeros((2, 2)))
+        return WheelTwist(0.0, 0.0, TwistCovariance())
     (left, left_variance), (right, right_variance) = rims
-    # Matrices are computed in plain numbers: numpy's calls take far longer than the arithmetic of such small ones.
     of_both = (left_variance + right_variance) / interval_s**2
     together = 0.5 * (right_variance - left_variance) / (wheel_separation_m * interval_s**2)
-    covariance = np.array([[0.25 * of_both, together], [together, of_both / wheel_separation_m**2]])
+    covariance = TwistCovariance(0.25 * of_both, together, of_both / wheel_separation_m**2)
     return WheelTwist(0.5 * (left + right) / interval_s, (right - left) / (wheel_separation_m * interval_s), covariance)
 
 

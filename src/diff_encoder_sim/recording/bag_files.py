@@ -8,7 +8,8 @@ from typing import Callable, Dict, Iterator, List, NamedTuple, Optional, Tuple, 
 
 from typing_extensions import Protocol
 
-from diff_encoder_sim.recording.ros1_writer import Ros1Writer, record_header
+from diff_encoder_sim.recording.common_messages import CommonMessages
+from diff_encoder_sim.recording.ros1_writer import Records, Ros1Writer, encode_record, record_header
 from diff_encoder_sim.recording.topics import RecordedTopic
 from diff_encoder_sim.serialization.mcap_writer import McapWriter
 from diff_encoder_sim.serialization.primitives import with_seq
@@ -27,6 +28,9 @@ class BagFile(Protocol):
 
     def write(self, publisher: int, time_ns: int, message: bytes) -> None:
         """Write a message that is encoded for ROS 1; the seq of a leading header is filled in, from 1."""
+
+    def write_common(self, common: CommonMessages, begin: int, end: int, publishers: Tuple[int, ...]) -> None:
+        """Write some messages that other files have, too, with their seqs; `publishers` are the numbers of theirs."""
 
     def close(self) -> None:
         """Write the index, and close the file."""
@@ -72,11 +76,27 @@ class Ros1File:
         connection_id, header, seqs = self._publishers[publisher]
         numbered = message if seqs is None else with_seq(message, next(seqs))
         self._writer.write_message(connection_id, header, time_ns, numbered)
-        if len(self._writer.chunks) != self._chunks_seen:
-            self._forget_places()
+        self._forget_places()
+
+    def write_common(self, common: CommonMessages, begin: int, end: int, publishers: Tuple[int, ...]) -> None:
+        """Write messages that other files have, too."""
+        records = common.made((begin, end, publishers), lambda: self._records(common, begin, end, publishers))
+        self._writer.write_records(records)
+        self._forget_places()
+
+    def _records(self, common: CommonMessages, begin: int, end: int, publishers: Tuple[int, ...]) -> Records:
+        messages, records = [], []
+        for message, encoded in zip(common.messages[begin:end], common.encoded(begin, end)):
+            publisher = self._publishers[publishers[message.publisher]]
+            numbered = encoded if publisher.seqs is None else with_seq(encoded, message.seq)
+            messages.append((publisher.connection_id, message.time_ns))
+            records.append(encode_record(publisher.header, message.time_ns, numbered))
+        return Records(messages, list(itertools.accumulate(map(len, records), initial=0)), b''.join(records))
 
     def _forget_places(self) -> None:
         # rosbags keeps the position of every message; of a chunk that is written it uses no more than their number.
+        if len(self._writer.chunks) == self._chunks_seen:
+            return
         self._chunks_seen = len(self._writer.chunks)
         for chunk in self._writer.chunks[-2:-1]:
             for connection_id, places in chunk.connections.items():
@@ -113,6 +133,16 @@ class McapFile:
     def write(self, publisher: int, time_ns: int, message: bytes) -> None:
         """Write a message."""
         self._writer.write(publisher, time_ns, to_cdr(message, self._types[publisher]))
+
+    def write_common(self, common: CommonMessages, begin: int, end: int, publishers: Tuple[int, ...]) -> None:
+        """Write messages that other files have, too."""
+        channels = [publishers[message.publisher] for message in common.messages[begin:end]]
+        converted = common.made(
+            (begin, end),
+            lambda: list(map(to_cdr, common.encoded(begin, end), [self._types[each] for each in channels])),
+        )
+        for channel, message, in_cdr in zip(channels, common.messages[begin:end], converted):
+            self._writer.write(channel, message.time_ns, in_cdr)
 
     def close(self) -> None:
         """Write the index, and close the file."""

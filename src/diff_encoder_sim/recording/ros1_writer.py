@@ -2,24 +2,62 @@
 
 from __future__ import annotations
 
+import collections
+import io
 import struct
+import sys
+from typing import List, NamedTuple, Tuple
 
+import numpy as np
 from rosbags.rosbag1 import Writer
+from rosbags.rosbag1.writer import WriteChunk
 
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.serialization.primitives import LENGTH
 
 # The format's http://wiki.ros.org/Bags/Format/2.0: a header of fields, each after its length, then the data.
-_OP, _CONN, _TIME = b'op=\x02', b'conn=', b'time='
-_HEADER = struct.Struct(f'<II{len(_OP)}sI{len(_CONN)}sII{len(_TIME)}s')
-_NUMBER, _TIME_SIZE = 4, 8
-_FIELDS = _HEADER.size - _NUMBER + _TIME_SIZE
+_TIME_SIZE = 8
 _TIME_AND_LENGTH = struct.Struct('<3I')
+_MESSAGE, _INDEX_DATA, _CHUNK = 2, 4, 5  # operations
 
 
 def record_header(connection_id: int) -> bytes:
     """Return how the records of a connection's messages begin: all up to the time."""
-    conn, time = len(_CONN) + _NUMBER, len(_TIME) + _TIME_SIZE
-    return _HEADER.pack(_FIELDS, len(_OP), _OP, conn, _CONN, connection_id, time, _TIME)
+    fields = _fields(op=bytes([_MESSAGE]), conn=LENGTH.pack(connection_id), time=bytes(_TIME_SIZE))
+    return LENGTH.pack(len(fields)) + fields[:-_TIME_SIZE]
+
+
+def _fields(**fields: bytes) -> bytes:
+    """Return fields of a record's header, in this order."""
+    every = [f'{name}='.encode() + value for name, value in fields.items()]
+    return b''.join(LENGTH.pack(len(field)) + field for field in every)
+
+
+def encode_record(header: bytes, time_ns: int, message: bytes) -> bytes:
+    """Return the record of a message; its header is that of `record_header`."""
+    seconds, nanoseconds = divmod(time_ns, NANOSECONDS_PER_SECOND)
+    return header + _TIME_AND_LENGTH.pack(seconds, nanoseconds, len(message)) + message
+
+
+def _record(operation: int, data: bytes, **fields: bytes) -> bytes:
+    """Return a record of any kind, its header's fields in this order."""
+    header = _fields(op=bytes([operation]), **fields)
+    return LENGTH.pack(len(header)) + header + LENGTH.pack(len(data)) + data
+
+
+def _index_entries(places: List[Tuple[int, int]]) -> bytes:
+    """Return time and offset of each message, of which `places` has the time [ns] and the offset in the chunk."""
+    times_ns, offsets = np.array(places, np.int64).T
+    seconds, nanoseconds = np.divmod(times_ns, NANOSECONDS_PER_SECOND)
+    return np.column_stack([seconds, nanoseconds, offsets]).astype('<u4').tobytes()
+
+
+class Records(NamedTuple):
+    """Records of messages, one directly after the other."""
+
+    messages: List[Tuple[int, int]]  # connection and time [ns] of each
+    places: List[int]  # where each begins, and where the last ends
+    content: bytes
 
 
 class Ros1Writer(Writer):
@@ -27,13 +65,45 @@ class Ros1Writer(Writer):
 
     def write_message(self, connection_id: int, header: bytes, time_ns: int, message: bytes) -> None:
         """Write a message of a connection; its header is that of `record_header`."""
+        self._write_record(connection_id, time_ns, encode_record(header, time_ns, message))
+
+    def write_records(self, records: Records) -> None:
+        """Write messages as `write_message` does each."""
+        messages, places, content = records
+        chunk = self.chunks[-1]
+        begin = chunk.data.tell()
+        if begin + len(content) > self.chunk_threshold:  # the chunk ends at one of them
+            for (connection_id, time_ns), first, end in zip(messages, places, places[1:]):
+                self._write_record(connection_id, time_ns, content[first:end])
+            return
+        for (connection_id, time_ns), place in zip(messages, places):
+            chunk.connections[connection_id].append((time_ns, begin + place))
+        chunk.start = min(chunk.start, messages[0][1])  # times do not fall
+        chunk.end = max(chunk.end, messages[-1][1])
+        chunk.data.write(content)
+
+    def write_chunk(self, chunk: WriteChunk) -> None:
+        """Write a chunk, and the entries of its index at once."""
+        content = chunk.data.getvalue()
+        if not content:
+            return
+        assert self.bio is not None  # open
+        chunk.pos = self.bio.tell()
+        compression, size = self.compression_format.encode(), LENGTH.pack(len(content))
+        self.bio.write(_record(_CHUNK, self.compressor(content), compression=compression, size=size))
+        for connection_id, places in chunk.connections.items():
+            numbers = [LENGTH.pack(number) for number in (1, connection_id, len(places))]
+            fields = dict(zip(('ver', 'conn', 'count'), numbers))
+            self.bio.write(_record(_INDEX_DATA, _index_entries(places), **fields))
+        chunk.data.close()
+        self.chunks.append(WriteChunk(io.BytesIO(), -1, sys.maxsize, 0, collections.defaultdict(list)))
+
+    def _write_record(self, connection_id: int, time_ns: int, record: bytes) -> None:
         chunk = self.chunks[-1]
         place = chunk.data.tell()
         chunk.connections[connection_id].append((time_ns, place))
         chunk.start = min(chunk.start, time_ns)
         chunk.end = max(chunk.end, time_ns)
-        seconds, nanoseconds = divmod(time_ns, NANOSECONDS_PER_SECOND)
-        record = header + _TIME_AND_LENGTH.pack(seconds, nanoseconds, len(message)) + message
         chunk.data.write(record)
         if place + len(record) > self.chunk_threshold:
             self.write_chunk(chunk)

@@ -6,15 +6,23 @@ import contextlib
 import os
 from pathlib import Path
 from types import TracebackType
-from typing import Dict, Optional, Tuple, Type, Union
+from typing import Any, Callable, Dict, Iterator, List, Optional, Tuple, Type, Union
 
 from diff_encoder_sim.base.atomic_files import UNFINISHED_SUFFIX
 from diff_encoder_sim.recording.bag_files import OPENERS, BagFile
+from diff_encoder_sim.recording.common_messages import CommonMessages
 from diff_encoder_sim.recording.topics import RecordMode, recorded_topics
 from diff_encoder_sim.trials.bag_formats import BagFormat
 
 # The format has no message at time 0; a trial's first messages are recorded a nanosecond later.
 EARLIEST_NS = 1
+
+# So many messages wait to be encoded and written together. One by one, between steps of the physics, each finds the
+# processor's caches without its code, and takes two to three times as long.
+AT_ONCE = 1000
+
+# How many common messages come before a message, its topic, node and time [ns], what encodes it, and its values.
+_Waiting = Tuple[int, str, str, int, Callable[..., bytes], Tuple[Any, ...]]
 
 
 class TrialBag:
@@ -30,11 +38,64 @@ class TrialBag:
         self._topics = recorded_topics(mode)
         self._open = OPENERS[bag_format]
         self._publishers: Dict[Tuple[str, str], int] = {}  # by topic and node
+        self._waiting: List[_Waiting] = []
+        self._common = CommonMessages()  # none, as long as nobody shares any
+        self._common_written = 0
         self._file: Optional[BagFile] = None
 
     def wants(self, topic: str) -> bool:
         """Return whether the mode records a topic, so that its message need not be made otherwise."""
         return topic in self._topics
+
+    def publish(self, topic: str, node: str, time_ns: int, encode: Callable[..., bytes], *values: Any) -> None:
+        """Record a message as `write` does, but encode and write it later, together with others.
+
+        Args:
+            topic: its full name.
+            node: its full name, as in `topics.TOPICS`.
+            time_ns: of the simulated clock, not before the time of the message before.
+            encode: returns the message of the values.
+            values: which do not change any more.
+
+        Raises:
+            OSError: the file cannot be written; the error names the bag and keeps the errno.
+            ValueError: the node does not publish a topic.
+        """
+        if topic in self._topics:
+            self._waiting.append((len(self._common.messages), topic, node, time_ns, encode, values))
+            if len(self._waiting) >= AT_ONCE:
+                self.write_waiting()
+
+    def share(self, common: CommonMessages) -> None:
+        """Record, from the first of them, messages that other bags have too, among those that are published here.
+
+        Each of their publishers has published a message here before. See `TrialBags`.
+        """
+        self._common, self._common_written = common, 0
+
+    def write_waiting(self) -> None:
+        """Write what was published up to now.
+
+        Raises:
+            OSError: the file cannot be written; the error names the bag and keeps the errno.
+            ValueError: a node does not publish its topic.
+        """
+        with self._naming_errors():
+            self._write_waiting()
+
+    def _write_waiting(self) -> None:
+        waiting, self._waiting = self._waiting, []
+        for place, topic, node, time_ns, encode, values in waiting:
+            self._write_common(place)
+            self._record(topic, node, encode(*values), time_ns)
+        self._write_common(len(self._common.messages))
+
+    def _write_common(self, end: int) -> None:
+        """Write the common messages up to one of them."""
+        begin, self._common_written = self._common_written, end
+        if begin < end:
+            publishers = tuple([self._publishers.get(publisher, -1) for publisher in self._common.publishers])
+            self._opened().write_common(self._common, begin, end, publishers)
 
     def write(self, topic: str, node: str, message: bytes, time_ns: int) -> None:
         """Record a message as `node` publishes it at `time_ns`, if the mode records the topic.
@@ -49,15 +110,16 @@ class TrialBag:
             OSError: the file cannot be written; the error names the bag and keeps the errno.
             ValueError: the node does not publish the topic.
         """
-        if topic not in self._topics:
-            return
-        try:
-            publisher = self._publishers.get((topic, node))
-            if publisher is None:
-                publisher = self._advertise(topic, node)
-            self._opened().write(publisher, max(time_ns, EARLIEST_NS), message)
-        except OSError as error:
-            raise self._named(error) from None
+        if topic in self._topics:
+            with self._naming_errors():
+                self._write_waiting()
+                self._record(topic, node, message, time_ns)
+
+    def _record(self, topic: str, node: str, message: bytes, time_ns: int) -> None:
+        publisher = self._publishers.get((topic, node))
+        if publisher is None:
+            publisher = self._advertise(topic, node)
+        self._opened().write(publisher, max(time_ns, EARLIEST_NS), message)
 
     def _advertise(self, topic: str, node: str) -> int:
         recorded = self._topics[topic]
@@ -80,13 +142,14 @@ class TrialBag:
         if not self._topics:
             return self
         try:
-            self._path.parent.mkdir(parents=True, exist_ok=True)
-            with contextlib.suppress(FileNotFoundError):
-                self._unfinished.unlink()  # of a process that was killed
-            self._file = self._open(self._unfinished)
-        except OSError as error:
+            with self._naming_errors():
+                self._path.parent.mkdir(parents=True, exist_ok=True)
+                with contextlib.suppress(FileNotFoundError):
+                    self._unfinished.unlink()  # of a process that was killed
+                self._file = self._open(self._unfinished)
+        except OSError:
             self._discard()
-            raise self._named(error) from None
+            raise
         return self
 
     def __exit__(
@@ -98,11 +161,10 @@ class TrialBag:
             self._discard()
             return
         try:
-            self._file.close()
-            os.replace(str(self._unfinished), str(self._path))
-        except OSError as error:
-            self._discard()
-            raise self._named(error) from None
+            with self._naming_errors():
+                self._write_waiting()
+                self._file.close()
+                os.replace(str(self._unfinished), str(self._path))
         except BaseException:  # an interrupt, for one
             self._discard()
             raise
@@ -115,5 +177,9 @@ class TrialBag:
         with contextlib.suppress(OSError):
             self._unfinished.unlink()
 
-    def _named(self, error: OSError) -> OSError:
-        return OSError(error.errno, f'bag cannot be written: {error.strerror}', str(self._path))
+    @contextlib.contextmanager
+    def _naming_errors(self) -> Iterator[None]:
+        try:
+            yield
+        except OSError as error:
+            raise OSError(error.errno, f'bag cannot be written: {error.strerror}', str(self._path)) from None

@@ -17,7 +17,7 @@ from diff_encoder_sim.serialization.field_reader import FieldReader
 from diff_encoder_sim.serialization.joint_messages import encode_encoder_pulse, encode_wheel_speeds
 from diff_encoder_sim.serialization.pose_messages import encode_odometry
 from diff_encoder_sim.serialization.primitives import NUMBER_SIZE, POSE, encode_header
-from diff_encoder_sim.serialization.transform_messages import encode_tf, encode_transform
+from diff_encoder_sim.serialization.transform_messages import encode_planar_tf
 from diff_encoder_sim.trials.trial_definition import Trial
 
 # The truth, and how a trial ended: copied as they are, with the node that published them.
@@ -44,21 +44,21 @@ class ReencodedBag(TrialBag):
     def encoder_pulse(self, time_ns: int, sample: EncoderSample) -> None:
         """Write /encoder_pulse and, where speeds are measured, /encoder_velocity."""
         if sample.wheel_rates_radps is not None:
-            speeds = encode_wheel_speeds(sample.stamp_ns, sample.wheel_rates_radps, self._joints)
-            self.write(topics.ENCODER_VELOCITY, topics.ENCODER_NODE, speeds, time_ns)
-        self.write(topics.ENCODER_PULSE, topics.ENCODER_NODE, encode_encoder_pulse(sample, self._joints), time_ns)
+            speeds = sample.stamp_ns, sample.wheel_rates_radps, self._joints
+            self.publish(topics.ENCODER_VELOCITY, topics.ENCODER_NODE, time_ns, encode_wheel_speeds, *speeds)
+        self.publish(topics.ENCODER_PULSE, topics.ENCODER_NODE, time_ns, encode_encoder_pulse, sample, self._joints)
 
     def odometry(self, time_ns: int, estimate: OdometryEstimate) -> None:
         """Write /odom, and odom->base_link to /tf."""
-        odom_frame, base_frame = self._params.odom_frame, self._params.base_frame
+        frames = self._params.odom_frame, self._params.base_frame
         if self._params.publish_tf:
-            transform = encode_transform(estimate.base_pose_in_odom, estimate.stamp_ns, odom_frame, base_frame)
-            self.write(topics.TF, topics.ODOM_NODE, encode_tf(transform), time_ns)
-        self.write(topics.ODOM, topics.ODOM_NODE, encode_odometry(estimate, odom_frame, base_frame), time_ns)
+            transform = estimate.base_pose_in_odom, estimate.stamp_ns, *frames
+            self.publish(topics.TF, topics.ODOM_NODE, time_ns, encode_planar_tf, *transform)
+        self.publish(topics.ODOM, topics.ODOM_NODE, time_ns, encode_odometry, estimate, *frames)
 
     def trial(self, time_ns: int, trial: Trial) -> None:
         """Write /trial."""
-        self.write(topics.TRIAL, topics.NAVIGATION_TRIAL_NODE, encode_string(trial.model_dump_json()), time_ns)
+        self.publish(topics.TRIAL, topics.NAVIGATION_TRIAL_NODE, time_ns, encode_string, trial.model_dump_json())
 
     def copy(self, message: Message, is_cdr: bool) -> None:
         """Write a message of `COPIED` as it is, in ROS 1's encoding.
@@ -67,7 +67,7 @@ class ReencodedBag(TrialBag):
             InputFault: a message of ROS 2 is torn.
         """
         raw = _of_cdr(message) if is_cdr else message.raw
-        self.write(message.topic, COPIED[message.topic], raw, message.time_ns)
+        self.publish(message.topic, COPIED[message.topic], message.time_ns, bytes, raw)
 
 
 def _of_cdr(message: Message) -> bytes:

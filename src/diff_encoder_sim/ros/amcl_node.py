@@ -97,7 +97,7 @@ class AmclNode:
         self._initial_poses = subscriber('initialpose', PoseWithCovarianceStamped, self._on_initial_pose)
         self._scans = stamped_subscriber('scan', LaserScan, self._on_scan, SCANS_MOST_AHEAD_S)
         # The laser's transform may come last, after the scan and its odometry.
-        self._transforms = [subscriber(topic, TFMessage, lambda _: self._process()) for topic in ('/tf', '/tf_static')]
+        self._buffer.listen(self._process)
         self._has_had_scan = False
         self._silence = rospy.Timer(rospy.Duration(SILENCE_S), self._on_silence, reset=True)
         if self._params.use_map_topic:

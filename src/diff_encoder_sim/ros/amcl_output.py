@@ -15,13 +15,10 @@ from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.localization.amcl import Amcl, AmclEstimate
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.ros.amcl_spread import AmclSpread
-from diff_encoder_sim.ros.conversions import (
-    pose_message,
-    pose_with_covariance_message,
-    stamp_from_ns,
-    transform_message,
-)
+from diff_encoder_sim.ros.conversions import pose_with_covariance_message, transform_message
+from diff_encoder_sim.ros.encoded_topics import EncodedPublisher
 from diff_encoder_sim.ros.node import log, publisher
+from diff_encoder_sim.serialization.pose_messages import encode_pose_array
 
 
 class AmclOutput:
@@ -31,7 +28,7 @@ class AmclOutput:
         self.params = params
         self._broadcaster = tf2_ros.TransformBroadcaster()
         self._poses = publisher('amcl_pose', PoseWithCovarianceStamped, latch=True)
-        self._clouds = publisher('particlecloud', PoseArray, latch=True)
+        self._clouds = EncodedPublisher('particlecloud', PoseArray, latch=True)
         # The newest that can be saved, and the one that was saved: pose in the map, covariance.
         self._to_save: Optional[Tuple[Pose2D, np.ndarray]] = None
         self.saved: Optional[Tuple[Pose2D, np.ndarray]] = None
@@ -71,10 +68,7 @@ class AmclOutput:
             self._save_when_due(stamp_ns)
 
     def _publish_cloud(self, amcl: Amcl, stamp_ns: int) -> None:
-        cloud = PoseArray(poses=[pose_message(Pose2D(*row)) for row in amcl.particles.tolist()])
-        cloud.header.stamp = stamp_from_ns(stamp_ns)
-        cloud.header.frame_id = self.params.global_frame_id
-        self._clouds.publish(cloud)
+        self._clouds.publish(encode_pose_array(amcl.particles, stamp_ns, self.params.global_frame_id))
 
     def _broadcast(self, odom_pose_in_map: Pose2D, stamp_ns: int) -> None:
         if not self.params.tf_broadcast:

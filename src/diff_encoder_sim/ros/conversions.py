@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Iterable, List, Sequence, Tuple
+from typing import Sequence, Tuple
 
 import numpy as np
 import rospy
@@ -18,19 +18,16 @@ from geometry_msgs.msg import (
     Vector3,
 )
 from nav_msgs.msg import Odometry
-from sensor_msgs.msg import JointState, LaserScan
+from sensor_msgs.msg import LaserScan
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D, quat_xyzw_from_yaw, yaw_from_quat_xyzw
-from diff_encoder_sim.encoders.encoder_sample import EncoderSample
-from diff_encoder_sim.msg import EncoderPulse
-from diff_encoder_sim.odometry.wheel_odometry import OdometryEstimate
 from diff_encoder_sim.robots.robot_tree import Box, Cylinder, Sphere
-from diff_encoder_sim.serialization.message_types import UNKNOWN_VARIANCE
-from diff_encoder_sim.simulation.state import BodyState, JointStates
+from diff_encoder_sim.serialization.primitives import QuatXyzw
+from diff_encoder_sim.simulation.state import BodyState
 from diff_encoder_sim.simulation.world import Plane, Solid, World
 
 # Rows of x, y and yaw in a message's 6x6 covariance.
@@ -47,83 +44,6 @@ def ns_from_stamp(stamp: rospy.Time) -> int:
 def stamp_from_ns(stamp_ns: int) -> rospy.Time:
     """Convert a whole number of nanoseconds to ROS time."""
     return rospy.Time(*divmod(stamp_ns, 1_000_000_000))
-
-
-def joint_state_message(joints: JointStates) -> JointState:
-    """Convert wheel angles and speeds; efforts are left out."""
-    message = JointState(name=list(joints.names), position=list(joints.angles_rad), velocity=list(joints.speeds_radps))
-    message.header.stamp = stamp_from_ns(joints.stamp_ns)
-    return message
-
-
-def scan_message(scan: Scan, frame: str, period_s: float) -> LaserScan:
-    """Convert a scan whose rays were all taken at its stamp; `period_s` is the time between scans."""
-    count = len(scan.ranges_m)
-    message = LaserScan(
-        angle_min=scan.angle_min_rad,
-        angle_max=scan.angle_min_rad + (count - 1) * scan.angle_increment_rad,
-        angle_increment=scan.angle_increment_rad,
-        time_increment=0.0,
-        scan_time=period_s,
-        range_min=scan.range_min_m,
-        range_max=scan.range_max_m,
-        ranges=scan.ranges_m.tolist(),
-    )
-    message.header.stamp = stamp_from_ns(scan.stamp_ns)
-    message.header.frame_id = frame
-    return message
-
-
-def encoder_pulse_message(sample: EncoderSample, joints: Sequence[str]) -> EncoderPulse:
-    """Convert both counters, left then right; `joints` are their names in that order."""
-    message = EncoderPulse(name=list(joints), pulses=[sample.left_pulses, sample.right_pulses])
-    message.header.stamp = stamp_from_ns(sample.stamp_ns)
-    return message
-
-
-def wheel_speeds_message(stamp_ns: int, speeds_radps: Sequence[float], joints: Sequence[str]) -> JointState:
-    """Convert the wheels' speeds, left then right; `joints` are their names in that order."""
-    message = JointState(name=list(joints), velocity=list(speeds_radps))
-    message.header.stamp = stamp_from_ns(stamp_ns)
-    return message
-
-
-def wheel_speeds_from_message(message: JointState) -> Tuple[float, float]:
-    """Return the speeds [rad/s] of a message with both wheels, left then right.
-
-    Raises:
-        InputFault: it has not exactly two, or one that is not finite.
-    """
-    if len(message.velocity) != 2 or not np.isfinite(message.velocity).all():
-        raise InputFault(f'velocities {list(message.velocity)}; expected 2 finite numbers, left then right [rad/s]')
-    left, right = message.velocity
-    return left, right
-
-
-def encoder_sample(message: EncoderPulse) -> EncoderSample:
-    """Convert a message with both counters.
-
-    Raises:
-        InputFault: it has not exactly two counters.
-    """
-    if len(message.pulses) != 2:
-        raise InputFault(f'{len(message.pulses)} counters; expected 2, left then right')
-    return EncoderSample(ns_from_stamp(message.header.stamp), *message.pulses)
-
-
-def odometry_message(estimate: OdometryEstimate, odom_frame: str, base_frame: str) -> Odometry:
-    """Convert a pose in the odom frame and a twist in the base frame, each with its covariance."""
-    message = Odometry(child_frame_id=base_frame)
-    message.header.stamp = stamp_from_ns(estimate.stamp_ns)
-    message.header.frame_id = odom_frame
-    message.pose.pose = pose_message(estimate.base_pose_in_odom)
-    message.pose.covariance = _planar_covariance(estimate.pose_covariance, PLANAR_AXES)
-    message.twist.twist = Twist(
-        Vector3(estimate.linear_velocity_mps, estimate.lateral_velocity_mps, 0),
-        Vector3(0, 0, estimate.angular_velocity_radps),
-    )
-    message.twist.covariance = _planar_covariance(estimate.twist_covariance, (0, 5))
-    return message
 
 
 def transform_message(child_pose: Pose2D, stamp_ns: int, parent_frame: str, child_frame: str) -> TransformStamped:
@@ -156,13 +76,18 @@ def pose_from_message(pose: Pose) -> Pose2D:
         InputFault: a number is not finite, or the quaternion is no rotation.
     """
     position, orientation = pose.position, pose.orientation
+    return planar_pose(position.x, position.y, (orientation.x, orientation.y, orientation.z, orientation.w))
+
+
+def planar_pose(x_m: float, y_m: float, quat_xyzw: QuatXyzw) -> Pose2D:
+    """Project a pose to the floor, as `pose_from_message` does."""
     try:
-        yaw_rad = yaw_from_quat_xyzw(orientation.x, orientation.y, orientation.z, orientation.w)
+        yaw_rad = yaw_from_quat_xyzw(*quat_xyzw)
     except ValueError as error:
         raise InputFault(str(error)) from None
-    if not np.isfinite((position.x, position.y)).all():
-        raise InputFault(f'position ({position.x}, {position.y}); expected finite numbers [m]')
-    return Pose2D(position.x, position.y, yaw_rad)
+    if not (math.isfinite(x_m) and math.isfinite(y_m)):
+        raise InputFault(f'position ({x_m}, {y_m}); expected finite numbers [m]')
+    return Pose2D(x_m, y_m, yaw_rad)
 
 
 def pose_from_transform(transform: TransformStamped) -> Pose2D:
@@ -246,10 +171,3 @@ def _marker(solid: Solid, index: int, frame: str) -> Marker:
     elif isinstance(shape, Sphere):
         marker.type, marker.scale = Marker.SPHERE, Vector3(*[2.0 * shape.radius_m] * 3)
     return marker
-
-
-def _planar_covariance(covariance: np.ndarray, axes: Iterable[int]) -> List[float]:
-    """Return a 6x6 covariance, row by row, known only in `axes` of (x, y, z, roll, pitch, yaw)."""
-    full = np.diag(np.full(6, UNKNOWN_VARIANCE))
-    full[np.ix_(list(axes), list(axes))] = covariance
-    return list(full.ravel())

@@ -7,8 +7,8 @@ from typing import Optional, Sequence
 import numpy as np
 from sensor_msgs.msg import PointCloud2, PointField
 
-from diff_encoder_sim.navigation.dwa import ScoringTask
 from diff_encoder_sim.navigation.dwa_clouds import COST_FIELDS, TRAJECTORY_FIELDS, cost_cloud, trajectory_cloud
+from diff_encoder_sim.navigation.dwa_search import ScoringTask
 from diff_encoder_sim.navigation.navigator import Navigator
 from diff_encoder_sim.ros.conversions import stamp_from_ns
 from diff_encoder_sim.ros.display_topic import DisplayTopic

@@ -12,10 +12,11 @@ from diff_encoder_sim.msg import EncoderPulse
 from diff_encoder_sim.odometry.encoder_diagnosis import EncoderDiagnosis
 from diff_encoder_sim.odometry.odometry_params import OdometryParams
 from diff_encoder_sim.odometry.wheel_twist import wheel_speeds_mps
-from diff_encoder_sim.ros.conversions import encoder_pulse_message, ns_from_stamp, wheel_speeds_message
-from diff_encoder_sim.ros.node import log, node_params, publisher, run_node, subscriber
-from diff_encoder_sim.ros.stamped_subscriber import stamped_subscriber
+from diff_encoder_sim.ros.encoded_topics import EncodedPublisher, encoded_stamped_subscriber
+from diff_encoder_sim.ros.node import log, node_params, run_node, subscriber
 from diff_encoder_sim.ros.wheel_diagnostics import WheelDiagnostics
+from diff_encoder_sim.serialization.joint_messages import JointDecoder, encode_encoder_pulse, encode_wheel_speeds
+from diff_encoder_sim.serialization.message_types import JOINT_STATE
 
 
 class EncoderNode:
@@ -28,19 +29,20 @@ class EncoderNode:
         self._diagnosis = EncoderDiagnosis(params.counter_modulus)
         self._diagnostics = WheelDiagnostics('Counts')
         if params.velocity_method != 'M':
-            self._speeds = publisher('encoder_velocity', JointState)
-        self._pulses = publisher('encoder_pulse', EncoderPulse)
+            self._speeds = EncodedPublisher('encoder_velocity', JointState)
+        self._pulses = EncodedPublisher('encoder_pulse', EncoderPulse)
         if params.encoder.counts_by_command:
             self._separation_m = node_params(OdometryParams, EncoderParams, part='config').wheel_separation
             self._commands = subscriber('cmd_vel', Twist, self._on_command)
-        self._joint_states = stamped_subscriber('joint_states', JointState, self._on_joint_states)
+        self._decoder = JointDecoder(JOINT_STATE)
+        self._joint_states = encoded_stamped_subscriber('joint_states', JointState, self._on_joint_states)
 
     def _on_command(self, message: Twist) -> None:
         self._encoder.take_command(*wheel_speeds_mps(message.linear.x, message.angular.z, self._separation_m))
 
-    def _on_joint_states(self, message: JointState) -> None:
+    def _on_joint_states(self, content: bytes) -> None:
         try:
-            samples = self._encoder.update(ns_from_stamp(message.header.stamp), message.name, message.position)
+            samples = self._encoder.update(*self._decoder.decode(content))
         except InputFault as fault:
             self._diagnosis.take_fault()
             log.warning('%s: %s; message dropped', self._joint_states.resolved_name, fault)
@@ -50,8 +52,8 @@ class EncoderNode:
 
     def _publish(self, sample: EncoderSample) -> None:
         if sample.wheel_rates_radps is not None:
-            self._speeds.publish(wheel_speeds_message(sample.stamp_ns, sample.wheel_rates_radps, self._joints))
-        self._pulses.publish(encoder_pulse_message(sample, self._joints))
+            self._speeds.publish(encode_wheel_speeds(sample.stamp_ns, sample.wheel_rates_radps, self._joints))
+        self._pulses.publish(encode_encoder_pulse(sample, self._joints))
         self._diagnosis.take_report(sample)
         self._diagnostics.publish_when_due(sample.stamp_ns, self._diagnosis.diagnose)
 

@@ -9,16 +9,17 @@ import rospy
 import tf2_ros
 from geometry_msgs.msg import PoseStamped
 from pydantic import Field
-from tf2_msgs.msg import TFMessage
 
 from diff_encoder_sim.base.bounded_numbers import Rate_Hz
 from diff_encoder_sim.base.stamps import Step, Timeline
 from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.encoders.sampling import DEFAULT_RATE_HZ, BoundarySampler
 from diff_encoder_sim.ros.conversions import ns_from_stamp
-from diff_encoder_sim.ros.node import log, node_params, publisher, run_node, subscriber
+from diff_encoder_sim.ros.encoded_topics import EncodedPublisher
+from diff_encoder_sim.ros.node import log, node_params, run_node
 from diff_encoder_sim.ros.transform_buffer import TransformBuffer
 from diff_encoder_sim.ros.trial_plan import trial_plan
+from diff_encoder_sim.serialization.primitives import encode_header, encode_pose
 
 
 class GlobalPoseParams(Params):
@@ -39,16 +40,15 @@ class GlobalPoseNode:
         self._params = node_params(GlobalPoseParams, part='global_pose', defaults=_trial_defaults())
         self._lock = threading.Lock()  # each publisher of /tf comes in a thread of its own
         self._restart()
-        self._poses = publisher('global_pose', PoseStamped)
-        # It subscribes first, so it holds a transform before that is looked up.
+        self._poses = EncodedPublisher('global_pose', PoseStamped)
         self._buffer = TransformBuffer()
-        self._transforms = subscriber('/tf', TFMessage, self._on_transform)
+        self._buffer.listen(self._publish)
 
     def _restart(self) -> None:
         self._sampler = BoundarySampler(self._params.rate)
         self._timeline = Timeline(tolerance_ns=0)
 
-    def _on_transform(self, _: TFMessage) -> None:
+    def _publish(self) -> None:
         with self._lock:
             self._publish_newest()
 
@@ -65,10 +65,9 @@ class GlobalPoseNode:
             self._restart()
         if step is Step.STALE or self._sampler.period_index(stamp_ns) is None:
             return
-        pose = PoseStamped(header=transform.header)
-        pose.pose.position = transform.transform.translation
-        pose.pose.orientation = transform.transform.rotation
-        self._poses.publish(pose)
+        position, rotation = transform.transform.translation, transform.transform.rotation
+        pose = encode_pose((position.x, position.y, position.z), (rotation.x, rotation.y, rotation.z, rotation.w))
+        self._poses.publish(encode_header(stamp_ns, transform.header.frame_id) + pose)
 
 
 def _trial_defaults() -> Dict[str, float]:

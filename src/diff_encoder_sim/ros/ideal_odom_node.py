@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from typing import Optional
 
-import numpy as np
-from geometry_msgs.msg import Twist
 from pydantic import Field
 
 from diff_encoder_sim.base.se2 import Pose2D
@@ -14,6 +12,7 @@ from diff_encoder_sim.odometry.wheel_odometry import OdometryEstimate
 from diff_encoder_sim.ros.model_states import ModelStateReader, ModelStatesParams, trial_defaults
 from diff_encoder_sim.ros.node import node_params, run_node
 from diff_encoder_sim.ros.odometry_output import OdometryOutput
+from diff_encoder_sim.simulation.state import PlanarVelocity
 
 
 class IdealOdomParams(ModelStatesParams):
@@ -34,22 +33,14 @@ class IdealOdomNode:
         self._output = OdometryOutput(params.odom_frame, params.base_frame, params.publish_tf)
         self._reader = ModelStateReader(params, self._on_state)
 
-    def _on_state(self, stamp_ns: int, pose_in_world: Pose2D, twist: Twist) -> None:
+    def _on_state(self, stamp_ns: int, pose_in_world: Pose2D, velocity: PlanarVelocity) -> None:
         if self._start_pose is None or stamp_ns < self._newest_ns:
             self._start_pose = pose_in_world
         self._newest_ns = stamp_ns
-        forward_mps = twist.linear.x * math.cos(pose_in_world.yaw_rad) + twist.linear.y * math.sin(
-            pose_in_world.yaw_rad
-        )
+        yaw_rad = pose_in_world.yaw_rad
+        forward_mps = velocity.x_mps * math.cos(yaw_rad) + velocity.y_mps * math.sin(yaw_rad)
         self._output.publish(
-            OdometryEstimate(
-                stamp_ns,
-                pose_in_world.relative_to(self._start_pose),
-                forward_mps,
-                twist.angular.z,
-                np.zeros((3, 3)),
-                np.zeros((2, 2)),
-            )
+            OdometryEstimate(stamp_ns, pose_in_world.relative_to(self._start_pose), forward_mps, velocity.yaw_radps)
         )
 
 

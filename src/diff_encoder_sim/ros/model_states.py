@@ -7,7 +7,6 @@ import threading
 from typing import Callable, Dict, Optional
 
 import rospy
-from geometry_msgs.msg import Twist
 from pydantic import Field
 from rosgraph_msgs.msg import Clock
 
@@ -17,11 +16,21 @@ from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline, check_stamp
 from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.encoders.sampling import BoundarySampler
-from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_from_message
+from diff_encoder_sim.ros.clock_pauses import (
+    is_clock_pausing,
+    listen_to_clock,
+    look_at_clock,
+    read_every_tick,
+    read_now_and_then,
+)
+from diff_encoder_sim.ros.conversions import ns_from_stamp, planar_pose
+from diff_encoder_sim.ros.encoded_topics import encoded_subscriber
 from diff_encoder_sim.ros.gazebo_messages import ModelStates
-from diff_encoder_sim.ros.node import log, robot_settings, subscriber
+from diff_encoder_sim.ros.node import log, robot_settings
 from diff_encoder_sim.ros.trial_plan import trial_plan
+from diff_encoder_sim.serialization.model_messages import ModelStateDecoder
 from diff_encoder_sim.simulation.periods import STATES_PERIOD_S, STATES_RATE_HZ
+from diff_encoder_sim.simulation.state import PlanarVelocity
 
 
 class ModelStatesParams(Params):
@@ -47,7 +56,7 @@ def launched_model() -> str:
 
 
 class ModelStateReader:
-    """Calls back with (stamp_ns, pose in the world, twist in the world) of one model.
+    """Calls back with (stamp_ns, pose in the world, velocity in the world) of one model.
 
     ModelStates has no stamp, and /clock comes on another connection, before or after the states of the same time. If a
     simulator publishes states at whole multiples of a period and waits for the answer, as simulator_node does, the
@@ -55,27 +64,29 @@ class ModelStateReader:
     simulator the clock is the best guess.
     """
 
-    def __init__(self, params: ModelStatesParams, callback: Callable[[int, Pose2D, Twist], None]) -> None:
+    def __init__(self, params: ModelStatesParams, callback: Callable[[int, Pose2D, PlanarVelocity], None]) -> None:
         self._params = params
         self._callback = callback
         self._period_ns = round(params.states_period * NANOSECONDS_PER_SECOND)
         self._lock = threading.Lock()  # clock and states come in different threads
         self._clock_ns: Optional[int] = None
-        self._waiting: Optional[ModelStates] = None
+        self._waiting: Optional[bytes] = None
         self._restart()
-        self._clock = subscriber('/clock', Clock, self._on_clock)
-        self._states = subscriber('/gazebo/model_states', ModelStates, self._on_states)
+        self._decoder = ModelStateDecoder(params.model)
+        listen_to_clock(self._on_clock)
+        self._states = encoded_subscriber('/gazebo/model_states', ModelStates, self._on_states)
 
     def _restart(self) -> None:
         self._sampler = BoundarySampler(self._params.rate)
         self._timeline = Timeline(tolerance_ns=0)
+        read_every_tick()
 
     def _on_clock(self, message: Clock) -> None:
         now_ns = ns_from_stamp(message.clock)
         try:
             check_stamp(now_ns)
         except InputFault as fault:
-            log.warning('%s: %s; message dropped', self._clock.resolved_name, fault)
+            log.warning('/clock: %s; message dropped', fault)
             return
         with self._lock:
             if self._clock_ns is not None and now_ns < self._clock_ns:
@@ -91,10 +102,18 @@ class ModelStateReader:
             self._clock_ns = now_ns
             self._date_waiting()
 
-    def _on_states(self, message: ModelStates) -> None:
+    def _on_states(self, content: bytes) -> None:
         with self._lock:
-            self._waiting = message
-            self._date_waiting()
+            self._waiting = content
+            if not is_clock_pausing() or self._is_tick_read():
+                self._date_waiting()
+            if self._waiting is not None:
+                look_at_clock()
+
+    def _is_tick_read(self) -> bool:
+        """Return whether the clock has come to the next multiple; if not, its tick can be read: it was sent before."""
+        newest_ns = self._timeline.newest_ns
+        return newest_ns is not None and self._clock_ns is not None and self._clock_ns >= newest_ns + self._period_ns
 
     def _date_waiting(self) -> None:
         if self._waiting is None or self._clock_ns is None:
@@ -103,29 +122,20 @@ class ModelStateReader:
         if self._period_ns:
             stamp_ns = round(stamp_ns / self._period_ns) * self._period_ns
         if self._timeline.advance(stamp_ns) is Step.NEW:
-            message, self._waiting = self._waiting, None
+            content, self._waiting = self._waiting, None
+            if self._period_ns:
+                read_now_and_then()  # from here on it is known which multiple comes next
             if self._sampler.period_index(stamp_ns) is not None:
-                self._report(stamp_ns, message)
+                self._report(stamp_ns, content)
 
-    def _report(self, stamp_ns: int, message: ModelStates) -> None:
+    def _report(self, stamp_ns: int, content: bytes) -> None:
         try:
-            if self._params.model not in message.name:
-                raise InputFault(f'no model {self._params.model!r}; expected it among {message.name}')
-            index = message.name.index(self._params.model)
-            if not index < min(len(message.pose), len(message.twist)):
-                raise InputFault(
-                    f'model {self._params.model!r} has no state: {len(message.name)} '
-                    f'names, {len(message.pose)} poses, {len(message.twist)} twists'
-                )
-            pose_in_world = pose_from_message(message.pose[index])
-            _check_finite(message.twist[index])
+            state = self._decoder.decode(content)
+            pose_in_world = planar_pose(*state.position_xyz_m[:2], state.quat_xyzw)
+            velocity = PlanarVelocity(*state.linear_xyz_mps[:2], state.angular_xyz_radps[2])
+            if not all(map(math.isfinite, velocity)):
+                raise InputFault(f'twist (x, y, yaw) {tuple(velocity)}; expected finite numbers [m/s, rad/s]')
         except InputFault as fault:
             log.warning('%s: %s; message dropped', self._states.resolved_name, fault)
             return
-        self._callback(stamp_ns, pose_in_world, message.twist[index])
-
-
-def _check_finite(twist: Twist) -> None:
-    numbers = (twist.linear.x, twist.linear.y, twist.angular.z)
-    if not all(math.isfinite(number) for number in numbers):
-        raise InputFault(f'twist (x, y, yaw) {numbers}; expected finite numbers [m/s, rad/s]')
+        self._callback(stamp_ns, pose_in_world, velocity)

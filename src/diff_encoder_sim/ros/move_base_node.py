@@ -20,6 +20,7 @@ from diff_encoder_sim.navigation.navigation_warm_up import warm_up
 from diff_encoder_sim.navigation.navigator import Navigator
 from diff_encoder_sim.navigation.navigator_inputs import MissingInput
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
+from diff_encoder_sim.ros.clock_pauses import look_at_clock
 from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_from_message, scan_from_message, twist_std_from_message
 from diff_encoder_sim.ros.goal_server import GoalServer
 from diff_encoder_sim.ros.map_client import fetch_map
@@ -91,6 +92,7 @@ class MoveBaseNode:
 
     def _on_odometry(self, message: Odometry) -> None:
         now_ns = ns_from_stamp(message.header.stamp)
+        look_at_clock()  # by which the age of the next one is told
         with self._lock:
             navigator = self._navigator
             if navigator is None:

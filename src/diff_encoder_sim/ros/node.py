@@ -21,6 +21,7 @@ from diff_encoder_sim.base.nested_mappings import merged
 from diff_encoder_sim.base.typed_params import P, Params, shared_params
 from diff_encoder_sim.base.xml_rpc import LARGEST_INT, from_xml_rpc
 from diff_encoder_sim.base.yaml_files import yaml_value
+from diff_encoder_sim.ros.clock_pauses import pause_between_ticks
 
 # The parameter that launch files set by the command of the same name.
 ROBOT_SETTINGS = '/robot_settings'
@@ -51,6 +52,7 @@ def run_node(name: str, build: Callable[[], Any], run: Callable[[Any], None] = l
         sys.exit(f'{name}: {error}')
     try:
         rospy.init_node(name, argv=arguments)
+        pause_between_ticks()
         log.setLevel(logging.INFO)
         log.addHandler(_RosLogHandler())
         log.propagate = False

@@ -20,12 +20,13 @@ from diff_encoder_sim.odometry.odometry_diagnosis import OdometryDiagnosis
 from diff_encoder_sim.odometry.odometry_params import OdometryParams
 from diff_encoder_sim.odometry.speed_pairing import SpeedPairing
 from diff_encoder_sim.odometry.wheel_odometry import WheelOdometry
-from diff_encoder_sim.ros.conversions import encoder_sample, ns_from_stamp, wheel_speeds_from_message
+from diff_encoder_sim.ros.encoded_topics import encoded_stamped_subscriber
 from diff_encoder_sim.ros.node import log, node_params, run_node, subscriber
 from diff_encoder_sim.ros.odometry_output import OdometryOutput
-from diff_encoder_sim.ros.stamped_subscriber import stamped_subscriber
 from diff_encoder_sim.ros.trial_plan import trial_plan
 from diff_encoder_sim.ros.wheel_diagnostics import WheelDiagnostics
+from diff_encoder_sim.serialization.joint_messages import JointDecoder, JointValues, decode_wheel_speeds
+from diff_encoder_sim.serialization.message_types import ENCODER_PULSE
 
 
 class OdometryNode:
@@ -47,29 +48,22 @@ class OdometryNode:
         self._reset = rospy.Service('~reset', Empty, self._on_reset)
         self._commands = subscriber('cmd_vel', Twist, self._on_command)
         if self._pairing is not None:
-            self._speeds = stamped_subscriber('encoder_velocity', JointState, self._on_speeds)
+            self._speeds = encoded_stamped_subscriber('encoder_velocity', JointState, self._on_speeds)
         # Last, so that who sees /odom advertised finds it answering.
         self._output = OdometryOutput(params.odom_frame, params.base_frame, params.publish_tf)
-        self._pulses = stamped_subscriber('encoder_pulse', EncoderPulse, self._on_pulses)
+        self._decoder = JointDecoder(ENCODER_PULSE)
+        self._pulses = encoded_stamped_subscriber('encoder_pulse', EncoderPulse, self._on_pulses)
 
-    def _on_pulses(self, message: EncoderPulse) -> None:
-        try:
-            sample = encoder_sample(message)
-        except InputFault as fault:
-            log.warning('%s: %s; message dropped', self._pulses.resolved_name, fault)
-            return
+    def _on_pulses(self, content: bytes) -> None:
+        sample = _encoder_sample(self._decoder.decode(content))
         with self._lock:
             self._take(self._pairing.take_counts(sample, time.monotonic()) if self._pairing is not None else (sample,))
 
-    def _on_speeds(self, message: JointState) -> None:
-        try:
-            speeds_radps = wheel_speeds_from_message(message)
-        except InputFault as fault:
-            log.warning('%s: %s; message dropped', self._speeds.resolved_name, fault)
-            return
+    def _on_speeds(self, content: bytes) -> None:
+        speeds = decode_wheel_speeds(content)
         with self._lock:
             if self._pairing is not None:
-                self._take(self._pairing.take_speeds(ns_from_stamp(message.header.stamp), speeds_radps))
+                self._take(self._pairing.take_speeds(*speeds))
 
     def _take(self, samples: Iterable[EncoderSample]) -> None:
         """Integrate and publish, under the lock, so that what is published keeps its order."""
@@ -90,6 +84,18 @@ class OdometryNode:
             self._diagnosis.restart()
         log.info('reset: odometry starts at pose zero with the next /encoder_pulse')
         return EmptyResponse()
+
+
+def _encoder_sample(counters: JointValues) -> EncoderSample:
+    """Return a message's counters.
+
+    Raises:
+        InputFault: there are not exactly two.
+    """
+    if len(counters.values) != 2:
+        raise InputFault(f'{len(counters.values)} counters; expected 2, left then right')
+    left, right = counters.values
+    return EncoderSample(counters.stamp_ns, int(left), int(right))
 
 
 def main() -> None:

@@ -8,10 +8,9 @@ import time
 from typing import Callable, Dict, List, Sequence
 
 import rospy
-from std_msgs.msg import Header
 
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.ros.conversions import ns_from_stamp
+from diff_encoder_sim.ros.encoded_topics import encoded_stamp_ns
 
 log = logging.getLogger(__name__)
 
@@ -63,6 +62,7 @@ class GraphPacer:
         self._expected_ns = expected_ns
         self._moved = threading.Condition()
         self._newest_ns: Dict[str, int] = {}
+        self._waited_ns = -1  # the newest stamp that has been waited for; negative: none
         self._absent = set(topics)
         self._begin_with_time = frozenset(topics)
         # AnyMsg and the header alone: any stamped message will do.
@@ -75,13 +75,15 @@ class GraphPacer:
         """Forget the stamps of before a reset."""
         with self._moved:
             self._newest_ns, self._absent = {}, set(self._begin_with_time)
+            self._waited_ns = -1
 
     def wait(self, sim_time_ns: int) -> None:
         """Block until every topic has come to what is expected before `sim_time_ns`."""
         expected_ns = self._expected_ns(sim_time_ns)
-        if expected_ns < 0:
-            return
+        if expected_ns <= self._waited_ns:
+            return  # for most ticks
         with self._moved:
+            self._waited_ns = expected_ns
             if not self._moved.wait_for(lambda: not self._behind(expected_ns), LONGEST_WAIT_S):
                 for topic in self._behind(expected_ns):
                     log.warning(
@@ -98,9 +100,8 @@ class GraphPacer:
         return [topic for topic, newest_ns in self._newest_ns.items() if newest_ns < expected_ns] + list(self._absent)
 
     def _on_message(self, message: rospy.AnyMsg, topic: str) -> None:
-        header = Header()
-        header.deserialize(message._buff)  # rospy's own name for the bytes of an AnyMsg
+        stamp_ns = encoded_stamp_ns(message._buff)  # rospy's own name for the bytes of an AnyMsg
         with self._moved:
             self._absent.discard(topic)
-            self._newest_ns[topic] = ns_from_stamp(header.stamp)
+            self._newest_ns[topic] = stamp_ns
             self._moved.notify_all()

@@ -1,4 +1,4 @@
-"""record_trial: records the running trial's topics with rosbag's library, without losing a message.
+"""record_trial: records the running trial's topics without losing a message.
 
 `rosbag record` holds 100 messages a topic in its queue and drops the oldest: at rtf:=0 that is 50 ms on a busy host.
 Here a slow disk or a loaded processor holds the publishers back instead.
@@ -10,11 +10,9 @@ import os
 import threading
 import time
 from pathlib import Path
-from types import SimpleNamespace
-from typing import List, Sequence
+from typing import List, Optional, Sequence
 
 import genpy
-import rosbag
 import rospy
 from rosgraph_msgs.msg import Clock
 
@@ -22,12 +20,13 @@ from diff_encoder_sim.base.atomic_files import UNFINISHED_SUFFIX
 from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.stamps import check_stamp
 from diff_encoder_sim.recording.topics import CLOCK, RECORDED
+from diff_encoder_sim.recording.trial_bag import EARLIEST_NS
+from diff_encoder_sim.ros.clock_pauses import read_every_tick
 from diff_encoder_sim.ros.conversions import ns_from_stamp
 from diff_encoder_sim.ros.node import log, run_node
+from diff_encoder_sim.ros.recorded_bag import RecordedBag
 from diff_encoder_sim.ros.trial_plan import required_trial_plan
-
-# The format has no message at time 0; what comes before the clock gets the first instant after.
-EARLIEST = rospy.Time(0, 1)
+from diff_encoder_sim.serialization.basic_messages import encode_clock
 
 
 class Recorder:
@@ -42,11 +41,12 @@ class Recorder:
         self._path = path
         self._unfinished = self._path.with_name(self._path.name + UNFINISHED_SUFFIX)
         self._lock = threading.Lock()  # each topic comes in a thread of its own
-        self._newest = EARLIEST
+        self._newest_ns = EARLIEST_NS
         self.last_message_s = time.monotonic()
+        read_every_tick()
         try:
             self._path.parent.mkdir(parents=True, exist_ok=True)
-            self._bag = rosbag.Bag(str(self._unfinished), 'w', compression=rosbag.Compression.LZ4)
+            self._bag: Optional[RecordedBag] = RecordedBag(self._unfinished)
         except OSError as error:
             raise ConfigError(f'bag: {self._path} cannot be created: {error.strerror}') from None
         self._subscribers: List[rospy.Subscriber] = [
@@ -76,34 +76,31 @@ class Recorder:
         with self._lock:
             bag, self._bag = self._bag, None
             if bag is not None:
-                bag.close()
+                bag.abandon()
                 self._unfinished.unlink()
 
     def _write(self, message: genpy.Message, topic: str) -> None:
         self.last_message_s = time.monotonic()
-        header = message._connection_header  # rospy's name for the publisher's header
-        is_raw = isinstance(message, rospy.AnyMsg)  # but /clock, which rospy itself reads, is not
-        # rosbag needs the message's class only for its checksum: the package need not be installed.
-        stand_in = SimpleNamespace(_md5sum=header['md5sum'])
-        content = (header['type'], message._buff, header['md5sum'], stand_in) if is_raw else message
+        # Names of rospy's: the bytes of an AnyMsg, and the publisher's header. /clock, which rospy reads, has fields.
+        content = encode_clock(ns_from_stamp(message.clock)) if topic == CLOCK else message._buff
         try:
             with self._lock:
                 if self._bag is not None:
-                    self._bag.write(topic, content, self._now(), raw=is_raw, connection_header=header)
+                    self._bag.record(topic, message._connection_header, self._now_ns(), content)
         except OSError as error:
             rospy.logfatal('recording ends: %s cannot be written: %s', self._unfinished, error.strerror)
             rospy.signal_shutdown('recording failed')
 
-    def _now(self) -> rospy.Time:
+    def _now_ns(self) -> int:
         """Return the clock's time, or the last one before it where the clock shows a time that cannot be."""
-        now = rospy.Time.now()
+        now_ns = ns_from_stamp(rospy.Time.now())
         try:
-            check_stamp(ns_from_stamp(now))
+            check_stamp(now_ns)
         except InputFault as fault:
             log.warning('/clock: %s; recorded with the time before', fault)
         else:
-            self._newest = max(now, EARLIEST)
-        return self._newest
+            self._newest_ns = max(now_ns, EARLIEST_NS)
+        return self._newest_ns
 
 
 def main() -> None:

@@ -6,17 +6,19 @@ import threading
 from typing import Optional
 
 import tf2_ros
-from geometry_msgs.msg import Twist, Vector3
+from geometry_msgs.msg import Twist
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.ros.conversions import transform_message
+from diff_encoder_sim.ros.encoded_topics import EncodedPublisher
 from diff_encoder_sim.ros.launch_status import LaunchStatus
 from diff_encoder_sim.ros.map_keeper import MapKeeper
-from diff_encoder_sim.ros.node import node_params, publisher, run_node
+from diff_encoder_sim.ros.node import node_params, run_node
 from diff_encoder_sim.ros.trial_plan import required_trial_plan
 from diff_encoder_sim.ros.trial_runner import TrialFailed, TrialParams, TrialRunner
+from diff_encoder_sim.serialization.basic_messages import encode_command
 from diff_encoder_sim.trials.scripted_drive import ScriptedDrive
 
 # What must be connected before time runs, by `slam`: simulated time waits for the embedded one's pose.
@@ -30,7 +32,7 @@ class ScriptedDriveNode:
         params = node_params(TrialParams)
         self._start_ns: Optional[int] = None
         self._finished = threading.Event()
-        self._commands = publisher('cmd_vel', Twist)
+        self._commands = EncodedPublisher('cmd_vel', Twist)
         self._runner = TrialRunner(status, params, self._on_true_pose)
         self._drive = ScriptedDrive(self._runner.trial.test)
         plan = required_trial_plan()
@@ -60,8 +62,7 @@ class ScriptedDriveNode:
         if self._start_ns is None or stamp_ns < self._start_ns:  # time was reset: from the start
             self._start_ns = stamp_ns
         elapsed_s = (stamp_ns - self._start_ns) / NANOSECONDS_PER_SECOND
-        linear_mps, angular_radps = self._drive.command_at(elapsed_s)
-        self._commands.publish(Twist(Vector3(linear_mps, 0, 0), Vector3(0, 0, angular_radps)))
+        self._commands.publish(encode_command(*self._drive.command_at(elapsed_s)))
         if self._drive.is_over(elapsed_s):
             self._finished.set()
 

@@ -13,8 +13,10 @@ from diff_encoder_sim.base.errors import EVENT, InputFault
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.typed_params import did_you_mean
 from diff_encoder_sim.ros.conversions import body_messages, matrix_pose_message, pose_from_message, stamp_from_ns
+from diff_encoder_sim.ros.encoded_topics import EncodedPublisher
 from diff_encoder_sim.ros.gazebo_messages import GetModelState, ModelStates, SetModelState
-from diff_encoder_sim.ros.node import log, publisher
+from diff_encoder_sim.ros.node import log
+from diff_encoder_sim.serialization.model_messages import ModelStatesEncoder
 from diff_encoder_sim.simulation.simulator import Simulator
 from diff_encoder_sim.simulation.state import PlanarVelocity
 
@@ -37,7 +39,8 @@ class SimulatedModels:
         self._fixed = {
             model.name: (matrix_pose_message(model.pose_in_world), Twist()) for model in simulator.world.models
         }
-        self._states = publisher('/gazebo/model_states', ModelStates)
+        self._encoder = ModelStatesEncoder(simulator.world, simulator.robot_name)
+        self._states = EncodedPublisher('/gazebo/model_states', ModelStates)
         self._services = [
             rospy.Service('/gazebo/set_model_state', SetModelState, self._on_set),
             rospy.Service('/gazebo/get_model_state', GetModelState, self._on_get),
@@ -45,12 +48,7 @@ class SimulatedModels:
 
     def publish(self) -> None:
         """Publish the states of all models."""
-        message = ModelStates()
-        for name, (pose, twist) in self._all().items():
-            message.name.append(name)
-            message.pose.append(pose)
-            message.twist.append(twist)
-        self._states.publish(message)
+        self._states.publish(self._encoder.encode(self._simulator.base()))
 
     def _all(self) -> Dict[str, Tuple[Pose, Twist]]:
         return {**self._fixed, self._simulator.robot_name: body_messages(self._simulator.base())}

@@ -24,12 +24,15 @@ from diff_encoder_sim.encoders.sampling import DEFAULT_RATE_HZ
 from diff_encoder_sim.robots.robot_file import load_robot_file
 from diff_encoder_sim.robots.xacro_arguments import xacro_arguments_of_text
 from diff_encoder_sim.ros.command_gate import Command, CommandGate
-from diff_encoder_sim.ros.conversions import joint_state_message, scan_message, stamp_from_ns
+from diff_encoder_sim.ros.encoded_topics import EncodedPublisher
 from diff_encoder_sim.ros.expected_stamps import GRAPH_LEAD_NS, AnsweredTimes, ExpectedStamps
-from diff_encoder_sim.ros.node import log, node_params, publisher, run_node, subscriber
+from diff_encoder_sim.ros.node import log, node_params, run_node, subscriber
 from diff_encoder_sim.ros.pacing import LONGEST_WAIT_S, GraphPacer, WallPacer
 from diff_encoder_sim.ros.simulated_models import SimulatedModels
 from diff_encoder_sim.ros.trial_plan import trial_plan
+from diff_encoder_sim.serialization.basic_messages import encode_clock
+from diff_encoder_sim.serialization.joint_messages import encode_joint_state
+from diff_encoder_sim.serialization.scan_messages import encode_scan
 from diff_encoder_sim.simulation.periods import STATES_PERIOD_NS, TICK_NS
 from diff_encoder_sim.simulation.simulator import Simulator, SimulatorParams
 from diff_encoder_sim.trials.test_definition import PoseParams
@@ -88,9 +91,9 @@ class SimulatorNode:
         self._simulator = Simulator(Path(params.world), robot.source, core_params, params.start.pose(), params.seed)
         self._lock = threading.RLock()  # the loop and the callbacks share the simulator
         self._running = threading.Event()
-        self._clock = publisher('/clock', Clock)
-        self._joint_states = publisher('joint_states', JointState)
-        self._scans = publisher('scan', LaserScan)
+        self._clock = EncodedPublisher('/clock', Clock)
+        self._joint_states = EncodedPublisher('joint_states', JointState)
+        self._scans = EncodedPublisher('scan', LaserScan)
         self._scan_frame = params.laser_link
         self._scan_period_ns = params.lidar.period_ns
         self._models = SimulatedModels(self._simulator, self._lock)
@@ -152,17 +155,16 @@ class SimulatorNode:
             log.warning('%s: %s; message dropped', self._commands.resolved_name, fault)
 
     def _publish_clock(self) -> None:
-        self._clock.publish(Clock(stamp_from_ns(self._simulator.time_ns)))
+        self._clock.publish(encode_clock(self._simulator.time_ns))
 
     def _publish(self) -> None:
         self._publish_clock()
-        self._joint_states.publish(joint_state_message(self._simulator.joint_states()))
+        self._joint_states.publish(encode_joint_state(self._simulator.joint_states()))
         if self._simulator.time_ns % STATES_PERIOD_NS == 0:
             self._models.publish()
         if self._simulator.time_ns % self._scan_period_ns == 0:
-            self._scans.publish(
-                scan_message(self._simulator.scan(), self._scan_frame, self._scan_period_ns / NANOSECONDS_PER_SECOND)
-            )
+            period_s = self._scan_period_ns / NANOSECONDS_PER_SECOND
+            self._scans.publish(encode_scan(self._simulator.scan(), self._scan_frame, period_s))
 
     def _on_command(self, message: Twist) -> None:
         self._gate.put((message.linear.x, message.angular.z))

@@ -14,7 +14,6 @@ from nav_msgs.srv import GetMap, GetMapRequest, GetMapResponse
 from pydantic import Field
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Float64
-from tf2_msgs.msg import TFMessage
 
 from diff_encoder_sim.base.bounded_numbers import Seed
 from diff_encoder_sim.base.errors import EVENT, InputFault
@@ -24,7 +23,7 @@ from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline, check_stamp
 from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_stamped_message, transform_message
 from diff_encoder_sim.ros.map_conversions import map_message
-from diff_encoder_sim.ros.node import compile_first, log, node_params, publisher, run_node, subscriber
+from diff_encoder_sim.ros.node import compile_first, log, node_params, publisher, run_node
 from diff_encoder_sim.ros.scan_queue import SCANS_MOST_AHEAD_S, ScanQueue
 from diff_encoder_sim.ros.stamped_subscriber import stamped_subscriber
 from diff_encoder_sim.ros.transform_buffer import TransformBuffer
@@ -69,7 +68,7 @@ class SlamNode:
         )
         self._scans = stamped_subscriber('scan', LaserScan, self._on_scan, SCANS_MOST_AHEAD_S)
         # The laser's transform may come last, after the scan and its odometry.
-        self._transforms = [subscriber(topic, TFMessage, lambda _: self._process()) for topic in ('/tf', '/tf_static')]
+        self._buffer.listen(self._process)
         self._has_had_scan = False
         self._silence = rospy.Timer(rospy.Duration(SILENCE_S), self._on_silence, reset=True)
         if self._params.transform_publish_period > 0.0:

@@ -28,7 +28,7 @@ from diff_encoder_sim.trials.trial_outcome import GOAL_DISTANCE_M, Outcome, goal
 
 FIRST_MESSAGES_S = 0.2  # of wall time, for latched messages on connections just made
 LAST_MESSAGES_S = 0.5  # of wall time, for what is on its way into the bag
-POLL_PERIOD_S = 0.1
+POLL_PERIOD_S = 0.02
 
 # Each must have a publisher that all its subscribers are connected to before time runs.
 GRAPH = (

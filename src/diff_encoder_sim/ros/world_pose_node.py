@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from geometry_msgs.msg import PoseStamped, Twist
+from geometry_msgs.msg import PoseStamped
 from pydantic import Field
 
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.ros.conversions import pose_stamped_message
+from diff_encoder_sim.ros.encoded_topics import EncodedPublisher
 from diff_encoder_sim.ros.model_states import ModelStateReader, ModelStatesParams, trial_defaults
-from diff_encoder_sim.ros.node import node_params, publisher, run_node
+from diff_encoder_sim.ros.node import node_params, run_node
+from diff_encoder_sim.serialization.pose_messages import encode_pose_stamped
+from diff_encoder_sim.simulation.state import PlanarVelocity
 from diff_encoder_sim.trials.test_definition import PoseParams
 
 
@@ -26,11 +28,11 @@ class WorldPoseNode:
         params = node_params(WorldPoseParams, part='world_pose', defaults=trial_defaults())
         self._map_frame = params.map_frame
         self._world_in_map = params.map_in_world.pose().inverse()
-        self._poses = publisher('world_pose', PoseStamped)
+        self._poses = EncodedPublisher('world_pose', PoseStamped)
         self._reader = ModelStateReader(params, self._on_state)
 
-    def _on_state(self, stamp_ns: int, pose_in_world: Pose2D, _: Twist) -> None:
-        self._poses.publish(pose_stamped_message(self._world_in_map.compose(pose_in_world), stamp_ns, self._map_frame))
+    def _on_state(self, stamp_ns: int, pose_in_world: Pose2D, _: PlanarVelocity) -> None:
+        self._poses.publish(encode_pose_stamped(self._world_in_map.compose(pose_in_world), stamp_ns, self._map_frame))
 
 
 def main() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import struct
 from typing import NamedTuple, Sequence, Tuple
 
@@ -23,15 +24,10 @@ from diff_encoder_sim.simulation.state import JointStates
 
 def encode_joint_state(joints: JointStates) -> bytes:
     """Encode sensor_msgs/JointState: wheel angles and speeds; efforts are left out."""
-    return b''.join(
-        (
-            encode_header(joints.stamp_ns, ''),
-            encode_names(joints.names),
-            encode_numbers('d', joints.angles_rad),
-            encode_numbers('d', joints.speeds_radps),
-            encode_numbers('d', ()),
-        )
-    )
+    angles_rad, speeds_radps = joints.angles_rad, joints.speeds_radps
+    kinds = f'<I{len(angles_rad)}dI{len(speeds_radps)}dI'
+    numbers = struct.pack(kinds, len(angles_rad), *angles_rad, len(speeds_radps), *speeds_radps, 0)
+    return encode_header(joints.stamp_ns, '') + encode_names(joints.names) + numbers
 
 
 def encode_encoder_pulse(sample: EncoderSample, joints: Tuple[str, str]) -> bytes:
@@ -44,6 +40,24 @@ def encode_wheel_speeds(stamp_ns: int, speeds_radps: Tuple[float, float], joints
     """Encode sensor_msgs/JointState of speeds alone, left then right; `joints` are their names in that order."""
     positions, speeds, efforts = (encode_numbers('d', values) for values in ((), speeds_radps, ()))
     return encode_header(stamp_ns, '') + encode_names(joints) + positions + speeds + efforts
+
+
+def decode_wheel_speeds(raw: bytes) -> Tuple[int, Tuple[float, float]]:
+    """Decode a JointState's stamp [ns] and speeds [rad/s], of two wheels, left then right.
+
+    Raises:
+        InputFault: the message is torn, or has not exactly two speeds, or one that is not finite.
+    """
+    fields = FieldReader(raw, is_cdr=False)
+    stamp_ns, _ = fields.header()
+    for _ in range(fields.length()):
+        fields.content(fields.length())  # a name
+    fields.content(NUMBER_SIZE * fields.length())  # positions
+    count = fields.length()
+    speeds = struct.unpack(f'<{count}d', fields.content(NUMBER_SIZE * count))
+    if len(speeds) != 2 or not all(map(math.isfinite, speeds)):
+        raise InputFault(f'velocities {list(speeds)}; expected 2 finite numbers, left then right [rad/s]')
+    return stamp_ns, (speeds[0], speeds[1])
 
 
 class JointValues(NamedTuple):

@@ -19,6 +19,7 @@ from diff_encoder_sim.serialization.covariances import (
 from diff_encoder_sim.serialization.field_reader import FRAME_AT, STAMP_AT, TORN, FieldReader
 from diff_encoder_sim.serialization.message_types import ODOMETRY, POSE_STAMPED, POSE_WITH_COVARIANCE, TRANSFORM_STAMPED
 from diff_encoder_sim.serialization.primitives import (
+    LENGTH,
     NUMBER_SIZE,
     POSE,
     TIME,
@@ -59,6 +60,14 @@ def encode_pose_with_covariance(pose: Pose2D, covariance: np.ndarray, stamp_ns: 
     return encode_pose_stamped(pose, stamp_ns, frame) + encode_amcl_covariance(covariance)
 
 
+def encode_pose_array(poses: np.ndarray, stamp_ns: int, frame: str) -> bytes:
+    """Encode geometry_msgs/PoseArray of planar poses, (n, 3): x [m], y [m], yaw [rad]."""
+    half_yaws_rad = 0.5 * poses[:, 2]
+    zeros = np.zeros_like(half_yaws_rad)
+    spatial = (poses[:, 0], poses[:, 1], zeros, zeros, zeros, np.sin(half_yaws_rad), np.cos(half_yaws_rad))
+    return encode_header(stamp_ns, frame) + LENGTH.pack(len(poses)) + np.stack(spatial, 1).astype('<f8').tobytes()
+
+
 def encode_odometry(estimate: OdometryEstimate, odom_frame: str, base_frame: str) -> bytes:
     """Encode nav_msgs/Odometry: pose in the odom frame, twist in the base frame, with covariances."""
     linear_mps = (estimate.linear_velocity_mps, estimate.lateral_velocity_mps, 0.0)
@@ -67,9 +76,9 @@ def encode_odometry(estimate: OdometryEstimate, odom_frame: str, base_frame: str
             encode_header(estimate.stamp_ns, odom_frame),
             encode_name(base_frame),
             encode_planar_pose(estimate.base_pose_in_odom),
-            encode_odometry_covariance(estimate.pose_covariance),
+            encode_odometry_covariance(estimate.of_pose),
             encode_twist(linear_mps, (0.0, 0.0, estimate.angular_velocity_radps)),
-            encode_twist_covariance(estimate.twist_covariance),
+            encode_twist_covariance(estimate.of_twist),
         )
     )
 

@@ -30,6 +30,10 @@ from diff_encoder_sim.simulation.world import Plane, World
 GRAVITY_MPS2 = 9.81
 SETTLING_TICKS = 50
 ROOT_LINK = -1
+# A wheel that rolls on in one step by less than this part of its radius keeps one contact point; of a faster one, up to
+# four are kept, which takes twice the time. Each of several parts of the robot near the floor would be as costly, and
+# near a wall the robot would seem to touch it: points farther apart than the other number are left out.
+CONTACT_BREAKING, TOUCHING_M = 0.2, 1e-3
 LOOK_AGAIN_TICKS = 100  # also where the wheels stand, and the robot slides
 SOLVER_RESIDUAL_THRESHOLD = 1e-9  # PyBullet's 1e-7 stops early, and slip is left over
 
@@ -40,7 +44,7 @@ PoseXyzQuat = Tuple[PositionXyz, QuatXyzw]
 class PhysicsParams(Params):
     """Step and iterations of PyBullet."""
 
-    steps_per_tick: Annotated[int, Between(1, 100)] = Field(2, description='physics steps in each 10 ms')
+    steps_per_tick: Annotated[int, Between(1, 100)] = Field(1, description='physics steps in each 10 ms')
     solver_iterations: Annotated[int, Between(1, 1000)] = Field(50, description='iterations of the contact solver')
 
 
@@ -65,6 +69,7 @@ class BulletPhysics:
             obstacles = [solid for solid in world.solids if not isinstance(solid.shape, Plane)]
             self._floors = [add_body(self._client, add_shape(self._client, floor), floor) for floor in floors]
             self._robot = self._load(robot)
+            self._ignore_what_does_not_touch()
             left_joint, right_joint = robot.joints
             joints = self._link_indices(by_joint=True)
             self._wheel_joints = joints[left_joint], joints[right_joint]
@@ -143,7 +148,8 @@ class BulletPhysics:
         if not names:
             return None
         contacts = pybullet.getContactPoints(bodyA=self._robot, physicsClientId=self._client)
-        return next((names[contact[2]] for contact in contacts if contact[2] in names), None)
+        touched = (contact[2] for contact in contacts if contact[2] in names and contact[8] < TOUCHING_M)
+        return next(map(names.__getitem__, touched), None)
 
     def floor_loads(self) -> Dict[str, float]:
         """Return the fraction of the weight on each link, by the joint that it hangs on, that stands on the floor."""
@@ -174,6 +180,7 @@ class BulletPhysics:
             numSolverIterations=params.solver_iterations,
             solverResidualThreshold=SOLVER_RESIDUAL_THRESHOLD,
             deterministicOverlappingPairs=1,
+            contactBreakingThreshold=CONTACT_BREAKING,
             physicsClientId=self._client,
         )
 
@@ -188,6 +195,12 @@ class BulletPhysics:
                     return int(pybullet.loadURDF(file.name, flags=flags, physicsClientId=self._client))
             except pybullet.error:
                 raise ConfigError(f'{robot.description.tree.where}: PyBullet cannot load its URDF') from None
+
+    def _ignore_what_does_not_touch(self) -> None:
+        for link in range(ROOT_LINK, pybullet.getNumJoints(self._robot, physicsClientId=self._client)):
+            pybullet.changeDynamics(
+                self._robot, link, contactProcessingThreshold=TOUCHING_M, physicsClientId=self._client
+            )
 
     def _link_indices(self, by_joint: bool) -> Dict[str, int]:
         """Return PyBullet's numbers of the robot's links but the root, by their own names or their joints'."""

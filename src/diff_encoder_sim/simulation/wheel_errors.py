@@ -19,8 +19,8 @@ Slip = Annotated[float, Between(0.0, 0.999)]
 
 # Without any of these errors the simulated wheels lose grip in curves, and some travel where they brake. As odometry's
 # `curve_noise` and `distance_std`, by its error in the paper's tests (docs/adr/0031-covariance-follows-robot.md).
-CONTACT_CURVE_NOISE = 1.6e-5  # [m^2/m per (m/s^2)^2]
-CONTACT_DISTANCE_STD = 9e-5
+CONTACT_CURVE_NOISE = 1e-6  # [m^2/m per (m/s^2)^2]
+CONTACT_DISTANCE_STD = 4e-6
 
 
 class WheelErrorParams(Params):

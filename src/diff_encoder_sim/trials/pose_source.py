@@ -12,3 +12,6 @@ class PoseSource(enum.Enum):
     AMCL = 'amcl'  # the last localization update
     GLOBAL = 'global'  # the pose estimate: localization's map -> odom, and odometry since
     WORLD = 'world'  # ground truth
+
+    # Members are compared by identity; Enum's own is a call in Python for each of millions of look-ups.
+    __hash__ = object.__hash__

@@ -8,8 +8,8 @@ from campaign_files import RUN, small_campaign
 from diff_encoder_sim.analysis.dataset_loading import load_dataset
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.campaign.result_store import ResultStore
-from diff_encoder_sim.campaign.worker import ResultsFolder, run_job
-from diff_encoder_sim.lockstep.trial_run import run_trial
+from diff_encoder_sim.campaign.worker import PlacedJob, ResultsFolder, run_jobs
+from diff_encoder_sim.lockstep.trial_run import run_trials
 from places import ROOT
 
 TOUR = str(ROOT / 'test' / 'rostest' / 'data' / 'short_tour.yaml')
@@ -23,8 +23,9 @@ def run_campaign(folder, **changes):
     with ResultStore(out, campaign, RUN) as store:
         (out / 'probe').write_text('nonce')
         for job in store.pending():
-            results = ResultsFolder(str(out), 'probe', 'nonce')
-            store.append(run_job(campaign, job, store.bag_path(job), results, run_trial, folder / 'scratch').row)
+            placed, results = PlacedJob(job, store.bag_path(job)), ResultsFolder(str(out), 'probe', 'nonce')
+            ((row, _),) = run_jobs(campaign, [placed], results, run_trials, folder / 'scratch')
+            store.append(row)
         store.finish()
     (out / 'probe').unlink()
     return out

@@ -10,9 +10,12 @@ MS = 1_000_000
 def test_the_wheels_come_at_50_hz_from_20_ms_on_and_the_fixed_frames_once():
     written = []
     joints = 'left_wheel_joint', 'right_wheel_joint'
-    publisher = StatePublisher(
-        ALTO, joints, lambda topic, node, now_ns, encode: written.append((topic, now_ns, encode()))
-    )
+
+    class Bag:
+        def publish(self, topic, node, time_ns, encode, *values):
+            written.append((topic, time_ns, encode(*values)))
+
+    publisher = StatePublisher(ALTO, joints, Bag())
     for now_ns in range(0, 110 * MS, 10 * MS):
         publisher.take(JointStates(now_ns, joints, (0.1, 0.2), (0.0, 0.0)))
     times = {topic: [now_ns // MS for each, now_ns, _ in written if each == topic] for topic in ('/tf', '/tf_static')}

@@ -7,10 +7,10 @@ from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.navigation import critics
 from diff_encoder_sim.navigation.dwa import DwaPlanner
 from diff_encoder_sim.navigation.dwa_params import DwaParams
-from diff_encoder_sim.navigation.trajectory_rollout import roll_out, step_count
 from dwa_scoring import score_all, scored
 from navigation_scenes import PERIOD_S, dwa_params, local_costmap, seen_costmap, straight_plan, winding_plan
 from navigation_simulation import TABLE_2
+from rolled_out import rolled_out
 
 
 def test_the_best_command_follows_a_straight_plan_at_the_highest_speed():
@@ -78,9 +78,8 @@ def test_a_constant_velocity_is_free_of_collisions_if_every_point_is():
     for _ in range(100):
         costmap = seen_costmap(random)
         start, twist = np.array([0.0, 0.0, random.uniform(-3.0, 3.0)]), random.uniform((0, -1), (0.3, 1))
-        points = np.empty((step_count(*twist, 1.7, 0.025, 0.1), 3))
-        roll_out(start, twist, twist, len(points), 1.7, np.ones(2), False, points)
+        points = rolled_out(planner.params, start, *twist)
         answers.append(planner.is_collision_free(Pose2D(*start), *twist, costmap))
-        assert answers[-1] is all(costmap.footprint_cost(Pose2D(*point)) >= 0.0 for point in points.tolist())
+        assert answers[-1] is all(costmap.footprint_cost(Pose2D(*point)) >= 0.0 for point in points[:, :3].tolist())
     assert 10 < sum(answers) < 90
     assert planner.is_collision_free(IDENTITY, 0.0, 0.0, costmap)  # it stays where it is

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from diff_encoder_sim.navigation.cost_values import LETHAL
-from diff_encoder_sim.navigation.obstacle_layer import clear_and_mark
+from diff_encoder_sim.navigation.cost_values import FREE, LETHAL
+from diff_encoder_sim.navigation.ray_clearing import clear_and_mark, clear_outline
 from navigation_scenes import RAY_STEP_RAD
 from navigation_simulation import RAYS
 
@@ -62,3 +62,34 @@ def test_a_ray_frees_the_cells_nearest_to_its_line():
         assert sorted(np.abs(freed[:, major])) == list(range(int(abs(end[major]))))
         on_line = freed[:, major] * end[1 - major] / end[major] if len(freed) else 0.0
         assert np.all(np.abs(freed[:, 1 - major] - on_line) <= 0.5)
+
+
+def bresenham(row, column, to_row, to_column):
+    """Yield the cells of a line without its end, step by step."""
+    down, right = abs(to_row - row), abs(to_column - column)
+    error = right - down
+    for _ in range(max(down, right)):
+        yield row, column
+        doubled = 2 * error
+        if doubled > -down:
+            error -= down
+            column += 1 if to_column > column else -1
+        if doubled < right:
+            error += right
+            row += 1 if to_row > row else -1
+
+
+@pytest.mark.parametrize('place', [(0, 0), (5, 9), (12, 3), (14, 19)])
+def test_every_line_is_bresenhams_up_to_the_edge(place):
+    rows, columns = 15, 20
+    for to_row in range(-25, 40):
+        for to_column in range(-25, 45):
+            cells = np.full((rows, columns), LETHAL, np.uint8)
+            outline = np.array([place, (to_row, to_column)])[:, ::-1] + 0.5
+            clear_outline(cells, 1.0, outline[[1, 0]])
+            line = [*bresenham(*place, to_row, to_column), (to_row, to_column)]
+            back = [*bresenham(to_row, to_column, *place), place]
+            is_inside = 0 <= to_row < rows and 0 <= to_column < columns
+            freed = set(line) | set(back if is_inside else [])
+            expected = {(r, c) for r, c in freed if 0 <= r < rows and 0 <= c < columns}
+            assert {(int(r), int(c)) for r, c in np.argwhere(cells == FREE)} == expected

@@ -7,11 +7,11 @@ from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.navigation import critics
 from diff_encoder_sim.navigation.dwa import DwaPlanner
 from diff_encoder_sim.navigation.dwa_params import DwaParams
-from diff_encoder_sim.navigation.plan_distances import fill_distance_grid
-from diff_encoder_sim.navigation.trajectory_rollout import roll_out, step_count
+from distance_grids import distances_from
 from dwa_scoring import score_all, scored
 from navigation_scenes import PERIOD_S, dwa_params, local_costmap, seen_costmap, straight_plan, winding_plan
 from navigation_simulation import TABLE_2
+from rolled_out import rolled_out
 
 
 def test_obstacle_critic_rejects_collisions_and_takes_the_highest_cost():
@@ -33,9 +33,7 @@ def test_path_and_goal_critics_count_cells_from_the_last_point():
     planner = DwaPlanner(dwa_params(), PERIOD_S)
     result = scored(planner, local_costmap(), straight_plan(1.0) + (0.0, 0.3, 0.0))
     for (v, w), scores in zip(result.samples, result.scores):
-        steps = step_count(v, w, 1.7, 0.025, 0.1)
-        points = np.empty((steps, 3))
-        roll_out(np.zeros(3), np.zeros(2), np.array([v, w]), steps, 1.7, np.ones(2), False, points)
+        points = rolled_out(planner.params, IDENTITY, v, w)
         cell = np.floor((points[-1, :2] + 1.5) / 0.05)
         goal = np.floor((np.array([1.0, 0.3]) + 1.5) / 0.05 + 1e-9)
         assert scores[critics.GOAL] == np.abs(goal - cell).sum()
@@ -102,21 +100,10 @@ def test_scores_are_those_of_every_point_on_its_own():
     for _ in range(12):
         costmap, plan, yaw_rad = seen_costmap(random), winding_plan(random), random.uniform(-3.0, 3.0)
         scored = score_all(planner, Pose2D(0.0, 0.0, yaw_rad), 0.3, 0.0, costmap, plan)
-        distance = np.empty(costmap.shape, np.int32)
-        fill_distance_grid(costmap.costs, costmap.cells_per_m, plan[:, :2] - costmap.origin[:2], False, distance)
+        distance = distances_from(plan[:, :2] - costmap.origin[:2], costmap.costs, costmap.cells_per_m)
         for (v, w), scores, total in zip(scored.samples, scored.scores, scored.totals):
-            points = np.empty((step_count(v, w, 1.7, 0.025, 0.1), 3))
-            roll_out(
-                np.array([0.0, 0.0, yaw_rad]),
-                np.zeros(2),
-                np.array([v, w]),
-                len(points),
-                1.7,
-                np.ones(2),
-                False,
-                points,
-            )
-            poses = [Pose2D(*point) for point in points.tolist()]
+            points = rolled_out(planner.params, (0.0, 0.0, yaw_rad), v, w)
+            poses = [Pose2D(*point) for point in points[:, :3].tolist()]
             outlines = [costmap.footprint_cost(pose) for pose in poses]
             cells = [costmap.cell_at(*pose[:2]) for pose in poses]
             if min(outlines) < 0.0 or max(distance[cell] for cell in cells) >= distance.size:

@@ -7,7 +7,13 @@ import pytest
 
 from diff_encoder_sim.odometry.counter_steps import Reading
 from diff_encoder_sim.odometry.odometry_params import OdometryParams
-from diff_encoder_sim.odometry.wheel_twist import RimMotion, TwistEstimator, twist_of_rims, wheel_speeds_mps
+from diff_encoder_sim.odometry.wheel_twist import (
+    RimMotion,
+    TwistCovariance,
+    TwistEstimator,
+    twist_of_rims,
+    wheel_speeds_mps,
+)
 from encoder_drives import RADIUS_M, TICK_NS, drive
 
 SEPARATION_M, INTERVAL_S = 0.4, 0.05
@@ -26,12 +32,12 @@ def test_the_covariance_is_that_of_the_two_ways():
     rng = np.random.default_rng(1)
     left_m, right_m = rng.normal(0.0, [[math.sqrt(rim.variance)] for rim in RIMS], (2, 200_000))
     drawn = np.cov((left_m + right_m) / 2 / INTERVAL_S, (right_m - left_m) / SEPARATION_M / INTERVAL_S)
-    assert twist_of_rims(RIMS, INTERVAL_S, SEPARATION_M).covariance == pytest.approx(drawn, rel=0.02)
+    assert twist_of_rims(RIMS, INTERVAL_S, SEPARATION_M).covariance.matrix() == pytest.approx(drawn, rel=0.02)
 
 
 def test_over_no_time_there_is_no_twist():
     linear_mps, angular_radps, covariance = twist_of_rims(RIMS, 0.0, SEPARATION_M)
-    assert (linear_mps, angular_radps) == (0.0, 0.0) and not covariance.any()
+    assert (linear_mps, angular_radps) == (0.0, 0.0) and covariance == TwistCovariance()
 
 
 def estimate(method, mps, counts=1, **params):
@@ -44,19 +50,19 @@ def estimate(method, mps, counts=1, **params):
 def test_by_counts_two_roundings_and_two_edges_are_uncertain():
     d_m, sigma = math.pi * 0.2 / 40, 0.2
     covariance = estimate('M', 0.3, motion_noise=0.0, encoder={'edge_error': sigma}).covariance
-    assert covariance[0, 0] == pytest.approx(2 * (1 / 12 + sigma**2) * (d_m / INTERVAL_S) ** 2 / 2)
+    assert covariance.linear == pytest.approx(2 * (1 / 12 + sigma**2) * (d_m / INTERVAL_S) ** 2 / 2)
 
 
 def test_by_times_of_edges_two_readings_of_the_clock_are_uncertain():
     """v^2 / (d f) is a tick at a count's distance: docs/encoders.md."""
     d_m, mps, clock_hz = math.pi * 0.2 / 40, 0.3, 2000.0
     covariance = estimate('T', mps, velocity_clock=clock_hz, motion_noise=0.0).covariance
-    assert covariance[0, 0] == pytest.approx((mps**2 / (d_m * clock_hz)) ** 2 / 6 / 2)
+    assert covariance.linear == pytest.approx((mps**2 / (d_m * clock_hz)) ** 2 / 6 / 2)
 
 
 def test_wheels_that_show_no_speed_may_creep():
     d_m = math.pi * 0.2 / 40
-    assert estimate('MT', 0.0).covariance[0, 0] == pytest.approx((d_m / 0.5) ** 2 / 12 / 2)
+    assert estimate('MT', 0.0).covariance.linear == pytest.approx((d_m / 0.5) ** 2 / 12 / 2)
 
 
 def test_a_low_pass_of_independent_errors_narrows_them():
@@ -67,7 +73,7 @@ def test_a_low_pass_of_independent_errors_narrows_them():
         totals = [totals[-1], Reading(index * 50_000_000, index, index)]
         twist = estimator.twist(totals, (3.0, 3.0))
     alone = TwistEstimator(OdometryParams(ppr=40, velocity_method='T')).twist(totals, (3.0, 3.0))
-    assert twist.covariance == pytest.approx(alone.covariance * 0.25 / 1.75)
+    assert twist.covariance.matrix() == pytest.approx(alone.covariance.matrix() * 0.25 / 1.75)
 
 
 SPEEDS_MPS = (0.0817, 0.3137, 0.8123)  # at 40 PPR a quarter of a count a report, one, and two and a half

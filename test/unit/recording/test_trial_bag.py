@@ -10,6 +10,7 @@ import pytest
 from rosbags.highlevel import AnyReader
 
 from diff_encoder_sim.recording import topics
+from diff_encoder_sim.recording.bag_files import Ros1File
 from diff_encoder_sim.recording.ros1_writer import Ros1Writer
 from diff_encoder_sim.recording.trial_bag import TrialBag
 from diff_encoder_sim.recording.trial_recording import read_trial
@@ -219,6 +220,37 @@ def test_a_path_that_cannot_be_is_named(tmp_path, name, bag_format):
             write_some(bag)
     assert caught.value.filename == str(tmp_path / name)
     assert sorted(os.listdir(str(tmp_path))) == ['file', 'folder']
+
+
+@pytest.mark.parametrize('count', [1, 999, 1000, 2500])
+def test_messages_that_wait_are_written_in_their_order_and_before_the_bag_is_closed(tmp_path, count):
+    with TrialBag(tmp_path / 'a.bag', 'full') as bag:
+        for time_ns in range(1, count):
+            bag.publish(topics.CLOCK, topics.SIMULATOR_NODE, time_ns, encode_clock, time_ns)
+        bag.write(topics.CLOCK, topics.SIMULATOR_NODE, encode_clock(count), count)
+        bag.publish(topics.CLOCK, topics.SIMULATOR_NODE, count + 1, encode_clock, count + 1)
+    with AnyReader([tmp_path / 'a.bag']) as reader:
+        messages = [(time_ns, bytes(raw)) for _, time_ns, raw in reader.messages()]
+    assert messages == [(time_ns, encode_clock(time_ns)) for time_ns in range(1, count + 2)]
+
+
+@pytest.mark.parametrize('mode', ['minimal', 'none'])
+def test_what_is_not_recorded_is_not_encoded(tmp_path, mode):
+    with TrialBag(tmp_path / 'a.bag', mode) as bag:
+        bag.publish(topics.CLOCK, topics.SIMULATOR_NODE, 10, pytest.fail, 'was encoded')
+
+
+def test_a_full_disk_is_named_where_messages_wait(tmp_path, monkeypatch):
+    def full(*_):
+        raise OSError(errno.ENOSPC, 'No space left on device')
+
+    path = tmp_path / 'a.bag'
+    with pytest.raises(OSError, match='^.Errno 28. bag cannot be written: No space left on device') as caught:
+        with TrialBag(path, 'full') as bag:
+            monkeypatch.setattr(Ros1File, 'write', full)
+            bag.publish(topics.CLOCK, topics.SIMULATOR_NODE, 10, encode_clock, 10)
+    assert (caught.value.errno, caught.value.filename) == (errno.ENOSPC, str(path))
+    assert os.listdir(str(tmp_path)) == []
 
 
 def test_ros_reads_it(tmp_path):

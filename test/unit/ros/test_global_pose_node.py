@@ -10,6 +10,7 @@ pytest.importorskip('diff_encoder_sim.msg')
 import genpy
 from geometry_msgs.msg import TransformStamped
 
+from diff_encoder_sim.ros.encoded_topics import encoded_stamp_ns
 from diff_encoder_sim.ros.global_pose_node import GlobalPoseNode, GlobalPoseParams
 
 PERIOD_NS = 50_000_000
@@ -41,9 +42,9 @@ def test_transforms_of_two_publishers_give_no_pose_twice_or_out_of_order():
     node, published = object.__new__(GlobalPoseNode), []
     node._params, node._buffer, node._lock = GlobalPoseParams(), GrowingBuffer(), threading.Lock()
     node._restart()
-    node._poses = type('Publisher', (), {'publish': lambda _, pose: published.append(pose.header.stamp.to_nsec())})()
+    node._poses = type('Publisher', (), {'publish': lambda _, content: published.append(encoded_stamp_ns(content))})()
     for _ in range(5):
-        threads = [threading.Thread(target=node._on_transform, args=(None,)) for _ in range(2)]
+        threads = [threading.Thread(target=node._publish) for _ in range(2)]
         for thread in threads:
             thread.start()
         for thread in threads:

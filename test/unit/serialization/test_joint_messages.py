@@ -1,5 +1,7 @@
 """Joint states and pulse counts: rosbags reads them, would write the same bytes, and decodes the same."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -7,11 +9,13 @@ import message_values as values
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.serialization.joint_messages import (
     JointDecoder,
+    decode_wheel_speeds,
     encode_encoder_pulse,
     encode_joint_state,
     encode_wheel_speeds,
 )
 from diff_encoder_sim.serialization.message_types import ENCODER_PULSE, JOINT_STATE
+from diff_encoder_sim.simulation.state import JointStates
 from message_checks import check_header, read
 from reencoding_drives import MAKERS
 
@@ -99,3 +103,26 @@ def test_a_torn_message_leaves_the_next_ones_as_they_are(maker):
         with pytest.raises(InputFault):
             decoder.decode(other[:size])
         assert decoder.decode(raw) == expected
+
+
+@pytest.mark.parametrize('joints', [('left', 'right'), (), ('räder',)])
+def test_wheel_speeds_are_decoded_as_they_were_encoded(joints):
+    assert decode_wheel_speeds(encode_wheel_speeds(5_000_000_007, (1.5, -2.5), joints)) == (5_000_000_007, (1.5, -2.5))
+
+
+def test_wheel_speeds_behind_angles_are_found():
+    joints = JointStates(7, ('left', 'right'), (1.0, 2.0), (3.0, 4.0))
+    assert decode_wheel_speeds(encode_joint_state(joints)) == (7, (3.0, 4.0))
+
+
+@pytest.mark.parametrize('speeds', [(), (1.0,), (1.0, math.nan), (1.0, 2.0, 3.0)])
+def test_speeds_that_are_not_those_of_two_wheels_are_a_fault(speeds):
+    with pytest.raises(InputFault, match='2 finite numbers'):
+        decode_wheel_speeds(encode_wheel_speeds(5, speeds, ('left', 'right')))
+
+
+def test_torn_wheel_speeds_are_a_fault_wherever_they_are_torn():
+    raw = encode_wheel_speeds(5, (1.5, -2.5), ('left', 'right'))
+    for size in range(len(raw) - 4):  # behind the speeds come only the efforts
+        with pytest.raises(InputFault):
+            decode_wheel_speeds(raw[:size])

@@ -14,13 +14,14 @@ import rospy
 from actionlib_msgs.msg import GoalID
 from actionlib_msgs.msg import GoalStatus as ActionStatus
 from genpy.dynamic import generate_dynamic
-from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Twist, Vector3
+from geometry_msgs.msg import PoseArray, Quaternion, Transform, TransformStamped, Twist, Vector3
 from move_base_msgs.msg import MoveBaseActionGoal, MoveBaseActionResult, MoveBaseGoal, MoveBaseResult
 from rosgraph_msgs.msg import Clock
 from roslib.message import get_message_class
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
+import field_messages as fields
 from diff_encoder_sim.navigation.goal_status import GoalStatus
 from diff_encoder_sim.recording.topics import TOPICS
 from diff_encoder_sim.ros import conversions
@@ -33,6 +34,7 @@ from diff_encoder_sim.serialization.map_messages import encode_map, encode_map_m
 from diff_encoder_sim.serialization.model_messages import ModelStatesEncoder
 from diff_encoder_sim.serialization.pose_messages import (
     encode_odometry,
+    encode_pose_array,
     encode_pose_stamped,
     encode_pose_with_covariance,
 )
@@ -76,8 +78,8 @@ def test_definitions_are_those_of_the_installed_classes(message_type):
 def test_of_the_simulator(rng):
     now_ns, joints, scan = values.stamp_ns(rng), values.joints(rng), values.scan(rng)
     assert encode_clock(now_ns) == serialised(Clock(conversions.stamp_from_ns(now_ns)))
-    assert encode_joint_state(joints) == serialised(conversions.joint_state_message(joints))
-    assert encode_scan(scan, 'laser', 0.1) == serialised(conversions.scan_message(scan, 'laser', 0.1))
+    assert encode_joint_state(joints) == serialised(fields.joint_state_message(joints))
+    assert encode_scan(scan, 'laser', 0.1) == serialised(fields.scan_message(scan, 'laser', 0.1))
 
 
 def test_model_states(rng):
@@ -95,10 +97,10 @@ def test_model_states(rng):
 def test_of_encoder_and_odometry(rng):
     sample, estimate = values.encoder_sample(rng), values.estimate(rng)
     assert encode_encoder_pulse(sample, values.JOINTS) == serialised(
-        conversions.encoder_pulse_message(sample, values.JOINTS)
+        fields.encoder_pulse_message(sample, values.JOINTS)
     )
     assert encode_odometry(estimate, 'odom', 'base_link') == serialised(
-        conversions.odometry_message(estimate, 'odom', 'base_link')
+        fields.odometry_message(estimate, 'odom', 'base_link')
     )
 
 
@@ -108,6 +110,14 @@ def test_poses(rng):
     assert encode_pose_with_covariance(pose, covariance, now_ns, 'map') == serialised(
         conversions.pose_with_covariance_message(pose, covariance, now_ns, 'map')
     )
+
+
+def test_pose_arrays(rng):
+    poses, now_ns = rng.normal(size=(5, 3)), values.stamp_ns(rng)
+    read = PoseArray().deserialize(encode_pose_array(poses, now_ns, 'map'))
+    assert (conversions.ns_from_stamp(read.header.stamp), read.header.frame_id) == (now_ns, 'map')
+    assert np.array([conversions.pose_from_message(pose) for pose in read.poses]) == pytest.approx(poses)
+    assert serialised(read) == encode_pose_array(poses, now_ns, 'map')
 
 
 def test_transforms(rng):

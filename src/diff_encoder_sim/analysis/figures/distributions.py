@@ -63,7 +63,7 @@ def _draw_panel(panel: Axes, values: Dict[str, np.ndarray], quantity: Quantity) 
     for place, (label, colour) in enumerate(style.ppr_colours(list(values)).items()):
         if len(values[label]) >= LEAST_FOR_BOX:
             _draw_box(panel, values[label], place)
-        _draw_strip(panel, values[label], place, limit, colour)
+        _draw_strip(panel, values[label][: style.MOST_POINTS], place, limit, colour)
 
 
 def _are_rotated(labels: Collection[str]) -> bool:

@@ -54,6 +54,9 @@ COARSEST, FINEST = 0.80, 0.0
 # Axes show all values up to so many times the median of any cell, and the rest at their border.
 MEDIAN_TIMES = 6.0
 
+# Points of more trials hide each other: the first of a cell are drawn.
+MOST_POINTS = 1000
+
 
 class Room(NamedTuple):
     """The room that panels leave for texts [in]."""

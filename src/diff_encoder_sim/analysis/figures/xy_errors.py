@@ -56,7 +56,7 @@ def _draw_test(variant: Variant, test: str, source: PoseSource, panels: np.ndarr
     points = [_points(trials.get(label, []), source) for label in variant.labels]
     limit_m = style.shown_limit([values for each in points for values in each.T], least=1.2 * X.tolerance)
     for panel, label, of_label in zip(panels.flat, variant.labels, points):
-        _draw_panel(panel, of_label, limit_m, colours[label])
+        _draw_panel(panel, of_label[: style.MOST_POINTS], limit_m, colours[label])
         panel.set_title(f'{_name(label)}\n{_counts(of_label, limit_m)}')
     style.hide_unused(panels, len(variant.labels))
     for row in panels:

@@ -7,6 +7,7 @@ from typing import Optional, Sequence
 
 from diff_encoder_sim.analysis.dataset import Dataset
 from diff_encoder_sim.analysis.figures.style import Figure
+from diff_encoder_sim.analysis.first_trials import first_of_cells
 from diff_encoder_sim.analysis.html_templates import load_template
 from diff_encoder_sim.analysis.paper.report_section import PaperSection
 from diff_encoder_sim.analysis.ppr_comparison import PprComparison
@@ -49,7 +50,7 @@ def write_report(
     Raises:
         OSError: a figure cannot be read, or the file not be written.
     """
-    lead = headline(dataset)
+    lead, shown = headline(dataset), first_of_cells(dataset)
     page = load_template(TEMPLATE, Path(__file__).parent).render(
         title=dataset.title,
         headline=lead,
@@ -62,8 +63,8 @@ def write_report(
         paper=paper and paper_content(paper),
         **figures_content(figures, tables),
         **tables_content(dataset, tables, compared),
-        **trials_content(dataset, path.parent),
-        charts=trial_charts(dataset),
+        **trials_content(dataset, shown, path.parent),
+        charts=trial_charts(dataset, shown),
     )
     # Bytes: the same line ends on every system.
     path.write_bytes(page.encode('utf-8'))

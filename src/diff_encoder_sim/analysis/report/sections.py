@@ -9,6 +9,7 @@ from typing import Any, Dict, List, Sequence
 from diff_encoder_sim.analysis.dataset import Dataset, distinct
 from diff_encoder_sim.analysis.encoder_labels import encoders_text, enumeration, ppr_text
 from diff_encoder_sim.analysis.figures.style import Figure
+from diff_encoder_sim.analysis.first_trials import sample_text
 from diff_encoder_sim.analysis.paper.report_section import PaperSection
 from diff_encoder_sim.analysis.ppr_comparison import PprComparison
 from diff_encoder_sim.analysis.quantities import REQUIRED_FRACTION
@@ -88,14 +89,20 @@ def tables_content(dataset: Dataset, tables: Sequence[Table], compared: Sequence
     }
 
 
-def trials_content(dataset: Dataset, folder: Path) -> Dict[str, Any]:
-    """Collect the failures and all trials, with links to the bags from a page in `folder`, and which have a path."""
+def trials_content(dataset: Dataset, shown: Dataset, folder: Path) -> Dict[str, Any]:
+    """Collect the failures, and a row for each trial that is shown.
+
+    Args:
+        dataset: all trials.
+        shown: the trials with rows: of many, some.
+        folder: of the page, from which bags are linked.
+    """
     return {
         'failures': html_table(failure_table(dataset)),
-        'trial_count': len(dataset.trials),
-        'trials': html_table(trial_table(dataset)),
-        'bags': bag_links(dataset, folder),
-        'with_path': path_indices(dataset),
+        'trials_shown': sample_text(shown, dataset) or f'All {len(dataset.trials)} trials',
+        'trials': html_table(trial_table(shown)),
+        'bags': bag_links(shown, folder),
+        'with_path': path_indices(shown),
     }
 
 

@@ -12,6 +12,7 @@ from diff_encoder_sim.analysis.dataset import Dataset
 from diff_encoder_sim.analysis.encoder_labels import ppr_text, ppr_values
 from diff_encoder_sim.analysis.figures.error_series import SERIES
 from diff_encoder_sim.analysis.figures.style import ppr_colours
+from diff_encoder_sim.analysis.first_trials import sample_text
 from diff_encoder_sim.analysis.quantities import QUANTITIES, YAW, X, Y
 from diff_encoder_sim.analysis.report.chart_data import closed_form_rows, error_rows, spread_rows, trial_rows
 from diff_encoder_sim.analysis.report.chart_paths import Floor, floors_of, map_rows, mark_rows, path_indices, path_rows
@@ -29,50 +30,55 @@ SYMBOLS = {'o': '●', 's': '■', 'D': '◆', '^': '▲', 'v': '▼'}
 MOST_BUTTONS = 6
 
 
-def trial_charts(dataset: Dataset) -> Optional[Markup]:
-    """Return the charts with their data and choices; None where no trial ended with a pose."""
-    errors = error_rows(dataset)
+def trial_charts(dataset: Dataset, shown: Dataset) -> Optional[Markup]:
+    """Return the charts with their data and choices; None where no trial ended with a pose.
+
+    Args:
+        dataset: all trials, whose spreads are drawn.
+        shown: those with points and paths of their own: of many, some.
+    """
+    errors = error_rows(shown)
     if not errors:
         return None
-    spreads, shown = spread_rows(dataset), path_indices(dataset)
-    floors = floors_of(dataset, shown)
+    spreads, with_path = spread_rows(dataset), path_indices(shown)
+    floors = floors_of(shown, with_path)
     data = {
-        'trials': trial_rows(dataset),
+        'trials': trial_rows(shown),
         'errors': errors,
         'spreads': spreads,
         'closed_form': closed_form_rows(dataset),
-        'paths': path_rows(dataset, shown, floors),
+        'paths': path_rows(shown, with_path, floors),
         'marks': mark_rows(dataset, list(floors)),
         'maps': map_rows(dataset, list(floors)),
     }
     colours = {label: to_hex(colour) for label, colour in ppr_colours(dataset.encoders()).items()}
-    charts = [*_error_charts(colours)]
+    charts = [*_error_charts(colours, sample_text(shown, dataset))]
     if spreads:
         charts.append(_curve_chart(ppr_values(dataset.encoders())))
-    if shown:
-        charts.append(_path_chart(dataset, colours, floors, is_all=len(shown) == len(dataset.trials)))
+    if with_path:
+        charts.append(_path_chart(shown, colours, floors, is_all=len(with_path) == len(dataset.trials)))
     sources = sorted({row['source'] for row in errors})
     return charts_html(
-        charts, data, [*_choices(dataset, colours, sources), *(_of_path(dataset, shown) if shown else [])]
+        charts, data, [*_choices(dataset, colours, sources), *(_of_path(shown, with_path) if with_path else [])]
     )
 
 
-def _error_charts(colours: Dict[str, str]) -> List[Chart]:
+def _error_charts(colours: Dict[str, str], sample: str) -> List[Chart]:
     names = {label: ppr_text(label) for label in colours}
-    click = 'A click on a point shows its path.'
+    click, begin = 'A click on a point shows its path.', f'{sample}: ' if sample else ''
     return [
         Chart(
             'scatter',
             'Final position errors',
-            f'x and y along the map; shaded: within {X.tolerance:g} m. {click}',
+            f'{begin}x and y along the map; shaded: within {X.tolerance:g} m. {click}',
             scatter_spec(colours),
             'trials',
         ),
         Chart(
             'distributions',
             'Distributions',
-            f'Every trial, with median and quartiles; shaded: within {Y.tolerance:g} m or {YAW.tolerance:g} degrees. '
-            f'{click}',
+            f'{sample or "Every trial"}, with median and quartiles; shaded: within {Y.tolerance:g} m or '
+            f'{YAW.tolerance:g} degrees. {click}',
             distribution_spec(colours, names),
             'tables',
         ),

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import List, NamedTuple, Optional
 
 from diff_encoder_sim.analysis.dataset import Dataset, TrialData
+from diff_encoder_sim.analysis.first_trials import first_of_cells, sample_text
 from diff_encoder_sim.analysis.table import Column, Entry, Number, Table
 from diff_encoder_sim.analysis.table_keys import cell_text, key_columns, key_entries, varied_keys
 from diff_encoder_sim.base.se2 import Pose2D
@@ -73,14 +74,15 @@ def _distance_and_heading(error: Optional[Pose2D]) -> List[Entry]:
 
 
 def failure_table(dataset: Dataset) -> Table:
-    """Build the table of the trials that did not succeed, with the reasons."""
+    """Build the table of the trials that did not succeed, with the reasons; of many, some."""
+    failed = dataset._replace(trials=[trial for trial in dataset.trials if trial.outcome is not Outcome.SUCCEEDED])
+    shown = first_of_cells(failed)
     columns = [Column(name, name) for name in ('cell', 'trial', 'outcome', 'reason')]
     rows: List[List[Entry]] = [
-        [cell_text(trial.cell), Number(trial.trial, 0), trial.outcome.text, trial.reason]
-        for trial in dataset.trials
-        if trial.outcome is not Outcome.SUCCEEDED
+        [cell_text(trial.cell), Number(trial.trial, 0), trial.outcome.text, trial.reason] for trial in shown.trials
     ]
-    return Table('failures', 'Trials that did not succeed', columns, rows, [])
+    notes = [f'{text}.' for text in [sample_text(shown, failed)] if text]
+    return Table('failures', 'Trials that did not succeed', columns, rows, notes)
 
 
 def bag_links(dataset: Dataset, folder: Path) -> List[Optional[BagLink]]:

@@ -4,7 +4,7 @@ import matplotlib
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from diff_encoder_sim.analysis.figures import variants_of
+from diff_encoder_sim.analysis.figures import style, variants_of
 from diff_encoder_sim.analysis.figures.distributions import draw_distributions
 from diff_encoder_sim.analysis.figures.style import STYLE
 from diff_encoder_sim.analysis.figures.xy_errors import draw_xy_errors
@@ -19,6 +19,14 @@ def test_xy_errors_count_what_is_inside_and_what_is_beyond():
     (panel,) = shown(draw_xy_errors(variants_of(dataset)[0], PoseSource.ODOM))
     assert panel.get_title() == '90 PPR\n8 of 10 inside, 1 beyond'
     assert panel.get_ylabel().startswith('SL')
+
+
+def test_of_many_trials_the_first_are_points_and_all_are_counted(monkeypatch):
+    monkeypatch.setattr(style, 'MOST_POINTS', 3)
+    dataset = dataset_of(trial_data(number=number, errors=(0.01 * number, 0.0, 0.0)) for number in range(9))
+    (panel,) = shown(draw_xy_errors(variants_of(dataset)[0], PoseSource.ODOM))
+    assert sum(len(points.get_offsets()) for points in panel.collections) == 3
+    assert panel.get_title() == '90 PPR\n6 of 9 inside'
 
 
 def test_a_row_of_xy_errors_has_one_scale():

@@ -3,10 +3,21 @@
 import json
 import re
 
-from diff_encoder_sim.analysis.report.trial_charts import trial_charts
+from diff_encoder_sim.analysis import first_trials
+from diff_encoder_sim.analysis.first_trials import first_of_cells
+from diff_encoder_sim.analysis.report.trial_charts import trial_charts as charts_of
 from diff_encoder_sim.trials.trial_outcome import Outcome
 from figure_panels import driven
 from paper_datasets import IN, cell, dataset, trial
+
+
+def trial_charts(made):
+    return charts_of(made, first_of_cells(made))
+
+
+def content_of(html):
+    [content] = re.findall(r'<script type="application/json">(.*?)</script>', html, re.DOTALL)
+    return json.loads(content)
 
 
 def charts(html):
@@ -42,7 +53,16 @@ def test_many_sets_of_parameters_are_a_list():
 
 def test_colours_are_those_of_the_figures():
     html = trial_charts(driven())
-    [content] = re.findall(r'<script type="application/json">(.*?)</script>', html, re.DOTALL)
-    scatter = json.loads(content)['charts'][0]['spec']['layer'][-1]['encoding']['color']
+    scatter = content_of(html)['charts'][0]['spec']['layer'][-1]['encoding']['color']
     assert scatter['scale'] == {'domain': ['40', '90'], 'range': ['#7ad151', '#440154']}
     assert 'style="color: #7ad151"' in html
+
+
+def test_of_many_trials_the_first_of_each_cell_are_points_and_spreads_are_of_all(monkeypatch):
+    monkeypatch.setattr(first_trials, 'MOST_SHOWN', 5)
+    made = dataset(*(cell('SL', ppr, 'world', [IN, (0.02, 0.1, 0.0)] * 10) for ppr in ('40', '90')))
+    html = trial_charts(made)
+    data = content_of(html)['data']
+    assert data['errors']['encoder'] == ['40', '40', '90', '90'] and data['trials']['number'] == [1, 2, 1, 2]
+    assert set(data['spreads']['trials']) == {20}
+    assert 'The first 2 trials of each cell, of 40, with median and quartiles' in html

@@ -1,0 +1,47 @@
+"""Trials of a campaign that are one drive of the robot: a worker runs them at once."""
+
+from __future__ import annotations
+
+from typing import Deque, Dict, List, Sequence, Tuple
+
+from diff_encoder_sim.campaign.campaign_definition import Campaign, TrialJob
+from diff_encoder_sim.lockstep.trial_setup import drive_params
+
+# Each has a bag open; and what is under way is lost with its worker.
+MOST_TRIALS = 16
+
+TrialGroup = Tuple[TrialJob, ...]
+
+
+def trial_groups(campaign: Campaign, jobs: Sequence[TrialJob]) -> List[TrialGroup]:
+    """Put together the scripted trials that differ in encoder and odometry alone, in the order of their first."""
+    if campaign.params.nav != 'scripted':
+        return [(job,) for job in jobs]
+    drives = _drives(campaign)
+    groups: Dict[Tuple[int, int], List[TrialJob]] = {}
+    for job in jobs:
+        groups.setdefault((drives[job.cell_index], job.seed), []).append(job)
+    return [
+        tuple(group[begin : begin + MOST_TRIALS])
+        for group in groups.values()
+        for begin in range(0, len(group), MOST_TRIALS)
+    ]
+
+
+def _drives(campaign: Campaign) -> List[int]:
+    """Return a number for each cell: equal ones are one drive where the seeds are equal, too."""
+    numbers: Dict[Tuple[object, ...], int] = {}
+    return [
+        numbers.setdefault((cell.test.name, *drive_params(cell.robot_params)), len(numbers)) for cell in campaign.cells
+    ]
+
+
+def split_for(threads: int, running: int, waiting: Deque[TrialGroup]) -> None:
+    """Halve the largest groups that wait, until there is one for each thread or each is a single trial."""
+    while waiting and running + len(waiting) < threads:
+        largest = max(range(len(waiting)), key=lambda index: len(waiting[index]))
+        group, half = waiting[largest], (len(waiting[largest]) + 1) // 2
+        if len(group) == 1:
+            return
+        waiting[largest] = group[:half]
+        waiting.insert(largest + 1, group[half:])

@@ -1,0 +1,116 @@
+"""Which time states of models get while the clock is read now and then."""
+
+import pytest
+
+pytest.importorskip('rospy')
+pytest.importorskip('diff_encoder_sim.msg')
+
+from rosgraph_msgs.msg import Clock
+
+from diff_encoder_sim.ros import model_states as room
+from diff_encoder_sim.ros.conversions import stamp_from_ns
+from diff_encoder_sim.serialization.primitives import encode_names, encode_pose, encode_sequence, encode_twist
+
+MS = 1_000_000
+STATES = (
+    encode_names(('floor', 'alto'))
+    + encode_sequence([encode_pose((1.0, 2.0, 0.0), (0.0, 0.0, 0.0, 1.0))] * 2)
+    + encode_sequence([encode_twist((0.3, 0.0, 0.0), (0.0, 0.0, 0.1))] * 2)
+)
+
+
+class Graph:
+    """A reader of the clock and of states, what it calls back with, and whether it may pause, pauses or looks."""
+
+    def __init__(self, monkeypatch, period_s=0.05):
+        self.dated_ms, self.may_pause, self.is_pausing, self.has_looked = [], True, False, False
+        for name, value in {
+            'encoded_subscriber': lambda *_: None,
+            'listen_to_clock': lambda _: None,
+            'is_clock_pausing': lambda: self.is_pausing,
+            'look_at_clock': lambda: setattr(self, 'has_looked', True),
+            'read_every_tick': lambda: setattr(self, 'may_pause', False),
+            'read_now_and_then': lambda: setattr(self, 'may_pause', True),
+        }.items():
+            monkeypatch.setattr(room, name, value)
+        self.reader = room.ModelStateReader(room.ModelStatesParams(states_period=period_s), self._take)
+
+    def _take(self, stamp_ns, pose, velocity):
+        assert (pose, velocity) == ((1.0, 2.0, 0.0), (0.3, 0.0, 0.1))
+        self.dated_ms.append(stamp_ns // MS)
+
+    def clock(self, now_ms):
+        self.has_looked = False
+        self.reader._on_clock(Clock(stamp_from_ns(now_ms * MS)))
+
+    def states(self):
+        self.reader._on_states(STATES)
+        return self.dated_ms
+
+
+def test_without_pauses_the_nearest_multiple_is_the_time(monkeypatch):
+    graph = Graph(monkeypatch)
+    graph.clock(0)
+    assert graph.states() == [0]
+    graph.clock(40)
+    assert graph.states() == [0, 50]
+    graph.clock(60)
+    assert graph.states() == [0, 50]  # ahead of the clock
+    graph.clock(100)
+    assert graph.dated_ms == [0, 50, 100]
+
+
+def test_in_a_pause_states_wait_for_a_look_that_finds_their_tick(monkeypatch):
+    graph = Graph(monkeypatch)
+    graph.clock(0)
+    graph.states()
+    graph.is_pausing = True
+    for read_ms, found_ms in ((0, 50), (80, 100), (100, 160)):
+        if read_ms:
+            graph.clock(read_ms)
+        before = list(graph.dated_ms)
+        assert graph.states() == before and graph.has_looked
+        graph.clock(found_ms)
+        assert len(graph.dated_ms) == len(before) + 1
+    assert graph.dated_ms == [0, 50, 100, 150]
+
+
+@pytest.mark.parametrize('read_ms', [50, 60, 70])
+def test_in_a_pause_after_their_tick_states_do_not_wait_as_no_other_may_come_before_they_are_answered(
+    monkeypatch, read_ms
+):
+    graph = Graph(monkeypatch)
+    graph.clock(0)
+    graph.states()
+    graph.is_pausing = True
+    graph.clock(read_ms)
+    assert graph.states() == [0, 50]
+
+
+def test_the_first_states_after_a_reset_are_not_dated_by_the_time_before(monkeypatch):
+    graph = Graph(monkeypatch)
+    for now_ms in (0, 50):
+        graph.clock(now_ms)
+        graph.states()
+    graph.is_pausing = True
+    graph.clock(90)
+    assert graph.states() == [0, 50] and graph.has_looked
+    graph.clock(0)
+    assert graph.dated_ms == [0, 50, 0]
+
+
+def test_pauses_are_made_only_when_it_is_known_which_multiple_comes_next(monkeypatch):
+    graph = Graph(monkeypatch)
+    assert not graph.may_pause
+    graph.clock(0)
+    graph.states()
+    assert graph.may_pause
+    graph.clock(500)
+    graph.clock(10)
+    assert not graph.may_pause
+
+
+def test_where_states_come_at_any_time_every_tick_is_read(monkeypatch):
+    graph = Graph(monkeypatch, period_s=0.0)
+    graph.clock(50)
+    assert graph.states() == [50] and not graph.may_pause
