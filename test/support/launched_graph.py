@@ -44,7 +44,7 @@ def require_ros():
 
 
 def free_port():
-    """A port at which a master may listen again and again: none that Linux gives to the ends of connections meanwhile."""
+    """A port at which a master may listen again and again: none that Linux gives to ends of connections meanwhile."""
     ports = random.SystemRandom().sample(range(20_000, 32_000), 100)  # Linux takes 32768 and above for those
     for port in ports:
         with socket.socket() as probe, contextlib.suppress(OSError):
