@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import itertools
 from pathlib import Path
-from typing import Callable, Dict, Iterator, List, NamedTuple, Optional, Tuple, cast
+from typing import Callable, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple, cast
 
 from typing_extensions import Protocol
 
 from diff_encoder_sim.recording.common_messages import CommonMessages
-from diff_encoder_sim.recording.ros1_writer import Records, Ros1Writer, encode_record, record_header
+from diff_encoder_sim.recording.ros1_writer import Records, Ros1Writer, encode_record, join_records, record_header
 from diff_encoder_sim.recording.topics import RecordedTopic
 from diff_encoder_sim.serialization.mcap_writer import McapWriter
 from diff_encoder_sim.serialization.primitives import with_seq
@@ -20,14 +20,18 @@ from diff_encoder_sim.trials.bag_formats import BagFormat
 SUFFIXES: Dict[BagFormat, str] = {'ros1': '.bag', 'mcap': '.mcap'}
 
 
+# A message's publisher, time [ns], and content, which is encoded for ROS 1.
+EncodedMessage = Tuple[int, int, bytes]
+
+
 class BagFile(Protocol):
     """A file that is being written; OSError where it cannot be."""
 
     def add_publisher(self, topic: RecordedTopic, node: str) -> int:
         """Describe a topic and the node that publishes it, and return a number for `write`."""
 
-    def write(self, publisher: int, time_ns: int, message: bytes) -> None:
-        """Write a message that is encoded for ROS 1; the seq of a leading header is filled in, from 1."""
+    def write(self, messages: Sequence[EncodedMessage]) -> None:
+        """Write messages, whose times do not fall; the seqs of leading headers are filled in, from 1."""
 
     def write_common(self, common: CommonMessages, begin: int, end: int, publishers: Tuple[int, ...]) -> None:
         """Write some messages that other files have, too, with their seqs; `publishers` are the numbers of theirs."""
@@ -71,11 +75,15 @@ class Ros1File:
         self._publishers.append(_Publisher(connection.id, record_header(connection.id), seqs))
         return len(self._publishers) - 1
 
-    def write(self, publisher: int, time_ns: int, message: bytes) -> None:
-        """Write a message."""
-        connection_id, header, seqs = self._publishers[publisher]
-        numbered = message if seqs is None else with_seq(message, next(seqs))
-        self._writer.write_message(connection_id, header, time_ns, numbered)
+    def write(self, messages: Sequence[EncodedMessage]) -> None:
+        """Write messages."""
+        connections, records = [], []
+        for publisher, time_ns, message in messages:
+            connection_id, header, seqs = self._publishers[publisher]
+            numbered = message if seqs is None else with_seq(message, next(seqs))
+            connections.append((connection_id, time_ns))
+            records.append(encode_record(header, time_ns, numbered))
+        self._writer.write_records(join_records(connections, records))
         self._forget_places()
 
     def write_common(self, common: CommonMessages, begin: int, end: int, publishers: Tuple[int, ...]) -> None:
@@ -85,13 +93,13 @@ class Ros1File:
         self._forget_places()
 
     def _records(self, common: CommonMessages, begin: int, end: int, publishers: Tuple[int, ...]) -> Records:
-        messages, records = [], []
+        connections, records = [], []
         for message, encoded in zip(common.messages[begin:end], common.encoded(begin, end)):
             publisher = self._publishers[publishers[message.publisher]]
             numbered = encoded if publisher.seqs is None else with_seq(encoded, message.seq)
-            messages.append((publisher.connection_id, message.time_ns))
+            connections.append((publisher.connection_id, message.time_ns))
             records.append(encode_record(publisher.header, message.time_ns, numbered))
-        return Records(messages, list(itertools.accumulate(map(len, records), initial=0)), b''.join(records))
+        return join_records(connections, records)
 
     def _forget_places(self) -> None:
         # rosbags keeps the position of every message; of a chunk that is written it uses no more than their number.
@@ -130,9 +138,10 @@ class McapFile:
             self._types.append(topic.message_type)
         return self._topics[topic.name]
 
-    def write(self, publisher: int, time_ns: int, message: bytes) -> None:
-        """Write a message."""
-        self._writer.write(publisher, time_ns, to_cdr(message, self._types[publisher]))
+    def write(self, messages: Sequence[EncodedMessage]) -> None:
+        """Write messages."""
+        for publisher, time_ns, message in messages:
+            self._writer.write(publisher, time_ns, to_cdr(message, self._types[publisher]))
 
     def write_common(self, common: CommonMessages, begin: int, end: int, publishers: Tuple[int, ...]) -> None:
         """Write messages that other files have, too."""

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import bisect
 import collections
 import io
+import itertools
 import struct
 import sys
-from typing import List, NamedTuple, Tuple
+from typing import List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 from rosbags.rosbag1 import Writer
@@ -55,9 +57,14 @@ def _index_entries(places: List[Tuple[int, int]]) -> bytes:
 class Records(NamedTuple):
     """Records of messages, one directly after the other."""
 
-    messages: List[Tuple[int, int]]  # connection and time [ns] of each
-    places: List[int]  # where each begins, and where the last ends
+    messages: Sequence[Tuple[int, int]]  # connection and time [ns] of each; times do not fall
+    places: Sequence[int]  # where each begins, and where the last ends
     content: bytes
+
+
+def join_records(messages: Sequence[Tuple[int, int]], records: Sequence[bytes]) -> Records:
+    """Return the records of messages, of which connection and time [ns] are given."""
+    return Records(messages, list(itertools.accumulate(map(len, records), initial=0)), b''.join(records))
 
 
 class Ros1Writer(Writer):
@@ -65,22 +72,26 @@ class Ros1Writer(Writer):
 
     def write_message(self, connection_id: int, header: bytes, time_ns: int, message: bytes) -> None:
         """Write a message of a connection; its header is that of `record_header`."""
-        self._write_record(connection_id, time_ns, encode_record(header, time_ns, message))
+        self.write_records(join_records([(connection_id, time_ns)], [encode_record(header, time_ns, message)]))
 
     def write_records(self, records: Records) -> None:
         """Write messages as `write_message` does each."""
         messages, places, content = records
-        chunk = self.chunks[-1]
-        begin = chunk.data.tell()
-        if begin + len(content) > self.chunk_threshold:  # the chunk ends at one of them
-            for (connection_id, time_ns), first, end in zip(messages, places, places[1:]):
-                self._write_record(connection_id, time_ns, content[first:end])
-            return
-        for (connection_id, time_ns), place in zip(messages, places):
-            chunk.connections[connection_id].append((time_ns, begin + place))
-        chunk.start = min(chunk.start, messages[0][1])  # times do not fall
-        chunk.end = max(chunk.end, messages[-1][1])
-        chunk.data.write(content)
+        first, content_view = 0, memoryview(content)
+        while first < len(messages):
+            chunk = self.chunks[-1]
+            offset = chunk.data.tell() - places[first]
+            # A chunk ends with the first record that goes beyond its threshold.
+            end = bisect.bisect_right(places, self.chunk_threshold - offset, first + 1)
+            is_full, end = end < len(places), min(end, len(messages))
+            for (connection_id, time_ns), place in zip(messages[first:end], places[first:end]):
+                chunk.connections[connection_id].append((time_ns, offset + place))
+            chunk.start = min(chunk.start, messages[first][1])
+            chunk.end = max(chunk.end, messages[end - 1][1])
+            chunk.data.write(content_view[places[first] : places[end]])
+            if is_full:
+                self.write_chunk(chunk)
+            first = end
 
     def write_chunk(self, chunk: WriteChunk) -> None:
         """Write a chunk, and the entries of its index at once."""
@@ -97,13 +108,3 @@ class Ros1Writer(Writer):
             self.bio.write(_record(_INDEX_DATA, _index_entries(places), **fields))
         chunk.data.close()
         self.chunks.append(WriteChunk(io.BytesIO(), -1, sys.maxsize, 0, collections.defaultdict(list)))
-
-    def _write_record(self, connection_id: int, time_ns: int, record: bytes) -> None:
-        chunk = self.chunks[-1]
-        place = chunk.data.tell()
-        chunk.connections[connection_id].append((time_ns, place))
-        chunk.start = min(chunk.start, time_ns)
-        chunk.end = max(chunk.end, time_ns)
-        chunk.data.write(record)
-        if place + len(record) > self.chunk_threshold:
-            self.write_chunk(chunk)

@@ -6,10 +6,10 @@ import contextlib
 import os
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Callable, Dict, Iterator, List, Optional, Tuple, Type, Union
+from typing import Any, Callable, Dict, Iterator, List, Optional, Sequence, Tuple, Type, Union
 
 from diff_encoder_sim.base.atomic_files import UNFINISHED_SUFFIX
-from diff_encoder_sim.recording.bag_files import OPENERS, BagFile
+from diff_encoder_sim.recording.bag_files import OPENERS, BagFile, EncodedMessage
 from diff_encoder_sim.recording.common_messages import CommonMessages
 from diff_encoder_sim.recording.topics import RecordMode, recorded_topics
 from diff_encoder_sim.trials.bag_formats import BagFormat
@@ -85,9 +85,15 @@ class TrialBag:
 
     def _write_waiting(self) -> None:
         waiting, self._waiting = self._waiting, []
+        encoded: List[EncodedMessage] = []
         for place, topic, node, time_ns, encode, values in waiting:
-            self._write_common(place)
-            self._record(topic, node, encode(*values), time_ns)
+            publisher = self._publishers.get((topic, node))
+            if publisher is None or place != self._common_written:  # what comes between the messages
+                self._write(encoded)
+                self._write_common(place)
+                publisher, encoded = self._publisher(topic, node), []
+            encoded.append((publisher, max(time_ns, EARLIEST_NS), encode(*values)))
+        self._write(encoded)
         self._write_common(len(self._common.messages))
 
     def _write_common(self, end: int) -> None:
@@ -113,13 +119,15 @@ class TrialBag:
         if topic in self._topics:
             with self._naming_errors():
                 self._write_waiting()
-                self._record(topic, node, message, time_ns)
+                self._write([(self._publisher(topic, node), max(time_ns, EARLIEST_NS), message)])
 
-    def _record(self, topic: str, node: str, message: bytes, time_ns: int) -> None:
-        publisher = self._publishers.get((topic, node))
-        if publisher is None:
-            publisher = self._advertise(topic, node)
-        self._opened().write(publisher, max(time_ns, EARLIEST_NS), message)
+    def _write(self, messages: Sequence[EncodedMessage]) -> None:
+        if messages:
+            self._opened().write(messages)
+
+    def _publisher(self, topic: str, node: str) -> int:
+        known = self._publishers.get((topic, node))
+        return self._advertise(topic, node) if known is None else known
 
     def _advertise(self, topic: str, node: str) -> int:
         recorded = self._topics[topic]

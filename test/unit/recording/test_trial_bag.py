@@ -197,7 +197,7 @@ def test_a_file_that_cannot_grow_is_named_and_removed(tmp_path, size, bag_format
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize('method', ['open', 'write_message', 'close'])
+@pytest.mark.parametrize('method', ['open', 'write_records', 'close'])
 def test_a_full_disk_can_be_told(tmp_path, monkeypatch, method):
     def full(*_):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
