@@ -21,7 +21,7 @@ from diff_encoder_sim.lockstep.robot_params import RobotParams
 from diff_encoder_sim.lockstep.schedule import Schedule
 from diff_encoder_sim.lockstep.scripted_driver import ScriptedDriver
 from diff_encoder_sim.navigation.goal_status import Command
-from diff_encoder_sim.simulation.periods import STATES_PERIOD_NS, TICK_NS
+from diff_encoder_sim.simulation.periods import STATES_PERIOD_NS
 from diff_encoder_sim.simulation.simulator import Simulator, SimulatorParams
 from diff_encoder_sim.simulation.state import JointStates
 from diff_encoder_sim.trials.trial_definition import TrialPlan
@@ -100,6 +100,7 @@ class LockstepWorld:
 
     def _tick(self) -> None:
         try:
+            self._read_joints()
             self.schedule.run_until(self._simulator.time_ns)
         except RouteFailed as failure:
             self._ending = failure.ending
@@ -128,7 +129,6 @@ class LockstepWorld:
 
     def _schedule_at_rates(self, simulator: SimulatorParams) -> Schedule:
         schedule = Schedule()
-        schedule.every(TICK_NS, self._read_joints)
         schedule.every(STATES_PERIOD_NS, self._sample_truth)
         schedule.every(simulator.lidar.period_ns, self._scan)
         return schedule

@@ -6,6 +6,7 @@ import contextlib
 from pathlib import Path
 from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple, Union
 
+from diff_encoder_sim.base.garbage import collected_afterwards
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.lockstep.bag_publications import BagPublications
@@ -52,8 +53,9 @@ def run_trials(trials: Sequence[TrialSetup], robot_file: Union[str, Path], recor
     with contextlib.ExitStack() as opened:
         together = LockstepTrials(trials, robot_file, *_publications(trials, record, opened))
         world = together.world
-        for _ in world.run():
-            pass
+        with collected_afterwards():
+            for _ in world.run():
+                pass
     duration_s = world.time_ns / NANOSECONDS_PER_SECOND
     return [
         TrialResult(

@@ -30,12 +30,13 @@ NO_ERRORS: Columns = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 
 
 def carry_geometry_errors(
-    errors: Columns, yaw_rad: float, left_m: float, right_m: float, wheel_separation_m: float
+    errors: Columns, std: GeometryStd, yaw_rad: float, left_m: float, right_m: float, wheel_separation_m: float
 ) -> Columns:
     """Return how the geometry's errors move the pose after one more step of both wheels.
 
     Args:
         errors: before the step.
+        std: of the errors; those of 0 are left as they are.
         yaw_rad: heading before the step.
         left_m: travel of the left wheel.
         right_m: travel of the right wheel.
@@ -46,8 +47,8 @@ def carry_geometry_errors(
     cos_yaw, sin_yaw = math.cos(mid_yaw_rad), math.sin(mid_yaw_rad)
     steps = ((travel_m, 0.0), (0.0, turn_rad), (0.25 * (right_m - left_m), travel_m / wheel_separation_m))
     distance, turn, difference = (
-        _carried(column, along_m, by_rad, travel_m, cos_yaw, sin_yaw)
-        for column, (along_m, by_rad) in zip(errors, steps)
+        _carried(column, *step, travel_m, cos_yaw, sin_yaw) if spread else column
+        for column, step, spread in zip(errors, steps, std)
     )
     return distance, turn, difference
 
@@ -74,6 +75,8 @@ def _covariance_of(columns: Iterable[Tuple[float, float, float]], variances: Ite
     """Return the covariance of a sum of columns (x, y, yaw), each times an error of its own variance."""
     xx = xy = yy = x_yaw = y_yaw = yaw_yaw = 0.0
     for (x, y, yaw), variance in zip(columns, variances):
+        if not variance:
+            continue
         xx += variance * x * x
         xy += variance * x * y
         yy += variance * y * y

@@ -153,7 +153,7 @@ class WheelOdometry:
         noise = self.params.travel_variance + (self.params.curve_noise or 0.0) * pull_mps2**2
         self._motion_covariance = propagate_motion_noise(self._motion_covariance, *step, noise, self._heading_var_rad2)
         if self._geometry_std != KNOWN_EXACTLY:
-            self._geometry_errors = carry_geometry_errors(self._geometry_errors, *step)
+            self._geometry_errors = carry_geometry_errors(self._geometry_errors, self._geometry_std, *step)
 
     def _heading_rad(self, total: Reading) -> float:
         left_m_per_pulse, right_m_per_pulse = self._m_per_pulse

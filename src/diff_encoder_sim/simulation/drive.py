@@ -56,8 +56,8 @@ class DriveController:
         """Stand still with no command."""
         self._command = (0.0, 0.0)
         self._command_time_ns = 0
-        self._linear_mps = 0.0
-        self._angular_radps = 0.0
+        self._velocity = (0.0, 0.0)  # linear [m/s] and angular [rad/s], on the ramp
+        self._wheel_speeds_radps = (0.0, 0.0)
 
     def command(self, now_ns: int, linear_mps: float, angular_radps: float) -> None:
         """Take a command; one beyond the limits is cut to them, with a warning.
@@ -81,14 +81,19 @@ class DriveController:
         """Return the speeds of the left and the right wheel [rad/s] for the next interval."""
         age_s = (now_ns - self._command_time_ns) / NANOSECONDS_PER_SECOND
         wanted = self._command if age_s <= self.params.command_timeout else (0.0, 0.0)
-        self._linear_mps += _clamp(wanted[0] - self._linear_mps, self.params.max_linear_acceleration * interval_s)
-        self._angular_radps += _clamp(
-            wanted[1] - self._angular_radps, self.params.max_angular_acceleration * interval_s
-        )
-        half_difference_mps = 0.5 * self._wheel_separation_m * self._angular_radps
-        return (
-            (self._linear_mps - half_difference_mps) / self._wheel_radius_m,
-            (self._linear_mps + half_difference_mps) / self._wheel_radius_m,
+        if wanted != self._velocity:
+            self._ramp(wanted, interval_s)
+        return self._wheel_speeds_radps
+
+    def _ramp(self, wanted: Tuple[float, float], interval_s: float) -> None:
+        linear_mps, angular_radps = self._velocity
+        linear_mps += _clamp(wanted[0] - linear_mps, self.params.max_linear_acceleration * interval_s)
+        angular_radps += _clamp(wanted[1] - angular_radps, self.params.max_angular_acceleration * interval_s)
+        self._velocity = linear_mps, angular_radps
+        half_difference_mps = 0.5 * self._wheel_separation_m * angular_radps
+        self._wheel_speeds_radps = (
+            (linear_mps - half_difference_mps) / self._wheel_radius_m,
+            (linear_mps + half_difference_mps) / self._wheel_radius_m,
         )
 
 

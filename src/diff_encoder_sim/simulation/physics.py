@@ -77,6 +77,7 @@ class BulletPhysics:
             self._near = NearSolids(self._client, obstacles, self._keep_off)
             self._wheel_radius_m = max(robot.wheels[:2])
             self._driven_m, self._ticks = 0.0, 0  # since the near solids were looked at
+            self._set_motors(0.0, 0.0)
             self._base_in_inertial = self._inverse_inertial_offset()
             self._settle(start_pose, robot.description.floor_z_m)
         except BaseException:
@@ -91,6 +92,16 @@ class BulletPhysics:
 
     def tick(self, left_radps: float, right_radps: float) -> None:
         """Drive the wheels at these speeds, as far as torque allows, for 10 ms."""
+        if (left_radps, right_radps) != self._motor_speeds_radps:
+            self._set_motors(left_radps, right_radps)
+        pybullet.stepSimulation(physicsClientId=self._client)
+        self._driven_m += self._tick_m
+        self._ticks += 1
+        if self._driven_m > LOOK_AGAIN_M or self._ticks >= LOOK_AGAIN_TICKS:
+            self._look_around()
+
+    def _set_motors(self, left_radps: float, right_radps: float) -> None:
+        """Have the motors keep to speeds, until they are set to others."""
         pybullet.setJointMotorControlArray(
             self._robot,
             self._wheel_joints,
@@ -99,11 +110,8 @@ class BulletPhysics:
             forces=(self._wheel_torque_nm, self._wheel_torque_nm),
             physicsClientId=self._client,
         )
-        pybullet.stepSimulation(physicsClientId=self._client)
-        self._driven_m += max(abs(left_radps), abs(right_radps)) * self._wheel_radius_m * TICK_S
-        self._ticks += 1
-        if self._driven_m > LOOK_AGAIN_M or self._ticks >= LOOK_AGAIN_TICKS:
-            self._look_around()
+        self._motor_speeds_radps: Optional[Tuple[float, float]] = (left_radps, right_radps)
+        self._tick_m = max(abs(left_radps), abs(right_radps)) * self._wheel_radius_m * TICK_S
 
     def wheels(self) -> WheelState:
         """Return the rotation of the wheels against the body since the start."""

@@ -84,6 +84,7 @@ class Simulator:
         source = robot if isinstance(robot, RobotSource) else RobotSource(Path(robot))
         geometry = params.wheel_errors.geometry(generator(seed, 'wheel_geometry'))
         self._robot = load_simulated_robot(source, params.choices(), geometry)
+        self._joints, self._forward_signs = self._robot.joints, self._robot.forward_signs
         description = self._robot.description
         laser_pose = _laser_pose_in_root(description)
         self.laser_pose_in_base = _in_plane(laser_pose)
@@ -158,13 +159,10 @@ class Simulator:
 
     def joint_states(self) -> JointStates:
         """Return the wheels' angles (phase included) and speeds, as ideal sensors of the robot's joints."""
-        left, right = self._robot.forward_signs
+        left, right = self._forward_signs
         (left_rad, right_rad), (left_radps, right_radps) = self._angles_rad, self._speeds_radps
         return JointStates(
-            self.time_ns,
-            self._robot.joints,
-            (left * left_rad, right * right_rad),
-            (left * left_radps, right * right_radps),
+            self.time_ns, self._joints, (left * left_rad, right * right_rad), (left * left_radps, right * right_radps)
         )
 
     def base(self) -> BodyState:

@@ -15,6 +15,7 @@ from diff_encoder_sim.odometry.geometry_uncertainty import (
 
 SEPARATION_M = 0.4
 SMALL = 1e-6
+ALL = GeometryStd(1.0, 1.0, 1.0)
 
 
 def driven(steps_m, left=1.0, right=1.0, separation=1.0):
@@ -31,7 +32,7 @@ def driven(steps_m, left=1.0, right=1.0, separation=1.0):
 def carried(steps_m):
     errors, yaw_rad = NO_ERRORS, 0.0
     for left_m, right_m in steps_m:
-        errors = carry_geometry_errors(errors, yaw_rad, left_m, right_m, SEPARATION_M)
+        errors = carry_geometry_errors(errors, ALL, yaw_rad, left_m, right_m, SEPARATION_M)
         yaw_rad += (right_m - left_m) / SEPARATION_M
     return errors
 
