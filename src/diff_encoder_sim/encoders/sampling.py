@@ -17,6 +17,7 @@ class BoundarySampler:
     def __init__(self, rate_hz: float) -> None:
         self._periods, self._in_ns = _periods_in_ns(rate_hz)
         self._newest_index: Optional[int] = None
+        self.next_ns = 0  # no stamp before it reaches a boundary, after the first that `period_index` was asked for
 
     def period_index(self, stamp_ns: int) -> Optional[int]:
         """Return the index of the boundary that `stamp_ns` is the first to reach, else None."""
@@ -25,7 +26,7 @@ class BoundarySampler:
             return None
         # The very first stamp only opens a period, unless it lies on the boundary itself.
         opens_quietly = self._newest_index is None and remainder != 0
-        self._newest_index = index
+        self._newest_index, self.next_ns = index, -(-(index + 1) * self._in_ns // self._periods)
         return None if opens_quietly else index
 
 

@@ -59,10 +59,11 @@ class WheelReports:
     def take_joints(self, joints: JointStates) -> None:
         """Count, and integrate the counts that are reported."""
         self.reports.clear()
-        if self._boundaries is not None and self._boundaries.period_index(joints.stamp_ns) is None:
+        boundaries, now_ns = self._boundaries, joints.stamp_ns
+        if boundaries is not None and (now_ns < boundaries.next_ns or boundaries.period_index(now_ns) is None):
             return
-        for sample in self._encoder.update(joints.stamp_ns, joints.names, joints.angles_rad):
-            self._take_sample(joints.stamp_ns, sample)
+        for sample in self._encoder.update(now_ns, joints.names, joints.angles_rad):
+            self._take_sample(now_ns, sample)
 
     def take_command(self, command: Command) -> None:
         """Take the signs of speeds, for an encoder that does not know its own direction."""

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import itertools
 from pathlib import Path
-from typing import Callable, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple, cast
+from typing import Callable, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 
 from typing_extensions import Protocol
 
-from diff_encoder_sim.recording.common_messages import CommonMessages
-from diff_encoder_sim.recording.ros1_writer import Records, Ros1Writer, encode_record, join_records, record_header
+from diff_encoder_sim.recording.ros1_writer import Ros1Writer, encode_record, record_header
 from diff_encoder_sim.recording.topics import RecordedTopic
 from diff_encoder_sim.serialization.mcap_writer import McapWriter
 from diff_encoder_sim.serialization.primitives import with_seq
@@ -20,21 +19,24 @@ from diff_encoder_sim.trials.bag_formats import BagFormat
 SUFFIXES: Dict[BagFormat, str] = {'ros1': '.bag', 'mcap': '.mcap'}
 
 
-# A message's publisher, time [ns], and content, which is encoded for ROS 1.
-EncodedMessage = Tuple[int, int, bytes]
+# A message in the form of a file: its connection or channel, its time [ns], its content.
+Prepared = Tuple[int, int, bytes]
 
 
 class BagFile(Protocol):
     """A file that is being written; OSError where it cannot be."""
 
     def add_publisher(self, topic: RecordedTopic, node: str) -> int:
-        """Describe a topic and the node that publishes it, and return a number for `write`."""
+        """Describe a topic and the node that publishes it, and return a number for `prepare`."""
 
-    def write(self, messages: Sequence[EncodedMessage]) -> None:
-        """Write messages, whose times do not fall; the seqs of leading headers are filled in, from 1."""
+    def prepare(self, publisher: int, time_ns: int, message: bytes, seq: Optional[int] = None) -> Prepared:
+        """Return a message that is encoded for ROS 1 as `write` takes it.
 
-    def write_common(self, common: CommonMessages, begin: int, end: int, publishers: Tuple[int, ...]) -> None:
-        """Write some messages that other files have, too, with their seqs; `publishers` are the numbers of theirs."""
+        The seq of a leading header is filled in: the next one of the publisher, from 1, unless it is given.
+        """
+
+    def write(self, messages: Sequence[Prepared]) -> None:
+        """Write messages, whose times do not fall."""
 
     def close(self) -> None:
         """Write the index, and close the file."""
@@ -56,7 +58,6 @@ class Ros1File:
 
     def __init__(self, path: Path) -> None:
         self._publishers: List[_Publisher] = []
-        self._chunks_seen = 0
         self._writer = Ros1Writer(path)
         self._writer.open()
 
@@ -75,40 +76,16 @@ class Ros1File:
         self._publishers.append(_Publisher(connection.id, record_header(connection.id), seqs))
         return len(self._publishers) - 1
 
-    def write(self, messages: Sequence[EncodedMessage]) -> None:
+    def prepare(self, publisher: int, time_ns: int, message: bytes, seq: Optional[int] = None) -> Prepared:
+        """Make the record of a message."""
+        connection_id, header, seqs = self._publishers[publisher]
+        if seqs is not None:
+            message = with_seq(message, next(seqs) if seq is None else seq)
+        return connection_id, time_ns, encode_record(header, time_ns, message)
+
+    def write(self, messages: Sequence[Prepared]) -> None:
         """Write messages."""
-        connections, records = [], []
-        for publisher, time_ns, message in messages:
-            connection_id, header, seqs = self._publishers[publisher]
-            numbered = message if seqs is None else with_seq(message, next(seqs))
-            connections.append((connection_id, time_ns))
-            records.append(encode_record(header, time_ns, numbered))
-        self._writer.write_records(join_records(connections, records))
-        self._forget_places()
-
-    def write_common(self, common: CommonMessages, begin: int, end: int, publishers: Tuple[int, ...]) -> None:
-        """Write messages that other files have, too."""
-        records = common.made((begin, end, publishers), lambda: self._records(common, begin, end, publishers))
-        self._writer.write_records(records)
-        self._forget_places()
-
-    def _records(self, common: CommonMessages, begin: int, end: int, publishers: Tuple[int, ...]) -> Records:
-        connections, records = [], []
-        for message, encoded in zip(common.messages[begin:end], common.encoded(begin, end)):
-            publisher = self._publishers[publishers[message.publisher]]
-            numbered = encoded if publisher.seqs is None else with_seq(encoded, message.seq)
-            connections.append((publisher.connection_id, message.time_ns))
-            records.append(encode_record(publisher.header, message.time_ns, numbered))
-        return join_records(connections, records)
-
-    def _forget_places(self) -> None:
-        # rosbags keeps the position of every message; of a chunk that is written it uses no more than their number.
-        if len(self._writer.chunks) == self._chunks_seen:
-            return
-        self._chunks_seen = len(self._writer.chunks)
-        for chunk in self._writer.chunks[-2:-1]:
-            for connection_id, places in chunk.connections.items():
-                chunk.connections[connection_id] = cast('List[Tuple[int, int]]', range(len(places)))
+        self._writer.write_records(messages)
 
     def close(self) -> None:
         """Write the index, and close the file."""
@@ -138,20 +115,15 @@ class McapFile:
             self._types.append(topic.message_type)
         return self._topics[topic.name]
 
-    def write(self, messages: Sequence[EncodedMessage]) -> None:
-        """Write messages."""
-        for publisher, time_ns, message in messages:
-            self._writer.write(publisher, time_ns, to_cdr(message, self._types[publisher]))
+    def prepare(self, publisher: int, time_ns: int, message: bytes, seq: Optional[int] = None) -> Prepared:
+        """Convert a message to CDR, which has no seq."""
+        del seq
+        return publisher, time_ns, to_cdr(message, self._types[publisher])
 
-    def write_common(self, common: CommonMessages, begin: int, end: int, publishers: Tuple[int, ...]) -> None:
-        """Write messages that other files have, too."""
-        channels = [publishers[message.publisher] for message in common.messages[begin:end]]
-        converted = common.made(
-            (begin, end),
-            lambda: list(map(to_cdr, common.encoded(begin, end), [self._types[each] for each in channels])),
-        )
-        for channel, message, in_cdr in zip(channels, common.messages[begin:end], converted):
-            self._writer.write(channel, message.time_ns, in_cdr)
+    def write(self, messages: Sequence[Prepared]) -> None:
+        """Write messages."""
+        for message in messages:
+            self._writer.write(*message)
 
     def close(self) -> None:
         """Write the index, and close the file."""

@@ -25,15 +25,15 @@ class CommonMessages:
         self.messages: List[CommonMessage] = []
         self._made: Dict[Hashable, Any] = {}
 
-    def encoded(self, begin: int, end: int) -> List[bytes]:
-        """Return some of the messages, encoded for ROS 1."""
-        return [message.encode(*message.values) for message in self.messages[begin:end]]
+    def encoded(self) -> List[bytes]:
+        """Return the messages, encoded for ROS 1."""
+        return self.made('encoded', lambda: [message.encode(*message.values) for message in self.messages])
 
-    def made(self, key: Hashable, make: Callable[[], T]) -> T:
-        """Return what `make` returned when it was called with this key for the first time since `clear`."""
+    def made(self, key: Hashable, make: Callable[[], List[T]]) -> List[T]:
+        """Return what `make` made of the messages when it was called with this key for the first time since `clear`."""
         if key not in self._made:
             self._made[key] = make()
-        made: T = self._made[key]
+        made: List[T] = self._made[key]
         return made
 
     def clear(self) -> None:

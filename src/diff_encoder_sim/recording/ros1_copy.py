@@ -37,10 +37,10 @@ def write_ros1_copy(path: Path, source: BagSource, topics: Sequence[str], again_
             with contextlib.suppress(InputFault):  # a torn message, which no node could take
                 raw = to_ros1(message.raw, kind) if source.is_cdr else message.raw
                 newest_ns = max(message.time_ns, newest_ns)
-                bag.write([(publishers[message.topic], max(message.time_ns, EARLIEST_NS), raw)])
+                bag.write([bag.prepare(publishers[message.topic], max(message.time_ns, EARLIEST_NS), raw)])
                 last = raw if message.topic == topics[0] else last
         if again_after_ns and last:
-            bag.write([(publishers[topics[0]], newest_ns + again_after_ns, last)])
+            bag.write([bag.prepare(publishers[topics[0]], newest_ns + again_after_ns, last)])
         bag.close()
     except BaseException:
         bag.abandon()

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import bisect
 import collections
 import io
-import itertools
 import struct
 import sys
-from typing import List, NamedTuple, Sequence, Tuple
+from typing import List, Sequence, Tuple, cast
 
 import numpy as np
 from rosbags.rosbag1 import Writer
@@ -54,17 +52,8 @@ def _index_entries(places: List[Tuple[int, int]]) -> bytes:
     return np.column_stack([seconds, nanoseconds, offsets]).astype('<u4').tobytes()
 
 
-class Records(NamedTuple):
-    """Records of messages, one directly after the other."""
-
-    messages: Sequence[Tuple[int, int]]  # connection and time [ns] of each; times do not fall
-    places: Sequence[int]  # where each begins, and where the last ends
-    content: bytes
-
-
-def join_records(messages: Sequence[Tuple[int, int]], records: Sequence[bytes]) -> Records:
-    """Return the records of messages, of which connection and time [ns] are given."""
-    return Records(messages, list(itertools.accumulate(map(len, records), initial=0)), b''.join(records))
+# A message's connection, time [ns] and record.
+MessageRecord = Tuple[int, int, bytes]
 
 
 class Ros1Writer(Writer):
@@ -72,26 +61,21 @@ class Ros1Writer(Writer):
 
     def write_message(self, connection_id: int, header: bytes, time_ns: int, message: bytes) -> None:
         """Write a message of a connection; its header is that of `record_header`."""
-        self.write_records(join_records([(connection_id, time_ns)], [encode_record(header, time_ns, message)]))
+        self.write_records([(connection_id, time_ns, encode_record(header, time_ns, message))])
 
-    def write_records(self, records: Records) -> None:
-        """Write messages as `write_message` does each."""
-        messages, places, content = records
-        first, content_view = 0, memoryview(content)
-        while first < len(messages):
-            chunk = self.chunks[-1]
-            offset = chunk.data.tell() - places[first]
-            # A chunk ends with the first record that goes beyond its threshold.
-            end = bisect.bisect_right(places, self.chunk_threshold - offset, first + 1)
-            is_full, end = end < len(places), min(end, len(messages))
-            for (connection_id, time_ns), place in zip(messages[first:end], places[first:end]):
-                chunk.connections[connection_id].append((time_ns, offset + place))
-            chunk.start = min(chunk.start, messages[first][1])
-            chunk.end = max(chunk.end, messages[end - 1][1])
-            chunk.data.write(content_view[places[first] : places[end]])
-            if is_full:
+    def write_records(self, records: Sequence[MessageRecord]) -> None:
+        """Write messages, whose times do not fall."""
+        begun, chunk = 0, self.chunks[-1]
+        place = chunk.data.tell()
+        for count, (connection_id, time_ns, record) in enumerate(records, 1):
+            chunk.connections[connection_id].append((time_ns, place))
+            place += len(record)
+            if place > self.chunk_threshold:
+                _fill(chunk, records[begun:count])
                 self.write_chunk(chunk)
-            first = end
+                begun, place, chunk = count, 0, self.chunks[-1]
+        if begun < len(records):
+            _fill(chunk, records[begun:])
 
     def write_chunk(self, chunk: WriteChunk) -> None:
         """Write a chunk, and the entries of its index at once."""
@@ -106,5 +90,13 @@ class Ros1Writer(Writer):
             numbers = [LENGTH.pack(number) for number in (1, connection_id, len(places))]
             fields = dict(zip(('ver', 'conn', 'count'), numbers))
             self.bio.write(_record(_INDEX_DATA, _index_entries(places), **fields))
+            # rosbags keeps the place of every message; of a chunk that is written it uses no more than their number.
+            chunk.connections[connection_id] = cast('List[Tuple[int, int]]', range(len(places)))
         chunk.data.close()
         self.chunks.append(WriteChunk(io.BytesIO(), -1, sys.maxsize, 0, collections.defaultdict(list)))
+
+
+def _fill(chunk: WriteChunk, records: Sequence[MessageRecord]) -> None:
+    chunk.start = min(chunk.start, records[0][1])
+    chunk.end = max(chunk.end, records[-1][1])
+    chunk.data.write(b''.join([record for _, _, record in records]))

@@ -9,7 +9,7 @@ from types import TracebackType
 from typing import Any, Callable, Dict, Iterator, List, Optional, Sequence, Tuple, Type, Union
 
 from diff_encoder_sim.base.atomic_files import UNFINISHED_SUFFIX
-from diff_encoder_sim.recording.bag_files import OPENERS, BagFile, EncodedMessage
+from diff_encoder_sim.recording.bag_files import OPENERS, BagFile, Prepared
 from diff_encoder_sim.recording.common_messages import CommonMessages
 from diff_encoder_sim.recording.topics import RecordMode, recorded_topics
 from diff_encoder_sim.trials.bag_formats import BagFormat
@@ -85,23 +85,36 @@ class TrialBag:
 
     def _write_waiting(self) -> None:
         waiting, self._waiting = self._waiting, []
-        encoded: List[EncodedMessage] = []
+        prepared: List[Prepared] = []
         for place, topic, node, time_ns, encode, values in waiting:
+            if place != self._common_written:
+                prepared += self._common_before(place)
             publisher = self._publishers.get((topic, node))
-            if publisher is None or place != self._common_written:  # what comes between the messages
-                self._write(encoded)
-                self._write_common(place)
-                publisher, encoded = self._publisher(topic, node), []
-            encoded.append((publisher, max(time_ns, EARLIEST_NS), encode(*values)))
-        self._write(encoded)
-        self._write_common(len(self._common.messages))
+            if publisher is None:  # its description goes between messages
+                self._write(prepared)
+                publisher, prepared = self._advertise(topic, node), []
+            prepared.append(self._opened().prepare(publisher, max(time_ns, EARLIEST_NS), encode(*values)))
+        prepared += self._common_before(len(self._common.messages))
+        self._write(prepared)
 
-    def _write_common(self, end: int) -> None:
-        """Write the common messages up to one of them."""
-        begin, self._common_written = self._common_written, end
-        if begin < end:
-            publishers = tuple([self._publishers.get(publisher, -1) for publisher in self._common.publishers])
-            self._opened().write_common(self._common, begin, end, publishers)
+    def _common_before(self, place: int) -> Sequence[Prepared]:
+        """Return the common messages before a place that are not written yet."""
+        begin, self._common_written = self._common_written, place
+        if begin == place:
+            return ()
+        publishers = tuple([self._publishers[publisher] for publisher in self._common.publishers])
+        return self._common.made(publishers, lambda: self._prepare_common(publishers))[begin:place]
+
+    def _prepare_common(self, publishers: Tuple[int, ...]) -> List[Prepared]:
+        prepare, common = self._opened().prepare, self._common
+        return [
+            prepare(publishers[message.publisher], message.time_ns, encoded, message.seq)
+            for message, encoded in zip(common.messages, common.encoded())
+        ]
+
+    def _write(self, messages: Sequence[Prepared]) -> None:
+        if messages:
+            self._opened().write(messages)
 
     def write(self, topic: str, node: str, message: bytes, time_ns: int) -> None:
         """Record a message as `node` publishes it at `time_ns`, if the mode records the topic.
@@ -119,15 +132,10 @@ class TrialBag:
         if topic in self._topics:
             with self._naming_errors():
                 self._write_waiting()
-                self._write([(self._publisher(topic, node), max(time_ns, EARLIEST_NS), message)])
-
-    def _write(self, messages: Sequence[EncodedMessage]) -> None:
-        if messages:
-            self._opened().write(messages)
-
-    def _publisher(self, topic: str, node: str) -> int:
-        known = self._publishers.get((topic, node))
-        return self._advertise(topic, node) if known is None else known
+                publisher = self._publishers.get((topic, node))
+                if publisher is None:
+                    publisher = self._advertise(topic, node)
+                self._write([self._opened().prepare(publisher, max(time_ns, EARLIEST_NS), message)])
 
     def _advertise(self, topic: str, node: str) -> int:
         recorded = self._topics[topic]

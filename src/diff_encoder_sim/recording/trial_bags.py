@@ -30,21 +30,22 @@ class TrialBags:
         if not self.wants(topic):
             return
         publisher = self._numbers.get((topic, node))
-        if publisher is None:  # in each bag its description goes before its first message
-            self._add_publisher(topic, node)
-            message = encode(*values)
-            for bag in self._bags:
-                bag.publish(topic, node, time_ns, bytes, message)
+        if publisher is None:
+            self._begin_publisher(topic, node, time_ns, encode(*values))
             return
         seq = self._seqs[publisher] = self._seqs[publisher] + 1
         self._common.messages.append(CommonMessage(publisher, max(time_ns, EARLIEST_NS), seq, encode, values))
         if len(self._common.messages) >= AT_ONCE:
             self._write_waiting()
 
-    def _add_publisher(self, topic: str, node: str) -> None:
+    def _begin_publisher(self, topic: str, node: str, time_ns: int, message: bytes) -> None:
+        """Publish its first message, before which its description goes, into each bag."""
+        self._write_waiting()
         number = self._numbers[topic, node] = len(self._common.publishers)
         self._common.publishers.append((topic, node))
         self._seqs[number] = 1
+        for bag in self._bags:
+            bag.publish(topic, node, time_ns, bytes, message)
 
     def _write_waiting(self) -> None:
         for bag in self._bags:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 from functools import partial
 from pathlib import Path
-from typing import Any, Dict, List, Mapping, Tuple, cast
+from typing import Any, Dict, Mapping, Tuple
 
 import lz4.frame
 from rosbags.rosbag1.writer import WriteChunk
@@ -59,9 +59,6 @@ class RecordedBag(Ros1Writer):
         for places in chunk.connections.values():
             places.sort()
         super().write_chunk(chunk)
-        # rosbags keeps the position of every message; of a chunk that is written it uses no more than their number.
-        for connection_id, places in chunk.connections.items():
-            chunk.connections[connection_id] = cast('List[Tuple[int, int]]', range(len(places)))
 
     def abandon(self) -> None:
         """Close the file as it is."""

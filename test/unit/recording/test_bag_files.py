@@ -131,7 +131,7 @@ def test_a_bag_of_ros_1_keeps_no_index_in_memory(tmp_path):
     bag = Ros1File(path)
     publisher = bag.add_publisher(clock, topics.SIMULATOR_NODE)
     for time_ns in range(1, 80_001):
-        bag.write([(publisher, time_ns, encode_clock(time_ns))])
+        bag.write([bag.prepare(publisher, time_ns, encode_clock(time_ns))])
     chunks = bag._writer.chunks
     places = [places for chunk in chunks for places in chunk.connections.values() if isinstance(places, list)]
     assert len(chunks) > 3 and len(places) == 1
