@@ -38,6 +38,7 @@ def test_a_command_that_simulates_says_in_one_line_what_to_install(arguments, tm
     assert not (tmp_path / 'results').exists()
 
 
+@pytest.mark.heavy
 def test_what_does_not_simulate_works(tmp_path):
     write_bag(tmp_path / 'a.bag', trial())
     world = SOURCE.parent / 'worlds' / 'hallway.world'
