@@ -73,6 +73,7 @@ def test_straight_drive_spread_is_the_closed_form(ppr):
     assert 0.7 < np.mean(nees) / 3 < 1.3
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize('ppr', PPRS)
 def test_turn_in_place_spread_is_the_closed_form(ppr):
     """Heading (d/L) sqrt(1/3) over angles that are no whole number of pulses."""

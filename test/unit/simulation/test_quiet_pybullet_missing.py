@@ -25,6 +25,7 @@ def run(folder, *arguments):
     return subprocess.run(command, env=environment, cwd=str(folder), capture_output=True, text=True)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     'arguments',
     ['check-robot burger', 'campaign --config quick --out results', 'advise --tolerance 0.05 --out results'],
