@@ -7,6 +7,7 @@ from advised_robots import straight_advice, whole_advice
 from diff_encoder_sim.advice.advice_chart_data import chart_data
 
 
+@pytest.mark.heavy
 def test_bars_of_an_encoder_add_up_to_the_root_mean_square():
     advice = whole_advice()
     rows = [row for row in chart_data(advice)['budget'] if row['criterion'] == 'odometry' and row['axis'] == 'across']

@@ -162,6 +162,7 @@ def searched(shares, correlation, guess, seed):
 PERFECT = [0.999] * RANKS
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize('correlation', [0.0, 0.9])
 @pytest.mark.parametrize(
     ('shares', 'guess'),

@@ -44,6 +44,7 @@ def test_evidence_of_what_is_not_so_has_a_mean_of_one_at_most(truth):
     assert mean == pytest.approx(1.0) if truth == SHARE else mean < 1.0
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize('share', [0.5, 0.8, 0.95])
 def test_a_look_after_every_trial_costs_no_error(share):
     rng = np.random.default_rng(1)

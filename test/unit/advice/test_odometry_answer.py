@@ -60,6 +60,7 @@ def test_at_the_edge_it_is_undecided():
     assert '0.8 of the draws' in answer.note
 
 
+@pytest.mark.heavy
 def test_the_encoders_own_errors_may_be_the_limit():
     """Of 1 % of the counts missed a line of 10 m is 100 mm short, with any number of them."""
     answer = answer_of({'faults': {'missed': 0.01}})
@@ -69,6 +70,7 @@ def test_the_encoders_own_errors_may_be_the_limit():
     assert answer.counts is not None
 
 
+@pytest.mark.heavy
 def test_an_eccentric_encoder_may_be_the_limit():
     """(S r A / L), as normal as two phases let it be."""
     answer = answer_of({'eccentricity': 0.05}, REQUIRED._replace(yaw_rad=1.0))
@@ -78,6 +80,7 @@ def test_an_eccentric_encoder_may_be_the_limit():
     assert answer.counts is not None
 
 
+@pytest.mark.heavy
 def test_with_much_slip_the_encoders_own_errors_may_still_be_what_is_too_much():
     """Slip takes 42 of 50 mm, with an ideal encoder for certain; an error of its own below half makes it too much."""
     shift = {'left_slip': 42e-3 * 2.0 * SEPARATION_M / LENGTH_M**2}

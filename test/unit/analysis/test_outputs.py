@@ -3,6 +3,8 @@
 import os
 import tempfile
 
+import pytest
+
 from diff_encoder_sim.analysis.dataset_loading import load_dataset
 from diff_encoder_sim.analysis.outputs import write_analysis
 from paper_datasets import IN, cell, paper_dataset
@@ -25,6 +27,7 @@ def test_every_file_is_written(tmp_path):
     assert not {'tables/comparisons.md', 'tables/paper_scores.md', 'tables/paper_cells.csv'} & files
 
 
+@pytest.mark.heavy
 def test_the_papers_scores_are_lines_for_the_terminal_with_enough_trials_or_beside_others(tmp_path):
     few, enough = (
         paper_dataset(cell('SL', '40', 'odom', [IN] * count))._replace(title=f'{count}') for count in (3, 30)

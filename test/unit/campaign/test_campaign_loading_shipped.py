@@ -11,6 +11,7 @@ from diff_encoder_sim.trials.trial_outcome import Outcome
 NAMES = sorted(path.stem for path in (ROOT / 'config' / 'campaigns').glob('*.yaml'))
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize('name', NAMES)
 def test_a_trial_comes_to_its_goal(name, tmp_path):
     campaign = load_campaign(name, ROOT, {'tests': ['SMT'], 'ppr': [90.0], 'trials': 1})

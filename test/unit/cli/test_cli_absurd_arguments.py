@@ -123,6 +123,7 @@ def test_every_command_is_tried():
     assert COMMANDS == sorted(GOOD)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize('name', COMMANDS)
 def test_absurd_arguments_are_taken_or_refused_in_one_line(name, tmp_path, monkeypatch, capsys, quick_loading):
     monkeypatch.chdir(tmp_path)

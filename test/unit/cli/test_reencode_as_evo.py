@@ -96,6 +96,7 @@ def test_the_page_has_both_errors_and_both_conventions():
     assert {'--all_pairs' in command for command in COMMANDS if command.startswith('evo_rpe')} == {True, False}
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize('command', COMMANDS)
 def test_the_commands_of_the_documentation_find_what_analyze_and_reencode_find(
     trial_folder, reencoded, analyzed, command

@@ -24,6 +24,7 @@ def fraction_significant(test, pairs):
     return np.mean([test(*pair).p_value <= 0.05 for pair in pairs])
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize('draw', list(DRAWS))
 @pytest.mark.parametrize('shared', [0.0, 0.5])
 def test_the_ratio_of_spreads_has_its_size_and_coverage_whatever_the_distribution(draw, shared):
@@ -42,6 +43,7 @@ def test_an_interval_leaves_out_equality_when_its_test_is_significant():
         assert result.p_value > 0.05 or not result.interval.low <= 1.0 <= result.interval.high
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize('draw', ['normal', 'laplace', 'contaminated'])
 def test_families_of_spreads_without_a_difference_stay_without_one(draw):
     """The far tail of the p-values: the smallest of 18, as often below 0.05 / 18 as Holm allows."""

@@ -76,6 +76,7 @@ def begins_at_the_first_pose():
     return filters.filter_pairs_by_path(matrices(line(30, 0.1)[:, :3]), 1.0)[0][0] == 0
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize('seed', range(6))
 @pytest.mark.parametrize('convention', RpePairs)
 def test_as_evo(seed, convention):

@@ -61,6 +61,7 @@ def assert_at(loop, goal):
     assert not loop.touched
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(('ppr', 'dwa'), [(None, {}), (4096, {}), (90, {}), (40, TWIST_SIGMAS)])
 def test_twenty_metres_down_the_hallway(hallway, ppr, dwa):
     loop = ClosedLoop(*hallway, Pose2D(-10.0, 0.0, 0.0), ppr, params=navigator_params(dwa))
@@ -122,6 +123,7 @@ def test_a_precise_stop_at_a_goal_close_by_in_any_direction(room, distance, bear
     assert distance == 0.02 or distance_m(loop.robot.pose, goal) < 0.02
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(('ppr', 'dwa', 'expected_m'), [(None, {}, 0.007), (40, TWIST_SIGMAS, 0.02)])
 def test_a_precise_stop_after_twenty_metres(hallway, ppr, dwa, expected_m):
     loop = ClosedLoop(*hallway, Pose2D(-10.0, 0.0, 0.0), ppr, params=navigator_params({**dwa, **PRECISE}))

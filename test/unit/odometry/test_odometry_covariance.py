@@ -122,6 +122,7 @@ def test_a_step_is_moved_sideways_by_the_rounding_of_its_heading(left_m, right_m
     assert (covariance.yaw_yaw, covariance.x_yaw, covariance.y_yaw) == (0.0, 0.0, 0.0)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize('ppr', [40, 90, 1024])
 def test_the_covariance_of_a_winding_drive_is_consistent_over_wheel_phases(ppr):
     """Rounding under way counts where the drive comes back to its start, and the other terms cancel out."""

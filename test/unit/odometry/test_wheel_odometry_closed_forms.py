@@ -50,6 +50,7 @@ def errors_over_seeds(ppr, wheel_angles_of_seed, truth_of_seed):
     return np.array(rows), estimates
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize('ppr', PPRS)
 def test_straight_drive_spread_is_the_closed_form(ppr):
     """Lateral (S d/L) sqrt(1/6), heading (d/L) sqrt(1/3), over wheel phases and end points."""
@@ -72,6 +73,7 @@ def test_straight_drive_spread_is_the_closed_form(ppr):
     assert 0.7 < np.mean(nees) / 3 < 1.3
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize('ppr', PPRS)
 def test_turn_in_place_spread_is_the_closed_form(ppr):
     """Heading (d/L) sqrt(1/3) over angles that are no whole number of pulses."""

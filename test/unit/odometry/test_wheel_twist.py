@@ -79,6 +79,7 @@ def test_a_low_pass_of_independent_errors_narrows_them():
 SPEEDS_MPS = (0.0817, 0.3137, 0.8123)  # at 40 PPR a quarter of a count a report, one, and two and a half
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize('method', ['T', 'MT'])
 @pytest.mark.parametrize('mps', SPEEDS_MPS)
 @pytest.mark.parametrize(

@@ -33,6 +33,7 @@ def test_slip_turns_the_wheel_farther_than_the_robot_goes(make_simulator):
     assert RADIUS_M * wheels.mean() == pytest.approx(0.45 * 10, rel=0.05)  # wheels obey commands
 
 
+@pytest.mark.heavy
 def test_slip_noise_has_the_variance_that_was_asked_for(make_simulator):
     noise, errors_m = 1e-4, []
     for seed in range(40):

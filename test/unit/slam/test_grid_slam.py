@@ -45,6 +45,7 @@ def errors(slam, true):
     return np.array([[x, y, wrap_angle(yaw)] for x, y, yaw in off])
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize('laser', [IDENTITY, LASER])
 def test_drifting_odometry_is_corrected(laser):
     slam, true, odometry, _ = drive(noise=0.03, laser=laser)
@@ -82,6 +83,7 @@ def test_equal_seeds_give_equal_bytes_and_others_do_not():
     assert first[1] != result(4)[1]
 
 
+@pytest.mark.heavy
 def test_particles_are_redrawn_when_few_of_them_count():
     """And only then, and the paths go on through it."""
     slam, _, _, estimates = drive(noise=0.03, sigma_m=0.03)

@@ -14,6 +14,7 @@ def case(request):
     return Case(request.param, pprs=(40,))
 
 
+@pytest.mark.heavy
 def test_the_map_of_ideal_odometry(case):
     accuracy, error, _, _, bias_m = case.map('ideal', 'fine', particles=PARTICLES)
     assert accuracy.correct_fraction >= 0.99
@@ -22,6 +23,7 @@ def test_the_map_of_ideal_odometry(case):
     assert np.abs(bias_m).max() < 0.003
 
 
+@pytest.mark.heavy
 def test_the_map_of_a_coarse_encoder(case):
     """40 PPR and 3 cm of noise: odometry alone ends decimetres off."""
     accuracy, error, slam, _, _ = case.map('40', 'coarse', particles=PARTICLES)

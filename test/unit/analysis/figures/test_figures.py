@@ -31,6 +31,7 @@ def test_files_of_a_campaign(tmp_path):
             assert image.width == int(style.WIDTH_IN * style.PNG_DPI)
 
 
+@pytest.mark.heavy
 def test_the_same_dataset_gives_the_same_bytes(tmp_path):
     first, second = (write_figures(small_campaign(), tmp_path / name) for name in 'ab')
     for one, other in zip(first, second):
@@ -61,6 +62,7 @@ def test_little_data(tmp_path, dataset, count):
     assert len(write_figures(dataset, tmp_path)) == count
 
 
+@pytest.mark.heavy
 @pytest.mark.filterwarnings('error::RuntimeWarning', 'error::UserWarning')
 def test_fifteen_real_encoders_of_few_counts(tmp_path):
     labels = [f'{counts} encoder_of_long_name_{number}' for number, counts in enumerate((90, 1024, 4096) * 5)]
@@ -69,6 +71,7 @@ def test_fifteen_real_encoders_of_few_counts(tmp_path):
     assert figures[-1].caption.endswith('hollow: real encoders.')
 
 
+@pytest.mark.heavy
 @pytest.mark.filterwarnings('error::RuntimeWarning', 'error::UserWarning')
 def test_of_named_variants_the_first_has_figures_and_one_figure_has_all(tmp_path):
     variants = ((('variant', 'none'),), (('variant', 'missed 1 %'),))
@@ -77,6 +80,7 @@ def test_of_named_variants_the_first_has_figures_and_one_figure_has_all(tmp_path
     assert figures[1].caption.endswith('(none).')
 
 
+@pytest.mark.heavy
 @pytest.mark.filterwarnings('error::RuntimeWarning', 'error::UserWarning')
 def test_variants_have_figures_of_their_own_in_common_colours(tmp_path):
     variants = ((('simulator.lidar.noise', '0.01'),), (('simulator.lidar.noise', '0.03'),))

@@ -17,6 +17,7 @@ def test_trajectories_are_over_the_map_and_few():
     assert len(panels[0].lines) == 3  # start, goal, and the end of the trial that failed
 
 
+@pytest.mark.heavy
 def test_trajectories_need_tracks(tmp_path):
     dataset = driven()
     assert 'trajectories_SL' in [figure.name for figure in write_figures(dataset, tmp_path / 'with')]

@@ -25,6 +25,7 @@ def printed(values):
     }
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize('shape', DRAWS)
 def test_intervals_cover_the_mean_at_the_nominal_rate(estimator, shape):
     rng = np.random.default_rng(7)

@@ -64,6 +64,7 @@ def test_extremes_are_tested_on_both_sides_and_to_the_printed_digit():
     assert compare_max(tiny, 0.0, X).p_value > 0.05 and compare_max(tiny, 0.02, X).p_value < 0.05
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     'draw', [lambda rng: rng.standard_normal(30), lambda rng: rng.uniform(-2.0, 2.0, 30)], ids=['normal', 'uniform']
 )
