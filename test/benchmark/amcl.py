@@ -19,6 +19,7 @@ from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, wrap_angle
 from diff_encoder_sim.localization.amcl import Amcl
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.clusters import particle_statistics
+from diff_encoder_sim.localization.free_cells import FreeCells
 from diff_encoder_sim.localization.kld_resampling import kld_limits, resample
 from diff_encoder_sim.localization.laser_models import laser_model
 from diff_encoder_sim.localization.odometry_motion import motion_model
@@ -130,13 +131,13 @@ def _by_part(calls: int) -> List[List[str]]:
     amcl = Amcl(params, grid, rng)
     particles, weights = amcl.particles, amcl.weights
     move, limits, model = motion_model(params), kld_limits(params), laser_model(params, grid)
-    scan, centres = _thinned(lidar.scan(0, SL.start), 180), np.zeros((1, 2))
+    scan, free_cells = _thinned(lidar.scan(0, SL.start), 180), FreeCells(grid)
     beams = model.beams(scan, IDENTITY)
     parts: List[Tuple[str, Callable[[], object]]] = [
         ('move the particles', lambda: move(particles, IDENTITY, Pose2D(0.2, 0.0, 0.1), rng)),
         ('prepare the scan', lambda: model.beams(scan, IDENTITY)),
         ('weigh the particles', lambda: model.likelihoods(particles, beams, False)),
-        ('resample', lambda: resample(particles, weights, limits, 0.0, centres, rng)),
+        ('resample', lambda: resample(particles, weights, limits, 0.0, free_cells, rng)),
         ('cluster', lambda: particle_statistics(particles, weights)),
     ]
     return [[name, f'{_median_ms(part, calls):.3f}'] for name, part in parts]

@@ -22,7 +22,7 @@ from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, wrap_angle
 from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.localization.amcl import Amcl
 from diff_encoder_sim.localization.amcl_params import AmclParams
-from diff_encoder_sim.localization.distance import distance_to_occupied
+from diff_encoder_sim.localization.distance import distance_field
 from diff_encoder_sim.localization.scan_fit import FitMap
 from diff_encoder_sim.mapping.map_files import load_map
 from diff_encoder_sim.mapping.occupancy_grid import FREE, OccupancyGrid
@@ -199,7 +199,8 @@ def block(scan: Scan, part: float, rng: np.random.Generator) -> Scan:
 
 def free_poses(grid: OccupancyGrid, start: Tuple[float, float], count: int, rng: np.random.Generator) -> List[Pose2D]:
     """Draw poses where the robot fits and that it can reach from the start."""
-    fits = distance_to_occupied(grid.cells != FREE, grid.resolution_m, 1.0) > CLEARANCE_M
+    field = distance_field(grid.cells != FREE, grid.resolution_m, 1.0)
+    fits = field.distances_m[field.indices] > CLEARANCE_M
     reached, edge = {grid.cell_at(*start)}, [grid.cell_at(*start)]
     while edge:
         row, column = edge.pop()

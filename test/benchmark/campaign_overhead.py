@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
 """What a campaign costs beside its trials: the start, each trial's way through Dask and into
-trials.csv, and the memory of the workers. The trials do nothing but write a bag of a few kB."""
+trials.csv, and the memory of the workers. The trials do nothing but write a bag of a few kB. What the client spends is
+compared with what a task costs it that does nothing, on such workers."""
 
 from __future__ import annotations
 
 import argparse
 import os
+import queue
 import sys
 import tempfile
 import threading
@@ -15,11 +17,18 @@ from typing import Dict, List, NamedTuple
 
 import psutil
 from checkout import ROOT, print_header
+from ratios import Ratio, add_json, print_ratios, write_ratios
 from tabulate import tabulate
 
+from diff_encoder_sim.campaign.local_workers import local_workers
+from diff_encoder_sim.campaign.trial_queue import TASKS_PER_THREAD
+
 TRIALS = ROOT / 'test' / 'campaign_trials.py'
-LARGE_CAMPAIGN = 10_000
-SAMPLE_EVERY_S = 0.2
+FEW_TRIALS = 100  # what more trials cost than these is said: not the start
+DASK_TASKS = 300
+SAMPLE_EVERY_S = 0.05
+# How many times what it is compared with. A task was 3 ms of the client where these limits were set.
+MOST_OF_CLIENT, MOST_OF_MEMORY = 1.0, 1.25
 
 
 class Measured(NamedTuple):
@@ -27,47 +36,104 @@ class Measured(NamedTuple):
 
     wall_time_s: float
     client_cpu_s: float
-    worker_memory_bytes: Dict[int, List[int]]  # resident, by process id, as time went by
+    worker_memory_bytes: List[List[int]]  # of each worker, as time went by
+
+
+class Round(NamedTuple):
+    """A campaign of few trials and one of many."""
+
+    start_s: float  # wall time of the few
+    trial_s: float  # of each further one, wall time
+    client_s: float  # and the client's processor time
+    task_s: float  # the client's processor time of a task that does nothing
+    memory_bytes: float  # of the largest worker in the second half of the time
+    memory_growth: float  # at the end, in units of what it was in the middle
 
 
 def main() -> None:
-    """Print the table."""
+    """Print the tables."""
     arguments = _arguments()
     print_header(f'Overhead of a campaign: {arguments.trials} trials that do nothing')
-    rows = []
-    for workers in arguments.workers:
-        short = _campaign(workers, workers)
-        long = _campaign(workers, arguments.trials)
-        per_trial_s = (long.wall_time_s - short.wall_time_s) / (arguments.trials - workers)
-        memory = [samples for samples in long.worker_memory_bytes.values() if len(samples) > 4]
-        rows.append(
-            [
-                workers,
-                f'{short.wall_time_s:.1f}',
-                f'{1e3 * per_trial_s:.1f}',
-                f'{1e3 * long.client_cpu_s / arguments.trials:.1f}',
-                f'{short.wall_time_s + LARGE_CAMPAIGN * per_trial_s:.0f}',
-                f'{max(map(max, memory)) / 1e6:.0f}',
-                f'{max(samples[-1] - samples[len(samples) // 2] for samples in memory) / 1e6:.1f}',
-            ]
+    rounds = {
+        workers: [_round(workers, arguments.trials) for _ in range(arguments.repeats)] for workers in arguments.workers
+    }
+    _print_costs(rounds)
+    ratios = [
+        ratio
+        for workers, measured in rounds.items()
+        for ratio in (
+            Ratio(
+                f'client, processor time per trial, workers: {workers}',
+                'a Dask task',
+                [each.client_s / each.task_s for each in measured],
+                MOST_OF_CLIENT,
+            ),
+            Ratio(
+                f'memory of a worker at the end, workers: {workers}',
+                'half-way',
+                [each.memory_growth for each in measured],
+                MOST_OF_MEMORY,
+            ),
         )
-    print(
-        tabulate(
-            rows,
-            [
-                'workers',
-                'start and\nend [s]',
-                'wall per\ntrial [ms]',
-                'client CPU\nper trial [ms]',
-                f'{LARGE_CAMPAIGN}\ntrials [s]',
-                'worker\n[MB]',
-                'growth in\n2nd half [MB]',
-            ],
-            disable_numparse=True,
-            stralign='right',
-        )
+    ]
+    print_ratios(ratios)
+    write_ratios(arguments.json, ratios)
+
+
+def _print_costs(rounds: Dict[int, List[Round]]) -> None:
+    rows = [
+        [
+            workers,
+            f'{each.start_s:.1f}',
+            f'{1e3 * each.trial_s:.1f}',
+            f'{1e3 * each.client_s:.2f}',
+            f'{1e3 * each.task_s:.2f}',
+            f'{each.memory_bytes / 1e6:.0f}',
+        ]
+        for workers, measured in rounds.items()
+        for each in measured
+    ]
+    heads = [
+        'workers',
+        f'{FEW_TRIALS} trials,\nwall [s]',
+        'each further,\nwall [ms]',
+        "client's processor\ntime of it [ms]",
+        '\nof a Dask task [ms]',
+        'a worker\n[MB]',
+    ]
+    print(f'{tabulate(rows, heads, disable_numparse=True, stralign="right")}\n')
+
+
+def _round(workers: int, trials: int) -> Round:
+    few, many = _campaign(workers, FEW_TRIALS), _campaign(workers, trials)
+    further = trials - FEW_TRIALS
+    return Round(
+        few.wall_time_s,
+        (many.wall_time_s - few.wall_time_s) / further,
+        (many.client_cpu_s - few.client_cpu_s) / further,
+        _dask_task_s(workers),
+        max(max(samples[len(samples) // 2 :]) for samples in many.worker_memory_bytes),
+        max(_growth(samples) for samples in many.worker_memory_bytes),
     )
-    print('\nStart and end: a campaign of one trial per worker, from the command to its exit.')
+
+
+def _growth(samples: List[int]) -> float:
+    """Return the memory in the last tenth of the time by that in the middle tenth."""
+    tenth, middle = max(1, len(samples) // 10), len(samples) // 2
+    return max(samples[-tenth:]) / max(samples[middle : middle + tenth])
+
+
+def _dask_task_s(workers: int) -> float:
+    """Return this process's processor time per task, as a client of workers of its own."""
+    ended: queue.SimpleQueue = queue.SimpleQueue()
+    with local_workers(workers) as ready:
+        ready.client.wait_for_workers(workers)
+        began_s = time.process_time()
+        for number in range(DASK_TASKS):
+            ready.client.submit(abs, number, pure=False).add_done_callback(ended.put)
+            if number >= TASKS_PER_THREAD * workers:
+                ended.get().result()
+        return (time.process_time() - began_s) / DASK_TASKS
 
 
 def _campaign(workers: int, trials: int) -> Measured:
@@ -106,7 +172,8 @@ def _campaign(workers: int, trials: int) -> Measured:
                 sys.exit((Path(folder) / 'said').read_text(encoding='utf-8'))
         wall_time_s = time.perf_counter() - began_s
         sampled.join()
-    return Measured(wall_time_s, sampled.client_cpu_s, sampled.memory_bytes)
+    workers_bytes = [samples for _, samples in sorted(sampled.memory_bytes.items()) if len(samples) > 4]
+    return Measured(wall_time_s, sampled.client_cpu_s, workers_bytes)
 
 
 class _Samples(threading.Thread):
@@ -135,10 +202,12 @@ def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
-        epilog='example: .venv/bin/python test/benchmark/campaign_overhead.py --trials 200',
+        epilog='example: .venv/bin/python test/benchmark/campaign_overhead.py --trials 10000',
     )
-    parser.add_argument('--trials', type=int, default=1000)
+    parser.add_argument('--trials', type=int, default=2000)
     parser.add_argument('--workers', type=int, nargs='+', default=[1, 2])
+    parser.add_argument('--repeats', type=int, default=2)
+    add_json(parser)
     return parser.parse_args()
 
 

@@ -10,7 +10,7 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
-from typing import Callable
+from typing import Callable, Dict, List
 
 import numpy as np
 from checkout import ROOT
@@ -117,6 +117,16 @@ def comparing_paths(length_m: int) -> Work:
     return lambda: path_error(estimate, true, Alignment.ORIGIN)
 
 
+def trivial_trials(trials: int) -> Work:
+    """Run a campaign of trials that do nothing but write a bag of a few kB, on one worker; client and worker count."""
+    folder = _folder()
+    search = [str(ROOT / 'test'), *filter(None, sys.path)]
+    found = {**os.environ, 'PYTHONPATH': os.pathsep.join(search), 'CAMPAIGN_TRIALS_FOLDER': str(folder)}
+    words = ['--config', 'paper', '--tests', 'SL', '--ppr', '90', '--workers', '1', '--trials', str(trials)]
+    command = [sys.executable, str(ROOT / 'test' / 'campaign_trials.py'), *words, '--out', str(folder / 'out')]
+    return lambda: _run_quietly(command, found)
+
+
 def resuming(trials: int) -> Work:
     """Open a campaign's results folder, in which all trials are finished."""
     folder = _results(trials)
@@ -129,8 +139,17 @@ def analysing(trials: int) -> Work:
     folder, out = _results(trials), _folder() / 'analysis'
     command = [sys.executable, str(ROOT / 'scripts' / 'analyze'), str(folder), '--out', str(out)]
     found = {**os.environ, 'PYTHONPATH': os.pathsep.join(filter(None, sys.path))}
+    return lambda: _run_quietly(command, found)
+
+
+def remove_files() -> None:
+    """Remove what was prepared."""
+    _kept.close()
+
+
+def _run_quietly(command: List[str], environment: Dict[str, str]) -> None:
     quiet = subprocess.DEVNULL
-    return lambda: subprocess.run(command, check=True, stdout=quiet, stderr=quiet, env=found)
+    subprocess.run(command, check=True, stdout=quiet, stderr=quiet, env=environment)
 
 
 def _results(trials: int) -> Path:
@@ -151,7 +170,7 @@ def _updating(particles: int, beams: int) -> Work:
     scan = Scan(0, -math.pi, 2.0 * math.pi / beams, 0.1, 6.0, ranges_m)
 
     def update() -> None:
-        for _ in range(5):
+        for _ in range(100):
             amcl.request_nomotion_update()
             amcl.update(IDENTITY, scan, IDENTITY)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import collections
 import concurrent.futures
 import contextlib
 import queue
@@ -19,19 +18,18 @@ from diff_encoder_sim.campaign.campaign_definition import Campaign, TrialJob
 from diff_encoder_sim.campaign.cluster import Workers
 from diff_encoder_sim.campaign.progress import Progress
 from diff_encoder_sim.campaign.result_store import ResultStore
-from diff_encoder_sim.campaign.trial_groups import TrialGroup, split_for, trial_groups
+from diff_encoder_sim.campaign.trial_groups import trial_groups
+from diff_encoder_sim.campaign.trial_queue import TASKS_PER_THREAD, Task, TrialQueue
 from diff_encoder_sim.campaign.worker import FinishedTrial, HostFault, PlacedJob, ResultsFolder, RunTrials, run_task
 from diff_encoder_sim.lockstep.trial_run import run_trials
 
 TICK_S = 1.0
-# Groups under way per thread of the workers: one runs, one waits there for its turn.
-GROUPS_PER_THREAD = 2
 PROBE_PREFIX = '.probe-'
 
 if TYPE_CHECKING:
     from distributed import Future
 
-    GroupFuture = Future[List[FinishedTrial]]
+    TaskFuture = Future[List[FinishedTrial]]
 
 distributed = deferred('distributed')
 
@@ -40,6 +38,14 @@ _CANCELLED = (asyncio.CancelledError, concurrent.futures.CancelledError)
 
 class CampaignFault(Exception):
     """Why the campaign cannot continue, in one line. Finished trials are kept."""
+
+
+class _TrialFault(Exception):
+    """Why a task has no results, by the fault of one of its trials."""
+
+    def __init__(self, reason: str, killed_workers: bool) -> None:
+        super().__init__(reason)
+        self.killed_workers = killed_workers
 
 
 class UnrunTrial(NamedTuple):
@@ -65,15 +71,15 @@ def run_campaign(
     """
     with _probe(store.folder) as results:
         engine = _Engine(workers, campaign, store, progress, results, run)
-        unrun = engine.run(trial_groups(campaign, jobs))
+        unrun = engine.run(TrialQueue(trial_groups(campaign, jobs)))
         # A trial that kills its worker also loses the trials that wait there: each is run once more, alone.
         killers = [(trial.job,) for trial in unrun if trial.killed_workers]
         unrun = [trial for trial in unrun if not trial.killed_workers]
-        return unrun + engine.run(killers, at_once=1)
+        return unrun + engine.run(TrialQueue(alone=killers), at_once=1)
 
 
 class _Engine:
-    """A sliding window of groups of trials on the workers."""
+    """A sliding window of tasks on the workers."""
 
     def __init__(
         self,
@@ -94,32 +100,26 @@ class _Engine:
         self._name = uuid.uuid4().hex[:8]
         # A task, not scattered data: Dask makes it again when the worker that holds it dies.
         self._campaign = self._client.submit(_identity, campaign, key=f'campaign-{self._name}', pure=False)
-        self._running: Dict[Hashable, Tuple[TrialGroup, GroupFuture]] = {}
-        self._ended: queue.SimpleQueue[GroupFuture] = queue.SimpleQueue()
+        self._running: Dict[Hashable, Tuple[Task, TaskFuture]] = {}
+        self._ended: queue.SimpleQueue[TaskFuture] = queue.SimpleQueue()
         self._threads = 0
         self._next_tick_s = 0.0
 
-    def run(self, groups: Sequence[TrialGroup], at_once: Optional[int] = None) -> List[UnrunTrial]:
-        """Run trials, `at_once` groups at a time or as many as keep all workers busy."""
-        waiting = collections.deque(groups)
+    def run(self, waiting: TrialQueue, at_once: Optional[int] = None) -> List[UnrunTrial]:
+        """Run trials, `at_once` tasks at a time or as many as keep all workers busy."""
         unrun = []
         while waiting or self._running:
             self._tick()
-            split_for(self._threads, len(self._running), waiting)
-            limit = at_once or max(1, GROUPS_PER_THREAD * self._threads)
+            limit = at_once or max(1, TASKS_PER_THREAD * self._threads)
             while waiting and len(self._running) < limit:
-                self._submit(waiting.popleft())
+                self._submit(waiting.take(self._threads, len(self._running)))
             with contextlib.suppress(queue.Empty):
-                group, future = self._running.pop(self._ended.get(timeout=TICK_S).key)
-                problems = self._keep_results(group, future)
-                if len(group) == 1:
-                    unrun += problems
-                elif problems:  # of one of them, and nobody knows which: each is run alone
-                    waiting.extendleft((job,) for job in reversed(group))
+                task, future = self._running.pop(self._ended.get(timeout=TICK_S).key)
+                unrun += self._end(task, future, waiting)
         return unrun
 
-    def _submit(self, group: TrialGroup) -> None:
-        placed = [PlacedJob(job, self._store.bag_path(job)) for job in group]
+    def _submit(self, task: Task) -> None:
+        placed = [[PlacedJob(job, self._store.bag_path(job)) for job in group] for group in task]
         # Job indices begin anew in no campaign: a key names one attempt of the client.
         future = self._client.submit(
             run_task,
@@ -127,28 +127,38 @@ class _Engine:
             placed,
             self._results,
             self._run,
-            key=f'trial-{self._name}-{group[0].position}-{uuid.uuid4().hex[:8]}',
+            key=f'trial-{self._name}-{task[0][0].position}-{uuid.uuid4().hex[:8]}',
             pure=False,
         )
-        self._running[future.key] = group, future
+        self._running[future.key] = task, future
         future.add_done_callback(self._ended.put)
 
-    def _keep_results(self, group: TrialGroup, future: GroupFuture) -> List[UnrunTrial]:
-        """Keep the results of a group, or return its trials with what went wrong with one of them."""
+    def _end(self, task: Task, future: TaskFuture, waiting: TrialQueue) -> List[UnrunTrial]:
+        """Keep the results of a task, or return its only trial with what went wrong; of several, each is run alone."""
         try:
-            results = future.result()
+            results = self._results_of(future)
+        except _TrialFault as fault:
+            if len(task) == len(task[0]) == 1:
+                return [UnrunTrial(task[0][0], str(fault), fault.killed_workers)]
+            waiting.put_back(task)
+            return []
+        waiting.measure(task, sum(finished.row.wall_time_s for finished in results))
+        for finished in results:
+            self._keep(finished)
+        return []
+
+    def _results_of(self, future: TaskFuture) -> List[FinishedTrial]:
+        try:
+            return future.result()
         except distributed.KilledWorker:
-            return [UnrunTrial(job, 'each worker that began it died', True) for job in group]
+            raise _TrialFault('each worker that began it died', True) from None
         except (HostFault, ImportError) as error:
             raise self._fault(str(error)) from None
         except _CANCELLED:
             raise self._scheduler_gone() from None
         except Exception as error:  # of a trial: a fault of this program, not of the others
             self._check_scheduler()
-            return [UnrunTrial(job, f'{type(error).__name__}: {error}', False) for job in group]
-        for finished in results:
-            self._keep(finished)
-        return []
+            raise _TrialFault(f'{type(error).__name__}: {error}', False) from None
 
     def _keep(self, finished: FinishedTrial) -> None:
         try:

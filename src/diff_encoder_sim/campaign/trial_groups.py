@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Deque, Dict, List, Sequence, Tuple
+from typing import Dict, List, Sequence, Tuple
 
 from diff_encoder_sim.campaign.campaign_definition import Campaign, TrialJob
 from diff_encoder_sim.lockstep.trial_setup import drive_params
@@ -34,14 +34,3 @@ def _drives(campaign: Campaign) -> List[int]:
     return [
         numbers.setdefault((cell.test.name, *drive_params(cell.robot_params)), len(numbers)) for cell in campaign.cells
     ]
-
-
-def split_for(threads: int, running: int, waiting: Deque[TrialGroup]) -> None:
-    """Halve the largest groups that wait, until there is one for each thread or each is a single trial."""
-    while waiting and running + len(waiting) < threads:
-        largest = max(range(len(waiting)), key=lambda index: len(waiting[index]))
-        group, half = waiting[largest], (len(waiting[largest]) + 1) // 2
-        if len(group) == 1:
-            return
-        waiting[largest] = group[:half]
-        waiting.insert(largest + 1, group[half:])

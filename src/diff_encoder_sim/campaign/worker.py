@@ -65,16 +65,17 @@ class FinishedTrial(NamedTuple):
 
 
 def run_task(
-    campaign: Campaign, group: Sequence[PlacedJob], results: ResultsFolder, run: RunTrials
+    campaign: Campaign, groups: Sequence[Sequence[PlacedJob]], results: ResultsFolder, run: RunTrials
 ) -> List[FinishedTrial]:
-    """Run `run_jobs` with the worker's own temporary folder, which is removed with the worker.
+    """Run `run_jobs` for each group with the worker's own temporary folder, which is removed with the worker.
 
     Raises:
         HostFault: a file cannot be written, or the memory is full.
     """
     with _one_drive:
+        scratch = Path(distributed.get_worker().local_directory)
         try:
-            return run_jobs(campaign, group, results, run, Path(distributed.get_worker().local_directory))
+            return [finished for group in groups for finished in run_jobs(campaign, group, results, run, scratch)]
         except (OSError, MemoryError) as error:
             raise HostFault(f'worker on {platform.node()}: {_reason(error)}') from None
 

@@ -14,6 +14,7 @@ from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.beams import Beams
+from diff_encoder_sim.localization.free_cells import FreeCells
 from diff_encoder_sim.localization.laser_models import laser_model
 from diff_encoder_sim.localization.lost import LostDetector
 from diff_encoder_sim.localization.particle_set import ParticleSet
@@ -21,7 +22,6 @@ from diff_encoder_sim.localization.particles import (
     check_covariance,
     check_grid,
     check_pose,
-    free_cell_centres,
     particles_around,
     particles_everywhere,
 )
@@ -106,7 +106,7 @@ class Amcl:
 
     def global_localization(self) -> None:
         """Restart with the robot anywhere on the map's free cells, heading anywhere."""
-        self._restart(particles_everywhere(self._free_centres, self.params.max_particles, self._rng))
+        self._restart(particles_everywhere(self._free_cells, self.params.max_particles, self._rng))
         self._is_anywhere = True
         self._lost.declare_lost()
 
@@ -193,7 +193,7 @@ class Amcl:
         self._updates_since_restart += 1
         is_resampling_due = self._updates_since_restart % self.params.resample_interval == 0
         if is_resampling_due:
-            self._set.resample(self._free_centres)
+            self._set.resample(self._free_cells)
         if is_resampling_due or last is None:
             self._estimate = self._new_estimate(stamp_ns, odom_pose)
             return self._estimate
@@ -207,7 +207,7 @@ class Amcl:
 
     def _use_map(self, grid: OccupancyGrid) -> None:
         self.grid = grid
-        self._free_centres = free_cell_centres(grid)
+        self._free_cells = FreeCells(grid)
         self._laser_model = laser_model(self.params, grid)
         self._lost = LostDetector(self.params, grid)
         self._estimate = None

@@ -7,6 +7,9 @@ same cells from a queue and is sometimes off by part of a cell.
 
 from __future__ import annotations
 
+import math
+from typing import NamedTuple
+
 import numpy as np
 
 from diff_encoder_sim.base.compiled import compiled
@@ -15,30 +18,44 @@ from diff_encoder_sim.base.compiled import compiled
 _FAR = 1 << 28
 
 
-def distance_to_occupied(occupied: np.ndarray, resolution_m: float, max_distance_m: float) -> np.ndarray:
-    """Return (height, width) distance [m] between cell centres, at most `max_distance_m`.
+class DistanceField(NamedTuple):
+    """The distance from each cell's centre to that of the nearest occupied one.
+
+    There are few different ones: what depends on the distance alone is computed for these, and looked up for each cell.
+    """
+
+    indices: np.ndarray  # (height, width) int32, of `distances_m`
+    distances_m: np.ndarray  # (n,), rising; the last one is the largest that is told apart
+
+
+def distance_field(occupied: np.ndarray, resolution_m: float, max_distance_m: float) -> DistanceField:
+    """Return the distances from all cells.
 
     Args:
         occupied: (height, width) bool.
         resolution_m: side of a cell.
         max_distance_m: the value of cells that are farther than this from any occupied one.
     """
-    squared_cells = _squared_distances(np.ascontiguousarray(occupied, dtype=np.bool_))
-    distances_m: np.ndarray = np.minimum(np.sqrt(squared_cells) * resolution_m, max_distance_m)
-    return distances_m
+    height, width = occupied.shape
+    # Squared, in cells. Larger ones are beyond the limit, or on no grid of this size.
+    most = min(math.ceil(max_distance_m / resolution_m) ** 2, height**2 + width**2)
+    distances_m = np.minimum(np.sqrt(np.arange(most + 1)) * resolution_m, max_distance_m)
+    distances_m[most] = max_distance_m
+    return DistanceField(_squared_distances(np.ascontiguousarray(occupied, dtype=np.bool_), most), distances_m)
 
 
 @compiled
-def _squared_distances(occupied: np.ndarray) -> np.ndarray:  # pragma: no cover (compiled)
-    """Return (height, width) int64 squared distance in cells; about _FAR squared where none is."""
+def _squared_distances(occupied: np.ndarray, most: int) -> np.ndarray:  # pragma: no cover (compiled)
+    """Return (height, width) int32 squared distance in cells, at most `most`."""
     height, width = occupied.shape
-    in_column = np.empty((height, width), dtype=np.int64)
-    _along_columns(occupied, in_column)
-    squared = np.empty((height, width), dtype=np.int64)
+    squared = np.empty((height, width), dtype=np.int32)
+    _along_columns(occupied, squared)
+    in_column = np.empty(width, dtype=np.int64)
     vertices = np.empty(width, dtype=np.int64)
     starts = np.empty(width, dtype=np.int64)
     for row in range(height):
-        _along_row(in_column[row], squared[row], vertices, starts)
+        in_column[:] = squared[row]
+        _along_row(in_column, squared[row], vertices, starts, most)
     return squared
 
 
@@ -58,9 +75,9 @@ def _along_columns(occupied: np.ndarray, distance: np.ndarray) -> None:  # pragm
 
 @compiled
 def _along_row(
-    heights: np.ndarray, squared: np.ndarray, vertices: np.ndarray, starts: np.ndarray
+    heights: np.ndarray, squared: np.ndarray, vertices: np.ndarray, starts: np.ndarray, most: int
 ) -> None:  # pragma: no cover
-    """Fill in the lower envelope of the parabolas (x - v)^2 + heights[v]^2, in whole numbers.
+    """Fill in the lower envelope of the parabolas (x - v)^2 + heights[v]^2, in whole numbers, where it is below `most`.
 
     `vertices` and `starts` are scratch: the columns whose parabola is on the envelope, and the
     first column at which each is the lowest.
@@ -93,4 +110,4 @@ def _along_row(
         while index + 1 < count and starts[index + 1] <= column:
             index += 1
         offset = column - vertices[index]
-        squared[column] = offset * offset + heights[vertices[index]] * heights[vertices[index]]
+        squared[column] = min(offset * offset + heights[vertices[index]] * heights[vertices[index]], most)

@@ -32,7 +32,7 @@ def draw_until_enough(
     cumulative: np.ndarray,
     limits: np.ndarray,
     fraction_anywhere: float,
-    free_centres: np.ndarray,
+    centres: np.ndarray,
     places: np.ndarray,
     anywhere: np.ndarray,
 ) -> np.ndarray:  # pragma: no cover (compiled)
@@ -43,7 +43,7 @@ def draw_until_enough(
         cumulative: (n,) running sums of their weights.
         limits: (most + 1,) how many are enough, by the number of bins.
         fraction_anywhere: probability that a particle is drawn from all cells instead.
-        free_centres: (c, 2) x, y [m] of those cells.
+        centres: (most, 2) x, y [m] of the cell that each is then drawn from.
         places: (most,) which particle: its place among the weights, of [0, 1).
         anywhere: (most, 3) chances: whether it is drawn from all cells, which cell, which heading.
     """
@@ -53,9 +53,8 @@ def draw_until_enough(
     count = 0
     while count < len(places):
         if fraction_anywhere > 0.0 and anywhere[count, 0] < fraction_anywhere:
-            cell = int(anywhere[count, 1] * len(free_centres))
-            drawn[count, 0] = free_centres[cell, 0]
-            drawn[count, 1] = free_centres[cell, 1]
+            drawn[count, 0] = centres[count, 0]
+            drawn[count, 1] = centres[count, 1]
             drawn[count, 2] = (2.0 * anywhere[count, 2] - 1.0) * math.pi
         else:
             drawn[count] = particles[_chosen_index(cumulative, places[count])]

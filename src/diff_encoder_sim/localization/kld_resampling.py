@@ -13,6 +13,7 @@ import math
 import numpy as np
 
 from diff_encoder_sim.localization.amcl_params import AmclParams
+from diff_encoder_sim.localization.free_cells import FreeCells
 from diff_encoder_sim.localization.histogram import draw_until_enough
 
 GOLDEN_SECTION = (math.sqrt(5.0) - 1.0) / 2.0
@@ -79,7 +80,7 @@ def resample(
     weights: np.ndarray,
     limits: np.ndarray,
     fraction_anywhere: float,
-    free_centres: np.ndarray,
+    free_cells: FreeCells,
     rng: np.random.Generator,
 ) -> np.ndarray:
     """Draw (m, 3) particles of equal weight from a weighted set.
@@ -89,13 +90,14 @@ def resample(
         weights: (n,), sum 1.
         limits: from `kld_limits`; m is at most its length less 1.
         fraction_anywhere: probability that a particle is drawn from the whole map instead.
-        free_centres: (c, 2) x, y [m] of the cells to draw those from.
+        free_cells: to draw those from.
         rng: drawn from as for the most particles, so that equal seeds stay in step.
     """
     most = len(limits) - 1
     places = even_places(most, rng.random())
     anywhere = rng.random((most, 3)) if fraction_anywhere > 0.0 else np.empty((0, 3))
-    return draw_until_enough(particles, np.cumsum(weights), limits, fraction_anywhere, free_centres, places, anywhere)
+    centres = free_cells.centres((anywhere[:, 1] * len(free_cells)).astype(int))
+    return draw_until_enough(particles, np.cumsum(weights), limits, fraction_anywhere, centres, places, anywhere)
 
 
 def even_places(count: int, offset: float) -> np.ndarray:

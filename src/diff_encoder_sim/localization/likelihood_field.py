@@ -14,7 +14,7 @@ import numpy as np
 from diff_encoder_sim.base.compiled import compiled
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.beams import Beams
-from diff_encoder_sim.localization.distance import distance_to_occupied
+from diff_encoder_sim.localization.distance import distance_field
 from diff_encoder_sim.localization.sensor import Likelihoods, SensorModel
 from diff_encoder_sim.mapping.occupancy_grid import OCCUPIED, OccupancyGrid
 
@@ -28,12 +28,10 @@ class LikelihoodField(SensorModel):
 
     def __init__(self, params: AmclParams, grid: OccupancyGrid) -> None:
         super().__init__(params, grid)
-        # One cell wider all around: off the map, every obstacle is as far away as can be.
-        self._distances_m = np.pad(
-            distance_to_occupied(grid.cells == OCCUPIED, grid.resolution_m, params.laser_likelihood_max_dist),
-            1,
-            constant_values=params.laser_likelihood_max_dist,
-        )
+        field = distance_field(grid.cells == OCCUPIED, grid.resolution_m, params.laser_likelihood_max_dist)
+        # One cell wider all around: off the map, every obstacle is as far away as can be. It has an entry of its own.
+        self._distances_m = np.append(field.distances_m, params.laser_likelihood_max_dist)
+        self._cells = np.pad(field.indices, 1, constant_values=len(field.distances_m))
         self._table: Optional[Tuple[float, np.ndarray]] = None
 
     def likelihoods(self, particles: np.ndarray, beams: Beams, converged: bool) -> Likelihoods:
@@ -47,7 +45,7 @@ class LikelihoodField(SensorModel):
         """Return (height + 2, width + 2) what a ray adds by the cell it ends in; once a range limit."""
         if self._table is None or self._table[0] != range_max_m:
             entries = self._entry(ray_probability(self._distances_m, self._params, range_max_m))
-            self._table = (range_max_m, np.round(entries / _QUANTUM) * _QUANTUM)
+            self._table = (range_max_m, (np.round(entries / _QUANTUM) * _QUANTUM)[self._cells])
         return self._table[1]
 
     def _ends_in_cells(self, beams: Beams) -> np.ndarray:

@@ -27,10 +27,9 @@ class LikelihoodFieldProb(LikelihoodField):
 
     def __init__(self, params: AmclParams, grid: OccupancyGrid) -> None:
         super().__init__(params, grid)
-        self._is_near = (self._distances_m < params.beam_skip_distance).astype(np.int64)
-        # Off the map no ray agrees, however large beam_skip_distance is.
-        self._is_near[[0, -1], :] = 0
-        self._is_near[:, [0, -1]] = 0
+        is_near = self._distances_m < params.beam_skip_distance
+        is_near[-1] = False  # off the map no ray agrees, however large beam_skip_distance is
+        self._is_near = is_near[self._cells]
 
     def likelihoods(self, particles: np.ndarray, beams: Beams, converged: bool) -> Likelihoods:
         """Weigh particles (n, 3), the largest factor being 1; see SensorModel."""

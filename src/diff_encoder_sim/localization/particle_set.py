@@ -12,6 +12,7 @@ import numpy as np
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.clusters import ParticleStatistics, particle_statistics
+from diff_encoder_sim.localization.free_cells import FreeCells
 from diff_encoder_sim.localization.kld_resampling import LikelihoodAverages, effective_count, kld_limits, resample
 from diff_encoder_sim.localization.odometry_motion import motion_model
 from diff_encoder_sim.localization.particles import CONVERGED_WITHIN_M, has_converged, weight_near
@@ -71,15 +72,11 @@ class ParticleSet:
         else:
             self.weights = np.full(len(weights), 1.0 / len(weights))
 
-    def resample(self, free_centres: np.ndarray) -> None:
-        """Draw new particles (lines 12 to 19), if selective_resampling finds it due.
-
-        Args:
-            free_centres: (c, 2) x, y [m] of the cells to draw random particles from.
-        """
+    def resample(self, free_cells: FreeCells) -> None:
+        """Draw new particles (lines 12 to 19), if selective_resampling finds it due; random ones on free cells."""
         if not self._is_weight_spread():
             anywhere = self.averages.fraction_anywhere()
-            self._replace(resample(self.particles, self.weights, self._limits, anywhere, free_centres, self._rng))
+            self._replace(resample(self.particles, self.weights, self._limits, anywhere, free_cells, self._rng))
             self.has_converged = has_converged(self.particles)
             if anywhere > 0.0:
                 # Upstream: or the filter would spiral off into complete randomness.

@@ -13,6 +13,7 @@ import numpy as np
 
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angles
+from diff_encoder_sim.localization.free_cells import FreeCells
 from diff_encoder_sim.localization.kld_resampling import GOLDEN_SECTION
 from diff_encoder_sim.mapping.occupancy_grid import FREE, OccupancyGrid
 
@@ -60,26 +61,12 @@ def even_normals(count: int, rng: np.random.Generator) -> np.ndarray:
     return np.array([*map(NormalDist().inv_cdf, places.ravel().tolist())]).reshape(count, 3)
 
 
-def particles_everywhere(free_centres: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:
-    """Draw (count, 3) particles, uniform over cells with centres (m, 2) and over all headings."""
+def particles_everywhere(free_cells: FreeCells, count: int, rng: np.random.Generator) -> np.ndarray:
+    """Draw (count, 3) particles, uniform over the free cells and over all headings."""
     particles = np.empty((count, 3))
-    particles[:, :2] = free_centres[rng.integers(0, len(free_centres), count)]
+    particles[:, :2] = free_cells.centres(rng.integers(0, len(free_cells), count))
     particles[:, 2] = rng.uniform(-np.pi, np.pi, count)
     return particles
-
-
-def free_cell_centres(grid: OccupancyGrid) -> np.ndarray:
-    """Return (m, 2) x, y [m] in the map of the centres of the free cells."""
-    rows, columns = np.nonzero(grid.cells == FREE)
-    local_x = (columns + 0.5) * grid.resolution_m
-    local_y = (rows + 0.5) * grid.resolution_m
-    cos_yaw, sin_yaw = np.cos(grid.origin.yaw_rad), np.sin(grid.origin.yaw_rad)
-    return np.column_stack(
-        [
-            grid.origin.x_m + cos_yaw * local_x - sin_yaw * local_y,
-            grid.origin.y_m + sin_yaw * local_x + cos_yaw * local_y,
-        ]
-    )
 
 
 def has_converged(particles: np.ndarray) -> bool:

@@ -16,7 +16,7 @@ from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.beams import select_beams
-from diff_encoder_sim.localization.distance import distance_to_occupied
+from diff_encoder_sim.localization.distance import distance_field
 from diff_encoder_sim.mapping.occupancy_grid import OCCUPIED, OccupancyGrid
 
 # About so many rays of a scan are checked, evenly spread.
@@ -57,9 +57,11 @@ class FitMap:
     def __init__(self, grid: OccupancyGrid, distance_m: float) -> None:
         """Let a ray fit that ends within `distance_m` of the centre of an occupied cell."""
         is_occupied = grid.cells == OCCUPIED
-        is_near = distance_to_occupied(is_occupied, grid.resolution_m, 2.0 * distance_m) <= distance_m
-        is_known = (grid.cells >= 0) & (grid.cells <= OCCUPIED)
-        self._kinds = np.select([is_occupied, is_near, is_known], [_OCCUPIED, _NEAR, _CLEAR], _UNKNOWN).astype(np.int8)
+        field = distance_field(is_occupied, grid.resolution_m, 2.0 * distance_m)
+        self._kinds = np.full(grid.cells.shape, _UNKNOWN, np.int8)
+        self._kinds[(grid.cells >= 0) & (grid.cells <= OCCUPIED)] = _CLEAR
+        self._kinds[(field.distances_m <= distance_m)[field.indices]] = _NEAR
+        self._kinds[is_occupied] = _OCCUPIED
         self._grid, self._distance_m = grid, distance_m
 
     def fit(self, base_pose_in_map: Pose2D, scan: Scan, laser_pose_in_base: Pose2D) -> ScanFit:

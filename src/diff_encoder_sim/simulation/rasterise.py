@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-from collections import deque
-from typing import Deque, Tuple
+from typing import Tuple
 
 import numpy as np
 
+from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.mapping.map_image import LARGEST_IMAGE
 from diff_encoder_sim.mapping.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from diff_encoder_sim.robots.robot_tree import Box, Cylinder, Sphere
 from diff_encoder_sim.simulation.lidar import cut_world
 from diff_encoder_sim.simulation.world import Solid, World
 
+ndimage = deferred('scipy.ndimage')
+
 MARGIN_CELLS = 10
 POINTS_PER_CELL = 8
-MOST_CELLS = 25_000_000  # a minute's work
 MOST_POINTS = 10_000_000  # of surfaces; some hundred megabytes
 
 
@@ -58,8 +60,10 @@ def _grid_around(points_m: np.ndarray, resolution_m: float) -> OccupancyGrid:
     lowest = np.floor(points_m.min(axis=0) / resolution_m) - MARGIN_CELLS
     highest = np.ceil(points_m.max(axis=0) / resolution_m) + MARGIN_CELLS
     count = (highest - lowest).prod()
-    if count > MOST_CELLS:
-        raise ConfigError(f'resolution {resolution_m:g} m: a map of {count:.0f} cells; allowed: at most {MOST_CELLS}')
+    if count > LARGEST_IMAGE:  # nobody could read its file
+        raise ConfigError(
+            f'resolution {resolution_m:g} m: a map of {count:.0f} cells; allowed: at most {LARGEST_IMAGE}'
+        )
     width, height = (highest - lowest).astype(int).tolist()
     corner_m = np.round((lowest - 0.5) * resolution_m, 9)
     cells = np.full((height, width), UNKNOWN, dtype=np.int8)
@@ -104,17 +108,10 @@ def _is_inside(solid: Solid, x_m: float, y_m: float, z_m: float) -> bool:
 
 def _fill(grid: OccupancyGrid, seed: Tuple[int, int]) -> None:
     """Mark cells connected to the seed as free, and surfaces that border none of them as unknown."""
-    met = np.zeros(grid.cells.shape, dtype=bool)
-    grid.cells[seed] = FREE
-    waiting: Deque[Tuple[int, int]] = deque([seed])
-    while waiting:
-        row, column = waiting.popleft()
-        for cell in ((row + 1, column), (row - 1, column), (row, column + 1), (row, column - 1)):
-            if not grid.contains(*cell):
-                raise ConfigError('free space reaches the edge of the map; expected a world with a closed outer wall')
-            if grid.cells[cell] == UNKNOWN:
-                grid.cells[cell] = FREE
-                waiting.append(cell)
-            elif grid.cells[cell] == OCCUPIED:
-                met[cell] = True
-    grid.cells[(grid.cells == OCCUPIED) & ~met] = UNKNOWN
+    regions, _ = ndimage.label(grid.cells == UNKNOWN)
+    is_free = regions == regions[seed]
+    if is_free[[0, -1]].any() or is_free[:, [0, -1]].any():
+        raise ConfigError('free space reaches the edge of the map; expected a world with a closed outer wall')
+    is_surface = (grid.cells == OCCUPIED) & ndimage.binary_dilation(is_free)
+    grid.cells[...] = UNKNOWN
+    grid.cells[is_free], grid.cells[is_surface] = FREE, OCCUPIED

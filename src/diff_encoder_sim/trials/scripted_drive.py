@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import bisect
 import math
 from typing import List, NamedTuple, Tuple
 
@@ -49,11 +50,13 @@ class ScriptedDrive:
     """A test's segments one after another, as velocity commands over time."""
 
     def __init__(self, test: TestDefinition) -> None:
-        self._legs: List[Tuple[float, Trapezoid, Trapezoid]] = []
+        self._starts_s: List[float] = []
+        self._legs: List[Tuple[Trapezoid, Trapezoid]] = []
         start_s = 0.0
         for segment in test.drive:
             linear, angular = _profiles(segment, test.limits)
-            self._legs.append((start_s, linear, angular))
+            self._starts_s.append(start_s)
+            self._legs.append((linear, angular))
             start_s += max(linear.duration_s, angular.duration_s) + PAUSE_BETWEEN_SEGMENTS_S
         self.duration_s = start_s
 
@@ -73,7 +76,10 @@ class ScriptedDrive:
         """
         interval_s = to_s - from_s
         linear_m = angular_rad = 0.0
-        for start_s, linear, angular in self._legs:
+        # Those under way: what is over or has not begun adds nothing, and long drives have thousands.
+        first = max(0, bisect.bisect(self._starts_s, from_s) - 1)
+        for index in range(first, bisect.bisect(self._starts_s, to_s)):
+            start_s, (linear, angular) = self._starts_s[index], self._legs[index]
             linear_m += linear.covered(to_s - start_s) - linear.covered(from_s - start_s)
             angular_rad += angular.covered(to_s - start_s) - angular.covered(from_s - start_s)
         return linear_m / interval_s, angular_rad / interval_s

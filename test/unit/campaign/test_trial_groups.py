@@ -1,12 +1,10 @@
 """Which trials of a campaign share a drive of the robot."""
 
-from collections import deque
-
 import pytest
 
 from campaign_files import small_campaign
 from diff_encoder_sim.campaign import trial_groups as module
-from diff_encoder_sim.campaign.trial_groups import split_for, trial_groups
+from diff_encoder_sim.campaign.trial_groups import trial_groups
 
 
 def grouped(folder, jobs=None, **changes):
@@ -65,24 +63,3 @@ def test_a_group_has_a_largest_size(tmp_path, monkeypatch):
     monkeypatch.setattr(module, 'MOST_TRIALS', 3)
     groups = grouped(tmp_path, nav='scripted', tests=['SL'], trials=1, ppr=[10, 20, 30, 40, 50, 60, 70])
     assert [len(group.split()) for group in groups] == [3, 3, 1]
-
-
-@pytest.mark.parametrize(
-    ('threads', 'running', 'sizes', 'expected'),
-    [
-        (1, 0, [4, 4], [4, 4]),
-        (2, 0, [4, 4], [4, 4]),
-        (3, 0, [4, 4], [2, 2, 4]),
-        (4, 0, [5], [1, 1, 1, 2]),
-        (4, 2, [5], [3, 2]),
-        (9, 0, [2, 1], [1, 1, 1]),
-        (0, 0, [4], [4]),
-        (4, 1, [], []),
-    ],
-)
-def test_groups_are_split_where_workers_would_be_idle(threads, running, sizes, expected):
-    numbers = iter(range(100))
-    waiting = deque(tuple(next(numbers) for _ in range(size)) for size in sizes)
-    split_for(threads, running, waiting)
-    assert [len(group) for group in waiting] == expected
-    assert [number for group in waiting for number in group] == list(range(sum(sizes)))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from diff_encoder_sim.localization.distance import distance_to_occupied
+from diff_encoder_sim.localization.distance import distance_field
 from laser_model_cases import brute_force_distances
 
 
@@ -25,6 +25,8 @@ def test_distances_are_exact(shape, fraction):
     for seed in range(5):
         occupied = np.random.default_rng(seed).random(shape) < fraction
         for limit_m in (0.3, 100.0):
-            assert distance_to_occupied(occupied, 0.05, limit_m) == pytest.approx(
+            field = distance_field(occupied, 0.05, limit_m)
+            assert field.distances_m[field.indices] == pytest.approx(
                 brute_force_distances(occupied, 0.05, limit_m), rel=1e-12
             )
+            assert field.distances_m[-1] == limit_m

@@ -5,7 +5,9 @@ import math
 import numpy as np
 import pytest
 
+from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.localization.amcl_params import AmclParams
+from diff_encoder_sim.localization.free_cells import FreeCells
 from diff_encoder_sim.localization.kld_resampling import (
     LikelihoodAverages,
     effective_count,
@@ -14,8 +16,11 @@ from diff_encoder_sim.localization.kld_resampling import (
     kld_limits,
     resample,
 )
+from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
 
-CORNERS = np.array([[0.25, 0.25], [5.25, 0.25], [0.25, 5.25], [5.25, 5.25]])
+# A map of four free cells of 5 m.
+FREE_CELLS = FreeCells(OccupancyGrid(np.zeros((2, 2), np.int8), 5.0, Pose2D(-2.25, -2.25, 0.0)))
+CENTRES = np.array([[0.25, 0.25], [5.25, 0.25], [0.25, 5.25], [5.25, 5.25]])
 
 
 # Exact 99 % quantiles of the chi-square distribution by degrees of freedom (any table).
@@ -62,12 +67,12 @@ def test_particles_stop_when_the_bins_they_fill_have_enough():
     rng = np.random.default_rng(0)
     for spread in (0.3, 1.0, 3.0):
         cloud = np.column_stack([rng.normal(0, spread, (4000, 2)), np.zeros(4000)])
-        drawn = resample(cloud, np.full(4000, 1 / 4000), limits, 0.0, CORNERS, rng)
+        drawn = resample(cloud, np.full(4000, 1 / 4000), limits, 0.0, FREE_CELLS, rng)
         bins = len(np.unique(np.floor(drawn[:, :2] / 0.5), axis=0))
         # Upstream stops at the first particle past the limit.
         assert len(drawn) == min(limits[bins] + 1, 4000)
     one_bin = np.zeros((50, 3)) + 0.1
-    assert len(resample(one_bin, np.full(50, 0.02), limits, 0.0, CORNERS, rng)) == 4000
+    assert len(resample(one_bin, np.full(50, 0.02), limits, 0.0, FREE_CELLS, rng)) == 4000
 
 
 def test_each_particle_is_drawn_as_often_as_its_weight_says():
@@ -75,7 +80,7 @@ def test_each_particle_is_drawn_as_often_as_its_weight_says():
     weights = np.array([0.5, 0.0, 0.3, 0.15, 0.05])
     particles = np.column_stack([np.arange(5.0), np.zeros((5, 2))])
     for count in (7, 1000, 3000):
-        drawn = resample(particles, weights, fixed_count(count), 0.0, CORNERS, np.random.default_rng(2))
+        drawn = resample(particles, weights, fixed_count(count), 0.0, FREE_CELLS, np.random.default_rng(2))
         counts = np.bincount(drawn[:, 0].astype(int), minlength=5)
         assert (np.abs(counts - count * weights) < 1.0 + 1e-9).all()
         assert counts[1] == 0
@@ -85,7 +90,7 @@ def test_draws_have_no_bias():
     particles = np.column_stack([np.arange(3.0), np.zeros((3, 2))])
     weights = np.array([0.24, 0.43, 0.33])
     rng = np.random.default_rng(3)
-    drawn = [resample(particles, weights, fixed_count(10), 0.0, CORNERS, rng)[:, 0] for _ in range(4000)]
+    drawn = [resample(particles, weights, fixed_count(10), 0.0, FREE_CELLS, rng)[:, 0] for _ in range(4000)]
     # At most one more or less than n p, so the standard deviation of a count's mean is below 0.5 / sqrt(4000).
     assert np.bincount(np.concatenate(drawn).astype(int)) / 4000 == pytest.approx(10 * weights, abs=0.03)
 
@@ -104,10 +109,10 @@ def test_the_first_places_are_spread_nearly_as_evenly(first):
 
 def test_the_recovery_fraction_is_drawn_anywhere():
     particles = np.full((10, 3), 0.1)
-    drawn = resample(particles, np.full(10, 0.1), fixed_count(40_000), 0.3, CORNERS, np.random.default_rng(4))
+    drawn = resample(particles, np.full(10, 0.1), fixed_count(40_000), 0.3, FREE_CELLS, np.random.default_rng(4))
     anywhere = drawn[(drawn != 0.1).all(axis=1)]
     assert len(anywhere) / 40_000 == pytest.approx(0.3, abs=0.01)
-    cells = [(anywhere[:, :2] == corner).all(axis=1).mean() for corner in CORNERS]
+    cells = [(anywhere[:, :2] == centre).all(axis=1).mean() for centre in CENTRES]
     assert cells == pytest.approx([0.25] * 4, abs=0.02)
     headings = np.histogram(anywhere[:, 2], bins=8, range=(-math.pi, math.pi))[0] / len(anywhere)
     assert headings == pytest.approx([1 / 8] * 8, abs=0.02)

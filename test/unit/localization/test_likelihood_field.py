@@ -25,7 +25,7 @@ def test_unknown_cells_are_no_obstacles_in_the_field():
     cells = np.full((9, 9), UNKNOWN, dtype=np.int8)
     cells[4, 4] = OCCUPIED
     field = LikelihoodField(params(), OccupancyGrid(cells, 0.1, Pose2D(0, 0, 0)))
-    assert field._distances_m[5, 1] == pytest.approx(0.4)  # with its border: cell (4, 0)
+    assert field._distances_m[field._cells[5, 1]] == pytest.approx(0.4)  # with its border: cell (4, 0)
 
 
 def reference_field(grid, distances, scan, particle, step):

@@ -5,10 +5,12 @@ import pytest
 
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.localization.amcl_params import AmclParams
+from diff_encoder_sim.localization.free_cells import FreeCells
 from diff_encoder_sim.localization.particle_set import ParticleSet
 from diff_encoder_sim.localization.sensor import Likelihoods
+from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
 
-FREE_CENTRES = np.array([[0.0, 0.0]])
+FREE_CELLS = FreeCells(OccupancyGrid(np.zeros((1, 1), np.int8), 1.0, IDENTITY))
 TOGETHER = np.zeros((4, 3))
 APART = np.array([[0.0, 0.0, 0.0], [5.0, 0.0, 0.0], [0.0, 5.0, 0.0], [5.0, 5.0, 0.0]])
 
@@ -38,10 +40,10 @@ def test_particles_that_have_settled_once_stay_settled_until_a_restart():
     found = particle_set(APART)
     assert not found.has_settled
     found.weigh(Likelihoods(np.array([1.0, 0.0, 0.0, 0.0]), 0.0))
-    found.resample(FREE_CENTRES)
+    found.resample(FREE_CELLS)
     assert found.has_settled and found.has_converged
     found.move(IDENTITY, Pose2D(50.0, 0.0, 0.0))
-    found.resample(FREE_CENTRES)
+    found.resample(FREE_CELLS)
     assert found.has_settled
     found.restart(APART)
     assert not found.has_settled and not found.has_converged

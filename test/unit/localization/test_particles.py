@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
+from diff_encoder_sim.localization.free_cells import FreeCells
 from diff_encoder_sim.localization.particles import (
     even_normals,
-    free_cell_centres,
     has_converged,
     particles_around,
     particles_everywhere,
@@ -40,16 +40,10 @@ def test_headings_of_particles_are_wrapped():
     assert (particles[:, :2] == 0.0).all()
 
 
-def test_free_cells_are_where_the_grids_own_frame_is():
-    cells = np.array([[OCCUPIED, FREE], [UNKNOWN, FREE]], np.int8)
-    grid = OccupancyGrid(cells, 0.5, Pose2D(10.0, 20.0, math.pi / 2))
-    assert free_cell_centres(grid) == pytest.approx(np.array([[9.75, 20.75], [9.25, 20.75]]))
-
-
-def test_particles_everywhere_are_on_the_cells_given_with_any_heading():
-    centres = np.array([[0.0, 1.0], [2.0, 3.0]])
-    particles = particles_everywhere(centres, 10_000, np.random.default_rng(0))
-    assert {tuple(position) for position in particles[:, :2].tolist()} == {(0.0, 1.0), (2.0, 3.0)}
+def test_particles_everywhere_are_on_the_free_cells_with_any_heading():
+    grid = OccupancyGrid(np.array([[FREE, OCCUPIED], [UNKNOWN, FREE]], np.int8), 2.0, IDENTITY)
+    particles = particles_everywhere(FreeCells(grid), 10_000, np.random.default_rng(0))
+    assert {tuple(position) for position in particles[:, :2].tolist()} == {(1.0, 1.0), (3.0, 3.0)}
     assert particles[:, 2].std() == pytest.approx(2 * math.pi / math.sqrt(12), rel=0.03)
 
 

@@ -66,3 +66,10 @@ def test_segments_follow_one_another_with_a_pause():
     linear, angular = drive.command(4.0, 4.1)
     assert linear == 0.0 and angular == pytest.approx(1.0)
     assert drive.command(drive.duration_s, drive.duration_s + 1) == (0.0, 0.0)
+
+
+def test_a_command_over_several_segments_has_all_of_them():
+    drive = ScriptedDrive(definition(*[{'straight': 0.1}, {'turns': 0.1}] * 3))
+    linear, angular = drive.command(-1.0, drive.duration_s)
+    assert linear * (drive.duration_s + 1.0) == pytest.approx(0.3)
+    assert angular * (drive.duration_s + 1.0) == pytest.approx(0.6 * math.pi)
