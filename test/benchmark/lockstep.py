@@ -7,11 +7,13 @@ from __future__ import annotations
 import argparse
 import math
 import os
+import signal
 import statistics
 import tempfile
 import time
 from pathlib import Path
-from typing import Any, Callable, Dict, List, Sequence, Tuple
+from types import FrameType
+from typing import Dict, List, Optional, Sequence, Tuple
 
 from checkout import ROOT, print_header
 from measured_drive import bullet_client
@@ -39,7 +41,7 @@ MODES = {'full': 1.6, 'minimal': 1.4, 'none': None}
 BARE = 'bare stepping'
 # The bare stepping that these limits speak of.
 LIMITS_PHYSICS = PhysicsParams(steps_per_tick=2, solver_iterations=50)
-# The parts, and the methods whose time counts as theirs; what is called within them is not counted twice.
+# The parts, and the methods whose time counts as theirs, but for that of parts which they call.
 PARTS: List[Tuple[str, type, Tuple[str, ...]]] = [
     ('physics (PyBullet)', BulletPhysics, ('tick',)),
     ('reading the simulated robot', BulletPhysics, ('wheels', 'base', 'base_pose', 'obstacle_hit')),
@@ -51,39 +53,31 @@ PARTS: List[Tuple[str, type, Tuple[str, ...]]] = [
     ('serialising and writing', TrialBag, ('publish', '__exit__')),
     ('setting up', LockstepTrials, ('__init__',)),
 ]
+THE_REST = 'the rest'
+SAMPLE_S = 0.001  # a kernel may sample less often
 
 
-class Stopwatch:
-    """Time by part, while the parts' methods are replaced by ones that measure."""
+class Samples:
+    """Counts which part runs, at ticks of the processor's time: nothing is slowed down, as by a stopwatch."""
 
     def __init__(self) -> None:
-        self.spent_s: Dict[str, float] = {}
-        self._stack: List[float] = []  # time spent in parts called by the part that runs
+        self.counts: Dict[str, int] = {}
+        self._parts = {getattr(kind, name).__code__: part for part, kind, names in PARTS for name in names}
 
-    def __enter__(self) -> Stopwatch:
-        self._originals = [(kind, name, getattr(kind, name)) for _, kind, names in PARTS for name in names]
-        for part, kind, names in PARTS:
-            for name in names:
-                setattr(kind, name, self._measured(part, getattr(kind, name)))
+    def __enter__(self) -> Samples:
+        signal.signal(signal.SIGPROF, self._take)
+        signal.setitimer(signal.ITIMER_PROF, SAMPLE_S, SAMPLE_S)
         return self
 
     def __exit__(self, *_: object) -> None:
-        for kind, name, original in self._originals:
-            setattr(kind, name, original)
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
 
-    def _measured(self, part: str, method: Callable) -> Callable:
-        def measured(*arguments: Any, **named: Any) -> Any:
-            self._stack.append(0.0)
-            begin_s = time.process_time()
-            try:
-                return method(*arguments, **named)
-            finally:
-                took_s = time.process_time() - begin_s
-                self.spent_s[part] = self.spent_s.get(part, 0.0) + took_s - self._stack.pop()
-                if self._stack:
-                    self._stack[-1] += took_s
-
-        return measured
+    def _take(self, number: int, frame: Optional[FrameType]) -> None:
+        del number
+        while frame is not None and frame.f_code not in self._parts:
+            frame = frame.f_back
+        part = THE_REST if frame is None else self._parts[frame.f_code]
+        self.counts[part] = self.counts.get(part, 0) + 1
 
 
 def main() -> None:
@@ -103,7 +97,7 @@ def main() -> None:
         ]
         print_ratios(ratios)
         write_ratios(arguments.json, ratios)
-        _print_parts(plan, params, duration_s)
+        _print_parts(plan, params, duration_s, arguments.repeats)
 
 
 def _round(plan: TrialPlan, params: RobotParams, duration_s: float) -> Dict[str, float]:
@@ -151,17 +145,17 @@ def _print_costs(duration_s: float, rounds: Sequence[Dict[str, float]]) -> None:
     print(f'{tabulate(rows, heads, disable_numparse=True, colalign=("left", "right", "right"))}\n')
 
 
-def _print_parts(plan: TrialPlan, params: RobotParams, duration_s: float) -> None:
-    with Stopwatch() as stopwatch:
-        begin_s = time.process_time()
-        run_trial(plan, ROBOT, params, 'full')
-        whole_s = time.process_time() - begin_s
-    parts = {**stopwatch.spent_s, 'the rest': whole_s - sum(stopwatch.spent_s.values())}
+def _print_parts(plan: TrialPlan, params: RobotParams, duration_s: float, repeats: int) -> None:
+    begin_s = time.process_time()
+    with Samples() as samples:
+        for _ in range(repeats):
+            run_trial(plan, ROBOT, params, 'full')
+    whole_s, count = (time.process_time() - begin_s) / repeats, sum(samples.counts.values())
     rows = [
-        [part, f'{100.0 * spent_s / whole_s:.1f}', f'{1e3 * spent_s / duration_s:.2f}']
-        for part, spent_s in sorted(parts.items(), key=lambda item: -item[1])
+        [part, f'{100.0 * part_count / count:.1f}', f'{1e3 * whole_s * part_count / count / duration_s:.2f}']
+        for part, part_count in sorted(samples.counts.items(), key=lambda item: -item[1])
     ]
-    heads = ['part (record full, measured)', 'fraction [%]', 'ms per simulated s']
+    heads = [f'part (record full, {count} samples)', 'fraction [%]', 'ms per simulated s']
     print(f'\n{tabulate(rows, heads, disable_numparse=True, colalign=("left", "right", "right"))}')
 
 
