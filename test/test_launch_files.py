@@ -4,6 +4,7 @@ Upstream's navigation and Gazebo may be missing; packages of the same names take
 programs write down how they were started.
 """
 
+import functools
 import itertools
 import os
 import re
@@ -94,13 +95,18 @@ def params(config):
     return {name: param.value for name, param in config.params.items()}
 
 
-def check_all_is_there(config):
+@functools.lru_cache(maxsize=None)
+def is_executable(package, node_type):
+    """As roslaunch finds it, which walks through all of the package's folders."""
     import roslib.packages
 
+    found = roslib.packages.find_node(package, node_type)
+    return bool(found) and os.access(found[0], os.X_OK)
+
+
+def check_all_is_there(config):
     for node in config.nodes:
-        if node.package not in OPTIONAL:
-            found = roslib.packages.find_node(node.package, node.type)
-            assert found and os.access(found[0], os.X_OK), node.name
+        assert node.package in OPTIONAL or is_executable(node.package, node.type), node.name
     texts = [text for text in params(config).values() if isinstance(text, str)]
     texts += [node.args for node in config.nodes]
     for word in itertools.chain(*(text.split() for text in texts)):
