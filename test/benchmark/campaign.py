@@ -32,8 +32,8 @@ from diff_encoder_sim.lockstep.robot_params import load_robot_params
 SAMPLING_S = 1.0
 MEGABYTE = 1e6
 BARE_S = 50.0  # simulated, before and after each campaign
-# The paper's 360 trials in 180 s on two cores, where bare stepping has 170 times real time. Of fewer trials the start is
-# the larger part.
+# The paper's 360 trials in 180 s on two cores, where bare stepping has 170 times real time. Of fewer trials the start
+# is the larger part.
 MOST_OF_BARE, PAPERS_TRIALS = 1.65, 30
 # A worker's memory does not depend on the machine [MB].
 MOST_MB, MOST_GROWTH = 300.0, 1.1
