@@ -87,17 +87,22 @@ def main() -> None:
             stop(master)
     _print_table(real_time_factor(tick_us), bare_factor, runs)
     # A trial that failed has stopped this script already; a lost sample is in the table.
-    ratios = [
-        Ratio(
-            f'{arguments.test} live, {arguments.nav}, {name}',
-            BARE,
-            [bare_factor / run.real_time_factor for run in several],
-            MOST.get((arguments.nav, name)),
-        )
-        for name, several in runs.items()
-    ]
+    ratios = [ratio for name, several in runs.items() for ratio in _ratios(arguments, name, several, bare_factor)]
     print_ratios(ratios)
     write_ratios(arguments.json, ratios)
+
+
+def _ratios(arguments: argparse.Namespace, cores: str, runs: List[Run], bare_factor: float) -> List[Ratio]:
+    trial = f'{arguments.test} live, {arguments.nav}, {cores}'
+    return [
+        Ratio(
+            f'{trial}, wall time',
+            BARE,
+            [bare_factor / run.real_time_factor for run in runs],
+            MOST.get((arguments.nav, cores)),
+        ),
+        Ratio(f'{trial}, processor time of all nodes', BARE, [1e-3 * run.processor_ms * bare_factor for run in runs]),
+    ]
 
 
 def _bare_factor(test: str) -> float:
