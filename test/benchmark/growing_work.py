@@ -42,7 +42,7 @@ Work = Callable[[], object]
 RESOLUTION_M, SCAN_HEIGHT_M = 0.1, 0.3  # finer, a map of 500 m would be more pixels than map files may have
 PILLARS_APART_M, PILLAR_M = 5.0, 0.4
 POSE_PERIOD_NS, SPEED_MPS = 50_000_000, 0.45
-LAP_M = 10.0  # there, and half a turn
+STRETCH_M = 10.0  # 10 km of them are as many segments as a drive may have
 ROBOT = ROOT / 'urdf' / 'alto.urdf.xacro'
 
 # Folders of prepared files, for as long as the process lives.
@@ -99,8 +99,8 @@ def weighing_beams(beams: int) -> Work:
 
 def driving(length_m: int) -> Work:
     """Run a trial to and fro in the hallway, without feedback, with its bag."""
-    laps = [Segment(straight=LAP_M), Segment(turns=0.5)] * round(length_m / LAP_M)
-    test = TestDefinition(name='laps', world='hallway', drive=laps)
+    stretches = [Segment(straight=STRETCH_M * (-1) ** number) for number in range(round(length_m / STRETCH_M))]
+    test = TestDefinition(name='to_and_fro', world='hallway', drive=stretches)
     plan, params = plan_of('SL', 90, 1, 'scripted', str(_folder() / 'trial.bag')), load_robot_params(ROOT / 'config')
     plan = plan.model_copy(update={'trial': plan.trial.model_copy(update={'test': test})})
     return lambda: run_trial(plan, ROBOT, params, 'minimal')

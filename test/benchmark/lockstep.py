@@ -5,7 +5,6 @@ bare stepping of the same duration, measured in turn with it. One process, one t
 from __future__ import annotations
 
 import argparse
-import math
 import os
 import signal
 import statistics
@@ -15,8 +14,8 @@ from pathlib import Path
 from types import FrameType
 from typing import Dict, List, Optional, Sequence, Tuple
 
+from bare_stepping import BARE, ROBOT, bare_stepping_s
 from checkout import ROOT, print_header
-from measured_drive import bullet_client
 from plans import plan_of
 from ratios import Ratio, add_json, print_ratios, write_ratios
 from tabulate import tabulate
@@ -29,18 +28,12 @@ from diff_encoder_sim.lockstep.trial_run import run_trial
 from diff_encoder_sim.navigation.navigator import Navigator
 from diff_encoder_sim.odometry.wheel_odometry import WheelOdometry
 from diff_encoder_sim.recording.trial_bag import TrialBag
-from diff_encoder_sim.simulation.periods import TICK_NS
-from diff_encoder_sim.simulation.physics import BulletPhysics, PhysicsParams
-from diff_encoder_sim.simulation.quiet_pybullet import pybullet
+from diff_encoder_sim.simulation.physics import BulletPhysics
 from diff_encoder_sim.simulation.simulator import Simulator
 from diff_encoder_sim.trials.trial_definition import TrialPlan
 
-ROBOT = ROOT / 'urdf' / 'alto.urdf.xacro'
 # Record modes, and how many times the bare stepping a trial of DLD may cost.
 MODES = {'full': 1.6, 'minimal': 1.4, 'none': None}
-BARE = 'bare stepping'
-# The bare stepping that these limits speak of.
-LIMITS_PHYSICS = PhysicsParams(steps_per_tick=2, solver_iterations=50)
 # The parts, and the methods whose time counts as theirs, but for that of parts which they call.
 PARTS: List[Tuple[str, type, Tuple[str, ...]]] = [
     ('physics (PyBullet)', BulletPhysics, ('tick',)),
@@ -105,35 +98,13 @@ def _round(plan: TrialPlan, params: RobotParams, duration_s: float) -> Dict[str,
 
     A machine's speed wanders within minutes: bare stepping before, between and after sees what the trials see.
     """
-    bare_s, costs_s = [_bare_stepping_s(plan, params, duration_s)], {}
+    bare_s, costs_s = [bare_stepping_s(plan, params, duration_s)], {}
     for mode in MODES:
         begin_s = time.process_time()
         run_trial(plan, ROBOT, params, mode)
         costs_s[mode] = time.process_time() - begin_s
-        bare_s.append(_bare_stepping_s(plan, params, duration_s))
+        bare_s.append(bare_stepping_s(plan, params, duration_s))
     return {**costs_s, BARE: statistics.mean(bare_s)}
-
-
-def _bare_stepping_s(plan: TrialPlan, params: RobotParams, duration_s: float) -> float:
-    """Return the processor time of stepSimulation alone, over as long a drive straight ahead.
-
-    With the settings of which the limits speak, and all solids, whatever those of the robot are.
-    """
-    simulated = params.simulator.model_copy(update={'physics': LIMITS_PHYSICS})
-    simulator = Simulator(plan.world, ROBOT, simulated, plan.trial.test.start.pose(), 0)
-    client, spent_s = bullet_client(simulator), 0.0
-    try:
-        simulator.command(0.0, 0.5)
-        for _ in range(100):
-            simulator.tick()
-        simulator._physics._near.look(0.0, 0.0, math.inf)
-        begin_s = time.process_time()
-        for _ in range(round(duration_s * 1e9 / TICK_NS)):
-            pybullet.stepSimulation(physicsClientId=client)
-        spent_s = time.process_time() - begin_s
-    finally:
-        simulator.close()
-    return spent_s
 
 
 def _print_costs(duration_s: float, rounds: Sequence[Dict[str, float]]) -> None:

@@ -1,0 +1,43 @@
+"""PyBullet's bare stepping: the limit that trials and the live graph are compared with."""
+
+from __future__ import annotations
+
+import math
+import time
+
+from checkout import ROOT
+from measured_drive import bullet_client
+
+from diff_encoder_sim.lockstep.robot_params import RobotParams
+from diff_encoder_sim.simulation.periods import TICK_NS
+from diff_encoder_sim.simulation.physics import PhysicsParams
+from diff_encoder_sim.simulation.quiet_pybullet import pybullet
+from diff_encoder_sim.simulation.simulator import Simulator
+from diff_encoder_sim.trials.trial_definition import TrialPlan
+
+BARE = 'bare stepping'
+ROBOT = ROOT / 'urdf' / 'alto.urdf.xacro'
+# The bare stepping that limits speak of.
+LIMITS_PHYSICS = PhysicsParams(steps_per_tick=2, solver_iterations=50)
+
+
+def bare_stepping_s(plan: TrialPlan, params: RobotParams, duration_s: float) -> float:
+    """Return the processor time of stepSimulation alone, over as long a drive straight ahead.
+
+    With the settings of which the limits speak, and all solids, whatever those of the robot are.
+    """
+    simulated = params.simulator.model_copy(update={'physics': LIMITS_PHYSICS})
+    simulator = Simulator(plan.world, ROBOT, simulated, plan.trial.test.start.pose(), 0)
+    client, spent_s = bullet_client(simulator), 0.0
+    try:
+        simulator.command(0.0, 0.5)
+        for _ in range(100):
+            simulator.tick()
+        simulator._physics._near.look(0.0, 0.0, math.inf)
+        begin_s = time.process_time()
+        for _ in range(round(duration_s * 1e9 / TICK_NS)):
+            pybullet.stepSimulation(physicsClientId=client)
+        spent_s = time.process_time() - begin_s
+    finally:
+        simulator.close()
+    return spent_s
