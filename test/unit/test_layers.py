@@ -157,6 +157,7 @@ def test_the_core_imports_no_heavy_library_before_it_is_needed():
     assert heavy_after(light) == '[]'
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize('name', WRAPPERS)
 def test_only_modules_that_wrap_a_heavy_library_are_excepted(name):
     assert heavy_after([f'diff_encoder_sim.{name}']) != '[]'

@@ -12,6 +12,7 @@ def all_means(values):
     return np.sort(0.5 * (values[rows] + values[columns]))
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize('most_at_once', [1, 10, 100_000])
 @pytest.mark.parametrize(
     'values',

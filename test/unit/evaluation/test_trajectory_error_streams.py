@@ -37,6 +37,7 @@ def matrix(pose):
     return np.array([[cos, -sin, pose.x_m], [sin, cos, pose.y_m], [0.0, 0.0, 1.0]])
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize('block', [1, 7, 500, 5000], ids='blocks of {}'.format)
 def test_against_matrices(block):
     estimate, reference = paths()

@@ -11,6 +11,7 @@ from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, wrap_angle
 from diff_encoder_sim.base.typed_params import with_changes
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize('model', ['likelihood_field', 'beam'])
 @pytest.mark.parametrize('seed', range(3))
 def test_it_converges_from_the_papers_initial_spread(drive, model, seed):

@@ -81,6 +81,7 @@ def test_upstreams_reading_of_a_coarse_twist_is_slow_but_safe(hallway):
     assert loop.robot.pose.x_m > 6.0
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(('ppr', 'dwa'), [(None, {}), (90, {}), (40, TWIST_SIGMAS)])
 def test_an_s_course_around_pillars(ros_logo, ppr, dwa):
     route = [Pose2D(-PASSAGE, PASSAGE, 0.0), Pose2D(PASSAGE, -PASSAGE, 0.0), Pose2D(3 * PASSAGE, PASSAGE, 1.57)]

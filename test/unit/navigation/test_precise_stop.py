@@ -131,6 +131,7 @@ def test_the_check_of_the_way_ends_at_the_goal():
     assert max(asked) == pytest.approx(0.04)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize('pulses', [40, 90, 1024, 4096])
 def test_all_starts_end_close_in_time_and_for_good(pulses):
     """With poses that jump by pulses, at 5 to 20 Hz, and all limits: by the pose, in one turn and without a search."""

@@ -98,6 +98,7 @@ def test_hard_driving_through_every_count_is_no_restart(ppr, modulus, caplog):
     assert drive.odometry.restarts == 0 and caplog.records == []
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(('rate_hz', 'spread_s'), [(20, 0.05), (100, 0.02), (1000, 0.02)])
 @pytest.mark.parametrize('seed', [1, 2, 3])
 def test_stamps_of_arrival_that_come_in_bursts_are_no_restart(rate_hz, spread_s, seed, caplog):

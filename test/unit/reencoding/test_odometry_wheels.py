@@ -68,6 +68,7 @@ def test_sideways_motion_is_left_out_and_said():
     assert '0.50 m sideways on 1.00 m ahead' in list(wheels.notes())[2]
 
 
+@pytest.mark.heavy
 def test_encoders_of_a_straight_drive_err_as_those_of_wheels_that_stood_anywhere():
     """Closed form: the lateral error has the standard deviation (S d / L) sqrt(1/6)."""
     length_m, ppr = 5.0, 40

@@ -44,6 +44,7 @@ def test_settings_of_matplotlib_are_left_alone(tmp_path):
     assert dict(matplotlib.rcParams) == before
 
 
+@pytest.mark.heavy
 @pytest.mark.filterwarnings('error::RuntimeWarning', 'error::UserWarning')
 @pytest.mark.parametrize(
     ('dataset', 'count'),

@@ -36,6 +36,7 @@ def test_a_row_of_xy_errors_has_one_scale():
     assert all(len(set(limits[row : row + 4])) == 1 for row in (0, 4, 8)) and len(set(limits)) > 1
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize('encoders', [1, 4, 5])
 @pytest.mark.parametrize('largest_m', [0.012, 0.047, 0.9, 35.0])
 def test_labels_below_neighbouring_panels_do_not_collide(encoders, largest_m):

@@ -36,6 +36,7 @@ def test_intervals_cover_the_mean_at_the_nominal_rate(estimator, shape):
     assert 0.90 < np.mean([one.low <= mean <= one.high for one, mean in known]) < 0.99
 
 
+@pytest.mark.heavy
 def test_of_gaussian_samples_it_is_half_as_good_as_the_mean_itself(estimator):
     rng = np.random.default_rng(8)
     samples = 0.1 + SCALE * rng.standard_normal((REPETITIONS, 30))
