@@ -48,8 +48,12 @@ def squared_distances(is_obstacle: np.ndarray, limit: int) -> np.ndarray:
     # Beyond both ends of a row there is nothing near.
     fenced = np.full(columns + 2 * limit, (limit + 1) ** 2, np.float32)
     for row in range(rows):
-        fenced[limit : limit + columns] = away[row] * away[row]
-        _search_row(fenced, away[row].min() <= limit, limit, squared[row])
+        nearest = np.float32(limit + 1)
+        for column in range(columns):
+            nearest = min(nearest, away[row, column])
+            squared[row, column] = fenced[limit + column] = away[row, column] * away[row, column]
+        if nearest <= limit:
+            _search_row(fenced, limit, squared[row])
     return squared
 
 
@@ -71,19 +75,12 @@ def _distances_along_columns(is_obstacle: np.ndarray, limit: int) -> np.ndarray:
 
 
 @compiled
-def _search_row(fenced: np.ndarray, has_near: bool, limit: int, squared: np.ndarray) -> None:
-    """Fill a row of squared distances (n,) by the squares of those along columns, with `limit` cells before and after.
-
-    Where a row `has_near` nothing, it has nothing to search.
-    """
-    columns = len(squared)
-    squared[:] = fenced[limit : limit + columns]
-    if not has_near:
-        return
+def _search_row(fenced: np.ndarray, limit: int, squared: np.ndarray) -> None:
+    """Lower a row of squared distances (n,) by those along columns, `fenced` by `limit` cells before and after."""
     for offset in range(1, limit + 1):
         aside = np.float32(offset * offset)
         left, right = fenced[limit - offset :], fenced[limit + offset :]
-        for column in range(columns):
+        for column in range(len(squared)):
             squared[column] = min(squared[column], min(left[column], right[column]) + aside)
 
 

@@ -82,15 +82,13 @@ def _forget(costs: np.ndarray, waves: Waves) -> None:
     """Make all cells not reached."""
     rows, columns = costs.shape
     unreached = np.int32(rows * columns + 1)
-    cells = waves.cells[0]
-    for row in range(rows):
-        first = (row + 1) * (columns + 2) + 1
-        line, line_costs = cells[first : first + columns], costs[row]
-        for column in range(columns):
-            line[column] = unreached + np.int32(line_costs[column] >= INSCRIBED)
-    waves.cells[1, :] = cells
-    waves.cells[2, :] = cells
-    waves.counts[:, :] = 0
+    cells, counts = waves.cells, waves.counts
+    for layer in range(len(cells)):
+        counts[layer, 0] = counts[layer, 1] = 0
+        for row in range(rows):
+            first = (row + 1) * (columns + 2) + 1
+            for column in range(columns):
+                cells[layer, first + column] = unreached + np.int32(costs[row, column] >= INSCRIBED)
 
 
 @compiled
