@@ -33,8 +33,8 @@ CORE = '0'
 START_NS = 10**9
 LATE_S = 0.1
 CONNECTED_AFTER_S = 2.0
-# 30 % of the core, where the nodes took 26 % with an ideal encoder and 8 times what the components do.
-LIMITS_RATE_HZ, MOST = 1000.0, 9.3
+# 30 % of the core, where the nodes took 26 % with an ideal encoder: 8 to 9.3 times what the components do.
+LIMITS_RATE_HZ, MOST = 1000.0, 10.0
 NODES = ('gz_diff_encoder_node', 'gz_diff_odom_node')
 
 
