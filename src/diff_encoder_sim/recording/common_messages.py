@@ -23,17 +23,20 @@ class CommonMessages:
     def __init__(self) -> None:
         self.publishers: List[Tuple[str, str]] = []  # topic and node
         self.messages: List[CommonMessage] = []
-        self._made: Dict[Hashable, Any] = {}
+        self._made: Dict[Hashable, List[Any]] = {}
 
     def encoded(self) -> List[bytes]:
         """Return the messages, encoded for ROS 1."""
-        return self.made('encoded', lambda: [message.encode(*message.values) for message in self.messages])
+        return self.made('encoded', lambda first: [each.encode(*each.values) for each in self.messages[first:]])
 
-    def made(self, key: Hashable, make: Callable[[], List[T]]) -> List[T]:
-        """Return what `make` made of the messages when it was called with this key for the first time since `clear`."""
-        if key not in self._made:
-            self._made[key] = make()
-        made: List[T] = self._made[key]
+    def made(self, key: Hashable, make: Callable[[int], List[T]]) -> List[T]:
+        """Return what `make` makes of each message; it is called for the first one that has come since the last call.
+
+        Those before are kept, by a key, until `clear`.
+        """
+        made: List[T] = self._made.setdefault(key, [])
+        if len(made) < len(self.messages):
+            made += make(len(made))
         return made
 
     def clear(self) -> None:

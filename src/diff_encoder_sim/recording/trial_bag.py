@@ -103,13 +103,13 @@ class TrialBag:
         if begin == place:
             return ()
         publishers = tuple([self._publishers[publisher] for publisher in self._common.publishers])
-        return self._common.made(publishers, lambda: self._prepare_common(publishers))[begin:place]
+        return self._common.made(publishers, lambda first: self._prepare_common(publishers, first))[begin:place]
 
-    def _prepare_common(self, publishers: Tuple[int, ...]) -> List[Prepared]:
+    def _prepare_common(self, publishers: Tuple[int, ...], first: int) -> List[Prepared]:
         prepare, common = self._opened().prepare, self._common
         return [
             prepare(publishers[message.publisher], message.time_ns, encoded, message.seq)
-            for message, encoded in zip(common.messages, common.encoded())
+            for message, encoded in zip(common.messages[first:], common.encoded()[first:])
         ]
 
     def _write(self, messages: Sequence[Prepared]) -> None:
