@@ -12,6 +12,8 @@ DASK_CONFIG = {
     'distributed.comm.timeouts.tcp': LOST_PEER_TIMEOUT,
     'distributed.scheduler.http.routes': [],
     'distributed.worker.http.routes': [],
+    # It samples what trials do a hundred times a second, and keeps that for an hour.
+    'distributed.worker.profile.enabled': False,
 }
 
 
