@@ -110,7 +110,7 @@ class BulletPhysics:
             forces=(self._wheel_torque_nm, self._wheel_torque_nm),
             physicsClientId=self._client,
         )
-        self._motor_speeds_radps: Optional[Tuple[float, float]] = (left_radps, right_radps)
+        self._motor_speeds_radps = left_radps, right_radps
         self._tick_m = max(abs(left_radps), abs(right_radps)) * self._wheel_radius_m * TICK_S
 
     def wheels(self) -> WheelState:
