@@ -8,6 +8,7 @@ are spread evenly, and add less noise to the mean.
 
 from __future__ import annotations
 
+import functools
 import math
 
 import numpy as np
@@ -56,8 +57,13 @@ def effective_count(weights: np.ndarray) -> float:
 
 def kld_limits(params: AmclParams) -> np.ndarray:
     """Return (max_particles + 1,) particles needed where k bins are filled, by k."""
-    limits = (params.kld_err, params.kld_z, params.min_particles, params.max_particles)
-    return np.array([kld_limit(bins, *limits) for bins in range(params.max_particles + 1)])
+    return _kld_limits(params.kld_err, params.kld_z, params.min_particles, params.max_particles)
+
+
+@functools.lru_cache(maxsize=8)  # of the last trials
+def _kld_limits(kld_err: float, kld_z: float, min_particles: int, max_particles: int) -> np.ndarray:
+    limits = kld_err, kld_z, min_particles, max_particles
+    return np.array([kld_limit(bins, *limits) for bins in range(max_particles + 1)])
 
 
 def kld_limit(bin_count: int, kld_err: float, kld_z: float, min_particles: int, max_particles: int) -> int:
