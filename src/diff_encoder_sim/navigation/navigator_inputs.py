@@ -6,8 +6,6 @@ import math
 from collections import deque
 from typing import Deque, NamedTuple, Optional
 
-import numpy as np
-
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D, interpolate
@@ -94,11 +92,11 @@ class NavigatorInputs:
         if len(scan.ranges_m) == 0:
             raise InputFault('the scan has no rays')
         _check_finite('the scan', scan.angle_min_rad, scan.angle_increment_rad, scan.range_min_m, scan.range_max_m)
-        ranges_m, low_m, high_m = np.asarray(scan.ranges_m), scan.range_min_m, scan.range_max_m
+        low_m, high_m = scan.range_min_m, scan.range_max_m
         # In open space all ranges are +inf; a covered laser sends no valid ones.
-        if not (((ranges_m >= low_m) & (ranges_m <= high_m)) | (ranges_m == math.inf)).any():
+        if not any(low_m <= range_m <= high_m or range_m == math.inf for range_m in scan.ranges_m):
             valid = f'from {low_m:g} to {high_m:g} m, or +inf for no return'
-            raise InputFault(f'none of {len(ranges_m)} ranges is valid: {valid}')
+            raise InputFault(f'none of {len(scan.ranges_m)} ranges is valid: {valid}')
         self.scan = scan
         self._scan_pose_in_base = self.laser_pose_in_base if laser_pose_in_base is None else laser_pose_in_base
 
@@ -169,5 +167,5 @@ def _check_place(what: str, pose: Pose2D) -> None:
 
 
 def _check_finite(what: str, *values: float) -> None:
-    if not all(math.isfinite(value) for value in values):
+    if not all(map(math.isfinite, values)):
         raise InputFault(f'{what} has a number that is not finite: {values}')
