@@ -94,6 +94,11 @@ class BagPublications(Publications):
     def world_pose(self, now_ns: int, base_pose_in_map: Pose2D) -> None:
         self._write_pose(topics.WORLD_POSE, topics.WORLD_POSE_NODE, now_ns, now_ns, base_pose_in_map)
 
+    @property
+    @override
+    def takes_scans(self) -> bool:
+        return self._bag.wants(topics.SCAN)
+
     @override
     def scan(self, scan: Scan) -> None:
         laser, duration_s = self._params.simulator.laser_link, 1.0 / self._params.simulator.lidar.rate

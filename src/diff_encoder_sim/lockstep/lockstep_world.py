@@ -61,7 +61,7 @@ class LockstepWorld:
         self._ending: Optional[Ending] = None
         self.true_pose_in_map = start  # the newest /world_pose
         self.distance_m = 0.0  # path length of base_link
-        self.schedule = self._schedule_at_rates(params.simulator)
+        self.schedule = self._schedule_at_rates(plan, params.simulator)
         self.driver = self._begin(plan, robot_file, params)
 
     @property
@@ -127,10 +127,11 @@ class LockstepWorld:
 
     # ---- at a rate
 
-    def _schedule_at_rates(self, simulator: SimulatorParams) -> Schedule:
+    def _schedule_at_rates(self, plan: TrialPlan, simulator: SimulatorParams) -> Schedule:
         schedule = Schedule()
         schedule.every(STATES_PERIOD_NS, self._sample_truth)
-        schedule.every(simulator.lidar.period_ns, self._scan)
+        if plan.trial.nav != 'scripted' or self._publications.takes_scans:  # a script looks at none
+            schedule.every(simulator.lidar.period_ns, self._scan)
         return schedule
 
     def _read_joints(self) -> None:

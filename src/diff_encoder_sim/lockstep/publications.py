@@ -42,6 +42,11 @@ class Publications:
     def world_pose(self, now_ns: int, base_pose_in_map: Pose2D) -> None:
         """Publish /world_pose, the true pose."""
 
+    @property
+    def takes_scans(self) -> bool:
+        """Return whether `scan` does anything; where nobody else does either, none are taken."""
+        return False
+
     def scan(self, scan: Scan) -> None:
         """Publish /scan."""
 
