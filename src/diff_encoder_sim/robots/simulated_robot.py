@@ -7,6 +7,7 @@ from typing import NamedTuple, Optional, Tuple
 import numpy as np
 
 from diff_encoder_sim.robots.describing import describe
+from diff_encoder_sim.robots.joined_links import joined_links
 from diff_encoder_sim.robots.physics_urdf import FLOOR_ONLY_LINKS, TrueWheels, physics_urdf
 from diff_encoder_sim.robots.robot_choices import RobotChoices
 from diff_encoder_sim.robots.robot_description import RobotDescription
@@ -89,5 +90,6 @@ def _as_it_is(source: RobotSource, description: RobotDescription, errors: Geomet
     declared = expansion(source).declared
     arguments = {**dict(source.arguments), **{name: value for name, value in errors.arguments() if name in declared}}
     urdf = expansion(source._replace(arguments=tuple(arguments.items()))).urdf
-    wheels = sound_wheels(parse_urdf(urdf, str(source.file)), description.left.joint, description.right.joint)
-    return wheels and SimulatedRobot(description, urdf, wheels, ())
+    tree = parse_urdf(urdf, str(source.file))
+    wheels = sound_wheels(tree, description.left.joint, description.right.joint)
+    return wheels and SimulatedRobot(description, joined_links(tree), wheels, ())

@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
-from typing import Iterable
+from typing import Dict, Iterable
 from xml.etree import ElementTree
+
+import numpy as np
 
 from diff_encoder_sim.base.xml_values import rpy_from_rotation
 from diff_encoder_sim.robots.robot_description import MassProperties
 from diff_encoder_sim.robots.robot_tree import Box, Cylinder, Shape, Sphere
 
+DEFAULT_FRICTION = 0.5  # PyBullet's own, with which bodies slide along walls
+
 
 def add_link(
-    robot: ElementTree.Element, name: str, mass: MassProperties, shapes: Iterable[Shape], friction: float = 0.5
+    robot: ElementTree.Element,
+    name: str,
+    mass: MassProperties,
+    shapes: Iterable[Shape],
+    friction: float = DEFAULT_FRICTION,
 ) -> None:
-    """Add a link; a friction of 0.5 is PyBullet's own, with which bodies slide along walls."""
+    """Add a link."""
     link = ElementTree.SubElement(robot, 'link', name=name)
     inertial = ElementTree.SubElement(link, 'inertial')
     ElementTree.SubElement(inertial, 'origin', xyz=_text(mass.com_m))
@@ -29,8 +37,7 @@ def add_link(
 
 def _add_collision(link: ElementTree.Element, shape: Shape) -> None:
     collision = ElementTree.SubElement(link, 'collision')
-    rpy_rad = rpy_from_rotation(shape.pose_in_link[:3, :3])
-    ElementTree.SubElement(collision, 'origin', xyz=_text(shape.pose_in_link[:3, 3]), rpy=_text(rpy_rad))
+    ElementTree.SubElement(collision, 'origin', origin_attributes(shape.pose_in_link))
     geometry = ElementTree.SubElement(collision, 'geometry')
     if isinstance(shape.geometry, Box):
         ElementTree.SubElement(geometry, 'box', size=_text(shape.geometry.size_xyz_m))
@@ -39,6 +46,11 @@ def _add_collision(link: ElementTree.Element, shape: Shape) -> None:
         ElementTree.SubElement(geometry, 'cylinder', size)
     elif isinstance(shape.geometry, Sphere):
         ElementTree.SubElement(geometry, 'sphere', radius=repr(shape.geometry.radius_m))
+
+
+def origin_attributes(pose: np.ndarray) -> Dict[str, str]:
+    """Return the attributes of an <origin> for a (4, 4) pose."""
+    return {'xyz': _text(pose[:3, 3]), 'rpy': _text(rpy_from_rotation(pose[:3, :3]))}
 
 
 def add_joint(

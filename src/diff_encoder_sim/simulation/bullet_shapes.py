@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from typing import Any, Dict, Tuple
-from xml.etree import ElementTree
 
 import numpy as np
 
@@ -12,15 +11,6 @@ from diff_encoder_sim.simulation.quiet_pybullet import pybullet
 from diff_encoder_sim.simulation.world import Solid
 
 QuatXyzw = Tuple[float, float, float, float]
-
-
-def without_visuals(urdf: str) -> str:
-    """Return the URDF without visuals: making meshes of them takes longer than all the rest."""
-    root = ElementTree.fromstring(urdf)
-    for link in root.findall('link'):
-        for visual in link.findall('visual'):
-            link.remove(visual)
-    return ElementTree.tostring(root, encoding='unicode')
 
 
 def shape_arguments(solid: Solid) -> Dict[str, Any]:

@@ -20,7 +20,7 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import Pose2D, quat_xyzw_from_yaw
 from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.robots.simulated_robot import SimulatedRobot
-from diff_encoder_sim.simulation.bullet_shapes import QuatXyzw, add_body, add_shape, without_visuals
+from diff_encoder_sim.simulation.bullet_shapes import QuatXyzw, add_body, add_shape
 from diff_encoder_sim.simulation.near_solids import AHEAD_M, LOOK_AGAIN_M, NearSolids
 from diff_encoder_sim.simulation.periods import TICK_S
 from diff_encoder_sim.simulation.quiet_pybullet import STDERR, STDOUT, pybullet, silence
@@ -196,7 +196,7 @@ class BulletPhysics:
         # Not URDF_MERGE_FIXED_LINKS: it misplaces the centre of mass, and the casters get friction.
         flags = pybullet.URDF_USE_INERTIA_FROM_FILE
         with tempfile.NamedTemporaryFile('w', suffix='.urdf') as file:
-            file.write(without_visuals(robot.urdf))
+            file.write(robot.urdf)
             file.flush()
             try:
                 with silence(STDOUT, STDERR):

@@ -4,10 +4,12 @@ import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.yaml_files import load_yaml
+from diff_encoder_sim.robots.joined_links import joined_links
 from diff_encoder_sim.robots.physics_urdf import FLOOR_ONLY_LINKS
 from diff_encoder_sim.robots.robot_choices import RobotChoices
 from diff_encoder_sim.robots.robot_source import RobotSource
 from diff_encoder_sim.robots.simulated_robot import NO_ERRORS, GeometryErrors, load_simulated_robot
+from diff_encoder_sim.robots.urdf_parsing import parse_urdf
 from diff_encoder_sim.robots.xacro_expansion import expand
 from generated_robots import LEFT, RIGHT, Recipe, urdf_of
 from places import ROOT
@@ -45,7 +47,7 @@ def test_the_odometry_has_the_geometry_of_alto():
 
 def test_a_sound_file_is_simulated_as_it_is():
     alto = load()
-    assert (alto.urdf, alto.floor_only_links) == (expand(ALTO), ())
+    assert (alto.urdf, alto.floor_only_links) == (joined_links(parse_urdf(expand(ALTO), '')), ())
 
 
 def test_errors_are_arguments_of_a_file_that_has_them():

@@ -52,17 +52,10 @@ def test_pybullet_has_the_masses_of_the_robot_file(make_simulator):
     links = range(-1, pybullet.getNumJoints(robot, physicsClientId=client))
     masses_kg = [pybullet.getDynamicsInfo(robot, link, physicsClientId=client)[0] for link in links]
     assert sum(masses_kg) == pytest.approx(80.0)
-    load_n: dict = {}
     for _ in range(20):
         simulator.tick()
-    for contact in pybullet.getContactPoints(bodyA=robot, physicsClientId=client):
-        name = pybullet.getJointInfo(robot, contact[3], physicsClientId=client)[1].decode()
-        if contact[9] > 0.0:  # others only come near
-            load_n[name] = load_n.get(name, 0.0) + contact[9]
-    # As fractions: PyBullet gives the force of a sub-step over the whole step.
-    fraction = {name: load / sum(load_n.values()) for name, load in load_n.items()}
     caster_fraction = 0.05 / 0.19
-    assert fraction == pytest.approx(
+    assert simulator._physics.floor_loads() == pytest.approx(
         {
             'front_caster_joint': caster_fraction,
             'left_wheel_joint': (1 - caster_fraction) / 2,
