@@ -12,7 +12,7 @@ import math
 import unittest.mock
 from concurrent.futures import ProcessPoolExecutor
 from types import MappingProxyType
-from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Tuple
+from typing import Any, Callable, Dict, List, Mapping, NamedTuple
 
 import numpy as np
 import pybullet
@@ -20,14 +20,9 @@ from checkout import print_header
 from measured_drive import WINDOWS, bullet_client, compare, cruise_costs_us, new_simulator, read_test, record_drive
 from tabulate import tabulate
 
-from diff_encoder_sim.simulation.bullet_shapes import shape_arguments
 from diff_encoder_sim.simulation.periods import TICK_S
 from diff_encoder_sim.simulation.physics import PhysicsParams
 from diff_encoder_sim.simulation.simulator import Simulator
-from diff_encoder_sim.simulation.world import Plane
-
-# More shapes than this PyBullet does not take into one body.
-SHAPES_PER_BODY = 12
 
 HEADERS = [
     'setting',
@@ -159,66 +154,16 @@ def _undamp(simulator: Simulator, _: PhysicsParams) -> None:
 def _lift_chassis_off_floor(simulator: Simulator, _: PhysicsParams) -> None:
     """Disable the collision between the body's box and the floor; the casters keep theirs."""
     client, physics = bullet_client(simulator), simulator._physics
-    floors = [body for body in _bodies(client) if body != physics._robot and body not in physics._solid_names]
     chassis = [
         link
-        for link in range(pybullet.getNumJoints(physics._robot, physicsClientId=client))
+        for link in range(-1, pybullet.getNumJoints(physics._robot, physicsClientId=client))
         if any(
             shape[2] == pybullet.GEOM_BOX
             for shape in pybullet.getCollisionShapeData(physics._robot, link, physicsClientId=client)
         )
     ]
-    for floor in floors:
-        for link in chassis:
-            pybullet.setCollisionFilterPair(physics._robot, floor, link, -1, 0, physicsClientId=client)
-
-
-def _join_solids(simulator: Simulator, _: PhysicsParams) -> None:
-    """Use a few bodies of many shapes instead of a body for each wall and pillar."""
-    client, placed = bullet_client(simulator), _removed_solids(simulator)
-    for first in range(0, len(placed), SHAPES_PER_BODY):
-        # Lists: tuples make this one function of PyBullet crash.
-        shapes, positions, quats = map(list, zip(*placed[first : first + SHAPES_PER_BODY]))
-        joined = pybullet.createCollisionShapeArray(
-            shapeTypes=[shape['shapeType'] for shape in shapes],
-            halfExtents=[shape.get('halfExtents', [0.0] * 3) for shape in shapes],
-            lengths=[shape.get('height', 0.0) for shape in shapes],
-            radii=[shape.get('radius', 0.0) for shape in shapes],
-            collisionFramePositions=positions,
-            collisionFrameOrientations=quats,
-            physicsClientId=client,
-        )
-        pybullet.createMultiBody(0, joined, useMaximalCoordinates=1, physicsClientId=client)
-
-
-def _solids_as_multibodies(simulator: Simulator, _: PhysicsParams) -> None:
-    """Make each solid PyBullet's default: a body that might have links and joints."""
-    client = bullet_client(simulator)
-    for shape, position, quat in _removed_solids(simulator):
-        shape_id = pybullet.createCollisionShape(physicsClientId=client, **shape)
-        pybullet.createMultiBody(0, shape_id, basePosition=position, baseOrientation=quat, physicsClientId=client)
-
-
-def _removed_solids(simulator: Simulator) -> List[Tuple[Dict[str, Any], Any, Any]]:
-    """Return shape, position and orientation of each solid, and remove it."""
-    client, placed = bullet_client(simulator), []
-    solids = [solid for solid in simulator.world.solids if not isinstance(solid.shape, Plane)]
-    for body, solid in zip(simulator._physics._solid_names, solids):
-        placed.append((shape_arguments(solid), *pybullet.getBasePositionAndOrientation(body, physicsClientId=client)))
-        pybullet.removeBody(body, physicsClientId=client)
-    return placed
-
-
-def _remove_solids(simulator: Simulator, _: PhysicsParams) -> None:
-    for body in list(simulator._physics._solid_names):
-        pybullet.removeBody(body, physicsClientId=bullet_client(simulator))
-
-
-def _bodies(client: int) -> List[int]:
-    return [
-        pybullet.getBodyUniqueId(index, physicsClientId=client)
-        for index in range(pybullet.getNumBodies(physicsClientId=client))
-    ]
+    for floor in physics._floors:
+        physics._filter(floor, chassis)
 
 
 SETTINGS: Dict[str, Setting] = {
@@ -237,10 +182,7 @@ SETTINGS: Dict[str, Setting] = {
     'order of pairs left open': Setting({'deterministicOverlappingPairs': 0}),
     'no damping': Setting(when_loaded=_undamp),
     'steps one by one': Setting({'numSubSteps': 0}),
-    'solids as multibodies': Setting(when_loaded=_solids_as_multibodies),
     'chassis passes the floor': Setting(when_loaded=_lift_chassis_off_floor),
-    'solids joined': Setting(when_loaded=_join_solids),
-    'no solids but the floor': Setting(when_loaded=_remove_solids),
 }
 
 
