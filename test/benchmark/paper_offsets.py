@@ -5,6 +5,7 @@ The tables are of final poses minus the goal, which hold how the robot stops, an
 
 from __future__ import annotations
 
+import argparse
 import math
 from collections import defaultdict
 from typing import Dict, List, NamedTuple, Sequence, Tuple
@@ -137,6 +138,7 @@ def table(rows: Sequence[Sequence[object]], heads: Sequence[str]) -> str:
 
 def main() -> None:
     """Print what the paper's tables imply."""
+    argparse.ArgumentParser(description=__doc__).parse_args()
     print_header('Odometry and pose estimate minus truth by the tables of the paper: mean ± 95 %; nan: errata')
     paper = PaperColumns()
     print(bias_table(paper), spread_table(paper), sep='\n\n')
