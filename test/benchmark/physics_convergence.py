@@ -30,9 +30,11 @@ from measured_drive import (
 )
 from tabulate import tabulate
 
+from diff_encoder_sim.robots.joined_links import joined_links
 from diff_encoder_sim.robots.robot_choices import RobotChoices
 from diff_encoder_sim.robots.robot_source import RobotSource
 from diff_encoder_sim.robots.simulated_robot import GeometryErrors, SimulatedRobot, load_simulated_robot
+from diff_encoder_sim.robots.urdf_parsing import parse_urdf
 from diff_encoder_sim.robots.xacro_expansion import expand
 from diff_encoder_sim.simulation import simulator as simulator_module
 from diff_encoder_sim.simulation.periods import TICK_S
@@ -110,8 +112,9 @@ def _measure(contact: str, robots: Dict[str, Path], rate_hz: int, iterations: in
 
 
 def _as_it_is(source: RobotSource, choices: RobotChoices, errors: GeometryErrors) -> SimulatedRobot:
-    """Load a robot without replacing cylinder wheels by balls, as the import does."""
-    return load_simulated_robot(source, choices, errors)._replace(urdf=expand(source), floor_only_links=())
+    """Load a robot as sound ones are, without replacing cylinder wheels by balls."""
+    urdf = joined_links(parse_urdf(expand(source), str(source.file)))
+    return load_simulated_robot(source, choices, errors)._replace(urdf=urdf, floor_only_links=())
 
 
 def _cylinder_robot(folder: Path) -> Path:

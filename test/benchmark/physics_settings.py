@@ -47,8 +47,7 @@ class Setting(NamedTuple):
     """One change against physics.py."""
 
     engine: Mapping[str, Any] = MappingProxyType({})  # more arguments of setPhysicsEngineParameter
-    flags_on: int = 0  # of loadURDF
-    flags_off: int = 0
+    flags: int = 0  # more of loadURDF's
     when_loaded: Hook = _nothing
 
 
@@ -103,7 +102,7 @@ def _calls_changed(setting: Setting, physics: PhysicsParams) -> Any:
     load, configure, step = (pybullet.loadURDF, pybullet.setPhysicsEngineParameter, pybullet.stepSimulation)
 
     def load_changed(file: str, flags: int = 0, **others: Any) -> int:
-        return int(load(file, flags=(flags | setting.flags_on) & ~setting.flags_off, **others))
+        return int(load(file, flags=flags | setting.flags, **others))
 
     def configure_changed(**arguments: Any) -> None:
         configure(**{**arguments, **_engine_arguments(setting, physics)})
@@ -168,11 +167,9 @@ def _lift_chassis_off_floor(simulator: Simulator, _: PhysicsParams) -> None:
 
 SETTINGS: Dict[str, Setting] = {
     'as shipped': Setting(),
-    'fixed links merged by PyBullet': Setting(flags_on=pybullet.URDF_MERGE_FIXED_LINKS),
-    'fixed links kept': Setting(flags_off=pybullet.URDF_MERGE_FIXED_LINKS),
+    'fixed links merged by PyBullet': Setting(flags=pybullet.URDF_MERGE_FIXED_LINKS),
     'solver residual 1e-5': Setting({'solverResidualThreshold': 1e-5}),
     'solver residual 1e-7 (default)': Setting({'solverResidualThreshold': 1e-7}),
-    'solver residual 1e-9': Setting({'solverResidualThreshold': 1e-9}),
     'solver residual 0': Setting({'solverResidualThreshold': 0.0}),
     'contactERP 0.8': Setting({'contactERP': 0.8}),
     'frictionERP 0.8': Setting({'frictionERP': 0.8}),

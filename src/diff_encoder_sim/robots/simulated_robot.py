@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from typing import NamedTuple, Optional, Tuple
 
 import numpy as np
@@ -90,6 +91,13 @@ def _as_it_is(source: RobotSource, description: RobotDescription, errors: Geomet
     declared = expansion(source).declared
     arguments = {**dict(source.arguments), **{name: value for name, value in errors.arguments() if name in declared}}
     urdf = expansion(source._replace(arguments=tuple(arguments.items()))).urdf
-    tree = parse_urdf(urdf, str(source.file))
-    wheels = sound_wheels(tree, description.left.joint, description.right.joint)
-    return wheels and SimulatedRobot(description, joined_links(tree), wheels, ())
+    sound = _sound(urdf, str(source.file), description.left.joint, description.right.joint)
+    return sound and SimulatedRobot(description, *sound, ())
+
+
+@functools.lru_cache(maxsize=16)  # trials of a campaign ask again and again
+def _sound(urdf: str, where: str, left_joint: str, right_joint: str) -> Optional[Tuple[str, TrueWheels]]:
+    """Return what PyBullet loads of a sound URDF, and its wheels; None of another."""
+    tree = parse_urdf(urdf, where)
+    wheels = sound_wheels(tree, left_joint, right_joint)
+    return wheels and (joined_links(tree), wheels)
