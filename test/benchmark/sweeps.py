@@ -78,7 +78,7 @@ def _bag(folder: Path, ppr: float) -> Path:
 
 def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('--tests', nargs='+', default=['SL', 'SMT', 'DLD'])
+    parser.add_argument('--tests', nargs='+', default=['SL', 'SMT'], help='tests with a script')
     parser.add_argument('--ppr', nargs='+', type=float, default=[40.0, 90.0, 1024.0, 4096.0])
     parser.add_argument('--record', nargs='+', default=['full', 'minimal', 'none'])
     parser.add_argument('--repeats', type=int, default=5, help='rounds of trials alone and together')

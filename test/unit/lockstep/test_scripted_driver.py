@@ -2,6 +2,7 @@
 
 import pytest
 
+from diff_encoder_sim.lockstep.publications import Publications
 from diff_encoder_sim.trials.trial_outcome import Outcome
 from lockstep_trials import HALL, ended, lockstep
 
@@ -21,3 +22,18 @@ def test_its_commands_do_not_depend_on_the_rate_of_the_encoder(encoder_rate):
     for trial in drives:
         assert ended(trial).outcome is Outcome.SUCCEEDED
     assert drives[0].true_pose_in_map == drives[1].true_pose_in_map
+
+
+@pytest.mark.parametrize('takes_scans', [False, True])
+def test_scans_are_taken_where_they_are_published_alone(takes_scans):
+    """At 10 Hz from the start on; a script looks at none."""
+    stamps_ns = []
+
+    class Recorder(Publications):
+        def scan(self, scan):
+            stamps_ns.append(scan.stamp_ns)
+
+    Recorder.takes_scans = takes_scans
+    trial = lockstep(HALL, nav='scripted', drive=[{'straight': 0.5}], publications=Recorder())
+    assert ended(trial).outcome is Outcome.SUCCEEDED
+    assert stamps_ns == ([*range(0, trial.time_ns + 1, 100_000_000)] if takes_scans else [])
