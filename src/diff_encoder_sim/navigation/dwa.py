@@ -45,6 +45,7 @@ class DwaPlanner:
         self.last_task: Optional[ScoringTask] = None  # of the last `find_best`, for displays
         self._window, self._rollout = window_params(params, sim_period_s), rollout_params(params)
         self._waves: Waves = make_waves((0, 0))
+        self._waves_shape = (0, 0)
 
     def find_best(
         self, base_pose: Pose2D, linear_mps: float, angular_radps: float, costmap: Costmap, plan: np.ndarray
@@ -95,8 +96,8 @@ class DwaPlanner:
 
     def _scene(self, costmap: Costmap, goal_m: float) -> Scene:
         """Return what trajectories are scored against."""
-        if self._waves.queues.shape[1] != costmap.costs.size:
-            self._waves = make_waves(costmap.shape)
+        if self._waves_shape != costmap.shape:
+            self._waves, self._waves_shape = make_waves(costmap.shape), costmap.shape
         params = self.params
         return Scene(
             costmap.costs,

@@ -103,7 +103,8 @@ class TrialBag:
         if begin == place:
             return ()
         publishers = tuple([self._publishers[publisher] for publisher in self._common.publishers])
-        return self._common.made(publishers, lambda first: self._prepare_common(publishers, first))[begin:place]
+        made = self._common.made((self._open, publishers), lambda first: self._prepare_common(publishers, first))
+        return made[begin:place]
 
     def _prepare_common(self, publishers: Tuple[int, ...], first: int) -> List[Prepared]:
         prepare, common = self._opened().prepare, self._common

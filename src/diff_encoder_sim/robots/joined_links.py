@@ -15,7 +15,7 @@ from diff_encoder_sim.robots.urdf_writing import DEFAULT_FRICTION, add_joint, ad
 
 
 def joined_links(tree: RobotTree) -> str:
-    """Return the URDF of a robot of equal mass, shapes and motion, without visuals.
+    """Return the URDF of a robot of equal mass, shapes and motion, without visuals; a capsule is a cylinder, as in the tree.
 
     Links that are fixed to one another become one for each friction. Root link, moving joints and the frames of their
     links stay. Each link has a mass, and no shape is a mesh (`sound_urdf.sound_wheels`).
@@ -23,8 +23,8 @@ def joined_links(tree: RobotTree) -> str:
     robot = ElementTree.Element('robot', name=tree.name)
     moving = [joint for joint in tree.joints.values() if joint.kind != 'fixed']
     parts = [_fixed_to(tree, top) for top in (tree.root, *(joint.child for joint in moving))]
-    # Contacts are solved in the order of the joints. With the wheels first, truth and wheels agree a hundred times
-    # better, after as many iterations, than with casters first.
+    # Contacts are solved in the order of the joints. With the wheels first truth and wheels of ALTO agree a hundred
+    # times better, after as many iterations, than with casters first.
     for joint in moving:
         _add_moving(robot, tree, joint, next(names[0] for names in parts if joint.parent in names))
     for names in parts:

@@ -72,7 +72,7 @@ def load_simulated_robot(
 ) -> SimulatedRobot:
     """Read a robot and make its physics right.
 
-    A URDF that is sound is simulated as it is. Errors of the wheels are then those of its own xacro arguments; without
+    A URDF that is sound is simulated with its own masses and shapes. Errors of the wheels are then those of its own xacro arguments; without
     such arguments, and for all other robots, the wheels of the simulated robot are changed.
 
     Raises:

@@ -19,6 +19,7 @@ _listeners: List[Callable[[Clock], None]] = []
 _is_wanted = threading.Event()
 _is_pausing = threading.Event()
 _every_tick = threading.Event()
+_has_looked = threading.Event()
 
 
 def pause_between_ticks() -> None:
@@ -54,10 +55,19 @@ def look_at_clock() -> None:
     _is_wanted.set()
 
 
+def wait_for_clock() -> None:
+    """Where time is simulated, have ticks that wait read before this returns: before something is found to be too new."""
+    if not rospy.rostime.is_wallclock():
+        _has_looked.clear()
+        look_at_clock()
+        _has_looked.wait(PAUSE_S)  # in vain where the clock stands
+
+
 def _take(message: Clock) -> None:
     _is_wanted.clear()
     for listener in _listeners:
         listener(message)
+    _has_looked.set()
     if not _every_tick.is_set():
         _is_pausing.set()
         _is_wanted.wait(PAUSE_S)

@@ -9,9 +9,9 @@ import genpy
 import rospy
 
 from diff_encoder_sim.base.errors import InputFault
-from diff_encoder_sim.base.stamps import MOST_AHEAD_S, NANOSECONDS_PER_SECOND, check_stamp
-from diff_encoder_sim.ros.conversions import ns_from_stamp
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.ros.node import log, publisher, subscriber
+from diff_encoder_sim.ros.stamped_subscriber import check_stamp_now
 from diff_encoder_sim.serialization.field_reader import STAMP_AT, TORN
 from diff_encoder_sim.serialization.primitives import TIME, with_seq
 
@@ -74,7 +74,7 @@ def encoded_stamped_subscriber(
 
     def take(content: bytes) -> None:
         try:
-            check_stamp(encoded_stamp_ns(content), ns_from_stamp(rospy.Time.now()), MOST_AHEAD_S)
+            check_stamp_now(encoded_stamp_ns(content))
         except InputFault as fault:
             log.warning('%s: message dropped: %s', resolved_name, fault)
             return

@@ -77,6 +77,7 @@ class BulletPhysics:
             self._near = NearSolids(self._client, obstacles, self._keep_off)
             self._wheel_radius_m = max(robot.wheels[:2])
             self._driven_m, self._ticks = 0.0, 0  # since the near solids were looked at
+            self._tick_m = 0.0  # that the robot may move in a tick: the most of it since then
             self._set_motors(0.0, 0.0)
             self._base_in_inertial = self._inverse_inertial_offset()
             self._settle(start_pose, robot.description.floor_z_m)
@@ -111,7 +112,10 @@ class BulletPhysics:
             physicsClientId=self._client,
         )
         self._motor_speeds_radps = left_radps, right_radps
-        self._tick_m = max(abs(left_radps), abs(right_radps)) * self._wheel_radius_m * TICK_S
+        self._tick_m = max(self._tick_m, self._commanded_tick_m())
+
+    def _commanded_tick_m(self) -> float:
+        return max(map(abs, self._motor_speeds_radps)) * self._wheel_radius_m * TICK_S
 
     def wheels(self) -> WheelState:
         """Return the rotation of the wheels against the body since the start."""
@@ -196,7 +200,8 @@ class BulletPhysics:
         # Not URDF_MERGE_FIXED_LINKS: it misplaces the centre of mass, and the casters get friction.
         flags = pybullet.URDF_USE_INERTIA_FROM_FILE
         with tempfile.NamedTemporaryFile('w', suffix='.urdf') as file:
-            file.write(robot.urdf)
+            # A line for each tag: PyBullet cuts lines after 8191 characters, in the middle of a number, too.
+            file.write(robot.urdf.replace('><', '>\n<'))
             file.flush()
             try:
                 with silence(STDOUT, STDERR):
@@ -242,6 +247,9 @@ class BulletPhysics:
     def _look_around(self) -> None:
         """Have the solids in the physics that the robot can reach soon."""
         self._driven_m, self._ticks = 0.0, 0
+        # A robot that brakes moves on, whatever its wheels are told.
+        linear_mps, _ = pybullet.getBaseVelocity(self._robot, physicsClientId=self._client)
+        self._tick_m = max(math.hypot(*linear_mps) * TICK_S, self._commanded_tick_m())
         (x_m, y_m, _), _ = self.base_pose()
         self._near.look(x_m, y_m, self._reach_m + AHEAD_M)
 

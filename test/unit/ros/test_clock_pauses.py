@@ -18,7 +18,7 @@ LONG_S = 20.0
 @pytest.fixture(autouse=True)
 def fixture_fresh(monkeypatch):
     """A process that has not begun yet, with pauses that only a look ends."""
-    for name in ('_is_wanted', '_is_pausing', '_every_tick'):
+    for name in ('_is_wanted', '_is_pausing', '_every_tick', '_has_looked'):
         monkeypatch.setattr(room, name, threading.Event())
     monkeypatch.setattr(room, '_listeners', [])
     monkeypatch.setattr(room, 'PAUSE_S', LONG_S)
@@ -64,6 +64,27 @@ def test_a_node_that_needs_every_tick_has_no_pause():
     for thread in (first, tick(), tick()):
         thread.join(LONG_S)
         assert not thread.is_alive()
+
+
+def test_waiting_for_the_clock_ends_with_the_next_tick(monkeypatch):
+    monkeypatch.setattr(room.rospy.rostime, 'is_wallclock', lambda: False)
+    first = tick()
+    wait_for_pause()
+    waiting = threading.Thread(target=room.wait_for_clock, daemon=True)
+    waiting.start()
+    first.join(LONG_S)
+    assert not first.is_alive() and waiting.is_alive()  # the pause is over, and nothing was read yet
+    tick()
+    waiting.join(LONG_S)
+    assert not waiting.is_alive()
+
+
+def test_nobody_waits_for_a_clock_that_is_not_simulated(monkeypatch):
+    monkeypatch.setattr(room.rospy.rostime, 'is_wallclock', lambda: True)
+    waiting = threading.Thread(target=room.wait_for_clock, daemon=True)
+    waiting.start()
+    waiting.join(LONG_S / 4)
+    assert not waiting.is_alive()
 
 
 @pytest.mark.parametrize('is_wallclock', [True, False])
