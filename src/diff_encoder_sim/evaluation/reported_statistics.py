@@ -96,7 +96,9 @@ def _chances_of_above(ours: int, theirs: int) -> np.ndarray:
     From 1 for none, to 0 for one more than there are.
     """
     ranks = np.arange(ours + 1)
-    return np.cumprod(np.concatenate([[1.0], (ours - ranks) / (ours + theirs - ranks)]))
+    chances = np.cumprod(np.concatenate([[1.0], (ours - ranks) / (ours + theirs - ranks)]))
+    chances.setflags(write=False)  # all callers have the same
+    return chances
 
 
 def _tail_scale(values: np.ndarray) -> Optional[float]:

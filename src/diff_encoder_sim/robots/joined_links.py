@@ -15,10 +15,11 @@ from diff_encoder_sim.robots.urdf_writing import DEFAULT_FRICTION, add_joint, ad
 
 
 def joined_links(tree: RobotTree) -> str:
-    """Return the URDF of a robot of equal mass, shapes and motion, without visuals; a capsule is a cylinder, as in the tree.
+    """Return the URDF of a robot of equal mass, shapes and motion, without visuals.
 
     Links that are fixed to one another become one for each friction. Root link, moving joints and the frames of their
-    links stay. Each link has a mass, and no shape is a mesh (`sound_urdf.sound_wheels`).
+    links stay. Shapes are those of the tree, in which a capsule is a cylinder; none is a mesh, and each link has a
+    mass (`sound_urdf.sound_wheels`).
     """
     robot = ElementTree.Element('robot', name=tree.name)
     moving = [joint for joint in tree.joints.values() if joint.kind != 'fixed']

@@ -72,8 +72,8 @@ def load_simulated_robot(
 ) -> SimulatedRobot:
     """Read a robot and make its physics right.
 
-    A URDF that is sound is simulated with its own masses and shapes. Errors of the wheels are then those of its own xacro arguments; without
-    such arguments, and for all other robots, the wheels of the simulated robot are changed.
+    One that is sound keeps its masses and shapes. Errors of its wheels are then those of its own xacro arguments;
+    without such arguments, and for all other robots, the wheels of the simulated robot are changed.
 
     Raises:
         ConfigError: the robot's files are bad, or describe no robot with two driven wheels.

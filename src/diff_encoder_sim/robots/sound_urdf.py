@@ -1,4 +1,4 @@
-"""Whether a URDF already has what a rigid-body simulation needs, so that it is simulated with its own masses and shapes."""
+"""Whether a URDF has what a rigid-body simulation needs: then it is simulated with its own masses and shapes."""
 
 from __future__ import annotations
 

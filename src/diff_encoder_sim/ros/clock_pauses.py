@@ -56,7 +56,7 @@ def look_at_clock() -> None:
 
 
 def wait_for_clock() -> None:
-    """Where time is simulated, have ticks that wait read before this returns: before something is found to be too new."""
+    """Where time is simulated, have ticks that wait read first: for what seems to be too far ahead of the clock."""
     if not rospy.rostime.is_wallclock():
         _has_looked.clear()
         look_at_clock()

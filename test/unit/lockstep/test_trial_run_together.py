@@ -58,6 +58,17 @@ def test_each_has_the_result_and_the_bag_that_it_has_alone(tmp_path, drive, bag_
     assert len(set(bags[0].values())) == (0 if record == 'none' else len(alone))
 
 
+def test_bags_of_two_formats_are_those_that_each_has_alone(tmp_path):
+    def mixed(folder):
+        folder.mkdir()
+        return [setup(folder / name, 90, LINE, name) for name in ('ros1', 'mcap')]
+
+    together = run_trials(mixed(tmp_path / 'together'), ALTO, 'minimal')
+    assert together == [run_trials([each], ALTO, 'minimal')[0] for each in mixed(tmp_path / 'alone')]
+    for name in ('ros1', 'mcap'):
+        assert (tmp_path / 'together' / name).read_bytes() == (tmp_path / 'alone' / name).read_bytes()
+
+
 @pytest.mark.parametrize(
     'other', [{**LINE, 'number': 2}, TURN, {'nav': 'embedded'}], ids=['seed', 'drive', 'navigated']
 )

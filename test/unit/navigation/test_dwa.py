@@ -7,6 +7,7 @@ from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.navigation import critics
 from diff_encoder_sim.navigation.dwa import DwaPlanner
 from diff_encoder_sim.navigation.dwa_params import DwaParams
+from diff_encoder_sim.navigation.plan_distances import whole_grid
 from dwa_scoring import score_all, scored
 from navigation_scenes import PERIOD_S, dwa_params, local_costmap, seen_costmap, straight_plan, winding_plan
 from navigation_simulation import TABLE_2
@@ -32,6 +33,18 @@ def test_scales_are_per_metre_and_sum_up():
     result = scored(planner, local_costmap(), straight_plan())
     assert result.totals == pytest.approx(result.scores @ scales)
     assert result.best == int(np.argmin(result.totals))
+
+
+def test_a_costmap_of_another_shape_is_scored_as_by_a_planner_that_knows_no_other():
+    """As many cells, in other rows: its waves have more places around them."""
+    turned, used, fresh = local_costmap(width=9.0, height=1.0), *(DwaPlanner(dwa_params(), PERIOD_S) for _ in 'ab')
+    used.find_best(IDENTITY, 0.3, 0.0, local_costmap(), straight_plan())
+    assert turned.costs.size == local_costmap().costs.size
+    best, expected = (each.find_best(IDENTITY, 0.3, 0.0, turned, straight_plan()) for each in (used, fresh))
+    assert best[:3] == expected[:3]
+    for layer in range(3):
+        grids = [whole_grid(each.last_task.scene.waves, layer, *turned.shape) for each in (used, fresh)]
+        assert np.array_equal(*grids)
 
 
 def test_no_plan_in_the_window_gives_no_command():

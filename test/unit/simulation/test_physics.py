@@ -6,8 +6,19 @@ import pybullet
 import pytest
 
 from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.robots.robot_source import RobotSource
+from diff_encoder_sim.robots.xacro_expansion import expand
 from diff_encoder_sim.simulation.state import PlanarVelocity
+from places import ROOT
 from simulated_drive import RADIUS_M, SEPARATION_M, drive
+
+ALTO = expand(RobotSource(ROOT / 'urdf' / 'alto.urdf.xacro'))
+WALL = """<sdf version="1.6"><world name="wall">
+  <model name="floor"><static>true</static><link name="link"><collision name="collision">
+    <geometry><plane><normal>0 0 1</normal><size>100 100</size></plane></geometry></collision></link></model>
+  <model name="wall"><static>true</static><pose>{} 0 0.5 0 0 0</pose><link name="link"><collision name="collision">
+    <geometry><box><size>0.1 10 1</size></box></geometry></collision></link></model>
+</world></sdf>"""
 
 
 @pytest.mark.parametrize('speed', [0.45, -0.45])
@@ -63,6 +74,40 @@ def test_pybullet_has_the_masses_of_the_robot_file(make_simulator):
         },
         rel=0.01,
     )
+
+
+def test_a_robot_of_many_parts_has_all_of_their_mass(make_simulator, tmp_path):
+    """PyBullet cuts lines of a URDF after 8191 characters, which may be within a number."""
+    part = """<link name="part_{0}"><inertial><origin xyz="0 0 0.5"/><mass value="0.123456789"/>
+      <inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/></inertial>
+      <collision><origin xyz="0 0 0.5"/><geometry><box size="0.1 0.1 0.123456789"/></geometry></collision></link>
+      <joint name="part_{0}" type="fixed"><parent link="hull"/><child link="part_{0}"/></joint>"""
+    for count in (50, 51, 120):
+        robot = tmp_path / f'{count}.urdf'
+        robot.write_text(ALTO.replace('</robot>', ''.join(map(part.format, range(count))) + '</robot>'))
+        physics = make_simulator(robot=robot)._physics
+        links = range(-1, pybullet.getNumJoints(physics._robot, physicsClientId=physics._client))
+        masses_kg = [
+            pybullet.getDynamicsInfo(physics._robot, link, physicsClientId=physics._client)[0] for link in links
+        ]
+        assert sum(masses_kg) == pytest.approx(80.0 + 0.123456789 * count, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ('speed_mps', 'braking_mps2', 'wall_x_m'), [(4.0, 20.0, 9.5), (4.0, 100.0, 9.2), (5.0, 20.0, 9.9)]
+)
+def test_a_robot_that_slides_into_a_wall_touches_it(make_simulator, tmp_path, speed_mps, braking_mps2, wall_x_m):
+    """Its wheels stand, told to stop 8 m after the start, out of sight of the wall."""
+    world = tmp_path / 'wall.world'
+    world.write_text(WALL.format(wall_x_m))
+    drive = {'max_linear_speed': 20.0, 'max_linear_acceleration': braking_mps2, 'wheel_torque': 200.0}
+    simulator, hits = make_simulator(world, Pose2D(0.0, 0.0, 0.0), drive=drive), set()
+    for _ in range(500):
+        simulator.command(speed_mps if simulator.base_pose_in_world().x_m < 8.0 else 0.0, 0.0)
+        simulator.tick()
+        hits.add(simulator.obstacle_hit())
+    assert hits == {None, 'wall/link/collision'}
+    assert simulator.base_pose_in_world().x_m < wall_x_m
 
 
 def test_running_into_a_wall_is_noticed(make_simulator):
