@@ -20,13 +20,15 @@ from plans import plan_of
 from ratios import Ratio, add_json, print_ratios, write_ratios
 from tabulate import tabulate
 
-from diff_encoder_sim.encoders.wheel_encoder import DiffEncoder
 from diff_encoder_sim.localization.amcl import Amcl
+from diff_encoder_sim.lockstep.bag_publications import BagPublications
 from diff_encoder_sim.lockstep.lockstep_trial import LockstepTrials
+from diff_encoder_sim.lockstep.lockstep_world import LockstepWorld
+from diff_encoder_sim.lockstep.navigating_driver import NavigatingDriver
 from diff_encoder_sim.lockstep.robot_params import RobotParams, load_robot_params
 from diff_encoder_sim.lockstep.trial_run import run_trial
+from diff_encoder_sim.lockstep.wheel_reports import WheelReports
 from diff_encoder_sim.navigation.navigator import Navigator
-from diff_encoder_sim.odometry.wheel_odometry import WheelOdometry
 from diff_encoder_sim.recording.trial_bag import TrialBag
 from diff_encoder_sim.simulation.physics import BulletPhysics
 from diff_encoder_sim.simulation.simulator import Simulator
@@ -39,11 +41,14 @@ PARTS: List[Tuple[str, type, Tuple[str, ...]]] = [
     ('physics (PyBullet)', BulletPhysics, ('tick',)),
     ('reading the simulated robot', BulletPhysics, ('wheels', 'base', 'base_pose', 'obstacle_hit')),
     ('LiDAR', Simulator, ('scan',)),
-    ('encoder and odometry', DiffEncoder, ('update',)),
-    ('encoder and odometry', WheelOdometry, ('update',)),
+    ('encoder and odometry', WheelReports, ('take_joints',)),
     ('AMCL', Amcl, ('update',)),
     ('navigation (costmaps, planner, DWA)', Navigator, ('take_scan', 'take_odometry', 'step', 'set_goal')),
     ('serialising and writing', TrialBag, ('publish', '__exit__')),
+    ('serialising and writing', BagPublications, ('joint_states', 'world_pose', 'odometry', 'global_pose')),
+    ('driver of the route, pose estimate', NavigatingDriver, ('take_odometry', 'take_time')),
+    ('wheel controller', Simulator, ('tick',)),
+    ('schedule, truth, reports', LockstepWorld, ('run',)),
     ('setting up', LockstepTrials, ('__init__',)),
 ]
 THE_REST = 'the rest'
