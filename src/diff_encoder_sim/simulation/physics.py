@@ -35,7 +35,7 @@ ROOT_LINK = -1
 # near a wall the robot would seem to touch it: points farther apart than the other number are left out.
 CONTACT_BREAKING, TOUCHING_M = 0.2, 1e-3
 LOOK_AGAIN_TICKS = 100  # also where the wheels stand, and the robot slides
-SOLVER_RESIDUAL_THRESHOLD = 1e-9  # PyBullet's 1e-7 stops early, and slip is left over
+SOLVER_RESIDUAL_THRESHOLD = 1e-9  # PyBullet's 1e-7 stops early where there are more iterations
 
 PositionXyz = Tuple[float, float, float]
 PoseXyzQuat = Tuple[PositionXyz, QuatXyzw]
