@@ -9,7 +9,7 @@ MOST_SHOWN = 2000
 
 
 def first_of_cells(dataset: Dataset) -> Dataset:
-    """Return the dataset with `MOST_SHOWN` trials at most: the first of each cell, equally many, and at least one.
+    """Return the dataset with the first trials of each cell, equally many: `MOST_SHOWN` in all, or one of each cell.
 
     First ones have equal numbers in all cells, and are as good a sample as any: trials differ by seed alone.
     """

@@ -8,7 +8,7 @@ from typing import Iterator
 
 
 @contextlib.contextmanager
-def collected_afterwards() -> Iterator[None]:
+def without_collection() -> Iterator[None]:
     """Have no such search within a with statement that leaves few circles behind; the next ones find these."""
     was_enabled = gc.isenabled()
     gc.disable()

@@ -8,7 +8,7 @@ from diff_encoder_sim.campaign.campaign_definition import Campaign, TrialJob
 from diff_encoder_sim.lockstep.trial_setup import drive_params
 
 # Each has a bag open; and what is under way is lost with its worker.
-MOST_TRIALS = 16
+MOST_TOGETHER = 16
 
 TrialGroup = Tuple[TrialJob, ...]
 
@@ -22,9 +22,9 @@ def trial_groups(campaign: Campaign, jobs: Sequence[TrialJob]) -> List[TrialGrou
     for job in jobs:
         groups.setdefault((drives[job.cell_index], job.seed), []).append(job)
     return [
-        tuple(group[begin : begin + MOST_TRIALS])
+        tuple(group[begin : begin + MOST_TOGETHER])
         for group in groups.values()
-        for begin in range(0, len(group), MOST_TRIALS)
+        for begin in range(0, len(group), MOST_TOGETHER)
     ]
 
 

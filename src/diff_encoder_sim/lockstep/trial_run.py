@@ -6,7 +6,7 @@ import contextlib
 from pathlib import Path
 from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple, Union
 
-from diff_encoder_sim.base.garbage import collected_afterwards
+from diff_encoder_sim.base.garbage import without_collection
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.lockstep.bag_publications import BagPublications
@@ -53,7 +53,7 @@ def run_trials(trials: Sequence[TrialSetup], robot_file: Union[str, Path], recor
     with contextlib.ExitStack() as opened:
         together = LockstepTrials(trials, robot_file, *_publications(trials, record, opened))
         world = together.world
-        with collected_afterwards():
+        with without_collection():
             for _ in world.run():
                 pass
     duration_s = world.time_ns / NANOSECONDS_PER_SECOND

@@ -34,9 +34,9 @@ def is_restart(
     return not _are_within(changes, (0.0, 0.0), most_change)
 
 
-def _are_within(numbers: Tuple[float, float], most: Tuple[float, float], more: Tuple[float, float]) -> bool:
-    """Return whether neither number is above the most and more [pulses], but for the rounding."""
+def _are_within(pulses: Tuple[float, float], most: Tuple[float, float], margin: Tuple[float, float]) -> bool:
+    """Return whether the pulses of neither wheel are more than its most, by more than a margin and the rounding."""
     return (
-        abs(numbers[0]) <= most[0] + more[0] + ROUNDING_PULSES
-        and abs(numbers[1]) <= most[1] + more[1] + ROUNDING_PULSES
+        abs(pulses[0]) <= most[0] + margin[0] + ROUNDING_PULSES
+        and abs(pulses[1]) <= most[1] + margin[1] + ROUNDING_PULSES
     )

@@ -65,6 +65,6 @@ def _add_part(robot: ElementTree.Element, tree: RobotTree, names: List[str]) -> 
         mass = merged(link_mass(link.inertial, pose) for link, pose in links if link.inertial is not None)
         shapes = [placed(shape, pose) for link, pose in links for shape in link.collisions]
         add_link(robot, equal[0], mass, shapes, friction)
-        above = tree.joint_above(equal[0])
-        if equal[0] != names[0] and above is not None:
+        if equal[0] != names[0]:
+            above = next(joint for joint in tree.joints.values() if joint.child == equal[0])
             add_joint(robot, above.name, 'fixed', names[0], equal[0], np.zeros(3))

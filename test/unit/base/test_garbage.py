@@ -4,7 +4,7 @@ import gc
 
 import pytest
 
-from diff_encoder_sim.base.garbage import collected_afterwards
+from diff_encoder_sim.base.garbage import without_collection
 
 
 @pytest.fixture(autouse=True)
@@ -14,20 +14,20 @@ def restored():
 
 
 def test_it_is_off_within_and_on_after():
-    with collected_afterwards():
+    with without_collection():
         assert not gc.isenabled()
     assert gc.isenabled()
 
 
 def test_it_is_on_again_after_an_error():
     with pytest.raises(ValueError, match='as asked'):
-        with collected_afterwards():
+        with without_collection():
             raise ValueError('as asked')
     assert gc.isenabled()
 
 
 def test_it_stays_off_where_it_was_off():
     gc.disable()
-    with collected_afterwards():
+    with without_collection():
         pass
     assert not gc.isenabled()
