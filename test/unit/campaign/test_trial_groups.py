@@ -60,6 +60,6 @@ def test_variants_share_a_drive_where_they_differ_behind_the_wheels(tmp_path, ch
 
 
 def test_a_group_has_a_largest_size(tmp_path, monkeypatch):
-    monkeypatch.setattr(module, 'MOST_TRIALS', 3)
+    monkeypatch.setattr(module, 'MOST_TOGETHER', 3)
     groups = grouped(tmp_path, nav='scripted', tests=['SL'], trials=1, ppr=[10, 20, 30, 40, 50, 60, 70])
     assert [len(group.split()) for group in groups] == [3, 3, 1]
