@@ -12,6 +12,7 @@ sys.path.insert(0, str(Path(__file__).parent / 'benchmark'))
 from checkout import measured_on
 from ratio_changes import changes
 from ratios import Ratio, print_ratios, read_measured, write_measured
+from wheel_nodes import Run, faults
 
 import all as all_benchmarks
 
@@ -198,6 +199,20 @@ def test_arguments_that_measure_nothing_are_refused_in_one_line(name, option, va
     ended = subprocess.run(command, capture_output=True, text=True)
     assert ended.returncode == 2
     assert ended.stderr.splitlines()[-1].startswith(f'{name}: error: argument {option}: given {value!r}; allowed: ')
+
+
+@pytest.mark.parametrize(
+    ('rate_hz', 'lost', 'late_s', 'found'),
+    [
+        (1000.0, 0, 0.05, []),
+        (1000.0, 0, 0.5, ['ideal, 1000 Hz: the last message late by 0.50 s; allowed: 0.1 s']),
+        (5000.0, 0, 0.5, []),  # how far it goes is what is looked for
+        (5000.0, 3, 0.0, ['ideal, 5000 Hz: 3 of 10 messages on /odom lost; allowed: none']),
+    ],
+)
+def test_wheel_nodes_may_lose_nothing_and_be_late_above_their_rate_alone(rate_hz, lost, late_s, found):
+    run = Run(rate_hz, 10, lost, rate_hz, late_s, 0.3, 9.0)
+    assert faults({'ideal': [run]}) == [f'wheel_nodes.py: {each}' for each in found]
 
 
 def test_growth_is_measured_by_size_in_processes_of_their_own(tmp_path):
