@@ -17,6 +17,7 @@ from typing import Dict, Iterator, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 from checkout import ROOT, print_header
+from counts import COUNT
 from tabulate import tabulate
 
 from diff_encoder_sim.analysis.campaign_folder import read_campaign
@@ -183,8 +184,8 @@ def _arguments() -> argparse.Namespace:
     group.add_argument('--campaigns', nargs='+', default=['paper', 'accurate'])
     group.add_argument('--tests', nargs='+', default=['SL', 'SMT', 'DLD'])
     group.add_argument('--ppr', nargs='+', type=float, default=[40.0, 90.0, 1024.0, 4096.0])
-    group.add_argument('--trials', type=int, default=3)
-    group.add_argument('--workers', type=int, default=os.cpu_count())
+    group.add_argument('--trials', type=COUNT, default=3)
+    group.add_argument('--workers', type=COUNT, default=os.cpu_count())
     return parser.parse_args()
 
 

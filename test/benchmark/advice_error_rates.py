@@ -18,6 +18,7 @@ from typing import Dict, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 from checkout import print_header
+from counts import COUNT
 from scipy.stats import norm
 from tabulate import tabulate
 
@@ -68,12 +69,12 @@ def curves(share: float) -> Dict[str, np.ndarray]:
 def main() -> None:
     """Print a row for each curve, in one or both tests, from each guess."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument('--searches', type=int, default=600, help='of each row (default: %(default)d)')
+    parser.add_argument('--searches', type=COUNT, default=600, help='of each row (default: %(default)d)')
     parser.add_argument('--correlations', type=float, nargs='+', default=[0.0, 0.5, 0.9], help='taken in turn')
     parser.add_argument('--guesses', type=int, nargs='+', default=[0, -5], help='steps off the right rank')
     parser.add_argument('--share', type=float, default=Asked().share)
     parser.add_argument('--confidence', type=float, default=Asked().confidence)
-    parser.add_argument('--most-trials', type=int, default=Asked().most_trials, help='of each test with each encoder')
+    parser.add_argument('--most-trials', type=COUNT, default=Asked().most_trials, help='of each test with each encoder')
     options = parser.parse_args()
     asked = Asked(options.share, options.confidence, options.most_trials)
     print_header(f'Answers of {options.searches} searches a row [%]: {asked}')

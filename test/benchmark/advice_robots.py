@@ -21,6 +21,7 @@ from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 import numpy as np
 import yaml
 from checkout import ROOT, print_header
+from counts import COUNT
 from scipy import stats
 from tabulate import tabulate
 
@@ -289,10 +290,10 @@ def _arguments() -> argparse.Namespace:
         formatter_class=argparse.RawDescriptionHelpFormatter,
         epilog='example: .venv/bin/python test/benchmark/advice_robots.py --robots 10',
     )
-    parser.add_argument('--robots', type=int, default=200)
-    parser.add_argument('--first', type=int, default=1, help='number of the first, which is its seed')
-    parser.add_argument('--alone', type=int, default=20, help='draws one by one of each robot')
-    parser.add_argument('--workers', type=int, default=2)
+    parser.add_argument('--robots', type=COUNT, default=200)
+    parser.add_argument('--first', type=COUNT, default=1, help='number of the first, which is its seed')
+    parser.add_argument('--alone', type=COUNT, default=20, help='draws one by one of each robot')
+    parser.add_argument('--workers', type=COUNT, default=2)
     return parser.parse_args()
 
 

@@ -12,6 +12,7 @@ from typing import Callable, List, NamedTuple, Tuple
 
 import numpy as np
 from checkout import ROOT, first_call_s, print_header
+from counts import COUNT
 from tabulate import tabulate
 
 from diff_encoder_sim.base.laser_scan import Scan
@@ -290,8 +291,8 @@ def _ms(call: Callable[[], object]) -> float:
 
 def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('--calls', type=int, default=100, help='of which the median is taken')
-    parser.add_argument('--trials', type=int, default=30, help='of each test, for the accuracy')
+    parser.add_argument('--calls', type=COUNT, default=100, help='of which the median is taken')
+    parser.add_argument('--trials', type=COUNT, default=30, help='of each test, for the accuracy')
     return parser.parse_args()
 
 

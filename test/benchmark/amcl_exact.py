@@ -13,6 +13,7 @@ from typing import Dict, List, NamedTuple, Tuple
 import numpy as np
 from amcl import SL, SMT, Place, _scanner_and_map
 from checkout import ROOT, print_header
+from counts import COUNT
 from tabulate import tabulate
 
 from diff_encoder_sim.base.laser_scan import Scan
@@ -125,9 +126,9 @@ def _text(values: np.ndarray) -> Tuple[str, str]:
 
 def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('--updates', type=int, default=45)
-    parser.add_argument('--seeds', type=int, default=20, help='of the particles')
-    parser.add_argument('--particles', type=int, default=3000)
+    parser.add_argument('--updates', type=COUNT, default=45)
+    parser.add_argument('--seeds', type=COUNT, default=20, help='of the particles')
+    parser.add_argument('--particles', type=COUNT, default=3000)
     return parser.parse_args()
 
 

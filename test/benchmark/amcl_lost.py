@@ -13,6 +13,7 @@ from typing import Callable, Dict, Iterator, List, Tuple
 
 import numpy as np
 from checkout import ROOT, print_header
+from counts import COUNT
 from tabulate import tabulate
 
 sys.path.insert(0, str(ROOT / 'test' / 'support'))
@@ -38,8 +39,8 @@ SURE, GUESS = np.diag([0.0025] * 3), np.diag([0.25, 0.25, (math.pi / 12) ** 2])
 def main() -> None:
     """Print the tables."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('--poses', type=int, default=300, help='for the fractions')
-    parser.add_argument('--runs', type=int, default=60, help='for the filter')
+    parser.add_argument('--poses', type=COUNT, default=300, help='for the fractions')
+    parser.add_argument('--runs', type=COUNT, default=60, help='for the filter')
     arguments = parser.parse_args()
     print_header('Lost detection')
     for name in STARTS:

@@ -13,6 +13,7 @@ from typing import Any, Dict, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 from checkout import ROOT, print_header
+from counts import COUNT
 from end_levers import EndLevers
 from plans import paper_settings_with_ideal_wheels, plan_of
 from scipy import stats
@@ -200,8 +201,8 @@ def main() -> None:
 
 def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('--trials', type=int, default=30)
-    parser.add_argument('--workers', type=int, default=os.cpu_count())
+    parser.add_argument('--trials', type=COUNT, default=30)
+    parser.add_argument('--workers', type=COUNT, default=os.cpu_count())
     return parser.parse_args()
 
 

@@ -23,6 +23,7 @@ from typing import Dict, List, NamedTuple, Optional
 import psutil
 from bare_stepping import BARE, bare_stepping_s
 from checkout import ROOT, print_header
+from counts import COUNT
 from plans import plan_of
 from ratios import Ratio, add_json, print_ratios, write_ratios
 from tabulate import tabulate
@@ -183,10 +184,10 @@ def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--config', default='paper')
     parser.add_argument('--tests', nargs='+', default=None)
-    parser.add_argument('--trials', type=int, default=2)
-    parser.add_argument('--workers', type=int, nargs='+', default=[1, 2])
+    parser.add_argument('--trials', type=COUNT, default=2)
+    parser.add_argument('--workers', type=COUNT, nargs='+', default=[1, 2])
     parser.add_argument('--record', default='minimal')
-    parser.add_argument('--repeats', type=int, default=2)
+    parser.add_argument('--repeats', type=COUNT, default=2)
     add_json(parser)
     return parser.parse_args()
 

@@ -17,9 +17,12 @@ from typing import Dict, List, NamedTuple
 
 import psutil
 from checkout import ROOT, print_header
+from counts import COUNT, MOST
 from ratios import Ratio, add_json, print_ratios, write_ratios
 from tabulate import tabulate
 
+from diff_encoder_sim.base.bounded_numbers import Between
+from diff_encoder_sim.base.number_arguments import whole_number_within
 from diff_encoder_sim.campaign.local_workers import local_workers
 from diff_encoder_sim.campaign.trial_queue import TASKS_PER_THREAD
 
@@ -204,9 +207,9 @@ def _arguments() -> argparse.Namespace:
         formatter_class=argparse.RawDescriptionHelpFormatter,
         epilog='example: .venv/bin/python test/benchmark/campaign_overhead.py --trials 10000',
     )
-    parser.add_argument('--trials', type=int, default=2000)
-    parser.add_argument('--workers', type=int, nargs='+', default=[1, 2])
-    parser.add_argument('--repeats', type=int, default=2)
+    parser.add_argument('--trials', type=whole_number_within(Between(FEW_TRIALS + 1, MOST)), default=2000)
+    parser.add_argument('--workers', type=COUNT, nargs='+', default=[1, 2])
+    parser.add_argument('--repeats', type=COUNT, default=2)
     add_json(parser)
     return parser.parse_args()
 

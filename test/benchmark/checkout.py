@@ -9,7 +9,7 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
-from typing import Tuple
+from typing import NamedTuple, Tuple
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -20,15 +20,28 @@ if importlib.util.find_spec('diff_encoder_sim') is None:
 from diff_encoder_sim.base.host_info import cpu_model, git  # noqa: E402 (found by the lines above)
 
 
+class MeasuredOn(NamedTuple):
+    """What a number without cannot be compared."""
+
+    host: str
+    python: str
+    commit: str
+
+
+def measured_on() -> MeasuredOn:
+    """Return what this process measures on."""
+    host = f'{cpu_model()}, {os.cpu_count()} cores, {platform.system()} {platform.release()}'
+    return MeasuredOn(host, platform.python_version(), _commit())
+
+
 def print_header(title: str) -> None:
-    """Title, machine, python and commit: a number without them cannot be compared."""
+    """Print title, machine, python and commit."""
+    on = measured_on()
     load = ', '.join(f'{value:.1f}' for value in os.getloadavg())
     print(title)
-    print(
-        f'machine: {cpu_model()}, {os.cpu_count()} cores, {platform.system()} {platform.release()}; load average {load}'
-    )
-    print(f'python:  {platform.python_version()}')
-    print(f'commit:  {_commit()}')
+    print(f'machine: {on.host}; load average {load}')
+    print(f'python:  {on.python}')
+    print(f'commit:  {on.commit}')
     print(flush=True)
 
 

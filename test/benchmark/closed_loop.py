@@ -14,6 +14,7 @@ from typing import List, NamedTuple, Optional, Tuple
 
 import numpy as np
 from checkout import ROOT, print_header
+from counts import COUNT
 from plans import plan_of
 from tabulate import tabulate
 
@@ -167,11 +168,11 @@ def _rms(errors: List[Pose2D]) -> Tuple[str, str]:
 def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--tests', nargs='+', default=['SL', 'SMT', 'DLD'])
-    parser.add_argument('--ppr', nargs='+', type=int, default=[40, 90, 1024, 4096])
+    parser.add_argument('--ppr', nargs='+', type=COUNT, default=[40, 90, 1024, 4096])
     parser.add_argument('--amcl', default='amcl', help="AMCL's parameters: a file of config/, without .yaml")
-    parser.add_argument('--trials', type=int, default=30)
-    parser.add_argument('--first', type=int, default=1, help='number of the first trial')
-    parser.add_argument('--workers', type=int, default=os.cpu_count())
+    parser.add_argument('--trials', type=COUNT, default=30)
+    parser.add_argument('--first', type=COUNT, default=1, help='number of the first trial')
+    parser.add_argument('--workers', type=COUNT, default=os.cpu_count())
     return parser.parse_args()
 
 

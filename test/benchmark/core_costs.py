@@ -10,6 +10,7 @@ import time
 from typing import Callable, Dict, List, Sequence, Tuple
 
 from checkout import print_header
+from counts import COUNT
 from tabulate import tabulate
 
 from diff_encoder_sim.encoders.wheel_encoder import DiffEncoder, EncoderParams, ReportingEncoder
@@ -130,8 +131,8 @@ def _arguments() -> argparse.Namespace:
         formatter_class=argparse.RawDescriptionHelpFormatter,
         epilog='example: .venv/bin/python test/benchmark/core_costs.py --repeats 10',
     )
-    parser.add_argument('--calls', type=int, default=20000, help='in each run')
-    parser.add_argument('--repeats', type=int, default=5, help='runs, of which the best counts')
+    parser.add_argument('--calls', type=COUNT, default=20000, help='in each run')
+    parser.add_argument('--repeats', type=COUNT, default=5, help='runs, of which the best counts')
     return parser.parse_args()
 
 

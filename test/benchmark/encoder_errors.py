@@ -14,6 +14,7 @@ from typing import Dict, List, NamedTuple
 
 import numpy as np
 from checkout import ROOT, print_header
+from counts import COUNT
 from scipy import stats
 from tabulate import tabulate
 
@@ -174,7 +175,7 @@ def _print_speed_quanta() -> None:
 
 def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('--seeds', type=int, default=400)
+    parser.add_argument('--seeds', type=COUNT, default=400)
     return parser.parse_args()
 
 

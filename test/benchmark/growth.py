@@ -15,6 +15,7 @@ from typing import Callable, List, NamedTuple, Sequence
 import growing_work as work
 import numpy as np
 from checkout import print_header
+from counts import COUNT
 from ratios import Ratio, add_json, print_ratios, write_ratios
 from tabulate import tabulate
 
@@ -152,10 +153,19 @@ def _resident_bytes(name: str) -> int:
     return 1024 * int(line.split()[1])
 
 
+def _in_a_title(text: str) -> str:
+    if not any(text in growth.name for growth in GROWTHS):
+        titles = '; '.join(growth.name for growth in GROWTHS)
+        raise argparse.ArgumentTypeError(f'given {text!r}; allowed: a part of one of these: {titles}')
+    return text
+
+
 def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('--repeats', type=int, default=2)
-    parser.add_argument('--only', default='', metavar='TEXT', help='of those tables whose title has it')
+    parser.add_argument('--repeats', type=COUNT, default=2)
+    parser.add_argument(
+        '--only', type=_in_a_title, default='', metavar='TEXT', help='of those tables whose title has it'
+    )
     parser.add_argument('--long', action='store_true', help='sizes that take minutes, too: 10 km, 100,000 trials')
     add_json(parser)
     return parser.parse_args()

@@ -12,6 +12,7 @@ from typing import Callable, List, NamedTuple
 import numpy as np
 import pybullet
 from checkout import ROOT, first_call_s, print_header
+from counts import COUNT
 from ratios import Ratio, add_json, print_ratios, write_ratios
 from tabulate import tabulate
 
@@ -114,7 +115,7 @@ class BulletRays:
 def main() -> None:
     """Print the tables."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('--repeats', type=int, default=10, help='rounds over all poses')
+    parser.add_argument('--repeats', type=COUNT, default=10, help='rounds over all poses')
     add_json(parser)
     arguments = parser.parse_args()
     repeats = arguments.repeats

@@ -19,6 +19,7 @@ from typing import Dict, List, Tuple
 
 import numpy as np
 from checkout import ROOT, print_header
+from counts import COUNT
 from live_graph import check_sourced, start_master, stop
 from plans import plan_of
 from rosbags.highlevel import AnyReader
@@ -168,8 +169,8 @@ def _arguments() -> argparse.Namespace:
     )
     parser.add_argument('--scripted', nargs='*', default=['SL', 'SMT'])
     parser.add_argument('--tests', nargs='*', default=['SL', 'SMT', 'DLD'])
-    parser.add_argument('--ppr', nargs='+', type=int, default=[40, 4096])
-    parser.add_argument('--trials', type=int, default=10)
+    parser.add_argument('--ppr', nargs='+', type=COUNT, default=[40, 4096])
+    parser.add_argument('--trials', type=COUNT, default=10)
     parser.add_argument('--rtf', type=float, default=0.0)
     return parser.parse_args()
 

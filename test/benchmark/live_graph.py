@@ -23,6 +23,7 @@ from typing import Dict, List, NamedTuple, Tuple
 import numpy as np
 from bare_stepping import BARE, LIMITS_PHYSICS, bare_stepping_s
 from checkout import ROOT, print_header
+from counts import COUNT
 from measured_drive import cruise_costs_us, new_simulator, read_test, real_time_factor
 from plans import plan_of
 from ratios import Ratio, add_json, print_ratios, write_ratios
@@ -296,7 +297,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument('--test', default='SL', choices=('SL', 'SMT'))
     parser.add_argument('--nav', default='scripted', choices=('scripted', 'embedded'))
     parser.add_argument('--cores', nargs='+', default=list(CORES), choices=list(CORES))
-    parser.add_argument('--repeats', type=int, default=3, help='runs, of which the best counts')
+    parser.add_argument('--repeats', type=COUNT, default=3, help='runs, of which the best counts')
     add_json(parser)
     return parser.parse_args()
 

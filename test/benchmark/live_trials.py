@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import List, Optional
 
 from checkout import print_header
+from counts import COUNT
 from live_graph import check_sourced, start_master, stop
 from tabulate import tabulate
 
@@ -125,9 +126,9 @@ def _arguments() -> argparse.Namespace:
         epilog='example: source .ws/devel/setup.bash && .venv/bin/python test/benchmark/live_trials.py --rtf 3',
     )
     parser.add_argument('--tests', nargs='+', default=['SL', 'SMT', 'DLD'])
-    parser.add_argument('--ppr', nargs='+', type=int, default=[40, 90, 1024, 4096])
+    parser.add_argument('--ppr', nargs='+', type=COUNT, default=[40, 90, 1024, 4096])
     parser.add_argument('--rtf', type=float, default=1.0)
-    parser.add_argument('--trial', type=int, default=1, help='number of the trial: its seed')
+    parser.add_argument('--trial', type=COUNT, default=1, help='number of the trial: its seed')
     parser.add_argument('--verbose', action='store_true', help='print the warnings')
     return parser.parse_args()
 

@@ -16,6 +16,7 @@ from typing import Dict, List, Optional, Sequence, Tuple
 
 from bare_stepping import BARE, ROBOT, bare_stepping_s
 from checkout import ROOT, print_header
+from counts import COUNT
 from plans import plan_of
 from ratios import Ratio, add_json, print_ratios, write_ratios
 from tabulate import tabulate
@@ -138,9 +139,9 @@ def _print_parts(plan: TrialPlan, params: RobotParams, duration_s: float, repeat
 def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--test', default='DLD')
-    parser.add_argument('--ppr', type=int, default=90)
-    parser.add_argument('--trial', type=int, default=1)
-    parser.add_argument('--repeats', type=int, default=5, help='rounds of bare stepping and trials in turn')
+    parser.add_argument('--ppr', type=COUNT, default=90)
+    parser.add_argument('--trial', type=COUNT, default=1)
+    parser.add_argument('--repeats', type=COUNT, default=5, help='rounds of bare stepping and trials in turn')
     add_json(parser)
     return parser.parse_args()
 

@@ -18,6 +18,7 @@ from typing import Any, Dict, Iterator, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 from checkout import ROOT, print_header
+from counts import COUNT
 from measured_drive import TICKS_PER_REPORT, Row
 from plans import plan_of
 from quantisation import End, end_of_drive
@@ -225,9 +226,9 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument('--campaign', default='paper')
     parser.add_argument('--tests', nargs='+', default=['SL', 'SMT', 'DLD'])
     parser.add_argument('--ppr', nargs='+', type=float, default=[40.0, 90.0, 1024.0, 4096.0])
-    parser.add_argument('--drives', type=int, default=6)
-    parser.add_argument('--seeds', type=int, default=25)
-    parser.add_argument('--workers', type=int, default=os.cpu_count())
+    parser.add_argument('--drives', type=COUNT, default=6)
+    parser.add_argument('--seeds', type=COUNT, default=25)
+    parser.add_argument('--workers', type=COUNT, default=os.cpu_count())
     return parser.parse_args()
 
 

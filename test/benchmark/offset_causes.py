@@ -12,6 +12,7 @@ from typing import Any, Callable, Dict, List, NamedTuple, Sequence
 
 import numpy as np
 from checkout import ROOT, print_header
+from counts import COUNT
 from end_levers import EndLevers
 from paper_offsets import ODOM, TESTS, TRUTH, Offset, PaperColumns, reach_of, standardised_ranges, table
 from plans import paper_settings_with_ideal_wheels, plan_of
@@ -250,7 +251,7 @@ def main() -> None:
 
 def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('--trials', type=int, default=10)
+    parser.add_argument('--trials', type=COUNT, default=10)
     parser.add_argument(
         '--set', nargs='*', default=[], metavar='KEY=VALUE', help='simulator.physics.solver_iterations=100'
     )

@@ -17,6 +17,7 @@ from typing import Dict, List
 from xml.etree import ElementTree
 
 from checkout import print_header
+from counts import COUNT
 from measured_drive import (
     ROBOT,
     WHEEL_RADIUS_M,
@@ -141,12 +142,12 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument(
         '--rates',
         nargs='+',
-        type=int,
+        type=COUNT,
         choices=(100, 200, 500, 1000, 2000),
         default=STEP_RATES_HZ,
         help='physics steps per second',
     )
-    parser.add_argument('--iterations', nargs='+', type=int, default=ITERATIONS, help='of the contact solver')
+    parser.add_argument('--iterations', nargs='+', type=COUNT, default=ITERATIONS, help='of the contact solver')
     return parser.parse_args()
 
 

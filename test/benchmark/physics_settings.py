@@ -17,6 +17,7 @@ from typing import Any, Callable, Dict, List, Mapping, NamedTuple
 import numpy as np
 import pybullet
 from checkout import print_header
+from counts import COUNT
 from measured_drive import WINDOWS, bullet_client, compare, cruise_costs_us, new_simulator, read_test, record_drive
 from tabulate import tabulate
 
@@ -193,9 +194,9 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument(
         '--settings', nargs='+', choices=tuple(SETTINGS), default=list(SETTINGS), metavar='NAME', help='default: all'
     )
-    parser.add_argument('--steps', type=int, default=PhysicsParams().steps_per_tick, help='in each 10 ms')
+    parser.add_argument('--steps', type=COUNT, default=PhysicsParams().steps_per_tick, help='in each 10 ms')
     parser.add_argument(
-        '--iterations', type=int, default=PhysicsParams().solver_iterations, help='of the contact solver'
+        '--iterations', type=COUNT, default=PhysicsParams().solver_iterations, help='of the contact solver'
     )
     return parser.parse_args()
 

@@ -19,6 +19,7 @@ from typing import Dict, List, NamedTuple, Tuple
 
 import numpy as np
 from checkout import print_header
+from counts import COUNT
 from measured_drive import WHEEL_RADIUS_M, WHEEL_SEPARATION_M, Row, compare, new_simulator, read_test, record_drive
 from tabulate import tabulate
 
@@ -258,7 +259,7 @@ def _arguments() -> argparse.Namespace:
         formatter_class=argparse.RawDescriptionHelpFormatter,
         epilog='example: .venv/bin/python test/benchmark/quantisation.py --seeds 200',
     )
-    parser.add_argument('--seeds', type=int, default=200)
+    parser.add_argument('--seeds', type=COUNT, default=200)
     return parser.parse_args()
 
 

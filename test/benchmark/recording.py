@@ -11,6 +11,7 @@ from typing import Callable, List, NamedTuple
 
 import numpy as np
 from checkout import ROOT, print_header
+from counts import COUNT
 from tabulate import tabulate
 
 from diff_encoder_sim.base.laser_scan import Scan
@@ -202,8 +203,8 @@ def _arguments() -> argparse.Namespace:
         formatter_class=argparse.RawDescriptionHelpFormatter,
         epilog='example: .venv/bin/python test/benchmark/recording.py --repeats 10',
     )
-    parser.add_argument('--messages', type=int, default=5000, help='in each run')
-    parser.add_argument('--repeats', type=int, default=5, help='runs, of which the best counts')
+    parser.add_argument('--messages', type=COUNT, default=5000, help='in each run')
+    parser.add_argument('--repeats', type=COUNT, default=5, help='runs, of which the best counts')
     return parser.parse_args()
 
 

@@ -16,6 +16,7 @@ from typing import List, NamedTuple
 import yaml
 from checkout import ROOT, print_header
 from core_costs import FULL, REPORT
+from counts import COUNT
 from tabulate import tabulate
 
 from diff_encoder_sim.base.se2 import Pose2D, move_along_arc
@@ -176,7 +177,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument(
         '--hours', type=float, nargs='+', default=[0.1, 0.5], help='lengths of the drives (default: %(default)s)'
     )
-    parser.add_argument('--repeats', type=int, default=2, help='runs (default: %(default)s)')
+    parser.add_argument('--repeats', type=COUNT, default=2, help='runs (default: %(default)s)')
     return parser.parse_args()
 
 

@@ -17,6 +17,7 @@ from typing import Iterator, List, NamedTuple, Tuple
 
 import numpy as np
 from checkout import ROOT, print_header
+from counts import COUNT
 from tabulate import tabulate
 
 sys.path.insert(0, str(ROOT / 'test' / 'support'))
@@ -185,7 +186,7 @@ def _arguments() -> argparse.Namespace:
         epilog='example: .venv/bin/python test/benchmark/robots.py --robots burger kobuki',
     )
     parser.add_argument('--robots', nargs='+', default=[], metavar='NAME', help='only these (default: all)')
-    parser.add_argument('--phases', type=int, default=100, help='of the encoders, for SL and SMT')
+    parser.add_argument('--phases', type=COUNT, default=100, help='of the encoders, for SL and SMT')
     return parser.parse_args()
 
 

@@ -18,6 +18,7 @@ from typing import Dict, List, Tuple
 
 import numpy as np
 from checkout import ROOT, first_call_s, print_header
+from counts import COUNT
 from tabulate import tabulate
 
 sys.path.insert(0, str(ROOT / 'test' / 'support'))
@@ -192,10 +193,10 @@ def first_scans_s() -> float:
 def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--table', choices=['all', 'seeds'], default='all', help='seeds: each seed of both tours')
-    parser.add_argument('--workers', type=int, default=2, help='processes, for --table seeds')
-    parser.add_argument('--scans', type=int, default=30, help='of which the median time is taken')
-    parser.add_argument('--seeds', type=int, default=3, help='of each drive')
-    parser.add_argument('--particles', type=int, default=30, help='for the accuracy')
+    parser.add_argument('--workers', type=COUNT, default=2, help='processes, for --table seeds')
+    parser.add_argument('--scans', type=COUNT, default=30, help='of which the median time is taken')
+    parser.add_argument('--seeds', type=COUNT, default=3, help='of each drive')
+    parser.add_argument('--particles', type=COUNT, default=30, help='for the accuracy')
     return parser.parse_args()
 
 

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Dict, List
 
 from checkout import ROOT, print_header
+from counts import COUNT
 from ratios import Ratio, add_json, print_ratios, write_ratios
 
 # Wall time that is asked for [s].
@@ -57,7 +58,6 @@ def _until_first_trial(repeats: int) -> List[Ratio]:
     return [
         Ratio(f'campaign, to its first trial, {state}', 's', rounds, MOST_OF_FIRST[state])
         for state, rounds in took_s.items()
-        if rounds
     ]
 
 
@@ -89,8 +89,8 @@ def _arguments() -> argparse.Namespace:
         formatter_class=argparse.RawDescriptionHelpFormatter,
         epilog='example: .venv/bin/python test/benchmark/start_up.py --campaigns 1',
     )
-    parser.add_argument('--repeats', type=int, default=7, metavar='N', help='of each --help')
-    parser.add_argument('--campaigns', type=int, default=3, metavar='N', help='cold ones, and as many warm ones')
+    parser.add_argument('--repeats', type=COUNT, default=7, metavar='N', help='of each --help')
+    parser.add_argument('--campaigns', type=COUNT, default=3, metavar='N', help='cold ones, and as many warm ones')
     add_json(parser)
     return parser.parse_args()
 

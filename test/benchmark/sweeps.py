@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import List, Sequence, Tuple
 
 from checkout import ROOT, print_header
+from counts import COUNT
 from plans import plan_of
 from ratios import Ratio, add_json, print_ratios, write_ratios
 
@@ -81,7 +82,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument('--tests', nargs='+', default=['SL', 'SMT'], help='tests with a script')
     parser.add_argument('--ppr', nargs='+', type=float, default=[40.0, 90.0, 1024.0, 4096.0])
     parser.add_argument('--record', nargs='+', default=['full', 'minimal', 'none'])
-    parser.add_argument('--repeats', type=int, default=5, help='rounds of trials alone and together')
+    parser.add_argument('--repeats', type=COUNT, default=5, help='rounds of trials alone and together')
     add_json(parser)
     return parser.parse_args()
 

@@ -10,6 +10,7 @@ from typing import Dict, List, NamedTuple
 
 import numpy as np
 from checkout import ROOT, print_header
+from counts import COUNT
 from plans import plan_of
 from tabulate import tabulate
 
@@ -137,9 +138,9 @@ def _turns(rates_radps: np.ndarray) -> int:
 def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--ppr', nargs='+', type=float, default=[40.0])
-    parser.add_argument('--trials', type=int, default=30)
-    parser.add_argument('--first', type=int, default=1, help='number of the first trial')
-    parser.add_argument('--workers', type=int, default=1)
+    parser.add_argument('--trials', type=COUNT, default=30)
+    parser.add_argument('--first', type=COUNT, default=1, help='number of the first trial')
+    parser.add_argument('--workers', type=COUNT, default=1)
     return parser.parse_args()
 
 

@@ -11,6 +11,7 @@ from typing import Callable, Dict, List
 
 import numpy as np
 from checkout import print_header
+from counts import COUNT
 from tabulate import tabulate
 
 from diff_encoder_sim.analysis.paper.paper_cells import STATISTICS, TRIALS
@@ -35,7 +36,7 @@ SHAPES: Dict[str, Callable[[np.random.Generator], np.ndarray]] = {
 def main() -> None:
     """Print a row for each shape."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument('--families', type=int, default=400)
+    parser.add_argument('--families', type=COUNT, default=400)
     families = parser.parse_args().families
     print_header(f'False alarms of {families} families of {len(STATISTICS) * CELLS} cells of equal robots [%]')
     rows = []

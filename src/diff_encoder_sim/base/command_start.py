@@ -8,6 +8,8 @@ import signal
 import sys
 
 STANDARD_ERROR = 2
+HELP = frozenset(('-h', '--help'))
+OF_NODES = 'Launch files start it: topics and parameters are in docs/nodes.md.'
 STOPPED = 128 + signal.SIGINT  # the exit status that shells expect after Ctrl-C
 
 
@@ -20,7 +22,8 @@ def run_command(name: str, module: str, *arguments: object, parser: str = '') ->
         name: of the command, for that line.
         module: has `main`.
         arguments: of `main`; the first is the command line, where it is not that of sys.argv.
-        parser: the module of a command line's `parse`, which imports little; '' for none.
+        parser: the module of a command line's `parse`, which imports little; '' for a node, whose --help is the
+            module's docstring.
     """
     line = f'{name}: stopped\n'.encode()
 
@@ -33,11 +36,14 @@ def run_command(name: str, module: str, *arguments: object, parser: str = '') ->
     if parser:
         # `main` parses again, which costs nothing: here, --help and wrong arguments end before the long imports.
         importlib.import_module(f'diff_encoder_sim.{parser}').parse(*arguments[:1])
-    main = importlib.import_module(f'diff_encoder_sim.{module}').main
+    imported = importlib.import_module(f'diff_encoder_sim.{module}')
+    if not parser and HELP.intersection(sys.argv[1:]):
+        print(f'{str(imported.__doc__).strip()}\n\n{OF_NODES}')
+        return
     try:
         try:
             signal.signal(signal.SIGINT, signal.default_int_handler)
-            main(*arguments)
+            imported.main(*arguments)
         finally:
             signal.signal(signal.SIGINT, end_at_once)
     except KeyboardInterrupt:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from typing import List
 
 from diff_encoder_sim.base.command_line import run_tool
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.ros.model_states import launched_model
+from diff_encoder_sim.ros.own_words import own_words
 from diff_encoder_sim.ros.processes import become
 from diff_encoder_sim.ros.trial_plan import required_trial_plan
 from diff_encoder_sim.trials.required_packages import GAZEBO
@@ -15,8 +15,7 @@ from diff_encoder_sim.trials.required_packages import GAZEBO
 
 def main() -> None:
     """Run the command line: `gazebo_trial server` or `gazebo_trial spawn [MODEL]`."""
-    words = [argument for argument in sys.argv[1:] if ':=' not in argument]
-    run_tool('gazebo_trial', lambda: _become_gazebo(words))
+    run_tool('gazebo_trial', lambda: _become_gazebo(own_words()))
 
 
 def _become_gazebo(words: List[str]) -> None:

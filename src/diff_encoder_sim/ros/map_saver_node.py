@@ -1,17 +1,17 @@
-"""map_saver: save the map that is published on /map to an image and a YAML file, as upstream's map_saver does."""
+"""map_saver: saves the map that is published on /map to an image and a YAML file."""
 
 from __future__ import annotations
 
-import argparse
 from pathlib import Path
 
 import rospy
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
 
-from diff_encoder_sim.base.command_line import run_tool, tool_parser
+from diff_encoder_sim.base.command_line import run_tool
 from diff_encoder_sim.base.errors import EVENT, ConfigError, InputFault
 from diff_encoder_sim.mapping.map_files import MapSaverParams, save_map
 from diff_encoder_sim.ros.map_conversions import grid_from_message
+from diff_encoder_sim.ros.map_saver_arguments import parse
 from diff_encoder_sim.ros.node import log, run_node
 
 WARN_AFTER_S = 10.0
@@ -23,7 +23,7 @@ def main() -> None:
 
 
 def _run() -> None:
-    options = _parse()
+    options = parse()
     params = MapSaverParams.from_mapping({'free': options.free, 'occ': options.occ}, 'arguments')
     run_node('map_saver', lambda: _save_next_map(options.stem, params), lambda path: None)
 
@@ -56,30 +56,3 @@ def _next_map(topic: str) -> OccupancyGridMessage:
             raise
         except rospy.ROSException:
             log.warning('%s: no map has been published yet: waiting for one', topic)
-
-
-def _parse() -> argparse.Namespace:
-    parser = tool_parser('map_saver', __doc__, ['-f ~/maps/office', '-f office map:=/my_map'])
-    parser.add_argument(
-        '-f',
-        dest='stem',
-        type=Path,
-        default=Path('map'),
-        metavar='STEM',
-        help='write STEM.pgm and STEM.yaml (default: %(default)s)',
-    )
-    parser.add_argument(
-        '--occ',
-        type=int,
-        default=65,
-        metavar='PERCENT',
-        help='a cell of this occupancy or more is saved as occupied (default: %(default)s)',
-    )
-    parser.add_argument(
-        '--free',
-        type=int,
-        default=25,
-        metavar='PERCENT',
-        help='a cell of this occupancy or less is saved as free (default: %(default)s)',
-    )
-    return parser.parse_args(rospy.myargv()[1:])

@@ -12,6 +12,7 @@ from diff_encoder_sim.base.command_line import run_tool
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.nested_mappings import merged
 from diff_encoder_sim.ros.node import robot_settings
+from diff_encoder_sim.ros.own_words import own_words
 from diff_encoder_sim.ros.processes import become
 from diff_encoder_sim.ros.trial_plan import required_trial_plan, trial_plan
 from diff_encoder_sim.trials.required_packages import UPSTREAM_NAVIGATION, UPSTREAM_SLAM
@@ -30,8 +31,7 @@ PARTS = {'amcl': 'amcl', 'move_base': 'navigation', 'slam_gmapping': 'slam'}
 
 def main() -> None:
     """Run the command line: `upstream_node map_server [MAP.yaml]`, or another node."""
-    words = [argument for argument in sys.argv[1:] if ':=' not in argument]
-    run_tool('upstream_node', lambda: _become_upstream(words))
+    run_tool('upstream_node', lambda: _become_upstream(own_words()))
 
 
 def _become_upstream(words: List[str]) -> None:

@@ -8,6 +8,7 @@ import time
 
 import pytest
 
+from diff_encoder_sim.base.command_start import OF_NODES
 from places import SOURCE
 
 PARSER = """
@@ -21,6 +22,7 @@ def parse():
         time.sleep(20)
 """
 MODULE = """
+'''node: does something.'''
 import os, signal, sys, time
 print('imported')
 stage = sys.argv[1]
@@ -93,6 +95,12 @@ def test_a_tool_that_is_not_stopped_ends_as_ever(command, ending):
 def test_wrong_arguments_are_told_before_the_tool_is_imported(ending):
     assert ending('wrong') == (1, '', 'wrong arguments\n')
     assert ending('wrong', WITHOUT) == (0, 'imported\ntidied up\n', '')
+
+
+@pytest.mark.parametrize('option', ['-h', '--help'])
+def test_a_node_is_described_and_does_not_start(option, ending):
+    described = f'imported\nnode: does something.\n\n{OF_NODES}\n'
+    assert ending(option, WITHOUT) == (0, described, '')
 
 
 def test_a_real_command_stopped_while_it_imports_its_libraries():

@@ -41,6 +41,7 @@ SLOW = (
     'matplotlib',
     'rosbags',
     'PIL',
+    'rospy',
 )
 REPORT = f'import atexit, sys; atexit.register(lambda: print([name for name in {SLOW} if name in sys.modules]))'
 RUN = f'{REPORT}; import runpy; sys.argv = sys.argv[1:]; runpy.run_path(sys.argv[0], run_name="__main__")'
@@ -70,14 +71,16 @@ def test_no_command_is_forgotten():
         if script.is_file() and not script.suffix:
             ((name, module, parser),) = re.findall(START, script.read_text(), re.MULTILINE)
             assert name == script.name
-            assert parser == (f'{module}_arguments' if module.startswith('cli.') else '')
-            if module.startswith('cli.') or 'tool_parser(' in source(module):
+            if parser:
+                assert parser == f'{re.sub("_node$", "", module)}_arguments'
                 found[name] = module
+            else:
+                assert module.startswith('ros.') and 'tool_parser(' not in source(module), 'it would parse after rospy'
     assert found == TOOLS
 
 
 def source(module):
-    return (ROOT / 'src' / 'diff_encoder_sim' / f'{module.replace(".", "/")}.py').read_text()
+    return (SOURCE / 'diff_encoder_sim' / f'{module.replace(".", "/")}.py').read_text()
 
 
 @pytest.mark.parametrize('name', TOOLS)
@@ -108,7 +111,7 @@ def fixture_python():
     return python
 
 
-@pytest.mark.parametrize('name', COMMANDS)
+@pytest.mark.parametrize('name', TOOLS)
 @pytest.mark.parametrize(('option', 'expected'), [('--help', 0), ('--version', 0), ('--no-such-option', 2)])
 def test_help_and_wrong_options_wait_for_no_library(name, option, expected, python):
     status, out, err = python(RUN, str(ROOT / 'scripts' / name), option)
@@ -117,7 +120,7 @@ def test_help_and_wrong_options_wait_for_no_library(name, option, expected, pyth
 
 
 def test_no_module_of_options_imports_a_library_that_takes_long(python):
-    names = sorted(path.stem for path in (SOURCE / 'diff_encoder_sim' / 'cli').glob('*_argument*.py'))
-    imports = ', '.join(f'diff_encoder_sim.cli.{name}' for name in names)
-    assert len(names) > len(COMMANDS)
+    paths = [path for room in ('cli', 'ros') for path in (SOURCE / 'diff_encoder_sim' / room).glob('*_argument*.py')]
+    imports = ', '.join('.'.join(path.relative_to(SOURCE).with_suffix('').parts) for path in paths)
+    assert len(paths) > len(TOOLS)
     assert python(f'{REPORT}; import {imports}') == (0, '[]\n', '')
