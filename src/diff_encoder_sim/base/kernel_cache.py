@@ -1,6 +1,7 @@
 """numba's cache of machine code, shared by processes: one compiles a kernel, the others wait for its code.
 
-And the code is taken for old when a kernel that this one calls has changed: numba looks at the kernel's own file alone.
+And the code is taken for old when anything that it was made from has changed (base/compiled.py knows what): numba looks
+at the kernel's own file alone.
 """
 
 from __future__ import annotations
@@ -9,28 +10,23 @@ import contextlib
 import fcntl
 import functools
 import os
-from typing import Any, Callable, Dict, Iterable, Iterator, Optional, Tuple
+from typing import Any, Callable, Dict, Iterable, Iterator, Optional
 
 from diff_encoder_sim.base.deferred import deferred
 
 numba = deferred('numba')
 
 
-def shared_cache(function: Callable[..., Any], files: Iterable[str]) -> Any:
+def shared_cache(function: Callable[..., Any], sources: Iterable[str]) -> Any:
     """Return the cache for a dispatcher of `function`, in place of numba's own.
 
     Args:
         function: of the kernel.
-        files: with its source, and that of the kernels that it calls.
+        sources: what the machine code is made from; when it changes, the code is old.
     """
     cache = _shared_cache_type()(function)
-    cache._cache_file._source_stamp = tuple(map(_stamp, sorted(files)))
+    cache._cache_file._source_stamp = sorted(sources)
     return cache
-
-
-def _stamp(file: str) -> Tuple[float, int]:
-    status = os.stat(file)
-    return status.st_mtime, status.st_size
 
 
 @functools.lru_cache(maxsize=None)
