@@ -12,7 +12,7 @@ from types import CodeType, ModuleType
 from typing import Any, Callable, Optional, Set, TypeVar, overload
 
 from diff_encoder_sim.base.deferred import deferred
-from diff_encoder_sim.base.kernel_cache import shared_cache
+from diff_encoder_sim.base.kernel_cache import keep_code
 from diff_encoder_sim.base.machine_code import FOLDER_VARIABLE, machine_code_folder
 
 numba = deferred('numba')
@@ -41,7 +41,7 @@ class Kernel:
                 _make_known()
                 dispatcher = numba.njit(self._function, **self._options)
                 if _is_kept():
-                    dispatcher._cache = shared_cache(self._function, self._sources())
+                    keep_code(dispatcher, self._sources())
                 self._dispatcher = dispatcher
         return self._dispatcher
 
