@@ -70,7 +70,7 @@ def compiled(**options: Any) -> Callable[[Function], Function]: ...
 
 
 def compiled(*kernel: Any, **options: Any) -> Any:
-    """Compile a kernel when it is first called, with `options` of numba.njit, and keep the machine code."""
+    """Compile a kernel when it is first called, with `options` of numba.njit, and keep the machine code if possible."""
     if kernel:
         return Kernel(kernel[0], options)
     return lambda function: Kernel(function, options)

@@ -230,6 +230,22 @@ def test_one_who_has_waited_too_long_says_so_and_compiles_too(kept, monkeypatch,
     assert kept.files('.lock') == []
 
 
+def test_one_who_has_waited_uses_the_code_that_the_other_one_kept(kept, monkeypatch):
+    kept.times(5)(3)
+    path = kept.files('.nbi')[0].with_suffix('.lock')
+    lock = path.open('ab')
+    fcntl.flock(lock, fcntl.LOCK_EX)
+
+    def let_the_other_end(seconds):
+        path.unlink()
+        lock.close()
+        assert kept.times(2)(3) == 6
+
+    monkeypatch.setattr(kernel_cache.time, 'sleep', let_the_other_end)
+    waiting = kept.times(2)
+    assert (waiting(3), hits(waiting)) == (6, 1)
+
+
 def test_what_is_locked_is_open_for_writing_as_nfs_needs_it(kept, monkeypatch):
     modes = []
 
