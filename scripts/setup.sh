@@ -198,12 +198,14 @@ set_up_without_ros() {
 
 # --- Python and catkin --------------------------------------------------------------------------------------------------
 
-# Else the first trial of each of several workers would wait for numba. The machine code stays beside the sources.
+# Else the first trial of each of several workers would wait for numba. The machine code stays beside the sources. Numbers
+# that kernels use may stand in any of these; where none of them changed, compiling takes a second.
 compile_kernels() {
   local key mark=$venv/.stamp-kernels
   key=$({ "$venv/bin/python" -c 'import sys; print(sys.version)'
           cat "$venv/.stamp-requirements.txt"
-          grep -rl --include='*.py' '^@compiled' "$root/src" | sort | xargs sha256sum; } | hash_of)
+          cd "$root/src"
+          find . -name '*.py' | LC_ALL=C sort | xargs sha256sum; } | hash_of)
   ! is_stamped "$mark" "$key" || return 0
   step "compiling kernels" as_owner env PYTHONPATH="$root/src" "$venv/bin/python" -c \
     'from diff_encoder_sim.cli.compile_kernels import main; main()'

@@ -2,6 +2,7 @@
 
 import shutil
 import subprocess
+import sys
 
 import pytest
 
@@ -38,3 +39,19 @@ def test_the_part_without_ros_has_no_tests_and_no_rviz(set_up):
     status, said = set_up('jammy', '--without-ros', '--test')
     assert (status, len(said.splitlines())) == (1, 1)
     assert '--without-ros' in said
+
+
+def test_kernels_are_compiled_again_when_any_source_has_changed(tmp_path):
+    shutil.copytree(str(ROOT / 'scripts'), str(tmp_path / 'scripts'))
+    script, numbers = tmp_path / 'scripts' / 'setup.sh', tmp_path / 'src' / 'numbers.py'
+    script.write_text(script.read_text().replace('\nmain "$@"\n', '\nstep() { echo "$1"; }; compile_kernels\n'))
+    (tmp_path / '.venv' / 'bin').mkdir(parents=True)
+    (tmp_path / '.venv' / 'bin' / 'python').symlink_to(sys.executable)
+    (tmp_path / '.venv' / '.stamp-requirements.txt').touch()
+    numbers.parent.mkdir()
+
+    def compiled_with(number):
+        numbers.write_text(f'LETHAL = {number}')
+        return subprocess.check_output(['bash', str(script)], text=True)
+
+    assert [compiled_with(number) for number in (254, 254, 250)] == ['compiling kernels\n', '', 'compiling kernels\n']

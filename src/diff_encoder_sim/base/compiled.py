@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import functools
+import hashlib
 import os
+import sys
 import threading
-from types import CodeType
+import uuid
+from types import CodeType, ModuleType
 from typing import Any, Callable, Optional, Set, TypeVar, overload
 
 from diff_encoder_sim.base.deferred import deferred
-from diff_encoder_sim.base.kernel_cache import shared_cache
+from diff_encoder_sim.base.kernel_cache import keep_code
 from diff_encoder_sim.base.machine_code import FOLDER_VARIABLE, machine_code_folder
 
 numba = deferred('numba')
@@ -23,6 +26,8 @@ class Kernel:
     def __init__(self, function: Callable[..., Any], options: Any) -> None:
         functools.update_wrapper(self, function)
         self._function, self._options = function, options
+        # Now: the file may be edited before the function, as it was imported, is compiled.
+        self._source = _content(function.__code__.co_filename)
         self._dispatcher: Optional[Any] = None
 
     def __call__(self, *arguments: Any) -> Any:  # noqa: D102 (that of the function)
@@ -36,14 +41,15 @@ class Kernel:
                 _make_known()
                 dispatcher = numba.njit(self._function, **self._options)
                 if _is_kept():
-                    dispatcher._cache = shared_cache(self._function, self._files())
+                    keep_code(dispatcher, self._sources())
                 self._dispatcher = dispatcher
         return self._dispatcher
 
-    def _files(self) -> Set[str]:
-        """Return the files of this kernel and of those that it calls."""
-        called = map(self._function.__globals__.get, _names(self._function.__code__))
-        return {self._function.__code__.co_filename}.union(*(one._files() for one in called if isinstance(one, Kernel)))
+    def _sources(self) -> Set[str]:
+        """Return what the machine code is made from: of this kernel, and of those that it calls."""
+        names, used = self._function.__globals__, _names(self._function.__code__)
+        parts = (_made_from(f'{self.__module__}.{name}', names[name]) for name in used.intersection(names))
+        return {self._source}.union(*parts)
 
     def __getattr__(self, name: str) -> Any:
         # What numba asks a kernel that another one calls: its options, and the function.
@@ -64,7 +70,7 @@ def compiled(**options: Any) -> Callable[[Function], Function]: ...
 
 
 def compiled(*kernel: Any, **options: Any) -> Any:
-    """Compile a kernel when it is first called, with `options` of numba.njit, and keep the machine code."""
+    """Compile a kernel when it is first called, with `options` of numba.njit, and keep the machine code if possible."""
     if kernel:
         return Kernel(kernel[0], options)
     return lambda function: Kernel(function, options)
@@ -74,6 +80,28 @@ def _names(code: CodeType) -> Set[str]:
     """Return the global names that code uses, comprehensions included."""
     inner = (_names(one) for one in code.co_consts if isinstance(one, CodeType))
     return set(code.co_names).union(*inner)
+
+
+def _made_from(name: str, value: Any) -> Set[str]:
+    """Return what numba makes code from for a global name: a number itself, of a class or module what its file says."""
+    if isinstance(value, Kernel):
+        return value._sources()
+    if hasattr(value, 'tolist'):  # an array, which repr() would shorten
+        return {f'{name} {value.dtype} {value.tolist()}'}
+    if isinstance(value, ModuleType) or callable(value):
+        file = getattr(sys.modules.get(getattr(value, '__module__', ''), value), '__file__', None)
+        return {_content(file)} if file else set()
+    return {f'{name} {value!r}'}
+
+
+@functools.lru_cache(maxsize=None)
+def _content(file: str) -> str:
+    """Return a hash of a file. Its time would say less: whole seconds in archives, and another one for each copy."""
+    try:
+        with open(file, 'rb') as source:
+            return hashlib.sha256(source.read()).hexdigest()
+    except OSError:  # no file, or it cannot be read: as nothing tells its changes, no code is found again
+        return uuid.uuid4().hex
 
 
 @functools.lru_cache(maxsize=None)

@@ -36,18 +36,19 @@ def machine_code_folder() -> Optional[str]:
     if own is not None:
         with contextlib.suppress(OSError):  # a full disk
             return str(_copy_of_code(own))
-    _say_nowhere()
+    say_once(
+        "%s, the user's cache and the folder for temporary files cannot be written (TMPDIR names another): "
+        'each process compiles the kernels anew, which takes it half a minute',
+        PACKAGE,
+    )
     return None
 
 
-def _say_nowhere() -> None:
-    if os.environ.get(SAID_VARIABLE) is None:  # once, not by each worker
+def say_once(reason: str, *arguments: object) -> None:
+    """Warn that machine code is not kept: once, not for each kernel, nor by each worker that this process starts."""
+    if os.environ.get(SAID_VARIABLE) is None:
         os.environ[SAID_VARIABLE] = 'yes'
-        log.warning(
-            "%s, the user's cache and the folder for temporary files cannot be written (TMPDIR names another): "
-            'each process compiles the kernels anew, which takes it half a minute',
-            PACKAGE,
-        )
+        log.warning(reason, *arguments)
 
 
 def _rooms() -> List[Path]:

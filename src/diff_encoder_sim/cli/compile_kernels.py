@@ -10,7 +10,7 @@ from diff_encoder_sim.slam.slam_warm_up import warm_up as warm_up_slam
 
 
 def main() -> None:
-    """Compile what is not compiled yet, parts at a time: none is compiled twice (base/kernel_cache.py)."""
+    """Compile what is not compiled yet, parts at a time: one waits for what another compiles (base/kernel_cache.py)."""
     with concurrent.futures.ProcessPoolExecutor() as processes:
         compiling = [processes.submit(part) for part in PARTS]
         compiling.append(processes.submit(warm_up_slam, GridSlamParams()))
