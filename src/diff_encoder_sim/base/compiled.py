@@ -9,7 +9,7 @@ import sys
 import threading
 import uuid
 from types import CodeType, ModuleType
-from typing import Any, Callable, Optional, Set, TypeVar, overload
+from typing import AbstractSet, Any, Callable, FrozenSet, Optional, Set, TypeVar, overload
 
 from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.base.kernel_cache import keep_code
@@ -41,15 +41,9 @@ class Kernel:
                 _make_known()
                 dispatcher = numba.njit(self._function, **self._options)
                 if _is_kept():
-                    keep_code(dispatcher, self._sources())
+                    keep_code(dispatcher, _sources(self))
                 self._dispatcher = dispatcher
         return self._dispatcher
-
-    def _sources(self) -> Set[str]:
-        """Return what the machine code is made from: of this kernel, and of those that it calls."""
-        names, used = self._function.__globals__, _names(self._function.__code__)
-        parts = (_made_from(f'{self.__module__}.{name}', names[name]) for name in used.intersection(names))
-        return {self._source}.union(*parts)
 
     def __getattr__(self, name: str) -> Any:
         # What numba asks a kernel that another one calls: its options, and the function.
@@ -82,10 +76,18 @@ def _names(code: CodeType) -> Set[str]:
     return set(code.co_names).union(*inner)
 
 
-def _made_from(name: str, value: Any) -> Set[str]:
+@functools.lru_cache(maxsize=None)
+def _sources(kernel: Kernel) -> FrozenSet[str]:
+    """Return what the machine code of a kernel is made from, with that of the kernels that it calls."""
+    names, used = kernel._function.__globals__, _names(kernel._function.__code__)
+    parts = (_made_from(f'{kernel.__module__}.{name}', names[name]) for name in used.intersection(names))
+    return frozenset({kernel._source}.union(*parts))
+
+
+def _made_from(name: str, value: Any) -> AbstractSet[str]:
     """Return what numba makes code from for a global name: a number itself, of a class or module what its file says."""
     if isinstance(value, Kernel):
-        return value._sources()
+        return _sources(value)
     if hasattr(value, 'tolist'):  # an array, which repr() would shorten
         return {f'{name} {value.dtype} {value.tolist()}'}
     if isinstance(value, ModuleType) or callable(value):

@@ -11,6 +11,7 @@ import contextlib
 import fcntl
 import functools
 import glob
+import hashlib
 import logging
 import os
 import time
@@ -35,8 +36,9 @@ def keep_code(dispatcher: Any, sources: Iterable[str]) -> None:
         dispatcher: of the kernel.
         sources: what the machine code is made from; when it changes, the code is old.
     """
+    stamp = hashlib.sha256('\n'.join(sorted(sources)).encode()).hexdigest()
     try:
-        cache = _shared_cache_type()(dispatcher.py_func, sorted(sources))
+        cache = _shared_cache_type()(dispatcher.py_func, stamp)
     except (OSError, RuntimeError) as error:  # numba found no folder, or no file of the source
         _say_not_kept(os.path.dirname(dispatcher.py_func.__code__.co_filename), str(error))
         return
@@ -56,7 +58,7 @@ def _shared_cache_type() -> Any:
     class SharedCache(numbas):  # type: ignore[misc]
         """Between a miss and the end of compiling it is this process's turn to compile."""
 
-        def __init__(self, function: Any, stamp: Any) -> None:
+        def __init__(self, function: Any, stamp: str) -> None:
             super().__init__(function)
             stem = self._impl.filename_base
             self._cache_file = _code_files_type()(self.cache_path, stem, stamp)
