@@ -77,7 +77,7 @@ class Kept:
     def times(self, factor, file='times.py'):
         """Return a dispatcher whose bytecode does not tell its factor, as numba's own key does not."""
         (self.folder / 'times.py').write_text('')
-        names = {}
+        names = {'__builtins__': {}}  # where libraries keep things that numba 0.58 cannot write
         exec(compile(f'def times(x): return {factor} * x', str(self.folder / file), 'exec'), names)
         dispatcher = numba.njit(names['times'])
         keep_code(dispatcher, [f'factor {factor}'])
