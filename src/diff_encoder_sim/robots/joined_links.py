@@ -66,5 +66,6 @@ def _add_part(robot: ElementTree.Element, tree: RobotTree, names: List[str]) -> 
         shapes = [placed(shape, pose) for link, pose in links for shape in link.collisions]
         add_link(robot, equal[0], mass, shapes, friction)
         if equal[0] != names[0]:
-            above = next(joint for joint in tree.joints.values() if joint.child == equal[0])
+            above = tree.joint_above(equal[0])
+            assert above is not None  # only the root has none, which is the first of its part
             add_joint(robot, above.name, 'fixed', names[0], equal[0], np.zeros(3))
