@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from urdf_texts import ball, base, pair, robot, usual
+
 HERE = Path(__file__).resolve().parent
 CANDIDATES = ['--tests', 'SL', '--ppr', '1024', '40', '90', '360', '--workers', '1']
 
@@ -86,6 +88,15 @@ def test_without_trials_there_is_odometry_alone(tmp_path):
     assert [path.name for path in (tmp_path / 'results' / 'advice').iterdir()] == ['advice.html']
 
 
+def test_a_robot_without_a_laser_gets_an_answer_for_its_odometry(tmp_path):
+    (tmp_path / 'blind.urdf').write_text(usual(), encoding='utf-8')
+    done = advise('--no-trials', '--tests', 'SL', '--ppr', '90', '--robot', 'blind.urdf', cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert 'odometry at the true pose' in answers(done) and 'laser: {parent: base_link, xyz: ' in done.stderr
+    done = advise(*CANDIDATES, '--robot', 'blind.urdf', cwd=tmp_path)
+    assert done.returncode == 1 and 'laser: {parent: base_link, xyz: ' in done.stderr.splitlines()[-1]
+
+
 def test_wheels_can_be_the_limit(tmp_path):
     text = (HERE.parent / 'config' / 'robots' / 'alto.yaml').read_text()
     urdf = HERE.parent / 'urdf' / 'alto.urdf.xacro'
@@ -95,6 +106,61 @@ def test_wheels_can_be_the_limit(tmp_path):
     found = answers(done)['odometry at the true pose']
     assert found.startswith('the encoder is not the limit: wheel radius makes ')
     assert 'across in SL; if wheel radius made 25 mm: from ' in found
+
+
+def test_without_trials_no_laser_is_needed(tmp_path):
+    """A drive that can only be navigated takes a laser that a warning proposes; trials need one of the user."""
+    (tmp_path / 'blind.urdf').write_text(robot(base(), pair(), ball('caster', 0.12)))
+    blind = ['--robot', 'blind.urdf', '--no-trials', '--json', 'advice.json']
+    done = advise('--tests', 'SL', *blind, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    answer = json.loads((tmp_path / 'advice.json').read_text())['answers']['odometry']
+    assert answer['kind'] == 'from'
+    assert answer['smallest_ppr'] == pytest.approx(232.0, rel=0.05)  # in closed form, of quantisation
+    assert advise('--tests', 'DLD', '--distance', '10', *blind, cwd=tmp_path).returncode == 0
+    done = advise('--tests', 'SL', '--robot', 'blind.urdf', cwd=tmp_path)
+    (line,) = done.stderr.splitlines()
+    assert done.returncode == 1 and line.startswith('advise: blind.urdf: ') and 'laser: {parent: ' in line
+
+
+def encoder_file(path, lines, **errors):
+    """An encoder of four times as many counts, with errors of its own."""
+    model = {'lines': lines, 'decoding': 'x4', **errors}
+    path.write_text(json.dumps({'name': path.stem, 'source': ['a test'], 'price': 'hobby', 'encoder': model}))
+    return path.name
+
+
+@pytest.mark.parametrize(
+    ('errors', 'cause'), [({'eccentricity': 0.2}, 'edge errors'), ({'faults': {'missed': 0.02}}, 'missed counts')]
+)
+def test_errors_of_a_given_encoder_are_named(errors, cause, tmp_path):
+    files = [encoder_file(tmp_path / 'poor.yaml', 512, **errors), encoder_file(tmp_path / 'few.yaml', 20)]
+    done = advise('--no-trials', '--tests', 'SL', '--encoders', *files, '--json', 'advice.json', cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    content = json.loads((tmp_path / 'advice.json').read_text())
+    answer = content['answers']['odometry']
+    assert (answer['kind'], answer['errors_of'], answer['encoder']) == ('not_the_limit', '2048 poor', None)
+    assert [limit['cause'] for limit in answer['limit']] == [cause]
+    assert 'poor (2048 counts)' in answers(done)['odometry at the true pose']
+    (budget,) = [each for each in content['budgets']['SL'] if each['ppr'] == 2048.0]
+    assert cause in budget['parts']
+    assert re.search(rf'2048 PPR.*\n.* {cause} ', done.stdout)
+    listed = {each['name']: each for each in content['encoders']}
+    assert [limit['cause'] for limit in listed['poor']['limit']] == [cause]
+    assert listed['poor']['meets']['odometry'] is False
+    assert listed['few']['limit'] == []
+    assert re.search(rf'^poor .*{cause} ', done.stdout, re.MULTILINE)
+
+
+def test_a_given_encoder_that_is_enough_is_recommended_beside_one_that_is_not(tmp_path):
+    files = [encoder_file(tmp_path / 'poor.yaml', 512, eccentricity=0.2), encoder_file(tmp_path / 'good.yaml', 256)]
+    done = advise('--no-trials', '--tests', 'SL', '--encoders', *files, '--json', 'advice.json', cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    content = json.loads((tmp_path / 'advice.json').read_text())
+    answer = content['answers']['odometry']
+    assert (answer['kind'], answer['encoder'], answer['errors_of']) == ('from', '1024 good', None)
+    (poor,) = [each for each in content['encoders'] if each['name'] == 'poor']
+    assert [limit['cause'] for limit in poor['limit']] == ['edge errors']
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,8 @@
 Trials take no time (campaign_trials.py); what a trial computes has tests of its own.
 """
 
+import csv
+import json
 import os
 import re
 import signal
@@ -14,6 +16,7 @@ import psutil
 import pytest
 
 from campaign_processes import HERE, TRIALS, Machine, campaign_lines, finish, results, wait_until, workers_of
+from places import ROOT
 
 pytestmark = pytest.mark.timeout(300)
 
@@ -40,6 +43,27 @@ def test_each_trial_has_a_row_and_a_bag(undisturbed):
     ]
     assert Counter(row['outcome'] for row in rows) == {'succeeded': 20, 'timed_out': 4}
     assert sorted('bags/' + name for name in bags) == sorted(row['bag'] for row in rows)
+
+
+def test_names_that_a_spreadsheet_executes_are_quoted_and_read_back(machine):
+    names = ['=1+1', '@SUM(A1)', '-2+3|x']
+    content = {'name': '=c', 'tests': ['SL'], 'ppr': [40], 'trials': 2, 'record': 'none'}
+    (machine.folder / 'own.yaml').write_text(json.dumps({**content, 'variants': {name: {} for name in names}}))
+    command = HERE / 'campaign_trials.py', '--config', 'own.yaml', '--out', machine.out
+    assert finish(machine.start(*command))[0] == 0
+    with open(str(machine.out / 'trials.csv'), newline='') as file:
+        assert [row['variant'] for row in csv.DictReader(file)] == [f"'{name}" for name in names for _ in range(2)]
+    code, out, err = finish(machine.start(*command))
+    assert (code, len(machine.attempts())) == (0, 6), err
+    assert [name for name in names if f' {name} ' in '\n'.join(out)] == names
+    code, _, err = finish(machine.start(ROOT / 'scripts' / 'analyze', machine.out))
+    assert code == 0, err
+    tables = list((machine.out / 'analysis' / 'tables').glob('*.csv'))
+    assert any("'=1+1" in path.read_text() for path in tables)
+    for path in tables:
+        with open(str(path), newline='') as file:
+            cells = [cell for row in csv.reader(file) for cell in row if cell[:1] in ('=', '@', '+', '-')]
+        assert all(re.fullmatch(r'-(inf|[\d.]+(e-\d+)?)( \(.* to .*\).*)?', cell) for cell in cells), cells
 
 
 @pytest.mark.parametrize('workers', [1, 3])

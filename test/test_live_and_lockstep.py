@@ -7,6 +7,7 @@ import yaml
 
 from diff_encoder_sim.lockstep.robot_params import load_robot_config, override
 from diff_encoder_sim.lockstep.trial_run import run_trial
+from diff_encoder_sim.recording.topics import DIAGNOSTICS
 from diff_encoder_sim.robots.display_urdf import display_urdf
 from diff_encoder_sim.robots.robot_source import RobotSource
 from diff_encoder_sim.simulation.link_frames import LinkFrames
@@ -94,11 +95,13 @@ def bags(paths):
 
 
 def messages_of(path):
+    """Without diagnostics, which only live nodes publish."""
     import rosbag
 
     messages = {}
     for topic, (kind, content, md5sum, *_), _ in rosbag.Bag(str(path)).read_messages(raw=True):
-        messages.setdefault(topic, []).append((kind, content, md5sum))
+        if topic != DIAGNOSTICS:
+            messages.setdefault(topic, []).append((kind, content, md5sum))
     return messages
 
 
@@ -213,6 +216,7 @@ def test_both_have_the_same_definitions(paths):
             return {
                 connection.topic: getattr(connection.msgdef, 'data', connection.msgdef)
                 for connection in bag.connections
+                if connection.topic != DIAGNOSTICS
             }
 
     live, lockstep = (definitions(path) for path in paths)

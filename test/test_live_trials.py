@@ -134,10 +134,20 @@ def test_bag_is_complete(trial):
         '/global_pose',
         '/tf',
         '/tf_static',
+        '/diagnostics',
     ):
         assert bag.messages.get(topic), topic
     assert bag.text('/trial_result')['outcome'] == 'succeeded'
     assert bag.text('/trial')['ppr'] == {'left': ppr[0], 'right': ppr[1]}
+
+
+def test_the_bag_has_the_diagnostics_of_each_simulated_second(trial):
+    bag, _ = trial
+    for name in ('gz_diff_encoder_node: Counts', 'gz_diff_odom_node: Odometry'):
+        stamps = [stamp for stamp, message in bag['/diagnostics'] if message.status[0].name == name]
+        steps = [later - earlier for earlier, later in zip(stamps, stamps[1:])]
+        assert stamps[0] <= PERIOD_NS and set(steps) == {1000000000}
+        assert stamps[-1] > bag.stamps('/odom')[-1] - 1000000000
 
 
 def test_no_sample_is_lost(trial):
@@ -302,7 +312,7 @@ class Run:
         self.graph.__exit__()
 
     def check_failed(self):
-        assert self.launch.wait() != 0, self.launch.output()
+        assert self.launch.wait() == -signal.SIGINT, self.launch.output()  # 130 in a shell, which prints nothing
         assert self.graph.is_gone(10.0), 'it left processes behind'
 
     def check_bag_is_torn(self):
@@ -319,6 +329,13 @@ def test_launch_fails_with_a_killed_node(tmp_path, node):
         os.kill(run.launch.pid_of(node), signal.SIGKILL)
         run.check_failed()
         run.check_bag_is_torn()
+
+
+@pytest.mark.parametrize('number', [signal.SIGTERM, signal.SIGHUP])
+def test_launch_fails_when_it_is_stopped(tmp_path, number):
+    with Run(tmp_path) as run:
+        run.launch.send_signal(number)
+        run.check_failed()
 
 
 def test_launch_fails_on_ctrl_c_and_analyze_calls_the_bag_torn(tmp_path):

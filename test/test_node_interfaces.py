@@ -1,5 +1,6 @@
 """docs/nodes.yaml, the source of the tables of nodes, says what running nodes subscribe to, publish and serve."""
 
+import importlib
 import itertools
 import re
 import sys
@@ -9,7 +10,9 @@ from pathlib import Path
 import pytest
 import yaml
 
-from diff_encoder_sim.recording.topics import TOPICS
+from diff_encoder_sim.base.typed_params import keys_of
+from diff_encoder_sim.base.xml_rpc import for_xml_rpc, from_xml_rpc
+from diff_encoder_sim.recording.topics import LIVE_TOPICS
 from launched_graph import DATA, ROOT, Graph, require_ros
 from reencoding_drives import drive, write_ros1
 
@@ -41,7 +44,7 @@ def declared(name, kind):
     """{topic or service: its type}, in full."""
     entries = NODES[name].get(kind, {})
     if entries == 'recorded':
-        return {topic.name: topic.message_type.replace('/msg/', '/') for topic in TOPICS}
+        return {topic.name: topic.message_type.replace('/msg/', '/') for topic in LIVE_TOPICS}
     declared_types = {full(name, entry): type_and_meaning[0] for entry, type_and_meaning in entries.items()}
     for namespace in NODES[name].get('reconfigures', ()):
         for entry, its_type in OF_RECONFIGURE.get(kind, {}).items():
@@ -74,6 +77,9 @@ class Registered:
                     found.setdefault((node.lstrip('/'), kind), set()).add(entry)
         return found, dict(self._master.getTopicTypes())
 
+    def private_parameters(self, node):
+        return self._master.getParam(f'/{node}')
+
     def differences(self, names):
         """Where the declaration and what is registered differ."""
         found, types = self.state()
@@ -102,6 +108,17 @@ def check(graph, launch, names):
         except OSError:
             continue
     assert problems == [], launch.output()
+    for name in names:
+        if 'params' in NODES[name]:
+            check_parameters(NODES[name]['params'], registered.private_parameters(name))
+
+
+def check_parameters(path, private):
+    """All values that a node uses are private parameters of it: `rosparam get` shows none that is not in use."""
+    module, _, class_name = path.rpartition('.')
+    params_class = getattr(importlib.import_module(module), class_name)
+    own = {key: value for key, value in private.items() if key in keys_of(params_class)}
+    assert own == for_xml_rpc(params_class.from_mapping(from_xml_rpc(own), path).values_in_use())
 
 
 def test_the_nodes_of_a_navigated_trial(tmp_path):
@@ -141,7 +158,7 @@ def test_every_node_is_looked_at():
 
 
 def test_the_nodes_that_record_a_topic_publish_it():
-    for topic in TOPICS:
+    for topic in LIVE_TOPICS:
         for name in (node.lstrip('/') for node in topic.nodes):
             if name != 'robot_state_publisher':
                 assert declared(name, 'publishes').get(topic.name) == topic.message_type.replace('/msg/', '/'), topic

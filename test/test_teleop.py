@@ -4,20 +4,32 @@ import re
 
 import pytest
 
-from launched_graph import ROOT, Graph, require_ros
+from documented_commands import fences
+from launched_graph import ROOT, Graph, complaints, require_ros
 
 pytestmark = [pytest.mark.rostest, pytest.mark.timeout(120)]
 
+SIMULATED_S = 20.0
+RECIPES = [
+    fence for fence in fences((ROOT / 'docs' / 'live_trials.md').read_text().splitlines()) if fence.language == 'xml'
+]
+
 
 @pytest.fixture(scope='module')
-def graph(tmp_path_factory):
+def teleop(tmp_path_factory):
+    """(graph, launch)"""
     require_ros()
     with Graph(tmp_path_factory.mktemp('teleop')) as graph:
         launch = graph.launch(ROOT / 'launch' / 'teleop.launch', 'ppr:=1024')
         graph.wait_for_clock(0.5)
-        yield graph
+        yield graph, launch
         launch.send_signal(2)
         launch.wait(30.0)
+
+
+@pytest.fixture
+def graph(teleop):
+    return teleop[0]
 
 
 def last_x_m(graph):
@@ -35,3 +47,29 @@ def test_the_robot_drives_while_commands_come_and_stops_when_they_do_not(graph):
     keys.wait()
     while last_x_m(graph) != last_x_m(graph):
         pass
+
+
+def test_it_runs_without_a_warning(teleop):
+    graph, launch = teleop
+    graph.wait_for_clock(SIMULATED_S)
+    assert complaints(launch.output()) == []
+
+
+@pytest.mark.parametrize('is_complete', [True, False], ids=['recipe', 'simulator_only'])
+def test_the_documented_launch_file_runs_without_a_warning(is_complete, tmp_path):
+    """With odometry and world_pose_node, and without both."""
+    require_ros()
+    (recipe,) = RECIPES
+    text = '\n'.join(recipe.lines)
+    if not is_complete:
+        text = re.sub(
+            r'<include file="[^"]*/encoder_odometry.launch">.*?</include>|<node .*?/>', '', text, flags=re.DOTALL
+        )
+    (tmp_path / 'own.launch').write_text(text)
+    with Graph(tmp_path / 'ros') as graph:
+        launch = graph.launch(tmp_path / 'own.launch')
+        graph.wait_for_clock(SIMULATED_S)
+        assert complaints(launch.output()) == []
+        assert ('world_pose_node' in launch.output()) == is_complete
+        launch.send_signal(2)
+        launch.wait(30.0)

@@ -19,7 +19,7 @@ from sphinx.util.docutils import SphinxDirective
 
 from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.base.yaml_files import load_yaml
-from diff_encoder_sim.recording.topics import TOPICS
+from diff_encoder_sim.recording.topics import LIVE_TOPICS
 
 ROOT = Path(__file__).resolve().parents[2]
 NODES: Dict[str, Dict[str, Any]] = load_yaml(ROOT / 'docs' / 'nodes.yaml')
@@ -78,7 +78,7 @@ class RecordedTopicsDirective(SphinxDirective):
                 ', '.join(f'`{node[1:]}`' for node in topic.nodes) or 'people (RViz)',
                 '' if topic.is_bulk else 'yes',
             )
-            for topic in TOPICS
+            for topic in LIVE_TOPICS
         ]
         return self.parse_text_to_nodes('\n'.join(table(('Topic', 'Type', 'Published by', 'In `minimal`'), rows)))
 

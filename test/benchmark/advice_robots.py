@@ -172,7 +172,7 @@ def _advised(synthetic: SyntheticRobot, encoders: Sequence[EncoderParams], numbe
     """Return the answer, and the rank of the recommended candidate."""
     draws = DriveDraws(synthetic.drive, synthetic.robot, number)
     curves = OdometryCurves([draws], synthetic.encoder)
-    answer = odometry_answer(curves, synthetic.encoder, synthetic.requirement)
+    answer = odometry_answer(curves, synthetic.requirement)
     candidates = [Candidate(f'{each.ppr.left:g}', equivalent_counts(each), each) for each in encoders]
     found = recommended(
         sorted(candidates, key=lambda candidate: candidate.counts), answer, [draws], synthetic.requirement

@@ -3,6 +3,7 @@
 import fuzz_amcl
 import fuzz_bags
 import fuzz_campaigns
+import fuzz_containers
 import fuzz_encoders
 import fuzz_lockstep
 import fuzz_maps
@@ -21,6 +22,7 @@ AREAS = (
     Area('robots', fuzz_robots.run, fuzz_robots.warm_up),
     Area('maps', fuzz_maps.run, fuzz_maps.warm_up),
     Area('bags', fuzz_bags.run, fuzz_bags.warm_up, Limits(cpu_s=60)),
+    Area('containers', fuzz_containers.run, fuzz_containers.warm_up, Limits(cpu_s=20, memory_mib=1000)),
     Area('sources', fuzz_sources.run, fuzz_sources.warm_up, Limits(cpu_s=60)),
     Area('campaigns', fuzz_campaigns.run, fuzz_campaigns.warm_up),
 )

@@ -116,6 +116,10 @@ class MapServerTest(unittest.TestCase):
         for path, result in (
             (self.folder / 'none.yaml', LoadMapResponse.RESULT_MAP_DOES_NOT_EXIST),
             (self.folder / 'bad.yaml', LoadMapResponse.RESULT_INVALID_MAP_DATA),
+            ('n' * 1000, LoadMapResponse.RESULT_MAP_DOES_NOT_EXIST),
+            ('n/' * 3000, LoadMapResponse.RESULT_MAP_DOES_NOT_EXIST),
+            ('none\0.yaml', LoadMapResponse.RESULT_MAP_DOES_NOT_EXIST),
+            ('', LoadMapResponse.RESULT_MAP_DOES_NOT_EXIST),
         ):
             self.assertEqual(change(str(path)).result, result)
         self.assertEqual(rospy.ServiceProxy('/site/static_map', GetMap)().map.data, answer.map.data)

@@ -45,7 +45,7 @@ def advice_of(*drives, requirement=REQUIREMENT, draws=DRAWS, **wheel_errors):
     try:
         tests = [DriveDraws(drive, alto(**wheel_errors), 1) for drive in drives or [straight()]]
         curves = OdometryCurves(tests, params)
-        answers = {Criterion.ODOMETRY: odometry_answer(curves, params, requirement)}
+        answers = {Criterion.ODOMETRY: odometry_answer(curves, requirement)}
     finally:
         odometry_curve.DRAWS, odometry_curve.FINE_DRAWS = kept
     return Advice('alto', 90.0, requirement, curves, ALTO, answers, {}, {}, [], [])

@@ -39,15 +39,22 @@ def lz4_of_zeros(size=TOO_LARGE):
 
 
 def zstd_of_zeros(size=TOO_LARGE):
+    return compressed_zeros(_zstd_compressor(), size)
+
+
+def zstd(data):
+    compressor = _zstd_compressor()
+    return compressor.compress(data) + compressor.flush()
+
+
+def _zstd_compressor():
     try:
         from backports.zstd import ZstdCompressor
     except ImportError:
         import zstandard
 
-        compressor = zstandard.ZstdCompressor().compressobj()
-    else:
-        compressor = ZstdCompressor()
-    return compressed_zeros(compressor, size)
+        return zstandard.ZstdCompressor().compressobj()
+    return ZstdCompressor()
 
 
 def ros1_chunk(compression, data, said):

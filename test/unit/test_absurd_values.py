@@ -5,12 +5,15 @@ For every field of every class of parameters of the package, which are found by 
 
 import math
 import typing
+import xmlrpc.client
 
 import pytest
+import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.xml_rpc import for_xml_rpc, from_xml_rpc
 from params_classes import example, numbers_of, params_classes
 
 CLASSES = params_classes()
@@ -75,7 +78,7 @@ def attempt(params_class, mapping):
 
 def test_the_walk_finds_the_classes():
     names = {each.__name__ for each in CLASSES}
-    assert {'EncoderParams', 'NavigatorParams', 'GridSlamParams', 'CampaignParams', 'RasteriseParams'} <= names
+    assert {'EncoderParams', 'NavigatorParams', 'GridSlamParams', 'CampaignParams', 'RobotFileParams'} <= names
     assert len(names) == len(CLASSES) >= 30
 
 
@@ -138,3 +141,12 @@ def test_any_structure_is_taken_or_refused_in_one_line(data):
     keys = [field.alias or name for name, field in params_class.model_fields.items()]
     changes = data.draw(st.dictionaries(st.sampled_from([*keys, 'unknown']), VALUES, max_size=3))
     attempt(params_class, {**example(params_class), **changes})
+
+
+@pytest.mark.parametrize('params_class', CLASSES, ids=lambda params_class: params_class.__name__)
+def test_the_values_in_use_are_accepted_as_given_ones(params_class):
+    """As nodes write them to the parameter server, and users store and load them."""
+    values = params_class.from_mapping(example(params_class), 'test').values_in_use()
+    ((stored,), _) = xmlrpc.client.loads(xmlrpc.client.dumps((for_xml_rpc(values),)))
+    again = params_class.from_mapping(from_xml_rpc(yaml.safe_load(yaml.safe_dump(stored))), 'test')
+    assert again.values_in_use() == values

@@ -16,7 +16,7 @@ from diff_encoder_sim.advice.requirement import along_goal
 
 UNITS = ('mm', 'mm', 'degrees')
 
-# A logarithmic axis has no zero [mm, degrees].
+# A logarithmic axis has no zero, and smaller bars cannot be seen [mm, degrees].
 SMALLEST_ERROR = 1e-4
 
 # Of which the closed form is drawn.
@@ -127,6 +127,7 @@ def _bars(test: str, criterion: Criterion, label: str, counts: float, budget: Bu
     named = {**budget.parts, 'rest': budget.rest}
     squares = {cause: np.maximum(part.bias**2 + part.variance, 0.0) for cause, part in named.items()}
     total = np.maximum(sum(squares.values()), 1e-18)
+    heights = {cause: square / np.sqrt(total) * TO_SHOWN for cause, square in squares.items()}
     return [
         {
             'test': test,
@@ -135,10 +136,11 @@ def _bars(test: str, criterion: Criterion, label: str, counts: float, budget: Bu
             'counts': counts,
             'cause': cause,
             'axis': axis,
-            'rms': float(f'{squares[cause][index] / np.sqrt(total[index]) * TO_SHOWN[index]:.4g}'),
+            'rms': float(f'{heights[cause][index]:.4g}'),
             'mean': f'{part.bias[index] * TO_SHOWN[index]:.{DECIMALS[index]}f} {UNITS[index]}',
             'deviation': f'{part.std[index] * TO_SHOWN[index]:.{DECIMALS[index]}f} {UNITS[index]}',
         }
         for cause, part in named.items()
         for index, axis in enumerate(AXES)
+        if heights[cause][index] >= SMALLEST_ERROR  # or only the legend would have it
     ]

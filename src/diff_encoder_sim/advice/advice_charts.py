@@ -37,15 +37,9 @@ _SHARE: Spec = {
     'title': 'within the tolerance',
     'axis': {'format': '%'},
 }
-_CRITERION_COLOUR: Spec = {
-    'field': 'criterion',
-    'type': 'nominal',
-    'title': None,
-    'scale': {'domain': [each.text for each in COLOURS], 'range': list(COLOURS.values())},
-    'legend': _BELOW,
-}
 _REQUIRED = {'type': 'rule', 'color': GREY}
 _OF_TEST = {'filter': 'datum.test === test'}
+_OF_CRITERION = {'filter': 'datum.criterion === criterion'}
 
 
 def advice_charts(advice: Advice) -> Markup:
@@ -57,38 +51,53 @@ def advice_charts(advice: Advice) -> Markup:
 def _choices(advice: Advice) -> List[Choice]:
     tests = [curve.test for curve in advice.curves.curves]
     tests += [tried.test for tried in advice.tried if tried.test not in tests]
-    return [
+    choices = [
         Choice('test', 'Test', [Option(test, test) for test in dict.fromkeys(tests)], tests[0], Look.BUTTONS),
         Choice('axis', 'Error', [Option(axis, axis) for axis in AXES], AXES[1], Look.BUTTONS),
-        Choice(
-            'criterion',
-            'Budget of',
-            [Option(criterion.value, criterion.text) for criterion in (Criterion.ODOMETRY, Criterion.TRUTH)],
-            Criterion.ODOMETRY.value,
-            Look.BUTTONS,
-        ),
     ]
+    if _has_truth(advice):
+        criteria = [Option(criterion.value, criterion.text) for criterion in (Criterion.ODOMETRY, Criterion.TRUTH)]
+        choices.append(Choice('criterion', 'Budget of', criteria, Criterion.ODOMETRY.value, Look.BUTTONS))
+    return choices
+
+
+def _has_truth(advice: Advice) -> bool:
+    """Return whether there is a budget of the true pose at the goal."""
+    return any(tried.truth for tried in advice.tried)
 
 
 def _share_chart(advice: Advice) -> Chart:
     required = {'data': {'values': [{'share': advice.requirement.share}]}, 'mark': _REQUIRED, 'encoding': {'y': _SHARE}}
+    # A legend has the whole domain of a scale, with or without marks.
+    colours = {each.text: colour for each, colour in COLOURS.items() if each in advice.answers}
+    scale = {'domain': list(colours), 'range': list(colours.values())}
+    colour = {'field': 'criterion', 'type': 'nominal', 'title': None, 'scale': scale, 'legend': _BELOW}
+    dots = 'dots: closed-loop trials with the interval of their share; ' if advice.tried else ''
     return Chart(
         'share',
         'How many trials are within the tolerance',
         'Line: odometry, by draws of one drive; dotted: the same in closed form, of quantisation alone, where the axis '
-        'that needs most counts decides; dots: closed-loop trials with the interval of their share; diamonds: odometry '
+        f'that needs most counts decides; {dots}diamonds: odometry '
         'with the encoders of the table, in the test where they are worst; grey: the share asked for.',
-        {'layer': [required, _closed_form_line(), _drawn_line(), *_trial_dots(), _encoder_diamonds()]},
+        {
+            'layer': [
+                required,
+                _closed_form_line(),
+                _drawn_line(colour),
+                *_trial_dots(advice, colour),
+                _encoder_diamonds(),
+            ]
+        },
     )
 
 
-def _drawn_line() -> Spec:
+def _drawn_line(colour: Spec) -> Spec:
     return {
         'data': {'name': 'curves'},
         'transform': [_OF_TEST],
         'params': [ZOOM],
         'mark': {'type': 'line', 'clip': True},
-        'encoding': {'x': _COUNTS, 'y': _SHARE, 'color': _CRITERION_COLOUR},
+        'encoding': {'x': _COUNTS, 'y': _SHARE, 'color': colour},
     }
 
 
@@ -101,12 +110,14 @@ def _closed_form_line() -> Spec:
     }
 
 
-def _trial_dots() -> List[Spec]:
-    """Return the intervals and the dots on them."""
+def _trial_dots(advice: Advice, colour: Spec) -> List[Spec]:
+    """Return the intervals and the dots on them; nothing without trials."""
+    if not advice.tried:
+        return []
     of_test = {'data': {'name': 'trials'}, 'transform': [_OF_TEST]}
-    ends = {'x': _COUNTS, 'y': {**_SHARE, 'field': 'low'}, 'y2': {'field': 'high'}, 'color': _CRITERION_COLOUR}
+    ends = {'x': _COUNTS, 'y': {**_SHARE, 'field': 'low'}, 'y2': {'field': 'high'}, 'color': colour}
     tips = _tips(encoder='', criterion='', trials='trials within')
-    dots = {'x': _COUNTS, 'y': _SHARE, 'color': _CRITERION_COLOUR, 'tooltip': tips}
+    dots = {'x': _COUNTS, 'y': _SHARE, 'color': colour, 'tooltip': tips}
     return [
         {**of_test, 'mark': {'type': 'rule', 'clip': True}, 'encoding': ends},
         {**of_test, 'mark': {'type': 'point', 'filled': True, 'size': 60, 'clip': True}, 'encoding': dots},
@@ -145,9 +156,10 @@ def _error_chart(advice: Advice) -> Chart:
 
 def _budget_chart(advice: Advice) -> Chart:
     rms = {'field': 'rms', 'type': 'quantitative', 'title': 'rms [mm, degrees]'}
+    of_criterion = [_OF_CRITERION] if _has_truth(advice) else []
     bars = {
         'data': {'name': 'budget'},
-        'transform': [_OF_TEST, {'filter': 'datum.axis === axis && datum.criterion === criterion'}],
+        'transform': [_OF_TEST, {'filter': 'datum.axis === axis'}, *of_criterion],
         'mark': 'bar',
         'encoding': {
             'x': {'field': 'encoder', 'type': 'ordinal', 'sort': {'field': 'counts'}, 'title': _COUNTS['title']},
@@ -167,8 +179,22 @@ def _budget_chart(advice: Advice) -> Chart:
         'budget',
         'Error budget',
         'Height: root mean square error; each cause has its part of the mean square. Grey: the tolerance.',
-        {'layer': [bars, _tolerance_rule(advice, {**rms, 'field': 'error'})]},
+        {'layer': [bars, _tolerance_rule(advice, {**rms, 'field': 'error'}), *_without_budget(advice)]},
     )
+
+
+def _without_budget(advice: Advice) -> List[Spec]:
+    """Return a text in place of bars for tests with too few trials at the goal; nothing without trials."""
+    if not _has_truth(advice):
+        return []
+    tests = {tried.test for tried in advice.tried} - {tried.test for tried in advice.tried if tried.truth}
+    return [
+        {
+            'data': {'values': [{'test': test, 'criterion': Criterion.TRUTH.value} for test in sorted(tests)]},
+            'transform': [_OF_TEST, _OF_CRITERION],
+            'mark': {'type': 'text', 'text': 'too few trials came to the goal', 'color': GREY},
+        }
+    ]
 
 
 def _tolerance_rule(advice: Advice, error: Spec) -> Spec:

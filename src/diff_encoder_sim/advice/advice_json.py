@@ -49,6 +49,7 @@ def _answer(answer: Answer) -> Dict[str, Any]:
         'limit': [_limit(limit) for limit in answer.limits],
         'more_trials': answer.more_trials,
         'undecided_encoder': answer.undecided or None,
+        'errors_of': answer.errors_of or None,
         'text': str(answer),
     }
 
@@ -101,4 +102,5 @@ def _encoder(encoder: ListedEncoder) -> Dict[str, Any]:
         'equivalent_ppr': encoder.equivalent_counts,
         'odometry_share': list(encoder.share),
         'meets': {criterion.value: meets for criterion, meets in encoder.meets.items()},
+        'limit': [_limit(limit) for limit in encoder.limits],
     }

@@ -73,7 +73,7 @@ REST = 'rest: what was found less what the causes add up to; negative where caus
 
 def shown_counts(advice: Advice, counts: List[float]) -> float:
     """Return of which counts to show the budget of odometry: those of the answer, or the most."""
-    wanted = advice.answers[Criterion.ODOMETRY].counts or max(counts)
+    wanted = advice.answers[Criterion.ODOMETRY].budgeted_counts or max(counts)
     return min(counts, key=lambda each: abs(np.log(each / wanted)))
 
 
@@ -104,7 +104,8 @@ def _stopping_table(advice: Advice) -> AdviceTable:
 
 
 def _encoder_table(advice: Advice) -> AdviceTable:
-    heads = ['encoder', 'price', 'counts', 'like ideal', 'within', *(criterion.head for criterion in advice.answers)]
+    criteria = (criterion.head for criterion in advice.answers)
+    heads = ['encoder', 'price', 'counts', 'like ideal', 'within', *criteria, 'own errors']
     rows = [_encoder_row(encoder, list(advice.answers)) for encoder in advice.encoders]
     return AdviceTable('Encoders on these wheels', heads, rows, 2, LIKE_IDEAL)
 
@@ -112,6 +113,7 @@ def _encoder_table(advice: Advice) -> AdviceTable:
 LIKE_IDEAL = (
     'like ideal: counts of an ideal encoder whose readings are as uncertain, by which pose estimate and true pose are\n'
     'judged. within: share of the draws whose odometry is within the tolerance, with all errors of the encoder.\n'
+    'own errors: errors of the encoder itself that are too large, and the tolerance.\n'
     '?: not known.'
 )
 
@@ -124,4 +126,5 @@ def _encoder_row(encoder: ListedEncoder, criteria: Sequence[Criterion]) -> List[
         f'{encoder.equivalent_counts:.4g}',
         encoder.share_text,
         *(_MARKS[encoder.meets[criterion]] for criterion in criteria),
+        ', '.join(f'{limit.cause} {limit.amount}' for limit in encoder.limits),
     ]

@@ -7,7 +7,7 @@ import math
 from typing import NamedTuple, Optional, Sequence, Tuple
 
 from diff_encoder_sim.advice.budget import AXES
-from diff_encoder_sim.analysis.encoder_labels import ppr_text
+from diff_encoder_sim.analysis.encoder_labels import ppr_text, ppr_value
 
 
 class Criterion(enum.Enum):
@@ -47,7 +47,14 @@ class Limit(NamedTuple):
     reduced_to: float  # the same error, if there were less of the cause
 
     def __str__(self) -> str:
-        return f'{self.cause} makes {_of(self.error, self.tolerance, self.axis)} {AXES[self.axis]} in {self.test}'
+        return f'{self.cause} makes {self.amount} {AXES[self.axis]} in {self.test}'
+
+    @property
+    def amount(self) -> str:
+        """Return the error and the tolerance: `47 of 50 mm`."""
+        if AXES[self.axis] == 'heading':
+            return f'{_rounded(math.degrees(self.error), 2)} of {math.degrees(self.tolerance):g} degrees'
+        return f'{_rounded(1e3 * self.error, 3)} of {1e3 * self.tolerance:g} mm'
 
     @property
     def reduced(self) -> str:
@@ -67,6 +74,7 @@ class Answer(NamedTuple):
     more_trials: Optional[int] = None  # of each test, that would decide: of `undecided`, or of the finest candidate
     undecided: str = ''  # label of the candidate below `encoder` of which nobody knows
     of_encoder: bool = False  # with these limits an encoder without errors of its own would be enough
+    errors_of: str = ''  # label of the candidate whose own errors are among the limits
     given_up: str = ''  # which trials do not come to their goal, whatever the encoder
     note: str = ''
 
@@ -76,10 +84,16 @@ class Answer(NamedTuple):
             text = f'{text}{self._interval()}{self._candidate()}{self._undecided()}'
         elif self.kind is Kind.NOT_THE_LIMIT:
             what = "the encoder's counts are" if self.of_encoder else 'the encoder is'
-            text = f'{what} not the limit: {self._limits()}'
+            name = f'{ppr_text(self.errors_of)}: ' if self.errors_of else ''
+            text = f'{name}{what} not the limit: {self._limits()}'
         else:
             text = f'undecided{self._more_trials()}'
         return f'{text}; {self.note}' if self.note else text
+
+    @property
+    def budgeted_counts(self) -> Optional[float]:
+        """Return the counts whose budget explains this answer."""
+        return ppr_value(self.errors_of) if self.errors_of else self.counts
 
     def _interval(self) -> str:
         low, high = self.interval
@@ -113,12 +127,12 @@ def _counts(counts: Optional[float]) -> str:
     return '-' if counts is None else f'{counts:.6g}'
 
 
-def _of(error: float, tolerance: float, axis: int) -> str:
-    """Return `47 of 50 mm`."""
-    if AXES[axis] == 'heading':
-        return f'{math.degrees(error):.2g} of {math.degrees(tolerance):g} degrees'
-    return f'{1e3 * error:.3g} of {1e3 * tolerance:g} mm'
+def _rounded(value: float, digits: int) -> str:
+    """Return a number with so many significant digits, without an exponent below a million."""
+    return f'{float(f"{value:.{digits}g}"):g}'
 
 
 def _in_words(error: float, axis: int) -> str:
-    return f'{math.degrees(error):.2g} degrees' if AXES[axis] == 'heading' else f'{1e3 * error:.2g} mm'
+    return (
+        f'{_rounded(math.degrees(error), 2)} degrees' if AXES[axis] == 'heading' else f'{_rounded(1e3 * error, 2)} mm'
+    )

@@ -10,6 +10,7 @@ from diff_encoder_sim.advice.drive_draws import DriveDraws
 from diff_encoder_sim.advice.odometry_curve import share_within
 from diff_encoder_sim.advice.requirement import Requirement
 from diff_encoder_sim.campaign.campaign_definition import Campaign
+from diff_encoder_sim.encoders.pulses import PerWheel
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 from diff_encoder_sim.evaluation.sample_statistics import Interval
 from diff_encoder_sim.odometry.odometry_covariance import PULSE_VARIANCE
@@ -26,6 +27,8 @@ class Candidate(NamedTuple):
     label: str
     counts: float  # of an ideal encoder whose readings are as uncertain
     params: EncoderParams
+    name: str = ''  # of a real one, or `own of burger`
+    price: str = ''  # class of its price
 
 
 def candidates_of(campaign: Campaign) -> List[Candidate]:
@@ -33,7 +36,12 @@ def candidates_of(campaign: Campaign) -> List[Candidate]:
     found = []
     for cell in campaign.cells[: len(campaign.encoders)]:
         params = cell.robot_params.encoder.model_copy(update={'ppr': cell.ppr})
-        found.append(Candidate(cell.encoder.label, equivalent_counts(params), params))
+        counts, real, robot = equivalent_counts(params), cell.encoder.real, campaign.robot
+        found.append(Candidate(cell.encoder.label, counts, params))
+        if real:
+            found[-1] = found[-1]._replace(name=real.stem, price=real.price)
+        elif robot and robot.ppr and params.ppr == PerWheel(left=robot.ppr, right=robot.ppr):
+            found[-1] = found[-1]._replace(name=f'own of {robot.name}')
     return sorted(found, key=lambda candidate: candidate.counts)
 
 
@@ -56,6 +64,16 @@ def recommended(
     # Real encoders have errors of their own: those with fewer counts are tried, too.
     possible = [each for each in candidates if each.counts > too_few or each.label != f'{each.counts:g}']
     return smallest_enough(possible, tests, requirement)
+
+
+def finest_real(candidates: Sequence[Candidate], answer: Answer) -> Optional[Candidate]:
+    """Return the best real encoder whose counts are enough; None if there is none.
+
+    If it is not recommended, its own errors are too large.
+    """
+    enough = answer.interval[1] or 0.0
+    real = (each for each in reversed(candidates) if each.params.encoder.counts_per_wheel_turn is not None)
+    return next((each for each in real if each.params.counts_per_turn.left >= enough), None)
 
 
 def smallest_enough(

@@ -1,17 +1,18 @@
-"""Which encoders that one can buy, or that shipped robots have, meet a requirement on this robot."""
+"""Which encoders of the catalogue, of the shipped robots and of the user meet a requirement on this robot."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
-from diff_encoder_sim.advice.answers import Answer, Criterion, Kind
-from diff_encoder_sim.advice.candidates import equivalent_counts
+from diff_encoder_sim.advice.answers import Answer, Criterion, Kind, Limit
+from diff_encoder_sim.advice.candidates import Candidate, equivalent_counts
 from diff_encoder_sim.advice.drive_draws import DriveDraws
+from diff_encoder_sim.advice.odometry_answer import own_limits
 from diff_encoder_sim.advice.odometry_curve import share_within
 from diff_encoder_sim.advice.requirement import Requirement
 from diff_encoder_sim.encoders.encoder_catalogue import WHOLE_CATALOGUE, load_encoders
-from diff_encoder_sim.encoders.encoder_model import NO_FAULTS
+from diff_encoder_sim.encoders.encoder_model import IDEAL_ENCODER, NO_FAULTS
 from diff_encoder_sim.encoders.pulses import PerWheel
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 from diff_encoder_sim.evaluation.sample_statistics import Interval
@@ -29,6 +30,7 @@ class ListedEncoder(NamedTuple):
     equivalent_counts: float  # of an ideal encoder whose readings are as uncertain
     share: Interval  # of trials whose odometry is within the tolerance, in the test where it is smallest
     meets: Dict[Criterion, Optional[bool]]  # None: not known
+    limits: Sequence[Limit] = ()  # its own errors that are too large for odometry
 
     @property
     def share_text(self) -> str:
@@ -37,21 +39,27 @@ class ListedEncoder(NamedTuple):
 
 
 def listed_encoders(
-    tests: Sequence[DriveDraws], config_folder: Path, requirement: Requirement, answers: Mapping[Criterion, Answer]
+    tests: Sequence[DriveDraws],
+    config_folder: Path,
+    requirement: Requirement,
+    answers: Mapping[Criterion, Answer],
+    candidates: Sequence[Candidate] = (),
 ) -> List[ListedEncoder]:
-    """Return the encoders of config/encoders and of config/robots, by ascending counts.
+    """Return the encoders of config/encoders and config/robots, and candidates with a name, by ascending counts.
 
     Odometry is drawn with each encoder's own errors. At the goal, where localization corrects what grows with the way,
     an encoder counts as the ideal one whose readings are as uncertain.
     """
     found = []
-    for name, price, params in _known(config_folder):
+    known = {**_known(config_folder), **{each.name: (each.price, each.params) for each in candidates if each.name}}
+    for name, (price, params) in known.items():
         share = min(share_within(draws.errors([params], DRAWS)[0], requirement) for draws in tests)
         like = equivalent_counts(params)
         meets = {Criterion.ODOMETRY: _met(share, requirement)}
         for criterion in (Criterion.POSE_ESTIMATE, Criterion.TRUTH):
             meets[criterion] = None if _loses_counts(params) else _by_counts(like, answers.get(criterion))
-        found.append(ListedEncoder(name, price, params.counts_per_turn.left, like, share, meets))
+        own = _own_limits(tests, params, requirement) if meets[Criterion.ODOMETRY] is False else []
+        found.append(ListedEncoder(name, price, params.counts_per_turn.left, like, share, meets, own))
     return sorted(found, key=lambda encoder: (encoder.counts, encoder.name))
 
 
@@ -60,14 +68,22 @@ def _loses_counts(params: EncoderParams) -> bool:
     return params.encoder.faults.model_copy(update={'max_count_rate': 0.0}) != NO_FAULTS
 
 
-def _known(config_folder: Path) -> Iterator[Tuple[str, str, EncoderParams]]:
-    """Yield name, class of price and parameters."""
-    for encoder in load_encoders([WHOLE_CATALOGUE], config_folder, Path()):
-        yield encoder.stem, encoder.price, encoder.params
+def _own_limits(tests: Sequence[DriveDraws], params: EncoderParams, requirement: Requirement) -> List[Limit]:
+    """Return the errors of an encoder that keep it from being enough; none if its counts do."""
+    ideal = params.model_copy(update={'ppr': params.counts_per_turn, 'encoder': IDEAL_ENCODER})
+    share = min(share_within(draws.errors([ideal], DRAWS)[0], requirement) for draws in tests)
+    return own_limits(tests, params, requirement, bool(_met(share, requirement)), DRAWS)
+
+
+def _known(config_folder: Path) -> Dict[str, Tuple[str, EncoderParams]]:
+    """Return class of price and parameters by name."""
+    catalogue = load_encoders([WHOLE_CATALOGUE], config_folder, Path())
+    found = {encoder.stem: (encoder.price, encoder.params) for encoder in catalogue}
     for name in robot_names(config_folder):
         ppr = load_robot_file(name, Path(), config_folder.parent, {}).ppr
         if ppr is not None:
-            yield f'own of {name}', '', EncoderParams(ppr=PerWheel(left=ppr, right=ppr))
+            found[f'own of {name}'] = '', EncoderParams(ppr=PerWheel(left=ppr, right=ppr))
+    return found
 
 
 def _met(share: Interval, requirement: Requirement) -> Optional[bool]:

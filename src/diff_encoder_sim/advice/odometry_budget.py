@@ -14,6 +14,7 @@ from diff_encoder_sim.encoders.encoder_model import IDEAL_ENCODER, NO_FAULTS
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 
 QUANTISATION, EDGES, MISSED = 'quantisation', 'edge errors', 'missed counts'
+ENCODER_CAUSES = (EDGES, MISSED)  # besides its steps
 
 # The keys of an encoder that make EDGES, in proportion to their values; with those of uneven lines, all of them.
 SENSOR_ERRORS = (
@@ -53,16 +54,18 @@ def wheel_errors(draws: DriveDraws) -> Dict[WheelCause, np.ndarray]:
     return {cause: _errors(draws, [None], {cause: 1.0})[0] - bare for cause in WheelCause if draws.robot.has(cause)}
 
 
-def encoder_errors(draws: DriveDraws, encoder: EncoderParams) -> Dict[str, np.ndarray]:
+def encoder_errors(draws: DriveDraws, encoder: EncoderParams, count: int = DRAWS) -> Dict[str, np.ndarray]:
     """Return (draws, 3) the same for each kind of error of an encoder, beside its steps."""
-    of_steps, sound, faulty = _errors(draws, [_ideal(encoder), _without_faults(encoder), encoder], {})
+    of_steps, sound, faulty = _errors(draws, [_ideal(encoder), _without_faults(encoder), encoder], {}, count)
     found = {EDGES: sound - of_steps, MISSED: faulty - sound}
     return {cause: errors for cause, errors in found.items() if errors.any()}
 
 
-def _errors(draws: DriveDraws, encoders: Sequence[Optional[EncoderParams]], amounts: Amounts) -> List[np.ndarray]:
+def _errors(
+    draws: DriveDraws, encoders: Sequence[Optional[EncoderParams]], amounts: Amounts, count: int = DRAWS
+) -> List[np.ndarray]:
     goal = draws.drive.goal_in_map
-    return [along_goal(errors, goal) for errors in draws.errors(encoders, DRAWS, amounts)]
+    return [along_goal(errors, goal) for errors in draws.errors(encoders, count, amounts)]
 
 
 def _encoder_parts(

@@ -114,6 +114,12 @@ class OdometryCurves:
         return sorted({step * max(1, round(each / step)) for each in counts})
 
 
+def counts_by_ppr(params: EncoderParams) -> EncoderParams:
+    """Return the encoder with counts by `ppr` in place of the resolution of its datasheet."""
+    free = params.encoder.model_copy(update={'lines': None, 'pole_pairs': None, 'bits': None})
+    return params.model_copy(update={'encoder': free})
+
+
 def share_within(errors: np.ndarray, requirement: Requirement) -> Interval:
     """Return the interval of the share of all trials that (draws, 3) errors are a sample of."""
     return wilson(int(requirement.within(errors).sum()), len(errors), requirement.confidence)

@@ -7,13 +7,13 @@ from typing import Dict, Iterator, List, Optional
 
 from diff_encoder_sim.advice.advice import Advice
 from diff_encoder_sim.advice.answers import Criterion, Kind
-from diff_encoder_sim.advice.candidates import candidates_of, recommended
+from diff_encoder_sim.advice.candidates import candidates_of, finest_real, recommended
 from diff_encoder_sim.advice.drawn_robot import drawn_robot
 from diff_encoder_sim.advice.drive_draws import DriveDraws
 from diff_encoder_sim.advice.error_free_drives import Drive, navigated, scripted, straight_test
-from diff_encoder_sim.advice.odometry_answer import odometry_answer
-from diff_encoder_sim.advice.odometry_budget import odometry_budgets
-from diff_encoder_sim.advice.odometry_curve import OdometryCurves
+from diff_encoder_sim.advice.odometry_answer import limited_answer, odometry_answer
+from diff_encoder_sim.advice.odometry_budget import ENCODER_CAUSES, odometry_budgets
+from diff_encoder_sim.advice.odometry_curve import OdometryCurves, counts_by_ppr
 from diff_encoder_sim.advice.requirement import Requirement
 from diff_encoder_sim.analysis.dataset import RobotGeometry
 from diff_encoder_sim.campaign.campaign_definition import Campaign, TrialJob
@@ -42,13 +42,20 @@ def study_odometry(campaign: Campaign, requirement: Requirement, distance_m: Opt
     with tempfile.TemporaryDirectory() as folder:
         drives = list(_drives(campaign, distance_m, folder))
         robot = drawn_robot(RobotSource(campaign.files.materialise(folder).robot), first.robot_params)
-    curves = OdometryCurves([DriveDraws(drive, robot, campaign.params.seed) for drive in drives], params)
-    answer = odometry_answer(curves, params, requirement)
-    chosen = recommended(candidates_of(campaign), answer, [curve.draws for curve in curves.curves], requirement)
+    tests = [DriveDraws(drive, robot, campaign.params.seed) for drive in drives]
+    curves = OdometryCurves(tests, params)
+    answer, candidates = odometry_answer(curves, requirement), candidates_of(campaign)
+    chosen = recommended(candidates, answer, tests, requirement)
     if chosen:
         answer = answer._replace(encoder=chosen.label)
-    elif answer.kind is Kind.FROM:
-        answer = answer._replace(note='none of the candidates is enough')
+    elif answer.kind is not Kind.UNDECIDED:
+        real = finest_real(candidates, answer)
+        limited = real and limited_answer(tests, real.params, requirement)
+        if real and limited and any(limit.cause in ENCODER_CAUSES for limit in limited.limits):
+            curves = OdometryCurves(tests, counts_by_ppr(real.params))
+            answer = limited._replace(errors_of=real.label)
+        elif answer.kind is Kind.FROM:
+            answer = answer._replace(note='none of the candidates is enough')
     return Advice(
         campaign.robot.name if campaign.robot else 'the robot',
         campaign.robot and campaign.robot.ppr,
@@ -71,7 +78,7 @@ def geometry_of(campaign: Campaign) -> RobotGeometry:
 
 def with_budgets(advice: Advice) -> Advice:
     """Return the advice with odometry's budget over the range of encoders, and for the answer's."""
-    wanted = advice.answers[Criterion.ODOMETRY].counts
+    wanted = advice.answers[Criterion.ODOMETRY].budgeted_counts
     counts = advice.curves.whole([*BUDGET_COUNTS, *([wanted] if wanted else [])])
     encoders = [advice.curves.encoder(each) for each in counts]
     budgets = {curve.test: dict(zip(counts, odometry_budgets(curve.draws, encoders))) for curve in advice.curves.curves}

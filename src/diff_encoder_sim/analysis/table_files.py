@@ -9,13 +9,14 @@ from typing import Callable, Dict, Iterable, Sequence
 
 from diff_encoder_sim.analysis.latex_table import latex_text
 from diff_encoder_sim.analysis.table import Entry, Label, Number, Table, abreast, is_number_column, rounded
+from diff_encoder_sim.base.csv_cells import text_cell
 
 
 def csv_text(table: Table) -> str:
     """Format a table as CSV: all digits, empty where there is no number, without title and notes."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator='\n')
-    writer.writerow([column.name for column in table.columns])
+    writer.writerow([text_cell(column.name) for column in table.columns])
     writer.writerows([_exact(entry) for entry in row] for row in table.rows)
     return text.getvalue()
 
@@ -52,7 +53,7 @@ def write_tables(tables: Sequence[Table], csv_only: Sequence[Table], folder: Pat
 
 def _exact(entry: Entry) -> str:
     if not isinstance(entry, Number):
-        return entry.name if isinstance(entry, Label) else entry
+        return text_cell(entry.name if isinstance(entry, Label) else entry)
     if entry.value is None:
         return ''
     return repr(float(entry.value) if entry.decimals else int(entry.value))

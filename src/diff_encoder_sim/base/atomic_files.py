@@ -10,6 +10,9 @@ from typing import Union
 
 UNFINISHED_SUFFIX = '.active'
 
+# In bytes, with a suffix and the parts that the names of unfinished files have in addition.
+LONGEST_NEW_NAME = 200
+
 
 def write_file(path: Union[str, Path], content: bytes) -> None:
     """Write a file atomically, in place of one of that name.

@@ -44,7 +44,7 @@ class Between:
     def _checked(self, value: Any) -> Any:
         if is_number(value) and not self.allows(value):
             raise pydantic_core.PydanticCustomError('out_of_bounds', '{allowed}', {'allowed': str(self)})
-        return value
+        return abs(value) if is_number(value) and value == 0 else value  # -0.0 is no scale to numpy
 
 
 def is_number(value: Any) -> bool:
@@ -105,7 +105,8 @@ SignedRate_Hz = Annotated[float, Between(-1e6, 1e6, 'Hz')]
 Fraction = Annotated[float, Between(0.0, 1.0)]
 Weight = Annotated[float, Between(0.0, 1e6)]
 PositiveWeight = Annotated[float, Between(1e-6, 1e6)]
-Percent = Annotated[int, Between(0, 100, '%')]
+PERCENT = Between(0, 100, '%')
+Percent = Annotated[int, PERCENT]
 Count = Annotated[int, Between(1, 1_000_000)]
 SEEDS = Between(0, 2**63 - 1)
 Seed = Annotated[int, SEEDS]

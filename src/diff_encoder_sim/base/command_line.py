@@ -6,7 +6,7 @@ import argparse
 import re
 import sys
 import textwrap
-from typing import Any, Callable, NoReturn, Sequence
+from typing import Any, Callable, NoReturn, Optional, Sequence
 
 from diff_encoder_sim.base.command_name import as_called, as_typed
 from diff_encoder_sim.base.errors import ConfigError, in_one_line, readable
@@ -31,12 +31,14 @@ class ToolParser(argparse.ArgumentParser):
         super().error(readable(message))
 
 
-def tool_parser(name: str, description: str, examples: Sequence[str], notes: str = '') -> argparse.ArgumentParser:
+def tool_parser(
+    name: str, description: Optional[str], examples: Sequence[str], notes: str = ''
+) -> argparse.ArgumentParser:
     """Return a parser with --help and --version.
 
     Args:
         name: the executable, as after `rosrun diff_encoder_sim`; the description begins with it.
-        description: paragraphs, filled to the width of the help.
+        description: paragraphs, filled to the width of the help; None of a docstring that `python -OO` has removed.
         examples: arguments of whole commands, without the executable.
         notes: paragraphs between the options and the examples.
     """
@@ -44,7 +46,7 @@ def tool_parser(name: str, description: str, examples: Sequence[str], notes: str
     epilog = [*([_filled(notes)] if notes else []), f'examples:\n{commands}']
     parser = ToolParser(
         prog=as_called(name),
-        description=_filled(description.replace(name, as_called(name), 1)),
+        description=_filled((description or name).replace(name, as_called(name), 1)),
         epilog='\n\n'.join(epilog),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -65,8 +67,9 @@ def run_tool(name: str, tool: Callable[[], None]) -> None:
         sys.exit(f'{as_called(name)}: {error}')
     except BrokenPipeError:
         # The reader (head, less) has closed the pipe: nothing more can be printed, and it is no error.
-        sys.stderr.close()
         sys.exit(0)
+    except MemoryError:
+        sys.exit(f'{as_called(name)}: not enough memory')
     except OSError as error:
         # A path that no file can have, a folder without permission, a full disk: wherever it shows first.
         named = f'{error.filename}: ' if error.filename is not None else ''

@@ -2,15 +2,60 @@
 
 from __future__ import annotations
 
+import atexit
+import contextlib
 import importlib
 import os
 import signal
 import sys
+from collections.abc import Iterator
 
 STANDARD_ERROR = 2
 HELP = frozenset(('-h', '--help'))
 OF_NODES = 'Launch files start it: topics and parameters are in docs/nodes.md.'
 STOPPED = 128 + signal.SIGINT  # the exit status that shells expect after Ctrl-C
+
+
+def ready_streams() -> None:
+    """Open the standard streams that are closed (`command >&-`), and write the rest of the output before the end.
+
+    A file that is opened later would get the number of a closed stream, and with it what libraries print.
+    """
+    for number, name in enumerate(('stdin', 'stdout', 'stderr')):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # gets the lowest number that is free
+            os.set_inheritable(number, True)
+            setattr(sys, name, os.fdopen(number, 'w' if number else 'r'))
+    atexit.register(_write_rest)
+
+
+@contextlib.contextmanager
+def printing(name: str) -> Iterator[None]:
+    """End a command that can print no more, or has no memory: with status 0 if the reader of a pipe has ended."""
+    try:
+        yield
+    except BrokenPipeError:
+        sys.exit(0)
+    except OSError as error:
+        sys.exit(f'{name}: {error.strerror}')
+    except MemoryError:
+        sys.exit(f'{name}: not enough memory')
+
+
+def _write_rest() -> None:
+    """Flush stdout and stderr: an error there would be a traceback of Python's own end."""
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except ValueError:  # it was closed on purpose
+            continue
+        except OSError as error:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+            if not isinstance(error, BrokenPipeError):
+                os.write(STANDARD_ERROR, f'the output cannot be written: {error.strerror}\n'.encode())
+                os._exit(1)
 
 
 def run_command(name: str, module: str, *arguments: object, parser: str = '') -> None:
@@ -25,6 +70,7 @@ def run_command(name: str, module: str, *arguments: object, parser: str = '') ->
         parser: the module of a command line's `parse`, which imports little; '' for a node, whose --help is the
             module's docstring.
     """
+    ready_streams()
     line = f'{name}: stopped\n'.encode()
 
     def end_at_once(*_: object) -> None:
@@ -35,10 +81,13 @@ def run_command(name: str, module: str, *arguments: object, parser: str = '') ->
     signal.signal(signal.SIGINT, end_at_once)
     if parser:
         # `main` parses again, which costs nothing: here, --help and wrong arguments end before the long imports.
-        importlib.import_module(f'diff_encoder_sim.{parser}').parse(*arguments[:1])
-    imported = importlib.import_module(f'diff_encoder_sim.{module}')
+        with printing(name):
+            importlib.import_module(f'diff_encoder_sim.{parser}').parse(*arguments[:1])
+    with printing(name):
+        imported = importlib.import_module(f'diff_encoder_sim.{module}')
     if not parser and HELP.intersection(sys.argv[1:]):
-        print(f'{str(imported.__doc__).strip()}\n\n{OF_NODES}')
+        with printing(name):
+            print(f'{(imported.__doc__ or name).strip()}\n\n{OF_NODES}')
         return
     try:
         try:

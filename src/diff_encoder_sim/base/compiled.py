@@ -121,8 +121,9 @@ def _make_known() -> None:
 def _is_kept() -> bool:
     """Select where machine code is kept, for this process and those that it starts; return whether it is."""
     folder = machine_code_folder()
-    if folder:
-        # For processes that this one starts; and for numba, which has read its environment.
+    if folder is not None:
+        # For processes that this one starts; and for numba, which has read its environment, and whatever
+        # .numba_config.yaml is in the current folder: code from a folder that another user chose is not run.
         os.environ[FOLDER_VARIABLE] = folder
         numba.config.CACHE_DIR = folder
     return folder is not None

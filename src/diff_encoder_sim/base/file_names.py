@@ -1,4 +1,4 @@
-"""Paths among parameters: texts that can name a file."""
+"""Texts among parameters: lines of printable characters, and paths that can name a file."""
 
 from __future__ import annotations
 
@@ -16,3 +16,13 @@ def _can_be_a_file(path: str) -> str:
 
 
 PathText = Annotated[str, AfterValidator(_can_be_a_file)]
+
+
+def _is_printable(text: str) -> str:
+    if not text.isprintable():
+        raise ValueError('printable characters')
+    return text
+
+
+Line = Annotated[str, AfterValidator(_is_printable)]
+PathLine = Annotated[PathText, AfterValidator(_is_printable)]

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import re
 from typing import Callable
 
 from diff_encoder_sim.base.bounded_numbers import Between
+from diff_encoder_sim.base.plain_numbers import plain_float, plain_int
 
 
 def number_within(bounds: Between) -> Callable[[str], float]:
@@ -14,7 +14,7 @@ def number_within(bounds: Between) -> Callable[[str], float]:
 
     def parse(text: str) -> float:
         try:
-            value = float(text)
+            value = plain_float(text)
         except ValueError:
             value = float('nan')
         if not bounds.allows(value):
@@ -28,8 +28,12 @@ def whole_number_within(bounds: Between) -> Callable[[str], int]:
     """Return the type of an argument that is a whole number within bounds."""
 
     def parse(text: str) -> int:
-        if not (re.fullmatch('-?[0-9]{1,30}', text, re.ASCII) and bounds.allows(int(text))):
+        try:
+            value = plain_int(text)
+        except ValueError:
+            value = None
+        if value is None or not bounds.allows(value):
             raise argparse.ArgumentTypeError(f'given {text!r}; allowed: a whole number, {bounds}')
-        return int(text)
+        return value
 
     return parse

@@ -21,6 +21,16 @@ def parent_only_lists() -> bool:
     return is_roslaunch(parent) and any(word.startswith(LISTING_OPTIONS) for word in _command_line(parent))
 
 
+def catches_signal(pid: int, number: int) -> bool:
+    """Return whether a process has a handler for a signal; True if there is no such process."""
+    try:
+        status = Path(f'/proc/{pid}/status').read_text()
+    except OSError:
+        return True
+    caught = next((line.split()[1] for line in status.splitlines() if line.startswith('SigCgt:')), '')
+    return bool(int(caught or 'f' * 16, 16) >> (number - 1) & 1)
+
+
 def _command_line(pid: int) -> List[bytes]:
     try:
         return Path(f'/proc/{pid}/cmdline').read_bytes().split(b'\0')

@@ -9,6 +9,9 @@ from diff_encoder_sim.base.errors import InputFault
 
 NANOSECONDS_PER_SECOND = 1_000_000_000
 
+# A stamp of ROS has 32 bits of seconds, and bags of ROS 1 have such stamps.
+LATEST_NS = 2**32 * NANOSECONDS_PER_SECOND
+
 # tf2 adds and subtracts stamps in 32 bits, and aborts its whole process where a sum or difference does not fit. Between
 # stamps of less than 2^31 s (of January 2038) all do. docs/adr/0019-stamps.md
 STAMP_LIMIT_S = 2**31

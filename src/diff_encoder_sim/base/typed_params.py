@@ -9,7 +9,7 @@ from __future__ import annotations
 import difflib
 import re
 from pathlib import Path
-from typing import Any, Iterable, List, Mapping, Optional, Sequence, Type, TypeVar, Union
+from typing import Any, Dict, Iterable, List, Mapping, Optional, Sequence, Type, TypeVar, Union
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic_core import PydanticCustomError
@@ -36,12 +36,16 @@ class Params(BaseModel):
         prefix = f'{source}: ' if source else ''
         if not isinstance(mapping, Mapping):
             raise ConfigError(
-                f'{prefix}given {_shown(mapping)}; allowed: a mapping with the keys {", ".join(_keys(cls))}'
+                f'{prefix}given {_shown(mapping)}; allowed: a mapping with the keys {", ".join(keys_of(cls))}'
             )
         try:
             return cls.model_validate(dict(mapping))
         except ValidationError as error:
             raise ConfigError(prefix + _first_problem(cls, error)) from None
+
+    def values_in_use(self) -> Dict[str, Any]:
+        """Return the values as YAML has them, by key; a subclass replaces those that others of its values override."""
+        return self.model_dump(mode='json', by_alias=True, exclude_none=True)
 
 
 def not_allowed(key: str, given: Any, allowed: str) -> PydanticCustomError:
@@ -85,8 +89,8 @@ def shared_params(mapping: Mapping[str, Any], source: str, params_class: Type[P]
     Raises:
         ConfigError: a value is not allowed, or no class knows a key.
     """
-    own = set(_keys(params_class))
-    known = own.union(*map(_keys, also_known))
+    own = set(keys_of(params_class))
+    known = own.union(*map(keys_of, also_known))
     for key in mapping:
         if key not in known:
             raise ConfigError(f'{source}: {key}: unknown key{did_you_mean(str(key), known)}')
@@ -108,7 +112,7 @@ def did_you_mean(given: str, known: Iterable[str]) -> str:
     return f'; did you mean {close[0]!r}?' if close else ''
 
 
-def _keys(params_class: Type[Params]) -> List[str]:
+def keys_of(params_class: Type[Params]) -> List[str]:
     """Return the keys that users write: a field's alias where its name would be Python's own (`str`)."""
     return [field.alias or name for name, field in params_class.model_fields.items()]
 
@@ -139,7 +143,7 @@ def _keys_at(params_class: Type[Params], path: Sequence[str]) -> List[str]:
         fields = params_class.model_fields.items()
         annotation = next((field.annotation for name, field in fields if part in (name, field.alias)), None)
         params_class = _struct_in(annotation) or params_class
-    return _keys(params_class)
+    return keys_of(params_class)
 
 
 def _struct_in(annotation: Any) -> Optional[Type[Params]]:

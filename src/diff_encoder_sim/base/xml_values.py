@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.plain_numbers import plain_float
 
 Vector = Tuple[float, float, float]
 
@@ -30,7 +31,7 @@ def parse_numbers(text: Optional[str], count: int, where: str) -> List[float]:
         ConfigError: the text is something else.
     """
     try:
-        numbers = [float(word) for word in (text or '').split()]
+        numbers = [plain_float(word) for word in (text or '').split()]
     except ValueError:
         numbers = []
     if len(numbers) != count or not all(math.isfinite(number) for number in numbers):

@@ -41,6 +41,7 @@ def load_campaign(
     replace: Optional[Mapping[str, Any]] = None,
     robot_arguments: Optional[Mapping[str, str]] = None,
     robot_packages: Sequence[Path] = (),
+    has_trials: bool = True,
 ) -> Campaign:
     """Load a campaign by its name (`paper` is config/campaigns/paper.yaml) or its file's path.
 
@@ -52,6 +53,7 @@ def load_campaign(
             are named replace the file's; `ppr` or `encoders` replace both of the file's.
         robot_arguments: of the robot's xacro.
         robot_packages: folders in which the robot's packages are looked for.
+        has_trials: closed-loop trials, which need a laser, are run, unless the campaign's are scripted.
 
     Raises:
         ConfigError: a file is missing or bad, or a value is not allowed.
@@ -66,6 +68,10 @@ def load_campaign(
     )
     campaigns_file = None if 'robot' in given else path
     robot = _load_robot(params, campaigns_file, package_folder, robot_arguments or {}, robot_packages)
+    if 'simulator.laser_link' not in params.overrides:
+        if has_trials and params.nav != 'scripted':
+            robot.check_laser()
+        robot = robot.with_laser()
     with _named('' if 'tests' in given else path):
         tests = _load_tests(params, None if 'tests' in given else path.parent, package_folder / 'config')
     with _named('' if is_own_choice else path):
@@ -143,12 +149,9 @@ def _load_robot(
 ) -> RobotSetup:
     """Load the robot, which the campaign's file names where its `path` is given; other errors are its own file's."""
     try:
-        robot = load_robot(params.robot, path.parent if path else Path(), package_folder, arguments, packages)
+        return load_robot(params.robot, path.parent if path else Path(), package_folder, arguments, packages)
     except RobotNotFound as error:
         raise ConfigError(f'{path}: {error}' if path else str(error)) from None
-    if 'simulator.laser_link' not in params.overrides:
-        robot.check_laser()
-    return robot
 
 
 def _load_encoders(params: CampaignParams, folder: Path, config_folder: Path) -> List[ChosenEncoder]:

@@ -6,11 +6,11 @@ import itertools
 import math
 from typing import Any, Dict, Iterator, List, Literal, Tuple
 
-from pydantic import AfterValidator, Field
+from pydantic import Field
 from typing_extensions import Annotated
 
 from diff_encoder_sim.base.bounded_numbers import Between
-from diff_encoder_sim.base.file_names import PathText
+from diff_encoder_sim.base.file_names import Line, PathLine
 from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.campaign.campaign_sizes import TRIALS
 from diff_encoder_sim.encoders.pulses import PulsesPerRevolution
@@ -21,15 +21,7 @@ Varied = Tuple[Tuple[str, Any], ...]  # dotted keys, or VARIANT, in alphabetical
 VARIANT = 'variant'  # in place of a key: the value is the name of one of the file's `variants`
 
 
-def _is_printable(text: str) -> str:
-    if not text.isprintable():
-        raise ValueError('printable characters')
-    return text
-
-
 ConfigFile = Literal['amcl', 'config', 'lockstep', 'navigation', 'simulator']  # stems of files of config/
-Line = Annotated[str, AfterValidator(_is_printable)]
-PathLine = Annotated[PathText, AfterValidator(_is_printable)]
 
 
 class CampaignParams(Params):

@@ -9,7 +9,6 @@ import os
 import signal
 import socket
 import subprocess
-import sys
 import tempfile
 import threading
 import warnings
@@ -17,6 +16,7 @@ from typing import TYPE_CHECKING, Iterator, Optional, Sequence
 
 from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.base.interrupts import interrupts_blocked
+from diff_encoder_sim.base.own_python import python_command
 from diff_encoder_sim.campaign.cluster import Workers
 from diff_encoder_sim.campaign.dask_settings import DASK_CONFIG, LOOPBACK, silence_dask
 from diff_encoder_sim.campaign.worker_process import STARTED, WorkerSettings
@@ -32,8 +32,6 @@ log = logging.getLogger(__name__)
 
 FAILED_STARTS = 5  # so many, one after another, and a worker is given up
 LONGEST_ANSWER = 4096
-# Not `python -m`, which would let modules in the current folder go before the libraries.
-COMMAND = 'import sys; sys.path[:] = {!r}; from diff_encoder_sim.campaign.worker_process import main; main()'
 # A trial is one thread's work: BLAS may not take the other workers' cores. Freed memory goes back to the system.
 ENVIRONMENT = {
     'OMP_NUM_THREADS': '1',
@@ -52,8 +50,9 @@ def local_workers(count: int) -> Iterator[Workers]:
     """
     silence_dask()
     with contextlib.ExitStack() as opened:
-        opened.enter_context(dask.config.set(DASK_CONFIG))
         scratch = opened.enter_context(tempfile.TemporaryDirectory(prefix='campaign-'))
+        # By default Dask shares $TMPDIR/dask-scratch-space with all users of the host, whoever created it.
+        opened.enter_context(dask.config.set({**DASK_CONFIG, 'temporary-directory': scratch}))
         security = _new_key()
         with interrupts_blocked():  # in Dask's thread and ours: it comes to the main thread, which stops all
             scheduler = {
@@ -135,7 +134,7 @@ def _settings(scheduler: str, security: Security, scratch: str) -> bytes:
 
 def _start(channel: socket.socket) -> subprocess.Popen[bytes]:
     return subprocess.Popen(
-        [sys.executable, '-c', COMMAND.format(sys.path)],
+        python_command('campaign.worker_process'),
         stdin=channel.fileno(),
         stdout=subprocess.DEVNULL,
         env={**os.environ, **ENVIRONMENT},

@@ -16,7 +16,7 @@ from diff_encoder_sim.base.command_name import as_typed
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.mapping.map_files import load_map
-from diff_encoder_sim.robots.package_search import resolve_uri
+from diff_encoder_sim.robots.package_search import find_mesh
 from diff_encoder_sim.robots.robot_source import RobotSource
 from diff_encoder_sim.robots.robot_xml import read_robot_text
 from diff_encoder_sim.robots.self_contained import needs_other_files, self_contained_urdf
@@ -136,7 +136,7 @@ def _robot_file(source: RobotSource) -> Dict[str, bytes]:
     text = read_robot_text(source.file)
     if not (source.arguments or source.added_laser or needs_other_files(text)):
         return {source.file.name: source.file.read_bytes()}
-    urdf = self_contained_urdf(expand(source), str(source.file), lambda uri: resolve_uri(uri, source))
+    urdf = self_contained_urdf(expand(source), str(source.file), lambda uri: find_mesh(uri, source))
     return {f'{source.file.name.partition(".")[0]}.urdf': urdf.encode('utf-8')}
 
 

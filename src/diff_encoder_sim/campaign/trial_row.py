@@ -6,6 +6,8 @@ import csv
 import io
 from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
+from diff_encoder_sim.base.csv_cells import text_cell, text_of_cell
+from diff_encoder_sim.base.plain_numbers import plain_float, plain_int
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.trials.pose_source import PoseSource
 from diff_encoder_sim.trials.trial_outcome import FinalErrors, Outcome
@@ -89,14 +91,14 @@ def row_of(fields: Sequence[str], varied_keys: Sequence[str]) -> TrialRow:
         by_name['test'],
         by_name['ppr'],
         tuple((key, by_name[key]) for key in varied_keys),
-        int(by_name['trial']),
-        int(by_name['seed']),
+        plain_int(by_name['trial']),
+        plain_int(by_name['seed']),
         _outcome(by_name['outcome']),
         by_name['reason'],
-        float(by_name['duration_s']),
+        plain_float(by_name['duration_s']),
         {source: _error(by_name, source) for source in PoseSource},
-        float(by_name['distance_m']),
-        float(by_name['wall_time_s']),
+        plain_float(by_name['distance_m']),
+        plain_float(by_name['wall_time_s']),
         by_name['bag'],
     )
 
@@ -104,7 +106,7 @@ def row_of(fields: Sequence[str], varied_keys: Sequence[str]) -> TrialRow:
 def csv_line(fields: Sequence[str]) -> bytes:
     """One line of a CSV file, its end included."""
     text = io.StringIO()
-    csv.writer(text, lineterminator='\n').writerow(fields)
+    csv.writer(text, lineterminator='\n').writerow(map(text_cell, fields))
     return text.getvalue().encode('utf-8')
 
 
@@ -115,7 +117,7 @@ def csv_fields(line: bytes) -> List[str]:
         ValueError: this is no such line.
     """
     try:
-        return next(csv.reader([line.decode('utf-8')], strict=True))
+        return [text_of_cell(cell) for cell in next(csv.reader([line.decode('utf-8')], strict=True))]
     except csv.Error as error:
         raise ValueError(str(error)) from None
 
@@ -136,4 +138,4 @@ def _error(by_name: Dict[str, str], source: PoseSource) -> Optional[Pose2D]:
     texts = [by_name[f'{source.value}_{part}'] for part in PARTS]
     if texts == [''] * len(PARTS):
         return None
-    return Pose2D(*map(float, texts))
+    return Pose2D(*map(plain_float, texts))

@@ -13,6 +13,7 @@ from diff_encoder_sim.advice.advice import Advice
 from diff_encoder_sim.advice.advice_json import advice_json
 from diff_encoder_sim.advice.advice_page import write_page
 from diff_encoder_sim.advice.advice_text import answers_text, closed_form_text, own_encoder_text, tables_text
+from diff_encoder_sim.advice.candidates import candidates_of
 from diff_encoder_sim.advice.evidence import looks
 from diff_encoder_sim.advice.listed_encoders import listed_encoders
 from diff_encoder_sim.advice.odometry_study import study_odometry, with_budgets
@@ -64,14 +65,15 @@ def _advise(options: argparse.Namespace, run: RunTrials) -> None:
         name_stopping('advise', campaign, requirement.position_m, options.yaw_tolerance)
         with CandidateTrials(options, campaign, run) as trials:
             advice = TrialStudy(campaign, advice, trials.with_encoder, options.trials).advice()
-    _finish(advice, options)
+    _finish(advice, campaign, options)
 
 
-def _finish(advice: Advice, options: argparse.Namespace) -> None:
+def _finish(advice: Advice, campaign: Campaign, options: argparse.Namespace) -> None:
     """Add what is not waited for, print all of it, and write the files."""
     advice = with_budgets(advice)
     tests = [curve.draws for curve in advice.curves.curves]
-    known = listed_encoders(tests, package_folder() / 'config', advice.requirement, advice.answers)
+    config, candidates = package_folder() / 'config', candidates_of(campaign)
+    known = listed_encoders(tests, config, advice.requirement, advice.answers, candidates)
     advice = advice._replace(encoders=known)
     if options.has_trials:
         print(answers_text(advice))
@@ -126,7 +128,8 @@ def _candidates(options: argparse.Namespace) -> Campaign:
 
     def load(values: Mapping[str, Any]) -> Campaign:
         arguments = xacro_arguments(options.robot_args)
-        return load_campaign(options.candidates, package_folder(), values, arguments, options.packages)
+        folder, packages = package_folder(), options.packages
+        return load_campaign(options.candidates, folder, values, arguments, packages, options.has_trials)
 
     campaign = load(given)
     if campaign.params.vary or campaign.params.variants:

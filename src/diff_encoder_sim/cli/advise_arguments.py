@@ -34,7 +34,7 @@ def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
         '--encoders catalogue --out results/advice_catalogue',
     ]
     parser = tool_parser('advise', __doc__, examples)
-    add_robot_arguments(parser, '--config', note=' (default: alto)')
+    add_robot_arguments(parser, note=' (default: alto)')
     add_amcl(parser)
     _add_requirement(parser)
     _add_candidates(parser)

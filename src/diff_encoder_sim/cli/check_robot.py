@@ -37,9 +37,10 @@ def _check(options: argparse.Namespace) -> None:
     print('\n'.join(_found(setup)), flush=True)
     if options.write:
         _write(setup, options.write)
-    setup.check_laser()
-    params = override(load_robot_config(package_folder() / 'config'), setup.settings)
-    checks = check_robot(setup.file.source, params.simulator)
+    params = override(load_robot_config(package_folder() / 'config'), setup.settings).simulator
+    if setup.description.laser is None:
+        params = params.model_copy(update={'laser_link': ''})  # the default is a link that the robot does not have
+    checks = check_robot(setup.file.source, params)
     failed = [check.name for check in checks if not check.is_ok]
     print(f'\n{checks_table(checks)}\n', flush=True)
     if failed:

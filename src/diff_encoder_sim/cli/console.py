@@ -8,7 +8,7 @@ from typing import Optional, Sequence
 
 from diff_encoder_sim.base.command_line import add_version
 from diff_encoder_sim.base.command_name import CONSOLE, as_called
-from diff_encoder_sim.base.command_start import run_command
+from diff_encoder_sim.base.command_start import printing, ready_streams, run_command
 
 DESCRIPTION = 'Which wheel encoder does a differential-drive robot need, and is its odometry right?'
 COMMANDS = {
@@ -24,8 +24,10 @@ COMMANDS = {
 
 def main(arguments: Optional[Sequence[str]] = None) -> None:
     """Run the command line."""
+    ready_streams()
     given = list(sys.argv[1:] if arguments is None else arguments)
-    name = _parser().parse_args(given[:1]).command.replace('-', '_')
+    with printing(CONSOLE):
+        name = _parser().parse_args(given[:1]).command.replace('-', '_')
     run_command(as_called(name), f'cli.{name}', given[1:], parser=f'cli.{name}_arguments')
 
 

@@ -6,7 +6,9 @@ import argparse
 from pathlib import Path
 from typing import Optional, Sequence
 
+from diff_encoder_sim.base.bounded_numbers import PLACES, Between
 from diff_encoder_sim.base.command_line import tool_parser
+from diff_encoder_sim.base.number_arguments import number_within
 
 
 def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
@@ -15,7 +17,7 @@ def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
     parser.add_argument('world', type=Path, metavar='WORLD', help='.world file (SDF, of primitives)')
     parser.add_argument(
         '--free',
-        type=float,
+        type=number_within(PLACES),
         nargs=2,
         default=[0.0, 0.0],
         metavar=('X', 'Y'),
@@ -23,13 +25,17 @@ def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
     )
     parser.add_argument(
         '--height',
-        type=float,
+        type=number_within(PLACES),
         default=1.12,
         metavar='M',
         help='height of the scan plane above the floor, in metres (default: %(default)s)',
     )
     parser.add_argument(
-        '--resolution', type=float, default=0.05, metavar='M', help='side of a cell, in metres (default: %(default)s)'
+        '--resolution',
+        type=number_within(Between(1e-3, 10.0, 'm')),
+        default=0.05,
+        metavar='M',
+        help='side of a cell, in metres (default: %(default)s)',
     )
     parser.add_argument(
         '--out', type=Path, metavar='STEM', help='write STEM.pgm and STEM.yaml (default: beside the world)'

@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 
 from diff_encoder_sim.base.bounded_numbers import COUNTER_STATES
+from diff_encoder_sim.base.plain_numbers import plain_int
 from diff_encoder_sim.reencoding.csv_format import TIME_UNITS
 from diff_encoder_sim.reencoding.number_units import UNITS
 
@@ -73,14 +74,18 @@ def add_source_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _seed(text: str) -> int:
-    if not text.isdecimal():
+    try:
+        value = plain_int(text)
+    except ValueError:
+        value = -1
+    if value < 0:
         raise argparse.ArgumentTypeError(f'given {text}; allowed: a whole number from 0')
-    return int(text)
+    return value
 
 
 def _modulus(text: str) -> int:
     try:
-        value = int(text)
+        value = plain_int(text)
     except ValueError as error:
         raise argparse.ArgumentTypeError(str(error)) from None
     if not COUNTER_STATES.allows(value):

@@ -8,9 +8,9 @@ from pathlib import Path
 ROBOT_HELP = 'robot: a name (config/robots/), a robot file (.yaml), or a xacro or URDF file'
 
 
-def add_robot_arguments(parser: argparse._ActionsContainer, *aliases: str, note: str = '') -> None:
-    """Add --robot (and other names of it), --robot-arg and --packages; `note` is what the help says of the default."""
-    parser.add_argument('--robot', *aliases, metavar='NAME|FILE', help=ROBOT_HELP + note)
+def add_robot_arguments(parser: argparse._ActionsContainer, note: str = '') -> None:
+    """Add --robot, --robot-arg and --packages; `note` on the default ends the help of --robot."""
+    parser.add_argument('--robot', metavar='NAME|FILE', help=ROBOT_HELP + note)
     add_description_arguments(parser)
 
 
@@ -30,7 +30,7 @@ def add_description_arguments(parser: argparse._ActionsContainer) -> None:
         type=Path,
         default=[],
         metavar='DIR',
-        help="folders in which the packages of the robot's package:// and $(find) are looked for first",
+        help="folders with packages of the robot's package:// and $(find); its own package takes precedence over them",
     )
 
 

@@ -12,6 +12,7 @@ from typing import Optional, Sequence, Union
 import yaml
 from pydantic import Field
 
+from diff_encoder_sim.base.atomic_files import LONGEST_NEW_NAME
 from diff_encoder_sim.base.bounded_numbers import Seed
 from diff_encoder_sim.base.command_line import run_tool
 from diff_encoder_sim.base.command_name import as_typed
@@ -189,6 +190,8 @@ def _bag_path(given: str, trial: Trial) -> str:
 
 def _new_file(argument: str, given: Union[str, Path]) -> Path:
     path = users_path(given)
+    if len(os.fsencode(path.name)) > LONGEST_NEW_NAME:
+        raise ConfigError(f'{argument}: given {path.name}; allowed: a name of at most {LONGEST_NEW_NAME} bytes')
     folder = next(parent for parent in path.parents if parent.exists())
     if not (folder.is_dir() and os.access(folder, os.W_OK)):
         raise ConfigError(f'{argument}: cannot write in {folder}; allowed: a path in a folder with write permission')

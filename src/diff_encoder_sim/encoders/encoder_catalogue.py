@@ -10,6 +10,7 @@ from pydantic import Field, field_validator
 from typing_extensions import Annotated
 
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.file_names import Line
 from diff_encoder_sim.base.nested_mappings import flat
 from diff_encoder_sim.base.typed_params import Params, did_you_mean, load_params, missing, not_allowed
 from diff_encoder_sim.encoders.encoder_model import EncoderModel
@@ -24,11 +25,11 @@ OF_DEVICE = ('counter_modulus', 'rate', 'report', 'velocity_clock', 'velocity_me
 class EncoderFileParams(Params):
     """The keys of an encoder's file; config/encoders/ has patterns."""
 
-    name: str = Field(min_length=1, description='as one buys it')
-    source: List[Annotated[str, Field(min_length=1)]] = Field(
+    name: Line = Field(min_length=1, description='as one buys it')
+    source: List[Annotated[Line, Field(min_length=1)]] = Field(
         min_length=1, description='datasheets and manuals; comments call them [1], [2], ...'
     )
-    price: str = Field(min_length=1, description='class of its price, such as hobby')
+    price: Line = Field(min_length=1, description='class of its price, such as hobby')
     encoder: EncoderModel
     config: Dict[str, Any] = Field({}, description=f'other keys of config.yaml: {", ".join(OF_DEVICE)}')
 

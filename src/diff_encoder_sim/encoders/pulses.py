@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, Dict, Union
 
 from pydantic import BeforeValidator, Field
 from typing_extensions import Annotated
@@ -17,6 +17,12 @@ class PerWheel(Params):
 
     left: PulsesPerTurn = Field(description='of the left wheel')
     right: PulsesPerTurn = Field(description='of the right wheel')
+
+    @property
+    def plain(self) -> Union[float, Dict[str, float]]:
+        """Return what users write: one number if both wheels have the same, a whole one without a point."""
+        left, right = (int(each) if each == int(each) else each for each in (self.left, self.right))
+        return left if left == right else {'left': left, 'right': right}
 
 
 def _same_for_both(value: Any) -> Any:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import logging
 import math
-from typing import Optional, Sequence, Tuple, Union
+from typing import Any, Dict, Optional, Sequence, Tuple, Union
 
 from pydantic import Field, model_validator
 
@@ -98,6 +98,10 @@ class EncoderParams(Params):
     def counts_per_turn(self) -> PerWheel:
         """Return the counts per wheel revolution: the encoder's, where it says them, else `ppr`."""
         return counts_per_turn(self.ppr, self.encoder)
+
+    def values_in_use(self) -> Dict[str, Any]:
+        """Return the values by key, with the encoder's own resolution."""
+        return {**super().values_in_use(), 'ppr': self.counts_per_turn.plain}
 
 
 class DiffEncoder:

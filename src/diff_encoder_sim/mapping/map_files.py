@@ -16,6 +16,7 @@ from diff_encoder_sim.base.atomic_files import write_file
 from diff_encoder_sim.base.bounded_numbers import Between, CellSide_m, Fraction, Percent
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.file_names import PathText
+from diff_encoder_sim.base.plain_numbers import plain_float
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.typed_params import Params, load_params
 from diff_encoder_sim.mapping.map_image import read_image
@@ -64,7 +65,7 @@ class MapFileParams(Params):
 
 def _number(value: Any) -> Any:
     try:
-        return float(value) if isinstance(value, str) else value
+        return plain_float(value) if isinstance(value, str) else value
     except ValueError:
         return value
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Dict, Optional, Tuple
+from typing import Any, Dict, Optional, Tuple
 
 from pydantic import Field
 from typing_extensions import Annotated
@@ -89,6 +89,10 @@ class OdometryParams(Params):
     def counts_per_turn(self) -> PerWheel:
         """Return the counts per wheel revolution: the encoder's, where it says them, else `ppr`."""
         return counts_per_turn(self.ppr, self.encoder)
+
+    def values_in_use(self) -> Dict[str, Any]:
+        """Return the values by key, with the encoder's own resolution and no open uncertainty."""
+        return {**super().values_in_use(), 'ppr': self.counts_per_turn.plain, **self.uncertainty}
 
     @property
     def travel_variance(self) -> float:

@@ -11,7 +11,7 @@ from diff_encoder_sim.base.errors import ConfigError, in_one_line
 from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.serialization import mcap_records, sqlite3_stream
 from diff_encoder_sim.serialization.bag_messages import BagConnection, Message
-from diff_encoder_sim.serialization.bounded_decompression import open_zstd
+from diff_encoder_sim.serialization.bounded_decompression import BoundedSum, open_zstd
 from diff_encoder_sim.serialization.mcap_stream import McapStream
 from diff_encoder_sim.serialization.sqlite3_stream import Sqlite3Stream
 
@@ -102,19 +102,19 @@ def _decompressed(path: Path) -> Iterator[Path]:
     """Decompress a file into a temporary folder for as long as the context lasts."""
     with tempfile.TemporaryDirectory(prefix='diff_encoder_sim_') as folder:
         whole = Path(folder) / path.stem
-        size = 0
         try:
+            size, largest = 0, min(BoundedSum(path.stat().st_size).bound, LARGEST_FILE)
             with open(path, 'rb') as file, open(whole, 'wb') as out:
                 content = open_zstd(file)
-                while size <= LARGEST_FILE:
+                while size <= largest:
                     piece = content.read(_PIECE)
                     if not piece:
                         break
                     size += out.write(piece)
         except Exception as error:  # zstd has its own, which differ by version
             raise ConfigError(f'{path}: cannot be decompressed: {in_one_line(error)}') from None
-        if size > LARGEST_FILE:
-            allowed = f'at most {LARGEST_FILE} bytes; ros2 bag convert can write it without compression'
+        if size > largest:
+            allowed = f'at most {largest} bytes; ros2 bag convert can write it without compression'
             raise ConfigError(f'{path}: becomes larger than that; allowed: {allowed}')
         yield whole
 

@@ -25,6 +25,7 @@ GLOBAL_POSE = '/global_pose'
 WORLD_POSE = '/world_pose'
 TF = '/tf'
 TF_STATIC = '/tf_static'
+DIAGNOSTICS = '/diagnostics'
 MAP = '/map'
 MAP_METADATA = '/map_metadata'
 GOAL = '/move_base/goal'
@@ -96,6 +97,13 @@ TOPICS = (
     RecordedTopic(RESULT, message_types.MOVE_BASE_ACTION_RESULT, (MOVE_BASE_NODE,)),
 )
 RECORDED = tuple(topic.name for topic in TOPICS)
+
+# Only live nodes publish diagnostics: what they contain also depends on the time at which commands arrive.
+LIVE_TOPICS = (
+    *TOPICS,
+    RecordedTopic(DIAGNOSTICS, message_types.DIAGNOSTICS, (ENCODER_NODE, ODOM_NODE, AMCL_NODE), is_bulk=True),
+)
+RECORDED_LIVE = tuple(topic.name for topic in LIVE_TOPICS)
 
 _TOPICS_OF_MODE: Dict[RecordMode, Tuple[RecordedTopic, ...]] = {
     'full': TOPICS,

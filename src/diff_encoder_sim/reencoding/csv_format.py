@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import math
+import re
 from decimal import Decimal
 from typing import List, NamedTuple, Optional, Sequence, Tuple
 
 from diff_encoder_sim.base.errors import ConfigError, InputFault
-from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.base.stamps import LATEST_NS
 
 COMMENT = '#'
 TIME_UNITS = {'s': 10**9, 'ms': 10**6, 'us': 10**3, 'ns': 1}  # in nanoseconds
 # Time, left, right.
 COLUMNS = 3
-# A stamp of ROS has 32 bits of seconds.
-LATEST_NS = 2**32 * NANOSECONDS_PER_SECOND
 
 # The first that gives enough columns; None stands for any spaces. A comma may also be a decimal sign.
 _DELIMITERS: Tuple[Optional[str], ...] = (';', '\t', ',', '|', None)
+
+
+# Python's own also has 7_0, digits of any script, and words.
+_NUMBER = re.compile(r'[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?')
 
 
 class CsvFormat(NamedTuple):
@@ -45,21 +49,17 @@ class CsvFormat(NamedTuple):
         return self._time_ns(texts[0]), left, right
 
     def _time_ns(self, text: str) -> int:
-        try:
-            # Exact: seconds since 1970 with nanoseconds do not fit a float.
-            time_ns = Decimal(text) * self.unit_ns
-            if 0 <= time_ns < LATEST_NS:
-                return int(time_ns)
-        except ArithmeticError:  # no number, or one with an exponent of millions
-            pass
+        if _is_number(text):
+            with contextlib.suppress(ArithmeticError):  # an exponent of millions
+                # Exact: seconds since 1970 with nanoseconds do not fit a float.
+                time_ns = Decimal(text) * self.unit_ns
+                if 0 <= time_ns < LATEST_NS:
+                    return int(time_ns)
         raise InputFault(f'time {text!r}; expected 0 to below 2^32 s, in the unit of --time-unit')
 
 
 def _finite(text: str) -> float:
-    try:
-        number = float(text)
-    except ValueError:
-        number = math.nan
+    number = float(text) if _is_number(text) else math.nan
     if not math.isfinite(number):
         raise InputFault(f'{text!r}; expected a finite number')
     return number
@@ -84,7 +84,7 @@ def find_format(lines: Sequence[str], columns: Sequence[str], time_unit: str) ->
     rows = [line for line in lines if not line.startswith(COMMENT)]
     delimiter = _find_delimiter(rows)
     first = split(rows[0], delimiter)
-    has_header = not any(map(_is_number, first))
+    has_header = not any(_is_number(text.replace(',', '.')) for text in first)
     names = first if has_header else _names_in_comment(lines, delimiter, len(first))
     found = tuple(_find_column(names, len(first), column) for column in columns)
     if len(set(found)) < COLUMNS:
@@ -108,17 +108,13 @@ def _names_in_comment(lines: Sequence[str], delimiter: Optional[str], count: int
 
 
 def _find_column(names: Sequence[str], count: int, given: str) -> int:
-    if given in names:
-        return names.index(given)
-    if given.isdigit() and 1 <= int(given) <= count:
-        return int(given) - 1
+    numbers = [str(number) for number in range(1, count + 1)]
+    for texts in (names, numbers):
+        if given in texts:
+            return texts.index(given)
     named = f' or a name: {", ".join(names)}' if names else '; the file has no header with names'
     raise ConfigError(f'--columns: given {given}; allowed: a number from 1 to {count}{named}')
 
 
 def _is_number(text: str) -> bool:
-    try:
-        float(text.replace(',', '.'))
-    except ValueError:
-        return False
-    return True
+    return _NUMBER.fullmatch(text) is not None

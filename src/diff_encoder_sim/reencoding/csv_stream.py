@@ -53,15 +53,18 @@ class CsvStream:
 
     def messages(self, topics: Collection[str]) -> Iterator[Message]:
         """Yield the rows in their order."""
-        faults = _BadRows()
+        faults, newest_ns = _BadRows(), 0
         rows = ((number, line) for number, line in self._lines() if not line.startswith(COMMENT))
         for number, line in itertools.islice(rows, int(self._format.has_header), None):
             try:
                 time_ns, left, right = self._format.numbers(line)
+                if time_ns < newest_ns:
+                    raise InputFault(f'{time_ns} ns after {newest_ns} ns; expected times that do not decrease')
             except InputFault as fault:
                 faults.add(number, fault)
                 self.fault = faults.text()
             else:
+                newest_ns = time_ns
                 yield Message(self.topic, time_ns, PAIR.pack(left, right))
 
     def _lines(self) -> Iterator[Tuple[int, str]]:

@@ -17,8 +17,8 @@ from diff_encoder_sim.reencoding.bag_types import Fields, MessageType, message_t
 USUAL_FIELD = 'data'
 HEADER = 'std_msgs/msg/Header'
 
-_ADDRESS = re.compile(r'(?P<topic>[^.\[\]\s]+)(?P<path>(?:\.\w+|\[\d+\])*)')
-_STEP = re.compile(r'\.(\w+)|\[(\d+)\]')
+_ADDRESS = re.compile(r'(?P<topic>[^.\[\]\s]+)(?P<path>(?:\.\w+|\[[0-9]{1,9}\])*)')
+_STEP = re.compile(r'\.(\w+)|\[([0-9]+)\]')
 _BITS = {'int8': 8, 'uint8': 8, 'byte': 8, 'char': 8, 'octet': 8, 'int16': 16, 'uint16': 16, 'int32': 32, 'uint32': 32}
 _NUMBERS = (*_BITS, 'int64', 'uint64', 'float32', 'float64')
 # How many elements of an array are listed, and how deep messages in messages.

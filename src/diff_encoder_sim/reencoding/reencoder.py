@@ -91,8 +91,9 @@ class Reencoder:
 
     def _take_wheels(self, message: Message) -> None:
         if self._messages == 0:
-            self._first_ns = message.time_ns
-        self._messages, self._last_ns = self._messages + 1, message.time_ns
+            self._first_ns = self._last_ns = message.time_ns
+        self._messages += 1
+        self._first_ns, self._last_ns = min(self._first_ns, message.time_ns), max(self._last_ns, message.time_ns)
         try:
             for joints in self._wheels.angles(message):
                 self._compare(self._update(message, joints))

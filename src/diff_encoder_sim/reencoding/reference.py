@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 from pathlib import Path
-from typing import Dict, Iterator, Optional, Tuple, Union
+from typing import Dict, Iterator, List, Optional, Tuple, Union
 
-from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.recording.bag_source import BagSource
 from diff_encoder_sim.recording.topics import TF, TF_STATIC, WORLD_POSE
@@ -66,6 +67,12 @@ class FramePair:
                 if pose is not None:
                     yield StampedPose(transform.stamp_ns, pose, self._parent, self._child)
 
+    @property
+    def frames(self) -> List[str]:
+        """Return all frames of the transforms up to now."""
+        transforms = [*self._fixed.values(), *self._moving.values()]
+        return sorted({frame for each in transforms for frame in (each.parent_frame, each.child_frame)})
+
     def _lowest_moving(self) -> str:
         frame = self._child
         for _ in range(_LONGEST_CHAIN):
@@ -99,10 +106,13 @@ def find_reference(path: Path, source: BagSource, given: str) -> Optional[Refere
         given: a topic, or frames as 'map->base_link'; empty for the default.
 
     Raises:
-        ConfigError: what is given is not there, or of another type.
+        ConfigError: what is given is not there, of another type, or has no pose.
     """
-    if given or source.topics.get(WORLD_POSE) in POSE_TYPES:
-        return find_poses(path, source, '--reference', given or WORLD_POSE)
+    if given:
+        return find_poses(path, source, '--reference', given)
+    kind = source.topics.get(WORLD_POSE)
+    if kind in POSE_TYPES and _has_pose(source, PoseTopic(WORLD_POSE, kind, source.is_cdr)):
+        return PoseTopic(WORLD_POSE, kind, source.is_cdr)
     return None
 
 
@@ -116,15 +126,27 @@ def find_poses(path: Path, source: BagSource, option: str, given: str) -> Refere
         given: a topic, or frames as 'map->base_link'.
 
     Raises:
-        ConfigError: what is given is not there, or of another type.
+        ConfigError: what is given is not there, of another type, or has no pose.
     """
     if ARROW in given:
         return _frame_pair(path, source, option, given)
     kind = source.topics.get(given)
+    found = f'of {kind}' if kind else 'not there'
     if kind in POSE_TYPES:
-        return PoseTopic(given, kind, source.is_cdr)
-    found, allowed = f'of {kind}' if kind else 'not there', ', '.join(_allowed(source)) or 'it has no poses'
+        if _has_pose(source, PoseTopic(given, kind, source.is_cdr)):
+            return PoseTopic(given, kind, source.is_cdr)
+        found = 'without a pose that can be read'
+    allowed = ', '.join(_allowed(source)) or 'it has no poses'
     raise ConfigError(f'{path}: {option}: given {given}, which is {found}; allowed: {allowed}')
+
+
+def _has_pose(source: BagSource, reference: Reference) -> bool:
+    """Return whether a reference leads to a pose; `reference` has learned the transforms up to it."""
+    for message in source.messages(reference.topics):
+        with contextlib.suppress(InputFault):
+            if any(True for _ in reference.poses(message)):
+                return True
+    return False
 
 
 def _frame_pair(path: Path, source: BagSource, option: str, given: str) -> FramePair:
@@ -134,6 +156,11 @@ def _frame_pair(path: Path, source: BagSource, option: str, given: str) -> Frame
         raise ConfigError(f'{option}: given {given!r}; allowed: two frames, as map{ARROW}base_link')
     if source.topics.get(TF) != TRANSFORMS:
         raise ConfigError(f'{path}: {option}: given {given}, but there is no {TF} of {TRANSFORMS}')
+    tried = FramePair(*frames, source.is_cdr)
+    if not _has_pose(source, tried):
+        listed = ', '.join(tried.frames) or f'{TF} has none'
+        allowed = f'two that moving transforms connect, the parent first, of {listed}'
+        raise ConfigError(f'{path}: {option}: given {given}, which leads to no pose; allowed: {allowed}')
     return FramePair(*frames, source.is_cdr)
 
 

@@ -1,14 +1,16 @@
-"""What a diff_drive_controller's YAML file says of the drive, where the URDF names the file."""
+"""The drive in a diff_drive_controller's YAML file that the URDF names."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Dict, Iterator, List, Mapping, Optional, Tuple
+from typing import AbstractSet, Any, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple
 
+from diff_encoder_sim.base.bounded_numbers import is_number
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.yaml_files import load_yaml
-from diff_encoder_sim.robots.gazebo_tags import DIFFERENTIAL, SKID_STEER, DriveTags, tag_words
+from diff_encoder_sim.robots.gazebo_tags import DIFFERENTIAL, SKID_STEER, DriveTags, tag_words, usable
 from diff_encoder_sim.robots.robot_tree import RobotTree
+from diff_encoder_sim.robots.rolling_wheels import RollingWheel, wheel_joints
 
 _LIMITS = {
     ('linear', 'max_velocity'): 'max_linear_speed',
@@ -18,14 +20,15 @@ _LIMITS = {
 }
 
 
-def controllers(tree: RobotTree) -> Tuple[DriveTags, ...]:
+def controllers(tree: RobotTree, wheels: Sequence[RollingWheel]) -> Tuple[DriveTags, ...]:
     """Return the drive controllers in the parameter files that plugins name and that exist."""
     found: List[DriveTags] = []
     for plugin in tree.xml.iter('plugin'):
         for element in plugin.iter():
             if tag_words(element) in ('parameters', 'params'):
                 found += _in_file((element.text or '').strip())
-    return tuple(found)
+    carriers = wheel_joints(tree, wheels)
+    return tuple(tags for each in found for tags in _of_robot(each, tree, carriers))
 
 
 def controllers_in(content: Any, source: str) -> Iterator[DriveTags]:
@@ -37,6 +40,17 @@ def controllers_in(content: Any, source: str) -> Iterator[DriveTags]:
         yield _controller(content, left, right, source)
     for below in content.values():
         yield from controllers_in(below, source)
+
+
+def _of_robot(tags: DriveTags, tree: RobotTree, carriers: AbstractSet[str]) -> Iterator[DriveTags]:
+    """Yield a controller without the joints that carry no wheel; of another robot's joints only the first."""
+    left, right = (
+        tuple(name for name in names if name in carriers) or tuple({*names[:1]} - {*tree.joints})
+        for names in (tags.left_joints, tags.right_joints)
+    )
+    if left and right:
+        kind = SKID_STEER if max(len(left), len(right)) > 1 else DIFFERENTIAL
+        yield tags._replace(kind=kind, left_joints=left, right_joints=right)
 
 
 def _in_file(name: str) -> Iterator[DriveTags]:
@@ -57,14 +71,13 @@ def _controller(content: Mapping[Any, Any], left: Tuple[str, ...], right: Tuple[
             _number(content, 'wheel_radius_multiplier') or _number(content, 'left_wheel_radius_multiplier') or 1.0
         )
     diameter_m = None if radius_m is None else 2.0 * radius_m
-    kind = SKID_STEER if len(left) > 1 else DIFFERENTIAL
-    return DriveTags(source, kind, left, right, separation_m, diameter_m, _limits(content))
+    return DriveTags(source, DIFFERENTIAL, True, left, right, separation_m, diameter_m, _limits(content))
 
 
 def _names(content: Mapping[Any, Any], side: str) -> Tuple[str, ...]:
     given = content.get(f'{side}_wheel_names', content.get(f'{side}_wheel'))
     names = given if isinstance(given, list) else [given]
-    return tuple(name for name in names if isinstance(name, str))
+    return tuple(dict.fromkeys(name for name in names if isinstance(name, str)))
 
 
 def _limits(content: Mapping[Any, Any]) -> Dict[str, float]:
@@ -89,5 +102,4 @@ def _at(content: Any, dotted: str) -> Any:
 
 def _number(content: Mapping[Any, Any], key: str) -> Optional[float]:
     value = _at(content, key)
-    is_number = isinstance(value, (int, float)) and not isinstance(value, bool) and value > 0.0
-    return float(value) if is_number else None
+    return usable(value) if is_number(value) else None

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import functools
-from pathlib import Path
-from typing import Dict, List, Optional, Sequence, Tuple
+from typing import Dict, List, Sequence, Tuple
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.robots.coaxial_pairs import WheelPair
@@ -14,8 +13,8 @@ from diff_encoder_sim.robots.findings import Findings
 from diff_encoder_sim.robots.footprint_outline import footprint_outline
 from diff_encoder_sim.robots.ground_contacts import ground_contacts
 from diff_encoder_sim.robots.laser_search import find_laser
-from diff_encoder_sim.robots.mesh_corners import MeshFinder, PackageNotFound
-from diff_encoder_sim.robots.package_search import resolve_uri, searched_folders
+from diff_encoder_sim.robots.mesh_corners import MeshFinder
+from diff_encoder_sim.robots.package_search import find_mesh
 from diff_encoder_sim.robots.primitive_tree import body_shapes, collision_shapes, mesh_points_m, primitive_tree
 from diff_encoder_sim.robots.robot_choices import RobotChoices
 from diff_encoder_sim.robots.robot_description import MassProperties, OutlineXy, RobotDescription
@@ -23,6 +22,7 @@ from diff_encoder_sim.robots.robot_source import RobotSource
 from diff_encoder_sim.robots.robot_tree import Joint, RobotTree
 from diff_encoder_sim.robots.sound_inertias import link_masses
 from diff_encoder_sim.robots.stance import judge_stance
+from diff_encoder_sim.robots.unread_meshes import without_unread_meshes
 from diff_encoder_sim.robots.urdf_parsing import parse_urdf
 from diff_encoder_sim.robots.xacro_expansion import expansion
 
@@ -37,6 +37,7 @@ def describe(source: RobotSource, choices: RobotChoices = RobotChoices()) -> Rob
         ConfigError: the file is no robot with two driven wheels on one axle.
     """
     expanded = expansion(source)
+    choices = choices._replace(laser_link=choices.laser_link or expanded.laser_link)
     return _describe(expanded.urdf, expanded.notes, source, choices)
 
 
@@ -49,13 +50,7 @@ def _describe(
     for note in expansion_notes + tree.notes:
         seen.note(note)
 
-    def find(uri: str) -> Optional[Path]:
-        return resolve_uri(uri, source)
-
-    try:
-        return describe_tree(tree, find, choices, seen)
-    except PackageNotFound as error:
-        raise ConfigError(f'{error}; looked for in {", ".join(searched_folders(source))}') from None
+    return describe_tree(tree, lambda uri: find_mesh(uri, source), choices, seen)
 
 
 def describe_tree(tree: RobotTree, find: MeshFinder, choices: RobotChoices, seen: Findings) -> RobotDescription:
@@ -63,6 +58,7 @@ def describe_tree(tree: RobotTree, find: MeshFinder, choices: RobotChoices, seen
     _check_root(tree)
     seen.add('name', tree.name, '<robot name>')
     seen.add('base frame', tree.root, 'root link')
+    tree = without_unread_meshes(tree, find, seen)
     simple = primitive_tree(tree, find, seen)
     drive = find_drive(simple, choices, seen)
     mass = _mass(simple, find, seen)

@@ -8,7 +8,12 @@ from typing import Dict, Iterator, Sequence, Tuple
 from diff_encoder_sim.robots.coaxial_pairs import WheelPair
 from diff_encoder_sim.robots.drive_train import DriveTrain
 from diff_encoder_sim.robots.findings import Findings
-from diff_encoder_sim.robots.grip import most_torque_nm, sensible_acceleration_mps2
+from diff_encoder_sim.robots.grip import (
+    most_torque_nm,
+    sensible_acceleration_mps2,
+    sensible_turn_acceleration_radps2,
+    torque_accelerations,
+)
 from diff_encoder_sim.robots.robot_description import GroundContact, MassProperties
 from diff_encoder_sim.robots.robot_tree import RobotTree
 from diff_encoder_sim.robots.wheel_geometry import WheelGeometry
@@ -33,6 +38,9 @@ USUAL_LIMITS = {
     'max_angular_acceleration': 6.0,
 }
 
+_ACCELERATIONS = ('max_linear_acceleration', 'max_angular_acceleration')
+LEAST_ACCELERATION = 0.01  # m/s^2, rad/s^2: motors with less torque fail the self-check
+
 Limit = Tuple[str, float, str]  # key of DriveParams, value, source
 
 
@@ -42,17 +50,24 @@ def drive_limits(
     """Return the limits that the robot's file gives, by keys of DriveParams; the first source of each counts.
 
     Torque and acceleration are never more than the floor takes: plugins give 10 N m and more to robots of 1 kg, and
-    10 m/s^2, which a real motor does not have, and which only lets wheels slip.
+    10 m/s^2, which a real motor does not have, and which only lets wheels slip. Without an acceleration in the file it
+    is this package's usual one, or a smaller one which the motors' torque allows.
     """
     limits: Dict[str, Tuple[float, str]] = {}
     for key, value, source in [*_by_drives(drive), *_by_joints(tree, drive.pair, drive.geometry, seen)]:
         limits.setdefault(key, (value, source))
     most_nm = most_torque_nm(mass.mass_kg, drive.base.radius_m)
     most_mps2 = sensible_acceleration_mps2(mass, contacts, drive.base)
-    most_radps2 = 2.0 * most_mps2 / drive.geometry.separation_m
+    separation_m = drive.geometry.separation_m
+    turning_radps2 = sensible_turn_acceleration_radps2(mass, contacts, drive.base, separation_m)
+    most_radps2 = min(2.0 * most_mps2 / separation_m, turning_radps2)
     _cut(limits, 'wheel_torque', most_nm, 'mass x g x wheel radius: more only slips')
-    _cut(limits, 'max_linear_acceleration', most_mps2, "half of the wheels' grip")
-    _cut(limits, 'max_angular_acceleration', most_radps2, "half of the wheels' grip")
+    by_torque = torque_accelerations(limits['wheel_torque'][0], mass, drive.base, separation_m)
+    for key, by_grip, by_motors in zip(_ACCELERATIONS, (most_mps2, most_radps2), by_torque):
+        if key not in limits and by_motors < by_grip:
+            _cut(limits, key, max(LEAST_ACCELERATION, by_motors), "half of the motors' torque")
+        else:
+            _cut(limits, key, by_grip, "half of the wheels' grip")
     for key, unit in _UNITS.items():
         value, source = limits.get(key, (USUAL_LIMITS[key], "this package's default: the robot's file gives none"))
         seen.add(unit, f'{value:.4g}', source)

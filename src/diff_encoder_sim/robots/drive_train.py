@@ -36,8 +36,9 @@ def find_drive(tree: RobotTree, choices: RobotChoices, seen: Findings) -> DriveT
     Raises:
         ConfigError: the robot has no two driven wheels on one axle, or they have no size.
     """
-    drives = drive_plugins(tree) + controllers(tree)
-    pair = choose_wheels(tree, rolling_wheels(tree), drives, choices, seen)
+    wheels = rolling_wheels(tree)
+    drives = drive_plugins(tree, wheels) + controllers(tree, wheels)
+    pair = choose_wheels(tree, wheels, drives, choices, seen)
     ours = tuple(tags for tags in drives if set(pair.joints) <= set(tags.left_joints + tags.right_joints))
     geometry = wheel_geometry(tree.where, pair, ours, choices, seen)
     left, right = _driven(pair.left, geometry, pair), _driven(pair.right, geometry, pair)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from typing import List, Optional, Sequence, Tuple
+from typing import Optional, Sequence, Tuple
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.typed_params import did_you_mean
@@ -11,12 +11,11 @@ from diff_encoder_sim.robots.coaxial_pairs import LIKE_RADIUS, WheelPair, are_co
 from diff_encoder_sim.robots.findings import Findings
 from diff_encoder_sim.robots.gazebo_tags import DIFFERENTIAL, DriveTags, commanded_joints
 from diff_encoder_sim.robots.robot_choices import RobotChoices
-from diff_encoder_sim.robots.robot_kinds import check_one_pair, check_plugins, check_steering, check_wheels
+from diff_encoder_sim.robots.robot_kinds import check_one_pair, check_pair, check_plugins, check_steering, check_wheels
 from diff_encoder_sim.robots.robot_tree import RobotTree
-from diff_encoder_sim.robots.rolling_wheels import RollingWheel, spins, wheel_of
+from diff_encoder_sim.robots.rolling_wheels import RollingWheel, spins, wheel_of, without_casters
 
 LEAST_ACROSS = 0.985  # y part of an axle that lies across the robot (10 degrees)
-_PASSIVE = re.compile('caster|castor|idler|passive|support|roller|ball', re.IGNORECASE)
 
 
 def choose_wheels(
@@ -35,7 +34,9 @@ def choose_wheels(
         ConfigError: the robot is no differential drive, or the choice is no pair of wheels.
     """
     pair, source = (
-        _chosen(tree, wheels, choices) or _by_plugin(tree, drives, seen) or _by_evidence(tree, wheels, drives, seen)
+        _chosen(tree, wheels, choices)
+        or _by_plugin(tree, wheels, drives, seen)
+        or _by_evidence(tree, wheels, drives, seen)
     )
     _check_axle(tree, pair)
     seen.add('left wheel joint', pair.left.joint, source)
@@ -85,10 +86,12 @@ def _users_wheel(tree: RobotTree, name: Optional[str], side: str) -> Optional[Ro
     return wheel_of(tree, joint)
 
 
-def _by_plugin(tree: RobotTree, drives: Sequence[DriveTags], seen: Findings) -> Optional[Tuple[WheelPair, str]]:
-    """Return the pair of the first differential drive whose joints the robot has."""
+def _by_plugin(
+    tree: RobotTree, wheels: Sequence[RollingWheel], drives: Sequence[DriveTags], seen: Findings
+) -> Optional[Tuple[WheelPair, str]]:
+    """Return the pair of the first differential drive whose joints the robot has; of those by name first."""
     check_one_pair(tree, drives)
-    for tags in drives:
+    for tags in sorted(drives, key=lambda tags: not tags.is_named):
         if tags.kind != DIFFERENTIAL:
             continue
         left, right = tree.joints.get(tags.left_joints[0]), tree.joints.get(tags.right_joints[0])
@@ -97,6 +100,7 @@ def _by_plugin(tree: RobotTree, drives: Sequence[DriveTags], seen: Findings) -> 
             seen.warn(f'{tags.source} names joint {missing!r}, which the robot does not have')
         elif left.name != right.name and spins(tree, left) and spins(tree, right):
             pair = left_first(wheel_of(tree, left), wheel_of(tree, right))
+            check_pair(tree, pair, tags.is_named, wheels)
             if pair.left.joint != left.name:
                 seen.warn(f'{tags.source} names {left.name!r} as left joint, which is on the right: taken as right one')
             return pair, tags.source
@@ -107,13 +111,13 @@ def _by_evidence(
     tree: RobotTree, wheels: Sequence[RollingWheel], drives: Sequence[DriveTags], seen: Findings
 ) -> Tuple[WheelPair, str]:
     """Return the pair that follows from transmissions, sizes and names, where no plugin does."""
-    check_plugins(tree, drives, wheels)
+    check_plugins(tree, drives)
     check_steering(tree, wheels)
     commanded = [wheel for wheel in wheels if wheel.joint in commanded_joints(tree) and not wheel.swivel]
     if len(commanded) == 2 and are_coaxial(*commanded):
         return left_first(*commanded), 'transmissions'
     driven = commanded if len(commanded) > 2 else wheels
-    fixed = _without_casters([wheel for wheel in driven if not wheel.swivel])
+    fixed = without_casters([wheel for wheel in driven if not wheel.swivel])
     check_wheels(tree, fixed)
     pairs = coaxial_pairs(fixed)
     pair = max(pairs, key=lambda pair: pair.radius_m)
@@ -124,12 +128,6 @@ def _by_evidence(
             f'and {others} to be casters'
         )
     return pair, 'transmissions and geometry' if driven is commanded else 'geometry'
-
-
-def _without_casters(wheels: List[RollingWheel]) -> List[RollingWheel]:
-    """Leave out wheels that are casters by name, where two others remain."""
-    driven = [wheel for wheel in wheels if not _PASSIVE.search(f'{wheel.joint} {wheel.link}')]
-    return driven if len(driven) >= 2 else wheels
 
 
 def _check_axle(tree: RobotTree, pair: WheelPair) -> None:

@@ -8,6 +8,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from diff_encoder_sim.base.plain_numbers import plain_float
 from diff_encoder_sim.base.xml_values import rotation_from_rpy
 from diff_encoder_sim.robots.gazebo_tags import tag_words
 from diff_encoder_sim.robots.robot_tree import RobotTree
@@ -87,7 +88,7 @@ def _number(sensor: ElementTree.Element, path: str) -> Optional[float]:
     """Return the finite number below a sensor; plugins have tags of the same names, so a path names its parent."""
     element = sensor.find(f'.//{path}') if '/' in path else sensor.find(path)
     try:
-        number = math.nan if element is None else float(element.text or '')
+        number = math.nan if element is None else plain_float(element.text or '')
     except ValueError:
         return None
     return number if math.isfinite(number) else None
@@ -103,7 +104,7 @@ def _pose(sensor: ElementTree.Element) -> np.ndarray:
     pose = np.eye(4)
     words = (sensor.findtext('pose') or '').split()
     try:
-        numbers = [float(word) for word in words]
+        numbers = [plain_float(word) for word in words]
     except ValueError:
         return pose
     if len(numbers) == 6 and all(map(math.isfinite, numbers)):

@@ -1,17 +1,19 @@
-"""What a URDF's simulator plugins say of the drive: joints, geometry, limits.
+"""Drive plugins of a URDF: joints, geometry, limits.
 
-Gazebo Classic for ROS 1, for ROS 2, Gazebo Sim and robot makers' own plugins name the same by different tags, so a tag
-is recognised by the words in it, not by its plugin.
+Gazebo Classic for ROS 1, for ROS 2, Gazebo Sim and robot makers' own plugins use different tags for the same value. A
+tag for `left` or `right` counts if its text is the name of a joint that carries a wheel.
 """
 
 from __future__ import annotations
 
-import math
 import re
-from typing import Dict, Iterator, List, NamedTuple, Optional, Tuple
+from typing import AbstractSet, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 from xml.etree import ElementTree
 
+from diff_encoder_sim.base.plain_numbers import plain_float
+from diff_encoder_sim.base.xml_values import MOST
 from diff_encoder_sim.robots.robot_tree import RobotTree
+from diff_encoder_sim.robots.rolling_wheels import RollingWheel, joints_above, wheel_joints
 
 DIFFERENTIAL, SKID_STEER, STEERED, OMNIDIRECTIONAL = 'differential', 'skid-steer', 'steered', 'omnidirectional'
 
@@ -27,13 +29,18 @@ _LIMIT_TAGS = {
     'wheelacceleration': 'rim_acceleration',
     'maxwheelacceleration': 'rim_acceleration',
 }
+LEAST = 1e-6  # in SI units
 _SEPARATION_TAGS = ('wheelseparation', 'wheeltrack', 'trackwidth', 'tread')
-_KIND_WORDS = (
-    (SKID_STEER, 'skid'),
-    (STEERED, 'ackermann|tricycle|steer'),
-    (OMNIDIRECTIONAL, 'planar_?move|force_based_move|mecanum|omni|holonomic'),
-    (DIFFERENTIAL, 'diff[-_]?drive|differential'),
+# Whole words in the name of a plugin's file.
+_KINDS = (
+    (SKID_STEER, 'skid( ?steer(ing)?)? drive'),
+    (STEERED, 'ackermann? (drive|steering)|((tri|bi)cycle|steer(ing)?) drive'),
+    (OMNIDIRECTIONAL, r'(mecanum|omni\w*|holonomic|swerve) drive'),
+    (DIFFERENTIAL, 'diff ?drive|differential'),
 )
+_SIDES = ('left', 'right')
+_Worded = Tuple[List[str], str]  # the words of a tag, and its text
+_WORD = re.compile('[A-Z]+(?![a-z])|[A-Z]?[a-z]+')
 
 
 class DriveTags(NamedTuple):
@@ -41,6 +48,7 @@ class DriveTags(NamedTuple):
 
     source: str  # the plugin's file or the controller's, as the user knows it
     kind: str
+    is_named: bool  # the kind follows from the name, not only from the joints
     left_joints: Tuple[str, ...]
     right_joints: Tuple[str, ...]
     separation_m: Optional[float]
@@ -48,12 +56,17 @@ class DriveTags(NamedTuple):
     limits: Dict[str, float]  # keys of DriveParams, and rim_acceleration, that of the wheel's rim [m/s^2]
 
 
-def drive_plugins(tree: RobotTree) -> Tuple[DriveTags, ...]:
-    """Return the plugins that name a left and a right joint, or whose name says what they drive."""
+def drive_plugins(tree: RobotTree, wheels: Sequence[RollingWheel]) -> Tuple[DriveTags, ...]:
+    """Return the plugins that name wheel joints on the left and on the right, or a steering joint.
+
+    Plugins are included too if their file is a drive plugin of another kind than differential.
+    """
     plugins = list(tree.xml.iter('plugin'))
     # Before Gazebo 1.0 a plugin was a <controller:...> of its own name.
     plugins += [child for element in tree.xml.iter('gazebo') for child in element if child.tag != 'plugin']
-    read = (_read_plugin(plugin) for plugin in plugins)
+    carriers = wheel_joints(tree, wheels)
+    above = {joint.name for wheel in wheels for joint in joints_above(tree, tree.joints[wheel.joint].parent)}
+    read = (_read_plugin(plugin, tree, carriers, above) for plugin in plugins)
     return tuple(tags for tags in read if tags is not None)
 
 
@@ -69,12 +82,16 @@ def tag_words(element: ElementTree.Element) -> str:
 
 
 def positive(text: Optional[str]) -> Optional[float]:
-    """Return a tag's number; None where it is none, or not above zero: plugins take 0 for no limit."""
+    """Return a tag's number; None of no number, and of 0 and enormous ones, which stand for no limit."""
     try:
-        number = float(text or '')
+        return usable(plain_float(text or ''))
     except ValueError:
         return None
-    return number if 0.0 < number < math.inf else None
+
+
+def usable(number: float) -> Optional[float]:
+    """Return a number that a robot's size or limit can have; None of any other."""
+    return float(number) if LEAST <= number <= MOST else None
 
 
 def _local_name(element: ElementTree.Element) -> str:
@@ -82,37 +99,65 @@ def _local_name(element: ElementTree.Element) -> str:
     return element.tag.rsplit('}', 1)[-1].rsplit(':', 1)[-1]
 
 
-def _read_plugin(plugin: ElementTree.Element) -> Optional[DriveTags]:
-    children = [(tag_words(child), (child.text or '').strip()) for child in plugin.iter() if child is not plugin]
+def _words(name: str) -> List[str]:
+    """Return the words of a name in lower case: leftWheelTF and left_wheel_tf are the same."""
+    return [word.lower() for word in _WORD.findall(re.sub('^lib', '', name.rsplit('/', 1)[-1]))]
+
+
+def _read_plugin(
+    plugin: ElementTree.Element, tree: RobotTree, carriers: AbstractSet[str], above: AbstractSet[str]
+) -> Optional[DriveTags]:
+    """Return a plugin's tags; None of one that drives nothing.
+
+    Args:
+        plugin: its element.
+        tree: the robot.
+        carriers: joints that carry wheels.
+        above: joints between these and the root, which can steer.
+    """
+    elements = [(child, (child.text or '').strip()) for child in plugin.iter() if child is not plugin]
+    children = [(tag_words(child), text) for child, text in elements]
+    worded = [(_words(_local_name(child)), text) for child, text in elements]
     filename = plugin.get('filename') or _local_name(plugin)
-    left, right = _joints(children, 'left'), _joints(children, 'right')
-    kind = _kind(f'{filename} {plugin.get("name")}', children, left)
-    if not (left and right) and (kind not in (STEERED, OMNIDIRECTIONAL) or plugin.tag != 'plugin'):
+    kind = _kind(filename)
+    left, right = (
+        _joints(worded, side, carriers) or _missing(worded, side, tree)[: kind is not None] for side in _SIDES
+    )
+    is_steered = any(text in above and {'steer', 'steering'}.intersection(words) for words, text in worded)
+    is_other = is_steered or (kind not in (None, DIFFERENTIAL) and plugin.tag == 'plugin')
+    if not ((left and right) or is_other):
         return None
+    if is_steered:
+        kind = STEERED
+    elif kind in (None, DIFFERENTIAL) and max(len(left), len(right)) > 1:
+        kind = SKID_STEER
     diameter_m = _first(children, ('wheeldiameter',))
     radius_m = _first(children, ('wheelradius',))
     if diameter_m is None and radius_m is not None:
         diameter_m = 2.0 * radius_m
     numbers = {_LIMIT_TAGS[tag]: positive(text) for tag, text in children if tag in _LIMIT_TAGS}
     limits = {key: number for key, number in numbers.items() if number is not None}
-    return DriveTags(
-        filename, kind or DIFFERENTIAL, left, right, _first(children, _SEPARATION_TAGS), diameter_m, limits
-    )
+    separation_m = _first(children, _SEPARATION_TAGS)
+    is_named = kind is not None or _kind(plugin.get('name', '')) == DIFFERENTIAL
+    return DriveTags(filename, kind or DIFFERENTIAL, is_named, left, right, separation_m, diameter_m, limits)
 
 
-def _joints(children: List[Tuple[str, str]], side: str) -> Tuple[str, ...]:
-    """Return the joints that a plugin drives on one side."""
-    named = [text for tag, text in children if side in tag and re.search('joint|wheel', tag) and 'steer' not in tag]
-    # A number is a size of that side's wheel; a list is separated as in XML or by commas.
-    words = [word for text in named if positive(text) is None for word in re.split(r'[\s,]+', text) if word]
-    return tuple(dict.fromkeys(words))
+def _joints(worded: Sequence[_Worded], side: str, carriers: AbstractSet[str]) -> Tuple[str, ...]:
+    """Return the wheel joints that a plugin names on one side: one for each tag, or a list as in XML or by commas."""
+    texts = [text for words, text in worded if side in words]
+    names = (name for text in texts for name in (text, *re.split(r'[\s,]+', text)))
+    return tuple(dict.fromkeys(name for name in names if name in carriers))
 
 
-def _kind(names: str, children: List[Tuple[str, str]], left: Tuple[str, ...]) -> Optional[str]:
-    found = next((kind for kind, words in _KIND_WORDS if re.search(words, names, re.IGNORECASE)), None)
-    if any('steeringjoint' in tag for tag, _ in children):
-        return STEERED
-    return SKID_STEER if len(left) > 1 and found in (None, DIFFERENTIAL) else found
+def _missing(worded: Sequence[_Worded], side: str, tree: RobotTree) -> Tuple[str, ...]:
+    """Return the joints of one side that the robot does not have."""
+    named = (text for words, text in worded if {side, 'joint'} <= {*words} and words[-1] in ('joint', 'name'))
+    return tuple(text for text in named if text not in tree.joints)
+
+
+def _kind(name: str) -> Optional[str]:
+    words = ' '.join(_words(name))
+    return next((kind for kind, pattern in _KINDS if re.search(rf'\b({pattern})\b', words)), None)
 
 
 def _first(children: List[Tuple[str, str]], tags: Tuple[str, ...]) -> Optional[float]:

@@ -1,4 +1,4 @@
-"""Where the scanner is: by the user, by a Gazebo sensor, by a link's name."""
+"""The place of the scanner: by the user, by a Gazebo sensor, by a link's name."""
 
 from __future__ import annotations
 
@@ -42,7 +42,11 @@ def find_laser(tree: RobotTree, chosen: Optional[str], seen: Findings) -> Option
     Raises:
         ConfigError: the user's link is missing, or leans.
     """
-    scanners = list(_chosen(tree, chosen) if chosen is not None else _found(tree))
+    scanners = list(_found(tree))
+    if chosen is not None:
+        (own,) = _chosen(tree, chosen)
+        # The chosen link may be the frame of a sensor's scans.
+        scanners = [own, *(each for each in scanners if not np.allclose(each.pose, own.pose, atol=1e-3))]
     level = [scanner for scanner in scanners if _is_level(scanner.pose)]
     leaning = [repr(scanner.link) for scanner in scanners if not _is_level(scanner.pose)]
     if leaning:

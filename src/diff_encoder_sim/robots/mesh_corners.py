@@ -12,15 +12,12 @@ from diff_encoder_sim.base.xml_values import parse_numbers
 from diff_encoder_sim.robots.meshes import mesh_points_m
 from diff_encoder_sim.robots.robot_tree import Mesh, Shape
 
-# Finds a mesh's file by its URI: package_search.resolve_uri of a robot. None: there is none.
+# Finds a mesh's file by its URI: package_search.find_mesh of a robot. It raises ConfigError, or returns None, if the
+# file is missing.
 MeshFinder = Callable[[str], Optional[Path]]
 
 # A mesh whose corners its URI lists: corners:NAME:x y z x y z ...
 _LISTED = 'corners:'
-
-
-class PackageNotFound(ConfigError):
-    """A mesh whose package, or whose file in it, is missing; whoever knows where it was looked for adds that."""
 
 
 def listed_mesh(uri: str, corners_m: np.ndarray) -> str:
@@ -47,9 +44,12 @@ def file_corners_m(uri: str, where: str, find: MeshFinder) -> np.ndarray:
     if is_listed(uri):
         numbers = uri.split(':', 2)[-1]
         return np.array(parse_numbers(numbers, max(3, len(numbers.split()) // 3 * 3), where)).reshape(-1, 3)
-    path = find(uri)
+    try:
+        path = find(uri)
+    except ConfigError as error:
+        raise ConfigError(f'{where}: {error}') from None
     if path is None:
-        raise _not_found(uri, where)
+        raise ConfigError(f'{where}: given a file that is missing')
     return mesh_points_m(path, where)
 
 
@@ -62,16 +62,3 @@ def link_corners_m(shape: Shape, where: str, find: MeshFinder) -> np.ndarray:
     assert isinstance(shape.geometry, Mesh)
     corners_m = file_corners_m(shape.geometry.uri, where, find) * shape.geometry.scale_xyz
     return np.asarray(corners_m @ shape.pose_in_link[:3, :3].T + shape.pose_in_link[:3, 3])
-
-
-def _not_found(uri: str, where: str) -> ConfigError:
-    """Return the error of a mesh's name that no file has."""
-    scheme, separator, rest = uri.partition('://')
-    if not separator or scheme == 'file':
-        allowed = 'an .stl, .obj or .dae file, its path relative to the robot file'
-        return ConfigError(f'{where}: given a file that is missing; allowed: {allowed}')
-    package = rest.partition('/')[0]
-    return PackageNotFound(
-        f'{where}: given a file that is missing, or package {package!r} is not found; allowed: one above the robot '
-        'file or below a folder there, on ROS_PACKAGE_PATH or AMENT_PREFIX_PATH, or in a given folder of packages'
-    )

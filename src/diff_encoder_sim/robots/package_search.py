@@ -1,8 +1,8 @@
 """Finds ROS packages and the files in them, with and without ROS.
 
-Where packages are looked for, in this order: the folders that the user names, the folders above the robot's file and
-their neighbours, ROS_PACKAGE_PATH, AMENT_PREFIX_PATH and COLCON_PREFIX_PATH. A package has the name in its package.xml
-or its folder's; some are looked for by the other.
+The search order: the package that the robot's file belongs to, by its package.xml; the folders that the user names;
+the folders above the robot's file and their neighbours; ROS_PACKAGE_PATH, AMENT_PREFIX_PATH and COLCON_PREFIX_PATH. A
+package has the name in its package.xml or its folder's; some are looked for by the other.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Dict, Iterator, List, NamedTuple, Optional
 from urllib.parse import unquote
 
+from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.robots.robot_source import RobotSource
 
 SEARCH_VARIABLES = ('ROS_PACKAGE_PATH', 'AMENT_PREFIX_PATH', 'COLCON_PREFIX_PATH', 'GAZEBO_MODEL_PATH')
@@ -33,6 +34,14 @@ def find_package(name: str, source: RobotSource) -> Optional[Path]:
     return next(found, None)
 
 
+def missing_package(name: str, source: RobotSource) -> str:
+    """Return the text of an error: where a package was looked for, and how to name its folder."""
+    return (
+        f'package {name!r} is not found; looked for in {", ".join(searched_folders(source))}; '
+        'name a folder that has it under packages in the robot file, or as --packages'
+    )
+
+
 def searched_folders(source: RobotSource) -> List[str]:
     """Return the places where packages are looked for, for an error's text."""
     above = [str(folder) for folder in _folders_above(source.file)[:2]]
@@ -42,6 +51,30 @@ def searched_folders(source: RobotSource) -> List[str]:
         for variable in SEARCH_VARIABLES[:2]
     ]
     return [*named, *above, 'the folders above', *variables]
+
+
+def find_mesh(uri: str, source: RobotSource) -> Path:
+    """Return the file that a mesh's name means; see `resolve_uri`.
+
+    Raises:
+        ConfigError: the package or the file is missing.
+    """
+    path = resolve_uri(uri, source)
+    if path is None:
+        raise ConfigError(_why_missing(uri.strip(), source))
+    return path
+
+
+def _why_missing(uri: str, source: RobotSource) -> str:
+    scheme, separator, rest = uri.partition('://')
+    if scheme == 'file' and '://' in rest:
+        return _why_missing(rest, source)
+    if scheme not in ('package', 'model'):
+        path = Path(rest) if separator else _absolute(source.file).parent / uri
+        return f"there is no file {path}; allowed: an .stl, .obj or .dae file, its path relative to the robot's file"
+    name, _, inside = rest.partition('/')
+    package = find_package(name, source)
+    return missing_package(name, source) if package is None else f'package {name!r} in {package} has no file {inside!r}'
 
 
 def resolve_uri(uri: str, source: RobotSource) -> Optional[Path]:
@@ -71,6 +104,7 @@ def _meant_paths(uri: str, source: RobotSource) -> Iterator[Path]:
 
 
 def _candidates(name: str, source: RobotSource) -> Iterator[Optional[Path]]:
+    yield next((folder for folder in _folders_above(source.file) if _declared_name(folder) == name), None)
     for folder in source.package_folders:
         yield _package_below(name, _absolute(folder), MOST_LEVELS_DOWN)
     yield from _candidates_above(name, source.file)

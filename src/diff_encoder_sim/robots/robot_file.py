@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
 
+import yaml
 from pydantic import Field
 
 from diff_encoder_sim.base.bounded_numbers import Offset_m, PulsesPerTurn
@@ -18,7 +20,7 @@ ROBOT_FILE_SUFFIXES = ('.yaml', '.yml')
 
 
 class AddedLaserParams(Params):
-    """A scanner for a robot whose URDF has none."""
+    """A scanner for a robot, in place of those of its URDF."""
 
     parent: str = Field(min_length=1, description='link that carries it')
     xyz: List[Offset_m] = Field(min_length=3, max_length=3, description='place in that link [m]')
@@ -38,7 +40,7 @@ class RobotFileParams(Params):
         [], description='folders in which packages of package:// and $(find) are looked for, relative to this file'
     )
     laser: Optional[AddedLaserParams] = Field(
-        None, description='a level scanner, added as link `laser` to a URDF that has none'
+        None, description='a level scanner, added as link `laser` and simulated in place of those of the URDF'
     )
     ppr: Optional[PulsesPerTurn] = Field(
         None, description="counts per wheel revolution of the robot's own encoder; need not be whole"
@@ -58,6 +60,14 @@ class RobotFile(NamedTuple):
     overrides: Dict[str, Any]  # by dotted keys, as robot_params.override takes them
     label: str  # such as 'burger'
     where: str  # the file that errors about these values name
+
+
+def robot_file_line(urdf: str, **content: Any) -> str:
+    """Return the content of a robot file in one line of YAML, for messages that propose one."""
+    text = yaml.safe_dump(
+        {'urdf': urdf, **content}, default_flow_style=True, sort_keys=False, width=math.inf, allow_unicode=True
+    )
+    return f'a robot file (YAML): {text.strip()}'
 
 
 def load_robot_file(

@@ -6,13 +6,10 @@ import os
 from pathlib import Path
 from typing import Any, Dict, Iterator, List
 
-import numpy as np
 import yaml
 
-from diff_encoder_sim.robots.added_laser import ADDED_HEIGHT_M
-from diff_encoder_sim.robots.robot_description import RobotDescription
+from diff_encoder_sim.robots.proposed_laser import proposed_laser
 from diff_encoder_sim.robots.robot_setup import RobotSetup
-from diff_encoder_sim.robots.solids import reach_m
 
 COMMENTS_FROM = 60  # column
 
@@ -100,16 +97,12 @@ def _laser(setup: RobotSetup) -> Iterator[str]:
     """Yield the laser that the user added, or a proposal for a robot without one."""
     added = setup.file.source.added_laser
     if added is not None:
-        yield _line('laser', {'parent': added.parent, 'xyz': list(added.xyz_m)}, '# [m] a scanner that the URDF lacks')
+        yield _line(
+            'laser', {'parent': added.parent, 'xyz': list(added.xyz_m)}, '# [m] a scanner in place of those of the URDF'
+        )
     elif setup.description.laser is None:
-        place = {'parent': setup.description.tree.root, 'xyz': [0.0, 0.0, _height_m(setup.description)]}
+        place = proposed_laser(setup.description).place()
         yield '# ' + _line('laser', place, '# [m] no laser was found: this adds one above the robot')
-
-
-def _height_m(description: RobotDescription) -> float:
-    """Return a height [m] above all of the robot, in its root."""
-    top_m = max(0.0, reach_m(description.hull, np.array([0.0, 0.0, 1.0])))
-    return round(top_m + ADDED_HEIGHT_M, 3)
 
 
 def _settings(setup: RobotSetup) -> Iterator[str]:

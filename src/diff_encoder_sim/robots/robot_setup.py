@@ -6,9 +6,9 @@ from typing import Any, Dict, Mapping, NamedTuple
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.typed_params import did_you_mean
-from diff_encoder_sim.robots.added_laser import ADDED_LINK
 from diff_encoder_sim.robots.derived_settings import derived_settings
 from diff_encoder_sim.robots.describing import describe
+from diff_encoder_sim.robots.proposed_laser import proposed_laser, proposed_laser_line
 from diff_encoder_sim.robots.robot_choices import RobotChoices
 from diff_encoder_sim.robots.robot_description import RobotDescription
 from diff_encoder_sim.robots.robot_file import RobotFile
@@ -41,7 +41,7 @@ class RobotSetup(NamedTuple):
         return self.description.tree.name
 
     def check_laser(self) -> None:
-        """Check that there is a laser: a simulated robot has one.
+        """Check that there is a laser: closed-loop trials need one.
 
         Raises:
             ConfigError: none was found.
@@ -50,9 +50,23 @@ class RobotSetup(NamedTuple):
             links = self.description.tree.links
             shown = ', '.join(list(links)[:MOST_LINKS]) + (', ...' if len(links) > MOST_LINKS else '')
             raise ConfigError(
-                f'{self.file.where}: the robot has no laser, which a simulated one needs; allowed: in a robot file '
-                f'laser: {{parent: LINK, xyz: [x, y, z]}}, or simulator.laser_link; links: {shown}'
+                f'{self.file.where}: the robot has no laser, which closed-loop trials need; allowed: '
+                f'{proposed_laser_line(self.description)}, or simulator.laser_link, one of the links {shown}'
             )
+
+    def with_laser(self) -> RobotSetup:
+        """Return the robot with a laser, if it has none: one that a warning proposes.
+
+        Raises:
+            ConfigError: as `set_up_robot`.
+        """
+        if self.description.laser is not None:
+            return self
+        warning = f'no laser is found: one above the robot is simulated, as by {proposed_laser_line(self.description)}'
+        source = self.file.source._replace(added_laser=proposed_laser(self.description))
+        setup = set_up_robot(self.file._replace(source=source))
+        warnings = (*setup.description.warnings, warning)
+        return setup._replace(description=setup.description._replace(warnings=warnings))
 
 
 def set_up_robot(file: RobotFile) -> RobotSetup:
@@ -76,11 +90,6 @@ def _check_added_laser(file: RobotFile) -> None:
         raise ConfigError(
             f'{file.where}: laser: parent: given {laser.parent!r}; allowed: a link of {file.source.file.name}'
             f'{did_you_mean(laser.parent, links)}'
-        )
-    if ADDED_LINK in links:
-        raise ConfigError(
-            f'{file.where}: laser: {file.source.file.name} has a link {ADDED_LINK!r} already; '
-            f'allowed: simulator.laser_link: {ADDED_LINK}'
         )
 
 

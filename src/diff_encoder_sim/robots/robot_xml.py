@@ -105,5 +105,5 @@ def _decoded(content: bytes, path: Union[str, Path]) -> str:
     name = declared[1].decode() if declared else 'utf-8'
     try:
         return content.decode(name, errors='replace')
-    except LookupError:
+    except (LookupError, UnicodeError):  # unknown, or of Python's own kinds, such as idna
         raise ConfigError(f'{path}: encoding: given {name!r}; allowed: utf-8, iso-8859-1 and the like') from None

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import math
-from typing import Iterator, List, NamedTuple, Optional, Tuple
+import re
+from typing import FrozenSet, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
+from diff_encoder_sim.base.plain_numbers import plain_float
 from diff_encoder_sim.robots.robot_tree import Cylinder, Joint, RobotTree, Shape
 from diff_encoder_sim.robots.solids import placed, rolling_radius_m
 
 LEVEL = 0.17  # an axis' vertical part (10 degrees), below which a wheel can stand on it
 UPRIGHT = 0.9  # an axis' vertical part, above which a joint swivels
 SAME_RADIUS = 0.01  # shapes of one wheel: twin tyres, a tyre and its rim
+PASSIVE = re.compile('caster|castor|idler|passive|support|roller|ball', re.IGNORECASE)
 NEAR_FLOOR = 0.35  # of its radius: how far above the lowest wheel a wheel may end
 
 
@@ -42,6 +45,31 @@ def rolling_wheels(tree: RobotTree) -> Tuple[RollingWheel, ...]:
     return tuple(wheel for wheel in level if wheel.bottom_m < floor_m + NEAR_FLOOR * (wheel.radius_m or 0.0))
 
 
+def wheel_joints(tree: RobotTree, wheels: Sequence[RollingWheel]) -> FrozenSet[str]:
+    """Return the joints that can drive the robot: those of wheels that neither swivel nor are casters.
+
+    Without two of these (wheels may lack a round shape) all joints count that spin about a level axis.
+
+    Args:
+        tree: the robot.
+        wheels: from rolling_wheels.
+    """
+    fixed = frozenset(wheel.joint for wheel in without_casters([each for each in wheels if each.swivel is None]))
+    if len(fixed) > 1:
+        return fixed
+    return frozenset(
+        joint.name
+        for joint in tree.joints.values()
+        if spins(tree, joint) and abs(wheel_of(tree, joint).axis[2]) < LEVEL
+    )
+
+
+def without_casters(wheels: Sequence[RollingWheel]) -> List[RollingWheel]:
+    """Leave out wheels that are casters by name, where two others remain."""
+    driven = [wheel for wheel in wheels if not PASSIVE.search(f'{wheel.joint} {wheel.link}')]
+    return driven if len(driven) >= 2 else [*wheels]
+
+
 def spins(tree: RobotTree, joint: Joint) -> bool:
     """Return whether a joint turns without end: continuous, or revolute with limits of a turn or more."""
     return joint.kind == 'continuous' or (joint.kind == 'revolute' and turning_range_rad(tree, joint) >= 2.0 * math.pi)
@@ -49,9 +77,13 @@ def spins(tree: RobotTree, joint: Joint) -> bool:
 
 def turning_range_rad(tree: RobotTree, joint: Joint) -> float:
     """Return the angle between a joint's limits."""
-    limit = tree.xml.find(f"joint[@name='{joint.name}']/limit")
+    limit = next((each.find('limit') for each in tree.xml.findall('joint') if each.get('name') == joint.name), None)
     try:
-        return math.inf if limit is None else float(limit.get('upper', 'inf')) - float(limit.get('lower', '-inf'))
+        return (
+            math.inf
+            if limit is None
+            else plain_float(limit.get('upper', 'inf')) - plain_float(limit.get('lower', '-inf'))
+        )
     except ValueError:
         return math.inf
 

@@ -9,6 +9,7 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.robots.findings import Findings
 from diff_encoder_sim.robots.mesh_corners import MeshFinder, file_corners_m, is_listed, listed_mesh
 from diff_encoder_sim.robots.primitive_tree import primitive_tree
+from diff_encoder_sim.robots.unread_meshes import without_unread_meshes
 from diff_encoder_sim.robots.urdf_parsing import parse_urdf
 
 # Signs that a xacro or URDF depends on more than its own text and arguments: other files, the environment.
@@ -36,8 +37,9 @@ def self_contained_urdf(urdf: str, where: str, find: MeshFinder) -> str:
         ConfigError: a collision mesh is missing, broken or too large.
     """
     tree = parse_urdf(urdf, where)
-    simple = primitive_tree(tree, find, Findings())
-    is_changed = False
+    left_out = Findings()
+    simple = primitive_tree(without_unread_meshes(tree, find, left_out), find, Findings())
+    is_changed = bool(left_out.warnings)
     for link in tree.xml.findall('link'):
         kinds = ('collision', 'visual') if simple.links[link.get('name', '')].visuals else ('collision',)
         meshes = [mesh for kind in kinds for mesh in link.findall(f'{kind}/geometry/mesh')]

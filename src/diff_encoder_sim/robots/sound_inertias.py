@@ -17,6 +17,7 @@ from diff_encoder_sim.robots.solids import farthest_m, placed
 # Principal moments of a thin plate, a = b + c, come with few digits.
 _ROUNDING = 0.05
 _MOST_NAMED = 3
+LEAST_KG = 1e-3  # of a robot: bounded_numbers allows wheels of 1 mm
 
 LinkShapes = Mapping[str, Tuple[Shape, ...]]
 
@@ -49,7 +50,7 @@ def link_masses(tree: RobotTree, shapes: LinkShapes, find: MeshFinder) -> LinkMa
         find: finds the mesh of a visual shape, which stands in where a link has no collision shape.
 
     Raises:
-        ConfigError: the robot has no mass.
+        ConfigError: the robot has no mass, or one that no robot has.
     """
     poses = tree.link_poses()
     around = _shapes_around(tree, poses, shapes)
@@ -71,7 +72,11 @@ def link_masses(tree: RobotTree, shapes: LinkShapes, find: MeshFinder) -> LinkMa
             f'{tree.where}: given no link with a mass; allowed: <inertial> with a mass greater than 0 in a link, '
             'such as that of the body'
         )
-    return LinkMasses(by_link, tuple(_in_words(faults)))
+    masses = LinkMasses(by_link, tuple(_in_words(faults)))
+    if masses.total.mass_kg < LEAST_KG:
+        given = f'given {masses.total.mass_kg:.3g} kg in all links'
+        raise ConfigError(f'{tree.where}: {given}; allowed: a robot of at least {LEAST_KG:g} kg')
+    return masses
 
 
 def _fault(inertial: Inertial, reach_m: float) -> Optional[_Fault]:

@@ -9,6 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.plain_numbers import plain_float
 from diff_encoder_sim.base.typed_params import did_you_mean
 from diff_encoder_sim.base.xml_values import bounded_numbers, joint_link
 from diff_encoder_sim.robots.robot_tree import Joint
@@ -60,7 +61,7 @@ def _limit(joint: ElementTree.Element, key: str, place: str) -> Optional[float]:
     if text is None:
         return None
     try:
-        value = float(text)
+        value = plain_float(text)
     except ValueError:
         value = math.nan
     if math.isnan(value) or value < 0:

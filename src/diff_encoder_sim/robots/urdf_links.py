@@ -12,6 +12,9 @@ from diff_encoder_sim.base.xml_values import bounded_numbers
 from diff_encoder_sim.robots.robot_tree import Box, Cylinder, Geometry, Inertial, Link, Mesh, Shape, Sphere
 from diff_encoder_sim.robots.urdf_values import named, parse_pose
 
+LEAST_KG = 1e-9  # of a link that has a mass
+LEAST_M = 1e-9  # of a shape; a smaller one is of size zero
+
 
 def parse_link(element: ElementTree.Element, where: str, notes: List[str]) -> Link:
     """Return a link; what is ignored of it is added to `notes`.
@@ -36,8 +39,8 @@ def _inertial(link: ElementTree.Element, place: str) -> Optional[Inertial]:
     if inertial is None or mass is None:
         return None
     (mass_kg,) = bounded_numbers(mass.get('value'), 1, f'{place}: mass value')
-    if mass_kg < 0:
-        raise ConfigError(f'{place}: mass value: given {mass.get("value")!r}; allowed: greater than 0 [kg]')
+    if mass_kg < LEAST_KG and mass_kg != 0:
+        raise ConfigError(f'{place}: mass value: given {mass.get("value")!r}; allowed: at least {LEAST_KG:g} [kg]')
     pose = parse_pose(inertial, f'{place}: inertial')
     rotation = pose[:3, :3]
     inertia = rotation @ _inertia(inertial.find('inertia'), place) @ rotation.T
@@ -76,14 +79,14 @@ def _geometry(element: ElementTree.Element, place: str) -> Optional[Geometry]:
         return _mesh(element, where)
     if element.tag == 'box':
         x_m, y_m, z_m = sizes_m = _sizes_m(element, 'size', 3, where)
-        return Box((x_m, y_m, z_m)) if min(sizes_m) > 0 else None
+        return Box((x_m, y_m, z_m)) if min(sizes_m) > LEAST_M else None
     if element.tag == 'sphere':
         (radius_m,) = _sizes_m(element, 'radius', 1, where)
-        return Sphere(radius_m) if radius_m > 0 else None
+        return Sphere(radius_m) if radius_m > LEAST_M else None
     if element.tag in ('cylinder', 'capsule'):
         (radius_m,), (length_m,) = (_sizes_m(element, key, 1, where) for key in ('radius', 'length'))
         whole_m = length_m + 2 * radius_m if element.tag == 'capsule' else length_m
-        return Cylinder(radius_m, whole_m) if min(radius_m, whole_m) > 0 else None
+        return Cylinder(radius_m, whole_m) if min(radius_m, whole_m) > LEAST_M else None
     return None
 
 

@@ -12,6 +12,7 @@ from diff_encoder_sim.robots.robot_tree import Joint, Link, RobotTree
 from diff_encoder_sim.robots.robot_xml import parse_robot_xml
 from diff_encoder_sim.robots.urdf_joints import parse_joint
 from diff_encoder_sim.robots.urdf_links import parse_link
+from diff_encoder_sim.robots.urdf_values import named
 
 MOST_LINKS = 1000
 
@@ -45,7 +46,7 @@ def parse_urdf(text: str, where: str) -> RobotTree:
     _check_names('joint', [joint.name for joint in joints], where)
     by_name = {link.name: link for link in links}
     root = _checked_root(by_name, joints, where)
-    name = robot.get('name') or 'robot'
+    name = named(robot, where) if robot.get('name', '').strip() else 'robot'
     return RobotTree(name, root, by_name, {joint.name: joint for joint in joints}, robot, where, tuple(notes))
 
 

@@ -9,16 +9,20 @@ import numpy as np
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.xml_values import bounded_numbers, rotation_from_rpy
 
+LONGEST_NAME = 255
+
 
 def named(element: ElementTree.Element, where: str) -> str:
     """Return an element's name.
 
     Raises:
-        ConfigError: it has none.
+        ConfigError: it has none, or one that PyBullet has no room for.
     """
     name = element.get('name', '')
     if not name.strip():
         raise ConfigError(f'{where}: <{element.tag}>: name: missing')
+    if len(name.encode('utf-8')) > LONGEST_NAME:
+        raise ConfigError(f'{where}: <{element.tag}>: name: given {name!r}; allowed: at most {LONGEST_NAME} bytes')
     return name
 
 

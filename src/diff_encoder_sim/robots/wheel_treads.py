@@ -7,7 +7,7 @@ from typing import Iterator, Optional
 import numpy as np
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.robots.mesh_corners import MeshFinder, is_listed, link_corners_m
+from diff_encoder_sim.robots.mesh_corners import MeshFinder, link_corners_m
 from diff_encoder_sim.robots.robot_tree import Cylinder, Joint, Mesh, RobotTree, Shape
 
 RIM = 0.98  # of the radius: what is farther out rolls
@@ -44,15 +44,12 @@ def mesh_treads(tree: RobotTree, joint: Joint, link: str, find: MeshFinder, visu
 
 
 def points_in_link_m(shape: Shape, find: MeshFinder, where: str) -> Optional[np.ndarray]:
-    """Return the (n, 3) outer points of a mesh in its link; None where the shape is no mesh, or its file is missing.
+    """Return the (n, 3) outer points of a mesh in its link; None of another shape.
 
     Raises:
-        ConfigError: the mesh cannot be read.
+        ConfigError: the mesh is missing or cannot be read.
     """
-    if not isinstance(shape.geometry, Mesh):
-        return None
-    uri = shape.geometry.uri
-    return link_corners_m(shape, where, find) if is_listed(uri) or find(uri) is not None else None
+    return link_corners_m(shape, where, find) if isinstance(shape.geometry, Mesh) else None
 
 
 def tread_of(points_m: np.ndarray, centre_m: np.ndarray, axis: np.ndarray) -> Optional[Shape]:

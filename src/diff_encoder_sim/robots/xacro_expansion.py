@@ -8,13 +8,13 @@ import os
 import re
 import signal
 import subprocess
-import sys
 from pathlib import Path
 from typing import Any, Dict, Iterable, NamedTuple, Optional, Tuple
 
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.own_python import python_command
 from diff_encoder_sim.base.typed_params import did_you_mean
-from diff_encoder_sim.robots.added_laser import with_laser
+from diff_encoder_sim.robots.added_laser import added_link, with_laser
 from diff_encoder_sim.robots.package_search import SEARCH_VARIABLES
 from diff_encoder_sim.robots.robot_source import RobotSource
 from diff_encoder_sim.robots.robot_xml import MOST_BYTES, read_robot_text
@@ -32,6 +32,7 @@ class Expansion(NamedTuple):
     urdf: str
     declared: Tuple[str, ...] = ()  # names of the xacro arguments that the files declare or use
     notes: Tuple[str, ...] = ()  # xacro's warnings, packages that are not there
+    laser_link: Optional[str] = None  # of the laser that the user adds
 
 
 class _Kept(NamedTuple):
@@ -72,7 +73,7 @@ def expansion(source: RobotSource) -> Expansion:
             )
     if source.added_laser is None:
         return result
-    return result._replace(urdf=with_laser(result.urdf, source.added_laser))
+    return result._replace(urdf=with_laser(result.urdf, source.added_laser), laser_link=added_link(result.urdf))
 
 
 def _by_xacro(source: RobotSource) -> Expansion:
@@ -98,12 +99,11 @@ def _ask(source: RobotSource) -> Dict[str, Any]:
     """
     folders = list(map(str, source.package_folders))
     request = {'file': str(source.file), 'arguments': source.arguments, 'package_folders': folders}
-    environment = {**os.environ, 'PYTHONPATH': os.pathsep.join(path for path in sys.path if path)}
     try:
         process = subprocess.run(
-            [sys.executable, '-m', 'diff_encoder_sim.robots.xacro_process'],
+            python_command('robots.xacro_process'),
             input=json.dumps(request), capture_output=True,
-            env=environment, timeout=MOST_S, check=False, encoding='utf-8', errors='replace',
+            timeout=MOST_S, check=False, encoding='utf-8', errors='replace',
         )  # fmt: skip
     except subprocess.TimeoutExpired:
         raise ConfigError(f'{source.file}: takes longer than {MOST_S} s to expand') from None

@@ -8,7 +8,7 @@ from typing import Iterator, List, Mapping, Optional, Sequence
 import xacro
 
 from diff_encoder_sim.base.errors import in_one_line
-from diff_encoder_sim.robots.package_search import searched_folders
+from diff_encoder_sim.robots.package_search import missing_package
 from diff_encoder_sim.robots.robot_source import RobotSource
 
 MOST_CHARACTERS = 600
@@ -52,7 +52,7 @@ def explain(error: BaseException, source: RobotSource, texts: Mapping[str, str],
         )
         fragment = f'arg {argument[1]}'
     elif package:
-        message, fragment = _missing_package(package[1], source), f'find {package[1]}'
+        message, fragment = missing_package(package[1], source), f'find {package[1]}'
     file = str(xacro.filestack[-1]) if xacro.filestack else str(source.file)
     where = place(file, fragment or _quoted(message), source, texts)
     return f'{where}: {_clipped(message)}'
@@ -66,14 +66,6 @@ def place(file: str, fragment: Optional[str], source: RobotSource, texts: Mappin
         if line:
             return f'{_path(path, source)}, line {line}'
     return _path(file, source)
-
-
-def _missing_package(name: str, source: RobotSource) -> str:
-    places = ', '.join(searched_folders(source))
-    return (
-        f'package {name!r} is not found; looked for in {places}; '
-        'name a folder that has it under packages in the robot file, or as --packages'
-    )
 
 
 def _message(causes: Sequence[BaseException]) -> str:

@@ -27,7 +27,7 @@ from diff_encoder_sim.robots.robot_xml import parse_robot_xml, read_robot_text
 from diff_encoder_sim.robots.xacro_faults import explain, place
 
 MOST_CPU_S = 10
-MOST_MEMORY_BYTES = 2 * 2**30
+MOST_MEMORY_BYTES = 2**29  # of addresses: 10,000 links take a fifth
 
 _MACRO = re.compile(r'<(?:xacro:)?macro\s[^>]*?name\s*=\s*["\']([^"\']+)')
 _ASKED = re.compile(r'<xacro:arg\s[^>]*?name\s*=\s*["\']([^"\']+)|\$\(\s*arg\s+([^\s)]+)|xacro\.arg\(\s*["\'](\w+)')
@@ -35,8 +35,8 @@ _ASKED = re.compile(r'<xacro:arg\s[^>]*?name\s*=\s*["\']([^"\']+)|\$\(\s*arg\s+(
 
 def main() -> None:
     """Answer the request on stdin."""
-    resource.setrlimit(resource.RLIMIT_CPU, (MOST_CPU_S, MOST_CPU_S + 1))
-    resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY_BYTES, MOST_MEMORY_BYTES))
+    _lower_limit(resource.RLIMIT_CPU, MOST_CPU_S)
+    _lower_limit(resource.RLIMIT_AS, MOST_MEMORY_BYTES)
     request = json.load(sys.stdin)
     answer_to, sys.stdout = sys.stdout, sys.stderr  # nothing that xacro prints may get into the answer
     opened = OpenedFiles()
@@ -45,6 +45,12 @@ def main() -> None:
     source = RobotSource(Path(request['file']), tuple(map(tuple, request['arguments'])), folders)
     answer = Expander(source).answer()
     json.dump({**answer, 'opened': opened.paths}, answer_to)
+
+
+def _lower_limit(kind: int, most: int) -> None:
+    """Limit what this process uses, unless the limit of whoever started it is lower."""
+    limits = (most, *(each for each in resource.getrlimit(kind) if each != resource.RLIM_INFINITY))
+    resource.setrlimit(kind, (min(limits), min(limits)))
 
 
 class OpenedFiles:
@@ -149,7 +155,3 @@ class Expander:
     def _note(self, note: str) -> None:
         if note not in self._notes:
             self._notes.append(note)
-
-
-if __name__ == '__main__':
-    main()

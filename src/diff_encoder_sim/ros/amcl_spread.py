@@ -12,6 +12,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.localization.amcl import AmclEstimate
 from diff_encoder_sim.localization.amcl_params import AmclParams
+from diff_encoder_sim.recording.topics import DIAGNOSTICS
 from diff_encoder_sim.ros.conversions import stamp_from_ns
 from diff_encoder_sim.ros.display_topic import DisplayTopic
 from diff_encoder_sim.ros.node import log
@@ -34,7 +35,7 @@ class AmclSpread:
 
     def __init__(self, diagnostic_period_s: float) -> None:
         self._period_ns = diagnostic_period_s * NANOSECONDS_PER_SECOND
-        self._diagnostics = DisplayTopic('/diagnostics', DiagnosticArray)
+        self._diagnostics = DisplayTopic(DIAGNOSTICS, DiagnosticArray, queue_size=10)
         self.restart()
 
     def restart(self) -> None:

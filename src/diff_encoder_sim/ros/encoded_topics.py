@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
-from typing import Any, Callable, Type
+from typing import Any, Callable, Mapping, Optional, Type
 
 import genpy
 import rospy
@@ -47,9 +47,15 @@ def encoded_class(message_class: Type[genpy.Message]) -> Type[EncodedMessage]:
 class EncodedPublisher:
     """Publishes encoded messages as `publisher` does."""
 
-    def __init__(self, topic: str, message_class: Type[genpy.Message], latch: bool = False) -> None:
+    def __init__(
+        self,
+        topic: str,
+        message_class: Type[genpy.Message],
+        latch: bool = False,
+        headers: Optional[Mapping[str, str]] = None,
+    ) -> None:
         self._class = encoded_class(message_class)
-        self._publisher = publisher(topic, self._class, latch)
+        self._publisher = publisher(topic, self._class, latch, headers)
 
     def publish(self, content: bytes) -> None:
         """Publish a message; the seq of a leading header is filled in."""

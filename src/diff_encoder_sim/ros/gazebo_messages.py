@@ -17,7 +17,10 @@ from std_msgs.msg import Header
 from diff_encoder_sim.serialization.message_definitions import full_text
 from diff_encoder_sim.serialization.message_types import MODEL_STATES
 
-__all__ = ['GetModelState', 'ModelStates', 'SetModelState', 'built_message', 'built_service']
+__all__ = ['STATES_PERIOD_HEADER', 'GetModelState', 'ModelStates', 'SetModelState', 'built_message', 'built_service']
+
+# The field of a connection header in which simulator_node specifies the period of its /gazebo/model_states [ns].
+STATES_PERIOD_HEADER = 'states_period_ns'
 
 _SEPARATOR = '\n' + 80 * '=' + '\n'
 

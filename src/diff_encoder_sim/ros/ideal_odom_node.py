@@ -9,7 +9,7 @@ from pydantic import Field
 
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.odometry.wheel_odometry import OdometryEstimate
-from diff_encoder_sim.ros.model_states import ModelStateReader, ModelStatesParams, trial_defaults
+from diff_encoder_sim.ros.model_states import ModelStateReader, ModelStatesParams
 from diff_encoder_sim.ros.node import node_params, run_node
 from diff_encoder_sim.ros.odometry_output import OdometryOutput
 from diff_encoder_sim.simulation.state import PlanarVelocity
@@ -27,7 +27,7 @@ class IdealOdomNode:
     """Publishes the true pose, relative to the first one, on /odom and TF."""
 
     def __init__(self) -> None:
-        params = node_params(IdealOdomParams, part='ideal_odom', defaults=trial_defaults())
+        params = node_params(IdealOdomParams, part='ideal_odom')
         self._start_pose: Optional[Pose2D] = None
         self._newest_ns = 0
         self._output = OdometryOutput(params.odom_frame, params.base_frame, params.publish_tf)

@@ -5,7 +5,9 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from diff_encoder_sim.base.bounded_numbers import PERCENT
 from diff_encoder_sim.base.command_line import tool_parser
+from diff_encoder_sim.base.number_arguments import whole_number_within
 from diff_encoder_sim.ros.own_words import own_words
 
 DESCRIPTION = """\
@@ -25,14 +27,14 @@ def parse() -> argparse.Namespace:
     )
     parser.add_argument(
         '--occ',
-        type=int,
+        type=whole_number_within(PERCENT),
         default=65,
         metavar='PERCENT',
         help='a cell of this occupancy or more is saved as occupied (default: %(default)s)',
     )
     parser.add_argument(
         '--free',
-        type=int,
+        type=whole_number_within(PERCENT),
         default=25,
         metavar='PERCENT',
         help='a cell of this occupancy or less is saved as free (default: %(default)s)',

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import os
 import sys
-from pathlib import Path
 from typing import List
 
 import rospy
@@ -11,7 +11,7 @@ from nav_msgs.msg import MapMetaData, OccupancyGrid
 from nav_msgs.srv import GetMap, GetMapRequest, GetMapResponse, LoadMap, LoadMapRequest, LoadMapResponse
 from pydantic import Field
 
-from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.errors import ConfigError, readable
 from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.mapping.map_files import load_map
 from diff_encoder_sim.ros.conversions import ns_from_stamp
@@ -51,13 +51,14 @@ class MapServerNode:
         return GetMapResponse(map=self._message)
 
     def _on_change(self, request: LoadMapRequest) -> LoadMapResponse:
-        """Respond as upstream does; if a map cannot be loaded, the one before is kept."""
-        if not Path(request.map_url).is_file():
+        """Respond as upstream does; if a map cannot be loaded, the previous one is kept."""
+        if not os.path.isfile(request.map_url):  # unlike Path's, also of a name that no file can have
+            log.error('change_map: %s: no such file; keeping the previous map', readable(request.map_url))
             return LoadMapResponse(result=LoadMapResponse.RESULT_MAP_DOES_NOT_EXIST)
         try:
             self._message = self._load(request.map_url)
         except ConfigError as error:
-            log.error('change_map: %s; the map before is kept', error)
+            log.error('change_map: %s; keeping the previous map', error)
             return LoadMapResponse(result=LoadMapResponse.RESULT_INVALID_MAP_DATA)
         self._publish()
         return LoadMapResponse(map=self._message, result=LoadMapResponse.RESULT_SUCCESS)

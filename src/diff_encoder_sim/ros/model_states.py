@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+import re
 import threading
-from typing import Callable, Dict, Optional
+from typing import Callable, Mapping, Optional
 
 import rospy
 from pydantic import Field
@@ -24,12 +25,11 @@ from diff_encoder_sim.ros.clock_pauses import (
     read_now_and_then,
 )
 from diff_encoder_sim.ros.conversions import ns_from_stamp, planar_pose
-from diff_encoder_sim.ros.encoded_topics import encoded_subscriber
-from diff_encoder_sim.ros.gazebo_messages import ModelStates
-from diff_encoder_sim.ros.node import log, robot_settings
-from diff_encoder_sim.ros.trial_plan import trial_plan
+from diff_encoder_sim.ros.encoded_topics import EncodedMessage, encoded_class
+from diff_encoder_sim.ros.gazebo_messages import STATES_PERIOD_HEADER, ModelStates
+from diff_encoder_sim.ros.node import log, robot_settings, subscriber
 from diff_encoder_sim.serialization.model_messages import ModelStateDecoder
-from diff_encoder_sim.simulation.periods import STATES_PERIOD_S, STATES_RATE_HZ
+from diff_encoder_sim.simulation.periods import STATES_RATE_HZ
 from diff_encoder_sim.simulation.state import PlanarVelocity
 
 
@@ -38,12 +38,11 @@ class ModelStatesParams(Params):
 
     model: str = Field('alto', min_length=1, description='name of the robot in /gazebo/model_states')
     rate: Rate_Hz = Field(STATES_RATE_HZ, description='reports per second of the clock [Hz]')
-    states_period: Duration_s = Field(0.0, description='states come at whole multiples of this [s]; 0: at any time')
-
-
-def trial_defaults() -> Dict[str, float]:
-    """Return the parameters for states of simulator_node, which runs with a trial; none where there is no trial."""
-    return {} if trial_plan() is None else {'states_period': STATES_PERIOD_S}
+    states_period: Optional[Duration_s] = Field(
+        None,
+        description='states come at whole multiples of this [s]; 0: at any time; default: as simulator_node publishes '
+        'them, 0 with other simulators',
+    )
 
 
 def launched_model() -> str:
@@ -67,14 +66,14 @@ class ModelStateReader:
     def __init__(self, params: ModelStatesParams, callback: Callable[[int, Pose2D, PlanarVelocity], None]) -> None:
         self._params = params
         self._callback = callback
-        self._period_ns = round(params.states_period * NANOSECONDS_PER_SECOND)
+        self._period_ns = round((params.states_period or 0.0) * NANOSECONDS_PER_SECOND)
         self._lock = threading.Lock()  # clock and states come in different threads
         self._clock_ns: Optional[int] = None
         self._waiting: Optional[bytes] = None
         self._restart()
         self._decoder = ModelStateDecoder(params.model)
         listen_to_clock(self._on_clock)
-        self._states = encoded_subscriber('/gazebo/model_states', ModelStates, self._on_states)
+        self._states = subscriber('/gazebo/model_states', encoded_class(ModelStates), self._on_states)
 
     def _restart(self) -> None:
         self._sampler = BoundarySampler(self._params.rate)
@@ -102,9 +101,11 @@ class ModelStateReader:
             self._clock_ns = now_ns
             self._date_waiting()
 
-    def _on_states(self, content: bytes) -> None:
+    def _on_states(self, message: EncodedMessage) -> None:
         with self._lock:
-            self._waiting = content
+            if self._params.states_period is None:
+                self._period_ns = _period_of_publisher(message._connection_header)  # rospy's own name
+            self._waiting = message.content
             if not is_clock_pausing() or self._is_tick_read():
                 self._date_waiting()
             if self._waiting is not None:
@@ -139,3 +140,9 @@ class ModelStateReader:
             log.warning('%s: %s; message dropped', self._states.resolved_name, fault)
             return
         self._callback(stamp_ns, pose_in_world, velocity)
+
+
+def _period_of_publisher(connection_header: Mapping[str, str]) -> int:
+    """Return the period of which a publisher's states are whole multiples, in nanoseconds; 0: none."""
+    text = connection_header.get(STATES_PERIOD_HEADER, '')
+    return int(text) if re.fullmatch('[0-9]{1,18}', text) else 0

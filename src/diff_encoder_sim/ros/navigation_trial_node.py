@@ -114,8 +114,6 @@ class NavigationTrialNode:
             )
 
 
-def main() -> None:
+def main(status: LaunchStatus) -> None:
     """Run the node."""
-    # First of all, so that any failure from here on fails the launch.
-    status = LaunchStatus()
     run_node('navigation_trial_node', lambda: NavigationTrialNode(status), NavigationTrialNode.run)

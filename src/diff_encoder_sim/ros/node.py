@@ -18,10 +18,11 @@ import rospy.client
 
 from diff_encoder_sim.base.errors import ConfigError, readable
 from diff_encoder_sim.base.nested_mappings import merged
-from diff_encoder_sim.base.typed_params import P, Params, shared_params
+from diff_encoder_sim.base.typed_params import P, Params, keys_of, shared_params
 from diff_encoder_sim.base.xml_rpc import LARGEST_INT, from_xml_rpc
 from diff_encoder_sim.base.yaml_files import yaml_value
 from diff_encoder_sim.ros.clock_pauses import pause_between_ticks
+from diff_encoder_sim.ros.parameters_in_use import given_parameters, write_parameters
 
 # The parameter that launch files set by the command of the same name.
 ROBOT_SETTINGS = '/robot_settings'
@@ -111,7 +112,7 @@ def typed_arguments(words: Sequence[str]) -> List[str]:
 def node_params(
     params_class: Type[P], *also_known: Type[Params], part: str = '', defaults: Optional[Mapping[str, Any]] = None
 ) -> P:
-    """Read the node's private parameters as `params_class`.
+    """Read the node's private parameters as `params_class`, and write the values in use to them.
 
     Args:
         params_class: what this node uses.
@@ -129,10 +130,15 @@ def node_params(
     # As `_ppr:=90`, on the node's own command line.
     names = rospy.client.load_command_line_node_params(sys.argv)
     typed = {key: value for key, value in private.items() if key in names}
-    given = {**merged({**(defaults or {}), **private}, of_robot), **typed}
+    set_by_others = given_parameters(private)
+    given = {**merged({**(defaults or {}), **set_by_others}, of_robot), **typed}
     given = {key: _mapping_of(value, f'{rospy.get_name()}: {key}') for key, value in given.items()}
     source = f'{rospy.get_name()} with {ROBOT_SETTINGS}/{part}' if of_robot else rospy.get_name()
-    return shared_params(given, source, params_class, *also_known)
+    params = shared_params(given, source, params_class, *also_known)
+    own = keys_of(params_class)
+    of_other_structs = {key: value for key, value in {**private, **given}.items() if key not in own}
+    write_parameters({**set_by_others, **typed}, {**of_other_structs, **params.values_in_use()})
+    return params
 
 
 def robot_settings(part: str) -> Dict[str, Any]:
@@ -156,15 +162,19 @@ def _mapping_of(value: Any, source: str) -> Any:
     return from_xml_rpc(value)
 
 
-def publisher(topic: str, message_class: Type[genpy.Message], latch: bool = False) -> rospy.Publisher:
+def publisher(
+    topic: str, message_class: Type[genpy.Message], latch: bool = False, headers: Optional[Mapping[str, str]] = None
+) -> rospy.Publisher:
     """Advertise a topic; `publish` returns when the message is in every subscriber's socket.
+
+    `headers` are more fields of the connection header, which each subscriber gets.
 
     So no message is dropped, a node never runs ahead of its subscribers, and publishing takes a third of the time:
     rospy's queues hand each message to a thread of each connection.
     """
     with warnings.catch_warnings():
         warnings.simplefilter('ignore', SyntaxWarning)  # about queue_size=None, which is wanted here
-        return _Publisher(topic, message_class, queue_size=None, latch=latch, tcp_nodelay=True)
+        return _Publisher(topic, message_class, queue_size=None, latch=latch, headers=headers, tcp_nodelay=True)
 
 
 class _Publisher(rospy.Publisher):  # type: ignore[misc]  # rospy has no types

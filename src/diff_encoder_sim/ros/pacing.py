@@ -50,21 +50,26 @@ class GraphPacer:
     """Holds simulated time back until stamped topics have come to it, so that it never runs ahead of the graph."""
 
     def __init__(
-        self, topics: Sequence[str], expected_ns: Callable[[int], int], topics_once_begun: Sequence[str] = ()
+        self,
+        topics: Sequence[str],
+        expected_ns: Callable[[int], int],
+        is_from_start: bool = True,
+        topics_once_begun: Sequence[str] = (),
     ) -> None:
         """Subscribe to the topics.
 
         Args:
-            topics: waited for from time 0 on.
+            topics: topics to wait for.
             expected_ns: from a simulated time, the stamp that every topic must have reached before it; negative: none.
-            topics_once_begun: waited for from their first message on.
+            is_from_start: wait for `topics` from time 0; else from the first message of each.
+            topics_once_begun: more topics, waited for from their first message in any case.
         """
         self._expected_ns = expected_ns
         self._moved = threading.Condition()
         self._newest_ns: Dict[str, int] = {}
         self._waited_ns = -1  # the newest stamp that has been waited for; negative: none
-        self._absent = set(topics)
-        self._begin_with_time = frozenset(topics)
+        self._begin_with_time = frozenset(topics if is_from_start else ())
+        self._absent = set(self._begin_with_time)
         # AnyMsg and the header alone: any stamped message will do.
         self._subscribers = [
             rospy.Subscriber(topic, rospy.AnyMsg, self._on_message, callback_args=topic, tcp_nodelay=True)

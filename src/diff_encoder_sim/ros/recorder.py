@@ -19,7 +19,7 @@ from rosgraph_msgs.msg import Clock
 from diff_encoder_sim.base.atomic_files import UNFINISHED_SUFFIX
 from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.stamps import check_stamp
-from diff_encoder_sim.recording.topics import CLOCK, RECORDED
+from diff_encoder_sim.recording.topics import CLOCK, RECORDED_LIVE
 from diff_encoder_sim.recording.trial_bag import EARLIEST_NS
 from diff_encoder_sim.ros.clock_pauses import read_every_tick
 from diff_encoder_sim.ros.conversions import ns_from_stamp
@@ -105,4 +105,4 @@ class Recorder:
 
 def main() -> None:
     """Run the node."""
-    run_node('record_trial', lambda: Recorder(Path(required_trial_plan().bag), RECORDED))
+    run_node('record_trial', lambda: Recorder(Path(required_trial_plan().bag), RECORDED_LIVE))

@@ -188,8 +188,6 @@ class ReplayNode:
         return ['rosbag', 'play', *options, str(played), f'{self._topic}:={topics.JOINT_STATES}']
 
 
-def main() -> None:
+def main(status: LaunchStatus) -> None:
     """Run the node."""
-    # First of all, so that any failure from here on fails the launch.
-    status = LaunchStatus()
     run_node('replay_node', lambda: ReplayNode(status), ReplayNode.run)

@@ -74,8 +74,6 @@ class ScriptedDriveNode:
         )
 
 
-def main() -> None:
+def main(status: LaunchStatus) -> None:
     """Run the node."""
-    # First of all, so that any failure from here on fails the launch.
-    status = LaunchStatus()
     run_node('scripted_drive_node', lambda: ScriptedDriveNode(status), ScriptedDriveNode.run)

@@ -14,9 +14,10 @@ from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.typed_params import did_you_mean
 from diff_encoder_sim.ros.conversions import body_messages, matrix_pose_message, pose_from_message, stamp_from_ns
 from diff_encoder_sim.ros.encoded_topics import EncodedPublisher
-from diff_encoder_sim.ros.gazebo_messages import GetModelState, ModelStates, SetModelState
+from diff_encoder_sim.ros.gazebo_messages import STATES_PERIOD_HEADER, GetModelState, ModelStates, SetModelState
 from diff_encoder_sim.ros.node import log
 from diff_encoder_sim.serialization.model_messages import ModelStatesEncoder
+from diff_encoder_sim.simulation.periods import STATES_PERIOD_NS
 from diff_encoder_sim.simulation.simulator import Simulator
 from diff_encoder_sim.simulation.state import PlanarVelocity
 
@@ -40,7 +41,9 @@ class SimulatedModels:
             model.name: (matrix_pose_message(model.pose_in_world), Twist()) for model in simulator.world.models
         }
         self._encoder = ModelStatesEncoder(simulator.world, simulator.robot_name)
-        self._states = EncodedPublisher('/gazebo/model_states', ModelStates)
+        self._states = EncodedPublisher(
+            '/gazebo/model_states', ModelStates, headers={STATES_PERIOD_HEADER: str(STATES_PERIOD_NS)}
+        )
         self._services = [
             rospy.Service('/gazebo/set_model_state', SetModelState, self._on_set),
             rospy.Service('/gazebo/get_model_state', GetModelState, self._on_get),

@@ -62,7 +62,9 @@ class SimulatorNodeParams(SimulatorParams):
     report_delay: Duration_s = Field(
         0.0, description='how much later they may come [s]; default: as the encoder reports, of /trial'
     )
-    wait_for: List[str] = Field([], description='stamped topics at report_rate that simulated time waits for')
+    wait_for: List[str] = Field(
+        [], description='stamped topics at report_rate that simulated time waits for; unless paused: once they begin'
+    )
     wait_for_once_begun: List[str] = Field([], description='the same, from their first message on')
     wait_for_after_states: List[str] = Field(
         [], description='stamped topics that answer each /gazebo/model_states and are waited for'
@@ -211,10 +213,11 @@ def _trial_defaults() -> Dict[str, Any]:
 
 
 def _graph_pacers(params: SimulatorNodeParams, expected: ExpectedStamps) -> Tuple[GraphPacer, ...]:
+    """Make pacers; without the pause in which a graph starts, no topic can be expected before its first message."""
     return (
-        GraphPacer(params.wait_for, expected.report_before, params.wait_for_once_begun),
-        GraphPacer(params.wait_for_after_states, expected.state_before),
-        GraphPacer(params.wait_for_after_scans, expected.scan_before),
+        GraphPacer(params.wait_for, expected.report_before, params.paused, params.wait_for_once_begun),
+        GraphPacer(params.wait_for_after_states, expected.state_before, params.paused),
+        GraphPacer(params.wait_for_after_scans, expected.scan_before, params.paused),
     )
 
 

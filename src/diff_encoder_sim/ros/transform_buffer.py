@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import copy
 import threading
 from collections import deque
-from typing import Callable, Deque, Dict, Iterable, Set, Tuple
+from typing import Callable, Deque, Dict, Iterable, Iterator, Set, Tuple
 
 import rospy
 import tf2_ros
@@ -52,12 +53,14 @@ class TransformBuffer(tf2_ros.Buffer):  # type: ignore[misc]  # tf2 has no types
     def lookup_transform(self, target_frame: str, source_frame: str, time: rospy.Time) -> TransformStamped:
         """Look up a transform as tf2 does, without waiting for it."""
         self._hand_over(target_frame, source_frame)
-        return self.lookup_transform_core(target_frame, source_frame, time)
+        with _name_errors():
+            return self.lookup_transform_core(target_frame, source_frame, time)
 
     def get_latest_common_time(self, target_frame: str, source_frame: str) -> rospy.Time:
         """Look up the newest time of a transform as tf2 does."""
         self._hand_over(target_frame, source_frame)
-        return super().get_latest_common_time(target_frame, source_frame)
+        with _name_errors():
+            return super().get_latest_common_time(target_frame, source_frame)
 
     def clear(self) -> None:
         """Forget all transforms but the static ones."""
@@ -148,6 +151,15 @@ class TransformBuffer(tf2_ros.Buffer):  # type: ignore[misc]  # tf2 has no types
             super().set_transform(message, authority)
         except (ValueError, TypeError) as error:
             _warn('/tf', authority, (transform.parent, transform.child), error)
+
+
+@contextlib.contextmanager
+def _name_errors() -> Iterator[None]:
+    """Raise an error of tf2 for names that its interface does not accept, as with a null character."""
+    try:
+        yield
+    except ValueError as error:
+        raise tf2_ros.InvalidArgumentException(str(error)) from None
 
 
 def _authority(message: EncodedMessage) -> str:

@@ -49,7 +49,7 @@ GRAPH = (
 RECORDER = '/record_trial'
 
 # Other recorded topics, which not every trial has: where they are published, the recorder must be connected as well.
-ALSO_RECORDED = tuple(topic for topic in topics.RECORDED if topic not in GRAPH)
+ALSO_RECORDED = tuple(topic for topic in topics.RECORDED_LIVE if topic not in GRAPH)
 
 
 class TrialParams(Params):

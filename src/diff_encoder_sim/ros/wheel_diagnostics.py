@@ -9,6 +9,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.odometry.diagnosis import Diagnosis
+from diff_encoder_sim.recording.topics import DIAGNOSTICS
 from diff_encoder_sim.ros.conversions import stamp_from_ns
 from diff_encoder_sim.ros.display_topic import DisplayTopic
 
@@ -21,7 +22,7 @@ class WheelDiagnostics:
     def __init__(self, title: str) -> None:
         """Advertise the topic; `title` goes after the node's name."""
         self._title = title
-        self._diagnostics = DisplayTopic('/diagnostics', DiagnosticArray)
+        self._diagnostics = DisplayTopic(DIAGNOSTICS, DiagnosticArray, queue_size=10)
 
     def publish_when_due(self, stamp_ns: int, diagnose: Callable[[], Diagnosis]) -> None:
         """Publish what `diagnose` returns, if a second is over."""

@@ -7,7 +7,7 @@ from pydantic import Field
 
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.ros.encoded_topics import EncodedPublisher
-from diff_encoder_sim.ros.model_states import ModelStateReader, ModelStatesParams, trial_defaults
+from diff_encoder_sim.ros.model_states import ModelStateReader, ModelStatesParams
 from diff_encoder_sim.ros.node import node_params, run_node
 from diff_encoder_sim.serialization.pose_messages import encode_pose_stamped
 from diff_encoder_sim.simulation.state import PlanarVelocity
@@ -25,7 +25,7 @@ class WorldPoseNode:
     """Republishes one model's pose in the map frame."""
 
     def __init__(self) -> None:
-        params = node_params(WorldPoseParams, part='world_pose', defaults=trial_defaults())
+        params = node_params(WorldPoseParams, part='world_pose')
         self._map_frame = params.map_frame
         self._world_in_map = params.map_in_world.pose().inverse()
         self._poses = EncodedPublisher('world_pose', PoseStamped)

@@ -16,6 +16,11 @@ from diff_encoder_sim.base.errors import InputFault, in_one_line
 # larger only where one message is.
 LARGEST_CHUNK = 1 << 27
 
+# Of all compressed chunks or messages of a file together [bytes]. Drives become two to twenty times as large, maps of
+# free space a hundred times.
+LARGEST_SUM = 1 << 28
+LARGEST_RATIO = 256
+
 
 def open_zstd(file: BinaryIO) -> BinaryIO:
     """Return the decompressed content of a file, which is decompressed as it is read."""
@@ -57,6 +62,31 @@ def decompressed(compression: str, data: bytes, said: int = LARGEST_CHUNK) -> by
     if len(content) > said:
         raise InputFault(f'becomes larger than the {said} bytes that it says')
     return content
+
+
+class BoundedSum:
+    """Decompresses the chunks or messages of one file, up to a bound on the sum of their sizes."""
+
+    def __init__(self, file_bytes: int) -> None:
+        """Set the bound by the size of the file."""
+        self.bound = LARGEST_SUM + LARGEST_RATIO * file_bytes
+        self._sum = 0
+
+    def decompressed(self, compression: str, data: bytes, said: int = LARGEST_CHUNK) -> bytes:
+        """Decompress as the function `decompressed` does.
+
+        Raises:
+            InputFault: as `decompressed`, or the sum exceeds its bound.
+        """
+        if self._sum > self.bound:
+            raise InputFault(f'is left out: all before it became {self._sum} bytes; allowed: at most {self.bound}')
+        size = said
+        try:
+            content = decompressed(compression, data, said)
+            size = len(content) if content is not data else 0
+        finally:
+            self._sum += size
+        return content
 
 
 def check_size(said: int) -> None:

@@ -6,7 +6,7 @@ import struct
 from typing import Any, Tuple
 
 from diff_encoder_sim.base.errors import InputFault
-from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.base.stamps import LATEST_NS, NANOSECONDS_PER_SECOND
 from diff_encoder_sim.serialization.primitives import LENGTH, TIME, UINT32
 
 TORN = 'a message is torn'
@@ -64,8 +64,11 @@ class FieldReader:
         return content[: len(content) - self._is_cdr].decode('utf-8', errors)  # less CDR's NUL
 
     def header(self) -> Tuple[int, str]:
-        """Read stamp [ns] and frame."""
+        """Read stamp [ns] and frame; InputFault if the nanoseconds lead beyond the latest stamp."""
         if not self._is_cdr:
             self.unpack(UINT32, UINT32.size)  # seq
         seconds, nanoseconds = self.unpack(TIME, UINT32.size)
-        return seconds * NANOSECONDS_PER_SECOND + nanoseconds, self.text()
+        stamp_ns = seconds * NANOSECONDS_PER_SECOND + nanoseconds
+        if stamp_ns >= LATEST_NS:
+            raise InputFault('a stamp is not before 2^32 s')
+        return stamp_ns, self.text()

@@ -53,10 +53,16 @@ def encode_list(elements: bytes) -> bytes:
 
 
 def records(content: bytes) -> Iterator[Tuple[int, int, int]]:
-    """Find the whole records of a chunk: opcode, where the fields begin, and where they end."""
+    """Find the whole records of a chunk: opcode, where the fields begin, and where they end.
+
+    Raises:
+        InputFault: an opcode is 0, as where a disk has zeros.
+    """
     at, last = 0, len(content) - RECORD_HEAD.size
     while at <= last:
         opcode, length = RECORD_HEAD.unpack_from(content, at)
+        if not opcode:
+            raise InputFault(f'has no opcode at byte {at} of its content')
         begin = at + RECORD_HEAD.size
         at = begin + length
         if at > len(content):

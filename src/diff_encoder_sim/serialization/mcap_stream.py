@@ -11,8 +11,9 @@ from pathlib import Path
 from typing import BinaryIO, Collection, Dict, Iterator, List, Tuple
 
 from diff_encoder_sim.base.errors import InputFault
+from diff_encoder_sim.base.stamps import LATEST_NS
 from diff_encoder_sim.serialization.bag_messages import BagConnection, Message
-from diff_encoder_sim.serialization.bounded_decompression import check_size, decompressed
+from diff_encoder_sim.serialization.bounded_decompression import BoundedSum, check_size
 from diff_encoder_sim.serialization.mcap_records import (
     CHUNK_HEAD,
     FOOTER,
@@ -69,14 +70,19 @@ class McapStream:
             OSError: the file cannot be read.
         """
         with open(self._path, 'rb') as file:
+            total = BoundedSum(os.fstat(file.fileno()).st_size)
             for opcode, content in self._records(file, len(MAGIC)):
                 if opcode != Opcode.CHUNK:
                     yield from self._take(opcode, content, topics)
                     continue
-                chunk = self._decompressed(content, file.tell() - len(content))
-                for inner, begin, end in records(chunk):
-                    if inner in _READ:
-                        yield from self._take(inner, chunk[begin:end], topics)
+                at = file.tell() - len(content)
+                try:
+                    chunk = _decompressed(content, total)
+                    for inner, begin, end in records(chunk):
+                        if inner in _READ:
+                            yield from self._take(inner, chunk[begin:end], topics)
+                except InputFault as fault:
+                    self.fault = f'damaged: the chunk at byte {at} {fault}'
 
     def _read_summary(self, file: BinaryIO) -> bool:
         """Learn the channels where the file lists them, and return whether it does."""
@@ -102,6 +108,9 @@ class McapStream:
             head = file.read(RECORD_HEAD.size)
             opcode, length = RECORD_HEAD.unpack(head) if len(head) == RECORD_HEAD.size else (0, size)
             ends_at = at + RECORD_HEAD.size + length
+            if not opcode and len(head) == RECORD_HEAD.size:
+                self.fault = f'damaged: no opcode at byte {at}'
+                return
             if opcode == Opcode.FOOTER:
                 return
             if ends_at > size:
@@ -116,26 +125,15 @@ class McapStream:
                     yield opcode, file.read(length)
             file.seek(ends_at)
 
-    def _decompressed(self, content: bytes, at: int) -> bytes:
-        fields = RecordFields(content)
-        try:
-            _, _, said, checksum = fields.unpack(CHUNK_HEAD)
-            compression = fields.text()
-            chunk = decompressed(compression, fields.content(fields.unpack(UINT64)[0]), said)
-            if checksum not in (0, zlib.crc32(chunk)):
-                raise InputFault('does not have its checksum')
-        except InputFault as fault:
-            self.fault = f'damaged: the chunk at byte {at} {fault}'
-            return b''
-        return chunk
-
     def _take(self, opcode: int, content: bytes, topics: Collection[str]) -> Iterator[Message]:
         if opcode != Opcode.MESSAGE:
             self._learn(opcode, content)
         elif len(content) >= MESSAGE_HEAD.size:
             channel, _, time_ns, _ = MESSAGE_HEAD.unpack_from(content)
             topic = self._topic_of.get(channel)
-            if topic in topics and topic is not None:
+            if time_ns >= LATEST_NS:
+                self.fault = f'damaged: a message on {topic} has no time before 2^32 s'
+            elif topic in topics and topic is not None:
                 yield Message(topic, time_ns, content[MESSAGE_HEAD.size :])
 
     def _learn(self, opcode: int, content: bytes) -> None:
@@ -156,3 +154,13 @@ class McapStream:
             self.topics.setdefault(topic, self._types[schema])
         else:
             self.fault = f'{topic} is left out: encoded as {encoding!r}; expected {_CDR!r}'
+
+
+def _decompressed(content: bytes, total: BoundedSum) -> bytes:
+    fields = RecordFields(content)
+    _, _, said, checksum = fields.unpack(CHUNK_HEAD)
+    compression = fields.text()
+    chunk = total.decompressed(compression, fields.content(fields.unpack(UINT64)[0]), said)
+    if checksum not in (0, zlib.crc32(chunk)):
+        raise InputFault('does not have its checksum')
+    return chunk

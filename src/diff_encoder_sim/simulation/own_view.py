@@ -7,6 +7,7 @@ from typing import List, Tuple
 
 import numpy as np
 
+from diff_encoder_sim.robots.proposed_laser import proposed_laser_line
 from diff_encoder_sim.robots.robot_description import RobotDescription, RobotLaser
 from diff_encoder_sim.robots.robot_tree import Mesh
 from diff_encoder_sim.robots.solids import holds_point, reach_m
@@ -25,7 +26,9 @@ def check_laser(description: RobotDescription, physics: BulletPhysics, lidar: Li
     """Check the scanner of a robot that stands at rest in the world's origin."""
     mount = description.laser
     if mount is None:
-        return Check('laser', 'none', False, 'name its link: simulator.laser_link')
+        return Check(
+            'laser', 'none', True, f'closed-loop trials need one, which is added by {proposed_laser_line(description)}'
+        )
     (x_m, y_m, z_m), yaw_rad = _place(mount)
     height_m = z_m + physics.base_pose()[0][2]
     place = f'{mount.link} at x {x_m:.3f}, y {y_m:.3f}, {height_m:.3f} m above the floor, '

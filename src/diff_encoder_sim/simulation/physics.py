@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import tempfile
 from itertools import product
+from pathlib import Path
 from typing import Dict, Iterable, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
@@ -199,13 +200,13 @@ class BulletPhysics:
     def _load(self, robot: SimulatedRobot) -> int:
         # Not URDF_MERGE_FIXED_LINKS: it misplaces the centre of mass, and the casters get friction.
         flags = pybullet.URDF_USE_INERTIA_FROM_FILE
-        with tempfile.NamedTemporaryFile('w', suffix='.urdf') as file:
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder, 'robot.urdf')
             # A line for each tag: PyBullet cuts lines after 8191 characters, in the middle of a number, too.
-            file.write(robot.urdf.replace('><', '>\n<'))
-            file.flush()
+            file.write_text(robot.urdf.replace('><', '>\n<'), encoding='utf-8')
             try:
                 with silence(STDOUT, STDERR):
-                    return int(pybullet.loadURDF(file.name, flags=flags, physicsClientId=self._client))
+                    return int(pybullet.loadURDF(str(file), flags=flags, physicsClientId=self._client))
             except pybullet.error:
                 raise ConfigError(f'{robot.description.tree.where}: PyBullet cannot load its URDF') from None
 

@@ -15,6 +15,7 @@ from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D, yaw_from_quat_xyzw
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.base.typed_params import Params
+from diff_encoder_sim.robots.proposed_laser import proposed_laser_line
 from diff_encoder_sim.robots.robot_choices import RobotChoices
 from diff_encoder_sim.robots.robot_description import RobotDescription
 from diff_encoder_sim.robots.robot_source import RobotSource
@@ -50,7 +51,7 @@ class SimulatorParams(Params):
     def choices(self) -> RobotChoices:
         """Return what these parameters say about the robot."""
         diameter_m, separation_m = self.wheel_diameter or None, self.wheel_separation or None
-        return RobotChoices(self.left_joint, self.right_joint, self.laser_link, diameter_m, separation_m)
+        return RobotChoices(self.left_joint, self.right_joint, self.laser_link or None, diameter_m, separation_m)
 
     @field_validator('lidar')
     @classmethod
@@ -197,7 +198,8 @@ def _laser_pose_in_root(description: RobotDescription) -> np.ndarray:
     """
     if description.laser is None:
         raise ConfigError(
-            f'{description.tree.where}: no laser is found; allowed: simulator.laser_link, a link of the file'
+            f'{description.tree.where}: no laser is found; allowed: simulator.laser_link, a link of the file, or '
+            f'{proposed_laser_line(description)}'
         )
     return description.laser.pose_in_root
 

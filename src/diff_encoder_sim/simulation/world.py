@@ -70,7 +70,7 @@ def _world_element(path: Union[str, Path]) -> ElementTree.Element:
         root = ElementTree.parse(str(path)).getroot()
     except OSError as error:
         raise ConfigError(f'{path}: cannot be read: {error.strerror}') from None
-    except ElementTree.ParseError as error:
+    except (ElementTree.ParseError, LookupError, ValueError) as error:  # also of an encoding that is none of text
         raise ConfigError(f'{path}: not valid XML: {error}') from None
     world = root.find('world')
     if root.tag != 'sdf' or world is None:

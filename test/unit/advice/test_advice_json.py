@@ -28,6 +28,7 @@ def test_answers_are_by_question(content):
         'limit': [],
         'more_trials': 12,
         'undecided_encoder': None,
+        'errors_of': None,
         'text': 'undecided, about 12 more trials of each test would decide',
     }
     assert answers['truth']['encoder'] == '40'

@@ -29,7 +29,7 @@ def _fewer_draws(monkeypatch):
 def answer_of(encoder=None, required=REQUIRED, **errors):
     params = encoder_of(90, encoder)
     drive = line(LENGTH_M, speed=10.0, acceleration=20.0)
-    return odometry_answer(OdometryCurves([DriveDraws(drive, robot_of(**errors), 1)], params), params, required)
+    return odometry_answer(OdometryCurves([DriveDraws(drive, robot_of(**errors), 1)], params), required)
 
 
 def test_from_so_many_counts_on():

@@ -3,7 +3,7 @@
 import numpy as np
 
 from diff_encoder_sim.analysis.latex_table import latex_text
-from diff_encoder_sim.analysis.table import Column, Number, Table
+from diff_encoder_sim.analysis.table import Column, Label, Number, Table
 from diff_encoder_sim.analysis.table_files import csv_text, markdown_text, write_tables
 from table_records import small_table
 
@@ -29,6 +29,12 @@ def test_numpy_numbers_do_not_show():
         [],
     )
     assert csv_text(table) == 'x_m,n\n0.5,3\n'
+
+
+def test_no_cell_of_csv_is_a_formula_of_a_spreadsheet():
+    columns = [Column('=a', 'a'), Column('x_m', 'x [m]'), Column('y_m', 'y [m]')]
+    table = Table('t', 'title', columns, [[Label('=1+1', 'shown'), '@b', Number(-0.5, 1)]], [])
+    assert csv_text(table) == "'=a,x_m,y_m\n'=1+1,'@b,-0.5\n"
 
 
 def test_markdown():

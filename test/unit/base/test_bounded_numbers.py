@@ -3,8 +3,10 @@
 import math
 
 import pytest
+from typing_extensions import Annotated
 
 from diff_encoder_sim.base.bounded_numbers import Between
+from diff_encoder_sim.base.typed_params import Params
 
 
 @pytest.mark.parametrize(
@@ -30,3 +32,10 @@ def test_zero_may_turn_something_off():
     bounds = Between(1e-3, 100.0, 'm', or_zero=True)
     assert bounds.allows(0)
     assert not bounds.allows(1e-300)
+
+
+def test_minus_zero_is_zero():
+    class Scale(Params):
+        scale: Annotated[float, Between(0.0, 1.0)]
+
+    assert math.copysign(1.0, Scale.from_mapping({'scale': -0.0}, '').scale) == 1.0

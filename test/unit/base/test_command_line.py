@@ -1,8 +1,5 @@
 """How tools end, and the form of their help."""
 
-import io
-import sys
-
 import pytest
 
 from diff_encoder_sim.base.command_line import run_tool, tool_parser
@@ -25,11 +22,17 @@ def test_a_users_mistake_is_one_line_and_status_1():
     assert ending(ConfigError('ppr: given 0; allowed: greater than 0')) == 'tool: ppr: given 0; allowed: greater than 0'
 
 
-def test_a_reader_that_has_seen_enough_is_no_error(monkeypatch):
-    errors = io.StringIO()
-    monkeypatch.setattr(sys, 'stderr', errors)
+def test_a_reader_that_has_seen_enough_is_no_error():
     assert ending(BrokenPipeError()) == 0
-    assert errors.closed  # Python itself would complain there of the pipe
+
+
+def test_a_lack_of_memory_is_one_line():
+    assert ending(MemoryError()) == 'tool: not enough memory'
+
+
+def test_help_needs_no_docstring():
+    """`python -OO` removes them."""
+    assert '\n\ntool\n\n' in tool_parser('tool', None, ['x']).format_help()
 
 
 def test_other_errors_are_not_hidden():

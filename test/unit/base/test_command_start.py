@@ -1,6 +1,7 @@
 """Ctrl-C at any moment of a command: one line and status 130."""
 
 import os
+import shlex
 import signal
 import subprocess
 import sys
@@ -24,7 +25,8 @@ def parse():
 MODULE = """
 '''node: does something.'''
 import os, signal, sys, time
-print('imported')
+if '--help' not in sys.argv:
+    print('imported')
 stage = sys.argv[1]
 
 def here(name):
@@ -61,11 +63,12 @@ def fixture_ending(tmp_path):
     (tmp_path / 'interrupted_arguments.py').write_text(PARSER)
     findable = f'import diff_encoder_sim; diff_encoder_sim.__path__.append({str(tmp_path)!r})'
 
-    def ending(stage, command=WITH_PARSER):
+    def ending(stage, command=WITH_PARSER, stdout=subprocess.PIPE):
         process = subprocess.run(
             [sys.executable, '-c', f'{findable}; {command}', stage],
             env={**os.environ, 'PYTHONPATH': str(SOURCE)},
-            capture_output=True,
+            stdout=stdout,
+            stderr=subprocess.PIPE,
             text=True,
             timeout=15,
         )
@@ -97,10 +100,68 @@ def test_wrong_arguments_are_told_before_the_tool_is_imported(ending):
     assert ending('wrong', WITHOUT) == (0, 'imported\ntidied up\n', '')
 
 
-@pytest.mark.parametrize('option', ['-h', '--help'])
-def test_a_node_is_described_and_does_not_start(option, ending):
-    described = f'imported\nnode: does something.\n\n{OF_NODES}\n'
-    assert ending(option, WITHOUT) == (0, described, '')
+def test_a_node_is_described_and_does_not_start(ending):
+    described = f'node: does something.\n\n{OF_NODES}\n'
+    assert ending('--help', WITHOUT) == (0, described, '')
+    assert ending('-h', WITHOUT) == (0, f'imported\n{described}', '')
+
+
+WRITER = """
+import os, sys
+
+def main():
+    with open(sys.argv[1], 'w') as file:
+        print('printed')
+        print('told', file=sys.stderr)
+        os.write(1, b'by a library')
+        os.write(2, b'by a library')
+        file.write('kept')
+    sys.exit('wrong' if len(sys.argv) > 2 else 0)
+"""
+
+
+@pytest.fixture(name='writing')
+def fixture_writing(tmp_path):
+    """Runs a command that writes a file, with some standard streams closed: its status and the file."""
+    (tmp_path / 'writing_tool.py').write_text(WRITER)
+    findable = f'import diff_encoder_sim; diff_encoder_sim.__path__.append({str(tmp_path)!r})'
+    command = 'from diff_encoder_sim.base.command_start import run_command; run_command("tool", "writing_tool")'
+
+    def writing(redirections, *words):
+        words = ' '.join(shlex.quote(str(word)) for word in (tmp_path / 'file', *words))
+        done = subprocess.run(
+            ['bash', '-c', f'{sys.executable} -c {shlex.quote(f"{findable}; {command}")} {words} {redirections}'],
+            env={**os.environ, 'PYTHONPATH': str(SOURCE)},
+            capture_output=True,
+            text=True,
+            timeout=15,
+        )
+        assert 'Traceback' not in done.stderr and 'Exception' not in done.stderr
+        return done.returncode, (tmp_path / 'file').read_text()
+
+    return writing
+
+
+@pytest.mark.parametrize('closed', ['>&-', '2>&-', '>&- 2>&-', '<&- >&- 2>&-'])
+def test_closed_streams_take_nothing_and_no_file_gets_what_is_printed(writing, closed):
+    assert writing(closed) == (0, 'kept')
+    assert writing(closed, 'wrong') == (1, 'kept')
+
+
+@pytest.mark.parametrize('unbuffered', ['', '1'])
+def test_output_that_cannot_be_written_is_one_line_and_a_closed_pipe_none(ending, unbuffered, monkeypatch):
+    monkeypatch.setenv('PYTHONUNBUFFERED', unbuffered)
+    for full, status, told in ((True, 1, 'No space left on device\n'), (False, 0, '')):
+        out = os.open('/dev/full', os.O_WRONLY) if full else _pipe_without_reader()
+        ended, _, err = ending('--help', WITHOUT, out)
+        os.close(out)
+        assert ended == status and err.endswith(told) and len(err.splitlines()) == len(told.splitlines())
+
+
+def _pipe_without_reader():
+    reader, writer = os.pipe()
+    os.close(reader)
+    return writer
 
 
 def test_a_real_command_stopped_while_it_imports_its_libraries():

@@ -24,7 +24,7 @@ from diff_encoder_sim.room.kernel import twice
 
 assert twice(float(sys.argv[1]) if '.' in sys.argv[1] else int(sys.argv[1])) == 6
 print(len(twice.stats.cache_hits), len(twice.stats.cache_misses), twice.stats.cache_path)
-print(os.environ.get('NUMBA_CACHE_DIR'))
+print(os.environ.get('NUMBA_CACHE_DIR') or None)
 if sys.argv[2:] == ['child']:
     subprocess.check_call([sys.executable, '-c', 'from diff_encoder_sim.room import kernel'])
 """

@@ -1,12 +1,13 @@
 """Which processes are roslaunch, and whether ours was started by one that only lists what is in a launch file."""
 
 import os
+import signal
 import subprocess
 import sys
 
 import pytest
 
-from diff_encoder_sim.base.roslaunch_process import is_roslaunch, parent_only_lists
+from diff_encoder_sim.base.roslaunch_process import catches_signal, is_roslaunch, parent_only_lists
 
 
 @pytest.fixture(name='process')
@@ -28,6 +29,25 @@ def fixture_process():
 def test_a_process_is_roslaunch_by_its_command_line(process):
     assert is_roslaunch(process('/opt/ros/noetic/bin/roslaunch', 'diff_encoder_sim', 'trial.launch'))
     assert not is_roslaunch(process('rosrun', 'diff_encoder_sim', 'campaign'))
+
+
+def test_python_catches_ctrl_c_until_it_ends():
+    script = (
+        'import sys; hold = type("", (), {"__del__": lambda _: (print(1, flush=True), input())})(); sys.hold = hold'
+    )
+    pipes = {'stdin': subprocess.PIPE, 'stdout': subprocess.PIPE}
+    ending = subprocess.Popen(
+        [sys.executable, '-c', f'import signal; {script}; print(0, flush=True); input()'], **pipes
+    )
+    ending.stdout.readline()
+    assert catches_signal(ending.pid, signal.SIGINT)
+    assert not catches_signal(ending.pid, signal.SIGUSR1)
+    ending.stdin.write(b'\n')
+    ending.stdin.flush()
+    ending.stdout.readline()
+    assert not catches_signal(ending.pid, signal.SIGINT)
+    ending.communicate(b'\n')
+    assert catches_signal(ending.pid, signal.SIGINT)  # of one that is gone it is not known
 
 
 def test_a_process_that_is_gone_is_not_roslaunch():

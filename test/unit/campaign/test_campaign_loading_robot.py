@@ -8,6 +8,7 @@ import yaml
 from campaign_files import ROOT
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.campaign.campaign_loading import load_campaign
+from urdf_texts import usual
 
 ALTO = ROOT / 'config' / 'robots' / 'alto.yaml'
 URDF = ROOT / 'urdf' / 'alto.urdf.xacro'
@@ -98,13 +99,23 @@ def test_a_bad_robot_file_is_named(tmp_path, content, text):
 def test_a_mesh_that_is_missing_is_named_with_the_robots_file(tmp_path):
     path = robot_file(tmp_path)
     robot = (tmp_path / 'robot.xacro').read_text(encoding='utf-8')
-    mesh = (
-        '<link name="horn"><collision><geometry><mesh filename="horn.stl"/></geometry></collision></link>'
-        '<joint name="j" type="fixed"><parent link="base_link"/><child link="horn"/></joint></robot>'
-    )
-    (tmp_path / 'robot.xacro').write_text(robot.replace('</robot>', mesh), encoding='utf-8')
-    with pytest.raises(ConfigError, match=r"robot.xacro: link 'horn': collision mesh 'horn.stl'"):
+    mesh = '<link name="base_link"><collision><geometry><mesh filename="horn.stl"/></geometry></collision>'
+    (tmp_path / 'robot.xacro').write_text(robot.replace('<link name="base_link">', mesh), encoding='utf-8')
+    with pytest.raises(ConfigError, match=r"robot.xacro: link 'base_link': collision mesh '.*horn.stl'"):
         campaign(path)
+
+
+def test_only_closed_loop_trials_need_a_laser(tmp_path):
+    (tmp_path / 'blind.urdf').write_text(usual(), encoding='utf-8')
+    blind = tmp_path / 'blind.urdf'
+    with pytest.raises(ConfigError, match=r'blind.urdf: the robot has no laser, .*laser: \{parent: base_link, xyz: '):
+        campaign(blind)
+    for taken in (
+        campaign(blind, tests=['SL'], nav='scripted'),
+        load_campaign('quick', ROOT, {'robot': str(blind)}, has_trials=False),
+    ):
+        (warning,) = [text for text in taken.robot.warnings if 'laser' in text]
+        assert 'laser: {parent: base_link, xyz: ' in warning
 
 
 @pytest.mark.parametrize('name', ['burger', 'kobuki'])

@@ -57,6 +57,14 @@ def test_whatever_the_reason_says_the_row_stays_a_line(campaign, reason):
     assert row_of(csv_fields(line), [NOISE]).identity() == row.identity()
 
 
+@pytest.mark.parametrize(('text', 'cell'), [('=1+1', "'=1+1"), ('@x', "'@x"), ("'=1", "''=1"), ('-0.5', '-0.5')])
+def test_no_cell_is_a_formula_of_a_spreadsheet(campaign, text, cell):
+    row = row_of_job(campaign, campaign.jobs()[0])._replace(test=text, varied=((NOISE, text),), reason=text)
+    line = csv_line(fields_of(row))
+    assert line.decode().split(',').count(cell) == 3
+    assert row_of(csv_fields(line), [NOISE]) == row
+
+
 def test_the_types_of_other_libraries_numbers_do_not_show(campaign):
     numpy = pytest.importorskip('numpy')
     job = campaign.jobs()[0]

@@ -52,9 +52,11 @@ def test_a_robot_without_a_laser_gets_one_from_its_robot_file(tmp_path, capsys):
     urdf = expand(RobotSource(KOBUKI))
     blind.write_text(urdf.replace('"laser"', '"box"'))
     blind.write_text(re.sub(r'<sensor.*?</sensor>', '', blind.read_text(), flags=re.DOTALL))
-    with pytest.raises(SystemExit) as ended:
-        main([str(blind), '--write', str(path)])
-    assert 'blind.urdf: the robot has no laser' in str(ended.value.code) and 'box' in str(ended.value.code)
+    main([str(blind), '--write', str(path)])
+    out = capsys.readouterr().out
+    assert 'straight, forward' in out and 'all checks are ok' in out
+    line = re.search(r'a robot file \(YAML\): (\{.*\})', out)[1]
+    assert yaml.safe_load(line)['laser']['parent'] == 'base_footprint'
     text = path.read_text()
     assert '# laser: {parent: base_footprint, xyz: [0.0, 0.0, 0.' in text
     path.write_text(text.replace('# laser: ', 'laser: '))

@@ -26,7 +26,7 @@ TOOLS = {
     'trial_spec': 'cli.trial_spec',
 }
 COMMANDS = sorted(name for name, module in TOOLS.items() if module.startswith('cli.'))
-START = r"^run_command\('(\w+)', '([\w.]+)'(?:, parser='([\w.]+)')?\)$"
+START = r"^run_command\('(\w+)', '([\w.]+)'(?:, LaunchStatus\(\))?(?:, parser='([\w.]+)')?\)$"
 
 # Each takes a part of a second to import.
 SLOW = (
@@ -99,6 +99,17 @@ def test_help_describes_every_option_and_has_an_example(name, printed, monkeypat
         assert len(re.sub(r'[A-Z|_]+', '', option[1]).split()) >= 2, option
 
 
+@pytest.mark.parametrize('name', [*COMMANDS, 'amcl_node'])
+def test_help_does_without_docstrings(name):
+    """`python -OO` removes them."""
+    if name == 'amcl_node':
+        pytest.importorskip('rospy')
+    command = [sys.executable, '-OO', str(ROOT / 'scripts' / name), '--help']
+    environment = {**os.environ, 'PYTHONPATH': os.pathsep.join(sys.path)}
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0 and name in done.stdout, done.stderr
+
+
 @pytest.fixture(name='python')
 def fixture_python():
     """Runs Python in a process of its own: status, stdout and stderr."""
@@ -124,3 +135,10 @@ def test_no_module_of_options_imports_a_library_that_takes_long(python):
     imports = ', '.join('.'.join(path.relative_to(SOURCE).with_suffix('').parts) for path in paths)
     assert len(paths) > len(TOOLS)
     assert python(f'{REPORT}; import {imports}') == (0, '[]\n', '')
+
+
+def test_config_is_a_campaigns_file_and_no_robot(capsys):
+    parse = importlib.import_module('diff_encoder_sim.cli.advise_arguments').parse
+    with pytest.raises(SystemExit) as ended:
+        parse(['--config', 'burger'])
+    assert ended.value.code == 2 and '--config' in capsys.readouterr().err

@@ -18,20 +18,22 @@ def test_the_tool_writes_a_map_that_is_read_back(tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    ('arguments', 'complaint'),
+    ('arguments', 'argument'),
     [
-        (['--resolution', '0'], 'resolution: given 0'),
-        (['--resolution', '-1'], 'resolution: given -1'),
-        (['--resolution', 'nan'], 'resolution: given nan'),
-        (['--resolution', '1e-9'], 'resolution: given 1e-09'),
-        (['--resolution', '1e300'], 'resolution: given 1e'),
-        (['--height', 'inf'], 'height: given inf'),
-        (['--free', '0', 'nan'], 'free.1: given nan'),
-        (['--free', '1e300', '0'], 'free.0: given 1e+300; allowed: -1e6 to 1e6 [m]'),
+        (['--resolution', '0'], '--resolution'),
+        (['--resolution', '-1'], '--resolution'),
+        (['--resolution', 'nan'], '--resolution'),
+        (['--resolution', '1e-9'], '--resolution'),
+        (['--resolution', '1e300'], '--resolution'),
+        (['--resolution', '0.0_5'], '--resolution'),
+        (['--height', 'inf'], '--height'),
+        (['--free', '0', 'nan'], '--free'),
+        (['--free', '1e300', '0'], '--free'),
     ],
 )
-def test_the_tool_names_a_bad_argument_in_one_line(tmp_path, arguments, complaint):
+def test_the_tool_names_a_bad_argument_in_one_line(tmp_path, capsys, arguments, argument):
     with pytest.raises(SystemExit) as caught:
         rasterise_world([str(WORLDS / 'hallway.world'), '--out', str(tmp_path / 'm'), *arguments])
-    assert complaint in caught.value.code and '\n' not in caught.value.code
+    (line,) = [line for line in capsys.readouterr().err.splitlines() if 'error' in line]
+    assert caught.value.code == 2 and f'argument {argument}: given ' in line and 'allowed: ' in line
     assert not list(tmp_path.iterdir())

@@ -80,3 +80,32 @@ def test_nothing_is_overwritten_and_nothing_half_done_is_left(tmp_path, bag, cap
     assert {path: path.read_bytes() for path in (tmp_path / 'out').iterdir()} == before
     complaint(capsys, no_time(tmp_path / 'a.bag'), '--ppr', '90', '--out', tmp_path / 'none')
     assert list((tmp_path / 'none').iterdir()) == []
+
+
+CSV = ['--columns', '1', '2', '3', '--unit', 'rad', '--ppr', '90']
+
+
+def table(path, times):
+    path.write_text('\n'.join(f'{time},{0.04 * index},{0.05 * index}' for index, time in enumerate(times)))
+    return ['--csv', path, *CSV]
+
+
+def test_a_table_with_decreasing_times_is_refused(tmp_path, capsys):
+    text = complaint(capsys, *table(tmp_path / 'a.csv', [10.0 - 0.01 * index for index in range(990)]))
+    assert 'a.csv' in text and '989 bad rows' in text and 'decrease' in text
+
+
+def test_rows_with_an_earlier_time_are_left_out_and_named(tmp_path, capsys):
+    """Of a table that has two drives, the first is read."""
+    run(*table(tmp_path / 'a.csv', [0.01 * (index % 500) for index in range(999)]))
+    printed = capsys.readouterr()
+    assert '500 rows' in printed.out and 'in 5.0 s' in printed.out
+    assert '499 bad rows, in lines 501' in printed.err
+
+
+def test_the_duration_of_a_bag_whose_clock_was_set_back_is_not_negative(tmp_path, capsys):
+    rows = drive()
+    later_ns = 10**10
+    first = [(topic, now_ns + later_ns, message) for topic, now_ns, message in rows[:-10]]
+    run(write_ros1(tmp_path / 'a.bag', [*first, *rows[-10:]]), '--ppr', '90')
+    assert ' in -' not in capsys.readouterr().out

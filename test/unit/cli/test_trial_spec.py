@@ -101,6 +101,13 @@ def test_bags_are_never_overwritten_and_relative_paths_are_the_users(tmp_path, m
         plan('--bag', 'there.bag')
 
 
+@pytest.mark.parametrize(('argument', 'name'), [('bag', 'n' * 250 + '.bag'), ('save_map', 'n' * 240)])
+def test_a_name_that_is_too_long_for_an_unfinished_file_is_refused_before_the_trial(tmp_path, argument, name):
+    words = ['--test', 'SL', '--nav', 'scripted', '--slam', 'embedded', '--bag', 'none']
+    with pytest.raises(ConfigError, match=f'^{argument}: given n+...n+[.bag]*; allowed: a name of at most 200 bytes'):
+        trial_spec.plan(parse([*words, f'--{argument.replace("_", "-")}', str(tmp_path / name)]))
+
+
 def test_the_tool_prints_one_line_and_exits_with_1(capsys):
     with pytest.raises(SystemExit) as caught:
         trial_spec.main(['--test', 'XX'])

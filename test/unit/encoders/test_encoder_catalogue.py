@@ -170,6 +170,9 @@ def test_an_unknown_encoder_lists_the_known_ones_and_says_what_is_wrong_with_a_p
     [
         ({'name': None}, 'name: missing'),
         ({'name': '""'}, 'name: given'),
+        ({'name': '"AMT\\0"'}, r"name: given 'AMT\x00'; allowed: printable"),
+        ({'source': '["its\\nmanual"]'}, 'source.0: given'),
+        ({'price': '"\\e[31m"'}, 'price: given'),
         ({'source': '[]'}, 'source: given []'),
         ({'source': '[""]'}, 'source.0: given'),
         ({'source': 'its manual'}, 'source: given'),

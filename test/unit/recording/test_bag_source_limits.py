@@ -83,27 +83,61 @@ def test_a_compressed_message_of_sqlite(tmp_path):
     assert 'becomes larger' in fault and memory_mb < 4 * LARGEST_CHUNK >> 20
 
 
+BIG = 'GENERATED ALWAYS AS (zeroblob(900000000))'
+TOPICS = 'TABLE topics(id INTEGER PRIMARY KEY, name TEXT, type TEXT, serialization_format TEXT)'
+
+
 @pytest.mark.parametrize(
-    ('messages', 'fault'),
+    'schema',
     [
-        (
-            bombs.MESSAGES.replace('BLOB', 'BLOB GENERATED ALWAYS AS (zeroblob(900000000))'),
-            f'a message on /odom has more than {LARGEST_CHUNK} bytes',
-        ),
-        (
-            'VIEW messages AS SELECT id, 1 AS topic_id, 1 AS timestamp, zeroblob(900000000) AS data FROM topics',
-            "expected ['messages', 'topics']",
-        ),
+        {'messages': bombs.MESSAGES.replace('BLOB', f'BLOB {BIG}')},
+        {'messages': bombs.MESSAGES.replace('BLOB', f'BLOB {BIG} STORED')},
+        {'messages': bombs.MESSAGES.replace('timestamp INTEGER', f'timestamp TEXT {BIG}')},
+        {'topics': TOPICS.replace('type TEXT', f'type TEXT {BIG}')},
+        {'message_definitions': f'TABLE message_definitions(topic_type TEXT, encoded_message_definition TEXT {BIG})'},
+        {'messages': 'VIEW messages AS SELECT 1 AS id, 1 AS topic_id, 1 AS timestamp, zeroblob(900000000) AS data'},
+        {'messages': 'VIRTUAL TABLE messages USING fts4(id, topic_id, timestamp, data)'},
     ],
-    ids=['generated column', 'view'],
+    ids=['data', 'stored', 'timestamp', 'type', 'definition', 'view', 'virtual table'],
 )
-def test_messages_that_sqlite_would_compute(tmp_path, messages, fault):
-    path = bombs.write_db3(tmp_path / 'a.db3', messages=messages)
-    if messages.startswith('TABLE'):
-        with sqlite3.connect(str(path)) as database:
-            database.execute('INSERT INTO messages(topic_id, timestamp) VALUES(1, 1)')
-    _, found, memory_mb = read(path)
-    assert fault in found and memory_mb < 50
+def test_tables_that_sqlite_would_compute_are_refused(tmp_path, schema):
+    path = tmp_path / 'a.db3'
+    with sqlite3.connect(str(path)) as database:
+        for table in {'topics': TOPICS, 'messages': bombs.MESSAGES, **schema}.values():
+            database.execute(f'CREATE {table}')
+        if 'topics' not in schema:
+            database.execute("INSERT INTO topics VALUES(1, '/odom', 'nav_msgs/msg/Odometry', 'cdr')")
+        if 'message_definitions' in schema:
+            database.execute("INSERT INTO message_definitions(topic_type) VALUES('nav_msgs/msg/Odometry')")
+    database.close()
+    count, found, memory_mb = read(path)
+    assert count == 0 and 'expected' in found and memory_mb < 50
+
+
+@pytest.mark.parametrize(
+    'row',
+    ['(1, 2, 5000000000)', "(1, 2, 'text')", '(1, 2, NULL)', "(1, 9e999, x'00')", "(1, 'soon', x'00')", '(1, 2, 2.5)'],
+)
+def test_a_message_that_is_no_blob_is_left_out(tmp_path, row):
+    """Of a number, Python would make as many zeros."""
+    path = bombs.write_db3(tmp_path / 'a.db3', b'1')
+    with sqlite3.connect(str(path)) as database:
+        database.execute(f'INSERT INTO messages(topic_id, timestamp, data) VALUES{row}')
+        database.execute("INSERT INTO messages VALUES(9, 1, 9, x'00')")
+    database.close()
+    count, fault, memory_mb = read(path)
+    assert count == 2 and 'a message on /odom' in fault and memory_mb < 50
+
+
+def test_topics_with_equal_numbers_do_not_multiply_messages(tmp_path):
+    path = tmp_path / 'a.db3'
+    with sqlite3.connect(str(path)) as database:
+        database.execute(f'CREATE {TOPICS.replace(" PRIMARY KEY", "")}')
+        database.execute(f'CREATE {bombs.MESSAGES}')
+        database.executemany("INSERT INTO topics VALUES(1, ?, 'nav_msgs/msg/Odometry', 'cdr')", [('/odom',)] * 3000)
+        database.executemany('INSERT INTO messages VALUES(?, 1, 1, ?)', [(number, b'') for number in range(3000)])
+    database.close()
+    assert read(path)[:2] == (3000, '')
 
 
 def test_a_file_that_is_compressed_as_a_whole(tmp_path, monkeypatch):

@@ -56,11 +56,30 @@ def test_times_are_exact(text, unit, time_ns):
 
 
 @pytest.mark.parametrize(
-    'row', ['', '1,2', 'x,2,3', '1,x,3', '1,2,nan', '1,2,1e999', '-1,2,3', 'nan,2,3', '1e99,2,3', '1e999999999,2,3']
+    'row',
+    ['', '1,2', 'x,2,3', '1,x,3', '1,2,nan', '1,2,1e999', '-1,2,3', 'nan,2,3', '1e99,2,3', '1e999999999,2,3']
+    + [
+        '7_0,2,3',
+        '1,7_0,3',
+        '1,2,7_0',
+        '٣,2,3',
+        '1,٣,3',
+        '1,²,3',
+        '1,0x7,3',
+        '1,1e,3',
+        '1,.,3',
+        '1,infinity,3',
+        'sNaN,2,3',
+    ],
 )
 def test_a_bad_row_is_refused(row):
     with pytest.raises(InputFault, match='expected'):
         find_format(['1,2,3'], '123', 's').numbers(row)
+
+
+@pytest.mark.parametrize(('text', 'value'), [('-0.5', -0.5), ('+.5', 0.5), ('5.', 5.0), ('1E-3', 0.001), ('007', 7.0)])
+def test_numbers_in_every_usual_form(text, value):
+    assert find_format(['1,2,3'], '123', 's').numbers(f'1,{text},{text}') == (10**9, value, value)
 
 
 @pytest.mark.parametrize(
@@ -70,6 +89,9 @@ def test_a_bad_row_is_refused(row):
         (['1,2,3'], ('a', '2', '3'), 'given a; allowed: a number from 1 to 3; the file has no header'),
         (['1,2,3'], ('0', '1', '2'), 'given 0; allowed: a number from 1 to 3'),
         (['1,2,3'], ('1', '2', '4'), 'given 4; allowed: a number from 1 to 3'),
+        (['1,2,3'], ('1', '²', '3'), 'given ²; allowed: a number from 1 to 3'),
+        (['1,2,3'], ('1', '٣', '3'), 'given ٣; allowed: a number from 1 to 3'),
+        (['1,2,3'], ('1', '2', '9' * 5000), 'allowed: a number from 1 to 3'),
         (['a,b,c', '1,2,3'], ('a', 'b', '2'), 'given a b 2; allowed: three columns that differ'),
         (['1,2', '3,4'], ('1', '2', '3'), 'no table; expected 3 or more columns'),
         (['# nothing'], ('1', '2', '3'), 'no table'),

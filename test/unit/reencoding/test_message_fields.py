@@ -60,6 +60,8 @@ def test_a_number_is_found(source, given, name, value, bits):
         ('/feedback.drivers.measured_travel', r'allowed: /feedback.drivers\[0\].current'),
         ('/feedback', r'allowed: /feedback.drivers\[0\].current'),
         ('/sensor_state.header.seq.x', 'allowed: /sensor_state.bumper'),
+        ('array[' + '9' * 5000 + ']', 'allowed: TOPIC or TOPIC.field'),
+        ('array[\u0660]', 'allowed: TOPIC or TOPIC.field'),
     ],
 )
 def test_what_is_no_number_is_refused_and_those_that_are_are_listed(source, given, complaint):

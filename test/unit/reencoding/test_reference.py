@@ -1,11 +1,13 @@
 """References of every kind."""
 
+import math
+
 import pytest
 
-from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.serialization.pose_messages import POSE_TYPES
 from reencoding_drives import ROS1, ROS2, START_NS, TICK_NS, angles_rad, drive, true_poses, write_ros1, write_ros2
-from reencoding_runs import rows_of, run
+from reencoding_runs import complaint, rows_of, run
 
 
 @pytest.mark.parametrize('kind', POSE_TYPES)
@@ -44,3 +46,40 @@ def test_a_reference_of_another_time_is_told(tmp_path, capsys):
     rows.append(('/world_pose', START_NS, ROS1.pose('geometry_msgs/msg/PoseStamped', 1, Pose2D(0.0, 0.0, 0.0))))
     run(write_ros1(tmp_path / 'a.bag', rows), '--ppr', '90')
     assert 'no pose of /world_pose has the time of an odometry message' in capsys.readouterr().err
+
+
+def with_frames(path):
+    """map -> odom moves, base -> laser is fixed, and nothing connects both."""
+    rows = [('/tf_static', START_NS, ROS1.tf(ROS1.transform(0, IDENTITY, 'base', 'laser')))]
+    rows += [('/tf', START_NS, ROS1.tf(ROS1.transform(START_NS, IDENTITY, 'map', 'odom')))]
+    return write_ros1(path, [*drive(reference=None), *rows])
+
+
+@pytest.mark.parametrize('option', ['--reference', '--odom'])
+@pytest.mark.parametrize('frames', ['nosuch->odom', 'map->nosuch', 'odom->map', 'map->base', 'base->laser', 'a->b'])
+def test_frames_without_a_pose_are_refused_with_those_that_there_are(tmp_path, capsys, option, frames):
+    path = with_frames(tmp_path / 'a.bag')
+    text = complaint(capsys, path, '--ppr', '90', option, frames, '--out', tmp_path / 'out')
+    assert option in text and frames in text and 'base, laser, map, odom' in text
+    assert not list((tmp_path / 'out').glob('*'))
+
+
+def test_frames_with_a_pose_are_taken(tmp_path, capsys):
+    run(with_frames(tmp_path / 'a.bag'), '--ppr', '90', '--reference', 'map->odom')
+    assert 'compared with map->odom' in capsys.readouterr().out
+
+
+def without_pose(path, topic):
+    pose = ROS1.pose('geometry_msgs/msg/PoseStamped', START_NS, Pose2D(math.nan, 0.0, 0.0))
+    return write_ros1(path, [*drive(reference=None), (topic, START_NS, pose)])
+
+
+@pytest.mark.parametrize('option', ['--reference', '--odom'])
+def test_a_topic_without_a_pose_is_refused(tmp_path, capsys, option):
+    text = complaint(capsys, without_pose(tmp_path / 'a.bag', '/truth'), '--ppr', '90', option, '/truth')
+    assert option in text and '/truth' in text
+
+
+def test_a_truth_without_a_pose_that_no_option_names_is_not_compared_with(tmp_path, capsys):
+    run(without_pose(tmp_path / 'a.bag', '/world_pose'), '--ppr', '90', '1024')
+    assert 'compared with the odometry of the finest PPR' in capsys.readouterr().out

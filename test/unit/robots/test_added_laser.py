@@ -8,7 +8,6 @@ from diff_encoder_sim.robots.added_laser import AddedLaser, with_laser
 from diff_encoder_sim.robots.describing import describe
 from diff_encoder_sim.robots.robot_choices import RobotChoices
 from diff_encoder_sim.robots.robot_file import load_robot_file
-from diff_encoder_sim.robots.robot_source import RobotSource
 from diff_encoder_sim.robots.urdf_parsing import parse_urdf
 from urdf_texts import usual
 
@@ -53,7 +52,8 @@ def test_what_cannot_be_is_named_in_one_line(tmp_path, laser, complaint):
     assert '\n' not in str(fault.value)
 
 
-def test_a_robot_that_has_a_link_of_its_name_keeps_its_own(tmp_path):
-    (tmp_path / 'mine.urdf').write_text(with_laser(usual(), AddedLaser('base_link', (0.0, 0.0, 0.2))))
-    with pytest.raises(ConfigError, match="'laser'"):
-        describe(RobotSource(tmp_path / 'mine.urdf', (), (), AddedLaser('base_link', (0.0, 0.0, 0.3))), RobotChoices())
+def test_its_link_has_a_name_that_the_urdf_has_not():
+    urdf = usual()
+    for number in range(1, 4):
+        urdf = with_laser(urdf, AddedLaser('base_link', (0.0, 0.0, 0.1 * number)))
+    assert list(parse_urdf(urdf, 'here').links)[-3:] == ['laser', 'laser_2', 'laser_3']

@@ -1,6 +1,6 @@
 import pytest
 
-from urdf_texts import ball, base, described, found, pair, plugin, robot, usual
+from urdf_texts import ball, base, box, described, found, pair, plugin, robot, usual
 
 WEIGHT_N = (2.0 + 0.2) * 9.81
 
@@ -51,3 +51,18 @@ def test_placeholders_are_no_limits(velocity, warned):
 def test_the_plugin_goes_before_the_joints():
     text = with_joint_limits(0.5, 10.0).replace('</robot>', drive(wheelTorque=0.3) + '</robot>')
     assert described(text).drive_limits['wheel_torque'] == 0.3
+
+
+def test_usual_accelerations_give_way_to_a_low_torque_and_a_large_inertia():
+    weak = described(with_joint_limits(0.02, 10.0)).drive_limits
+    assert weak['max_linear_acceleration'] == pytest.approx(0.5 * 2 * 0.02 / 0.05 / 2.2)
+    long = base(body=box(1.2, 0.2, 0.1)).replace('iyy="0.01" izz="0.01"', 'iyy="0.3" izz="0.3"')
+    limits = described(robot(long, pair(), ball('ball', 0.1))).drive_limits
+    force_n = 0.5 * WEIGHT_N * (1 - 0.02 * 2.0 / 2.2 / 0.1)
+    assert limits['max_angular_acceleration'] == pytest.approx(force_n * 0.15 / 0.305, rel=0.02)
+    assert 'max_linear_acceleration' not in limits
+
+
+def test_an_acceleration_in_the_file_is_not_lowered_to_the_torque():
+    text = with_joint_limits(0.02, 10.0).replace('</robot>', drive(wheelAcceleration=1.0) + '</robot>')
+    assert described(text).drive_limits['max_linear_acceleration'] == 1.0

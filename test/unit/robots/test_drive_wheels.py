@@ -146,6 +146,13 @@ def test_a_revolute_joint_without_an_end_turns_a_wheel():
         )
 
 
+@pytest.mark.parametrize('name', ["j'l", 'j&quot;l', 'j]l', "j'l&quot;"])
+def test_a_joint_may_have_any_name(name):
+    endless = {'kind': 'revolute', 'inside': '<limit lower="-9" upper="9" effort="1" velocity="1"/>'}
+    text = robot(base(), pair(**endless), ball('ball', 0.1)).replace('left_wheel_joint', name)
+    assert joints_of(text) == (name.replace('&quot;', '"'), 'right_wheel_joint')
+
+
 def test_an_arm_and_a_spinning_scanner_are_no_wheels():
     arm = link('hand', sphere(0.05)) + joint('elbow', 'hand', '0 0 0.5', 'continuous')
     scanner = link('rotor', sphere(0.05)) + joint('spin', 'rotor', '0 0 0.06', 'continuous', axis='0 0 1')

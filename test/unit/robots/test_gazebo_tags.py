@@ -1,13 +1,19 @@
 import pytest
 
 from diff_encoder_sim.robots.gazebo_tags import commanded_joints, drive_plugins
-from urdf_texts import plugin, tree_of, usual
+from diff_encoder_sim.robots.rolling_wheels import rolling_wheels
+from urdf_texts import pair, plugin, tree_of, usual
 
 WHEELS = ('left_wheel_joint',), ('right_wheel_joint',)
 
 
-def only_drive(text):
-    (tags,) = drive_plugins(tree_of(usual(text)))
+def drives(text):
+    tree = tree_of(text)
+    return drive_plugins(tree, rolling_wheels(tree))
+
+
+def only_drive(*parts):
+    (tags,) = drives(usual(*parts))
     return tags
 
 
@@ -66,24 +72,39 @@ def test_gazebo_sim_tells_the_radius_and_limits_of_the_body():
 
 def test_zero_stands_for_no_limit():
     found = only_drive(
-        plugin('libx_diff_drive.so', leftJoint='a', rightJoint='b', wheelTorque=0, wheelAcceleration=1.8)
+        plugin(
+            'libx_diff_drive.so',
+            leftJoint='left_wheel_joint',
+            rightJoint='right_wheel_joint',
+            wheelTorque=0,
+            wheelAcceleration=1.8,
+        )
     )
     assert found.limits == {'rim_acceleration': 1.8}
 
 
-def test_several_joints_on_a_side_are_a_skid_steer_drive():
-    several = '<left_joint>a</left_joint><left_joint>b</left_joint><right_joint>c</right_joint>'
-    found = only_drive(f'<gazebo><plugin filename="libgazebo_ros_diff_drive.so">{several}</plugin></gazebo>')
-    assert (found.kind, found.left_joints) == ('skid-steer', ('a', 'b'))
-    front_and_rear = {'leftFrontJoint': 'a', 'leftRearJoint': 'b', 'rightFrontJoint': 'c', 'rightRearJoint': 'd'}
-    found = only_drive(plugin('libgazebo_ros_skid_steer_drive.so', **front_and_rear))
-    assert (found.kind, found.left_joints, found.right_joints) == ('skid-steer', ('a', 'b'), ('c', 'd'))
+@pytest.mark.parametrize('number', ['1e300', '9' * 400, 'nan', 'inf', '-1', '7_0', '1e-300', ''])
+def test_a_number_that_no_robot_has_is_ignored(number):
+    tags = dict.fromkeys(('wheelSeparation', 'wheelDiameter', 'wheelTorque', 'wheelAcceleration'), number)
+    drive = plugin('libx_diff_drive.so', leftJoint='left_wheel_joint', rightJoint='right_wheel_joint', **tags)
+    found = only_drive(drive)
+    assert (found.separation_m, found.diameter_m, found.limits) == (None, None, {})
+
+
+def test_several_wheels_on_a_side_are_a_skid_steer_drive():
+    rear = pair(x_m=-0.2, names=('rear_left', 'rear_right'))
+    joints = {'left': ('left_wheel_joint', 'rear_left_joint'), 'right': ('right_wheel_joint', 'rear_right_joint')}
+    several = ''.join(f'<{side}_joint>{name}</{side}_joint>' for side, names in joints.items() for name in names)
+    found = only_drive(rear, f'<gazebo><plugin filename="libgazebo_ros_diff_drive.so">{several}</plugin></gazebo>')
+    assert (found.kind, found.left_joints, found.right_joints) == ('skid-steer', joints['left'], joints['right'])
+    corners = zip(('leftFront', 'leftRear', 'rightFront', 'rightRear'), (*joints['left'], *joints['right']))
+    found = only_drive(rear, plugin('libmaker.so', **{f'{corner}Joint': name for corner, name in corners}))
+    assert (found.kind, found.left_joints, found.right_joints) == ('skid-steer', joints['left'], joints['right'])
 
 
 @pytest.mark.parametrize(
     ('filename', 'tags', 'kind'),
     [
-        ('libgazebo_ros_planar_move.so', {}, 'omnidirectional'),
         ('libgazebo_ros_tricycle_drive.so', {'steeringJoint': 'a'}, 'steered'),
         ('gz-sim-ackermann-steering-system', {'left_joint': 'a', 'right_joint': 'b'}, 'steered'),
         ('gz-sim-mecanum-drive-system', {'front_left_joint': 'a', 'front_right_joint': 'b'}, 'omnidirectional'),
@@ -99,10 +120,11 @@ def test_other_drives_are_told_by_their_names(filename, tags, kind):
         ('libgazebo_ros_joint_state_publisher.so', {'jointName': 'left_wheel_joint, right_wheel_joint'}),
         ('libgazebo_ros_imu.so', {'bodyName': 'left_wheel'}),
         ('libgazebo_ros_control.so', {'robotNamespace': '/'}),
+        ('libgazebo_ros_planar_move.so', {'robotBaseFrame': 'base_link'}),
     ],
 )
 def test_other_plugins_drive_nothing(filename, tags):
-    assert drive_plugins(tree_of(usual(plugin(filename, **tags)))) == ()
+    assert drives(usual(plugin(filename, **tags))) == ()
 
 
 def test_transmissions_and_ros2_control_tell_what_is_commanded_and_how():

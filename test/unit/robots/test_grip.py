@@ -3,7 +3,13 @@
 import numpy as np
 import pytest
 
-from diff_encoder_sim.robots.grip import G_MPS2, MARGIN, sensible_acceleration_mps2
+from diff_encoder_sim.robots.grip import (
+    G_MPS2,
+    MARGIN,
+    sensible_acceleration_mps2,
+    sensible_turn_acceleration_radps2,
+    torque_accelerations,
+)
 from diff_encoder_sim.robots.ground_contacts import WheelBase
 from diff_encoder_sim.robots.robot_description import GroundContact, MassProperties
 from urdf_texts import ball, base, described, pair, plugin, robot, usual
@@ -29,6 +35,23 @@ def test_a_caster_takes_weight_and_takes_more_the_higher_the_centre_of_mass(side
     found = acceleration_mps2(0.1 + side * d_m, h_m - 0.05, 0.1 + side * c_m, 0.1 - side * 0.01)
     a_mps2 = found / MARGIN
     assert G_MPS2 * (1 - d_m / c_m) - a_mps2 * h_m / c_m == pytest.approx(a_mps2)
+
+
+@pytest.mark.parametrize('com_y_m', [0.0, 0.1])
+def test_turning_in_place_takes_half_of_the_grip_at_both_wheels(com_y_m):
+    """At the limit, two forces m g (1 - d/c) / 2 at L/2 from the axle's middle turn I + m d^2."""
+    mass = MassProperties(2.0, np.array([0.15, com_y_m, 0.05]), 0.4 * np.eye(3))
+    contacts = [GroundContact('any', (0.3, 0.0, -0.05))]
+    found = sensible_turn_acceleration_radps2(mass, contacts, WHEELS, 0.5)
+    inertia_kgm2 = 0.4 + 2.0 * (0.05**2 + com_y_m**2)
+    assert found / MARGIN * inertia_kgm2 == pytest.approx(2.0 * G_MPS2 * (1 - 0.05 / 0.2) * 0.25)
+
+
+def test_torque_moves_the_body_by_two_forces_at_the_rims():
+    mass = MassProperties(2.0, np.array([0.1, 0.0, 0.05]), 0.4 * np.eye(3))
+    linear_mps2, angular_radps2 = torque_accelerations(0.3, mass, WHEELS, 0.5)
+    assert linear_mps2 / MARGIN == pytest.approx(2 * (0.3 / 0.05) / 2.0)
+    assert angular_radps2 / MARGIN == pytest.approx(2 * (0.3 / 0.05) * 0.25 / 0.4)
 
 
 def test_the_usual_acceleration_is_cut_where_a_caster_carries_most():

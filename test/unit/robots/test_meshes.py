@@ -18,6 +18,38 @@ def test_every_format_gives_the_corners(tmp_path, name):
     assert extents_m(mesh_points_m(tmp_path / name, WHERE)) == pytest.approx(np.array([[3, 3, 3], [5, 7, 9]]))
 
 
+@pytest.mark.parametrize('name', ['text.stl', 'part.obj', 'binary.stl'])
+@pytest.mark.parametrize('word', ['Gehäuse'.encode('latin-1'), 'корпус'.encode(), b'\xff\xfe\x80'])
+def test_names_in_a_mesh_may_be_in_any_encoding(tmp_path, name, word):
+    WRITERS[name](tmp_path / name, CUBE_CORNERS, CUBE_TRIANGLES)
+    content = (tmp_path / name).read_bytes()
+    named = {'text.stl': content.replace(b'part', word), 'part.obj': b'# ' + word + b'\n' + content}
+    (tmp_path / name).write_bytes(named.get(name, word + content[len(word) :]))
+    assert extents_m(mesh_points_m(tmp_path / name, WHERE)) == pytest.approx(extents_m(CUBE_CORNERS))
+
+
+def nested(levels, width, inside):
+    """A library of nodes, each with instances of the next one."""
+    nodes = [
+        f'<node id="n{level}">{width * f"""<instance_node url="#n{level + 1}"/>"""}</node>' for level in range(levels)
+    ]
+    return f'<library_nodes>{"".join(nodes)}<node id="n{levels}">{inside}</node></library_nodes>'
+
+
+@pytest.mark.parametrize(('levels', 'width', 'is_read'), [(3, 3, True), (20, 10, False), (1, 2001, False)])
+@pytest.mark.parametrize('inside', ['<instance_geometry url="#part"/>', ''])
+def test_instances_of_a_dae_are_counted_before_they_are_shown(tmp_path, levels, width, is_read, inside):
+    write_dae(tmp_path / 'a.dae', CUBE_CORNERS, CUBE_TRIANGLES, node='<instance_node url="#n0"/>')
+    text = (tmp_path / 'a.dae').read_text()
+    text = text.replace('<library_visual', nested(levels, width, inside) + '<library_visual')
+    (tmp_path / 'a.dae').write_text(text)
+    if is_read:
+        assert len(mesh_points_m(tmp_path / 'a.dae', WHERE)) == 8
+    else:
+        with pytest.raises(ConfigError, match='more than [0-9]+ (nodes|instances)'):
+            mesh_points_m(tmp_path / 'a.dae', WHERE)
+
+
 def test_a_corner_that_no_triangle_has_does_not_count(tmp_path):
     stray = np.vstack([CUBE_CORNERS, [9, 9, 9]])
     for name, write in (('a.obj', write_obj), ('a.dae', write_dae)):

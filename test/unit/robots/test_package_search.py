@@ -2,7 +2,14 @@
 
 import pytest
 
-from diff_encoder_sim.robots.package_search import SEARCH_VARIABLES, find_package, resolve_uri, searched_folders
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.robots.package_search import (
+    SEARCH_VARIABLES,
+    find_mesh,
+    find_package,
+    resolve_uri,
+    searched_folders,
+)
 from diff_encoder_sim.robots.robot_source import RobotSource
 
 
@@ -47,6 +54,16 @@ def test_a_package_goes_by_its_folders_name_too(tmp_path, declared):
     assert find_package('foo_description', RobotSource(tmp_path / 'x' / 'r.urdf', (), (tmp_path,))) == own
 
 
+def test_a_robots_own_package_takes_precedence_over_named_folders(tmp_path):
+    own = package(tmp_path / 'a' / 'foo-2.0', 'foo_description')
+    beside = package(tmp_path / 'a' / 'bar', 'bar')
+    other = package(tmp_path / 'b' / 'foo_description'), package(tmp_path / 'b' / 'bar')
+    source = robot_in(own, tmp_path / 'b')
+    assert find_package('foo_description', source) == own
+    assert resolve_uri('package://foo_description/meshes/wheel.stl', source) == own / 'meshes' / 'wheel.stl'
+    assert find_package('bar', source) == other[1] != beside
+
+
 def test_named_folders_are_packages_or_hold_some_levels_down(tmp_path):
     lone = package(tmp_path / 'a' / 'lone')
     deep = package(tmp_path / 'b' / 'src' / 'repo' / 'deep_folder', 'deep')
@@ -69,12 +86,13 @@ def test_packages_of_ros_are_found(tmp_path, monkeypatch, variable, place):
     assert find_package('foo', RobotSource(tmp_path / 'r.urdf')) == installed
 
 
-def test_what_the_user_names_comes_first_and_ros_last(tmp_path, monkeypatch):
+def test_ros_comes_last(tmp_path, monkeypatch):
     near, ros, named = (package(tmp_path / name / 'foo') for name in ('near', 'ros', 'named'))
     monkeypatch.setenv('ROS_PACKAGE_PATH', str(tmp_path / 'ros'))
-    assert find_package('foo', robot_in(near, tmp_path / 'named')) == named
+    elsewhere = tmp_path / 'elsewhere'
+    assert find_package('foo', robot_in(elsewhere, tmp_path / 'named')) == named
     assert find_package('foo', robot_in(near)) == near
-    assert find_package('foo', RobotSource(tmp_path / 'elsewhere' / 'r.urdf')) == ros
+    assert find_package('foo', robot_in(elsewhere)) == ros
 
 
 def test_a_package_that_comes_later_is_found_then(tmp_path):
@@ -115,6 +133,19 @@ def test_meshes_are_named_in_many_ways(tmp_path, monkeypatch):
         assert resolve_uri(uri, source) is None
     monkeypatch.setenv('GAZEBO_MODEL_PATH', str(tmp_path))
     assert resolve_uri('model://foo/meshes/a wheel.stl', RobotSource(tmp_path / 'x' / 'r.urdf')) == mesh
+
+
+def test_an_error_shows_whether_the_file_or_its_package_is_missing(tmp_path):
+    own = package(tmp_path / 'foo')
+    for uri, shown in (
+        ('package://foo/meshes/none.stl', f"package 'foo' in {own} has no file 'meshes/none.stl'"),
+        ('file://package://nowhere/a.stl', "package 'nowhere' is not found; looked for in "),
+        ('none.stl', f'there is no file {own / "urdf" / "none.stl"}; allowed: '),
+        ('file:///none.stl', 'there is no file /none.stl; allowed: '),
+    ):
+        with pytest.raises(ConfigError) as caught:
+            find_mesh(uri, robot_in(own))
+        assert str(caught.value).startswith(shown)
 
 
 def test_a_description_that_was_copied_without_its_package_finds_its_meshes(tmp_path):

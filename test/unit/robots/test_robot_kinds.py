@@ -5,6 +5,10 @@ import math
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.robots.describing import describe
+from diff_encoder_sim.robots.robot_file import load_robot_file
+from diff_encoder_sim.robots.robot_setup import set_up_robot
+from diff_encoder_sim.robots.robot_source import RobotSource
 from urdf_texts import RADIUS_M, ball, base, described, joint, link, pair, plugin, robot, transmission, usual, wheel
 
 SIX = pair() + pair(x_m=0.2, names=('fl', 'fr')) + pair(x_m=-0.2, names=('rl', 'rr'))
@@ -60,7 +64,7 @@ def complaint_about(text, **choices):
         ),
         (
             tuple(omni(name, bearing * math.pi / 3) for name, bearing in (('a', 0), ('b', 2), ('c', 4))),
-            'an omnidirectional robot, whose wheels have rollers or which its plugin moves without wheels (the axles',
+            'an omnidirectional robot, whose wheels have rollers (the axles',
         ),
         (
             tuple(omni(name, bearing * math.pi / 4) for name, bearing in (('a', 1), ('b', 3), ('c', 5), ('d', 7))),
@@ -87,10 +91,7 @@ def test_rotors_of_a_drone_are_no_wheels():
     [
         (
             plugin('libgazebo_ros_skid_steer_drive.so', leftFrontJoint='a', rightFrontJoint='b'),
-            (
-                "plugin libgazebo_ros_skid_steer_drive.so with 'a', 'b'); modelled are two driven wheels on one axle; "
-                'to simulate two of its wheels as the drive, name them as simulator.left_joint and'
-            ),
+            "plugin libgazebo_ros_skid_steer_drive.so with 'a', 'b'); modelled are two driven wheels on one axle; ",
         ),
         (plugin('libgazebo_ros_ackermann_drive.so'), 'tricycle or Ackermann'),
         (plugin('gz-sim-mecanum-drive-system', front_left_joint='a', front_right_joint='b'), 'omnidirectional'),
@@ -98,6 +99,16 @@ def test_rotors_of_a_drone_are_no_wheels():
 )
 def test_a_plugin_that_drives_otherwise_is_named(drive, expected):
     assert expected in complaint_about(usual(drive))
+
+
+def test_the_error_ends_with_a_robot_file_that_overrides_it(tmp_path):
+    path = tmp_path / "it's.urdf"
+    path.write_text(robot(base(), pair(), pair(x_m=0.2, names=('a: b', "c'd"))), encoding='utf-8')
+    with pytest.raises(ConfigError) as caught:
+        describe(RobotSource(path))
+    (tmp_path / 'mine.yaml').write_text(str(caught.value).split('a robot file (YAML): ')[1], encoding='utf-8')
+    mine = set_up_robot(load_robot_file('mine.yaml', tmp_path, tmp_path, {})).description
+    assert (mine.left.joint, mine.right.joint) == ('left_wheel_joint', 'right_wheel_joint')
 
 
 def test_two_plugins_with_a_pair_each_are_a_skid_steer_robot():

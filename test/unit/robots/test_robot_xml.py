@@ -63,6 +63,7 @@ def test_lines_are_those_of_the_file(tmp_path):
         (b' ' * (MOST_BYTES + 1), 'too big; allowed: at most 20 MB'),
         (f'<?xml version="1.0" encoding="klingon"?>{ROBOT}', "encoding: given 'klingon'"),
         (f'<?xml version="1.0" encoding="hex"?>{ROBOT}', "encoding: given 'hex'"),
+        (f'<?xml version="1.0" encoding="idna"?>{ROBOT}\xfc', "encoding: given 'idna'"),
         ('<!DOCTYPE r [<!ENTITY a "ha"><!ENTITY b "&a;&a;">]><robot name="&b;"/>', "declares the XML entity 'a'"),
         ('<!DOCTYPE r [<!ENTITY a SYSTEM "file:///etc/passwd">]><robot>&a;</robot>', "declares the XML entity 'a'"),
         ('<!DOCTYPE r [<!ENTITY % a SYSTEM "file:///etc/passwd"> %a;]><robot/>', "declares the XML entity 'a'"),

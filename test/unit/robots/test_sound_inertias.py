@@ -122,3 +122,8 @@ def test_the_mass_of_all_is_that_of_the_links_where_their_joints_put_them():
 def test_a_robot_without_mass_is_one_line(robot):
     with pytest.raises(ConfigError, match='^made.urdf: given no link with a mass; allowed: <inertial> [^\n]*$'):
         masses_of(robot)
+
+
+def test_a_robot_lighter_than_any_is_refused():
+    with pytest.raises(ConfigError, match=r'given 1e-06 kg in all links; allowed: a robot of at least 0.001 kg'):
+        masses_of(one_link(1e-12, 1e-6, collisions=[BODY]))

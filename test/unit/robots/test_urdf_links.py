@@ -75,7 +75,9 @@ def test_friction_is_that_of_pybullets_tag():
 @pytest.mark.parametrize(
     ('body', 'complaint'),
     [
-        ('<inertial><mass value="-1"/></inertial>', "mass value: given '-1'; allowed: greater than 0 [kg]"),
+        ('<inertial><mass value="-1"/></inertial>', "mass value: given '-1'; allowed: at least "),
+        ('<inertial><mass value="1e-300"/></inertial>', "mass value: given '1e-300'; allowed: at least "),
+        ('<inertial><mass value="7_0"/></inertial>', "mass value: given '7_0'"),
         ('<inertial><mass value="nan"/></inertial>', "mass value: given 'nan'"),
         ('<inertial><mass/></inertial>', 'mass value: given None'),
         ('<inertial><mass value="1e300"/></inertial>', "mass value: given '1e300'; allowed: from"),

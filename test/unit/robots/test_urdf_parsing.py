@@ -111,3 +111,13 @@ def test_what_is_ignored_is_noted():
     assert tree.links['a'].inertial is None and tree.links['a'].collisions == ()
     assert len(tree.notes) == 2 and all("link 'a'" in note for note in tree.notes)
     assert np.allclose(tree.link_poses()['a'], np.eye(4))
+
+
+@pytest.mark.parametrize('element', ['robot', 'link', 'joint'])
+def test_a_name_that_pybullet_has_no_room_for_is_refused(element):
+    name = '\u00fc' * 200
+    parts = {each: name if each == element else 'a' for each in ('robot', 'link', 'joint')}
+    joint = f'<joint name="{parts["joint"]}" type="fixed"><parent link="{parts["link"]}"/><child link="b"/></joint>'
+    text = f'<robot name="{parts["robot"]}"><link name="{parts["link"]}"/><link name="b"/>{joint}</robot>'
+    with pytest.raises(ConfigError, match=f'my.urdf: <{element}>: name: given .*; allowed: at most 255 bytes'):
+        parse_urdf(text, 'my.urdf')

@@ -1,12 +1,16 @@
 """xacros become URDF, wherever their packages are and whatever is wrong with them."""
 
+import os
+import subprocess
+import sys
+
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.robots import xacro_expansion
 from diff_encoder_sim.robots.package_search import SEARCH_VARIABLES
 from diff_encoder_sim.robots.robot_source import RobotSource
-from diff_encoder_sim.robots.xacro_expansion import expand, expansion
+from diff_encoder_sim.robots.xacro_expansion import Expansion, expand, expansion
 from places import ROOT
 
 ALTO = ROOT / 'urdf' / 'alto.urdf.xacro'
@@ -42,7 +46,7 @@ def test_arguments_change_the_robot_and_are_listed():
 def test_a_plain_urdf_is_taken_as_it_is(tmp_path):
     path = tmp_path / 'r.urdf'
     path.write_text('\n<?xml version="1.0"?>\n<robot name="r"><link name="a"/></robot>')
-    assert expansion(RobotSource(path)) == ('\n\n<robot name="r"><link name="a"/></robot>', (), ())
+    assert expansion(RobotSource(path)) == Expansion('\n\n<robot name="r"><link name="a"/></robot>')
 
 
 def test_the_text_does_not_depend_on_the_folder(tmp_path):
@@ -134,6 +138,7 @@ def test_arguments_that_do_not_fit_are_named(tmp_path):
         ('<xacro:macro name="m"><xacro:m/></xacro:macro><xacro:m/>', 'refer to each other without end'),
         ('<xacro:property name="x" value="${y}"/><xacro:property name="y" value="${x}"/><a b="${x}"/>', 'circular'),
         ('<a b="${\'x\' * 10**11}"/>', 'too much memory'),
+        ('<a b="${len(\'x\' * 6 * 10**8)}"/>', 'too much memory'),
         ('<a>' * 2000 + '</a>' * 2000, 'too much XML'),
     ],
 )
@@ -182,3 +187,24 @@ def test_a_robot_is_expanded_once_for_many_trials(monkeypatch):
     first = expand(RobotSource(ALTO))
     monkeypatch.setattr(xacro_expansion.subprocess, 'run', None)
     assert expand(RobotSource(ALTO)) is first
+
+
+def test_limits_of_whoever_starts_it_may_be_lower(tmp_path):
+    """As in a job of a cluster, or after ulimit -v and ulimit -t."""
+    path = tmp_path / 'r.xacro'
+    path.write_text(f'{HEAD}<link name="${{1 + 1}}"/></robot>')
+    code = (
+        'import resource, sys; from pathlib import Path\n'
+        'from diff_encoder_sim.robots.robot_source import RobotSource\n'
+        'from diff_encoder_sim.robots.xacro_expansion import expand\n'
+        'resource.setrlimit(resource.RLIMIT_CPU, (5, 5)); resource.setrlimit(resource.RLIMIT_AS, (4 * 10**8,) * 2)\n'
+        'print(expand(RobotSource(Path(sys.argv[1]))))'
+    )
+    done = subprocess.run(
+        [sys.executable, '-c', code, path],
+        capture_output=True,
+        text=True,
+        env={**os.environ, 'PYTHONPATH': os.pathsep.join(sys.path)},
+        check=False,
+    )
+    assert '<link name="2"/>' in done.stdout, done.stderr

@@ -9,6 +9,8 @@ from rosgraph_msgs.msg import Clock
 
 from diff_encoder_sim.ros import model_states as room
 from diff_encoder_sim.ros.conversions import stamp_from_ns
+from diff_encoder_sim.ros.encoded_topics import encoded_class
+from diff_encoder_sim.ros.gazebo_messages import ModelStates
 from diff_encoder_sim.serialization.primitives import encode_names, encode_pose, encode_sequence, encode_twist
 
 MS = 1_000_000
@@ -25,7 +27,7 @@ class Graph:
     def __init__(self, monkeypatch, period_s=0.05):
         self.dated_ms, self.may_pause, self.is_pausing, self.has_looked = [], True, False, False
         for name, value in {
-            'encoded_subscriber': lambda *_: None,
+            'subscriber': lambda *_: None,
             'listen_to_clock': lambda _: None,
             'is_clock_pausing': lambda: self.is_pausing,
             'look_at_clock': lambda: setattr(self, 'has_looked', True),
@@ -43,8 +45,10 @@ class Graph:
         self.has_looked = False
         self.reader._on_clock(Clock(stamp_from_ns(now_ms * MS)))
 
-    def states(self):
-        self.reader._on_states(STATES)
+    def states(self, **header):
+        message = encoded_class(ModelStates)(STATES)
+        message._connection_header = header
+        self.reader._on_states(message)
         return self.dated_ms
 
 
@@ -114,3 +118,22 @@ def test_where_states_come_at_any_time_every_tick_is_read(monkeypatch):
     graph = Graph(monkeypatch, period_s=0.0)
     graph.clock(50)
     assert graph.states() == [50] and not graph.may_pause
+
+
+@pytest.mark.parametrize(
+    ('given_s', 'header', 'dated_ms'),
+    [
+        (None, {'states_period_ns': '50000000'}, 50),
+        (None, {}, 60),  # as Gazebo
+        (None, {'states_period_ns': 'soon'}, 60),
+        (None, {'states_period_ns': '9' * 5000}, 60),
+        (0.0, {'states_period_ns': '50000000'}, 60),
+        (0.02, {'states_period_ns': '50000000'}, 60),
+    ],
+)
+def test_the_publishers_period_is_taken_unless_one_is_given(monkeypatch, given_s, header, dated_ms):
+    graph = Graph(monkeypatch, given_s)
+    for now_ms in (0, 60):
+        graph.clock(now_ms)
+        graph.states(**header)
+    assert graph.dated_ms == [0, dated_ms]

@@ -16,17 +16,24 @@ from diff_encoder_sim.base.errors import EVENT, ConfigError
 from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 from diff_encoder_sim.odometry.odometry_params import OdometryParams
 from diff_encoder_sim.ros import node
+from diff_encoder_sim.ros.parameters_in_use import RECORDS
 
 
 @pytest.fixture(name='given')
 def fixture_given(monkeypatch):
-    """Sets the private parameters of a node called /node, a robot's settings, and what is typed on its command line."""
+    """Sets the private parameters of a node called /node, a robot's settings, and what is typed on its command line.
+
+    Returns the parameter server; a test may change the private parameters that a node has written.
+    """
+    parameters = {}
 
     def given(private, of_robot=None, typed=()):
-        parameters = {'~': private, '/robot_settings/config': of_robot or {}}
+        parameters.update({'~': private, '/robot_settings/config': of_robot or {}})
         monkeypatch.setattr(rospy, 'get_param', parameters.get)
+        monkeypatch.setattr(rospy, 'set_param', parameters.__setitem__)
         monkeypatch.setattr(rospy, 'get_name', lambda: '/node')
         monkeypatch.setattr(node.sys, 'argv', ['node', *typed])
+        return parameters
 
     return given
 
@@ -74,6 +81,66 @@ def test_a_value_where_the_nodes_parameters_should_be_is_refused(given):
     given(90)
     with pytest.raises(ConfigError, match=r'^/node: given 90; allowed: private parameters'):
         node.node_params(EncoderParams)
+
+
+@pytest.mark.parametrize(
+    ('private', 'of_robot', 'ppr'),
+    [
+        ({'ppr': 90}, {'ppr': 40}, 40),
+        ({}, {}, 90),
+        ({'ppr': '{left: 90, right: 1024}'}, {}, {'left': 90, 'right': 1024}),
+        ({'ppr': 90}, {'ppr': {'left': 508.8, 'right': 508.8}}, 508.8),
+        ({'ppr': 90}, {'encoder': {'lines': 2048}}, 8192),
+    ],
+)
+def test_the_values_in_use_are_written_to_the_private_parameters(given, private, of_robot, ppr):
+    server = given({**private, 'velocity_window': 3}, {**of_robot, 'counter_modulus': '4294967296'})
+    node.node_params(EncoderParams, OdometryParams, part='config')
+    written = server['~']
+    assert (written['ppr'], written['counter_modulus'], written['velocity_window']) == (ppr, '4294967296', 3)
+    assert (written['rate'], written['encoder']['noise']) == (20.0, 0.0)  # the defaults
+    assert 'wheel_diameter' not in written  # of the other struct, and not given
+    node.node_params(OdometryParams, EncoderParams, part='config')
+    assert {**server['~'], **written} == server['~']
+    assert server['~']['motion_noise'] == 1e-6  # which follows from other values
+
+
+def test_values_that_a_node_has_written_are_not_given_ones_at_its_next_start(given):
+    server = given({'ppr': 90}, {'ppr': 40}, ['_rate:=20.0'])
+    node.node_params(EncoderParams, defaults={'seed': 7}, part='config')
+    assert (server['~']['ppr'], server['~']['seed']) == (40, 7)
+    given(server['~'], {'report': {'latency': 0.03}})
+    params = node.node_params(EncoderParams, defaults={'seed': 8}, part='config')
+    assert (params.ppr.left, params.seed, params.report.latency) == (90, 8, 0.03)
+    given(server['~'])
+    assert node.node_params(EncoderParams).report.latency == 0.0
+    assert server['~']['report']['latency'] == 0.0
+
+
+def test_values_that_a_user_sets_after_the_start_are_given_ones_at_the_next(given):
+    server = given({'ppr': 90}, {'ppr': 40})
+    node.node_params(EncoderParams, part='config')
+    given({**server['~'], 'rate': 50.0, 'report': {**server['~']['report'], 'latency': 0.03}})
+    params = node.node_params(EncoderParams, defaults={'rate': 10.0})
+    assert (params.ppr.left, params.rate, params.report.latency) == (90, 50.0, 0.03)
+    given({**server['~'], 'ppr': 8}, {'ppr': 1024}, ['_ppr:=8'])
+    assert node.node_params(EncoderParams, part='config').ppr.left == 8
+
+
+def test_parameters_that_a_launch_file_has_cleared_and_set_again_are_given_ones(given):
+    """With the values that the node had written."""
+    server = given({}, {'ppr': 40})
+    node.node_params(EncoderParams, part='config')
+    given({'ppr': 40, 'rate': server['~']['rate']})
+    assert node.node_params(EncoderParams, defaults={'rate': 10.0}).ppr.left == 40
+    assert server['~']['rate'] == 20.0
+
+
+@pytest.mark.parametrize('record', ['', 'nonsense', '[]', '[1, 2]', '3', '{}', 3, {'a': 1}, None])
+def test_a_record_that_is_none_is_ignored(given, record):
+    server = given({'ppr': 40})
+    server[f'{RECORDS}/node'] = record
+    assert node.node_params(EncoderParams).ppr.left == 40
 
 
 @pytest.fixture(name='sent')

@@ -46,7 +46,7 @@ def every_50_ms(time_ns):
 
 
 def test_time_runs_while_every_topic_has_come_to_what_is_expected(topics, caplog):
-    pacer = GraphPacer(['/odom'], every_50_ms, ['/global_pose'])
+    pacer = GraphPacer(['/odom'], every_50_ms, topics_once_begun=['/global_pose'])
     for stamp_ns in range(0, 500 * MS, 50 * MS):
         topics['/odom'](stamp_ns)
         pacer.wait(stamp_ns + 49 * MS)
@@ -68,7 +68,7 @@ def test_a_topic_is_waited_for_until_it_comes(topics, monkeypatch):
 
 def test_one_that_does_not_come_is_warned_of_once_and_waited_for_again_when_it_is_back(topics, caplog):
     caplog.set_level(logging.WARNING)
-    pacer = GraphPacer(['/odom'], every_50_ms, ['/global_pose'])
+    pacer = GraphPacer(['/odom'], every_50_ms, topics_once_begun=['/global_pose'])
     topics['/odom'](0)
     topics['/global_pose'](0)
     for time_ns in (50 * MS, 100 * MS, 150 * MS):
@@ -87,6 +87,18 @@ def test_after_a_reset_stamps_of_before_do_not_count(topics, caplog):
     topics['/odom'](500 * MS)
     pacer.restart()
     pacer.wait(0)
+    assert len(caplog.records) == 1
+
+
+def test_where_time_starts_before_the_graph_a_topic_is_waited_for_from_its_first_message(topics, caplog):
+    pacer = GraphPacer(['/odom'], every_50_ms, is_from_start=False)
+    for time_ns in (0, 50 * MS):
+        pacer.wait(time_ns)
+    pacer.restart()
+    pacer.wait(0)
+    assert caplog.records == []
+    topics['/odom'](0)
+    pacer.wait(50 * MS)
     assert len(caplog.records) == 1
 
 

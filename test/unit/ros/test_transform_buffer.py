@@ -167,3 +167,26 @@ def test_a_stamp_that_stands_still_is_held_once():
     code, lines, errors = run('ours', [98] * 50 + [99, 100], 'held')
     assert code == 0, errors
     assert lines[0] == '3'
+
+
+ODD_NAMES = """
+lookups = [
+    lambda frame: buffer.lookup_transform('odom', frame, rospy.Time(0)),
+    lambda frame: buffer.get_latest_common_time('odom', frame),
+]
+for lookup in lookups:
+    for name in ('a\\0b', 'a\\ud800', 'n' * 100_000, '/a', ''):
+        try:
+            lookup(name)
+            print('found')
+        except tf2_ros.TransformException as error:
+            print('refused')
+"""
+
+
+def test_a_name_that_no_frame_can_have_is_refused_as_tf2_refuses_a_frame():
+    process = subprocess.run(
+        [sys.executable, '-c', SCRIPT + ODD_NAMES, 'ours', '[98, 100]'], capture_output=True, text=True, timeout=60
+    )
+    assert process.returncode == 0, process.stderr
+    assert process.stdout.count('refused') >= 9

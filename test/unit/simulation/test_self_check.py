@@ -15,9 +15,10 @@ from places import ROOT
 
 @pytest.fixture
 def load(tmp_path):
-    def load_it(recipe, *errors):
+    def load_it(recipe, *errors, effort_nm=0.0):
         path = tmp_path / 'robot.urdf'
-        path.write_text(urdf_of(recipe, tmp_path))
+        limit = f'<limit effort="{effort_nm}" velocity="0"/></joint>'
+        path.write_text(urdf_of(recipe, tmp_path).replace('</joint>', limit))
         return load_simulated_robot(RobotSource(path), RobotChoices(), GeometryErrors(*errors))
 
     return load_it
@@ -80,10 +81,24 @@ def test_a_robot_that_rocks_leans_onto_its_other_support(load):
     assert re.search(r' to 0\.0[5-9] while', rocking.value)
 
 
-def test_a_robot_without_a_laser_is_found(load):
+def test_a_robot_without_a_laser_drives_and_gets_the_line_that_adds_one(load):
     robot = load(Recipe())
-    robot = robot._replace(description=robot.description._replace(laser=None))
-    assert failures(robot) == ['laser']
+    checks = checks_of(robot._replace(description=robot.description._replace(laser=None)))
+    assert all(check.is_ok for check in checks.values())
+    assert 'laser: {parent: base, xyz: [0.0, 0.0, 0.' in checks['laser'].advice
+
+
+def test_a_light_robot_with_a_large_inertia_and_one_with_weak_motors_pass_by_their_limits(load):
+    """As Neobotix's MP-500: 5 kg with an inertia of 2.6 kg m^2 about wheels 0.5 m apart."""
+    recipe = Recipe(
+        10.0, (-0.08, 0.0, 0.1), (2.6, 0.6, 0.2), -0.5, 0.13, 0.5, wheel_mass_kg=1.8,
+        casters_m=((-0.43, 0.0),), laser_m=(0.2, 0.0, 0.5),
+    )  # fmt: skip
+    assert failures(load(recipe), max_angular_acceleration=6.0)
+    assert failures(load(recipe)) == []
+    weak = load(Recipe(), effort_nm=0.01)
+    assert failures(weak, max_linear_acceleration=1.5, max_angular_acceleration=6.0) == ['torque']
+    assert failures(weak) == []
 
 
 def test_the_same_robot_gives_the_same_numbers(load):

@@ -9,6 +9,8 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.simulation.world import Box, Cylinder, Plane, Sphere, load_world
 from places import WORLDS
 
+ODD_ENCODINGS = [f'<?xml version="1.0" encoding="{name}"?><sdf/>' for name in ('idna', 'klingon', 'hex')]
+
 FLOOR = """<model name="floor"><static>true</static><link name="l"><collision name="c">
   <geometry><plane><normal>0 0 1</normal></plane></geometry></collision></link></model>"""
 
@@ -83,7 +85,7 @@ def test_what_cannot_be_simulated_is_refused_by_name(tmp_path, body, complaint):
     assert '\n' not in str(caught.value)
 
 
-@pytest.mark.parametrize('content', ['', 'hello', '<sdf><world>', '<robot name="x"/>', '<sdf/>'])
+@pytest.mark.parametrize('content', ['', 'hello', '<sdf><world>', '<robot name="x"/>', '<sdf/>', *ODD_ENCODINGS])
 def test_a_file_that_is_no_world_is_refused(tmp_path, content):
     path = tmp_path / 'bad.world'
     path.write_text(content)
