@@ -325,7 +325,7 @@ class AmclTest(NodeTest):
         self.assertAlmostEqual(rospy.get_param(NODE + '/initial_pose_y'), START.y_m, delta=0.05)
         self.assertAlmostEqual(rospy.get_param(NODE + '/initial_pose_a'), START.yaw_rad, delta=0.1)
         self.assertAlmostEqual(rospy.get_param(NODE + '/initial_cov_xx'), 0.0025, delta=0.001)
-        self.assertFalse(rospy.has_param(OTHER + '/initial_pose_y'))  # save_pose_rate 0
+        self.assertEqual(rospy.get_param(OTHER + '/initial_pose_y'), 0.0)  # as at its start: save_pose_rate is 0
 
     # --- what people say
 

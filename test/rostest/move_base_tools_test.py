@@ -204,7 +204,7 @@ class MoveBaseToolsTest(NodeTest):
         self.assertEqual(self.end().status, GoalStatus.SUCCEEDED)
         self.assertLessEqual(max(message.linear.x for message in self.robot.commands.messages), 0.2001)
         self.assertEqual(rospy.get_param(NODE + '/DWAPlannerROS/max_vel_x'), 0.2)
-        self.assertFalse(rospy.has_param(NODE + '/DWAPlannerROS/sim_time'), 'stored only what has changed')
+        self.assertEqual(rospy.get_param(NODE + '/DWAPlannerROS/sim_time'), 1.7)
         restored = client.update_configuration({'restore_defaults': True})
         self.assertEqual((restored['max_vel_x'], restored['restore_defaults']), (0.45, False))
 
