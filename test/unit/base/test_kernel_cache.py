@@ -89,6 +89,7 @@ class Kept:
 
 @pytest.fixture
 def kept(tmp_path, monkeypatch):
+    numba.config.reload_config()  # after another test's changes of the environment; compiling would do it
     monkeypatch.setattr(numba.config, 'CACHE_DIR', str(tmp_path / 'code'))
     monkeypatch.setenv(SAID_VARIABLE, '')
     monkeypatch.delenv(SAID_VARIABLE)
