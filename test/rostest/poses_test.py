@@ -369,7 +369,8 @@ class PosesTest(NodeTest):
             self.tf.publish(message)
         self.check_20_hz(self.epoch_ns + NS_PER_S)
         warned = self.rosout.wait_for_warning('/global_pose_node', '/tf', "'base_link' of /poses", '4294967296')
-        self.assertEqual(len(warned), 1, warned)
+        of_tf = [line for line in warned if line.startswith('/tf')]  # /clock may be back from an earlier test only now
+        self.assertEqual(len(of_tf), 1, warned)
 
     def test_a_clock_that_cannot_be_dates_no_pose(self):
         self.drive([pose_message(1, 2, 0.0)], [self.world])
