@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Takes the message definitions that bags contain (src/diff_encoder_sim/serialization/definitions/) from the packages that are
+# Takes the message definitions that bags contain (src/diff_encoder_sim/drives/definitions/) from the packages that are
 # installed, and msg/. With --check, only compares them, and fails where they differ. Definitions of packages that are not
 # installed are left as they are: Debian lacks gazebo_msgs.
 set -euo pipefail
@@ -7,7 +7,7 @@ set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
 main() {
-  cd "$root/src/diff_encoder_sim/serialization/definitions"
+  cd "$root/src/diff_encoder_sim/drives/definitions"
   local file installed differing=0
   for file in */*.msg; do
     installed=$(original "${file%/*}" "${file##*/}")

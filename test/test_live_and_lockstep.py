@@ -5,14 +5,14 @@ import subprocess
 import pytest
 import yaml
 
-from diff_encoder_sim.lockstep.robot_params import load_robot_config, override
-from diff_encoder_sim.lockstep.trial_run import run_trial
-from diff_encoder_sim.recording.topics import DIAGNOSTICS
+from diff_encoder_sim.drives.test_definition import find_world, load_test
+from diff_encoder_sim.drives.topics import DIAGNOSTICS
+from diff_encoder_sim.drives.trial_definition import Trial, TrialPlan
 from diff_encoder_sim.robots.display_urdf import display_urdf
 from diff_encoder_sim.robots.robot_source import RobotSource
 from diff_encoder_sim.simulation.link_frames import LinkFrames
-from diff_encoder_sim.trials.test_definition import find_world, load_test
-from diff_encoder_sim.trials.trial_definition import Trial, TrialPlan
+from diff_encoder_sim.trials.robot_params import load_robot_config, override
+from diff_encoder_sim.trials.trial_run import run_trial
 from launched_graph import DATA, ROOT, Graph, complaints, require_ros
 
 pytestmark = [pytest.mark.rostest, pytest.mark.timeout(180)]

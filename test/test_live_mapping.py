@@ -7,8 +7,8 @@ import time
 import numpy as np
 import pytest
 
-from diff_encoder_sim.mapping.map_files import load_map
-from diff_encoder_sim.mapping.occupancy_grid import FREE, OCCUPIED
+from diff_encoder_sim.localization.map_files import load_map
+from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED
 from launched_graph import DATA, ROOT, Graph, complaints, require_ros
 
 pytestmark = [pytest.mark.rostest, pytest.mark.timeout(280)]

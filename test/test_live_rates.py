@@ -2,7 +2,7 @@
 
 import pytest
 
-from diff_encoder_sim.recording.trial_recording import read_trial
+from diff_encoder_sim.drives.trial_recording import read_trial
 from launched_graph import DATA, ROOT, Graph, complaints, require_ros
 
 pytestmark = [pytest.mark.rostest, pytest.mark.timeout(180)]

@@ -5,13 +5,13 @@ from pathlib import Path
 import pytest
 
 from diff_encoder_sim.cli import reencode
-from diff_encoder_sim.lockstep.robot_params import load_robot_params
-from diff_encoder_sim.lockstep.trial_run import run_trial
-from diff_encoder_sim.recording.bag_files import SUFFIXES
-from diff_encoder_sim.recording.trial_recording import read_trial
-from diff_encoder_sim.trials.test_definition import find_world, load_test
-from diff_encoder_sim.trials.trial_definition import Trial, TrialPlan
-from diff_encoder_sim.trials.trial_outcome import Outcome
+from diff_encoder_sim.drives.bag_files import SUFFIXES
+from diff_encoder_sim.drives.test_definition import find_world, load_test
+from diff_encoder_sim.drives.trial_definition import Trial, TrialPlan
+from diff_encoder_sim.drives.trial_outcome import Outcome
+from diff_encoder_sim.drives.trial_recording import read_trial
+from diff_encoder_sim.trials.robot_params import load_robot_params
+from diff_encoder_sim.trials.trial_run import run_trial
 from launched_graph import DATA, ROOT, Graph, complaints, require_ros
 from reencoding_drives import drive, without_index, write_ros1
 

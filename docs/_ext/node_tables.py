@@ -19,7 +19,7 @@ from sphinx.util.docutils import SphinxDirective
 
 from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.base.yaml_files import load_yaml
-from diff_encoder_sim.recording.topics import LIVE_TOPICS
+from diff_encoder_sim.drives.topics import LIVE_TOPICS
 
 ROOT = Path(__file__).resolve().parents[2]
 NODES: Dict[str, Dict[str, Any]] = load_yaml(ROOT / 'docs' / 'nodes.yaml')

@@ -11,7 +11,7 @@ from sphinx.errors import ExtensionError
 
 from diff_encoder_sim.base.bounded_numbers import Between
 from diff_encoder_sim.base.typed_params import Params
-from diff_encoder_sim.encoders.pulses import PerWheel, ppr_label
+from diff_encoder_sim.wheels.pulses import PerWheel, ppr_label
 
 NAMES = {
     bool: 'bool',

@@ -23,8 +23,8 @@ from diff_encoder_sim.localization.clusters import particle_statistics
 from diff_encoder_sim.localization.free_cells import FreeCells
 from diff_encoder_sim.localization.kld_resampling import kld_limits, resample
 from diff_encoder_sim.localization.laser_models import laser_model
+from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.localization.odometry_motion import motion_model
-from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.simulation.lidar import Lidar, LidarParams
 from diff_encoder_sim.simulation.rasterise import rasterise
 from diff_encoder_sim.simulation.world import load_world

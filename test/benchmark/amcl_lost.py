@@ -24,9 +24,9 @@ from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.localization.amcl import Amcl
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.distance import distance_field
+from diff_encoder_sim.localization.map_files import load_map
+from diff_encoder_sim.localization.occupancy_grid import FREE, OccupancyGrid
 from diff_encoder_sim.localization.scan_fit import FitMap
-from diff_encoder_sim.mapping.map_files import load_map
-from diff_encoder_sim.mapping.occupancy_grid import FREE, OccupancyGrid
 from diff_encoder_sim.simulation.lidar import Lidar, LidarParams
 from diff_encoder_sim.simulation.world import load_world
 from grid_cells import cell_centre

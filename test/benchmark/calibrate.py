@@ -23,9 +23,9 @@ from tabulate import tabulate
 from diff_encoder_sim.analysis.paper.paper_cells import TRIALS, PaperCell, load_paper_cells
 from diff_encoder_sim.analysis.quantities import Y
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
-from diff_encoder_sim.lockstep.lockstep_trial import LockstepTrial
-from diff_encoder_sim.lockstep.robot_params import load_robot_config, override
-from diff_encoder_sim.trials.pose_source import PoseSource
+from diff_encoder_sim.drives.pose_source import PoseSource
+from diff_encoder_sim.trials.lockstep_trial import LockstepTrial
+from diff_encoder_sim.trials.robot_params import load_robot_config, override
 
 # Its route is the paper's to the metre, and wheel errors make its y, not the stopping.
 TEST, SOURCE, PPR, QUANTITY = 'SL', PoseSource.ODOM, 4096, Y

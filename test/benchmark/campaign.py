@@ -28,7 +28,7 @@ from plans import plan_of
 from ratios import Ratio, add_json, print_ratios, write_ratios
 from tabulate import tabulate
 
-from diff_encoder_sim.lockstep.robot_params import load_robot_params
+from diff_encoder_sim.trials.robot_params import load_robot_params
 
 SAMPLING_S = 1.0
 MEGABYTE = 1e6

@@ -20,22 +20,22 @@ from plans import plan_of
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.pose_series import PoseSeries
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, wrap_angle
-from diff_encoder_sim.campaign.campaign_loading import load_campaign
-from diff_encoder_sim.campaign.result_store import ResultStore
-from diff_encoder_sim.evaluation.trajectory_error import Alignment, path_error
+from diff_encoder_sim.drives.test_definition import Segment, TestDefinition
+from diff_encoder_sim.drives.trajectory_error import Alignment, path_error
 from diff_encoder_sim.localization.amcl import Amcl
 from diff_encoder_sim.localization.amcl_params import AmclParams
-from diff_encoder_sim.lockstep.robot_params import load_robot_params
-from diff_encoder_sim.lockstep.trial_run import run_trial
-from diff_encoder_sim.mapping.map_files import load_map, save_map
-from diff_encoder_sim.mapping.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
+from diff_encoder_sim.localization.map_files import load_map, save_map
+from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.costmap_params import CostmapParams
 from diff_encoder_sim.navigation.global_planner import GlobalPlanner, NavfnParams
 from diff_encoder_sim.simulation.lidar import Lidar, LidarParams
 from diff_encoder_sim.simulation.rasterise import rasterise
 from diff_encoder_sim.simulation.world import Box, Model, Solid, World
-from diff_encoder_sim.trials.test_definition import Segment, TestDefinition
+from diff_encoder_sim.trials.campaign_loading import load_campaign
+from diff_encoder_sim.trials.result_store import ResultStore
+from diff_encoder_sim.trials.robot_params import load_robot_params
+from diff_encoder_sim.trials.trial_run import run_trial
 
 Work = Callable[[], object]
 

@@ -31,7 +31,7 @@ from rosbags.highlevel import AnyReader
 from sourced import ADVICE, is_sourced
 from tabulate import tabulate
 
-from diff_encoder_sim.lockstep.robot_params import load_robot_params
+from diff_encoder_sim.trials.robot_params import load_robot_params
 from diff_encoder_sim.trials.scripted_drive import ScriptedDrive
 
 REPORT_PERIOD_NS = 50_000_000

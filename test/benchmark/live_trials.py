@@ -20,9 +20,9 @@ from tabulate import tabulate
 
 from diff_encoder_sim.analysis.goal_errors import goal_errors
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.recording import topics
-from diff_encoder_sim.recording.trial_recording import read_trial
-from diff_encoder_sim.trials.pose_source import PoseSource
+from diff_encoder_sim.drives import topics
+from diff_encoder_sim.drives.pose_source import PoseSource
+from diff_encoder_sim.drives.trial_recording import read_trial
 
 TIME_LIMIT_S = 900.0  # of wall time, for one trial
 CORES = '0,1'

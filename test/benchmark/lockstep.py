@@ -21,19 +21,19 @@ from plans import plan_of
 from ratios import Ratio, add_json, print_ratios, write_ratios
 from tabulate import tabulate
 
+from diff_encoder_sim.drives.trial_bag import TrialBag
+from diff_encoder_sim.drives.trial_definition import TrialPlan
 from diff_encoder_sim.localization.amcl import Amcl
-from diff_encoder_sim.lockstep.bag_publications import BagPublications
-from diff_encoder_sim.lockstep.lockstep_trial import LockstepTrials
-from diff_encoder_sim.lockstep.lockstep_world import LockstepWorld
-from diff_encoder_sim.lockstep.navigating_driver import NavigatingDriver
-from diff_encoder_sim.lockstep.robot_params import RobotParams, load_robot_params
-from diff_encoder_sim.lockstep.trial_run import run_trial
-from diff_encoder_sim.lockstep.wheel_reports import WheelReports
 from diff_encoder_sim.navigation.navigator import Navigator
-from diff_encoder_sim.recording.trial_bag import TrialBag
 from diff_encoder_sim.simulation.physics import BulletPhysics
 from diff_encoder_sim.simulation.simulator import Simulator
-from diff_encoder_sim.trials.trial_definition import TrialPlan
+from diff_encoder_sim.trials.bag_publications import BagPublications
+from diff_encoder_sim.trials.lockstep_trial import LockstepTrials
+from diff_encoder_sim.trials.lockstep_world import LockstepWorld
+from diff_encoder_sim.trials.navigating_driver import NavigatingDriver
+from diff_encoder_sim.trials.robot_params import RobotParams, load_robot_params
+from diff_encoder_sim.trials.trial_run import run_trial
+from diff_encoder_sim.trials.wheel_reports import WheelReports
 
 # Record modes, and how many times the bare stepping a trial of DLD may cost.
 MODES = {'full': 1.6, 'minimal': 1.4, 'none': None}

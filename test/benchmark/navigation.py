@@ -23,7 +23,7 @@ from tabulate import tabulate
 sys.path.insert(0, str(ROOT / 'test' / 'support'))
 
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
+from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.costmap_params import CostmapParams, local_defaults
 from diff_encoder_sim.navigation.dwa import DwaPlanner

@@ -28,14 +28,14 @@ from tabulate import tabulate
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle, yaw_from_quat_xyzw
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.campaign.campaign_loading import load_campaign
-from diff_encoder_sim.lockstep.lockstep_trial import LockstepTrial
-from diff_encoder_sim.lockstep.publications import Publications
-from diff_encoder_sim.lockstep.robot_params import RobotParams
-from diff_encoder_sim.recording.topics import ODOM, WORLD_POSE
+from diff_encoder_sim.drives.topics import ODOM, WORLD_POSE
 from diff_encoder_sim.simulation.simulator import Simulator
 from diff_encoder_sim.simulation.state import JointStates
 from diff_encoder_sim.simulation.wheel_errors import WheelErrorParams
+from diff_encoder_sim.trials.campaign_loading import load_campaign
+from diff_encoder_sim.trials.lockstep_trial import LockstepTrial
+from diff_encoder_sim.trials.publications import Publications
+from diff_encoder_sim.trials.robot_params import RobotParams
 
 ROBOT = ROOT / 'urdf' / 'alto.urdf.xacro'
 ALLOWED = (0.8, 1.25)

@@ -21,10 +21,10 @@ from diff_encoder_sim.analysis.paper.paper_cells import TRIALS
 from diff_encoder_sim.analysis.quantities import YAW, X, Y
 from diff_encoder_sim.base.se2 import wrap_angle
 from diff_encoder_sim.base.yaml_files import yaml_value
-from diff_encoder_sim.lockstep.lockstep_trial import LockstepTrial
-from diff_encoder_sim.lockstep.robot_params import RobotParams, load_robot_config, override
-from diff_encoder_sim.trials.test_definition import TestDefinition
-from diff_encoder_sim.trials.trial_definition import TrialPlan
+from diff_encoder_sim.drives.test_definition import TestDefinition
+from diff_encoder_sim.drives.trial_definition import TrialPlan
+from diff_encoder_sim.trials.lockstep_trial import LockstepTrial
+from diff_encoder_sim.trials.robot_params import RobotParams, load_robot_config, override
 
 CONFIG, ROBOT = ROOT / 'config', ROOT / 'urdf' / 'alto.urdf.xacro'
 PPR = 4096

@@ -6,9 +6,9 @@ from typing import Any, Dict
 
 from checkout import ROOT
 
-from diff_encoder_sim.campaign.campaign_loading import load_campaign
-from diff_encoder_sim.trials.test_definition import find_world, load_test
-from diff_encoder_sim.trials.trial_definition import Trial, TrialPlan
+from diff_encoder_sim.drives.test_definition import find_world, load_test
+from diff_encoder_sim.drives.trial_definition import Trial, TrialPlan
+from diff_encoder_sim.trials.campaign_loading import load_campaign
 
 
 def plan_of(test: str, ppr: float, number: int, nav: str = 'embedded', bag: str = '') -> TrialPlan:

@@ -17,8 +17,8 @@ from tabulate import tabulate
 
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.yaml_files import yaml_value
-from diff_encoder_sim.lockstep.lockstep_trial import LockstepTrial
-from diff_encoder_sim.lockstep.robot_params import load_robot_config, override
+from diff_encoder_sim.trials.lockstep_trial import LockstepTrial
+from diff_encoder_sim.trials.robot_params import load_robot_config, override
 
 ROBOT = ROOT / 'urdf' / 'alto.urdf.xacro'
 XY_TOLERANCE_M, YAW_TOLERANCE_RAD = 0.05, math.radians(3.0)

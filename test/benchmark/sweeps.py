@@ -17,9 +17,9 @@ from counts import COUNT
 from plans import plan_of
 from ratios import Ratio, add_json, print_ratios, write_ratios
 
-from diff_encoder_sim.lockstep.robot_params import load_robot_params
-from diff_encoder_sim.lockstep.trial_run import TrialResult, run_trials
-from diff_encoder_sim.lockstep.trial_setup import TrialSetup
+from diff_encoder_sim.trials.robot_params import load_robot_params
+from diff_encoder_sim.trials.trial_run import TrialResult, run_trials
+from diff_encoder_sim.trials.trial_setup import TrialSetup
 
 ROBOT = ROOT / 'urdf' / 'alto.urdf.xacro'
 MOST = 1.0 / 3.0

@@ -14,8 +14,8 @@ from counts import COUNT
 from plans import plan_of
 from tabulate import tabulate
 
-from diff_encoder_sim.lockstep.lockstep_trial import LockstepTrial
-from diff_encoder_sim.lockstep.robot_params import load_robot_config, override
+from diff_encoder_sim.trials.lockstep_trial import LockstepTrial
+from diff_encoder_sim.trials.robot_params import load_robot_config, override
 
 ROBOT = ROOT / 'urdf' / 'alto.urdf.xacro'
 

@@ -29,9 +29,9 @@ from tabulate import tabulate
 
 from diff_encoder_sim.base.bounded_numbers import Between
 from diff_encoder_sim.base.number_arguments import number_within
-from diff_encoder_sim.encoders.wheel_encoder import EncoderParams, ReportingEncoder
-from diff_encoder_sim.odometry.odometry_params import OdometryParams
-from diff_encoder_sim.odometry.wheel_odometry import WheelOdometry
+from diff_encoder_sim.wheels.odometry_params import OdometryParams
+from diff_encoder_sim.wheels.wheel_encoder import EncoderParams, ReportingEncoder
+from diff_encoder_sim.wheels.wheel_odometry import WheelOdometry
 
 CORE = '0'
 START_NS = 10**9

@@ -7,7 +7,7 @@ from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.localization.amcl import Amcl
 from diff_encoder_sim.localization.amcl_params import AmclParams
-from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
+from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 from odd_values import odd_float, odd_mapping, pick
 from sandbox import Fault
 

@@ -13,16 +13,16 @@ import bag_bombs as bombs
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.cli.map_bag import main as map_bag
 from diff_encoder_sim.cli.reencode import main as reencode
-from diff_encoder_sim.recording.bag_source import open_source
-from diff_encoder_sim.recording.ros1_copy import write_ros1_copy
-from diff_encoder_sim.reencoding.serving_topics import serving_options
-from diff_encoder_sim.serialization import sqlite3_stream
-from diff_encoder_sim.serialization.bounded_decompression import decompressed, open_zstd
-from diff_encoder_sim.serialization.mcap_records import CHUNK_HEAD, MAGIC, RECORD_HEAD, Opcode, RecordFields, records
-from diff_encoder_sim.serialization.message_types import LASER_SCAN, ODOMETRY, TRANSFORMS
-from diff_encoder_sim.serialization.primitives import LENGTH, UINT64, encode_text
-from diff_encoder_sim.serialization.ros1_records import header_fields, read_data
-from diff_encoder_sim.serialization.ros1_stream import MAGIC as ROS1_MAGIC
+from diff_encoder_sim.drives import sqlite3_stream
+from diff_encoder_sim.drives.bag_source import open_source
+from diff_encoder_sim.drives.bounded_decompression import decompressed, open_zstd
+from diff_encoder_sim.drives.mcap_records import CHUNK_HEAD, MAGIC, RECORD_HEAD, Opcode, RecordFields, records
+from diff_encoder_sim.drives.message_types import LASER_SCAN, ODOMETRY, TRANSFORMS
+from diff_encoder_sim.drives.primitives import LENGTH, UINT64, encode_text
+from diff_encoder_sim.drives.ros1_copy import write_ros1_copy
+from diff_encoder_sim.drives.ros1_records import header_fields, read_data
+from diff_encoder_sim.drives.ros1_stream import MAGIC as ROS1_MAGIC
+from diff_encoder_sim.drives.serving_topics import serving_options
 from fuzz_bags import good_drive
 from odd_values import damaged, pick
 from reencoding_drives import COMPRESSIONS, ROS1, ROS2, without_index, write_ros1, write_ros2

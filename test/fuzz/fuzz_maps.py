@@ -8,7 +8,7 @@ from PIL import Image
 from diff_encoder_sim.base.command_line import run_tool
 from diff_encoder_sim.localization.amcl import Amcl
 from diff_encoder_sim.localization.amcl_params import AmclParams
-from diff_encoder_sim.mapping.map_files import load_map, save_map
+from diff_encoder_sim.localization.map_files import load_map, save_map
 from odd_values import damaged, odd_mapping, pick, write_yaml
 
 GOOD = {

@@ -28,8 +28,8 @@ from ros_testing import (
 from sensor_msgs.msg import JointState
 
 from diff_encoder_sim.base.errors import InputFault
-from diff_encoder_sim.encoders.wheel_encoder import EncoderParams, ReportingEncoder
 from diff_encoder_sim.msg import EncoderPulse
+from diff_encoder_sim.wheels.wheel_encoder import EncoderParams, ReportingEncoder
 
 RATE_HZ, JOINTS, PPR = 1000, 50, 90
 WHEELS = ('left_wheel_joint', 'right_wheel_joint')

@@ -13,7 +13,7 @@ from nav_msgs.msg import MapMetaData, OccupancyGrid
 from nav_msgs.srv import GetMap, LoadMap, LoadMapResponse
 from ros_testing import TIMEOUT_S, Collector, start_test_node, wait_until, yaw_of
 
-from diff_encoder_sim.mapping.map_files import load_map
+from diff_encoder_sim.localization.map_files import load_map
 
 WORLDS = Path(__file__).resolve().parents[2] / 'worlds'
 # turned_map.pgm from below, row by row: occupancies of 0, 120, 205 and 254 are 1, 0.53, 0.196 and 0.004.

@@ -6,7 +6,7 @@ import numpy as np
 
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
-from diff_encoder_sim.mapping.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
+from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 
 RESOLUTION_M = 0.05
 RANGE_MAX_M = 6.0

@@ -8,9 +8,9 @@ import zlib
 
 import lz4.frame
 
-from diff_encoder_sim.serialization.bounded_decompression import LARGEST_CHUNK
-from diff_encoder_sim.serialization.mcap_records import CHUNK_HEAD, MAGIC, Opcode, encode_record
-from diff_encoder_sim.serialization.primitives import LENGTH, UINT16, UINT64, encode_text
+from diff_encoder_sim.drives.bounded_decompression import LARGEST_CHUNK
+from diff_encoder_sim.drives.mcap_records import CHUNK_HEAD, MAGIC, Opcode, encode_record
+from diff_encoder_sim.drives.primitives import LENGTH, UINT16, UINT64, encode_text
 from reencoding_drives import without_index
 
 MESSAGES = 'TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB)'

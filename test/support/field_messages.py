@@ -5,9 +5,9 @@ from geometry_msgs.msg import Twist, Vector3
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState, LaserScan
 
+from diff_encoder_sim.drives.message_types import UNKNOWN_VARIANCE
 from diff_encoder_sim.msg import EncoderPulse
 from diff_encoder_sim.ros.conversions import PLANAR_AXES, pose_message, stamp_from_ns
-from diff_encoder_sim.serialization.message_types import UNKNOWN_VARIANCE
 
 
 def joint_state_message(joints):

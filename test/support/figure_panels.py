@@ -3,9 +3,9 @@
 import numpy as np
 
 from diff_encoder_sim.analysis.dataset import Tracks
-from diff_encoder_sim.trials.test_definition import load_test
-from diff_encoder_sim.trials.trial_definition import Trial
-from diff_encoder_sim.trials.trial_outcome import Outcome
+from diff_encoder_sim.drives.test_definition import load_test
+from diff_encoder_sim.drives.trial_definition import Trial
+from diff_encoder_sim.drives.trial_outcome import Outcome
 from places import CONFIG
 from synthetic_trials import dataset_of, trial_data
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.se2 import yaw_from_quat_xyzw
-from diff_encoder_sim.serialization.typestore import noetic_store
+from diff_encoder_sim.drives.typestore import noetic_store
 
 
 def read(raw, message_type):

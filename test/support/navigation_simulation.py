@@ -8,12 +8,12 @@ import numpy as np
 from diff_encoder_sim.base.compiled import compiled
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, move_along_arc
-from diff_encoder_sim.mapping.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
+from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from diff_encoder_sim.navigation.navigator import Navigator
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
-from diff_encoder_sim.odometry.odometry_params import OdometryParams
-from diff_encoder_sim.odometry.wheel_odometry import WheelOdometry
 from diff_encoder_sim.simulation.world import Box, Cylinder, load_world
+from diff_encoder_sim.wheels.odometry_params import OdometryParams
+from diff_encoder_sim.wheels.wheel_odometry import WheelOdometry
 from places import WORLDS
 
 LASER_IN_BASE = Pose2D(0.12, 0.0, 0.0)

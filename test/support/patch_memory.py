@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from diff_encoder_sim.slam.patches import PatchMaps
+from diff_encoder_sim.localization.patches import PatchMaps
 
 
 def patch_count(maps: PatchMaps) -> int:

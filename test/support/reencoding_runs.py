@@ -6,7 +6,7 @@ import pytest
 from rosbags.highlevel import AnyReader
 
 from diff_encoder_sim.cli import reencode
-from diff_encoder_sim.encoders.wheel_encoder import DiffEncoder, EncoderParams
+from diff_encoder_sim.wheels.wheel_encoder import DiffEncoder, EncoderParams
 from reencoding_drives import JOINTS, START_NS, TICK_NS
 
 

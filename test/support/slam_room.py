@@ -6,8 +6,8 @@ import numpy as np
 
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
+from diff_encoder_sim.localization.slam_params import GridSlamParams
 from diff_encoder_sim.simulation.lidar import cast_rays
-from diff_encoder_sim.slam.slam_params import GridSlamParams
 
 # 5 x 4 m with an alcove, about the origin; x0, y0, x1, y1 of each wall.
 CORNERS = np.array([(-2.52, -2.03), (2.48, -2.03), (2.48, 1.97), (1.1, 1.97), (1.1, 1.48), (-2.52, 1.48)])

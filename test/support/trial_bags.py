@@ -6,9 +6,9 @@ import numpy as np
 from rosbags.rosbag1 import Writer
 
 from diff_encoder_sim.base.se2 import quat_xyzw_from_yaw
-from diff_encoder_sim.serialization.typestore import noetic_store
-from diff_encoder_sim.trials.test_definition import load_test
-from diff_encoder_sim.trials.trial_definition import Trial
+from diff_encoder_sim.drives.test_definition import load_test
+from diff_encoder_sim.drives.trial_definition import Trial
+from diff_encoder_sim.drives.typestore import noetic_store
 from places import ROOT
 
 PERIOD_NS = 50_000_000

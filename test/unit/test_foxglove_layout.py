@@ -5,9 +5,9 @@ import json
 import pytest
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from diff_encoder_sim.recording.topics import TOPICS
-from diff_encoder_sim.serialization.ros2_types import ros2_definition
-from diff_encoder_sim.serialization.typestore import noetic_store
+from diff_encoder_sim.drives.ros2_types import ros2_definition
+from diff_encoder_sim.drives.topics import TOPICS
+from diff_encoder_sim.drives.typestore import noetic_store
 from places import CONFIG
 
 LAYOUT = json.loads((CONFIG / 'foxglove' / 'trial.json').read_text())

@@ -14,34 +14,18 @@ PACKAGE = SOURCE / 'diff_encoder_sim'
 # Which room imports which: a room may import those of its line, all of which stand above it.
 MAY_IMPORT = {
     'base': '',
+    'wheels': 'base',
     'robots': 'base',
-    'encoders': 'base',
-    'odometry': 'base encoders',
-    'mapping': 'base',
-    'simulation': 'base robots mapping',
-    'localization': 'base mapping',
-    'slam': 'base mapping localization',
-    'navigation': 'base mapping',
-    'trials': 'base encoders odometry mapping simulation navigation',
-    'evaluation': 'base mapping simulation',
-    'serialization': 'base encoders odometry mapping simulation navigation',
-    'recording': 'base trials serialization',
-    'lockstep': (
-        'base robots encoders odometry mapping simulation localization navigation trials serialization recording '
-    ),
-    'reencoding': 'base encoders odometry trials evaluation serialization recording',
-    'campaign': 'base robots encoders mapping simulation trials recording lockstep',
-    'analysis': 'base odometry mapping trials evaluation recording campaign',
-    'advice': 'base robots encoders odometry simulation navigation trials evaluation lockstep campaign analysis',
-    'cli': (
-        'base robots encoders odometry mapping simulation slam trials evaluation recording lockstep '
-        'reencoding campaign analysis advice '
-    ),
-    'api': 'base encoders odometry trials evaluation serialization recording reencoding campaign analysis cli',
-    'ros': (
-        'base robots encoders odometry mapping simulation localization slam navigation trials serialization '
-        'recording reencoding '
-    ),
+    'localization': 'base',
+    'simulation': 'base robots localization',
+    'navigation': 'base localization',
+    'drives': 'base wheels localization simulation navigation',
+    'trials': 'base wheels robots localization simulation navigation drives',
+    'analysis': 'base wheels localization drives trials',
+    'advice': 'base wheels robots simulation navigation drives trials analysis',
+    'cli': 'base wheels robots localization simulation drives trials analysis advice',
+    'api': 'base wheels drives trials analysis cli',
+    'ros': 'base wheels robots localization simulation navigation drives trials',
 }
 
 ROS_MODULES = (

@@ -9,11 +9,11 @@ from diff_encoder_sim.advice.answers import Answer, Kind
 from diff_encoder_sim.advice.drive_draws import DriveDraws
 from diff_encoder_sim.advice.odometry_curve import share_within
 from diff_encoder_sim.advice.requirement import Requirement
-from diff_encoder_sim.campaign.campaign_definition import Campaign
-from diff_encoder_sim.encoders.pulses import PerWheel
-from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
-from diff_encoder_sim.evaluation.sample_statistics import Interval
-from diff_encoder_sim.odometry.odometry_covariance import PULSE_VARIANCE
+from diff_encoder_sim.analysis.sample_statistics import Interval
+from diff_encoder_sim.trials.campaign_definition import Campaign
+from diff_encoder_sim.wheels.odometry_covariance import PULSE_VARIANCE
+from diff_encoder_sim.wheels.pulses import PerWheel
+from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 # As many as where the curve crosses what is asked for.
 DRAWS = 8000

@@ -10,7 +10,7 @@ from diff_encoder_sim.advice.requirement import Requirement
 from diff_encoder_sim.analysis.closed_form import STRAIGHT_WITHIN, closed_form_std
 from diff_encoder_sim.analysis.dataset import RobotGeometry
 from diff_encoder_sim.base.deferred import deferred
-from diff_encoder_sim.trials.trial_definition import Trial
+from diff_encoder_sim.drives.trial_definition import Trial
 
 stats = deferred('scipy.stats')
 

@@ -17,8 +17,8 @@ from typing import List, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
+from diff_encoder_sim.analysis.sample_statistics import Interval
 from diff_encoder_sim.base.deferred import deferred
-from diff_encoder_sim.evaluation.sample_statistics import Interval
 
 optimize = deferred('scipy.optimize')
 special = deferred('scipy.special')

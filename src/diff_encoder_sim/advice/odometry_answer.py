@@ -14,7 +14,7 @@ from diff_encoder_sim.advice.odometry_budget import DRAWS as BUDGET_DRAWS
 from diff_encoder_sim.advice.odometry_budget import EDGES, MISSED, SENSOR_ERRORS, encoder_errors, wheel_errors
 from diff_encoder_sim.advice.odometry_curve import DRAWS, MOST_COUNTS, OdometryCurves, counts_by_ppr, share_within
 from diff_encoder_sim.advice.requirement import Requirement
-from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
+from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 
 def odometry_answer(curves: OdometryCurves, requirement: Requirement) -> Answer:

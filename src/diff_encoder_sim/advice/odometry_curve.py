@@ -11,9 +11,9 @@ from diff_encoder_sim.advice.drawn_robot import ROBOTS_CAUSES, Amounts
 from diff_encoder_sim.advice.drive_draws import DriveDraws
 from diff_encoder_sim.advice.evidence import TrialCounts, monotone_fractions
 from diff_encoder_sim.advice.requirement import Requirement
-from diff_encoder_sim.encoders.pulses import PerWheel
-from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
-from diff_encoder_sim.evaluation.sample_statistics import Interval, wilson
+from diff_encoder_sim.analysis.sample_statistics import Interval, wilson
+from diff_encoder_sim.wheels.pulses import PerWheel
+from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 # The range of the curve, in counts per revolution of the wheel.
 FEWEST_COUNTS, MOST_COUNTS, PER_OCTAVE = 8.0, 65536.0, 4

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Callable, Dict, Generic, List, Mapping, NamedTuple, Optional, Sequence, TypeVar
 
 from diff_encoder_sim.advice.evidence import TrialCounts, looks, more_trials, shows_enough, shows_too_few
+from diff_encoder_sim.analysis.confidence import LEVEL
 from diff_encoder_sim.analysis.quantities import REQUIRED_FRACTION
 from diff_encoder_sim.analysis.within_tolerance import Sufficiency
-from diff_encoder_sim.evaluation.confidence import LEVEL
 
 Q = TypeVar('Q')  # questions, whatever they are
 

@@ -9,9 +9,9 @@ from typing import Dict, List, Sequence
 from diff_encoder_sim.analysis.bag_trial import BagTrial, read_bag_trials, robot_of
 from diff_encoder_sim.analysis.dataset import Dataset
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.campaign.campaign_params import VARIANT
-from diff_encoder_sim.campaign.results_layout import MANIFEST
-from diff_encoder_sim.recording.bag_source import bags_in
+from diff_encoder_sim.drives.bag_source import bags_in
+from diff_encoder_sim.trials.campaign_params import VARIANT
+from diff_encoder_sim.trials.results_layout import MANIFEST
 
 log = logging.getLogger(__name__)
 

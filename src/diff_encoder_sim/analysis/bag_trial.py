@@ -17,11 +17,11 @@ from diff_encoder_sim.base.host_info import usable_cores
 from diff_encoder_sim.base.interrupts import interrupts_blocked
 from diff_encoder_sim.base.pose_series import PoseSeries
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.evaluation.trajectory_error import Alignment, PathError, path_error
-from diff_encoder_sim.recording import topics
-from diff_encoder_sim.recording.trial_recording import POSE_TOPICS, TrialRecording, read_trial
-from diff_encoder_sim.trials.pose_source import PoseSource
-from diff_encoder_sim.trials.trial_definition import Trial
+from diff_encoder_sim.drives import topics
+from diff_encoder_sim.drives.pose_source import PoseSource
+from diff_encoder_sim.drives.trajectory_error import Alignment, PathError, path_error
+from diff_encoder_sim.drives.trial_definition import Trial
+from diff_encoder_sim.drives.trial_recording import POSE_TOPICS, TrialRecording, read_trial
 
 # Sent to a worker at a time: enough to make the overhead negligible.
 BAGS_PER_TASK = 4

@@ -9,10 +9,10 @@ import numpy as np
 
 from diff_encoder_sim.base.pose_series import PoseSeries
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
-from diff_encoder_sim.recording.topics import TOPIC_OF_SOURCE
-from diff_encoder_sim.recording.trial_recording import TrialRecording
-from diff_encoder_sim.trials.pose_source import PoseSource
-from diff_encoder_sim.trials.trial_outcome import FinalErrors
+from diff_encoder_sim.drives.pose_source import PoseSource
+from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE
+from diff_encoder_sim.drives.trial_outcome import FinalErrors
+from diff_encoder_sim.drives.trial_recording import TrialRecording
 
 
 def poses_in_map(recording: TrialRecording) -> Dict[PoseSource, PoseSeries]:

@@ -9,9 +9,9 @@ import numpy as np
 from diff_encoder_sim.analysis.dataset import TrialData
 from diff_encoder_sim.analysis.final_errors import count_within, final_errors
 from diff_encoder_sim.analysis.quantities import QUANTITIES, Quantity
+from diff_encoder_sim.analysis.sample_statistics import spread
 from diff_encoder_sim.analysis.table import Label
-from diff_encoder_sim.evaluation.sample_statistics import spread
-from diff_encoder_sim.trials.pose_source import PoseSource
+from diff_encoder_sim.drives.pose_source import PoseSource
 
 DECIMALS = {'m': 4, 'deg': 3}
 PERCENT_DECIMALS = 1

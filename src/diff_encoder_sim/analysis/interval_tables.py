@@ -6,15 +6,15 @@ from typing import List
 
 import numpy as np
 
+from diff_encoder_sim.analysis.confidence import LEVEL
 from diff_encoder_sim.analysis.dataset import Dataset
 from diff_encoder_sim.analysis.final_errors import count_within, final_errors
 from diff_encoder_sim.analysis.goal_statistics import DECIMALS, PERCENT_DECIMALS, error_statistics
 from diff_encoder_sim.analysis.goal_tables import GoalTable
 from diff_encoder_sim.analysis.quantities import QUANTITIES, Quantity
+from diff_encoder_sim.analysis.sample_statistics import bootstrap_std_interval, mean_interval, std_interval, wilson
 from diff_encoder_sim.analysis.table import Column, Entry, Label, Number, Table
 from diff_encoder_sim.analysis.table_keys import key_columns, key_entries, varied_keys
-from diff_encoder_sim.evaluation.confidence import LEVEL
-from diff_encoder_sim.evaluation.sample_statistics import bootstrap_std_interval, mean_interval, std_interval, wilson
 
 BOOTSTRAP_SEED = 0  # equal data, equal intervals
 

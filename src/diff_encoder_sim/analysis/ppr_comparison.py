@@ -13,8 +13,7 @@ import numpy as np
 
 from diff_encoder_sim.analysis.dataset import CellKey, Dataset, TrialData, Varied
 from diff_encoder_sim.analysis.final_errors import equal_trials, final_errors
-from diff_encoder_sim.analysis.quantities import QUANTITIES, Quantity
-from diff_encoder_sim.evaluation.paired_statistics import (
+from diff_encoder_sim.analysis.paired_statistics import (
     SIGNIFICANCE,
     PairedResult,
     holm,
@@ -22,7 +21,8 @@ from diff_encoder_sim.evaluation.paired_statistics import (
     spread_ratio,
     wilcoxon,
 )
-from diff_encoder_sim.trials.pose_source import PoseSource
+from diff_encoder_sim.analysis.quantities import QUANTITIES, Quantity
+from diff_encoder_sim.drives.pose_source import PoseSource
 
 # Equal pulse counts give equal errors but for rounding, which must not look like a spread.
 DECIMALS = 9

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 from diff_encoder_sim.analysis.encoder_labels import ppr_text
+from diff_encoder_sim.analysis.paired_statistics import PairedResult
 from diff_encoder_sim.analysis.ppr_comparison import PprComparison, Question
 from diff_encoder_sim.analysis.quantities import Quantity
-from diff_encoder_sim.evaluation.paired_statistics import PairedResult
-from diff_encoder_sim.evaluation.sample_statistics import Interval
+from diff_encoder_sim.analysis.sample_statistics import Interval
 
 
 def conclusion(one: PprComparison) -> str:

@@ -8,10 +8,10 @@ from typing import Dict, List, NamedTuple, Optional, Sequence
 import numpy as np
 
 from diff_encoder_sim.analysis.dataset import CellKey, Dataset, TrialData, Varied
+from diff_encoder_sim.analysis.paired_statistics import PairedResult, wilcoxon
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.campaign.campaign_params import VARIANT
-from diff_encoder_sim.evaluation.paired_statistics import PairedResult, wilcoxon
-from diff_encoder_sim.trials.trial_outcome import Outcome
+from diff_encoder_sim.drives.trial_outcome import Outcome
+from diff_encoder_sim.trials.campaign_params import VARIANT
 
 # Of the figure, and of the table.
 VARIANTS = 'variants'

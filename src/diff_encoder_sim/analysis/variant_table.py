@@ -7,6 +7,7 @@ from typing import List, Optional
 
 from diff_encoder_sim.analysis.dataset import CellKey, Dataset
 from diff_encoder_sim.analysis.encoder_labels import ppr_text
+from diff_encoder_sim.analysis.paired_statistics import PairedResult
 from diff_encoder_sim.analysis.table import Column, Entry, Label, Number, Table
 from diff_encoder_sim.analysis.table_keys import key_columns, key_entries, varied_keys
 from diff_encoder_sim.analysis.variant_errors import (
@@ -17,7 +18,6 @@ from diff_encoder_sim.analysis.variant_errors import (
     first_variant,
     variant_errors,
 )
-from diff_encoder_sim.evaluation.paired_statistics import PairedResult
 
 _HEADS = ('median', 'quartiles', 'ratio', '95 %', 'failed')
 

@@ -11,9 +11,9 @@ from diff_encoder_sim.analysis.output_folder import REPORT, output_folder
 from diff_encoder_sim.analysis.outputs import write_analysis
 from diff_encoder_sim.api.command_options import command_line, parsed
 from diff_encoder_sim.base.command_name import CONSOLE
-from diff_encoder_sim.campaign.engine import CampaignFault
 from diff_encoder_sim.cli.campaign import complete
 from diff_encoder_sim.cli.campaign_arguments import parse
+from diff_encoder_sim.trials.engine import CampaignFault
 
 
 def run_campaign(out: Union[str, Path], config: Union[str, Path] = 'quick', **options: Any) -> Dataset:

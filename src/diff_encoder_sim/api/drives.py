@@ -16,14 +16,14 @@ from diff_encoder_sim.cli.reencode import notes_on, opened_drive, run_drive, whe
 from diff_encoder_sim.cli.reencode_arguments import parse
 from diff_encoder_sim.cli.reencode_encoders import chosen_encoders, given_encoders
 from diff_encoder_sim.cli.reencode_outputs import output_files
-from diff_encoder_sim.encoders.pulses import PerWheel
-from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
-from diff_encoder_sim.evaluation.trajectory_error import PathError
-from diff_encoder_sim.odometry.odometry_params import OdometryParams
-from diff_encoder_sim.recording.bag_source import open_source
-from diff_encoder_sim.reencoding.reference import find_reference
-from diff_encoder_sim.reencoding.wheels_at_ppr import WheelsAtPpr
-from diff_encoder_sim.serialization.joint_messages import JointValues
+from diff_encoder_sim.drives.bag_source import open_source
+from diff_encoder_sim.drives.joint_messages import JointValues
+from diff_encoder_sim.drives.reference import find_reference
+from diff_encoder_sim.drives.trajectory_error import PathError
+from diff_encoder_sim.drives.wheels_at_ppr import WheelsAtPpr
+from diff_encoder_sim.wheels.odometry_params import OdometryParams
+from diff_encoder_sim.wheels.pulses import PerWheel
+from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 log = logging.getLogger(__name__)
 

@@ -14,7 +14,7 @@ from diff_encoder_sim.analysis.terminal_summary import summary
 from diff_encoder_sim.base.command_line import run_tool
 from diff_encoder_sim.base.command_name import as_called
 from diff_encoder_sim.cli.analyze_arguments import parse
-from diff_encoder_sim.recording.bag_source import is_bag_folder
+from diff_encoder_sim.drives.bag_source import is_bag_folder
 
 DEFAULT_NAME = 'analysis'
 

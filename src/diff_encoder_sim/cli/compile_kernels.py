@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import concurrent.futures
 
-from diff_encoder_sim.lockstep.kernels_warm_up import PARTS
-from diff_encoder_sim.slam.slam_params import GridSlamParams
-from diff_encoder_sim.slam.slam_warm_up import warm_up as warm_up_slam
+from diff_encoder_sim.localization.slam_params import GridSlamParams
+from diff_encoder_sim.localization.slam_warm_up import warm_up as warm_up_slam
+from diff_encoder_sim.trials.kernels_warm_up import PARTS
 
 
 def main() -> None:

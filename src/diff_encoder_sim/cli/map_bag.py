@@ -14,15 +14,15 @@ from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.base.typed_params import load_params
 from diff_encoder_sim.cli.map_bag_arguments import parse
-from diff_encoder_sim.mapping.map_files import save_map
-from diff_encoder_sim.mapping.occupancy_grid import SAVED_MARGIN_M
-from diff_encoder_sim.recording.bag_source import open_source
-from diff_encoder_sim.recording.scan_bag import ScanBag
-from diff_encoder_sim.recording.trial_metadata import trial_of_source
-from diff_encoder_sim.slam.grid_slam import GridSlam
-from diff_encoder_sim.slam.offline import OdometryTrack, map_recording
-from diff_encoder_sim.slam.slam_params import GridSlamParams
-from diff_encoder_sim.slam.slam_warm_up import warm_up
+from diff_encoder_sim.drives.bag_source import open_source
+from diff_encoder_sim.drives.scan_bag import ScanBag
+from diff_encoder_sim.drives.trial_metadata import trial_of_source
+from diff_encoder_sim.localization.grid_slam import GridSlam
+from diff_encoder_sim.localization.map_files import save_map
+from diff_encoder_sim.localization.occupancy_grid import SAVED_MARGIN_M
+from diff_encoder_sim.localization.offline import OdometryTrack, map_recording
+from diff_encoder_sim.localization.slam_params import GridSlamParams
+from diff_encoder_sim.localization.slam_warm_up import warm_up
 
 log = logging.getLogger(__name__)
 

@@ -13,7 +13,7 @@ from typing import Optional, Sequence
 from diff_encoder_sim.base.bounded_numbers import SEEDS
 from diff_encoder_sim.base.command_line import tool_parser
 from diff_encoder_sim.base.number_arguments import whole_number_within
-from diff_encoder_sim.recording import topics
+from diff_encoder_sim.drives import topics
 
 
 def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:

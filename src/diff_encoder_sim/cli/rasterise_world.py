@@ -7,7 +7,7 @@ from typing import Optional, Sequence
 
 from diff_encoder_sim.base.command_line import run_tool
 from diff_encoder_sim.cli.rasterise_world_arguments import parse
-from diff_encoder_sim.mapping.map_files import save_map
+from diff_encoder_sim.localization.map_files import save_map
 from diff_encoder_sim.simulation.rasterise import rasterise
 from diff_encoder_sim.simulation.world import load_world
 

@@ -21,20 +21,20 @@ from diff_encoder_sim.cli.reencode_outputs import output_files
 from diff_encoder_sim.cli.reencode_robot import RecordedRobot, recorded_robot
 from diff_encoder_sim.cli.reencode_sources import check_seed, check_wheel_options
 from diff_encoder_sim.cli.reencode_wheels import bag_wheels, csv_wheels
-from diff_encoder_sim.encoders.chosen_encoder import ChosenEncoder
-from diff_encoder_sim.encoders.pulses import PerWheel, ppr_label
-from diff_encoder_sim.odometry.hidden_encoder import encoder_lateral_std, hidden_encoder
-from diff_encoder_sim.recording.bag_source import open_source
-from diff_encoder_sim.recording.topics import CMD_VEL
-from diff_encoder_sim.recording.trial_metadata import trial_of_source
-from diff_encoder_sim.reencoding.bag_output import ReencodedBag
-from diff_encoder_sim.reencoding.csv_stream import CsvStream
-from diff_encoder_sim.reencoding.reencoder import DriveSummary, Reencoder, has_commands
-from diff_encoder_sim.reencoding.reference import Reference, find_reference
-from diff_encoder_sim.reencoding.result_table import csv_table, text_table
-from diff_encoder_sim.reencoding.wheel_source import DriveStream, WheelSource
-from diff_encoder_sim.reencoding.wheels_at_ppr import WheelsAtPpr
-from diff_encoder_sim.trials.trial_definition import Trial
+from diff_encoder_sim.drives.bag_output import ReencodedBag
+from diff_encoder_sim.drives.bag_source import open_source
+from diff_encoder_sim.drives.csv_stream import CsvStream
+from diff_encoder_sim.drives.reencoder import DriveSummary, Reencoder, has_commands
+from diff_encoder_sim.drives.reference import Reference, find_reference
+from diff_encoder_sim.drives.result_table import csv_table, text_table
+from diff_encoder_sim.drives.topics import CMD_VEL
+from diff_encoder_sim.drives.trial_definition import Trial
+from diff_encoder_sim.drives.trial_metadata import trial_of_source
+from diff_encoder_sim.drives.wheel_source import DriveStream, WheelSource
+from diff_encoder_sim.drives.wheels_at_ppr import WheelsAtPpr
+from diff_encoder_sim.wheels.chosen_encoder import ChosenEncoder
+from diff_encoder_sim.wheels.hidden_encoder import encoder_lateral_std, hidden_encoder
+from diff_encoder_sim.wheels.pulses import PerWheel, ppr_label
 
 LEGEND = """\
 Odometry minus reference, both seen from their first common stamp, nothing fitted. ATE, max:

@@ -11,11 +11,11 @@ from diff_encoder_sim.base.paths import package_folder
 from diff_encoder_sim.base.typed_params import with_changes
 from diff_encoder_sim.base.yaml_files import yaml_value
 from diff_encoder_sim.cli.reencode_arguments import PAPER_PPR
-from diff_encoder_sim.encoders.chosen_encoder import ChosenEncoder, chosen, own_encoder
-from diff_encoder_sim.encoders.encoder_catalogue import load_encoders
-from diff_encoder_sim.encoders.pulses import PerWheel
-from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
-from diff_encoder_sim.odometry.odometry_params import OdometryParams
+from diff_encoder_sim.wheels.chosen_encoder import ChosenEncoder, chosen, own_encoder
+from diff_encoder_sim.wheels.encoder_catalogue import load_encoders
+from diff_encoder_sim.wheels.odometry_params import OdometryParams
+from diff_encoder_sim.wheels.pulses import PerWheel
+from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 
 def given_encoders(options: argparse.Namespace) -> List[ChosenEncoder]:

@@ -14,17 +14,17 @@ from diff_encoder_sim.base.nested_mappings import merged, nested
 from diff_encoder_sim.base.paths import package_folder
 from diff_encoder_sim.base.typed_params import shared_params
 from diff_encoder_sim.base.yaml_files import load_yaml
-from diff_encoder_sim.encoders.chosen_encoder import RESOLUTION_KEYS
-from diff_encoder_sim.encoders.encoder_model import IDEAL_ENCODER
-from diff_encoder_sim.encoders.report_link import PROMPT
-from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
-from diff_encoder_sim.lockstep.robot_loading import load_robot
-from diff_encoder_sim.lockstep.wheel_uncertainty import uncertainty_of_robot
-from diff_encoder_sim.odometry.odometry_params import UNCERTAINTY_KEYS, OdometryParams
-from diff_encoder_sim.recording.topics import TRIAL
+from diff_encoder_sim.drives.topics import TRIAL
+from diff_encoder_sim.drives.trial_definition import Trial
+from diff_encoder_sim.drives.trial_wheels import OF_ENCODER, OF_ODOMETRY
 from diff_encoder_sim.robots.xacro_arguments import xacro_arguments
-from diff_encoder_sim.trials.trial_definition import Trial
-from diff_encoder_sim.trials.trial_wheels import OF_ENCODER, OF_ODOMETRY
+from diff_encoder_sim.trials.robot_loading import load_robot
+from diff_encoder_sim.trials.wheel_uncertainty import uncertainty_of_robot
+from diff_encoder_sim.wheels.chosen_encoder import RESOLUTION_KEYS
+from diff_encoder_sim.wheels.encoder_model import IDEAL_ENCODER
+from diff_encoder_sim.wheels.odometry_params import UNCERTAINTY_KEYS, OdometryParams
+from diff_encoder_sim.wheels.report_link import PROMPT
+from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 USUAL = 'config/config.yaml'
 

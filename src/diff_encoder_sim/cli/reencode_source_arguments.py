@@ -7,8 +7,8 @@ from pathlib import Path
 
 from diff_encoder_sim.base.bounded_numbers import COUNTER_STATES
 from diff_encoder_sim.base.plain_numbers import plain_int
-from diff_encoder_sim.reencoding.csv_format import TIME_UNITS
-from diff_encoder_sim.reencoding.number_units import UNITS
+from diff_encoder_sim.drives.csv_format import TIME_UNITS
+from diff_encoder_sim.drives.number_units import UNITS
 
 
 def add_source_options(parser: argparse.ArgumentParser) -> None:

@@ -6,7 +6,7 @@ import argparse
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.cli.reencode_robot import RecordedRobot
-from diff_encoder_sim.reencoding.number_units import SPEEDS
+from diff_encoder_sim.drives.number_units import SPEEDS
 
 # Options by the sources that they belong to.
 _SOURCES = ('joint_states', 'pulses', 'ticks', 'odom', 'csv')

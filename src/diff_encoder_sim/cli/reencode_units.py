@@ -8,10 +8,10 @@ from typing import NamedTuple, Optional, Sequence, Tuple
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.cli.reencode_encoders import ppr_of_text
 from diff_encoder_sim.cli.reencode_robot import RecordedRobot
-from diff_encoder_sim.encoders.pulses import PerWheel, ppr_label
-from diff_encoder_sim.reencoding.number_units import COUNTED, SPEEDS, TICKS
-from diff_encoder_sim.reencoding.start_angles import DEFAULT_SEED, start_angles_note, start_angles_rad
-from diff_encoder_sim.reencoding.wheel_units import SPEEDS_NOTE, WheelUnit
+from diff_encoder_sim.drives.number_units import COUNTED, SPEEDS, TICKS
+from diff_encoder_sim.drives.start_angles import DEFAULT_SEED, start_angles_note, start_angles_rad
+from diff_encoder_sim.drives.wheel_units import SPEEDS_NOTE, WheelUnit
+from diff_encoder_sim.wheels.pulses import PerWheel, ppr_label
 
 
 class WheelNumbers(NamedTuple):

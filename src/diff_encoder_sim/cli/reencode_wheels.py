@@ -9,20 +9,20 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.cli.reencode_encoders import ppr_of_text
 from diff_encoder_sim.cli.reencode_robot import RecordedRobot
 from diff_encoder_sim.cli.reencode_units import wheel_numbers
-from diff_encoder_sim.encoders.encoder_model import IDEAL_ENCODER
-from diff_encoder_sim.recording.bag_source import BagSource
-from diff_encoder_sim.reencoding.csv_stream import CsvStream
-from diff_encoder_sim.reencoding.csv_wheels import CsvWheels
-from diff_encoder_sim.reencoding.field_wheels import FieldWheels, Wheel
-from diff_encoder_sim.reencoding.joint_wheels import JointWheels
-from diff_encoder_sim.reencoding.message_fields import find_field
-from diff_encoder_sim.reencoding.odometry_wheels import OdometryWheels
-from diff_encoder_sim.reencoding.reference import find_poses
-from diff_encoder_sim.reencoding.serving_topics import serving_options
-from diff_encoder_sim.reencoding.start_angles import DEFAULT_SEED
-from diff_encoder_sim.reencoding.wheel_source import WheelSource
-from diff_encoder_sim.reencoding.wheels import JOINT_TYPES, WheelOptions, find_wheels, has_joints
-from diff_encoder_sim.trials.trial_definition import Trial
+from diff_encoder_sim.drives.bag_source import BagSource
+from diff_encoder_sim.drives.csv_stream import CsvStream
+from diff_encoder_sim.drives.csv_wheels import CsvWheels
+from diff_encoder_sim.drives.field_wheels import FieldWheels, Wheel
+from diff_encoder_sim.drives.joint_wheels import JointWheels
+from diff_encoder_sim.drives.message_fields import find_field
+from diff_encoder_sim.drives.odometry_wheels import OdometryWheels
+from diff_encoder_sim.drives.reference import find_poses
+from diff_encoder_sim.drives.serving_topics import serving_options
+from diff_encoder_sim.drives.start_angles import DEFAULT_SEED
+from diff_encoder_sim.drives.trial_definition import Trial
+from diff_encoder_sim.drives.wheel_source import WheelSource
+from diff_encoder_sim.drives.wheels import JOINT_TYPES, WheelOptions, find_wheels, has_joints
+from diff_encoder_sim.wheels.encoder_model import IDEAL_ENCODER
 
 
 def bag_wheels(

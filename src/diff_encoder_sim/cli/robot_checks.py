@@ -7,9 +7,9 @@ import sys
 from diff_encoder_sim.base.command_name import as_called
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.paths import package_folder
-from diff_encoder_sim.campaign.campaign_checks import check_robot, unfit_tests
-from diff_encoder_sim.campaign.campaign_definition import Campaign
 from diff_encoder_sim.simulation.check_results import checks_table
+from diff_encoder_sim.trials.campaign_checks import check_robot, unfit_tests
+from diff_encoder_sim.trials.campaign_definition import Campaign
 
 
 def with_checks(name: str, campaign: Campaign, is_unchecked: bool) -> Campaign:

@@ -16,10 +16,10 @@ from diff_encoder_sim.base.xml_rpc import for_xml_rpc
 from diff_encoder_sim.base.yaml_files import yaml_value
 from diff_encoder_sim.cli.launched_robot import OWN_PPR, LaunchedRobot, launched_robot
 from diff_encoder_sim.cli.robot_settings_arguments import parse
-from diff_encoder_sim.lockstep.robot_params import check_key
-from diff_encoder_sim.odometry.odometry_params import UNCERTAINTY_KEYS
-from diff_encoder_sim.recording.bag_source import open_source
-from diff_encoder_sim.recording.trial_metadata import trial_of_source
+from diff_encoder_sim.drives.bag_source import open_source
+from diff_encoder_sim.drives.trial_metadata import trial_of_source
+from diff_encoder_sim.trials.robot_params import check_key
+from diff_encoder_sim.wheels.odometry_params import UNCERTAINTY_KEYS
 
 # What campaigns set by themselves, and launch files by their arguments.
 SET_BY_ARGUMENTS = (OWN_PPR, 'config.seed')

@@ -6,9 +6,9 @@ import math
 import sys
 
 from diff_encoder_sim.base.command_name import as_called
-from diff_encoder_sim.campaign.campaign_definition import Campaign
-from diff_encoder_sim.lockstep.robot_params import RobotParams
-from diff_encoder_sim.lockstep.stopping import as_upstream, spread_with, stopping_line
+from diff_encoder_sim.trials.campaign_definition import Campaign
+from diff_encoder_sim.trials.robot_params import RobotParams
+from diff_encoder_sim.trials.stopping import as_upstream, spread_with, stopping_line
 
 
 def name_stopping(name: str, campaign: Campaign, tolerance_m: float, tolerance_deg: float) -> None:

@@ -7,12 +7,12 @@ import sys
 from typing import Iterator
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.campaign.campaign_checks import check_robot
 from diff_encoder_sim.cli.launched_robot import LaunchedRobot
-from diff_encoder_sim.mapping.map_files import load_map
+from diff_encoder_sim.drives.trial_definition import Trial
+from diff_encoder_sim.localization.map_files import load_map
 from diff_encoder_sim.simulation.check_results import checks_table
+from diff_encoder_sim.trials.campaign_checks import check_robot
 from diff_encoder_sim.trials.route_check import misfit
-from diff_encoder_sim.trials.trial_definition import Trial
 
 
 def check_robot_of_trial(options: argparse.Namespace, trial: Trial, robot: LaunchedRobot, map_path: str) -> None:

@@ -27,17 +27,17 @@ from diff_encoder_sim.cli.launched_robot import OWN_PPR, SIMULATED, LaunchedRobo
 from diff_encoder_sim.cli.stopping_spread import name_stopping_of_trial
 from diff_encoder_sim.cli.trial_robot_check import check_robot_of_trial
 from diff_encoder_sim.cli.trial_spec_arguments import parse
-from diff_encoder_sim.encoders.pulses import DEFAULT_PPR, PulsesPerRevolution, file_label
-from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
-from diff_encoder_sim.lockstep.robot_params import RobotParams
-from diff_encoder_sim.mapping.map_files import load_map
-from diff_encoder_sim.mapping.occupancy_grid import OCCUPIED, UNKNOWN
+from diff_encoder_sim.drives.test_definition import TestDefinition, find_world, load_test
+from diff_encoder_sim.drives.trial_definition import LivePlan, Trial
+from diff_encoder_sim.drives.trial_wheels import wheels_of
+from diff_encoder_sim.localization.map_files import load_map
+from diff_encoder_sim.localization.occupancy_grid import OCCUPIED, UNKNOWN
 from diff_encoder_sim.simulation.periods import JOINTS_RATE_HZ, STATES_PERIOD_S, STATES_RATE_HZ
 from diff_encoder_sim.trials.required_packages import GAZEBO, UPSTREAM_NAVIGATION, UPSTREAM_SLAM, require
 from diff_encoder_sim.trials.robot_pace import at_pace_of
-from diff_encoder_sim.trials.test_definition import TestDefinition, find_world, load_test
-from diff_encoder_sim.trials.trial_definition import LivePlan, Trial
-from diff_encoder_sim.trials.trial_wheels import wheels_of
+from diff_encoder_sim.trials.robot_params import RobotParams
+from diff_encoder_sim.wheels.pulses import DEFAULT_PPR, PulsesPerRevolution, file_label
+from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 NO_BAG = 'none'
 SIMULATORS = (SIMULATED, 'gazebo')

@@ -14,11 +14,11 @@ from diff_encoder_sim.base.command_line import run_tool
 from diff_encoder_sim.base.command_name import as_called
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.host_info import usable_cores
-from diff_encoder_sim.campaign.campaign_definition import Campaign
-from diff_encoder_sim.campaign.cluster import TlsFiles, Workers, connected_workers
-from diff_encoder_sim.campaign.engine import CampaignFault, UnrunTrial
-from diff_encoder_sim.campaign.local_workers import local_workers
-from diff_encoder_sim.campaign.progress import Progress
+from diff_encoder_sim.trials.campaign_definition import Campaign
+from diff_encoder_sim.trials.cluster import TlsFiles, Workers, connected_workers
+from diff_encoder_sim.trials.engine import CampaignFault, UnrunTrial
+from diff_encoder_sim.trials.local_workers import local_workers
+from diff_encoder_sim.trials.progress import Progress
 
 STOPPING_SIGNALS = (signal.SIGINT, signal.SIGTERM)
 UNRUN_SHOWN = 5

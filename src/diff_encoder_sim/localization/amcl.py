@@ -17,6 +17,7 @@ from diff_encoder_sim.localization.beams import Beams
 from diff_encoder_sim.localization.free_cells import FreeCells
 from diff_encoder_sim.localization.laser_models import laser_model
 from diff_encoder_sim.localization.lost import LostDetector
+from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.localization.particle_set import ParticleSet
 from diff_encoder_sim.localization.particles import (
     check_covariance,
@@ -25,7 +26,6 @@ from diff_encoder_sim.localization.particles import (
     particles_around,
     particles_everywhere,
 )
-from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
 
 
 class AmclEstimate(NamedTuple):

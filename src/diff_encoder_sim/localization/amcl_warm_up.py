@@ -11,8 +11,8 @@ from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.localization.amcl import Amcl
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.laser_models import laser_model
+from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from diff_encoder_sim.localization.scan_fit import FitMap
-from diff_encoder_sim.mapping.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 
 CELLS, RESOLUTION_M, RAYS, PARTICLES = 60, 0.1, 20, 20
 

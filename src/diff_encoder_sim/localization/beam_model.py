@@ -13,8 +13,8 @@ import numpy as np
 from diff_encoder_sim.base.compiled import compiled
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.beams import Beams
+from diff_encoder_sim.localization.occupancy_grid import FREE, OccupancyGrid
 from diff_encoder_sim.localization.sensor import Likelihoods, SensorModel
-from diff_encoder_sim.mapping.occupancy_grid import FREE, OccupancyGrid
 
 
 class BeamModel(SensorModel):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from diff_encoder_sim.mapping.occupancy_grid import FREE, OccupancyGrid
+from diff_encoder_sim.localization.occupancy_grid import FREE, OccupancyGrid
 
 
 class FreeCells:

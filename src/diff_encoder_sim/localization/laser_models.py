@@ -8,8 +8,8 @@ from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.beam_model import BeamModel
 from diff_encoder_sim.localization.likelihood_field import LikelihoodField
 from diff_encoder_sim.localization.likelihood_field_prob import LikelihoodFieldProb
+from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.localization.sensor import SensorModel
-from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
 
 LASER_MODELS: Dict[str, Type[SensorModel]] = {
     'beam': BeamModel,

@@ -15,8 +15,8 @@ from diff_encoder_sim.base.compiled import compiled
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.beams import Beams
 from diff_encoder_sim.localization.distance import distance_field
+from diff_encoder_sim.localization.occupancy_grid import OCCUPIED, OccupancyGrid
 from diff_encoder_sim.localization.sensor import Likelihoods, SensorModel
-from diff_encoder_sim.mapping.occupancy_grid import OCCUPIED, OccupancyGrid
 
 # Table entries are multiples of this, so that a sum of some hundred of them is exact in double
 # precision: in whatever order the compiler's vectors add, the weights are equal.

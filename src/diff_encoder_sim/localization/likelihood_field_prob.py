@@ -13,8 +13,8 @@ import numpy as np
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.beams import Beams, beam_step_rounded_up
 from diff_encoder_sim.localization.likelihood_field import LikelihoodField, count_at_endpoints, sum_over_endpoints
+from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.localization.sensor import Likelihoods
-from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
 
 log = logging.getLogger(__name__)
 

@@ -10,8 +10,8 @@ from typing import Optional
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.localization.amcl_params import AmclParams
+from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.localization.scan_fit import FitMap
-from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
 
 
 class LostDetector:

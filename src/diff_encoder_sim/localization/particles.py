@@ -15,7 +15,7 @@ from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angles
 from diff_encoder_sim.localization.free_cells import FreeCells
 from diff_encoder_sim.localization.kld_resampling import GOLDEN_SECTION
-from diff_encoder_sim.mapping.occupancy_grid import FREE, OccupancyGrid
+from diff_encoder_sim.localization.occupancy_grid import FREE, OccupancyGrid
 
 # Upstream's pf_alloc: the filter has converged when no particle is farther than this from the
 # mean, along x or y [m].

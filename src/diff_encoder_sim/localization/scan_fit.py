@@ -17,7 +17,7 @@ from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.beams import select_beams
 from diff_encoder_sim.localization.distance import distance_field
-from diff_encoder_sim.mapping.occupancy_grid import OCCUPIED, OccupancyGrid
+from diff_encoder_sim.localization.occupancy_grid import OCCUPIED, OccupancyGrid
 
 # About so many rays of a scan are checked, evenly spread.
 RAYS = 200

@@ -12,13 +12,13 @@ from geometry_msgs.msg import PoseArray, PoseWithCovarianceStamped
 from diff_encoder_sim.base.errors import EVENT
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.drives.pose_messages import encode_pose_array
 from diff_encoder_sim.localization.amcl import Amcl, AmclEstimate
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.ros.amcl_spread import AmclSpread
 from diff_encoder_sim.ros.conversions import pose_with_covariance_message, transform_message
 from diff_encoder_sim.ros.encoded_topics import EncodedPublisher
 from diff_encoder_sim.ros.node import log, publisher
-from diff_encoder_sim.serialization.pose_messages import encode_pose_array
 
 
 class AmclOutput:

@@ -10,9 +10,9 @@ import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.drives.topics import DIAGNOSTICS
 from diff_encoder_sim.localization.amcl import AmclEstimate
 from diff_encoder_sim.localization.amcl_params import AmclParams
-from diff_encoder_sim.recording.topics import DIAGNOSTICS
 from diff_encoder_sim.ros.conversions import stamp_from_ns
 from diff_encoder_sim.ros.display_topic import DisplayTopic
 from diff_encoder_sim.ros.node import log

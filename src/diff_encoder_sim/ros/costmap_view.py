@@ -12,7 +12,7 @@ from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
 
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
+from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.footprint import Footprint
 from diff_encoder_sim.navigation.grid_window import GridWindow, changed_window

@@ -10,10 +10,10 @@ import rospy
 
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.drives.field_reader import STAMP_AT, TORN
+from diff_encoder_sim.drives.primitives import TIME, with_seq
 from diff_encoder_sim.ros.node import log, publisher, subscriber
 from diff_encoder_sim.ros.stamped_subscriber import check_stamp_now
-from diff_encoder_sim.serialization.field_reader import STAMP_AT, TORN
-from diff_encoder_sim.serialization.primitives import TIME, with_seq
 
 
 class EncodedMessage(rospy.AnyMsg):  # type: ignore[misc]  # rospy has no types

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from diff_encoder_sim.encoders.sampling import BoundaryTimes
 from diff_encoder_sim.navigation.control_rate import ControlRate
 from diff_encoder_sim.simulation.periods import STATES_RATE_HZ, TICK_NS
+from diff_encoder_sim.wheels.sampling import BoundaryTimes
 
 # How far physics may run ahead of /odom and the true and estimated poses, so that it computes while the nodes do.
 GRAPH_LEAD_NS = 20_000_000

@@ -8,11 +8,11 @@ from typing import Optional
 from pydantic import Field
 
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.odometry.wheel_odometry import OdometryEstimate
 from diff_encoder_sim.ros.model_states import ModelStateReader, ModelStatesParams
 from diff_encoder_sim.ros.node import node_params, run_node
 from diff_encoder_sim.ros.odometry_output import OdometryOutput
 from diff_encoder_sim.simulation.state import PlanarVelocity
+from diff_encoder_sim.wheels.wheel_odometry import OdometryEstimate
 
 
 class IdealOdomParams(ModelStatesParams):

@@ -9,7 +9,7 @@ from nav_msgs.msg import MapMetaData
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
 
 from diff_encoder_sim.base.errors import InputFault
-from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
+from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.ros.conversions import pose_from_message, pose_message, stamp_from_ns
 
 

@@ -10,8 +10,8 @@ from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
 from nav_msgs.srv import GetMap
 
 from diff_encoder_sim.base.errors import EVENT, ConfigError, InputFault
-from diff_encoder_sim.mapping.map_files import save_map
-from diff_encoder_sim.mapping.occupancy_grid import SAVED_MARGIN_M
+from diff_encoder_sim.localization.map_files import save_map
+from diff_encoder_sim.localization.occupancy_grid import SAVED_MARGIN_M
 from diff_encoder_sim.ros.map_conversions import grid_from_message
 from diff_encoder_sim.ros.node import log, subscriber
 from diff_encoder_sim.ros.service_call import MAP_LIMIT_S, call_service

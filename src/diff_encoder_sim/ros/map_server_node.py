@@ -13,7 +13,7 @@ from pydantic import Field
 
 from diff_encoder_sim.base.errors import ConfigError, readable
 from diff_encoder_sim.base.typed_params import Params
-from diff_encoder_sim.mapping.map_files import load_map
+from diff_encoder_sim.localization.map_files import load_map
 from diff_encoder_sim.ros.conversions import ns_from_stamp
 from diff_encoder_sim.ros.map_conversions import map_message
 from diff_encoder_sim.ros.node import log, node_params, publisher, run_node

@@ -12,15 +12,15 @@ from geometry_msgs.msg import Twist, Vector3
 from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 
 from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.drives import topics
+from diff_encoder_sim.drives.trial_outcome import RouteFailed
 from diff_encoder_sim.navigation.goal_status import GoalStatus
-from diff_encoder_sim.recording import topics
 from diff_encoder_sim.ros.conversions import pose_stamped_message
 from diff_encoder_sim.ros.launch_status import LaunchStatus
 from diff_encoder_sim.ros.node import log, node_params, publisher, run_node
 from diff_encoder_sim.ros.pose_subscriber import pose_subscriber
 from diff_encoder_sim.ros.trial_runner import TrialFailed, TrialParams, TrialRunner, distance_from_goal
 from diff_encoder_sim.trials.route_driver import DriverOutput, RouteDriver
-from diff_encoder_sim.trials.trial_outcome import RouteFailed
 
 ACTION = 'move_base'
 

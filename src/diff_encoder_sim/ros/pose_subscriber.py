@@ -8,9 +8,9 @@ import rospy
 from geometry_msgs.msg import PoseStamped
 
 from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.drives.message_types import POSE_STAMPED
+from diff_encoder_sim.drives.pose_messages import PoseDecoder
 from diff_encoder_sim.ros.encoded_topics import encoded_stamped_subscriber
-from diff_encoder_sim.serialization.message_types import POSE_STAMPED
-from diff_encoder_sim.serialization.pose_messages import PoseDecoder
 
 
 def pose_subscriber(topic: str, callback: Callable[[int, Pose2D], None]) -> rospy.Subscriber:

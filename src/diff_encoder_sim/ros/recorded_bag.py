@@ -10,7 +10,7 @@ from typing import Any, Dict, Mapping, Tuple
 import lz4.frame
 from rosbags.rosbag1.writer import WriteChunk
 
-from diff_encoder_sim.recording.ros1_writer import Ros1Writer, record_header
+from diff_encoder_sim.drives.ros1_writer import Ros1Writer, record_header
 
 
 class RecordedBag(Ros1Writer):

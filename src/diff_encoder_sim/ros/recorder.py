@@ -19,14 +19,14 @@ from rosgraph_msgs.msg import Clock
 from diff_encoder_sim.base.atomic_files import UNFINISHED_SUFFIX
 from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.stamps import check_stamp
-from diff_encoder_sim.recording.topics import CLOCK, RECORDED_LIVE
-from diff_encoder_sim.recording.trial_bag import EARLIEST_NS
+from diff_encoder_sim.drives.basic_messages import encode_clock
+from diff_encoder_sim.drives.topics import CLOCK, RECORDED_LIVE
+from diff_encoder_sim.drives.trial_bag import EARLIEST_NS
 from diff_encoder_sim.ros.clock_pauses import read_every_tick
 from diff_encoder_sim.ros.conversions import ns_from_stamp
 from diff_encoder_sim.ros.node import log, run_node
 from diff_encoder_sim.ros.recorded_bag import RecordedBag
 from diff_encoder_sim.ros.trial_plan import required_trial_plan
-from diff_encoder_sim.serialization.basic_messages import encode_clock
 
 
 class Recorder:

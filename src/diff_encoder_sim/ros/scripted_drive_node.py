@@ -11,6 +11,7 @@ from geometry_msgs.msg import Twist
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.drives.basic_messages import encode_command
 from diff_encoder_sim.ros.conversions import transform_message
 from diff_encoder_sim.ros.encoded_topics import EncodedPublisher
 from diff_encoder_sim.ros.launch_status import LaunchStatus
@@ -18,7 +19,6 @@ from diff_encoder_sim.ros.map_keeper import MapKeeper
 from diff_encoder_sim.ros.node import node_params, run_node
 from diff_encoder_sim.ros.trial_plan import required_trial_plan
 from diff_encoder_sim.ros.trial_runner import TrialFailed, TrialParams, TrialRunner
-from diff_encoder_sim.serialization.basic_messages import encode_command
 from diff_encoder_sim.trials.scripted_drive import ScriptedDrive
 
 # What must be connected before time runs, by `slam`: simulated time waits for the embedded one's pose.

@@ -12,11 +12,11 @@ from geometry_msgs.msg import Pose, Quaternion, Twist
 from diff_encoder_sim.base.errors import EVENT, InputFault
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.typed_params import did_you_mean
+from diff_encoder_sim.drives.model_messages import ModelStatesEncoder
 from diff_encoder_sim.ros.conversions import body_messages, matrix_pose_message, pose_from_message, stamp_from_ns
 from diff_encoder_sim.ros.encoded_topics import EncodedPublisher
 from diff_encoder_sim.ros.gazebo_messages import STATES_PERIOD_HEADER, GetModelState, ModelStates, SetModelState
 from diff_encoder_sim.ros.node import log
-from diff_encoder_sim.serialization.model_messages import ModelStatesEncoder
 from diff_encoder_sim.simulation.periods import STATES_PERIOD_NS
 from diff_encoder_sim.simulation.simulator import Simulator
 from diff_encoder_sim.simulation.state import PlanarVelocity

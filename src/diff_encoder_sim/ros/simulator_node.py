@@ -20,7 +20,10 @@ from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.file_names import PathText
 from diff_encoder_sim.base.paths import package_folder, users_path
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.encoders.sampling import DEFAULT_RATE_HZ
+from diff_encoder_sim.drives.basic_messages import encode_clock
+from diff_encoder_sim.drives.joint_messages import encode_joint_state
+from diff_encoder_sim.drives.scan_messages import encode_scan
+from diff_encoder_sim.drives.test_definition import PoseParams
 from diff_encoder_sim.robots.robot_file import load_robot_file
 from diff_encoder_sim.robots.xacro_arguments import xacro_arguments_of_text
 from diff_encoder_sim.ros.command_gate import Command, CommandGate
@@ -30,12 +33,9 @@ from diff_encoder_sim.ros.node import log, node_params, run_node, subscriber
 from diff_encoder_sim.ros.pacing import LONGEST_WAIT_S, GraphPacer, WallPacer
 from diff_encoder_sim.ros.simulated_models import SimulatedModels
 from diff_encoder_sim.ros.trial_plan import trial_plan
-from diff_encoder_sim.serialization.basic_messages import encode_clock
-from diff_encoder_sim.serialization.joint_messages import encode_joint_state
-from diff_encoder_sim.serialization.scan_messages import encode_scan
 from diff_encoder_sim.simulation.periods import STATES_PERIOD_NS, TICK_NS
 from diff_encoder_sim.simulation.simulator import Simulator, SimulatorParams
-from diff_encoder_sim.trials.test_definition import PoseParams
+from diff_encoder_sim.wheels.sampling import DEFAULT_RATE_HZ
 
 PAUSED_CLOCK_PERIOD_S = 0.05
 

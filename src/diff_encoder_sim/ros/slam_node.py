@@ -21,6 +21,9 @@ from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline, check_stamp
+from diff_encoder_sim.localization.grid_slam import GridSlam
+from diff_encoder_sim.localization.slam_params import GridSlamParams
+from diff_encoder_sim.localization.slam_warm_up import warm_up
 from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_stamped_message, transform_message
 from diff_encoder_sim.ros.map_conversions import map_message
 from diff_encoder_sim.ros.node import compile_first, log, node_params, publisher, run_node
@@ -28,9 +31,6 @@ from diff_encoder_sim.ros.scan_queue import SCANS_MOST_AHEAD_S, ScanQueue
 from diff_encoder_sim.ros.stamped_subscriber import stamped_subscriber
 from diff_encoder_sim.ros.transform_buffer import TransformBuffer
 from diff_encoder_sim.ros.trial_plan import trial_plan
-from diff_encoder_sim.slam.grid_slam import GridSlam
-from diff_encoder_sim.slam.slam_params import GridSlamParams
-from diff_encoder_sim.slam.slam_warm_up import warm_up
 
 SILENCE_S = 15.0
 

@@ -8,7 +8,7 @@ import rospy
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.xml_rpc import from_xml_rpc
-from diff_encoder_sim.trials.trial_definition import LivePlan
+from diff_encoder_sim.drives.trial_definition import LivePlan
 
 PARAMETER = '/trial'
 

@@ -7,7 +7,7 @@ from nav_msgs.msg import Odometry, Path
 from visualization_msgs.msg import MarkerArray
 
 from diff_encoder_sim.base.stamps import Step, Timeline
-from diff_encoder_sim.recording import topics
+from diff_encoder_sim.drives import topics
 from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_from_message, pose_stamped_message, world_markers
 from diff_encoder_sim.ros.node import publisher, run_node
 from diff_encoder_sim.ros.stamped_subscriber import stamped_subscriber

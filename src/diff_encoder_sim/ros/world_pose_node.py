@@ -6,12 +6,12 @@ from geometry_msgs.msg import PoseStamped
 from pydantic import Field
 
 from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.drives.pose_messages import encode_pose_stamped
+from diff_encoder_sim.drives.test_definition import PoseParams
 from diff_encoder_sim.ros.encoded_topics import EncodedPublisher
 from diff_encoder_sim.ros.model_states import ModelStateReader, ModelStatesParams
 from diff_encoder_sim.ros.node import node_params, run_node
-from diff_encoder_sim.serialization.pose_messages import encode_pose_stamped
 from diff_encoder_sim.simulation.state import PlanarVelocity
-from diff_encoder_sim.trials.test_definition import PoseParams
 
 
 class WorldPoseParams(ModelStatesParams):

@@ -9,8 +9,8 @@ import numpy as np
 from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.mapping.map_image import LARGEST_IMAGE
-from diff_encoder_sim.mapping.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from diff_encoder_sim.localization.map_image import LARGEST_IMAGE
+from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from diff_encoder_sim.robots.robot_tree import Box, Cylinder, Sphere
 from diff_encoder_sim.simulation.lidar import cut_world
 from diff_encoder_sim.simulation.world import Solid, World

@@ -1,1 +1,1 @@
-"""Tests, trials and their outcomes, and the drivers that take a robot through a test."""
+"""The lockstep trial, routes and their drivers, and campaigns of trials."""

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.drives.test_definition import TestDefinition
 from diff_encoder_sim.simulation.drive import DriveParams
 from diff_encoder_sim.trials.scripted_drive import ScriptedDrive
-from diff_encoder_sim.trials.test_definition import TestDefinition
 
 # A day, as of the time limit of a route: a mistyped number must not drive for ever.
 LONGEST_DRIVE_S = 86_400.0

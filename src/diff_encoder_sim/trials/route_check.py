@@ -8,7 +8,8 @@ from typing import Iterable, Iterator, NamedTuple, Optional
 import numpy as np
 
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
+from diff_encoder_sim.drives.test_definition import TestDefinition
+from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.footprint import IN_OBSTACLE
 from diff_encoder_sim.navigation.global_planner import GlobalPlanner
@@ -16,7 +17,6 @@ from diff_encoder_sim.navigation.navigator_params import NavigatorParams
 from diff_encoder_sim.navigation.plan_error import PlanError, PlanProblem
 from diff_encoder_sim.simulation.drive import DriveParams
 from diff_encoder_sim.trials.route_driver import Turn, stages_of
-from diff_encoder_sim.trials.test_definition import TestDefinition
 
 # Between two places at which the robot's outline is compared with the walls.
 STEP_M, STEP_RAD = 0.1, math.radians(10.0)

@@ -10,10 +10,10 @@ from typing import List, NamedTuple, Optional, Union
 from diff_encoder_sim.base.errors import EVENT
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.drives.test_definition import Leg, Point, TestDefinition
+from diff_encoder_sim.drives.trial_outcome import Outcome, RouteFailed
 from diff_encoder_sim.navigation.goal_status import GoalStatus
 from diff_encoder_sim.trials.scripted_drive import SETTLING_S
-from diff_encoder_sim.trials.test_definition import Leg, Point, TestDefinition
-from diff_encoder_sim.trials.trial_outcome import Outcome, RouteFailed
 from diff_encoder_sim.trials.turn_in_place import TurnInPlace
 
 # A turn in place pauses while the newest pose estimate is older; the navigator's default input_timeout.

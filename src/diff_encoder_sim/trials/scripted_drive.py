@@ -6,8 +6,8 @@ import bisect
 import math
 from typing import List, NamedTuple, Tuple
 
+from diff_encoder_sim.drives.test_definition import Segment, SpeedLimits, TestDefinition
 from diff_encoder_sim.simulation.periods import STATES_PERIOD_S
-from diff_encoder_sim.trials.test_definition import Segment, SpeedLimits, TestDefinition
 
 PAUSE_BETWEEN_SEGMENTS_S = 0.5
 SETTLING_S = 1.0  # at rest, before a trial ends

@@ -7,7 +7,7 @@ from typing import Optional
 
 from diff_encoder_sim.base.se2 import wrap_angle
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.trials.test_definition import SpeedLimits
+from diff_encoder_sim.drives.test_definition import SpeedLimits
 
 # The robot slows down with at most this fraction of the deceleration limit, and in the end in proportion to the angle
 # left: commands take a while to take effect, and it must not overshoot.

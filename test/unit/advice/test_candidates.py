@@ -7,8 +7,8 @@ from diff_encoder_sim.advice.answers import Answer, Criterion, Kind
 from diff_encoder_sim.advice.candidates import candidates_of, equivalent_counts, recommended, smallest_enough
 from diff_encoder_sim.advice.drive_draws import DriveDraws
 from diff_encoder_sim.base.paths import package_folder
-from diff_encoder_sim.campaign.campaign_loading import load_campaign
-from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
+from diff_encoder_sim.trials.campaign_loading import load_campaign
+from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 
 def test_an_ideal_encoder_is_worth_its_counts():

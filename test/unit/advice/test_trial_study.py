@@ -11,9 +11,9 @@ from diff_encoder_sim.advice.answers import Criterion, Kind
 from diff_encoder_sim.advice.trial_study import CONFIRMING, TrialStudy
 from diff_encoder_sim.base.paths import package_folder
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.campaign.campaign_loading import load_campaign
-from diff_encoder_sim.trials.pose_source import PoseSource
-from diff_encoder_sim.trials.trial_outcome import Outcome
+from diff_encoder_sim.drives.pose_source import PoseSource
+from diff_encoder_sim.drives.trial_outcome import Outcome
+from diff_encoder_sim.trials.campaign_loading import load_campaign
 from synthetic_trials import trial_data
 
 PPR = [20.0, 28.0, 40.0, 60.0, 90.0, 180.0, 256.0, 360.0, 512.0, 4096.0]

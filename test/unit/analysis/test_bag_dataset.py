@@ -4,7 +4,7 @@ import shutil
 
 from analysed_campaigns import refusal
 from diff_encoder_sim.analysis.dataset_loading import load_dataset
-from diff_encoder_sim.trials.test_definition import load_test
+from diff_encoder_sim.drives.test_definition import load_test
 from trial_bags import ROOT, trial, write_bag
 
 

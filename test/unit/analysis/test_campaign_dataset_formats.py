@@ -7,9 +7,9 @@ import pytest
 from campaign_files import RUN, small_campaign
 from diff_encoder_sim.analysis.dataset_loading import load_dataset
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.campaign.result_store import ResultStore
-from diff_encoder_sim.campaign.worker import PlacedJob, ResultsFolder, run_jobs
-from diff_encoder_sim.lockstep.trial_run import run_trials
+from diff_encoder_sim.trials.result_store import ResultStore
+from diff_encoder_sim.trials.trial_run import run_trials
+from diff_encoder_sim.trials.worker import PlacedJob, ResultsFolder, run_jobs
 from places import ROOT
 
 TOUR = str(ROOT / 'test' / 'rostest' / 'data' / 'short_tour.yaml')

@@ -6,8 +6,8 @@ import pytest
 
 from diff_encoder_sim.analysis.goal_tables import GOAL_TABLES, goal_table
 from diff_encoder_sim.analysis.interval_tables import interval_table
-from diff_encoder_sim.trials.pose_source import PoseSource
-from diff_encoder_sim.trials.trial_outcome import Outcome
+from diff_encoder_sim.drives.pose_source import PoseSource
+from diff_encoder_sim.drives.trial_outcome import Outcome
 from synthetic_trials import DEG, dataset_of, hand_dataset, synthetic_dataset, trial_data
 from table_records import column, records
 

@@ -7,11 +7,11 @@ import pytest
 from diff_encoder_sim.analysis.path_tables import path_error_table
 from diff_encoder_sim.analysis.tables import all_tables
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.evaluation.relative_error import RPE_DISTANCES_M, RpePairs
-from diff_encoder_sim.evaluation.rpe_segments import RelativeError
-from diff_encoder_sim.evaluation.trajectory_error import PathError
-from diff_encoder_sim.trials.pose_source import PoseSource
-from diff_encoder_sim.trials.trial_outcome import Outcome
+from diff_encoder_sim.drives.pose_source import PoseSource
+from diff_encoder_sim.drives.relative_error import RPE_DISTANCES_M, RpePairs
+from diff_encoder_sim.drives.rpe_segments import RelativeError
+from diff_encoder_sim.drives.trajectory_error import PathError
+from diff_encoder_sim.drives.trial_outcome import Outcome
 from synthetic_trials import dataset_of, synthetic_dataset, trial_data
 from table_records import records
 

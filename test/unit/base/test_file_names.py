@@ -3,10 +3,10 @@
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.campaign.campaign_params import CampaignParams
-from diff_encoder_sim.mapping.map_files import load_map
+from diff_encoder_sim.drives.test_definition import TestDefinition
+from diff_encoder_sim.localization.map_files import load_map
 from diff_encoder_sim.robots.robot_file import RobotFileParams
-from diff_encoder_sim.trials.test_definition import TestDefinition
+from diff_encoder_sim.trials.campaign_params import CampaignParams
 
 LONG = 'x' * 5000
 DEEP = 'folder/' * 1000

@@ -14,10 +14,10 @@ from diff_encoder_sim.base.typed_params import (
     with_changes,
 )
 from diff_encoder_sim.base.yaml_files import load_yaml
-from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
-from diff_encoder_sim.odometry.odometry_params import OdometryParams
 from diff_encoder_sim.robots.robot_file import RobotFileParams
+from diff_encoder_sim.wheels.odometry_params import OdometryParams
+from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 
 def test_a_misspelt_key_is_named_with_what_was_probably_meant():

@@ -3,7 +3,7 @@
 import pytest
 
 from diff_encoder_sim.cli.rasterise_world import main as rasterise_world
-from diff_encoder_sim.mapping.map_files import load_map
+from diff_encoder_sim.localization.map_files import load_map
 from diff_encoder_sim.simulation.rasterise import rasterise
 from diff_encoder_sim.simulation.world import load_world
 from places import WORLDS

@@ -8,10 +8,10 @@ import yaml
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.cli.reencode_arguments import PAPER_PPR
 from diff_encoder_sim.cli.reencode_encoders import chosen_encoders, given_encoders, parameters_with, ppr_of_text
-from diff_encoder_sim.encoders.encoder_catalogue import encoder_names
-from diff_encoder_sim.encoders.encoder_model import EncoderModel
-from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
-from diff_encoder_sim.odometry.odometry_params import OdometryParams
+from diff_encoder_sim.wheels.encoder_catalogue import encoder_names
+from diff_encoder_sim.wheels.encoder_model import EncoderModel
+from diff_encoder_sim.wheels.odometry_params import OdometryParams
+from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 from places import CONFIG
 
 GEARMOTOR = EncoderModel(lines=12, side='motor', gear_ratio=34.014)

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from diff_encoder_sim.cli.reencode_robot import recorded_robot
-from diff_encoder_sim.trials.test_definition import TestDefinition
-from diff_encoder_sim.trials.trial_definition import Trial
+from diff_encoder_sim.drives.test_definition import TestDefinition
+from diff_encoder_sim.drives.trial_definition import Trial
 from places import ROOT
 
 TEST = TestDefinition.from_mapping({'name': 'T', 'world': 'w', 'drive': [{'straight': 1.0}]}, '')

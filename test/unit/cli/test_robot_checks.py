@@ -5,9 +5,9 @@ import json
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.campaign.campaign_loading import load_campaign
-from diff_encoder_sim.campaign.manifest import manifest_of
 from diff_encoder_sim.cli.robot_checks import with_checks
+from diff_encoder_sim.trials.campaign_loading import load_campaign
+from diff_encoder_sim.trials.manifest import manifest_of
 from places import ROOT
 
 

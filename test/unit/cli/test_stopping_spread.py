@@ -2,7 +2,7 @@
 
 from campaign_files import small_campaign
 from diff_encoder_sim.cli.stopping_spread import name_stopping, name_stopping_of_trial
-from diff_encoder_sim.lockstep.robot_params import load_robot_params
+from diff_encoder_sim.trials.robot_params import load_robot_params
 from places import CONFIG
 
 STOP, TOLERANCE = 'navigation.DWAPlannerROS.stop', 'navigation.DWAPlannerROS.xy_goal_tolerance'

@@ -7,7 +7,7 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.xml_rpc import from_xml_rpc
 from diff_encoder_sim.cli import trial_spec
 from diff_encoder_sim.cli.trial_spec_arguments import parse
-from diff_encoder_sim.trials.trial_definition import LivePlan
+from diff_encoder_sim.drives.trial_definition import LivePlan
 from places import ROOT
 
 ALTO = ROOT / 'urdf' / 'alto.urdf.xacro'

@@ -10,7 +10,7 @@ from amcl_world import pillar_room, simulated_scan
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
-from diff_encoder_sim.mapping.occupancy_grid import OCCUPIED, UNKNOWN, OccupancyGrid
+from diff_encoder_sim.localization.occupancy_grid import OCCUPIED, UNKNOWN, OccupancyGrid
 
 NAN_POSE = Pose2D(math.nan, 0.0, 0.0)
 

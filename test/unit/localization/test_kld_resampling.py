@@ -16,7 +16,7 @@ from diff_encoder_sim.localization.kld_resampling import (
     kld_limits,
     resample,
 )
-from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
+from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 
 # A map of four free cells of 5 m.
 FREE_CELLS = FreeCells(OccupancyGrid(np.zeros((2, 2), np.int8), 5.0, Pose2D(-2.25, -2.25, 0.0)))

@@ -8,7 +8,7 @@ import pytest
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.localization.laser_models import laser_model
 from diff_encoder_sim.localization.likelihood_field import LikelihoodField
-from diff_encoder_sim.mapping.occupancy_grid import OCCUPIED, UNKNOWN, OccupancyGrid
+from diff_encoder_sim.localization.occupancy_grid import OCCUPIED, UNKNOWN, OccupancyGrid
 from laser_model_cases import (
     LASER_POSE,
     RANGE_LIMIT_M,

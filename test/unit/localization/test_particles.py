@@ -7,6 +7,7 @@ import pytest
 
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.localization.free_cells import FreeCells
+from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from diff_encoder_sim.localization.particles import (
     even_normals,
     has_converged,
@@ -14,7 +15,6 @@ from diff_encoder_sim.localization.particles import (
     particles_everywhere,
     weight_near,
 )
-from diff_encoder_sim.mapping.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 
 
 def test_particles_around_a_pose_have_its_mean_and_covariance():

@@ -8,8 +8,8 @@ import pytest
 from amcl_world import ELSEWHERE, RESOLUTION_M, START, moved, pillar_room, simulated_scan
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
+from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from diff_encoder_sim.localization.scan_fit import FitMap, ScanFit
-from diff_encoder_sim.mapping.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 
 ROOM = pillar_room()
 

@@ -8,7 +8,7 @@ import pytest
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.laser_models import laser_model
-from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
+from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 
 
 def test_particles_are_placed_in_the_cells_that_hold_them_whatever_the_origin():

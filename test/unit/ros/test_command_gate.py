@@ -7,10 +7,10 @@ import threading
 
 import pytest
 
-from diff_encoder_sim.encoders.sampling import BoundaryTimes
 from diff_encoder_sim.navigation.control_rate import ControlRate
 from diff_encoder_sim.ros.command_gate import STANDSTILL, CommandGate
 from diff_encoder_sim.ros.expected_stamps import AnsweredTimes
+from diff_encoder_sim.wheels.sampling import BoundaryTimes
 from places import SOURCE
 
 MS = 1_000_000

@@ -13,9 +13,9 @@ from rospy.msg import args_kwds_to_message, deserialize_messages, serialize_mess
 from sensor_msgs.msg import JointState
 
 from diff_encoder_sim.base.errors import InputFault
+from diff_encoder_sim.drives.basic_messages import encode_clock
+from diff_encoder_sim.drives.joint_messages import encode_joint_state
 from diff_encoder_sim.ros import encoded_topics as room
-from diff_encoder_sim.serialization.basic_messages import encode_clock
-from diff_encoder_sim.serialization.joint_messages import encode_joint_state
 from diff_encoder_sim.simulation.state import JointStates
 
 ENCODED = encode_joint_state(JointStates(5_000_000_007, ('left', 'right'), (1.5, -2.0), (0.1, 0.2)))

@@ -5,8 +5,8 @@ import sys
 
 import pytest
 
-from diff_encoder_sim.encoders.sampling import BoundarySampler
 from diff_encoder_sim.ros.expected_stamps import AnsweredTimes, ExpectedStamps
+from diff_encoder_sim.wheels.sampling import BoundarySampler
 from places import SOURCE
 
 MS = 1_000_000

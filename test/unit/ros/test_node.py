@@ -13,10 +13,10 @@ import rospy
 from std_msgs.msg import Header
 
 from diff_encoder_sim.base.errors import EVENT, ConfigError
-from diff_encoder_sim.encoders.wheel_encoder import EncoderParams
-from diff_encoder_sim.odometry.odometry_params import OdometryParams
 from diff_encoder_sim.ros import node
 from diff_encoder_sim.ros.parameters_in_use import RECORDS
+from diff_encoder_sim.wheels.odometry_params import OdometryParams
+from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 
 @pytest.fixture(name='given')

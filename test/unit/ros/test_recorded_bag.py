@@ -8,8 +8,8 @@ pytest.importorskip('diff_encoder_sim.msg')
 import rosbag
 from std_msgs.msg import String
 
+from diff_encoder_sim.drives.basic_messages import encode_string
 from diff_encoder_sim.ros.recorded_bag import RecordedBag
-from diff_encoder_sim.serialization.basic_messages import encode_string
 
 
 def publisher(node, **more):

@@ -5,8 +5,8 @@ import pytest
 pytest.importorskip('rospy')
 pytest.importorskip('diff_encoder_sim.msg')
 
-from diff_encoder_sim.odometry.diagnosis import Diagnosis
 from diff_encoder_sim.ros.wheel_diagnostics import WheelDiagnostics
+from diff_encoder_sim.wheels.diagnosis import Diagnosis
 from recorded_topic import RecordedTopic
 
 MS = 1_000_000

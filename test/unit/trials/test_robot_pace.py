@@ -3,10 +3,10 @@
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.drives.test_definition import TestDefinition
 from diff_encoder_sim.simulation.drive import DriveParams
 from diff_encoder_sim.trials.robot_pace import at_pace_of
 from diff_encoder_sim.trials.scripted_drive import ScriptedDrive
-from diff_encoder_sim.trials.test_definition import TestDefinition
 
 TEST = TestDefinition.from_mapping({'name': 'T', 'world': 'w', 'drive': [{'straight': 2.0}]}, '')
 

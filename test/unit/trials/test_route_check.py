@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.mapping.occupancy_grid import OccupancyGrid
+from diff_encoder_sim.drives.test_definition import TestDefinition
+from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
 from diff_encoder_sim.simulation.drive import DriveParams
 from diff_encoder_sim.trials.route_check import misfit
-from diff_encoder_sim.trials.test_definition import TestDefinition
 
 CELL_M = 0.05
 WAY = {'goal': {'x': 6.0, 'y': 2.0, 'yaw': 0.0}}

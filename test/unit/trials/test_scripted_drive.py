@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from diff_encoder_sim.drives.test_definition import TestDefinition
 from diff_encoder_sim.trials.scripted_drive import ScriptedDrive, Trapezoid
-from diff_encoder_sim.trials.test_definition import TestDefinition
 
 profiles = st.builds(Trapezoid, st.floats(-50, 50), st.floats(0.1, 3), st.floats(0.1, 5))
 

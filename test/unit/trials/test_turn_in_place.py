@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.se2 import wrap_angle
-from diff_encoder_sim.trials.test_definition import SpeedLimits
+from diff_encoder_sim.drives.test_definition import SpeedLimits
 from diff_encoder_sim.trials.turn_in_place import STOP_WITHIN_RAD, TurnInPlace
 
 LIMITS = SpeedLimits()

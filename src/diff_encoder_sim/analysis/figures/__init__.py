@@ -19,7 +19,7 @@ from diff_encoder_sim.analysis.figures.variants import Variant, variants_of
 from diff_encoder_sim.analysis.figures.xy_errors import draw_xy_errors
 from diff_encoder_sim.analysis.quantities import YAW, X
 from diff_encoder_sim.analysis.variant_errors import VARIANTS
-from diff_encoder_sim.recording.topics import TOPIC_OF_SOURCE
+from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE
 
 VARIANTS_CAPTION = (
     "The odometry's own final error, /odom minus /world_pose, in each variant: medians and quartiles, and the median "

@@ -11,10 +11,10 @@ from matplotlib.transforms import Affine2D
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.paths import package_folder
-from diff_encoder_sim.mapping.map_files import load_map
-from diff_encoder_sim.mapping.occupancy_grid import OCCUPIED, UNKNOWN, OccupancyGrid
-from diff_encoder_sim.trials.test_definition import find_world
-from diff_encoder_sim.trials.trial_definition import Trial
+from diff_encoder_sim.drives.test_definition import find_world
+from diff_encoder_sim.drives.trial_definition import Trial
+from diff_encoder_sim.localization.map_files import load_map
+from diff_encoder_sim.localization.occupancy_grid import OCCUPIED, UNKNOWN, OccupancyGrid
 
 FREE_GREY, UNKNOWN_GREY, OCCUPIED_GREY = '1.0', '0.94', '0.6'
 

@@ -12,7 +12,7 @@ from diff_encoder_sim.analysis.paper.paper_comparison import ComparedCell, Paper
 from diff_encoder_sim.analysis.paper.scores import Readings
 from diff_encoder_sim.analysis.quantities import Quantity
 from diff_encoder_sim.analysis.table import Column, Entry, Number, Table
-from diff_encoder_sim.recording.topics import TOPIC_OF_SOURCE
+from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE
 
 HEADS = {'min': 'min', 'max': 'max', 'std': 'std. dev.', 'pct_within': '% within'}
 PRINTED = 'printed'  # in the paper; a campaign may be called paper

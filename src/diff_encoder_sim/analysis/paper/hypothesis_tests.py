@@ -10,7 +10,7 @@ from __future__ import annotations
 import enum
 from typing import Iterable, List, NamedTuple, Optional
 
-from diff_encoder_sim.evaluation.paired_statistics import SIGNIFICANCE, holm
+from diff_encoder_sim.analysis.paired_statistics import SIGNIFICANCE, holm
 
 
 class Conclusion(enum.Enum):

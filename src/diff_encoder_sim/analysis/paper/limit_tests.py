@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from typing import Callable, List, Sequence
 
+from diff_encoder_sim.analysis.confidence import LEVEL
 from diff_encoder_sim.analysis.final_errors import count_within
+from diff_encoder_sim.analysis.paired_statistics import SIGNIFICANCE
 from diff_encoder_sim.analysis.paper.claim_samples import Sample
 from diff_encoder_sim.analysis.paper.hypothesis_tests import HypothesisTest, PartResult, concluded, too_few
+from diff_encoder_sim.analysis.sample_statistics import Interval, spread, std_interval, wilson
 from diff_encoder_sim.base.deferred import deferred
-from diff_encoder_sim.evaluation.confidence import LEVEL
-from diff_encoder_sim.evaluation.paired_statistics import SIGNIFICANCE
-from diff_encoder_sim.evaluation.sample_statistics import Interval, spread, std_interval, wilson
 
 stats = deferred('scipy.stats')
 

@@ -7,10 +7,10 @@ from typing import Callable, List, NamedTuple, Sequence
 import numpy as np
 
 from diff_encoder_sim.analysis.final_errors import count_within
+from diff_encoder_sim.analysis.paired_statistics import SIGNIFICANCE, PairedResult, mcnemar, spread_ratio, wilcoxon
 from diff_encoder_sim.analysis.paper.claim_samples import Pair
 from diff_encoder_sim.analysis.paper.hypothesis_tests import HypothesisTest, PartResult, concluded, too_few
-from diff_encoder_sim.evaluation.paired_statistics import SIGNIFICANCE, PairedResult, mcnemar, spread_ratio, wilcoxon
-from diff_encoder_sim.evaluation.sample_statistics import spread
+from diff_encoder_sim.analysis.sample_statistics import spread
 
 # 30 of 30 trials in both cells bound the difference by 9 percentage points, no closer.
 EQUAL_FRACTIONS_MARGIN = 0.15

@@ -7,12 +7,12 @@ from typing import Dict, Iterator, List, NamedTuple, Optional, Tuple
 from diff_encoder_sim.analysis.dataset import CellKey, Dataset, Varied
 from diff_encoder_sim.analysis.encoder_labels import ppr_values
 from diff_encoder_sim.analysis.final_errors import final_errors
+from diff_encoder_sim.analysis.paired_statistics import SIGNIFICANCE, holm
 from diff_encoder_sim.analysis.paper.errata import errata_of
 from diff_encoder_sim.analysis.paper.paper_cells import PaperCell, load_paper_cells
 from diff_encoder_sim.analysis.paper.printed_resolutions import ComparedResolution, compare_resolutions
 from diff_encoder_sim.analysis.paper.statistic_tests import COMPARISONS, Agreement
-from diff_encoder_sim.evaluation.paired_statistics import SIGNIFICANCE, holm
-from diff_encoder_sim.trials.pose_source import PoseSource
+from diff_encoder_sim.drives.pose_source import PoseSource
 
 # The only cells that parameters were fitted to: table, test, PPR and quantity
 # (docs/adr/0012-calibration.md).

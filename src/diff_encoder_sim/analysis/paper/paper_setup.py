@@ -10,8 +10,8 @@ import numpy as np
 from diff_encoder_sim.analysis.dataset import Dataset, RobotGeometry
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.paths import package_folder
-from diff_encoder_sim.trials.test_definition import load_test
-from diff_encoder_sim.trials.trial_definition import Trial
+from diff_encoder_sim.drives.test_definition import load_test
+from diff_encoder_sim.drives.trial_definition import Trial
 
 # ALTO, by section 3 of the paper: its wheels, and its length and width [m].
 WHEELS = RobotGeometry(0.2, 0.4)

@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import List, Optional, Sequence
 
 from diff_encoder_sim.analysis.dataset import distinct
+from diff_encoder_sim.analysis.paired_statistics import SIGNIFICANCE
 from diff_encoder_sim.analysis.paper.paper_comparison import ComparedCell
 from diff_encoder_sim.analysis.paper.scores import Readings, Score, better_fit, score, scores_by_family
 from diff_encoder_sim.analysis.table import Column, Entry, Number, Table
-from diff_encoder_sim.evaluation.paired_statistics import SIGNIFICANCE
-from diff_encoder_sim.recording.topics import TOPIC_OF_SOURCE
+from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE
 
 HEADS = {'compared': 'compared', 'inside': 'inside', 'alone': 'agree alone', 'in_family': 'agree in family'}
 NOTES = (

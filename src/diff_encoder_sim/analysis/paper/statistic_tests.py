@@ -10,13 +10,13 @@ from typing import Callable, Dict, NamedTuple, Optional
 
 import numpy as np
 
+from diff_encoder_sim.analysis.confidence import LEVEL
 from diff_encoder_sim.analysis.final_errors import count_within
 from diff_encoder_sim.analysis.paper.paper_cells import TRIALS
 from diff_encoder_sim.analysis.quantities import Quantity
+from diff_encoder_sim.analysis.reported_statistics import maximum_interval, maximum_p_value, spread_p_value
+from diff_encoder_sim.analysis.sample_statistics import Interval, spread, std_interval, wilson
 from diff_encoder_sim.base.deferred import deferred
-from diff_encoder_sim.evaluation.confidence import LEVEL
-from diff_encoder_sim.evaluation.reported_statistics import maximum_interval, maximum_p_value, spread_p_value
-from diff_encoder_sim.evaluation.sample_statistics import Interval, spread, std_interval, wilson
 
 stats = deferred('scipy.stats')
 

@@ -12,8 +12,8 @@ from PIL import Image
 
 from diff_encoder_sim.analysis.dataset import Dataset, TrialData
 from diff_encoder_sim.analysis.figures.map_backdrop import map_of
-from diff_encoder_sim.mapping.occupancy_grid import OCCUPIED, OccupancyGrid
-from diff_encoder_sim.trials.trial_definition import Trial
+from diff_encoder_sim.drives.trial_definition import Trial
+from diff_encoder_sim.localization.occupancy_grid import OCCUPIED, OccupancyGrid
 
 # The borders of what is shown [m]: left, right, bottom, top.
 Floor = Dict[str, float]

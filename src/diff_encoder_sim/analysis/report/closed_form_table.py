@@ -8,16 +8,16 @@ from typing import Iterator, List, Optional, Sequence, Tuple
 import numpy as np
 
 from diff_encoder_sim.analysis.closed_form import closed_form_std, heading_std_rad, odometry_minus_truth, wheel_travel_m
+from diff_encoder_sim.analysis.confidence import LEVEL
 from diff_encoder_sim.analysis.dataset import Dataset, RobotGeometry, TrialData
 from diff_encoder_sim.analysis.encoder_labels import ppr_value
 from diff_encoder_sim.analysis.quantities import QUANTITIES, YAW
+from diff_encoder_sim.analysis.sample_statistics import spread, std_interval
 from diff_encoder_sim.analysis.table import Column, Entry, Table
 from diff_encoder_sim.analysis.table_keys import cell_text
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.evaluation.confidence import LEVEL
-from diff_encoder_sim.evaluation.sample_statistics import spread, std_interval
-from diff_encoder_sim.trials.pose_source import PoseSource
-from diff_encoder_sim.trials.trial_definition import Trial
+from diff_encoder_sim.drives.pose_source import PoseSource
+from diff_encoder_sim.drives.trial_definition import Trial
 
 # Standard deviations range over three decades: in millimetres they are easier to read.
 SCALED = {'m': ('mm', 1e3), 'deg': ('deg', 1.0)}

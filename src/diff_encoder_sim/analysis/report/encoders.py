@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 from diff_encoder_sim.analysis.dataset import distinct
+from diff_encoder_sim.analysis.paired_statistics import SIGNIFICANCE
 from diff_encoder_sim.analysis.ppr_comparison import PprComparison, Question
 from diff_encoder_sim.analysis.ppr_conclusion import conclusion
 from diff_encoder_sim.analysis.table import Column, Entry, Table
 from diff_encoder_sim.analysis.table_keys import setup_text
-from diff_encoder_sim.evaluation.paired_statistics import SIGNIFICANCE
-from diff_encoder_sim.recording.topics import TOPIC_OF_SOURCE
-from diff_encoder_sim.trials.pose_source import PoseSource
+from diff_encoder_sim.drives.pose_source import PoseSource
+from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE
 
 # What the worse of two encoders does.
 HEADS = {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Callable, Dict, List, NamedTuple, Sequence
 
+from diff_encoder_sim.analysis.confidence import LEVEL
 from diff_encoder_sim.analysis.dataset import Dataset, Varied
 from diff_encoder_sim.analysis.encoder_labels import encoders_text, enumeration, is_real, ppr_value
 from diff_encoder_sim.analysis.quantities import REQUIRED_FRACTION
@@ -17,8 +18,7 @@ from diff_encoder_sim.analysis.within_tolerance import (
     Sufficiency,
     fewest_trials,
 )
-from diff_encoder_sim.evaluation.confidence import LEVEL
-from diff_encoder_sim.trials.trial_outcome import Outcome
+from diff_encoder_sim.drives.trial_outcome import Outcome
 
 # So many tests, counted with their sets of parameters, are named; more are only counted.
 MOST_NAMED = 3

@@ -2,11 +2,11 @@
 
 import pytest
 
+from diff_encoder_sim.analysis.paired_statistics import mcnemar
 from diff_encoder_sim.analysis.paper.paper_cells import load_paper_cells
 from diff_encoder_sim.analysis.paper.paper_comparison import compare_with_paper
 from diff_encoder_sim.analysis.paper.scores import better_fit, score, scores_by_family
-from diff_encoder_sim.evaluation.paired_statistics import mcnemar
-from diff_encoder_sim.trials.pose_source import PoseSource
+from diff_encoder_sim.drives.pose_source import PoseSource
 from paper_datasets import cell, dataset
 
 

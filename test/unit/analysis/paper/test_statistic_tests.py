@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from diff_encoder_sim.analysis.paired_statistics import holm
 from diff_encoder_sim.analysis.paper.statistic_tests import COMPARISONS, compare_max, compare_pct_within, compare_std
 from diff_encoder_sim.analysis.quantities import YAW, X
-from diff_encoder_sim.evaluation.paired_statistics import holm
 
 
 def test_equal_spreads_agree_whatever_the_rounding():

@@ -1,0 +1,117 @@
+"""The topics of a trial's bag, with their types and the nodes that publish them."""
+
+from __future__ import annotations
+
+from typing import Dict, Literal, NamedTuple, Tuple
+
+from diff_encoder_sim.drives import message_types
+from diff_encoder_sim.drives.pose_source import PoseSource
+
+# Latched JSON texts: the trial, and how it ended. A bag without a result is torn.
+TRIAL = '/trial'
+TRIAL_RESULT = '/trial_result'
+
+CLOCK = '/clock'
+JOINT_STATES = '/joint_states'
+MODEL_STATES = '/gazebo/model_states'
+SCAN = '/scan'
+CMD_VEL = '/cmd_vel'
+ENCODER_PULSE = '/encoder_pulse'
+ENCODER_VELOCITY = '/encoder_velocity'
+ODOM = '/odom'
+AMCL_POSE = '/amcl_pose'
+INITIAL_POSE = '/initialpose'
+GLOBAL_POSE = '/global_pose'
+WORLD_POSE = '/world_pose'
+TF = '/tf'
+TF_STATIC = '/tf_static'
+DIAGNOSTICS = '/diagnostics'
+MAP = '/map'
+MAP_METADATA = '/map_metadata'
+GOAL = '/move_base/goal'
+RESULT = '/move_base/result'
+
+TOPIC_OF_SOURCE = {
+    PoseSource.ODOM: ODOM,
+    PoseSource.AMCL: AMCL_POSE,
+    PoseSource.GLOBAL: GLOBAL_POSE,
+    PoseSource.WORLD: WORLD_POSE,
+}
+
+# The nodes of trial.launch and mapping.launch that publish them.
+SIMULATOR_NODE = '/simulator_node'
+STATE_PUBLISHER_NODE = '/robot_state_publisher'
+ENCODER_NODE = '/gz_diff_encoder_node'
+ODOM_NODE = '/gz_diff_odom_node'
+IDEAL_ODOM_NODE = '/ideal_odom_node'
+WORLD_POSE_NODE = '/world_pose_node'
+GLOBAL_POSE_NODE = '/global_pose_node'
+MAP_NODE = '/map_server'
+SLAM_NODE = '/slam_gmapping'
+AMCL_NODE = '/amcl'
+MOVE_BASE_NODE = '/move_base'
+NAVIGATION_TRIAL_NODE = '/navigation_trial_node'
+SCRIPTED_DRIVE_NODE = '/scripted_drive_node'
+
+_TRIAL_NODES = (NAVIGATION_TRIAL_NODE, SCRIPTED_DRIVE_NODE)
+
+RecordMode = Literal['full', 'minimal', 'none']
+
+
+class RecordedTopic(NamedTuple):
+    """One topic of a trial."""
+
+    name: str
+    message_type: str  # as rosbags spells it
+    nodes: Tuple[str, ...]  # that publish it, by the callerid of their connections
+    is_latched: bool = False
+    is_bulk: bool = False  # not needed by analysis; left out of a minimal recording
+
+
+# Those of the last lines are published with navigation only, /initialpose by people, and /encoder_velocity where the
+# motor controller measures speeds.
+TOPICS = (
+    RecordedTopic(TRIAL, message_types.STRING, _TRIAL_NODES, is_latched=True),
+    RecordedTopic(TRIAL_RESULT, message_types.STRING, _TRIAL_NODES, is_latched=True),
+    RecordedTopic(CLOCK, message_types.CLOCK, (SIMULATOR_NODE,), is_bulk=True),
+    RecordedTopic(JOINT_STATES, message_types.JOINT_STATE, (SIMULATOR_NODE,), is_bulk=True),
+    RecordedTopic(MODEL_STATES, message_types.MODEL_STATES, (SIMULATOR_NODE,), is_bulk=True),
+    RecordedTopic(CMD_VEL, message_types.TWIST, (*_TRIAL_NODES, MOVE_BASE_NODE)),
+    RecordedTopic(ENCODER_PULSE, message_types.ENCODER_PULSE, (ENCODER_NODE,)),
+    RecordedTopic(ENCODER_VELOCITY, message_types.JOINT_STATE, (ENCODER_NODE,)),
+    RecordedTopic(ODOM, message_types.ODOMETRY, (ODOM_NODE, IDEAL_ODOM_NODE)),
+    RecordedTopic(GLOBAL_POSE, message_types.POSE_STAMPED, (GLOBAL_POSE_NODE,)),
+    RecordedTopic(WORLD_POSE, message_types.POSE_STAMPED, (WORLD_POSE_NODE,)),
+    RecordedTopic(
+        TF, message_types.TRANSFORMS, (STATE_PUBLISHER_NODE, ODOM_NODE, IDEAL_ODOM_NODE, AMCL_NODE), is_bulk=True
+    ),
+    RecordedTopic(
+        TF_STATIC, message_types.TRANSFORMS, (STATE_PUBLISHER_NODE, SCRIPTED_DRIVE_NODE), is_latched=True, is_bulk=True
+    ),
+    RecordedTopic(SCAN, message_types.LASER_SCAN, (SIMULATOR_NODE,), is_bulk=True),
+    RecordedTopic(AMCL_POSE, message_types.POSE_WITH_COVARIANCE, (AMCL_NODE,), is_latched=True),
+    RecordedTopic(INITIAL_POSE, message_types.POSE_WITH_COVARIANCE, ()),
+    RecordedTopic(MAP, message_types.OCCUPANCY_GRID, (MAP_NODE, SLAM_NODE), is_latched=True, is_bulk=True),
+    RecordedTopic(MAP_METADATA, message_types.MAP_METADATA, (MAP_NODE, SLAM_NODE), is_latched=True, is_bulk=True),
+    RecordedTopic(GOAL, message_types.MOVE_BASE_ACTION_GOAL, (NAVIGATION_TRIAL_NODE,)),
+    RecordedTopic(RESULT, message_types.MOVE_BASE_ACTION_RESULT, (MOVE_BASE_NODE,)),
+)
+RECORDED = tuple(topic.name for topic in TOPICS)
+
+# Only live nodes publish diagnostics: what they contain also depends on the time at which commands arrive.
+LIVE_TOPICS = (
+    *TOPICS,
+    RecordedTopic(DIAGNOSTICS, message_types.DIAGNOSTICS, (ENCODER_NODE, ODOM_NODE, AMCL_NODE), is_bulk=True),
+)
+RECORDED_LIVE = tuple(topic.name for topic in LIVE_TOPICS)
+
+_TOPICS_OF_MODE: Dict[RecordMode, Tuple[RecordedTopic, ...]] = {
+    'full': TOPICS,
+    'minimal': tuple(topic for topic in TOPICS if not topic.is_bulk),
+    'none': (),
+}
+
+
+def recorded_topics(mode: RecordMode) -> Dict[str, RecordedTopic]:
+    """Return the topics that a mode records, by name."""
+    return {topic.name: topic for topic in _TOPICS_OF_MODE[mode]}

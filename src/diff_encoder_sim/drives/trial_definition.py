@@ -1,0 +1,102 @@
+"""One run of a test, and the files and rates that it is run with."""
+
+from __future__ import annotations
+
+from typing import Any, Dict, Literal
+
+from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
+from typing_extensions import Annotated
+
+from diff_encoder_sim.base.bounded_numbers import (
+    Between,
+    Duration_s,
+    Length_m,
+    Offset_m,
+    Rate_Hz,
+    Seed,
+    TravelVariance_m,
+)
+from diff_encoder_sim.base.file_names import PathText
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.base.typed_params import Params
+from diff_encoder_sim.drives.bag_formats import BagFormat
+from diff_encoder_sim.drives.test_definition import TestDefinition
+from diff_encoder_sim.simulation.wheel_errors import CONTACT_CURVE_NOISE, CONTACT_DISTANCE_STD
+from diff_encoder_sim.wheels.counter import CounterModulus
+from diff_encoder_sim.wheels.odometry_params import UNCERTAINTY_KEYS, CurveVariance, RelativeStd
+from diff_encoder_sim.wheels.pulses import DEFAULT_PPR, PulsesPerRevolution, encoder_label
+
+_LEFT_OUT_WHERE_USUAL = (
+    *('axle_x', 'left_joint', 'right_joint', 'left_reversed', 'right_reversed'),
+    *('encoder', 'resolution', 'variant', 'counter_modulus', *UNCERTAINTY_KEYS),
+)
+
+
+class Trial(Params):
+    """One run of a test with one encoder and one seed; recorded in its bag."""
+
+    test: TestDefinition
+    ppr: PulsesPerRevolution = DEFAULT_PPR
+    number: Seed = Field(0, description='the seed of all that varies between trials')
+    odom: Literal['encoder', 'ideal'] = 'encoder'
+    nav: Literal['scripted', 'embedded', 'upstream'] = 'scripted'
+    wheel_diameter: Length_m = Field(0.2, description='of the odometry [m]')
+    wheel_separation: Length_m = Field(0.4, description='of the odometry [m]')
+    axle_x: Offset_m = Field(0.0, description='of the odometry [m]')
+    left_joint: str = Field('left_wheel_joint', description='left wheel in /joint_states')
+    right_joint: str = Field('right_wheel_joint', description='right wheel in /joint_states')
+    left_reversed: bool = Field(False, description='its angle falls when the robot drives forward')
+    right_reversed: bool = Field(False, description='its angle falls when the robot drives forward')
+    encoder: str = Field('', description='name of a real encoder, whose counts are `ppr`; empty: ideal')
+    resolution: str = Field('', description='how its counts follow from the datasheet')
+    variant: str = Field('', description='name of the set of parameters, where its campaign has several')
+    counter_modulus: CounterModulus = 0
+    # As of simulated wheels without errors.
+    motion_noise: TravelVariance_m = Field(0.0, description="of the odometry's covariance [m^2/m]")
+    curve_noise: CurveVariance = Field(
+        CONTACT_CURVE_NOISE, description="of the odometry's covariance, at 1 m/s^2 [m^2/m]"
+    )
+    distance_std: RelativeStd = Field(CONTACT_DISTANCE_STD, description="of the odometry's covariance")
+    turn_std: RelativeStd = Field(0.0, description="of the odometry's covariance")
+    diameter_difference_std: RelativeStd = Field(0.0, description="of the odometry's covariance")
+
+    @model_serializer(mode='wrap')
+    def _without_the_usual(self, serialise: SerializerFunctionWrapHandler) -> Dict[str, Any]:
+        """Leave out what is as in most trials: bags stay as they were before trials differed in it."""
+        fields = type(self).model_fields
+        return {
+            name: value
+            for name, value in serialise(self).items()
+            if name not in _LEFT_OUT_WHERE_USUAL or getattr(self, name) != fields[name].default
+        }
+
+    @property
+    def encoder_label(self) -> str:
+        """Return how tables and names of files call the encoder."""
+        return encoder_label(self.ppr, self.encoder)
+
+    def goal(self) -> Pose2D:
+        """Return the pose at which the robot is to end, in the map frame."""
+        return self.test.drive_end() if self.nav == 'scripted' else self.test.goal()
+
+
+class TrialPlan(Params):
+    """A trial and the paths of its files."""
+
+    trial: Trial
+    world: PathText = Field(description='path of the world file')
+    map: PathText = Field(description="path of its map's YAML file")
+    bag: PathText = Field(description='path of the bag to record; empty for none')
+    bag_format: BagFormat = Field('ros1', description='of a bag that is recorded in lockstep: ROS 1, or MCAP of ROS 2')
+    slam: Literal['none', 'embedded', 'upstream'] = 'none'
+    save_map: PathText = Field('', description='path, without suffix, of the map that SLAM makes')
+
+
+class LivePlan(TrialPlan):
+    """The parameter /trial: a plan with the rates that the nodes of a live graph must agree on."""
+
+    report_rate: Rate_Hz = Field(description='of /odom and /global_pose [Hz]')
+    report_delay: Duration_s = Field(0.0, description='by which they may come after the sample of the wheels [s]')
+    command_period: Annotated[float, Between(0.0, 10_000.0, 's')] = Field(
+        description='between commands on /cmd_vel [s]; 0: not waited for'
+    )

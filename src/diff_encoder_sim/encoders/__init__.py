@@ -1,1 +1,0 @@
-"""Wheel encoders: from wheel angles to pulse counts."""

@@ -1,1 +1,0 @@
-"""Estimates against the truth: trajectories, samples of errors, maps."""

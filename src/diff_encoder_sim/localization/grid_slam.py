@@ -1,0 +1,223 @@
+"""Grid SLAM by a Rao-Blackwellised particle filter, without ROS and without a clock.
+
+Each particle is a path of the robot with the map that the scans make along it. Grisetti, Stachniss
+and Burgard, "Improved Techniques for Grid Mapping with Rao-Blackwellized Particle Filters", IEEE
+Transactions on Robotics 23 (2007), algorithm 1; parameters and output are slam_gmapping's.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import List, NamedTuple, Optional
+
+import numpy as np
+
+from diff_encoder_sim.base.errors import InputFault
+from diff_encoder_sim.base.laser_scan import Scan
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.localization.history import History, TrajectoryPose
+from diff_encoder_sim.localization.kld_resampling import effective_count
+from diff_encoder_sim.localization.map_update import update_maps
+from diff_encoder_sim.localization.move_noise import apply_moves
+from diff_encoder_sim.localization.occupancy import occupancy
+from diff_encoder_sim.localization.occupancy_grid import UNKNOWN, OccupancyGrid
+from diff_encoder_sim.localization.particles import check_pose
+from diff_encoder_sim.localization.patches import SIDE, Extent, PatchMaps
+from diff_encoder_sim.localization.proposal import propose
+from diff_encoder_sim.localization.rays import Rays, usable_rays
+from diff_encoder_sim.localization.slam_params import GridSlamParams
+from diff_encoder_sim.localization.systematic_resampling import entropy_of, normalised, systematic_indices
+
+# Room for scan matching to look around the expected pose, beyond what the rays reach.
+MATCH_MARGIN_M = 1.0
+
+
+class SlamEstimate(NamedTuple):
+    """The best particle's pose after a scan was entered into the maps, and the filter's state."""
+
+    stamp_ns: int  # the scan's
+    base_pose_in_map: Pose2D
+    odom_pose_in_map: Pose2D  # the transform map->odom that corresponds to base_pose_in_map
+    entropy: float  # of the weights before resampling [nat]
+    effective_count: float  # effective sample size before resampling
+    has_resampled: bool
+
+
+class GridSlam:
+    """The mapper: feed it every scan with the odometry's pose at the scan's time.
+
+    The map frame is odom's as it was on the first scan, unless a start is given. Every random draw
+    comes from `rng`: equal seeds and inputs give equal results, bit for bit.
+    """
+
+    def __init__(
+        self, params: GridSlamParams, rng: np.random.Generator, start_pose_in_map: Optional[Pose2D] = None
+    ) -> None:
+        """Start with empty maps; `start_pose_in_map` is the base's pose on the first scan, if known."""
+        self.params = params
+        self._start_pose = start_pose_in_map
+        self._rng = rng
+        extent = Extent(params.xmin, params.ymin, params.xmax, params.ymax)
+        self.maps = PatchMaps(extent, params.delta, params.particles)
+        self._particles = np.empty((0, 3))
+        self._log_weights = np.zeros(params.particles)
+        # Over the whole path; resampling makes the weights equal, but not these.
+        self._log_path_weights = np.zeros(params.particles)
+        self._trend = np.zeros(3)  # of the scans' offsets from odometry
+        self._history = History()
+        self._parents = np.arange(params.particles)
+        self._estimate: Optional[SlamEstimate] = None
+        self._odom_pose: Optional[Pose2D] = None  # at the last scan that was entered
+        self._entered_ns = 0  # stamp of that scan
+        self._newest_ns: Optional[int] = None  # stamp of the newest scan, entered or not
+
+    # State
+
+    @property
+    def particles(self) -> np.ndarray:
+        """(n, 3) base poses in the map, x [m], y [m], yaw [rad]; empty before the first scan."""
+        return self._particles
+
+    @property
+    def weights(self) -> np.ndarray:
+        """(n,) weights of the particles, sum 1."""
+        return normalised(self._log_weights)
+
+    @property
+    def last_estimate(self) -> Optional[SlamEstimate]:
+        """The newest estimate, None before the first scan."""
+        return self._estimate
+
+    @property
+    def odom_pose_in_map(self) -> Optional[Pose2D]:
+        """The transform map->odom to broadcast, None before the first scan."""
+        return self._estimate.odom_pose_in_map if self._estimate else None
+
+    @property
+    def entropy(self) -> Optional[float]:
+        """Entropy of the particles' weights [nat], for ~entropy; None before the first scan."""
+        return self._estimate.entropy if self._estimate else None
+
+    @property
+    def trajectory(self) -> List[TrajectoryPose]:
+        """The best particle's pose at each scan that was entered, oldest first."""
+        return self._history.path(int(self._parents[self._best()]))
+
+    def map(self) -> OccupancyGrid:
+        """Return the best particle's map: 0, 100 or -1.
+
+        It covers xmin to xmax and ymin to ymax, in whole patches, and what was seen beyond.
+        """
+        rows, columns = self.maps.table.shape[1:]
+        cells = np.full((rows * SIDE, columns * SIDE), UNKNOWN, np.int8)
+        hits, visits, row, column = self.maps.counts(self._best())
+        cells[row : row + hits.shape[0], column : column + hits.shape[1]] = occupancy(
+            hits, visits, self.params.occ_thresh
+        )
+        return OccupancyGrid(cells, self.params.delta, Pose2D(self.maps.origin_x_m, self.maps.origin_y_m, 0.0))
+
+    # The filter
+
+    def update(self, odom_pose: Pose2D, scan: Scan, laser_pose_in_base: Pose2D) -> Optional[SlamEstimate]:
+        """Take one scan; return an estimate if it was entered into the map, else None.
+
+        The first one is, and each that was taken linearUpdate, angularUpdate or temporalUpdate
+        from the last. Upstream sums up odometry's moves in between, which grows with the jitter of
+        a coarse encoder's heading; here the pose alone counts.
+
+        Args:
+            odom_pose: base in odom at the scan's stamp.
+            scan: ranges that are NaN, infinite or out of range are allowed.
+            laser_pose_in_base: where the laser is mounted, upside-down excluded.
+
+        Raises:
+            InputFault: the scan, pose or mount cannot be used, or time went back. The map is as
+                before.
+        """
+        check_pose(odom_pose, 'odometry pose')
+        check_pose(laser_pose_in_base, 'laser pose')
+        rays = usable_rays(scan, laser_pose_in_base, self.params)
+        self._check_time(scan.stamp_ns)
+        if self._odom_pose is None:
+            return self._begin(odom_pose, scan.stamp_ns, rays)
+        move = odom_pose.relative_to(self._odom_pose)
+        if not self._is_due(move, scan.stamp_ns):
+            return None
+        self._step(move, rays)
+        return self._finish(odom_pose, scan.stamp_ns, may_resample=True)
+
+    def _check_time(self, stamp_ns: int) -> None:
+        if self._newest_ns is not None and stamp_ns < self._newest_ns:
+            raise InputFault(
+                f'stamp of {stamp_ns / NANOSECONDS_PER_SECOND:.3f} s after one of '
+                f'{self._newest_ns / NANOSECONDS_PER_SECOND:.3f} s: time went back; '
+                'the map so far is kept'
+            )
+        self._newest_ns = stamp_ns
+
+    def _is_due(self, move: Pose2D, stamp_ns: int) -> bool:
+        params = self.params
+        waited_s = (stamp_ns - self._entered_ns) / NANOSECONDS_PER_SECOND
+        return (
+            math.hypot(move.x_m, move.y_m) >= params.linearUpdate
+            or abs(move.yaw_rad) >= params.angularUpdate
+            or 0.0 <= params.temporalUpdate < waited_s
+        )
+
+    def _begin(self, odom_pose: Pose2D, stamp_ns: int, rays: Rays) -> SlamEstimate:
+        start_pose = odom_pose if self._start_pose is None else self._start_pose
+        self._particles = np.tile(np.array(start_pose), (self.params.particles, 1))
+        self._update_maps(rays)
+        # The maps are equal: one patch serves all.
+        self.maps.resample(np.zeros(self.params.particles, int))
+        return self._finish(odom_pose, stamp_ns, may_resample=False)
+
+    def _step(self, move: Pose2D, rays: Rays) -> None:
+        """Run algorithm 1 up to the resampling, with its line numbers."""
+        self._cover(apply_moves(self._particles, np.array(move)), rays)
+        proposed = propose(self.maps, self._particles, move, rays, self.params, self._rng, self._trend)
+        self._particles, self._trend = proposed.particles, proposed.trend  # 4 to 23
+        self._log_weights = self._log_weights + proposed.log_factors  # 24
+        self._log_path_weights = self._log_path_weights + proposed.log_factors
+        self._update_maps(rays)  # 26
+
+    def _finish(self, odom_pose: Pose2D, stamp_ns: int, may_resample: bool) -> SlamEstimate:
+        """Record the step, and resample when few particles count (lines 29 to 32)."""
+        self._odom_pose, self._entered_ns = odom_pose, stamp_ns
+        self._history.add(stamp_ns, self._particles, self._parents)
+        weights = self.weights
+        count = effective_count(weights)
+        is_due = may_resample and count < self.params.resampleThreshold * len(weights)
+        kept = systematic_indices(weights, self._rng) if is_due else np.arange(len(weights))
+        # Of those kept: the best path so far may just have become unlikely.
+        best = kept[np.argmax(self._log_path_weights[kept])]
+        base_pose = Pose2D(*self._particles[best].tolist())
+        odom_pose_in_map = base_pose.compose(odom_pose.inverse())
+        estimate = SlamEstimate(stamp_ns, base_pose, odom_pose_in_map, entropy_of(weights), count, is_due)
+        self._estimate = estimate
+        self._parents = np.arange(len(weights))
+        if is_due:
+            self._resample(kept)
+        return estimate
+
+    def _resample(self, indices: np.ndarray) -> None:
+        self._particles = self._particles[indices]
+        self._log_weights = np.zeros(len(indices))
+        self._log_path_weights = self._log_path_weights[indices]
+        self._parents = indices
+        self.maps.resample(indices)
+
+    def _update_maps(self, rays: Rays) -> None:
+        self._cover(self._particles, rays)
+        update_maps(self.maps, self._particles, rays)
+
+    def _cover(self, particles: np.ndarray, rays: Rays) -> None:
+        """Enlarge the maps to hold all that the rays reach from the particles."""
+        reach_m = rays.reach_m() + MATCH_MARGIN_M
+        lowest, highest = particles[:, :2].min(axis=0), particles[:, :2].max(axis=0)
+        self.maps.cover(Extent(*(lowest - reach_m).tolist(), *(highest + reach_m).tolist()))
+
+    def _best(self) -> int:
+        """Return the particle with the likeliest path."""
+        return int(np.argmax(self._log_path_weights))

@@ -1,0 +1,373 @@
+"""Scan matching and proposal, compiled: in one module, or numba's cache might be half out of date.
+
+Lengths are in cells, from the maps' corner. `ends` are the ends (k, 2) of a scan's rays in the base
+frame, `table` is one particle's and `cells` all patches, as in patches.py.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Tuple
+
+import numpy as np
+
+from diff_encoder_sim.base.compiled import compiled
+from diff_encoder_sim.localization.patches import HITS, MASK, MEAN_X, MEAN_Y, SHIFT, SIDE, VISITS
+
+# A cell counts as surface if more than this fraction of its visits are hits: upstream's.
+SURFACE_FRACTION = 0.1
+
+# Below this spread no direction is defined: one cell alone.
+LEAST_SPREAD = 1e-9
+
+# The refinement ends after so many steps, or with one that is smaller: 50 um in cells of 5 cm.
+REFINEMENTS, CLOSE_CELLS, CLOSE_RAD = 10, 5e-3, 5e-5
+
+# Steps over which the running mean of the scans' offsets from odometry reaches back.
+TREND_STEPS = 10
+# Squared way, in a scan's standard deviations, above which the scan contradicts odometry: its own noise exceeds it once
+# in 20 (chi-squared with 3 degrees of freedom).
+CONTRADICTION = 7.81
+
+MOVES = np.array(
+    [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]]
+)
+
+
+@compiled
+def propose_poses(
+    table: np.ndarray,
+    cells: np.ndarray,
+    expected: np.ndarray,
+    fallback: np.ndarray,
+    normals: np.ndarray,
+    ends: np.ndarray,
+    kernel: int,
+    score_scale: float,
+    likelihood_scale: float,
+    step: float,
+    turn_rad: float,
+    halvings: int,
+    minimum_score: float,
+    sigmas: np.ndarray,
+    trend: np.ndarray,
+) -> Tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return, for all particles: drawn poses (n, 3), log-weight factors (n,), scores (n,), and trends (n, 3)."""
+    drawn = fallback.copy()
+    log_factors, scores = np.empty(len(drawn)), np.empty(len(drawn))
+    trends = np.zeros((len(drawn), 3))
+    for i in range(len(drawn)):
+        match, scores[i] = climb(table[i], cells, expected[i], ends, kernel, score_scale, step, turn_rad, halvings)
+        if not scores[i] > minimum_score:
+            log_factors[i] = log_likelihood(table[i], cells, drawn[i], ends, kernel, likelihood_scale)
+            continue
+        mode, root = refine(table[i], cells, match, expected[i], ends, kernel, score_scale, likelihood_scale, sigmas)
+        correction = mode - expected[i]
+        offset = _in_deviations(root, correction)
+        trends[i] = trend + (offset - trend) / TREND_STEPS
+        way = correction + _divided_by_transpose(root, normals[i])
+        drawn[i] = expected[i] + scan_share(offset, trends[i]) * way
+        log_factors[i] = log_likelihood(table[i], cells, mode, ends, kernel, likelihood_scale)
+        log_factors[i] += _log_motion(mode, expected[i], sigmas) - np.log(np.diag(root)).sum()
+    return drawn, log_factors, scores, trends
+
+
+@compiled
+def climb(
+    table: np.ndarray,
+    cells: np.ndarray,
+    pose: np.ndarray,
+    ends: np.ndarray,
+    kernel: int,
+    score_scale: float,
+    step: float,
+    turn_rad: float,
+    halvings: int,
+) -> Tuple[np.ndarray, float]:
+    """Return (3,) the pose with the best score near `pose`, and that score.
+
+    Six moves, along x, along y and turned, are tried; the best one is taken if it improves the
+    score, else the steps are halved.
+    """
+    best = pose.copy()
+    score = _score(table, cells, best, ends, kernel, score_scale)
+    trial = np.empty(3)
+    while halvings >= 0:
+        taken = -1
+        for move in range(len(MOVES)):
+            trial[0] = best[0] + step * MOVES[move, 0]
+            trial[1] = best[1] + step * MOVES[move, 1]
+            trial[2] = best[2] + turn_rad * MOVES[move, 2]
+            trial_score = _score(table, cells, trial, ends, kernel, score_scale)
+            if trial_score > score:
+                score, taken = trial_score, move
+        if taken >= 0:
+            best[0] += step * MOVES[taken, 0]
+            best[1] += step * MOVES[taken, 1]
+            best[2] += turn_rad * MOVES[taken, 2]
+        else:
+            step, turn_rad, halvings = 0.5 * step, 0.5 * turn_rad, halvings - 1
+    return best, score
+
+
+@compiled
+def _score(
+    table: np.ndarray, cells: np.ndarray, pose: np.ndarray, ends: np.ndarray, kernel: int, scale: float
+) -> float:
+    """Sum exp(scale times squared distance) over the rays; 0 where nothing is near."""
+    cos_yaw, sin_yaw = math.cos(pose[2]), math.sin(pose[2])
+    total = 0.0
+    for j in range(len(ends)):
+        squared = _squared_distance(
+            table,
+            cells,
+            pose[0] + cos_yaw * ends[j, 0] - sin_yaw * ends[j, 1],
+            pose[1] + sin_yaw * ends[j, 0] + cos_yaw * ends[j, 1],
+            kernel,
+        )
+        if squared < math.inf:
+            total += math.exp(scale * squared)
+    return total
+
+
+@compiled
+def log_likelihood(
+    table: np.ndarray, cells: np.ndarray, pose: np.ndarray, ends: np.ndarray, kernel: int, scale: float
+) -> float:
+    """Sum scale times squared distance over the rays; beyond the kernel, its radius counts."""
+    cos_yaw, sin_yaw = math.cos(pose[2]), math.sin(pose[2])
+    # Upstream's is 90 times as much: rays into what was never seen before would decide.
+    no_match = scale * (kernel + 0.5) ** 2
+    total = 0.0
+    for j in range(len(ends)):
+        squared = _squared_distance(
+            table,
+            cells,
+            pose[0] + cos_yaw * ends[j, 0] - sin_yaw * ends[j, 1],
+            pose[1] + sin_yaw * ends[j, 0] + cos_yaw * ends[j, 1],
+            kernel,
+        )
+        total += scale * squared if squared < math.inf else no_match
+    return total
+
+
+@compiled
+def refine(
+    table: np.ndarray,
+    cells: np.ndarray,
+    match: np.ndarray,
+    expected: np.ndarray,
+    ends: np.ndarray,
+    kernel: int,
+    score_scale: float,
+    likelihood_scale: float,
+    sigmas: np.ndarray,
+) -> Tuple[np.ndarray, np.ndarray]:
+    """Return (3,) the likeliest pose near `match` by scan and odometry, and (3, 3) the root of its information.
+
+    By Gauss and Newton; a ray counts by its share of the score, so that one without a counterpart does not pull.
+    The root is lower triangular, and the information the inverse of the covariance.
+    """
+    pose = match.copy()
+    for _ in range(REFINEMENTS):
+        information, pull = _motion_information(pose, expected, sigmas)
+        _add_scan(information, pull, table, cells, pose, ends, kernel, score_scale, likelihood_scale)
+        root = _root(information)
+        change = _divided_by_transpose(root, _divided(root, pull))
+        pose += change
+        if abs(change[0]) + abs(change[1]) < CLOSE_CELLS and abs(change[2]) < CLOSE_RAD:
+            break
+    return pose, root
+
+
+@compiled
+def scan_share(offset: np.ndarray, trend: np.ndarray) -> float:
+    """Return how much of the way from odometry's pose to the scan's is taken: 0 to 1.
+
+    The way (3,), and its running mean over the last steps (3,), are in standard deviations of the scan. The scan's own
+    noise gives each a square of 3 on average, once the mean's is scaled to its variance, and seldom one above
+    CONTRADICTION. Only what exceeds that speaks against odometry (the nonnegative garrote, Breiman 1995); the mean
+    finds a small error that every step has.
+    """
+    squared = max((offset * offset).sum(), (2.0 * TREND_STEPS - 1.0) * (trend * trend).sum())
+    return max(0.0, 1.0 - CONTRADICTION / squared) if squared > 0.0 else 0.0
+
+
+@compiled
+def _add_scan(
+    information: np.ndarray,
+    pull: np.ndarray,
+    table: np.ndarray,
+    cells: np.ndarray,
+    pose: np.ndarray,
+    ends: np.ndarray,
+    kernel: int,
+    score_scale: float,
+    likelihood_scale: float,
+) -> None:
+    """Add a scan's information (3, 3), and its product with the change of pose that fits it best, (3,)."""
+    cos_yaw, sin_yaw = math.cos(pose[2]), math.sin(pose[2])
+    for j in range(len(ends)):
+        arm_x = cos_yaw * ends[j, 0] - sin_yaw * ends[j, 1]
+        arm_y = sin_yaw * ends[j, 0] + cos_yaw * ends[j, 1]
+        found, x, y, xx, xy, yy = _surface_near(table, cells, pose[0] + arm_x, pose[1] + arm_y, kernel)
+        if not found:
+            continue
+        force_x, force_y = xx * x + xy * y, xy * x + yy * y
+        weight = -2.0 * likelihood_scale * math.exp(score_scale * (x * force_x + y * force_y))
+        # By the turn, an end moves along (-arm_y, arm_x).
+        turn_x, turn_y = xy * arm_x - xx * arm_y, yy * arm_x - xy * arm_y
+        information[0, 0] += weight * xx
+        information[1, 0] += weight * xy
+        information[1, 1] += weight * yy
+        information[2, 0] += weight * turn_x
+        information[2, 1] += weight * turn_y
+        information[2, 2] += weight * (turn_y * arm_x - turn_x * arm_y)
+        pull[0] -= weight * force_x
+        pull[1] -= weight * force_y
+        pull[2] -= weight * (force_y * arm_x - force_x * arm_y)
+
+
+@compiled
+def _squared_distance(table: np.ndarray, cells: np.ndarray, x: float, y: float, kernel: int) -> float:
+    """Return the squared distance from a point to the surface near it, infinite if there is none."""
+    found, off_x, off_y, xx, xy, yy = _surface_near(table, cells, x, y, kernel)
+    return float(xx * off_x * off_x + 2.0 * xy * off_x * off_y + yy * off_y * off_y) if found else math.inf
+
+
+@compiled
+def _surface_near(
+    table: np.ndarray, cells: np.ndarray, x: float, y: float, kernel: int
+) -> Tuple[bool, float, float, float, float, float]:
+    """Return whether a surface is near a point, how far off it the point is (x, y), and what counts of it.
+
+    The surface is the line through the hits near the point, weighted by their nearness: of the distance to their
+    mean, only the part across counts. Where they form no line, as in a corner, all does, with a smooth transition.
+    What counts is a matrix (xx, xy, yy): the squared distance is the product with (x, y) from both sides.
+    """
+    column, row = int(math.floor(x)), int(math.floor(y))
+    if (
+        row < kernel
+        or column < kernel
+        or row >= table.shape[0] * SIDE - kernel
+        or column >= table.shape[1] * SIDE - kernel
+    ):
+        return False, 0.0, 0.0, 0.0, 0.0, 0.0
+    total = mean_x = mean_y = xx = xy = yy = 0.0
+    radius_squared = (kernel + 0.5) ** 2
+    for r in range(row - kernel, row + kernel + 1):
+        for c in range(column - kernel, column + kernel + 1):
+            patch = table[r >> SHIFT, c >> SHIFT]
+            hits = cells[patch, r & MASK, c & MASK, HITS]
+            if hits == 0.0 or hits <= SURFACE_FRACTION * cells[patch, r & MASK, c & MASK, VISITS]:
+                continue
+            off_x = x - c - cells[patch, r & MASK, c & MASK, MEAN_X]
+            off_y = y - r - cells[patch, r & MASK, c & MASK, MEAN_Y]
+            squared = off_x * off_x + off_y * off_y
+            if squared < radius_squared:
+                nearness = 1.0 - squared / radius_squared
+                weight = hits * nearness * nearness
+                total += weight
+                mean_x += weight * off_x
+                mean_y += weight * off_y
+                xx += weight * off_x * off_x
+                xy += weight * off_x * off_y
+                yy += weight * off_y * off_y
+    if total == 0.0:
+        return False, 0.0, 0.0, 0.0, 0.0, 0.0
+    mean_x, mean_y = mean_x / total, mean_y / total
+    xx, xy, yy = xx / total - mean_x * mean_x, xy / total - mean_x * mean_y, yy / total - mean_y * mean_y
+    xx, xy, yy = _across(xx, xy, yy)
+    return True, mean_x, mean_y, xx, xy, yy
+
+
+@compiled
+def _across(xx: float, xy: float, yy: float) -> Tuple[float, float, float]:
+    """Return the matrix that keeps what is across the longer axis of a covariance.
+
+    The rounder the covariance is, the more of what is along that axis is kept too.
+    """
+    half = math.sqrt(0.25 * (xx - yy) * (xx - yy) + xy * xy)
+    longer, shorter = 0.5 * (xx + yy) + half, 0.5 * (xx + yy) - half
+    # The better conditioned one of the eigenvector's two forms.
+    axis_x, axis_y = (xy, longer - xx) if xx < yy else (longer - yy, xy)
+    norm = axis_x * axis_x + axis_y * axis_y
+    if longer < LEAST_SPREAD or norm == 0.0:
+        return 1.0, 0.0, 1.0
+    removed = (1.0 - max(shorter, 0.0) / longer) / norm
+    return 1.0 - removed * axis_x * axis_x, -removed * axis_x * axis_y, 1.0 - removed * axis_y * axis_y
+
+
+@compiled
+def _log_motion(pose: np.ndarray, expected: np.ndarray, sigmas: np.ndarray) -> float:
+    """Return the log of the motion model at a pose, up to a constant; sigmas ahead, across, turned."""
+    # In the frame of the expected heading, not of the one before the move: the difference is
+    # smaller than the uncertainty of the noise.
+    cos_yaw, sin_yaw = math.cos(expected[2]), math.sin(expected[2])
+    x, y = pose[0] - expected[0], pose[1] - expected[1]
+    ahead, across = cos_yaw * x + sin_yaw * y, cos_yaw * y - sin_yaw * x
+    turned_rad = pose[2] - expected[2]
+    return float(-0.5 * ((ahead / sigmas[0]) ** 2 + (across / sigmas[1]) ** 2 + (turned_rad / sigmas[2]) ** 2))
+
+
+@compiled
+def _motion_information(pose: np.ndarray, expected: np.ndarray, sigmas: np.ndarray) -> Tuple[np.ndarray, np.ndarray]:
+    """Return odometry's information (3, 3), lower triangle, and its product with expected minus pose, (3,)."""
+    cos_yaw, sin_yaw = math.cos(expected[2]), math.sin(expected[2])
+    ahead, across = sigmas[0] ** -2, sigmas[1] ** -2
+    information = np.zeros((3, 3))
+    information[0, 0] = ahead * cos_yaw * cos_yaw + across * sin_yaw * sin_yaw
+    information[1, 0] = (ahead - across) * cos_yaw * sin_yaw
+    information[1, 1] = ahead * sin_yaw * sin_yaw + across * cos_yaw * cos_yaw
+    information[2, 2] = sigmas[2] ** -2
+    x, y = expected[0] - pose[0], expected[1] - pose[1]
+    pull = np.empty(3)
+    pull[0] = information[0, 0] * x + information[1, 0] * y
+    pull[1] = information[1, 0] * x + information[1, 1] * y
+    pull[2] = information[2, 2] * (expected[2] - pose[2])
+    return information, pull
+
+
+@compiled
+def _root(matrix: np.ndarray) -> np.ndarray:
+    """Return Cholesky's lower root of a positive definite matrix (3, 3), of which the lower triangle is read."""
+    root = np.zeros((3, 3))
+    for a in range(3):
+        for b in range(a + 1):
+            rest = matrix[a, b]
+            for c in range(b):
+                rest -= root[a, c] * root[b, c]
+            root[a, b] = math.sqrt(rest) if a == b else rest / root[b, b]
+    return root
+
+
+@compiled
+def _in_deviations(root: np.ndarray, offset: np.ndarray) -> np.ndarray:
+    """Return the transpose of a lower root of information times an offset (3,): independent parts of variance 1."""
+    parts = np.zeros(3)
+    for a in range(3):
+        for b in range(a, 3):
+            parts[a] += root[b, a] * offset[b]
+    return parts
+
+
+@compiled
+def _divided(root: np.ndarray, vector: np.ndarray) -> np.ndarray:
+    """Solve root times x = vector for x (3,), with a lower root."""
+    x = vector.copy()
+    for a in range(3):
+        for b in range(a):
+            x[a] -= root[a, b] * x[b]
+        x[a] /= root[a, a]
+    return x
+
+
+@compiled
+def _divided_by_transpose(root: np.ndarray, vector: np.ndarray) -> np.ndarray:
+    """Solve the transpose of root times x = vector for x (3,), with a lower root."""
+    x = vector.copy()
+    for a in range(2, -1, -1):
+        for b in range(a + 1, 3):
+            x[a] -= root[b, a] * x[b]
+        x[a] /= root[a, a]
+    return x

@@ -1,0 +1,167 @@
+"""Read and write map files as map_server and map_saver do: a YAML file beside an image."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+from typing import Any, List, Literal, Union
+
+import numpy as np
+import yaml
+from PIL import Image
+from pydantic import Field, field_validator, model_validator
+from typing_extensions import Annotated
+
+from diff_encoder_sim.base.atomic_files import write_file
+from diff_encoder_sim.base.bounded_numbers import Between, CellSide_m, Fraction, Percent
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.file_names import PathText
+from diff_encoder_sim.base.plain_numbers import plain_float
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.base.typed_params import Params, load_params
+from diff_encoder_sim.localization.map_image import read_image
+from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+
+# map_saver's pixel values.
+FREE_GREY, OCCUPIED_GREY, UNKNOWN_GREY = 254, 0, 205
+
+ORIGIN_DIGITS = 9  # in a saved file: nanometres, so that a yaw sent as a quaternion comes back equal
+
+
+class MapFileParams(Params):
+    """Keys of map_server's YAML file."""
+
+    image: PathText = Field(min_length=1, description='PGM or PNG; relative to the YAML file')
+    resolution: CellSide_m = Field(description='side of a pixel [m]')
+    origin: List[Annotated[float, Between(-1e6, 1e6)]] = Field(
+        min_length=3, max_length=3, description='pose of the lower left corner: x, y [m], yaw [rad]'
+    )
+    negate: Literal[0, 1, False, True] = 0
+    occupied_thresh: Fraction = Field(0.65)
+    free_thresh: Fraction = Field(0.196)
+    mode: Literal['trinary', 'scale', 'raw'] = 'trinary'
+
+    @field_validator('image')
+    @classmethod
+    def _check_image(cls, image: str) -> str:
+        if not image.isprintable():
+            raise ValueError('a file name')
+        return image
+
+    @field_validator('resolution', 'origin', 'occupied_thresh', 'free_thresh', mode='before')
+    @classmethod
+    def _read_numbers(cls, value: Any) -> Any:
+        """Accept 5e-2 and "0.05", which are text to PyYAML and numbers to map_server's parser."""
+        if isinstance(value, list):
+            return [_number(part) for part in value]
+        return _number(value)
+
+    @model_validator(mode='after')
+    def _check_thresholds(self) -> MapFileParams:
+        if self.free_thresh >= self.occupied_thresh:
+            raise ValueError('free_thresh below occupied_thresh')
+        return self
+
+
+def _number(value: Any) -> Any:
+    try:
+        return plain_float(value) if isinstance(value, str) else value
+    except ValueError:
+        return value
+
+
+class MapSaverParams(Params):
+    """Options of map_saver: the occupancies that are saved as free and as occupied."""
+
+    free: Percent = Field(25, description='highest occupancy of a free cell [%]')
+    occ: Annotated[int, Between(1, 100, '%')] = Field(65, description='lowest occupancy of an occupied cell [%]')
+
+    @model_validator(mode='after')
+    def _check_order(self) -> MapSaverParams:
+        if self.free >= self.occ:
+            raise ValueError('free below occ')
+        return self
+
+
+DEFAULT_SAVER_PARAMS = MapSaverParams()
+
+
+def load_map(path: Union[str, Path]) -> OccupancyGrid:
+    """Read a map and its image by the path of the YAML file.
+
+    Raises:
+        ConfigError: one of the two files cannot be read or holds a bad value.
+    """
+    params = load_params(MapFileParams, path)
+    cells = _cells(read_image(Path(path).parent / params.image), params)
+    # The first row of an image is its top, that of a grid its bottom.
+    return OccupancyGrid(np.ascontiguousarray(cells[::-1]), params.resolution, Pose2D(*params.origin))
+
+
+def save_map(grid: OccupancyGrid, stem: Union[str, Path], params: MapSaverParams = DEFAULT_SAVER_PARAMS) -> Path:
+    """Write STEM.pgm and STEM.yaml as map_saver does; return the YAML file's path.
+
+    Each file is replaced atomically; folders that are missing are made.
+
+    Raises:
+        ConfigError: the stem names no file, or its folder cannot be written to.
+    """
+    stem = Path(stem)
+    if not stem.name:
+        raise ConfigError(f'{stem}: a folder; allowed: the path of a file without suffix')
+    origin = [round(float(part), ORIGIN_DIGITS) for part in grid.origin]
+    values = {'image': f'{stem.name}.pgm', 'resolution': grid.resolution_m, 'origin': origin}
+    description = MapFileParams.from_mapping(values, str(stem))
+    yaml_path = stem.parent / f'{stem.name}.yaml'
+    _write(stem.parent / description.image, _pgm(grid.cells[::-1], params))
+    _write(yaml_path, yaml.safe_dump(description.model_dump(), sort_keys=False).encode('utf-8'))
+    return yaml_path
+
+
+def _pgm(cells: np.ndarray, params: MapSaverParams) -> bytes:
+    """Return a PGM image of cells (rows, columns), the first row on top."""
+    pixels = np.full(cells.shape, UNKNOWN_GREY, dtype=np.uint8)
+    pixels[(cells >= 0) & (cells <= params.free)] = FREE_GREY
+    pixels[cells >= params.occ] = OCCUPIED_GREY
+    image = io.BytesIO()
+    Image.fromarray(pixels).save(image, format='PPM')
+    return image.getvalue()
+
+
+def _write(path: Path, content: bytes) -> None:
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_file(path, content)
+    except OSError as error:
+        raise ConfigError(f'{path}: cannot be written: {error.strerror or error}') from None
+
+
+def _cells(pixels: np.ndarray, params: MapFileParams) -> np.ndarray:
+    """Return the cells (rows, columns) int8 of an image, the first row on top.
+
+    As in map_server, alpha is one more channel of the mean in trinary mode, and in scale mode
+    marks pixels between the thresholds as unknown.
+    """
+    has_alpha = pixels.shape[2] == 4
+    colours = pixels[:, :, :-1] if has_alpha and params.mode != 'trinary' else pixels
+    channels = colours.shape[2]
+    # A table over all possible sums avoids float arrays as large as the image.
+    sums = colours.sum(axis=2, dtype=np.uint16)
+    cells: np.ndarray = _cell_of_sum(params.mode, channels, params)[sums]
+    if has_alpha and params.mode == 'scale':
+        cells = np.where(pixels[:, :, -1] == 0, _cell_of_sum('trinary', channels, params)[sums], cells)
+    return cells
+
+
+def _cell_of_sum(mode: str, channels: int, params: MapFileParams) -> np.ndarray:
+    """Return the cell value for each possible sum over a pixel's channels, int8."""
+    grey = np.arange(255 * channels + 1) / channels
+    if params.negate:
+        grey = 255.0 - grey
+    if mode == 'raw':  # occupancy as it is; anything above 100 is unknown
+        return np.where(np.floor(grey) <= OCCUPIED, grey, UNKNOWN).astype(np.int8)
+    occupancy = (255.0 - grey) / 255.0
+    between = (occupancy - params.free_thresh) / (params.occupied_thresh - params.free_thresh)
+    cells = 1 + 98 * between if mode == 'scale' else np.full(grey.shape, float(UNKNOWN))
+    cells = np.where(occupancy < params.free_thresh, FREE, cells)
+    return np.where(occupancy > params.occupied_thresh, OCCUPIED, cells).astype(np.int8)

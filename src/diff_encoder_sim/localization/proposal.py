@@ -1,0 +1,82 @@
+"""The improved proposal: each particle's new pose is drawn by odometry and scan together.
+
+Grisetti, Stachniss and Burgard, "Improved Techniques for Grid Mapping with Rao-Blackwellized
+Particle Filters", IEEE T-RO 2007, section III-B and algorithm 1.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple, Tuple
+
+import numpy as np
+
+from diff_encoder_sim.base.se2 import Pose2D, wrap_angles
+from diff_encoder_sim.localization.kernels import propose_poses
+from diff_encoder_sim.localization.move_noise import apply_moves, move_sigmas
+from diff_encoder_sim.localization.patches import PatchMaps
+from diff_encoder_sim.localization.rays import Rays
+from diff_encoder_sim.localization.slam_params import GridSlamParams
+
+
+class Proposal(NamedTuple):
+    """One step of all particles."""
+
+    particles: np.ndarray  # (n, 3) base poses in the map, drawn
+    log_factors: np.ndarray  # (n,) added to each particle's log-weight
+    scores: np.ndarray  # (n,) of the best match, 0 to the number of matched rays
+    trend: np.ndarray  # (3,) running mean of how far the scans are from odometry, in standard deviations
+
+
+def propose(
+    maps: PatchMaps,
+    particles: np.ndarray,
+    move: Pose2D,
+    rays: Rays,
+    params: GridSlamParams,
+    rng: np.random.Generator,
+    trend: np.ndarray,
+) -> Proposal:
+    """Move the particles by odometry's `move` (in the base frame) and a scan.
+
+    Each starts where odometry puts it and climbs to the best match (algorithm 1, line 7). From there it goes to the
+    likeliest pose by likelihood times motion model, in closed form where the paper tries poses: the Gaussian about it
+    (lines 12 to 21) is drawn from, and the weight is its integral (lines 22 to 24). Other than in the paper, the
+    particle takes of the way from odometry's pose to the one drawn only the share by which the scan contradicts
+    odometry: see `scan_share`. Where the best match scores not more than minimumScore, it draws from the
+    motion model and is weighted by the likelihood there (lines 8 to 10).
+
+    Args:
+        maps: the particles' maps; they cover all that the rays reach.
+        particles: (n, 3) base poses in the map, before the move.
+        move: the base's pose after the move, in its frame before it.
+        rays: the scan after the move.
+        params: the noise of odometry and scan, and the search.
+        rng: drawn from 3 n times, whatever the move, so that equal seeds stay in step.
+        trend: (3,) of the proposal before; zeros for the first.
+    """
+    sigmas = move_sigmas(move, params)
+    normals = rng.standard_normal(particles.shape)
+    # Into cells from the maps' corner, and back again.
+    scale = np.array([1.0 / maps.cell_m, 1.0 / maps.cell_m, 1.0])
+    corner = np.array([maps.origin_x_m, maps.origin_y_m, 0.0])
+    expected = (apply_moves(particles, np.array(move)) - corner) * scale
+    fallback = (apply_moves(particles, np.array(move) + sigmas * normals) - corner) * scale
+    search = *_scan_arguments(rays, params, maps.cell_m), *_search_arguments(params, maps.cell_m)
+    drawn, log_factors, scores, trends = propose_poses(
+        maps.table, maps.cells, expected, fallback, normals, *search, sigmas * scale, trend
+    )
+    drawn = drawn / scale + corner
+    drawn[:, 2] = wrap_angles(drawn[:, 2])
+    return Proposal(drawn, log_factors, scores, trends.mean(axis=0))
+
+
+def _scan_arguments(rays: Rays, params: GridSlamParams, cell_m: float) -> Tuple[np.ndarray, int, float, float]:
+    """Return ends, kernel, score_scale and likelihood_scale of `propose_poses`."""
+    cell_m2 = cell_m**2
+    likelihood_scale = -cell_m2 / params.lsigma / params.ogain
+    return rays.matched_ends_m() / cell_m, params.kernelSize, -cell_m2 / params.sigma, likelihood_scale
+
+
+def _search_arguments(params: GridSlamParams, cell_m: float) -> Tuple[float, float, int, float]:
+    """Return step, turn_rad, halvings and minimum_score of `propose_poses`."""
+    return params.lstep / cell_m, params.astep, params.iterations, params.minimumScore

@@ -1,0 +1,125 @@
+"""Parameters of grid SLAM under slam_gmapping's names and with its defaults (Noetic)."""
+
+from __future__ import annotations
+
+from pydantic import Field, model_validator
+from typing_extensions import Annotated
+
+from diff_encoder_sim.base.bounded_numbers import (
+    Between,
+    CellSide_m,
+    Count,
+    Distance_m,
+    Duration_s,
+    Fraction,
+    Place_m,
+    PositiveWeight,
+    SignedDuration_s,
+    Turn_rad,
+    Weight,
+)
+from diff_encoder_sim.base.typed_params import Params
+from diff_encoder_sim.localization.patches import MOST_ENTRIES, Extent, table_size
+
+FrameId = Annotated[str, Field(min_length=1)]
+
+
+class GridSlamParams(Params):
+    """All of slam_gmapping's parameters, so that its files load; the node uses those at the end.
+
+    `sigma` and `lsigma` are, as upstream's code has it, what a squared distance [m^2] is divided by
+    in an exponent: twice a variance, not a standard deviation.
+    """
+
+    # The laser. 0 stands for upstream's default: the scan's own range_max less 1 cm.
+    maxRange: Distance_m = Field(0.0, description='longer ranges are ignored [m]; 0: range_max of the scan less 1 cm')
+    maxUrange: Distance_m = Field(0.0, description='rays are cut here; what they pass is free [m]; 0: maxRange')
+
+    # Scan matching.
+    sigma: Annotated[float, Between(1e-6, 1e6, 'm^2')] = Field(
+        0.05, description='divides a squared distance in the score of a scan match: twice a variance [m^2]'
+    )
+    kernelSize: Annotated[int, Between(0, 10)] = Field(
+        1, description='cells in each direction in which a match is searched'
+    )
+    lstep: Annotated[float, Between(1e-6, 100.0, 'm')] = Field(
+        0.05, description='first step of the match along x and y [m]'
+    )
+    astep: Annotated[float, Between(1e-6, 100.0, 'rad')] = Field(
+        0.05, description='first step of the match in yaw [rad]'
+    )
+    iterations: Annotated[int, Between(0, 30)] = Field(5, description='how often the steps are halved')
+    lsigma: Annotated[float, Between(1e-6, 1e6, 'm^2')] = Field(
+        0.075, description='as sigma, in the likelihood of a ray [m^2]'
+    )
+    ogain: PositiveWeight = Field(
+        3.0, description='divides the log-likelihood of a scan; upstream divides it by the number of particles too'
+    )
+    lskip: Annotated[int, Between(0, 1_000_000)] = Field(0, description='rays left out between two that are matched')
+    minimumScore: Weight = Field(
+        0.0, description='lowest score of a match that is used; below it odometry alone counts'
+    )
+
+    # Of slam_gmapping's files, and without effect: the proposal's Gaussian is in closed form here.
+    llsamplerange: Annotated[float, Between(0.0, 100.0, 'm')] = Field(
+        0.01, description='no effect; slam_gmapping reads it [m]'
+    )
+    llsamplestep: Annotated[float, Between(1e-6, 100.0, 'm')] = Field(0.01, description='no effect [m]')
+    lasamplerange: Annotated[float, Between(0.0, 100.0, 'rad')] = Field(0.005, description='no effect [rad]')
+    lasamplestep: Annotated[float, Between(1e-6, 100.0, 'rad')] = Field(0.005, description='no effect [rad]')
+
+    # Odometry's noise: standard deviation per metre driven or radian turned.
+    srr: Annotated[float, Between(0.0, 100.0, 'm/m')] = Field(
+        0.1, description='odometry noise, standard deviation: position per metre driven [m/m]'
+    )
+    srt: Annotated[float, Between(0.0, 100.0, 'rad/m')] = Field(
+        0.2, description='odometry noise: yaw per metre driven [rad/m]'
+    )
+    str_: Annotated[float, Between(0.0, 100.0, 'm/rad')] = Field(
+        0.1, alias='str', description='odometry noise: position per radian turned [m/rad]'
+    )
+    stt: Annotated[float, Between(0.0, 100.0, 'rad/rad')] = Field(
+        0.2, description='odometry noise: yaw per radian turned [rad/rad]'
+    )
+
+    # When a scan counts: any of the three.
+    linearUpdate: Distance_m = Field(
+        1.0, description='displacement from the last scan taken after which the next is taken [m]'
+    )
+    angularUpdate: Turn_rad = Field(0.5, description='turn after which the next is taken [rad]')
+    temporalUpdate: SignedDuration_s = Field(-1.0, description='time after which the next is taken [s]; below 0: never')
+
+    particles: Annotated[int, Between(1, 10_000)] = Field(30, description='number of particles, each with a map')
+    resampleThreshold: Fraction = Field(
+        0.5, description='fraction of effective particles below which they are resampled'
+    )
+
+    # The map; it grows when the robot sees beyond it.
+    xmin: Place_m = Field(-100.0, description='first extent of the map, which grows [m]')
+    ymin: Place_m = Field(-100.0, description='first extent of the map [m]')
+    xmax: Place_m = Field(100.0, description='first extent of the map [m]')
+    ymax: Place_m = Field(100.0, description='first extent of the map [m]')
+    delta: CellSide_m = Field(0.05, description='side of a cell [m]')
+    occ_thresh: Fraction = Field(
+        0.25, description='fraction of the rays into a cell that end there, above which it is occupied'
+    )
+
+    # What only the node uses.
+    throttle_scans: Count = Field(1, description='take one scan of so many')
+    map_update_interval: Duration_s = Field(5.0, description='time between two published maps [s]')
+    transform_publish_period: Duration_s = Field(0.05, description='time between two transforms [s]; 0: no transform')
+    tf_delay: SignedDuration_s = Field(
+        -1.0, description='time by which map -> odom is post-dated [s]; below 0: transform_publish_period'
+    )
+    base_frame: FrameId = Field('base_link', description='frame of the robot')
+    map_frame: FrameId = Field('map', description='frame of the map')
+    odom_frame: FrameId = Field('odom', description='frame of the odometry')
+
+    @model_validator(mode='after')
+    def _check_extent(self) -> GridSlamParams:
+        if self.xmin >= self.xmax or self.ymin >= self.ymax:
+            raise ValueError('xmin below xmax and ymin below ymax')
+        extent = Extent(self.xmin, self.ymin, self.xmax, self.ymax)
+        if table_size(extent, self.delta, self.particles) > MOST_ENTRIES:
+            raise ValueError('a smaller extent (xmin, ymin, xmax, ymax), larger cells (delta) or fewer particles')
+        return self

@@ -1,1 +1,0 @@
-"""A whole trial in one process, on simulated time."""

@@ -1,1 +1,0 @@
-"""Occupancy grids and their files, as map_server and map_saver have them."""

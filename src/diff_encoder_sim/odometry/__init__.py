@@ -1,1 +1,0 @@
-"""Wheel odometry: from pulse counts to pose, twist and covariance."""

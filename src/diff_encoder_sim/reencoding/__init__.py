@@ -1,1 +1,0 @@
-"""What a recorded drive would have looked like with other encoders."""

@@ -1,0 +1,166 @@
+"""How far a campaign is, on stderr, and what came of it."""
+
+from __future__ import annotations
+
+import collections
+import time
+from typing import Callable, Counter, Dict, List, Sequence, TextIO, Tuple
+
+from tabulate import tabulate
+from tqdm import tqdm
+
+from diff_encoder_sim.drives.trial_outcome import Outcome
+from diff_encoder_sim.trials.time_left import TimeLeft
+from diff_encoder_sim.trials.trial_row import OUTCOMES, TrialRow
+
+LINE_EVERY_FRACTION = 0.1
+LINE_EVERY_S = 30.0
+
+
+class Progress:
+    """Counts trials; a subclass shows them. A context manager, which closes the display at its end."""
+
+    def __init__(
+        self,
+        total: int,
+        done: Sequence[TrialRow],
+        left: TimeLeft,
+        stream: TextIO,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        """`done` are the results of runs before this one; `clock` gives seconds."""
+        self.total = total
+        self._left = left
+        self.done = len(done)
+        self._stream = stream
+        self._clock = clock
+        self._began_s = clock()
+        self._done_before = len(done)
+        self._failed = sum(_has_failed(row) for row in done)
+        self._simulated_s = 0.0
+        self._workers = 0
+        self._open()
+
+    def __enter__(self) -> Progress:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._close()
+
+    def add(self, row: TrialRow) -> None:
+        """Count a trial that has ended."""
+        self.done += 1
+        self._failed += _has_failed(row)
+        self._simulated_s += row.duration_s
+        self._left.add(row)
+        self._show()
+
+    def tick(self, workers: int) -> None:
+        """Update the number of workers and the time."""
+        self._workers = workers
+        self._show()
+
+    def count(self) -> str:
+        """Return a text such as '120 of 360 trials'."""
+        return f'{self.done} of {self.total} trials'
+
+    def text(self) -> str:
+        """Return the state in one line."""
+        if self._workers == 0 and self.done < self.total:
+            return f'{self.count()}, {self._failed} failed, waiting for workers to start'
+        plural = '' if self._workers == 1 else 's'
+        parts = [self.count(), f'{self._failed} failed', f'{self._workers} worker{plural}']
+        if self.done_now:
+            parts.append(f'{self.real_time_factor():.0f} x real time')
+        left_s = self._left.seconds(max(1, self._workers)) if self.done < self.total else 0.0
+        return ', '.join([*parts, f'about {tqdm.format_interval(left_s)} left'])
+
+    @property
+    def done_now(self) -> int:
+        """Trials that this run has added."""
+        return self.done - self._done_before
+
+    def wall_time_s(self) -> float:
+        """Return the time since the start [s]."""
+        return self._clock() - self._began_s
+
+    def real_time_factor(self) -> float:
+        """Return simulated seconds per second of wall time."""
+        return self._simulated_s / max(self.wall_time_s(), 1e-9)
+
+    def _open(self) -> None:
+        """Prepare the display."""
+
+    def _show(self) -> None:
+        raise NotImplementedError
+
+    def _close(self) -> None:
+        pass
+
+
+class ProgressBar(Progress):
+    """A progress bar for a terminal."""
+
+    def _open(self) -> None:
+        self._bar = tqdm(
+            total=self.total,
+            initial=self.done,
+            file=self._stream,
+            dynamic_ncols=True,
+            bar_format='{percentage:3.0f}% |{bar}| {desc}',
+            desc=self.text(),
+        )
+
+    def _show(self) -> None:
+        self._bar.set_description_str(self.text(), refresh=False)
+        self._bar.update(self.done - self._bar.n)
+
+    def _close(self) -> None:
+        self._bar.refresh()
+        self._bar.close()
+
+
+class ProgressLines(Progress):
+    """Lines for a file or a pipe: at the first tick, when the first worker is there, and then every 10 % or 30 s."""
+
+    def _open(self) -> None:
+        self._shown_done = self.done
+        self._shown_s = -LINE_EVERY_S
+        self._had_workers = False
+
+    def _show(self) -> None:
+        now_s = self._clock()
+        is_far = self.done - self._shown_done >= LINE_EVERY_FRACTION * self.total
+        is_last = self.done == self.total > self._shown_done
+        is_first = self._workers > 0 and not self._had_workers
+        if is_far or is_last or is_first or now_s - self._shown_s >= LINE_EVERY_S:
+            print(self.text(), file=self._stream, flush=True)
+            self._shown_done, self._shown_s, self._had_workers = self.done, now_s, self._workers > 0
+
+
+def progress_on(stream: TextIO, total: int, done: Sequence[TrialRow], left: TimeLeft) -> Progress:
+    """Choose a bar on a terminal, lines elsewhere."""
+    return (ProgressBar if stream.isatty() else ProgressLines)(total, done, left, stream)
+
+
+def outcome_table(rows: Sequence[TrialRow]) -> str:
+    """Count the outcomes of each cell's trials, as a table; outcomes that no trial has are left out."""
+    cells: Dict[Tuple[str, ...], Counter[Outcome]] = {}
+    for row in rows:
+        cell = (row.test, *(text for _, text in row.varied), row.ppr)
+        cells.setdefault(cell, collections.Counter())[row.outcome] += 1
+    shown = [outcome for outcome in OUTCOMES if any(counts[outcome] for counts in cells.values())]
+    varied = [key for key, _ in rows[0].varied] if rows else []
+    table: List[List[object]] = [
+        [*cell, sum(counts.values()), *(counts[outcome] for outcome in shown)] for cell, counts in cells.items()
+    ]
+    return tabulate(
+        table,
+        ['test', *varied, 'PPR', 'trials', *(outcome.value for outcome in shown)],
+        disable_numparse=True,
+        colalign=('left', *['right'] * (len(varied) + 2 + len(shown))),
+    )
+
+
+def _has_failed(row: TrialRow) -> bool:
+    return row.outcome is not Outcome.SUCCEEDED

@@ -1,0 +1,1 @@
+"""Wheel encoders, their faults, the report link, and odometry with its covariance."""

@@ -1,0 +1,127 @@
+"""What a user tells odometry: the geometry that it assumes, the encoder, and how it estimates the twist."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Dict, Optional, Tuple
+
+from pydantic import Field
+from typing_extensions import Annotated
+
+from diff_encoder_sim.base.bounded_numbers import Between, Length_m, Offset_m, TravelVariance_m
+from diff_encoder_sim.base.typed_params import Params
+from diff_encoder_sim.wheels.counter import CounterModulus
+from diff_encoder_sim.wheels.encoder_model import IDEAL_ENCODER, EncoderModel, counts_per_turn
+from diff_encoder_sim.wheels.geometry_uncertainty import GeometryStd
+from diff_encoder_sim.wheels.odometry_covariance import reading_variance
+from diff_encoder_sim.wheels.pulses import DEFAULT_PPR, PerWheel, PulsesPerRevolution
+from diff_encoder_sim.wheels.wheel_rate import DEFAULT_CLOCK_HZ, VelocityClock_Hz, VelocityMethod
+
+# Added to the variance of travel, per metre of it, by a lateral acceleration of 1 m/s^2; it grows with its square.
+CurveVariance = Annotated[float, Between(0.0, 1.0, 'm^2/m per (m/s^2)^2')]
+
+RelativeStd = Annotated[float, Between(0.0, 2.0)]
+
+# Of a wheel of which nobody says how it slips [m^2/m]: 4.5 mm after 20 m.
+USUAL_MOTION_NOISE = 1e-6
+
+FOLLOWED = "by the robot's wheel errors"
+
+# What the covariance knows of the wheels.
+UNCERTAINTY_KEYS = ('motion_noise', 'curve_noise', 'distance_std', 'turn_std', 'diameter_difference_std')
+
+
+class OdometryParams(Params):
+    """Parameters of gz_diff_odom_node, under the names that users set.
+
+    `wheel_diameter` and `wheel_separation` are the geometry that odometry assumes; the true one
+    is the simulator's.
+    """
+
+    ppr: PulsesPerRevolution = DEFAULT_PPR
+    wheel_diameter: Length_m = Field(0.2, description='as the odometry assumes it [m]')
+    wheel_separation: Length_m = Field(0.4, description='between the contact points, as the odometry assumes it [m]')
+    axle_x: Offset_m = Field(0.0, description='place of the axle ahead of the origin of base_frame [m]')
+    counter_modulus: CounterModulus = 0
+    velocity_window: Annotated[int, Between(1, 10_000)] = Field(1, description='report intervals that the twist spans')
+    motion_noise: Optional[TravelVariance_m] = Field(
+        None, description=f"variance of a wheel's travel per metre of it [m^2/m]; none: {FOLLOWED}, else 1e-6"
+    )
+    curve_noise: Optional[CurveVariance] = Field(
+        None,
+        description='what a sideways acceleration of 1 m/s^2 adds to motion_noise, and its square in proportion '
+        f'[m^2/m per (m/s^2)^2]; none: {FOLLOWED}, else 0',
+    )
+    distance_std: Optional[RelativeStd] = Field(
+        None, description=f"standard deviation of a distance's relative error; none: {FOLLOWED}, else 0"
+    )
+    turn_std: Optional[RelativeStd] = Field(
+        None, description=f"standard deviation of a turn's relative error; none: {FOLLOWED}, else 0"
+    )
+    diameter_difference_std: Optional[RelativeStd] = Field(
+        None,
+        description='standard deviation of the right minus the left diameter, relative to their mean; '
+        f'none: {FOLLOWED}, else 0',
+    )
+    max_wheel_speed: Annotated[float, Between(1e-3, 1e9, 'rad/s')] = Field(
+        100.0, description='a faster wheel means that the counter was restarted [rad/s]'
+    )
+    max_wheel_acceleration: Annotated[float, Between(1e-1, 1e9, 'rad/s^2')] = Field(
+        200.0, description='counters near zero that this cannot explain were restarted, too [rad/s^2]'
+    )
+    encoder: EncoderModel = IDEAL_ENCODER
+    velocity_method: VelocityMethod = 'M'
+    velocity_clock: VelocityClock_Hz = DEFAULT_CLOCK_HZ
+    velocity_low_pass: Annotated[float, Between(0.0, 100.0, 's')] = Field(
+        0.0, description="time constant of a low-pass on the wheels' speeds in the twist [s]; 0: none"
+    )
+    following_error_window: Annotated[float, Between(1e-3, 1e9, 'rad/s')] = Field(
+        1.0, description='on /diagnostics: how far a wheel may be from its commanded speed [rad/s]'
+    )
+    following_error_timeout: Annotated[float, Between(1e-2, 1e6, 's')] = Field(
+        1.0, description='on /diagnostics: for how long it may be further from it [s]'
+    )
+    odom_frame: str = Field('odom', min_length=1, description='frame of the pose')
+    base_frame: str = Field('base_link', min_length=1, description='frame of the robot')
+    publish_tf: bool = Field(True, description='broadcast odom_frame -> base_frame on TF')
+
+    @property
+    def counts_per_turn(self) -> PerWheel:
+        """Return the counts per wheel revolution: the encoder's, where it says them, else `ppr`."""
+        return counts_per_turn(self.ppr, self.encoder)
+
+    def values_in_use(self) -> Dict[str, Any]:
+        """Return the values by key, with the encoder's own resolution and no open uncertainty."""
+        return {**super().values_in_use(), 'ppr': self.counts_per_turn.plain, **self.uncertainty}
+
+    @property
+    def travel_variance(self) -> float:
+        """Return the variance of a wheel's travel per metre of it [m^2/m]."""
+        return USUAL_MOTION_NOISE if self.motion_noise is None else self.motion_noise
+
+    @property
+    def geometry_std(self) -> GeometryStd:
+        """Return the standard deviations of the geometry's relative errors."""
+        stds = self.distance_std, self.turn_std, self.diameter_difference_std
+        return GeometryStd(*(std or 0.0 for std in stds))
+
+    @property
+    def uncertainty(self) -> Dict[str, float]:
+        """Return what the covariance knows of the wheels, by the names of the parameters, none left open."""
+        return dict(zip(UNCERTAINTY_KEYS, (self.travel_variance, self.curve_noise or 0.0, *self.geometry_std)))
+
+    @property
+    def reading_variances_m2(self) -> Tuple[float, float]:
+        """Return the variance of the left and of the right wheel's travel in one reading [m^2]."""
+        ppr = self.counts_per_turn
+        left, right = (
+            reading_variance(m_per_pulse, self.encoder.pulse_variance(counts))
+            for m_per_pulse, counts in zip(self.m_per_pulse, (ppr.left, ppr.right))
+        )
+        return left, right
+
+    @property
+    def m_per_pulse(self) -> Tuple[float, float]:
+        """Return the way of the left and of the right rim per pulse [m]."""
+        circumference_m, ppr = math.pi * self.wheel_diameter, self.counts_per_turn
+        return circumference_m / ppr.left, circumference_m / ppr.right

@@ -1,0 +1,120 @@
+"""The way of a report from the motor controller to the host: late, lost, twice, or out of order."""
+
+from __future__ import annotations
+
+import heapq
+import math
+from typing import Dict, List, Literal, Optional, Tuple
+
+import numpy as np
+from pydantic import Field
+from typing_extensions import Annotated
+
+from diff_encoder_sim.base.bounded_numbers import Between, Fraction
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.base.typed_params import Params
+from diff_encoder_sim.wheels.encoder_sample import EncoderSample
+
+ShortDuration_s = Annotated[float, Between(0.0, 10.0, 's')]
+
+# Samples keep their order: none is as late as the next one's boundary.
+MOST_JITTER_PERIODS = 0.9
+
+# A report that comes after the next one comes half a period after it.
+REORDERED_PERIODS = 1.5
+
+# Odometry ignores a report that others have overtaken; one that is further back than this belongs to a new run.
+LATE_REPORT_TOLERANCE_NS = 500_000_000
+
+# So many reports are lost in a row only once in a million, and hardly ever more than that many.
+_RARE, _MOST_IN_A_ROW = 1e-6, 100
+
+
+class ReportParams(Params):
+    """How reports come; left out, at once, each one, with the time of the sample."""
+
+    jitter: ShortDuration_s = Field(0.0, description='a sample is up to so much later than its boundary [s]')
+    latency: ShortDuration_s = Field(0.0, description='from sample to arrival, at least [s]')
+    latency_spread: ShortDuration_s = Field(0.0, description='and up to so much more, evenly [s]')
+    stamps: Literal['sample', 'arrival'] = Field('sample', description='the time in the stamp')
+    lost: Fraction = Field(0.0, description='fraction of the reports that never come')
+    repeated: Fraction = Field(0.0, description='fraction that come twice, the second time with the next report')
+    reordered: Fraction = Field(0.0, description='fraction that come only after the next report')
+
+    @property
+    def are_even(self) -> bool:
+        """Return whether a report comes in each period, and each one after the same time."""
+        return not (self.jitter or self.latency_spread or self.lost or self.reordered)
+
+    def jitter_within_s(self, period_s: float) -> float:
+        """Return by how much a sample may be late [s], for samples each `period_s`."""
+        return min(self.jitter, MOST_JITTER_PERIODS * period_s)
+
+    def longest_delay_s(self, period_s: float) -> float:
+        """Return by when a report or a later one has come, but for rare cases, from its boundary [s]."""
+        periods = REORDERED_PERIODS if self.reordered else 0.0
+        if self.lost:
+            in_a_row = math.log(_RARE) / math.log(self.lost) if self.lost < 1.0 else math.inf
+            periods += math.ceil(min(in_a_row, _MOST_IN_A_ROW))
+        return self.jitter_within_s(period_s) + self.latency + self.latency_spread + periods * period_s
+
+    def most_behind_s(self, period_s: float) -> Dict[str, float]:
+        """Return by how much at most a report's stamp is behind the newest that has come, as a sum by keys [s].
+
+        What has come before a report was sampled before the report was, or within what its delay is above the least.
+        Stamps of arrivals are in order.
+        """
+        if self.stamps == 'arrival':
+            return {}
+        return {
+            'latency_spread': self.latency_spread,
+            'reordered': REORDERED_PERIODS * period_s if self.reordered else 0.0,
+            'repeated': period_s if self.repeated else 0.0,
+        }
+
+
+PROMPT = ReportParams()
+
+
+class ReportLink:
+    """Delivers samples when the stamps of the joints have reached the time of their arrival."""
+
+    def __init__(self, params: ReportParams, period_s: float, rng: np.random.Generator) -> None:
+        """Prepare for samples each `period_s`."""
+        self._params, self._rng = params, rng
+        self._period_ns = period_s * NANOSECONDS_PER_SECOND
+        self._coming: List[Tuple[int, int, EncoderSample]] = []  # by arrival, then in order
+        self._sent = 0
+
+    def pass_on(self, now_ns: int, sample: Optional[EncoderSample]) -> List[EncoderSample]:
+        """Send a sample, and return what arrives up to now.
+
+        Args:
+            now_ns: the newest stamp of the joints.
+            sample: taken since the last call; None where none was.
+        """
+        if sample is not None:
+            self._send(sample)
+        arrived = []
+        while self._coming and self._coming[0][0] <= now_ns:
+            arrived.append(heapq.heappop(self._coming)[2])
+        return arrived
+
+    def _send(self, sample: EncoderSample) -> None:
+        params = self._params
+        lost, repeated, reordered, late = self._rng.random(4).tolist()
+        if lost < params.lost:
+            return
+        delay_ns = (params.latency + late * params.latency_spread) * NANOSECONDS_PER_SECOND
+        if reordered < params.reordered:
+            delay_ns += REORDERED_PERIODS * self._period_ns
+        self._deliver(sample, delay_ns)
+        if repeated < params.repeated:
+            self._deliver(sample, delay_ns + self._period_ns)
+
+    def _deliver(self, sample: EncoderSample, delay_ns: float) -> None:
+        arrival_ns = sample.stamp_ns + round(delay_ns)
+        if self._params.stamps == 'arrival':
+            sample = sample._replace(stamp_ns=arrival_ns)
+        self._sent += 1
+        heapq.heappush(self._coming, (arrival_ns, self._sent, sample))

@@ -1,0 +1,140 @@
+"""MCAP files of ROS 2: what the bag of ROS 1 has, as others read it."""
+
+import pytest
+from rosbags.highlevel import AnyReader
+from rosbags.interfaces import Connection
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+from diff_encoder_sim.drives import topics
+from diff_encoder_sim.drives.bag_files import SUFFIXES, Ros1File
+from diff_encoder_sim.drives.bag_source import open_source
+from diff_encoder_sim.drives.basic_messages import encode_clock
+from diff_encoder_sim.drives.topics import TOPICS
+from diff_encoder_sim.drives.trial_bag import TrialBag
+from recorded_messages import one_of_each
+
+TIMES_NS = range(0, 10**9, 10**8)
+
+
+@pytest.fixture(scope='module')
+def paths(tmp_path_factory):
+    """(ROS 1, MCAP): every topic of every node, at each of the times; several chunks."""
+    folder, messages = tmp_path_factory.mktemp('bags'), one_of_each()
+    found = []
+    for bag_format, suffix in SUFFIXES.items():
+        found.append(folder / f'a{suffix}')
+        with TrialBag(found[-1], 'full', bag_format) as bag:
+            for time_ns in TIMES_NS:
+                for topic, node, message in messages:
+                    bag.write(topic.name, node, message, time_ns)
+    return found
+
+
+def without_seq(message):
+    """A message of either ROS as nested dicts: headers of ROS 1 have a seq, and ROS 2 has no message without fields."""
+    if isinstance(message, list):
+        return [without_seq(each) for each in message]
+    if not hasattr(message, '__dataclass_fields__'):
+        return message.tolist() if hasattr(message, 'tolist') else message
+    fields = {name: without_seq(getattr(message, name)) for name in message.__dataclass_fields__ if name.islower()}
+    return {name: value for name, value in fields.items() if name not in ('seq', 'structure_needs_at_least_one_member')}
+
+
+def by_mcap(path):
+    """(topic, type, definition, time, message) as the library of the format's authors reads them."""
+    from mcap.reader import make_reader
+
+    with open(path, 'rb') as file:
+        reader = make_reader(file, validate_crcs=True)
+        assert reader.get_header().profile == 'ros2'
+        assert reader.get_summary().statistics.message_count == len(TIMES_NS) * len(one_of_each())
+        return [
+            (channel.topic, schema.name, schema.data.decode(), message.log_time, message.data)
+            for schema, channel, message in reader.iter_messages()
+        ]
+
+
+def decoded(rows):
+    """By topic: (time, message), decoded by what the file itself says of the types."""
+    found, store = {}, get_typestore(Stores.EMPTY)
+    for topic, kind, text, time_ns, raw in rows:
+        if kind not in store.types:
+            types = get_types_from_msg(text, kind)
+            store.register({name: fields for name, fields in types.items() if name not in store.types})
+        found.setdefault(topic, []).append((time_ns, without_seq(store.deserialize_cdr(raw, kind))))
+    return found
+
+
+def of_ros1(path):
+    found = {}
+    with AnyReader([path]) as reader:
+        for connection, time_ns, raw in reader.messages():
+            message = reader.deserialize(raw, connection.msgtype)
+            found.setdefault(connection.topic, []).append((time_ns, without_seq(message)))
+    return found
+
+
+def test_the_mcap_library_reads_what_the_bag_of_ros_1_has(paths):
+    assert in_order(decoded(by_mcap(paths[1]))) == in_order(of_ros1(paths[0]))
+
+
+def in_order(messages):
+    """Nodes that share a topic, at one time, come in any order."""
+    return {topic: sorted(rows, key=repr) for topic, rows in messages.items()}
+
+
+def test_rosbags_reads_it(paths):
+    from rosbags.rosbag2 import Reader
+
+    if not hasattr(Reader, 'STORAGE_PLUGINS') or '.mcap' not in Reader.STORAGE_PLUGINS:
+        pytest.skip('this rosbags reads folders alone')
+    with Reader(paths[1]) as reader:
+        assert {connection.topic: connection.msgtype for connection in reader.connections} == {
+            topic.name: topic.message_type for topic in TOPICS if topic.nodes
+        }
+        durable = {connection.topic for connection in reader.connections if is_durable(connection)}
+        assert durable == {topic.name for topic in TOPICS if topic.is_latched and topic.nodes}
+        rows = [(each.topic, each.msgtype, each.msgdef.data, time_ns, raw) for each, time_ns, raw in reader.messages()]
+    assert in_order(decoded(rows)) == in_order(of_ros1(paths[0]))
+
+
+def is_durable(connection: Connection):
+    (profile,) = connection.ext.offered_qos_profiles
+    return profile.durability.name == 'TRANSIENT_LOCAL'
+
+
+def test_our_own_reader_gives_the_same_messages(paths):
+    with open_source(paths[1]) as source:
+        found = [(message.topic, message.time_ns, message.raw) for message in source.messages(topics.RECORDED)]
+        assert source.fault == '' and source.is_cdr
+    assert sorted(found) == sorted((topic, time_ns, raw) for topic, _, _, time_ns, raw in by_mcap(paths[1]))
+
+
+def test_no_definition_of_a_type_is_missing_in_ros_2(paths):
+    """What a type of ROS 2 is made of is in the file, for programs that have no such package."""
+    for kind, text in {row[1:3] for row in by_mcap(paths[1])}:
+        store = get_typestore(Stores.EMPTY)
+        store.register(get_types_from_msg(text, kind))
+        assert store.generate_msgdef(kind, ros_version=2)[0] == text
+
+
+def test_equal_calls_write_equal_bytes(paths, tmp_path):
+    with TrialBag(tmp_path / 'b.mcap', 'full', 'mcap') as bag:
+        for time_ns in TIMES_NS:
+            for topic, node, message in one_of_each():
+                bag.write(topic.name, node, message, time_ns)
+    assert (tmp_path / 'b.mcap').read_bytes() == paths[1].read_bytes()
+
+
+def test_a_bag_of_ros_1_keeps_no_index_in_memory(tmp_path):
+    path, (clock,) = tmp_path / 'a.bag', [topic for topic in TOPICS if topic.name == topics.CLOCK]
+    bag = Ros1File(path)
+    publisher = bag.add_publisher(clock, topics.SIMULATOR_NODE)
+    for time_ns in range(1, 80_001):
+        bag.write([bag.prepare(publisher, time_ns, encode_clock(time_ns))])
+    chunks = bag._writer.chunks
+    places = [places for chunk in chunks for places in chunk.connections.values() if isinstance(places, list)]
+    assert len(chunks) > 3 and len(places) == 1
+    bag.close()
+    with AnyReader([path]) as reader:
+        assert sum(1 for _ in reader.messages()) == 80_000

@@ -1,0 +1,98 @@
+"""Bags of any kind as streams: read as far as they go, or named in one line."""
+
+import pytest
+
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.drives.bag_source import bags_in, open_source
+from reencoding_drives import COMPRESSIONS, ROS2, drive, write_ros1, write_ros2
+
+TOPICS = ('/joint_states', '/world_pose')
+
+
+def as_streamed(path, topics=TOPICS):
+    with open_source(path) as source:
+        return [tuple(message) for message in source.messages(topics)], source.fault
+
+
+@pytest.mark.parametrize('compression', COMPRESSIONS)
+def test_wherever_a_bag_is_torn_its_beginning_is_read(tmp_path, compression):
+    path = write_ros1(tmp_path / 'a.bag', drive(count=101), compression, chunk_bytes=4000)
+    content, (whole, _) = path.read_bytes(), as_streamed(path)
+    read = []
+    for size in range(0, len(content), 211):
+        path.write_bytes(content[:size])
+        try:
+            messages, fault = as_streamed(path)
+        except ConfigError as error:
+            assert str(path) in str(error) and '\n' not in str(error)
+            continue
+        assert messages == whole[: len(messages)]
+        assert fault or messages == whole  # what is missing may be index alone
+        read.append(len(messages))
+    assert read == sorted(read) and read[-1] == len(whole)
+
+
+@pytest.mark.parametrize('plugin', ['sqlite3', 'mcap'])
+def test_bags_of_ros_2(tmp_path, plugin):
+    path = write_ros2(tmp_path / 'bag', drive(ROS2), plugin)
+    messages, fault = as_streamed(path)
+    assert len(messages) == 602 and fault == ''
+    with open_source(path) as source:
+        assert source.is_cdr and source.topics['/joint_states'] == 'sensor_msgs/msg/JointState'
+
+
+@pytest.mark.parametrize(('plugin', 'suffix'), [('sqlite3', 'db3'), ('mcap', 'mcap')])
+def test_wherever_a_bag_of_ros_2_is_torn_it_is_read_or_named(tmp_path, plugin, suffix):
+    whole = next(write_ros2(tmp_path / 'bag', drive(ROS2, count=101), plugin).glob(f'*.{suffix}')).read_bytes()
+    path = tmp_path / f'torn.{suffix}'
+    for size in range(0, len(whole), len(whole) // 40):
+        path.write_bytes(whole[:size])
+        try:
+            as_streamed(path)
+        except ConfigError as error:
+            assert str(error).startswith(f'{path}: ') and '\n' not in str(error)
+
+
+@pytest.mark.parametrize(
+    ('name', 'content', 'text'),
+    [
+        ('none.bag', None, 'no such bag'),
+        ('empty.bag', b'', 'not a readable bag'),
+        ('text.bag', b'hello', 'not a readable bag'),
+        ('text.db3', b'hello', 'not a readable bag'),
+        ('text.mcap', b'hello', 'not a readable bag'),
+        ('begun.bag', b'#ROSBAG V2.0\n', 'no message in it'),
+    ],
+)
+def test_what_is_no_bag_is_named_in_one_line(tmp_path, name, content, text):
+    path = tmp_path / name
+    if content is not None:
+        path.write_bytes(content)
+    with pytest.raises(ConfigError) as error:
+        as_streamed(path)
+    assert str(path) in str(error.value) and text in str(error.value) and '\n' not in str(error.value)
+
+
+def test_bags_of_every_kind_are_found_in_a_folder_each_once(tmp_path):
+    of_ros2 = write_ros2(tmp_path / 'of_ros2', drive(ROS2, count=11))
+    (tmp_path / 'deep').mkdir()
+    others = [tmp_path / 'a.bag', tmp_path / 'b.mcap', tmp_path / 'deep' / 'c.db3']
+    for path in (*others, tmp_path / 'notes.txt'):
+        path.write_bytes(b'')
+    assert bags_in(tmp_path) == sorted([*others, of_ros2])
+    assert bags_in(of_ros2) == [of_ros2] and bags_in(tmp_path / 'none') == []
+
+
+def test_a_folder_without_metadata_is_no_bag(tmp_path):
+    with pytest.raises(ConfigError, match=r'metadata\.yaml: cannot be read'):
+        as_streamed(tmp_path)
+    (tmp_path / 'metadata.yaml').write_text('a: 1')
+    with pytest.raises(ConfigError, match=r'metadata\.yaml: not a readable bag: no relative_file_paths'):
+        as_streamed(tmp_path)
+
+
+@pytest.mark.parametrize('mode', ['FILE', 'MESSAGE'])
+def test_compressed_bags_of_ros_2(tmp_path, mode):
+    path = write_ros2(tmp_path / 'bag', drive(ROS2), compression=mode)
+    messages, fault = as_streamed(path)
+    assert messages == as_streamed(write_ros2(tmp_path / 'plain', drive(ROS2)))[0] and fault == ''

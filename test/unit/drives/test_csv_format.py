@@ -1,0 +1,103 @@
+"""Delimiters, headers and numbers of CSV files."""
+
+import pytest
+
+from diff_encoder_sim.base.errors import ConfigError, InputFault
+from diff_encoder_sim.drives.csv_format import find_format
+
+ROWS = {
+    'comma': ['0.5,10,-1.5', '1.5,11,-2.5'],
+    'semicolon': ['0.5;10;-1.5', '1.5;11;-2.5'],
+    'decimal commas': ['0,5;10;-1,5', '1,5;11;-2,5'],
+    'tab': ['0.5\t10\t-1.5', '1.5\t11\t-2.5'],
+    'bar': ['0.5|10|-1.5', '1.5|11|-2.5'],
+    'spaces': ['  0.5  10 -1.5', '1.5 11   -2.5'],
+    'quotes': ['"0.5", "10" ,"-1.5"', "'1.5','11','-2.5'"],
+}
+
+
+@pytest.mark.parametrize('rows', ROWS.values(), ids=ROWS)
+@pytest.mark.parametrize('header', [[], ['# two lines', '# that say little']], ids=['plain', 'comment'])
+def test_the_delimiter_is_found(rows, header):
+    found = find_format(header + rows, ('1', '3', '2'), 's')
+    assert not found.has_header
+    assert [found.numbers(row) for row in rows] == [(500_000_000, -1.5, 10.0), (1_500_000_000, -2.5, 11.0)]
+
+
+@pytest.mark.parametrize(
+    ('lines', 'columns', 'has_header'),
+    [
+        (['time,left,right', '1,2,3'], ('time', 'left', 'right'), True),
+        (
+            ['# a drive', '#timestamp [ns],left ticks,right ticks', '1,2,3'],
+            ('timestamp [ns]', 'left ticks', '3'),
+            False,
+        ),
+        (['"t";"l";"r"', '1;2;3'], ('t', 'l', 'r'), True),
+    ],
+)
+def test_columns_are_found_by_name(lines, columns, has_header):
+    found = find_format(lines, columns, 's')
+    assert (found.columns, found.has_header) == ((0, 1, 2), has_header)
+
+
+@pytest.mark.parametrize(
+    ('text', 'unit', 'time_ns'),
+    [
+        ('1524211207123456789', 'ns', 1524211207123456789),
+        ('1524211207.123456789', 's', 1524211207123456789),
+        ('1326030975726043', 'us', 1326030975726043000),
+        ('12.5', 'ms', 12_500_000),
+        ('1e3', 'ms', 10**9),
+    ],
+)
+def test_times_are_exact(text, unit, time_ns):
+    assert find_format(['1,2,3'], '123', unit).numbers(f'{text},0,0')[0] == time_ns
+
+
+@pytest.mark.parametrize(
+    'row',
+    ['', '1,2', 'x,2,3', '1,x,3', '1,2,nan', '1,2,1e999', '-1,2,3', 'nan,2,3', '1e99,2,3', '1e999999999,2,3']
+    + [
+        '7_0,2,3',
+        '1,7_0,3',
+        '1,2,7_0',
+        '٣,2,3',
+        '1,٣,3',
+        '1,²,3',
+        '1,0x7,3',
+        '1,1e,3',
+        '1,.,3',
+        '1,infinity,3',
+        'sNaN,2,3',
+    ],
+)
+def test_a_bad_row_is_refused(row):
+    with pytest.raises(InputFault, match='expected'):
+        find_format(['1,2,3'], '123', 's').numbers(row)
+
+
+@pytest.mark.parametrize(('text', 'value'), [('-0.5', -0.5), ('+.5', 0.5), ('5.', 5.0), ('1E-3', 0.001), ('007', 7.0)])
+def test_numbers_in_every_usual_form(text, value):
+    assert find_format(['1,2,3'], '123', 's').numbers(f'1,{text},{text}') == (10**9, value, value)
+
+
+@pytest.mark.parametrize(
+    ('lines', 'columns', 'complaint'),
+    [
+        (['a,b,c', '1,2,3'], ('a', 'b', 'd'), 'given d; allowed: a number from 1 to 3 or a name: a, b, c'),
+        (['1,2,3'], ('a', '2', '3'), 'given a; allowed: a number from 1 to 3; the file has no header'),
+        (['1,2,3'], ('0', '1', '2'), 'given 0; allowed: a number from 1 to 3'),
+        (['1,2,3'], ('1', '2', '4'), 'given 4; allowed: a number from 1 to 3'),
+        (['1,2,3'], ('1', '²', '3'), 'given ²; allowed: a number from 1 to 3'),
+        (['1,2,3'], ('1', '٣', '3'), 'given ٣; allowed: a number from 1 to 3'),
+        (['1,2,3'], ('1', '2', '9' * 5000), 'allowed: a number from 1 to 3'),
+        (['a,b,c', '1,2,3'], ('a', 'b', '2'), 'given a b 2; allowed: three columns that differ'),
+        (['1,2', '3,4'], ('1', '2', '3'), 'no table; expected 3 or more columns'),
+        (['# nothing'], ('1', '2', '3'), 'no table'),
+        ([], ('1', '2', '3'), 'no table'),
+    ],
+)
+def test_what_is_not_there_is_named(lines, columns, complaint):
+    with pytest.raises(ConfigError, match=complaint):
+        find_format(lines, columns, 's')

@@ -1,0 +1,76 @@
+"""Numbers in messages by their names."""
+
+import numpy as np
+import pytest
+
+from diff_encoder_sim.base.errors import ConfigError, InputFault
+from diff_encoder_sim.drives.bag_source import open_source
+from diff_encoder_sim.drives.message_fields import find_field
+from reencoding_sources import Bag, jackal, kobuki, odometry, turtlebot3
+
+
+@pytest.fixture(scope='module', params=[False, True], ids=['ROS 1', 'ROS 2'])
+def source(tmp_path_factory, request):
+    bag = Bag(request.param)
+    for part in (kobuki, jackal, odometry, turtlebot3):
+        bag.rows += part(request.param).rows[:3]
+    bag.array('/pair', 10**9, 'std_msgs/msg/Int32MultiArray', np.array([7, -8], np.int32))
+    bag.array('/bad', 10**9, 'std_msgs/msg/Float64MultiArray', np.array([np.nan, np.inf]))
+    bag.add('/count', 10**9, 'std_msgs/msg/Int64', data=2**62)
+    bag.add('/text', 10**9, 'std_msgs/msg/String', data='7')
+    with open_source(bag.write(tmp_path_factory.mktemp('bag') / ('a' if request.param else 'a.bag'))) as opened:
+        yield opened
+
+
+def first_value(source, given):
+    field = find_field('a.bag', source, '--ticks', given)
+    message = next(iter(source.messages((field.topic,))))
+    return field, field.value(field.message.decode(message.raw))
+
+
+@pytest.mark.parametrize(
+    ('given', 'name', 'value', 'bits'),
+    [
+        ('/count', '/count', 2**62, None),
+        ('count.data', '/count', 2**62, None),
+        ('/pair[1]', '/pair[1]', -8, 32),
+        ('/pair.data[0]', '/pair[0]', 7, 32),
+        ('/mobile_base/sensors/core.left_encoder', '/mobile_base/sensors/core.left_encoder', 64835, 16),
+        ('/feedback.drivers[1].measured_velocity', '/feedback.drivers[1].measured_velocity', np.float32(4.4), None),
+        ('/odom.pose.pose.orientation.w', '/odom.pose.pose.orientation.w', 1.0, None),
+        ('/odom.pose.covariance[35]', '/odom.pose.covariance[35]', 0.0, None),
+    ],
+)
+def test_a_number_is_found(source, given, name, value, bits):
+    field, found = first_value(source, given)
+    assert (field.name, found, field.bits) == (name, value, bits)
+
+
+@pytest.mark.parametrize(
+    ('given', 'complaint'),
+    [
+        ('/cont', 'given /cont; allowed: TOPIC or TOPIC.field.* of its topics /bad, /count'),
+        ('/count[', 'given /count.; allowed: TOPIC'),
+        ('', 'given ; allowed: TOPIC'),
+        ('/count.x', 'no number of std_msgs/msg/Int64; allowed: /count'),
+        ('/count[0]', 'allowed: /count'),
+        ('/text', 'no number of std_msgs/msg/String; allowed: it has no numbers'),
+        ('/pair', r'allowed: .*/pair\[0\], /pair\[1\]'),
+        ('/feedback.drivers[2].measured_travel', r'allowed: .*/feedback.drivers\[1\].measured_travel'),
+        ('/feedback.drivers.measured_travel', r'allowed: /feedback.drivers\[0\].current'),
+        ('/feedback', r'allowed: /feedback.drivers\[0\].current'),
+        ('/sensor_state.header.seq.x', 'allowed: /sensor_state.bumper'),
+        ('array[' + '9' * 5000 + ']', 'allowed: TOPIC or TOPIC.field'),
+        ('array[\u0660]', 'allowed: TOPIC or TOPIC.field'),
+    ],
+)
+def test_what_is_no_number_is_refused_and_those_that_are_are_listed(source, given, complaint):
+    with pytest.raises(ConfigError, match=complaint) as caught:
+        find_field('a.bag', source, '--ticks', given)
+    assert str(caught.value).startswith('a.bag: --ticks: given ') and '\n' not in str(caught.value)
+
+
+@pytest.mark.parametrize(('given', 'complaint'), [('/pair[2]', '2 elements'), ('/bad[0]', 'nan'), ('/bad[1]', 'inf')])
+def test_a_message_without_the_number_is_dropped(source, given, complaint):
+    with pytest.raises(InputFault, match=complaint):
+        first_value(source, given)

@@ -1,0 +1,85 @@
+"""Wheel angles from poses by inverse kinematics."""
+
+import numpy as np
+import pytest
+
+from diff_encoder_sim.base.se2 import Pose2D, move_along_arc
+from diff_encoder_sim.drives.bag_messages import Message
+from diff_encoder_sim.drives.odometry_wheels import OdometryWheels
+from diff_encoder_sim.drives.reference import FramePair, PoseTopic
+from diff_encoder_sim.drives.start_angles import start_angles_rad
+from diff_encoder_sim.wheels.odometry_params import OdometryParams
+from diff_encoder_sim.wheels.wheel_encoder import DiffEncoder, EncoderParams
+from diff_encoder_sim.wheels.wheel_odometry import WheelOdometry
+from reencoding_drives import JOINTS, MAKERS, ROS1, WHEEL_DIAMETER_M, WHEEL_SEPARATION_M
+
+# Ahead, about a wheel, on the spot, back in a bend; a step is both wheels' angles [rad].
+STEPS_RAD = [(0.2, 0.2)] * 5 + [(0.0, 0.3)] * 5 + [(-0.4, 0.4)] * 9 + [(-0.3, -0.1)] * 20 + [(0.0, 0.0)] * 2
+
+
+def poses(axle_x_m=0.0):
+    """The base's, which is behind the axle."""
+    axle, to_base = Pose2D(3.0, -2.0, 1.0), Pose2D(-axle_x_m, 0.0, 0.0)
+    yield axle.compose(to_base)
+    for left_rad, right_rad in STEPS_RAD:
+        left_m, right_m = 0.5 * WHEEL_DIAMETER_M * left_rad, 0.5 * WHEEL_DIAMETER_M * right_rad
+        axle = move_along_arc(axle, 0.5 * (left_m + right_m), (right_m - left_m) / WHEEL_SEPARATION_M)
+        yield axle.compose(to_base)
+
+
+def read(maker, all_poses, seed=1, **params):
+    odometry = PoseTopic('/odom', 'nav_msgs/msg/Odometry', maker.is_ros2)
+    wheels = OdometryWheels(odometry, JOINTS, OdometryParams(**params), seed)
+    messages = [maker.pose('nav_msgs/msg/Odometry', tick * 10**7, pose) for tick, pose in enumerate(all_poses)]
+    found = [wheels.angles(Message('/odom', 0, maker.raw(message)))[0] for message in messages]
+    return np.array([joints.values for joints in found]), wheels
+
+
+@MAKERS
+@pytest.mark.parametrize('axle_x_m', [0.0, 0.15])
+def test_wheels_turn_as_they_did(maker, axle_x_m):
+    found, wheels = read(maker, poses(axle_x_m), axle_x=axle_x_m)
+    turned_rad = np.vstack([(0.0, 0.0), np.cumsum(STEPS_RAD, axis=0)])
+    assert found == pytest.approx(np.array(start_angles_rad(1)) + turned_rad, abs=1e-9)
+    assert len(list(wheels.notes())) == 2
+
+
+def test_two_frames_are_odometry_too():
+    wheels = OdometryWheels(FramePair('odom', 'base_link', is_cdr=False), JOINTS, OdometryParams(), seed=1)
+    found = []
+    for tick, pose in enumerate(poses()):
+        transform = ROS1.tf(ROS1.transform(tick * 10**7, pose, 'odom', 'base_link'))
+        found += wheels.angles(Message('/tf', 0, ROS1.raw(transform)))
+        assert wheels.angles(Message('/tf', 0, ROS1.raw(ROS1.tf(ROS1.transform(1, pose, 'base_link', 'wheel'))))) == []
+    turned_rad = np.subtract(found[-1].values, found[0].values)
+    assert turned_rad == pytest.approx(np.sum(STEPS_RAD, axis=0), abs=1e-9)
+
+
+def test_what_poses_cannot_show_is_said():
+    _, wheels = read(ROS1, poses())
+    what, start = wheels.notes()
+    assert 'computed from the poses of /odom' in what and 'slip' in what
+    assert '--seed 1' in start
+
+
+def test_sideways_motion_is_left_out_and_said():
+    found, wheels = read(ROS1, [Pose2D(0.1 * step, 0.05 * step, 0.0) for step in range(11)])
+    assert found[-1] - found[0] == pytest.approx((10.0, 10.0))
+    assert '0.50 m sideways on 1.00 m ahead' in list(wheels.notes())[2]
+
+
+@pytest.mark.heavy
+def test_encoders_of_a_straight_drive_err_as_those_of_wheels_that_stood_anywhere():
+    """Closed form: the lateral error has the standard deviation (S d / L) sqrt(1/6)."""
+    length_m, ppr = 5.0, 40
+    straight = [Pose2D(0.05 * step, 0.0, 0.0) for step in range(round(length_m / 0.05) + 1)]
+    ends_y_m = []
+    for seed in range(150):
+        encoder, odometry = DiffEncoder(EncoderParams(ppr=ppr)), WheelOdometry(OdometryParams(ppr=ppr))
+        for tick, angles_rad in enumerate(read(ROS1, straight, seed)[0].tolist()):
+            sample = encoder.update(tick * 50_000_000, JOINTS, angles_rad)
+            estimate = odometry.update(*sample)
+        ends_y_m.append(estimate.base_pose_in_odom.y_m)
+    m_per_pulse = np.pi * WHEEL_DIAMETER_M / ppr
+    expected_m = length_m * m_per_pulse / WHEEL_SEPARATION_M * np.sqrt(1.0 / 6.0)
+    assert np.std(ends_y_m) == pytest.approx(expected_m, rel=0.15)

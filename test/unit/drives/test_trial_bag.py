@@ -1,0 +1,291 @@
+"""A trial's bag: what the nodes' connections would be, whole or absent, the same bytes each time."""
+
+import contextlib
+import errno
+import os
+import resource
+import subprocess
+
+import pytest
+from rosbags.highlevel import AnyReader
+
+from diff_encoder_sim.drives import topics
+from diff_encoder_sim.drives.bag_files import Ros1File
+from diff_encoder_sim.drives.basic_messages import encode_clock, encode_string
+from diff_encoder_sim.drives.ros1_writer import Ros1Writer
+from diff_encoder_sim.drives.scan_messages import encode_scan
+from diff_encoder_sim.drives.test_definition import load_test
+from diff_encoder_sim.drives.trial_bag import TrialBag
+from diff_encoder_sim.drives.trial_definition import Trial
+from diff_encoder_sim.drives.trial_outcome import Outcome
+from diff_encoder_sim.drives.trial_recording import read_trial
+from diff_encoder_sim.drives.typestore import definition
+from places import ROOT
+from recorded_messages import MAP_POSE, ODOM_POSE, SCAN, one_of_each, pose
+
+FORMATS = pytest.mark.parametrize('bag_format', ['ros1', 'mcap'])
+
+
+def write_some(bag, count=20):
+    """Some of the topics, over and again."""
+    for index in range(count):
+        now_ns = index * 10_000_000
+        bag.write(topics.CLOCK, topics.SIMULATOR_NODE, encode_clock(now_ns), now_ns)
+        bag.write(topics.TF, topics.ODOM_NODE, ODOM_POSE, now_ns)
+        bag.write(topics.WORLD_POSE, topics.WORLD_POSE_NODE, pose(now_ns), now_ns)
+        bag.write(topics.SCAN, topics.SIMULATOR_NODE, encode_scan(SCAN, 'laser', 0.1), now_ns)
+        bag.write(topics.TF, topics.AMCL_NODE, MAP_POSE, now_ns)
+
+
+def written(path):
+    """Each message as (topic, time, message), and the connections in their order."""
+    with AnyReader([path]) as reader:
+        return (
+            [
+                (connection.topic, time_ns, reader.deserialize(raw, connection.msgtype))
+                for connection, time_ns, raw in reader.messages()
+            ],
+            sorted(reader.connections, key=lambda connection: connection.id),
+        )
+
+
+@contextlib.contextmanager
+def largest_file(size):
+    """The kernel refuses to let a file grow further, as it does on a full disk."""
+    _, hard = before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+def test_each_publisher_has_its_connection_in_order_of_use(tmp_path):
+    path = tmp_path / 'a.bag'
+    with TrialBag(path, 'full') as bag:
+        write_some(bag)
+        bag.write(topics.TRIAL_RESULT, topics.NAVIGATION_TRIAL_NODE, encode_string('{}'), 10**9)
+    _, connections = written(path)
+    assert [
+        (connection.topic, connection.ext.callerid, connection.ext.latching, connection.msgcount)
+        for connection in connections
+    ] == [
+        ('/clock', '/simulator_node', 0, 20),
+        ('/tf', '/gz_diff_odom_node', 0, 20),
+        ('/world_pose', '/world_pose_node', 0, 20),
+        ('/scan', '/simulator_node', 0, 20),
+        ('/tf', '/amcl', 0, 20),
+        ('/trial_result', '/navigation_trial_node', 1, 1),
+    ]
+
+
+def test_each_publisher_counts_its_headers_from_one(tmp_path):
+    path = tmp_path / 'a.bag'
+    with TrialBag(path, 'full') as bag:
+        for _ in range(3):
+            bag.write(topics.ODOM, topics.ODOM_NODE, pose(), 5)  # any type that begins with a header
+            bag.write(topics.WORLD_POSE, topics.WORLD_POSE_NODE, pose(), 5)
+            bag.write(topics.TF, topics.ODOM_NODE, ODOM_POSE, 5)
+    with AnyReader([path]) as reader:
+        raw = {
+            topic: [bytes(raw) for connection, _, raw in reader.messages() if connection.topic == topic]
+            for topic in (topics.ODOM, topics.WORLD_POSE, topics.TF)
+        }
+    for topic in (topics.ODOM, topics.WORLD_POSE):
+        assert raw[topic] == [bytes([seq, 0, 0, 0]) + pose()[4:] for seq in (1, 2, 3)]
+    assert raw[topics.TF] == [ODOM_POSE] * 3
+
+
+def test_times_are_kept_and_nothing_is_at_zero(tmp_path):
+    path = tmp_path / 'a.bag'
+    with TrialBag(path, 'full') as bag:
+        for time_ns in (0, 1, 10_000_000, 3_000_000_001):
+            bag.write(topics.CLOCK, topics.SIMULATOR_NODE, encode_clock(time_ns), time_ns)
+    found, _ = written(path)
+    assert [time_ns for _, time_ns, _ in found] == [1, 1, 10_000_000, 3_000_000_001]
+    assert [message.clock.nanosec for _, _, message in found] == [0, 1, 10_000_000, 1]
+
+
+def test_equal_calls_write_equal_bytes(tmp_path):
+    contents = []
+    for name in ('first.bag', 'second.bag'):
+        with TrialBag(tmp_path / name, 'full') as bag:
+            write_some(bag, count=1000)  # several chunks
+        contents.append((tmp_path / name).read_bytes())
+    assert len(contents[0]) > 2 * 2**20
+    assert contents[0] == contents[1]
+
+
+def test_a_minimal_recording_is_what_analysis_reads(tmp_path):
+    path = tmp_path / 'a.bag'
+    trial = Trial(test=load_test('SL', ROOT / 'config'), ppr=90, number=1)
+    with TrialBag(path, 'minimal') as bag:
+        bag.write(topics.TRIAL, topics.NAVIGATION_TRIAL_NODE, encode_string(trial.model_dump_json()), 0)
+        write_some(bag)
+        bag.write(
+            topics.TRIAL_RESULT,
+            topics.NAVIGATION_TRIAL_NODE,
+            encode_string('{"outcome": "succeeded", "reason": ""}'),
+            10**9,
+        )
+    recording = read_trial(path)
+    assert (recording.trial, recording.outcome) == (trial, Outcome.SUCCEEDED)
+    assert recording.poses[topics.WORLD_POSE].stamps_ns.tolist() == [10_000_000 * index for index in range(20)]
+    assert {connection.topic for connection in written(path)[1]} == {'/trial', '/world_pose', '/trial_result'}
+
+
+def test_what_each_mode_records():
+    everything = set(topics.RECORDED)
+    bulk = {'/clock', '/joint_states', '/gazebo/model_states', '/tf', '/tf_static', '/scan', '/map', '/map_metadata'}
+    for mode, recorded in (('full', everything), ('minimal', everything - bulk), ('none', set())):
+        bag = TrialBag('a.bag', mode)
+        assert {topic for topic in topics.RECORDED if bag.wants(topic)} == recorded
+    assert len(everything) == 20
+
+
+def test_the_mode_none_writes_no_file(tmp_path):
+    with TrialBag(tmp_path / 'bags' / 'a.bag', 'none') as bag:
+        write_some(bag)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_node_that_does_not_publish_a_topic_is_refused(tmp_path):
+    with pytest.raises(ValueError, match='/amcl does not publish /odom; expected one of .*/gz_diff_odom_node'):
+        with TrialBag(tmp_path / 'a.bag', 'full') as bag:
+            bag.write(topics.ODOM, topics.AMCL_NODE, pose(), 5)
+
+
+@pytest.mark.parametrize('error', [RuntimeError, KeyboardInterrupt, SystemExit])
+@pytest.mark.parametrize('count', [0, 1, 1000])
+@FORMATS
+def test_an_exception_leaves_no_file(tmp_path, error, count, bag_format):
+    with pytest.raises(error):
+        with TrialBag(tmp_path / 'a.bag', 'full', bag_format) as bag:
+            write_some(bag, count)
+            raise error
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_until_it_is_whole_it_has_another_name(tmp_path):
+    with TrialBag(tmp_path / 'bags' / 'a.bag', 'full') as bag:
+        write_some(bag)
+        assert os.listdir(str(tmp_path / 'bags')) == ['a.bag.active']
+    assert os.listdir(str(tmp_path / 'bags')) == ['a.bag']
+
+
+def test_what_a_killed_process_left_is_replaced(tmp_path):
+    path = tmp_path / 'a.bag'
+    (tmp_path / 'a.bag.active').write_bytes(b'torn')
+    path.write_bytes(b'old')
+    with TrialBag(path, 'full') as bag:
+        write_some(bag)
+        assert path.read_bytes() == b'old'
+    assert os.listdir(str(tmp_path)) == ['a.bag']
+    assert len(written(path)[0]) == 100
+
+
+# Some fail at a chunk of 1 MiB, some at the last chunk or the index, when the bag is closed.
+@pytest.mark.parametrize('size', [0, 5_000, 100_000, 2_000_000])
+@FORMATS
+def test_a_file_that_cannot_grow_is_named_and_removed(tmp_path, size, bag_format):
+    path = tmp_path / 'a.bag'
+    with pytest.raises(OSError) as caught, largest_file(size):
+        with TrialBag(path, 'full', bag_format) as bag:
+            write_some(bag, count=1000)
+    assert (caught.value.errno, caught.value.filename) == (errno.EFBIG, str(path))
+    assert 'bag cannot be written: File too large' in str(caught.value)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize('method', ['open', 'write_records', 'close'])
+def test_a_full_disk_can_be_told(tmp_path, monkeypatch, method):
+    def full(*_):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(Ros1Writer, method, full)
+    with pytest.raises(OSError, match='bag cannot be written: No space left on device') as caught:
+        with TrialBag(tmp_path / 'a.bag', 'full') as bag:
+            write_some(bag)
+    assert caught.value.errno == errno.ENOSPC
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize('name', ['file/bags/a.bag', 'folder'])
+@FORMATS
+def test_a_path_that_cannot_be_is_named(tmp_path, name, bag_format):
+    (tmp_path / 'file').write_text('')
+    (tmp_path / 'folder').mkdir()
+    with pytest.raises(OSError, match='bag cannot be written') as caught:
+        with TrialBag(tmp_path / name, 'full', bag_format) as bag:
+            write_some(bag)
+    assert caught.value.filename == str(tmp_path / name)
+    assert sorted(os.listdir(str(tmp_path))) == ['file', 'folder']
+
+
+@pytest.mark.parametrize('count', [1, 999, 1000, 2500])
+def test_messages_that_wait_are_written_in_their_order_and_before_the_bag_is_closed(tmp_path, count):
+    with TrialBag(tmp_path / 'a.bag', 'full') as bag:
+        for time_ns in range(1, count):
+            bag.publish(topics.CLOCK, topics.SIMULATOR_NODE, time_ns, encode_clock, time_ns)
+        bag.write(topics.CLOCK, topics.SIMULATOR_NODE, encode_clock(count), count)
+        bag.publish(topics.CLOCK, topics.SIMULATOR_NODE, count + 1, encode_clock, count + 1)
+    with AnyReader([tmp_path / 'a.bag']) as reader:
+        messages = [(time_ns, bytes(raw)) for _, time_ns, raw in reader.messages()]
+    assert messages == [(time_ns, encode_clock(time_ns)) for time_ns in range(1, count + 2)]
+
+
+@pytest.mark.parametrize('mode', ['minimal', 'none'])
+def test_what_is_not_recorded_is_not_encoded(tmp_path, mode):
+    with TrialBag(tmp_path / 'a.bag', mode) as bag:
+        bag.publish(topics.CLOCK, topics.SIMULATOR_NODE, 10, pytest.fail, 'was encoded')
+
+
+def test_a_full_disk_is_named_where_messages_wait(tmp_path, monkeypatch):
+    def full(*_):
+        raise OSError(errno.ENOSPC, 'No space left on device')
+
+    path = tmp_path / 'a.bag'
+    with pytest.raises(OSError, match='^.Errno 28. bag cannot be written: No space left on device') as caught:
+        with TrialBag(path, 'full') as bag:
+            monkeypatch.setattr(Ros1File, 'write', full)
+            bag.publish(topics.CLOCK, topics.SIMULATOR_NODE, 10, encode_clock, 10)
+    assert (caught.value.errno, caught.value.filename) == (errno.ENOSPC, str(path))
+    assert os.listdir(str(tmp_path)) == []
+
+
+def test_ros_reads_it(tmp_path):
+    rosbag = pytest.importorskip('rosbag')
+    path = tmp_path / 'a.bag'
+    expected = {}
+    with TrialBag(path, 'full') as bag:
+        for time_ns in range(0, 10**10, 10**7):  # several chunks
+            for topic, node, message in one_of_each():
+                bag.write(topic.name, node, message, time_ns)
+                md5sum = definition(topic.message_type).md5sum
+                expected.setdefault(
+                    (topic.name, node), (topic.message_type.replace('/msg/', '/'), md5sum, str(int(topic.is_latched)))
+                )
+    with rosbag.Bag(str(path)) as read:
+        headers = [
+            {key: value.decode() for key, value in connection.header.items()} for connection in read._get_connections()
+        ]
+        assert {
+            (about['topic'], about['callerid']): (about['type'], about['md5sum'], about['latching'])
+            for about in headers
+        } == expected
+        times_ns = [time.to_nsec() for _, _, time in read.read_messages()]
+        assert times_ns == sorted(times_ns)
+        assert len(times_ns) == 1000 * len(expected) == read.get_message_count()
+        assert f'messages:    {len(times_ns)}' in str(read)  # what rosbag info prints
+
+
+def test_rosbag_check_finds_nothing_to_migrate(tmp_path):
+    pytest.importorskip('rosbag')
+    pytest.importorskip('diff_encoder_sim.msg')
+    path = tmp_path / 'a.bag'
+    with TrialBag(path, 'full') as bag:
+        for topic, node, message in one_of_each():
+            if topic.name != topics.MODEL_STATES:  # gazebo_msgs may not be installed
+                bag.write(topic.name, node, message, 7)
+    result = subprocess.run(['rosbag', 'check', str(path)], capture_output=True, text=True)
+    assert (result.stdout, result.stderr) == ('Bag file does not need any migrations.\n', '')

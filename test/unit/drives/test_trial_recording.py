@@ -1,0 +1,123 @@
+"""Reading a trial's bag: the poses that rosbags itself decodes, and one line for a bag that is none."""
+
+import math
+
+import numpy as np
+import pytest
+from rosbags.rosbag1 import Writer
+
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.drives.basic_messages import encode_string
+from diff_encoder_sim.drives.trial_outcome import Outcome
+from diff_encoder_sim.drives.trial_recording import read_trial
+from diff_encoder_sim.drives.typestore import noetic_store
+from trial_bags import ODOM, ODOMETRY, STAMPED, TEXT, TRUTH, message, trial, write_bag
+
+
+def refusal(path):
+    with pytest.raises(ConfigError) as caught:
+        read_trial(path)
+    assert str(caught.value).startswith(f'{path}: ') and '\n' not in str(caught.value)
+    return str(caught.value)
+
+
+def test_every_series_is_read(tmp_path):
+    recording = read_trial(write_bag(tmp_path / 'a.bag', trial(), amcl=TRUTH[:1], estimated=TRUTH[:2]))
+    assert recording.trial == trial() and recording.outcome == Outcome.SUCCEEDED
+    assert {topic: len(series.stamps_ns) for topic, series in recording.poses.items()} == {
+        '/odom': 3,
+        '/world_pose': 3,
+        '/amcl_pose': 1,
+        '/global_pose': 2,
+    }
+    assert recording.poses['/odom'].x_y_yaw == pytest.approx(np.array(ODOM))
+    assert recording.poses['/odom'].stamps_ns.tolist() == [50_000_000, 100_000_000, 150_000_000]
+
+
+def test_a_bag_without_a_result_is_torn_and_silent_topics_are_left_out(tmp_path):
+    recording = read_trial(write_bag(tmp_path / 'a.bag', trial(), result=None))
+    assert recording.outcome == Outcome.TORN and set(recording.poses) == {'/odom', '/world_pose'}
+
+
+def test_an_unknown_outcome_is_refused(tmp_path):
+    message = refusal(write_bag(tmp_path / 'a.bag', trial(), result='won'))
+    assert "/trial_result: outcome: given 'won'; allowed: succeeded, collision" in message
+
+
+@pytest.mark.parametrize(
+    ('about', 'complaint'),
+    [
+        (None, 'no /trial message; expected a bag that trial.launch or a campaign recorded'),
+        ('{', '/trial: not JSON'),
+        ('[1]', 'expected a JSON object'),
+        ('{"test": 3}', '/trial: test: given 3'),
+    ],
+)
+def test_what_is_asked_of_the_trial_must_be_there(tmp_path, about, complaint):
+    assert complaint in refusal(write_bag(tmp_path / 'a.bag', about))
+
+
+@pytest.mark.parametrize('row', [(math.nan, 0.0, 0.0), (0.0, math.inf, 0.0), (0.0, 0.0, math.nan)])
+def test_poses_are_finite(tmp_path, row):
+    said = refusal(write_bag(tmp_path / 'a.bag', trial(), odom=[ODOM[0], row]))
+    assert '/odom: message 2: ' in said and said.endswith('expected a finite pose')
+
+
+def test_a_message_that_is_too_short_is_named(tmp_path):
+    path = tmp_path / 'a.bag'
+    with Writer(path) as bag:
+        bag.write(
+            bag.add_connection('/trial', TEXT, typestore=noetic_store()), 1, encode_string(trial().model_dump_json())
+        )
+        odom = bag.add_connection('/odom', ODOMETRY, typestore=noetic_store())
+        bag.write(odom, 2, message(ODOMETRY, ODOM[0], 0))
+        bag.write(odom, 3, message(ODOMETRY, ODOM[1], 1)[:80])
+    assert refusal(path).endswith('/odom: message 2: a message is torn; expected a finite pose')
+
+
+def test_two_robots_are_not_taken_for_one(tmp_path):
+    spaces = write_bag(tmp_path / 'a.bag', trial(), more=[('/second/odom', ODOMETRY, None, ODOM)])
+    assert refusal(spaces).endswith('odometry on /odom and /second/odom; expected one robot, on /odom')
+    nodes = write_bag(
+        tmp_path / 'b.bag', trial(), odom=(), more=[('/odom', ODOMETRY, name, ODOM) for name in ('/one', '/two')]
+    )
+    assert '/odom is published by /one and /two; expected one robot' in refusal(nodes)
+
+
+def test_a_topic_of_another_type_is_named(tmp_path):
+    path = write_bag(tmp_path / 'a.bag', trial(), more=[('/amcl_pose', STAMPED, None, TRUTH)])
+    assert '/amcl_pose is geometry_msgs/msg/PoseStamped' in refusal(path)
+    assert 'expected geometry_msgs/msg/PoseWithCovarianceStamped' in refusal(path)
+
+
+@pytest.mark.parametrize('content', [b'', b'hello', b'\xff\xfe', b'#ROSBAG V2.0\n', b'#ROSBAG V2.0\n' + b'x' * 5000])
+def test_a_file_that_is_no_bag_is_named(tmp_path, content):
+    path = tmp_path / 'bad.bag'
+    path.write_bytes(content)
+    refusal(path)
+
+
+def test_a_bag_that_is_not_there_is_named(tmp_path):
+    assert refusal(tmp_path / 'no.bag').endswith('no such bag')
+
+
+def test_a_bag_cut_off_anywhere_is_named(tmp_path):
+    whole = write_bag(tmp_path / 'whole.bag', trial()).read_bytes()
+    path = tmp_path / 'cut.bag'
+    for length in range(0, len(whole), 97):
+        path.write_bytes(whole[:length])
+        refusal(path)
+
+
+def test_a_damaged_bag_is_read_or_named(tmp_path):
+    whole = write_bag(tmp_path / 'whole.bag', trial()).read_bytes()
+    rng, path, refused = np.random.default_rng(5), tmp_path / 'damaged.bag', 0
+    for position, value in zip(rng.integers(len(whole), size=300).tolist(), rng.integers(256, size=300).tolist()):
+        for damage, lost in ((bytes([value]), 1), (bytes(200), value)):
+            path.write_bytes(whole[:position] + damage + whole[position + lost :])
+            try:
+                read_trial(path)
+            except ConfigError as error:
+                refused += 1
+                assert str(error).startswith(f'{path}: ') and '\n' not in str(error)
+    assert refused > 50

@@ -1,0 +1,188 @@
+"""The mapper as a whole, in a small room."""
+
+import math
+
+import numpy as np
+import pytest
+
+from diff_encoder_sim.base.errors import InputFault
+from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, wrap_angle
+from diff_encoder_sim.localization.grid_slam import GridSlam
+from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, UNKNOWN
+from patch_memory import patch_count, unshared_patch_count
+from slam_room import around_the_room, params, room_scan
+
+START = Pose2D(0.4, -0.3, 0.5)  # in odom, of the first scan
+
+
+LASER = Pose2D(0.15, -0.05, 0.4)
+
+
+SECOND_NS = 10**9
+
+
+def drive(seed=1, noise=0.0, laser=IDENTITY, sigma_m=0.01, count=40, **changes):
+    """Map the room; the mapper, the true poses as seen from the first, and the odometry."""
+    rng = np.random.default_rng(99)
+    slam = GridSlam(params(**changes), np.random.default_rng(seed))
+    true = around_the_room()[:count]
+    drift = noise * np.cumsum(rng.standard_normal((len(true), 3)), axis=0) * [1.0, 1.0, 0.5]
+    drift -= drift[0]
+    odometry, estimates = [], []
+    for index, pose in enumerate(true):
+        relative = pose.relative_to(true[0])
+        odometry.append(START.compose(Pose2D(*(np.array(relative) + drift[index]).tolist())))
+        scan = room_scan(pose, rng, sigma_m, laser_pose_in_base=laser, stamp_ns=index * SECOND_NS)
+        estimates.append(slam.update(odometry[-1], scan, laser))
+    return slam, [pose.relative_to(true[0]) for pose in true], odometry, estimates
+
+
+def errors(slam, true):
+    """(n, 3) of the trajectory, as seen from its first pose."""
+    path = slam.trajectory
+    first = path[0].base_pose_in_map
+    off = [np.subtract(step.base_pose_in_map.relative_to(first), true[step.stamp_ns // SECOND_NS]) for step in path]
+    return np.array([[x, y, wrap_angle(yaw)] for x, y, yaw in off])
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize('laser', [IDENTITY, LASER])
+def test_drifting_odometry_is_corrected(laser):
+    slam, true, odometry, _ = drive(noise=0.03, laser=laser)
+    assert math.hypot(*np.subtract(odometry[-1].relative_to(odometry[0]), true[-1])[:2]) > 0.1
+    off = errors(slam, true)
+    assert len(off) > 30
+    assert np.abs(off[:, :2]).max() < 0.03 and np.abs(off[:, 2]).max() < 0.01
+    corrected = slam.odom_pose_in_map.compose(odometry[-1])
+    assert np.subtract(corrected.relative_to(START)[:2], true[-1][:2]) == pytest.approx([0.0, 0.0], abs=0.03)
+
+
+def test_the_map_shows_the_room():
+    slam, _, _, _ = drive()
+    grid = slam.map()
+    true = around_the_room()
+    map_in_room = true[0].compose(START.inverse())
+
+    def cell_of(x_m, y_m):
+        return grid.cells[grid.cell_at(*Pose2D(x_m, y_m, 0.0).relative_to(map_in_room)[:2])]
+
+    assert [cell_of(x, y) for x, y in ((0.0, 0.0), (2.2, 1.7), (-2.2, -1.8))] == [FREE] * 3
+    assert [cell_of(x, y) for x, y in ((3.0, 0.0), (1.3, -1.1), (0.8, 1.8))] == [UNKNOWN] * 3
+    walls = [(2.48, y) for y in np.arange(-1.5, 1.5, 0.1)]
+    near = [max(cell_of(x + dx, y) for dx in (-0.03, 0.0, 0.03)) for x, y in walls]
+    assert near == [OCCUPIED] * len(walls)
+
+
+def test_equal_seeds_give_equal_bytes_and_others_do_not():
+    def result(seed):
+        slam, _, _, estimates = drive(seed, noise=0.02, count=20)
+        return (slam.map().cells.tobytes(), slam.particles.tobytes(), str(slam.trajectory), str(estimates))
+
+    first = result(3)
+    assert first == result(3)
+    assert first[1] != result(4)[1]
+
+
+@pytest.mark.heavy
+def test_particles_are_redrawn_when_few_of_them_count():
+    """And only then, and the paths go on through it."""
+    slam, _, _, estimates = drive(noise=0.03, sigma_m=0.03)
+    estimates = [estimate for estimate in estimates if estimate]
+    assert all(estimate.has_resampled == (estimate.effective_count < 4.0) for estimate in estimates[1:])
+    assert 2 <= sum(estimate.has_resampled for estimate in estimates) < len(estimates) - 2
+    for _before, after in zip(estimates[1:], estimates[2:]):
+        assert 0.0 <= after.entropy <= math.log(8)
+    assert len(slam.trajectory) == len(estimates)
+    assert slam.trajectory[0].base_pose_in_map == pytest.approx(START)
+    never, _, _, its = drive(noise=0.03, sigma_m=0.03, resampleThreshold=0.0)
+    assert not any(estimate.has_resampled for estimate in its if estimate)
+    assert 1.0 / np.square(never.weights).sum() < 4.0
+
+
+def test_the_path_is_that_of_the_best_particle():
+    """Also just after it has been redrawn to another place in the set."""
+    rng, slam = np.random.default_rng(5), GridSlam(params(), np.random.default_rng(2))
+    redrawn = 0
+    for index, pose in enumerate(around_the_room(25)):
+        estimate = slam.update(pose, room_scan(pose, rng, 0.03, stamp_ns=index), IDENTITY)
+        if estimate is not None:
+            redrawn += estimate.has_resampled
+            assert slam.trajectory[-1] == (index, estimate.base_pose_in_map)
+    assert redrawn >= 2
+
+
+def test_maps_are_shared_between_particles():
+    slam, _, _, estimates = drive(sigma_m=0.03)
+    assert any(estimate.has_resampled for estimate in estimates if estimate)
+    assert patch_count(slam.maps) < unshared_patch_count(slam.maps)
+    counts = np.bincount(slam.maps.table.ravel(), minlength=len(slam.maps.references))
+    assert (slam.maps.references[1:] == counts[1:]).all()
+
+
+def test_the_map_grows_with_what_is_seen():
+    slam, _, _, _ = drive(xmin=0.0, xmax=1.0, ymin=0.0, ymax=1.0, count=12)
+    whole, _, _, _ = drive(count=12)
+    seen, seen_by_whole = ((s.map().cells == FREE).sum() for s in (slam, whole))
+    assert seen == pytest.approx(seen_by_whole, rel=0.01)
+
+
+def test_scans_are_entered_after_a_move_a_turn_or_a_time():
+    slam = GridSlam(params(temporalUpdate=5.0), np.random.default_rng(0))
+
+    def enters(x_m, yaw_rad, stamp_s):
+        pose = Pose2D(x_m, 0.0, yaw_rad)
+        scan = room_scan(pose, stamp_ns=round(stamp_s * SECOND_NS))
+        return slam.update(pose, scan, IDENTITY) is not None
+
+    assert enters(0.0, 0.0, 0.0)
+    assert not enters(0.19, 0.0, 1.0)
+    assert enters(0.21, 0.0, 1.1)
+    assert not enters(0.21, -0.19, 1.2)
+    # A pulse to and fro is no turn, however often.
+    assert not any(enters(0.21, 0.15 * (-1) ** step, 1.3 + 0.1 * step) for step in range(6))
+    assert enters(0.21, -0.21, 2.0)
+    assert not enters(0.21, -0.21, 7.0)
+    assert enters(0.21, -0.21, 7.1)
+
+
+@pytest.mark.parametrize(
+    ('change', 'message'),
+    [
+        (dict(ranges_m=np.empty(0)), 'expected at least one'),
+        (dict(angle_increment_rad=math.nan), 'expected finite numbers'),
+        (dict(range_max_m=0.0), 'range_max 0.0'),
+        (dict(stamp_ns=0), 'time went back; the map so far is kept'),
+    ],
+)
+def test_bad_scans_change_nothing(change, message):
+    slam, _, odometry, _ = drive(count=5)
+    before = slam.map().cells.tobytes(), slam.last_estimate, slam.particles.tobytes()
+    scan = room_scan(IDENTITY, stamp_ns=100 * SECOND_NS)._replace(**change)
+    with pytest.raises(InputFault, match=message):
+        slam.update(odometry[-1].compose(Pose2D(0.3, 0.0, 0.0)), scan, IDENTITY)
+    assert (slam.map().cells.tobytes(), slam.last_estimate, slam.particles.tobytes()) == before
+
+
+@pytest.mark.parametrize('pose', [Pose2D(math.nan, 0.0, 0.0), Pose2D(9e5, 0.0, 0.0)])
+def test_odometry_that_cannot_be_changes_nothing(pose):
+    slam, _, _, _ = drive(count=5)
+    before = slam.map().cells.tobytes()
+    with pytest.raises(InputFault):
+        slam.update(pose, room_scan(IDENTITY, stamp_ns=100 * SECOND_NS), IDENTITY)
+    assert slam.map().cells.tobytes() == before
+
+
+def test_blind_scans_follow_odometry():
+    slam = GridSlam(params(srr=0.0, srt=0.0), np.random.default_rng(0))
+    blind = room_scan(IDENTITY)._replace(ranges_m=np.full(360, np.inf))
+    for step in range(4):
+        slam.update(Pose2D(0.3 * step, 0.0, 0.0), blind._replace(stamp_ns=step), IDENTITY)
+    assert slam.trajectory[-1].base_pose_in_map == pytest.approx((0.9, 0.0, 0.0), abs=0.02)
+    assert (slam.map().cells == UNKNOWN).all()
+
+
+def test_before_the_first_scan_there_is_nothing():
+    slam = GridSlam(params(), np.random.default_rng(0))
+    assert (slam.map().cells == UNKNOWN).all()
+    assert slam.trajectory == [] and len(slam.particles) == 0
+    assert slam.odom_pose_in_map is None and slam.entropy is None

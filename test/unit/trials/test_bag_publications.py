@@ -1,0 +1,42 @@
+"""What a trial in lockstep records: the live graph's topics, each by its node, and nothing that is not recorded."""
+
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.navigation.goal_status import Command, GoalStatus
+from diff_encoder_sim.trials.bag_publications import BagPublications
+from lockstep_trials import params_of
+
+
+class Bag:
+    """Keeps (topic, node, content, time [ns])."""
+
+    def __init__(self):
+        self.written = []
+
+    def publish(self, topic, node, time_ns, encode, *values):
+        self.written.append((topic, node, encode(*values), time_ns))
+
+
+def publications():
+    bag = Bag()
+    return bag, BagPublications(bag, params_of(), 'embedded')
+
+
+def test_commands_are_by_the_node_that_sent_them():
+    bag, recorded = publications()
+    recorded.command(10, Command(0.1, 0.0), True)
+    recorded.command(20, Command(0.0, 1.0), False)
+    assert [(node, now_ns) for _, node, _, now_ns in bag.written] == [
+        ('/move_base', 10),
+        ('/navigation_trial_node', 20),
+    ]
+
+
+def test_goals_are_numbered_and_a_result_is_of_the_newest():
+    bag, recorded = publications()
+    for time_ns in (10, 20):
+        recorded.goal(time_ns, time_ns, Pose2D(1.0, 2.0, 0.0))
+    recorded.goal_result(30, GoalStatus.SUCCEEDED, 'there')
+    *goals, result = [content for _, _, content, _ in bag.written]
+    for number, content in zip((1, 2), goals):
+        assert b'/navigation_trial_node-%d-' % number in content
+    assert b'/navigation_trial_node-2-' in result and b'there' in result

@@ -1,0 +1,23 @@
+"""The package's own campaigns, a short trial of each: its parameters drive a robot to the goal of SMT."""
+
+import pytest
+
+from campaign_files import ROOT
+from diff_encoder_sim.drives.trial_definition import TrialPlan
+from diff_encoder_sim.drives.trial_outcome import Outcome
+from diff_encoder_sim.trials.campaign_loading import load_campaign
+from diff_encoder_sim.trials.trial_run import run_trial
+
+NAMES = sorted(path.stem for path in (ROOT / 'config' / 'campaigns').glob('*.yaml'))
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize('name', NAMES)
+def test_a_trial_comes_to_its_goal(name, tmp_path):
+    campaign = load_campaign(name, ROOT, {'tests': ['SMT'], 'ppr': [90.0], 'trials': 1})
+    job, *_ = campaign.jobs()
+    files = campaign.files.materialise(tmp_path)
+    plan = TrialPlan(trial=campaign.trial_of(job), bag='', **files.worlds['SMT']._asdict())
+    result = run_trial(plan, files.robot, campaign.cells[0].robot_params, 'none')
+    assert (result.ending.outcome, result.ending.reason) == (Outcome.SUCCEEDED, '')
+    assert 30.0 < result.duration_s < 90.0

@@ -1,0 +1,209 @@
+"""The files that trials read, sent by content and written down where they run."""
+
+import multiprocessing
+import os
+import pickle
+import shutil
+from pathlib import Path
+
+import pytest
+import yaml
+
+from campaign_files import ROOT, package_copy
+from diff_encoder_sim.base import atomic_files
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.drives.test_definition import load_test
+from diff_encoder_sim.localization.map_files import load_map
+from diff_encoder_sim.robots.describing import describe
+from diff_encoder_sim.robots.robot_source import RobotSource
+from diff_encoder_sim.trials.trial_files import collect
+
+ROBOT = ROOT / 'urdf' / 'alto.urdf.xacro'
+
+
+HORN = (
+    '<link name="horn"><collision><geometry><mesh filename="horn.stl"/></geometry></collision></link>'
+    '<joint name="horn_joint" type="fixed"><parent link="base_link"/><child link="horn"/>'
+    '<origin xyz="0.4 0 0.5"/></joint>'
+)
+CORNERS = ('0 0 0', '0.1 0 0', '0 0.1 0', '0 0 0.1')
+TETRAHEDRON = '\n'.join(
+    [
+        'solid horn',
+        *(
+            f'facet normal 0 0 0\nouter loop\n{loop}\nendloop\nendfacet'
+            for loop in (
+                '\n'.join(f'vertex {corner}' for corner in CORNERS if corner != left_out) for left_out in CORNERS
+            )
+        ),
+        'endsolid horn',
+    ]
+)
+
+
+def paper_tests(package=ROOT, names=('SL', 'SMT', 'DLD')):
+    return [load_test(name, package / 'config') for name in names]
+
+
+def collected(package=ROOT, robot=None, needs_maps=True, names=('SL', 'SMT', 'DLD')):
+    return collect(
+        paper_tests(package, names),
+        package / 'worlds',
+        robot or RobotSource(package / 'urdf' / 'alto.urdf.xacro'),
+        needs_maps,
+    )
+
+
+def _materialise(files, folder, barrier):
+    barrier.wait()
+    files.materialise(folder)
+
+
+def test_what_is_written_is_what_was_read(tmp_path):
+    placed = pickle.loads(pickle.dumps(collected())).materialise(tmp_path)
+    assert placed.robot.read_bytes() == ROBOT.read_bytes()
+    for test, stem in (('SL', 'hallway'), ('SMT', 'ros_logo'), ('DLD', 'ros_logo')):
+        files = placed.worlds[test]
+        assert Path(files.world).read_bytes() == (ROOT / 'worlds' / f'{stem}.world').read_bytes()
+        there, here = load_map(files.map), load_map(ROOT / 'worlds' / f'{stem}.yaml')
+        assert (there.cells == here.cells).all() and there.origin == here.origin
+    assert placed.worlds['SMT'] == placed.worlds['DLD']
+
+
+def test_it_is_small_on_its_way():
+    assert len(pickle.dumps(collected())) < 30_000
+
+
+def test_processes_that_write_at_once_leave_one_whole_folder(tmp_path):
+    context = multiprocessing.get_context('fork')
+    files, barrier = collected(), context.Barrier(4)
+    writers = [context.Process(target=_materialise, args=(files, tmp_path, barrier)) for _ in range(4)]
+    for writer in writers:
+        writer.start()
+    for writer in writers:
+        writer.join(30)
+    assert [writer.exitcode for writer in writers] == [0] * 4
+    (folder,) = tmp_path.iterdir()
+    written = {str(path.relative_to(folder)) for path in folder.rglob('*') if path.is_file()}
+    assert written == set(files.contents)
+
+
+def test_who_comes_second_is_content_with_what_is_there(tmp_path, monkeypatch):
+    files, rename = collected(), os.rename
+
+    def rename_too_late(unfinished, place):
+        shutil.copytree(unfinished, place)  # the other process was first
+        rename(unfinished, place)
+
+    monkeypatch.setattr(os, 'rename', rename_too_late)
+    assert files.materialise(tmp_path).robot.read_bytes() == ROBOT.read_bytes()
+    assert len(list(tmp_path.iterdir())) == 1
+
+
+def test_half_a_folder_of_a_killed_writer_is_never_used(tmp_path, monkeypatch):
+    files = collected()
+    with monkeypatch.context() as patched:
+        patched.setattr(Path, 'write_bytes', lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
+        with pytest.raises(KeyboardInterrupt):
+            files.materialise(tmp_path)
+    assert files.materialise(tmp_path).robot.read_bytes() == ROBOT.read_bytes()
+
+
+def test_a_folder_that_cannot_be_written_is_told(tmp_path):
+    (tmp_path / 'file').write_text('')
+    with pytest.raises(OSError):
+        collected().materialise(tmp_path / 'file')
+
+
+def test_other_content_goes_to_another_folder(tmp_path):
+    package = package_copy(tmp_path / 'package')
+    before = collected(package).materialise(tmp_path / 'out')
+    (package / 'urdf' / 'alto.urdf.xacro').write_bytes(ROBOT.read_bytes() + b'\n')
+    after = collected(package).materialise(tmp_path / 'out')
+    assert before.robot.read_bytes() + b'\n' == after.robot.read_bytes()
+
+
+def test_a_maps_image_may_lie_elsewhere(tmp_path):
+    package = package_copy(tmp_path / 'package')
+    path = package / 'worlds' / 'hallway.yaml'
+    image = tmp_path / 'pictures' / 'hallway.yaml'  # of a name that the map's own file has
+    image.parent.mkdir()
+    (package / 'worlds' / 'hallway.pgm').rename(image)
+    path.write_text(yaml.safe_dump({**yaml.safe_load(path.read_text()), 'image': str(image)}))
+    placed = collected(package).materialise(tmp_path / 'out')
+    image.unlink()
+    assert (load_map(placed.worlds['SL'].map).cells == load_map(ROOT / 'worlds' / 'hallway.yaml').cells).all()
+
+
+def test_a_map_is_only_needed_to_navigate(tmp_path):
+    package = package_copy(tmp_path / 'package')
+    (package / 'worlds' / 'hallway.yaml').unlink()
+    with pytest.raises(ConfigError, match='map: there is no .*hallway.yaml; allowed: .*rasterise_world'):
+        collected(package)
+    placed = collected(package, needs_maps=False).materialise(tmp_path / 'out')
+    assert placed.worlds['SL'].map == '' and placed.worlds['SMT'].map != ''
+
+
+@pytest.mark.parametrize(
+    ('name', 'content', 'expected'),
+    [
+        ('worlds/hallway.world', '<sdf', 'not valid XML'),
+        ('worlds/hallway.world', None, "world: given 'hallway'"),
+        ('worlds/hallway.pgm', 'P5 1', 'hallway.pgm: '),
+        ('worlds/hallway.yaml', 'image: no.pgm', 'hallway.yaml: '),
+        ('urdf/alto.urdf.xacro', None, 'alto.urdf.xacro'),
+    ],
+)
+def test_a_bad_file_is_named_before_anything_runs(tmp_path, name, content, expected):
+    package = package_copy(tmp_path / 'package')
+    (package / name).unlink()
+    if content is not None:
+        (package / name).write_text(content)
+    with pytest.raises(ConfigError, match=expected) as caught:
+        collected(package)
+    assert '\n' not in str(caught.value)
+
+
+def test_a_robot_of_several_files_and_arguments_travels_as_one(tmp_path):
+    """Burger's xacro includes another file; its workers need none."""
+    source = RobotSource(ROOT / 'urdf' / 'burger.urdf.xacro')
+    placed = collected(robot=source).materialise(tmp_path)
+    text = placed.robot.read_text()
+    assert placed.robot.name == 'burger.urdf' and 'xacro:' not in text
+    there, here = describe(RobotSource(placed.robot)), describe(source)
+    assert there.found == here.found and there.footprint == here.footprint
+    with_argument = source._replace(file=ROBOT, arguments=(('lidar_noise', '0.25'),))
+    assert '0.25' in collected(robot=with_argument).materialise(tmp_path).robot.read_text()
+
+
+def test_a_collision_mesh_travels_as_its_hull(tmp_path):
+    robot = ROBOT.read_text().replace('</robot>', f'{HORN}</robot>')
+    (tmp_path / 'robot.urdf.xacro').write_text(robot)
+    (tmp_path / 'horn.stl').write_text(TETRAHEDRON)
+    source = RobotSource(tmp_path / 'robot.urdf.xacro')
+    placed, here = collected(robot=source).materialise(tmp_path / 'out'), describe(source)
+    (tmp_path / 'horn.stl').unlink()
+    assert describe(RobotSource(placed.robot)).footprint == here.footprint
+
+
+def test_a_file_is_replaced_whole_or_not_at_all(tmp_path, monkeypatch):
+    path = tmp_path / 'file'
+    atomic_files.write_file(path, b'old')
+    atomic_files.write_file(path, b'new')
+    assert path.read_bytes() == b'new' and path.stat().st_mode & 0o777 == 0o666 & ~_umask(tmp_path)
+
+    def full(*_):
+        raise OSError(28, 'No space left on device')
+
+    monkeypatch.setattr(atomic_files.os, 'fsync', full)
+    with pytest.raises(OSError, match='No space left') as caught:
+        atomic_files.write_file(path, b'newer')
+    assert caught.value.filename == str(path)
+    assert [found.name for found in tmp_path.iterdir() if found.name != 'plain'] == ['file']
+    assert path.read_bytes() == b'new'
+
+
+def _umask(folder):
+    plain = folder / 'plain'
+    plain.touch()
+    return 0o666 & ~plain.stat().st_mode

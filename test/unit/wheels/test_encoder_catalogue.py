@@ -1,0 +1,200 @@
+"""Encoders that one can buy: the shipped files say what their manuals do, and a user's own file is checked."""
+
+import math
+import re
+
+import numpy as np
+import pytest
+
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.robots.robot_file import load_robot_file
+from diff_encoder_sim.trials.robot_params import check_key, load_robot_config, override
+from diff_encoder_sim.wheels.counter import count_difference
+from diff_encoder_sim.wheels.encoder_catalogue import encoder_names, load_encoder, load_encoders
+from diff_encoder_sim.wheels.wheel_encoder import DiffEncoder
+from places import ROOT
+
+CONFIG = ROOT / 'config'
+NAMES = encoder_names(CONFIG)
+JOINTS = ['left_wheel_joint', 'right_wheel_joint']
+NUMBERED = re.compile(r'\[(\d+)\]')
+
+# Counts per wheel revolution, as the manuals print them.
+PUBLISHED = {
+    'amt102': '8192',
+    'as5047p': '16384',
+    'as5600': '4096',
+    'create2': '508.8',
+    'duckiebot': '135',
+    'e4t': '1440',
+    'fit0186': '2797',
+    'gobilda_5203': '537.7',
+    'heds_5540': '2000',
+    'hoverboard_hub': '90',
+    'jga25_371': '1980',
+    'kobuki': '2578.33',
+    'pololu_25d': '1632.67',
+    'posital_inh': '4096',
+    'romi': '1437.09',
+    'sen_speed': '40',
+    'xl430': '4096',
+    'yahboom_520': '2464',
+}
+IN_ROBOTS = {
+    'burger': 'xl430',
+    'create2': 'create2',
+    'gearmotor_kit': 'pololu_25d',
+    'hoverboard': 'hoverboard_hub',
+    'kobuki': 'kobuki',
+}
+GOOD = {'name': 'Mine', 'source': '[its manual]', 'price': 'hobby', 'encoder': '{lines: 16}'}
+
+
+def shipped(name):
+    return load_encoder(name, CONFIG, ROOT)
+
+
+def own_file(folder, **keys):
+    path = folder / 'mine.yaml'
+    path.write_text(''.join(f'{key}: {value}\n' for key, value in {**GOOD, **keys}.items() if value is not None))
+    return path
+
+
+@pytest.mark.parametrize('name', NAMES)
+def test_a_shipped_encoder_has_the_counts_that_its_manual_states(name):
+    counts = shipped(name).counts_per_wheel_turn
+    decimals = len(PUBLISHED[name].partition('.')[2])
+    assert f'{counts:.{decimals}f}' == PUBLISHED[name]
+
+
+@pytest.mark.parametrize('name', NAMES)
+def test_each_number_of_a_shipped_encoder_has_a_source(name):
+    text = (CONFIG / 'encoders' / f'{name}.yaml').read_text()
+    sources = range(1, len(shipped(name).source) + 1)
+    head, encoder = text.split('\nencoder:\n')
+    assert [int(number) for number in NUMBERED.findall(head)] == list(sources)
+    cited = {int(number) for number in NUMBERED.findall(encoder)}
+    assert cited == set(sources)
+    values = [line for line in encoder.splitlines() if re.match(r' +\w+: +[^ #]', line)]
+    assert values and [line for line in values if '#' not in line] == []
+
+
+@pytest.mark.parametrize('name', NAMES)
+def test_a_shipped_encoder_counts_ten_turns_of_the_wheel(name):
+    encoder, turns = shipped(name), 10
+    counting = DiffEncoder(encoder.params)
+    angles_rad = np.linspace(0.0, 2 * math.pi * turns, 2001).tolist()
+    updates = [counting.update(step * 10_000_000, JOINTS, [angle] * 2) for step, angle in enumerate(angles_rad)]
+    samples = [sample for sample in updates if sample]
+    # The last report before the end of the drive.
+    turned = samples[-1].stamp_ns / 20e9 * turns * encoder.counts_per_wheel_turn
+    # A reading at either end: its rounding, and the sensor's own errors.
+    sd = math.sqrt(2 * (1 / 12 + encoder.params.encoder.pulse_variance(encoder.counts_per_wheel_turn)))
+    for wheel in ('left_pulses', 'right_pulses'):
+        readings = [getattr(sample, wheel) for sample in samples]
+        steps = zip(readings, readings[1:])
+        counted = sum(count_difference(new, old, encoder.params.counter_modulus) for old, new in steps)
+        assert counted == pytest.approx(turned, abs=4 * sd)
+
+
+@pytest.mark.parametrize('name', NAMES)
+def test_a_shipped_encoder_can_replace_any_other_of_a_robot(name):
+    encoder = shipped(name)
+    for key in encoder.overrides:
+        check_key(key)
+    hall = {'sensor': 'hall', 'pole_pairs': 15, 'sensor_error': 2.0}
+    config = load_robot_config(CONFIG)
+    config['config'] = {**config['config'], 'encoder': hall}
+    params = override(config, encoder.overrides)
+    assert params.encoder.encoder == params.odometry.encoder == encoder.params.encoder
+    assert params.encoder.counter_modulus == params.odometry.counter_modulus == encoder.params.counter_modulus
+
+
+@pytest.mark.parametrize('robot', IN_ROBOTS)
+def test_the_catalogue_says_what_the_robots_with_these_encoders_say(robot):
+    file, encoder = load_robot_file(robot, ROOT, ROOT, {}), shipped(IN_ROBOTS[robot])
+    assert encoder.counts_per_wheel_turn == pytest.approx(file.ppr, rel=1e-9)
+    said = {key: value for key, value in encoder.overrides.items() if not key.startswith('config.encoder.')}
+    assert said == pytest.approx({key: file.overrides[key] for key in said})
+
+
+def test_an_encoder_is_called_by_its_counts_and_its_file():
+    assert shipped('amt102').label == '8192 amt102'
+    assert shipped('kobuki').label == '2578.33 kobuki'
+
+
+def test_catalogue_stands_for_all_of_them(tmp_path):
+    mine = own_file(tmp_path)
+    assert [encoder.stem for encoder in load_encoders(['catalogue'], CONFIG, ROOT)] == NAMES
+    found = load_encoders(['e4t', mine.name, 'catalogue'], CONFIG, tmp_path)
+    assert [encoder.stem for encoder in found] == ['e4t', 'mine', *NAMES]
+
+
+def test_a_file_of_ones_own_is_relative_to_the_folder_and_comes_after_a_name(tmp_path):
+    own_file(tmp_path, config='{rate: 50.0, report: {latency: 0.02}}').rename(tmp_path / 'e4t.yaml')
+    encoder = load_encoder('e4t.yaml', CONFIG, tmp_path)
+    assert (encoder.name, encoder.source, encoder.price) == ('Mine', ['its manual'], 'hobby')
+    assert (encoder.params.rate, encoder.params.report.latency, encoder.label) == (50.0, 0.02, '64 e4t')
+    assert load_encoder('e4t', CONFIG, tmp_path).counts_per_wheel_turn == 1440
+
+
+@pytest.mark.parametrize(
+    ('given', 'wrong'),
+    [
+        ('amt10', ''),
+        ('AMT102', ''),
+        ('', ''),
+        ('amt102.yaml', ', no such file'),
+        ('amt102.yml', ', no such file'),
+        ('none/amt102', ', no such file'),
+        ('~nobody_of_this_name/amt102.yaml', ', no such file'),
+        ('folder', ', a folder'),
+        ('folder.yaml', ', a folder'),
+        ('mine.yml', ', whose name does not end in .yaml'),
+    ],
+)
+def test_an_unknown_encoder_lists_the_known_ones_and_says_what_is_wrong_with_a_path(tmp_path, given, wrong):
+    own_file(tmp_path).rename(tmp_path / 'mine.yml')
+    for folder in ('folder', 'folder.yaml'):
+        (tmp_path / folder).mkdir()
+    with pytest.raises(ConfigError) as caught:
+        load_encoder(given, CONFIG, tmp_path)
+    text = str(caught.value)
+    assert f'encoder: given {given!r}{wrong}; allowed: amt102, as5047p' in text and '\n' not in text
+    assert 'catalogue (all of these), or a .yaml file' in text
+    assert ("did you mean 'amt102'" in text) == ('amt10' in given and '~' not in given)
+
+
+@pytest.mark.parametrize(
+    ('keys', 'text'),
+    [
+        ({'name': None}, 'name: missing'),
+        ({'name': '""'}, 'name: given'),
+        ({'name': '"AMT\\0"'}, r"name: given 'AMT\x00'; allowed: printable"),
+        ({'source': '["its\\nmanual"]'}, 'source.0: given'),
+        ({'price': '"\\e[31m"'}, 'price: given'),
+        ({'source': '[]'}, 'source: given []'),
+        ({'source': '[""]'}, 'source.0: given'),
+        ({'source': 'its manual'}, 'source: given'),
+        ({'price': '12.5'}, 'price: given 12.5'),
+        ({'encoder': None}, 'encoder: missing'),
+        ({'encoder': '{}'}, 'encoder.lines: missing'),
+        ({'encoder': '{sensor: hall}'}, 'encoder.pole_pairs: missing'),
+        ({'encoder': '{sensor: absolute}'}, 'encoder.bits: missing'),
+        ({'encoder': '{lines: 0}'}, 'encoder.lines: given 0'),
+        ({'encoder': '{lines: 16, sensor: hall}'}, 'encoder.lines: given 16; allowed: with sensor'),
+        ({'encoder': '{lnes: 16}'}, "encoder.lnes: unknown key; did you mean 'lines'?"),
+        ({'encoders': '{lines: 16}'}, "encoders: unknown key; did you mean 'encoder'?"),
+        ({'config': '3'}, 'config: given 3'),
+        ({'config': '{rates: 50.0}'}, "velocity_clock, velocity_method; did you mean 'rate'?"),
+        ({'config': '{wheel_diameter: 3}'}, 'config.wheel_diameter: given 3; allowed: the keys counter_modulus, rate'),
+        ({'config': '{rate: fast}'}, "config.rate: given 'fast'"),
+        ({'config': '{report: {latency: -1.0}}'}, 'config.report.latency: given -1.0'),
+    ],
+)
+def test_a_bad_file_gives_one_line(tmp_path, keys, text):
+    path = own_file(tmp_path, **keys)
+    with pytest.raises(ConfigError) as caught:
+        load_encoder(str(path), CONFIG, tmp_path)
+    assert str(caught.value).startswith(f'{path}: ') and text in str(caught.value)
+    assert '\n' not in str(caught.value)

@@ -1,0 +1,150 @@
+"""The covariances of odometry, against closed forms, simulated wheels, and the same in matrices."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from diff_encoder_sim.base.se2 import Pose2D, move_along_arc, wrap_angle
+from diff_encoder_sim.wheels.odometry_covariance import (
+    PlanarCovariance,
+    propagate_motion_noise,
+    quantisation_covariance,
+    reading_variance,
+    residual_std,
+)
+from diff_encoder_sim.wheels.odometry_params import OdometryParams
+from diff_encoder_sim.wheels.wheel_odometry import WheelOdometry
+
+SEPARATION_M = 0.4
+
+
+def assert_equal_covariances(covariance, expected):
+    """To rounding, by the standard deviations: what cancels out has no relative precision."""
+    sigmas = np.sqrt(np.diag(expected))
+    assert (np.abs(covariance - expected) <= 1e-12 * np.outer(sigmas, sigmas)).all()
+    assert (covariance == covariance.T).all()
+
+
+def quantisation(pose, left_m, right_m):
+    readings_m2 = reading_variance(left_m), reading_variance(right_m)
+    return quantisation_covariance(pose, *readings_m2, residual_std(left_m, right_m), SEPARATION_M).matrix()
+
+
+@given(st.floats(-30, 30), st.floats(-30, 30), st.floats(-9, 9), st.floats(1e-5, 0.1), st.floats(1e-5, 0.1))
+def test_quantisation_covariance_is_that_of_four_roundings(x_m, y_m, yaw_rad, left_m, right_m):
+    cos_yaw, sin_yaw = math.cos(yaw_rad), math.sin(yaw_rad)
+    at_start = [
+        [0.5 + y_m / SEPARATION_M, 0.5 - y_m / SEPARATION_M],
+        [-x_m / SEPARATION_M, x_m / SEPARATION_M],
+        [-1 / SEPARATION_M, 1 / SEPARATION_M],
+    ]
+    now = [[0.5 * cos_yaw] * 2, [0.5 * sin_yaw] * 2, [-1 / SEPARATION_M, 1 / SEPARATION_M]]
+    jacobian, pulses_m2 = np.hstack([at_start, now]), np.square([left_m, right_m] * 2)
+    residual_m2 = residual_std(left_m, right_m) ** 2
+    expected = jacobian @ np.diag(pulses_m2 / 12) @ jacobian.T + np.diag([residual_m2, residual_m2, 0])
+    covariance = quantisation(Pose2D(x_m, y_m, yaw_rad), left_m, right_m)
+    assert_equal_covariances(covariance, expected)
+
+
+def test_motion_noise_is_carried_on_by_the_jacobians():
+    rng = np.random.default_rng(5)
+    for _ in range(50):
+        root = rng.normal(0, 0.1, (3, 3))
+        (yaw_rad, left_m, right_m), covariance = rng.uniform(-1, 1, 3), root @ root.T
+        given = PlanarCovariance(*covariance[np.triu_indices(3)].tolist())
+        travel_m = (left_m + right_m) / 2
+        mid_rad = yaw_rad + (right_m - left_m) / SEPARATION_M / 2
+        along, across = np.array([[math.cos(mid_rad), -math.sin(mid_rad)], [math.sin(mid_rad), math.cos(mid_rad)]]).T
+        by_pose, by_wheels = np.eye(3), np.empty((3, 2))
+        by_pose[:2, 2] = travel_m * across
+        for wheel, side in enumerate((-1, 1)):
+            by_wheels[:2, wheel] = along / 2 + side * travel_m / SEPARATION_M / 2 * across
+            by_wheels[2, wheel] = side / SEPARATION_M
+        expected = (
+            by_pose @ covariance @ by_pose.T + by_wheels @ np.diag(1e-3 * np.abs([left_m, right_m])) @ by_wheels.T
+        )
+        assert_equal_covariances(
+            propagate_motion_noise(given, yaw_rad, left_m, right_m, SEPARATION_M, 1e-3).matrix(), expected
+        )
+
+
+def test_quantisation_covariance_is_the_closed_form_on_a_straight_line():
+    d = math.pi * 0.2 / 90
+    covariance = quantisation(Pose2D(20.0, 0.0, 0.0), d, d)
+    assert math.sqrt(covariance[1, 1]) == pytest.approx(20 * d / SEPARATION_M * math.sqrt(1 / 6), rel=1e-5)
+    assert math.sqrt(covariance[2, 2]) == pytest.approx(d / SEPARATION_M * math.sqrt(1 / 3))
+    assert math.sqrt(covariance[2, 2]) * 180 / math.pi == pytest.approx(0.577, abs=5e-4)
+
+
+def test_motion_noise_grows_with_the_path_as_it_should():
+    """Straight ahead each wheel's variance is k S: heading 2 k S / L^2, along k S / 2."""
+    covariance = PlanarCovariance()
+    for _ in range(1000):
+        covariance = propagate_motion_noise(covariance, 0.0, 0.01, 0.01, SEPARATION_M, 1e-5)
+    assert covariance.yaw_yaw == pytest.approx(2 * 1e-5 * 10 / SEPARATION_M**2)
+    assert covariance.xx == pytest.approx(1e-5 * 10 / 2)
+    assert covariance.yy == pytest.approx(2 * 1e-5 / SEPARATION_M**2 * 10**3 / 3, rel=1e-2)
+
+
+def test_motion_noise_agrees_with_simulated_wheels():
+    rng = np.random.default_rng(7)
+    steps_m = rng.uniform(0.0, 0.02, (300, 2))
+    ends, covariance, pose = [], PlanarCovariance(), Pose2D(0, 0, 0)
+    for left_m, right_m in steps_m:
+        covariance = propagate_motion_noise(covariance, pose.yaw_rad, left_m, right_m, SEPARATION_M, 1e-6)
+        pose = arc(pose, left_m, right_m)
+    for _ in range(600):
+        noisy = Pose2D(0, 0, 0)
+        for left_m, right_m in steps_m + np.sqrt(1e-6 * steps_m) * rng.standard_normal((300, 2)):
+            noisy = arc(noisy, left_m, right_m)
+        ends.append(noisy)
+    sampled = np.cov(np.array(ends).T)
+    assert np.diag(sampled) == pytest.approx(np.diag(covariance.matrix()), rel=0.2)
+
+
+def arc(pose, left_m, right_m):
+    return move_along_arc(pose, (left_m + right_m) / 2, (right_m - left_m) / SEPARATION_M)
+
+
+@pytest.mark.parametrize(
+    ('left_m', 'right_m', 'sideways_m2'),
+    [(0.02, 0.02, 4e-4), (0.01, 0.03, 3e-4), (-0.02, 0.02, 0.0), (0.0, 0.03, 0.0), (-0.02, -0.02, 4e-4)],
+)
+def test_a_step_is_moved_sideways_by_the_rounding_of_its_heading(left_m, right_m, sideways_m2):
+    """It is gone with the next step: the heading of the pose is not made worse."""
+    covariance = propagate_motion_noise(PlanarCovariance(), 0.0, left_m, right_m, SEPARATION_M, 0.0, 1e-2)
+    half_turn_rad = 0.5 * (right_m - left_m) / SEPARATION_M
+    assert covariance.yy == pytest.approx(1e-2 * sideways_m2 * math.cos(half_turn_rad) ** 2)
+    assert covariance.xx == pytest.approx(1e-2 * sideways_m2 * math.sin(half_turn_rad) ** 2)
+    assert (covariance.yaw_yaw, covariance.x_yaw, covariance.y_yaw) == (0.0, 0.0, 0.0)
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize('ppr', [40, 90, 1024])
+def test_the_covariance_of_a_winding_drive_is_consistent_over_wheel_phases(ppr):
+    """Rounding under way counts where the drive comes back to its start, and the other terms cancel out."""
+    ends = [winding_drive(ppr, seed) for seed in range(120)]
+    nees = [error @ np.linalg.solve(covariance, error) / 3.0 for error, covariance in ends]
+    assert 0.7 < np.mean(nees) < 1.7  # without it 8 to 48
+
+
+def winding_drive(ppr, seed):
+    """Return error and covariance at the end of three rounds of a wavy circle of 1 m, 19 m, without slip."""
+    rng = np.random.default_rng(seed)
+    odometry, truth = WheelOdometry(OdometryParams(ppr=ppr, motion_noise=0.0)), Pose2D(0, 0, 0)
+    travelled_m, phases = np.zeros(2), rng.uniform(0.0, 1.0, 2)
+    turns_rad = np.full(840, 6 * math.pi / 840) + 0.01 * np.sin(np.arange(840) / 9.0)
+    m_per_pulse = math.pi * 0.2 / ppr
+    estimate = odometry.update(0, *np.floor(phases).astype(int).tolist())
+    for report, turn_rad in enumerate(turns_rad.tolist(), 1):
+        step_m = np.array([0.0224 - 0.5 * SEPARATION_M * turn_rad, 0.0224 + 0.5 * SEPARATION_M * turn_rad])
+        truth = arc(truth, *step_m)
+        travelled_m += step_m
+        counts = np.floor(travelled_m / m_per_pulse + phases).astype(int)
+        estimate = odometry.update(report * 50_000_000, *counts.tolist())
+    pose = estimate.base_pose_in_odom
+    error = np.array([pose.x_m - truth.x_m, pose.y_m - truth.y_m, wrap_angle(pose.yaw_rad - truth.yaw_rad)])
+    return error, estimate.pose_covariance

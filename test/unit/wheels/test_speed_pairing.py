@@ -1,0 +1,95 @@
+"""Counts and speeds of a report find each other, whichever comes first; nothing waits for long in vain."""
+
+import random
+
+import pytest
+
+from diff_encoder_sim.wheels.encoder_sample import EncoderSample
+from diff_encoder_sim.wheels.speed_pairing import MOST_SPEEDS, SpeedPairing
+
+PERIOD_NS = 50_000_000
+
+
+def counts(index):
+    return EncoderSample(index * PERIOD_NS, index, -index)
+
+
+def speeds(index):
+    return index * PERIOD_NS, (float(index), -float(index))
+
+
+def whole(index):
+    return counts(index)._replace(wheel_rates_radps=speeds(index)[1])
+
+
+def take(pairing, words):
+    """What is released, by words such as c3 or s3: counts or speeds of report 3."""
+    released = []
+    for word in words.split():
+        index = int(word[1:])
+        now_s = 0.05 * index
+        released += pairing.take_counts(counts(index), now_s) if word[0] == 'c' else pairing.take_speeds(*speeds(index))
+    return released
+
+
+@pytest.mark.parametrize('words', ['s0 c0 s1 c1 s2 c2', 'c0 s0 c1 s1 c2 s2', 'c0 c1 c2 s0 s1 s2', 's0 s1 s2 c0 c1 c2'])
+def test_either_may_come_first(words):
+    assert take(SpeedPairing(), words) == [whole(0), whole(1), whole(2)]
+
+
+def test_in_any_interleaving_of_the_topics_each_report_is_whole_and_in_order():
+    for seed in range(200):
+        rng, pairing, released = random.Random(seed), SpeedPairing(), []
+        at = {'c': 0, 's': 0}
+        while min(at.values()) < 40:
+            ahead = at['c'] - at['s']
+            kind = 's' if ahead >= 9 else 'c' if ahead <= -9 else rng.choice('cs')
+            released += take(pairing, f'{kind}{at[kind]}')
+            at[kind] += 1
+        assert released == [whole(index) for index in range(40)][: len(released)] and len(released) >= 40
+
+
+def test_counts_whose_speeds_are_lost_go_on_when_later_speeds_come():
+    assert take(SpeedPairing(), 'c0 s0 c1 c2 s2 c3 s3') == [whole(0), counts(1), whole(2), whole(3)]
+
+
+def test_speeds_whose_counts_are_lost_are_dropped():
+    assert take(SpeedPairing(), 's0 c0 s1 s2 c2 s3 c3') == [whole(0), whole(2), whole(3)]
+
+
+def test_a_report_that_comes_twice_is_released_twice():
+    assert take(SpeedPairing(), 'c0 s0 c1 s1 c0 s0 c2 s2') == [whole(0), whole(1), whole(0), whole(2)]
+
+
+def test_a_report_that_comes_after_the_next_keeps_its_speeds():
+    assert take(SpeedPairing(), 's0 c0 s2 c2 s1 c1 s3 c3') == [whole(0), whole(2), whole(1), whole(3)]
+
+
+def test_where_speeds_never_come_reports_wait_once(caplog):
+    """Half a second, which at 20 Hz are ten reports."""
+    pairing = SpeedPairing()
+    assert take(pairing, ' '.join(f'c{index}' for index in range(11))) == []
+    assert take(pairing, 'c11') == [counts(index) for index in range(12)]
+    assert take(pairing, 'c12 c13') == [counts(12), counts(13)]
+    assert [record.levelname for record in caplog.records] == ['WARNING']
+    assert take(pairing, 's13 c14 s14 c15 s15') == [whole(14), whole(15)]
+
+
+def test_a_pause_alone_gives_up_nothing():
+    """As of a process that was suspended: its topics bring what they hold, one after the other."""
+    pairing = SpeedPairing()
+    assert pairing.take_counts(counts(0), 0.0) == [] and pairing.take_counts(counts(1), 60.0) == []
+    assert pairing.take_speeds(*speeds(0)) + pairing.take_speeds(*speeds(1)) == [whole(0), whole(1)]
+
+
+def test_after_a_jump_back_in_time_pairs_are_found_anew():
+    """Also where something of before was left over."""
+    for rest in ('', ' s103', ' c103', ' c103 c104'):
+        for anew in ('c0 s0 c1 s1', 's0 c0 s1 c1'):
+            assert take(SpeedPairing(), f's100 c100{rest} {anew}')[-2:] == [whole(0), whole(1)]
+
+
+def test_speeds_without_counts_fill_no_memory():
+    pairing = SpeedPairing()
+    take(pairing, ' '.join(f's{index}' for index in range(3 * MOST_SPEEDS)))
+    assert len(pairing._speeds) == MOST_SPEEDS
