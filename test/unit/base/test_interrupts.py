@@ -1,6 +1,5 @@
 """Where Ctrl-C arrives."""
 
-import os
 import signal
 import subprocess
 import sys
@@ -19,7 +18,7 @@ def test_it_waits_until_the_end_of_the_context():
     passed = []
     with pytest.raises(KeyboardInterrupt):
         with interrupts_blocked():
-            os.kill(os.getpid(), signal.SIGINT)
+            signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)
             passed.append('the context')
     assert passed and not blocked()
 
