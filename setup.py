@@ -21,7 +21,7 @@ setup(
             'diff_encoder_sim.advice': ['*.html'],
             'diff_encoder_sim.analysis.charts': ['*.html', '*.css', '*.js', 'library/*'],
             'diff_encoder_sim.analysis.report': ['*.html', '*.css', '*.js'],
-            'diff_encoder_sim.serialization': ['definitions/*/*.msg'],
+            'diff_encoder_sim.drives': ['definitions/*/*.msg'],
         },
     ),
 )

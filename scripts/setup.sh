@@ -239,7 +239,7 @@ workspace_key() {
   { echo "$root $ros"
     "$venv/bin/python" -c 'import sys; print(sys.version)'
     cd "$root"
-    sha256sum package.xml CMakeLists.txt setup.py msg/*
+    sha256sum package.xml CMakeLists.txt setup.py cfg/* msg/*
     ls scripts
   } | hash_of
 }

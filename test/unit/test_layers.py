@@ -44,7 +44,7 @@ sys.meta_path.insert(0, NoRos())
 import diff_encoder_sim
 names = [m.name for m in pkgutil.walk_packages(diff_encoder_sim.__path__, 'diff_encoder_sim.',
                                                onerror=lambda name: None)]
-core = [n for n in names if not re.match(r'diff_encoder_sim\\.(ros|msg)(\\.|$)', n)]
+core = [n for n in names if not re.match(r'diff_encoder_sim\\.(ros|msg|cfg)(\\.|$)', n)]
 for name in core:
     importlib.import_module(name)
 print(len(core))
@@ -82,7 +82,7 @@ def rooms_imported_by(room):
     for path in sorted((PACKAGE / room).rglob('*.py')):
         for name in imported_modules(path):
             match = re.match(r'diff_encoder_sim\.(\w+)', name)
-            if match and match[1] not in (room, 'msg'):
+            if match and match[1] not in (room, 'msg', 'cfg'):
                 found.setdefault(match[1], path.relative_to(PACKAGE))
     return found
 

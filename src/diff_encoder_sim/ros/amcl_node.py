@@ -25,12 +25,12 @@ from diff_encoder_sim.localization.amcl import Amcl
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.amcl_warm_up import warm_up
 from diff_encoder_sim.ros.amcl_output import AmclOutput
-from diff_encoder_sim.ros.amcl_reconfiguration import serve_amcl
 from diff_encoder_sim.ros.conversions import ns_from_stamp, stamp_from_ns
 from diff_encoder_sim.ros.initial_pose import InitialPoseReader, PoseGuess
 from diff_encoder_sim.ros.map_client import fetch_map
 from diff_encoder_sim.ros.map_conversions import grid_from_message
 from diff_encoder_sim.ros.node import compile_first, log, node_params, publisher, run_node, subscriber
+from diff_encoder_sim.ros.reconfiguration import serve_amcl
 from diff_encoder_sim.ros.scan_queue import SCANS_MOST_AHEAD_S, ScanQueue
 from diff_encoder_sim.ros.stamped_subscriber import stamped_subscriber
 from diff_encoder_sim.ros.transform_buffer import TransformBuffer

@@ -25,11 +25,11 @@ from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_from_message, s
 from diff_encoder_sim.ros.goal_server import GoalServer
 from diff_encoder_sim.ros.map_client import fetch_map
 from diff_encoder_sim.ros.map_conversions import grid_from_message
-from diff_encoder_sim.ros.navigation_reconfiguration import NavigationReconfiguration
 from diff_encoder_sim.ros.navigation_transforms import NavigationTransforms
 from diff_encoder_sim.ros.navigation_views import NavigationViews
 from diff_encoder_sim.ros.node import compile_first, log, node_params, publisher, run_node
 from diff_encoder_sim.ros.plan_services import PlanServices
+from diff_encoder_sim.ros.reconfiguration import serve_navigation
 from diff_encoder_sim.ros.stamped_subscriber import stamped_subscriber
 
 WATCHDOG_PERIOD_S = 0.1
@@ -56,7 +56,7 @@ class MoveBaseNode:
         self._watchdog = rospy.Timer(rospy.Duration(WATCHDOG_PERIOD_S), self._on_watchdog, reset=True)
         rospy.on_shutdown(self._on_shutdown)
         fetch_map(self._on_map)
-        self._reconfiguration = NavigationReconfiguration(self._params, self._reconfigure)
+        self._reconfiguration = serve_navigation(self._params, self._reconfigure)
 
     def _reconfigure(self, params: NavigatorParams) -> None:
         with self._lock:

@@ -1,25 +1,141 @@
-"""Changes of parameters while a node runs, as by rqt_reconfigure: served where dynamic_reconfigure is installed."""
+"""Parameters that change while a node runs (rqt_reconfigure, dynparam), as cfg/*.cfg names and limits them."""
 
 from __future__ import annotations
 
-from typing import Any, Callable, Dict, List, Sequence, Tuple
+import threading
+from functools import partial
+from types import ModuleType
+from typing import Any, Callable, Dict, List, Mapping
 
-from diff_encoder_sim.ros.adjustable import Adjustable
+import rospy
+from dynamic_reconfigure.server import Server
 
-try:
-    from diff_encoder_sim.ros.reconfigure_server import ReconfigureServer
+from diff_encoder_sim.base.errors import EVENT, ConfigError
+from diff_encoder_sim.base.typed_params import with_changes
+from diff_encoder_sim.cfg import (
+    AMCLConfig,
+    Costmap2DConfig,
+    DWAPlannerConfig,
+    InflationPluginConfig,
+    MoveBaseConfig,
+    ObstaclePluginConfig,
+)
+from diff_encoder_sim.localization.amcl_params import AmclParams
+from diff_encoder_sim.navigation.costmap_params import CostmapParams
+from diff_encoder_sim.navigation.navigator_params import NavigatorParams
+from diff_encoder_sim.ros.node import log
 
-    IS_INSTALLED = True
-except ModuleNotFoundError:  # dynamic_reconfigure is a package of its own
-    IS_INSTALLED = False
+Values = Dict[str, Any]
 
-# A namespace, its parameters with the values in force, and what takes their new values.
-Group = Tuple[str, Sequence[Adjustable], Callable[[Dict[str, Any]], None]]
+# Of amcl_node: the topics and frames that it has subscribed to at its start.
+FIXED = ('odom_frame_id', 'base_frame_id', 'global_frame_id', 'use_map_topic')
+
+# Upstream's default of robot_radius, which is used if the footprint is [] [m].
+ROBOT_RADIUS_M = 0.46
 
 
-def serve(groups: Sequence[Group]) -> List[object]:
-    """Serve each group of parameters, and return what must be kept as long; nothing without the package.
+class ReconfigureServer(Server):  # type: ignore[misc]  # the library has no types
+    """The package's server of one namespace, which starts with the node's values.
 
-    What takes the values raises ConfigError where it refuses them. It is called in threads of its own.
+    The package would clamp the values of the parameter server to the limits of the .cfg file at the start; a node has
+    validated its own values, and stores only changed ones, so that its next start begins with these.
+
+    Args:
+        config_type: the module that was generated from the .cfg file.
+        namespace: relative to the node's name; '' for the node's own.
+        values: values in use, with every name of the .cfg file.
+        change: is called with all values when one has changed; raises ConfigError to refuse them.
     """
-    return [ReconfigureServer(*group) for group in groups] if IS_INSTALLED else []
+
+    def __init__(
+        self, config_type: ModuleType, namespace: str, values: Mapping[str, Any], change: Callable[[Values], None]
+    ) -> None:
+        self._change = change
+        self._at_start = {name: values[name] for name in config_type.defaults}
+        self._values = self._stored = self._at_start
+        super().__init__(config_type, self._on_change, namespace)
+
+    def _on_change(self, config: Any, _level: int) -> Any:
+        """Take a client's values or keep those in use, and return the values in use."""
+        wanted = {name: config[name] for name in self._values}
+        if wanted.get('restore_defaults'):
+            wanted = self._at_start
+        changes = ', '.join(f'{name} {value}' for name, value in wanted.items() if value != self._values[name])
+        if changes and hasattr(self, 'set_service'):
+            try:
+                self._change(wanted)
+                self._values = wanted
+                log.info('changed in %s: %s', rospy.resolve_name(self.ns), changes, extra=EVENT)
+            except ConfigError as error:
+                log.warning('not changed: %s', error, extra=EVENT)
+        config.update(self._values)
+        return config
+
+    def _copy_from_parameter_server(self) -> None:
+        self.config.update(self._values)
+
+    def _copy_to_parameter_server(self) -> None:
+        for name, value in self._values.items():
+            if value != self._stored[name]:
+                rospy.set_param(self.ns + name, value)
+        self._stored = self._values
+
+
+def serve_amcl(params: AmclParams, apply: Callable[[Any], None]) -> ReconfigureServer:
+    """Serve the parameters of amcl_node; `apply` receives all of them, validated, when one has changed."""
+
+    def change(values: Values) -> None:
+        for name in FIXED:
+            started_with = getattr(params, name)
+            if values[name] != started_with:
+                raise ConfigError(f'{name}: given {values[name]!r}; allowed: {started_with!r} until the node restarts')
+        apply(with_changes(params, values, ''))
+
+    return ReconfigureServer(AMCLConfig, '', dict(params), change)
+
+
+def serve_navigation(params: NavigatorParams, apply: Callable[[NavigatorParams], None]) -> List[ReconfigureServer]:
+    """Serve the parameters of move_base_node in upstream's namespaces; `apply` receives all of them, validated."""
+    lock = threading.Lock()  # each namespace is served in its own threads
+    in_use = params
+
+    def change(part: str, values: Values) -> None:
+        nonlocal in_use
+        with lock:
+            changed = with_changes(in_use, {part: values} if part else values, '')
+            if changed != in_use:
+                apply(changed)
+                in_use = changed
+
+    servers = [
+        ReconfigureServer(MoveBaseConfig, '', dict(params), partial(change, '')),
+        ReconfigureServer(
+            DWAPlannerConfig, 'DWAPlannerROS', dict(params.DWAPlannerROS), partial(change, 'DWAPlannerROS')
+        ),
+    ]
+    for name in ('global_costmap', 'local_costmap'):
+        servers += _costmap_servers(name, getattr(params, name), partial(change, name))
+    return servers
+
+
+def _costmap_servers(name: str, params: CostmapParams, change: Callable[[Values], None]) -> List[ReconfigureServer]:
+    sources = params.observation_sources
+
+    def change_obstacles(values: Values) -> None:
+        fields = {**values, 'observation_sources': (sources or 'scan') if values['enabled'] else ''}
+        change({key: value for key, value in fields.items() if key != 'enabled'})
+
+    def change_inflation(values: Values) -> None:
+        fields = values if values['enabled'] else {**values, 'inflation_radius': 0.0}
+        change({key: value for key, value in fields.items() if key != 'enabled'})
+
+    values = {**dict(params), 'footprint': str(params.footprint), 'robot_radius': ROBOT_RADIUS_M}
+    return [
+        ReconfigureServer(Costmap2DConfig, name, values, change),
+        ReconfigureServer(
+            ObstaclePluginConfig, f'{name}/obstacle_layer', {**values, 'enabled': bool(sources)}, change_obstacles
+        ),
+        ReconfigureServer(
+            InflationPluginConfig, f'{name}/inflation_layer', {**values, 'enabled': True}, change_inflation
+        ),
+    ]
