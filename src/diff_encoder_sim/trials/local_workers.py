@@ -134,7 +134,7 @@ def _settings(scheduler: str, security: Security, scratch: str) -> bytes:
 
 def _start(channel: socket.socket) -> subprocess.Popen[bytes]:
     return subprocess.Popen(
-        python_command('campaign.worker_process'),
+        python_command('trials.worker_process'),
         stdin=channel.fileno(),
         stdout=subprocess.DEVNULL,
         env={**os.environ, **ENVIRONMENT},

@@ -105,7 +105,9 @@ def test_help_does_without_docstrings(name):
     if name == 'amcl_node':
         pytest.importorskip('rospy')
     command = [sys.executable, '-OO', str(ROOT / 'scripts' / name), '--help']
-    environment = {**os.environ, 'PYTHONPATH': os.pathsep.join(sys.path)}
+    # The caller's PYTHONPATH first: the devel space finds the generated modules.
+    places = [os.environ.get('PYTHONPATH', ''), *sys.path]
+    environment = {**os.environ, 'PYTHONPATH': os.pathsep.join(filter(None, places))}
     done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0 and name in done.stdout, done.stderr
 

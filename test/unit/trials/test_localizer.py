@@ -17,7 +17,7 @@ def test_scans_between_two_odometry_messages_are_localized_by_interpolation():
 
 def test_scans_without_a_range_are_dropped_with_one_warning_and_the_robot_stops_and_goes_on(caplog):
     """As live: AMCL uses none, so its transform grows old. In a wide hall none returns from near enough."""
-    caplog.set_level(logging.WARNING, 'diff_encoder_sim.lockstep')
+    caplog.set_level(logging.WARNING, 'diff_encoder_sim.trials')
     trial, speeds_mps = lockstep(HALL), []
     scan_of_world, blinded = trial._world._simulator.scan, [False]
     trial._world._simulator.scan = lambda: blind(scan_of_world()) if blinded[0] else scan_of_world()
