@@ -48,7 +48,7 @@ autodoc_mock_imports = [
     *('actionlib', 'actionlib_msgs', 'diagnostic_msgs', 'dynamic_reconfigure', 'gazebo_msgs', 'genpy'),
     *('geometry_msgs', 'map_msgs', 'message_filters', 'move_base_msgs', 'nav_msgs', 'rosbag', 'rosgraph'),
     *('rosgraph_msgs', 'roslib', 'rospkg', 'rospy', 'sensor_msgs', 'std_msgs', 'std_srvs', 'tf2_msgs', 'tf2_py'),
-    *('tf2_ros', 'visualization_msgs', 'diff_encoder_sim.msg'),
+    *('tf2_ros', 'visualization_msgs', 'diff_encoder_sim.cfg', 'diff_encoder_sim.msg'),
 ]
 
 html_theme = 'furo'

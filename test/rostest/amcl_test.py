@@ -40,7 +40,7 @@ from diff_encoder_sim.ros.conversions import (
     pose_with_covariance_message,
     transform_message,
 )
-from diff_encoder_sim.ros.map_conversions import map_message
+from diff_encoder_sim.ros.maps import map_message
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / 'support'))
 from amcl_world import moved, pillar_room, simulated_scan

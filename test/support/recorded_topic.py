@@ -2,7 +2,7 @@
 
 
 class RecordedTopic:
-    """In place of diff_encoder_sim.ros.display_topic.DisplayTopic."""
+    """In place of diff_encoder_sim.ros.encoded_topics.DisplayTopic."""
 
     def __init__(self):
         self.has_subscribers, self.newcomers = True, False

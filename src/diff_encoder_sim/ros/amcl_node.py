@@ -24,17 +24,14 @@ from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
 from diff_encoder_sim.localization.amcl import Amcl
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.amcl_warm_up import warm_up
-from diff_encoder_sim.ros.amcl_output import AmclOutput
+from diff_encoder_sim.ros.amcl_output import AmclOutput, InitialPoseReader, PoseGuess
 from diff_encoder_sim.ros.conversions import ns_from_stamp, stamp_from_ns
-from diff_encoder_sim.ros.initial_pose import InitialPoseReader, PoseGuess
-from diff_encoder_sim.ros.map_client import fetch_map
-from diff_encoder_sim.ros.map_conversions import grid_from_message
-from diff_encoder_sim.ros.node import compile_first, log, node_params, publisher, run_node, subscriber
+from diff_encoder_sim.ros.encoded_topics import stamped_subscriber
+from diff_encoder_sim.ros.maps import fetch_map, grid_from_message
+from diff_encoder_sim.ros.node import compile_first, log, node_params, publisher, run_node, subscriber, trial_plan
 from diff_encoder_sim.ros.reconfiguration import serve_amcl
 from diff_encoder_sim.ros.scan_queue import SCANS_MOST_AHEAD_S, ScanQueue
-from diff_encoder_sim.ros.stamped_subscriber import stamped_subscriber
 from diff_encoder_sim.ros.transform_buffer import TransformBuffer
-from diff_encoder_sim.ros.trial_plan import trial_plan
 
 SILENCE_S = 15.0
 

@@ -2,22 +2,32 @@
 
 from __future__ import annotations
 
-from typing import Optional, Tuple
+import math
+from typing import NamedTuple, Optional, Tuple
 
 import numpy as np
 import rospy
 import tf2_ros
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import PoseArray, PoseWithCovarianceStamped
 
-from diff_encoder_sim.base.errors import EVENT
-from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.base.errors import EVENT, InputFault
+from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives.pose_messages import encode_pose_array
+from diff_encoder_sim.drives.topics import DIAGNOSTICS
 from diff_encoder_sim.localization.amcl import Amcl, AmclEstimate
 from diff_encoder_sim.localization.amcl_params import AmclParams
-from diff_encoder_sim.ros.amcl_spread import AmclSpread
-from diff_encoder_sim.ros.conversions import pose_with_covariance_message, transform_message
-from diff_encoder_sim.ros.encoded_topics import EncodedPublisher
+from diff_encoder_sim.localization.particles import check_covariance, check_pose
+from diff_encoder_sim.ros.conversions import (
+    pose_covariance_from_message,
+    pose_from_message,
+    pose_from_transform,
+    pose_with_covariance_message,
+    stamp_from_ns,
+    transform_message,
+)
+from diff_encoder_sim.ros.encoded_topics import DisplayTopic, EncodedPublisher
 from diff_encoder_sim.ros.node import log, publisher
 
 
@@ -125,3 +135,117 @@ class AmclOutput:
             log.warning('the pose could not be saved in the initial_* parameters: %s', error)
             return
         self.saved = pose, np.diag(np.diag(covariance))
+
+
+class Spread(NamedTuple):
+    """Standard deviations of an estimate, or limits of them."""
+
+    x: float  # [m]
+    y: float  # [m]
+    yaw: float  # [rad]
+
+    def exceeds(self, limits: Spread) -> bool:
+        """Return whether one of them is above its limit."""
+        return any(value > limit for value, limit in zip(self, limits))
+
+
+class AmclSpread:
+    """Compares each estimate with std_warn_level_*, as upstream's diagnostics."""
+
+    def __init__(self, diagnostic_period_s: float) -> None:
+        self._period_ns = diagnostic_period_s * NANOSECONDS_PER_SECOND
+        self._diagnostics = DisplayTopic(DIAGNOSTICS, DiagnosticArray, queue_size=10)
+        self.restart()
+
+    def restart(self) -> None:
+        """Start anew with localization: at the start the particles are far apart, which is no reason for a warning."""
+        self._was_exceeded = True
+
+    def warn(self, estimate: AmclEstimate, params: AmclParams) -> None:
+        """Log a warning where the estimate begins to exceed a limit."""
+        spread, limits = _spread(estimate), _limits(params)
+        is_exceeded = spread.exceeds(limits)
+        if is_exceeded and not self._was_exceeded:
+            log.warning(
+                'uncertain pose: standard deviations %.2f m (x), %.2f m (y), %.0f degrees; above std_warn_level_* '
+                '(%.2f m, %.2f m, %.0f degrees)',
+                *spread[:2],
+                math.degrees(spread.yaw),
+                *limits[:2],
+                math.degrees(limits.yaw),
+            )
+        self._was_exceeded = is_exceeded
+
+    def diagnose(self, estimate: AmclEstimate, params: AmclParams, now_ns: int) -> None:
+        """Publish the status of the newest estimate, once a period and to subscribers."""
+        if self._diagnostics.is_due(self._period_ns, now_ns):
+            message = DiagnosticArray(status=[spread_status(_spread(estimate), _limits(params))])
+            message.header.stamp = stamp_from_ns(now_ns)
+            self._diagnostics.publish(message)
+
+
+def spread_status(spread: Spread, limits: Spread) -> DiagnosticStatus:
+    """Return the status that upstream's amcl has, with its name, words and keys."""
+    is_exceeded = spread.exceeds(limits)
+    values = {
+        **{f'std_{name}': value for name, value in spread._asdict().items()},
+        **{f'std_warn_level_{name}': value for name, value in limits._asdict().items()},
+    }
+    return DiagnosticStatus(
+        level=DiagnosticStatus.WARN if is_exceeded else DiagnosticStatus.OK,
+        name=f'{rospy.get_name().lstrip("/")}: Standard deviation',
+        message='Too large' if is_exceeded else 'OK',
+        hardware_id='None',
+        values=[KeyValue(key, f'{value:g}') for key, value in values.items()],
+    )
+
+
+def _spread(estimate: AmclEstimate) -> Spread:
+    return Spread(*np.sqrt(np.diag(estimate.covariance)).tolist())
+
+
+def _limits(params: AmclParams) -> Spread:
+    return Spread(params.std_warn_level_x, params.std_warn_level_y, params.std_warn_level_yaw)
+
+
+# A base pose in the map with its 3x3 covariance over (x [m], y [m], yaw [rad]).
+PoseGuess = Tuple[Pose2D, np.ndarray]
+
+
+class InitialPoseReader:
+    """Reads messages with a pose in the map; the frames are those of the parameters."""
+
+    def __init__(self, params: AmclParams, buffer: tf2_ros.Buffer) -> None:
+        self._global_frame = params.global_frame_id
+        self._odom_to_base = params.odom_frame_id, params.base_frame_id
+        self._buffer = buffer
+
+    def read(self, message: PoseWithCovarianceStamped) -> PoseGuess:
+        """Return the pose that a message gives, moved by odometry from the message's stamp to now.
+
+        Raises:
+            InputFault: it is no valid pose, or in another frame than the map's.
+        """
+        frame = message.header.frame_id.lstrip('/')
+        if not frame:
+            log.warning('initial pose: header.frame_id is empty; used as if it were %r', self._global_frame)
+        elif frame != self._global_frame:
+            raise InputFault(f'header.frame_id is {frame!r}; expected {self._global_frame!r}')
+        pose = pose_from_message(message.pose.pose)
+        covariance = pose_covariance_from_message(message.pose.covariance)
+        check_pose(pose, 'initial pose')
+        check_covariance(covariance)
+        return pose.compose(self._moved_since(message.header.stamp)), covariance
+
+    def _moved_since(self, stamp: rospy.Time) -> Pose2D:
+        """Return the base's pose now in the base frame at a stamp, by odometry; a stamp of 0 means now."""
+        try:
+            now = self._buffer.lookup_transform(*self._odom_to_base, rospy.Time(0))
+            if stamp.is_zero() or stamp >= now.header.stamp:
+                return IDENTITY
+            then = self._buffer.lookup_transform(*self._odom_to_base, stamp)
+        except tf2_ros.TransformException as error:
+            if not stamp.is_zero():
+                log.warning('initial pose: not corrected for the motion since its stamp: %s', error)
+            return IDENTITY
+        return pose_from_transform(now).relative_to(pose_from_transform(then))

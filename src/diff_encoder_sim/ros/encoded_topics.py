@@ -1,4 +1,4 @@
-"""Topics whose messages the core encodes and decodes: genpy, which makes objects of them, takes four times as long."""
+"""Publishers and subscribers: messages encoded once, messages in the order of their stamps, display topics."""
 
 from __future__ import annotations
 
@@ -7,13 +7,18 @@ from typing import Any, Callable, Mapping, Optional, Type
 
 import genpy
 import rospy
+from geometry_msgs.msg import PoseStamped
 
 from diff_encoder_sim.base.errors import InputFault
-from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.base.stamps import MOST_AHEAD_S, NANOSECONDS_PER_SECOND, check_stamp
 from diff_encoder_sim.drives.field_reader import STAMP_AT, TORN
+from diff_encoder_sim.drives.message_types import POSE_STAMPED
+from diff_encoder_sim.drives.pose_messages import PoseDecoder
 from diff_encoder_sim.drives.primitives import TIME, with_seq
+from diff_encoder_sim.ros.clock_pauses import wait_for_clock
+from diff_encoder_sim.ros.conversions import ns_from_stamp
 from diff_encoder_sim.ros.node import log, publisher, subscriber
-from diff_encoder_sim.ros.stamped_subscriber import check_stamp_now
 
 
 class EncodedMessage(rospy.AnyMsg):  # type: ignore[misc]  # rospy has no types
@@ -102,3 +107,90 @@ def encoded_stamp_ns(content: bytes) -> int:
         raise InputFault(TORN)
     seconds, nanoseconds = TIME.unpack_from(content, STAMP_AT)
     return int(seconds * NANOSECONDS_PER_SECOND + nanoseconds)
+
+
+def stamped_subscriber(
+    topic: str, message_class: Type[genpy.Message], callback: Callable[[Any], None], most_ahead_s: float = MOST_AHEAD_S
+) -> rospy.Subscriber:
+    """Subscribe as `subscriber` does; a message whose stamp cannot be is dropped with a warning."""
+    resolved_name = rospy.resolve_name(topic)
+
+    def on_message(message: Any) -> None:
+        try:
+            check_stamp_now(ns_from_stamp(message.header.stamp), most_ahead_s)
+        except InputFault as fault:
+            log.warning('%s: message dropped: %s', resolved_name, fault)
+            return
+        callback(message)
+
+    return subscriber(topic, message_class, on_message)
+
+
+def check_stamp_now(stamp_ns: int, most_ahead_s: float = MOST_AHEAD_S) -> None:
+    """Check that a stamp can be at this time, as `check_stamp` does; raise InputFault."""
+    try:
+        check_stamp(stamp_ns, ns_from_stamp(rospy.Time.now()), most_ahead_s)
+    except InputFault:
+        # Far ahead of the newest tick that was read: at sixty times real time a pause is a second.
+        wait_for_clock()
+        check_stamp(stamp_ns, ns_from_stamp(rospy.Time.now()), most_ahead_s)
+
+
+def pose_subscriber(topic: str, callback: Callable[[int, Pose2D], None]) -> rospy.Subscriber:
+    """Call back with (stamp_ns, pose in the message's frame); an invalid pose is dropped with a warning."""
+    decoder = PoseDecoder(POSE_STAMPED)
+
+    def take(content: bytes) -> None:
+        stamped = decoder.decode(content)
+        callback(stamped.stamp_ns, stamped.pose)
+
+    return encoded_stamped_subscriber(topic, PoseStamped, take)
+
+
+class DisplayTopic:
+    """A topic that drops messages rather than wait for a slow display: the robot must not wait.
+
+    Args:
+        topic: its name.
+        message_class: its type.
+        queue_size: messages that may wait for a slow display; a newer one replaces the oldest.
+    """
+
+    def __init__(self, topic: str, message_class: Type[genpy.Message], queue_size: int = 1) -> None:
+        self._newcomers = _Newcomers()
+        self._publisher = rospy.Publisher(
+            topic, message_class, subscriber_listener=self._newcomers, queue_size=queue_size
+        )
+        self._due_ns: Optional[int] = None  # when it was last
+
+    @property
+    def has_subscribers(self) -> bool:
+        """Return whether anybody would see a message."""
+        return bool(self._publisher.get_num_connections())
+
+    def is_due(self, period_ns: float, now_ns: int) -> bool:
+        """Return whether there is a subscriber, and a period is over since it was last due, or time has jumped back."""
+        is_over = self._due_ns is None or not 0 <= now_ns - self._due_ns < period_ns
+        if not (is_over and self.has_subscribers):
+            return False
+        self._due_ns = now_ns
+        return True
+
+    def take_newcomers(self) -> bool:
+        """Return whether somebody has subscribed since the last call."""
+        are_there, self._newcomers.are_there = self._newcomers.are_there, False
+        return are_there
+
+    def publish(self, message: genpy.Message) -> None:
+        """Publish a message."""
+        self._publisher.publish(message)
+
+
+class _Newcomers(rospy.SubscribeListener):  # type: ignore[misc]  # rospy has no types
+    """Notes that somebody has subscribed."""
+
+    are_there = False
+
+    def peer_subscribe(self, *_: object) -> None:
+        """Note it; rospy calls this in a thread of its own."""
+        self.are_there = True

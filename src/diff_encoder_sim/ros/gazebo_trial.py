@@ -6,10 +6,10 @@ from typing import List
 
 from diff_encoder_sim.base.command_line import run_tool
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.ros.graph import become
 from diff_encoder_sim.ros.model_states import launched_model
+from diff_encoder_sim.ros.node import required_trial_plan
 from diff_encoder_sim.ros.own_words import own_words
-from diff_encoder_sim.ros.processes import become
-from diff_encoder_sim.ros.trial_plan import required_trial_plan
 from diff_encoder_sim.trials.required_packages import GAZEBO
 
 

@@ -16,9 +16,8 @@ from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.drives.primitives import encode_header, encode_pose
 from diff_encoder_sim.ros.conversions import ns_from_stamp
 from diff_encoder_sim.ros.encoded_topics import EncodedPublisher
-from diff_encoder_sim.ros.node import log, node_params, run_node
+from diff_encoder_sim.ros.node import log, node_params, run_node, trial_plan
 from diff_encoder_sim.ros.transform_buffer import TransformBuffer
-from diff_encoder_sim.ros.trial_plan import trial_plan
 from diff_encoder_sim.wheels.sampling import DEFAULT_RATE_HZ, BoundarySampler
 
 

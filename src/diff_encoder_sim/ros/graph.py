@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
+import os
+import socket
+import sys
+import threading
 import time
-from http.client import HTTPConnection
-from typing import Any, Dict, Iterable, List, Set, Tuple
+import xmlrpc.client
+from http.client import HTTPConnection, HTTPException
+from typing import Any, Dict, Iterable, List, Optional, Sequence, Set, Tuple
 from xmlrpc.client import ServerProxy, Transport
 
 import rosgraph
+import roslib.packages
+import rospkg
 import rospy
+
+from diff_encoder_sim.base.errors import ConfigError
 
 POLL_PERIOD_S = 0.1
 NODE_LIMIT_S = 5.0  # of wall time, for a node to respond
@@ -83,3 +92,63 @@ def _outbound_links(node_uri: str) -> Set[Tuple[str, str]]:
         raise OSError(message)
     # id, destination, direction, transport, topic, connected, ...
     return {(connection[4], connection[1]) for connection in connections if connection[2] == 'o' and connection[5]}
+
+
+ROUNDS_PER_LIMIT = 10
+
+
+class NodeWatch:
+    """Asks nodes for their process id over and over; one that does not respond within a limit has failed.
+
+    A node that has died is not this one's concern: roslaunch notices that.
+    """
+
+    def __init__(self, limit_s: float) -> None:
+        """Prepare; `limit_s` is of wall time."""
+        self._limit_s = limit_s
+        self._uris: Dict[str, str] = {}
+        self.failure: Optional[str] = None  # which node does not respond
+
+    def start(self, topics: Iterable[str], other_nodes: Iterable[str] = ()) -> None:
+        """Watch the nodes that publish these topics now, and others where they run, from a thread."""
+        master = rosgraph.Master(rospy.get_name())
+        publishers = dict(master.getSystemState()[0])
+        nodes = {node for topic in topics for node in publishers.get(topic, [])} - {rospy.get_name()}
+        for node in sorted(nodes.union(other_nodes)):
+            try:
+                self._uris[node] = master.lookupNode(node)
+            except rosgraph.MasterException:
+                continue  # it does not run
+        threading.Thread(target=self._watch, daemon=True).start()
+
+    def check(self) -> Optional[str]:
+        """Ask every node once; returns which one does not respond, None if all do."""
+        for node, uri in self._uris.items():
+            try:
+                node_api(uri, self._limit_s).getPid(rospy.get_name())
+            except socket.timeout:
+                self.failure = f'no response from {node} for {self._limit_s:g} s'
+                break
+            except (OSError, HTTPException, xmlrpc.client.Error):
+                continue  # it has died
+        return self.failure
+
+    def _watch(self) -> None:
+        while not (rospy.is_shutdown() or self.check()):
+            time.sleep(self._limit_s / ROUNDS_PER_LIMIT)
+
+
+def become(package: str, executable: str, arguments: Sequence[str], install_hint: str) -> None:
+    """Replace this process by another package's executable, so that signals reach it directly.
+
+    Raises:
+        ConfigError: it is not installed; the text has `install_hint`.
+    """
+    try:
+        found = roslib.packages.find_node(package, executable)
+    except rospkg.ResourceNotFound:
+        found = []
+    if not found:
+        raise ConfigError(f'{package} {executable} is not installed; {install_hint}')
+    remappings = [argument for argument in sys.argv[1:] if ':=' in argument]
+    os.execv(found[0], [found[0], *arguments, *remappings])

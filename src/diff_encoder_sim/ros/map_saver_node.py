@@ -10,8 +10,8 @@ from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
 from diff_encoder_sim.base.command_line import run_tool
 from diff_encoder_sim.base.errors import EVENT, ConfigError, InputFault
 from diff_encoder_sim.localization.map_files import MapSaverParams, save_map
-from diff_encoder_sim.ros.map_conversions import grid_from_message
 from diff_encoder_sim.ros.map_saver_arguments import parse
+from diff_encoder_sim.ros.maps import grid_from_message
 from diff_encoder_sim.ros.node import log, run_node
 
 WARN_AFTER_S = 10.0

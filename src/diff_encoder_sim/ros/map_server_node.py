@@ -15,9 +15,8 @@ from diff_encoder_sim.base.errors import ConfigError, readable
 from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.localization.map_files import load_map
 from diff_encoder_sim.ros.conversions import ns_from_stamp
-from diff_encoder_sim.ros.map_conversions import map_message
-from diff_encoder_sim.ros.node import log, node_params, publisher, run_node
-from diff_encoder_sim.ros.trial_plan import trial_plan
+from diff_encoder_sim.ros.maps import map_message
+from diff_encoder_sim.ros.node import log, node_params, publisher, run_node, trial_plan
 
 
 class MapServerParams(Params):

@@ -22,15 +22,13 @@ from diff_encoder_sim.navigation.navigator_inputs import MissingInput
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
 from diff_encoder_sim.ros.clock_pauses import look_at_clock
 from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_from_message, scan_from_message, twist_std_from_message
-from diff_encoder_sim.ros.goal_server import GoalServer
-from diff_encoder_sim.ros.map_client import fetch_map
-from diff_encoder_sim.ros.map_conversions import grid_from_message
+from diff_encoder_sim.ros.encoded_topics import stamped_subscriber
+from diff_encoder_sim.ros.goal_server import GoalServer, PlanServices
+from diff_encoder_sim.ros.maps import fetch_map, grid_from_message
 from diff_encoder_sim.ros.navigation_transforms import NavigationTransforms
 from diff_encoder_sim.ros.navigation_views import NavigationViews
 from diff_encoder_sim.ros.node import compile_first, log, node_params, publisher, run_node
-from diff_encoder_sim.ros.plan_services import PlanServices
 from diff_encoder_sim.ros.reconfiguration import serve_navigation
-from diff_encoder_sim.ros.stamped_subscriber import stamped_subscriber
 
 WATCHDOG_PERIOD_S = 0.1
 

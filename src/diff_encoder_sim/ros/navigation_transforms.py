@@ -13,7 +13,7 @@ from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.navigation.navigator_inputs import MOST_AHEAD_S
 from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_from_message, pose_from_transform
-from diff_encoder_sim.ros.scanner_mount import ScannerMount, scanner_mount
+from diff_encoder_sim.ros.scan_queue import ScannerMount, scanner_mount
 from diff_encoder_sim.ros.transform_buffer import TransformBuffer
 
 # Largest tilt of a goal's z axis, as 1 - cos of its angle: upstream's.

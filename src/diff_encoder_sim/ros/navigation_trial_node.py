@@ -16,9 +16,9 @@ from diff_encoder_sim.drives import topics
 from diff_encoder_sim.drives.trial_outcome import RouteFailed
 from diff_encoder_sim.navigation.goal_status import GoalStatus
 from diff_encoder_sim.ros.conversions import pose_stamped_message
+from diff_encoder_sim.ros.encoded_topics import pose_subscriber
 from diff_encoder_sim.ros.launch_status import LaunchStatus
 from diff_encoder_sim.ros.node import log, node_params, publisher, run_node
-from diff_encoder_sim.ros.pose_subscriber import pose_subscriber
 from diff_encoder_sim.ros.trial_runner import TrialFailed, TrialParams, TrialRunner, distance_from_goal
 from diff_encoder_sim.trials.route_driver import DriverOutput, RouteDriver
 

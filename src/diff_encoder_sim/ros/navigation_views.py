@@ -2,15 +2,28 @@
 
 from __future__ import annotations
 
+import math
+from typing import Optional, Sequence
+
 import numpy as np
+from geometry_msgs.msg import Point32, PolygonStamped
+from map_msgs.msg import OccupancyGridUpdate
+from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
 from nav_msgs.msg import Path
+from sensor_msgs.msg import PointCloud2, PointField
 
 from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
+from diff_encoder_sim.navigation.costmap import Costmap
+from diff_encoder_sim.navigation.dwa_clouds import COST_FIELDS, TRAJECTORY_FIELDS, cost_cloud, trajectory_cloud
+from diff_encoder_sim.navigation.dwa_search import ScoringTask
+from diff_encoder_sim.navigation.footprint import Footprint
+from diff_encoder_sim.navigation.grid_window import GridWindow, changed_window
 from diff_encoder_sim.navigation.navigator import Navigator
 from diff_encoder_sim.ros.conversions import pose_stamped_message, stamp_from_ns
-from diff_encoder_sim.ros.costmap_view import CostmapView
-from diff_encoder_sim.ros.display_topic import DisplayTopic
-from diff_encoder_sim.ros.dwa_view import DwaView
+from diff_encoder_sim.ros.encoded_topics import DisplayTopic
+from diff_encoder_sim.ros.maps import map_message
 
 PLANS_PERIOD_NS = 200_000_000
 
@@ -49,4 +62,119 @@ def path_message(poses: np.ndarray, stamp_ns: int, frame: str) -> Path:
     message = Path(poses=[pose_stamped_message(Pose2D(*row), stamp_ns, frame) for row in poses.tolist()])
     message.header.stamp = stamp_from_ns(stamp_ns)
     message.header.frame_id = frame
+    return message
+
+
+FOOTPRINT_PERIOD_NS = 200_000_000
+
+# A change that is lost stays wrong in the display; they are small, and so many may wait.
+WAITING_UPDATES = 20
+
+# Costs 0 to 255 as costmap_2d publishes them: 1 to 98 for inflation, 99 inscribed, 100 lethal.
+_OCCUPANCY_OF_COST = np.concatenate([[0], np.linspace(1, 98, 252).astype(np.int64), [99, 100, -1]]).astype(np.int8)
+
+
+class CostmapView:
+    """Publishes a costmap as costmap_2d: whole to new subscribers and after its window has moved, else its changes.
+
+    Where nobody subscribes to the changes, it is always published whole.
+
+    Args:
+        name: of the costmap's namespace.
+        frame: of the costmap.
+    """
+
+    def __init__(self, name: str, frame: str) -> None:
+        self._frame = frame
+        self._grids = DisplayTopic(f'~{name}/costmap', OccupancyGridMessage)
+        self._updates = DisplayTopic(f'~{name}/costmap_updates', OccupancyGridUpdate, WAITING_UPDATES)
+        self._footprints = DisplayTopic(f'~{name}/footprint', PolygonStamped)
+        self._shown_costs, self._shown_origin = np.empty((0, 0), np.uint8), Pose2D(0.0, 0.0, 0.0)
+
+    def show(self, costmap: Costmap, base_pose: Optional[Pose2D], now_ns: int) -> None:
+        """Publish what is due; `base_pose` is the robot in the costmap's frame, None while that is not known."""
+        has_newcomers, frequency_hz = self._grids.take_newcomers(), costmap.params.publish_frequency
+        period_ns = NANOSECONDS_PER_SECOND / frequency_hz if frequency_hz > 0.0 else math.inf
+        if has_newcomers or self._grids.is_due(period_ns, now_ns):
+            self._show_costs(costmap, has_newcomers, now_ns)
+        if base_pose is not None and self._footprints.is_due(FOOTPRINT_PERIOD_NS, now_ns):
+            self._footprints.publish(footprint_message(costmap.footprint, base_pose, now_ns, self._frame))
+
+    def _show_costs(self, costmap: Costmap, has_newcomers: bool, now_ns: int) -> None:
+        is_moved = costmap.shape != self._shown_costs.shape or costmap.origin != self._shown_origin
+        is_whole = costmap.params.always_send_full_costmap or not self._updates.has_subscribers
+        if has_newcomers or is_moved or is_whole:
+            self._grids.publish(costmap_message(costmap, now_ns, self._frame))
+        else:
+            window = changed_window(self._shown_costs, costmap.costs)
+            if window.is_empty:
+                return
+            self._updates.publish(update_message(costmap, window, now_ns, self._frame))
+        self._shown_costs, self._shown_origin = costmap.costs.copy(), costmap.origin
+
+
+def costmap_message(costmap: Costmap, stamp_ns: int, frame: str) -> OccupancyGridMessage:
+    """Convert a costmap to the occupancy values that RViz colours as costs."""
+    grid = OccupancyGrid(_OCCUPANCY_OF_COST[costmap.costs], costmap.resolution_m, costmap.origin)
+    return map_message(grid, stamp_ns, frame)
+
+
+def update_message(costmap: Costmap, window: GridWindow, stamp_ns: int, frame: str) -> OccupancyGridUpdate:
+    """Convert a window of a costmap, which is not empty."""
+    cells = _OCCUPANCY_OF_COST[costmap.costs[window.cells]]
+    height, width = cells.shape
+    message = OccupancyGridUpdate(
+        x=window.first_column, y=window.first_row, width=width, height=height, data=cells.ravel().tolist()
+    )
+    message.header.stamp, message.header.frame_id = stamp_from_ns(stamp_ns), frame
+    return message
+
+
+def footprint_message(footprint: Footprint, base_pose: Pose2D, stamp_ns: int, frame: str) -> PolygonStamped:
+    """Convert the robot's footprint at its pose."""
+    message = PolygonStamped()
+    for x_m, y_m in footprint.vertices_m.tolist():
+        corner = base_pose.compose(Pose2D(x_m, y_m, 0.0))
+        message.polygon.points.append(Point32(corner.x_m, corner.y_m, 0.0))
+    message.header.stamp = stamp_from_ns(stamp_ns)
+    message.header.frame_id = frame
+    return message
+
+
+PERIOD_NS = 200_000_000
+_FLOAT_BYTES = 4
+
+
+class DwaView:
+    """Publishes the clouds that publish_traj_pc and publish_cost_grid_pc switch on, after periods with a choice."""
+
+    def __init__(self, frame: str) -> None:
+        self._frame = frame
+        self._trajectories = DisplayTopic('~DWAPlannerROS/trajectory_cloud', PointCloud2)
+        self._costs = DisplayTopic('~DWAPlannerROS/cost_cloud', PointCloud2)
+        self._shown: Optional[ScoringTask] = None
+
+    def show(self, navigator: Navigator, now_ns: int) -> None:
+        """Publish what is due."""
+        task, params = navigator.scoring_task, navigator.params.DWAPlannerROS
+        if task is None or task is self._shown:
+            return
+        self._shown, origin = task, navigator.local_costmap.origin
+        if params.publish_traj_pc and self._trajectories.is_due(PERIOD_NS, now_ns):
+            points = trajectory_cloud(task, origin)
+            self._trajectories.publish(cloud_message(points, TRAJECTORY_FIELDS, now_ns, self._frame))
+        if params.publish_cost_grid_pc and self._costs.is_due(PERIOD_NS, now_ns):
+            points = cost_cloud(task, origin)
+            self._costs.publish(cloud_message(points, COST_FIELDS, now_ns, self._frame))
+
+
+def cloud_message(points: np.ndarray, names: Sequence[str], stamp_ns: int, frame: str) -> PointCloud2:
+    """Convert points (n, columns) to a cloud of one row, with a float32 field for each column."""
+    fields = [PointField(name, _FLOAT_BYTES * index, PointField.FLOAT32, 1) for index, name in enumerate(names)]
+    step, count = _FLOAT_BYTES * len(names), len(points)
+    message = PointCloud2(
+        height=1, width=count, fields=fields, is_bigendian=False, point_step=step, row_step=step * count, is_dense=True
+    )
+    message.data = points.astype('<f4').tobytes()
+    message.header.stamp, message.header.frame_id = stamp_from_ns(stamp_ns), frame
     return message

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import concurrent.futures
+import json
 import logging
 import math
 import os
@@ -19,10 +21,10 @@ import rospy.client
 from diff_encoder_sim.base.errors import ConfigError, readable
 from diff_encoder_sim.base.nested_mappings import merged
 from diff_encoder_sim.base.typed_params import P, Params, keys_of, shared_params
-from diff_encoder_sim.base.xml_rpc import LARGEST_INT, from_xml_rpc
+from diff_encoder_sim.base.xml_rpc import LARGEST_INT, for_xml_rpc, from_xml_rpc
 from diff_encoder_sim.base.yaml_files import yaml_value
+from diff_encoder_sim.drives.trial_definition import LivePlan
 from diff_encoder_sim.ros.clock_pauses import pause_between_ticks
-from diff_encoder_sim.ros.parameters_in_use import given_parameters, write_parameters
 
 # The parameter that launch files set by the command of the same name.
 ROBOT_SETTINGS = '/robot_settings'
@@ -228,3 +230,93 @@ class _RosLogHandler(logging.Handler):
         self._last_s[key] = now_s
         send = next(send for level, send in self._LEVELS if record.levelno >= level)
         send('%s', record.getMessage())
+
+
+RECORDS = '/diff_encoder_sim/parameters_at_start'
+
+
+def given_parameters(private: Mapping[str, Any]) -> Dict[str, Any]:
+    """Return private parameters without the values that an earlier start of this node has written."""
+    try:
+        given, in_use = json.loads(rospy.get_param(RECORDS + rospy.get_name(), ''))
+        is_cleared = not in_use.keys() <= private.keys()  # by roslaunch's clear_params, or `rosparam delete`
+        return dict(private) if is_cleared else _unchanged_as_given(private, in_use, given)
+    except (TypeError, ValueError, AttributeError):
+        return dict(private)  # the first start, or not a record
+
+
+def write_parameters(given: Mapping[str, Any], in_use: Mapping[str, Any]) -> None:
+    """Write the values in use to the private parameters; `given` are those of `given_parameters`."""
+    values = for_xml_rpc(in_use)
+    rospy.set_param(RECORDS + rospy.get_name(), json.dumps([given, values], default=str))
+    rospy.set_param('~', values)
+
+
+def _unchanged_as_given(now: Mapping[str, Any], in_use: Mapping[str, Any], given: Mapping[str, Any]) -> Dict[str, Any]:
+    result = {}
+    for key, value in now.items():
+        before = given.get(key, {})
+        if key not in in_use:
+            result[key] = value
+        elif value == in_use[key]:
+            if key in given:
+                result[key] = given[key]
+        elif all(isinstance(each, dict) for each in (value, in_use[key], before)):
+            result[key] = _unchanged_as_given(value, in_use[key], before)
+        else:
+            result[key] = value
+    return result
+
+
+LIMIT_S = 5.0
+MAP_LIMIT_S = 30.0  # of services that respond with a map
+
+
+def call_service(service: str, service_class: Any, *request: Any, limit_s: float = LIMIT_S) -> Any:
+    """Call a service and return its response.
+
+    A suspended node takes a call and never responds: so the call is made in a thread, which is left behind.
+
+    Raises:
+        rospy.ServiceException: there is no such service, it failed, or did not respond within `limit_s` of wall time.
+    """
+    response: concurrent.futures.Future[Any] = concurrent.futures.Future()
+
+    def call() -> None:
+        try:
+            response.set_result(rospy.ServiceProxy(service, service_class)(*request))
+        except Exception as error:
+            response.set_exception(error)
+
+    threading.Thread(target=call, daemon=True).start()
+    try:
+        return response.result(limit_s)
+    except concurrent.futures.TimeoutError:
+        raise rospy.ServiceException(f'no response within {limit_s:g} s') from None
+
+
+PARAMETER = '/trial'
+
+
+def trial_plan() -> Optional[LivePlan]:
+    """Return the plan of the running trial, None where there is no trial.
+
+    Raises:
+        ConfigError: the parameter is set, but is no plan.
+    """
+    plan = rospy.get_param(PARAMETER, None)
+    return None if plan is None else LivePlan.from_mapping(from_xml_rpc(plan), PARAMETER)
+
+
+def required_trial_plan() -> LivePlan:
+    """Return the plan of the running trial.
+
+    Raises:
+        ConfigError: there is none, or it is no plan.
+    """
+    plan = trial_plan()
+    if plan is None:
+        raise ConfigError(
+            f'{PARAMETER}: missing; expected the parameter that trial.launch sets: start this node by trial.launch'
+        )
+    return plan

@@ -16,9 +16,8 @@ from diff_encoder_sim.drives.joint_messages import JointDecoder, JointValues, de
 from diff_encoder_sim.drives.message_types import ENCODER_PULSE
 from diff_encoder_sim.msg import EncoderPulse
 from diff_encoder_sim.ros.encoded_topics import encoded_stamped_subscriber
-from diff_encoder_sim.ros.node import log, node_params, run_node, subscriber
+from diff_encoder_sim.ros.node import log, node_params, run_node, subscriber, trial_plan
 from diff_encoder_sim.ros.odometry_output import OdometryOutput
-from diff_encoder_sim.ros.trial_plan import trial_plan
 from diff_encoder_sim.ros.wheel_diagnostics import WheelDiagnostics
 from diff_encoder_sim.wheels.encoder_sample import EncoderSample
 from diff_encoder_sim.wheels.hidden_encoder import hidden_encoder

@@ -12,8 +12,8 @@ from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.ros.conversions import pose_message
 from diff_encoder_sim.ros.gazebo_messages import SetModelState
 from diff_encoder_sim.ros.model_states import launched_model
+from diff_encoder_sim.ros.node import call_service
 from diff_encoder_sim.ros.place_robot_arguments import parse
-from diff_encoder_sim.ros.service_call import call_service
 
 SERVICE = '/gazebo/set_model_state'
 

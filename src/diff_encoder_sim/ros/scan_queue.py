@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from typing import Callable, Deque, List, Optional, Set, Tuple
+from typing import Callable, Deque, List, NamedTuple, Optional, Set, Tuple
 
 import rospy
 import tf2_ros
@@ -17,7 +17,6 @@ from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_from_transform, scan_from_message
 from diff_encoder_sim.ros.node import log
-from diff_encoder_sim.ros.scanner_mount import ScannerMount, scanner_mount
 
 # A scan that is so much older than the newest one is dropped; and so many may wait.
 PATIENCE_NS = 2 * NANOSECONDS_PER_SECOND
@@ -163,3 +162,32 @@ class _NoTransform(Exception):
     def __init__(self, parent: str, child: str, why: str, is_too_late: bool = False) -> None:
         super().__init__(f'no transform from {child!r} to {parent!r} at its stamp ({why})')
         self.is_too_late = is_too_late
+
+
+class ScannerMount(NamedTuple):
+    """A laser on the robot, projected to the floor."""
+
+    laser_pose_in_base: Pose2D
+    is_upside_down: bool
+    lean_rad: float  # angle between the scanned plane and the floor
+
+    def level(self, scan: Scan) -> Scan:
+        """Return a scan with its rays counter-clockwise as seen from above."""
+        if not self.is_upside_down:
+            return scan
+        return scan._replace(angle_min_rad=-scan.angle_min_rad, angle_increment_rad=-scan.angle_increment_rad)
+
+
+def scanner_mount(transform: TransformStamped) -> ScannerMount:
+    """Compute the mounting from the transform of the laser's frame to the base's.
+
+    Raises:
+        InputFault: the transform is no valid pose.
+    """
+    pose = pose_from_transform(transform)
+    rotation = transform.transform.rotation
+    aside = rotation.x**2 + rotation.y**2
+    upright = rotation.z**2 + rotation.w**2
+    # Component of the laser's z axis along the base's.
+    up = (upright - aside) / (upright + aside)
+    return ScannerMount(pose, up < 0.0, math.acos(min(abs(up), 1.0)))

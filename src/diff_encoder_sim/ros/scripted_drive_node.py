@@ -15,9 +15,8 @@ from diff_encoder_sim.drives.basic_messages import encode_command
 from diff_encoder_sim.ros.conversions import transform_message
 from diff_encoder_sim.ros.encoded_topics import EncodedPublisher
 from diff_encoder_sim.ros.launch_status import LaunchStatus
-from diff_encoder_sim.ros.map_keeper import MapKeeper
-from diff_encoder_sim.ros.node import node_params, run_node
-from diff_encoder_sim.ros.trial_plan import required_trial_plan
+from diff_encoder_sim.ros.maps import MapKeeper
+from diff_encoder_sim.ros.node import node_params, required_trial_plan, run_node
 from diff_encoder_sim.ros.trial_runner import TrialFailed, TrialParams, TrialRunner
 from diff_encoder_sim.trials.scripted_drive import ScriptedDrive
 

@@ -25,12 +25,11 @@ from diff_encoder_sim.localization.grid_slam import GridSlam
 from diff_encoder_sim.localization.slam_params import GridSlamParams
 from diff_encoder_sim.localization.slam_warm_up import warm_up
 from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_stamped_message, transform_message
-from diff_encoder_sim.ros.map_conversions import map_message
-from diff_encoder_sim.ros.node import compile_first, log, node_params, publisher, run_node
+from diff_encoder_sim.ros.encoded_topics import stamped_subscriber
+from diff_encoder_sim.ros.maps import map_message
+from diff_encoder_sim.ros.node import compile_first, log, node_params, publisher, run_node, trial_plan
 from diff_encoder_sim.ros.scan_queue import SCANS_MOST_AHEAD_S, ScanQueue
-from diff_encoder_sim.ros.stamped_subscriber import stamped_subscriber
 from diff_encoder_sim.ros.transform_buffer import TransformBuffer
-from diff_encoder_sim.ros.trial_plan import trial_plan
 
 SILENCE_S = 15.0
 

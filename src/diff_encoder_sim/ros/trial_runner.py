@@ -18,13 +18,10 @@ from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.drives import topics
 from diff_encoder_sim.drives.trial_outcome import GOAL_DISTANCE_M, Outcome, goal_error
-from diff_encoder_sim.ros.graph import wait_until_connected
+from diff_encoder_sim.ros.encoded_topics import pose_subscriber
+from diff_encoder_sim.ros.graph import NodeWatch, wait_until_connected
 from diff_encoder_sim.ros.launch_status import LaunchStatus
-from diff_encoder_sim.ros.node import log, publisher
-from diff_encoder_sim.ros.node_watch import NodeWatch
-from diff_encoder_sim.ros.pose_subscriber import pose_subscriber
-from diff_encoder_sim.ros.service_call import call_service
-from diff_encoder_sim.ros.trial_plan import required_trial_plan
+from diff_encoder_sim.ros.node import call_service, log, publisher, required_trial_plan
 
 FIRST_MESSAGES_S = 0.2  # of wall time, for latched messages on connections just made
 LAST_MESSAGES_S = 0.5  # of wall time, for what is on its way into the bag

@@ -9,9 +9,8 @@ from visualization_msgs.msg import MarkerArray
 from diff_encoder_sim.base.stamps import Step, Timeline
 from diff_encoder_sim.drives import topics
 from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_from_message, pose_stamped_message, world_markers
-from diff_encoder_sim.ros.node import publisher, run_node
-from diff_encoder_sim.ros.stamped_subscriber import stamped_subscriber
-from diff_encoder_sim.ros.trial_plan import required_trial_plan
+from diff_encoder_sim.ros.encoded_topics import stamped_subscriber
+from diff_encoder_sim.ros.node import publisher, required_trial_plan, run_node
 from diff_encoder_sim.simulation.world import load_world
 
 MAP_FRAME = 'map'

@@ -11,10 +11,9 @@ import rospy
 from diff_encoder_sim.base.command_line import run_tool
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.nested_mappings import merged
-from diff_encoder_sim.ros.node import robot_settings
+from diff_encoder_sim.ros.graph import become
+from diff_encoder_sim.ros.node import required_trial_plan, robot_settings, trial_plan
 from diff_encoder_sim.ros.own_words import own_words
-from diff_encoder_sim.ros.processes import become
-from diff_encoder_sim.ros.trial_plan import required_trial_plan, trial_plan
 from diff_encoder_sim.trials.required_packages import UPSTREAM_NAVIGATION, UPSTREAM_SLAM
 
 # The package of each node, and how to install it.

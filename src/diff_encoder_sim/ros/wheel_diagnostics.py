@@ -10,7 +10,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives.topics import DIAGNOSTICS
 from diff_encoder_sim.ros.conversions import stamp_from_ns
-from diff_encoder_sim.ros.display_topic import DisplayTopic
+from diff_encoder_sim.ros.encoded_topics import DisplayTopic
 from diff_encoder_sim.wheels.diagnosis import Diagnosis
 
 PERIOD_NS = NANOSECONDS_PER_SECOND

@@ -40,7 +40,7 @@ from diff_encoder_sim.drives.typestore import definition
 from diff_encoder_sim.navigation.goal_status import GoalStatus
 from diff_encoder_sim.ros import conversions
 from diff_encoder_sim.ros.gazebo_messages import ModelStates
-from diff_encoder_sim.ros.map_conversions import map_message
+from diff_encoder_sim.ros.maps import map_message
 
 NAME, STAMP_NS = '/navigation_trial_node', 5_610_000_000
 

@@ -9,7 +9,7 @@ pytest.importorskip('diff_encoder_sim.msg')
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.costmap_params import local_defaults
-from diff_encoder_sim.ros.costmap_view import CostmapView
+from diff_encoder_sim.ros.navigation_views import CostmapView
 from recorded_topic import RecordedTopic
 
 PERIOD_NS = 500_000_000  # of 2 Hz

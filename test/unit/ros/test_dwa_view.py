@@ -11,8 +11,8 @@ pytest.importorskip('diff_encoder_sim.msg')
 from diff_encoder_sim.base.se2 import IDENTITY
 from diff_encoder_sim.navigation.dwa import DwaPlanner
 from diff_encoder_sim.navigation.dwa_params import DwaParams
-from diff_encoder_sim.ros import dwa_view
-from diff_encoder_sim.ros.dwa_view import DwaView, cloud_message
+from diff_encoder_sim.ros import navigation_views
+from diff_encoder_sim.ros.navigation_views import DwaView, cloud_message
 from navigation_scenes import PERIOD_S, local_costmap, straight_plan
 from recorded_topic import RecordedTopic
 
@@ -51,8 +51,8 @@ def test_nothing_is_computed_for_nobody(monkeypatch):
     def fail(*_):
         raise AssertionError('computed')
 
-    monkeypatch.setattr(dwa_view, 'trajectory_cloud', fail)
-    monkeypatch.setattr(dwa_view, 'cost_cloud', fail)
+    monkeypatch.setattr(navigation_views, 'trajectory_cloud', fail)
+    monkeypatch.setattr(navigation_views, 'cost_cloud', fail)
     shown = view()
     shown._trajectories.has_subscribers = shown._costs.has_subscribers = False
     shown.show(navigator(publish_traj_pc=True, publish_cost_grid_pc=True), 0)

@@ -14,8 +14,8 @@ import tf2_ros
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.localization.amcl_params import AmclParams
+from diff_encoder_sim.ros.amcl_output import InitialPoseReader
 from diff_encoder_sim.ros.conversions import pose_with_covariance_message, transform_message
-from diff_encoder_sim.ros.initial_pose import InitialPoseReader
 
 SECOND_NS = 1_000_000_000
 COVARIANCE = np.diag([0.25, 0.25, 0.07])

@@ -11,7 +11,7 @@ pytest.importorskip('diff_encoder_sim.msg')
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
-from diff_encoder_sim.ros.map_conversions import grid_from_message, map_message
+from diff_encoder_sim.ros.maps import grid_from_message, map_message
 
 GRID = OccupancyGrid(np.array([[0, 100, -1], [0, 0, 50]], np.int8), 0.05, Pose2D(-1.0, 2.0, 0.5))
 

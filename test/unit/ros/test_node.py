@@ -14,7 +14,7 @@ from std_msgs.msg import Header
 
 from diff_encoder_sim.base.errors import EVENT, ConfigError
 from diff_encoder_sim.ros import node
-from diff_encoder_sim.ros.parameters_in_use import RECORDS
+from diff_encoder_sim.ros.node import RECORDS
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 

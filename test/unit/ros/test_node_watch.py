@@ -9,8 +9,8 @@ import pytest
 pytest.importorskip('rospy')
 pytest.importorskip('diff_encoder_sim.msg')
 
-from diff_encoder_sim.ros import node_watch
-from diff_encoder_sim.ros.node_watch import NodeWatch
+from diff_encoder_sim.ros import graph
+from diff_encoder_sim.ros.graph import NodeWatch
 
 
 @pytest.fixture(name='uris')
@@ -40,11 +40,11 @@ def fixture_watch(monkeypatch, uris):
 
         def lookupNode(self, node):
             if node not in uris:
-                raise node_watch.rosgraph.MasterException('unknown node')
+                raise graph.rosgraph.MasterException('unknown node')
             return uris[node]
 
-    monkeypatch.setattr(node_watch.rosgraph, 'Master', Master)
-    monkeypatch.setattr(node_watch.rospy, 'get_name', lambda: '/test')
+    monkeypatch.setattr(graph.rosgraph, 'Master', Master)
+    monkeypatch.setattr(graph.rospy, 'get_name', lambda: '/test')
 
     def start(*topics):
         watch = NodeWatch(0.3)

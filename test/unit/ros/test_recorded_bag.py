@@ -9,7 +9,7 @@ import rosbag
 from std_msgs.msg import String
 
 from diff_encoder_sim.drives.basic_messages import encode_string
-from diff_encoder_sim.ros.recorded_bag import RecordedBag
+from diff_encoder_sim.ros.recorder import RecordedBag
 
 
 def publisher(node, **more):

@@ -10,13 +10,13 @@ pytest.importorskip('diff_encoder_sim.msg')
 import rospy
 from std_srvs.srv import Empty
 
-from diff_encoder_sim.ros import service_call
+from diff_encoder_sim.ros import node
 
 
 @pytest.fixture(name='serve')
 def fixture_serve(monkeypatch):
     def serve(handler):
-        monkeypatch.setattr(service_call.rospy, 'ServiceProxy', lambda service, service_class: handler)
+        monkeypatch.setattr(node.rospy, 'ServiceProxy', lambda service, service_class: handler)
 
     return serve
 
@@ -25,17 +25,17 @@ def test_a_service_that_never_responds_ends_at_the_limit(serve):
     released = threading.Event()
     serve(lambda: released.wait(30.0))
     with pytest.raises(rospy.ServiceException, match=r'^no response within 0\.05 s$'):
-        service_call.call_service('/gazebo/pause_physics', Empty, limit_s=0.05)
+        node.call_service('/gazebo/pause_physics', Empty, limit_s=0.05)
     released.set()
 
 
 def test_what_the_service_returns_or_raises_is_passed_on(serve):
     serve(lambda request: f'response to {request}')
-    assert service_call.call_service('service', Empty, 'request') == 'response to request'
+    assert node.call_service('service', Empty, 'request') == 'response to request'
 
     def fail():
         raise rospy.ServiceException('service [/service] unavailable')
 
     serve(fail)
     with pytest.raises(rospy.ServiceException, match='unavailable'):
-        service_call.call_service('service', Empty)
+        node.call_service('service', Empty)

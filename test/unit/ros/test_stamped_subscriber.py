@@ -9,7 +9,7 @@ import rospy
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
-from diff_encoder_sim.ros import stamped_subscriber as room
+from diff_encoder_sim.ros import encoded_topics as room
 
 
 @pytest.fixture(name='receive')
