@@ -6,8 +6,7 @@ import threading
 import pytest
 
 from diff_encoder_sim.navigation.control_rate import ControlRate
-from diff_encoder_sim.ros.expected_stamps import AnsweredTimes
-from diff_encoder_sim.ros.pacing import STANDSTILL, CommandGate
+from diff_encoder_sim.ros.pacing import STANDSTILL, AnsweredTimes, CommandGate
 from diff_encoder_sim.wheels.sampling import BoundaryTimes
 
 MS = 1_000_000
