@@ -1,4 +1,4 @@
-"""Parameters that change while a node runs (rqt_reconfigure, dynparam), as cfg/*.cfg names and limits them."""
+"""Parameters that change while a node runs (rqt_reconfigure, dynparam), as the files of cfg/ name and limit them."""
 
 from __future__ import annotations
 
