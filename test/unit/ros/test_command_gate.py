@@ -1,9 +1,12 @@
-"""When commands take effect. The gate is of the ROS shell, but needs no ROS."""
+"""When commands take effect."""
 
 import logging
 import threading
 
 import pytest
+
+pytest.importorskip('rospy')
+pytest.importorskip('diff_encoder_sim.msg')
 
 from diff_encoder_sim.navigation.control_rate import ControlRate
 from diff_encoder_sim.ros.pacing import STANDSTILL, AnsweredTimes, CommandGate

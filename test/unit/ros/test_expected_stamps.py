@@ -1,6 +1,9 @@
-"""What simulated time waits for: at any rate, only for what has been published, and for all of it. Needs no ROS."""
+"""What simulated time waits for: at any rate, only for what has been published, and for all of it."""
 
 import pytest
+
+pytest.importorskip('rospy')
+pytest.importorskip('diff_encoder_sim.msg')
 
 from diff_encoder_sim.ros.pacing import AnsweredTimes, ExpectedStamps
 from diff_encoder_sim.wheels.sampling import BoundarySampler
