@@ -7,8 +7,7 @@ import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.cli import trial_spec
-from diff_encoder_sim.robots.robot_choices import RobotChoices
-from diff_encoder_sim.robots.robot_source import RobotSource
+from diff_encoder_sim.robots.description import RobotChoices, RobotSource
 from diff_encoder_sim.robots.simulated_robot import load_simulated_robot
 from launched_graph import DATA, ROOT, Graph, require_ros
 

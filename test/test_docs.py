@@ -9,7 +9,7 @@ import sys
 import pytest
 import yaml
 
-from diff_encoder_sim.trials.campaign_params import CampaignParams
+from diff_encoder_sim.trials.campaign_cells import CampaignParams
 from documented_commands import fences, pages
 from places import ROOT
 

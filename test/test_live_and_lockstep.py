@@ -8,8 +8,8 @@ import yaml
 from diff_encoder_sim.drives.test_definition import find_world, load_test
 from diff_encoder_sim.drives.topics import DIAGNOSTICS
 from diff_encoder_sim.drives.trial_definition import Trial, TrialPlan
-from diff_encoder_sim.robots.display_urdf import display_urdf
-from diff_encoder_sim.robots.robot_source import RobotSource
+from diff_encoder_sim.robots.description import RobotSource
+from diff_encoder_sim.robots.xacro_expansion import display_urdf
 from diff_encoder_sim.simulation.link_frames import LinkFrames
 from diff_encoder_sim.trials.robot_params import load_robot_config, override
 from diff_encoder_sim.trials.trial_run import run_trial

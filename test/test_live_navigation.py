@@ -7,7 +7,7 @@ import time
 import pytest
 
 from diff_encoder_sim.base.se2 import Pose2D, quat_xyzw_from_yaw
-from diff_encoder_sim.drives.trial_outcome import Outcome
+from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.drives.trial_recording import read_trial
 from launched_graph import DATA, ROOT, Graph, complaints, require_ros
 

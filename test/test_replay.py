@@ -7,8 +7,7 @@ import pytest
 from diff_encoder_sim.cli import reencode
 from diff_encoder_sim.drives.bag_files import SUFFIXES
 from diff_encoder_sim.drives.test_definition import find_world, load_test
-from diff_encoder_sim.drives.trial_definition import Trial, TrialPlan
-from diff_encoder_sim.drives.trial_outcome import Outcome
+from diff_encoder_sim.drives.trial_definition import Outcome, Trial, TrialPlan
 from diff_encoder_sim.drives.trial_recording import read_trial
 from diff_encoder_sim.trials.robot_params import load_robot_params
 from diff_encoder_sim.trials.trial_run import run_trial

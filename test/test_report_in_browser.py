@@ -9,7 +9,7 @@ from browser import chromium, opened_page
 from diff_encoder_sim.analysis.dataset import Tracks
 from diff_encoder_sim.analysis.output_folder import REPORT
 from diff_encoder_sim.analysis.outputs import write_analysis
-from diff_encoder_sim.drives.trial_outcome import Outcome
+from diff_encoder_sim.drives.trial_definition import Outcome
 from paper_datasets import paper_dataset, trial
 
 BROWSER = chromium()

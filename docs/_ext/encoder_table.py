@@ -10,9 +10,9 @@ from node_tables import table
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
-from diff_encoder_sim.base.nested_mappings import flat
-from diff_encoder_sim.wheels.encoder_catalogue import CatalogueEncoder, encoder_names, load_encoder
-from diff_encoder_sim.wheels.encoder_model import EncoderModel
+from diff_encoder_sim.base.params import flat
+from diff_encoder_sim.wheels.catalogue import CatalogueEncoder, encoder_names, load_encoder
+from diff_encoder_sim.wheels.encoder_params import EncoderModel
 
 CONFIG = Path(__file__).resolve().parents[2] / 'config'
 COLUMNS = ('Name', 'Encoder', 'Price', 'Counts per wheel revolution', 'Sensor', 'Known of its errors', 'Source')

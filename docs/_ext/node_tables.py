@@ -17,7 +17,7 @@ from sphinx.errors import ExtensionError
 from sphinx.ext.autodoc.mock import mock
 from sphinx.util.docutils import SphinxDirective
 
-from diff_encoder_sim.base.typed_params import Params
+from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.drives.topics import LIVE_TOPICS
 

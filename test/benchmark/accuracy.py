@@ -24,14 +24,12 @@ from diff_encoder_sim.analysis.campaign_folder import read_campaign
 from diff_encoder_sim.analysis.dataset import Varied
 from diff_encoder_sim.analysis.quantities import QUANTITIES
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
-from diff_encoder_sim.drives.pose_source import PoseSource
-from diff_encoder_sim.drives.trial_definition import TrialPlan
-from diff_encoder_sim.drives.trial_outcome import FinalErrors
-from diff_encoder_sim.trials.campaign_definition import Campaign, TrialJob
+from diff_encoder_sim.drives.trial_definition import FinalErrors, PoseSource, TrialPlan
+from diff_encoder_sim.trials.campaign_cells import Campaign, TrialJob
 from diff_encoder_sim.trials.campaign_loading import load_campaign
 from diff_encoder_sim.trials.lockstep_trial import LockstepTrial
 from diff_encoder_sim.trials.trial_run import final_errors
-from diff_encoder_sim.wheels.pulses import ppr_label
+from diff_encoder_sim.wheels.encoder_params import ppr_label
 
 CAUSES = ['truth\noutside', 'by\nstopping', 'by local-\nization', 'only\ntogether', 'AMCL\nparticles']
 SPREADS = [

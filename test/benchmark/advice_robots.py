@@ -33,7 +33,7 @@ from diff_encoder_sim.advice.candidates import Candidate, equivalent_counts, rec
 from diff_encoder_sim.advice.drive_draws import DriveDraws
 from diff_encoder_sim.advice.odometry_answer import odometry_answer
 from diff_encoder_sim.advice.odometry_curve import OdometryCurves
-from diff_encoder_sim.wheels.pulses import PerWheel
+from diff_encoder_sim.wheels.encoder_params import PerWheel
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 from drawn_drives import many_one_by_one
 from synthetic_robots import SyntheticRobot, synthetic_robot

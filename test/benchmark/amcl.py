@@ -19,12 +19,10 @@ from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, wrap_angle
 from diff_encoder_sim.localization.amcl import Amcl
 from diff_encoder_sim.localization.amcl_params import AmclParams
-from diff_encoder_sim.localization.clusters import particle_statistics
-from diff_encoder_sim.localization.free_cells import FreeCells
-from diff_encoder_sim.localization.kld_resampling import kld_limits, resample
+from diff_encoder_sim.localization.histogram import kld_limits, particle_statistics, resample
 from diff_encoder_sim.localization.laser_models import laser_model
-from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
-from diff_encoder_sim.localization.odometry_motion import motion_model
+from diff_encoder_sim.localization.occupancy_grid import FreeCells, OccupancyGrid
+from diff_encoder_sim.localization.particles import motion_model
 from diff_encoder_sim.simulation.lidar import Lidar, LidarParams
 from diff_encoder_sim.simulation.rasterise import rasterise
 from diff_encoder_sim.simulation.world import load_world

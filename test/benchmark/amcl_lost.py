@@ -23,7 +23,7 @@ from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, wrap_angle
 from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.localization.amcl import Amcl
 from diff_encoder_sim.localization.amcl_params import AmclParams
-from diff_encoder_sim.localization.distance import distance_field
+from diff_encoder_sim.localization.likelihood_field import distance_field
 from diff_encoder_sim.localization.map_files import load_map
 from diff_encoder_sim.localization.occupancy_grid import FREE, OccupancyGrid
 from diff_encoder_sim.localization.scan_fit import FitMap

@@ -21,16 +21,15 @@ from tabulate import tabulate
 
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives import topics
-from diff_encoder_sim.drives.basic_messages import encode_string
+from diff_encoder_sim.drives.sensor_messages import encode_string
 from diff_encoder_sim.drives.test_definition import find_world
 from diff_encoder_sim.drives.trial_bag import TrialBag
 from diff_encoder_sim.drives.trial_definition import TrialPlan
-from diff_encoder_sim.trials.campaign_definition import Campaign
+from diff_encoder_sim.trials.campaign_cells import Campaign
 from diff_encoder_sim.trials.campaign_loading import load_campaign
-from diff_encoder_sim.trials.result_store import ResultStore
-from diff_encoder_sim.trials.trial_row import TrialRow
+from diff_encoder_sim.trials.results import ResultStore, TrialRow
 from diff_encoder_sim.trials.trial_run import TrialResult, run_trial
-from diff_encoder_sim.wheels.pulses import ppr_label
+from diff_encoder_sim.wheels.encoder_params import ppr_label
 
 ROBOT = ROOT / 'urdf' / 'alto.urdf.xacro'
 MEMORY_PERIOD_S = 0.1

@@ -14,10 +14,10 @@ from measured_drive import bullet_client
 from diff_encoder_sim.drives.trial_definition import TrialPlan
 from diff_encoder_sim.robots import simulated_robot
 from diff_encoder_sim.robots.robot_tree import RobotTree
-from diff_encoder_sim.simulation.periods import TICK_NS
+from diff_encoder_sim.simulation.bullet import pybullet
 from diff_encoder_sim.simulation.physics import PhysicsParams
-from diff_encoder_sim.simulation.quiet_pybullet import pybullet
 from diff_encoder_sim.simulation.simulator import Simulator
+from diff_encoder_sim.simulation.state import TICK_NS
 from diff_encoder_sim.trials.robot_params import RobotParams
 
 BARE = 'bare stepping'

@@ -17,7 +17,7 @@ ROOT = Path(__file__).resolve().parents[2]
 if importlib.util.find_spec('diff_encoder_sim') is None:
     sys.path.insert(0, str(ROOT / 'src'))
 
-from diff_encoder_sim.base.host_info import cpu_model, git  # noqa: E402 (found by the lines above)
+from diff_encoder_sim.base.processes import cpu_model, git  # noqa: E402 (found by the lines above)
 
 
 class MeasuredOn(NamedTuple):

@@ -13,9 +13,9 @@ from checkout import print_header
 from counts import COUNT
 from tabulate import tabulate
 
+from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.wheel_encoder import DiffEncoder, EncoderParams, ReportingEncoder
-from diff_encoder_sim.wheels.wheel_odometry import WheelOdometry
 
 JOINTS = ('left_wheel_joint', 'right_wheel_joint')
 JOINT_PERIOD_NS = 10_000_000

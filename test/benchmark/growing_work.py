@@ -18,8 +18,7 @@ from made_up_results import make_results
 from plans import plan_of
 
 from diff_encoder_sim.base.laser_scan import Scan
-from diff_encoder_sim.base.pose_series import PoseSeries
-from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, wrap_angle
+from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, PoseSeries, wrap_angle
 from diff_encoder_sim.drives.test_definition import Segment, TestDefinition
 from diff_encoder_sim.drives.trajectory_error import Alignment, path_error
 from diff_encoder_sim.localization.amcl import Amcl
@@ -33,7 +32,7 @@ from diff_encoder_sim.simulation.lidar import Lidar, LidarParams
 from diff_encoder_sim.simulation.rasterise import rasterise
 from diff_encoder_sim.simulation.world import Box, Model, Solid, World
 from diff_encoder_sim.trials.campaign_loading import load_campaign
-from diff_encoder_sim.trials.result_store import ResultStore
+from diff_encoder_sim.trials.results import ResultStore
 from diff_encoder_sim.trials.robot_params import load_robot_params
 from diff_encoder_sim.trials.trial_run import run_trial
 

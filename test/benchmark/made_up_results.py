@@ -10,13 +10,10 @@ from checkout import ROOT
 
 from diff_encoder_sim.base.atomic_files import write_file
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.drives.pose_source import PoseSource
-from diff_encoder_sim.drives.trial_outcome import Outcome
-from diff_encoder_sim.trials.campaign_definition import Campaign
+from diff_encoder_sim.drives.trial_definition import Outcome, PoseSource
+from diff_encoder_sim.trials.campaign_cells import Campaign
 from diff_encoder_sim.trials.campaign_loading import load_campaign
-from diff_encoder_sim.trials.result_store import ResultStore
-from diff_encoder_sim.trials.results_layout import TABLE
-from diff_encoder_sim.trials.trial_row import TrialRow, csv_line, fields_of, header
+from diff_encoder_sim.trials.results import TABLE, ResultStore, TrialRow, csv_line, fields_of, header
 
 # How far the final errors are spread with the coarsest encoder: x [m], y [m], yaw [rad].
 SPREAD = np.array([0.02, 0.05, 0.02])

@@ -12,9 +12,9 @@ from checkout import ROOT
 
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.drives.test_definition import TestDefinition, find_world, load_test
-from diff_encoder_sim.simulation.periods import TICK_S
 from diff_encoder_sim.simulation.physics import PhysicsParams
 from diff_encoder_sim.simulation.simulator import Simulator, SimulatorParams
+from diff_encoder_sim.simulation.state import TICK_S
 from diff_encoder_sim.trials.scripted_drive import SETTLING_S, ScriptedDrive
 
 ROBOT = ROOT / 'urdf' / 'alto.urdf.xacro'

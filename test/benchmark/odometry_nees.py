@@ -29,9 +29,8 @@ from diff_encoder_sim.base.se2 import Pose2D, wrap_angle, yaw_from_quat_xyzw
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives.topics import ODOM, WORLD_POSE
-from diff_encoder_sim.simulation.simulator import Simulator
+from diff_encoder_sim.simulation.simulator import Simulator, WheelErrorParams
 from diff_encoder_sim.simulation.state import JointStates
-from diff_encoder_sim.simulation.wheel_errors import WheelErrorParams
 from diff_encoder_sim.trials.campaign_loading import load_campaign
 from diff_encoder_sim.trials.lockstep_trial import LockstepTrial
 from diff_encoder_sim.trials.publications import Publications

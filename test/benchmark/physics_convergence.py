@@ -31,15 +31,14 @@ from measured_drive import (
 )
 from tabulate import tabulate
 
-from diff_encoder_sim.robots.joined_links import joined_links
-from diff_encoder_sim.robots.robot_choices import RobotChoices
-from diff_encoder_sim.robots.robot_source import RobotSource
+from diff_encoder_sim.robots.description import RobotChoices, RobotSource
+from diff_encoder_sim.robots.physics_urdf import joined_links
 from diff_encoder_sim.robots.simulated_robot import GeometryErrors, SimulatedRobot, load_simulated_robot
-from diff_encoder_sim.robots.urdf_parsing import parse_urdf
+from diff_encoder_sim.robots.urdf_reading import parse_urdf
 from diff_encoder_sim.robots.xacro_expansion import expand
 from diff_encoder_sim.simulation import simulator as simulator_module
-from diff_encoder_sim.simulation.periods import TICK_S
 from diff_encoder_sim.simulation.physics import PhysicsParams
+from diff_encoder_sim.simulation.state import TICK_S
 
 CYLINDER_WIDTH_M = 0.04
 STEP_RATES_HZ = (200, 500, 1000)  # each divides 10 ms

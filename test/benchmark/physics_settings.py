@@ -21,9 +21,9 @@ from counts import COUNT
 from measured_drive import WINDOWS, bullet_client, compare, cruise_costs_us, new_simulator, read_test, record_drive
 from tabulate import tabulate
 
-from diff_encoder_sim.simulation.periods import TICK_S
 from diff_encoder_sim.simulation.physics import PhysicsParams
 from diff_encoder_sim.simulation.simulator import Simulator
+from diff_encoder_sim.simulation.state import TICK_S
 
 HEADERS = [
     'setting',

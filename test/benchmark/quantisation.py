@@ -27,10 +27,10 @@ from diff_encoder_sim.analysis.closed_form import heading_std_rad
 from diff_encoder_sim.base.se2 import wrap_angle
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.simulation.physics import PhysicsParams
-from diff_encoder_sim.simulation.wheel_errors import SlippingWheels, WheelErrorParams
+from diff_encoder_sim.simulation.simulator import SlippingWheels, WheelErrorParams
+from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.wheel_encoder import DiffEncoder, EncoderParams
-from diff_encoder_sim.wheels.wheel_odometry import WheelOdometry
 
 JOINTS = ('left_wheel_joint', 'right_wheel_joint')
 PPRS = (40, 90, 1024, 4096)

@@ -17,7 +17,7 @@ from typing_extensions import Annotated
 
 from diff_encoder_sim.base.atomic_files import write_file
 from diff_encoder_sim.base.errors import ConfigError, in_one_line
-from diff_encoder_sim.base.typed_params import Params
+from diff_encoder_sim.base.params import Params
 
 
 class Ratio(NamedTuple):

@@ -17,19 +17,29 @@ from tabulate import tabulate
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives import topics
-from diff_encoder_sim.drives.basic_messages import encode_clock, encode_command
-from diff_encoder_sim.drives.joint_messages import encode_encoder_pulse, encode_joint_state
-from diff_encoder_sim.drives.model_messages import ModelStatesEncoder
-from diff_encoder_sim.drives.pose_messages import encode_odometry, encode_pose_stamped, encode_pose_with_covariance
-from diff_encoder_sim.drives.scan_messages import encode_scan
-from diff_encoder_sim.drives.transform_messages import encode_spatial_transform, encode_tf, encode_transform
+from diff_encoder_sim.drives.pose_messages import (
+    ModelStatesEncoder,
+    encode_odometry,
+    encode_pose_stamped,
+    encode_pose_with_covariance,
+    encode_spatial_transform,
+    encode_tf,
+    encode_transform,
+)
+from diff_encoder_sim.drives.sensor_messages import (
+    encode_clock,
+    encode_command,
+    encode_encoder_pulse,
+    encode_joint_state,
+    encode_scan,
+)
 from diff_encoder_sim.drives.trial_bag import TrialBag
 from diff_encoder_sim.drives.typestore import noetic_store
 from diff_encoder_sim.simulation.state import BodyState, JointStates
 from diff_encoder_sim.simulation.world import load_world
 from diff_encoder_sim.wheels.encoder_sample import EncoderSample
+from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
-from diff_encoder_sim.wheels.wheel_odometry import WheelOdometry
 
 JOINTS = ('left_wheel_joint', 'right_wheel_joint')
 WHEELS = ('left_wheel', 'right_wheel')

@@ -21,10 +21,8 @@ from tabulate import tabulate
 
 from diff_encoder_sim.base.se2 import Pose2D, move_along_arc
 from diff_encoder_sim.drives import topics
-from diff_encoder_sim.drives.basic_messages import encode_clock
-from diff_encoder_sim.drives.joint_messages import encode_joint_state
-from diff_encoder_sim.drives.pose_messages import encode_pose_stamped
-from diff_encoder_sim.drives.transform_messages import encode_tf, encode_transform
+from diff_encoder_sim.drives.pose_messages import encode_pose_stamped, encode_tf, encode_transform
+from diff_encoder_sim.drives.sensor_messages import encode_clock, encode_joint_state
 from diff_encoder_sim.drives.trial_bag import TrialBag
 from diff_encoder_sim.simulation.state import JointStates
 

@@ -24,15 +24,14 @@ sys.path.insert(0, str(ROOT / 'test' / 'support'))
 
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, wrap_angle, yaw_from_quat_xyzw
 from diff_encoder_sim.robots.simulated_robot import SimulatedRobot, load_simulated_robot
-from diff_encoder_sim.simulation.drive import DriveController
-from diff_encoder_sim.simulation.flat_drive import FlatFloor
-from diff_encoder_sim.simulation.periods import TICK_NS, TICK_S
-from diff_encoder_sim.simulation.simulator import SimulatorParams
+from diff_encoder_sim.simulation.self_check import FlatFloor
+from diff_encoder_sim.simulation.simulator import DriveController, SimulatorParams
+from diff_encoder_sim.simulation.state import TICK_NS, TICK_S
 from diff_encoder_sim.trials.robot_loading import load_robot
 from diff_encoder_sim.trials.robot_params import RobotConfig, load_robot_config, override
+from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.wheel_encoder import DiffEncoder, EncoderParams
-from diff_encoder_sim.wheels.wheel_odometry import WheelOdometry
 from generated_robots import RECIPES, urdf_of
 
 SPEEDS_MPS = (0.1, 0.3, 1.0)

@@ -23,9 +23,8 @@ from tabulate import tabulate
 
 sys.path.insert(0, str(ROOT / 'test' / 'support'))
 
-from diff_encoder_sim.localization.grid_slam import GridSlam
+from diff_encoder_sim.localization.grid_slam import GridSlam, warm_up
 from diff_encoder_sim.localization.slam_params import GridSlamParams
-from diff_encoder_sim.localization.slam_warm_up import warm_up
 from patch_memory import memory_bytes, unshared_patch_count
 from slam_drives import HALLWAY, MAPPING, PPRS, ROS_LOGO, Case, shipped_tour
 

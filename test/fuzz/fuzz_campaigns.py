@@ -12,7 +12,7 @@ from diff_encoder_sim.analysis.dataset_loading import load_dataset
 from diff_encoder_sim.analysis.output_folder import output_folder
 from diff_encoder_sim.analysis.outputs import write_analysis
 from diff_encoder_sim.analysis.terminal_summary import summary
-from diff_encoder_sim.trials.result_store import ResultStore
+from diff_encoder_sim.trials.results import ResultStore
 from odd_values import ODD_VALUES, damaged, odd_mapping, pick
 
 DRAWN = 0.05  # fraction of the cases whose figures are drawn, which takes a second

@@ -6,11 +6,11 @@ import numpy as np
 
 from diff_encoder_sim.base.command_line import run_tool
 from diff_encoder_sim.base.errors import InputFault
-from diff_encoder_sim.base.typed_params import split_params
+from diff_encoder_sim.base.params import split_params
 from diff_encoder_sim.base.yaml_files import load_yaml
+from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams, ReportingEncoder
-from diff_encoder_sim.wheels.wheel_odometry import WheelOdometry
 from odd_values import odd_float, odd_mapping, pick, write_yaml
 
 GOOD = {

@@ -5,7 +5,7 @@ import yaml
 
 from diff_encoder_sim.base.command_line import run_tool
 from diff_encoder_sim.base.se2 import IDENTITY
-from diff_encoder_sim.robots.xacro_arguments import xacro_arguments
+from diff_encoder_sim.robots.xacro_expansion import xacro_arguments
 from diff_encoder_sim.simulation.simulator import Simulator
 from diff_encoder_sim.trials.robot_loading import load_robot
 from diff_encoder_sim.trials.robot_params import load_robot_config, override

@@ -34,8 +34,8 @@ from std_srvs.srv import Empty
 from tf2_msgs.msg import TFMessage
 
 from diff_encoder_sim.base.se2 import Pose2D, quat_xyzw_from_yaw
-from diff_encoder_sim.robots.robot_source import RobotSource
-from diff_encoder_sim.robots.urdf_parsing import parse_urdf
+from diff_encoder_sim.robots.description import RobotSource
+from diff_encoder_sim.robots.urdf_reading import parse_urdf
 from diff_encoder_sim.robots.xacro_expansion import expand
 from diff_encoder_sim.ros.gazebo_messages import GetModelState, ModelStates, SetModelState
 from diff_encoder_sim.simulation.lidar import Lidar, LidarParams

@@ -17,7 +17,7 @@ from diff_encoder_sim.advice.odometry_study import with_budgets
 from diff_encoder_sim.advice.requirement import Requirement
 from diff_encoder_sim.advice.trial_errors import Ends, truth_budget
 from diff_encoder_sim.analysis.sample_statistics import Interval
-from diff_encoder_sim.navigation.stop_spread import StopSpread
+from diff_encoder_sim.navigation.goal_stopping import StopSpread
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 from drawn_drives import line, robot_of
 from synthetic_trials import ALTO

@@ -5,7 +5,7 @@ import pytest
 from campaign_files import RUN, row_of_job
 from diff_encoder_sim.analysis.dataset_loading import load_dataset
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.trials.result_store import ResultStore
+from diff_encoder_sim.trials.results import ResultStore
 from trial_bags import write_bag
 
 

@@ -10,7 +10,7 @@ import lz4.frame
 
 from diff_encoder_sim.drives.bounded_decompression import LARGEST_CHUNK
 from diff_encoder_sim.drives.mcap_records import CHUNK_HEAD, MAGIC, Opcode, encode_record
-from diff_encoder_sim.drives.primitives import LENGTH, UINT16, UINT64, encode_text
+from diff_encoder_sim.drives.wire import LENGTH, UINT16, UINT64, encode_text
 from reencoding_drives import without_index
 
 MESSAGES = 'TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB)'

@@ -7,11 +7,9 @@ import yaml
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.drives.pose_source import PoseSource
-from diff_encoder_sim.drives.trial_outcome import Outcome
+from diff_encoder_sim.drives.trial_definition import Outcome, PoseSource
 from diff_encoder_sim.trials.campaign_loading import load_campaign
-from diff_encoder_sim.trials.result_store import ResultStore
-from diff_encoder_sim.trials.trial_row import TrialRow
+from diff_encoder_sim.trials.results import ResultStore, TrialRow
 from places import ROOT
 
 SMALL = {'name': 'small', 'tests': ['SL', 'SMT'], 'ppr': [40, 90], 'trials': 2}

@@ -9,16 +9,16 @@ from diff_encoder_sim.advice.error_free_drives import Drive
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, move_along_arc, wrap_angle
 from diff_encoder_sim.drives.test_definition import TestDefinition
 from diff_encoder_sim.drives.trial_definition import Trial
-from diff_encoder_sim.navigation.stop_spread import StopSpread
+from diff_encoder_sim.navigation.goal_stopping import StopSpread
 from diff_encoder_sim.robots.physics_urdf import TrueWheels
 from diff_encoder_sim.robots.simulated_robot import GeometryErrors
-from diff_encoder_sim.simulation.flat_drive import RolledDrive
-from diff_encoder_sim.simulation.periods import TICK_NS, TICK_S
-from diff_encoder_sim.simulation.wheel_errors import SlippingWheels, WheelErrorParams
+from diff_encoder_sim.simulation.self_check import RolledDrive
+from diff_encoder_sim.simulation.simulator import SlippingWheels, WheelErrorParams
+from diff_encoder_sim.simulation.state import TICK_NS, TICK_S
 from diff_encoder_sim.trials.scripted_drive import SETTLING_S, ScriptedDrive
+from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams, ReportingEncoder
-from diff_encoder_sim.wheels.wheel_odometry import WheelOdometry
 from encoder_drives import JOINTS, RADIUS_M, SEPARATION_M
 
 EXACT_STOP = StopSpread(0.0, 0.0)

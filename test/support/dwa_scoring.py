@@ -6,7 +6,7 @@ import numpy as np
 
 from diff_encoder_sim.base.se2 import IDENTITY
 from diff_encoder_sim.navigation import dwa_search
-from diff_encoder_sim.navigation.plan_distances import begin_waves
+from diff_encoder_sim.navigation.trajectory_scoring import begin_waves
 
 
 class Scored(NamedTuple):

@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 
+from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams, ReportingEncoder
-from diff_encoder_sim.wheels.wheel_odometry import WheelOdometry
 
 JOINTS = ('left_wheel_joint', 'right_wheel_joint')
 RADIUS_M, SEPARATION_M = 0.1, 0.4

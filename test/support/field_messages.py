@@ -5,7 +5,7 @@ from geometry_msgs.msg import Twist, Vector3
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState, LaserScan
 
-from diff_encoder_sim.drives.message_types import UNKNOWN_VARIANCE
+from diff_encoder_sim.drives.wire import UNKNOWN_VARIANCE
 from diff_encoder_sim.msg import EncoderPulse
 from diff_encoder_sim.ros.conversions import PLANAR_AXES, pose_message, stamp_from_ns
 

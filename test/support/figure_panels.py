@@ -4,8 +4,7 @@ import numpy as np
 
 from diff_encoder_sim.analysis.dataset import Tracks
 from diff_encoder_sim.drives.test_definition import load_test
-from diff_encoder_sim.drives.trial_definition import Trial
-from diff_encoder_sim.drives.trial_outcome import Outcome
+from diff_encoder_sim.drives.trial_definition import Outcome, Trial
 from places import CONFIG
 from synthetic_trials import dataset_of, trial_data
 

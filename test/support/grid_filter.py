@@ -11,7 +11,7 @@ import numpy as np
 
 from diff_encoder_sim.base.se2 import IDENTITY
 from diff_encoder_sim.localization.laser_models import laser_model
-from diff_encoder_sim.localization.odometry_motion import decompose, diff_corrected_noise, diff_noise
+from diff_encoder_sim.localization.particles import decompose, diff_corrected_noise, diff_noise
 
 
 class GridFilter:

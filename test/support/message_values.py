@@ -7,10 +7,9 @@ from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.simulation.state import BodyState, JointStates
 from diff_encoder_sim.simulation.world import Model, World
+from diff_encoder_sim.wheels.covariance import PlanarCovariance
 from diff_encoder_sim.wheels.encoder_sample import EncoderSample
-from diff_encoder_sim.wheels.odometry_covariance import PlanarCovariance
-from diff_encoder_sim.wheels.wheel_odometry import OdometryEstimate
-from diff_encoder_sim.wheels.wheel_twist import TwistCovariance
+from diff_encoder_sim.wheels.odometry import OdometryEstimate, TwistCovariance
 
 JOINTS = ('left_wheel_joint', 'right_wheel_joint')
 

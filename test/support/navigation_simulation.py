@@ -12,8 +12,8 @@ from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, Occupan
 from diff_encoder_sim.navigation.navigator import Navigator
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
 from diff_encoder_sim.simulation.world import Box, Cylinder, load_world
+from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
-from diff_encoder_sim.wheels.wheel_odometry import WheelOdometry
 from places import WORLDS
 
 LASER_IN_BASE = Pose2D(0.12, 0.0, 0.0)

@@ -6,10 +6,8 @@ import math
 
 from diff_encoder_sim.analysis.dataset import Dataset, RobotGeometry, TrialData
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.drives.pose_source import PoseSource
 from diff_encoder_sim.drives.test_definition import load_test
-from diff_encoder_sim.drives.trial_definition import Trial
-from diff_encoder_sim.drives.trial_outcome import Outcome
+from diff_encoder_sim.drives.trial_definition import Outcome, PoseSource, Trial
 from places import CONFIG
 
 # Final errors (x [m], y [m], yaw [deg]): within the tolerance, beyond it in position, and in heading.

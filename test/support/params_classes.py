@@ -5,8 +5,7 @@ import pkgutil
 import typing
 
 import diff_encoder_sim
-from diff_encoder_sim.base.bounded_numbers import Between
-from diff_encoder_sim.base.typed_params import Params
+from diff_encoder_sim.base.params import Between, Params
 
 # Where more is needed than a value for each field that has no default.
 ROUTE = {'name': 't', 'world': 'hallway', 'route': [{'goal': {'x': 1.0}}]}

@@ -6,15 +6,29 @@ import message_values as values
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives import topics
-from diff_encoder_sim.drives.basic_messages import encode_clock, encode_command, encode_string
-from diff_encoder_sim.drives.goal_messages import SentGoal, encode_goal, encode_result
-from diff_encoder_sim.drives.joint_messages import encode_encoder_pulse, encode_joint_state, encode_wheel_speeds
-from diff_encoder_sim.drives.map_messages import encode_map, encode_map_metadata
-from diff_encoder_sim.drives.model_messages import ModelStatesEncoder
-from diff_encoder_sim.drives.pose_messages import encode_odometry, encode_pose_stamped, encode_pose_with_covariance
-from diff_encoder_sim.drives.scan_messages import encode_scan
-from diff_encoder_sim.drives.transform_messages import encode_tf, encode_transform
-from diff_encoder_sim.navigation.goal_status import GoalStatus
+from diff_encoder_sim.drives.pose_messages import (
+    ModelStatesEncoder,
+    encode_odometry,
+    encode_pose_stamped,
+    encode_pose_with_covariance,
+    encode_tf,
+    encode_transform,
+)
+from diff_encoder_sim.drives.sensor_messages import (
+    SentGoal,
+    encode_clock,
+    encode_command,
+    encode_encoder_pulse,
+    encode_goal,
+    encode_joint_state,
+    encode_map,
+    encode_map_metadata,
+    encode_result,
+    encode_scan,
+    encode_string,
+    encode_wheel_speeds,
+)
+from diff_encoder_sim.navigation.navigator_inputs import GoalStatus
 
 SCAN = Scan(0, -3.0, 0.01, 0.15, 6.0, np.linspace(0.2, 5.0, 600))
 GRID = values.grid(np.random.default_rng(0))

@@ -7,23 +7,23 @@ from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 import numpy as np
 
 from diff_encoder_sim.base.laser_scan import Scan
+from diff_encoder_sim.base.params import load_params
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.base.seeds import generator
-from diff_encoder_sim.base.typed_params import load_params
 from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.drives.test_definition import TestDefinition
 from diff_encoder_sim.drives.trajectory_error import Alignment, RunningPathError
 from diff_encoder_sim.localization.grid_slam import GridSlam
 from diff_encoder_sim.localization.slam_params import GridSlamParams
 from diff_encoder_sim.simulation.lidar import Lidar, LidarParams
-from diff_encoder_sim.simulation.map_accuracy import map_accuracy, true_surface, visible_points
-from diff_encoder_sim.simulation.periods import TICK_S
+from diff_encoder_sim.simulation.rasterise import map_accuracy, true_surface, visible_points
 from diff_encoder_sim.simulation.simulator import Simulator, SimulatorParams
+from diff_encoder_sim.simulation.state import TICK_S
 from diff_encoder_sim.simulation.world import World
 from diff_encoder_sim.trials.scripted_drive import ScriptedDrive
+from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.wheel_encoder import DiffEncoder, EncoderParams
-from diff_encoder_sim.wheels.wheel_odometry import WheelOdometry
 from places import ROOT
 
 PPRS = (40, 90, 1024, 4096)

@@ -6,9 +6,8 @@ import numpy as np
 
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
-from diff_encoder_sim.localization.map_update import update_maps
+from diff_encoder_sim.localization.map_update import update_maps, usable_rays
 from diff_encoder_sim.localization.patches import SIDE, Extent, PatchMaps
-from diff_encoder_sim.localization.rays import usable_rays
 from slam_room import params, room_scan
 
 CELL_M = 0.05

@@ -1,9 +1,8 @@
 """URDF texts of small robots, put together from parts, and what is found out about them."""
 
 from diff_encoder_sim.robots.describing import describe_tree
-from diff_encoder_sim.robots.findings import Findings
-from diff_encoder_sim.robots.robot_choices import RobotChoices
-from diff_encoder_sim.robots.urdf_parsing import parse_urdf
+from diff_encoder_sim.robots.description import Findings, RobotChoices
+from diff_encoder_sim.robots.urdf_reading import parse_urdf
 
 RADIUS_M = 0.05
 SEPARATION_M = 0.3

@@ -13,7 +13,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.xml_rpc import for_xml_rpc, from_xml_rpc
+from diff_encoder_sim.base.text_values import for_xml_rpc, from_xml_rpc
 from params_classes import example, numbers_of, params_classes
 
 CLASSES = params_classes()

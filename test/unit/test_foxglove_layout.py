@@ -5,9 +5,8 @@ import json
 import pytest
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from diff_encoder_sim.drives.ros2_types import ros2_definition
 from diff_encoder_sim.drives.topics import TOPICS
-from diff_encoder_sim.drives.typestore import noetic_store
+from diff_encoder_sim.drives.typestore import noetic_store, ros2_definition
 from places import CONFIG
 
 LAYOUT = json.loads((CONFIG / 'foxglove' / 'trial.json').read_text())

@@ -12,7 +12,7 @@ from diff_encoder_sim.advice.listed_encoders import ListedEncoder
 from diff_encoder_sim.advice.odometry_curve import OdometryCurves
 from diff_encoder_sim.advice.requirement import Requirement
 from diff_encoder_sim.analysis.dataset import RobotGeometry
-from diff_encoder_sim.navigation.stop_spread import StopSpread
+from diff_encoder_sim.navigation.goal_stopping import StopSpread
 
 
 class TriedEncoder(NamedTuple):

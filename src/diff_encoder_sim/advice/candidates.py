@@ -10,9 +10,9 @@ from diff_encoder_sim.advice.drive_draws import DriveDraws
 from diff_encoder_sim.advice.odometry_curve import share_within
 from diff_encoder_sim.advice.requirement import Requirement
 from diff_encoder_sim.analysis.sample_statistics import Interval
-from diff_encoder_sim.trials.campaign_definition import Campaign
-from diff_encoder_sim.wheels.odometry_covariance import PULSE_VARIANCE
-from diff_encoder_sim.wheels.pulses import PerWheel
+from diff_encoder_sim.trials.campaign_cells import Campaign
+from diff_encoder_sim.wheels.covariance import PULSE_VARIANCE
+from diff_encoder_sim.wheels.encoder_params import PerWheel
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 # As many as where the curve crosses what is asked for.

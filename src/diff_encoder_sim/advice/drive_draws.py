@@ -15,13 +15,13 @@ import numpy as np
 
 from diff_encoder_sim.advice.drawn_robot import ROBOTS_CAUSES, Amounts, DrawnRobot, WheelCause
 from diff_encoder_sim.advice.error_free_drives import Drive
-from diff_encoder_sim.base.host_info import usable_cores
+from diff_encoder_sim.base.processes import usable_cores
 from diff_encoder_sim.base.se2 import wrap_angles
 from diff_encoder_sim.base.seeds import generator
-from diff_encoder_sim.navigation.stop_spread import StopSpread
+from diff_encoder_sim.navigation.goal_stopping import StopSpread
 from diff_encoder_sim.wheels.drawn_counts import drawn_counts
 from diff_encoder_sim.wheels.drawn_odometry import base_poses, final_poses
-from diff_encoder_sim.wheels.encoder_model import IDEAL_ENCODER, EncoderModel
+from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER, EncoderModel
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 # A drive ends in so many places within the spread of the robot's stop.

@@ -9,20 +9,17 @@ import numpy as np
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives.test_definition import Segment, TestDefinition
-from diff_encoder_sim.drives.trial_definition import Trial, TrialPlan
-from diff_encoder_sim.drives.trial_outcome import Outcome
-from diff_encoder_sim.robots.robot_source import RobotSource
+from diff_encoder_sim.drives.trial_definition import Outcome, Trial, TrialPlan
+from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.robots.simulated_robot import SimulatedRobot, load_simulated_robot
-from diff_encoder_sim.simulation.flat_drive import FlatFloor, RolledDrive
-from diff_encoder_sim.simulation.periods import TICK_S
-from diff_encoder_sim.simulation.state import JointStates
-from diff_encoder_sim.simulation.wheel_errors import WheelErrorParams
+from diff_encoder_sim.simulation.self_check import FlatFloor, RolledDrive
+from diff_encoder_sim.simulation.simulator import WheelErrorParams
+from diff_encoder_sim.simulation.state import TICK_S, JointStates
 from diff_encoder_sim.trials.lockstep_trial import LockstepTrial
 from diff_encoder_sim.trials.publications import Publications
 from diff_encoder_sim.trials.robot_params import RobotParams
 from diff_encoder_sim.trials.scripted_drive import SETTLING_S, ScriptedDrive
-from diff_encoder_sim.wheels.encoder_model import IDEAL_ENCODER
-from diff_encoder_sim.wheels.pulses import PerWheel
+from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER, PerWheel
 
 # A navigated drive needs an encoder.
 FINEST = PerWheel(left=65536.0, right=65536.0)

@@ -13,9 +13,8 @@ from diff_encoder_sim.advice.odometry_curve import share_within
 from diff_encoder_sim.advice.requirement import Requirement
 from diff_encoder_sim.analysis.sample_statistics import Interval
 from diff_encoder_sim.robots.robot_file import load_robot_file, robot_names
-from diff_encoder_sim.wheels.encoder_catalogue import WHOLE_CATALOGUE, load_encoders
-from diff_encoder_sim.wheels.encoder_model import IDEAL_ENCODER, NO_FAULTS
-from diff_encoder_sim.wheels.pulses import PerWheel
+from diff_encoder_sim.wheels.catalogue import WHOLE_CATALOGUE, load_encoders
+from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER, NO_FAULTS, PerWheel
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 DRAWS = 400

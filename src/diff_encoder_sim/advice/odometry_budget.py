@@ -10,7 +10,7 @@ from diff_encoder_sim.advice.budget import Budget, Part, added, part_of
 from diff_encoder_sim.advice.drawn_robot import ALL_CAUSES, Amounts, WheelCause
 from diff_encoder_sim.advice.drive_draws import DriveDraws
 from diff_encoder_sim.advice.requirement import along_goal
-from diff_encoder_sim.wheels.encoder_model import IDEAL_ENCODER, NO_FAULTS
+from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER, NO_FAULTS
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 QUANTISATION, EDGES, MISSED = 'quantisation', 'edge errors', 'missed counts'

@@ -12,7 +12,7 @@ from diff_encoder_sim.advice.drive_draws import DriveDraws
 from diff_encoder_sim.advice.evidence import TrialCounts, monotone_fractions
 from diff_encoder_sim.advice.requirement import Requirement
 from diff_encoder_sim.analysis.sample_statistics import Interval, wilson
-from diff_encoder_sim.wheels.pulses import PerWheel
+from diff_encoder_sim.wheels.encoder_params import PerWheel
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 # The range of the curve, in counts per revolution of the wheel.

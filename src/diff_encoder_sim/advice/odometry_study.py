@@ -17,9 +17,9 @@ from diff_encoder_sim.advice.odometry_curve import OdometryCurves, counts_by_ppr
 from diff_encoder_sim.advice.requirement import Requirement
 from diff_encoder_sim.analysis.dataset import RobotGeometry
 from diff_encoder_sim.drives.trial_definition import TrialPlan
-from diff_encoder_sim.robots.robot_source import RobotSource
-from diff_encoder_sim.trials.campaign_definition import Campaign, TrialJob
-from diff_encoder_sim.wheels.encoder_model import IDEAL_ENCODER
+from diff_encoder_sim.robots.description import RobotSource
+from diff_encoder_sim.trials.campaign_cells import Campaign, TrialJob
+from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 # Of which encoders the budget is shown, in counts per revolution.

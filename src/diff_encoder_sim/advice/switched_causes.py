@@ -6,10 +6,10 @@ from typing import Any, Dict, Mapping, Sequence
 
 from diff_encoder_sim.advice.drawn_robot import WheelCause
 from diff_encoder_sim.advice.odometry_budget import EDGES, MISSED, SENSOR_ERRORS, UNEVEN_LINES
-from diff_encoder_sim.base.nested_mappings import flat
-from diff_encoder_sim.simulation.wheel_errors import WheelErrorParams
+from diff_encoder_sim.base.params import flat
+from diff_encoder_sim.simulation.simulator import WheelErrorParams
 from diff_encoder_sim.trials.robot_params import RobotParams
-from diff_encoder_sim.wheels.encoder_model import IDEAL_ENCODER, NO_FAULTS
+from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER, NO_FAULTS
 
 AS_IT_IS, WITHOUT_ALL = 'as it is', 'without all of these'
 _WITHOUT = 'without '

@@ -12,8 +12,7 @@ from diff_encoder_sim.advice.budget import Budget, added, part_of
 from diff_encoder_sim.advice.requirement import Requirement, along_goal
 from diff_encoder_sim.analysis.dataset import TrialData
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angles
-from diff_encoder_sim.drives.pose_source import PoseSource
-from diff_encoder_sim.drives.trial_outcome import Outcome
+from diff_encoder_sim.drives.trial_definition import Outcome, PoseSource
 
 STOPPING, LOCALIZATION, ENCODER = 'stopping', 'localization', 'encoder'
 

@@ -30,9 +30,9 @@ from diff_encoder_sim.analysis.dataset import TrialData
 from diff_encoder_sim.analysis.encoder_labels import ppr_text
 from diff_encoder_sim.analysis.within_tolerance import Sufficiency
 from diff_encoder_sim.base.deferred import deferred
-from diff_encoder_sim.drives.trial_outcome import Outcome
-from diff_encoder_sim.navigation.stop_spread import StopSpread
-from diff_encoder_sim.trials.campaign_definition import Campaign
+from diff_encoder_sim.drives.trial_definition import Outcome
+from diff_encoder_sim.navigation.goal_stopping import StopSpread
+from diff_encoder_sim.trials.campaign_cells import Campaign
 from diff_encoder_sim.trials.stopping import parts_with
 
 stats = deferred('scipy.stats')

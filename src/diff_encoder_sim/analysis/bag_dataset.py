@@ -10,8 +10,8 @@ from diff_encoder_sim.analysis.bag_trial import BagTrial, read_bag_trials, robot
 from diff_encoder_sim.analysis.dataset import Dataset
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.drives.bag_source import bags_in
-from diff_encoder_sim.trials.campaign_params import VARIANT
-from diff_encoder_sim.trials.results_layout import MANIFEST
+from diff_encoder_sim.trials.campaign_cells import VARIANT
+from diff_encoder_sim.trials.results import MANIFEST
 
 log = logging.getLogger(__name__)
 

@@ -13,14 +13,12 @@ from diff_encoder_sim.analysis.dataset import RobotGeometry, Tracks, TrialData
 from diff_encoder_sim.analysis.encoder_labels import IDEAL
 from diff_encoder_sim.analysis.goal_errors import goal_errors, poses_in_map
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.host_info import usable_cores
-from diff_encoder_sim.base.interrupts import interrupts_blocked
-from diff_encoder_sim.base.pose_series import PoseSeries
+from diff_encoder_sim.base.processes import interrupts_blocked, usable_cores
+from diff_encoder_sim.base.se2 import PoseSeries
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives import topics
-from diff_encoder_sim.drives.pose_source import PoseSource
 from diff_encoder_sim.drives.trajectory_error import Alignment, PathError, path_error
-from diff_encoder_sim.drives.trial_definition import Trial
+from diff_encoder_sim.drives.trial_definition import PoseSource, Trial
 from diff_encoder_sim.drives.trial_recording import POSE_TOPICS, TrialRecording, read_trial
 
 # Sent to a worker at a time: enough to make the overhead negligible.

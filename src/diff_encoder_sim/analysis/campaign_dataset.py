@@ -10,9 +10,8 @@ from diff_encoder_sim.analysis.campaign_folder import Manifest, read_campaign
 from diff_encoder_sim.analysis.dataset import Dataset, TrialData
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.drives.bag_source import bags_in
-from diff_encoder_sim.trials.campaign_params import VARIANT
-from diff_encoder_sim.trials.results_layout import BAGS
-from diff_encoder_sim.trials.trial_row import TrialRow
+from diff_encoder_sim.trials.campaign_cells import VARIANT
+from diff_encoder_sim.trials.results import BAGS, TrialRow
 
 
 def campaign_dataset(folder: Path) -> Dataset:

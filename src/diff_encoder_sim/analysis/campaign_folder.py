@@ -10,8 +10,7 @@ from typing import Any, Dict, List, NamedTuple, Tuple
 from diff_encoder_sim.analysis.dataset import RobotGeometry
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.drives.trial_definition import Trial
-from diff_encoder_sim.trials.results_layout import MANIFEST, TABLE
-from diff_encoder_sim.trials.trial_row import TrialRow, csv_fields, header, row_of
+from diff_encoder_sim.trials.results import MANIFEST, TABLE, TrialRow, csv_fields, header, row_of
 
 # Of a trial: metres, radians or seconds. Squares of what is larger, or not finite, spoil every table.
 LARGEST_NUMBER = 1e9

@@ -11,7 +11,7 @@ from diff_encoder_sim.analysis.dataset import RobotGeometry, TrialData
 from diff_encoder_sim.analysis.quantities import Quantity
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives.trial_definition import Trial
-from diff_encoder_sim.wheels.odometry_covariance import quantisation_covariance, reading_variance, residual_std
+from diff_encoder_sim.wheels.covariance import quantisation_covariance, reading_variance, residual_std
 
 # A goal so near the line ahead [m], and so little turned [rad], is straight ahead.
 STRAIGHT_WITHIN = 1e-9

@@ -9,10 +9,8 @@ import numpy as np
 
 from diff_encoder_sim.analysis.encoder_labels import ppr_order
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
-from diff_encoder_sim.drives.pose_source import PoseSource
 from diff_encoder_sim.drives.trajectory_error import PathError
-from diff_encoder_sim.drives.trial_definition import Trial
-from diff_encoder_sim.drives.trial_outcome import FinalErrors, Outcome
+from diff_encoder_sim.drives.trial_definition import FinalErrors, Outcome, PoseSource, Trial
 
 # The paper's tests, first in every table; others follow.
 STANDARD_TESTS = ('SL', 'SMT', 'DLD')

@@ -13,10 +13,8 @@ from diff_encoder_sim.analysis.final_errors import with_final_error
 from diff_encoder_sim.analysis.sample_statistics import mean_interval, spread
 from diff_encoder_sim.analysis.table import Column, Entry, Label, Number, Table
 from diff_encoder_sim.analysis.table_keys import key_columns, key_entries, varied_keys
-from diff_encoder_sim.drives.relative_error import RPE_DISTANCES_M, RpePairs, rpe_name
-from diff_encoder_sim.drives.rpe_segments import RelativeError
 from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE
-from diff_encoder_sim.drives.trajectory_error import PathError
+from diff_encoder_sim.drives.trajectory_error import RPE_DISTANCES_M, PathError, RelativeError, RpePairs, rpe_name
 
 DECIMALS_M, DECIMALS_DEG = 4, 3
 

@@ -9,7 +9,7 @@ from typing import Callable, Dict, Iterable, Sequence
 
 from diff_encoder_sim.analysis.latex_table import latex_text
 from diff_encoder_sim.analysis.table import Entry, Label, Number, Table, abreast, is_number_column, rounded
-from diff_encoder_sim.base.csv_cells import text_cell
+from diff_encoder_sim.base.text_values import text_cell
 
 
 def csv_text(table: Table) -> str:

@@ -10,8 +10,8 @@ import numpy as np
 from diff_encoder_sim.analysis.dataset import CellKey, Dataset, TrialData, Varied
 from diff_encoder_sim.analysis.paired_statistics import PairedResult, wilcoxon
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.drives.trial_outcome import Outcome
-from diff_encoder_sim.trials.campaign_params import VARIANT
+from diff_encoder_sim.drives.trial_definition import Outcome
+from diff_encoder_sim.trials.campaign_cells import VARIANT
 
 # Of the figure, and of the table.
 VARIANTS = 'variants'

@@ -10,7 +10,7 @@ from diff_encoder_sim.analysis.dataset_loading import load_dataset
 from diff_encoder_sim.analysis.output_folder import REPORT, output_folder
 from diff_encoder_sim.analysis.outputs import write_analysis
 from diff_encoder_sim.api.command_options import command_line, parsed
-from diff_encoder_sim.base.command_name import CONSOLE
+from diff_encoder_sim.base.command_line import CONSOLE
 from diff_encoder_sim.cli.campaign import complete
 from diff_encoder_sim.cli.campaign_arguments import parse
 from diff_encoder_sim.trials.engine import CampaignFault

@@ -10,19 +10,18 @@ import numpy as np
 
 from diff_encoder_sim.api.command_options import command_line, parsed
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.pose_series import PoseSeries
-from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.base.se2 import Pose2D, PoseSeries
 from diff_encoder_sim.cli.reencode import notes_on, opened_drive, run_drive, wheels_with
 from diff_encoder_sim.cli.reencode_arguments import parse
 from diff_encoder_sim.cli.reencode_encoders import chosen_encoders, given_encoders
 from diff_encoder_sim.cli.reencode_outputs import output_files
 from diff_encoder_sim.drives.bag_source import open_source
-from diff_encoder_sim.drives.joint_messages import JointValues
 from diff_encoder_sim.drives.reference import find_reference
+from diff_encoder_sim.drives.sensor_messages import JointValues
 from diff_encoder_sim.drives.trajectory_error import PathError
 from diff_encoder_sim.drives.wheels_at_ppr import WheelsAtPpr
+from diff_encoder_sim.wheels.encoder_params import PerWheel
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
-from diff_encoder_sim.wheels.pulses import PerWheel
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 log = logging.getLogger(__name__)

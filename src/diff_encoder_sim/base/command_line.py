@@ -3,14 +3,63 @@
 from __future__ import annotations
 
 import argparse
+import os
 import re
 import sys
 import textwrap
 from typing import Any, Callable, NoReturn, Optional, Sequence
 
-from diff_encoder_sim.base.command_name import as_called, as_typed
 from diff_encoder_sim.base.errors import ConfigError, in_one_line, readable
-from diff_encoder_sim.base.version import package_version
+from diff_encoder_sim.base.package_files import package_version
+from diff_encoder_sim.base.params import Between
+from diff_encoder_sim.base.text_values import plain_float, plain_int
+
+CONSOLE = 'diff-encoder-sim'
+
+
+def as_called(name: str) -> str:
+    """Return a command's name as it stands in messages: `map_bag`, or `diff-encoder-sim map-bag`."""
+    return f'{CONSOLE} {name.replace("_", "-")}' if _is_console() else name
+
+
+def as_typed(name: str) -> str:
+    """Return what the user types for a command before its arguments."""
+    return as_called(name) if _is_console() else f'rosrun diff_encoder_sim {name}'
+
+
+def _is_console() -> bool:
+    return os.path.basename(sys.argv[0]) == CONSOLE
+
+
+def number_within(bounds: Between) -> Callable[[str], float]:
+    """Return the type of an argument that is a number within bounds."""
+
+    def parse(text: str) -> float:
+        try:
+            value = plain_float(text)
+        except ValueError:
+            value = float('nan')
+        if not bounds.allows(value):
+            raise argparse.ArgumentTypeError(f'given {text!r}; allowed: {bounds}')
+        return value
+
+    return parse
+
+
+def whole_number_within(bounds: Between) -> Callable[[str], int]:
+    """Return the type of an argument that is a whole number within bounds."""
+
+    def parse(text: str) -> int:
+        try:
+            value = plain_int(text)
+        except ValueError:
+            value = None
+        if value is None or not bounds.allows(value):
+            raise argparse.ArgumentTypeError(f'given {text!r}; allowed: a whole number, {bounds}')
+        return value
+
+    return parse
+
 
 HELP_WIDTH = 80
 

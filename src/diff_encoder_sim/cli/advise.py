@@ -22,9 +22,9 @@ from diff_encoder_sim.advice.requirement import Requirement
 from diff_encoder_sim.advice.switched_causes import switched_off
 from diff_encoder_sim.advice.trial_study import TrialStudy
 from diff_encoder_sim.base.atomic_files import write_file
-from diff_encoder_sim.base.command_name import as_called
+from diff_encoder_sim.base.command_line import as_called
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.paths import package_folder
+from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.cli.advise_arguments import parse
 from diff_encoder_sim.cli.amcl_argument import chosen_files
 from diff_encoder_sim.cli.candidate_trials import CandidateTrials
@@ -32,12 +32,12 @@ from diff_encoder_sim.cli.encoder_notes import name_campaigns_encoders
 from diff_encoder_sim.cli.robot_checks import with_checks
 from diff_encoder_sim.cli.stopping_spread import name_stopping
 from diff_encoder_sim.cli.trial_workers import run_trials_tool
-from diff_encoder_sim.robots.xacro_arguments import xacro_arguments
-from diff_encoder_sim.trials.campaign_definition import Campaign
+from diff_encoder_sim.robots.xacro_expansion import xacro_arguments
+from diff_encoder_sim.trials.campaign_cells import Campaign
 from diff_encoder_sim.trials.campaign_loading import load_campaign
 from diff_encoder_sim.trials.trial_run import run_trials
 from diff_encoder_sim.trials.worker import RunTrials
-from diff_encoder_sim.wheels.pulses import ppr_label
+from diff_encoder_sim.wheels.encoder_params import ppr_label
 
 # Trials go on as long as those that fail are fewer than this, where the others show the share.
 FORGIVEN = 5

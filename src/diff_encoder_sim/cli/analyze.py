@@ -11,8 +11,7 @@ from diff_encoder_sim.analysis.dataset_loading import load_dataset
 from diff_encoder_sim.analysis.output_folder import REPORT, output_folder
 from diff_encoder_sim.analysis.outputs import write_analysis
 from diff_encoder_sim.analysis.terminal_summary import summary
-from diff_encoder_sim.base.command_line import run_tool
-from diff_encoder_sim.base.command_name import as_called
+from diff_encoder_sim.base.command_line import as_called, run_tool
 from diff_encoder_sim.cli.analyze_arguments import parse
 from diff_encoder_sim.drives.bag_source import is_bag_folder
 

@@ -8,21 +8,20 @@ from pathlib import Path
 from typing import List, NamedTuple, Optional, Sequence
 
 from diff_encoder_sim.analysis.quantities import YAW, X
-from diff_encoder_sim.base.command_name import as_called
-from diff_encoder_sim.base.paths import package_folder
+from diff_encoder_sim.base.command_line import as_called
+from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.cli.amcl_argument import chosen_files
 from diff_encoder_sim.cli.campaign_arguments import parse
 from diff_encoder_sim.cli.encoder_notes import name_campaigns_encoders
 from diff_encoder_sim.cli.robot_checks import with_checks
 from diff_encoder_sim.cli.stopping_spread import name_stopping
 from diff_encoder_sim.cli.trial_workers import run_trials_tool, stop_reports, unrun_text, workers
-from diff_encoder_sim.robots.xacro_arguments import xacro_arguments
-from diff_encoder_sim.trials.campaign_definition import Campaign, TrialJob
+from diff_encoder_sim.robots.xacro_expansion import xacro_arguments
+from diff_encoder_sim.trials.campaign_cells import Campaign, TrialJob
 from diff_encoder_sim.trials.campaign_loading import load_campaign
 from diff_encoder_sim.trials.engine import UnrunTrial, run_campaign
-from diff_encoder_sim.trials.manifest import describe_run
 from diff_encoder_sim.trials.progress import Progress, outcome_table, progress_on
-from diff_encoder_sim.trials.result_store import ResultStore
+from diff_encoder_sim.trials.results import ResultStore, describe_run
 from diff_encoder_sim.trials.time_left import time_left
 from diff_encoder_sim.trials.trial_run import run_trials
 from diff_encoder_sim.trials.worker import RunTrials

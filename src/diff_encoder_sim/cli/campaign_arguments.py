@@ -10,15 +10,14 @@ import argparse
 from pathlib import Path
 from typing import Optional, Sequence, get_args
 
-from diff_encoder_sim.base.bounded_numbers import PULSES_PER_TURN
-from diff_encoder_sim.base.command_line import tool_parser
-from diff_encoder_sim.base.number_arguments import number_within, whole_number_within
+from diff_encoder_sim.base.command_line import number_within, tool_parser, whole_number_within
+from diff_encoder_sim.base.params import PULSES_PER_TURN
 from diff_encoder_sim.cli.amcl_argument import add_amcl
 from diff_encoder_sim.cli.encoder_arguments import add_encoders
 from diff_encoder_sim.cli.robot_arguments import add_robot_arguments, add_unchecked
 from diff_encoder_sim.cli.worker_arguments import add_workers
-from diff_encoder_sim.drives.bag_formats import BagFormat
-from diff_encoder_sim.trials.campaign_sizes import TRIALS
+from diff_encoder_sim.drives.trial_definition import BagFormat
+from diff_encoder_sim.trials.campaign_cells import TRIALS
 
 
 def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:

@@ -11,15 +11,13 @@ from typing import List, Optional, Sequence, Tuple, Type
 from diff_encoder_sim.analysis.campaign_dataset import data_of
 from diff_encoder_sim.analysis.dataset import TrialData
 from diff_encoder_sim.analysis.encoder_labels import ppr_text
-from diff_encoder_sim.base.paths import package_folder
+from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.cli.trial_workers import stop_reports, unrun_text, workers
-from diff_encoder_sim.trials.campaign_definition import Campaign, TrialJob
-from diff_encoder_sim.trials.campaign_params import VARIANT
+from diff_encoder_sim.trials.campaign_cells import VARIANT, Campaign, TrialJob
 from diff_encoder_sim.trials.cluster import Workers
 from diff_encoder_sim.trials.engine import run_campaign
-from diff_encoder_sim.trials.manifest import describe_run
 from diff_encoder_sim.trials.progress import progress_on
-from diff_encoder_sim.trials.result_store import ResultStore
+from diff_encoder_sim.trials.results import ResultStore, describe_run
 from diff_encoder_sim.trials.time_left import time_left
 from diff_encoder_sim.trials.worker import RunTrials
 

@@ -10,14 +10,13 @@ from tabulate import tabulate
 
 from diff_encoder_sim.base.command_line import run_tool
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.paths import package_folder
+from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.cli.check_robot_arguments import parse
 from diff_encoder_sim.robots.robot_file import ROBOT_FILE_SUFFIXES
-from diff_encoder_sim.robots.robot_file_text import robot_file_text
-from diff_encoder_sim.robots.robot_setup import RobotSetup
-from diff_encoder_sim.robots.xacro_arguments import xacro_arguments
-from diff_encoder_sim.simulation.check_results import checks_table
-from diff_encoder_sim.trials.campaign_checks import check_robot
+from diff_encoder_sim.robots.robot_setup import RobotSetup, robot_file_text
+from diff_encoder_sim.robots.xacro_expansion import xacro_arguments
+from diff_encoder_sim.simulation.self_check import checks_table
+from diff_encoder_sim.trials.campaign_cells import check_robot
 from diff_encoder_sim.trials.robot_loading import load_robot
 from diff_encoder_sim.trials.robot_params import load_robot_config, override
 

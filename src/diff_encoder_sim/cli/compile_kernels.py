@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import concurrent.futures
 
+from diff_encoder_sim.localization.grid_slam import warm_up as warm_up_slam
 from diff_encoder_sim.localization.slam_params import GridSlamParams
-from diff_encoder_sim.localization.slam_warm_up import warm_up as warm_up_slam
 from diff_encoder_sim.trials.kernels_warm_up import PARTS
 
 

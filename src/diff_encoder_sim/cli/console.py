@@ -6,8 +6,7 @@ import argparse
 import sys
 from typing import Optional, Sequence
 
-from diff_encoder_sim.base.command_line import add_version
-from diff_encoder_sim.base.command_name import CONSOLE, as_called
+from diff_encoder_sim.base.command_line import CONSOLE, add_version, as_called
 from diff_encoder_sim.base.command_start import printing, ready_streams, run_command
 
 DESCRIPTION = 'Which wheel encoder does a differential-drive robot need, and is its odometry right?'

@@ -5,9 +5,9 @@ from __future__ import annotations
 import sys
 from typing import Iterable
 
-from diff_encoder_sim.simulation.periods import JOINTS_RATE_HZ
-from diff_encoder_sim.trials.campaign_definition import Campaign
-from diff_encoder_sim.wheels.chosen_encoder import ChosenEncoder
+from diff_encoder_sim.simulation.state import JOINTS_RATE_HZ
+from diff_encoder_sim.trials.campaign_cells import Campaign
+from diff_encoder_sim.wheels.catalogue import ChosenEncoder
 
 
 def name_encoders(command: str, encoders: Iterable[ChosenEncoder], wheel_diameter_m: float) -> None:

@@ -13,19 +13,17 @@ from pathlib import Path
 from typing import Any, Dict, List, Mapping, NamedTuple, Optional
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.nested_mappings import flat
-from diff_encoder_sim.base.paths import package_folder
-from diff_encoder_sim.base.typed_params import split_params
+from diff_encoder_sim.base.package_files import package_folder
+from diff_encoder_sim.base.params import flat, split_params
 from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.cli.launch_arguments import FILE_OPTIONS
 from diff_encoder_sim.robots.robot_setup import RobotSetup
-from diff_encoder_sim.robots.xacro_arguments import xacro_arguments_of_text
+from diff_encoder_sim.robots.xacro_expansion import xacro_arguments_of_text
 from diff_encoder_sim.trials.robot_loading import load_robot
 from diff_encoder_sim.trials.robot_params import CONFIG_FILES, RobotParams, override
 from diff_encoder_sim.trials.wheel_uncertainty import uncertainty_of_robot
-from diff_encoder_sim.wheels.chosen_encoder import RESOLUTION_KEYS, ChosenEncoder, chosen, own_encoder
-from diff_encoder_sim.wheels.encoder_catalogue import load_encoder
-from diff_encoder_sim.wheels.hidden_encoder import hidden_encoder
+from diff_encoder_sim.wheels.catalogue import RESOLUTION_KEYS, ChosenEncoder, chosen, load_encoder, own_encoder
+from diff_encoder_sim.wheels.diagnostics import hidden_encoder
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 
 OWN_PPR, OWN_NOISE = 'config.ppr', 'config.motion_noise'

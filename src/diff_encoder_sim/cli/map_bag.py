@@ -7,22 +7,19 @@ import logging
 import time
 from typing import Optional, Sequence
 
-from diff_encoder_sim.base.command_line import run_tool
-from diff_encoder_sim.base.command_name import as_called
-from diff_encoder_sim.base.paths import package_folder
+from diff_encoder_sim.base.command_line import as_called, run_tool
+from diff_encoder_sim.base.package_files import package_folder
+from diff_encoder_sim.base.params import load_params
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.base.typed_params import load_params
 from diff_encoder_sim.cli.map_bag_arguments import parse
 from diff_encoder_sim.drives.bag_source import open_source
 from diff_encoder_sim.drives.scan_bag import ScanBag
-from diff_encoder_sim.drives.trial_metadata import trial_of_source
-from diff_encoder_sim.localization.grid_slam import GridSlam
+from diff_encoder_sim.drives.trial_recording import trial_of_source
+from diff_encoder_sim.localization.grid_slam import GridSlam, OdometryTrack, map_recording, warm_up
 from diff_encoder_sim.localization.map_files import save_map
 from diff_encoder_sim.localization.occupancy_grid import SAVED_MARGIN_M
-from diff_encoder_sim.localization.offline import OdometryTrack, map_recording
 from diff_encoder_sim.localization.slam_params import GridSlamParams
-from diff_encoder_sim.localization.slam_warm_up import warm_up
 
 log = logging.getLogger(__name__)
 

@@ -8,13 +8,17 @@ from pathlib import Path
 from typing import Optional, Sequence
 
 from diff_encoder_sim.base.command_line import run_tool
-from diff_encoder_sim.base.paths import package_folder
+from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.cli.print_urdf_arguments import parse
-from diff_encoder_sim.robots.display_urdf import display_urdf, without_root_inertia
 from diff_encoder_sim.robots.robot_file import load_robot_file
 from diff_encoder_sim.robots.robot_setup import set_up_robot
-from diff_encoder_sim.robots.xacro_arguments import xacro_arguments, xacro_arguments_of_text
-from diff_encoder_sim.robots.xacro_expansion import expand
+from diff_encoder_sim.robots.xacro_expansion import (
+    display_urdf,
+    expand,
+    without_root_inertia,
+    xacro_arguments,
+    xacro_arguments_of_text,
+)
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> None:

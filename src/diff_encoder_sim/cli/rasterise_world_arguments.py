@@ -6,9 +6,8 @@ import argparse
 from pathlib import Path
 from typing import Optional, Sequence
 
-from diff_encoder_sim.base.bounded_numbers import PLACES, Between
-from diff_encoder_sim.base.command_line import tool_parser
-from diff_encoder_sim.base.number_arguments import number_within
+from diff_encoder_sim.base.command_line import number_within, tool_parser
+from diff_encoder_sim.base.params import PLACES, Between
 
 
 def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:

@@ -11,8 +11,7 @@ import time
 from pathlib import Path
 from typing import Counter, Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Type, TypeVar
 
-from diff_encoder_sim.base.command_line import run_tool
-from diff_encoder_sim.base.command_name import as_called
+from diff_encoder_sim.base.command_line import as_called, run_tool
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.cli.encoder_notes import name_encoders
 from diff_encoder_sim.cli.reencode_arguments import CSV_NAME, parse
@@ -29,12 +28,12 @@ from diff_encoder_sim.drives.reference import Reference, find_reference
 from diff_encoder_sim.drives.result_table import csv_table, text_table
 from diff_encoder_sim.drives.topics import CMD_VEL
 from diff_encoder_sim.drives.trial_definition import Trial
-from diff_encoder_sim.drives.trial_metadata import trial_of_source
+from diff_encoder_sim.drives.trial_recording import trial_of_source
 from diff_encoder_sim.drives.wheel_source import DriveStream, WheelSource
 from diff_encoder_sim.drives.wheels_at_ppr import WheelsAtPpr
-from diff_encoder_sim.wheels.chosen_encoder import ChosenEncoder
-from diff_encoder_sim.wheels.hidden_encoder import encoder_lateral_std, hidden_encoder
-from diff_encoder_sim.wheels.pulses import PerWheel, ppr_label
+from diff_encoder_sim.wheels.catalogue import ChosenEncoder
+from diff_encoder_sim.wheels.diagnostics import encoder_lateral_std, hidden_encoder
+from diff_encoder_sim.wheels.encoder_params import PerWheel, ppr_label
 
 LEGEND = """\
 Odometry minus reference, both seen from their first common stamp, nothing fitted. ATE, max:

@@ -7,14 +7,13 @@ from pathlib import Path
 from typing import Any, Dict, List, Sequence, Tuple
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.paths import package_folder
-from diff_encoder_sim.base.typed_params import with_changes
+from diff_encoder_sim.base.package_files import package_folder
+from diff_encoder_sim.base.params import with_changes
 from diff_encoder_sim.base.yaml_files import yaml_value
 from diff_encoder_sim.cli.reencode_arguments import PAPER_PPR
-from diff_encoder_sim.wheels.chosen_encoder import ChosenEncoder, chosen, own_encoder
-from diff_encoder_sim.wheels.encoder_catalogue import load_encoders
+from diff_encoder_sim.wheels.catalogue import ChosenEncoder, chosen, load_encoders, own_encoder
+from diff_encoder_sim.wheels.encoder_params import PerWheel
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
-from diff_encoder_sim.wheels.pulses import PerWheel
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 

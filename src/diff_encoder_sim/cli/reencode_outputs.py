@@ -7,8 +7,8 @@ from typing import Dict, Optional, Sequence
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.cli.reencode_arguments import CSV_NAME
-from diff_encoder_sim.wheels.chosen_encoder import ChosenEncoder
-from diff_encoder_sim.wheels.pulses import file_label
+from diff_encoder_sim.wheels.catalogue import ChosenEncoder
+from diff_encoder_sim.wheels.encoder_params import file_label
 
 
 def output_files(folder: Optional[Path], bag: Path, encoders: Sequence[ChosenEncoder]) -> Dict[str, Path]:

@@ -10,18 +10,16 @@ import argparse
 from pathlib import Path
 from typing import Any, Dict, List, Mapping, NamedTuple, Optional
 
-from diff_encoder_sim.base.nested_mappings import merged, nested
-from diff_encoder_sim.base.paths import package_folder
-from diff_encoder_sim.base.typed_params import shared_params
+from diff_encoder_sim.base.package_files import package_folder
+from diff_encoder_sim.base.params import merged, nested, shared_params
 from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.drives.topics import TRIAL
-from diff_encoder_sim.drives.trial_definition import Trial
-from diff_encoder_sim.drives.trial_wheels import OF_ENCODER, OF_ODOMETRY
-from diff_encoder_sim.robots.xacro_arguments import xacro_arguments
+from diff_encoder_sim.drives.trial_definition import OF_ENCODER, OF_ODOMETRY, Trial
+from diff_encoder_sim.robots.xacro_expansion import xacro_arguments
 from diff_encoder_sim.trials.robot_loading import load_robot
 from diff_encoder_sim.trials.wheel_uncertainty import uncertainty_of_robot
-from diff_encoder_sim.wheels.chosen_encoder import RESOLUTION_KEYS
-from diff_encoder_sim.wheels.encoder_model import IDEAL_ENCODER
+from diff_encoder_sim.wheels.catalogue import RESOLUTION_KEYS
+from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER
 from diff_encoder_sim.wheels.odometry_params import UNCERTAINTY_KEYS, OdometryParams
 from diff_encoder_sim.wheels.report_link import PROMPT
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams

@@ -11,7 +11,7 @@ from diff_encoder_sim.cli.reencode_robot import RecordedRobot
 from diff_encoder_sim.drives.number_units import COUNTED, SPEEDS, TICKS
 from diff_encoder_sim.drives.start_angles import DEFAULT_SEED, start_angles_note, start_angles_rad
 from diff_encoder_sim.drives.wheel_units import SPEEDS_NOTE, WheelUnit
-from diff_encoder_sim.wheels.pulses import PerWheel, ppr_label
+from diff_encoder_sim.wheels.encoder_params import PerWheel, ppr_label
 
 
 class WheelNumbers(NamedTuple):

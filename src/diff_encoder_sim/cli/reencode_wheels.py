@@ -22,7 +22,7 @@ from diff_encoder_sim.drives.start_angles import DEFAULT_SEED
 from diff_encoder_sim.drives.trial_definition import Trial
 from diff_encoder_sim.drives.wheel_source import WheelSource
 from diff_encoder_sim.drives.wheels import JOINT_TYPES, WheelOptions, find_wheels, has_joints
-from diff_encoder_sim.wheels.encoder_model import IDEAL_ENCODER
+from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER
 
 
 def bag_wheels(

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import sys
 
-from diff_encoder_sim.base.command_name import as_called
+from diff_encoder_sim.base.command_line import as_called
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.paths import package_folder
-from diff_encoder_sim.simulation.check_results import checks_table
-from diff_encoder_sim.trials.campaign_checks import check_robot, unfit_tests
-from diff_encoder_sim.trials.campaign_definition import Campaign
+from diff_encoder_sim.base.package_files import package_folder
+from diff_encoder_sim.simulation.self_check import checks_table
+from diff_encoder_sim.trials.campaign_cells import Campaign, check_robot, unfit_tests
 
 
 def with_checks(name: str, campaign: Campaign, is_unchecked: bool) -> Campaign:

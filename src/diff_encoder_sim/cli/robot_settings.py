@@ -10,14 +10,14 @@ import yaml
 
 from diff_encoder_sim.base.command_line import run_tool
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.nested_mappings import nested
-from diff_encoder_sim.base.paths import users_path
-from diff_encoder_sim.base.xml_rpc import for_xml_rpc
+from diff_encoder_sim.base.package_files import users_path
+from diff_encoder_sim.base.params import nested
+from diff_encoder_sim.base.text_values import for_xml_rpc
 from diff_encoder_sim.base.yaml_files import yaml_value
 from diff_encoder_sim.cli.launched_robot import OWN_PPR, LaunchedRobot, launched_robot
 from diff_encoder_sim.cli.robot_settings_arguments import parse
 from diff_encoder_sim.drives.bag_source import open_source
-from diff_encoder_sim.drives.trial_metadata import trial_of_source
+from diff_encoder_sim.drives.trial_recording import trial_of_source
 from diff_encoder_sim.trials.robot_params import check_key
 from diff_encoder_sim.wheels.odometry_params import UNCERTAINTY_KEYS
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 import sys
 
-from diff_encoder_sim.base.command_name import as_called
-from diff_encoder_sim.trials.campaign_definition import Campaign
+from diff_encoder_sim.base.command_line import as_called
+from diff_encoder_sim.trials.campaign_cells import Campaign
 from diff_encoder_sim.trials.robot_params import RobotParams
 from diff_encoder_sim.trials.stopping import as_upstream, spread_with, stopping_line
 

@@ -10,8 +10,8 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.cli.launched_robot import LaunchedRobot
 from diff_encoder_sim.drives.trial_definition import Trial
 from diff_encoder_sim.localization.map_files import load_map
-from diff_encoder_sim.simulation.check_results import checks_table
-from diff_encoder_sim.trials.campaign_checks import check_robot
+from diff_encoder_sim.simulation.self_check import checks_table
+from diff_encoder_sim.trials.campaign_cells import check_robot
 from diff_encoder_sim.trials.route_check import misfit
 
 

@@ -13,14 +13,12 @@ import yaml
 from pydantic import Field
 
 from diff_encoder_sim.base.atomic_files import LONGEST_NEW_NAME
-from diff_encoder_sim.base.bounded_numbers import Seed
-from diff_encoder_sim.base.command_line import run_tool
-from diff_encoder_sim.base.command_name import as_typed
+from diff_encoder_sim.base.command_line import as_typed, run_tool
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.paths import package_folder, users_path
-from diff_encoder_sim.base.roslaunch_process import parent_only_lists
-from diff_encoder_sim.base.typed_params import Params
-from diff_encoder_sim.base.xml_rpc import for_xml_rpc
+from diff_encoder_sim.base.package_files import package_folder, users_path
+from diff_encoder_sim.base.params import Params, Seed
+from diff_encoder_sim.base.processes import parent_only_lists
+from diff_encoder_sim.base.text_values import for_xml_rpc
 from diff_encoder_sim.base.yaml_files import yaml_value
 from diff_encoder_sim.cli.encoder_notes import name_encoders, name_rates
 from diff_encoder_sim.cli.launched_robot import OWN_PPR, SIMULATED, LaunchedRobot, launched_robot
@@ -28,15 +26,14 @@ from diff_encoder_sim.cli.stopping_spread import name_stopping_of_trial
 from diff_encoder_sim.cli.trial_robot_check import check_robot_of_trial
 from diff_encoder_sim.cli.trial_spec_arguments import parse
 from diff_encoder_sim.drives.test_definition import TestDefinition, find_world, load_test
-from diff_encoder_sim.drives.trial_definition import LivePlan, Trial
-from diff_encoder_sim.drives.trial_wheels import wheels_of
+from diff_encoder_sim.drives.trial_definition import LivePlan, Trial, wheels_of
 from diff_encoder_sim.localization.map_files import load_map
 from diff_encoder_sim.localization.occupancy_grid import OCCUPIED, UNKNOWN
-from diff_encoder_sim.simulation.periods import JOINTS_RATE_HZ, STATES_PERIOD_S, STATES_RATE_HZ
+from diff_encoder_sim.simulation.state import JOINTS_RATE_HZ, STATES_PERIOD_S, STATES_RATE_HZ
+from diff_encoder_sim.trials.campaign_loading import at_pace_of
 from diff_encoder_sim.trials.required_packages import GAZEBO, UPSTREAM_NAVIGATION, UPSTREAM_SLAM, require
-from diff_encoder_sim.trials.robot_pace import at_pace_of
 from diff_encoder_sim.trials.robot_params import RobotParams
-from diff_encoder_sim.wheels.pulses import DEFAULT_PPR, PulsesPerRevolution, file_label
+from diff_encoder_sim.wheels.encoder_params import DEFAULT_PPR, PulsesPerRevolution, file_label
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 NO_BAG = 'none'

@@ -10,11 +10,10 @@ import sys
 from pathlib import Path
 from typing import Callable, ContextManager, Dict, Iterator, List, Optional, Sequence
 
-from diff_encoder_sim.base.command_line import run_tool
-from diff_encoder_sim.base.command_name import as_called
+from diff_encoder_sim.base.command_line import as_called, run_tool
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.host_info import usable_cores
-from diff_encoder_sim.trials.campaign_definition import Campaign
+from diff_encoder_sim.base.processes import usable_cores
+from diff_encoder_sim.trials.campaign_cells import Campaign
 from diff_encoder_sim.trials.cluster import TlsFiles, Workers, connected_workers
 from diff_encoder_sim.trials.engine import CampaignFault, UnrunTrial
 from diff_encoder_sim.trials.local_workers import local_workers

@@ -8,13 +8,12 @@ from typing import Callable, Dict, Iterator, List, NamedTuple, Optional, Sequenc
 
 from typing_extensions import Protocol
 
-from diff_encoder_sim.drives.bag_formats import BagFormat
 from diff_encoder_sim.drives.mcap_writer import McapWriter
-from diff_encoder_sim.drives.primitives import with_seq
 from diff_encoder_sim.drives.ros1_writer import Ros1Writer, encode_record, record_header
-from diff_encoder_sim.drives.ros2_types import ros2_definition, to_cdr
 from diff_encoder_sim.drives.topics import RecordedTopic
-from diff_encoder_sim.drives.typestore import definition
+from diff_encoder_sim.drives.trial_definition import BagFormat
+from diff_encoder_sim.drives.typestore import definition, ros2_definition, to_cdr
+from diff_encoder_sim.drives.wire import with_seq
 
 SUFFIXES: Dict[BagFormat, str] = {'ros1': '.bag', 'mcap': '.mcap'}
 

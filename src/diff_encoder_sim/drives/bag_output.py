@@ -7,18 +7,20 @@ from typing import List, Tuple
 
 from diff_encoder_sim.drives import topics
 from diff_encoder_sim.drives.bag_messages import Message
-from diff_encoder_sim.drives.basic_messages import decode_string, encode_string
-from diff_encoder_sim.drives.field_reader import FieldReader
-from diff_encoder_sim.drives.joint_messages import encode_encoder_pulse, encode_wheel_speeds
-from diff_encoder_sim.drives.pose_messages import encode_odometry
-from diff_encoder_sim.drives.primitives import NUMBER_SIZE, POSE, encode_header
-from diff_encoder_sim.drives.transform_messages import encode_planar_tf
+from diff_encoder_sim.drives.pose_messages import encode_odometry, encode_planar_tf
+from diff_encoder_sim.drives.sensor_messages import (
+    decode_string,
+    encode_encoder_pulse,
+    encode_string,
+    encode_wheel_speeds,
+)
 from diff_encoder_sim.drives.trial_bag import TrialBag
 from diff_encoder_sim.drives.trial_definition import Trial
 from diff_encoder_sim.drives.wheel_source import DriveStream
+from diff_encoder_sim.drives.wire import NUMBER_SIZE, POSE, FieldReader, encode_header
 from diff_encoder_sim.wheels.encoder_sample import EncoderSample
+from diff_encoder_sim.wheels.odometry import OdometryEstimate
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
-from diff_encoder_sim.wheels.wheel_odometry import OdometryEstimate
 
 # The truth, and how a trial ended: copied as they are, with the node that published them.
 COPIED = {topics.WORLD_POSE: topics.WORLD_POSE_NODE, topics.TRIAL_RESULT: topics.NAVIGATION_TRIAL_NODE}

@@ -12,7 +12,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.drives.bag_source import BagSource
-from diff_encoder_sim.drives.field_reader import TORN
+from diff_encoder_sim.drives.wire import TORN
 
 # Of a definition: rosbags makes code for each element of an array of fixed size, and a text may define many types.
 LARGEST_TYPE = 5000  # fields and elements, over all levels; an array of numbers is one

@@ -7,9 +7,9 @@ from typing import Optional, Tuple
 
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.stamps import Step, Timeline
-from diff_encoder_sim.drives.joint_messages import JointValues
-from diff_encoder_sim.wheels.counter import count_difference
-from diff_encoder_sim.wheels.counter_steps import CounterSteps, Reading
+from diff_encoder_sim.drives.sensor_messages import JointValues
+from diff_encoder_sim.wheels.encoder_params import count_difference
+from diff_encoder_sim.wheels.odometry import CounterSteps, Reading
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.report_link import LATE_REPORT_TOLERANCE_NS
 

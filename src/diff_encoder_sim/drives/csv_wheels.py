@@ -6,9 +6,9 @@ from typing import Iterator, Optional, Sequence, Tuple
 
 from diff_encoder_sim.drives.bag_messages import Message
 from diff_encoder_sim.drives.csv_stream import PAIR
-from diff_encoder_sim.drives.joint_messages import JointValues
+from diff_encoder_sim.drives.sensor_messages import JointValues
 from diff_encoder_sim.drives.wheel_units import WheelAngle, WheelUnit
-from diff_encoder_sim.wheels.pulses import PerWheel
+from diff_encoder_sim.wheels.encoder_params import PerWheel
 
 
 class CsvWheels:

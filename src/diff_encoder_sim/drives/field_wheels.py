@@ -6,12 +6,12 @@ from typing import Any, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives.bag_messages import Message
-from diff_encoder_sim.drives.joint_messages import JointValues
 from diff_encoder_sim.drives.message_fields import MessageField
 from diff_encoder_sim.drives.paired_angles import LONGEST_GAP_NS, PairedAngles
 from diff_encoder_sim.drives.receive_times import ReceiveTimes, receive_times_note
+from diff_encoder_sim.drives.sensor_messages import JointValues
 from diff_encoder_sim.drives.wheel_units import WheelAngle, WheelUnit
-from diff_encoder_sim.wheels.pulses import PerWheel
+from diff_encoder_sim.wheels.encoder_params import PerWheel
 
 
 class Wheel(NamedTuple):

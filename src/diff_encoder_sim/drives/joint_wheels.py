@@ -6,7 +6,7 @@ from typing import Iterator, Sequence, Tuple
 
 from diff_encoder_sim.drives.bag_messages import Message
 from diff_encoder_sim.drives.counted_angles import CountedAngles
-from diff_encoder_sim.drives.joint_messages import JointDecoder, JointValues
+from diff_encoder_sim.drives.sensor_messages import JointDecoder, JointValues
 from diff_encoder_sim.drives.wheels import WheelTopic
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 

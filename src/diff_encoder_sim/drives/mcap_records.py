@@ -10,7 +10,7 @@ from enum import IntEnum
 from typing import Any, Dict, Iterator, Tuple
 
 from diff_encoder_sim.base.errors import InputFault
-from diff_encoder_sim.drives.primitives import LENGTH, encode_text
+from diff_encoder_sim.drives.wire import LENGTH, encode_text
 
 MAGIC = b'\x89MCAP0\r\n'
 

@@ -24,7 +24,7 @@ from diff_encoder_sim.drives.mcap_records import (
     RecordFields,
     records,
 )
-from diff_encoder_sim.drives.primitives import UINT16, UINT64
+from diff_encoder_sim.drives.wire import UINT16, UINT64
 
 _CDR = 'cdr'
 _FOOTER_SIZE = RECORD_HEAD.size + FOOTER.size + len(MAGIC)

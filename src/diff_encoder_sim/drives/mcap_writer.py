@@ -19,7 +19,7 @@ from diff_encoder_sim.drives.mcap_records import (
     encode_record,
     encode_texts,
 )
-from diff_encoder_sim.drives.primitives import UINT16, UINT32, UINT64, encode_text
+from diff_encoder_sim.drives.wire import UINT16, UINT32, UINT64, encode_text
 
 CHUNK_SIZE = 1 << 20  # [bytes], after which a chunk is complete
 

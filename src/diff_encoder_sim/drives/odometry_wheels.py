@@ -7,12 +7,12 @@ from typing import Iterator, Optional, Sequence, Tuple
 
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives.bag_messages import Message
-from diff_encoder_sim.drives.joint_messages import JointValues
 from diff_encoder_sim.drives.pose_messages import StampedPose
 from diff_encoder_sim.drives.reference import Reference
+from diff_encoder_sim.drives.sensor_messages import JointValues
 from diff_encoder_sim.drives.start_angles import start_angles_note, start_angles_rad
+from diff_encoder_sim.wheels.encoder_params import PerWheel
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
-from diff_encoder_sim.wheels.pulses import PerWheel
 
 # What the wheels' axle cannot do; less is rounding.
 _SIDEWAYS_FRACTION = 0.01

@@ -3,31 +3,42 @@
 from __future__ import annotations
 
 import struct
-from typing import NamedTuple, Tuple
+from typing import Iterator, List, NamedTuple, Tuple
 
 import numpy as np
 
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.se2 import Pose2D, quat_xyzw_from_yaw, yaw_from_quat_xyzw
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.drives.covariances import (
-    encode_amcl_covariance,
-    encode_odometry_covariance,
-    encode_twist_covariance,
-)
-from diff_encoder_sim.drives.field_reader import FRAME_AT, STAMP_AT, TORN, FieldReader
-from diff_encoder_sim.drives.message_types import ODOMETRY, POSE_STAMPED, POSE_WITH_COVARIANCE, TRANSFORM_STAMPED
-from diff_encoder_sim.drives.primitives import (
+from diff_encoder_sim.drives.wire import (
+    FRAME_AT,
     LENGTH,
     NUMBER_SIZE,
+    ODOMETRY,
     POSE,
+    POSE_STAMPED,
+    POSE_WITH_COVARIANCE,
+    STAMP_AT,
     TIME,
+    TORN,
+    TRANSFORM_STAMPED,
+    TWIST,
+    FieldReader,
+    QuatXyzw,
+    Vector,
+    encode_amcl_covariance,
     encode_header,
     encode_name,
+    encode_names,
+    encode_odometry_covariance,
     encode_pose,
+    encode_sequence,
     encode_twist,
+    encode_twist_covariance,
 )
-from diff_encoder_sim.wheels.wheel_odometry import OdometryEstimate
+from diff_encoder_sim.simulation.state import BodyState
+from diff_encoder_sim.simulation.world import World
+from diff_encoder_sim.wheels.odometry import OdometryEstimate
 
 POSE_TYPES = (ODOMETRY, POSE_STAMPED, POSE_WITH_COVARIANCE, TRANSFORM_STAMPED)
 # Those with child_frame_id between header and pose.
@@ -141,3 +152,137 @@ def _planar_pose(x_m: float, y_m: float, z_m: float, qx: float, qy: float, qz: f
         return Pose2D(x_m, y_m, yaw_from_quat_xyzw(qx, qy, qz, qw))
     except ValueError as error:
         raise InputFault(str(error)) from None
+
+
+class SpatialTransform(NamedTuple):
+    """A child frame's pose in its parent frame at one instant; names without a leading slash."""
+
+    stamp_ns: int
+    parent: str
+    child: str
+    translation_xyz_m: Vector
+    quat_xyzw: QuatXyzw
+
+
+def encode_transform(child_pose: Pose2D, stamp_ns: int, parent_frame: str, child_frame: str) -> bytes:
+    """Encode geometry_msgs/TransformStamped of a frame's planar pose in its parent."""
+    return encode_header(stamp_ns, parent_frame) + encode_name(child_frame) + encode_planar_pose(child_pose)
+
+
+def encode_spatial_transform(
+    translation_xyz_m: Vector, quat_xyzw: QuatXyzw, stamp_ns: int, parent_frame: str, child_frame: str
+) -> bytes:
+    """Encode geometry_msgs/TransformStamped of a frame's pose in its parent."""
+    return encode_header(stamp_ns, parent_frame) + encode_name(child_frame) + encode_pose(translation_xyz_m, quat_xyzw)
+
+
+def encode_planar_tf(child_pose: Pose2D, stamp_ns: int, parent_frame: str, child_frame: str) -> bytes:
+    """Encode tf2_msgs/TFMessage of one frame's planar pose in its parent."""
+    return encode_tf(encode_transform(child_pose, stamp_ns, parent_frame, child_frame))
+
+
+def encode_tf(*transforms: bytes) -> bytes:
+    """Encode tf2_msgs/TFMessage of encoded transforms."""
+    return encode_sequence(transforms)
+
+
+def decode_tf(raw: bytes, is_cdr: bool = False) -> Iterator[StampedPose]:
+    """Decode the poses of a TFMessage, seen from above.
+
+    Raises:
+        InputFault: the message is torn, or a pose is not finite.
+    """
+    fields = FieldReader(raw, is_cdr)
+    for _ in range(fields.length()):
+        yield read_stamped_pose(fields)
+
+
+def decode_spatial_tf(raw: bytes) -> Iterator[SpatialTransform]:
+    """Decode the transforms of a TFMessage of ROS 1.
+
+    Raises:
+        InputFault: the message is torn.
+    """
+    at = LENGTH.size
+    try:
+        for _ in range(LENGTH.unpack_from(raw)[0]):
+            seconds, nanoseconds = TIME.unpack_from(raw, at + STAMP_AT)
+            parent_at = at + FRAME_AT + LENGTH.size
+            parent_end = parent_at + LENGTH.unpack_from(raw, parent_at - LENGTH.size)[0]
+            child_at = parent_end + LENGTH.size
+            at = child_at + LENGTH.unpack_from(raw, parent_end)[0]
+            numbers = POSE.unpack_from(raw, at)
+            stamp_ns = seconds * NANOSECONDS_PER_SECOND + nanoseconds
+            yield SpatialTransform(
+                stamp_ns, _name(raw[parent_at:parent_end]), _name(raw[child_at:at]), numbers[:3], numbers[3:]
+            )
+            at += POSE.size
+    except struct.error:
+        raise InputFault(TORN) from None
+
+
+def _name(raw: bytes) -> str:
+    return raw.decode('utf-8', 'replace').lstrip('/')
+
+
+class ModelStatesEncoder:
+    """Encodes gazebo_msgs/ModelStates of a world in which the robot alone moves; it comes last."""
+
+    def __init__(self, world: World, robot_name: str) -> None:
+        self._names = encode_names((*(model.name for model in world.models), robot_name))
+        self._poses = [_encode_upright_pose(model.pose_in_world) for model in world.models]
+        self._twists = [encode_twist((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))] * len(self._poses)
+
+    def encode(self, robot: BodyState) -> bytes:
+        """Encode a message with the robot's pose and twist in the world frame."""
+        pose = encode_pose(robot.position_xyz_m, robot.quat_xyzw)
+        twist = encode_twist(robot.linear_xyz_mps, robot.angular_xyz_radps)
+        return self._names + encode_sequence([*self._poses, pose]) + encode_sequence([*self._twists, twist])
+
+
+class ModelStateDecoder:
+    """Decodes one model's state of the messages of a topic, of any simulator.
+
+    From message to message the names stay the same, so they are compared and not decoded.
+    """
+
+    def __init__(self, model: str) -> None:
+        self._model = model
+        self._raw_names = b''
+        self._names: List[str] = []
+
+    def decode(self, raw: bytes) -> BodyState:
+        """Decode a message.
+
+        Raises:
+            InputFault: the message is torn, or has no state of the model.
+        """
+        if not self._raw_names or not raw.startswith(self._raw_names):
+            self._learn_names(raw)
+        if self._model not in self._names:
+            raise InputFault(f'no model {self._model!r}; expected it among {self._names}')
+        index, poses_at = self._names.index(self._model), len(self._raw_names)
+        try:
+            pose_count = LENGTH.unpack_from(raw, poses_at)[0]
+            twists_at = poses_at + LENGTH.size + pose_count * POSE.size
+            twist_count = LENGTH.unpack_from(raw, twists_at)[0]
+            if not index < min(pose_count, twist_count):
+                counts = f'{len(self._names)} names, {pose_count} poses, {twist_count} twists'
+                raise InputFault(f'model {self._model!r} has no state: {counts}')
+            pose = POSE.unpack_from(raw, poses_at + LENGTH.size + index * POSE.size)
+            twist = TWIST.unpack_from(raw, twists_at + LENGTH.size + index * TWIST.size)
+        except struct.error:
+            raise InputFault(TORN) from None
+        return BodyState(pose[:3], pose[3:], twist[:3], twist[3:])
+
+    def _learn_names(self, raw: bytes) -> None:
+        fields = FieldReader(raw, is_cdr=False)
+        names = [fields.text() for _ in range(fields.length())]
+        self._names, self._raw_names = names, raw[: fields.align(1)]
+
+
+def _encode_upright_pose(pose: np.ndarray) -> bytes:
+    """Encode a 4x4 pose of a model that stands on the floor."""
+    x_m, y_m, z_m = pose[:3, 3].tolist()
+    yaw_rad = float(np.arctan2(pose[1, 0], pose[0, 0]))
+    return encode_pose((x_m, y_m, z_m), quat_xyzw_from_yaw(yaw_rad))

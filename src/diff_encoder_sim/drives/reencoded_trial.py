@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from diff_encoder_sim.drives.trial_definition import Trial
-from diff_encoder_sim.drives.trial_wheels import OF_ODOMETRY
-from diff_encoder_sim.wheels.chosen_encoder import resolution_text
+from diff_encoder_sim.drives.trial_definition import OF_ODOMETRY, Trial
+from diff_encoder_sim.wheels.catalogue import resolution_text
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 

@@ -9,14 +9,13 @@ from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives import topics
 from diff_encoder_sim.drives.bag_messages import Message
 from diff_encoder_sim.drives.bag_output import copied_topics
-from diff_encoder_sim.drives.basic_messages import decode_command
 from diff_encoder_sim.drives.dropped_messages import DroppedMessages
-from diff_encoder_sim.drives.joint_messages import JointValues
-from diff_encoder_sim.drives.message_types import TWIST
 from diff_encoder_sim.drives.reference import Reference
+from diff_encoder_sim.drives.sensor_messages import JointValues, decode_command
 from diff_encoder_sim.drives.trial_definition import Trial
 from diff_encoder_sim.drives.wheel_source import DriveStream, WheelSource
 from diff_encoder_sim.drives.wheels_at_ppr import WheelsAtPpr
+from diff_encoder_sim.drives.wire import TWIST_TYPE
 
 
 class DriveSummary(NamedTuple):
@@ -29,7 +28,7 @@ class DriveSummary(NamedTuple):
 
 def has_commands(source: DriveStream) -> bool:
     """Return whether a drive has the commands that encoders may count by."""
-    return source.topics.get(topics.CMD_VEL) == TWIST
+    return source.topics.get(topics.CMD_VEL) == TWIST_TYPE
 
 
 class Reencoder:

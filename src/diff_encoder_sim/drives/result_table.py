@@ -9,9 +9,7 @@ from typing import Dict, List, Optional, Sequence, Union
 
 from tabulate import tabulate
 
-from diff_encoder_sim.drives.relative_error import RPE_DISTANCES_M, RpePairs, rpe_name
-from diff_encoder_sim.drives.rpe_segments import RelativeError
-from diff_encoder_sim.drives.trajectory_error import PathError
+from diff_encoder_sim.drives.trajectory_error import RPE_DISTANCES_M, PathError, RelativeError, RpePairs, rpe_name
 from diff_encoder_sim.drives.wheels_at_ppr import WheelsAtPpr
 
 _PATH_HEADS = [

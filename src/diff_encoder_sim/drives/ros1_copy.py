@@ -9,9 +9,9 @@ from typing import Dict, Sequence
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.drives.bag_files import Ros1File
 from diff_encoder_sim.drives.bag_source import BagSource
-from diff_encoder_sim.drives.ros2_types import to_ros1
 from diff_encoder_sim.drives.topics import RecordedTopic
 from diff_encoder_sim.drives.trial_bag import EARLIEST_NS
+from diff_encoder_sim.drives.typestore import to_ros1
 
 
 def write_ros1_copy(path: Path, source: BagSource, topics: Sequence[str], again_after_ns: int = 0) -> None:

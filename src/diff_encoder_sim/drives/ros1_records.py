@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import BinaryIO, Dict, Iterator, Optional, Tuple
 
-from diff_encoder_sim.drives.primitives import LENGTH
+from diff_encoder_sim.drives.wire import LENGTH
 
 # A header that claims to be larger is none.
 _LARGEST_HEADER = 1 << 24

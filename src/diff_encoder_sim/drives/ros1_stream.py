@@ -16,7 +16,6 @@ from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.stamps import LATEST_NS, NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives.bag_messages import BagConnection, Message
 from diff_encoder_sim.drives.bounded_decompression import LARGEST_CHUNK, BoundedSum, check_size
-from diff_encoder_sim.drives.primitives import LENGTH, TIME, UINT32, UINT64
 from diff_encoder_sim.drives.ros1_records import (
     HeaderFields,
     header_fields,
@@ -26,6 +25,7 @@ from diff_encoder_sim.drives.ros1_records import (
     records,
     value_places,
 )
+from diff_encoder_sim.drives.wire import LENGTH, TIME, UINT32, UINT64
 
 MAGIC = b'#ROSBAG V2.0\n'
 

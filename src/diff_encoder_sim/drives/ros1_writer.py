@@ -13,7 +13,7 @@ from rosbags.rosbag1 import Writer
 from rosbags.rosbag1.writer import WriteChunk
 
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.drives.primitives import LENGTH
+from diff_encoder_sim.drives.wire import LENGTH
 
 # The format's http://wiki.ros.org/Bags/Format/2.0: a header of fields, each after its length, then the data.
 _TIME_SIZE = 8

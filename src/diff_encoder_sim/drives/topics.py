@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Dict, Literal, NamedTuple, Tuple
 
-from diff_encoder_sim.drives import message_types
-from diff_encoder_sim.drives.pose_source import PoseSource
+from diff_encoder_sim.drives import wire as message_types
+from diff_encoder_sim.drives.trial_definition import PoseSource
 
 # Latched JSON texts: the trial, and how it ended. A bag without a result is torn.
 TRIAL = '/trial'
@@ -76,7 +76,7 @@ TOPICS = (
     RecordedTopic(CLOCK, message_types.CLOCK, (SIMULATOR_NODE,), is_bulk=True),
     RecordedTopic(JOINT_STATES, message_types.JOINT_STATE, (SIMULATOR_NODE,), is_bulk=True),
     RecordedTopic(MODEL_STATES, message_types.MODEL_STATES, (SIMULATOR_NODE,), is_bulk=True),
-    RecordedTopic(CMD_VEL, message_types.TWIST, (*_TRIAL_NODES, MOVE_BASE_NODE)),
+    RecordedTopic(CMD_VEL, message_types.TWIST_TYPE, (*_TRIAL_NODES, MOVE_BASE_NODE)),
     RecordedTopic(ENCODER_PULSE, message_types.ENCODER_PULSE, (ENCODER_NODE,)),
     RecordedTopic(ENCODER_VELOCITY, message_types.JOINT_STATE, (ENCODER_NODE,)),
     RecordedTopic(ODOM, message_types.ODOMETRY, (ODOM_NODE, IDEAL_ODOM_NODE)),

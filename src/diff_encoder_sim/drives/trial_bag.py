@@ -6,13 +6,67 @@ import contextlib
 import os
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Callable, Dict, Iterator, List, Optional, Sequence, Tuple, Type, Union
+from typing import (
+    Any,
+    Callable,
+    Dict,
+    Hashable,
+    Iterator,
+    List,
+    NamedTuple,
+    Optional,
+    Sequence,
+    Tuple,
+    Type,
+    TypeVar,
+    Union,
+)
 
 from diff_encoder_sim.base.atomic_files import UNFINISHED_SUFFIX
 from diff_encoder_sim.drives.bag_files import OPENERS, BagFile, Prepared
-from diff_encoder_sim.drives.bag_formats import BagFormat
-from diff_encoder_sim.drives.common_messages import CommonMessages
 from diff_encoder_sim.drives.topics import RecordMode, recorded_topics
+from diff_encoder_sim.drives.trial_definition import BagFormat
+
+T = TypeVar('T')
+
+
+class CommonMessage(NamedTuple):
+    """A message that is not yet encoded."""
+
+    publisher: int  # index into `CommonMessages.publishers`
+    time_ns: int
+    seq: int  # of its publisher, from 1
+    encode: Callable[..., bytes]  # returns it for ROS 1, by the values
+    values: Tuple[Any, ...]
+
+
+class CommonMessages:
+    """Messages that wait to be written into several bags, in which others stand between them."""
+
+    def __init__(self) -> None:
+        self.publishers: List[Tuple[str, str]] = []  # topic and node
+        self.messages: List[CommonMessage] = []
+        self._made: Dict[Hashable, List[Any]] = {}
+
+    def encoded(self) -> List[bytes]:
+        """Return the messages, encoded for ROS 1."""
+        return self.made('encoded', lambda first: [each.encode(*each.values) for each in self.messages[first:]])
+
+    def made(self, key: Hashable, make: Callable[[int], List[T]]) -> List[T]:
+        """Return what `make` makes of each message; it is called for the first one that has come since the last call.
+
+        Those before are kept, by a key, until `clear`.
+        """
+        made: List[T] = self._made.setdefault(key, [])
+        if len(made) < len(self.messages):
+            made += make(len(made))
+        return made
+
+    def clear(self) -> None:
+        """Remove the messages, which every bag has."""
+        self.messages.clear()
+        self._made.clear()
+
 
 # The format has no message at time 0; a trial's first messages are recorded a nanosecond later.
 EARLIEST_NS = 1
@@ -200,3 +254,50 @@ class TrialBag:
             yield
         except OSError as error:
             raise OSError(error.errno, f'bag cannot be written: {error.strerror}', str(self._path)) from None
+
+
+class TrialBags:
+    """Publishes a message into each of some bags that record the same topics, as into one.
+
+    Its publishers publish by it alone.
+    """
+
+    def __init__(self, bags: Sequence[TrialBag]) -> None:
+        self._bags, self._common = bags, CommonMessages()
+        self._numbers: Dict[Tuple[str, str], int] = {}  # of publishers, by topic and node
+        self._seqs: Dict[int, int] = {}  # newest, by publisher
+        for bag in bags:
+            bag.share(self._common)
+
+    def wants(self, topic: str) -> bool:
+        """Return whether the bags record a topic."""
+        return self._bags[0].wants(topic)
+
+    def publish(self, topic: str, node: str, time_ns: int, encode: Callable[..., bytes], *values: Any) -> None:
+        """Record a message in each bag; see `TrialBag`. It is encoded once."""
+        if not self.wants(topic):
+            return
+        publisher = self._numbers.get((topic, node))
+        if publisher is None:
+            self._begin_publisher(topic, node, time_ns, encode(*values))
+            return
+        seq = self._seqs[publisher] = self._seqs[publisher] + 1
+        self._common.messages.append(CommonMessage(publisher, max(time_ns, EARLIEST_NS), seq, encode, values))
+        if len(self._common.messages) >= AT_ONCE:
+            self._write_waiting()
+
+    def _begin_publisher(self, topic: str, node: str, time_ns: int, message: bytes) -> None:
+        """Publish its first message, before which its description goes, into each bag."""
+        self._write_waiting()
+        number = self._numbers[topic, node] = len(self._common.publishers)
+        self._common.publishers.append((topic, node))
+        self._seqs[number] = 1
+        for bag in self._bags:
+            bag.publish(topic, node, time_ns, bytes, message)
+
+    def _write_waiting(self) -> None:
+        for bag in self._bags:
+            bag.write_waiting()
+        self._common.clear()
+        for bag in self._bags:
+            bag.share(self._common)

@@ -2,29 +2,93 @@
 
 from __future__ import annotations
 
-from typing import Any, Dict, Literal
+import enum
+import math
+from typing import Any, Dict, Literal, NamedTuple, Optional
 
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
 from typing_extensions import Annotated
 
-from diff_encoder_sim.base.bounded_numbers import (
+from diff_encoder_sim.base.params import (
     Between,
     Duration_s,
     Length_m,
     Offset_m,
+    Params,
+    PathText,
     Rate_Hz,
     Seed,
     TravelVariance_m,
 )
-from diff_encoder_sim.base.file_names import PathText
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.base.typed_params import Params
-from diff_encoder_sim.drives.bag_formats import BagFormat
 from diff_encoder_sim.drives.test_definition import TestDefinition
-from diff_encoder_sim.simulation.wheel_errors import CONTACT_CURVE_NOISE, CONTACT_DISTANCE_STD
-from diff_encoder_sim.wheels.counter import CounterModulus
-from diff_encoder_sim.wheels.odometry_params import UNCERTAINTY_KEYS, CurveVariance, RelativeStd
-from diff_encoder_sim.wheels.pulses import DEFAULT_PPR, PulsesPerRevolution, encoder_label
+from diff_encoder_sim.simulation.simulator import CONTACT_CURVE_NOISE, CONTACT_DISTANCE_STD
+from diff_encoder_sim.wheels.encoder_params import DEFAULT_PPR, CounterModulus, PulsesPerRevolution, encoder_label
+from diff_encoder_sim.wheels.odometry_params import UNCERTAINTY_KEYS, CurveVariance, OdometryParams, RelativeStd
+from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
+
+
+class PoseSource(enum.Enum):
+    """A source of poses, in the order of trials.csv; the value is the prefix of its columns there."""
+
+    ODOM = 'odom'  # wheel odometry alone, from the start pose on
+    AMCL = 'amcl'  # the last localization update
+    GLOBAL = 'global'  # the pose estimate: localization's map -> odom, and odometry since
+    WORLD = 'world'  # ground truth
+
+    # Members are compared by identity; Enum's own is a call in Python for each of millions of look-ups.
+    __hash__ = object.__hash__
+
+
+BagFormat = Literal['ros1', 'mcap']  # of ROS 1, or an MCAP file of ROS 2
+
+
+# A robot that is farther from its goal has failed, whatever its pose estimate [m].
+GOAL_DISTANCE_M = 0.5
+
+# Final pose minus goal: x [m] and y [m] along the map's axes, yaw [rad] wrapped; None where the source had no pose.
+FinalErrors = Dict[PoseSource, Optional[Pose2D]]
+
+
+class Outcome(enum.Enum):
+    """How a trial ended; all but SUCCEEDED are failures."""
+
+    SUCCEEDED = 'succeeded'
+    COLLISION = 'collision'  # it touched something other than the floor
+    LOST = 'lost'  # localization gave up, or is wrong by more than GOAL_DISTANCE_M
+    TIMED_OUT = 'timed_out'  # not at the end within the test's time_limit
+    ABORTED = 'aborted'  # the navigator gave a goal up
+    FAILED = 'failed'  # the ROS graph of a live trial did not come up, stalled or was stopped
+    TORN = 'torn'  # the bag ends without a result
+
+    @property
+    def text(self) -> str:
+        """Return the outcome as tables show it."""
+        return self.value.replace('_', ' ')
+
+
+class Ending(NamedTuple):
+    """An outcome and, for a failure, its reason in one line."""
+
+    outcome: Outcome
+    reason: str = ''
+
+
+class RouteFailed(Exception):
+    """The route was not driven to its end: with the outcome and the reason."""
+
+    def __init__(self, outcome: Outcome, reason: str) -> None:
+        super().__init__(reason)
+        self.ending = Ending(outcome, reason)
+
+
+def goal_error(true_pose_in_map: Pose2D, goal_in_map: Pose2D, limit_m: float = GOAL_DISTANCE_M) -> Optional[str]:
+    """Return why a robot at this pose has failed to reach the goal, None where it is near enough."""
+    distance_m = math.hypot(true_pose_in_map.x_m - goal_in_map.x_m, true_pose_in_map.y_m - goal_in_map.y_m)
+    if distance_m <= limit_m:
+        return None
+    return f'the robot stands {distance_m:.2f} m from the goal; allowed: {limit_m:.2f} m'
+
 
 _LEFT_OUT_WHERE_USUAL = (
     *('axle_x', 'left_joint', 'right_joint', 'left_reversed', 'right_reversed'),
@@ -100,3 +164,18 @@ class LivePlan(TrialPlan):
     command_period: Annotated[float, Between(0.0, 10_000.0, 's')] = Field(
         description='between commands on /cmd_vel [s]; 0: not waited for'
     )
+
+
+# Fields of Trial, by the parameters of which they have the names.
+OF_ODOMETRY = ('wheel_diameter', 'wheel_separation', 'axle_x')
+OF_ENCODER = ('left_joint', 'right_joint', 'left_reversed', 'right_reversed')
+
+
+def wheels_of(odometry: OdometryParams, encoder: EncoderParams) -> Dict[str, Any]:
+    """Return the fields of Trial that whoever computes odometry from the bag's pulses or angles needs."""
+    return {
+        **{name: getattr(odometry, name) for name in OF_ODOMETRY},
+        **odometry.uncertainty,
+        **{name: getattr(encoder, name) for name in OF_ENCODER},
+        'counter_modulus': encoder.counter_modulus,
+    }

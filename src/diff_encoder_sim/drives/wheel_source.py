@@ -7,8 +7,8 @@ from typing import Collection, Dict, Iterator, Optional, Sequence, Tuple
 from typing_extensions import Protocol
 
 from diff_encoder_sim.drives.bag_messages import Message
-from diff_encoder_sim.drives.joint_messages import JointValues
-from diff_encoder_sim.wheels.pulses import PerWheel
+from diff_encoder_sim.drives.sensor_messages import JointValues
+from diff_encoder_sim.wheels.encoder_params import PerWheel
 
 
 class DriveStream(Protocol):

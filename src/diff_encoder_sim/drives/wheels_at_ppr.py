@@ -6,16 +6,15 @@ from typing import Optional, Tuple
 
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.drives.bag_output import ReencodedBag
-from diff_encoder_sim.drives.joint_messages import JointValues
 from diff_encoder_sim.drives.reencoded_trial import with_encoder
+from diff_encoder_sim.drives.sensor_messages import JointValues
 from diff_encoder_sim.drives.trajectory_error import Alignment, PathComparison
 from diff_encoder_sim.drives.trial_definition import Trial
+from diff_encoder_sim.wheels.encoder_params import PerWheel, encoder_label
 from diff_encoder_sim.wheels.encoder_sample import EncoderSample
+from diff_encoder_sim.wheels.odometry import OdometryEstimate, WheelOdometry, wheel_speeds_mps
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
-from diff_encoder_sim.wheels.pulses import PerWheel, encoder_label
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams, ReportingEncoder
-from diff_encoder_sim.wheels.wheel_odometry import OdometryEstimate, WheelOdometry
-from diff_encoder_sim.wheels.wheel_twist import wheel_speeds_mps
 
 
 class WheelsAtPpr:

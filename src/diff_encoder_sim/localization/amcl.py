@@ -6,26 +6,26 @@ Thrun, Burgard and Fox, Probabilistic Robotics, table 8.3 (augmented MCL) with F
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple, Optional
 
 import numpy as np
 
 from diff_encoder_sim.base.laser_scan import Scan
-from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
+from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, wrap_angle
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.beams import Beams
-from diff_encoder_sim.localization.free_cells import FreeCells
 from diff_encoder_sim.localization.laser_models import laser_model
-from diff_encoder_sim.localization.lost import LostDetector
-from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
-from diff_encoder_sim.localization.particle_set import ParticleSet
+from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, FreeCells, OccupancyGrid
 from diff_encoder_sim.localization.particles import (
+    ParticleSet,
     check_covariance,
     check_grid,
     check_pose,
     particles_around,
     particles_everywhere,
 )
+from diff_encoder_sim.localization.scan_fit import FitMap, LostDetector
 
 
 class AmclEstimate(NamedTuple):
@@ -253,3 +253,31 @@ class Amcl:
             self._set.particles,
             self._set.weights,
         )
+
+
+CELLS, RESOLUTION_M, RAYS, PARTICLES = 60, 0.1, 20, 20
+
+
+def warm_up(params: AmclParams) -> None:
+    """Run each kernel that a filter with these parameters, and the check of its scans, need once, in a small room.
+
+    Takes milliseconds where numba's cache is filled, some seconds where it is not.
+    """
+    counts = {'min_particles': PARTICLES, 'max_particles': PARTICLES}
+    few = params.model_copy(update={**counts, 'resample_interval': 1, 'selective_resampling': False})
+    grid = _room()
+    scan = Scan(0, -math.pi, 2.0 * math.pi / RAYS, 0.1, 10.0, np.full(RAYS, 2.9))
+    amcl = Amcl(few, grid, np.random.default_rng(0))
+    amcl.update(IDENTITY, scan, IDENTITY)
+    FitMap(grid, RESOLUTION_M).fit(IDENTITY, scan, IDENTITY)
+    # Beam skipping waits for particles that have converged.
+    model = laser_model(few, grid)
+    model.likelihoods(amcl.particles, model.beams(scan, IDENTITY), True)
+
+
+def _room() -> OccupancyGrid:
+    """Return an empty room of 6 x 6 m about the map's origin."""
+    cells = np.full((CELLS, CELLS), OCCUPIED, np.int8)
+    cells[1:-1, 1:-1] = FREE
+    corner_m = -0.5 * CELLS * RESOLUTION_M
+    return OccupancyGrid(cells, RESOLUTION_M, Pose2D(corner_m, corner_m, 0.0))

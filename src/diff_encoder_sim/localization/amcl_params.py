@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 from typing_extensions import Annotated, Literal
 
-from diff_encoder_sim.base.bounded_numbers import (
+from diff_encoder_sim.base.params import (
     Angle_rad,
     Between,
     Count,
@@ -21,6 +21,7 @@ from diff_encoder_sim.base.bounded_numbers import (
     Duration_s,
     Fraction,
     Offset_m,
+    Params,
     Place_m,
     PositiveDistance_m,
     SignedDuration_s,
@@ -30,7 +31,6 @@ from diff_encoder_sim.base.bounded_numbers import (
     Weight,
 )
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.base.typed_params import Params
 
 
 def _no_omni(value: Any) -> Any:

@@ -7,27 +7,61 @@ Transactions on Robotics 23 (2007), algorithm 1; parameters and output are slam_
 
 from __future__ import annotations
 
+import logging
 import math
-from typing import List, NamedTuple, Optional
+from bisect import bisect_left
+from typing import Iterable, List, NamedTuple, Optional, Sequence
 
 import numpy as np
 
-from diff_encoder_sim.base.errors import InputFault
+from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.laser_scan import Scan
-from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, interpolate
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.localization.history import History, TrajectoryPose
-from diff_encoder_sim.localization.kld_resampling import effective_count
-from diff_encoder_sim.localization.map_update import update_maps
-from diff_encoder_sim.localization.move_noise import apply_moves
-from diff_encoder_sim.localization.occupancy import occupancy
-from diff_encoder_sim.localization.occupancy_grid import UNKNOWN, OccupancyGrid
+from diff_encoder_sim.localization.histogram import effective_count
+from diff_encoder_sim.localization.map_update import Rays, update_maps, usable_rays
+from diff_encoder_sim.localization.occupancy_grid import UNKNOWN, OccupancyGrid, occupancy
 from diff_encoder_sim.localization.particles import check_pose
 from diff_encoder_sim.localization.patches import SIDE, Extent, PatchMaps
 from diff_encoder_sim.localization.proposal import propose
-from diff_encoder_sim.localization.rays import Rays, usable_rays
-from diff_encoder_sim.localization.slam_params import GridSlamParams
-from diff_encoder_sim.localization.systematic_resampling import entropy_of, normalised, systematic_indices
+from diff_encoder_sim.localization.slam_params import (
+    GridSlamParams,
+    apply_moves,
+    entropy_of,
+    normalised,
+    systematic_indices,
+)
+
+
+class TrajectoryPose(NamedTuple):
+    """The pose of the base when a scan was entered into the map."""
+
+    stamp_ns: int
+    base_pose_in_map: Pose2D
+
+
+class History:
+    """Poses of all particles at each update, and each one's parent in the update before."""
+
+    def __init__(self) -> None:
+        self._stamps_ns: List[int] = []
+        self._poses: List[np.ndarray] = []
+        self._parents: List[np.ndarray] = []
+
+    def add(self, stamp_ns: int, particles: np.ndarray, parents: np.ndarray) -> None:
+        """Append an update: (n, 3) poses, and (n,) the index that each particle had before it."""
+        self._stamps_ns.append(stamp_ns)
+        self._poses.append(particles)
+        self._parents.append(parents)
+
+    def path(self, particle: int) -> List[TrajectoryPose]:
+        """Return the poses of a particle of the newest update, oldest first."""
+        path = []
+        for stamp_ns, poses, parents in zip(reversed(self._stamps_ns), reversed(self._poses), reversed(self._parents)):
+            path.append(TrajectoryPose(stamp_ns, Pose2D(*poses[particle].tolist())))
+            particle = int(parents[particle])
+        return path[::-1]
+
 
 # Room for scan matching to look around the expected pose, beyond what the rays reach.
 MATCH_MARGIN_M = 1.0
@@ -221,3 +255,85 @@ class GridSlam:
     def _best(self) -> int:
         """Return the particle with the likeliest path."""
         return int(np.argmax(self._log_path_weights))
+
+
+log = logging.getLogger(__name__)
+
+
+def map_recording(slam: GridSlam, odometry: OdometryTrack, scans: Iterable[Scan], laser_pose_in_base: Pose2D) -> int:
+    """Feed a recording to a mapper; return how many scans were entered into the map.
+
+    Each throttle_scans-th scan is taken. A scan outside of odometry's time span, older than the
+    one before, or unusable otherwise, is left out with a warning.
+
+    Args:
+        slam: new, or with a map to continue.
+        odometry: of the whole drive.
+        scans: in the order of their stamps.
+        laser_pose_in_base: where the laser is mounted.
+
+    Raises:
+        ConfigError: there is no odometry, no scan, or none that can be used.
+    """
+    if not odometry.stamps_ns:
+        raise ConfigError('no odometry for the scans; allowed: a recording of both')
+    given = entered = 0
+    for given, scan in enumerate(scans, 1):
+        if (given - 1) % slam.params.throttle_scans == 0:
+            entered += _enter(slam, odometry, scan, laser_pose_in_base)
+    if not given:
+        raise ConfigError('no scans for the odometry; allowed: a recording of both')
+    if slam.last_estimate is None:
+        raise ConfigError(f'none of {given} scans could be used: see the warnings')
+    return entered
+
+
+def _enter(slam: GridSlam, odometry: OdometryTrack, scan: Scan, laser_pose_in_base: Pose2D) -> bool:
+    """Feed one scan; return whether it was entered into the map."""
+    try:
+        return slam.update(odometry.at(scan.stamp_ns), scan, laser_pose_in_base) is not None
+    except InputFault as fault:
+        log.warning('scan at %.3f s dropped: %s', scan.stamp_ns / NANOSECONDS_PER_SECOND, fault)
+        return False
+
+
+class OdometryTrack:
+    """Odometry's poses by time."""
+
+    def __init__(self, stamps_ns: Sequence[int], base_poses_in_odom: Sequence[Pose2D]) -> None:
+        """Take poses in recorded order, up to where time goes back, with a warning if it does."""
+        backward = (index for index in range(1, len(stamps_ns)) if stamps_ns[index] < stamps_ns[index - 1])
+        end = next(backward, len(stamps_ns))
+        if end < len(stamps_ns):
+            log.warning(
+                'odometry stamps go back to %.3f s: only the drive before that is mapped',
+                stamps_ns[end] / NANOSECONDS_PER_SECOND,
+            )
+        self.stamps_ns, self._poses = list(stamps_ns[:end]), list(base_poses_in_odom[:end])
+
+    def at(self, stamp_ns: int) -> Pose2D:
+        """Return the pose at a time, interpolated.
+
+        Raises:
+            InputFault: the time is before the first pose or after the last.
+        """
+        after = bisect_left(self.stamps_ns, stamp_ns)
+        if after < len(self.stamps_ns) and self.stamps_ns[after] == stamp_ns:
+            return self._poses[after]
+        if not 0 < after < len(self.stamps_ns):
+            raise InputFault('no odometry at its stamp')
+        start, end = self._poses[after - 1], self._poses[after]
+        fraction = (stamp_ns - self.stamps_ns[after - 1]) / (self.stamps_ns[after] - self.stamps_ns[after - 1])
+        return interpolate(start, end, fraction)
+
+
+RAYS, PARTICLES = 60, 2
+
+
+def warm_up(params: GridSlamParams) -> None:
+    """Map a small room: takes tenths of a second where numba's cache is filled, else seconds."""
+    few = params.model_copy(update={'particles': PARTICLES, 'linearUpdate': 0.0})
+    slam = GridSlam(few, np.random.default_rng(0))
+    scan = Scan(0, -math.pi, 2.0 * math.pi / RAYS, 0.1, 10.0, np.full(RAYS, 2.0))
+    for stamp_ns in range(2):
+        slam.update(IDENTITY, scan._replace(stamp_ns=stamp_ns), IDENTITY)

@@ -54,3 +54,53 @@ class OccupancyGrid(NamedTuple):
     def contains(self, row: int, column: int) -> bool:
         """Return whether a cell is on the grid."""
         return 0 <= row < self.height and 0 <= column < self.width
+
+
+# A cell with less than this fraction of the hits of a cell beside it is no surface of its own:
+# noise carried some of that one's rays into it. Upstream draws it as occupied. Of two cells with a
+# wall on their border, both have about half of the hits, and both are occupied: so opposite walls are
+# marked alike, and localization on the map is not pulled to one side.
+STRAY_FRACTION = 0.3
+
+
+def occupancy(hits: np.ndarray, visits: np.ndarray, occ_thresh: float) -> np.ndarray:
+    """Return (height, width) int8: 0, 100 or -1.
+
+    Args:
+        hits: (height, width) rays that ended in a cell.
+        visits: (height, width) rays that ended in it or passed it; 0 is unknown.
+        occ_thresh: a cell is occupied if more than this fraction of its visits are hits.
+    """
+    is_occupied = hits > occ_thresh * visits
+    is_stray = is_occupied & (hits < STRAY_FRACTION * _largest_around(hits))
+    return np.select([is_stray | (visits == 0.0), is_occupied], [UNKNOWN, OCCUPIED], FREE).astype(np.int8)
+
+
+def _largest_around(values: np.ndarray) -> np.ndarray:
+    """Return the largest value in the 3 x 3 cells about each."""
+    padded = np.pad(values, 1)
+    rows = np.maximum(np.maximum(padded[:-2], padded[1:-1]), padded[2:])
+    largest: np.ndarray = np.maximum(np.maximum(rows[:, :-2], rows[:, 1:-1]), rows[:, 2:])
+    return largest
+
+
+class FreeCells:
+    """Their numbers, 4 bytes a cell; their places are computed where they are asked for."""
+
+    def __init__(self, grid: OccupancyGrid) -> None:
+        self._grid = grid
+        self._cells = np.flatnonzero(grid.cells == FREE).astype(np.int32)
+
+    def __len__(self) -> int:
+        return len(self._cells)
+
+    def centres(self, numbers: np.ndarray) -> np.ndarray:
+        """Return (n, 2) x, y [m] in the map of the centres of free cells, numbered (n,) from 0."""
+        rows, columns = np.divmod(self._cells[numbers], self._grid.width)
+        origin = self._grid.origin
+        local_x = (columns + 0.5) * self._grid.resolution_m
+        local_y = (rows + 0.5) * self._grid.resolution_m
+        cos_yaw, sin_yaw = np.cos(origin.yaw_rad), np.sin(origin.yaw_rad)
+        return np.column_stack(
+            [origin.x_m + cos_yaw * local_x - sin_yaw * local_y, origin.y_m + sin_yaw * local_x + cos_yaw * local_y]
+        )

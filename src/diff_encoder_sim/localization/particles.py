@@ -8,14 +8,135 @@ from __future__ import annotations
 
 import math
 from statistics import NormalDist
+from typing import Callable, NamedTuple
 
 import numpy as np
 
 from diff_encoder_sim.base.errors import InputFault
-from diff_encoder_sim.base.se2 import Pose2D, wrap_angles
-from diff_encoder_sim.localization.free_cells import FreeCells
-from diff_encoder_sim.localization.kld_resampling import GOLDEN_SECTION
-from diff_encoder_sim.localization.occupancy_grid import FREE, OccupancyGrid
+from diff_encoder_sim.base.se2 import Pose2D, wrap_angle, wrap_angles
+from diff_encoder_sim.localization.amcl_params import AmclParams
+from diff_encoder_sim.localization.beams import Likelihoods
+from diff_encoder_sim.localization.histogram import (
+    GOLDEN_SECTION,
+    LikelihoodAverages,
+    ParticleStatistics,
+    effective_count,
+    kld_limits,
+    particle_statistics,
+    resample,
+)
+from diff_encoder_sim.localization.occupancy_grid import FREE, FreeCells, OccupancyGrid
+
+# Below this distance [m] the direction between two poses is noise (a turn on the spot): upstream's.
+SMALL_TRANSLATION_M = 0.01
+
+# (particles (n, 3), previous and current base pose in odom, generator) -> moved particles (n, 3)
+MotionModel = Callable[[np.ndarray, Pose2D, Pose2D, np.random.Generator], np.ndarray]
+
+
+class Move(NamedTuple):
+    """The three parts of an odometry move, or their standard deviations."""
+
+    rotation1_rad: float
+    translation_m: float
+    rotation2_rad: float
+
+
+def motion_model(params: AmclParams) -> MotionModel:
+    """Build the model that odom_model_type names, with the parameters' alphas."""
+    noise = diff_corrected_noise if params.odom_model_type == 'diff-corrected' else diff_noise
+
+    def sample(particles: np.ndarray, previous: Pose2D, current: Pose2D, rng: np.random.Generator) -> np.ndarray:
+        move = decompose(previous, current)
+        return sample_motion(particles, move, noise(move, params), rng)
+
+    return _about_the_axle(sample, params.axle_x) if params.axle_x else sample
+
+
+def _about_the_axle(sample: MotionModel, axle_x_m: float) -> MotionModel:
+    """Return a model of the base's motion from one of the axle's.
+
+    A robot whose base frame is off the axle moves it sideways when it turns on the spot. To table 5.6 that is a turn of
+    90 degrees, a drive, and a turn back, each with its noise, of which none happened.
+    """
+    axle_in_base = Pose2D(axle_x_m, 0.0, 0.0)
+
+    def sample_base(particles: np.ndarray, previous: Pose2D, current: Pose2D, rng: np.random.Generator) -> np.ndarray:
+        axles = _moved_ahead(particles, axle_x_m)
+        moved = sample(axles, previous.compose(axle_in_base), current.compose(axle_in_base), rng)
+        return _moved_ahead(moved, -axle_x_m)
+
+    return sample_base
+
+
+def _moved_ahead(poses: np.ndarray, by_m: float) -> np.ndarray:
+    """Return (n, 3) poses moved along their own x axes."""
+    moved = poses.copy()
+    moved[:, 0] += by_m * np.cos(poses[:, 2])
+    moved[:, 1] += by_m * np.sin(poses[:, 2])
+    return moved
+
+
+def decompose(previous: Pose2D, current: Pose2D) -> Move:
+    """Compute the move between two base poses in odom (table 5.6, lines 2 to 4)."""
+    x_m, y_m = current.x_m - previous.x_m, current.y_m - previous.y_m
+    translation_m = math.hypot(x_m, y_m)
+    rotation1_rad = wrap_angle(math.atan2(y_m, x_m) - previous.yaw_rad) if translation_m >= SMALL_TRANSLATION_M else 0.0
+    return Move(rotation1_rad, translation_m, wrap_angle(current.yaw_rad - previous.yaw_rad - rotation1_rad))
+
+
+def diff_corrected_noise(move: Move, params: AmclParams) -> Move:
+    """Return a move's standard deviations [rad, m, rad]: the roots of table 5.6's variances."""
+    return Move(*map(math.sqrt, _variances(move, params)))
+
+
+def diff_noise(move: Move, params: AmclParams) -> Move:
+    """Return a move's standard deviations [rad, m, rad] by upstream's older model `diff`, its default.
+
+    It passes the variance of table 5.6 to a sampler that takes a standard deviation. Users have
+    tuned their alphas on it, so upstream kept it and so does this; below 1 rad and 1 m, where
+    the square is less than the root, it trusts odometry more than its alphas mean.
+    """
+    return _variances(move, params)
+
+
+def _variances(move: Move, params: AmclParams) -> Move:
+    """Return the variances of a move's parts (table 5.6, lines 5 to 7)."""
+    turn1 = _turn_from_straight(move.rotation1_rad) ** 2
+    turn2 = _turn_from_straight(move.rotation2_rad) ** 2
+    drive = move.translation_m**2
+    return Move(
+        params.odom_alpha1 * turn1 + params.odom_alpha2 * drive,
+        params.odom_alpha3 * drive + params.odom_alpha4 * (turn1 + turn2),
+        params.odom_alpha1 * turn2 + params.odom_alpha2 * drive,
+    )
+
+
+def _turn_from_straight(rotation_rad: float) -> float:
+    """Return the angle to the nearer of ahead and astern: reversing is as noisy as driving ahead."""
+    return min(abs(wrap_angle(rotation_rad)), abs(wrap_angle(rotation_rad - math.pi)))
+
+
+def sample_motion(particles: np.ndarray, move: Move, sigmas: Move, rng: np.random.Generator) -> np.ndarray:
+    """Move each particle by its own noisy copy of a move (table 5.6, lines 5 to 11).
+
+    Args:
+        particles: (n, 3) base poses in the map.
+        move: odometry's measurement.
+        sigmas: standard deviations of its parts.
+        rng: drawn from 3 n times, whatever the move, so that equal seeds stay in step.
+    """
+    normals = rng.standard_normal(particles.shape)
+    rotation1 = move.rotation1_rad - sigmas.rotation1_rad * normals[:, 0]
+    translation = move.translation_m - sigmas.translation_m * normals[:, 1]
+    rotation2 = move.rotation2_rad - sigmas.rotation2_rad * normals[:, 2]
+    direction = particles[:, 2] + rotation1
+    moved = np.empty_like(particles)
+    moved[:, 0] = particles[:, 0] + translation * np.cos(direction)
+    moved[:, 1] = particles[:, 1] + translation * np.sin(direction)
+    moved[:, 2] = wrap_angles(direction + rotation2)
+    return moved
+
 
 # Upstream's pf_alloc: the filter has converged when no particle is farther than this from the
 # mean, along x or y [m].
@@ -125,3 +246,84 @@ def check_covariance(covariance: np.ndarray) -> None:
         raise InputFault(
             f'initial covariance: given {covariance.tolist()}; expected finite numbers and no variance below 0'
         )
+
+
+# The exponential of a larger number overflows a double.
+LARGEST_EXPONENT = 700.0
+
+# The particles have settled when this fraction of their weight lies as close together as in a
+# converged set: recovery may have drawn the rest anywhere.
+SETTLED_WEIGHT = 0.9
+
+
+class ParticleSet:
+    """Particles and weights: arrays that are replaced, never changed."""
+
+    particles: np.ndarray  # (n, 3) base poses in the map, x [m], y [m], yaw [rad]
+    weights: np.ndarray  # (n,), sum 1
+    statistics: ParticleStatistics  # as of the last restart or resampling
+    has_converged: bool  # all particles were close together at the last resampling: upstream's
+    has_settled: bool  # most of the weight has been close together since the restart
+
+    def __init__(self, params: AmclParams, particles: np.ndarray, rng: np.random.Generator) -> None:
+        self._rng = rng
+        self.reconfigure(params)
+        self.restart(particles)
+
+    def reconfigure(self, params: AmclParams) -> None:
+        """Use other parameters; their number of particles from the next resampling on."""
+        self._params = params
+        self._motion_model = motion_model(params)
+        self._limits = kld_limits(params)
+        self.averages = LikelihoodAverages(params.recovery_alpha_slow, params.recovery_alpha_fast)
+
+    def restart(self, particles: np.ndarray) -> None:
+        """Replace the particles by others (n, 3), of equal weight."""
+        self._replace(particles)
+        self.has_settled = False
+        self._take_statistics()
+        self.has_converged = False
+        self.averages.reset()
+
+    def move(self, previous: Pose2D, current: Pose2D) -> None:
+        """Move the particles as odometry moved the base, poses in odom (line 5)."""
+        self.particles = self._motion_model(self.particles, previous, current, self._rng)
+
+    def weigh(self, likelihoods: Likelihoods) -> None:
+        """Multiply the weights by a scan's likelihoods (lines 6 to 11)."""
+        weights = self.weights * likelihoods.factors
+        total = float(weights.sum())
+        if total > 0.0:
+            self.weights = weights / total
+            # The weights summed to 1, so the total is the mean likelihood. Upstream divides it by
+            # n once more: an n that KLD-sampling has made smaller then looks like a better fit,
+            # and a kidnapping goes unnoticed.
+            self.averages.add(total * math.exp(min(likelihoods.log_scale, LARGEST_EXPONENT)))
+        else:
+            self.weights = np.full(len(weights), 1.0 / len(weights))
+
+    def resample(self, free_cells: FreeCells) -> None:
+        """Draw new particles (lines 12 to 19), if selective_resampling finds it due; random ones on free cells."""
+        if not self._is_weight_spread():
+            anywhere = self.averages.fraction_anywhere()
+            self._replace(resample(self.particles, self.weights, self._limits, anywhere, free_cells, self._rng))
+            self.has_converged = has_converged(self.particles)
+            if anywhere > 0.0:
+                # Upstream: or the filter would spiral off into complete randomness.
+                self.averages.reset()
+        self._take_statistics()
+
+    def _replace(self, particles: np.ndarray) -> None:
+        self.particles = particles
+        self.weights = np.full(len(particles), 1.0 / len(particles))
+
+    def _take_statistics(self) -> None:
+        self.statistics = particle_statistics(self.particles, self.weights)
+        # Once and for all: the noise of a long move spreads particles, but not to other places.
+        self.has_settled = self.has_settled or SETTLED_WEIGHT <= weight_near(
+            self.particles, self.weights, self.statistics.mean, CONVERGED_WITHIN_M
+        )
+
+    def _is_weight_spread(self) -> bool:
+        """Return whether selective_resampling is on and over half of the particles still count."""
+        return self._params.selective_resampling and effective_count(self.weights) > 0.5 * len(self.weights)

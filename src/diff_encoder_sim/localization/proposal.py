@@ -12,10 +12,9 @@ import numpy as np
 
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angles
 from diff_encoder_sim.localization.kernels import propose_poses
-from diff_encoder_sim.localization.move_noise import apply_moves, move_sigmas
+from diff_encoder_sim.localization.map_update import Rays
 from diff_encoder_sim.localization.patches import PatchMaps
-from diff_encoder_sim.localization.rays import Rays
-from diff_encoder_sim.localization.slam_params import GridSlamParams
+from diff_encoder_sim.localization.slam_params import GridSlamParams, apply_moves, move_sigmas
 
 
 class Proposal(NamedTuple):

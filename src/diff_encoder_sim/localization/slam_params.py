@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
+import math
+
+import numpy as np
 from pydantic import Field, model_validator
 from typing_extensions import Annotated
 
-from diff_encoder_sim.base.bounded_numbers import (
+from diff_encoder_sim.base.params import (
     Between,
     CellSide_m,
     Count,
     Distance_m,
     Duration_s,
     Fraction,
+    Params,
     Place_m,
     PositiveWeight,
     SignedDuration_s,
     Turn_rad,
     Weight,
 )
-from diff_encoder_sim.base.typed_params import Params
+from diff_encoder_sim.base.se2 import Pose2D, wrap_angles
 from diff_encoder_sim.localization.patches import MOST_ENTRIES, Extent, table_size
 
 FrameId = Annotated[str, Field(min_length=1)]
@@ -123,3 +127,57 @@ class GridSlamParams(Params):
         if table_size(extent, self.delta, self.particles) > MOST_ENTRIES:
             raise ValueError('a smaller extent (xmin, ymin, xmax, ymax), larger cells (delta) or fewer particles')
         return self
+
+
+# The noise across, as a fraction of the noise ahead: upstream's.
+ACROSS_FRACTION = 0.3
+
+# However little the robot moved, odometry is no more exact than this [m, m, rad].
+LEAST_SIGMAS = np.array([0.001, 0.001, 0.0005])
+
+
+def move_sigmas(move: Pose2D, params: GridSlamParams) -> np.ndarray:
+    """Return (3,) standard deviations [m, m, rad] of a move, in the frame of the base before it."""
+    ahead_m, across_m, turn_rad = abs(move.x_m), abs(move.y_m), abs(move.yaw_rad)
+    by_turn_m = params.str_ * turn_rad
+    across_noise = ACROSS_FRACTION * params.srr
+    sigmas = np.array(
+        [
+            params.srr * ahead_m + across_noise * across_m + by_turn_m,
+            params.srr * across_m + across_noise * ahead_m + by_turn_m,
+            params.stt * turn_rad + params.srt * math.hypot(ahead_m, across_m),
+        ]
+    )
+    limited: np.ndarray = np.maximum(sigmas, LEAST_SIGMAS)
+    return limited
+
+
+def apply_moves(particles: np.ndarray, moves: np.ndarray) -> np.ndarray:
+    """Return (n, 3) poses after each particle's own move, (n, 3) or (3,) in its base frame."""
+    moves = np.broadcast_to(moves, particles.shape)
+    cosines, sines = np.cos(particles[:, 2]), np.sin(particles[:, 2])
+    moved = np.empty_like(particles)
+    moved[:, 0] = particles[:, 0] + cosines * moves[:, 0] - sines * moves[:, 1]
+    moved[:, 1] = particles[:, 1] + sines * moves[:, 0] + cosines * moves[:, 1]
+    moved[:, 2] = wrap_angles(particles[:, 2] + moves[:, 2])
+    return moved
+
+
+def normalised(log_weights: np.ndarray) -> np.ndarray:
+    """Return (n,) weights of sum 1 from their logarithms up to a constant."""
+    weights = np.exp(log_weights - log_weights.max())
+    normalised_weights: np.ndarray = weights / weights.sum()
+    return normalised_weights
+
+
+def entropy_of(weights: np.ndarray) -> float:
+    """Return the weights' entropy [nat]: 0 if one particle has all weight, at most log n."""
+    positive = weights[weights > 0.0]
+    return float(-(positive * np.log(positive)).sum())
+
+
+def systematic_indices(weights: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Draw (n,) particles to keep, ascending, each n times its weight times, plus or minus one."""
+    count = len(weights)
+    marks = (rng.random() + np.arange(count)) / count
+    return np.minimum(np.searchsorted(np.cumsum(weights), marks, side='right'), count - 1)

@@ -15,12 +15,19 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D, transform_points
 from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
-from diff_encoder_sim.navigation.cost_values import FREE, LETHAL, NO_INFORMATION
+from diff_encoder_sim.navigation.costmap_layers import (
+    FREE,
+    LETHAL,
+    NO_INFORMATION,
+    GridWindow,
+    ObstacleLayer,
+    cost_table,
+    inflate,
+    radius_in_cells,
+    window_around,
+)
 from diff_encoder_sim.navigation.costmap_params import CostmapParams
 from diff_encoder_sim.navigation.footprint import make_footprint
-from diff_encoder_sim.navigation.grid_window import GridWindow, window_around
-from diff_encoder_sim.navigation.inflation import cost_table, inflate, radius_in_cells
-from diff_encoder_sim.navigation.obstacle_layer import ObstacleLayer
 from diff_encoder_sim.navigation.trajectory_scoring import footprint_cost
 
 

@@ -12,16 +12,21 @@ from diff_encoder_sim.base.errors import EVENT
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.navigation.costmap import Costmap
-from diff_encoder_sim.navigation.global_planner import GlobalPlanner
-from diff_encoder_sim.navigation.goal_status import STOP, Command, GoalStatus, Phase, StartedRecovery, Trigger
+from diff_encoder_sim.navigation.global_planner import GlobalPlanner, PlanError
+from diff_encoder_sim.navigation.goal_stopping import Motion
 from diff_encoder_sim.navigation.local_planner import LocalPlanner
-from diff_encoder_sim.navigation.navigator_inputs import MissingInput, NavigatorInputs
+from diff_encoder_sim.navigation.navigator_inputs import (
+    STOP,
+    Command,
+    GoalStatus,
+    MissingInput,
+    NavigatorInputs,
+    Phase,
+    StartedRecovery,
+    Trigger,
+)
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
-from diff_encoder_sim.navigation.plan_error import PlanError
-from diff_encoder_sim.navigation.recovery import Recovery, RecoveryView
-from diff_encoder_sim.navigation.recovery_sequence import RecoverySequence
-from diff_encoder_sim.navigation.stop_rotate import Motion
-from diff_encoder_sim.navigation.travel_watch import TravelWatch
+from diff_encoder_sim.navigation.recovery import Recovery, RecoverySequence, RecoveryView, TravelWatch
 
 log = logging.getLogger(__name__)
 

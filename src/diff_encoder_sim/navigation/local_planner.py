@@ -11,11 +11,8 @@ from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, transform_points
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.dwa import DwaPlanner
 from diff_encoder_sim.navigation.dwa_params import DwaParams
-from diff_encoder_sim.navigation.goal_status import Command
-from diff_encoder_sim.navigation.navigator_inputs import OdometrySample
-from diff_encoder_sim.navigation.precise_stop import PreciseStop
-from diff_encoder_sim.navigation.stop_rotate import ClearanceCheck, LatchedStopRotate, Motion
-from diff_encoder_sim.navigation.turn_to_path import TurnToPath
+from diff_encoder_sim.navigation.goal_stopping import ClearanceCheck, LatchedStopRotate, Motion, PreciseStop, TurnToPath
+from diff_encoder_sim.navigation.navigator_inputs import Command, OdometrySample
 
 # Points of the plan farther behind the robot are dropped (upstream's prunePlan).
 PRUNE_DISTANCE_M = 1.0

@@ -11,6 +11,7 @@ global plan is in the map frame, the local one in odom.
 from __future__ import annotations
 
 import logging
+import math
 from typing import Optional, Tuple
 
 import numpy as np
@@ -19,18 +20,26 @@ from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
-from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
+from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.costmap_params import CostmapParams
+from diff_encoder_sim.navigation.dwa import cost_cloud, trajectory_cloud
 from diff_encoder_sim.navigation.dwa_search import ScoringTask
 from diff_encoder_sim.navigation.global_planner import GlobalPlanner
 from diff_encoder_sim.navigation.goal_run import GoalRun, NavigatorParts
-from diff_encoder_sim.navigation.goal_status import STOP, Command, GoalStatus, NavigatorOutput, Phase
 from diff_encoder_sim.navigation.local_planner import LocalPlanner
-from diff_encoder_sim.navigation.navigator_inputs import MissingInput, NavigatorInputs, OdometrySample
+from diff_encoder_sim.navigation.navigator_inputs import (
+    STOP,
+    Command,
+    GoalStatus,
+    MissingInput,
+    NavigatorInputs,
+    NavigatorOutput,
+    OdometrySample,
+    Phase,
+)
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
-from diff_encoder_sim.navigation.recovery import make_recoveries
-from diff_encoder_sim.navigation.travel_watch import TravelWatch
+from diff_encoder_sim.navigation.recovery import TravelWatch, make_recoveries
 
 log = logging.getLogger(__name__)
 
@@ -231,3 +240,35 @@ def _make_parts(
     recoveries = make_recoveries(params, costmaps[1])
     watch = TravelWatch(params.max_unseen_travel, costmaps[1].footprint.inscribed_radius_m)
     return NavigatorParts(params, inputs, *costmaps, global_planner, local_planner, recoveries, watch)
+
+
+CELLS, RESOLUTION_M = 60, 0.1
+PERIOD_NS = 50_000_000  # of the two control periods below
+
+
+def warm_up() -> None:
+    """Run every kernel of the navigation once: a goal in a small room, with a turn in place.
+
+    Takes milliseconds if numba's cache is filled, else some seconds.
+    """
+    navigator = Navigator(NavigatorParams(), _room())
+    navigator.set_goal(Pose2D(1.0, 0.0, 0.0))
+    # First the goal is ahead of the robot, then the robot is at the goal with another heading.
+    for period, pose in enumerate((IDENTITY, Pose2D(1.0, 0.0, 1.0))):
+        now_ns = period * PERIOD_NS
+        navigator.take_odometry(now_ns, pose, 0.0, 0.0)
+        navigator.take_localization(now_ns, IDENTITY)
+        navigator.take_scan(Scan(now_ns, 0.0, 1.0, 0.1, 5.0, np.array([2.0, math.inf])))
+        navigator.step(now_ns)
+    task = navigator.scoring_task
+    assert task is not None
+    trajectory_cloud(task, IDENTITY), cost_cloud(task, IDENTITY)
+    navigator.local_costmap.footprint_cost(IDENTITY)
+
+
+def _room() -> OccupancyGrid:
+    """Return the map of a square room around the origin."""
+    cells = np.full((CELLS, CELLS), OCCUPIED, np.int8)
+    cells[1:-1, 1:-1] = FREE
+    corner_m = -0.5 * CELLS * RESOLUTION_M
+    return OccupancyGrid(cells, RESOLUTION_M, Pose2D(corner_m, corner_m, 0.0))

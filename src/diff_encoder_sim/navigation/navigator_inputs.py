@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import enum
 import math
 from collections import deque
 from typing import Deque, NamedTuple, Optional
@@ -10,6 +11,88 @@ from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D, interpolate
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+
+
+class ControlRate:
+    """Selects the odometry stamps to control at, as many per second as the rate.
+
+    A stamp may be half a period early or late, so that odometry at the rate itself is never skipped for its
+    jitter. Of slower odometry every stamp is selected.
+    """
+
+    def __init__(self, frequency_hz: float) -> None:
+        self._period_ns = round(NANOSECONDS_PER_SECOND / frequency_hz)
+        self._due_ns: Optional[int] = None
+
+    def is_due(self, stamp_ns: int) -> bool:
+        """Return whether to control at this stamp; always True after time has jumped back."""
+        period_ns = self._period_ns
+        due_ns = stamp_ns if self._due_ns is None else self._due_ns
+        if period_ns // 2 < due_ns - stamp_ns <= 2 * period_ns:
+            return False
+        is_on_schedule = abs(stamp_ns - due_ns) < period_ns
+        self._due_ns = (due_ns if is_on_schedule else stamp_ns) + period_ns
+        return True
+
+
+class GoalStatus(enum.Enum):
+    """Status of a goal, as in actionlib; the values are for messages to people."""
+
+    NONE = 'no goal'
+    ACTIVE = 'active'
+    SUCCEEDED = 'goal reached'
+    ABORTED = 'aborted'
+    PREEMPTED = 'cancelled'
+
+    @property
+    def is_over(self) -> bool:
+        """Return whether there was a goal and it is no longer pursued."""
+        return self not in (GoalStatus.NONE, GoalStatus.ACTIVE)
+
+
+class Phase(enum.Enum):
+    """Phase of an active goal: move_base's states."""
+
+    PLANNING = 'planning'
+    CONTROLLING = 'controlling'
+    CLEARING = 'clearing'
+
+
+class Trigger(enum.Enum):
+    """Reason for a recovery."""
+
+    PLANNING = 'no plan was found'
+    CONTROLLING = 'no velocity command was found'
+    OSCILLATION = 'the robot made no progress'
+
+
+class Command(NamedTuple):
+    """Velocity command, as published on /cmd_vel."""
+
+    linear_mps: float
+    angular_radps: float
+
+
+STOP = Command(0.0, 0.0)
+
+
+class StartedRecovery(NamedTuple):
+    """A recovery behaviour that begins."""
+
+    name: str
+    number: int  # among all behaviours, from 0
+    total: int  # of all behaviours
+
+
+class NavigatorOutput(NamedTuple):
+    """Result of one control period."""
+
+    command: Command  # zero without an active goal, and while the robot must stand
+    status: GoalStatus
+    phase: Phase  # meaningful while the status is ACTIVE
+    text: str  # one line for people: what is being done, or why the goal is over
+    started_recovery: Optional[StartedRecovery] = None  # in the period in which a behaviour begins
+
 
 # Odometry that is kept: long enough for a scan that waits for transforms.
 HISTORY_NS = 2 * NANOSECONDS_PER_SECOND

@@ -6,8 +6,10 @@ import math
 from typing import List, NamedTuple, Optional, Tuple
 
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.dwa_params import DwaParams
+from diff_encoder_sim.navigation.navigator_inputs import Command, StartedRecovery, Trigger
 from diff_encoder_sim.navigation.navigator_params import CLEAR_COSTMAP, ROTATE, NavigatorParams, RecoveryType
 
 # move_base's default: clear far away, turn, clear close by, turn.
@@ -140,3 +142,85 @@ def make_recoveries(params: NavigatorParams, costmap: Costmap) -> List[Recovery]
         else ClearCostmap(name, reset_distances_m.get(name, RESET_DISTANCE_M))
         for name, kind in wanted
     ]
+
+
+class RecoverySequence:
+    """Runs recovery behaviours in their order, each until it is done.
+
+    Args:
+        recoveries: the behaviours; they outlive the sequence.
+    """
+
+    def __init__(self, recoveries: List[Recovery]) -> None:
+        self._recoveries = recoveries
+        self._index = 0  # of the behaviour that is next
+        self._is_running = False
+        self._trigger, self._problem = Trigger.PLANNING, ''
+        self.started: Optional[StartedRecovery] = None  # the behaviour that the last `step` has begun
+
+    def call(self, trigger: Trigger, problem: str) -> None:
+        """Have the next behaviour started for a reason and its description."""
+        self._trigger, self._problem, self._is_running = trigger, problem, False
+
+    def restart_after(self, trigger: Trigger) -> None:
+        """Go back to the first behaviour if the last call had this reason, which is over."""
+        if self._trigger is trigger:
+            self._index = 0
+
+    @property
+    def is_exhausted(self) -> bool:
+        """Return whether all behaviours have been tried."""
+        return self._index >= len(self._recoveries)
+
+    @property
+    def failure(self) -> str:
+        """Return the reason of the last call, for messages."""
+        tried = f' after {len(self._recoveries)} recovery behaviours' if self._recoveries else ''
+        return f'{self._trigger.value}{tried}: {self._problem}'
+
+    def step(self, view: RecoveryView) -> RecoveryStep:
+        """Run the next behaviour for one control period; only while not exhausted."""
+        recovery = self._recoveries[self._index]
+        self.started = None
+        if not self._is_running:
+            recovery.start()
+            self._is_running = True
+            self.started = StartedRecovery(recovery.name, self._index, len(self._recoveries))
+        result = recovery.step(view)
+        if result.is_done:
+            self._index += 1
+        return result._replace(text=f'{recovery.name}: {result.text}')
+
+
+class TravelWatch:
+    """Sums the commanded travel since the odometry's pose last changed.
+
+    Args:
+        limit_m: travel above which the robot may be driving blind; 0: no limit.
+        turning_radius_m: a turn in place counts as the travel of a point at this radius.
+    """
+
+    def __init__(self, limit_m: float, turning_radius_m: float) -> None:
+        self.limit_m = limit_m
+        self._turning_radius_m = turning_radius_m
+        self.reset()
+
+    def reset(self) -> None:
+        """Set the sum to zero and forget the last pose."""
+        self.unseen_m = 0.0
+        self._pose: Optional[Pose2D] = None
+        self._updated_ns = 0
+
+    def update(self, now_ns: int, base_pose_in_odom: Pose2D, command: Command) -> None:
+        """Enter one control period: the newest pose, and the command since the last call."""
+        if base_pose_in_odom != self._pose:
+            self.unseen_m, self._pose = 0.0, base_pose_in_odom
+        else:
+            speed_mps = abs(command.linear_mps) + abs(command.angular_radps) * self._turning_radius_m
+            self.unseen_m += speed_mps * max(0, now_ns - self._updated_ns) / NANOSECONDS_PER_SECOND
+        self._updated_ns = now_ns
+
+    @property
+    def is_over_limit(self) -> bool:
+        """Return whether the travel is above the limit; never True for a limit of 0."""
+        return 0.0 < self.limit_m < self.unseen_m

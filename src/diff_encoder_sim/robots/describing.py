@@ -6,24 +6,30 @@ import functools
 from typing import Dict, List, Sequence, Tuple
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.robots.coaxial_pairs import WheelPair
-from diff_encoder_sim.robots.drive_limits import drive_limits
-from diff_encoder_sim.robots.drive_train import find_drive
-from diff_encoder_sim.robots.findings import Findings
-from diff_encoder_sim.robots.footprint_outline import footprint_outline
-from diff_encoder_sim.robots.ground_contacts import ground_contacts
+from diff_encoder_sim.robots.contacts import footprint_outline, ground_contacts, judge_stance
+from diff_encoder_sim.robots.description import (
+    Findings,
+    MassProperties,
+    OutlineXy,
+    RobotChoices,
+    RobotDescription,
+    RobotSource,
+)
+from diff_encoder_sim.robots.drive_train import drive_limits, find_drive
 from diff_encoder_sim.robots.laser_search import find_laser
-from diff_encoder_sim.robots.mesh_corners import MeshFinder
+from diff_encoder_sim.robots.meshes import MeshFinder
 from diff_encoder_sim.robots.package_search import find_mesh
-from diff_encoder_sim.robots.primitive_tree import body_shapes, collision_shapes, mesh_points_m, primitive_tree
-from diff_encoder_sim.robots.robot_choices import RobotChoices
-from diff_encoder_sim.robots.robot_description import MassProperties, OutlineXy, RobotDescription
-from diff_encoder_sim.robots.robot_source import RobotSource
+from diff_encoder_sim.robots.primitive_tree import (
+    body_shapes,
+    collision_shapes,
+    mesh_points_m,
+    primitive_tree,
+    without_unread_meshes,
+)
 from diff_encoder_sim.robots.robot_tree import Joint, RobotTree
+from diff_encoder_sim.robots.rolling_wheels import WheelPair
 from diff_encoder_sim.robots.sound_inertias import link_masses
-from diff_encoder_sim.robots.stance import judge_stance
-from diff_encoder_sim.robots.unread_meshes import without_unread_meshes
-from diff_encoder_sim.robots.urdf_parsing import parse_urdf
+from diff_encoder_sim.robots.urdf_reading import parse_urdf
 from diff_encoder_sim.robots.xacro_expansion import expansion
 
 MOST_NAMES = 12

@@ -1,8 +1,4 @@
-"""The outermost points of meshes in STL, OBJ and DAE files.
-
-A DAE is scaled by its <unit>; its <up_axis> is left alone, as RViz (https://github.com/ros-visualization/rviz/issues/1045,
-pull request 1689) and Gazebo Classic (https://github.com/gazebosim/gazebo-classic/issues/1305) do.
-"""
+"""Collision meshes in STL, OBJ and DAE files: their corners, and primitives in their place."""
 
 from __future__ import annotations
 
@@ -10,12 +6,15 @@ import functools
 import io
 import math
 import re
-from pathlib import Path
-from typing import Any, Dict, List
+from pathlib import Path, PurePosixPath
+from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
 from diff_encoder_sim.base.errors import ConfigError, in_one_line
+from diff_encoder_sim.base.text_values import parse_numbers
+from diff_encoder_sim.robots.robot_tree import Box, Cylinder, Geometry, Link, Mesh, Shape, Sphere
+from diff_encoder_sim.robots.solids import smallest_ball, volume_m3
 
 _LARGEST_BYTES = 50_000_000
 # As many as an STL of that size has; a DAE may show one part any number of times.
@@ -145,3 +144,169 @@ def _shown_nodes(node: Any, known: Dict[int, int]) -> int:
     if id(node) not in known:
         known[id(node)] = 1 + sum(_shown_nodes(each, known) for each in getattr(node, 'children', ()))
     return known[id(node)]
+
+
+# Finds a mesh's file by its URI: package_search.find_mesh of a robot. It raises ConfigError, or returns None, if the
+# file is missing.
+MeshFinder = Callable[[str], Optional[Path]]
+
+# A mesh whose corners its URI lists: corners:NAME:x y z x y z ...
+_LISTED = 'corners:'
+
+
+def listed_mesh(uri: str, corners_m: np.ndarray) -> str:
+    """Return the URI of a mesh that lists its (n, 3) corners, all digits, under the name of its file."""
+    return f'{_LISTED}{mesh_name(uri).replace(":", "_")}:' + ' '.join(map(repr, corners_m.ravel().tolist()))
+
+
+def is_listed(uri: str) -> bool:
+    """Say whether a URI lists the mesh's corners."""
+    return uri.startswith(_LISTED)
+
+
+def mesh_name(uri: str) -> str:
+    """Return the name of a mesh's file, without folders."""
+    return uri.split(':', 2)[1] if is_listed(uri) else PurePosixPath(uri).name
+
+
+def file_corners_m(uri: str, where: str, find: MeshFinder) -> np.ndarray:
+    """Return the (n, 3) corners of a mesh's convex hull [m], in the mesh's own axes, unscaled.
+
+    Raises:
+        ConfigError: the mesh is missing, broken or too large; `where` begins the text.
+    """
+    if is_listed(uri):
+        numbers = uri.split(':', 2)[-1]
+        return np.array(parse_numbers(numbers, max(3, len(numbers.split()) // 3 * 3), where)).reshape(-1, 3)
+    try:
+        path = find(uri)
+    except ConfigError as error:
+        raise ConfigError(f'{where}: {error}') from None
+    if path is None:
+        raise ConfigError(f'{where}: given a file that is missing')
+    return mesh_points_m(path, where)
+
+
+def link_corners_m(shape: Shape, where: str, find: MeshFinder) -> np.ndarray:
+    """Return the (n, 3) corners of a mesh's convex hull in its link [m].
+
+    Raises:
+        ConfigError: the mesh is missing, broken or too large; `where` begins the text.
+    """
+    assert isinstance(shape.geometry, Mesh)
+    corners_m = file_corners_m(shape.geometry.uri, where, find) * shape.geometry.scale_xyz
+    return np.asarray(corners_m @ shape.pose_in_link[:3, :3].T + shape.pose_in_link[:3, 3])
+
+
+_THINNEST_M = 1e-3  # a mesh that is a flat sheet becomes a plate
+_DECIMALS = 6  # of a length [m]: STL files hold 24 bits
+
+
+class Primitives(NamedTuple):
+    """Shapes without meshes, in their link, and what was replaced, a line each."""
+
+    shapes: Tuple[Shape, ...]
+    notes: Tuple[str, ...]
+
+
+def primitives_of(link: Link, where: str, find: MeshFinder) -> Primitives:
+    """Return a link's collision shapes, each mesh replaced.
+
+    Args:
+        link: the link.
+        where: begins errors: the robot's file.
+        find: finds a mesh's file.
+
+    Raises:
+        ConfigError: a mesh is missing, broken or too large.
+    """
+    shapes: List[Shape] = []
+    notes: List[str] = []
+    for shape in link.collisions:
+        if not isinstance(shape.geometry, Mesh):
+            shapes.append(shape)
+            continue
+        name = mesh_name(shape.geometry.uri)
+        shapes.append(mesh_hull(shape, f'{where}: link {link.name!r}', find))
+        notes.append(f'collision mesh {name} of link {link.name} is simulated as {in_words(shapes[-1].geometry)}')
+    return Primitives(tuple(shapes), tuple(notes))
+
+
+def visual_primitives_of(link: Link, find: MeshFinder) -> Tuple[Shape, ...]:
+    """Return a link's visual shapes, meshes replaced; a mesh that is missing or broken is left out."""
+    shapes: List[Shape] = []
+    for shape in link.visuals:
+        try:
+            shapes.append(mesh_hull(shape, link.name, find) if isinstance(shape.geometry, Mesh) else shape)
+        except ConfigError:
+            continue
+    return tuple(shapes)
+
+
+def mesh_hull(shape: Shape, where: str, find: MeshFinder) -> Shape:
+    """Return the smallest box, cylinder or ball that holds a mesh, in the same link.
+
+    Raises:
+        ConfigError: the mesh is missing, broken or too large; `where` begins the text.
+    """
+    assert isinstance(shape.geometry, Mesh)
+    uri, turn = shape.geometry.uri, shape.pose_in_link[:3, :3]
+    place = f'{where}: collision mesh {(mesh_name(uri) if is_listed(uri) else uri)!r}'
+    points_m = link_corners_m(shape, place, find)
+    extents_m = np.sort(np.ptp(points_m @ turn, axis=0))
+    if extents_m[1] < 0.5 * 10**-_DECIMALS:
+        raise ConfigError(f'{place}: given a mesh without extent; allowed: a mesh with a width and a length')
+    return min(_candidates(points_m, turn), key=lambda candidate: volume_m3(candidate.geometry))
+
+
+def in_words(geometry: Geometry) -> str:
+    """Return a primitive as users read it."""
+    if isinstance(geometry, Box):
+        return 'a box of ' + ' x '.join(map(_mm, geometry.size_xyz_m)) + ' mm'
+    if isinstance(geometry, Cylinder):
+        return f'a cylinder of radius {_mm(geometry.radius_m)} mm, length {_mm(geometry.length_m)} mm'
+    assert isinstance(geometry, Sphere)
+    return f'a sphere of radius {_mm(geometry.radius_m)} mm'
+
+
+def _mm(length_m: float) -> str:
+    return f'{round(1e3 * length_m, 1):.7g}'
+
+
+def _candidates(points_m: np.ndarray, mesh_axes: np.ndarray) -> Iterator[Shape]:
+    """Yield what holds (n, 3) points of a link: along its axes and the mesh's (columns of (3, 3)), and a ball."""
+    for axes in (np.eye(3), mesh_axes):
+        yield _box(points_m, axes)
+        for axis in range(3):
+            yield _cylinder(points_m, np.roll(axes, -1 - axis, axis=1))
+    ball = smallest_ball(points_m)
+    yield Shape(Sphere(_length_m(ball.radius_m)), _pose(np.eye(3), ball.centre_m))
+
+
+def _box(points_m: np.ndarray, axes: np.ndarray) -> Shape:
+    """Return the box along some axes."""
+    low_m, high_m = np.min(points_m @ axes, axis=0), np.max(points_m @ axes, axis=0)
+    x_m, y_m, z_m = (_length_m(side_m) for side_m in high_m - low_m)
+    return Shape(Box((x_m, y_m, z_m)), _pose(axes, 0.5 * axes @ (low_m + high_m)))
+
+
+def _cylinder(points_m: np.ndarray, axes: np.ndarray) -> Shape:
+    """Return the cylinder along the third of some axes."""
+    local_m = points_m @ axes
+    circle = smallest_ball(local_m[:, :2])
+    low_m, high_m = local_m[:, 2].min(), local_m[:, 2].max()
+    centre_m = axes @ np.append(circle.centre_m, 0.5 * (low_m + high_m))
+    return Shape(Cylinder(_length_m(circle.radius_m), _length_m(high_m - low_m)), _pose(axes, centre_m))
+
+
+def _length_m(length_m: float) -> float:
+    """Return a length with all digits that a mesh has, none of them noise."""
+    return max(round(float(length_m), _DECIMALS), _THINNEST_M)
+
+
+def _pose(axes: np.ndarray, centre_m: np.ndarray) -> np.ndarray:
+    """Return a (4, 4) pose."""
+    pose = np.eye(4)
+    pose[:3, :3] = axes
+    pose[:3, 3] = np.round(centre_m, _DECIMALS) + 0.0  # no -0
+    return pose

@@ -15,7 +15,7 @@ from typing import Dict, Iterator, List, NamedTuple, Optional
 from urllib.parse import unquote
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.robots.robot_source import RobotSource
+from diff_encoder_sim.robots.description import RobotSource
 
 SEARCH_VARIABLES = ('ROS_PACKAGE_PATH', 'AMENT_PREFIX_PATH', 'COLCON_PREFIX_PATH', 'GAZEBO_MODEL_PATH')
 MOST_LEVELS_DOWN = 5

@@ -2,18 +2,161 @@
 
 from __future__ import annotations
 
-from typing import Dict, List, Mapping, NamedTuple, Optional, Set, Tuple
+import re
+from typing import Dict, Iterator, List, Mapping, NamedTuple, Optional, Set, Tuple
 
 import numpy as np
 
-from diff_encoder_sim.robots.findings import Findings
-from diff_encoder_sim.robots.ground_contacts import CASTER_NAMES
-from diff_encoder_sim.robots.mesh_corners import MeshFinder
-from diff_encoder_sim.robots.mesh_hulls import primitives_of, visual_primitives_of
-from diff_encoder_sim.robots.robot_tree import Cylinder, Link, RobotTree, Shape, Sphere
-from diff_encoder_sim.robots.rolling_wheels import rigid_links, spins
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.robots.contacts import CASTER_NAMES
+from diff_encoder_sim.robots.description import Findings
+from diff_encoder_sim.robots.meshes import (
+    MeshFinder,
+    file_corners_m,
+    link_corners_m,
+    primitives_of,
+    visual_primitives_of,
+)
+from diff_encoder_sim.robots.robot_tree import Cylinder, Joint, Link, Mesh, RobotTree, Shape, Sphere
+from diff_encoder_sim.robots.rolling_wheels import UPRIGHT, rigid_links, spins
 from diff_encoder_sim.robots.solids import placed
-from diff_encoder_sim.robots.wheel_treads import mesh_treads, points_in_link_m
+
+RIM = 0.98  # of the radius: what is farther out rolls
+LARGEST_GAP_RAD = 1.2  # between points of the rim, seen from the axle: a hexagon is round, a box is not
+NARROWEST_M = 1e-3
+
+
+def mesh_treads(tree: RobotTree, joint: Joint, link: str, find: MeshFinder, visual: bool) -> Iterator[Shape]:
+    """Yield the treads of a link's meshes about a joint that turns it, each a cylinder in the link.
+
+    Args:
+        tree: the robot as parsed.
+        joint: what turns the link.
+        link: the joint's child, or a link fixed to it.
+        find: finds a mesh's file.
+        visual: whether to look at visual rather than collision meshes; those that cannot be read are left out then.
+
+    Raises:
+        ConfigError: a collision mesh cannot be read.
+    """
+    poses = tree.link_poses()
+    to_link = np.linalg.inv(poses[link]) @ poses[joint.child]
+    part = tree.links[link]
+    for shape in part.visuals if visual else part.collisions:
+        try:
+            points_m = points_in_link_m(shape, find, f'{tree.where}: link {link!r}')
+        except ConfigError:
+            if not visual:
+                raise
+            continue
+        tread = None if points_m is None else tread_of(points_m, to_link[:3, 3], to_link[:3, :3] @ joint.axis)
+        if tread is not None:
+            yield tread
+
+
+def points_in_link_m(shape: Shape, find: MeshFinder, where: str) -> Optional[np.ndarray]:
+    """Return the (n, 3) outer points of a mesh in its link; None of another shape.
+
+    Raises:
+        ConfigError: the mesh is missing or cannot be read.
+    """
+    return link_corners_m(shape, where, find) if isinstance(shape.geometry, Mesh) else None
+
+
+def tread_of(points_m: np.ndarray, centre_m: np.ndarray, axis: np.ndarray) -> Optional[Shape]:
+    """Return the cylinder on which (n, 3) points roll about an axis (3,) through a point (3,); None if not round."""
+    across, up = _perpendiculars(axis)
+    from_axle_m = points_m - centre_m
+    along_m = from_axle_m @ axis
+    x_m, y_m = from_axle_m @ across, from_axle_m @ up
+    radii_m = np.hypot(x_m, y_m)
+    rim = radii_m > RIM * radii_m.max()
+    bearings_rad = np.sort(np.arctan2(y_m[rim], x_m[rim]))
+    if np.diff(bearings_rad, append=bearings_rad[0] + 2.0 * np.pi).max() > LARGEST_GAP_RAD:
+        return None
+    low_m, high_m = float(along_m[rim].min()), float(along_m[rim].max())
+    pose = np.eye(4)
+    pose[:3, :3] = np.column_stack([across, up, axis])
+    pose[:3, 3] = centre_m + 0.5 * (low_m + high_m) * axis
+    return Shape(Cylinder(round(float(radii_m.max()), 6), max(high_m - low_m, NARROWEST_M)), pose)
+
+
+def _perpendiculars(axis: np.ndarray) -> np.ndarray:
+    """Return two (3,) unit vectors that make a right-handed frame with an axis as its third."""
+    across = np.cross(np.eye(3)[np.abs(axis).argmin()], axis)
+    across /= np.linalg.norm(across)
+    return np.array([across, np.cross(axis, across)])
+
+
+LARGEST_MASS = 0.2  # of the robot's mass: a heavier part is its body
+_ON_THE_FLOOR = re.compile('cast[eo]r|ball|skid|wheel|roller|slider|foot', re.IGNORECASE)
+
+_Faults = Dict[str, str]  # by the mesh's URI
+
+
+def without_unread_meshes(tree: RobotTree, find: MeshFinder, seen: Findings) -> RobotTree:
+    """Return the robot without the collision meshes of accessories that cannot be read, each with a warning.
+
+    They are removed from the tree's XML, too. Meshes of wheels, casters and the body stay: there they are errors.
+    """
+    unread = {
+        name: faults for name, faults in ((name, _faults(link, find)) for name, link in tree.links.items()) if faults
+    }
+    if not unread:
+        return tree
+    parts, carriers = _wheel_links(tree)
+    masses_kg = {name: link.inertial.mass_kg for name, link in tree.links.items() if link.inertial is not None}
+    body_kg = LARGEST_MASS * sum(masses_kg.values())
+    for name in list(unread):
+        if name in parts | carriers or masses_kg.get(name, 0.0) > body_kg or _ON_THE_FLOOR.search(name):
+            del unread[name]
+    links = {
+        name: link._replace(
+            collisions=tuple(each for each in link.collisions if _uri(each) not in unread.get(name, {}))
+        )
+        for name, link in tree.links.items()
+    }
+    if not any(link.collisions for name, link in links.items() if name not in parts):
+        return tree  # nothing else has a shape
+    for name, faults in unread.items():
+        for uri, fault in faults.items():
+            seen.warn(f'collision mesh {uri!r} of link {name!r} is left out: {fault}')
+    for element in tree.xml.findall('link'):
+        for collision in element.findall('collision'):
+            mesh = collision.find('geometry/mesh')
+            if mesh is not None and mesh.get('filename', '').strip() in unread.get(element.get('name', ''), {}):
+                element.remove(collision)
+    return tree._replace(links=links)
+
+
+def _faults(link: Link, find: MeshFinder) -> _Faults:
+    found: _Faults = {}
+    for uri in filter(None, map(_uri, link.collisions)):
+        try:
+            file_corners_m(uri, '', find)
+        except ConfigError as error:
+            found[uri] = str(error).lstrip(': ')
+    return found
+
+
+def _uri(shape: Shape) -> str:
+    return shape.geometry.uri if isinstance(shape.geometry, Mesh) else ''
+
+
+def _wheel_links(tree: RobotTree) -> Tuple[Set[str], Set[str]]:
+    """Return the links that are wheels or parts of them, and the links that carry these, the root included."""
+    poses, above = tree.link_poses(), {joint.child: joint for joint in tree.joints.values()}
+    parts: Set[str] = set()
+    carriers = {tree.root}
+    for name in list(poses)[1:]:  # parents first
+        joint = above[name]
+        is_level = abs((poses[name][:3, :3] @ joint.axis)[2]) <= UPRIGHT
+        if joint.parent in parts or (is_level and spins(tree, joint)):
+            parts.add(name)
+    for name in reversed(list(poses)[1:]):
+        if name in parts | carriers:
+            carriers.add(above[name].parent)
+    return parts, carriers
 
 
 class BodyShape(NamedTuple):

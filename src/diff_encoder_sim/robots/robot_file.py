@@ -9,12 +9,9 @@ from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tup
 import yaml
 from pydantic import Field
 
-from diff_encoder_sim.base.bounded_numbers import Offset_m, PulsesPerTurn
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.file_names import PathText
-from diff_encoder_sim.base.typed_params import Params, did_you_mean, load_params
-from diff_encoder_sim.robots.added_laser import AddedLaser
-from diff_encoder_sim.robots.robot_source import RobotSource
+from diff_encoder_sim.base.params import Offset_m, Params, PathText, PulsesPerTurn, did_you_mean, load_params
+from diff_encoder_sim.robots.description import AddedLaser, RobotSource
 
 ROBOT_FILE_SUFFIXES = ('.yaml', '.yml')
 

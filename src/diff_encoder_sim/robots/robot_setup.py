@@ -2,18 +2,116 @@
 
 from __future__ import annotations
 
-from typing import Any, Dict, Mapping, NamedTuple
+import os
+from pathlib import Path
+from typing import Any, Dict, Iterator, List, Mapping, NamedTuple
+
+import numpy as np
+import yaml
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.typed_params import did_you_mean
-from diff_encoder_sim.robots.derived_settings import derived_settings
+from diff_encoder_sim.base.params import did_you_mean
 from diff_encoder_sim.robots.describing import describe
-from diff_encoder_sim.robots.proposed_laser import proposed_laser, proposed_laser_line
-from diff_encoder_sim.robots.robot_choices import RobotChoices
-from diff_encoder_sim.robots.robot_description import RobotDescription
-from diff_encoder_sim.robots.robot_file import RobotFile
-from diff_encoder_sim.robots.urdf_parsing import parse_urdf
+from diff_encoder_sim.robots.description import AddedLaser, RobotChoices, RobotDescription
+from diff_encoder_sim.robots.robot_file import RobotFile, robot_file_line
+from diff_encoder_sim.robots.solids import reach_m
+from diff_encoder_sim.robots.urdf_reading import parse_urdf
 from diff_encoder_sim.robots.xacro_expansion import expand
+
+# Values of config/navigation.yaml and config/amcl.yaml, which hold unless the robot is slower or sees less.
+_USUAL_LIMITS = {
+    'navigation.DWAPlannerROS.max_vel_x': ('max_linear_speed', 0.45),
+    'navigation.DWAPlannerROS.max_vel_trans': ('max_linear_speed', 0.45),
+    'navigation.DWAPlannerROS.max_vel_theta': ('max_angular_speed', 1.0),
+    'navigation.DWAPlannerROS.min_vel_theta': ('max_angular_speed', 0.2),
+    'navigation.DWAPlannerROS.acc_lim_x': ('max_linear_acceleration', 0.7),
+    'navigation.DWAPlannerROS.acc_lim_theta': ('max_angular_acceleration', 4.9),
+}
+_LASER_MAX_RANGE_M = 3.5
+_DIGITS = 6
+
+
+def derived_settings(robot: RobotDescription) -> Dict[str, Any]:
+    """Return settings by dotted keys that begin with the stem of a file of config/.
+
+    A robot file's own values go before these.
+    """
+    return {
+        **_wheels(robot),
+        **_frames(robot),
+        **_laser(robot),
+        **{f'simulator.drive.{key}': _rounded(value) for key, value in robot.drive_limits.items()},
+        **_navigation(robot.drive_limits),
+        **_footprint(robot),
+    }
+
+
+def _wheels(robot: RobotDescription) -> Dict[str, Any]:
+    settings: Dict[str, Any] = {
+        'config.wheel_diameter': _rounded(robot.wheel_diameter_m),
+        'config.wheel_separation': _rounded(robot.wheel_separation_m),
+        'config.axle_x': _rounded(robot.axle_x_m),
+        'amcl.axle_x': _rounded(robot.axle_x_m),
+        # The simulated ones too: workers have the URDF alone, not the controller's file that may have them.
+        'simulator.wheel_diameter': _rounded(robot.wheel_diameter_m),
+        'simulator.wheel_separation': _rounded(robot.wheel_separation_m),
+    }
+    for side, wheel in (('left', robot.left), ('right', robot.right)):
+        settings[f'config.{side}_joint'] = wheel.joint
+        settings[f'config.{side}_reversed'] = not wheel.is_forward_positive
+        settings[f'simulator.{side}_joint'] = wheel.joint
+    return settings
+
+
+def _frames(robot: RobotDescription) -> Dict[str, Any]:
+    keys = (
+        'config.base_frame',
+        'amcl.base_frame_id',
+        *(f'navigation.{map_}_costmap.robot_base_frame' for map_ in ('global', 'local')),
+    )
+    return dict.fromkeys(keys, robot.tree.root)
+
+
+def _laser(robot: RobotDescription) -> Dict[str, Any]:
+    if robot.laser is None:
+        return {}
+    settings = {f'simulator.lidar.{key}': value for key, value in robot.laser.settings.items()}
+    range_max_m = robot.laser.settings.get('range_max')
+    if range_max_m is not None:
+        settings['amcl.laser_max_range'] = min(_LASER_MAX_RANGE_M, range_max_m)
+    return {'simulator.laser_link': robot.laser.link, **settings}
+
+
+def _navigation(limits: Mapping[str, float]) -> Dict[str, Any]:
+    """Return what the navigator may ask of the drive: not more than its limits."""
+    return {
+        key: _rounded(min(usual, limits[limit])) for key, (limit, usual) in _USUAL_LIMITS.items() if limit in limits
+    }
+
+
+def _footprint(robot: RobotDescription) -> Dict[str, Any]:
+    corners = [[_rounded(x_m), _rounded(y_m)] for x_m, y_m in robot.footprint]
+    return {f'navigation.{map_}_costmap.footprint': corners for map_ in ('global', 'local')}
+
+
+def _rounded(value: float) -> float:
+    """Return a number as a person would write it: 0.066 for 0.06600000000000002."""
+    return float(f'{round(value, 9):.{_DIGITS}g}') + 0.0
+
+
+ABOVE_M = 0.05  # above the robot's highest point, where nothing of it is in the way
+
+
+def proposed_laser(description: RobotDescription) -> AddedLaser:
+    """Return a scanner above the robot, on its root link."""
+    top_m = max(0.0, reach_m(description.hull, np.array([0.0, 0.0, 1.0])))
+    return AddedLaser(description.tree.root, (0.0, 0.0, round(top_m + ABOVE_M, 3)))
+
+
+def proposed_laser_line(description: RobotDescription) -> str:
+    """Return the robot file that adds it."""
+    return robot_file_line(description.tree.where, laser=proposed_laser(description).place())
+
 
 # Settings in which a robot file overrides what would be found out; of several the first that is given.
 _CHOICES = {
@@ -102,3 +200,127 @@ def _choices(overrides: Mapping[str, Any], where: str) -> RobotChoices:
         if value is not None and (isinstance(value, bool) or not isinstance(value, kind)):
             raise ConfigError(f'{where}: {_CHOICES[choice][0]}: given {value!r}; allowed: {allowed}')
     return RobotChoices(**{choice: value or None for choice, value in given.items()})
+
+
+COMMENTS_FROM = 60  # column
+
+# Rows of the table of what was found, by the settings that follow from them; where a row is missing, config/ decides.
+_QUANTITIES = {
+    'config.left_joint': 'left wheel joint',
+    'config.right_joint': 'right wheel joint',
+    'simulator.left_joint': 'left wheel joint',
+    'simulator.right_joint': 'right wheel joint',
+    'config.wheel_diameter': 'wheel diameter [m]',
+    'simulator.wheel_diameter': 'wheel diameter [m]',
+    'config.wheel_separation': 'wheel separation [m]',
+    'simulator.wheel_separation': 'wheel separation [m]',
+    'config.axle_x': 'axle',
+    'amcl.axle_x': 'axle',
+    'config.base_frame': 'base frame',
+    'simulator.laser_link': 'laser link',
+    'simulator.lidar': 'laser',
+    'simulator.drive.wheel_torque': 'wheel torque [N m]',
+    'simulator.drive.max_linear_acceleration': 'highest acceleration [m/s^2]',
+    'simulator.drive.max_angular_acceleration': 'highest angular acceleration [rad/s^2]',
+    'simulator.drive.max_linear_speed': 'highest speed [m/s]',
+    'simulator.drive.max_angular_speed': 'highest turning rate [rad/s]',
+    'navigation.global_costmap.footprint': 'footprint',
+    'navigation.local_costmap.footprint': 'footprint',
+}
+
+_UNITS = {
+    'wheel_diameter': '[m]',
+    'wheel_separation': '[m]',
+    'axle_x': '[m]',
+    'footprint': '[m]',
+    'range_min': '[m]',
+    'range_max': '[m]',
+    'noise': '[m]',
+    'laser_max_range': '[m]',
+    'angle_min': '[rad]',
+    'angle_span': '[rad]',
+    'rate': '[Hz]',
+    'wheel_torque': '[N m]',
+    'max_linear_speed': '[m/s]',
+    'max_vel_x': '[m/s]',
+    'max_vel_trans': '[m/s]',
+    'max_angular_speed': '[rad/s]',
+    'max_vel_theta': '[rad/s]',
+    'min_vel_theta': '[rad/s]',
+    'max_linear_acceleration': '[m/s^2]',
+    'acc_lim_x': '[m/s^2]',
+    'max_angular_acceleration': '[rad/s^2]',
+    'acc_lim_theta': '[rad/s^2]',
+}
+
+_GROUPS = {
+    'config': 'Encoder and odometry: the geometry that odometry assumes',
+    'simulator': 'The simulated robot',
+    'amcl': 'Localization',
+    'navigation': 'Navigation',
+    'lockstep': 'Computing times',
+}
+
+
+def robot_file_text(setup: RobotSetup, path: Path) -> str:
+    """Return the robot file of a robot, to be written to `path`, from where its own paths start."""
+    return '\n'.join([*_head(setup, path.parent), *_settings(setup)]) + '\n'
+
+
+def _head(setup: RobotSetup, folder: Path) -> Iterator[str]:
+    source = setup.file.source
+    yield f'# {setup.name}, as check_robot found it. Change what you know better: this file goes before the URDF.'
+    yield '# Under `set`, any key of config.yaml, simulator.yaml, amcl.yaml, navigation.yaml and lockstep.yaml can'
+    yield '# be set, as FILE.KEY.'
+    yield _line('urdf', _relative(source.file, folder), '# xacro or URDF, relative to this file')
+    if source.arguments:
+        yield _line('arguments', dict(source.arguments), "# of the xacro's xacro:arg")
+    if source.package_folders:
+        yield _line('packages', [_relative(each, folder) for each in source.package_folders], '# folders of packages')
+    known = setup.file.ppr is not None
+    ppr = _line('ppr', setup.file.ppr if known else 90, "# counts per wheel revolution of the robot's own encoder")
+    yield ppr if known else f'# {ppr}'
+    yield from _laser_lines(setup)
+    yield 'set:'
+
+
+def _laser_lines(setup: RobotSetup) -> Iterator[str]:
+    """Yield the laser that the user added, or a proposal for a robot without one."""
+    added = setup.file.source.added_laser
+    if added is not None:
+        yield _line(
+            'laser', {'parent': added.parent, 'xyz': list(added.xyz_m)}, '# [m] a scanner in place of those of the URDF'
+        )
+    elif setup.description.laser is None:
+        place = proposed_laser(setup.description).place()
+        yield '# ' + _line('laser', place, '# [m] no laser was found: this adds one above the robot')
+
+
+def _settings(setup: RobotSetup) -> Iterator[str]:
+    by_stem: Dict[str, List[str]] = {}
+    for key in setup.settings:
+        by_stem.setdefault(key.partition('.')[0], []).append(key)
+    for stem, keys in by_stem.items():
+        yield f'  # {_GROUPS.get(stem, stem)}'
+        for key in keys:
+            unit = _UNITS.get(key.rpartition('.')[2], '')
+            comment = ' '.join(filter(None, [unit, _source(setup, key)]))
+            yield '  ' + _line(key, setup.settings[key], comment and f'# {comment}')
+
+
+def _source(setup: RobotSetup, key: str) -> str:
+    """Return where a value is from; '' where it follows from others."""
+    if key in setup.file.overrides:
+        return setup.file.where
+    quantity = _QUANTITIES.get(key) or _QUANTITIES.get(key.rpartition('.')[0])
+    return next((row.source for row in setup.description.found if row.quantity == quantity), '')
+
+
+def _line(key: str, value: Any, comment: str) -> str:
+    # A single value ends with the mark of a document's end.
+    text = yaml.safe_dump(value, default_flow_style=True, width=10_000, allow_unicode=True).strip().replace('\n...', '')
+    return f'{f"{key}: {text}".ljust(COMMENTS_FROM)} {comment}'.rstrip()
+
+
+def _relative(path: Path, folder: Path) -> str:
+    return os.path.relpath(str(path.resolve()), str(folder.resolve()))

@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from diff_encoder_sim.base.xml_values import Vector
+from diff_encoder_sim.base.text_values import Vector
 
 
 class Box(NamedTuple):

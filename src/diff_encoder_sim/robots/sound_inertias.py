@@ -7,12 +7,10 @@ from typing import Dict, Iterator, List, Mapping, NamedTuple, Optional, Tuple
 import numpy as np
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.robots.mass_properties import homogeneous, link_mass, merged
-from diff_encoder_sim.robots.mesh_corners import MeshFinder
-from diff_encoder_sim.robots.mesh_hulls import visual_primitives_of
-from diff_encoder_sim.robots.robot_description import MassProperties
+from diff_encoder_sim.robots.description import MassProperties
+from diff_encoder_sim.robots.meshes import MeshFinder, visual_primitives_of
 from diff_encoder_sim.robots.robot_tree import Inertial, RobotTree, Shape
-from diff_encoder_sim.robots.solids import farthest_m, placed
+from diff_encoder_sim.robots.solids import farthest_m, homogeneous, link_mass, merged, placed
 
 # Principal moments of a thin plate, a = b + c, come with few digits.
 _ROUNDING = 0.05

@@ -6,18 +6,50 @@ import hashlib
 import json
 import os
 import re
+import shlex
 import signal
 import subprocess
 from pathlib import Path
-from typing import Any, Dict, Iterable, NamedTuple, Optional, Tuple
+from typing import Any, Collection, Dict, Iterable, NamedTuple, Optional, Sequence, Tuple
+from xml.etree import ElementTree
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.own_python import python_command
-from diff_encoder_sim.base.typed_params import did_you_mean
-from diff_encoder_sim.robots.added_laser import added_link, with_laser
+from diff_encoder_sim.base.params import did_you_mean
+from diff_encoder_sim.base.processes import python_command
+from diff_encoder_sim.robots.description import RobotSource, added_link, with_laser
 from diff_encoder_sim.robots.package_search import SEARCH_VARIABLES
-from diff_encoder_sim.robots.robot_source import RobotSource
-from diff_encoder_sim.robots.robot_xml import MOST_BYTES, read_robot_text
+from diff_encoder_sim.robots.urdf_reading import MOST_BYTES, read_robot_text
+
+
+def xacro_arguments(words: Sequence[str], where: str = '--robot-arg') -> Dict[str, str]:
+    """Read arguments of a xacro.
+
+    Raises:
+        ConfigError: one is not NAME:=VALUE, or a name comes twice.
+    """
+    arguments: Dict[str, str] = {}
+    for word in words:
+        name, separator, value = word.partition(':=')
+        if not (name and separator):
+            raise ConfigError(f'{where}: given {word!r}; allowed: name:=value')
+        if name in arguments:
+            raise ConfigError(f'{where}: given {name!r} twice; allowed: once')
+        arguments[name] = value
+    return arguments
+
+
+def xacro_arguments_of_text(text: str) -> Dict[str, str]:
+    """Read the launch argument robot_args: name=value, as roslaunch passes no := within a value.
+
+    Raises:
+        ConfigError: it is not such pairs, separated by blanks.
+    """
+    try:
+        words = shlex.split(text)
+    except ValueError as error:
+        raise ConfigError(f'robot_args: given {text!r}: {error}; allowed: name=value name=value') from None
+    return xacro_arguments([word if ':=' in word else word.replace('=', ':=', 1) for word in words], 'robot_args')
+
 
 MOST_S = 120  # of waiting; the process has its own limits of computing
 MOST_KEPT = 32
@@ -138,3 +170,47 @@ def _digest(path: Path) -> Optional[str]:
 
 def _values(names: Iterable[str]) -> Dict[str, Optional[str]]:
     return {name: os.environ.get(name) for name in names}
+
+
+# Of a xacro that can hang the root link's inertia on a link of its own.
+ROOT_INERTIA = 'root_inertia'
+
+
+def without_root_inertia(source: RobotSource) -> RobotSource:
+    """Return the source with the xacro's own argument for it, where it has one."""
+    if ROOT_INERTIA not in expansion(source).declared or ROOT_INERTIA in dict(source.arguments):
+        return source
+    return source._replace(arguments=(*source.arguments, (ROOT_INERTIA, 'false')))
+
+
+def display_urdf(source: RobotSource, moving: Collection[str]) -> str:
+    """Return the URDF with all joints fixed but those that are published on /joint_states, named by `moving`.
+
+    A link below a joint without a state has no frame: a caster's, a laser's on a mast that can be lifted. The root link
+    has no inertia, of which robot_state_publisher warns.
+
+    Raises:
+        ConfigError: the file cannot be read or expanded.
+    """
+    urdf = expansion(without_root_inertia(source)).urdf
+    robot = ElementTree.fromstring(urdf.strip())
+    still = [
+        joint for joint in robot.findall('joint') if joint.get('type') != 'fixed' and joint.get('name') not in moving
+    ]
+    for joint in still:
+        joint.set('type', 'fixed')
+        for tag in ('mimic', 'limit'):
+            for element in joint.findall(tag):
+                joint.remove(element)
+    is_changed = _remove_root_inertia(robot) or bool(still)
+    return ElementTree.tostring(robot, encoding='unicode') if is_changed else urdf
+
+
+def _remove_root_inertia(robot: ElementTree.Element) -> bool:
+    children = {child.get('link') for child in robot.findall('joint/child')}
+    for link in robot.findall('link'):
+        inertial = link.find('inertial')
+        if link.get('name') not in children and inertial is not None:
+            link.remove(inertial)
+            return True
+    return False

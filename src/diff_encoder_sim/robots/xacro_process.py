@@ -15,16 +15,154 @@ import sys
 import xml.dom.expatbuilder
 import xml.dom.minidom
 from pathlib import Path
-from typing import Any, Dict, List, Optional
+from typing import Any, Container, Dict, Iterator, List, Mapping, Optional, Sequence
 
 import xacro
 
-from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.robots.old_xacro import NOTE, prefix_call, prefix_tags
-from diff_encoder_sim.robots.package_search import find_package
-from diff_encoder_sim.robots.robot_source import RobotSource
-from diff_encoder_sim.robots.robot_xml import parse_robot_xml, read_robot_text
-from diff_encoder_sim.robots.xacro_faults import explain, place
+from diff_encoder_sim.base.errors import ConfigError, in_one_line
+from diff_encoder_sim.robots.description import RobotSource
+from diff_encoder_sim.robots.package_search import find_package, missing_package
+from diff_encoder_sim.robots.urdf_reading import parse_robot_xml, read_robot_text
+
+NOTE = 'an old xacro: tags without the prefix xacro: are taken as with it'
+
+# Tags of xacro by the attribute that distinguishes them from others of the same name.
+_TAGS = {
+    'arg': 'default',
+    'if': 'value',
+    'include': 'filename',
+    'insert_block': 'name',
+    'macro': 'name',
+    'property': 'name',
+    'unless': 'value',
+}
+
+# What a macro may be named after, and is not a call of it where it stands alone.
+_URDF_TAGS = frozenset(
+    ['robot', 'link', 'joint', 'gazebo', 'transmission', 'material', 'ros2_control', 'sensor']
+    + ['inertial', 'visual', 'collision', 'contact', 'origin', 'mass', 'inertia', 'geometry']
+    + ['box', 'cylinder', 'sphere', 'mesh', 'color', 'texture', 'camera', 'ray', 'lidar', 'imu']
+    + ['parent', 'child', 'axis', 'limit', 'dynamics', 'mimic', 'calibration', 'safety_controller']
+)
+_PLACES = frozenset(['robot', 'link', 'joint', 'visual', 'collision', 'xacro:macro', 'xacro:if', 'xacro:unless'])
+
+
+def prefix_tags(document: xml.dom.minidom.Document) -> bool:
+    """Give xacro's own tags in a document their prefix; return whether one had none."""
+    found = False
+    for element in document.getElementsByTagName('*'):
+        key = _TAGS.get(element.tagName)
+        if key and element.hasAttribute(key):
+            _prefix(element)
+            found = True
+    return found
+
+
+def prefix_call(element: xml.dom.minidom.Element, macros: Container[str]) -> bool:
+    """Give a call of a macro its prefix; return whether it had none."""
+    tag, parent = element.tagName, element.parentNode
+    is_call = ':' not in tag and tag not in _URDF_TAGS and tag in macros
+    if not is_call or parent is None or parent.nodeName not in _PLACES:
+        return False
+    _prefix(element)
+    return True
+
+
+def _prefix(element: xml.dom.minidom.Element) -> None:
+    element.tagName = element.nodeName = f'xacro:{element.tagName}'
+
+
+MOST_CHARACTERS = 600
+
+_ARGUMENT = re.compile(r"Undefined substitution argument '?(\w+)")
+_PACKAGE = re.compile(r'package://([\w.-]+)')
+
+# Parts of xacro's messages that stand in the file as they are.
+_QUOTED = (
+    re.compile(r"when evaluating expression '(.+?)'(?: when evaluating|$)"),
+    re.compile(r'unknown macro name: (\S+)'),
+    re.compile(r'^No such file or directory: .*?([^/]+)$'),
+    re.compile(r'environment variable \'(\w+)\''),
+    re.compile(r'substitution command \[(.+?)\]'),
+    re.compile(r'^(xacro:\w+): missing attribute'),
+    re.compile(r'"([^"]+)"'),
+)
+
+
+def explain(error: BaseException, source: RobotSource, texts: Mapping[str, str], declared: Sequence[str]) -> str:
+    """Return one line on what an expansion raised.
+
+    Args:
+        error: what came out of xacro.
+        source: the robot.
+        texts: the files that were read, by path.
+        declared: names of the arguments that the files declare or use.
+    """
+    causes = list(_chain(error))
+    if any(isinstance(cause, RecursionError) for cause in causes):
+        return f'{source.file}: macros, properties or includes refer to each other without end'
+    if any(isinstance(cause, MemoryError) for cause in causes):
+        return f'{source.file}: needs too much memory to expand'
+    message, fragment = _message(causes), ''
+    argument, package = _ARGUMENT.search(message), _PACKAGE.search(message)
+    if argument:
+        others = ', '.join(name for name in declared if name != argument[1])
+        message = (
+            f'argument {argument[1]!r} has no value, and no <xacro:arg> with a default; others: {others or "none"}; '
+            f'give it as --robot-arg {argument[1]}:=VALUE'
+        )
+        fragment = f'arg {argument[1]}'
+    elif package:
+        message, fragment = missing_package(package[1], source), f'find {package[1]}'
+    file = str(xacro.filestack[-1]) if xacro.filestack else str(source.file)
+    where = place(file, fragment or _quoted(message), source, texts)
+    return f'{where}: {_clipped(message)}'
+
+
+def place(file: str, fragment: Optional[str], source: RobotSource, texts: Mapping[str, str]) -> str:
+    """Return the robot's file, the file within it, and the line where a fragment of text stands first."""
+    others = [other for other in texts if other != file]
+    for path in [file, *others]:
+        line = _line_of(fragment, texts.get(path, ''))
+        if line:
+            return f'{_path(path, source)}, line {line}'
+    return _path(file, source)
+
+
+def _message(causes: Sequence[BaseException]) -> str:
+    """Return xacro's message and the macro that it is about, or the last cause where that says all."""
+    if type(causes[-1]).__name__ == 'SubstitutionException':
+        return in_one_line(causes[-1])
+    if isinstance(causes[-1], OSError):
+        return f'{causes[-1].strerror}: {causes[-1].filename}'
+    macros: List[xacro.Macro] = [macro for cause in causes for macro in getattr(cause, 'macros', [])]
+    names = [macro.body.getAttribute('name') for macro in macros[:1]]
+    return ' '.join([in_one_line(causes[0]), *(f'in macro "xacro:{name}"' for name in names)])
+
+
+def _path(file: str, source: RobotSource) -> str:
+    return file if file == str(source.file) else f'{source.file}: {file}'
+
+
+def _line_of(fragment: Optional[str], text: str) -> Optional[int]:
+    at = text.find(fragment) if fragment else -1
+    return None if at < 0 else text.count('\n', 0, at) + 1
+
+
+def _quoted(message: str) -> Optional[str]:
+    matches = (pattern.search(message) for pattern in _QUOTED)
+    return next((match[1] for match in matches if match), None)
+
+
+def _clipped(message: str) -> str:
+    return message if len(message) <= MOST_CHARACTERS else f'{message[:MOST_CHARACTERS]}...'
+
+
+def _chain(error: Optional[BaseException]) -> Iterator[BaseException]:
+    while error is not None:
+        yield error
+        error = getattr(error, 'exc', None) or error.__cause__
+
 
 MOST_CPU_S = 10
 MOST_MEMORY_BYTES = 2**29  # of addresses: 10,000 links take a fifth

@@ -15,15 +15,14 @@ from std_msgs.msg import Header
 from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 from tf2_msgs.msg import TFMessage
 
-from diff_encoder_sim.base.bounded_numbers import PositiveDuration_s, Seed
 from diff_encoder_sim.base.errors import EVENT, InputFault
 from diff_encoder_sim.base.laser_scan import Scan
+from diff_encoder_sim.base.params import PositiveDuration_s, Seed
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
-from diff_encoder_sim.localization.amcl import Amcl
+from diff_encoder_sim.localization.amcl import Amcl, warm_up
 from diff_encoder_sim.localization.amcl_params import AmclParams
-from diff_encoder_sim.localization.amcl_warm_up import warm_up
 from diff_encoder_sim.ros.amcl_output import AmclOutput, InitialPoseReader, PoseGuess
 from diff_encoder_sim.ros.conversions import ns_from_stamp, stamp_from_ns
 from diff_encoder_sim.ros.encoded_topics import stamped_subscriber

@@ -10,10 +10,9 @@ import tf2_ros
 from geometry_msgs.msg import PoseStamped
 from pydantic import Field
 
-from diff_encoder_sim.base.bounded_numbers import Rate_Hz
+from diff_encoder_sim.base.params import Params, Rate_Hz
 from diff_encoder_sim.base.stamps import Step, Timeline
-from diff_encoder_sim.base.typed_params import Params
-from diff_encoder_sim.drives.primitives import encode_header, encode_pose
+from diff_encoder_sim.drives.wire import encode_header, encode_pose
 from diff_encoder_sim.ros.conversions import ns_from_stamp
 from diff_encoder_sim.ros.encoded_topics import EncodedPublisher
 from diff_encoder_sim.ros.node import log, node_params, run_node, trial_plan

@@ -21,9 +21,9 @@ from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 
 from diff_encoder_sim.base.errors import EVENT, InputFault
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.navigation.goal_status import GoalStatus, NavigatorOutput
+from diff_encoder_sim.navigation.global_planner import PlanError
 from diff_encoder_sim.navigation.navigator import Navigator
-from diff_encoder_sim.navigation.plan_error import PlanError
+from diff_encoder_sim.navigation.navigator_inputs import GoalStatus, NavigatorOutput
 from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_stamped_message
 from diff_encoder_sim.ros.navigation_transforms import NavigationTransforms
 from diff_encoder_sim.ros.navigation_views import path_message

@@ -12,7 +12,7 @@ from diff_encoder_sim.ros.model_states import ModelStateReader, ModelStatesParam
 from diff_encoder_sim.ros.node import node_params, run_node
 from diff_encoder_sim.ros.odometry_output import OdometryOutput
 from diff_encoder_sim.simulation.state import PlanarVelocity
-from diff_encoder_sim.wheels.wheel_odometry import OdometryEstimate
+from diff_encoder_sim.wheels.odometry import OdometryEstimate
 
 
 class IdealOdomParams(ModelStatesParams):

@@ -15,7 +15,7 @@ import sys
 import time
 from typing import Optional
 
-from diff_encoder_sim.base.roslaunch_process import catches_signal, is_roslaunch
+from diff_encoder_sim.base.processes import catches_signal, is_roslaunch
 
 SUCCESS = b'succeeded'
 POLL_PERIOD_S = 0.002

@@ -5,9 +5,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from diff_encoder_sim.base.bounded_numbers import PERCENT
-from diff_encoder_sim.base.command_line import tool_parser
-from diff_encoder_sim.base.number_arguments import whole_number_within
+from diff_encoder_sim.base.command_line import tool_parser, whole_number_within
+from diff_encoder_sim.base.params import PERCENT
 from diff_encoder_sim.ros.own_words import own_words
 
 DESCRIPTION = """\

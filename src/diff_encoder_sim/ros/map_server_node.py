@@ -12,7 +12,7 @@ from nav_msgs.srv import GetMap, GetMapRequest, GetMapResponse, LoadMap, LoadMap
 from pydantic import Field
 
 from diff_encoder_sim.base.errors import ConfigError, readable
-from diff_encoder_sim.base.typed_params import Params
+from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.localization.map_files import load_map
 from diff_encoder_sim.ros.conversions import ns_from_stamp
 from diff_encoder_sim.ros.maps import map_message

@@ -11,12 +11,11 @@ import rospy
 from pydantic import Field
 from rosgraph_msgs.msg import Clock
 
-from diff_encoder_sim.base.bounded_numbers import Duration_s, Rate_Hz
 from diff_encoder_sim.base.errors import EVENT, InputFault
+from diff_encoder_sim.base.params import Duration_s, Params, Rate_Hz
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline, check_stamp
-from diff_encoder_sim.base.typed_params import Params
-from diff_encoder_sim.drives.model_messages import ModelStateDecoder
+from diff_encoder_sim.drives.pose_messages import ModelStateDecoder
 from diff_encoder_sim.ros.clock_pauses import (
     is_clock_pausing,
     listen_to_clock,
@@ -28,8 +27,7 @@ from diff_encoder_sim.ros.conversions import ns_from_stamp, planar_pose
 from diff_encoder_sim.ros.encoded_topics import EncodedMessage, encoded_class
 from diff_encoder_sim.ros.gazebo_messages import STATES_PERIOD_HEADER, ModelStates
 from diff_encoder_sim.ros.node import log, robot_settings, subscriber
-from diff_encoder_sim.simulation.periods import STATES_RATE_HZ
-from diff_encoder_sim.simulation.state import PlanarVelocity
+from diff_encoder_sim.simulation.state import STATES_RATE_HZ, PlanarVelocity
 from diff_encoder_sim.wheels.sampling import BoundarySampler
 
 

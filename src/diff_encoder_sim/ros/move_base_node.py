@@ -14,11 +14,15 @@ from sensor_msgs.msg import LaserScan
 
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.navigation.control_rate import ControlRate
-from diff_encoder_sim.navigation.goal_status import STOP, Command, GoalStatus, NavigatorOutput
-from diff_encoder_sim.navigation.navigation_warm_up import warm_up
-from diff_encoder_sim.navigation.navigator import Navigator
-from diff_encoder_sim.navigation.navigator_inputs import MissingInput
+from diff_encoder_sim.navigation.navigator import Navigator, warm_up
+from diff_encoder_sim.navigation.navigator_inputs import (
+    STOP,
+    Command,
+    ControlRate,
+    GoalStatus,
+    MissingInput,
+    NavigatorOutput,
+)
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
 from diff_encoder_sim.ros.clock_pauses import look_at_clock
 from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_from_message, scan_from_message, twist_std_from_message

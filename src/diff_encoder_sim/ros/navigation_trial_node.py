@@ -13,8 +13,8 @@ from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
 
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives import topics
-from diff_encoder_sim.drives.trial_outcome import RouteFailed
-from diff_encoder_sim.navigation.goal_status import GoalStatus
+from diff_encoder_sim.drives.trial_definition import RouteFailed
+from diff_encoder_sim.navigation.navigator_inputs import GoalStatus
 from diff_encoder_sim.ros.conversions import pose_stamped_message
 from diff_encoder_sim.ros.encoded_topics import pose_subscriber
 from diff_encoder_sim.ros.launch_status import LaunchStatus

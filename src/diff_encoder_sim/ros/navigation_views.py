@@ -16,10 +16,10 @@ from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.navigation.costmap import Costmap
-from diff_encoder_sim.navigation.dwa_clouds import COST_FIELDS, TRAJECTORY_FIELDS, cost_cloud, trajectory_cloud
+from diff_encoder_sim.navigation.costmap_layers import GridWindow, changed_window
+from diff_encoder_sim.navigation.dwa import COST_FIELDS, TRAJECTORY_FIELDS, cost_cloud, trajectory_cloud
 from diff_encoder_sim.navigation.dwa_search import ScoringTask
 from diff_encoder_sim.navigation.footprint import Footprint
-from diff_encoder_sim.navigation.grid_window import GridWindow, changed_window
 from diff_encoder_sim.navigation.navigator import Navigator
 from diff_encoder_sim.ros.conversions import pose_stamped_message, stamp_from_ns
 from diff_encoder_sim.ros.encoded_topics import DisplayTopic

@@ -19,9 +19,8 @@ import rospy
 import rospy.client
 
 from diff_encoder_sim.base.errors import ConfigError, readable
-from diff_encoder_sim.base.nested_mappings import merged
-from diff_encoder_sim.base.typed_params import P, Params, keys_of, shared_params
-from diff_encoder_sim.base.xml_rpc import LARGEST_INT, for_xml_rpc, from_xml_rpc
+from diff_encoder_sim.base.params import P, Params, keys_of, merged, shared_params
+from diff_encoder_sim.base.text_values import LARGEST_INT, for_xml_rpc, from_xml_rpc
 from diff_encoder_sim.base.yaml_files import yaml_value
 from diff_encoder_sim.drives.trial_definition import LivePlan
 from diff_encoder_sim.ros.clock_pauses import pause_between_ticks

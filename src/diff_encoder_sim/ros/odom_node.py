@@ -12,20 +12,19 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 
 from diff_encoder_sim.base.errors import InputFault
-from diff_encoder_sim.drives.joint_messages import JointDecoder, JointValues, decode_wheel_speeds
-from diff_encoder_sim.drives.message_types import ENCODER_PULSE
+from diff_encoder_sim.drives.sensor_messages import JointDecoder, JointValues, decode_wheel_speeds
+from diff_encoder_sim.drives.wire import ENCODER_PULSE
 from diff_encoder_sim.msg import EncoderPulse
 from diff_encoder_sim.ros.encoded_topics import encoded_stamped_subscriber
 from diff_encoder_sim.ros.node import log, node_params, run_node, subscriber, trial_plan
 from diff_encoder_sim.ros.odometry_output import OdometryOutput
 from diff_encoder_sim.ros.wheel_diagnostics import WheelDiagnostics
+from diff_encoder_sim.wheels.diagnostics import OdometryDiagnosis, hidden_encoder
 from diff_encoder_sim.wheels.encoder_sample import EncoderSample
-from diff_encoder_sim.wheels.hidden_encoder import hidden_encoder
-from diff_encoder_sim.wheels.odometry_diagnosis import OdometryDiagnosis
+from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.speed_pairing import SpeedPairing
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
-from diff_encoder_sim.wheels.wheel_odometry import WheelOdometry
 
 
 class OdometryNode:

@@ -5,10 +5,9 @@ from __future__ import annotations
 from nav_msgs.msg import Odometry
 from tf2_msgs.msg import TFMessage
 
-from diff_encoder_sim.drives.pose_messages import encode_odometry
-from diff_encoder_sim.drives.transform_messages import encode_tf, encode_transform
+from diff_encoder_sim.drives.pose_messages import encode_odometry, encode_tf, encode_transform
 from diff_encoder_sim.ros.encoded_topics import EncodedPublisher
-from diff_encoder_sim.wheels.wheel_odometry import OdometryEstimate
+from diff_encoder_sim.wheels.odometry import OdometryEstimate
 
 
 class OdometryOutput:

@@ -11,7 +11,7 @@ import rospy
 from dynamic_reconfigure.server import Server
 
 from diff_encoder_sim.base.errors import EVENT, ConfigError
-from diff_encoder_sim.base.typed_params import with_changes
+from diff_encoder_sim.base.params import with_changes
 from diff_encoder_sim.cfg import (
     AMCLConfig,
     Costmap2DConfig,

@@ -23,8 +23,8 @@ from rosgraph_msgs.msg import Clock
 from diff_encoder_sim.base.atomic_files import UNFINISHED_SUFFIX
 from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.stamps import check_stamp
-from diff_encoder_sim.drives.basic_messages import encode_clock
 from diff_encoder_sim.drives.ros1_writer import Ros1Writer, record_header
+from diff_encoder_sim.drives.sensor_messages import encode_clock
 from diff_encoder_sim.drives.topics import CLOCK, RECORDED_LIVE
 from diff_encoder_sim.drives.trial_bag import EARLIEST_NS
 from diff_encoder_sim.ros.clock_pauses import read_every_tick

@@ -11,7 +11,7 @@ from geometry_msgs.msg import Twist
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.drives.basic_messages import encode_command
+from diff_encoder_sim.drives.sensor_messages import encode_command
 from diff_encoder_sim.ros.conversions import transform_message
 from diff_encoder_sim.ros.encoded_topics import EncodedPublisher
 from diff_encoder_sim.ros.launch_status import LaunchStatus

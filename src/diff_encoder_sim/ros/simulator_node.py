@@ -16,20 +16,16 @@ from sensor_msgs.msg import JointState, LaserScan
 from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 from typing_extensions import Annotated, Literal
 
-from diff_encoder_sim.base.bounded_numbers import Between, Duration_s, Rate_Hz, Seed
 from diff_encoder_sim.base.errors import EVENT, ConfigError, InputFault
-from diff_encoder_sim.base.file_names import PathText
-from diff_encoder_sim.base.paths import package_folder, users_path
+from diff_encoder_sim.base.package_files import package_folder, users_path
+from diff_encoder_sim.base.params import Between, Duration_s, PathText, Rate_Hz, Seed, did_you_mean
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.base.typed_params import did_you_mean
-from diff_encoder_sim.drives.basic_messages import encode_clock
-from diff_encoder_sim.drives.joint_messages import encode_joint_state
-from diff_encoder_sim.drives.model_messages import ModelStatesEncoder
-from diff_encoder_sim.drives.scan_messages import encode_scan
+from diff_encoder_sim.drives.pose_messages import ModelStatesEncoder
+from diff_encoder_sim.drives.sensor_messages import encode_clock, encode_joint_state, encode_scan
 from diff_encoder_sim.drives.test_definition import PoseParams
 from diff_encoder_sim.robots.robot_file import load_robot_file
-from diff_encoder_sim.robots.xacro_arguments import xacro_arguments_of_text
+from diff_encoder_sim.robots.xacro_expansion import xacro_arguments_of_text
 from diff_encoder_sim.ros.conversions import body_messages, matrix_pose_message, pose_from_message, stamp_from_ns
 from diff_encoder_sim.ros.encoded_topics import EncodedPublisher
 from diff_encoder_sim.ros.gazebo_messages import STATES_PERIOD_HEADER, GetModelState, ModelStates, SetModelState
@@ -44,9 +40,8 @@ from diff_encoder_sim.ros.pacing import (
     GraphPacer,
     WallPacer,
 )
-from diff_encoder_sim.simulation.periods import STATES_PERIOD_NS, TICK_NS
 from diff_encoder_sim.simulation.simulator import Simulator, SimulatorParams
-from diff_encoder_sim.simulation.state import PlanarVelocity
+from diff_encoder_sim.simulation.state import STATES_PERIOD_NS, TICK_NS, PlanarVelocity
 from diff_encoder_sim.wheels.sampling import DEFAULT_RATE_HZ
 
 PAUSED_CLOCK_PERIOD_S = 0.05

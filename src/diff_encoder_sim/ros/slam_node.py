@@ -15,15 +15,14 @@ from pydantic import Field
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Float64
 
-from diff_encoder_sim.base.bounded_numbers import Seed
 from diff_encoder_sim.base.errors import EVENT, InputFault
 from diff_encoder_sim.base.laser_scan import Scan
+from diff_encoder_sim.base.params import Seed
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline, check_stamp
-from diff_encoder_sim.localization.grid_slam import GridSlam
+from diff_encoder_sim.localization.grid_slam import GridSlam, warm_up
 from diff_encoder_sim.localization.slam_params import GridSlamParams
-from diff_encoder_sim.localization.slam_warm_up import warm_up
 from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_stamped_message, transform_message
 from diff_encoder_sim.ros.encoded_topics import stamped_subscriber
 from diff_encoder_sim.ros.maps import map_message

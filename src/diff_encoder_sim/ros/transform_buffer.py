@@ -15,7 +15,7 @@ from tf2_msgs.msg import TFMessage
 
 from diff_encoder_sim.base.errors import InputFault, in_one_line
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, check_stamp
-from diff_encoder_sim.drives.transform_messages import SpatialTransform, decode_spatial_tf
+from diff_encoder_sim.drives.pose_messages import SpatialTransform, decode_spatial_tf
 from diff_encoder_sim.ros.conversions import ns_from_stamp, stamp_from_ns
 from diff_encoder_sim.ros.encoded_topics import EncodedMessage, encoded_class
 from diff_encoder_sim.ros.node import log, subscriber

@@ -10,7 +10,7 @@ import rospy
 
 from diff_encoder_sim.base.command_line import run_tool
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.nested_mappings import merged
+from diff_encoder_sim.base.params import merged
 from diff_encoder_sim.ros.graph import become
 from diff_encoder_sim.ros.node import required_trial_plan, robot_settings, trial_plan
 from diff_encoder_sim.ros.own_words import own_words

@@ -11,7 +11,7 @@ from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives.topics import DIAGNOSTICS
 from diff_encoder_sim.ros.conversions import stamp_from_ns
 from diff_encoder_sim.ros.encoded_topics import DisplayTopic
-from diff_encoder_sim.wheels.diagnosis import Diagnosis
+from diff_encoder_sim.wheels.diagnostics import Diagnosis
 
 PERIOD_NS = NANOSECONDS_PER_SECOND
 

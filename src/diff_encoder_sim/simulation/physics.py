@@ -16,16 +16,23 @@ import numpy as np
 from pydantic import Field
 from typing_extensions import Annotated
 
-from diff_encoder_sim.base.bounded_numbers import Between
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.params import Between, Params
 from diff_encoder_sim.base.se2 import Pose2D, quat_xyzw_from_yaw
-from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.robots.simulated_robot import SimulatedRobot
-from diff_encoder_sim.simulation.bullet_shapes import QuatXyzw, add_body, add_shape
-from diff_encoder_sim.simulation.near_solids import AHEAD_M, LOOK_AGAIN_M, NearSolids
-from diff_encoder_sim.simulation.periods import TICK_S
-from diff_encoder_sim.simulation.quiet_pybullet import STDERR, STDOUT, pybullet, silence
-from diff_encoder_sim.simulation.state import AT_REST, BodyState, PlanarVelocity
+from diff_encoder_sim.simulation.bullet import (
+    AHEAD_M,
+    LOOK_AGAIN_M,
+    STDERR,
+    STDOUT,
+    NearSolids,
+    QuatXyzw,
+    add_body,
+    add_shape,
+    pybullet,
+    silence,
+)
+from diff_encoder_sim.simulation.state import AT_REST, TICK_S, BodyState, PlanarVelocity
 from diff_encoder_sim.simulation.world import Plane, World
 
 GRAVITY_MPS2 = 9.81

@@ -2,31 +2,196 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from pathlib import Path
-from typing import List, Optional, Union
+from typing import List, Optional, Tuple, Union
 
 import numpy as np
 from pydantic import Field, field_validator
+from typing_extensions import Annotated
 
-from diff_encoder_sim.base.bounded_numbers import LengthOrZero_m
-from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.laser_scan import Scan
+from diff_encoder_sim.base.params import (
+    Between,
+    LengthOrZero_m,
+    Params,
+    PositiveAcceleration_mps2,
+    PositiveDuration_s,
+    PositiveSpeed_mps,
+    PositiveTurnAcceleration_radps2,
+    PositiveTurnRate_radps,
+    TravelVariance_m,
+)
 from diff_encoder_sim.base.se2 import Pose2D, yaw_from_quat_xyzw
 from diff_encoder_sim.base.seeds import generator
-from diff_encoder_sim.base.typed_params import Params
-from diff_encoder_sim.robots.proposed_laser import proposed_laser_line
-from diff_encoder_sim.robots.robot_choices import RobotChoices
-from diff_encoder_sim.robots.robot_description import RobotDescription
-from diff_encoder_sim.robots.robot_source import RobotSource
-from diff_encoder_sim.robots.simulated_robot import load_simulated_robot
-from diff_encoder_sim.simulation.drive import DriveController, DriveParams
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.robots.description import RobotChoices, RobotDescription, RobotSource
+from diff_encoder_sim.robots.robot_setup import proposed_laser_line
+from diff_encoder_sim.robots.simulated_robot import GeometryErrors, load_simulated_robot
 from diff_encoder_sim.simulation.lidar import Lidar, LidarParams
-from diff_encoder_sim.simulation.periods import TICK_NS, TICK_S
 from diff_encoder_sim.simulation.physics import BulletPhysics, PhysicsParams
-from diff_encoder_sim.simulation.state import AT_REST, BodyState, JointStates, PlanarVelocity
-from diff_encoder_sim.simulation.wheel_errors import SlippingWheels, WheelErrorParams
+from diff_encoder_sim.simulation.state import AT_REST, TICK_NS, TICK_S, BodyState, JointStates, PlanarVelocity
 from diff_encoder_sim.simulation.world import load_world
+
+log = logging.getLogger(__name__)
+
+
+# Of a limit; less is rounding.
+ABOVE_LIMIT = 1.0 + 1e-9
+
+
+class DriveParams(Params):
+    """Limits of the motors and their controller."""
+
+    max_linear_speed: PositiveSpeed_mps = Field(1.0, description='commands are cut to it [m/s]')
+    max_angular_speed: PositiveTurnRate_radps = Field(2.0, description='commands are cut to it [rad/s]')
+    max_linear_acceleration: PositiveAcceleration_mps2 = Field(1.5, description='slope of the velocity ramp [m/s^2]')
+    max_angular_acceleration: PositiveTurnAcceleration_radps2 = Field(
+        6.0, description='slope of the turning-rate ramp [rad/s^2]'
+    )
+    wheel_torque: Annotated[float, Between(1e-6, 1e6, 'N m')] = Field(20.0, description='of each motor [N m]')
+    command_timeout: PositiveDuration_s = Field(
+        0.5, description='the robot stops after this time without a command [s]'
+    )
+
+
+class DriveController:
+    """Ramps the body velocity towards the newest command and splits it onto the wheels."""
+
+    def __init__(self, params: DriveParams, wheel_radius_m: float, wheel_separation_m: float) -> None:
+        self.params = params
+        self._wheel_radius_m = wheel_radius_m
+        self._wheel_separation_m = wheel_separation_m
+        self.reset()
+
+    def reset(self) -> None:
+        """Stand still with no command."""
+        self._command = (0.0, 0.0)
+        self._command_time_ns = 0
+        self._velocity = (0.0, 0.0)  # linear [m/s] and angular [rad/s], on the ramp
+        self._wheel_speeds_radps = (0.0, 0.0)
+
+    def command(self, now_ns: int, linear_mps: float, angular_radps: float) -> None:
+        """Take a command; one beyond the limits is cut to them, with a warning.
+
+        Raises:
+            InputFault: the command is not finite; the last one stays until it times out.
+        """
+        if not (math.isfinite(linear_mps) and math.isfinite(angular_radps)):
+            raise InputFault(f'linear.x {linear_mps} m/s, angular.z {angular_radps} rad/s; expected finite numbers')
+        limits = self.params.max_linear_speed, self.params.max_angular_speed
+        cut = (_clamp(linear_mps, limits[0]), _clamp(angular_radps, limits[1]))
+        if max(abs(linear_mps) / limits[0], abs(angular_radps) / limits[1]) > ABOVE_LIMIT:
+            text = (
+                'velocity command of %.3f m/s, %.3f rad/s exceeds the limits of %.3f m/s, %.3f rad/s: limited to them'
+            )
+            log.warning(text, linear_mps, angular_radps, *limits)
+        self._command = cut
+        self._command_time_ns = now_ns
+
+    def wheel_speeds_radps(self, now_ns: int, interval_s: float) -> Tuple[float, float]:
+        """Return the speeds of the left and the right wheel [rad/s] for the next interval."""
+        age_s = (now_ns - self._command_time_ns) / NANOSECONDS_PER_SECOND
+        wanted = self._command if age_s <= self.params.command_timeout else (0.0, 0.0)
+        if wanted != self._velocity:
+            self._ramp(wanted, interval_s)
+        return self._wheel_speeds_radps
+
+    def _ramp(self, wanted: Tuple[float, float], interval_s: float) -> None:
+        linear_mps, angular_radps = self._velocity
+        linear_mps += _clamp(wanted[0] - linear_mps, self.params.max_linear_acceleration * interval_s)
+        angular_radps += _clamp(wanted[1] - angular_radps, self.params.max_angular_acceleration * interval_s)
+        self._velocity = linear_mps, angular_radps
+        half_difference_mps = 0.5 * self._wheel_separation_m * angular_radps
+        self._wheel_speeds_radps = (
+            (linear_mps - half_difference_mps) / self._wheel_radius_m,
+            (linear_mps + half_difference_mps) / self._wheel_radius_m,
+        )
+
+
+def _clamp(value: float, limit: float) -> float:
+    return max(-limit, min(limit, value))
+
+
+GeometryError = Annotated[float, Between(-0.5, 0.5)]
+Spread = Annotated[float, Between(0.0, 0.1)]
+Slip = Annotated[float, Between(0.0, 0.999)]
+
+# Without any of these errors the simulated wheels lose grip in curves, and some travel where they brake. As odometry's
+# `curve_noise` and `distance_std`, by its error in the paper's tests (docs/adr/0031-covariance-follows-robot.md).
+CONTACT_CURVE_NOISE = 1e-6  # [m^2/m per (m/s^2)^2]
+CONTACT_DISTANCE_STD = 4e-6
+
+
+class WheelErrorParams(Params):
+    """Errors of the true robot against the nominal one; left out, there are none."""
+
+    left_radius_error: GeometryError = Field(0.0, description='true against nominal radius, relative')
+    right_radius_error: GeometryError = Field(0.0, description='true against nominal radius, relative')
+    wheel_separation_error: GeometryError = Field(0.0, description='true against nominal separation, relative')
+    radius_spread: Spread = Field(
+        0.0, description="standard deviation of each wheel's radius from robot to robot, relative; drawn by the seed"
+    )
+    wheel_separation_spread: Spread = Field(0.0, description='likewise of the separation')
+    left_slip: Slip = Field(0.0, description='fraction of the rolled distance that is lost')
+    right_slip: Slip = Field(0.0, description='fraction of the rolled distance that is lost')
+    slip_noise: TravelVariance_m = Field(0.0, description="variance of a wheel's lost travel per metre of it [m^2/m]")
+
+    def geometry(self, rng: np.random.Generator) -> GeometryErrors:
+        """Draw the errors that make another robot, as those of slip do not."""
+        means = self.left_radius_error, self.right_radius_error, self.wheel_separation_error
+        spreads = self.radius_spread, self.radius_spread, self.wheel_separation_spread
+        drawn = (
+            (1.0 + mean) * (1.0 + spread * normal) - 1.0 if spread else mean
+            for mean, spread, normal in zip(means, spreads, rng.standard_normal(3).tolist())
+        )
+        return GeometryErrors(*drawn)
+
+    def travel_errors(self) -> Tuple[float, float]:
+        """Return by how much the left and the right wheel travel more than their turning says, relative; no noise."""
+        left = self.left_radius_error - self.left_slip * (1.0 + self.left_radius_error)
+        return left, self.right_radius_error - self.right_slip * (1.0 + self.right_radius_error)
+
+
+class SlippingWheels:
+    """Turns the rolling of ideal wheels into the turning of wheels that slip.
+
+    The physics rolls without slipping. A wheel with slip s that turns by a rolls by a (1 - s)
+    only, so the angle that its encoder measures is the rolled one divided by 1 - s. Noise is added
+    as a random walk over the distance rolled: the k|ds| of Siegwart and Nourbakhsh, section 5.2.4.
+    """
+
+    def __init__(self, params: WheelErrorParams, radius_m: Tuple[float, float], rng: np.random.Generator) -> None:
+        self._rolled_fractions = (1.0 - params.left_slip, 1.0 - params.right_slip)
+        self._noise_rad_per_sqrt_rad = [math.sqrt(params.slip_noise / wheel_radius_m) for wheel_radius_m in radius_m]
+        self._is_ideal = params.slip_noise == 0 and self._rolled_fractions == (1.0, 1.0)
+        self._rng = rng
+        self._rolled_rad = (0.0, 0.0)
+        self._noise_rad = [0.0, 0.0]
+
+    def rolling_speeds(self, left_radps: float, right_radps: float) -> Tuple[float, float]:
+        """Return the ideal wheels' speeds [rad/s] that move the robot as these wheels' speeds do."""
+        return left_radps * self._rolled_fractions[0], right_radps * self._rolled_fractions[1]
+
+    def turning_speeds(self, left_radps: float, right_radps: float) -> Tuple[float, float]:
+        """Return these wheels' speeds [rad/s] when the ideal ones roll so: the mean, without noise."""
+        return left_radps / self._rolled_fractions[0], right_radps / self._rolled_fractions[1]
+
+    def turned(self, rolled_rad: Tuple[float, float]) -> Tuple[float, float]:
+        """Return the angles turned [rad] since the start when the ideal wheels rolled `rolled_rad`."""
+        if self._is_ideal:
+            return rolled_rad
+        normals = self._rng.standard_normal(2).tolist()
+        for wheel in (0, 1):
+            step_rad = abs(rolled_rad[wheel] - self._rolled_rad[wheel])
+            self._noise_rad[wheel] += self._noise_rad_per_sqrt_rad[wheel] * math.sqrt(step_rad) * normals[wheel]
+        self._rolled_rad = rolled_rad
+        return (
+            rolled_rad[0] / self._rolled_fractions[0] + self._noise_rad[0],
+            rolled_rad[1] / self._rolled_fractions[1] + self._noise_rad[1],
+        )
 
 
 class SimulatorParams(Params):

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple, Tuple
 
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+
 
 class JointStates(NamedTuple):
     """Angles and speeds of the joints, as their sensors would read them."""
@@ -32,3 +34,14 @@ class PlanarVelocity(NamedTuple):
 
 
 AT_REST = PlanarVelocity(0.0, 0.0, 0.0)
+
+
+# One step of simulated time: /clock and /joint_states.
+TICK_NS = 10_000_000
+TICK_S = TICK_NS / NANOSECONDS_PER_SECOND
+JOINTS_RATE_HZ = 1.0 / TICK_S
+
+# /gazebo/model_states, the true pose that is made from it, and the commands of the scripted drive.
+STATES_PERIOD_NS = 50_000_000
+STATES_PERIOD_S = STATES_PERIOD_NS / NANOSECONDS_PER_SECOND
+STATES_RATE_HZ = 1.0 / STATES_PERIOD_S

@@ -12,21 +12,81 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import IDENTITY
 from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.drives.test_definition import TestDefinition, find_world, load_test
+from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.robots.robot_file import RobotNotFound
 from diff_encoder_sim.robots.robot_setup import RobotSetup
-from diff_encoder_sim.robots.robot_source import RobotSource
-from diff_encoder_sim.simulation.simulator import Simulator
-from diff_encoder_sim.trials.campaign_definition import Campaign, CampaignCell, text_of
-from diff_encoder_sim.trials.campaign_params import VARIANT, CampaignParams, Varied
-from diff_encoder_sim.trials.campaign_robot import campaign_robot
-from diff_encoder_sim.trials.campaign_sizes import MOST_CELLS, MOST_TRIALS
-from diff_encoder_sim.trials.encoder_parameters import encoder_parameters
+from diff_encoder_sim.simulation.simulator import DriveParams, Simulator
+from diff_encoder_sim.trials.campaign_cells import (
+    MOST_CELLS,
+    MOST_TRIALS,
+    VARIANT,
+    Campaign,
+    CampaignCell,
+    CampaignParams,
+    Varied,
+    campaign_robot,
+    text_of,
+)
 from diff_encoder_sim.trials.robot_loading import load_robot
-from diff_encoder_sim.trials.robot_pace import at_pace_of
-from diff_encoder_sim.trials.robot_params import RobotConfig, RobotParams, check_key, load_robot_config
+from diff_encoder_sim.trials.robot_params import RobotConfig, RobotParams, check_key, load_robot_config, override
+from diff_encoder_sim.trials.scripted_drive import ScriptedDrive
 from diff_encoder_sim.trials.trial_files import TrialFiles, collect
-from diff_encoder_sim.wheels.chosen_encoder import ChosenEncoder, chosen
-from diff_encoder_sim.wheels.encoder_catalogue import load_encoders
+from diff_encoder_sim.wheels.catalogue import RESOLUTION_KEYS, ChosenEncoder, chosen, load_encoders, resolution_text
+
+
+def encoder_parameters(
+    config: RobotConfig, of_robot: Mapping[str, Any], encoder: ChosenEncoder, of_campaign: Mapping[str, Any]
+) -> RobotParams:
+    """Return all parameters.
+
+    Args:
+        config: content of the files of config/.
+        of_robot: values of the robot by dotted keys, before which the encoder's come.
+        encoder: what the wheels have.
+        of_campaign: values by dotted keys, which come before all.
+
+    Raises:
+        ConfigError: a value is not allowed, or sets counts other than the encoder's.
+    """
+    # The robot's own encoder gives way.
+    values = {key: value for key, value in of_robot.items() if key not in RESOLUTION_KEYS}
+    params = override(config, {**values, **encoder.overrides, **of_campaign})
+    counts = params.encoder.encoder.counts_per_wheel_turn
+    if counts != (encoder.real and encoder.ppr.left):
+        given = resolution_text(params.encoder.encoder) or 'no resolution'
+        beside = f'encoders: {encoder.label}' if encoder.real else f'ppr: {encoder.label}'
+        raise ConfigError(f'config.encoder: given {given} beside {beside}; allowed: one of them')
+    return params
+
+
+# A day, as of the time limit of a route: a mistyped number must not drive for ever.
+LONGEST_DRIVE_S = 86_400.0
+
+
+def at_pace_of(drive: DriveParams, test: TestDefinition) -> TestDefinition:
+    """Return the test with limits that the robot's motors allow.
+
+    A drive without feedback that commands more would end short of its goal.
+
+    Raises:
+        ConfigError: the drive would take longer than LONGEST_DRIVE_S.
+    """
+    allowed = {
+        'speed': drive.max_linear_speed,
+        'acceleration': drive.max_linear_acceleration,
+        'angular_speed': drive.max_angular_speed,
+        'angular_acceleration': drive.max_angular_acceleration,
+    }
+    slower = {key: limit for key, limit in allowed.items() if limit < getattr(test.limits, key)}
+    paced = test.model_copy(update={'limits': test.limits.model_copy(update=slower)}) if slower else test
+    duration_s = ScriptedDrive(paced).duration_s
+    if duration_s > LONGEST_DRIVE_S:
+        raise ConfigError(
+            f'test {test.name}: its drive takes {duration_s:.0f} s with the limits of test and robot; allowed: up to '
+            f'{LONGEST_DRIVE_S:.0f} s'
+        )
+    return paced
+
 
 # Leaves room for a trial's number and for the name that a file has while it is unfinished.
 LONGEST_LABEL = 150

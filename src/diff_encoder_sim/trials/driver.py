@@ -7,7 +7,7 @@ from typing import Callable
 from typing_extensions import Protocol
 
 from diff_encoder_sim.base.laser_scan import Scan
-from diff_encoder_sim.navigation.goal_status import STOP, Command, GoalStatus, NavigatorOutput, Phase
+from diff_encoder_sim.navigation.navigator_inputs import STOP, Command, GoalStatus, NavigatorOutput, Phase
 
 NO_NAVIGATION = NavigatorOutput(STOP, GoalStatus.NONE, Phase.PLANNING, '')
 

@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Dict, Hashable, Iterator, List, NamedTuple, Op
 from diff_encoder_sim.base.atomic_files import write_file
 from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.trials.campaign_definition import Campaign, TrialJob
+from diff_encoder_sim.trials.campaign_cells import Campaign, TrialJob
 from diff_encoder_sim.trials.cluster import Workers
 from diff_encoder_sim.trials.progress import Progress
-from diff_encoder_sim.trials.result_store import ResultStore
+from diff_encoder_sim.trials.results import ResultStore
 from diff_encoder_sim.trials.trial_groups import trial_groups
 from diff_encoder_sim.trials.trial_queue import TASKS_PER_THREAD, Task, TrialQueue
 from diff_encoder_sim.trials.trial_run import run_trials

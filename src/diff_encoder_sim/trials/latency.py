@@ -5,10 +5,9 @@ from __future__ import annotations
 from pydantic import Field, field_validator
 from typing_extensions import Annotated
 
-from diff_encoder_sim.base.bounded_numbers import Between
+from diff_encoder_sim.base.params import Between, Params
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.base.typed_params import Params
-from diff_encoder_sim.simulation.periods import TICK_NS, TICK_S
+from diff_encoder_sim.simulation.state import TICK_NS, TICK_S
 
 Latency_s = Annotated[float, Between(0.0, 10.0, 's')]
 

@@ -15,8 +15,7 @@ import warnings
 from typing import TYPE_CHECKING, Iterator, Optional, Sequence
 
 from diff_encoder_sim.base.deferred import deferred
-from diff_encoder_sim.base.interrupts import interrupts_blocked
-from diff_encoder_sim.base.own_python import python_command
+from diff_encoder_sim.base.processes import interrupts_blocked, python_command
 from diff_encoder_sim.trials.cluster import Workers
 from diff_encoder_sim.trials.dask_settings import DASK_CONFIG, LOOPBACK, silence_dask
 from diff_encoder_sim.trials.worker_process import STARTED, WorkerSettings

@@ -17,7 +17,7 @@ from diff_encoder_sim.trials.latency import latency_ns
 from diff_encoder_sim.trials.publications import Publications
 from diff_encoder_sim.trials.robot_params import RobotParams
 from diff_encoder_sim.trials.schedule import Schedule
-from diff_encoder_sim.wheels.wheel_odometry import OdometryEstimate
+from diff_encoder_sim.wheels.odometry import OdometryEstimate
 
 log = logging.getLogger(__name__)
 

@@ -6,8 +6,7 @@ from pathlib import Path
 from typing import Iterator, Optional, Sequence, Union
 
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.drives.trial_definition import TrialPlan
-from diff_encoder_sim.drives.trial_outcome import Ending
+from diff_encoder_sim.drives.trial_definition import Ending, TrialPlan
 from diff_encoder_sim.trials.lockstep_world import LockstepWorld
 from diff_encoder_sim.trials.publications import Publications
 from diff_encoder_sim.trials.robot_params import RobotParams

@@ -13,19 +13,17 @@ from typing_extensions import Protocol
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import IDENTITY
-from diff_encoder_sim.drives.trial_definition import TrialPlan
-from diff_encoder_sim.drives.trial_outcome import Ending, Outcome, RouteFailed, goal_error
-from diff_encoder_sim.navigation.goal_status import Command
-from diff_encoder_sim.simulation.periods import STATES_PERIOD_NS
+from diff_encoder_sim.drives.trial_definition import Ending, Outcome, RouteFailed, TrialPlan, goal_error
+from diff_encoder_sim.navigation.navigator_inputs import Command
 from diff_encoder_sim.simulation.simulator import Simulator, SimulatorParams
-from diff_encoder_sim.simulation.state import JointStates
+from diff_encoder_sim.simulation.state import STATES_PERIOD_NS, JointStates
 from diff_encoder_sim.trials.driver import Driver
 from diff_encoder_sim.trials.latency import latency_ns
 from diff_encoder_sim.trials.navigating_driver import NavigatingDriver
 from diff_encoder_sim.trials.publications import Publications
 from diff_encoder_sim.trials.robot_params import RobotParams
 from diff_encoder_sim.trials.schedule import Schedule
-from diff_encoder_sim.trials.scripted_driver import ScriptedDriver
+from diff_encoder_sim.trials.scripted_drive import ScriptedDriver
 
 WORLD_POSE_IN_MAP = IDENTITY
 

@@ -6,20 +6,18 @@ from typing import Optional
 
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.drives.trial_definition import TrialPlan
-from diff_encoder_sim.drives.trial_outcome import Outcome, RouteFailed
+from diff_encoder_sim.drives.trial_definition import Outcome, RouteFailed, TrialPlan
 from diff_encoder_sim.localization.amcl import AmclEstimate
 from diff_encoder_sim.localization.map_files import load_map
-from diff_encoder_sim.navigation.control_rate import ControlRate
-from diff_encoder_sim.navigation.goal_status import Command, GoalStatus
 from diff_encoder_sim.navigation.navigator import Navigator
+from diff_encoder_sim.navigation.navigator_inputs import Command, ControlRate, GoalStatus
 from diff_encoder_sim.trials.driver import NO_NAVIGATION, SendCommand
 from diff_encoder_sim.trials.localizer import Localizer
 from diff_encoder_sim.trials.publications import Publications
 from diff_encoder_sim.trials.robot_params import RobotParams
 from diff_encoder_sim.trials.route_driver import DriverOutput, RouteDriver
 from diff_encoder_sim.trials.schedule import Schedule
-from diff_encoder_sim.wheels.wheel_odometry import OdometryEstimate
+from diff_encoder_sim.wheels.odometry import OdometryEstimate
 
 
 class NavigatingDriver:

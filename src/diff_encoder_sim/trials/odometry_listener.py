@@ -8,10 +8,10 @@ from typing_extensions import Protocol
 
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.localization.amcl import AmclEstimate
-from diff_encoder_sim.navigation.goal_status import NavigatorOutput
+from diff_encoder_sim.navigation.navigator_inputs import NavigatorOutput
 from diff_encoder_sim.trials.driver import NO_NAVIGATION
 from diff_encoder_sim.trials.publications import Publications
-from diff_encoder_sim.wheels.wheel_odometry import OdometryEstimate
+from diff_encoder_sim.wheels.odometry import OdometryEstimate
 
 
 class OdometryListener(Protocol):

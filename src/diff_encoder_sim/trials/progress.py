@@ -9,9 +9,9 @@ from typing import Callable, Counter, Dict, List, Sequence, TextIO, Tuple
 from tabulate import tabulate
 from tqdm import tqdm
 
-from diff_encoder_sim.drives.trial_outcome import Outcome
+from diff_encoder_sim.drives.trial_definition import Outcome
+from diff_encoder_sim.trials.results import OUTCOMES, TrialRow
 from diff_encoder_sim.trials.time_left import TimeLeft
-from diff_encoder_sim.trials.trial_row import OUTCOMES, TrialRow
 
 LINE_EVERY_FRACTION = 0.1
 LINE_EVERY_S = 30.0

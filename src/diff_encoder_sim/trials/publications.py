@@ -2,20 +2,51 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
-from typing import Union
+from typing import Collection, List, Optional, Union
+
+from typing_extensions import override
 
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.drives.trial_definition import Trial
-from diff_encoder_sim.drives.trial_outcome import Ending
+from diff_encoder_sim.drives import topics
+from diff_encoder_sim.drives.pose_messages import (
+    ModelStatesEncoder,
+    encode_odometry,
+    encode_planar_tf,
+    encode_pose_stamped,
+    encode_pose_with_covariance,
+    encode_spatial_transform,
+    encode_tf,
+)
+from diff_encoder_sim.drives.sensor_messages import (
+    SentGoal,
+    encode_clock,
+    encode_command,
+    encode_encoder_pulse,
+    encode_goal,
+    encode_joint_state,
+    encode_map,
+    encode_map_metadata,
+    encode_result,
+    encode_scan,
+    encode_string,
+    encode_wheel_speeds,
+)
+from diff_encoder_sim.drives.trial_bag import TrialBag, TrialBags
+from diff_encoder_sim.drives.trial_definition import Ending, Trial
 from diff_encoder_sim.localization.amcl import AmclEstimate
 from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
-from diff_encoder_sim.navigation.goal_status import Command, GoalStatus
+from diff_encoder_sim.navigation.navigator_inputs import Command, GoalStatus
+from diff_encoder_sim.robots.description import RobotSource
+from diff_encoder_sim.robots.xacro_expansion import display_urdf
+from diff_encoder_sim.simulation.link_frames import LinkFrame, LinkFrames
 from diff_encoder_sim.simulation.simulator import Simulator
 from diff_encoder_sim.simulation.state import JointStates
+from diff_encoder_sim.trials.robot_params import RobotParams
 from diff_encoder_sim.wheels.encoder_sample import EncoderSample
-from diff_encoder_sim.wheels.wheel_odometry import OdometryEstimate
+from diff_encoder_sim.wheels.odometry import OdometryEstimate
 
 
 class Publications:
@@ -73,3 +104,160 @@ class Publications:
 
     def goal_result(self, now_ns: int, status: GoalStatus, text: str) -> None:
         """Publish /move_base/result of the goal sent last."""
+
+
+# robot_state_publisher's publish_frequency, 50 Hz.
+FRAMES_PERIOD_NS = 20_000_000
+
+
+class StatePublisher:
+    """Writes the wheels' frames to /tf at 50 Hz, and the fixed ones once to /tf_static."""
+
+    def __init__(self, robot_file: Union[str, Path], joints: Collection[str], bag: Union[TrialBag, TrialBags]) -> None:
+        """Read the frames of a robot of which these joints move."""
+        self._frames = LinkFrames(display_urdf(RobotSource(Path(robot_file)), joints))
+        self._bag = bag
+        self._published_ns = 0
+
+    def take(self, joints: JointStates) -> None:
+        """Publish at the time of these joint states, if the period is over."""
+        now_ns, frames = joints.stamp_ns, self._frames
+        if now_ns - self._published_ns < FRAMES_PERIOD_NS:
+            return
+        if self._published_ns == 0:
+            self._bag.publish(topics.TF_STATIC, topics.STATE_PUBLISHER_NODE, now_ns, _encode, frames.fixed, now_ns)
+        self._published_ns = now_ns
+        self._bag.publish(topics.TF, topics.STATE_PUBLISHER_NODE, now_ns, _encode_turned, frames, joints)
+
+
+def _encode_turned(frames: LinkFrames, joints: JointStates) -> bytes:
+    return _encode(frames.turned(dict(zip(joints.names, joints.angles_rad))), joints.stamp_ns)
+
+
+def _encode(frames: List[LinkFrame], stamp_ns: int) -> bytes:
+    return encode_tf(
+        *(
+            encode_spatial_transform(frame.translation_xyz_m, frame.quat_xyzw, stamp_ns, frame.parent, frame.child)
+            for frame in frames
+        )
+    )
+
+
+class BagPublications(Publications):
+    """Writes the messages that the bag records; others are not encoded."""
+
+    def __init__(self, bag: Union[TrialBag, TrialBags], params: RobotParams, nav: str) -> None:
+        self._bag = bag
+        self._params = params
+        self._map_frame = params.amcl.global_frame_id
+        self._odom_frame, self._base_frame = params.odometry.odom_frame, params.odometry.base_frame
+        self._joints = params.encoder.left_joint, params.encoder.right_joint
+        self._trial_node = topics.SCRIPTED_DRIVE_NODE if nav == 'scripted' else topics.NAVIGATION_TRIAL_NODE
+        self._goal = SentGoal(self._trial_node, 0, 0)  # before the first
+        self._state_publisher: Optional[StatePublisher] = None  # where the bag records /tf
+        self._models: Optional[ModelStatesEncoder] = None  # where it records /gazebo/model_states
+
+    @override
+    def trial(self, trial: Trial) -> None:
+        self._bag.publish(topics.TRIAL, self._trial_node, 0, encode_string, trial.model_dump_json())
+
+    @override
+    def begin(self, trial: Trial, simulator: Simulator, robot_file: Union[str, Path]) -> None:
+        if trial.nav == 'scripted':
+            start = trial.test.start.pose()  # without localization, odom is where the robot starts
+            self._write_transform(topics.TF_STATIC, self._trial_node, 0, start, 0, self._map_frame, self._odom_frame)
+        if self._bag.wants(topics.MODEL_STATES):
+            self._models = ModelStatesEncoder(simulator.world, simulator.robot_name)
+        if self._bag.wants(topics.TF):
+            self._state_publisher = StatePublisher(robot_file, simulator.joint_states().names, self._bag)
+
+    @override
+    def ending(self, now_ns: int, ending: Ending) -> None:
+        text = json.dumps({'outcome': ending.outcome.value, 'reason': ending.reason})
+        self._bag.publish(topics.TRIAL_RESULT, self._trial_node, now_ns, encode_string, text)
+
+    @override
+    def map(self, grid: OccupancyGrid) -> None:
+        self._bag.publish(topics.MAP, topics.MAP_NODE, 0, encode_map, grid, 0, self._map_frame)
+        self._bag.publish(topics.MAP_METADATA, topics.MAP_NODE, 0, encode_map_metadata, grid, 0)
+
+    @override
+    def joint_states(self, joints: JointStates) -> None:
+        now_ns = joints.stamp_ns
+        self._bag.publish(topics.CLOCK, topics.SIMULATOR_NODE, now_ns, encode_clock, now_ns)
+        self._bag.publish(topics.JOINT_STATES, topics.SIMULATOR_NODE, now_ns, encode_joint_state, joints)
+        if self._state_publisher is not None:
+            self._state_publisher.take(joints)
+
+    @override
+    def models(self, now_ns: int, simulator: Simulator) -> None:
+        if self._models is not None:
+            self._bag.publish(topics.MODEL_STATES, topics.SIMULATOR_NODE, now_ns, self._models.encode, simulator.base())
+
+    @override
+    def world_pose(self, now_ns: int, base_pose_in_map: Pose2D) -> None:
+        self._write_pose(topics.WORLD_POSE, topics.WORLD_POSE_NODE, now_ns, now_ns, base_pose_in_map)
+
+    @property
+    @override
+    def takes_scans(self) -> bool:
+        return self._bag.wants(topics.SCAN)
+
+    @override
+    def scan(self, scan: Scan) -> None:
+        laser, duration_s = self._params.simulator.laser_link, 1.0 / self._params.simulator.lidar.rate
+        self._bag.publish(topics.SCAN, topics.SIMULATOR_NODE, scan.stamp_ns, encode_scan, scan, laser, duration_s)
+
+    @override
+    def encoder_pulse(self, now_ns: int, sample: EncoderSample) -> None:
+        joints, speeds_radps = self._joints, sample.wheel_rates_radps
+        if speeds_radps is not None:
+            speeds = sample.stamp_ns, speeds_radps, joints
+            self._bag.publish(topics.ENCODER_VELOCITY, topics.ENCODER_NODE, now_ns, encode_wheel_speeds, *speeds)
+        self._bag.publish(topics.ENCODER_PULSE, topics.ENCODER_NODE, now_ns, encode_encoder_pulse, sample, joints)
+
+    @override
+    def odometry(self, now_ns: int, estimate: OdometryEstimate) -> None:
+        frames = self._odom_frame, self._base_frame
+        if self._params.odometry.publish_tf:
+            pose, stamp_ns = estimate.base_pose_in_odom, estimate.stamp_ns
+            self._write_transform(topics.TF, topics.ODOM_NODE, now_ns, pose, stamp_ns, *frames)
+        self._bag.publish(topics.ODOM, topics.ODOM_NODE, now_ns, encode_odometry, estimate, *frames)
+
+    @override
+    def amcl_pose(self, now_ns: int, estimate: AmclEstimate) -> None:
+        message = estimate.base_pose_in_map, estimate.covariance, estimate.stamp_ns, self._map_frame
+        self._bag.publish(topics.AMCL_POSE, topics.AMCL_NODE, now_ns, encode_pose_with_covariance, *message)
+
+    @override
+    def odom_in_map(self, now_ns: int, stamp_ns: int, odom_pose_in_map: Pose2D) -> None:
+        frames = self._map_frame, self._odom_frame
+        self._write_transform(topics.TF, topics.AMCL_NODE, now_ns, odom_pose_in_map, stamp_ns, *frames)
+
+    @override
+    def global_pose(self, now_ns: int, stamp_ns: int, base_pose_in_map: Pose2D) -> None:
+        self._write_pose(topics.GLOBAL_POSE, topics.GLOBAL_POSE_NODE, now_ns, stamp_ns, base_pose_in_map)
+
+    @override
+    def command(self, now_ns: int, command: Command, is_navigators: bool) -> None:
+        node = topics.MOVE_BASE_NODE if is_navigators else self._trial_node
+        self._bag.publish(topics.CMD_VEL, node, now_ns, encode_command, *command)
+
+    @override
+    def goal(self, now_ns: int, stamp_ns: int, goal_in_map: Pose2D) -> None:
+        self._goal = SentGoal(self._trial_node, self._goal.number + 1, now_ns)
+        goal = self._goal, goal_in_map, stamp_ns, self._map_frame
+        self._bag.publish(topics.GOAL, self._trial_node, now_ns, encode_goal, *goal)
+
+    @override
+    def goal_result(self, now_ns: int, status: GoalStatus, text: str) -> None:
+        result = self._goal, status, text, now_ns
+        self._bag.publish(topics.RESULT, topics.MOVE_BASE_NODE, now_ns, encode_result, *result)
+
+    def _write_pose(self, topic: str, node: str, now_ns: int, stamp_ns: int, pose_in_map: Pose2D) -> None:
+        self._bag.publish(topic, node, now_ns, encode_pose_stamped, pose_in_map, stamp_ns, self._map_frame)
+
+    def _write_transform(
+        self, topic: str, node: str, now_ns: int, child_pose: Pose2D, stamp_ns: int, parent: str, child: str
+    ) -> None:
+        self._bag.publish(topic, node, now_ns, encode_planar_tf, child_pose, stamp_ns, parent, child)

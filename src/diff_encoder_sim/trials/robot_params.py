@@ -6,8 +6,7 @@ from pathlib import Path
 from typing import Any, Callable, Dict, Iterator, Mapping, NamedTuple, Optional, Type, Union
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.nested_mappings import merged, nested
-from diff_encoder_sim.base.typed_params import Params, did_you_mean, split_params
+from diff_encoder_sim.base.params import Params, did_you_mean, merged, nested, split_params
 from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams

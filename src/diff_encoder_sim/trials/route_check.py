@@ -12,10 +12,9 @@ from diff_encoder_sim.drives.test_definition import TestDefinition
 from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.footprint import IN_OBSTACLE
-from diff_encoder_sim.navigation.global_planner import GlobalPlanner
+from diff_encoder_sim.navigation.global_planner import GlobalPlanner, PlanError, PlanProblem
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
-from diff_encoder_sim.navigation.plan_error import PlanError, PlanProblem
-from diff_encoder_sim.simulation.drive import DriveParams
+from diff_encoder_sim.simulation.simulator import DriveParams
 from diff_encoder_sim.trials.route_driver import Turn, stages_of
 
 # Between two places at which the robot's outline is compared with the walls.

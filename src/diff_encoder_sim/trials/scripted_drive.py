@@ -6,8 +6,13 @@ import bisect
 import math
 from typing import List, NamedTuple, Tuple
 
+from diff_encoder_sim.base.laser_scan import Scan
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives.test_definition import Segment, SpeedLimits, TestDefinition
-from diff_encoder_sim.simulation.periods import STATES_PERIOD_S
+from diff_encoder_sim.drives.trial_definition import Trial
+from diff_encoder_sim.navigation.navigator_inputs import Command
+from diff_encoder_sim.simulation.state import STATES_PERIOD_S
+from diff_encoder_sim.trials.driver import SendCommand
 
 PAUSE_BETWEEN_SEGMENTS_S = 0.5
 SETTLING_S = 1.0  # at rest, before a trial ends
@@ -90,3 +95,20 @@ def _profiles(segment: Segment, limits: SpeedLimits) -> Tuple[Trapezoid, Trapezo
         Trapezoid(segment.straight or 0.0, limits.speed, limits.acceleration),
         Trapezoid(2.0 * math.pi * (segment.turns or 0.0), limits.angular_speed, limits.angular_acceleration),
     )
+
+
+class ScriptedDriver:
+    """Drives by time alone."""
+
+    def __init__(self, trial: Trial, send: SendCommand) -> None:
+        self._drive, self._send = ScriptedDrive(trial.test), send
+        self.is_over = False
+
+    def take_time(self, now_ns: int) -> None:
+        """Send the command for the period that begins."""
+        elapsed_s = now_ns / NANOSECONDS_PER_SECOND
+        self._send(now_ns, Command(*self._drive.command_at(elapsed_s)), False)
+        self.is_over = self._drive.is_over(elapsed_s)
+
+    def take_scan(self, scan: Scan) -> None:
+        """Ignore it."""

@@ -6,9 +6,9 @@ import math
 from typing import Dict, Sequence, Tuple
 
 from diff_encoder_sim.navigation.dwa_params import DwaParams
-from diff_encoder_sim.navigation.stop_spread import PoseStep, StopSpread, stop_parts, stop_spread
+from diff_encoder_sim.navigation.goal_stopping import PoseStep, StopSpread, stop_parts, stop_spread
 from diff_encoder_sim.trials.robot_params import RobotParams
-from diff_encoder_sim.wheels.pulses import PerWheel, ppr_label
+from diff_encoder_sim.wheels.encoder_params import PerWheel, ppr_label
 
 # How each stop ends.
 _ENDS = {'latch': 'ends anywhere within', 'precise': 'drives up to within about'}

@@ -7,8 +7,8 @@ import math
 from typing import Dict, List, Sequence, Union
 
 from diff_encoder_sim.drives.test_definition import Point, PoseParams, TestDefinition
-from diff_encoder_sim.trials.campaign_definition import Campaign, TrialJob
-from diff_encoder_sim.trials.trial_row import TrialRow
+from diff_encoder_sim.trials.campaign_cells import Campaign, TrialJob
+from diff_encoder_sim.trials.results import TrialRow
 
 # What is assumed of a worker, and counts as much as so many seconds of measured work: the first trials also wait for
 # machine code to be loaded. docs/campaigns.md has the measured speed.

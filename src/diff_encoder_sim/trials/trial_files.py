@@ -12,15 +12,15 @@ from typing import Dict, NamedTuple, Sequence, Union
 
 import yaml
 
-from diff_encoder_sim.base.command_name import as_typed
+from diff_encoder_sim.base.command_line import as_typed
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.drives.test_definition import TestDefinition, find_world
 from diff_encoder_sim.localization.map_files import load_map
+from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.robots.package_search import find_mesh
-from diff_encoder_sim.robots.robot_source import RobotSource
-from diff_encoder_sim.robots.robot_xml import read_robot_text
-from diff_encoder_sim.robots.self_contained import needs_other_files, self_contained_urdf
+from diff_encoder_sim.robots.simulated_robot import needs_other_files, self_contained_urdf
+from diff_encoder_sim.robots.urdf_reading import read_robot_text
 from diff_encoder_sim.robots.xacro_expansion import expand
 from diff_encoder_sim.simulation.world import load_world
 

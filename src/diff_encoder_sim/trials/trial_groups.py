@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Dict, List, Sequence, Tuple
 
-from diff_encoder_sim.trials.campaign_definition import Campaign, TrialJob
+from diff_encoder_sim.trials.campaign_cells import Campaign, TrialJob
 from diff_encoder_sim.trials.trial_setup import drive_params
 
 # Each has a bag open; and what is under way is lost with its worker.

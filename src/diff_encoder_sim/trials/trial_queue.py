@@ -5,7 +5,7 @@ from __future__ import annotations
 import collections
 from typing import Deque, Dict, Sequence, Tuple
 
-from diff_encoder_sim.trials.campaign_definition import TrialJob
+from diff_encoder_sim.trials.campaign_cells import TrialJob
 from diff_encoder_sim.trials.trial_groups import TrialGroup
 
 # Tasks under way per thread of the workers: one runs, one waits there for its turn.

@@ -7,7 +7,7 @@ from typing import List, NamedTuple, Optional
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives.trial_definition import Trial
 from diff_encoder_sim.localization.amcl import AmclEstimate
-from diff_encoder_sim.navigation.goal_status import Command, NavigatorOutput
+from diff_encoder_sim.navigation.navigator_inputs import Command, NavigatorOutput
 from diff_encoder_sim.simulation.state import JointStates
 from diff_encoder_sim.trials.latency import latency_ns
 from diff_encoder_sim.trials.lockstep_world import LockstepWorld
@@ -16,10 +16,9 @@ from diff_encoder_sim.trials.odometry_listener import OdometryListener, Surveyed
 from diff_encoder_sim.trials.publications import Publications
 from diff_encoder_sim.trials.robot_params import RobotParams
 from diff_encoder_sim.wheels.encoder_sample import EncoderSample
+from diff_encoder_sim.wheels.odometry import OdometryEstimate, WheelOdometry, wheel_speeds_mps
 from diff_encoder_sim.wheels.sampling import BoundarySampler
 from diff_encoder_sim.wheels.wheel_encoder import ReportingEncoder
-from diff_encoder_sim.wheels.wheel_odometry import OdometryEstimate, WheelOdometry
-from diff_encoder_sim.wheels.wheel_twist import wheel_speeds_mps
 
 
 class Report(NamedTuple):

@@ -9,9 +9,8 @@ from __future__ import annotations
 import math
 from typing import Any, Dict, Mapping
 
-from diff_encoder_sim.base.nested_mappings import nested
-from diff_encoder_sim.base.typed_params import with_changes
-from diff_encoder_sim.simulation.wheel_errors import CONTACT_CURVE_NOISE, CONTACT_DISTANCE_STD, WheelErrorParams
+from diff_encoder_sim.base.params import nested, with_changes
+from diff_encoder_sim.simulation.simulator import CONTACT_CURVE_NOISE, CONTACT_DISTANCE_STD, WheelErrorParams
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 
 

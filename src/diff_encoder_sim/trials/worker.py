@@ -15,9 +15,9 @@ from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.base.errors import in_one_line
 from diff_encoder_sim.drives.topics import RecordMode
 from diff_encoder_sim.drives.trial_definition import TrialPlan
-from diff_encoder_sim.trials.campaign_definition import Campaign, TrialJob
+from diff_encoder_sim.trials.campaign_cells import Campaign, TrialJob
+from diff_encoder_sim.trials.results import TrialRow
 from diff_encoder_sim.trials.trial_files import PlacedFiles
-from diff_encoder_sim.trials.trial_row import TrialRow
 from diff_encoder_sim.trials.trial_run import TrialResult
 from diff_encoder_sim.trials.trial_setup import TrialSetup
 

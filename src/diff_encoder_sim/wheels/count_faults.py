@@ -7,7 +7,7 @@ from typing import Optional
 import numpy as np
 
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.wheels.encoder_model import FaultParams
+from diff_encoder_sim.wheels.encoder_params import FaultParams
 
 # More in one call are no motion but a jump of the angle: their number alone is drawn.
 MOST_ONE_BY_ONE = 100_000

@@ -11,9 +11,8 @@ import numpy as np
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.wheels.count_faults import CountFaults
 from diff_encoder_sim.wheels.decoder import CountsOfStates, counts_of_states
-from diff_encoder_sim.wheels.encoder_model import NO_FAULTS, EncoderModel
+from diff_encoder_sim.wheels.encoder_params import NO_FAULTS, EncoderModel, pulses_from_angle
 from diff_encoder_sim.wheels.gear import Gear
-from diff_encoder_sim.wheels.pulses import pulses_from_angle
 from diff_encoder_sim.wheels.wheel_rate import TimedEdge, WheelRate
 from diff_encoder_sim.wheels.wheel_sensor import WheelSensor
 

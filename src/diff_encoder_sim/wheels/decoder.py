@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Callable, List, NamedTuple, Optional, Sequence, Tuple
 
-from diff_encoder_sim.wheels.encoder_model import EncoderModel, Wiring
+from diff_encoder_sim.wheels.encoder_params import EncoderModel, Wiring
 
 Levels = Tuple[int, ...]  # of the channels A, B (, C): 0 low, 1 high
 

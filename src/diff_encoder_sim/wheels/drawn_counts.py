@@ -8,7 +8,7 @@ from typing import Optional, Sequence, Tuple
 import numpy as np
 
 from diff_encoder_sim.wheels.decoder import CountsOfStates, counts_of_states
-from diff_encoder_sim.wheels.encoder_model import IDEAL_ENCODER, NO_FAULTS, EncoderModel, FaultParams
+from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER, NO_FAULTS, EncoderModel, FaultParams
 from diff_encoder_sim.wheels.gear import Gear
 from diff_encoder_sim.wheels.wheel_sensor import WheelSensor, drawn_phases_rad
 

@@ -8,13 +8,17 @@ from typing import Any, Dict, Optional, Tuple
 from pydantic import Field
 from typing_extensions import Annotated
 
-from diff_encoder_sim.base.bounded_numbers import Between, Length_m, Offset_m, TravelVariance_m
-from diff_encoder_sim.base.typed_params import Params
-from diff_encoder_sim.wheels.counter import CounterModulus
-from diff_encoder_sim.wheels.encoder_model import IDEAL_ENCODER, EncoderModel, counts_per_turn
-from diff_encoder_sim.wheels.geometry_uncertainty import GeometryStd
-from diff_encoder_sim.wheels.odometry_covariance import reading_variance
-from diff_encoder_sim.wheels.pulses import DEFAULT_PPR, PerWheel, PulsesPerRevolution
+from diff_encoder_sim.base.params import Between, Length_m, Offset_m, Params, TravelVariance_m
+from diff_encoder_sim.wheels.covariance import GeometryStd, reading_variance
+from diff_encoder_sim.wheels.encoder_params import (
+    DEFAULT_PPR,
+    IDEAL_ENCODER,
+    CounterModulus,
+    EncoderModel,
+    PerWheel,
+    PulsesPerRevolution,
+    counts_per_turn,
+)
 from diff_encoder_sim.wheels.wheel_rate import DEFAULT_CLOCK_HZ, VelocityClock_Hz, VelocityMethod
 
 # Added to the variance of travel, per metre of it, by a lateral acceleration of 1 m/s^2; it grows with its square.

@@ -10,9 +10,8 @@ import numpy as np
 from pydantic import Field
 from typing_extensions import Annotated
 
-from diff_encoder_sim.base.bounded_numbers import Between, Fraction
+from diff_encoder_sim.base.params import Between, Fraction, Params
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.base.typed_params import Params
 from diff_encoder_sim.wheels.encoder_sample import EncoderSample
 
 ShortDuration_s = Annotated[float, Between(0.0, 10.0, 's')]

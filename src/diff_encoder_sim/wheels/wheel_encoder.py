@@ -11,16 +11,23 @@ from typing import Any, Dict, Optional, Sequence, Tuple, Union
 
 from pydantic import Field, model_validator
 
-from diff_encoder_sim.base.bounded_numbers import Rate_Hz, Seed
 from diff_encoder_sim.base.errors import EVENT, InputFault
+from diff_encoder_sim.base.params import Params, Rate_Hz, Seed, did_you_mean, not_allowed
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step
-from diff_encoder_sim.base.typed_params import Params, did_you_mean, not_allowed
-from diff_encoder_sim.wheels.counter import CounterModulus, wrap_count
 from diff_encoder_sim.wheels.counting_wheel import CountingWheel, IdealWheel
-from diff_encoder_sim.wheels.encoder_model import IDEAL_ENCODER, MOST_COUNTS_PER_TURN, EncoderModel, counts_per_turn
+from diff_encoder_sim.wheels.encoder_params import (
+    DEFAULT_PPR,
+    IDEAL_ENCODER,
+    MOST_COUNTS_PER_TURN,
+    CounterModulus,
+    EncoderModel,
+    PerWheel,
+    PulsesPerRevolution,
+    counts_per_turn,
+    wrap_count,
+)
 from diff_encoder_sim.wheels.encoder_sample import EncoderSample
-from diff_encoder_sim.wheels.pulses import DEFAULT_PPR, PerWheel, PulsesPerRevolution
 from diff_encoder_sim.wheels.report_link import LATE_REPORT_TOLERANCE_NS, PROMPT, ReportLink, ReportParams
 from diff_encoder_sim.wheels.sampling import DEFAULT_RATE_HZ
 from diff_encoder_sim.wheels.wheel_channel import MISSING_AFTER_NS, WheelChannel

@@ -7,7 +7,7 @@ from typing import List, Optional
 
 import numpy as np
 
-from diff_encoder_sim.wheels.encoder_model import DEGREES_PER_HALL_EDGE, EncoderModel
+from diff_encoder_sim.wheels.encoder_params import DEGREES_PER_HALL_EDGE, EncoderModel
 from diff_encoder_sim.wheels.gear import Play
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.advice.drawn_robot import ALL_CAUSES, ROBOTS_CAUSES, WheelCause, drawn_robot
-from diff_encoder_sim.robots.robot_source import RobotSource
-from diff_encoder_sim.simulation.wheel_errors import WheelErrorParams
+from diff_encoder_sim.robots.description import RobotSource
+from diff_encoder_sim.simulation.simulator import WheelErrorParams
 from diff_encoder_sim.trials.robot_params import load_robot_params
 from drawn_drives import robot_of
 from encoder_drives import RADIUS_M, SEPARATION_M

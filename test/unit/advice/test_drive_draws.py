@@ -9,7 +9,7 @@ from diff_encoder_sim.advice import drive_draws
 from diff_encoder_sim.advice.drawn_robot import ALL_CAUSES, WheelCause
 from diff_encoder_sim.advice.drive_draws import DriveDraws
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.navigation.stop_spread import StopSpread
+from diff_encoder_sim.navigation.goal_stopping import StopSpread
 from drawn_drives import LINE_M, encoder_of, line, many_one_by_one, robot_of, rolled
 from encoder_drives import SEPARATION_M, m_per_pulse
 

@@ -8,8 +8,8 @@ import pytest
 from diff_encoder_sim.advice.error_free_drives import navigated, scripted, straight_test
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.drives.test_definition import TestDefinition
-from diff_encoder_sim.robots.robot_source import RobotSource
-from diff_encoder_sim.simulation.wheel_errors import WheelErrorParams
+from diff_encoder_sim.robots.description import RobotSource
+from diff_encoder_sim.simulation.simulator import WheelErrorParams
 from diff_encoder_sim.trials.robot_params import load_robot_params
 from diff_encoder_sim.wheels.drawn_odometry import final_poses
 from drawn_drives import rolled

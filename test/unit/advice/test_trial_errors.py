@@ -16,8 +16,7 @@ from diff_encoder_sim.advice.trial_errors import (
     truth_budget,
 )
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.drives.pose_source import PoseSource
-from diff_encoder_sim.drives.trial_outcome import Outcome
+from diff_encoder_sim.drives.trial_definition import Outcome, PoseSource
 from synthetic_trials import trial_data
 
 REQUIREMENT = Requirement(0.8, 0.05, math.radians(3.0), 0.95)

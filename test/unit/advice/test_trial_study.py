@@ -9,10 +9,9 @@ from advised_robots import REQUIREMENT, straight_advice
 from diff_encoder_sim.advice.advice import TriedEncoder
 from diff_encoder_sim.advice.answers import Criterion, Kind
 from diff_encoder_sim.advice.trial_study import CONFIRMING, TrialStudy
-from diff_encoder_sim.base.paths import package_folder
+from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.drives.pose_source import PoseSource
-from diff_encoder_sim.drives.trial_outcome import Outcome
+from diff_encoder_sim.drives.trial_definition import Outcome, PoseSource
 from diff_encoder_sim.trials.campaign_loading import load_campaign
 from synthetic_trials import trial_data
 

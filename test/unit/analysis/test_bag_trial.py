@@ -11,8 +11,7 @@ import pytest
 
 from diff_encoder_sim.analysis.bag_trial import MOST_POINTS
 from diff_encoder_sim.analysis.dataset_loading import load_dataset
-from diff_encoder_sim.drives.pose_source import PoseSource
-from diff_encoder_sim.drives.trial_outcome import Outcome
+from diff_encoder_sim.drives.trial_definition import Outcome, PoseSource
 from places import SOURCE
 from synthetic_trials import ALTO
 from trial_bags import TRUTH, trial, write_bag

@@ -7,7 +7,7 @@ import pytest
 from campaign_files import RUN, small_campaign
 from diff_encoder_sim.analysis.dataset_loading import load_dataset
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.trials.result_store import ResultStore
+from diff_encoder_sim.trials.results import ResultStore
 from diff_encoder_sim.trials.trial_run import run_trials
 from diff_encoder_sim.trials.worker import PlacedJob, ResultsFolder, run_jobs
 from places import ROOT

@@ -8,8 +8,8 @@ import pytest
 from diff_encoder_sim.analysis.closed_form import closed_form_std, heading_std_rad, odometry_minus_truth, wheel_travel_m
 from diff_encoder_sim.analysis.quantities import YAW, X
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.drives.pose_source import PoseSource
 from diff_encoder_sim.drives.test_definition import PoseParams
+from diff_encoder_sim.drives.trial_definition import PoseSource
 from figure_panels import requested_trial
 from synthetic_trials import ALTO, trial_data
 

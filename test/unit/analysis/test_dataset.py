@@ -2,7 +2,7 @@
 
 from campaign_files import NOISE
 from diff_encoder_sim.analysis.dataset import CellKey, Dataset, TrialData
-from diff_encoder_sim.drives.trial_outcome import Outcome
+from diff_encoder_sim.drives.trial_definition import Outcome
 from synthetic_trials import ALTO
 
 

@@ -5,7 +5,7 @@ import math
 from analysed_campaigns import finish, refusal
 from campaign_files import small_campaign
 from diff_encoder_sim.analysis.dataset_loading import load_dataset
-from diff_encoder_sim.drives.trial_outcome import Outcome
+from diff_encoder_sim.drives.trial_definition import Outcome
 from trial_bags import trial, write_bag
 
 

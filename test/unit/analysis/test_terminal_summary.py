@@ -1,7 +1,7 @@
 """What the terminal shows of a dataset."""
 
 from diff_encoder_sim.analysis.terminal_summary import cell_table, summary, trial_table
-from diff_encoder_sim.drives.trial_outcome import Outcome
+from diff_encoder_sim.drives.trial_definition import Outcome
 from paper_datasets import IN, OUT, cell, dataset, trial
 
 

@@ -6,7 +6,7 @@ import pytest
 
 from diff_encoder_sim.analysis.dataset import CellKey
 from diff_encoder_sim.analysis.variant_errors import HEADING, POSITION, variant_errors
-from diff_encoder_sim.drives.trial_outcome import Outcome
+from diff_encoder_sim.drives.trial_definition import Outcome
 from paper_datasets import dataset, trial
 
 NONE, MISSED = (('variant', 'none'),), (('variant', 'missed 1 %'),)

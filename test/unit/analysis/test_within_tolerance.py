@@ -3,8 +3,7 @@
 import pytest
 
 from diff_encoder_sim.analysis.within_tolerance import COMPARED_POSES, Sufficiency, fewest_trials, fraction_within
-from diff_encoder_sim.drives.pose_source import PoseSource
-from diff_encoder_sim.drives.trial_outcome import Outcome
+from diff_encoder_sim.drives.trial_definition import Outcome, PoseSource
 from paper_datasets import IN, OUT, TURNED, cell, rows, trial
 
 

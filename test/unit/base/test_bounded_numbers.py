@@ -5,8 +5,7 @@ import math
 import pytest
 from typing_extensions import Annotated
 
-from diff_encoder_sim.base.bounded_numbers import Between
-from diff_encoder_sim.base.typed_params import Params
+from diff_encoder_sim.base.params import Between, Params
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ import pytest
 
 from diff_encoder_sim.base.command_line import run_tool, tool_parser
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.version import package_version
+from diff_encoder_sim.base.package_files import package_version
 
 
 def ending(error):

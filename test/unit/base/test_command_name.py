@@ -4,8 +4,7 @@ import sys
 
 import pytest
 
-from diff_encoder_sim.base.command_line import run_tool, tool_parser
-from diff_encoder_sim.base.command_name import as_called, as_typed
+from diff_encoder_sim.base.command_line import as_called, as_typed, run_tool, tool_parser
 from diff_encoder_sim.base.errors import ConfigError
 
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from diff_encoder_sim.base.csv_cells import text_cell, text_of_cell
+from diff_encoder_sim.base.text_values import text_cell, text_of_cell
 
 FORMULAS = [
     '=1+1',

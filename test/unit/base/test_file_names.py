@@ -6,7 +6,7 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.drives.test_definition import TestDefinition
 from diff_encoder_sim.localization.map_files import load_map
 from diff_encoder_sim.robots.robot_file import RobotFileParams
-from diff_encoder_sim.trials.campaign_params import CampaignParams
+from diff_encoder_sim.trials.campaign_cells import CampaignParams
 
 LONG = 'x' * 5000
 DEEP = 'folder/' * 1000

@@ -4,7 +4,7 @@ import gc
 
 import pytest
 
-from diff_encoder_sim.base.garbage import without_collection
+from diff_encoder_sim.base.processes import without_collection
 
 
 @pytest.fixture(autouse=True)

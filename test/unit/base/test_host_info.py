@@ -3,7 +3,7 @@
 import os
 import subprocess
 
-from diff_encoder_sim.base.host_info import cpu_model, git, usable_cores
+from diff_encoder_sim.base.processes import cpu_model, git, usable_cores
 
 
 def test_the_host_has_a_processor_with_a_name():

@@ -7,7 +7,7 @@ import threading
 
 import pytest
 
-from diff_encoder_sim.base.interrupts import interrupts_blocked
+from diff_encoder_sim.base.processes import interrupts_blocked
 
 
 def blocked():

@@ -1,6 +1,6 @@
 """Mappings within mappings."""
 
-from diff_encoder_sim.base.nested_mappings import flat, merged, nested
+from diff_encoder_sim.base.params import flat, merged, nested
 
 NESTED = {'lidar': {'noise': 0.03, 'samples': 360}, 'laser_link': 'laser', 'corners': [[0, 1], [1, 0]]}
 FLAT = {'lidar.noise': 0.03, 'lidar.samples': 360, 'laser_link': 'laser', 'corners': [[0, 1], [1, 0]]}

@@ -4,8 +4,8 @@ import argparse
 
 import pytest
 
-from diff_encoder_sim.base.bounded_numbers import Between
-from diff_encoder_sim.base.number_arguments import number_within, whole_number_within
+from diff_encoder_sim.base.command_line import number_within, whole_number_within
+from diff_encoder_sim.base.params import Between
 
 
 @pytest.mark.parametrize(

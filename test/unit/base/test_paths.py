@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from diff_encoder_sim.base import paths
+from diff_encoder_sim.base import package_files as paths
 from diff_encoder_sim.base.errors import ConfigError
 from places import ROOT
 

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from diff_encoder_sim.base.plain_numbers import plain_float, plain_int
+from diff_encoder_sim.base.text_values import plain_float, plain_int
 
 NO_NUMBERS = [
     '',

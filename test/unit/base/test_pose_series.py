@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from diff_encoder_sim.base.pose_series import PoseSeries, steps_m
+from diff_encoder_sim.base.se2 import PoseSeries, steps_m
 
 
 def test_each_stamp_once_ascending_with_its_first_pose():

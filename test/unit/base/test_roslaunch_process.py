@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from diff_encoder_sim.base.roslaunch_process import catches_signal, is_roslaunch, parent_only_lists
+from diff_encoder_sim.base.processes import catches_signal, is_roslaunch, parent_only_lists
 
 
 @pytest.fixture(name='process')

@@ -4,7 +4,7 @@ import pytest
 from pydantic import model_validator
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.typed_params import (
+from diff_encoder_sim.base.params import (
     Params,
     did_you_mean,
     load_params,

@@ -4,7 +4,7 @@ import re
 from importlib import metadata
 from xml.etree import ElementTree
 
-from diff_encoder_sim.base import version
+from diff_encoder_sim.base import package_files as version
 from diff_encoder_sim.base.errors import ConfigError
 from places import ROOT
 

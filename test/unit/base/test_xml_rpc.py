@@ -2,7 +2,7 @@
 
 import pytest
 
-from diff_encoder_sim.base.xml_rpc import LARGEST_INT, for_xml_rpc, from_xml_rpc
+from diff_encoder_sim.base.text_values import LARGEST_INT, for_xml_rpc, from_xml_rpc
 
 
 @pytest.mark.parametrize('number', [LARGEST_INT + 1, 2**32, -(2**40), 2**63 - 1])

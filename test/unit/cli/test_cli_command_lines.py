@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from diff_encoder_sim.base.version import package_version
+from diff_encoder_sim.base.package_files import package_version
 from places import ROOT, SOURCE
 
 TOOLS = {

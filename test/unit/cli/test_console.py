@@ -8,7 +8,7 @@ import sys
 import pytest
 from test_cli_command_lines import REPORT
 
-from diff_encoder_sim.base.version import package_version
+from diff_encoder_sim.base.package_files import package_version
 from diff_encoder_sim.cli.console import COMMANDS, main
 from places import ROOT, SOURCE
 

@@ -8,8 +8,8 @@ import yaml
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.cli.reencode_arguments import PAPER_PPR
 from diff_encoder_sim.cli.reencode_encoders import chosen_encoders, given_encoders, parameters_with, ppr_of_text
-from diff_encoder_sim.wheels.encoder_catalogue import encoder_names
-from diff_encoder_sim.wheels.encoder_model import EncoderModel
+from diff_encoder_sim.wheels.catalogue import encoder_names
+from diff_encoder_sim.wheels.encoder_params import EncoderModel
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 from places import CONFIG

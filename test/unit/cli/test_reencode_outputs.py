@@ -5,9 +5,8 @@ import pytest
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.cli.reencode_arguments import parse
 from diff_encoder_sim.cli.reencode_outputs import output_files
-from diff_encoder_sim.wheels.chosen_encoder import ChosenEncoder, chosen
-from diff_encoder_sim.wheels.encoder_catalogue import load_encoder
-from diff_encoder_sim.wheels.pulses import PerWheel
+from diff_encoder_sim.wheels.catalogue import ChosenEncoder, chosen, load_encoder
+from diff_encoder_sim.wheels.encoder_params import PerWheel
 from places import CONFIG
 
 NINETY = ChosenEncoder(PerWheel(left=90, right=90))

@@ -7,7 +7,7 @@ import pytest
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.cli.robot_checks import with_checks
 from diff_encoder_sim.trials.campaign_loading import load_campaign
-from diff_encoder_sim.trials.manifest import manifest_of
+from diff_encoder_sim.trials.results import manifest_of
 from places import ROOT
 
 

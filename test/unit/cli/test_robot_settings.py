@@ -4,7 +4,7 @@ import pytest
 import yaml
 
 from diff_encoder_sim.cli.robot_settings import main
-from diff_encoder_sim.simulation.wheel_errors import CONTACT_CURVE_NOISE
+from diff_encoder_sim.simulation.simulator import CONTACT_CURVE_NOISE
 from places import ROOT
 from trial_bags import trial, write_bag
 

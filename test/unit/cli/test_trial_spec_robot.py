@@ -4,7 +4,7 @@ import pytest
 import yaml
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.xml_rpc import from_xml_rpc
+from diff_encoder_sim.base.text_values import from_xml_rpc
 from diff_encoder_sim.cli import trial_spec
 from diff_encoder_sim.cli.trial_spec_arguments import parse
 from diff_encoder_sim.drives.trial_definition import LivePlan

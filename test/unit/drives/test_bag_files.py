@@ -8,7 +8,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from diff_encoder_sim.drives import topics
 from diff_encoder_sim.drives.bag_files import SUFFIXES, Ros1File
 from diff_encoder_sim.drives.bag_source import open_source
-from diff_encoder_sim.drives.basic_messages import encode_clock
+from diff_encoder_sim.drives.sensor_messages import encode_clock
 from diff_encoder_sim.drives.topics import TOPICS
 from diff_encoder_sim.drives.trial_bag import TrialBag
 from recorded_messages import one_of_each

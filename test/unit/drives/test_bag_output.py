@@ -3,11 +3,10 @@
 import pytest
 
 from diff_encoder_sim.drives.bag_output import COPIED
-from diff_encoder_sim.drives.joint_messages import encode_encoder_pulse
-from diff_encoder_sim.drives.pose_messages import encode_odometry
-from diff_encoder_sim.drives.transform_messages import encode_tf, encode_transform
+from diff_encoder_sim.drives.pose_messages import encode_odometry, encode_tf, encode_transform
+from diff_encoder_sim.drives.sensor_messages import encode_encoder_pulse
+from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
-from diff_encoder_sim.wheels.wheel_odometry import WheelOdometry
 from reencoding_drives import JOINTS, ROS1, angles_rad, converted_to_ros2, drive, write_ros1
 from reencoding_runs import contents, run, samples_of
 from trial_bags import trial

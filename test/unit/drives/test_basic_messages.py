@@ -4,7 +4,7 @@ import pytest
 
 import message_values as values
 from diff_encoder_sim.base.errors import InputFault
-from diff_encoder_sim.drives.basic_messages import (
+from diff_encoder_sim.drives.sensor_messages import (
     decode_command,
     decode_string,
     encode_clock,

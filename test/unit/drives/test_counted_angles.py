@@ -7,11 +7,10 @@ import pytest
 
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.drives.counted_angles import CountedAngles
-from diff_encoder_sim.drives.joint_messages import JointValues
+from diff_encoder_sim.drives.sensor_messages import JointValues
 from diff_encoder_sim.drives.typestore import noetic_store
-from diff_encoder_sim.wheels.counter import wrap_count
+from diff_encoder_sim.wheels.encoder_params import PerWheel, wrap_count
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
-from diff_encoder_sim.wheels.pulses import PerWheel
 from reencoding_drives import ROS1, ROS2, angles_rad, write_ros1, write_ros2
 from reencoding_runs import contents, run, samples_of
 

@@ -3,13 +3,9 @@
 import numpy as np
 import pytest
 
-from diff_encoder_sim.drives.covariances import (
-    encode_amcl_covariance,
-    encode_odometry_covariance,
-    encode_twist_covariance,
-)
-from diff_encoder_sim.wheels.odometry_covariance import PlanarCovariance
-from diff_encoder_sim.wheels.wheel_twist import TwistCovariance
+from diff_encoder_sim.drives.wire import encode_amcl_covariance, encode_odometry_covariance, encode_twist_covariance
+from diff_encoder_sim.wheels.covariance import PlanarCovariance
+from diff_encoder_sim.wheels.odometry import TwistCovariance
 
 PLANAR = PlanarCovariance(*range(1, 7))
 TWIST = TwistCovariance(1.0, 2.0, 3.0)

@@ -6,8 +6,7 @@ import pytest
 
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.se2 import IDENTITY
-from diff_encoder_sim.drives.field_reader import FieldReader
-from diff_encoder_sim.drives.primitives import encode_header, encode_text
+from diff_encoder_sim.drives.wire import FieldReader, encode_header, encode_text
 from reencoding_drives import MAKERS
 
 

@@ -3,8 +3,8 @@
 import pytest
 
 import message_values as values
-from diff_encoder_sim.drives.goal_messages import SentGoal, encode_goal, encode_result
-from diff_encoder_sim.navigation.goal_status import GoalStatus
+from diff_encoder_sim.drives.sensor_messages import SentGoal, encode_goal, encode_result
+from diff_encoder_sim.navigation.navigator_inputs import GoalStatus
 from message_checks import check_header, check_pose, read, stamp_ns
 
 SENT = SentGoal('/navigation_trial_node', 3, 5_610_000_000)

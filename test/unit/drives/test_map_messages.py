@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import message_values as values
-from diff_encoder_sim.drives.map_messages import encode_map, encode_map_metadata
+from diff_encoder_sim.drives.sensor_messages import encode_map, encode_map_metadata
 from message_checks import check_header, check_pose, read, stamp_ns
 
 

@@ -5,8 +5,8 @@ import pytest
 from diff_encoder_sim.drives import topics
 from diff_encoder_sim.drives.mcap_records import MAGIC, Opcode, encode_record
 from diff_encoder_sim.drives.mcap_stream import McapStream
-from diff_encoder_sim.drives.primitives import LENGTH, UINT16, encode_text
 from diff_encoder_sim.drives.trial_bag import TrialBag
+from diff_encoder_sim.drives.wire import LENGTH, UINT16, encode_text
 from recorded_messages import one_of_each
 
 TOPICS = topics.RECORDED

@@ -8,7 +8,7 @@ import pytest
 import message_values as values
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.se2 import yaw_from_quat_xyzw
-from diff_encoder_sim.drives.model_messages import ModelStateDecoder, ModelStatesEncoder
+from diff_encoder_sim.drives.pose_messages import ModelStateDecoder, ModelStatesEncoder
 from message_checks import quat, read, vector
 
 

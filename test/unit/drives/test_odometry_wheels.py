@@ -8,9 +8,9 @@ from diff_encoder_sim.drives.bag_messages import Message
 from diff_encoder_sim.drives.odometry_wheels import OdometryWheels
 from diff_encoder_sim.drives.reference import FramePair, PoseTopic
 from diff_encoder_sim.drives.start_angles import start_angles_rad
+from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.wheel_encoder import DiffEncoder, EncoderParams
-from diff_encoder_sim.wheels.wheel_odometry import WheelOdometry
 from reencoding_drives import JOINTS, MAKERS, ROS1, WHEEL_DIAMETER_M, WHEEL_SEPARATION_M
 
 # Ahead, about a wheel, on the spot, back in a bend; a step is both wheels' angles [rad].

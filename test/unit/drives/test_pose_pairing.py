@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from diff_encoder_sim.base.pose_series import PoseSeries
-from diff_encoder_sim.drives.pose_pairing import LARGEST_GAP_NS, WaitingPoses, take_pairs
+from diff_encoder_sim.base.se2 import PoseSeries
+from diff_encoder_sim.drives.trajectory_error import LARGEST_GAP_NS, WaitingPoses, take_pairs
 
 MS = 1_000_000
 

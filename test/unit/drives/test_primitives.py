@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from diff_encoder_sim.drives.primitives import (
+from diff_encoder_sim.drives.wire import (
     encode_array,
     encode_header,
     encode_names,

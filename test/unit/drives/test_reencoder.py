@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
+from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
-from diff_encoder_sim.wheels.wheel_odometry import WheelOdometry
 from reencoding_drives import angles_rad, drive, true_poses, without_index, write_ros1
 from reencoding_runs import rows_of, run, samples_of
 

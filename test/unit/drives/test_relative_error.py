@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from diff_encoder_sim.drives.relative_error import RPE_DISTANCES_M, RpePairs, RunningRelativeErrors, rpe_name
+from diff_encoder_sim.drives.trajectory_error import RPE_DISTANCES_M, RpePairs, RunningRelativeErrors, rpe_name
 
 
 def running_over(pairs):

@@ -8,8 +8,8 @@ import pytest
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives.result_table import csv_table, text_table
 from diff_encoder_sim.drives.wheels_at_ppr import WheelsAtPpr
+from diff_encoder_sim.wheels.encoder_params import PerWheel
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
-from diff_encoder_sim.wheels.pulses import PerWheel
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 PERIOD_NS = 50_000_000

@@ -5,9 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from diff_encoder_sim.drives import rpe_segments
-from diff_encoder_sim.drives.relative_error import RPE_DISTANCES_M, RpePairs, RunningRelativeErrors
-from diff_encoder_sim.drives.rpe_segments import LENGTH_TOLERANCE
+from diff_encoder_sim.drives import trajectory_error as rpe_segments
+from diff_encoder_sim.drives.trajectory_error import LENGTH_TOLERANCE, RPE_DISTANCES_M, RpePairs, RunningRelativeErrors
 
 
 def errors_of(pairs, block=500):

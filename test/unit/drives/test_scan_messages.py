@@ -5,7 +5,7 @@ import pytest
 
 import message_values as values
 from diff_encoder_sim.base.errors import InputFault
-from diff_encoder_sim.drives.scan_messages import decode_scan, encode_scan
+from diff_encoder_sim.drives.sensor_messages import decode_scan, encode_scan
 from message_checks import check_header, read
 from reencoding_drives import MAKERS
 

@@ -22,22 +22,32 @@ from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
 import field_messages as fields
-from diff_encoder_sim.drives.basic_messages import encode_clock, encode_command, encode_string
-from diff_encoder_sim.drives.goal_messages import SentGoal, encode_goal, encode_result
-from diff_encoder_sim.drives.joint_messages import encode_encoder_pulse, encode_joint_state
-from diff_encoder_sim.drives.map_messages import encode_map, encode_map_metadata
-from diff_encoder_sim.drives.model_messages import ModelStatesEncoder
 from diff_encoder_sim.drives.pose_messages import (
+    ModelStatesEncoder,
     encode_odometry,
     encode_pose_array,
     encode_pose_stamped,
     encode_pose_with_covariance,
+    encode_spatial_transform,
+    encode_tf,
+    encode_transform,
 )
-from diff_encoder_sim.drives.scan_messages import encode_scan
+from diff_encoder_sim.drives.sensor_messages import (
+    SentGoal,
+    encode_clock,
+    encode_command,
+    encode_encoder_pulse,
+    encode_goal,
+    encode_joint_state,
+    encode_map,
+    encode_map_metadata,
+    encode_result,
+    encode_scan,
+    encode_string,
+)
 from diff_encoder_sim.drives.topics import TOPICS
-from diff_encoder_sim.drives.transform_messages import encode_spatial_transform, encode_tf, encode_transform
 from diff_encoder_sim.drives.typestore import definition
-from diff_encoder_sim.navigation.goal_status import GoalStatus
+from diff_encoder_sim.navigation.navigator_inputs import GoalStatus
 from diff_encoder_sim.ros import conversions
 from diff_encoder_sim.ros.gazebo_messages import ModelStates
 from diff_encoder_sim.ros.maps import map_message

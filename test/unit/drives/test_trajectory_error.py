@@ -5,10 +5,14 @@ import math
 import numpy as np
 import pytest
 
-from diff_encoder_sim.base.pose_series import PoseSeries
-from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.drives.relative_error import RpePairs, RunningRelativeErrors
-from diff_encoder_sim.drives.trajectory_error import Alignment, RunningPathError, path_error
+from diff_encoder_sim.base.se2 import Pose2D, PoseSeries
+from diff_encoder_sim.drives.trajectory_error import (
+    Alignment,
+    RpePairs,
+    RunningPathError,
+    RunningRelativeErrors,
+    path_error,
+)
 
 PERIOD_NS = 50_000_000
 

@@ -5,12 +5,18 @@ import math
 import numpy as np
 import pytest
 
-from diff_encoder_sim.base.pose_series import PoseSeries
-from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
-from diff_encoder_sim.drives.pose_pairing import LARGEST_BACKLOG, LARGEST_GAP_NS
-from diff_encoder_sim.drives.relative_error import RPE_DISTANCES_M, RpePairs
-from diff_encoder_sim.drives.rpe_segments import LENGTH_TOLERANCE
-from diff_encoder_sim.drives.trajectory_error import Alignment, PathComparison, RunningPathError, path_error
+from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, PoseSeries
+from diff_encoder_sim.drives.trajectory_error import (
+    LARGEST_BACKLOG,
+    LARGEST_GAP_NS,
+    LENGTH_TOLERANCE,
+    RPE_DISTANCES_M,
+    Alignment,
+    PathComparison,
+    RpePairs,
+    RunningPathError,
+    path_error,
+)
 from reencoding_drives import angles_rad, true_poses
 
 PERIOD_NS = 50_000_000

@@ -8,7 +8,7 @@ import pytest
 import message_values as values
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.drives.transform_messages import (
+from diff_encoder_sim.drives.pose_messages import (
     SpatialTransform,
     decode_spatial_tf,
     decode_tf,

@@ -11,13 +11,11 @@ from rosbags.highlevel import AnyReader
 
 from diff_encoder_sim.drives import topics
 from diff_encoder_sim.drives.bag_files import Ros1File
-from diff_encoder_sim.drives.basic_messages import encode_clock, encode_string
 from diff_encoder_sim.drives.ros1_writer import Ros1Writer
-from diff_encoder_sim.drives.scan_messages import encode_scan
+from diff_encoder_sim.drives.sensor_messages import encode_clock, encode_scan, encode_string
 from diff_encoder_sim.drives.test_definition import load_test
 from diff_encoder_sim.drives.trial_bag import TrialBag
-from diff_encoder_sim.drives.trial_definition import Trial
-from diff_encoder_sim.drives.trial_outcome import Outcome
+from diff_encoder_sim.drives.trial_definition import Outcome, Trial
 from diff_encoder_sim.drives.trial_recording import read_trial
 from diff_encoder_sim.drives.typestore import definition
 from places import ROOT

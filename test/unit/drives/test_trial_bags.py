@@ -4,10 +4,9 @@ import pytest
 
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives import topics
-from diff_encoder_sim.drives.basic_messages import encode_clock
 from diff_encoder_sim.drives.pose_messages import encode_pose_stamped
-from diff_encoder_sim.drives.trial_bag import TrialBag
-from diff_encoder_sim.drives.trial_bags import TrialBags
+from diff_encoder_sim.drives.sensor_messages import encode_clock
+from diff_encoder_sim.drives.trial_bag import TrialBag, TrialBags
 
 
 def test_each_bag_is_as_if_it_were_written_alone(tmp_path):

@@ -5,7 +5,7 @@ import pytest
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.drives.test_definition import TestDefinition
 from diff_encoder_sim.drives.trial_definition import LivePlan, Trial, TrialPlan
-from diff_encoder_sim.wheels.pulses import PerWheel
+from diff_encoder_sim.wheels.encoder_params import PerWheel
 
 TEST = TestDefinition.from_mapping(
     {'name': 'T', 'world': 'w', 'drive': [{'straight': 2.0}], 'route': [{'goal': {'x': 1.0, 'yaw': 0.5}}]}, ''

@@ -4,7 +4,7 @@ import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.drives.bag_source import open_source
-from diff_encoder_sim.drives.trial_metadata import trial_of_source
+from diff_encoder_sim.drives.trial_recording import trial_of_source
 from reencoding_drives import ROS2, drive, write_ros2
 from trial_bags import STAMPED, TRUTH, trial, write_bag
 

@@ -3,7 +3,7 @@
 import pytest
 
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.drives.trial_outcome import GOAL_DISTANCE_M, Outcome, RouteFailed, goal_error
+from diff_encoder_sim.drives.trial_definition import GOAL_DISTANCE_M, Outcome, RouteFailed, goal_error
 
 GOAL = Pose2D(1.0, 2.0, 0.0)
 

@@ -7,8 +7,8 @@ import pytest
 from rosbags.rosbag1 import Writer
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.drives.basic_messages import encode_string
-from diff_encoder_sim.drives.trial_outcome import Outcome
+from diff_encoder_sim.drives.sensor_messages import encode_string
+from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.drives.trial_recording import read_trial
 from diff_encoder_sim.drives.typestore import noetic_store
 from trial_bags import ODOM, ODOMETRY, STAMPED, TEXT, TRUTH, message, trial, write_bag

@@ -1,8 +1,7 @@
 """The wheels of a robot in the trial that its bag holds."""
 
 from diff_encoder_sim.drives.test_definition import TestDefinition
-from diff_encoder_sim.drives.trial_definition import Trial
-from diff_encoder_sim.drives.trial_wheels import OF_ENCODER, OF_ODOMETRY, wheels_of
+from diff_encoder_sim.drives.trial_definition import OF_ENCODER, OF_ODOMETRY, Trial, wheels_of
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 

@@ -1,6 +1,6 @@
 """Which joints are the wheels."""
 
-from diff_encoder_sim.drives.joint_messages import encode_encoder_pulse
+from diff_encoder_sim.drives.sensor_messages import encode_encoder_pulse
 from reencoding_drives import ROS1, START_NS, TICK_NS, angles_rad, write_ros1
 from reencoding_runs import contents, run, samples_of
 

@@ -6,13 +6,13 @@ import pytest
 
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.drives.bag_output import ReencodedBag
-from diff_encoder_sim.drives.joint_messages import JointValues
 from diff_encoder_sim.drives.reencoded_trial import with_encoder
+from diff_encoder_sim.drives.sensor_messages import JointValues
 from diff_encoder_sim.drives.wheels_at_ppr import WheelsAtPpr
+from diff_encoder_sim.wheels.encoder_params import PerWheel
+from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
-from diff_encoder_sim.wheels.pulses import PerWheel
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
-from diff_encoder_sim.wheels.wheel_odometry import WheelOdometry
 from reencoding_drives import JOINTS, START_NS, TICK_NS, angles_rad
 from reencoding_runs import contents, samples_of
 from trial_bags import trial

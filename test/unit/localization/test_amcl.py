@@ -7,8 +7,8 @@ import pytest
 
 from amcl_filters import amcl, noisy, run
 from amcl_world import START, moved, pillar_room, simulated_scan
+from diff_encoder_sim.base.params import with_changes
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, wrap_angle
-from diff_encoder_sim.base.typed_params import with_changes
 
 
 @pytest.mark.heavy

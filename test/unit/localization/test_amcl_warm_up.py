@@ -13,7 +13,7 @@ import numpy as np
 from diff_encoder_sim import localization
 from diff_encoder_sim.localization.amcl import Amcl
 from diff_encoder_sim.localization.amcl_params import AmclParams
-from diff_encoder_sim.localization.amcl_warm_up import warm_up
+from diff_encoder_sim.localization.amcl import warm_up
 from amcl_world import pillar_room, simulated_scan
 from diff_encoder_sim.base.se2 import Pose2D
 

@@ -7,8 +7,7 @@ import pytest
 
 from amcl_world import RANGE_MAX_M, pillar_room, simulated_scan
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.localization.beam_model import cast_ray
-from diff_encoder_sim.localization.laser_models import laser_model
+from diff_encoder_sim.localization.laser_models import cast_ray, laser_model
 from diff_encoder_sim.localization.occupancy_grid import FREE
 from laser_model_cases import (
     LASER_POSE,

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from diff_encoder_sim.localization.clusters import mean_and_covariance, particle_statistics
+from diff_encoder_sim.localization.histogram import mean_and_covariance, particle_statistics
 
 
 def cloud(rng, centre, count, sigma=0.05):

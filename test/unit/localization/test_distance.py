@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from diff_encoder_sim.localization.distance import distance_field
+from diff_encoder_sim.localization.likelihood_field import distance_field
 from laser_model_cases import brute_force_distances
 
 

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.localization.free_cells import FreeCells
-from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, UNKNOWN, FreeCells, OccupancyGrid
 
 
 def test_free_cells_are_where_the_grids_own_frame_is():

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from diff_encoder_sim.localization.clusters import particle_statistics
+from diff_encoder_sim.localization.histogram import particle_statistics
 
 
 def test_bins_that_touch_are_one_cluster_and_a_gap_parts_them():

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from diff_encoder_sim.localization.history import History
+from diff_encoder_sim.localization.grid_slam import History
 
 
 def test_paths_follow_the_parents():

@@ -7,8 +7,7 @@ import pytest
 
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.localization.amcl_params import AmclParams
-from diff_encoder_sim.localization.free_cells import FreeCells
-from diff_encoder_sim.localization.kld_resampling import (
+from diff_encoder_sim.localization.histogram import (
     LikelihoodAverages,
     effective_count,
     even_places,
@@ -16,7 +15,7 @@ from diff_encoder_sim.localization.kld_resampling import (
     kld_limits,
     resample,
 )
-from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
+from diff_encoder_sim.localization.occupancy_grid import FreeCells, OccupancyGrid
 
 # A map of four free cells of 5 m.
 FREE_CELLS = FreeCells(OccupancyGrid(np.zeros((2, 2), np.int8), 5.0, Pose2D(-2.25, -2.25, 0.0)))

@@ -5,7 +5,7 @@ import numpy as np
 from amcl_world import ELSEWHERE, START, pillar_room, simulated_scan
 from diff_encoder_sim.base.se2 import IDENTITY
 from diff_encoder_sim.localization.amcl_params import AmclParams
-from diff_encoder_sim.localization.lost import LostDetector
+from diff_encoder_sim.localization.scan_fit import LostDetector
 
 ROOM = pillar_room()
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
-from diff_encoder_sim.localization.move_noise import apply_moves, move_sigmas
+from diff_encoder_sim.localization.slam_params import apply_moves, move_sigmas
 from slam_room import params
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from diff_encoder_sim.localization.occupancy import occupancy
+from diff_encoder_sim.localization.occupancy_grid import occupancy
 
 
 def test_occupancy_of_cells():

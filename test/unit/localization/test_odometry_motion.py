@@ -7,7 +7,7 @@ import pytest
 
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.localization.amcl_params import AmclParams
-from diff_encoder_sim.localization.odometry_motion import (
+from diff_encoder_sim.localization.particles import (
     Move,
     decompose,
     diff_corrected_noise,

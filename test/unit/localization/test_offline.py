@@ -5,8 +5,7 @@ import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import IDENTITY
-from diff_encoder_sim.localization.grid_slam import GridSlam
-from diff_encoder_sim.localization.offline import OdometryTrack, map_recording
+from diff_encoder_sim.localization.grid_slam import GridSlam, OdometryTrack, map_recording
 from slam_room import around_the_room, params, room_scan
 
 SECOND_NS = 10**9

@@ -5,10 +5,9 @@ import pytest
 
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.localization.amcl_params import AmclParams
-from diff_encoder_sim.localization.free_cells import FreeCells
-from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
-from diff_encoder_sim.localization.particle_set import ParticleSet
-from diff_encoder_sim.localization.sensor import Likelihoods
+from diff_encoder_sim.localization.beams import Likelihoods
+from diff_encoder_sim.localization.occupancy_grid import FreeCells, OccupancyGrid
+from diff_encoder_sim.localization.particles import ParticleSet
 
 FREE_CELLS = FreeCells(OccupancyGrid(np.zeros((1, 1), np.int8), 1.0, IDENTITY))
 TOGETHER = np.zeros((4, 3))

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
-from diff_encoder_sim.localization.free_cells import FreeCells
-from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, UNKNOWN, FreeCells, OccupancyGrid
 from diff_encoder_sim.localization.particles import (
     even_normals,
     has_converged,

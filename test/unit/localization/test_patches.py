@@ -5,9 +5,8 @@ import pytest
 
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.se2 import IDENTITY
-from diff_encoder_sim.localization.map_update import update_maps
+from diff_encoder_sim.localization.map_update import update_maps, usable_rays
 from diff_encoder_sim.localization.patches import HITS, SIDE, Extent
-from diff_encoder_sim.localization.rays import usable_rays
 from patch_memory import memory_bytes, patch_count, unshared_patch_count
 from slam_maps import CELL_M, cells_of, maps_of, rays_of
 from slam_room import params, room_scan

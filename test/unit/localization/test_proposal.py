@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
+from diff_encoder_sim.localization.map_update import usable_rays
 from diff_encoder_sim.localization.patches import Extent, PatchMaps
 from diff_encoder_sim.localization.proposal import propose
-from diff_encoder_sim.localization.rays import usable_rays
 from slam_maps import CELL_M, room_map
 from slam_room import params, room_scan
 

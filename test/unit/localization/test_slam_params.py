@@ -3,7 +3,7 @@
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.typed_params import split_params
+from diff_encoder_sim.base.params import split_params
 from diff_encoder_sim.localization.slam_params import GridSlamParams
 
 # Of slam_gmapping's source (Noetic); maxRange and maxUrange follow the scan there.

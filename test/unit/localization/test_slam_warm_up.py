@@ -3,8 +3,7 @@
 import numpy as np
 
 from diff_encoder_sim.base.se2 import IDENTITY
-from diff_encoder_sim.localization.grid_slam import GridSlam
-from diff_encoder_sim.localization.slam_warm_up import warm_up
+from diff_encoder_sim.localization.grid_slam import GridSlam, warm_up
 from slam_room import params, room_scan
 
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from diff_encoder_sim.localization.systematic_resampling import entropy_of, normalised, systematic_indices
+from diff_encoder_sim.localization.slam_params import entropy_of, normalised, systematic_indices
 
 
 def test_systematic_resampling_keeps_proportions():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from diff_encoder_sim.navigation.control_rate import ControlRate
+from diff_encoder_sim.navigation.navigator_inputs import ControlRate
 
 MS = 1_000_000
 

@@ -9,8 +9,8 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
-from diff_encoder_sim.navigation.cost_values import FREE, INSCRIBED, LETHAL, NO_INFORMATION
 from diff_encoder_sim.navigation.costmap import Costmap
+from diff_encoder_sim.navigation.costmap_layers import FREE, INSCRIBED, LETHAL, NO_INFORMATION
 from diff_encoder_sim.navigation.costmap_params import CostmapParams, local_defaults
 from diff_encoder_sim.navigation.footprint import IN_OBSTACLE, OFF_MAP
 from navigation_scenes import RAY_STEP_RAD, scan_of, static_costmap

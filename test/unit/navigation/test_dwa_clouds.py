@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
-from diff_encoder_sim.navigation.cost_values import INSCRIBED
-from diff_encoder_sim.navigation.dwa import DwaPlanner
-from diff_encoder_sim.navigation.dwa_clouds import COST_FIELDS, TRAJECTORY_FIELDS, cost_cloud, trajectory_cloud
+from diff_encoder_sim.navigation.costmap_layers import INSCRIBED
+from diff_encoder_sim.navigation.dwa import COST_FIELDS, TRAJECTORY_FIELDS, DwaPlanner, cost_cloud, trajectory_cloud
 from dwa_scoring import score_all
 from navigation_scenes import PERIOD_S, dwa_params, local_costmap, straight_plan
 from rolled_out import rolled_out

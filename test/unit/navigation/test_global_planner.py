@@ -10,8 +10,7 @@ from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.costmap_params import CostmapParams
-from diff_encoder_sim.navigation.global_planner import GlobalPlanner, NavfnParams
-from diff_encoder_sim.navigation.plan_error import PlanError, PlanProblem
+from diff_encoder_sim.navigation.global_planner import GlobalPlanner, NavfnParams, PlanError, PlanProblem
 
 RESOLUTION_M = 0.05
 

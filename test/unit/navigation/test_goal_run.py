@@ -6,8 +6,7 @@ import math
 import pytest
 
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
-from diff_encoder_sim.navigation.goal_status import STOP, GoalStatus, Phase
-from diff_encoder_sim.navigation.navigator_inputs import MissingInput
+from diff_encoder_sim.navigation.navigator_inputs import STOP, GoalStatus, MissingInput, Phase
 from navigation_simulation import ClosedLoop, navigator_params
 
 AHEAD = Pose2D(2.0, 0.0, 0.0)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.navigation.grid_window import GridWindow, changed_window, window_around
+from diff_encoder_sim.navigation.costmap_layers import GridWindow, changed_window, window_around
 
 SHAPE = (20, 30)
 

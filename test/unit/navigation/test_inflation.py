@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from diff_encoder_sim.navigation.cost_values import FREE, INSCRIBED, LETHAL, NO_INFORMATION
-from diff_encoder_sim.navigation.inflation import squared_distances
+from diff_encoder_sim.navigation.costmap_layers import FREE, INSCRIBED, LETHAL, NO_INFORMATION, squared_distances
 from navigation_scenes import static_costmap
 
 INSCRIBED_M = 0.26  # of 0.5 x 0.6 m and 0.01 m of padding

@@ -7,10 +7,9 @@ from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.costmap_params import local_defaults
 from diff_encoder_sim.navigation.dwa_params import DwaParams
-from diff_encoder_sim.navigation.goal_status import Command
+from diff_encoder_sim.navigation.goal_stopping import Motion
 from diff_encoder_sim.navigation.local_planner import LocalPlanner, visible_stretch
-from diff_encoder_sim.navigation.navigator_inputs import OdometrySample
-from diff_encoder_sim.navigation.stop_rotate import Motion
+from diff_encoder_sim.navigation.navigator_inputs import Command, OdometrySample
 from navigation_scenes import PERIOD_S, dwa_params, straight_plan, winding_plan
 from navigation_simulation import TABLE_2
 

@@ -8,7 +8,7 @@ from places import SOURCE, SUPPORT
 DRIVE_AFTER_WARM_UP = """
 import importlib, pkgutil
 import diff_encoder_sim.navigation as navigation
-from diff_encoder_sim.navigation.navigation_warm_up import warm_up
+from diff_encoder_sim.navigation.navigator import warm_up
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.compiled import Kernel
 import navigation_simulation as simulation

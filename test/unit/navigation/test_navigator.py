@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.errors import InputFault
+from diff_encoder_sim.base.params import with_changes
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, wrap_angle
-from diff_encoder_sim.base.typed_params import with_changes
-from diff_encoder_sim.navigation.goal_status import STOP, GoalStatus
-from diff_encoder_sim.navigation.plan_error import PlanError
+from diff_encoder_sim.navigation.global_planner import PlanError
+from diff_encoder_sim.navigation.navigator_inputs import STOP, GoalStatus
 from navigation_simulation import ClosedLoop, navigator_params, rasterise, read_shapes
 
 AHEAD = Pose2D(2.0, 0.0, 0.0)

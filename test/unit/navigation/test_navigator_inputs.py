@@ -8,9 +8,8 @@ import pytest
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
-from diff_encoder_sim.navigation.goal_status import STOP
 from diff_encoder_sim.navigation.navigator import Navigator
-from diff_encoder_sim.navigation.navigator_inputs import MOST_AHEAD_S, NavigatorInputs, OdometrySample
+from diff_encoder_sim.navigation.navigator_inputs import MOST_AHEAD_S, STOP, NavigatorInputs, OdometrySample
 from navigation_simulation import LASER_IN_BASE, ClosedLoop, navigator_params
 
 

@@ -3,7 +3,7 @@
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.typed_params import split_params
+from diff_encoder_sim.base.params import split_params
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
 from navigation_simulation import TABLE_2
 from upstream_params import upstream_navigation

@@ -7,10 +7,8 @@ import pytest
 
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.navigation.cost_values import FREE, LETHAL, NO_INFORMATION
+from diff_encoder_sim.navigation.costmap_layers import FREE, LETHAL, NO_INFORMATION, GridWindow, ObstacleLayer
 from diff_encoder_sim.navigation.costmap_params import CostmapParams
-from diff_encoder_sim.navigation.grid_window import GridWindow
-from diff_encoder_sim.navigation.obstacle_layer import ObstacleLayer
 
 SHAPE = (20, 30)
 

@@ -1,7 +1,7 @@
 """Directions that past commands rule out."""
 
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
-from diff_encoder_sim.navigation.oscillation import OscillationMemory
+from diff_encoder_sim.navigation.dwa import OscillationMemory
 from navigation_scenes import dwa_params
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.se2 import IDENTITY
-from diff_encoder_sim.navigation.cost_values import INSCRIBED, LETHAL
-from diff_encoder_sim.navigation.plan_distances import (
+from diff_encoder_sim.navigation.costmap_layers import INSCRIBED, LETHAL
+from diff_encoder_sim.navigation.trajectory_scoring import (
     TO_END,
     TO_FRONT,
     TO_PLAN,

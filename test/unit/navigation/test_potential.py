@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from diff_encoder_sim.navigation.potential import propagate
+from diff_encoder_sim.navigation.global_planner import propagate
 
 
 def test_potential_is_the_fixpoint_of_the_wave_equation():

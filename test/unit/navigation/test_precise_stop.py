@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, move_along_arc, wrap_angle
-from diff_encoder_sim.navigation.precise_stop import NEAR, SET_OUT, PreciseStop
-from diff_encoder_sim.navigation.stop_rotate import LatchedStopRotate, Motion
+from diff_encoder_sim.navigation.goal_stopping import NEAR, SET_OUT, LatchedStopRotate, Motion, PreciseStop
 from navigation_scenes import dwa_params
 
 TOLERANCE_M, YAW_TOLERANCE_RAD = 0.05, 0.052

@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from diff_encoder_sim.navigation.cost_values import FREE, LETHAL
-from diff_encoder_sim.navigation.ray_clearing import clear_and_mark, clear_outline
+from diff_encoder_sim.navigation.costmap_layers import FREE, LETHAL, clear_and_mark, clear_outline
 from navigation_scenes import RAY_STEP_RAD
 from navigation_simulation import RAYS
 

@@ -5,8 +5,8 @@ import math
 import pytest
 
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, wrap_angle
-from diff_encoder_sim.navigation.cost_values import LETHAL
 from diff_encoder_sim.navigation.costmap import Costmap
+from diff_encoder_sim.navigation.costmap_layers import LETHAL
 from diff_encoder_sim.navigation.costmap_params import CostmapParams, local_defaults
 from diff_encoder_sim.navigation.navigator_params import CLEAR_COSTMAP, ROTATE, NavigatorParams
 from diff_encoder_sim.navigation.recovery import ClearCostmap, RecoveryView, Rotate, make_recoveries

@@ -1,9 +1,8 @@
 """The order in which recovery behaviours are tried."""
 
 from diff_encoder_sim.base.se2 import IDENTITY
-from diff_encoder_sim.navigation.goal_status import StartedRecovery, Trigger
-from diff_encoder_sim.navigation.recovery import Recovery, RecoveryStep, RecoveryView
-from diff_encoder_sim.navigation.recovery_sequence import RecoverySequence
+from diff_encoder_sim.navigation.navigator_inputs import StartedRecovery, Trigger
+from diff_encoder_sim.navigation.recovery import Recovery, RecoverySequence, RecoveryStep, RecoveryView
 
 VIEW = RecoveryView(0, IDENTITY, IDENTITY, None, None)
 

@@ -6,7 +6,7 @@ import pytest
 
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, wrap_angle
 from diff_encoder_sim.navigation.dwa_params import DwaParams
-from diff_encoder_sim.navigation.stop_rotate import LatchedStopRotate, Motion
+from diff_encoder_sim.navigation.goal_stopping import LatchedStopRotate, Motion
 from navigation_scenes import dwa_params
 
 GOAL = Pose2D(0.0, 0.0, 1.0)

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from diff_encoder_sim.navigation.stop_spread import PoseStep, stop_parts, stop_spread
+from diff_encoder_sim.navigation.goal_stopping import PoseStep, stop_parts, stop_spread
 from navigation_scenes import dwa_params
 
 FINE = PoseStep(0.0, 0.0)

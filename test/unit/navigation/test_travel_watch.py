@@ -3,8 +3,8 @@
 import pytest
 
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
-from diff_encoder_sim.navigation.goal_status import STOP, Command, GoalStatus
-from diff_encoder_sim.navigation.travel_watch import TravelWatch
+from diff_encoder_sim.navigation.navigator_inputs import STOP, Command, GoalStatus
+from diff_encoder_sim.navigation.recovery import TravelWatch
 from navigation_simulation import ClosedLoop, navigator_params
 
 AHEAD = Pose2D(2.0, 0.0, 0.0)

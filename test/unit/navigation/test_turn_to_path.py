@@ -7,8 +7,7 @@ import pytest
 
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.navigation.dwa import DwaPlanner
-from diff_encoder_sim.navigation.stop_rotate import Motion
-from diff_encoder_sim.navigation.turn_to_path import LOOKAHEAD_M, TurnToPath, bearing_ahead
+from diff_encoder_sim.navigation.goal_stopping import LOOKAHEAD_M, Motion, TurnToPath, bearing_ahead
 from dwa_scoring import scored
 from navigation_scenes import PERIOD_S, dwa_params, local_costmap, straight_plan, winding_plan
 

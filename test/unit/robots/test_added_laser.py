@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.robots.added_laser import AddedLaser, with_laser
 from diff_encoder_sim.robots.describing import describe
-from diff_encoder_sim.robots.robot_choices import RobotChoices
+from diff_encoder_sim.robots.description import AddedLaser, RobotChoices, with_laser
 from diff_encoder_sim.robots.robot_file import load_robot_file
-from diff_encoder_sim.robots.urdf_parsing import parse_urdf
+from diff_encoder_sim.robots.urdf_reading import parse_urdf
 from urdf_texts import usual
 
 

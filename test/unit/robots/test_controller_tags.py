@@ -1,7 +1,7 @@
 import pytest
 import yaml
 
-from diff_encoder_sim.robots.controller_tags import controllers, controllers_in
+from diff_encoder_sim.robots.driven_wheels import controllers, controllers_in
 from diff_encoder_sim.robots.rolling_wheels import rolling_wheels
 from urdf_texts import described, found, pair, plugin, tree_of, usual
 

@@ -2,9 +2,9 @@
 
 import pytest
 
-from diff_encoder_sim.base.paths import package_folder
-from diff_encoder_sim.robots.derived_settings import derived_settings
-from diff_encoder_sim.robots.drive_limits import USUAL_LIMITS
+from diff_encoder_sim.base.package_files import package_folder
+from diff_encoder_sim.robots.drive_train import USUAL_LIMITS
+from diff_encoder_sim.robots.robot_setup import derived_settings
 from diff_encoder_sim.trials.robot_params import check_key, load_robot_config, load_robot_params, override
 from urdf_texts import ball, base, described, found, joint, laser_sensor, link, pair, plugin, robot, usual, wheel
 

@@ -4,8 +4,7 @@ import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.robots.describing import describe
-from diff_encoder_sim.robots.robot_choices import RobotChoices
-from diff_encoder_sim.robots.robot_source import RobotSource
+from diff_encoder_sim.robots.description import RobotChoices, RobotSource
 from places import ROOT
 from robot_parts import CUBE_CORNERS, CUBE_TRIANGLES, finder, write_binary_stl
 from urdf_texts import base, described, found, inertial, joint, link, pair, robot, sphere, usual

@@ -6,10 +6,10 @@ import subprocess
 
 import pytest
 
-from diff_encoder_sim.robots.derived_settings import derived_settings
 from diff_encoder_sim.robots.describing import describe
 from diff_encoder_sim.robots.robot_file import load_robot_file
-from diff_encoder_sim.robots.self_contained import needs_other_files
+from diff_encoder_sim.robots.robot_setup import derived_settings
+from diff_encoder_sim.robots.simulated_robot import needs_other_files
 from diff_encoder_sim.robots.xacro_expansion import expand
 from diff_encoder_sim.trials.robot_params import load_robot_config, override
 from places import ROOT

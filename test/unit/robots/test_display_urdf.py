@@ -2,9 +2,8 @@
 
 from xml.etree import ElementTree
 
-from diff_encoder_sim.robots.display_urdf import display_urdf
-from diff_encoder_sim.robots.robot_source import RobotSource
-from diff_encoder_sim.robots.xacro_expansion import expand
+from diff_encoder_sim.robots.description import RobotSource
+from diff_encoder_sim.robots.xacro_expansion import display_urdf, expand
 from places import ROOT
 
 WHEELS = ('left_wheel_joint', 'right_wheel_joint')

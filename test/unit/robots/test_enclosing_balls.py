@@ -3,7 +3,7 @@ import itertools
 import numpy as np
 import pytest
 
-from diff_encoder_sim.robots.enclosing_balls import smallest_ball
+from diff_encoder_sim.robots.solids import smallest_ball
 
 
 @pytest.mark.parametrize('dimensions', [2, 3])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.robots.footprint_outline import footprint_outline
+from diff_encoder_sim.robots.contacts import footprint_outline
 from diff_encoder_sim.robots.robot_tree import Box, Cylinder, Shape, Sphere
 from diff_encoder_sim.robots.solids import reach_m
 from robot_parts import random_pose, shape

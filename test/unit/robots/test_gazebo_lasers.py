@@ -2,7 +2,7 @@ import math
 
 import pytest
 
-from diff_encoder_sim.robots.gazebo_lasers import gazebo_lasers, whole_period_rate_hz
+from diff_encoder_sim.robots.laser_search import gazebo_lasers, whole_period_rate_hz
 from urdf_texts import joint, laser_sensor, link, tree_of, usual
 
 EYE = link('eye') + joint('eye_joint', 'eye', '0 0 0.2')

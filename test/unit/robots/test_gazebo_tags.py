@@ -1,6 +1,6 @@
 import pytest
 
-from diff_encoder_sim.robots.gazebo_tags import commanded_joints, drive_plugins
+from diff_encoder_sim.robots.driven_wheels import commanded_joints, drive_plugins
 from diff_encoder_sim.robots.rolling_wheels import rolling_wheels
 from urdf_texts import pair, plugin, tree_of, usual
 

@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from diff_encoder_sim.robots.grip import (
+from diff_encoder_sim.robots.contacts import WheelBase
+from diff_encoder_sim.robots.description import GroundContact, MassProperties
+from diff_encoder_sim.robots.drive_train import (
     G_MPS2,
     MARGIN,
     sensible_acceleration_mps2,
     sensible_turn_acceleration_radps2,
     torque_accelerations,
 )
-from diff_encoder_sim.robots.ground_contacts import WheelBase
-from diff_encoder_sim.robots.robot_description import GroundContact, MassProperties
 from urdf_texts import ball, base, described, pair, plugin, robot, usual
 
 WHEELS = WheelBase(0.1, -0.05, 0.05, ())

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
+from diff_encoder_sim.robots.contacts import support_balls
 from diff_encoder_sim.robots.describing import describe
-from diff_encoder_sim.robots.ground_supports import support_balls
-from diff_encoder_sim.robots.robot_description import GroundContact
-from diff_encoder_sim.robots.robot_source import RobotSource
+from diff_encoder_sim.robots.description import GroundContact, RobotSource
 from generated_robots import Recipe, urdf_of
 
 FLOOR_Z_M = -0.033

@@ -3,12 +3,10 @@
 import numpy as np
 import pytest
 
-from diff_encoder_sim.robots.joined_links import joined_links
-from diff_encoder_sim.robots.mass_properties import link_mass, merged
-from diff_encoder_sim.robots.robot_source import RobotSource
-from diff_encoder_sim.robots.solids import placed
-from diff_encoder_sim.robots.sound_urdf import sound_wheels
-from diff_encoder_sim.robots.urdf_parsing import parse_urdf
+from diff_encoder_sim.robots.description import RobotSource
+from diff_encoder_sim.robots.physics_urdf import joined_links, sound_wheels
+from diff_encoder_sim.robots.solids import link_mass, merged, placed
+from diff_encoder_sim.robots.urdf_reading import parse_urdf
 from diff_encoder_sim.robots.xacro_expansion import expand
 from places import ROOT
 

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from diff_encoder_sim.robots.mass_properties import homogeneous, link_mass, merged
-from diff_encoder_sim.robots.robot_description import MassProperties
+from diff_encoder_sim.robots.description import MassProperties
 from diff_encoder_sim.robots.robot_tree import Box, Cylinder, Inertial, Sphere
+from diff_encoder_sim.robots.solids import homogeneous, link_mass, merged
 from robot_parts import inertial, pose, random_pose, random_rotation, shape
 
 NOTHING = MassProperties(0.0, np.zeros(3), np.zeros((3, 3)))

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.robots.mesh_corners import file_corners_m, is_listed, link_corners_m, listed_mesh, mesh_name
+from diff_encoder_sim.robots.meshes import file_corners_m, is_listed, link_corners_m, listed_mesh, mesh_name
 from robot_parts import CUBE_CORNERS, CUBE_TRIANGLES, finder, mesh_shape, random_rotation, write_binary_stl
 
 

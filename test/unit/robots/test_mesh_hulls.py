@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.robots.mesh_hulls import in_words, mesh_hull, primitives_of, visual_primitives_of
+from diff_encoder_sim.robots.meshes import in_words, mesh_hull, primitives_of, visual_primitives_of
 from diff_encoder_sim.robots.robot_tree import Box, Cylinder, Mesh, Shape, Sphere
 from robot_parts import (
     CUBE_CORNERS,

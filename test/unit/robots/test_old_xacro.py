@@ -1,9 +1,9 @@
 """xacros as they were until ROS Melodic."""
 
-from diff_encoder_sim.robots.old_xacro import NOTE
-from diff_encoder_sim.robots.robot_source import RobotSource
-from diff_encoder_sim.robots.urdf_parsing import parse_urdf
+from diff_encoder_sim.robots.description import RobotSource
+from diff_encoder_sim.robots.urdf_reading import parse_urdf
 from diff_encoder_sim.robots.xacro_expansion import expansion
+from diff_encoder_sim.robots.xacro_process import NOTE
 
 PARTS = """<robot><property name="radius" value="0.1"/>
   <macro name="ball" params="r"><geometry><sphere radius="${r}"/></geometry></macro>

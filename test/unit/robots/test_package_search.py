@@ -3,6 +3,7 @@
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.robots.package_search import (
     SEARCH_VARIABLES,
     find_mesh,
@@ -10,7 +11,6 @@ from diff_encoder_sim.robots.package_search import (
     resolve_uri,
     searched_folders,
 )
-from diff_encoder_sim.robots.robot_source import RobotSource
 
 
 @pytest.fixture(autouse=True)

@@ -8,8 +8,8 @@ import pybullet
 import pytest
 
 from diff_encoder_sim.robots.describing import describe
+from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.robots.physics_urdf import TrueWheels, physics_urdf
-from diff_encoder_sim.robots.robot_source import RobotSource
 from generated_robots import LEFT, RECIPES, RIGHT, Recipe, urdf_of
 
 

@@ -3,8 +3,8 @@
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.robots.robot_file import load_robot_file
-from diff_encoder_sim.robots.robot_source import RobotSource
 
 
 @pytest.fixture(name='package')

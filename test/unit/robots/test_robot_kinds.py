@@ -6,9 +6,9 @@ import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.robots.describing import describe
+from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.robots.robot_file import load_robot_file
 from diff_encoder_sim.robots.robot_setup import set_up_robot
-from diff_encoder_sim.robots.robot_source import RobotSource
 from urdf_texts import RADIUS_M, ball, base, described, joint, link, pair, plugin, robot, transmission, usual, wheel
 
 SIX = pair() + pair(x_m=0.2, names=('fl', 'fr')) + pair(x_m=-0.2, names=('rl', 'rr'))

@@ -3,7 +3,7 @@
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.robots.robot_xml import MOST_BYTES, parse_robot_xml, read_robot_text
+from diff_encoder_sim.robots.urdf_reading import MOST_BYTES, parse_robot_xml, read_robot_text
 
 ROBOT = '<robot name="r"><link name="a"/></robot>'
 

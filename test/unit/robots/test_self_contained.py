@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.robots.mesh_hulls import primitives_of, visual_primitives_of
+from diff_encoder_sim.robots.meshes import primitives_of, visual_primitives_of
 from diff_encoder_sim.robots.robot_tree import Cylinder
-from diff_encoder_sim.robots.self_contained import needs_other_files, self_contained_urdf
-from diff_encoder_sim.robots.urdf_parsing import parse_urdf
+from diff_encoder_sim.robots.simulated_robot import needs_other_files, self_contained_urdf
+from diff_encoder_sim.robots.urdf_reading import parse_urdf
 from places import ROOT
 from robot_parts import CUBE_CORNERS, CUBE_TRIANGLES, finder, write_binary_stl
 

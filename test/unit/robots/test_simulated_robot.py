@@ -4,12 +4,10 @@ import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.yaml_files import load_yaml
-from diff_encoder_sim.robots.joined_links import joined_links
-from diff_encoder_sim.robots.physics_urdf import FLOOR_ONLY_LINKS
-from diff_encoder_sim.robots.robot_choices import RobotChoices
-from diff_encoder_sim.robots.robot_source import RobotSource
+from diff_encoder_sim.robots.description import RobotChoices, RobotSource
+from diff_encoder_sim.robots.physics_urdf import FLOOR_ONLY_LINKS, joined_links
 from diff_encoder_sim.robots.simulated_robot import NO_ERRORS, GeometryErrors, load_simulated_robot
-from diff_encoder_sim.robots.urdf_parsing import parse_urdf
+from diff_encoder_sim.robots.urdf_reading import parse_urdf
 from diff_encoder_sim.robots.xacro_expansion import expand
 from generated_robots import LEFT, RIGHT, Recipe, urdf_of
 from places import ROOT

@@ -2,9 +2,9 @@
 
 import pytest
 
-from diff_encoder_sim.robots.robot_source import RobotSource
-from diff_encoder_sim.robots.sound_urdf import sound_wheels
-from diff_encoder_sim.robots.urdf_parsing import parse_urdf
+from diff_encoder_sim.robots.description import RobotSource
+from diff_encoder_sim.robots.physics_urdf import sound_wheels
+from diff_encoder_sim.robots.urdf_reading import parse_urdf
 from diff_encoder_sim.robots.xacro_expansion import expand
 from generated_robots import LEFT, RECIPES, RIGHT, urdf_of
 from places import ROOT

@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from diff_encoder_sim.robots.ground_contacts import WheelBase
-from diff_encoder_sim.robots.stance import tip_deg
+from diff_encoder_sim.robots.contacts import WheelBase, tip_deg
 from urdf_texts import ball, base, described, pair, robot
 
 WHEELS = WheelBase(0.0, 0.0, 0.05, ())

@@ -3,7 +3,7 @@
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.robots.self_contained import self_contained_urdf
+from diff_encoder_sim.robots.simulated_robot import self_contained_urdf
 from robot_parts import finder
 from urdf_texts import base, described, joint, link, pair, robot, usual, wheel
 

@@ -5,7 +5,7 @@ from xml.etree import ElementTree
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.robots.urdf_joints import parse_joint
+from diff_encoder_sim.robots.urdf_reading import parse_joint
 
 ENDS = '<parent link="a"/><child link="b"/>'
 

@@ -7,7 +7,7 @@ import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.robots.robot_tree import Box, Cylinder, Mesh, Sphere
-from diff_encoder_sim.robots.urdf_links import parse_link
+from diff_encoder_sim.robots.urdf_reading import parse_link
 
 
 def parse(body, notes=None):

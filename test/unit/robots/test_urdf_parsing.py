@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.robots.urdf_parsing import MOST_LINKS, parse_urdf
+from diff_encoder_sim.robots.urdf_reading import MOST_LINKS, parse_urdf
 
 LINKS = '<link name="base"/><link name="wheel"/><link name="laser"/>'
 JOINTS = (

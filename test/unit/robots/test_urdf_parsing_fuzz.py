@@ -6,9 +6,9 @@ import re
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.robots.robot_source import RobotSource
+from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.robots.robot_tree import RobotTree
-from diff_encoder_sim.robots.urdf_parsing import parse_urdf
+from diff_encoder_sim.robots.urdf_reading import parse_urdf
 from diff_encoder_sim.robots.xacro_expansion import expand
 from diff_encoder_sim.robots.xacro_process import Expander
 from places import ROOT

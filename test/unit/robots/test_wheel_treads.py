@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from diff_encoder_sim.robots.wheel_treads import tread_of
+from diff_encoder_sim.robots.primitive_tree import tread_of
 from robot_parts import CUBE_CORNERS, finder, random_pose, write_binary_stl
 from urdf_texts import ball, base, described, found, joint, link, robot
 

@@ -3,7 +3,7 @@
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.robots.xacro_arguments import xacro_arguments, xacro_arguments_of_text
+from diff_encoder_sim.robots.xacro_expansion import xacro_arguments, xacro_arguments_of_text
 
 
 def test_words_and_texts_give_the_same():

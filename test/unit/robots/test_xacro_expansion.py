@@ -8,8 +8,8 @@ import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.robots import xacro_expansion
+from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.robots.package_search import SEARCH_VARIABLES
-from diff_encoder_sim.robots.robot_source import RobotSource
 from diff_encoder_sim.robots.xacro_expansion import Expansion, expand, expansion
 from places import ROOT
 
@@ -195,7 +195,7 @@ def test_limits_of_whoever_starts_it_may_be_lower(tmp_path):
     path.write_text(f'{HEAD}<link name="${{1 + 1}}"/></robot>')
     code = (
         'import resource, sys; from pathlib import Path\n'
-        'from diff_encoder_sim.robots.robot_source import RobotSource\n'
+        'from diff_encoder_sim.robots.description import RobotSource\n'
         'from diff_encoder_sim.robots.xacro_expansion import expand\n'
         'resource.setrlimit(resource.RLIMIT_CPU, (5, 5)); resource.setrlimit(resource.RLIMIT_AS, (4 * 10**8,) * 2)\n'
         'print(expand(RobotSource(Path(sys.argv[1]))))'

@@ -5,7 +5,7 @@ import subprocess
 
 import pytest
 
-from diff_encoder_sim.robots.robot_source import RobotSource
+from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.robots.xacro_expansion import expand
 from places import ROOT
 

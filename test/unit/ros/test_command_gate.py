@@ -8,7 +8,7 @@ import pytest
 pytest.importorskip('rospy')
 pytest.importorskip('diff_encoder_sim.msg')
 
-from diff_encoder_sim.navigation.control_rate import ControlRate
+from diff_encoder_sim.navigation.navigator_inputs import ControlRate
 from diff_encoder_sim.ros.pacing import STANDSTILL, AnsweredTimes, CommandGate
 from diff_encoder_sim.wheels.sampling import BoundaryTimes
 

@@ -13,8 +13,7 @@ from rospy.msg import args_kwds_to_message, deserialize_messages, serialize_mess
 from sensor_msgs.msg import JointState
 
 from diff_encoder_sim.base.errors import InputFault
-from diff_encoder_sim.drives.basic_messages import encode_clock
-from diff_encoder_sim.drives.joint_messages import encode_joint_state
+from diff_encoder_sim.drives.sensor_messages import encode_clock, encode_joint_state
 from diff_encoder_sim.ros import encoded_topics as room
 from diff_encoder_sim.simulation.state import JointStates
 

@@ -4,8 +4,7 @@ import threading
 
 import pytest
 
-from diff_encoder_sim.navigation.control_rate import ControlRate
-from diff_encoder_sim.navigation.goal_status import STOP
+from diff_encoder_sim.navigation.navigator_inputs import STOP, ControlRate
 
 pytest.importorskip('rospy')
 pytest.importorskip('diff_encoder_sim.msg')

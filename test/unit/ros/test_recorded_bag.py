@@ -8,7 +8,7 @@ pytest.importorskip('diff_encoder_sim.msg')
 import rosbag
 from std_msgs.msg import String
 
-from diff_encoder_sim.drives.basic_messages import encode_string
+from diff_encoder_sim.drives.sensor_messages import encode_string
 from diff_encoder_sim.ros.recorder import RecordedBag
 
 

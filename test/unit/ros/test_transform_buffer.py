@@ -93,7 +93,7 @@ LAZY = """
 import rosgraph.masterapi, rospy, types
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.ros import transform_buffer
-from diff_encoder_sim.drives.transform_messages import encode_tf, encode_transform
+from diff_encoder_sim.drives.pose_messages import encode_tf, encode_transform
 
 transform_buffer.subscriber = lambda *_: None
 rosgraph.masterapi.Master = lambda _: types.SimpleNamespace(lookupService=lambda _: None)

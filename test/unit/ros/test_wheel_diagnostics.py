@@ -6,7 +6,7 @@ pytest.importorskip('rospy')
 pytest.importorskip('diff_encoder_sim.msg')
 
 from diff_encoder_sim.ros.wheel_diagnostics import WheelDiagnostics
-from diff_encoder_sim.wheels.diagnosis import Diagnosis
+from diff_encoder_sim.wheels.diagnostics import Diagnosis
 from recorded_topic import RecordedTopic
 
 MS = 1_000_000

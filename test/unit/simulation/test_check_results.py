@@ -1,6 +1,6 @@
 """The table of checks."""
 
-from diff_encoder_sim.simulation.check_results import Check, checks_table
+from diff_encoder_sim.simulation.self_check import Check, checks_table
 
 
 def test_the_table_says_what_is_not_ok_and_below_it_what_to_do():

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from diff_encoder_sim.base.errors import InputFault
-from diff_encoder_sim.simulation.drive import DriveController, DriveParams
+from diff_encoder_sim.simulation.simulator import DriveController, DriveParams
 
 SECOND = 1_000_000_000
 

@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 
+from diff_encoder_sim.base.params import load_params
 from diff_encoder_sim.base.se2 import IDENTITY, move_along_arc
-from diff_encoder_sim.base.typed_params import load_params
 from diff_encoder_sim.drives.test_definition import TestDefinition
 from diff_encoder_sim.localization.map_files import load_map
-from diff_encoder_sim.simulation.map_accuracy import map_accuracy, true_surface, visible_points
+from diff_encoder_sim.simulation.rasterise import map_accuracy, true_surface, visible_points
 from diff_encoder_sim.simulation.world import load_world
 from diff_encoder_sim.trials.scripted_drive import ScriptedDrive
 from places import ROOT

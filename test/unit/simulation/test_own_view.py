@@ -4,14 +4,12 @@ import re
 
 import pytest
 
-from diff_encoder_sim.robots.robot_choices import RobotChoices
-from diff_encoder_sim.robots.robot_source import RobotSource
+from diff_encoder_sim.robots.description import RobotChoices, RobotSource
 from diff_encoder_sim.robots.simulated_robot import load_simulated_robot
-from diff_encoder_sim.simulation.drive import DriveParams
-from diff_encoder_sim.simulation.flat_drive import FlatFloor
 from diff_encoder_sim.simulation.lidar import LidarParams
-from diff_encoder_sim.simulation.own_view import check_laser
 from diff_encoder_sim.simulation.physics import PhysicsParams
+from diff_encoder_sim.simulation.self_check import FlatFloor, check_laser
+from diff_encoder_sim.simulation.simulator import DriveParams
 from generated_robots import Recipe, urdf_of
 
 

@@ -6,7 +6,7 @@ import pybullet
 import pytest
 
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.robots.robot_source import RobotSource
+from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.robots.xacro_expansion import expand
 from diff_encoder_sim.simulation.state import PlanarVelocity
 from places import ROOT

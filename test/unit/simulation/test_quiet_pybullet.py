@@ -7,7 +7,7 @@ from places import SOURCE
 
 
 def test_importing_pybullet_prints_nothing_and_later_prints_are_seen():
-    script = 'from diff_encoder_sim.simulation.quiet_pybullet import pybullet; print("after")'
+    script = 'from diff_encoder_sim.simulation.bullet import pybullet; print("after")'
     result = subprocess.run(
         [sys.executable, '-c', script],
         env={'PYTHONPATH': str(SOURCE), 'PATH': ''},

@@ -4,8 +4,7 @@ import re
 
 import pytest
 
-from diff_encoder_sim.robots.robot_choices import RobotChoices
-from diff_encoder_sim.robots.robot_source import RobotSource
+from diff_encoder_sim.robots.description import RobotChoices, RobotSource
 from diff_encoder_sim.robots.simulated_robot import GeometryErrors, load_simulated_robot
 from diff_encoder_sim.simulation.self_check import self_check
 from diff_encoder_sim.simulation.simulator import SimulatorParams

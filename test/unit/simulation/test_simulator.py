@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.params import load_params
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.base.typed_params import load_params
 from diff_encoder_sim.simulation.simulator import SimulatorParams
 from diff_encoder_sim.simulation.state import PlanarVelocity
 from places import ROOT

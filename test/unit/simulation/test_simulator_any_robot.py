@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.wheel_encoder import DiffEncoder, EncoderParams
-from diff_encoder_sim.wheels.wheel_odometry import WheelOdometry
 from generated_robots import LASER, LEFT, RECIPES, RIGHT, Recipe, urdf_of
 
 START = Pose2D(-3.4, -0.85, 0.4)

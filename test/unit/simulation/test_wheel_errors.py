@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.simulation.wheel_errors import WheelErrorParams
+from diff_encoder_sim.simulation.simulator import WheelErrorParams
 from places import ROOT
 from simulated_drive import RADIUS_M, SEPARATION_M, drive
 

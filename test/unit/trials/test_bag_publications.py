@@ -1,8 +1,8 @@
 """What a trial in lockstep records: the live graph's topics, each by its node, and nothing that is not recorded."""
 
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.navigation.goal_status import Command, GoalStatus
-from diff_encoder_sim.trials.bag_publications import BagPublications
+from diff_encoder_sim.navigation.navigator_inputs import Command, GoalStatus
+from diff_encoder_sim.trials.publications import BagPublications
 from lockstep_trials import params_of
 
 

@@ -1,7 +1,7 @@
 """What is checked before a campaign's trials."""
 
 from diff_encoder_sim.simulation.simulator import SimulatorParams
-from diff_encoder_sim.trials.campaign_checks import check_robot, unfit_tests
+from diff_encoder_sim.trials.campaign_cells import check_robot, unfit_tests
 from diff_encoder_sim.trials.campaign_loading import load_campaign
 from places import ROOT, WORLDS
 

@@ -10,7 +10,7 @@ import yaml
 
 from campaign_files import NOISE, ROOT, SMALL, campaign_file, small_campaign
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.typed_params import load_params
+from diff_encoder_sim.base.params import load_params
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.trials.campaign_loading import load_campaign
 

@@ -6,7 +6,7 @@ import yaml
 from campaign_files import ROOT, campaign_file, small_campaign
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.trials.campaign_loading import load_campaign
-from diff_encoder_sim.wheels.encoder_catalogue import encoder_names
+from diff_encoder_sim.wheels.catalogue import encoder_names
 
 LINES, MISSED = 'config.encoder.lines', 'config.encoder.faults.missed'
 REAL = {'tests': ['SL'], 'ppr': [90], 'encoders': ['xl430', 'amt102']}

@@ -3,8 +3,7 @@
 import pytest
 
 from campaign_files import ROOT
-from diff_encoder_sim.drives.trial_definition import TrialPlan
-from diff_encoder_sim.drives.trial_outcome import Outcome
+from diff_encoder_sim.drives.trial_definition import Outcome, TrialPlan
 from diff_encoder_sim.trials.campaign_loading import load_campaign
 from diff_encoder_sim.trials.trial_run import run_trial
 

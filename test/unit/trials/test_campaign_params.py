@@ -3,7 +3,7 @@
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.trials.campaign_params import CampaignParams
+from diff_encoder_sim.trials.campaign_cells import CampaignParams
 
 RATE, MISSED = 'config.rate', 'config.encoder.faults.missed'
 

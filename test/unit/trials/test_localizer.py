@@ -2,7 +2,7 @@
 
 import logging
 
-from diff_encoder_sim.drives.trial_outcome import Outcome
+from diff_encoder_sim.drives.trial_definition import Outcome
 from lockstep_trials import HALL, blind, distance_and_turn, goal_of, lockstep
 
 

@@ -7,8 +7,7 @@ import sys
 import pytest
 
 from campaign_files import NOISE, ROOT, TWO_NOISES, kill, refusal, small_campaign
-from diff_encoder_sim.trials.manifest import describe_run, differences
-from diff_encoder_sim.trials.result_store import ResultStore
+from diff_encoder_sim.trials.results import ResultStore, describe_run, differences
 
 
 def test_the_manifest_is_there_before_the_first_trial(campaign, tmp_path):

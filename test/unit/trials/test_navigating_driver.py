@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from diff_encoder_sim.drives.trial_outcome import Outcome
-from diff_encoder_sim.navigation.goal_status import STOP
+from diff_encoder_sim.drives.trial_definition import Outcome
+from diff_encoder_sim.navigation.navigator_inputs import STOP
 from diff_encoder_sim.trials.publications import Publications
 from lockstep_trials import BEND, HALL, blind, distance_and_turn, ended, goal_of, lockstep
 

@@ -2,9 +2,9 @@
 
 import io
 
-from diff_encoder_sim.drives.trial_outcome import Outcome
+from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.trials.progress import ProgressBar, ProgressLines, outcome_table, progress_on
-from diff_encoder_sim.trials.trial_row import TrialRow
+from diff_encoder_sim.trials.results import TrialRow
 
 
 class Clock:

@@ -7,7 +7,7 @@ import pytest
 
 from campaign_files import NOISE, RUN, kill, refusal, row_of_job, run, small_campaign
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.trials.result_store import ResultStore
+from diff_encoder_sim.trials.results import ResultStore
 
 # ---- a folder from its beginning to its end
 

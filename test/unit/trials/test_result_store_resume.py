@@ -6,7 +6,7 @@ import logging
 import pytest
 
 from campaign_files import RUN, kill, run
-from diff_encoder_sim.trials.result_store import ResultStore
+from diff_encoder_sim.trials.results import ResultStore
 
 
 def test_a_torn_last_line_is_dropped_wherever_it_was_torn(campaign, tmp_path, whole):

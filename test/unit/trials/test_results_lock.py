@@ -6,8 +6,8 @@ import subprocess
 import sys
 
 from campaign_files import RUN, refusal
-from diff_encoder_sim.trials import results_lock
-from diff_encoder_sim.trials.result_store import ResultStore
+from diff_encoder_sim.trials import results as results_lock
+from diff_encoder_sim.trials.results import ResultStore
 
 
 def test_two_campaigns_do_not_write_into_one_folder(campaign, tmp_path):

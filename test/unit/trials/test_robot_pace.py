@@ -4,8 +4,8 @@ import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.drives.test_definition import TestDefinition
-from diff_encoder_sim.simulation.drive import DriveParams
-from diff_encoder_sim.trials.robot_pace import at_pace_of
+from diff_encoder_sim.simulation.simulator import DriveParams
+from diff_encoder_sim.trials.campaign_loading import at_pace_of
 from diff_encoder_sim.trials.scripted_drive import ScriptedDrive
 
 TEST = TestDefinition.from_mapping({'name': 'T', 'world': 'w', 'drive': [{'straight': 2.0}]}, '')

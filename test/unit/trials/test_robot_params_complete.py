@@ -5,11 +5,10 @@ import re
 import pytest
 import yaml
 
-from diff_encoder_sim.base.nested_mappings import flat
-from diff_encoder_sim.base.typed_params import Params
+from diff_encoder_sim.base.params import Params, flat
 from diff_encoder_sim.localization.slam_params import GridSlamParams
 from diff_encoder_sim.trials.robot_params import CONFIG_FILES
-from diff_encoder_sim.wheels.pulses import PerWheel
+from diff_encoder_sim.wheels.encoder_params import PerWheel
 from places import CONFIG
 
 FILES = {**{stem: tuple(classes.values()) for stem, classes in CONFIG_FILES.items()}, 'slam': (GridSlamParams,)}

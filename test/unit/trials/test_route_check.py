@@ -7,7 +7,7 @@ from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives.test_definition import TestDefinition
 from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
-from diff_encoder_sim.simulation.drive import DriveParams
+from diff_encoder_sim.simulation.simulator import DriveParams
 from diff_encoder_sim.trials.route_check import misfit
 
 CELL_M = 0.05

@@ -7,8 +7,8 @@ import pytest
 
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.drives.test_definition import TestDefinition
-from diff_encoder_sim.drives.trial_outcome import Outcome, RouteFailed
-from diff_encoder_sim.navigation.goal_status import GoalStatus
+from diff_encoder_sim.drives.trial_definition import Outcome, RouteFailed
+from diff_encoder_sim.navigation.navigator_inputs import GoalStatus
 from diff_encoder_sim.trials.route_driver import POSE_TIMEOUT_S, RouteDriver
 
 PERIOD_NS = 50_000_000

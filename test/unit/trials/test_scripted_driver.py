@@ -2,7 +2,7 @@
 
 import pytest
 
-from diff_encoder_sim.drives.trial_outcome import Outcome
+from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.trials.publications import Publications
 from lockstep_trials import HALL, ended, lockstep
 

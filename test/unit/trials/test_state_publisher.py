@@ -1,7 +1,7 @@
 """The frames that robot_state_publisher would publish, at its rate."""
 
 from diff_encoder_sim.simulation.state import JointStates
-from diff_encoder_sim.trials.state_publisher import StatePublisher
+from diff_encoder_sim.trials.publications import StatePublisher
 from lockstep_trials import ALTO
 
 MS = 1_000_000

@@ -2,7 +2,7 @@
 
 from diff_encoder_sim.trials.robot_params import load_robot_config, override
 from diff_encoder_sim.trials.stopping import as_upstream, stopping_line
-from diff_encoder_sim.wheels.pulses import PerWheel
+from diff_encoder_sim.wheels.encoder_params import PerWheel
 from places import CONFIG
 
 STOP = 'navigation.DWAPlannerROS.stop'

@@ -15,7 +15,7 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.drives.test_definition import load_test
 from diff_encoder_sim.localization.map_files import load_map
 from diff_encoder_sim.robots.describing import describe
-from diff_encoder_sim.robots.robot_source import RobotSource
+from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.trials.trial_files import collect
 
 ROBOT = ROOT / 'urdf' / 'alto.urdf.xacro'

@@ -2,7 +2,7 @@
 
 import pytest
 
-from diff_encoder_sim.trials.campaign_definition import TrialJob
+from diff_encoder_sim.trials.campaign_cells import TrialJob
 from diff_encoder_sim.trials.trial_queue import MOST_GROUPS, TASK_S, TrialQueue
 
 

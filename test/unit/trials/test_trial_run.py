@@ -4,8 +4,7 @@ import math
 
 import pytest
 
-from diff_encoder_sim.drives.pose_source import PoseSource
-from diff_encoder_sim.drives.trial_outcome import Outcome
+from diff_encoder_sim.drives.trial_definition import Outcome, PoseSource
 from diff_encoder_sim.trials.trial_run import run_trial
 from lockstep_trials import ALTO, HALL, params_of, plan_of
 

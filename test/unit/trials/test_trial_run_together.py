@@ -4,10 +4,10 @@ import math
 
 import pytest
 
-from diff_encoder_sim.drives.trial_outcome import Outcome
+from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.trials.trial_run import run_trials
 from diff_encoder_sim.trials.trial_setup import TrialSetup
-from diff_encoder_sim.wheels.encoder_model import EncoderModel, FaultParams
+from diff_encoder_sim.wheels.encoder_params import EncoderModel, FaultParams
 from diff_encoder_sim.wheels.report_link import ReportParams
 from lockstep_trials import ALTO, HALL, params_of, plan_of
 

@@ -3,7 +3,7 @@
 import pytest
 
 from campaign_files import NOISE, refusal, row_of_job, run
-from diff_encoder_sim.trials.trials_table import TrialsTable
+from diff_encoder_sim.trials.results import TrialsTable
 
 
 @pytest.fixture(name='rows')

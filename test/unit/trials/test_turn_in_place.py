@@ -8,7 +8,7 @@ import pytest
 
 from diff_encoder_sim.base.se2 import wrap_angle
 from diff_encoder_sim.drives.test_definition import SpeedLimits
-from diff_encoder_sim.trials.turn_in_place import STOP_WITHIN_RAD, TurnInPlace
+from diff_encoder_sim.trials.route_driver import STOP_WITHIN_RAD, TurnInPlace
 
 LIMITS = SpeedLimits()
 PERIOD_S, PERIOD_NS = 0.05, 50_000_000

@@ -6,10 +6,9 @@ from types import SimpleNamespace
 
 import pytest
 
-from diff_encoder_sim.base.paths import package_folder
+from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.drives.pose_source import PoseSource
-from diff_encoder_sim.drives.trial_outcome import Ending, Outcome
+from diff_encoder_sim.drives.trial_definition import Ending, Outcome, PoseSource
 from diff_encoder_sim.trials import worker
 from diff_encoder_sim.trials.campaign_loading import load_campaign
 from diff_encoder_sim.trials.trial_run import TrialResult

@@ -4,10 +4,16 @@ import math
 
 import pytest
 
-from diff_encoder_sim.wheels.chosen_encoder import RESOLUTION_KEYS, ChosenEncoder, chosen, own_encoder, resolution_text
-from diff_encoder_sim.wheels.encoder_catalogue import encoder_names, load_encoder
-from diff_encoder_sim.wheels.encoder_model import EncoderModel
-from diff_encoder_sim.wheels.pulses import PerWheel
+from diff_encoder_sim.wheels.catalogue import (
+    RESOLUTION_KEYS,
+    ChosenEncoder,
+    chosen,
+    encoder_names,
+    load_encoder,
+    own_encoder,
+    resolution_text,
+)
+from diff_encoder_sim.wheels.encoder_params import EncoderModel, PerWheel
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 from places import CONFIG
 

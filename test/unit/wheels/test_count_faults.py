@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from diff_encoder_sim.wheels.count_faults import CountFaults, HitCounts
-from diff_encoder_sim.wheels.encoder_model import FaultParams
+from diff_encoder_sim.wheels.encoder_params import FaultParams
 
 
 def faults(seed=1, **keys):

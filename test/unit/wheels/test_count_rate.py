@@ -2,8 +2,8 @@
 
 import pytest
 
-from diff_encoder_sim.wheels.count_rate import CountRate
-from diff_encoder_sim.wheels.counter import wrap_count
+from diff_encoder_sim.wheels.diagnostics import CountRate
+from diff_encoder_sim.wheels.encoder_params import wrap_count
 
 MS = 1_000_000
 

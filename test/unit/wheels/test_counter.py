@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from diff_encoder_sim.wheels.counter import count_difference, wrap_count
+from diff_encoder_sim.wheels.encoder_params import count_difference, wrap_count
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,7 @@
 
 import pytest
 
-from diff_encoder_sim.wheels.counter_restart import ROUNDING_PULSES, is_restart
+from diff_encoder_sim.wheels.odometry import ROUNDING_PULSES, is_restart
 
 MOST = 3.0  # pulses by which the greatest acceleration changes an interval
 LIMIT = MOST + ROUNDING_PULSES

@@ -3,7 +3,7 @@
 import pytest
 
 from diff_encoder_sim.wheels.decoder import counts_of_states
-from diff_encoder_sim.wheels.encoder_model import EncoderModel
+from diff_encoder_sim.wheels.encoder_params import EncoderModel
 
 
 def counted(states, wiring='straight', is_dead=False, **keys):

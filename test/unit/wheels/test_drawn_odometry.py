@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from diff_encoder_sim.wheels.drawn_odometry import base_poses, final_poses
+from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams, ReportingEncoder
-from diff_encoder_sim.wheels.wheel_odometry import WheelOdometry
 from encoder_drives import JOINTS, SEPARATION_M, TICK_NS, m_per_pulse
 
 REPORT_TICKS = 5

@@ -9,8 +9,8 @@ import pytest
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.robots.robot_file import load_robot_file
 from diff_encoder_sim.trials.robot_params import check_key, load_robot_config, override
-from diff_encoder_sim.wheels.counter import count_difference
-from diff_encoder_sim.wheels.encoder_catalogue import encoder_names, load_encoder, load_encoders
+from diff_encoder_sim.wheels.catalogue import encoder_names, load_encoder, load_encoders
+from diff_encoder_sim.wheels.encoder_params import count_difference
 from diff_encoder_sim.wheels.wheel_encoder import DiffEncoder
 from places import ROOT
 

@@ -1,6 +1,6 @@
 """What the encoder node says on /diagnostics."""
 
-from diff_encoder_sim.wheels.encoder_diagnosis import EncoderDiagnosis
+from diff_encoder_sim.wheels.diagnostics import EncoderDiagnosis
 from diff_encoder_sim.wheels.encoder_sample import EncoderSample
 
 

@@ -6,8 +6,7 @@ import re
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.wheels.encoder_model import EncoderModel, counts_per_turn
-from diff_encoder_sim.wheels.pulses import PerWheel
+from diff_encoder_sim.wheels.encoder_params import EncoderModel, PerWheel, counts_per_turn
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from diff_encoder_sim.wheels.following_error import FollowingError
+from diff_encoder_sim.wheels.diagnostics import FollowingError
 
 PERIOD_S, PERIOD_NS = 0.05, 50_000_000
 WINDOW_RADPS, TIMEOUT_S = 1.0, 1.0

@@ -6,12 +6,7 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.se2 import IDENTITY, move_along_arc
-from diff_encoder_sim.wheels.geometry_uncertainty import (
-    NO_ERRORS,
-    GeometryStd,
-    carry_geometry_errors,
-    geometry_covariance,
-)
+from diff_encoder_sim.wheels.covariance import NO_ERRORS, GeometryStd, carry_geometry_errors, geometry_covariance
 
 SEPARATION_M = 0.4
 SMALL = 1e-6

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from diff_encoder_sim.wheels.hidden_encoder import encoder_lateral_std, hidden_encoder, noise_lateral_std
+from diff_encoder_sim.wheels.diagnostics import encoder_lateral_std, hidden_encoder, noise_lateral_std
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 
 

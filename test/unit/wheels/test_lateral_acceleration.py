@@ -1,6 +1,6 @@
 import pytest
 
-from diff_encoder_sim.wheels.lateral_acceleration import LateralAcceleration
+from diff_encoder_sim.wheels.covariance import LateralAcceleration
 
 SEPARATION_M = 0.4
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from diff_encoder_sim.wheels.lost_reports import LostReports
+from diff_encoder_sim.wheels.diagnostics import LostReports
 
 PERIOD_NS = 50_000_000
 

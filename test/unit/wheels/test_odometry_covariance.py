@@ -8,15 +8,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from diff_encoder_sim.base.se2 import Pose2D, move_along_arc, wrap_angle
-from diff_encoder_sim.wheels.odometry_covariance import (
+from diff_encoder_sim.wheels.covariance import (
     PlanarCovariance,
     propagate_motion_noise,
     quantisation_covariance,
     reading_variance,
     residual_std,
 )
+from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
-from diff_encoder_sim.wheels.wheel_odometry import WheelOdometry
 
 SEPARATION_M = 0.4
 

@@ -4,9 +4,9 @@ import math
 
 import pytest
 
-from diff_encoder_sim.wheels.odometry_diagnosis import OdometryDiagnosis
+from diff_encoder_sim.wheels.diagnostics import OdometryDiagnosis
+from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
-from diff_encoder_sim.wheels.wheel_odometry import WheelOdometry
 
 PERIOD_NS, PPR = 50_000_000, 100
 

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from diff_encoder_sim.wheels.pulses import ppr_label, pulses_from_angle
+from diff_encoder_sim.wheels.encoder_params import ppr_label, pulses_from_angle
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 

@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from diff_encoder_sim.base.se2 import wrap_angle
-from diff_encoder_sim.wheels.counter import wrap_count
+from diff_encoder_sim.wheels.encoder_params import wrap_count
+from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
-from diff_encoder_sim.wheels.wheel_odometry import WheelOdometry
 
 MS = 1_000_000
 DIAMETER_M, SEPARATION_M = 0.2, 0.4

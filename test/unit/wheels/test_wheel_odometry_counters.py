@@ -4,9 +4,9 @@ import math
 
 import pytest
 
+from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams, ReportingEncoder
-from diff_encoder_sim.wheels.wheel_odometry import WheelOdometry
 from encoder_drives import JOINTS, TICK_NS
 
 TICKS, TURNS = 600, 3.0

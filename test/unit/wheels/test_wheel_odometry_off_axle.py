@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
+from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
-from diff_encoder_sim.wheels.wheel_odometry import WheelOdometry
 
 MS = 1_000_000
 SEPARATION_M = 0.4

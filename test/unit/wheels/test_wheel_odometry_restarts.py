@@ -4,10 +4,10 @@ import math
 
 import pytest
 
-from diff_encoder_sim.wheels.counter import wrap_count
+from diff_encoder_sim.wheels.encoder_params import wrap_count
+from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams, ReportingEncoder
-from diff_encoder_sim.wheels.wheel_odometry import WheelOdometry
 from encoder_drives import JOINTS, wheels_of
 
 MS, PERIOD_NS = 1_000_000, 50_000_000

@@ -4,8 +4,8 @@ import math
 
 import pytest
 
+from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
-from diff_encoder_sim.wheels.wheel_odometry import WheelOdometry
 
 PERIOD_NS, PERIOD_S = 50_000_000, 0.05
 DIAMETER_M, SEPARATION_M, PPR = 0.2, 0.4, 40

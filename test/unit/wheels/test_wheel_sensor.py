@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from diff_encoder_sim.wheels.encoder_model import EncoderModel
+from diff_encoder_sim.wheels.encoder_params import EncoderModel
 from diff_encoder_sim.wheels.wheel_sensor import WheelSensor
 
 

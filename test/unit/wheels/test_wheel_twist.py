@@ -5,15 +5,15 @@ import math
 import numpy as np
 import pytest
 
-from diff_encoder_sim.wheels.counter_steps import Reading
-from diff_encoder_sim.wheels.odometry_params import OdometryParams
-from diff_encoder_sim.wheels.wheel_twist import (
+from diff_encoder_sim.wheels.odometry import (
+    Reading,
     RimMotion,
     TwistCovariance,
     TwistEstimator,
     twist_of_rims,
     wheel_speeds_mps,
 )
+from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from encoder_drives import RADIUS_M, TICK_NS, drive
 
 SEPARATION_M, INTERVAL_S = 0.4, 0.05

@@ -10,7 +10,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.transforms import Affine2D
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.paths import package_folder
+from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.drives.test_definition import find_world
 from diff_encoder_sim.drives.trial_definition import Trial
 from diff_encoder_sim.localization.map_files import load_map

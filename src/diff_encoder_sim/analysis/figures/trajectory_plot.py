@@ -16,8 +16,7 @@ from diff_encoder_sim.analysis.encoder_labels import ppr_text
 from diff_encoder_sim.analysis.figures import style
 from diff_encoder_sim.analysis.figures.map_backdrop import draw_map, map_of
 from diff_encoder_sim.analysis.figures.variants import Variant
-from diff_encoder_sim.drives.trial_definition import Trial
-from diff_encoder_sim.drives.trial_outcome import Outcome
+from diff_encoder_sim.drives.trial_definition import Outcome, Trial
 
 # More would hide each other.
 MOST_TRIALS = 10

@@ -8,8 +8,8 @@ from typing import Dict, List, NamedTuple, Optional, Union
 
 from diff_encoder_sim.analysis.quantities import QUANTITIES, Quantity
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.paths import package_folder
-from diff_encoder_sim.drives.pose_source import PoseSource
+from diff_encoder_sim.base.package_files import package_folder
+from diff_encoder_sim.drives.trial_definition import PoseSource
 
 TRIALS = 30  # behind each cell
 PPRS = ('40', '90', '1024', '4096')

@@ -9,7 +9,7 @@ import numpy as np
 
 from diff_encoder_sim.analysis.dataset import Dataset, RobotGeometry
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.paths import package_folder
+from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.drives.test_definition import load_test
 from diff_encoder_sim.drives.trial_definition import Trial
 

@@ -18,7 +18,7 @@ from diff_encoder_sim.analysis.within_tolerance import (
     Sufficiency,
     fewest_trials,
 )
-from diff_encoder_sim.drives.trial_outcome import Outcome
+from diff_encoder_sim.drives.trial_definition import Outcome
 
 # So many tests, counted with their sets of parameters, are named; more are only counted.
 MOST_NAMED = 3

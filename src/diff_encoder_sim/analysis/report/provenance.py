@@ -11,7 +11,7 @@ from typing import Any, Dict, List, NamedTuple, Optional
 import yaml
 
 from diff_encoder_sim.analysis.dataset import Dataset
-from diff_encoder_sim.base.command_name import CONSOLE
+from diff_encoder_sim.base.command_line import CONSOLE
 
 # The analysis computes and draws with them; the campaign's own versions are in its manifest.
 LIBRARIES = ('numpy', 'scipy', 'matplotlib')

@@ -24,7 +24,7 @@ from diff_encoder_sim.analysis.table import Table
 from diff_encoder_sim.analysis.table_keys import setup_text
 from diff_encoder_sim.analysis.variant_errors import VARIANTS, first_variant
 from diff_encoder_sim.analysis.within_tolerance import COMPARED_POSES, TOLERANCE_TEXT
-from diff_encoder_sim.trials.campaign_params import VARIANT
+from diff_encoder_sim.trials.campaign_cells import VARIANT
 
 
 def scope_text(dataset: Dataset) -> str:

@@ -5,8 +5,7 @@ import pytest
 from PIL import Image
 
 from diff_encoder_sim.analysis.figures import style, write_figures
-from diff_encoder_sim.drives.pose_source import PoseSource
-from diff_encoder_sim.drives.trial_outcome import Outcome
+from diff_encoder_sim.drives.trial_definition import Outcome, PoseSource
 from figure_panels import requested_trial
 from synthetic_trials import dataset_of, synthetic_dataset, trial_data
 

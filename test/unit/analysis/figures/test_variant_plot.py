@@ -1,7 +1,7 @@
 """The figure of a campaign's variants."""
 
 from diff_encoder_sim.analysis.figures.variant_plot import draw_variants
-from diff_encoder_sim.drives.trial_outcome import Outcome
+from diff_encoder_sim.drives.trial_definition import Outcome
 from figure_panels import shown
 from paper_datasets import dataset, trial
 from synthetic_trials import synthetic_dataset

@@ -2,8 +2,7 @@
 
 from diff_encoder_sim.analysis.paper.claim_samples import pairs_of_pprs
 from diff_encoder_sim.analysis.quantities import X
-from diff_encoder_sim.drives.pose_source import PoseSource
-from diff_encoder_sim.drives.trial_outcome import Outcome
+from diff_encoder_sim.drives.trial_definition import Outcome, PoseSource
 from paper_datasets import cell
 
 

@@ -5,8 +5,7 @@ from scipy import stats
 
 from claimed_campaigns import FALLING, campaign, conclusion_of
 from diff_encoder_sim.analysis.paper.every_trial import all_within
-from diff_encoder_sim.drives.pose_source import PoseSource
-from diff_encoder_sim.drives.trial_outcome import Outcome
+from diff_encoder_sim.drives.trial_definition import Outcome, PoseSource
 from paper_datasets import IN, OUT, cell
 
 

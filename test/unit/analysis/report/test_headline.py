@@ -1,7 +1,7 @@
 """The headline, against counts made by hand."""
 
 from diff_encoder_sim.analysis.report.headline import headline
-from diff_encoder_sim.drives.trial_outcome import Outcome
+from diff_encoder_sim.drives.trial_definition import Outcome
 from paper_datasets import IN, both, cell, dataset, rows, trial
 
 TOLERANCE = 'within 0.05 m in x and y and 3 degrees'

@@ -13,7 +13,7 @@ from diff_encoder_sim.analysis.paper.report_section import paper_section
 from diff_encoder_sim.analysis.ppr_comparison import compare_pprs
 from diff_encoder_sim.analysis.report import write_report
 from diff_encoder_sim.analysis.tables import all_tables
-from diff_encoder_sim.drives.trial_outcome import Outcome
+from diff_encoder_sim.drives.trial_definition import Outcome
 from paper_datasets import IN, OUT, both, cell, dataset, rows, trial
 
 # HTML elements that have no end.

@@ -6,7 +6,7 @@ import re
 from diff_encoder_sim.analysis import first_trials
 from diff_encoder_sim.analysis.first_trials import first_of_cells
 from diff_encoder_sim.analysis.report.trial_charts import trial_charts as charts_of
-from diff_encoder_sim.drives.trial_outcome import Outcome
+from diff_encoder_sim.drives.trial_definition import Outcome
 from figure_panels import driven
 from paper_datasets import IN, cell, dataset, trial
 

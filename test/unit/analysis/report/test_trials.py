@@ -2,7 +2,7 @@
 
 from diff_encoder_sim.analysis import first_trials
 from diff_encoder_sim.analysis.report.trials import bag_links, failure_table
-from diff_encoder_sim.drives.trial_outcome import Outcome
+from diff_encoder_sim.drives.trial_definition import Outcome
 from paper_datasets import IN, cell, dataset
 
 

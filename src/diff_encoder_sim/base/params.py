@@ -1,0 +1,327 @@
+"""Typed parameters: defaults in code, values from YAML or ROS, validated once, each with unit and bounds."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import (
+    TYPE_CHECKING,
+    Any,
+    Dict,
+    Iterable,
+    Iterator,
+    List,
+    Mapping,
+    Optional,
+    Sequence,
+    Tuple,
+    Type,
+    TypeVar,
+    Union,
+)
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, ValidationError
+from pydantic_core import PydanticCustomError
+from typing_extensions import Annotated, get_args
+
+from diff_encoder_sim.base.deferred import deferred
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.yaml_files import load_yaml
+
+if TYPE_CHECKING:
+    import pydantic_core
+    from pydantic import GetCoreSchemaHandler
+else:
+    pydantic_core = deferred('pydantic_core')
+
+
+LONGEST_PATH, LONGEST_NAME = 4095, 255  # Linux's, in bytes
+
+
+def _can_be_a_file(path: str) -> str:
+    names = path.encode('utf-8', 'surrogatepass').split(b'/')
+    if len(b'/'.join(names)) > LONGEST_PATH or max(map(len, names)) > LONGEST_NAME or '\0' in path:
+        raise ValueError(f'a file name, or a path of at most {LONGEST_PATH} bytes with names of at most {LONGEST_NAME}')
+    return path
+
+
+PathText = Annotated[str, AfterValidator(_can_be_a_file)]
+
+
+def _is_printable(text: str) -> str:
+    if not text.isprintable():
+        raise ValueError('printable characters')
+    return text
+
+
+Line = Annotated[str, AfterValidator(_is_printable)]
+PathLine = Annotated[PathText, AfterValidator(_is_printable)]
+
+
+def flat(mapping: Mapping[str, Any], prefix: str = '') -> Iterator[Tuple[str, Any]]:
+    """Yield dotted keys and values; an empty mapping within has none."""
+    for key, value in mapping.items():
+        if isinstance(value, Mapping):
+            yield from flat(value, f'{prefix}{key}.')
+        else:
+            yield f'{prefix}{key}', value
+
+
+def nested(values: Mapping[str, Any]) -> Dict[str, Any]:
+    """Return mappings within mappings, of values by dotted keys; a later key replaces an earlier one."""
+    result: Dict[str, Any] = {}
+    for key, value in values.items():
+        first, *below = key.split('.')
+        result = merged(result, {first: nested({'.'.join(below): value}) if below else value})
+    return result
+
+
+def merged(below: Mapping[str, Any], above: Mapping[str, Any]) -> Dict[str, Any]:
+    """Return both in one; where both have a value, that of `above`."""
+    result = dict(below)
+    for key, value in above.items():
+        old = result.get(key)
+        result[key] = merged(old, value) if isinstance(old, Mapping) and isinstance(value, Mapping) else value
+    return result
+
+
+@dataclass(frozen=True)
+class Between:
+    """Bounds of a number, both included, for `Annotated`; with its unit, '' for none."""
+
+    least: float
+    most: float
+    unit: str = ''
+    or_zero: bool = False  # below `least`
+
+    def __str__(self) -> str:
+        bounds = f'{_short(self.least)} to {_short(self.most)}{f" [{self.unit}]" if self.unit else ""}'
+        return f'0, or {bounds}' if self.or_zero else bounds
+
+    def allows(self, number: float) -> bool:
+        """Return whether a number, which may be NaN, is within the bounds."""
+        return self.least <= number <= self.most or (self.or_zero and number == 0)
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> pydantic_core.CoreSchema:
+        """Check before the type is: to pydantic, 10^400 is no number."""
+        return pydantic_core.core_schema.no_info_before_validator_function(self._checked, handler(source))
+
+    def _checked(self, value: Any) -> Any:
+        if is_number(value) and not self.allows(value):
+            raise pydantic_core.PydanticCustomError('out_of_bounds', '{allowed}', {'allowed': str(self)})
+        return abs(value) if is_number(value) and value == 0 else value  # -0.0 is no scale to numpy
+
+
+def is_number(value: Any) -> bool:
+    """Return whether a value is a number; true and false are none."""
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
+def _short(number: float) -> str:
+    """Return 0.001 and 1e6, and whole numbers in full."""
+    return str(number) if isinstance(number, int) else f'{number:.6g}'.replace('e+0', 'e').replace('e-0', 'e-')
+
+
+# Parts of a robot, and places on it.
+LENGTH = Between(1e-3, 100.0, 'm')
+Length_m = Annotated[float, LENGTH]
+LengthOrZero_m = Annotated[float, Between(1e-3, 100.0, 'm', or_zero=True)]
+Offset_m = Annotated[float, Between(-100.0, 100.0, 'm')]
+
+# The floor: places in a frame, ways, cells of maps.
+PLACES = Between(-1e6, 1e6, 'm')
+Place_m = Annotated[float, PLACES]
+Distance_m = Annotated[float, Between(0.0, 1e6, 'm')]
+PositiveDistance_m = Annotated[float, Between(1e-6, 1e6, 'm')]
+CellSide_m = Annotated[float, Between(1e-3, 100.0, 'm')]
+Variance_m2 = Annotated[float, Between(0.0, 1e12, 'm^2')]
+TravelVariance_m = Annotated[float, Between(0.0, 1.0, 'm^2/m')]
+
+# Angles and turns: more than one turn counts.
+ANGLES = Between(-1e4, 1e4, 'rad')
+Angle_rad = Annotated[float, ANGLES]
+Turn_rad = Annotated[float, Between(0.0, 1e4, 'rad')]
+PositiveTurn_rad = Annotated[float, Between(1e-6, 1e4, 'rad')]
+Turns = Annotated[float, Between(-1000.0, 1000.0, 'turns')]
+
+PULSES_PER_TURN = Between(1e-3, 1e9, 'per revolution')
+PulsesPerTurn = Annotated[float, PULSES_PER_TURN]
+COUNTER_STATES = Between(2, 2**63, 'counts', or_zero=True)
+
+# Motion.
+Speed_mps = Annotated[float, Between(0.0, 100.0, 'm/s')]
+PositiveSpeed_mps = Annotated[float, Between(1e-3, 100.0, 'm/s')]
+Velocity_mps = Annotated[float, Between(-100.0, 100.0, 'm/s')]
+PositiveAcceleration_mps2 = Annotated[float, Between(1e-3, 1e4, 'm/s^2')]
+Acceleration_mps2 = Annotated[float, Between(-1e4, 1e4, 'm/s^2')]
+TurnRate_radps = Annotated[float, Between(0.0, 1000.0, 'rad/s')]
+PositiveTurnRate_radps = Annotated[float, Between(1e-3, 1000.0, 'rad/s')]
+PositiveTurnAcceleration_radps2 = Annotated[float, Between(1e-3, 1e5, 'rad/s^2')]
+
+# Time: 1e6 s are twelve days.
+Duration_s = Annotated[float, Between(0.0, 1e6, 's')]
+PositiveDuration_s = Annotated[float, Between(1e-3, 1e6, 's')]
+SignedDuration_s = Annotated[float, Between(-1e6, 1e6, 's')]
+Rate_Hz = Annotated[float, Between(1e-3, 1e6, 'Hz')]
+RateOrZero_Hz = Annotated[float, Between(1e-3, 1e6, 'Hz', or_zero=True)]
+SignedRate_Hz = Annotated[float, Between(-1e6, 1e6, 'Hz')]
+
+# Without unit.
+Fraction = Annotated[float, Between(0.0, 1.0)]
+Weight = Annotated[float, Between(0.0, 1e6)]
+PositiveWeight = Annotated[float, Between(1e-6, 1e6)]
+PERCENT = Between(0, 100, '%')
+Percent = Annotated[int, PERCENT]
+Count = Annotated[int, Between(1, 1_000_000)]
+SEEDS = Between(0, 2**63 - 1)
+Seed = Annotated[int, SEEDS]
+
+
+P = TypeVar('P', bound='Params')
+
+
+class Params(BaseModel):
+    """Base of all parameter structs: frozen, strict (no text as numbers), no unknown keys."""
+
+    model_config = ConfigDict(frozen=True, strict=True, extra='forbid', allow_inf_nan=False, validate_default=True)
+
+    @classmethod
+    def from_mapping(cls: Type[P], mapping: Any, source: str) -> P:
+        """Validate `mapping`; `source` names the file or node in the error, '' for none.
+
+        Raises:
+            ConfigError: one line with the key, what was given and what is allowed.
+        """
+        prefix = f'{source}: ' if source else ''
+        if not isinstance(mapping, Mapping):
+            raise ConfigError(
+                f'{prefix}given {_shown(mapping)}; allowed: a mapping with the keys {", ".join(keys_of(cls))}'
+            )
+        try:
+            return cls.model_validate(dict(mapping))
+        except ValidationError as error:
+            raise ConfigError(prefix + _first_problem(cls, error)) from None
+
+    def values_in_use(self) -> Dict[str, Any]:
+        """Return the values as YAML has them, by key; a subclass replaces those that others of its values override."""
+        return self.model_dump(mode='json', by_alias=True, exclude_none=True)
+
+
+def not_allowed(key: str, given: Any, allowed: str) -> PydanticCustomError:
+    """Return the error for a validator of several keys to raise, of the one at fault: dotted where it is below."""
+    return PydanticCustomError('not_allowed', '{allowed}', {'key': key, 'given': given, 'allowed': allowed})
+
+
+def missing(key: str) -> PydanticCustomError:
+    """Return the error for a validator to raise of a key that is missing because of others."""
+    return PydanticCustomError('missing', 'missing', {'key': key})
+
+
+def with_changes(params: P, changes: Mapping[str, Any], source: str) -> P:
+    """Return a struct with changes, validated as a whole; where both are structs, those of a nested one.
+
+    Raises:
+        ConfigError: a value is not allowed.
+    """
+    given = params.model_dump(exclude_unset=True)
+    for key, value in changes.items():
+        nested = getattr(params, key, None)
+        if isinstance(nested, Params) and isinstance(value, Mapping):
+            given[key] = {**nested.model_dump(exclude_unset=True), **value}
+        else:
+            given[key] = value
+    return type(params).from_mapping(given, source)
+
+
+def load_params(params_class: Type[P], path: Union[str, Path]) -> P:
+    """Read a YAML file into `params_class`.
+
+    Raises:
+        ConfigError: the file cannot be read, is not YAML, or holds a bad value.
+    """
+    return params_class.from_mapping(load_yaml(path), str(path))
+
+
+def shared_params(mapping: Mapping[str, Any], source: str, params_class: Type[P], *also_known: Type[Params]) -> P:
+    """Build one struct from a flat mapping that it shares with those of other classes.
+
+    Raises:
+        ConfigError: a value is not allowed, or no class knows a key.
+    """
+    own = set(keys_of(params_class))
+    known = own.union(*map(keys_of, also_known))
+    for key in mapping:
+        if key not in known:
+            raise ConfigError(f'{source}: {key}: unknown key{did_you_mean(str(key), known)}')
+    return params_class.from_mapping({key: value for key, value in mapping.items() if key in own}, source)
+
+
+def split_params(mapping: Mapping[str, Any], source: str, *params_classes: Type[Params]) -> List[Params]:
+    """Build one struct of each class from a flat mapping that they share.
+
+    Raises:
+        ConfigError: a value is not allowed, or no class knows a key.
+    """
+    return [shared_params(mapping, source, each, *params_classes) for each in params_classes]
+
+
+def did_you_mean(given: str, known: Iterable[str]) -> str:
+    """Return '; did you mean X?' when one of `known` is close to `given`, else nothing."""
+    close = difflib.get_close_matches(given, list(known), n=1)
+    return f'; did you mean {close[0]!r}?' if close else ''
+
+
+def keys_of(params_class: Type[Params]) -> List[str]:
+    """Return the keys that users write: a field's alias where its name would be Python's own (`str`)."""
+    return [field.alias or name for name, field in params_class.model_fields.items()]
+
+
+def _first_problem(params_class: Type[Params], error: ValidationError) -> str:
+    # A misspelt key before the missing one that it stands for.
+    problem = next((each for each in error.errors() if each['type'] == 'extra_forbidden'), error.errors()[0])
+    by_validator = problem.get('ctx', {})
+    path = [str(part) for part in problem['loc']] + ([by_validator['key']] if 'key' in by_validator else [])
+    key = '.'.join(path) or 'value'
+    if not key.isprintable():
+        key = repr(key)  # the line stays one
+    if problem['type'] == 'extra_forbidden':
+        return f'{key}: unknown key{did_you_mean(path[-1], _keys_at(params_class, path[:-1]))}'
+    if problem['type'] == 'missing':
+        return f'{key}: missing'
+    allowed = problem['msg'].replace('Input should be ', '').replace('Value error, ', '')
+    if problem['type'] in ('model_type', 'dict_type'):
+        allowed = 'a mapping (key: value)'
+    if problem['type'] in ('float_type', 'int_type') and _is_power_of_ten(problem['input']):
+        allowed += ', which YAML writes with point and sign: 1.0e-3'
+    return f'{key}: given {_shown(by_validator.get("given", problem["input"]))}; allowed: {allowed}'
+
+
+def _keys_at(params_class: Type[Params], path: Sequence[str]) -> List[str]:
+    """Return the keys of the struct that a path of keys leads to."""
+    for part in path:
+        fields = params_class.model_fields.items()
+        annotation = next((field.annotation for name, field in fields if part in (name, field.alias)), None)
+        params_class = _struct_in(annotation) or params_class
+    return keys_of(params_class)
+
+
+def _struct_in(annotation: Any) -> Optional[Type[Params]]:
+    """Return the struct in a field's type; None where there is none."""
+    if isinstance(annotation, type) and issubclass(annotation, Params):
+        return annotation
+    return next(filter(None, map(_struct_in, get_args(annotation))), None)
+
+
+def _is_power_of_ten(given: Any) -> bool:
+    """Return whether ROS's YAML takes for text what people take for a number."""
+    return isinstance(given, str) and re.fullmatch(r'[-+]?[0-9.]+[eE][-+]?[0-9]+', given) is not None
+
+
+def _shown(given: Any) -> str:
+    try:
+        text = repr(given)
+    except ValueError:
+        text = 'a number of more than 4300 digits'  # Python makes no text of it
+    return text if len(text) < 80 else text[:77] + '...'

@@ -1,0 +1,106 @@
+"""The process, its host and its garbage collector."""
+
+from __future__ import annotations
+
+import contextlib
+import gc
+import os
+import platform
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from typing import Iterator, List, Optional
+
+
+@contextlib.contextmanager
+def interrupts_blocked() -> Iterator[None]:
+    """Block SIGINT: for good in the threads and processes that begin in this context, here until its end."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+@contextlib.contextmanager
+def without_collection() -> Iterator[None]:
+    """Have no such search within a with statement that leaves few circles behind; the next ones find these."""
+    was_enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_enabled:
+            gc.enable()
+
+
+def python_command(module: str) -> List[str]:
+    """Return the command that runs `main` of a module below diff_encoder_sim with the sys.path of this process.
+
+    `python -m` is no alternative: it imports from the current folder, which another user may own, before the libraries.
+    """
+    code = f'import sys; sys.path[:] = {sys.path!r}; from diff_encoder_sim.{module} import main; main()'
+    return [sys.executable, '-c', code]
+
+
+# Options of roslaunch that start nothing.
+LISTING_OPTIONS = (b'--nodes', b'--files', b'--find-node', b'--args', b'--dump-params')
+
+
+def is_roslaunch(pid: int) -> bool:
+    """Return whether a process is a roslaunch; False where there is no such process."""
+    return any(b'roslaunch' in word for word in _command_line(pid))
+
+
+def parent_only_lists() -> bool:
+    """Return whether this process was started by a roslaunch that lists nodes or files, and starts nothing."""
+    parent = os.getppid()
+    return is_roslaunch(parent) and any(word.startswith(LISTING_OPTIONS) for word in _command_line(parent))
+
+
+def catches_signal(pid: int, number: int) -> bool:
+    """Return whether a process has a handler for a signal; True if there is no such process."""
+    try:
+        status = Path(f'/proc/{pid}/status').read_text()
+    except OSError:
+        return True
+    caught = next((line.split()[1] for line in status.splitlines() if line.startswith('SigCgt:')), '')
+    return bool(int(caught or 'f' * 16, 16) >> (number - 1) & 1)
+
+
+def _command_line(pid: int) -> List[bytes]:
+    try:
+        return Path(f'/proc/{pid}/cmdline').read_bytes().split(b'\0')
+    except OSError:
+        return []
+
+
+def cpu_model() -> str:
+    """Return the processor's name, or its architecture where Linux does not report one."""
+    try:
+        lines = Path('/proc/cpuinfo').read_text(encoding='utf-8').splitlines()
+    except OSError:
+        lines = []
+    names = [line.split(':', 1)[1].strip() for line in lines if line.startswith('model name')]
+    return names[0] if names else platform.machine()
+
+
+def usable_cores() -> int:
+    """Return how many cores this process may use, which can be fewer than the host has."""
+    return len(os.sched_getaffinity(0))
+
+
+def git(folder: Path, *arguments: str) -> Optional[str]:
+    """Return the output of a git command in a folder; None where it fails or git is missing."""
+    try:
+        completed = subprocess.run(
+            ['git', '-C', str(folder), *arguments],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            check=True,
+            timeout=10,
+        )
+    except (OSError, subprocess.SubprocessError):
+        return None
+    return completed.stdout.decode('utf-8', 'replace').strip()

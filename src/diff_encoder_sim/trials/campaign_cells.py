@@ -1,0 +1,294 @@
+"""A campaign: its keys, cells and trials, and the checks before the first one."""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+import json
+import math
+from pathlib import Path
+from typing import Any, Dict, Iterator, List, Literal, NamedTuple, Optional, Sequence, Tuple
+
+from pydantic import Field
+from typing_extensions import Annotated
+
+from diff_encoder_sim.base.params import Between, Line, Params, PathLine, flat
+from diff_encoder_sim.drives.bag_files import SUFFIXES
+from diff_encoder_sim.drives.test_definition import TestDefinition, find_world
+from diff_encoder_sim.drives.topics import RecordMode
+from diff_encoder_sim.drives.trial_definition import BagFormat, Trial, wheels_of
+from diff_encoder_sim.localization.map_files import load_map
+from diff_encoder_sim.robots.description import Found, RobotSource
+from diff_encoder_sim.robots.robot_setup import RobotSetup
+from diff_encoder_sim.robots.simulated_robot import load_simulated_robot
+from diff_encoder_sim.simulation.self_check import Check, self_check
+from diff_encoder_sim.simulation.simulator import SimulatorParams
+from diff_encoder_sim.trials.robot_params import RobotParams
+from diff_encoder_sim.trials.route_check import misfit
+from diff_encoder_sim.trials.trial_files import TrialFiles
+from diff_encoder_sim.wheels.catalogue import ChosenEncoder
+from diff_encoder_sim.wheels.encoder_params import PerWheel, PulsesPerRevolution
+
+# A mistyped list, or one list too many, is refused at once and not after the memory is full.
+MOST_CELLS, MOST_TRIALS = 10_000, 1_000_000
+TRIALS = Between(1, MOST_TRIALS)  # of each cell
+
+
+Varied = Tuple[Tuple[str, Any], ...]  # dotted keys, or VARIANT, in alphabetical order, and values
+VARIANT = 'variant'  # in place of a key: the value is the name of one of the file's `variants`
+
+
+ConfigFile = Literal['amcl', 'config', 'lockstep', 'navigation', 'simulator']  # stems of files of config/
+
+
+class CampaignParams(Params):
+    """The keys of a campaign file."""
+
+    name: Line = Field(min_length=1, description='name of the campaign')
+    tests: List[PathLine] = Field(min_length=1, description='names of files in config/tests/, or paths of .yaml files')
+    ppr: List[PulsesPerRevolution] = Field([], description='ideal encoders, in pulses per wheel revolution')
+    encoders: List[PathLine] = Field(
+        [],
+        description='real encoders, beside those of `ppr` or alone: names of files in config/encoders/, paths of .yaml '
+        'files, or `catalogue` for all of config/encoders/',
+    )
+    trials: Annotated[int, TRIALS] = Field(30, description='trials of each test with each encoder')
+    seed: Annotated[int, Between(0, 2**62 - 1)] = Field(0, description='trial k has the seed `seed` + k')
+    nav: Literal['embedded', 'scripted'] = Field('embedded', description='navigated, or a drive without feedback')
+    record: RecordMode = Field(
+        'minimal', description='topics in the bags: all, without bulky ones such as /scan, or no bags'
+    )
+    bag_format: BagFormat = Field('ros1', description='of the bags: ROS 1, or MCAP files of ROS 2')
+    robot: PathLine = Field(
+        '', description='name of a robot in config/robots/, a robot file, xacro or URDF; empty: alto'
+    )
+    files: Dict[ConfigFile, PathLine] = Field(
+        {},
+        description='in place of amcl.yaml and the other files of config/: `amcl: amcl_accurate`, '
+        'another file there, or the path of a .yaml file',
+    )
+    overrides: Dict[Line, Any] = Field(
+        {}, alias='set', description='values of parameters in all trials, by dotted keys'
+    )
+    vary: Dict[Line, Annotated[List[Any], Field(min_length=1)]] = Field(
+        {}, description='values of parameters: each combination is a cell of its own'
+    )
+    variants: Dict[Annotated[Line, Field(min_length=1)], Dict[Line, Any]] = Field(
+        {},
+        description='sets of values of parameters by names: each is a cell of its own; others are compared with the '
+        'first; they come before `set`',
+    )
+
+    @property
+    def varied_keys(self) -> List[str]:
+        """Return what is varied, each a column of trials.csv: dotted keys of parameters, and VARIANT."""
+        return sorted([*self.vary, *([VARIANT] if self.variants else [])])
+
+    def combinations(self) -> Iterator[Varied]:
+        """Yield the combinations of varied parameters; one empty combination where nothing is varied."""
+        values = {**self.vary, VARIANT: list(self.variants)}
+        for combination in itertools.product(*(values[key] for key in self.varied_keys)):
+            yield tuple(zip(self.varied_keys, combination))
+
+    def combination_count(self) -> int:
+        """Count them without creating them."""
+        return math.prod([len(self.variants) or 1, *map(len, self.vary.values())])
+
+    def values_of(self, varied: Varied) -> Dict[str, Any]:
+        """Return the values of parameters, by dotted keys, in one of the combinations."""
+        values = {**self.overrides, **dict(varied)}
+        variant = values.pop(VARIANT, None)
+        return values if variant is None else {**values, **self.variants[variant]}
+
+
+class CampaignRobot(NamedTuple):
+    """The robot, where it comes from, what was found out, and what its self-check says."""
+
+    name: str
+    file: str
+    source: RobotSource
+    ppr: Optional[float]  # of its own encoder; None where no robot file gives it
+    found: Tuple[Found, ...]
+    overrides: Dict[str, Any]  # of the robot file, by dotted keys
+    warnings: Tuple[str, ...]
+    notes: Tuple[str, ...]
+    checks: Tuple[Check, ...] = ()  # of the self-check; none before it was run
+
+    def as_json(self) -> Dict[str, Any]:
+        """Return mappings and lists, as manifest.json has them."""
+        return {
+            'name': self.name,
+            'file': self.file,
+            'arguments': dict(self.source.arguments),
+            'ppr': self.ppr,
+            'found': [row._asdict() for row in self.found],
+            'set': self.overrides,
+            'warnings': list(self.warnings),
+            'notes': list(self.notes),
+            'checks': [check._asdict() for check in self.checks],
+        }
+
+
+def campaign_robot(setup: RobotSetup) -> CampaignRobot:
+    """Return what is known of a robot before its self-check."""
+    file, description = setup.file, setup.description
+    return CampaignRobot(
+        setup.name,
+        file.where,
+        file.source,
+        file.ppr,
+        description.found,
+        file.overrides,
+        description.warnings,
+        description.notes,
+    )
+
+
+class CampaignCell(NamedTuple):
+    """One test with one encoder and one set of parameters; its trials differ by seed alone."""
+
+    label: str  # in names of files; unique: SL_90_noise0.03
+    test: TestDefinition
+    encoder: ChosenEncoder
+    varied: Varied
+    robot_params: RobotParams  # resolved
+
+    @property
+    def ppr(self) -> PerWheel:
+        """Return the encoder's counts per wheel revolution."""
+        return self.encoder.ppr
+
+    def varied_texts(self) -> Tuple[Tuple[str, str], ...]:
+        """Return the varied parameters as a table shows them."""
+        return tuple((key, text_of(value)) for key, value in self.varied)
+
+
+class TrialJob(NamedTuple):
+    """One trial of a campaign."""
+
+    position: int  # in the order of the results, from 0
+    cell_index: int
+    trial: int  # from 1 in each cell
+    seed: int
+
+
+class Campaign(NamedTuple):
+    """All that is needed to run the trials, on any host."""
+
+    params: CampaignParams
+    cells: List[CampaignCell]  # by test, then varied parameters, then encoder
+    files: TrialFiles
+    robot: Optional[CampaignRobot] = None
+
+    @property
+    def encoders(self) -> List[ChosenEncoder]:
+        """Return the encoders, in the order of the results: those of each test and set of parameters."""
+        first = self.cells[0]
+        return [cell.encoder for cell in self.cells if (cell.test, cell.varied) == (first.test, first.varied)]
+
+    def jobs(self) -> List[TrialJob]:
+        """List every trial; equal trial numbers have equal seeds in all cells, and are compared in pairs."""
+        numbers = itertools.product(range(len(self.cells)), range(1, self.params.trials + 1))
+        return [
+            TrialJob(position, cell_index, trial, self.params.seed + trial)
+            for position, (cell_index, trial) in enumerate(numbers)
+        ]
+
+    def trial_of(self, job: TrialJob) -> Trial:
+        """Return the job's trial as it is written into its bag."""
+        cell = self.cells[job.cell_index]
+        return Trial(
+            test=cell.test,
+            ppr=cell.ppr,
+            number=job.seed,
+            nav=self.params.nav,
+            encoder=cell.encoder.name,
+            resolution=cell.encoder.resolution,
+            variant=dict(cell.varied).get(VARIANT, ''),
+            **wheels_of(cell.robot_params.odometry, cell.robot_params.encoder),
+        )
+
+    def bag_name(self, job: TrialJob) -> str:
+        """Name the file of the job's bag: SL_90_007.bag."""
+        digits = max(3, len(str(self.params.trials)))
+        return f'{self.cells[job.cell_index].label}_{job.trial:0{digits}d}{SUFFIXES[self.params.bag_format]}'
+
+    def resolved(self) -> Dict[str, Any]:
+        """Collect everything that determines the results, for JSON: all parameters, files by sha256."""
+        params, encoders = self.params, self.encoders
+        of_one_test = self.cells[: len(self.cells) // len(params.tests)]
+        return {
+            'tests': [self._dumped_test(cell.test) for cell in self.cells[:: len(of_one_test)]],
+            'parameters': [_dumped_parameters(cell) for cell in of_one_test[:: len(encoders)]],
+            'ppr': [ppr.model_dump(mode='json') for ppr in params.ppr],
+            **({'encoders': _dumped_encoders(of_one_test, len(encoders))} if params.encoders else {}),
+            'trials': params.trials,
+            'seed': params.seed,
+            'nav': params.nav,
+            'record': params.record,
+            # Left out of bags of ROS 1, so that campaigns from before there was a choice can be completed.
+            **({} if params.bag_format == 'ros1' else {'bag_format': params.bag_format}),
+            'robot': self.files.robot,
+            'files': self.files.sha256(),
+        }
+
+    def fingerprint(self) -> str:
+        """Compute the sha256 of `resolved`: campaigns of equal fingerprints have equal results."""
+        text = json.dumps(self.resolved(), sort_keys=True, allow_nan=False)
+        return hashlib.sha256(text.encode('utf-8')).hexdigest()
+
+    def _dumped_test(self, test: TestDefinition) -> Dict[str, Any]:
+        return {**test.model_dump(mode='json'), 'files': self.files.worlds[test.name]._asdict()}
+
+
+def text_of(value: Any) -> str:
+    """Return a parameter's value in one printable line."""
+    is_plain = isinstance(value, str) and value.isprintable()
+    return value if is_plain else json.dumps(value)
+
+
+def _dumped_encoders(cells: Sequence[CampaignCell], count: int) -> List[Dict[str, Any]]:
+    """Return each real one of `count` encoders with the parameters that it has otherwise than the first of all.
+
+    Its `parameters` are by dotted keys, for each combination of varied parameters.
+    """
+    firsts = [dict(flat(_dumped_parameters(cell))) for cell in cells[::count]]
+    return [
+        {
+            'label': cells[column].encoder.label,
+            'parameters': [
+                {key: value for key, value in flat(_dumped_parameters(cell)) if first.get(key) != value}
+                for first, cell in zip(firsts, cells[column::count])
+            ],
+        }
+        for column in range(count)
+        if cells[column].encoder.real
+    ]
+
+
+def _dumped_parameters(cell: CampaignCell) -> Dict[str, Any]:
+    parts = {name: part.model_dump(mode='json') for name, part in cell.robot_params._asdict().items()}
+    return {'varied': dict(cell.varied), **parts}
+
+
+def check_robot(source: RobotSource, params: SimulatorParams) -> List[Check]:
+    """Drive a robot on a flat floor, without the wheel errors of the parameters.
+
+    Raises:
+        ConfigError: its description is bad.
+    """
+    return self_check(load_simulated_robot(source, params.choices()), params)
+
+
+def unfit_tests(campaign: Campaign, worlds_folder: Path) -> List[str]:
+    """Return why the robot cannot do tests, a line for each test; none for drives without feedback."""
+    if campaign.params.nav == 'scripted':
+        return []
+    found: Dict[str, str] = {}
+    for cell in campaign.cells:
+        if cell.encoder == campaign.cells[0].encoder and cell.test.name not in found:
+            params = cell.robot_params
+            grid = load_map(find_world(cell.test.world, worlds_folder).with_suffix('.yaml'))
+            line = misfit(cell.test, params.navigator, params.simulator.drive, grid)
+            found.update({cell.test.name: line} if line else {})
+    return list(found.values())

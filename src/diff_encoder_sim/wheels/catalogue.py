@@ -1,0 +1,199 @@
+"""Encoders that one can buy, and those chosen for a comparison."""
+
+from __future__ import annotations
+
+import math
+import os
+from pathlib import Path
+from typing import Any, Dict, List, NamedTuple, Optional, Sequence
+
+from pydantic import Field, field_validator
+from typing_extensions import Annotated
+
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.params import Line, Params, did_you_mean, flat, load_params, missing, not_allowed
+from diff_encoder_sim.wheels.encoder_params import EncoderModel, PerWheel, encoder_label
+from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
+
+WHOLE_CATALOGUE = 'catalogue'  # stands for every name
+
+# What else of config.yaml belongs to a device: its controller's.
+OF_DEVICE = ('counter_modulus', 'rate', 'report', 'velocity_clock', 'velocity_method')
+
+
+class EncoderFileParams(Params):
+    """The keys of an encoder's file; config/encoders/ has patterns."""
+
+    name: Line = Field(min_length=1, description='as one buys it')
+    source: List[Annotated[Line, Field(min_length=1)]] = Field(
+        min_length=1, description='datasheets and manuals; comments call them [1], [2], ...'
+    )
+    price: Line = Field(min_length=1, description='class of its price, such as hobby')
+    encoder: EncoderModel
+    config: Dict[str, Any] = Field({}, description=f'other keys of config.yaml: {", ".join(OF_DEVICE)}')
+
+    @field_validator('encoder')
+    @classmethod
+    def _check_counts(cls, encoder: EncoderModel) -> EncoderModel:
+        if encoder.counts_per_wheel_turn is None:
+            raise missing({'hall': 'pole_pairs', 'absolute': 'bits'}.get(encoder.sensor, 'lines'))
+        return encoder
+
+    @field_validator('config')
+    @classmethod
+    def _check_keys(cls, config: Dict[str, Any]) -> Dict[str, Any]:
+        foreign = next((key for key in config if key not in OF_DEVICE), None)
+        if foreign is not None:
+            allowed = f'the keys {", ".join(OF_DEVICE)}{did_you_mean(foreign, OF_DEVICE)}'
+            raise not_allowed(foreign, config[foreign], allowed)
+        return config
+
+
+class CatalogueEncoder(NamedTuple):
+    """An encoder that one can buy."""
+
+    stem: str  # of its file, such as amt102
+    name: str  # as one buys it
+    source: Sequence[str]
+    price: str
+    params: EncoderParams  # with its model, and what else its controller has
+
+    @property
+    def counts_per_wheel_turn(self) -> float:
+        """Return the counts per revolution of the wheel, which need not be whole."""
+        return self.params.counts_per_turn.left
+
+    @property
+    def label(self) -> str:
+        """Return what tables call it, such as `8192 amt102`."""
+        return f'{self.counts_per_wheel_turn:g} {self.stem}'
+
+    @property
+    def overrides(self) -> Dict[str, Any]:
+        """Return its values for config.yaml by dotted keys, as `robot_params.override` takes them.
+
+        They have every key of `encoder`, so that nothing is left of the one that it replaces.
+        """
+        values = {**self.params.model_dump(exclude_unset=True), 'encoder': self.params.encoder.model_dump()}
+        return {f'config.{key}': value for key, value in flat(values)}
+
+
+def encoder_names(config_folder: Path) -> List[str]:
+    """Return the names of the encoders in config/encoders."""
+    return sorted(path.stem for path in (config_folder / 'encoders').glob('*.yaml'))
+
+
+def load_encoder(given: str, config_folder: Path, folder: Path) -> CatalogueEncoder:
+    """Load an encoder by its name or its file.
+
+    Args:
+        given: the name of a file in config/encoders/, or the path of a .yaml file.
+        config_folder: where encoders/ is.
+        folder: what that path is relative to.
+
+    Raises:
+        ConfigError: there is no such encoder, or its file has a bad key.
+    """
+    path = _path_of(given, config_folder, folder)
+    file = load_params(EncoderFileParams, path)
+    try:
+        params = EncoderParams.from_mapping({**file.config, 'encoder': file.encoder}, '')
+    except ConfigError as error:
+        raise ConfigError(f'{path}: config.{error}') from None
+    return CatalogueEncoder(path.stem, file.name, file.source, file.price, params)
+
+
+def load_encoders(given: Sequence[str], config_folder: Path, folder: Path) -> List[CatalogueEncoder]:
+    """Load encoders as `load_encoder` does; `catalogue` stands for all of config/encoders.
+
+    Raises:
+        ConfigError: as `load_encoder`.
+    """
+    names = [name for each in given for name in (encoder_names(config_folder) if each == WHOLE_CATALOGUE else [each])]
+    return [load_encoder(name, config_folder, folder) for name in names]
+
+
+def _path_of(given: str, config_folder: Path, folder: Path) -> Path:
+    """Return the file that a user means; a name is taken before a path."""
+    names = encoder_names(config_folder)
+    if given in names:
+        return config_folder / 'encoders' / f'{given}.yaml'
+    path = folder / os.path.expanduser(given)  # as it is where nobody has this name
+    if path.suffix == '.yaml' and path.is_file():
+        return path
+    wrong = _what_is_wrong(given, path)
+    raise ConfigError(
+        f'encoder: given {given!r}{wrong}; allowed: {", ".join(names)}, {WHOLE_CATALOGUE} (all of these), '
+        f'or a .yaml file{did_you_mean(given, names)}'
+    )
+
+
+def _what_is_wrong(given: str, path: Path) -> str:
+    """Return what is wrong with a path; '' where a name was meant."""
+    if given and path.is_dir():
+        return ', a folder'
+    if path.is_file():
+        return ', whose name does not end in .yaml'
+    return ', no such file' if '/' in given or path.suffix in ('.yaml', '.yml') else ''
+
+
+# By which config.yaml or a robot file says how many counts there are, in place of ppr.
+RESOLUTION_KEYS = ('config.encoder.lines', 'config.encoder.pole_pairs', 'config.encoder.bits')
+
+
+class ChosenEncoder(NamedTuple):
+    """One of the encoders that are compared."""
+
+    ppr: PerWheel  # counts per wheel revolution
+    resolution: str = ''  # how they follow from a datasheet; '' where they are given
+    real: Optional[CatalogueEncoder] = None  # None for an ideal one, and for the robot's own
+
+    @property
+    def name(self) -> str:
+        """Return the name of a real one; '' for others."""
+        return self.real.stem if self.real else ''
+
+    @property
+    def label(self) -> str:
+        """Return how tables and names of files call it: `90`, or `8192 amt102`."""
+        return encoder_label(self.ppr, self.name)
+
+    @property
+    def overrides(self) -> Dict[str, Any]:
+        """Return what it sets, by dotted keys such as `config.encoder.lines`."""
+        ppr = {'config.ppr': self.ppr.model_dump()}
+        return {**ppr, **self.real.overrides} if self.real else ppr
+
+    def counts_per_metre(self, wheel_diameter_m: float) -> float:
+        """Return the counts of the left wheel on a metre."""
+        return self.ppr.left / (math.pi * wheel_diameter_m)
+
+
+def chosen(real: CatalogueEncoder) -> ChosenEncoder:
+    """Choose a real encoder."""
+    return own_encoder(real.params)._replace(real=real)
+
+
+def own_encoder(params: EncoderParams) -> ChosenEncoder:
+    """Choose the encoder that is in these parameters."""
+    return ChosenEncoder(params.counts_per_turn, resolution_text(params.encoder))
+
+
+def resolution_text(model: EncoderModel) -> str:
+    """Return how the counts follow from the datasheet: `12 lines x 4 x gear 34.014 = 1632.672 counts per wheel ...`.
+
+    '' where the model leaves them to ppr.
+    """
+    counts, of_shaft = model.counts_per_wheel_turn, model.counts_per_shaft_turn
+    if counts is None or of_shaft is None:
+        return ''
+    gear = f' x gear {model.gear_ratio:g}' if model.side == 'motor' else ''
+    return f'{_shaft_text(model, of_shaft)}{gear} = {counts:.9g} counts per wheel revolution'
+
+
+def _shaft_text(model: EncoderModel, counts: int) -> str:
+    if model.pole_pairs:
+        return f'{model.pole_pairs} pole pairs x {counts // model.pole_pairs}'
+    if model.lines:
+        return f'{model.lines} line{"s" if model.lines > 1 else ""} x {counts // model.lines}'
+    return f'2^{model.bits}'

@@ -1,0 +1,402 @@
+"""Pulses per revolution, and whole pulses at a wheel angle (equation 1)."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Dict, List, Literal, NamedTuple, Optional, Sequence, Union
+
+from pydantic import BeforeValidator, Field, model_validator
+from typing_extensions import Annotated
+
+from diff_encoder_sim.base.params import (
+    COUNTER_STATES,
+    PULSES_PER_TURN,
+    Between,
+    Duration_s,
+    Fraction,
+    Params,
+    PulsesPerTurn,
+    is_number,
+    not_allowed,
+)
+
+
+class PerWheel(Params):
+    """One positive number for each wheel."""
+
+    left: PulsesPerTurn = Field(description='of the left wheel')
+    right: PulsesPerTurn = Field(description='of the right wheel')
+
+    @property
+    def plain(self) -> Union[float, Dict[str, float]]:
+        """Return what users write: one number if both wheels have the same, a whole one without a point."""
+        left, right = (int(each) if each == int(each) else each for each in (self.left, self.right))
+        return left if left == right else {'left': left, 'right': right}
+
+
+def _same_for_both(value: Any) -> Any:
+    if isinstance(value, (dict, PerWheel)):
+        return value
+    if not (is_number(value) and PULSES_PER_TURN.allows(value)):
+        raise ValueError(f'{PULSES_PER_TURN}, or {{left: ..., right: ...}}')
+    return {'left': value, 'right': value}
+
+
+PulsesPerRevolution = Annotated[
+    PerWheel, BeforeValidator(_same_for_both), Field(description='pulses per wheel revolution')
+]
+DEFAULT_PPR = PerWheel(left=90, right=90)
+
+
+def ppr_label(ppr: PerWheel) -> str:
+    """Format as 90 where both wheels have 90, else as 40-90 for left and right."""
+    left, right = f'{ppr.left:g}', f'{ppr.right:g}'
+    return left if left == right else f'{left}-{right}'
+
+
+def encoder_label(ppr: PerWheel, name: str) -> str:
+    """Format a real encoder as `8192 amt102`, its counts per wheel revolution first; an ideal one has no name."""
+    return f'{ppr_label(ppr)} {name}' if name else ppr_label(ppr)
+
+
+def file_label(ppr: PerWheel, name: str) -> str:
+    """Format an encoder for names of files: `90ppr`, or `8192_amt102`."""
+    return encoder_label(ppr, name).replace(' ', '_') if name else f'{ppr_label(ppr)}ppr'
+
+
+def pulses_from_angle(angle_rad: float, ppr: float) -> int:
+    """Return the whole pulses at a wheel angle, equation (1): floor, so -0.1 pulse is -1."""
+    return math.floor(angle_rad * ppr / (2.0 * math.pi))
+
+
+CounterModulus = Annotated[
+    int, COUNTER_STATES, Field(description='counts before the counter wraps: 65536 for int16, 0 for no wrap')
+]
+
+
+def wrap_count(pulses: int, modulus: int) -> int:
+    """Return the reading of a two's-complement counter of `modulus` states: [-modulus/2, modulus/2).
+
+    A modulus of 0 stands for a counter that never wraps.
+    """
+    if modulus == 0:
+        return pulses
+    half = modulus // 2
+    return (pulses + half) % modulus - half
+
+
+def count_difference(newer: int, older: int, modulus: int) -> int:
+    """Return the pulses between two readings of a wrapping counter, in the direction with fewer of them.
+
+    It is right in both directions while fewer than modulus/2 pulses pass between readings, and for
+    counters that show [0, modulus) just as for signed ones.
+    """
+    return wrap_count(newer - older, modulus)
+
+
+Side = Literal['both', 'left', 'right']
+Wiring = Literal['straight', 'swapped', 'inverted']
+BurstLength = Annotated[float, Between(1.0, 1e6, 'counts')]
+
+# Counts that a decoding makes of one line, which has four edges.
+COUNTS_PER_LINE = {'x1': 1, 'x2': 2, 'x4': 4}
+EDGES_PER_LINE = 4
+EDGES_PER_POLE_PAIR = 6
+DEGREES_PER_HALL_EDGE = 360.0 / EDGES_PER_POLE_PAIR
+# Beyond any encoder that is sold; the places of so many edges fit into the memory.
+MOST_COUNTS_PER_TURN = 2**20
+
+# Between two edges of a line [edges].
+SHORTEST_STATE = 0.05
+
+# How steep waves may be: with 1 the shown angle could stand still while the shaft turns.
+STEEPEST = 0.99
+
+# Standard deviations that a Gaussian error exceeds once in 500 million readings.
+RARE_DEVIATIONS = 6.0
+
+
+class FaultParams(Params):
+    """What goes wrong between sensor and counter; left out, nothing does."""
+
+    missed: Fraction = Field(0.0, description='fraction of the counts that are missed')
+    missed_burst: BurstLength = Field(1.0, description='counts that are missed in a row, on average')
+    extra: Fraction = Field(0.0, description='counts too many, as a fraction of all, in the direction of motion')
+    extra_burst: BurstLength = Field(1.0, description='counts too many in a row, on average')
+    max_count_rate: Annotated[float, Between(1e-3, 1e9, 'counts/s', or_zero=True)] = Field(
+        0.0, description='what comes faster is lost [counts/s]; 0: no limit'
+    )
+    dead_channel: Literal['none', 'A', 'B', 'C'] = Field('none', description='a channel that stands still; C of hall')
+    dead_level: Literal['low', 'high'] = Field('low', description='where it stands still')
+    dead_from: Duration_s = Field(0.0, description='since the first sample [s]')
+    dead_for: Duration_s = Field(0.0, description='how long [s]; 0: to the end')
+    dead_every: Duration_s = Field(0.0, description='from one beginning to the next [s]; 0: once')
+    restart_at: Duration_s = Field(
+        0.0, description='the controller restarts with counters at zero, since the first sample [s]; 0: never'
+    )
+    wiring: Wiring = Field('straight', description='A and B swapped, or A inverted')
+    wheel: Side = Field('both', description='which has these faults')
+
+    @model_validator(mode='after')
+    def _check_dead_times(self) -> FaultParams:
+        if self.dead_every and not 0.0 < self.dead_for <= self.dead_every:
+            raise not_allowed('dead_for', self.dead_for, f'above 0.0, and at most dead_every, {self.dead_every}')
+        return self
+
+
+NO_FAULTS = FaultParams()
+
+
+class Wave(NamedTuple):
+    """An error that repeats with the shaft's turns."""
+
+    amplitude_rad: float
+    per_turn: int
+
+
+class EncoderModel(Params):
+    """Sensor, gear and decoder of a wheel encoder.
+
+    Errors of size zero are left out. What differs from wheel to wheel is drawn from the trial's seed: the places of
+    edges and sensors, the phases of what repeats once or twice a turn, and where in the play the gear is.
+    """
+
+    sensor: Literal['quadrature', 'hall', 'single_channel', 'absolute'] = Field(
+        'quadrature', description='channels A and B; three of a motor; A alone; an angle'
+    )
+    lines: Optional[Annotated[int, Between(1, MOST_COUNTS_PER_TURN)]] = Field(
+        None, description="periods of a channel in a turn of the sensor's shaft; none: by ppr"
+    )
+    decoding: Literal['x1', 'x2', 'x4'] = Field('x4', description='counts per line: rising edges of A, all of A, all')
+    pole_pairs: Optional[Annotated[int, Between(1, 10_000)]] = Field(None, description='of hall: six counts each')
+    bits: Optional[Annotated[int, Between(1, 24, 'bits')]] = Field(
+        None, description='of absolute: 2^bits counts in a turn of its shaft'
+    )
+    side: Literal['wheel', 'motor'] = Field('wheel', description='of the gear, where the sensor is')
+    gear_ratio: Annotated[float, Between(1e-2, 1e4)] = Field(
+        1.0, description='turns of the motor per turn of the wheel'
+    )
+    backlash: Annotated[float, Between(0.0, 1.0, 'rad')] = Field(
+        0.0, description='play between motor and wheel, at the wheel [rad]'
+    )
+    direction: Literal['phases', 'command'] = Field(
+        'phases', description='of counting: by the order of edges, or by the commanded speed (always of single_channel)'
+    )
+    duty_cycle: Annotated[float, Between(0.1, 0.9)] = Field(
+        0.5, description='fraction of a line that a channel is high'
+    )
+    phase_error: Annotated[float, Between(-80.0, 80.0, 'degrees')] = Field(
+        0.0, description='B after A, minus 90 [electrical degrees]'
+    )
+    edge_error: Annotated[float, Between(0.0, 0.3, 'counts')] = Field(
+        0.0, description="standard deviation of each edge's place [counts]"
+    )
+    sensor_error: Annotated[float, Between(0.0, 20.0, 'degrees')] = Field(
+        0.0, description="of hall: standard deviation of each sensor's place [electrical degrees]"
+    )
+    eccentricity: Annotated[float, Between(0.0, 0.5, 'rad')] = Field(
+        0.0, description="amplitude of an error once per turn of the sensor's shaft [rad of it]"
+    )
+    first_harmonic: Annotated[float, Between(0.0, 20.0, 'degrees')] = Field(
+        0.0, description='of absolute: amplitude of its non-linearity once per turn [degrees of its shaft]'
+    )
+    second_harmonic: Annotated[float, Between(0.0, 20.0, 'degrees')] = Field(
+        0.0, description='of absolute: twice per turn'
+    )
+    noise: Annotated[float, Between(0.0, 1000.0, 'counts')] = Field(
+        0.0, description='of absolute: standard deviation of a reading [counts]'
+    )
+    hysteresis: Annotated[float, Between(0.0, 1000.0, 'counts')] = Field(
+        0.0, description='how far the sensor turns back before it shows that [counts]'
+    )
+    faults: FaultParams = NO_FAULTS
+
+    @property
+    def counts_per_shaft_turn(self) -> Optional[int]:
+        """Return the counts in a turn of the sensor's shaft; None where ppr tells."""
+        if self.sensor == 'hall':
+            return EDGES_PER_POLE_PAIR * self.pole_pairs if self.pole_pairs else None
+        if self.sensor == 'absolute':
+            return 2**self.bits if self.bits else None
+        return COUNTS_PER_LINE[self.decoding] * self.lines if self.lines else None
+
+    @property
+    def shaft_turns_per_wheel_turn(self) -> float:
+        """Return 1 where the sensor is on the wheel's side of the gear."""
+        return self.gear_ratio if self.side == 'motor' else 1.0
+
+    @property
+    def counts_per_wheel_turn(self) -> Optional[float]:
+        """Return the pulses per revolution of the wheel, which need not be whole; None where ppr tells."""
+        counts = self.counts_per_shaft_turn
+        return None if counts is None else counts * self.shaft_turns_per_wheel_turn
+
+    def of_wheel(self, side: str) -> EncoderModel:
+        """Return the encoder of the `left` or the `right` wheel, of which only one may have the faults."""
+        if self.faults.wheel in ('both', side):
+            return self
+        return self.model_copy(update={'faults': NO_FAULTS})
+
+    @property
+    def edges_per_count(self) -> int:
+        """Return how many of the sensor's edges a count takes."""
+        if self.sensor in ('hall', 'absolute'):
+            return 1
+        return EDGES_PER_LINE // COUNTS_PER_LINE[self.decoding]
+
+    @property
+    def counts_that_repeat(self) -> int:
+        """Return the counts after which the kinds of edges repeat: 1 where all are alike."""
+        if self.sensor_error:
+            return EDGES_PER_POLE_PAIR // 2
+        return COUNTS_PER_LINE[self.decoding] if self.edge_pattern() else 1
+
+    @property
+    def counts_by_command(self) -> bool:
+        """Return whether the commanded speeds tell the direction of counts."""
+        return self.direction == 'command' or self.sensor == 'single_channel'
+
+    @property
+    def has_uneven_edges(self) -> bool:
+        """Return whether edges are in places of their own, which repeat with the shaft's turns."""
+        return bool(self.edge_error or self.sensor_error or self.edge_pattern())
+
+    @property
+    def edge_variance(self) -> float:
+        """Return what the places of edges, and noise, add to the variance of a reading [pulses^2]; new in each one."""
+        return (
+            self.edge_error**2
+            + (self.sensor_error / DEGREES_PER_HALL_EDGE) ** 2
+            + self.noise**2
+            + self._pattern_variance()
+        )
+
+    def pulse_variance(self, counts_per_wheel_turn: float) -> float:
+        """Return what the sensor's errors add to the variance of a reading [pulses^2], beside the 1/12 of rounding.
+
+        The mean over a turn, docs/encoders.md; noise and play, which are over when the wheel has turned back, too.
+        """
+        counts_per_rad = counts_per_wheel_turn / (2.0 * math.pi)
+        of_shaft = counts_per_rad / self.shaft_turns_per_wheel_turn
+        variance = self.edge_variance + self.hysteresis**2 / 12.0
+        variance += sum((wave.amplitude_rad * of_shaft) ** 2 / 2.0 for wave in self.waves)
+        return variance + (self.backlash * counts_per_rad) ** 2 / 12.0
+
+    def most_jump(self, counts_per_wheel_turn: float) -> float:
+        """Return by how much a reading may differ from the one before without motion, but for rare cases [pulses]."""
+        play = self.hysteresis + self.backlash * counts_per_wheel_turn / (2.0 * math.pi)
+        return play + RARE_DEVIATIONS * math.sqrt(2.0 * self.edge_variance)
+
+    @property
+    def speed_variance(self) -> float:
+        """Return the variance of the shown speed as a fraction of the true one: how steep the waves are."""
+        return sum((wave.amplitude_rad * wave.per_turn) ** 2 / 2.0 for wave in self.waves)
+
+    @property
+    def waves(self) -> List[Wave]:
+        """Return the errors that repeat with the turns of the sensor's shaft, but for those of size zero."""
+        waves = (
+            Wave(self.eccentricity, 1),
+            Wave(math.radians(self.first_harmonic), 1),
+            Wave(math.radians(self.second_harmonic), 2),
+        )
+        return [wave for wave in waves if wave.amplitude_rad]
+
+    def edge_pattern(self) -> Optional[List[float]]:
+        """Return the places of a line's four edges, minus 0 to 3 [edges]; None where they are even."""
+        if self.sensor in ('hall', 'absolute') or (self.duty_cycle == 0.5 and self.phase_error == 0.0):
+            return None
+        longer, later = EDGES_PER_LINE * self.duty_cycle - 2.0, self.phase_error / 90.0
+        return [0.0, later, longer, later + longer]
+
+    def _pattern_variance(self) -> float:
+        """Return the variance [pulses^2] of the places of the edges that are counted."""
+        pattern = (self.edge_pattern() or [0.0])[:: self.edges_per_count]
+        mean = sum(pattern) / len(pattern)
+        return sum(((place - mean) / self.edges_per_count) ** 2 for place in pattern) / len(pattern)
+
+    @model_validator(mode='after')
+    def _check_sensor(self) -> EncoderModel:
+        """Check that no key is of another sensor."""
+        of_sensors = {
+            'lines': ('quadrature', 'single_channel'),
+            'decoding': ('quadrature', 'single_channel'),
+            'duty_cycle': ('quadrature', 'single_channel'),
+            'phase_error': ('quadrature',),
+            'pole_pairs': ('hall',),
+            'sensor_error': ('hall',),
+            'bits': ('absolute',),
+            'first_harmonic': ('absolute',),
+            'second_harmonic': ('absolute',),
+            'noise': ('absolute',),
+            'edge_error': ('quadrature', 'hall', 'single_channel'),
+        }
+        for key, sensors in of_sensors.items():
+            value = getattr(self, key)
+            if self.sensor not in sensors and value != type(self).model_fields[key].default:
+                raise not_allowed(key, value, f'with sensor {_either(sensors)}, not {self.sensor}')
+        if self.sensor == 'single_channel' and self.decoding == 'x4':
+            # The default of others; one channel has two edges.
+            raise not_allowed('decoding', self.decoding, 'x1 or x2, with sensor single_channel')
+        if self.sensor == 'absolute' and self.direction == 'command':
+            raise not_allowed('direction', self.direction, 'phases, with sensor absolute')
+        return self
+
+    @model_validator(mode='after')
+    def _check_shape(self) -> EncoderModel:
+        """Check that edges are in order, and that the shown angle rises with the true one."""
+        later = self.phase_error / 90.0
+        # A falls after B has risen, and before B falls, which is before A rises again. Rounded, as they are shown.
+        least = round((1.0 + SHORTEST_STATE + later) / EDGES_PER_LINE, 3)
+        most = round((3.0 - SHORTEST_STATE - later) / EDGES_PER_LINE, 3)
+        if not least <= self.duty_cycle <= most:
+            raise not_allowed('duty_cycle', self.duty_cycle, f'{least} to {most}, with phase_error {self.phase_error}')
+        most_deg = round(math.degrees(STEEPEST - self.eccentricity - math.radians(self.first_harmonic)) / 2.0, 3)
+        if self.second_harmonic > most_deg:
+            raise not_allowed(
+                'second_harmonic',
+                self.second_harmonic,
+                f'up to {most_deg}, with eccentricity {self.eccentricity} and first_harmonic {self.first_harmonic}',
+            )
+        return self
+
+    @model_validator(mode='after')
+    def _check_gear(self) -> EncoderModel:
+        if self.side == 'wheel' and self.gear_ratio != 1.0:
+            raise not_allowed('gear_ratio', self.gear_ratio, '1.0 with side wheel, or side motor')
+        if self.side == 'wheel' and self.backlash:
+            raise not_allowed('backlash', self.backlash, '0.0 with side wheel, or side motor')
+        most_lines = MOST_COUNTS_PER_TURN // COUNTS_PER_LINE[self.decoding]
+        if self.lines is not None and self.lines > most_lines:
+            raise not_allowed('lines', self.lines, f'up to {most_lines}, with decoding {self.decoding}')
+        return self
+
+    @model_validator(mode='after')
+    def _check_faults(self) -> EncoderModel:
+        faults = self.faults
+        channels = {'quadrature': 'AB', 'single_channel': 'A', 'hall': 'ABC', 'absolute': ''}[self.sensor]
+        if faults.dead_channel not in ('none', *channels):
+            allowed = f'{_either(["none", *channels])}, with sensor {self.sensor}'
+            raise not_allowed('faults.dead_channel', faults.dead_channel, allowed)
+        for key in ('missed', 'extra', 'max_count_rate', 'restart_at') if self.sensor == 'absolute' else ():
+            if getattr(faults, key):
+                allowed = '0.0 with sensor absolute, which shows its angle and counts nothing'
+                raise not_allowed(f'faults.{key}', getattr(faults, key), allowed)
+        if self.sensor in ('single_channel', 'absolute') and faults.wiring == 'swapped':
+            raise not_allowed('faults.wiring', faults.wiring, f'straight or inverted, with sensor {self.sensor}')
+        return self
+
+
+def _either(words: Sequence[str]) -> str:
+    """Return 'A', 'A or B', or 'A, B or C'."""
+    *others, last = words
+    return f'{", ".join(others)} or {last}' if others else last
+
+
+IDEAL_ENCODER = EncoderModel()
+
+
+def counts_per_turn(ppr: PerWheel, model: EncoderModel) -> PerWheel:
+    """Return the counts per wheel revolution: the model's, where it says them, else `ppr`."""
+    counts = model.counts_per_wheel_turn
+    return ppr if counts is None else PerWheel(left=counts, right=counts)

@@ -1,0 +1,470 @@
+"""Wheel odometry: from two pulse counters to pose, twist and covariance."""
+
+from __future__ import annotations
+
+import logging
+import math
+from collections import deque
+from typing import Deque, NamedTuple, Optional, Sequence, Tuple
+
+import numpy as np
+
+from diff_encoder_sim.base.errors import EVENT
+from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, move_along_arc
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline
+from diff_encoder_sim.wheels.covariance import (
+    KNOWN_EXACTLY,
+    NO_ERRORS,
+    PULSE_VARIANCE,
+    LateralAcceleration,
+    PlanarCovariance,
+    behind_axle,
+    carry_geometry_errors,
+    geometry_covariance,
+    propagate_motion_noise,
+    quantisation_covariance,
+    reading_variance,
+    residual_std,
+)
+from diff_encoder_sim.wheels.encoder_params import count_difference, wrap_count
+from diff_encoder_sim.wheels.odometry_params import OdometryParams
+from diff_encoder_sim.wheels.report_link import LATE_REPORT_TOLERANCE_NS
+from diff_encoder_sim.wheels.wheel_rate import STANDSTILL_AFTER_S
+
+# Whole pulses make a speed uncertain by one at either end of an interval, and of the one before.
+ROUNDING_PULSES = 2.0
+
+
+def is_restart(
+    counts_before: Tuple[int, int],
+    counts: Tuple[int, int],
+    pulses: Tuple[int, int],
+    pulses_before: Tuple[float, float],
+    most_change: Tuple[float, float],
+) -> bool:
+    """Return whether both counters are as near zero as the wheels can have turned, and going on needs too much of one.
+
+    One controller has both, so a jump of one counter alone is none. Where both were near zero before, a restart loses
+    no more than a jerk that is taken for one.
+
+    Args:
+        counts_before: left and right counter at the last report, signed.
+        counts: left and right counter now, signed.
+        pulses: since the last report, if they went on.
+        pulses_before: what the speed before makes of the same interval.
+        most_change: by how much the greatest acceleration, and errors of the encoder, change that, in pulses.
+    """
+    near_zero = _are_within(counts, (abs(pulses_before[0]), abs(pulses_before[1])), most_change)
+    if not near_zero or not any(pulses) or _are_within(counts_before, (0.0, 0.0), most_change):
+        return False
+    changes = pulses[0] - pulses_before[0], pulses[1] - pulses_before[1]
+    return not _are_within(changes, (0.0, 0.0), most_change)
+
+
+def _are_within(pulses: Tuple[float, float], most: Tuple[float, float], margin: Tuple[float, float]) -> bool:
+    """Return whether the pulses of neither wheel are more than its most, by more than a margin and the rounding."""
+    return (
+        abs(pulses[0]) <= most[0] + margin[0] + ROUNDING_PULSES
+        and abs(pulses[1]) <= most[1] + margin[1] + ROUNDING_PULSES
+    )
+
+
+# Stamps of arrival may be nearer to each other than their samples, by so much: a jump is judged by what a wheel turns
+# in this time at least.
+STAMPS_OFF_BY_S = 0.05
+
+# The speed before a jump is the mean over so much time at least, or over one interval: likewise.
+SPEED_OVER_NS = 20_000_000
+
+
+class Reading(NamedTuple):
+    """Both counters at one instant."""
+
+    stamp_ns: int
+    left_pulses: int
+    right_pulses: int
+
+
+class CounterStep(NamedTuple):
+    """What happened between two readings."""
+
+    left_pulses: int
+    right_pulses: int
+    restart: str = ''  # why the counters are taken to have restarted; '' where they went on
+
+
+class CounterSteps:
+    """Turns each reading into the pulses since the one before."""
+
+    def __init__(self, params: OdometryParams) -> None:
+        self._modulus = params.counter_modulus
+        self._ppr = params.counts_per_turn
+        self._most_jumps = params.encoder.most_jump(self._ppr.left), params.encoder.most_jump(self._ppr.right)
+        self._max_speed_radps, self._max_acceleration_radps2 = params.max_wheel_speed, params.max_wheel_acceleration
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget all readings."""
+        self._last: Optional[Reading] = None
+        self._totals: Deque[Reading] = deque([Reading(0, 0, 0)])  # those that the speed is between, since a start
+        self.restarts = 0  # of counters
+
+    def take(self, reading: Reading) -> Optional[CounterStep]:
+        """Return the pulses since the reading before, whose stamp is older; None where there is none.
+
+        A step faster than the wheels can turn is taken for a restart of the counters.
+        """
+        last, self._last = self._last, reading
+        if last is None:
+            return None
+        step = self._step_between(last, reading)
+        self._remember(reading.stamp_ns - last.stamp_ns, step.left_pulses, step.right_pulses)
+        return step
+
+    def _remember(self, duration_ns: int, left_pulses: int, right_pulses: int) -> None:
+        total = self._totals[-1]
+        now = Reading(total.stamp_ns + duration_ns, total.left_pulses + left_pulses, total.right_pulses + right_pulses)
+        self._totals.append(now)
+        while len(self._totals) > 2 and now.stamp_ns - self._totals[1].stamp_ns >= SPEED_OVER_NS:
+            self._totals.popleft()
+
+    def _step_between(self, last: Reading, reading: Reading) -> CounterStep:
+        left_pulses = count_difference(reading.left_pulses, last.left_pulses, self._modulus)
+        right_pulses = count_difference(reading.right_pulses, last.right_pulses, self._modulus)
+        pulses, counts = (left_pulses, right_pulses), self._signed(reading)
+        interval_s = (reading.stamp_ns - last.stamp_ns) / NANOSECONDS_PER_SECOND
+        is_near_zero = self._is_near_zero(self._signed(last), counts, pulses, interval_s)
+        if not is_near_zero and not self._is_implausible(pulses, max(interval_s, STAMPS_OFF_BY_S)):
+            return CounterStep(left_pulses, right_pulses)
+        self.restarts += 1
+        bound = 'max_wheel_acceleration allows' if is_near_zero else 'max_wheel_speed'
+        restart = f'{left_pulses} left and {right_pulses} right pulses in {interval_s:.3f} s are faster than {bound}'
+        return CounterStep(*(counts if is_near_zero else (0, 0)), restart)
+
+    def _is_near_zero(
+        self, counts_before: Tuple[int, int], counts: Tuple[int, int], pulses: Tuple[int, int], interval_s: float
+    ) -> bool:
+        """Return whether the counters began anew at zero."""
+        if len(self._totals) < 2:
+            return False
+        first, last = self._totals[0], self._totals[-1]
+        span_s = (last.stamp_ns - first.stamp_ns) / NANOSECONDS_PER_SECOND
+        share = interval_s / span_s
+        went = (last.left_pulses - first.left_pulses) * share, (last.right_pulses - first.right_pulses) * share
+        # From the middle of the one interval to that of the other.
+        between_s = 0.5 * (span_s + interval_s)
+        turns = self._max_acceleration_radps2 * between_s * interval_s / (2.0 * math.pi)
+        left_jump, right_jump = self._most_jumps
+        most_change = turns * self._ppr.left + left_jump, turns * self._ppr.right + right_jump
+        return is_restart(counts_before, counts, pulses, went, most_change)
+
+    def _is_implausible(self, pulses: Tuple[int, int], interval_s: float) -> bool:
+        turns = self._max_speed_radps * interval_s / (2.0 * math.pi)
+        return any(
+            # A wheel that turns by less than a pulse may pass one.
+            abs(count) - 1.0 - jump > turns * ppr
+            for count, jump, ppr in zip(pulses, self._most_jumps, (self._ppr.left, self._ppr.right))
+        )
+
+    def _signed(self, reading: Reading) -> Tuple[int, int]:
+        """Return the counters as those that count down from zero to below it."""
+        return wrap_count(reading.left_pulses, self._modulus), wrap_count(reading.right_pulses, self._modulus)
+
+
+WheelRates = Tuple[float, float]  # left, right [rad/s]
+
+
+class RimMotion(NamedTuple):
+    """What a wheel's rim did: way [m] and its variance [m^2], or speed [m/s] and its variance [m^2/s^2]."""
+
+    mean: float
+    variance: float
+
+
+Rims = Tuple[RimMotion, RimMotion]  # left, right
+
+
+class TwistCovariance(NamedTuple):
+    """A symmetric 2x2 covariance of (linear [m/s], angular [rad/s])."""
+
+    linear: float = 0.0
+    linear_angular: float = 0.0
+    angular: float = 0.0
+
+    def matrix(self) -> np.ndarray:
+        """Return it as 2x2."""
+        return np.array([[self.linear, self.linear_angular], [self.linear_angular, self.angular]])
+
+
+class WheelTwist(NamedTuple):
+    """A twist over some interval, in base_link."""
+
+    linear_mps: float  # along x, signed
+    angular_radps: float  # counter-clockwise
+    covariance: TwistCovariance
+
+
+class TwistEstimator:
+    """Computes the twist: the mean one by counts, or that of measured speeds; with or without a low-pass.
+
+    The covariance is that of the speeds that were measured: it does not know how late a low-pass is.
+    """
+
+    def __init__(self, params: OdometryParams) -> None:
+        self._params, self._radius_m = params, 0.5 * params.wheel_diameter
+        self._m_per_pulse = params.m_per_pulse
+        self._edge_variance, self._wave_variance = params.encoder.edge_variance, params.encoder.speed_variance
+        self._tick_s = 1.0 / params.velocity_clock
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the speeds before."""
+        self._smooth: Optional[Rims] = None
+        self._smooth_ns = 0
+
+    def twist(self, totals: Sequence[Reading], measured_radps: Optional[WheelRates]) -> WheelTwist:
+        """Return the twist at the last of some readings; zero where there is but one, and no measured speed.
+
+        Args:
+            totals: pulses since the start; the mean by counts is between the first reading and the last.
+            measured_radps: speeds of the wheels, left and right, which take the place of that mean.
+        """
+        separation_m, stamp_ns = self._params.wheel_separation, totals[-1].stamp_ns
+        if measured_radps is not None:
+            interval_s = _interval_s(totals[-2], totals[-1]) if len(totals) > 1 else 0.0
+            speeds = self._measured_speeds(measured_radps, interval_s)
+            return twist_of_rims(self._smoothed(stamp_ns, speeds), 1.0, separation_m)
+        ways, interval_s = self._ways(totals[0], totals[-1]), _interval_s(totals[0], totals[-1])
+        if not self._params.velocity_low_pass or interval_s == 0.0:
+            return twist_of_rims(ways, interval_s, separation_m)
+        left, right = (RimMotion(way / interval_s, variance / interval_s**2) for way, variance in ways)
+        return twist_of_rims(self._smoothed(stamp_ns, (left, right)), 1.0, separation_m)
+
+    def _ways(self, first: Reading, last: Reading) -> Rims:
+        """Return the ways between two readings, whose rounding errors are independent."""
+        left_m_per_pulse, right_m_per_pulse = self._m_per_pulse
+        left = self._way(last.left_pulses - first.left_pulses, left_m_per_pulse)
+        return left, self._way(last.right_pulses - first.right_pulses, right_m_per_pulse)
+
+    def _way(self, pulses: int, m_per_pulse: float) -> RimMotion:
+        way_m = pulses * m_per_pulse
+        variance = 2.0 * reading_variance(m_per_pulse, self._edge_variance) + self._params.travel_variance * abs(way_m)
+        return RimMotion(way_m, variance + self._wave_variance * way_m**2)
+
+    def _measured_speeds(self, rates_radps: WheelRates, interval_s: float) -> Rims:
+        left, right = (
+            self._measured_speed(rate_radps * self._radius_m, m_per_pulse, interval_s)
+            for rate_radps, m_per_pulse in zip(rates_radps, self._m_per_pulse)
+        )
+        return left, right
+
+    def _measured_speed(self, mps: float, m_per_pulse: float, interval_s: float) -> RimMotion:
+        """Return a speed between two edges: wrong by their places, and by two readings of the clock."""
+        if mps == 0.0:
+            # It may creep, by less than a count until that is noticed.
+            return RimMotion(0.0, PULSE_VARIANCE * (m_per_pulse / STANDSTILL_AFTER_S) ** 2)
+        least_s = interval_s if self._params.velocity_method == 'MT' else 0.0
+        between_s = min(max(least_s, m_per_pulse / abs(mps)), STANDSTILL_AFTER_S)
+        way_m2 = 2.0 * self._edge_variance * m_per_pulse**2 + self._params.travel_variance * abs(mps) * between_s
+        time_s2 = self._tick_s**2 / 6.0
+        return RimMotion(mps, (way_m2 + mps**2 * time_s2) / between_s**2 + self._wave_variance * mps**2)
+
+    def _smoothed(self, stamp_ns: int, speeds: Rims) -> Rims:
+        """Pass the speeds through the low-pass; errors of one and the next are taken as independent."""
+        if self._smooth is not None and self._params.velocity_low_pass:
+            passed_s = (stamp_ns - self._smooth_ns) / NANOSECONDS_PER_SECOND
+            share = passed_s / (self._params.velocity_low_pass + passed_s)
+            left, right = (_mixed(old, new, share) for old, new in zip(self._smooth, speeds))
+            speeds = left, right
+        self._smooth, self._smooth_ns = speeds, stamp_ns
+        return speeds
+
+
+def twist_of_rims(rims: Rims, interval_s: float, wheel_separation_m: float) -> WheelTwist:
+    """Return the twist that moves the rims of both wheels by their ways within an interval; zero over no time.
+
+    Args:
+        rims: ways of the left and the right wheel; or speeds, and an interval of 1 s.
+        interval_s: of the ways.
+        wheel_separation_m: between the contact points.
+    """
+    if interval_s == 0.0:
+        return WheelTwist(0.0, 0.0, TwistCovariance())
+    (left, left_variance), (right, right_variance) = rims
+    of_both = (left_variance + right_variance) / interval_s**2
+    together = 0.5 * (right_variance - left_variance) / (wheel_separation_m * interval_s**2)
+    covariance = TwistCovariance(0.25 * of_both, together, of_both / wheel_separation_m**2)
+    return WheelTwist(0.5 * (left + right) / interval_s, (right - left) / (wheel_separation_m * interval_s), covariance)
+
+
+def wheel_speeds_mps(linear_mps: float, angular_radps: float, wheel_separation_m: float) -> Tuple[float, float]:
+    """Return the speeds of the left and right rim in a twist of base_link, the axle's middle."""
+    half_mps = 0.5 * wheel_separation_m * angular_radps
+    return linear_mps - half_mps, linear_mps + half_mps
+
+
+def _mixed(old: RimMotion, new: RimMotion, share: float) -> RimMotion:
+    return RimMotion(
+        old.mean + share * (new.mean - old.mean), (1.0 - share) ** 2 * old.variance + share**2 * new.variance
+    )
+
+
+def _interval_s(first: Reading, last: Reading) -> float:
+    return (last.stamp_ns - first.stamp_ns) / NANOSECONDS_PER_SECOND
+
+
+log = logging.getLogger(__name__)
+
+
+class OdometryEstimate(NamedTuple):
+    """Pose and twist by the wheels at one instant."""
+
+    stamp_ns: int
+    base_pose_in_odom: Pose2D  # yaw in [-pi, pi)
+    linear_velocity_mps: float  # along base_link's x, signed
+    angular_velocity_radps: float  # counter-clockwise
+    of_pose: PlanarCovariance = PlanarCovariance()  # in the odom frame
+    of_twist: TwistCovariance = TwistCovariance()
+    lateral_velocity_mps: float = 0.0  # along base_link's y: where base_link is not on the axle, it swings in turns
+
+    @property
+    def pose_covariance(self) -> np.ndarray:
+        """Return the 3x3 covariance over (x [m], y [m], yaw [rad]) in the odom frame."""
+        return self.of_pose.matrix()
+
+    @property
+    def twist_covariance(self) -> np.ndarray:
+        """Return the 2x2 covariance over (linear [m/s], angular [rad/s])."""
+        return self.of_twist.matrix()
+
+    def twist_std(self) -> Tuple[float, float]:
+        """Return the standard deviations of the twist, linear [m/s] and angular [rad/s]."""
+        return math.sqrt(self.of_twist.linear), math.sqrt(self.of_twist.angular)
+
+
+class WheelOdometry:
+    """Dead reckoning from pulse counters, starting from pose zero at the first report."""
+
+    def __init__(self, params: OdometryParams) -> None:
+        self.params = params
+        self._m_per_pulse = params.m_per_pulse
+        self._reading_vars_m2 = params.reading_variances_m2
+        self._heading_var_rad2 = sum(self._reading_vars_m2) / params.wheel_separation**2
+        self._residual_m = residual_std(*self._m_per_pulse)
+        self._geometry_std = params.geometry_std
+        self._timeline = Timeline(LATE_REPORT_TOLERANCE_NS)
+        self._steps, self._twists = CounterSteps(params), TwistEstimator(params)
+        self._pull = LateralAcceleration(params.wheel_separation)
+        self.reset()
+
+    def reset(self) -> None:
+        """Return to pose zero; the next report of a new stamp, whatever it counts, is the start."""
+        self._steps.reset()
+        self._twists.reset()
+        self._pull.reset()
+        self._totals: Deque[Reading] = deque(maxlen=self.params.velocity_window + 1)
+        self._pose = IDENTITY  # of the axle's middle, where it began
+        self._motion_covariance = PlanarCovariance()
+        self._geometry_errors = NO_ERRORS
+
+    @property
+    def restarts(self) -> int:
+        """Return how often the counters were restarted."""
+        return self._steps.restarts
+
+    @property
+    def counts(self) -> Tuple[int, int]:
+        """Return the left and right pulses since the start, across wraps and restarts of the counters."""
+        return (self._totals[-1].left_pulses, self._totals[-1].right_pulses) if self._totals else (0, 0)
+
+    def update(
+        self, stamp_ns: int, left_count: int, right_count: int, wheel_rates_radps: Optional[WheelRates] = None
+    ) -> Optional[OdometryEstimate]:
+        """Take one report of the counters, and return the estimate; None when its stamp is stale.
+
+        A stamp that jumps back restarts from pose zero. A count that jumps further than a wheel
+        can turn restarts the counting and keeps the pose. Either logs one warning.
+
+        Args:
+            stamp_ns: when the counters were read [ns].
+            left_count: the left counter, wrapped at `counter_modulus` or not.
+            right_count: the right counter likewise.
+            wheel_rates_radps: the wheels' speeds, left and right, as the controller measures them: of the twist.
+        """
+        step = self._timeline.advance(stamp_ns)
+        if step is Step.STALE:
+            return None
+        if step is Step.RESTART:
+            log.warning(
+                'encoder stamps went back to %.3f s: odometry restarted at pose zero',
+                stamp_ns / NANOSECONDS_PER_SECOND,
+                extra=EVENT,
+            )
+            self.reset()
+        self._integrate(Reading(stamp_ns, left_count, right_count))
+        return self._estimate(stamp_ns, wheel_rates_radps)
+
+    def _integrate(self, reading: Reading) -> None:
+        step = self._steps.take(reading)
+        if step is None:
+            self._totals.append(reading._replace(left_pulses=0, right_pulses=0))
+            return
+        if step.restart:
+            log.warning('%s: taken as a counter restart, the pose is kept', step.restart, extra=EVENT)
+        left_pulses, right_pulses = step.left_pulses, step.right_pulses
+        total = self._totals[-1]
+        self._totals.append(
+            Reading(reading.stamp_ns, total.left_pulses + left_pulses, total.right_pulses + right_pulses)
+        )
+        left_m, right_m = left_pulses * self._m_per_pulse[0], right_pulses * self._m_per_pulse[1]
+        pull_mps2 = self._pull.take((reading.stamp_ns - total.stamp_ns) / NANOSECONDS_PER_SECOND, left_m, right_m)
+        if left_pulses or right_pulses:
+            self._move_pose(left_m, right_m, pull_mps2)
+
+    def _move_pose(self, left_m: float, right_m: float, pull_mps2: float) -> None:
+        start = self._pose
+        moved = move_along_arc(start, 0.5 * (left_m + right_m), (right_m - left_m) / self.params.wheel_separation)
+        # The heading comes from the totals: adding up rounded increments would let it drift.
+        self._pose = moved._replace(yaw_rad=self._heading_rad(self._totals[-1]))
+        step = start.yaw_rad, left_m, right_m, self.params.wheel_separation
+        noise = self.params.travel_variance + (self.params.curve_noise or 0.0) * pull_mps2**2
+        self._motion_covariance = propagate_motion_noise(self._motion_covariance, *step, noise, self._heading_var_rad2)
+        if self._geometry_std != KNOWN_EXACTLY:
+            self._geometry_errors = carry_geometry_errors(self._geometry_errors, self._geometry_std, *step)
+
+    def _heading_rad(self, total: Reading) -> float:
+        left_m_per_pulse, right_m_per_pulse = self._m_per_pulse
+        travel_m = total.right_pulses * right_m_per_pulse - total.left_pulses * left_m_per_pulse
+        return travel_m / self.params.wheel_separation
+
+    def _estimate(self, stamp_ns: int, wheel_rates_radps: Optional[WheelRates]) -> OdometryEstimate:
+        twist = self._twists.twist(self._totals, wheel_rates_radps)
+        axle_x_m = self.params.axle_x
+        pose_covariance = self._axle_covariance()
+        if axle_x_m:
+            pose_covariance = behind_axle(pose_covariance, self._pose.yaw_rad, axle_x_m)
+        return OdometryEstimate(
+            stamp_ns,
+            self._base_pose(),
+            twist.linear_mps,
+            twist.angular_radps,
+            pose_covariance,
+            twist.covariance,
+            0.0 - axle_x_m * twist.angular_radps,  # never -0.0
+        )
+
+    def _axle_covariance(self) -> PlanarCovariance:
+        """Return the covariance of the axle's middle."""
+        covariance = self._motion_covariance.plus(
+            quantisation_covariance(self._pose, *self._reading_vars_m2, self._residual_m, self.params.wheel_separation)
+        )
+        if self._geometry_std != KNOWN_EXACTLY:
+            covariance = covariance.plus(geometry_covariance(self._geometry_errors, self._geometry_std))
+        return covariance
+
+    def _base_pose(self) -> Pose2D:
+        """Return the pose of base_frame: the axle's, moved back along its x on the way there and at its end."""
+        axle, axle_x_m = IDENTITY.compose(self._pose), self.params.axle_x
+        return axle._replace(
+            x_m=axle.x_m + axle_x_m * (1.0 - math.cos(axle.yaw_rad)), y_m=axle.y_m - axle_x_m * math.sin(axle.yaw_rad)
+        )
