@@ -8,7 +8,8 @@ from pathlib import Path
 from diff_encoder_sim.advice import listed_encoders, odometry_budget, odometry_curve
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.cli.advise import main
-from diff_encoder_sim.drives.trial_definition import Ending, Outcome, PoseSource
+from diff_encoder_sim.drives.topics import PoseSource
+from diff_encoder_sim.drives.trial_definition import Ending, Outcome
 from diff_encoder_sim.trials.trial_run import TrialResult
 
 

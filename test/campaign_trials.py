@@ -32,7 +32,8 @@ def trial(plan, robot_file):
     """One of them."""
     # Here, so that this script is no slower than scripts/campaign to notice Ctrl-C.
     from diff_encoder_sim.base.se2 import Pose2D
-    from diff_encoder_sim.drives.trial_definition import Ending, Outcome, PoseSource
+    from diff_encoder_sim.drives.topics import PoseSource
+    from diff_encoder_sim.drives.trial_definition import Ending, Outcome
     from diff_encoder_sim.trials.trial_run import TrialResult
 
     number = plan.trial.number

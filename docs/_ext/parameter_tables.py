@@ -9,7 +9,8 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 from sphinx.errors import ExtensionError
 
-from diff_encoder_sim.base.params import Between, Params
+from diff_encoder_sim.base.bounds import Between
+from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.wheels.encoder_params import PerWheel, ppr_label
 
 NAMES = {

@@ -24,7 +24,8 @@ from diff_encoder_sim.analysis.campaign_folder import read_campaign
 from diff_encoder_sim.analysis.dataset import Varied
 from diff_encoder_sim.analysis.quantities import QUANTITIES
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
-from diff_encoder_sim.drives.trial_definition import FinalErrors, PoseSource, TrialPlan
+from diff_encoder_sim.drives.topics import PoseSource
+from diff_encoder_sim.drives.trial_definition import FinalErrors, TrialPlan
 from diff_encoder_sim.trials.campaign_cells import Campaign, TrialJob
 from diff_encoder_sim.trials.campaign_loading import load_campaign
 from diff_encoder_sim.trials.lockstep_trial import LockstepTrial

@@ -23,7 +23,7 @@ from tabulate import tabulate
 from diff_encoder_sim.analysis.paper.paper_cells import TRIALS, PaperCell, load_paper_cells
 from diff_encoder_sim.analysis.quantities import Y
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
-from diff_encoder_sim.drives.trial_definition import PoseSource
+from diff_encoder_sim.drives.topics import PoseSource
 from diff_encoder_sim.trials.lockstep_trial import LockstepTrial
 from diff_encoder_sim.trials.robot_params import load_robot_config, override
 

@@ -21,8 +21,8 @@ from counts import COUNT, MOST
 from ratios import Ratio, add_json, print_ratios, write_ratios
 from tabulate import tabulate
 
+from diff_encoder_sim.base.bounds import Between
 from diff_encoder_sim.base.command_line import whole_number_within
-from diff_encoder_sim.base.params import Between
 from diff_encoder_sim.trials.local_workers import local_workers
 from diff_encoder_sim.trials.trial_queue import TASKS_PER_THREAD
 

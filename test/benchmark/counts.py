@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import checkout  # noqa: F401 (finds the package)
 
+from diff_encoder_sim.base.bounds import Between
 from diff_encoder_sim.base.command_line import whole_number_within
-from diff_encoder_sim.base.params import Between
 
 MOST = 1_000_000
 COUNT = whole_number_within(Between(1, MOST))

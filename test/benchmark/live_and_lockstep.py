@@ -29,8 +29,7 @@ from tabulate import tabulate
 from diff_encoder_sim.analysis.goal_errors import goal_errors
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives import topics
-from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE
-from diff_encoder_sim.drives.trial_definition import PoseSource
+from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE, PoseSource
 from diff_encoder_sim.drives.trial_recording import read_trial
 from diff_encoder_sim.trials.robot_params import load_robot_params
 from diff_encoder_sim.trials.trial_run import run_trial

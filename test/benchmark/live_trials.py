@@ -21,7 +21,7 @@ from tabulate import tabulate
 from diff_encoder_sim.analysis.goal_errors import goal_errors
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives import topics
-from diff_encoder_sim.drives.trial_definition import PoseSource
+from diff_encoder_sim.drives.topics import PoseSource
 from diff_encoder_sim.drives.trial_recording import read_trial
 
 TIME_LIMIT_S = 900.0  # of wall time, for one trial

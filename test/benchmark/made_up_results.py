@@ -10,7 +10,8 @@ from checkout import ROOT
 
 from diff_encoder_sim.base.atomic_files import write_file
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.drives.trial_definition import Outcome, PoseSource
+from diff_encoder_sim.drives.topics import PoseSource
+from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.trials.campaign_cells import Campaign
 from diff_encoder_sim.trials.campaign_loading import load_campaign
 from diff_encoder_sim.trials.results import TABLE, ResultStore, TrialRow, csv_line, fields_of, header

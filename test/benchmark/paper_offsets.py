@@ -19,8 +19,7 @@ from diff_encoder_sim.analysis.paper.errata import errata_of
 from diff_encoder_sim.analysis.paper.implied_means import MeanEstimator
 from diff_encoder_sim.analysis.paper.paper_cells import PPRS, TRIALS, load_paper_cells
 from diff_encoder_sim.analysis.quantities import QUANTITIES, YAW, Quantity
-from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE
-from diff_encoder_sim.drives.trial_definition import PoseSource
+from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE, PoseSource
 
 TESTS = ('SL', 'SMT', 'DLD')
 ODOM, ESTIMATE, TRUTH = PoseSource.ODOM, PoseSource.GLOBAL, PoseSource.WORLD

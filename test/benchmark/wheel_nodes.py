@@ -27,8 +27,8 @@ from live_graph import check_sourced, start_master, stop
 from ratios import Ratio, add_json, print_ratios, write_ratios
 from tabulate import tabulate
 
+from diff_encoder_sim.base.bounds import Between
 from diff_encoder_sim.base.command_line import number_within
-from diff_encoder_sim.base.params import Between
 from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams, ReportingEncoder

@@ -17,11 +17,12 @@ from diff_encoder_sim.drives import sqlite3_stream
 from diff_encoder_sim.drives.bag_source import open_source
 from diff_encoder_sim.drives.bounded_decompression import decompressed, open_zstd
 from diff_encoder_sim.drives.mcap_records import CHUNK_HEAD, MAGIC, RECORD_HEAD, Opcode, RecordFields, records
+from diff_encoder_sim.drives.message_types import LASER_SCAN, ODOMETRY, TRANSFORMS
 from diff_encoder_sim.drives.ros1_copy import write_ros1_copy
 from diff_encoder_sim.drives.ros1_records import header_fields, read_data
 from diff_encoder_sim.drives.ros1_stream import MAGIC as ROS1_MAGIC
 from diff_encoder_sim.drives.serving_topics import serving_options
-from diff_encoder_sim.drives.wire import LASER_SCAN, LENGTH, ODOMETRY, TRANSFORMS, UINT64, encode_text
+from diff_encoder_sim.drives.wire import LENGTH, UINT64, encode_text
 from fuzz_bags import good_drive
 from odd_values import damaged, pick
 from reencoding_drives import COMPRESSIONS, ROS1, ROS2, without_index, write_ros1, write_ros2

@@ -7,7 +7,8 @@ import yaml
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.drives.trial_definition import Outcome, PoseSource
+from diff_encoder_sim.drives.topics import PoseSource
+from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.trials.campaign_loading import load_campaign
 from diff_encoder_sim.trials.results import ResultStore, TrialRow
 from places import ROOT

@@ -7,7 +7,8 @@ import math
 from diff_encoder_sim.analysis.dataset import Dataset, RobotGeometry, TrialData
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives.test_definition import load_test
-from diff_encoder_sim.drives.trial_definition import Outcome, PoseSource, Trial
+from diff_encoder_sim.drives.topics import PoseSource
+from diff_encoder_sim.drives.trial_definition import Outcome, Trial
 from places import CONFIG
 
 # Final errors (x [m], y [m], yaw [deg]): within the tolerance, beyond it in position, and in heading.

@@ -5,7 +5,8 @@ import pkgutil
 import typing
 
 import diff_encoder_sim
-from diff_encoder_sim.base.params import Between, Params
+from diff_encoder_sim.base.bounds import Between
+from diff_encoder_sim.base.params import Params
 
 # Where more is needed than a value for each field that has no default.
 ROUTE = {'name': 't', 'world': 'hallway', 'route': [{'goal': {'x': 1.0}}]}

@@ -13,8 +13,8 @@ from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from diff_encoder_sim.base.se2 import IDENTITY, move_along_arc, quat_xyzw_from_yaw
+from diff_encoder_sim.drives.message_types import ENCODER_PULSE
 from diff_encoder_sim.drives.typestore import fields_text, noetic_store
-from diff_encoder_sim.drives.wire import ENCODER_PULSE
 
 JOINTS = ('left_wheel_joint', 'right_wheel_joint')
 WHEEL_DIAMETER_M, WHEEL_SEPARATION_M = 0.2, 0.4

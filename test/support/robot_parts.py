@@ -5,7 +5,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from diff_encoder_sim.base.text_values import rotation_from_rpy
+from diff_encoder_sim.base.xml_values import rotation_from_rpy
 from diff_encoder_sim.robots.robot_tree import Inertial, Joint, Link, Mesh, RobotTree, Shape
 
 # Corners of a cube of edge 2 around the origin, and its twelve triangles.

@@ -7,7 +7,8 @@ import numpy as np
 
 from diff_encoder_sim.analysis.dataset import Dataset, RobotGeometry, TrialData
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.drives.trial_definition import Outcome, PoseSource
+from diff_encoder_sim.drives.topics import PoseSource
+from diff_encoder_sim.drives.trial_definition import Outcome
 
 ALTO = RobotGeometry(0.2, 0.4)
 

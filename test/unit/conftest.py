@@ -1,11 +1,21 @@
 """What unit tests share."""
 
+import logging
+
 import pytest
 from hypothesis import settings
 
 # The same examples are drawn in every run: a failure here is a failure everywhere.
 settings.register_profile('repeatable', derandomize=True, deadline=None)
 settings.load_profile('repeatable')
+
+
+@pytest.fixture(autouse=True)
+def fixture_loggers():
+    """Loggers that rospy's configuration has disabled, in a worker of pytest that ran a node in its own process before."""
+    for name, logger in logging.root.manager.loggerDict.items():
+        if name.startswith('diff_encoder_sim') and isinstance(logger, logging.Logger):
+            logger.disabled = False
 
 
 @pytest.fixture(name='campaign', scope='module')

@@ -12,7 +12,8 @@ from diff_encoder_sim.advice.budget import Budget, added, part_of
 from diff_encoder_sim.advice.requirement import Requirement, along_goal
 from diff_encoder_sim.analysis.dataset import TrialData
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angles
-from diff_encoder_sim.drives.trial_definition import Outcome, PoseSource
+from diff_encoder_sim.drives.topics import PoseSource
+from diff_encoder_sim.drives.trial_definition import Outcome
 
 STOPPING, LOCALIZATION, ENCODER = 'stopping', 'localization', 'encoder'
 

@@ -17,8 +17,9 @@ from diff_encoder_sim.base.processes import interrupts_blocked, usable_cores
 from diff_encoder_sim.base.se2 import PoseSeries
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives import topics
+from diff_encoder_sim.drives.topics import PoseSource
 from diff_encoder_sim.drives.trajectory_error import Alignment, PathError, path_error
-from diff_encoder_sim.drives.trial_definition import PoseSource, Trial
+from diff_encoder_sim.drives.trial_definition import Trial
 from diff_encoder_sim.drives.trial_recording import POSE_TOPICS, TrialRecording, read_trial
 
 # Sent to a worker at a time: enough to make the overhead negligible.

@@ -9,8 +9,9 @@ import numpy as np
 
 from diff_encoder_sim.analysis.encoder_labels import ppr_order
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
+from diff_encoder_sim.drives.topics import PoseSource
 from diff_encoder_sim.drives.trajectory_error import PathError
-from diff_encoder_sim.drives.trial_definition import FinalErrors, Outcome, PoseSource, Trial
+from diff_encoder_sim.drives.trial_definition import FinalErrors, Outcome, Trial
 
 # The paper's tests, first in every table; others follow.
 STANDARD_TESTS = ('SL', 'SMT', 'DLD')

@@ -9,7 +9,8 @@ import numpy as np
 from diff_encoder_sim.analysis.dataset import TrialData
 from diff_encoder_sim.analysis.quantities import QUANTITIES, Quantity
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.drives.trial_definition import Outcome, PoseSource
+from diff_encoder_sim.drives.topics import PoseSource
+from diff_encoder_sim.drives.trial_definition import Outcome
 
 
 def final_error(trial: TrialData, source: PoseSource) -> Optional[Pose2D]:

@@ -8,8 +8,8 @@ from typing import Dict
 import numpy as np
 
 from diff_encoder_sim.base.se2 import Pose2D, PoseSeries, wrap_angle
-from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE
-from diff_encoder_sim.drives.trial_definition import FinalErrors, PoseSource
+from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE, PoseSource
+from diff_encoder_sim.drives.trial_definition import FinalErrors
 from diff_encoder_sim.drives.trial_recording import TrialRecording
 
 

@@ -11,7 +11,7 @@ from diff_encoder_sim.analysis.final_errors import count_within, final_errors
 from diff_encoder_sim.analysis.quantities import QUANTITIES, Quantity
 from diff_encoder_sim.analysis.sample_statistics import spread
 from diff_encoder_sim.analysis.table import Label
-from diff_encoder_sim.drives.trial_definition import PoseSource
+from diff_encoder_sim.drives.topics import PoseSource
 
 DECIMALS = {'m': 4, 'deg': 3}
 PERCENT_DECIMALS = 1

@@ -15,8 +15,8 @@ from diff_encoder_sim.analysis.goal_statistics import DECIMALS, STATISTICS, Stat
 from diff_encoder_sim.analysis.quantities import QUANTITIES, YAW, Quantity, X
 from diff_encoder_sim.analysis.table import Column, Entry, Number, Table
 from diff_encoder_sim.analysis.table_keys import cell_text, key_columns, key_entries, varied_keys
-from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE
-from diff_encoder_sim.drives.trial_definition import Outcome, PoseSource
+from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE, PoseSource
+from diff_encoder_sim.drives.trial_definition import Outcome
 
 
 class GoalTable(NamedTuple):

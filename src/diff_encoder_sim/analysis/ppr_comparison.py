@@ -22,7 +22,7 @@ from diff_encoder_sim.analysis.paired_statistics import (
     wilcoxon,
 )
 from diff_encoder_sim.analysis.quantities import QUANTITIES, Quantity
-from diff_encoder_sim.drives.trial_definition import PoseSource
+from diff_encoder_sim.drives.topics import PoseSource
 
 # Equal pulse counts give equal errors but for rounding, which must not look like a spread.
 DECIMALS = 9

@@ -14,7 +14,8 @@ from diff_encoder_sim.analysis.quantities import X, Y
 from diff_encoder_sim.analysis.table_keys import varied_texts
 from diff_encoder_sim.analysis.within_tolerance import TOLERANCE_TEXT
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.drives.trial_definition import Outcome, PoseSource
+from diff_encoder_sim.drives.topics import PoseSource
+from diff_encoder_sim.drives.trial_definition import Outcome
 
 SOURCES_LEGEND = (
     'odom: wheel odometry; amcl: last /amcl_pose; global: pose estimate (/global_pose); world: ground truth;\n'

@@ -10,8 +10,8 @@ from diff_encoder_sim.api.campaigns import read_results, run_campaign, write_rep
 from diff_encoder_sim.api.drives import ReencodedDrive, read_path, reencode
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import PoseSeries
+from diff_encoder_sim.drives.topics import PoseSource
 from diff_encoder_sim.drives.trajectory_error import PathError
-from diff_encoder_sim.drives.trial_definition import PoseSource
 
 __all__ = [
     'ConfigError',

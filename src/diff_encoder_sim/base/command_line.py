@@ -9,9 +9,9 @@ import sys
 import textwrap
 from typing import Any, Callable, NoReturn, Optional, Sequence
 
+from diff_encoder_sim.base.bounds import Between
 from diff_encoder_sim.base.errors import ConfigError, in_one_line, readable
 from diff_encoder_sim.base.package_files import package_version
-from diff_encoder_sim.base.params import Between
 from diff_encoder_sim.base.text_values import plain_float, plain_int
 
 CONSOLE = 'diff-encoder-sim'

@@ -2,14 +2,8 @@
 
 from __future__ import annotations
 
-import math
 import re
-from typing import Any, List, Mapping, NamedTuple, Optional, Tuple
-from xml.etree import ElementTree
-
-import numpy as np
-
-from diff_encoder_sim.base.errors import ConfigError
+from typing import Any, Mapping, Tuple
 
 _FLOAT = re.compile(r'[-+]?(([0-9]+\.?[0-9]*|\.[0-9]+)(e[-+]?[0-9]+)?|inf|infinity|nan)', re.IGNORECASE | re.ASCII)
 _INT = re.compile('[-+]?[0-9]{1,30}', re.ASCII)
@@ -54,98 +48,6 @@ def text_of_cell(cell: str) -> str:
 
 
 Vector = Tuple[float, float, float]
-
-# In SI units: nothing about a robot that drives through rooms is bigger.
-MOST = 1e6
-
-
-class JointOrigin(NamedTuple):
-    """A joint's frame in its parent link."""
-
-    xyz_m: Vector
-    rpy_rad: Vector  # about the fixed axes x, then y, then z
-
-
-def parse_numbers(text: Optional[str], count: int, where: str) -> List[float]:
-    """Read `count` finite numbers from a file's text; `where` names them in the error.
-
-    Raises:
-        ConfigError: the text is something else.
-    """
-    try:
-        numbers = [plain_float(word) for word in (text or '').split()]
-    except ValueError:
-        numbers = []
-    if len(numbers) != count or not all(math.isfinite(number) for number in numbers):
-        raise ConfigError(f'{where}: given {text!r}; allowed: {count} finite number(s)')
-    return numbers
-
-
-def bounded_numbers(text: Optional[str], count: int, where: str) -> List[float]:
-    """Read `count` numbers of a size that robots and the rooms that they drive through can have.
-
-    Raises:
-        ConfigError: the text is something else.
-    """
-    numbers = parse_numbers(text, count, where)
-    if max(map(abs, numbers)) > MOST:
-        raise ConfigError(f'{where}: given {text!r}; allowed: from {-MOST:g} to {MOST:g}')
-    return numbers
-
-
-def parse_lengths(text: Optional[str], count: int, where: str) -> List[float]:
-    """Read `count` lengths greater than 0 [m] from a file's text; `where` names them in the error.
-
-    Raises:
-        ConfigError: the text is something else.
-    """
-    lengths_m = bounded_numbers(text, count, where)
-    if min(lengths_m) <= 0:
-        raise ConfigError(f'{where}: given {text!r}; allowed: lengths greater than 0 [m]')
-    return lengths_m
-
-
-def joint_origin(joint: ElementTree.Element, source: str = '') -> JointOrigin:
-    """Read a URDF joint's origin, zero where there is none; `source` begins the error.
-
-    Raises:
-        ConfigError: the origin is no two vectors.
-    """
-    origin = joint.find('origin')
-    attributes = origin.attrib if origin is not None else {}
-    where = f'{source}joint {joint.get("name")!r} origin'
-    x_m, y_m, z_m = parse_numbers(attributes.get('xyz', '0 0 0'), 3, f'{where} xyz')
-    roll_rad, pitch_rad, yaw_rad = parse_numbers(attributes.get('rpy', '0 0 0'), 3, f'{where} rpy')
-    return JointOrigin((x_m, y_m, z_m), (roll_rad, pitch_rad, yaw_rad))
-
-
-def joint_link(joint: ElementTree.Element, end: str) -> str:
-    """Return the name of a URDF joint's `parent` or `child` link; '' where it has none."""
-    element = joint.find(end)
-    return '' if element is None else element.get('link', '')
-
-
-def rotation_from_rpy(roll_rad: float, pitch_rad: float, yaw_rad: float) -> np.ndarray:
-    """Return the 3x3 rotation about the fixed axes x, then y, then z (URDF's and SDF's convention)."""
-    cr, sr = math.cos(roll_rad), math.sin(roll_rad)
-    cp, sp = math.cos(pitch_rad), math.sin(pitch_rad)
-    cy, sy = math.cos(yaw_rad), math.sin(yaw_rad)
-    return np.array(
-        [
-            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-            [-sp, cp * sr, cp * cr],
-        ]
-    )
-
-
-def rpy_from_rotation(rotation: np.ndarray) -> Vector:
-    """Return the (roll, pitch, yaw) [rad] of a 3x3 rotation; where x points up or down, roll alone takes the turn."""
-    cosine = math.hypot(rotation[0, 0], rotation[1, 0])
-    pitch_rad = math.atan2(-rotation[2, 0], cosine)
-    if cosine < 1e-9:
-        return math.copysign(1.0, pitch_rad) * math.atan2(rotation[0, 1], rotation[1, 1]), pitch_rad, 0.0
-    return math.atan2(rotation[2, 1], rotation[2, 2]), pitch_rad, math.atan2(rotation[1, 0], rotation[0, 0])
 
 
 LARGEST_INT = 2**31 - 1

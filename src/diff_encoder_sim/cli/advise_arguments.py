@@ -13,13 +13,12 @@ from typing import Optional, Sequence
 
 from diff_encoder_sim.analysis.confidence import LEVEL
 from diff_encoder_sim.analysis.quantities import REQUIRED_FRACTION, YAW, X
+from diff_encoder_sim.base.bounds import PULSES_PER_TURN, TRIALS, Between
 from diff_encoder_sim.base.command_line import number_within, tool_parser, whole_number_within
-from diff_encoder_sim.base.params import PULSES_PER_TURN, Between
 from diff_encoder_sim.cli.amcl_argument import add_amcl
 from diff_encoder_sim.cli.encoder_arguments import add_encoders
 from diff_encoder_sim.cli.robot_arguments import add_robot_arguments, add_unchecked
 from diff_encoder_sim.cli.worker_arguments import add_workers
-from diff_encoder_sim.trials.campaign_cells import TRIALS
 
 DEFAULT_OUT = Path('results') / 'advice'
 

@@ -8,16 +8,15 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Optional, Sequence, get_args
+from typing import Optional, Sequence
 
+from diff_encoder_sim.base.bounds import PULSES_PER_TURN, TRIALS
 from diff_encoder_sim.base.command_line import number_within, tool_parser, whole_number_within
-from diff_encoder_sim.base.params import PULSES_PER_TURN
 from diff_encoder_sim.cli.amcl_argument import add_amcl
 from diff_encoder_sim.cli.encoder_arguments import add_encoders
 from diff_encoder_sim.cli.robot_arguments import add_robot_arguments, add_unchecked
 from diff_encoder_sim.cli.worker_arguments import add_workers
-from diff_encoder_sim.drives.trial_definition import BagFormat
-from diff_encoder_sim.trials.campaign_cells import TRIALS
+from diff_encoder_sim.drives.topics import BAG_FORMATS
 
 
 def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
@@ -74,5 +73,5 @@ def _add_overrides(parser: argparse.ArgumentParser) -> None:
         help='topics in the bags: all; without scans and other bulk; or no bags',
     )
     group.add_argument(
-        '--bag-format', choices=get_args(BagFormat), help='bags of ROS 1, or MCAP files of ROS 2 (default: ros1)'
+        '--bag-format', choices=BAG_FORMATS, help='bags of ROS 1, or MCAP files of ROS 2 (default: ros1)'
     )

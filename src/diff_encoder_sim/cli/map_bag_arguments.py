@@ -10,8 +10,8 @@ import argparse
 from pathlib import Path
 from typing import Optional, Sequence
 
+from diff_encoder_sim.base.bounds import SEEDS
 from diff_encoder_sim.base.command_line import tool_parser, whole_number_within
-from diff_encoder_sim.base.params import SEEDS
 from diff_encoder_sim.drives import topics
 
 

@@ -6,8 +6,8 @@ import argparse
 from pathlib import Path
 from typing import Optional, Sequence
 
+from diff_encoder_sim.base.bounds import PLACES, Between
 from diff_encoder_sim.base.command_line import number_within, tool_parser
-from diff_encoder_sim.base.params import PLACES, Between
 
 
 def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from diff_encoder_sim.base.params import COUNTER_STATES
+from diff_encoder_sim.base.bounds import COUNTER_STATES
 from diff_encoder_sim.base.text_values import plain_int
 from diff_encoder_sim.drives.csv_format import TIME_UNITS
 from diff_encoder_sim.drives.number_units import UNITS

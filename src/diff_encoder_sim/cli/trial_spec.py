@@ -13,10 +13,11 @@ import yaml
 from pydantic import Field
 
 from diff_encoder_sim.base.atomic_files import LONGEST_NEW_NAME
+from diff_encoder_sim.base.bounds import Seed
 from diff_encoder_sim.base.command_line import as_typed, run_tool
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.package_files import package_folder, users_path
-from diff_encoder_sim.base.params import Params, Seed
+from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.base.processes import parent_only_lists
 from diff_encoder_sim.base.text_values import for_xml_rpc
 from diff_encoder_sim.base.yaml_files import yaml_value

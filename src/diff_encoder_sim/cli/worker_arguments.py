@@ -5,8 +5,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from diff_encoder_sim.base.bounds import Between
 from diff_encoder_sim.base.command_line import whole_number_within
-from diff_encoder_sim.base.params import Between
 
 
 def add_workers(parser: argparse.ArgumentParser) -> None:

@@ -10,8 +10,7 @@ from typing_extensions import Protocol
 
 from diff_encoder_sim.drives.mcap_writer import McapWriter
 from diff_encoder_sim.drives.ros1_writer import Ros1Writer, encode_record, record_header
-from diff_encoder_sim.drives.topics import RecordedTopic
-from diff_encoder_sim.drives.trial_definition import BagFormat
+from diff_encoder_sim.drives.topics import BagFormat, RecordedTopic
 from diff_encoder_sim.drives.typestore import definition, ros2_definition, to_cdr
 from diff_encoder_sim.drives.wire import with_seq
 

@@ -10,18 +10,15 @@ import numpy as np
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.se2 import Pose2D, quat_xyzw_from_yaw, yaw_from_quat_xyzw
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.drives.message_types import ODOMETRY, POSE_STAMPED, POSE_WITH_COVARIANCE, TRANSFORM_STAMPED
 from diff_encoder_sim.drives.wire import (
     FRAME_AT,
     LENGTH,
     NUMBER_SIZE,
-    ODOMETRY,
     POSE,
-    POSE_STAMPED,
-    POSE_WITH_COVARIANCE,
     STAMP_AT,
     TIME,
     TORN,
-    TRANSFORM_STAMPED,
     TWIST,
     FieldReader,
     QuatXyzw,

@@ -10,12 +10,12 @@ from diff_encoder_sim.drives import topics
 from diff_encoder_sim.drives.bag_messages import Message
 from diff_encoder_sim.drives.bag_output import copied_topics
 from diff_encoder_sim.drives.dropped_messages import DroppedMessages
+from diff_encoder_sim.drives.message_types import TWIST_TYPE
 from diff_encoder_sim.drives.reference import Reference
 from diff_encoder_sim.drives.sensor_messages import JointValues, decode_command
 from diff_encoder_sim.drives.trial_definition import Trial
 from diff_encoder_sim.drives.wheel_source import DriveStream, WheelSource
 from diff_encoder_sim.drives.wheels_at_ppr import WheelsAtPpr
-from diff_encoder_sim.drives.wire import TWIST_TYPE
 
 
 class DriveSummary(NamedTuple):

@@ -10,9 +10,9 @@ from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.drives.bag_messages import Message
 from diff_encoder_sim.drives.bag_source import BagSource
+from diff_encoder_sim.drives.message_types import TRANSFORMS
 from diff_encoder_sim.drives.pose_messages import POSE_TYPES, PoseDecoder, StampedPose, decode_tf
 from diff_encoder_sim.drives.topics import TF, TF_STATIC, WORLD_POSE
-from diff_encoder_sim.drives.wire import TRANSFORMS
 
 ARROW = '->'
 

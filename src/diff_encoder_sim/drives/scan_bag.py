@@ -12,9 +12,9 @@ from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.drives import topics
 from diff_encoder_sim.drives.bag_messages import Message
 from diff_encoder_sim.drives.bag_source import BagSource
+from diff_encoder_sim.drives.message_types import LASER_SCAN, ODOMETRY, TRANSFORMS
 from diff_encoder_sim.drives.pose_messages import PoseDecoder, StampedPose, decode_tf
 from diff_encoder_sim.drives.sensor_messages import decode_scan
-from diff_encoder_sim.drives.wire import LASER_SCAN, ODOMETRY, TRANSFORMS
 
 
 class ScanBag:

@@ -12,9 +12,9 @@ from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.drives.message_types import ENCODER_PULSE
 from diff_encoder_sim.drives.pose_messages import encode_planar_pose, encode_pose_stamped
 from diff_encoder_sim.drives.wire import (
-    ENCODER_PULSE,
     FRAME_AT,
     LENGTH,
     NUMBER_SIZE,

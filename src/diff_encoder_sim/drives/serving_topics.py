@@ -12,10 +12,10 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.drives.bag_source import BagSource
 from diff_encoder_sim.drives.bag_types import message_type
 from diff_encoder_sim.drives.message_fields import number_paths
+from diff_encoder_sim.drives.message_types import ODOMETRY, TRANSFORMS
 from diff_encoder_sim.drives.number_units import TICKS
 from diff_encoder_sim.drives.reference import ARROW
 from diff_encoder_sim.drives.topics import TF
-from diff_encoder_sim.drives.wire import ODOMETRY, TRANSFORMS
 
 _LISTED = 5
 

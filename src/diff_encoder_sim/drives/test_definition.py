@@ -9,20 +9,18 @@ from typing import List, Optional, Union
 from pydantic import Field, model_validator
 from typing_extensions import Annotated
 
-from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.params import (
+from diff_encoder_sim.base.bounds import (
     Angle_rad,
     Between,
-    Params,
-    PathText,
     Place_m,
     PositiveAcceleration_mps2,
     PositiveSpeed_mps,
     PositiveTurnAcceleration_radps2,
     PositiveTurnRate_radps,
     Turns,
-    load_params,
 )
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.params import Params, PathText, load_params
 from diff_encoder_sim.base.se2 import Pose2D, move_along_arc, wrap_angle
 
 

@@ -2,10 +2,26 @@
 
 from __future__ import annotations
 
+import enum
 from typing import Dict, Literal, NamedTuple, Tuple
 
-from diff_encoder_sim.drives import wire as message_types
-from diff_encoder_sim.drives.trial_definition import PoseSource
+from diff_encoder_sim.drives import message_types
+
+
+class PoseSource(enum.Enum):
+    """A source of poses, in the order of trials.csv; the value is the prefix of its columns there."""
+
+    ODOM = 'odom'  # wheel odometry alone, from the start pose on
+    AMCL = 'amcl'  # the last localization update
+    GLOBAL = 'global'  # the pose estimate: localization's map -> odom, and odometry since
+    WORLD = 'world'  # ground truth
+
+    # Members are compared by identity; Enum's own is a call in Python for each of millions of look-ups.
+    __hash__ = object.__hash__
+
+
+BagFormat = Literal['ros1', 'mcap']  # of ROS 1, or an MCAP file of ROS 2
+BAG_FORMATS = ('ros1', 'mcap')
 
 # Latched JSON texts: the trial, and how it ended. A bag without a result is torn.
 TRIAL = '/trial'

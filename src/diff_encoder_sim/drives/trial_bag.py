@@ -24,8 +24,7 @@ from typing import (
 
 from diff_encoder_sim.base.atomic_files import UNFINISHED_SUFFIX
 from diff_encoder_sim.drives.bag_files import OPENERS, BagFile, Prepared
-from diff_encoder_sim.drives.topics import RecordMode, recorded_topics
-from diff_encoder_sim.drives.trial_definition import BagFormat
+from diff_encoder_sim.drives.topics import BagFormat, RecordMode, recorded_topics
 
 T = TypeVar('T')
 

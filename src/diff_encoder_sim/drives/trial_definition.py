@@ -9,39 +9,15 @@ from typing import Any, Dict, Literal, NamedTuple, Optional
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer
 from typing_extensions import Annotated
 
-from diff_encoder_sim.base.params import (
-    Between,
-    Duration_s,
-    Length_m,
-    Offset_m,
-    Params,
-    PathText,
-    Rate_Hz,
-    Seed,
-    TravelVariance_m,
-)
+from diff_encoder_sim.base.bounds import Between, Duration_s, Length_m, Offset_m, Rate_Hz, Seed, TravelVariance_m
+from diff_encoder_sim.base.params import Params, PathText
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives.test_definition import TestDefinition
+from diff_encoder_sim.drives.topics import BagFormat, PoseSource
 from diff_encoder_sim.simulation.simulator import CONTACT_CURVE_NOISE, CONTACT_DISTANCE_STD
 from diff_encoder_sim.wheels.encoder_params import DEFAULT_PPR, CounterModulus, PulsesPerRevolution, encoder_label
 from diff_encoder_sim.wheels.odometry_params import UNCERTAINTY_KEYS, CurveVariance, OdometryParams, RelativeStd
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
-
-
-class PoseSource(enum.Enum):
-    """A source of poses, in the order of trials.csv; the value is the prefix of its columns there."""
-
-    ODOM = 'odom'  # wheel odometry alone, from the start pose on
-    AMCL = 'amcl'  # the last localization update
-    GLOBAL = 'global'  # the pose estimate: localization's map -> odom, and odometry since
-    WORLD = 'world'  # ground truth
-
-    # Members are compared by identity; Enum's own is a call in Python for each of millions of look-ups.
-    __hash__ = object.__hash__
-
-
-BagFormat = Literal['ros1', 'mcap']  # of ROS 1, or an MCAP file of ROS 2
-
 
 # A robot that is farther from its goal has failed, whatever its pose estimate [m].
 GOAL_DISTANCE_M = 0.5

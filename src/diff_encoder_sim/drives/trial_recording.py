@@ -12,12 +12,12 @@ from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.base.se2 import PoseSeries
 from diff_encoder_sim.drives import topics
 from diff_encoder_sim.drives.bag_source import BagSource, open_source
+from diff_encoder_sim.drives.message_types import ODOMETRY, POSE_STAMPED, POSE_WITH_COVARIANCE, STRING
 from diff_encoder_sim.drives.pose_messages import PoseDecoder, StampedPose
 from diff_encoder_sim.drives.sensor_messages import decode_string
 from diff_encoder_sim.drives.topics import TRIAL, TRIAL_RESULT
 from diff_encoder_sim.drives.trial_definition import Outcome, Trial
 from diff_encoder_sim.drives.typestore import definition
-from diff_encoder_sim.drives.wire import ODOMETRY, POSE_STAMPED, POSE_WITH_COVARIANCE, STRING
 
 
 class TrialMetadata(NamedTuple):

@@ -9,9 +9,9 @@ from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
 from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.drives.bag_source import BagSource
+from diff_encoder_sim.drives.message_types import ENCODER_PULSE, JOINT_STATE
 from diff_encoder_sim.drives.sensor_messages import JointDecoder
 from diff_encoder_sim.drives.topics import ENCODER_VELOCITY
-from diff_encoder_sim.drives.wire import ENCODER_PULSE, JOINT_STATE
 from diff_encoder_sim.wheels.encoder_params import PerWheel
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 

@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 from typing_extensions import Annotated, Literal
 
-from diff_encoder_sim.base.params import (
+from diff_encoder_sim.base.bounds import (
     Angle_rad,
     Between,
     Count,
@@ -21,7 +21,6 @@ from diff_encoder_sim.base.params import (
     Duration_s,
     Fraction,
     Offset_m,
-    Params,
     Place_m,
     PositiveDistance_m,
     SignedDuration_s,
@@ -30,6 +29,7 @@ from diff_encoder_sim.base.params import (
     Variance_m2,
     Weight,
 )
+from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.base.se2 import Pose2D
 
 

@@ -14,8 +14,9 @@ from pydantic import Field, field_validator, model_validator
 from typing_extensions import Annotated
 
 from diff_encoder_sim.base.atomic_files import write_file
+from diff_encoder_sim.base.bounds import Between, CellSide_m, Fraction, Percent
 from diff_encoder_sim.base.errors import ConfigError, in_one_line
-from diff_encoder_sim.base.params import Between, CellSide_m, Fraction, Params, PathText, Percent, load_params
+from diff_encoder_sim.base.params import Params, PathText, load_params
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.text_values import plain_float
 from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid

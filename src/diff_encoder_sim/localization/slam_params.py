@@ -8,20 +8,20 @@ import numpy as np
 from pydantic import Field, model_validator
 from typing_extensions import Annotated
 
-from diff_encoder_sim.base.params import (
+from diff_encoder_sim.base.bounds import (
     Between,
     CellSide_m,
     Count,
     Distance_m,
     Duration_s,
     Fraction,
-    Params,
     Place_m,
     PositiveWeight,
     SignedDuration_s,
     Turn_rad,
     Weight,
 )
+from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angles
 from diff_encoder_sim.localization.patches import MOST_ENTRIES, Extent, table_size
 

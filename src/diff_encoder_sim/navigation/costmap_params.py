@@ -8,17 +8,17 @@ from typing import Any, Dict, List, Mapping, Set
 from pydantic import AfterValidator, Field, model_validator
 from typing_extensions import Annotated, Literal
 
-from diff_encoder_sim.base.params import (
+from diff_encoder_sim.base.bounds import (
     LENGTH,
     Between,
     Duration_s,
-    Params,
     Place_m,
     PositiveDistance_m,
     Rate_Hz,
     RateOrZero_Hz,
     is_number,
 )
+from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.navigation.footprint import ALTO_FOOTPRINT, FootprintPolygon
 
 STATIC, OBSTACLE, INFLATION = (f'costmap_2d::{kind}Layer' for kind in ('Static', 'Obstacle', 'Inflation'))

@@ -8,13 +8,12 @@ from __future__ import annotations
 from pydantic import Field, model_validator
 from typing_extensions import Annotated, Literal
 
-from diff_encoder_sim.base.params import (
+from diff_encoder_sim.base.bounds import (
     Acceleration_mps2,
     Between,
     Distance_m,
     Duration_s,
     Offset_m,
-    Params,
     PositiveAcceleration_mps2,
     PositiveDistance_m,
     PositiveTurn_rad,
@@ -26,6 +25,7 @@ from diff_encoder_sim.base.params import (
     Velocity_mps,
     Weight,
 )
+from diff_encoder_sim.base.params import Params
 
 # Of all trajectories of one control period: 240 MB.
 MOST_POINTS = 10_000_000

@@ -10,8 +10,8 @@ import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field
 from typing_extensions import Annotated
 
+from diff_encoder_sim.base.bounds import Offset_m
 from diff_encoder_sim.base.compiled import compiled
-from diff_encoder_sim.base.params import Offset_m
 
 # Footprint costs below zero mean that the robot cannot stand there, as in upstream's CostmapModel.
 IN_OBSTACLE, IN_UNKNOWN, OFF_MAP = -1.0, -2.0, -3.0

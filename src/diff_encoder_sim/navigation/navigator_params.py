@@ -7,15 +7,8 @@ from typing import Any, List
 from pydantic import Field, model_validator
 from typing_extensions import Annotated, Literal
 
-from diff_encoder_sim.base.params import (
-    Between,
-    Distance_m,
-    Duration_s,
-    Params,
-    Place_m,
-    PositiveDuration_s,
-    RateOrZero_Hz,
-)
+from diff_encoder_sim.base.bounds import Between, Distance_m, Duration_s, Place_m, PositiveDuration_s, RateOrZero_Hz
+from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.navigation.costmap_params import CostmapParams, local_defaults
 from diff_encoder_sim.navigation.dwa_params import DwaParams
 from diff_encoder_sim.navigation.global_planner import NavfnParams

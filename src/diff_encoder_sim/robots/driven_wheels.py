@@ -7,9 +7,11 @@ from pathlib import Path
 from typing import AbstractSet, Any, Dict, Iterable, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 from xml.etree import ElementTree
 
+from diff_encoder_sim.base.bounds import is_number
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.params import did_you_mean, is_number
-from diff_encoder_sim.base.text_values import MOST, plain_float
+from diff_encoder_sim.base.params import did_you_mean
+from diff_encoder_sim.base.text_values import plain_float
+from diff_encoder_sim.base.xml_values import MOST
 from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.robots.description import Findings, RobotChoices
 from diff_encoder_sim.robots.robot_file import robot_file_line

@@ -11,7 +11,8 @@ import numpy as np
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.params import did_you_mean
-from diff_encoder_sim.base.text_values import plain_float, rotation_from_rpy
+from diff_encoder_sim.base.text_values import plain_float
+from diff_encoder_sim.base.xml_values import rotation_from_rpy
 from diff_encoder_sim.robots.description import Findings, RobotLaser
 from diff_encoder_sim.robots.driven_wheels import tag_words
 from diff_encoder_sim.robots.robot_tree import RobotTree

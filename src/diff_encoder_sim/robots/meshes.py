@@ -12,7 +12,7 @@ from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Optional, Tu
 import numpy as np
 
 from diff_encoder_sim.base.errors import ConfigError, in_one_line
-from diff_encoder_sim.base.text_values import parse_numbers
+from diff_encoder_sim.base.xml_values import parse_numbers
 from diff_encoder_sim.robots.robot_tree import Box, Cylinder, Geometry, Link, Mesh, Shape, Sphere
 from diff_encoder_sim.robots.solids import smallest_ball, volume_m3
 

@@ -8,7 +8,8 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from diff_encoder_sim.base.text_values import Vector, rpy_from_rotation
+from diff_encoder_sim.base.text_values import Vector
+from diff_encoder_sim.base.xml_values import rpy_from_rotation
 from diff_encoder_sim.robots.contacts import support_balls
 from diff_encoder_sim.robots.description import DriveWheel, MassProperties, RobotDescription
 from diff_encoder_sim.robots.robot_tree import Box, Cylinder, Joint, Link, Mesh, RobotTree, Shape, Sphere

@@ -9,8 +9,9 @@ from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tup
 import yaml
 from pydantic import Field
 
+from diff_encoder_sim.base.bounds import Offset_m, PulsesPerTurn
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.params import Offset_m, Params, PathText, PulsesPerTurn, did_you_mean, load_params
+from diff_encoder_sim.base.params import Params, PathText, did_you_mean, load_params
 from diff_encoder_sim.robots.description import AddedLaser, RobotSource
 
 ROBOT_FILE_SUFFIXES = ('.yaml', '.yml')

@@ -15,7 +15,8 @@ import numpy as np
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.params import did_you_mean
-from diff_encoder_sim.base.text_values import bounded_numbers, joint_link, plain_float, rotation_from_rpy
+from diff_encoder_sim.base.text_values import plain_float
+from diff_encoder_sim.base.xml_values import bounded_numbers, joint_link, rotation_from_rpy
 from diff_encoder_sim.robots.robot_tree import (
     Box,
     Cylinder,

@@ -15,9 +15,9 @@ from std_msgs.msg import Header
 from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 from tf2_msgs.msg import TFMessage
 
+from diff_encoder_sim.base.bounds import PositiveDuration_s, Seed
 from diff_encoder_sim.base.errors import EVENT, InputFault
 from diff_encoder_sim.base.laser_scan import Scan
-from diff_encoder_sim.base.params import PositiveDuration_s, Seed
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline

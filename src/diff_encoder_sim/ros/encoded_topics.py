@@ -12,8 +12,9 @@ from geometry_msgs.msg import PoseStamped
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import MOST_AHEAD_S, NANOSECONDS_PER_SECOND, check_stamp
+from diff_encoder_sim.drives.message_types import POSE_STAMPED
 from diff_encoder_sim.drives.pose_messages import PoseDecoder
-from diff_encoder_sim.drives.wire import POSE_STAMPED, STAMP_AT, TIME, TORN, with_seq
+from diff_encoder_sim.drives.wire import STAMP_AT, TIME, TORN, with_seq
 from diff_encoder_sim.ros.clock_pauses import wait_for_clock
 from diff_encoder_sim.ros.conversions import ns_from_stamp
 from diff_encoder_sim.ros.node import log, publisher, subscriber

@@ -6,8 +6,8 @@ from geometry_msgs.msg import Twist
 from sensor_msgs.msg import JointState
 
 from diff_encoder_sim.base.errors import InputFault
+from diff_encoder_sim.drives.message_types import JOINT_STATE
 from diff_encoder_sim.drives.sensor_messages import JointDecoder, encode_encoder_pulse, encode_wheel_speeds
-from diff_encoder_sim.drives.wire import JOINT_STATE
 from diff_encoder_sim.msg import EncoderPulse
 from diff_encoder_sim.ros.encoded_topics import EncodedPublisher, encoded_stamped_subscriber
 from diff_encoder_sim.ros.node import log, node_params, run_node, subscriber

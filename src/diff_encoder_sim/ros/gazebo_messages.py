@@ -14,8 +14,8 @@ from genpy.dynamic import generate_dynamic
 from geometry_msgs.msg import Pose, Twist
 from std_msgs.msg import Header
 
+from diff_encoder_sim.drives.message_types import MODEL_STATES
 from diff_encoder_sim.drives.typestore import full_text
-from diff_encoder_sim.drives.wire import MODEL_STATES
 
 __all__ = ['STATES_PERIOD_HEADER', 'GetModelState', 'ModelStates', 'SetModelState', 'built_message', 'built_service']
 

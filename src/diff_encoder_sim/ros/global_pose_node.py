@@ -10,7 +10,8 @@ import tf2_ros
 from geometry_msgs.msg import PoseStamped
 from pydantic import Field
 
-from diff_encoder_sim.base.params import Params, Rate_Hz
+from diff_encoder_sim.base.bounds import Rate_Hz
+from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.base.stamps import Step, Timeline
 from diff_encoder_sim.drives.wire import encode_header, encode_pose
 from diff_encoder_sim.ros.conversions import ns_from_stamp

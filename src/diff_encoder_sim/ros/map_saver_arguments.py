@@ -5,8 +5,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from diff_encoder_sim.base.bounds import PERCENT
 from diff_encoder_sim.base.command_line import tool_parser, whole_number_within
-from diff_encoder_sim.base.params import PERCENT
 from diff_encoder_sim.ros.own_words import own_words
 
 DESCRIPTION = """\

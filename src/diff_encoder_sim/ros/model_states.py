@@ -11,8 +11,9 @@ import rospy
 from pydantic import Field
 from rosgraph_msgs.msg import Clock
 
+from diff_encoder_sim.base.bounds import Duration_s, Rate_Hz
 from diff_encoder_sim.base.errors import EVENT, InputFault
-from diff_encoder_sim.base.params import Duration_s, Params, Rate_Hz
+from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline, check_stamp
 from diff_encoder_sim.drives.pose_messages import ModelStateDecoder

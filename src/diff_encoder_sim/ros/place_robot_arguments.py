@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import argparse
 
+from diff_encoder_sim.base.bounds import ANGLES, PLACES
 from diff_encoder_sim.base.command_line import number_within, tool_parser
-from diff_encoder_sim.base.params import ANGLES, PLACES
 from diff_encoder_sim.ros.own_words import own_words
 
 DESCRIPTION = """\

@@ -16,9 +16,10 @@ from sensor_msgs.msg import JointState, LaserScan
 from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 from typing_extensions import Annotated, Literal
 
+from diff_encoder_sim.base.bounds import Between, Duration_s, Rate_Hz, Seed
 from diff_encoder_sim.base.errors import EVENT, ConfigError, InputFault
 from diff_encoder_sim.base.package_files import package_folder, users_path
-from diff_encoder_sim.base.params import Between, Duration_s, PathText, Rate_Hz, Seed, did_you_mean
+from diff_encoder_sim.base.params import PathText, did_you_mean
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives.pose_messages import ModelStatesEncoder

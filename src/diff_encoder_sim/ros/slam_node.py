@@ -15,9 +15,9 @@ from pydantic import Field
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Float64
 
+from diff_encoder_sim.base.bounds import Seed
 from diff_encoder_sim.base.errors import EVENT, InputFault
 from diff_encoder_sim.base.laser_scan import Scan
-from diff_encoder_sim.base.params import Seed
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step, Timeline, check_stamp

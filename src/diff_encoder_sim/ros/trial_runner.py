@@ -13,7 +13,8 @@ from pydantic import Field
 from std_msgs.msg import String
 from std_srvs.srv import Empty
 
-from diff_encoder_sim.base.params import Params, PositiveDistance_m, PositiveDuration_s
+from diff_encoder_sim.base.bounds import PositiveDistance_m, PositiveDuration_s
+from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.drives import topics
 from diff_encoder_sim.drives.trial_definition import GOAL_DISTANCE_M, Outcome, goal_error

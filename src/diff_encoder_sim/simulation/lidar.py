@@ -13,10 +13,11 @@ import numpy as np
 from pydantic import Field, model_validator
 from typing_extensions import Annotated
 
+from diff_encoder_sim.base.bounds import Between
 from diff_encoder_sim.base.compiled import compiled
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.laser_scan import Scan
-from diff_encoder_sim.base.params import Between, Params
+from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.robots.robot_tree import Box, Cylinder, Sphere

@@ -16,8 +16,9 @@ import numpy as np
 from pydantic import Field
 from typing_extensions import Annotated
 
+from diff_encoder_sim.base.bounds import Between
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.params import Between, Params
+from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.base.se2 import Pose2D, quat_xyzw_from_yaw
 from diff_encoder_sim.robots.simulated_robot import SimulatedRobot
 from diff_encoder_sim.simulation.bullet import (

@@ -11,12 +11,9 @@ import numpy as np
 from pydantic import Field, field_validator
 from typing_extensions import Annotated
 
-from diff_encoder_sim.base.errors import ConfigError, InputFault
-from diff_encoder_sim.base.laser_scan import Scan
-from diff_encoder_sim.base.params import (
+from diff_encoder_sim.base.bounds import (
     Between,
     LengthOrZero_m,
-    Params,
     PositiveAcceleration_mps2,
     PositiveDuration_s,
     PositiveSpeed_mps,
@@ -24,6 +21,9 @@ from diff_encoder_sim.base.params import (
     PositiveTurnRate_radps,
     TravelVariance_m,
 )
+from diff_encoder_sim.base.errors import ConfigError, InputFault
+from diff_encoder_sim.base.laser_scan import Scan
+from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.base.se2 import Pose2D, yaw_from_quat_xyzw
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND

@@ -12,11 +12,12 @@ from typing import Any, Dict, Iterator, List, Literal, NamedTuple, Optional, Seq
 from pydantic import Field
 from typing_extensions import Annotated
 
-from diff_encoder_sim.base.params import Between, Line, Params, PathLine, flat
+from diff_encoder_sim.base.bounds import TRIALS, Between
+from diff_encoder_sim.base.params import Line, Params, PathLine, flat
 from diff_encoder_sim.drives.bag_files import SUFFIXES
 from diff_encoder_sim.drives.test_definition import TestDefinition, find_world
-from diff_encoder_sim.drives.topics import RecordMode
-from diff_encoder_sim.drives.trial_definition import BagFormat, Trial, wheels_of
+from diff_encoder_sim.drives.topics import BagFormat, RecordMode
+from diff_encoder_sim.drives.trial_definition import Trial, wheels_of
 from diff_encoder_sim.localization.map_files import load_map
 from diff_encoder_sim.robots.description import Found, RobotSource
 from diff_encoder_sim.robots.robot_setup import RobotSetup
@@ -30,8 +31,7 @@ from diff_encoder_sim.wheels.catalogue import ChosenEncoder
 from diff_encoder_sim.wheels.encoder_params import PerWheel, PulsesPerRevolution
 
 # A mistyped list, or one list too many, is refused at once and not after the memory is full.
-MOST_CELLS, MOST_TRIALS = 10_000, 1_000_000
-TRIALS = Between(1, MOST_TRIALS)  # of each cell
+MOST_CELLS, MOST_TRIALS = 10_000, TRIALS.most
 
 
 Varied = Tuple[Tuple[str, Any], ...]  # dotted keys, or VARIANT, in alphabetical order, and values

@@ -5,7 +5,8 @@ from __future__ import annotations
 from pydantic import Field, field_validator
 from typing_extensions import Annotated
 
-from diff_encoder_sim.base.params import Between, Params
+from diff_encoder_sim.base.bounds import Between
+from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.simulation.state import TICK_NS, TICK_S
 

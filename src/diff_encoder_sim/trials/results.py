@@ -22,7 +22,8 @@ from diff_encoder_sim.base.package_files import package_version
 from diff_encoder_sim.base.processes import cpu_model, git, usable_cores
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.text_values import plain_float, plain_int, text_cell, text_of_cell
-from diff_encoder_sim.drives.trial_definition import FinalErrors, Outcome, PoseSource
+from diff_encoder_sim.drives.topics import PoseSource
+from diff_encoder_sim.drives.trial_definition import FinalErrors, Outcome
 from diff_encoder_sim.trials.campaign_cells import Campaign, TrialJob
 
 MANIFEST, TABLE, BAGS, LOCK = 'manifest.json', 'trials.csv', 'bags', '.lock'

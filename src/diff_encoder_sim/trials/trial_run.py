@@ -9,9 +9,9 @@ from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple, Union
 from diff_encoder_sim.base.processes import without_collection
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.drives.topics import RecordMode
+from diff_encoder_sim.drives.topics import PoseSource, RecordMode
 from diff_encoder_sim.drives.trial_bag import TrialBag, TrialBags
-from diff_encoder_sim.drives.trial_definition import Ending, FinalErrors, PoseSource, Trial, TrialPlan
+from diff_encoder_sim.drives.trial_definition import Ending, FinalErrors, Trial, TrialPlan
 from diff_encoder_sim.trials.lockstep_trial import LockstepTrials
 from diff_encoder_sim.trials.publications import BagPublications, Publications
 from diff_encoder_sim.trials.robot_params import RobotParams

@@ -8,17 +8,16 @@ from typing import Any, Dict, List, Literal, NamedTuple, Optional, Sequence, Uni
 from pydantic import BeforeValidator, Field, model_validator
 from typing_extensions import Annotated
 
-from diff_encoder_sim.base.params import (
+from diff_encoder_sim.base.bounds import (
     COUNTER_STATES,
     PULSES_PER_TURN,
     Between,
     Duration_s,
     Fraction,
-    Params,
     PulsesPerTurn,
     is_number,
-    not_allowed,
 )
+from diff_encoder_sim.base.params import Params, not_allowed
 
 
 class PerWheel(Params):

@@ -8,7 +8,8 @@ from typing import Any, Dict, Optional, Tuple
 from pydantic import Field
 from typing_extensions import Annotated
 
-from diff_encoder_sim.base.params import Between, Length_m, Offset_m, Params, TravelVariance_m
+from diff_encoder_sim.base.bounds import Between, Length_m, Offset_m, TravelVariance_m
+from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.wheels.covariance import GeometryStd, reading_variance
 from diff_encoder_sim.wheels.encoder_params import (
     DEFAULT_PPR,

@@ -10,7 +10,8 @@ import numpy as np
 from pydantic import Field
 from typing_extensions import Annotated
 
-from diff_encoder_sim.base.params import Between, Fraction, Params
+from diff_encoder_sim.base.bounds import Between, Fraction
+from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.wheels.encoder_sample import EncoderSample
 

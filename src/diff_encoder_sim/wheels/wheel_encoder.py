@@ -11,8 +11,9 @@ from typing import Any, Dict, Optional, Sequence, Tuple, Union
 
 from pydantic import Field, model_validator
 
+from diff_encoder_sim.base.bounds import Rate_Hz, Seed
 from diff_encoder_sim.base.errors import EVENT, InputFault
-from diff_encoder_sim.base.params import Params, Rate_Hz, Seed, did_you_mean, not_allowed
+from diff_encoder_sim.base.params import Params, did_you_mean, not_allowed
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND, Step
 from diff_encoder_sim.wheels.counting_wheel import CountingWheel, IdealWheel

@@ -13,7 +13,7 @@ from typing import Literal, NamedTuple, Optional
 from pydantic import Field
 from typing_extensions import Annotated
 
-from diff_encoder_sim.base.params import Between
+from diff_encoder_sim.base.bounds import Between
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 
 VelocityMethod = Annotated[

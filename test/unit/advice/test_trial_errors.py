@@ -16,7 +16,8 @@ from diff_encoder_sim.advice.trial_errors import (
     truth_budget,
 )
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.drives.trial_definition import Outcome, PoseSource
+from diff_encoder_sim.drives.topics import PoseSource
+from diff_encoder_sim.drives.trial_definition import Outcome
 from synthetic_trials import trial_data
 
 REQUIREMENT = Requirement(0.8, 0.05, math.radians(3.0), 0.95)

@@ -11,7 +11,8 @@ from diff_encoder_sim.advice.answers import Criterion, Kind
 from diff_encoder_sim.advice.trial_study import CONFIRMING, TrialStudy
 from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.drives.trial_definition import Outcome, PoseSource
+from diff_encoder_sim.drives.topics import PoseSource
+from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.trials.campaign_loading import load_campaign
 from synthetic_trials import trial_data
 

@@ -11,7 +11,8 @@ import pytest
 
 from diff_encoder_sim.analysis.bag_trial import MOST_POINTS
 from diff_encoder_sim.analysis.dataset_loading import load_dataset
-from diff_encoder_sim.drives.trial_definition import Outcome, PoseSource
+from diff_encoder_sim.drives.topics import PoseSource
+from diff_encoder_sim.drives.trial_definition import Outcome
 from places import SOURCE
 from synthetic_trials import ALTO
 from trial_bags import TRUTH, trial, write_bag

@@ -10,7 +10,7 @@ from analysed_campaigns import finish
 from campaign_files import NOISE, small_campaign
 from diff_encoder_sim.analysis.dataset_loading import load_dataset
 from diff_encoder_sim.drives.test_definition import load_test
-from diff_encoder_sim.drives.trial_definition import PoseSource
+from diff_encoder_sim.drives.topics import PoseSource
 from synthetic_trials import ALTO
 from trial_bags import ROOT, trial, write_bag
 

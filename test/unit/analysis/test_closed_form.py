@@ -9,7 +9,7 @@ from diff_encoder_sim.analysis.closed_form import closed_form_std, heading_std_r
 from diff_encoder_sim.analysis.quantities import YAW, X
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives.test_definition import PoseParams
-from diff_encoder_sim.drives.trial_definition import PoseSource
+from diff_encoder_sim.drives.topics import PoseSource
 from figure_panels import requested_trial
 from synthetic_trials import ALTO, trial_data
 

@@ -2,7 +2,8 @@
 
 from diff_encoder_sim.analysis.final_errors import count_within_all, equal_trials, final_errors, with_final_error
 from diff_encoder_sim.analysis.quantities import YAW, X
-from diff_encoder_sim.drives.trial_definition import Outcome, PoseSource
+from diff_encoder_sim.drives.topics import PoseSource
+from diff_encoder_sim.drives.trial_definition import Outcome
 from paper_datasets import IN, OUT, TURNED, cell, trial
 
 

@@ -6,7 +6,8 @@ import pytest
 
 from diff_encoder_sim.analysis.goal_errors import goal_errors
 from diff_encoder_sim.drives.test_definition import load_test
-from diff_encoder_sim.drives.trial_definition import PoseSource, Trial
+from diff_encoder_sim.drives.topics import PoseSource
+from diff_encoder_sim.drives.trial_definition import Trial
 from diff_encoder_sim.drives.trial_recording import read_trial
 from trial_bags import ROOT, write_bag
 

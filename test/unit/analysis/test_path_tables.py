@@ -7,8 +7,9 @@ import pytest
 from diff_encoder_sim.analysis.path_tables import path_error_table
 from diff_encoder_sim.analysis.tables import all_tables
 from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.drives.topics import PoseSource
 from diff_encoder_sim.drives.trajectory_error import RPE_DISTANCES_M, PathError, RelativeError, RpePairs
-from diff_encoder_sim.drives.trial_definition import Outcome, PoseSource
+from diff_encoder_sim.drives.trial_definition import Outcome
 from synthetic_trials import dataset_of, synthetic_dataset, trial_data
 from table_records import records
 

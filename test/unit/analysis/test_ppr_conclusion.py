@@ -5,7 +5,7 @@ import pytest
 
 from diff_encoder_sim.analysis.ppr_comparison import Question, compare_pprs
 from diff_encoder_sim.analysis.ppr_conclusion import conclusion
-from diff_encoder_sim.drives.trial_definition import PoseSource
+from diff_encoder_sim.drives.topics import PoseSource
 from synthetic_trials import dataset_of, trial_data
 
 TRIALS = 30

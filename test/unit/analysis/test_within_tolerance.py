@@ -3,7 +3,8 @@
 import pytest
 
 from diff_encoder_sim.analysis.within_tolerance import COMPARED_POSES, Sufficiency, fewest_trials, fraction_within
-from diff_encoder_sim.drives.trial_definition import Outcome, PoseSource
+from diff_encoder_sim.drives.topics import PoseSource
+from diff_encoder_sim.drives.trial_definition import Outcome
 from paper_datasets import IN, OUT, TURNED, cell, rows, trial
 
 

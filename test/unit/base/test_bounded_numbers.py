@@ -5,7 +5,8 @@ import math
 import pytest
 from typing_extensions import Annotated
 
-from diff_encoder_sim.base.params import Between, Params
+from diff_encoder_sim.base.bounds import Between
+from diff_encoder_sim.base.params import Params
 
 
 @pytest.mark.parametrize(

@@ -4,8 +4,8 @@ import argparse
 
 import pytest
 
+from diff_encoder_sim.base.bounds import Between
 from diff_encoder_sim.base.command_line import number_within, whole_number_within
-from diff_encoder_sim.base.params import Between
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.text_values import (
+from diff_encoder_sim.base.xml_values import (
     joint_link,
     joint_origin,
     parse_lengths,

@@ -108,7 +108,7 @@ BOMBS = {
         'deeper than 50 levels',
     ),
     'an alias in itself': ('a: &a [*a]', 'contains itself'),
-    'brackets': ('a: ' + '[' * 900_000, 'deeper than 50 levels'),
+    'brackets': ('a: ' + '[' * 900_000, 'nest'),
     'braces': ('{a: ' * 200_000, 'deeper than 50 levels'),
     'dashes': ('- ' * 400_000, 'deeper than 50 levels'),
     'question marks': ('? ' * 400_000, 'deeper than 50 levels'),

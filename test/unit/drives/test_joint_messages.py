@@ -7,6 +7,7 @@ import pytest
 
 import message_values as values
 from diff_encoder_sim.base.errors import InputFault
+from diff_encoder_sim.drives.message_types import ENCODER_PULSE, JOINT_STATE
 from diff_encoder_sim.drives.sensor_messages import (
     JointDecoder,
     decode_wheel_speeds,
@@ -14,7 +15,6 @@ from diff_encoder_sim.drives.sensor_messages import (
     encode_joint_state,
     encode_wheel_speeds,
 )
-from diff_encoder_sim.drives.wire import ENCODER_PULSE, JOINT_STATE
 from diff_encoder_sim.simulation.state import JointStates
 from message_checks import check_header, read
 from reencoding_drives import MAKERS

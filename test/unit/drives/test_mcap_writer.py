@@ -7,9 +7,9 @@ import pytest
 
 from diff_encoder_sim.drives.mcap_stream import McapStream
 from diff_encoder_sim.drives.mcap_writer import CHUNK_SIZE, McapWriter
+from diff_encoder_sim.drives.message_types import CLOCK
 from diff_encoder_sim.drives.sensor_messages import encode_clock
 from diff_encoder_sim.drives.typestore import ros2_definition, to_cdr
-from diff_encoder_sim.drives.wire import CLOCK
 
 MESSAGE = to_cdr(encode_clock(7), CLOCK)
 

@@ -2,9 +2,9 @@
 
 import pytest
 
+from diff_encoder_sim.drives.message_types import ENCODER_PULSE, MODEL_STATES
 from diff_encoder_sim.drives.topics import TOPICS
 from diff_encoder_sim.drives.typestore import defined_types, fields_text, full_text
-from diff_encoder_sim.drives.wire import ENCODER_PULSE, MODEL_STATES
 from places import ROOT
 
 RECORDED = sorted({topic.message_type for topic in TOPICS})

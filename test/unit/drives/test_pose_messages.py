@@ -6,6 +6,7 @@ import pytest
 import message_values as values
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.drives.message_types import ODOMETRY, POSE_STAMPED, POSE_WITH_COVARIANCE
 from diff_encoder_sim.drives.pose_messages import (
     POSE_TYPES,
     PoseDecoder,
@@ -14,7 +15,7 @@ from diff_encoder_sim.drives.pose_messages import (
     encode_pose_with_covariance,
 )
 from diff_encoder_sim.drives.typestore import noetic_store
-from diff_encoder_sim.drives.wire import ODOMETRY, POSE_STAMPED, POSE_WITH_COVARIANCE, UNKNOWN_VARIANCE
+from diff_encoder_sim.drives.wire import UNKNOWN_VARIANCE
 from message_checks import check_header, check_pose, read, stamp_ns, vector
 from reencoding_drives import MAKERS
 from trial_bags import message as encoded_by_rosbags

@@ -1,6 +1,6 @@
 """The sources of poses."""
 
-from diff_encoder_sim.drives.trial_definition import PoseSource
+from diff_encoder_sim.drives.topics import PoseSource
 
 
 def test_names_and_order_are_those_of_trials_csv():

@@ -10,8 +10,8 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import Pose2D, quat_xyzw_from_yaw
 from diff_encoder_sim.drives.bag_source import open_source
+from diff_encoder_sim.drives.message_types import ODOMETRY
 from diff_encoder_sim.drives.scan_bag import ScanBag
-from diff_encoder_sim.drives.wire import ODOMETRY
 from reencoding_drives import ROS1, ROS2, write_ros1, write_ros2
 
 STORE = get_typestore(Stores.ROS1_NOETIC)

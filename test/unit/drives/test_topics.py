@@ -2,8 +2,7 @@
 
 import re
 
-from diff_encoder_sim.drives.topics import RECORDED, TOPIC_OF_SOURCE, TOPICS
-from diff_encoder_sim.drives.trial_definition import PoseSource
+from diff_encoder_sim.drives.topics import RECORDED, TOPIC_OF_SOURCE, TOPICS, PoseSource
 from places import ROOT
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.base.text_values import rotation_from_rpy
+from diff_encoder_sim.base.xml_values import rotation_from_rpy
 from diff_encoder_sim.simulation.lidar import Lidar, LidarParams, cut_world
 from diff_encoder_sim.simulation.world import Box, Cylinder, Model, Solid, Sphere, World, load_world
 from places import WORLDS

@@ -3,7 +3,8 @@
 import pytest
 
 from campaign_files import NOISE, row_of_job
-from diff_encoder_sim.drives.trial_definition import Outcome, PoseSource
+from diff_encoder_sim.drives.topics import PoseSource
+from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.trials.results import csv_fields, csv_line, fields_of, header, row_of
 
 

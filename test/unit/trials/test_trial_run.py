@@ -4,7 +4,8 @@ import math
 
 import pytest
 
-from diff_encoder_sim.drives.trial_definition import Outcome, PoseSource
+from diff_encoder_sim.drives.topics import PoseSource
+from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.trials.trial_run import run_trial
 from lockstep_trials import ALTO, HALL, params_of, plan_of
 

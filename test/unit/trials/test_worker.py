@@ -8,7 +8,8 @@ import pytest
 
 from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.drives.trial_definition import Ending, Outcome, PoseSource
+from diff_encoder_sim.drives.topics import PoseSource
+from diff_encoder_sim.drives.trial_definition import Ending, Outcome
 from diff_encoder_sim.trials import worker
 from diff_encoder_sim.trials.campaign_loading import load_campaign
 from diff_encoder_sim.trials.trial_run import TrialResult

@@ -16,7 +16,7 @@ from diff_encoder_sim.analysis.figures import style
 from diff_encoder_sim.analysis.figures.variants import Variant
 from diff_encoder_sim.analysis.final_errors import final_errors
 from diff_encoder_sim.analysis.quantities import QUANTITIES, Quantity
-from diff_encoder_sim.drives.trial_definition import PoseSource
+from diff_encoder_sim.drives.topics import PoseSource
 
 HEIGHT_TO_WIDTH = 0.9
 ROOM = style.Room(left_in=0.62, between_in=0.66, above_in=0.22, below_in=0.2, legend_in=0.42)

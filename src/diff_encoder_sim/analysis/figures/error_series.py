@@ -10,8 +10,7 @@ from diff_encoder_sim.analysis.closed_form import odometry_minus_truth
 from diff_encoder_sim.analysis.dataset import TrialData
 from diff_encoder_sim.analysis.final_errors import final_errors
 from diff_encoder_sim.analysis.quantities import Quantity
-from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE
-from diff_encoder_sim.drives.trial_definition import PoseSource
+from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE, PoseSource
 
 ErrorsOf = Callable[[Sequence[TrialData], Quantity], np.ndarray]
 

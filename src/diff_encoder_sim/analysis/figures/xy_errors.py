@@ -17,7 +17,7 @@ from diff_encoder_sim.analysis.figures import style
 from diff_encoder_sim.analysis.figures.variants import Variant
 from diff_encoder_sim.analysis.final_errors import final_errors
 from diff_encoder_sim.analysis.quantities import X, Y
-from diff_encoder_sim.drives.trial_definition import PoseSource
+from diff_encoder_sim.drives.topics import PoseSource
 
 MOST_ABREAST = 5
 LEAST_ABREAST = 3  # fewer panels are as wide as those of three

@@ -9,8 +9,7 @@ import numpy as np
 from diff_encoder_sim.analysis.dataset import TrialData
 from diff_encoder_sim.analysis.final_errors import equal_trials, final_errors
 from diff_encoder_sim.analysis.quantities import Quantity, X, Y
-from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE
-from diff_encoder_sim.drives.trial_definition import PoseSource
+from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE, PoseSource
 
 # The trials of one set of parameters, by test and PPR.
 TrialsByCell = Dict[Tuple[str, str], List[TrialData]]

@@ -18,7 +18,7 @@ from diff_encoder_sim.analysis.paper.limit_tests import fractions_within, spread
 from diff_encoder_sim.analysis.paper.paired_tests import first_errs_more, first_spreads_more, fractions_equal
 from diff_encoder_sim.analysis.paper.paper_cells import PPRS
 from diff_encoder_sim.analysis.quantities import QUANTITIES, YAW, X, Y
-from diff_encoder_sim.drives.trial_definition import PoseSource
+from diff_encoder_sim.drives.topics import PoseSource
 
 ODOM, GLOBAL, WORLD = PoseSource.ODOM, PoseSource.GLOBAL, PoseSource.WORLD
 

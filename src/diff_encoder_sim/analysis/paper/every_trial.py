@@ -19,7 +19,8 @@ from diff_encoder_sim.analysis.paper.paper_cells import TRIALS
 from diff_encoder_sim.analysis.quantities import QUANTITIES, X, Y
 from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.base.se2 import wrap_angle
-from diff_encoder_sim.drives.trial_definition import Outcome, PoseSource
+from diff_encoder_sim.drives.topics import PoseSource
+from diff_encoder_sim.drives.trial_definition import Outcome
 
 stats = deferred('scipy.stats')
 

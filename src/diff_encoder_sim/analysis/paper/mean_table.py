@@ -16,8 +16,7 @@ from diff_encoder_sim.analysis.quantities import QUANTITIES, Quantity
 from diff_encoder_sim.analysis.sample_statistics import mean_interval
 from diff_encoder_sim.analysis.table import Column, Entry, Table
 from diff_encoder_sim.analysis.table_keys import cell_text
-from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE
-from diff_encoder_sim.drives.trial_definition import PoseSource
+from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE, PoseSource
 
 NOTE = (
     'Final pose minus goal; in brackets 95 %. The paper prints no means: its min, max, standard deviation and per cent '

@@ -9,7 +9,7 @@ from typing import Dict, List, NamedTuple, Optional, Union
 from diff_encoder_sim.analysis.quantities import QUANTITIES, Quantity
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.package_files import package_folder
-from diff_encoder_sim.drives.trial_definition import PoseSource
+from diff_encoder_sim.drives.topics import PoseSource
 
 TRIALS = 30  # behind each cell
 PPRS = ('40', '90', '1024', '4096')

@@ -12,7 +12,7 @@ from diff_encoder_sim.analysis.paper.errata import errata_of
 from diff_encoder_sim.analysis.paper.paper_cells import PaperCell, load_paper_cells
 from diff_encoder_sim.analysis.paper.printed_resolutions import ComparedResolution, compare_resolutions
 from diff_encoder_sim.analysis.paper.statistic_tests import COMPARISONS, Agreement
-from diff_encoder_sim.drives.trial_definition import PoseSource
+from diff_encoder_sim.drives.topics import PoseSource
 
 # The only cells that parameters were fitted to: table, test, PPR and quantity
 # (docs/adr/0012-calibration.md).

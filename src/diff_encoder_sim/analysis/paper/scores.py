@@ -11,7 +11,7 @@ from diff_encoder_sim.analysis.paired_statistics import SIGNIFICANCE, mcnemar
 from diff_encoder_sim.analysis.paper.paper_cells import PaperCell
 from diff_encoder_sim.analysis.paper.paper_comparison import ComparedCell
 from diff_encoder_sim.analysis.signed_rank import signed_rank_p
-from diff_encoder_sim.drives.trial_definition import PoseSource
+from diff_encoder_sim.drives.topics import PoseSource
 
 # Compared cells of a campaign, or of one set of its varied parameters, by the name that tells them apart.
 Readings = Dict[str, List[ComparedCell]]

@@ -16,7 +16,8 @@ from diff_encoder_sim.analysis.sample_statistics import spread, std_interval
 from diff_encoder_sim.analysis.table import Column, Entry, Table
 from diff_encoder_sim.analysis.table_keys import cell_text
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.drives.trial_definition import PoseSource, Trial
+from diff_encoder_sim.drives.topics import PoseSource
+from diff_encoder_sim.drives.trial_definition import Trial
 
 # Standard deviations range over three decades: in millimetres they are easier to read.
 SCALED = {'m': ('mm', 1e3), 'deg': ('deg', 1.0)}

@@ -10,8 +10,7 @@ from diff_encoder_sim.analysis.ppr_comparison import PprComparison, Question
 from diff_encoder_sim.analysis.ppr_conclusion import conclusion
 from diff_encoder_sim.analysis.table import Column, Entry, Table
 from diff_encoder_sim.analysis.table_keys import setup_text
-from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE
-from diff_encoder_sim.drives.trial_definition import PoseSource
+from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE, PoseSource
 
 # What the worse of two encoders does.
 HEADS = {

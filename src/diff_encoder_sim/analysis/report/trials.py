@@ -13,8 +13,8 @@ from diff_encoder_sim.analysis.first_trials import first_of_cells, sample_text
 from diff_encoder_sim.analysis.table import Column, Entry, Number, Table
 from diff_encoder_sim.analysis.table_keys import cell_text, key_columns, key_entries, varied_keys
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE
-from diff_encoder_sim.drives.trial_definition import Outcome, PoseSource
+from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE, PoseSource
+from diff_encoder_sim.drives.trial_definition import Outcome
 
 _NOTE = (
     "Topics: distance from the goal, and heading minus the goal's, at the end. ATE: root mean square of the "

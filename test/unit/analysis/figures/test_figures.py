@@ -5,7 +5,8 @@ import pytest
 from PIL import Image
 
 from diff_encoder_sim.analysis.figures import style, write_figures
-from diff_encoder_sim.drives.trial_definition import Outcome, PoseSource
+from diff_encoder_sim.drives.topics import PoseSource
+from diff_encoder_sim.drives.trial_definition import Outcome
 from figure_panels import requested_trial
 from synthetic_trials import dataset_of, synthetic_dataset, trial_data
 

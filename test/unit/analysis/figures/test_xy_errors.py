@@ -8,7 +8,7 @@ from diff_encoder_sim.analysis.figures import style, variants_of
 from diff_encoder_sim.analysis.figures.distributions import draw_distributions
 from diff_encoder_sim.analysis.figures.style import STYLE
 from diff_encoder_sim.analysis.figures.xy_errors import draw_xy_errors
-from diff_encoder_sim.drives.trial_definition import PoseSource
+from diff_encoder_sim.drives.topics import PoseSource
 from figure_panels import shown
 from synthetic_trials import dataset_of, synthetic_dataset, trial_data
 

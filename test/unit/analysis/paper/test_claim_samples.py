@@ -2,7 +2,8 @@
 
 from diff_encoder_sim.analysis.paper.claim_samples import pairs_of_pprs
 from diff_encoder_sim.analysis.quantities import X
-from diff_encoder_sim.drives.trial_definition import Outcome, PoseSource
+from diff_encoder_sim.drives.topics import PoseSource
+from diff_encoder_sim.drives.trial_definition import Outcome
 from paper_datasets import cell
 
 

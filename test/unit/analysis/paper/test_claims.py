@@ -5,7 +5,7 @@ import pytest
 from claimed_campaigns import FALLING, FLAT, RISING, campaign, conclusion_of
 from diff_encoder_sim.analysis.paper.paper_cells import PPRS
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.drives.trial_definition import PoseSource
+from diff_encoder_sim.drives.topics import PoseSource
 
 
 @pytest.mark.parametrize(

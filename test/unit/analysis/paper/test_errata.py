@@ -6,7 +6,7 @@ import pytest
 
 from diff_encoder_sim.analysis.paper.errata import ERRATA, errata_of
 from diff_encoder_sim.analysis.paper.paper_cells import load_paper_cells
-from diff_encoder_sim.drives.trial_definition import PoseSource
+from diff_encoder_sim.drives.topics import PoseSource
 
 
 @pytest.fixture(scope='module')

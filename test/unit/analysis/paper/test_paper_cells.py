@@ -5,7 +5,7 @@ import pytest
 from diff_encoder_sim.analysis.paper.paper_cells import STATISTICS, load_paper_cells
 from diff_encoder_sim.analysis.quantities import QUANTITIES, YAW
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.drives.trial_definition import PoseSource
+from diff_encoder_sim.drives.topics import PoseSource
 
 
 @pytest.fixture(scope='module')

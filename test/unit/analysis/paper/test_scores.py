@@ -6,7 +6,7 @@ from diff_encoder_sim.analysis.paired_statistics import mcnemar
 from diff_encoder_sim.analysis.paper.paper_cells import load_paper_cells
 from diff_encoder_sim.analysis.paper.paper_comparison import compare_with_paper
 from diff_encoder_sim.analysis.paper.scores import better_fit, score, scores_by_family
-from diff_encoder_sim.drives.trial_definition import PoseSource
+from diff_encoder_sim.drives.topics import PoseSource
 from paper_datasets import cell, dataset
 
 

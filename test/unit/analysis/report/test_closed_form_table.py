@@ -7,7 +7,8 @@ import pytest
 from campaign_manifest import STRAIGHT_20_M
 from diff_encoder_sim.analysis.report.closed_form_table import closed_form_table
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.drives.trial_definition import PoseSource, Trial
+from diff_encoder_sim.drives.topics import PoseSource
+from diff_encoder_sim.drives.trial_definition import Trial
 from figure_panels import requested_trial
 from paper_datasets import IN, cell, dataset, trial
 
