@@ -65,4 +65,4 @@ if __name__ == '__main__':
     # Workers know it by its module's name, not as part of the script that was started.
     from campaign_trials import trials as importable_trials
 
-    run_command('campaign', 'cli.campaign', None, importable_trials, parser='cli.campaign_arguments')
+    run_command('campaign', 'cli.campaign', None, importable_trials)

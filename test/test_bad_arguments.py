@@ -6,7 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.cli import trial_spec
+from diff_encoder_sim.cli.trial_spec import main as trial_spec_main
 from diff_encoder_sim.robots.description import RobotChoices, RobotSource
 from diff_encoder_sim.robots.simulated_robot import load_simulated_robot
 from launched_graph import DATA, ROOT, Graph, require_ros
@@ -234,7 +234,7 @@ def test_trial_spec_names_the_bad_argument_in_one_line(name, folder):
     good = {'--test': 'SL', '--bag': 'none'}
     good.update(argument.split('=', 1) for argument in in_folder(arguments, folder))
     with pytest.raises(SystemExit) as stopped:
-        trial_spec.main(['{}={}'.format(*pair) for pair in good.items()])
+        trial_spec_main(['{}={}'.format(*pair) for pair in good.items()])
     text = stopped.value.code
     assert '\n' not in text
     for word in words:

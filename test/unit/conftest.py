@@ -12,7 +12,7 @@ settings.load_profile('repeatable')
 
 @pytest.fixture(autouse=True)
 def fixture_loggers():
-    """Loggers that rospy's configuration has disabled, in a worker of pytest that ran a node in its own process before."""
+    """Enable the loggers that rospy disables if a node ran in this process before."""
     for name, logger in logging.root.manager.loggerDict.items():
         if name.startswith('diff_encoder_sim') and isinstance(logger, logging.Logger):
             logger.disabled = False
@@ -23,6 +23,7 @@ def fixture_campaign(tmp_path_factory):
     """SL at two noises of the LiDAR, two PPR and two trials each."""
     from campaign_files import TWO_NOISES, small_campaign  # here: other tests do without its imports
 
+    """Enable the loggers that rospy disables if a node ran in this process before."""
     return small_campaign(tmp_path_factory.mktemp('campaign'), **TWO_NOISES)
 
 

@@ -7,7 +7,7 @@ The functions take the options of the commands by their names: `run_campaign('re
 from diff_encoder_sim.analysis.dataset import Dataset, TrialData
 from diff_encoder_sim.analysis.terminal_summary import summary
 from diff_encoder_sim.api.campaigns import read_results, run_campaign, write_report
-from diff_encoder_sim.api.drives import ReencodedDrive, read_path, reencode
+from diff_encoder_sim.api.recorded_drives import ReencodedDrive, read_path, reencode
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import PoseSeries
 from diff_encoder_sim.drives.topics import PoseSource

@@ -1,19 +1,72 @@
-"""Campaigns and their results."""
+"""Campaigns: their trials on workers, their results and the analysis of these."""
 
 from __future__ import annotations
 
+import contextlib
+import sys
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Union
+from typing import Any, Callable, ContextManager, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 from diff_encoder_sim.analysis.dataset import Dataset
 from diff_encoder_sim.analysis.dataset_loading import load_dataset
 from diff_encoder_sim.analysis.output_folder import REPORT, output_folder
 from diff_encoder_sim.analysis.outputs import write_analysis
-from diff_encoder_sim.api.command_options import command_line, parsed
-from diff_encoder_sim.base.command_line import CONSOLE
-from diff_encoder_sim.cli.campaign import complete
-from diff_encoder_sim.cli.campaign_arguments import parse
-from diff_encoder_sim.trials.engine import CampaignFault
+from diff_encoder_sim.analysis.quantities import YAW, X
+from diff_encoder_sim.analysis.terminal_summary import summary
+from diff_encoder_sim.api.notes import name_campaigns_encoders, name_stopping, with_checks
+from diff_encoder_sim.base.command_line import CONSOLE, Stopped, as_called
+from diff_encoder_sim.base.errors import CampaignFault, ConfigError
+from diff_encoder_sim.base.package_files import package_folder
+from diff_encoder_sim.base.processes import usable_cores
+from diff_encoder_sim.drives.bag_source import is_bag_folder
+from diff_encoder_sim.robots.xacro_expansion import xacro_arguments
+from diff_encoder_sim.trials.campaign_cells import Campaign, TrialJob
+from diff_encoder_sim.trials.campaign_loading import load_campaign
+from diff_encoder_sim.trials.cluster import TlsFiles, Workers, connected_workers
+from diff_encoder_sim.trials.engine import UnrunTrial
+from diff_encoder_sim.trials.engine import run_campaign as run_on_workers
+from diff_encoder_sim.trials.local_workers import local_workers
+from diff_encoder_sim.trials.progress import Progress, outcome_table, progress_on
+from diff_encoder_sim.trials.results import ResultStore, describe_run
+from diff_encoder_sim.trials.time_left import time_left
+from diff_encoder_sim.trials.trial_run import run_trials
+from diff_encoder_sim.trials.worker import RunTrials
+
+UNRUN_SHOWN = 5
+DEFAULT_ANALYSIS = 'analysis'
+
+
+@dataclass(frozen=True)
+class WorkerOptions:
+    """Where trials run: processes of this host, or a Dask cluster."""
+
+    workers: Optional[int] = None  # on this host; None: one for each core
+    scheduler: Optional[str] = None
+    tls_ca: Optional[Path] = None
+    tls_cert: Optional[Path] = None
+    tls_key: Optional[Path] = None
+
+
+@dataclass(frozen=True)
+class CampaignOptions(WorkerOptions):
+    """The options of the command campaign, by their names; None leaves a choice to the campaign file."""
+
+    out: Path = Path()
+    config: str = 'quick'
+    tests: Optional[Sequence[str]] = None
+    ppr: Optional[Sequence[float]] = None
+    encoders: Optional[Sequence[str]] = None
+    trials: Optional[int] = None
+    nav: Optional[str] = None
+    robot: Optional[str] = None
+    robot_args: Sequence[str] = ()
+    packages: Sequence[Path] = ()
+    amcl: Optional[str] = None
+    record: Optional[str] = None
+    bag_format: Optional[str] = None
+    unchecked: bool = False
+    resume: bool = False
 
 
 def run_campaign(out: Union[str, Path], config: Union[str, Path] = 'quick', **options: Any) -> Dataset:
@@ -22,14 +75,14 @@ def run_campaign(out: Union[str, Path], config: Union[str, Path] = 'quick', **op
     Args:
         out: the results folder.
         config: a campaign by name, or a .yaml file.
-        options: of the command `campaign`: tests, ppr, encoders, trials, robot, record, workers, ...
+        options: of the command `campaign`, see `CampaignOptions`: tests, ppr, encoders, trials, robot, record, ...
 
     Raises:
         ConfigError: an option, a file or the folder is bad.
         CampaignFault: trials could not be run.
     """
-    words = command_line({'config': config, 'out': out, **options})
-    done = complete(parsed(parse, words), [CONSOLE, 'campaign', *words])
+    given = CampaignOptions(out=Path(out), config=str(config), **options)
+    done = complete(given, [CONSOLE, 'campaign', '--config', str(config), '--out', str(out)])
     if done.unrun:
         raise CampaignFault(done.unrun)
     return read_results(out)
@@ -53,3 +106,134 @@ def write_report(dataset: Dataset, out: Union[str, Path]) -> Path:
     with output_folder(Path(out)) as folder:
         write_analysis(dataset, folder)
     return Path(out) / REPORT
+
+
+def analyze(
+    paths: Sequence[Path], out: Optional[Path], beside: Optional[Path], show: Callable[[str], None]
+) -> Tuple[Path, str]:
+    """Read results and write their analysis; return the path of the report, and the conclusions as text.
+
+    Args:
+        paths: one campaign's results folder, or bags of trials and folders of such bags.
+        out: output folder; analysis/ in the given folder, or next to the first bag, by default.
+        beside: another campaign's results folder, for the comparison with the paper.
+        show: takes the summary as soon as the results are read.
+
+    Raises:
+        ConfigError: there is nothing to read, or the folder has other things in it.
+    """
+    first = paths[0]
+    folder = out or (first if first.is_dir() and not is_bag_folder(first) else first.parent) / DEFAULT_ANALYSIS
+    with output_folder(folder) as unfinished:
+        dataset = load_dataset(paths)
+        other = load_dataset([beside]) if beside else None
+        show(summary(dataset))
+        conclusions = write_analysis(dataset, unfinished, other)
+    return folder / REPORT, conclusions
+
+
+class CampaignRun(NamedTuple):
+    """What became of a campaign."""
+
+    table: Path
+    summary: str
+    unrun: str  # which trials could not be run, and why; '' for none
+
+
+def complete(options: CampaignOptions, command: Sequence[str], run: Optional[RunTrials] = None) -> CampaignRun:
+    """Run the trials of a campaign that are missing in its results folder.
+
+    Args:
+        options: of the command line.
+        command: what the manifest names as the command that repeats this.
+        run: runs trials on a worker, in place of the lockstep trials.
+
+    Raises:
+        ConfigError: a file, an option or the results folder is bad.
+        CampaignFault: trials cannot go on.
+    """
+    keys = ('tests', 'ppr', 'encoders', 'trials', 'nav', 'robot', 'record', 'bag_format')
+    given = {key: getattr(options, key) for key in keys}
+    given['files'] = None if options.amcl is None else {'amcl': options.amcl}
+    arguments = xacro_arguments(options.robot_args)
+    campaign = load_campaign(options.config, package_folder(), given, arguments, options.packages)
+    campaign = with_checks('campaign', campaign, options.unchecked)
+    about = describe_run(package_folder(), command)
+    with ResultStore(options.out, campaign, about, options.resume) as store:
+        jobs = store.pending()
+        if jobs:
+            name_campaigns_encoders(as_called('campaign'), campaign)
+            name_stopping('campaign', campaign, X.tolerance, YAW.tolerance)
+        left = time_left(campaign, jobs, store.rows)
+        progress = progress_on(sys.stderr, len(campaign.jobs()), store.rows, left)
+        with progress, stop_reports(progress):
+            unrun = _run_jobs(options, campaign, store, progress, jobs, run or run_trials) if jobs else []
+            table = store.finish()
+        unrun_trials = unrun_text('campaign', campaign, unrun) if unrun else ''
+        return CampaignRun(table, _summary(store, progress), unrun_trials)
+
+
+def _run_jobs(
+    options: CampaignOptions,
+    campaign: Campaign,
+    store: ResultStore,
+    progress: Progress,
+    jobs: Sequence[TrialJob],
+    run: RunTrials,
+) -> List[UnrunTrial]:
+    with workers(options, len(jobs)) as ready:
+        return run_on_workers(ready, campaign, store, progress, jobs, run)
+
+
+def _summary(store: ResultStore, progress: Progress) -> str:
+    duration = f'{progress.wall_time_s():.1f} s, {progress.real_time_factor():.1f} times real time'
+    if not progress.done_now:
+        duration = 'all trials had been run before: nothing to do'
+    return f'{outcome_table(store.rows)}\n{duration}'
+
+
+def workers(options: WorkerOptions, pending: int) -> ContextManager[Workers]:
+    """Return the workers that the options select, on this host no more than there are `pending` trials.
+
+    Raises:
+        ConfigError: an option for TLS is given where it has no effect, or misses another.
+    """
+    tls = _tls_files(options)
+    if options.scheduler is not None:
+        return connected_workers(options.scheduler, tls)
+    return local_workers(min(options.workers or usable_cores(), pending))
+
+
+def _tls_files(options: WorkerOptions) -> Optional[TlsFiles]:
+    given = [f'--tls-{name}' for name in TlsFiles._fields if getattr(options, f'tls_{name}') is not None]
+    if not given:
+        return None
+    if options.tls_ca is None or options.tls_cert is None or not (options.scheduler or '').startswith('tls://'):
+        raise ConfigError(
+            f'given {", ".join(given)}; allowed: --tls-ca and --tls-cert, with --scheduler tls://HOST:PORT'
+        )
+    return TlsFiles(options.tls_ca, options.tls_cert, options.tls_key)
+
+
+def unrun_text(name: str, campaign: Campaign, unrun: Sequence[UnrunTrial]) -> str:
+    """Say which trials could not be run and why, for the terminal."""
+    by_reason: Dict[str, List[str]] = {}
+    for trial in unrun:
+        bag = Path(campaign.bag_name(trial.job)).stem
+        by_reason.setdefault(trial.reason, []).append(bag)
+    lines = []
+    for reason, bags in by_reason.items():
+        count = '1 trial' if len(bags) == 1 else f'{len(bags)} trials'
+        more = ', ...' if len(bags) > UNRUN_SHOWN else ''
+        lines.append(f'{as_called(name)}: {count} could not be run ({reason}): {", ".join(bags[:UNRUN_SHOWN])}{more}')
+    return '\n'.join([*lines, f'{as_called(name)}: run the same command again to retry them'])
+
+
+@contextlib.contextmanager
+def stop_reports(progress: Progress) -> Iterator[None]:
+    """Let the line that says that the tool was stopped say how many trials are done."""
+    try:
+        yield
+    except Stopped as stopped:
+        stopped.when = f'after {progress.count()}; run the same command again to continue'
+        raise

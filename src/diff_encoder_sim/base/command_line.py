@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
+import logging
 import os
 import re
+import signal
 import sys
 import textwrap
-from typing import Any, Callable, NoReturn, Optional, Sequence
+from typing import Any, Callable, Iterator, NoReturn, Optional, Sequence
 
 from diff_encoder_sim.base.bounds import Between
-from diff_encoder_sim.base.errors import ConfigError, in_one_line, readable
+from diff_encoder_sim.base.errors import CampaignFault, ConfigError, in_one_line, readable
 from diff_encoder_sim.base.package_files import package_version
 from diff_encoder_sim.base.text_values import plain_float, plain_int
 
@@ -123,6 +126,48 @@ def run_tool(name: str, tool: Callable[[], None]) -> None:
         # A path that no file can have, a folder without permission, a full disk: wherever it shows first.
         named = f'{error.filename}: ' if error.filename is not None else ''
         sys.exit(f'{as_called(name)}: {readable(named + (error.strerror or in_one_line(error)))}')
+
+
+STOPPING_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+
+
+class Stopped(BaseException):
+    """A signal stopped the tool. Not an Exception: nothing on its way up may take it for an error."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__(number)
+        self.number = number
+        self.when = 'before the first trial'
+
+
+def run_trials_tool(name: str, tool: Callable[[], None]) -> None:
+    """Run a tool that runs trials; a fault or a signal prints one line and sets the exit status."""
+    logging.basicConfig(format=f'{as_called(name)}: %(message)s')
+    try:
+        with signals_raise():
+            run_tool(name, tool)
+    except CampaignFault as fault:
+        sys.exit(f'{as_called(name)}: {fault}')
+    except Stopped as stopped:
+        print(f'{as_called(name)}: stopped {stopped.when}', file=sys.stderr)
+        sys.exit(128 + stopped.number)
+
+
+@contextlib.contextmanager
+def signals_raise() -> Iterator[None]:
+    """Let SIGINT and SIGTERM raise `Stopped`."""
+
+    def stop(number: int, _: object) -> None:
+        for each in STOPPING_SIGNALS:
+            signal.signal(each, signal.SIG_DFL)  # a second one ends the process at once
+        raise Stopped(number)
+
+    before = {number: signal.signal(number, stop) for number in STOPPING_SIGNALS}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def _filled(text: str) -> str:

@@ -58,17 +58,16 @@ def _write_rest() -> None:
                 os._exit(1)
 
 
-def run_command(name: str, module: str, *arguments: object, parser: str = '') -> None:
+def run_command(name: str, module: str, *arguments: object) -> None:
     """Import a command's module, such as `cli.campaign`, and run its `main`.
 
     Ctrl-C at any moment, also during the imports, prints one line and exits with status 130.
 
     Args:
         name: of the command, for that line.
-        module: has `main`.
-        arguments: of `main`; the first is the command line, where it is not that of sys.argv.
-        parser: the module of a command line's `parse`, which imports little; '' for a node, whose --help is the
-            module's docstring.
+        module: has `main`. That of a command has `parse`, which imports little, and may name the module `API` that
+            `main` imports. Without `parse` it is a node, whose --help is the module's docstring.
+        arguments: of `main`; the first is the command line, if it is not that of sys.argv.
     """
     ready_streams()
     line = f'{name}: stopped\n'.encode()
@@ -79,13 +78,15 @@ def run_command(name: str, module: str, *arguments: object, parser: str = '') ->
         os._exit(STOPPED)
 
     signal.signal(signal.SIGINT, end_at_once)
-    if parser:
-        # `main` parses again, which costs nothing: here, --help and wrong arguments end before the long imports.
-        with printing(name):
-            importlib.import_module(f'diff_encoder_sim.{parser}').parse(*arguments[:1])
     with printing(name):
         imported = importlib.import_module(f'diff_encoder_sim.{module}')
-    if not parser and HELP.intersection(sys.argv[1:]):
+        is_command = hasattr(imported, 'parse')
+        if is_command:
+            # `main` parses again, which costs nothing: here, --help and wrong arguments end before the long imports.
+            imported.parse(*arguments[:1])
+        if hasattr(imported, 'API'):
+            importlib.import_module(f'diff_encoder_sim.{imported.API}')
+    if not is_command and HELP.intersection(sys.argv[1:]):
         with printing(name):
             print(f'{(imported.__doc__ or name).strip()}\n\n{OF_NODES}')
         return

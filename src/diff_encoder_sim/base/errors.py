@@ -18,6 +18,10 @@ class ConfigError(ValueError):
         super().__init__(readable(text))
 
 
+class CampaignFault(Exception):
+    """Why a campaign cannot continue, in one line. Finished trials are kept."""
+
+
 class InputFault(ValueError):
     """A bad message in a running system, which is dropped; the last good state stays."""
 

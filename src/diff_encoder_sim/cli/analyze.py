@@ -1,4 +1,8 @@
-"""analyze: tables, figures and a report of results. Its help is in analyze_arguments."""
+"""analyze: make tables, figures and a report from a campaign's results, or from bags of trials.
+
+The tables are those of the paper (final errors by test and encoder), with confidence intervals and paired comparisons
+between encoders. A summary is printed; the rest is written to a folder, report.html first.
+"""
 
 from __future__ import annotations
 
@@ -7,15 +11,36 @@ import logging
 from pathlib import Path
 from typing import Optional, Sequence
 
-from diff_encoder_sim.analysis.dataset_loading import load_dataset
-from diff_encoder_sim.analysis.output_folder import REPORT, output_folder
-from diff_encoder_sim.analysis.outputs import write_analysis
-from diff_encoder_sim.analysis.terminal_summary import summary
-from diff_encoder_sim.base.command_line import as_called, run_tool
-from diff_encoder_sim.cli.analyze_arguments import parse
-from diff_encoder_sim.drives.bag_source import is_bag_folder
+from diff_encoder_sim.base.command_line import as_called, run_tool, tool_parser
 
-DEFAULT_NAME = 'analysis'
+API = 'api.campaigns'  # of this command: what it imports takes seconds
+
+
+def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
+    """Read the command line."""
+    examples = ['results/paper', 'results/paper --beside results/other', 'sl.bag bags/ --out comparison']
+    parser = tool_parser('analyze', __doc__, examples)
+    parser.add_argument(
+        'paths',
+        nargs='+',
+        type=Path,
+        metavar='DIR|BAG',
+        help="one campaign's results folder; or bags of trials, of ROS 1 or ROS 2, and folders with such bags",
+    )
+    parser.add_argument(
+        '--beside',
+        type=Path,
+        metavar='DIR',
+        help="another campaign's results folder: the comparison with the paper shows both, and which fits better",
+    )
+    parser.add_argument(
+        '--out',
+        type=Path,
+        metavar='DIR',
+        help='output folder: new, empty, or an earlier analysis, which is replaced (default: analysis/ in the given '
+        'folder, or beside the first bag)',
+    )
+    return parser.parse_args(arguments)
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> None:
@@ -25,14 +50,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> None:
 
 
 def _analyze(options: argparse.Namespace) -> None:
-    out = options.out or _beside(options.paths[0])
-    with output_folder(out) as folder:
-        dataset = load_dataset(options.paths)
-        beside = load_dataset([options.beside]) if options.beside else None
-        print(summary(dataset), flush=True)
-        conclusions = write_analysis(dataset, folder, beside)
-    print(f'\n{conclusions}\nReport: {out / REPORT}')
+    from diff_encoder_sim.api.campaigns import analyze
 
-
-def _beside(path: Path) -> Path:
-    return (path if path.is_dir() and not is_bag_folder(path) else path.parent) / DEFAULT_NAME
+    out, conclusions = analyze(options.paths, options.out, options.beside, lambda text: print(text, flush=True))
+    print(f'\n{conclusions}\nReport: {out}')

@@ -1,101 +1,97 @@
-"""campaign: many simulated trials into one results folder. Its help is in campaign_arguments."""
+"""campaign: run many simulated trials, of several tests and encoders, faster than real time, into one results folder.
+
+Trials run in lockstep in worker processes. Results are kept when the campaign is stopped or killed: the same command
+runs the trials that are missing.
+"""
 
 from __future__ import annotations
 
 import argparse
 import sys
 from pathlib import Path
-from typing import List, NamedTuple, Optional, Sequence
+from typing import TYPE_CHECKING, Optional, Sequence
 
-from diff_encoder_sim.analysis.quantities import YAW, X
-from diff_encoder_sim.base.command_line import as_called
-from diff_encoder_sim.base.package_files import package_folder
-from diff_encoder_sim.cli.amcl_argument import chosen_files
-from diff_encoder_sim.cli.campaign_arguments import parse
-from diff_encoder_sim.cli.encoder_notes import name_campaigns_encoders
-from diff_encoder_sim.cli.robot_checks import with_checks
-from diff_encoder_sim.cli.stopping_spread import name_stopping
-from diff_encoder_sim.cli.trial_workers import run_trials_tool, stop_reports, unrun_text, workers
-from diff_encoder_sim.robots.xacro_expansion import xacro_arguments
-from diff_encoder_sim.trials.campaign_cells import Campaign, TrialJob
-from diff_encoder_sim.trials.campaign_loading import load_campaign
-from diff_encoder_sim.trials.engine import UnrunTrial, run_campaign
-from diff_encoder_sim.trials.progress import Progress, outcome_table, progress_on
-from diff_encoder_sim.trials.results import ResultStore, describe_run
-from diff_encoder_sim.trials.time_left import time_left
-from diff_encoder_sim.trials.trial_run import run_trials
-from diff_encoder_sim.trials.worker import RunTrials
+from diff_encoder_sim.base.bounds import PULSES_PER_TURN, TRIALS
+from diff_encoder_sim.base.command_line import number_within, run_trials_tool, tool_parser, whole_number_within
+from diff_encoder_sim.cli.arguments import add_amcl, add_encoders, add_robot_arguments, add_unchecked, add_workers
+from diff_encoder_sim.drives.topics import BAG_FORMATS
+
+if TYPE_CHECKING:
+    from diff_encoder_sim.trials.worker import RunTrials
 
 
-def main(arguments: Optional[Sequence[str]] = None, run: RunTrials = run_trials) -> None:
-    """Run the command line; `run` runs trials on a worker."""
+API = 'api.campaigns'  # of this command: what it imports takes seconds
+
+
+def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
+    """Read the command line."""
+    examples = [
+        '--config quick --out results/quick',
+        '--config paper --out results/sl --tests SL --ppr 40 90 --trials 10',
+        '--config paper --amcl amcl_accurate --out results/paper_accurate',
+        '--config quick --encoders amt102 pololu_25d --out results/encoders',
+        '--config quick --robot burger --out results/burger',
+        '--config quick --robot my_robot.yaml --out results/my_robot',
+    ]
+    parser = tool_parser('campaign', __doc__, examples)
+    parser.add_argument(
+        '--config',
+        required=True,
+        metavar='NAME|FILE',
+        help='campaign: quick, paper, accurate, ... (files of config/campaigns/), or a .yaml file',
+    )
+    parser.add_argument(
+        '--out',
+        required=True,
+        type=Path,
+        metavar='DIR',
+        help='results folder: new, or with results of the same campaign, which is then completed',
+    )
+    _add_overrides(parser)
+    add_workers(parser)
+    add_unchecked(parser)
+    parser.add_argument('--resume', action='store_true', help='fail if DIR has no results yet')
+    return parser.parse_args(arguments)
+
+
+def _add_overrides(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group('instead of what the campaign file has (--ppr or --encoders: of both)')
+    group.add_argument('--tests', nargs='+', metavar='TEST', help='tests: SL, SMT, DLD, or .yaml files')
+    group.add_argument(
+        '--ppr',
+        nargs='+',
+        type=number_within(PULSES_PER_TURN),
+        metavar='N',
+        help='ideal encoders, in pulses per wheel revolution',
+    )
+    add_encoders(group)
+    group.add_argument(
+        '--trials', type=whole_number_within(TRIALS), metavar='N', help='trials of each test with each encoder'
+    )
+    group.add_argument('--nav', choices=('embedded', 'scripted'), help='navigated, or a drive without feedback')
+    add_robot_arguments(group)
+    add_amcl(group)
+    group.add_argument(
+        '--record',
+        choices=('full', 'minimal', 'none'),
+        help='topics in the bags: all; without scans and other bulk; or no bags',
+    )
+    group.add_argument(
+        '--bag-format', choices=BAG_FORMATS, help='bags of ROS 1, or MCAP files of ROS 2 (default: ros1)'
+    )
+
+
+def main(arguments: Optional[Sequence[str]] = None, run: Optional[RunTrials] = None) -> None:
+    """Run the command line; `run` runs trials on a worker, in place of the lockstep trials."""
     options = parse(arguments)
     run_trials_tool('campaign', lambda: _campaign(options, run))
 
 
-class CampaignRun(NamedTuple):
-    """What became of a campaign."""
+def _campaign(options: argparse.Namespace, run: Optional[RunTrials]) -> None:
+    from diff_encoder_sim.api.campaigns import CampaignOptions, complete
 
-    table: Path
-    summary: str
-    unrun: str  # which trials could not be run, and why; '' for none
-
-
-def _campaign(options: argparse.Namespace, run: RunTrials) -> None:
-    done = complete(options, sys.argv, run)
+    done = complete(CampaignOptions(**vars(options)), sys.argv, run)
     print(done.table)
     print(done.summary)
     if done.unrun:
         sys.exit(done.unrun)
-
-
-def complete(options: argparse.Namespace, command: Sequence[str], run: RunTrials = run_trials) -> CampaignRun:
-    """Run the trials of a campaign that are missing in its results folder.
-
-    Args:
-        options: of the command line.
-        command: what the manifest names as the command that repeats this.
-        run: runs trials on a worker.
-
-    Raises:
-        ConfigError: a file, an option or the results folder is bad.
-        CampaignFault: trials cannot go on.
-    """
-    keys = ('tests', 'ppr', 'encoders', 'trials', 'nav', 'robot', 'record', 'bag_format')
-    given = {key: getattr(options, key) for key in keys}
-    given['files'] = chosen_files(options)
-    arguments = xacro_arguments(options.robot_args)
-    campaign = load_campaign(options.config, package_folder(), given, arguments, options.packages)
-    campaign = with_checks('campaign', campaign, options.unchecked)
-    about = describe_run(package_folder(), command)
-    with ResultStore(options.out, campaign, about, options.resume) as store:
-        jobs = store.pending()
-        if jobs:
-            name_campaigns_encoders(as_called('campaign'), campaign)
-            name_stopping('campaign', campaign, X.tolerance, YAW.tolerance)
-        left = time_left(campaign, jobs, store.rows)
-        progress = progress_on(sys.stderr, len(campaign.jobs()), store.rows, left)
-        with progress, stop_reports(progress):
-            unrun = _run_jobs(options, campaign, store, progress, jobs, run) if jobs else []
-            table = store.finish()
-        unrun_trials = unrun_text('campaign', campaign, unrun) if unrun else ''
-        return CampaignRun(table, _summary(store, progress), unrun_trials)
-
-
-def _run_jobs(
-    options: argparse.Namespace,
-    campaign: Campaign,
-    store: ResultStore,
-    progress: Progress,
-    jobs: Sequence[TrialJob],
-    run: RunTrials,
-) -> List[UnrunTrial]:
-    with workers(options, len(jobs)) as ready:
-        return run_campaign(ready, campaign, store, progress, jobs, run)
-
-
-def _summary(store: ResultStore, progress: Progress) -> str:
-    duration = f'{progress.wall_time_s():.1f} s, {progress.real_time_factor():.1f} times real time'
-    if not progress.done_now:
-        duration = 'all trials had been run before: nothing to do'
-    return f'{outcome_table(store.rows)}\n{duration}'

@@ -27,7 +27,7 @@ def main(arguments: Optional[Sequence[str]] = None) -> None:
     given = list(sys.argv[1:] if arguments is None else arguments)
     with printing(CONSOLE):
         name = _parser().parse_args(given[:1]).command.replace('-', '_')
-    run_command(as_called(name), f'cli.{name}', given[1:], parser=f'cli.{name}_arguments')
+    run_command(as_called(name), f'cli.{name}', given[1:])
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -1,53 +1,52 @@
-"""map_bag: grid SLAM from a bag. Its help is in map_bag_arguments."""
+"""map_bag: build a map by grid SLAM from the scans and the odometry in a bag, faster than real time.
+
+The bag also needs /tf_static, for the laser's mounting. The map of a bag that trial.launch recorded is in the world's
+frame, because the test's start pose is surveyed; any other map has its origin where odometry is zero.
+"""
 
 from __future__ import annotations
 
 import argparse
 import logging
-import time
+from pathlib import Path
 from typing import Optional, Sequence
 
-from diff_encoder_sim.base.command_line import as_called, run_tool
-from diff_encoder_sim.base.package_files import package_folder
-from diff_encoder_sim.base.params import load_params
-from diff_encoder_sim.base.seeds import generator
-from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.cli.map_bag_arguments import parse
-from diff_encoder_sim.drives.bag_source import open_source
-from diff_encoder_sim.drives.scan_bag import ScanBag
-from diff_encoder_sim.drives.trial_recording import trial_of_source
-from diff_encoder_sim.localization.grid_slam import GridSlam, OdometryTrack, map_recording, warm_up
-from diff_encoder_sim.localization.map_files import save_map
-from diff_encoder_sim.localization.occupancy_grid import SAVED_MARGIN_M
-from diff_encoder_sim.localization.slam_params import GridSlamParams
+from diff_encoder_sim.base.bounds import SEEDS
+from diff_encoder_sim.base.command_line import as_called, run_tool, tool_parser, whole_number_within
+from diff_encoder_sim.drives import topics
 
-log = logging.getLogger(__name__)
+API = 'api.maps'  # of this command: what it imports takes seconds
+
+
+def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
+    """Read the command line."""
+    parser = tool_parser('map_bag', __doc__, ['bags/drive.bag -f maps/office'])
+    parser.add_argument('bag', type=Path, metavar='BAG', help='bag (ROS 1 or 2) with scans, odometry and /tf_static')
+    parser.add_argument(
+        '-f', dest='stem', type=Path, metavar='STEM', help='write STEM.pgm and STEM.yaml (default: beside the bag)'
+    )
+    parser.add_argument(
+        '--config', type=Path, metavar='FILE', help="parameters, by slam_gmapping's names (default: config/slam.yaml)"
+    )
+    parser.add_argument('--scan', default=topics.SCAN, metavar='TOPIC', help='topic of scans (default: %(default)s)')
+    parser.add_argument('--odom', default=topics.ODOM, metavar='TOPIC', help='topic of odometry (default: %(default)s)')
+    parser.add_argument(
+        '--seed',
+        type=whole_number_within(SEEDS),
+        default=0,
+        metavar='N',
+        help="seed of the particles; a trial's bag uses the trial's number (default: %(default)s)",
+    )
+    return parser.parse_args(arguments)
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> None:
     """Run the command line."""
     logging.basicConfig(format=f'{as_called("map_bag")}: %(message)s')
-    run_tool('map_bag', lambda: _map_bag(parse(arguments)))
+    run_tool('map_bag', lambda: _map(parse(arguments)))
 
 
-def _map_bag(options: argparse.Namespace) -> None:
-    params = load_params(GridSlamParams, options.config or package_folder() / 'config' / 'slam.yaml')
-    with open_source(options.bag) as source:
-        trial = trial_of_source(options.bag, source)
-        drive = ScanBag(options.bag, source, options.scan, options.odom)
-        track = OdometryTrack(drive.odometry_ns, drive.base_poses_in_odom)
-        start = trial.test.start.pose() if trial else None
-        slam = GridSlam(params, generator(trial.number if trial else options.seed, 'slam'), start)
-        warm_up(params)
-        begin_s = time.perf_counter()
-        entered = map_recording(slam, track, drive.scans(), drive.laser_pose_in_base)
-        fault = source.fault
-    took_s = time.perf_counter() - begin_s
-    path = save_map(slam.map().cropped(SAVED_MARGIN_M), options.stem or options.bag.with_suffix(''))
-    if fault:
-        log.warning('%s: %s; all messages that can be read are used', options.bag, fault)
-    drive_s = (track.stamps_ns[-1] - track.stamps_ns[0]) / NANOSECONDS_PER_SECOND
-    print(
-        f'{path}: {entered} scans of a drive of {drive_s:.1f} s, in {took_s:.1f} s: '
-        f'{drive_s / took_s:.0f} times real time'
-    )
+def _map(options: argparse.Namespace) -> None:
+    from diff_encoder_sim.api.maps import map_of_bag
+
+    print(map_of_bag(**vars(options)))

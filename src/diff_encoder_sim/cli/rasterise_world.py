@@ -1,15 +1,47 @@
-"""rasterise_world: a map of a .world file. Its help is in rasterise_world_arguments."""
+"""rasterise_world: make a map, as map_server reads it, directly from a .world file, without driving or SLAM."""
 
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 from typing import Optional, Sequence
 
-from diff_encoder_sim.base.command_line import run_tool
-from diff_encoder_sim.cli.rasterise_world_arguments import parse
-from diff_encoder_sim.localization.map_files import save_map
-from diff_encoder_sim.simulation.rasterise import rasterise
-from diff_encoder_sim.simulation.world import load_world
+from diff_encoder_sim.base.bounds import PLACES, Between
+from diff_encoder_sim.base.command_line import number_within, run_tool, tool_parser
+
+API = 'api.maps'  # of this command: what it imports takes seconds
+
+
+def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
+    """Read the command line."""
+    parser = tool_parser('rasterise_world', __doc__, ['worlds/hallway.world --free -10 0 --out maps/hallway'])
+    parser.add_argument('world', type=Path, metavar='WORLD', help='.world file (SDF, of primitives)')
+    parser.add_argument(
+        '--free',
+        type=number_within(PLACES),
+        nargs=2,
+        default=[0.0, 0.0],
+        metavar=('X', 'Y'),
+        help='a point in free space, in metres; all that can be reached from it is free on the map (default: 0 0)',
+    )
+    parser.add_argument(
+        '--height',
+        type=number_within(PLACES),
+        default=1.12,
+        metavar='M',
+        help='height of the scan plane above the floor, in metres (default: %(default)s)',
+    )
+    parser.add_argument(
+        '--resolution',
+        type=number_within(Between(1e-3, 10.0, 'm')),
+        default=0.05,
+        metavar='M',
+        help='side of a cell, in metres (default: %(default)s)',
+    )
+    parser.add_argument(
+        '--out', type=Path, metavar='STEM', help='write STEM.pgm and STEM.yaml (default: beside the world)'
+    )
+    return parser.parse_args(arguments)
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> None:
@@ -18,5 +50,6 @@ def main(arguments: Optional[Sequence[str]] = None) -> None:
 
 
 def _rasterise(options: argparse.Namespace) -> None:
-    grid = rasterise(load_world(options.world), options.height, options.resolution, *options.free)
-    print(save_map(grid, options.out or options.world.with_suffix('')))
+    from diff_encoder_sim.api.maps import map_of_world
+
+    print(map_of_world(**vars(options)))

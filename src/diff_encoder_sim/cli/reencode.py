@@ -1,60 +1,182 @@
-"""reencode: what a recorded drive's odometry would have been with other encoders. Its help is in reencode_arguments."""
+"""reencode: what a recorded drive's odometry would have been with other encoders."""
 
 from __future__ import annotations
 
 import argparse
 import collections
-import contextlib
 import logging
 import sys
-import time
 from pathlib import Path
-from typing import Counter, Dict, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Type, TypeVar
+from typing import Counter, Dict, Iterator, Optional, Sequence
 
-from diff_encoder_sim.base.command_line import as_called, run_tool
-from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.cli.encoder_notes import name_encoders
-from diff_encoder_sim.cli.reencode_arguments import CSV_NAME, parse
-from diff_encoder_sim.cli.reencode_encoders import chosen_encoders, given_encoders, parameters_with
-from diff_encoder_sim.cli.reencode_outputs import output_files
-from diff_encoder_sim.cli.reencode_robot import RecordedRobot, recorded_robot
-from diff_encoder_sim.cli.reencode_sources import check_seed, check_wheel_options
-from diff_encoder_sim.cli.reencode_wheels import bag_wheels, csv_wheels
-from diff_encoder_sim.drives.bag_output import ReencodedBag
-from diff_encoder_sim.drives.bag_source import open_source
-from diff_encoder_sim.drives.csv_stream import CsvStream
-from diff_encoder_sim.drives.reencoder import DriveSummary, Reencoder, has_commands
-from diff_encoder_sim.drives.reference import Reference, find_reference
-from diff_encoder_sim.drives.result_table import csv_table, text_table
-from diff_encoder_sim.drives.topics import CMD_VEL
-from diff_encoder_sim.drives.trial_definition import Trial
-from diff_encoder_sim.drives.trial_recording import trial_of_source
-from diff_encoder_sim.drives.wheel_source import DriveStream, WheelSource
-from diff_encoder_sim.drives.wheels_at_ppr import WheelsAtPpr
-from diff_encoder_sim.wheels.catalogue import ChosenEncoder
-from diff_encoder_sim.wheels.diagnostics import encoder_lateral_std, hidden_encoder
-from diff_encoder_sim.wheels.encoder_params import PerWheel, ppr_label
+from diff_encoder_sim.base.bounds import COUNTER_STATES
+from diff_encoder_sim.base.command_line import as_called, run_tool, tool_parser
+from diff_encoder_sim.base.text_values import plain_int
+from diff_encoder_sim.cli.arguments import add_encoders, add_robot_arguments
+from diff_encoder_sim.drives.csv_format import TIME_UNITS
+from diff_encoder_sim.drives.number_units import UNITS
 
-LEGEND = """\
-Odometry minus reference, both seen from their first common stamp, nothing fitted. ATE, max:
-distance over the whole path, root mean square and largest. yaw: root mean square. end: along (x)
-and across (y) the start heading. RPE: error of the motion over segments of the reference's path,
-root mean square of so many segments: consecutive ones lie end to end, all pairs have one from each
-pose on. evo gives the same numbers: docs/trajectory_errors.md."""
+DESCRIPTION = """\
+reencode: compute what a recorded drive's odometry would have been with other encoders.
 
+Reads wheel angles (sensor_msgs/JointState) or counts (diff_encoder_sim/EncoderPulse) from a bag; where it has neither,
+any numbers of its messages (--ticks), a table (--csv), or odometry (--odom). Computes /encoder_pulse, /odom and /tf for
+each PPR as the live nodes would have published them, and prints how far each odometry is from a reference."""
 
-AnyWheels = TypeVar('AnyWheels', bound=WheelsAtPpr)
+NOTES = """\
+From recorded counts the wheel angle is known to half a count. At a PPR that divides the recorded encoder's the
+result is exact; at another, in a fraction of PPR / (4 x recorded PPR) of the samples a count is one off. A finer PPR
+shows no more than the recorded counts do. Counts of --pulses wrap at the counter_modulus of --config, --robot or the
+bag's trial; those of --ticks wrap where the type of their field does (int16, uint16, int32, uint32).
+
+Messages without a header are stamped with the time of their receipt. Wheels that come in two topics are paired at the
+left one's stamps. Speeds are integrated by the trapezoidal rule."""
+
+EXAMPLES = [
+    'drive.bag --ppr 40 90 1024 4096 --out what_if/',
+    'drive.bag --encoder catalogue --ppr 90',
+    'drive.bag --ticks /lwheel /rwheel --ticks-per-revolution 360 --ppr 40 90',
+    'kobuki.bag --robot kobuki --ticks /mobile_base/sensors/core.left_encoder /mobile_base/sensors/core.right_encoder',
+    'jackal.bag --ticks "/feedback.drivers[0].measured_travel" "/feedback.drivers[1].measured_travel" --unit rad',
+    '--csv wheels.csv --columns time left right --time-unit us --unit m/s --ppr 40 90',
+]
 
 
-class RecordedDrive(NamedTuple):
-    """A bag or a table with its wheels and reference, and the parameters that it is read with."""
+API = 'api.recorded_drives'  # of this command: what it imports takes seconds
 
-    path: Path
-    stream: DriveStream
-    trial: Optional[Trial]
-    wheels: WheelSource
-    reference: Optional[Reference]
-    robot: RecordedRobot
+
+def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
+    """Read the command line."""
+    parser = tool_parser('reencode', DESCRIPTION, EXAMPLES, NOTES)
+    parser.add_argument(
+        'bag', type=Path, nargs='?', metavar='BAG', help='bag of ROS 1 (complete, or torn by a crash) or ROS 2'
+    )
+    parser.add_argument(
+        '--ppr',
+        nargs='+',
+        default=(),
+        metavar='PPR',
+        help='ideal encoders, in pulses per wheel revolution: 90, or "{left: 90, right: 1024}" '
+        "(default: the robot's own if its file has it, else 40 90 1024 4096)",
+    )
+    add_encoders(parser, '--encoder')
+    parser.add_argument(
+        '--out',
+        type=Path,
+        metavar='DIR',
+        help='write a bag for each encoder, and reencode.csv, into DIR (default: only print the table)',
+    )
+    _add_wheel_options(parser)
+    _add_source_options(parser)
+    parser.add_argument(
+        '--reference',
+        default='',
+        metavar='TOPIC|FRAMES',
+        help='poses to compare odometry with: a topic, or two frames of /tf as "map->base_link" (default: '
+        '/world_pose where the bag has it, else the odometry of the finest PPR)',
+    )
+    parser.add_argument(
+        '--config',
+        type=Path,
+        metavar='FILE',
+        help="the robot's wheels, joints and counter, in place of config/config.yaml",
+    )
+    add_robot_arguments(parser, note=" (default: the wheels of the bag's trial, else those of config/config.yaml)")
+    return parser.parse_args(arguments)
+
+
+def _add_wheel_options(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group('wheels, where the bag leaves a choice')
+    for option, metavar, text in (
+        ('--joint-states', 'TOPIC', "topic of wheel angles (default: the bag's only one)"),
+        ('--left', 'JOINT', "left joint (default: the robot's, or the bag's only left wheel)"),
+        ('--right', 'JOINT', "right joint (default: the robot's, or the bag's only right wheel)"),
+        ('--pulses', 'TOPIC', 'topic of counts, to be used instead of wheel angles'),
+        ('--pulses-ppr', 'PPR', 'PPR of the encoder that counted them (default: that of the recorded trial)'),
+    ):
+        group.add_argument(option, default='', metavar=metavar, help=text)
+
+
+def _add_source_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of drives without wheel angles."""
+    group = parser.add_argument_group('wheels of a drive without wheel angles')
+    group.add_argument(
+        '--ticks',
+        nargs=2,
+        metavar=('LEFT', 'RIGHT'),
+        help='numbers in the messages of the bag: a topic of std_msgs (Int16 ... Float64), an element of an array as '
+        'TOPIC[0], or a field of any message that the bag defines as TOPIC.field.field[0]',
+    )
+    group.add_argument('--csv', type=Path, metavar='FILE', help='table in place of a bag; its delimiter is found')
+    group.add_argument(
+        '--columns',
+        nargs=3,
+        default=(),
+        metavar=('TIME', 'LEFT', 'RIGHT'),
+        help='columns of the table: names in its header, or numbers from 1',
+    )
+    group.add_argument('--time-unit', choices=TIME_UNITS, default='', help='unit of the time column (default: s)')
+    group.add_argument(
+        '--unit',
+        choices=UNITS,
+        default='',
+        help='what the numbers of --ticks or --csv are: counts (ticks; ticks/message where each message has what was '
+        'counted since the one before), angles, path of the wheel (m), or speeds (default: ticks)',
+    )
+    group.add_argument(
+        '--ticks-per-revolution',
+        default='',
+        metavar='N',
+        help='ticks of a whole turn of the wheel, or "{left: N, right: N}" (default: the --robot\'s ppr)',
+    )
+    group.add_argument(
+        '--ticks-modulus',
+        type=_modulus,
+        metavar='N',
+        help='counts before the recorded counter wraps, 0 for never (default: by the type of the field, 65536 for 16 '
+        'bits; of a table: 0)',
+    )
+    group.add_argument(
+        '--reversed',
+        nargs='+',
+        choices=('left', 'right'),
+        default=(),
+        help='wheels whose numbers fall when the robot drives forward',
+    )
+    group.add_argument(
+        '--odom',
+        default='',
+        metavar='TOPIC|FRAMES',
+        help='last resort: compute how the wheels have turned from poses: a topic of odometry, or two frames of /tf as '
+        '"odom->base_link"',
+    )
+    group.add_argument(
+        '--seed',
+        type=_seed,
+        metavar='N',
+        help="of the encoders' errors (default: the number of the bag's trial, else 0); and of the wheels' angles "
+        'at the start, which --odom and speeds do not have (default: 1)',
+    )
+
+
+def _seed(text: str) -> int:
+    try:
+        value = plain_int(text)
+    except ValueError:
+        value = -1
+    if value < 0:
+        raise argparse.ArgumentTypeError(f'given {text}; allowed: a whole number from 0')
+    return value
+
+
+def _modulus(text: str) -> int:
+    try:
+        value = plain_int(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
+    if not COUNTER_STATES.allows(value):
+        raise argparse.ArgumentTypeError(f'counter_modulus: given {value}; allowed: {COUNTER_STATES}')
+    return value
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> None:
@@ -66,147 +188,15 @@ def main(arguments: Optional[Sequence[str]] = None) -> None:
 
 
 def _reencode(options: argparse.Namespace, once: _OnceFilter) -> None:
-    path = options.csv or options.bag
-    begin_s = time.perf_counter()
-    given = given_encoders(options)
-    with opened_drive(options) as drive:
-        encoders = chosen_encoders(given, drive.robot.encoder)
-        files = output_files(options.out, path, encoders)
-        name_encoders(as_called('reencode'), encoders, drive.robot.odometry.wheel_diameter)
-        runs = [wheels_with(encoder, drive.robot, WheelsAtPpr) for encoder in encoders]
-        try:
-            summary = run_drive(drive, runs, files)
-        except OSError as error:
-            where = error.filename or options.out or path
-            raise ConfigError(f'{where}: {error.strerror}') from None
-        hidden = _hidden_encoder(encoders, drive.robot) if files else []
-        for note in (*once.left_out(), *notes_on(drive, runs, summary), *hidden):
-            print(f'{as_called("reencode")}: {path}: {note}', file=sys.stderr)
-    _print(drive, runs, summary, time.perf_counter() - begin_s)
-    for file in files.values():
+    from diff_encoder_sim.api.recorded_drives import reencoding
+    from diff_encoder_sim.api.wheel_options import DriveOptions
+
+    done = reencoding(DriveOptions(**vars(options)))
+    for line in (*once.left_out(), *done.notes):
+        print(f'{as_called("reencode")}: {line}', file=sys.stderr)
+    print(done.text)
+    for file in done.files:
         print(file)
-
-
-def _hidden_encoder(encoders: Sequence[ChosenEncoder], robot: RecordedRobot) -> List[str]:
-    """Say once, of the finest encoder that it hides, what the bags' covariance is for a motion noise nobody gave."""
-    if robot.odometry.motion_noise is not None:
-        return []
-    all_params = [parameters_with(encoder, robot.encoder, robot.odometry)[1] for encoder in encoders]
-    return [line for line in [hidden_encoder(min(all_params, key=encoder_lateral_std))] if line]
-
-
-def wheels_with(encoder: ChosenEncoder, robot: RecordedRobot, wheels_class: Type[AnyWheels]) -> AnyWheels:
-    """Return the wheels of a recorded robot with another encoder.
-
-    Raises:
-        ConfigError: they do not go together.
-    """
-    params, odometry = parameters_with(encoder, robot.encoder, robot.odometry)
-    return wheels_class(encoder.ppr, params, odometry, encoder.name)
-
-
-@contextlib.contextmanager
-def opened_drive(options: argparse.Namespace) -> Iterator[RecordedDrive]:
-    """Open the drive that the options name, for as long as the context lasts.
-
-    Raises:
-        ConfigError: a file or an option is bad.
-    """
-    check_wheel_options(options)
-    if options.csv:
-        if options.reference:
-            raise ConfigError('--reference: given with --csv; allowed: with a bag, which may have poses')
-        stream = CsvStream(options.csv, options.columns, options.time_unit or 's')
-        robot = recorded_robot(options, None)
-        check_seed(options, robot)
-        yield RecordedDrive(options.csv, stream, None, csv_wheels(options, stream, robot), None, robot)
-        return
-    with open_source(options.bag) as source:
-        trial = trial_of_source(options.bag, source)
-        robot = recorded_robot(options, trial)
-        check_seed(options, robot)
-        wheels = bag_wheels(options, source, trial, robot)
-        reference = find_reference(options.bag, source, options.reference)
-        yield RecordedDrive(options.bag, source, trial, wheels, reference, _with_joints(options, wheels, robot))
-
-
-def _with_joints(options: argparse.Namespace, wheels: WheelSource, robot: RecordedRobot) -> RecordedRobot:
-    """Take the names of the joints from where the wheels are read."""
-    sources = dict(robot.sources)
-    for side, joint in zip(('left', 'right'), wheels.joints):
-        if joint != getattr(robot.encoder, f'{side}_joint'):
-            sources[f'{side}_joint'] = f'--{side}' if getattr(options, side) else f"the bag's {wheels.topics[0]}"
-    encoder = robot.encoder.model_copy(update={'left_joint': wheels.joints[0], 'right_joint': wheels.joints[1]})
-    if not wheels.are_joint_angles:  # whoever counted or computed them knew which way is forward
-        encoder = encoder.model_copy(update={'left_reversed': False, 'right_reversed': False})
-    return robot._replace(encoder=encoder, sources=sources)
-
-
-def run_drive(drive: RecordedDrive, runs: Sequence[WheelsAtPpr], files: Mapping[str, Path]) -> DriveSummary:
-    """Read the drive for each encoder, and write `files`, which may be none.
-
-    Raises:
-        ConfigError: there is no drive in it.
-        OSError: a file cannot be written.
-    """
-    if not files:
-        return _run(drive, runs)
-    with contextlib.ExitStack() as stack:
-        for run in runs:
-            run.bag = ReencodedBag(files[run.label], drive.wheels.joints, drive.robot.odometry)
-            stack.enter_context(run.bag)
-        summary = _run(drive, runs)
-    with open(files[CSV_NAME], 'x', encoding='utf-8') as file:
-        file.write(csv_table(runs))
-    return summary
-
-
-def _run(drive: RecordedDrive, runs: Sequence[WheelsAtPpr]) -> DriveSummary:
-    summary = Reencoder(drive.wheels, drive.reference, runs).run(drive.stream, drive.trial)
-    if not any(run.reports > 1 for run in runs):
-        why = '; '.join(summary.faults) or drive.stream.fault or 'too short'
-        raise ConfigError(
-            f'{drive.path}: no drive in {summary.messages} {drive.wheels.text}: {why}; '
-            f'expected two reports of the encoder'
-        )
-    return summary
-
-
-def notes_on(drive: RecordedDrive, runs: Sequence[WheelsAtPpr], summary: DriveSummary) -> List[str]:
-    """List what could not be read or compared, one line each."""
-    notes = [*drive.wheels.notes(), *summary.faults]
-    if drive.robot.is_guessed():
-        notes.append('neither the bag nor --robot says which wheels these are: those of config/config.yaml are used')
-    if any(run.counts_by_command for run in runs) and not has_commands(drive.stream):
-        notes.append(f'no {CMD_VEL} (geometry_msgs/Twist), by which the encoder counts: all counts are forward')
-    if drive.stream.fault:
-        notes.append(f'{drive.stream.fault}; what can be read is used')
-    if drive.reference and not any(run.comparison.result() for run in runs):
-        notes.append(
-            f'no pose of {drive.reference.name} has the time of an odometry message: errors cannot be computed'
-        )
-    return notes
-
-
-def _print(drive: RecordedDrive, runs: Sequence[WheelsAtPpr], summary: DriveSummary, took_s: float) -> None:
-    reference = drive.reference.name if drive.reference else 'the odometry of the finest PPR'
-    print(
-        f'{drive.path}: {summary.messages} {drive.wheels.text} in {summary.duration_s:.1f} s, read in {took_s:.1f} s; '
-        f'compared with {reference}'
-    )
-    print(f'{drive.robot.text()}')
-    finer = [run.label for run in runs if _is_finer(run.ppr, drive.wheels.ppr)]
-    if drive.wheels.ppr is not None and finer:
-        print(
-            f'recorded with {ppr_label(drive.wheels.ppr)} PPR: {", ".join(finer)} cannot show more than these counts do'
-        )
-    print()
-    print(text_table(runs))
-    print(f'\n{LEGEND}')
-
-
-def _is_finer(ppr: PerWheel, recorded: Optional[PerWheel]) -> bool:
-    return recorded is not None and (ppr.left > recorded.left or ppr.right > recorded.right)
 
 
 class _OnceFilter(logging.Filter):

@@ -1,201 +1,48 @@
-"""trial_spec: the plan of a live trial, from the arguments of trial.launch. Its help is in trial_spec_arguments."""
+"""trial_spec: check the arguments of trial.launch and print the plan of the trial, which becomes the parameter /trial.
+
+trial.launch calls it before any node starts, so that a wrong argument ends the launch with one line.
+"""
 
 from __future__ import annotations
 
 import argparse
-import math
-import os
-import time
-from pathlib import Path
-from typing import Optional, Sequence, Union
+from typing import Optional, Sequence
 
-import yaml
-from pydantic import Field
+from diff_encoder_sim.base.command_line import run_tool, tool_parser
+from diff_encoder_sim.cli.arguments import ROBOT_HELP, add_launched_robot
 
-from diff_encoder_sim.base.atomic_files import LONGEST_NEW_NAME
-from diff_encoder_sim.base.bounds import Seed
-from diff_encoder_sim.base.command_line import as_typed, run_tool
-from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.package_files import package_folder, users_path
-from diff_encoder_sim.base.params import Params
-from diff_encoder_sim.base.processes import parent_only_lists
-from diff_encoder_sim.base.text_values import for_xml_rpc
-from diff_encoder_sim.base.yaml_files import yaml_value
-from diff_encoder_sim.cli.encoder_notes import name_encoders, name_rates
-from diff_encoder_sim.cli.launched_robot import OWN_PPR, SIMULATED, LaunchedRobot, launched_robot
-from diff_encoder_sim.cli.stopping_spread import name_stopping_of_trial
-from diff_encoder_sim.cli.trial_robot_check import check_robot_of_trial
-from diff_encoder_sim.cli.trial_spec_arguments import parse
-from diff_encoder_sim.drives.test_definition import TestDefinition, find_world, load_test
-from diff_encoder_sim.drives.trial_definition import LivePlan, Trial, wheels_of
-from diff_encoder_sim.localization.map_files import load_map
-from diff_encoder_sim.localization.occupancy_grid import OCCUPIED, UNKNOWN
-from diff_encoder_sim.simulation.state import JOINTS_RATE_HZ, STATES_PERIOD_S, STATES_RATE_HZ
-from diff_encoder_sim.trials.campaign_loading import at_pace_of
-from diff_encoder_sim.trials.required_packages import GAZEBO, UPSTREAM_NAVIGATION, UPSTREAM_SLAM, require
-from diff_encoder_sim.trials.robot_params import RobotParams
-from diff_encoder_sim.wheels.encoder_params import DEFAULT_PPR, PulsesPerRevolution, file_label
-from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
-
-NO_BAG = 'none'
-SIMULATORS = (SIMULATED, 'gazebo')
+API = 'api.live_trials'  # of this command: what it imports takes seconds
 
 
-class TrialArguments(Params):
-    """Launch arguments, for errors that name them as the user does."""
-
-    trial: Seed = Field()
-    ppr: PulsesPerRevolution = DEFAULT_PPR
+def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
+    """Read the command line; values are checked by `plan`."""
+    parser = tool_parser('trial_spec', __doc__, ['--test SL --ppr 90 --trial 3 --bag sl.bag'])
+    for option, default, text in (
+        ('--ppr', '', "pulses per wheel revolution: 90, or '{left: 90, right: 1024}' (default: the robot's own)"),
+        ('--trial', '0', 'number of the trial, which is its seed'),
+        ('--odom', 'encoder', 'encoder or ideal'),
+        ('--nav', 'embedded', 'embedded, upstream or scripted'),
+        ('--slam', 'none', 'none, embedded or upstream'),
+        ('--save-map', '', 'path without suffix for the map that SLAM makes (default: not saved)'),
+        ('--sim', 'pybullet', 'pybullet or gazebo'),
+        ('--map', '', 'map .yaml file (default: the one beside the world)'),
+        ('--bag', '', 'path of the bag to record, or none (default: a new name in bags/)'),
+        ('--robot', 'alto', ROBOT_HELP),
+        ('--unchecked', 'false', 'true: do not check whether the robot drives as it should and fits the test'),
+    ):
+        shown = f' (default: {default})' if default else ''
+        parser.add_argument(option, default=default, metavar='VALUE', help=text + shown)
+    add_launched_robot(parser)
+    parser.add_argument('--test', required=True, metavar='TEST', help='SL, SMT, DLD, or a .yaml file')
+    return parser.parse_args(arguments)
 
 
 def main(arguments: Optional[Sequence[str]] = None) -> None:
-    """Run the command line; errors are trial.launch's, whose user reads them."""
-    run_tool('trial.launch', lambda: _print(plan(parse(arguments))))
+    """Run the command line; errors are named after trial.launch, whose user reads them."""
+    run_tool('trial.launch', lambda: _print(parse(arguments)))
 
 
-def _print(plan_of_trial: LivePlan) -> None:
-    # In one line, and not as JSON: of 1e-06 YAML reads a text.
-    content = for_xml_rpc(plan_of_trial.model_dump(mode='json', exclude_none=True))
-    print(yaml.safe_dump(content, default_flow_style=True, width=math.inf, sort_keys=False), end='')
+def _print(options: argparse.Namespace) -> None:
+    from diff_encoder_sim.api.live_trials import TrialOptions, plan_as_yaml
 
-
-def plan(options: argparse.Namespace) -> LivePlan:
-    """Return the plan for the options.
-
-    Raises:
-        ConfigError: an option, or a file that it names, is bad.
-    """
-    if options.sim not in SIMULATORS:
-        raise ConfigError(f'sim: given {options.sim!r}; allowed: {", ".join(SIMULATORS)}')
-    folder = package_folder()
-    test = load_test(options.test, folder / 'config')
-    ppr = {'ppr': yaml_value(options.ppr, 'ppr')} if options.ppr else {}
-    number = TrialArguments.from_mapping({'trial': yaml_value(options.trial, 'trial'), **ppr}, '').trial
-    robot = launched_robot(options, {OWN_PPR: ppr['ppr']} if ppr else {})
-    trial = _trial(options, test, number, robot)
-    trial.test.check_drivable(options.nav)
-    if options.slam != 'none' and options.nav != 'scripted':
-        raise ConfigError(f'slam: given {options.slam} with nav {options.nav}; allowed: nav:=scripted, or slam:=none')
-    _check_packages(options)
-    world = find_world(trial.test.world, folder / 'worlds')
-    map_path = _map_path(options, world)
-    if options.nav != 'scripted':
-        _check_start(trial.test, map_path)
-    if not parent_only_lists():
-        check_robot_of_trial(options, trial, robot, map_path)
-        name_encoders('trial.launch', [robot.encoder], trial.wheel_diameter)
-        name_rates('trial.launch', [robot.params.encoder.rate] if _samples_ticks(options) else [])
-        name_stopping_of_trial(options.nav, robot.params)
-    files = {
-        'world': str(world),
-        'map': map_path,
-        'bag': _bag_path(options.bag, trial),
-        'save_map': str(_new_file('save_map', options.save_map)) if options.save_map else '',
-    }
-    report_rate_hz = _report_rate_hz(options, robot.params.encoder)
-    rates = {
-        'report_rate': report_rate_hz,
-        'report_delay': _report_delay_s(options, robot.params.encoder, report_rate_hz),
-        'command_period': _command_period_s(options, robot.params),
-    }
-    return LivePlan.from_mapping({'trial': trial, 'slam': options.slam, **files, **rates}, '')
-
-
-def _trial(options: argparse.Namespace, test: TestDefinition, number: int, launched: LaunchedRobot) -> Trial:
-    robot = launched.params
-    return Trial.from_mapping(
-        {
-            'test': at_pace_of(robot.simulator.drive, test),
-            'ppr': launched.encoder.ppr,
-            'number': number,
-            'odom': options.odom,
-            'nav': options.nav,
-            'encoder': launched.encoder.name,
-            'resolution': launched.encoder.resolution,
-            **wheels_of(robot.odometry, robot.encoder),
-        },
-        '',
-    )
-
-
-def _samples_ticks(options: argparse.Namespace) -> bool:
-    """Return whether encoders sample the joint states of this package's simulator; Gazebo's rate is in the URDF."""
-    return (options.odom, options.sim) == ('encoder', 'pybullet')
-
-
-def _report_rate_hz(options: argparse.Namespace, encoder: EncoderParams) -> float:
-    if options.odom != 'encoder':
-        return STATES_RATE_HZ
-    return min(encoder.rate, JOINTS_RATE_HZ) if _samples_ticks(options) else encoder.rate
-
-
-def _report_delay_s(options: argparse.Namespace, encoder: EncoderParams, rate_hz: float) -> float:
-    return encoder.report.longest_delay_s(1.0 / rate_hz) if options.odom == 'encoder' else 0.0
-
-
-def _command_period_s(options: argparse.Namespace, robot: RobotParams) -> float:
-    """Return the period of the commands that the simulator waits for; 0 where they do not come in each period.
-
-    Upstream's move_base sends its when it can, and nothing answers a report that is lost.
-    """
-    if options.nav == 'embedded' and robot.encoder.report.are_even:
-        return robot.navigator.control_period_s
-    return STATES_PERIOD_S if options.nav == 'scripted' else 0.0
-
-
-def _check_packages(options: argparse.Namespace) -> None:
-    if parent_only_lists():
-        return  # roslaunch --nodes and the like need no package installed
-    if options.nav == 'upstream':
-        require(UPSTREAM_NAVIGATION)
-    if options.slam == 'upstream':
-        require(UPSTREAM_SLAM)
-    if options.sim == 'gazebo':
-        require(GAZEBO)
-
-
-def _map_path(options: argparse.Namespace, world: Path) -> str:
-    path = users_path(options.map) if options.map else world.with_suffix('.yaml')
-    if options.nav != 'scripted' and not path.is_file():
-        raise ConfigError(
-            f'map: there is no {path}; allowed: a map .yaml file, as made by {as_typed("rasterise_world")} {world}'
-        )
-    return str(path)
-
-
-def _check_start(test: TestDefinition, map_path: str) -> None:
-    """Refuse a start where AMCL could never localize: the robot would stand until the test's time limit."""
-    grid, start = load_map(map_path), test.start
-    cell = grid.cell_at(start.x, start.y)
-    where: Optional[str] = 'outside'
-    if grid.contains(*cell):
-        where = {OCCUPIED: 'in a wall of', UNKNOWN: 'in unknown space of'}.get(int(grid.cells[cell]))
-    if where is not None:
-        raise ConfigError(
-            f'test {test.name}: start: given ({start.x:.2f}, {start.y:.2f}), {where} '
-            f'the map {map_path}; allowed: a start in free space'
-        )
-
-
-def _bag_path(given: str, trial: Trial) -> str:
-    if given == NO_BAG:
-        return ''
-    path = users_path(given or Path('bags') / _bag_name(trial))
-    if path.exists():
-        raise ConfigError(f'bag: {path} exists; allowed: the path of a new file, or {NO_BAG}')
-    return str(_new_file('bag', path))
-
-
-def _new_file(argument: str, given: Union[str, Path]) -> Path:
-    path = users_path(given)
-    if len(os.fsencode(path.name)) > LONGEST_NEW_NAME:
-        raise ConfigError(f'{argument}: given {path.name}; allowed: a name of at most {LONGEST_NEW_NAME} bytes')
-    folder = next(parent for parent in path.parents if parent.exists())
-    if not (folder.is_dir() and os.access(folder, os.W_OK)):
-        raise ConfigError(f'{argument}: cannot write in {folder}; allowed: a path in a folder with write permission')
-    return path
-
-
-def _bag_name(trial: Trial) -> str:
-    moment = time.strftime('%Y%m%dT%H%M%SZ', time.gmtime())
-    return f'{trial.test.name}_{file_label(trial.ppr, trial.encoder)}_trial{trial.number}_{moment}.bag'
+    print(plan_as_yaml(TrialOptions(**vars(options))), end='')

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Dict, Hashable, Iterator, List, NamedTuple, Op
 
 from diff_encoder_sim.base.atomic_files import write_file
 from diff_encoder_sim.base.deferred import deferred
-from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.errors import CampaignFault, ConfigError
 from diff_encoder_sim.trials.campaign_cells import Campaign, TrialJob
 from diff_encoder_sim.trials.cluster import Workers
 from diff_encoder_sim.trials.progress import Progress
@@ -34,10 +34,6 @@ if TYPE_CHECKING:
 distributed = deferred('distributed')
 
 _CANCELLED = (asyncio.CancelledError, concurrent.futures.CancelledError)
-
-
-class CampaignFault(Exception):
-    """Why the campaign cannot continue, in one line. Finished trials are kept."""
 
 
 class _TrialFault(Exception):

@@ -3,17 +3,8 @@
 import pytest
 
 from diff_encoder_sim.cli import advise, campaign
-from diff_encoder_sim.cli.amcl_argument import chosen_files
-from diff_encoder_sim.cli.campaign_arguments import parse
 
 GOOD = ['--config', 'quick', '--out', 'out']
-
-
-@pytest.mark.parametrize(
-    ('given', 'expected'), [([], None), (['--amcl', 'amcl'], {'amcl': 'amcl'}), (['--amcl=a.yaml'], {'amcl': 'a.yaml'})]
-)
-def test_it_replaces_the_campaigns_file_where_it_is_given(given, expected):
-    assert chosen_files(parse([*GOOD, *given])) == expected
 
 
 @pytest.mark.parametrize('main', [lambda *more: campaign.main([*GOOD, *more]), lambda *more: advise.main([*more])])

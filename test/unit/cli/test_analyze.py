@@ -2,6 +2,7 @@
 
 import pytest
 
+from diff_encoder_sim.api import campaigns
 from diff_encoder_sim.cli import analyze
 from trial_bags import TRUTH, trial, write_bag
 
@@ -14,7 +15,7 @@ def fixture_quick(monkeypatch):
         (folder / 'report.html').write_text(dataset.title)
         return f'{len(dataset.trials)} trials' + (f' beside {len(beside.trials)}' if beside else '')
 
-    monkeypatch.setattr(analyze, 'write_analysis', write_analysis)
+    monkeypatch.setattr(campaigns, 'write_analysis', write_analysis)
 
 
 def refusal(*arguments):

@@ -11,8 +11,8 @@ import pytest
 from test_cli_command_lines import COMMANDS, TOOLS
 
 from advised_robots import straight_advice
+from diff_encoder_sim.api import advice, campaigns, notes, robots
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.cli import candidate_trials, launched_robot, robot_checks
 from places import ROOT, WORLDS
 from reencoding_drives import drive, write_ros1
 
@@ -77,13 +77,12 @@ def quick_loading(monkeypatch):
     def workers(*_):
         raise ConfigError('would run')
 
-    for runs_trials in (candidate_trials, module_of('campaign')):
-        monkeypatch.setattr(runs_trials, 'workers', workers)
-    for name in ('advise', 'campaign'):
-        monkeypatch.setattr(module_of(name), 'load_campaign', once(module_of(name).load_campaign))
-    monkeypatch.setattr(module_of('advise'), 'study_odometry', lambda *_: straight_advice())
-    monkeypatch.setattr(robot_checks, 'check_robot', once(robot_checks.check_robot))
-    monkeypatch.setattr(launched_robot, 'load_robot', once(launched_robot.load_robot))
+    for module in (advice, campaigns):
+        monkeypatch.setattr(module, 'workers', workers)
+        monkeypatch.setattr(module, 'load_campaign', once(module.load_campaign))
+    monkeypatch.setattr(advice, 'study_odometry', lambda *_: straight_advice())
+    monkeypatch.setattr(notes, 'check_robot', once(notes.check_robot))
+    monkeypatch.setattr(robots, 'load_robot', once(robots.load_robot))
 
 
 def once(load):

@@ -1,7 +1,7 @@
 """What campaign, advise and trial.launch say of encoders before trials run."""
 
 from campaign_files import small_campaign
-from diff_encoder_sim.cli.encoder_notes import name_encoders, name_rates
+from diff_encoder_sim.api.notes import name_encoders, name_rates
 
 
 def test_a_real_encoders_counts_are_explained(tmp_path, capsys):

@@ -5,9 +5,8 @@ import argparse
 import pytest
 import yaml
 
+from diff_encoder_sim.api.wheel_options import PAPER_PPR, chosen_encoders, given_encoders, parameters_with, ppr_of_text
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.cli.reencode_arguments import PAPER_PPR
-from diff_encoder_sim.cli.reencode_encoders import chosen_encoders, given_encoders, parameters_with, ppr_of_text
 from diff_encoder_sim.wheels.catalogue import encoder_names
 from diff_encoder_sim.wheels.encoder_params import EncoderModel
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
@@ -30,7 +29,7 @@ def test_ideal_encoders_come_first_in_their_order():
     assert labels(ppr=['4096', '{left: 40, right: 90.5}']) == ['4096', '40-90.5']
     assert labels(ppr=['90'], encoder=['xl430', 'amt102']) == ['90', '4096 xl430', '8192 amt102']
     assert labels(encoder=['amt102']) == ['8192 amt102']
-    assert labels() == list(PAPER_PPR)
+    assert labels() == [f'{ppr}' for ppr in PAPER_PPR]
 
 
 def test_the_catalogue_is_every_encoder_of_the_package():

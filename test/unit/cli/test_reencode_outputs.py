@@ -2,9 +2,9 @@
 
 import pytest
 
+from diff_encoder_sim.api.recorded_drives import output_files
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.cli.reencode_arguments import parse
-from diff_encoder_sim.cli.reencode_outputs import output_files
+from diff_encoder_sim.cli.reencode import parse
 from diff_encoder_sim.wheels.catalogue import ChosenEncoder, chosen, load_encoder
 from diff_encoder_sim.wheels.encoder_params import PerWheel
 from places import CONFIG

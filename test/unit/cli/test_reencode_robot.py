@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from diff_encoder_sim.cli.reencode_robot import recorded_robot
+from diff_encoder_sim.api.wheel_options import recorded_robot
 from diff_encoder_sim.drives.test_definition import TestDefinition
 from diff_encoder_sim.drives.trial_definition import Trial
 from places import ROOT

@@ -2,10 +2,9 @@
 
 import pytest
 
+from diff_encoder_sim.api.wheel_options import check_seed, check_wheel_options, recorded_robot
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.cli.reencode_arguments import parse
-from diff_encoder_sim.cli.reencode_robot import recorded_robot
-from diff_encoder_sim.cli.reencode_sources import check_seed, check_wheel_options
+from diff_encoder_sim.cli.reencode import parse
 
 LEFT_RIGHT = ['--ticks', '/lwheel', '/rwheel']
 

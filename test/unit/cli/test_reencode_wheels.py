@@ -130,7 +130,7 @@ def test_another_seed_begins_with_other_angles(tmp_path, source):
 
 def test_what_is_finer_than_the_recording_is_said_to_show_no_more(tmp_path, bag, capsys):
     run(bag, *LEFT_RIGHT, '--ticks-per-revolution', '360', '--ppr', '90', '360', '1024', '4096')
-    assert 'recorded with 360 PPR: 1024, 4096 cannot show more than these counts do' in capsys.readouterr().out
+    assert 'recorded with 360 PPR: 1024, 4096 limited by the recorded resolution' in capsys.readouterr().out
     run(bag, *LEFT_RIGHT, '--ticks-per-revolution', '360', '--ppr', '90', '360')
     assert 'cannot show' not in capsys.readouterr().out
 

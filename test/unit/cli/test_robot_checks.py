@@ -4,8 +4,8 @@ import json
 
 import pytest
 
+from diff_encoder_sim.api.notes import with_checks
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.cli.robot_checks import with_checks
 from diff_encoder_sim.trials.campaign_loading import load_campaign
 from diff_encoder_sim.trials.results import manifest_of
 from places import ROOT

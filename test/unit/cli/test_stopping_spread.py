@@ -1,7 +1,7 @@
 """What campaign, advise and trial.launch say of the stop before trials run."""
 
 from campaign_files import small_campaign
-from diff_encoder_sim.cli.stopping_spread import name_stopping, name_stopping_of_trial
+from diff_encoder_sim.api.notes import name_stopping, name_stopping_of_trial
 from diff_encoder_sim.trials.robot_params import load_robot_params
 from places import CONFIG
 

@@ -6,9 +6,10 @@ from pathlib import Path
 import pytest
 import yaml
 
+from diff_encoder_sim.api import live_trials as trial_spec
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.cli import trial_spec
-from diff_encoder_sim.cli.trial_spec_arguments import parse
+from diff_encoder_sim.cli.trial_spec import main as trial_spec_main
+from diff_encoder_sim.cli.trial_spec import parse
 from diff_encoder_sim.drives.trial_definition import LivePlan
 from places import ROOT
 
@@ -110,7 +111,7 @@ def test_a_name_that_is_too_long_for_an_unfinished_file_is_refused_before_the_tr
 
 def test_the_tool_prints_one_line_and_exits_with_1(capsys):
     with pytest.raises(SystemExit) as caught:
-        trial_spec.main(['--test', 'XX'])
+        trial_spec_main(['--test', 'XX'])
     assert caught.value.code == "trial.launch: test: given 'XX'; allowed: DLD, SL, SMT, or a .yaml file"
 
 
@@ -150,7 +151,7 @@ def test_what_it_prints_is_read_by_roslaunch_as_it_was(tmp_path, capsys):
     slipping = slipping.replace('../../urdf/', f'{ROOT}/urdf/')
     (tmp_path / 'slipping.yaml').write_text(f'{slipping}  simulator.wheel_errors.slip_noise: 2.0e-8\n')
     arguments = ['--bag', 'none', '--test', 'SL', '--unchecked', 'true', '--robot', str(tmp_path / 'slipping.yaml')]
-    trial_spec.main(arguments)
+    trial_spec_main(arguments)
     printed = yaml.safe_load(capsys.readouterr().out)
     assert printed['trial']['motion_noise'] == 2e-8
     assert LivePlan.from_mapping(printed, '/trial') == trial_spec.plan(parse(arguments))

@@ -2,8 +2,8 @@
 
 import pytest
 
-from diff_encoder_sim.cli import trial_spec
-from diff_encoder_sim.cli.trial_spec_arguments import parse
+from diff_encoder_sim.api import live_trials as trial_spec
+from diff_encoder_sim.cli.trial_spec import parse
 from places import ROOT
 
 CONFIG = ROOT / 'config'

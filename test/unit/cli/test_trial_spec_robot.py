@@ -3,10 +3,11 @@
 import pytest
 import yaml
 
+from diff_encoder_sim.api import live_trials as trial_spec
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.text_values import from_xml_rpc
-from diff_encoder_sim.cli import trial_spec
-from diff_encoder_sim.cli.trial_spec_arguments import parse
+from diff_encoder_sim.cli.trial_spec import main as trial_spec_main
+from diff_encoder_sim.cli.trial_spec import parse
 from diff_encoder_sim.drives.trial_definition import LivePlan
 from places import ROOT
 
@@ -32,7 +33,7 @@ def test_the_bag_will_hold_the_robots_wheels_joints_and_encoder():
 
 
 def test_a_counter_of_32_bits_passes_the_parameter_server(capsys):
-    trial_spec.main(['--bag', 'none', '--test', 'SMT', '--robot', 'burger'])
+    trial_spec_main(['--bag', 'none', '--test', 'SMT', '--robot', 'burger'])
     printed = yaml.safe_load(capsys.readouterr().out)
     assert printed['trial']['counter_modulus'] == '4294967296'
     assert LivePlan.from_mapping(from_xml_rpc(printed), '').trial.counter_modulus == 2**32

@@ -7,10 +7,11 @@ from types import SimpleNamespace
 
 import pytest
 
-from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.cli.trial_workers import run_trials_tool, stop_reports, unrun_text, workers
-from diff_encoder_sim.cli.worker_arguments import add_workers
-from diff_encoder_sim.trials.engine import CampaignFault, UnrunTrial
+from diff_encoder_sim.api.campaigns import stop_reports, unrun_text, workers
+from diff_encoder_sim.base.command_line import run_trials_tool
+from diff_encoder_sim.base.errors import CampaignFault, ConfigError
+from diff_encoder_sim.cli.arguments import add_workers
+from diff_encoder_sim.trials.engine import UnrunTrial
 
 CAMPAIGN = SimpleNamespace(bag_name=lambda job: f'bags/SL_90ppr_trial{job}.bag')
 

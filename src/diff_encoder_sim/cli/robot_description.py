@@ -5,8 +5,10 @@ from __future__ import annotations
 import argparse
 from typing import Optional, Sequence
 
-from diff_encoder_sim.base.command_line import tool_parser
-from diff_encoder_sim.cli.robot_arguments import ROBOT_HELP
+from diff_encoder_sim.base.command_line import run_tool, tool_parser
+from diff_encoder_sim.cli.arguments import ROBOT_HELP
+
+API = 'api.robots'  # of this command: what it imports takes seconds
 
 
 def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
@@ -24,3 +26,15 @@ def parse(arguments: Optional[Sequence[str]] = None) -> argparse.Namespace:
         '--no-root-inertia', action='store_true', help='root_inertia:=false, where the xacro has this argument'
     )
     return parser.parse_args(arguments)
+
+
+def main(arguments: Optional[Sequence[str]] = None) -> None:
+    """Run the command line."""
+    run_tool('robot_description', lambda: _print(parse(arguments)))
+
+
+def _print(options: argparse.Namespace) -> None:
+    from diff_encoder_sim.api.robots import LaunchOptions, robot_urdf
+
+    robot = LaunchOptions(options.robot, options.robot_args)
+    print(robot_urdf(robot, options.arguments, options.frames, options.no_root_inertia))

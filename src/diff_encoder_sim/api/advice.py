@@ -1,0 +1,241 @@
+"""Advice: which wheel encoder a robot needs, and what limits its accuracy otherwise."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+import time
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, Type
+
+from diff_encoder_sim.advice.advice import Advice
+from diff_encoder_sim.advice.advice_json import advice_json
+from diff_encoder_sim.advice.advice_page import write_page
+from diff_encoder_sim.advice.advice_text import answers_text, closed_form_text, own_encoder_text, tables_text
+from diff_encoder_sim.advice.candidates import candidates_of
+from diff_encoder_sim.advice.evidence import looks
+from diff_encoder_sim.advice.listed_encoders import listed_encoders
+from diff_encoder_sim.advice.odometry_study import study_odometry, with_budgets
+from diff_encoder_sim.advice.rank_judge import Asked, fewest_trials
+from diff_encoder_sim.advice.requirement import Requirement
+from diff_encoder_sim.advice.switched_causes import switched_off
+from diff_encoder_sim.advice.trial_study import TrialStudy
+from diff_encoder_sim.analysis.campaign_dataset import data_of
+from diff_encoder_sim.analysis.confidence import LEVEL
+from diff_encoder_sim.analysis.dataset import TrialData
+from diff_encoder_sim.analysis.encoder_labels import ppr_text
+from diff_encoder_sim.analysis.quantities import REQUIRED_FRACTION, YAW, X
+from diff_encoder_sim.api.campaigns import WorkerOptions, stop_reports, unrun_text, workers
+from diff_encoder_sim.api.notes import name_campaigns_encoders, name_stopping, with_checks
+from diff_encoder_sim.base.atomic_files import write_file
+from diff_encoder_sim.base.command_line import as_called
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.package_files import package_folder
+from diff_encoder_sim.robots.xacro_expansion import xacro_arguments
+from diff_encoder_sim.trials.campaign_cells import VARIANT, Campaign, TrialJob
+from diff_encoder_sim.trials.campaign_loading import load_campaign
+from diff_encoder_sim.trials.cluster import Workers
+from diff_encoder_sim.trials.engine import run_campaign as run_on_workers
+from diff_encoder_sim.trials.progress import progress_on
+from diff_encoder_sim.trials.results import ResultStore, describe_run
+from diff_encoder_sim.trials.time_left import time_left
+from diff_encoder_sim.trials.trial_run import run_trials
+from diff_encoder_sim.trials.worker import RunTrials
+from diff_encoder_sim.wheels.encoder_params import ppr_label
+
+# Trials go on as long as those that fail are fewer than this, where the others show the share.
+FORGIVEN = 5
+PAGE = 'advice.html'
+
+
+@dataclass(frozen=True)
+class AdviceOptions(WorkerOptions):
+    """The options of the command advise, by their names."""
+
+    robot: Optional[str] = None
+    robot_args: Sequence[str] = ()
+    packages: Sequence[Path] = ()
+    amcl: Optional[str] = None
+    tolerance: float = X.tolerance  # in x and in y [m]
+    yaw_tolerance: float = YAW.tolerance  # [degrees]
+    share: float = REQUIRED_FRACTION  # minimum fraction of trials within tolerance
+    confidence: float = LEVEL
+    distance: Optional[float] = None  # evaluate odometry over this straight distance [m]
+    tests: Optional[Sequence[str]] = None
+    ppr: Optional[Sequence[float]] = None
+    encoders: Optional[Sequence[str]] = None
+    candidates: str = 'sweep'
+    trials: Optional[int] = None  # maximum of each test with each candidate
+    has_trials: bool = True
+    out: Path = Path('results') / 'advice'
+    json: Optional[Path] = None
+    unchecked: bool = False
+
+
+def advise(options: AdviceOptions, run: Optional[RunTrials] = None) -> Advice:
+    """Find which encoder a robot needs: print the answers, write the page and, if requested, JSON.
+
+    Raises:
+        ConfigError: an option or a file is bad.
+        CampaignFault: trials cannot be run.
+    """
+    began_s = time.monotonic()
+    options = _with_trials(options)
+    _check_outputs(options)
+    requirement = Requirement(options.share, options.tolerance, math.radians(options.yaw_tolerance), options.confidence)
+    campaign = with_checks('advise', _candidates(options), options.unchecked)
+    name_campaigns_encoders(as_called('advise'), campaign)
+    advice = study_odometry(campaign, requirement, options.distance)
+    print(f'{advice.robot}: {requirement}\n{answers_text(advice)}')
+    print(f'  the same in closed form, of quantisation alone: {closed_form_text(advice)}', flush=True)
+    print(f'{as_called("advise")}: first answer after {time.monotonic() - began_s:.1f} s', file=sys.stderr)
+    if options.has_trials:
+        name_stopping('advise', campaign, requirement.position_m, options.yaw_tolerance)
+        with CandidateTrials(options, campaign, run or run_trials) as trials:
+            advice = TrialStudy(campaign, advice, trials.with_encoder, options.trials or 0).advice()
+    return _finish(advice, campaign, options)
+
+
+def _finish(advice: Advice, campaign: Campaign, options: AdviceOptions) -> Advice:
+    """Add what is not waited for, print all of it, and write the files."""
+    advice = with_budgets(advice)
+    tests = [curve.draws for curve in advice.curves.curves]
+    config, candidates = package_folder() / 'config', candidates_of(campaign)
+    known = listed_encoders(tests, config, advice.requirement, advice.answers, candidates)
+    advice = advice._replace(encoders=known)
+    if options.has_trials:
+        print(answers_text(advice))
+    print(f'\n{tables_text(advice)}\n{own_encoder_text(advice)}')
+    page = options.out / PAGE
+    page.parent.mkdir(parents=True, exist_ok=True)
+    write_page(advice, page)
+    print(f'Page: {page}')
+    if options.json:
+        write_file(options.json, json.dumps(advice_json(advice), indent=1, allow_nan=False).encode('utf-8'))
+        print(f'JSON: {options.json}')
+    return advice
+
+
+def _check_outputs(options: AdviceOptions) -> None:
+    """Check, before minutes are spent, that the files can be written.
+
+    Raises:
+        ConfigError: a folder is missing, or a file in the way.
+    """
+    if options.out.exists() and not options.out.is_dir():
+        raise ConfigError(f'--out: given {str(options.out)!r}, a file; allowed: a folder, new or with results')
+    if options.json and (options.json.is_dir() or not options.json.parent.is_dir()):
+        raise ConfigError(f'--json: given {str(options.json)!r}; allowed: a file in a folder that exists')
+
+
+def _with_trials(options: AdviceOptions) -> AdviceOptions:
+    """Return the options with a maximum of trials.
+
+    Raises:
+        ConfigError: so few cannot show the share.
+    """
+    asked = Asked(options.share, options.confidence)
+    fewest = fewest_trials(asked)
+    if options.trials is None:
+        possible = looks(options.share, asked.doubt, FORGIVEN * fewest) or (fewest,)
+        options = replace(options, trials=possible[:FORGIVEN][-1])
+    if options.has_trials and options.distance is not None:
+        raise ConfigError(f'--distance: given {options.distance:g}, but trials drive the tests; allowed: --no-trials')
+    if options.has_trials and options.trials is not None and options.trials < fewest:
+        raise ConfigError(
+            f'--trials: given {options.trials}; allowed: from {fewest}, as fewer cannot show that '
+            f'{100 * options.share:g} % of all trials are within the tolerance, even if none fails'
+        )
+    return options
+
+
+def _candidates(options: AdviceOptions) -> Campaign:
+    """Load the candidates, with sets of parameters that do without a cause of errors.
+
+    The robot's own encoder is one of them, unless candidates are given.
+    """
+    given = {key: getattr(options, key) for key in ('tests', 'ppr', 'encoders', 'trials', 'robot')}
+    given['files'] = None if options.amcl is None else {'amcl': options.amcl}
+
+    def load(values: Mapping[str, Any]) -> Campaign:
+        arguments = xacro_arguments(options.robot_args)
+        folder, packages = package_folder(), options.packages
+        return load_campaign(options.candidates, folder, values, arguments, packages, options.has_trials)
+
+    campaign = load(given)
+    if campaign.params.vary or campaign.params.variants:
+        raise ConfigError(f'--candidates: {options.candidates} varies parameters; allowed: one that varies none')
+    own, candidates = campaign.robot and campaign.robot.ppr, campaign.params.ppr
+    more: Dict[str, Any] = {}
+    if own and not (options.ppr or campaign.params.encoders or f'{own:g}' in map(ppr_label, candidates)):
+        more['ppr'] = [*(ppr.model_dump() for ppr in candidates), own]
+    variants = switched_off([cell.robot_params for cell in campaign.cells])
+    if variants and options.has_trials:
+        more['variants'] = variants
+    return load({**given, **more}) if more else campaign
+
+
+class CandidateTrials:
+    """Runs the trials of an encoder when they are asked for. A context."""
+
+    def __init__(self, options: AdviceOptions, campaign: Campaign, run: RunTrials) -> None:
+        """Open the results folder.
+
+        Args:
+            options: of the command line.
+            campaign: with all candidates.
+            run: runs trials on a worker.
+
+        Raises:
+            ConfigError: the folder has other things in it or cannot be used.
+        """
+        self._options = options
+        self._campaign = campaign
+        self._run_trial = run
+        self._workers: Optional[Workers] = None  # from the first trial on
+        self._store = ResultStore(options.out, campaign, describe_run(package_folder(), sys.argv))
+        self._opened = ExitStack()
+        self._opened.enter_context(self._store)
+
+    def __enter__(self) -> CandidateTrials:
+        return self
+
+    def __exit__(
+        self, kind: Optional[Type[BaseException]], error: Optional[BaseException], trace: Optional[TracebackType]
+    ) -> None:
+        if kind is None:
+            self._store.finish()
+        self._opened.__exit__(kind, error, trace)
+
+    def with_encoder(self, label: str, count: int, variant: str) -> List[TrialData]:
+        """Return the first `count` trials of each test with an encoder; those without a result are run first.
+
+        Args:
+            label: of the encoder.
+            count: of trials.
+            variant: name of the set of parameters; '' where the campaign has none.
+        """
+        wanted = label, variant
+        jobs = [job for job in self._store.pending() if job.trial <= count and self._cell(job) == wanted]
+        if jobs:
+            self._run(f'{ppr_text(label)}{variant and f", {variant}"}', jobs)
+        trials = [data_of(row) for row in self._store.rows if row.ppr == label and row.trial <= count]
+        return [trial for trial in trials if dict(trial.varied).get(VARIANT, '') == variant]
+
+    def _run(self, text: str, jobs: Sequence[TrialJob]) -> None:
+        print(text, file=sys.stderr)
+        if self._workers is None:
+            self._workers = self._opened.enter_context(workers(self._options, len(jobs)))
+        progress = progress_on(sys.stderr, len(jobs), [], time_left(self._campaign, jobs, self._store.rows))
+        with progress, stop_reports(progress):
+            unrun = run_on_workers(self._workers, self._campaign, self._store, progress, jobs, self._run_trial)
+        if unrun:
+            sys.exit(unrun_text('advise', self._campaign, unrun))
+
+    def _cell(self, job: TrialJob) -> Tuple[str, str]:
+        cell = self._campaign.cells[job.cell_index]
+        return cell.encoder.label, dict(cell.varied).get(VARIANT, '')

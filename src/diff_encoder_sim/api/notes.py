@@ -1,0 +1,102 @@
+"""Notes before trials run: encoders, rates, how the robot stops, and its self-check."""
+
+from __future__ import annotations
+
+import math
+import sys
+from typing import Iterable, Iterator
+
+from diff_encoder_sim.base.command_line import as_called
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.package_files import package_folder
+from diff_encoder_sim.simulation.self_check import checks_table
+from diff_encoder_sim.simulation.state import JOINTS_RATE_HZ
+from diff_encoder_sim.trials.campaign_cells import Campaign, check_robot, unfit_tests
+from diff_encoder_sim.trials.robot_params import RobotParams
+from diff_encoder_sim.trials.stopping import as_upstream, spread_with, stopping_line
+from diff_encoder_sim.wheels.catalogue import ChosenEncoder
+
+
+def name_encoders(command: str, encoders: Iterable[ChosenEncoder], wheel_diameter_m: float) -> None:
+    """Print `encoder_lines` for a command."""
+    for line in encoder_lines(encoders, wheel_diameter_m):
+        print(f'{command}: {line}', file=sys.stderr)
+
+
+def encoder_lines(encoders: Iterable[ChosenEncoder], wheel_diameter_m: float) -> Iterator[str]:
+    """Yield how the counts of each encoder with a resolution follow from its datasheet, and how many are on a metre."""
+    for encoder in encoders:
+        if encoder.resolution:
+            name = f'{encoder.name} ({encoder.real.name})' if encoder.real else 'encoder'
+            yield f'{name}: {encoder.resolution}, {encoder.counts_per_metre(wheel_diameter_m):.5g} per metre'
+
+
+def name_campaigns_encoders(command: str, campaign: Campaign) -> None:
+    """Print what follows from the encoders and rates of a campaign."""
+    name_encoders(command, campaign.encoders, campaign.cells[0].robot_params.odometry.wheel_diameter)
+    name_rates(command, (cell.robot_params.encoder.rate for cell in campaign.cells))
+
+
+def name_rates(command: str, rates_hz: Iterable[float]) -> None:
+    """Print a line for each rate at which the simulator's encoders cannot report: they sample its joint states."""
+    for rate_hz in dict.fromkeys(rates_hz):
+        if rate_hz > JOINTS_RATE_HZ:
+            given = f'rate: {rate_hz:g} Hz of reports'
+            print(f'{command}: {given}, but joint states come at {JOINTS_RATE_HZ:g} Hz: so do reports', file=sys.stderr)
+
+
+def name_stopping(name: str, campaign: Campaign, tolerance_m: float, tolerance_deg: float) -> None:
+    """Print how the robot of a campaign stops, and a warning where that alone is more than the tolerance.
+
+    Args:
+        name: of the command.
+        campaign: whose trials come.
+        tolerance_m: what results are judged by, in x and in y.
+        tolerance_deg: the same for the heading.
+    """
+    if campaign.params.nav != 'embedded':
+        return
+    pprs = [encoder.ppr for encoder in campaign.encoders]
+    lines = [stopping_line(cell.robot_params, pprs) for cell in campaign.cells]
+    finest = max(pprs, key=lambda ppr: min(ppr.left, ppr.right))
+    spreads = [spread_with(cell.robot_params, finest) for cell in campaign.cells]
+    most_m = max(spread.position_m for spread in spreads)
+    most_deg = math.degrees(max(spread.yaw_rad for spread in spreads))
+    if most_m > tolerance_m or most_deg > tolerance_deg:
+        lines.append(
+            f'stopping alone may end {1e3 * most_m:.0f} mm and {most_deg:.1f} degrees from a goal, whatever the '
+            f'encoder; results are judged by {1e3 * tolerance_m:g} mm and {tolerance_deg:g} degrees; in the robot file '
+            'set navigation.DWAPlannerROS.stop: precise, or a smaller xy_goal_tolerance or yaw_goal_tolerance'
+        )
+    for line in dict.fromkeys(lines):
+        print(f'{as_called(name)}: {line}', file=sys.stderr)
+
+
+def name_stopping_of_trial(nav: str, params: RobotParams) -> None:
+    """Print how the robot of a live trial stops, if it is navigated."""
+    if nav != 'scripted':
+        used = as_upstream(params) if nav == 'upstream' else params
+        print(f'trial.launch: {stopping_line(used, [params.encoder.counts_per_turn])}', file=sys.stderr)
+
+
+def with_checks(name: str, campaign: Campaign, is_unchecked: bool) -> Campaign:
+    """Return the campaign with the results of its robot's self-check.
+
+    Raises:
+        ConfigError: the robot fails it, or cannot do a test, and `is_unchecked` is False.
+    """
+    if campaign.robot is None:
+        return campaign
+    for warning in campaign.robot.warnings:
+        print(f'{as_called(name)}: {campaign.robot.file}: {warning}', file=sys.stderr)
+    checks = check_robot(campaign.robot.source, campaign.cells[0].robot_params.simulator)
+    problems = unfit_tests(campaign, package_folder() / 'worlds')
+    failed = [check.name for check in checks if not check.is_ok]
+    if failed:
+        print(checks_table(checks), file=sys.stderr)
+        problems.insert(0, f'{campaign.robot.file}: the robot fails its self-check: {", ".join(failed)}')
+    if problems and not is_unchecked:
+        raise ConfigError('; '.join([*problems, 'allowed: another robot or test, or --unchecked']))
+    for problem in problems:
+        print(f'{as_called(name)}: {problem}', file=sys.stderr)
+    return campaign._replace(robot=campaign.robot._replace(checks=tuple(checks)))

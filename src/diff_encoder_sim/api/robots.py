@@ -1,0 +1,323 @@
+"""Robots: what is found in their files, how they drive, and the parameters of nodes that follow."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+
+from tabulate import tabulate
+
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.package_files import package_folder, users_path
+from diff_encoder_sim.base.params import flat, nested, split_params
+from diff_encoder_sim.base.text_values import for_xml_rpc
+from diff_encoder_sim.base.yaml_files import load_yaml, yaml_value
+from diff_encoder_sim.drives.bag_source import open_source
+from diff_encoder_sim.drives.trial_recording import trial_of_source
+from diff_encoder_sim.robots.robot_file import ROBOT_FILE_SUFFIXES, load_robot_file
+from diff_encoder_sim.robots.robot_setup import RobotSetup, robot_file_text, set_up_robot
+from diff_encoder_sim.robots.xacro_expansion import (
+    display_urdf,
+    expand,
+    without_root_inertia,
+    xacro_arguments,
+    xacro_arguments_of_text,
+)
+from diff_encoder_sim.simulation.self_check import Check
+from diff_encoder_sim.trials.campaign_cells import check_robot
+from diff_encoder_sim.trials.robot_loading import load_robot
+from diff_encoder_sim.trials.robot_params import CONFIG_FILES, RobotParams, check_key, load_robot_config, override
+from diff_encoder_sim.trials.wheel_uncertainty import uncertainty_of_robot
+from diff_encoder_sim.wheels.catalogue import RESOLUTION_KEYS, ChosenEncoder, chosen, load_encoder, own_encoder
+from diff_encoder_sim.wheels.diagnostics import hidden_encoder
+from diff_encoder_sim.wheels.odometry_params import UNCERTAINTY_KEYS, OdometryParams
+
+OWN_PPR, OWN_NOISE = 'config.ppr', 'config.motion_noise'
+SIMULATED = 'pybullet'  # the simulator whose wheels have the errors of the parameters
+_ABSENT = object()
+
+
+@dataclass(frozen=True)
+class LaunchOptions:
+    """The launch arguments of a robot: its file, xacro arguments in one text, encoder and YAML files."""
+
+    robot: str
+    robot_args: str = ''
+    encoder: str = ''
+    config: Optional[str] = None
+    simulator_config: Optional[str] = None
+    amcl_config: Optional[str] = None
+    navigation_config: Optional[str] = None
+    slam_config: Optional[str] = None
+    sim: str = SIMULATED
+
+
+class LaunchedRobot(NamedTuple):
+    """A robot and what its nodes run with."""
+
+    setup: RobotSetup
+    settings: Dict[str, Any]  # by dotted keys: what replaces the values of the YAML files
+    params: RobotParams
+    encoder: ChosenEncoder  # of encoder:=, or as the parameters have it
+    notes: List[str]  # where a YAML file goes before the robot, or a default hides the encoder; a line each
+
+
+def launched_robot(
+    options: LaunchOptions, arguments: Mapping[str, Any], usual: Optional[Mapping[str, Any]] = None
+) -> LaunchedRobot:
+    """Return the robot that a launch file's options name.
+
+    Args:
+        options: the robot, its encoder, YAML files, and which simulator has its wheels.
+        arguments: launch arguments by dotted keys.
+        usual: values by dotted keys that go before the package's files alone.
+
+    Raises:
+        ConfigError: a file is missing or bad, or a value is not allowed.
+    """
+    setup, encoder = _setup(options), _encoder(options, arguments)
+    files = _files(options)
+    theirs = _users_values(files)
+    settings = {**(usual or {}), **_config(uncertainty_of_robot(setup.settings)), **setup.settings}
+    if setup.file.ppr is not None:
+        settings[OWN_PPR] = setup.file.ppr
+    is_noise_given = any(OWN_NOISE in values for values in (settings, theirs, arguments))
+    if options.sim != SIMULATED:  # its wheels are told of when they are known
+        settings = {**_config(OdometryParams().uncertainty), **settings}
+    replaced = {key for key in settings if any(_overlap(key, other) for other in theirs)}
+    notes = [
+        f'{key}: as in {files[key.partition(".")[0]]}, not {settings[key]!r} as in {setup.file.where}'
+        for key in sorted(replaced & {*setup.file.overrides, OWN_PPR})
+    ]
+    given = {**(_overrides(encoder) if encoder else {}), **arguments}
+    if OWN_PPR in given:
+        replaced.update(RESOLUTION_KEYS)  # the robot's own encoder gives way
+    settings = {key: value for key, value in settings.items() if key not in replaced}
+    settings = {**_missing_costmaps(files), **settings, **given}
+    params = _checked(files, settings)
+    if OWN_PPR in given and encoder is None:
+        _check_no_resolution(files['config'], params, given[OWN_PPR])
+    settings.update(_config(params.odometry.uncertainty))
+    if options.sim != SIMULATED and not is_noise_given:
+        notes += filter(None, [hidden_encoder(params.odometry)])
+    return LaunchedRobot(setup, settings, params, encoder or own_encoder(params.encoder), notes)
+
+
+def _files(options: LaunchOptions) -> Dict[str, str]:
+    """Return the paths of the YAML files by their stems: as given, else the package's."""
+    given = {
+        'config': options.config,
+        'simulator': options.simulator_config,
+        'amcl': options.amcl_config,
+        'navigation': options.navigation_config,
+        'slam': options.slam_config,
+    }
+    folder = package_folder() / 'config'
+    return {stem: str(folder / f'{stem}.yaml') if path is None else path for stem, path in given.items()}
+
+
+def _config(values: Mapping[str, Any]) -> Dict[str, Any]:
+    """Return values of config.yaml by dotted keys."""
+    return {f'config.{key}': value for key, value in values.items()}
+
+
+def _encoder(options: LaunchOptions, arguments: Mapping[str, Any]) -> Optional[ChosenEncoder]:
+    if not options.encoder:
+        return None
+    if OWN_PPR in arguments:
+        raise ConfigError(f'encoder: given {options.encoder} beside ppr {arguments[OWN_PPR]}; allowed: one of them')
+    return chosen(load_encoder(options.encoder, package_folder() / 'config', _users_folder()))
+
+
+def _overrides(encoder: ChosenEncoder) -> Dict[str, Any]:
+    """Return what an encoder sets; the parameter server knows no None."""
+    return {key: value for key, value in encoder.overrides.items() if value is not None}
+
+
+def _check_no_resolution(file: str, params: RobotParams, ppr: Any) -> None:
+    resolution = own_encoder(params.encoder).resolution
+    if resolution:
+        raise ConfigError(f'{file}: encoder: given {resolution} beside ppr {ppr}; allowed: one of them')
+
+
+def _setup(options: LaunchOptions) -> RobotSetup:
+    return load_robot(options.robot, _users_folder(), package_folder(), xacro_arguments_of_text(options.robot_args))
+
+
+def _users_folder() -> Path:
+    """Return the folder in which roslaunch was started: it starts its commands in one of its own."""
+    return Path(os.environ.get('PWD', '.'))
+
+
+def _users_values(files: Mapping[str, str]) -> Dict[str, Any]:
+    """Return what the user's files have otherwise than the package's, by dotted keys."""
+    values: Dict[str, Any] = {}
+    for stem, path in files.items():
+        own = package_folder() / 'config' / f'{stem}.yaml'
+        if Path(path).resolve() != own.resolve():
+            usual = dict(flat(load_yaml(own)))
+            given = flat(load_yaml(path))
+            values.update({f'{stem}.{key}': value for key, value in given if usual.get(key, _ABSENT) != value})
+    return values
+
+
+def _missing_costmaps(files: Mapping[str, str]) -> Dict[str, Any]:
+    """Return the package's costmaps that the user's file leaves out: outline and frame alone make none."""
+    usual, given = load_yaml(package_folder() / 'config' / 'navigation.yaml'), load_yaml(files['navigation'])
+    missing = {name: usual[name] for name in ('global_costmap', 'local_costmap') if name not in given}
+    return {f'navigation.{key}': value for key, value in flat(missing)}
+
+
+def _overlap(key: str, other: str) -> bool:
+    """Return whether two dotted keys name the same value, or one is a part of the other."""
+    return f'{key}.'.startswith(f'{other}.') or f'{other}.'.startswith(f'{key}.')
+
+
+def _checked(files: Mapping[str, str], settings: Mapping[str, Any]) -> RobotParams:
+    config = {stem: load_yaml(files.get(stem, package_folder() / 'config' / f'{stem}.yaml')) for stem in CONFIG_FILES}
+    for stem, classes in CONFIG_FILES.items():
+        split_params(config[stem], str(files.get(stem, stem)), *classes.values())  # alone, so that an error is its own
+    return override(config, settings)
+
+
+def robot_urdf(options: LaunchOptions, arguments: Sequence[str], frames: bool, no_root_inertia: bool) -> str:
+    """Return the URDF of a robot.
+
+    Args:
+        options: with the robot and, in one text, arguments of its xacro.
+        arguments: more of them, NAME:=VALUE each.
+        frames: for robot_state_publisher: joints other than the driven wheels are fixed, the root link has no inertia.
+        no_root_inertia: root_inertia:=false, if the xacro has this argument.
+
+    Raises:
+        ConfigError: the robot cannot be read.
+    """
+    of_xacro = {**xacro_arguments_of_text(options.robot_args), **xacro_arguments(arguments, 'argument')}
+    file = load_robot_file(options.robot, _users_folder(), package_folder(), of_xacro)
+    if frames:
+        description = set_up_robot(file).description
+        return display_urdf(file.source, (description.left.joint, description.right.joint))
+    return expand(without_root_inertia(file.source) if no_root_inertia else file.source)
+
+
+# Widths of the columns value and source, so that a table fits a usual terminal.
+WIDTHS = (52, 44)
+
+
+def find_robot(robot: str, robot_args: Sequence[str] = (), packages: Sequence[Path] = ()) -> RobotSetup:
+    """Read a robot by name or file, and find its wheels, laser, outline and limits.
+
+    Raises:
+        ConfigError: it cannot be read, or is no differential drive.
+    """
+    return load_robot(robot, Path(), package_folder(), xacro_arguments(robot_args), packages)
+
+
+def check_found_robot(setup: RobotSetup) -> Sequence[Check]:
+    """Drive a robot on a flat floor, and return the results of its self-check."""
+    params = override(load_robot_config(package_folder() / 'config'), setup.settings).simulator
+    if setup.description.laser is None:
+        params = params.model_copy(update={'laser_link': ''})  # the default is a link that the robot does not have
+    return check_robot(setup.file.source, params)
+
+
+def check_robot_path(path: Path) -> None:
+    """Check the path of a robot file before anything is computed for it.
+
+    Raises:
+        ConfigError: the file exists, or its name is not that of a robot file.
+    """
+    if path.exists():
+        raise ConfigError(f'--write: {path} exists; allowed: the path of a new file')
+    if path.suffix not in ROBOT_FILE_SUFFIXES:
+        raise ConfigError(f'--write: given {path}; allowed: a name that ends in {" or ".join(ROBOT_FILE_SUFFIXES)}')
+
+
+def write_robot_file(setup: RobotSetup, path: Path) -> None:
+    """Write what was found to a robot file.
+
+    Raises:
+        ConfigError: its folder cannot be written to.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(robot_file_text(setup, path), encoding='utf-8')
+    except OSError as error:
+        raise ConfigError(f'--write: {path} cannot be written: {error.strerror}') from None
+
+
+def found_text(setup: RobotSetup) -> str:
+    """Return what was found, each value with its source, as text for the terminal."""
+    description = setup.description
+    found = ['found', 'value', 'source']
+    parts = [tabulate(description.found, found, disable_numparse=True, maxcolwidths=[None, *WIDTHS])]
+    if setup.file.overrides:
+        own = list(setup.file.overrides.items())
+        parts.append(f'\n{tabulate(own, [f"set in {setup.file.where}", "value"], disable_numparse=True)}')
+    for title, lines in (('Warnings', description.warnings), ('Notes', description.notes)):
+        if lines:
+            parts += [f'\n{title}:', *(f'- {line}' for line in lines)]
+    return '\n'.join(parts)
+
+
+# What campaigns set by themselves, and launch files by their arguments.
+SET_BY_ARGUMENTS = (OWN_PPR, 'config.seed')
+
+
+def node_settings(options: LaunchOptions, values: Sequence[str], bag: str) -> Tuple[Dict[str, Any], List[str]]:
+    """Return the parameters of all nodes that follow from a robot, for the parameter /robot_settings; and notes.
+
+    Args:
+        options: the robot, its encoder and YAML files.
+        values: FILE.KEY:=VALUE each, which take precedence over the robot's own.
+        bag: recorded drive, whose trial's number is the seed; '' for none.
+
+    Raises:
+        ConfigError: a file is missing or bad, or a value is not allowed.
+    """
+    robot = launched_robot(options, launch_arguments(values), _of_bag(bag) if bag else {})
+    return {**for_xml_rpc(nested(robot.settings)), **_of_poses(robot)}, robot.notes
+
+
+def _of_poses(robot: LaunchedRobot) -> Dict[str, Any]:
+    """Return the parameters of the nodes that have no file in config/."""
+    model, base_frame = robot.setup.name, robot.params.odometry.base_frame
+    return {
+        'slam': {'base_frame': base_frame},
+        'world_pose': {'model': model},
+        'ideal_odom': {'model': model, 'base_frame': base_frame},
+        'global_pose': {'base_frame': base_frame},
+    }
+
+
+def _of_bag(given: str) -> Dict[str, Any]:
+    """Return the seed of a bag's trial, and what its covariance knew of the wheels, as `reencode` takes them."""
+    path = users_path(given)
+    try:
+        with open_source(path) as source:
+            trial = trial_of_source(path, source)
+    except ConfigError:
+        return {}  # replay_node, which plays it, says what is wrong
+    if trial is None:
+        return {}
+    return {'config.seed': trial.number, **{f'config.{key}': getattr(trial, key) for key in UNCERTAINTY_KEYS}}
+
+
+def launch_arguments(words: Sequence[str]) -> Dict[str, Any]:
+    """Read FILE.KEY:=VALUE, the value as YAML; one without a value is not given.
+
+    Raises:
+        ConfigError: a word is none.
+    """
+    values = {}
+    for word in words:
+        key, separator, text = word.partition(':=')
+        if not (key and separator):
+            raise ConfigError(f'arguments: given {word!r}; allowed: FILE.KEY:=VALUE')
+        if key not in SET_BY_ARGUMENTS:
+            check_key(key)
+        if text:
+            values[key] = yaml_value(text, key)
+    return values

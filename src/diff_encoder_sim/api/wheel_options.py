@@ -1,0 +1,443 @@
+"""The robot, the encoders and the wheels of a recorded drive, as the options choose them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
+
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.package_files import package_folder
+from diff_encoder_sim.base.params import merged, nested, shared_params, with_changes
+from diff_encoder_sim.base.yaml_files import load_yaml, yaml_value
+from diff_encoder_sim.drives.bag_source import BagSource
+from diff_encoder_sim.drives.csv_format import TIME_UNITS
+from diff_encoder_sim.drives.csv_stream import CsvStream
+from diff_encoder_sim.drives.csv_wheels import CsvWheels
+from diff_encoder_sim.drives.field_wheels import FieldWheels, Wheel
+from diff_encoder_sim.drives.joint_wheels import JointWheels
+from diff_encoder_sim.drives.message_fields import find_field
+from diff_encoder_sim.drives.number_units import COUNTED, SPEEDS, TICKS, UNITS
+from diff_encoder_sim.drives.odometry_wheels import OdometryWheels
+from diff_encoder_sim.drives.reference import find_poses
+from diff_encoder_sim.drives.serving_topics import serving_options
+from diff_encoder_sim.drives.start_angles import DEFAULT_SEED, start_angles_note, start_angles_rad
+from diff_encoder_sim.drives.topics import TRIAL
+from diff_encoder_sim.drives.trial_definition import OF_ENCODER, OF_ODOMETRY, Trial
+from diff_encoder_sim.drives.wheel_source import WheelSource
+from diff_encoder_sim.drives.wheel_units import SPEEDS_NOTE, WheelUnit
+from diff_encoder_sim.drives.wheels import JOINT_TYPES, WheelOptions, find_wheels, has_joints
+from diff_encoder_sim.robots.xacro_expansion import xacro_arguments
+from diff_encoder_sim.trials.robot_loading import load_robot
+from diff_encoder_sim.trials.wheel_uncertainty import uncertainty_of_robot
+from diff_encoder_sim.wheels.catalogue import RESOLUTION_KEYS, ChosenEncoder, chosen, load_encoders, own_encoder
+from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER, PerWheel, ppr_label
+from diff_encoder_sim.wheels.odometry_params import UNCERTAINTY_KEYS, OdometryParams
+from diff_encoder_sim.wheels.report_link import PROMPT
+from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
+
+
+def given_encoders(options: DriveOptions) -> List[ChosenEncoder]:
+    """Return the encoders of the command line in their order: none without options.
+
+    Raises:
+        ConfigError: one is bad, or given twice.
+    """
+    ideal = _ideal(options.ppr or ())
+    real = [chosen(each) for each in load_encoders(options.encoder or (), package_folder() / 'config', Path())]
+    for option, encoders in (('--ppr', ideal), ('--encoder', real)):
+        labels = [encoder.label for encoder in encoders]
+        twice = next((label for label in labels if labels.count(label) > 1), None)
+        if twice is not None:
+            raise ConfigError(f'{option}: given {twice} twice; allowed: each once')
+    return [*ideal, *real]
+
+
+def chosen_encoders(given: Sequence[ChosenEncoder], own: EncoderParams) -> List[ChosenEncoder]:
+    """Return the given encoders; if there are none the robot's own, where it has a resolution, else the paper's.
+
+    Raises:
+        ConfigError: a PPR is given beside a resolution of the robot's own encoder.
+    """
+    resolution = own_encoder(own).resolution
+    if not given:
+        return [own_encoder(own)] if resolution else _ideal(PAPER_PPR)
+    ideal = [encoder.label for encoder in given if encoder.real is None]
+    if ideal and resolution:
+        raise ConfigError(f'--ppr: given {" ".join(ideal)} beside encoder: {resolution}; allowed: one of them')
+    return list(given)
+
+
+def _ideal(given: Union[float, Sequence[Any]]) -> List[ChosenEncoder]:
+    texts = given if isinstance(given, (list, tuple)) else [given]
+    return [ChosenEncoder(ppr_of_text('--ppr', text)) for text in texts]
+
+
+def ppr_of_text(option: str, text: Any) -> PerWheel:
+    """Read one PPR: a number, or a YAML mapping with one for each wheel.
+
+    Raises:
+        ConfigError: it is neither.
+    """
+    return EncoderParams.from_mapping({'ppr': yaml_value(str(text), option)}, option).ppr
+
+
+def parameters_with(
+    encoder: ChosenEncoder, of_robot: EncoderParams, odometry: OdometryParams
+) -> Tuple[EncoderParams, OdometryParams]:
+    """Return the parameters of a robot with another encoder.
+
+    Raises:
+        ConfigError: they contradict each other.
+    """
+    changes: Dict[str, Any] = {'ppr': encoder.ppr}
+    if encoder.real:
+        params = encoder.real.params
+        changes.update({**params.model_dump(exclude_unset=True), 'encoder': params.encoder.model_dump()})
+    shared = {key: value for key, value in changes.items() if key in OdometryParams.model_fields}
+    source = f'encoder {encoder.label}'
+    return with_changes(of_robot, changes, source), with_changes(odometry, shared, source)
+
+
+USUAL = 'config/config.yaml'
+PAPER_PPR = (40, 90, 1024, 4096)
+
+
+@dataclass(frozen=True)
+class DriveOptions:
+    """The options of the command reencode, by their names; only the bag or the table has to be given."""
+
+    bag: Optional[Path] = None
+    csv: Optional[Path] = None  # a table in place of a bag
+    ppr: Union[float, Sequence[Any]] = ()  # ideal encoders: numbers, or mappings with one for each wheel
+    encoder: Sequence[str] = ()  # real encoders
+    out: Optional[Path] = None
+    joint_states: str = ''
+    left: str = ''
+    right: str = ''
+    pulses: str = ''
+    pulses_ppr: str = ''
+    ticks: Sequence[str] = ()
+    columns: Sequence[str] = ()
+    time_unit: str = ''
+    unit: str = ''
+    ticks_per_revolution: Any = ''
+    ticks_modulus: Optional[int] = None
+    reversed: Sequence[str] = ()
+    odom: str = ''
+    seed: Optional[int] = None
+    reference: str = ''
+    config: Optional[Path] = None
+    robot: Optional[str] = None
+    robot_args: Sequence[str] = ()
+    packages: Sequence[Path] = ()
+
+    @property
+    def path(self) -> Path:
+        """Return the path of the bag or the table."""
+        return self.csv or self.bag or Path()
+
+
+class RecordedRobot(NamedTuple):
+    """Parameters that a drive is read with."""
+
+    encoder: EncoderParams
+    odometry: OdometryParams
+    counts_modulus: int  # of recorded counts; encoders that are computed have their own
+    sources: Dict[str, str]  # by the parameter's name; of ppr only where a file gives it
+
+    def is_guessed(self) -> bool:
+        """Return whether neither the user nor the bag says what the wheels are."""
+        return all(self.sources[name] == USUAL for name in OF_ODOMETRY)
+
+    @property
+    def draws_errors(self) -> bool:
+        """Return whether the robot's own encoder has errors that are drawn from the seed."""
+        return self.encoder.encoder != IDEAL_ENCODER or self.encoder.report != PROMPT
+
+    def counter_text(self) -> str:
+        """Return where recorded counts wrap, with its source."""
+        wraps = f'wrap at {self.counts_modulus}' if self.counts_modulus else 'do not wrap'
+        return f'counts {wraps}: {self.sources["counter_modulus"]}'
+
+    def text(self) -> str:
+        """Return the wheels with their sources, in one line."""
+        odometry = self.odometry
+        values = {
+            'wheel_diameter': f'diameter {odometry.wheel_diameter:g} m',
+            'wheel_separation': f'separation {odometry.wheel_separation:g} m',
+            'axle_x': f'axle at x = {odometry.axle_x:g} m',
+            'left_joint': f'left joint {self.encoder.left_joint}',
+            'right_joint': f'right joint {self.encoder.right_joint}',
+        }
+        by_source: Dict[str, List[str]] = {}
+        for name, value in values.items():
+            by_source.setdefault(self.sources[name], []).append(value)
+        return 'wheels: ' + '; '.join(f'{", ".join(parts)} ({source})' for source, parts in by_source.items())
+
+
+def recorded_robot(options: DriveOptions, trial: Optional[Trial]) -> RecordedRobot:
+    """Collect the parameters of a recorded drive.
+
+    Raises:
+        ConfigError: a file is missing or bad, or a value is not allowed.
+    """
+    usual = load_yaml(package_folder() / 'config' / 'config.yaml')
+    values, sources = dict(usual), dict.fromkeys([*OF_ODOMETRY, *OF_ENCODER], USUAL)
+
+    def add(layer: Dict[str, Any], source: str) -> None:
+        values.update(merged(values, layer))
+        sources.update(dict.fromkeys(layer, source))
+
+    if trial is not None:
+        of_trial = {name: getattr(trial, name) for name in (*OF_ODOMETRY, *UNCERTAINTY_KEYS, *OF_ENCODER)}
+        add({**of_trial, 'seed': trial.number}, f"the bag's {TRIAL}")
+    if options.robot:
+        arguments = xacro_arguments(options.robot_args)
+        robot = load_robot(options.robot, Path(), package_folder(), arguments, options.packages)
+        add(nested(_encoder_and_odometry(robot.settings, options)), robot.file.where)
+        if robot.file.ppr is not None:
+            add({'ppr': robot.file.ppr}, robot.file.where)
+    if options.config:
+        given = load_yaml(options.config)
+        add(
+            {key: value for key, value in given.items() if not options.robot or usual.get(key) != value},
+            str(options.config),
+        )
+    if options.seed is not None:
+        add({'seed': options.seed}, '--seed')
+    name = str(options.config or options.robot or USUAL)
+    encoder = shared_params(values, name, EncoderParams, OdometryParams)
+    odometry = shared_params(values, name, OdometryParams, EncoderParams)
+    return RecordedRobot(encoder, odometry, _counts_modulus(encoder, trial, options.config, sources), sources)
+
+
+def _counts_modulus(
+    encoder: EncoderParams, trial: Optional[Trial], config: Optional[Path], sources: Dict[str, str]
+) -> int:
+    """Return where recorded counts wrap: as /trial has it before --robot, whose encoder need not be the recorded one.
+
+    It is not that of encoders to compute.
+    """
+    given = sources.setdefault('counter_modulus', USUAL)
+    if trial is None or given == str(config) or (given != USUAL and not trial.counter_modulus):
+        return encoder.counter_modulus
+    sources['counter_modulus'] = f"the bag's {TRIAL}"
+    return trial.counter_modulus
+
+
+def _encoder_and_odometry(of_robot: Mapping[str, Any], options: DriveOptions) -> Dict[str, Any]:
+    """Return what a robot sets of config.yaml, by dotted keys; its own resolution gives way to --ppr and --encoder."""
+    gives_way = RESOLUTION_KEYS if options.ppr or options.encoder else ()
+    values = {key: value for key, value in of_robot.items() if key not in gives_way}
+    of_config = {key.partition('.')[2]: value for key, value in values.items() if key.startswith('config.')}
+    return {**uncertainty_of_robot(of_robot), **of_config}
+
+
+# Options by the sources that they belong to.
+_SOURCES = ('joint_states', 'pulses', 'ticks', 'odom', 'csv')
+_BELONGS_TO = {
+    'left': ('joint_states', 'pulses'),
+    'right': ('joint_states', 'pulses'),
+    'pulses_ppr': ('pulses', 'joint_states'),  # which may be found to be counts
+    'unit': ('ticks', 'csv'),
+    'ticks_per_revolution': ('ticks', 'csv'),
+    'ticks_modulus': ('ticks', 'csv'),
+    'reversed': ('ticks', 'csv'),
+    'columns': ('csv',),
+    'time_unit': ('csv',),
+}
+
+
+def check_wheel_options(options: DriveOptions) -> None:
+    """Refuse options that contradict each other.
+
+    Raises:
+        ConfigError: there is more than one source, or an option of another one.
+    """
+    given = [name for name in _SOURCES if getattr(options, name)]
+    if len(given) > 1:
+        all_of_them = 'both' if len(given) == 2 else 'all'
+        raise ConfigError(f'{", ".join(map(_option, given))}: given {all_of_them}; allowed: one of them')
+    if bool(options.bag) == bool(options.csv):
+        raise ConfigError(f'BAG, --csv: given {"both" if options.csv else "neither"}; allowed: one of them')
+    for name, units in (('unit', UNITS), ('time_unit', TIME_UNITS)):
+        if getattr(options, name) not in ('', *units):
+            raise ConfigError(f'{_option(name)}: given {getattr(options, name)}; allowed: {", ".join(units)}')
+    if options.csv and not options.columns:
+        raise ConfigError('--csv: given without --columns; expected --columns TIME LEFT RIGHT, as names or numbers')
+    for name, sources in _BELONGS_TO.items():
+        if getattr(options, name) not in (None, '', ()) and (given or ['joint_states'])[0] not in sources:
+            used = _option(given[0]) if given else 'wheel angles of joints'
+            allowed = ' or '.join(map(_option, sources))
+            raise ConfigError(f'{_option(name)}: given with {used}; allowed: with {allowed}')
+
+
+def check_seed(options: DriveOptions, robot: RecordedRobot) -> None:
+    """Refuse a seed from which nothing is drawn: neither errors of an encoder, nor angles at the start.
+
+    Raises:
+        ConfigError: as said.
+    """
+    is_used = options.encoder or robot.draws_errors or options.odom or options.unit in SPEEDS
+    if options.seed is not None and not is_used:
+        raise ConfigError(
+            f'--seed: given {options.seed}, but nothing is drawn from it; allowed: with --encoder, with errors of an '
+            f'encoder in --config or --robot, with --odom, or with --unit {", ".join(SPEEDS)}'
+        )
+
+
+def _option(name: str) -> str:
+    return f'--{name.replace("_", "-")}'
+
+
+class WheelNumbers(NamedTuple):
+    """How the numbers of both wheels are to be understood."""
+
+    left: WheelUnit
+    right: WheelUnit
+    ppr: Optional[PerWheel]  # of counts
+    about: str  # for the reader
+    notes: Tuple[str, ...]  # what the angles cannot show
+
+
+def wheel_numbers(
+    options: DriveOptions, robot: RecordedRobot, bits: Tuple[Optional[int], Optional[int]]
+) -> WheelNumbers:
+    """Collect what options and robot say of the numbers.
+
+    Args:
+        options: of the command line.
+        robot: of which the ticks per revolution are taken where they are not given, and the wheels' diameter.
+        bits: width of the left and the right counter; None where it does not wrap.
+
+    Raises:
+        ConfigError: the unit needs a number of ticks per revolution, or has none.
+    """
+    unit, radius_m = options.unit or TICKS, 0.5 * robot.odometry.wheel_diameter
+    ppr, moduli = _ticks_ppr(options, unit, robot), _moduli(options, unit, bits)
+    pprs = (ppr.left, ppr.right) if ppr else (None, None)
+    seed = DEFAULT_SEED if options.seed is None else options.seed
+    left, right = (
+        WheelUnit(unit, radius_m, of_side, modulus, side in options.reversed, start_rad)
+        for side, of_side, modulus, start_rad in zip(('left', 'right'), pprs, moduli, start_angles_rad(seed))
+    )
+    notes = (SPEEDS_NOTE, start_angles_note(seed)) if unit in SPEEDS else ()
+    return WheelNumbers(left, right, ppr, _about(unit, ppr, moduli, options.reversed), notes)
+
+
+def _ticks_ppr(options: DriveOptions, unit: str, robot: RecordedRobot) -> Optional[PerWheel]:
+    """Return the ticks per revolution of counts: as given, else the robot's; None for other units."""
+    given = options.ticks_per_revolution
+    if unit not in COUNTED:
+        if given:
+            raise ConfigError(
+                f'--ticks-per-revolution: given with --unit {unit}; allowed: with {" and ".join(COUNTED)}'
+            )
+        return None
+    if given:
+        return ppr_of_text('--ticks-per-revolution', given)
+    if 'ppr' not in robot.sources:
+        raise ConfigError('--ticks-per-revolution: missing; expected the ticks of a whole turn of a wheel, or --robot')
+    return robot.encoder.ppr
+
+
+def _moduli(options: DriveOptions, unit: str, bits: Sequence[Optional[int]]) -> Tuple[int, ...]:
+    """Return after how many counts each counter wraps: as given, else by the width of its field; 0 for never."""
+    given = options.ticks_modulus
+    if unit != TICKS:
+        if given is not None:
+            raise ConfigError(f'--ticks-modulus: given with --unit {unit}; allowed: with {TICKS}')
+        return (0, 0)
+    return tuple((2**width if width else 0) if given is None else given for width in bits)
+
+
+def _about(unit: str, ppr: Optional[PerWheel], moduli: Sequence[int], is_reversed: Sequence[str]) -> str:
+    parts = [unit]
+    if ppr is not None:
+        parts.append(f'{ppr_label(ppr)} a revolution')
+    if any(moduli):
+        parts.append(f'the counter wraps at {" and ".join(str(modulus) for modulus in sorted(set(moduli)))}')
+    parts.extend(f'{side} reversed' for side in is_reversed)
+    return ', '.join(parts)
+
+
+def bag_wheels(options: DriveOptions, source: BagSource, trial: Optional[Trial], robot: RecordedRobot) -> WheelSource:
+    """Return the wheels of a bag.
+
+    Raises:
+        ConfigError: there are none; it lists what the bag has.
+    """
+    if options.odom:
+        poses = find_poses(options.path, source, '--odom', options.odom)
+        seed = DEFAULT_SEED if options.seed is None else options.seed
+        return OdometryWheels(poses, _joints(robot), robot.odometry, seed)
+    if options.ticks:
+        return _field_wheels(options, source, robot)
+    return _joint_wheels(options, source, trial, robot)
+
+
+def csv_wheels(options: DriveOptions, stream: CsvStream, robot: RecordedRobot) -> CsvWheels:
+    """Return the wheels of a CSV file.
+
+    Raises:
+        ConfigError: the unit needs a number of ticks per revolution.
+    """
+    numbers = wheel_numbers(options, robot, (None, None))
+    return CsvWheels(
+        stream.topic, _joints(robot), (numbers.left, numbers.right), numbers.ppr, numbers.about, numbers.notes
+    )
+
+
+def _field_wheels(options: DriveOptions, source: BagSource, robot: RecordedRobot) -> FieldWheels:
+    left, right = (find_field(options.path, source, '--ticks', given) for given in options.ticks)
+    if left.name == right.name:
+        raise ConfigError(f'{options.path}: --ticks: given {left.name} for both wheels; allowed: two that differ')
+    numbers = wheel_numbers(options, robot, (left.bits, right.bits))
+    joints = _joints(robot)
+    wheels = Wheel(joints[0], left, numbers.left), Wheel(joints[1], right, numbers.right)
+    return FieldWheels(*wheels, numbers.ppr, numbers.about, numbers.notes)
+
+
+def _joint_wheels(
+    options: DriveOptions, source: BagSource, trial: Optional[Trial], robot: RecordedRobot
+) -> JointWheels:
+    if not (options.joint_states or options.pulses or has_joints(source)):
+        listed = _serving(options, source) or f'nothing in its topics {", ".join(sorted(source.topics))}'
+        raise ConfigError(f'{options.path}: no topic of {" or ".join(JOINT_TYPES)}; what could serve: {listed}')
+    given_ppr = ppr_of_text('--pulses-ppr', options.pulses_ppr) if options.pulses_ppr else None
+    trial_ppr = trial.ppr if trial else None
+    chosen = WheelOptions(options.joint_states, options.pulses, given_ppr or trial_ppr, options.left, options.right)
+    try:
+        wheels = find_wheels(options.path, source, chosen, robot.encoder)
+    except ConfigError as error:
+        other = '' if options.joint_states or options.pulses else _serving(options, source)
+        raise ConfigError(f'{error}; what else could serve: {other}' if other else str(error)) from None
+    if given_ppr is not None and wheels.ppr is None:
+        raise ConfigError(
+            f'--pulses-ppr: given, but {wheels.topic} has wheel angles; expected --pulses TOPIC with it, or neither'
+        )
+    if wheels.ppr is None:
+        return JointWheels(wheels, source.is_cdr, robot.odometry)
+    counting = {'ppr': wheels.ppr, 'counter_modulus': robot.counts_modulus, 'encoder': IDEAL_ENCODER}
+    odometry, notes = robot.odometry.model_copy(update=counting), [] if given_ppr else _notes_on_counts(trial, robot)
+    return JointWheels(wheels, source.is_cdr, odometry, robot.counter_text(), notes)
+
+
+def _notes_on_counts(trial: Optional[Trial], robot: RecordedRobot) -> List[str]:
+    """List what /trial says of the encoder that counted: its errors, and a counter other than the one assumed."""
+    notes = []
+    if trial and (trial.encoder or trial.variant):
+        variant = f', variant {trial.variant}' if trial.variant else ''
+        notes.append(f'the angles are counts of {trial.encoder_label}{variant}, with its errors')
+    if trial and trial.counter_modulus and robot.counts_modulus != trial.counter_modulus:
+        notes.append(f'{robot.counter_text()}; they did at {trial.counter_modulus} in the recorded trial')
+    return notes
+
+
+def _serving(options: DriveOptions, source: BagSource) -> str:
+    return ' | '.join(serving_options(options.path, source))
+
+
+def _joints(robot: RecordedRobot) -> Tuple[str, str]:
+    return robot.encoder.left_joint, robot.encoder.right_joint

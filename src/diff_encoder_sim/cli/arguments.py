@@ -1,0 +1,102 @@
+"""Arguments that several commands share."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from diff_encoder_sim.base.bounds import Between
+from diff_encoder_sim.base.command_line import whole_number_within
+
+
+def add_amcl(parser: argparse._ActionsContainer) -> None:
+    """Add --amcl."""
+    parser.add_argument(
+        '--amcl',
+        metavar='NAME|FILE',
+        help="AMCL's parameters: amcl (the paper's) or amcl_accurate (files of config/), or a .yaml file",
+    )
+
+
+ENCODERS_HELP = 'real encoders: amt102, pololu_25d, ... (files of config/encoders/; catalogue: all), or .yaml files'
+
+
+def add_encoders(parser: argparse._ActionsContainer, option: str = '--encoders') -> None:
+    """Add the option that names real encoders."""
+    parser.add_argument(option, nargs='+', metavar='NAME|FILE', help=ENCODERS_HELP)
+
+
+ROBOT_HELP = 'robot: a name (config/robots/), a robot file (.yaml), or a xacro or URDF file'
+
+
+def add_robot_arguments(parser: argparse._ActionsContainer, note: str = '') -> None:
+    """Add --robot, --robot-arg and --packages; `note` on the default ends the help of --robot."""
+    parser.add_argument('--robot', metavar='NAME|FILE', help=ROBOT_HELP + note)
+    add_description_arguments(parser)
+
+
+def add_description_arguments(parser: argparse._ActionsContainer) -> None:
+    """Add --robot-arg and --packages."""
+    parser.add_argument(
+        '--robot-arg',
+        metavar='NAME:=VALUE',
+        action='append',
+        default=[],
+        dest='robot_args',
+        help="argument of the robot's xacro; may be repeated",
+    )
+    parser.add_argument(
+        '--packages',
+        nargs='+',
+        type=Path,
+        default=[],
+        metavar='DIR',
+        help="folders with packages of the robot's package:// and $(find); its own package takes precedence over them",
+    )
+
+
+def add_unchecked(parser: argparse.ArgumentParser) -> None:
+    """Add the option that lets trials begin in spite of the checks."""
+    parser.add_argument(
+        '--unchecked',
+        action='store_true',
+        help='run the trials also where the self-check of the robot fails, or a test is not for it',
+    )
+
+
+def add_workers(parser: argparse.ArgumentParser) -> None:
+    """Add the options that select where trials run."""
+    where = parser.add_mutually_exclusive_group()
+    where.add_argument(
+        '--workers',
+        type=whole_number_within(Between(1, 1024)),
+        metavar='N',
+        help='worker processes on this host (default: one for each core)',
+    )
+    where.add_argument(
+        '--scheduler',
+        metavar='ADDRESS',
+        help='run on a Dask cluster: its scheduler, such as tcp://host:8786 (docs/cluster.md)',
+    )
+    tls = parser.add_argument_group('for a cluster whose processes know each other by certificates, in PEM files')
+    tls.add_argument('--tls-ca', type=Path, metavar='FILE', help='certificate of who signed the certificates')
+    tls.add_argument('--tls-cert', type=Path, metavar='FILE', help='certificate of this process')
+    tls.add_argument('--tls-key', type=Path, metavar='FILE', help='its key, unless that is in the file of --tls-cert')
+
+
+# The launch arguments with YAML files, by the stems of the package's files.
+FILE_OPTIONS = {
+    'config': '--config',
+    'simulator': '--simulator-config',
+    'amcl': '--amcl-config',
+    'navigation': '--navigation-config',
+    'slam': '--slam-config',
+}
+
+
+def add_launched_robot(parser: argparse.ArgumentParser) -> None:
+    """Add the options of `launched_robot` but the robot itself."""
+    parser.add_argument('--robot-args', default='', metavar='TEXT', help='xacro arguments: name=value name=value')
+    parser.add_argument('--encoder', default='', metavar='NAME|FILE', help='real encoder, in place of ppr')
+    for stem, option in FILE_OPTIONS.items():
+        parser.add_argument(option, metavar='FILE', help=f'in place of config/{stem}.yaml')
