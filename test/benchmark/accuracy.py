@@ -20,8 +20,8 @@ from checkout import ROOT, print_header
 from counts import COUNT
 from tabulate import tabulate
 
-from diff_encoder_sim.analysis.campaign_folder import read_campaign
 from diff_encoder_sim.analysis.dataset import Varied
+from diff_encoder_sim.analysis.dataset_loading import read_campaign
 from diff_encoder_sim.analysis.quantities import QUANTITIES
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
 from diff_encoder_sim.drives.topics import PoseSource

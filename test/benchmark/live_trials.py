@@ -18,7 +18,7 @@ from counts import COUNT
 from live_graph import check_sourced, start_master, stop
 from tabulate import tabulate
 
-from diff_encoder_sim.analysis.goal_errors import goal_errors
+from diff_encoder_sim.analysis.bag_dataset import goal_errors
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives import topics
 from diff_encoder_sim.drives.topics import PoseSource

@@ -15,9 +15,8 @@ from checkout import print_header
 from scipy import stats
 from tabulate import tabulate
 
-from diff_encoder_sim.analysis.paper.errata import errata_of
-from diff_encoder_sim.analysis.paper.implied_means import MeanEstimator
-from diff_encoder_sim.analysis.paper.paper_cells import PPRS, TRIALS, load_paper_cells
+from diff_encoder_sim.analysis.paper.paper_cells import PPRS, TRIALS, errata_of, load_paper_cells
+from diff_encoder_sim.analysis.paper.report_section import MeanEstimator
 from diff_encoder_sim.analysis.quantities import QUANTITIES, YAW, Quantity
 from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE, PoseSource
 

@@ -15,8 +15,8 @@ from counts import COUNT
 from tabulate import tabulate
 
 from diff_encoder_sim.analysis.paired_statistics import SIGNIFICANCE, holm
+from diff_encoder_sim.analysis.paper.comparison import COMPARISONS
 from diff_encoder_sim.analysis.paper.paper_cells import STATISTICS, TRIALS
-from diff_encoder_sim.analysis.paper.statistic_tests import COMPARISONS
 from diff_encoder_sim.analysis.quantities import YAW
 
 CELLS = 12

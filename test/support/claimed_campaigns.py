@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from diff_encoder_sim.analysis.paper.claim_results import claim_conclusion
-from diff_encoder_sim.analysis.paper.claims import CLAIMS
+from diff_encoder_sim.analysis.paper.claims import CLAIMS, claim_conclusion
 from diff_encoder_sim.analysis.paper.paper_cells import PPRS
 from paper_datasets import dataset, trial
 

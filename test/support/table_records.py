@@ -3,8 +3,7 @@
 import csv
 import io
 
-from diff_encoder_sim.analysis.table import Column, Label, Number, Table
-from diff_encoder_sim.analysis.table_files import csv_text
+from diff_encoder_sim.analysis.table import Column, Label, Number, Table, csv_text
 
 
 def records(table):

@@ -1,17 +1,161 @@
-"""Makes a dataset of bags that belong to no campaign: everything is computed from the recordings."""
+"""Reads trials from bags: everything is computed from the recordings."""
 
 from __future__ import annotations
 
 import logging
+import math
+import multiprocessing
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
-from typing import Dict, List, Sequence
+from typing import Dict, List, NamedTuple, Optional, Sequence, Union
 
-from diff_encoder_sim.analysis.bag_trial import BagTrial, read_bag_trials, robot_of
-from diff_encoder_sim.analysis.dataset import Dataset
+import numpy as np
+
+from diff_encoder_sim.analysis.dataset import Dataset, RobotGeometry, Tracks, TrialData
+from diff_encoder_sim.analysis.encoder_labels import IDEAL
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.processes import interrupts_blocked, usable_cores
+from diff_encoder_sim.base.se2 import Pose2D, PoseSeries, wrap_angle
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.drives import topics
 from diff_encoder_sim.drives.bag_source import bags_in
+from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE, PoseSource
+from diff_encoder_sim.drives.trajectory_error import Alignment, PathError, path_error
+from diff_encoder_sim.drives.trial_definition import FinalErrors, Trial
+from diff_encoder_sim.drives.trial_recording import POSE_TOPICS, TrialRecording, read_trial
 from diff_encoder_sim.trials.campaign_cells import VARIANT
 from diff_encoder_sim.trials.results import MANIFEST
+
+
+def poses_in_map(recording: TrialRecording) -> Dict[PoseSource, PoseSeries]:
+    """Return the pose series in the map frame; odometry starts at the surveyed start pose of the test."""
+    poses = {source: recording.poses[topic] for source, topic in TOPIC_OF_SOURCE.items() if topic in recording.poses}
+    if PoseSource.ODOM in poses:
+        poses[PoseSource.ODOM] = composed(recording.trial.test.start.pose(), poses[PoseSource.ODOM])
+    return poses
+
+
+def goal_errors(recording: TrialRecording) -> FinalErrors:
+    """Return the last pose of each source minus the goal, as campaigns write it to trials.csv."""
+    errors: FinalErrors = dict.fromkeys(PoseSource)
+    goal = recording.trial.goal()
+    for source, series in poses_in_map(recording).items():
+        x_m, y_m, yaw_rad = series.x_y_yaw[-1].tolist()
+        errors[source] = Pose2D(x_m - goal.x_m, y_m - goal.y_m, wrap_angle(yaw_rad - goal.yaw_rad))
+    return errors
+
+
+def composed(frame: Pose2D, series: PoseSeries) -> PoseSeries:
+    """Transform poses from a frame into its parent, given the frame's pose; yaw in [-pi, pi)."""
+    cos_yaw, sin_yaw = math.cos(frame.yaw_rad), math.sin(frame.yaw_rad)
+    x_m, y_m, yaw_rad = series.x_y_yaw.T
+    return PoseSeries(
+        series.stamps_ns,
+        np.column_stack(
+            (
+                frame.x_m + cos_yaw * x_m - sin_yaw * y_m,
+                frame.y_m + sin_yaw * x_m + cos_yaw * y_m,
+                wrap_angle(frame.yaw_rad + yaw_rad),
+            )
+        ),
+    )
+
+
+# Sent to a worker at a time: enough to make the overhead negligible.
+BAGS_PER_TASK = 4
+
+MOST_POINTS = 600  # of a track
+
+# Odometry begins anywhere; the other sources estimate the pose in the map.
+ALIGNMENTS = {PoseSource.ODOM: Alignment.ORIGIN, PoseSource.AMCL: Alignment.NONE, PoseSource.GLOBAL: Alignment.NONE}
+
+
+class BagTrial(NamedTuple):
+    """A trial from its bag."""
+
+    trial: Trial  # its definition
+    data: TrialData  # its results; nothing is varied
+
+
+def read_bag_trials(paths: Sequence[Path]) -> List[Union[BagTrial, str]]:
+    """Read each bag on all cores; return its trial, or a line with the reason why it cannot be analysed."""
+    workers = min(usable_cores(), len(paths))
+    if workers < 2:
+        return [_trial_or_reason(path) for path in paths]
+    # Forked: starts at once, and does not run the main script again.
+    with ProcessPoolExecutor(workers, multiprocessing.get_context('fork')) as pool:
+        with interrupts_blocked():  # in the forked processes: they end with this one
+            read = pool.map(_trial_or_reason, paths, chunksize=BAGS_PER_TASK)
+        return list(read)
+
+
+def read_bag_trial(path: Path) -> BagTrial:
+    """Read and analyse a bag.
+
+    Raises:
+        ConfigError: it is no readable bag of a trial, or lacks /odom or /world_pose.
+    """
+    recording = read_trial(path)
+    for topic in (topics.ODOM, topics.WORLD_POSE):
+        if topic not in recording.poses:
+            raise ConfigError(f'{path}: no message on {topic}; expected {POSE_TOPICS[topic]}')
+    return BagTrial(recording.trial, _data(recording))
+
+
+def _data(recording: TrialRecording) -> TrialData:
+    trial, poses = recording.trial, poses_in_map(recording)
+    truth = poses[PoseSource.WORLD]
+    return TrialData(
+        trial.test.name,
+        label_of(trial),
+        (),
+        trial.number,
+        trial.number,
+        recording.outcome,
+        recording.reason,
+        float(truth.stamps_ns.max() - truth.stamps_ns.min()) / NANOSECONDS_PER_SECOND,
+        truth.path_length_m(),
+        goal_errors(recording),
+        _path_errors(poses),
+        _tracks(poses),
+        recording.path,
+    )
+
+
+def label_of(trial: Trial) -> str:
+    """Return the label of the trial's encoder."""
+    return IDEAL if trial.odom == 'ideal' else trial.encoder_label
+
+
+def robot_of(trial: Trial) -> RobotGeometry:
+    """Return the wheel geometry that the trial's odometry computes with."""
+    return RobotGeometry(trial.wheel_diameter, trial.wheel_separation)
+
+
+def _trial_or_reason(path: Path) -> Union[BagTrial, str]:
+    try:
+        return read_bag_trial(path)
+    except ConfigError as error:
+        return str(error)
+
+
+def _path_errors(poses: Dict[PoseSource, PoseSeries]) -> Dict[PoseSource, Optional[PathError]]:
+    truth = poses[PoseSource.WORLD]
+    return {
+        source: path_error(poses[source], truth, ALIGNMENTS[source]) if source in poses else None
+        for source in ALIGNMENTS
+    }
+
+
+def _tracks(poses: Dict[PoseSource, PoseSeries]) -> Tracks:
+    return Tracks(*(_thinned(poses[source].x_y_yaw[:, :2]) for source in (PoseSource.WORLD, PoseSource.ODOM)))
+
+
+def _thinned(points: np.ndarray) -> np.ndarray:
+    indices = np.linspace(0, len(points) - 1, MOST_POINTS).round().astype(int)
+    kept: np.ndarray = points[np.unique(indices)]
+    return kept
+
 
 log = logging.getLogger(__name__)
 

@@ -5,14 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Optional
 
-from diff_encoder_sim.analysis.comparison_table import comparison_table
 from diff_encoder_sim.analysis.dataset import Dataset
+from diff_encoder_sim.analysis.encoder_comparison import compare_pprs, comparison_table
 from diff_encoder_sim.analysis.figures import write_figures
 from diff_encoder_sim.analysis.output_folder import REPORT
 from diff_encoder_sim.analysis.paper.report_section import paper_section
-from diff_encoder_sim.analysis.ppr_comparison import compare_pprs
 from diff_encoder_sim.analysis.report import write_report
-from diff_encoder_sim.analysis.table_files import write_tables
+from diff_encoder_sim.analysis.table import write_tables
 from diff_encoder_sim.analysis.tables import all_tables
 
 

@@ -1,8 +1,13 @@
-"""Tables as data, and how their columns are laid out on a page."""
+"""Tables as data, and as CSV, Markdown, LaTeX and HTML."""
 
 from __future__ import annotations
 
-from typing import Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
+import csv
+import io
+from pathlib import Path
+from typing import Callable, Dict, Iterable, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
+
+from diff_encoder_sim.base.text_values import text_cell
 
 # So many groups of columns fit the width of a page; others follow below, with the key columns again.
 GROUPS_ABREAST = 4
@@ -76,3 +81,189 @@ def equal_neighbours(texts: Sequence[str]) -> List[Tuple[str, int, int]]:
         else:
             runs.append((text, position, position))
     return runs
+
+
+_LATEX_ESCAPES = str.maketrans(
+    {
+        '\\': r'\textbackslash{}',
+        '~': r'\textasciitilde{}',
+        '^': r'\textasciicircum{}',
+        **{char: f'\\{char}' for char in '&%$#_{}'},
+    }
+)
+
+
+def latex_text(table: Table) -> str:
+    r"""Format a table as LaTeX, for \input in a document that uses booktabs."""
+    lines = [
+        r'% \usepackage{booktabs}',
+        r'\begin{table}',
+        r'\centering\scriptsize',
+        r'\setlength{\tabcolsep}{3pt}',
+        rf'\caption{{{_latex(table.title)}}}',
+        rf'\label{{tab:{table.name}}}',
+    ]
+    for columns in abreast(table.columns):
+        lines += _latex_tabular(table, columns)
+    lines += [rf'\par\raggedright {_latex(note)}' for note in table.notes]
+    return '\n'.join([*lines, r'\end{table}', ''])
+
+
+def _latex_tabular(table: Table, columns: Sequence[int]) -> List[str]:
+    alignment = ''.join('r' if is_number_column(table, index) else 'l' for index in columns)
+    heads = ' & '.join(_latex(table.columns[index].head) for index in columns)
+    lines = [
+        rf'\begin{{tabular}}{{{alignment}}}',
+        r'\toprule',
+        *_latex_groups(table, columns),
+        rf'{heads} \\',
+        r'\midrule',
+    ]
+    for number, row in enumerate(table.rows):
+        if number and row[0] != table.rows[number - 1][0]:
+            lines.append(r'\midrule')
+        lines.append(' & '.join(_latex_entry(row[index]) for index in columns) + r' \\')
+    return [*lines, r'\bottomrule', r'\end{tabular}', r'\par\medskip']
+
+
+def _latex_groups(table: Table, columns: Sequence[int]) -> List[str]:
+    """Return the line of group headings and the rules below them; nothing without groups."""
+    cells, rules = [], []
+    for group, first, last in equal_neighbours([table.columns[index].group for index in columns]):
+        if group:
+            cells.append(rf'\multicolumn{{{last - first + 1}}}{{c}}{{{_latex(group)}}}')
+            rules.append(rf'\cmidrule(lr){{{first}-{last}}}')
+        else:
+            cells += [''] * (last - first + 1)
+    return [' & '.join(cells) + r' \\', ' '.join(rules)] if rules else []
+
+
+def _latex_entry(entry: Entry) -> str:
+    text = rounded(entry, '--')
+    is_known = isinstance(entry, Number) and entry.value is not None
+    return text.replace('-', '$-$') if is_known else _latex(text)
+
+
+def _latex(text: str) -> str:
+    return text.translate(_LATEX_ESCAPES)
+
+
+def csv_text(table: Table) -> str:
+    """Format a table as CSV: all digits, empty where there is no number, without title and notes."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator='\n')
+    writer.writerow([text_cell(column.name) for column in table.columns])
+    writer.writerows([_exact(entry) for entry in row] for row in table.rows)
+    return text.getvalue()
+
+
+def markdown_text(table: Table) -> str:
+    """Format a table as Markdown, as GitHub shows it."""
+    parts = [f'**{_markdown(table.title)}**']
+    for columns in abreast(table.columns):
+        heads = [f'{table.columns[index].group} {table.columns[index].head}'.strip() for index in columns]
+        is_number = [is_number_column(table, index) for index in columns]
+        lines = [_markdown_row(heads), _markdown_row('---:' if right else ':---' for right in is_number)]
+        lines += [_markdown_row(rounded(row[index], '–') for index in columns) for row in table.rows]
+        parts.append('\n'.join(lines))
+    parts.append('\n'.join(f'- {_markdown(note)}' for note in table.notes))
+    return '\n\n'.join(part for part in parts if part) + '\n'
+
+
+WRITERS: Dict[str, Callable[[Table], str]] = {'csv': csv_text, 'md': markdown_text, 'tex': latex_text}
+
+
+def write_tables(tables: Sequence[Table], csv_only: Sequence[Table], folder: Path) -> None:
+    """Write tables in each format, and others as CSV only, into `folder`, which is created.
+
+    Raises:
+        OSError: a file cannot be written.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    files = [(table, suffix) for table in tables for suffix in WRITERS]
+    files += [(table, 'csv') for table in csv_only]
+    for table, suffix in files:
+        # Bytes: the same line ends on every system.
+        (folder / f'{table.name}.{suffix}').write_bytes(WRITERS[suffix](table).encode('utf-8'))
+
+
+def _exact(entry: Entry) -> str:
+    if not isinstance(entry, Number):
+        return text_cell(entry.name if isinstance(entry, Label) else entry)
+    if entry.value is None:
+        return ''
+    return repr(float(entry.value) if entry.decimals else int(entry.value))
+
+
+def _markdown(text: str) -> str:
+    for char in '\\|_*<':
+        text = text.replace(char, f'\\{char}')
+    return text
+
+
+def _markdown_row(texts: Iterable[str]) -> str:
+    return f'| {" | ".join(map(_markdown, texts))} |'
+
+
+class Group(NamedTuple):
+    """A heading over neighbouring columns; the text is empty over the key columns."""
+
+    text: str
+    span: int
+
+
+class Head(NamedTuple):
+    """The heading of a column."""
+
+    text: str
+    is_number: bool  # aligned to the right
+
+
+class Row(NamedTuple):
+    """The texts of a row."""
+
+    entries: List[str]
+    is_first: bool  # its first entry differs from that of the row above
+
+
+class Block(NamedTuple):
+    """Columns beside each other."""
+
+    groups: List[Group]  # none where the table has none
+    heads: List[Head]
+    keys: int  # number of key columns
+    rows: List[Row]
+
+
+class HtmlTable(NamedTuple):
+    """A table for the template."""
+
+    title: str
+    blocks: List[Block]
+    notes: List[str]
+
+
+def html_table(table: Table) -> HtmlTable:
+    """Convert a table; numbers are rounded, missing ones a dash."""
+    return HtmlTable(table.title, [_block(table, columns) for columns in abreast(table.columns)], table.notes)
+
+
+def _block(table: Table, indices: List[int]) -> Block:
+    columns = [table.columns[index] for index in indices]
+    runs = equal_neighbours([column.group for column in columns])
+    has_groups = any(text for text, _, _ in runs)
+    groups = [Group(text, last - first + 1) for text, first, last in runs] if has_groups else []
+    heads = [
+        Head(column.head, bool(column.group) or is_number_column(table, index))
+        for column, index in zip(columns, indices)
+    ]
+    keys = sum(not column.group for column in columns) if has_groups else 1
+    return Block(groups, heads, keys, _rows(table, indices))
+
+
+def _rows(table: Table, indices: List[int]) -> List[Row]:
+    rows = []
+    for number, row in enumerate(table.rows):
+        is_first = number > 0 and row[0] != table.rows[number - 1][0]
+        rows.append(Row([rounded(row[index], '–') for index in indices], is_first))
+    return rows

@@ -24,9 +24,9 @@ from diff_encoder_sim.advice.rank_judge import Asked, fewest_trials
 from diff_encoder_sim.advice.requirement import Requirement
 from diff_encoder_sim.advice.switched_causes import switched_off
 from diff_encoder_sim.advice.trial_study import TrialStudy
-from diff_encoder_sim.analysis.campaign_dataset import data_of
 from diff_encoder_sim.analysis.confidence import LEVEL
 from diff_encoder_sim.analysis.dataset import TrialData
+from diff_encoder_sim.analysis.dataset_loading import data_of
 from diff_encoder_sim.analysis.encoder_labels import ppr_text
 from diff_encoder_sim.analysis.quantities import REQUIRED_FRACTION, YAW, X
 from diff_encoder_sim.api.campaigns import WorkerOptions, stop_reports, unrun_text, workers

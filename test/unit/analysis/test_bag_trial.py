@@ -9,7 +9,7 @@ import sys
 import numpy as np
 import pytest
 
-from diff_encoder_sim.analysis.bag_trial import MOST_POINTS
+from diff_encoder_sim.analysis.bag_dataset import MOST_POINTS
 from diff_encoder_sim.analysis.dataset_loading import load_dataset
 from diff_encoder_sim.drives.topics import PoseSource
 from diff_encoder_sim.drives.trial_definition import Outcome
@@ -45,7 +45,7 @@ def test_tracks_are_thinned_and_keep_their_ends(tmp_path):
 # One write a line: print makes two of it where Python's output is not buffered, and two processes write.
 INTERRUPTED = """
 import os, time
-from diff_encoder_sim.analysis import bag_trial
+from diff_encoder_sim.analysis import bag_dataset as bag_trial
 
 def read(path):
     os.write(1, b'reading\\n')

@@ -2,9 +2,7 @@
 
 import pytest
 
-from diff_encoder_sim.analysis.comparison_table import comparison_table
-from diff_encoder_sim.analysis.ppr_comparison import compare_pprs
-from diff_encoder_sim.analysis.ppr_conclusion import conclusion
+from diff_encoder_sim.analysis.encoder_comparison import compare_pprs, comparison_table, conclusion
 from diff_encoder_sim.drives.topics import PoseSource
 from synthetic_trials import dataset_of, synthetic_dataset, trial_data
 from table_records import records

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from diff_encoder_sim.analysis.goal_errors import goal_errors
+from diff_encoder_sim.analysis.bag_dataset import goal_errors
 from diff_encoder_sim.drives.test_definition import load_test
 from diff_encoder_sim.drives.topics import PoseSource
 from diff_encoder_sim.drives.trial_definition import Trial

@@ -4,8 +4,7 @@ import math
 
 import pytest
 
-from diff_encoder_sim.analysis.goal_tables import GOAL_TABLES, goal_table
-from diff_encoder_sim.analysis.interval_tables import interval_table
+from diff_encoder_sim.analysis.goal_tables import GOAL_TABLES, goal_table, interval_table
 from diff_encoder_sim.drives.topics import PoseSource
 from diff_encoder_sim.drives.trial_definition import Outcome
 from synthetic_trials import DEG, dataset_of, hand_dataset, synthetic_dataset, trial_data

@@ -3,7 +3,7 @@
 import pytest
 
 from diff_encoder_sim.analysis.goal_tables import GOAL_TABLES, goal_table
-from diff_encoder_sim.analysis.latex_table import latex_text
+from diff_encoder_sim.analysis.table import latex_text
 from synthetic_trials import synthetic_dataset
 from table_records import small_table
 

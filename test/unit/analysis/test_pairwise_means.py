@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from diff_encoder_sim.analysis import pairwise_means
-from diff_encoder_sim.analysis.pairwise_means import mean_of_rank
+from diff_encoder_sim.analysis import paired_statistics as pairwise_means
+from diff_encoder_sim.analysis.paired_statistics import mean_of_rank
 
 
 def all_means(values):

@@ -4,8 +4,7 @@ import math
 
 import pytest
 
-from diff_encoder_sim.analysis.path_tables import path_error_table
-from diff_encoder_sim.analysis.tables import all_tables
+from diff_encoder_sim.analysis.tables import all_tables, path_error_table
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives.topics import PoseSource
 from diff_encoder_sim.drives.trajectory_error import RPE_DISTANCES_M, PathError, RelativeError, RpePairs

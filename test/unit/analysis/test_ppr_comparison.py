@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from diff_encoder_sim.analysis.encoder_comparison import Question, compare_pprs
 from diff_encoder_sim.analysis.paired_statistics import holm
-from diff_encoder_sim.analysis.ppr_comparison import Question, compare_pprs
 from diff_encoder_sim.drives.topics import PoseSource
 from diff_encoder_sim.drives.trial_definition import Outcome
 from synthetic_trials import dataset_of, synthetic_dataset, trial_data

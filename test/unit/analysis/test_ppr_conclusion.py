@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from diff_encoder_sim.analysis.ppr_comparison import Question, compare_pprs
-from diff_encoder_sim.analysis.ppr_conclusion import conclusion
+from diff_encoder_sim.analysis.encoder_comparison import Question, compare_pprs, conclusion
 from diff_encoder_sim.drives.topics import PoseSource
 from synthetic_trials import dataset_of, trial_data
 

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from diff_encoder_sim.analysis.pulse_resolution import pulse_resolution, pulse_resolution_table
+from diff_encoder_sim.analysis.tables import pulse_resolution, pulse_resolution_table
 from table_records import records
 
 

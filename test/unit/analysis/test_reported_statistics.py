@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from diff_encoder_sim.analysis.reported_statistics import maximum_interval, maximum_p_value, spread_p_value
+from diff_encoder_sim.analysis.paper.comparison import maximum_interval, maximum_p_value, spread_p_value
 from diff_encoder_sim.analysis.sample_statistics import Interval
 
 LEVEL = 0.95

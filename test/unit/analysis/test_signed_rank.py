@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from diff_encoder_sim.analysis.signed_rank import MOST_PAIRS_EXACT, means_beyond_interval, signed_rank_p
+from diff_encoder_sim.analysis.paired_statistics import MOST_PAIRS_EXACT, means_beyond_interval, signed_rank_p
 
 
 @pytest.mark.parametrize('differences', [(1.0, 2.0, -3.0, 4.0), (1.0, 1.0, -1.0, 2.0, 2.0), (0.0, -5.0, 5.0, 5.0)])

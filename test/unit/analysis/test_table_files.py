@@ -2,9 +2,16 @@
 
 import numpy as np
 
-from diff_encoder_sim.analysis.latex_table import latex_text
-from diff_encoder_sim.analysis.table import Column, Label, Number, Table
-from diff_encoder_sim.analysis.table_files import csv_text, markdown_text, write_tables
+from diff_encoder_sim.analysis.table import (
+    Column,
+    Label,
+    Number,
+    Table,
+    csv_text,
+    latex_text,
+    markdown_text,
+    write_tables,
+)
 from table_records import small_table
 
 

@@ -1,6 +1,6 @@
 """All tables of a dataset, and their files."""
 
-from diff_encoder_sim.analysis.table_files import write_tables
+from diff_encoder_sim.analysis.table import write_tables
 from diff_encoder_sim.analysis.tables import all_tables
 from synthetic_trials import dataset_of, synthetic_dataset
 

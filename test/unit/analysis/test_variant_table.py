@@ -1,8 +1,7 @@
 """The table of a campaign's variants."""
 
 from diff_encoder_sim.analysis.table import rounded
-from diff_encoder_sim.analysis.tables import all_tables
-from diff_encoder_sim.analysis.variant_table import variant_table
+from diff_encoder_sim.analysis.tables import all_tables, variant_table
 from diff_encoder_sim.drives.trial_definition import Outcome
 from paper_datasets import dataset, trial
 from synthetic_trials import synthetic_dataset

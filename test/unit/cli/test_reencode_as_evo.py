@@ -16,8 +16,8 @@ import pytest
 
 from campaign_files import small_campaign
 from diff_encoder_sim.analysis.dataset_loading import load_dataset
-from diff_encoder_sim.analysis.path_tables import path_error_table
-from diff_encoder_sim.analysis.table_files import csv_text
+from diff_encoder_sim.analysis.table import csv_text
+from diff_encoder_sim.analysis.tables import path_error_table
 from diff_encoder_sim.cli import reencode
 from diff_encoder_sim.drives.trajectory_error import RPE_DISTANCES_M, RpePairs, rpe_name
 from diff_encoder_sim.drives.trial_definition import TrialPlan

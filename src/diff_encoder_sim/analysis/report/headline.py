@@ -1,14 +1,13 @@
-"""The headline: the summary in a few lines, for the top of the report and the end of analyze's output."""
+"""The headline: with which encoders enough trials end within the tolerance."""
 
 from __future__ import annotations
 
-from typing import Callable, Dict, List, NamedTuple, Sequence
+from typing import Callable, Dict, List, NamedTuple, Optional, Sequence
 
 from diff_encoder_sim.analysis.confidence import LEVEL
-from diff_encoder_sim.analysis.dataset import Dataset, Varied
+from diff_encoder_sim.analysis.dataset import CellKey, Dataset, Varied
 from diff_encoder_sim.analysis.encoder_labels import encoders_text, enumeration, is_real, ppr_value
 from diff_encoder_sim.analysis.quantities import REQUIRED_FRACTION
-from diff_encoder_sim.analysis.report.summary import summary_rows
 from diff_encoder_sim.analysis.table_keys import varied_texts
 from diff_encoder_sim.analysis.within_tolerance import (
     COMPARED_POSES,
@@ -19,6 +18,28 @@ from diff_encoder_sim.analysis.within_tolerance import (
     fewest_trials,
 )
 from diff_encoder_sim.drives.trial_definition import Outcome
+
+
+class SummaryRow(NamedTuple):
+    """One test with one set of parameters, by one final pose."""
+
+    test: str
+    varied: Varied
+    pose: ComparedPose
+    fractions: Dict[str, Optional[FractionWithin]]  # by encoder, ascending; None without a final pose
+
+
+def summary_rows(dataset: Dataset) -> List[SummaryRow]:
+    """Count the trials within tolerance: by test and set of parameters, a row for each of `COMPARED_POSES`."""
+    cells, labels = dataset.cells(), dataset.encoders()
+    rows = []
+    for test, varied in dataset.setups():
+        trials = {label: cells.get(CellKey(test, label, varied)) for label in labels}
+        for pose in COMPARED_POSES:
+            fractions = {label: pose.fraction(of_cell) for label, of_cell in trials.items() if of_cell}
+            rows.append(SummaryRow(test, varied, pose, fractions))
+    return rows
+
 
 # So many tests, counted with their sets of parameters, are named; more are only counted.
 MOST_NAMED = 3

@@ -1,8 +1,8 @@
 """The paper's numbers beside ours, with marks."""
 
-from diff_encoder_sim.analysis.paper.against_paper import all_cells_table, cell_tables, errata_table, resolution_table
-from diff_encoder_sim.analysis.paper.errata import ERRATA
-from diff_encoder_sim.analysis.paper.paper_comparison import compare_with_paper
+from diff_encoder_sim.analysis.paper.comparison import compare_with_paper
+from diff_encoder_sim.analysis.paper.paper_cells import ERRATA
+from diff_encoder_sim.analysis.paper.report_section import all_cells_table, cell_tables, errata_table, resolution_table
 from paper_datasets import cell, dataset
 
 

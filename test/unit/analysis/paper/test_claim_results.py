@@ -3,9 +3,14 @@
 import pytest
 
 from claimed_campaigns import FALLING, campaign, conclusion_of
-from diff_encoder_sim.analysis.paper.claim_results import ClaimResult, check_claims, claim_conclusion
-from diff_encoder_sim.analysis.paper.claims import CLAIMS
-from diff_encoder_sim.analysis.paper.hypothesis_tests import Conclusion, HypothesisTest
+from diff_encoder_sim.analysis.paper.claims import (
+    CLAIMS,
+    ClaimResult,
+    Conclusion,
+    HypothesisTest,
+    check_claims,
+    claim_conclusion,
+)
 
 HOLDS, FAILS, UNCLEAR = Conclusion.HOLDS, Conclusion.FAILS, Conclusion.UNCLEAR
 

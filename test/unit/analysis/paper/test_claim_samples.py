@@ -1,6 +1,6 @@
 """The errors that a part of a claim is about."""
 
-from diff_encoder_sim.analysis.paper.claim_samples import pairs_of_pprs
+from diff_encoder_sim.analysis.paper.claims import pairs_of_pprs
 from diff_encoder_sim.analysis.quantities import X
 from diff_encoder_sim.drives.topics import PoseSource
 from diff_encoder_sim.drives.trial_definition import Outcome

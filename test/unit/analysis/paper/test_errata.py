@@ -4,8 +4,7 @@ import math
 
 import pytest
 
-from diff_encoder_sim.analysis.paper.errata import ERRATA, errata_of
-from diff_encoder_sim.analysis.paper.paper_cells import load_paper_cells
+from diff_encoder_sim.analysis.paper.paper_cells import ERRATA, errata_of, load_paper_cells
 from diff_encoder_sim.drives.topics import PoseSource
 
 

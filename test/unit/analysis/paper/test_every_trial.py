@@ -4,7 +4,7 @@ import pytest
 from scipy import stats
 
 from claimed_campaigns import FALLING, campaign, conclusion_of
-from diff_encoder_sim.analysis.paper.every_trial import all_within
+from diff_encoder_sim.analysis.paper.claims import all_within
 from diff_encoder_sim.drives.topics import PoseSource
 from diff_encoder_sim.drives.trial_definition import Outcome
 from paper_datasets import IN, OUT, cell

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from diff_encoder_sim.analysis.paper.implied_means import MeanEstimator
+from diff_encoder_sim.analysis.paper.report_section import MeanEstimator
 
 TOLERANCE, SCALE = 0.05, 0.06
 REPETITIONS = 200

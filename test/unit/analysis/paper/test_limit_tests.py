@@ -2,9 +2,7 @@
 
 import numpy as np
 
-from diff_encoder_sim.analysis.paper.claim_samples import Sample
-from diff_encoder_sim.analysis.paper.hypothesis_tests import Conclusion
-from diff_encoder_sim.analysis.paper.limit_tests import fractions_within, spreads
+from diff_encoder_sim.analysis.paper.claims import Conclusion, Sample, fractions_within, spreads
 from diff_encoder_sim.analysis.quantities import YAW, X
 
 HOLDS, FAILS, UNCLEAR = Conclusion.HOLDS, Conclusion.FAILS, Conclusion.UNCLEAR

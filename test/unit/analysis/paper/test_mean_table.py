@@ -1,6 +1,6 @@
 """The paper's implied means beside ours."""
 
-from diff_encoder_sim.analysis.paper.mean_table import mean_table
+from diff_encoder_sim.analysis.paper.report_section import mean_table
 from paper_datasets import cell, dataset
 
 

@@ -2,9 +2,13 @@
 
 import numpy as np
 
-from diff_encoder_sim.analysis.paper.claim_samples import Pair
-from diff_encoder_sim.analysis.paper.hypothesis_tests import Conclusion
-from diff_encoder_sim.analysis.paper.paired_tests import first_errs_more, first_spreads_more, fractions_equal
+from diff_encoder_sim.analysis.paper.claims import (
+    Conclusion,
+    Pair,
+    first_errs_more,
+    first_spreads_more,
+    fractions_equal,
+)
 from diff_encoder_sim.analysis.quantities import X
 
 HOLDS, FAILS, UNCLEAR = Conclusion.HOLDS, Conclusion.FAILS, Conclusion.UNCLEAR

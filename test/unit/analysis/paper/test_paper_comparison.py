@@ -2,7 +2,7 @@
 
 import pytest
 
-from diff_encoder_sim.analysis.paper.paper_comparison import compare_with_paper
+from diff_encoder_sim.analysis.paper.comparison import compare_with_paper
 from diff_encoder_sim.drives.trial_definition import Outcome
 from paper_datasets import cell, dataset
 

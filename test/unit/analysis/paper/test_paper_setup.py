@@ -3,7 +3,7 @@
 import pytest
 
 from diff_encoder_sim.analysis.dataset import RobotGeometry
-from diff_encoder_sim.analysis.paper.paper_setup import of_paper
+from diff_encoder_sim.analysis.paper.paper_cells import of_paper
 from paper_datasets import IN, cell, navigated, paper_dataset
 
 SL = navigated('SL')

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from diff_encoder_sim.analysis.paper.printed_resolutions import compare_resolutions
+from diff_encoder_sim.analysis.paper.paper_cells import compare_resolutions
 
 
 def test_table_3_agrees_with_the_print_but_for_its_error():

@@ -1,7 +1,7 @@
 """The scores as a table and in sentences."""
 
-from diff_encoder_sim.analysis.paper.paper_comparison import compare_with_paper
-from diff_encoder_sim.analysis.paper.score_tables import fit_texts, score_table, score_text
+from diff_encoder_sim.analysis.paper.comparison import compare_with_paper
+from diff_encoder_sim.analysis.paper.report_section import fit_texts, score_table, score_text
 from paper_datasets import cell, dataset
 
 

@@ -3,9 +3,8 @@
 import pytest
 
 from diff_encoder_sim.analysis.paired_statistics import mcnemar
+from diff_encoder_sim.analysis.paper.comparison import better_fit, compare_with_paper, score, scores_by_family
 from diff_encoder_sim.analysis.paper.paper_cells import load_paper_cells
-from diff_encoder_sim.analysis.paper.paper_comparison import compare_with_paper
-from diff_encoder_sim.analysis.paper.scores import better_fit, score, scores_by_family
 from diff_encoder_sim.drives.topics import PoseSource
 from paper_datasets import cell, dataset
 

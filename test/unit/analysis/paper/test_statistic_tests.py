@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 
 from diff_encoder_sim.analysis.paired_statistics import holm
-from diff_encoder_sim.analysis.paper.statistic_tests import COMPARISONS, compare_max, compare_pct_within, compare_std
+from diff_encoder_sim.analysis.paper.comparison import COMPARISONS, compare_max, compare_pct_within, compare_std
 from diff_encoder_sim.analysis.quantities import YAW, X
 
 

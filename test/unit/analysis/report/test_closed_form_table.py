@@ -5,7 +5,7 @@ import math
 import pytest
 
 from campaign_manifest import STRAIGHT_20_M
-from diff_encoder_sim.analysis.report.closed_form_table import closed_form_table
+from diff_encoder_sim.analysis.closed_form import closed_form_table
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives.topics import PoseSource
 from diff_encoder_sim.drives.trial_definition import Trial

@@ -2,7 +2,7 @@
 
 import pytest
 
-from diff_encoder_sim.analysis.report.encoder_section import encoder_section
+from diff_encoder_sim.analysis.report.origin import encoder_section
 from synthetic_trials import synthetic_dataset
 
 AMT102 = {

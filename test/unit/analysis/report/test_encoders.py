@@ -1,7 +1,6 @@
 """The section that compares encoders."""
 
-from diff_encoder_sim.analysis.ppr_comparison import compare_pprs
-from diff_encoder_sim.analysis.report.encoders import compare_encoders
+from diff_encoder_sim.analysis.encoder_comparison import compare_encoders, compare_pprs
 from paper_datasets import IN, OUT, TURNED, cell, dataset
 
 

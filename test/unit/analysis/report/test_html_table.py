@@ -1,7 +1,6 @@
 """Tables as the template shows them."""
 
-from diff_encoder_sim.analysis.report.html_table import html_table
-from diff_encoder_sim.analysis.table import Column, Number, Table
+from diff_encoder_sim.analysis.table import Column, Number, Table, html_table
 
 COLUMNS = [Column('test', 'test'), Column('x', 'x [m]', '40 PPR'), Column('y', 'y [m]', '40 PPR')]
 

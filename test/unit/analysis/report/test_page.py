@@ -8,9 +8,9 @@ import pytest
 from PIL import Image
 
 from campaign_manifest import manifest
+from diff_encoder_sim.analysis.encoder_comparison import compare_pprs
 from diff_encoder_sim.analysis.figures.style import Figure
 from diff_encoder_sim.analysis.paper.report_section import paper_section
-from diff_encoder_sim.analysis.ppr_comparison import compare_pprs
 from diff_encoder_sim.analysis.report import write_report
 from diff_encoder_sim.analysis.tables import all_tables
 from diff_encoder_sim.drives.trial_definition import Outcome

@@ -1,7 +1,7 @@
 """The origin of a report."""
 
 from campaign_manifest import manifest
-from diff_encoder_sim.analysis.report.provenance import provenance
+from diff_encoder_sim.analysis.report.origin import provenance
 from paper_datasets import dataset
 
 

@@ -3,7 +3,7 @@
 import pytest
 
 from campaign_manifest import manifest
-from diff_encoder_sim.analysis.report.robot_section import robot_section
+from diff_encoder_sim.analysis.report.origin import robot_section
 from synthetic_trials import dataset_of
 
 CHECK = {'name': 'torque', 'value': '100 %', 'is_ok': True, 'advice': ''}

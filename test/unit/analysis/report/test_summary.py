@@ -1,6 +1,6 @@
 """The rows of the summary."""
 
-from diff_encoder_sim.analysis.report.summary import summary_rows
+from diff_encoder_sim.analysis.report.headline import summary_rows
 from diff_encoder_sim.analysis.within_tolerance import COMPARED_POSES
 from paper_datasets import IN, cell, dataset
 
