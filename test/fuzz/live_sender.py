@@ -18,7 +18,7 @@ from sensor_msgs.msg import JointState, LaserScan
 from tf2_msgs.msg import TFMessage
 
 from diff_encoder_sim.msg import EncoderPulse
-from diff_encoder_sim.ros.gazebo_messages import ModelStates
+from diff_encoder_sim.ros.gazebo_states import ModelStates
 from diff_encoder_sim.ros.graph import node_api
 
 NUMBERS = [0.0, -0.0, 1.0, -1.0, math.pi, 1e-320, 1e9, 1e18, 1e300, -1e308, math.nan, math.inf, -math.inf]

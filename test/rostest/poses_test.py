@@ -25,7 +25,7 @@ from ros_testing import (
 from rosgraph_msgs.msg import Clock
 from tf2_msgs.msg import TFMessage
 
-from diff_encoder_sim.ros.gazebo_messages import ModelStates
+from diff_encoder_sim.ros.gazebo_states import ModelStates
 
 GAZEBO_MD5 = '48c080191eb15c41858319b4d8a609c2'  # gazebo_msgs/ModelStates as Gazebo has it
 NAN = float('nan')

@@ -37,7 +37,7 @@ from diff_encoder_sim.base.se2 import Pose2D, quat_xyzw_from_yaw
 from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.robots.urdf_reading import parse_urdf
 from diff_encoder_sim.robots.xacro_expansion import expand
-from diff_encoder_sim.ros.gazebo_messages import GetModelState, ModelStates, SetModelState
+from diff_encoder_sim.ros.gazebo_states import GetModelState, ModelStates, SetModelState
 from diff_encoder_sim.simulation.lidar import Lidar, LidarParams
 from diff_encoder_sim.simulation.world import load_world
 

@@ -1,6 +1,7 @@
 """The rooms of the package import in one direction, and none but ros/ knows ROS."""
 
 import ast
+import os
 import re
 import subprocess
 import sys
@@ -59,6 +60,14 @@ for name in sys.argv[1:]:
     importlib.import_module(name)
 print([name for name in {HEAVY} if name in sys.modules])
 """
+
+COUNT_OURS = """
+import importlib, sys
+importlib.import_module(sys.argv[1])
+print(sum(name.split('.')[0] == 'diff_encoder_sim' and name.split('.')[1:2] != ['msg'] for name in sys.modules))
+"""
+# The most modules of the package that a command may import, generated messages left out.
+MOST_MODULES = {'ros.odom_node': 41, 'ros.encoder_node': 41, 'cli.analyze': 137, 'cli.campaign': 157}
 
 
 def imported_modules(path):
@@ -174,3 +183,20 @@ def test_class_names_are_unique():
             if isinstance(node, ast.ClassDef) and not node.name.startswith('_'):
                 homes.setdefault(node.name, []).append(str(path.relative_to(PACKAGE)))
     assert {name: paths for name, paths in homes.items() if len(paths) > 1} == {}
+
+
+@pytest.mark.parametrize('name', MOST_MODULES)
+def test_a_command_imports_few_modules(name):
+    path = str(SOURCE)
+    if name.startswith('ros.'):
+        pytest.importorskip('rospy')
+        pytest.importorskip('diff_encoder_sim.msg')
+        path = os.environ['PYTHONPATH']
+    done = subprocess.run(
+        [sys.executable, '-c', COUNT_OURS, f'diff_encoder_sim.{name}'],
+        env={**os.environ, 'PYTHONPATH': path},
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+    assert int(done.stdout) <= MOST_MODULES[name]

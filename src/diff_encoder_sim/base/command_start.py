@@ -66,7 +66,8 @@ def run_command(name: str, module: str, *arguments: object) -> None:
     Args:
         name: of the command, for that line.
         module: has `main`. That of a command has `parse`, which imports little, and may name the module `API` that
-            `main` imports. Without `parse` it is a node, whose --help is the module's docstring.
+            `main` imports. Without `parse` it is a node, whose --help is the module's docstring. A function after a
+            colon, `ros.maps:map_saver`, stands for `main` with its docstring, and `parse_map_saver` for `parse`.
         arguments: of `main`; the first is the command line, if it is not that of sys.argv.
     """
     ready_streams()
@@ -79,21 +80,23 @@ def run_command(name: str, module: str, *arguments: object) -> None:
 
     signal.signal(signal.SIGINT, end_at_once)
     with printing(name):
+        module, _, function = module.partition(':')
         imported = importlib.import_module(f'diff_encoder_sim.{module}')
-        is_command = hasattr(imported, 'parse')
-        if is_command:
+        main = getattr(imported, function or 'main')
+        parse = getattr(imported, f'parse_{function}' if function else 'parse', None)
+        if parse is not None:
             # `main` parses again, which costs nothing: here, --help and wrong arguments end before the long imports.
-            imported.parse(*arguments[:1])
+            parse(*arguments[:1])
         if hasattr(imported, 'API'):
             importlib.import_module(f'diff_encoder_sim.{imported.API}')
-    if not is_command and HELP.intersection(sys.argv[1:]):
+    if parse is None and HELP.intersection(sys.argv[1:]):
         with printing(name):
-            print(f'{(imported.__doc__ or name).strip()}\n\n{OF_NODES}')
+            print(f'{((main if function else imported).__doc__ or name).strip()}\n\n{OF_NODES}')
         return
     try:
         try:
             signal.signal(signal.SIGINT, signal.default_int_handler)
-            imported.main(*arguments)
+            main(*arguments)
         finally:
             signal.signal(signal.SIGINT, end_at_once)
     except KeyboardInterrupt:

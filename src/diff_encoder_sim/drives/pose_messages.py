@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import struct
-from typing import Iterator, List, NamedTuple, Tuple
+from typing import TYPE_CHECKING, Iterator, List, NamedTuple, Tuple
 
 import numpy as np
 
@@ -33,9 +33,11 @@ from diff_encoder_sim.drives.wire import (
     encode_twist,
     encode_twist_covariance,
 )
-from diff_encoder_sim.simulation.state import BodyState
-from diff_encoder_sim.simulation.world import World
 from diff_encoder_sim.wheels.odometry import OdometryEstimate
+
+if TYPE_CHECKING:  # nodes of an encoder import this module
+    from diff_encoder_sim.simulation.state import BodyState
+    from diff_encoder_sim.simulation.world import World
 
 POSE_TYPES = (ODOMETRY, POSE_STAMPED, POSE_WITH_COVARIANCE, TRANSFORM_STAMPED)
 # Those with child_frame_id between header and pose.
@@ -270,6 +272,8 @@ class ModelStateDecoder:
             twist = TWIST.unpack_from(raw, twists_at + LENGTH.size + index * TWIST.size)
         except struct.error:
             raise InputFault(TORN) from None
+        from diff_encoder_sim.simulation.state import BodyState
+
         return BodyState(pose[:3], pose[3:], twist[:3], twist[3:])
 
     def _learn_names(self, raw: bytes) -> None:

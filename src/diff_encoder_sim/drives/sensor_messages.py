@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import struct
-from typing import NamedTuple, Sequence, Tuple
+from typing import TYPE_CHECKING, NamedTuple, Sequence, Tuple
 
 import numpy as np
 
@@ -31,9 +31,11 @@ from diff_encoder_sim.drives.wire import (
     encode_time,
     encode_twist,
 )
-from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
-from diff_encoder_sim.navigation.navigator_inputs import GoalStatus
-from diff_encoder_sim.simulation.state import JointStates
+
+if TYPE_CHECKING:  # nodes of an encoder import this module
+    from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
+    from diff_encoder_sim.navigation.navigator_inputs import GoalStatus
+    from diff_encoder_sim.simulation.state import JointStates
 from diff_encoder_sim.wheels.encoder_sample import EncoderSample
 
 
@@ -76,7 +78,7 @@ def decode_string(raw: bytes, is_cdr: bool = False) -> str:
 
 _UINT8 = struct.Struct('<B')
 # actionlib_msgs/GoalStatus of a goal that is over.
-_ACTION_STATUS = {GoalStatus.PREEMPTED: 2, GoalStatus.SUCCEEDED: 3, GoalStatus.ABORTED: 4}
+_ACTION_STATUS = {'PREEMPTED': 2, 'SUCCEEDED': 3, 'ABORTED': 4}
 
 
 class SentGoal(NamedTuple):
@@ -95,7 +97,7 @@ def encode_goal(sent: SentGoal, goal_in_map: Pose2D, goal_stamp_ns: int, map_fra
 
 def encode_result(sent: SentGoal, status: GoalStatus, text: str, stamp_ns: int) -> bytes:
     """Encode move_base_msgs/MoveBaseActionResult of a goal that is over; MoveBaseResult has no fields."""
-    goal_status = _encode_goal_id(sent) + _UINT8.pack(_ACTION_STATUS[status]) + encode_text(text)
+    goal_status = _encode_goal_id(sent) + _UINT8.pack(_ACTION_STATUS[status.name]) + encode_text(text)
     return encode_header(stamp_ns, '') + goal_status
 
 

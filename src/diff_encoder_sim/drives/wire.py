@@ -95,6 +95,18 @@ _CDR_BEGIN = 4
 _LITTLE_ENDIAN_CDR = b'\1'
 
 
+def encoded_stamp_ns(content: bytes) -> int:
+    """Return the stamp of a message that begins with a header.
+
+    Raises:
+        InputFault: the message is torn.
+    """
+    if len(content) < STAMP_AT + TIME.size:
+        raise InputFault(TORN)
+    seconds, nanoseconds = TIME.unpack_from(content, STAMP_AT)
+    return int(seconds * NANOSECONDS_PER_SECOND + nanoseconds)
+
+
 class FieldReader:
     """The fields of a message, each read once and in their order; InputFault where the message is torn.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Sequence, Tuple
+from typing import TYPE_CHECKING, Sequence, Tuple
 
 import numpy as np
 import rospy
@@ -26,9 +26,10 @@ from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D, quat_xyzw_from_yaw, yaw_from_quat_xyzw
 from diff_encoder_sim.drives.wire import QuatXyzw
-from diff_encoder_sim.robots.robot_tree import Box, Cylinder, Sphere
-from diff_encoder_sim.simulation.state import BodyState
-from diff_encoder_sim.simulation.world import Plane, Solid, World
+
+if TYPE_CHECKING:
+    from diff_encoder_sim.simulation.state import BodyState
+    from diff_encoder_sim.simulation.world import World
 
 # Rows of x, y and yaw in a message's 6x6 covariance.
 PLANAR_AXES = (0, 1, 5)
@@ -152,22 +153,23 @@ def matrix_pose_message(pose: np.ndarray) -> Pose:
 
 def world_markers(world: World, frame: str) -> MarkerArray:
     """Make markers of the world's walls and pillars for RViz, whose grid shows the floor."""
-    return MarkerArray(
-        [_marker(solid, index, frame) for index, solid in enumerate(world.solids) if not isinstance(solid.shape, Plane)]
-    )
+    # Here, since every node imports this module.
+    from diff_encoder_sim.robots.robot_tree import Box, Cylinder, Sphere
 
-
-def _marker(solid: Solid, index: int, frame: str) -> Marker:
-    marker = Marker(ns='world', id=index, action=Marker.ADD, color=WALL_COLOUR)
-    marker.header.frame_id = frame
-    marker.pose = matrix_pose_message(solid.pose_in_world)
-    shape = solid.shape
-    if isinstance(shape, Box):
-        marker.type, marker.scale = Marker.CUBE, Vector3(*shape.size_xyz_m)
-    elif isinstance(shape, Cylinder):
-        diameter_m = 2.0 * shape.radius_m
-        marker.type = Marker.CYLINDER
-        marker.scale = Vector3(diameter_m, diameter_m, shape.length_m)
-    elif isinstance(shape, Sphere):
-        marker.type, marker.scale = Marker.SPHERE, Vector3(*[2.0 * shape.radius_m] * 3)
-    return marker
+    markers = []
+    for index, solid in enumerate(world.solids):
+        marker = Marker(ns='world', id=index, action=Marker.ADD, color=WALL_COLOUR)
+        marker.header.frame_id = frame
+        shape = solid.shape
+        if isinstance(shape, Box):
+            marker.type, marker.scale = Marker.CUBE, Vector3(*shape.size_xyz_m)
+        elif isinstance(shape, Cylinder):
+            diameter_m = 2.0 * shape.radius_m
+            marker.type, marker.scale = Marker.CYLINDER, Vector3(diameter_m, diameter_m, shape.length_m)
+        elif isinstance(shape, Sphere):
+            marker.type, marker.scale = Marker.SPHERE, Vector3(*[2.0 * shape.radius_m] * 3)
+        else:  # the floor
+            continue
+        marker.pose = matrix_pose_message(solid.pose_in_world)
+        markers.append(marker)
+    return MarkerArray(markers)

@@ -11,13 +11,12 @@ from geometry_msgs.msg import PoseStamped
 
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.base.stamps import MOST_AHEAD_S, NANOSECONDS_PER_SECOND, check_stamp
+from diff_encoder_sim.base.stamps import MOST_AHEAD_S, check_stamp
 from diff_encoder_sim.drives.message_types import POSE_STAMPED
 from diff_encoder_sim.drives.pose_messages import PoseDecoder
-from diff_encoder_sim.drives.wire import STAMP_AT, TIME, TORN, with_seq
-from diff_encoder_sim.ros.clock_pauses import wait_for_clock
+from diff_encoder_sim.drives.wire import encoded_stamp_ns, with_seq
 from diff_encoder_sim.ros.conversions import ns_from_stamp
-from diff_encoder_sim.ros.node import log, publisher, subscriber
+from diff_encoder_sim.ros.node import log, publisher, subscriber, wait_for_clock
 
 
 class EncodedMessage(rospy.AnyMsg):  # type: ignore[misc]  # rospy has no types
@@ -94,18 +93,6 @@ def encoded_stamped_subscriber(
             log.warning('%s: %s; message dropped', resolved_name, fault)
 
     return encoded_subscriber(topic, message_class, take)
-
-
-def encoded_stamp_ns(content: bytes) -> int:
-    """Return the stamp of a message that begins with a header.
-
-    Raises:
-        InputFault: the message is torn.
-    """
-    if len(content) < STAMP_AT + TIME.size:
-        raise InputFault(TORN)
-    seconds, nanoseconds = TIME.unpack_from(content, STAMP_AT)
-    return int(seconds * NANOSECONDS_PER_SECOND + nanoseconds)
 
 
 def stamped_subscriber(

@@ -11,7 +11,7 @@ from diff_encoder_sim.drives.sensor_messages import JointDecoder, encode_encoder
 from diff_encoder_sim.msg import EncoderPulse
 from diff_encoder_sim.ros.encoded_topics import EncodedPublisher, encoded_stamped_subscriber
 from diff_encoder_sim.ros.node import log, node_params, run_node, subscriber
-from diff_encoder_sim.ros.wheel_diagnostics import WheelDiagnostics
+from diff_encoder_sim.ros.wheel_output import WheelDiagnostics
 from diff_encoder_sim.wheels.diagnostics import EncoderDiagnosis
 from diff_encoder_sim.wheels.encoder_sample import EncoderSample
 from diff_encoder_sim.wheels.odometry import wheel_speeds_mps

@@ -1,24 +1,41 @@
-"""Maps: grids from and to messages, the map of a topic or a service, the map kept for a display."""
+"""Maps: grids from and to messages, and the nodes map_server_node and map_saver."""
 
 from __future__ import annotations
 
+import argparse
 import math
+import os
+import sys
 import threading
 import time
 from pathlib import Path
-from typing import Callable, Optional, Union
+from typing import Callable, List, Optional, Union
 
 import numpy as np
 import rospy
 from nav_msgs.msg import MapMetaData
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
-from nav_msgs.srv import GetMap
+from nav_msgs.srv import GetMap, GetMapRequest, GetMapResponse, LoadMap, LoadMapRequest, LoadMapResponse
+from pydantic import Field
 
-from diff_encoder_sim.base.errors import EVENT, ConfigError, InputFault
-from diff_encoder_sim.localization.map_files import save_map
+from diff_encoder_sim.base.bounds import PERCENT
+from diff_encoder_sim.base.command_line import run_tool, tool_parser, whole_number_within
+from diff_encoder_sim.base.errors import EVENT, ConfigError, InputFault, readable
+from diff_encoder_sim.base.params import Params
+from diff_encoder_sim.localization.map_files import MapSaverParams, load_map, save_map
 from diff_encoder_sim.localization.occupancy_grid import SAVED_MARGIN_M, OccupancyGrid
-from diff_encoder_sim.ros.conversions import pose_from_message, pose_message, stamp_from_ns
-from diff_encoder_sim.ros.node import MAP_LIMIT_S, call_service, log, subscriber
+from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_from_message, pose_message, stamp_from_ns
+from diff_encoder_sim.ros.node import (
+    MAP_LIMIT_S,
+    call_service,
+    log,
+    node_params,
+    own_words,
+    publisher,
+    run_node,
+    subscriber,
+    trial_plan,
+)
 
 
 def map_message(grid: OccupancyGrid, stamp_ns: int, frame: str) -> OccupancyGridMessage:
@@ -124,3 +141,142 @@ class MapKeeper:
             return call_service('dynamic_map', GetMap, limit_s=MAP_LIMIT_S).map
         except rospy.ServiceException:
             return None
+
+
+class MapServerParams(Params):
+    """Parameters of map_server_node."""
+
+    frame_id: str = Field('map', min_length=1, description='frame of the map')
+
+
+class MapServerNode:
+    """Serves one map at a time."""
+
+    def __init__(self, map_file: str) -> None:
+        self._params = node_params(MapServerParams)
+        self._message = self._load(map_file)
+        self._maps = publisher('map', OccupancyGridMessage, latch=True)
+        self._metadata = publisher('map_metadata', MapMetaData, latch=True)
+        self._services = [
+            rospy.Service('static_map', GetMap, self._on_get),
+            rospy.Service('change_map', LoadMap, self._on_change),
+        ]
+        self._publish()
+
+    def _load(self, map_file: str) -> OccupancyGridMessage:
+        return map_message(load_map(map_file), ns_from_stamp(rospy.Time.now()), self._params.frame_id)
+
+    def _publish(self) -> None:
+        self._maps.publish(self._message)
+        self._metadata.publish(self._message.info)
+
+    def _on_get(self, _: GetMapRequest) -> GetMapResponse:
+        return GetMapResponse(map=self._message)
+
+    def _on_change(self, request: LoadMapRequest) -> LoadMapResponse:
+        """Respond as upstream does; if a map cannot be loaded, the previous one is kept."""
+        if not os.path.isfile(request.map_url):  # unlike Path's, also of a name that no file can have
+            log.error('change_map: %s: no such file; keeping the previous map', readable(request.map_url))
+            return LoadMapResponse(result=LoadMapResponse.RESULT_MAP_DOES_NOT_EXIST)
+        try:
+            self._message = self._load(request.map_url)
+        except ConfigError as error:
+            log.error('change_map: %s; keeping the previous map', error)
+            return LoadMapResponse(result=LoadMapResponse.RESULT_INVALID_MAP_DATA)
+        self._publish()
+        return LoadMapResponse(map=self._message, result=LoadMapResponse.RESULT_SUCCESS)
+
+
+def map_server_node() -> None:
+    """map_server_node: serves a map file on /map, /map_metadata and static_map; change_map replaces it."""
+    run_node('map_server', lambda: MapServerNode(_map_file(rospy.myargv(sys.argv)[1:])))
+
+
+def _map_file(arguments: List[str]) -> str:
+    plan = trial_plan()
+    if not arguments and plan is not None:
+        return plan.map
+    if len(arguments) == 2:  # an image and its resolution: upstream's deprecated form
+        raise ConfigError(
+            f'arguments: given {" ".join(arguments)!r}; allowed: one map .yaml file, '
+            f'which names the image and its resolution'
+        )
+    if len(arguments) != 1:
+        raise ConfigError(f'arguments: given {" ".join(arguments)!r}; allowed: one map .yaml file')
+    return arguments[0]
+
+
+NO_MAP_WARNING_S = 10.0
+
+
+MAP_SAVER = """\
+map_saver: save the map that is published on /map to an image and a YAML file, as upstream's map_saver does."""
+
+
+def parse_map_saver() -> argparse.Namespace:
+    """Read the command line."""
+    parser = tool_parser('map_saver', MAP_SAVER, ['-f ~/maps/office', '-f office map:=/my_map'])
+    parser.add_argument(
+        '-f',
+        dest='stem',
+        type=Path,
+        default=Path('map'),
+        metavar='STEM',
+        help='write STEM.pgm and STEM.yaml (default: %(default)s)',
+    )
+    parser.add_argument(
+        '--occ',
+        type=whole_number_within(PERCENT),
+        default=65,
+        metavar='PERCENT',
+        help='a cell of this occupancy or more is saved as occupied (default: %(default)s)',
+    )
+    parser.add_argument(
+        '--free',
+        type=whole_number_within(PERCENT),
+        default=25,
+        metavar='PERCENT',
+        help='a cell of this occupancy or less is saved as free (default: %(default)s)',
+    )
+    return parser.parse_args(own_words())
+
+
+def map_saver() -> None:
+    """map_saver: saves the map that is published on /map to an image and a YAML file."""
+    run_tool('map_saver', _run)
+
+
+def _run() -> None:
+    options = parse_map_saver()
+    params = MapSaverParams.from_mapping({'free': options.free, 'occ': options.occ}, 'arguments')
+    run_node('map_saver', lambda: _save_next_map(options.stem, params), lambda path: None)
+
+
+def _save_next_map(stem: Path, params: MapSaverParams) -> None:
+    topic = rospy.resolve_name('map')
+    message = _next_map(topic)
+    try:
+        grid = grid_from_message(message)
+    except InputFault as fault:
+        raise ConfigError(f'{topic}: {fault}') from None
+    path = save_map(grid, stem, params)
+    log.info(
+        '%s: map of %d x %d cells of %g m saved: %s',
+        topic,
+        grid.width,
+        grid.height,
+        grid.resolution_m,
+        path.resolve(),
+        extra=EVENT,
+    )
+
+
+def _next_map(topic: str) -> OccupancyGridMessage:
+    """Wait as long as it takes, as upstream does, but with a warning now and then."""
+    while True:
+        try:
+            return rospy.wait_for_message(topic, OccupancyGridMessage, NO_MAP_WARNING_S)
+        except rospy.ROSInterruptException:
+            raise
+        except rospy.ROSException:
+            log.warning('%s: no map has been published yet: waiting for one', topic)

@@ -4,18 +4,34 @@ from __future__ import annotations
 
 import threading
 import time
-from typing import Optional
+from typing import Callable, ContextManager, Optional, Tuple
 
+import actionlib
+import numpy as np
 import rospy
-from geometry_msgs.msg import Twist, Vector3
+import tf2_ros
+from geometry_msgs.msg import PoseStamped, TransformStamped, Twist, Vector3
+from move_base_msgs.msg import (
+    MoveBaseAction,
+    MoveBaseActionGoal,
+    MoveBaseFeedback,
+    MoveBaseGoal,
+    MoveBaseResult,
+    RecoveryStatus,
+)
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
 from nav_msgs.msg import Odometry
+from nav_msgs.srv import GetPlan, GetPlanRequest, GetPlanResponse
 from sensor_msgs.msg import LaserScan
+from std_srvs.srv import Empty, EmptyRequest, EmptyResponse
 
-from diff_encoder_sim.base.errors import InputFault
+from diff_encoder_sim.base.errors import EVENT, InputFault
+from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.navigation.global_planner import PlanError
 from diff_encoder_sim.navigation.navigator import Navigator, warm_up
 from diff_encoder_sim.navigation.navigator_inputs import (
+    MOST_AHEAD_S,
     STOP,
     Command,
     ControlRate,
@@ -24,15 +40,229 @@ from diff_encoder_sim.navigation.navigator_inputs import (
     NavigatorOutput,
 )
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
-from diff_encoder_sim.ros.clock_pauses import look_at_clock
-from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_from_message, scan_from_message, twist_std_from_message
+from diff_encoder_sim.ros.conversions import (
+    ns_from_stamp,
+    pose_from_message,
+    pose_from_transform,
+    pose_stamped_message,
+    scan_from_message,
+    twist_std_from_message,
+)
 from diff_encoder_sim.ros.encoded_topics import stamped_subscriber
-from diff_encoder_sim.ros.goal_server import GoalServer, PlanServices
 from diff_encoder_sim.ros.maps import fetch_map, grid_from_message
-from diff_encoder_sim.ros.navigation_transforms import NavigationTransforms
-from diff_encoder_sim.ros.navigation_views import NavigationViews
-from diff_encoder_sim.ros.node import compile_first, log, node_params, publisher, run_node
+from diff_encoder_sim.ros.navigation_views import NavigationViews, path_message
+from diff_encoder_sim.ros.node import compile_first, log, look_at_clock, node_params, publisher, run_node, subscriber
 from diff_encoder_sim.ros.reconfiguration import serve_navigation
+from diff_encoder_sim.ros.transforms import ScannerMount, TransformBuffer, scanner_mount
+
+# Largest tilt of a goal's z axis, as 1 - cos of its angle: upstream's.
+MOST_TILT = 1e-3
+
+
+class NavigationTransforms:
+    """Looks up the newest transforms between the frames of navigation; frame ids may begin with '/'."""
+
+    def __init__(self, map_frame: str, odom_frame: str, base_frame: str) -> None:
+        self.map_frame, self.odom_frame = map_frame.lstrip('/'), odom_frame.lstrip('/')
+        self.base_frame = base_frame.lstrip('/')
+        self._buffer = TransformBuffer()
+
+    def odom_pose_in_map(self, now_ns: int) -> Optional[Tuple[int, Pose2D]]:
+        """Return (stamp_ns, pose of odom in the map), None while there is no such transform.
+
+        Raises:
+            InputFault: the transform is no valid pose.
+        """
+        try:
+            transform = self._buffer.lookup_transform(self.map_frame, self.odom_frame, rospy.Time(0))
+        except tf2_ros.TransformException:
+            return None
+        # A static transform has no stamp.
+        stamp_ns = ns_from_stamp(transform.header.stamp) or now_ns
+        if stamp_ns - now_ns > MOST_AHEAD_S * NANOSECONDS_PER_SECOND:
+            # From before time was reset: tf2 would keep it, and reject the new ones as too old.
+            self._buffer.clear()
+            return None
+        return stamp_ns, pose_from_transform(transform)
+
+    def check_odometry(self, frame: str) -> None:
+        """Check that /odom is in the frame local_costmap/global_frame; a message without a frame is taken.
+
+        Raises:
+            InputFault: it is in another frame.
+        """
+        if frame.lstrip('/') not in ('', self.odom_frame):
+            raise InputFault(f'header.frame_id is {frame!r}; expected {self.odom_frame!r} (local_costmap/global_frame)')
+
+    def laser_mount(self, laser_frame: str) -> ScannerMount:
+        """Look up how the laser with a scan's frame is mounted on the robot.
+
+        Raises:
+            InputFault: there is no such transform, or it is no valid pose.
+        """
+        return scanner_mount(self._lookup(self.base_frame, laser_frame))
+
+    def pose_in_map(self, message: PoseStamped) -> Pose2D:
+        """Transform a goal or a start to the map frame, by the newest transform, whatever its stamp.
+
+        Raises:
+            InputFault: it is no upright pose, or there is no transform from its frame.
+        """
+        pose = pose_from_message(message.pose)
+        rotation = message.pose.orientation
+        leaning = rotation.x**2 + rotation.y**2
+        if 2.0 * leaning > MOST_TILT * (leaning + rotation.z**2 + rotation.w**2):
+            raise InputFault('the z axis of the pose is not upright')
+        if message.header.frame_id.lstrip('/') == self.map_frame:
+            return pose  # also while there is no transform to the map
+        frame_in_map = self._lookup(self.map_frame, message.header.frame_id)
+        return pose_from_transform(frame_in_map).compose(pose)
+
+    def _lookup(self, parent: str, child: str) -> TransformStamped:
+        try:
+            return self._buffer.lookup_transform(parent, child.lstrip('/'), rospy.Time(0))
+        except tf2_ros.TransformException as error:
+            reason = str(error).rstrip('. ')
+            raise InputFault(f'no transform from frame {child!r} to {parent!r}: {reason}') from None
+
+
+class GoalServer:
+    """Hands goals to the navigator, and reports their feedback and results.
+
+    It is polled once a control period: the action server calls back with its own lock held, and a callback that waited
+    for the node's lock could wait for ever.
+    """
+
+    def __init__(self, transforms: NavigationTransforms) -> None:
+        self._transforms = transforms
+        self._current_goals = publisher('~current_goal', PoseStamped)
+        self._goals = publisher('~goal', MoveBaseActionGoal)
+        self._recoveries = publisher('~recovery_status', RecoveryStatus)
+        self._server = actionlib.SimpleActionServer(rospy.get_name(), MoveBaseAction, auto_start=False)
+        self._server.start()
+        self._keep_status_up()
+        self._simple_goals = subscriber('move_base_simple/goal', PoseStamped, self._on_simple_goal)
+
+    def _keep_status_up(self) -> None:
+        """Replace actionlib's timer of `~status`, which ends with an exception when time goes back."""
+        server = self._server.action_server
+        if server.status_frequency > 0.0:
+            server.status_timer.shutdown()
+            server.status_timer = rospy.Timer(
+                rospy.Duration(1.0 / server.status_frequency), server.publish_status_async, reset=True
+            )
+
+    @property
+    def has_new_goal(self) -> bool:
+        """Whether a goal has come since the last `poll`."""
+        return bool(self._server.is_new_goal_available())
+
+    def poll(self, navigator: Navigator, now_ns: int) -> None:
+        """Hand a goal that has come to the navigator, or cancel the navigator's goal if it was cancelled."""
+        # In this order: a new goal asks to preempt the old one as well, after it has come.
+        is_preempted = self._server.is_active() and self._server.is_preempt_requested()
+        if self.has_new_goal:
+            self._take_goal(navigator, now_ns)
+            is_preempted = self._server.is_preempt_requested()
+        if is_preempted:
+            navigator.cancel()
+
+    def _take_goal(self, navigator: Navigator, now_ns: int) -> None:
+        goal: MoveBaseGoal = self._server.accept_new_goal()
+        try:
+            pose_in_map = self._transforms.pose_in_map(goal.target_pose)
+        except InputFault as fault:
+            # The goal before it has ended all the same: the action server has one at a time.
+            navigator.cancel('replaced by a goal that was refused')
+            log.warning('goal refused: %s', fault, extra=EVENT)
+            self._server.set_aborted(MoveBaseResult(), str(fault))
+            return
+        navigator.set_goal(pose_in_map)
+        self._current_goals.publish(pose_stamped_message(pose_in_map, now_ns, self._transforms.map_frame))
+
+    def report(self, navigator: Navigator, now_ns: int, output: NavigatorOutput) -> None:
+        """Publish feedback and a recovery that begins, and set the text of the goal's status on `~status`."""
+        if not self._server.is_active():
+            return
+        self._server.current_goal.get_goal_status().text = output.text
+        if navigator.inputs.has_pose:
+            pose = pose_stamped_message(navigator.inputs.base_pose_in_map, now_ns, self._transforms.map_frame)
+            self._server.publish_feedback(MoveBaseFeedback(base_position=pose))
+            if output.started_recovery is not None:
+                name, number, total = output.started_recovery
+                self._recoveries.publish(RecoveryStatus(pose, number, total, name))
+
+    def end(self, status: GoalStatus, text: str) -> None:
+        """Publish the goal's result, unless it has one already."""
+        if not self._server.is_active():
+            return
+        if status is GoalStatus.SUCCEEDED:
+            self._server.set_succeeded(MoveBaseResult(), text)
+        elif status is GoalStatus.PREEMPTED:
+            self._server.set_preempted(MoveBaseResult(), text)
+        else:
+            log.warning('goal aborted: %s', text, extra=EVENT)
+            self._server.set_aborted(MoveBaseResult(), text)
+
+    def _on_simple_goal(self, message: PoseStamped) -> None:
+        self._goals.publish(MoveBaseActionGoal(goal=MoveBaseGoal(target_pose=message)))
+
+
+class PlanServices:
+    """Serves `~make_plan`, `~NavfnROS/make_plan` and `~clear_costmaps`.
+
+    Args:
+        transforms: of poses to the map frame.
+        lock: held while the navigator is used.
+        navigator: returns it, None while there is no map.
+    """
+
+    def __init__(
+        self,
+        transforms: NavigationTransforms,
+        lock: ContextManager[object],
+        navigator: Callable[[], Optional[Navigator]],
+    ) -> None:
+        self._transforms, self._lock, self._navigator = transforms, lock, navigator
+        self._services = [
+            rospy.Service('~make_plan', GetPlan, self._on_make_plan),
+            rospy.Service('~NavfnROS/make_plan', GetPlan, self._on_make_plan),
+            rospy.Service('~clear_costmaps', Empty, self._on_clear_costmaps),
+        ]
+
+    def _on_make_plan(self, request: GetPlanRequest) -> GetPlanResponse:
+        with self._lock:
+            navigator = self._navigator()
+            if navigator is None:
+                raise rospy.ServiceException('there is no map yet')
+            try:
+                poses = self._plan(navigator, request)
+            except InputFault as fault:
+                raise rospy.ServiceException(str(fault)) from None
+            except PlanError as error:
+                # As upstream: a valid request for which there is no plan gets an empty one.
+                log.warning('make_plan: %s', str(error))
+                poses = np.empty((0, 3))
+        return GetPlanResponse(plan=path_message(poses, ns_from_stamp(rospy.Time.now()), self._transforms.map_frame))
+
+    def _plan(self, navigator: Navigator, request: GetPlanRequest) -> np.ndarray:
+        has_start = bool(request.start.header.frame_id)
+        start = self._pose_in_map('start', request.start) if has_start else None
+        return navigator.make_plan(start, self._pose_in_map('goal', request.goal), request.tolerance)
+
+    def _pose_in_map(self, what: str, message: PoseStamped) -> Pose2D:
+        try:
+            return self._transforms.pose_in_map(message)
+        except InputFault as fault:
+            raise InputFault(f'{what}: {fault}') from None
+
+    def _on_clear_costmaps(self, _: EmptyRequest) -> EmptyResponse:
+        with self._lock:
+            navigator = self._navigator()
+            if navigator is not None:
+                navigator.clear_costmaps()
+        return EmptyResponse()
+
 
 WATCHDOG_PERIOD_S = 0.1
 

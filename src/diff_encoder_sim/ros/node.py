@@ -12,18 +12,20 @@ import threading
 import time
 import traceback
 import warnings
-from typing import Any, Callable, Dict, List, Mapping, Optional, Sequence, Tuple, Type
+from typing import TYPE_CHECKING, Any, Callable, Dict, List, Mapping, Optional, Sequence, Tuple, Type
 
 import genpy
 import rospy
 import rospy.client
+from rosgraph_msgs.msg import Clock
 
 from diff_encoder_sim.base.errors import ConfigError, readable
 from diff_encoder_sim.base.params import P, Params, keys_of, merged, shared_params
 from diff_encoder_sim.base.text_values import LARGEST_INT, for_xml_rpc, from_xml_rpc
 from diff_encoder_sim.base.yaml_files import yaml_value
-from diff_encoder_sim.drives.trial_definition import LivePlan
-from diff_encoder_sim.ros.clock_pauses import pause_between_ticks
+
+if TYPE_CHECKING:
+    from diff_encoder_sim.drives.trial_definition import LivePlan
 
 # The parameter that launch files set by the command of the same name.
 ROBOT_SETTINGS = '/robot_settings'
@@ -108,6 +110,11 @@ def typed_arguments(words: Sequence[str]) -> List[str]:
                 continue
         checked.append(word)
     return checked
+
+
+def own_words() -> List[str]:
+    """Return the words after the command, without the remappings that roslaunch adds."""
+    return [word for word in sys.argv[1:] if ':=' not in word]
 
 
 def node_params(
@@ -304,7 +311,12 @@ def trial_plan() -> Optional[LivePlan]:
         ConfigError: the parameter is set, but is no plan.
     """
     plan = rospy.get_param(PARAMETER, None)
-    return None if plan is None else LivePlan.from_mapping(from_xml_rpc(plan), PARAMETER)
+    if plan is None:
+        return None
+    # Here, since it imports much that a node without a trial does not need.
+    from diff_encoder_sim.drives.trial_definition import LivePlan
+
+    return LivePlan.from_mapping(from_xml_rpc(plan), PARAMETER)
 
 
 def required_trial_plan() -> LivePlan:
@@ -319,3 +331,67 @@ def required_trial_plan() -> LivePlan:
             f'{PARAMETER}: missing; expected the parameter that trial.launch sets: start this node by trial.launch'
         )
     return plan
+
+
+# rospy reads each tick of /clock as it comes, in a thread of each node: at rtf:=0 that was a third of what the graph
+# cost. Between two looks the ticks wait in the socket, and the newest of them is taken: the clock is late by at most
+# PAUSE_S of wall time. docs/adr/0033-live-graph.md
+PAUSE_S = 0.02  # of wall time
+
+_listeners: List[Callable[[Clock], None]] = []
+_is_wanted = threading.Event()
+_is_pausing = threading.Event()
+_every_tick = threading.Event()
+_has_looked = threading.Event()
+
+
+def pause_between_ticks() -> None:
+    """Begin, where time is simulated: rospy's own thread of /clock pauses after each look."""
+    if not rospy.rostime.is_wallclock():
+        # Shares rospy's connection, and its queue of one.
+        rospy.Subscriber('/clock', Clock, _take, tcp_nodelay=True)
+
+
+def listen_to_clock(listener: Callable[[Clock], None]) -> None:
+    """Call back with what each look finds, before the pause."""
+    _listeners.append(listener)
+
+
+def read_every_tick() -> None:
+    """Make no pauses: the node needs the clock as it comes."""
+    _every_tick.set()
+    look_at_clock()
+
+
+def read_now_and_then() -> None:
+    """Make pauses again."""
+    _every_tick.clear()
+
+
+def is_clock_pausing() -> bool:
+    """Return whether newer ticks may be waiting."""
+    return _is_pausing.is_set()
+
+
+def look_at_clock() -> None:
+    """End the pause: the clock is needed as it is now."""
+    _is_wanted.set()
+
+
+def wait_for_clock() -> None:
+    """Where time is simulated, have ticks that wait read first: for what seems to be too far ahead of the clock."""
+    if not rospy.rostime.is_wallclock():
+        _has_looked.clear()
+        look_at_clock()
+        _has_looked.wait(PAUSE_S)  # in vain where the clock stands
+
+
+def _take(message: Clock) -> None:
+    _is_wanted.clear()
+    for listener in _listeners:
+        listener(message)
+    _has_looked.set()
+    if not _every_tick.is_set():
+        _is_pausing.set()
+        _is_wanted.wait(PAUSE_S)
+        _is_pausing.clear()

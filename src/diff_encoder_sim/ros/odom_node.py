@@ -17,8 +17,7 @@ from diff_encoder_sim.drives.sensor_messages import JointDecoder, JointValues, d
 from diff_encoder_sim.msg import EncoderPulse
 from diff_encoder_sim.ros.encoded_topics import encoded_stamped_subscriber
 from diff_encoder_sim.ros.node import log, node_params, run_node, subscriber, trial_plan
-from diff_encoder_sim.ros.odometry_output import OdometryOutput
-from diff_encoder_sim.ros.wheel_diagnostics import WheelDiagnostics
+from diff_encoder_sim.ros.wheel_output import OdometryOutput, WheelDiagnostics
 from diff_encoder_sim.wheels.diagnostics import OdometryDiagnosis, hidden_encoder
 from diff_encoder_sim.wheels.encoder_sample import EncoderSample
 from diff_encoder_sim.wheels.odometry import WheelOdometry

@@ -27,9 +27,8 @@ from diff_encoder_sim.drives.ros1_writer import Ros1Writer, record_header
 from diff_encoder_sim.drives.sensor_messages import encode_clock
 from diff_encoder_sim.drives.topics import CLOCK, RECORDED_LIVE
 from diff_encoder_sim.drives.trial_bag import EARLIEST_NS
-from diff_encoder_sim.ros.clock_pauses import read_every_tick
 from diff_encoder_sim.ros.conversions import ns_from_stamp
-from diff_encoder_sim.ros.node import log, required_trial_plan, run_node
+from diff_encoder_sim.ros.node import log, read_every_tick, required_trial_plan, run_node
 
 
 class Recorder:

@@ -29,7 +29,7 @@ from diff_encoder_sim.robots.robot_file import load_robot_file
 from diff_encoder_sim.robots.xacro_expansion import xacro_arguments_of_text
 from diff_encoder_sim.ros.conversions import body_messages, matrix_pose_message, pose_from_message, stamp_from_ns
 from diff_encoder_sim.ros.encoded_topics import EncodedPublisher
-from diff_encoder_sim.ros.gazebo_messages import STATES_PERIOD_HEADER, GetModelState, ModelStates, SetModelState
+from diff_encoder_sim.ros.gazebo_states import STATES_PERIOD_HEADER, GetModelState, ModelStates, SetModelState
 from diff_encoder_sim.ros.node import log, node_params, run_node, subscriber, trial_plan
 from diff_encoder_sim.ros.pacing import (
     GRAPH_LEAD_NS,

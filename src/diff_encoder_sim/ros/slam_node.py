@@ -27,8 +27,7 @@ from diff_encoder_sim.ros.conversions import ns_from_stamp, pose_stamped_message
 from diff_encoder_sim.ros.encoded_topics import stamped_subscriber
 from diff_encoder_sim.ros.maps import map_message
 from diff_encoder_sim.ros.node import compile_first, log, node_params, publisher, run_node, trial_plan
-from diff_encoder_sim.ros.scan_queue import SCANS_MOST_AHEAD_S, ScanQueue
-from diff_encoder_sim.ros.transform_buffer import TransformBuffer
+from diff_encoder_sim.ros.transforms import SCANS_MOST_AHEAD_S, ScanQueue, TransformBuffer
 
 SILENCE_S = 15.0
 

@@ -19,11 +19,11 @@ TOOLS = {
             *('robot_description', 'robot_settings', 'trial_spec'),
         )
     },
-    'map_saver': 'ros.map_saver_node',
-    'place_robot': 'ros.place_robot',
+    'map_saver': 'ros.maps:map_saver',
+    'place_robot': 'ros.external_programs:place_robot',
 }
 COMMANDS = sorted(name for name, module in TOOLS.items() if module.startswith('cli.'))
-START = r"^run_command\('(\w+)', '([\w.]+)'(?:, LaunchStatus\(\))?\)$"
+START = r"^run_command\('(\w+)', '([\w.:]+)'(?:, LaunchStatus\(\))?\)$"
 
 # Each takes a part of a second to import.
 SLOW = (
@@ -54,7 +54,8 @@ def fixture_printed(monkeypatch, capsys):
             pytest.importorskip('diff_encoder_sim.msg')
         monkeypatch.setattr(sys, 'argv', [name, *arguments])
         with pytest.raises(SystemExit) as ended:
-            importlib.import_module(f'diff_encoder_sim.{TOOLS[name]}').main()
+            module, _, function = TOOLS[name].partition(':')
+            getattr(importlib.import_module(f'diff_encoder_sim.{module}'), function or 'main')()
         assert not ended.value.code
         return capsys.readouterr().out
 
@@ -68,8 +69,10 @@ def test_no_command_is_forgotten():
         if script.is_file() and not script.suffix:
             ((name, module),) = re.findall(START, script.read_text(), re.MULTILINE)
             assert name == script.name
-            path = SOURCE / 'diff_encoder_sim' / f'{module.replace(".", "/")}.py'
-            if re.search(r'^def parse\(| import parse$', path.read_text(), re.MULTILINE):
+            file, _, function = module.partition(':')
+            path = SOURCE / 'diff_encoder_sim' / f'{file.replace(".", "/")}.py'
+            parse = f'parse_{function}' if function else 'parse'
+            if re.search(rf'^def {parse}\(| import {parse}$', path.read_text(), re.MULTILINE):
                 found[name] = module
     assert found == TOOLS
 

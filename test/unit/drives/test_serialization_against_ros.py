@@ -49,7 +49,7 @@ from diff_encoder_sim.drives.topics import TOPICS
 from diff_encoder_sim.drives.typestore import definition
 from diff_encoder_sim.navigation.navigator_inputs import GoalStatus
 from diff_encoder_sim.ros import conversions
-from diff_encoder_sim.ros.gazebo_messages import ModelStates
+from diff_encoder_sim.ros.gazebo_states import ModelStates
 from diff_encoder_sim.ros.maps import map_message
 
 NAME, STAMP_NS = '/navigation_trial_node', 5_610_000_000

@@ -9,7 +9,7 @@ pytest.importorskip('rospy')
 pytest.importorskip('diff_encoder_sim.msg')
 
 from diff_encoder_sim.localization.amcl_params import AmclParams
-from diff_encoder_sim.ros.amcl_output import AmclSpread, Spread
+from diff_encoder_sim.ros.amcl_node import AmclSpread, Spread
 from recorded_topic import RecordedTopic
 
 

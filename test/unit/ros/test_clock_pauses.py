@@ -10,7 +10,7 @@ pytest.importorskip('diff_encoder_sim.msg')
 
 from rosgraph_msgs.msg import Clock
 
-from diff_encoder_sim.ros import clock_pauses as room
+from diff_encoder_sim.ros import node as room
 
 LONG_S = 20.0
 

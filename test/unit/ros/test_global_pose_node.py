@@ -10,8 +10,8 @@ pytest.importorskip('diff_encoder_sim.msg')
 import genpy
 from geometry_msgs.msg import TransformStamped
 
-from diff_encoder_sim.ros.encoded_topics import encoded_stamp_ns
-from diff_encoder_sim.ros.global_pose_node import GlobalPoseNode, GlobalPoseParams
+from diff_encoder_sim.drives.wire import encoded_stamp_ns
+from diff_encoder_sim.ros.pose_nodes import GlobalPoseNode, GlobalPoseParams
 
 PERIOD_NS = 50_000_000
 

@@ -14,7 +14,7 @@ import tf2_ros
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.localization.amcl_params import AmclParams
-from diff_encoder_sim.ros.amcl_output import InitialPoseReader
+from diff_encoder_sim.ros.amcl_node import InitialPoseReader
 from diff_encoder_sim.ros.conversions import pose_with_covariance_message, transform_message
 
 SECOND_NS = 1_000_000_000

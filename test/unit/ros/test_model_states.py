@@ -8,10 +8,10 @@ pytest.importorskip('diff_encoder_sim.msg')
 from rosgraph_msgs.msg import Clock
 
 from diff_encoder_sim.drives.wire import encode_names, encode_pose, encode_sequence, encode_twist
-from diff_encoder_sim.ros import model_states as room
+from diff_encoder_sim.ros import gazebo_states as room
 from diff_encoder_sim.ros.conversions import stamp_from_ns
 from diff_encoder_sim.ros.encoded_topics import encoded_class
-from diff_encoder_sim.ros.gazebo_messages import ModelStates
+from diff_encoder_sim.ros.gazebo_states import ModelStates
 
 MS = 1_000_000
 STATES = (

@@ -13,7 +13,7 @@ from sensor_msgs.msg import LaserScan
 
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.ros.conversions import stamp_from_ns, transform_message
-from diff_encoder_sim.ros.scan_queue import PATIENCE_NS, ScanQueue
+from diff_encoder_sim.ros.transforms import PATIENCE_NS, ScanQueue
 
 SECOND_NS = 1_000_000_000
 LASER = Pose2D(0.2, 0.0, 0.0)

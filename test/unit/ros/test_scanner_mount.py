@@ -12,7 +12,7 @@ from geometry_msgs.msg import Quaternion, TransformStamped
 
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.laser_scan import Scan
-from diff_encoder_sim.ros.scan_queue import scanner_mount
+from diff_encoder_sim.ros.transforms import scanner_mount
 
 SCAN = Scan(0, -0.5, 0.25, 0.1, 6.0, np.array([1.0, 2.0, 3.0]))
 

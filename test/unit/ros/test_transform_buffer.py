@@ -12,7 +12,7 @@ SCRIPT = """
 import io, rosgraph.masterapi, rospy, sys, tf2_ros, types
 from geometry_msgs.msg import TransformStamped
 from tf2_msgs.msg import TFMessage
-from diff_encoder_sim.ros import transform_buffer
+from diff_encoder_sim.ros import transforms as transform_buffer
 
 warned = []
 transform_buffer.log.warning = lambda *args: warned.append(args[0] % args[1:])
@@ -92,7 +92,7 @@ def test_a_static_transform_of_a_frame_that_moves_has_no_time():
 LAZY = """
 import rosgraph.masterapi, rospy, types
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.ros import transform_buffer
+from diff_encoder_sim.ros import transforms as transform_buffer
 from diff_encoder_sim.drives.pose_messages import encode_tf, encode_transform
 
 transform_buffer.subscriber = lambda *_: None

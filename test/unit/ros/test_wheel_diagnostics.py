@@ -5,7 +5,7 @@ import pytest
 pytest.importorskip('rospy')
 pytest.importorskip('diff_encoder_sim.msg')
 
-from diff_encoder_sim.ros.wheel_diagnostics import WheelDiagnostics
+from diff_encoder_sim.ros.wheel_output import WheelDiagnostics
 from diff_encoder_sim.wheels.diagnostics import Diagnosis
 from recorded_topic import RecordedTopic
 

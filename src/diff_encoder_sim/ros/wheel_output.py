@@ -1,4 +1,4 @@
-"""The state of encoders and odometry on /diagnostics."""
+"""What encoders and odometry publish: /odom with its transform, and /diagnostics."""
 
 from __future__ import annotations
 
@@ -6,12 +6,32 @@ from typing import Callable
 
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from nav_msgs.msg import Odometry
+from tf2_msgs.msg import TFMessage
 
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.drives.topics import DIAGNOSTICS
+from diff_encoder_sim.drives.pose_messages import encode_odometry, encode_tf, encode_transform
 from diff_encoder_sim.ros.conversions import stamp_from_ns
-from diff_encoder_sim.ros.encoded_topics import DisplayTopic
+from diff_encoder_sim.ros.encoded_topics import DisplayTopic, EncodedPublisher
 from diff_encoder_sim.wheels.diagnostics import Diagnosis
+from diff_encoder_sim.wheels.odometry import OdometryEstimate
+
+
+class OdometryOutput:
+    """Publishes estimates on `odom` and, with publish_tf, as the transform odom -> base."""
+
+    def __init__(self, odom_frame: str, base_frame: str, publish_tf: bool) -> None:
+        self._frames = odom_frame, base_frame
+        self._odom = EncodedPublisher('odom', Odometry)
+        self._transforms = EncodedPublisher('/tf', TFMessage) if publish_tf else None
+
+    def publish(self, estimate: OdometryEstimate) -> None:
+        """Publish one estimate, whose stamp the caller has not published before."""
+        if self._transforms is not None:
+            transform = encode_transform(estimate.base_pose_in_odom, estimate.stamp_ns, *self._frames)
+            self._transforms.publish(encode_tf(transform))
+        self._odom.publish(encode_odometry(estimate, *self._frames))
+
 
 PERIOD_NS = NANOSECONDS_PER_SECOND
 
@@ -22,7 +42,7 @@ class WheelDiagnostics:
     def __init__(self, title: str) -> None:
         """Advertise the topic; `title` goes after the node's name."""
         self._title = title
-        self._diagnostics = DisplayTopic(DIAGNOSTICS, DiagnosticArray, queue_size=10)
+        self._diagnostics = DisplayTopic('/diagnostics', DiagnosticArray, queue_size=10)
 
     def publish_when_due(self, stamp_ns: int, diagnose: Callable[[], Diagnosis]) -> None:
         """Publish what `diagnose` returns, if a second is over."""

@@ -1,0 +1,134 @@
+"""Tools for a trial on programs of others: upstream_node, gazebo_trial and place_robot."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from typing import List
+
+import rosgraph.names
+import rospy
+
+from diff_encoder_sim.base.bounds import ANGLES, PLACES
+from diff_encoder_sim.base.command_line import number_within, run_tool, tool_parser
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.params import merged
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.ros.conversions import pose_message
+from diff_encoder_sim.ros.gazebo_states import SetModelState, launched_model
+from diff_encoder_sim.ros.graph import become
+from diff_encoder_sim.ros.node import call_service, own_words, required_trial_plan, robot_settings, trial_plan
+from diff_encoder_sim.trials.required_packages import GAZEBO, UPSTREAM_NAVIGATION, UPSTREAM_SLAM
+
+# The package of each node, and how to install it.
+NODES = {
+    'map_server': ('map_server', UPSTREAM_NAVIGATION),
+    'amcl': ('amcl', UPSTREAM_NAVIGATION),
+    'move_base': ('move_base', UPSTREAM_NAVIGATION),
+    'slam_gmapping': ('gmapping', UPSTREAM_SLAM),
+}
+
+# The parts of /robot_settings with their parameters.
+PARTS = {'amcl': 'amcl', 'move_base': 'navigation', 'slam_gmapping': 'slam'}
+
+
+def upstream_node() -> None:
+    """upstream_node: starts upstream's map_server, amcl, move_base or slam_gmapping for a trial, as this process."""
+    run_tool('upstream_node', lambda: _become_upstream(own_words()))
+
+
+def _become_upstream(words: List[str]) -> None:
+    if not words or words[0] not in NODES or (words[1:] and words[0] != 'map_server'):
+        raise ConfigError(
+            f'arguments: given {" ".join(words)!r}; allowed: map_server [MAP.yaml], amcl, move_base, or slam_gmapping'
+        )
+    if words[0] == 'map_server':
+        arguments = words[1:] or [required_trial_plan().map]
+    else:
+        _set_private_parameters(words[0])
+        arguments = _initial_pose() if words[0] == 'amcl' else []
+    package, needed = NODES[words[0]]
+    become(package, words[0], arguments, needed.install_hint)
+
+
+def _set_private_parameters(node: str) -> None:
+    """Give upstream's node the robot's settings where it reads them, as the package's own nodes read them."""
+    for key, value in robot_settings(PARTS[node]).items():
+        old = rospy.get_param(f'{_name(node)}/{key}', None)
+        both_nested = isinstance(old, dict) and isinstance(value, dict)
+        rospy.set_param(f'{_name(node)}/{key}', merged(old, value) if both_nested else value)
+
+
+def _initial_pose() -> List[str]:
+    """Return the trial's start as private parameters, without those that the user has set."""
+    plan = trial_plan()
+    if plan is None:
+        return []
+    start, given = plan.trial.test.start, rospy.get_param(_name('amcl'), {})
+    pose = {'initial_pose_x': start.x, 'initial_pose_y': start.y, 'initial_pose_a': start.yaw}
+    return [f'_{key}:={value!r}' for key, value in pose.items() if key not in given]
+
+
+def _name(node: str) -> str:
+    """Return the full name that roslaunch gives the node."""
+    name = rosgraph.names.load_mappings(sys.argv).get('__name', node)
+    return str(rosgraph.names.ns_join(rosgraph.names.get_ros_namespace(), name))
+
+
+def gazebo_trial() -> None:
+    """gazebo_trial: starts Gazebo's server with the trial's world, or spawns the robot in it, as this process."""
+    run_tool('gazebo_trial', lambda: _become_gazebo(own_words()))
+
+
+def _become_gazebo(words: List[str]) -> None:
+    plan = required_trial_plan()
+    if words == ['server']:
+        # -u: paused, until the trial finds every node connected.
+        become('gazebo_ros', 'gzserver', ['-u', '-e', 'ode', plan.world], GAZEBO.install_hint)
+    elif len(words) in (1, 2) and words[0] == 'spawn':
+        model = words[1] if words[1:] else launched_model()
+        start = plan.trial.test.start
+        pose = ['-x', str(start.x), '-y', str(start.y), '-Y', str(start.yaw)]
+        spawn = ['-urdf', '-param', 'gazebo_robot_description', '-model', model, *pose]
+        become('gazebo_ros', 'spawn_model', spawn, GAZEBO.install_hint)
+    else:
+        raise ConfigError(f'arguments: given {" ".join(words)!r}; allowed: server, or spawn [MODEL]')
+
+
+SET_MODEL_STATE = '/gazebo/set_model_state'
+
+
+PLACE_ROBOT = """\
+place_robot: move the robot to another pose in the running simulation, at rest, by /gazebo/set_model_state.
+
+Odometry does not notice it: this is the kidnapped-robot problem for localization."""
+
+
+def parse_place_robot() -> argparse.Namespace:
+    """Read the command line."""
+    parser = tool_parser('place_robot', PLACE_ROBOT, ['-5.0 0.5 1.57'])
+    parser.add_argument('x', type=number_within(PLACES), help='position of base_link in the world, in metres')
+    parser.add_argument('y', type=number_within(PLACES), help='position of base_link in the world, in metres')
+    parser.add_argument(
+        'yaw', type=number_within(ANGLES), help='heading, counter-clockwise from the x axis, in radians'
+    )
+    parser.add_argument('--model', metavar='NAME', help="the robot's model (default: the launched robot's)")
+    return parser.parse_args(own_words())
+
+
+def place_robot() -> None:
+    """place_robot: moves the robot to another pose in the running simulation."""
+    run_tool('place_robot', lambda: _place(parse_place_robot()))
+
+
+def _place(options: argparse.Namespace) -> None:
+    request = SetModelState._request_class()
+    request.model_state.pose = pose_message(Pose2D(options.x, options.y, options.yaw))
+    try:
+        request.model_state.model_name = options.model or launched_model()
+        response = call_service(SET_MODEL_STATE, SetModelState, request)
+    except (OSError, rospy.ROSException, rospy.ServiceException) as error:
+        raise ConfigError(f'{SET_MODEL_STATE}: {error}; expected a running simulation') from None
+    if not response.success:
+        raise ConfigError(f'{SET_MODEL_STATE}: {response.status_message}')
+    print(response.status_message)

@@ -1,0 +1,348 @@
+"""Nodes that drive a live trial: navigation_trial_node and scripted_drive_node."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+import threading
+import time
+from typing import Callable, Optional, Sequence, Tuple
+
+import actionlib
+import rospy
+import tf2_ros
+from actionlib_msgs.msg import GoalStatus as ActionStatus
+from geometry_msgs.msg import Twist, Vector3
+from move_base_msgs.msg import MoveBaseAction, MoveBaseGoal
+from pydantic import Field
+from std_msgs.msg import String
+from std_srvs.srv import Empty
+
+from diff_encoder_sim.base.bounds import PositiveDistance_m, PositiveDuration_s
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.params import Params
+from diff_encoder_sim.base.se2 import Pose2D, wrap_angle
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
+from diff_encoder_sim.drives import topics
+from diff_encoder_sim.drives.sensor_messages import encode_command
+from diff_encoder_sim.drives.trial_definition import GOAL_DISTANCE_M, Outcome, RouteFailed, goal_error
+from diff_encoder_sim.navigation.navigator_inputs import GoalStatus
+from diff_encoder_sim.ros.conversions import pose_stamped_message, transform_message
+from diff_encoder_sim.ros.encoded_topics import EncodedPublisher, pose_subscriber
+from diff_encoder_sim.ros.graph import NodeWatch, wait_until_connected
+from diff_encoder_sim.ros.launch_status import LaunchStatus
+from diff_encoder_sim.ros.maps import MapKeeper
+from diff_encoder_sim.ros.node import call_service, log, node_params, publisher, required_trial_plan, run_node
+from diff_encoder_sim.trials.route_driver import DriverOutput, RouteDriver
+from diff_encoder_sim.trials.scripted_drive import ScriptedDrive
+
+FIRST_MESSAGES_S = 0.2  # of wall time, for latched messages on connections just made
+LAST_MESSAGES_S = 0.5  # of wall time, for what is on its way into the bag
+POLL_PERIOD_S = 0.02
+
+# Each must have a publisher that all its subscribers are connected to before time runs.
+GRAPH = (
+    '/clock',
+    '/joint_states',
+    '/gazebo/model_states',
+    topics.TRIAL,
+    topics.TRIAL_RESULT,
+    topics.ODOM,
+    topics.WORLD_POSE,
+    topics.GLOBAL_POSE,
+    '/cmd_vel',
+    '/tf',
+    '/tf_static',
+)
+
+# As trial.launch calls the node that writes the bag; without a bag it does not run.
+RECORDER = '/record_trial'
+
+# Other recorded topics, which not every trial has: where they are published, the recorder must be connected as well.
+ALSO_RECORDED = tuple(topic for topic in topics.RECORDED_LIVE if topic not in GRAPH)
+
+
+class TrialParams(Params):
+    """Parameters of every node that runs a trial."""
+
+    odom_frame: str = Field('odom', min_length=1, description='frame of the odometry')
+    map_frame: str = Field('map', min_length=1, description='frame of goals')
+    start_timeout: PositiveDuration_s = Field(60.0, description='wall time for the graph to start [s]')
+    stall_timeout: PositiveDuration_s = Field(
+        20.0, description='wall time without a true pose or a response of a node, before the trial fails [s]'
+    )
+    goal_distance: PositiveDistance_m = Field(
+        GOAL_DISTANCE_M, description='a true pose farther from the goal fails the trial [m]'
+    )
+
+
+class TrialFailed(Exception):
+    """Why the trial did not end; unless another outcome is given, the ROS graph failed."""
+
+    def __init__(self, reason: str, outcome: Outcome = Outcome.FAILED) -> None:
+        super().__init__(reason)
+        self.outcome = outcome
+
+
+class TrialRunner:
+    """Starts a trial, supervises it, and reports its outcome; its owner drives."""
+
+    def __init__(self, status: LaunchStatus, params: TrialParams, on_world_pose: Callable[[int, Pose2D], None]) -> None:
+        """Publish /trial; `on_world_pose` is called with (stamp_ns, true pose in the map) for each /world_pose."""
+        self._status = status
+        self._params = params
+        self._on_true_pose = on_world_pose
+        plan = required_trial_plan()
+        self.trial = plan.trial
+        self._record = f'bag: {plan.bag}' if plan.bag else 'no bag'
+        self._true_pose: Optional[Pose2D] = None
+        self._last_pose_s = time.monotonic()
+        self._nodes = NodeWatch(params.stall_timeout)
+        self._info = publisher(topics.TRIAL, String, latch=True)
+        self._result = publisher(topics.TRIAL_RESULT, String, latch=True)
+        self._info.publish(String(self.trial.model_dump_json()))
+        self._world_pose = pose_subscriber(topics.WORLD_POSE, self._on_world_pose)
+
+    def run(self, drive: Callable[[], None], also_connected: Sequence[str] = ()) -> None:
+        """Let time run, `drive`, and report the outcome; exits with status 1 when the trial failed.
+
+        Args:
+            drive: returns at the end of the drive; raises TrialFailed.
+            also_connected: more topics that must be connected before time runs.
+        """
+        try:
+            self._start(also_connected)
+            drive()
+            _call('/gazebo/pause_physics')  # before the nodes are asked, which takes a while: the bag ends here
+            self._check_nodes()
+            self._check_goal()
+        except TrialFailed as failure:
+            rospy.logerr('trial failed: %s; %s', failure, self._record)  # first: what follows takes a while
+            if not rospy.is_shutdown():
+                _call('/gazebo/pause_physics')
+            self._report(failure.outcome, str(failure))
+            sys.exit(1)
+        self._report(Outcome.SUCCEEDED, '')
+        rospy.loginfo('trial succeeded; %s; roslaunch stops all nodes now', self._record)
+        self._status.succeed()
+
+    def wait_for(self, is_done: Callable[[], bool]) -> None:
+        """Block until `is_done`.
+
+        Raises:
+            TrialFailed: the trial was stopped, simulated time stands still, or a node does not respond.
+        """
+        while not is_done():
+            if rospy.is_shutdown():
+                raise TrialFailed('stopped before its end')
+            if time.monotonic() - self._last_pose_s > self._params.stall_timeout:
+                raise TrialFailed(f'no {topics.WORLD_POSE} for {self._params.stall_timeout:.0f} s')
+            if self._nodes.failure is not None:
+                raise TrialFailed(self._nodes.failure)
+            time.sleep(POLL_PERIOD_S)
+
+    def _start(self, also_connected: Sequence[str]) -> None:
+        missing = wait_until_connected((*GRAPH, *also_connected), ALSO_RECORDED, self._params.start_timeout)
+        if rospy.is_shutdown():
+            raise TrialFailed('stopped before it began')
+        if missing:
+            raise TrialFailed(f'topics not connected within {self._params.start_timeout:.0f} s: {", ".join(missing)}')
+        self._nodes.start((*GRAPH, *also_connected), [RECORDER])
+        time.sleep(FIRST_MESSAGES_S)
+        self._last_pose_s = time.monotonic()
+        _call('/gazebo/unpause_physics')
+
+    def _check_nodes(self) -> None:
+        failure = self._nodes.check()
+        if failure is not None:
+            raise TrialFailed(failure)
+
+    def _check_goal(self) -> None:
+        goal, true_pose = self.trial.goal(), self._true_pose
+        if true_pose is None:
+            raise TrialFailed(f'no {topics.WORLD_POSE} has been received')
+        log.info('true pose (%s): %s', topics.WORLD_POSE, distance_from_goal(true_pose, goal))
+        reason = goal_error(true_pose, goal, self._params.goal_distance)
+        if reason is not None:
+            raise TrialFailed(reason, Outcome.LOST)
+
+    def _on_world_pose(self, stamp_ns: int, base_pose_in_map: Pose2D) -> None:
+        self._true_pose = base_pose_in_map
+        self._last_pose_s = time.monotonic()
+        self._on_true_pose(stamp_ns, base_pose_in_map)
+
+    def _report(self, outcome: Outcome, reason: str) -> None:
+        if rospy.is_shutdown():
+            return
+        self._result.publish(String(json.dumps({'outcome': outcome.value, 'reason': reason})))
+        time.sleep(LAST_MESSAGES_S)
+
+
+def distance_from_goal(pose: Pose2D, goal: Pose2D) -> str:
+    """Format how far a pose is from the goal: distance and angle, both without sign."""
+    distance_m = math.hypot(pose.x_m - goal.x_m, pose.y_m - goal.y_m)
+    angle_deg = abs(math.degrees(wrap_angle(pose.yaw_rad - goal.yaw_rad)))
+    return f'{distance_m:.3f} m and {angle_deg:.1f} degrees from the goal'
+
+
+def _call(service: str) -> None:
+    try:
+        call_service(service, Empty)
+    except rospy.ServiceException as error:
+        log.warning('%s: %s', service, error)
+
+
+ACTION = 'move_base'
+
+_STATUS = {
+    ActionStatus.PENDING: GoalStatus.ACTIVE,
+    ActionStatus.ACTIVE: GoalStatus.ACTIVE,
+    ActionStatus.PREEMPTING: GoalStatus.ACTIVE,
+    ActionStatus.RECALLING: GoalStatus.ACTIVE,
+    ActionStatus.SUCCEEDED: GoalStatus.SUCCEEDED,
+    ActionStatus.PREEMPTED: GoalStatus.PREEMPTED,
+}
+
+
+class NavigationTrialNode:
+    """Steps the route's driver with each /global_pose, and applies its goals and turns."""
+
+    def __init__(self, status: LaunchStatus) -> None:
+        self._params = node_params(TrialParams)
+        self._runner = TrialRunner(status, self._params, self._watch)
+        self._driver = RouteDriver(self._runner.trial.test)
+        self._estimate: Optional[Pose2D] = None
+        self._failure: Optional[RouteFailed] = None
+        self._goal: Optional[actionlib.ClientGoalHandle] = None
+        self._lock = threading.Lock()  # true and estimated poses come in threads
+        self._may_drive, self._ended = threading.Event(), threading.Event()
+        self._commands = publisher('cmd_vel', Twist)
+        # Not SimpleActionClient: it may receive a status of a goal before it knows the goal, and logs an error.
+        self._action = actionlib.ActionClient(ACTION, MoveBaseAction)
+        self._global_pose = pose_subscriber(topics.GLOBAL_POSE, self._on_global_pose)
+
+    def run(self) -> None:
+        """Run the trial; returns at its end."""
+        connected = ['/scan', '/amcl_pose', '/map']
+        if self._runner.trial.nav != 'upstream':
+            connected += [f'/{ACTION}/status', '/amcl/scan_taken']
+            self._may_drive.set()
+        self._runner.run(self._drive, connected)
+
+    def _drive(self) -> None:
+        if not self._may_drive.is_set():
+            # Upstream's move_base offers its action only when time runs and AMCL localizes.
+            self._runner.wait_for(self._is_served)
+            self._may_drive.set()
+        self._runner.wait_for(self._ended.is_set)
+        if self._failure is not None:
+            self._action.cancel_all_goals()
+            self._commands.publish(Twist())  # ends a turn in place, which is not move_base's
+            outcome, reason = self._failure.ending
+            raise TrialFailed(reason, outcome)
+        if self._estimate is not None:
+            distance = distance_from_goal(self._estimate, self._runner.trial.goal())
+            log.info('estimated pose (%s): %s', topics.GLOBAL_POSE, distance)
+
+    def _is_served(self) -> bool:
+        # It would wait by simulated time, which may stand still. With a limit a second ago it only looks once.
+        a_second = rospy.Duration(1.0)
+        return rospy.Time.now() >= rospy.Time() + a_second and bool(self._action.wait_for_server(-a_second))
+
+    def _watch(self, stamp_ns: int, _: Pose2D) -> None:
+        """Let the driver check its time limits also while there is no pose estimate."""
+        self._drive_on(stamp_ns, lambda: self._driver.watch(stamp_ns))
+
+    def _on_global_pose(self, stamp_ns: int, base_pose_in_map: Pose2D) -> None:
+        if self._ended.is_set() or not self._may_drive.is_set():
+            return
+        self._estimate = base_pose_in_map
+        self._drive_on(stamp_ns, lambda: self._driver.step(stamp_ns, base_pose_in_map, *self._goal_status()))
+
+    def _drive_on(self, stamp_ns: int, decide: Callable[[], DriverOutput]) -> None:
+        with self._lock:
+            if self._ended.is_set():
+                return
+            try:
+                self._apply(stamp_ns, decide())
+            except RouteFailed as failure:
+                self._failure = failure
+            if self._failure is not None or self._driver.is_over:
+                self._ended.set()
+
+    def _goal_status(self) -> Tuple[GoalStatus, str]:
+        if self._goal is None:
+            return GoalStatus.NONE, ''
+        return (_STATUS.get(self._goal.get_goal_status(), GoalStatus.ABORTED), self._goal.get_goal_status_text())
+
+    def _apply(self, stamp_ns: int, output: DriverOutput) -> None:
+        if output.turn_rate_radps is not None:
+            self._commands.publish(Twist(Vector3(), Vector3(0, 0, output.turn_rate_radps)))
+        if output.goal_in_map is not None:
+            self._goal = self._action.send_goal(
+                MoveBaseGoal(target_pose=pose_stamped_message(output.goal_in_map, stamp_ns, self._params.map_frame))
+            )
+
+
+def navigation_trial_node(status: LaunchStatus) -> None:
+    """navigation_trial_node: sends a test's route to move_base, goal by goal, and ends with the trial."""
+    run_node('navigation_trial_node', lambda: NavigationTrialNode(status), NavigationTrialNode.run)
+
+
+# What must be connected before time runs, by `slam`: simulated time waits for the embedded one's pose.
+TOPICS_OF_SLAM = {'embedded': ('/scan', '/map', '/slam_gmapping/pose'), 'upstream': ('/scan', '/map')}
+
+
+class ScriptedDriveNode:
+    """Drives without feedback: of /world_pose only the stamps are used."""
+
+    def __init__(self, status: LaunchStatus) -> None:
+        params = node_params(TrialParams)
+        self._start_ns: Optional[int] = None
+        self._finished = threading.Event()
+        self._commands = EncodedPublisher('cmd_vel', Twist)
+        self._runner = TrialRunner(status, params, self._on_true_pose)
+        self._drive = ScriptedDrive(self._runner.trial.test)
+        plan = required_trial_plan()
+        # SLAM may have to compile first; the robot does not drive before it has subscribed.
+        self._also_connected = TOPICS_OF_SLAM.get(plan.slam, ())
+        if plan.slam == 'none':
+            self._broadcast_start(params)
+        self._map_keeper = MapKeeper(plan.save_map) if plan.save_map else None
+
+    def run(self) -> None:
+        """Run the trial; returns at its end."""
+        try:
+            self._runner.run(self._drive_and_map, self._also_connected)
+        finally:
+            if self._map_keeper is not None and self._map_keeper.has_unsaved:
+                self._map_keeper.save()  # the map so far, of a trial that failed
+
+    def _drive_and_map(self) -> None:
+        self._runner.wait_for(self._finished.is_set)
+        if self._map_keeper is not None:
+            try:
+                self._map_keeper.save()
+            except ConfigError as error:
+                raise TrialFailed(str(error)) from None
+
+    def _on_true_pose(self, stamp_ns: int, _: Pose2D) -> None:
+        if self._start_ns is None or stamp_ns < self._start_ns:  # time was reset: from the start
+            self._start_ns = stamp_ns
+        elapsed_s = (stamp_ns - self._start_ns) / NANOSECONDS_PER_SECOND
+        self._commands.publish(encode_command(*self._drive.command_at(elapsed_s)))
+        if self._drive.is_over(elapsed_s):
+            self._finished.set()
+
+    def _broadcast_start(self, params: TrialParams) -> None:
+        """Publish map -> odom for a trial without localization: odom is at the surveyed start."""
+        self._static_transforms = tf2_ros.StaticTransformBroadcaster()
+        self._static_transforms.sendTransform(
+            transform_message(self._runner.trial.test.start.pose(), 0, params.map_frame, params.odom_frame)
+        )
+
+
+def scripted_drive_node(status: LaunchStatus) -> None:
+    """scripted_drive_node: publishes a test's drive on /cmd_vel, without feedback, and ends with the trial."""
+    run_node('scripted_drive_node', lambda: ScriptedDriveNode(status), ScriptedDriveNode.run)
