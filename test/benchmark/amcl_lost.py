@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Measure lost detection: fractions of fitting rays at right and wrong poses and among people, and how often
-the filter ends lost, right or wrong (docs/adr/0006-lost-detection.md). Takes a minute.
+the filter ends lost, right or wrong. Takes a minute.
 """
 
 from __future__ import annotations

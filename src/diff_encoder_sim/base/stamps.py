@@ -13,7 +13,7 @@ NANOSECONDS_PER_SECOND = 1_000_000_000
 LATEST_NS = 2**32 * NANOSECONDS_PER_SECOND
 
 # tf2 adds and subtracts stamps in 32 bits, and aborts its whole process where a sum or difference does not fit. Between
-# stamps of less than 2^31 s (of January 2038) all do. docs/adr/0019-stamps.md
+# stamps of less than 2^31 s (of January 2038) all do.
 STAMP_LIMIT_S = 2**31
 
 # A transform farther ahead pushes the true ones out of tf2's buffers, which keep 10 s.

@@ -1,7 +1,7 @@
 """YAML files and arguments: read as ROS reads them (YAML 1.1), without the values that 1.1 changes unseen.
 
 `0100` is 64 to YAML 1.1, `1:30` is 90, `on` is true, and of two equal keys the last one counts. All of these are
-errors here that name the line. docs/adr/0022-yaml-and-bounds.md says why.
+errors here that name the line.
 """
 
 from __future__ import annotations

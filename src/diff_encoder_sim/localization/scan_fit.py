@@ -1,7 +1,6 @@
 """How well a scan agrees with the map at one pose.
 
-Upstream's amcl publishes its pose however little the scans agree with it. Why rays are counted as
-they are here, with the measurements: docs/adr/0006-lost-detection.md.
+Upstream's amcl publishes its pose however little the scans agree with it. Rays that end in unknown space do not count.
 """
 
 from __future__ import annotations
