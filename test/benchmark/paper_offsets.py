@@ -12,11 +12,11 @@ from typing import Dict, List, NamedTuple, Sequence, Tuple
 
 import numpy as np
 from checkout import print_header
+from implied_means import MeanEstimator
 from scipy import stats
 from tabulate import tabulate
 
 from diff_encoder_sim.analysis.paper.paper_cells import PPRS, TRIALS, errata_of, load_paper_cells
-from diff_encoder_sim.analysis.paper.report_section import MeanEstimator
 from diff_encoder_sim.analysis.quantities import QUANTITIES, YAW, Quantity
 from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE, PoseSource
 

@@ -9,10 +9,10 @@ from typing import Callable, Dict, Iterator, List, NamedTuple, Optional, Sequenc
 import numpy as np
 
 from diff_encoder_sim.analysis.confidence import LEVEL
-from diff_encoder_sim.analysis.dataset import CellKey, Dataset, Varied, distinct
+from diff_encoder_sim.analysis.dataset import CellKey, Dataset, Varied
 from diff_encoder_sim.analysis.encoder_labels import ppr_values
 from diff_encoder_sim.analysis.final_errors import count_within, final_errors
-from diff_encoder_sim.analysis.paired_statistics import SIGNIFICANCE, holm, mcnemar, signed_rank_p
+from diff_encoder_sim.analysis.paired_statistics import SIGNIFICANCE, holm
 from diff_encoder_sim.analysis.paper.paper_cells import (
     TRIALS,
     ComparedResolution,
@@ -160,9 +160,8 @@ def _excess_kurtosis(values: np.ndarray) -> float:
     return max(0.0, float(stats.kurtosis(values, bias=False)))
 
 
-# Half of the last digit that the paper prints: of metres and of degrees alike, and of per cent.
+# Half of the last digit that the paper prints, of metres and of degrees alike.
 HALF_A_DIGIT = 0.0005
-HALF_A_PERCENT_DIGIT = 0.05
 
 
 class Agreement(NamedTuple):
@@ -170,7 +169,6 @@ class Agreement(NamedTuple):
 
     ours: float
     interval: Interval  # 95 %: of the statistic; of min and max, where those of the paper's number of trials lie
-    is_inside: bool  # the paper's number is in the interval, as far as it is printed
     p_value: Optional[float]  # two-sided; None where nothing can be concluded
 
 
@@ -182,8 +180,7 @@ def compare_std(values: np.ndarray, paper_std: float, quantity: Quantity) -> Opt
     # A printed number stands for all numbers that round to it: the nearest counts.
     theirs = float(np.clip(ours, max(0.0, paper_std - HALF_A_DIGIT), paper_std + HALF_A_DIGIT))
     interval = std_interval(values, LEVEL)
-    p_value = spread_p_value(values, theirs, TRIALS)
-    return Agreement(ours, interval, _is_inside(paper_std, interval, HALF_A_DIGIT), p_value)
+    return Agreement(ours, interval, spread_p_value(values, theirs, TRIALS))
 
 
 def compare_pct_within(values: np.ndarray, paper_pct: float, quantity: Quantity) -> Optional[Agreement]:
@@ -193,8 +190,7 @@ def compare_pct_within(values: np.ndarray, paper_pct: float, quantity: Quantity)
     ours, theirs = count_within(values, quantity), round(paper_pct / 100.0 * TRIALS)
     interval = Interval(*(100.0 * bound for bound in wilson(ours, len(values), LEVEL)))
     _, p_value = stats.fisher_exact(np.array([[ours, len(values) - ours], [theirs, TRIALS - theirs]]))
-    is_inside = _is_inside(paper_pct, interval, HALF_A_PERCENT_DIGIT)
-    return Agreement(100.0 * ours / len(values), interval, is_inside, float(p_value))
+    return Agreement(100.0 * ours / len(values), interval, float(p_value))
 
 
 def compare_max(values: np.ndarray, paper_max: float, quantity: Quantity) -> Optional[Agreement]:
@@ -203,8 +199,7 @@ def compare_max(values: np.ndarray, paper_max: float, quantity: Quantity) -> Opt
         return None
     printed = Interval(paper_max - HALF_A_DIGIT, paper_max + HALF_A_DIGIT)
     interval = maximum_interval(values, TRIALS, LEVEL)
-    p_value = maximum_p_value(values, printed, TRIALS)
-    return Agreement(float(values.max()), interval, _is_inside(paper_max, interval, HALF_A_DIGIT), p_value)
+    return Agreement(float(values.max()), interval, maximum_p_value(values, printed, TRIALS))
 
 
 def compare_min(values: np.ndarray, paper_min: float, quantity: Quantity) -> Optional[Agreement]:
@@ -214,10 +209,6 @@ def compare_min(values: np.ndarray, paper_min: float, quantity: Quantity) -> Opt
         return None
     low, high = reversed_.interval
     return reversed_._replace(ours=-reversed_.ours, interval=Interval(-high, -low))
-
-
-def _is_inside(printed: float, interval: Interval, half_a_digit: float) -> bool:
-    return interval.low - half_a_digit <= printed <= interval.high + half_a_digit
 
 
 COMPARISONS: Dict[str, Callable[[np.ndarray, float, Quantity], Optional[Agreement]]] = {
@@ -313,52 +304,10 @@ class Score(NamedTuple):
     """How many cells agree, of those that are evidence."""
 
     compared: int
-    inside: int  # our 95 % interval
-    alone: int  # p at least 5 %, each cell for itself
-    in_family: int  # not contradicted when all cells of a source and test are judged together
-
-
-class BetterFit(NamedTuple):
-    """Which of two readings agrees with more of the cells that are evidence in both."""
-
-    only: Tuple[int, int]  # cells that agree with the first alone, and with the second alone
-    mcnemar_p: float  # as if the cells were independent
-    grouped_p: float  # signed ranks of the groups of cells with common trials: of one test and PPR
+    agree: int  # not contradicted
 
 
 def score(cells: Sequence[ComparedCell]) -> Score:
     """Count the cells that agree."""
     evidence = [one for one in cells if one.is_evidence]
-    return Score(
-        len(evidence),
-        sum(one.agreement.is_inside for one in evidence),
-        sum(_agrees(one) for one in evidence),
-        sum((one.p_adjusted or 0.0) >= SIGNIFICANCE for one in evidence),
-    )
-
-
-def scores_by_family(cells: Sequence[ComparedCell]) -> Dict[Tuple[PoseSource, str], Score]:
-    """Score the cells of one reading by source and test, in the order of the sources."""
-    order = list(PoseSource)
-    keys = sorted(distinct((one.paper.source, one.paper.test) for one in cells), key=lambda key: order.index(key[0]))
-    return {key: score([one for one in cells if (one.paper.source, one.paper.test) == key]) for key in keys}
-
-
-def better_fit(first: Sequence[ComparedCell], second: Sequence[ComparedCell]) -> BetterFit:
-    """Compare two readings cell by cell, whether each agrees for itself."""
-    agrees = [{one.paper: _agrees(one) for one in cells if one.is_evidence} for cells in (first, second)]
-    common = [cell for cell in agrees[0] if cell in agrees[1]]
-    pair = [np.array([of_reading[cell] for cell in common], dtype=bool) for of_reading in agrees]
-    only = (int(np.count_nonzero(pair[0] & ~pair[1])), int(np.count_nonzero(pair[1] & ~pair[0])))
-    return BetterFit(only, mcnemar(pair[0], pair[1]).p_value, signed_rank_p(_differences(common, pair[0], pair[1])))
-
-
-def _differences(cells: Sequence[PaperCell], first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Return in how many more cells the first agrees than the second, (groups,): for each test and PPR."""
-    groups = [(cell.test, cell.ppr) for cell in cells]
-    balance = first.astype(float) - second.astype(float)
-    return np.array([balance[[other == group for other in groups]].sum() for group in distinct(groups)])
-
-
-def _agrees(one: ComparedCell) -> bool:
-    return one.agreement.p_value is not None and one.agreement.p_value >= SIGNIFICANCE
+    return Score(len(evidence), sum(not one.is_contradicted for one in evidence))

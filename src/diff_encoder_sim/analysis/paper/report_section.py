@@ -3,154 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections import defaultdict
 from typing import Dict, List, NamedTuple, Optional, Sequence, Tuple
 
-import numpy as np
-
-from diff_encoder_sim.analysis.confidence import LEVEL
-from diff_encoder_sim.analysis.dataset import Dataset, TrialData, Varied, distinct
-from diff_encoder_sim.analysis.final_errors import final_errors
-from diff_encoder_sim.analysis.paired_statistics import SIGNIFICANCE
+from diff_encoder_sim.analysis.dataset import STANDARD_TESTS, Dataset, Varied, distinct
 from diff_encoder_sim.analysis.paper.claims import ClaimResult, check_claims
 from diff_encoder_sim.analysis.paper.comparison import (
-    HALF_A_DIGIT,
     ComparedCell,
     PaperComparison,
     Readings,
     Score,
-    better_fit,
     compare_with_paper,
     score,
-    scores_by_family,
 )
-from diff_encoder_sim.analysis.paper.paper_cells import (
-    ERRATA,
-    STATISTICS,
-    TRIALS,
-    PaperCell,
-    errata_of,
-    load_paper_cells,
-    of_paper,
-)
-from diff_encoder_sim.analysis.quantities import QUANTITIES, Quantity
-from diff_encoder_sim.analysis.sample_statistics import mean_interval
+from diff_encoder_sim.analysis.paper.paper_cells import ERRATA, STATISTICS, TRIALS, PaperCell, errata_of, of_paper
+from diff_encoder_sim.analysis.quantities import Quantity
 from diff_encoder_sim.analysis.table import Column, Entry, Number, Table
-from diff_encoder_sim.analysis.table_keys import cell_text, varied_keys, varied_texts
+from diff_encoder_sim.analysis.table_keys import varied_keys, varied_texts
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE, PoseSource
-
-SETS = 200_000
-# Half of the sets are Gaussian; the others are Student's t with so many degrees of freedom, as errors with outliers.
-HEAVY_TAIL_FREEDOM = 3
-# How far a set's standard deviation may be from the printed one, relative, where rounding does not allow more.
-STD_TOLERANCE = 0.02
-FEWEST_SETS = 50  # that must agree, for a quantile to be known
-
-
-class ImpliedMean(NamedTuple):
-    """The centre of the distribution that 30 trials are drawn from, in their unit."""
-
-    value: float  # the median of what is possible
-    low: float  # 95 % of what is possible
-    high: float
-
-
-class MeanEstimator:
-    """Estimates a mean from a sample's printed statistics.
-
-    Every set of simulated values is shifted and stretched so that its minimum and maximum are the printed ones.
-    Sets that then have the printed standard deviation and number within tolerance too are draws of the
-    posterior, with a flat prior of centre and logarithm of scale. The numbers themselves choose between
-    Gaussian errors and such with heavy tails; a skewed distribution is not considered.
-    """
-
-    def __init__(self, sets: int = SETS, trials: int = TRIALS) -> None:
-        """Simulate the sets, the same in every run."""
-        rng = np.random.default_rng(0)
-        gaussian = rng.standard_normal((sets // 2, trials))
-        heavy = rng.standard_t(HEAVY_TAIL_FREEDOM, (sets // 2, trials))
-        self._values = np.concatenate((gaussian, heavy))
-        self._min, self._max = self._values.min(axis=1), self._values.max(axis=1)
-        self._std = self._values.std(axis=1, ddof=1)
-        self._rounding = rng.uniform(-HALF_A_DIGIT, HALF_A_DIGIT, (2, len(self._values)))
-
-    def estimate(self, printed: Dict[str, float], tolerance: float) -> Optional[ImpliedMean]:
-        """Return the mean behind a sample; None where hardly any set has its statistics.
-
-        Args:
-            printed: by the names of `paper_cells.STATISTICS`.
-            tolerance: which `pct_within` counts by, in the unit of the other statistics.
-        """
-        least, largest = printed['min'] + self._rounding[0], printed['max'] + self._rounding[1]
-        scale = np.maximum(largest - least, 0.0) / (self._max - self._min)
-        centre = least - scale * self._min
-        allowed = max(HALF_A_DIGIT, STD_TOLERANCE * printed['std'])
-        agree = np.flatnonzero(np.abs(scale * self._std - printed['std']) <= allowed)
-        values = centre[agree, None] + scale[agree, None] * self._values[agree]
-        within = np.count_nonzero(np.abs(values) <= tolerance, axis=1)
-        agree = agree[within == round(printed['pct_within'] / 100.0 * values.shape[1])]
-        if len(agree) < FEWEST_SETS:
-            return None
-        tail = (1.0 - LEVEL) / 2.0
-        return ImpliedMean(*(float(value) for value in np.quantile(centre[agree], (0.5, tail, 1.0 - tail))))
-
-
-NOTE = (
-    'Final pose minus goal; in brackets 95 %. The paper prints no means: its min, max, standard deviation and per cent '
-    'within imply them, if errors scatter evenly about the mean. –: not known, or an erratum.'
-)
-
-PaperRow = Dict[Quantity, Dict[str, float]]  # what is printed, by statistic
-
-
-def mean_table(datasets: Dict[str, Dataset]) -> Table:
-    """Build the table of means of all cells that the paper and a dataset have, with a column for each dataset by name.
-
-    Raises:
-        ConfigError: the file of the paper's numbers cannot be read.
-    """
-    labels = ['ours'] if len(datasets) == 1 else list(datasets)
-    columns = [Column('source', 'source'), Column('cell', 'cell')]
-    columns += [
-        Column(f'{quantity.name}_{whose}', whose, quantity.head)
-        for quantity in QUANTITIES
-        for whose in ('paper', *labels)
-    ]
-    estimator, ours = MeanEstimator(), [dataset.cells() for dataset in datasets.values()]
-    rows: List[List[Entry]] = []
-    for (source, *test_and_ppr), printed in _paper_rows().items():
-        for cell in distinct(one for cells in ours for one in cells if [one.test, one.ppr] == test_and_ppr):
-            entries: List[Entry] = [TOPIC_OF_SOURCE[source], cell_text(cell)]
-            for quantity in QUANTITIES:
-                entries.append(_paper_text(estimator, printed[quantity], quantity))
-                entries += [_our_text(final_errors(cells.get(cell, []), source, quantity)) for cells in ours]
-            rows.append(entries)
-    return Table('paper_means', "Means that the paper's numbers imply, and ours", columns, rows, [NOTE])
-
-
-def _paper_rows() -> Dict[Tuple[PoseSource, str, str], PaperRow]:
-    rows: Dict[Tuple[PoseSource, str, str], PaperRow] = defaultdict(lambda: {quantity: {} for quantity in QUANTITIES})
-    for cell in load_paper_cells():
-        if not errata_of(cell):
-            rows[cell.source, cell.test, cell.ppr][cell.quantity][cell.statistic] = cell.value
-    return rows
-
-
-def _paper_text(estimator: MeanEstimator, printed: Dict[str, float], quantity: Quantity) -> str:
-    if len(printed) < len(STATISTICS):
-        return '–'
-    implied = estimator.estimate(printed, quantity.tolerance)
-    return '–' if implied is None else _text(*implied)
-
-
-def _our_text(values: np.ndarray) -> str:
-    return '–' if len(values) < 2 else _text(float(values.mean()), *mean_interval(values))
-
-
-def _text(value: float, low: float, high: float) -> str:
-    return f'{value:.3f} ({low:.3f} to {high:.3f})'
-
 
 HEADS = {'min': 'min', 'max': 'max', 'std': 'std. dev.', 'pct_within': '% within'}
 PRINTED = 'printed'  # in the paper; a campaign may be called paper
@@ -163,6 +33,15 @@ LEGEND = (
 INTERVAL_LEGEND = (
     "In brackets our 95 % interval; of min and max, where those of the paper's number of trials lie (inf: too few of "
     'ours for a bound).'
+)
+
+SCORE_NOTE = (
+    "A cell agrees unless chance alone does not explain the difference, with the sampling error of the paper's 30 "
+    "trials and of ours (standard deviation: F-test, careful where our tails are heavy; % within: Fisher's exact "
+    'test; min and max: ranks, and beyond all of ours an exponential tail). The cells of a row are judged '
+    'together (p at least 0.05 after Holm): of equal robots, one row in twenty would have a cell that does not '
+    'agree. Not counted are cells that the errata affect, the numbers that config/campaigns/paper.yaml was fitted '
+    'to, and minima and maxima that nothing can be concluded from.'
 )
 
 
@@ -245,13 +124,10 @@ def _texts(paper: Optional[PaperCell], by_reading: Sequence[Dict[PaperCell, Comp
     decimals = 1 if paper.statistic == 'pct_within' else 3
     found = [of_reading.get(paper) for of_reading in by_reading]
     mark = f' {ERRATUM}' if errata_of(paper) else ''
-    return [
-        f'{paper.value:.{decimals}f}{mark}',
-        *(_our_text_against_paper(one, decimals, len(found) == 1) for one in found),
-    ]
+    return [f'{paper.value:.{decimals}f}{mark}', *(_our_text(one, decimals, len(found) == 1) for one in found)]
 
 
-def _our_text_against_paper(one: Optional[ComparedCell], decimals: int, has_interval: bool) -> str:
+def _our_text(one: Optional[ComparedCell], decimals: int, has_interval: bool) -> str:
     if one is None:
         return '–'
     ours = f'{one.agreement.ours:.{decimals}f}'
@@ -271,91 +147,29 @@ def _all_entries(label: str, one: ComparedCell) -> List[Entry]:
     return [label, *names, *(Number(value, 4) for value in numbers), ' '.join(left_out)]
 
 
-HEADS_SCORE_TABLES = {
-    'compared': 'compared',
-    'inside': 'inside',
-    'alone': 'agree alone',
-    'in_family': 'agree in family',
-}
-NOTES = (
-    (
-        'Inside: the paper\'s number lies in our 95 % interval (in brackets in "Cells side by side"). That leaves out '
-        'the sampling error of its own 30 trials: of equal robots, five in six standard deviations would be inside.'
-    ),
-    (
-        'Alone: p at least 0.05 with the sampling error of both (standard deviation: F-test, careful where our '
-        "tails are heavy; % within: Fisher's exact test; min and max: ranks, and beyond all of ours an exponential "
-        'tail). Of equal robots, up to one in twenty would not agree.'
-    ),
-    (
-        'In family: the cells of a row of this table are judged together (p at least 0.05 after Holm). Of equal '
-        'robots, one row in twenty would have a cell that does not agree.'
-    ),
-    (
-        'Not counted are cells that the errata affect, the numbers that config/campaigns/paper.yaml was fitted to, and '
-        'minima and maxima that nothing can be concluded from. Cells are dependent: x, y and heading of a cell are '
-        'of the same trials, so are its four statistics, and equal trials have equal noise with each encoder.'
-    ),
-)
-_ALL = 'all'
-
-
 def score_table(readings: Readings) -> Table:
     """Count the cells that agree by source and test, with a group of columns for each of several readings."""
     columns = [Column('source', 'source'), Column('test', 'test')]
     for label in readings:
         group = label if len(readings) > 1 else ''
-        columns += [Column(f'{group}_{name}'.lstrip('_'), head, group) for name, head in HEADS_SCORE_TABLES.items()]
-    by_family = [scores_by_family(cells) for cells in readings.values()]
+        columns += [Column(f'{group}_{name}'.lstrip('_'), name, group) for name in Score._fields]
+    found = {(one.paper.source, one.paper.test) for cells in readings.values() for one in cells}
     rows: List[List[Entry]] = []
-    for source, test in distinct(key for scores in by_family for key in scores):
-        rows.append([TOPIC_OF_SOURCE[source], test, *_entries([scores.get((source, test)) for scores in by_family])])
-    rows.append([_ALL, '', *_entries([score(cells) for cells in readings.values()])])
-    return Table('paper_scores', 'Cells of the paper that agree with ours', columns, rows, list(NOTES))
-
-
-def score_text(label: str, cells: List[ComparedCell]) -> str:
-    """Return the total score of a reading in a sentence."""
-    total = score(cells)
-    return (
-        f'{label}: of {total.compared} cells of the paper {total.inside} are inside our 95 % interval; {total.alone} '
-        f'agree, each alone; {total.in_family} agree in their families.'
-    )
-
-
-def fit_texts(readings: Readings) -> List[str]:
-    """Compare the first reading with each other in a sentence; they should have equal trials."""
-    if not readings:
-        return []
-    (first, cells), *others = readings.items()
-    return [_fit_text(first, cells, label, other) for label, other in others]
-
-
-def _fit_text(first: str, first_cells: List[ComparedCell], second: str, second_cells: List[ComparedCell]) -> str:
-    fit = better_fit(first_cells, second_cells)
-    more = first if fit.only[0] > fit.only[1] else second
-    if fit.grouped_p < SIGNIFICANCE:
-        conclusion = f'{more} fits the paper better'
-    elif fit.only[0] == fit.only[1]:
-        conclusion = f'{first} and {second} fit the paper equally well'
-    else:
-        conclusion = f'{more} fits the paper better, but by no more than chance explains'
-    return (
-        f'Over equal trials, {conclusion}: {fit.only[0]} cells agree with {first} alone, {fit.only[1]} with {second} '
-        f'alone (p {fit.grouped_p:.2g} by the signed ranks of the tests and encoders, whose cells share their trials; '
-        f'McNemar over cells, as if they were independent: p {fit.mcnemar_p:.2g}).'
-    )
-
-
-def _entries(scores: Sequence[Optional[Score]]) -> List[Entry]:
-    return [Number(value, 0) for each in scores for value in (each or [None] * len(HEADS_SCORE_TABLES))]
+    for source, test in ((source, test) for source in PoseSource for test in STANDARD_TESTS if (source, test) in found):
+        entries: List[Entry] = [TOPIC_OF_SOURCE[source], test]
+        for cells in readings.values():
+            of_family = [one for one in cells if (one.paper.source, one.paper.test) == (source, test)]
+            entries += [Number(value if of_family else None, 0) for value in score(of_family)]
+        rows.append(entries)
+    rows.append(['all', '', *(Number(value, 0) for cells in readings.values() for value in score(cells))])
+    return Table('paper_scores', 'Cells of the paper that agree with ours', columns, rows, [SCORE_NOTE])
 
 
 class PaperSection(NamedTuple):
     """What is shown of the paper, beside each reading of it: a dataset, or a set of its varied parameters."""
 
     scores: Table
-    texts: List[str]  # the scores in sentences, and which reading fits better
+    texts: List[str]  # the scores in sentences
     claims: Dict[str, List[ClaimResult]]  # by reading
     cells: List[Table]
     all_cells: Table  # too long to show
@@ -383,9 +197,12 @@ def paper_section(datasets: Sequence[Dataset]) -> Optional[PaperSection]:
     readings = _readings(names, comparisons)
     return PaperSection(
         score_table(readings),
-        [*(score_text(label, cells) for label, cells in readings.items()), *_fit_texts(names, datasets)],
+        [
+            f'{label}: of {{0.compared}} cells of the paper {{0.agree}} agree with ours.'.format(score(cells))
+            for label, cells in readings.items()
+        ],
         _claims(names, datasets, readings),
-        [resolution_table(comparisons[0]), *cell_tables(readings), mean_table(dict(zip(names, datasets)))],
+        [resolution_table(comparisons[0]), *cell_tables(readings)],
         all_cells_table(readings),
         errata_table(),
         all(one.trials >= TRIALS for cells in readings.values() for one in cells),
@@ -399,19 +216,6 @@ def _readings(names: Sequence[str], comparisons: Sequence[PaperComparison]) -> R
         for name, comparison in zip(names, comparisons)
         for varied in distinct(one.cell.varied for one in comparison.rows)
     }
-
-
-def _fit_texts(names: Sequence[str], datasets: Sequence[Dataset]) -> List[str]:
-    """Say which reading fits better by the trials that all have: fewer trials contradict less."""
-    common = set.intersection(*({_key(trial) for trial in dataset.trials} for dataset in datasets))
-    equal = [
-        dataset._replace(trials=[trial for trial in dataset.trials if _key(trial) in common]) for dataset in datasets
-    ]
-    return fit_texts(_readings(names, [compare_with_paper(dataset) for dataset in equal]))
-
-
-def _key(trial: TrialData) -> Tuple[str, str, int]:
-    return trial.test, trial.ppr, trial.trial
 
 
 def _claims(names: Sequence[str], datasets: Sequence[Dataset], readings: Readings) -> Dict[str, List[ClaimResult]]:

@@ -4,9 +4,10 @@ import re
 
 import pytest
 
-from diff_encoder_sim.analysis.paper.report_section import paper_section
+from diff_encoder_sim.analysis.paper.comparison import compare_with_paper
+from diff_encoder_sim.analysis.paper.report_section import paper_section, score_table
 from diff_encoder_sim.base.errors import ConfigError
-from paper_datasets import IN, OUT, cell, paper_dataset
+from paper_datasets import IN, OUT, cell, dataset, paper_dataset
 from places import SOURCE
 
 ANALYSIS = SOURCE / 'diff_encoder_sim' / 'analysis'
@@ -34,7 +35,7 @@ def test_sets_of_varied_parameters_are_readings():
     )
     assert list(section.claims) == ['lidar.noise_std 0.01', 'lidar.noise_std 0.03']
     assert len({len(claims) for claims in section.claims.values()}) == 1
-    assert len(section.texts) == 3 and not section.has_enough_trials
+    assert len(section.texts) == 2 and not section.has_enough_trials
 
 
 def test_another_dataset_is_a_reading_beside_the_first(tmp_path):
@@ -46,14 +47,20 @@ def test_another_dataset_is_a_reading_beside_the_first(tmp_path):
     assert list(same.claims) == [f'{tmp_path}/a', f'{tmp_path}/b']
 
 
-def test_the_better_fit_is_of_the_trials_that_both_have():
-    """With fewer trials less is contradicted, which is no better fit."""
-    few, many = (paper_dataset(cell('SL', '40', 'odom', [OUT] * count)) for count in (3, 30))
-    [few_score, many_score, fit] = paper_section([few._replace(title='few'), many._replace(title='many')]).texts
-    assert few_score.partition(':')[2] != many_score.partition(':')[2]
-    assert 'few and many fit the paper equally well: 0 cells agree with few alone, 0 with many alone' in fit
-    [_, _, *fits] = paper_section([few, many._replace(trials=many.trials[10:])]).texts
-    assert fits == []
+def reading(tests, size=0.001):
+    """The compared cells of thirty trials at 40 PPR, spread by `size` times -15 to 14."""
+    rows = [(size * (number - 15),) * 3 for number in range(30)]
+    return compare_with_paper(dataset(*(cell(test, '40', 'world', rows) for test in tests))).rows
+
+
+def test_scores_are_by_source_and_test_and_beside_each_other():
+    table = score_table({'a': reading(['SL', 'DLD']), 'b': reading(['SL'], size=10.0)})
+    assert [row[:2] for row in table.rows] == [['/world_pose', 'SL'], ['/world_pose', 'DLD'], ['all', '']]
+    assert [column.name for column in table.columns][2:] == ['a_compared', 'a_agree', 'b_compared', 'b_agree']
+    (a, a_agree, b, b_agree), (_, _, none, _), (total, total_agree, *_) = (
+        [entry.value for entry in row[2:]] for row in table.rows
+    )
+    assert a == b == 12 and total == 24 and none is None and b_agree < a_agree <= total_agree <= total
 
 
 def test_another_dataset_must_have_cells_of_the_paper():
