@@ -1,4 +1,8 @@
-"""The paper's claims in our own words, and the hypothesis tests of their parts on our trials."""
+"""The paper's claims in our own words, and the hypothesis tests of their parts on our trials.
+
+A claim has many parts (tests, encoders, quantities) and holds when all of them do, for which 95 % in each are enough.
+It fails when one of them does; that this is not chance is kept at 95 % for all parts together, by Holm.
+"""
 
 from __future__ import annotations
 
@@ -12,27 +16,42 @@ from diff_encoder_sim.analysis.confidence import LEVEL
 from diff_encoder_sim.analysis.dataset import STANDARD_TESTS, Dataset, TrialData, Varied
 from diff_encoder_sim.analysis.final_errors import (
     count_within,
-    count_within_all,
     equal_trials,
     final_error,
     final_errors,
     with_final_error,
 )
-from diff_encoder_sim.analysis.paired_statistics import (
-    SIGNIFICANCE,
-    PairedResult,
-    holm,
-    mcnemar,
-    spread_ratio,
-    wilcoxon,
-)
+from diff_encoder_sim.analysis.paired_statistics import SIGNIFICANCE, holm, mcnemar, spread_ratio, wilcoxon
 from diff_encoder_sim.analysis.paper.paper_cells import PPRS, TRIALS
 from diff_encoder_sim.analysis.quantities import QUANTITIES, YAW, Quantity, X, Y
-from diff_encoder_sim.analysis.sample_statistics import Interval, spread, std_interval, wilson
+from diff_encoder_sim.analysis.sample_statistics import spread, std_interval, wilson
 from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.base.se2 import wrap_angle
 from diff_encoder_sim.drives.topics import TOPIC_OF_SOURCE, PoseSource
 from diff_encoder_sim.drives.trial_definition import Outcome
+
+stats = deferred('scipy.stats')
+
+ODOM, GLOBAL, WORLD, AMCL = PoseSource.ODOM, PoseSource.GLOBAL, PoseSource.WORLD, PoseSource.AMCL
+
+COARSE, FINE = PPRS[:2], PPRS[2:]
+COARSE_AND_FINE = [(coarse, fine) for coarse in COARSE for fine in FINE]
+EXTREMES = [(PPRS[0], PPRS[-1])]
+
+# 30 of 30 trials in both cells bound the difference by 9 percentage points, no closer.
+EQUAL_FRACTIONS_MARGIN = 0.15
+
+# Fewer pairs have no test of their spreads.
+FEWEST_PAIRS = 3
+
+# A smaller difference is negligible, as a fraction of the tolerance.
+NEGLIGIBLE_FRACTION = 0.1
+
+# Smaller p-values are shown as smaller than this.
+SMALLEST_P = 1e-4
+
+# The trials of one set of parameters, by test and PPR.
+TrialsByCell = Dict[Tuple[str, str], List[TrialData]]
 
 
 class Conclusion(enum.Enum):
@@ -43,44 +62,12 @@ class Conclusion(enum.Enum):
     UNCLEAR = 'unclear'
 
 
-class PartResult(NamedTuple):
-    """A part of a claim, tested for itself."""
-
-    text: str  # with the numbers
-    holds: bool  # with 95 % confidence
-    p_against: float  # of the part being true; 1 where our trials are on the claim's side
-
-
 class HypothesisTest(NamedTuple):
     """The test of one part of a claim."""
 
     conclusion: Conclusion
     text: str  # with the numbers
     p_against: Optional[float] = None  # corrected for the number of parts; None without enough trials
-
-
-def concluded(parts: Iterable[PartResult]) -> List[HypothesisTest]:
-    """Conclude from all parts of a claim, which are corrected for their number."""
-    parts = list(parts)
-    return [
-        HypothesisTest(_conclusion(part, p_value), part.text, p_value)
-        for part, p_value in zip(parts, holm([part.p_against for part in parts]))
-    ]
-
-
-def too_few(label: str) -> HypothesisTest:
-    """Return the test of a part without enough trials."""
-    return HypothesisTest(Conclusion.UNCLEAR, f'{label}: too few trials')
-
-
-def _conclusion(part: PartResult, p_against: float) -> Conclusion:
-    if p_against < SIGNIFICANCE:
-        return Conclusion.FAILS
-    return Conclusion.HOLDS if part.holds else Conclusion.UNCLEAR
-
-
-# The trials of one set of parameters, by test and PPR.
-TrialsByCell = Dict[Tuple[str, str], List[TrialData]]
 
 
 class Sample(NamedTuple):
@@ -100,10 +87,184 @@ class Pair(NamedTuple):
     quantity: Quantity
 
 
+# A part of a claim, tested alone: its text with the numbers, whether it holds with 95 % confidence, and the p-value of
+# the part being true, which is 1 if our trials are on the claim's side.
+_Part = Tuple[str, bool, float]
+
+
+def _concluded(too_few: Iterable[str], parts: Sequence[_Part]) -> List[HypothesisTest]:
+    """Conclude from all parts of a claim, corrected for their number; first come the labels of those without a test."""
+    tests = [HypothesisTest(Conclusion.UNCLEAR, f'{label}: too few trials') for label in too_few]
+    for (text, holds, _), p_value in zip(parts, holm([p_against for _, _, p_against in parts])):
+        unless_fails = Conclusion.HOLDS if holds else Conclusion.UNCLEAR
+        tests.append(HypothesisTest(Conclusion.FAILS if p_value < SIGNIFICANCE else unless_fails, text, p_value))
+    return tests
+
+
+# Samples against a limit, which is taken as printed: it is no sample.
+
+
+def fractions_within(limit: float, above: Sequence[Sample] = (), below: Sequence[Sample] = ()) -> List[HypothesisTest]:
+    """Test that the fractions within tolerance are above, or below, `limit`, by the score test of Wilson's interval."""
+
+    def measured(one: Sample) -> Tuple[str, float, float]:
+        within, trials = count_within(one.values, one.quantity), len(one.values)
+        low, high = wilson(within, trials, LEVEL)
+        deviation = (within / trials - limit) / math.sqrt(limit * (1.0 - limit) / trials)
+        text = f'{one.label}: {within} of {trials} within, 95 % interval {100.0 * low:.0f} to {100.0 * high:.0f} %'
+        return text, within / trials, 2.0 * float(stats.norm.sf(abs(deviation)))
+
+    return _against_limit(measured, limit, above, below, 1)
+
+
+def spreads(limit: float, above: Sequence[Sample] = (), below: Sequence[Sample] = ()) -> List[HypothesisTest]:
+    """Test that the standard deviations are above, or below, `limit`, by chi-square."""
+
+    def measured(one: Sample) -> Tuple[str, float, float]:
+        std, freedom, (low, high) = spread(one.values) or 0.0, len(one.values) - 1, std_interval(one.values, LEVEL)
+        squares = freedom * (std / limit) ** 2
+        p_value = 2.0 * float(min(stats.chi2.cdf(squares, freedom), stats.chi2.sf(squares, freedom)))
+        interval = f'95 % interval {low:.3g} to {high:.3g}'
+        return f'{one.label}: standard deviation {std:.3g} {one.quantity.unit}, {interval}', std, p_value
+
+    return _against_limit(measured, limit, above, below, 2)
+
+
+def _against_limit(
+    measured: Callable[[Sample], Tuple[str, float, float]],
+    limit: float,
+    above: Sequence[Sample],
+    below: Sequence[Sample],
+    fewest: int,
+) -> List[HypothesisTest]:
+    """Test each sample that has at least `fewest` values by its text, value and two-sided p-value of the limit."""
+    parts = []
+    for one, is_above in [*((one, True) for one in above), *((one, False) for one in below)]:
+        if len(one.values) >= fewest:
+            text, value, p_value = measured(one)
+            is_as_claimed = value > limit if is_above else value < limit
+            parts.append((text, is_as_claimed and p_value < SIGNIFICANCE, 1.0 if is_as_claimed else p_value))
+    return _concluded((one.label for one in [*above, *below] if len(one.values) < fewest), parts)
+
+
+# Pairs of errors of equal trials.
+
+
+def first_spreads_more(pairs: Sequence[Pair]) -> List[HypothesisTest]:
+    """Test that the first of each pair has the larger standard deviation, by the ratio's jackknife."""
+    return _first_is_larger(
+        pairs,
+        'standard deviation',
+        lambda values: spread(values) or 0.0,
+        lambda first, second: spread_ratio(first, second).p_value,
+    )
+
+
+def first_errs_more(pairs: Sequence[Pair]) -> List[HypothesisTest]:
+    """Test that the first of each pair has the larger absolute errors, by Wilcoxon's signed-rank test."""
+    return _first_is_larger(
+        pairs,
+        'median absolute error',
+        lambda values: float(np.median(np.abs(values))),
+        lambda first, second: wilcoxon(np.abs(first), np.abs(second)).p_value,
+    )
+
+
+def _first_is_larger(
+    pairs: Sequence[Pair],
+    what: str,
+    size: Callable[[np.ndarray], float],
+    p_value_of: Callable[[np.ndarray, np.ndarray], float],
+) -> List[HypothesisTest]:
+    parts = []
+    for pair in pairs:
+        if len(pair.values[0]) >= FEWEST_PAIRS:
+            (first, second), p_value, unit = map(size, pair.values), p_value_of(*pair.values), pair.quantity.unit
+            both = f'{first:.3g} {unit} ({pair.names[0]}), {second:.3g} {unit} ({pair.names[1]})'
+            is_larger = first > second
+            text = f'{pair.label}: {what} {both}, p {p_value:.2g}'
+            parts.append((text, is_larger and p_value < SIGNIFICANCE, 1.0 if is_larger else p_value))
+    return _concluded((pair.label for pair in pairs if len(pair.values[0]) < FEWEST_PAIRS), parts)
+
+
+def fractions_equal(pairs: Sequence[Pair]) -> List[HypothesisTest]:
+    """Test that the fractions within tolerance differ by less than EQUAL_FRACTIONS_MARGIN, by McNemar's test."""
+    parts = []
+    for pair in pairs:
+        if len(pair.values[0]):
+            is_first, is_second = (np.abs(values) <= pair.quantity.tolerance for values in pair.values)
+            result = mcnemar(is_first, is_second, LEVEL)
+            is_equal = max(-result.interval.low, result.interval.high) < EQUAL_FRACTIONS_MARGIN
+            first, second = (count_within(values, pair.quantity) for values in pair.values)
+            counts = f'within tolerance {first} ({pair.names[0]}) and {second} ({pair.names[1]}) of {result.pairs}'
+            parts.append((f'{pair.label}: {counts}', is_equal, 1.0 if is_equal else result.p_value))
+    return _concluded((pair.label for pair in pairs if not len(pair.values[0])), parts)
+
+
+# Claims about every trial. The paper's 30 of 30 trials are a sample: 29 of 30 of ours are no evidence against it
+# (Fisher's exact test, p = 1). All cells together are tested too, since a few trials in each may be many. If trials of
+# several cells have common noise, that p-value is too small or too large by a little; each cell's is not.
+
+
+def all_succeeded(trials: TrialsByCell) -> List[HypothesisTest]:
+    """Test that every trial reached its goal."""
+    return _every_trial(
+        'reached the goal',
+        {cell: [trial.outcome is Outcome.SUCCEEDED for trial in of_cell] for cell, of_cell in trials.items()},
+    )
+
+
+def all_within(
+    trials: TrialsByCell, source: PoseSource, tests: Sequence[str], pprs: Sequence[str]
+) -> List[HypothesisTest]:
+    """Test that every trial ends within tolerance in x and in y."""
+    is_true: Dict[Tuple[str, str], List[bool]] = {}
+    for cell in ((test, ppr) for test in tests for ppr in pprs):
+        of_cell = with_final_error(trials.get(cell, []), source)
+        within = [np.abs(final_errors(of_cell, source, quantity)) <= quantity.tolerance for quantity in (X, Y)]
+        is_true[cell] = np.all(within, axis=0).tolist()
+    return _every_trial('within', is_true)
+
+
+def amcl_matches_global(trials: TrialsByCell) -> List[HypothesisTest]:
+    """Test that the final /amcl_pose and /global_pose agree to a tenth of the tolerance, in every trial."""
+    is_true: Dict[Tuple[str, str], List[bool]] = {cell: [] for cell in trials}
+    for cell, of_cell in trials.items():
+        for trial in of_cell:
+            amcl, estimate = final_error(trial, AMCL), final_error(trial, GLOBAL)
+            if amcl is not None and estimate is not None:
+                yaw_rad = wrap_angle(amcl.yaw_rad - estimate.yaw_rad)
+                difference = (amcl.x_m - estimate.x_m, amcl.y_m - estimate.y_m, yaw_rad)
+                negligible = (
+                    one.scale * abs(difference[one.component]) <= NEGLIGIBLE_FRACTION * one.tolerance
+                    for one in QUANTITIES
+                )
+                is_true[cell].append(all(negligible))
+    return _every_trial('agree', is_true)
+
+
+def _every_trial(what: str, is_true: Dict[Tuple[str, str], List[bool]]) -> List[HypothesisTest]:
+    """Compare each cell's count, and that of all, with as many of the paper's trials, all of them true."""
+    labelled = {f'{test} at {ppr} PPR': of_cell for (test, ppr), of_cell in is_true.items()}
+    counts = [(label, sum(of_cell), len(of_cell), TRIALS) for label, of_cell in labelled.items() if of_cell]
+    if len(counts) > 1:
+        _, true, ours, theirs = zip(*counts)
+        counts.append(('all cells', sum(true), sum(ours), sum(theirs)))
+    parts = []
+    for label, true_ours, trials, theirs_true in counts:
+        _, p_value = stats.fisher_exact(np.array([[true_ours, trials - true_ours], [theirs_true, 0]]))
+        compared = f'{true_ours} of {trials} {what}, the paper {theirs_true} of {theirs_true}'
+        parts.append((f'{label}: {compared}, p {p_value:.2g}', true_ours == trials, float(p_value)))
+    return _concluded((label for label, of_cell in labelled.items() if not of_cell), parts)
+
+
+# The errors that a part of a claim is about.
+
+
 def samples(
     trials: TrialsByCell, source: PoseSource, tests: Sequence[str], pprs: Sequence[str], quantities: Sequence[Quantity]
 ) -> List[Sample]:
-    """Return a sample for each cell and quantity; it is empty where there is no such cell."""
+    """Return a sample for each cell and quantity; it is empty if there is no such cell."""
     return [
         Sample(
             f'{TOPIC_OF_SOURCE[source]} in {test} at {ppr} PPR, {quantity.axis}',
@@ -123,264 +284,25 @@ def pairs_of_pprs(
     pprs: Sequence[Tuple[str, str]],
     quantities: Sequence[Quantity],
 ) -> List[Pair]:
-    """Pair equal trials with two encoders; a pair is empty where one of them is missing."""
+    """Pair equal trials with two encoders; a pair is empty if one of them is missing."""
     pairs = []
     for test in tests:
         for first, second in pprs:
-            cells = equal_trials(trials.get((test, first), []), trials.get((test, second), []), source)
-            pairs += [
-                Pair(
-                    f'{TOPIC_OF_SOURCE[source]} in {test}, {quantity.axis}',
-                    (f'{first} PPR', f'{second} PPR'),
-                    (final_errors(cells[0], source, quantity), final_errors(cells[1], source, quantity)),
-                    quantity,
-                )
-                for quantity in quantities
-            ]
+            one, other = equal_trials(trials.get((test, first), []), trials.get((test, second), []), source)
+            for quantity in quantities:
+                values = final_errors(one, source, quantity), final_errors(other, source, quantity)
+                label = f'{TOPIC_OF_SOURCE[source]} in {test}, {quantity.axis}'
+                pairs.append(Pair(label, (f'{first} PPR', f'{second} PPR'), values, quantity))
     return pairs
 
 
 def pairs_of_y_and_x(trials: TrialsByCell, source: PoseSource, tests: Sequence[str], pprs: Sequence[str]) -> List[Pair]:
     """Pair both errors of position of each trial."""
     pairs = []
-    for test in tests:
-        for ppr in pprs:
-            cell = trials.get((test, ppr), [])
-            label = f'{TOPIC_OF_SOURCE[source]} in {test} at {ppr} PPR'
-            pairs.append(Pair(label, ('y', 'x'), (final_errors(cell, source, Y), final_errors(cell, source, X)), X))
+    for test, ppr in ((test, ppr) for test in tests for ppr in pprs):
+        cell, label = trials.get((test, ppr), []), f'{TOPIC_OF_SOURCE[source]} in {test} at {ppr} PPR'
+        pairs.append(Pair(label, ('y', 'x'), (final_errors(cell, source, Y), final_errors(cell, source, X)), X))
     return pairs
-
-
-def pooled_over_tests(
-    trials: TrialsByCell, source: PoseSource, tests: Sequence[str], pprs: Sequence[str], quantity: Quantity
-) -> List[Sample]:
-    """Return a sample for each encoder over all tests."""
-    return [
-        Sample(
-            f'{TOPIC_OF_SOURCE[source]} at {ppr} PPR, {quantity.axis}',
-            final_errors([trial for test in tests for trial in trials.get((test, ppr), [])], source, quantity),
-            quantity,
-        )
-        for ppr in pprs
-    ]
-
-
-stats = deferred('scipy.stats')
-
-
-def fractions_within(limit: float, above: Sequence[Sample] = (), below: Sequence[Sample] = ()) -> List[HypothesisTest]:
-    """Test that the fractions within tolerance are above, or below, `limit`, by the score test of Wilson's interval."""
-    return _against_limit(lambda one, is_above: _fraction_part(one, limit, is_above), above, below, 1)
-
-
-def spreads(limit: float, above: Sequence[Sample] = (), below: Sequence[Sample] = ()) -> List[HypothesisTest]:
-    """Test that the standard deviations are above, or below, `limit`, by chi-square."""
-    return _against_limit(lambda one, is_above: _spread_part(one, limit, is_above), above, below, 2)
-
-
-def _against_limit(
-    part_of: Callable[[Sample, bool], PartResult], above: Sequence[Sample], below: Sequence[Sample], fewest: int
-) -> List[HypothesisTest]:
-    """Test each sample that has at least `fewest` values."""
-    sides = [*((one, True) for one in above), *((one, False) for one in below)]
-    return [
-        *(too_few(one.label) for one, _ in sides if len(one.values) < fewest),
-        *concluded(part_of(one, is_above) for one, is_above in sides if len(one.values) >= fewest),
-    ]
-
-
-def _fraction_part(one: Sample, limit: float, is_above: bool) -> PartResult:
-    within, trials = count_within(one.values, one.quantity), len(one.values)
-    interval = wilson(within, trials, LEVEL)
-    deviation = (within / trials - limit) / math.sqrt(limit * (1.0 - limit) / trials)
-    p_value = 2.0 * float(stats.norm.sf(abs(deviation)))
-    counts = f'{one.label}: {within} of {trials} within'
-    text = f'{counts}, 95 % interval {100.0 * interval.low:.0f} to {100.0 * interval.high:.0f} %'
-    return _part(text, within / trials, limit, is_above, p_value)
-
-
-def _spread_part(one: Sample, limit: float, is_above: bool) -> PartResult:
-    std, freedom, interval = spread(one.values) or 0.0, len(one.values) - 1, std_interval(one.values, LEVEL)
-    squares = freedom * (std / limit) ** 2
-    p_value = 2.0 * float(min(stats.chi2.cdf(squares, freedom), stats.chi2.sf(squares, freedom)))
-    text = f'{one.label}: standard deviation {std:.3g} {one.quantity.unit}, 95 % interval {_range(interval)}'
-    return _part(text, std, limit, is_above, p_value)
-
-
-def _part(text: str, value: float, limit: float, is_above: bool, p_value: float) -> PartResult:
-    """Conclude from the two-sided p-value of a value that equals the limit."""
-    is_as_claimed = value > limit if is_above else value < limit
-    return PartResult(text, is_as_claimed and p_value < SIGNIFICANCE, 1.0 if is_as_claimed else p_value)
-
-
-def _range(interval: Interval) -> str:
-    return f'{interval.low:.3g} to {interval.high:.3g}'
-
-
-# 30 of 30 trials in both cells bound the difference by 9 percentage points, no closer.
-EQUAL_FRACTIONS_MARGIN = 0.15
-
-# Fewer pairs have no test of their spreads.
-FEWEST_PAIRS = 3
-
-
-class _Difference(NamedTuple):
-    """The difference between the two of a pair."""
-
-    p_value: float
-    is_first_larger: bool
-    text: str
-
-
-def first_spreads_more(pairs: Sequence[Pair]) -> List[HypothesisTest]:
-    """Test that the first of each pair has the larger standard deviation, by the ratio's jackknife."""
-    return _compared(pairs, _test_spreads)
-
-
-def first_errs_more(pairs: Sequence[Pair]) -> List[HypothesisTest]:
-    """Test that the first of each pair has the larger absolute errors, by Wilcoxon's signed-rank test."""
-    return _compared(pairs, _test_sizes)
-
-
-def fractions_equal(pairs: Sequence[Pair]) -> List[HypothesisTest]:
-    """Test that the fractions within tolerance differ by less than EQUAL_FRACTIONS_MARGIN, by McNemar's test."""
-    return [
-        *(too_few(pair.label) for pair in pairs if not len(pair.values[0])),
-        *concluded(_equal_fractions(pair, _mcnemar(pair)) for pair in pairs if len(pair.values[0])),
-    ]
-
-
-def _mcnemar(pair: Pair) -> PairedResult:
-    first, second = (np.abs(values) <= pair.quantity.tolerance for values in pair.values)
-    return mcnemar(first, second, 1.0 - SIGNIFICANCE)
-
-
-def _equal_fractions(pair: Pair, result: PairedResult) -> PartResult:
-    is_equal = max(-result.interval.low, result.interval.high) < EQUAL_FRACTIONS_MARGIN
-    first, second = (count_within(values, pair.quantity) for values in pair.values)
-    counts = f'within tolerance {first} ({pair.names[0]}) and {second} ({pair.names[1]}) of {result.pairs}'
-    return PartResult(f'{pair.label}: {counts}', is_equal, 1.0 if is_equal else result.p_value)
-
-
-def _compared(pairs: Sequence[Pair], difference_of: Callable[[Pair], _Difference]) -> List[HypothesisTest]:
-    """Test that the first of each pair is the larger; pairs with too few trials come first."""
-    return [
-        *(too_few(pair.label) for pair in pairs if len(pair.values[0]) < FEWEST_PAIRS),
-        *concluded(_is_larger(pair, difference_of(pair)) for pair in pairs if len(pair.values[0]) >= FEWEST_PAIRS),
-    ]
-
-
-def _is_larger(pair: Pair, difference: _Difference) -> PartResult:
-    text = f'{pair.label}: {difference.text}, p {difference.p_value:.2g}'
-    if difference.is_first_larger:
-        return PartResult(text, difference.p_value < SIGNIFICANCE, 1.0)
-    return PartResult(text, False, difference.p_value)
-
-
-def _test_spreads(pair: Pair) -> _Difference:
-    result = spread_ratio(*pair.values)
-    first, second = (spread(values) or 0.0 for values in pair.values)
-    return _Difference(result.p_value, first > second, f'standard deviation {_both(pair, first, second)}')
-
-
-def _test_sizes(pair: Pair) -> _Difference:
-    sizes_a, sizes_b = (np.abs(values) for values in pair.values)
-    first, second = float(np.median(sizes_a)), float(np.median(sizes_b))
-    result = wilcoxon(sizes_a, sizes_b)
-    return _Difference(result.p_value, first > second, f'median absolute error {_both(pair, first, second)}')
-
-
-def _both(pair: Pair, first: float, second: float) -> str:
-    unit, (name_a, name_b) = pair.quantity.unit, pair.names
-    return f'{first:.3g} {unit} ({name_a}), {second:.3g} {unit} ({name_b})'
-
-
-# A smaller difference is negligible, as a fraction of the tolerance.
-NEGLIGIBLE_FRACTION = 0.1
-
-
-class _Count(NamedTuple):
-    """In how many trials of a cell the claim is true."""
-
-    label: str
-    true: int
-    trials: int
-
-
-def all_succeeded(trials: TrialsByCell) -> List[HypothesisTest]:
-    """Test that every trial reached its goal."""
-    return _tests(
-        'reached the goal',
-        [
-            _Count(_label(*cell), sum(trial.outcome is Outcome.SUCCEEDED for trial in of_cell), len(of_cell))
-            for cell, of_cell in trials.items()
-        ],
-    )
-
-
-def all_within(
-    trials: TrialsByCell, source: PoseSource, tests: Sequence[str], pprs: Sequence[str]
-) -> List[HypothesisTest]:
-    """Test that every trial ends within tolerance in x and in y."""
-    cells = {(test, ppr): trials.get((test, ppr), []) for test in tests for ppr in pprs}
-    return _tests(
-        'within',
-        [
-            _Count(_label(*cell), count_within_all(of_cell, source, (X, Y)), len(with_final_error(of_cell, source)))
-            for cell, of_cell in cells.items()
-        ],
-    )
-
-
-def amcl_matches_global(trials: TrialsByCell) -> List[HypothesisTest]:
-    """Test that the final /amcl_pose and /global_pose agree to a tenth of the tolerance, in every trial."""
-    counts = []
-    for cell, of_cell in trials.items():
-        agree = [_is_negligible(trial) for trial in of_cell if _has_both(trial)]
-        counts.append(_Count(_label(*cell), sum(agree), len(agree)))
-    return _tests('agree', counts)
-
-
-def _tests(what: str, counts: Sequence[_Count]) -> List[HypothesisTest]:
-    """Compare each cell's count, and that of all, with as many of the paper's trials, all of them true."""
-    counted = [one for one in counts if one.trials]
-    parts = [_part_every_trial(what, one, TRIALS) for one in counted]
-    if len(counted) > 1:
-        every = _Count('all cells', sum(one.true for one in counted), sum(one.trials for one in counted))
-        parts.append(_part_every_trial(what, every, TRIALS * len(counted)))
-    return [*(too_few(one.label) for one in counts if not one.trials), *concluded(parts)]
-
-
-def _part_every_trial(what: str, count: _Count, theirs: int) -> PartResult:
-    _, p_value = stats.fisher_exact(np.array([[count.true, count.trials - count.true], [theirs, 0]]))
-    text = f'{count.label}: {count.true} of {count.trials} {what}, the paper {theirs} of {theirs}, p {p_value:.2g}'
-    return PartResult(text, count.true == count.trials, float(p_value))
-
-
-def _label(test: str, ppr: str) -> str:
-    return f'{test} at {ppr} PPR'
-
-
-def _has_both(trial: TrialData) -> bool:
-    return all(final_error(trial, source) is not None for source in (PoseSource.AMCL, PoseSource.GLOBAL))
-
-
-def _is_negligible(trial: TrialData) -> bool:
-    amcl, estimate = final_error(trial, PoseSource.AMCL), final_error(trial, PoseSource.GLOBAL)
-    if amcl is None or estimate is None:
-        return False
-    difference = (amcl.x_m - estimate.x_m, amcl.y_m - estimate.y_m, wrap_angle(amcl.yaw_rad - estimate.yaw_rad))
-    return all(
-        quantity.scale * abs(difference[quantity.component]) <= NEGLIGIBLE_FRACTION * quantity.tolerance
-        for quantity in QUANTITIES
-    )
-
-
-ODOM, GLOBAL, WORLD = PoseSource.ODOM, PoseSource.GLOBAL, PoseSource.WORLD
-
-COARSE, FINE = PPRS[:2], PPRS[2:]
-COARSE_AND_FINE = [(coarse, fine) for coarse in COARSE for fine in FINE]
-EXTREMES = [(PPRS[0], PPRS[-1])]
 
 
 class Claim(NamedTuple):
@@ -393,13 +315,14 @@ class Claim(NamedTuple):
 
 def _heading_by_resolution(trials: TrialsByCell) -> List[HypothesisTest]:
     """Test the heading over all tests, as the claim does, in all three tables: it does not name one."""
+
+    def pooled(source: PoseSource, ppr: str) -> Sample:
+        of_ppr = [trial for test in STANDARD_TESTS for trial in trials.get((test, ppr), [])]
+        label = f'{TOPIC_OF_SOURCE[source]} at {ppr} PPR, {YAW.axis}'
+        return Sample(label, final_errors(of_ppr, source, YAW), YAW)
+
     above, below = (
-        [
-            one
-            for source in (ODOM, GLOBAL, WORLD)
-            for one in pooled_over_tests(trials, source, STANDARD_TESTS, pprs, YAW)
-        ]
-        for pprs in (FINE, COARSE)
+        [pooled(source, ppr) for source in (ODOM, GLOBAL, WORLD) for ppr in pprs] for pprs in (FINE, COARSE)
     )
     return fractions_within(0.9, above, below)
 
@@ -485,10 +408,6 @@ CLAIMS: Tuple[Claim, ...] = (
 )
 
 
-# Smaller p-values are shown as smaller than this.
-SMALLEST_P = 1e-4
-
-
 class ClaimResult(NamedTuple):
     """A claim and what our trials show."""
 
@@ -500,7 +419,7 @@ class ClaimResult(NamedTuple):
 
     @property
     def p_text(self) -> str:
-        """Return the p-value of the part that speaks most against the claim; empty where none was tested."""
+        """Return the p-value of the part that speaks most against the claim; empty if none was tested."""
         p_value = min((test.p_against for test in self.tests if test.p_against is not None), default=None)
         return '' if p_value is None else f'p {p_value:.2g}' if p_value >= SMALLEST_P else f'p < {SMALLEST_P:g}'
 
@@ -516,7 +435,12 @@ def check_claims(dataset: Dataset) -> List[ClaimResult]:
     by_varied: Dict[Varied, TrialsByCell] = {}
     for cell, trials in dataset.cells().items():
         by_varied.setdefault(cell.varied, {})[cell.test, cell.ppr] = trials
-    return [_result(claim, varied, cells) for varied, cells in by_varied.items() for claim in CLAIMS]
+    results = []
+    for varied, cells in by_varied.items():
+        for claim in CLAIMS:
+            tests = claim.test(cells)
+            results.append(ClaimResult(claim.text, claim.where, varied, claim_conclusion(tests), tests))
+    return results
 
 
 def claim_conclusion(tests: Sequence[HypothesisTest]) -> str:
@@ -527,8 +451,3 @@ def claim_conclusion(tests: Sequence[HypothesisTest]) -> str:
     if conclusions and all(one is Conclusion.HOLDS for one in conclusions):
         return 'reproduced'
     return 'not contradicted' if any(test.p_against is not None for test in tests) else 'not tested: too few trials'
-
-
-def _result(claim: Claim, varied: Varied, cells: TrialsByCell) -> ClaimResult:
-    tests = claim.test(cells)
-    return ClaimResult(claim.text, claim.where, varied, claim_conclusion(tests), tests)
