@@ -196,19 +196,14 @@ BALANCED_M = 1e-3  # centre of mass this near the axle
 LIFTED_M = 5e-4
 TIPPED_DEG = 1.0
 
-NamedShapes = Sequence[Tuple[str, Shape]]
 
-
-def judge_stance(
-    contacts: Sequence[GroundContact], wheels: WheelBase, com_x_m: float, hull: NamedShapes, seen: Findings
-) -> None:
+def judge_stance(contacts: Sequence[GroundContact], wheels: WheelBase, com_x_m: float, seen: Findings) -> None:
     """Warn of a robot that would tip, or whose casters carry it.
 
     Args:
         contacts: from ground_contacts.
         wheels: of the drive.
         com_x_m: the centre of mass in the root.
-        hull: all shapes but the wheels', in the root, with their links.
         seen: takes the warnings.
     """
     for contact in contacts:
@@ -229,50 +224,21 @@ def judge_stance(
     ahead_m = com_x_m - wheels.axle_x_m
     side = 1 if ahead_m > 0 else -1
     if abs(ahead_m) > BALANCED_M and lifted_m <= LIFTED_M:
-        _judge_side(contacts, wheels, side, hull, seen)
-
-
-def tip_deg(point_m: np.ndarray, wheels: WheelBase) -> Optional[float]:
-    """Return by how much the robot turns about its axle until a (3,) point touches the floor; None: never.
-
-    On its way down the point keeps its distance from the axle; negative where it is below the floor.
-    """
-    axle_z_m = wheels.floor_z_m + wheels.radius_m
-    along_m, below_m = abs(float(point_m[0]) - wheels.axle_x_m), axle_z_m - float(point_m[2])
-    arm_m = math.hypot(along_m, below_m)
-    if arm_m < wheels.radius_m:
-        return None
-    return math.degrees(math.asin(wheels.radius_m / arm_m) - math.atan2(below_m, along_m))
-
-
-def _judge_side(
-    contacts: Sequence[GroundContact], wheels: WheelBase, side: int, hull: NamedShapes, seen: Findings
-) -> None:
-    """Warn where the side on which the robot leans has no contact, or one off the floor."""
-    points = [(contact.name, np.array(contact.point_m)) for contact in contacts]
-    on_contact = list(_tips(points, wheels, side))
-    edges = [(name, point) for name, shape in hull for point in lowest_edges_m(shape)]
-    tips = on_contact or list(_tips(edges, wheels, side))
-    where = f'its centre of mass is {"ahead of" if side > 0 else "behind"} the axle'
-    if not tips:
-        seen.warn(f'{where}, where nothing holds it: it would tip over; simulated level')
-        return
-    angle_deg, name = min(tips)
-    if not on_contact:
-        seen.warn(
-            f'{where}, where nothing touches the floor: it would tip by {angle_deg:.0f} degrees onto {name}; '
-            'simulated level'
+        arms_m = [side * (contact.point_m[0] - wheels.axle_x_m) for contact in contacts]
+        arm_m, gap_m = max(
+            (
+                (arm, contact.point_m[2] - wheels.floor_z_m)
+                for arm, contact in zip(arms_m, contacts)
+                if arm > BALANCED_M
+            ),
+            key=lambda arm_and_gap: arm_and_gap[0] / max(arm_and_gap[1], 1e-9),
+            default=(0.0, 0.0),
         )
-    elif abs(angle_deg) > TIPPED_DEG:
-        seen.warn(f'{where}: it would tip by {angle_deg:.1f} degrees until {name} carries it; simulated level')
-
-
-def _tips(points: Sequence[Tuple[str, np.ndarray]], wheels: WheelBase, side: int) -> Iterator[Tuple[float, str]]:
-    """Yield the angle to the floor of each point on a side of the axle, with its name."""
-    for name, point_m in points:
-        angle_deg = tip_deg(point_m, wheels)
-        if side * (point_m[0] - wheels.axle_x_m) > BALANCED_M and angle_deg is not None:
-            yield angle_deg, name
+        place = f'its centre of mass is {"ahead of" if side > 0 else "behind"} the axle'
+        if arm_m == 0.0:
+            seen.warn(f'{place}, where nothing touches the floor: it would tip over; simulated level')
+        elif math.degrees(math.atan2(abs(gap_m), arm_m)) > TIPPED_DEG:
+            seen.warn(f'{place}: it would tip until a contact {1e3 * gap_m:.0f} mm up carries it; simulated level')
 
 
 def _carriers(contacts: Sequence[GroundContact], wheels: WheelBase) -> Tuple[float, List[str]]:

@@ -71,7 +71,7 @@ def describe_tree(tree: RobotTree, find: MeshFinder, choices: RobotChoices, seen
     shapes = body_shapes(simple, simple.link_poses())
     hull = [(name, shape) for name, shape in shapes if name not in drive.base.links]
     contacts = ground_contacts(simple, drive.base, lambda link, number: mesh_points_m(tree, find, link, number))
-    judge_stance(contacts, drive.base, float(mass.com_m[0]), hull, seen)
+    judge_stance(contacts, drive.base, float(mass.com_m[0]), seen)
     footprint = footprint_outline([shape for _, shape in shapes], drive.base.floor_z_m, tree.where)
     seen.add('footprint', _extent(footprint), 'collision shapes')
     laser = find_laser(simple, choices.laser_link, seen)

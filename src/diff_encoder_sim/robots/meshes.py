@@ -7,7 +7,7 @@ import io
 import math
 import re
 from pathlib import Path, PurePosixPath
-from typing import Any, Callable, Dict, Iterator, List, NamedTuple, Optional, Tuple
+from typing import Callable, Iterator, List, NamedTuple, Optional, Tuple
 
 import numpy as np
 
@@ -17,10 +17,6 @@ from diff_encoder_sim.robots.robot_tree import Box, Cylinder, Geometry, Link, Me
 from diff_encoder_sim.robots.solids import smallest_ball, volume_m3
 
 _LARGEST_BYTES = 50_000_000
-# As many as an STL of that size has; a DAE may show one part any number of times.
-_MOST_POINTS = 3_000_000
-# Nodes that a DAE's scene shows, instances written out; instances in its text; corners and indices that are read.
-_MOST_NODES, _MOST_INSTANCES, _MOST_NUMBERS = 100_000, 2000, 100_000_000
 _DIGITS = 7
 _FARTHEST = 1e9  # of a corner, in the file's unit
 # A part whose material is missing, often for want of a texture, is a part all the same.
@@ -29,7 +25,6 @@ _MATERIALS = re.compile(rb'<(\w+:)?bind_material\b.*?</(\w+:)?bind_material>', r
 _AS_ASCII = bytes(range(128)) + 128 * b'?'
 _BINARY_STL_HEADER = np.dtype([('text', 'S80'), ('triangles', '<u4')])
 _BINARY_STL_BYTES = 50  # of a triangle
-_INSTANCE = re.compile(rb'<(\w+:)?instance_node\b')
 _SUFFIXES = ('.stl', '.obj', '.dae')
 
 
@@ -115,35 +110,13 @@ def _dae_points_m(content: bytes) -> np.ndarray:
     """Return the corners of all that a DAE's scene shows, by its unit."""
     import collada  # noqa: PLC0415  as above
 
-    text = content.replace(b'\0', b'')  # in UTF-16, too
-    if b'<!ENTITY' in text:
-        raise ValueError('it declares entities')
-    if len(_INSTANCE.findall(text)) > _MOST_INSTANCES:
-        raise ValueError(f'more than {_MOST_INSTANCES} instances of nodes')
     document = collada.Collada(io.BytesIO(_MATERIALS.sub(b'', content)), ignore=[collada.common.DaeError])
-    known: Dict[int, int] = {}
-    if sum(_shown_nodes(node, known) for node in document.scene.nodes) > _MOST_NODES:
-        raise ValueError(f'more than {_MOST_NODES} nodes, with instances written out')
     parts: List[np.ndarray] = [np.empty((0, 3))]
-    count = numbers = 0
     for geometry in document.scene.objects('geometry'):
         for primitive in geometry.primitives():
-            if primitive.vertex is None or isinstance(primitive, collada.lineset.BoundLineSet):
-                continue
-            numbers += len(primitive.vertex) + len(primitive.vertex_index)
-            parts.append(primitive.vertex[np.unique(primitive.vertex_index)])
-            count += len(parts[-1])
-            if count > _MOST_POINTS or numbers > _MOST_NUMBERS:
-                raise ValueError(f'more than {_MOST_POINTS} corners')
+            if primitive.vertex is not None and not isinstance(primitive, collada.lineset.BoundLineSet):
+                parts.append(primitive.vertex[np.unique(primitive.vertex_index)])
     return np.vstack(parts).astype(float) * (document.assetInfo.unitmeter or 1.0)
-
-
-def _shown_nodes(node: Any, known: Dict[int, int]) -> int:
-    """Return the number of nodes that a node of a scene stands for; `known` has those of nodes which were counted."""
-    node = getattr(node, 'node', node)  # of an instance
-    if id(node) not in known:
-        known[id(node)] = 1 + sum(_shown_nodes(each, known) for each in getattr(node, 'children', ()))
-    return known[id(node)]
 
 
 # Finds a mesh's file by its URI: package_search.find_mesh of a robot. It raises ConfigError, or returns None, if the

@@ -62,8 +62,6 @@ def parse_pose(parent: ElementTree.Element, where: str) -> np.ndarray:
 
 
 MOST_BYTES = 20_000_000
-MOST_ELEMENTS = 200_000
-MOST_LEVELS = 100
 
 _DECLARATION = re.compile(r'<\?xml\s.*?\?>', re.DOTALL)
 _ENCODING = re.compile(rb'<\?xml\s[^>]*encoding\s*=\s*["\']([\w.-]+)')
@@ -85,15 +83,15 @@ def parse_robot_xml(text: str, where: Union[str, Path]) -> ElementTree.Element:
     """Return the root element; prefixes of tags are dropped, declared or not, as URDF has one vocabulary.
 
     Raises:
-        ConfigError: the text is not XML, declares entities, or is too big.
+        ConfigError: the text is not XML, or declares entities.
     """
-    builder = _BoundedBuilder(where)
+    builder = ElementTree.TreeBuilder()
     parser = expat.ParserCreate()
     parser.buffer_text = True
-    parser.EntityDeclHandler = builder.refuse_entity
-    parser.StartElementHandler = builder.start
-    parser.EndElementHandler = builder.end
-    parser.CharacterDataHandler = builder.tree.data
+    parser.EntityDeclHandler = lambda name, *_: _refuse_entity(name, where)
+    parser.StartElementHandler = lambda tag, attributes: builder.start(tag.rpartition(':')[2], attributes)
+    parser.EndElementHandler = lambda tag: builder.end(tag.rpartition(':')[2])
+    parser.CharacterDataHandler = builder.data
     try:
         parser.Parse(text, True)
     except expat.ExpatError as error:
@@ -101,34 +99,11 @@ def parse_robot_xml(text: str, where: Union[str, Path]) -> ElementTree.Element:
         raise ConfigError(f'{where}, line {error.lineno}: not well-formed XML: {reason}') from None
     except UnicodeEncodeError:
         raise ConfigError(f'{where}: not well-formed XML: a character that no text has') from None
-    root = builder.tree.close()
-    assert isinstance(root, ElementTree.Element)
-    return root
+    return builder.close()
 
 
-class _BoundedBuilder:
-    """Builds the tree of elements, of bounded depth and number."""
-
-    def __init__(self, where: Union[str, Path]) -> None:
-        self.tree = ElementTree.TreeBuilder()
-        self._where = where
-        self._open: List[str] = []
-        self._elements = 0
-
-    def start(self, tag: str, attributes: Dict[str, str]) -> None:
-        self._elements += 1
-        if len(self._open) >= MOST_LEVELS or self._elements > MOST_ELEMENTS:
-            raise ConfigError(
-                f'{self._where}: <{tag}>: too much XML; allowed: {MOST_ELEMENTS} elements, nested {MOST_LEVELS} deep'
-            )
-        self._open.append(tag.rpartition(':')[2])
-        self.tree.start(self._open[-1], attributes)
-
-    def end(self, _tag: str) -> None:
-        self.tree.end(self._open.pop())
-
-    def refuse_entity(self, name: str, *_declaration: object) -> None:
-        raise ConfigError(f'{self._where}: declares the XML entity {name!r}; allowed: no entities')
+def _refuse_entity(name: str, where: Union[str, Path]) -> None:
+    raise ConfigError(f'{where}: declares the XML entity {name!r}; allowed: no entities')
 
 
 def _content(path: Path) -> bytes:
@@ -365,7 +340,7 @@ def _check_format(robot: ElementTree.Element, where: str) -> None:
 
 def _check_names(kind: str, names: Sequence[str], where: str) -> None:
     if not names and kind == 'link':
-        raise ConfigError(f'{where}: the robot has no link')
+        raise ConfigError(f'{where}: the robot has no link; allowed: the file of a whole robot, not of macros only')
     if len(names) > MOST_LINKS:
         raise ConfigError(f'{where}: given {len(names)} {kind}s; allowed: at most {MOST_LINKS}')
     name, count = Counter(names).most_common(1)[0] if names else ('', 0)

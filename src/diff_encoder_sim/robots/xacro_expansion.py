@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 import re
+import resource
 import shlex
 import signal
 import subprocess
+import sys
 from pathlib import Path
 from typing import Any, Collection, Dict, Iterable, NamedTuple, Optional, Sequence, Tuple
 from xml.etree import ElementTree
 
-from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.errors import ConfigError, in_one_line
 from diff_encoder_sim.base.params import did_you_mean
 from diff_encoder_sim.base.processes import python_command
 from diff_encoder_sim.robots.description import RobotSource, added_link, with_laser
-from diff_encoder_sim.robots.package_search import SEARCH_VARIABLES
+from diff_encoder_sim.robots.package_search import SEARCH_VARIABLES, find_package, missing_package
 from diff_encoder_sim.robots.urdf_reading import MOST_BYTES, read_robot_text
 
 
@@ -51,29 +52,27 @@ def xacro_arguments_of_text(text: str) -> Dict[str, str]:
     return xacro_arguments([word if ':=' in word else word.replace('=', ':=', 1) for word in words], 'robot_args')
 
 
-MOST_S = 120  # of waiting; the process has its own limits of computing
-MOST_KEPT = 32
+MOST_S = 120  # of waiting
+MOST_CPU_S = 10
+MOST_MEMORY_BYTES = 2**29  # of addresses: 10,000 links take a fifth
 
 _NEEDS_XACRO = re.compile(r'xacro:|\$[({]')
 _WARNING = re.compile(r'^warning: (.*)$', re.MULTILINE)
+_ASKED = re.compile(r'<xacro:arg\s[^>]*?name\s*=\s*["\']([^"\']+)|\$\(\s*arg\s+([^\s)]+)|xacro\.arg\(\s*["\'](\w+)')
+_MISSING_PACKAGE = re.compile(r'package://([\w.-]+)')
 
 
 class Expansion(NamedTuple):
-    """What a robot's file has become."""
+    """URDF text made from a robot's file."""
 
     urdf: str
     declared: Tuple[str, ...] = ()  # names of the xacro arguments that the files declare or use
-    notes: Tuple[str, ...] = ()  # xacro's warnings, packages that are not there
+    notes: Tuple[str, ...] = ()  # xacro's warnings, missing packages
     laser_link: Optional[str] = None  # of the laser that the user adds
 
 
-class _Kept(NamedTuple):
-    expansion: Expansion
-    digests: Dict[str, Optional[str]]  # of all files that it was made from
-    environment: Dict[str, Optional[str]]
-
-
-_kept: Dict[RobotSource, _Kept] = {}
+_Versions = Dict[str, Optional[int]]  # modification times [ns] of files
+_kept: Dict[Tuple[RobotSource, Tuple[Optional[str], ...]], Tuple[Expansion, _Versions]] = {}
 
 
 def expand(source: RobotSource) -> str:
@@ -86,10 +85,9 @@ def expand(source: RobotSource) -> str:
 
 
 def expansion(source: RobotSource) -> Expansion:
-    """Return the URDF text of a robot, and what was noted on the way.
+    """Return the URDF text of a robot with notes on its expansion.
 
-    A campaign asks for the same few robots in each of its trials, so results are kept until a file or variable that
-    they were made from changes.
+    A campaign needs the same few robots in each of its trials: an expansion is kept until one of its files changes.
 
     Raises:
         ConfigError: the file cannot be read or expanded, or does not know an argument.
@@ -109,67 +107,100 @@ def expansion(source: RobotSource) -> Expansion:
 
 
 def _by_xacro(source: RobotSource) -> Expansion:
-    kept = _kept.pop(source, None)
-    if kept is None or kept.digests != _digests(kept.digests) or kept.environment != _values(kept.environment):
-        answer = _ask(source)
-        urdf, notes = answer['urdf'], (*answer['notes'], *answer['warnings'])
-        made = Expansion(urdf, tuple(answer['declared']), notes)
-        if answer['opened'] is None:
-            return made  # it depends on what is in a folder
-        kept = _Kept(made, _digests(answer['opened']), _values([*SEARCH_VARIABLES, *answer['environment']]))
-    _kept[source] = kept
-    if len(_kept) > MOST_KEPT:
-        _kept.pop(next(iter(_kept)), None)
-    return kept.expansion
-
-
-def _ask(source: RobotSource) -> Dict[str, Any]:
-    """Run the expansion in its own process.
-
-    Raises:
-        ConfigError: what is wrong with the file.
-    """
-    folders = list(map(str, source.package_folders))
-    request = {'file': str(source.file), 'arguments': source.arguments, 'package_folders': folders}
+    """Expand a xacro in a process with limits of time and memory: it is a program, and may never end."""
+    key = (source, tuple(map(os.environ.get, SEARCH_VARIABLES)))
+    if key in _kept and _kept[key][1] == _versions(_kept[key][1]):
+        return _kept[key][0]
+    request = {
+        'file': str(source.file),
+        'arguments': source.arguments,
+        'package_folders': list(map(str, source.package_folders)),
+    }
     try:
         process = subprocess.run(
-            python_command('robots.xacro_process'),
+            python_command('robots.xacro_expansion'),
             input=json.dumps(request), capture_output=True,
             timeout=MOST_S, check=False, encoding='utf-8', errors='replace',
         )  # fmt: skip
     except subprocess.TimeoutExpired:
         raise ConfigError(f'{source.file}: takes longer than {MOST_S} s to expand') from None
+    if process.returncode in (-signal.SIGXCPU, -signal.SIGKILL):
+        raise ConfigError(f'{source.file}: takes more than {MOST_CPU_S} s of processor time to expand')
     if process.returncode:
-        raise ConfigError(f'{source.file}: {_end_of(process)}')
+        last = process.stderr.strip().splitlines()[-1:] or [f'status {process.returncode}']
+        raise ConfigError(f'{source.file}: cannot be expanded: {last[0]}')
     answer: Dict[str, Any] = json.loads(process.stdout)
     if 'fault' in answer:
         raise ConfigError(answer['fault'])
     if len(answer['urdf']) > MOST_BYTES:
         raise ConfigError(f'{source.file}: expands to more than {MOST_BYTES // 10**6} MB')
-    answer['warnings'] = list(dict.fromkeys(_WARNING.findall(process.stderr)))
-    return answer
+    notes = (*answer['notes'], *dict.fromkeys(_WARNING.findall(process.stderr)))
+    result = Expansion(answer['urdf'], tuple(answer['declared']), notes)
+    _kept[key] = result, _versions(answer['opened'])
+    return result
 
 
-def _end_of(process: subprocess.CompletedProcess[str]) -> str:
-    if process.returncode in (-signal.SIGXCPU, -signal.SIGKILL):
-        return 'takes too much computing to expand: do its macros or expressions ever end?'
-    last = process.stderr.strip().splitlines()[-1:] or [f'status {process.returncode}']
-    return f'cannot be expanded: {last[0]}'
+def _versions(paths: Iterable[str]) -> _Versions:
+    return {path: os.stat(path).st_mtime_ns if os.path.exists(path) else None for path in paths}
 
 
-def _digests(paths: Iterable[str]) -> Dict[str, Optional[str]]:
-    return {path: _digest(Path(path)) for path in paths}
+def main() -> None:
+    """Expand the xacro that the request on stdin names; write its URDF or one line on its fault to stdout, as JSON."""
+    for kind, most in ((resource.RLIMIT_CPU, MOST_CPU_S), (resource.RLIMIT_AS, MOST_MEMORY_BYTES)):
+        # The limit of the job that starts this process may be lower.
+        lowest = min([most, *(each for each in resource.getrlimit(kind) if each != resource.RLIM_INFINITY)])
+        resource.setrlimit(kind, (lowest, lowest))
+    request = json.load(sys.stdin)
+    source = RobotSource(
+        Path(request['file']), tuple(map(tuple, request['arguments'])), tuple(map(Path, request['package_folders']))
+    )
+    answer_to, sys.stdout = sys.stdout, sys.stderr  # what xacro prints is no part of the answer
+    json.dump(_expanded(source), answer_to)
 
 
-def _digest(path: Path) -> Optional[str]:
+def _expanded(source: RobotSource) -> Dict[str, Any]:
+    """Return the URDF of a xacro or its fault, notes, declared arguments, and the files it depends on."""
+    import xacro  # noqa: PLC0415  only the process that expands needs it
+
+    opened: Dict[str, None] = {}
+    notes: Dict[str, None] = {}
+    substitute = xacro.eval_extension
+
+    def note_file(event: str, arguments: Any) -> None:
+        if event == 'open' and isinstance(arguments[0], str):
+            path = os.path.abspath(arguments[0])
+            if not path.endswith(('.py', '.pyc', 'package.xml')):
+                opened[path] = None
+
+    def with_our_packages(text: str) -> str:
+        """Resolve '$(...)'; xacro would need ROS to find packages."""
+        words = text[2:-1].split()
+        if len(words) != 2 or words[0] != 'find':
+            return str(substitute(text))
+        folder = find_package(words[1], source)
+        if folder is None:  # an error only if a file of it is read
+            notes[f'package {words[1]!r} is not found; $(find {words[1]}) became package://{words[1]}'] = None
+        return str(folder or f'package://{words[1]}')
+
+    sys.addaudithook(note_file)
+    xacro.eval_extension = with_our_packages
+    answer: Dict[str, Any] = {}
     try:
-        return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else None
-    except OSError:
-        return None
-
-
-def _values(names: Iterable[str]) -> Dict[str, Optional[str]]:
-    return {name: os.environ.get(name) for name in names}
+        document = xacro.process_file(str(source.file), mappings=dict(source.arguments))
+        # Not the whole document: xacro's banner has the file's path in it.
+        answer['urdf'] = '<?xml version="1.0"?>\n' + document.documentElement.toprettyxml(indent='  ')
+    except Exception as error:  # a xacro is a program: it may raise any exception
+        cause: BaseException = error
+        while getattr(cause, 'exc', None) is not None:  # xacro's own errors hold what they are about
+            cause = cause.exc  # type: ignore[attr-defined]
+        message = ' '.join(filter(None, [in_one_line(error)[:600], '' if str(cause) else type(cause).__name__]))
+        missing = _MISSING_PACKAGE.search(message)
+        reading = str(xacro.filestack[-1]) if xacro.filestack else str(source.file)
+        where = str(source.file) if reading == str(source.file) else f'{source.file}: {reading}'
+        answer['fault'] = f'{where}: {missing_package(missing[1], source) if missing else message}'
+    texts = [Path(path).read_text(encoding='utf-8', errors='replace') for path in list(opened) if os.path.isfile(path)]
+    declared = dict.fromkeys(name for text in texts for match in _ASKED.findall(text) for name in match if name)
+    return {**answer, 'notes': list(notes), 'declared': list(declared), 'opened': list(opened)}
 
 
 # Of a xacro that can hang the root link's inertia on a link of its own.

@@ -2,8 +2,33 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.robots.meshes import mesh_points_m
-from robot_parts import CUBE_CORNERS, CUBE_TRIANGLES, WRITERS, write_binary_stl, write_dae, write_obj
+from diff_encoder_sim.robots.meshes import (
+    file_corners_m,
+    in_words,
+    is_listed,
+    link_corners_m,
+    listed_mesh,
+    mesh_hull,
+    mesh_name,
+    mesh_points_m,
+    primitives_of,
+    visual_primitives_of,
+)
+from diff_encoder_sim.robots.robot_tree import Box, Cylinder, Mesh, Shape, Sphere
+from robot_parts import (
+    CUBE_CORNERS,
+    CUBE_TRIANGLES,
+    WRITERS,
+    finder,
+    link,
+    mesh_shape,
+    pose,
+    random_rotation,
+    shape,
+    write_binary_stl,
+    write_dae,
+    write_obj,
+)
 
 WHERE = "my.urdf: link 'base': collision mesh 'a.stl'"
 
@@ -26,28 +51,6 @@ def test_names_in_a_mesh_may_be_in_any_encoding(tmp_path, name, word):
     named = {'text.stl': content.replace(b'part', word), 'part.obj': b'# ' + word + b'\n' + content}
     (tmp_path / name).write_bytes(named.get(name, word + content[len(word) :]))
     assert extents_m(mesh_points_m(tmp_path / name, WHERE)) == pytest.approx(extents_m(CUBE_CORNERS))
-
-
-def nested(levels, width, inside):
-    """A library of nodes, each with instances of the next one."""
-    nodes = [
-        f'<node id="n{level}">{width * f"""<instance_node url="#n{level + 1}"/>"""}</node>' for level in range(levels)
-    ]
-    return f'<library_nodes>{"".join(nodes)}<node id="n{levels}">{inside}</node></library_nodes>'
-
-
-@pytest.mark.parametrize(('levels', 'width', 'is_read'), [(3, 3, True), (20, 10, False), (1, 2001, False)])
-@pytest.mark.parametrize('inside', ['<instance_geometry url="#part"/>', ''])
-def test_instances_of_a_dae_are_counted_before_they_are_shown(tmp_path, levels, width, is_read, inside):
-    write_dae(tmp_path / 'a.dae', CUBE_CORNERS, CUBE_TRIANGLES, node='<instance_node url="#n0"/>')
-    text = (tmp_path / 'a.dae').read_text()
-    text = text.replace('<library_visual', nested(levels, width, inside) + '<library_visual')
-    (tmp_path / 'a.dae').write_text(text)
-    if is_read:
-        assert len(mesh_points_m(tmp_path / 'a.dae', WHERE)) == 8
-    else:
-        with pytest.raises(ConfigError, match='more than [0-9]+ (nodes|instances)'):
-            mesh_points_m(tmp_path / 'a.dae', WHERE)
 
 
 def test_a_corner_that_no_triangle_has_does_not_count(tmp_path):
@@ -121,12 +124,6 @@ def test_a_broken_mesh_is_one_line_that_names_it(tmp_path, name, capfd, caplog):
     assert capfd.readouterr() == ('', '')
 
 
-def test_a_torn_file_is_one_line(tmp_path):
-    write_binary_stl(tmp_path / 'a.stl', CUBE_CORNERS, CUBE_TRIANGLES)
-    (tmp_path / 'a.stl').write_bytes((tmp_path / 'a.stl').read_bytes()[:-70])
-    assert_one_line(tmp_path / 'a.stl')
-
-
 @pytest.mark.parametrize('value', [np.nan, np.inf])
 def test_corners_that_are_no_numbers_are_one_line(tmp_path, value):
     write_binary_stl(tmp_path / 'a.stl', np.vstack([CUBE_CORNERS[:-1], [[0, 0, value]]]), CUBE_TRIANGLES)
@@ -139,33 +136,11 @@ def test_a_file_of_500_mb_is_not_read(tmp_path):
     assert 'given 500 MB; allowed: up to 50 MB' in assert_one_line(tmp_path / 'a.stl')
 
 
-def test_a_dae_that_shows_a_part_too_often_is_one_line(tmp_path, monkeypatch):
-    monkeypatch.setattr('diff_encoder_sim.robots.meshes._MOST_POINTS', 80)
-    write_dae(tmp_path / 'a.dae', CUBE_CORNERS, CUBE_TRIANGLES, instances=11)
-    assert 'more than 80 corners' in assert_one_line(tmp_path / 'a.dae')
-
-
 def test_a_missing_file_and_an_unknown_format_are_one_line(tmp_path):
     assert 'which is no file' in assert_one_line(tmp_path / 'a.stl')
     (tmp_path / 'a.step').write_text('')
     assert "given '.step'; allowed: .stl, .obj, .dae" in assert_one_line(tmp_path / 'a.step')
     assert 'which is no file' in assert_one_line(tmp_path)
-
-
-def test_random_changes_of_a_mesh_give_points_or_one_line(tmp_path):
-    rng = np.random.default_rng(1)
-    for name, write in WRITERS.items():
-        write(tmp_path / name, CUBE_CORNERS, CUBE_TRIANGLES)
-        content = np.frombuffer((tmp_path / name).read_bytes(), np.uint8)
-        for trial in range(25):
-            changed = content.copy()
-            changed[rng.integers(0, len(content), 5)] = rng.integers(0, 256, 5)
-            path = tmp_path / f'{trial}{(tmp_path / name).suffix}'
-            path.write_bytes(changed[: rng.integers(0, len(content)) if trial % 3 == 0 else None].tobytes())
-            try:
-                assert np.isfinite(mesh_points_m(path, WHERE)).all()
-            except ConfigError:
-                assert_one_line(path)
 
 
 def assert_one_line(path):
@@ -177,3 +152,122 @@ def assert_one_line(path):
     assert len(text.splitlines()) == 1
     assert len(text) < 400
     return text
+
+
+def write_points(path, points_m):
+    """Write triangles that have these corners."""
+    first = np.arange(len(points_m))
+    write_obj(path, points_m, np.stack([first, np.roll(first, 1), np.roll(first, 2)], axis=1))
+
+
+def hull_of(folder, points_m, **placement):
+    write_points(folder / 'a.obj', points_m)
+    return mesh_hull(mesh_shape('package://p/a.obj', **placement), 'my.urdf', finder(folder))
+
+
+def drum_points_m(axis=2, sides=24):
+    bearings_rad = np.arange(sides) * 2 * np.pi / sides
+    rim = 33 * np.stack([np.cos(bearings_rad), np.sin(bearings_rad)], axis=1)
+    points = np.vstack([np.column_stack([rim, np.full(sides, z)]) for z in (-9, 9)])
+    return np.roll(points, axis + 1, axis=1)
+
+
+@pytest.mark.parametrize('name', sorted(WRITERS))
+def test_a_cube_of_every_format_becomes_a_box(tmp_path, name):
+    WRITERS[name](tmp_path / name, CUBE_CORNERS, CUBE_TRIANGLES)
+    part = link('base', collisions=[mesh_shape(f'package://p/meshes/{name}', 0.1, (1, 2, 3))])
+    found = primitives_of(part, 'my.urdf', finder(tmp_path))
+    assert found.shapes[0].geometry == Box((0.2, 0.2, 0.2))
+    assert found.shapes[0].pose_in_link == pytest.approx(pose((1, 2, 3)))
+    assert found.notes == (f'collision mesh {name} of link base is simulated as a box of 200 x 200 x 200 mm',)
+
+
+@pytest.mark.parametrize('axis', [0, 1, 2])
+def test_a_wheel_becomes_a_cylinder_along_its_axis(tmp_path, axis):
+    hull = hull_of(tmp_path, drum_points_m(axis), scale=1e-3)
+    assert hull.geometry == Cylinder(0.033, 0.018)
+    assert np.abs(hull.pose_in_link[:3, 2]) == pytest.approx(np.eye(3)[axis])
+    assert np.linalg.det(hull.pose_in_link[:3, :3]) == pytest.approx(1)
+    assert in_words(hull.geometry) == 'a cylinder of radius 33 mm, length 18 mm'
+
+
+def test_a_ball_becomes_a_sphere(tmp_path):
+    rng = np.random.default_rng(4)
+    directions = rng.normal(size=(400, 3))
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    hull = hull_of(tmp_path, 0.02 * np.vstack([directions, -directions]) + [1, 2, 3])
+    assert isinstance(hull.geometry, Sphere)
+    assert in_words(hull.geometry) == 'a sphere of radius 20 mm'
+    assert hull.pose_in_link == pytest.approx(pose((1, 2, 3)))
+
+
+def test_a_box_that_is_modelled_along_its_own_axes_keeps_them(tmp_path):
+    hull = hull_of(tmp_path, CUBE_CORNERS * [3, 1, 0.5], rpy_rad=(0, 0, 0.5))
+    assert hull.geometry == Box((6, 2, 1))
+    assert hull.pose_in_link == pytest.approx(pose(rpy_rad=(0, 0, 0.5)))
+
+
+def test_the_scale_may_differ_by_axis_and_mirror(tmp_path):
+    write_points(tmp_path / 'a.obj', CUBE_CORNERS + [1, 0, 0])
+    hull = mesh_hull(Shape(Mesh('a.obj', (-1.0, 2.0, 3.0)), np.eye(4)), 'my.urdf', finder(tmp_path))
+    assert hull.geometry == Box((2, 4, 6))
+    assert hull.pose_in_link == pytest.approx(pose((-1, 0, 0)))
+
+
+def test_hulls_of_random_meshes_hold_every_corner(tmp_path):
+    rng = np.random.default_rng(5)
+    for _ in range(30):
+        points_m = rng.normal(size=(12, 3)) * rng.uniform(0.01, 1, 3) @ random_rotation(rng).T
+        placement = dict(xyz_m=rng.normal(size=3), rpy_rad=rng.normal(size=3))
+        hull = hull_of(tmp_path, points_m, **placement)
+        in_link_m = points_m @ pose(**placement)[:3, :3].T + placement['xyz_m']
+        assert _excess_m(hull, in_link_m) < 2e-6
+        (tmp_path / 'a.obj').unlink()
+
+
+def test_a_flat_sheet_becomes_a_plate_of_1_mm(tmp_path):
+    assert hull_of(tmp_path, CUBE_CORNERS * [1, 1, 0]).geometry == Box((2, 2, 0.001))
+
+
+@pytest.mark.parametrize('size', [(0, 0, 0), (1, 0, 0)])
+def test_a_mesh_without_extent_is_one_line(tmp_path, size):
+    with pytest.raises(ConfigError, match='^my.urdf: collision mesh .* given a mesh without extent; allowed: [^\n]*$'):
+        hull_of(tmp_path, CUBE_CORNERS * size)
+
+
+def test_a_missing_visual_mesh_is_no_error(tmp_path):
+    part = link('base', visuals=[mesh_shape('package://p/a.stl'), shape(Sphere(1))])
+    assert [each.geometry for each in visual_primitives_of(part, finder(tmp_path))] == [Sphere(1)]
+
+
+def _excess_m(hull, points_m):
+    """How far points are outside a shape, along the shape's own axes."""
+    local_m = (points_m - hull.pose_in_link[:3, 3]) @ hull.pose_in_link[:3, :3]
+    if isinstance(hull.geometry, Box):
+        return (np.abs(local_m) - np.array(hull.geometry.size_xyz_m) / 2).max()
+    if isinstance(hull.geometry, Sphere):
+        return (np.linalg.norm(local_m, axis=1) - hull.geometry.radius_m).max()
+    radial_m = np.hypot(local_m[:, 0], local_m[:, 1]) - hull.geometry.radius_m
+    return max(radial_m.max(), (np.abs(local_m[:, 2]) - hull.geometry.length_m / 2).max())
+
+
+def no_file(_uri):
+    return None
+
+
+def test_listed_corners_keep_all_their_digits():
+    corners_m = random_rotation(np.random.default_rng(11)) / 3
+    uri = listed_mesh('package://p/meshes/a.stl', corners_m)
+    assert is_listed(uri)
+    assert (file_corners_m(uri, 'my.urdf', no_file) == corners_m).all()
+
+
+@pytest.mark.parametrize('uri', ['package://p/meshes/a.stl', 'file:///m/a.stl', 'meshes/a.stl', 'a.stl'])
+def test_a_mesh_is_named_by_its_file_listed_or_not(uri):
+    assert not is_listed(uri)
+    assert mesh_name(uri) == mesh_name(listed_mesh(uri, CUBE_CORNERS)) == 'a.stl'
+
+
+def test_corners_in_the_link_are_scaled_then_turned_then_moved():
+    shape = mesh_shape(listed_mesh('a.stl', np.array([[1.0, 0, 0]])), 2.0, (0, 0, 3), (0, 0, np.pi / 2))
+    assert link_corners_m(shape, 'my.urdf', no_file) == pytest.approx(np.array([[0, 2, 3]]))

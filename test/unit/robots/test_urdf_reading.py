@@ -1,0 +1,416 @@
+"""URDF text becomes a tree, or one line that names file and element."""
+
+import random
+import re
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.robots.description import RobotSource
+from diff_encoder_sim.robots.robot_tree import Box, Cylinder, Mesh, RobotTree, Sphere
+from diff_encoder_sim.robots.urdf_reading import (
+    MOST_BYTES,
+    MOST_LINKS,
+    parse_joint,
+    parse_link,
+    parse_robot_xml,
+    parse_urdf,
+    read_robot_text,
+)
+from diff_encoder_sim.robots.xacro_expansion import expand
+from places import ROOT
+
+LINKS = '<link name="base"/><link name="wheel"/><link name="laser"/>'
+JOINTS = (
+    '<joint name="axle" type="continuous"><parent link="base"/><child link="wheel"/><axis xyz="0 2 0"/></joint>'
+    '<joint name="mount" type="fixed"><parent link="base"/><child link="laser"/><origin xyz="0.1 0 0.2"/></joint>'
+)
+
+
+def parse(body):
+    return parse_urdf(f'<robot name="r">{body}</robot>', 'r.urdf')
+
+
+def refused(text):
+    with pytest.raises(ConfigError) as caught:
+        parse_urdf(text, 'r.urdf')
+    line = str(caught.value)
+    assert '\n' not in line and line.startswith('r.urdf')
+    return line
+
+
+def joint(name, parent, child):
+    return f'<joint name="{name}" type="fixed"><parent link="{parent}"/><child link="{child}"/></joint>'
+
+
+def test_a_tree_of_links_is_read():
+    tree = parse(LINKS + JOINTS)
+    assert (tree.name, tree.root, list(tree.links), list(tree.joints)) == (
+        'r',
+        'base',
+        ['base', 'wheel', 'laser'],
+        ['axle', 'mount'],
+    )
+    assert tree.link_poses()['laser'][:3, 3] == pytest.approx([0.1, 0, 0.2])
+    assert tree.joints['axle'].axis == pytest.approx([0, 1, 0])
+    assert list(tree.subtree('base')) == ['base', 'wheel', 'laser']
+
+
+def test_namespaces_and_unknown_tags_do_not_matter():
+    text = (
+        '<robot xmlns="http://x" xmlns:y="http://y"><y:thing/><material name="m"/><link name="a"><what/></link></robot>'
+    )
+    tree = parse_urdf(text, 'r.urdf')
+    assert (tree.name, tree.root) == ('robot', 'a')
+
+
+def test_a_link_and_a_joint_may_have_the_same_name():
+    assert 'wheel' in parse('<link name="base"/><link name="wheel"/>' + joint('wheel', 'base', 'wheel')).joints
+
+
+def test_a_long_chain_of_links_is_read():
+    names = [f'l{number}' for number in range(MOST_LINKS)]
+    body = ''.join(f'<link name="{name}"/>' for name in names)
+    tree = parse(body + ''.join(joint(f'{a}_{b}', a, b) for a, b in zip(names, names[1:])))
+    assert list(tree.subtree('l0')) == names == list(tree.link_poses())
+
+
+@pytest.mark.parametrize(
+    ('text', 'complaint'),
+    [
+        ('<sdf version="1.6"/>', 'given an SDF file (of Gazebo); allowed: a URDF or xacro file'),
+        ('<mujoco/>', 'given an MJCF file'),
+        ('<launch/>', 'given a launch file'),
+        ('<html/>', 'given <html>'),
+        ('<robot/>', 'the robot has no link'),
+        (
+            '<robot><include filename="a.xacro"/></robot>',
+            '<include>: given in a URDF; allowed: in a xacro, as <xacro:include>',
+        ),
+        ('<robot><macro name="m"/></robot>', 'as <xacro:macro>'),
+        ('<robot><link/></robot>', '<link>: name: missing'),
+        ('<robot><link name=" "/></robot>', '<link>: name: missing'),
+        ('<robot><link name="a"/><link name="a"/></robot>', "link 'a': given 2 times"),
+        ('<robot>', 'not well-formed'),
+    ],
+)
+def test_what_is_no_robot_is_refused(text, complaint):
+    assert complaint in refused(text)
+
+
+@pytest.mark.parametrize(
+    ('body', 'complaint'),
+    [
+        (LINKS + JOINTS + joint('axle', 'base', 'wheel'), "joint 'axle': given 2 times"),
+        (LINKS + joint('a', 'bass', 'wheel'), "joint 'a': parent: no link is named 'bass'; did you mean 'base'?"),
+        (LINKS + joint('a', 'base', 'x'), "joint 'a': child: no link is named 'x'"),
+        (LINKS + joint('a', 'base', 'base'), "joint 'a': given 'base' as parent and child"),
+        (LINKS + JOINTS + joint('a', 'wheel', 'laser'), "'laser' is the child of two joints, 'mount' and 'a'"),
+        (LINKS + joint('a', 'base', 'wheel'), "2 links hang on no joint: 'base', 'laser'"),
+        (
+            LINKS + joint('a', 'base', 'wheel') + joint('b', 'wheel', 'laser') + joint('c', 'laser', 'base'),
+            "the links 'base', 'laser', 'wheel', 'base' form a loop",
+        ),
+        (LINKS + joint('b', 'wheel', 'laser') + joint('c', 'laser', 'wheel'), "'wheel', 'laser', 'wheel' form a loop"),
+        (''.join(f'<link name="l{number}"/>' for number in range(30)), "'l9' and 20 more"),
+        (''.join(f'<link name="l{number}"/>' for number in range(MOST_LINKS + 1)), 'given 1001 links'),
+    ],
+)
+def test_what_is_no_tree_is_refused(body, complaint):
+    assert complaint in refused(f'<robot name="r">{body}</robot>')
+
+
+def test_what_is_ignored_is_noted():
+    tree = parse('<link name="a"><collision/><inertial><mass value="0"/></inertial></link>')
+    assert tree.links['a'].inertial is None and tree.links['a'].collisions == ()
+    assert len(tree.notes) == 2 and all("link 'a'" in note for note in tree.notes)
+    assert np.allclose(tree.link_poses()['a'], np.eye(4))
+
+
+@pytest.mark.parametrize('element', ['robot', 'link', 'joint'])
+def test_a_name_that_pybullet_has_no_room_for_is_refused(element):
+    name = '\u00fc' * 200
+    parts = {each: name if each == element else 'a' for each in ('robot', 'link', 'joint')}
+    joint = f'<joint name="{parts["joint"]}" type="fixed"><parent link="{parts["link"]}"/><child link="b"/></joint>'
+    text = f'<robot name="{parts["robot"]}"><link name="{parts["link"]}"/><link name="b"/>{joint}</robot>'
+    with pytest.raises(ConfigError, match=f'my.urdf: <{element}>: name: given .*; allowed: at most 255 bytes'):
+        parse_urdf(text, 'my.urdf')
+
+
+def parse_urdf_links(body, notes=None):
+    element = ElementTree.fromstring(f'<link name="l">{body}</link>')
+    return parse_link(element, 'r.urdf', [] if notes is None else notes)
+
+
+def collision(geometry, inside=''):
+    return f'<collision>{inside}<geometry>{geometry}</geometry></collision>'
+
+
+def test_the_inertia_is_turned_into_the_links_axes():
+    inertial = parse_urdf_links(
+        '<inertial><origin xyz="1 0 0" rpy="0 0 1.5707963267948966"/><mass value="2"/>'
+        '<inertia ixx="1" iyy="2" izz="2.5" ixy="0.1" ixz="0.2" iyz="0.3"/></inertial>'
+    ).inertial
+    assert (inertial.mass_kg, list(inertial.com_in_link_m)) == (2, [1, 0, 0])
+    expected = np.array([[2, -0.1, -0.3], [-0.1, 1, 0.2], [-0.3, 0.2, 2.5]])
+    assert inertial.inertia_kgm2 == pytest.approx(expected)
+
+
+def test_a_link_without_inertial_has_no_mass():
+    assert parse_urdf_links('').inertial is None
+    assert parse_urdf_links('<inertial/>').inertial is None
+
+
+@pytest.mark.parametrize(
+    ('geometry', 'expected'),
+    [
+        ('<box size="1 2 3"/>', Box((1, 2, 3))),
+        ('<sphere radius="0.5"/>', Sphere(0.5)),
+        ('<cylinder radius="0.5" length="2"/>', Cylinder(0.5, 2)),
+        ('<capsule radius="0.5" length="2"/>', Cylinder(0.5, 3)),
+        ('<mesh filename=" package://p/a.stl "/>', Mesh('package://p/a.stl', (1, 1, 1))),
+        ('<mesh filename="a.stl" scale="0.001 -0.001 0.001"/>', Mesh('a.stl', (0.001, -0.001, 0.001))),
+    ],
+)
+def test_shapes_are_read(geometry, expected):
+    (shape,) = parse_urdf_links(collision(geometry, '<origin xyz="0 0 0.1"/>')).collisions
+    assert shape.geometry == expected
+    assert list(shape.pose_in_link[:3, 3]) == [0, 0, 0.1]
+
+
+@pytest.mark.parametrize('geometry', ['', '<plane/>', '<box size="0 0 0"/>', '<sphere radius="0"/>'])
+def test_a_collision_that_nothing_can_hit_is_ignored_and_noted(geometry):
+    notes = []
+    assert parse_urdf_links(collision(geometry), notes).collisions == ()
+    assert notes == ["link 'l': a <collision> without a shape or of size zero is ignored"]
+
+
+def test_a_bad_visual_does_not_matter():
+    good, bad = (
+        '<visual><geometry><box size="1 1 1"/></geometry></visual>',
+        '<visual><geometry><box/></geometry></visual>',
+    )
+    link = parse_urdf_links(bad + good + '<visual/>')
+    assert [shape.geometry for shape in link.visuals] == [Box((1, 1, 1))]
+
+
+def test_friction_is_that_of_pybullets_tag():
+    assert parse_urdf_links('<contact><lateral_friction value="0.25"/></contact>').friction == 0.25
+    assert parse_urdf_links('<contact/>').friction is None
+
+
+@pytest.mark.parametrize(
+    ('body', 'complaint'),
+    [
+        ('<inertial><mass value="-1"/></inertial>', "mass value: given '-1'; allowed: at least "),
+        ('<inertial><mass value="1e-300"/></inertial>', "mass value: given '1e-300'; allowed: at least "),
+        ('<inertial><mass value="7_0"/></inertial>', "mass value: given '7_0'"),
+        ('<inertial><mass value="nan"/></inertial>', "mass value: given 'nan'"),
+        ('<inertial><mass/></inertial>', 'mass value: given None'),
+        ('<inertial><mass value="1e300"/></inertial>', "mass value: given '1e300'; allowed: from"),
+        ('<inertial><mass value="1"/><inertia ixx="a"/></inertial>', "inertia ixx: given 'a'"),
+        ('<inertial><mass value="1"/><origin xyz="0 0"/></inertial>', "inertial: origin xyz: given '0 0'"),
+        (collision('<box size="1 -1 1"/>'), "collision: box size: given '1 -1 1'; allowed: lengths greater than 0 [m]"),
+        (collision('<box size="1 1"/>'), "box size: given '1 1'; allowed: 3"),
+        (collision('<box/>'), 'box size: given None'),
+        (collision('<cylinder radius="1"/>'), 'cylinder length: given None'),
+        (collision('<sphere radius="-1"/>'), "sphere radius: given '-1'"),
+        (collision('<sphere radius="1 m"/>'), "sphere radius: given '1 m'"),
+        (collision('<mesh/>'), 'mesh: filename: missing'),
+        (collision('<mesh filename="a" scale="1"/>'), "mesh scale: given '1'"),
+        (collision('<mesh filename="a" scale="1 0 1"/>'), 'allowed: not zero'),
+        ('<contact><lateral_friction value="-1"/></contact>', "lateral_friction value: given '-1'"),
+    ],
+)
+def test_a_bad_number_is_named(body, complaint):
+    with pytest.raises(ConfigError) as caught:
+        parse_urdf_links(body)
+    assert str(caught.value).startswith("r.urdf: link 'l': ") and complaint in str(caught.value)
+
+
+ENDS = '<parent link="a"/><child link="b"/>'
+
+
+def parse_urdf_joints(body, kind='continuous'):
+    return parse_joint(ElementTree.fromstring(f'<joint name="j" type="{kind}">{body}</joint>'), 'r.urdf')
+
+
+def test_a_joint_has_all_that_is_given():
+    limit, origin = '<limit effort="2.5" velocity="10"/>', '<origin xyz="1 2 3" rpy="0 0 1.5707963267948966"/>'
+    joint = parse_urdf_joints(f'{ENDS}{origin}<axis xyz="0 0 -3"/>{limit}<mimic joint="k"/>', 'revolute')
+    assert (joint.name, joint.kind, joint.parent, joint.child, joint.is_mimic) == ('j', 'revolute', 'a', 'b', True)
+    assert (joint.effort, joint.speed) == (2.5, 10)
+    assert joint.axis == pytest.approx([0, 0, -1])
+    assert joint.child_in_parent[:3, 3] == pytest.approx([1, 2, 3])
+    assert joint.child_in_parent[:3, 0] == pytest.approx([0, 1, 0])
+
+
+def test_what_is_not_given_is_as_urdf_says():
+    joint = parse_urdf_joints(ENDS)
+    assert joint.axis == pytest.approx([1, 0, 0])
+    assert (joint.effort, joint.speed, joint.is_mimic) == (None, None, False)
+    assert parse_urdf_joints(f'{ENDS}<limit effort="inf" velocity="1e300"/>').effort is None
+
+
+def test_an_axis_that_turns_nothing_may_be_zero():
+    assert parse_urdf_joints(f'{ENDS}<axis xyz="0 0 0"/>', 'fixed').axis == pytest.approx([1, 0, 0])
+
+
+@pytest.mark.parametrize(
+    ('body', 'kind', 'complaint'),
+    [
+        (ENDS, 'Fixed', "joint 'j': type: given 'Fixed'; allowed: fixed, continuous, revolute"),
+        (ENDS, '', "joint 'j': type: given ''"),
+        ('<child link="b"/>', 'fixed', "joint 'j': parent: missing"),
+        ('<parent link="a"/><child/>', 'fixed', "joint 'j': child: missing"),
+        ('<parent link="a"/><child link="a"/>', 'fixed', "given 'a' as parent and child"),
+        (f'{ENDS}<axis xyz="0 0 0"/>', 'continuous', "axis xyz: given '0 0 0'; allowed: a direction, not zero"),
+        (f'{ENDS}<axis xyz="0 nan 0"/>', 'continuous', "axis xyz: given '0 nan 0'"),
+        (f'{ENDS}<axis xyz="0 1"/>', 'continuous', "axis xyz: given '0 1'; allowed: 3 finite number(s)"),
+        (f'{ENDS}<origin xyz="0 0 inf"/>', 'fixed', "origin xyz: given '0 0 inf'"),
+        (f'{ENDS}<origin xyz="0 0 1e300"/>', 'fixed', "origin xyz: given '0 0 1e300'; allowed: from -1e+06 to 1e+06"),
+        (f'{ENDS}<origin rpy="0 0"/>', 'fixed', "origin rpy: given '0 0'"),
+        (f'{ENDS}<limit effort="-1"/>', 'continuous', "limit effort: given '-1'; allowed: a number, not negative"),
+        (f'{ENDS}<limit velocity="fast"/>', 'continuous', "limit velocity: given 'fast'"),
+    ],
+)
+def test_a_bad_joint_is_named(body, kind, complaint):
+    with pytest.raises(ConfigError) as caught:
+        parse_urdf_joints(body, kind)
+    assert str(caught.value).startswith("r.urdf: joint 'j': ")
+    assert complaint in str(caught.value)
+
+
+def test_a_joint_needs_a_name():
+    with pytest.raises(ConfigError, match='r.urdf: <joint>: name: missing'):
+        parse_joint(ElementTree.fromstring('<joint type="fixed"/>'), 'r.urdf')
+
+
+ROBOT = '<robot name="r"><link name="a"/></robot>'
+
+
+def read(folder, content):
+    path = folder / 'robot.urdf'
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    return parse_robot_xml(read_robot_text(path), str(path))
+
+
+def refused_robot_xml(folder, content):
+    with pytest.raises(ConfigError) as caught:
+        read(folder, content)
+    text = str(caught.value)
+    assert '\n' not in text and text.startswith(str(folder))
+    return text
+
+
+@pytest.mark.parametrize(
+    'content',
+    [
+        f'\n\n <?xml version="1.0"?>\n{ROBOT}',
+        f'<!-- the licence -->\n<?xml version="1.0" encoding="utf-8"?>{ROBOT}',
+        b'\xef\xbb\xbf<?xml version="1.0"?>' + ROBOT.encode(),
+        f'<?xml version="1.0" encoding="UTF-16"?>{ROBOT}'.encode('utf-16'),
+        f'<?xml version="1.0" encoding="ISO-8859-1"?><!-- \u00fc -->{ROBOT}'.encode('latin-1'),
+        f'<!-- \u00fc -->{ROBOT}'.encode('latin-1'),
+        f'<?xml version="1.1"?>{ROBOT}',
+        f'<!DOCTYPE robot SYSTEM "http://nowhere.invalid/robot.dtd">{ROBOT}',
+        '<robot name="r" xmlns="http://www.ros.org" xmlns:x="http://x"><link name="a" x:b="1"/></robot>',
+        '<u:robot name="r" xmlns:u="http://u"><u:link name="a"/></u:robot>',
+        '<robot name="r"><link name="a"/><gazebo><sensor:ray name="undeclared"/></gazebo></robot>',
+    ],
+)
+def test_a_form_that_does_no_harm_is_read(tmp_path, content):
+    robot = read(tmp_path, content)
+    assert (robot.tag, robot.get('name'), robot.find('link').get('name')) == ('robot', 'r', 'a')
+
+
+def test_an_encoding_that_is_declared_is_used(tmp_path):
+    name = '<?xml version="1.0" encoding="iso-8859-1"?><robot name="Gr\u00fcn"/>'.encode('latin-1')
+    assert read(tmp_path, name).get('name') == 'Gr\u00fcn'
+
+
+def test_lines_are_those_of_the_file(tmp_path):
+    assert 'robot.urdf, line 5: not well-formed XML: mismatched tag' in refused_robot_xml(
+        tmp_path, '\n\n<?xml version="1.0"\n?><robot>\n<link></robot>'
+    )
+
+
+@pytest.mark.parametrize(
+    ('content', 'text'),
+    [
+        ('', 'no element found'),
+        ('hello', 'line 1: not well-formed XML: syntax error'),
+        (b'\x89PNG\r\n\x1a\n\0\0\0', 'a binary file'),
+        (b' ' * (MOST_BYTES + 1), 'too big; allowed: at most 20 MB'),
+        (f'<?xml version="1.0" encoding="klingon"?>{ROBOT}', "encoding: given 'klingon'"),
+        (f'<?xml version="1.0" encoding="hex"?>{ROBOT}', "encoding: given 'hex'"),
+        (f'<?xml version="1.0" encoding="idna"?>{ROBOT}\xfc', "encoding: given 'idna'"),
+        ('<!DOCTYPE r [<!ENTITY a "ha"><!ENTITY b "&a;&a;">]><robot name="&b;"/>', "declares the XML entity 'a'"),
+        ('<!DOCTYPE r [<!ENTITY a SYSTEM "file:///etc/passwd">]><robot>&a;</robot>', "declares the XML entity 'a'"),
+        ('<!DOCTYPE r [<!ENTITY % a SYSTEM "file:///etc/passwd"> %a;]><robot/>', "declares the XML entity 'a'"),
+        ('<robot name="&#xD800;"/>', 'invalid character'),
+        ('<robot name="\x0c"/>', 'not well-formed'),
+    ],
+    ids=lambda value: value[:20] if isinstance(value, str) else '',
+)
+def test_what_could_do_harm_is_refused(tmp_path, content, text):
+    assert text in refused_robot_xml(tmp_path, content)
+
+
+def test_what_is_no_file_is_refused(tmp_path):
+    for path, text in (
+        (tmp_path, 'a folder'),
+        (tmp_path / 'none', 'no such robot file'),
+        ('/dev/zero', 'no such robot'),
+    ):
+        with pytest.raises(ConfigError, match=text):
+            read_robot_text(path)
+
+
+ALTO = ROOT / 'urdf' / 'alto.urdf.xacro'
+VALUES = ['', ' ', 'nan', '-inf', '1e400', '-1', '0', '0 0 0', '1 2', '0x1', '\u0663', 'base_link', 'laser', '&amp;']
+TAGS = ['robot', 'link', 'joint', 'origin', 'mass', 'collision', 'geometry', 'box', 'parent', 'gazebo', 'mimic']
+
+
+def mutated(text, rng, values, tags):
+    """The text with one or two values, tags or characters changed."""
+    for _ in range(rng.randint(1, 2)):
+        kind = rng.randrange(5)
+        if kind <= 1:
+            text = replaced(text, rng, r'(?<=")[^"]*(?=")', rng.choice(values))
+        elif kind == 2:
+            text = replaced(text, rng, r'(?<=[</])[\w:]+', rng.choice(tags))
+        elif kind == 3:
+            text = replaced(text, rng, r'<[^<>]*/>', rng.choice(['', '<a/>', text[: rng.randrange(300)]]))
+        else:
+            at = rng.randrange(len(text))
+            text = text[:at] + rng.choice(['', '<', '>', '"', '&', '\0', '\ud7ff', text[at : at + 40]]) + text[at + 1 :]
+    return text
+
+
+def replaced(text, rng, pattern, by):
+    places = list(re.finditer(pattern, text))
+    if not places:
+        return text
+    place = rng.choice(places)
+    return text[: place.start()] + by + text[place.end() :]
+
+
+def outcome(text):
+    """What becomes of a URDF: a tree or None."""
+    try:
+        tree = parse_urdf(text, 'r.urdf')
+    except ConfigError as error:
+        assert str(error).startswith('r.urdf') and '\n' not in str(error)
+        return None
+    assert isinstance(tree, RobotTree)
+    assert set(tree.link_poses()) == set(tree.links) == set(tree.subtree(tree.root))
+    return tree
+
+
+def test_any_urdf_is_a_tree_or_one_line():
+    rng, alto = random.Random(1), expand(RobotSource(ALTO))
+    outcomes = [outcome(mutated(alto, rng, VALUES, TAGS)) for _ in range(150)]
+    assert 5 < sum(tree is not None for tree in outcomes) < 145
