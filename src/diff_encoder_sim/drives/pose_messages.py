@@ -272,7 +272,7 @@ class ModelStateDecoder:
             twist = TWIST.unpack_from(raw, twists_at + LENGTH.size + index * TWIST.size)
         except struct.error:
             raise InputFault(TORN) from None
-        from diff_encoder_sim.simulation.state import BodyState
+        from diff_encoder_sim.simulation.state import BodyState  # noqa: PLC0415  not for the nodes of the wheels
 
         return BodyState(pose[:3], pose[3:], twist[:3], twist[3:])
 

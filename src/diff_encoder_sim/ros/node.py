@@ -314,7 +314,7 @@ def trial_plan() -> Optional[LivePlan]:
     if plan is None:
         return None
     # Here, since it imports much that a node without a trial does not need.
-    from diff_encoder_sim.drives.trial_definition import LivePlan
+    from diff_encoder_sim.drives.trial_definition import LivePlan  # noqa: PLC0415
 
     return LivePlan.from_mapping(from_xml_rpc(plan), PARAMETER)
 
