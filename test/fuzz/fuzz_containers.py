@@ -3,9 +3,7 @@
 import bz2
 import contextlib
 import io
-import sqlite3
 import struct
-import zlib
 
 import lz4.frame
 
@@ -13,16 +11,14 @@ import bag_bombs as bombs
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.cli.map_bag import main as map_bag
 from diff_encoder_sim.cli.reencode import main as reencode
-from diff_encoder_sim.drives import sqlite3_stream
 from diff_encoder_sim.drives.bag_source import open_source
 from diff_encoder_sim.drives.bounded_decompression import decompressed, open_zstd
-from diff_encoder_sim.drives.mcap_records import CHUNK_HEAD, MAGIC, RECORD_HEAD, Opcode, RecordFields, records
 from diff_encoder_sim.drives.message_types import LASER_SCAN, ODOMETRY, TRANSFORMS
 from diff_encoder_sim.drives.ros1_copy import write_ros1_copy
 from diff_encoder_sim.drives.ros1_records import header_fields, read_data
 from diff_encoder_sim.drives.ros1_stream import MAGIC as ROS1_MAGIC
 from diff_encoder_sim.drives.serving_topics import serving_options
-from diff_encoder_sim.drives.wire import LENGTH, UINT64, encode_text
+from diff_encoder_sim.drives.wire import LENGTH, UINT64
 from fuzz_bags import good_drive
 from odd_values import damaged, pick
 from reencoding_drives import COMPRESSIONS, ROS1, ROS2, without_index, write_ros1, write_ros2
@@ -42,47 +38,6 @@ DEFINITIONS = (
     '\0' * 100,
     'x ' * 100_000,
 )
-SQL = (
-    'DROP TABLE messages',
-    'DROP TABLE topics',
-    'DROP INDEX timestamp_idx',
-    'DELETE FROM topics WHERE id = 1',
-    'INSERT INTO topics SELECT id + 100, name, type, serialization_format, offered_qos_profiles FROM topics',
-    "UPDATE topics SET type = 'std_msgs/msg/Float64'",
-    "UPDATE topics SET type = x'ff00'",
-    'UPDATE topics SET name = NULL',
-    "UPDATE topics SET name = CAST(x'ffff' AS TEXT)",
-    "UPDATE topics SET serialization_format = 'json'",
-    'UPDATE messages SET data = 5000000000 WHERE id % 7 = 1',
-    "UPDATE messages SET data = 'text'",
-    'UPDATE messages SET data = NULL WHERE id % 2',
-    'UPDATE messages SET data = zeroblob(200000000) WHERE id = 5',
-    'UPDATE messages SET data = zeroblob(3000000) WHERE id < 50',
-    'UPDATE messages SET timestamp = 9e999 WHERE id = 3',
-    "UPDATE messages SET timestamp = 'soon'",
-    'UPDATE messages SET timestamp = -timestamp',
-    'UPDATE messages SET timestamp = 9223372036854775807 WHERE id = 3',
-    'UPDATE messages SET topic_id = 1.5 WHERE id = 3',
-    "UPDATE message_definitions SET encoded_message_definition = x'00ff'",
-    'ALTER TABLE messages RENAME COLUMN data TO content',
-    'ALTER TABLE messages ADD COLUMN more AS (zeroblob(900000000))',
-    'PRAGMA user_version = 77',
-    'CREATE TRIGGER t AFTER INSERT ON messages BEGIN SELECT 1; END',
-    'CREATE INDEX odd ON messages(length(data))',
-)
-SCHEMAS = (  # what takes the place of a piece of the tables' own SQL
-    ('data BLOB NOT NULL', 'data BLOB AS (zeroblob(900000000))'),
-    ('data BLOB NOT NULL', 'data AS (randomblob(900000000)) STORED'),
-    ('timestamp INTEGER NOT NULL', 'timestamp INTEGER AS (zeroblob(900000000))'),
-    ('data BLOB', 'data INTEGER'),
-    ('data BLOB', 'dota BLOB'),
-    ('CREATE TABLE messages', "CREATE VIEW messages AS SELECT 1 AS id, 1 AS topic_id, 2 AS timestamp, x'' AS data --"),
-    ('CREATE TABLE', 'CREATE VIRTUAL TABLE'),
-    ('INTEGER', 'INTEGER DEFAULT (zeroblob(900000000))'),
-    ('(', '(('),
-    ('topics', 'messages'),
-)
-
 ZSTD_MAGIC = b'\x28\xb5\x2f\xfd'
 PPR = ('--ppr', '40')
 COPIED = (LASER_SCAN, ODOMETRY, TRANSFORMS)
@@ -330,81 +285,4 @@ def _ros1_record(fields, data):
 # Of MCAP
 
 
-def _odd_mcap(rng, content, folder):
-    del folder
-    end = len(content) - len(MAGIC)
-    content, ending = content[len(MAGIC) : end], content[end:]
-    found = [[opcode, content[begin:to]] for opcode, begin, to in records(content)]
-    for _ in range(int(rng.integers(1, 4))):
-        index = int(rng.integers(len(found)))
-        opcode, data = found[index]
-        action = int(rng.integers(5))
-        if action == 0:
-            found[index][0] = int(rng.integers(256))
-        elif action == 1 and len(found) > 1:
-            found.insert(int(rng.integers(len(found))), found.pop(index))
-        elif action == 2:
-            found.append([int(Opcode.CHUNK), _mcap_bomb(rng)])
-        else:
-            found[index][1] = _odd_chunk(rng, data) if opcode == Opcode.CHUNK else _with_damage(rng, data or b'x')
-    return MAGIC + b''.join(RECORD_HEAD.pack(opcode, len(data)) + data for opcode, data in found) + ending
-
-
-def _odd_chunk(rng, data):
-    fields = RecordFields(data)
-    first, last, said, _ = fields.unpack(CHUNK_HEAD)
-    compression = fields.text()
-    inner = _with_damage(rng, decompressed(compression, fields.content(fields.unpack(UINT64)[0]), said))
-    checksum = zlib.crc32(inner) if rng.random() < 0.5 else 0
-    said = len(inner) if rng.random() < 0.8 else int(pick(rng, LONG_LENGTHS))
-    inner = COMPRESSORS[compression](inner)
-    name = compression if rng.random() < 0.8 else pick(rng, NAMES)
-    length = len(inner) if rng.random() < 0.9 else int(pick(rng, LONG_LENGTHS))
-    return CHUNK_HEAD.pack(first, last, said, checksum) + encode_text(name) + UINT64.pack(length) + inner
-
-
-def _mcap_bomb(rng):
-    compression, bomb = pick(rng, (('zstd', bombs.zstd_of_zeros()), ('lz4', bombs.lz4_of_zeros(1 << 27)), ('bz2', b'')))
-    said = int(pick(rng, (*LENGTHS, 1 << 27)))
-    return CHUNK_HEAD.pack(0, 0, said, 0) + encode_text(compression) + UINT64.pack(len(bomb)) + bomb
-
-
-# Of SQLite
-
-
-def _odd_sqlite(rng, content, folder):
-    if rng.random() < 0.4:
-        return _odd_pages(rng, content)
-    path = folder / 'being_made.db3'
-    path.write_bytes(content)
-    with contextlib.closing(sqlite3.connect(str(path))) as database:
-        for _ in range(int(rng.integers(1, 4))):
-            with contextlib.suppress(sqlite3.Error), database:
-                if rng.random() < 0.4:
-                    database.execute('PRAGMA writable_schema = ON')
-                    database.execute('UPDATE sqlite_master SET sql = replace(sql, ?, ?)', pick(rng, SCHEMAS))
-                else:
-                    database.execute(pick(rng, SQL))
-    content = path.read_bytes()
-    path.unlink()
-    return content
-
-
-def _odd_pages(rng, content):
-    """Change the file's header, the beginnings of pages, or their order."""
-    content, size = bytearray(content), 4096
-    for _ in range(int(rng.integers(1, 6))):
-        begin, other = (int(each) * size for each in rng.integers(0, len(content) // size, 2))
-        action = int(rng.integers(4))
-        if action == 0:
-            content[int(rng.integers(16, 108))] = int(rng.integers(256))
-        elif action == 1:
-            content[begin + int(rng.integers(40))] = int(rng.integers(256))
-        elif action == 2:
-            content[begin : begin + size] = content[other : other + size]
-        else:
-            content[begin : begin + size] = bytes(size)
-    return bytes(content)
-
-
-ODD_OF_KIND = {ROS1_MAGIC: _odd_ros1, MAGIC: _odd_mcap, sqlite3_stream.MAGIC: _odd_sqlite}
+ODD_OF_KIND = {ROS1_MAGIC: _odd_ros1}

@@ -9,8 +9,7 @@ import zlib
 import lz4.frame
 
 from diff_encoder_sim.drives.bounded_decompression import LARGEST_CHUNK
-from diff_encoder_sim.drives.mcap_records import CHUNK_HEAD, MAGIC, Opcode, encode_record
-from diff_encoder_sim.drives.wire import LENGTH, UINT16, UINT64, encode_text
+from diff_encoder_sim.drives.wire import LENGTH
 from reencoding_drives import without_index
 
 MESSAGES = 'TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER, timestamp INTEGER, data BLOB)'
@@ -66,21 +65,6 @@ def ros1_chunk(compression, data, said):
 def with_ros1_chunk(path, compression, data, said):
     """Put a chunk behind those of a sound bag, which then has no index."""
     path.write_bytes(without_index(path.read_bytes()) + ros1_chunk(compression, data, said))
-
-
-def write_mcap(path, compression, data, said):
-    """A file whose one topic stands before a chunk."""
-    chunk = CHUNK_HEAD.pack(1, 1, said, 0) + encode_text(compression) + UINT64.pack(len(data)) + data
-    schema = UINT16.pack(1) + encode_text('nav_msgs/msg/Odometry') + encode_text('') + LENGTH.pack(0)
-    channel = UINT16.pack(1) * 2 + encode_text('/odom') + encode_text('cdr') + LENGTH.pack(0)
-    path.write_bytes(
-        MAGIC
-        + encode_record(Opcode.HEADER, encode_text('ros2'), encode_text(''))
-        + encode_record(Opcode.SCHEMA, schema)
-        + encode_record(Opcode.CHANNEL, channel)
-        + encode_record(Opcode.CHUNK, chunk)
-    )
-    return path
 
 
 def write_db3(path, data=b'', messages=MESSAGES):

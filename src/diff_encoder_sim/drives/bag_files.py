@@ -6,9 +6,9 @@ import itertools
 from pathlib import Path
 from typing import Callable, Dict, Iterator, List, NamedTuple, Optional, Sequence, Tuple
 
+from mcap.writer import CompressionType, Writer
 from typing_extensions import Protocol
 
-from diff_encoder_sim.drives.mcap_writer import McapWriter
 from diff_encoder_sim.drives.ros1_writer import Ros1Writer, encode_record, record_header
 from diff_encoder_sim.drives.topics import BagFormat, RecordedTopic
 from diff_encoder_sim.drives.typestore import definition, ros2_definition, to_cdr
@@ -100,17 +100,23 @@ class McapFile:
 
     def __init__(self, path: Path) -> None:
         self._file = open(path, 'wb')  # noqa: SIM115 - closed by close or abandon
-        self._writer = McapWriter(self._file)
+        self._writer = Writer(self._file, compression=CompressionType.NONE)
+        self._writer.start('ros2', 'diff_encoder_sim')
         self._topics: Dict[str, int] = {}
-        self._types: List[str] = []  # by channel
+        self._schemas: Dict[str, int] = {}  # by type
+        self._types: Dict[int, str] = {}  # by channel
+        self._counts: Dict[int, int] = {}  # messages, by channel
 
     def add_publisher(self, topic: RecordedTopic, node: str) -> int:
         """Add a channel, unless the topic has one: ROS 2 records no publishers."""
         if topic.name not in self._topics:
             text, type_hash = ros2_definition(topic.message_type)
+            if topic.message_type not in self._schemas:
+                schema = self._writer.register_schema(topic.message_type, 'ros2msg', text.encode())
+                self._schemas[topic.message_type] = schema
             about = {'offered_qos_profiles': qos_profiles(topic.is_latched), 'topic_type_hash': type_hash}
-            self._topics[topic.name] = self._writer.add_channel(topic.name, topic.message_type, text, about)
-            self._types.append(topic.message_type)
+            channel = self._writer.register_channel(topic.name, 'cdr', self._schemas[topic.message_type], about)
+            self._topics[topic.name], self._types[channel], self._counts[channel] = channel, topic.message_type, 0
         return self._topics[topic.name]
 
     def prepare(self, publisher: int, time_ns: int, message: bytes, seq: Optional[int] = None) -> Prepared:
@@ -120,12 +126,13 @@ class McapFile:
 
     def write(self, messages: Sequence[Prepared]) -> None:
         """Write messages."""
-        for message in messages:
-            self._writer.write(*message)
+        for channel, time_ns, content in messages:
+            self._counts[channel] += 1
+            self._writer.add_message(channel, time_ns, content, time_ns, self._counts[channel])
 
     def close(self) -> None:
         """Write the index, and close the file."""
-        self._writer.finish()
+        self._writer.finish()  # type: ignore[no-untyped-call]
         self._file.close()
 
     def abandon(self) -> None:

@@ -8,7 +8,7 @@ from typing import Iterator, List, Union
 
 from diff_encoder_sim.base.errors import ConfigError, InputFault, in_one_line
 from diff_encoder_sim.drives.ros1_stream import MAGIC, Ros1Stream
-from diff_encoder_sim.drives.ros2_folder import METADATA, FileStream, Ros2Folder, beginning, file_stream, open_folder
+from diff_encoder_sim.drives.ros2_stream import METADATA, FileStream, Ros2Folder, beginning, file_stream, open_folder
 
 BagSource = Union[Ros1Stream, FileStream, Ros2Folder]
 

@@ -52,12 +52,6 @@ def chunk(whole):
     return content[begin + 4 : begin + 4 + size]
 
 
-@pytest.fixture(scope='module')
-def of_mcap(tmp_path_factory):
-    folder = write_ros2(tmp_path_factory.mktemp('mcap') / 'bag', drive(ROS2), 'mcap')
-    return next(folder.glob('*.mcap')).read_bytes()
-
-
 @pytest.mark.timeout(60)
 @pytest.mark.parametrize('has_index', [True, False])
 def test_zeros_behind_a_bag_of_ros_1(tmp_path, whole, has_index):
@@ -87,16 +81,6 @@ def test_zeros_in_a_compressed_chunk(tmp_path, whole, chunk):
     of_chunk = (len(messages) - COUNT) // 2
     assert messages[:of_chunk] == messages[COUNT : COUNT + of_chunk] == messages[COUNT + of_chunk :]
     assert f'empty record header at byte {len(chunk)} of the content' in fault
-
-
-@pytest.mark.timeout(60)
-def test_zeros_behind_and_in_an_mcap_file(tmp_path, of_mcap):
-    at = of_mcap.rindex(b'\x0f' + struct.pack('<Q', 4))  # the end of the data
-    messages, fault = read(write_sparse(tmp_path / 'a.mcap', of_mcap[:at]))
-    assert len(messages) == COUNT and f'byte {at}' in fault
-    data = lz4.frame.compress(bytes(100 << 20))
-    _, fault = read(bombs.write_mcap(tmp_path / 'b.mcap', 'lz4', data, 100 << 20))
-    assert 'no opcode at byte 0 of its content' in fault
 
 
 @pytest.mark.parametrize('compression', COMPRESSIONS[1:])

@@ -1,0 +1,281 @@
+"""Bags of ROS 2 as streams of messages: MCAP files, SQLite databases, and the folders of `ros2 bag record`.
+
+A file without index, as after a crash, is read from its beginning to where it is torn.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import shutil
+import sqlite3
+import struct
+import tempfile
+import urllib.parse
+from pathlib import Path
+from typing import Any, BinaryIO, Collection, Dict, Iterator, List, Sequence, Union
+
+from mcap.exceptions import EndOfFile, McapError
+from mcap.reader import make_reader
+from mcap.records import Channel, Chunk, McapRecord, Schema
+from mcap.records import Message as McapMessage
+from mcap.stream_reader import StreamReader, breakup_chunk
+
+from diff_encoder_sim.base.errors import ConfigError, InputFault, in_one_line
+from diff_encoder_sim.base.stamps import LATEST_NS
+from diff_encoder_sim.base.yaml_files import load_yaml
+from diff_encoder_sim.drives.bag_messages import BagConnection, Message
+from diff_encoder_sim.drives.bounded_decompression import BoundedSum, open_zstd
+
+METADATA = 'metadata.yaml'
+MCAP_MAGIC = b'\x89MCAP0\r\n'
+SQLITE_MAGIC = b'SQLite format 3\0'
+
+_CDR = 'cdr'
+_LARGEST_RECORD = 1 << 30  # [bytes]; a damaged length may be any number
+# What mcap raises where a file is damaged.
+_DAMAGED = (McapError, ValueError, struct.error)
+
+
+class McapStream:
+    """The topics of an MCAP file, and its messages, as often as they are asked for."""
+
+    is_cdr = True
+
+    def __init__(self, path: Path) -> None:
+        """Read the topics; OSError if the file cannot be read."""
+        self._path = path
+        self._schemas: Dict[int, Schema] = {}
+        self._topic_of: Dict[int, str] = {}  # by channel
+        self.topics: Dict[str, str] = {}  # types by topic
+        self.definitions: Dict[str, str] = {}  # by type, as recorded; empty where they were not
+        self.fault = ''  # why not all of it can be read
+        with open(path, 'rb') as file:
+            is_indexed = self._read_summary(file)
+        if not is_indexed:
+            self.fault = 'no index, as after a crash'
+            for _ in self.messages(()):
+                pass  # learns every channel on the way
+
+    @property
+    def connections(self) -> List[BagConnection]:
+        """Return the topics in the order of the file."""
+        return [BagConnection(*topic) for topic in self.topics.items()]
+
+    def messages(self, topics: Collection[str]) -> Iterator[Message]:
+        """Yield the messages of some topics as they were written; OSError if the file cannot be read."""
+        with open(self._path, 'rb') as file:
+            for record in self._records(file):
+                if isinstance(record, (Schema, Channel)):
+                    self._learn(record)
+                elif isinstance(record, McapMessage):
+                    topic = self._topic_of.get(record.channel_id)
+                    if record.log_time >= LATEST_NS:
+                        self.fault = f'damaged: a message on {topic} has no time before 2^32 s'
+                    elif topic is not None and topic in topics:
+                        yield Message(topic, record.log_time, record.data)
+
+    def _read_summary(self, file: BinaryIO) -> bool:
+        """Learn the channels if the file lists them, and return whether it does."""
+        try:
+            summary = make_reader(file).get_summary()
+        except Exception:  # mcap raises many types where it expects the end of a file
+            return False
+        if summary is None:
+            return False
+        for schema in summary.schemas.values():
+            self._learn(schema)
+        for channel in summary.channels.values():
+            self._learn(channel)
+        return bool(self.topics)
+
+    def _records(self, file: BinaryIO) -> Iterator[McapRecord]:
+        """Yield the records of the file and of its chunks, up to where it is torn; damaged chunks are left out."""
+        total = BoundedSum(self._path.stat().st_size)
+        try:
+            for record in StreamReader(file, emit_chunks=True, record_size_limit=_LARGEST_RECORD).records:
+                if not isinstance(record, Chunk):
+                    yield record
+                    continue
+                try:
+                    content = total.decompressed(record.compression, record.data, record.uncompressed_size)
+                    whole = dataclasses.replace(record, compression='', data=content)
+                    inner = breakup_chunk(whole, validate_crc=True)
+                except (InputFault, *_DAMAGED) as error:
+                    self.fault = f'damaged: the chunk before byte {file.tell()}: {in_one_line(error)}'
+                else:
+                    yield from inner
+        except EndOfFile:
+            self.fault = f'torn at byte {file.tell()}'
+        except _DAMAGED as error:
+            self.fault = f'damaged at byte {file.tell()}: {in_one_line(error)}'
+
+    def _learn(self, record: Union[Schema, Channel]) -> None:
+        if isinstance(record, Schema):
+            self._schemas[record.id] = record
+            self.definitions.setdefault(record.name, record.data.decode('utf-8', 'replace'))
+        elif record.message_encoding == _CDR and record.schema_id in self._schemas:
+            self._topic_of[record.id] = record.topic
+            self.topics.setdefault(record.topic, self._schemas[record.schema_id].name)
+        else:
+            self.fault = f'{record.topic} is left out: encoded as {record.message_encoding!r}; expected {_CDR!r}'
+
+
+class Sqlite3Stream:
+    """The topics of a database, and its messages by their time of recording, as often as they are asked for."""
+
+    is_cdr = True
+
+    def __init__(self, path: Path, compression: str = '') -> None:
+        """Read the topics.
+
+        Args:
+            path: of a file that begins with `SQLITE_MAGIC`.
+            compression: of each message by itself, as for `decompressed`.
+
+        Raises:
+            InputFault: it cannot be read, or has other tables.
+        """
+        self._size = path.stat().st_size
+        self._uri = f'file:{urllib.parse.quote(str(path.resolve()))}?mode=ro&immutable=1'
+        self._compression = compression
+        self._topic_of: Dict[int, str] = {}  # by its number in the file
+        self.topics: Dict[str, str] = {}  # types by topic
+        self.definitions: Dict[str, str] = {}  # by type, as recorded; older recorders leave them out
+        self.fault = ''  # why not all of it can be read
+        try:
+            query = 'SELECT id, name, type FROM topics WHERE serialization_format = ? ORDER BY id'
+            for number, topic, kind in self._rows(query, _CDR):
+                self._topic_of[number] = topic
+                self.topics.setdefault(topic, kind)
+            if list(self._rows("SELECT 1 FROM sqlite_master WHERE name = 'message_definitions'")):
+                query = 'SELECT topic_type, encoded_message_definition FROM message_definitions'
+                self.definitions = dict(self._rows(query))
+        except sqlite3.Error as error:
+            raise InputFault(in_one_line(error)) from None
+
+    @property
+    def connections(self) -> List[BagConnection]:
+        """Return the topics in the order of the file."""
+        return [BagConnection(*topic) for topic in self.topics.items()]
+
+    def messages(self, topics: Collection[str]) -> Iterator[Message]:
+        """Yield the messages of some topics by their time of recording, as far as they can be read."""
+        wanted = ', '.join(str(number) for number, topic in self._topic_of.items() if topic in topics)
+        query = f'SELECT topic_id, timestamp, data FROM messages WHERE topic_id IN ({wanted}) ORDER BY timestamp, id'
+        total = BoundedSum(self._size)
+        try:
+            for number, time_ns, data in self._rows(query):
+                topic = self._topic_of[number]
+                try:
+                    if not (isinstance(time_ns, int) and 0 <= time_ns < LATEST_NS and isinstance(data, bytes)):
+                        raise InputFault('has no time before 2^32 s, or no content')
+                    content = total.decompressed(self._compression, data)
+                except InputFault as fault:
+                    self.fault = f'damaged: a message on {topic} {fault}'
+                else:
+                    yield Message(topic, time_ns, content)
+        except sqlite3.Error as error:
+            self.fault = f'damaged: {in_one_line(error)}'
+
+    def _rows(self, query: str, *values: str) -> Iterator[Any]:
+        with contextlib.closing(sqlite3.connect(self._uri, uri=True)) as database:
+            yield from database.execute(query, values)
+
+
+FileStream = Union[McapStream, Sqlite3Stream]
+
+
+class Ros2Folder:
+    """The files of one bag, one after the other."""
+
+    is_cdr = True
+
+    def __init__(self, files: Sequence[FileStream]) -> None:
+        self._files = files
+        self.topics = {topic: kind for file in files for topic, kind in file.topics.items()}
+        self.definitions = {kind: text for file in files for kind, text in file.definitions.items()}
+        self.fault = self._faults()  # why not all of it can be read
+
+    @property
+    def connections(self) -> List[BagConnection]:
+        """Return the topics in the order of the files."""
+        return [BagConnection(*topic) for topic in self.topics.items()]
+
+    def messages(self, topics: Collection[str]) -> Iterator[Message]:
+        """Yield the messages of some topics in the order of the files."""
+        for file in self._files:
+            yield from file.messages(topics)
+        self.fault = self._faults()
+
+    def _faults(self) -> str:
+        return '; '.join(file.fault for file in self._files if file.fault)
+
+
+def file_stream(path: Path, beginning: bytes, compression: str = '') -> FileStream:
+    """Open a file of a ROS 2 bag by how it begins.
+
+    Raises:
+        InputFault: it cannot be read.
+        ConfigError: it is neither MCAP nor SQLite.
+    """
+    if beginning.startswith(MCAP_MAGIC):
+        return McapStream(path)
+    if beginning.startswith(SQLITE_MAGIC):
+        return Sqlite3Stream(path, compression)
+    raise ConfigError(
+        f'{path}: not a readable bag: neither of ROS 1 nor MCAP nor SQLite; '
+        'expected a file of ROS 1, or a folder, .db3 or .mcap of ROS 2'
+    )
+
+
+@contextlib.contextmanager
+def open_folder(folder: Path) -> Iterator[Ros2Folder]:
+    """Open the files that metadata.yaml names, only those next to it.
+
+    Raises:
+        ConfigError: there is no metadata.yaml, or a file is missing or cannot be read.
+        InputFault: a file cannot be read.
+    """
+    path = folder / METADATA
+    about = load_yaml(path).get('rosbag2_bagfile_information')
+    names = about.get('relative_file_paths') if isinstance(about, dict) else None
+    if not isinstance(about, dict) or not isinstance(names, list) or not names:
+        raise ConfigError(f'{path}: not a readable bag: no relative_file_paths; expected what ros2 bag record writes')
+    mode, compression = (str(about.get(f'compression_{key}') or '').lower() for key in ('mode', 'format'))
+    if mode not in ('', 'none', 'file', 'message') or (mode in ('file', 'message') and compression != 'zstd'):
+        raise ConfigError(
+            f'{path}: not a readable bag: compression {mode} {compression}; allowed: zstd of file or message'
+        )
+    with contextlib.ExitStack() as opened:
+        files = []
+        for file in (folder / Path(str(name)).name for name in names):
+            whole = opened.enter_context(_decompressed(file)) if mode == 'file' else file
+            files.append(file_stream(whole, beginning(whole), compression if mode == 'message' else ''))
+        yield Ros2Folder(files)
+
+
+def beginning(path: Path) -> bytes:
+    """Return the first bytes of a file, by which its kind is known.
+
+    Raises:
+        ConfigError: it cannot be read.
+    """
+    try:
+        with open(path, 'rb') as file:
+            return file.read(64)
+    except OSError as error:
+        raise ConfigError(f'{path}: cannot be read: {error.strerror}') from None
+
+
+@contextlib.contextmanager
+def _decompressed(path: Path) -> Iterator[Path]:
+    """Decompress a file into a temporary folder for as long as the context lasts."""
+    with tempfile.TemporaryDirectory(prefix='diff_encoder_sim_') as folder:
+        whole = Path(folder) / path.stem
+        try:
+            with open(path, 'rb') as file, open(whole, 'wb') as out:
+                shutil.copyfileobj(open_zstd(file), out)
+        except Exception as error:  # zstd has its own, which differ by version
+            raise ConfigError(f'{path}: cannot be decompressed: {in_one_line(error)}') from None
+        yield whole
