@@ -38,13 +38,6 @@ def test_a_box_has_its_own_four_corners():
     assert sorted(outline) == [(-0.1, -0.1), (-0.1, 0.1), (0.2, -0.1), (0.2, 0.1)]
 
 
-def test_a_turned_box_has_four_corners_outside_its_own():
-    box = shape(Box((0.3, 0.2, 0.1)), rpy_rad=(0, 0, 0.3))
-    outline = outline_of(box)
-    assert len(outline) == 4
-    assert outside_m(outline, [box]) <= 0
-
-
 def test_wheels_beside_a_body_are_inside():
     body = shape(Box((0.3, 0.2, 0.1)))
     wheels = [shape(WHEEL, (0, y_m, 0), ON_ITS_RIM) for y_m in (0.12, -0.12)]
@@ -57,10 +50,6 @@ def test_a_round_robot_has_16_corners_less_than_2_percent_farther_out():
     assert len(outline) == 16
     assert np.hypot(*outline.T).max() < 1.02 * 0.18 + 0.001
     assert set(map(tuple, outline)) == {(x, -y) for x, y in outline} == {(-x, y) for x, y in outline}
-
-
-def test_a_small_round_robot_has_fewer_corners():
-    assert len(outline_of(shape(Sphere(0.01)))) <= 8
 
 
 def test_what_is_below_the_floor_does_not_count():

@@ -90,20 +90,6 @@ def test_the_wheels_turn_as_before_and_are_as_sound(tree):
         assert robot.link_poses()[joint.child] == pytest.approx(tree.link_poses()[joint.child], abs=1e-12)
 
 
-def test_a_joint_hangs_on_the_part_that_its_parent_belongs_to():
-    """A wheel on a bracket that is turned and fixed to the body."""
-    urdf = expand(RobotSource(ROOT / 'urdf' / 'alto.urdf.xacro'))
-    tree = parse_urdf(urdf, 'alto')
-    bracket = tree.joints['hull_joint']._replace(child_in_parent=np.array(
-        [[0.0, -1.0, 0.0, 0.1], [1.0, 0.0, 0.0, 0.2], [0.0, 0.0, 1.0, 0.3], [0.0, 0.0, 0.0, 1.0]]
-    ))  # fmt: skip
-    wheel = tree.joints['left_wheel_joint']._replace(parent='hull')
-    bent = tree._replace(joints={**tree.joints, 'hull_joint': bracket, 'left_wheel_joint': wheel})
-    robot = joined(bent)
-    assert robot.joints['left_wheel_joint'].parent == 'base_link'
-    assert robot.link_poses()['left_wheel'] == pytest.approx(bent.link_poses()['left_wheel'], abs=1e-12)
-
-
 def test_a_link_is_left_for_each_friction_of_a_part_wheels_first(tree):
     robot = joined(tree)
     cap = ['cap'] if 'cap' in tree.links else []

@@ -6,7 +6,74 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
-from urdf_texts import box, described, found, joint, laser_sensor, link, usual
+from diff_encoder_sim.robots.describing import describe
+from diff_encoder_sim.robots.description import AddedLaser, RobotChoices, with_laser
+from diff_encoder_sim.robots.laser_search import gazebo_lasers, whole_period_rate_hz
+from diff_encoder_sim.robots.robot_file import load_robot_file
+from diff_encoder_sim.robots.urdf_reading import parse_urdf
+from urdf_texts import described, found, joint, laser_sensor, link, tree_of, usual
+
+EYE = link('eye') + joint('eye_joint', 'eye', '0 0 0.2')
+
+
+def only_laser(**given):
+    (laser,) = gazebo_lasers(tree_of(usual(EYE, laser_sensor('eye', **given))))
+    return laser
+
+
+@pytest.mark.parametrize('kind', ['ray', 'gpu_ray', 'lidar', 'gpu_lidar'])
+def test_each_type_of_scanner_is_read(kind):
+    assert only_laser(kind=kind).settings['samples'] == 360
+
+
+def test_a_camera_is_no_scanner():
+    assert gazebo_lasers(tree_of(usual(EYE, laser_sensor('eye', kind='camera')))) == ()
+
+
+def test_the_last_ray_is_at_max_angle():
+    settings = only_laser(samples=181, angles=(-math.pi / 2, math.pi / 2)).settings
+    step_rad = settings['angle_span'] / settings['samples']
+    assert settings['angle_min'] + 180 * step_rad == pytest.approx(math.pi / 2)
+
+
+def test_a_scan_around_never_covers_more_than_a_turn():
+    assert only_laser(angles=(0.0, 6.28319)).settings['angle_span'] == 2 * math.pi
+
+
+def test_the_resolution_multiplies_the_rays():
+    text = usual(EYE, laser_sensor('eye', samples=360)).replace('<resolution>1<', '<resolution>0.5<')
+    assert gazebo_lasers(tree_of(text))[0].settings['samples'] == 180
+
+
+@pytest.mark.parametrize(
+    ('rate_hz', 'simulated_hz'),
+    [(10, 10), (5, 5), (5.5, 100 / 18), (40, 50), (30, 100 / 3), (1000, 100), (0.001, 0.01)],
+)
+def test_a_rate_is_the_nearest_whose_period_is_whole_10_ms(rate_hz, simulated_hz):
+    assert whole_period_rate_hz(rate_hz) == pytest.approx(simulated_hz)
+    laser = only_laser(rate=rate_hz)
+    assert laser.settings['rate'] == pytest.approx(simulated_hz)
+    assert len(laser.notes) == (0 if simulated_hz == pytest.approx(rate_hz, rel=1e-3) else 1)
+
+
+@pytest.mark.parametrize(
+    ('given', 'missing'),
+    [
+        ({'rate': 0}, ['rate']),
+        ({'rate': 'fast'}, ['rate']),
+        ({'ranges': (0.1, 'inf')}, ['range_max']),
+        ({'ranges': (2.0, 1.0)}, ['range_min', 'range_max']),
+        ({'angles': (1.0, 1.0)}, ['angle_min', 'angle_span']),
+        ({'angles': ('', 1.0)}, ['angle_min', 'angle_span']),
+    ],
+)
+def test_what_makes_no_sense_is_left_to_the_defaults(given, missing):
+    settings = only_laser(**given).settings
+    assert {'angle_min', 'angle_span', 'range_min', 'range_max', 'rate'} - set(settings) == set(missing)
+
+
+def test_a_sensor_of_a_link_that_is_not_there_is_no_scanner():
+    assert gazebo_lasers(tree_of(usual(laser_sensor('nowhere')))) == ()
 
 
 def mounted(name, at='0.1 0 0.2', rpy='0 0 0', parent='base_link'):
@@ -95,12 +162,55 @@ def test_a_scanner_upside_down_is_turned_up_and_its_rays_go_the_other_way():
     assert (bearings_rad[0], bearings_rad[-1]) == pytest.approx((-angles[1], -angles[0]))
 
 
-def test_a_case_around_the_scanner_is_no_scanner_of_its_own():
-    assert laser_of(link('lidar_case_plate', box(0.1, 0.1, 0.1)) + joint('j', 'lidar_case_plate', '0 0 0.2')) is None
-
-
 def test_a_link_with_a_level_and_a_leaning_sensor_has_the_level_one():
     leaning = laser_sensor('eye', pose='0 0 0 0 1 0')
     description = described(usual(mounted('eye'), laser_sensor('eye'), leaning))
     assert description.laser.link == 'eye'
     assert "scanners that are not level are left out: 'eye'" in description.notes
+
+
+def test_it_is_a_link_on_the_parent():
+    tree = parse_urdf(with_laser(usual(), AddedLaser('base_link', (0.1, 0.0, 0.3))), 'here')
+    assert tree.joint_above('laser').parent == 'base_link'
+    assert tree.link_poses()['laser'][:3, 3] == pytest.approx([0.1, 0.0, 0.3])
+    assert set(tree.links) == {*parse_urdf(usual(), 'here').links, 'laser'}
+
+
+def test_a_namespace_and_what_follows_the_robot_stay():
+    text = with_laser('<r:robot xmlns:r="x"></r:robot>\n<!-- end -->', AddedLaser('a&b', (0.0, 0.0, 0.0)))
+    assert text.endswith('</joint></r:robot>\n<!-- end -->')
+    assert '"a&amp;b"' in text
+
+
+def test_a_robot_file_gives_it(tmp_path):
+    (tmp_path / 'mine.urdf').write_text(usual())
+    (tmp_path / 'mine.yaml').write_text('urdf: mine.urdf\nlaser: {parent: base_link, xyz: [0, 0, 0.25]}\n')
+    source = load_robot_file('mine.yaml', tmp_path, tmp_path, {}).source
+    laser = describe(source, RobotChoices()).laser
+    assert laser.link == 'laser'
+    assert laser.pose_in_root == pytest.approx(np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0.25], [0, 0, 0, 1]]))
+
+
+@pytest.mark.parametrize(
+    ('laser', 'complaint'),
+    [
+        ('{parent: nowhere, xyz: [0, 0, 0.25]}', 'nowhere'),
+        ('{parent: base_link, xyz: [0, 0]}', r'laser.xyz: given \[0, 0\]; allowed: '),
+        ('{parent: base_link, xyz: [0, 0, .nan]}', 'laser.xyz.2: given nan'),
+        ('{parent: base_link, xyz: [0, 0, 1.0e+300]}', 'laser.xyz.2: given 1e.300; allowed: '),
+        ('top', "laser: given 'top'; allowed: "),
+    ],
+)
+def test_what_cannot_be_is_named_in_one_line(tmp_path, laser, complaint):
+    (tmp_path / 'mine.urdf').write_text(usual())
+    (tmp_path / 'mine.yaml').write_text(f'urdf: mine.urdf\nlaser: {laser}\n')
+    with pytest.raises(ConfigError, match=complaint) as fault:
+        describe(load_robot_file('mine.yaml', tmp_path, tmp_path, {}).source, RobotChoices())
+    assert '\n' not in str(fault.value)
+
+
+def test_its_link_has_a_name_that_the_urdf_has_not():
+    urdf = usual()
+    for number in range(1, 4):
+        urdf = with_laser(urdf, AddedLaser('base_link', (0.0, 0.0, 0.1 * number)))
+    assert list(parse_urdf(urdf, 'here').links)[-3:] == ['laser', 'laser_2', 'laser_3']

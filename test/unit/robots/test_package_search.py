@@ -4,13 +4,7 @@ import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.robots.description import RobotSource
-from diff_encoder_sim.robots.package_search import (
-    SEARCH_VARIABLES,
-    find_mesh,
-    find_package,
-    resolve_uri,
-    searched_folders,
-)
+from diff_encoder_sim.robots.package_search import SEARCH_VARIABLES, find_mesh, find_package, resolve_uri
 
 
 @pytest.fixture(autouse=True)
@@ -93,25 +87,6 @@ def test_ros_comes_last(tmp_path, monkeypatch):
     assert find_package('foo', robot_in(elsewhere, tmp_path / 'named')) == named
     assert find_package('foo', robot_in(near)) == near
     assert find_package('foo', robot_in(elsewhere)) == ros
-
-
-def test_a_package_that_comes_later_is_found_then(tmp_path):
-    source = RobotSource(tmp_path / 'x' / 'r.urdf', (), (tmp_path,))
-    assert find_package('foo', source) is None
-    package(tmp_path / 'foo_folder', 'foo')
-    assert find_package('foo', source) == tmp_path / 'foo_folder'
-
-
-@pytest.mark.parametrize('name', ['', '..', '.', '/etc', 'a/b', '~'])
-def test_what_is_no_name_is_no_package(tmp_path, name):
-    assert find_package(name, RobotSource(tmp_path / 'r.urdf')) is None
-
-
-def test_where_was_looked_can_be_said(tmp_path, monkeypatch):
-    monkeypatch.setenv('ROS_PACKAGE_PATH', '/ws/src:/opt/ros/noetic/share')
-    text = ', '.join(searched_folders(RobotSource(tmp_path / 'r.urdf', (), (tmp_path / 'mine',))))
-    for part in (str(tmp_path / 'mine'), str(tmp_path), '/ws/src:/opt/ros/noetic/share', 'AMENT_PREFIX_PATH (not set)'):
-        assert part in text
 
 
 def test_meshes_are_named_in_many_ways(tmp_path, monkeypatch):

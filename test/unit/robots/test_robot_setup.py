@@ -3,9 +3,12 @@
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.package_files import package_folder
+from diff_encoder_sim.robots.drive_train import USUAL_LIMITS
 from diff_encoder_sim.robots.robot_file import load_robot_file
-from diff_encoder_sim.robots.robot_setup import set_up_robot
-from urdf_texts import joint, laser_sensor, link, usual
+from diff_encoder_sim.robots.robot_setup import derived_settings, set_up_robot
+from diff_encoder_sim.trials.robot_params import check_key, load_robot_config, load_robot_params, override
+from urdf_texts import ball, base, described, found, joint, laser_sensor, link, pair, plugin, robot, usual, wheel
 
 
 def set_up(folder, urdf, laser):
@@ -41,3 +44,59 @@ def test_a_mesh_of_a_package_that_is_missing_says_where_it_was_looked_for(tmp_pa
     urdf = usual().replace('<box size="0.3 0.2 0.1"/>', '<mesh filename="package://nowhere/a.stl"/>')
     with pytest.raises(ConfigError, match=f"package 'nowhere' is not found; looked for in {tmp_path}, .*PACKAGE_PATH"):
         set_up(tmp_path, urdf, '{parent: base_link, xyz: [0, 0, 0.3]}')
+
+
+EYE = link('eye') + joint('eye_joint', 'eye', '0 0 0.2')
+
+
+def settings_of(*parts):
+    return derived_settings(described(usual(*parts)))
+
+
+def test_all_of_them_are_parameters_and_take_effect():
+    joints = {'leftJoint': 'left_wheel_joint', 'rightJoint': 'right_wheel_joint'}
+    drive = plugin('libdiff_drive.so', **joints, wheelTorque=0.3, wheelAcceleration=0.5)
+    settings = settings_of(EYE, laser_sensor('eye'), drive)
+    for key in settings:
+        check_key(key)
+    params = override(load_robot_config(package_folder() / 'config'), settings)
+    assert (params.odometry.wheel_diameter, params.odometry.wheel_separation) == (0.1, 0.3)
+    assert (params.simulator.laser_link, params.simulator.lidar.samples) == ('eye', 360)
+    assert params.navigator.DWAPlannerROS.acc_lim_x == 0.5
+
+
+def test_wheels_and_frames_are_those_of_the_file():
+    reversed_right = wheel('l', y_m=0.1) + wheel('r', y_m=-0.1, axis='0 -1 0')
+    settings = derived_settings(described(robot(base(), reversed_right, ball('ball', 0.1))))
+    assert (settings['config.left_joint'], settings['simulator.right_joint']) == ('l_joint', 'r_joint')
+    assert (settings['config.left_reversed'], settings['config.right_reversed']) == (False, True)
+    for key in ('config.base_frame', 'amcl.base_frame_id', 'navigation.local_costmap.robot_base_frame'):
+        assert settings[key] == 'base_link'
+
+
+def test_the_navigator_asks_for_no_more_than_the_drive_gives():
+    slow = robot(base(), pair(inside='<limit effort="1" velocity="4"/>'), ball('ball', 0.1))
+    settings = derived_settings(described(slow))
+    assert settings['simulator.drive.max_linear_speed'] == 0.2
+    assert settings['navigation.DWAPlannerROS.max_vel_x'] == 0.2
+    assert settings['navigation.DWAPlannerROS.max_vel_theta'] == 1.0
+    assert 'navigation.DWAPlannerROS.max_vel_x' not in settings_of()
+
+
+@pytest.mark.parametrize(('range_max_m', 'used_m'), [(2.0, 2.0), (12.0, 3.5)])
+def test_amcl_looks_no_farther_than_the_scanner(range_max_m, used_m):
+    assert settings_of(EYE, laser_sensor('eye', ranges=(0.1, range_max_m)))['amcl.laser_max_range'] == used_m
+
+
+def test_what_is_printed_as_default_is_the_default():
+    drive = load_robot_params(package_folder() / 'config').simulator.drive
+    printed = {key: value for key, value in USUAL_LIMITS.items() if key != 'wheel_torque'}
+    assert printed == {key: getattr(drive, key) for key in printed}
+    value, source = found(described(usual()), 'highest speed [m/s]')
+    assert (value, source) == ('1', "this package's default: the robot's file gives none")
+
+
+def test_the_footprint_holds_the_wheels():
+    corners = settings_of()['navigation.global_costmap.footprint']
+    assert max(y_m for _, y_m in corners) == pytest.approx(0.16, abs=2e-3)
+    assert corners == settings_of()['navigation.local_costmap.footprint']

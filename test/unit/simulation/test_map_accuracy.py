@@ -7,7 +7,6 @@ import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
-from diff_encoder_sim.localization.map_files import load_map, save_map
 from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.robots.robot_tree import Box, Cylinder
 from diff_encoder_sim.simulation.rasterise import SPACING_M, map_accuracy, true_surface, visible_points
@@ -108,23 +107,3 @@ def test_what_is_hidden_or_far_is_not_visible(box_room):
     assert len(near) and (np.abs(near[:, 1]) < 0.32).all()
     both = visible_points(box_room, 0.3, surface, [IDENTITY, Pose2D(1.7, 0.0, 2.0)], bearings, 10.0)
     assert (len(both) - len(seen)) * SPACING_M > shadow_m + 0.3
-
-
-def test_cropping_and_saving_change_nothing(tmp_path):
-    """Walls on borders of cells, where the corner's rounding alone decided which side they were on."""
-    rng = np.random.default_rng(3)
-    along = np.arange(0.0, 4.0, SPACING_M)
-    wall = np.concatenate([np.column_stack([along, np.full(400, 0.6)]), np.column_stack([np.full(400, 2.7), along])])
-    turned = Pose2D(0.3, -0.7, 0.4)
-    walls_at = {IDENTITY: wall, turned: np.array([turned.compose(Pose2D(x, y, 0.0))[:2] for x, y in wall.tolist()])}
-    for _ in range(20):
-        cells = np.full((120, 130), -1, np.int8)
-        rows, columns = rng.integers(30, 80, 60), rng.integers(40, 90, 60)
-        cells[rows, columns] = 100
-        whole = OccupancyGrid(cells, 0.05, Pose2D(-2.0, -2.0, 0.0))
-        cropped = whole.cropped(float(rng.uniform(0.0, 0.5)))
-        saved = load_map(save_map(cropped, tmp_path / 'map'))
-        for place, surface in walls_at.items():
-            results = {map_accuracy(grid, place, surface, surface, 0.05) for grid in (whole, cropped, saved)}
-            assert len(results) == 1
-            assert 0.0 < results.pop().correct_fraction < 1.0

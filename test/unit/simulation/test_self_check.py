@@ -98,8 +98,3 @@ def test_a_light_robot_with_a_large_inertia_and_one_with_weak_motors_pass_by_the
     weak = load(Recipe(), effort_nm=0.01)
     assert failures(weak, max_linear_acceleration=1.5, max_angular_acceleration=6.0) == ['torque']
     assert failures(weak) == []
-
-
-def test_the_same_robot_gives_the_same_numbers(load):
-    robot = load(Recipe())
-    assert checks_of(robot) == checks_of(robot)
