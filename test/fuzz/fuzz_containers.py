@@ -15,8 +15,8 @@ from diff_encoder_sim.drives.bag_source import open_source
 from diff_encoder_sim.drives.bounded_decompression import decompressed, open_zstd
 from diff_encoder_sim.drives.message_types import LASER_SCAN, ODOMETRY, TRANSFORMS
 from diff_encoder_sim.drives.ros1_copy import write_ros1_copy
-from diff_encoder_sim.drives.ros1_records import header_fields, read_data
 from diff_encoder_sim.drives.ros1_stream import MAGIC as ROS1_MAGIC
+from diff_encoder_sim.drives.ros1_stream import header_fields, read_data
 from diff_encoder_sim.drives.serving_topics import serving_options
 from diff_encoder_sim.drives.wire import LENGTH, UINT64
 from fuzz_bags import good_drive

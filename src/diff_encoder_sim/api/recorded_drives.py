@@ -27,7 +27,7 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import Pose2D, PoseSeries
 from diff_encoder_sim.drives.bag_output import ReencodedBag
 from diff_encoder_sim.drives.bag_source import open_source
-from diff_encoder_sim.drives.csv_stream import CsvStream
+from diff_encoder_sim.drives.csv_wheels import CsvStream
 from diff_encoder_sim.drives.reencoder import DriveSummary, Reencoder, has_commands
 from diff_encoder_sim.drives.reference import Reference, find_reference
 from diff_encoder_sim.drives.result_table import csv_table, text_table

@@ -1,4 +1,4 @@
-"""Wheel angles from recorded odometry by inverse kinematics: the last resort."""
+"""Wheel angles by inverse kinematics, from the recorded poses of odometry."""
 
 from __future__ import annotations
 
@@ -6,13 +6,33 @@ import math
 from typing import Iterator, Optional, Sequence, Tuple
 
 from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.drives.bag_messages import Message
 from diff_encoder_sim.drives.pose_messages import StampedPose
 from diff_encoder_sim.drives.reference import Reference
 from diff_encoder_sim.drives.sensor_messages import JointValues
-from diff_encoder_sim.drives.start_angles import start_angles_note, start_angles_rad
 from diff_encoder_sim.wheels.encoder_params import PerWheel
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
+
+DEFAULT_SEED = 1
+
+
+def start_angles_rad(seed: int) -> Tuple[float, float]:
+    """Draw the angles of the left and the right wheel, each anywhere in a turn.
+
+    Were both 0, the encoders would step together: on a straight drive their errors would cancel.
+    """
+    left_rad, right_rad = generator(seed, 'wheel_phase').uniform(0.0, 2.0 * math.pi, 2).tolist()
+    return left_rad, right_rad
+
+
+def start_angles_note(seed: int) -> str:
+    """Say where the angles at the start are from."""
+    return (
+        f'where the wheels stood at the start is not known: drawn by --seed {seed}; with another seed, each encoder '
+        f'rounds elsewhere, and its path ends elsewhere'
+    )
+
 
 # What the wheels' axle cannot do; less is rounding.
 _SIDEWAYS_FRACTION = 0.01

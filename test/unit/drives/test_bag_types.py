@@ -4,7 +4,7 @@ import pytest
 
 from diff_encoder_sim.base.errors import ConfigError, InputFault
 from diff_encoder_sim.drives.bag_source import open_source
-from diff_encoder_sim.drives.bag_types import message_type
+from diff_encoder_sim.drives.message_fields import message_type
 from reencoding_sources import Bag, jackal, kobuki
 
 

@@ -3,7 +3,7 @@
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError, InputFault
-from diff_encoder_sim.drives.csv_format import find_format
+from diff_encoder_sim.drives.csv_wheels import find_format
 
 ROWS = {
     'comma': ['0.5,10,-1.5', '1.5,11,-2.5'],

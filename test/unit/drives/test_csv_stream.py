@@ -5,7 +5,7 @@ import os
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.drives.csv_stream import PAIR, CsvStream
+from diff_encoder_sim.drives.csv_wheels import PAIR, CsvStream
 
 
 def stream_of(tmp_path, content, columns=('1', '2', '3'), time_unit='s'):

@@ -5,9 +5,8 @@ import pytest
 
 from diff_encoder_sim.base.se2 import Pose2D, move_along_arc
 from diff_encoder_sim.drives.bag_messages import Message
-from diff_encoder_sim.drives.odometry_wheels import OdometryWheels
+from diff_encoder_sim.drives.odometry_wheels import OdometryWheels, start_angles_rad
 from diff_encoder_sim.drives.reference import FramePair, PoseTopic
-from diff_encoder_sim.drives.start_angles import start_angles_rad
 from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.wheel_encoder import DiffEncoder, EncoderParams

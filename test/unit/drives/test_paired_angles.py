@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from diff_encoder_sim.drives.paired_angles import LEFT, RIGHT, PairedAngles
+from diff_encoder_sim.drives.field_wheels import LEFT, RIGHT, PairedAngles
 
 SECOND_NS = 10**9
 

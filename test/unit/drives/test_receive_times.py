@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from diff_encoder_sim.drives.receive_times import ReceiveTimes, receive_times_note
+from diff_encoder_sim.drives.field_wheels import ReceiveTimes, receive_times_note
 
 
 def times(topic, stamps_ns):

@@ -2,7 +2,7 @@
 
 import io
 
-from diff_encoder_sim.drives.ros1_records import header_fields, read_header, records, value_places
+from diff_encoder_sim.drives.ros1_stream import header_fields, read_header, records, value_places
 
 
 def with_length(content):

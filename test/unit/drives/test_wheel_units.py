@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from diff_encoder_sim.drives.number_units import UNITS
-from diff_encoder_sim.drives.wheel_units import WheelAngle, WheelUnit
+from diff_encoder_sim.drives.wheel_units import UNITS, WheelAngle, WheelUnit
 from reencoding_drives import TICK_NS
 from reencoding_sources import ticks
 
