@@ -10,7 +10,7 @@ from diff_encoder_sim.trials.kernels_warm_up import PARTS
 
 
 def main() -> None:
-    """Compile what is not compiled yet, parts at a time: one waits for what another compiles (base/kernel_cache.py)."""
+    """Compile what is not compiled yet, several parts at a time, which share no kernel."""
     with concurrent.futures.ProcessPoolExecutor() as processes:
         compiling = [processes.submit(part) for part in PARTS]
         compiling.append(processes.submit(warm_up_slam, GridSlamParams()))

@@ -11,7 +11,7 @@ from typing import Tuple
 
 import numpy as np
 
-from diff_encoder_sim.base.compiled import compiled
+from diff_encoder_sim.base.kernels import compiled
 from diff_encoder_sim.localization.patches import HITS, MASK, MEAN_X, MEAN_Y, SHIFT, SIDE, VISITS
 
 # A cell counts as surface if more than this fraction of its visits are hits: upstream's.

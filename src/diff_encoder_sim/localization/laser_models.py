@@ -7,7 +7,7 @@ from typing import Dict, Type
 
 import numpy as np
 
-from diff_encoder_sim.base.compiled import compiled
+from diff_encoder_sim.base.kernels import compiled
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.beams import Beams, Likelihoods, SensorModel
 from diff_encoder_sim.localization.likelihood_field import LikelihoodField, LikelihoodFieldProb

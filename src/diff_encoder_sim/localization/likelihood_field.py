@@ -13,7 +13,7 @@ from typing import NamedTuple, Optional, Tuple
 
 import numpy as np
 
-from diff_encoder_sim.base.compiled import compiled
+from diff_encoder_sim.base.kernels import compiled
 from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.beams import Beams, Likelihoods, SensorModel, beam_step_rounded_up
 from diff_encoder_sim.localization.occupancy_grid import OCCUPIED, OccupancyGrid

@@ -11,7 +11,7 @@ from typing import NamedTuple, Tuple
 
 import numpy as np
 
-from diff_encoder_sim.base.compiled import compiled
+from diff_encoder_sim.base.kernels import compiled
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.navigation.critics import CRITICS, NO_TRAJECTORY, OSCILLATES, OSCILLATION
 from diff_encoder_sim.navigation.dwa_params import DwaParams

@@ -11,7 +11,7 @@ from pydantic import AfterValidator, BeforeValidator, Field
 from typing_extensions import Annotated
 
 from diff_encoder_sim.base.bounds import Offset_m
-from diff_encoder_sim.base.compiled import compiled
+from diff_encoder_sim.base.kernels import compiled
 
 # Footprint costs below zero mean that the robot cannot stand there, as in upstream's CostmapModel.
 IN_OBSTACLE, IN_UNKNOWN, OFF_MAP = -1.0, -2.0, -3.0

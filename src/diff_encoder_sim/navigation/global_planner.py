@@ -11,7 +11,7 @@ from pydantic import Field
 from typing_extensions import Annotated
 
 from diff_encoder_sim.base.bounds import Between, Distance_m, Place_m, Weight
-from diff_encoder_sim.base.compiled import compiled
+from diff_encoder_sim.base.kernels import compiled
 from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.base.se2 import Pose2D, transform_points
 from diff_encoder_sim.navigation.costmap import Costmap

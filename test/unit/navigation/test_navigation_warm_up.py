@@ -10,7 +10,7 @@ import importlib, pkgutil
 import diff_encoder_sim.navigation as navigation
 from diff_encoder_sim.navigation.navigator import warm_up
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.base.compiled import Kernel
+from diff_encoder_sim.base.kernels import Kernel
 import navigation_simulation as simulation
 
 def compiled():

@@ -8,7 +8,7 @@ from places import SOURCE, SUPPORT
 TRIAL_AFTER_WARM_UP = """
 import importlib, pkgutil
 import diff_encoder_sim
-from diff_encoder_sim.base.compiled import Kernel
+from diff_encoder_sim.base.kernels import Kernel
 from diff_encoder_sim.trials.kernels_warm_up import warm_up
 from lockstep_trials import BEND, ended, lockstep
 

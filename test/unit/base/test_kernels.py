@@ -1,0 +1,94 @@
+"""Kernels are compiled when they are called, and found by later processes."""
+
+import importlib
+import os
+import subprocess
+import sys
+from pathlib import Path
+from types import CodeType
+
+import pytest
+
+from diff_encoder_sim.base import kernels
+from diff_encoder_sim.base.kernels import FOLDER_VARIABLE, Kernel, cache_folder
+from places import SOURCE
+
+# Fixed by costmap_2d, by base_local_planner, and by the layout of a map's patches: numba would not notice a change.
+FIXED = {
+    *('FREE', 'INSCRIBED', 'LETHAL', 'NO_INFORMATION', 'IN_OBSTACLE', 'IN_UNKNOWN', 'FOOTPRINT_OFF_MAP'),
+    *('SIDE', 'SHIFT', 'MASK', 'HITS', 'VISITS', 'MEAN_X', 'MEAN_Y', 'EMPTY'),
+}
+KERNEL = """
+from diff_encoder_sim.base.kernels import compiled
+
+@compiled
+def twice(x):
+    return 2 * x
+
+@compiled
+def total(x):
+    return sum([twice(one) for one in range(x)])
+"""
+CALL = "import sys, kernel; assert 'numba' not in sys.modules; print(kernel.total(4), len(kernel.total.stats.cache_hits))"
+
+
+def start(folder):
+    environment = {**os.environ, 'PYTHONPATH': f'{SOURCE}:{folder}', FOLDER_VARIABLE: str(folder / 'kept')}
+    return subprocess.Popen([sys.executable, '-c', CALL], env=environment, stdout=subprocess.PIPE, text=True)
+
+
+def output(process):
+    text, _ = process.communicate()
+    assert process.returncode == 0
+    return text.split()
+
+
+def test_processes_that_compile_at_the_same_time_get_the_same_result_and_later_ones_find_the_code(tmp_path):
+    (tmp_path / 'kernel.py').write_text(KERNEL)
+    assert {output(process)[0] for process in [start(tmp_path) for _ in range(3)]} == {'12'}
+    assert output(start(tmp_path)) == ['12', '1']
+
+
+def _names(code):
+    yield from code.co_names
+    for one in code.co_consts:
+        if isinstance(one, CodeType):
+            yield from _names(one)
+
+
+def test_kernels_use_kernels_and_numbers_of_their_own_file_only():
+    package = Path(kernels.PACKAGE)
+    files = [file for file in package.glob('*/*.py') if '\n@compiled' in file.read_text()]
+    assert len(files) > 5
+    foreign = set()
+    for file in files:
+        module = importlib.import_module(f'diff_encoder_sim.{file.parent.name}.{file.stem}')
+        text = file.read_text()
+        for name, kernel in vars(module).items():
+            if isinstance(kernel, Kernel) and kernel.__module__ == module.__name__:
+                for used in set(_names(kernel.py_func.__code__)) & set(vars(module)):
+                    value = getattr(module, used)
+                    if isinstance(value, Kernel):
+                        is_own = value.__module__ == module.__name__
+                    else:
+                        is_own = not isinstance(value, (int, float)) or not _is_imported(text, used)
+                    if not is_own and used not in FIXED:
+                        foreign.add(f'{file.stem}.{name}: {used}')
+    assert not foreign
+
+
+def _is_imported(text, name):
+    head = text.split('\n\n\n')[0]
+    imports = [part for part in head.split('from ')[1:] if ' import ' in part]
+    return any(name in part.split('import', 1)[1].split('\n\n')[0].replace(',', ' ').split() for part in imports)
+
+
+@pytest.mark.parametrize(('own', 'expected'), [(None, None), (Path('/own'), '/own/kernels')])
+def test_without_a_writable_package_the_folder_is_private_or_none(monkeypatch, own, expected):
+    monkeypatch.delenv(FOLDER_VARIABLE, raising=False)
+    assert cache_folder() == ''
+    monkeypatch.setattr(kernels, '_is_writable', lambda room: False)
+    monkeypatch.setattr(kernels, 'own_folder', lambda: own)
+    assert cache_folder() == expected
+    monkeypatch.setenv(FOLDER_VARIABLE, '/given')
+    assert cache_folder() == '/given'
