@@ -3,7 +3,7 @@
 import numpy as np
 
 from diff_encoder_sim.base.se2 import IDENTITY
-from diff_encoder_sim.navigation.trajectory_scoring import TO_PLAN, begin_waves, make_waves, whole_grid
+from diff_encoder_sim.navigation.dwa_kernels import TO_PLAN, begin_waves, make_waves, whole_grid
 
 
 def distances_from(points_m, costs, per_m=1.0, layer=TO_PLAN, nose_m=0.0):

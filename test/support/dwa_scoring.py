@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 
 from diff_encoder_sim.base.se2 import IDENTITY
-from diff_encoder_sim.navigation import dwa_search
-from diff_encoder_sim.navigation.trajectory_scoring import begin_waves
+from diff_encoder_sim.navigation import dwa_kernels as dwa_search
+from diff_encoder_sim.navigation.dwa_kernels import begin_waves
 
 
 class Scored(NamedTuple):

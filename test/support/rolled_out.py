@@ -3,7 +3,7 @@
 import numpy as np
 
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.navigation.dwa_search import roll_out, rollout_params, step_count
+from diff_encoder_sim.navigation.dwa_kernels import roll_out, rollout_params, step_count
 
 
 def rolled_out(params, pose, linear_mps, angular_radps):

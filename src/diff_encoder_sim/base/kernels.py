@@ -1,7 +1,7 @@
 """`compiled`, the decorator of all numba kernels: `njit(cache=True)`, with numba imported at a kernel's first call.
 
-numba's cache notices a change in the file of a kernel only. Hence kernels that call each other are in one file, with the
-numbers that they use (test/unit/base/test_kernels.py).
+numba's cache notices a change in the file of a kernel only. Hence kernels that call each other are in one file, with
+the numbers that they use (test/unit/base/test_kernels.py).
 """
 
 from __future__ import annotations
@@ -89,8 +89,8 @@ def _prepare_numba() -> bool:
     folder = cache_folder()
     if folder is None:
         log.warning('%s: no folder for compiled kernels can be written; each process compiles them (30 s)', PACKAGE)
-    # Set before numba is imported, and even if empty: numba would take a folder from a .numba_config.yaml in the current
-    # folder, and machine code that another user planted there would run.
+    # Set before numba is imported, even if empty: numba would take a folder from a .numba_config.yaml in the current
+    # folder, and run machine code that another user planted there.
     os.environ[FOLDER_VARIABLE] = folder or ''
     numba.config.CACHE_DIR = folder or ''
 

@@ -7,8 +7,8 @@ from typing import NamedTuple, Tuple
 
 import numpy as np
 
-from diff_encoder_sim.base.kernels import compiled
 from diff_encoder_sim.base.errors import InputFault
+from diff_encoder_sim.base.kernels import compiled
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.localization.beams import check_scan

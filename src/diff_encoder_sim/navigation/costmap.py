@@ -27,8 +27,8 @@ from diff_encoder_sim.navigation.costmap_layers import (
     window_around,
 )
 from diff_encoder_sim.navigation.costmap_params import CostmapParams
+from diff_encoder_sim.navigation.dwa_kernels import footprint_cost
 from diff_encoder_sim.navigation.footprint import make_footprint
-from diff_encoder_sim.navigation.trajectory_scoring import footprint_cost
 
 
 class Costmap:

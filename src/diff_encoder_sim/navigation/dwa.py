@@ -14,26 +14,26 @@ import numpy as np
 from diff_encoder_sim.base.se2 import Pose2D, transform_points, wrap_angle
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.costmap_layers import INSCRIBED
-from diff_encoder_sim.navigation.critics import GOAL, OBSTACLE, PATH
-from diff_encoder_sim.navigation.dwa_params import DwaParams
-from diff_encoder_sim.navigation.dwa_search import (
-    ScoringTask,
-    find_cheapest,
-    roll_out,
-    rollout_params,
-    score_all,
-    step_count,
-    window_params,
-)
-from diff_encoder_sim.navigation.trajectory_scoring import (
+from diff_encoder_sim.navigation.dwa_kernels import (
+    GOAL,
+    OBSTACLE,
+    PATH,
     TO_END,
     TO_PLAN,
     Scene,
+    ScoringTask,
     Waves,
+    find_cheapest,
     make_waves,
+    roll_out,
+    rollout_params,
+    score_all,
     stays_clear,
+    step_count,
     whole_grid,
+    window_params,
 )
+from diff_encoder_sim.navigation.dwa_params import DwaParams
 
 
 class _Direction:

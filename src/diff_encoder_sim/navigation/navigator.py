@@ -24,7 +24,7 @@ from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, Occupan
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.costmap_params import CostmapParams
 from diff_encoder_sim.navigation.dwa import cost_cloud, trajectory_cloud
-from diff_encoder_sim.navigation.dwa_search import ScoringTask
+from diff_encoder_sim.navigation.dwa_kernels import ScoringTask
 from diff_encoder_sim.navigation.global_planner import GlobalPlanner
 from diff_encoder_sim.navigation.goal_run import GoalRun, NavigatorParts
 from diff_encoder_sim.navigation.local_planner import LocalPlanner

@@ -14,8 +14,8 @@ from pydantic import Field, model_validator
 from typing_extensions import Annotated
 
 from diff_encoder_sim.base.bounds import Between
-from diff_encoder_sim.base.kernels import compiled
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.kernels import compiled
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.base.se2 import Pose2D

@@ -29,7 +29,9 @@ def twice(x):
 def total(x):
     return sum([twice(one) for one in range(x)])
 """
-CALL = "import sys, kernel; assert 'numba' not in sys.modules; print(kernel.total(4), len(kernel.total.stats.cache_hits))"
+CALL = (
+    "import sys, kernel; assert 'numba' not in sys.modules; print(kernel.total(4), len(kernel.total.stats.cache_hits))"
+)
 
 
 def start(folder):

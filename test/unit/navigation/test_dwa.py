@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
-from diff_encoder_sim.navigation import critics
+from diff_encoder_sim.navigation import dwa_kernels as critics
 from diff_encoder_sim.navigation.dwa import DwaPlanner
+from diff_encoder_sim.navigation.dwa_kernels import whole_grid
 from diff_encoder_sim.navigation.dwa_params import DwaParams
-from diff_encoder_sim.navigation.trajectory_scoring import whole_grid
 from dwa_scoring import score_all, scored
 from navigation_scenes import PERIOD_S, dwa_params, local_costmap, seen_costmap, straight_plan, winding_plan
 from navigation_simulation import TABLE_2

@@ -2,7 +2,7 @@
 
 import pytest
 
-from diff_encoder_sim.navigation.dwa_search import dynamic_window, samples_between, velocity_samples, window_params
+from diff_encoder_sim.navigation.dwa_kernels import dynamic_window, samples_between, velocity_samples, window_params
 from navigation_scenes import PERIOD_S, dwa_params
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from diff_encoder_sim.base.se2 import IDENTITY
 from diff_encoder_sim.navigation.costmap_layers import INSCRIBED, LETHAL
-from diff_encoder_sim.navigation.trajectory_scoring import (
+from diff_encoder_sim.navigation.dwa_kernels import (
     TO_END,
     TO_FRONT,
     TO_PLAN,

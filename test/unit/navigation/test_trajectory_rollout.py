@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
-from diff_encoder_sim.navigation.dwa_search import last_point, roll_out, rollout_params, sample_step_count
+from diff_encoder_sim.navigation.dwa_kernels import last_point, roll_out, rollout_params, sample_step_count
 from navigation_scenes import dwa_params
 from rolled_out import rolled_out
 
