@@ -11,9 +11,9 @@ from typing import NamedTuple, Tuple
 import numpy as np
 
 from diff_encoder_sim.base.se2 import Pose2D, wrap_angles
-from diff_encoder_sim.localization.kernels import propose_poses
 from diff_encoder_sim.localization.map_update import Rays
 from diff_encoder_sim.localization.patches import PatchMaps
+from diff_encoder_sim.localization.slam_kernels import propose_poses
 from diff_encoder_sim.localization.slam_params import GridSlamParams, apply_moves, move_sigmas
 
 

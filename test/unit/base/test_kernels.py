@@ -1,5 +1,6 @@
 """Kernels are compiled when they are called, and found by later processes."""
 
+import ast
 import importlib
 import os
 import subprocess
@@ -65,7 +66,8 @@ def test_kernels_use_kernels_and_numbers_of_their_own_file_only():
     foreign = set()
     for file in files:
         module = importlib.import_module(f'diff_encoder_sim.{file.parent.name}.{file.stem}')
-        text = file.read_text()
+        imports = [node for node in ast.walk(ast.parse(file.read_text())) if isinstance(node, ast.ImportFrom)]
+        imported = {alias.asname or alias.name for node in imports for alias in node.names}
         for name, kernel in vars(module).items():
             if isinstance(kernel, Kernel) and kernel.__module__ == module.__name__:
                 for used in set(_names(kernel.py_func.__code__)) & set(vars(module)):
@@ -73,16 +75,10 @@ def test_kernels_use_kernels_and_numbers_of_their_own_file_only():
                     if isinstance(value, Kernel):
                         is_own = value.__module__ == module.__name__
                     else:
-                        is_own = not isinstance(value, (int, float)) or not _is_imported(text, used)
+                        is_own = not isinstance(value, (int, float)) or used not in imported
                     if not is_own and used not in FIXED:
                         foreign.add(f'{file.stem}.{name}: {used}')
     assert not foreign
-
-
-def _is_imported(text, name):
-    head = text.split('\n\n\n')[0]
-    imports = [part for part in head.split('from ')[1:] if ' import ' in part]
-    return any(name in part.split('import', 1)[1].split('\n\n')[0].replace(',', ' ').split() for part in imports)
 
 
 @pytest.mark.parametrize(('own', 'expected'), [(None, None), (Path('/own'), '/own/kernels')])

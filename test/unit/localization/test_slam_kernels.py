@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
-from diff_encoder_sim.localization.kernels import climb, log_likelihood, refine, scan_share
 from diff_encoder_sim.localization.map_update import update_maps, usable_rays
 from diff_encoder_sim.localization.patches import Extent, PatchMaps
+from diff_encoder_sim.localization.slam_kernels import climb, log_likelihood, refine, scan_share
 from slam_maps import CELL_M, room_map
 from slam_room import params, room_scan
 
