@@ -1,4 +1,8 @@
-"""Scan matching and proposal, compiled: in one module, or numba's cache might be half out of date."""
+"""Scan matching and proposal of grid SLAM, compiled.
+
+Lengths are in cells, from the maps' corner. `ends` are the ends (k, 2) of a scan's rays in the base
+frame, `table` is one particle's and `cells` all patches, as in patches.py.
+"""
 
 from __future__ import annotations
 
