@@ -1,8 +1,9 @@
-"""Wheels in messages of many types, as public bags have them."""
+"""Wheel angles from any two numbers: of one topic, of two that are paired, and with times of receipt."""
 
 import numpy as np
 import pytest
 
+from diff_encoder_sim.drives.field_wheels import LEFT, RIGHT, PairedAngles, ReceiveTimes, receive_times_note
 from diff_encoder_sim.drives.typestore import noetic_store
 from reencoding_drives import TICK_NS, angles_rad
 from reencoding_runs import contents, run, samples_of
@@ -144,3 +145,76 @@ def test_at_the_recorded_ppr_the_counts_are_the_recorded_ones(tmp_path):
     sides = ['/sensor_state.left_encoder', '/sensor_state.right_encoder']
     found = reencoded(tmp_path, turtlebot3(), ['--ticks', *sides, *TICKS, 4096], ppr=4096)
     assert found == [list(sample[1:3]) for sample in samples_of(angles_rad(COUNT), 4096)]
+
+
+SECOND_NS = 10**9
+
+
+def fed(samples):
+    """All pairs of (side, stamp [s], angle) in this order, and the pairing."""
+    pairs = PairedAngles()
+    found = [pair for side, stamp_s, angle in samples for pair in pairs.add(side, round(stamp_s * SECOND_NS), angle)]
+    return [(stamp_ns / SECOND_NS, left, right) for stamp_ns, left, right in found], pairs
+
+
+def at_rate(side, speed, rate_hz, late_s=0.0, duration_s=10.0):
+    times_s = np.arange(late_s, duration_s, 1.0 / rate_hz)
+    return [(side, time_s, speed * time_s) for time_s in times_s.tolist()]
+
+
+@pytest.mark.parametrize(('rate_hz', 'late_s'), [(10.0, 0.05), (10.0, 0.0), (100.0, 0.003), (7.0, 0.02), (33.0, 0.0)])
+def test_a_wheel_that_turns_evenly_is_interpolated_exactly(rate_hz, late_s):
+    samples = sorted(at_rate(LEFT, 2.0, 10.0) + at_rate(RIGHT, 3.0, rate_hz, late_s), key=lambda sample: sample[1])
+    found, pairs = fed(samples)
+    assert pairs.left_out == 0 and len(found) >= 98
+    for stamp_s, left, right in found:
+        assert (left, right) == pytest.approx((2.0 * stamp_s, 3.0 * stamp_s), abs=1e-6)
+
+
+def test_equal_stamps_need_no_interpolation():
+    found, _ = fed([(LEFT, 1.0, 5.0), (RIGHT, 1.0, 7.0), (RIGHT, 1.1, 8.0), (LEFT, 1.1, 6.0)])
+    assert found == [(1.0, 5.0, 7.0), (1.1, 6.0, 8.0)]
+
+
+def test_nothing_is_made_up_across_a_gap():
+    right = [sample for sample in at_rate(RIGHT, 3.0, 10.0) if not 2.0 < sample[1] < 6.0]
+    found, pairs = fed(sorted(at_rate(LEFT, 2.0, 10.0, 0.05) + right, key=lambda sample: sample[1]))
+    assert not [stamp_s for stamp_s, _, _ in found if 2.0 < stamp_s < 6.0]
+    assert pairs.left_out == 40 and found[-1][0] > 9.8
+
+
+def test_what_is_repeated_or_overtaken_is_ignored():
+    found, _ = fed([(RIGHT, 1.0, 7.0), (RIGHT, 2.0, 8.0), (LEFT, 1.5, 1.0), (LEFT, 1.5, 9.0), (LEFT, 1.2, 9.0)])
+    assert found == [(1.5, 1.0, 7.5)]
+
+
+def test_time_that_is_set_back_starts_again():
+    once = [(RIGHT, 10.0, 1.0), (LEFT, 10.0, 2.0), (RIGHT, 10.5, 1.5), (LEFT, 10.5, 3.0)]
+    found, _ = fed(once + [(side, stamp_s - 8.0, angle) for side, stamp_s, angle in once])
+    assert [stamp_s for stamp_s, _, _ in found] == [10.0, 10.5, 2.0, 2.5]
+
+
+def test_a_second_is_kept_at_most():
+    pairs = PairedAngles()
+    for tick in range(5000):
+        pairs.add(LEFT, tick * SECOND_NS // 100, 0.0)
+    assert len(pairs._sides[LEFT]) <= 101
+
+
+def times(topic, stamps_ns):
+    made = ReceiveTimes(topic)
+    for stamp_ns in stamps_ns:
+        made.add(int(stamp_ns))
+    return made
+
+
+def test_mean_and_deviation_are_those_of_the_intervals():
+    rng = np.random.default_rng(3)
+    intervals_ns = rng.normal(50e6, 4e6, 20_000).astype(np.int64)
+    text = times('/lwheel', 10**18 + np.cumsum(intervals_ns)).text()
+    assert text == f'/lwheel every {1e-6 * intervals_ns[1:].mean():.1f} ms +- {1e-6 * intervals_ns[1:].std():.1f} ms'
+
+
+def test_all_topics_are_in_one_line():
+    note = receive_times_note([times('/a', [5]), times('/b', [0, 10**7, 3 * 10**7])])
+    assert '/a every 0.0 ms +- 0.0 ms and /b every 15.0 ms +- 5.0 ms' in note and '\n' not in note
