@@ -29,9 +29,8 @@ def write_files(dataset: Dataset, folder: Path, beside: Optional[Dataset] = None
     """
     tables, compared = all_tables(dataset), compare_pprs(dataset)
     paper = paper_section([dataset, beside] if beside else [dataset])
-    # The comparisons and the paper's cells have hundreds of rows: as CSV only.
-    of_paper, long = ([], []) if paper is None else ([paper.scores, *paper.cells], [paper.all_cells])
-    write_tables([*tables, *of_paper], [comparison_table(dataset, compared), *long], folder / 'tables')
+    of_paper = [] if paper is None else [paper.scores, *paper.cells, paper.all_cells]
+    write_tables([*tables, comparison_table(dataset, compared), *of_paper], folder / 'tables')
     figures = write_figures(dataset, folder / 'figures')
     lead = write_report(dataset, tables, compared, figures, paper, folder / REPORT)
     is_concluded = paper is not None and (beside is not None or paper.has_enough_trials)

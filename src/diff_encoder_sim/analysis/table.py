@@ -1,16 +1,23 @@
-"""Tables as data, and as CSV, Markdown, LaTeX and HTML."""
+"""Tables as data, and as files: CSV to compute with, Markdown and LaTeX to read, and the blocks of a page."""
 
 from __future__ import annotations
 
-import csv
-import io
+import re
 from pathlib import Path
-from typing import Callable, Dict, Iterable, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Any, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
 
+from tabulate import tabulate
+
+from diff_encoder_sim.base.deferred import deferred
 from diff_encoder_sim.base.text_values import text_cell
+
+pandas = deferred('pandas')
 
 # So many groups of columns fit the width of a page; others follow below, with the key columns again.
 GROUPS_ABREAST = 4
+
+# The paper's tables, ours and both beside each other, are also written as Markdown and LaTeX.
+OF_PAPER = re.compile(r'(paper_)?table[3-6]')
 
 
 class Number(NamedTuple):
@@ -83,126 +90,76 @@ def equal_neighbours(texts: Sequence[str]) -> List[Tuple[str, int, int]]:
     return runs
 
 
-_LATEX_ESCAPES = str.maketrans(
-    {
-        '\\': r'\textbackslash{}',
-        '~': r'\textasciitilde{}',
-        '^': r'\textasciicircum{}',
-        **{char: f'\\{char}' for char in '&%$#_{}'},
-    }
-)
-
-
-def latex_text(table: Table) -> str:
-    r"""Format a table as LaTeX, for \input in a document that uses booktabs."""
-    lines = [
-        r'% \usepackage{booktabs}',
-        r'\begin{table}',
-        r'\centering\scriptsize',
-        r'\setlength{\tabcolsep}{3pt}',
-        rf'\caption{{{_latex(table.title)}}}',
-        rf'\label{{tab:{table.name}}}',
-    ]
-    for columns in abreast(table.columns):
-        lines += _latex_tabular(table, columns)
-    lines += [rf'\par\raggedright {_latex(note)}' for note in table.notes]
-    return '\n'.join([*lines, r'\end{table}', ''])
-
-
-def _latex_tabular(table: Table, columns: Sequence[int]) -> List[str]:
-    alignment = ''.join('r' if is_number_column(table, index) else 'l' for index in columns)
-    heads = ' & '.join(_latex(table.columns[index].head) for index in columns)
-    lines = [
-        rf'\begin{{tabular}}{{{alignment}}}',
-        r'\toprule',
-        *_latex_groups(table, columns),
-        rf'{heads} \\',
-        r'\midrule',
-    ]
-    for number, row in enumerate(table.rows):
-        if number and row[0] != table.rows[number - 1][0]:
-            lines.append(r'\midrule')
-        lines.append(' & '.join(_latex_entry(row[index]) for index in columns) + r' \\')
-    return [*lines, r'\bottomrule', r'\end{tabular}', r'\par\medskip']
-
-
-def _latex_groups(table: Table, columns: Sequence[int]) -> List[str]:
-    """Return the line of group headings and the rules below them; nothing without groups."""
-    cells, rules = [], []
-    for group, first, last in equal_neighbours([table.columns[index].group for index in columns]):
-        if group:
-            cells.append(rf'\multicolumn{{{last - first + 1}}}{{c}}{{{_latex(group)}}}')
-            rules.append(rf'\cmidrule(lr){{{first}-{last}}}')
-        else:
-            cells += [''] * (last - first + 1)
-    return [' & '.join(cells) + r' \\', ' '.join(rules)] if rules else []
-
-
-def _latex_entry(entry: Entry) -> str:
-    text = rounded(entry, '--')
-    is_known = isinstance(entry, Number) and entry.value is not None
-    return text.replace('-', '$-$') if is_known else _latex(text)
-
-
-def _latex(text: str) -> str:
-    return text.translate(_LATEX_ESCAPES)
-
-
 def csv_text(table: Table) -> str:
-    """Format a table as CSV: all digits, empty where there is no number, without title and notes."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator='\n')
-    writer.writerow([text_cell(column.name) for column in table.columns])
-    writer.writerows([_exact(entry) for entry in row] for row in table.rows)
-    return text.getvalue()
+    """Format a table as CSV: all digits, empty if there is no number, without title and notes."""
+    names = [text_cell(column.name) for column in table.columns]
+    exact = pandas.DataFrame([[_exact(entry) for entry in row] for row in table.rows], columns=names, dtype=object)
+    return str(exact.to_csv(index=False, lineterminator='\n'))
+
+
+def _exact(entry: Entry) -> Union[str, float, None]:
+    if not isinstance(entry, Number):
+        return text_cell(entry.name if isinstance(entry, Label) else entry)
+    if entry.value is None:
+        return None
+    return float(entry.value) if entry.decimals else int(entry.value)
 
 
 def markdown_text(table: Table) -> str:
     """Format a table as Markdown, as GitHub shows it."""
-    parts = [f'**{_markdown(table.title)}**']
+
+    def escaped(text: str) -> str:
+        return re.sub(r'([\\|_*<])', r'\\\1', text)
+
+    parts = [f'**{escaped(table.title)}**']
     for columns in abreast(table.columns):
-        heads = [f'{table.columns[index].group} {table.columns[index].head}'.strip() for index in columns]
-        is_number = [is_number_column(table, index) for index in columns]
-        lines = [_markdown_row(heads), _markdown_row('---:' if right else ':---' for right in is_number)]
-        lines += [_markdown_row(rounded(row[index], '–') for index in columns) for row in table.rows]
-        parts.append('\n'.join(lines))
-    parts.append('\n'.join(f'- {_markdown(note)}' for note in table.notes))
+        heads = [escaped(f'{table.columns[index].group} {table.columns[index].head}'.strip()) for index in columns]
+        rows = [[escaped(rounded(row[index], '–')) for index in columns] for row in table.rows]
+        sides = ['right' if is_number_column(table, index) else 'left' for index in columns]
+        parts.append(tabulate(rows, heads, tablefmt='pipe', colalign=sides if rows else None, disable_numparse=True))
+    parts.append('\n'.join(f'- {escaped(note)}' for note in table.notes))
     return '\n\n'.join(part for part in parts if part) + '\n'
 
 
-WRITERS: Dict[str, Callable[[Table], str]] = {'csv': csv_text, 'md': markdown_text, 'tex': latex_text}
+def latex_text(table: Table) -> str:
+    r"""Format a table as LaTeX, for \input in a document that uses booktabs."""
+    parts = [r'\begin{table}', r'\centering\scriptsize', r'\setlength{\tabcolsep}{3pt}']
+    parts += [rf'\caption{{{_latex(table.title)}}}', rf'\label{{tab:{table.name}}}']
+    for columns in abreast(table.columns):
+        heads: Any = [table.columns[index].head for index in columns]
+        groups = [table.columns[index].group for index in columns]
+        if any(groups):
+            heads = pandas.MultiIndex.from_arrays([groups, heads])
+        texts = [[rounded(row[index], '–') for index in columns] for row in table.rows]
+        sides = ''.join('r' if is_number_column(table, index) else 'l' for index in columns)
+        block = pandas.DataFrame(texts, columns=heads).to_latex(
+            index=False, escape=True, column_format=sides, multicolumn_format='c'
+        )
+        parts += [re.sub(r'(^|& )-(?=[\di])', r'\1$-$', block, flags=re.MULTILINE).rstrip(), r'\par\medskip']
+    parts += [rf'\par\raggedright {_latex(note)}' for note in table.notes]
+    return '\n'.join([r'% \usepackage{booktabs}', *parts, r'\end{table}', ''])
 
 
-def write_tables(tables: Sequence[Table], csv_only: Sequence[Table], folder: Path) -> None:
-    """Write tables in each format, and others as CSV only, into `folder`, which is created.
+def _latex(text: str) -> str:
+    special = {'\\': r'\textbackslash{}', '~': r'\textasciitilde{}', '^': r'\textasciicircum{}'}
+    escapes = {**special, **{char: f'\\{char}' for char in '&%$#_{}'}}
+    return ''.join(escapes.get(char, char) for char in text)
+
+
+def write_tables(tables: Sequence[Table], folder: Path) -> None:
+    """Write each table as CSV, the paper's also as Markdown and LaTeX, into `folder`, which is created.
 
     Raises:
         OSError: a file cannot be written.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    files = [(table, suffix) for table in tables for suffix in WRITERS]
-    files += [(table, 'csv') for table in csv_only]
-    for table, suffix in files:
-        # Bytes: the same line ends on every system.
-        (folder / f'{table.name}.{suffix}').write_bytes(WRITERS[suffix](table).encode('utf-8'))
-
-
-def _exact(entry: Entry) -> str:
-    if not isinstance(entry, Number):
-        return text_cell(entry.name if isinstance(entry, Label) else entry)
-    if entry.value is None:
-        return ''
-    return repr(float(entry.value) if entry.decimals else int(entry.value))
-
-
-def _markdown(text: str) -> str:
-    for char in '\\|_*<':
-        text = text.replace(char, f'\\{char}')
-    return text
-
-
-def _markdown_row(texts: Iterable[str]) -> str:
-    return f'| {" | ".join(map(_markdown, texts))} |'
+    for table in tables:
+        texts = {'csv': csv_text(table)}
+        if OF_PAPER.fullmatch(table.name):
+            texts.update(md=markdown_text(table), tex=latex_text(table))
+        for suffix, text in texts.items():
+            # Bytes: the same line ends on every system.
+            (folder / f'{table.name}.{suffix}').write_bytes(text.encode('utf-8'))
 
 
 class Group(NamedTuple):
