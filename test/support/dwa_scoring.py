@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from diff_encoder_sim.base.se2 import IDENTITY
-from diff_encoder_sim.navigation import dwa_kernels as dwa_search
+from diff_encoder_sim.navigation import dwa_kernels
 from diff_encoder_sim.navigation.dwa_kernels import begin_waves
 
 
@@ -24,7 +24,7 @@ def score_all(planner, base_pose, linear_mps, angular_radps, costmap, plan):
     scene, pose = task.scene, task.pose_in_grid
     if not begin_waves(scene.costs, scene.per_m, costmap.origin, plan, pose, scene.nose_m, scene.waves):
         return None
-    samples, _, _, scores, totals = dwa_search.score_all(task)
+    samples, _, _, scores, totals = dwa_kernels.score_all(task)
     accepted = np.flatnonzero(totals >= 0.0)
     best = int(accepted[np.argmin(totals[accepted])]) if len(accepted) else -1
     return Scored(samples, scores, totals, best)

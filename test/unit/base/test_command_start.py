@@ -12,7 +12,7 @@ import pytest
 from diff_encoder_sim.base.command_start import OF_NODES
 from places import SOURCE
 
-PARSER = """
+COMMAND_FILE = """
 import os, signal, sys, time
 
 def parse():
@@ -21,6 +21,12 @@ def parse():
     if sys.argv[1] == 'parse':
         os.kill(os.getpid(), signal.SIGINT)
         time.sleep(20)
+
+API = 'interrupted_tool'
+
+def main():
+    from diff_encoder_sim.interrupted_tool import main
+    main()
 """
 MODULE = """
 '''node: does something.'''
@@ -52,15 +58,15 @@ def main():
     finally:
         print('tidied up')
 """
-COMMAND = 'from diff_encoder_sim.base.command_start import run_command; run_command("tool", "interrupted_tool"{})'
-WITH_PARSER, WITHOUT = COMMAND.format(', parser="interrupted_arguments"'), COMMAND.format('')
+START = 'from diff_encoder_sim.base.command_start import run_command; run_command("tool", "interrupted_{}")'
+WITH_PARSER, WITHOUT = START.format('command'), START.format('tool')
 
 
 @pytest.fixture(name='ending')
 def fixture_ending(tmp_path):
     """Runs a command that is interrupted at a stage: status, stdout and stderr."""
     (tmp_path / 'interrupted_tool.py').write_text(MODULE)
-    (tmp_path / 'interrupted_arguments.py').write_text(PARSER)
+    (tmp_path / 'interrupted_command.py').write_text(COMMAND_FILE)
     findable = f'import diff_encoder_sim; diff_encoder_sim.__path__.append({str(tmp_path)!r})'
 
     def ending(stage, command=WITH_PARSER, stdout=subprocess.PIPE):
