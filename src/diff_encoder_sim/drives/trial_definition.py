@@ -1,4 +1,4 @@
-"""One run of a test, and the files and rates that it is run with."""
+"""One run of a test, the files and rates that it is run with, and the trial that a reencoded bag is of."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives.test_definition import TestDefinition
 from diff_encoder_sim.drives.topics import BagFormat, PoseSource
 from diff_encoder_sim.simulation.simulator import CONTACT_CURVE_NOISE, CONTACT_DISTANCE_STD
+from diff_encoder_sim.wheels.catalogue import resolution_text
 from diff_encoder_sim.wheels.encoder_params import DEFAULT_PPR, CounterModulus, PulsesPerRevolution, encoder_label
 from diff_encoder_sim.wheels.odometry_params import UNCERTAINTY_KEYS, CurveVariance, OdometryParams, RelativeStd
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
@@ -155,3 +156,12 @@ def wheels_of(odometry: OdometryParams, encoder: EncoderParams) -> Dict[str, Any
         **{name: getattr(encoder, name) for name in OF_ENCODER},
         'counter_modulus': encoder.counter_modulus,
     }
+
+
+def with_encoder(trial: Trial, encoder: EncoderParams, odometry: OdometryParams, name: str = '') -> Trial:
+    """Return the same trial as if it had been driven with another encoder, which may have a name, and odometry."""
+    geometry = {key: getattr(odometry, key) for key in OF_ODOMETRY}
+    resolution = resolution_text(encoder.encoder)
+    counted = {'ppr': encoder.counts_per_turn, 'encoder': name, 'resolution': resolution}
+    counted['counter_modulus'] = encoder.counter_modulus
+    return trial.model_copy(update={**counted, 'odom': 'encoder', **geometry, **odometry.uncertainty})

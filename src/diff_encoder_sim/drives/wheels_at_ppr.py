@@ -6,10 +6,9 @@ from typing import Optional, Tuple
 
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.drives.bag_output import ReencodedBag
-from diff_encoder_sim.drives.reencoded_trial import with_encoder
 from diff_encoder_sim.drives.sensor_messages import JointValues
 from diff_encoder_sim.drives.trajectory_error import Alignment, PathComparison
-from diff_encoder_sim.drives.trial_definition import Trial
+from diff_encoder_sim.drives.trial_definition import Trial, with_encoder
 from diff_encoder_sim.wheels.encoder_params import PerWheel, encoder_label
 from diff_encoder_sim.wheels.encoder_sample import EncoderSample
 from diff_encoder_sim.wheels.odometry import OdometryEstimate, WheelOdometry, wheel_speeds_mps

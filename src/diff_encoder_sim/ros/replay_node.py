@@ -29,9 +29,8 @@ from diff_encoder_sim.drives.bag_output import COPIED, copied_topics
 from diff_encoder_sim.drives.bag_source import BagSource, open_source
 from diff_encoder_sim.drives.joint_wheels import WheelOptions, find_wheels
 from diff_encoder_sim.drives.message_types import JOINT_STATE
-from diff_encoder_sim.drives.reencoded_trial import with_encoder
 from diff_encoder_sim.drives.ros1_copy import write_ros1_copy
-from diff_encoder_sim.drives.trial_definition import OF_ODOMETRY, Trial
+from diff_encoder_sim.drives.trial_definition import OF_ODOMETRY, Trial, with_encoder
 from diff_encoder_sim.drives.trial_recording import trial_of_source
 from diff_encoder_sim.ros.launch_status import LaunchStatus
 from diff_encoder_sim.ros.node import log, node_params, publisher, run_node

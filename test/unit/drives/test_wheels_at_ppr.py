@@ -6,8 +6,8 @@ import pytest
 
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.drives.bag_output import ReencodedBag
-from diff_encoder_sim.drives.reencoded_trial import with_encoder
 from diff_encoder_sim.drives.sensor_messages import JointValues
+from diff_encoder_sim.drives.trial_definition import with_encoder
 from diff_encoder_sim.drives.wheels_at_ppr import WheelsAtPpr
 from diff_encoder_sim.wheels.encoder_params import PerWheel
 from diff_encoder_sim.wheels.odometry import WheelOdometry
