@@ -35,7 +35,13 @@ CHOICES = {
     'rviz': ('true', 'false'),
     'bag': ('', 'none'),
 }
-COMBINATIONS = [dict(zip(CHOICES, values)) for values in itertools.product(*CHOICES.values())]
+DEFAULTS = {name: values[0] for name, values in CHOICES.items()}
+COMBINATIONS = [
+    DEFAULTS,
+    *({**DEFAULTS, name: value} for name, values in CHOICES.items() for value in values[1:]),
+    {name: values[-1] for name, values in CHOICES.items()},
+    {'nav': 'upstream', 'sim': 'gazebo', 'odom': 'ideal', 'rviz': 'true', 'bag': 'none'},
+]
 
 
 def trial_nodes(nav, sim, odom, rviz, bag):

@@ -50,9 +50,7 @@ def end(launch):
         (['ppr:=40'], 40),
         (['ppr:={left: 90, right: 1024}'], {'left': 90, 'right': 1024}),
         (['encoder:=amt102'], 8192),
-        ([], 90),
         (['robot:=burger'], 4096),
-        (['ppr:=508.8', 'robot:=burger'], 508.8),
     ],
 )
 def test_the_resolution_is_that_of_the_launch_argument(graph, arguments, ppr):

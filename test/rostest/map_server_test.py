@@ -143,15 +143,6 @@ class MapServerTest(unittest.TestCase):
             ['hall.pgm', 'hall.yaml', 'log', 'map.pgm', 'map.yaml'],
         )
 
-    def test_thresholds_and_another_resolution(self):
-        publisher = latched('/grey/map', map_message(4, 1, 0.02, (10, 40, 60, 127)))
-        code, lines = Saver(self.folder, '--free', '40', '--occ', '60', 'map:=/grey/map').wait()
-        publisher.unregister()
-        self.assertEqual(code, 0, lines)
-        saved = load_map(self.folder / 'map.yaml')
-        self.assertEqual(saved.cells.tolist(), [[0, 0, 100, 100]])
-        self.assertEqual(saved.resolution_m, 0.02)  # not the 0.0199999996 of a message's 32 bits
-
     def test_a_map_that_is_none_ends_it_with_one_line(self):
         nan = float('nan')
         for message, word in (
@@ -170,19 +161,6 @@ class MapServerTest(unittest.TestCase):
             self.assertIn('/bad/map', lines[0])
             self.assertIn(word, lines[0])
             self.assertEqual([entry.name for entry in self.folder.iterdir()], ['log'])
-
-    def test_a_place_that_cannot_be_written_to_and_bad_options(self):
-        for arguments, status, words in (
-            (['-f', '/proc/1/map'], 1, ['/proc/1/map.pgm', 'cannot be written']),
-            (['-f', 'log/map'], 1, ['log/map.pgm', 'cannot be written']),
-            (['--occ', '101'], 2, ['--occ', '101', '0 to 100 [%]']),
-            (['--free', '70'], 1, ['free below occ']),
-        ):
-            code, lines = Saver(self.folder, *arguments).wait()
-            self.assertEqual(code, status, lines)
-            self.assertEqual(len(lines), status, lines)  # argparse prints the usage first
-            for word in words:
-                self.assertIn(word, lines[-1])
 
     def test_it_waits_for_a_map_and_says_so(self):
         saver = Saver(self.folder, 'map:=/late/map')

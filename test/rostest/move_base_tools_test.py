@@ -9,7 +9,6 @@ import rospy
 import rostest
 from actionlib_msgs.msg import GoalID, GoalStatus
 from dynamic_reconfigure.client import Client
-from geometry_msgs.msg import PolygonStamped
 from map_msgs.msg import OccupancyGridUpdate
 from move_base_msgs.msg import MoveBaseActionGoal, RecoveryStatus
 from move_base_robot import NODE, Robot, room_map, unchanged, with_ranges
@@ -23,7 +22,6 @@ from diff_encoder_sim.ros.conversions import pose_stamped_message
 
 START, GOAL, CLOSED_CELL = Pose2D(-2.0, -1.0, 0.0), Pose2D(-1.0, -0.8, 0.3), Pose2D(2.4, 1.4, 0.0)
 # In docs/navigation.md.
-DOCUMENTED = 'rosrun dynamic_reconfigure dynparam set /move_base/DWAPlannerROS max_vel_x 0.2'
 FAR = Pose2D(-0.2, -1.0, 0.0)
 
 
@@ -38,10 +36,6 @@ def table(cloud):
     names = [field.name for field in cloud.fields]
     values = np.frombuffer(cloud.data, '<f4').reshape(cloud.width, len(names))
     return dict(zip(names, values.T))
-
-
-def corner_counts(footprints):
-    return [len(footprint.polygon.points) for footprint in footprints]
 
 
 class MoveBaseToolsTest(NodeTest):
@@ -123,13 +117,6 @@ class MoveBaseToolsTest(NodeTest):
         self.robot.live_until(lambda: grids.messages, 'the costmap')
         grids.stop()
         return grids.messages[0]
-
-    def test_without_a_publish_frequency_only_newcomers_get_the_costmap(self):
-        grids = Collector(NODE + '/local_costmap/costmap', OccupancyGrid)
-        self.robot.live_until(lambda: grids.messages, 'the costmap')
-        self.robot.live(20)
-        self.assertEqual(len(grids.messages), 1)
-        self.assertEqual(grids.messages[0].header.frame_id, 'odom')
 
     def test_recoveries_are_told_when_they_begin(self):
         recoveries = Collector(NODE + '/recovery_status', RecoveryStatus)
@@ -241,22 +228,6 @@ class MoveBaseToolsTest(NodeTest):
         self.robot.live(10)
         self.send(GOAL)
         self.assertEqual(self.end().status, GoalStatus.SUCCEEDED)
-
-    def test_the_size_of_a_window_and_the_footprint_are_changed(self):
-        client = self.client('/local_costmap')
-        grids = Collector(NODE + '/local_costmap/costmap', OccupancyGrid)
-        footprints = Collector(NODE + '/local_costmap/footprint', PolygonStamped)
-        before = client.get_configuration(TIMEOUT_S)
-        changes = {'width': 4.0, 'publish_frequency': 20.0, 'footprint': '[]', 'robot_radius': 0.2}
-        values = client.update_configuration(changes)
-        self.assertEqual({name: values[name] for name in changes}, changes)
-        self.robot.live_until(lambda: grids.messages and grids.messages[-1].info.width == 80, 'a window of 4 m')
-        self.robot.live_until(lambda: corner_counts(footprints.messages)[-1:] == [16], 'a round robot')
-        self.send(GOAL)
-        self.assertEqual(self.end().status, GoalStatus.SUCCEEDED)
-        grids.stop()
-        client.update_configuration({name: before[name] for name in changes})
-        self.robot.live_until(lambda: corner_counts(footprints.messages)[-1:] == [4], 'a robot with corners')
 
 
 if __name__ == '__main__':

@@ -4,7 +4,6 @@
 import math
 import time
 
-import numpy as np
 import rosgraph
 import rospy
 import rostest
@@ -142,25 +141,6 @@ class OdomTest(NodeTest):
             self.assert_pose(message, 0.0, 0.0, 0.0)
             self.assertEqual(twist_of(message), (0.0, 0.0))
 
-    def test_straight_forward_and_back(self):
-        counts = [(1000 + 5 * step, -300 + 5 * step) for step in (0, 1, 2, 3, 2, 1, 0, -1, -2)]
-        messages = self.drive(self.channels['plain'], counts)
-        for message, (left, _) in zip(messages, counts):
-            self.assert_pose(message, (left - 1000) * DISTANCE_PER_PULSE, 0.0, 0.0)
-        speed = 5 * DISTANCE_PER_PULSE / 0.05
-        for message, sign in zip(messages[1:], (1, 1, 1, -1, -1, -1, -1, -1)):
-            self.assertAlmostEqual(twist_of(message)[0], sign * speed, delta=1e-9)  # signed, unlike a norm
-            self.assertAlmostEqual(twist_of(message)[1], 0.0, delta=1e-9)
-
-    def test_turn_in_place_past_half_a_turn(self):
-        counts = [(-4 * step, 4 * step) for step in range(60)]
-        messages = self.drive(self.channels['plain'], counts)
-        for message, (left, right) in zip(messages, counts):
-            self.assert_pose(message, 0.0, 0.0, (right - left) * DISTANCE_PER_PULSE / SEPARATION)
-        rate = 8 * DISTANCE_PER_PULSE / SEPARATION / 0.05
-        self.assertAlmostEqual(twist_of(messages[-1])[1], rate, delta=1e-9)
-        self.assertAlmostEqual(twist_of(messages[-1])[0], 0.0, delta=1e-9)
-
     def test_arc_is_exact_however_coarse_the_steps(self):
         radius = 0.5 * SEPARATION * (3 + 5) / (5 - 3)
         for step_pulses in (1, 40):
@@ -173,20 +153,6 @@ class OdomTest(NodeTest):
             for message, (left, right) in zip(self.drive(plain, counts, NS_PER_S), counts):
                 yaw = (right - left) * DISTANCE_PER_PULSE / SEPARATION
                 self.assert_pose(message, radius * math.sin(yaw), radius * (1.0 - math.cos(yaw)), yaw)
-
-    def test_covariance_is_one_and_grows_across_the_way(self):
-        messages = self.drive(self.channels['plain'], [(9 * step, 9 * step) for step in range(50)])
-        for message in messages:
-            for covariance in (message.pose.covariance, message.twist.covariance):
-                matrix = np.reshape(covariance, (6, 6))
-                np.testing.assert_allclose(matrix, matrix.T, atol=1e-12)
-                self.assertGreater(np.linalg.eigvalsh(matrix).min(), -1e-9)
-        across = [message.pose.covariance[7] for message in messages]
-        self.assertEqual(across, sorted(across))
-        # Whole pulses alone spread the end of a straight line by (S d / L) sqrt(1/6).
-        end = pose_of(messages[-1])[0]
-        self.assertGreater(math.sqrt(across[-1]), 0.9 * end * DISTANCE_PER_PULSE / SEPARATION * math.sqrt(1.0 / 6.0))
-        self.assertLess(math.sqrt(across[-1]), 2.0 * end * DISTANCE_PER_PULSE / SEPARATION * math.sqrt(1.0 / 6.0))
 
     # --- parameters ---------------------------------------------------------------------------------------------------
 
@@ -205,19 +171,6 @@ class OdomTest(NodeTest):
             self.assertAlmostEqual(angular, (right - left) / 0.5, delta=1e-9)
         yaw = (180 * right_m - 21 * left_m) / 0.5
         self.assertLess(angle_between(pose_of(messages[-1])[2], yaw), 1e-9)
-
-    def test_counters_that_wrap_in_both_directions(self):
-        left_m, right_m = math.pi * 0.3 / 40, math.pi * 0.3 / 1024
-        totals = [(32760 - 5 * step, 32760 + 200 * step) for step in (0, 1, 2, 3, 4, 3, 2, 1, 0, -1)]
-        shown = [((left + 32768) % 65536 - 32768, (right + 32768) % 65536 - 32768) for left, right in totals]
-        self.assertIn((32745, -32176), shown)  # the right counter did wrap
-        messages = self.drive(self.channels['custom'], shown)
-        for message, (left, right) in zip(messages, totals):
-            yaw = ((right - 32760) * right_m - (left - 32760) * left_m) / 0.5
-            self.assertLess(angle_between(pose_of(message)[2], yaw), 1e-9)
-        back = messages[8]  # the same way back along the same arcs
-        self.assert_pose(back, 0.0, 0.0, 0.0)
-        self.assertEqual(self.rosout.warnings_of(self.channels['custom'].node), [])
 
     # --- TF -----------------------------------------------------------------------------------------------------------
 
@@ -348,19 +301,6 @@ class OdomTest(NodeTest):
 
     # --- bad input ----------------------------------------------------------------------------------------------------
 
-    def test_wrong_number_of_counters(self):
-        plain = self.channels['plain']
-        plain.send(self.epoch_ns, 10, 10)
-        for step, pulses in enumerate(((), (11,), (11, 11, 11)), start=1):
-            plain.send(self.epoch_ns + step * PERIOD_NS, *pulses)
-        last_ns = self.epoch_ns + 4 * PERIOD_NS
-        plain.send(last_ns, 14, 14)
-        messages = plain.odom.wait_for_stamp(last_ns)
-        self.assert_stamps(messages, [self.epoch_ns, last_ns])
-        self.assert_pose(messages[-1], 4 * DISTANCE_PER_PULSE, 0.0, 0.0)
-        warned = self.rosout.wait_for_warning(plain.node, plain.topic, '2')
-        self.assertEqual(len(warned), 1, warned)
-
     def test_stamps_that_cannot_be_reach_neither_odom_nor_tf(self):
         plain = self.channels['plain']
         plain.send(self.epoch_ns, 0, 0)
@@ -373,12 +313,6 @@ class OdomTest(NodeTest):
         self.check_tf_equals_odom(plain)
         warned = self.rosout.wait_for_warning(plain.node, plain.topic, 'stamp 4294967296', 'allowed')
         self.assertEqual(len(warned), 1, warned)
-
-    def test_counts_at_the_ends_of_int64(self):
-        ends = [(-(2**63), 2**63 - 1), (2**63 - 1, -(2**63)), (0, 0), (5, 5)]
-        for name in ('plain', 'custom'):
-            self.drive(self.channels[name], ends)  # tearDown sees that every number is finite
-        self.assert_pose(self.channels['plain'].odom.messages[-1], 5 * DISTANCE_PER_PULSE, 0.0, 0.0)
 
 
 if __name__ == '__main__':

@@ -217,21 +217,6 @@ class SimulatorTest(NodeTest):
         self.assertGreater(len(message.name), 2)
         self.assert_pose(Simulator.pose_in(message), START, 1e-6)
 
-    def test_wheel_phases_come_from_the_seed(self):
-        phases = []
-        for simulator in (self.first, self.same, self.other):
-            simulator.unpause_physics()
-            message = simulator.joints.wait_for_count(1)[0]
-            simulator.pause_physics()
-            self.assertEqual(stamp_ns_of(message), 0)
-            self.assertEqual(list(message.name), ['left_wheel_joint', 'right_wheel_joint'])
-            phases.append(tuple(message.position))
-        first, same, other = phases
-        self.assertEqual(first, same)
-        self.assertTrue(all(abs(one - another) > 1e-3 for one, another in zip(first, other)), phases)
-        self.assertGreater(abs(first[0] - first[1]), 1e-3)
-        self.assertTrue(all(0.0 <= phase <= 2.0 * math.pi for pair in phases for phase in pair))
-
     # --- scan ---------------------------------------------------------------------------------------------------------
 
     def scans_of(self, simulator, count):
@@ -257,12 +242,6 @@ class SimulatorTest(NodeTest):
             self.assertAlmostEqual(scan.range_min, 0.15, places=6)
             self.assertAlmostEqual(scan.range_max, 6.0, places=6)
 
-    def test_scan_time_is_that_of_the_rate(self):
-        scans = self.scans_of(self.other, 3)
-        self.assertEqual([stamp_ns_of(scan) for scan in scans], [0, 2 * SCAN_PERIOD_NS, 4 * SCAN_PERIOD_NS])
-        for scan in scans:
-            self.assertAlmostEqual(scan.scan_time, 0.2, places=6)
-
     def test_scan_is_the_geometry_at_the_start_and_noise_of_the_seed(self):
         first, same, other = (self.scans_of(simulator, 1)[0] for simulator in (self.first, self.same, self.other))
         noises = []
@@ -281,12 +260,6 @@ class SimulatorTest(NodeTest):
         self.assertGreater(both.sum(), 300)
         self.assertLess(np.abs(noises[0] - noises[1])[both].max(), 1e-5)  # one seed; ranges have 32 bits
         self.assertGreater(np.nanmax(np.abs(noises[1] - noises[2])), NOISE)
-
-    def test_scan_repeats_itself_after_a_reset(self):
-        before = [scan.ranges for scan in self.scans_of(self.same, 2)]
-        self.assertNotEqual(before[0], before[1])
-        self.same.reset_simulation()
-        self.assertEqual([scan.ranges for scan in self.scans_of(self.same, 2)], before)
 
     def test_scanner_is_mounted_as_in_the_robot_file(self):
         static = Collector('/tf_static', TFMessage).wait_for(
@@ -360,14 +333,6 @@ class SimulatorTest(NodeTest):
         self.assertIn(b"x: given 'nan'; allowed: -1e6 to 1e6 [m]", done.stdout.splitlines()[-1])
         self.assert_pose(self.first.true_pose(), (-3.5, 0.25, -1.5), 1e-6)
 
-    def test_placed_robot_moves_as_its_twist_says(self):
-        response = self.first.place(twist=(0.2, -0.1, 0.5))
-        self.assertTrue(response.success, response)
-        twist = self.first.get_model_state('alto', '').twist
-        self.assertAlmostEqual(twist.linear.x, 0.2, places=2)
-        self.assertAlmostEqual(twist.linear.y, -0.1, places=2)
-        self.assertAlmostEqual(twist.angular.z, 0.5, places=6)
-
     def test_what_cannot_be_is_refused_and_nothing_moves(self):
         upside_down = (1.0, 0.0, 0.0, 0.0)
         on_its_side = (math.sin(math.pi / 4), 0.0, 0.0, math.cos(math.pi / 4))
@@ -390,14 +355,6 @@ class SimulatorTest(NodeTest):
             for word in words:
                 self.assertIn(word, response.status_message)
         self.assert_pose(self.first.true_pose(), START, 1e-6)
-
-    def test_states_of_all_models_can_be_asked_for(self):
-        response = self.first.get_model_state('hallway_walls', '')
-        self.assertTrue(response.success, response)
-        for name, frame in (('nobody', ''), ('alto', 'laser')):
-            response = self.first.get_model_state(name, frame)
-            self.assertFalse(response.success)
-            self.assertIn(repr(frame or name), response.status_message)
 
     # --- time ---------------------------------------------------------------------------------------------------------
 

@@ -9,7 +9,7 @@ pytest.importorskip('rospy')
 pytest.importorskip('diff_encoder_sim.msg')
 
 from diff_encoder_sim.localization.amcl_params import AmclParams
-from diff_encoder_sim.ros.amcl_node import AmclSpread, Spread
+from diff_encoder_sim.ros.amcl_node import AmclSpread
 from recorded_topic import RecordedTopic
 
 
@@ -29,9 +29,3 @@ def test_the_status_comes_once_a_period_with_the_limits_in_force():
         ('std_warn_level_y', '0.2'),
         ('std_warn_level_yaw', '0.1'),
     ]
-
-
-def test_a_deviation_at_its_limit_is_none_beyond_it():
-    limits = Spread(0.2, 0.2, 0.1)
-    assert not limits.exceeds(limits)
-    assert Spread(0.2, 0.2, 0.11).exceeds(limits)

@@ -54,14 +54,6 @@ def test_with_a_period_commands_take_effect_a_delay_after_each_boundary_only():
     assert times_ns == [20, 70, 120, 170]
 
 
-def test_of_several_answers_the_newest_counts_and_none_is_left_over():
-    periodic = gate(is_expected=False)
-    periodic.put(SLOW)
-    periodic.put(FAST)
-    assert periodic.take(DELAY_NS) == FAST
-    assert periodic.take(DELAY_NS + PERIOD_NS) is None
-
-
 def test_a_controller_is_waited_for():
     patient = gate(patience_s=LONG_S)
     thread, taken = take_in_thread(patient, DELAY_NS)
@@ -118,25 +110,6 @@ def test_clear_forgets_what_has_not_taken_effect():
     periodic.put(SLOW)
     periodic.clear()
     assert periodic.take(DELAY_NS) is None
-
-
-def test_no_command_is_lost_between_threads():
-    """A controller that answers each boundary is heard each time."""
-    periodic, taken, count = gate(patience_s=LONG_S), [], 200
-    boundary = threading.Semaphore(0)
-
-    def control():
-        for number in range(count):
-            boundary.acquire()
-            periodic.put((number + 1.0, 0.0))
-
-    controller = threading.Thread(target=control, daemon=True)
-    controller.start()
-    for period in range(count):
-        boundary.release()
-        taken.append(periodic.take(DELAY_NS + period * PERIOD_NS))
-    controller.join(LONG_S)
-    assert taken == [(number + 1.0, 0.0) for number in range(count)]
 
 
 # ---- at other rates than 20 Hz

@@ -67,11 +67,3 @@ def test_always_whole_on_request_and_where_nobody_hears_of_changes(params, has_l
         watched.mark(0.5, 0.0)
         whole, changes = watched.show()
         assert len(whole) == 1 and changes == []
-
-
-def test_without_subscribers_the_costs_are_not_even_read():
-    watched = Watched()
-    watched.view._grids.has_subscribers = False
-    watched.costmap._changed = watched.costmap._everything()
-    assert watched.show() == ([], [])
-    assert watched.costmap._changed is not None, 'not inflated for nobody'

@@ -11,7 +11,6 @@ pytest.importorskip('diff_encoder_sim.msg')
 from diff_encoder_sim.base.se2 import IDENTITY
 from diff_encoder_sim.navigation.dwa import DwaPlanner
 from diff_encoder_sim.navigation.dwa_params import DwaParams
-from diff_encoder_sim.ros import navigation_views
 from diff_encoder_sim.ros.navigation_views import DwaView, cloud_message
 from navigation_scenes import PERIOD_S, local_costmap, straight_plan
 from recorded_topic import RecordedTopic
@@ -38,24 +37,6 @@ def test_each_cloud_has_its_parameter():
         shown = view()
         shown.show(navigator(publish_traj_pc=trajectories, publish_cost_grid_pc=costs), 0)
         assert [len(topic.take()) for topic in (shown._trajectories, shown._costs)] == [trajectories, costs]
-
-
-def test_a_choice_is_shown_once():
-    shown, seen = view(), navigator(publish_traj_pc=True)
-    for now_ns in (0, 10**9):
-        shown.show(seen, now_ns)
-    assert len(shown._trajectories.take()) == 1
-
-
-def test_nothing_is_computed_for_nobody(monkeypatch):
-    def fail(*_):
-        raise AssertionError('computed')
-
-    monkeypatch.setattr(navigation_views, 'trajectory_cloud', fail)
-    monkeypatch.setattr(navigation_views, 'cost_cloud', fail)
-    shown = view()
-    shown._trajectories.has_subscribers = shown._costs.has_subscribers = False
-    shown.show(navigator(publish_traj_pc=True, publish_cost_grid_pc=True), 0)
 
 
 def test_a_cloud_has_a_float_for_each_field():

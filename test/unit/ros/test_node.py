@@ -14,7 +14,6 @@ from std_msgs.msg import Header
 
 from diff_encoder_sim.base.errors import EVENT, ConfigError
 from diff_encoder_sim.ros import node
-from diff_encoder_sim.ros.node import RECORDS
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
@@ -52,12 +51,6 @@ def test_a_launch_argument_with_a_value_for_each_wheel_is_text(given):
     assert (ppr.left, ppr.right) == (90, 1024)
 
 
-def test_defaults_are_for_what_is_not_set(given):
-    given({'rate': 10.0})
-    params = node.node_params(EncoderParams, defaults={'rate': 50.0, 'counter_modulus': 65536})
-    assert (params.rate, params.counter_modulus) == (10.0, 65536)
-
-
 def test_a_robots_settings_go_before_yaml_files_and_what_is_typed_before_them(given):
     given({'rate': 10.0, 'ppr': 40}, {'rate': 30.0, 'ppr': 4096}, ['_ppr:=40', '__name:=node'])
     params = node.node_params(EncoderParams, part='config')
@@ -75,12 +68,6 @@ def test_a_bad_value_among_a_robots_settings_is_named_with_them(given):
     given({}, {'rate': -1.0})
     with pytest.raises(ConfigError, match=r'^/node with /robot_settings/config: rate: given -1.0'):
         node.node_params(EncoderParams, part='config')
-
-
-def test_a_value_where_the_nodes_parameters_should_be_is_refused(given):
-    given(90)
-    with pytest.raises(ConfigError, match=r'^/node: given 90; allowed: private parameters'):
-        node.node_params(EncoderParams)
 
 
 @pytest.mark.parametrize(
@@ -134,13 +121,6 @@ def test_parameters_that_a_launch_file_has_cleared_and_set_again_are_given_ones(
     given({'ppr': 40, 'rate': server['~']['rate']})
     assert node.node_params(EncoderParams, defaults={'rate': 10.0}).ppr.left == 40
     assert server['~']['rate'] == 20.0
-
-
-@pytest.mark.parametrize('record', ['', 'nonsense', '[]', '[1, 2]', '3', '{}', 3, {'a': 1}, None])
-def test_a_record_that_is_none_is_ignored(given, record):
-    server = given({'ppr': 40})
-    server[f'{RECORDS}/node'] = record
-    assert node.node_params(EncoderParams).ppr.left == 40
 
 
 @pytest.fixture(name='sent')
