@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, NamedTuple, Sequence, Tuple
 import numpy as np
 
 from diff_encoder_sim.base.errors import InputFault
-from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives.message_types import ENCODER_PULSE
@@ -33,6 +32,7 @@ from diff_encoder_sim.drives.wire import (
 )
 
 if TYPE_CHECKING:  # nodes of an encoder import this module
+    from diff_encoder_sim.base.laser_scan import Scan
     from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
     from diff_encoder_sim.navigation.navigator_inputs import GoalStatus
     from diff_encoder_sim.simulation.state import JointStates
@@ -238,4 +238,6 @@ def decode_scan(raw: bytes, is_cdr: bool = False) -> Tuple[Scan, str]:
     angle_min_rad, _, increment_rad, _, _, range_min_m, range_max_m = fields.unpack(_LIMITS, _FLOAT32.itemsize)
     ranges = fields.content(fields.length() * _FLOAT32.itemsize)
     ranges_m = np.frombuffer(ranges, _FLOAT32).astype(float)
+    from diff_encoder_sim.base.laser_scan import Scan  # noqa: PLC0415  # nodes of an encoder import this module
+
     return Scan(stamp_ns, angle_min_rad, increment_rad, range_min_m, range_max_m, ranges_m), frame.lstrip('/')

@@ -23,11 +23,11 @@ from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
 from diff_encoder_sim.base.errors import InputFault
-from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D, quat_xyzw_from_yaw, yaw_from_quat_xyzw
 from diff_encoder_sim.drives.wire import QuatXyzw
 
 if TYPE_CHECKING:
+    from diff_encoder_sim.base.laser_scan import Scan
     from diff_encoder_sim.simulation.state import BodyState
     from diff_encoder_sim.simulation.world import World
 
@@ -118,6 +118,8 @@ def pose_covariance_from_message(covariance: Sequence[float]) -> np.ndarray:
 
 def scan_from_message(message: LaserScan) -> Scan:
     """Convert a scan."""
+    from diff_encoder_sim.base.laser_scan import Scan  # noqa: PLC0415  # every node imports this module
+
     return Scan(
         ns_from_stamp(message.header.stamp),
         message.angle_min,
