@@ -13,7 +13,7 @@ from measured_drive import bullet_client
 
 from diff_encoder_sim.drives.trial_definition import TrialPlan
 from diff_encoder_sim.robots import simulated_robot
-from diff_encoder_sim.robots.robot_tree import RobotTree
+from diff_encoder_sim.robots.description import RobotTree
 from diff_encoder_sim.simulation.bullet import pybullet
 from diff_encoder_sim.simulation.physics import PhysicsParams
 from diff_encoder_sim.simulation.simulator import Simulator

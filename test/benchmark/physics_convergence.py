@@ -32,8 +32,7 @@ from measured_drive import (
 from tabulate import tabulate
 
 from diff_encoder_sim.robots.description import RobotChoices, RobotSource
-from diff_encoder_sim.robots.physics_urdf import joined_links
-from diff_encoder_sim.robots.simulated_robot import GeometryErrors, SimulatedRobot, load_simulated_robot
+from diff_encoder_sim.robots.simulated_robot import GeometryErrors, SimulatedRobot, joined_links, load_simulated_robot
 from diff_encoder_sim.robots.urdf_reading import parse_urdf
 from diff_encoder_sim.robots.xacro_expansion import expand
 from diff_encoder_sim.simulation import simulator as simulator_module

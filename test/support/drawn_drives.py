@@ -10,8 +10,7 @@ from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, move_along_arc, wrap_ang
 from diff_encoder_sim.drives.test_definition import TestDefinition
 from diff_encoder_sim.drives.trial_definition import Trial
 from diff_encoder_sim.navigation.goal_stopping import StopSpread
-from diff_encoder_sim.robots.physics_urdf import TrueWheels
-from diff_encoder_sim.robots.simulated_robot import GeometryErrors
+from diff_encoder_sim.robots.simulated_robot import GeometryErrors, TrueWheels
 from diff_encoder_sim.simulation.self_check import RolledDrive
 from diff_encoder_sim.simulation.simulator import SlippingWheels, WheelErrorParams
 from diff_encoder_sim.simulation.state import TICK_NS, TICK_S

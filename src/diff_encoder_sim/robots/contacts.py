@@ -9,8 +9,15 @@ from typing import Callable, Iterator, List, NamedTuple, Optional, Sequence, Tup
 import numpy as np
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.robots.description import Findings, GroundContact, OutlineXy, RobotDescription
-from diff_encoder_sim.robots.robot_tree import RobotTree, Shape, Sphere
+from diff_encoder_sim.robots.description import (
+    Findings,
+    GroundContact,
+    OutlineXy,
+    RobotDescription,
+    RobotTree,
+    Shape,
+    Sphere,
+)
 from diff_encoder_sim.robots.rolling_wheels import is_upright, joints_above
 from diff_encoder_sim.robots.solids import farthest_m, placed, reach_m, support_point_m
 

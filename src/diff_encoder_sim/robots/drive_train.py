@@ -7,9 +7,15 @@ from typing import Dict, Iterator, NamedTuple, Optional, Sequence, Tuple
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.robots.contacts import WheelBase
-from diff_encoder_sim.robots.description import DriveWheel, Findings, GroundContact, MassProperties, RobotChoices
+from diff_encoder_sim.robots.description import (
+    DriveWheel,
+    Findings,
+    GroundContact,
+    MassProperties,
+    RobotChoices,
+    RobotTree,
+)
 from diff_encoder_sim.robots.driven_wheels import DriveTags, choose_wheels, controllers, drive_plugins
-from diff_encoder_sim.robots.robot_tree import RobotTree
 from diff_encoder_sim.robots.rolling_wheels import RollingWheel, WheelPair, rolling_wheels
 
 AGREE = 0.005  # relative difference that is not worth a line

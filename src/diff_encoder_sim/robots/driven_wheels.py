@@ -13,9 +13,8 @@ from diff_encoder_sim.base.params import did_you_mean
 from diff_encoder_sim.base.text_values import plain_float
 from diff_encoder_sim.base.xml_values import MOST
 from diff_encoder_sim.base.yaml_files import load_yaml
-from diff_encoder_sim.robots.description import Findings, RobotChoices
+from diff_encoder_sim.robots.description import Findings, RobotChoices, RobotTree
 from diff_encoder_sim.robots.robot_file import robot_file_line
-from diff_encoder_sim.robots.robot_tree import RobotTree
 from diff_encoder_sim.robots.rolling_wheels import (
     LIKE_RADIUS,
     RollingWheel,

@@ -13,9 +13,8 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.params import did_you_mean
 from diff_encoder_sim.base.text_values import plain_float
 from diff_encoder_sim.base.xml_values import rotation_from_rpy
-from diff_encoder_sim.robots.description import Findings, RobotLaser
+from diff_encoder_sim.robots.description import Findings, RobotLaser, RobotTree
 from diff_encoder_sim.robots.driven_wheels import tag_words
-from diff_encoder_sim.robots.robot_tree import RobotTree
 
 SENSOR_TYPES = ('ray', 'gpu_ray', 'lidar', 'gpu_lidar')
 TURN_RAD = 2.0 * math.pi

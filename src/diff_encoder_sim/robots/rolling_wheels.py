@@ -10,7 +10,7 @@ from typing import FrozenSet, Iterable, Iterator, List, NamedTuple, Optional, Se
 import numpy as np
 
 from diff_encoder_sim.base.text_values import plain_float
-from diff_encoder_sim.robots.robot_tree import Cylinder, Joint, RobotTree, Shape
+from diff_encoder_sim.robots.description import Cylinder, Joint, RobotTree, Shape
 from diff_encoder_sim.robots.solids import placed, rolling_radius_m
 
 LEVEL = 0.17  # an axis' vertical part (10 degrees), below which a wheel can stand on it

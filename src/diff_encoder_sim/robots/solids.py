@@ -8,8 +8,7 @@ from typing import Iterable, NamedTuple, Optional, Sequence, Tuple
 
 import numpy as np
 
-from diff_encoder_sim.robots.description import MassProperties
-from diff_encoder_sim.robots.robot_tree import Box, Cylinder, Geometry, Inertial, Mesh, Shape, Sphere
+from diff_encoder_sim.robots.description import Box, Cylinder, Geometry, Inertial, MassProperties, Mesh, Shape, Sphere
 
 # A point that is this much farther out than the radius still counts as inside: rounding of the circumcentres.
 _SLACK = 1e-9

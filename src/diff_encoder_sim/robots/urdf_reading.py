@@ -17,7 +17,7 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.params import did_you_mean
 from diff_encoder_sim.base.text_values import plain_float
 from diff_encoder_sim.base.xml_values import bounded_numbers, joint_link, rotation_from_rpy
-from diff_encoder_sim.robots.robot_tree import (
+from diff_encoder_sim.robots.description import (
     Box,
     Cylinder,
     Geometry,

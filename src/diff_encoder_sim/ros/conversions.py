@@ -156,7 +156,7 @@ def matrix_pose_message(pose: np.ndarray) -> Pose:
 def world_markers(world: World, frame: str) -> MarkerArray:
     """Make markers of the world's walls and pillars for RViz, whose grid shows the floor."""
     # Here, since every node imports this module.
-    from diff_encoder_sim.robots.robot_tree import Box, Cylinder, Sphere  # noqa: PLC0415
+    from diff_encoder_sim.robots.description import Box, Cylinder, Sphere  # noqa: PLC0415
 
     markers = []
     for index, solid in enumerate(world.solids):

@@ -1,7 +1,7 @@
 """PyBullet behind a narrow interface: one robot on static solids, stepped at a fixed rate.
 
 Step and solver iterations are the outcome of a convergence study: docs/adr/0001-contact-and-step.md,
-test/benchmark/physics_convergence.py. Contact shapes are those of robots/physics_urdf.py.
+test/benchmark/physics_convergence.py. Contact shapes are those of robots/simulated_robot.py.
 """
 
 from __future__ import annotations

@@ -9,9 +9,8 @@ import numpy as np
 from tabulate import tabulate
 
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, wrap_angle, yaw_from_quat_xyzw
-from diff_encoder_sim.robots.description import RobotDescription, RobotLaser
+from diff_encoder_sim.robots.description import Mesh, RobotDescription, RobotLaser
 from diff_encoder_sim.robots.robot_setup import proposed_laser_line
-from diff_encoder_sim.robots.robot_tree import Mesh
 from diff_encoder_sim.robots.simulated_robot import SimulatedRobot
 from diff_encoder_sim.robots.solids import holds_point, reach_m
 from diff_encoder_sim.simulation.lidar import LidarParams

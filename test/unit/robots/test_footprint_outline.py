@@ -5,7 +5,7 @@ import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.robots.contacts import footprint_outline
-from diff_encoder_sim.robots.robot_tree import Box, Cylinder, Shape, Sphere
+from diff_encoder_sim.robots.description import Box, Cylinder, Shape, Sphere
 from diff_encoder_sim.robots.solids import reach_m
 from robot_parts import random_pose, shape
 

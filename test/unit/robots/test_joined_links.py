@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.robots.description import RobotSource
-from diff_encoder_sim.robots.physics_urdf import joined_links, sound_wheels
+from diff_encoder_sim.robots.simulated_robot import joined_links, sound_wheels
 from diff_encoder_sim.robots.solids import link_mass, merged, placed
 from diff_encoder_sim.robots.urdf_reading import parse_urdf
 from diff_encoder_sim.robots.xacro_expansion import expand

@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.robots.description import Box, Cylinder, Mesh, Shape, Sphere
 from diff_encoder_sim.robots.meshes import (
     file_corners_m,
     in_words,
@@ -12,7 +13,6 @@ from diff_encoder_sim.robots.meshes import (
     mesh_points_m,
     primitives_of,
 )
-from diff_encoder_sim.robots.robot_tree import Box, Cylinder, Mesh, Shape, Sphere
 from robot_parts import (
     CUBE_CORNERS,
     CUBE_TRIANGLES,

@@ -9,7 +9,7 @@ import pytest
 
 from diff_encoder_sim.robots.describing import describe
 from diff_encoder_sim.robots.description import RobotSource
-from diff_encoder_sim.robots.physics_urdf import TrueWheels, physics_urdf, sound_wheels
+from diff_encoder_sim.robots.simulated_robot import TrueWheels, physics_urdf, sound_wheels
 from diff_encoder_sim.robots.urdf_reading import parse_urdf
 from diff_encoder_sim.robots.xacro_expansion import expand
 from generated_robots import LEFT, RECIPES, RIGHT, Recipe, urdf_of

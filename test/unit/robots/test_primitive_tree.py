@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.robots.primitive_tree import tread_of
+from diff_encoder_sim.robots.meshes import tread_of
 from diff_encoder_sim.robots.simulated_robot import self_contained_urdf
 from robot_parts import CUBE_CORNERS, finder, random_pose, write_binary_stl
 from urdf_texts import ball, base, described, found, joint, link, pair, robot, usual, wheel

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.robots.description import RobotChoices, RobotSource
+from diff_encoder_sim.robots.description import Cylinder, RobotChoices, RobotSource
 from diff_encoder_sim.robots.meshes import primitives_of, visual_primitives_of
-from diff_encoder_sim.robots.physics_urdf import FLOOR_ONLY_LINKS, joined_links
-from diff_encoder_sim.robots.robot_tree import Cylinder
 from diff_encoder_sim.robots.simulated_robot import (
+    FLOOR_ONLY_LINKS,
     NO_ERRORS,
     GeometryErrors,
+    joined_links,
     load_simulated_robot,
     needs_other_files,
     self_contained_urdf,

@@ -4,8 +4,7 @@ import math
 import numpy as np
 import pytest
 
-from diff_encoder_sim.robots.description import MassProperties
-from diff_encoder_sim.robots.robot_tree import Box, Cylinder, Inertial, Sphere
+from diff_encoder_sim.robots.description import Box, Cylinder, Inertial, MassProperties, Sphere
 from diff_encoder_sim.robots.solids import (
     farthest_m,
     holds_point,

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.robots.robot_tree import Box, Cylinder, Sphere
+from diff_encoder_sim.robots.describing import link_masses
+from diff_encoder_sim.robots.description import Box, Cylinder, Sphere
 from diff_encoder_sim.robots.solids import homogeneous
-from diff_encoder_sim.robots.sound_inertias import link_masses
 from robot_parts import (
     CUBE_CORNERS,
     CUBE_TRIANGLES,

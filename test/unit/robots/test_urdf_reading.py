@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.robots.description import RobotSource
-from diff_encoder_sim.robots.robot_tree import Box, Cylinder, Mesh, RobotTree, Sphere
+from diff_encoder_sim.robots.description import Box, Cylinder, Mesh, RobotSource, RobotTree, Sphere
 from diff_encoder_sim.robots.urdf_reading import (
     MOST_BYTES,
     MOST_LINKS,

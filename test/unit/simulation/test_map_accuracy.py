@@ -8,7 +8,7 @@ import pytest
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
-from diff_encoder_sim.robots.robot_tree import Box, Cylinder
+from diff_encoder_sim.robots.description import Box, Cylinder
 from diff_encoder_sim.simulation.rasterise import SPACING_M, map_accuracy, true_surface, visible_points
 from diff_encoder_sim.simulation.world import Model, Solid, World
 

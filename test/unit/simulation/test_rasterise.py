@@ -7,7 +7,7 @@ import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, UNKNOWN
-from diff_encoder_sim.robots.robot_tree import Box
+from diff_encoder_sim.robots.description import Box
 from diff_encoder_sim.simulation.rasterise import rasterise, surface_points
 from diff_encoder_sim.simulation.world import Model, Solid, World, load_world
 from grid_cells import cell_centre
