@@ -26,6 +26,9 @@ def smallest_ball(points_m: np.ndarray) -> Ball:
 
     A few points on its rim decide it: they are found by adding the point that is farthest out, each time to those
     that decided so far, until none is out. The radius grows with each, so this ends.
+
+    trimesh.nsphere.minimum_nsphere is no replacement: it returns radius 3.83 for the triangle (-1, 0), (1, 0),
+    (0.5, 0.1), which needs 1, and raises an error for flat sheets.
     """
     rim_m = points_m[:1]
     ball = Ball(points_m[0], 0.0)
