@@ -1,12 +1,23 @@
-"""Equal trials in pairs: scipy and hand as the reference, size, power and coverage by simulation, the edges."""
+"""Statistics of pairs."""
 
+import itertools
 import math
 
 import numpy as np
 import pytest
 from scipy import stats
 
-from diff_encoder_sim.analysis.paired_statistics import holm, mcnemar, spread_ratio, wilcoxon
+from diff_encoder_sim.analysis import paired_statistics as pairwise_means
+from diff_encoder_sim.analysis.paired_statistics import (
+    MOST_PAIRS_EXACT,
+    holm,
+    mcnemar,
+    mean_of_rank,
+    means_beyond_interval,
+    signed_rank_p,
+    spread_ratio,
+    wilcoxon,
+)
 from diff_encoder_sim.analysis.sample_statistics import Interval
 from simulated_samples import DRAWS, TRIALS, chance_range, fraction_covering, is_near
 
@@ -188,3 +199,65 @@ def test_holm_keeps_one_family_in_twenty():
     families = np.random.default_rng(17).random((2000, 18))
     false_ones = np.mean([min(holm(family)) <= 0.05 for family in families])
     assert is_near(false_ones, 1.0 - (1.0 - 0.05 / 18) ** 18, 2000)
+
+
+@pytest.mark.parametrize('differences', [(1.0, 2.0, -3.0, 4.0), (1.0, 1.0, -1.0, 2.0, 2.0), (0.0, -5.0, 5.0, 5.0)])
+def test_p_value_by_all_signs(differences):
+    values = np.array(differences)
+    sizes = np.abs(values[values != 0.0])
+    ranks = np.array([np.sum(sizes < size) + 0.5 * (np.sum(sizes == size) + 1) for size in sizes])
+    found = abs(np.sum(np.sign(values[values != 0.0]) * ranks))
+    sums = [abs(np.dot(signs, ranks)) for signs in itertools.product((-1, 1), repeat=len(ranks))]
+    assert signed_rank_p(values) == pytest.approx(np.mean(np.array(sums) >= found - 1e-9))
+
+
+def test_no_difference_at_all():
+    assert signed_rank_p(np.zeros(5)) == 1.0
+
+
+def test_many_pairs_go_over_into_the_normal_distribution():
+    rng = np.random.default_rng(2)
+    values = rng.normal(0.15, 1.0, MOST_PAIRS_EXACT)
+    exact = signed_rank_p(values)
+    assert signed_rank_p(np.append(values, 1e-9)) == pytest.approx(exact, abs=0.02)
+
+
+def test_means_beyond_the_interval():
+    assert means_beyond_interval(5, 0.95) == 0  # 2 of 32 are too many
+    assert means_beyond_interval(6, 0.95) == 1
+    exact, normal = means_beyond_interval(MOST_PAIRS_EXACT, 0.95), means_beyond_interval(MOST_PAIRS_EXACT + 1, 0.95)
+    assert 0 < normal - exact < 60
+
+
+def all_means(values):
+    rows, columns = np.triu_indices(len(values))
+    return np.sort(0.5 * (values[rows] + values[columns]))
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize('most_at_once', [1, 10, 100_000])
+@pytest.mark.parametrize(
+    'values',
+    [
+        np.random.default_rng(0).normal(size=40),
+        0.1 * np.round(3.0 * np.random.default_rng(1).normal(size=60)),  # whole pulses: many are equal
+        np.random.default_rng(2).standard_cauchy(size=30),
+        np.zeros(20),
+        np.array([1.5]),
+    ],
+    ids=['normal', 'whole pulses', 'heavy tails', 'equal', 'one'],
+)
+def test_every_rank_is_that_of_all_means_sorted(monkeypatch, values, most_at_once):
+    monkeypatch.setattr(pairwise_means, 'MOST_AT_ONCE', most_at_once)
+    ascending = np.sort(values)
+    means = all_means(values)
+    assert [mean_of_rank(ascending, rank) for rank in range(len(means))] == means.tolist()
+
+
+def test_no_more_means_are_made_at_once_than_allowed(monkeypatch):
+    made = []
+    original = pairwise_means._means
+    monkeypatch.setattr(pairwise_means, '_means', lambda *arguments: made.append(original(*arguments)) or made[-1])
+    ascending = np.sort(np.random.default_rng(0).normal(size=2000))
+    mean_of_rank(ascending, 1_000_000)
+    assert len(made) == 1 and len(made[0]) <= pairwise_means.MOST_AT_ONCE

@@ -1,11 +1,22 @@
-"""The paper's numbers as data."""
+"""The paper's numbers and errata, and which trials they are about."""
+
+import math
 
 import pytest
 
-from diff_encoder_sim.analysis.paper.paper_cells import STATISTICS, load_paper_cells
+from diff_encoder_sim.analysis.dataset import RobotGeometry
+from diff_encoder_sim.analysis.paper.paper_cells import (
+    ERRATA,
+    STATISTICS,
+    compare_resolutions,
+    errata_of,
+    load_paper_cells,
+    of_paper,
+)
 from diff_encoder_sim.analysis.quantities import QUANTITIES, YAW
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.drives.topics import PoseSource
+from paper_datasets import IN, cell, navigated, paper_dataset
 
 
 @pytest.fixture(scope='module')
@@ -62,3 +73,100 @@ def test_what_the_text_says_of_fractions_is_not_in_the_tables(printed):
     }
     assert min(headings['40']) == 73.3 and max(headings['40']) == 100.0
     assert min(headings['90']) == 90.0
+
+
+@pytest.fixture(scope='module')
+def test_the_repeated_column_is_marked_and_is_repeated(printed):
+    affected = [one for one in printed.values() if 'smt_column_twice' in errata_of(one)]
+    assert len(affected) == 24
+    for one in affected:
+        assert (
+            one.ppr == '1024' and one.value == printed[one.source, 'SMT', '90', one.quantity.name, one.statistic].value
+        )
+
+
+def test_one_trial_makes_the_spread_at_40_ppr(printed):
+    for source in (PoseSource.ODOM, PoseSource.WORLD, PoseSource.GLOBAL):
+        most = printed[source, 'SMT', '40', 'yaw_deg', 'max'].value
+        spread = printed[source, 'SMT', '40', 'yaw_deg', 'std'].value
+        assert spread == pytest.approx(most / math.sqrt(30), rel=0.05)
+        assert errata_of(printed[source, 'SMT', '40', 'yaw_deg', 'std']) == ['smt_outlier_40']
+        assert errata_of(printed[source, 'SMT', '40', 'x_m', 'std']) == []
+
+
+def test_errata_have_keys_of_their_own():
+    assert len({erratum.key for erratum in ERRATA}) == len(ERRATA)
+
+
+SL = navigated('SL')
+
+
+@pytest.fixture
+def made():
+    return paper_dataset(cell('SL', '40', 'odom', [IN] * 2), cell('SMT', '40', 'odom', [IN] * 3))
+
+
+def left_of(dataset):
+    return {trial.test for trial in of_paper(dataset).trials}
+
+
+def manifest(footprint):
+    """Of a campaign, in which only the footprint counts."""
+    parameters = {'navigator': {'local_costmap': {'footprint': footprint}}}
+    return {'robot': {'name': 'alto'}, 'configuration': {'parameters': [parameters]}}
+
+
+def test_all_trials_of_its_robot_and_tests_are(made):
+    assert left_of(made) == {'SL', 'SMT'}
+
+
+@pytest.mark.parametrize('wheels', [(0.066, 0.16), (0.2, 0.3), (0.25, 0.4)])
+def test_another_robot_is_told_by_its_wheels(made, wheels):
+    assert left_of(made._replace(robot=RobotGeometry(*wheels))) == set()
+
+
+def test_calibrated_wheels_make_no_other_robot(made):
+    assert left_of(made._replace(robot=RobotGeometry(0.2003, 0.399))) == {'SL', 'SMT'}
+
+
+def test_another_robot_with_the_same_wheels_is_told_by_its_outline(made):
+    alto, square = ([[x, y], [x, -y], [-x, -y], [-x, y]] for x, y in ((0.25, 0.3), (0.25, 0.25)))
+    assert left_of(made._replace(manifest=manifest(alto))) == {'SL', 'SMT'}
+    assert left_of(made._replace(manifest=manifest(square))) == set()
+
+
+@pytest.mark.parametrize('footprint', [None, [], [[0.1]], 'round'])
+def test_an_outline_that_is_none_says_nothing(made, footprint):
+    assert left_of(made._replace(manifest=manifest(footprint))) == {'SL', 'SMT'}
+
+
+@pytest.mark.parametrize(
+    'changed',
+    [
+        SL.model_copy(update={'nav': 'scripted'}),
+        SL.model_copy(update={'test': SL.test.model_copy(update={'world': 'corridor'})}),
+        SL.model_copy(update={'test': navigated('SMT').test.model_copy(update={'name': 'SL'})}),
+    ],
+    ids=['without navigation', 'another world', 'another route'],
+)
+def test_another_test_of_the_same_name_is_none_of_the_papers(made, changed):
+    assert left_of(made._replace(requested={**made.requested, 'SL': changed})) == {'SMT'}
+
+
+def test_a_test_that_the_package_does_not_have_is_none_of_the_papers(made):
+    own = navigated('SL').test.model_copy(update={'name': 'own'})
+    requested = {'SL': SL.model_copy(update={'test': own})}
+    assert left_of(made._replace(requested=requested)) == set()
+
+
+def test_table_3_agrees_with_the_print_but_for_its_error():
+    for row in compare_resolutions([40, 90, 1024, 4096], 0.2, 0.4):
+        assert row.computed.two_wheel_angle_rad == pytest.approx(row.printed.angle_rad, rel=0.025)
+        is_erratum = abs(row.printed.linear_m / row.computed.linear_m - 1.0) > 0.025
+        assert is_erratum == (row.printed.ppr == 90)
+
+
+def test_table_3_of_another_robot():
+    (row,) = compare_resolutions([500.5], 0.1, 0.25)
+    assert row.printed is None
+    assert row.computed.linear_m == pytest.approx(math.pi * 0.1 / 500.5)
