@@ -37,9 +37,9 @@ from diff_encoder_sim.drives.trial_bag import TrialBag
 from diff_encoder_sim.drives.typestore import noetic_store
 from diff_encoder_sim.simulation.state import BodyState, JointStates
 from diff_encoder_sim.simulation.world import load_world
-from diff_encoder_sim.wheels.encoder_sample import EncoderSample
 from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
+from diff_encoder_sim.wheels.report_link import EncoderSample
 
 JOINTS = ('left_wheel_joint', 'right_wheel_joint')
 WHEELS = ('left_wheel', 'right_wheel')

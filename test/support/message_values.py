@@ -8,8 +8,8 @@ from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.simulation.state import BodyState, JointStates
 from diff_encoder_sim.simulation.world import Model, World
 from diff_encoder_sim.wheels.covariance import PlanarCovariance
-from diff_encoder_sim.wheels.encoder_sample import EncoderSample
 from diff_encoder_sim.wheels.odometry import OdometryEstimate, TwistCovariance
+from diff_encoder_sim.wheels.report_link import EncoderSample
 
 JOINTS = ('left_wheel_joint', 'right_wheel_joint')
 

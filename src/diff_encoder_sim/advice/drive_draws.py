@@ -19,8 +19,7 @@ from diff_encoder_sim.base.processes import usable_cores
 from diff_encoder_sim.base.se2 import wrap_angles
 from diff_encoder_sim.base.seeds import generator
 from diff_encoder_sim.navigation.goal_stopping import StopSpread
-from diff_encoder_sim.wheels.drawn_counts import drawn_counts
-from diff_encoder_sim.wheels.drawn_odometry import base_poses, final_poses
+from diff_encoder_sim.wheels.drawn_counts import base_poses, drawn_counts, final_poses
 from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER, EncoderModel
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 

@@ -36,7 +36,7 @@ if TYPE_CHECKING:  # nodes of an encoder import this module
     from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
     from diff_encoder_sim.navigation.navigator_inputs import GoalStatus
     from diff_encoder_sim.simulation.state import JointStates
-from diff_encoder_sim.wheels.encoder_sample import EncoderSample
+from diff_encoder_sim.wheels.report_link import EncoderSample
 
 
 def encode_clock(stamp_ns: int) -> bytes:

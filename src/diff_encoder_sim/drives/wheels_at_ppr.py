@@ -10,9 +10,9 @@ from diff_encoder_sim.drives.sensor_messages import JointValues
 from diff_encoder_sim.drives.trajectory_error import Alignment, PathComparison
 from diff_encoder_sim.drives.trial_definition import Trial, with_encoder
 from diff_encoder_sim.wheels.encoder_params import PerWheel, encoder_label
-from diff_encoder_sim.wheels.encoder_sample import EncoderSample
 from diff_encoder_sim.wheels.odometry import OdometryEstimate, WheelOdometry, wheel_speeds_mps
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
+from diff_encoder_sim.wheels.report_link import EncoderSample
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams, ReportingEncoder
 
 

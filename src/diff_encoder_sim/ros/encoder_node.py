@@ -13,9 +13,9 @@ from diff_encoder_sim.ros.encoded_topics import EncodedPublisher, encoded_stampe
 from diff_encoder_sim.ros.node import log, node_params, run_node, subscriber
 from diff_encoder_sim.ros.wheel_output import WheelDiagnostics
 from diff_encoder_sim.wheels.diagnostics import EncoderDiagnosis
-from diff_encoder_sim.wheels.encoder_sample import EncoderSample
 from diff_encoder_sim.wheels.odometry import wheel_speeds_mps
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
+from diff_encoder_sim.wheels.report_link import EncoderSample
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams, ReportingEncoder
 
 

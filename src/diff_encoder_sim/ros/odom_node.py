@@ -19,9 +19,9 @@ from diff_encoder_sim.ros.encoded_topics import encoded_stamped_subscriber
 from diff_encoder_sim.ros.node import log, node_params, run_node, subscriber, trial_plan
 from diff_encoder_sim.ros.wheel_output import OdometryOutput, WheelDiagnostics
 from diff_encoder_sim.wheels.diagnostics import OdometryDiagnosis, hidden_encoder
-from diff_encoder_sim.wheels.encoder_sample import EncoderSample
 from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
+from diff_encoder_sim.wheels.report_link import EncoderSample
 from diff_encoder_sim.wheels.speed_pairing import SpeedPairing
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 

@@ -45,8 +45,8 @@ from diff_encoder_sim.simulation.link_frames import LinkFrame, LinkFrames
 from diff_encoder_sim.simulation.simulator import Simulator
 from diff_encoder_sim.simulation.state import JointStates
 from diff_encoder_sim.trials.robot_params import RobotParams
-from diff_encoder_sim.wheels.encoder_sample import EncoderSample
 from diff_encoder_sim.wheels.odometry import OdometryEstimate
+from diff_encoder_sim.wheels.report_link import EncoderSample
 
 
 class Publications:

@@ -15,8 +15,8 @@ from diff_encoder_sim.trials.navigating_driver import NavigatingDriver
 from diff_encoder_sim.trials.odometry_listener import OdometryListener, SurveyedStart
 from diff_encoder_sim.trials.publications import Publications
 from diff_encoder_sim.trials.robot_params import RobotParams
-from diff_encoder_sim.wheels.encoder_sample import EncoderSample
 from diff_encoder_sim.wheels.odometry import OdometryEstimate, WheelOdometry, wheel_speeds_mps
+from diff_encoder_sim.wheels.report_link import EncoderSample
 from diff_encoder_sim.wheels.sampling import BoundarySampler
 from diff_encoder_sim.wheels.wheel_encoder import ReportingEncoder
 

@@ -1,4 +1,4 @@
-"""What many wheel encoders of one kind count on one drive: `CountingWheel` for arrays, each row with its own errors."""
+"""What many encoders count on one drive, and where odometry ends: `CountingWheel` for arrays of draws."""
 
 from __future__ import annotations
 
@@ -7,10 +7,8 @@ from typing import Optional, Sequence, Tuple
 
 import numpy as np
 
-from diff_encoder_sim.wheels.decoder import CountsOfStates, counts_of_states
+from diff_encoder_sim.wheels.encoder import CountsOfStates, Gear, WheelSensor, counts_of_states, drawn_phases_rad
 from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER, NO_FAULTS, EncoderModel, FaultParams
-from diff_encoder_sim.wheels.gear import Gear
-from diff_encoder_sim.wheels.wheel_sensor import WheelSensor, drawn_phases_rad
 
 
 def drawn_counts(
@@ -169,3 +167,34 @@ def _hits(fraction: float, burst: float, numbers: np.ndarray, rng: np.random.Gen
     longer[begun > 0] = rng.negative_binomial(begun[begun > 0], 1.0 / burst)
     hits: np.ndarray = np.minimum(begun + longer, numbers)
     return hits
+
+
+def final_poses(left_m: np.ndarray, right_m: np.ndarray, wheel_separation_m: float) -> np.ndarray:
+    """Return where `WheelOdometry` ends when it is told these ways of the wheels.
+
+    Args:
+        left_m: (draws, reports) way of the left wheel since the start, as odometry has it of the counts.
+        right_m: likewise.
+        wheel_separation_m: as odometry assumes it.
+
+    Returns:
+        (draws, 3) x [m], y [m] and yaw [rad], which is not wrapped, of the axle's middle from its pose at the start.
+    """
+    yaw_rad = (right_m - left_m) / wheel_separation_m
+    half_turn_rad = 0.5 * np.diff(yaw_rad, axis=1)
+    # A chord is shorter than its arc by sin(t/2) / (t/2); np.sinc has the pi in it.
+    chord_m = 0.5 * np.diff(left_m + right_m, axis=1) * np.sinc(half_turn_rad / np.pi)
+    chord_yaw_rad = yaw_rad[:, :-1] + half_turn_rad
+    x_m, y_m = (chord_m * np.cos(chord_yaw_rad)).sum(axis=1), (chord_m * np.sin(chord_yaw_rad)).sum(axis=1)
+    return np.column_stack([x_m, y_m, yaw_rad[:, -1]])
+
+
+def base_poses(axle_poses: np.ndarray, axle_x_m: float) -> np.ndarray:
+    """Return (draws, 3) the poses of the robot's base from its pose at the start.
+
+    Args:
+        axle_poses: (draws, 3) of the axle's middle from its pose at the start.
+        axle_x_m: how far ahead of the base the axle is.
+    """
+    x_m, y_m, yaw_rad = axle_poses.T
+    return np.column_stack([x_m + axle_x_m * (1.0 - np.cos(yaw_rad)), y_m - axle_x_m * np.sin(yaw_rad), yaw_rad])

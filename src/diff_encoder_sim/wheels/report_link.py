@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import heapq
 import math
-from typing import Dict, List, Literal, Optional, Tuple
+from typing import Dict, List, Literal, NamedTuple, Optional, Tuple
 
 import numpy as np
 from pydantic import Field
@@ -13,7 +13,16 @@ from typing_extensions import Annotated
 from diff_encoder_sim.base.bounds import Between, Fraction
 from diff_encoder_sim.base.params import Params
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.wheels.encoder_sample import EncoderSample
+
+
+class EncoderSample(NamedTuple):
+    """The counters as read at one instant."""
+
+    stamp_ns: int
+    left_pulses: int
+    right_pulses: int
+    wheel_rates_radps: Optional[Tuple[float, float]] = None  # left, right, as the controller measures them
+
 
 ShortDuration_s = Annotated[float, Between(0.0, 10.0, 's')]
 

@@ -7,7 +7,7 @@ from collections import deque
 from typing import Deque, List, NamedTuple, Optional, Tuple
 
 from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
-from diff_encoder_sim.wheels.encoder_sample import EncoderSample
+from diff_encoder_sim.wheels.report_link import EncoderSample
 
 log = logging.getLogger(__name__)
 

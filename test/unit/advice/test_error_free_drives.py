@@ -11,7 +11,7 @@ from diff_encoder_sim.drives.test_definition import TestDefinition
 from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.simulation.simulator import WheelErrorParams
 from diff_encoder_sim.trials.robot_params import load_robot_params
-from diff_encoder_sim.wheels.drawn_odometry import final_poses
+from diff_encoder_sim.wheels.drawn_counts import final_poses
 from drawn_drives import rolled
 from lockstep_trials import ALTO, HALL, params_of, plan_of
 from places import ROOT

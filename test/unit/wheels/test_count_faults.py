@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from diff_encoder_sim.wheels.count_faults import CountFaults, HitCounts
+from diff_encoder_sim.wheels.encoder import CountFaults, HitCounts
 from diff_encoder_sim.wheels.encoder_params import FaultParams
 
 

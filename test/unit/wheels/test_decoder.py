@@ -2,7 +2,7 @@
 
 import pytest
 
-from diff_encoder_sim.wheels.decoder import counts_of_states
+from diff_encoder_sim.wheels.encoder import counts_of_states
 from diff_encoder_sim.wheels.encoder_params import EncoderModel
 
 

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from diff_encoder_sim.wheels.counting_wheel import CountingWheel
 from diff_encoder_sim.wheels.drawn_counts import drawn_counts
+from diff_encoder_sim.wheels.encoder import CountingWheel
 from diff_encoder_sim.wheels.encoder_params import EncoderModel
 
 DRAWS, SAMPLES, PERIOD_S = 5, 300, 0.01

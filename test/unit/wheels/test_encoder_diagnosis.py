@@ -1,7 +1,7 @@
 """What the encoder node says on /diagnostics."""
 
 from diff_encoder_sim.wheels.diagnostics import EncoderDiagnosis
-from diff_encoder_sim.wheels.encoder_sample import EncoderSample
+from diff_encoder_sim.wheels.report_link import EncoderSample
 
 
 def test_counts_and_reports_per_second_and_what_was_dropped():

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from diff_encoder_sim.wheels.gear import Gear, Play
+from diff_encoder_sim.wheels.encoder import Gear, Play
 
 
 def gear(ratio, backlash_rad, seed=1):

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from diff_encoder_sim.wheels.encoder_sample import EncoderSample
-from diff_encoder_sim.wheels.report_link import ReportLink, ReportParams
+from diff_encoder_sim.wheels.report_link import EncoderSample, ReportLink, ReportParams
 
 MS = 1_000_000
 PERIOD_NS = 50 * MS

@@ -4,7 +4,7 @@ import random
 
 import pytest
 
-from diff_encoder_sim.wheels.encoder_sample import EncoderSample
+from diff_encoder_sim.wheels.report_link import EncoderSample
 from diff_encoder_sim.wheels.speed_pairing import MOST_SPEEDS, SpeedPairing
 
 PERIOD_NS = 50_000_000

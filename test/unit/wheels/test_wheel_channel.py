@@ -5,8 +5,8 @@ import math
 import pytest
 
 from diff_encoder_sim.base.stamps import Step
-from diff_encoder_sim.wheels.counting_wheel import IdealWheel
-from diff_encoder_sim.wheels.wheel_channel import MISSING_AFTER_NS, WheelChannel
+from diff_encoder_sim.wheels.encoder import IdealWheel
+from diff_encoder_sim.wheels.wheel_encoder import MISSING_AFTER_NS, WheelChannel
 
 MS = 1_000_000
 

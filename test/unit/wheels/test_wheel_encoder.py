@@ -5,7 +5,7 @@ import math
 import pytest
 
 from diff_encoder_sim.base.errors import InputFault
-from diff_encoder_sim.wheels.encoder_sample import EncoderSample
+from diff_encoder_sim.wheels.report_link import EncoderSample
 from diff_encoder_sim.wheels.wheel_encoder import DiffEncoder, EncoderParams
 
 NAMES = ['left_wheel_joint', 'right_wheel_joint']

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
+from diff_encoder_sim.wheels.encoder import WheelSensor
 from diff_encoder_sim.wheels.encoder_params import EncoderModel
-from diff_encoder_sim.wheels.wheel_sensor import WheelSensor
 
 
 def sensor(counts_per_turn, seed=1, **keys):
