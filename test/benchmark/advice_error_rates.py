@@ -22,8 +22,7 @@ from counts import COUNT
 from scipy.stats import norm
 from tabulate import tabulate
 
-from diff_encoder_sim.advice.encoder_search import EncoderSearch, RankAnswer
-from diff_encoder_sim.advice.rank_judge import Asked, Outcomes
+from diff_encoder_sim.advice.encoder_search import Asked, EncoderSearch, Outcomes, RankAnswer
 from diff_encoder_sim.analysis.within_tolerance import Sufficiency
 
 RANKS = 12

@@ -29,8 +29,8 @@ sys.path.insert(0, str(ROOT / 'test' / 'support'))
 
 from diff_encoder_sim.advice import drive_draws
 from diff_encoder_sim.advice.answers import Answer, Kind
-from diff_encoder_sim.advice.candidates import Candidate, equivalent_counts, recommended
 from diff_encoder_sim.advice.drive_draws import DriveDraws
+from diff_encoder_sim.advice.listed_encoders import Candidate, equivalent_counts, recommended
 from diff_encoder_sim.advice.odometry_answer import odometry_answer
 from diff_encoder_sim.advice.odometry_curve import OdometryCurves
 from diff_encoder_sim.wheels.encoder_params import PerWheel

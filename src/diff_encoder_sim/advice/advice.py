@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from typing import Dict, List, NamedTuple, Optional
 
-from diff_encoder_sim.advice.answers import Answer, Criterion
-from diff_encoder_sim.advice.budget import Budget
-from diff_encoder_sim.advice.closed_form_counts import closed_form_counts
-from diff_encoder_sim.advice.evidence import TrialCounts
+from diff_encoder_sim.advice.answers import Answer, Budget, Criterion, Requirement
+from diff_encoder_sim.advice.encoder_search import TrialCounts
 from diff_encoder_sim.advice.listed_encoders import ListedEncoder
-from diff_encoder_sim.advice.odometry_curve import OdometryCurves
-from diff_encoder_sim.advice.requirement import Requirement
+from diff_encoder_sim.advice.odometry_curve import OdometryCurves, closed_form_counts
 from diff_encoder_sim.analysis.dataset import RobotGeometry
 from diff_encoder_sim.navigation.goal_stopping import StopSpread
 

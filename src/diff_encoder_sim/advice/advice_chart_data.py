@@ -8,11 +8,9 @@ import numpy as np
 
 from diff_encoder_sim.advice.advice import Advice
 from diff_encoder_sim.advice.advice_tables import DECIMALS, TO_SHOWN
-from diff_encoder_sim.advice.answers import Criterion
-from diff_encoder_sim.advice.budget import AXES, Budget
-from diff_encoder_sim.advice.evidence import share_interval
+from diff_encoder_sim.advice.answers import AXES, Budget, Criterion, along_goal
+from diff_encoder_sim.advice.encoder_search import share_interval
 from diff_encoder_sim.advice.odometry_curve import FEWEST_COUNTS, MOST_COUNTS
-from diff_encoder_sim.advice.requirement import along_goal
 
 UNITS = ('mm', 'mm', 'degrees')
 

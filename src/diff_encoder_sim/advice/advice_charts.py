@@ -9,8 +9,7 @@ from markupsafe import Markup
 from diff_encoder_sim.advice.advice import Advice
 from diff_encoder_sim.advice.advice_chart_data import chart_data
 from diff_encoder_sim.advice.advice_tables import TO_SHOWN
-from diff_encoder_sim.advice.answers import Criterion
-from diff_encoder_sim.advice.budget import AXES
+from diff_encoder_sim.advice.answers import AXES, Criterion
 from diff_encoder_sim.advice.odometry_curve import FEWEST_COUNTS, MOST_COUNTS
 from diff_encoder_sim.analysis.charts import Chart, Choice, Look, Option, charts_html
 from diff_encoder_sim.analysis.charts.chart import ZOOM

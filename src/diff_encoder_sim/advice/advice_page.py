@@ -6,8 +6,7 @@ from pathlib import Path
 
 from diff_encoder_sim.advice.advice import Advice
 from diff_encoder_sim.advice.advice_charts import advice_charts
-from diff_encoder_sim.advice.advice_tables import advice_tables
-from diff_encoder_sim.advice.advice_text import closed_form_text, own_encoder_text
+from diff_encoder_sim.advice.advice_tables import advice_tables, closed_form_text, own_encoder_text
 from diff_encoder_sim.analysis.html_templates import STYLE, load_template
 from diff_encoder_sim.base.atomic_files import write_file
 

@@ -1,13 +1,89 @@
-"""The three kinds of answers to "which encoder?", for odometry, for the pose estimate and for the true pose."""
+"""The answers to "which encoder?", what is required of a robot, and the error budget behind them."""
 
 from __future__ import annotations
 
 import enum
 import math
-from typing import NamedTuple, Optional, Sequence, Tuple
+from typing import Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
 
-from diff_encoder_sim.advice.budget import AXES
+import numpy as np
+
 from diff_encoder_sim.analysis.encoder_labels import ppr_text, ppr_value
+from diff_encoder_sim.base.se2 import Pose2D
+
+
+class Requirement(NamedTuple):
+    """So many of all trials are to end so near."""
+
+    share: float  # of trials, 0 to 1
+    position_m: float  # in x and in y
+    yaw_rad: float
+    confidence: float  # of answers
+
+    @property
+    def tolerances(self) -> np.ndarray:
+        """Return (3,) the allowed absolute errors in x [m], y [m] and yaw [rad]."""
+        return np.array([self.position_m, self.position_m, self.yaw_rad])
+
+    def within(self, errors: np.ndarray) -> np.ndarray:
+        """Return (n,) which of (n, 3) errors are allowed; NaN is not."""
+        is_within: np.ndarray = (np.abs(errors) <= self.tolerances).all(axis=1)
+        return is_within
+
+    def __str__(self) -> str:
+        return (
+            f'at least {100 * self.share:g} % of the trials within {self.position_m:g} m in x and y and '
+            f'{math.degrees(self.yaw_rad):g} degrees'
+        )
+
+
+def along_goal(errors: np.ndarray, goal_in_map: Pose2D) -> np.ndarray:
+    """Turn (n, 3) errors from the map's axes to those along the heading at the goal and across it, to the left."""
+    cos, sin = math.cos(goal_in_map.yaw_rad), math.sin(goal_in_map.yaw_rad)
+    x_m, y_m, yaw_rad = errors.T
+    return np.column_stack([cos * x_m + sin * y_m, cos * y_m - sin * x_m, yaw_rad])
+
+
+# The axes of all budgets: along the heading at the goal, across it to the left, and the heading itself.
+AXES = ('along', 'across', 'heading')
+
+
+class Part(NamedTuple):
+    """(3,) mean and variance by AXES: [m], [m], [rad]; [m^2], [m^2], [rad^2]."""
+
+    bias: np.ndarray
+    variance: np.ndarray
+
+    @property
+    def std(self) -> np.ndarray:
+        """(3,) standard deviation; negative where a rest takes away from the others."""
+        std: np.ndarray = np.sign(self.variance) * np.sqrt(np.abs(self.variance))
+        return std
+
+
+class Budget(NamedTuple):
+    """Causes, which are independent of each other, and their sum."""
+
+    parts: Dict[str, Part]  # by cause
+    found: Part
+
+    @property
+    def rest(self) -> Part:
+        """Return what was found less what the causes add up to."""
+        return Part(
+            self.found.bias - sum(part.bias for part in self.parts.values()),
+            self.found.variance - sum(part.variance for part in self.parts.values()),
+        )
+
+
+def part_of(errors: np.ndarray) -> Part:
+    """Return mean and variance of (n, 3) errors by AXES."""
+    return Part(errors.mean(axis=0), errors.var(axis=0, ddof=1) if len(errors) > 1 else np.zeros(3))
+
+
+def added(errors: np.ndarray, without: np.ndarray) -> Part:
+    """Return what a cause adds: (n, 3) errors with it, less paired ones without it."""
+    return Part(errors.mean(axis=0) - without.mean(axis=0), errors.var(axis=0, ddof=1) - without.var(axis=0, ddof=1))
 
 
 class Criterion(enum.Enum):
@@ -136,3 +212,41 @@ def _in_words(error: float, axis: int) -> str:
     return (
         f'{_rounded(math.degrees(error), 2)} degrees' if AXES[axis] == 'heading' else f'{_rounded(1e3 * error, 2)} mm'
     )
+
+
+# A cause that takes more of the tolerance than this leaves too little for the others.
+MOST_BY_ONE_CAUSE = 0.5
+
+
+def limits(alone: Mapping[str, Mapping[str, np.ndarray]], requirement: Requirement) -> List[Limit]:
+    """Return the causes that are limits, the worst first, each where it is worst.
+
+    Args:
+        alone: by cause and test, (n, 3) errors by the axes of budgets that the cause makes by itself.
+        requirement: whose share of the trials is looked at.
+    """
+    worst = [limit for cause, of_tests in alone.items() for limit in _worst(cause, of_tests, requirement)]
+    found = [limit for limit in worst if limit.error > limit.reduced_to]
+    return sorted(found, key=lambda limit: -limit.error / limit.tolerance)
+
+
+def worst_halved(alone: Mapping[str, Mapping[str, np.ndarray]], requirement: Requirement) -> List[Limit]:
+    """Return the worst cause, as `limits` does, however small it is, with half of it as what is left; or nothing."""
+    worst = [limit for cause, of_tests in alone.items() for limit in _worst(cause, of_tests, requirement)]
+    worst.sort(key=lambda limit: -limit.error / limit.tolerance)
+    return [limit._replace(reduced_to=0.5 * limit.error) for limit in worst[:1]]
+
+
+def _worst(cause: str, of_tests: Mapping[str, np.ndarray], requirement: Requirement) -> List[Limit]:
+    """Return where a cause takes most; nothing where there are no errors."""
+    every = [
+        Limit(
+            cause, test, axis, float(error), float(tolerance), min(float(error), MOST_BY_ONE_CAUSE * float(tolerance))
+        )
+        for test, errors in of_tests.items()
+        if len(errors)
+        for axis, (error, tolerance) in enumerate(
+            zip(np.quantile(np.abs(errors), requirement.share, axis=0), requirement.tolerances)
+        )
+    ]
+    return sorted(every, key=lambda limit: -limit.error / limit.tolerance)[:1]

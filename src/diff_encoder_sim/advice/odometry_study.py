@@ -6,15 +6,13 @@ import tempfile
 from typing import Dict, Iterator, List, Optional
 
 from diff_encoder_sim.advice.advice import Advice
-from diff_encoder_sim.advice.answers import Criterion, Kind
-from diff_encoder_sim.advice.candidates import candidates_of, finest_real, recommended
+from diff_encoder_sim.advice.answers import Criterion, Kind, Requirement
 from diff_encoder_sim.advice.drawn_robot import drawn_robot
 from diff_encoder_sim.advice.drive_draws import DriveDraws
 from diff_encoder_sim.advice.error_free_drives import Drive, navigated, scripted, straight_test
-from diff_encoder_sim.advice.odometry_answer import limited_answer, odometry_answer
-from diff_encoder_sim.advice.odometry_budget import ENCODER_CAUSES, odometry_budgets
+from diff_encoder_sim.advice.listed_encoders import candidates_of, finest_real, recommended
+from diff_encoder_sim.advice.odometry_answer import ENCODER_CAUSES, limited_answer, odometry_answer, odometry_budgets
 from diff_encoder_sim.advice.odometry_curve import OdometryCurves, counts_by_ppr
-from diff_encoder_sim.advice.requirement import Requirement
 from diff_encoder_sim.analysis.dataset import RobotGeometry
 from diff_encoder_sim.drives.trial_definition import TrialPlan
 from diff_encoder_sim.robots.description import RobotSource

@@ -2,38 +2,195 @@
 
 from __future__ import annotations
 
-from typing import Callable, Dict, List, Mapping, Optional, Sequence, Tuple
+import functools
+from typing import Any, Callable, Dict, List, Mapping, NamedTuple, Optional, Sequence, Tuple
+
+import numpy as np
 
 from diff_encoder_sim.advice.advice import Advice, TriedEncoder
-from diff_encoder_sim.advice.answers import Answer, Criterion, Kind
-from diff_encoder_sim.advice.budget import Budget
-from diff_encoder_sim.advice.candidates import candidates_of
-from diff_encoder_sim.advice.closed_form_counts import local_counts
-from diff_encoder_sim.advice.drawn_robot import ALL_CAUSES
-from diff_encoder_sim.advice.encoder_search import EncoderSearch, RankAnswer
-from diff_encoder_sim.advice.evidence import TrialCounts
-from diff_encoder_sim.advice.limits import MOST_BY_ONE_CAUSE, limits
-from diff_encoder_sim.advice.odometry_study import geometry_of
-from diff_encoder_sim.advice.rank_judge import Asked, Outcomes
-from diff_encoder_sim.advice.switched_causes import WITHOUT_ALL, cause_of
-from diff_encoder_sim.advice.trial_errors import (
-    SOURCES,
-    Ends,
-    causes_alone,
-    ends_of,
-    is_within,
-    paired,
-    reduced,
-    truth_budget,
+from diff_encoder_sim.advice.answers import (
+    MOST_BY_ONE_CAUSE,
+    Answer,
+    Budget,
+    Criterion,
+    Kind,
+    Requirement,
+    added,
+    along_goal,
+    limits,
+    part_of,
 )
+from diff_encoder_sim.advice.drawn_robot import ALL_CAUSES, WheelCause
+from diff_encoder_sim.advice.encoder_search import Asked, EncoderSearch, Outcomes, RankAnswer, TrialCounts
+from diff_encoder_sim.advice.listed_encoders import candidates_of
+from diff_encoder_sim.advice.odometry_answer import EDGES, MISSED, SENSOR_ERRORS, UNEVEN_LINES
+from diff_encoder_sim.advice.odometry_curve import local_counts
+from diff_encoder_sim.advice.odometry_study import geometry_of
 from diff_encoder_sim.analysis.dataset import TrialData
 from diff_encoder_sim.analysis.encoder_labels import ppr_text
 from diff_encoder_sim.analysis.within_tolerance import Sufficiency
 from diff_encoder_sim.base.deferred import deferred
+from diff_encoder_sim.base.params import flat
+from diff_encoder_sim.base.se2 import Pose2D, wrap_angles
+from diff_encoder_sim.drives.topics import PoseSource
 from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.navigation.goal_stopping import StopSpread
+from diff_encoder_sim.simulation.simulator import WheelErrorParams
 from diff_encoder_sim.trials.campaign_cells import Campaign
+from diff_encoder_sim.trials.robot_params import RobotParams
 from diff_encoder_sim.trials.stopping import parts_with
+from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER, NO_FAULTS
+
+AS_IT_IS, WITHOUT_ALL = 'as it is', 'without all of these'
+_WITHOUT = 'without '
+
+_WHEELS, _ENCODER, _FAULTS = 'simulator.wheel_errors', 'config.encoder', 'config.encoder.faults'
+
+# The keys of each cause.
+_CAUSES: Mapping[str, Mapping[str, Sequence[str]]] = {
+    WheelCause.RADIUS.value: {_WHEELS: ('left_radius_error', 'right_radius_error', 'radius_spread')},
+    WheelCause.SEPARATION.value: {_WHEELS: ('wheel_separation_error', 'wheel_separation_spread')},
+    WheelCause.SLIP.value: {_WHEELS: ('left_slip', 'right_slip', 'slip_noise')},
+    EDGES: {_ENCODER: (*SENSOR_ERRORS, *UNEVEN_LINES)},
+    MISSED: {_FAULTS: ('missed', 'extra', 'max_count_rate', 'dead_channel', 'restart_at', 'wiring')},
+}
+
+_SOUND = {
+    **{f'{_WHEELS}.{key}': value for key, value in flat(WheelErrorParams().model_dump())},
+    **{f'{_ENCODER}.{key}': value for key, value in flat(IDEAL_ENCODER.model_dump(exclude={'faults'}))},
+    **{f'{_FAULTS}.{key}': value for key, value in flat(NO_FAULTS.model_dump())},
+}
+
+
+def switched_off(robots: Sequence[RobotParams]) -> Dict[str, Dict[str, Any]]:
+    """Return, by the name of a set of parameters, the values without each cause that one of the robots has.
+
+    The first set is the robot as it is, the last one without all of these causes; {} where there is no cause.
+
+    Args:
+        robots: with each encoder.
+    """
+    values = [_values(robot) for robot in robots]
+    without: Dict[str, Dict[str, Any]] = {}
+    for cause, by_part in _CAUSES.items():
+        keys = [f'{part}.{key}' for part, names in by_part.items() for key in names]
+        if any(of_robot[key] != _SOUND[key] for of_robot in values for key in keys):
+            without[f'{_WITHOUT}{cause}'] = {key: _SOUND[key] for key in keys}
+    if not without:
+        return {}
+    every = {key: value for each in without.values() for key, value in each.items()}
+    return {AS_IT_IS: {}, **without, WITHOUT_ALL: every}
+
+
+def cause_of(variant: str) -> str:
+    """Return the cause that a set of parameters is without."""
+    return variant[len(_WITHOUT) :]
+
+
+def _values(robot: RobotParams) -> Dict[str, Any]:
+    wheels, encoder = robot.simulator.wheel_errors.model_dump(), robot.encoder.encoder.model_dump()
+    return {
+        **{f'{_WHEELS}.{key}': value for key, value in flat(wheels)},
+        **{f'{_ENCODER}.{key}': value for key, value in flat(encoder)},
+    }
+
+
+STOPPING, LOCALIZATION, ENCODER = 'stopping', 'localization', 'encoder'
+
+# The pose that each criterion about the goal is asked of.
+SOURCES = {Criterion.POSE_ESTIMATE: PoseSource.GLOBAL, Criterion.TRUTH: PoseSource.WORLD}
+
+
+class Ends(NamedTuple):
+    """Where trials that came to their goal ended, (n, 3) by the axes of budgets."""
+
+    numbers: np.ndarray  # (n,) of the trials
+    stopping: np.ndarray  # pose estimate minus goal
+    localization: np.ndarray  # true pose minus pose estimate
+    odometry: np.ndarray  # odometry minus true pose
+
+    @property
+    def truth(self) -> np.ndarray:
+        """Return the true pose minus the goal."""
+        return _wrapped(self.stopping + self.localization)
+
+    def only(self, numbers: np.ndarray) -> Ends:
+        """Return those of some trials."""
+        is_one = np.isin(self.numbers, numbers)
+        return Ends(*(part[is_one] for part in self))
+
+
+def paired(every: Sequence[Ends]) -> List[Ends]:
+    """Return the ends of the trials that all of these have."""
+    common = functools.reduce(np.intersect1d, (ends.numbers for ends in every))
+    return [ends.only(common) for ends in every]
+
+
+def is_within(trial: TrialData, criterion: Criterion, requirement: Requirement) -> bool:
+    """Return whether a trial ended within the tolerance.
+
+    One that gave up did not come to its goal, wherever it stands; its odometry may be right.
+    """
+    if criterion is Criterion.ODOMETRY:
+        error = trial.odometry_minus_truth
+    else:
+        error = trial.errors.get(SOURCES[criterion]) if trial.outcome is Outcome.SUCCEEDED else None
+    return error is not None and bool(requirement.within(np.array([error]))[0])
+
+
+def ends_of(trials: Sequence[TrialData], goal_in_map: Pose2D) -> Ends:
+    """Return where the trials ended that came to their goal."""
+    sources = PoseSource.GLOBAL, PoseSource.WORLD, PoseSource.ODOM
+    found: List[List[Pose2D]] = []
+    numbers: List[int] = []
+    for trial in sorted(trials, key=lambda trial: trial.trial):
+        errors = [trial.errors.get(source) for source in sources]
+        if trial.outcome is Outcome.SUCCEEDED and None not in errors:
+            found.append([error for error in errors if error is not None])
+            numbers.append(trial.trial)
+    estimate, truth, odometry = np.array(found, dtype=float).reshape(-1, 3, 3).transpose(1, 0, 2)
+    parts = estimate, truth - estimate, odometry - truth
+    return Ends(np.array(numbers, dtype=int), *(along_goal(_wrapped(part), goal_in_map) for part in parts))
+
+
+def truth_budget(ends: Ends, of_finest: Ends, sound: Ends, without: Mapping[str, Ends]) -> Budget:
+    """Return what adds up to the true pose's error at the goal.
+
+    Args:
+        ends: with an encoder; all of the same trials.
+        of_finest: with the finest encoder: what the encoder adds to that.
+        sound: with the finest encoder, and without the causes that are switched off.
+        without: as `ends`, without one cause each.
+    """
+    switched = {cause: added(ends.truth, others.truth) for cause, others in without.items()}
+    parts = {
+        STOPPING: part_of(sound.stopping),
+        LOCALIZATION: part_of(sound.localization),
+        ENCODER: added(ends.truth, of_finest.truth),
+        **switched,
+    }
+    return Budget(parts, part_of(ends.truth))
+
+
+def causes_alone(criterion: Criterion, ends: Mapping[str, Ends]) -> Dict[str, Dict[str, np.ndarray]]:
+    """Return, by cause and test, the errors at the goal that each cause makes by itself."""
+    of_stop = {STOPPING: {test: each.stopping for test, each in ends.items()}}
+    if criterion is Criterion.POSE_ESTIMATE:
+        return of_stop
+    return {**of_stop, LOCALIZATION: {test: each.localization for test, each in ends.items()}}
+
+
+def reduced(criterion: Criterion, ends: Ends, amounts: Mapping[str, float]) -> np.ndarray:
+    """Return (n, 3) errors at the goal by the axes of budgets, with so much of each cause; all where none is given."""
+    stopping = amounts.get(STOPPING, 1.0) * ends.stopping
+    if criterion is Criterion.POSE_ESTIMATE:
+        return stopping
+    return _wrapped(stopping + amounts.get(LOCALIZATION, 1.0) * ends.localization)
+
+
+def _wrapped(errors: np.ndarray) -> np.ndarray:
+    return np.column_stack([errors[:, :2], wrap_angles(errors[:, 2])])
+
 
 stats = deferred('scipy.stats')
 

@@ -13,17 +13,19 @@ from types import TracebackType
 from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, Type
 
 from diff_encoder_sim.advice.advice import Advice
-from diff_encoder_sim.advice.advice_json import advice_json
 from diff_encoder_sim.advice.advice_page import write_page
-from diff_encoder_sim.advice.advice_text import answers_text, closed_form_text, own_encoder_text, tables_text
-from diff_encoder_sim.advice.candidates import candidates_of
-from diff_encoder_sim.advice.evidence import looks
-from diff_encoder_sim.advice.listed_encoders import listed_encoders
+from diff_encoder_sim.advice.advice_tables import (
+    advice_json,
+    answers_text,
+    closed_form_text,
+    own_encoder_text,
+    tables_text,
+)
+from diff_encoder_sim.advice.answers import Requirement
+from diff_encoder_sim.advice.encoder_search import Asked, fewest_trials, looks
+from diff_encoder_sim.advice.listed_encoders import candidates_of, listed_encoders
 from diff_encoder_sim.advice.odometry_study import study_odometry, with_budgets
-from diff_encoder_sim.advice.rank_judge import Asked, fewest_trials
-from diff_encoder_sim.advice.requirement import Requirement
-from diff_encoder_sim.advice.switched_causes import switched_off
-from diff_encoder_sim.advice.trial_study import TrialStudy
+from diff_encoder_sim.advice.trial_study import TrialStudy, switched_off
 from diff_encoder_sim.analysis.confidence import LEVEL
 from diff_encoder_sim.analysis.dataset import TrialData
 from diff_encoder_sim.analysis.dataset_loading import data_of

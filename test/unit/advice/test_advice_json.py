@@ -4,7 +4,7 @@ import re
 import pytest
 
 from advised_robots import straight_advice, whole_advice
-from diff_encoder_sim.advice.advice_json import VERSION, advice_json
+from diff_encoder_sim.advice.advice_tables import VERSION, advice_json
 from places import ROOT
 
 

@@ -1,5 +1,5 @@
 from advised_robots import straight_advice, whole_advice
-from diff_encoder_sim.advice.advice_text import answers_text, closed_form_text, tables_text
+from diff_encoder_sim.advice.advice_tables import answers_text, closed_form_text, tables_text
 
 
 def test_each_criterion_has_a_line():

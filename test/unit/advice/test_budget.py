@@ -1,6 +1,6 @@
 import numpy as np
 
-from diff_encoder_sim.advice.budget import Budget, Part, added, part_of
+from diff_encoder_sim.advice.answers import Budget, Part, added, part_of
 
 
 def test_parts_and_rest_add_up_to_what_is_found():

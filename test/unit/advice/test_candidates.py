@@ -4,8 +4,8 @@ import pytest
 
 from advised_robots import REQUIREMENT, alto, straight
 from diff_encoder_sim.advice.answers import Answer, Criterion, Kind
-from diff_encoder_sim.advice.candidates import candidates_of, equivalent_counts, recommended, smallest_enough
 from diff_encoder_sim.advice.drive_draws import DriveDraws
+from diff_encoder_sim.advice.listed_encoders import candidates_of, equivalent_counts, recommended, smallest_enough
 from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.trials.campaign_loading import load_campaign
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams

@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from diff_encoder_sim.advice.closed_form_counts import closed_form_counts, local_counts
-from diff_encoder_sim.advice.requirement import Requirement
+from diff_encoder_sim.advice.answers import Requirement
+from diff_encoder_sim.advice.odometry_curve import closed_form_counts, local_counts
 from diff_encoder_sim.analysis.dataset import RobotGeometry
 from drawn_drives import line, rolled
 

@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from diff_encoder_sim.advice.encoder_search import EncoderSearch, RankAnswer
-from diff_encoder_sim.advice.evidence import TrialCounts
-from diff_encoder_sim.advice.rank_judge import Asked, fewest_trials
+from diff_encoder_sim.advice.encoder_search import Asked, EncoderSearch, RankAnswer, TrialCounts, fewest_trials
 from diff_encoder_sim.analysis.within_tolerance import Sufficiency
 
 RANKS = 12

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import integrate, stats
 
-from diff_encoder_sim.advice.evidence import (
+from diff_encoder_sim.advice.encoder_search import (
     MOST_FORESEEN,
     TrialCounts,
     log_evidence_against,

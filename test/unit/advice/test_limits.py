@@ -3,8 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from diff_encoder_sim.advice.limits import limits
-from diff_encoder_sim.advice.requirement import Requirement
+from diff_encoder_sim.advice.answers import Requirement, limits
 
 REQUIREMENT = Requirement(0.8, 0.05, math.radians(3.0), 0.95)
 

@@ -5,14 +5,11 @@ import math
 import pytest
 
 from diff_encoder_sim.advice import odometry_curve
-from diff_encoder_sim.advice.answers import Criterion, Kind
+from diff_encoder_sim.advice.answers import MOST_BY_ONE_CAUSE, Criterion, Kind, Requirement
 from diff_encoder_sim.advice.drawn_robot import WheelCause
 from diff_encoder_sim.advice.drive_draws import DriveDraws
-from diff_encoder_sim.advice.limits import MOST_BY_ONE_CAUSE
-from diff_encoder_sim.advice.odometry_answer import odometry_answer
-from diff_encoder_sim.advice.odometry_budget import EDGES, MISSED
+from diff_encoder_sim.advice.odometry_answer import EDGES, MISSED, odometry_answer
 from diff_encoder_sim.advice.odometry_curve import OdometryCurves
-from diff_encoder_sim.advice.requirement import Requirement
 from drawn_drives import encoder_of, line, robot_of
 from encoder_drives import RADIUS_M, SEPARATION_M
 

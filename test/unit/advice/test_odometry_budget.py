@@ -7,7 +7,7 @@ import pytest
 
 from diff_encoder_sim.advice.drawn_robot import WheelCause
 from diff_encoder_sim.advice.drive_draws import DriveDraws
-from diff_encoder_sim.advice.odometry_budget import EDGES, MISSED, QUANTISATION, odometry_budgets, wheel_errors
+from diff_encoder_sim.advice.odometry_answer import EDGES, MISSED, QUANTISATION, odometry_budgets, wheel_errors
 from diff_encoder_sim.base.se2 import Pose2D
 from drawn_drives import LINE_M, encoder_of, line, robot_of, rolled
 from encoder_drives import SEPARATION_M, m_per_pulse

@@ -6,11 +6,16 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.advice import odometry_curve
-from diff_encoder_sim.advice.closed_form_counts import closed_form_counts
+from diff_encoder_sim.advice.answers import Requirement
 from diff_encoder_sim.advice.drive_draws import DriveDraws
 from diff_encoder_sim.advice.error_free_drives import straight_test
-from diff_encoder_sim.advice.odometry_curve import FEWEST_COUNTS, MOST_COUNTS, OdometryCurves, share_within
-from diff_encoder_sim.advice.requirement import Requirement
+from diff_encoder_sim.advice.odometry_curve import (
+    FEWEST_COUNTS,
+    MOST_COUNTS,
+    OdometryCurves,
+    closed_form_counts,
+    share_within,
+)
 from diff_encoder_sim.analysis.dataset import RobotGeometry
 from drawn_drives import encoder_of, line, robot_of, rolled
 

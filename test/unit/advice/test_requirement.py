@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 
-from diff_encoder_sim.advice.requirement import Requirement, along_goal
+from diff_encoder_sim.advice.answers import Requirement, along_goal
 from diff_encoder_sim.base.se2 import Pose2D
 
 REQUIREMENT = Requirement(0.8, 0.05, math.radians(3.0), 0.95)

@@ -1,7 +1,7 @@
 import pytest
 
-from diff_encoder_sim.advice.odometry_budget import SENSOR_ERRORS, UNEVEN_LINES
-from diff_encoder_sim.advice.switched_causes import AS_IT_IS, WITHOUT_ALL, cause_of, switched_off
+from diff_encoder_sim.advice.odometry_answer import SENSOR_ERRORS, UNEVEN_LINES
+from diff_encoder_sim.advice.trial_study import AS_IT_IS, WITHOUT_ALL, cause_of, switched_off
 from diff_encoder_sim.trials.robot_params import load_robot_config, override
 from diff_encoder_sim.wheels.encoder_params import EncoderModel
 from places import ROOT

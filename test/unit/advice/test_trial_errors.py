@@ -3,9 +3,8 @@ import math
 import numpy as np
 import pytest
 
-from diff_encoder_sim.advice.answers import Criterion
-from diff_encoder_sim.advice.requirement import Requirement
-from diff_encoder_sim.advice.trial_errors import (
+from diff_encoder_sim.advice.answers import Criterion, Requirement
+from diff_encoder_sim.advice.trial_study import (
     ENCODER,
     LOCALIZATION,
     STOPPING,
