@@ -5,8 +5,7 @@ Not a test: test_advise.py runs it, and workers import it.
 
 from pathlib import Path
 
-from diff_encoder_sim.advice import listed_encoders, odometry_curve
-from diff_encoder_sim.advice import odometry_answer as odometry_answer
+from diff_encoder_sim.advice import listed_encoders, odometry_answer, odometry_curve
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.cli.advise import main
 from diff_encoder_sim.drives.topics import PoseSource
@@ -35,7 +34,8 @@ def trial(plan):
 
 if __name__ == '__main__':
     # A tenth of the draws, of which there are tests of their own.
-    odometry_curve.DRAWS, odometry_curve.FINE_DRAWS, odometry_answer.BUDGET_DRAWS, listed_encoders.LISTED_DRAWS = 100, 3000, 100, 40
+    odometry_curve.DRAWS, odometry_curve.FINE_DRAWS = 100, 3000
+    odometry_answer.BUDGET_DRAWS, listed_encoders.LISTED_DRAWS = 100, 40
     # Workers know it by its module's name, not as part of the script that was started.
     from advise_trials import trials as importable_trials
 
