@@ -1,4 +1,4 @@
-"""Poses and angles against geometry that can be done by hand."""
+"""Poses, angles, series of poses and bearings against geometry that can be done by hand."""
 
 import math
 
@@ -7,18 +7,25 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import (
     IDENTITY,
     Pose2D,
+    PoseSeries,
     move_along_arc,
     quat_xyzw_from_yaw,
+    steps_m,
     transform_points,
     wrap_angle,
     yaw_from_quat_xyzw,
 )
 
 lengths = st.floats(-100, 100)
+
+
 angles = st.floats(-10, 10)
+
+
 poses = st.builds(Pose2D, lengths, lengths, angles)
 
 
@@ -105,3 +112,22 @@ def test_points_are_transformed_as_poses_are():
     frame, points_m = Pose2D(1.0, -2.0, 0.7), np.array([[0.0, 0.0], [1.0, 0.5], [-3.0, 2.0]])
     expected = [frame.compose(Pose2D(x_m, y_m, 0.0))[:2] for x_m, y_m in points_m.tolist()]
     assert transform_points(frame, points_m) == pytest.approx(np.array(expected))
+
+
+def test_each_stamp_once_ascending_with_its_first_pose():
+    series = PoseSeries(np.array([30, 10, 30, 20]), np.arange(12.0).reshape(4, 3))
+    stamps_ns, x_y_yaw = series.by_time()
+    assert stamps_ns.tolist() == [10, 20, 30]
+    assert x_y_yaw[:, 0].tolist() == [3.0, 9.0, 0.0]
+
+
+def test_length_is_summed_in_the_order_of_the_stamps():
+    x_y_yaw = np.array([(3.0, 4.0, 1.0), (0.0, 0.0, 2.0), (3.0, 0.0, 3.0)])
+    assert PoseSeries(np.array([3, 1, 2]), x_y_yaw).path_length_m() == pytest.approx(7.0)
+    assert PoseSeries(np.array([1]), x_y_yaw[:1]).path_length_m() == 0.0
+    assert steps_m(x_y_yaw).tolist() == [5.0, 3.0]
+
+
+def test_bearings_begin_at_the_first_ray():
+    scan = Scan(0, -1.0, 0.5, 0.1, 6.0, np.ones(5))
+    assert scan.bearings_rad() == pytest.approx([-1.0, -0.5, 0.0, 0.5, 1.0])

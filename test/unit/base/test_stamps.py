@@ -51,10 +51,3 @@ def test_stamps_are_sorted_into_new_stale_and_restart():
         Step.NEW,
     ]
     assert timeline.newest_ns == 950
-
-
-def test_a_stale_stamp_does_not_move_the_newest():
-    timeline = Timeline(tolerance_ns=10)
-    timeline.advance(100)
-    timeline.advance(95)
-    assert timeline.newest_ns == 100

@@ -1,13 +1,22 @@
-"""Which processes are roslaunch, and whether ours was started by one that only lists what is in a launch file."""
+"""This process and others: garbage collection, Ctrl-C, roslaunch, git."""
 
+import gc
 import os
 import signal
 import subprocess
 import sys
+import threading
 
 import pytest
 
-from diff_encoder_sim.base.processes import catches_signal, is_roslaunch, parent_only_lists
+from diff_encoder_sim.base.processes import (
+    catches_signal,
+    git,
+    interrupts_blocked,
+    is_roslaunch,
+    parent_only_lists,
+    without_collection,
+)
 
 
 @pytest.fixture(name='process')
@@ -24,6 +33,56 @@ def fixture_process():
     yield process
     for each in started:
         each.communicate(b'\n')
+
+
+@pytest.fixture(autouse=True)
+def restored():
+    yield
+    gc.enable()
+
+
+def test_it_is_off_within_and_on_after():
+    with without_collection():
+        assert not gc.isenabled()
+    assert gc.isenabled()
+
+
+def test_it_stays_off_where_it_was_off():
+    gc.disable()
+    with without_collection():
+        pass
+    assert not gc.isenabled()
+
+
+def test_git_reports_a_commit_where_there_is_one(tmp_path):
+    assert git(tmp_path, 'rev-parse', 'HEAD') is None
+    assert git(tmp_path / 'nowhere', 'status') is None
+    subprocess.run(['git', 'init', '-q', str(tmp_path)], check=True)
+    assert git(tmp_path, 'rev-parse', '--is-inside-work-tree') == 'true'
+
+
+def blocked():
+    return signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, [])
+
+
+def test_it_waits_until_the_end_of_the_context():
+    passed = []
+    with pytest.raises(KeyboardInterrupt):
+        with interrupts_blocked():
+            signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)
+            passed.append('the context')
+    assert passed and not blocked()
+
+
+def test_threads_and_processes_of_the_context_never_get_it():
+    seen = []
+    ask = 'import signal; print(signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, []))'
+    with interrupts_blocked():
+        thread = threading.Thread(target=lambda: seen.append(blocked()))
+        thread.start()
+        process = subprocess.run([sys.executable, '-c', ask], capture_output=True, text=True)
+    thread.join()
+    assert (seen, process.stdout) == ([True], 'True\n')
 
 
 def test_a_process_is_roslaunch_by_its_command_line(process):
@@ -48,12 +107,6 @@ def test_python_catches_ctrl_c_until_it_ends():
     assert not catches_signal(ending.pid, signal.SIGINT)
     ending.communicate(b'\n')
     assert catches_signal(ending.pid, signal.SIGINT)  # of one that is gone it is not known
-
-
-def test_a_process_that_is_gone_is_not_roslaunch():
-    ended = subprocess.Popen([sys.executable, '-c', ''])
-    ended.wait()
-    assert not is_roslaunch(ended.pid)
 
 
 @pytest.mark.parametrize(

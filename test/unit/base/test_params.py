@@ -1,14 +1,21 @@
 """A user's mistake gets one line: where, which key, what was given, what is allowed."""
 
+import math
+
 import pytest
 from pydantic import model_validator
+from typing_extensions import Annotated
 
+from diff_encoder_sim.base.bounds import Between
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.params import (
     Params,
     did_you_mean,
+    flat,
     load_params,
+    merged,
     missing,
+    nested,
     not_allowed,
     split_params,
     with_changes,
@@ -18,6 +25,38 @@ from diff_encoder_sim.navigation.navigator_params import NavigatorParams
 from diff_encoder_sim.robots.robot_file import RobotFileParams
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
+
+
+@pytest.mark.parametrize(
+    ('bounds', 'text'),
+    [
+        (Between(1e-3, 100.0, 'm'), '0.001 to 100 [m]'),
+        (Between(-1e6, 1e6), '-1e6 to 1e6'),
+        (Between(1e-6, 86_400.0, 's'), '1e-6 to 86400 [s]'),
+        (Between(2, 2**63, 'counts', or_zero=True), '0, or 2 to 9223372036854775808 [counts]'),
+    ],
+)
+def test_bounds_read_as_people_write_them(bounds, text):
+    assert str(bounds) == text
+
+
+def test_both_bounds_are_allowed_and_nothing_beyond():
+    bounds = Between(1e-3, 100.0, 'm')
+    assert all(map(bounds.allows, (1e-3, 1, 100.0)))
+    assert not any(map(bounds.allows, (0, 0.0, 9e-4, 100.1, 10**400, -(10**400), math.nan, math.inf)))
+
+
+def test_zero_may_turn_something_off():
+    bounds = Between(1e-3, 100.0, 'm', or_zero=True)
+    assert bounds.allows(0)
+    assert not bounds.allows(1e-300)
+
+
+def test_minus_zero_is_zero():
+    class Scale(Params):
+        scale: Annotated[float, Between(0.0, 1.0)]
+
+    assert math.copysign(1.0, Scale.from_mapping({'scale': -0.0}, '').scale) == 1.0
 
 
 def test_a_misspelt_key_is_named_with_what_was_probably_meant():
@@ -138,3 +177,27 @@ def test_changes_are_checked_together_with_what_was_given():
     assert with_changes(changed, {}, '') == changed
     with pytest.raises(ConfigError, match=r'^rate: given -1\.0; allowed: 0\.001 to 1e6'):
         with_changes(params, {'rate': -1.0}, '')
+
+
+NESTED = {'lidar': {'noise': 0.03, 'samples': 360}, 'laser_link': 'laser', 'corners': [[0, 1], [1, 0]]}
+
+
+FLAT = {'lidar.noise': 0.03, 'lidar.samples': 360, 'laser_link': 'laser', 'corners': [[0, 1], [1, 0]]}
+
+
+def test_nested_and_flat_are_inverse():
+    assert dict(flat(NESTED)) == FLAT
+    assert nested(FLAT) == NESTED
+
+
+def test_the_mapping_above_wins_value_by_value():
+    assert merged(NESTED, {'lidar': {'noise': 0.01}, 'corners': []}) == {
+        'lidar': {'noise': 0.01, 'samples': 360},
+        'laser_link': 'laser',
+        'corners': [],
+    }
+
+
+def test_a_mapping_replaces_a_single_value_and_a_single_value_a_mapping():
+    assert merged({'ppr': 90}, {'ppr': {'left': 40}}) == {'ppr': {'left': 40}}
+    assert merged({'ppr': {'left': 40}}, {'ppr': 90}) == {'ppr': 90}
