@@ -3,7 +3,7 @@ import re
 
 import pytest
 
-from advised_robots import straight_advice, whole_advice
+from advised_robots import whole_advice
 from diff_encoder_sim.advice.advice_tables import VERSION, advice_json
 from places import ROOT
 
@@ -34,34 +34,12 @@ def test_answers_are_by_question(content):
     assert answers['truth']['encoder'] == '40'
 
 
-def test_curves_rise_with_the_counts_and_say_how_wide_errors_are(content):
-    points = content['curves']['SL']
-    assert [point['ppr'] for point in points] == sorted(point['ppr'] for point in points)
-    assert points[0]['share'] < 0.1 and points[-1]['share'] == 1.0
-    assert points[0]['interval'][0] <= points[0]['share'] <= points[0]['interval'][1]
-    assert points[0]['quantiles']['0.95'][1] > points[0]['quantiles']['0.5'][1]
-
-
 def test_budgets_add_up(content):
     for budget in content['budgets']['SL']:
         for axis in ('along', 'across', 'heading'):
             for key in ('bias', 'variance'):
                 parts = sum(part[axis][key] for part in budget['parts'].values())
                 assert parts + budget['rest'][axis][key] == pytest.approx(budget['found'][axis][key], abs=1e-12)
-
-
-def test_without_trials_there_is_odometry_alone():
-    content = advice_json(straight_advice())
-    assert list(content['answers']) == ['odometry'] and content['trials'] == []
-
-
-def keys_of(value, prefix=''):
-    """Dotted keys; what is by name or number has one of all."""
-    if isinstance(value, list):
-        return {key for each in value[:1] for key in keys_of(each, f'{prefix}[]')} if value else {prefix}
-    if not isinstance(value, dict):
-        return {prefix}
-    return {key for name, each in value.items() for key in keys_of(each, f'{prefix}.{name}' if prefix else name)}
 
 
 def test_the_documentation_names_all_keys(content):

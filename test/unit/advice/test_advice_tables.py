@@ -1,13 +1,9 @@
-from advised_robots import straight_advice, whole_advice
+from advised_robots import whole_advice
 from diff_encoder_sim.advice.advice_tables import advice_tables, shown_counts
 
 
 def tables():
     return {table.title: table for table in advice_tables(whole_advice())}
-
-
-def test_there_is_no_table_of_what_is_not_there():
-    assert list(advice_tables(straight_advice())) == []
 
 
 def test_trials_are_in_the_order_of_encoders():

@@ -53,11 +53,3 @@ TURN = Limit('localization', 'SMT', 2, math.radians(4.0), math.radians(3.0), mat
 )
 def test_an_answer_in_words(answer, text):
     assert str(answer) == text
-
-
-def test_criteria_say_what_is_compared_with_what():
-    assert [criterion.text for criterion in Criterion] == [
-        'odometry at the true pose',
-        'pose estimate at the goal',
-        'true pose at the goal',
-    ]

@@ -11,10 +11,6 @@ from diff_encoder_sim.trials.campaign_loading import load_campaign
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 
 
-def test_an_ideal_encoder_is_worth_its_counts():
-    assert equivalent_counts(EncoderParams(ppr=1024)) == 1024.0
-
-
 def test_edges_out_of_place_are_worth_fewer_counts():
     params = EncoderParams.from_mapping({'ppr': 1000, 'encoder': {'edge_error': 0.3}}, 'test')
     # A reading has the variance 1/12 + 0.3^2 of a pulse.
@@ -48,9 +44,3 @@ def test_a_candidate_is_recommended_where_counts_are_what_is_needed(answer, labe
     campaign = load_campaign('sweep', package_folder(), {'tests': ['SL'], 'ppr': [256.0, 360.0, 512.0]})
     found = recommended(candidates_of(campaign), answer, [DriveDraws(straight(), alto(), 1)], REQUIREMENT)
     assert (found and found.label) == label
-
-
-def test_of_unlike_wheels_both_count():
-    params = EncoderParams(ppr={'left': 1000.0, 'right': 10.0})
-    # The heading's variance is that of both: as of two wheels of 14.1 counts.
-    assert equivalent_counts(params) == pytest.approx(10.0 * math.sqrt(2.0), rel=1e-3)

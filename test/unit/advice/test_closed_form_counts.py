@@ -29,20 +29,8 @@ def test_a_line_across_is_within_as_often_as_two_phases_are():
     assert 1.0 - (1.0 - c) ** 2 == pytest.approx(0.95, rel=1e-4)  # the rounding under way adds little
 
 
-def test_the_direction_of_a_line_does_not_matter():
-    turned = rolled(('straight', 20.0), start={'x': 3.0, 'yaw': 1.0}).requested
-    assert closed_form_counts(turned, ALTO, required(position_m=math.inf, yaw_rad=0.01)) == pytest.approx(
-        closed_form_counts(line().requested, ALTO, required(position_m=math.inf, yaw_rad=0.01))
-    )
-
-
 def test_turns_end_by_their_heading():
     """(d / L) sqrt(1/3), as normal."""
     counts = closed_form_counts(rolled(('turns', 5.0)).requested, ALTO, required(yaw_rad=0.01))
     assert counts == pytest.approx(NORMAL_80 * 0.2 * math.pi / 0.4 / math.sqrt(3.0) / 0.01, rel=1e-3)
     assert local_counts(ALTO, required(yaw_rad=0.01)) == pytest.approx(counts)
-
-
-def test_half_the_tolerance_takes_twice_the_counts():
-    twice = closed_form_counts(line().requested, ALTO, required(position_m=0.025))
-    assert twice == pytest.approx(2.0 * closed_form_counts(line().requested, ALTO, required()))

@@ -44,12 +44,6 @@ def test_wheels_differ_from_robot_to_robot_as_those_of_trials():
     assert drawn.std(axis=0) == pytest.approx(of_trials.std(axis=0), rel=0.03)
 
 
-def test_without_a_cause_wheels_are_as_odometry_assumes_them():
-    wheels = wheels_of({WheelCause.SEPARATION: 0.5}, left_radius_error=0.01, wheel_separation_error=0.02)
-    assert wheels.left_radius_m[0] == pytest.approx(RADIUS_M)
-    assert wheels.separation_m[0] == pytest.approx(1.01 * SEPARATION_M)
-
-
 @pytest.mark.parametrize(
     ('errors', 'causes'),
     [
@@ -64,9 +58,3 @@ def test_without_a_cause_wheels_are_as_odometry_assumes_them():
 )
 def test_errors_have_their_cause(errors, causes):
     assert [cause for cause in ROBOTS_CAUSES if robot_of(**errors).has(cause)] == causes
-
-
-def test_odometry_may_be_what_is_wrong():
-    robot = robot_of()
-    narrower = robot._replace(odometry=robot.odometry.model_copy(update={'wheel_separation': 0.39}))
-    assert [cause for cause in ROBOTS_CAUSES if narrower.has(cause)] == [WheelCause.SEPARATION]

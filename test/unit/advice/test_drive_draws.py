@@ -5,13 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from diff_encoder_sim.advice import drive_draws
 from diff_encoder_sim.advice.drawn_robot import ALL_CAUSES, WheelCause
 from diff_encoder_sim.advice.drive_draws import DriveDraws
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.navigation.goal_stopping import StopSpread
 from drawn_drives import LINE_M, encoder_of, line, many_one_by_one, robot_of, rolled
-from encoder_drives import SEPARATION_M, m_per_pulse
+from encoder_drives import SEPARATION_M
 
 PPR, DRAWS = 360, 2000
 ROUTE = (('straight', 1.0), ('turns', 0.25), ('straight', -0.8), ('turns', -0.1))
@@ -30,14 +29,6 @@ def errors_of(drive, robot, encoder, draws=DRAWS, seed=1, **amounts):
     return DriveDraws(drive, robot, seed).errors([encoder], draws, **amounts)[0]
 
 
-def of_line(ppr=PPR, encoder=None, **errors):
-    return errors_of(line(), robot_of(**errors), encoder_of(ppr, encoder))
-
-
-def across_std_m(variance_of_two_counts, ppr=PPR):
-    return LINE_M * m_per_pulse(ppr) / SEPARATION_M * math.sqrt(variance_of_two_counts)
-
-
 @pytest.mark.parametrize(
     ('drive', 'encoder', 'errors'),
     [
@@ -54,61 +45,6 @@ def test_draws_are_as_one_by_one(drive, encoder, errors):
     standard_error = alone.std(axis=0) / math.sqrt(len(alone))
     assert np.all(np.abs(alone.mean(axis=0) - drawn.mean(axis=0)) < 4.0 * standard_error + 1e-6)
     assert alone.std(axis=0) == pytest.approx(drawn.std(axis=0), rel=0.3, abs=1e-6)
-
-
-@pytest.mark.parametrize('ppr', [90, 1024])
-@pytest.mark.parametrize('sigma', [0.0, 0.3])
-def test_quantisation_and_edges_spread_a_line_across(ppr, sigma):
-    errors = of_line(ppr, {'edge_error': sigma})
-    assert errors[:, 1].std() == pytest.approx(across_std_m(1 / 6 + 2 * sigma**2, ppr), rel=0.05)
-
-
-def test_missed_counts_shorten_a_line_and_turn_it():
-    p, pulse_m = 0.01, m_per_pulse(1024)
-    errors = of_line(1024, {'faults': {'missed': p}})
-    heading_rad = math.sqrt(2.0 * LINE_M * pulse_m * p * (1.0 - p)) / SEPARATION_M
-    assert -errors[:, 0].mean() == pytest.approx(p * LINE_M + heading_rad**2 * LINE_M / 4.0, rel=0.01)
-    assert errors[:, 2].std() == pytest.approx(heading_rad, rel=0.05)
-    assert errors[:, 1].std() == pytest.approx(heading_rad * LINE_M / math.sqrt(3.0), rel=0.05)
-
-
-def test_noise_of_slip_is_a_random_walk():
-    errors = errors_of(line(), robot_of(slip_noise=1e-6), None)
-    heading_rad = math.sqrt(2.0 * 1e-6 * LINE_M) / SEPARATION_M
-    assert errors[:, 2].std() == pytest.approx(heading_rad, rel=0.05)
-    assert errors[:, 1].std() == pytest.approx(heading_rad * LINE_M / math.sqrt(3.0), rel=0.05)
-    assert errors[:, 0].std() < 0.1 * errors[:, 1].std()
-
-
-def test_slip_is_turned_and_not_rolled():
-    """Both wheels turn by 1 / (1 - s) of the way."""
-    (x_m, y_m, yaw_rad) = errors_of(line(), robot_of(left_slip=0.01, right_slip=0.01), None, 1)[0]
-    assert x_m == pytest.approx(LINE_M / 0.99 - LINE_M)
-    assert (y_m, yaw_rad) == pytest.approx((0.0, 0.0), abs=1e-9)
-
-
-def test_a_larger_wheel_turns_less():
-    """By S delta / L; across by S^2 delta / (2 L)."""
-    delta = 1e-4
-    (_, y_m, yaw_rad) = errors_of(line(), robot_of(left_radius_error=delta), None, 1)[0]
-    assert y_m == pytest.approx(LINE_M**2 * delta / (2.0 * SEPARATION_M), rel=1e-3)
-    assert yaw_rad == pytest.approx(LINE_M * delta / SEPARATION_M, rel=1e-3)
-
-
-def test_radii_differ_from_robot_to_robot():
-    spread = 1e-4
-    errors = errors_of(line(), robot_of(radius_spread=spread), None)
-    assert errors[:, 1].std() == pytest.approx(math.sqrt(2.0) * LINE_M**2 * spread / (2.0 * SEPARATION_M), rel=0.05)
-    assert errors[:, 0].std() == pytest.approx(LINE_M * spread / math.sqrt(2.0), rel=0.05)
-
-
-def test_a_wider_axle_turns_less_than_odometry_takes_it_to():
-    """Of a turn T by T epsilon too much, as its wheels go farther."""
-    turns = rolled(('turns', 2.0))
-    errors = errors_of(turns, robot_of(wheel_separation_error=0.01), None, 1)
-    assert errors[0, 2] == pytest.approx(0.01 * 4.0 * math.pi, rel=1e-9)
-    spread = errors_of(turns, robot_of(wheel_separation_spread=0.01), None)
-    assert spread[:, 2].std() == pytest.approx(0.01 * 4.0 * math.pi, rel=0.05)
 
 
 def test_causes_are_left_out():
@@ -149,10 +85,3 @@ def test_the_same_draws_come_with_every_encoder_and_number_of_encoders():
     together = draws.errors([encoder_of(90), encoder_of(1024), None], 50)
     np.testing.assert_array_equal(together[1], draws.errors([encoder_of(1024)], 50)[0])
     np.testing.assert_allclose(together[1], together[2], atol=0.02)
-
-
-def test_portions_add_up_to_all_draws(monkeypatch):
-    monkeypatch.setattr(drive_draws, 'POSES_AT_A_TIME', 5000)
-    errors = errors_of(line(4.0), robot_of(), encoder_of(90), 101)
-    assert errors.shape == (101, 3)
-    assert len(np.unique(errors[:, 1])) > 90

@@ -52,16 +52,6 @@ def test_a_right_guess_takes_the_top_and_both_neighbours():
     assert bench.asked == {11: few, 5: few, 4: few, 6: (few + 1) // 2}
 
 
-def test_a_guess_at_either_end_has_one_neighbour():
-    assert sorted(answer(lambda test, rank, number: False, 0)[1].asked) == [0, 1, 11]
-    assert sorted(answer(lambda test, rank, number: rank < 11, 11)[1].asked) == [10, 11]
-
-
-def test_the_only_encoder_may_suffice():
-    bench = TrialBench({'truth': lambda test, rank, number: False})
-    assert EncoderSearch(1, bench.run, Asked()).answers({'truth': 0}) == {'truth': RankAnswer(YES, 0)}
-
-
 def test_the_top_that_fails_ends_the_search():
     found, bench = answer(lambda test, rank, number: test == 'SMT', 3)
     assert found == RankAnswer(NO, insufficient=11) and list(bench.asked) == [11]
@@ -74,25 +64,10 @@ def test_an_undecided_top_says_how_many_more_trials_would_decide():
     assert 60 < found.more_trials < 300
 
 
-def test_what_is_at_the_share_takes_too_many_trials_to_say():
-    found, _ = answer(lambda test, rank, number: number % 5 == 0, 3)
-    assert (found.kind, found.more_trials) == (UNDECIDED, None)
-
-
-def test_more_trials_may_be_allowed():
-    found, _ = answer(lambda test, rank, number: number % 8 == 0, 3, most_trials=400)
-    assert (found.kind, found.rank) == (YES, 0)
-
-
 def test_an_undecided_neighbour_is_named_and_not_recommended():
     found, bench = answer(lambda test, rank, number: rank < 4 or (rank == 4 and number % 7 == 0), 5)
     assert (found.kind, found.rank, found.insufficient, found.undecided) == (YES, 5, None, 4)
     assert found.more_trials > 0 and 3 not in bench.asked
-
-
-def test_a_hopeless_rank_is_left_early():
-    _, bench = answer(lambda test, rank, number: rank == 4 and number % 6 == 0, 5)
-    assert bench.asked[4] == fewest_trials(Asked())
 
 
 def test_other_shares_take_other_numbers_of_trials():

@@ -12,7 +12,6 @@ from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.simulation.simulator import WheelErrorParams
 from diff_encoder_sim.trials.robot_params import load_robot_params
 from diff_encoder_sim.wheels.drawn_counts import final_poses
-from drawn_drives import rolled
 from lockstep_trials import ALTO, HALL, params_of, plan_of
 from places import ROOT
 
@@ -41,18 +40,6 @@ def test_a_script_is_driven_to_its_end(bent):
     assert tuple(bent.rolled.end) == pytest.approx((0.5, 0.0, 0.6 * math.pi), abs=2e-3)
     assert bent.wheel_way_m == pytest.approx(0.5 + 0.2 * 0.6 * math.pi, abs=2e-3)
     assert (bent.test, bent.start_in_map, bent.goal_in_map.x_m) == ('bent', (1.0, 0.0, 1.0), 1.0 + 0.5 * math.cos(1.0))
-
-
-def test_wheels_turn_as_far_as_the_robot_goes(bent):
-    assert of_wheels(bent.rolled) == pytest.approx(np.array(bent.rolled.end), abs=1e-3)
-    assert bent.rolled.ways_m.shape == (len(bent.rolled.times_s), 2)
-    assert np.diff(bent.rolled.times_s) == pytest.approx(0.01)
-
-
-def test_a_script_is_rolled_as_without_a_simulator(bent):
-    """What tests and benchmarks draw of."""
-    like = rolled(('straight', 0.5), ('turns', 0.3))
-    assert like.rolled.ways_m[-1] == pytest.approx(bent.rolled.ways_m[-1], abs=1e-3)
 
 
 def test_the_errors_of_wheels_are_left_to_the_draws():

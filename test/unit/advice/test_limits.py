@@ -25,8 +25,3 @@ def test_what_takes_more_than_half_of_a_tolerance_is_a_limit_the_worst_first():
     # 80 % of normal errors are within 1.28 standard deviations.
     assert found[1].error == pytest.approx(1.28 * 0.03, rel=0.05)
     assert (found[1].tolerance, found[1].reduced_to) == (0.05, 0.025)
-
-
-def test_a_bias_is_a_limit_as_a_spread_is():
-    (limit,) = limits({'map': {'SL': np.tile([0.0, -0.04, 0.0], (5, 1))}}, REQUIREMENT)
-    assert limit.error == pytest.approx(0.04)

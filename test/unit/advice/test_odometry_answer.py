@@ -68,16 +68,6 @@ def test_the_encoders_own_errors_may_be_the_limit():
 
 
 @pytest.mark.heavy
-def test_an_eccentric_encoder_may_be_the_limit():
-    """(S r A / L), as normal as two phases let it be."""
-    answer = answer_of({'eccentricity': 0.05}, REQUIRED._replace(yaw_rad=1.0))
-    (limit,) = answer.limits
-    assert (answer.kind, limit.cause) == (Kind.NOT_THE_LIMIT, EDGES)
-    assert limit.error == pytest.approx(1.2816 * LENGTH_M * RADIUS_M * 0.05 / SEPARATION_M, rel=0.1)
-    assert answer.counts is not None
-
-
-@pytest.mark.heavy
 def test_with_much_slip_the_encoders_own_errors_may_still_be_what_is_too_much():
     """Slip takes 42 of 50 mm, with an ideal encoder for certain; an error of its own below half makes it too much."""
     shift = {'left_slip': 42e-3 * 2.0 * SEPARATION_M / LENGTH_M**2}

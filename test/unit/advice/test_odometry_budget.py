@@ -7,7 +7,7 @@ import pytest
 
 from diff_encoder_sim.advice.drawn_robot import WheelCause
 from diff_encoder_sim.advice.drive_draws import DriveDraws
-from diff_encoder_sim.advice.odometry_answer import EDGES, MISSED, QUANTISATION, odometry_budgets, wheel_errors
+from diff_encoder_sim.advice.odometry_answer import EDGES, MISSED, QUANTISATION, odometry_budgets
 from diff_encoder_sim.base.se2 import Pose2D
 from drawn_drives import LINE_M, encoder_of, line, robot_of, rolled
 from encoder_drives import SEPARATION_M, m_per_pulse
@@ -81,10 +81,3 @@ def test_causes_add_up_to_what_is_found():
     assert len(budget.parts) == 7
     assert np.all(np.abs(budget.rest.variance) < 0.15 * budget.found.variance + 1e-12)
     assert np.all(np.abs(budget.rest.bias) < 0.1 * budget.found.std + 1e-6)
-
-
-def test_errors_are_along_and_across_the_heading_at_the_goal():
-    to_the_left = rolled(('straight', LINE_M), start={'yaw': 0.5 * math.pi}, **FAST)
-    draws = DriveDraws(to_the_left, robot_of(left_radius_error=1e-4), 1)
-    errors = wheel_errors(draws)[WheelCause.RADIUS]
-    assert errors[0, ACROSS] == pytest.approx(LINE_M**2 * 1e-4 / (2 * SEPARATION_M), rel=1e-3)

@@ -20,7 +20,3 @@ def test_an_unknown_error_is_not_within():
 def test_errors_turn_to_along_and_across_the_goals_heading():
     errors = along_goal(np.array([[1.0, 2.0, 0.3]]), Pose2D(5.0, 6.0, math.radians(90.0)))
     np.testing.assert_allclose(errors, [[2.0, -1.0, 0.3]], atol=1e-12)
-
-
-def test_it_reads_as_a_sentence():
-    assert str(REQUIREMENT) == 'at least 80 % of the trials within 0.05 m in x and y and 3 degrees'

@@ -13,10 +13,6 @@ def robot_fixture():
     return lambda **values: override(config, {key.replace('__', '.'): value for key, value in values.items()})
 
 
-def test_an_ideal_robot_has_nothing_to_do_without(robot):
-    assert switched_off([robot()]) == {}
-
-
 def test_each_cause_that_there_is_is_switched_off_by_itself_and_all_at_once(robot):
     slip, edges = {'simulator__wheel_errors__slip_noise': 1e-6}, {'config__encoder__edge_error': 0.1}
     found = switched_off([robot(**slip, **edges)])
@@ -26,11 +22,6 @@ def test_each_cause_that_there_is_is_switched_off_by_itself_and_all_at_once(robo
     assert 'config.encoder.edge_error' not in found['without wheel slip']
     assert found[WITHOUT_ALL] == {**found['without wheel slip'], **found['without edge errors']}
     assert cause_of('without edge errors') == 'edge errors'
-
-
-def test_it_is_enough_that_one_encoder_has_a_cause(robot):
-    faulty = robot(config__encoder__faults__missed=0.01)
-    assert list(switched_off([robot(), faulty])) == [AS_IT_IS, 'without missed counts', WITHOUT_ALL]
 
 
 def test_what_is_switched_off_leaves_an_ideal_robot(robot):

@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from advised_robots import REQUIREMENT, straight_advice
-from diff_encoder_sim.advice.advice import TriedEncoder
+from advised_robots import straight_advice
 from diff_encoder_sim.advice.answers import Criterion, Kind
 from diff_encoder_sim.advice.trial_study import CONFIRMING, TrialStudy
 from diff_encoder_sim.base.package_files import package_folder
@@ -77,11 +76,6 @@ def test_a_map_that_is_wrong_is_named_as_the_limit_with_what_would_do(campaign):
     assert answer.counts is not None and answer.encoder
 
 
-def test_a_stop_that_is_too_wide_limits_the_pose_estimate(campaign):
-    answer = study(campaign, Trials(stop_m=0.1)).answers[Criterion.POSE_ESTIMATE]
-    assert answer.kind is Kind.NOT_THE_LIMIT and answer.limits[0].cause == 'stopping'
-
-
 @pytest.mark.parametrize('every', [1, 2])
 def test_trials_that_do_not_come_to_the_goal_are_what_limits(campaign, every):
     class Failing(Trials):
@@ -92,14 +86,6 @@ def test_trials_that_do_not_come_to_the_goal_are_what_limits(campaign, every):
     answer = study(campaign, Failing()).answers[Criterion.TRUTH]
     assert answer.kind is Kind.NOT_THE_LIMIT and answer.limits == []
     assert 'trials of SL do not come to the goal (collision: touches wall)' in str(answer)
-
-
-def test_equal_encoders_add_nothing_however_many_trials_they_have(campaign):
-    found = study(campaign, Trials(encoder_m=0.0))
-    budgets = [tried.truth for tried in found.tried if tried.truth]
-    assert len(budgets) > 1
-    for budget in budgets:
-        assert budget.parts['encoder'].bias.tolist() == budget.parts['encoder'].variance.tolist() == [0.0] * 3
 
 
 def test_too_few_trials_leave_it_undecided_and_say_how_many_more(campaign):
@@ -118,13 +104,3 @@ def test_the_odometrys_encoder_is_tried_with_its_neighbours(campaign):
 def test_trials_that_disagree_with_the_draws_are_spoken_of(campaign):
     answer = study(campaign, Trials(odometry_m=0.2)).answers[Criterion.ODOMETRY]
     assert 'where the draws let expect' in answer.note and answer.note in str(answer)
-
-
-def test_all_trials_are_kept_with_their_budget(campaign):
-    found = study(campaign, Trials(encoder_m=1.5))
-    finest = found.tried[-1]
-    assert isinstance(finest, TriedEncoder) and (finest.test, finest.label) == ('SL', '4096')
-    assert finest.within[Criterion.TRUTH].trials >= 16
-    assert finest.truth.found.std[1] == pytest.approx(0.002, rel=0.6)
-    assert [tried.counts for tried in found.tried] == sorted(tried.counts for tried in found.tried)
-    assert found.requirement is REQUIREMENT

@@ -4,15 +4,7 @@ import math
 
 import pytest
 
-from diff_encoder_sim.wheels.catalogue import (
-    RESOLUTION_KEYS,
-    ChosenEncoder,
-    chosen,
-    encoder_names,
-    load_encoder,
-    own_encoder,
-    resolution_text,
-)
+from diff_encoder_sim.wheels.catalogue import ChosenEncoder, chosen, load_encoder, own_encoder, resolution_text
 from diff_encoder_sim.wheels.encoder_params import EncoderModel, PerWheel
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 from places import CONFIG
@@ -57,8 +49,3 @@ def test_the_robots_own_has_no_name():
     own = own_encoder(EncoderParams(ppr=90, encoder=EncoderModel(lines=500)))
     assert (own.label, own.name) == ('2000', '') and own.resolution.startswith('500 lines x 4')
     assert own_encoder(EncoderParams(ppr=90)).label == '90'
-
-
-@pytest.mark.parametrize('name', encoder_names(CONFIG))
-def test_a_real_encoder_sets_all_keys_of_its_resolution(name):
-    assert set(RESOLUTION_KEYS) <= set(chosen(load_encoder(name, CONFIG, CONFIG)).overrides)

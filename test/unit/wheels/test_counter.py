@@ -20,8 +20,3 @@ def test_differences_survive_the_wrap_in_both_directions(modulus, start, data):
     older, newer = wrap_count(start, modulus), wrap_count(start + moved, modulus)
     assert count_difference(newer, older, modulus) == moved
     assert count_difference(newer % modulus, older % modulus, modulus) == moved
-
-
-@given(st.integers(-(10**12), 10**12), st.integers(-(10**6), 10**6))
-def test_without_a_modulus_nothing_wraps(start, moved):
-    assert count_difference(wrap_count(start + moved, 0), wrap_count(start, 0), 0) == moved

@@ -57,11 +57,6 @@ def test_backlash_turns_the_heading_at_each_reversal_and_back_at_the_next():
     assert forward_again == pytest.approx(np.full(30, forward.mean()), abs=2e-4)
 
 
-def test_what_is_faster_than_the_counter_is_lost():
-    estimate = straight_drive(LENGTH_M, 1, 1024, {'faults': {'max_count_rate': 500.0}}, speed_mps=0.45)
-    assert estimate.base_pose_in_odom.x_m == pytest.approx(LENGTH_M * 500.0 * m_per_pulse(1024) / 0.45, rel=2e-3)
-
-
 @pytest.mark.parametrize(
     'encoder', [{'edge_error': 0.25}, {'eccentricity': 0.02}, {'sensor': 'hall', 'sensor_error': 12.0}]
 )

@@ -86,17 +86,3 @@ def test_counts_are_missed_and_added_as_often_as_asked_for_and_as_unevenly(fault
     expected_sd = math.sqrt(counts * p * (2.0 * burst - 1.0 - p * burst))
     assert np.mean(errors) == pytest.approx(counts * p, abs=4.0 * expected_sd / math.sqrt(draws) + 1.0)
     assert np.std(errors) == pytest.approx(expected_sd, rel=0.15)
-
-
-def test_what_comes_faster_than_the_limit_is_lost():
-    model = EncoderModel.model_validate({'faults': {'max_count_rate': 2000.0}})
-    angles, times = evenly(3)
-    counted = drawn_counts(model, 500.0, angles, times, [np.random.default_rng(i) for i in range(3)])
-    np.testing.assert_allclose(counted[:, -1], 2000.0 * times[-1], atol=1.0)
-
-
-def test_noise_is_new_in_each_reading():
-    model = EncoderModel.model_validate({'sensor': 'absolute', 'noise': 2.0})
-    angles = np.full((200, 50), 1.0)
-    counted = drawn_counts(model, 4096.0, angles, TIMES_S[:50], [np.random.default_rng(i) for i in range(200)])
-    assert np.std(counted[:, 1:]) == pytest.approx(2.0 * math.sqrt(2.0), rel=0.1)

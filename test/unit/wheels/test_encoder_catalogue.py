@@ -1,7 +1,6 @@
 """Encoders that one can buy: the shipped files say what their manuals do, and a user's own file is checked."""
 
 import math
-import re
 
 import numpy as np
 import pytest
@@ -17,7 +16,6 @@ from places import ROOT
 CONFIG = ROOT / 'config'
 NAMES = encoder_names(CONFIG)
 JOINTS = ['left_wheel_joint', 'right_wheel_joint']
-NUMBERED = re.compile(r'\[(\d+)\]')
 
 # Counts per wheel revolution, as the manuals print them.
 PUBLISHED = {
@@ -68,18 +66,6 @@ def test_a_shipped_encoder_has_the_counts_that_its_manual_states(name):
 
 
 @pytest.mark.parametrize('name', NAMES)
-def test_each_number_of_a_shipped_encoder_has_a_source(name):
-    text = (CONFIG / 'encoders' / f'{name}.yaml').read_text()
-    sources = range(1, len(shipped(name).source) + 1)
-    head, encoder = text.split('\nencoder:\n')
-    assert [int(number) for number in NUMBERED.findall(head)] == list(sources)
-    cited = {int(number) for number in NUMBERED.findall(encoder)}
-    assert cited == set(sources)
-    values = [line for line in encoder.splitlines() if re.match(r' +\w+: +[^ #]', line)]
-    assert values and [line for line in values if '#' not in line] == []
-
-
-@pytest.mark.parametrize('name', NAMES)
 def test_a_shipped_encoder_counts_ten_turns_of_the_wheel(name):
     encoder, turns = shipped(name), 10
     counting = DiffEncoder(encoder.params)
@@ -116,11 +102,6 @@ def test_the_catalogue_says_what_the_robots_with_these_encoders_say(robot):
     assert encoder.counts_per_wheel_turn == pytest.approx(file.ppr, rel=1e-9)
     said = {key: value for key, value in encoder.overrides.items() if not key.startswith('config.encoder.')}
     assert said == pytest.approx({key: file.overrides[key] for key in said})
-
-
-def test_an_encoder_is_called_by_its_counts_and_its_file():
-    assert shipped('amt102').label == '8192 amt102'
-    assert shipped('kobuki').label == '2578.33 kobuki'
 
 
 def test_catalogue_stands_for_all_of_them(tmp_path):

@@ -52,11 +52,3 @@ def test_a_difference_of_diameters_bends_a_straight_line_as_by_the_closed_form()
     assert math.sqrt(covariance.yaw_yaw) == pytest.approx(length_m * difference / SEPARATION_M)
     assert math.sqrt(covariance.yy) == pytest.approx(length_m**2 * difference / (2 * SEPARATION_M), rel=1e-3)
     assert covariance.xx == pytest.approx(0.0, abs=1e-15)
-
-
-def test_errors_are_independent():
-    errors = carried([(0.01, 0.012)] * 100)
-    stds = GeometryStd(1e-3, 2e-3, 3e-3)
-    parts = [GeometryStd(1e-3), GeometryStd(turn=2e-3), GeometryStd(diameter_difference=3e-3)]
-    by_part = [geometry_covariance(errors, part) for part in parts]
-    assert geometry_covariance(errors, stds) == pytest.approx(np.sum(by_part, axis=0))

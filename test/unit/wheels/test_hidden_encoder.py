@@ -8,12 +8,6 @@ from diff_encoder_sim.wheels.diagnostics import encoder_lateral_std, hidden_enco
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 
 
-def test_the_usual_noise_hides_a_fine_encoder():
-    line = hidden_encoder(OdometryParams(ppr=4096))
-    assert 'states 183 mm across' in line and '3.13 mm for the encoder' in line
-    assert 'config.motion_noise' in line and '\n' not in line
-
-
 def test_a_coarse_encoder_is_not_hidden():
     assert hidden_encoder(OdometryParams(ppr=40)) == ''
 

@@ -12,11 +12,6 @@ def after(seconds, left_mps, right_mps, interval_s=0.02):
     return last
 
 
-@pytest.mark.parametrize(('left_mps', 'right_mps'), [(0.5, 0.5), (-0.3, 0.3), (0.0, 0.0)])
-def test_there_is_none_straight_ahead_and_in_place(left_mps, right_mps):
-    assert after(1.0, left_mps, right_mps) == pytest.approx(0.0, abs=1e-12)
-
-
 @pytest.mark.parametrize('interval_s', [0.001, 0.02, 0.1])
 def test_in_a_curve_it_is_speed_times_turn_at_any_rate_of_reports(interval_s):
     # 0.4 m/s and 0.5 rad/s.
@@ -29,10 +24,3 @@ def test_pulses_of_a_coarse_straight_line_weigh_little():
     pull, d_m = LateralAcceleration(SEPARATION_M), 0.0157  # 40 PPR: the wheels take turns in passing a pulse
     squares = [pull.take(0.02, d_m * (step % 2), d_m * ((step + 1) % 2)) ** 2 for step in range(500)]
     assert sum(squares[100:]) / 400 < 0.01 * (0.39 * 1.0) ** 2
-
-
-def test_after_a_reset_the_robot_stands():
-    pull = LateralAcceleration(SEPARATION_M)
-    pull.take(0.1, 0.0, 0.1)
-    pull.reset()
-    assert pull.take(0.1, 0.0, 0.0) == 0.0

@@ -28,15 +28,6 @@ def test_jitter_is_no_loss(jitter):
     assert count_of((np.arange(5000) + rng.uniform(0.0, jitter, 5000)) * PERIOD_NS) == 0
 
 
-def test_of_a_jitter_of_nearly_a_period_at_most_one_is_in_doubt():
-    rng = np.random.default_rng(1)
-    assert count_of((np.arange(5000) + rng.uniform(0.0, 0.9, 5000)) * PERIOD_NS) <= 1
-
-
 @pytest.mark.parametrize('skew', [-3e-3, 1e-3, 3e-3])
 def test_a_clock_that_is_slow_or_fast_is_no_loss(skew):
     assert count_of(np.arange(20_000) * PERIOD_NS * (1.0 + skew)) == 0
-
-
-def test_time_that_goes_back_loses_nothing():
-    assert count_of([*np.arange(100) * PERIOD_NS, *np.arange(50) * PERIOD_NS]) == 0

@@ -89,22 +89,6 @@ def test_motion_noise_grows_with_the_path_as_it_should():
     assert covariance.yy == pytest.approx(2 * 1e-5 / SEPARATION_M**2 * 10**3 / 3, rel=1e-2)
 
 
-def test_motion_noise_agrees_with_simulated_wheels():
-    rng = np.random.default_rng(7)
-    steps_m = rng.uniform(0.0, 0.02, (300, 2))
-    ends, covariance, pose = [], PlanarCovariance(), Pose2D(0, 0, 0)
-    for left_m, right_m in steps_m:
-        covariance = propagate_motion_noise(covariance, pose.yaw_rad, left_m, right_m, SEPARATION_M, 1e-6)
-        pose = arc(pose, left_m, right_m)
-    for _ in range(600):
-        noisy = Pose2D(0, 0, 0)
-        for left_m, right_m in steps_m + np.sqrt(1e-6 * steps_m) * rng.standard_normal((300, 2)):
-            noisy = arc(noisy, left_m, right_m)
-        ends.append(noisy)
-    sampled = np.cov(np.array(ends).T)
-    assert np.diag(sampled) == pytest.approx(np.diag(covariance.matrix()), rel=0.2)
-
-
 def arc(pose, left_m, right_m):
     return move_along_arc(pose, (left_m + right_m) / 2, (right_m - left_m) / SEPARATION_M)
 

@@ -95,12 +95,3 @@ def test_a_turn_in_place_commands_the_wheels_against_each_other():
     turned_radps = 80 * 2 * math.pi / PPR
     assert values['following error, left [rad/s]'] == pytest.approx(turned_radps + 5.0)
     assert values['following error, right [rad/s]'] == pytest.approx(turned_radps - 5.0)
-
-
-def test_a_reset_of_odometry_is_no_event():
-    node = Node()
-    node.drive(60, command=(SPEED_MPS, 0.0))
-    node.odometry.reset()
-    node.diagnosis.restart()
-    warning, values = node.drive(60, command=(SPEED_MPS, 0.0))
-    assert (warning, values['counts per second, left']) == ('', 80.0)

@@ -5,7 +5,7 @@ import random
 import pytest
 
 from diff_encoder_sim.wheels.report_link import EncoderSample
-from diff_encoder_sim.wheels.speed_pairing import MOST_SPEEDS, SpeedPairing
+from diff_encoder_sim.wheels.speed_pairing import SpeedPairing
 
 PERIOD_NS = 50_000_000
 
@@ -75,21 +75,8 @@ def test_where_speeds_never_come_reports_wait_once(caplog):
     assert take(pairing, 's13 c14 s14 c15 s15') == [whole(14), whole(15)]
 
 
-def test_a_pause_alone_gives_up_nothing():
-    """As of a process that was suspended: its topics bring what they hold, one after the other."""
-    pairing = SpeedPairing()
-    assert pairing.take_counts(counts(0), 0.0) == [] and pairing.take_counts(counts(1), 60.0) == []
-    assert pairing.take_speeds(*speeds(0)) + pairing.take_speeds(*speeds(1)) == [whole(0), whole(1)]
-
-
 def test_after_a_jump_back_in_time_pairs_are_found_anew():
     """Also where something of before was left over."""
     for rest in ('', ' s103', ' c103', ' c103 c104'):
         for anew in ('c0 s0 c1 s1', 's0 c0 s1 c1'):
             assert take(SpeedPairing(), f's100 c100{rest} {anew}')[-2:] == [whole(0), whole(1)]
-
-
-def test_speeds_without_counts_fill_no_memory():
-    pairing = SpeedPairing()
-    take(pairing, ' '.join(f's{index}' for index in range(3 * MOST_SPEEDS)))
-    assert len(pairing._speeds) == MOST_SPEEDS

@@ -88,12 +88,3 @@ def test_turn_in_place_spread_is_the_closed_form(ppr):
     expected_rad = metres_per_pulse(ppr) / SEPARATION_M * math.sqrt(1 / 3)
     ratio = np.mean(errors[:, 2] ** 2) / expected_rad**2
     assert VARIANCE_RANGE_99[0] < ratio < VARIANCE_RANGE_99[1]
-
-
-@pytest.mark.parametrize('ppr', PPRS)
-def test_five_whole_turns_have_no_heading_error(ppr):
-    turned_rad = np.append(np.arange(0, 10 * math.pi, 0.5), 10 * math.pi)
-    rolled_rad = turned_rad * SEPARATION_M / DIAMETER_M
-    for seed in range(10):
-        estimate = drive_wheels(ppr, np.column_stack([-rolled_rad, rolled_rad]), seed)
-        assert estimate.base_pose_in_odom.yaw_rad == pytest.approx(0.0, abs=1e-9)

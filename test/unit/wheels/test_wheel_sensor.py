@@ -17,12 +17,6 @@ def edges_of(made, count):
     return np.array([made.place_of_edge(state) for state in range(count)])
 
 
-def test_an_ideal_sensor_has_its_edges_at_whole_places():
-    made = sensor(1000)
-    assert made.place(math.pi) == pytest.approx(500.0)
-    assert [made.state(place) for place in (-0.1, 0.0, 0.9, 1.0)] == [-1, 0, 0, 1]
-
-
 def test_duty_cycle_and_phase_give_four_kinds_of_pulses():
     widths = np.diff(edges_of(sensor(400, duty_cycle=0.4, phase_error=18.0), 401)).reshape(100, 4)
     assert widths == pytest.approx(np.tile([1.2, 0.4, 1.2, 1.2], (100, 1)))
