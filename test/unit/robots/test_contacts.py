@@ -49,10 +49,6 @@ def test_a_hull_on_the_floor_stands_on_both_its_edges():
     assert contacts_of(hull) == [('hull (front)', 170.0, 0.0, 3.0), ('hull (rear)', -130.0, 0.0, 3.0)]
 
 
-def test_a_marker_of_a_millimetre_carries_nothing():
-    assert contacts_of(link('footprint', box(0.001, 0.001, 0.001)) + joint('j', 'footprint', '0.1 0 0')) == []
-
-
 def test_a_mesh_touches_where_its_own_points_are_lowest(tmp_path):
     """Its box would touch at the corners."""
     body = np.array([[0.2, 0.1, 0.05], [0.2, -0.1, 0.05], [-0.2, 0.1, 0.05], [-0.2, -0.1, 0.05], [0, 0, 0.2]])

@@ -176,12 +176,6 @@ def test_it_is_a_link_on_the_parent():
     assert set(tree.links) == {*parse_urdf(usual(), 'here').links, 'laser'}
 
 
-def test_a_namespace_and_what_follows_the_robot_stay():
-    text = with_laser('<r:robot xmlns:r="x"></r:robot>\n<!-- end -->', AddedLaser('a&b', (0.0, 0.0, 0.0)))
-    assert text.endswith('</joint></r:robot>\n<!-- end -->')
-    assert '"a&amp;b"' in text
-
-
 def test_a_robot_file_gives_it(tmp_path):
     (tmp_path / 'mine.urdf').write_text(usual())
     (tmp_path / 'mine.yaml').write_text('urdf: mine.urdf\nlaser: {parent: base_link, xyz: [0, 0, 0.25]}\n')
@@ -194,10 +188,8 @@ def test_a_robot_file_gives_it(tmp_path):
 @pytest.mark.parametrize(
     ('laser', 'complaint'),
     [
-        ('{parent: nowhere, xyz: [0, 0, 0.25]}', 'nowhere'),
         ('{parent: base_link, xyz: [0, 0]}', r'laser.xyz: given \[0, 0\]; allowed: '),
         ('{parent: base_link, xyz: [0, 0, .nan]}', 'laser.xyz.2: given nan'),
-        ('{parent: base_link, xyz: [0, 0, 1.0e+300]}', 'laser.xyz.2: given 1e.300; allowed: '),
         ('top', "laser: given 'top'; allowed: "),
     ],
 )

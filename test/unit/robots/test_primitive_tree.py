@@ -100,11 +100,6 @@ def test_a_mesh_of_the_body_a_caster_or_a_wheel_must_be_there(parts):
         described(robot(base(), *parts))
 
 
-def test_so_must_the_only_shape_of_a_robot():
-    with pytest.raises(ConfigError, match="link 'case': collision mesh"):
-        described(robot(base(body='').replace('<geometry></geometry>', ''), pair(), housing('case')))
-
-
 def test_workers_get_a_robot_without_it():
     text = self_contained_urdf(usual(housing('case')), 'made.urdf', lambda uri: None)
     assert 'housing.stl' not in text

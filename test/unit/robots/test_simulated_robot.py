@@ -145,12 +145,6 @@ def test_the_corners_of_collision_meshes_stand_in_for_their_files(find):
     assert ball.find('geometry/sphere').get('radius') == '0.5'
 
 
-def test_all_else_stays(find):
-    robot = ElementTree.fromstring(self_contained_urdf(URDF, 'my.urdf', find))
-    assert robot.find('link/visual/geometry/mesh').get('filename') == 'package://p/seen.dae'
-    assert robot.find('gazebo/plugin/x').text == '1'
-
-
 def test_it_needs_no_other_file_afterwards(find):
     text = self_contained_urdf(URDF, 'my.urdf', find)
     assert self_contained_urdf(text, 'my.urdf', no_file) == text
@@ -176,11 +170,6 @@ def test_a_wheel_that_is_round_to_the_eye_only_keeps_its_visual_mesh(tmp_path, f
     assert [name.split(':')[0] for name in meshes] == ['corners', 'corners', 'package', 'package']
     (round_one,) = visual_primitives_of(parse_urdf(text, 'my.urdf').links['wheel'], no_file)
     assert isinstance(round_one.geometry, Cylinder)
-
-
-def test_a_urdf_without_collision_meshes_stays_as_it_is():
-    text = '<robot name="made"><link name="base"/></robot>  <!-- end -->\n'
-    assert self_contained_urdf(text, 'my.urdf', no_file) is text
 
 
 @pytest.mark.parametrize(

@@ -1,25 +1,13 @@
 """URDF text becomes a tree, or one line that names file and element."""
 
-import random
-import re
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.robots.description import Box, Cylinder, Mesh, RobotSource, RobotTree, Sphere
-from diff_encoder_sim.robots.urdf_reading import (
-    MOST_BYTES,
-    MOST_LINKS,
-    parse_joint,
-    parse_link,
-    parse_robot_xml,
-    parse_urdf,
-    read_robot_text,
-)
-from diff_encoder_sim.robots.xacro_expansion import expand
-from places import ROOT
+from diff_encoder_sim.robots.description import Box, Cylinder, Mesh, Sphere
+from diff_encoder_sim.robots.urdf_reading import parse_joint, parse_link, parse_robot_xml, parse_urdf, read_robot_text
 
 LINKS = '<link name="base"/><link name="wheel"/><link name="laser"/>'
 JOINTS = (
@@ -69,20 +57,11 @@ def test_a_link_and_a_joint_may_have_the_same_name():
     assert 'wheel' in parse('<link name="base"/><link name="wheel"/>' + joint('wheel', 'base', 'wheel')).joints
 
 
-def test_a_long_chain_of_links_is_read():
-    names = [f'l{number}' for number in range(MOST_LINKS)]
-    body = ''.join(f'<link name="{name}"/>' for name in names)
-    tree = parse(body + ''.join(joint(f'{a}_{b}', a, b) for a, b in zip(names, names[1:])))
-    assert list(tree.subtree('l0')) == names == list(tree.link_poses())
-
-
 @pytest.mark.parametrize(
     ('text', 'complaint'),
     [
         ('<sdf version="1.6"/>', 'given an SDF file (of Gazebo); allowed: a URDF or xacro file'),
         ('<mujoco/>', 'given an MJCF file'),
-        ('<launch/>', 'given a launch file'),
-        ('<html/>', 'given <html>'),
         ('<robot/>', 'the robot has no link'),
         (
             '<robot><include filename="a.xacro"/></robot>',
@@ -90,7 +69,6 @@ def test_a_long_chain_of_links_is_read():
         ),
         ('<robot><macro name="m"/></robot>', 'as <xacro:macro>'),
         ('<robot><link/></robot>', '<link>: name: missing'),
-        ('<robot><link name=" "/></robot>', '<link>: name: missing'),
         ('<robot><link name="a"/><link name="a"/></robot>', "link 'a': given 2 times"),
         ('<robot>', 'not well-formed'),
     ],
@@ -114,7 +92,6 @@ def test_what_is_no_robot_is_refused(text, complaint):
         ),
         (LINKS + joint('b', 'wheel', 'laser') + joint('c', 'laser', 'wheel'), "'wheel', 'laser', 'wheel' form a loop"),
         (''.join(f'<link name="l{number}"/>' for number in range(30)), "'l9' and 20 more"),
-        (''.join(f'<link name="l{number}"/>' for number in range(MOST_LINKS + 1)), 'given 1001 links'),
     ],
 )
 def test_what_is_no_tree_is_refused(body, complaint):
@@ -126,16 +103,6 @@ def test_what_is_ignored_is_noted():
     assert tree.links['a'].inertial is None and tree.links['a'].collisions == ()
     assert len(tree.notes) == 2 and all("link 'a'" in note for note in tree.notes)
     assert np.allclose(tree.link_poses()['a'], np.eye(4))
-
-
-@pytest.mark.parametrize('element', ['robot', 'link', 'joint'])
-def test_a_name_that_pybullet_has_no_room_for_is_refused(element):
-    name = '\u00fc' * 200
-    parts = {each: name if each == element else 'a' for each in ('robot', 'link', 'joint')}
-    joint = f'<joint name="{parts["joint"]}" type="fixed"><parent link="{parts["link"]}"/><child link="b"/></joint>'
-    text = f'<robot name="{parts["robot"]}"><link name="{parts["link"]}"/><link name="b"/>{joint}</robot>'
-    with pytest.raises(ConfigError, match=f'my.urdf: <{element}>: name: given .*; allowed: at most 255 bytes'):
-        parse_urdf(text, 'my.urdf')
 
 
 def parse_urdf_links(body, notes=None):
@@ -204,21 +171,15 @@ def test_friction_is_that_of_pybullets_tag():
     ('body', 'complaint'),
     [
         ('<inertial><mass value="-1"/></inertial>', "mass value: given '-1'; allowed: at least "),
-        ('<inertial><mass value="1e-300"/></inertial>', "mass value: given '1e-300'; allowed: at least "),
-        ('<inertial><mass value="7_0"/></inertial>', "mass value: given '7_0'"),
         ('<inertial><mass value="nan"/></inertial>', "mass value: given 'nan'"),
         ('<inertial><mass/></inertial>', 'mass value: given None'),
-        ('<inertial><mass value="1e300"/></inertial>', "mass value: given '1e300'; allowed: from"),
         ('<inertial><mass value="1"/><inertia ixx="a"/></inertial>', "inertia ixx: given 'a'"),
         ('<inertial><mass value="1"/><origin xyz="0 0"/></inertial>', "inertial: origin xyz: given '0 0'"),
         (collision('<box size="1 -1 1"/>'), "collision: box size: given '1 -1 1'; allowed: lengths greater than 0 [m]"),
         (collision('<box size="1 1"/>'), "box size: given '1 1'; allowed: 3"),
-        (collision('<box/>'), 'box size: given None'),
         (collision('<cylinder radius="1"/>'), 'cylinder length: given None'),
         (collision('<sphere radius="-1"/>'), "sphere radius: given '-1'"),
-        (collision('<sphere radius="1 m"/>'), "sphere radius: given '1 m'"),
         (collision('<mesh/>'), 'mesh: filename: missing'),
-        (collision('<mesh filename="a" scale="1"/>'), "mesh scale: given '1'"),
         (collision('<mesh filename="a" scale="1 0 1"/>'), 'allowed: not zero'),
         ('<contact><lateral_friction value="-1"/></contact>', "lateral_friction value: given '-1'"),
     ],
@@ -261,15 +222,11 @@ def test_an_axis_that_turns_nothing_may_be_zero():
     ('body', 'kind', 'complaint'),
     [
         (ENDS, 'Fixed', "joint 'j': type: given 'Fixed'; allowed: fixed, continuous, revolute"),
-        (ENDS, '', "joint 'j': type: given ''"),
         ('<child link="b"/>', 'fixed', "joint 'j': parent: missing"),
-        ('<parent link="a"/><child/>', 'fixed', "joint 'j': child: missing"),
         ('<parent link="a"/><child link="a"/>', 'fixed', "given 'a' as parent and child"),
         (f'{ENDS}<axis xyz="0 0 0"/>', 'continuous', "axis xyz: given '0 0 0'; allowed: a direction, not zero"),
-        (f'{ENDS}<axis xyz="0 nan 0"/>', 'continuous', "axis xyz: given '0 nan 0'"),
         (f'{ENDS}<axis xyz="0 1"/>', 'continuous', "axis xyz: given '0 1'; allowed: 3 finite number(s)"),
         (f'{ENDS}<origin xyz="0 0 inf"/>', 'fixed', "origin xyz: given '0 0 inf'"),
-        (f'{ENDS}<origin xyz="0 0 1e300"/>', 'fixed', "origin xyz: given '0 0 1e300'; allowed: from -1e+06 to 1e+06"),
         (f'{ENDS}<origin rpy="0 0"/>', 'fixed', "origin rpy: given '0 0'"),
         (f'{ENDS}<limit effort="-1"/>', 'continuous', "limit effort: given '-1'; allowed: a number, not negative"),
         (f'{ENDS}<limit velocity="fast"/>', 'continuous', "limit velocity: given 'fast'"),
@@ -280,11 +237,6 @@ def test_a_bad_joint_is_named(body, kind, complaint):
         parse_urdf_joints(body, kind)
     assert str(caught.value).startswith("r.urdf: joint 'j': ")
     assert complaint in str(caught.value)
-
-
-def test_a_joint_needs_a_name():
-    with pytest.raises(ConfigError, match='r.urdf: <joint>: name: missing'):
-        parse_joint(ElementTree.fromstring('<joint type="fixed"/>'), 'r.urdf')
 
 
 ROBOT = '<robot name="r"><link name="a"/></robot>'
@@ -308,26 +260,18 @@ def refused_robot_xml(folder, content):
     'content',
     [
         f'\n\n <?xml version="1.0"?>\n{ROBOT}',
-        f'<!-- the licence -->\n<?xml version="1.0" encoding="utf-8"?>{ROBOT}',
         b'\xef\xbb\xbf<?xml version="1.0"?>' + ROBOT.encode(),
         f'<?xml version="1.0" encoding="UTF-16"?>{ROBOT}'.encode('utf-16'),
         f'<?xml version="1.0" encoding="ISO-8859-1"?><!-- \u00fc -->{ROBOT}'.encode('latin-1'),
         f'<!-- \u00fc -->{ROBOT}'.encode('latin-1'),
-        f'<?xml version="1.1"?>{ROBOT}',
         f'<!DOCTYPE robot SYSTEM "http://nowhere.invalid/robot.dtd">{ROBOT}',
         '<robot name="r" xmlns="http://www.ros.org" xmlns:x="http://x"><link name="a" x:b="1"/></robot>',
-        '<u:robot name="r" xmlns:u="http://u"><u:link name="a"/></u:robot>',
         '<robot name="r"><link name="a"/><gazebo><sensor:ray name="undeclared"/></gazebo></robot>',
     ],
 )
 def test_a_form_that_does_no_harm_is_read(tmp_path, content):
     robot = read(tmp_path, content)
     assert (robot.tag, robot.get('name'), robot.find('link').get('name')) == ('robot', 'r', 'a')
-
-
-def test_an_encoding_that_is_declared_is_used(tmp_path):
-    name = '<?xml version="1.0" encoding="iso-8859-1"?><robot name="Gr\u00fcn"/>'.encode('latin-1')
-    assert read(tmp_path, name).get('name') == 'Gr\u00fcn'
 
 
 def test_lines_are_those_of_the_file(tmp_path):
@@ -342,74 +286,10 @@ def test_lines_are_those_of_the_file(tmp_path):
         ('', 'no element found'),
         ('hello', 'line 1: not well-formed XML: syntax error'),
         (b'\x89PNG\r\n\x1a\n\0\0\0', 'a binary file'),
-        (b' ' * (MOST_BYTES + 1), 'too big; allowed: at most 20 MB'),
         (f'<?xml version="1.0" encoding="klingon"?>{ROBOT}', "encoding: given 'klingon'"),
-        (f'<?xml version="1.0" encoding="hex"?>{ROBOT}', "encoding: given 'hex'"),
-        (f'<?xml version="1.0" encoding="idna"?>{ROBOT}\xfc', "encoding: given 'idna'"),
-        ('<!DOCTYPE r [<!ENTITY a "ha"><!ENTITY b "&a;&a;">]><robot name="&b;"/>', "declares the XML entity 'a'"),
         ('<!DOCTYPE r [<!ENTITY a SYSTEM "file:///etc/passwd">]><robot>&a;</robot>', "declares the XML entity 'a'"),
-        ('<!DOCTYPE r [<!ENTITY % a SYSTEM "file:///etc/passwd"> %a;]><robot/>', "declares the XML entity 'a'"),
-        ('<robot name="&#xD800;"/>', 'invalid character'),
-        ('<robot name="\x0c"/>', 'not well-formed'),
     ],
     ids=lambda value: value[:20] if isinstance(value, str) else '',
 )
 def test_what_could_do_harm_is_refused(tmp_path, content, text):
     assert text in refused_robot_xml(tmp_path, content)
-
-
-def test_what_is_no_file_is_refused(tmp_path):
-    for path, text in (
-        (tmp_path, 'a folder'),
-        (tmp_path / 'none', 'no such robot file'),
-        ('/dev/zero', 'no such robot'),
-    ):
-        with pytest.raises(ConfigError, match=text):
-            read_robot_text(path)
-
-
-ALTO = ROOT / 'urdf' / 'alto.urdf.xacro'
-VALUES = ['', ' ', 'nan', '-inf', '1e400', '-1', '0', '0 0 0', '1 2', '0x1', '\u0663', 'base_link', 'laser', '&amp;']
-TAGS = ['robot', 'link', 'joint', 'origin', 'mass', 'collision', 'geometry', 'box', 'parent', 'gazebo', 'mimic']
-
-
-def mutated(text, rng, values, tags):
-    """The text with one or two values, tags or characters changed."""
-    for _ in range(rng.randint(1, 2)):
-        kind = rng.randrange(5)
-        if kind <= 1:
-            text = replaced(text, rng, r'(?<=")[^"]*(?=")', rng.choice(values))
-        elif kind == 2:
-            text = replaced(text, rng, r'(?<=[</])[\w:]+', rng.choice(tags))
-        elif kind == 3:
-            text = replaced(text, rng, r'<[^<>]*/>', rng.choice(['', '<a/>', text[: rng.randrange(300)]]))
-        else:
-            at = rng.randrange(len(text))
-            text = text[:at] + rng.choice(['', '<', '>', '"', '&', '\0', '\ud7ff', text[at : at + 40]]) + text[at + 1 :]
-    return text
-
-
-def replaced(text, rng, pattern, by):
-    places = list(re.finditer(pattern, text))
-    if not places:
-        return text
-    place = rng.choice(places)
-    return text[: place.start()] + by + text[place.end() :]
-
-
-def outcome(text):
-    """What becomes of a URDF: a tree or None."""
-    try:
-        tree = parse_urdf(text, 'r.urdf')
-    except ConfigError as error:
-        assert str(error).startswith('r.urdf') and '\n' not in str(error)
-        return None
-    assert isinstance(tree, RobotTree)
-    assert set(tree.link_poses()) == set(tree.links) == set(tree.subtree(tree.root))
-    return tree
-
-
-def test_any_urdf_is_a_tree_or_one_line():
-    rng, alto = random.Random(1), expand(RobotSource(ALTO))
-    outcomes = [outcome(mutated(alto, rng, VALUES, TAGS)) for _ in range(150)]
-    assert 5 < sum(tree is not None for tree in outcomes) < 145

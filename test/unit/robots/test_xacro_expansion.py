@@ -57,11 +57,6 @@ def test_a_plain_urdf_is_taken_as_it_is(tmp_path):
     assert expansion(RobotSource(path)) == Expansion('\n\n<robot name="r"><link name="a"/></robot>')
 
 
-def test_the_text_does_not_depend_on_the_folder(tmp_path):
-    one, two = (write(tmp_path / name / 'r.xacro', '<xacro:property name="x" value="1"/>') for name in 'ab')
-    assert expand(RobotSource(one)) == expand(RobotSource(two))
-
-
 def test_packages_are_found_without_ros(tmp_path):
     write(tmp_path / 'parts' / 'urdf' / 'a.xacro', '<xacro:include filename="b.xacro"/><link name="a"/>')
     write(tmp_path / 'parts' / 'urdf' / 'b.xacro', '<xacro:property name="name" value="$(find parts)/b"/>')
@@ -108,9 +103,7 @@ def test_a_package_that_is_read_from_and_missing_is_named_with_where_it_was_look
         ('<a b="$(arg colour)"/>', 'colour'),
         ('<a>', 'mismatched tag'),
         ('<xacro:include filename="r.xacro"/>', 'recursion'),
-        ('<xacro:macro name="m"><xacro:m/></xacro:macro><xacro:m/>', 'recursion'),
         ('<xacro:property name="x" value="${y}"/><xacro:property name="y" value="${x}"/><a b="${x}"/>', 'circular'),
-        ('<a b="${len(\'x\' * 6 * 10**8)}"/>', 'MemoryError'),
     ],
 )
 def test_an_error_of_xacro_is_one_line_that_names_the_file(tmp_path, body, text):
