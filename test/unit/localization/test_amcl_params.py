@@ -1,23 +1,18 @@
-"""AMCL's parameters: upstream's defaults, and bad values."""
-
-import math
+"""AMCL's parameters: upstream's names and defaults, and bad values."""
 
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.localization.amcl_params import AmclParams
+from upstream_params import AMCL, different, read_config, wrong_types
 
 
 @pytest.mark.parametrize(
     ('given', 'message'),
     [
         (dict(odom_model_type='omni'), "odom_model_type: given 'omni'; allowed: 'diff' or"),
-        (dict(laser_model_type='lidar'), "laser_model_type: given 'lidar'; allowed: 'beam', "),
         (dict(min_particles=10, max_particles=5), 'min_particles .10. of at most max_particles'),
-        (dict(laser_max_beams=1), 'laser_max_beams: given 1; allowed: 2 to 100000'),
         (dict(kld_err=0.0), 'kld_err: given 0.0; allowed: 1e-6 to 10'),
-        (dict(initial_pose_x=math.nan), 'initial_pose_x: given nan'),
-        (dict(resample_interval=0), 'resample_interval: given 0'),
         (dict(laser_sigma_hit='wide'), "laser_sigma_hit: given 'wide'"),
         (dict(max_particle=10), "max_particle: unknown key; did you mean 'max_particles'?"),
     ],
@@ -27,14 +22,43 @@ def test_bad_parameters_are_named(given, message):
         AmclParams.from_mapping(given, 'amcl.yaml')
 
 
-def test_defaults_are_upstreams():
-    params = AmclParams()
-    assert (params.min_particles, params.max_particles, params.kld_err, params.kld_z) == (100, 5000, 0.01, 0.99)
-    assert (
-        params.laser_max_beams,
-        params.laser_z_hit,
-        params.laser_z_short,
-        params.laser_z_max,
-        params.laser_z_rand,
-    ) == (30, 0.95, 0.1, 0.05, 0.05)
-    assert (params.recovery_alpha_slow, params.recovery_alpha_fast) == (0.001, 0.1)
+# Parameters that upstream does not have and ignores.
+OWN_AMCL = {'seed', 'axle_x', 'lost_fraction', 'lost_distance', 'lost_scans'}
+
+
+FILES = pytest.mark.parametrize('file', ['amcl.yaml', 'amcl_accurate.yaml'])
+
+
+@FILES
+def test_upstream_knows_every_parameter_of_our_files(file):
+    assert set(read_config(file)) - set(AMCL) <= OWN_AMCL
+
+
+@FILES
+def test_values_have_the_type_that_upstream_reads(file):
+    assert wrong_types(read_config(file), (AMCL,)) == []
+
+
+@FILES
+def test_what_our_files_leave_out_is_the_same_in_both_stacks(file):
+    """A default that differs must stand in the file."""
+    assert different(AMCL, AmclParams(), read_config(file)) == set()
+
+
+def test_both_files_have_the_same_keys():
+    assert set(read_config('amcl_accurate.yaml')) == set(read_config('amcl.yaml'))
+
+
+def test_amcl_takes_every_parameter_of_upstream_at_its_default():
+    assert AmclParams.from_mapping(AMCL, 'amcl') == AmclParams()
+
+
+def test_amcl_takes_what_upstreams_node_writes_to_the_parameter_server():
+    """dynamic_reconfigure adds restore_defaults, and has an older name for one of the others."""
+    older = 'beam_skip_error_threshold_'
+    dumped = {**AMCL, 'restore_defaults': False, older: 0.0}
+    assert AmclParams.from_mapping(dumped, 'amcl') == AmclParams(beam_skip_error_threshold=0.0)
+    with pytest.raises(ConfigError, match='beam_skip_error_threshold: given 1.5'):
+        AmclParams.from_mapping({older: 1.5}, 'amcl')
+    # What has no effect leaves the campaigns' fingerprints as they are.
+    assert not {older, 'restore_defaults'} & set(AmclParams().model_dump())

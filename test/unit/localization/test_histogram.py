@@ -1,18 +1,61 @@
-"""Bins of poses, and the clusters that they form."""
+"""Bins and clusters of poses, how many particles are drawn, and which ones."""
 
 import math
 
 import numpy as np
+import pytest
 
-from diff_encoder_sim.localization.histogram import particle_statistics
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.localization.amcl_params import AmclParams
+from diff_encoder_sim.localization.histogram import (
+    LikelihoodAverages,
+    effective_count,
+    even_places,
+    kld_limit,
+    kld_limits,
+    mean_and_covariance,
+    particle_statistics,
+    resample,
+)
+from diff_encoder_sim.localization.occupancy_grid import FreeCells, OccupancyGrid
 
 
-def test_bins_that_touch_are_one_cluster_and_a_gap_parts_them():
-    chain = np.column_stack([np.arange(0.25, 5.0, 0.5), np.arange(0.25, 5.0, 0.5), np.zeros(10)])
-    weights = np.full(10, 0.1)
-    assert particle_statistics(chain, weights).cluster_count == 1
-    gap = np.delete(chain, 5, axis=0)
-    assert particle_statistics(gap, np.full(9, 1 / 9)).cluster_count == 2
+def cloud(rng, centre, count, sigma=0.05):
+    return np.array(centre) + sigma * rng.standard_normal((count, 3))
+
+
+def test_the_heaviest_cluster_is_the_estimate():
+    """By weight, not by number; the spread is that of all particles, as upstream publishes it."""
+    rng = np.random.default_rng(5)
+    light, heavy = cloud(rng, (0.0, 0.0, 0.0), 900), cloud(rng, (5.0, 2.0, 1.0), 100)
+    particles = np.vstack([light, heavy])
+    weights = np.concatenate([np.full(900, 0.4 / 900), np.full(100, 0.6 / 100)])
+    statistics = particle_statistics(particles, weights)
+    assert statistics.mean == pytest.approx(heavy.mean(axis=0), abs=1e-3)
+    assert statistics.cluster_weight == pytest.approx(0.6)
+    assert statistics.cluster_count == 2
+    assert mean_and_covariance(heavy, weights[900:]).covariance[0, 0] == pytest.approx(heavy[:, 0].var(), rel=1e-9)
+    assert statistics.covariance[0, 0] == pytest.approx(0.24 * 25.0, rel=0.02)
+
+
+def test_clusters_reach_around_half_a_turn():
+    """Where upstream cuts a cluster in two at +-180 degrees."""
+    yaw = np.array([3.1, 3.12, -3.1, -3.13])
+    statistics = particle_statistics(np.column_stack([np.zeros((4, 2)), yaw]), np.full(4, 0.25))
+    assert statistics.cluster_count == 1
+    assert abs(statistics.mean.yaw_rad) == pytest.approx(
+        np.mean([3.1, 3.12, 2 * math.pi - 3.1, 2 * math.pi - 3.13]), abs=1e-3
+    )
+    assert statistics.covariance[2, 2] < 0.01
+
+
+def test_covariance_of_a_known_gaussian():
+    rng = np.random.default_rng(7)
+    covariance = np.array([[0.04, 0.01, 0.0], [0.01, 0.09, 0.0], [0.0, 0.0, 0.06]])
+    draws = rng.multivariate_normal([1000.0, -2000.0, 3.1], covariance, 100_000)
+    mean, measured = mean_and_covariance(draws, np.ones(100_000))
+    assert mean == pytest.approx((1000.0, -2000.0, 3.1), abs=0.005)
+    assert measured == pytest.approx(covariance, abs=0.001)
 
 
 def test_clusters_are_those_of_a_plain_flood_fill():
@@ -32,3 +75,125 @@ def test_clusters_are_those_of_a_plain_flood_fill():
             bins -= near
             pending += near
     assert particle_statistics(particles, weights / weights.sum()).cluster_count == clusters
+
+
+# A map of four free cells of 5 m.
+FREE_CELLS = FreeCells(OccupancyGrid(np.zeros((2, 2), np.int8), 5.0, Pose2D(-2.25, -2.25, 0.0)))
+
+
+CENTRES = np.array([[0.25, 0.25], [5.25, 0.25], [0.25, 5.25], [5.25, 5.25]])
+
+
+# Exact 99 % quantiles of the chi-square distribution by degrees of freedom (any table).
+CHI_SQUARE_99 = {10: 23.209, 50: 76.154, 100: 135.807}
+
+
+Z_99 = 2.3263479
+
+
+def fixed_count(count):
+    return np.full(count + 1, count)
+
+
+@pytest.mark.parametrize('freedom', CHI_SQUARE_99)
+def test_kld_limit_is_the_chi_square_bound(freedom):
+    """n = chi-square / (2 error) with k - 1 degrees of freedom; Wilson-Hilferty is within 0.2 %."""
+    exact = CHI_SQUARE_99[freedom] / (2 * 0.01)
+    assert kld_limit(freedom + 1, 0.01, Z_99, 1, 10**6) == pytest.approx(exact, rel=2e-3)
+
+
+def test_kld_limit_keeps_the_divergence_within_bounds():
+    """99 % of sample sets of that size diverge less than kld_err from what they are drawn from."""
+    bins, kld_err = 30, 0.05
+    probabilities = np.random.default_rng(0).dirichlet(np.ones(bins))
+    count = kld_limit(bins, kld_err, Z_99, 1, 10**6)
+    drawn = np.random.default_rng(1).multinomial(count, probabilities, size=20_000) / count
+    terms = np.where(drawn > 0, drawn * np.log(np.where(drawn > 0, drawn, 1.0) / probabilities), 0.0)
+    assert (terms.sum(axis=1) <= kld_err).mean() == pytest.approx(0.99, abs=0.005)
+
+
+def test_kld_limit_by_hand_and_at_its_ends():
+    # k = 31: 30 / 0.04 (1 - 2/270 + 0.99 sqrt(2/270))^3
+    assert (
+        kld_limit(31, 0.02, 0.99, 100, 5000) == math.ceil(750 * (1 - 2 / 270 + 0.99 * math.sqrt(2 / 270)) ** 3) == 940
+    )
+    assert kld_limit(2, 0.02, 0.99, 100, 5000) == 100
+    assert kld_limit(5000, 0.02, 0.99, 100, 5000) == 5000
+    assert kld_limit(1, 0.02, 0.99, 100, 5000) == 5000  # as upstream: one bin is no bound
+    assert kld_limit(0, 0.02, 0.99, 100, 5000) == 5000
+
+
+def test_particles_stop_when_the_bins_they_fill_have_enough():
+    limits = kld_limits(AmclParams(min_particles=10, max_particles=4000, kld_err=0.02))
+    rng = np.random.default_rng(0)
+    for spread in (0.3, 1.0, 3.0):
+        cloud = np.column_stack([rng.normal(0, spread, (4000, 2)), np.zeros(4000)])
+        drawn = resample(cloud, np.full(4000, 1 / 4000), limits, 0.0, FREE_CELLS, rng)
+        bins = len(np.unique(np.floor(drawn[:, :2] / 0.5), axis=0))
+        # Upstream stops at the first particle past the limit.
+        assert len(drawn) == min(limits[bins] + 1, 4000)
+    one_bin = np.zeros((50, 3)) + 0.1
+    assert len(resample(one_bin, np.full(50, 0.02), limits, 0.0, FREE_CELLS, rng)) == 4000
+
+
+def test_each_particle_is_drawn_as_often_as_its_weight_says():
+    """Low variance: n p rounded up or down, where independent draws vary by n p (1 - p)."""
+    weights = np.array([0.5, 0.0, 0.3, 0.15, 0.05])
+    particles = np.column_stack([np.arange(5.0), np.zeros((5, 2))])
+    for count in (7, 3000):
+        drawn = resample(particles, weights, fixed_count(count), 0.0, FREE_CELLS, np.random.default_rng(2))
+        counts = np.bincount(drawn[:, 0].astype(int), minlength=5)
+        assert (np.abs(counts - count * weights) < 1.0 + 1e-9).all()
+        assert counts[1] == 0
+
+
+@pytest.mark.parametrize('count', [1, 10, 4181])
+def test_places_are_those_of_systematic_resampling(count):
+    assert np.sort(even_places(count, 0.3)) == pytest.approx((np.arange(count) + 0.3) / count)
+
+
+@pytest.mark.parametrize('first', [50, 400])
+def test_the_first_places_are_spread_nearly_as_evenly(first):
+    """By the three-gap theorem; of independent places, the largest gap is about log n / n."""
+    gaps = np.diff(np.sort(even_places(3000, 0.0)[:first]), append=1.0)
+    assert gaps.max() < 2.0 / first + 1.0 / 3000
+
+
+def test_the_recovery_fraction_is_drawn_anywhere():
+    particles = np.full((10, 3), 0.1)
+    drawn = resample(particles, np.full(10, 0.1), fixed_count(40_000), 0.3, FREE_CELLS, np.random.default_rng(4))
+    anywhere = drawn[(drawn != 0.1).all(axis=1)]
+    assert len(anywhere) / 40_000 == pytest.approx(0.3, abs=0.01)
+    cells = [(anywhere[:, :2] == centre).all(axis=1).mean() for centre in CENTRES]
+    assert cells == pytest.approx([0.25] * 4, abs=0.02)
+    headings = np.histogram(anywhere[:, 2], bins=8, range=(-math.pi, math.pi))[0] / len(anywhere)
+    assert headings == pytest.approx([1 / 8] * 8, abs=0.02)
+
+
+def test_averages_of_the_likelihood_call_for_recovery():
+    averages = LikelihoodAverages(alpha_slow=0.001, alpha_fast=0.1)
+    assert averages.fraction_anywhere() == 0.0
+    averages.add(2.0)
+    assert averages.fraction_anywhere() == 0.0
+    averages.add(1.0)
+    assert (averages.slow, averages.fast) == pytest.approx((1.999, 1.9))
+    assert averages.fraction_anywhere() == pytest.approx(1 - 1.9 / 1.999)
+    averages.add(10.0)
+    assert averages.fraction_anywhere() == 0.0
+    averages.reset()
+    averages.add(0.5)
+    assert (averages.slow, averages.fast) == (0.5, 0.5)
+
+
+def test_effective_count():
+    assert effective_count(np.full(8, 1 / 8)) == pytest.approx(8)
+    assert effective_count(np.array([1.0, 0.0])) == pytest.approx(1)
+
+
+def test_draws_have_no_bias():
+    particles = np.column_stack([np.arange(3.0), np.zeros((3, 2))])
+    weights = np.array([0.24, 0.43, 0.33])
+    rng = np.random.default_rng(3)
+    drawn = [resample(particles, weights, fixed_count(10), 0.0, FREE_CELLS, rng)[:, 0] for _ in range(4000)]
+    # At most one more or less than n p, so the standard deviation of a count's mean is below 0.5 / sqrt(4000).
+    assert np.bincount(np.concatenate(drawn).astype(int)) / 4000 == pytest.approx(10 * weights, abs=0.03)

@@ -1,12 +1,258 @@
-"""All laser models: what they have in common."""
+"""The laser models and their rays against formulas and brute force in plain Python."""
+
+import math
 
 import numpy as np
 import pytest
 
-from amcl_world import pillar_room, simulated_scan
+from amcl_world import RANGE_MAX_M, pillar_room, simulated_scan
+from diff_encoder_sim.base.errors import InputFault
+from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.localization.laser_models import laser_model
-from laser_model_cases import params
+from diff_encoder_sim.localization.amcl_params import AmclParams
+from diff_encoder_sim.localization.beams import beam_step, beam_step_rounded_up, select_beams
+from diff_encoder_sim.localization.laser_models import cast_ray, laser_model
+from diff_encoder_sim.localization.likelihood_field import distance_field
+from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED
+
+LASER_POSE = Pose2D(0.15, -0.05, 0.3)
+
+
+RANGE_LIMIT_M = 3.5
+
+
+def params(**changes):
+    return AmclParams(**{**dict(laser_max_range=RANGE_LIMIT_M, laser_max_beams=10), **changes})
+
+
+def turned_room():
+    """The room on a grid whose own frame is turned in the map."""
+    return pillar_room()._replace(origin=Pose2D(-3.0, -2.5, 0.4))
+
+
+def particles_in_room(count, rng):
+    """Spread so wide that some rays leave the map."""
+    return np.column_stack([rng.normal(0, 1.5, (count, 2)), rng.uniform(-np.pi, np.pi, count)])
+
+
+def scan_with_gaps(grid, pose):
+    scan = simulated_scan(grid, pose, ray_count=37, laser_pose_in_base=LASER_POSE)
+    ranges = scan.ranges_m.copy()
+    ranges[[4, 12]], ranges[8], ranges[16] = np.nan, np.inf, 0.1
+    return scan._replace(ranges_m=ranges)
+
+
+def brute_force_distances(occupied, resolution_m, max_distance_m):
+    rows, columns = np.nonzero(occupied)
+    distances = np.full(occupied.shape, max_distance_m)
+    for row in range(occupied.shape[0]):
+        for column in range(occupied.shape[1]):
+            if len(rows):
+                nearest = np.hypot(rows - row, columns - column).min() * resolution_m
+                distances[row, column] = min(nearest, max_distance_m)
+    return distances
+
+
+def reference_rays(grid, scan, particle, step):
+    """(range, direction in the map, laser x, y) of each ray that counts, one by one."""
+    cos_yaw, sin_yaw = math.cos(particle[2]), math.sin(particle[2])
+    laser_x = particle[0] + cos_yaw * LASER_POSE.x_m - sin_yaw * LASER_POSE.y_m
+    laser_y = particle[1] + sin_yaw * LASER_POSE.x_m + cos_yaw * LASER_POSE.y_m
+    for index in range(0, len(scan.ranges_m), step):
+        bearing = scan.angle_min_rad + index * scan.angle_increment_rad
+        yield (scan.ranges_m[index], particle[2] + LASER_POSE.yaw_rad + bearing, laser_x, laser_y)
+
+
+def test_step_between_beams_is_upstreams():
+    assert beam_step(1000, 180) == 5  # so 200 beams, not 180
+    assert beam_step_rounded_up(1000, 180) == 6
+    assert beam_step(20, 30) == beam_step_rounded_up(20, 30) == 1
+
+
+@pytest.mark.parametrize('hits_only', [True, False])
+@pytest.mark.parametrize('dtype', [np.float32, np.float64])
+def test_the_rays_that_count_are_those_within_limits(hits_only, dtype):
+    rng = np.random.default_rng(2)
+    ranges_m = rng.uniform(-0.5, 7.0, 500).astype(dtype)
+    ranges_m[rng.integers(0, 500, 60)] = rng.choice([np.nan, np.inf, -np.inf, 0.15, 3.5], 60)
+    ranges_m.setflags(write=False)  # as of a message
+    beams = select_beams(Scan(0, -2.0, 0.01, 0.15, 6.0, ranges_m), 3, LASER_POSE, params(), hits_only)
+    expected = [
+        (range_m if 0.15 < range_m <= 3.5 else 3.5, 0.3 + (-2.0 + 0.03 * ray))
+        for ray, range_m in enumerate(ranges_m[::3].astype(float).tolist())
+        if not math.isnan(range_m) and (0.15 < range_m < 3.5 or not hits_only)
+    ]
+    assert np.column_stack(beams[:2]) == pytest.approx(np.array(expected), rel=1e-14)
+    assert beams[2:] == (LASER_POSE.x_m, LASER_POSE.y_m, 3.5)
+
+
+def test_no_return_counts_in_the_beam_model_and_nan_does_not():
+    laser = laser_model(params(laser_model_type='beam'), pillar_room())
+    scan = Scan(0, 0.0, 0.1, 0.15, 6.0, np.full(36, np.inf))
+    assert (laser.beams(scan, Pose2D(0, 0, 0)).ranges_m == RANGE_LIMIT_M).all()
+    with pytest.raises(InputFault, match='none of 36 rays'):
+        laser.beams(scan._replace(ranges_m=np.full(36, np.nan)), Pose2D(0, 0, 0))
+
+
+@pytest.mark.parametrize(
+    ('changes', 'message'),
+    [
+        (dict(angle_increment_rad=0.0), 'angle_increment 0 with 36 ranges'),
+        (dict(angle_min_rad=np.nan), 'angle_min nan'),
+        (dict(range_max_m=-1.0), 'range_max -1'),
+        (dict(range_min_m=np.nan), 'range_min nan'),
+        (dict(ranges_m=np.ones((2, 2))), 'expected at least one'),
+    ],
+)
+def test_a_scan_without_geometry_is_refused(changes, message):
+    scan = Scan(0, 0.0, 0.1, 0.15, 6.0, np.ones(36))._replace(**changes)
+    with pytest.raises(InputFault, match=message):
+        laser_model(params(), pillar_room()).beams(scan, Pose2D(0, 0, 0))
+
+
+@pytest.mark.parametrize(('shape', 'fraction'), [((1, 40), 0.1), ((17, 31), 0.0), ((30, 23), 0.003), ((30, 30), 0.3)])
+def test_distances_are_exact(shape, fraction):
+    for seed in range(2):
+        occupied = np.random.default_rng(seed).random(shape) < fraction
+        for limit_m in (0.3, 100.0):
+            field = distance_field(occupied, 0.05, limit_m)
+            assert field.distances_m[field.indices] == pytest.approx(
+                brute_force_distances(occupied, 0.05, limit_m), rel=1e-12
+            )
+            assert field.distances_m[-1] == limit_m
+
+
+def reference_field(grid, distances, scan, particle, step):
+    """Distance from each returned ray's end to the nearest obstacle."""
+    for range_m, direction, x, y in reference_rays(grid, scan, particle, step):
+        if math.isnan(range_m) or range_m <= scan.range_min_m or range_m >= RANGE_LIMIT_M:
+            continue
+        row, column = grid.cell_at(x + range_m * math.cos(direction), y + range_m * math.sin(direction))
+        yield distances[row, column] if grid.contains(row, column) else None
+
+
+@pytest.mark.parametrize('model', ['likelihood_field', 'likelihood_field_prob'])
+def test_field_weights_are_the_formula(model):
+    grid, settings = turned_room(), params(laser_model_type=model)
+    distances = brute_force_distances(grid.cells == OCCUPIED, grid.resolution_m, 2.0)
+    scan = scan_with_gaps(grid, Pose2D(0.3, 0.2, 0.5))
+    particles = particles_in_room(60, np.random.default_rng(3))
+    laser = laser_model(settings, grid)
+    likelihoods = laser.likelihoods(particles, laser.beams(scan, LASER_POSE), False)
+    step = {'likelihood_field': 4, 'likelihood_field_prob': 4}[model]
+    for particle, factor in zip(particles, likelihoods.factors):
+        probabilities = [
+            0.95 * math.exp(-((2.0 if d is None else d) ** 2) / (2 * 0.2**2)) + 0.05 / RANGE_LIMIT_M
+            for d in reference_field(grid, distances, scan, particle, step)
+        ]
+        assert len(probabilities) < 10
+        if model == 'likelihood_field':
+            assert factor == pytest.approx(1.0 + sum(p**3 for p in probabilities), rel=1e-9)
+        else:
+            assert math.log(factor) + likelihoods.log_scale == pytest.approx(
+                sum(math.log(p) for p in probabilities), rel=1e-8
+            )
+
+
+def test_a_product_of_many_unlikely_rays_does_not_vanish():
+    grid = pillar_room()
+    laser = laser_model(params(laser_model_type='likelihood_field_prob', laser_max_beams=1000, laser_z_rand=1e-4), grid)
+    scan = simulated_scan(grid, Pose2D(0, 0, 0), ray_count=720)
+    particles = particles_in_room(50, np.random.default_rng(0)) + [100.0, 0.0, 0.0]
+    particles[:5, 0] -= 100.0
+    factors = laser.likelihoods(particles, laser.beams(scan, LASER_POSE), False).factors
+    assert factors.max() == 1.0 and np.isfinite(factors).all()
+
+
+def person_in_front(grid, pose):
+    """A scan with a third of its rays cut short by what is not on the map."""
+    scan = simulated_scan(grid, pose, ray_count=36)
+    ranges = scan.ranges_m.copy()
+    ranges[:12] = 0.9
+    return scan._replace(ranges_m=ranges)
+
+
+def test_beam_skipping_leaves_out_what_is_not_on_the_map():
+    """With a third of the rays cut short, the weights are those of the other rays alone."""
+    grid, pose = pillar_room(), Pose2D(0.2, -0.5, 0.0)
+    settings = dict(laser_model_type='likelihood_field_prob', laser_max_beams=36, beam_skip_distance=0.2)
+    skipping = laser_model(params(do_beamskip=True, **settings), grid)
+    plain = laser_model(params(**settings), grid)
+    scan = person_in_front(grid, pose)
+    seen = scan.ranges_m.copy()
+    seen[:12] = np.nan
+    rng = np.random.default_rng(4)
+    particles = np.array(pose) + rng.normal(0, 0.02, (200, 3))
+    no_laser_offset = Pose2D(0, 0, 0)
+    beams = skipping.beams(scan, no_laser_offset)
+    skipped = skipping.likelihoods(particles, beams, True)
+    others = plain.likelihoods(particles, plain.beams(scan._replace(ranges_m=seen), no_laser_offset), True)
+    assert skipped.factors == pytest.approx(others.factors)
+    # Not before the filter has converged, and not when nearly all rays disagree.
+    everything = plain.likelihoods(particles, beams, True)
+    assert skipping.likelihoods(particles, beams, False).factors == pytest.approx(everything.factors)
+    elsewhere = particles + [50.0, 0.0, 0.0]
+    assert skipping.likelihoods(elsewhere, beams, True).factors == pytest.approx(
+        plain.likelihoods(elsewhere, beams, True).factors
+    )
+
+
+def test_beam_weights_are_the_formula():
+    grid, settings = turned_room(), params(laser_model_type='beam', laser_lambda_short=0.4)
+    scan = scan_with_gaps(grid, Pose2D(0.3, 0.2, 0.5))
+    particles = particles_in_room(40, np.random.default_rng(5))
+    laser = laser_model(settings, grid)
+    factors = laser.likelihoods(particles, laser.beams(scan, LASER_POSE), False).factors
+    blocked = grid.cells != FREE
+    for particle, factor in zip(particles, factors):
+        expected = 1.0
+        for range_m, direction, x, y in reference_rays(grid, scan, particle, 4):
+            if math.isnan(range_m):
+                continue
+            no_return = range_m <= scan.range_min_m or range_m >= RANGE_LIMIT_M
+            measured_m = RANGE_LIMIT_M if no_return else range_m
+            end_x, end_y = x + RANGE_LIMIT_M * math.cos(direction), y + RANGE_LIMIT_M * math.sin(direction)
+            start, end = (Pose2D(*point, 0.0).relative_to(grid.origin) for point in ((x, y), (end_x, end_y)))
+            cast_m = 0.05 * cast_ray(
+                blocked, start.x_m / 0.05, start.y_m / 0.05, end.x_m / 0.05, end.y_m / 0.05, RANGE_LIMIT_M / 0.05
+            )
+            p = 0.95 * math.exp(-((measured_m - cast_m) ** 2) / (2 * 0.2**2))
+            p += 0.1 * 0.4 * math.exp(-0.4 * measured_m) if measured_m < cast_m else 0.0
+            p += 0.05 if no_return else 0.05 / RANGE_LIMIT_M
+            expected += p**3
+        assert factor == pytest.approx(expected, rel=1e-9)
+
+
+def test_rays_cast_on_the_grid_are_as_long_as_the_room_says():
+    """Within two cells of marching through the map, but for a few that graze a corner.
+
+    Bresenham's line goes from cell centre to cell centre.
+    """
+    grid, pose = pillar_room(), Pose2D(0.2, -0.4, 0.3)
+    scan = simulated_scan(grid, pose, ray_count=90)
+    local = pose.relative_to(grid.origin)
+    directions = local.yaw_rad + scan.bearings_rad()
+    cast = [
+        cast_ray(
+            grid.cells != FREE,
+            local.x_m / 0.05,
+            local.y_m / 0.05,
+            (local.x_m + RANGE_MAX_M * math.cos(direction)) / 0.05,
+            (local.y_m + RANGE_MAX_M * math.sin(direction)) / 0.05,
+            1e9,
+        )
+        for direction in directions
+    ]
+    assert (np.abs(0.05 * np.array(cast) - scan.ranges_m) < 0.1).mean() > 0.95
+
+
+def test_a_ray_that_meets_nothing_is_as_long_as_asked():
+    free = np.zeros((9, 9), dtype=bool)
+    assert cast_ray(free, 4.5, 4.5, 7.5, 4.5, 3.0) == 3.0
+    assert cast_ray(free, 4.5, 4.5, 4.5, 4.5, 0.5) == 0.5
+    assert cast_ray(free, 4.5, 4.5, 104.5, 4.5, 100.0) == 5.0  # the border ends it
+    assert cast_ray(free, 4.5, 4.5, 4.5, -95.5, 100.0) == 5.0
+    assert cast_ray(free, -50.0, 4.5, 9.0, 4.5, 59.0) == 1.0  # from off the map: at once
 
 
 @pytest.mark.parametrize('model', ['beam', 'likelihood_field', 'likelihood_field_prob'])

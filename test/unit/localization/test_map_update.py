@@ -1,4 +1,4 @@
-"""Rays entered into maps, cell by cell."""
+"""Which rays the mapper uses, and how they are entered into maps."""
 
 import math
 
@@ -53,3 +53,25 @@ def test_the_laser_is_where_it_is_mounted():
     hit = np.argwhere(cells_of(maps, 0)[..., HITS])[0]
     # Base at (1, -1) heading west: the laser at (0.7, -1.1), looking south.
     assert ((hit + 0.5) * CELL_M - 4.0).tolist() == pytest.approx([-2.1, 0.7], abs=0.026)
+
+
+@pytest.mark.parametrize(
+    ('given', 'changes', 'hit', 'length_m'),
+    [
+        (2.0, {}, True, 2.0),
+        (5.995, {}, None, None),  # beyond range_max less 1 cm
+        (math.inf, {}, None, None),
+        (math.inf, {'maxRange': 6.0, 'maxUrange': 5.0}, False, 5.0),  # nothing up to range_max
+        (math.inf, {'maxRange': 6.0}, False, 6.0),
+        (4.0, {'maxUrange': 3.0}, False, 3.0),
+        (math.nan, {}, None, None),
+        (-math.inf, {}, None, None),
+        (0.05, {}, None, None),
+    ],
+)
+def test_how_a_range_is_used(given, changes, hit, length_m):
+    rays = rays_of([given], **changes)
+    if hit is None:
+        assert len(rays.lengths_m) == 0
+    else:
+        assert rays.lengths_m.tolist() == [length_m] and rays.is_hit.tolist() == [hit]

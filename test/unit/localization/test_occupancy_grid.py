@@ -1,4 +1,4 @@
-"""Cells, points and crops of occupancy grids."""
+"""Cells, points and crops of occupancy grids, and where their free cells are."""
 
 import math
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
-from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, UNKNOWN, FreeCells, OccupancyGrid, occupancy
 from grid_cells import cell_centre
 
 
@@ -38,6 +38,23 @@ def test_a_crop_keeps_what_is_known_where_it_was():
     assert np.sum(crop.cells != UNKNOWN) == 2
 
 
-def test_a_grid_without_known_cells_is_not_cropped():
-    grid = OccupancyGrid(np.full((3, 4), UNKNOWN, dtype=np.int8), 0.5, IDENTITY)
-    assert grid.cropped(0.0) is grid
+def test_occupancy_of_cells():
+    visits = np.array([[0, 10, 10, 10, 0, 0, 0]], dtype=float)
+    hits = np.array([[0, 2, 3, 10, 0, 0, 0]], dtype=float)
+    assert occupancy(hits, visits, 0.25).tolist() == [[-1, 0, 100, 100, -1, -1, -1]]
+
+
+def test_stray_hits_behind_a_wall_are_unknown():
+    hits = np.array([[0, 50, 9, 0, 9]], dtype=float)
+    visits = np.array([[60, 60, 9, 0, 9]], dtype=float)
+    assert occupancy(hits, visits, 0.25).tolist() == [[0, 100, -1, -1, 100]]
+
+
+def test_free_cells_are_where_the_grids_own_frame_is():
+    cells = np.array([[OCCUPIED, FREE], [UNKNOWN, FREE]], np.int8)
+    free_cells = FreeCells(OccupancyGrid(cells, 0.5, Pose2D(10.0, 20.0, math.pi / 2)))
+    assert len(free_cells) == 2
+    assert free_cells.centres(np.array([1, 0, 1])) == pytest.approx(
+        np.array([[9.25, 20.75], [9.75, 20.75], [9.25, 20.75]])
+    )
+    assert free_cells.centres(np.empty(0, int)).shape == (0, 2)

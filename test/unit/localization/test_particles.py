@@ -1,4 +1,4 @@
-"""How particle sets are drawn and measured; refusing bad input is tested with the filter (test_amcl_input.py)."""
+"""Particle sets: how they are drawn, moved, weighed and measured."""
 
 import math
 
@@ -6,12 +6,21 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
+from diff_encoder_sim.localization.amcl_params import AmclParams
+from diff_encoder_sim.localization.beams import Likelihoods
 from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, UNKNOWN, FreeCells, OccupancyGrid
 from diff_encoder_sim.localization.particles import (
+    Move,
+    ParticleSet,
+    decompose,
+    diff_corrected_noise,
+    diff_noise,
     even_normals,
     has_converged,
+    motion_model,
     particles_around,
     particles_everywhere,
+    sample_motion,
     weight_near,
 )
 
@@ -21,22 +30,6 @@ def test_particles_around_a_pose_have_its_mean_and_covariance():
     particles = particles_around(Pose2D(1.0, -2.0, 0.3), covariance, 100_000, np.random.default_rng(0))
     assert particles.mean(axis=0) == pytest.approx([1.0, -2.0, 0.3], abs=0.005)
     assert np.cov(particles.T) == pytest.approx(covariance, abs=0.001)
-
-
-def test_normal_draws_are_spread_evenly():
-    """Their mean and variance are nearer to 0 and 1 than those of independent draws: by 1 / sqrt(n), sqrt(2 / n)."""
-    for seed in range(5):
-        normals = even_normals(3000, np.random.default_rng(seed))
-        assert normals.mean(axis=0) == pytest.approx([0.0] * 3, abs=0.3 / math.sqrt(3000))
-        assert np.cov(normals.T) == pytest.approx(np.eye(3), abs=0.9 / math.sqrt(3000))
-    assert np.isfinite(even_normals(1, np.random.default_rng(0))).all()
-
-
-def test_headings_of_particles_are_wrapped():
-    particles = particles_around(Pose2D(0.0, 0.0, math.pi), np.diag([0.0, 0.0, 0.01]), 1000, np.random.default_rng(0))
-    assert ((particles[:, 2] >= -math.pi) & (particles[:, 2] < math.pi)).all()
-    assert (particles[:, 2] < 0.0).mean() == pytest.approx(0.5, abs=0.1)
-    assert (particles[:, :2] == 0.0).all()
 
 
 def test_particles_everywhere_are_on_the_free_cells_with_any_heading():
@@ -55,3 +48,159 @@ def test_a_set_has_converged_when_none_is_farther_than_half_a_metre_from_the_mea
 def test_the_weight_near_a_pose_counts_along_x_and_y():
     particles = np.array([[0.0, 0.0, 0.0], [0.4, 0.4, 3.0], [0.6, 0.0, 0.0]])
     assert weight_near(particles, np.array([0.5, 0.3, 0.2]), Pose2D(0.0, 0.0, 1.0), 0.5) == pytest.approx(0.8)
+
+
+FREE_CELLS = FreeCells(OccupancyGrid(np.zeros((1, 1), np.int8), 1.0, IDENTITY))
+
+
+TOGETHER = np.zeros((4, 3))
+
+
+APART = np.array([[0.0, 0.0, 0.0], [5.0, 0.0, 0.0], [0.0, 5.0, 0.0], [5.0, 5.0, 0.0]])
+
+
+def particle_set(particles, **changes):
+    params = AmclParams(min_particles=4, max_particles=4, **changes)
+    return ParticleSet(params, particles, np.random.default_rng(0))
+
+
+def test_weights_are_multiplied_by_the_likelihoods():
+    found = particle_set(APART)
+    found.weigh(Likelihoods(np.array([1.0, 2.0, 3.0, 2.0]), -1000.0))
+    found.weigh(Likelihoods(np.array([1.0, 1.0, 0.0, 1.0]), 0.0))
+    assert found.weights == pytest.approx([0.2, 0.4, 0.0, 0.4])
+
+
+def test_a_scan_that_no_particle_explains_makes_the_weights_equal():
+    found = particle_set(APART)
+    found.weigh(Likelihoods(np.array([1.0, 2.0, 3.0, 4.0]), 0.0))
+    before = found.averages.slow
+    found.weigh(Likelihoods(np.zeros(4), 0.0))
+    assert found.weights == pytest.approx([0.25] * 4)
+    assert found.averages.slow == before
+
+
+def test_particles_that_have_settled_once_stay_settled_until_a_restart():
+    found = particle_set(APART)
+    assert not found.has_settled
+    found.weigh(Likelihoods(np.array([1.0, 0.0, 0.0, 0.0]), 0.0))
+    found.resample(FREE_CELLS)
+    assert found.has_settled and found.has_converged
+    found.move(IDENTITY, Pose2D(50.0, 0.0, 0.0))
+    found.resample(FREE_CELLS)
+    assert found.has_settled
+    found.restart(APART)
+    assert not found.has_settled and not found.has_converged
+    found.restart(TOGETHER)
+    assert found.has_settled and not found.has_converged  # upstream: not before it has resampled
+
+
+DRAWS = 200_000
+
+
+ALPHAS = dict(odom_alpha1=0.1, odom_alpha2=0.02, odom_alpha3=0.05, odom_alpha4=0.03)
+
+
+def params(**changes):
+    return AmclParams(**{**ALPHAS, **changes})
+
+
+def draws(model, previous, current, start=(0.0, 0.0, 0.0)):
+    particles = np.tile(np.array(start), (DRAWS, 1))
+    return motion_model(params(odom_model_type=model))(particles, previous, current, np.random.default_rng(1))
+
+
+def expect(samples, mean, variance):
+    """Sample moments lie within five standard errors of a nearly Gaussian quantity's."""
+    assert samples.mean() == pytest.approx(mean, abs=5 * math.sqrt(variance / DRAWS) + 1e-12)
+    assert samples.var() == pytest.approx(variance, rel=5 * math.sqrt(2.5 / DRAWS), abs=1e-12)
+
+
+# Variances of (turn, drive, turn) for turn 0.4, drive 0.5, turn -0.3, by table 5.6.
+VARIANCES = (0.1 * 0.16 + 0.02 * 0.25, 0.05 * 0.25 + 0.03 * (0.16 + 0.09), 0.1 * 0.09 + 0.02 * 0.25)
+
+
+@pytest.mark.parametrize(
+    ('model', 'sigmas'),
+    [
+        ('diff-corrected', [math.sqrt(variance) for variance in VARIANCES]),
+        ('diff', VARIANCES),  # upstream's: the variance taken for a standard deviation
+    ],
+)
+def test_moments_of_turn_drive_turn(model, sigmas):
+    """E cos and E cos^2 of a Gaussian angle give the mean and variance of the end point."""
+    previous = Pose2D(1.0, -2.0, 0.7)
+    current = previous.compose(Pose2D(0.5 * math.cos(0.4), 0.5 * math.sin(0.4), 0.1))
+    end = draws(model, previous, current)
+    turn1, drive, turn2 = sigmas
+    shrink, shrink_twice = math.exp(-(turn1**2) / 2), math.exp(-2 * turn1**2)
+    mean_x, mean_y = 0.5 * shrink * math.cos(0.4), 0.5 * shrink * math.sin(0.4)
+    square = 0.25 + drive**2
+    expect(end[:, 0], mean_x, square * (1 + shrink_twice * math.cos(0.8)) / 2 - mean_x**2)
+    expect(end[:, 1], mean_y, square * (1 - shrink_twice * math.cos(0.8)) / 2 - mean_y**2)
+    expect(end[:, 2], 0.1, turn1**2 + turn2**2)
+    # Only the first turn bends the path; it goes into the final heading as well.
+    # (Where noise turns the drive backwards, the end point lies on the same line, behind.)
+    bent = (np.arctan2(end[:, 1], end[:, 0]) - 0.4 + math.pi / 2) % math.pi - math.pi / 2
+    expect(bent, 0.0, turn1**2)
+    assert np.cov(bent, end[:, 2])[0, 1] == pytest.approx(turn1**2, rel=0.03)
+
+
+def test_turning_on_the_spot_shifts_the_robot_by_alpha4():
+    end = draws('diff-corrected', Pose2D(0, 0, 1.0), Pose2D(0, 0, 1.6))
+    expect(end[:, 0], 0.0, 0.03 * 0.36)
+    expect(end[:, 1], 0.0, 0.0)
+    expect(end[:, 2], 0.6, 0.1 * 0.36)
+
+
+def test_a_small_translation_has_no_direction():
+    sideways = Pose2D(0.0, 0.0099, 0.2)
+    assert decompose(Pose2D(0, 0, 0), sideways) == pytest.approx((0.0, 0.0099, 0.2))
+    assert decompose(Pose2D(0, 0, 0), Pose2D(0.0, 0.0101, 0.2)) == pytest.approx(
+        (math.pi / 2, 0.0101, 0.2 - math.pi / 2)
+    )
+
+
+def test_reversing_is_as_noisy_as_driving_ahead():
+    ahead = decompose(Pose2D(0, 0, 0), Pose2D(0.5, 0.0, 0.0))
+    astern = decompose(Pose2D(0, 0, 0), Pose2D(-0.5, 0.0, 0.0))
+    assert abs(astern.rotation1_rad) == pytest.approx(math.pi)
+    for noise in (diff_noise, diff_corrected_noise):
+        assert noise(astern, params()) == pytest.approx(noise(ahead, params()))
+
+
+def test_headings_stay_in_range_and_equal_seeds_in_step():
+    start = np.column_stack([np.zeros((1000, 2)), np.linspace(-math.pi, 3.14, 1000)])
+    results = []
+    for move in (Move(3.0, 0.1, 3.0), Move(0.0, 0.0, 0.0)):
+        rng = np.random.default_rng(2)
+        end = sample_motion(start, move, Move(1.0, 1.0, 1.0), rng)
+        assert (end[:, 2] >= -math.pi).all() and (end[:, 2] < math.pi).all()
+        results.append(rng.random())
+    assert results[0] == results[1]
+
+
+@pytest.mark.parametrize('turn_rad', [0.3, -1.0])
+def test_a_turn_on_the_spot_of_a_base_ahead_of_its_axle_is_a_turn(turn_rad):
+    """The axle stands still: the base's end is on a circle about it, and its noise that of the turn alone."""
+    behind = Pose2D(-0.1, 0.0, 0.0)
+    base_in_axle = Pose2D(0.1, 0.0, 0.0)
+    current = Pose2D(0.0, 0.0, turn_rad).compose(base_in_axle)
+    model = motion_model(params(odom_model_type='diff-corrected', axle_x=behind.x_m))
+    particles = np.tile(np.array(tuple(base_in_axle)), (DRAWS, 1))
+    end = model(particles, base_in_axle, current, np.random.default_rng(1))
+    variance = ALPHAS['odom_alpha1'] * turn_rad**2
+    expect(end[:, 2], turn_rad, variance)
+    drive = math.sqrt(ALPHAS['odom_alpha4'] * turn_rad**2)
+    axle = end[:, :2] - 0.1 * np.stack([np.cos(end[:, 2]), np.sin(end[:, 2])], axis=1)
+    assert np.sqrt((axle**2).sum(axis=1).mean()) == pytest.approx(drive, rel=0.02)
+    assert np.isfinite(end).all()
+
+
+def test_normal_draws_are_spread_evenly():
+    """Their mean and variance are nearer to 0 and 1 than those of independent draws: by 1 / sqrt(n), sqrt(2 / n)."""
+    for seed in range(5):
+        normals = even_normals(3000, np.random.default_rng(seed))
+        assert normals.mean(axis=0) == pytest.approx([0.0] * 3, abs=0.3 / math.sqrt(3000))
+        assert np.cov(normals.T) == pytest.approx(np.eye(3), abs=0.9 / math.sqrt(3000))
+    assert np.isfinite(even_normals(1, np.random.default_rng(0))).all()

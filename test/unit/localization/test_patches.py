@@ -6,8 +6,8 @@ import pytest
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.se2 import IDENTITY
 from diff_encoder_sim.localization.map_update import update_maps, usable_rays
-from diff_encoder_sim.localization.patches import HITS, SIDE, Extent
-from patch_memory import memory_bytes, patch_count, unshared_patch_count
+from diff_encoder_sim.localization.patches import HITS, Extent
+from patch_memory import patch_count, unshared_patch_count
 from slam_maps import CELL_M, cells_of, maps_of, rays_of
 from slam_room import params, room_scan
 
@@ -50,16 +50,6 @@ def test_references_are_those_of_the_tables():
             maps.resample(np.sort(rng.integers(0, 6, 6)))
 
 
-def test_capacity_doubles_and_keeps_what_is_there():
-    maps = maps_of(2)
-    update_maps(maps, np.zeros((2, 3)), rays_of([1.0, 2.0]))
-    before = [cells_of(maps, i).copy() for i in range(2)]
-    capacity, used = len(maps.references), patch_count(maps)
-    maps.ensure_free(capacity)
-    assert len(maps.references) == 2 * capacity and patch_count(maps) == used
-    assert all((cells_of(maps, i) == before[i]).all() for i in range(2))
-
-
 def test_maps_grow_where_they_must():
     maps = maps_of(2)
     update_maps(maps, np.zeros((2, 3)), rays_of([1.0]))
@@ -73,13 +63,3 @@ def test_maps_grow_where_they_must():
     with pytest.raises(InputFault, match='too large'):
         maps.cover(Extent(0.0, 0.0, 1e6, 1e6))
     assert cells_of(maps, 1).shape == cells.shape
-
-
-def test_memory_is_that_of_what_was_seen():
-    maps = maps_of(30)
-    table_bytes = 30 * 25 * 4
-    assert memory_bytes(maps) == table_bytes
-    update_maps(maps, np.zeros((30, 3)), rays_of([1.0]))
-    assert memory_bytes(maps) == table_bytes + 30 * 2 * SIDE * SIDE * 16
-    maps.resample(np.zeros(30, int))
-    assert memory_bytes(maps) == table_bytes + 2 * SIDE * SIDE * 16

@@ -1,4 +1,4 @@
-"""How a scan's rays are sorted by where they end on the map."""
+"""How rays are sorted by where they end on the map, and the decision lost or found."""
 
 import math
 
@@ -8,8 +8,9 @@ import pytest
 from amcl_world import ELSEWHERE, RESOLUTION_M, START, moved, pillar_room, simulated_scan
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
+from diff_encoder_sim.localization.amcl_params import AmclParams
 from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
-from diff_encoder_sim.localization.scan_fit import FitMap, ScanFit
+from diff_encoder_sim.localization.scan_fit import FitMap, LostDetector, ScanFit
 
 ROOM = pillar_room()
 
@@ -69,28 +70,6 @@ def test_rays_from_off_the_map_are_followed_onto_it(laser_x_m, range_m, expected
     assert FitMap(wall_ahead(), DISTANCE_M).fit(here, straight, IDENTITY) == expected
 
 
-def test_rays_that_pass_the_map_by_do_not_count():
-    for y_m, yaw_rad in ((-9.0, 0.0), (-9.0, 1.5), (9.0, math.pi), (2.6, math.pi / 4)):
-        here = Pose2D(-9.0, y_m, yaw_rad)
-        assert FitMap(wall_ahead(), DISTANCE_M).fit(here, rays_ahead(40.0), IDENTITY).fraction is None
-
-
-def test_rays_that_end_where_the_map_says_nothing_do_not_count():
-    grid = wall_ahead()
-    grid.cells[:, 60:] = UNKNOWN  # the wall included
-    for range_m in (1.0, 4.0):
-        assert FitMap(grid, DISTANCE_M).fit(IDENTITY, rays_ahead(range_m), IDENTITY).fraction is None
-
-
-def test_a_diagonal_wall_of_one_cell_lets_few_rays_through():
-    cells = np.full((100, 100), FREE, np.int8)
-    np.fill_diagonal(cells[:, ::-1], OCCUPIED)
-    grid = OccupancyGrid(cells, RESOLUTION_M, IDENTITY)
-    scan = Scan(0, 0.0, 0.5 * math.pi / 180, 0.1, 10.0, np.full(180, 4.5))
-    fit = FitMap(grid, DISTANCE_M).fit(Pose2D(0.3, 0.3, 0.0), scan, IDENTITY)
-    assert fit.through > 0.75 * 180 and fit.short < 0.15 * 180
-
-
 def test_the_fraction_of_rays_that_fit():
     assert ScanFit(30, 10, 40).fraction == pytest.approx(30 / (30 + 10 + 10))
     assert ScanFit(0, 0, 100).fraction == 0.0
@@ -113,3 +92,30 @@ def test_people_all_around_are_not_a_wrong_place():
     assert fit_map.fit(START, scan._replace(ranges_m=blocked), IDENTITY).fraction > 0.7
     for wrong in (ELSEWHERE, moved(START, 1.0, 0.0), moved(START, 0.0, math.radians(30))):
         assert fit_map.fit(wrong, scan, IDENTITY).fraction < 0.5
+
+
+def test_the_decision_needs_scans_in_a_row():
+    detector = LostDetector(AmclParams(lost_fraction=0.5, lost_scans=3), ROOM)
+    good, bad = simulated_scan(ROOM, START), simulated_scan(ROOM, ELSEWHERE)
+    none = good._replace(ranges_m=np.full(180, np.inf))
+    seen = []
+    for scan in (bad, bad, good, bad, none, bad, bad, good, good, bad, good, good, good):
+        detector.check(START, scan, IDENTITY, may_be_found=True)
+        seen.append(detector.is_lost)
+    assert seen == [False] * 6 + [True] * 6 + [False]
+
+
+def test_to_be_found_takes_a_larger_fraction_than_not_to_be_lost():
+    detector = LostDetector(AmclParams(lost_fraction=0.5, lost_scans=1), ROOM)
+    ranges = simulated_scan(ROOM, START).ranges_m.copy()
+    ranges[:140] = 0.5
+    so_so = simulated_scan(ROOM, START)._replace(ranges_m=ranges)
+    detector.check(START, so_so, IDENTITY, may_be_found=True)
+    assert 0.5 < detector.fit_fraction < 0.75 and not detector.is_lost
+    detector.declare_lost()
+    detector.check(START, so_so, IDENTITY, may_be_found=True)
+    assert detector.is_lost and detector.least_fraction == 0.75
+    detector.check(START, simulated_scan(ROOM, START), IDENTITY, may_be_found=False)
+    assert detector.is_lost
+    detector.check(START, simulated_scan(ROOM, START), IDENTITY, may_be_found=True)
+    assert not detector.is_lost

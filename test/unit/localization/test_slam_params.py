@@ -1,10 +1,22 @@
-"""Parameters under slam_gmapping's names."""
+"""Parameters under slam_gmapping's names; moves, weights and drawing from them."""
 
+import math
+
+import numpy as np
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.params import split_params
-from diff_encoder_sim.localization.slam_params import GridSlamParams
+from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
+from diff_encoder_sim.localization.slam_params import (
+    GridSlamParams,
+    apply_moves,
+    entropy_of,
+    move_sigmas,
+    normalised,
+    systematic_indices,
+)
+from slam_room import params
 
 # Of slam_gmapping's source (Noetic); maxRange and maxUrange follow the scan there.
 UPSTREAM = dict(
@@ -68,3 +80,34 @@ def test_nonsense_is_refused_in_one_line(bad):
     with pytest.raises(ConfigError) as error:
         GridSlamParams.from_mapping(bad, 'mapping.yaml')
     assert str(error.value).startswith('mapping.yaml: ') and '\n' not in str(error.value)
+
+
+def test_sigmas_of_a_move():
+    given = params(srr=0.1, srt=0.2, str=0.3, stt=0.4)
+    assert move_sigmas(Pose2D(1.0, 0.0, 0.0), given) == pytest.approx([0.1, 0.03, 0.2])
+    assert move_sigmas(Pose2D(-1.0, 0.0, -0.5), given) == pytest.approx([0.25, 0.18, 0.4])
+    assert (move_sigmas(IDENTITY, given) > 0.0).all()
+
+
+def test_moves_are_in_the_particles_frames():
+    moved = apply_moves(np.array([[1.0, 2.0, 0.5 * math.pi], [0.0, 0.0, 3.0]]), np.array([0.5, 0.1, 0.3]))
+    assert moved[0] == pytest.approx([0.9, 2.5, 0.5 * math.pi + 0.3])
+    assert moved[1, 2] == pytest.approx(3.3 - 2.0 * math.pi)
+
+
+def test_systematic_resampling_keeps_proportions():
+    weights = np.array([0.05, 0.5, 0.0, 0.25, 0.2])
+    counts = np.zeros(5)
+    for seed in range(2000):
+        indices = systematic_indices(weights, np.random.default_rng(seed))
+        assert (np.diff(indices) >= 0).all()
+        drawn = np.bincount(indices, minlength=5)
+        assert (np.abs(drawn - 5 * weights) < 1.0).all()
+        counts += drawn
+    assert counts / 10_000 == pytest.approx(weights, abs=0.005)
+
+
+def test_weights_from_logs_and_their_entropy():
+    assert normalised(np.array([-1e6, -1e6])) == pytest.approx([0.5, 0.5])
+    assert entropy_of(np.full(30, 1 / 30)) == pytest.approx(math.log(30))
+    assert entropy_of(np.array([1.0, 0.0])) == 0.0
