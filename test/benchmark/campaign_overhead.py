@@ -23,8 +23,8 @@ from tabulate import tabulate
 
 from diff_encoder_sim.base.bounds import Between
 from diff_encoder_sim.base.command_line import whole_number_within
-from diff_encoder_sim.trials.local_workers import local_workers
-from diff_encoder_sim.trials.trial_queue import TASKS_PER_THREAD
+from diff_encoder_sim.trials.cluster import local_workers
+from diff_encoder_sim.trials.engine import TASKS_PER_THREAD
 
 TRIALS = ROOT / 'test' / 'campaign_trials.py'
 FEW_TRIALS = 100  # what more trials cost than these is said: not the start

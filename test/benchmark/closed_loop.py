@@ -21,9 +21,8 @@ from tabulate import tabulate
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.localization.amcl_params import AmclParams
-from diff_encoder_sim.trials.lockstep_trial import LockstepTrial
+from diff_encoder_sim.trials.lockstep_trial import LockstepTrial, Report
 from diff_encoder_sim.trials.robot_params import load_robot_params
-from diff_encoder_sim.trials.wheel_reports import Report
 
 ROBOT = ROOT / 'urdf' / 'alto.urdf.xacro'
 CONFIG = ROOT / 'config'

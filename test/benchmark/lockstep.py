@@ -27,13 +27,12 @@ from diff_encoder_sim.localization.amcl import Amcl
 from diff_encoder_sim.navigation.navigator import Navigator
 from diff_encoder_sim.simulation.physics import BulletPhysics
 from diff_encoder_sim.simulation.simulator import Simulator
-from diff_encoder_sim.trials.lockstep_trial import LockstepTrials
+from diff_encoder_sim.trials.lockstep_trial import LockstepTrials, WheelReports
 from diff_encoder_sim.trials.lockstep_world import LockstepWorld
 from diff_encoder_sim.trials.navigating_driver import NavigatingDriver
 from diff_encoder_sim.trials.publications import BagPublications
 from diff_encoder_sim.trials.robot_params import RobotParams, load_robot_params
 from diff_encoder_sim.trials.trial_run import run_trial
-from diff_encoder_sim.trials.wheel_reports import WheelReports
 
 # Record modes, and how many times the bare stepping a trial of DLD may cost.
 MODES = {'full': 1.6, 'minimal': 1.4, 'none': None}

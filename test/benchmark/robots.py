@@ -27,8 +27,7 @@ from diff_encoder_sim.robots.simulated_robot import SimulatedRobot, load_simulat
 from diff_encoder_sim.simulation.self_check import FlatFloor
 from diff_encoder_sim.simulation.simulator import DriveController, SimulatorParams
 from diff_encoder_sim.simulation.state import TICK_NS, TICK_S
-from diff_encoder_sim.trials.robot_loading import load_robot
-from diff_encoder_sim.trials.robot_params import RobotConfig, load_robot_config, override
+from diff_encoder_sim.trials.robot_params import RobotConfig, load_robot, load_robot_config, override
 from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.wheel_encoder import DiffEncoder, EncoderParams

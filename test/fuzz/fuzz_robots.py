@@ -7,8 +7,7 @@ from diff_encoder_sim.base.command_line import run_tool
 from diff_encoder_sim.base.se2 import IDENTITY
 from diff_encoder_sim.robots.xacro_expansion import xacro_arguments
 from diff_encoder_sim.simulation.simulator import Simulator
-from diff_encoder_sim.trials.robot_loading import load_robot
-from diff_encoder_sim.trials.robot_params import load_robot_config, override
+from diff_encoder_sim.trials.robot_params import load_robot, load_robot_config, override
 from generated_robots import RECIPES, urdf_of
 from odd_values import ODD_VALUES, damaged, odd_mapping, odd_xml, pick, write_yaml
 from places import ROOT

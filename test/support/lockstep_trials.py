@@ -6,9 +6,8 @@ import numpy as np
 
 from diff_encoder_sim.drives.test_definition import TestDefinition, find_world
 from diff_encoder_sim.drives.trial_definition import Trial, TrialPlan
-from diff_encoder_sim.trials.latency import LatencyParams
 from diff_encoder_sim.trials.lockstep_trial import LockstepTrial
-from diff_encoder_sim.trials.robot_params import load_robot_params
+from diff_encoder_sim.trials.robot_params import LatencyParams, load_robot_params
 from places import ROOT
 
 ALTO = ROOT / 'urdf' / 'alto.urdf.xacro'

@@ -10,8 +10,7 @@ from diff_encoder_sim.advice.drawn_robot import DrawnRobot, drawn_robot
 from diff_encoder_sim.advice.drive_draws import DriveDraws
 from diff_encoder_sim.advice.error_free_drives import Drive, scripted
 from diff_encoder_sim.navigation.goal_stopping import StopSpread
-from diff_encoder_sim.trials.robot_loading import load_robot
-from diff_encoder_sim.trials.robot_params import load_robot_config, override
+from diff_encoder_sim.trials.robot_params import load_robot, load_robot_config, override
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 from drawn_drives import encoder_of, robot_of, rolled
 from generated_robots import Recipe, urdf_of

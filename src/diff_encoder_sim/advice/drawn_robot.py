@@ -12,8 +12,7 @@ from diff_encoder_sim.navigation.goal_stopping import StopSpread
 from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.robots.simulated_robot import TrueWheels, load_simulated_robot
 from diff_encoder_sim.simulation.simulator import WheelErrorParams
-from diff_encoder_sim.trials.robot_params import RobotParams
-from diff_encoder_sim.trials.stopping import spread_with
+from diff_encoder_sim.trials.robot_params import RobotParams, spread_with
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 
 

@@ -37,8 +37,7 @@ from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.navigation.goal_stopping import StopSpread
 from diff_encoder_sim.simulation.simulator import WheelErrorParams
 from diff_encoder_sim.trials.campaign_cells import Campaign
-from diff_encoder_sim.trials.robot_params import RobotParams
-from diff_encoder_sim.trials.stopping import parts_with
+from diff_encoder_sim.trials.robot_params import RobotParams, parts_with
 from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER, NO_FAULTS
 
 AS_IT_IS, WITHOUT_ALL = 'as it is', 'without all of these'

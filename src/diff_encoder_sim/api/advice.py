@@ -42,9 +42,8 @@ from diff_encoder_sim.trials.campaign_cells import VARIANT, Campaign, TrialJob
 from diff_encoder_sim.trials.campaign_loading import load_campaign
 from diff_encoder_sim.trials.cluster import Workers
 from diff_encoder_sim.trials.engine import run_campaign as run_on_workers
-from diff_encoder_sim.trials.progress import progress_on
+from diff_encoder_sim.trials.progress import progress_on, time_left
 from diff_encoder_sim.trials.results import ResultStore, describe_run
-from diff_encoder_sim.trials.time_left import time_left
 from diff_encoder_sim.trials.trial_run import run_trials
 from diff_encoder_sim.trials.worker import RunTrials
 from diff_encoder_sim.wheels.encoder_params import ppr_label

@@ -23,13 +23,11 @@ from diff_encoder_sim.drives.bag_source import is_bag_folder
 from diff_encoder_sim.robots.xacro_expansion import xacro_arguments
 from diff_encoder_sim.trials.campaign_cells import Campaign, TrialJob
 from diff_encoder_sim.trials.campaign_loading import load_campaign
-from diff_encoder_sim.trials.cluster import TlsFiles, Workers, connected_workers
+from diff_encoder_sim.trials.cluster import TlsFiles, Workers, connected_workers, local_workers
 from diff_encoder_sim.trials.engine import UnrunTrial
 from diff_encoder_sim.trials.engine import run_campaign as run_on_workers
-from diff_encoder_sim.trials.local_workers import local_workers
-from diff_encoder_sim.trials.progress import Progress, outcome_table, progress_on
+from diff_encoder_sim.trials.progress import Progress, outcome_table, progress_on, time_left
 from diff_encoder_sim.trials.results import ResultStore, describe_run
-from diff_encoder_sim.trials.time_left import time_left
 from diff_encoder_sim.trials.trial_run import run_trials
 from diff_encoder_sim.trials.worker import RunTrials
 

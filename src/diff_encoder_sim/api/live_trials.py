@@ -34,7 +34,7 @@ from diff_encoder_sim.trials.campaign_cells import check_robot
 from diff_encoder_sim.trials.campaign_loading import at_pace_of
 from diff_encoder_sim.trials.required_packages import GAZEBO, UPSTREAM_NAVIGATION, UPSTREAM_SLAM, require
 from diff_encoder_sim.trials.robot_params import RobotParams
-from diff_encoder_sim.trials.route_check import misfit
+from diff_encoder_sim.trials.route_driver import misfit
 from diff_encoder_sim.wheels.encoder_params import DEFAULT_PPR, PulsesPerRevolution, file_label
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 

@@ -12,8 +12,7 @@ from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.simulation.self_check import checks_table
 from diff_encoder_sim.simulation.state import JOINTS_RATE_HZ
 from diff_encoder_sim.trials.campaign_cells import Campaign, check_robot, unfit_tests
-from diff_encoder_sim.trials.robot_params import RobotParams
-from diff_encoder_sim.trials.stopping import as_upstream, spread_with, stopping_line
+from diff_encoder_sim.trials.robot_params import RobotParams, as_upstream, spread_with, stopping_line
 from diff_encoder_sim.wheels.catalogue import ChosenEncoder
 
 

@@ -27,9 +27,15 @@ from diff_encoder_sim.robots.xacro_expansion import (
 )
 from diff_encoder_sim.simulation.self_check import Check
 from diff_encoder_sim.trials.campaign_cells import check_robot
-from diff_encoder_sim.trials.robot_loading import load_robot
-from diff_encoder_sim.trials.robot_params import CONFIG_FILES, RobotParams, check_key, load_robot_config, override
-from diff_encoder_sim.trials.wheel_uncertainty import uncertainty_of_robot
+from diff_encoder_sim.trials.robot_params import (
+    CONFIG_FILES,
+    RobotParams,
+    check_key,
+    load_robot,
+    load_robot_config,
+    override,
+    uncertainty_of_robot,
+)
 from diff_encoder_sim.wheels.catalogue import RESOLUTION_KEYS, ChosenEncoder, chosen, load_encoder, own_encoder
 from diff_encoder_sim.wheels.diagnostics import hidden_encoder
 from diff_encoder_sim.wheels.odometry_params import UNCERTAINTY_KEYS, OdometryParams

@@ -23,8 +23,7 @@ from diff_encoder_sim.drives.trial_definition import OF_ENCODER, OF_ODOMETRY, Tr
 from diff_encoder_sim.drives.wheel_source import WheelSource
 from diff_encoder_sim.drives.wheel_units import COUNTED, SPEEDS, SPEEDS_NOTE, TICKS, UNITS, WheelUnit
 from diff_encoder_sim.robots.xacro_expansion import xacro_arguments
-from diff_encoder_sim.trials.robot_loading import load_robot
-from diff_encoder_sim.trials.wheel_uncertainty import uncertainty_of_robot
+from diff_encoder_sim.trials.robot_params import load_robot, uncertainty_of_robot
 from diff_encoder_sim.wheels.catalogue import RESOLUTION_KEYS, ChosenEncoder, chosen, load_encoders, own_encoder
 from diff_encoder_sim.wheels.encoder_params import IDEAL_ENCODER, PerWheel, ppr_label
 from diff_encoder_sim.wheels.odometry_params import UNCERTAINTY_KEYS, OdometryParams

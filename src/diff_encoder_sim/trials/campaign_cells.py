@@ -25,7 +25,7 @@ from diff_encoder_sim.robots.simulated_robot import load_simulated_robot
 from diff_encoder_sim.simulation.self_check import Check, self_check
 from diff_encoder_sim.simulation.simulator import SimulatorParams
 from diff_encoder_sim.trials.robot_params import RobotParams
-from diff_encoder_sim.trials.route_check import misfit
+from diff_encoder_sim.trials.route_driver import misfit
 from diff_encoder_sim.trials.trial_files import TrialFiles
 from diff_encoder_sim.wheels.catalogue import ChosenEncoder
 from diff_encoder_sim.wheels.encoder_params import PerWheel, PulsesPerRevolution

@@ -27,8 +27,14 @@ from diff_encoder_sim.trials.campaign_cells import (
     campaign_robot,
     text_of,
 )
-from diff_encoder_sim.trials.robot_loading import load_robot
-from diff_encoder_sim.trials.robot_params import RobotConfig, RobotParams, check_key, load_robot_config, override
+from diff_encoder_sim.trials.robot_params import (
+    RobotConfig,
+    RobotParams,
+    check_key,
+    load_robot,
+    load_robot_config,
+    override,
+)
 from diff_encoder_sim.trials.scripted_drive import ScriptedDrive
 from diff_encoder_sim.trials.trial_files import TrialFiles, collect
 from diff_encoder_sim.wheels.catalogue import RESOLUTION_KEYS, ChosenEncoder, chosen, load_encoders, resolution_text

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+import collections
 import concurrent.futures
 import contextlib
 import queue
 import time
 import uuid
 from pathlib import Path
-from typing import TYPE_CHECKING, Dict, Hashable, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import TYPE_CHECKING, Deque, Dict, Hashable, Iterator, List, NamedTuple, Optional, Sequence, Tuple, Union
 
 from diff_encoder_sim.base.atomic_files import write_file
 from diff_encoder_sim.base.deferred import deferred
@@ -18,18 +19,113 @@ from diff_encoder_sim.trials.campaign_cells import Campaign, TrialJob
 from diff_encoder_sim.trials.cluster import Workers
 from diff_encoder_sim.trials.progress import Progress
 from diff_encoder_sim.trials.results import ResultStore
-from diff_encoder_sim.trials.trial_groups import trial_groups
-from diff_encoder_sim.trials.trial_queue import TASKS_PER_THREAD, Task, TrialQueue
 from diff_encoder_sim.trials.trial_run import run_trials
+from diff_encoder_sim.trials.trial_setup import drive_params
 from diff_encoder_sim.trials.worker import FinishedTrial, HostFault, PlacedJob, ResultsFolder, RunTrials, run_task
-
-TICK_S = 1.0
-PROBE_PREFIX = '.probe-'
 
 if TYPE_CHECKING:
     from distributed import Future
 
     TaskFuture = Future[List[FinishedTrial]]
+
+
+# Each has a bag open; and what is under way is lost with its worker.
+MOST_TOGETHER = 16
+
+TrialGroup = Tuple[TrialJob, ...]
+
+
+def trial_groups(campaign: Campaign, jobs: Sequence[TrialJob]) -> List[TrialGroup]:
+    """Put together the scripted trials that differ in encoder and odometry alone, in the order of their first."""
+    if campaign.params.nav != 'scripted':
+        return [(job,) for job in jobs]
+    drives = _drives(campaign)
+    groups: Dict[Tuple[int, int], List[TrialJob]] = {}
+    for job in jobs:
+        groups.setdefault((drives[job.cell_index], job.seed), []).append(job)
+    return [
+        tuple(group[begin : begin + MOST_TOGETHER])
+        for group in groups.values()
+        for begin in range(0, len(group), MOST_TOGETHER)
+    ]
+
+
+def _drives(campaign: Campaign) -> List[int]:
+    """Return a number for each cell: equal ones are one drive where the seeds are equal, too."""
+    numbers: Dict[Tuple[object, ...], int] = {}
+    return [
+        numbers.setdefault((cell.test.name, *drive_params(cell.robot_params)), len(numbers)) for cell in campaign.cells
+    ]
+
+
+# Tasks under way per thread of the workers: one runs, one waits there for its turn.
+TASKS_PER_THREAD = 2
+# A task costs the client some 3 ms, whatever is in it: short trials share one, as far as their rows are not late by it.
+TASK_S = 0.1
+MOST_GROUPS = 16
+
+Task = Tuple[TrialGroup, ...]
+
+
+class TrialQueue:
+    """Groups of trials in their order, as tasks: of several groups where these were short so far."""
+
+    def __init__(self, groups: Sequence[TrialGroup] = (), alone: Sequence[TrialGroup] = ()) -> None:
+        """Begin; each of `alone` is a task of its own, before the others."""
+        self._waiting: Deque[TrialGroup] = collections.deque(groups)
+        self._alone: Deque[TrialGroup] = collections.deque(alone)
+        self._group_s: Dict[int, float] = {}  # of the last task, by the cell of a group's first trial
+
+    def __len__(self) -> int:
+        return len(self._alone) + len(self._waiting)
+
+    def take(self, threads: int, running: int) -> Task:
+        """Take the next task.
+
+        Args:
+            threads: of all workers, which are to be busy until the end.
+            running: how many tasks are under way.
+        """
+        if self._alone:
+            return (self._alone.popleft(),)
+        self._split(threads - running)
+        cell = _cell(self._waiting[0])
+        most = min(self._most_groups(cell), len(self._waiting) // (TASKS_PER_THREAD * max(1, threads)))
+        task = [self._waiting.popleft()]
+        while len(task) < most and _cell(self._waiting[0]) == cell:
+            task.append(self._waiting.popleft())
+        return tuple(task)
+
+    def put_back(self, task: Task) -> None:
+        """Have the parts of a task run alone, as one of them went wrong and nobody knows which."""
+        parts = task if len(task) > 1 else [(job,) for job in task[0]]
+        self._alone.extendleft(reversed(parts))
+
+    def measure(self, task: Task, spent_s: float) -> None:
+        """Tell how long a task took."""
+        self._group_s[_cell(task[0])] = spent_s / len(task)
+
+    def _most_groups(self, cell: int) -> int:
+        return int(TASK_S / max(self._group_s.get(cell, TASK_S), TASK_S / MOST_GROUPS))
+
+    def _split(self, threads: int) -> None:
+        """Halve the largest groups, until there is one for each thread or each is a single trial."""
+        while len(self._waiting) < threads:
+            largest = max(range(len(self._waiting)), key=lambda index: len(self._waiting[index]))
+            group, half = self._waiting[largest], (len(self._waiting[largest]) + 1) // 2
+            if len(group) == 1:
+                return
+            self._waiting[largest] = group[:half]
+            self._waiting.insert(largest + 1, group[half:])
+
+
+def _cell(group: Sequence[TrialJob]) -> int:
+    return group[0].cell_index
+
+
+TICK_S = 1.0
+PROBE_PREFIX = '.probe-'
+
 
 distributed = deferred('distributed')
 

@@ -17,12 +17,10 @@ from diff_encoder_sim.drives.trial_definition import Ending, Outcome, RouteFaile
 from diff_encoder_sim.navigation.navigator_inputs import Command
 from diff_encoder_sim.simulation.simulator import Simulator, SimulatorParams
 from diff_encoder_sim.simulation.state import STATES_PERIOD_NS, JointStates
-from diff_encoder_sim.trials.driver import Driver
-from diff_encoder_sim.trials.latency import latency_ns
 from diff_encoder_sim.trials.navigating_driver import NavigatingDriver
 from diff_encoder_sim.trials.publications import Publications
-from diff_encoder_sim.trials.robot_params import RobotParams
-from diff_encoder_sim.trials.schedule import Schedule
+from diff_encoder_sim.trials.robot_params import RobotParams, latency_ns
+from diff_encoder_sim.trials.schedule import Driver, Schedule
 from diff_encoder_sim.trials.scripted_drive import ScriptedDriver
 
 WORLD_POSE_IN_MAP = IDENTITY

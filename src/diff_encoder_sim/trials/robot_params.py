@@ -2,19 +2,91 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
-from typing import Any, Callable, Dict, Iterator, Mapping, NamedTuple, Optional, Type, Union
+from typing import Any, Callable, Dict, Iterator, Mapping, NamedTuple, Optional, Sequence, Tuple, Type, Union
 
+from pydantic import Field, field_validator
+from typing_extensions import Annotated
+
+from diff_encoder_sim.base.bounds import Between
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.base.params import Params, did_you_mean, merged, nested, split_params
+from diff_encoder_sim.base.params import Params, did_you_mean, merged, nested, split_params, with_changes
+from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.base.yaml_files import load_yaml
 from diff_encoder_sim.localization.amcl_params import AmclParams
+from diff_encoder_sim.navigation.dwa_params import DwaParams
+from diff_encoder_sim.navigation.goal_stopping import PoseStep, StopSpread, stop_parts, stop_spread
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
-from diff_encoder_sim.simulation.simulator import SimulatorParams
-from diff_encoder_sim.trials.latency import LatencyParams
-from diff_encoder_sim.trials.wheel_uncertainty import with_uncertainty
+from diff_encoder_sim.robots.robot_file import RobotFile, load_robot_file
+from diff_encoder_sim.robots.robot_setup import RobotSetup, set_up_robot
+from diff_encoder_sim.simulation.simulator import (
+    CONTACT_CURVE_NOISE,
+    CONTACT_DISTANCE_STD,
+    SimulatorParams,
+    WheelErrorParams,
+)
+from diff_encoder_sim.simulation.state import TICK_NS, TICK_S
+from diff_encoder_sim.wheels.encoder_params import PerWheel, ppr_label
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
+
+Latency_s = Annotated[float, Between(0.0, 10.0, 's')]
+
+
+class LatencyParams(Params):
+    """Simulated time from a part's input to the moment when its output reaches the others."""
+
+    odometry: Latency_s = Field(0.0, description='from wheel angles to /odom [s]')
+    localization: Latency_s = Field(0.0, description='from /odom and /scan to map->odom [s]')
+    command: Latency_s = Field(0.02, description='from /odom to the wheels; 0.02 as in the live graph [s]')
+
+    @field_validator('*')
+    @classmethod
+    def _check_ticks(cls, value: float) -> float:
+        if abs(value / TICK_S - round(value / TICK_S)) > 1e-6:
+            raise ValueError(f'whole {TICK_NS // 1_000_000} ms')
+        return value
+
+
+def latency_ns(latency_s: float) -> int:
+    """Return a latency in nanoseconds."""
+    return round(latency_s * NANOSECONDS_PER_SECOND)
+
+
+def wheel_uncertainty(errors: WheelErrorParams) -> Dict[str, float]:
+    """Return the parameters of odometry, by their names, that describe the errors of wheels."""
+    left, right = errors.travel_errors()
+    distance, spread = 0.5 * (left + right), errors.radius_spread / math.sqrt(2.0)
+    return {
+        'motion_noise': errors.slip_noise,
+        'distance_std': math.hypot(distance, spread),
+        'turn_std': math.hypot(
+            distance - errors.wheel_separation_error, math.hypot(spread, errors.wheel_separation_spread)
+        ),
+        'diameter_difference_std': math.hypot(right - left, 2.0 * spread),
+    }
+
+
+def with_uncertainty(odometry: OdometryParams, errors: WheelErrorParams) -> OdometryParams:
+    """Return odometry that is told of simulated wheels' errors and contact, where it is not told otherwise."""
+    values = wheel_uncertainty(errors)
+    values['distance_std'] = math.hypot(values['distance_std'], CONTACT_DISTANCE_STD)
+    values['curve_noise'] = CONTACT_CURVE_NOISE
+    untold = {key: value for key, value in values.items() if getattr(odometry, key) is None}
+    return with_changes(odometry, untold, 'simulator.wheel_errors') if untold else odometry
+
+
+def uncertainty_of_robot(settings: Mapping[str, Any]) -> Dict[str, float]:
+    """Return what a robot's own file says of its wheels' errors: no real wheel has none, so 0 says nothing.
+
+    Args:
+        settings: of a robot, by dotted keys.
+    """
+    given = nested(settings).get('simulator', {}).get('wheel_errors', {})
+    errors = WheelErrorParams.from_mapping(given, 'simulator.wheel_errors')
+    return {key: value for key, value in wheel_uncertainty(errors).items() if value}
+
 
 # The files by their stems, each with the fields of RobotParams that it sets.
 CONFIG_FILES: Dict[str, Dict[str, Type[Params]]] = {
@@ -152,3 +224,83 @@ def _check_effect(params: RobotParams, key: str, value: Any) -> None:
         used = getattr(used, name)
     if isinstance(used, (bool, int, float, str)) and used != value:
         raise ConfigError(f'{key}: given {value!r} has no effect: another key of config/{stem}.yaml makes it {used!r}')
+
+
+DEFAULT_ROBOT = 'alto'
+
+
+def load_robot(
+    given: str, folder: Path, package_folder: Path, arguments: Mapping[str, str], packages: Sequence[Path] = ()
+) -> RobotSetup:
+    """Load a robot by its name, its robot file, or its xacro or URDF alone, and find out about it.
+
+    Args:
+        given: what the user calls it; '' is the package's default robot.
+        folder: what a path is relative to.
+        package_folder: where config/ is.
+        arguments: of the robot's xacro.
+        packages: folders in which packages are looked for.
+
+    Raises:
+        ConfigError: the robot's files are missing or bad, or set what is not allowed.
+    """
+    file = load_robot_file(given or DEFAULT_ROBOT, folder, package_folder, arguments, packages)
+    _check_keys(file)
+    setup = set_up_robot(file)
+    try:
+        override(load_robot_config(package_folder / 'config'), setup.settings)
+    except ConfigError as error:
+        raise ConfigError(f'{file.where}: {error}') from None
+    return setup
+
+
+def _check_keys(file: RobotFile) -> None:
+    for key in file.overrides:
+        try:
+            check_key(key)
+        except ConfigError as error:
+            raise ConfigError(f'{file.where}: set: {error}') from None
+
+
+# How each stop ends.
+_ENDS = {'latch': 'ends anywhere within', 'precise': 'drives up to within about'}
+
+
+def spread_with(params: RobotParams, ppr: PerWheel) -> StopSpread:
+    """Return how far from a goal the robot stops with an encoder, by the pose estimate."""
+    return stop_spread(*_loop(params, ppr))
+
+
+def parts_with(params: RobotParams, ppr: PerWheel) -> Dict[str, StopSpread]:
+    """Return the same by its causes."""
+    return stop_parts(*_loop(params, ppr))
+
+
+def _loop(params: RobotParams, ppr: PerWheel) -> Tuple[DwaParams, float, float, PoseStep]:
+    """Return what the control loop makes of a stop."""
+    odometry, navigator = params.odometry, params.navigator
+    pulse_m = math.pi * odometry.wheel_diameter / min(ppr.left, ppr.right)
+    step = PoseStep(pulse_m, pulse_m / odometry.wheel_separation)
+    return navigator.DWAPlannerROS, navigator.control_period_s, params.latency.command, step
+
+
+def stopping_line(params: RobotParams, pprs: Sequence[PerWheel]) -> str:
+    """Say how a robot stops with its encoders, and which tolerances are asked for."""
+    planner = params.navigator.DWAPlannerROS
+    spreads = sorted((spread_with(params, ppr), ppr_label(ppr)) for ppr in pprs)
+    (least, finest), (most, coarsest) = spreads[0], spreads[-1]
+    ends = f'{_words(least)} of the goal'
+    if least != most:
+        ends = f'{ends} with {finest} PPR, {_words(most)} with {coarsest} PPR'
+    asked = StopSpread(planner.xy_goal_tolerance, planner.yaw_goal_tolerance)
+    return f'stopping: {planner.stop} {_ENDS[planner.stop]} {ends}; asked for: {_words(asked)}'
+
+
+def as_upstream(params: RobotParams) -> RobotParams:
+    """Return the parameters as upstream's move_base has them, which knows neither `stop` nor `latch_margin`."""
+    planner = params.navigator.DWAPlannerROS.model_copy(update={'stop': 'latch', 'latch_margin': 0.0})
+    return params._replace(navigator=params.navigator.model_copy(update={'DWAPlannerROS': planner}))
+
+
+def _words(spread: StopSpread) -> str:
+    return f'{1e3 * spread.position_m:.0f} mm and {math.degrees(spread.yaw_rad):.1f} degrees'

@@ -5,6 +5,11 @@ from __future__ import annotations
 import heapq
 from typing import Callable, List, Tuple
 
+from typing_extensions import Protocol
+
+from diff_encoder_sim.base.laser_scan import Scan
+from diff_encoder_sim.navigation.navigator_inputs import STOP, Command, GoalStatus, NavigatorOutput, Phase
+
 Action = Callable[[], None]
 
 
@@ -45,3 +50,23 @@ class Schedule:
     def _push(self, time_ns: int, kind: int, period_ns: int, action: Action) -> None:
         self._count += 1
         heapq.heappush(self._queue, (time_ns, (kind, self._count), period_ns, action))
+
+
+NO_NAVIGATION = NavigatorOutput(STOP, GoalStatus.NONE, Phase.PLANNING, '')
+
+# Publishes a command at a time [ns]; True: it is the navigator's.
+SendCommand = Callable[[int, Command, bool], None]
+
+
+class Driver(Protocol):
+    """Drives a robot: takes what its nodes would subscribe to, and sends commands."""
+
+    @property
+    def is_over(self) -> bool:
+        """Return whether the robot rests at the end of the drive."""
+
+    def take_time(self, now_ns: int) -> None:
+        """Act on the time of a /world_pose; its pose is not for the driver. Raises RouteFailed."""
+
+    def take_scan(self, scan: Scan) -> None:
+        """Take a /scan."""

@@ -12,7 +12,7 @@ from diff_encoder_sim.drives.test_definition import Segment, SpeedLimits, TestDe
 from diff_encoder_sim.drives.trial_definition import Trial
 from diff_encoder_sim.navigation.navigator_inputs import Command
 from diff_encoder_sim.simulation.state import STATES_PERIOD_S
-from diff_encoder_sim.trials.driver import SendCommand
+from diff_encoder_sim.trials.schedule import SendCommand
 
 PAUSE_BETWEEN_SEGMENTS_S = 0.5
 SETTLING_S = 1.0  # at rest, before a trial ends

@@ -12,11 +12,10 @@ from diff_encoder_sim.base.stamps import NANOSECONDS_PER_SECOND
 from diff_encoder_sim.drives.topics import PoseSource, RecordMode
 from diff_encoder_sim.drives.trial_bag import TrialBag, TrialBags
 from diff_encoder_sim.drives.trial_definition import Ending, FinalErrors, Trial, TrialPlan
-from diff_encoder_sim.trials.lockstep_trial import LockstepTrials
+from diff_encoder_sim.trials.lockstep_trial import LockstepTrials, Report
 from diff_encoder_sim.trials.publications import BagPublications, Publications
 from diff_encoder_sim.trials.robot_params import RobotParams
 from diff_encoder_sim.trials.trial_setup import TrialSetup
-from diff_encoder_sim.trials.wheel_reports import Report
 
 
 class TrialResult(NamedTuple):

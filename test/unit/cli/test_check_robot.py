@@ -8,7 +8,7 @@ import yaml
 from diff_encoder_sim.cli.check_robot import main
 from diff_encoder_sim.robots.description import RobotSource
 from diff_encoder_sim.robots.xacro_expansion import expand
-from diff_encoder_sim.trials.robot_loading import load_robot
+from diff_encoder_sim.trials.robot_params import load_robot
 from places import ROOT
 
 KOBUKI = ROOT / 'urdf' / 'kobuki.urdf.xacro'

@@ -3,7 +3,7 @@
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.trials.latency import LatencyParams, latency_ns
+from diff_encoder_sim.trials.robot_params import LatencyParams, latency_ns
 
 
 @pytest.mark.parametrize('value', [0.005, -0.01, 11.0, float('nan')])

@@ -10,8 +10,8 @@ from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.localization.map_files import load_map, save_map
 from diff_encoder_sim.simulation.rasterise import rasterise
 from diff_encoder_sim.simulation.world import load_world
-from diff_encoder_sim.trials.latency import LatencyParams
 from diff_encoder_sim.trials.publications import Publications
+from diff_encoder_sim.trials.robot_params import LatencyParams
 from lockstep_trials import BEND, HALL, distance_and_turn, ended, goal_of, lockstep
 from places import ROOT
 

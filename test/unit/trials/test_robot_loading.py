@@ -4,8 +4,7 @@ import pytest
 import yaml
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.trials.robot_loading import load_robot
-from diff_encoder_sim.trials.robot_params import load_robot_config, load_robot_params, override
+from diff_encoder_sim.trials.robot_params import load_robot, load_robot_config, load_robot_params, override
 from places import CONFIG, ROOT
 
 ALTO = ROOT / 'urdf' / 'alto.urdf.xacro'

@@ -8,7 +8,7 @@ from diff_encoder_sim.drives.test_definition import TestDefinition
 from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
 from diff_encoder_sim.simulation.simulator import DriveParams
-from diff_encoder_sim.trials.route_check import misfit
+from diff_encoder_sim.trials.route_driver import misfit
 
 CELL_M = 0.05
 WAY = {'goal': {'x': 6.0, 'y': 2.0, 'yaw': 0.0}}

@@ -1,7 +1,6 @@
 """How a robot stops, in words."""
 
-from diff_encoder_sim.trials.robot_params import load_robot_config, override
-from diff_encoder_sim.trials.stopping import as_upstream, stopping_line
+from diff_encoder_sim.trials.robot_params import as_upstream, load_robot_config, override, stopping_line
 from diff_encoder_sim.wheels.encoder_params import PerWheel
 from places import CONFIG
 

@@ -5,8 +5,8 @@ import pytest
 from diff_encoder_sim.drives.test_definition import load_test
 from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.trials.campaign_loading import load_campaign
+from diff_encoder_sim.trials.progress import ASSUMED_FOR_S, ASSUMED_SPEED, TimeLeft, shortest_drive_s, time_left
 from diff_encoder_sim.trials.results import TrialRow
-from diff_encoder_sim.trials.time_left import ASSUMED_FOR_S, ASSUMED_SPEED, TimeLeft, shortest_drive_s, time_left
 from places import CONFIG, ROOT
 
 DRIVES_S = {'SL': 44.0, 'DLD': 220.0}

@@ -3,8 +3,8 @@
 import pytest
 
 from campaign_files import small_campaign
-from diff_encoder_sim.trials import trial_groups as module
-from diff_encoder_sim.trials.trial_groups import trial_groups
+from diff_encoder_sim.trials import engine as module
+from diff_encoder_sim.trials.engine import trial_groups
 
 
 def grouped(folder, jobs=None, **changes):

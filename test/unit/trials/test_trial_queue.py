@@ -3,7 +3,7 @@
 import pytest
 
 from diff_encoder_sim.trials.campaign_cells import TrialJob
-from diff_encoder_sim.trials.trial_queue import MOST_GROUPS, TASK_S, TrialQueue
+from diff_encoder_sim.trials.engine import MOST_GROUPS, TASK_S, TrialQueue
 
 
 def groups_of(sizes, cell=0):

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.simulation.simulator import CONTACT_CURVE_NOISE, CONTACT_DISTANCE_STD, WheelErrorParams
-from diff_encoder_sim.trials.robot_params import load_robot_config, override
-from diff_encoder_sim.trials.wheel_uncertainty import uncertainty_of_robot, wheel_uncertainty
+from diff_encoder_sim.trials.robot_params import load_robot_config, override, uncertainty_of_robot, wheel_uncertainty
 from diff_encoder_sim.wheels.odometry_params import UNCERTAINTY_KEYS, USUAL_MOTION_NOISE, OdometryParams
 from places import ROOT
 
