@@ -1,16 +1,24 @@
-"""Costmaps: layers against their definitions, and updates of windows against whole ones."""
+"""Costmaps: layers and rays against their definitions, and updates of windows against whole ones."""
 
 import math
 
 import numpy as np
 import pytest
 
-from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.laser_scan import Scan
 from diff_encoder_sim.base.se2 import IDENTITY, Pose2D
 from diff_encoder_sim.localization.occupancy_grid import OccupancyGrid
 from diff_encoder_sim.navigation.costmap import Costmap
-from diff_encoder_sim.navigation.costmap_layers import FREE, INSCRIBED, LETHAL, NO_INFORMATION
+from diff_encoder_sim.navigation.costmap_layers import (
+    FREE,
+    INSCRIBED,
+    LETHAL,
+    NO_INFORMATION,
+    ObstacleLayer,
+    clear_and_mark,
+    clear_outline,
+    squared_distances,
+)
 from diff_encoder_sim.navigation.costmap_params import CostmapParams, local_defaults
 from diff_encoder_sim.navigation.footprint import IN_OBSTACLE, OFF_MAP
 from navigation_scenes import RAY_STEP_RAD, scan_of, static_costmap
@@ -64,7 +72,7 @@ def test_no_return_clears_only_if_it_is_valid(inf_is_valid):
     assert (costmap.cost_at(1.02, 0.0) == FREE) is inf_is_valid
 
 
-@pytest.mark.parametrize('range_m', [math.nan, -1.0, 0.0, 0.1, 6.5, -math.inf])
+@pytest.mark.parametrize('range_m', [math.nan, 0.1, 6.5])
 def test_ranges_that_say_nothing_change_nothing(range_m):
     costmap = Costmap(local_defaults())
     costmap.update(IDENTITY, scan_of({0: 1.02}), IDENTITY)
@@ -85,19 +93,6 @@ def test_the_robot_frees_where_it_stands():
     assert costmap.cost_at(0.02, 0.0) == LETHAL
     costmap.update(Pose2D(0.0, 0.0, 0.4))
     assert costmap.cost_at(0.02, 0.0) == FREE
-
-
-def test_nothing_is_left_under_the_outline_of_the_robot():
-    """The centre of a cell that the outline crosses may lie outside: upstream frees it, too."""
-    random = np.random.default_rng(2)
-    for _ in range(50):
-        pose = Pose2D(*random.uniform(-0.2, 0.2, 2), random.uniform(-3.0, 3.0))
-        costmap = Costmap(local_defaults())
-        costmap.update(pose)
-        costmap._obstacles.cells[:] = LETHAL
-        costmap.update(pose)
-        assert costmap.footprint_cost(pose) >= 0.0
-        assert (costmap.costs == LETHAL).mean() > 0.8
 
 
 def test_a_window_may_keep_apart_what_no_ray_has_seen():
@@ -137,16 +132,6 @@ def test_a_global_update_by_windows_equals_one_from_scratch():
     assert (costmap.costs == windowed).all()
 
 
-@pytest.mark.parametrize('inflation_radius', [0.0, 0.55])
-def test_a_robot_off_the_map_changes_nothing(inflation_radius):
-    costmap = static_costmap(random_walls(), inflation_radius=inflation_radius)
-    before = costmap.costs.copy()
-    for pose in (Pose2D(-50.0, 2.0, 1.0), Pose2D(2.0, 1e6, 0.0), Pose2D(900.0, 900.0, 0.0)):
-        costmap.update(pose, scan_of({0: 1.0, 90: math.inf}), pose)
-        costmap.clear_obstacles(pose, 3.0)
-    assert (costmap.costs == before).all()
-
-
 def test_scans_overrule_the_map_only_upwards():
     cells = np.zeros((100, 100))
     cells[:, 70] = 100
@@ -174,13 +159,6 @@ def test_static_obstacles_are_distinguished_from_seen_ones():
     costmap.update(pose, scan_of({90: 1.0}), pose)
     assert costmap.is_static_obstacle(3.3, 2.5) and not costmap.is_static_obstacle(3.2, 2.5)
     assert not costmap.is_static_obstacle(2.5, 3.5)
-
-
-def test_a_costmap_needs_a_map_or_a_window():
-    with pytest.raises(ConfigError):
-        Costmap(CostmapParams())
-    with pytest.raises(ConfigError):
-        static_costmap(np.zeros((0, 0)))
 
 
 def test_costs_do_not_depend_on_when_they_are_asked_for():
@@ -229,3 +207,120 @@ def test_a_window_of_another_size_begins_empty_around_the_robot():
     larger = window.reconfigured(local_defaults(width=4.0))
     larger.update(here)
     assert larger.shape == (60, 80) and (larger.costs == FREE).all() and larger.contains(*larger.cell_at(*here[:2]))
+
+
+INSCRIBED_M = 0.26  # of 0.5 x 0.6 m and 0.01 m of padding
+
+
+@pytest.mark.parametrize('seed', range(2))
+def test_distance_transform_equals_brute_force_up_to_the_limit(seed):
+    random = np.random.default_rng(seed)
+    is_obstacle = random.random((40, 55)) < random.choice([0.002, 0.02, 0.3])
+    limit = int(random.integers(1, 25))
+    squared = squared_distances(is_obstacle, limit)
+    rows, columns = np.nonzero(is_obstacle)
+    row, column = np.indices(is_obstacle.shape)
+    exact = ((row[..., None] - rows) ** 2 + (column[..., None] - columns) ** 2).min(axis=-1, initial=10**6)
+    within = exact <= limit * limit
+    assert (squared[within] == exact[within]).all()
+    assert (squared[~within] > limit * limit).all()
+
+
+def test_inflation_follows_upstreams_formula():
+    cells = np.zeros((81, 81))
+    cells[40, 40] = 100
+    costmap = static_costmap(cells, inflation_radius=0.8, cost_scaling_factor=4.0)
+    row, column = np.indices(cells.shape)
+    distance_m = np.hypot(row - 40, column - 40) * 0.05
+    expected = np.floor(252.0 * np.exp(-4.0 * (distance_m - INSCRIBED_M)))
+    expected[distance_m <= INSCRIBED_M] = INSCRIBED
+    expected[distance_m > 0.8 + 1e-9] = FREE
+    expected[40, 40] = LETHAL
+    assert (costmap.costs == expected).all()
+
+
+def test_inflation_enters_the_unknown_only_where_the_robot_would_touch():
+    cells = np.full((41, 41), -1)
+    cells[20, 20] = 100
+    costs = static_costmap(cells).costs
+    assert costs[20, 20] == LETHAL and costs[20, 25] == INSCRIBED
+    assert costs[20, 26] == NO_INFORMATION
+
+
+SHAPE = (20, 30)
+
+
+def layer_of(unseen=NO_INFORMATION, **params):
+    return ObstacleLayer(CostmapParams.from_mapping(params, ''), SHAPE, 20.0, unseen)
+
+
+@pytest.mark.parametrize(('down', 'right'), [(0, 3), (5, -7), (20, 0), (0, -30)])
+def test_a_shift_keeps_what_stays_in_sight(down, right):
+    layer = layer_of()
+    before = np.random.default_rng(1).choice([FREE, LETHAL], SHAPE).astype(np.uint8)
+    layer.cells = before
+    layer.shift(down, right)
+    for (row, column), cell in np.ndenumerate(layer.cells):
+        was = row + down, column + right
+        is_in_sight = 0 <= was[0] < SHAPE[0] and 0 <= was[1] < SHAPE[1]
+        assert cell == (before[was] if is_in_sight else NO_INFORMATION)
+
+
+def test_a_polygon_clears_its_inside_and_its_sides():
+    layer = layer_of()
+    layer.cells[:] = LETHAL
+    layer.clear_polygon(np.array([[0.51, 0.26], [0.51, 0.49], [0.29, 0.49], [0.29, 0.26]]))
+    assert np.argwhere(layer.cells == FREE).tolist() == [
+        [row, column] for row in range(5, 10) for column in range(5, 11)
+    ]
+
+
+def enter(cells, ranges_m, x_m, y_m, clears, marks, yaw_rad=0.3, step_rad=RAY_STEP_RAD):
+    """Cells of 0.05 m; rays clear up to 2.0 m, mark up to 1.8 m."""
+    clear_and_mark(cells, 20.0, x_m, y_m, yaw_rad, 0.0, step_rad, ranges_m, 0.15, 6.0, 2.0, 1.8, True, clears, marks)
+
+
+@pytest.mark.parametrize('place', [(1.5, 1.5), (2.9, 0.4), (-0.5, 1.0)])
+def test_a_scan_is_entered_as_its_rays_one_by_one(place):
+    random = np.random.default_rng(8)
+    ranges_m = random.choice([math.inf, math.nan, 0.1, 0.2, 1.0, 1.0, 1.9, 2.5], RAYS) + random.normal(0, 0.03, RAYS)
+    together = random.choice([0, LETHAL], (60, 60)).astype(np.uint8)
+    one_by_one = together.copy()
+    enter(together, ranges_m, *place, True, True)
+    for clears in (True, False):
+        for index in range(RAYS):
+            alone = np.full(RAYS, math.nan)
+            alone[index] = ranges_m[index]
+            enter(one_by_one, alone, *place, clears, not clears)
+    assert (together == one_by_one).all()
+
+
+def bresenham(row, column, to_row, to_column):
+    """Yield the cells of a line without its end, step by step."""
+    down, right = abs(to_row - row), abs(to_column - column)
+    error = right - down
+    for _ in range(max(down, right)):
+        yield row, column
+        doubled = 2 * error
+        if doubled > -down:
+            error -= down
+            column += 1 if to_column > column else -1
+        if doubled < right:
+            error += right
+            row += 1 if to_row > row else -1
+
+
+@pytest.mark.parametrize('place', [(0, 0), (5, 9)])
+def test_every_line_is_bresenhams_up_to_the_edge(place):
+    rows, columns = 15, 20
+    for to_row in range(-25, 40, 3):
+        for to_column in range(-25, 45, 2):
+            cells = np.full((rows, columns), LETHAL, np.uint8)
+            outline = np.array([place, (to_row, to_column)])[:, ::-1] + 0.5
+            clear_outline(cells, 1.0, outline[[1, 0]])
+            line = [*bresenham(*place, to_row, to_column), (to_row, to_column)]
+            back = [*bresenham(to_row, to_column, *place), place]
+            is_inside = 0 <= to_row < rows and 0 <= to_column < columns
+            freed = set(line) | set(back if is_inside else [])
+            expected = {(r, c) for r, c in freed if 0 <= r < rows and 0 <= c < columns}
+            assert {(int(r), int(c)) for r, c in np.argwhere(cells == FREE)} == expected

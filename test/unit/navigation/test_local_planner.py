@@ -67,13 +67,6 @@ def test_control_begins_with_the_last_command_as_far_as_odometry_allows(commande
     assert motion == (IDENTITY, pytest.approx(used[0]), pytest.approx(used[1]))
 
 
-def test_by_default_control_begins_with_the_twist_of_odometry():
-    motion = LocalPlanner(dwa_params(), PERIOD_S).odometry_motion(
-        OdometrySample(0, IDENTITY, 0.31, 0.3, 0.1, 0.4), Command(0.4, 0.0)
-    )
-    assert motion == (IDENTITY, 0.31, 0.3)
-
-
 def test_a_plan_outside_the_costmap_is_a_problem():
     planner = LocalPlanner(dwa_params(), PERIOD_S)
     planner.set_plan(straight_plan() + np.array([50.0, 0.0, 0.0]))

@@ -1,17 +1,31 @@
-"""Parameters of the navigator: upstream's tree, and what is refused."""
+"""Parameters of navigation: upstream's tree and its forms, and what is refused."""
+
+import math
 
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.params import split_params
+from diff_encoder_sim.navigation.costmap_params import CostmapParams
+from diff_encoder_sim.navigation.dwa_params import DwaParams
+from diff_encoder_sim.navigation.footprint import make_footprint
 from diff_encoder_sim.navigation.navigator_params import NavigatorParams
 from navigation_simulation import TABLE_2
-from upstream_params import upstream_navigation
-
-
-def test_unknown_parameters_are_named():
-    with pytest.raises(ConfigError, match='max_vel_z: unknown key'):
-        NavigatorParams.from_mapping({'DWAPlannerROS': {'max_vel_z': 1.0}}, 'navigation.yaml')
+from upstream_params import (
+    COSTMAP,
+    DWA,
+    FLAT,
+    FLAT_NAMES,
+    MOVE_BASE,
+    MOVE_BASE_NAMES,
+    NAVFN,
+    PLUGINS,
+    SCAN_SOURCE,
+    different,
+    read_config,
+    upstream_navigation,
+    wrong_types,
+)
 
 
 def test_a_robot_that_could_never_start_is_a_config_error():
@@ -60,8 +74,6 @@ def test_what_the_navigator_cannot_do_is_named_in_one_line(given, complaint):
     ('listed', 'complaint'),
     [
         ([{'name': 'a', 'type': 'move_slow_and_clear/MoveSlowAndClear'}], 'MoveSlowAndClear'),
-        ([{'name': 'a'}], 'type'),
-        ([{'type': 'rotate_recovery/RotateRecovery'}], 'name'),
         (2 * [{'name': 'a', 'type': 'rotate_recovery/RotateRecovery'}], 'a name of its own'),
     ],
 )
@@ -82,3 +94,194 @@ def test_recovery_behaviours_that_there_are_not(listed, complaint):
 def test_the_latch_is_read_where_upstream_reads_it(given, latches):
     params = NavigatorParams.from_mapping(given, '')
     assert params.DWAPlannerROS.latch_xy_goal_tolerance == latches
+
+
+# Parameters that upstream does not have and ignores.
+OWN_MOVE_BASE = {'input_timeout', 'max_unseen_travel'}
+
+
+# Upstream reads them in the layers' namespaces alone; its defaults are the same.
+IN_LAYERS = {'combination_method', 'footprint_clearing_enabled', 'trinary_costmap', 'unknown_cost_value'}
+
+
+OWN_NAVFN = {'use_dijkstra', 'neutral_cost', 'cost_factor'}  # global_planner's
+
+
+OWN_DWA = {'twist_sigmas', 'latch_margin', 'stop', 'turn_to_path_angle'}
+
+
+def test_upstream_knows_every_parameter_of_our_navigation_yaml():
+    ours = read_config('navigation.yaml')
+    parts = {'global_costmap', 'local_costmap', 'NavfnROS', 'DWAPlannerROS'}
+    assert set(ours) - MOVE_BASE_NAMES - parts <= OWN_MOVE_BASE
+    assert set(ours['DWAPlannerROS']) - set(DWA) <= OWN_DWA
+    assert set(ours['NavfnROS']) - set(NAVFN) <= OWN_NAVFN
+    for costmap in (ours['global_costmap'], ours['local_costmap']):
+        assert set(costmap) <= set(COSTMAP) | FLAT_NAMES | IN_LAYERS
+        assert set(costmap['scan']) <= set(SCAN_SOURCE)
+
+
+def test_values_have_the_type_that_upstream_reads():
+    assert wrong_types(read_config('navigation.yaml'), (MOVE_BASE, DWA, COSTMAP, SCAN_SOURCE, FLAT)) == []
+
+
+def test_what_our_file_leaves_out_is_the_same_in_both_stacks():
+    """A default that differs must stand in the file."""
+    ours = read_config('navigation.yaml')
+    params = NavigatorParams.from_mapping({}, '')
+    assert different(MOVE_BASE, params, ours) == set()
+    assert different(NAVFN, params.NavfnROS, ours['NavfnROS']) == set()
+    assert different(DWA, params.DWAPlannerROS, ours['DWAPlannerROS']) == set()
+    # The size of the global one is the map's.
+    for name, costmap, other in (
+        ('global_costmap', CostmapParams(), {'width', 'height'}),
+        ('local_costmap', params.local_costmap, set()),
+    ):
+        upstream = {**COSTMAP, **FLAT, 'static_map': False}
+        assert different(upstream, costmap, ours[name]) <= other
+        assert different(SCAN_SOURCE, costmap.scan, ours[name]['scan']) <= {'obstacle_range', 'raytrace_range'}
+
+
+def test_our_file_means_the_same_to_the_embedded_stack():
+    params = NavigatorParams.from_mapping(read_config('navigation.yaml'), 'navigation.yaml')
+    assert params.DWAPlannerROS.latch_xy_goal_tolerance
+    assert params.global_costmap.observation_sources == 'scan'
+    assert params.local_costmap.scan.clearing
+
+
+@pytest.mark.parametrize(
+    'params', [{'rolling_window': True, 'static_map': True}, {'static_map': False}, {'observation_sources': 'sonar'}]
+)
+def test_params_that_make_no_costmap_are_refused(params):
+    with pytest.raises(ConfigError):
+        CostmapParams.from_mapping(params, 'costmap.yaml')
+
+
+REFUSED = {
+    'another layer': (
+        {'plugins': [{'name': 'v', 'type': 'costmap_2d::VoxelLayer'}]},
+        'costmap_2d::StaticLayer, costmap_2d::ObstacleLayer',
+    ),
+    'switched off': ({'plugins': PLUGINS, 'static_layer': {'enabled': False}}, 'static_layer.enabled: true; take'),
+    'misspelt in a layer': (
+        {'plugins': PLUGINS, 'inflation_layer': {'inflation_radios': 0.5}},
+        'inflation_radios: unknown key',
+    ),
+    'voxels': ({'map_type': 'voxel'}, "map_type: given 'voxel'; allowed: 'costmap'"),
+    'two lasers': ({'observation_sources': 'front rear'}, 'one laser, not 2'),
+    'points': ({'scan': {'data_type': 'PointCloud2'}}, "scan.data_type: given 'PointCloud2'"),
+    'another topic': ({'scan': {'topic': '/base_scan'}}, 'remap'),
+    'too fine': (
+        {'plugins': PLUGINS[1:], 'rolling_window': True, 'resolution': 1e-3, 'width': 6.0, 'height': 6.0},
+        '4000000 cells',
+    ),
+    'radius': ({'robot_radius': -0.2}, 'robot_radius: 0.001 to 100 [m], not -0.2'),
+}
+
+
+@pytest.mark.parametrize('name', list(REFUSED))
+def test_what_the_costmap_cannot_do_is_named_in_one_line(name):
+    given, complaint = REFUSED[name]
+    with pytest.raises(ConfigError) as caught:
+        NavigatorParams.from_mapping({'global_costmap': given}, '/move_base')
+    assert complaint in str(caught.value)
+    assert str(caught.value).startswith('/move_base: global_costmap')
+    assert '\n' not in str(caught.value)
+
+
+def test_the_flat_form_is_the_layered_one():
+    source = {**SCAN_SOURCE, 'data_type': 'LaserScan'}
+    flat = {**COSTMAP, **FLAT, 'static_map': True, 'map_type': 'costmap', 'scan': source}
+    layered = upstream_navigation()['global_costmap']
+    assert CostmapParams.from_mapping(flat, '') == CostmapParams.from_mapping(layered, '')
+
+
+def test_what_the_costmap_says_goes_before_what_the_layer_says():
+    layered = {**upstream_navigation()['global_costmap'], 'inflation_radius': 0.8}
+    assert CostmapParams.from_mapping(layered, '').inflation_radius == 0.8
+
+
+def test_layers_that_are_not_listed_are_not_there():
+    params = CostmapParams.from_mapping({'plugins': PLUGINS[:1], 'static_map': False}, '')
+    assert (params.static_map, params.observation_sources, params.inflation_radius) == (True, '', 0.0)
+
+
+@pytest.mark.parametrize('form', [{}, {'plugins': PLUGINS}])
+def test_layers_that_are_not_enabled_have_no_effect(form):
+    """As dynamic_reconfigure leaves them on the parameter server."""
+    layers = {'inflation_layer': {'enabled': False, 'inflation_radius': 0.7}, 'obstacle_layer': {'enabled': False}}
+    laser = {'observation_sources': 'laser', 'laser': {'topic': '/scan', 'data_type': 'LaserScan'}}
+    params = CostmapParams.from_mapping({**form, **layers, **laser}, '')
+    assert (params.observation_sources, params.inflation_radius) == ('', 0.0)
+
+
+def test_the_laser_may_have_any_name():
+    params = CostmapParams.from_mapping(
+        {
+            'observation_sources': 'front_laser',
+            'front_laser': {'topic': '/scan', 'data_type': 'LaserScan', 'clearing': False, 'obstacle_range': 1.5},
+        },
+        '',
+    )
+    assert (params.observation_sources, params.scan.clearing, params.obstacle_range) == ('scan', False, 1.5)
+
+
+def test_a_round_robot_is_a_polygon_of_16_corners():
+    """costmap_2d/src/footprint.cpp, makeFootprintFromRadius; a footprint counts before the radius."""
+    params = CostmapParams.from_mapping({'robot_radius': 0.2}, '')
+    assert len(params.footprint) == 16
+    assert all(math.hypot(*corner) == pytest.approx(0.2) for corner in params.footprint)
+    square = [[0.1, 0.1], [-0.1, 0.1], [-0.1, -0.1], [0.1, -0.1]]
+    both = CostmapParams.from_mapping({'robot_radius': 0.2, 'footprint': square}, '')
+    assert both.footprint == square
+
+
+INSCRIBED_M = 0.26  # of 0.5 x 0.6 m and 0.01 m of padding
+
+
+def test_radii_of_the_padded_rectangle():
+    footprint = make_footprint([[0.25, 0.3], [-0.25, 0.3], [-0.25, -0.3], [0.25, -0.3]], 0.01)
+    assert footprint.inscribed_radius_m == pytest.approx(INSCRIBED_M)
+    assert footprint.circumscribed_radius_m == pytest.approx(math.hypot(0.26, 0.31))
+
+
+def test_footprint_is_read_from_text_as_upstream_does():
+    params = CostmapParams.from_mapping({'footprint': '[[0.2, 0.1], [-0.2, 0.1], [0, -0.3]]'}, '')
+    assert params.footprint == [[0.2, 0.1], [-0.2, 0.1], [0.0, -0.3]]
+
+
+@pytest.mark.parametrize(
+    'footprint', [[[0, 1], [1, 0]], [[1, 1], [2, 1], [2, 2]], 'round', [[0.1, 0.1, 0.1], [-0.1, 0.1], [0, -0.1]]]
+)
+def test_a_footprint_must_be_a_polygon_around_the_robot(footprint):
+    with pytest.raises(ConfigError, match='footprint'):
+        CostmapParams.from_mapping({'footprint': footprint}, '')
+
+
+SLOW_START = {'acc_lim_x': 0.7, 'acc_lim_theta': 4.0, 'min_vel_trans': 0.1, 'min_vel_theta': 0.4}
+
+
+@pytest.mark.parametrize(
+    ('changes', 'can_start'),
+    [
+        ({}, False),  # 0.035 m/s and 0.2 rad/s after 50 ms
+        ({'min_vel_trans': 0.03}, True),
+        ({'acc_lim_x': 2.5, 'max_vel_x': 0.05}, False),
+        ({'acc_lim_x': 2.5, 'max_vel_x': 0.05, 'min_vel_x': -0.2}, True),  # backwards
+        ({'use_dwa': False}, True),  # sim_time is long enough
+    ],
+)
+def test_a_standing_robot_starts_if_one_period_reaches_a_minimum(changes, can_start):
+    assert DwaParams.from_mapping({**SLOW_START, **changes}, '').can_start(0.05) is can_start
+
+
+@pytest.mark.parametrize(
+    ('given', 'complaint'),
+    [
+        ({'min_vel_x': 0.6}, 'min_vel_x not above max_vel_x'),
+        ({'min_vel_theta': 1.1}, 'min_vel_theta not above max_vel_theta'),
+    ],
+)
+def test_a_minimum_above_its_maximum_is_refused(given, complaint):
+    with pytest.raises(ConfigError, match=complaint):
+        DwaParams.from_mapping(given, '')

@@ -8,8 +8,17 @@ from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, wrap_angle
 from diff_encoder_sim.navigation.costmap import Costmap
 from diff_encoder_sim.navigation.costmap_layers import LETHAL
 from diff_encoder_sim.navigation.costmap_params import CostmapParams, local_defaults
+from diff_encoder_sim.navigation.navigator_inputs import StartedRecovery, Trigger
 from diff_encoder_sim.navigation.navigator_params import CLEAR_COSTMAP, ROTATE, NavigatorParams
-from diff_encoder_sim.navigation.recovery import ClearCostmap, RecoveryView, Rotate, make_recoveries
+from diff_encoder_sim.navigation.recovery import (
+    ClearCostmap,
+    Recovery,
+    RecoverySequence,
+    RecoveryStep,
+    RecoveryView,
+    Rotate,
+    make_recoveries,
+)
 from navigation_scenes import dwa_params
 from navigation_simulation import rasterise, shapes_of
 
@@ -92,3 +101,62 @@ def test_recoveries_are_those_that_are_listed():
         ('aggressive_reset', pytest.approx(CLOSE_BY_M)),
         ('mine', 3.0),
     ]
+
+
+VIEW = RecoveryView(0, IDENTITY, IDENTITY, None, None)
+
+
+class Counted(Recovery):
+    """Is done in its second step."""
+
+    def __init__(self, name):
+        self.name, self.starts, self.steps = name, 0, 0
+
+    def start(self):
+        self.starts, self.steps = self.starts + 1, 0
+
+    def step(self, view):
+        self.steps += 1
+        return RecoveryStep(self.steps == 2, text=f'step {self.steps}')
+
+
+def run(sequence):
+    """Texts of one behaviour, until it is done."""
+    texts, result = [], RecoveryStep(False)
+    while not result.is_done:
+        result = sequence.step(VIEW)
+        texts.append(result.text)
+    return texts
+
+
+def test_each_call_starts_the_next_behaviour():
+    first, second = Counted('first'), Counted('second')
+    sequence = RecoverySequence([first, second])
+    for name in ('first', 'second'):
+        assert not sequence.is_exhausted
+        sequence.call(Trigger.CONTROLLING, 'blocked')
+        assert run(sequence) == [f'{name}: step 1', f'{name}: step 2']
+    assert sequence.is_exhausted and (first.starts, second.starts) == (1, 1)
+    assert sequence.failure == 'no velocity command was found after 2 recovery behaviours: blocked'
+
+
+def test_it_begins_anew_once_the_reason_of_the_last_call_is_over():
+    sequence = RecoverySequence([Counted('first'), Counted('second')])
+    sequence.call(Trigger.CONTROLLING, '')
+    run(sequence)
+    sequence.restart_after(Trigger.PLANNING)
+    sequence.call(Trigger.CONTROLLING, '')
+    assert run(sequence)[0] == 'second: step 1'
+    sequence.restart_after(Trigger.CONTROLLING)
+    sequence.call(Trigger.CONTROLLING, '')
+    assert run(sequence)[0] == 'first: step 1'
+
+
+def test_a_behaviour_is_reported_in_the_step_that_begins_it():
+    sequence = RecoverySequence([Counted('first'), Counted('second')])
+    for expected in (StartedRecovery('first', 0, 2), StartedRecovery('second', 1, 2)):
+        sequence.call(Trigger.PLANNING, 'blocked')
+        sequence.step(VIEW)
+        assert sequence.started == expected
+        sequence.step(VIEW)
+        assert sequence.started is None

@@ -1,0 +1,345 @@
+"""The end of a drive, step by step, and turns to the path."""
+
+import math
+
+import numpy as np
+import pytest
+
+from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, move_along_arc, wrap_angle
+from diff_encoder_sim.navigation.dwa import DwaPlanner
+from diff_encoder_sim.navigation.dwa_params import DwaParams
+from diff_encoder_sim.navigation.goal_stopping import (
+    LOOKAHEAD_M,
+    NEAR,
+    SET_OUT,
+    LatchedStopRotate,
+    Motion,
+    PoseStep,
+    PreciseStop,
+    TurnToPath,
+    bearing_ahead,
+    stop_parts,
+    stop_spread,
+)
+from dwa_scoring import scored
+from navigation_scenes import PERIOD_S, dwa_params, local_costmap, straight_plan, winding_plan
+
+GOAL = Pose2D(0.0, 0.0, 1.0)
+
+
+def controller(**changes):
+    return LatchedStopRotate(dwa_params(**changes), 0.05)
+
+
+def always(*_):
+    return True
+
+
+def test_position_is_reached_within_tolerance_and_then_latched():
+    latched, free = controller(), controller(latch_xy_goal_tolerance=False)
+    for at, expected in ((0.06, (False, False)), (0.05, (True, True)), (0.07, (True, False))):
+        motion = Motion(Pose2D(at, 0.0, 0.0), 0.0, 0.0)
+        assert (latched.is_position_reached(motion, GOAL), free.is_position_reached(motion, GOAL)) == expected
+    latched.reset()
+    assert not latched.is_position_reached(Motion(Pose2D(0.07, 0.0, 0.0), 0.0, 0.0), GOAL)
+
+
+def test_goal_is_reached_only_when_it_stands_and_looks_there():
+    for yaw, linear, angular, expected in (
+        (1.05, 0.0, 0.0, True),
+        (1.06, 0.0, 0.0, False),
+        (1.0, 0.11, 0.0, False),
+        (1.0, 0.0, 0.11, False),
+        (1.0 - 2 * math.pi, 0.0, 0.0, True),
+    ):
+        motion = Motion(Pose2D(0.03, 0.0, yaw), linear, angular)
+        assert controller().is_goal_reached(motion, GOAL) is expected
+
+
+def test_it_brakes_then_turns_then_stops():
+    stop = controller()
+    assert stop.command(Motion(IDENTITY, 0.3, -0.5), GOAL, always) == pytest.approx((0.265, -0.255))
+    assert stop.command(Motion(IDENTITY, 0.05, 0.0), GOAL, always) == pytest.approx((0.0, 0.245))
+    # Turning, it may be fast without that counting as not stopped.
+    assert stop.command(Motion(IDENTITY, 0.0, 0.7), GOAL, always) == pytest.approx((0.0, 0.945))
+    assert stop.command(Motion(Pose2D(0, 0, 0.97), 0.0, 0.3), GOAL, always) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ('yaw', 'angular', 'expected'),
+    [
+        (0.9, 0.0, 0.2),  # min_vel_theta, the rest of 0.1 rad would ask for less
+        (-2.0, 0.9, 1.0),  # max_vel_theta
+        (1.4, -0.5, -0.4),  # to the right, as fast as the rest in one second
+        (0.7, 0.9, 0.655),
+    ],
+)  # no more braking than the acceleration limit
+def test_turning_speed_keeps_all_limits(yaw, angular, expected):
+    stop = controller()
+    stop.command(Motion(Pose2D(0, 0, yaw), 0.0, 0.0), GOAL, always)  # it stands, so it turns
+    assert stop.command(Motion(Pose2D(0, 0, yaw), 0.0, angular), GOAL, always)[1] == pytest.approx(expected)
+
+
+def test_a_turn_that_would_collide_is_not_made():
+    assert controller().command(Motion(IDENTITY, 0.0, 0.0), GOAL, lambda *_: False) is None
+
+
+def test_a_margin_lets_the_robot_come_closer_before_it_turns():
+    """Localization moves by millimetres while it turns: who stopped on the edge would be outside."""
+    motion = Motion(Pose2D(0.0, 0.0, 0.0), 0.0, 0.0)
+    for margin, distance_m, is_reached in ((0.0, 0.049, True), (0.2, 0.041, False), (0.2, 0.039, True)):
+        controller = LatchedStopRotate(
+            DwaParams.from_mapping(
+                {'xy_goal_tolerance': 0.05, 'latch_margin': margin, 'latch_xy_goal_tolerance': True}, ''
+            ),
+            0.05,
+        )
+        assert controller.is_position_reached(motion, Pose2D(distance_m, 0.0, 0.0)) is is_reached
+    assert controller.is_position_reached(motion, Pose2D(0.06, 0.0, 0.0))  # latched
+
+
+TOLERANCE_M, YAW_TOLERANCE_RAD = 0.05, 0.052
+
+
+TICK_S = 0.01
+
+
+SEPARATION_M = 0.4
+
+
+class Unicycle:
+    """A robot with the acceleration limits of ALTO's motors; `pulse_m` is what its odometry counts in."""
+
+    def __init__(self, pose, speed_mps=0.0, latency_ticks=2, pulse_m=0.0, phases=(0.0, 0.0)):
+        self.pose, self.speeds = pose, np.array([speed_mps, 0.0])
+        self._late = [(speed_mps, 0.0)] * latency_ticks
+        self._pulse_m, self._phases_m = pulse_m, np.array(phases) * pulse_m
+        self._travel_m = np.zeros(2)
+        self._counted_m = self._counts_m()
+        self.odometry = pose
+
+    def _counts_m(self):
+        if self._pulse_m == 0.0:
+            return self._travel_m.copy()
+        return np.floor((self._travel_m + self._phases_m) / self._pulse_m) * self._pulse_m
+
+    def drive(self, command, period_s):
+        for _ in range(round(period_s / TICK_S)):
+            self._late.append(command)
+            wanted = np.array(self._late.pop(0))
+            self.speeds += np.clip(wanted - self.speeds, [-0.015, -0.06], [0.015, 0.06])
+            linear, angular = self.speeds * TICK_S
+            self.pose = move_along_arc(self.pose, linear, angular)
+            self._travel_m += [linear - 0.5 * SEPARATION_M * angular, linear + 0.5 * SEPARATION_M * angular]
+        before_m, self._counted_m = self._counted_m, self._counts_m()
+        left_m, right_m = self._counted_m - before_m
+        self.odometry = move_along_arc(self.odometry, 0.5 * (left_m + right_m), (right_m - left_m) / SEPARATION_M)
+
+
+def stop_at(goal, robot, period_s=0.05, limit_s=20.0, is_clear=always, **changes):
+    """Drive until the goal is reached; returns the time that took, and the commands."""
+    stop, command, commands = PreciseStop(dwa_params(**changes), period_s), (robot.speeds[0], 0.0), []
+    while True:
+        motion = Motion(robot.odometry, *command)
+        assert stop.is_position_reached(motion, goal), f'left the tolerance at {robot.odometry}'
+        if stop.is_goal_reached(motion, goal):
+            robot.drive((0.0, 0.0), 0.5)
+            return len(commands) * period_s, commands
+        command = stop.command(motion, goal, is_clear)
+        commands.append(command)
+        assert len(commands) * period_s < limit_s
+        robot.drive(command, period_s)
+
+
+@pytest.mark.parametrize('rate_hz', [5.0, 20.0])
+@pytest.mark.parametrize('latency_ticks', [0, 5])
+@pytest.mark.parametrize('speed_mps', [0.0, 0.1])
+def test_on_a_straight_line_it_ends_at_the_goal(rate_hz, latency_ticks, speed_mps):
+    robot = Unicycle(Pose2D(-0.04, 0.0, 0.0), speed_mps, latency_ticks)
+    stop_at(IDENTITY, robot, 1.0 / rate_hz)
+    assert abs(robot.pose.x_m) < 0.002
+    assert robot.pose.y_m == 0.0
+
+
+def test_it_stops_beside_a_goal_to_the_side():
+    """It goes on to the nearest place on its line where the goal is not worth steering to."""
+    aside_m = 0.9 * NEAR * TOLERANCE_M
+    robot = Unicycle(Pose2D(-0.039, aside_m, 0.0), 0.04)
+    stop_at(IDENTITY, robot)
+    assert abs(robot.pose.x_m) < 0.003 and robot.pose.y_m == pytest.approx(aside_m)
+
+
+def test_a_robot_that_stands_close_enough_does_not_move():
+    """After turns in place an estimate is some millimetres off: that is no reason to drive."""
+    robot = Unicycle(Pose2D(-0.9 * SET_OUT * TOLERANCE_M, 0.02, 0.9 * SET_OUT * YAW_TOLERANCE_RAD))
+    assert set(stop_at(IDENTITY, robot)[1]) == {(0.0, 0.0)}
+
+
+def test_it_never_drives_backwards():
+    robot = Unicycle(Pose2D(0.03, -0.02, 0.0))
+    assert set(stop_at(IDENTITY, robot)[1]) == {(0.0, 0.0)}
+
+
+def test_it_stops_where_the_way_is_not_clear_and_leaves_a_turn_that_is_not_needed():
+    robot = Unicycle(Pose2D(-0.035, 0.0, 0.8 * YAW_TOLERANCE_RAD))
+    assert set(stop_at(IDENTITY, robot, is_clear=lambda *_: False)[1]) == {(0.0, 0.0)}
+    stop = PreciseStop(dwa_params(), 0.05)
+    assert stop.command(Motion(IDENTITY, 0.0, 0.0), Pose2D(0.0, 0.0, 1.0), lambda *_: False) is None
+
+
+def test_the_check_of_the_way_ends_at_the_goal():
+    """A wall behind the goal is none of its business."""
+    params, asked = dwa_params(), []
+
+    def is_clear(linear_mps, angular_radps):
+        asked.append(linear_mps * params.sim_time)
+        return True
+
+    stop_at(IDENTITY, Unicycle(Pose2D(-0.04, 0.0, 0.0), 0.04), is_clear=is_clear)
+    assert max(asked) == pytest.approx(0.04)
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize('pulses', [40, 4096])
+def test_all_starts_end_close_in_time_and_for_good(pulses):
+    """With poses that jump by pulses, at 5 to 20 Hz, and all limits: by the pose, in one turn and without a search."""
+    random, pulse_m = np.random.default_rng(pulses), math.pi * 0.2 / pulses
+    for _ in range(60):
+        bearing, distance_m = random.uniform(-0.5, 0.5), random.uniform(0.005, 0.04)
+        start = Pose2D(-distance_m * math.cos(bearing), -distance_m * math.sin(bearing), random.uniform(-0.2, 0.2))
+        robot = Unicycle(start, random.uniform(0.0, 0.05), random.integers(0, 6), pulse_m, random.random(2))
+        goal, period_s = Pose2D(0.0, 0.0, random.uniform(-3.0, 3.0)), random.choice([0.05, 0.1, 0.2])
+        limits = {
+            'acc_lim_x': random.uniform(0.3, 2.5),
+            'acc_lim_theta': random.uniform(1.0, 6.0),
+            'min_vel_theta': random.choice([0.0, 0.1, 0.2]),
+        }
+        _, commands = stop_at(goal, robot, period_s, 16.0, **limits)
+        assert math.hypot(*robot.odometry[:2]) <= TOLERANCE_M / 2
+        assert abs(wrap_angle(goal.yaw_rad - robot.odometry.yaw_rad)) <= YAW_TOLERANCE_RAD + pulse_m / SEPARATION_M
+        turns = [math.copysign(1.0, angular) for linear, angular in commands if linear == 0.0 and angular != 0.0]
+        assert np.count_nonzero(np.diff(turns)) <= 1  # slowing down from steering, then in one direction
+
+
+def test_a_heading_that_leaves_the_tolerance_is_turned_to_again():
+    stop = PreciseStop(dwa_params(), 0.05)
+    aligned = Motion(IDENTITY, 0.0, 0.0)
+    assert stop.command(aligned, IDENTITY, always) == (0.0, 0.0)
+    assert stop.is_position_reached(aligned, IDENTITY) and stop.is_goal_reached(aligned, IDENTITY)
+    turned = Pose2D(0.0, 0.0, 0.1)  # localization's next update
+    assert not stop.is_goal_reached(aligned, turned)
+    assert stop.command(aligned, turned, always)[1] > 0.0
+
+
+def test_arrival_is_latched_as_the_parameter_says():
+    """Localization's next update moves the goal away."""
+    here, away = Motion(IDENTITY, 0.0, 0.0), Pose2D(0.07, 0.0, 0.0)
+    for is_latched in (True, False):
+        stop = PreciseStop(dwa_params(latch_xy_goal_tolerance=is_latched), 0.05)
+        assert stop.is_position_reached(here, IDENTITY)
+        stop.command(here, IDENTITY, always)
+        assert stop.is_position_reached(here, away) is is_latched
+
+
+def test_before_arrival_nothing_is_latched():
+    stop, goal = PreciseStop(dwa_params(latch_margin=0.2), 0.05), IDENTITY
+    for x_m, is_reached in ((-0.041, False), (-0.039, True), (-0.049, True), (-0.051, False), (-0.045, False)):
+        motion = Motion(Pose2D(x_m, 0.0, 0.0), 0.04, 0.0)
+        assert stop.is_position_reached(motion, goal) is is_reached
+        if is_reached:
+            assert stop.command(motion, goal, always)[0] > 0.0
+
+
+@pytest.mark.parametrize(
+    ('changes', 'slowest', 'fastest'),
+    [({'min_vel_trans': 0.08}, 0.08, 0.45), ({'min_vel_x': 0.1}, 0.1, 0.45), ({'max_vel_x': 0.03}, 0.03, 0.03)],
+)
+def test_speeds_keep_the_limits(changes, slowest, fastest):
+    _, commands = stop_at(IDENTITY, Unicycle(Pose2D(-0.04, 0.0, 0.0), slowest), **changes)
+    speeds = [linear for linear, _ in commands if linear > 0.0]
+    assert min(speeds) == pytest.approx(slowest) and max(speeds) <= fastest + 1e-9
+    assert np.abs(np.diff(speeds)).max(initial=0.0) <= 0.7 * 0.05 + 1e-9
+
+
+FINE = PoseStep(0.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    ('changes', 'expected_m'),
+    [({}, 0.05), ({'latch_margin': 0.2}, 0.04), ({'latch_margin': 0.2, 'latch_xy_goal_tolerance': False}, 0.05)],
+)
+def test_latch_ends_on_the_edge_of_what_it_latches(changes, expected_m):
+    """Without a latch the margin has no effect."""
+    assert stop_spread(dwa_params(**changes), 0.05, 0.02, PoseStep(0.02, 0.04)) == pytest.approx((expected_m, 0.052))
+
+
+def test_precise_is_what_the_control_loop_leaves():
+    """At 20 Hz: 39 mm/s at the end, 1.1 mm of braking, 1 mm of half a period, 0.8 mm of latency, 5 mm aside."""
+    spread = stop_spread(dwa_params(stop='precise'), 0.05, 0.02, FINE)
+    speed = 0.7 * (math.sqrt(0.1**2 + 2 * 0.005 / 0.7) - 0.1)
+    along_m = speed**2 / 1.4 + 0.5 * speed * 0.05 + speed * 0.02
+    assert spread.position_m == pytest.approx(math.hypot(along_m, 0.005)) and 0.005 < spread.position_m < 0.006
+    assert spread.yaw_rad == pytest.approx(0.052 / 3.0)
+
+
+def test_a_coarse_encoder_adds_its_pulse_up_to_the_tolerance():
+    fine = stop_spread(dwa_params(stop='precise'), 0.05, 0.02, FINE)
+    coarse = stop_spread(dwa_params(stop='precise'), 0.05, 0.02, PoseStep(0.0157, 0.03))
+    assert fine.position_m + 0.01 < coarse.position_m < 0.02
+    assert fine.yaw_rad < coarse.yaw_rad < 0.052
+    assert stop_spread(dwa_params(stop='precise'), 0.05, 0.02, PoseStep(1.0, 1.0)) == pytest.approx((0.05, 0.052))
+
+
+@pytest.mark.parametrize('stop', ['latch', 'precise'])
+def test_the_parts_make_the_spread(stop):
+    params, step = dwa_params(stop=stop), PoseStep(0.002, 0.005)
+    parts, spread = stop_parts(params, 0.05, 0.03, step), stop_spread(params, 0.05, 0.03, step)
+    if stop == 'latch':
+        assert parts == {'latch circle': spread}
+    else:
+        ahead_m = sum(parts[cause].position_m for cause in ('coasting', 'latency', 'one pulse'))
+        assert spread.position_m == pytest.approx(math.hypot(ahead_m, parts['near enough'].position_m))
+        assert parts['one pulse'] == step
+        assert stop_parts(params, 0.05, 0.06, step)['latency'].position_m == 2.0 * parts['latency'].position_m
+
+
+def test_the_dwa_alone_does_not_turn_round_but_turn_to_path_does():
+    plan = straight_plan(1.4, math.pi)
+    planner = DwaPlanner(dwa_params(), PERIOD_S)
+    result = scored(planner, local_costmap(), plan, twist=(0.0, 0.0))
+    on_the_spot = result.samples[:, 0] == 0.0
+    fastest = on_the_spot & (np.abs(result.samples[:, 1]) > 0.24)
+    slowest = on_the_spot & (np.abs(result.samples[:, 1]) < 0.05) & (result.totals >= 0.0)
+    assert result.totals[fastest].min() > result.totals[slowest].min()
+    turn = TurnToPath(dwa_params(), PERIOD_S)
+    still = Motion(Pose2D(0.0, 0.0, 0.1), 0.0, 0.0)
+    assert turn.command(still, plan, lambda *_: True) == (0.0, pytest.approx(0.245))
+    assert turn.command(still, plan, lambda *_: False) is None
+    turned = Motion(Pose2D(0.0, 0.0, math.pi - 0.9), 0.0, 1.0)
+    assert turn.command(turned, plan, lambda *_: True) is None
+    assert TurnToPath(dwa_params(turn_to_path_angle=0.0), PERIOD_S).command(still, plan, lambda *_: True) is None
+
+
+def test_the_bearing_is_that_of_the_first_point_far_enough_from_the_nearest():
+    random = np.random.default_rng(7)
+    for points in (1, 2, 10, 60):
+        plan = winding_plan(random, points)
+        x_m, y_m = random.normal(0.0, 0.3, 2)
+        nearest = int(np.argmin(np.hypot(plan[:, 0] - x_m, plan[:, 1] - y_m)))
+        travelled_m = np.append(0.0, np.cumsum(np.hypot(*np.diff(plan[nearest:, :2], axis=0).T)))
+        far = np.flatnonzero(travelled_m >= LOOKAHEAD_M)
+        ahead = plan[nearest + far[0] if len(far) else -1]
+        assert bearing_ahead(plan, x_m, y_m) == math.atan2(ahead[1] - y_m, ahead[0] - x_m)
+
+
+def test_a_robot_that_came_past_its_goal_turns_to_it():
+    stop = PreciseStop(dwa_params(), 0.05)
+    for x_m in (-0.06, -0.02):  # it drives into the tolerance
+        beside = Motion(Pose2D(x_m, 0.035, 0.0), 0.04, 0.0)
+        is_reached = stop.is_position_reached(beside, IDENTITY)
+    assert is_reached
+    linear_mps, angular_radps = stop.command(beside, IDENTITY, always)
+    assert linear_mps < 0.04 and angular_radps < 0.0
+    facing = Motion(Pose2D(-0.02, 0.035, -1.0), 0.0, -0.5)
+    linear_mps, angular_radps = stop.command(facing, IDENTITY, always)
+    assert linear_mps > 0.0 and angular_radps < 0.0
