@@ -48,7 +48,7 @@ def output(process):
 
 def test_processes_that_compile_at_the_same_time_get_the_same_result_and_later_ones_find_the_code(tmp_path):
     (tmp_path / 'kernel.py').write_text(KERNEL)
-    assert {output(process)[0] for process in [start(tmp_path) for _ in range(3)]} == {'12'}
+    assert {output(process)[0] for process in [start(tmp_path) for _ in range(2)]} == {'12'}
     assert output(start(tmp_path)) == ['12', '1']
 
 

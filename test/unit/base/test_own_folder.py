@@ -54,3 +54,9 @@ def test_a_folder_of_somebody_else_is_not_taken(places, monkeypatch):
     monkeypatch.setattr(os, 'geteuid', lambda: user + 1)
     in_tmp(places).mkdir(mode=0o700)
     assert own_folder() is None
+
+
+def test_a_link_is_not_followed(places):
+    (places / 'elsewhere').mkdir(mode=0o700)
+    in_tmp(places).symlink_to(places / 'elsewhere')
+    assert own_folder() is None

@@ -90,6 +90,20 @@ def test_a_process_is_roslaunch_by_its_command_line(process):
     assert not is_roslaunch(process('rosrun', 'diff_encoder_sim', 'campaign'))
 
 
+@pytest.mark.parametrize(
+    ('words', 'lists'),
+    [
+        (['roslaunch', '--nodes', 'trial.launch'], True),
+        (['roslaunch', '--find-node=/amcl', 'trial.launch'], True),
+        (['roslaunch', 'trial.launch'], False),
+    ],
+)
+def test_a_roslaunch_that_only_lists_is_known(words, lists, process, monkeypatch):
+    pid = process(*words)
+    monkeypatch.setattr(os, 'getppid', lambda: pid)
+    assert parent_only_lists() is lists
+
+
 def test_python_catches_ctrl_c_until_it_ends():
     script = (
         'import sys; hold = type("", (), {"__del__": lambda _: (print(1, flush=True), input())})(); sys.hold = hold'
@@ -107,18 +121,3 @@ def test_python_catches_ctrl_c_until_it_ends():
     assert not catches_signal(ending.pid, signal.SIGINT)
     ending.communicate(b'\n')
     assert catches_signal(ending.pid, signal.SIGINT)  # of one that is gone it is not known
-
-
-@pytest.mark.parametrize(
-    ('words', 'lists'),
-    [
-        (['roslaunch', '--nodes', 'trial.launch'], True),
-        (['roslaunch', '--find-node=/amcl', 'trial.launch'], True),
-        (['roslaunch', 'trial.launch'], False),
-        (['rosrun', '--nodes'], False),
-    ],
-)
-def test_a_roslaunch_that_only_lists_is_known(words, lists, process, monkeypatch):
-    pid = process(*words)
-    monkeypatch.setattr(os, 'getppid', lambda: pid)
-    assert parent_only_lists() is lists

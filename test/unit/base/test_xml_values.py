@@ -8,7 +8,6 @@ import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.xml_values import (
-    joint_link,
     joint_origin,
     parse_lengths,
     parse_numbers,
@@ -38,17 +37,6 @@ def test_a_joint_without_an_origin_is_where_its_parent_link_is():
     assert joint_origin(turned) == ((0.0, 0.0, 0.0), (0.0, 0.5, 0.0))
 
 
-def test_a_bad_origin_is_named_with_its_file():
-    joint = ElementTree.fromstring(JOINT.format('<origin xyz="1 0"/>'))
-    with pytest.raises(ConfigError, match="robot.urdf: joint 'j' origin xyz: given '1 0'"):
-        joint_origin(joint, 'robot.urdf: ')
-
-
-def test_a_missing_link_has_no_name():
-    joint = ElementTree.fromstring(JOINT.format(''))
-    assert (joint_link(joint, 'parent'), joint_link(joint, 'child')) == ('base', '')
-
-
 def test_rotations_are_about_fixed_axes_in_the_order_x_y_z():
     turned = rotation_from_rpy(math.pi / 2, 0, math.pi / 2) @ [0, 1, 0]
     assert turned == pytest.approx([0, 0, 1])
@@ -60,3 +48,9 @@ def test_angles_of_a_rotation_give_the_rotation_again(pitch_rad):
     for roll_rad, yaw_rad in [(0, 0), (0.4, -2.5), (math.pi, 1), (-3, math.pi / 2)]:
         rotation = rotation_from_rpy(roll_rad, pitch_rad, yaw_rad)
         assert rotation_from_rpy(*rpy_from_rotation(rotation)) == pytest.approx(rotation, abs=1e-12)
+
+
+def test_a_bad_origin_is_named_with_its_file():
+    joint = ElementTree.fromstring(JOINT.format('<origin xyz="1 0"/>'))
+    with pytest.raises(ConfigError, match="robot.urdf: joint 'j' origin xyz: given '1 0'"):
+        joint_origin(joint, 'robot.urdf: ')

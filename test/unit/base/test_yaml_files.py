@@ -13,39 +13,23 @@ SHIPPED = sorted((ROOT / 'config').rglob('*.yaml')) + sorted((ROOT / 'maps').glo
 # What changes silently in YAML 1.1: the text of line 2, words of the error.
 CHANGED = {
     'octal': ('a: 0100', ['0100', 'YAML 1.1', '64']),
-    'negative octal': ('a: -010', ['-010', '-8']),
-    'octal of a tag': ('a: !!int 010', ['010', '8']),
     'sexagesimal': ('a: 1:30', ['1:30', '90']),
-    'sexagesimal with a fraction': ('a: 1:30.5', ['1:30.5', '90.5']),
     'thousands': ('a: 1_000', ['1_000', '1000', 'quotes']),
-    'binary': ('a: 0b11', ['0b11', '3']),
     'yes': ('a: yes', ['yes', 'true', 'quotes']),
-    'off': ('a: Off', ['Off', 'false']),
     'date': ('a: 2020-01-02', ['2020-01-02', 'a date', 'quotes']),
-    'no date': ('a: 2020-13-45', ['2020-13-45']),
     'in a list': ('a: [1, {b: 010}]', ['010', '8']),
     'a key that is true': ('on: 1', ['the key on', 'quotes']),
-    'a key that is a number': ('1: 1', ['the key 1']),
-    'a key that is a list': ('[a]: 1', ['the key', 'list']),
-    'more digits than Python reads': ('a: ' + '1' * 5000, ['1111', '...']),
     'duplicate': ('first: 2', ['first', 'twice', 'line 1']),
-    'duplicate in quotes': ('"first": 2', ['first', 'twice', 'line 1']),
     'duplicate below': ('x: {b: 1, b: 2}', ['b', 'twice', 'line 2']),
 }
 
 PLAIN = {
-    'a: 0': 0,
-    'a: -12': -12,
-    'a: +7': 7,
     'a: 0x10': 16,
     'a: .5': 0.5,
-    'a: 5.': 5.0,
     'a: 1.5e-3': 0.0015,
     'a: -.inf': float('-inf'),
     'a: true': True,
-    'a: False': False,
     'a: "0100"': '0100',
-    "a: 'yes'": 'yes',
     "a: '2020-01-02'": '2020-01-02',
     'a: ~': None,
     'a: 08': '08',
@@ -110,7 +94,7 @@ def test_arguments_are_read_as_files_are():
         yaml_value('0100', 'ppr')
 
 
-@pytest.mark.parametrize('text', ['{left: 90', '[' * 5000, '\udcff', 'a: b: c', '*a', '!foo 1'])
+@pytest.mark.parametrize('text', ['{left: 90', 'a: b: c', '*a'])
 def test_arguments_that_are_no_yaml_are_text(text):
     assert yaml_value(text, 'ppr') == text
 
