@@ -4,7 +4,7 @@ What makes the comparison fair:
 - Both filter the same thing: the same prior, odometry and scans, the odometry model diff-corrected
   (table 5.6; independent Gaussian turn, drive and turn) and upstream's likelihood-field weights.
   Those are no probabilities, but the posterior that they define is as exact as any. The weights
-  are checked against plain Python in test_likelihood_field.py.
+  are checked against plain Python in test_laser_models.py.
 - The grid filter (test/support/grid_filter.py) has no error of its own that would count: its cells are
   below a third of every spread, and its window reaches five standard deviations.
 - AMCL gets 10,000 particles, no KLD limit and no recovery: those trade accuracy for time or for
