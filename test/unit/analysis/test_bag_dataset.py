@@ -56,16 +56,6 @@ def test_real_encoders_and_variants_are_those_of_the_bags(tmp_path):
     ]
 
 
-def test_other_configurations_are_kept_apart(tmp_path):
-    write_bag(tmp_path / 'a.bag', trial())
-    write_bag(tmp_path / 'b.bag', trial(nav='embedded'))
-    dataset = load_dataset([tmp_path])
-    assert [trial.varied for trial in dataset.trials] == [(('nav', 'scripted'),), (('nav', 'embedded'),)]
-    assert dataset.notes == [
-        f'{tmp_path}/a.bag and others: nav is embedded or scripted; trials with different values are not pooled'
-    ]
-
-
 def test_a_trial_counts_once_and_a_test_has_one_definition(tmp_path):
     write_bag(tmp_path / 'a.bag', trial())
     shutil.copy(tmp_path / 'a.bag', tmp_path / 'b.bag')

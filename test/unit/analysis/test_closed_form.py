@@ -6,36 +6,14 @@ import numpy as np
 import pytest
 
 from campaign_manifest import STRAIGHT_20_M
-from diff_encoder_sim.analysis.closed_form import (
-    closed_form_std,
-    closed_form_table,
-    heading_std_rad,
-    odometry_minus_truth,
-    wheel_travel_m,
-)
-from diff_encoder_sim.analysis.quantities import YAW, X
+from diff_encoder_sim.analysis.closed_form import closed_form_std, closed_form_table, heading_std_rad, wheel_travel_m
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives.test_definition import PoseParams
 from diff_encoder_sim.drives.topics import PoseSource
 from diff_encoder_sim.drives.trial_definition import Trial
 from figure_panels import requested_trial
 from paper_datasets import IN, cell, dataset, trial
-from synthetic_trials import ALTO, trial_data
-
-
-def test_odometry_minus_truth_goes_round_at_half_a_turn():
-    trials = [
-        trial_data(errors={PoseSource.ODOM: (0.3, 0.0, 3.1), PoseSource.WORLD: (0.1, 0.0, -3.1)}),
-        trial_data(errors={PoseSource.ODOM: (0.3, 0.0, 3.1), PoseSource.WORLD: None}),
-    ]
-    assert odometry_minus_truth(trials, X) == pytest.approx([0.2])
-    assert odometry_minus_truth(trials, YAW) == pytest.approx([math.degrees(6.2 - 2.0 * math.pi)])
-
-
-@pytest.mark.parametrize(('ppr', 'expected_deg'), [(40, 1.358), (90, 0.577), (1024, 0.031), (4096, 0.0138)])
-def test_the_heading_after_exactly_twenty_metres(ppr, expected_deg):
-    std_rad = heading_std_rad(np.array([20.0]), math.pi * 0.2 / ppr, 0.4)
-    assert math.degrees(std_rad) == pytest.approx(expected_deg, rel=0.01)
+from synthetic_trials import ALTO
 
 
 @pytest.mark.parametrize('travel_m', [20.0, -3.3, 6.0])
@@ -62,11 +40,6 @@ def test_wheels_travel_as_far_as_the_robot_truly_went(nav):
     straight, turning = (requested_trial(test).model_copy(update={'nav': nav}) for test in ('SL', 'SMT'))
     assert wheel_travel_m(straight, ALTO, [Pose2D(-0.04, 0.3, 0.1)]) == pytest.approx([19.96])
     assert wheel_travel_m(turning, ALTO, [Pose2D(0.1, 0.0, -0.1)]) == pytest.approx([0.2 * (10.0 * math.pi - 0.1)])
-
-
-def test_wheels_of_other_drives_travel_each_its_own_way():
-    assert wheel_travel_m(requested_trial('DLD'), ALTO, [Pose2D(0.0, 0.0, 0.0)]) is None
-    assert wheel_travel_m(requested_trial('DLD').model_copy(update={'nav': 'scripted'}), ALTO, []) is None
 
 
 @pytest.mark.parametrize(('ppr', 'lateral_m'), [(40, 0.321), (90, 0.142), (1024, 0.0125), (4096, 0.0031)])

@@ -10,7 +10,6 @@ import pytest
 from analysed_campaigns import finish, refusal
 from campaign_files import NOISE, RUN, small_campaign
 from diff_encoder_sim.analysis.dataset_loading import load_dataset
-from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.drives.test_definition import load_test
 from diff_encoder_sim.drives.topics import PoseSource
 from diff_encoder_sim.drives.trial_definition import Outcome
@@ -59,12 +58,6 @@ def test_a_campaign_that_goes_on_is_analysed_as_far_as_it_is(tmp_path, caplog):
     assert [record.message for record in caplog.records] == dataset.notes
 
 
-@pytest.mark.parametrize('content', ['', '{', '[]', '{"name": "x"}', '{"name": "x", "configuration": {"tests": []}}'])
-def test_a_manifest_that_is_none_is_named(folder, content):
-    (folder / 'manifest.json').write_text(content)
-    assert refusal(folder).startswith(f'{folder}/manifest.json: not the manifest of a campaign')
-
-
 def test_a_manifest_of_another_campaign_is_named(folder, tmp_path):
     campaign = small_campaign(tmp_path, tests=['SL'], vary={NOISE: [0.01, 0.03]})
     other = finish(campaign, tmp_path / 'other', 1)
@@ -103,21 +96,6 @@ def test_a_campaign_is_its_table_and_the_way_from_its_bags(finished):
     assert second.bag == finished / 'bags' / 'SL_40_002.bag' and len(second.tracks.true) == 3
     assert set(second.paths) == set(PoseSource) - {PoseSource.WORLD} and second.paths[PoseSource.AMCL] is None
     assert second.paths[PoseSource.ODOM].ate_rmse_m == pytest.approx(math.sqrt((0.3**2 + 0.1**2 + 0.4**2) / 3))
-
-
-def test_without_bags_the_table_is_analysed_alone(folder):
-    shutil.rmtree(folder / 'bags')
-    dataset = load_dataset([folder])
-    assert len(dataset.trials) == 8
-    assert all((trial.paths, trial.tracks, trial.bag) == ({}, None, None) for trial in dataset.trials)
-    assert dataset.notes == [f'{folder}/bags: has bags of 0 of 8 trials; the others have no errors along the path']
-
-
-def test_varied_parameters_come_with_the_trials(tmp_path):
-    folder = finish(small_campaign(tmp_path, tests=['SL'], vary={NOISE: [0.01, 0.03]}), tmp_path / 'out')
-    assert [cell.varied for cell in load_dataset([folder]).cells()] == [
-        ((NOISE, value),) for value in ('0.01', '0.03') for _ in range(2)
-    ]
 
 
 def test_real_encoders_and_variants_come_with_the_trials(tmp_path):
@@ -202,13 +180,3 @@ def test_bags_alone_are_analysed_alike(ros1_and_mcap):
     ros1, mcap = (load_dataset([folder / 'bags']) for folder in ros1_and_mcap)
     assert len(ros1.trials) == 2
     assert errors(ros1) == errors(mcap)
-
-
-def test_a_folder_is_not_completed_in_another_format(ros1_and_mcap, tmp_path):
-    with pytest.raises(ConfigError, match='results of another configuration: bag_format'):
-        ResultStore(ros1_and_mcap[1], small_campaign(tmp_path, **MADE_WITH), RUN)
-
-
-def test_a_whole_folder_is_left_as_it_is(ros1_and_mcap, tmp_path):
-    with ResultStore(ros1_and_mcap[1], small_campaign(tmp_path, **MADE_WITH, bag_format='mcap'), RUN) as store:
-        assert store.pending() == []

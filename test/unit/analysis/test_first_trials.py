@@ -5,11 +5,6 @@ from diff_encoder_sim.analysis.first_trials import first_of_cells, sample_text
 from paper_datasets import IN, cell, dataset
 
 
-def test_few_trials_are_all_shown():
-    made = dataset(cell('SL', '40', 'world', [IN] * 4))
-    assert first_of_cells(made) is made and sample_text(made, made) == ''
-
-
 def test_of_many_each_cell_has_equally_many_and_one_at_least(monkeypatch):
     made = dataset(cell('SL', '40', 'world', [IN] * 9), cell('SL', '90', 'world', [IN] * 2))
     for most, counts in ((10, [5, 2]), (6, [3, 2]), (1, [1, 1])):

@@ -77,15 +77,6 @@ def test_a_cell_without_trials_is_empty():
     assert (row['ppr40_x_m'], row['ppr90_x_m']) == ('0.0', '')
 
 
-def test_what_is_varied_has_rows_of_its_own():
-    variants = ((('config.counter_modulus', '0'),), (('config.counter_modulus', '65536'),))
-    table = goal_table(synthetic_dataset(tests=('SL',), pprs=('90',), trials=3, variants=variants), TABLE_4)
-    assert [(row['config.counter_modulus'], row['statistic']) for row in records(table)][::6] == [
-        ('0', 'min'),
-        ('65536', 'min'),
-    ]
-
-
 def test_failed_trials_count_as_they_ended_and_torn_ones_do_not():
     trials = [
         trial_data(number=1, errors=(0.0, 0.0, 0.0)),
@@ -101,18 +92,7 @@ def test_failed_trials_count_as_they_ended_and_torn_ones_do_not():
     ]
 
 
-def test_no_note_where_all_succeeded():
-    assert len(goal_table(hand_dataset(), TABLE_4).notes) == 1
-
-
 TABLE_4, TABLE_5 = GOAL_TABLES[:2]
-
-
-def test_one_trial_has_no_spread_and_unbounded_intervals():
-    dataset = dataset_of([trial_data(errors=(0.01, 0.0, 0.0))])
-    assert column(goal_table(dataset, TABLE_4), 'ppr90_x_m')['std'] is None
-    x_row = records(interval_table(dataset, TABLE_4))[0]
-    assert (x_row['trials'], x_row['std'], x_row['mean_high']) == ('1', '', 'inf')
 
 
 def test_intervals_hold_their_value():

@@ -23,15 +23,6 @@ def test_an_earlier_analysis_is_replaced(tmp_path):
     assert names(tmp_path) == [CONTENTS, 'one', 'out'] and (out / 'one').read_text() == '3'
 
 
-def test_an_empty_folder_and_a_link_to_one_are_written(tmp_path):
-    (tmp_path / 'out').mkdir()
-    (tmp_path / 'link').symlink_to('out')
-    write(tmp_path / 'link', one='1')
-    assert (tmp_path / 'link').is_symlink() and (tmp_path / 'out' / 'one').read_text() == '1'
-    write(tmp_path / 'out', one='2')
-    assert names(tmp_path / 'out') == [CONTENTS, 'one']
-
-
 @pytest.mark.parametrize('earlier', [False, True])
 def test_what_others_wrote_is_not_overwritten(tmp_path, earlier):
     out = tmp_path / 'out'
@@ -51,12 +42,3 @@ def test_a_failed_analysis_leaves_the_earlier_one(tmp_path):
         (made / 'one').write_text('2')
         raise KeyboardInterrupt
     assert (tmp_path / 'out' / 'one').read_text() == '1' and names(tmp_path) == [CONTENTS, 'one', 'out']
-
-
-def test_a_place_that_cannot_be_written_is_named(tmp_path):
-    (tmp_path / 'file').write_text('')
-    for path in (tmp_path / 'file', tmp_path / 'file' / 'out'):
-        with pytest.raises(ConfigError, match=str(path)) as caught:
-            write(path, one='1')
-        assert '\n' not in str(caught.value)
-    assert names(tmp_path) == ['file']

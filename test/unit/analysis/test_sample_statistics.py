@@ -26,12 +26,6 @@ def test_wilson_is_the_root_of_its_quadratic_equation(within, trials):
         assert (within / trials - bound) ** 2 == pytest.approx(z**2 * bound * (1.0 - bound) / trials, abs=1e-12)
 
 
-def test_wilson_of_30_in_30_as_one_computes_it_by_hand():
-    z2 = 1.959964**2
-    assert wilson(30, 30) == pytest.approx((30 / (30 + z2), 1.0), abs=1e-6)
-    assert wilson(0, 30) == pytest.approx((0.0, z2 / (30 + z2)), abs=1e-6)
-
-
 @pytest.mark.parametrize('fraction', [0.1, 0.5, 0.95])
 def test_wilson_covers_as_its_binomial_sum_says(fraction):
     chances = stats.binom.pmf(np.arange(TRIALS + 1), TRIALS, fraction)
@@ -67,15 +61,6 @@ def test_the_bootstrap_covers_nearly_at_its_level_whatever_the_distribution(draw
     assert lowest < fraction_covering(intervals, 1.0) < 0.985
 
 
-def test_the_bootstrap_is_narrower_than_chi_square_for_bounded_errors_and_covers_better_for_wild_ones():
-    rng = np.random.default_rng(4)
-    bounded, wild = DRAWS['uniform'](rng, TRIALS), DRAWS['laplace'](rng, (400, TRIALS))
-    narrow, wide = bootstrap_std_interval(bounded, 0.95, rng), std_interval(bounded)
-    assert narrow.high - narrow.low < 0.8 * (wide.high - wide.low)
-    bootstrap = fraction_covering([bootstrap_std_interval(values, 0.95, rng, 500) for values in wild], 1.0)
-    assert bootstrap > fraction_covering([std_interval(values) for values in wild], 1.0) + 0.05
-
-
 def test_equal_seeds_give_equal_bootstraps_and_scale_passes_through():
     values = np.random.default_rng(5).normal(0.0, 1.0, TRIALS)
     once, again, scaled = (
@@ -107,18 +92,3 @@ def test_spread():
     assert spread(np.full(30, 0.1)) == 0.0  # numpy says 1.4e-17
     assert spread(np.array([1.0, 3.0])) == pytest.approx(math.sqrt(2.0))
     assert wilson(0, 0) == (0.0, 1.0)
-
-
-@pytest.mark.parametrize(
-    'values',
-    [
-        [0.0] * 29 + [2.25],
-        [0.0] * 15 + [2.25] * 15,
-        [0.0] * 28 + [2.25] * 2,
-        [0.0, 0.0, 0.0, 0.0, 1.0],
-        [1e-300, 2e-300, 3e-300, 4e-300, 5e-300],
-    ],
-)
-def test_whole_pulses_give_intervals_that_hold_the_spread(values):
-    interval = bootstrap_std_interval(np.array(values), 0.95, np.random.default_rng(0))
-    assert 0.0 <= interval.low <= interval.high and not any(map(math.isnan, interval))

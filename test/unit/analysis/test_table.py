@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from diff_encoder_sim.analysis.goal_tables import GOAL_TABLES, goal_table
 from diff_encoder_sim.analysis.table import (
     Column,
     Label,
@@ -15,7 +14,6 @@ from diff_encoder_sim.analysis.table import (
     markdown_text,
     write_tables,
 )
-from synthetic_trials import synthetic_dataset
 from table_records import small_table
 
 COLUMNS = [Column('test', 'test'), Column('x', 'x [m]', '40 PPR'), Column('y', 'y [m]', '40 PPR')]
@@ -53,13 +51,6 @@ def test_latex_escapes(text):
     assert all(char not in '\n'.join(lines[1:]).replace(rf'\{char}', '') for char in '%#_')
 
 
-def test_latex_environments_are_balanced_and_groups_have_heads():
-    text = latex_text(goal_table(synthetic_dataset(trials=2), GOAL_TABLES[0]))
-    for environment in ('table', 'tabular'):
-        assert text.count(rf'\begin{{{environment}}}') == text.count(rf'\end{{{environment}}}') == 1
-    assert text.count('{') == text.count('}') and r'\multicolumn{3}{c}{40 PPR}' in text and '$-$0.' in text
-
-
 def test_the_tables_of_the_paper_are_written_in_each_format_and_others_as_csv(tmp_path):
     write_tables([small_table(), small_table()._replace(name='table4')], tmp_path)
     assert sorted(path.name for path in tmp_path.iterdir()) == ['small.csv', 'table4.csv', 'table4.md', 'table4.tex']
@@ -72,8 +63,3 @@ def test_on_a_page_numbers_are_rounded_and_missing_ones_are_dashes():
     assert [row.entries for row in block.rows] == [['SL', '0.123', '–']]
     assert [head.is_number for head in block.heads] == [False, True, True]
     assert block.groups == [('', 1), ('40 PPR', 2)] and block.keys == 1
-
-
-def test_a_row_with_another_first_entry_is_set_apart():
-    [block] = html_table(Table('t', '', COLUMNS[:1], [['SL'], ['SL'], ['DLD']], [])).blocks
-    assert [row.is_first for row in block.rows] == [False, False, True]

@@ -1,6 +1,6 @@
 """What the terminal shows of a dataset."""
 
-from diff_encoder_sim.analysis.terminal_summary import cell_table, summary, trial_table
+from diff_encoder_sim.analysis.terminal_summary import cell_table, trial_table
 from diff_encoder_sim.drives.trial_definition import Outcome
 from paper_datasets import IN, OUT, cell, dataset, trial
 
@@ -24,9 +24,3 @@ def test_odometry_is_compared_with_the_truth_too():
     trials = [trial('SL', '40', number, odom=odom, world=OUT) for number, odom in enumerate((IN, OUT, OUT), start=1)]
     assert last_row(cell_table(dataset(trials)))[-4:] == ['0', '0.0000', '67', '0.1848']  # 0.32 m / sqrt(3)
     assert last_row(trial_table(dataset(trials[:1])))[-2:] == ['0.3200', '+0.00']
-
-
-def test_single_trials_have_rows_of_their_own():
-    single, several = dataset([trial('SL', '40', 1, world=IN)]), dataset(cell('SL', '40', 'world', [IN, IN]))
-    assert 'outcome' in summary(single) and 'outcome' not in summary(several)
-    assert all('world: ground truth' in summary(made) for made in (single, several))

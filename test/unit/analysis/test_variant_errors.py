@@ -45,19 +45,7 @@ def test_few_trials_have_a_ratio_and_no_interval():
     assert ratio.estimate == pytest.approx(4.0) and tuple(ratio.interval) == (0.0, math.inf)
 
 
-def test_an_error_of_zero_is_rounding():
-    ratio = variant_errors(dataset(cell(NONE, [0.0]), cell(MISSED, [0.0])), POSITION)[CellKey('SL', '40', MISSED)].ratio
-    assert ratio.estimate == pytest.approx(1.0)
-
-
 def test_trials_that_failed_count_and_are_counted():
     lost = cell(MISSED, [5.0], outcome=Outcome.LOST)
     error = variant_errors(dataset(cell(NONE, [0.1]), lost), POSITION)[CellKey('SL', '40', MISSED)]
     assert (error.median, error.failed, error.trials) == (pytest.approx(5000.0), 1, 1)
-
-
-def test_without_poses_or_variants_there_is_none():
-    assert variant_errors(dataset(cell((), [0.1])), POSITION) == {}
-    assert variant_errors(dataset(), POSITION) == {}
-    without = dataset([trial('SL', '40', 1, varied=NONE, world=WORLD)])
-    assert variant_errors(without, POSITION) == {}

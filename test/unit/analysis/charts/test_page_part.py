@@ -45,11 +45,6 @@ def test_choices_are_parameters_of_every_chart():
     assert SPEC['params'] == [{'name': 'own', 'value': 1}]
 
 
-def test_a_screen_reader_is_told_what_is_drawn():
-    [drawn] = content(charts_html([chart()], {}))['charts']
-    assert drawn['spec']['description'] == 'Ends. Where trials end.'
-
-
 def test_each_choice_shows_what_is_chosen_at_first():
     html = charts_html([chart()], {}, [ENCODER, TEST, TRIAL])
     inputs = re.findall(r'<input type="(\w+)" name="(\w+)" value="(\d)"( checked)?>', html)
@@ -61,22 +56,6 @@ def test_each_choice_shows_what_is_chosen_at_first():
     ]
     assert re.findall(r'<option value="(\d)"( selected)?>', html) == [('0', ''), ('1', ' selected')]
     assert '<span style="color: #123456" aria-hidden="true">●</span>40 PPR' in html
-
-
-def test_a_list_knows_what_its_options_are_within():
-    [given] = content(charts_html([chart()], {}, [TRIAL]))['choices']
-    assert given == {
-        'name': 'trial',
-        'values': [7, 8],
-        'within': 'test',
-        'parents': ['SL', 'SMT'],
-        'clicked_for': 'path',
-    }
-
-
-def test_numbers_of_a_chart_are_a_link_away():
-    assert '<a href="#trials">' in charts_html([chart(table='trials')], {})
-    assert '<a ' not in charts_html([chart()], {})
 
 
 def test_no_text_ends_the_script_or_becomes_an_element():

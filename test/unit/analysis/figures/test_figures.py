@@ -1,6 +1,5 @@
 """Which figures are written, from any dataset, the same bytes each time."""
 
-import matplotlib
 import pytest
 from PIL import Image
 
@@ -38,12 +37,6 @@ def test_the_same_dataset_gives_the_same_bytes(tmp_path):
         assert one.png.read_bytes() == other.png.read_bytes() and one.svg.read_bytes() == other.svg.read_bytes()
 
 
-def test_settings_of_matplotlib_are_left_alone(tmp_path):
-    before = dict(matplotlib.rcParams)
-    write_figures(dataset_of([trial_data()]), tmp_path)
-    assert dict(matplotlib.rcParams) == before
-
-
 @pytest.mark.heavy
 @pytest.mark.filterwarnings('error::RuntimeWarning', 'error::UserWarning')
 @pytest.mark.parametrize(
@@ -61,15 +54,6 @@ def test_settings_of_matplotlib_are_left_alone(tmp_path):
 )
 def test_little_data(tmp_path, dataset, count):
     assert len(write_figures(dataset, tmp_path)) == count
-
-
-@pytest.mark.heavy
-@pytest.mark.filterwarnings('error::RuntimeWarning', 'error::UserWarning')
-def test_fifteen_real_encoders_of_few_counts(tmp_path):
-    labels = [f'{counts} encoder_of_long_name_{number}' for number, counts in enumerate((90, 1024, 4096) * 5)]
-    figures = write_figures(synthetic_dataset(tests=('SL',), pprs=labels, trials=2), tmp_path)
-    assert [figure.name for figure in figures] == [*FOR_EACH_SOURCE, 'spread_vs_ppr']
-    assert figures[-1].caption.endswith('hollow: real encoders.')
 
 
 @pytest.mark.heavy

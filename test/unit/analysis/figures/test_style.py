@@ -6,12 +6,6 @@ import pytest
 from diff_encoder_sim.analysis.figures import style
 
 
-def test_colours_darken_with_ppr_so_that_grey_print_can_be_read():
-    luminances = [float(colour[:3] @ [0.299, 0.587, 0.114]) for colour in style.ppr_colours(list('abcdefghi')).values()]
-    assert all(later < earlier - 0.03 for earlier, later in zip(luminances, luminances[1:]))
-    assert luminances[0] < 0.75
-
-
 def test_axes_hold_all_but_far_outliers():
     usual = np.linspace(-1.0, 1.0, 29)
     assert style.shown_limit([usual], least=0.1) == pytest.approx(1.08)

@@ -23,11 +23,3 @@ def test_trajectories_need_tracks(tmp_path):
     assert 'trajectories_SL' in [figure.name for figure in write_figures(dataset, tmp_path / 'with')]
     without = dataset._replace(trials=[trial._replace(tracks=None) for trial in dataset.trials])
     assert 'trajectories_SL' not in [figure.name for figure in write_figures(without, tmp_path / 'without')]
-
-
-def test_a_world_that_is_not_here_has_no_map():
-    requested = requested_trial('SL')
-    elsewhere = requested.model_copy(
-        update={'test': requested.test.model_copy(update={'world': '/nowhere/else.world'})}
-    )
-    assert len(shown(draw_trajectories(variants_of(driven())[0], 'SL', elsewhere))[0].images) == 0

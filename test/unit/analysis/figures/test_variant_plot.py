@@ -4,7 +4,6 @@ from diff_encoder_sim.analysis.figures.variant_plot import draw_variants
 from diff_encoder_sim.drives.trial_definition import Outcome
 from figure_panels import shown
 from paper_datasets import dataset, trial
-from synthetic_trials import synthetic_dataset
 
 NAMES = ('none', 'missed 1 %', 'restart')
 
@@ -33,13 +32,3 @@ def test_trials_that_failed_are_hollow():
     points = [container[0] for container in position.containers]
     assert [float(point.get_xdata()[0]) for point in points] == [10.0, 200.0, 5000.0]
     assert [isinstance(point.get_markerfacecolor(), str) for point in points] == [False, False, True]
-
-
-def test_other_varied_parameters_have_rows_of_their_own():
-    noises = [cells('SL', '40', (('noise', value),)) for value in ('0.01', '0.03')]
-    titles = [panel.get_title() for panel in shown(draw_variants(dataset(*noises)))]
-    assert titles[::2] == ['SL, noise 0.01: position [mm]', 'SL, noise 0.03: position [mm]']
-
-
-def test_there_is_none_without_variants():
-    assert draw_variants(synthetic_dataset(tests=('SL',), pprs=('40',), trials=2)) is None

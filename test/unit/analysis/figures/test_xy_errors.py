@@ -4,8 +4,7 @@ import matplotlib
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from diff_encoder_sim.analysis.figures import style, variants_of
-from diff_encoder_sim.analysis.figures.distributions import draw_distributions
+from diff_encoder_sim.analysis.figures import variants_of
 from diff_encoder_sim.analysis.figures.style import STYLE
 from diff_encoder_sim.analysis.figures.xy_errors import draw_xy_errors
 from diff_encoder_sim.drives.topics import PoseSource
@@ -19,14 +18,6 @@ def test_xy_errors_count_what_is_inside_and_what_is_beyond():
     (panel,) = shown(draw_xy_errors(variants_of(dataset)[0], PoseSource.ODOM))
     assert panel.get_title() == '90 PPR\n8 of 10 inside, 1 beyond'
     assert panel.get_ylabel().startswith('SL')
-
-
-def test_of_many_trials_the_first_are_points_and_all_are_counted(monkeypatch):
-    monkeypatch.setattr(style, 'MOST_POINTS', 3)
-    dataset = dataset_of(trial_data(number=number, errors=(0.01 * number, 0.0, 0.0)) for number in range(9))
-    (panel,) = shown(draw_xy_errors(variants_of(dataset)[0], PoseSource.ODOM))
-    assert sum(len(points.get_offsets()) for points in panel.collections) == 3
-    assert panel.get_title() == '90 PPR\n6 of 9 inside'
 
 
 def test_a_row_of_xy_errors_has_one_scale():
@@ -59,10 +50,3 @@ def test_labels_below_neighbouring_panels_do_not_collide(encoders, largest_m):
 def _labels_below(panel):
     low, high = panel.get_xlim()
     return [label for label in panel.get_xticklabels() if low <= label.get_position()[0] <= high]
-
-
-def test_many_encoders_wrap():
-    dataset = synthetic_dataset(tests=('SL', 'SMT'), pprs=tuple(str(number) for number in range(10, 26)), trials=1)
-    drawing = draw_xy_errors(variants_of(dataset)[0], PoseSource.ODOM)
-    assert len(shown(drawing)) == 32 and len(drawing.axes) == 32
-    assert len(shown(draw_distributions(variants_of(dataset)[0], PoseSource.ODOM))) == 6

@@ -1,8 +1,7 @@
 """The paper's numbers beside ours, with marks."""
 
 from diff_encoder_sim.analysis.paper.comparison import compare_with_paper
-from diff_encoder_sim.analysis.paper.paper_cells import ERRATA
-from diff_encoder_sim.analysis.paper.report_section import all_cells_table, cell_tables, errata_table, resolution_table
+from diff_encoder_sim.analysis.paper.report_section import all_cells_table, cell_tables
 from paper_datasets import cell, dataset
 
 
@@ -32,13 +31,3 @@ def test_readings_are_side_by_side_without_intervals():
     assert row_of(table._replace(rows=table.rows[:3]), 'y [m]')['std_paper'] == '0.203'
     assert row_of(table._replace(rows=table.rows[:3]), 'y [m]')['std_b'] == '–'
     assert [row[0] for row in all_cells_table({'a': first, 'b': second}).rows] == 12 * ['a'] + 12 * ['b']
-
-
-def test_table_3_has_a_row_for_each_encoder():
-    comparison = compare_with_paper(dataset(cell('SL', '90', 'odom', [(0.0, 0.0, 0.0)])))
-    [[ppr, printed, computed, *_]] = resolution_table(comparison).rows
-    assert (ppr, round(printed.value, 2), round(computed.value, 2)) == ('90', 7.98, 6.98)
-
-
-def test_every_erratum_is_listed():
-    assert len(errata_table().rows) == len(ERRATA)

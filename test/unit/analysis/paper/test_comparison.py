@@ -9,7 +9,6 @@ from scipy import stats
 from diff_encoder_sim.analysis.paired_statistics import holm
 from diff_encoder_sim.analysis.paper.comparison import (
     COMPARISONS,
-    compare_max,
     compare_pct_within,
     compare_std,
     compare_with_paper,
@@ -23,13 +22,6 @@ from diff_encoder_sim.drives.trial_definition import Outcome
 from paper_datasets import cell, dataset
 
 
-def test_equal_spreads_agree_whatever_the_rounding():
-    values = np.array([-1.0, 1.0] * 15) * 0.0332 * math.sqrt(29.0 / 30.0)
-    agreement = compare_std(values, 0.033, X)
-    assert agreement.ours == pytest.approx(0.0332)
-    assert agreement.p_value == 1.0
-
-
 def test_spreads_by_the_f_test():
     values = np.array([-1.0, 1.0] * 15) * math.sqrt(29.0 / 30.0)  # a spread of 1
     theirs = 1.5 - 0.0005  # the nearest that rounds so
@@ -37,12 +29,6 @@ def test_spreads_by_the_f_test():
     agreement = compare_std(values, 1.5, YAW)
     assert agreement.p_value == pytest.approx(expected)
     assert 0.03 < expected < 0.04  # 0.80 to 1.34
-
-
-def test_a_spread_inside_both_errors_may_be_outside_our_interval():
-    values = np.array([-1.0, 1.0] * 15) * math.sqrt(29.0 / 30.0)
-    agreement = compare_std(values, 1.4, YAW)
-    assert agreement.p_value > 0.05
 
 
 def test_a_spread_that_prints_as_zero():
@@ -67,13 +53,6 @@ def test_a_minimum_is_a_maximum_of_the_opposite():
         low, high = COMPARISONS['min'](values, printed, YAW), COMPARISONS['max'](-values, -printed, YAW)
         assert (low.ours, low.p_value) == (-high.ours, high.p_value)
         assert low.interval == (-high.interval.high, -high.interval.low)
-
-
-def test_extremes_are_tested_on_both_sides_and_to_the_printed_digit():
-    values = np.random.default_rng(2).standard_normal(30)
-    assert compare_max(values, 9.0, YAW).p_value < 0.05 and compare_max(values, -1.0, YAW).p_value < 0.05
-    tiny = 1e-4 * values
-    assert compare_max(tiny, 0.0, X).p_value > 0.05 and compare_max(tiny, 0.02, X).p_value < 0.05
 
 
 @pytest.mark.heavy
@@ -107,12 +86,6 @@ def p_of(values, reported, count=30):
     return maximum_p_value(np.asarray(values, dtype=float), Interval(reported, reported), count)
 
 
-def test_spreads_by_the_f_test_where_tails_are_light():
-    values = np.array([-1.0, 1.0] * 15) * math.sqrt(29.0 / 30.0)  # a spread of 1
-    assert spread_p_value(values, 1.5, 30) == pytest.approx(2.0 * stats.f(29, 29).cdf(1.0 / 1.5**2))
-    assert spread_p_value(values, 1.0, 30) == pytest.approx(1.0) and spread_p_value(np.zeros(3), 0.1, 30) == 0.0
-
-
 def test_heavy_tails_make_a_spread_less_sure():
     values = np.array([0.0] * 28 + [-1.0, 1.0])
     spread, excess = values.std(ddof=1), stats.kurtosis(values, bias=False)
@@ -123,10 +96,6 @@ def test_heavy_tails_make_a_spread_less_sure():
 def test_a_maximum_below_many_of_ours_is_one_of_the_orders_of_both():
     # All of our three above all of their thirty: one of C(33, 3) = 5456 orders, two-sided.
     assert p_of([2.0, 3.0, 4.0], 1.0) == pytest.approx(2.0 / 5456.0)
-
-
-def test_a_maximum_just_beyond_ours_is_as_likely_as_not():
-    assert p_of(np.linspace(0.0, 1.0, 30), 1.0 + 1e-9) == pytest.approx(1.0, abs=1e-6)
 
 
 def test_beyond_ours_the_tail_is_exponential():
@@ -153,17 +122,6 @@ def test_equal_distributions_rarely_differ(draw):
     assert np.mean([p_value is not None and p_value < 0.05 for p_value in p_values]) < 0.05
 
 
-def test_far_off_on_either_side_is_found():
-    values = np.random.default_rng(6).standard_normal(30)
-    assert p_of(values, 10.0) < 0.001 and p_of(values, 0.0) < 0.001
-
-
-def test_more_of_ours_make_a_maximum_that_few_exceed_unlikely():
-    values = np.arange(2000.0)
-    assert p_of(values, 2500.0, count=3) < 0.05 and p_of(values, 1998.5, count=3) < 0.05
-    assert p_of(values, 1500.0, count=3) > 0.2
-
-
 @pytest.mark.parametrize('ours', [2, 5, 30, 400])
 def test_the_interval_is_what_is_not_rejected(ours):
     values = np.random.default_rng(ours).standard_normal(ours)
@@ -171,11 +129,6 @@ def test_the_interval_is_what_is_not_rejected(ours):
     step = 1e-6
     assert p_of(values, low + step) >= 0.05 > p_of(values, low - step) if low > -math.inf else True
     assert p_of(values, high - step) >= 0.05 > p_of(values, high + step)
-
-
-def test_too_few_or_equal_values_leave_a_side_open():
-    assert p_of([1.0], 80.0) is None and p_of([1.0, 1.0, 1.0], 80.0) is None
-    assert maximum_interval(np.array([1.0]), 30, LEVEL) == (-math.inf, math.inf)
 
 
 def test_only_cells_that_both_have_are_compared():
@@ -193,15 +146,6 @@ def test_only_cells_that_both_have_are_compared():
     assert by_key['y_m', 'pct_within'].agreement.p_value < 0.05
 
 
-def test_varied_parameters_are_compared_each_for_itself():
-    rows = [(0.0, 0.0, 0.0), (0.1, 0.0, 0.0)]
-    noisy = (('simulator.lidar.noise', '0.1'),)
-    comparison = compare_with_paper(
-        dataset(cell('SL', '40', 'odom', rows), cell('SL', '40', 'odom', rows, varied=noisy))
-    )
-    assert [row.cell.varied for row in comparison.rows] == [()] * 12 + [noisy] * 12
-
-
 def test_torn_trials_do_not_count_and_failed_ones_do():
     rows = [(0.0, 0.0, 0.0), (0.01, 0.0, 0.0)]
     comparison = compare_with_paper(
@@ -213,13 +157,6 @@ def test_torn_trials_do_not_count_and_failed_ones_do():
     )
     assert {row.trials for row in comparison.rows} == {3}
     assert max(row.agreement.ours for row in comparison.rows if row.paper.statistic == 'max') == 0.5
-
-
-def test_cells_that_errata_affect_are_no_evidence():
-    rows = [(0.0, 0.0, 0.0)] * 30
-    comparison = compare_with_paper(dataset(cell('SMT', '1024', 'world', rows)))
-    assert len(comparison.rows) == 12
-    assert not any(row.is_evidence or row.is_contradicted for row in comparison.rows)
 
 
 def test_a_family_is_corrected_for_its_own_cells_alone():
@@ -249,12 +186,3 @@ def test_the_resolutions_are_those_of_the_datasets_encoders_and_robot():
     )
     assert [row.computed.ppr for row in comparison.resolutions] == [40.0, 128.0]
     assert [row.printed is not None for row in comparison.resolutions] == [True, False]
-
-
-def test_calibrated_cells_are_told_apart():
-    rows = [(0.0, 0.0, 0.0), (0.1, 0.0, 0.0)]
-    comparison = compare_with_paper(
-        dataset(cell('SL', '4096', 'odom', rows), cell('SL', '1024', 'odom', rows), cell('SL', '4096', 'world', rows))
-    )
-    assert sum(row.is_calibrated for row in comparison.rows) == 4  # of y in SL
-    assert not any(row.is_evidence for row in comparison.rows if row.is_calibrated)

@@ -6,15 +6,13 @@ import pytest
 
 from diff_encoder_sim.analysis.dataset import RobotGeometry
 from diff_encoder_sim.analysis.paper.paper_cells import (
-    ERRATA,
     STATISTICS,
     compare_resolutions,
     errata_of,
     load_paper_cells,
     of_paper,
 )
-from diff_encoder_sim.analysis.quantities import QUANTITIES, YAW
-from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.analysis.quantities import QUANTITIES
 from diff_encoder_sim.drives.topics import PoseSource
 from paper_datasets import IN, cell, navigated, paper_dataset
 
@@ -41,41 +39,6 @@ def test_cells_are_those_of_the_print(printed):
     }
 
 
-@pytest.mark.parametrize(
-    'line', ['4,odom,SL,40,z_m,min,0.1', '4,wheels,SL,40,x_m,min,0.1', '4,odom,SL,40,x_m,min,much', '4,odom']
-)
-def test_a_bad_line_is_named(tmp_path, line):
-    path = tmp_path / 'cells.csv'
-    path.write_text(f'table,source,test,ppr,quantity,statistic,value\n{line}\n')
-    with pytest.raises(ConfigError, match='cells.csv: .*allowed: lines as in'):
-        load_paper_cells(path)
-
-
-def test_a_missing_file_is_named(tmp_path):
-    with pytest.raises(ConfigError, match='none.csv: cannot be read: No such file'):
-        load_paper_cells(tmp_path / 'none.csv')
-
-
-def test_what_the_text_says_of_fractions_is_not_in_the_tables(printed):
-    of_truth = [
-        one.value
-        for one in printed.values()
-        if one.statistic == 'pct_within' and one.source == PoseSource.WORLD and one.quantity is not YAW
-    ]
-    assert (min(of_truth), max(of_truth)) == (56.7, 100.0)
-    headings = {
-        ppr: [
-            one.value
-            for one in printed.values()
-            if one.statistic == 'pct_within' and one.quantity is YAW and one.ppr == ppr
-        ]
-        for ppr in ('40', '90')
-    }
-    assert min(headings['40']) == 73.3 and max(headings['40']) == 100.0
-    assert min(headings['90']) == 90.0
-
-
-@pytest.fixture(scope='module')
 def test_the_repeated_column_is_marked_and_is_repeated(printed):
     affected = [one for one in printed.values() if 'smt_column_twice' in errata_of(one)]
     assert len(affected) == 24
@@ -92,10 +55,6 @@ def test_one_trial_makes_the_spread_at_40_ppr(printed):
         assert spread == pytest.approx(most / math.sqrt(30), rel=0.05)
         assert errata_of(printed[source, 'SMT', '40', 'yaw_deg', 'std']) == ['smt_outlier_40']
         assert errata_of(printed[source, 'SMT', '40', 'x_m', 'std']) == []
-
-
-def test_errata_have_keys_of_their_own():
-    assert len({erratum.key for erratum in ERRATA}) == len(ERRATA)
 
 
 SL = navigated('SL')
@@ -116,10 +75,6 @@ def manifest(footprint):
     return {'robot': {'name': 'alto'}, 'configuration': {'parameters': [parameters]}}
 
 
-def test_all_trials_of_its_robot_and_tests_are(made):
-    assert left_of(made) == {'SL', 'SMT'}
-
-
 @pytest.mark.parametrize('wheels', [(0.066, 0.16), (0.2, 0.3), (0.25, 0.4)])
 def test_another_robot_is_told_by_its_wheels(made, wheels):
     assert left_of(made._replace(robot=RobotGeometry(*wheels))) == set()
@@ -135,11 +90,6 @@ def test_another_robot_with_the_same_wheels_is_told_by_its_outline(made):
     assert left_of(made._replace(manifest=manifest(square))) == set()
 
 
-@pytest.mark.parametrize('footprint', [None, [], [[0.1]], 'round'])
-def test_an_outline_that_is_none_says_nothing(made, footprint):
-    assert left_of(made._replace(manifest=manifest(footprint))) == {'SL', 'SMT'}
-
-
 @pytest.mark.parametrize(
     'changed',
     [
@@ -153,20 +103,8 @@ def test_another_test_of_the_same_name_is_none_of_the_papers(made, changed):
     assert left_of(made._replace(requested={**made.requested, 'SL': changed})) == {'SMT'}
 
 
-def test_a_test_that_the_package_does_not_have_is_none_of_the_papers(made):
-    own = navigated('SL').test.model_copy(update={'name': 'own'})
-    requested = {'SL': SL.model_copy(update={'test': own})}
-    assert left_of(made._replace(requested=requested)) == set()
-
-
 def test_table_3_agrees_with_the_print_but_for_its_error():
     for row in compare_resolutions([40, 90, 1024, 4096], 0.2, 0.4):
         assert row.computed.two_wheel_angle_rad == pytest.approx(row.printed.angle_rad, rel=0.025)
         is_erratum = abs(row.printed.linear_m / row.computed.linear_m - 1.0) > 0.025
         assert is_erratum == (row.printed.ppr == 90)
-
-
-def test_table_3_of_another_robot():
-    (row,) = compare_resolutions([500.5], 0.1, 0.25)
-    assert row.printed is None
-    assert row.computed.linear_m == pytest.approx(math.pi * 0.1 / 500.5)

@@ -1,41 +1,15 @@
 """The comparison of datasets with the paper, and that nothing else depends on the paper."""
 
-import re
-
 import pytest
 
 from diff_encoder_sim.analysis.paper.comparison import compare_with_paper
 from diff_encoder_sim.analysis.paper.report_section import paper_section, score_table
 from diff_encoder_sim.base.errors import ConfigError
 from paper_datasets import IN, OUT, cell, dataset, paper_dataset
-from places import SOURCE
-
-ANALYSIS = SOURCE / 'diff_encoder_sim' / 'analysis'
-
-
-def test_only_the_report_and_the_writing_of_files_import_the_paper():
-    importers = [
-        str(path.relative_to(ANALYSIS.parent))
-        for path in sorted(ANALYSIS.parent.rglob('*.py'))
-        if path.parent != ANALYSIS / 'paper'
-        and re.search(r'import.*analysis\.paper|analysis\.paper.*import', path.read_text())
-    ]
-    assert importers == ['analysis/output_files.py', 'analysis/report/page.py']
 
 
 def test_a_dataset_that_has_no_cell_of_the_paper_has_no_tables():
     assert paper_section([paper_dataset(cell('own', '40', 'odom', [(0.0, 0.0, 0.0)] * 3))]) is None
-
-
-def test_sets_of_varied_parameters_are_readings():
-    rows = [(0.0, 0.0, 0.0)] * 3
-    quiet, noisy = (('lidar.noise_std', '0.01'),), (('lidar.noise_std', '0.03'),)
-    section = paper_section(
-        [paper_dataset(cell('SL', '40', 'odom', rows, varied=quiet), cell('SL', '40', 'odom', rows, varied=noisy))]
-    )
-    assert list(section.claims) == ['lidar.noise_std 0.01', 'lidar.noise_std 0.03']
-    assert len({len(claims) for claims in section.claims.values()}) == 1
-    assert len(section.texts) == 2 and not section.has_enough_trials
 
 
 def test_another_dataset_is_a_reading_beside_the_first(tmp_path):

@@ -2,7 +2,6 @@
 
 import pytest
 
-from diff_encoder_sim.analysis.figures.error_series import SERIES
 from diff_encoder_sim.analysis.report.chart_data import closed_form_rows, error_rows, spread_rows, trial_rows
 from figure_panels import requested_trial
 from paper_datasets import IN, cell, dataset, trial
@@ -48,12 +47,3 @@ def test_the_closed_form_falls_over_the_range_of_the_encoders():
     assert (rows[0]['ppr'], rows[-1]['ppr']) == (40.0, 4096.0)
     assert rows[0]['std'] == pytest.approx(0.321, abs=0.001) and rows[-1]['std'] == pytest.approx(0.0031, abs=0.0001)
     assert sorted((row['std'] for row in rows), reverse=True) == [row['std'] for row in rows]
-
-
-def test_a_single_encoder_has_a_single_point_of_the_closed_form():
-    made = synthetic_dataset(tests=('SL',), pprs=('90',), trials=1)._replace(requested={'SL': requested_trial()})
-    assert [row['ppr'] for row in closed_form_rows(made)] == [90.0] * 3
-
-
-def test_the_places_of_the_series_are_those_that_are_chosen_at_first():
-    assert [SERIES[place].label for place in (OWN, TRUE)] == ['/odom minus /world_pose', '/world_pose minus goal']

@@ -43,20 +43,6 @@ def test_a_simplified_line_keeps_its_shape_and_ends(within):
     assert len(line) < 0.25 * len(WAVE) and (line[[0, -1]] == WAVE[[0, -1]]).all()
 
 
-@pytest.mark.parametrize(
-    ('points', 'left'),
-    [
-        ([[1.0, 2.0]], 1),
-        ([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]], 2),
-        ([[0.0, 0.0], [0.0, 1.0], [0.0, 0.0]], 3),
-        ([[1.0, 1.0]] * 4, 2),
-    ],
-    ids=['a point', 'straight', 'there and back', 'standing'],
-)
-def test_lines_without_a_length_or_a_bend(points, left):
-    assert len(simplified(np.array(points), 0.01)) == left
-
-
 def test_paths_are_increments_in_millimetres_that_end_where_the_track_does():
     dataset = dataset_of(with_tracks(1))
     floors = floors_of(dataset, [0])

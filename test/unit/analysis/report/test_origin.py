@@ -20,12 +20,6 @@ def test_the_origin_names_the_commands_and_the_host(tmp_path):
     assert 'world: hallway' in origin.configuration
 
 
-def test_a_campaign_of_the_console_command_is_repeated_with_it(tmp_path):
-    by_pip = {**manifest()['runs'][0], 'command': ['/venv/bin/diff-encoder-sim', 'campaign', '--out', 'results']}
-    origin = provenance(dataset([])._replace(manifest={**manifest(), 'runs': [by_pip]}, folder=tmp_path))
-    assert origin.commands == ['diff-encoder-sim campaign --out results', f'diff-encoder-sim analyze {tmp_path}']
-
-
 def test_bags_alone_have_no_origin_but_the_libraries():
     origin = provenance(dataset([]))
     assert (origin.commands, origin.runs, origin.configuration) == ([], [], None)

@@ -110,15 +110,6 @@ def test_equal_data_gives_equal_bytes(tmp_path, figure):
     assert page_of(made, tmp_path, [figure]) == page_of(made, tmp_path, [figure])
 
 
-def test_real_encoders_stand_with_what_their_counts_follow_from(tmp_path):
-    made = dataset(cell('SL', '8192 amt102', 'world', rows(2, 0)))
-    encoder = {'label': '8192 amt102', 'name': 'AMT102-V', 'price': 'high', 'resolution': '2048 lines x 4 = 8192'}
-    about = {**manifest(), 'encoders': [{**encoder, 'counts_per_metre': 13037.97, 'source': ['a <datasheet>']}]}
-    page = page_of(made._replace(manifest=about), tmp_path)
-    for text in ('AMT102-V', '2048 lines x 4 = 8192', '13038.0', 'a &lt;datasheet&gt;', 'amt102 (8192 counts)'):
-        assert text in page
-
-
 def test_variants_come_first_and_only_the_first_of_them_is_unfolded(tmp_path, figure):
     made = dataset(
         *(both('SL', '40', (2, 0), (1, 1), varied=(('variant', name),)) for name in ('none', 'missed 1 %', 'restart'))
