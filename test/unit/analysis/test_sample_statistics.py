@@ -48,7 +48,7 @@ def test_std_interval_by_the_chi_square_table():
 
 
 @pytest.mark.parametrize(('interval', 'truth'), [(std_interval, 2.0), (mean_interval, 7.0)])
-@pytest.mark.parametrize('trials', [2, 5, 30])
+@pytest.mark.parametrize('trials', [2, 30])
 def test_exact_intervals_cover_at_their_level(interval, truth, trials):
     samples = np.random.default_rng(2).normal(7.0, 2.0, (1000, trials))
     assert is_near(fraction_covering([interval(sample, 0.9) for sample in samples], truth), 0.9, 1000)

@@ -44,13 +44,10 @@ def test_the_same_dataset_gives_the_same_bytes(tmp_path):
     [
         (dataset_of([]), 0),
         (dataset_of([trial_data()]), 8),
-        (dataset_of([trial_data(errors=(1e-9, 0.0, 0.0))] * 3), 9),
-        (dataset_of([trial_data(errors={PoseSource.ODOM: (0.1, 0.2, 0.3)}, number=number) for number in (1, 2)]), 9),
         (dataset_of([trial_data(errors=dict.fromkeys(PoseSource), outcome=Outcome.ABORTED)] * 2), 9),
-        (dataset_of([trial_data('SL', '40'), trial_data('SMT', '90')]), 8),
         (synthetic_dataset(tests=('SL',), pprs=('ideal', '90-1024'), trials=2), 8),
     ],
-    ids=['none', 'one', 'no spread', 'one source', 'no pose', 'gaps', 'no PPR'],
+    ids=['none', 'one', 'no pose', 'no PPR'],
 )
 def test_little_data(tmp_path, dataset, count):
     assert len(write_figures(dataset, tmp_path)) == count
