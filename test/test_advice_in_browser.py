@@ -65,3 +65,18 @@ def test_without_trials_it_shows_nothing_of_trials(page, tmp_path):
     assert opened.evaluate(
         'document.querySelectorAll("#chart-budget .mark-rect path[aria-roledescription=bar]").length'
     )
+
+
+def test_a_test_without_a_budget_of_the_true_pose_has_a_text_in_its_place(page, tmp_path):
+    advice = whole_advice()
+    other = advice.tried[-1]._replace(test='SMT', truth=None)
+    write_page(advice._replace(tried=[*advice.tried, other]), tmp_path / 'advice.html')
+    opened = page(1280)
+    opened.open(tmp_path / 'advice.html', 1280)
+    opened.wait_for(DRAWN)
+    said = 'document.querySelector("#chart-budget svg").textContent.includes("too few trials")'
+    opened.click('document.querySelector("[name=criterion][value=\'1\']")')
+    assert opened.evaluate(said) is False
+    opened.click('document.querySelector("[name=test][value=\'1\']")')
+    opened.wait_for(said)
+    assert opened.complaints() == []

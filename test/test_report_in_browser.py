@@ -188,3 +188,44 @@ def test_without_scripts_the_figures_are_shown(page, report):
     page.call('Emulation.setScriptExecutionDisabled', value=False)
     assert page.evaluate('document.querySelector(".charts").clientHeight') == 0
     assert page.evaluate('document.images[0].clientWidth') > 300
+
+
+TRIAL_NUMBERS = (
+    '[...document.querySelectorAll("#trials details tbody tr")].map(row => Number(row.cells[2].textContent))'
+)
+
+
+def test_a_press_on_a_head_sorts_the_trials_and_another_turns_them(page, report):
+    opened(page, report, DESKTOP_PX)
+    press = 'document.querySelectorAll("#trials th button")[2].click()'
+    page.evaluate(press)
+    assert page.evaluate(TRIAL_NUMBERS) == [number for number in range(1, 7) for _ in range(6)]
+    page.evaluate(press)
+    assert page.evaluate(TRIAL_NUMBERS)[:7] == [6] * 6 + [5]
+    assert page.evaluate('document.querySelector("#trials [aria-sort]").ariaSort') == 'descending'
+
+
+def test_a_row_of_the_trials_shows_its_path_too(page, report):
+    opened(page, report, DESKTOP_PX)
+    page.evaluate('document.querySelector("#trials details").open = true')
+    page.click('document.querySelectorAll("#trials [data-choose]")[20]')
+    assert page.evaluate(CHOSEN) == 'SMT, 40 PPR, trial 3'
+    assert page.evaluate('document.querySelectorAll("[name=setup]")[1].checked')
+
+
+def test_buttons_and_the_wheel_with_ctrl_zoom_and_the_wheel_alone_does_not(page, report):
+    opened(page, report, DESKTOP_PX)
+    labels = 'document.querySelectorAll("#chart-scatter .role-axis-label text")'
+    axes = f'[...{labels}].map(label => label.textContent).sort().join()'
+    whole = page.evaluate(axes)
+    page.click('document.querySelector("#chart-scatter [data-factor=\'0.5\']")')
+    page.wait_for(f'{axes} !== {json.dumps(whole)}')
+    page.click('document.querySelector("#chart-scatter [data-factor=\'0\']")')
+    page.wait_for(f'{axes} === {json.dumps(whole)}')
+    wheel = (
+        '(ctrlKey => !document.querySelector("#chart-scatter svg .background").dispatchEvent('
+        'new WheelEvent("wheel", {bubbles: true, cancelable: true, deltaY: 100, ctrlKey})))'
+    )
+    assert not page.evaluate(f'{wheel}(false)') and page.evaluate(axes) == whole
+    assert page.evaluate(f'{wheel}(true)')
+    page.wait_for(f'{axes} !== {json.dumps(whole)}')

@@ -137,3 +137,13 @@ def test_errors_are_along_the_maps_axes_and_odometry_counts_from_the_start(tmp_p
     assert errors[PoseSource.AMCL] is None and errors[PoseSource.GLOBAL] is None
     assert errors[PoseSource.ODOM] == pytest.approx([0.2, 0.0, 1.6 - math.pi / 2])
     assert errors[PoseSource.WORLD] == pytest.approx([0.1, 0.3, math.pi - 3.0])
+
+
+def test_other_configurations_are_kept_apart(tmp_path):
+    write_bag(tmp_path / 'a.bag', trial())
+    write_bag(tmp_path / 'b.bag', trial(nav='embedded'))
+    dataset = load_dataset([tmp_path])
+    assert [trial.varied for trial in dataset.trials] == [(('nav', 'scripted'),), (('nav', 'embedded'),)]
+    assert dataset.notes == [
+        f'{tmp_path}/a.bag and others: nav is embedded or scripted; trials with different values are not pooled'
+    ]

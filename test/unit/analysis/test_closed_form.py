@@ -102,3 +102,8 @@ def test_other_drives_have_the_average_alone():
     )
     [row] = [row for row in closed_form_table(made).rows if row[1] == 'yaw [deg]']
     assert row[2:4] == ['–', '1.3']
+
+
+def test_wheels_of_other_drives_travel_each_its_own_way():
+    assert wheel_travel_m(requested_trial('DLD'), ALTO, [Pose2D(0.0, 0.0, 0.0)]) is None
+    assert wheel_travel_m(requested_trial('DLD').model_copy(update={'nav': 'scripted'}), ALTO, []) is None

@@ -180,3 +180,17 @@ def test_bags_alone_are_analysed_alike(ros1_and_mcap):
     ros1, mcap = (load_dataset([folder / 'bags']) for folder in ros1_and_mcap)
     assert len(ros1.trials) == 2
     assert errors(ros1) == errors(mcap)
+
+
+@pytest.mark.parametrize('content', ['', '{', '[]', '{"name": "x"}', '{"name": "x", "configuration": {"tests": []}}'])
+def test_a_manifest_that_is_none_is_named(folder, content):
+    (folder / 'manifest.json').write_text(content)
+    assert refusal(folder).startswith(f'{folder}/manifest.json: not the manifest of a campaign')
+
+
+def test_without_bags_the_table_is_analysed_alone(folder):
+    shutil.rmtree(folder / 'bags')
+    dataset = load_dataset([folder])
+    assert len(dataset.trials) == 8
+    assert all((trial.paths, trial.tracks, trial.bag) == ({}, None, None) for trial in dataset.trials)
+    assert dataset.notes == [f'{folder}/bags: has bags of 0 of 8 trials; the others have no errors along the path']

@@ -42,3 +42,12 @@ def test_a_failed_analysis_leaves_the_earlier_one(tmp_path):
         (made / 'one').write_text('2')
         raise KeyboardInterrupt
     assert (tmp_path / 'out' / 'one').read_text() == '1' and names(tmp_path) == [CONTENTS, 'one', 'out']
+
+
+def test_a_place_that_cannot_be_written_is_named(tmp_path):
+    (tmp_path / 'file').write_text('')
+    for path in (tmp_path / 'file', tmp_path / 'file' / 'out'):
+        with pytest.raises(ConfigError, match=str(path)) as caught:
+            write(path, one='1')
+        assert '\n' not in str(caught.value)
+    assert names(tmp_path) == ['file']

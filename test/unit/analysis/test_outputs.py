@@ -1,5 +1,8 @@
 """The files of an analysis."""
 
+import os
+import tempfile
+
 import pytest
 
 from diff_encoder_sim.analysis.dataset_loading import load_dataset
@@ -35,3 +38,15 @@ def test_the_papers_scores_are_lines_for_the_terminal_with_enough_trials_or_besi
         assert len([line for line in text.splitlines() if 'paper' in line]) == lines
         tables = {path.name for path in (tmp_path / f'{number}' / 'tables').iterdir()}
         assert {'paper_scores.csv', 'paper_table4.tex', 'paper_cells.csv'} <= tables and 'paper_cells.md' not in tables
+
+
+def test_matplotlib_has_a_folder_where_home_cannot_be_written(tmp_path, monkeypatch):
+    (tmp_path / 'home').touch()
+    monkeypatch.setenv('HOME', str(tmp_path / 'home'))
+    monkeypatch.setattr(tempfile, 'tempdir', str(tmp_path))
+    monkeypatch.delenv('XDG_CACHE_HOME', raising=False)
+    monkeypatch.delenv('MPLCONFIGDIR', raising=False)
+    dataset = load_dataset([write_bag(tmp_path / 'a.bag', trial())])
+    (tmp_path / 'out').mkdir()
+    write_analysis(dataset, tmp_path / 'out')
+    assert os.environ['MPLCONFIGDIR'] == str(tmp_path / f'diff_encoder_sim-{os.geteuid()}' / 'matplotlib')

@@ -154,3 +154,10 @@ def test_table_3_of_alto():
     assert [round(float(row['linear_mm']), 2) for row in rows] == [15.71, 6.98, 0.61, 0.15]
     assert [float(row['two_wheel_angle_deg']) for row in rows] == pytest.approx([4.5, 2.0, 0.17578125, 0.0439453125])
     assert [float(row['one_wheel_angle_deg']) for row in rows] == pytest.approx([2.25, 1.0, 0.087890625, 0.02197265625])
+
+
+def test_torn_trials_do_not_count_as_in_the_other_tables():
+    trials = with_paths(path(0.1, 0.2, 1.0), path(9.0, 9.0, 9.0))
+    trials[1] = trials[1]._replace(outcome=Outcome.TORN)
+    [row] = records(path_error_table(dataset_of(trials)))
+    assert (row['trials'], row['ate_max_m']) == ('1', '0.2')

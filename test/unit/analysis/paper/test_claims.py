@@ -11,8 +11,11 @@ from diff_encoder_sim.analysis.paper.claims import (
     Sample,
     all_within,
     check_claims,
+    first_errs_more,
+    first_spreads_more,
     fractions_equal,
     fractions_within,
+    pairs_of_pprs,
     spreads,
 )
 from diff_encoder_sim.analysis.paper.paper_cells import PPRS
@@ -161,3 +164,34 @@ def test_equal_fractions():
     assert conclusions(fractions_equal([pair(inside, outside)])) == [FAILS]
     assert conclusions(fractions_equal([pair(inside[:10], inside[:10])])) == [UNCLEAR]
     assert conclusions(fractions_equal([pair([], [])])) == [UNCLEAR]
+
+
+def test_pairs_are_of_equal_trials():
+    first = cell('SL', '40', 'odom', [(1.0, 0.0, 0.0), (2.0, 0.0, 0.0), (3.0, 0.0, 0.0)])
+    second = cell('SL', '4096', 'odom', [(0.1, 0.0, 0.0), (0.2, 0.0, 0.0)])
+    second[0] = second[0]._replace(outcome=Outcome.TORN)
+    (one,) = pairs_of_pprs(
+        {('SL', '40'): first, ('SL', '4096'): second}, PoseSource.ODOM, ['SL'], [('40', '4096')], [X]
+    )
+    assert [values.tolist() for values in one.values] == [[2.0], [0.2]]
+
+
+def test_failing_must_be_sure_for_all_parts_together():
+    samples = [Sample('', exact(30, 1.0), YAW)]
+    assert conclusions(spreads(1.36, above=samples)) == [FAILS]
+    assert conclusions(spreads(1.36, above=20 * samples)) == 20 * [UNCLEAR]
+
+
+def test_spreads_of_pairs():
+    wide, narrow = normal(30, 3.0, seed=1), normal(30, 1.0, seed=2)
+    assert conclusions(first_spreads_more([pair(wide, narrow)])) == [HOLDS]
+    assert conclusions(first_spreads_more([pair(narrow, wide)])) == [FAILS]
+    assert conclusions(first_spreads_more([pair(wide, normal(30, 3.0, seed=3))])) == [UNCLEAR]
+    assert conclusions(first_spreads_more([pair(wide[:2], narrow[:2])])) == [UNCLEAR]
+
+
+def test_sizes_of_pairs():
+    far, near = normal(30, 0.1, mean=1.0, seed=1), normal(30, 0.1, mean=0.5, seed=2)
+    assert conclusions(first_errs_more([pair(-far, near)])) == [HOLDS]
+    assert conclusions(first_errs_more([pair(near, far)])) == [FAILS]
+    assert conclusions(first_errs_more([pair(near, normal(30, 0.1, 0.5, seed=3))])) == [UNCLEAR]

@@ -186,3 +186,28 @@ def test_the_resolutions_are_those_of_the_datasets_encoders_and_robot():
     )
     assert [row.computed.ppr for row in comparison.resolutions] == [40.0, 128.0]
     assert [row.printed is not None for row in comparison.resolutions] == [True, False]
+
+
+def test_varied_parameters_are_compared_each_for_itself():
+    rows = [(0.0, 0.0, 0.0), (0.1, 0.0, 0.0)]
+    noisy = (('simulator.lidar.noise', '0.1'),)
+    comparison = compare_with_paper(
+        dataset(cell('SL', '40', 'odom', rows), cell('SL', '40', 'odom', rows, varied=noisy))
+    )
+    assert [row.cell.varied for row in comparison.rows] == [()] * 12 + [noisy] * 12
+
+
+def test_cells_that_errata_affect_are_no_evidence():
+    rows = [(0.0, 0.0, 0.0)] * 30
+    comparison = compare_with_paper(dataset(cell('SMT', '1024', 'world', rows)))
+    assert len(comparison.rows) == 12
+    assert not any(row.is_evidence or row.is_contradicted for row in comparison.rows)
+
+
+def test_calibrated_cells_are_told_apart():
+    rows = [(0.0, 0.0, 0.0), (0.1, 0.0, 0.0)]
+    comparison = compare_with_paper(
+        dataset(cell('SL', '4096', 'odom', rows), cell('SL', '1024', 'odom', rows), cell('SL', '4096', 'world', rows))
+    )
+    assert sum(row.is_calibrated for row in comparison.rows) == 4  # of y in SL
+    assert not any(row.is_evidence for row in comparison.rows if row.is_calibrated)

@@ -108,3 +108,9 @@ def test_table_3_agrees_with_the_print_but_for_its_error():
         assert row.computed.two_wheel_angle_rad == pytest.approx(row.printed.angle_rad, rel=0.025)
         is_erratum = abs(row.printed.linear_m / row.computed.linear_m - 1.0) > 0.025
         assert is_erratum == (row.printed.ppr == 90)
+
+
+def test_a_test_that_the_package_does_not_have_is_none_of_the_papers(made):
+    own = navigated('SL').test.model_copy(update={'name': 'own'})
+    requested = {'SL': SL.model_copy(update={'test': own})}
+    assert left_of(made._replace(requested=requested)) == set()

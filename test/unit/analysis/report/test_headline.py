@@ -66,3 +66,9 @@ def test_encoders_are_in_the_order_of_their_pulses_also_where_the_first_test_has
         dataset(cell('SL', '90', 'odom', [IN]), cell('SMT', '40', 'odom', [IN]), cell('SMT', '90', 'odom', [IN]))
     )
     assert [list(row.fractions) for row in rows_of if row.pose is COMPARED_POSES[-1]] == [['90'], ['40', '90']]
+
+
+def test_failures_are_counted():
+    trials = both('SL', '40', (30, 0), (30, 0))
+    trials[7] = trials[7]._replace(outcome=Outcome.COLLISION)
+    assert headline(dataset(trials)) == (ENOUGH, dict.fromkeys(TEXTS, 'SL: 40 PPR'), '1 of 30 trials did not succeed.')

@@ -69,3 +69,9 @@ def test_there_is_none_without_a_robot_in_the_manifest(section):
     assert robot_section(dataset_of([])) is None
     assert robot_section(dataset_of([])._replace(manifest=manifest())) is None
     assert section(found=None) is None
+
+
+def test_a_campaign_of_the_console_command_is_repeated_with_it(tmp_path):
+    by_pip = {**manifest()['runs'][0], 'command': ['/venv/bin/diff-encoder-sim', 'campaign', '--out', 'results']}
+    origin = provenance(dataset([])._replace(manifest={**manifest(), 'runs': [by_pip]}, folder=tmp_path))
+    assert origin.commands == ['diff-encoder-sim campaign --out results', f'diff-encoder-sim analyze {tmp_path}']

@@ -6,8 +6,9 @@ import re
 from diff_encoder_sim.analysis import first_trials
 from diff_encoder_sim.analysis.first_trials import first_of_cells
 from diff_encoder_sim.analysis.report.trial_charts import trial_charts as charts_of
+from diff_encoder_sim.drives.trial_definition import Outcome
 from figure_panels import driven
-from paper_datasets import IN, cell, dataset
+from paper_datasets import IN, cell, dataset, trial
 
 
 def trial_charts(made):
@@ -51,3 +52,11 @@ def test_of_many_trials_the_first_of_each_cell_are_points_and_spreads_are_of_all
     assert data['errors']['encoder'] == ['40', '40', '90', '90'] and data['trials']['number'] == [1, 2, 1, 2]
     assert set(data['spreads']['trials']) == {20}
     assert 'The first 2 trials of each cell, of 40, with median and quartiles' in html
+
+
+def test_charts_without_data_are_left_out():
+    spread = dataset(cell('SL', '40', 'world', [IN, (0.02, 0.0, 0.0)]))
+    assert charts(trial_charts(spread)) == ['scatter', 'distributions', 'curve']
+    assert options(trial_charts(spread), 'sources') == ['/world_pose minus goal']
+    assert charts(trial_charts(dataset(cell('SL', 'ideal', 'world', [IN] * 2)))) == ['scatter', 'distributions']
+    assert trial_charts(dataset([trial('SL', '40', 1, outcome=Outcome.LOST)])) is None
