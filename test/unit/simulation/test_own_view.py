@@ -72,7 +72,3 @@ def test_a_scanner_inside_the_body_is_not_ok(check):
 
 def test_a_scanner_inside_the_hull_of_a_mesh_may_be_in_a_recess(check):
     assert check(laser_m=(-0.03, 0.0, 0.09), wheel='mesh').is_ok
-
-
-def test_a_scanner_below_the_floor_is_not_ok(check):
-    assert not check(laser_m=(0.0, 0.0, -0.01)).is_ok

@@ -7,9 +7,8 @@ import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.localization.occupancy_grid import FREE, OCCUPIED, UNKNOWN
-from diff_encoder_sim.robots.description import Box
 from diff_encoder_sim.simulation.rasterise import rasterise, surface_points
-from diff_encoder_sim.simulation.world import Model, Solid, World, load_world
+from diff_encoder_sim.simulation.world import load_world
 from grid_cells import cell_centre
 from places import WORLDS
 
@@ -44,10 +43,3 @@ def test_a_free_point_in_a_wall_or_outside_is_refused():
         rasterise(world, 30.0, 0.05, 0.0, 0.0)
     with pytest.raises(ConfigError, match=r'resolution 0\.001 m: a map of .* cells; allowed: at most'):
         rasterise(world, 1.12, 0.001, 0.0, 0.0)
-
-
-def test_surfaces_of_too_many_points_are_refused_before_there_is_memory_for_them():
-    """A wall of 1000 km, or one that is mistyped."""
-    world = World('long', [Model('wall', np.eye(4), [Solid('wall', Box((1e6, 0.1, 3.0)), np.eye(4))])])
-    with pytest.raises(ConfigError, match=r"world 'long': 2000000 m of surfaces, .*; allowed: at most 10000000 points"):
-        rasterise(world, 1.0, 0.05, 2.0, 2.0)

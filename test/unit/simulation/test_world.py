@@ -9,8 +9,6 @@ from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.simulation.world import Box, Cylinder, Plane, Sphere, load_world
 from places import WORLDS
 
-ODD_ENCODINGS = [f'<?xml version="1.0" encoding="{name}"?><sdf/>' for name in ('idna', 'klingon', 'hex')]
-
 FLOOR = """<model name="floor"><static>true</static><link name="l"><collision name="c">
   <geometry><plane><normal>0 0 1</normal></plane></geometry></collision></link></model>"""
 
@@ -68,9 +66,6 @@ def test_all_primitives_are_read(tmp_path):
         (FLOOR + model('<mesh><uri>a.dae</uri></mesh>'), 'm/l/c: geometry mesh.*allowed: box'),
         (FLOOR + model('<box><size>1 2</size></box>'), "box size: given '1 2'; allowed: 3"),
         (FLOOR + model('<box><size>1 0 2</size></box>'), 'greater than 0'),
-        (FLOOR + model('<box><size>1 nan 2</size></box>'), '3 finite'),
-        (FLOOR + model('<box><size>1 1e300 2</size></box>'), "given '1 1e300 2'; allowed: from -1e.06"),
-        (FLOOR + model('<box><size>1 1 1</size></box>', '<pose>0 1e300 0 0 0 0</pose>'), 'pose.*allowed: from'),
         (FLOOR + model('<cylinder><radius>1</radius></cylinder>'), 'cylinder length: given None'),
         (FLOOR + model('<box><size>1 1 1</size></box>', '<pose>0 0 x 0 0 0</pose>'), 'pose'),
         (FLOOR + model('<box><size>1 1 1</size></box>', static='false'), "'m' moves"),
@@ -85,7 +80,7 @@ def test_what_cannot_be_simulated_is_refused_by_name(tmp_path, body, complaint):
     assert '\n' not in str(caught.value)
 
 
-@pytest.mark.parametrize('content', ['', 'hello', '<sdf><world>', '<robot name="x"/>', '<sdf/>', *ODD_ENCODINGS])
+@pytest.mark.parametrize('content', ['', 'hello', '<sdf><world>', '<robot name="x"/>', '<sdf/>'])
 def test_a_file_that_is_no_world_is_refused(tmp_path, content):
     path = tmp_path / 'bad.world'
     path.write_text(content)
