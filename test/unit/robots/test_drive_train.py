@@ -1,8 +1,18 @@
-"""Whose diameter and separation count, and who is told to disagree."""
+"""Diameter, separation and limits of a drive, and what the driven wheels pass on in closed form."""
 
+import numpy as np
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.robots.contacts import WheelBase
+from diff_encoder_sim.robots.description import GroundContact, MassProperties
+from diff_encoder_sim.robots.drive_train import (
+    G_MPS2,
+    MARGIN,
+    sensible_acceleration_mps2,
+    sensible_turn_acceleration_radps2,
+    torque_accelerations,
+)
 from urdf_texts import ball, base, box, described, found, joint, link, pair, plugin, robot, usual, wheel
 
 
@@ -98,10 +108,6 @@ def test_wheels_as_large_as_a_house_are_suspected_to_be_in_millimetres():
 WEIGHT_N = (2.0 + 0.2) * 9.81
 
 
-def drive_drive_limits(**limits):
-    return plugin('libdiff_drive.so', leftJoint='left_wheel_joint', rightJoint='right_wheel_joint', **limits)
-
-
 def with_joint_limits(effort, velocity):
     limits = f'<limit effort="{effort}" velocity="{velocity}"/>'
     return robot(base(), pair(inside=limits), ball('ball', 0.1))
@@ -113,8 +119,8 @@ def test_without_any_limit_the_torque_is_what_the_floor_takes():
 
 
 def test_a_plugins_torque_counts_unless_wheels_could_only_slip():
-    assert described(usual(drive_drive_limits(wheelTorque=0.4))).drive_limits['wheel_torque'] == 0.4
-    description = described(usual(drive_drive_limits(wheelTorque=20)))
+    assert described(usual(drive(wheelTorque=0.4))).drive_limits['wheel_torque'] == 0.4
+    description = described(usual(drive(wheelTorque=20)))
     assert description.drive_limits['wheel_torque'] == pytest.approx(WEIGHT_N * 0.05)
     assert found(description, 'wheel torque [N m]')[1] == (
         'mass x g x wheel radius: more only slips (given by libdiff_drive.so: 20)'
@@ -122,7 +128,7 @@ def test_a_plugins_torque_counts_unless_wheels_could_only_slip():
 
 
 def test_a_rims_acceleration_limits_driving_and_turning():
-    limits = described(usual(drive_drive_limits(wheelAcceleration=1.8))).drive_limits
+    limits = described(usual(drive(wheelAcceleration=1.8))).drive_limits
     assert limits['max_linear_acceleration'] == 1.8
     assert limits['max_angular_acceleration'] == pytest.approx(1.8 / 0.15)
 
@@ -142,7 +148,7 @@ def test_placeholders_are_no_limits(velocity, warned):
 
 
 def test_the_plugin_goes_before_the_joints():
-    text = with_joint_limits(0.5, 10.0).replace('</robot>', drive_drive_limits(wheelTorque=0.3) + '</robot>')
+    text = with_joint_limits(0.5, 10.0).replace('</robot>', drive(wheelTorque=0.3) + '</robot>')
     assert described(text).drive_limits['wheel_torque'] == 0.3
 
 
@@ -157,7 +163,7 @@ def test_usual_accelerations_give_way_to_a_low_torque_and_a_large_inertia():
 
 
 def test_an_acceleration_in_the_file_is_not_lowered_to_the_torque():
-    text = with_joint_limits(0.02, 10.0).replace('</robot>', drive_drive_limits(wheelAcceleration=1.0) + '</robot>')
+    text = with_joint_limits(0.02, 10.0).replace('</robot>', drive(wheelAcceleration=1.0) + '</robot>')
     assert described(text).drive_limits['max_linear_acceleration'] == 1.0
 
 
@@ -168,11 +174,63 @@ def test_wheels_beside_the_base_frames_axis_are_a_warning():
 
 
 def test_a_plugin_of_other_wheels_says_nothing_of_these():
-    drive = (
-        '<gazebo><plugin filename="libdiff_drive.so"><leftJoint>a_joint</leftJoint><rightJoint>b_joint</rightJoint>'
-        '<wheelDiameter>0.11</wheelDiameter></plugin></gazebo>'
-    )
-    text = usual(pair(x_m=-0.2, names=('a', 'b')), drive)
+    other = plugin('libdiff_drive.so', leftJoint='a_joint', rightJoint='b_joint', wheelDiameter=0.11)
+    text = usual(pair(x_m=-0.2, names=('a', 'b')), other)
     chosen = {'left_joint': 'left_wheel_joint', 'right_joint': 'right_wheel_joint'}
     assert described(text, **chosen).wheel_diameter_m == 0.1
     assert described(text).wheel_diameter_m == 0.11
+
+
+WHEELS = WheelBase(0.1, -0.05, 0.05, ())
+
+
+def acceleration_mps2(com_x_m, com_z_m, *contacts_x_m):
+    mass = MassProperties(2.0, np.array([com_x_m, 0.0, com_z_m]), np.eye(3))
+    contacts = [GroundContact('any', (x_m, 0.0, -0.05)) for x_m in contacts_x_m]
+    return sensible_acceleration_mps2(mass, contacts, WHEELS)
+
+
+def test_wheels_below_the_centre_of_mass_on_the_floor_have_all_the_weight():
+    assert acceleration_mps2(0.1, -0.05, 0.3, -0.1) == pytest.approx(MARGIN * G_MPS2)
+    assert acceleration_mps2(0.2, 0.1) == pytest.approx(MARGIN * G_MPS2)
+
+
+@pytest.mark.parametrize('side', [1, -1])
+def test_a_caster_takes_weight_and_takes_more_the_higher_the_centre_of_mass(side):
+    """At the limit, the wheels' load m (g (1 - d/c) - a h/c) is the force m a that they pass on."""
+    d_m, c_m, h_m = 0.05, 0.2, 0.1
+    found = acceleration_mps2(0.1 + side * d_m, h_m - 0.05, 0.1 + side * c_m, 0.1 - side * 0.01)
+    a_mps2 = found / MARGIN
+    assert G_MPS2 * (1 - d_m / c_m) - a_mps2 * h_m / c_m == pytest.approx(a_mps2)
+
+
+@pytest.mark.parametrize('com_y_m', [0.0, 0.1])
+def test_turning_in_place_takes_half_of_the_grip_at_both_wheels(com_y_m):
+    """At the limit, two forces m g (1 - d/c) / 2 at L/2 from the axle's middle turn I + m d^2."""
+    mass = MassProperties(2.0, np.array([0.15, com_y_m, 0.05]), 0.4 * np.eye(3))
+    contacts = [GroundContact('any', (0.3, 0.0, -0.05))]
+    found = sensible_turn_acceleration_radps2(mass, contacts, WHEELS, 0.5)
+    inertia_kgm2 = 0.4 + 2.0 * (0.05**2 + com_y_m**2)
+    assert found / MARGIN * inertia_kgm2 == pytest.approx(2.0 * G_MPS2 * (1 - 0.05 / 0.2) * 0.25)
+
+
+def test_torque_moves_the_body_by_two_forces_at_the_rims():
+    mass = MassProperties(2.0, np.array([0.1, 0.0, 0.05]), 0.4 * np.eye(3))
+    linear_mps2, angular_radps2 = torque_accelerations(0.3, mass, WHEELS, 0.5)
+    assert linear_mps2 / MARGIN == pytest.approx(2 * (0.3 / 0.05) / 2.0)
+    assert angular_radps2 / MARGIN == pytest.approx(2 * (0.3 / 0.05) * 0.25 / 0.4)
+
+
+def test_the_usual_acceleration_is_cut_where_a_caster_carries_most():
+    heavy_front = described(robot(base(com_x_m=0.08), pair(), ball('ball', 0.1))).drive_limits
+    assert heavy_front['max_linear_acceleration'] < 1.5
+    assert 'max_linear_acceleration' not in described(usual()).drive_limits
+
+
+def test_a_plugins_acceleration_beyond_the_grip_is_cut_and_a_smaller_one_is_not():
+    joints = {'leftJoint': 'left_wheel_joint', 'rightJoint': 'right_wheel_joint'}
+    slow = described(usual(plugin('libdiff_drive.so', **joints, wheelAcceleration=0.5))).drive_limits
+    fast = described(usual(plugin('libdiff_drive.so', **joints, wheelAcceleration=60))).drive_limits
+    assert slow['max_linear_acceleration'] == 0.5
+    assert 0.5 < fast['max_linear_acceleration'] < MARGIN * G_MPS2
+    assert fast['max_angular_acceleration'] == pytest.approx(2 * fast['max_linear_acceleration'] / 0.3)
