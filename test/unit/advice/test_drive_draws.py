@@ -1,19 +1,30 @@
-"""Draws of one drive: as the components that nodes run, and as closed forms say."""
+"""Draws of one drive and of one robot."""
 
 import math
 
 import numpy as np
 import pytest
 
-from diff_encoder_sim.advice.drawn_robot import ALL_CAUSES, WheelCause
+from diff_encoder_sim.advice.drawn_robot import ALL_CAUSES, ROBOTS_CAUSES, WheelCause, drawn_robot
 from diff_encoder_sim.advice.drive_draws import DriveDraws
+from diff_encoder_sim.advice.error_free_drives import navigated, scripted, straight_test
+from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.drives.test_definition import TestDefinition
 from diff_encoder_sim.navigation.goal_stopping import StopSpread
+from diff_encoder_sim.robots.description import RobotSource
+from diff_encoder_sim.simulation.simulator import WheelErrorParams
+from diff_encoder_sim.trials.robot_params import load_robot_params
+from diff_encoder_sim.wheels.drawn_counts import final_poses
 from drawn_drives import LINE_M, encoder_of, line, many_one_by_one, robot_of, rolled
-from encoder_drives import SEPARATION_M
+from encoder_drives import RADIUS_M, SEPARATION_M
+from lockstep_trials import ALTO, HALL, params_of, plan_of
+from places import ROOT
 
 PPR, DRAWS = 360, 2000
+
 ROUTE = (('straight', 1.0), ('turns', 0.25), ('straight', -0.8), ('turns', -0.1))
+
 ALL_ERRORS = {
     'left_radius_error': 0.002,
     'wheel_separation_error': -0.01,
@@ -85,3 +96,110 @@ def test_the_same_draws_come_with_every_encoder_and_number_of_encoders():
     together = draws.errors([encoder_of(90), encoder_of(1024), None], 50)
     np.testing.assert_array_equal(together[1], draws.errors([encoder_of(1024)], 50)[0])
     np.testing.assert_allclose(together[1], together[2], atol=0.02)
+
+
+ROBOTS = 20_000
+
+
+def wheels_of(amounts=ALL_CAUSES, **errors):
+    return robot_of(**errors).wheels(amounts, np.random.default_rng(1), ROBOTS)
+
+
+def test_a_robot_is_read_from_its_files():
+    params = load_robot_params(ROOT / 'config')
+    robot = drawn_robot(RobotSource(ALTO), params)
+    assert tuple(robot.sound) == pytest.approx((0.1, 0.1, 0.4))
+    assert (robot.errors, robot.odometry, robot.axle_x_m) == (params.simulator.wheel_errors, params.odometry, 0.0)
+    assert 0.0 < robot.stop.position_m <= params.navigator.DWAPlannerROS.xy_goal_tolerance
+
+
+def test_wheels_have_the_errors_of_every_robot():
+    wheels = wheels_of(left_radius_error=0.01, wheel_separation_error=-0.02)
+    assert wheels.left_radius_m == pytest.approx(np.full((ROBOTS, 1), 1.01 * RADIUS_M))
+    assert wheels.right_radius_m == pytest.approx(np.full((ROBOTS, 1), RADIUS_M))
+    assert wheels.separation_m == pytest.approx(np.full((ROBOTS, 1), 0.98 * SEPARATION_M))
+
+
+def test_wheels_differ_from_robot_to_robot_as_those_of_trials():
+    errors = {'left_radius_error': 0.01, 'radius_spread': 0.002, 'wheel_separation_spread': 0.005}
+    rng = np.random.default_rng(2)
+    of_trials = np.array([WheelErrorParams(**errors).geometry(rng) for _ in range(ROBOTS)])
+    nominal = np.array([RADIUS_M, RADIUS_M, SEPARATION_M])
+    drawn = np.hstack(wheels_of(**errors)) / nominal - 1.0
+    assert drawn.mean(axis=0) == pytest.approx(of_trials.mean(axis=0), abs=2e-4)
+    assert drawn.std(axis=0) == pytest.approx(of_trials.std(axis=0), rel=0.03)
+
+
+@pytest.mark.parametrize(
+    ('errors', 'causes'),
+    [
+        ({}, []),
+        ({'right_radius_error': 0.001}, [WheelCause.RADIUS]),
+        ({'radius_spread': 0.001}, [WheelCause.RADIUS]),
+        ({'wheel_separation_error': 0.001}, [WheelCause.SEPARATION]),
+        ({'wheel_separation_spread': 0.001}, [WheelCause.SEPARATION]),
+        ({'left_slip': 0.001}, [WheelCause.SLIP]),
+        ({'slip_noise': 1e-6}, [WheelCause.SLIP]),
+    ],
+)
+def test_errors_have_their_cause(errors, causes):
+    assert [cause for cause in ROBOTS_CAUSES if robot_of(**errors).has(cause)] == causes
+
+
+SOURCE = RobotSource(ALTO)
+
+BENT = {
+    'name': 'bent',
+    'world': 'hallway',
+    'start': {'x': 1.0, 'yaw': 1.0},
+    'drive': [{'straight': 0.5}, {'turns': 0.3}],
+}
+
+NEAR = {**HALL, 'name': 'near', 'route': [{'goal': {'x': -2.4, 'y': 0.0}}]}
+
+WRONG_WHEELS = WheelErrorParams(left_radius_error=0.01, slip_noise=1e-4, left_slip=0.01)
+
+
+def of_wheels(rolled_drive):
+    left_m, right_m = rolled_drive.ways_m.T[:, np.newaxis]
+    return final_poses(left_m, right_m, rolled_drive.separation_m)[0]
+
+
+@pytest.fixture(scope='module')
+def bent():
+    return scripted(TestDefinition.from_mapping(BENT, ''), SOURCE, load_robot_params(ROOT / 'config'))
+
+
+def test_a_script_is_driven_to_its_end(bent):
+    assert tuple(bent.rolled.end) == pytest.approx((0.5, 0.0, 0.6 * math.pi), abs=2e-3)
+    assert bent.wheel_way_m == pytest.approx(0.5 + 0.2 * 0.6 * math.pi, abs=2e-3)
+    assert (bent.test, bent.start_in_map, bent.goal_in_map.x_m) == ('bent', (1.0, 0.0, 1.0), 1.0 + 0.5 * math.cos(1.0))
+
+
+def test_the_errors_of_wheels_are_left_to_the_draws():
+    params = load_robot_params(ROOT / 'config')
+    simulator = params.simulator.model_copy(update={'wheel_errors': WRONG_WHEELS})
+    drive = scripted(TestDefinition.from_mapping(BENT, ''), SOURCE, params._replace(simulator=simulator))
+    assert tuple(drive.rolled.end) == pytest.approx((0.5, 0.0, 0.6 * math.pi), abs=2e-3)
+
+
+def test_a_straight_line_takes_the_speeds_of_the_test():
+    like = TestDefinition.from_mapping({**BENT, 'limits': {'speed': 0.2}, 'route': HALL['route']}, '')
+    straight = straight_test(7.5, like)
+    assert straight.name == '7.5 m straight'
+    assert (straight.limits.speed, straight.route) == (0.2, [])
+    assert tuple(straight.drive_end().relative_to(straight.start.pose())) == pytest.approx((7.5, 0.0, 0.0))
+
+
+def test_a_route_is_navigated_with_sound_wheels_and_a_fine_encoder():
+    params = params_of()
+    simulator = params.simulator.model_copy(update={'wheel_errors': WRONG_WHEELS})
+    drive = navigated(plan_of(NEAR, ppr=4), SOURCE, params._replace(simulator=simulator))
+    end = drive.start_in_map.compose(drive.rolled.end).relative_to(drive.goal_in_map)
+    assert math.hypot(end.x_m, end.y_m) < 0.15
+    assert of_wheels(drive.rolled) == pytest.approx(np.array(drive.rolled.end), abs=5e-3)
+
+
+def test_a_goal_that_is_not_reached_is_told():
+    with pytest.raises(ConfigError, match=r'^near: the robot does not come to its goal: '):
+        navigated(plan_of(NEAR, time_limit=0.5), SOURCE, params_of())

@@ -1,11 +1,59 @@
+"""Candidates of a campaign and the listed encoders."""
+
+import math
+
 import pytest
 
 from advised_robots import REQUIREMENT, alto, straight
 from diff_encoder_sim.advice import listed_encoders as module
 from diff_encoder_sim.advice.answers import Answer, Criterion, Kind
 from diff_encoder_sim.advice.drive_draws import DriveDraws
-from diff_encoder_sim.advice.listed_encoders import listed_encoders
+from diff_encoder_sim.advice.listed_encoders import (
+    candidates_of,
+    equivalent_counts,
+    listed_encoders,
+    recommended,
+    smallest_enough,
+)
+from diff_encoder_sim.base.package_files import package_folder
+from diff_encoder_sim.trials.campaign_loading import load_campaign
+from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
 from places import ROOT
+
+
+def test_edges_out_of_place_are_worth_fewer_counts():
+    params = EncoderParams.from_mapping({'ppr': 1000, 'encoder': {'edge_error': 0.3}}, 'test')
+    # A reading has the variance 1/12 + 0.3^2 of a pulse.
+    assert equivalent_counts(params) == pytest.approx(1000.0 * math.sqrt((1 / 12) / (1 / 12 + 0.09)))
+
+
+def test_candidates_are_ordered_by_what_their_readings_are_worth():
+    given = {'tests': ['SL'], 'encoders': ['as5047p', 'amt102', 'kobuki']}
+    found = candidates_of(load_campaign('sweep', package_folder(), given))
+    # 16384 counts with a non-linearity of a degree are worth fewer than Kobuki's 2578.
+    assert [candidate.label for candidate in found] == ['16384 as5047p', '8192 amt102', '2578.33 kobuki']
+    assert found[2].counts == pytest.approx(2578.33, abs=0.01) and found[0].counts < found[1].counts < 1000.0
+
+
+def test_the_smallest_that_is_enough_is_taken():
+    campaign = load_campaign('sweep', package_folder(), {'tests': ['SL'], 'ppr': [256.0, 360.0, 512.0]})
+    tests = [DriveDraws(straight(), alto(), 1)]
+    assert smallest_enough(candidates_of(campaign), tests, REQUIREMENT).label == '360'  # from 347 on, in closed form
+    assert smallest_enough(candidates_of(campaign)[:1], tests, REQUIREMENT) is None
+
+
+@pytest.mark.parametrize(
+    ('answer', 'label'),
+    [
+        (Answer(Criterion.ODOMETRY, Kind.FROM, 347.0, (340.0, 355.0)), '360'),
+        (Answer(Criterion.ODOMETRY, Kind.FROM, 500.0, (400.0, 510.0)), '512'),  # too few are not tried
+        (Answer(Criterion.ODOMETRY, Kind.NOT_THE_LIMIT), None),
+    ],
+)
+def test_a_candidate_is_recommended_where_counts_are_what_is_needed(answer, label):
+    campaign = load_campaign('sweep', package_folder(), {'tests': ['SL'], 'ppr': [256.0, 360.0, 512.0]})
+    found = recommended(candidates_of(campaign), answer, [DriveDraws(straight(), alto(), 1)], REQUIREMENT)
+    assert (found and found.label) == label
 
 
 @pytest.fixture(scope='module')

@@ -1,4 +1,4 @@
-"""Closed-loop answers of synthetic trials."""
+"""Closed-loop answers of synthetic trials, their errors and causes."""
 
 import math
 
@@ -6,13 +6,32 @@ import numpy as np
 import pytest
 
 from advised_robots import straight_advice
-from diff_encoder_sim.advice.answers import Criterion, Kind
-from diff_encoder_sim.advice.trial_study import CONFIRMING, TrialStudy
+from diff_encoder_sim.advice.answers import Criterion, Kind, Requirement
+from diff_encoder_sim.advice.odometry_answer import SENSOR_ERRORS, UNEVEN_LINES
+from diff_encoder_sim.advice.trial_study import (
+    AS_IT_IS,
+    CONFIRMING,
+    ENCODER,
+    LOCALIZATION,
+    STOPPING,
+    WITHOUT_ALL,
+    TrialStudy,
+    cause_of,
+    causes_alone,
+    ends_of,
+    is_within,
+    reduced,
+    switched_off,
+    truth_budget,
+)
 from diff_encoder_sim.base.package_files import package_folder
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives.topics import PoseSource
 from diff_encoder_sim.drives.trial_definition import Outcome
 from diff_encoder_sim.trials.campaign_loading import load_campaign
+from diff_encoder_sim.trials.robot_params import load_robot_config, override
+from diff_encoder_sim.wheels.encoder_params import EncoderModel
+from places import ROOT
 from synthetic_trials import trial_data
 
 PPR = [20.0, 28.0, 40.0, 60.0, 90.0, 180.0, 256.0, 360.0, 512.0, 4096.0]
@@ -104,3 +123,102 @@ def test_the_odometrys_encoder_is_tried_with_its_neighbours(campaign):
 def test_trials_that_disagree_with_the_draws_are_spoken_of(campaign):
     answer = study(campaign, Trials(odometry_m=0.2)).answers[Criterion.ODOMETRY]
     assert 'where the draws let expect' in answer.note and answer.note in str(answer)
+
+
+REQUIREMENT = Requirement(0.8, 0.05, math.radians(3.0), 0.95)
+
+AHEAD = Pose2D(10.0, 0.0, 0.0)
+
+
+def trial(estimate, truth, odometry=(0.0, 0.0, 0.0), **other):
+    errors = {PoseSource.GLOBAL: estimate, PoseSource.WORLD: truth, PoseSource.ODOM: odometry}
+    return trial_data(**other)._replace(errors={source: Pose2D(*error) for source, error in errors.items()})
+
+
+def trials(count, seed=1, encoder_m=0.0):
+    """Trials whose stop spreads by 3 mm along, and localization by 2 mm and `encoder_m` across."""
+    rng = np.random.default_rng(seed)
+    stop, fix, encoder = rng.normal(0.0, 0.003, count), rng.normal(0.001, 0.002, count), rng.normal(0.0, 1.0, count)
+    return [
+        trial((each, 0.0, 0.0), (each, side + encoder_m * step, 0.0), number=number)
+        for number, (each, side, step) in enumerate(zip(stop, fix, encoder), 1)
+    ]
+
+
+def test_each_criterion_looks_at_its_own_error():
+    one = trial((0.01, 0.0, 0.0), (0.06, 0.0, 0.0), (0.1, 0.0, 0.0))
+    within = {criterion: is_within(one, criterion, REQUIREMENT) for criterion in Criterion}
+    assert within == {Criterion.ODOMETRY: True, Criterion.POSE_ESTIMATE: True, Criterion.TRUTH: False}
+
+
+def test_stopping_and_localization_make_the_true_pose():
+    ends = ends_of(trials(50), AHEAD)
+    np.testing.assert_allclose(ends.truth, ends.stopping + ends.localization, atol=1e-15)
+    assert ends.stopping[:, 0].std() == pytest.approx(0.003, rel=0.3)
+    assert ends.localization[:, 1].std() == pytest.approx(0.002, rel=0.3)
+
+
+def test_the_encoders_part_is_what_the_finest_one_does_not_have():
+    finest = ends_of(trials(2000), AHEAD)
+    budget = truth_budget(ends_of(trials(2000, encoder_m=0.01), AHEAD), finest, finest, {})
+    assert budget.parts[STOPPING].std[0] == pytest.approx(0.003, rel=0.1)
+    assert budget.parts[LOCALIZATION].bias[1] == pytest.approx(0.001, abs=2e-4)
+    assert budget.parts[ENCODER].std[1] == pytest.approx(0.01, rel=0.1)
+    total = sum(part.variance for part in budget.parts.values()) + budget.rest.variance
+    np.testing.assert_allclose(total, budget.found.variance)
+
+
+def test_a_cause_that_is_switched_off_has_a_part_of_its_own():
+    ends, finest = ends_of(trials(2000, encoder_m=0.01), AHEAD), ends_of(trials(2000), AHEAD)
+    budget = truth_budget(ends, ends, finest, {'wheel slip': finest})
+    assert budget.parts['wheel slip'].std[1] == pytest.approx(0.01, rel=0.1)
+    assert budget.parts[ENCODER].std[1] == 0.0
+    np.testing.assert_allclose(budget.rest.variance, 0.0, atol=3e-6)
+
+
+def test_causes_can_be_looked_at_alone_and_with_less_of_them():
+    ends = ends_of(trials(30), AHEAD)
+    assert list(causes_alone(Criterion.POSE_ESTIMATE, {'SL': ends})) == [STOPPING]
+    assert list(causes_alone(Criterion.TRUTH, {'SL': ends})) == [STOPPING, LOCALIZATION]
+    np.testing.assert_allclose(reduced(Criterion.TRUTH, ends, {}), ends.truth, atol=1e-15)
+    half = reduced(Criterion.TRUTH, ends, {STOPPING: 0.5})
+    np.testing.assert_allclose(half, 0.5 * ends.stopping + ends.localization, atol=1e-15)
+    np.testing.assert_allclose(reduced(Criterion.POSE_ESTIMATE, ends, {LOCALIZATION: 0.0}), ends.stopping, atol=1e-15)
+
+
+@pytest.fixture(name='robot')
+def robot_fixture():
+    config = load_robot_config(ROOT / 'config')
+    return lambda **values: override(config, {key.replace('__', '.'): value for key, value in values.items()})
+
+
+def test_each_cause_that_there_is_is_switched_off_by_itself_and_all_at_once(robot):
+    slip, edges = {'simulator__wheel_errors__slip_noise': 1e-6}, {'config__encoder__edge_error': 0.1}
+    found = switched_off([robot(**slip, **edges)])
+    assert list(found) == [AS_IT_IS, 'without wheel slip', 'without edge errors', WITHOUT_ALL]
+    assert found[AS_IT_IS] == {}
+    assert found['without wheel slip']['simulator.wheel_errors.slip_noise'] == 0.0
+    assert 'config.encoder.edge_error' not in found['without wheel slip']
+    assert found[WITHOUT_ALL] == {**found['without wheel slip'], **found['without edge errors']}
+    assert cause_of('without edge errors') == 'edge errors'
+
+
+def test_what_is_switched_off_leaves_an_ideal_robot(robot):
+    given = {
+        'simulator__wheel_errors__left_slip': 0.01,
+        'simulator__wheel_errors__radius_spread': 0.01,
+        'simulator__wheel_errors__wheel_separation_error': 0.02,
+        'config__encoder__hysteresis': 1.0,
+        'config__encoder__faults__max_count_rate': 1000.0,
+    }
+    without = switched_off([robot(**given)])[WITHOUT_ALL]
+    values = {key.replace('__', '.'): value for key, value in given.items()}
+    config = load_robot_config(ROOT / 'config')
+    assert override(config, {**values, **without}) == override(config, {})
+
+
+def test_all_errors_of_an_encoder_belong_to_a_cause():
+    """What is left says which encoder it is."""
+    known = {*SENSOR_ERRORS, *UNEVEN_LINES, 'faults'}
+    kinds = {'sensor', 'lines', 'decoding', 'pole_pairs', 'bits', 'side', 'gear_ratio', 'direction'}
+    assert set(EncoderModel.model_fields) == known | kinds

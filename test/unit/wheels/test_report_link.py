@@ -69,7 +69,7 @@ def most_behind_ns(stamps_ns):
     return np.max(np.maximum.accumulate(stamps_ns) - stamps_ns)
 
 
-@pytest.mark.parametrize('seed', range(12))
+@pytest.mark.parametrize('seed', range(3))
 def test_no_report_is_farther_behind_the_newest_than_its_parameters_say(seed):
     """Up to a period: which sample is the newest at the farthest is a matter of whole periods."""
     rng = np.random.default_rng(seed)

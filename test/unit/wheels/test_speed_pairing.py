@@ -49,20 +49,17 @@ def test_in_any_interleaving_of_the_topics_each_report_is_whole_and_in_order():
         assert released == [whole(index) for index in range(40)][: len(released)] and len(released) >= 40
 
 
-def test_counts_whose_speeds_are_lost_go_on_when_later_speeds_come():
-    assert take(SpeedPairing(), 'c0 s0 c1 c2 s2 c3 s3') == [whole(0), counts(1), whole(2), whole(3)]
-
-
-def test_speeds_whose_counts_are_lost_are_dropped():
-    assert take(SpeedPairing(), 's0 c0 s1 s2 c2 s3 c3') == [whole(0), whole(2), whole(3)]
-
-
-def test_a_report_that_comes_twice_is_released_twice():
-    assert take(SpeedPairing(), 'c0 s0 c1 s1 c0 s0 c2 s2') == [whole(0), whole(1), whole(0), whole(2)]
-
-
-def test_a_report_that_comes_after_the_next_keeps_its_speeds():
-    assert take(SpeedPairing(), 's0 c0 s2 c2 s1 c1 s3 c3') == [whole(0), whole(2), whole(1), whole(3)]
+@pytest.mark.parametrize(
+    ('words', 'expected'),
+    [
+        ('c0 s0 c1 c2 s2 c3 s3', [whole(0), counts(1), whole(2), whole(3)]),  # speeds of 1 are lost
+        ('s0 c0 s1 s2 c2 s3 c3', [whole(0), whole(2), whole(3)]),  # counts of 1 are lost
+        ('c0 s0 c1 s1 c0 s0 c2 s2', [whole(0), whole(1), whole(0), whole(2)]),  # 0 comes twice
+        ('s0 c0 s2 c2 s1 c1 s3 c3', [whole(0), whole(2), whole(1), whole(3)]),  # 1 comes after 2
+    ],
+)
+def test_lost_repeated_and_late_reports_keep_their_speeds(words, expected):
+    assert take(SpeedPairing(), words) == expected
 
 
 def test_where_speeds_never_come_reports_wait_once(caplog):

@@ -1,12 +1,52 @@
-"""What an encoder's parameters allow, and what follows from them."""
+"""Parameters of encoders: equation (1), counters, allowed values and what follows from them."""
 
 import math
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from diff_encoder_sim.base.errors import ConfigError
-from diff_encoder_sim.wheels.encoder_params import EncoderModel, PerWheel, counts_per_turn
+from diff_encoder_sim.wheels.encoder_params import (
+    EncoderModel,
+    PerWheel,
+    count_difference,
+    counts_per_turn,
+    ppr_label,
+    pulses_from_angle,
+    wrap_count,
+)
+from diff_encoder_sim.wheels.odometry_params import OdometryParams
 from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
+
+
+@pytest.mark.parametrize(
+    ('angle_in_pulses', 'pulses'),
+    [(0.0, 0), (0.99, 0), (1.01, 1), (-0.1, -1), (-1.0 - 1e-9, -2), (89.5, 89), (-90.5, -91)],
+)
+@pytest.mark.parametrize('ppr', [40, 4096])
+def test_equation_1_floors_at_positive_and_negative_angles(angle_in_pulses, pulses, ppr):
+    assert pulses_from_angle(2 * math.pi * angle_in_pulses / ppr, ppr) == pulses
+
+
+@pytest.mark.parametrize(('ppr', 'label'), [(90, '90'), ({'left': 40, 'right': 4096}, '40-4096'), (102.4, '102.4')])
+def test_ppr_label(ppr, label):
+    assert ppr_label(EncoderParams.from_mapping({'ppr': ppr}, '').ppr) == label
+
+
+@pytest.mark.parametrize(
+    ('pulses', 'shown'), [(32767, 32767), (32768, -32768), (-32768, -32768), (-32769, 32767), (65536, 0)]
+)
+def test_an_int16_counter_wraps_as_int16_does(pulses, shown):
+    assert wrap_count(pulses, 65536) == shown
+
+
+@given(st.integers(2, 10**6), st.integers(-(10**9), 10**9), st.data())
+def test_differences_survive_the_wrap_in_both_directions(modulus, start, data):
+    moved = data.draw(st.integers(-(modulus // 2), (modulus - 1) // 2))
+    older, newer = wrap_count(start, modulus), wrap_count(start + moved, modulus)
+    assert count_difference(newer, older, modulus) == moved
+    assert count_difference(newer % modulus, older % modulus, modulus) == moved
 
 
 def model(**keys):
@@ -30,36 +70,25 @@ def test_counts_per_wheel_turn_are_lines_times_decoding_times_gear(keys, expecte
     assert counts_per_turn(PerWheel(left=7, right=7), model(**keys)).left == pytest.approx(expected)
 
 
-def test_without_a_resolution_of_its_own_ppr_tells():
-    assert counts_per_turn(PerWheel(left=40, right=90), model(edge_error=0.1)) == PerWheel(left=40, right=90)
-
-
 @pytest.mark.parametrize(
     ('keys', 'words'),
     [
         ({'gear_ratio': 0}, 'gear_ratio: given 0'),
-        ({'decoding': 'x5'}, "decoding: given 'x5'"),
         ({'faults': {'missed': 1.2}}, 'faults.missed: given 1.2'),
-        ({'side': 'motor', 'backlash': -0.1}, 'backlash: given -0.1'),
         ({'sensor': 'hall', 'lines': 4}, 'lines: given 4; allowed: with sensor quadrature or single_channel, not hall'),
         ({'sensor': 'hall', 'noise': 1.0}, 'noise: given 1.0; allowed: with sensor absolute, not hall'),
         ({'sensors': 'hall'}, "sensors: unknown key; did you mean 'sensor'?"),
         ({'backlash': 0.01}, 'backlash: given 0.01; allowed: 0.0 with side wheel, or side motor'),
-        ({'gear_ratio': 2.0}, 'gear_ratio: given 2.0; allowed: 1.0 with side wheel, or side motor'),
         (
             {'duty_cycle': 0.2, 'phase_error': 60},
             'duty_cycle: given 0.2; allowed: 0.429 to 0.571, with phase_error 60.0',
         ),
-        ({'duty_cycle': 0.9, 'phase_error': -20}, 'allowed: 0.207 to 0.793, with phase_error -20.0'),
         (
             {'eccentricity': 0.5, 'sensor': 'absolute', 'second_harmonic': 15.0},
             'second_harmonic: given 15.0; allowed: up to 14.037, with eccentricity 0.5 and first_harmonic 0.0',
         ),
         ({'sensor': 'single_channel'}, "decoding: given 'x4'; allowed: x1 or x2, with sensor single_channel"),
-        ({'sensor': 'absolute', 'direction': 'command'}, 'allowed: phases, with sensor absolute'),
         ({'sensor': 'absolute', 'faults': {'missed': 0.1}}, 'faults.missed: given 0.1; allowed: 0.0 with'),
-        ({'sensor': 'absolute', 'faults': {'restart_at': 5.0}}, 'faults.restart_at: given 5.0; allowed: 0.0 with'),
-        ({'sensor': 'absolute', 'faults': {'dead_channel': 'A'}}, 'allowed: none, with sensor absolute'),
         (
             {'sensor': 'absolute', 'faults': {'wiring': 'swapped'}},
             'allowed: straight or inverted, with sensor absolute',
@@ -104,3 +133,50 @@ def test_the_variance_of_a_reading_is_the_sum_of_its_errors():
     assert model(sensor='hall', sensor_error=6.0).pulse_variance(90) == pytest.approx(0.01)
     # Edges at 0, 1, 1.6 and 2.6 of four: 0, 0, -0.4 and -0.4 off, of a mean of -0.2.
     assert model(duty_cycle=0.4).pulse_variance(100) == pytest.approx(0.04)
+
+
+@pytest.mark.parametrize(
+    ('key', 'value'),
+    [
+        ('ppr', 0),
+        ('ppr', math.nan),
+        ('ppr', 'ninety'),
+        ('ppr', {'left': 90}),
+        ('ppr', {'left': 90, 'right': 0}),
+        ('rate', 0),
+        ('counter_modulus', 1),
+        ('counter_modulus', 2.5),
+        ('left_joint', ''),
+        ('left_joint', 'right_wheel_joint'),
+    ],
+)
+def test_bad_encoder_values_are_refused_in_one_line(key, value):
+    with pytest.raises(ConfigError, match=r'^robot\.yaml: ') as caught:
+        EncoderParams.from_mapping({key: value}, 'robot.yaml')
+    assert '\n' not in str(caught.value) and f': {key}' in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ('rate', 'report', 'key', 'behind'),
+    [
+        (20.0, {'latency_spread': 2.0}, 'latency_spread: given 2.0', '2 s'),
+        (20.0, {'latency_spread': 0.45, 'reordered': 0.1}, 'latency_spread: given 0.45', '0.525 s'),
+        (1.0, {'latency_spread': 0.01, 'reordered': 0.1}, 'reordered: given 0.1', '1.51 s'),
+        (1.0, {'repeated': 0.1}, 'repeated: given 0.1', '1 s'),
+    ],
+)
+def test_reports_that_odometry_would_take_for_a_new_run_are_refused(rate, report, key, behind):
+    text = (
+        f'f: report.{key}; allowed: reports up to 0.5 s behind newer ones, not {behind} as with this report and rate '
+    )
+    with pytest.raises(ConfigError) as caught:
+        EncoderParams.from_mapping({'rate': rate, 'report': report}, 'f')
+    assert str(caught.value) == f'{text}{rate:g}; or stamps: arrival'
+    EncoderParams.from_mapping({'rate': rate, 'report': {**report, 'stamps': 'arrival'}}, 'f')
+
+
+@pytest.mark.parametrize('key', ['wheel_diameter', 'wheel_separation', 'max_wheel_speed'])
+@pytest.mark.parametrize('value', [0, math.nan, '0.2'])
+def test_bad_odometry_values_are_refused(key, value):
+    with pytest.raises(ConfigError, match=f'node: {key}: given .*; allowed: '):
+        OdometryParams.from_mapping({key: value}, 'node')

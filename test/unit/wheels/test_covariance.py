@@ -1,4 +1,4 @@
-"""The covariances of odometry, against closed forms, simulated wheels, and the same in matrices."""
+"""Covariances of odometry against closed forms, simulated wheels, and the same in matrices."""
 
 import math
 
@@ -7,9 +7,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from diff_encoder_sim.base.se2 import Pose2D, move_along_arc, wrap_angle
+from diff_encoder_sim.base.se2 import IDENTITY, Pose2D, move_along_arc, wrap_angle
 from diff_encoder_sim.wheels.covariance import (
+    NO_ERRORS,
+    GeometryStd,
+    LateralAcceleration,
     PlanarCovariance,
+    carry_geometry_errors,
+    geometry_covariance,
     propagate_motion_noise,
     quantisation_covariance,
     reading_variance,
@@ -79,16 +84,6 @@ def test_quantisation_covariance_is_the_closed_form_on_a_straight_line():
     assert math.sqrt(covariance[2, 2]) * 180 / math.pi == pytest.approx(0.577, abs=5e-4)
 
 
-def test_motion_noise_grows_with_the_path_as_it_should():
-    """Straight ahead each wheel's variance is k S: heading 2 k S / L^2, along k S / 2."""
-    covariance = PlanarCovariance()
-    for _ in range(1000):
-        covariance = propagate_motion_noise(covariance, 0.0, 0.01, 0.01, SEPARATION_M, 1e-5)
-    assert covariance.yaw_yaw == pytest.approx(2 * 1e-5 * 10 / SEPARATION_M**2)
-    assert covariance.xx == pytest.approx(1e-5 * 10 / 2)
-    assert covariance.yy == pytest.approx(2 * 1e-5 / SEPARATION_M**2 * 10**3 / 3, rel=1e-2)
-
-
 def arc(pose, left_m, right_m):
     return move_along_arc(pose, (left_m + right_m) / 2, (right_m - left_m) / SEPARATION_M)
 
@@ -132,3 +127,64 @@ def winding_drive(ppr, seed):
     pose = estimate.base_pose_in_odom
     error = np.array([pose.x_m - truth.x_m, pose.y_m - truth.y_m, wrap_angle(pose.yaw_rad - truth.yaw_rad)])
     return error, estimate.pose_covariance
+
+
+SMALL = 1e-6
+
+ALL = GeometryStd(1.0, 1.0, 1.0)
+
+
+def driven(steps_m, left=1.0, right=1.0, separation=1.0):
+    """The pose after steps of both wheels, whose travels and separation are other than they seem."""
+    pose = IDENTITY
+    for left_m, right_m in steps_m:
+        left_true_m, right_true_m = left * left_m, right * right_m
+        turn_rad = (right_true_m - left_true_m) / (SEPARATION_M * separation)
+        moved = move_along_arc(pose, 0.5 * (left_true_m + right_true_m), turn_rad)
+        pose = moved._replace(yaw_rad=pose.yaw_rad + turn_rad)
+    return np.array(pose)
+
+
+def carried(steps_m):
+    errors, yaw_rad = NO_ERRORS, 0.0
+    for left_m, right_m in steps_m:
+        errors = carry_geometry_errors(errors, ALL, yaw_rad, left_m, right_m, SEPARATION_M)
+        yaw_rad += (right_m - left_m) / SEPARATION_M
+    return errors
+
+
+def test_errors_are_those_of_drives_with_another_geometry():
+    steps_m = np.random.default_rng(3).uniform(-0.002, 0.01, (400, 2))
+    distance, turn, difference = np.array(carried(steps_m))
+    exact = driven(steps_m)
+    half = 0.5 * SMALL
+    by_difference = (driven(steps_m, 1.0 - half, 1.0 + half) - exact) / SMALL
+    by_both = (driven(steps_m, 1.0 + SMALL, 1.0 + SMALL) - exact) / SMALL
+    by_separation = (driven(steps_m, separation=1.0 + SMALL) - exact) / SMALL
+    assert difference == pytest.approx(by_difference, rel=1e-3, abs=1e-4)
+    assert distance + turn == pytest.approx(by_both, rel=1e-3, abs=1e-4)
+    assert -turn == pytest.approx(by_separation, rel=1e-3, abs=1e-4)
+
+
+def test_a_difference_of_diameters_bends_a_straight_line_as_by_the_closed_form():
+    length_m, difference = 20.0, 5.2e-5
+    errors = carried([(0.02, 0.02)] * 1000)
+    covariance = geometry_covariance(errors, GeometryStd(diameter_difference=difference))
+    assert math.sqrt(covariance.yaw_yaw) == pytest.approx(length_m * difference / SEPARATION_M)
+    assert math.sqrt(covariance.yy) == pytest.approx(length_m**2 * difference / (2 * SEPARATION_M), rel=1e-3)
+    assert covariance.xx == pytest.approx(0.0, abs=1e-15)
+
+
+def after(seconds, left_mps, right_mps, interval_s=0.02):
+    pull = LateralAcceleration(SEPARATION_M)
+    for _ in range(round(seconds / interval_s)):
+        last = pull.take(interval_s, left_mps * interval_s, right_mps * interval_s)
+    return last
+
+
+@pytest.mark.parametrize('interval_s', [0.001, 0.02, 0.1])
+def test_in_a_curve_it_is_speed_times_turn_at_any_rate_of_reports(interval_s):
+    # 0.4 m/s and 0.5 rad/s.
+    assert after(4.0, 0.3, 0.5, interval_s) == pytest.approx(0.2, rel=1e-3)
+    assert after(4.0, 0.5, 0.3, interval_s) == pytest.approx(-0.2, rel=1e-3)
+    assert after(4.0, -0.3, -0.5, interval_s) == pytest.approx(0.2, rel=1e-3)  # backwards

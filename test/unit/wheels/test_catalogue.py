@@ -1,4 +1,4 @@
-"""Encoders that one can buy: the shipped files say what their manuals do, and a user's own file is checked."""
+"""Encoders that are compared, and the shipped ones: labels, counts, files."""
 
 import math
 
@@ -8,13 +8,13 @@ import pytest
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.robots.robot_file import load_robot_file
 from diff_encoder_sim.trials.robot_params import check_key, load_robot_config, override
-from diff_encoder_sim.wheels.catalogue import encoder_names, load_encoder, load_encoders
-from diff_encoder_sim.wheels.encoder_params import count_difference
+from diff_encoder_sim.wheels.catalogue import chosen, encoder_names, load_encoder, load_encoders, resolution_text
+from diff_encoder_sim.wheels.encoder_params import EncoderModel, PerWheel, count_difference
 from diff_encoder_sim.wheels.wheel_encoder import DiffEncoder
-from places import ROOT
+from places import CONFIG, ROOT
 
-CONFIG = ROOT / 'config'
 NAMES = encoder_names(CONFIG)
+
 JOINTS = ['left_wheel_joint', 'right_wheel_joint']
 
 # Counts per wheel revolution, as the manuals print them.
@@ -38,6 +38,7 @@ PUBLISHED = {
     'xl430': '4096',
     'yahboom_520': '2464',
 }
+
 IN_ROBOTS = {
     'burger': 'xl430',
     'create2': 'create2',
@@ -45,6 +46,7 @@ IN_ROBOTS = {
     'hoverboard': 'hoverboard_hub',
     'kobuki': 'kobuki',
 }
+
 GOOD = {'name': 'Mine', 'source': '[its manual]', 'price': 'hobby', 'encoder': '{lines: 16}'}
 
 
@@ -123,13 +125,7 @@ def test_a_file_of_ones_own_is_relative_to_the_folder_and_comes_after_a_name(tmp
     ('given', 'wrong'),
     [
         ('amt10', ''),
-        ('AMT102', ''),
-        ('', ''),
         ('amt102.yaml', ', no such file'),
-        ('amt102.yml', ', no such file'),
-        ('none/amt102', ', no such file'),
-        ('~nobody_of_this_name/amt102.yaml', ', no such file'),
-        ('folder', ', a folder'),
         ('folder.yaml', ', a folder'),
         ('mine.yml', ', whose name does not end in .yaml'),
     ],
@@ -150,26 +146,15 @@ def test_an_unknown_encoder_lists_the_known_ones_and_says_what_is_wrong_with_a_p
     ('keys', 'text'),
     [
         ({'name': None}, 'name: missing'),
-        ({'name': '""'}, 'name: given'),
-        ({'name': '"AMT\\0"'}, r"name: given 'AMT\x00'; allowed: printable"),
-        ({'source': '["its\\nmanual"]'}, 'source.0: given'),
-        ({'price': '"\\e[31m"'}, 'price: given'),
         ({'source': '[]'}, 'source: given []'),
-        ({'source': '[""]'}, 'source.0: given'),
-        ({'source': 'its manual'}, 'source: given'),
         ({'price': '12.5'}, 'price: given 12.5'),
-        ({'encoder': None}, 'encoder: missing'),
         ({'encoder': '{}'}, 'encoder.lines: missing'),
         ({'encoder': '{sensor: hall}'}, 'encoder.pole_pairs: missing'),
-        ({'encoder': '{sensor: absolute}'}, 'encoder.bits: missing'),
-        ({'encoder': '{lines: 0}'}, 'encoder.lines: given 0'),
         ({'encoder': '{lines: 16, sensor: hall}'}, 'encoder.lines: given 16; allowed: with sensor'),
         ({'encoder': '{lnes: 16}'}, "encoder.lnes: unknown key; did you mean 'lines'?"),
         ({'encoders': '{lines: 16}'}, "encoders: unknown key; did you mean 'encoder'?"),
-        ({'config': '3'}, 'config: given 3'),
         ({'config': '{rates: 50.0}'}, "velocity_clock, velocity_method; did you mean 'rate'?"),
         ({'config': '{wheel_diameter: 3}'}, 'config.wheel_diameter: given 3; allowed: the keys counter_modulus, rate'),
-        ({'config': '{rate: fast}'}, "config.rate: given 'fast'"),
         ({'config': '{report: {latency: -1.0}}'}, 'config.report.latency: given -1.0'),
     ],
 )
@@ -179,3 +164,32 @@ def test_a_bad_file_gives_one_line(tmp_path, keys, text):
         load_encoder(str(path), CONFIG, tmp_path)
     assert str(caught.value).startswith(f'{path}: ') and text in str(caught.value)
     assert '\n' not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ('model', 'text'),
+    [
+        ({}, ''),
+        ({'lines': 2048}, '2048 lines x 4 = 8192 counts per wheel revolution'),
+        ({'lines': 1, 'decoding': 'x1'}, '1 line x 1 = 1 counts per wheel revolution'),
+        (
+            {'lines': 12, 'side': 'motor', 'gear_ratio': 34.014},
+            '12 lines x 4 x gear 34.014 = 1632.672 counts per wheel revolution',
+        ),
+        ({'sensor': 'hall', 'pole_pairs': 15}, '15 pole pairs x 6 = 90 counts per wheel revolution'),
+        ({'sensor': 'absolute', 'bits': 14}, '2^14 = 16384 counts per wheel revolution'),
+    ],
+)
+def test_the_counts_follow_from_the_datasheet(model, text):
+    assert resolution_text(EncoderModel(**model)) == text
+
+
+def test_a_real_encoder_is_called_by_counts_and_file():
+    real = chosen(load_encoder('amt102', CONFIG, CONFIG))
+    assert (real.label, real.name, real.ppr) == ('8192 amt102', 'amt102', PerWheel(left=8192, right=8192))
+    assert real.resolution == '2048 lines x 4 = 8192 counts per wheel revolution'
+    assert real.counts_per_metre(0.2) == pytest.approx(8192 / (0.2 * math.pi))
+    assert real.overrides['config.encoder.lines'] == 2048 and real.overrides['config.ppr'] == {
+        'left': 8192,
+        'right': 8192,
+    }

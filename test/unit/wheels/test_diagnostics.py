@@ -1,0 +1,196 @@
+"""What the nodes of the wheels report on /diagnostics."""
+
+import math
+
+import numpy as np
+import pytest
+
+from diff_encoder_sim.wheels.diagnostics import (
+    EncoderDiagnosis,
+    FollowingError,
+    LostReports,
+    OdometryDiagnosis,
+    encoder_lateral_std,
+    noise_lateral_std,
+)
+from diff_encoder_sim.wheels.odometry import WheelOdometry
+from diff_encoder_sim.wheels.odometry_params import OdometryParams
+from diff_encoder_sim.wheels.report_link import EncoderSample
+
+PERIOD_S, PERIOD_NS = 0.05, 50_000_000
+
+WINDOW_RADPS, TIMEOUT_S = 1.0, 1.0
+
+
+class Robot:
+    """Two wheels whose commanded and true speeds are set."""
+
+    def __init__(self, ppr=40):
+        self.rad_per_count = 2 * math.pi / ppr
+        self.watch = FollowingError((self.rad_per_count,) * 2, WINDOW_RADPS, TIMEOUT_S)
+        self.angles, self.time_ns = [0.3, 0.1], 0
+
+    def run(self, seconds, commanded, turning, renewed=True):
+        for _ in range(round(seconds / PERIOD_S)):
+            if renewed:
+                self.watch.take_command(*commanded)
+            self.time_ns += PERIOD_NS
+            self.angles = [angle + speed * PERIOD_S for angle, speed in zip(self.angles, turning)]
+            self.watch.take_report(self.time_ns, *(math.floor(angle / self.rad_per_count) for angle in self.angles))
+        return self.watch.lasts_s()
+
+
+@pytest.mark.parametrize('ppr', [12, 40, 4096])
+@pytest.mark.parametrize('speed', [0.0, 0.2, 4.5, -4.5])
+def test_wheels_that_follow_have_no_error_whatever_the_resolution(ppr, speed):
+    robot = Robot(ppr)
+    for _ in range(100):
+        assert robot.run(0.1, (speed, -speed), (speed, -speed)) == (0.0, 0.0)
+
+
+def test_a_blocked_wheel_is_noticed_after_the_timeout_and_forgotten_when_it_turns_again():
+    robot = Robot()
+    robot.run(2.0, (4.5, 4.5), (4.5, 4.5))
+    assert robot.run(1.0, (4.5, 4.5), (0.0, 4.5)) == (0.0, 0.0)
+    left_s, right_s = robot.run(1.0, (4.5, 4.5), (0.0, 4.5))
+    assert 1.7 < left_s <= 2.0 and right_s == 0.0
+    assert robot.watch.errors_radps == pytest.approx((-4.5, 0.0), abs=robot.rad_per_count / 0.25)
+    assert robot.run(1.0, (4.5, 4.5), (4.5, 4.5)) == (0.0, 0.0)
+
+
+def test_a_wheel_that_counts_the_wrong_way_is_noticed():
+    assert Robot().run(3.0, (2.0, 2.0), (2.0, -2.0))[1] > 2.0
+
+
+def test_without_commands_there_is_nothing_to_follow():
+    robot = Robot()
+    assert robot.run(3.0, (0.0, 0.0), (4.5, 4.5), renewed=False) == (0.0, 0.0)
+    robot.run(1.0, (4.5, 4.5), (4.5, 4.5))
+    assert robot.run(5.0, (4.5, 4.5), (0.0, 0.0), renewed=False) == (0.0, 0.0)
+
+
+def count_of(stamps_ns, rate_hz=20.0):
+    lost = LostReports(rate_hz)
+    for stamp_ns in stamps_ns:
+        lost.take(int(stamp_ns))
+    return lost.count
+
+
+@pytest.mark.parametrize('probability', [0.0, 0.01, 0.2, 0.8])
+def test_each_gap_counts_as_many_as_are_missing(probability):
+    rng = np.random.default_rng(1)
+    came = np.flatnonzero(rng.random(2000) >= probability)
+    assert count_of(came * PERIOD_NS) == came[-1] - came[0] + 1 - len(came)
+
+
+@pytest.mark.parametrize('jitter', [0.1, 0.4])
+def test_jitter_is_no_loss(jitter):
+    rng = np.random.default_rng(1)
+    assert count_of((np.arange(5000) + rng.uniform(0.0, jitter, 5000)) * PERIOD_NS) == 0
+
+
+@pytest.mark.parametrize('skew', [-3e-3, 1e-3, 3e-3])
+def test_a_clock_that_is_slow_or_fast_is_no_loss(skew):
+    assert count_of(np.arange(20_000) * PERIOD_NS * (1.0 + skew)) == 0
+
+
+def test_counts_and_reports_per_second_and_what_was_dropped():
+    diagnosis = EncoderDiagnosis(256)
+    for index in range(41):
+        diagnosis.take_report(EncoderSample(index * 50_000_000, (5 * index + 128) % 256 - 128, -index))
+    assert diagnosis.diagnose() == (
+        '',
+        {
+            'counts per second, left': 100.0,
+            'counts per second, right': -20.0,
+            'reports per second': 20.0,
+            'dropped joint messages': 0,
+        },
+    )
+
+
+PPR = 100
+
+
+class Node:
+    """An odometry and its diagnosis, fed as the node feeds them."""
+
+    def __init__(self):
+        self.odometry = WheelOdometry(OdometryParams(ppr=PPR))
+        self.diagnosis = OdometryDiagnosis(self.odometry, 20.0)
+        self.index = 0
+
+    def report(self, index, left, right):
+        estimate = self.odometry.update(index * PERIOD_NS, left, right)
+        self.diagnosis.take_report(index * PERIOD_NS, estimate is not None)
+
+    def drive(self, reports, zero=0, command=None):
+        """Four counts a report: 5.03 rad/s, 0.503 m/s."""
+        for _ in range(reports):
+            if command is not None:
+                self.diagnosis.take_command(*command)
+            self.report(self.index, 4 * (self.index - zero), 4 * (self.index - zero))
+            self.index += 1
+        return self.diagnosis.diagnose()
+
+
+SPEED_MPS = 80 * math.pi * 0.2 / PPR
+
+
+def test_all_is_well_in_an_ordinary_drive():
+    warning, values = Node().drive(60, command=(SPEED_MPS, 0.0))
+    assert warning == ''
+    assert values == pytest.approx(
+        {
+            'counts per second, left': 80.0,
+            'counts per second, right': 80.0,
+            'reports per second': 20.0,
+            'lost reports': 0,
+            'late or repeated reports': 0,
+            'counter restarts': 0,
+            'following error, left [rad/s]': 0.0,
+            'following error, right [rad/s]': 0.0,
+        },
+        abs=1e-9,
+    )
+
+
+def test_what_is_lost_is_warned_of_once_and_stays_counted():
+    node = Node()
+    node.drive(30)
+    node.index += 3
+    warning, values = node.drive(30)
+    assert warning == 'lost reports: 3' and values['lost reports'] == 3
+    warning, values = node.drive(30)
+    assert warning == '' and values['lost reports'] == 3
+
+
+def test_a_counter_restart_is_warned_of_once():
+    node = Node()
+    node.drive(60)
+    warning, values = node.drive(20, zero=60)
+    assert warning == 'counter restarts: 1' and values['counter restarts'] == 1
+    assert node.drive(20, zero=60).warning == ''
+
+
+def test_wheels_that_do_not_follow_are_named_for_as_long():
+    node = Node()
+    node.drive(30, command=(SPEED_MPS, 0.0))
+    assert node.drive(60, command=(0.0, 0.0)).warning == (
+        'left wheel has not followed the command for 3.0 s; right wheel has not followed the command for 3.0 s'
+    )
+
+
+def test_a_turn_in_place_commands_the_wheels_against_each_other():
+    """By half the separation, 0.2 m."""
+    node = Node()
+    _, values = node.drive(30, command=(0.0, 2.5))
+    turned_radps = 80 * 2 * math.pi / PPR
+    assert values['following error, left [rad/s]'] == pytest.approx(turned_radps + 5.0)
+    assert values['following error, right [rad/s]'] == pytest.approx(turned_radps - 5.0)
+
+
+def test_both_are_the_closed_forms():
+    m_per_pulse = math.pi * 0.2 / 90
+    assert encoder_lateral_std(OdometryParams(ppr=90)) == pytest.approx(20 * m_per_pulse / 0.4 / math.sqrt(6), rel=1e-4)
+    assert noise_lateral_std(2.7e-8, 0.4) == pytest.approx(0.03, rel=1e-3)
