@@ -16,14 +16,13 @@ KEEP = ROOT / 'results' / 'fuzz'
 # The package last: with the workspace sourced it comes through catkin.
 sys.path += [str(ROOT / 'test' / 'support'), str(ROOT / 'test'), str(ROOT / 'src')]
 
-from areas import AREAS, LIVE_AREAS
-from rounds import fuzz, try_again
+from rounds import AREAS, fuzz, try_again
 from sandbox import ACCEPTED, FALLEN, REFUSED
 
 
 def main():
     options = parse()
-    areas = [area for area in (*AREAS, *LIVE_AREAS) if area.name in options.areas]
+    areas = [area for area in AREAS if area.name in options.areas]
     if options.case is not None:
         for area in areas:
             print(area.name, *try_again(area, options.seed, options.case))
@@ -44,7 +43,6 @@ def main():
 
 def parse():
     names = [area.name for area in AREAS]
-    live = [area.name for area in LIVE_AREAS]
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('--minutes', type=float, default=1.0, help='how long (default: %(default)s)')
     parser.add_argument('--cases', type=int, help='of each area, instead of minutes')
@@ -52,10 +50,10 @@ def parse():
     parser.add_argument(
         '--areas',
         nargs='+',
-        choices=names + live,
+        choices=names,
         default=names,
         metavar='AREA',
-        help=f'{", ".join(names)} (default: all of these); {", ".join(live)}',
+        help=f'{", ".join(names)} (default: all of these)',
     )
     parser.add_argument('--case', type=int, metavar='N', help='run the case N alone')
     parser.add_argument(

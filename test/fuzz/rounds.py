@@ -1,4 +1,4 @@
-"""Takes areas in turns, case by case, and keeps the inputs of what falls."""
+"""What is fuzzed, in turns, case by case; the inputs of what falls are kept."""
 
 import contextlib
 import io
@@ -12,6 +12,13 @@ from typing import Callable, Dict, List, NamedTuple, Optional
 
 import numpy as np
 
+import fuzz_bags
+import fuzz_campaigns
+import fuzz_encoders
+import fuzz_lockstep
+import fuzz_maps
+import fuzz_robots
+import fuzz_worlds
 from sandbox import FALLEN, Limits, Verdict, judge, run_in_sandbox
 
 
@@ -20,10 +27,19 @@ class Area(NamedTuple):
 
     name: str
     run: Callable[[np.random.Generator, Path], None]
-    warm_up: Callable[
-        [Path], None
-    ]  # compiles and loads what every case needs, in the process that cases are forked from
+    warm_up: Callable[[Path], None]  # loads what every case needs, in the process that cases are forked from
     limits: Limits = Limits()
+
+
+AREAS = (
+    Area('encoders', fuzz_encoders.run, fuzz_encoders.warm_up),
+    Area('lockstep', fuzz_lockstep.run, fuzz_lockstep.warm_up, Limits(cpu_s=60)),
+    Area('worlds', fuzz_worlds.run, fuzz_worlds.warm_up),
+    Area('robots', fuzz_robots.run, fuzz_robots.warm_up),
+    Area('maps', fuzz_maps.run, fuzz_maps.warm_up),
+    Area('bags', fuzz_bags.run, fuzz_bags.warm_up, Limits(cpu_s=60)),
+    Area('campaigns', fuzz_campaigns.run, fuzz_campaigns.warm_up),
+)
 
 
 class Fallen(NamedTuple):
@@ -59,18 +75,19 @@ def fuzz(areas, seed, cases=None, minutes=None, keep=None) -> Dict[str, Progress
         left = [area for area in areas if cases is None or done[area.name].tried < cases]
         if not left or (cases is None and time.monotonic() > end_s):
             return done
-        _try(min(left, key=lambda area: done[area.name].spent_s), seed, keep, done)
+        area = min(left, key=lambda area: done[area.name].spent_s)
+        _try(area, seed, keep, done[area.name])
 
 
 def _warm_up(area: Area) -> None:
-    with temporary_folder() as folder, contextlib.redirect_stdout(io.StringIO()):
-        area.warm_up(folder)
+    with tempfile.TemporaryDirectory(prefix='fuzz_') as folder, contextlib.redirect_stdout(io.StringIO()):
+        area.warm_up(Path(folder))
 
 
-def _try(area: Area, seed: int, keep: Optional[Path], done: Dict[str, Progress]) -> None:
-    progress = done[area.name]
+def _try(area: Area, seed: int, keep: Optional[Path], progress: Progress) -> None:
     index, began_s = progress.tried, time.monotonic()
-    with temporary_folder() as folder:
+    folder = Path(tempfile.mkdtemp(prefix='fuzz_'))
+    try:
         verdict = run_in_sandbox(lambda: area.run(generator(area, seed, index), folder), folder, area.limits)
         progress.counts[verdict.kind] += 1
         progress.spent_s += time.monotonic() - began_s
@@ -81,6 +98,8 @@ def _try(area: Area, seed: int, keep: Optional[Path], done: Dict[str, Progress])
                 shutil.copytree(folder, kept, symlinks=True)
             progress.fallen.append(Fallen(area.name, index, verdict.reason, kept))
             print(f'{area.name} {index} fell: {verdict.reason.splitlines()[0][:200]}', flush=True)
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 def try_again(area: Area, seed: int, index: int) -> Verdict:
@@ -94,13 +113,3 @@ def try_again(area: Area, seed: int, index: int) -> Verdict:
 def generator(area: Area, seed: int, index: int) -> np.random.Generator:
     """Return the generator of a case: the same for the same seed, whatever else is tried."""
     return np.random.default_rng([seed, zlib.crc32(area.name.encode()), index])
-
-
-@contextlib.contextmanager
-def temporary_folder():
-    """Make a folder, and remove it with all that a case has put there."""
-    folder = Path(tempfile.mkdtemp(prefix='fuzz_'))
-    try:
-        yield folder
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)

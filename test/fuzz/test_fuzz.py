@@ -2,12 +2,11 @@
 
 import pytest
 
-from areas import AREAS
-from rounds import fuzz
+from rounds import AREAS, fuzz
 from sandbox import ACCEPTED, REFUSED
 
-CASES = {'lockstep': 8}  # of an area; they take longest there
-USUALLY = 20
+CASES = {'lockstep': 5}  # of an area; they take longest there
+USUALLY = 10
 SEED = 1
 
 

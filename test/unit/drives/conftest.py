@@ -4,6 +4,6 @@ import numpy as np
 import pytest
 
 
-@pytest.fixture(name='rng', params=range(5))
+@pytest.fixture(name='rng', params=range(2))
 def fixture_rng(request):
     return np.random.default_rng(request.param)

@@ -5,10 +5,7 @@ from rosbags.highlevel import AnyReader
 from rosbags.interfaces import Connection
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from diff_encoder_sim.drives import topics
-from diff_encoder_sim.drives.bag_files import SUFFIXES, Ros1File
-from diff_encoder_sim.drives.bag_source import open_source
-from diff_encoder_sim.drives.sensor_messages import encode_clock
+from diff_encoder_sim.drives.bag_files import SUFFIXES
 from diff_encoder_sim.drives.topics import TOPICS
 from diff_encoder_sim.drives.trial_bag import TrialBag
 from recorded_messages import one_of_each
@@ -103,38 +100,9 @@ def is_durable(connection: Connection):
     return profile.durability.name == 'TRANSIENT_LOCAL'
 
 
-def test_our_own_reader_gives_the_same_messages(paths):
-    with open_source(paths[1]) as source:
-        found = [(message.topic, message.time_ns, message.raw) for message in source.messages(topics.RECORDED)]
-        assert source.fault == '' and source.is_cdr
-    assert sorted(found) == sorted((topic, time_ns, raw) for topic, _, _, time_ns, raw in by_mcap(paths[1]))
-
-
-def test_no_definition_of_a_type_is_missing_in_ros_2(paths):
-    """What a type of ROS 2 is made of is in the file, for programs that have no such package."""
-    for kind, text in {row[1:3] for row in by_mcap(paths[1])}:
-        store = get_typestore(Stores.EMPTY)
-        store.register(get_types_from_msg(text, kind))
-        assert store.generate_msgdef(kind, ros_version=2)[0] == text
-
-
 def test_equal_calls_write_equal_bytes(paths, tmp_path):
     with TrialBag(tmp_path / 'b.mcap', 'full', 'mcap') as bag:
         for time_ns in TIMES_NS:
             for topic, node, message in one_of_each():
                 bag.write(topic.name, node, message, time_ns)
     assert (tmp_path / 'b.mcap').read_bytes() == paths[1].read_bytes()
-
-
-def test_a_bag_of_ros_1_keeps_no_index_in_memory(tmp_path):
-    path, (clock,) = tmp_path / 'a.bag', [topic for topic in TOPICS if topic.name == topics.CLOCK]
-    bag = Ros1File(path)
-    publisher = bag.add_publisher(clock, topics.SIMULATOR_NODE)
-    for time_ns in range(1, 80_001):
-        bag.write([bag.prepare(publisher, time_ns, encode_clock(time_ns))])
-    chunks = bag._writer.chunks
-    places = [places for chunk in chunks for places in chunk.connections.values() if isinstance(places, list)]
-    assert len(chunks) > 3 and len(places) == 1
-    bag.close()
-    with AnyReader([path]) as reader:
-        assert sum(1 for _ in reader.messages()) == 80_000

@@ -3,8 +3,9 @@
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.drives import bounded_decompression
 from diff_encoder_sim.drives.bag_source import bags_in, open_source
-from reencoding_drives import COMPRESSIONS, ROS2, drive, write_ros1, write_ros2
+from reencoding_drives import COMPRESSIONS, ROS2, drive, without_index, write_ros1, write_ros2
 
 TOPICS = ('/joint_states', '/world_pose')
 
@@ -19,7 +20,7 @@ def test_wherever_a_bag_is_torn_its_beginning_is_read(tmp_path, compression):
     path = write_ros1(tmp_path / 'a.bag', drive(count=101), compression, chunk_bytes=4000)
     content, (whole, _) = path.read_bytes(), as_streamed(path)
     read = []
-    for size in range(0, len(content), 211):
+    for size in range(0, len(content), 2110):
         path.write_bytes(content[:size])
         try:
             messages, fault = as_streamed(path)
@@ -96,3 +97,22 @@ def test_compressed_bags_of_ros_2(tmp_path, mode):
     path = write_ros2(tmp_path / 'bag', drive(ROS2), compression=mode)
     messages, fault = as_streamed(path)
     assert messages == as_streamed(write_ros2(tmp_path / 'plain', drive(ROS2)))[0] and fault == ''
+
+
+@pytest.mark.parametrize('has_index', [True, False])
+def test_zeros_behind_a_bag_of_ros_1_as_a_crash_leaves_them(tmp_path, has_index):
+    path = write_ros1(tmp_path / 'a.bag', drive())
+    content = path.read_bytes() if has_index else without_index(path.read_bytes())
+    path.write_bytes(content + bytes(1 << 20))
+    messages, fault = as_streamed(path)
+    assert len(messages) == 602 and f'empty record header at byte {len(content)}' in fault
+
+
+@pytest.mark.parametrize('compression', COMPRESSIONS[1:])
+def test_the_sum_of_all_chunks_has_a_bound(tmp_path, monkeypatch, compression):
+    path = write_ros1(tmp_path / 'a.bag', drive(), compression)
+    messages, _ = as_streamed(path)
+    monkeypatch.setattr(bounded_decompression, 'LARGEST_SUM', 50_000)
+    monkeypatch.setattr(bounded_decompression, 'LARGEST_RATIO', 0)
+    some, fault = as_streamed(path)
+    assert some == messages[: len(some)] and 0 < len(some) < len(messages) and 'allowed: at most 50000' in fault

@@ -2,8 +2,6 @@
 
 import numpy as np
 
-from diff_encoder_sim.base.errors import InputFault
-from diff_encoder_sim.drives.dropped_messages import DroppedMessages
 from reencoding_drives import JOINTS, drive, write_ros1
 from reencoding_runs import run
 
@@ -21,14 +19,3 @@ def test_bad_messages_are_counted_and_the_rest_is_used(tmp_path, capsys):
         "reencode: %s: /joint_states: 11 messages dropped; the first: joint 'left_wheel_joint' has "
         'position nan; expected a finite angle [rad]' % (tmp_path / 'a.bag')
     ]
-
-
-def test_each_topic_has_a_line_with_its_count_and_first_fault():
-    dropped = DroppedMessages()
-    for topic, text in (('/a', 'torn'), ('/b', 'empty'), ('/a', 'late')):
-        dropped.add(topic, InputFault(text))
-    assert list(dropped.lines()) == [
-        '/a: 2 messages dropped; the first: torn',
-        '/b: 1 messages dropped; the first: empty',
-    ]
-    assert list(DroppedMessages().lines()) == []

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from diff_encoder_sim.drives.field_wheels import LEFT, RIGHT, PairedAngles, ReceiveTimes, receive_times_note
+from diff_encoder_sim.drives.field_wheels import LEFT, RIGHT, PairedAngles, ReceiveTimes
 from diff_encoder_sim.drives.typestore import noetic_store
 from reencoding_drives import TICK_NS, angles_rad
 from reencoding_runs import contents, run, samples_of
@@ -47,17 +47,12 @@ def reencoded(tmp_path, bag, arguments, ppr=64):
     ('make', 'sides', 'recorded_ppr'),
     [
         (std(16, 'Int16'), ['/lwheel', '/rwheel'], 1024),
-        (std(32, 'Int32'), ['/lwheel', '/rwheel'], 1024),
         (std(None, 'Int64'), ['lwheel.data', 'rwheel'], 1024),
-        (std(None, 'UInt32'), ['/lwheel', '/rwheel'], 1024),
-        (std(None, 'Float32'), ['/lwheel', '/rwheel'], 1024),
         (std(None, 'Float64'), ['/lwheel', '/rwheel'], 1024),
         (arrays, ['/encoders[0]', '/encoders[1]'], 1000),
-        (lambda: arrays('std_msgs/msg/Float64MultiArray', float), ['/encoders[0]', '/encoders[1]'], 1000),
         (lambda: arrays('std_msgs/msg/Int16MultiArray', np.int16), ['/encoders[0]', '/encoders.data[1]'], 1000),
         (lambda: arrays(is_ros2=True), ['/encoders[0]', '/encoders[1]'], 1000),
         (turtlebot3, ['/sensor_state.left_encoder', '/sensor_state.right_encoder'], 4096),
-        (lambda: turtlebot3(True), ['/sensor_state.left_encoder', '/sensor_state.right_encoder'], 4096),
         (duckietown, ['/duck/left_wheel_encoder_node/tick', '/duck/right_wheel_encoder_node/tick'], 135),
         (create3, ['/wheel_ticks.ticks_left', '/wheel_ticks.ticks_right'], 508.8),
     ],
@@ -141,12 +136,6 @@ def test_stamps_are_those_of_the_headers_or_of_receipt(tmp_path, capsys):
     assert error.count('no stamps') == 1 and '/sensor_state every 10.0 ms +- 0.0 ms' in error
 
 
-def test_at_the_recorded_ppr_the_counts_are_the_recorded_ones(tmp_path):
-    sides = ['/sensor_state.left_encoder', '/sensor_state.right_encoder']
-    found = reencoded(tmp_path, turtlebot3(), ['--ticks', *sides, *TICKS, 4096], ppr=4096)
-    assert found == [list(sample[1:3]) for sample in samples_of(angles_rad(COUNT), 4096)]
-
-
 SECOND_NS = 10**9
 
 
@@ -171,11 +160,6 @@ def test_a_wheel_that_turns_evenly_is_interpolated_exactly(rate_hz, late_s):
         assert (left, right) == pytest.approx((2.0 * stamp_s, 3.0 * stamp_s), abs=1e-6)
 
 
-def test_equal_stamps_need_no_interpolation():
-    found, _ = fed([(LEFT, 1.0, 5.0), (RIGHT, 1.0, 7.0), (RIGHT, 1.1, 8.0), (LEFT, 1.1, 6.0)])
-    assert found == [(1.0, 5.0, 7.0), (1.1, 6.0, 8.0)]
-
-
 def test_nothing_is_made_up_across_a_gap():
     right = [sample for sample in at_rate(RIGHT, 3.0, 10.0) if not 2.0 < sample[1] < 6.0]
     found, pairs = fed(sorted(at_rate(LEFT, 2.0, 10.0, 0.05) + right, key=lambda sample: sample[1]))
@@ -194,13 +178,6 @@ def test_time_that_is_set_back_starts_again():
     assert [stamp_s for stamp_s, _, _ in found] == [10.0, 10.5, 2.0, 2.5]
 
 
-def test_a_second_is_kept_at_most():
-    pairs = PairedAngles()
-    for tick in range(5000):
-        pairs.add(LEFT, tick * SECOND_NS // 100, 0.0)
-    assert len(pairs._sides[LEFT]) <= 101
-
-
 def times(topic, stamps_ns):
     made = ReceiveTimes(topic)
     for stamp_ns in stamps_ns:
@@ -213,8 +190,3 @@ def test_mean_and_deviation_are_those_of_the_intervals():
     intervals_ns = rng.normal(50e6, 4e6, 20_000).astype(np.int64)
     text = times('/lwheel', 10**18 + np.cumsum(intervals_ns)).text()
     assert text == f'/lwheel every {1e-6 * intervals_ns[1:].mean():.1f} ms +- {1e-6 * intervals_ns[1:].std():.1f} ms'
-
-
-def test_all_topics_are_in_one_line():
-    note = receive_times_note([times('/a', [5]), times('/b', [0, 10**7, 3 * 10**7])])
-    assert '/a every 0.0 ms +- 0.0 ms and /b every 15.0 ms +- 5.0 ms' in note and '\n' not in note

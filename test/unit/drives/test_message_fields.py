@@ -51,17 +51,11 @@ def test_a_number_is_found(source, given, name, value, bits):
     [
         ('/cont', 'given /cont; allowed: TOPIC or TOPIC.field.* of its topics /bad, /count'),
         ('/count[', 'given /count.; allowed: TOPIC'),
-        ('', 'given ; allowed: TOPIC'),
         ('/count.x', 'no number of std_msgs/msg/Int64; allowed: /count'),
-        ('/count[0]', 'allowed: /count'),
         ('/text', 'no number of std_msgs/msg/String; allowed: it has no numbers'),
         ('/pair', r'allowed: .*/pair\[0\], /pair\[1\]'),
         ('/feedback.drivers[2].measured_travel', r'allowed: .*/feedback.drivers\[1\].measured_travel'),
         ('/feedback.drivers.measured_travel', r'allowed: /feedback.drivers\[0\].current'),
-        ('/feedback', r'allowed: /feedback.drivers\[0\].current'),
-        ('/sensor_state.header.seq.x', 'allowed: /sensor_state.bumper'),
-        ('array[' + '9' * 5000 + ']', 'allowed: TOPIC or TOPIC.field'),
-        ('array[\u0660]', 'allowed: TOPIC or TOPIC.field'),
     ],
 )
 def test_what_is_no_number_is_refused_and_those_that_are_are_listed(source, given, complaint):
@@ -90,13 +84,6 @@ def test_a_type_that_nobody_defines_is_named(tmp_path):
     with open_source(path) as source, pytest.raises(ConfigError, match='which the bag does not define') as caught:
         message_type(path, source, '/mobile_base/sensors/core')
     assert 'kobuki_msgs/msg/SensorState' in str(caught.value)
-
-
-def test_a_type_whose_parts_nobody_defines_is_named(tmp_path):
-    path = jackal().write(tmp_path / 'a.bag')
-    path.write_bytes(path.read_bytes().replace(b'MSG: jackal_msgs/DriveFeedback', b'MSG: jackal_msgs/OtherFeedback'))
-    with open_source(path) as source, pytest.raises(ConfigError, match='which the bag does not define'):
-        message_type(path, source, '/feedback')
 
 
 def test_a_type_of_ros_needs_no_definition(tmp_path):

@@ -54,13 +54,6 @@ def test_two_frames_are_odometry_too():
     assert turned_rad == pytest.approx(np.sum(STEPS_RAD, axis=0), abs=1e-9)
 
 
-def test_what_poses_cannot_show_is_said():
-    _, wheels = read(ROS1, poses())
-    what, start = wheels.notes()
-    assert 'computed from the poses of /odom' in what and 'slip' in what
-    assert '--seed 1' in start
-
-
 def test_sideways_motion_is_left_out_and_said():
     found, wheels = read(ROS1, [Pose2D(0.1 * step, 0.05 * step, 0.0) for step in range(11)])
     assert found[-1] - found[0] == pytest.approx((10.0, 10.0))

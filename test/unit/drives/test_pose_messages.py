@@ -6,7 +6,6 @@ import pytest
 import message_values as values
 from diff_encoder_sim.base.errors import InputFault
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.drives.message_types import ODOMETRY, POSE_STAMPED, POSE_WITH_COVARIANCE
 from diff_encoder_sim.drives.pose_messages import (
     POSE_TYPES,
     PoseDecoder,
@@ -14,11 +13,9 @@ from diff_encoder_sim.drives.pose_messages import (
     encode_pose_stamped,
     encode_pose_with_covariance,
 )
-from diff_encoder_sim.drives.typestore import noetic_store
 from diff_encoder_sim.drives.wire import UNKNOWN_VARIANCE
-from message_checks import check_header, check_pose, read, stamp_ns, vector
+from message_checks import check_header, check_pose, read, vector
 from reencoding_drives import MAKERS
-from trial_bags import message as encoded_by_rosbags
 
 # x [m], y [m], yaw [rad] within what a decoder takes for a pose.
 POSES = [Pose2D(*row) for row in np.random.default_rng(2).uniform(-3.0, 3.0, (20, 3)).tolist()]
@@ -60,24 +57,6 @@ def test_pose_with_covariance(rng):
     assert np.array_equal(message.pose.covariance.reshape(6, 6), expected)
 
 
-@pytest.mark.parametrize('pose', POSES)
-def test_poses_are_decoded_as_they_were_encoded(pose):
-    rng = np.random.default_rng(3)
-    now_ns, estimate = values.stamp_ns(rng), values.estimate(rng)._replace(base_pose_in_odom=pose)
-    for kind, raw, frames in (
-        (POSE_STAMPED, encode_pose_stamped(pose, now_ns, 'map'), ('map', '')),
-        (
-            POSE_WITH_COVARIANCE,
-            encode_pose_with_covariance(pose, values.covariance(rng, 3), now_ns, '/map'),
-            ('map', ''),
-        ),
-        (ODOMETRY, encode_odometry(estimate._replace(stamp_ns=now_ns), 'odom', 'räder'), ('odom', 'räder')),
-    ):
-        decoded = PoseDecoder(kind).decode(raw)
-        assert decoded == (now_ns, pytest.approx(pose, abs=1e-15), *frames)
-        assert (decoded.pose.x_m, decoded.pose.y_m) == (pose.x_m, pose.y_m)
-
-
 @MAKERS
 @pytest.mark.parametrize('kind', POSE_TYPES)
 def test_poses_that_rosbags_encodes(maker, kind):
@@ -87,19 +66,6 @@ def test_poses_that_rosbags_encodes(maker, kind):
         found = decoder.decode(maker.raw(maker.pose(kind, now_ns, pose)))
         assert (found.stamp_ns, found.parent_frame) == (now_ns, 'map')
         assert found.pose == pytest.approx(pose, abs=1e-15)
-
-
-@pytest.mark.parametrize('kind', [POSE_STAMPED, POSE_WITH_COVARIANCE, ODOMETRY])
-def test_a_pose_is_what_rosbags_decodes(kind):
-    rng, decoder = np.random.default_rng(3), PoseDecoder(kind)
-    for row in rng.uniform(-3.0, 3.0, (20, 3)).tolist():
-        frame = ('', 'map', 'größer')[rng.integers(3)]
-        raw = encoded_by_rosbags(kind, row, int(rng.integers(2**31 * 10**9)), frame)
-        expected = noetic_store().deserialize_ros1(raw, kind)
-        position = getattr(expected.pose, 'pose', expected.pose).position
-        decoded = decoder.decode(raw)
-        assert (decoded.stamp_ns, decoded.parent_frame) == (stamp_ns(expected.header.stamp), frame)
-        assert decoded.pose == (position.x, position.y, pytest.approx(row[2]))
 
 
 @MAKERS

@@ -1,12 +1,11 @@
 """ROS 1 bags as streams: records, and what rosbags reads or does not."""
 
-import io
 import re
 
 import pytest
 from rosbags.rosbag1 import Reader
 
-from diff_encoder_sim.drives.ros1_stream import Ros1Stream, header_fields, read_header, records, value_places
+from diff_encoder_sim.drives.ros1_stream import Ros1Stream
 from reencoding_drives import COMPRESSIONS, drive, with_fields_in_order, without_index, write_ros1
 
 TOPICS = ('/joint_states', '/world_pose')
@@ -57,15 +56,6 @@ def test_a_bag_without_index(tmp_path, compression):
     assert fault == 'no index, as after a crash (rosbag reindex mends what can be mended)'
 
 
-@pytest.mark.parametrize('fraction', [0.3, 0.6, 0.99])
-def test_who_has_a_torn_bag_is_told_what_mends_it(tmp_path, plain, fraction):
-    content = plain.read_bytes()
-    torn = tmp_path / 'torn.bag'
-    torn.write_bytes(content[: int(fraction * len(content))])
-    _, fault = as_streamed(torn)
-    assert fault.endswith(' (rosbag reindex mends what can be mended)')
-
-
 def test_a_chunk_that_was_still_being_written(tmp_path, plain):
     content = without_index(plain.read_bytes())
     last = [match.start() for match in re.finditer(b'compression=none', content)][-1]
@@ -96,37 +86,3 @@ def test_a_damaged_chunk_is_left_out(tmp_path, compression):
     messages, fault = as_streamed(path)
     assert 0 < len(messages) < len(whole) and set(messages) < set(whole)
     assert 'cannot be decompressed' in fault
-
-
-def with_length(content):
-    return len(content).to_bytes(4, 'little') + content
-
-
-HEADER = with_length(b'op=\x02') + with_length(b'conn=\x01\x00\x00\x00') + with_length(b'topic=/a=b')
-
-
-def test_fields_are_found_by_name_whatever_their_values():
-    assert header_fields(HEADER) == {b'op': b'\x02', b'conn': b'\x01\x00\x00\x00', b'topic': b'/a=b'}
-    assert HEADER[value_places(HEADER)[b'topic'] :] == b'/a=b'
-
-
-def test_a_header_is_read_as_far_as_it_is_sound():
-    assert header_fields(b'') == {}
-    assert header_fields(HEADER[:-1]) == {b'op': b'\x02', b'conn': b'\x01\x00\x00\x00'}
-    assert header_fields(with_length(b'op=\x02') + with_length(b'nothing')) == {b'op': b'\x02'}
-
-
-def test_whole_records_are_found_in_a_chunk_that_is_cut_off():
-    record = with_length(HEADER) + with_length(b'data')
-    for size in range(2 * len(record) + 1):
-        found = list(records((record + record)[:size]))
-        assert len(found) == size // len(record)
-        for header_at, data_at, end in found:
-            assert (record + record)[header_at : data_at - 4] == HEADER and (record + record)[data_at:end] == b'data'
-
-
-def test_a_header_is_none_where_the_file_ends_or_the_length_is_absurd():
-    whole = with_length(HEADER)
-    assert read_header(io.BytesIO(whole))[b'topic'] == b'/a=b'
-    assert all(read_header(io.BytesIO(whole[:size])) is None for size in range(len(whole)))
-    assert read_header(io.BytesIO(b'\xff\xff\xff\xff' + HEADER)) is None

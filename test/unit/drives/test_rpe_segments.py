@@ -5,7 +5,6 @@ import math
 import numpy as np
 import pytest
 
-from diff_encoder_sim.drives import trajectory_error as rpe_segments
 from diff_encoder_sim.drives.trajectory_error import LENGTH_TOLERANCE, RPE_DISTANCES_M, RpePairs, RunningRelativeErrors
 
 
@@ -76,7 +75,7 @@ def begins_at_the_first_pose():
 
 
 @pytest.mark.heavy
-@pytest.mark.parametrize('seed', range(6))
+@pytest.mark.parametrize('seed', range(2))
 @pytest.mark.parametrize('convention', RpePairs)
 def test_as_evo(seed, convention):
     if convention is RpePairs.CONSECUTIVE and not begins_at_the_first_pose():
@@ -98,24 +97,3 @@ def test_the_last_segments_may_be_short_by_the_tolerance():
 def test_consecutive_segments_lie_end_to_end():
     found = errors_of(line(161, 0.125)).results()[RpePairs.CONSECUTIVE]  # exact in binary
     assert [found[distance_m].segments for distance_m in RPE_DISTANCES_M] == [20, 4, 2]
-
-
-def test_a_robot_that_stands_begins_a_segment_with_every_pose_but_one_is_kept():
-    standing, driving = line(1, 0.0).repeat(5000, axis=0), line(100, 0.05)
-    running = errors_of(np.concatenate((standing, driving[1:])), block=1000)
-    assert running.results()[RpePairs.ALL][1.0].segments == 5000 + 98 - 17
-    standing_still = errors_of(standing, block=1000)
-    assert all(len(one._pairs) <= 5 for one in standing_still._all.values())
-    assert all(one.segments == 0 for by_length in standing_still.results().values() for one in by_length.values())
-
-
-def test_memory_is_bounded_where_a_robot_creeps_for_hours(monkeypatch):
-    monkeypatch.setattr(rpe_segments, 'MOST_STARTS', 1000)
-    creep, drive_on = line(10_000, 1e-7), line(400, 0.05)
-    drive_on[:, 0::3] += creep[-1, 0]
-    drive_on[:, 0] *= 1.01
-    running = errors_of(np.concatenate((creep, drive_on[1:])))
-    assert all(len(one._pairs) <= 1000 for one in running._all.values())
-    found = running.results()[RpePairs.ALL]
-    assert found[1.0].segments == pytest.approx(10_000 + 400 - 18, abs=2)
-    assert found[1.0].translation_rmse_m == pytest.approx(0.01, rel=0.02)

@@ -6,13 +6,7 @@ import numpy as np
 import pytest
 
 from diff_encoder_sim.base.se2 import Pose2D, PoseSeries
-from diff_encoder_sim.drives.trajectory_error import (
-    Alignment,
-    RpePairs,
-    RunningPathError,
-    RunningRelativeErrors,
-    path_error,
-)
+from diff_encoder_sim.drives.trajectory_error import Alignment, RpePairs, RunningRelativeErrors, path_error
 
 PERIOD_NS = 50_000_000
 
@@ -36,13 +30,6 @@ def consecutive(estimated, true):
     running = RunningRelativeErrors()
     running.add(np.hstack((estimated, true)))
     return running.results()[RpePairs.CONSECUTIVE]
-
-
-def test_the_truth_has_no_error():
-    errors = in_the_map(series(line(20.0, 321)), series(line(20.0, 321)))
-    assert errors[:5] == (321, 0.0, 0.0, 0.0, 0.0)
-    assert errors.rpe[RpePairs.CONSECUTIVE] == {1.0: (20, 0.0, 0.0), 5.0: (4, 0.0, 0.0), 10.0: (2, 0.0, 0.0)}
-    assert errors.rpe[RpePairs.ALL] == {1.0: (306, 0.0, 0.0), 5.0: (249, 0.0, 0.0), 10.0: (177, 0.0, 0.0)}
 
 
 def test_a_constant_offset_is_not_aligned_away_but_has_no_relative_error():
@@ -97,22 +84,6 @@ def test_drift_on_a_circle_is_the_turn_over_each_stretch():
         assert errors[distance_m].rotation_rmse_rad == pytest.approx(drift_rad_per_m * distance_m, rel=1e-2)
 
 
-def test_stretches_follow_one_another_from_the_first_pose():
-    true = np.column_stack((np.arange(0.0, 11.0), np.zeros((11, 2))))
-    estimated = true.copy()
-    estimated[6:, 1] = 0.4  # a jump within the second of the two stretches of 5 m
-    assert consecutive(estimated, true)[5.0].translation_rmse_m == pytest.approx(0.4 / math.sqrt(2.0))
-    assert consecutive(estimated, true)[10.0].translation_rmse_m == pytest.approx(0.4)
-
-
-def test_the_truth_is_interpolated_by_the_shorter_turn():
-    truth = series([(0.0, 0.0, 3.1), (1.0, 2.0, -3.1)])
-    half_way = PoseSeries(np.array([PERIOD_NS // 2]), np.array([[0.5, 1.0, math.pi]]))
-    errors = in_the_map(half_way, truth)
-    assert errors.poses == 1
-    assert errors.ate_max_m == pytest.approx(0.0) and errors.yaw_rmse_rad == pytest.approx(0.0, abs=1e-12)
-
-
 def test_nothing_is_guessed_before_after_or_across_a_gap():
     truth = PoseSeries(np.array([10, 11, 20]) * PERIOD_NS, np.zeros((3, 3)))
     estimate = PoseSeries(np.array([9, 10, 11, 15, 20, 21]) * PERIOD_NS, np.zeros((6, 3)))
@@ -136,8 +107,3 @@ def test_aligned_origins_are_the_first_poses_laid_on_each_other():
     assert (error.ate_max_m, error.yaw_max_rad) == pytest.approx((0.04, 0.01))
     assert path_error(series(true), series(true), Alignment.ORIGIN).ate_rmse_m == pytest.approx(0.0, abs=1e-12)
     assert in_the_map(series(estimated), series(true)).ate_rmse_m > 2.0
-
-
-def test_pairs_of_another_shape_are_refused():
-    with pytest.raises(ValueError, match=r'given pairs of shape \(2, 5\); allowed: \(n, 6\)'):
-        RunningPathError(Alignment.NONE).add(np.zeros((2, 5)))

@@ -36,17 +36,6 @@ def test_transforms(rng):
     assert (vector(spatial.transform.translation), quat(spatial.transform.rotation)) == (translation, rotation)
 
 
-def test_transforms_are_decoded_as_they_were_encoded():
-    yaw_rad = 0.7
-    raw = encode_tf(
-        encode_transform(Pose2D(1.0, -2.0, yaw_rad), 5, 'map', 'odom'),
-        encode_spatial_transform((0.1, 0.2, 0.3), (0.0, 0.0, math.sin(0.35), math.cos(0.35)), 6, 'odom', 'räder'),
-    )
-    planar, spatial = decode_tf(raw)
-    assert planar == (5, pytest.approx((1.0, -2.0, yaw_rad)), 'map', 'odom')
-    assert spatial == (6, pytest.approx((0.1, 0.2, yaw_rad)), 'odom', 'räder')
-
-
 @MAKERS
 def test_transforms_that_rosbags_encodes(maker):
     sent = [
@@ -84,10 +73,3 @@ def test_spatial_transforms_are_decoded_as_they_were_encoded(rng):
         for parent, child in frames
     ]
     assert list(decode_spatial_tf(encode_tf())) == []
-
-
-def test_torn_spatial_transforms_are_a_fault_wherever_they_are_torn():
-    raw = encode_tf(*(encode_transform(Pose2D(1.0, 2.0, 0.5), 7, 'map', 'odom') for _ in range(2)))
-    for size in range(len(raw)):
-        with pytest.raises(InputFault):
-            list(decode_spatial_tf(raw[:size]))

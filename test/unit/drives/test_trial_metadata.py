@@ -1,8 +1,5 @@
 """The trial that a bag was recorded from."""
 
-import pytest
-
-from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.drives.bag_source import open_source
 from diff_encoder_sim.drives.trial_recording import trial_of_source
 from reencoding_drives import ROS2, drive, write_ros2
@@ -17,25 +14,6 @@ def trial_of(path):
 def test_a_bag_of_no_trial_says_nothing_of_one(tmp_path):
     assert trial_of(write_bag(tmp_path / 'a.bag', None)) is None
     assert trial_of(write_bag(tmp_path / 'b.bag', trial())) == trial()
-
-
-@pytest.mark.parametrize(
-    ('text', 'complaint'),
-    [
-        ('{', '/trial: not JSON'),
-        ('[1]', "/trial: given '[1]'; expected a JSON object"),
-        ('{"test": 3}', '/trial: test: given 3'),
-    ],
-)
-def test_a_trial_that_is_none_is_named(tmp_path, text, complaint):
-    path = write_bag(tmp_path / 'a.bag', text)
-    with pytest.raises(ConfigError) as caught:
-        trial_of(path)
-    assert str(caught.value).startswith(f'{path}: {complaint}') and '\n' not in str(caught.value)
-
-
-def test_how_a_trial_ended_does_not_matter_for_what_it_was(tmp_path):
-    assert trial_of(write_bag(tmp_path / 'a.bag', trial(), result=None)) == trial()
 
 
 def test_a_topic_of_another_type_is_no_trial(tmp_path):

@@ -3,7 +3,7 @@
 import pytest
 
 from diff_encoder_sim.base.se2 import Pose2D
-from diff_encoder_sim.drives.trial_definition import GOAL_DISTANCE_M, Outcome, RouteFailed, goal_error
+from diff_encoder_sim.drives.trial_definition import GOAL_DISTANCE_M, goal_error
 
 GOAL = Pose2D(1.0, 2.0, 0.0)
 
@@ -16,12 +16,3 @@ def test_a_robot_within_the_distance_is_at_its_goal_whatever_its_heading(yaw_rad
 def test_a_robot_farther_off_is_not_and_the_reason_has_both_distances():
     reason = goal_error(Pose2D(1.3, 2.4, 0.0), GOAL, limit_m=0.49)
     assert '0.50 m from the goal' in reason and '0.49 m' in reason
-
-
-def test_tables_show_outcomes_in_words():
-    assert (Outcome.TIMED_OUT.text, Outcome.LOST.text) == ('timed out', 'lost')
-
-
-def test_a_failed_route_has_its_ending_and_reason():
-    failure = RouteFailed(Outcome.COLLISION, 'the robot touches a wall')
-    assert failure.ending == (Outcome.COLLISION, 'the robot touches a wall') and str(failure) == failure.ending.reason

@@ -34,11 +34,6 @@ def test_ticks_of_a_known_motion_are_its_angles_to_half_a_tick(ppr, bits):
     assert np.abs(found - offset_rad - ANGLES_RAD).max() <= math.pi / ppr + 1e-9
 
 
-def test_ticks_as_fractions_are_those_that_have_passed():
-    unit = WheelUnit('ticks', RADIUS_M, 10.0)
-    assert angles_of(unit, [2.0, 2.9, -0.1]) == pytest.approx(np.array([2.5, 2.5, -0.5]) * 0.2 * math.pi)
-
-
 def test_ticks_of_each_message_add_up():
     counts = ticks(ANGLES_RAD, 360)
     found = angles_of(WheelUnit('ticks/message', RADIUS_M, 360.0), np.diff(counts, prepend=0).tolist())
@@ -59,10 +54,6 @@ def test_a_speed_that_changes_evenly_is_integrated_exactly(unit, per_radps):
     times_s = np.arange(500) * 0.01
     speeds, angles_rad = 2.0 - 3.0 * times_s, 2.0 * times_s - 1.5 * times_s**2
     assert angles_of(WheelUnit(unit, RADIUS_M), speeds * per_radps) == pytest.approx(angles_rad, abs=1e-9)
-
-
-def test_speeds_begin_at_the_angle_that_is_given():
-    assert angles_of(WheelUnit('rad/s', RADIUS_M, start_rad=2.0), [0.0, 0.0]) == pytest.approx([2.0, 2.0])
 
 
 def test_time_that_stands_or_goes_back_does_not_turn_a_wheel():
