@@ -6,7 +6,7 @@ from rounds import AREAS, fuzz
 from sandbox import ACCEPTED, REFUSED
 
 CASES = {'lockstep': 5}  # of an area; they take longest there
-USUALLY = 10
+USUALLY = 20
 SEED = 1
 
 

@@ -1,20 +1,38 @@
-"""Stamped poses: rosbags reads them, would write the same bytes, and decodes the same."""
+"""Messages of poses, transforms and models: rosbags reads them, and decodes the same."""
+
+import math
 
 import numpy as np
 import pytest
 
 import message_values as values
 from diff_encoder_sim.base.errors import InputFault
-from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.base.se2 import Pose2D, yaw_from_quat_xyzw
 from diff_encoder_sim.drives.pose_messages import (
     POSE_TYPES,
+    ModelStateDecoder,
+    ModelStatesEncoder,
     PoseDecoder,
+    SpatialTransform,
+    decode_spatial_tf,
+    decode_tf,
     encode_odometry,
     encode_pose_stamped,
     encode_pose_with_covariance,
+    encode_spatial_transform,
+    encode_tf,
+    encode_transform,
 )
-from diff_encoder_sim.drives.wire import UNKNOWN_VARIANCE
-from message_checks import check_header, check_pose, read, vector
+from diff_encoder_sim.drives.wire import (
+    UNKNOWN_VARIANCE,
+    FieldReader,
+    encode_amcl_covariance,
+    encode_odometry_covariance,
+    encode_twist_covariance,
+)
+from diff_encoder_sim.wheels.covariance import PlanarCovariance
+from diff_encoder_sim.wheels.odometry import TwistCovariance
+from message_checks import check_header, check_pose, quat, read, vector
 from reencoding_drives import MAKERS
 
 # x [m], y [m], yaw [rad] within what a decoder takes for a pose.
@@ -91,3 +109,121 @@ def test_a_pose_that_is_not_finite_is_a_fault(maker, pose):
     kind = 'geometry_msgs/msg/PoseStamped'
     with pytest.raises(InputFault, match=r'position .* expected finite numbers|is no rotation'):
         PoseDecoder(kind, maker.is_ros2).decode(maker.raw(maker.pose(kind, 7, pose)))
+
+
+def test_transforms(rng):
+    pose, now_ns = values.pose(rng), values.stamp_ns(rng)
+    translation, rotation = values.floats(rng, 3), values.quat_xyzw(rng)
+    raw = encode_tf(
+        encode_transform(pose, now_ns, 'map', 'odom'),
+        encode_spatial_transform(translation, rotation, now_ns + 1, 'base_link', 'left_wheel'),
+    )
+    planar, spatial = read(raw, 'tf2_msgs/msg/TFMessage').transforms
+    check_header(planar.header, now_ns, 'map')
+    assert (planar.child_frame_id, spatial.child_frame_id) == ('odom', 'left_wheel')
+    assert vector(planar.transform.translation) == (pose.x_m, pose.y_m, 0.0)
+    assert quat(planar.transform.rotation) == (0.0, 0.0, math.sin(0.5 * pose.yaw_rad), math.cos(0.5 * pose.yaw_rad))
+    check_header(spatial.header, now_ns + 1, 'base_link')
+    assert (vector(spatial.transform.translation), quat(spatial.transform.rotation)) == (translation, rotation)
+
+
+@MAKERS
+def test_transforms_that_rosbags_encodes(maker):
+    sent = [
+        maker.transform(5, Pose2D(1.0, 2.0, 0.5), '/map', 'odom'),
+        maker.transform(6, Pose2D(-1.0, 0.0, -3.0), 'odom', 'base_link'),
+    ]
+    found = list(decode_tf(maker.raw(maker.tf(*sent)), maker.is_ros2))
+    assert [(pose.stamp_ns, pose.parent_frame, pose.child_frame) for pose in found] == [
+        (5, 'map', 'odom'),
+        (6, 'odom', 'base_link'),
+    ]
+    assert found[1].pose == pytest.approx((-1.0, 0.0, -3.0))
+
+
+@MAKERS
+def test_a_torn_message_is_a_fault_wherever_it_is_torn(maker):
+    transforms = maker.raw(maker.tf(maker.transform(5, Pose2D(1.0, 2.0, 0.5), 'map', 'odom')))
+    for size in range(4 if maker.is_ros2 else 0, len(transforms)):
+        with pytest.raises(InputFault):
+            list(decode_tf(transforms[:size], maker.is_ros2))
+
+
+def test_a_transform_that_is_not_finite_is_a_fault():
+    raw = encode_tf(encode_transform(Pose2D(np.nan, 0.0, 0.0), 5, 'map', 'odom'))
+    with pytest.raises(InputFault, match='position .* expected finite numbers'):
+        list(decode_tf(raw))
+
+
+def test_spatial_transforms_are_decoded_as_they_were_encoded(rng):
+    translation, rotation = tuple(values.floats(rng, 3)), tuple(values.quat_xyzw(rng))
+    frames = (('/map', 'ödom'), ('base_link', '/left_wheel'), ('', ''))
+    raw = encode_tf(*(encode_spatial_transform(translation, rotation, 5_000_000_007, *pair) for pair in frames))
+    assert list(decode_spatial_tf(raw)) == [
+        SpatialTransform(5_000_000_007, parent.lstrip('/'), child.lstrip('/'), translation, rotation)
+        for parent, child in frames
+    ]
+    assert list(decode_spatial_tf(encode_tf())) == []
+
+
+def test_model_states(rng):
+    world, body = values.world(rng), values.body(rng)
+    models = ModelStatesEncoder(world, 'alto')
+    models.encode(values.body(rng))  # what was said before leaves no trace
+    message = read(models.encode(body), 'gazebo_msgs/msg/ModelStates')
+    assert message.name == ['floor', 'walls', 'pillars', 'alto']
+    for model, pose, twist in zip(world.models, message.pose, message.twist):
+        assert vector(pose.position) == tuple(model.pose_in_world[:3, 3])
+        yaw_rad = yaw_from_quat_xyzw(*quat(pose.orientation))
+        assert (np.cos(yaw_rad), np.sin(yaw_rad)) == pytest.approx(tuple(model.pose_in_world[:2, 0]))
+        assert vector(twist.linear) == vector(twist.angular) == (0.0, 0.0, 0.0)
+    pose, twist = message.pose[-1], message.twist[-1]
+    assert (vector(pose.position), quat(pose.orientation), vector(twist.linear), vector(twist.angular)) == body
+
+
+def test_one_models_state_is_decoded_as_it_was_encoded(rng):
+    world, body = values.world(rng), values.body(rng)
+    raw, decoder = ModelStatesEncoder(world, 'alto').encode(body), ModelStateDecoder('alto')
+    assert decoder.decode(raw) == decoder.decode(raw) == body
+    assert ModelStateDecoder('walls').decode(raw).position_xyz_m == tuple(world.models[1].pose_in_world[:3, 3])
+    other = ModelStatesEncoder(world, 'robot').encode(body)
+    with pytest.raises(InputFault, match="no model 'alto'; expected it among"):
+        decoder.decode(other)
+    assert decoder.decode(raw) == body
+
+
+def test_torn_states_are_a_fault_wherever_they_are_torn(rng):
+    raw, decoder = ModelStatesEncoder(values.world(rng), 'alto').encode(values.body(rng)), ModelStateDecoder('alto')
+    for size in range(len(raw)):
+        with pytest.raises(InputFault):
+            decoder.decode(raw[:size])
+    decoder.decode(raw)
+
+
+PLANAR = PlanarCovariance(*range(1, 7))
+
+
+TWIST = TwistCovariance(1.0, 2.0, 3.0)
+
+
+def matrix(raw):
+    return np.frombuffer(raw, '<f8').reshape(6, 6)
+
+
+def test_what_wheels_do_not_measure_is_unknown_and_of_amcl_zero():
+    assert np.diag(matrix(encode_odometry_covariance(PLANAR))).tolist() == [1.0, 4.0, 1e12, 1e12, 1e12, 6.0]
+    assert np.diag(matrix(encode_twist_covariance(TWIST))).tolist() == [1.0, 1e12, 1e12, 1e12, 1e12, 3.0]
+    assert np.diag(matrix(encode_amcl_covariance(PLANAR.matrix()))).tolist() == [1.0, 4.0, 0.0, 0.0, 0.0, 6.0]
+
+
+def test_bytes_that_are_not_utf_8_are_replaced_unless_refused():
+    raw = b'\x02\0\0\0a\xff'
+    assert FieldReader(raw, is_cdr=False).text() == 'a\ufffd'
+    with pytest.raises(UnicodeDecodeError):
+        FieldReader(raw, is_cdr=False).text('strict')
+
+
+@pytest.mark.parametrize('raw', [b'', b'\0', b'\0\0\0\0', b'\1\0\0\0'])
+def test_a_foreign_byte_order_is_a_fault(raw):
+    with pytest.raises(InputFault, match='not little-endian CDR'):
+        FieldReader(raw, is_cdr=True)

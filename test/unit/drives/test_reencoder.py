@@ -1,14 +1,34 @@
-"""Errors of reencoded drives, with and without a reference, and drives that end or jump."""
+"""Re-encoded drives: joints, encoders, errors, tables, and the bags that hold them."""
 
 import math
 
 import numpy as np
 import pytest
+import yaml
+from rosbags.highlevel import AnyReader
 
+from diff_encoder_sim.drives.bag_output import COPIED
+from diff_encoder_sim.drives.pose_messages import encode_odometry, encode_tf, encode_transform
+from diff_encoder_sim.drives.sensor_messages import encode_encoder_pulse
 from diff_encoder_sim.wheels.odometry import WheelOdometry
 from diff_encoder_sim.wheels.odometry_params import OdometryParams
-from reencoding_drives import angles_rad, drive, true_poses, without_index, write_ros1
-from reencoding_runs import rows_of, run, samples_of
+from places import ROOT
+from reencoding_drives import (
+    JOINTS,
+    MAKERS,
+    ROS1,
+    START_NS,
+    TICK_NS,
+    angles_rad,
+    converted_to_ros2,
+    drive,
+    true_poses,
+    without_index,
+    write_ros1,
+    write_ros2,
+)
+from reencoding_runs import contents, rows_of, run, samples_of
+from trial_bags import trial
 
 PPRS = (40, 90, 1024)
 
@@ -54,3 +74,140 @@ def test_time_that_goes_back_is_told_once(tmp_path, capsys, caplog):
     assert any('joint stamps went back' in record.getMessage() for record in caplog.records)
     assert all(int(row['reports']) == 122 for row in rows_of(tmp_path / 'out'))
     assert all(float(row['ate_max_m']) < 0.05 for row in rows_of(tmp_path / 'out'))
+
+
+def test_bags_hold_what_the_nodes_would_have_published(tmp_path, bag):
+    run(bag, '--ppr', *PPRS, '--out', tmp_path / 'out')
+    for ppr in PPRS:
+        odometry = WheelOdometry(OdometryParams(ppr=ppr))
+        samples = samples_of(angles_rad(501), ppr)
+        estimates = [odometry.update(*sample) for sample in samples]
+        found = contents(tmp_path / 'out' / (f'drive_{ppr}ppr.bag'))
+        assert found == {
+            '/world_pose': contents(bag)['/world_pose'],
+            '/encoder_pulse': [encode_encoder_pulse(sample, JOINTS)[4:] for sample in samples],
+            '/odom': [encode_odometry(estimate, 'odom', 'base_link')[4:] for estimate in estimates],
+            '/tf': [
+                encode_tf(encode_transform(estimate.base_pose_in_odom, estimate.stamp_ns, 'odom', 'base_link'))[4:]
+                for estimate in estimates
+            ],
+        }
+        assert len(samples) == 101
+
+
+def test_a_trial_keeps_its_ppr_truth_and_result_through_rosbags_convert(tmp_path):
+    """As --help promises: the PPR of --pulses is that of the recorded trial, also in a converted bag."""
+    samples = [(stamp_ns, counts) for stamp_ns, *counts, _ in samples_of(angles_rad(501), 1024)]
+    rows = drive() + [('/encoder_pulse', stamp_ns, ROS1.pulses(stamp_ns, counts)) for stamp_ns, counts in samples]
+    about = trial(ppr={'left': 1024, 'right': 1024}).model_dump_json()
+    texts = [('/trial', 1, ROS1.text(about)), ('/trial_result', 1, ROS1.text('{"outcome": "succeeded"}'))]
+    bag = write_ros1(tmp_path / 'drive.bag', texts + sorted(rows, key=lambda row: row[1]))
+    for path, out in ((bag, 'of_1'), (converted_to_ros2(bag, tmp_path / 'drive'), 'of_2')):
+        run(path, '--pulses', '/encoder_pulse', '--ppr', '64', '--out', tmp_path / out)
+    found = contents(tmp_path / 'of_2' / 'drive_64ppr.bag')
+    assert found == contents(tmp_path / 'of_1' / 'drive_64ppr.bag')
+    assert set(COPIED) < set(found)
+
+
+SPEED_RADPS = 4.0
+
+
+def config(folder, **changes):
+    path = folder / 'config.yaml'
+    usual = yaml.safe_load((ROOT / 'config' / 'config.yaml').read_text())
+    path.write_text(yaml.safe_dump({**usual, **changes}))
+    return path
+
+
+def there_and_back(maker, is_commanded=True):
+    """A straight drive forward for 2 s, then backward, with a command before each."""
+    rows = []
+    for tick in range(401):
+        now_ns = START_NS + tick * TICK_NS
+        if is_commanded and tick in (0, 200):
+            rows.append(('/cmd_vel', now_ns, maker.command(0.4 if tick == 0 else -0.4, 0.0)))
+        angle_rad = 0.1 + 0.01 * SPEED_RADPS * (200 - abs(200 - tick))
+        rows.append(('/joint_states', now_ns, maker.joint_state(now_ns, (angle_rad, angle_rad))))
+    return rows
+
+
+def messages(path, topic):
+    with AnyReader([path]) as reader:
+        return [reader.deserialize(raw, each.msgtype) for each, _, raw in reader.messages() if each.topic == topic]
+
+
+@MAKERS
+@pytest.mark.parametrize('is_commanded', [True, False])
+def test_a_single_channel_counts_by_the_recorded_commands(tmp_path, capsys, maker, is_commanded):
+    write = write_ros2 if maker.is_ros2 else write_ros1
+    bag = write(tmp_path / 'drive.bag', there_and_back(maker, is_commanded))
+    given = config(tmp_path, encoder={'sensor': 'single_channel', 'decoding': 'x2'})
+    run(bag, '--ppr', '90', '--config', given, '--out', tmp_path / 'out')
+    (path,) = (tmp_path / 'out').glob('*.bag')
+    pulses = [message.pulses.tolist() for message in messages(path, '/encoder_pulse')]
+    note = capsys.readouterr().err
+    turned = SPEED_RADPS * 2.0 * 90 / (2 * np.pi)
+    if is_commanded:
+        assert pulses[-1] == pytest.approx([1, 1], abs=3) and '/cmd_vel' not in note
+    else:
+        assert pulses[-1] == pytest.approx([2 * turned] * 2, abs=4)
+        assert note.count('/cmd_vel') == 1 and 'all counts are forward' in note
+    assert max(left for left, _ in pulses) >= turned - 1
+
+
+def test_commands_do_not_matter_to_encoders_with_two_channels(tmp_path, capsys):
+    bag = write_ros1(tmp_path / 'drive.bag', drive())
+    run(bag, '--ppr', '90')
+    assert '/cmd_vel' not in capsys.readouterr().err
+
+
+def test_measured_speeds_are_written_and_not_taken_for_angles(tmp_path):
+    bag = write_ros1(tmp_path / 'drive.bag', drive())
+    given = config(tmp_path, velocity_method='T')
+    run(bag, '--ppr', '90', '--config', given, '--out', tmp_path / 'out')
+    (path,) = (tmp_path / 'out').glob('*.bag')
+    speeds, pulses = messages(path, '/encoder_velocity'), messages(path, '/encoder_pulse')
+    assert [message.header.stamp for message in speeds] == [message.header.stamp for message in pulses]
+    assert speeds[-1].name == list(JOINTS) and len(speeds[-1].position) == 0
+    turned_radps = (angles_rad(501)[-1] - angles_rad(501)[0]) / 5.0
+    assert speeds[-1].velocity == pytest.approx(turned_radps, rel=1e-3)
+    twist = messages(path, '/odom')[-1].twist.twist
+    assert twist.linear.x == pytest.approx(0.1 * turned_radps.mean(), rel=1e-3)
+    run(path, '--pulses-ppr', '90', '--ppr', '40')  # finds the counts
+
+
+def test_with_m_there_is_no_topic_of_speeds(tmp_path):
+    run(write_ros1(tmp_path / 'drive.bag', drive()), '--ppr', '90', '--out', tmp_path / 'out')
+    (path,) = (tmp_path / 'out').glob('*.bag')
+    assert messages(path, '/encoder_velocity') == []
+
+
+def test_names_of_joints_are_found_or_given(tmp_path):
+    names = ('arm', 'front_RIGHT_wheel', 'wheel_l')
+    rows = [
+        ('/js', START_NS + tick * TICK_NS, ROS1.joint_state(START_NS + tick * TICK_NS, (9.0, right, left), names))
+        for tick, (left, right) in enumerate(angles_rad(101))
+    ]
+    path = write_ros1(tmp_path / 'a.bag', rows)
+    run(path, '--ppr', '90', '--out', tmp_path / 'found')
+    run(path, '--ppr', '90', '--out', tmp_path / 'given', '--left', 'wheel_l', '--right', 'front_RIGHT_wheel')
+    found = contents(tmp_path / 'found' / 'a_90ppr.bag')
+    assert found == contents(tmp_path / 'given' / 'a_90ppr.bag')
+    assert found['/encoder_pulse'] == [
+        encode_encoder_pulse(sample, ('wheel_l', 'front_RIGHT_wheel'))[4:] for sample in samples_of(angles_rad(101), 90)
+    ]
+
+
+def test_bad_messages_are_counted_and_the_rest_is_used(tmp_path, capsys):
+    rows = drive()
+    joints = [index for index, row in enumerate(rows) if row[0] == '/joint_states']
+    for index in joints[10:20]:
+        rows[index][2].position[0] = np.nan
+    rows[joints[30]][2].name[0] = JOINTS[1]
+    rows[joints[30]][2].position = np.zeros(2)
+    run(write_ros1(tmp_path / 'a.bag', rows), '--ppr', '90', '40')
+    lines = capsys.readouterr().err.splitlines()
+    assert [line for line in lines if 'dropped' in line] == [
+        "reencode: %s: /joint_states: 11 messages dropped; the first: joint 'left_wheel_joint' has "
+        'position nan; expected a finite angle [rad]' % (tmp_path / 'a.bag')
+    ]

@@ -1,12 +1,28 @@
-"""ROS 1 bags as streams: records, and what rosbags reads or does not."""
+"""ROS 1 bags: read as streams, copied, and written."""
 
+import random
 import re
+import sqlite3
 
 import pytest
-from rosbags.rosbag1 import Reader
+from rosbags.highlevel import AnyReader
+from rosbags.rosbag1 import Reader, Writer
 
+from diff_encoder_sim.drives.bag_source import open_source
+from diff_encoder_sim.drives.ros1_copy import write_ros1_copy
 from diff_encoder_sim.drives.ros1_stream import Ros1Stream
-from reencoding_drives import COMPRESSIONS, drive, with_fields_in_order, without_index, write_ros1
+from diff_encoder_sim.drives.ros1_writer import Ros1Writer, record_header
+from diff_encoder_sim.drives.typestore import noetic_store
+from reencoding_drives import (
+    COMPRESSIONS,
+    ROS1,
+    ROS2,
+    drive,
+    with_fields_in_order,
+    without_index,
+    write_ros1,
+    write_ros2,
+)
 
 TOPICS = ('/joint_states', '/world_pose')
 
@@ -86,3 +102,69 @@ def test_a_damaged_chunk_is_left_out(tmp_path, compression):
     messages, fault = as_streamed(path)
     assert 0 < len(messages) < len(whole) and set(messages) < set(whole)
     assert 'cannot be decompressed' in fault
+
+
+def copied(path, topics=TOPICS, **options):
+    """[(topic, time, message without the seq of its header)]"""
+    copy = path.parent / 'copy.bag'
+    with open_source(path) as source:
+        write_ros1_copy(copy, source, topics, **options)
+    with AnyReader([copy]) as reader:
+        return [(connection.topic, time_ns, bytes(raw)[4:]) for connection, time_ns, raw in reader.messages()]
+
+
+def original():
+    return [(topic, time_ns, ROS1.raw(message)[4:]) for topic, time_ns, message in drive()]
+
+
+@pytest.mark.parametrize('of_ros2', [False, True])
+def test_every_message_is_in_the_copy(tmp_path, of_ros2):
+    path = write_ros2(tmp_path / 'a', drive(ROS2)) if of_ros2 else write_ros1(tmp_path / 'a.bag', drive())
+    assert sorted(copied(path)) == sorted(original())
+
+
+def test_the_last_message_of_the_wheels_can_be_there_again_after_all_others(tmp_path):
+    found = copied(write_ros1(tmp_path / 'a.bag', drive()), again_after_ns=5)
+    *others, (topic, time_ns, content) = found
+    assert sorted(others) == sorted(original())
+    last = [(time_ns, content) for topic, time_ns, content in others if topic == '/joint_states'][-1]
+    assert (topic, content) == ('/joint_states', last[1]) and time_ns == max(time_ns for _, time_ns, _ in others) + 5
+
+
+def test_other_topics_are_left_out(tmp_path):
+    found = copied(write_ros1(tmp_path / 'a.bag', drive()), TOPICS[:1])
+    assert {topic for topic, _, _ in found} == {'/joint_states'} and len(found) == 501
+
+
+def test_a_torn_message_is_left_out(tmp_path):
+    path = write_ros2(tmp_path / 'a', drive(ROS2))
+    with sqlite3.connect(str(next(path.glob('*.db3')))) as database:
+        database.execute('UPDATE messages SET data = substr(data, 1, 20) WHERE id IN (3, 5)')
+    database.close()
+    found = copied(path)
+    assert len(found) == len(original()) - 2 and set(found) < set(original())
+
+
+TYPES = ['std_msgs/msg/String', 'nav_msgs/msg/Odometry', 'rosgraph_msgs/msg/Clock']
+
+
+def test_equal_messages_are_equal_bytes_over_several_chunks(tmp_path):
+    rng = random.Random(1)
+    messages = [
+        (rng.randrange(3), 1 + 7_000_000 * (number // 2), bytes(rng.choices(range(256), k=rng.choice((0, 8, 700)))))
+        for number in range(4000)
+    ]
+    for name, kind in (('ours.bag', Ros1Writer), ('theirs.bag', Writer)):
+        with kind(tmp_path / name) as bag:
+            bag.chunk_threshold = 50_000
+            connections = [
+                bag.add_connection(f'/topic{number}', type_, typestore=noetic_store())
+                for number, type_ in enumerate(TYPES)
+            ]
+            for number, time_ns, message in messages:
+                if kind is Ros1Writer:
+                    bag.write_message(connections[number].id, record_header(connections[number].id), time_ns, message)
+                else:
+                    bag.write(connections[number], time_ns, message)
+    ours, theirs = ((tmp_path / name).read_bytes() for name in ('ours.bag', 'theirs.bag'))
+    assert ours == theirs and len(ours) > 800_000

@@ -1,15 +1,33 @@
-"""Where a trial is to end, and what its plan has to name."""
+"""A trial: its goal and outcome, its plan, its wheels, and what its bag holds of it."""
 
 import pytest
 
 from diff_encoder_sim.base.errors import ConfigError
+from diff_encoder_sim.base.se2 import Pose2D
+from diff_encoder_sim.drives.bag_source import open_source
 from diff_encoder_sim.drives.test_definition import TestDefinition
-from diff_encoder_sim.drives.trial_definition import LivePlan, Trial, TrialPlan
+from diff_encoder_sim.drives.trial_definition import (
+    GOAL_DISTANCE_M,
+    OF_ENCODER,
+    OF_ODOMETRY,
+    LivePlan,
+    Trial,
+    TrialPlan,
+    goal_error,
+    wheels_of,
+)
+from diff_encoder_sim.drives.trial_recording import trial_of_source
 from diff_encoder_sim.wheels.encoder_params import PerWheel
+from diff_encoder_sim.wheels.odometry_params import OdometryParams
+from diff_encoder_sim.wheels.wheel_encoder import EncoderParams
+from reencoding_drives import ROS2, drive, write_ros2
+from trial_bags import STAMPED, TRUTH, trial, write_bag
 
 TEST = TestDefinition.from_mapping(
     {'name': 'T', 'world': 'w', 'drive': [{'straight': 2.0}], 'route': [{'goal': {'x': 1.0, 'yaw': 0.5}}]}, ''
 )
+
+
 FILES = {'trial': Trial(test=TEST), 'world': 'w.world', 'map': 'w.yaml', 'bag': ''}
 
 
@@ -32,3 +50,60 @@ def test_a_plan_for_the_live_graph_names_its_rates():
         LivePlan.from_mapping({**FILES, 'command_period': 0.05}, '/trial')
     with pytest.raises(ConfigError, match='report_rate: given 0'):
         LivePlan.from_mapping({**FILES, 'report_rate': 0.0, 'command_period': 0.05}, '')
+
+
+GOAL = Pose2D(1.0, 2.0, 0.0)
+
+
+@pytest.mark.parametrize('yaw_rad', [0.0, 3.0])
+def test_a_robot_within_the_distance_is_at_its_goal_whatever_its_heading(yaw_rad):
+    assert goal_error(Pose2D(1.0 + GOAL_DISTANCE_M, 2.0, yaw_rad), GOAL) is None
+
+
+def test_a_robot_farther_off_is_not_and_the_reason_has_both_distances():
+    reason = goal_error(Pose2D(1.3, 2.4, 0.0), GOAL, limit_m=0.49)
+    assert '0.50 m from the goal' in reason and '0.49 m' in reason
+
+
+WHEELED = TestDefinition.from_mapping({'name': 'T', 'world': 'w', 'drive': [{'straight': 1.0}]}, '')
+
+
+def test_all_that_odometry_needs_is_kept():
+    odometry, encoder = (
+        OdometryParams(wheel_diameter=0.07, axle_x=0.1),
+        EncoderParams(left_joint='l', left_reversed=True, counter_modulus=4096),
+    )
+    trial = Trial(test=WHEELED, **wheels_of(odometry, encoder))
+    again = Trial.model_validate_json(trial.model_dump_json())
+    assert again == trial
+    assert {name: getattr(again, name) for name in OF_ODOMETRY} == {
+        'wheel_diameter': 0.07,
+        'wheel_separation': 0.4,
+        'axle_x': 0.1,
+    }
+    assert [getattr(again, name) for name in OF_ENCODER] == ['l', 'right_wheel_joint', True, False]
+    assert again.counter_modulus == 4096
+
+
+def test_a_bag_of_a_usual_robot_is_as_before_robots_had_other_axles_and_joints():
+    assert Trial(test=WHEELED).model_dump_json().endswith('"wheel_diameter":0.2,"wheel_separation":0.4}')
+
+
+def trial_of(path):
+    with open_source(path) as source:
+        return trial_of_source(path, source)
+
+
+def test_a_bag_of_no_trial_says_nothing_of_one(tmp_path):
+    assert trial_of(write_bag(tmp_path / 'a.bag', None)) is None
+    assert trial_of(write_bag(tmp_path / 'b.bag', trial())) == trial()
+
+
+def test_a_topic_of_another_type_is_no_trial(tmp_path):
+    assert trial_of(write_bag(tmp_path / 'a.bag', None, more=[('/trial', STAMPED, None, TRUTH)])) is None
+
+
+def test_a_bag_of_ros_2_has_a_trial(tmp_path):
+    assert trial_of(write_ros2(tmp_path / 'none', drive(ROS2))) is None
+    path = write_ros2(tmp_path / 'bag', [('/trial', 1, ROS2.text(trial().model_dump_json()))])
+    assert trial_of(path) == trial()

@@ -1,11 +1,15 @@
-"""One encoder with its odometry: what it reports, and the trial that its bag is of."""
+"""One encoder with its odometry: what it reports, and tables of its errors."""
 
+import csv
 import json
+import math
 
 import pytest
 
 from diff_encoder_sim.base.errors import InputFault
+from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives.bag_output import ReencodedBag
+from diff_encoder_sim.drives.result_table import csv_table, text_table
 from diff_encoder_sim.drives.sensor_messages import JointValues
 from diff_encoder_sim.drives.trial_definition import with_encoder
 from diff_encoder_sim.drives.wheels_at_ppr import WheelsAtPpr
@@ -51,3 +55,39 @@ def test_the_trial_is_as_if_driven_with_this_encoder(tmp_path):
     assert (expected.ppr, expected.odom, expected.wheel_diameter) == (run.ppr, 'encoder', 0.3)
     assert json.loads(raw.decode()) == json.loads(expected.model_dump_json())
     assert expected.test == recorded.test
+
+
+PERIOD_NS = 50_000_000
+
+
+@pytest.fixture(name='runs')
+def fixture_runs():
+    """7 m in steps of a quarter, 1 % too long and 0.01 rad askew from the second pose on; and a run without errors."""
+    runs = [WheelsAtPpr(PerWheel(left=ppr, right=ppr), EncoderParams(), OdometryParams()) for ppr in (90, 4096)]
+    for index in range(29):
+        x_m, yaw_rad = 0.25 * index, 0.01 if index else 0.0
+        runs[0].comparison.take_reference(index * PERIOD_NS, Pose2D(x_m, 0.0, 0.0))
+        runs[0].comparison.take_estimate(index * PERIOD_NS, Pose2D(1.01 * x_m, 0.0, yaw_rad))
+    return runs
+
+
+def test_terminal(runs):
+    lines = [line.split() for line in text_table(runs).splitlines()]
+    assert ['90', '0', '29', '0.0408', '0.0700', '0.563', '0.0700', '0.0000', '0.573'] in lines
+    assert ['4096', '0', *'-------'] in lines
+    five_m = [line for line in lines if line[1:3] == ['5', 'm']]
+    assert [[line[0], line[3], line[6]] for line in five_m] == [['90', '1', '11']]
+    assert ['90', '10', 'm', '0', '-', '-', '0', '-', '-'] in lines
+
+
+def test_csv_is_exact_and_empty_where_there_is_nothing(runs):
+    bent, empty = csv.DictReader(csv_table(runs).splitlines())
+    assert float(bent['ate_max_m']) == pytest.approx(0.07)
+    assert float(bent['reference_length_m']) == pytest.approx(7.0)
+    assert float(bent['rpe_5m_yaw_rmse_rad']) == pytest.approx(0.01)
+    assert int(bent['rpe_1m_segments']) == 7
+    assert (bent['rpe_10m_position_rmse_m'], bent['rpe_10m_segments']) == ('', '0')
+    assert float(bent['rpe_1m_position_rmse_m']) == pytest.approx(
+        math.sqrt((0.01**2 + 6 * (1.01 * math.cos(0.01) - 1.0) ** 2 + 6 * (1.01 * math.sin(0.01)) ** 2) / 7)
+    )
+    assert (empty['ppr'], empty['ate_rmse_m'], empty['rpe_1m_segments']) == ('4096', '', '')
