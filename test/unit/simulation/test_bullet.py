@@ -1,4 +1,4 @@
-"""Python 3.12 has no wheels of PyBullet: what does not simulate works, and what does says what to install."""
+"""PyBullet is imported quietly, and only by what simulates."""
 
 import os
 import subprocess
@@ -8,6 +8,19 @@ import pytest
 
 from places import SOURCE
 from trial_bags import trial, write_bag
+
+
+def test_importing_pybullet_prints_nothing_and_later_prints_are_seen():
+    script = 'from diff_encoder_sim.simulation.bullet import pybullet; print("after")'
+    result = subprocess.run(
+        [sys.executable, '-c', script],
+        env={'PYTHONPATH': str(SOURCE), 'PATH': ''},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert (result.stdout, result.stderr) == ('after\n', '')
+
 
 # Run a command where PyBullet cannot be imported.
 BEGIN = """
