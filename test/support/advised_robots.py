@@ -22,7 +22,6 @@ from drawn_drives import line, robot_of
 from synthetic_trials import ALTO
 
 REQUIREMENT = Requirement(0.8, 0.05, math.radians(3.0), 0.95)
-NOT_BY_ODOMETRY = {**dict.fromkeys(Criterion), Criterion.ODOMETRY: False}
 STOP = StopSpread(0.005, 0.01)
 DRAWS = 120  # of each point of a curve
 

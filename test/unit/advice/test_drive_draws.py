@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from diff_encoder_sim.advice.drawn_robot import ALL_CAUSES, ROBOTS_CAUSES, WheelCause, drawn_robot
+from diff_encoder_sim.advice.drawn_robot import ALL_CAUSES, WheelCause, drawn_robot
 from diff_encoder_sim.advice.drive_draws import DriveDraws
-from diff_encoder_sim.advice.error_free_drives import navigated, scripted, straight_test
+from diff_encoder_sim.advice.error_free_drives import navigated, scripted
 from diff_encoder_sim.base.errors import ConfigError
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives.test_definition import TestDefinition
@@ -130,22 +130,6 @@ def test_wheels_differ_from_robot_to_robot_as_those_of_trials():
     assert drawn.std(axis=0) == pytest.approx(of_trials.std(axis=0), rel=0.03)
 
 
-@pytest.mark.parametrize(
-    ('errors', 'causes'),
-    [
-        ({}, []),
-        ({'right_radius_error': 0.001}, [WheelCause.RADIUS]),
-        ({'radius_spread': 0.001}, [WheelCause.RADIUS]),
-        ({'wheel_separation_error': 0.001}, [WheelCause.SEPARATION]),
-        ({'wheel_separation_spread': 0.001}, [WheelCause.SEPARATION]),
-        ({'left_slip': 0.001}, [WheelCause.SLIP]),
-        ({'slip_noise': 1e-6}, [WheelCause.SLIP]),
-    ],
-)
-def test_errors_have_their_cause(errors, causes):
-    assert [cause for cause in ROBOTS_CAUSES if robot_of(**errors).has(cause)] == causes
-
-
 SOURCE = RobotSource(ALTO)
 
 BENT = {
@@ -181,14 +165,6 @@ def test_the_errors_of_wheels_are_left_to_the_draws():
     simulator = params.simulator.model_copy(update={'wheel_errors': WRONG_WHEELS})
     drive = scripted(TestDefinition.from_mapping(BENT, ''), SOURCE, params._replace(simulator=simulator))
     assert tuple(drive.rolled.end) == pytest.approx((0.5, 0.0, 0.6 * math.pi), abs=2e-3)
-
-
-def test_a_straight_line_takes_the_speeds_of_the_test():
-    like = TestDefinition.from_mapping({**BENT, 'limits': {'speed': 0.2}, 'route': HALL['route']}, '')
-    straight = straight_test(7.5, like)
-    assert straight.name == '7.5 m straight'
-    assert (straight.limits.speed, straight.route) == (0.2, [])
-    assert tuple(straight.drive_end().relative_to(straight.start.pose())) == pytest.approx((7.5, 0.0, 0.0))
 
 
 def test_a_route_is_navigated_with_sound_wheels_and_a_fine_encoder():

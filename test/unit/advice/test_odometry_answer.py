@@ -12,7 +12,7 @@ from diff_encoder_sim.advice.drive_draws import DriveDraws
 from diff_encoder_sim.advice.odometry_answer import EDGES, MISSED, QUANTISATION, odometry_answer, odometry_budgets
 from diff_encoder_sim.advice.odometry_curve import OdometryCurves
 from diff_encoder_sim.base.se2 import Pose2D
-from drawn_drives import LINE_M, encoder_of, line, robot_of, rolled
+from drawn_drives import LINE_M, encoder_of, line, robot_of
 from encoder_drives import RADIUS_M, SEPARATION_M, m_per_pulse
 
 LENGTH_M = 10.0
@@ -123,15 +123,6 @@ def test_a_radius_that_is_off_is_a_bias():
     part = budget_of(left_radius_error=1e-4).parts[WheelCause.RADIUS.value]
     assert part.bias[ACROSS] == pytest.approx(LINE_M**2 * 1e-4 / (2 * SEPARATION_M), rel=1e-3)
     assert part.variance[ACROSS] == pytest.approx(0.0, abs=1e-12)
-
-
-def test_a_separation_that_is_off_turns_too_far():
-    budget = budget_of(drive=rolled(('turns', 1.0)), wheel_separation_error=0.01)
-    assert budget.parts[WheelCause.SEPARATION.value].bias[2] == pytest.approx(0.02 * math.pi)
-
-
-def test_what_there_is_none_of_is_left_out():
-    assert list(budget_of().parts) == [QUANTISATION, WheelCause.CONTACT.value]
 
 
 def test_contact_is_the_simulators():

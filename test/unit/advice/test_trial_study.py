@@ -151,13 +151,6 @@ def test_each_criterion_looks_at_its_own_error():
     assert within == {Criterion.ODOMETRY: True, Criterion.POSE_ESTIMATE: True, Criterion.TRUTH: False}
 
 
-def test_stopping_and_localization_make_the_true_pose():
-    ends = ends_of(trials(50), AHEAD)
-    np.testing.assert_allclose(ends.truth, ends.stopping + ends.localization, atol=1e-15)
-    assert ends.stopping[:, 0].std() == pytest.approx(0.003, rel=0.3)
-    assert ends.localization[:, 1].std() == pytest.approx(0.002, rel=0.3)
-
-
 def test_the_encoders_part_is_what_the_finest_one_does_not_have():
     finest = ends_of(trials(2000), AHEAD)
     budget = truth_budget(ends_of(trials(2000, encoder_m=0.01), AHEAD), finest, finest, {})

@@ -60,16 +60,6 @@ def test_edges_are_off_by_as_much_as_was_asked_for_in_counts(decoding):
     assert offsets.std() == pytest.approx(0.1, rel=0.03) and abs(offsets.mean()) < 0.005
 
 
-def test_edges_repeat_with_each_turn_and_keep_their_order():
-    made = sensor(100, edge_error=0.3)
-    places = edges_of(made, 300)
-    assert (np.diff(places) >= 0.0).all()
-    assert places[100:200] - places[:100] == pytest.approx(np.full(100, 100.0))
-    for place in np.random.default_rng(3).uniform(-200, 200, 2000):
-        state = made.state(place)
-        assert made.place_of_edge(state) <= place < made.place_of_edge(state + 1)
-
-
 @pytest.mark.parametrize(('keys', 'per_turn'), [({'eccentricity': 0.01}, 1), ({'second_harmonic': 0.573}, 2)])
 def test_eccentricity_and_harmonics_are_waves_of_the_shaft(keys, per_turn):
     made = sensor(4096, **keys, **({'sensor': 'absolute'} if per_turn == 2 else {}))

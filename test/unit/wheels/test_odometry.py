@@ -69,18 +69,6 @@ def test_an_arc_gives_the_same_pose_however_it_is_split(left, right, pieces):
     assert pose == pytest.approx(expected, abs=1e-9)
 
 
-def test_the_twist_is_signed_in_both_directions():
-    wheel_odometry = odometry(ppr=100)
-    wheel_odometry.update(0, 0, 0)
-    ahead = wheel_odometry.update(100 * MS, 10, 10)
-    back = wheel_odometry.update(200 * MS, 0, 0)
-    right = wheel_odometry.update(300 * MS, 10, -10)
-    speed_mps = 10 * metres_per_pulse(100) / 0.1
-    assert ahead.linear_velocity_mps == pytest.approx(speed_mps)
-    assert back.linear_velocity_mps == pytest.approx(-speed_mps)
-    assert right.angular_velocity_radps == pytest.approx(-2 * speed_mps / SEPARATION_M)
-
-
 def test_a_window_averages_the_twist_over_that_many_reports():
     wheel_odometry = odometry(ppr=100, velocity_window=4)
     counts = [0, 1, 3, 6, 10, 15]

@@ -78,14 +78,3 @@ def test_no_report_is_farther_behind_the_newest_than_its_parameters_say(seed):
     stamps_ns = [sample.stamp_ns for _, sample in arrivals(5000, seed=seed, **{k: float(v) for k, v in keys.items()})]
     allowed_ns = sum(ReportParams(**keys).most_behind_s(PERIOD_NS * 1e-9).values()) * 1e9
     assert allowed_ns - 2 * PERIOD_NS < most_behind_ns(stamps_ns) <= allowed_ns
-
-
-@pytest.mark.parametrize(
-    ('keys', 'are_even'),
-    [
-        ({'latency': 0.1, 'repeated': 0.2, 'stamps': 'arrival'}, True),
-        *(({key: 0.01}, False) for key in ('jitter', 'latency_spread', 'lost', 'reordered')),
-    ],
-)
-def test_reports_are_even_where_each_takes_as_long_and_comes(keys, are_even):
-    assert ReportParams.from_mapping(keys, 'report').are_even == are_even
