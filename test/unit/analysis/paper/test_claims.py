@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from claimed_campaigns import FALLING, FLAT, RISING, campaign, conclusion_of
 from diff_encoder_sim.analysis.paper.claims import (
+    CLAIMS,
     Conclusion,
     Pair,
     Sample,
     all_within,
     check_claims,
+    claim_conclusion,
     first_errs_more,
     first_spreads_more,
     fractions_equal,
@@ -23,7 +24,35 @@ from diff_encoder_sim.analysis.quantities import YAW, X
 from diff_encoder_sim.base.se2 import Pose2D
 from diff_encoder_sim.drives.topics import PoseSource
 from diff_encoder_sim.drives.trial_definition import Outcome
-from paper_datasets import IN, OUT, cell
+from paper_datasets import IN, OUT, cell, dataset, trial
+
+# The odometry's spread by PPR.
+FALLING = {'40': 0.4, '90': 0.2, '1024': 0.02, '4096': 0.005}
+FLAT = dict.fromkeys(PPRS, 0.1)
+RISING = {'40': 0.005, '90': 0.02, '1024': 0.2, '4096': 0.4}
+
+
+def campaign(spread_of_odom, count=30, seed=0, pprs=PPRS, tests=('SL', 'SMT', 'DLD'), **odd):
+    """Every source of every cell, the odometry's spread by PPR; `odd` errors in every trial."""
+    rng, cells = np.random.default_rng(seed), []
+    for test in tests:
+        for ppr in pprs:
+            steady = rng.normal(0.0, 0.005, (count, 3)).tolist()
+            of_odom = rng.normal(0.0, spread_of_odom[ppr], (count, 3)).tolist()
+            cells.append(
+                [
+                    trial(test, ppr, number, **{'odom': drifted, 'global': row, 'amcl': row, 'world': row, **odd})
+                    for number, (row, drifted) in enumerate(zip(steady, of_odom))
+                ]
+            )
+    return dataset(*cells)
+
+
+def conclusion_of(made, words):
+    """What the trials show of the claim with these words."""
+    (claim,) = [claim for claim in CLAIMS if words in claim.text]
+    trials = {(cell.test, cell.ppr): of_cell for cell, of_cell in made.cells().items()}
+    return claim_conclusion(claim.test(trials))
 
 
 @pytest.mark.parametrize(
@@ -51,8 +80,8 @@ def test_amcl_within_tolerance_is_contradicted_by_many_trials_not_by_one():
     assert conclusion_of(made, 'By AMCL') == 'reproduced'
     made.trials[7].errors[PoseSource.GLOBAL] = Pose2D(0.06, 0.0, 0.0)
     assert conclusion_of(made, 'By AMCL') == 'not contradicted'
-    for trial in made.trials[:12]:
-        trial.errors[PoseSource.GLOBAL] = Pose2D(0.06, 0.0, 0.0)
+    for one in made.trials[:12]:
+        one.errors[PoseSource.GLOBAL] = Pose2D(0.06, 0.0, 0.0)
     assert conclusion_of(made, 'By AMCL') == 'contradicted'
 
 

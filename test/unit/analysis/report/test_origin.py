@@ -3,9 +3,9 @@
 import pytest
 
 from campaign_manifest import manifest
-from diff_encoder_sim.analysis.report.origin import provenance, robot_section
+from diff_encoder_sim.analysis.report.origin import encoder_section, provenance, robot_section
 from paper_datasets import dataset
-from synthetic_trials import dataset_of
+from synthetic_trials import dataset_of, synthetic_dataset
 
 
 def test_the_origin_names_the_commands_and_the_host(tmp_path):
@@ -75,3 +75,29 @@ def test_a_campaign_of_the_console_command_is_repeated_with_it(tmp_path):
     by_pip = {**manifest()['runs'][0], 'command': ['/venv/bin/diff-encoder-sim', 'campaign', '--out', 'results']}
     origin = provenance(dataset([])._replace(manifest={**manifest(), 'runs': [by_pip]}, folder=tmp_path))
     assert origin.commands == ['diff-encoder-sim campaign --out results', f'diff-encoder-sim analyze {tmp_path}']
+
+
+AMT102 = {
+    'label': '8192 amt102',
+    'name': 'AMT102-V',
+    'source': ['datasheet', 'manual'],
+    'price': 'industrial',
+    'resolution': '2048 lines x 4 = 8192 counts per wheel revolution',
+    'counts_per_metre': 13037.97,
+}
+
+
+def with_encoders(**manifest):
+    return synthetic_dataset(tests=('SL',), pprs=('40',), trials=1)._replace(manifest=manifest)
+
+
+def test_each_encoder_is_a_row_with_what_its_counts_follow_from():
+    [block] = encoder_section(with_encoders(encoders=[AMT102])).blocks
+    [row] = block.rows
+    resolution, source = AMT102['resolution'], 'datasheet; manual'
+    assert row.entries == ['amt102 (8192 counts)', 'AMT102-V', 'industrial', resolution, '13038.0', source]
+
+
+@pytest.mark.parametrize('manifest', [{}, {'encoders': {}}, {'encoders': [{}]}, {'encoders': ['a']}])
+def test_there_is_none_without_encoders_nor_in_an_edited_manifest(manifest):
+    assert encoder_section(with_encoders(**manifest)) is None
