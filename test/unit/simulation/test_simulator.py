@@ -42,9 +42,9 @@ def test_the_same_seed_gives_the_same_numbers_bit_for_bit_and_after_a_reset(make
 
 
 def test_the_wheel_phase_is_drawn_from_the_seed(make_simulator):
-    phases = np.array([make_simulator(seed=seed).joint_states().angles_rad for seed in range(8)])
+    phases = np.array([make_simulator(seed=seed).joint_states().angles_rad for seed in range(4)])
     assert ((0 <= phases) & (phases < 2 * math.pi)).all()
-    assert len(np.unique(phases)) == 16
+    assert len(np.unique(phases)) == 8
     assert make_simulator(seed=3).joint_states().angles_rad == tuple(phases[3])
 
 
