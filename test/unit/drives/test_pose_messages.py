@@ -192,14 +192,6 @@ def test_one_models_state_is_decoded_as_it_was_encoded(rng):
     assert decoder.decode(raw) == body
 
 
-def test_torn_states_are_a_fault_wherever_they_are_torn(rng):
-    raw, decoder = ModelStatesEncoder(values.world(rng), 'alto').encode(values.body(rng)), ModelStateDecoder('alto')
-    for size in range(len(raw)):
-        with pytest.raises(InputFault):
-            decoder.decode(raw[:size])
-    decoder.decode(raw)
-
-
 PLANAR = PlanarCovariance(*range(1, 7))
 
 
@@ -214,13 +206,6 @@ def test_what_wheels_do_not_measure_is_unknown_and_of_amcl_zero():
     assert np.diag(matrix(encode_odometry_covariance(PLANAR))).tolist() == [1.0, 4.0, 1e12, 1e12, 1e12, 6.0]
     assert np.diag(matrix(encode_twist_covariance(TWIST))).tolist() == [1.0, 1e12, 1e12, 1e12, 1e12, 3.0]
     assert np.diag(matrix(encode_amcl_covariance(PLANAR.matrix()))).tolist() == [1.0, 4.0, 0.0, 0.0, 0.0, 6.0]
-
-
-def test_bytes_that_are_not_utf_8_are_replaced_unless_refused():
-    raw = b'\x02\0\0\0a\xff'
-    assert FieldReader(raw, is_cdr=False).text() == 'a\ufffd'
-    with pytest.raises(UnicodeDecodeError):
-        FieldReader(raw, is_cdr=False).text('strict')
 
 
 @pytest.mark.parametrize('raw', [b'', b'\0', b'\0\0\0\0', b'\1\0\0\0'])

@@ -155,12 +155,6 @@ def test_of_two_equally_dense_paths_it_is_the_estimates(first, second):
     assert len(found) == 19
 
 
-def test_equal_stamps_are_a_pair_however_far_apart():
-    sparse = path(5000, 4)
-    assert stamps_ms(take_pairs(sparse, path(5000, 4))) == [0, 5000, 10_000, 15_000]
-    assert len(take_pairs(path(5000, 4), path(5000, 4, 1))) == 0
-
-
 def test_the_largest_gap():
     gap_ms = LARGEST_GAP_NS // MS
     assert stamps_ms(take_pairs(path(1000, 3, 7), path(gap_ms, 20))) == [7, 1007, 2007]

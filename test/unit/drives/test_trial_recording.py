@@ -88,11 +88,3 @@ def test_a_topic_of_another_type_is_named(tmp_path):
     path = write_bag(tmp_path / 'a.bag', trial(), more=[('/amcl_pose', STAMPED, None, TRUTH)])
     assert '/amcl_pose is geometry_msgs/msg/PoseStamped' in refusal(path)
     assert 'expected geometry_msgs/msg/PoseWithCovarianceStamped' in refusal(path)
-
-
-def test_a_bag_cut_off_anywhere_is_named(tmp_path):
-    whole = write_bag(tmp_path / 'whole.bag', trial()).read_bytes()
-    path = tmp_path / 'cut.bag'
-    for length in range(0, len(whole), 997):
-        path.write_bytes(whole[:length])
-        refusal(path)
