@@ -107,3 +107,9 @@ def test_other_drives_have_the_average_alone():
 def test_wheels_of_other_drives_travel_each_its_own_way():
     assert wheel_travel_m(requested_trial('DLD'), ALTO, [Pose2D(0.0, 0.0, 0.0)]) is None
     assert wheel_travel_m(requested_trial('DLD').model_copy(update={'nav': 'scripted'}), ALTO, []) is None
+
+
+@pytest.mark.parametrize(('ppr', 'expected_deg'), [(40, 1.358), (90, 0.577), (1024, 0.031), (4096, 0.0138)])
+def test_the_heading_after_exactly_twenty_metres(ppr, expected_deg):
+    std_rad = heading_std_rad(np.array([20.0]), math.pi * 0.2 / ppr, 0.4)
+    assert math.degrees(std_rad) == pytest.approx(expected_deg, rel=0.01)

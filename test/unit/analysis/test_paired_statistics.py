@@ -177,3 +177,33 @@ def test_every_rank_is_that_of_all_means_sorted(monkeypatch, values, most_at_onc
     ascending = np.sort(values)
     means = all_means(values)
     assert [mean_of_rank(ascending, rank) for rank in range(len(means))] == means.tolist()
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize('draw', ['normal', 'laplace', 'contaminated'])
+def test_families_of_spreads_without_a_difference_stay_without_one(draw):
+    """The far tail of the p-values: the smallest of 18, as often below 0.05 / 18 as Holm allows."""
+    pairs = pairs_with(np.random.default_rng(18), draw, 1.0, 18 * 150, shared=0.0)
+    p_values = np.reshape([spread_ratio(*pair).p_value for pair in pairs], (150, 18))
+    assert np.mean([min(holm(family)) <= 0.05 for family in p_values]) < 0.06
+
+
+def test_thirty_trials_tell_larger_spreads_apart():
+    rng = np.random.default_rng(11)
+    assert fraction_significant(spread_ratio, pairs_with(rng, 'normal', 1.6, 300)) > 0.5
+    assert fraction_significant(spread_ratio, pairs_with(rng, 'uniform', 1.6, 300, shared=0.0)) > 0.7
+    assert fraction_significant(spread_ratio, pairs_with(rng, 'laplace', 3.0, 300)) > 0.95
+
+
+def test_a_spread_that_one_pulse_makes_has_no_interval():
+    result = spread_ratio(VARIED, ONE_OFF)
+    assert result.estimate == pytest.approx(np.std(VARIED) / np.std(ONE_OFF))
+    assert result.interval == (0.0, INFINITY) and result.p_value < 0.05
+
+
+def test_mcnemar_at_the_edges():
+    nothing = np.array([], dtype=bool)
+    assert mcnemar(nothing, nothing) == (0, 0.0, Interval(-1.0, 1.0), 1.0)
+    equal = mcnemar(np.ones(30, dtype=bool), np.ones(30, dtype=bool))
+    assert equal.p_value == 1.0 and equal.interval.low < 0.0 < equal.interval.high
+    assert mcnemar(np.ones(30, dtype=bool), np.zeros(30, dtype=bool)).p_value == pytest.approx(2.0**-29)

@@ -92,3 +92,18 @@ def test_spread():
     assert spread(np.full(30, 0.1)) == 0.0  # numpy says 1.4e-17
     assert spread(np.array([1.0, 3.0])) == pytest.approx(math.sqrt(2.0))
     assert wilson(0, 0) == (0.0, 1.0)
+
+
+@pytest.mark.parametrize(
+    'values',
+    [
+        [0.0] * 29 + [2.25],
+        [0.0] * 15 + [2.25] * 15,
+        [0.0] * 28 + [2.25] * 2,
+        [0.0, 0.0, 0.0, 0.0, 1.0],
+        [1e-300, 2e-300, 3e-300, 4e-300, 5e-300],
+    ],
+)
+def test_whole_pulses_give_intervals_that_hold_the_spread(values):
+    interval = bootstrap_std_interval(np.array(values), 0.95, np.random.default_rng(0))
+    assert 0.0 <= interval.low <= interval.high and not any(map(math.isnan, interval))
